@@ -1,0 +1,9 @@
+//! Blade-off transient of a turbine shaft line: physics and numerics, pure.
+//!
+//! `(machine, settings) -> outcome`, without I/O, clock, threads or randomness. The main path:
+//! [`machine::MachineDef`] (a file's text) -> [`machine::Machine`] (validated, SI) -> structure (matrices, modes)
+//! -> transient -> [`outcome::Outcome`] (one row of the result table).
+
+pub mod document;
+pub mod machine;
+pub mod outcome;

@@ -1,0 +1,362 @@
+//! The validated machine: every number SI, every reference resolved to a node, every default filled in.
+//!
+//! `MachineDef` (what a file says) becomes a [`Machine`] once all its checks hold; nothing behind it checks again.
+//! Angles in rad, speeds in rad/s. Frame OXYZ of `physics.md`: Z along the shaft, spin positive about +Z.
+
+/// One machine, ready for the solver.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Machine {
+    /// Name given in the file.
+    pub name: String,
+    /// When a run ends and how it is computed.
+    pub run: RunSettings,
+    /// The shaft line.
+    pub rotor: Rotor,
+    /// Torque that slows the disconnected shaft line.
+    pub braking: Braking,
+    /// Diaphragms in the order of the file; empty: nothing to rub against.
+    pub diaphragms: Vec<Diaphragm>,
+}
+
+/// Which engine integrates the transient.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Engine {
+    /// Modes of the rotor on its bearings and of the ring (default).
+    Reduced,
+    /// All finite-element degrees of freedom, as the paper.
+    Full,
+}
+
+/// Where the contact force of step n acts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ForceLocation {
+    /// At the contact place of step n+1 (the paper's choice, default).
+    Next,
+    /// At the contact place of step n.
+    Current,
+}
+
+/// Thresholds of the validity guard (physics.md section 3).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Guard {
+    /// Normal contact work over max(friction energy, 1e-3 of the initial energy) [-]; default 0.01.
+    pub normal_work: f64,
+    /// Energy balance error over the largest total energy [-]; default 1e-6.
+    pub energy_balance: f64,
+    /// Residual penetration over the gap [-]; default 0.02.
+    pub penetration: f64,
+}
+
+/// `[run]`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RunSettings {
+    /// Last simulated time [s] > 0.
+    pub end_time: f64,
+    /// The run ends once the mean spin falls to this speed [rad/s] >= 0.
+    pub end_speed: f64,
+    /// Engine.
+    pub engine: Engine,
+    /// Time step [s]; `None`: chosen from the highest frequency of the model.
+    pub step: Option<f64>,
+    /// Location of the contact force.
+    pub force_location: ForceLocation,
+    /// Lateral rotor modes of the reduced engine; `None`: the default of the engine.
+    pub rotor_modes: Option<usize>,
+    /// Elastic twist modes of the reduced engine; `None`: the default of the engine.
+    pub twist_modes: Option<usize>,
+    /// Ring modes of the reduced engine (each diaphragm); `None`: the default of the engine.
+    pub ring_modes: Option<usize>,
+    /// Largest number of steps; beyond it the run fails with `step_limit`. `None`: no limit.
+    pub step_limit: Option<u64>,
+    /// Validity guard.
+    pub guard: Guard,
+}
+
+/// `[rotor]`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rotor {
+    /// Finite-element shaft or a single mass point.
+    pub kind: RotorKind,
+    /// Spin speed at t = 0 [rad/s] >= 0.
+    pub initial_speed: f64,
+    /// Gravity along X and Y [m/s2].
+    pub gravity: [f64; 2],
+    /// Prescribed speed; `None`: the spin is an unknown (the normal case).
+    pub speed_law: Option<SpeedLaw>,
+    /// Disturbance of the start.
+    pub initial: InitialState,
+    /// Bearings in the order of the file.
+    pub bearings: Vec<Bearing>,
+    /// Unbalances in the order of the file.
+    pub unbalances: Vec<Unbalance>,
+    /// Rayleigh damping of the shaft in the fixed frame (lateral only).
+    pub damping: Rayleigh,
+}
+
+/// What the rotor is made of.
+#[derive(Debug, Clone, PartialEq)]
+pub enum RotorKind {
+    /// Timoshenko shaft with rigid discs.
+    Shaft(Shaft),
+    /// Jeffcott rotor: one node with two translations and the spin, carried by its bearings.
+    PointMass(PointMass),
+}
+
+/// Shaft line of finite elements.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shaft {
+    /// Node positions along Z [m], ascending; one more than elements.
+    pub nodes: Vec<f64>,
+    /// Elements from left to right; element i joins nodes i and i+1.
+    pub elements: Vec<ShaftElement>,
+    /// Discs in the order of the file.
+    pub discs: Vec<Disc>,
+}
+
+/// One shaft element (round, hollow if `inner_diameter` > 0).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ShaftElement {
+    /// Length [m] > 0.
+    pub length: f64,
+    /// Outer diameter [m] > 0.
+    pub diameter: f64,
+    /// Inner diameter [m], 0 <= inner < outer.
+    pub inner_diameter: f64,
+    /// Young's modulus [Pa].
+    pub young_modulus: f64,
+    /// Poisson's ratio [-].
+    pub poisson_ratio: f64,
+    /// Density [kg/m3].
+    pub density: f64,
+    /// k in k G S, a number also where the file says "cowper"; `None` ("none" in the file): no shear deformation.
+    pub shear_coefficient: Option<f64>,
+    /// Index of the `[[rotor.shaft]]` section this element belongs to.
+    pub section: usize,
+}
+
+/// Rigid disc at a node.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Disc {
+    /// Name of its table.
+    pub name: String,
+    /// Node.
+    pub node: usize,
+    /// Mass [kg] >= 0.
+    pub mass: f64,
+    /// Moment of inertia about a diameter [kg m2] >= 0.
+    pub transverse_inertia: f64,
+    /// Moment of inertia about Z [kg m2] >= 0.
+    pub polar_inertia: f64,
+}
+
+/// Jeffcott rotor.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PointMass {
+    /// Mass [kg] >= 0 (0 when an added unbalance is all the mass).
+    pub mass: f64,
+    /// Moment of inertia about Z [kg m2] > 0.
+    pub polar_inertia: f64,
+}
+
+/// Bearing to ground at a node.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bearing {
+    /// Name of its table.
+    pub name: String,
+    /// Node.
+    pub node: usize,
+    /// Stiffness [[kxx, kxy], [kyx, kyy]] [N/m]; force on the rotor = -K x.
+    pub stiffness: [[f64; 2]; 2],
+    /// Damping [[cxx, cxy], [cyx, cyy]] [N s/m].
+    pub damping: [[f64; 2]; 2],
+    /// Axial stiffness [N/m] >= 0.
+    pub axial_stiffness: f64,
+}
+
+/// Whether the unbalance is a mass that was added or one that was lost.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum UnbalanceKind {
+    /// Mass `m` added at the eccentricity (the paper's choice, default).
+    Added,
+    /// Mass `m` lost there: all rows with -m.
+    Lost,
+}
+
+/// When an unbalance is there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Presence {
+    /// Appears at t = 0 (the blade-off, default).
+    AtRelease,
+    /// Was there before: the run starts from the synchronous steady state it causes.
+    Before,
+}
+
+/// Unbalance at a node.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unbalance {
+    /// Name of its table.
+    pub name: String,
+    /// Node.
+    pub node: usize,
+    /// Mass [kg] >= 0.
+    pub mass: f64,
+    /// Eccentricity [m] >= 0.
+    pub radius: f64,
+    /// Phase in the rotor [rad].
+    pub phase: f64,
+    /// Added or lost.
+    pub kind: UnbalanceKind,
+    /// Since when.
+    pub presence: Presence,
+}
+
+/// Rayleigh damping C = a M + b K.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Rayleigh {
+    /// a [1/s] >= 0.
+    pub mass_proportional: f64,
+    /// b [s] >= 0.
+    pub stiffness_proportional: f64,
+}
+
+/// Prescribed speed, piecewise linear in time; constant after the last point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpeedLaw {
+    /// Times [s], strictly ascending, the first 0.
+    pub times: Vec<f64>,
+    /// Speeds [rad/s] at these times; the first equals `initial_speed`.
+    pub speeds: Vec<f64>,
+}
+
+/// Disturbance of the start, added to static sag and steady state.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct InitialState {
+    /// Translation of all nodes [m].
+    pub displacement: [f64; 2],
+    /// Velocity of all nodes [m/s].
+    pub velocity: [f64; 2],
+    /// Spin angle at t = 0 [rad].
+    pub angle: f64,
+}
+
+/// Braking torque T = -(c0 sign W + c1 W + c2 W|W|).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Braking {
+    /// c0 [N m] >= 0.
+    pub constant: f64,
+    /// c1 [N m s] >= 0.
+    pub linear: f64,
+    /// c2 [N m s2] >= 0.
+    pub quadratic: f64,
+}
+
+/// One diaphragm and the contact at its inner edge.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Diaphragm {
+    /// Name of its table.
+    pub name: String,
+    /// What stands around the rotor.
+    pub kind: DiaphragmKind,
+    /// Rotation of the stator about Z [rad]: blade k stands at `angle + 2 pi k / count`.
+    pub angle: f64,
+    /// The contact.
+    pub contact: Contact,
+}
+
+/// Stator model.
+#[derive(Debug, Clone, PartialEq)]
+pub enum DiaphragmKind {
+    /// Ring of curved beams on radial blades.
+    Flexible(FlexibleStator),
+    /// A circle that does not move.
+    Rigid,
+    /// Massless, quasi-static radial spring: force = stiffness x penetration [N/m].
+    RadialSpring {
+        /// Stiffness [N/m] > 0.
+        stiffness: f64,
+    },
+}
+
+/// Ring and blades.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FlexibleStator {
+    /// Young's modulus [Pa].
+    pub young_modulus: f64,
+    /// Poisson's ratio [-] (not used by the planar Euler-Bernoulli model).
+    pub poisson_ratio: f64,
+    /// Density [kg/m3].
+    pub density: f64,
+    /// The ring.
+    pub ring: Ring,
+    /// The blades; `None`: a free ring.
+    pub blades: Option<Blades>,
+    /// Rayleigh damping of ring and blades.
+    pub damping: Rayleigh,
+}
+
+/// Inner ring.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ring {
+    /// Mean radius R_c [m].
+    pub mean_radius: f64,
+    /// Radial thickness [m].
+    pub thickness: f64,
+    /// Axial width [m].
+    pub width: f64,
+    /// Number of curved elements, a multiple of the blade count, at least 4.
+    pub elements: usize,
+}
+
+/// Radial blades from the ring's mean line to the casing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Blades {
+    /// Number, evenly spaced, >= 1.
+    pub count: usize,
+    /// Length [m].
+    pub length: f64,
+    /// Tangential thickness [m].
+    pub thickness: f64,
+    /// Axial width [m].
+    pub width: f64,
+    /// Elements of each blade >= 1.
+    pub elements: usize,
+}
+
+/// How the contact place is found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Detection {
+    /// At the angle of the rotor centre.
+    Hyp1,
+    /// Closest point of the deformed ring, updated in every iteration.
+    Hyp2,
+    /// Closest point after the prediction, then kept.
+    Hyp2Frozen,
+}
+
+/// Line of the ring that touches the rotor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ContactSurface {
+    /// Inner face: u_P = u - (R_c - R_i) theta_z (default).
+    InnerFace,
+    /// Mean line: u_P = u (the paper's choice).
+    MeanLine,
+}
+
+/// Contact between rotor and diaphragm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Contact {
+    /// Node of the rotor.
+    pub node: usize,
+    /// Rotor radius R_r [m] > 0.
+    pub rotor_radius: f64,
+    /// Gap [m] > 0; the contact surface has radius R_i = R_r + gap.
+    pub gap: f64,
+    /// Coulomb friction [-] >= 0.
+    pub friction: f64,
+    /// Detection.
+    pub detection: Detection,
+    /// Centre of the diaphragm from the bearing line [m].
+    pub offset: [f64; 2],
+    /// Contact surface.
+    pub surface: ContactSurface,
+}

@@ -1,0 +1,22 @@
+//! What a run reports: status, cause, and one number per column of the result table.
+
+mod causes;
+mod columns;
+
+pub use causes::{Cause, CauseSet, EndCause, Status};
+pub use columns::{Column, ColumnKind, columns};
+
+/// The outcome of one run: a row of the result table without its sample number and parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// Whether the row may be believed.
+    pub status: Status,
+    /// First cause why not; `None` exactly when `status` is [`Status::Ok`].
+    pub cause: Option<Cause>,
+    /// Every cause that holds, `cause` included.
+    pub causes: CauseSet,
+    /// Why the run ended.
+    pub end_cause: EndCause,
+    /// One value per column of [`columns`], in that order; `None` for what did not happen, never NaN.
+    pub values: Vec<Option<f64>>,
+}
