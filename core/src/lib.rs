@@ -4,6 +4,13 @@
 //! [`machine::MachineDef`] (a file's text) -> [`machine::Machine`] (validated, SI) -> structure (matrices, modes)
 //! -> transient -> [`outcome::Outcome`] (one row of the result table).
 
+pub mod contact;
 pub mod document;
+pub mod linalg;
 pub mod machine;
+pub mod modal;
 pub mod outcome;
+pub mod rotor;
+pub mod stator;
+pub mod structure;
+pub mod transient;

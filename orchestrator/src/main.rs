@@ -1,2 +1,7 @@
-//! placeholder
-fn main(){}
+//! The one binary: the tool, and its own worker processes as `bladeoff worker`.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    bladeoff::cli::main()
+}

@@ -1,1 +1,21 @@
-//! placeholder
+//! A worker process: serves samples of a study with the core solver.
+//!
+//! It is started by the orchestrator as `bladeoff worker ...` (so their versions never differ), reads the frozen
+//! [`plan`] of the result directory and checks its hash, connects, and then asks, computes, reports ([`serve`])
+//! until it is told to stop or its parent ends. A [`pulse`] thread beats and sees the parent's end also while a sample is
+//! computed. [`process`] holds what concerns the process as such, [`fault`] the hooks by which tests kill it at a known
+//! state.
+
+pub mod args;
+pub mod core_solver;
+mod entry;
+pub mod fault;
+pub mod noop;
+pub mod plan;
+pub mod process;
+pub mod pulse;
+pub mod serve;
+
+pub use args::WorkerArgs;
+pub use entry::worker_main;
+pub use serve::{Solver, serve};

@@ -322,6 +322,16 @@ pub struct Blades {
     pub elements: usize,
 }
 
+/// Coulomb's law, whole or its sliding half.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FrictionLaw {
+    /// `|lambda_T| <= mu lambda` with zero slip, or sliding ("stick-slip", default).
+    StickSlip,
+    /// Sliding only, its direction frozen at the prediction ("slip", the paper's choice); a run whose slip changes sign is
+    /// invalid with cause `slip_reversal`.
+    Slip,
+}
+
 /// How the contact place is found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Detection {
@@ -353,6 +363,8 @@ pub struct Contact {
     pub gap: f64,
     /// Coulomb friction [-] >= 0.
     pub friction: f64,
+    /// Slip only, or stick and slip.
+    pub friction_law: FrictionLaw,
     /// Detection.
     pub detection: Detection,
     /// Centre of the diaphragm from the bearing line [m].

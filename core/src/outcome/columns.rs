@@ -43,6 +43,7 @@ pub fn columns(machine: &Machine) -> Vec<Column> {
     all.peak("max_filtered_contact_force", "N", "largest impulse of the last 1 ms divided by 1 ms");
     all.real("contact_impulse_Ns", "N s", "time integral of the normal contact force");
     all.real("contact_time_s", "s", "time with a contact force");
+    all.real("stick_time_s", "s", "time in contact without slip");
     all.count("impacts", "impacts; one ends when the gap has stayed open for 1 ms");
     all.peak("residual_penetration", "m", "largest penetration left at a converged step, in the run's own gap function");
     all.peak("max_eccentricity", "m", "largest distance of the rotor centre from the diaphragm's centre at the contact section");
@@ -71,9 +72,15 @@ impl Columns {
     fn count(&mut self, name: &str, meaning: &str) {
         self.push(name.to_owned(), "", ColumnKind::Count, meaning);
     }
-    /// A peak and the time at which it was reached.
+    /// A peak, and time and speed at which it was reached.
     fn peak(&mut self, name: &str, unit: &'static str, meaning: &str) {
         self.push(format!("{name}_{unit}"), unit, ColumnKind::Real, meaning);
         self.push(format!("{name}_at_s"), "s", ColumnKind::Real, &format!("time of {name}_{unit}"));
+        self.push(
+            format!("{name}_at_rad_s"),
+            "rad/s",
+            ColumnKind::Real,
+            &format!("mean spin at the time of {name}_{unit}"),
+        );
     }
 }

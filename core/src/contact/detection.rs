@@ -1,0 +1,177 @@
+//! Closest point of the deformed ring: the global minimum of `|P(alpha) - x|` over all angles.
+//!
+//! The ring is sampled finer than its elements, every sampled local minimum that could be the global one is refined to the
+//! root of `d.P_alpha`, one-sided at element ends where the curvature of the cubic elements jumps (a minimum may stand in such
+//! a kink). Several minima exist in heavy rub; the lowest counts. Source: physics.md section 3, Hyp 2.
+//! Verified by `detection_equals_brute_force` here and on deformed rings with two and three minima in `tests/detection.rs`.
+
+use super::gap::Place;
+use crate::stator::Surface;
+
+/// Finds contact places on one ring.
+#[derive(Debug, Clone)]
+pub struct Detector {
+    surface: Surface,
+    per_element: usize,
+    /// Polar basis of each sample (sin, cos).
+    angles: Vec<(f64, f64)>,
+    distances: Vec<f64>,
+}
+
+/// Samples of a ring at least.
+const SAMPLES: usize = 128;
+
+impl Detector {
+    /// For a surface.
+    #[must_use]
+    pub fn new(surface: Surface) -> Self {
+        let per_element = SAMPLES.div_ceil(surface.nodes).max(4);
+        let count = per_element * surface.nodes;
+        let angles = (0..count)
+            .map(|i| libm::sincos(surface.angle(i / per_element, (i % per_element) as f64 / per_element as f64)))
+            .collect();
+        Self { surface, per_element, angles, distances: vec![0.0; count] }
+    }
+
+    /// Place of the global minimum of the distance to `x` on the ring of nodal freedoms `field`.
+    #[must_use]
+    pub fn closest(&mut self, field: &[f64], x: [f64; 2]) -> Place {
+        self.sample(field, x);
+        let count = self.distances.len();
+        let lowest = self.distances.iter().copied().fold(f64::INFINITY, f64::min);
+        let mut best: Option<(f64, usize, f64)> = None;
+        for i in 0..count {
+            let (left, here, right) =
+                (self.distances[(i + count - 1) % count], self.distances[i], self.distances[(i + 1) % count]);
+            // a parabola through three samples dips below the middle one by at most an eighth of its second difference
+            let dip = 0.5 * (left - here).max(right - here);
+            if here > left || here > right || here - dip > lowest {
+                continue;
+            }
+            for candidate in self.refine(field, x, i) {
+                if best.is_none_or(|(distance, ..)| candidate.0 < distance) {
+                    best = Some(candidate);
+                }
+            }
+        }
+        let (_, element, xi) = best.unwrap_or((0.0, 0, 0.0));
+        Place::in_element(&self.surface, element, xi)
+    }
+
+    /// Squared distances at the samples.
+    fn sample(&mut self, field: &[f64], x: [f64; 2]) {
+        let mut i = 0;
+        for element in 0..self.surface.nodes {
+            for k in 0..self.per_element {
+                let point = self.surface.point(field, element, k as f64 / self.per_element as f64);
+                let (sin, cos) = self.angles[i];
+                let dr = point.radial - (cos * x[0] + sin * x[1]);
+                let dt = point.tangential - (cos * x[1] - sin * x[0]);
+                self.distances[i] = dr * dr + dt * dt;
+                i += 1;
+            }
+        }
+    }
+
+    /// Minima in the two sample intervals around sample i, and the sample itself: (squared distance, element, xi).
+    fn refine(&self, field: &[f64], x: [f64; 2], i: usize) -> impl Iterator<Item = (f64, usize, f64)> + use<> {
+        let count = self.distances.len();
+        let step = 1.0 / self.per_element as f64;
+        let before = (i + count - 1) % count;
+        let place = |sample: usize| (sample / self.per_element, (sample % self.per_element) as f64 * step);
+        let mut found = [None; 3];
+        let (element, xi) = place(i);
+        found[0] = Some((self.distances[i], element, xi));
+        for (slot, start) in [(1, before), (2, i)] {
+            let (element, from) = place(start);
+            if let Some(xi) = self.root(field, x, element, from, from + step) {
+                found[slot] = Some((self.slope_and_distance(field, x, element, xi).1, element, xi));
+            }
+        }
+        found.into_iter().flatten()
+    }
+
+    /// `d.P_alpha` and `|d|^2` at a place.
+    fn slope_and_distance(&self, field: &[f64], x: [f64; 2], element: usize, xi: f64) -> (f64, f64) {
+        let point = self.surface.point(field, element, xi);
+        let (sin, cos) = libm::sincos(self.surface.angle(element, xi));
+        let dr = point.radial - (cos * x[0] + sin * x[1]);
+        let dt = point.tangential - (cos * x[1] - sin * x[0]);
+        let slope = dr * (point.radial_slope - point.tangential) + dt * (point.radial + point.tangential_slope);
+        (slope, dr * dr + dt * dt)
+    }
+
+    /// Root of the slope where it turns from falling to rising within one element (Illinois variant of regula falsi).
+    fn root(&self, field: &[f64], x: [f64; 2], element: usize, from: f64, to: f64) -> Option<f64> {
+        let slope = |xi: f64| self.slope_and_distance(field, x, element, xi).0;
+        let (mut a, mut b) = (from, to);
+        let (mut fa, mut fb) = (slope(a), slope(b));
+        if fa > 0.0 || fb < 0.0 {
+            return None;
+        }
+        let mut side = 0_i8;
+        for _ in 0..60 {
+            if fb - fa <= 0.0 {
+                break;
+            }
+            let c = ((a * fb - b * fa) / (fb - fa)).clamp(a, b);
+            let fc = slope(c);
+            if fc == 0.0 || b - a < 1e-15 {
+                return Some(c);
+            }
+            if fc < 0.0 {
+                if c - a < 1e-15 && side == -1 {
+                    return Some(c);
+                }
+                (a, fa) = (c, fc);
+                if side == -1 {
+                    fb *= 0.5;
+                }
+                side = -1;
+            } else {
+                if b - c < 1e-15 && side == 1 {
+                    return Some(c);
+                }
+                (b, fb) = (c, fc);
+                if side == 1 {
+                    fa *= 0.5;
+                }
+                side = 1;
+            }
+        }
+        Some(0.5 * (a + b))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::exact_gap;
+    use crate::machine::{FlexibleStator, Rayleigh, Ring};
+    use crate::stator::RingMatrices;
+
+    fn surface(elements: usize) -> Surface {
+        let ring = Ring { mean_radius: 0.353, thickness: 0.05, width: 0.1, elements };
+        let damping = Rayleigh::default();
+        let stator =
+            FlexibleStator { young_modulus: 2e11, poisson_ratio: 0.3, density: 7850.0, ring, blades: None, damping };
+        RingMatrices::assemble(&stator).surface(0.328, true)
+    }
+
+    #[test]
+    fn an_undeformed_ring_is_closest_at_the_rotor_s_angle() {
+        let surface = surface(24);
+        let mut detector = Detector::new(surface);
+        let field = vec![0.0; 96];
+        for k in 0..200 {
+            let gamma = f64::from(k) * 0.0317;
+            let x = [4e-3 * gamma.cos(), 4e-3 * gamma.sin()];
+            let place = detector.closest(&field, x);
+            let gap = exact_gap(&surface, Some(&field), 0.32, x, place);
+            assert!((gap.value - 4e-3).abs() < 1e-15, "{}", gap.value);
+            assert!(gap.normal[1].abs() < 1e-12);
+        }
+        let centred = detector.closest(&field, [0.0, 0.0]);
+        assert!(centred.alpha.is_finite());
+    }
+}

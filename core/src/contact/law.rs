@@ -1,0 +1,153 @@
+//! Contact force of one step: unilateral contact and Coulomb friction on the linearised gap and slip.
+//!
+//! ```text
+//! g = g0 + W_nn lambda + W_nt lambda_T          gap at n+1                                   (1)
+//! s = s0 + W_tn lambda + W_tt lambda_T          slip over the step, W_tt < 0                  (2)
+//! lambda >= 0, g >= 0, lambda g = 0;   |lambda_T| <= mu lambda;   s = 0 or lambda_T = mu lambda sign(s)
+//! ```
+//! On the rotor act `-lambda n - lambda_T t` and the torque `-lambda_T R_r`, on the ring the opposite force.
+//! Source: paper section 2 and its [10] (forward-increment Lagrange multipliers); physics.md section 3. Normal and tangential
+//! part are solved together. Verified by the tests below.
+
+/// Linear response of gap and slip to the contact force [m/N].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Compliance {
+    /// Gap by the normal force.
+    pub nn: f64,
+    /// Gap by the tangential force.
+    pub nt: f64,
+    /// Slip by the normal force.
+    pub tn: f64,
+    /// Slip by the tangential force (negative).
+    pub tt: f64,
+}
+
+/// Contact force.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactForce {
+    /// lambda [N] >= 0.
+    pub normal: f64,
+    /// lambda_T [N], along the slip of the rotor against the ring.
+    pub tangential: f64,
+    /// Zero slip, |lambda_T| <= mu lambda.
+    pub sticks: bool,
+}
+
+impl ContactForce {
+    /// No contact.
+    pub const NONE: Self = Self { normal: 0.0, tangential: 0.0, sticks: false };
+}
+
+/// `W <= 0`: the contact force of a step is not unique (Painleve).
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error("W = {w} m/N <= 0: the contact force is not unique")]
+pub struct NotUnique {
+    /// The compliance of the gap along the combined force [m/N].
+    pub w: f64,
+}
+
+/// Sliding with a given direction: one scalar `W = W_nn + mu sign W_nt`.
+///
+/// # Errors
+/// [`NotUnique`] if `W <= 0` where a force is needed.
+pub fn slide(gap: f64, w: Compliance, mu: f64, sign: f64) -> Result<ContactForce, NotUnique> {
+    let along = w.nn + mu * sign * w.nt;
+    if !(along > 0.0) {
+        return if gap >= 0.0 { Ok(ContactForce::NONE) } else { Err(NotUnique { w: along }) };
+    }
+    let normal = (-gap / along).max(0.0);
+    Ok(ContactForce { normal, tangential: mu * sign * normal, sticks: false })
+}
+
+/// Stick where the friction cone allows it, else slide in the direction of the slip that friction cannot prevent.
+///
+/// # Errors
+/// [`NotUnique`] if neither has a solution.
+pub fn stick_or_slide(gap: f64, slip: f64, w: Compliance, mu: f64) -> Result<ContactForce, NotUnique> {
+    if gap >= 0.0 {
+        return Ok(ContactForce::NONE);
+    }
+    let Some(trial) = stick(gap, slip, w) else {
+        return slide(gap, w, mu, slip.signum());
+    };
+    if trial.normal >= 0.0 && trial.tangential.abs() <= mu * trial.normal {
+        return Ok(trial);
+    }
+    // the direction that friction opposes: that of the sticking force it cannot deliver; where the other one is the
+    // consistent one (the normal force changes the slip), that is taken
+    let first = if trial.tangential != 0.0 { trial.tangential.signum() } else { slip.signum() };
+    let mut refused = None;
+    for sign in [first, -first] {
+        match slide(gap, w, mu, sign) {
+            Ok(force) => {
+                let after = slip + w.tn * force.normal + w.tt * force.tangential;
+                if force.normal == 0.0 || after * sign >= 0.0 {
+                    return Ok(force);
+                }
+            }
+            Err(error) => refused = Some(error),
+        }
+    }
+    match refused {
+        Some(error) => Err(error),
+        None => slide(gap, w, mu, first),
+    }
+}
+
+/// g = 0 and s = 0 together.
+fn stick(gap: f64, slip: f64, w: Compliance) -> Option<ContactForce> {
+    let determinant = w.nn * w.tt - w.nt * w.tn;
+    // W_nn > 0, W_tt < 0: the determinant of a definite response is negative
+    if !(determinant < 0.0) {
+        return None;
+    }
+    let normal = (-gap * w.tt + slip * w.nt) / determinant;
+    let tangential = (-slip * w.nn + gap * w.tn) / determinant;
+    Some(ContactForce { normal, tangential, sticks: true })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const W: Compliance = Compliance { nn: 2.0, nt: 0.3, tn: -0.3, tt: -1.5 };
+
+    #[test]
+    fn an_open_gap_needs_no_force() {
+        assert_eq!(slide(1e-3, W, 0.2, 1.0), Ok(ContactForce::NONE));
+        assert_eq!(stick_or_slide(1e-3, 0.5, W, 0.2).map(|f| f.normal), Ok(0.0));
+    }
+
+    #[test]
+    fn a_negative_compliance_is_said() {
+        let w = Compliance { nn: 1.0, nt: -6.0, tn: 0.0, tt: -1.0 };
+        assert_eq!(slide(-1.0, w, 0.5, 1.0), Err(NotUnique { w: -2.0 }));
+    }
+
+    proptest! {
+        #[test]
+        fn the_laws_hold(gap in -1.0..-1e-6, slip in -2.0..2.0, nt in -0.5..0.5f64, mu in 0.0..0.8f64) {
+            let w = Compliance { nt, tn: -nt, ..W };
+            let f = stick_or_slide(gap, slip, w, mu).expect("definite compliance");
+            let g = gap + w.nn * f.normal + w.nt * f.tangential;
+            let s = slip + w.tn * f.normal + w.tt * f.tangential;
+            prop_assert!(f.normal > 0.0 && g.abs() < 1e-12);
+            prop_assert!(f.tangential.abs() <= mu * f.normal * (1.0 + 1e-12));
+            if f.sticks {
+                prop_assert!(s.abs() < 1e-12);
+            } else {
+                prop_assert!((f.tangential - mu * f.normal * s.signum()).abs() < 1e-9 || s.abs() < 1e-9);
+            }
+            prop_assert!(f.tangential * s >= -1e-12);
+        }
+
+        #[test]
+        fn sliding_closes_the_gap(gap in -1.0..-1e-6, mu in 0.0..0.5f64, forward in any::<bool>()) {
+            let sign = if forward { 1.0 } else { -1.0 };
+            let f = slide(gap, W, mu, sign).expect("positive");
+            prop_assert!((gap + W.nn * f.normal + W.nt * f.tangential).abs() < 1e-12);
+            prop_assert_eq!(f.tangential, mu * sign * f.normal);
+        }
+    }
+}

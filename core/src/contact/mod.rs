@@ -1,0 +1,12 @@
+//! Contact between the rigid rotor section and the diaphragm: gap, detection, multipliers, friction (physics.md section 3).
+//!
+//! Everything here lives in the stator's frame: origin at the diaphragm's centre, turned by its angle. `P` is a point of the
+//! ring's contact surface, `x` the rotor centre, `d = P - x`, `n = d/|d|` (from the rotor to the ring), `t = e_z x n`.
+
+mod detection;
+mod gap;
+mod law;
+
+pub use detection::Detector;
+pub use gap::{Gap, Place, exact_gap, polar_gap};
+pub use law::{Compliance, ContactForce, NotUnique, slide, stick_or_slide};

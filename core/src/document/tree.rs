@@ -1,0 +1,185 @@
+//! A TOML file as a tree that keeps where every key and value stands, tables in the order of the file.
+//!
+//! Built on `toml::de::DeTable`, which keeps spans; a serde derive would stop at the first problem.
+
+use std::ops::Range;
+
+use toml::de::{DeTable, DeValue};
+
+use super::problem::{Collector, Problems};
+
+/// A larger file is refused: a machine or study file has some kB.
+pub const MAX_FILE_BYTES: usize = 1 << 20;
+
+/// A value and its place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Node {
+    /// Bytes of the value; for a table its header.
+    pub span: Range<usize>,
+    /// The value.
+    pub value: Value,
+}
+
+/// One `key = value` of a table, or a table with its name.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Entry {
+    /// Key.
+    pub name: String,
+    /// Bytes of the key where it first appears.
+    pub name_span: Range<usize>,
+    /// What it holds.
+    pub node: Node,
+}
+
+/// A TOML value.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Value {
+    /// String.
+    Text(String),
+    /// Whole number.
+    Integer(i128),
+    /// Number with a fraction or exponent, or too large for an integer; may be infinite or NaN.
+    Float(f64),
+    /// true or false.
+    Bool(bool),
+    /// Date, time or both.
+    DateTime,
+    /// Array, also of tables.
+    Array(Vec<Node>),
+    /// Table in the order of the file.
+    Table(Vec<Entry>),
+}
+
+impl Value {
+    /// The type in words, for messages.
+    #[must_use]
+    pub fn type_name(&self) -> &'static str {
+        match self {
+            Value::Text(_) => "a string",
+            Value::Integer(_) => "a whole number",
+            Value::Float(_) => "a number",
+            Value::Bool(_) => "a boolean",
+            Value::DateTime => "a date or time",
+            Value::Array(_) => "an array",
+            Value::Table(_) => "a table",
+        }
+    }
+
+    /// The entries of a table.
+    #[must_use]
+    pub fn as_table(&self) -> Option<&[Entry]> {
+        match self {
+            Value::Table(entries) => Some(entries),
+            _ => None,
+        }
+    }
+
+    /// A number, whole or not.
+    #[must_use]
+    pub fn as_number(&self) -> Option<f64> {
+        match self {
+            // Exact up to 2^53; beyond that the nearest double, as for any decimal literal.
+            Value::Integer(whole) => Some(*whole as f64),
+            Value::Float(number) => Some(*number),
+            _ => None,
+        }
+    }
+}
+
+/// Reads a TOML file.
+///
+/// # Errors
+/// A file above [`MAX_FILE_BYTES`], or the first syntax error (later ones are often its cascade).
+pub fn parse_toml(file: &str, text: &str) -> Result<Node, Problems> {
+    if text.len() > MAX_FILE_BYTES {
+        let mut problems = Collector::new(file, "");
+        problems.add(0..0, "", format!("the file has {} bytes", text.len())).allowed =
+            Some(format!("at most {MAX_FILE_BYTES} bytes"));
+        return Err(problems.into_problems());
+    }
+    match DeTable::parse(text) {
+        Ok(table) => Ok(Node { span: table.span(), value: Value::Table(entries(table.get_ref())) }),
+        Err(error) => {
+            let mut problems = Collector::new(file, text);
+            let message = format!("not valid TOML: {}", error.message().trim_end());
+            problems.add(error.span().unwrap_or(0..0), "", message);
+            Err(problems.into_problems())
+        }
+    }
+}
+
+fn entries(table: &DeTable<'_>) -> Vec<Entry> {
+    let mut list: Vec<Entry> = table
+        .iter()
+        .map(|(key, value)| Entry {
+            name: key.get_ref().to_string(),
+            name_span: key.span(),
+            node: Node { span: value.span(), value: convert(value.get_ref()) },
+        })
+        .collect();
+    // The map of the toml crate sorts by name; results follow the file.
+    list.sort_by_key(|entry| entry.name_span.start);
+    list
+}
+
+/// Recursion is bounded: the parser refuses nesting beyond 80.
+fn convert(value: &DeValue<'_>) -> Value {
+    match value {
+        DeValue::String(text) => Value::Text(text.to_string()),
+        DeValue::Integer(digits) => match i128::from_str_radix(digits.as_str(), digits.radix()) {
+            Ok(whole) => Value::Integer(whole),
+            Err(_) => Value::Float(digits.as_str().parse().unwrap_or(f64::INFINITY)),
+        },
+        DeValue::Float(digits) => Value::Float(digits.as_str().parse().unwrap_or(f64::NAN)),
+        DeValue::Boolean(flag) => Value::Bool(*flag),
+        DeValue::Datetime(_) => Value::DateTime,
+        DeValue::Array(items) => {
+            Value::Array(items.iter().map(|item| Node { span: item.span(), value: convert(item.get_ref()) }).collect())
+        }
+        DeValue::Table(table) => Value::Table(entries(table)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tables_keep_the_order_and_places_of_the_file() {
+        let text = "z = 1_000\n[b]\ny = 2.5\n[a]\nx = \"s\"\n";
+        let root = parse_toml("f", text).unwrap();
+        let names: Vec<&str> = root.value.as_table().unwrap().iter().map(|entry| entry.name.as_str()).collect();
+        assert_eq!(names, ["z", "b", "a"]);
+        let b = &root.value.as_table().unwrap()[1];
+        let y = &b.node.value.as_table().unwrap()[0];
+        assert_eq!(&text[y.node.span.clone()], "2.5");
+        assert_eq!(root.value.as_table().unwrap()[0].node.value, Value::Integer(1000));
+    }
+
+    #[test]
+    fn numbers_beyond_an_integer_and_a_double_do_not_panic() {
+        let root = parse_toml("f", &format!("a = {}\nb = 1e999\nc = -inf\nd = nan\ne = 0xff", "9".repeat(400))).unwrap();
+        let values: Vec<f64> =
+            root.value.as_table().unwrap().iter().map(|entry| entry.node.value.as_number().unwrap()).collect();
+        assert!(values[0].is_infinite() && values[1].is_infinite() && values[2].is_infinite() && values[3].is_nan());
+        assert_eq!(values[4], 255.0);
+    }
+
+    #[test]
+    fn only_the_first_syntax_error_is_shown() {
+        let problems = parse_toml("f", "a = 1\nb = = 2\nc = \"x\nd = ]\n").unwrap_err();
+        assert_eq!(problems.list.len(), 1);
+        assert_eq!(problems.list[0].line, 2);
+        assert!(problems.list[0].message.starts_with("not valid TOML: "));
+    }
+
+    #[test]
+    fn duplicate_keys_deep_nesting_and_large_files_are_refused() {
+        assert_eq!(parse_toml("f", "a = 1\na = 2").unwrap_err().list[0].line, 2);
+        for deep in ["[".repeat(100_000), format!("a = {}", "[".repeat(100_000)), "{a=".repeat(10_000)] {
+            assert_eq!(parse_toml("f", &format!("k = {deep}")).unwrap_err().list.len(), 1);
+        }
+        assert!(parse_toml("f", &vec!["a"; 50_000].join(".")).is_err());
+        assert!(parse_toml("f", &" ".repeat(MAX_FILE_BYTES + 1)).unwrap_err().list[0].message.contains("bytes"));
+    }
+}

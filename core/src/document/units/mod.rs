@@ -1,0 +1,13 @@
+//! Quantities with units: "8 mm", "1500 rpm", "6.5e-4 kg m2", "600 N s/m" to SI and back.
+//!
+//! Our own small table: `uom` parses the first two spellings but not "8mm", "kg/m3", "N s/m" or "N/mm", and another
+//! crate that was tried read "1500 rpm" as 25 1/s without a word. Only what the table names is accepted, the rest is
+//! refused by name; a unit is never inferred from the name of a key.
+
+mod format;
+mod parse;
+mod symbols;
+
+pub use format::{format_digits, format_quantity};
+pub use parse::{QuantityError, parse_bare_or_quantity, parse_quantity};
+pub use symbols::{Dimension, examples};

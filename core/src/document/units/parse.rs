@@ -1,0 +1,275 @@
+//! From text to an SI number.
+
+use thiserror::Error;
+
+use super::symbols::{Dimension, Unit, examples, look_up};
+
+/// Why a text is not a quantity of the expected unit.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum QuantityError {
+    /// No number at the start.
+    #[error("`{given}` does not start with a number (write {examples})")]
+    NotANumber {
+        /// The text.
+        given: String,
+        /// What would be right.
+        examples: &'static str,
+    },
+    /// A decimal comma.
+    #[error("`{given}` has a comma; the decimal sign is a point")]
+    Comma {
+        /// The text.
+        given: String,
+    },
+    /// NaN, infinite, or beyond the range of a double.
+    #[error("`{given}` is not a finite number within the range of a double")]
+    NotFinite {
+        /// The text.
+        given: String,
+    },
+    /// A number in quotes without a unit.
+    #[error("`{given}` has no unit; write {examples}, or a bare number in {expected}")]
+    MissingUnit {
+        /// The text.
+        given: String,
+        /// SI unit.
+        expected: &'static str,
+        /// What would be right.
+        examples: &'static str,
+    },
+    /// A symbol that the table does not have.
+    #[error("unknown unit `{unit}`")]
+    UnknownUnit {
+        /// The symbol.
+        unit: String,
+        /// The symbol most likely meant.
+        nearest: Option<String>,
+    },
+    /// Hz, which may mean 1/s or revolutions per second.
+    #[error("`{unit}` may mean 1/s or revolutions per second: write rpm, rad/s or 1/s")]
+    Hertz {
+        /// The symbol.
+        unit: String,
+    },
+    /// The unit cannot be read.
+    #[error("the unit `{unit}` cannot be read: {reason}")]
+    Malformed {
+        /// The unit.
+        unit: String,
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+    /// A unit of something else.
+    #[error("the unit `{unit}` does not fit: {} is expected, such as {examples}", if expected.is_empty() { "a pure number" } else { expected })]
+    WrongDimension {
+        /// The unit.
+        unit: String,
+        /// SI unit.
+        expected: &'static str,
+        /// What would be right.
+        examples: &'static str,
+    },
+}
+
+/// Reads a number with its unit; a pure number (`expected` empty) needs none.
+///
+/// # Errors
+/// [`QuantityError`]: no number, no or an unknown unit, another dimension than `expected`, not finite.
+pub fn parse_quantity(text: &str, expected: &'static str) -> Result<f64, QuantityError> {
+    parse(text, expected, false)
+}
+
+/// Reads a number with its unit, or a bare number, which is SI (as on the command line, where there are no quotes).
+///
+/// # Errors
+/// As [`parse_quantity`], except that a missing unit is none.
+pub fn parse_bare_or_quantity(text: &str, expected: &'static str) -> Result<f64, QuantityError> {
+    parse(text, expected, true)
+}
+
+fn parse(text: &str, expected: &'static str, bare_is_si: bool) -> Result<f64, QuantityError> {
+    let given = text.trim();
+    let given_shown = || given.chars().take(60).collect::<String>();
+    let split = number_end(given);
+    let (number, unit_text) = (&given[..split], given[split..].trim());
+    let Some(number) = Decimal::read(number) else {
+        let word = given.trim_start_matches(['+', '-']).to_ascii_lowercase();
+        return Err(if word.starts_with("inf") || word.starts_with("nan") {
+            QuantityError::NotFinite { given: given_shown() }
+        } else {
+            QuantityError::NotANumber { given: given_shown(), examples: examples(expected) }
+        });
+    };
+    if unit_text.starts_with(',') {
+        return Err(QuantityError::Comma { given: given_shown() });
+    }
+    let unit = if unit_text.is_empty() {
+        if !bare_is_si && !expected.is_empty() {
+            return Err(QuantityError::MissingUnit { given: given_shown(), expected, examples: examples(expected) });
+        }
+        Unit { dimension: dimension_of(expected), ..Unit::ONE }
+    } else {
+        parse_unit(unit_text)?
+    };
+    if !dimension_of(expected).accepts(unit.dimension) {
+        let unit = unit_text.to_owned();
+        return Err(QuantityError::WrongDimension { unit, expected, examples: examples(expected) });
+    }
+    number.in_si(unit).ok_or_else(|| QuantityError::NotFinite { given: given_shown() })
+}
+
+/// Dimension of one of our own SI units.
+fn dimension_of(si: &'static str) -> Dimension {
+    if si.is_empty() {
+        return Dimension::default();
+    }
+    parse_unit(si).expect("the SI units of the schema are in the table of symbols").dimension
+}
+
+/// A decimal literal: its digits with the point, and its power of ten.
+struct Decimal<'a> {
+    digits: &'a str,
+    ten: i64,
+}
+
+impl<'a> Decimal<'a> {
+    fn read(text: &'a str) -> Option<Self> {
+        if !text.bytes().any(|byte| byte.is_ascii_digit()) {
+            return None;
+        }
+        let (digits, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
+        // An exponent beyond i64 is 0 or infinite either way.
+        let ten = exponent.parse().unwrap_or(if exponent.starts_with('-') { -1_000_000 } else { 1_000_000 });
+        Some(Self { digits, ten })
+    }
+
+    /// The powers of ten of literal and unit go through the decimal parser together, which rounds once: "0.36 mm" is
+    /// the double nearest to 0.00036. `None`: not finite, or a number that is not zero became zero.
+    fn in_si(&self, unit: Unit) -> Option<f64> {
+        let literal = format!("{}e{}", self.digits, self.ten.checked_add(i64::from(unit.ten))?);
+        let mut value: f64 = literal.parse().ok()?;
+        let zero = !self.digits.bytes().any(|byte| (b'1'..=b'9').contains(&byte));
+        value = value * unit.num as f64 / unit.den as f64;
+        for _ in 0..unit.pi.unsigned_abs() {
+            value = if unit.pi > 0 { value * std::f64::consts::PI } else { value / std::f64::consts::PI };
+        }
+        (value.is_finite() && (zero || value != 0.0)).then_some(value)
+    }
+}
+
+/// Where the decimal literal at the start of the text ends.
+fn number_end(text: &str) -> usize {
+    let bytes = text.as_bytes();
+    let digits_from = |mut at: usize| {
+        while bytes.get(at).is_some_and(u8::is_ascii_digit) {
+            at += 1;
+        }
+        at
+    };
+    let sign = |at: usize| at + usize::from(matches!(bytes.get(at), Some(b'+' | b'-')));
+    let mut end = digits_from(sign(0));
+    if bytes.get(end) == Some(&b'.') {
+        end = digits_from(end + 1);
+    }
+    if matches!(bytes.get(end), Some(b'e' | b'E')) {
+        let exponent = sign(end + 1);
+        if digits_from(exponent) > exponent {
+            end = digits_from(exponent);
+        }
+    }
+    end
+}
+
+/// Reads a product of symbols: "kg m2", "kg*m^2", "kg·m²", "N/mm", "m/s/s", "N/(m s)", "1/s".
+fn parse_unit(text: &str) -> Result<Unit, QuantityError> {
+    let malformed = |reason| QuantityError::Malformed { unit: text.chars().take(60).collect(), reason };
+    let mut unit = Unit::ONE;
+    let mut rest = text;
+    let (mut dividing, mut divided, mut open, mut need_factor) = (false, false, false, false);
+    loop {
+        rest = rest.trim_start();
+        let Some(first) = rest.chars().next() else { break };
+        match first {
+            '*' | '·' | '⋅' | '×' => {
+                if need_factor || unit == Unit::ONE {
+                    return Err(malformed("a product sign needs a symbol on both sides"));
+                }
+                need_factor = true;
+                rest = &rest[first.len_utf8()..];
+            }
+            '/' => {
+                if need_factor || open {
+                    return Err(malformed("a division sign stands between two symbols"));
+                }
+                (dividing, divided, need_factor) = (true, true, true);
+                rest = &rest[1..];
+            }
+            '(' if dividing && need_factor && !open => {
+                open = true;
+                rest = &rest[1..];
+            }
+            ')' if open && !need_factor => {
+                (open, dividing) = (false, false);
+                rest = &rest[1..];
+            }
+            '1' if rest.len() == text.len() && !rest[1..].starts_with(|c: char| c.is_alphanumeric() || c == '.') => {
+                rest = &rest[1..];
+            }
+            _ => {
+                // After "N/m" a further factor could belong above or below the line.
+                if divided && !dividing {
+                    return Err(malformed("write all factors before the division sign, or N/(m s)"));
+                }
+                let (symbol, power, after) = read_factor(rest).ok_or_else(|| malformed("a symbol is expected"))?;
+                let power = power.ok_or_else(|| malformed("an exponent is a whole number from -9 to 9, not 0"))?;
+                let factor = look_up(symbol)?;
+                unit = unit
+                    .times(factor, if dividing { -power } else { power })
+                    .ok_or_else(|| malformed("its factor is out of range"))?;
+                dividing = dividing && open;
+                need_factor = false;
+                rest = after;
+            }
+        }
+    }
+    if need_factor || open {
+        return Err(malformed("it ends too early"));
+    }
+    Ok(unit)
+}
+
+/// One symbol with its exponent (`None`: not a usable exponent) and what follows; `None`: no symbol here.
+fn read_factor(text: &str) -> Option<(&str, Option<i32>, &str)> {
+    let is_symbol = |c: char| c.is_alphabetic() || c == '%' || c == '°';
+    let end = text.find(|c: char| !is_symbol(c)).unwrap_or(text.len());
+    if end == 0 {
+        return None;
+    }
+    let (symbol, rest) = text.split_at(end);
+    let written = rest.strip_prefix('^');
+    let mut exponent = String::new();
+    let mut after = written.unwrap_or(rest);
+    while let Some(c) = after.chars().next() {
+        let plain = match c {
+            '²' => '2',
+            '³' => '3',
+            '¹' => '1',
+            '⁴' => '4',
+            '⁻' => '-',
+            '0'..='9' => c,
+            '-' if exponent.is_empty() => c,
+            _ => break,
+        };
+        exponent.push(plain);
+        after = &after[c.len_utf8()..];
+    }
+    if exponent.is_empty() {
+        return Some((symbol, if written.is_some() { None } else { Some(1) }, after));
+    }
+    let power = exponent.parse::<i32>().ok().filter(|power| *power != 0 && power.abs() <= 9);
+    Some((symbol, power, after))
+}
+
+#[cfg(test)]
+#[path = "tests.rs"]
+mod tests;

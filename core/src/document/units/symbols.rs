@@ -1,0 +1,177 @@
+//! The table of unit symbols and what products of them mean.
+
+use super::parse::QuantityError;
+use crate::document::nearest;
+
+/// Exponents of metre, kilogram, second and radian.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Dimension {
+    /// Length.
+    pub m: i32,
+    /// Mass.
+    pub kg: i32,
+    /// Time.
+    pub s: i32,
+    /// Angle: kept only to tell rpm and deg from 1/s and pure numbers.
+    pub rad: i32,
+}
+
+impl Dimension {
+    const fn new(m: i32, kg: i32, s: i32, rad: i32) -> Self {
+        Self { m, kg, s, rad }
+    }
+
+    /// Whether a quantity of dimension `given` may stand where `self` is expected.
+    ///
+    /// An angle is not a pure number here ("5 1/s" is no spin speed, "0.5 deg" no friction coefficient), except below
+    /// a torque or stiffness, where "N m/rad" and "N m" are the same thing.
+    #[must_use]
+    pub fn accepts(self, given: Dimension) -> bool {
+        let same_but_angle = (self.m, self.kg, self.s) == (given.m, given.kg, given.s);
+        let per_angle = self.kg != 0 && (self.m, self.s) != (0, 0) && self.rad == 0 && given.rad < 0;
+        same_but_angle && (self.rad == given.rad || per_angle)
+    }
+}
+
+/// A unit: dimension and the factor to SI, `10^ten * num / den * pi^pi`, kept apart so that "353 mm" is 0.353 exactly.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Unit {
+    pub dimension: Dimension,
+    pub ten: i32,
+    pub num: u64,
+    pub den: u64,
+    pub pi: i32,
+}
+
+impl Unit {
+    pub const ONE: Unit = Unit { dimension: Dimension::new(0, 0, 0, 0), ten: 0, num: 1, den: 1, pi: 0 };
+
+    /// `self * other^power`; `None` if the numbers leave their range.
+    pub fn times(self, other: Unit, power: i32) -> Option<Unit> {
+        let steps = power.unsigned_abs();
+        let (up, down) = if power >= 0 { (other.num, other.den) } else { (other.den, other.num) };
+        let add = |a: i32, b: i32| a.checked_add(b.checked_mul(power)?);
+        let (d, o) = (self.dimension, other.dimension);
+        Some(Unit {
+            dimension: Dimension::new(add(d.m, o.m)?, add(d.kg, o.kg)?, add(d.s, o.s)?, add(d.rad, o.rad)?),
+            ten: add(self.ten, other.ten)?,
+            num: self.num.checked_mul(up.checked_pow(steps)?)?,
+            den: self.den.checked_mul(down.checked_pow(steps)?)?,
+            pi: add(self.pi, other.pi)?,
+        })
+    }
+}
+
+struct Symbol {
+    name: &'static str,
+    /// SI prefixes that may stand before it.
+    prefixes: &'static str,
+    unit: Unit,
+}
+
+const fn symbol(name: &'static str, prefixes: &'static str, dimension: [i32; 4], ten: i32) -> Symbol {
+    ratio(name, prefixes, dimension, ten, [1, 1], 0)
+}
+
+const fn ratio(
+    name: &'static str,
+    prefixes: &'static str,
+    [m, kg, s, rad]: [i32; 4],
+    ten: i32,
+    [num, den]: [u64; 2],
+    pi: i32,
+) -> Symbol {
+    Symbol { name, prefixes, unit: Unit { dimension: Dimension::new(m, kg, s, rad), ten, num, den, pi } }
+}
+
+const SYMBOLS: &[Symbol] = &[
+    symbol("m", "kcmun", [1, 0, 0, 0], 0),
+    symbol("g", "kmu", [0, 1, 0, 0], -3),
+    symbol("t", "", [0, 1, 0, 0], 3),
+    symbol("s", "mun", [0, 0, 1, 0], 0),
+    symbol("N", "mkMG", [1, 1, -2, 0], 0),
+    symbol("Pa", "kMG", [-1, 1, -2, 0], 0),
+    symbol("bar", "", [-1, 1, -2, 0], 5),
+    symbol("J", "mkM", [2, 1, -2, 0], 0),
+    symbol("W", "mkM", [2, 1, -3, 0], 0),
+    symbol("Nm", "mkM", [2, 1, -2, 0], 0),
+    symbol("Ns", "", [1, 1, -1, 0], 0),
+    symbol("rad", "m", [0, 0, 0, 1], 0),
+    ratio("min", "", [0, 0, 1, 0], 0, [60, 1], 0),
+    ratio("h", "", [0, 0, 1, 0], 0, [3600, 1], 0),
+    ratio("in", "", [1, 0, 0, 0], -4, [254, 1], 0),
+    ratio("ft", "", [1, 0, 0, 0], -4, [3048, 1], 0),
+    ratio("deg", "", [0, 0, 0, 1], 0, [1, 180], 1),
+    ratio("°", "", [0, 0, 0, 1], 0, [1, 180], 1),
+    ratio("rev", "", [0, 0, 0, 1], 0, [2, 1], 1),
+    ratio("rpm", "", [0, 0, -1, 1], 0, [1, 30], 1),
+    symbol("%", "", [0, 0, 0, 0], -2),
+];
+
+fn prefix(letter: char) -> Option<(char, i32)> {
+    Some(match letter {
+        'G' => ('G', 9),
+        'M' => ('M', 6),
+        'k' => ('k', 3),
+        'c' => ('c', -2),
+        'm' => ('m', -3),
+        'u' | 'µ' | 'μ' => ('u', -6),
+        'n' => ('n', -9),
+        _ => return None,
+    })
+}
+
+/// The unit of one symbol, prefix included.
+pub(super) fn look_up(name: &str) -> Result<Unit, QuantityError> {
+    // Whole symbols before prefixed ones: "min" is a minute, "m" a metre.
+    if let Some(found) = SYMBOLS.iter().find(|symbol| symbol.name == name) {
+        return Ok(found.unit);
+    }
+    let mut letters = name.chars();
+    if let Some((letter, ten)) = letters.next().and_then(prefix)
+        && let Some(found) =
+            SYMBOLS.iter().find(|symbol| symbol.name == letters.as_str() && symbol.prefixes.contains(letter))
+    {
+        return Ok(Unit { ten: found.unit.ten + ten, ..found.unit });
+    }
+    if name.eq_ignore_ascii_case("hz") {
+        return Err(QuantityError::Hertz { unit: name.to_owned() });
+    }
+    let spellings: Vec<String> = SYMBOLS
+        .iter()
+        .flat_map(|s| std::iter::once(s.name.to_owned()).chain(s.prefixes.chars().map(|p| format!("{p}{}", s.name))))
+        .collect();
+    // Case alone is the commonest slip: "mpa", "RPM".
+    let nearest = spellings
+        .iter()
+        .find(|spelling| spelling.eq_ignore_ascii_case(name))
+        .map(String::as_str)
+        .or_else(|| nearest(name, spellings.iter().map(String::as_str)).filter(|_| name.len() > 2));
+    Err(QuantityError::UnknownUnit { unit: name.to_owned(), nearest: nearest.map(str::to_owned) })
+}
+
+/// Spellings to show where a quantity of this SI unit is expected.
+#[must_use]
+pub fn examples(si: &str) -> &'static str {
+    match si {
+        "" => "a pure number such as 0.2 or \"20 %\"",
+        "m" => "\"8 mm\", \"0.55 m\"",
+        "kg" => "\"12 kg\", \"10 g\"",
+        "s" => "\"6 s\", \"10 us\"",
+        "rad" => "\"30 deg\", \"0.5 rad\"",
+        "rad/s" => "\"1500 rpm\", \"157 rad/s\"",
+        "rad/s2" => "\"50 rpm/s\", \"-3 rad/s2\"",
+        "m/s" => "\"0.1 m/s\", \"5 mm/s\"",
+        "m/s2" => "\"9.81 m/s2\"",
+        "Pa" => "\"210 GPa\", \"2.1e11 Pa\"",
+        "kg/m3" => "\"7850 kg/m3\"",
+        "kg m2" => "\"490 kg m2\", \"6.5e-4 kg m^2\"",
+        "N/m" => "\"6e8 N/m\", \"600 kN/mm\"",
+        "N s/m" => "\"600 N s/m\", \"6e5 N s/m\"",
+        "N m" => "\"30 N m\", \"1 kN m\"",
+        "N m s" => "\"30 N m s\"",
+        "N m s2" => "\"0.66 N m s2\"",
+        "1/s" => "\"20 1/s\"",
+        _ => "a number with its unit",
+    }
+}

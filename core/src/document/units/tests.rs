@@ -1,0 +1,156 @@
+//! The accepted and the refused spellings.
+
+use std::f64::consts::PI;
+
+use proptest::prelude::*;
+
+use super::*;
+
+#[test]
+fn spellings_give_exact_si_values() {
+    let table: &[(&str, &'static str, f64)] = &[
+        ("8 mm", "m", 0.008),
+        ("8mm", "m", 0.008),
+        ("353 mm", "m", 0.353),
+        ("0.36 mm", "m", 0.00036),
+        ("7 um", "m", 7e-6),
+        ("7 µm", "m", 7e-6),
+        ("12 cm", "m", 0.12),
+        ("1 in", "m", 0.0254),
+        ("-2.5e-1 mm", "m", -2.5e-4),
+        ("1e3mm", "m", 1.0),
+        ("1500 rpm", "rad/s", 50.0 * PI),
+        ("1500rpm", "rad/s", 50.0 * PI),
+        ("25 rev/s", "rad/s", 50.0 * PI),
+        ("157 rad/s", "rad/s", 157.0),
+        ("60 rpm/s", "rad/s2", 2.0 * PI),
+        ("-3 rad/s2", "rad/s2", -3.0),
+        ("180 deg", "rad", PI),
+        ("180°", "rad", PI),
+        ("0.5 rad", "rad", 0.5),
+        ("210 GPa", "Pa", 210e9),
+        ("210000 N/mm2", "Pa", 210e9),
+        ("7850 kg/m3", "kg/m3", 7850.0),
+        ("7850 kg/m^3", "kg/m3", 7850.0),
+        ("7.85 g/cm³", "kg/m3", 7850.0),
+        ("6.5e-4 kg m2", "kg m2", 6.5e-4),
+        ("6.5e-4 kg*m2", "kg m2", 6.5e-4),
+        ("6.5e-4 kg·m²", "kg m2", 6.5e-4),
+        ("6.5e-4 kg m^2", "kg m2", 6.5e-4),
+        ("600 N s/m", "N s/m", 600.0),
+        ("600 Ns/m", "N s/m", 600.0),
+        ("600 N/(m/s)", "N s/m", f64::NAN),
+        ("0.6 N s/mm", "N s/m", 600.0),
+        ("600 kg/s", "N s/m", 600.0),
+        ("1 N/mm", "N/m", 1000.0),
+        ("600 kN/mm", "N/m", 6e8),
+        ("6e8 kg s^-2", "N/m", 6e8),
+        ("6e8 kg s⁻²", "N/m", 6e8),
+        ("30 N m s", "N m s", 30.0),
+        ("30 Nm s", "N m s", 30.0),
+        ("30 N m s/rad", "N m s", 30.0),
+        ("30 N m/(rad/s)", "N m s", f64::NAN),
+        ("0.66 N m s2", "N m s2", 0.66),
+        ("2 kNm", "N m", 2000.0),
+        ("20 1/s", "1/s", 20.0),
+        ("20 s^-1", "1/s", 20.0),
+        ("20 s-1", "1/s", 20.0),
+        ("20/s", "1/s", 20.0),
+        ("2e-5 s", "s", 2e-5),
+        ("2 ms", "s", 0.002),
+        ("20 us", "s", 2e-5),
+        ("2 min", "s", 120.0),
+        ("10 g", "kg", 0.01),
+        ("17 t", "kg", 17_000.0),
+        ("9.81 m/s2", "m/s2", 9.81),
+        ("9.81 m/s/s", "m/s2", 9.81),
+        ("5 mm/s", "m/s", 0.005),
+        ("0.1 %", "", 0.001),
+        ("0.2", "", 0.2),
+        ("+.5", "", 0.5),
+        ("0 mm", "m", 0.0),
+    ];
+    for &(text, si, value) in table {
+        match parse_quantity(text, si) {
+            Ok(found) => assert_eq!(found, value, "{text}"),
+            // Nested division is not read: refused rather than guessed.
+            Err(error) => assert!(value.is_nan() && matches!(error, QuantityError::Malformed { .. }), "{text}: {error}"),
+        }
+    }
+}
+
+#[test]
+fn wrong_quantities_are_refused_with_their_reason() {
+    let table: &[(&str, &'static str, &str)] = &[
+        ("8 kg", "m", "m is expected, such as \"8 mm\""),
+        ("0.5 deg", "m", "does not fit"),
+        ("0.5 deg", "", "a pure number is expected"),
+        ("5 1/s", "rad/s", "such as \"1500 rpm\""),
+        ("1500 rpm", "1/s", "does not fit"),
+        ("50 Hz", "rad/s", "revolutions per second"),
+        ("5 mm deg", "m", "does not fit"),
+        ("8", "m", "no unit"),
+        ("", "m", "does not start with a number"),
+        ("mm", "m", "does not start with a number"),
+        ("8 mmm", "m", "unknown unit `mmm`"),
+        ("210 gpa", "Pa", "unknown unit `gpa`"),
+        ("1,5 mm", "m", "comma"),
+        ("1.5.2 mm", "m", "cannot be read"),
+        ("1e999 m", "m", "finite"),
+        ("1e-999 m", "m", "finite"),
+        ("1e99999999999999999999 m", "m", "finite"),
+        ("nan m", "m", "finite"),
+        ("-inf", "", "finite"),
+        ("8 m^", "m", "exponent"),
+        ("8 m^0", "m", "exponent"),
+        ("8 m99999999999", "m", "exponent"),
+        ("8 m/", "m", "ends too early"),
+        ("8 /m/", "1/s", "ends too early"),
+        ("8 N/m s", "N s/m", "before the division sign"),
+        ("8 N/(m", "N/m", "ends too early"),
+        ("8 *m", "m", "product sign"),
+        ("8 m**2", "m", "product sign"),
+        ("8 m//s", "m/s", "division sign"),
+        ("8 mm 5", "m", "symbol is expected"),
+        ("8 h9 h9 h9 h9 h9 h9 h9 h9 h9", "s", "out of range"),
+        ("2 lbf", "N/m", "unknown unit"),
+        ("10 Tm", "m", "unknown unit"),
+    ];
+    for &(text, si, part) in table {
+        let error = parse_quantity(text, si).expect_err(text);
+        assert!(error.to_string().contains(part), "{text}: {error}");
+    }
+    let nearest = |text, si| match parse_quantity(text, si) {
+        Err(QuantityError::UnknownUnit { nearest, .. }) => nearest,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(nearest("210 gpa", "Pa").as_deref(), Some("GPa"));
+    assert_eq!(nearest("1500 RPM", "rad/s").as_deref(), Some("rpm"));
+}
+
+#[test]
+fn a_bare_number_is_si_where_there_are_no_quotes() {
+    assert_eq!(parse_bare_or_quantity("0.008", "m"), Ok(0.008));
+    assert_eq!(parse_bare_or_quantity("8 mm", "m"), Ok(0.008));
+    assert!(parse_bare_or_quantity("8 kg", "m").is_err());
+}
+
+proptest! {
+    #[test]
+    fn any_text_is_read_or_refused(text in "[-+0-9.eE a-zµ°%²³⁻*·/^()1Nm]{0,24}", other in ".{0,12}") {
+        for si in ["m", "rad/s", "", "N s/m"] {
+            for given in [&text, &other] {
+                if let Ok(value) = parse_quantity(given, si) {
+                    prop_assert!(value.is_finite());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn millimetres_are_the_nearest_double(tenths in 0u32..1_000_000) {
+        let text = format!("{}.{} mm", tenths / 10, tenths % 10);
+        let metres: f64 = format!("{}e-4", tenths).parse().unwrap();
+        prop_assert_eq!(parse_quantity(&text, "m"), Ok(metres));
+    }
+}

@@ -1,0 +1,143 @@
+//! `[diaphragms.NAME]`: ring, blades and contact.
+
+use super::reader::Reader;
+use super::rotor::rayleigh;
+use super::shaft::{self, Nodes};
+use crate::document::units::format_digits;
+use crate::machine::model::{
+    Blades, Contact, ContactSurface, Detection, Diaphragm, DiaphragmKind, FlexibleStator, FrictionLaw, Ring,
+};
+
+pub(super) fn diaphragms(reader: &mut Reader<'_>, nodes: Option<&Nodes>) -> Option<Vec<Diaphragm>> {
+    let members = reader.layout.group("diaphragms");
+    if let Some(second) = members.get(1) {
+        let message = format!(
+            "{} diaphragms: the machine format has room for several, but contact with more than one is not computed yet",
+            members.len()
+        );
+        let key = format!("diaphragms.{}", second.name);
+        reader.problems.add(second.span.clone(), key, message).allowed = Some("one diaphragm, or none".to_owned());
+    }
+    let all: Vec<Option<Diaphragm>> =
+        members.iter().map(|member| diaphragm(reader, nodes, &member.name)).collect();
+    all.into_iter().collect()
+}
+
+fn diaphragm(reader: &mut Reader<'_>, nodes: Option<&Nodes>, name: &str) -> Option<Diaphragm> {
+    let table = format!("diaphragms.{name}");
+    let contact = contact(reader, nodes, &format!("{table}.contact"));
+    let kind = match reader.word(&format!("{table}.kind")) {
+        Some("rigid") => Some(DiaphragmKind::Rigid),
+        Some("radial-spring") => {
+            reader.number(&format!("{table}.stiffness")).map(|stiffness| DiaphragmKind::RadialSpring { stiffness })
+        }
+        Some(_) => flexible(reader, &table).map(DiaphragmKind::Flexible),
+        None => None,
+    };
+    let angle = reader.number(&format!("{table}.angle"))?;
+    Some(Diaphragm { name: name.to_owned(), kind: kind?, angle, contact: contact? })
+}
+
+fn contact(reader: &mut Reader<'_>, nodes: Option<&Nodes>, table: &str) -> Option<Contact> {
+    let node = shaft::node(reader, nodes, table);
+    let number = |key: &str| reader.number(&format!("{table}.{key}"));
+    Some(Contact {
+        node: node?,
+        rotor_radius: number("rotor_radius")?,
+        gap: number("gap")?,
+        friction: number("friction")?,
+        friction_law: match reader.word(&format!("{table}.friction_law"))? {
+            "slip" => FrictionLaw::Slip,
+            _ => FrictionLaw::StickSlip,
+        },
+        detection: match reader.word(&format!("{table}.detection"))? {
+            "hyp1" => Detection::Hyp1,
+            "hyp2-frozen" => Detection::Hyp2Frozen,
+            _ => Detection::Hyp2,
+        },
+        offset: reader.vector(&format!("{table}.offset"))?,
+        surface: match reader.word(&format!("{table}.surface"))? {
+            "mean-line" => ContactSurface::MeanLine,
+            _ => ContactSurface::InnerFace,
+        },
+    })
+}
+
+fn flexible(reader: &mut Reader<'_>, table: &str) -> Option<FlexibleStator> {
+    let ring = ring(reader, table);
+    let blades = blades(reader, table);
+    let material = |key: &str| reader.number(&format!("{table}.material.{key}"));
+    Some(FlexibleStator {
+        young_modulus: material("young_modulus")?,
+        poisson_ratio: material("poisson_ratio")?,
+        density: material("density")?,
+        ring: ring?,
+        blades: blades?,
+        damping: rayleigh(reader, &format!("{table}.damping"))?,
+    })
+}
+
+fn ring(reader: &mut Reader<'_>, table: &str) -> Option<Ring> {
+    let path = |key: &str| format!("{table}.ring.{key}");
+    let (mean_radius, thickness) = (reader.number(&path("mean_radius")), reader.number(&path("thickness")));
+    if let (Some(radius), Some(thickness)) = (mean_radius, thickness) {
+        if thickness >= 2.0 * radius {
+            let allowed = format!("below twice mean_radius = {}", format_digits(radius, "m", 10));
+            reader.fail(&path("thickness"), "the ring has no inner edge", allowed);
+        }
+        let rotor_radius = reader.number(&format!("{table}.contact.rotor_radius"));
+        let gap = reader.number(&format!("{table}.contact.gap"));
+        if let (Some(rotor_radius), Some(gap)) = (rotor_radius, gap)
+            && rotor_radius + gap >= radius + thickness / 2.0
+        {
+            let message = "the contact surface (rotor_radius + gap) lies outside the ring";
+            let outer = format_digits(radius + thickness / 2.0, "m", 10);
+            let allowed = format!("rotor_radius + gap below mean_radius + thickness/2 = {outer}");
+            reader.fail(&path("mean_radius"), message, allowed);
+        }
+    }
+    let elements = reader.count(&path("elements"));
+    let count = reader.count(&format!("{table}.blades.count"));
+    if let (Some(elements), Some(count)) = (elements, count)
+        && count > 0
+        && elements % count != 0
+    {
+        let message = "not a multiple of the number of blades: a blade stands at a node of the ring";
+        reader.fail(&path("elements"), message, format!("a multiple of blades.count = {count}"));
+    }
+    Some(Ring { mean_radius: mean_radius?, thickness: thickness?, width: reader.number(&path("width"))?, elements: elements? })
+}
+
+/// Blades; inner `None`: a free ring, outer `None`: not known.
+fn blades(reader: &mut Reader<'_>, table: &str) -> Option<Option<Blades>> {
+    const MOST_ELEMENTS: usize = 10_000;
+    let own = format!("{table}.blades");
+    let path = |key: &str| format!("{own}.{key}");
+    let any_given = ["length", "thickness", "width", "elements"].iter().any(|key| reader.is_given(&path(key)));
+    if any_given && reader.is_default(&path("count")) {
+        reader.missing_here(&path("count"), "diaphragms.NAME.blades.count");
+        return None;
+    }
+    let count = reader.count(&path("count"))?;
+    if count == 0 {
+        return Some(None);
+    }
+    for key in ["length", "thickness", "width", "elements"] {
+        if !reader.is_given(&path(key)) {
+            reader.missing_here(&path(key), &format!("diaphragms.NAME.blades.{key}"));
+        }
+    }
+    let elements = reader.count(&path("elements"))?;
+    if count * elements > MOST_ELEMENTS {
+        let allowed = format!("at most {MOST_ELEMENTS} in all blades together");
+        reader.fail(&path("elements"), format!("{} blade elements", count * elements), allowed);
+    }
+    let number = |key: &str| reader.number(&path(key));
+    Some(Some(Blades {
+        count,
+        length: number("length")?,
+        thickness: number("thickness")?,
+        width: number("width")?,
+        elements,
+    }))
+}

@@ -1,0 +1,38 @@
+//! From slots to the validated [`Machine`]: missing keys, and every check across keys. All problems are gathered, so a
+//! check runs as far as the values it needs are known.
+
+mod diaphragm;
+mod reader;
+mod rotor;
+mod run;
+mod shaft;
+mod support;
+
+use reader::Reader;
+
+use super::layout::{Layout, State};
+use super::model::Machine;
+use crate::document::{Collector, Problems};
+
+/// Builds the machine; `problems` holds what reading the file has already found.
+pub(super) fn build(layout: &Layout, states: &[State], problems: Collector) -> Result<Machine, Problems> {
+    let mut reader = Reader::new(layout, states, problems);
+    reader.check_presence();
+    let run = run::run(&mut reader);
+    let rotor = rotor::rotor(&mut reader, run.as_ref());
+    let braking = run::braking(&reader);
+    let diaphragms = diaphragm::diaphragms(&mut reader, rotor.nodes.as_ref());
+    let mut problems = reader.problems;
+    match (run, rotor.rotor, braking, diaphragms) {
+        (Some(run), Some(rotor), Some(braking), Some(diaphragms)) if problems.is_empty() => {
+            Ok(Machine { name: layout.name.clone(), run, rotor, braking, diaphragms })
+        }
+        _ => {
+            if problems.is_empty() {
+                // A value is unknown only if it was reported; should that ever fail, say so rather than panic.
+                problems.add(0..0, "", "the machine is incomplete");
+            }
+            Err(problems.into_problems())
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! Reads slots by path and reports problems where they stand.
+
+use crate::document::units::format_digits;
+use crate::document::{Collector, Problem};
+use crate::machine::layout::{Layout, Origin, Scalar, State};
+use crate::machine::schema::{Key, Kind, Need, keys};
+
+pub(super) struct Reader<'a> {
+    pub layout: &'a Layout,
+    pub problems: Collector,
+    states: &'a [State],
+}
+
+impl<'a> Reader<'a> {
+    pub fn new(layout: &'a Layout, states: &'a [State], problems: Collector) -> Self {
+        Self { layout, problems, states }
+    }
+
+    /// Required keys that are absent, and keys that do not belong to a machine of this kind.
+    pub fn check_presence(&mut self) {
+        let layout = self.layout;
+        for (slot, state) in layout.slots.iter().zip(self.states) {
+            if let Some((kind, word)) = layout.condition(slot) {
+                let kind_state = self.states[kind];
+                let Scalar::Word(present) = kind_state.scalar else { continue };
+                if present != word {
+                    // A kind that was set leaves what the file says for the other kind unused.
+                    let unused = state.origin == Origin::File && kind_state.origin == Origin::Set;
+                    if state.origin != Origin::Default && !unused {
+                        let shown = self.shown(&slot.path);
+                        let message = format!("does not belong to kind = \"{present}\"");
+                        let problem = self.problems.add(slot.span.clone(), &slot.path, message);
+                        problem.value = shown;
+                        problem.allowed = Some(format!("only with {}", slot.key.when.words()));
+                    }
+                    continue;
+                }
+            }
+            if slot.key.need == Need::Required && state.scalar == Scalar::Absent {
+                self.missing(&slot.path, slot.key);
+            }
+        }
+    }
+
+    /// Reports a key that is absent.
+    pub fn missing(&mut self, path: &str, key: &'static Key) {
+        let span = self.layout.table_span(path);
+        let words = key.range.words(key.unit());
+        let allowed = match key.kind {
+            Kind::Choice(list) => list.join(", "),
+            _ => words,
+        };
+        let problem = self.problems.add(span, path, format!("missing: {}", key.meaning));
+        problem.allowed = Some(allowed);
+    }
+
+    /// Reports an optional key that this machine needs.
+    pub fn missing_here(&mut self, path: &str, pattern: &str) {
+        if let Some(key) = keys().iter().find(|key| key.path == pattern) {
+            self.missing(path, key);
+        }
+    }
+
+    fn state(&self, path: &str) -> Option<State> {
+        self.layout.find(path).map(|index| self.states[index])
+    }
+
+    /// A number that is known.
+    pub fn number(&self, path: &str) -> Option<f64> {
+        match self.state(path)?.scalar {
+            Scalar::Number(number) => Some(number),
+            _ => None,
+        }
+    }
+
+    /// A word that is known.
+    pub fn word(&self, path: &str) -> Option<&'static str> {
+        match self.state(path)?.scalar {
+            Scalar::Word(word) => Some(word),
+            _ => None,
+        }
+    }
+
+    /// A whole number that is known; its range was checked.
+    pub fn count(&self, path: &str) -> Option<usize> {
+        self.number(path).map(|number| number as usize)
+    }
+
+    /// Both components of a vector.
+    pub fn vector(&self, path: &str) -> Option<[f64; 2]> {
+        Some([self.number(&format!("{path}[0]"))?, self.number(&format!("{path}[1]"))?])
+    }
+
+    /// A matrix, written out or isotropic.
+    pub fn matrix(&self, path: &str) -> Option<[[f64; 2]; 2]> {
+        if self.layout.find(path).is_some() {
+            let k = self.number(path)?;
+            return Some([[k, 0.0], [0.0, k]]);
+        }
+        let cell = |i: usize, j: usize| self.number(&format!("{path}[{i}][{j}]"));
+        Some([[cell(0, 0)?, cell(0, 1)?], [cell(1, 0)?, cell(1, 1)?]])
+    }
+
+    /// A list; `None`: not known, empty: not given.
+    pub fn list(&self, path: &str) -> Option<Vec<f64>> {
+        match self.layout.lengths.get(path) {
+            None => Some(Vec::new()),
+            Some(0) => None,
+            Some(&length) => (0..length).map(|i| self.number(&format!("{path}[{i}]"))).collect(),
+        }
+    }
+
+    /// Whether something is given there, right or wrong.
+    pub fn is_given(&self, path: &str) -> bool {
+        self.layout.lengths.contains_key(path) || self.state(path).is_some_and(|state| state.scalar != Scalar::Absent)
+    }
+
+    /// Whether a group of tables was reported as wrong.
+    pub fn is_bad_group(&self, path: &str) -> bool {
+        self.layout.lengths.get(path) == Some(&0)
+    }
+
+    /// Whether neither file nor `set` says a value.
+    pub fn is_default(&self, path: &str) -> bool {
+        self.state(path).is_some_and(|state| state.origin == Origin::Default)
+    }
+
+    /// The present value in a readable unit.
+    pub fn shown(&self, path: &str) -> Option<String> {
+        let index = self.layout.find(path)?;
+        match self.states[index].scalar {
+            Scalar::Number(number) => Some(format_digits(number, self.layout.slots[index].key.unit(), 10)),
+            Scalar::Word(word) => Some(format!("\"{word}\"")),
+            Scalar::Bad if self.states[index].origin == Origin::File => {
+                Some(self.problems.excerpt(self.layout.slots[index].span.clone()))
+            }
+            Scalar::Bad | Scalar::Absent => None,
+        }
+    }
+
+    /// Reports a problem of a value, where it stands.
+    pub fn fail(&mut self, path: &str, message: impl Into<String>, allowed: impl Into<String>) -> &mut Problem {
+        let span = match self.layout.find(path) {
+            Some(index) => self.layout.slots[index].span.clone(),
+            None => self.layout.table_span(path),
+        };
+        let shown = self.shown(path);
+        let problem = self.problems.add(span, path, message);
+        problem.value = shown;
+        problem.allowed = Some(allowed.into());
+        problem
+    }
+
+    /// Whether the rotor is a mass point; `None`: not known.
+    pub fn is_point_mass(&self) -> Option<bool> {
+        self.word("rotor.kind").map(|kind| kind == "point-mass")
+    }
+}

@@ -1,0 +1,157 @@
+//! `[rotor]`: what the rotor is made of, what it carries, how it starts.
+
+use super::reader::Reader;
+use super::run::speed_law;
+use super::shaft::{self, Nodes};
+use super::support::{check_axial, check_lateral};
+use crate::machine::model::{
+    Bearing, Disc, InitialState, PointMass, Presence, Rayleigh, Rotor, RotorKind, RunSettings, Shaft, Unbalance,
+    UnbalanceKind,
+};
+
+pub(super) struct BuiltRotor {
+    /// `None`: something was reported.
+    pub rotor: Option<Rotor>,
+    /// Where contacts may stand; known also if other things are wrong.
+    pub nodes: Option<Nodes>,
+}
+
+pub(super) fn rotor(reader: &mut Reader<'_>, run: Option<&RunSettings>) -> BuiltRotor {
+    let point = reader.is_point_mass();
+    let mut elements = None;
+    let nodes = match point {
+        Some(true) => Some(Nodes::Point),
+        Some(false) => shaft::line(reader).map(|line| {
+            elements = line.elements;
+            Nodes::Line(line.nodes)
+        }),
+        None => None,
+    };
+    let discs = if point == Some(true) { Some(Vec::new()) } else { discs(reader, nodes.as_ref()) };
+    let bearings = each(reader, "rotor.bearings", |reader, name, table| bearing(reader, nodes.as_ref(), name, table));
+    let unbalances =
+        each(reader, "rotor.unbalances", |reader, name, table| unbalance(reader, nodes.as_ref(), name, table));
+    let end_time = run.map(|run| run.end_time).or_else(|| reader.number("run.end_time"));
+    let speed_law = speed_law(reader, end_time);
+    if let Some(bearings) = &bearings {
+        check_lateral(reader, bearings, nodes.as_ref());
+        if point == Some(false) {
+            check_axial(reader, bearings);
+        }
+    }
+    let mass_point = if point == Some(true) { mass_point(reader, unbalances.as_deref()) } else { None };
+    let assemble = || {
+        let kind = match (&nodes, mass_point) {
+            (Some(Nodes::Point), Some(point)) => RotorKind::PointMass(point),
+            (Some(Nodes::Line(nodes)), _) => {
+                RotorKind::Shaft(Shaft { nodes: nodes.clone(), elements: elements?, discs: discs? })
+            }
+            _ => return None,
+        };
+        Some(Rotor {
+            kind,
+            initial_speed: reader.number("rotor.initial_speed")?,
+            gravity: reader.vector("rotor.gravity")?,
+            speed_law: speed_law?,
+            initial: InitialState {
+                displacement: reader.vector("rotor.initial.displacement")?,
+                velocity: reader.vector("rotor.initial.velocity")?,
+                angle: reader.number("rotor.initial.angle")?,
+            },
+            bearings: bearings?,
+            unbalances: unbalances?,
+            damping: rayleigh(reader, "rotor.damping")?,
+        })
+    };
+    BuiltRotor { rotor: assemble(), nodes }
+}
+
+/// Every member of a group of named tables; `None` if one of them is not known.
+fn each<T>(
+    reader: &mut Reader<'_>,
+    group: &str,
+    mut read: impl FnMut(&mut Reader<'_>, &str, &str) -> Option<T>,
+) -> Option<Vec<T>> {
+    let members = reader.layout.group(group);
+    let all: Vec<Option<T>> =
+        members.iter().map(|member| read(reader, &member.name, &format!("{group}.{}", member.name))).collect();
+    all.into_iter().collect()
+}
+
+pub(super) fn rayleigh(reader: &Reader<'_>, table: &str) -> Option<Rayleigh> {
+    Some(Rayleigh {
+        mass_proportional: reader.number(&format!("{table}.mass_proportional"))?,
+        stiffness_proportional: reader.number(&format!("{table}.stiffness_proportional"))?,
+    })
+}
+
+fn discs(reader: &mut Reader<'_>, nodes: Option<&Nodes>) -> Option<Vec<Disc>> {
+    each(reader, "rotor.discs", |reader, name, table| {
+        let node = shaft::node(reader, nodes, table);
+        let number = |key: &str| reader.number(&format!("{table}.{key}"));
+        Some(Disc {
+            name: name.to_owned(),
+            node: node?,
+            mass: number("mass")?,
+            transverse_inertia: number("transverse_inertia")?,
+            polar_inertia: number("polar_inertia")?,
+        })
+    })
+}
+
+fn bearing(reader: &mut Reader<'_>, nodes: Option<&Nodes>, name: &str, table: &str) -> Option<Bearing> {
+    let node = shaft::node(reader, nodes, table);
+    Some(Bearing {
+        name: name.to_owned(),
+        node: node?,
+        stiffness: reader.matrix(&format!("{table}.stiffness"))?,
+        damping: reader.matrix(&format!("{table}.damping"))?,
+        axial_stiffness: reader.number(&format!("{table}.axial_stiffness"))?,
+    })
+}
+
+fn unbalance(reader: &mut Reader<'_>, nodes: Option<&Nodes>, name: &str, table: &str) -> Option<Unbalance> {
+    let node = shaft::node(reader, nodes, table);
+    let number = |key: &str| reader.number(&format!("{table}.{key}"));
+    let word = |key: &str| reader.word(&format!("{table}.{key}"));
+    Some(Unbalance {
+        name: name.to_owned(),
+        node: node?,
+        mass: number("mass")?,
+        radius: number("radius")?,
+        phase: number("phase")?,
+        kind: match word("kind")? {
+            "lost" => UnbalanceKind::Lost,
+            _ => UnbalanceKind::Added,
+        },
+        presence: match word("present")? {
+            "before" => Presence::Before,
+            _ => Presence::AtRelease,
+        },
+    })
+}
+
+/// The mass point, which must have mass and inertia with its unbalances.
+fn mass_point(reader: &mut Reader<'_>, unbalances: Option<&[Unbalance]>) -> Option<PointMass> {
+    let (mass, polar_inertia) = (reader.number("rotor.mass"), reader.number("rotor.polar_inertia"));
+    if let Some(unbalances) = unbalances {
+        let signed = |unbalance: &Unbalance| match unbalance.kind {
+            UnbalanceKind::Added => unbalance.mass,
+            UnbalanceKind::Lost => -unbalance.mass,
+        };
+        let total = mass.map(|mass| mass + unbalances.iter().map(signed).sum::<f64>());
+        if total.is_some_and(|total| total <= 0.0) {
+            let allowed = "a positive sum of rotor.mass, added and (negative) lost unbalance masses";
+            reader.fail("rotor.mass", "the mass point has no mass with its unbalances", allowed);
+            return None;
+        }
+        let lost = |unbalance: &Unbalance| signed(unbalance).min(0.0) * unbalance.radius * unbalance.radius;
+        let inertia = polar_inertia.map(|inertia| inertia + unbalances.iter().map(lost).sum::<f64>());
+        if inertia.is_some_and(|inertia| inertia <= 0.0) {
+            let allowed = "more than the mass times squared radius of all lost unbalances";
+            reader.fail("rotor.polar_inertia", "the lost unbalances have more inertia than the rotor", allowed);
+            return None;
+        }
+    }
+    Some(PointMass { mass: mass?, polar_inertia: polar_inertia? })
+}

@@ -1,0 +1,128 @@
+//! `[run]`, `[braking]` and the prescribed speed.
+
+use super::reader::Reader;
+use crate::document::units::format_quantity;
+use crate::machine::model::{Braking, Engine, ForceLocation, Guard, RunSettings, SpeedLaw};
+
+pub(super) fn run(reader: &mut Reader<'_>) -> Option<RunSettings> {
+    let end_time = reader.number("run.end_time");
+    let step = reader.number("run.step");
+    if let (Some(step), Some(end_time)) = (step, end_time)
+        && step > end_time
+    {
+        let allowed = format!("at most run.end_time = {}", format_quantity(end_time, "s"));
+        reader.fail("run.step", "longer than the whole run", allowed);
+    }
+    let end_speed = reader.number("run.end_speed");
+    if let (Some(end), Some(start)) = (end_speed, reader.number("rotor.initial_speed"))
+        && end > 0.0
+        && end >= start
+    {
+        let allowed = format!("below rotor.initial_speed = {}, or 0", format_quantity(start, "rad/s"));
+        reader.fail("run.end_speed", "the run would end where it starts", allowed);
+    }
+    Some(RunSettings {
+        end_time: end_time?,
+        end_speed: end_speed?,
+        engine: match reader.word("run.engine")? {
+            "full" => Engine::Full,
+            _ => Engine::Reduced,
+        },
+        step,
+        force_location: match reader.word("run.force_location")? {
+            "current" => ForceLocation::Current,
+            _ => ForceLocation::Next,
+        },
+        rotor_modes: reader.count("run.rotor_modes"),
+        twist_modes: reader.count("run.twist_modes"),
+        ring_modes: reader.count("run.ring_modes"),
+        step_limit: reader.number("run.step_limit").map(|steps| steps as u64),
+        guard: Guard {
+            normal_work: reader.number("run.guard.normal_work")?,
+            energy_balance: reader.number("run.guard.energy_balance")?,
+            penetration: reader.number("run.guard.penetration")?,
+        },
+    })
+}
+
+pub(super) fn braking(reader: &Reader<'_>) -> Option<Braking> {
+    Some(Braking {
+        constant: reader.number("braking.constant")?,
+        linear: reader.number("braking.linear")?,
+        quadratic: reader.number("braking.quadratic")?,
+    })
+}
+
+/// The prescribed speed. Outer `None`: not known.
+pub(super) fn speed_law(reader: &mut Reader<'_>, end_time: Option<f64>) -> Option<Option<SpeedLaw>> {
+    const ACCELERATION: &str = "rotor.speed_law.acceleration";
+    const TIMES: &str = "rotor.speed_law.times";
+    const SPEEDS: &str = "rotor.speed_law.speeds";
+    let initial = reader.number("rotor.initial_speed");
+    let given = (reader.is_given(ACCELERATION), reader.is_given(TIMES), reader.is_given(SPEEDS));
+    match given {
+        (false, false, false) => Some(None),
+        (true, false, false) => {
+            let (acceleration, initial, end_time) = (reader.number(ACCELERATION)?, initial?, end_time?);
+            let last = initial + acceleration * end_time;
+            if !last.is_finite() {
+                reader.fail(ACCELERATION, "the speed becomes infinite before run.end_time", "a finite speed");
+                return None;
+            }
+            // A rotor that is braked to rest stays at rest.
+            let rest = -initial / acceleration;
+            let (time, speed) = if last < 0.0 { (rest, 0.0) } else { (end_time, last) };
+            if time > 0.0 {
+                Some(Some(SpeedLaw { times: vec![0.0, time], speeds: vec![initial, speed] }))
+            } else {
+                Some(Some(SpeedLaw { times: vec![0.0], speeds: vec![initial] }))
+            }
+        }
+        (true, _, _) => {
+            reader.fail(ACCELERATION, "given beside times or speeds", "either acceleration, or times and speeds");
+            None
+        }
+        (false, true, false) => {
+            reader.missing_here(SPEEDS, SPEEDS);
+            None
+        }
+        (false, false, true) => {
+            reader.missing_here(TIMES, TIMES);
+            None
+        }
+        (false, true, true) => points(reader, TIMES, SPEEDS, initial).map(Some),
+    }
+}
+
+fn points(reader: &mut Reader<'_>, at: &str, of: &str, initial: Option<f64>) -> Option<SpeedLaw> {
+    let (times, speeds) = (reader.list(at), reader.list(of));
+    let mut right = true;
+    if let (Some(times), Some(speeds)) = (&times, &speeds)
+        && times.len() != speeds.len()
+    {
+        let message = format!("{} times and {} speeds", times.len(), speeds.len());
+        reader.fail(of, message, "as many speeds as times");
+        right = false;
+    }
+    if let Some(times) = &times {
+        if times[0] != 0.0 {
+            reader.fail(&format!("{at}[0]"), "the speed law does not start at t = 0", "0 s");
+            right = false;
+        }
+        if let Some(i) = (1..times.len()).find(|&i| times[i] <= times[i - 1]) {
+            let allowed = format!("later than {}", format_quantity(times[i - 1], "s"));
+            reader.fail(&format!("{at}[{i}]"), "times do not ascend", allowed);
+            right = false;
+        }
+    }
+    let mut speeds = speeds;
+    if let (Some(speeds), Some(initial)) = (&mut speeds, initial) {
+        if (speeds[0] - initial).abs() > 1e-9 * initial {
+            let allowed = format!("rotor.initial_speed = {}", format_quantity(initial, "rad/s"));
+            reader.fail(&format!("{of}[0]"), "not the speed the rotor starts with", allowed);
+            right = false;
+        }
+        speeds[0] = initial;
+    }
+    right.then_some(SpeedLaw { times: times?, speeds: speeds? })
+}

@@ -1,0 +1,117 @@
+//! A machine as its file says it, with values that may be changed by path.
+
+use std::sync::Arc;
+
+use super::build::build;
+use super::layout::{Layout, Origin, Scalar, State};
+use super::load::load;
+use super::model::Machine;
+use super::paths::{PathError, PathInfo};
+use super::value::{self, ParamValue, ValueError};
+use super::{paths, write};
+use crate::document::Problems;
+
+/// A machine file: its text, and a value for every scalar and choice. Clones share all but the values, so that one per
+/// sample of a study is cheap.
+#[derive(Debug, Clone)]
+pub struct MachineDef {
+    pub(super) layout: Arc<Layout>,
+    pub(super) states: Vec<State>,
+}
+
+impl MachineDef {
+    /// Reads a machine file and checks that it makes a machine. `file` only names it in messages.
+    ///
+    /// # Errors
+    /// All problems of the file at once; of several syntax errors the first.
+    pub fn parse(file: &str, text: &str) -> Result<Self, Problems> {
+        let loaded = load(file, text)?;
+        let def = Self { layout: Arc::new(loaded.layout), states: loaded.states };
+        match build(&def.layout, &def.states, loaded.problems) {
+            Ok(_) => Ok(def),
+            Err(problems) => Err(problems),
+        }
+    }
+
+    /// Name of the machine.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.layout.name
+    }
+
+    /// The file as it was read, comments included.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.layout.text
+    }
+
+    /// Every parameter that this machine has, those at their defaults included, in the order of the format.
+    #[must_use]
+    pub fn paths(&self) -> Vec<PathInfo> {
+        paths::list(self)
+    }
+
+    /// The parameter of a full path, or of an ending that only one path has (`contact.gap`).
+    ///
+    /// # Errors
+    /// [`PathError`]: several paths end so, or none does.
+    pub fn resolve(&self, path_or_ending: &str) -> Result<PathInfo, PathError> {
+        paths::resolve(self, path_or_ending)
+    }
+
+    /// Reads a value written without quotes: "8 mm", "hyp1", "12"; a bare number is SI.
+    ///
+    /// # Errors
+    /// [`ValueError`]: unreadable, out of range, not one of the words.
+    pub fn parse_value(&self, path: &PathInfo, text: &str) -> Result<ParamValue, ValueError> {
+        let slot = &self.layout.slots[self.index(path)?];
+        let value = value::parse(slot, text)?;
+        value::check(slot, &value)?;
+        Ok(value)
+    }
+
+    /// Checks type and range of a value; checks across keys happen in [`MachineDef::build`].
+    ///
+    /// # Errors
+    /// [`ValueError`]: out of range, not whole, not one of the words.
+    pub fn check_value(&self, path: &PathInfo, value: &ParamValue) -> Result<(), ValueError> {
+        value::check(&self.layout.slots[self.index(path)?], value).map(|_| ())
+    }
+
+    /// Gives a parameter a value.
+    ///
+    /// # Errors
+    /// As [`MachineDef::check_value`]; the machine is then unchanged.
+    pub fn set(&mut self, path: &PathInfo, value: &ParamValue) -> Result<(), ValueError> {
+        let index = self.index(path)?;
+        let scalar = value::check(&self.layout.slots[index], value)?;
+        self.states[index] = State { scalar, origin: Origin::Set };
+        Ok(())
+    }
+
+    /// The validated machine.
+    ///
+    /// # Errors
+    /// Every check across keys that the present values break.
+    pub fn build(&self) -> Result<Machine, Problems> {
+        build(&self.layout, &self.states, crate::document::Collector::new(&self.layout.file, &self.layout.text))
+    }
+
+    /// All values as a machine file in SI that builds the same machine.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        write::to_toml(self)
+    }
+
+    fn index(&self, path: &PathInfo) -> Result<usize, ValueError> {
+        self.layout.find(&path.path).ok_or_else(|| ValueError::NoSuchParameter { path: path.path.clone() })
+    }
+
+    /// Whether the slot belongs to a machine of the present kinds.
+    pub(super) fn applies(&self, index: usize) -> bool {
+        match self.layout.condition(&self.layout.slots[index]) {
+            Some((kind, word)) => self.states[kind].scalar == Scalar::Word(word),
+            None => true,
+        }
+    }
+}

@@ -1,0 +1,155 @@
+//! The slots of one machine: every scalar or choice its file could set, with the place where it stands.
+
+use std::collections::BTreeMap;
+use std::ops::Range as Span;
+use std::sync::Arc;
+
+use super::schema::{Key, Kind, Need, Range, When};
+
+/// One scalar or choice of one machine.
+#[derive(Debug, Clone)]
+pub(super) struct Slot {
+    /// Full path: `rotor.shaft[0].diameter`, `diaphragms.mid.contact.offset[1]`.
+    pub path: String,
+    /// What the format says of it.
+    pub key: &'static Key,
+    /// Component of a vector, matrix or list.
+    pub part: bool,
+    /// Where its value stands, or else the table that lacks it.
+    pub span: Span<usize>,
+}
+
+impl Slot {
+    /// Allowed numbers: the range of a matrix key is that of its isotropic form, its components are free.
+    pub fn range(&self) -> Range {
+        if self.part && matches!(self.key.kind, Kind::Matrix(_)) { Range::ANY } else { self.key.range }
+    }
+
+    /// The words it may hold.
+    pub fn words(&self) -> &'static [&'static str] {
+        match self.key.kind {
+            Kind::Choice(words) | Kind::NumberOr(_, words) => words,
+            _ => &[],
+        }
+    }
+
+    /// What is allowed, in words.
+    pub fn allowed(&self) -> String {
+        let quoted = || self.words().iter().map(|word| format!("\"{word}\"")).collect::<Vec<_>>().join(", ");
+        match self.key.kind {
+            Kind::Choice(_) => quoted(),
+            Kind::NumberOr(unit, _) => format!("{}, {}", self.range().words(unit), quoted()),
+            Kind::Count => format!("a whole number, {}", self.range().words("")),
+            _ => self.range().words(self.key.unit()),
+        }
+    }
+}
+
+/// What a slot holds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Scalar {
+    /// Nothing.
+    Absent,
+    /// Something wrong that has been reported.
+    Bad,
+    /// A number in SI.
+    Number(f64),
+    /// A word of its list.
+    Word(&'static str),
+}
+
+/// Who said it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Origin {
+    /// The format.
+    Default,
+    /// The file.
+    File,
+    /// `set`.
+    Set,
+}
+
+/// Value of a slot: all that differs between the samples of a study.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct State {
+    pub scalar: Scalar,
+    pub origin: Origin,
+}
+
+impl State {
+    /// What holds when the file says nothing.
+    pub fn default_of(key: &Key) -> Self {
+        let scalar = match key.need {
+            Need::Required | Need::Optional(_) => Scalar::Absent,
+            Need::Number(number) => Scalar::Number(number),
+            Need::Word(word) => Scalar::Word(word),
+        };
+        Self { scalar, origin: Origin::Default }
+    }
+}
+
+/// A named table or section.
+#[derive(Debug, Clone)]
+pub(super) struct Named {
+    pub name: String,
+    pub span: Span<usize>,
+}
+
+/// Everything about a machine file that `set` does not change; shared by all clones.
+#[derive(Debug, Clone)]
+pub(super) struct Layout {
+    pub file: String,
+    pub text: String,
+    pub name: String,
+    pub slots: Vec<Slot>,
+    pub by_path: BTreeMap<Arc<str>, usize>,
+    /// Tables that the file has, by path (`rotor.damping`, `diaphragms.mid.blades`), with the place of their name.
+    pub tables: BTreeMap<String, Span<usize>>,
+    /// Named tables and sections by the path above them (`rotor.bearings`, `rotor.shaft`), in the order of the file.
+    pub groups: BTreeMap<String, Vec<Named>>,
+    /// Lengths of the lists that the file has, by path; 0 for one that could not be read.
+    pub lengths: BTreeMap<String, usize>,
+}
+
+impl Layout {
+    /// The members of a group.
+    pub fn group(&self, path: &str) -> &[Named] {
+        self.groups.get(path).map_or(&[], Vec::as_slice)
+    }
+
+    /// Index of a slot.
+    pub fn find(&self, path: &str) -> Option<usize> {
+        self.by_path.get(path).copied()
+    }
+
+    /// Where the innermost table of a path stands that the file has.
+    pub fn table_span(&self, path: &str) -> Span<usize> {
+        let mut path = path;
+        loop {
+            if let Some(span) = self.tables.get(path) {
+                return span.clone();
+            }
+            match path.rfind(['.', '[']) {
+                Some(at) => path = &path[..at],
+                None => return 0..0,
+            }
+        }
+    }
+
+    /// The `kind` slot a condition looks at, and the word it wants.
+    pub fn condition(&self, slot: &Slot) -> Option<(usize, &'static str)> {
+        let of_diaphragm = || {
+            let mut steps = slot.path.match_indices('.');
+            steps.next();
+            let end = steps.next()?.0;
+            self.find(&format!("{}.kind", &slot.path[..end]))
+        };
+        match slot.key.when {
+            When::Always => None,
+            When::Shaft => Some((self.find("rotor.kind")?, "shaft")),
+            When::PointMass => Some((self.find("rotor.kind")?, "point-mass")),
+            When::Flexible => Some((of_diaphragm()?, "flexible")),
+            When::RadialSpring => Some((of_diaphragm()?, "radial-spring")),
+        }
+    }
+}

@@ -1,0 +1,24 @@
+//! What is simulated: a machine file's text -> [`MachineDef`] (values that may be varied by path) -> [`Machine`]
+//! (validated, SI).
+//!
+//! ```text
+//! text --document--> tree with spans --load, beside schema--> layout (shared) + states (per sample) --build--> Machine
+//! ```
+
+mod build;
+mod def;
+mod layout;
+mod load;
+mod model;
+mod paths;
+mod schema;
+mod template;
+mod value;
+mod write;
+
+pub use def::MachineDef;
+pub use model::*;
+pub use paths::{PathError, PathInfo, PathKind};
+pub use schema::{Key, Kind, Need, Range, SCHEMA, When, keys};
+pub use template::machine_template;
+pub use value::{ParamValue, ValueError};

@@ -1,0 +1,78 @@
+//! Which numbers a key allows.
+
+/// An interval, open or closed at each end.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Range {
+    low: f64,
+    low_allowed: bool,
+    high: f64,
+    high_allowed: bool,
+}
+
+impl Range {
+    /// Every finite number.
+    pub const ANY: Range = Range::new(f64::NEG_INFINITY, false, f64::INFINITY, false);
+    /// Above zero.
+    pub const POSITIVE: Range = Range::new(0.0, false, f64::INFINITY, false);
+    /// Zero or more.
+    pub const NOT_NEGATIVE: Range = Range::new(0.0, true, f64::INFINITY, false);
+
+    const fn new(low: f64, low_allowed: bool, high: f64, high_allowed: bool) -> Self {
+        Self { low, low_allowed, high, high_allowed }
+    }
+
+    /// Strictly between two numbers.
+    #[must_use]
+    pub const fn between(low: f64, high: f64) -> Self {
+        Self::new(low, false, high, false)
+    }
+
+    /// From `low` to `high`, both allowed.
+    #[must_use]
+    pub const fn from_to(low: f64, high: f64) -> Self {
+        Self::new(low, true, high, true)
+    }
+
+    /// Whether the number is allowed; NaN and infinities never are.
+    #[must_use]
+    pub fn contains(self, value: f64) -> bool {
+        let above = value > self.low || self.low_allowed && value == self.low;
+        let below = value < self.high || self.high_allowed && value == self.high;
+        value.is_finite() && above && below
+    }
+
+    /// In words, with the SI unit: "> 0 m", "2 to 10000".
+    #[must_use]
+    pub fn words(self, unit: &str) -> String {
+        let with_unit = |text: String| if unit.is_empty() { text } else { format!("{text} {unit}") };
+        let sign = |allowed| if allowed { "=" } else { "" };
+        match (self.low.is_finite(), self.high.is_finite()) {
+            (false, false) => with_unit("any number".to_owned() + if unit.is_empty() { "" } else { " in" }),
+            (true, false) => with_unit(format!(">{} {}", sign(self.low_allowed), self.low)),
+            (false, true) => with_unit(format!("<{} {}", sign(self.high_allowed), self.high)),
+            (true, true) if self.low_allowed && self.high_allowed => with_unit(format!("{} to {}", self.low, self.high)),
+            (true, true) => with_unit(format!("> {} and < {}", self.low, self.high)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ends_count_as_written() {
+        assert!(!Range::POSITIVE.contains(0.0) && Range::NOT_NEGATIVE.contains(0.0));
+        assert!(!Range::between(-1.0, 0.5).contains(0.5) && Range::from_to(1.0, 4.0).contains(4.0));
+        assert!(!Range::ANY.contains(f64::NAN) && !Range::ANY.contains(f64::INFINITY));
+    }
+
+    #[test]
+    fn words_name_the_limits_and_the_unit() {
+        assert_eq!(Range::POSITIVE.words("m"), "> 0 m");
+        assert_eq!(Range::NOT_NEGATIVE.words(""), ">= 0");
+        assert_eq!(Range::between(-1.0, 0.5).words(""), "> -1 and < 0.5");
+        assert_eq!(Range::from_to(1.0, 10_000.0).words(""), "1 to 10000");
+        assert_eq!(Range::ANY.words("m/s2"), "any number in m/s2");
+    }
+}

@@ -1,0 +1,63 @@
+//! A machine's values as a file in SI: the record of what was computed.
+
+use std::fmt::Write;
+
+use super::def::MachineDef;
+use super::layout::Scalar;
+use super::schema::{Kind, SCHEMA};
+
+/// Every value that applies, defaults included, in the order of the format.
+pub(super) fn to_toml(def: &MachineDef) -> String {
+    let mut out = format!("schema = {SCHEMA}\nname = {}\n", toml::Value::String(def.layout.name.clone()));
+    let mut table = String::new();
+    let slots = &def.layout.slots;
+    let mut index = 0;
+    while index < slots.len() {
+        let slot = &slots[index];
+        let key_path = whole(&slot.path, slot.key.name());
+        let end = (index..slots.len()).find(|&i| whole(&slots[i].path, slots[i].key.name()) != key_path);
+        let end = end.unwrap_or(slots.len());
+        let values: Option<Vec<String>> = (index..end).map(|i| literal(def, i)).collect();
+        if let Some(values) = values
+            && def.applies(index)
+        {
+            let (above, name) = key_path.rsplit_once('.').unwrap_or(("", key_path));
+            if above != table {
+                out.push_str(&header(above));
+                above.clone_into(&mut table);
+            }
+            let value = match slot.key.kind {
+                Kind::Matrix(_) if slot.part => {
+                    format!("[[{}, {}], [{}, {}]]", values[0], values[1], values[2], values[3])
+                }
+                Kind::Vector(_) | Kind::List(_) => format!("[{}]", values.join(", ")),
+                _ => values.join(""),
+            };
+            writeln!(out, "{name} = {value}").expect("writing to a string cannot fail");
+        }
+        index = end;
+    }
+    out
+}
+
+/// Path of the key a slot is a component of.
+fn whole<'a>(path: &'a str, name: &str) -> &'a str {
+    let from = path.rfind('.').map_or(0, |at| at + 1);
+    &path[..from + name.len()]
+}
+
+/// `[rotor.discs.left]`, `[[rotor.shaft]]`, `[rotor.shaft.material]`.
+fn header(table: &str) -> String {
+    let plain: String = table.split('[').map(|piece| piece.split_once(']').map_or(piece, |(_, rest)| rest)).collect();
+    if table.ends_with(']') { format!("\n[[{plain}]]\n") } else { format!("\n[{plain}]\n") }
+}
+
+fn literal(def: &MachineDef, index: usize) -> Option<String> {
+    match def.states[index].scalar {
+        Scalar::Number(number) if def.layout.slots[index].key.kind == Kind::Count => Some(format!("{number:.0}")),
+        // Debug is the shortest decimal that reads back as the same double, always with point or exponent.
+        Scalar::Number(number) => Some(format!("{number:?}")),
+        Scalar::Word(word) => Some(format!("\"{word}\"")),
+        Scalar::Absent | Scalar::Bad => None,
+    }
+}

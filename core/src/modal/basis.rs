@@ -1,0 +1,248 @@
+//! The reduced basis: modes of the rotor on its bearings, of its twist, and of each ring.
+//!
+//! Modes are those of `K phi = omega^2 M phi` with the symmetric part of the bearing stiffness and without unbalance
+//! masses; damping, skew stiffness, gyroscopic terms and unbalance are projected or evaluated at the nodes. A pair of equal
+//! frequencies is never cut, and its two modes are given a fixed orientation, so that the basis is a pure function of the
+//! structure up to the last digits of faer's kernels (which is why it is computed once and frozen).
+
+use crate::linalg::{EigenError, Matrix, column_of, symmetric_generalised};
+use crate::machine::{DiaphragmKind, Machine, RotorKind};
+use crate::rotor::RotorMatrices;
+use crate::stator::RingMatrices;
+
+/// Modes of one part: mass-normalised shapes in columns, circular frequencies squared ascending.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModeSet {
+    /// omega^2 [rad2/s2].
+    pub omega_squared: Vec<f64>,
+    /// Shapes over the finite-element degrees of freedom.
+    pub shapes: Matrix,
+    /// Highest frequency of the whole finite-element model of the part [rad/s]: its stability limit.
+    pub full_limit: f64,
+}
+
+impl ModeSet {
+    /// Highest retained frequency [rad/s].
+    #[must_use]
+    pub fn highest(&self) -> f64 {
+        self.omega_squared.last().map_or(0.0, |&square| square.max(0.0).sqrt())
+    }
+}
+
+/// Reduced basis of a machine.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Basis {
+    /// Hash of everything the modes depend on.
+    pub key: [u8; 32],
+    /// Lateral modes; empty for a point mass (its two degrees of freedom are kept as they are).
+    pub lateral: ModeSet,
+    /// Twist modes; the first is the rigid rotation.
+    pub twist: ModeSet,
+    /// Modes of each flexible ring, in the order of the machine's flexible diaphragms.
+    pub rings: Vec<ModeSet>,
+}
+
+/// A basis could not be computed or read.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum BasisError {
+    /// Eigenvalue problem failed.
+    #[error(transparent)]
+    Eigen(#[from] EigenError),
+    /// The frozen basis belongs to another structure.
+    #[error("the frozen basis belongs to another structure (its key is {found}, this machine's is {expected})")]
+    OtherStructure {
+        /// Key of the machine.
+        expected: String,
+        /// Key in the basis.
+        found: String,
+    },
+    /// The bytes are not a basis.
+    #[error("not a basis file of version {version}: {detail} at byte {offset}")]
+    Malformed {
+        /// Version this build reads.
+        version: u32,
+        /// What is wrong.
+        detail: &'static str,
+        /// Where.
+        offset: usize,
+    },
+}
+
+/// Lateral rotor modes kept unless the machine says otherwise.
+pub const DEFAULT_ROTOR_MODES: usize = 16;
+/// Ring modes kept unless the machine says otherwise.
+pub const DEFAULT_RING_MODES: usize = 36;
+/// Relative distance of omega^2 below which two modes are one pair.
+const PAIR: f64 = 1e-7;
+
+impl Basis {
+    /// Computes the basis of a machine.
+    ///
+    /// # Errors
+    /// [`BasisError::Eigen`].
+    pub fn compute(machine: &Machine, rotor: &RotorMatrices, rings: &[RingMatrices]) -> Result<Self, BasisError> {
+        let run = &machine.run;
+        let ring_sets = rings
+            .iter()
+            .map(|ring| ring_modes(ring, run.ring_modes.unwrap_or(DEFAULT_RING_MODES)))
+            .collect::<Result<Vec<_>, _>>()?;
+        let lateral = match machine.rotor.kind {
+            RotorKind::Shaft(_) => lateral_modes(rotor, run.rotor_modes.unwrap_or(DEFAULT_ROTOR_MODES))?,
+            RotorKind::PointMass(_) => {
+                ModeSet { omega_squared: Vec::new(), shapes: Matrix::zeros(rotor.lateral_size(), 0), full_limit: 0.0 }
+            }
+        };
+        // by default every twist mode that does not govern the step: they cost little and carry the torsional moments
+        let ceiling = ring_sets.iter().map(ModeSet::highest).fold(lateral.highest(), f64::max);
+        let twist = twist_modes(rotor, run.twist_modes, ceiling)?;
+        Ok(Self { key: modal_key(machine), lateral, twist, rings: ring_sets })
+    }
+}
+
+/// Hash of what the modes depend on.
+pub(crate) fn modal_key(machine: &Machine) -> [u8; 32] {
+    let bearings: Vec<_> = machine.rotor.bearings.iter().map(|b| (b.node, b.stiffness)).collect();
+    let rings: Vec<_> = machine
+        .diaphragms
+        .iter()
+        .filter_map(|d| match &d.kind {
+            DiaphragmKind::Flexible(s) => Some((s.young_modulus, s.density, s.ring, s.blades)),
+            _ => None,
+        })
+        .collect();
+    let modes = (machine.run.rotor_modes, machine.run.twist_modes, machine.run.ring_modes);
+    let text = format!("basis 1 {:?} {bearings:?} {rings:?} {modes:?}", machine.rotor.kind);
+    *blake3::hash(text.as_bytes()).as_bytes()
+}
+
+fn lateral_modes(rotor: &RotorMatrices, wanted: usize) -> Result<ModeSet, BasisError> {
+    let size = rotor.lateral_size();
+    let (xz, yz): (Vec<usize>, Vec<usize>) = (0..size).partition(|dof| matches!(dof % 4, 0 | 3));
+    let coupled = xz.iter().any(|&i| yz.iter().any(|&j| rotor.stiffness[(i, j)] != 0.0 || rotor.mass[(i, j)] != 0.0));
+    let (values, shapes) = if coupled {
+        symmetric_generalised(&rotor.stiffness, &rotor.mass, "the rotor")?
+    } else {
+        // plane by plane; where both planes are the same, so are their modes, digit for digit
+        let plane = |dofs: &[usize], sign: f64| {
+            let flip = |dof: usize| if dof % 4 == 2 { sign } else { 1.0 };
+            let part = |a: &Matrix| {
+                Matrix::from_fn(dofs.len(), dofs.len(), |i, j| {
+                    flip(dofs[i]) * flip(dofs[j]) * a[(dofs[i], dofs[j])]
+                })
+            };
+            (part(&rotor.stiffness), part(&rotor.mass))
+        };
+        // order each plane as deflection, slope; theta_u = -v,z
+        let yz_slope: Vec<usize> = yz.clone();
+        let (kx, mx) = plane(&xz, 1.0);
+        let (ky, my) = plane(&yz_slope, -1.0);
+        let (values_x, shapes_x) = symmetric_generalised(&kx, &mx, "the rotor in the XZ plane")?;
+        let same = kx == ky && mx == my;
+        let (values_y, shapes_y) = if same {
+            (values_x.clone(), shapes_x.clone())
+        } else {
+            symmetric_generalised(&ky, &my, "the rotor in the YZ plane")?
+        };
+        merge_planes(size, (&xz, &values_x, &shapes_x), (&yz, &values_y, &shapes_y))
+    };
+    Ok(select(values, shapes, wanted, |_, _| {}))
+}
+
+fn merge_planes(
+    size: usize,
+    (xz, values_x, shapes_x): (&[usize], &[f64], &Matrix),
+    (yz, values_y, shapes_y): (&[usize], &[f64], &Matrix),
+) -> (Vec<f64>, Matrix) {
+    let mut values = Vec::with_capacity(size);
+    let mut shapes = Matrix::zeros(size, size);
+    let (mut i, mut j) = (0, 0);
+    while values.len() < size {
+        let x_first = j == values_y.len() || (i < values_x.len() && values_x[i] <= values_y[j] * (1.0 + PAIR));
+        let column = values.len();
+        if x_first {
+            for (row, &dof) in xz.iter().enumerate() {
+                shapes[(dof, column)] = shapes_x[(row, i)];
+            }
+            values.push(values_x[i]);
+            i += 1;
+        } else {
+            for (row, &dof) in yz.iter().enumerate() {
+                shapes[(dof, column)] = if dof % 4 == 2 { -shapes_y[(row, j)] } else { shapes_y[(row, j)] };
+            }
+            values.push(values_y[j]);
+            j += 1;
+        }
+    }
+    (values, shapes)
+}
+
+fn twist_modes(rotor: &RotorMatrices, wanted: Option<usize>, ceiling: f64) -> Result<ModeSet, BasisError> {
+    let (mut values, mut shapes) = symmetric_generalised(&rotor.twist_stiffness, &rotor.twist_mass, "the rotor's twist")?;
+    // the rigid rotation, exactly
+    let inertia: f64 = rotor.twist_mass.sum();
+    values[0] = 0.0;
+    shapes.column_mut(0).fill(1.0 / inertia.sqrt());
+    let wanted = 1 + wanted.unwrap_or_else(|| {
+        let below = values[1..].iter().filter(|&&square| square <= ceiling * ceiling).count();
+        below.max(3)
+    });
+    Ok(select(values, shapes, wanted, |_, _| {}))
+}
+
+fn ring_modes(ring: &RingMatrices, wanted: usize) -> Result<ModeSet, BasisError> {
+    let (mut values, shapes) = symmetric_generalised(&ring.stiffness, &ring.mass, "the ring")?;
+    let highest = values.last().copied().unwrap_or(0.0);
+    for value in &mut values {
+        if value.abs() < 1e-10 * highest {
+            *value = 0.0;
+        }
+    }
+    Ok(select(values, shapes, wanted, orient_pair))
+}
+
+/// Keeps the lowest modes without cutting a pair; fixes signs, and the orientation of pairs through `orient`.
+fn select(values: Vec<f64>, mut shapes: Matrix, wanted: usize, orient: impl Fn(&mut Matrix, usize)) -> ModeSet {
+    let is_pair = |i: usize| {
+        i + 1 < values.len() && (values[i + 1] - values[i]).abs() <= PAIR * values[i + 1].abs().max(f64::MIN_POSITIVE)
+    };
+    let mut kept = wanted.min(values.len());
+    while kept > 0 && kept < values.len() && is_pair(kept - 1) {
+        kept += 1;
+    }
+    let mut i = 0;
+    while i < kept {
+        if is_pair(i) && !is_pair(i + 1) {
+            orient(&mut shapes, i);
+            i += 1;
+        }
+        i += 1;
+    }
+    for j in 0..kept {
+        let column = column_of(&shapes, j);
+        let largest = column.iter().fold(0.0_f64, |max, value| max.max(value.abs()));
+        let leading = column.iter().find(|value| value.abs() >= 0.999 * largest).copied().unwrap_or(1.0);
+        if leading < 0.0 {
+            shapes.column_mut(j).neg_mut();
+        }
+    }
+    let full_limit = values.last().map_or(0.0, |&square| square.max(0.0).sqrt());
+    ModeSet { omega_squared: values[..kept].to_vec(), shapes: shapes.columns(0, kept).into_owned(), full_limit }
+}
+
+/// Turns a pair of ring modes so that the second has no radial displacement at alpha = 0 (no tangential one where both
+/// have no radial one).
+fn orient_pair(shapes: &mut Matrix, first: usize) {
+    let scale = shapes.columns(first, 2).amax();
+    let row = if shapes[(2, first)].hypot(shapes[(2, first + 1)]) > 1e-6 * scale { 2 } else { 0 };
+    let (a, b) = (shapes[(row, first)], shapes[(row, first + 1)]);
+    let length = (a * a + b * b).sqrt();
+    if length <= 1e-9 * scale {
+        return;
+    }
+    let (c, s) = (a / length, b / length);
+    for i in 0..shapes.nrows() {
+        let (x, y) = (shapes[(i, first)], shapes[(i, first + 1)]);
+        shapes[(i, first)] = c * x + s * y;
+        shapes[(i, first + 1)] = c * y - s * x;
+    }
+}

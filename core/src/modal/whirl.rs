@@ -1,0 +1,278 @@
+//! Whirl frequencies and damping at given speeds, critical speeds, twist, axial and ring frequencies of the full
+//! finite-element model. Unbalance masses are not in it, except for a point mass, which may have no other.
+
+use crate::linalg::{EigenError, Matrix, complex_eigen, inverse, symmetric_generalised};
+use crate::machine::{DiaphragmKind, Machine, RotorKind};
+use crate::rotor::{RotorMatrices, UnbalanceSite};
+use crate::stator::RingMatrices;
+
+/// Sense of a whirl.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Whirl {
+    /// With the spin.
+    Forward,
+    /// Against the spin.
+    Backward,
+    /// Neither: motion in a plane (at rest), or as much forward as backward.
+    Planar,
+}
+
+impl Whirl {
+    /// The word shown.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Whirl::Forward => "forward",
+            Whirl::Backward => "backward",
+            Whirl::Planar => "planar",
+        }
+    }
+}
+
+/// One damped lateral mode.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WhirlMode {
+    /// Damped circular frequency [rad/s].
+    pub frequency: f64,
+    /// Damping ratio `-Re/|lambda|` [-].
+    pub damping_ratio: f64,
+    /// Sense.
+    pub whirl: Whirl,
+}
+
+/// A speed that equals a whirl frequency (synchronous excitation).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CriticalSpeed {
+    /// Speed [rad/s].
+    pub speed: f64,
+    /// Damping ratio of the mode there.
+    pub damping_ratio: f64,
+    /// Sense; unbalance excites forward modes (backward ones too on an anisotropic support).
+    pub whirl: Whirl,
+}
+
+/// One ring mode.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RingMode {
+    /// Circular frequency [rad/s].
+    pub frequency: f64,
+    /// Nodal diameters: the dominant harmonic of the radial displacement around the ring.
+    pub nodal_diameters: usize,
+}
+
+/// Modes of a machine.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModesReport {
+    /// For each speed asked for [rad/s], its whirl modes by frequency.
+    pub speeds: Vec<(f64, Vec<WhirlMode>)>,
+    /// Critical speeds, ascending.
+    pub critical_speeds: Vec<CriticalSpeed>,
+    /// Elastic twist frequencies, free-free [rad/s].
+    pub twist: Vec<f64>,
+    /// Axial frequencies [rad/s].
+    pub axial: Vec<f64>,
+    /// Modes of each flexible ring, by diaphragm name.
+    pub rings: Vec<(String, Vec<RingMode>)>,
+}
+
+/// Whirl modes at rest below which critical speeds are looked for.
+const CRITICAL_MODES: usize = 12;
+/// Intervals of the search for critical speeds.
+const CRITICAL_INTERVALS: usize = 64;
+
+/// Modes of a machine at speeds [rad/s].
+///
+/// ```text
+/// M x'' + (C + W G) x' + (K + K_skew) x = 0,  x = Re(phi e^{lambda t}),  W_crit: Im lambda(W) = W
+/// ```
+/// Source: conventions of the reference data (`tests/data`). Verified by `tests/linear_rotors.rs`, `tests/ring.rs`.
+///
+/// # Errors
+/// [`EigenError`].
+pub fn report(machine: &Machine, speeds: &[f64]) -> Result<ModesReport, EigenError> {
+    let lateral = Lateral::new(machine)?;
+    let rotor = &lateral.rotor;
+    let speeds = speeds
+        .iter()
+        .map(|&speed| Ok((speed, lateral.modes(speed)?)))
+        .collect::<Result<Vec<_>, EigenError>>()?;
+    let roots = |k: &Matrix, m: &Matrix, what| -> Result<Vec<f64>, EigenError> {
+        let (values, _) = symmetric_generalised(k, m, what)?;
+        Ok(values.iter().map(|square| square.max(0.0).sqrt()).collect())
+    };
+    let twist = roots(&rotor.twist_stiffness, &rotor.twist_mass, "the rotor's twist")?.split_off(1);
+    let axial = match machine.rotor.kind {
+        RotorKind::Shaft(_) => roots(&rotor.axial_stiffness, &rotor.axial_mass, "the rotor's axial motion")?,
+        RotorKind::PointMass(_) => Vec::new(),
+    };
+    let mut rings = Vec::new();
+    for diaphragm in &machine.diaphragms {
+        if let DiaphragmKind::Flexible(stator) = &diaphragm.kind {
+            rings.push((diaphragm.name.clone(), ring_report(&RingMatrices::assemble(stator))?));
+        }
+    }
+    Ok(ModesReport { speeds, critical_speeds: lateral.critical_speeds()?, twist, axial, rings })
+}
+
+/// Lateral model in state-space form.
+struct Lateral {
+    rotor: RotorMatrices,
+    inverse_mass: Matrix,
+    stiffness: Matrix,
+    gyroscopic: Matrix,
+}
+
+impl Lateral {
+    fn new(machine: &Machine) -> Result<Self, EigenError> {
+        let rotor = RotorMatrices::assemble(&machine.rotor);
+        let mut mass = rotor.mass.clone();
+        if matches!(machine.rotor.kind, RotorKind::PointMass(_)) {
+            for site in machine.rotor.unbalances.iter().map(UnbalanceSite::new) {
+                mass[(0, 0)] += site.mass;
+                mass[(1, 1)] += site.mass;
+            }
+        }
+        let inverse_mass = inverse(&mass)
+            .ok_or(EigenError::MassNotDefinite { what: "the rotor", size: mass.nrows() })?;
+        let stiffness = &rotor.stiffness + rotor.skew_stiffness();
+        let gyroscopic = rotor.gyroscopic();
+        Ok(Self { rotor, inverse_mass, stiffness, gyroscopic })
+    }
+
+    /// Oscillating modes at a speed, by frequency.
+    fn modes(&self, speed: f64) -> Result<Vec<WhirlMode>, EigenError> {
+        let n = self.stiffness.nrows();
+        let velocity = &self.rotor.damping + &self.gyroscopic * speed;
+        let mut a = Matrix::zeros(2 * n, 2 * n);
+        a.view_mut((0, n), (n, n)).fill_with_identity();
+        a.view_mut((n, 0), (n, n)).copy_from(&-(&self.inverse_mass * &self.stiffness));
+        a.view_mut((n, n), (n, n)).copy_from(&-(&self.inverse_mass * velocity));
+        let (values, real, imaginary) = complex_eigen(&a, "the spinning rotor")?;
+        let largest = values.iter().map(|[re, im]| re.hypot(*im)).fold(0.0, f64::max);
+        let mut modes: Vec<WhirlMode> = values
+            .iter()
+            .enumerate()
+            .filter(|(_, [_, im])| *im > 1e-9 * largest)
+            .map(|(j, &[re, im])| WhirlMode {
+                frequency: im,
+                damping_ratio: -re / re.hypot(im),
+                whirl: self.sense(j, &real, &imaginary),
+            })
+            .collect();
+        modes.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
+        Ok(modes)
+    }
+
+    /// Forward whirl carries x towards y: `v = -i u`, so that `Im(conj(u) v) < 0`.
+    fn sense(&self, mode: usize, real: &Matrix, imaginary: &Matrix) -> Whirl {
+        let (mut turning, mut size) = (0.0, 0.0);
+        for node in 0..self.rotor.nodes {
+            let (u, v) = (node * self.rotor.stride, node * self.rotor.stride + 1);
+            let (ur, ui) = (real[(u, mode)], imaginary[(u, mode)]);
+            let (vr, vi) = (real[(v, mode)], imaginary[(v, mode)]);
+            turning -= ur * vi - ui * vr;
+            size += ur * ur + ui * ui + vr * vr + vi * vi;
+        }
+        let share = 2.0 * turning / size;
+        if share > 1e-6 {
+            Whirl::Forward
+        } else if share < -1e-6 {
+            Whirl::Backward
+        } else {
+            Whirl::Planar
+        }
+    }
+
+    /// Speeds at which a whirl frequency equals the speed, by sign changes of the sorted curves.
+    fn critical_speeds(&self) -> Result<Vec<CriticalSpeed>, EigenError> {
+        let at_rest = self.modes(0.0)?;
+        let Some(last) = at_rest.get(CRITICAL_MODES - 1).or(at_rest.last()) else { return Ok(Vec::new()) };
+        let top = 1.05 * last.frequency;
+        let below = |modes: &[WhirlMode], speed: f64| modes.iter().filter(|mode| mode.frequency < speed).count();
+        let mut found = Vec::new();
+        let (mut from, mut modes_from) = (0.0, at_rest);
+        for interval in 1..=CRITICAL_INTERVALS {
+            let to = top * interval as f64 / CRITICAL_INTERVALS as f64;
+            let modes_to = self.modes(to)?;
+            let (a, b) = (below(&modes_from, from), below(&modes_to, to));
+            for k in a.min(b)..a.max(b) {
+                let ends = (modes_from[k].frequency - from, modes_to[k].frequency - to);
+                if let Some(critical) = self.crossing(k, (from, to), ends)? {
+                    found.push(critical);
+                }
+            }
+            (from, modes_from) = (to, modes_to);
+        }
+        found.sort_by(|a: &CriticalSpeed, b| a.speed.total_cmp(&b.speed));
+        Ok(found)
+    }
+
+    /// Root of `omega_k(W) - W` in an interval, by regula falsi (Illinois).
+    fn crossing(&self, k: usize, (mut a, mut b): (f64, f64), (mut fa, mut fb): (f64, f64)) -> Result<Option<CriticalSpeed>, EigenError> {
+        let mut side = 0;
+        for _ in 0..80 {
+            let c = (a * fb - b * fa) / (fb - fa);
+            let Some(mode) = self.modes(c)?.get(k).copied() else { return Ok(None) };
+            let fc = mode.frequency - c;
+            if fc.abs() < 1e-12 * c || (b - a).abs() < 1e-13 * c {
+                return Ok(Some(CriticalSpeed { speed: c, damping_ratio: mode.damping_ratio, whirl: mode.whirl }));
+            }
+            if (fc > 0.0) == (fa > 0.0) {
+                (a, fa) = (c, fc);
+                if side == -1 {
+                    fb *= 0.5;
+                }
+                side = -1;
+            } else {
+                (b, fb) = (c, fc);
+                if side == 1 {
+                    fa *= 0.5;
+                }
+                side = 1;
+            }
+        }
+        Ok(None)
+    }
+}
+
+fn ring_report(ring: &RingMatrices) -> Result<Vec<RingMode>, EigenError> {
+    const POINTS: usize = 256;
+    let (values, shapes) = symmetric_generalised(&ring.stiffness, &ring.mass, "the ring")?;
+    Ok(values
+        .iter()
+        .enumerate()
+        .map(|(j, square)| {
+            let radial = ring.radial(crate::linalg::column_of(&shapes, j), POINTS);
+            RingMode { frequency: square.max(0.0).sqrt(), nodal_diameters: dominant_harmonic(&radial) }
+        })
+        .collect())
+}
+
+fn dominant_harmonic(samples: &[f64]) -> usize {
+    let count = samples.len();
+    let power = |n: usize| {
+        let (mut c, mut s) = (0.0, 0.0);
+        for (k, value) in samples.iter().enumerate() {
+            let (sin, cos) = libm::sincos(2.0 * std::f64::consts::PI * ((n * k) % count) as f64 / count as f64);
+            c += value * cos;
+            s += value * sin;
+        }
+        // a cosine's energy is spread over both signs of n, a constant's is not
+        if n == 0 { 0.5 * c * c } else { c * c + s * s }
+    };
+    (0..=count / 4).map(|n| (n, power(n))).fold((0, -1.0), |best, next| if next.1 > best.1 { next } else { best }).0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn harmonics_are_told_apart() {
+        for n in [0, 1, 2, 5] {
+            let samples: Vec<f64> =
+                (0..256).map(|k| (2.0 * std::f64::consts::PI * f64::from(n * k) / 256.0 + 0.3).cos()).collect();
+            assert_eq!(dominant_harmonic(&samples), usize::try_from(n).expect("small"));
+        }
+    }
+}

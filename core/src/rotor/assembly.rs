@@ -1,0 +1,217 @@
+//! Assembly of the shaft line.
+
+use super::{GyroSite, shaft_blocks};
+use crate::linalg::Matrix;
+use crate::machine::{Rotor, RotorKind, Shaft};
+
+/// A bearing at its node, stiffness split into the part with a potential and the part without.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BearingSite {
+    /// Node.
+    pub node: usize,
+    /// K as given [N/m].
+    pub stiffness: [[f64; 2]; 2],
+    /// `(kxy - kyx)/2` [N/m]: the skew part, whose work is a term of its own.
+    pub skew: f64,
+    /// C as given [N s/m].
+    pub damping: [[f64; 2]; 2],
+}
+
+impl BearingSite {
+    /// Load K x + C x' [N]; the force on the rotor is its opposite.
+    #[inline]
+    #[must_use]
+    pub fn load(&self, x: [f64; 2], v: [f64; 2]) -> [f64; 2] {
+        let (k, c) = (&self.stiffness, &self.damping);
+        [
+            k[0][0] * x[0] + k[0][1] * x[1] + c[0][0] * v[0] + c[0][1] * v[1],
+            k[1][0] * x[0] + k[1][1] * x[1] + c[1][0] * v[0] + c[1][1] * v[1],
+        ]
+    }
+
+    /// Power that the damping takes, `v^T C v` [W] (negative where the damping is not dissipative).
+    #[inline]
+    #[must_use]
+    pub fn damping_power(&self, v: [f64; 2]) -> f64 {
+        let c = &self.damping;
+        v[0] * (c[0][0] * v[0] + c[0][1] * v[1]) + v[1] * (c[1][0] * v[0] + c[1][1] * v[1])
+    }
+
+    /// Force of the skew stiffness on the rotor [N]: `-[[0, s], [-s, 0]] x`.
+    #[inline]
+    #[must_use]
+    pub fn skew_force(&self, x: [f64; 2]) -> [f64; 2] {
+        [-self.skew * x[1], self.skew * x[0]]
+    }
+}
+
+/// Finite-element matrices of the shaft line; unbalances are not in them (they differ from sample to sample).
+#[derive(Debug, Clone, PartialEq)]
+pub struct RotorMatrices {
+    /// Number of nodes.
+    pub nodes: usize,
+    /// Lateral degrees of freedom per node: 4, or 2 for a point mass.
+    pub stride: usize,
+    /// Lateral mass.
+    pub mass: Matrix,
+    /// Lateral stiffness: shaft and the symmetric part of the bearings.
+    pub stiffness: Matrix,
+    /// Lateral damping: structure and bearings.
+    pub damping: Matrix,
+    /// Structural damping alone.
+    pub structural_damping: Matrix,
+    /// Twist inertia.
+    pub twist_mass: Matrix,
+    /// Twist stiffness.
+    pub twist_stiffness: Matrix,
+    /// Axial mass.
+    pub axial_mass: Matrix,
+    /// Axial stiffness.
+    pub axial_stiffness: Matrix,
+    /// Gyroscopic sites.
+    pub gyro: Vec<GyroSite>,
+    /// Bearings in the machine's order.
+    pub bearings: Vec<BearingSite>,
+    /// Inertia weights of the mean spin, `s = j/J_t`, `j = M_beta 1`.
+    pub spin_weights: Vec<f64>,
+}
+
+impl RotorMatrices {
+    /// Assembles the shaft line of a validated machine.
+    #[must_use]
+    pub fn assemble(rotor: &Rotor) -> Self {
+        let mut matrices = match &rotor.kind {
+            RotorKind::Shaft(shaft) => shaft_matrices(shaft, rotor),
+            RotorKind::PointMass(point) => {
+                let mut empty = Self::empty(1, 2);
+                empty.mass.fill_diagonal(point.mass);
+                empty.twist_mass[(0, 0)] = point.polar_inertia;
+                empty.axial_mass[(0, 0)] = point.mass;
+                empty
+            }
+        };
+        matrices.add_bearings(rotor);
+        let inertia: Vec<f64> = matrices.twist_mass.row_iter().map(|row| row.sum()).collect();
+        let total: f64 = inertia.iter().sum();
+        matrices.spin_weights = inertia.iter().map(|j| j / total).collect();
+        matrices
+    }
+
+    fn empty(nodes: usize, stride: usize) -> Self {
+        let (lateral, single) = (Matrix::zeros(nodes * stride, nodes * stride), Matrix::zeros(nodes, nodes));
+        Self {
+            nodes,
+            stride,
+            mass: lateral.clone(),
+            stiffness: lateral.clone(),
+            damping: lateral.clone(),
+            structural_damping: lateral,
+            twist_mass: single.clone(),
+            twist_stiffness: single.clone(),
+            axial_mass: single.clone(),
+            axial_stiffness: single,
+            gyro: Vec::new(),
+            bearings: Vec::new(),
+            spin_weights: Vec::new(),
+        }
+    }
+
+    fn add_bearings(&mut self, rotor: &Rotor) {
+        for bearing in &rotor.bearings {
+            let base = self.stride * bearing.node;
+            let k = &bearing.stiffness;
+            let cross = 0.5 * (k[0][1] + k[1][0]);
+            for (i, j, value) in [(0, 0, k[0][0]), (0, 1, cross), (1, 0, cross), (1, 1, k[1][1])] {
+                self.stiffness[(base + i, base + j)] += value;
+                self.damping[(base + i, base + j)] += bearing.damping[i][j];
+            }
+            self.axial_stiffness[(bearing.node, bearing.node)] += bearing.axial_stiffness;
+            self.bearings.push(BearingSite {
+                node: bearing.node,
+                stiffness: bearing.stiffness,
+                skew: 0.5 * (k[0][1] - k[1][0]),
+                damping: bearing.damping,
+            });
+        }
+    }
+
+    /// Lateral degrees of freedom.
+    #[must_use]
+    pub fn lateral_size(&self) -> usize {
+        self.nodes * self.stride
+    }
+
+    /// `sum_g S_g`: the gyroscopic matrix per rad/s of a uniform spin.
+    #[must_use]
+    pub fn gyroscopic(&self) -> Matrix {
+        let mut dense = Matrix::zeros(self.lateral_size(), self.lateral_size());
+        for site in &self.gyro {
+            site.add_dense(1.0, &mut dense);
+        }
+        dense
+    }
+
+    /// Skew part of the bearing stiffness as a matrix, for linear analyses.
+    #[must_use]
+    pub fn skew_stiffness(&self) -> Matrix {
+        let mut dense = Matrix::zeros(self.lateral_size(), self.lateral_size());
+        for bearing in &self.bearings {
+            let base = self.stride * bearing.node;
+            dense[(base, base + 1)] += bearing.skew;
+            dense[(base + 1, base)] -= bearing.skew;
+        }
+        dense
+    }
+
+    /// Weight of the rotor per node and direction: `M` times a uniform field [N].
+    #[must_use]
+    pub fn weight(&self, gravity: [f64; 2]) -> Vec<f64> {
+        let mut field = vec![0.0; self.lateral_size()];
+        for node in field.chunks_exact_mut(self.stride) {
+            node[..2].copy_from_slice(&gravity);
+        }
+        let mut weight = vec![0.0; field.len()];
+        crate::linalg::mul_vec(&self.mass, &field, &mut weight);
+        weight
+    }
+}
+
+/// Shaft elements and discs. Structural damping is that of the shaft's elements (discs and bearings excluded).
+fn shaft_matrices(shaft: &Shaft, rotor: &Rotor) -> RotorMatrices {
+    let mut all = RotorMatrices::empty(shaft.nodes.len(), 4);
+    for (i, element) in shaft.elements.iter().enumerate() {
+        let blocks = shaft_blocks(element);
+        // XZ plane [u, theta_v] as it stands; YZ plane [v, -theta_u]
+        for (places, signs) in [([0, 3, 4, 7], [1.0; 4]), ([1, 2, 5, 6], [1.0, -1.0, 1.0, -1.0])] {
+            for a in 0..4 {
+                for b in 0..4 {
+                    let (row, col, sign) = (4 * i + places[a], 4 * i + places[b], signs[a] * signs[b]);
+                    all.mass[(row, col)] += sign * blocks.mass[(a, b)];
+                    all.stiffness[(row, col)] += sign * blocks.stiffness[(a, b)];
+                }
+            }
+        }
+        for a in 0..2 {
+            for b in 0..2 {
+                all.twist_mass[(i + a, i + b)] += blocks.twist_mass[(a, b)];
+                all.twist_stiffness[(i + a, i + b)] += blocks.twist_stiffness[(a, b)];
+                all.axial_mass[(i + a, i + b)] += blocks.axial_mass[(a, b)];
+                all.axial_stiffness[(i + a, i + b)] += blocks.axial_stiffness[(a, b)];
+            }
+        }
+        all.gyro.push(GyroSite::from_plane(i, &blocks.gyroscopic));
+    }
+    all.structural_damping =
+        &all.mass * rotor.damping.mass_proportional + &all.stiffness * rotor.damping.stiffness_proportional;
+    all.damping = all.structural_damping.clone();
+    for disc in &shaft.discs {
+        let base = 4 * disc.node;
+        for (offset, value) in [(0, disc.mass), (1, disc.mass), (2, disc.transverse_inertia), (3, disc.transverse_inertia)] {
+            all.mass[(base + offset, base + offset)] += value;
+        }
+        all.twist_mass[(disc.node, disc.node)] += disc.polar_inertia;
+        all.axial_mass[(disc.node, disc.node)] += disc.mass;
+        all.gyro.push(GyroSite::Disc { node: disc.node, polar_inertia: disc.polar_inertia });
+    }
+    all
+}

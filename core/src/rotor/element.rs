@@ -1,0 +1,159 @@
+//! Two-node Timoshenko shaft element, matrices of one bending plane and of twist and traction.
+
+use nalgebra::{Matrix2, Matrix4, Vector4};
+
+use crate::machine::ShaftElement;
+
+/// Element matrices in the plane set `[w1, s1, w2, s2]` (deflection and slope angle of the section at both ends).
+#[derive(Debug, Clone, PartialEq)]
+pub struct ShaftBlocks {
+    /// Bending mass: translation and rotary inertia [kg, kg m, kg m2].
+    pub mass: Matrix4<f64>,
+    /// Bending stiffness [N/m, N, N m].
+    pub stiffness: Matrix4<f64>,
+    /// `H = int rho I_p N_s^T N_s dz` in the plane set, before the signs of the two planes [kg m2 ...].
+    pub gyroscopic: Matrix4<f64>,
+    /// Twist inertia [kg m2].
+    pub twist_mass: Matrix2<f64>,
+    /// Twist stiffness [N m/rad].
+    pub twist_stiffness: Matrix2<f64>,
+    /// Axial mass [kg].
+    pub axial_mass: Matrix2<f64>,
+    /// Axial stiffness [N/m].
+    pub axial_stiffness: Matrix2<f64>,
+}
+
+/// Abscissae and weights of the 4-point Gauss rule on [0, 1]: exact to degree 7, the products here reach 6.
+pub(crate) const GAUSS4: [(f64, f64); 4] = [
+    (0.069_431_844_202_973_71, 0.173_927_422_568_726_93),
+    (0.330_009_478_207_571_87, 0.326_072_577_431_273_07),
+    (0.669_990_521_792_428_1, 0.326_072_577_431_273_07),
+    (0.930_568_155_797_026_3, 0.173_927_422_568_726_93),
+];
+
+/// Matrices of one shaft element.
+///
+/// ```text
+/// Phi = 12 E I / (k G S L^2)                                     shear parameter; 0 without shear deformation
+/// M = int rho S N_w^T N_w + rho I N_s^T N_s dz                    consistent mass, translation and rotary inertia
+/// K = int E I N_s'^T N_s' + k G S (N_w' - N_s)^T (N_w' - N_s) dz  strain energy (4) of the paper
+/// H = int rho I_p N_s^T N_s dz,  I_p = 2 I
+/// ```
+/// Source: paper eqs (3), (4); static shape functions of the Timoshenko beam (Przemieniecki 1968), as the conventions of
+/// the reference data state them. Deviation: none.
+///
+/// # Units
+/// SI; the plane set is `[u, theta_v]` in XZ as it stands and `[v, -theta_u]` in YZ.
+/// # Limits
+/// Round section, small rotations; no axial-force or torque-bending coupling (third order, dropped as in the paper).
+/// # Verified by
+/// `rigid_motions_cost_nothing_and_carry_the_section_s_inertia`, `reference_rotors_*` in `tests/linear_rotors.rs`
+#[must_use]
+pub fn shaft_blocks(element: &ShaftElement) -> ShaftBlocks {
+    let pi = std::f64::consts::PI;
+    let (od, id, l) = (element.diameter, element.inner_diameter, element.length);
+    let area = pi / 4.0 * (od * od - id * id);
+    let inertia = pi / 64.0 * (od * od * od * od - id * id * id * id);
+    let polar = 2.0 * inertia;
+    let (e, rho) = (element.young_modulus, element.density);
+    let g = e / (2.0 * (1.0 + element.poisson_ratio));
+    let shear_rigidity = element.shear_coefficient.map(|k| k * g * area);
+    let phi = shear_rigidity.map_or(0.0, |rigidity| 12.0 * e * inertia / (rigidity * l * l));
+
+    let mut blocks = ShaftBlocks {
+        mass: Matrix4::zeros(),
+        stiffness: Matrix4::zeros(),
+        gyroscopic: Matrix4::zeros(),
+        twist_mass: Matrix2::new(2.0, 1.0, 1.0, 2.0) * (rho * polar * l / 6.0),
+        twist_stiffness: Matrix2::new(1.0, -1.0, -1.0, 1.0) * (g * polar / l),
+        axial_mass: Matrix2::new(2.0, 1.0, 1.0, 2.0) * (rho * area * l / 6.0),
+        axial_stiffness: Matrix2::new(1.0, -1.0, -1.0, 1.0) * (e * area / l),
+    };
+    for (xi, weight) in GAUSS4 {
+        let (w, s, ds) = shapes(xi, l, phi);
+        let dz = weight * l;
+        blocks.mass += (w * w.transpose()) * (rho * area * dz) + (s * s.transpose()) * (rho * inertia * dz);
+        blocks.stiffness += (ds * ds.transpose()) * (e * inertia * dz);
+        blocks.gyroscopic += (s * s.transpose()) * (rho * polar * dz);
+    }
+    if let Some(rigidity) = shear_rigidity {
+        // w' - s is constant along the element: -Phi/(1+Phi) times the strain that pure bending would need
+        let shear = Vector4::new(-1.0 / l, -0.5, 1.0 / l, -0.5) * (phi / (1.0 + phi));
+        blocks.stiffness += (shear * shear.transpose()) * (rigidity * l);
+    }
+    blocks
+}
+
+/// Deflection, section angle and its derivative along z for the plane set, at xi = z/L.
+fn shapes(xi: f64, l: f64, phi: f64) -> (Vector4<f64>, Vector4<f64>, Vector4<f64>) {
+    let (x2, x3, c) = (xi * xi, xi * xi * xi, 1.0 / (1.0 + phi));
+    let bubble = 0.5 * phi * (xi - x2);
+    let w = Vector4::new(
+        c * (1.0 - 3.0 * x2 + 2.0 * x3 + phi * (1.0 - xi)),
+        c * l * (xi - 2.0 * x2 + x3 + bubble),
+        c * (3.0 * x2 - 2.0 * x3 + phi * xi),
+        c * l * (x3 - x2 - bubble),
+    );
+    let s = Vector4::new(
+        c * 6.0 * (x2 - xi) / l,
+        c * (1.0 - 4.0 * xi + 3.0 * x2 + phi * (1.0 - xi)),
+        c * 6.0 * (xi - x2) / l,
+        c * (3.0 * x2 - 2.0 * xi + phi * xi),
+    );
+    let ds = Vector4::new(
+        c * 6.0 * (2.0 * xi - 1.0) / (l * l),
+        c * (6.0 * xi - 4.0 - phi) / l,
+        c * 6.0 * (1.0 - 2.0 * xi) / (l * l),
+        c * (6.0 * xi - 2.0 + phi) / l,
+    );
+    (w, s, ds)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn element(shear_coefficient: Option<f64>) -> ShaftElement {
+        ShaftElement {
+            length: 0.7,
+            diameter: 0.2,
+            inner_diameter: 0.05,
+            young_modulus: 2.1e11,
+            poisson_ratio: 0.3,
+            density: 7850.0,
+            shear_coefficient,
+            section: 0,
+        }
+    }
+
+    #[test]
+    fn rigid_motions_cost_nothing_and_carry_the_section_s_inertia() {
+        for shear in [None, Some(0.9)] {
+            let e = element(shear);
+            let b = shaft_blocks(&e);
+            let area = std::f64::consts::PI / 4.0 * (0.2f64.powi(2) - 0.05f64.powi(2));
+            let translation = Vector4::new(1.0, 0.0, 1.0, 0.0);
+            let rotation = Vector4::new(0.0, 1.0, 0.7, 1.0);
+            assert!((b.stiffness * translation).amax() < 1e-6 * b.stiffness.amax());
+            assert!((b.stiffness * rotation).amax() < 1e-9 * b.stiffness.amax());
+            let mass = 7850.0 * area * 0.7;
+            assert!(((translation.transpose() * b.mass * translation)[0] / mass - 1.0).abs() < 1e-12);
+            let polar = 7850.0 * std::f64::consts::PI / 32.0 * (0.2f64.powi(4) - 0.05f64.powi(4)) * 0.7;
+            assert!(((rotation.transpose() * b.gyroscopic * rotation)[0] / polar - 1.0).abs() < 1e-12);
+            let about_end = mass * 0.7 * 0.7 / 3.0 + polar / 2.0;
+            assert!(((rotation.transpose() * b.mass * rotation)[0] / about_end - 1.0).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_cantilever_deflects_by_bending_and_shear() {
+        let e = element(Some(0.9));
+        let k = shaft_blocks(&e).stiffness;
+        let free = k.fixed_view::<2, 2>(2, 2).into_owned();
+        let tip = free.try_inverse().expect("clamped")[(0, 0)];
+        let inertia = std::f64::consts::PI / 64.0 * (0.2f64.powi(4) - 0.05f64.powi(4));
+        let area = std::f64::consts::PI / 4.0 * (0.2f64.powi(2) - 0.05f64.powi(2));
+        let expected = 0.7f64.powi(3) / (3.0 * 2.1e11 * inertia) + 0.7 / (0.9 * 2.1e11 / 2.6 * area);
+        assert!((tip / expected - 1.0).abs() < 1e-11, "{tip} {expected}");
+    }
+}

@@ -1,0 +1,17 @@
+//! The shaft line: elements, discs, bearings assembled to finite-element matrices, gyroscopic sites, unbalance, braking.
+//!
+//! Lateral degrees of freedom stand node by node as `[u, v, theta_u, theta_v]` (a point-mass rotor has `[u, v]`),
+//! twist as one absolute angle `psi_i = phi + beta_i` per node, axial as one `w` per node (physics.md section 1).
+
+mod assembly;
+mod braking;
+mod element;
+mod gyro;
+mod unbalance;
+
+pub use assembly::{BearingSite, RotorMatrices};
+pub use braking::braking_torque;
+pub(crate) use element::GAUSS4;
+pub use element::{ShaftBlocks, shaft_blocks};
+pub use gyro::GyroSite;
+pub use unbalance::UnbalanceSite;

@@ -1,0 +1,120 @@
+//! Assembly of ring and blades.
+
+use super::elements::{blade_element, hermite, ring_element};
+use super::surface::Surface;
+use crate::linalg::Matrix;
+use crate::machine::{Blades, FlexibleStator};
+
+/// Finite-element matrices of a diaphragm.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RingMatrices {
+    /// Ring nodes.
+    pub nodes: usize,
+    /// Mass.
+    pub mass: Matrix,
+    /// Stiffness.
+    pub stiffness: Matrix,
+    /// a of the Rayleigh damping C = a M + b K [1/s].
+    pub mass_proportional: f64,
+    /// b [s].
+    pub stiffness_proportional: f64,
+    /// Mean radius [m].
+    pub mean_radius: f64,
+}
+
+impl RingMatrices {
+    /// Assembles a flexible stator. The outer blade nodes are clamped and have no degrees of freedom.
+    #[must_use]
+    pub fn assemble(stator: &FlexibleStator) -> Self {
+        let nodes = stator.ring.elements;
+        let blades = stator.blades.filter(|blades| blades.count > 0);
+        let inner = blades.map_or(0, |blades| blades.count * (blades.elements - 1));
+        let size = 4 * nodes + 3 * inner;
+        let mut all = Self {
+            nodes,
+            mass: Matrix::zeros(size, size),
+            stiffness: Matrix::zeros(size, size),
+            mass_proportional: stator.damping.mass_proportional,
+            stiffness_proportional: stator.damping.stiffness_proportional,
+            mean_radius: stator.ring.mean_radius,
+        };
+        let (mass, stiffness) = ring_element(stator);
+        for element in 0..nodes {
+            let next = (element + 1) % nodes;
+            let place = |k: usize| if k < 4 { 4 * element + k } else { 4 * next + k - 4 };
+            for a in 0..8 {
+                for b in 0..8 {
+                    all.mass[(place(a), place(b))] += mass[(a, b)];
+                    all.stiffness[(place(a), place(b))] += stiffness[(a, b)];
+                }
+            }
+        }
+        if let Some(blades) = blades {
+            all.add_blades(stator, &blades);
+        }
+        all
+    }
+
+    fn add_blades(&mut self, stator: &FlexibleStator, blades: &Blades) {
+        let (mass, stiffness) = blade_element(stator, blades);
+        let r = self.mean_radius;
+        for blade in 0..blades.count {
+            let foot = 4 * (blade * self.nodes / blades.count);
+            let inner = 4 * self.nodes + 3 * blade * (blades.elements - 1);
+            for element in 0..blades.elements {
+                // each of the six element freedoms is a combination of global ones; the casing end has none
+                let mut places: [Vec<(usize, f64)>; 6] = std::array::from_fn(|_| Vec::new());
+                for end in 0..2 {
+                    let node = element + end;
+                    if node == 0 {
+                        // foot on the mean line (9): axial v, transverse u, slope theta_z = u/R - v_s
+                        places[3 * end] = vec![(foot + 2, 1.0)];
+                        places[3 * end + 1] = vec![(foot, 1.0)];
+                        places[3 * end + 2] = vec![(foot, 1.0 / r), (foot + 3, -1.0)];
+                    } else if node < blades.elements {
+                        for k in 0..3 {
+                            places[3 * end + k] = vec![(inner + 3 * (node - 1) + k, 1.0)];
+                        }
+                    }
+                }
+                for a in 0..6 {
+                    for b in 0..6 {
+                        for &(row, wa) in &places[a] {
+                            for &(col, wb) in &places[b] {
+                                self.mass[(row, col)] += wa * wb * mass[(a, b)];
+                                self.stiffness[(row, col)] += wa * wb * stiffness[(a, b)];
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Degrees of freedom.
+    #[must_use]
+    pub fn size(&self) -> usize {
+        self.mass.nrows()
+    }
+
+    /// The ring's contact surface, for `R_i` [m] and whether the displacement is taken at the inner face.
+    #[must_use]
+    pub fn surface(&self, contact_radius: f64, inner_face: bool) -> Surface {
+        Surface::new(self.nodes, self.mean_radius, contact_radius, inner_face)
+    }
+
+    /// Radial displacement v of a field of degrees of freedom at evenly spaced angles, for naming modes.
+    #[must_use]
+    pub fn radial(&self, field: &[f64], points: usize) -> Vec<f64> {
+        let arc = 2.0 * std::f64::consts::PI * self.mean_radius / self.nodes as f64;
+        (0..points)
+            .map(|k| {
+                let place = k as f64 / points as f64 * self.nodes as f64;
+                let element = (place as usize).min(self.nodes - 1);
+                let [n, _, _] = hermite(place - element as f64, arc);
+                let (a, b) = (4 * element, 4 * ((element + 1) % self.nodes));
+                n[0] * field[a + 2] + n[1] * field[a + 3] + n[2] * field[b + 2] + n[3] * field[b + 3]
+            })
+            .collect()
+    }
+}

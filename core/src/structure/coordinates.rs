@@ -1,0 +1,119 @@
+//! Generalised coordinates of a part: its nodal degrees of freedom themselves, or amplitudes of modes.
+
+use crate::linalg::{Matrix, axpy, column_of, mul_transposed_vec, mul_vec};
+
+/// The map between coordinates q and nodal degrees of freedom x: `x = Phi q`, forces `Phi^T f`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Coordinates {
+    nodal_size: usize,
+    modes: Option<Modes>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+struct Modes {
+    shapes: Matrix,
+    /// Phi^T: the column of a nodal degree of freedom is contiguous.
+    transposed: Matrix,
+}
+
+impl Coordinates {
+    /// q = x.
+    #[must_use]
+    pub fn nodal(size: usize) -> Self {
+        Self { nodal_size: size, modes: None }
+    }
+
+    /// x = Phi q.
+    #[must_use]
+    pub fn modal(shapes: &Matrix) -> Self {
+        Self {
+            nodal_size: shapes.nrows(),
+            modes: Some(Modes { shapes: shapes.clone(), transposed: shapes.transpose() }),
+        }
+    }
+
+    /// Number of coordinates.
+    #[must_use]
+    pub fn size(&self) -> usize {
+        self.modes.as_ref().map_or(self.nodal_size, |modes| modes.shapes.ncols())
+    }
+
+    /// Number of nodal degrees of freedom.
+    #[must_use]
+    pub fn nodal_size(&self) -> usize {
+        self.nodal_size
+    }
+
+    /// Phi; `None` where q = x.
+    #[must_use]
+    pub fn shapes(&self) -> Option<&Matrix> {
+        self.modes.as_ref().map(|modes| &modes.shapes)
+    }
+
+    /// x = Phi q.
+    pub fn expand(&self, q: &[f64], x: &mut [f64]) {
+        match &self.modes {
+            None => x.copy_from_slice(q),
+            Some(modes) => mul_vec(&modes.shapes, q, x),
+        }
+    }
+
+    /// The first `x.len()` nodal degrees of freedom of Phi q.
+    pub fn expand_head(&self, q: &[f64], x: &mut [f64]) {
+        match &self.modes {
+            None => x.copy_from_slice(&q[..x.len()]),
+            Some(modes) => {
+                x.fill(0.0);
+                for (j, &amplitude) in q.iter().enumerate() {
+                    axpy(amplitude, &column_of(&modes.shapes, j)[..x.len()], x);
+                }
+            }
+        }
+    }
+
+    /// f_q = Phi^T f.
+    pub fn project(&self, f: &[f64], f_q: &mut [f64]) {
+        match &self.modes {
+            None => f_q.copy_from_slice(f),
+            Some(modes) => mul_transposed_vec(&modes.shapes, f, f_q),
+        }
+    }
+
+    /// `row += factor * Phi[dof, :]`.
+    pub fn add_row(&self, dof: usize, factor: f64, row: &mut [f64]) {
+        match &self.modes {
+            None => row[dof] += factor,
+            Some(modes) => axpy(factor, column_of(&modes.transposed, dof), row),
+        }
+    }
+
+    /// Phi[dof, :] as a vector.
+    #[must_use]
+    pub fn row(&self, dof: usize) -> Vec<f64> {
+        let mut row = vec![0.0; self.size()];
+        self.add_row(dof, 1.0, &mut row);
+        row
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn projection_is_the_transpose_of_expansion() {
+        let shapes = Matrix::from_fn(6, 3, |i, j| ((i * 5 + j * 7) % 9) as f64 - 4.0);
+        for coordinates in [Coordinates::modal(&shapes), Coordinates::nodal(6)] {
+            let q: Vec<f64> = (0..coordinates.size()).map(|i| i as f64 + 0.5).collect();
+            let f: Vec<f64> = (0..6).map(|i| f64::from(i) - 2.0).collect();
+            let (mut x, mut p) = (vec![0.0; 6], vec![0.0; coordinates.size()]);
+            coordinates.expand(&q, &mut x);
+            coordinates.project(&f, &mut p);
+            assert!((crate::linalg::dot(&x, &f) - crate::linalg::dot(&q, &p)).abs() < 1e-12);
+            assert!((crate::linalg::dot(&coordinates.row(4), &q) - x[4]).abs() < 1e-12);
+            let mut head = vec![0.0; 4];
+            coordinates.expand_head(&q, &mut head);
+            assert_eq!(head, x[..4]);
+        }
+    }
+}

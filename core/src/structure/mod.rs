@@ -1,0 +1,213 @@
+//! Structure: what many samples share. Matrices, modes and coordinates of one machine, immutable.
+//!
+//! The full engine's coordinates are the finite-element degrees of freedom, the reduced engine's are modal amplitudes; the
+//! transient sees both through [`Coordinates`] and evaluates every non-linear term at the nodes.
+
+mod coordinates;
+
+pub use coordinates::Coordinates;
+
+use crate::linalg::{Matrix, mul, mul_tn, project};
+use crate::machine::{DiaphragmKind, Engine, Machine, RotorKind};
+use crate::modal::{Basis, BasisError, ModeSet};
+use crate::rotor::RotorMatrices;
+use crate::stator::RingMatrices;
+
+/// A linear part `M q'' + C q' + K q = f` in the engine's coordinates.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Part {
+    /// Coordinates.
+    pub coordinates: Coordinates,
+    /// M.
+    pub mass: Matrix,
+    /// C.
+    pub damping: Matrix,
+    /// K (symmetric).
+    pub stiffness: Matrix,
+    /// All three are diagonal and M = 1.
+    pub modal: bool,
+    /// Highest frequency [rad/s].
+    pub highest: f64,
+}
+
+/// A flexible ring.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RingPart {
+    /// Finite-element matrices and surface.
+    pub matrices: RingMatrices,
+    /// The linear part.
+    pub part: Part,
+}
+
+/// Everything that does not change between samples of one structure.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Structure {
+    structural: Machine,
+    /// Finite-element shaft line.
+    pub rotor: RotorMatrices,
+    /// Lateral motion.
+    pub lateral: Part,
+    /// Twist: absolute angles.
+    pub twist: Part,
+    /// One entry per diaphragm; `None` for a stator without degrees of freedom.
+    pub rings: Vec<Option<RingPart>>,
+    basis: Basis,
+}
+
+impl Structure {
+    /// Builds matrices and coordinates; a frozen basis is used as it is, after its key was checked.
+    ///
+    /// # Errors
+    /// [`BasisError`] if a mode problem fails or the basis belongs to another structure.
+    pub fn build(machine: &Machine, frozen: Option<&Basis>) -> Result<Self, BasisError> {
+        let rotor = RotorMatrices::assemble(&machine.rotor);
+        let rings: Vec<Option<RingMatrices>> = machine
+            .diaphragms
+            .iter()
+            .map(|d| match &d.kind {
+                DiaphragmKind::Flexible(stator) => Some(RingMatrices::assemble(stator)),
+                DiaphragmKind::Rigid | DiaphragmKind::RadialSpring { .. } => None,
+            })
+            .collect();
+        let flexible: Vec<RingMatrices> = rings.iter().flatten().cloned().collect();
+        let basis = match frozen {
+            Some(basis) => {
+                let expected = crate::modal::modal_key(machine);
+                if basis.key != expected {
+                    return Err(BasisError::OtherStructure { expected: hex(&expected), found: hex(&basis.key) });
+                }
+                basis.clone()
+            }
+            None => Basis::compute(machine, &rotor, &flexible)?,
+        };
+        let reduced = machine.run.engine == Engine::Reduced;
+        let point = matches!(machine.rotor.kind, RotorKind::PointMass(_));
+        let lateral = if reduced && !point {
+            Part::reduced(&basis.lateral, &rotor.damping)
+        } else {
+            Part::full(&rotor.mass, &rotor.damping, &rotor.stiffness, basis.lateral.full_limit)
+        };
+        let no_damping = Matrix::zeros(rotor.nodes, rotor.nodes);
+        let twist = if reduced {
+            Part::reduced(&basis.twist, &no_damping)
+        } else {
+            Part::full(&rotor.twist_mass, &no_damping, &rotor.twist_stiffness, basis.twist.full_limit)
+        };
+        let mut sets = basis.rings.iter();
+        let rings = rings
+            .into_iter()
+            .map(|ring| ring.map(|matrices| ring_part(matrices, sets.next().expect("one set per ring"), reduced)))
+            .collect();
+        Ok(Self { structural: structural(machine), rotor, lateral, twist, rings, basis })
+    }
+
+    /// Whether a machine has this structure (it may differ in everything a study varies from sample to sample).
+    #[must_use]
+    pub fn fits(&self, machine: &Machine) -> bool {
+        self.structural == structural(machine)
+    }
+
+    /// The basis, to be frozen.
+    #[must_use]
+    pub fn basis(&self) -> &Basis {
+        &self.basis
+    }
+}
+
+impl Part {
+    fn reduced(modes: &ModeSet, damping: &Matrix) -> Self {
+        let size = modes.omega_squared.len();
+        Self {
+            coordinates: Coordinates::modal(&modes.shapes),
+            mass: Matrix::identity(size, size),
+            damping: project(damping, &modes.shapes),
+            stiffness: Matrix::from_diagonal(&crate::linalg::Vector::from_column_slice(&modes.omega_squared)),
+            modal: damping.amax() == 0.0,
+            highest: modes.highest(),
+        }
+    }
+
+    fn full(mass: &Matrix, damping: &Matrix, stiffness: &Matrix, highest: f64) -> Self {
+        Self {
+            coordinates: Coordinates::nodal(mass.nrows()),
+            mass: mass.clone(),
+            damping: damping.clone(),
+            stiffness: stiffness.clone(),
+            modal: false,
+            highest,
+        }
+    }
+
+    /// Coordinates of a nodal displacement field: exact for the full engine, the M-orthogonal projection
+    /// `q = Phi^T M x` for the reduced one.
+    #[must_use]
+    pub fn coordinates_of(&self, nodal_mass: &Matrix, field: &[f64]) -> Vec<f64> {
+        match self.coordinates.shapes() {
+            None => field.to_vec(),
+            Some(shapes) => {
+                let field = Matrix::from_column_slice(field.len(), 1, field);
+                mul_tn(shapes, &mul(nodal_mass, &field)).as_slice().to_vec()
+            }
+        }
+    }
+}
+
+fn ring_part(matrices: RingMatrices, modes: &ModeSet, reduced: bool) -> RingPart {
+    let (a, b) = (matrices.mass_proportional, matrices.stiffness_proportional);
+    let part = if reduced {
+        let damping: Vec<f64> = modes.omega_squared.iter().map(|square| a + b * square).collect();
+        let mut part = Part::reduced(modes, &Matrix::zeros(matrices.size(), matrices.size()));
+        part.damping = Matrix::from_diagonal(&crate::linalg::Vector::from_vec(damping));
+        part.modal = true;
+        part
+    } else {
+        let damping = &matrices.mass * a + &matrices.stiffness * b;
+        Part::full(&matrices.mass, &damping, &matrices.stiffness, modes.full_limit)
+    };
+    RingPart { matrices, part }
+}
+
+/// The machine with everything that varies from sample to sample set to one value.
+fn structural(machine: &Machine) -> Machine {
+    let mut kept = machine.clone();
+    kept.name.clear();
+    kept.run = crate::machine::RunSettings {
+        end_time: 0.0,
+        end_speed: 0.0,
+        engine: machine.run.engine,
+        step: None,
+        force_location: crate::machine::ForceLocation::Next,
+        rotor_modes: machine.run.rotor_modes,
+        twist_modes: machine.run.twist_modes,
+        ring_modes: machine.run.ring_modes,
+        step_limit: None,
+        guard: crate::machine::Guard { normal_work: 0.0, energy_balance: 0.0, penetration: 0.0 },
+    };
+    kept.rotor.initial_speed = 0.0;
+    kept.rotor.gravity = [0.0; 2];
+    kept.rotor.speed_law = None;
+    kept.rotor.initial = crate::machine::InitialState::default();
+    kept.rotor.unbalances.clear();
+    kept.braking = crate::machine::Braking::default();
+    for diaphragm in &mut kept.diaphragms {
+        diaphragm.angle = 0.0;
+        if let DiaphragmKind::RadialSpring { stiffness } = &mut diaphragm.kind {
+            *stiffness = 0.0;
+        }
+        diaphragm.contact = crate::machine::Contact {
+            node: 0,
+            rotor_radius: 0.0,
+            gap: 0.0,
+            friction: 0.0,
+            friction_law: crate::machine::FrictionLaw::StickSlip,
+            detection: crate::machine::Detection::Hyp2,
+            offset: [0.0; 2],
+            surface: crate::machine::ContactSurface::InnerFace,
+        };
+    }
+    kept
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().take(8).map(|byte| format!("{byte:02x}")).collect()
+}

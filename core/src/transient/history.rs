@@ -1,0 +1,64 @@
+//! What an observer of a run may see.
+
+use super::ledger::Energies;
+
+/// One instant of a run, at step n.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frame<'a> {
+    /// Time [s].
+    pub time: f64,
+    /// Mean spin angle [rad].
+    pub angle: f64,
+    /// Mean spin [rad/s].
+    pub speed: f64,
+    /// Lateral nodal displacements `[u, v, theta_u, theta_v]` per node (two per node for a point mass) [m, rad].
+    pub displacement: &'a [f64],
+    /// Lateral nodal velocities.
+    pub velocity: &'a [f64],
+    /// Twist of each node against the mean spin angle [rad].
+    pub twist: &'a [f64],
+    /// Bearing loads `K x + C x'` in the machine's order [N].
+    pub bearing_loads: &'a [[f64; 2]],
+    /// Contact, `None` without a diaphragm.
+    pub contact: Option<ContactFrame>,
+    /// Energies, last balanced at or before this instant [J].
+    pub energies: Energies,
+}
+
+/// The contact of one instant, in the stator's frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactFrame {
+    /// Rotor centre from the diaphragm's centre [m].
+    pub rotor: [f64; 2],
+    /// Gap in the run's own gap function [m].
+    pub gap: f64,
+    /// Contact angle [rad].
+    pub angle: f64,
+    /// Normal force [N].
+    pub normal_force: f64,
+    /// Friction force [N].
+    pub friction_force: f64,
+    /// Slip velocity [m/s]; 0 without contact.
+    pub slip: f64,
+    /// Displacement of the ring at the contact place: radial, tangential [m].
+    pub ring: [f64; 2],
+}
+
+/// Follows a run. It cannot change it.
+pub trait Observer {
+    /// Whether the instant is wanted; called once per step.
+    fn wants(&mut self, step: u64, time: f64) -> bool;
+    /// Takes the instant.
+    fn see(&mut self, frame: &Frame<'_>);
+}
+
+/// Wants nothing.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct NoHistory;
+
+impl Observer for NoHistory {
+    fn wants(&mut self, _step: u64, _time: f64) -> bool {
+        false
+    }
+    fn see(&mut self, _frame: &Frame<'_>) {}
+}

@@ -1,0 +1,256 @@
+//! The transient: one blade-off from release to its end.
+//!
+//! Main path: [`simulate`] plans the step, starts the shaft line, and repeats: predict without contact, correct with contact,
+//! record, advance. Scheme: central differences with forward-increment Lagrange multipliers (paper, section 3; physics.md
+//! section 4), non-linear terms centred and iterated.
+
+mod history;
+mod ledger;
+mod monitor;
+mod plan;
+mod rub;
+mod shaft_line;
+mod start;
+mod stepper;
+
+pub use history::{ContactFrame, Frame, NoHistory, Observer};
+pub use ledger::Energies;
+pub use plan::{Plan, PlanError};
+
+use ledger::Ledger;
+use monitor::Monitor;
+use rub::{ContactFailure, Rub, StepContact};
+use shaft_line::{ShaftLine, distance, norm};
+
+use crate::machine::Machine;
+use crate::outcome::{Cause, EndCause, Outcome};
+use crate::structure::Structure;
+
+/// Convergence of the non-linear solve without contact, relative to the increment.
+const TOLERANCE: f64 = 1e-12;
+/// Its iterations at most: it contracts by about `Omega dt` each.
+const ITERATIONS: usize = 60;
+/// The energy balance is evaluated every so many steps (the works are summed at each).
+const BALANCE_EVERY: u64 = 8;
+/// A displacement beyond this many times the model's size is no vibration any more.
+const DIVERGED: f64 = 10.0;
+
+/// Simulates one run.
+///
+/// `structure` must fit the machine ([`Structure::fits`]). Failures of the simulation (divergence, loss of uniqueness, step
+/// limit) are outcomes with a cause, not errors.
+///
+/// # Errors
+/// [`PlanError`] for a run that cannot be started.
+pub fn simulate(machine: &Machine, structure: &Structure, observer: &mut dyn Observer) -> Result<Outcome, PlanError> {
+    let plan = Plan::new(machine, structure)?;
+    let mut run = Run::new(machine, structure, plan.step)?;
+    let (end_cause, failure) = loop {
+        match run.step(observer) {
+            Ok(None) => {}
+            Ok(Some(end)) => break (end, None),
+            Err(cause) => break (EndCause::Failure, Some(cause)),
+        }
+    };
+    let mut monitor = run.monitor;
+    monitor.iterations = run.iterations + run.rub.as_ref().map_or(0, |rub| rub.iterations);
+    Ok(monitor.outcome(machine, &plan, &run.ledger, (end_cause, run.time, run.speed), failure))
+}
+
+/// A run under way.
+struct Run<'a> {
+    machine: &'a Machine,
+    line: ShaftLine<'a>,
+    rub: Option<Rub<'a>>,
+    monitor: Monitor,
+    ledger: Ledger,
+    /// Steps done, time and centred speed at n.
+    step: u64,
+    time: f64,
+    speed: f64,
+    iterations: u64,
+    /// Increments of the step, and those of the step before (for the first guess).
+    d: Vec<f64>,
+    d_twist: Vec<f64>,
+    before: Vec<f64>,
+    next: Vec<f64>,
+    next_twist: Vec<f64>,
+    size: f64,
+    loads: Vec<[f64; 2]>,
+}
+
+impl<'a> Run<'a> {
+    fn new(machine: &'a Machine, structure: &'a Structure, dt: f64) -> Result<Self, PlanError> {
+        let singular = PlanError::Singular { what: "mass", part: "the rotor" };
+        let mut line = ShaftLine::new(machine, structure, dt).ok_or_else(|| singular.clone())?;
+        start::start(machine, structure, &mut line)?;
+        let rub = match machine.diaphragms.first() {
+            None => None,
+            Some(diaphragm) => {
+                let ring = structure.rings.first().and_then(Option::as_ref);
+                let mut rub = Rub::new(diaphragm, ring, &line, machine.run.force_location, dt).ok_or(singular)?;
+                let gap = rub.gap_at(rub.local(line.place(rub.node))).value;
+                if gap < 0.0 && !rub.is_spring() {
+                    return Err(PlanError::StartsInContact { diaphragm: diaphragm.name.clone(), gap });
+                }
+                Some(rub)
+            }
+        };
+        let size = match &machine.rotor.kind {
+            crate::machine::RotorKind::Shaft(shaft) => shaft.nodes.last().copied().unwrap_or(1.0),
+            // a point mass has no length: only its clearance, or nothing, tells its size
+            crate::machine::RotorKind::PointMass(_) => {
+                machine.diaphragms.first().map_or(1e6, |d| 1e4 * (d.contact.gap + d.contact.rotor_radius))
+            }
+        };
+        let zeros = vec![0.0; line.lateral.q.len()];
+        let twist = vec![0.0; line.twist.q.len()];
+        Ok(Self {
+            machine,
+            rub,
+            monitor: Monitor::new(machine, dt),
+            ledger: Ledger::default(),
+            step: 0,
+            time: 0.0,
+            speed: machine.rotor.initial_speed,
+            iterations: 0,
+            d: line.lateral.previous.clone(),
+            d_twist: line.twist.previous.clone(),
+            before: line.lateral.previous.clone(),
+            next: zeros,
+            next_twist: twist,
+            size,
+            loads: vec![[0.0; 2]; line.rotor.bearings.len()],
+            line,
+        })
+    }
+
+    /// One step from n to n+1; `Some` when the run has ended.
+    fn step(&mut self, observer: &mut dyn Observer) -> Result<Option<EndCause>, Cause> {
+        if self.machine.run.step_limit.is_some_and(|limit| self.step >= limit) {
+            return Err(Cause::StepLimit);
+        }
+        self.line.prepare();
+        if let Some(rub) = &mut self.rub {
+            rub.prepare();
+        }
+        self.predict()?;
+        let contact = match &mut self.rub {
+            None => None,
+            Some(rub) => rub
+                .correct(&mut self.line, self.time, &mut self.d, &mut self.d_twist)
+                .map_err(|failure| match failure {
+                    ContactFailure::NotUnique(_) => Cause::LossOfUniqueness,
+                    ContactFailure::NoConvergence => Cause::Diverged,
+                })?,
+        };
+        self.line.settle(&self.d, &self.d_twist);
+        self.record(contact.as_ref());
+        if observer.wants(self.step, self.time) {
+            self.show(contact.as_ref(), observer);
+        }
+        self.before.copy_from_slice(&self.line.lateral.previous);
+        self.line.advance(&self.d, &self.d_twist);
+        if let Some(rub) = &mut self.rub {
+            rub.advance();
+        }
+        let reach = self.line.x.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
+        if !reach.is_finite() {
+            return Err(Cause::NonFinite);
+        }
+        if reach > DIVERGED * self.size {
+            return Err(Cause::Diverged);
+        }
+        let spin = self.line.spin_after(&self.d_twist);
+        self.step += 1;
+        self.monitor.steps = self.step;
+        self.time = self.step as f64 * self.line.dt;
+        self.speed = spin;
+        Ok(self.ended(spin))
+    }
+
+    /// Increments without contact, converged.
+    fn predict(&mut self) -> Result<(), Cause> {
+        // extrapolated from the last two steps
+        for i in 0..self.d.len() {
+            let last = self.line.lateral.previous[i];
+            self.d[i] = 2.0 * last - self.before[i];
+        }
+        self.d_twist.copy_from_slice(&self.line.twist.previous);
+        for _ in 0..ITERATIONS {
+            self.iterations += 1;
+            self.line.respond(self.time, &self.d, &self.d_twist, &mut self.next, &mut self.next_twist);
+            let (change, twist) = (distance(&self.next, &self.d), distance(&self.next_twist, &self.d_twist));
+            let (scale, twist_scale) = (norm(&self.next), norm(&self.next_twist));
+            std::mem::swap(&mut self.d, &mut self.next);
+            std::mem::swap(&mut self.d_twist, &mut self.next_twist);
+            if change <= TOLERANCE * scale + f64::MIN_POSITIVE && twist <= TOLERANCE * twist_scale + f64::MIN_POSITIVE {
+                return Ok(());
+            }
+            if !(scale.is_finite() && twist_scale.is_finite()) {
+                return Err(Cause::NonFinite);
+            }
+        }
+        Err(Cause::Diverged)
+    }
+
+    /// Quantities and works of the step at n.
+    fn record(&mut self, contact: Option<&StepContact>) {
+        let speed = self.line.centred_spin(&self.d_twist);
+        for (i, bearing) in self.line.rotor.bearings.iter().enumerate() {
+            let (x, v) = self.line.node(bearing.node);
+            let load = bearing.load(x, v);
+            self.loads[i] = load;
+            self.monitor.bearing(i, load[0] * load[0] + load[1] * load[1], self.time, speed);
+        }
+        if let Some(rub) = &self.rub {
+            let [x, y] = rub.local(self.line.place(rub.node));
+            self.monitor.eccentricity(x * x + y * y, self.time, speed);
+            self.monitor.contact(contact, self.time, speed);
+        }
+        self.ledger.work(&mut self.line, self.rub.as_mut().map(|rub| (rub, contact)), &self.d, &self.d_twist);
+        if self.step % BALANCE_EVERY == 0 {
+            self.ledger.balance(&self.line, self.rub.as_ref(), &self.d, &self.d_twist);
+        }
+    }
+
+    /// Hands the instant n to the observer.
+    fn show(&mut self, contact: Option<&StepContact>, observer: &mut dyn Observer) {
+        let frame_contact = self.rub.as_mut().map(|rub| {
+            let rotor = rub.local(self.line.place(rub.node));
+            let gap = rub.gap_at(rotor);
+            ContactFrame {
+                rotor,
+                gap: gap.value,
+                angle: gap.place.alpha,
+                normal_force: contact.map_or(0.0, |c| c.force.normal),
+                friction_force: contact.map_or(0.0, |c| c.force.tangential),
+                slip: contact.map_or(0.0, |c| c.slip),
+                ring: rub.ring_displacement(&gap),
+            }
+        });
+        observer.see(&Frame {
+            time: self.time,
+            angle: self.line.phi,
+            speed: self.line.centred_spin(&self.d_twist),
+            displacement: &self.line.x,
+            velocity: self.line.velocity(),
+            twist: &self.line.beta,
+            bearing_loads: &self.loads,
+            contact: frame_contact,
+            energies: self.ledger.now,
+        });
+    }
+
+    fn ended(&self, spin: f64) -> Option<EndCause> {
+        let run = &self.machine.run;
+        if self.line.prescribed.is_none() && spin <= 0.0 && self.machine.rotor.initial_speed > 0.0 {
+            return Some(EndCause::Stopped);
+        }
+        if run.end_speed > 0.0 && spin <= run.end_speed {
+            return Some(EndCause::EndSpeed);
+        }
+        // half a step of slack: the last step ends at end_time, not one beyond it
+        (self.time >= run.end_time - 0.5 * self.line.dt).then_some(EndCause::EndTime)
+    }
+}

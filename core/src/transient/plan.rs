@@ -1,0 +1,148 @@
+//! From a machine and its structure to a run that may start: the time step and its limit.
+
+use super::shaft_line::add_outer;
+use crate::linalg::{EigenError, Matrix, symmetric_generalised};
+use crate::machine::{DiaphragmKind, Engine, Machine, RotorKind, UnbalanceKind};
+use crate::rotor::UnbalanceSite;
+use crate::structure::Structure;
+
+/// Fraction of the stability limit that is taken when the machine names no step.
+///
+/// Both reference machines: robust outputs change by less than they do between detections when it is halved
+/// (`docs/theory/convergence.md`).
+const DEFAULT_FRACTION: f64 = 0.5;
+
+/// A run that can be started.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plan {
+    /// Time step [s].
+    pub step: f64,
+    /// Largest stable step `2/omega_max` [s].
+    pub largest_step: f64,
+    /// Highest frequency of the model [rad/s].
+    pub highest_frequency: f64,
+}
+
+/// A run that cannot be started.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum PlanError {
+    /// The step is beyond the stability limit of central differences.
+    #[error(
+        "the step {step:e} s is too large for the {engine} engine: largest allowed {limit:e} s = 2/omega_max, \
+         highest frequency of the model {hz:.0} Hz"
+    )]
+    StepTooLarge {
+        /// Asked for [s].
+        step: f64,
+        /// Allowed [s].
+        limit: f64,
+        /// Highest frequency [Hz].
+        hz: f64,
+        /// Engine.
+        engine: &'static str,
+    },
+    /// The rotor would start inside the diaphragm.
+    #[error("the rotor starts inside diaphragm {diaphragm}: gap {gap:e} m at t = 0")]
+    StartsInContact {
+        /// Name of the diaphragm.
+        diaphragm: String,
+        /// Gap at the start [m].
+        gap: f64,
+    },
+    /// No mass, or no restoring stiffness, in some direction.
+    #[error("the {what} matrix of {part} is singular: the rotor has no {what} in some direction")]
+    Singular {
+        /// "mass" or "stiffness".
+        what: &'static str,
+        /// Which part.
+        part: &'static str,
+    },
+    /// Eigenvalue problem of the step limit.
+    #[error(transparent)]
+    Eigen(#[from] EigenError),
+}
+
+impl Plan {
+    /// Chooses or checks the step of a run.
+    ///
+    /// # Errors
+    /// [`PlanError::StepTooLarge`], [`PlanError::Eigen`].
+    pub fn new(machine: &Machine, structure: &Structure) -> Result<Self, PlanError> {
+        let lateral = lateral_limit(machine, structure)?;
+        let rings = structure.rings.iter().flatten().map(|ring| ring.part.highest);
+        let highest_frequency = rings.fold(lateral.max(structure.twist.highest), f64::max);
+        let largest_step = 2.0 / highest_frequency;
+        let step = match machine.run.step {
+            None => floor_to_two_digits(DEFAULT_FRACTION * largest_step).min(machine.run.end_time),
+            // equality is marginally stable: it is refused too
+            Some(step) if step < largest_step => step,
+            Some(step) => {
+                return Err(PlanError::StepTooLarge {
+                    step,
+                    limit: largest_step,
+                    hz: highest_frequency / (2.0 * std::f64::consts::PI),
+                    engine: match machine.run.engine {
+                        Engine::Full => "full",
+                        Engine::Reduced => "reduced",
+                    },
+                });
+            }
+        };
+        Ok(Self { step, largest_step, highest_frequency })
+    }
+}
+
+/// Highest lateral frequency. An added mass only lowers it, so the structure's own is a bound; a lost mass, a point mass
+/// (which may owe all its mass to an unbalance) and a radial spring at the contact need the run's own matrices.
+fn lateral_limit(machine: &Machine, structure: &Structure) -> Result<f64, PlanError> {
+    let lost = machine.rotor.unbalances.iter().any(|u| u.kind == UnbalanceKind::Lost);
+    let point = matches!(machine.rotor.kind, RotorKind::PointMass(_));
+    let springs: Vec<(usize, f64)> = machine
+        .diaphragms
+        .iter()
+        .filter_map(|d| match d.kind {
+            DiaphragmKind::RadialSpring { stiffness } => Some((d.contact.node, stiffness)),
+            _ => None,
+        })
+        .collect();
+    if !(lost || point || !springs.is_empty()) {
+        return Ok(structure.lateral.highest);
+    }
+    let part = &structure.lateral;
+    let (mut mass, mut stiffness): (Matrix, Matrix) = (part.mass.clone(), part.stiffness.clone());
+    let stride = structure.rotor.stride;
+    for site in machine.rotor.unbalances.iter().map(UnbalanceSite::new) {
+        for dof in 0..2 {
+            add_outer(&mut mass, site.mass, &part.coordinates.row(site.node * stride + dof));
+        }
+    }
+    for (node, spring) in springs {
+        for dof in 0..2 {
+            add_outer(&mut stiffness, spring, &part.coordinates.row(node * stride + dof));
+        }
+    }
+    let (values, _) = symmetric_generalised(&stiffness, &mass, "the rotor with its unbalances")?;
+    Ok(values.last().map_or(0.0, |square| square.max(0.0).sqrt()))
+}
+
+/// A readable step; also hides the last digits of the eigenvalue solver from the results.
+fn floor_to_two_digits(value: f64) -> f64 {
+    let exponent = libm::floor(libm::log10(value));
+    let unit = libm::pow(10.0, exponent - 1.0);
+    let digits = libm::floor(value / unit);
+    // decimal text gives the nearest f64 to what a person would write
+    format!("{digits:.0}e{}", exponent as i32 - 1).parse().unwrap_or(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[expect(clippy::float_cmp, reason = "the point is the exact decimal")]
+    fn the_default_step_is_a_short_decimal_below_its_bound() {
+        assert_eq!(floor_to_two_digits(4.789e-5), 4.7e-5);
+        assert_eq!(floor_to_two_digits(3.5e-6), 3.5e-6);
+        assert_eq!(floor_to_two_digits(0.9), 0.9);
+    }
+}

@@ -1,0 +1,481 @@
+//! The shaft line under way: lateral motion, spin and twist, with every non-linear term evaluated at the nodes.
+//!
+//! One step solves, by fixed-point iteration, the central-difference equations with centred gyroscopic, unbalance and
+//! braking terms; the iteration contracts by about `Omega dt`. Both engines run this code: they differ in [`Coordinates`].
+
+use super::stepper::Stepper;
+use crate::linalg::{Matrix, dot};
+use crate::machine::{Braking, Machine, SpeedLaw};
+use crate::rotor::{RotorMatrices, UnbalanceSite, braking_torque};
+use crate::structure::{Coordinates, Structure};
+
+/// Spin increment over a step of a prescribed speed, as a function of the time at its start.
+pub(crate) struct Prescribed {
+    law: SpeedLaw,
+    /// A^-1 s: where the drive torque acts, spread like the inertia.
+    direction: Vec<f64>,
+    compliance: f64,
+    /// Torque of the drive at the last step [N m].
+    pub torque: f64,
+}
+
+/// State and operators of the shaft line during one run.
+pub(crate) struct ShaftLine<'a> {
+    pub rotor: &'a RotorMatrices,
+    lateral_map: &'a Coordinates,
+    twist_map: &'a Coordinates,
+    pub dt: f64,
+    pub lateral: Stepper,
+    /// Twist relative to phi.
+    pub twist: Stepper,
+    /// Mean spin angle [rad].
+    pub phi: f64,
+    /// s in coordinates: `W = s . d / dt`.
+    spin_row: Vec<f64>,
+    /// Coordinates of a uniform rotation by 1 rad.
+    rigid: Vec<f64>,
+    pub unbalances: Vec<UnbalanceSite>,
+    /// sin and cos of each unbalance's angle at n.
+    angles: Vec<(f64, f64)>,
+    pub gravity: [f64; 2],
+    braking: Braking,
+    pub prescribed: Option<Prescribed>,
+    /// Constant lateral force (weight) in coordinates, zero without gravity.
+    weight: Vec<f64>,
+    /// Nodal state at n.
+    pub x: Vec<f64>,
+    pub x_previous: Vec<f64>,
+    /// psi_i at n relative to phi.
+    pub beta: Vec<f64>,
+    pub psi_previous: Vec<f64>,
+    /// S_g x of every gyroscopic site at n.
+    gyro_x: Vec<f64>,
+    has_skew: bool,
+    /// Scratch: nodal increments and forces of the last evaluation.
+    pub d_nodal: Vec<f64>,
+    pub d_psi: Vec<f64>,
+    v: Vec<f64>,
+    a: Vec<f64>,
+    v_psi: Vec<f64>,
+    a_psi: Vec<f64>,
+    force: Vec<f64>,
+    torque: Vec<f64>,
+    force_q: Vec<f64>,
+    torque_q: Vec<f64>,
+}
+
+impl<'a> ShaftLine<'a> {
+    /// The shaft line of a run at rest in its undeformed place; `None` if a mass matrix is singular.
+    pub fn new(machine: &Machine, structure: &'a Structure, dt: f64) -> Option<Self> {
+        let rotor = &structure.rotor;
+        let (lateral_map, twist_map) = (&structure.lateral.coordinates, &structure.twist.coordinates);
+        let unbalances: Vec<UnbalanceSite> = machine.rotor.unbalances.iter().map(UnbalanceSite::new).collect();
+        let (lateral_mass, twist_mass) = masses(structure, &unbalances);
+        let lateral = Stepper::new(&structure.lateral, &lateral_mass, dt)?;
+        let twist = Stepper::new(&structure.twist, &twist_mass, dt)?;
+        let mut spin_row = vec![0.0; twist_map.size()];
+        twist_map.project(&rotor.spin_weights, &mut spin_row);
+        let rigid = structure.twist.coordinates_of(&rotor.twist_mass, &vec![1.0; rotor.nodes]);
+        let gravity = machine.rotor.gravity;
+        let mut nodal_weight = rotor.weight(gravity);
+        for site in &unbalances {
+            nodal_weight[site.node * rotor.stride] += site.mass * gravity[0];
+            nodal_weight[site.node * rotor.stride + 1] += site.mass * gravity[1];
+        }
+        let mut weight = vec![0.0; lateral_map.size()];
+        lateral_map.project(&nodal_weight, &mut weight);
+        let prescribed = machine.rotor.speed_law.clone().map(|law| {
+            let mut direction = vec![0.0; twist_map.size()];
+            twist.compliance(&spin_row, &mut direction);
+            let compliance = dot(&spin_row, &direction);
+            Prescribed { law, direction, compliance, torque: 0.0 }
+        });
+        let (lateral_size, nodes) = (rotor.lateral_size(), rotor.nodes);
+        let (zeros, zero_nodes) = (vec![0.0; lateral_size], vec![0.0; nodes]);
+        Some(Self {
+            rotor,
+            lateral_map,
+            twist_map,
+            dt,
+            phi: machine.rotor.initial.angle,
+            spin_row,
+            rigid,
+            angles: vec![(0.0, 1.0); unbalances.len()],
+            unbalances,
+            gravity,
+            braking: machine.braking,
+            prescribed,
+            force_q: weight.clone(),
+            weight,
+            x: zeros.clone(),
+            x_previous: zeros.clone(),
+            beta: zero_nodes.clone(),
+            psi_previous: zero_nodes.clone(),
+            gyro_x: vec![0.0; 8 * rotor.gyro.len()],
+            has_skew: rotor.bearings.iter().any(|b| b.skew != 0.0),
+            d_nodal: zeros.clone(),
+            v: zeros.clone(),
+            a: zeros.clone(),
+            force: zeros,
+            d_psi: zero_nodes.clone(),
+            v_psi: zero_nodes.clone(),
+            a_psi: zero_nodes.clone(),
+            torque: zero_nodes,
+            torque_q: vec![0.0; twist_map.size()],
+            lateral,
+            twist,
+        })
+    }
+
+    /// Sets the state at n = 0 from coordinates, velocities and accelerations (increments of the step before are fictitious:
+    /// `d- = dt v0 - dt^2 a0/2`, which makes the first step second order).
+    pub fn start(&mut self, q: &[f64], velocity: &[f64], acceleration: &[f64], spin: f64, spin_acceleration: &[f64]) {
+        let dt = self.dt;
+        self.lateral.q.copy_from_slice(q);
+        for i in 0..q.len() {
+            self.lateral.previous[i] = dt * velocity[i] - 0.5 * dt * dt * acceleration[i];
+        }
+        for i in 0..self.rigid.len() {
+            self.twist.previous[i] = dt * spin * self.rigid[i] - 0.5 * dt * dt * spin_acceleration[i];
+        }
+        self.lateral_map.expand(&self.lateral.q, &mut self.x);
+        self.lateral_map.expand(&self.lateral.previous, &mut self.x_previous);
+        self.twist_map.expand(&self.twist.previous, &mut self.psi_previous);
+        self.refresh();
+    }
+
+    /// What depends on the place at n alone: angles of the unbalances, S_g x.
+    fn refresh(&mut self) {
+        for (site, angle) in self.unbalances.iter().zip(&mut self.angles) {
+            *angle = libm::sincos(self.phi + self.beta[site.node] + site.phase);
+        }
+        for (site, product) in self.rotor.gyro.iter().zip(self.gyro_x.chunks_exact_mut(8)) {
+            product.fill(0.0);
+            site.local_product(&self.x, product.try_into().expect("chunks of 8"));
+        }
+    }
+
+    /// Begins the step from n at `time`.
+    pub fn prepare(&mut self) {
+        if self.has_skew {
+            self.force.fill(0.0);
+            for bearing in &self.rotor.bearings {
+                let base = bearing.node * self.rotor.stride;
+                let skew = bearing.skew_force([self.x[base], self.x[base + 1]]);
+                self.force[base] += skew[0];
+                self.force[base + 1] += skew[1];
+            }
+            self.lateral_map.project(&self.force, &mut self.force_q);
+            for (sum, weight) in self.force_q.iter_mut().zip(&self.weight) {
+                *sum += weight;
+            }
+            self.lateral.prepare(Some(&self.force_q));
+        } else {
+            self.lateral.prepare(Some(&self.weight));
+        }
+        self.twist.prepare(None);
+    }
+
+    /// Forces at the increments `(d, d_twist)` and the increments that follow from them without contact.
+    pub fn respond(&mut self, time: f64, d: &[f64], d_twist: &[f64], free: &mut [f64], free_twist: &mut [f64]) {
+        self.evaluate(d, d_twist);
+        self.lateral_map.project(&self.force, &mut self.force_q);
+        self.twist_map.project(&self.torque, &mut self.torque_q);
+        let spin = self.centred_spin(d_twist);
+        let brake = braking_torque(&self.braking, spin);
+        for (sum, s) in self.torque_q.iter_mut().zip(&self.spin_row) {
+            *sum += brake * s;
+        }
+        self.lateral.increment(Some(&self.force_q), free);
+        self.twist.increment(Some(&self.torque_q), free_twist);
+        self.impose_speed(time, free_twist);
+    }
+
+    /// Turns the spin increment into that of the prescribed speed, where there is one.
+    pub fn impose_speed(&mut self, time: f64, d_twist: &mut [f64]) {
+        if let Some(prescribed) = &mut self.prescribed {
+            let wanted = angle_of(&prescribed.law, time + self.dt) - angle_of(&prescribed.law, time);
+            prescribed.torque = (wanted - dot(&self.spin_row, d_twist)) / prescribed.compliance;
+            crate::linalg::axpy(prescribed.torque, &prescribed.direction, d_twist);
+        }
+    }
+
+    /// Keeps the mean spin of a twist response to a torque at zero where the speed is prescribed; returns the drive torque
+    /// that takes per unit.
+    pub fn hold_speed(&self, response: &mut [f64]) -> f64 {
+        match &self.prescribed {
+            None => 0.0,
+            Some(prescribed) => {
+                let lever = -dot(&self.spin_row, response) / prescribed.compliance;
+                crate::linalg::axpy(lever, &prescribed.direction, response);
+                lever
+            }
+        }
+    }
+
+    /// Adds the reaction of the drive to a contact torque.
+    pub fn add_drive_torque(&mut self, torque: f64) {
+        if let Some(prescribed) = &mut self.prescribed {
+            prescribed.torque -= torque;
+        }
+    }
+
+    /// Displacement of a node at n.
+    pub fn place(&self, node: usize) -> [f64; 2] {
+        let base = node * self.rotor.stride;
+        [self.x[base], self.x[base + 1]]
+    }
+
+    /// Non-linear nodal forces and torques at increments.
+    fn evaluate(&mut self, d: &[f64], d_twist: &[f64]) {
+        self.lateral_map.expand(d, &mut self.d_nodal);
+        self.twist_map.expand(d_twist, &mut self.d_psi);
+        let (rate, square) = (0.5 / self.dt, 1.0 / (self.dt * self.dt));
+        centred(&self.d_nodal, &self.x_previous, rate, square, &mut self.v, &mut self.a);
+        centred(&self.d_psi, &self.psi_previous, rate, square, &mut self.v_psi, &mut self.a_psi);
+        self.forces();
+    }
+
+    /// Forces from v, a, v_psi, a_psi at the place n.
+    fn forces(&mut self) {
+        self.force.fill(0.0);
+        self.torque.fill(0.0);
+        for (site, product) in self.rotor.gyro.iter().zip(self.gyro_x.chunks_exact(8)) {
+            let product: &[f64; 8] = product.try_into().expect("chunks of 8");
+            let (spin, spin_dot) = (site.mean(&self.v_psi), site.mean(&self.a_psi));
+            let torque = site.apply(spin, spin_dot, &self.v, &self.a, product, &mut self.force);
+            site.spread(torque, &mut self.torque);
+        }
+        for (site, &angle) in self.unbalances.iter().zip(&self.angles) {
+            let base = site.node * self.rotor.stride;
+            let acceleration = [self.a[base], self.a[base + 1]];
+            let (rate, rate_dot) = (self.v_psi[site.node], self.a_psi[site.node]);
+            let force = site.force(angle, rate, rate_dot, acceleration, self.gravity);
+            self.force[base] += force.force[0];
+            self.force[base + 1] += force.force[1];
+            self.torque[site.node] += force.torque;
+        }
+    }
+
+    /// Accelerations at the start, from `M a = f(x0, v0, a) - C v0 - K x0`, in coordinates.
+    pub fn initial_acceleration(
+        &mut self,
+        structure: &Structure,
+        q: &[f64],
+        velocity: &[f64],
+        spin: f64,
+    ) -> Option<(Vec<f64>, Vec<f64>)> {
+        let (lateral_mass, twist_mass) = masses(structure, &self.unbalances);
+        let (inverse, twist_inverse) =
+            (crate::linalg::inverse(&lateral_mass)?, crate::linalg::inverse(&twist_mass)?);
+        self.lateral_map.expand(q, &mut self.x);
+        self.refresh();
+        self.lateral_map.expand(velocity, &mut self.v);
+        self.v_psi.fill(spin);
+        let (mut a, mut a_twist) = (vec![0.0; q.len()], vec![0.0; self.rigid.len()]);
+        let size = q.len();
+        let mut next = vec![0.0; size];
+        let mut next_twist = a_twist.clone();
+        let brake = braking_torque(&self.braking, spin);
+        for _ in 0..200 {
+            self.lateral_map.expand(&a, &mut self.a);
+            self.twist_map.expand(&a_twist, &mut self.a_psi);
+            self.forces();
+            if self.has_skew {
+                for bearing in &self.rotor.bearings {
+                    let base = bearing.node * self.rotor.stride;
+                    let skew = bearing.skew_force([self.x[base], self.x[base + 1]]);
+                    self.force[base] += skew[0];
+                    self.force[base + 1] += skew[1];
+                }
+            }
+            self.lateral_map.project(&self.force, &mut self.force_q);
+            for i in 0..size {
+                let mut sum = self.force_q[i] + self.weight[i];
+                for j in 0..size {
+                    sum -= structure.lateral.stiffness[(i, j)] * q[j] + structure.lateral.damping[(i, j)] * velocity[j];
+                }
+                self.force_q[i] = sum;
+            }
+            self.twist_map.project(&self.torque, &mut self.torque_q);
+            for (sum, s) in self.torque_q.iter_mut().zip(&self.spin_row) {
+                *sum += brake * s;
+            }
+            crate::linalg::mul_vec(&inverse, &self.force_q, &mut next);
+            crate::linalg::mul_vec(&twist_inverse, &self.torque_q, &mut next_twist);
+            if let Some(prescribed) = &self.prescribed {
+                let wanted = slope_of(&prescribed.law, 0.0);
+                let mut direction = vec![0.0; next_twist.len()];
+                crate::linalg::mul_vec(&twist_inverse, &self.spin_row, &mut direction);
+                let missing = (wanted - dot(&self.spin_row, &next_twist)) / dot(&self.spin_row, &direction);
+                crate::linalg::axpy(missing, &direction, &mut next_twist);
+            }
+            let change = distance(&next, &a) + distance(&next_twist, &a_twist);
+            let scale = norm(&next) + norm(&next_twist);
+            std::mem::swap(&mut a, &mut next);
+            std::mem::swap(&mut a_twist, &mut next_twist);
+            if change <= 1e-13 * scale {
+                break;
+            }
+        }
+        Some((a, a_twist))
+    }
+
+    /// Mean spin at n, centred [rad/s].
+    pub fn centred_spin(&self, d_twist: &[f64]) -> f64 {
+        (dot(&self.spin_row, d_twist) + dot(&self.spin_row, &self.twist.previous)) * 0.5 / self.dt
+    }
+
+    /// Mean spin between n and n+1 [rad/s].
+    pub fn spin_after(&self, d_twist: &[f64]) -> f64 {
+        dot(&self.spin_row, d_twist) / self.dt
+    }
+
+    /// Work of the braking torque over the step at n [J], <= 0.
+    pub fn braking_work(&self, spin: f64) -> f64 {
+        braking_torque(&self.braking, spin) * spin * self.dt
+    }
+
+    /// Accepts the increments of the step; `evaluate` must have seen exactly them (see [`ShaftLine::settle`]).
+    pub fn advance(&mut self, d: &[f64], d_twist: &[f64]) {
+        let turn = dot(&self.spin_row, d_twist);
+        self.lateral.advance(d);
+        self.twist.advance(d_twist);
+        for (q, rigid) in self.twist.q.iter_mut().zip(&self.rigid) {
+            *q -= turn * rigid;
+        }
+        self.phi += turn;
+        for (x, dx) in self.x.iter_mut().zip(&self.d_nodal) {
+            *x += dx;
+        }
+        for (beta, d_psi) in self.beta.iter_mut().zip(&self.d_psi) {
+            *beta += d_psi - turn;
+        }
+        self.x_previous.copy_from_slice(&self.d_nodal);
+        self.psi_previous.copy_from_slice(&self.d_psi);
+        self.refresh();
+    }
+
+    /// Nodal increments and centred velocities of the step that is about to be accepted.
+    pub fn settle(&mut self, d: &[f64], d_twist: &[f64]) {
+        self.lateral_map.expand(d, &mut self.d_nodal);
+        self.twist_map.expand(d_twist, &mut self.d_psi);
+        let (rate, square) = (0.5 / self.dt, 1.0 / (self.dt * self.dt));
+        centred(&self.d_nodal, &self.x_previous, rate, square, &mut self.v, &mut self.a);
+        centred(&self.d_psi, &self.psi_previous, rate, square, &mut self.v_psi, &mut self.a_psi);
+    }
+
+    /// Displacement and centred velocity of a node at n, after [`ShaftLine::settle`].
+    pub fn node(&self, node: usize) -> ([f64; 2], [f64; 2]) {
+        let base = node * self.rotor.stride;
+        ([self.x[base], self.x[base + 1]], [self.v[base], self.v[base + 1]])
+    }
+
+    /// Centred nodal velocities at n, after [`ShaftLine::settle`].
+    pub fn velocity(&self) -> &[f64] {
+        &self.v
+    }
+
+    /// Gyroscopic, unbalance-coupling and gravity energies between n and n+1 [J], after [`ShaftLine::settle`], before
+    /// [`ShaftLine::advance`].
+    pub fn coupling_energies(&self, d: &[f64]) -> (f64, f64) {
+        let (dt, stride) = (self.dt, self.rotor.stride);
+        let mut kinetic = 0.0;
+        let middle: Vec<f64> = self.x.iter().zip(&self.d_nodal).map(|(x, dx)| x + 0.5 * dx).collect();
+        for site in &self.rotor.gyro {
+            kinetic += 0.5 * site.mean(&self.d_psi) * site.bilinear(&self.d_nodal, &middle) / (dt * dt);
+        }
+        let mut potential = 0.0;
+        if self.gravity != [0.0; 2] {
+            for i in 0..d.len() {
+                potential -= self.weight[i] * (self.lateral.q[i] + 0.5 * d[i]);
+            }
+        }
+        for site in &self.unbalances {
+            let (turn, base) = (self.d_psi[site.node], site.node * stride);
+            let angle = libm::sincos(self.phi + self.beta[site.node] + site.phase + 0.5 * turn);
+            let velocity = [self.d_nodal[base] / dt, self.d_nodal[base + 1] / dt];
+            kinetic += site.coupling_energy(angle, turn / dt, velocity);
+            potential += site.gravity_energy(angle, self.gravity);
+        }
+        (kinetic, potential)
+    }
+
+    /// Rows of the lateral coordinates for a node's u and v, and of twist for its angle.
+    pub fn rows(&self, node: usize) -> ([Vec<f64>; 2], Vec<f64>) {
+        let base = node * self.rotor.stride;
+        ([self.lateral_map.row(base), self.lateral_map.row(base + 1)], self.twist_map.row(node))
+    }
+}
+
+/// Mass matrices of a run in coordinates: the structure's and the constant-coefficient terms of its unbalances.
+fn masses(structure: &Structure, unbalances: &[UnbalanceSite]) -> (Matrix, Matrix) {
+    let (mut lateral, mut twist) = (structure.lateral.mass.clone(), structure.twist.mass.clone());
+    for site in unbalances {
+        let base = site.node * structure.rotor.stride;
+        for dof in [base, base + 1] {
+            add_outer(&mut lateral, site.mass, &structure.lateral.coordinates.row(dof));
+        }
+        add_outer(&mut twist, site.mass * site.radius * site.radius, &structure.twist.coordinates.row(site.node));
+    }
+    (lateral, twist)
+}
+
+pub(crate) fn add_outer(matrix: &mut Matrix, factor: f64, row: &[f64]) {
+    if factor == 0.0 {
+        return;
+    }
+    for (j, b) in row.iter().enumerate() {
+        for (i, a) in row.iter().enumerate() {
+            matrix[(i, j)] += factor * a * b;
+        }
+    }
+}
+
+#[inline]
+fn centred(d: &[f64], previous: &[f64], rate: f64, square: f64, v: &mut [f64], a: &mut [f64]) {
+    for i in 0..d.len() {
+        v[i] = (d[i] + previous[i]) * rate;
+        a[i] = (d[i] - previous[i]) * square;
+    }
+}
+
+pub(crate) fn distance(a: &[f64], b: &[f64]) -> f64 {
+    let mut sum = 0.0;
+    for (x, y) in a.iter().zip(b) {
+        sum += (x - y) * (x - y);
+    }
+    sum.sqrt()
+}
+
+pub(crate) fn norm(a: &[f64]) -> f64 {
+    dot(a, a).sqrt()
+}
+
+/// Angle turned by a prescribed speed until `time` [rad], exact for the piecewise linear law.
+fn angle_of(law: &SpeedLaw, time: f64) -> f64 {
+    let mut angle = 0.0;
+    for k in 0..law.times.len() {
+        let (t0, w0) = (law.times[k], law.speeds[k]);
+        if k + 1 < law.times.len() && time > law.times[k + 1] {
+            angle += 0.5 * (w0 + law.speeds[k + 1]) * (law.times[k + 1] - t0);
+        } else {
+            let slope = slope_of(law, t0);
+            return angle + (w0 + 0.5 * slope * (time - t0)) * (time - t0);
+        }
+    }
+    angle
+}
+
+/// Angular acceleration of a prescribed speed at `time` [rad/s2], from the right at a corner.
+fn slope_of(law: &SpeedLaw, time: f64) -> f64 {
+    for k in (0..law.times.len()).rev() {
+        if time >= law.times[k] {
+            return match (law.times.get(k + 1), law.speeds.get(k + 1)) {
+                (Some(t1), Some(w1)) => (w1 - law.speeds[k]) / (t1 - law.times[k]),
+                _ => 0.0,
+            };
+        }
+    }
+    0.0
+}

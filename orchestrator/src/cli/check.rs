@@ -1,0 +1,119 @@
+//! `bladeoff check`: everything about a study except its results.
+
+use super::error::CliError;
+use super::exit::Exit;
+use super::output::{print, remark};
+use super::run::{PartArgs, default_workers};
+use crate::engine;
+use crate::report::{Align, TextTable, duration};
+use crate::study::{Axis, Samples, show};
+use bladeoff_core::machine::ParamValue;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+/// Check a study: what varies, how many samples, how long it will take
+///
+/// Reads study, machine and points file and reports every problem in them with its place. Builds the machine of every
+/// sample (of studies above 100000 samples: of every value and every corner), so that impossible combinations are
+/// found before anything runs. Then computes one sample, the middle one, to estimate the time of the whole; nothing is
+/// written.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  bladeoff check studies/first-look.toml\n  bladeoff check studies/first-look.toml --list | less")]
+pub struct Args {
+    /// Study file (TOML; format in docs/studies.md)
+    study: PathBuf,
+
+    /// Print every sample: its number and what varies, tab-separated, in SI units; no sample is timed
+    #[arg(long)]
+    list: bool,
+
+    #[command(flatten)]
+    part: PartArgs,
+}
+
+/// Runs the subcommand.
+pub fn main(args: &Args) -> Result<Exit, CliError> {
+    let samples = args.part.load(&args.study)?;
+    if args.list {
+        list(&samples)?;
+        return Ok(Exit::Ok);
+    }
+    print(&describe(&samples))?;
+    time_one(&samples)?;
+    Ok(Exit::Ok)
+}
+
+fn describe(samples: &Samples) -> String {
+    let study = samples.study();
+    let mut text = format!("{}: {} samples of machine {}\n\n", study.name, samples.count(), study.machine_file);
+    let mut table = TextTable::new(&[("varies", Align::Left), ("points", Align::Right), ("values", Align::Left)]);
+    for (axis, kept) in study.axes.iter().zip(samples.kept()) {
+        for varied in &axis.varied {
+            let show = |position| show(&varied.info, &varied.values.at(position));
+            let values = match axis.length {
+                1..=4 => (0..axis.length).map(show).collect::<Vec<_>>().join(", "),
+                length => format!("{}, {} ... {}", show(0), show(1), show(length - 1)),
+            };
+            table.row(vec![varied.info.path.clone(), points(axis, kept), values]);
+        }
+    }
+    if study.axes.is_empty() {
+        text.push_str("Nothing varies.\n");
+    } else {
+        text.push_str(&table.render(""));
+    }
+    if !study.fixed.is_empty() {
+        text.push_str("\nFixed by [set]:\n");
+        for (info, value) in &study.fixed {
+            text.push_str(&format!("  {} = {}\n", info.path, show(info, value)));
+        }
+    }
+    text
+}
+
+fn points(axis: &Axis, kept: u64) -> String {
+    if kept == axis.length { kept.to_string() } else { format!("{kept} of {}", axis.length) }
+}
+
+/// Computes the middle sample and says how long the study will take.
+fn time_one(samples: &Samples) -> Result<(), CliError> {
+    let sample = samples.count() / 2;
+    remark(&format!("computing sample {sample} to estimate the time ..."));
+    let machine = samples.machine(sample).build()?;
+    let structure = engine::build(&machine)?;
+    let started = Instant::now();
+    let outcome = engine::simulate(&machine, &structure)?;
+    let one = started.elapsed();
+    let workers = default_workers();
+    let whole = Duration::from_secs_f64(one.as_secs_f64() * samples.count() as f64 / workers as f64);
+    let cause = outcome.cause.map(|cause| format!(" ({})", cause.word())).unwrap_or_default();
+    print(&format!(
+        "\nsample {sample}: {}{cause}, {}\nthe whole study: about {} with {workers} workers (samples with much contact take longer)\n",
+        outcome.status.word(),
+        duration(one),
+        duration(whole)
+    ))
+}
+
+fn list(samples: &Samples) -> Result<(), CliError> {
+    let mut text = String::from("sample");
+    for varied in samples.parameters() {
+        text.push_str(&format!("\t{}", varied.field().name));
+    }
+    text.push('\n');
+    for sample in 0..samples.count() {
+        text.push_str(&sample.to_string());
+        for value in samples.values(sample) {
+            match value {
+                ParamValue::Number(number) => text.push_str(&format!("\t{number:?}")),
+                ParamValue::Choice(word) => text.push_str(&format!("\t{word}")),
+            }
+        }
+        text.push('\n');
+        if text.len() > 1 << 16 {
+            print(&text)?;
+            text.clear();
+        }
+    }
+    print(&text)
+}

@@ -1,0 +1,113 @@
+//! Every way a subcommand can end badly, with its exit code.
+
+use super::exit::Exit;
+use crate::engine::EngineError;
+use crate::files::FileError;
+use crate::ledger::LedgerError;
+use crate::results::TableError;
+use crate::run::RunError;
+use crate::study::{InputError, StudyError};
+use bladeoff_core::document::Problems;
+use std::io;
+use std::path::PathBuf;
+
+/// Why a subcommand did not do what was asked.
+#[derive(Debug, thiserror::Error)]
+pub enum CliError {
+    /// Problems in a machine file, with the place of each.
+    #[error(transparent)]
+    Machine(#[from] Problems),
+    /// A study that cannot be run.
+    #[error(transparent)]
+    Study(#[from] StudyError),
+    /// An input file that cannot be read.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// A value of the command line that the machine does not take.
+    #[error("{argument}: {message}")]
+    Argument {
+        /// The argument as given.
+        argument: String,
+        /// What is wrong with it.
+        message: String,
+        /// What would be right.
+        allowed: Option<String>,
+    },
+    /// The solver refused the machine before the first step.
+    #[error(transparent)]
+    Engine(#[from] EngineError),
+    /// A study could not be run to its end.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// A table.
+    #[error(transparent)]
+    Table(#[from] TableError),
+    /// A file.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// The record of finished samples.
+    #[error(transparent)]
+    Ledger(#[from] LedgerError),
+    /// A file that is already there and is not overwritten.
+    #[error("{} is already there; it is not overwritten", path.display())]
+    Exists {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A directory without the table that is asked for.
+    #[error("{} is not a result directory: it has no results.parquet", path.display())]
+    NoResults {
+        /// The directory.
+        path: PathBuf,
+    },
+    /// Standard output cannot be written.
+    #[error("cannot write to standard output")]
+    Stdout {
+        /// What the system said.
+        #[source]
+        source: io::Error,
+    },
+    /// Whoever read standard output went away: nothing to complain about.
+    #[error("the reader of standard output has left")]
+    ReaderLeft,
+}
+
+impl CliError {
+    /// For `map_err` on writes to standard output.
+    pub fn stdout(source: io::Error) -> Self {
+        if source.kind() == io::ErrorKind::BrokenPipe { CliError::ReaderLeft } else { CliError::Stdout { source } }
+    }
+
+    /// The exit code.
+    #[must_use]
+    pub fn exit(&self) -> Exit {
+        match self {
+            CliError::Machine(_) | CliError::Argument { .. } | CliError::Exists { .. } | CliError::NoResults { .. } => {
+                Exit::Input
+            }
+            CliError::Study(StudyError::Problems(_)) => Exit::Input,
+            CliError::Study(StudyError::Design(crate::design::DesignError::Scale { .. })) => Exit::Usage,
+            CliError::Study(StudyError::Design(_)) => Exit::Input,
+            CliError::Study(StudyError::Input(error)) | CliError::Input(error) => input_exit(error),
+            CliError::Engine(_) => Exit::Input,
+            CliError::Run(RunError::Exists { .. } | RunError::Machine(_) | RunError::Engine(_)) => Exit::Input,
+            CliError::Run(
+                RunError::File(_) | RunError::Ledger(_) | RunError::Table(_) | RunError::Dispatch(_),
+            ) => Exit::Io,
+            CliError::Table(TableError::Version { .. }) => Exit::Input,
+            CliError::Table(_) | CliError::File(_) | CliError::Ledger(_) | CliError::Stdout { .. } => Exit::Io,
+            CliError::ReaderLeft => Exit::Ok,
+        }
+    }
+}
+
+fn input_exit(error: &InputError) -> Exit {
+    match error {
+        InputError::Io { .. } => Exit::Io,
+        InputError::Missing { .. }
+        | InputError::NotAFile { .. }
+        | InputError::TooLarge { .. }
+        | InputError::NotText { .. }
+        | InputError::Escapes { .. } => Exit::Input,
+    }
+}

@@ -1,0 +1,45 @@
+//! Exit codes, the same for every subcommand.
+
+use std::process::ExitCode;
+
+/// How the program ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Exit {
+    /// All asked for was done; invalid samples within the study's limits.
+    Ok = 0,
+    /// An internal error.
+    Bug = 1,
+    /// Wrong command line.
+    Usage = 2,
+    /// A machine, study or result that cannot be used as it is.
+    Input = 3,
+    /// Complete, with more failed or invalid samples than the study allows; a failed `simulate`.
+    Failures = 4,
+    /// Not all samples were computed.
+    Incomplete = 5,
+    /// A file, the disk, shared memory or a process failed.
+    Io = 6,
+    /// Ended by Ctrl-C.
+    Interrupted = 130,
+    /// Ended by SIGTERM.
+    Terminated = 143,
+}
+
+impl From<Exit> for ExitCode {
+    fn from(exit: Exit) -> Self {
+        ExitCode::from(exit as u8)
+    }
+}
+
+/// Shown by `bladeoff --help`.
+pub const EXIT_CODES: &str = "\
+Exit codes:
+  0    done; all samples ok, or invalid within the limits of the study
+  1    internal error (a bug: please report it)
+  2    wrong command line
+  3    bad input: a machine, study or result directory that cannot be used as it is
+  4    complete, but with more failed or invalid samples than the study allows
+  5    incomplete: some samples were not computed
+  6    a file, the disk, shared memory or a process failed
+  130  ended by Ctrl-C; 143 by SIGTERM; finished samples are kept";

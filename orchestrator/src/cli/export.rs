@@ -1,0 +1,82 @@
+//! `bladeoff export`: the result table in another format.
+
+use super::error::CliError;
+use super::exit::Exit;
+use super::output::remark;
+use crate::files::Pending;
+use crate::results::{TableError, export_csv};
+use crate::run::directory::{INCOMPLETE_RESULTS, RESULTS};
+use std::io::{self, BufWriter, Write};
+use std::path::PathBuf;
+
+/// Write the table of a result directory as CSV
+///
+/// One header line with the column names (unit included), one line per sample; numbers with all their digits, nothing
+/// between the commas for null. The Parquet file itself is read directly by pandas, Polars and DuckDB.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  bladeoff export runs/first-look --csv > first-look.csv\n  bladeoff export runs/first-look --csv --out first-look.csv")]
+pub struct Args {
+    /// Result directory of `bladeoff run`
+    directory: PathBuf,
+
+    /// Comma-separated values
+    #[arg(long, required = true)]
+    csv: bool,
+
+    /// Write to this file instead of standard output; an existing file is not overwritten
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+/// Runs the subcommand.
+pub fn main(args: &Args) -> Result<Exit, CliError> {
+    debug_assert!(args.csv, "the only format, and required");
+    let mut table = args.directory.join(RESULTS);
+    if !table.is_file() {
+        let incomplete = args.directory.join(INCOMPLETE_RESULTS);
+        if !incomplete.is_file() {
+            return Err(CliError::NoResults { path: args.directory.clone() });
+        }
+        remark(&format!("warning: the study is incomplete; exporting {}", incomplete.display()));
+        table = incomplete;
+    }
+    match &args.out {
+        Some(path) if path.symlink_metadata().is_ok() => return Err(CliError::Exists { path: path.clone() }),
+        Some(path) => {
+            let mut pending = Pending::create(path)?;
+            export_csv(&table, BufWriter::new(pending.file()))?;
+            pending.finish()?;
+            remark(&format!("wrote {}", path.display()));
+        }
+        None => {
+            let mut out = Watched { inner: io::stdout().lock(), error: None };
+            let exported = export_csv(&table, &mut out).and_then(|()| Ok(()));
+            if let Some(error) = out.error {
+                return Err(CliError::stdout(error));
+            }
+            exported.map_err(|error: TableError| CliError::from(error))?;
+            out.inner.flush().map_err(CliError::stdout)?;
+        }
+    }
+    Ok(Exit::Ok)
+}
+
+/// Keeps the error of a write: behind the table library's own error nobody could tell a reader that left.
+struct Watched<W> {
+    inner: W,
+    error: Option<io::Error>,
+}
+
+impl<W: Write> Write for Watched<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.inner.write(bytes).inspect_err(|error| {
+            if error.kind() != io::ErrorKind::Interrupted {
+                self.error = Some(io::Error::from(error.kind()));
+            }
+        })
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.inner.flush()
+    }
+}

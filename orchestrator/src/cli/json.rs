@@ -1,0 +1,71 @@
+//! JSON by hand for flat objects: keys in the order of the columns, numbers that read back as the same bits.
+
+use crate::results::{Field, FieldKind};
+
+/// A flat JSON object under construction.
+#[derive(Debug, Default)]
+pub struct JsonObject {
+    text: String,
+}
+
+impl JsonObject {
+    /// Adds a text, or null.
+    pub fn word(&mut self, key: &str, value: Option<&str>) {
+        let value = value.map_or_else(|| "null".to_owned(), quoted);
+        self.raw(key, &value);
+    }
+
+    /// Adds a number in the way its column stores it, or null. JSON has no NaN and no infinity: null.
+    pub fn number(&mut self, field: &Field, value: Option<f64>) {
+        let value = match value.filter(|value| value.is_finite()) {
+            None => "null".to_owned(),
+            Some(value) if field.kind == FieldKind::Count => format!("{}", value as u64),
+            Some(value) => number(value),
+        };
+        self.raw(&field.name, &value);
+    }
+
+    /// Adds a value that is JSON already.
+    pub fn raw(&mut self, key: &str, value: &str) {
+        let comma = if self.text.is_empty() { "" } else { "," };
+        self.text.push_str(&format!("{comma}\n  {}: {value}", quoted(key)));
+    }
+
+    /// The object and a line feed.
+    #[must_use]
+    pub fn finish(self) -> String {
+        format!("{{{}\n}}\n", self.text)
+    }
+}
+
+/// A JSON string.
+#[must_use]
+pub fn quoted(text: &str) -> String {
+    serde_json::to_string(text).expect("any string is a JSON string")
+}
+
+/// A finite number in its shortest form that reads back as the same bits; null otherwise.
+#[must_use]
+pub fn number(value: f64) -> String {
+    serde_json::to_string(&value).expect("any f64 has a JSON form (null if not finite)")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_keep_their_bits_and_null_is_null() {
+        let field = |name: &str, kind| Field { name: name.into(), unit: String::new(), meaning: String::new(), kind };
+        let mut object = JsonObject::default();
+        object.word("status", Some("ok"));
+        object.word("cause", None);
+        object.number(&field("a", FieldKind::Real), Some(0.1 + 0.2));
+        object.number(&field("n", FieldKind::Count), Some(3.0));
+        object.number(&field("z", FieldKind::Real), Some(f64::NAN));
+        let parsed: serde_json::Value = serde_json::from_str(&object.finish()).expect("valid JSON");
+        assert_eq!(parsed["a"].as_f64(), Some(0.1 + 0.2));
+        assert_eq!(parsed["n"].as_u64(), Some(3));
+        assert!(parsed["cause"].is_null() && parsed["z"].is_null());
+    }
+}

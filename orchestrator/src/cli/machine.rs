@@ -1,0 +1,49 @@
+//! A machine file and overrides of it, as several subcommands take them.
+
+use super::error::CliError;
+use crate::study::read_input;
+use bladeoff_core::document::MAX_FILE_BYTES;
+use bladeoff_core::machine::{Machine, MachineDef};
+use std::path::PathBuf;
+
+/// Arguments that name a machine.
+#[derive(Debug, clap::Args)]
+pub struct MachineArgs {
+    /// Machine file (TOML; format in docs/machines.md)
+    pub machine: PathBuf,
+
+    /// Override a parameter: a path of `bladeoff paths MACHINE`, or its ending where only one path ends so. A number
+    /// is SI, a unit is written behind it. May be given several times; the last one counts
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    pub set: Vec<String>,
+}
+
+impl MachineArgs {
+    /// The definition with its overrides.
+    pub fn load(&self) -> Result<MachineDef, CliError> {
+        let text = read_input(&self.machine, MAX_FILE_BYTES as u64)?;
+        let mut machine = MachineDef::parse(&self.machine.display().to_string(), &text)?;
+        for argument in &self.set {
+            let shown = format!("--set {argument}");
+            let Some((path, value)) = argument.split_once('=') else {
+                let message = "there is no `=`".to_owned();
+                return Err(CliError::Argument { argument: shown, message, allowed: Some("PATH=VALUE".to_owned()) });
+            };
+            set(&mut machine, path.trim(), value.trim(), &shown)?;
+        }
+        Ok(machine)
+    }
+}
+
+/// Sets one parameter; `argument` is what the user wrote.
+pub fn set(machine: &mut MachineDef, path: &str, value: &str, argument: &str) -> Result<(), CliError> {
+    let refused = |message: String, allowed| CliError::Argument { argument: argument.to_owned(), message, allowed };
+    let info = machine.resolve(path).map_err(|error| refused(error.to_string(), None))?;
+    let value = machine.parse_value(&info, value).map_err(|error| refused(error.to_string(), None))?;
+    machine.set(&info, &value).map_err(|error| refused(error.to_string(), None))
+}
+
+/// The validated machine.
+pub fn build(machine: &MachineDef) -> Result<Machine, CliError> {
+    Ok(machine.build()?)
+}

@@ -1,0 +1,89 @@
+//! The command line: one file per subcommand, errors and exit codes in one place.
+
+mod check;
+mod error;
+mod exit;
+mod export;
+mod json;
+mod machine;
+mod modes;
+mod new;
+mod output;
+mod paths;
+mod render;
+mod run;
+mod simulate;
+mod worker;
+
+pub use error::CliError;
+pub use exit::{EXIT_CODES, Exit};
+
+use clap::{Parser, Subcommand};
+use std::panic;
+use std::process::ExitCode;
+
+/// Blade-off transients of turbine shaft lines with rub against flexible diaphragms.
+///
+/// A machine file describes a shaft line; a study file varies parameters of a machine; `run` computes the study on
+/// all cores and writes one table, results.parquet, with one row per sample.
+#[derive(Debug, Parser)]
+#[command(name = "bladeoff", version, max_term_width = 100, after_help = EXIT_CODES)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Run(run::Args),
+    Check(check::Args),
+    Simulate(simulate::Args),
+    Modes(modes::Args),
+    Paths(paths::Args),
+    New(new::Args),
+    Export(export::Args),
+    #[command(hide = true)]
+    Worker(worker::Args),
+}
+
+/// Parses the command line, does what it says, gives the exit code.
+#[must_use]
+pub fn main() -> ExitCode {
+    // clap ends the program itself: 0 after --help and --version, 2 after a wrong command line.
+    let cli = Cli::parse();
+    panic::set_hook(Box::new(|info| {
+        output::remark(&format!("internal error: {info}\nThis is a bug. Please report it with the command and its files."));
+    }));
+    let exit = panic::catch_unwind(|| dispatch(cli.command)).unwrap_or(Exit::Bug);
+    exit.into()
+}
+
+fn dispatch(command: Command) -> Exit {
+    let result = match command {
+        Command::Run(args) => run::main(&args),
+        Command::Check(args) => check::main(&args),
+        Command::Simulate(args) => simulate::main(&args),
+        Command::Modes(args) => modes::main(&args),
+        Command::Paths(args) => paths::main(&args),
+        Command::New(args) => new::main(&args),
+        Command::Export(args) => export::main(&args),
+        Command::Worker(args) => worker::main(&args),
+    };
+    result.unwrap_or_else(|error| {
+        if !matches!(error, CliError::ReaderLeft) {
+            output::remark(render::render(&error).trim_end());
+        }
+        error.exit()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+}

@@ -1,0 +1,54 @@
+//! `bladeoff new`: commented templates.
+
+use super::error::CliError;
+use super::exit::Exit;
+use super::output::{print, remark};
+use crate::files::write_whole;
+use crate::study::STUDY_TEMPLATE;
+use bladeoff_core::machine::machine_template;
+use std::path::PathBuf;
+
+/// Write a commented template of a machine or study file
+///
+/// The template is a complete, valid file: change what is different for you and delete what you do not need. A file
+/// that is already there is not overwritten.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  bladeoff new machine --out studies/machines/my_rig.toml\n  bladeoff new study > studies/my-study.toml")]
+pub struct Args {
+    /// What to write
+    #[arg(value_enum)]
+    what: What,
+
+    /// Write to this file instead of standard output
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum What {
+    /// A machine file
+    Machine,
+    /// A study file
+    Study,
+}
+
+/// Runs the subcommand.
+pub fn main(args: &Args) -> Result<Exit, CliError> {
+    let machine;
+    let text: &str = match args.what {
+        What::Machine => {
+            machine = machine_template();
+            machine.as_ref()
+        }
+        What::Study => STUDY_TEMPLATE,
+    };
+    match &args.out {
+        None => print(text)?,
+        Some(path) if path.symlink_metadata().is_ok() => return Err(CliError::Exists { path: path.clone() }),
+        Some(path) => {
+            write_whole(path, text.as_bytes())?;
+            remark(&format!("wrote {}", path.display()));
+        }
+    }
+    Ok(Exit::Ok)
+}

@@ -1,0 +1,126 @@
+//! Errors as a person reads them: problems of files with the place underlined, everything else as a chain of causes.
+
+use super::error::CliError;
+use crate::study::StudyError;
+use bladeoff_core::document::{Problem, Problems};
+use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, SourceCode};
+use std::error::Error;
+use std::fmt;
+use std::io::IsTerminal;
+
+/// The text for standard error.
+#[must_use]
+pub fn render(error: &CliError) -> String {
+    match error {
+        CliError::Machine(problems) => render_problems(std::slice::from_ref(problems)),
+        CliError::Study(StudyError::Problems(files)) => render_problems(files),
+        CliError::Argument { argument, message, allowed } => {
+            let allowed = allowed.as_ref().map(|allowed| format!("\n  allowed: {allowed}")).unwrap_or_default();
+            format!("error: {argument}: {message}{allowed}\n")
+        }
+        other => chain(other),
+    }
+}
+
+fn chain(error: &dyn Error) -> String {
+    let mut text = format!("error: {error}\n");
+    let mut source = error.source();
+    while let Some(cause) = source {
+        text.push_str(&format!("  because: {cause}\n"));
+        source = cause.source();
+    }
+    text
+}
+
+/// Every problem of every file, then how many there are.
+fn render_problems(files: &[Problems]) -> String {
+    let handler = GraphicalReportHandler::new_themed(theme()).with_width(120).with_context_lines(1).with_links(false);
+    let mut text = String::new();
+    for problems in files {
+        let source = NamedSource::new(&problems.file, problems.text.clone());
+        for problem in &problems.list {
+            let shown = Shown { problem, source: &source };
+            if handler.render_report(&mut text, &shown).is_err() {
+                // The plain line says the same without the picture.
+                text.push_str(&format!("{problem}\n"));
+            }
+        }
+    }
+    let count: usize = files.iter().map(|problems| problems.list.len()).sum();
+    let names: Vec<&str> = files.iter().map(|problems| problems.file.as_str()).collect();
+    let noun = if count == 1 { "problem" } else { "problems" };
+    text.push_str(&format!("error: {count} {noun} in {}\n", names.join(" and ")));
+    text
+}
+
+fn theme() -> GraphicalTheme {
+    let coloured = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
+    if coloured { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() }
+}
+
+/// A problem as miette wants it.
+#[derive(Debug)]
+struct Shown<'a> {
+    problem: &'a Problem,
+    source: &'a NamedSource<String>,
+}
+
+impl fmt::Display for Shown<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Problem { file, line, column, key, value, message, .. } = self.problem;
+        write!(f, "{file}:{line}:{column}: ")?;
+        match (key.as_str(), value) {
+            ("", _) => {}
+            (key, None) => write!(f, "{key}: ")?,
+            (key, Some(value)) => write!(f, "{key} = {value}: ")?,
+        }
+        f.write_str(message)
+    }
+}
+
+impl Error for Shown<'_> {}
+
+impl Diagnostic for Shown<'_> {
+    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        let allowed = self.problem.allowed.as_ref().map(|allowed| format!("allowed: {allowed}"));
+        let nearest = self.problem.nearest.as_ref().map(|nearest| format!("did you mean `{nearest}`?"));
+        let lines: Vec<String> = [nearest, allowed].into_iter().flatten().collect();
+        (!lines.is_empty()).then(|| Box::new(lines.join("\n")) as Box<dyn fmt::Display>)
+    }
+
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        Some(self.source)
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        let span = self.problem.span.clone();
+        Some(Box::new(std::iter::once(LabeledSpan::new_with_span(Some("here".to_owned()), span))))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bladeoff_core::document::Collector;
+
+    #[test]
+    fn a_problem_is_shown_with_place_line_and_nearest_name() {
+        let mut problems = Collector::new("m.toml", "a = 1\nfrction = 0.2\n");
+        let problem = problems.add(6..13, "contact.frction", "unknown key");
+        problem.allowed = Some("friction, gap".into());
+        problem.nearest = Some("friction".into());
+        let error = CliError::Machine(problems.finish().expect_err("one problem"));
+        let text = render(&error);
+        for part in ["m.toml:2:1", "contact.frction", "unknown key", "did you mean `friction`?", "allowed: friction, gap", "frction = 0.2", "error: 1 problem in m.toml"] {
+            assert!(text.contains(part), "{part} in\n{text}");
+        }
+        assert!(!text.contains('\u{1b}'), "no colour when not a terminal");
+    }
+
+    #[test]
+    fn causes_follow_their_error() {
+        let source = std::io::Error::other("disk on fire");
+        let text = render(&CliError::Stdout { source });
+        assert_eq!(text, "error: cannot write to standard output\n  because: disk on fire\n");
+    }
+}

@@ -1,0 +1,135 @@
+//! `bladeoff run`: a study on all cores.
+
+use super::error::CliError;
+use super::exit::Exit;
+use super::output::{print, remark};
+use crate::dispatch::{Ended, Signal};
+use crate::report::summary;
+use crate::results::Table;
+use crate::run::directory::{INCOMPLETE_RESULTS, RESULTS};
+use crate::run::{Finished, Request, run};
+use crate::study::{Samples, Study, check_machines, load};
+use bladeoff_core::outcome::Status;
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::thread;
+
+/// Compute a study on all cores and write its result directory
+///
+/// The study is checked whole before anything runs. Worker processes compute its samples; each result is on disk
+/// before it counts. At the end there is a summary, and in the result directory:
+///
+///   results.parquet   one row per sample: parameters, status, cause, quantities; unit in each column's name
+///   study.toml, machine.toml   the inputs as they were
+///   timings.parquet   CPU time, worker and attempt of each sample
+///   manifest.json     versions, build, host, dates, command
+///   workers.log       messages of the worker processes
+///
+/// The same study gives the same bytes of results.parquet, whatever the number of workers and whatever happened to
+/// them. An existing result directory is refused.
+///
+/// After Ctrl-C or SIGTERM the rows finished so far are in results-incomplete.parquet.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  bladeoff run studies/first-look.toml
+  bladeoff run studies/first-look.toml --out /tmp/look --workers 2
+  bladeoff run studies/gap-friction-map.toml --scale 0.3     (every axis thinned, its end points kept)
+  bladeoff run studies/gap-friction-map.toml --limit 50      (50 samples spread over the study)
+
+The exit code is 4 when more samples failed or were invalid than [limits] of the study allows (default: no sample
+may fail, any number may be invalid).")]
+pub struct Args {
+    /// Study file (TOML; format in docs/studies.md)
+    study: PathBuf,
+
+    /// Result directory [default: runs/<name of the study>]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+
+    /// Number of worker processes [default: one per core]
+    #[arg(long, value_name = "N")]
+    workers: Option<NonZeroUsize>,
+
+    #[command(flatten)]
+    part: PartArgs,
+}
+
+/// Which part of a study.
+#[derive(Debug, clap::Args)]
+pub struct PartArgs {
+    /// Take N samples only: the first N of a shuffle that depends on the study's seed
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    limit: Option<u64>,
+
+    /// Thin every axis to this part of its points, at least two; its end points are kept
+    #[arg(long, value_name = "F", value_parser = scale)]
+    scale: Option<f64>,
+}
+
+fn scale(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| format!("{text:?} is not a number"))?;
+    if value > 0.0 && value <= 1.0 { Ok(value) } else { Err("must be above 0 and at most 1".to_owned()) }
+}
+
+impl PartArgs {
+    /// The checked samples of a study file.
+    pub fn load(&self, study: &std::path::Path) -> Result<Samples, CliError> {
+        let samples = Samples::new(load(study)?, self.scale, self.limit)?;
+        check_machines(&samples)?;
+        Ok(samples)
+    }
+}
+
+/// Number of worker processes where none is given.
+#[must_use]
+pub fn default_workers() -> usize {
+    thread::available_parallelism().map_or(1, NonZeroUsize::get)
+}
+
+/// Runs the subcommand.
+pub fn main(args: &Args) -> Result<Exit, CliError> {
+    let samples = args.part.load(&args.study)?;
+    let out = args.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(&samples.study().name));
+    let workers = args.workers.map_or_else(default_workers, NonZeroUsize::get);
+    let workers = workers.min(usize::try_from(samples.count()).unwrap_or(usize::MAX));
+    remark(&format!(
+        "{}: {} samples of {}, {workers} workers, results in {}",
+        samples.study().name,
+        samples.count(),
+        samples.study().machine_file,
+        out.display()
+    ));
+    let finished = run(&Request { out: out.clone(), workers }, &samples)?;
+    let table = Table::read(&finished.table)?;
+    let incomplete = finished.ended != Ended::Complete;
+    let file = if incomplete { INCOMPLETE_RESULTS } else { RESULTS };
+    let mut text = format!("\n{}: {} of {} samples\n\n", samples.study().name, finished.tally.done(), samples.count());
+    text.push_str(&summary(&table));
+    text.push_str(&format!("\nTable: {}   (the other files beside it: see `bladeoff run --help`)\n", out.join(file).display()));
+    match print(&text) {
+        // The study is done and its table written: whoever does not read the summary changes nothing.
+        Ok(()) | Err(CliError::ReaderLeft) => {}
+        Err(error) => return Err(error),
+    }
+    Ok(verdict(samples.study(), &finished, samples.count()))
+}
+
+fn verdict(study: &Study, finished: &Finished, total: u64) -> Exit {
+    match finished.ended {
+        Ended::Signalled(Signal::Interrupt) => return Exit::Interrupted,
+        Ended::Signalled(Signal::Terminate) => return Exit::Terminated,
+        Ended::Wall | Ended::TooManyFailures => return Exit::Incomplete,
+        Ended::Complete => {}
+    }
+    let failed = finished.tally.failed();
+    let invalid = finished.tally.of(Status::Invalid);
+    let limits = study.limits;
+    let mut exit = Exit::Ok;
+    for (what, count, share) in [("failed", failed, limits.max_failed), ("invalid", invalid, limits.max_invalid)] {
+        if !share.allows(count, total) {
+            remark(&format!("{count} of {total} samples {what}; the study allows {share} ([limits] max_{what})"));
+            exit = Exit::Failures;
+        }
+    }
+    exit
+}

@@ -1,0 +1,141 @@
+//! `bladeoff simulate`: one transient.
+
+use super::error::CliError;
+use super::exit::Exit;
+use super::json::JsonObject;
+use super::machine::{MachineArgs, build, set};
+use super::output::{print, remark};
+use crate::engine;
+use crate::report::{OutcomeView, cause_in_words, describe_outcome, duration};
+use crate::results::{TableSchema, verdict_fields};
+use bladeoff_core::document::units::format_quantity;
+use bladeoff_core::machine::{Machine, MachineDef};
+use bladeoff_core::outcome::{Outcome, Status};
+use bladeoff_core::transient::Plan;
+use std::time::Instant;
+
+/// Compute one blade-off transient and say what came out
+///
+/// The run ends when the rotor has stopped, at `run.end_time`, at `run.end_speed` or with a failure. A run that
+/// finished but breaks the validity guard (slip reversal, energy, penetration) is `invalid`: its values are shown, a
+/// warning says why they are not to be believed, and the exit code is 0. A run that ended early is `failed`: the values
+/// up to then are shown and the exit code is 4.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  bladeoff simulate studies/machines/lab_rig.toml
+  bladeoff simulate studies/machines/lab_rig.toml --set contact.gap=\"0.4 mm\" --detection hyp1
+  bladeoff simulate studies/machines/lab_rig.toml --engine full --step \"1 us\"
+  bladeoff simulate studies/machines/lp_turbine.toml --json | jq .first_contact_s")]
+pub struct Args {
+    #[command(flatten)]
+    machine: MachineArgs,
+
+    /// Engine, instead of the machine's: modes of rotor and ring, or all finite-element degrees of freedom
+    #[arg(long, value_parser = ["full", "reduced"])]
+    engine: Option<String>,
+
+    /// Contact detection, instead of the machine's
+    #[arg(long, value_parser = ["hyp1", "hyp2", "hyp2-frozen"])]
+    detection: Option<String>,
+
+    /// Time step, in seconds or with a unit ("2 us"); refused with the largest allowed one when it is too large
+    #[arg(long, value_name = "STEP")]
+    step: Option<String>,
+
+    /// Print one JSON object whose keys are the column names of result tables, also when the run fails
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the subcommand.
+pub fn main(args: &Args) -> Result<Exit, CliError> {
+    let machine = build(&definition(args)?)?;
+    let started = Instant::now();
+    let structure = engine::build(&machine)?;
+    let plan = engine::plan(&machine, &structure)?;
+    let outcome = engine::simulate(&machine, &structure)?;
+    let wall = started.elapsed();
+    let columns = engine::columns(&machine);
+    let view = OutcomeView { columns: &columns, outcome: &outcome };
+    if args.json {
+        print(&json(&machine, view))?;
+    } else {
+        let mut text = heading(&machine, &plan);
+        text.push_str(&describe_outcome(view));
+        text.push_str(&format!("{:<32} {}\n", "computed in", duration(wall)));
+        print(&text)?;
+    }
+    Ok(verdict(&outcome))
+}
+
+fn definition(args: &Args) -> Result<MachineDef, CliError> {
+    let mut machine = args.machine.load()?;
+    if let Some(engine) = &args.engine {
+        set(&mut machine, "run.engine", engine, &format!("--engine {engine}"))?;
+    }
+    if let Some(step) = &args.step {
+        set(&mut machine, "run.step", step, &format!("--step {step}"))?;
+    }
+    if let Some(detection) = &args.detection {
+        let argument = format!("--detection {detection}");
+        let paths: Vec<String> =
+            machine.paths().into_iter().map(|info| info.path).filter(|path| path.ends_with(".contact.detection")).collect();
+        if paths.is_empty() {
+            let message = "the machine has no diaphragm".to_owned();
+            return Err(CliError::Argument { argument, message, allowed: None });
+        }
+        for path in paths {
+            set(&mut machine, &path, detection, &argument)?;
+        }
+    }
+    Ok(machine)
+}
+
+fn verdict(outcome: &Outcome) -> Exit {
+    let causes = || outcome.causes.iter().map(|cause| format!("  {}: {}", cause.word(), cause_in_words(cause))).collect::<Vec<_>>();
+    match outcome.status {
+        Status::Ok => Exit::Ok,
+        Status::Invalid => {
+            remark(&format!("warning: the run is invalid; do not use its values\n{}", causes().join("\n")));
+            Exit::Ok
+        }
+        Status::Failed | Status::Quarantined => {
+            remark(&format!("the run failed\n{}", causes().join("\n")));
+            Exit::Failures
+        }
+    }
+}
+
+fn heading(machine: &Machine, plan: &Plan) -> String {
+    let detection = engine::detection(machine).unwrap_or("no diaphragm");
+    let step = format!("{} (largest allowed {})", format_quantity(plan.step, "s"), format_quantity(plan.largest_step, "s"));
+    [
+        ("machine", machine.name.clone()),
+        ("engine", engine::engine_word(machine).to_owned()),
+        ("detection", detection.to_owned()),
+        ("time step", step),
+    ]
+    .into_iter()
+    .map(|(name, value)| format!("{name:<32} {value}\n"))
+    .collect()
+}
+
+fn json(machine: &Machine, view: OutcomeView<'_>) -> String {
+    let outcome = view.outcome;
+    let mut object = JsonObject::default();
+    for field in verdict_fields() {
+        let word = match field.name.as_str() {
+            "detection" => engine::detection(machine).map(str::to_owned),
+            "status" => Some(outcome.status.word().to_owned()),
+            "cause" => outcome.cause.map(|cause| cause.word().to_owned()),
+            "causes" => outcome.causes.words(),
+            _ => Some(outcome.end_cause.word().to_owned()),
+        };
+        object.word(&field.name, word.as_deref());
+    }
+    let schema = TableSchema::new(Vec::new(), view.columns);
+    for field in schema.outcome() {
+        object.number(field, view.value(&field.name));
+    }
+    object.finish()
+}

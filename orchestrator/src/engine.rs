@@ -1,0 +1,78 @@
+//! The calls into the solver, in one place.
+
+use bladeoff_core::machine::{Detection, Engine, Machine};
+use bladeoff_core::modal::{BasisError, ModesReport, report};
+use bladeoff_core::outcome::{Column, Outcome};
+use bladeoff_core::structure::Structure;
+use bladeoff_core::transient::{self, NoHistory, Plan, PlanError};
+
+/// Why the solver refuses a machine before the first step.
+#[derive(Debug, thiserror::Error)]
+pub enum EngineError {
+    /// Matrices or modes.
+    #[error("the model of the machine cannot be built")]
+    Build(#[source] BasisError),
+    /// The run's settings do not fit the model.
+    #[error("the run cannot start")]
+    Start(#[source] PlanError),
+    /// Whirl frequencies.
+    #[error("the modes cannot be computed")]
+    Modes(#[source] BasisError),
+}
+
+/// The structure of a machine: matrices and modes.
+///
+/// # Errors
+/// A mode problem failed.
+pub fn build(machine: &Machine) -> Result<Structure, EngineError> {
+    Structure::build(machine, None).map_err(EngineError::Build)
+}
+
+/// Time step and its limit.
+///
+/// # Errors
+/// The step is too large, or the like.
+pub fn plan(machine: &Machine, structure: &Structure) -> Result<Plan, EngineError> {
+    Plan::new(machine, structure).map_err(EngineError::Start)
+}
+
+/// One transient.
+///
+/// # Errors
+/// The step is too large, or the like.
+pub fn simulate(machine: &Machine, structure: &Structure) -> Result<Outcome, EngineError> {
+    transient::simulate(machine, structure, &mut NoHistory).map_err(EngineError::Start)
+}
+
+/// Whirl, critical speeds and ring frequencies.
+///
+/// # Errors
+/// An eigenvalue problem failed.
+pub fn modes(machine: &Machine, speeds: &[f64]) -> Result<ModesReport, EngineError> {
+    report(machine, speeds).map_err(EngineError::Modes)
+}
+
+/// The numeric columns of a machine's outcome.
+#[must_use]
+pub fn columns(machine: &Machine) -> Vec<Column> {
+    bladeoff_core::outcome::columns(machine)
+}
+
+/// Word of the engine.
+#[must_use]
+pub fn engine_word(machine: &Machine) -> &'static str {
+    match machine.run.engine {
+        Engine::Reduced => "reduced",
+        Engine::Full => "full",
+    }
+}
+
+/// Word of the contact detection; `None` without a diaphragm.
+#[must_use]
+pub fn detection(machine: &Machine) -> Option<&'static str> {
+    machine.diaphragms.first().map(|diaphragm| match diaphragm.contact.detection {
+        Detection::Hyp1 => "hyp1",
+        Detection::Hyp2 => "hyp2",
+        Detection::Hyp2Frozen => "hyp2-frozen",
+    })
+}

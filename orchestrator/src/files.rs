@@ -1,0 +1,109 @@
+//! Files that are either whole or absent: written aside, synced, renamed, the directory synced.
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+/// A file operation that failed, with the path it failed on.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot {action} {}", path.display())]
+pub struct FileError {
+    /// What was tried ("write", "create", ...).
+    pub action: &'static str,
+    /// On what.
+    pub path: PathBuf,
+    /// What the system said.
+    #[source]
+    pub source: io::Error,
+}
+
+impl FileError {
+    /// For `map_err`: attaches action and path.
+    pub fn at(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
+        let path = path.to_path_buf();
+        move |source| Self { action, path, source }
+    }
+}
+
+/// A file under construction: `NAME.tmp` beside its final place, removed if it is never finished.
+#[derive(Debug)]
+pub struct Pending {
+    file: Option<File>,
+    temporary: PathBuf,
+    path: PathBuf,
+}
+
+impl Pending {
+    /// Starts a file that will be `path`.
+    ///
+    /// # Errors
+    /// The directory cannot be written.
+    pub fn create(path: &Path) -> Result<Self, FileError> {
+        let mut name = path.as_os_str().to_owned();
+        name.push(".tmp");
+        let temporary = PathBuf::from(name);
+        let file = File::create(&temporary).map_err(FileError::at("create", &temporary))?;
+        Ok(Self { file: Some(file), temporary, path: path.to_path_buf() })
+    }
+
+    /// The file to write to.
+    pub fn file(&mut self) -> &mut File {
+        self.file.as_mut().expect("present until finish consumes self")
+    }
+
+    /// Makes it durable under its final name.
+    ///
+    /// # Errors
+    /// Disk full, or the rename or sync failed; nothing is left under the final name then.
+    pub fn finish(mut self) -> Result<(), FileError> {
+        let file = self.file.take().expect("present until finish consumes self");
+        file.sync_all().map_err(FileError::at("write", &self.temporary))?;
+        drop(file);
+        fs::rename(&self.temporary, &self.path).map_err(FileError::at("rename to", &self.path))?;
+        sync_directory(self.path.parent().unwrap_or(Path::new(".")))
+    }
+}
+
+impl Drop for Pending {
+    fn drop(&mut self) {
+        // After `finish` the temporary name no longer exists; on the error path the leftover is of no use.
+        let _ = fs::remove_file(&self.temporary);
+    }
+}
+
+/// Writes a whole file durably.
+///
+/// # Errors
+/// As [`Pending::finish`].
+pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
+    let mut pending = Pending::create(path)?;
+    pending.file().write_all(bytes).map_err(FileError::at("write", path))?;
+    pending.finish()
+}
+
+/// Makes the names in a directory durable.
+///
+/// # Errors
+/// The directory cannot be opened or synced.
+pub fn sync_directory(directory: &Path) -> Result<(), FileError> {
+    let directory = if directory.as_os_str().is_empty() { Path::new(".") } else { directory };
+    File::open(directory).and_then(|file| file.sync_all()).map_err(FileError::at("sync", directory))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_unfinished_file_leaves_nothing() {
+        let directory = tempfile::tempdir().expect("temporary directory");
+        let path = directory.path().join("a.txt");
+        let mut pending = Pending::create(&path).expect("create");
+        pending.file().write_all(b"half").expect("write");
+        drop(pending);
+        assert_eq!(fs::read_dir(directory.path()).expect("list").count(), 0);
+        write_whole(&path, b"whole").expect("write");
+        assert_eq!(fs::read(&path).expect("read"), b"whole");
+        assert_eq!(fs::read_dir(directory.path()).expect("list").count(), 1);
+    }
+}

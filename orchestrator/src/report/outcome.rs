@@ -1,0 +1,146 @@
+//! One run in words: what ended it, whether to believe it, the main quantities with their time.
+
+use bladeoff_core::document::units::format_quantity;
+use bladeoff_core::outcome::{Cause, Column, EndCause, Outcome, Status};
+use std::fmt::Write;
+
+/// An outcome with the columns that name its values.
+#[derive(Debug, Clone, Copy)]
+pub struct OutcomeView<'a> {
+    /// Columns of the machine.
+    pub columns: &'a [Column],
+    /// What came out.
+    pub outcome: &'a Outcome,
+}
+
+impl OutcomeView<'_> {
+    /// Value of a column; `None` if it is null or there is no such column.
+    #[must_use]
+    pub fn value(&self, name: &str) -> Option<f64> {
+        let at = self.columns.iter().position(|column| column.name == name)?;
+        self.outcome.values.get(at).copied().flatten()
+    }
+}
+
+/// What a cause means for whoever looks at the run.
+#[must_use]
+pub fn cause_in_words(cause: Cause) -> &'static str {
+    match cause {
+        Cause::Diverged => "the state grew beyond any physical size",
+        Cause::NonFinite => "the state became NaN or infinite",
+        Cause::EnergyBalance => "the energy balance does not close within `run.guard`",
+        Cause::NormalWork => "the normal contact force did more work than `run.guard` allows: impacts lose or create energy",
+        Cause::Penetration => "rotor and ring overlap by more than `run.guard` allows at a converged step",
+        Cause::SlipReversal => "the slip velocity changed sign; the friction model only slides, so what follows is not physical",
+        Cause::LossOfUniqueness => "the contact force of a step is not unique (W <= 0)",
+        Cause::StepLimit => "more steps than `run.step_limit`",
+        Cause::Panicked => "the solver stopped with an internal error: a bug",
+        Cause::TimeLimit => "longer than the time limit",
+        Cause::WorkerKilled => "its worker process died more than once while computing it alone",
+        Cause::OutOfMemory => "its worker process ran out of memory",
+    }
+}
+
+/// Why a run ended.
+#[must_use]
+pub fn end_cause_in_words(cause: EndCause) -> &'static str {
+    match cause {
+        EndCause::Stopped => "the rotor came to rest",
+        EndCause::EndTime => "`run.end_time` was reached",
+        EndCause::EndSpeed => "the spin fell to `run.end_speed`",
+        EndCause::Failure => "the run failed",
+    }
+}
+
+/// The block that `simulate` prints.
+#[must_use]
+pub fn describe_outcome(view: OutcomeView<'_>) -> String {
+    let mut text = String::new();
+    let outcome = view.outcome;
+    line(&mut text, "status", &status_line(outcome));
+    for cause in outcome.causes.iter() {
+        line(&mut text, cause.word(), cause_in_words(cause));
+    }
+    let end = match (view.value("end_time_s"), view.value("end_speed_rad_s")) {
+        (Some(time), Some(speed)) => format!(
+            "{} at {}, spin {}",
+            end_cause_in_words(outcome.end_cause),
+            format_quantity(time, "s"),
+            format_quantity(speed, "rad/s")
+        ),
+        _ => end_cause_in_words(outcome.end_cause).to_owned(),
+    };
+    line(&mut text, "end", &end);
+    text.push('\n');
+    for column in view.columns.iter().filter(|column| !OTHERWISE.contains(&column.name.as_str())) {
+        if column.name.ends_with("_at_s") {
+            continue;
+        }
+        let shown = match view.value(&column.name) {
+            None => "-".to_owned(),
+            Some(value) => {
+                let at = peak_time(column).and_then(|name| view.value(&name));
+                let at = at.map(|at| format!("  at {}", format_quantity(at, "s"))).unwrap_or_default();
+                format!("{}{at}", format_quantity(value, column.unit))
+            }
+        };
+        line(&mut text, label(column), &shown);
+    }
+    text
+}
+
+/// Columns that are shown elsewhere in the block.
+const OTHERWISE: [&str; 2] = ["end_time_s", "end_speed_rad_s"];
+
+/// Name without the unit.
+fn label(column: &Column) -> &str {
+    let unit = column.unit.replace(['/', ' '], if column.unit == "N s" { "" } else { "_" });
+    column.name.strip_suffix(&unit).map_or(&*column.name, |name| name.trim_end_matches('_'))
+}
+
+/// Name of the column with the time of a peak.
+fn peak_time(column: &Column) -> Option<String> {
+    column.name.starts_with("max_").then_some(()).or_else(|| column.name.starts_with("residual_").then_some(()))?;
+    Some(format!("{}_at_s", label(column)))
+}
+
+fn status_line(outcome: &Outcome) -> String {
+    match outcome.status {
+        Status::Ok => "ok".to_owned(),
+        Status::Invalid => "invalid: finished, but not to be believed".to_owned(),
+        Status::Failed => "failed: ended early; the values are those up to then".to_owned(),
+        Status::Quarantined => "quarantined: given up".to_owned(),
+    }
+}
+
+fn line(text: &mut String, name: &str, value: &str) {
+    writeln!(text, "{name:<32} {value}").expect("writing to a String cannot fail");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bladeoff_core::outcome::{CauseSet, ColumnKind};
+
+    #[test]
+    fn a_peak_is_shown_with_its_time_and_a_null_as_a_dash() {
+        let column = |name: &str, unit| Column { name: name.into(), unit, kind: ColumnKind::Real, meaning: String::new() };
+        let columns =
+            [column("max_bearing_load_N", "N"), column("max_bearing_load_at_s", "s"), column("first_contact_s", "s"), column("contact_impulse_Ns", "N s")];
+        let mut causes = CauseSet::default();
+        causes.insert(Cause::SlipReversal);
+        let outcome = Outcome {
+            status: Status::Invalid,
+            cause: Some(Cause::SlipReversal),
+            causes,
+            end_cause: EndCause::EndTime,
+            values: vec![Some(1500.0), Some(0.25), None, Some(2.0)],
+        };
+        let text = describe_outcome(OutcomeView { columns: &columns, outcome: &outcome });
+        let find = |start: &str| text.lines().find(|line| line.starts_with(start)).expect("the line").to_owned();
+        assert!(find("max_bearing_load ").ends_with("1.5 kN  at 0.25 s"), "{text}");
+        assert!(find("first_contact ").ends_with('-'), "{text}");
+        assert!(find("contact_impulse ").ends_with("2 N s"), "{text}");
+        assert!(find("slip_reversal").contains("changed sign"), "{text}");
+    }
+}

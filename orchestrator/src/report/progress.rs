@@ -1,0 +1,116 @@
+//! Progress of a study on standard error: a bar on a terminal, plain lines elsewhere.
+
+use super::tally::Tally;
+use super::text::duration;
+use bladeoff_core::outcome::Status;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::io::{IsTerminal, Write};
+use std::time::{Duration, Instant};
+
+/// Least time between two plain lines; then one is due after this part of the study or this time.
+const LINE_EVERY: Duration = Duration::from_secs(2);
+const LINES: u64 = 20;
+const LINE_AT_LEAST_EVERY: Duration = Duration::from_secs(60);
+
+/// Shows how far a study is.
+#[derive(Debug)]
+pub struct Progress {
+    total: u64,
+    started: Instant,
+    display: Display,
+}
+
+#[derive(Debug)]
+enum Display {
+    Bar(ProgressBar),
+    Lines { last: Instant, shown: u64 },
+}
+
+impl Progress {
+    /// Starts the display of a study of `total` samples.
+    #[must_use]
+    pub fn start(total: u64, now: Instant) -> Self {
+        let display = if std::io::stderr().is_terminal() {
+            let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr());
+            // A fixed template; should it ever be wrong, the library's own bar is good enough.
+            if let Ok(style) = ProgressStyle::with_template("{bar:30} {msg}") {
+                bar.set_style(style);
+            }
+            Display::Bar(bar)
+        } else {
+            Display::Lines { last: now, shown: 0 }
+        };
+        Self { total, started: now, display }
+    }
+
+    /// Shows the present counts, if it is time to.
+    pub fn update(&mut self, tally: &Tally, now: Instant) {
+        let done = tally.done();
+        let message = message(tally, self.total, now.duration_since(self.started));
+        match &mut self.display {
+            Display::Bar(bar) => {
+                bar.set_position(done);
+                bar.set_message(message);
+            }
+            Display::Lines { last, shown } => {
+                let since = now.duration_since(*last);
+                let due = since >= LINE_AT_LEAST_EVERY
+                    || since >= LINE_EVERY && done.saturating_sub(*shown) * LINES >= self.total;
+                if due && done < self.total {
+                    (*last, *shown) = (now, done);
+                    // Nobody reads: the study goes on.
+                    let _ = writeln!(std::io::stderr(), "{message}");
+                }
+            }
+        }
+    }
+
+    /// Ends the display with a last line.
+    pub fn finish(self, tally: &Tally, now: Instant) {
+        if let Display::Bar(bar) = self.display {
+            bar.finish_and_clear();
+        }
+        let _ = writeln!(std::io::stderr(), "{}", message(tally, self.total, now.duration_since(self.started)));
+    }
+}
+
+fn message(tally: &Tally, total: u64, elapsed: Duration) -> String {
+    let done = tally.done();
+    let seconds = elapsed.as_secs_f64();
+    let mut text = format!("{done}/{total}");
+    if done > 0 && seconds > 0.0 {
+        let rate = done as f64 / seconds;
+        text.push_str(&if rate >= 1.0 { format!(", {rate:.1}/s") } else { format!(", {:.1}/min", rate * 60.0) });
+        if done < total {
+            let left = Duration::from_secs_f64((total - done) as f64 / rate);
+            text.push_str(&format!(", {} left", duration(left)));
+        } else {
+            text.push_str(&format!(", {}", duration(elapsed)));
+        }
+    }
+    text.push_str(&format!(
+        "; invalid {}, failed {}",
+        tally.words(&[Status::Invalid]),
+        tally.words(&[Status::Failed, Status::Quarantined])
+    ));
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bladeoff_core::outcome::{Cause, CauseSet, EndCause, Outcome};
+
+    #[test]
+    fn the_line_has_rate_remaining_time_and_failures_by_cause() {
+        let mut tally = Tally::default();
+        for cause in [None, None, Some(Cause::Diverged)] {
+            let status = if cause.is_some() { Status::Failed } else { Status::Ok };
+            let causes = CauseSet::default();
+            tally.add(&Outcome { status, cause, causes, end_cause: EndCause::EndTime, values: Vec::new() });
+        }
+        let line = message(&tally, 9, Duration::from_secs(2));
+        assert_eq!(line, "3/9, 1.5/s, 4.0 s left; invalid 0, failed 1 (1 diverged)");
+        assert_eq!(message(&Tally::default(), 9, Duration::ZERO), "0/9; invalid 0, failed 0");
+    }
+}

@@ -1,0 +1,49 @@
+//! The tables of a study: schema, Parquet, reading back, CSV. With `analysis/` the only place that names polars.
+//!
+//! `results.parquet` holds nothing about time, host or worker: the same study gives the same bytes. Row groups are
+//! cut by row number, never by arrival; the writer, its settings and their order are fixed here.
+
+mod export;
+mod parquet;
+mod read;
+mod schema;
+mod timings;
+
+pub use export::export_csv;
+pub use parquet::{Provenance, Row, Value, write_results};
+pub use read::{Cells, Table};
+pub use schema::{DETECTION, Field, FieldKind, SCHEMA_VERSION, TableSchema, verdict_fields};
+pub use timings::{Timing, write_timings};
+
+use crate::files::FileError;
+use std::path::PathBuf;
+
+/// What can go wrong with a table.
+#[derive(Debug, thiserror::Error)]
+pub enum TableError {
+    /// A file operation failed.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// The table library refused to read or write.
+    #[error("cannot {action} {}", path.display())]
+    Table {
+        /// "write", "read" or "export".
+        action: &'static str,
+        /// The table.
+        path: PathBuf,
+        /// What it said.
+        #[source]
+        source: polars::error::PolarsError,
+    },
+    /// The file has no schema version, or one that this program does not know.
+    #[error("{} is not a result table of schema version {SCHEMA_VERSION} (it says {found:?})", path.display())]
+    Version {
+        /// The table.
+        path: PathBuf,
+        /// What the file says.
+        found: Option<String>,
+    },
+}
+
+/// Rows per row group: one group of the widest table (256 numbers a row) stays near 128 MB.
+const ROW_GROUP: usize = 65_536;

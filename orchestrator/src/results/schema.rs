@@ -1,0 +1,118 @@
+//! The columns of `results.parquet`: one list for the table, the JSON of `simulate` and the documentation.
+//!
+//! ```text
+//! sample | each varied parameter | detection | status cause causes end_cause | outcome columns of core
+//! ```
+//! The varied detection is the column `detection`, which is there in every table; it has no second column.
+
+use bladeoff_core::outcome::{Column, ColumnKind};
+
+/// Version of the table's layout; a reader refuses one it does not know.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// How a field is stored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FieldKind {
+    /// f64.
+    Real,
+    /// u64.
+    Count,
+    /// i64: an integer parameter.
+    Integer,
+    /// A word.
+    Word,
+}
+
+/// One column of the table.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Field {
+    /// Name; ends in the SI unit where it has one.
+    pub name: String,
+    /// SI unit, "" for none.
+    pub unit: String,
+    /// What it means, one sentence.
+    pub meaning: String,
+    /// Storage.
+    pub kind: FieldKind,
+}
+
+/// All columns of a study's table, in order.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TableSchema {
+    fields: Vec<Field>,
+    parameters: usize,
+}
+
+/// Name of the column of the contact detection.
+pub const DETECTION: &str = "detection";
+
+impl TableSchema {
+    /// Columns of a study that varies `parameters` (the detection not among them) on a machine whose outcome has
+    /// these columns.
+    #[must_use]
+    pub fn new(parameters: Vec<Field>, outcome: &[Column]) -> Self {
+        let count = parameters.len();
+        let mut fields = vec![field("sample", FieldKind::Count, "row number in the study, from 0")];
+        fields.extend(parameters);
+        fields.extend(verdict_fields());
+        fields.extend(outcome.iter().map(|column| Field {
+            name: column.name.clone(),
+            unit: column.unit.to_owned(),
+            meaning: column.meaning.clone(),
+            kind: match column.kind {
+                ColumnKind::Real => FieldKind::Real,
+                ColumnKind::Count => FieldKind::Count,
+            },
+        }));
+        Self { fields, parameters: count }
+    }
+
+    /// All fields in order.
+    #[must_use]
+    pub fn fields(&self) -> &[Field] {
+        &self.fields
+    }
+
+    /// The fields of the varied parameters.
+    #[must_use]
+    pub fn parameters(&self) -> &[Field] {
+        &self.fields[1..=self.parameters]
+    }
+
+    /// The fields of the numeric outcome.
+    #[must_use]
+    pub fn outcome(&self) -> &[Field] {
+        &self.fields[1 + self.parameters + verdict_fields().len()..]
+    }
+}
+
+/// The fields between parameters and numbers: what was run and whether it may be believed.
+#[must_use]
+pub fn verdict_fields() -> Vec<Field> {
+    vec![
+        field(DETECTION, FieldKind::Word, "contact detection: hyp1, hyp2 or hyp2-frozen; null without a diaphragm"),
+        field("status", FieldKind::Word, "ok, invalid (finished, not to be believed), failed (ended early) or quarantined"),
+        field("cause", FieldKind::Word, "first cause why the status is not ok; null when it is"),
+        field("causes", FieldKind::Word, "every cause that holds, joined by commas; null when the status is ok"),
+        field("end_cause", FieldKind::Word, "why the run ended: stopped, end_time, end_speed or failure"),
+    ]
+}
+
+fn field(name: &str, kind: FieldKind, meaning: &str) -> Field {
+    Field { name: name.to_owned(), unit: String::new(), meaning: meaning.to_owned(), kind }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_of_the_schema_are_found_again() {
+        let outcome = [Column { name: "steps".into(), unit: "", kind: ColumnKind::Count, meaning: "time steps".into() }];
+        let gap = Field { name: "gap_m".into(), unit: "m".into(), meaning: "gap".into(), kind: FieldKind::Real };
+        let schema = TableSchema::new(vec![gap.clone()], &outcome);
+        assert_eq!(schema.parameters(), [gap]);
+        assert_eq!(schema.outcome()[0].name, "steps");
+        assert_eq!(schema.fields().len(), 1 + 1 + 5 + 1);
+    }
+}

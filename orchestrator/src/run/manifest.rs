@@ -1,0 +1,101 @@
+//! `manifest.json`: what may differ between equal runs and is worth knowing later.
+
+use super::Request;
+use crate::study::Samples;
+use serde_json::{Map, Value, json};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+/// How a run went, for the manifest.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Course<'a> {
+    pub state: &'a str,
+    pub started: SystemTime,
+    pub finished: Option<SystemTime>,
+    pub done: u64,
+    pub worker_deaths: u64,
+    pub dropped_messages: u64,
+}
+
+/// The manifest as JSON text.
+pub(super) fn manifest(request: &Request, samples: &Samples, provenance: &[(String, String)], course: &Course<'_>) -> String {
+    let study = samples.study();
+    let provenance: Map<String, Value> =
+        provenance.iter().map(|(key, value)| (key.clone(), Value::String(value.clone()))).collect();
+    let value = json!({
+        "program": { "name": env!("CARGO_PKG_NAME"), "version": env!("CARGO_PKG_VERSION"), "build": build() },
+        "command": std::env::args().collect::<Vec<_>>(),
+        "study": study.name,
+        "study_file": study.file,
+        "machine_file": study.machine_file,
+        "samples": samples.count(),
+        "scale": samples.scale(),
+        "limit": samples.limit(),
+        "workers": request.workers,
+        "state": course.state,
+        "done": course.done,
+        "worker_deaths": course.worker_deaths,
+        "dropped_messages": course.dropped_messages,
+        "started": timestamp(course.started),
+        "finished": course.finished.map(timestamp),
+        "host": { "name": host(), "cores": std::thread::available_parallelism().map(|n| n.get()).ok(), "cpu": cpu() },
+        "provenance": provenance,
+    });
+    let mut text = serde_json::to_string_pretty(&value).expect("strings and numbers always have a JSON form");
+    text.push('\n');
+    text
+}
+
+fn build() -> Value {
+    json!({
+        "target": format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS),
+        "optimised": !cfg!(debug_assertions),
+    })
+}
+
+fn host() -> Option<String> {
+    std::fs::read_to_string("/proc/sys/kernel/hostname").ok().map(|name| name.trim().to_owned())
+}
+
+fn cpu() -> Option<String> {
+    let info = std::fs::read_to_string("/proc/cpuinfo").ok()?;
+    let line = info.lines().find(|line| line.starts_with("model name"))?;
+    Some(line.split_once(':')?.1.trim().to_owned())
+}
+
+/// UTC as `2026-02-03T04:05:06Z`.
+fn timestamp(time: SystemTime) -> String {
+    let seconds = time.duration_since(UNIX_EPOCH).unwrap_or(Duration::ZERO).as_secs();
+    let (year, month, day) = civil(seconds / 86_400);
+    let of_day = seconds % 86_400;
+    format!("{year:04}-{month:02}-{day:02}T{:02}:{:02}:{:02}Z", of_day / 3600, of_day / 60 % 60, of_day % 60)
+}
+
+/// Gregorian date of a day counted from 1970-01-01 (H. Hinnant, "chrono-compatible low-level date algorithms").
+fn civil(days: u64) -> (u64, u64, u64) {
+    let shifted = days + 719_468;
+    let era = shifted / 146_097;
+    let day_of_era = shifted % 146_097;
+    let year_of_era = (day_of_era - day_of_era / 1460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
+    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let shifted_month = (5 * day_of_year + 2) / 153;
+    let day = day_of_year - (153 * shifted_month + 2) / 5 + 1;
+    let month = if shifted_month < 10 { shifted_month + 3 } else { shifted_month - 9 };
+    (year_of_era + era * 400 + u64::from(month <= 2), month, day)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dates_agree_with_the_calendar() {
+        for (seconds, text) in [
+            (0, "1970-01-01T00:00:00Z"),
+            (951_782_399, "2000-02-28T23:59:59Z"),
+            (951_782_400, "2000-02-29T00:00:00Z"),
+            (1_772_323_200, "2026-03-01T00:00:00Z"),
+        ] {
+            assert_eq!(timestamp(UNIX_EPOCH + Duration::from_secs(seconds)), text);
+        }
+    }
+}

@@ -1,0 +1,35 @@
+//! Where a table comes from: in the table itself and in the record of finished samples. Nothing here may differ
+//! between equal runs.
+
+use crate::ledger::LEDGER_VERSION;
+use crate::results::SCHEMA_VERSION;
+use crate::study::Samples;
+
+/// Key-value pairs in fixed order.
+pub(super) fn provenance(samples: &Samples, plan_hash: &str) -> Vec<(String, String)> {
+    let study = samples.study();
+    let hash = |text: &str| blake3::hash(text.as_bytes()).to_hex().to_string();
+    let mut pairs = vec![
+        ("program", format!("bladeoff {}", env!("CARGO_PKG_VERSION"))),
+        ("numerics_version", bladeoff_core::NUMERICS_VERSION.to_string()),
+        ("table_schema", SCHEMA_VERSION.to_string()),
+        ("ledger_version", LEDGER_VERSION.to_string()),
+        ("study", study.name.clone()),
+        ("study_blake3", hash(&study.text)),
+        ("machine", study.machine_file.clone()),
+        ("machine_blake3", hash(&study.machine_text)),
+        ("plan_blake3", plan_hash.to_owned()),
+        ("seed", study.seed.to_string()),
+        ("samples", samples.count().to_string()),
+    ];
+    if let Some(points) = &study.points_text {
+        pairs.push(("points_blake3", hash(points)));
+    }
+    if let Some(scale) = samples.scale() {
+        pairs.push(("scale", format!("{scale:?}")));
+    }
+    if let Some(limit) = samples.limit() {
+        pairs.push(("limit", limit.to_string()));
+    }
+    pairs.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
+}

@@ -1,0 +1,146 @@
+//! Reading what the user names: regular UTF-8 files of sensible size, from sensible places.
+
+use std::fs;
+use std::io::{self, Read};
+use std::path::{Component, Path, PathBuf};
+
+/// Why an input file was not read.
+#[derive(Debug, thiserror::Error)]
+pub enum InputError {
+    /// No such file.
+    #[error("there is no file {}", path.display())]
+    Missing {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A directory, device, pipe ...
+    #[error("{} is not a regular file", path.display())]
+    NotAFile {
+        /// The path.
+        path: PathBuf,
+    },
+    /// Too large to be what it should be.
+    #[error("{} has {bytes} bytes; at most {limit} are read", path.display())]
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+        /// Its size.
+        bytes: u64,
+        /// Largest allowed.
+        limit: u64,
+    },
+    /// Not text.
+    #[error("{} is not UTF-8 text (byte {at})", path.display())]
+    NotText {
+        /// The file.
+        path: PathBuf,
+        /// Position of the first byte that is not.
+        at: usize,
+    },
+    /// A path in a study file that leads elsewhere than a study should.
+    #[error("{named:?} leads outside the study's surroundings: {reason}")]
+    Escapes {
+        /// As written.
+        named: String,
+        /// Which rule it breaks.
+        reason: &'static str,
+    },
+    /// The system refused.
+    #[error("cannot read {}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        #[source]
+        source: io::Error,
+    },
+}
+
+/// Reads a text file of at most `limit` bytes.
+///
+/// # Errors
+/// See [`InputError`].
+pub fn read_input(path: &Path, limit: u64) -> Result<String, InputError> {
+    let path_buf = || path.to_path_buf();
+    let failed = |source: io::Error| match source.kind() {
+        io::ErrorKind::NotFound | io::ErrorKind::NotADirectory => InputError::Missing { path: path_buf() },
+        _ => InputError::Io { path: path_buf(), source },
+    };
+    // Looked at before it is opened: opening a pipe would wait for its writer.
+    let metadata = fs::metadata(path).map_err(failed)?;
+    if !metadata.is_file() {
+        return Err(InputError::NotAFile { path: path_buf() });
+    }
+    if metadata.len() > limit {
+        return Err(InputError::TooLarge { path: path_buf(), bytes: metadata.len(), limit });
+    }
+    let mut bytes = Vec::new();
+    fs::File::open(path).and_then(|file| file.take(limit + 1).read_to_end(&mut bytes)).map_err(failed)?;
+    if bytes.len() as u64 > limit {
+        return Err(InputError::TooLarge { path: path_buf(), bytes: bytes.len() as u64, limit });
+    }
+    String::from_utf8(bytes)
+        .map_err(|error| InputError::NotText { path: path_buf(), at: error.utf8_error().valid_up_to() })
+}
+
+/// Most `..` at the beginning of a path in a study.
+const MOST_PARENTS: usize = 2;
+
+/// Where a file named in a study lies: relative to the study file; `..` only at the beginning and at most twice
+/// (`../machines/rig.toml` is a usual layout); never absolute. A study from somebody else so reads only what lies
+/// around it.
+///
+/// # Errors
+/// [`InputError::Escapes`].
+pub fn beside(study_file: &Path, named: &str) -> Result<PathBuf, InputError> {
+    let escapes = |reason| InputError::Escapes { named: named.to_owned(), reason };
+    let mut parents = 0;
+    let mut inside = false;
+    for component in Path::new(named).components() {
+        match component {
+            Component::RootDir | Component::Prefix(_) => {
+                return Err(escapes("an absolute path; name it relative to the study file"));
+            }
+            Component::ParentDir if inside => return Err(escapes("`..` after a folder name")),
+            Component::ParentDir => parents += 1,
+            Component::Normal(_) => inside = true,
+            Component::CurDir => {}
+        }
+    }
+    if parents > MOST_PARENTS {
+        return Err(escapes("more than two `..`"));
+    }
+    if !inside || named.contains('\0') {
+        return Err(escapes("it names no file"));
+    }
+    Ok(study_file.parent().unwrap_or(Path::new("")).join(named))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_beside_the_study_and_up_to_two_levels_above_are_found() {
+        let study = Path::new("studies/rub/a.toml");
+        assert_eq!(beside(study, "m.toml").expect("beside"), Path::new("studies/rub/m.toml"));
+        assert_eq!(beside(study, "../machines/m.toml").expect("above"), Path::new("studies/rub/../machines/m.toml"));
+        for named in ["/etc/passwd", "../../../x.toml", "a/../../x", "", "..", ".", "a\0b"] {
+            assert!(matches!(beside(study, named), Err(InputError::Escapes { .. })), "{named:?}");
+        }
+    }
+
+    #[test]
+    fn only_regular_text_files_of_sensible_size_are_read() {
+        let directory = tempfile::tempdir().expect("temporary directory");
+        let path = directory.path().join("f");
+        assert!(matches!(read_input(&path, 10), Err(InputError::Missing { .. })));
+        assert!(matches!(read_input(directory.path(), 10), Err(InputError::NotAFile { .. })));
+        assert!(matches!(read_input(Path::new("/dev/zero"), 10), Err(InputError::NotAFile { .. })));
+        fs::write(&path, b"0123456789").expect("write");
+        assert_eq!(read_input(&path, 10).expect("read"), "0123456789");
+        assert!(matches!(read_input(&path, 9), Err(InputError::TooLarge { bytes: 10, .. })));
+        fs::write(&path, b"ab\xff").expect("write");
+        assert!(matches!(read_input(&path, 10), Err(InputError::NotText { at: 2, .. })));
+    }
+}

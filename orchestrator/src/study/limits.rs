@@ -1,0 +1,98 @@
+//! `[limits]`: how many samples may fail or be invalid before the study's exit code says so.
+
+use super::table::Keys;
+use bladeoff_core::document::{Collector, Entry, Value};
+
+/// The policy of a study.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// Largest share of samples that failed or were quarantined; default 0 %.
+    pub max_failed: Share,
+    /// Largest share of invalid samples; default 100 %.
+    pub max_invalid: Share,
+}
+
+/// Part of the samples of a study.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Share {
+    /// So many.
+    Count(u64),
+    /// So many in a hundred.
+    Percent(f64),
+}
+
+impl Share {
+    /// Whether `count` of `total` samples are no more than this.
+    #[must_use]
+    pub fn allows(self, count: u64, total: u64) -> bool {
+        match self {
+            Share::Count(most) => count <= most,
+            Share::Percent(percent) => count as f64 * 100.0 <= percent * total as f64,
+        }
+    }
+}
+
+impl std::fmt::Display for Share {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Share::Count(count) => write!(f, "{count}"),
+            Share::Percent(percent) => write!(f, "{percent} %"),
+        }
+    }
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self { max_failed: Share::Percent(0.0), max_invalid: Share::Percent(100.0) }
+    }
+}
+
+const ALLOWED: &str = "a number of samples such as 3, or a share such as \"5 %\"";
+
+impl Limits {
+    /// From `[limits]`; problems go to `problems`.
+    pub(super) fn read(entry: &Entry, problems: &mut Collector) -> Self {
+        let mut limits = Self::default();
+        let Some(keys) = Keys::of(entry, "limits", problems) else { return limits };
+        keys.refuse_unknown(&["max_failed", "max_invalid"], problems);
+        if let Some(share) = keys.get("max_failed").and_then(|entry| read_share(entry, "limits.max_failed", problems)) {
+            limits.max_failed = share;
+        }
+        if let Some(share) = keys.get("max_invalid").and_then(|entry| read_share(entry, "limits.max_invalid", problems)) {
+            limits.max_invalid = share;
+        }
+        limits
+    }
+}
+
+fn read_share(entry: &Entry, key: &str, problems: &mut Collector) -> Option<Share> {
+    let share = match &entry.node.value {
+        Value::Integer(count) => u64::try_from(*count).ok().map(Share::Count),
+        Value::Text(text) => text
+            .trim()
+            .strip_suffix('%')
+            .and_then(|number| number.trim_end().parse::<f64>().ok())
+            .filter(|percent| (0.0..=100.0).contains(percent))
+            .map(Share::Percent),
+        _ => None,
+    };
+    if share.is_none() {
+        let value = problems.excerpt(entry.node.span.clone());
+        let problem = problems.add(entry.node.span.clone(), key, "not a number or share of samples");
+        problem.value = Some(value);
+        problem.allowed = Some(ALLOWED.to_owned());
+    }
+    share
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_share_counts_or_takes_a_part() {
+        assert!(Share::Percent(0.0).allows(0, 10) && !Share::Percent(0.0).allows(1, 10));
+        assert!(Share::Percent(10.0).allows(1, 10) && !Share::Percent(10.0).allows(2, 10));
+        assert!(Share::Count(2).allows(2, 3) && !Share::Count(2).allows(3, 1000));
+    }
+}

@@ -1,0 +1,200 @@
+//! A study file from its text: every key, path and value checked, all problems of all its files at once.
+
+use super::input::{InputError, beside, read_input};
+use super::limits::Limits;
+use super::points::read_points;
+use super::table::{Keys, scalar_text, wrong_type};
+use super::vary::{PathTable, read_vary};
+use super::{Axis, STUDY_SCHEMA, Study, StudyError};
+use bladeoff_core::document::{Collector, Entry, MAX_FILE_BYTES, Node, Problems, Value, parse_toml};
+use bladeoff_core::machine::{MachineDef, ParamValue, PathInfo};
+use std::path::Path;
+
+/// Largest points file.
+const MAX_POINTS_BYTES: u64 = 256 << 20;
+
+const KEYS: [&str; 8] = ["schema", "name", "machine", "seed", "set", "vary", "points", "limits"];
+
+/// Reads and checks a study with its machine and points files.
+///
+/// # Errors
+/// The study file cannot be read; or every problem found in the study, the machine and the points file.
+pub fn load(path: &Path) -> Result<Study, StudyError> {
+    let file = path.display().to_string();
+    let text = read_input(path, MAX_FILE_BYTES as u64)?;
+    let root = parse_toml(&file, &text).map_err(|problems| StudyError::Problems(vec![problems]))?;
+    let mut loader = Loader { path, problems: Collector::new(&file, &text), others: Vec::new() };
+    let study = loader.study(&file, &text, &root);
+    let mut all = Vec::new();
+    if let Err(problems) = loader.problems.finish() {
+        all.push(problems);
+    }
+    all.append(&mut loader.others);
+    match study {
+        Some(study) if all.is_empty() => Ok(study),
+        _ => Err(StudyError::Problems(all)),
+    }
+}
+
+/// A machine file's text and what it says.
+struct MachineFile {
+    named: String,
+    text: String,
+    def: MachineDef,
+}
+
+struct Loader<'a> {
+    path: &'a Path,
+    problems: Collector,
+    /// Problems of the machine and the points file.
+    others: Vec<Problems>,
+}
+
+impl Loader<'_> {
+    /// `None`: not all of it could be made; every reason is among the problems.
+    fn study(&mut self, file: &str, text: &str, root: &Node) -> Option<Study> {
+        let keys = Keys::at(root, "", &mut self.problems)?;
+        keys.refuse_unknown(&KEYS, &mut self.problems);
+        self.schema(&keys);
+        let name = self.name(&keys);
+        let seed = keys.get("seed").map_or(Some(0), |entry| keys.whole(entry, 0, i64::MAX as u64, &mut self.problems));
+        let limits = keys.get("limits").map(|entry| Limits::read(entry, &mut self.problems)).unwrap_or_default();
+        let machine = self.machine(&keys);
+        let paths = PathTable::new(machine.as_ref().map(|machine| &machine.def));
+        let fixed = keys.get("set").map(|entry| self.fixed(entry, &paths)).unwrap_or_default();
+        let mut axes = Vec::new();
+        let mut points_text = None;
+        if let Some(entry) = keys.get("points") {
+            let (axis, text) = self.points(entry, &paths).unzip();
+            axes.extend(axis);
+            points_text = text;
+        }
+        if let Some(entry) = keys.get("vary") {
+            axes.extend(read_vary(entry, &paths, &mut self.problems));
+        }
+        paths.refuse_repeated(&mut self.problems);
+        let mut machine = machine?;
+        for (info, value) in &fixed {
+            machine.def.set(info, value).expect("type and range were checked when the value was read");
+        }
+        Some(Study {
+            file: file.to_owned(),
+            text: text.to_owned(),
+            name: name?,
+            seed: seed?,
+            machine_file: machine.named,
+            machine_text: machine.text,
+            machine: machine.def,
+            fixed,
+            axes,
+            points_text,
+            limits,
+        })
+    }
+
+    fn schema(&mut self, keys: &Keys<'_>) {
+        let allowed = format!("schema = {STUDY_SCHEMA}");
+        let Some(entry) = keys.require("schema", &allowed, &mut self.problems) else { return };
+        if entry.node.value != Value::Integer(STUDY_SCHEMA) {
+            let value = self.problems.excerpt(entry.node.span.clone());
+            let problem = self.problems.add(entry.node.span.clone(), "schema", "not a version this program reads");
+            problem.value = Some(value);
+            problem.allowed = Some(STUDY_SCHEMA.to_string());
+        }
+    }
+
+    /// `name`, by default the file's; it becomes a folder.
+    fn name(&mut self, keys: &Keys<'_>) -> Option<String> {
+        let stem = self.path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+        let (name, span) = match keys.get("name") {
+            Some(entry) => (keys.text(entry, &mut self.problems)?.to_owned(), entry.node.span.clone()),
+            None => (stem, keys.span()),
+        };
+        let letter = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '_' | '-');
+        if name.len() <= 64 && name.starts_with(|c: char| c.is_ascii_alphanumeric()) && name.chars().all(letter) {
+            return Some(name);
+        }
+        let problem = self.problems.add(span, "name", "cannot be the name of a folder of results");
+        problem.value = Some(format!("{name:?}"));
+        problem.allowed = Some("up to 64 letters, digits, `.`, `_` or `-`, the first a letter or digit".to_owned());
+        None
+    }
+
+    fn machine(&mut self, keys: &Keys<'_>) -> Option<MachineFile> {
+        let allowed = "machine = \"machines/NAME.toml\", relative to the study file";
+        let entry = keys.require("machine", allowed, &mut self.problems)?;
+        let named = keys.text(entry, &mut self.problems)?;
+        let (path, text) = self.file(entry, "machine", named, MAX_FILE_BYTES as u64)?;
+        match MachineDef::parse(&path, &text) {
+            Ok(def) => Some(MachineFile { named: named.to_owned(), text, def }),
+            Err(problems) => {
+                self.others.push(problems);
+                None
+            }
+        }
+    }
+
+    fn points(&mut self, entry: &Entry, paths: &PathTable) -> Option<(Axis, String)> {
+        let keys = Keys::of(entry, "points", &mut self.problems)?;
+        keys.refuse_unknown(&["file"], &mut self.problems);
+        let file = keys.require("file", "file = \"points.csv\", relative to the study file", &mut self.problems)?;
+        let named = keys.text(file, &mut self.problems)?;
+        let (path, text) = self.file(file, "points.file", named, MAX_POINTS_BYTES)?;
+        let place = file.node.span.clone();
+        match read_points(&path, named, &text, &place, paths) {
+            Ok(axis) => {
+                axis.varied.iter().for_each(|varied| paths.used(&varied.info, place.clone(), "points.file"));
+                Some((axis, text))
+            }
+            Err(problems) => {
+                self.others.push(problems);
+                None
+            }
+        }
+    }
+
+    /// A file named in the study: where it lies and what it says.
+    fn file(&mut self, entry: &Entry, key: &str, named: &str, limit: u64) -> Option<(String, String)> {
+        let read = |path: &Path| -> Result<_, InputError> {
+            let found = beside(path, named)?;
+            let text = read_input(&found, limit)?;
+            Ok((found.display().to_string(), text))
+        };
+        match read(self.path) {
+            Ok(found) => Some(found),
+            Err(error) => {
+                let message = match std::error::Error::source(&error) {
+                    Some(source) => format!("{error}: {source}"),
+                    None => error.to_string(),
+                };
+                self.problems.add(entry.node.span.clone(), key, message).value = Some(format!("{named:?}"));
+                None
+            }
+        }
+    }
+
+    /// `[set]`: quoted paths or nested tables, both mean the same.
+    fn fixed(&mut self, entry: &Entry, paths: &PathTable) -> Vec<(PathInfo, ParamValue)> {
+        let Some(keys) = Keys::of(entry, "set", &mut self.problems) else { return Vec::new() };
+        let mut found = Vec::new();
+        let mut open: Vec<(String, &Entry)> =
+            keys.entries().iter().rev().map(|entry| (entry.name.clone(), entry)).collect();
+        while let Some((path, entry)) = open.pop() {
+            if let Value::Table(inner) = &entry.node.value {
+                open.extend(inner.iter().rev().map(|inner| (format!("{path}.{}", inner.name), inner)));
+                continue;
+            }
+            let key = format!("set.{path}");
+            let Some(info) = paths.resolve(&path, entry.name_span.clone(), &key, &mut self.problems) else { continue };
+            paths.used(&info, entry.name_span.clone(), &key);
+            let Some(text) = scalar_text(&entry.node.value) else {
+                wrong_type(&entry.node, &key, "a number, a string with a unit or a word", &mut self.problems);
+                continue;
+            };
+            if let Some(value) = paths.value(&info, &text, entry.node.span.clone(), &key, &mut self.problems) {
+                found.push((info, value));
+            }
+        }
+        found
+    }
+}

@@ -1,0 +1,74 @@
+//! Study files: a machine, what is fixed, what varies. From the text to validated samples, lazily, by number.
+//!
+//! ```text
+//! study.toml --load--> Study (every key, path, value checked) --Samples::new--> Samples (after --scale, --limit)
+//! sample number --Design--> position on each axis --Axis--> values --MachineDef::set--> machine of that sample
+//! ```
+//! The format is described in `docs/studies.md`.
+
+mod axis;
+mod feasible;
+mod input;
+mod limits;
+mod load;
+mod points;
+mod samples;
+mod table;
+mod template;
+mod vary;
+
+pub use axis::{Axis, ValueList, Varied, show};
+pub use feasible::{CHECKED_COMBINATIONS, check_machines};
+pub use input::{InputError, read_input};
+pub use limits::{Limits, Share};
+pub use load::load;
+pub use samples::Samples;
+pub use template::STUDY_TEMPLATE;
+
+use crate::design::DesignError;
+use bladeoff_core::document::Problems;
+use bladeoff_core::machine::{MachineDef, ParamValue, PathInfo};
+
+/// Version of the study format.
+pub const STUDY_SCHEMA: i128 = 1;
+
+/// A study whose every key was checked.
+#[derive(Debug, Clone)]
+pub struct Study {
+    /// File as the user named it.
+    pub file: String,
+    /// Its text, to be kept beside the results.
+    pub text: String,
+    /// Name: letters, digits, `.`, `_`, `-`; default the file's name.
+    pub name: String,
+    /// Seed of everything that is drawn.
+    pub seed: u64,
+    /// The machine file as the study names it.
+    pub machine_file: String,
+    /// Its text.
+    pub machine_text: String,
+    /// The machine with the overrides of `[set]`.
+    pub machine: MachineDef,
+    /// The overrides of `[set]`.
+    pub fixed: Vec<(PathInfo, ParamValue)>,
+    /// What varies, the slowest axis first.
+    pub axes: Vec<Axis>,
+    /// Text of the points file, to be kept beside the results.
+    pub points_text: Option<String>,
+    /// How many failed and invalid samples are acceptable.
+    pub limits: Limits,
+}
+
+/// Why a study cannot be run as it is.
+#[derive(Debug, thiserror::Error)]
+pub enum StudyError {
+    /// Problems in the study, its machine or its points file.
+    #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
+    Problems(Vec<Problems>),
+    /// A file that cannot be read.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// Too many samples, or a scale out of range.
+    #[error(transparent)]
+    Design(#[from] DesignError),
+}

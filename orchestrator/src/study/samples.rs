@@ -1,0 +1,115 @@
+//! The samples of a study after `--scale` and `--limit`: each computed from its number when asked for.
+
+use super::axis::show;
+use super::{Study, StudyError, Varied};
+use crate::design::Design;
+use crate::results::{Field, Value};
+use bladeoff_core::machine::{MachineDef, ParamValue};
+
+/// A study and the part of it that is to be computed.
+#[derive(Debug, Clone)]
+pub struct Samples {
+    study: Study,
+    design: Design,
+    scale: Option<f64>,
+    limit: Option<u64>,
+}
+
+impl Samples {
+    /// All samples of the study, thinned by `scale`, of which `limit` are taken.
+    ///
+    /// # Errors
+    /// Too many samples, or a scale outside (0, 1].
+    pub fn new(study: Study, scale: Option<f64>, limit: Option<u64>) -> Result<Self, StudyError> {
+        let lengths: Vec<u64> = study.axes.iter().map(|axis| axis.length).collect();
+        let design = Design::new(&lengths, study.seed, scale, limit)?;
+        Ok(Self { study, design, scale, limit })
+    }
+
+    /// The study.
+    #[must_use]
+    pub fn study(&self) -> &Study {
+        &self.study
+    }
+
+    /// Number of samples.
+    #[must_use]
+    pub fn count(&self) -> u64 {
+        self.design.count()
+    }
+
+    /// Points left of each axis.
+    #[must_use]
+    pub fn kept(&self) -> Vec<u64> {
+        self.design.kept()
+    }
+
+    /// `--scale` as given.
+    #[must_use]
+    pub fn scale(&self) -> Option<f64> {
+        self.scale
+    }
+
+    /// `--limit` as given.
+    #[must_use]
+    pub fn limit(&self) -> Option<u64> {
+        self.limit
+    }
+
+    /// The varied parameters, in the order of the values of a sample.
+    pub fn parameters(&self) -> impl Iterator<Item = &Varied> {
+        self.study.axes.iter().flat_map(|axis| &axis.varied)
+    }
+
+    /// One value per varied parameter.
+    #[must_use]
+    pub fn values(&self, sample: u64) -> Vec<ParamValue> {
+        let positions = self.design.positions(sample);
+        let axes = self.study.axes.iter().zip(positions);
+        axes.flat_map(|(axis, position)| axis.varied.iter().map(move |varied| varied.values.at(position))).collect()
+    }
+
+    /// The machine definition of a sample.
+    #[must_use]
+    pub fn machine(&self, sample: u64) -> MachineDef {
+        let mut machine = self.study.machine.clone();
+        for (varied, value) in self.parameters().zip(self.values(sample)) {
+            machine.set(&varied.info, &value).expect("type and range were checked when the study was read");
+        }
+        machine
+    }
+
+    /// What varies in a sample, as a person reads it: "diaphragms.seal.contact.gap = 0.4 mm, ...".
+    #[must_use]
+    pub fn describe(&self, sample: u64) -> String {
+        let pairs = self.parameters().zip(self.values(sample));
+        let shown = pairs.map(|(varied, value)| format!("{} = {}", varied.info.path, show(&varied.info, &value)));
+        shown.collect::<Vec<_>>().join(", ")
+    }
+
+    /// The columns of the varied parameters; the detection is not among them: it has a column of its own.
+    #[must_use]
+    pub fn fields(&self) -> Vec<Field> {
+        self.parameters().filter(|varied| !varied.is_detection()).map(Varied::field).collect()
+    }
+
+    /// The cells of these columns for a sample.
+    #[must_use]
+    pub fn cells(&self, sample: u64) -> Vec<Value> {
+        let pairs = self.parameters().zip(self.values(sample));
+        let cell = |value| match value {
+            ParamValue::Number(number) => Value::Number(number),
+            ParamValue::Choice(word) => Value::Word(word),
+        };
+        pairs.filter(|(varied, _)| !varied.is_detection()).map(|(_, value)| cell(value)).collect()
+    }
+
+    /// The detection of a sample where it varies.
+    #[must_use]
+    pub fn detection(&self, sample: u64) -> Option<String> {
+        self.parameters().zip(self.values(sample)).find_map(|(varied, value)| match value {
+            ParamValue::Choice(word) if varied.is_detection() => Some(word),
+            _ => None,
+        })
+    }
+}

@@ -1,0 +1,115 @@
+//! Keys of one table of a study file: typed access, unknown ones refused with the nearest known.
+
+use bladeoff_core::document::{Collector, Entry, Node, Value, nearest};
+use std::ops::Range;
+
+/// A table under inspection.
+pub(super) struct Keys<'a> {
+    prefix: String,
+    span: Range<usize>,
+    entries: &'a [Entry],
+}
+
+impl<'a> Keys<'a> {
+    /// The table of an entry; a problem and `None` if it is something else.
+    pub fn of(entry: &'a Entry, prefix: &str, problems: &mut Collector) -> Option<Self> {
+        Self::at(&entry.node, prefix, problems)
+    }
+
+    /// The table at a node; a problem and `None` if it is something else.
+    pub fn at(node: &'a Node, prefix: &str, problems: &mut Collector) -> Option<Self> {
+        match node.value.as_table() {
+            Some(entries) => Some(Self { prefix: prefix.to_owned(), span: node.span.clone(), entries }),
+            None => {
+                wrong_type(node, prefix, "a table", problems);
+                None
+            }
+        }
+    }
+
+    /// Full name of one of its keys.
+    pub fn key(&self, name: &str) -> String {
+        if self.prefix.is_empty() { name.to_owned() } else { format!("{}.{name}", self.prefix) }
+    }
+
+    /// Where the table begins.
+    pub fn span(&self) -> Range<usize> {
+        self.span.clone()
+    }
+
+    /// All its entries.
+    pub fn entries(&self) -> &'a [Entry] {
+        self.entries
+    }
+
+    /// One of its entries.
+    pub fn get(&self, name: &str) -> Option<&'a Entry> {
+        self.entries.iter().find(|entry| entry.name == name)
+    }
+
+    /// One of its entries; a problem if it is not there.
+    pub fn require(&self, name: &str, what: &str, problems: &mut Collector) -> Option<&'a Entry> {
+        let found = self.get(name);
+        if found.is_none() {
+            problems.add(self.span.clone(), self.key(name), "missing").allowed = Some(what.to_owned());
+        }
+        found
+    }
+
+    /// The text of an entry; a problem if it is not text.
+    pub fn text(&self, entry: &'a Entry, problems: &mut Collector) -> Option<&'a str> {
+        match &entry.node.value {
+            Value::Text(text) => Some(text),
+            _ => {
+                wrong_type(&entry.node, &self.key(&entry.name), "a string", problems);
+                None
+            }
+        }
+    }
+
+    /// The whole number of an entry within bounds; a problem if it is none.
+    pub fn whole(&self, entry: &Entry, least: u64, most: u64, problems: &mut Collector) -> Option<u64> {
+        if let Value::Integer(number) = entry.node.value
+            && let Ok(number) = u64::try_from(number)
+            && (least..=most).contains(&number)
+        {
+            return Some(number);
+        }
+        let value = problems.excerpt(entry.node.span.clone());
+        let problem = problems.add(entry.node.span.clone(), self.key(&entry.name), "not a whole number in range");
+        problem.value = Some(value);
+        problem.allowed = Some(format!("{least} to {most}"));
+        None
+    }
+
+    /// Refuses every key that is not `known`.
+    pub fn refuse_unknown(&self, known: &[&str], problems: &mut Collector) {
+        for entry in self.entries {
+            if !known.contains(&entry.name.as_str()) {
+                let problem = problems.add(entry.name_span.clone(), self.key(&entry.name), "unknown key");
+                problem.allowed = Some(known.join(", "));
+                problem.nearest = nearest(&entry.name, known.iter().copied()).map(str::to_owned);
+            }
+        }
+    }
+}
+
+/// A problem about a value of the wrong type.
+pub(super) fn wrong_type(node: &Node, key: &str, wanted: &str, problems: &mut Collector) {
+    let value = problems.excerpt(node.span.clone());
+    let problem = problems.add(node.span.clone(), key, format!("is {}, not {wanted}", node.value.type_name()));
+    problem.value = Some(value);
+    problem.allowed = Some(wanted.to_owned());
+}
+
+/// A scalar as the text that a parameter is parsed from; `None` for arrays, tables and dates.
+pub(super) fn scalar_text(value: &Value) -> Option<String> {
+    match value {
+        Value::Text(text) => Some(text.clone()),
+        Value::Integer(number) => Some(number.to_string()),
+        // The shortest text that reads back as the same number.
+        Value::Float(number) => Some(format!("{number:?}")),
+        Value::Bool(flag) => Some(flag.to_string()),
+        Value::DateTime | Value::Array(_) | Value::Table(_) => None,
+    }
+}

@@ -1,0 +1,275 @@
+//! `[[vary]]`: one table per varied parameter; tables of the same `zip` group advance together.
+
+use super::axis::{Axis, ValueList, Varied};
+use super::table::{Keys, scalar_text, wrong_type};
+use bladeoff_core::document::{Collector, Entry, Node, Value};
+use bladeoff_core::document::units::QuantityError;
+use bladeoff_core::machine::{MachineDef, ParamValue, PathError, PathInfo, PathKind, ValueError};
+use std::cell::RefCell;
+use std::ops::Range;
+
+/// Most points of one axis.
+const MOST_POINTS: u64 = 1_000_000;
+
+const KEYS: [&str; 7] = ["path", "from", "to", "count", "spacing", "values", "zip"];
+
+/// The paths of a study's machine, and which of them the study has used so far.
+pub(super) struct PathTable<'a> {
+    /// `None`: the machine could not be read; paths are then not judged.
+    machine: Option<&'a MachineDef>,
+    used: RefCell<Vec<(String, Range<usize>, String)>>,
+}
+
+impl<'a> PathTable<'a> {
+    pub fn new(machine: Option<&'a MachineDef>) -> Self {
+        Self { machine, used: RefCell::new(Vec::new()) }
+    }
+
+    /// The parameter that `given`, a path or the end of one, names; a problem and `None` if it names none or several.
+    pub fn resolve(&self, given: &str, span: Range<usize>, key: &str, problems: &mut Collector) -> Option<PathInfo> {
+        match self.machine?.resolve(given) {
+            Ok(info) => Some(info),
+            Err(PathError::Ambiguous { candidates, .. }) => {
+                let problem = problems.add(span, key, format!("`{given}` is ambiguous: several parameters end so"));
+                problem.value = Some(format!("{given:?}"));
+                problem.allowed = Some(candidates.join(", "));
+                None
+            }
+            Err(PathError::Unknown { nearest, .. }) => {
+                let problem = problems.add(span, key, "this machine has no such parameter");
+                problem.value = Some(format!("{given:?}"));
+                problem.allowed = Some("a path of `bladeoff paths MACHINE`, or its ending".to_owned());
+                problem.nearest = nearest;
+                None
+            }
+        }
+    }
+
+    /// As [`PathTable::resolve`]; the name of a column of a result table names its parameter, too.
+    pub fn resolve_column(
+        &self,
+        given: &str,
+        span: Range<usize>,
+        key: &str,
+        problems: &mut Collector,
+    ) -> Option<PathInfo> {
+        let column = self.machine?.paths().into_iter().find(|info| info.column() == given);
+        column.or_else(|| self.resolve(given, span, key, problems))
+    }
+
+    /// The value that `text` stands for; a problem and `None` if it is none for this parameter.
+    pub fn value(
+        &self,
+        info: &PathInfo,
+        text: &str,
+        span: Range<usize>,
+        key: &str,
+        problems: &mut Collector,
+    ) -> Option<ParamValue> {
+        match self.machine?.parse_value(info, text) {
+            Ok(value) => Some(value),
+            Err(error) => {
+                let shown = problems.excerpt(span.clone());
+                let (message, nearest) = refusal(error);
+                let problem = problems.add(span, key, format!("{message} (for {})", info.path));
+                problem.value = Some(shown);
+                problem.allowed = Some(info.allowed.clone());
+                problem.nearest = nearest;
+                None
+            }
+        }
+    }
+
+    /// Notes that the study gives this parameter its value at `span`.
+    pub fn used(&self, info: &PathInfo, span: Range<usize>, key: &str) {
+        self.used.borrow_mut().push((info.path.clone(), span, key.to_owned()));
+    }
+
+    /// Refuses every parameter that is given values twice.
+    pub fn refuse_repeated(&self, problems: &mut Collector) {
+        let used = self.used.borrow();
+        for (at, (path, span, key)) in used.iter().enumerate() {
+            if let Some((_, _, first)) = used[..at].iter().find(|(earlier, _, _)| earlier == path) {
+                problems.add(span.clone(), key, format!("{path} is given by `{first}` already"));
+            }
+        }
+    }
+}
+
+/// What is wrong with a value, and the word or unit most likely meant.
+fn refusal(error: ValueError) -> (String, Option<String>) {
+    match error {
+        ValueError::Quantity { source: QuantityError::UnknownUnit { unit, nearest }, .. } => {
+            (format!("unknown unit `{unit}`"), nearest)
+        }
+        ValueError::Quantity { source, .. } => (source.to_string(), None),
+        ValueError::OutOfRange { .. } => ("out of range".to_owned(), None),
+        ValueError::NotWhole { .. } => ("not a whole number".to_owned(), None),
+        ValueError::NotAChoice { nearest, .. } => ("not one of its words".to_owned(), nearest),
+        ValueError::NoSuchParameter { .. } => ("this machine has no such parameter".to_owned(), None),
+    }
+}
+
+/// One `[[vary]]` table that holds what it should.
+struct Member {
+    varied: Varied,
+    zip: Option<String>,
+    span: Range<usize>,
+}
+
+/// The axes of `[[vary]]`, a zip group standing where its first member stands.
+pub(super) fn read_vary(entry: &Entry, paths: &PathTable, problems: &mut Collector) -> Vec<Axis> {
+    let Value::Array(items) = &entry.node.value else {
+        wrong_type(&entry.node, "vary", "an array of tables: [[vary]]", problems);
+        return Vec::new();
+    };
+    let mut axes: Vec<Axis> = Vec::new();
+    for (position, item) in items.iter().enumerate() {
+        let Some(member) = read_member(item, &format!("vary[{position}]"), paths, problems) else { continue };
+        let length = member.varied.values.len();
+        let group = member.zip.as_deref().and_then(|zip| axes.iter_mut().find(|axis| axis.name == group_name(zip)));
+        match group {
+            None => axes.push(Axis {
+                name: member.zip.as_deref().map_or_else(|| member.varied.info.path.clone(), group_name),
+                varied: vec![member.varied],
+                length,
+            }),
+            Some(axis) if axis.length == length => axis.varied.push(member.varied),
+            Some(axis) => {
+                let message = format!(
+                    "has {length} values, but {} of the same zip group has {}",
+                    axis.varied[0].info.path, axis.length
+                );
+                problems.add(member.span, format!("vary[{position}].zip"), message).allowed =
+                    Some("as many values as the other members of the group".to_owned());
+            }
+        }
+    }
+    axes
+}
+
+fn group_name(zip: &str) -> String {
+    format!("zip {zip}")
+}
+
+fn read_member(item: &Node, key: &str, paths: &PathTable, problems: &mut Collector) -> Option<Member> {
+    let keys = Keys::at(item, key, problems)?;
+    keys.refuse_unknown(&KEYS, problems);
+    let zip = match keys.get("zip") {
+        Some(entry) => Some(keys.text(entry, problems)?.to_owned()),
+        None => None,
+    };
+    let path = keys.require("path", "path = \"contact.gap\"", problems)?;
+    let given = keys.text(path, problems)?;
+    let info = paths.resolve(given, path.node.span.clone(), &keys.key("path"), problems);
+    if let Some(info) = &info {
+        paths.used(info, path.node.span.clone(), &keys.key("path"));
+    }
+    let range = ["from", "to", "count", "spacing"].into_iter().find_map(|name| keys.get(name));
+    let values = match (keys.get("values"), range) {
+        (Some(_), Some(other)) => {
+            problems.add(other.name_span.clone(), keys.key(&other.name), "stands beside `values`").allowed =
+                Some("either `values`, or `from`, `to` and `count`".to_owned());
+            None
+        }
+        (Some(values), None) => read_list(values, &keys, info.as_ref()?, paths, problems),
+        (None, Some(_)) => read_range(&keys, info.as_ref(), paths, problems),
+        (None, None) => {
+            problems.add(keys.span(), keys.key("values"), "missing").allowed =
+                Some("values = [...], or `from`, `to` and `count`".to_owned());
+            None
+        }
+    };
+    Some(Member { varied: Varied { info: info?, values: values?, place: path.node.span.clone() }, zip, span: keys.span() })
+}
+
+fn read_list(entry: &Entry, keys: &Keys<'_>, info: &PathInfo, paths: &PathTable, problems: &mut Collector) -> Option<ValueList> {
+    let Value::Array(items) = &entry.node.value else {
+        wrong_type(&entry.node, &keys.key("values"), "an array of values", problems);
+        return None;
+    };
+    if items.is_empty() {
+        problems.add(entry.node.span.clone(), keys.key("values"), "is empty").allowed = Some("at least one value".to_owned());
+        return None;
+    }
+    let mut values = Vec::with_capacity(items.len());
+    for (position, item) in items.iter().enumerate() {
+        let key = format!("{}[{position}]", keys.key("values"));
+        match scalar_text(&item.value) {
+            Some(text) => values.extend(paths.value(info, &text, item.span.clone(), &key, problems)),
+            None => wrong_type(item, &key, "a number, a string with a unit or a word", problems),
+        }
+    }
+    if values.len() < items.len() || !of_one_kind(&values, entry.node.span.clone(), &keys.key("values"), problems) {
+        return None;
+    }
+    Some(ValueList::Listed(values))
+}
+
+/// A column of the table holds numbers or words.
+pub(super) fn of_one_kind(values: &[ParamValue], span: Range<usize>, key: &str, problems: &mut Collector) -> bool {
+    let words = values.iter().filter(|value| matches!(value, ParamValue::Choice(_))).count();
+    let one = words == 0 || words == values.len();
+    if !one {
+        problems.add(span, key, "mixes numbers and words").allowed = Some("all numbers, or all words".to_owned());
+    }
+    one
+}
+
+fn read_range(keys: &Keys<'_>, info: Option<&PathInfo>, paths: &PathTable, problems: &mut Collector) -> Option<ValueList> {
+    let count = keys
+        .require("count", "count = 5", problems)
+        .and_then(|entry| keys.whole(entry, 2, MOST_POINTS, problems));
+    let log = read_spacing(keys, problems);
+    let from = keys.require("from", "from = \"1 mm\"", problems);
+    let to = keys.require("to", "to = \"2 mm\"", problems);
+    let info = info?;
+    if !matches!(info.kind, PathKind::Number | PathKind::NumberOrChoice(_)) {
+        problems.add(keys.span(), keys.key("from"), format!("{} has no range of real numbers", info.path)).allowed =
+            Some("values = [...]".to_owned());
+        return None;
+    }
+    let mut end = |entry: Option<&Entry>| -> Option<f64> {
+        let entry = entry?;
+        let key = keys.key(&entry.name);
+        let Some(text) = scalar_text(&entry.node.value) else {
+            wrong_type(&entry.node, &key, "a number or a string with a unit", problems);
+            return None;
+        };
+        match paths.value(info, &text, entry.node.span.clone(), &key, problems)? {
+            ParamValue::Number(value) => Some(value),
+            ParamValue::Choice(word) => {
+                problems.add(entry.node.span.clone(), key, format!("`{word}` is a word, not a number"));
+                None
+            }
+        }
+    };
+    let (start, stop) = (end(from), end(to));
+    let (from_value, to_value, count, log) = (start?, stop?, count?, log?);
+    let span = from.map_or_else(|| keys.span(), |entry| entry.node.span.clone());
+    if log && !(from_value * to_value > 0.0) {
+        problems.add(span, keys.key("spacing"), "logarithmic spacing needs both ends of the same sign and not zero").allowed =
+            Some("spacing = \"linear\", or other ends".to_owned());
+        return None;
+    }
+    if from_value == to_value {
+        problems.add(span, keys.key("from"), "both ends are equal").allowed = Some("values = [...] for one value".to_owned());
+        return None;
+    }
+    Some(ValueList::Range { from: from_value, to: to_value, count, log })
+}
+
+fn read_spacing(keys: &Keys<'_>, problems: &mut Collector) -> Option<bool> {
+    let Some(entry) = keys.get("spacing") else { return Some(false) };
+    match keys.text(entry, problems)? {
+        "linear" => Some(false),
+        "log" => Some(true),
+        other => {
+            let problem = problems.add(entry.node.span.clone(), keys.key("spacing"), "unknown spacing");
+            problem.value = Some(format!("{other:?}"));
+            problem.allowed = Some("linear, log".to_owned());
+            problem.nearest = bladeoff_core::document::nearest(other, ["linear", "log"]).map(str::to_owned);
+            None
+        }
+    }
+}

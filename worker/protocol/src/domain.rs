@@ -1,0 +1,312 @@
+//! Where the shared memory of a run lives: made before, removed after, swept by the next run if nobody could.
+//!
+//! ```text
+//! /tmp/bladeoff-UID/           0700, of this user; flock while domains are made or removed
+//!   ID/                        0700, one run; flock held by its orchestrator as long as it lives
+//! /dev/shm/bladeoff_ID_*       the run's memory, 0600, by iceoryx2
+//! ```
+//! The prefix bears the run's id, so what a run leaves behind is known by its name. The path is short because events are
+//! Unix sockets inside it, whose path is limited to 108 bytes, and never in the result directory, which may be long or NFS.
+//! A domain whose lock is free belongs to a dead orchestrator; its workers leave within moments, and it is swept once
+//! none of its processes is alive.
+
+use std::fs::{self, File, OpenOptions, Permissions};
+use std::io;
+use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt, PermissionsExt};
+use std::path::{Path, PathBuf};
+
+use rustix::fs::FlockOperation;
+
+use crate::ipc_domain;
+use crate::messages::RunId;
+
+/// Where iceoryx2 keeps memory on Linux.
+const SHM: &str = "/dev/shm";
+/// First part of every name of ours.
+const PRODUCT: &str = "bladeoff";
+/// Longest root and prefix together: what is left of 108 bytes beside iceoryx2's part of a socket's name.
+const LONGEST_ADDRESS: usize = 65;
+/// Free memory wanted in /dev/shm: a base and a part per worker, about twice what was measured.
+const BASE_BYTES: u64 = 4 << 20;
+const WORKER_BYTES: u64 = 512 << 10;
+
+/// What a process needs to find a domain.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Address {
+    /// Directory for files and sockets.
+    pub root: PathBuf,
+    /// Start of the names in /dev/shm.
+    pub prefix: String,
+}
+
+/// Why a domain could not be made or removed.
+#[derive(Debug, thiserror::Error)]
+pub enum DomainError {
+    /// Not enough free shared memory.
+    #[error("{SHM} has {free} bytes free, {workers} workers need {needed}; enlarge it (Docker: --shm-size) or use fewer workers")]
+    ShmTooSmall {
+        /// Free bytes.
+        free: u64,
+        /// Bytes needed.
+        needed: u64,
+        /// For how many workers.
+        workers: usize,
+    },
+    /// No shared memory can be created.
+    #[error("{SHM} cannot be written, and workers exchange samples through it")]
+    ShmUnwritable {
+        /// Why.
+        #[source]
+        source: io::Error,
+    },
+    /// The base directory belongs to someone else or is open to others.
+    #[error("{} must be a directory of user {uid} that nobody else may enter (owner {owner}, mode {mode:o})", path.display())]
+    BaseUnsafe {
+        /// The directory.
+        path: PathBuf,
+        /// This user.
+        uid: u32,
+        /// Its owner.
+        owner: u32,
+        /// Its mode.
+        mode: u32,
+    },
+    /// Socket paths would be too long.
+    #[error("{} is too long for Unix sockets: with the prefix {length} bytes, at most {LONGEST_ADDRESS}", path.display())]
+    PathTooLong {
+        /// The root.
+        path: PathBuf,
+        /// Bytes.
+        length: usize,
+    },
+    /// A file operation failed.
+    #[error("{doing} {} failed", path.display())]
+    Io {
+        /// What was being done.
+        doing: &'static str,
+        /// To which file.
+        path: PathBuf,
+        /// Why it failed.
+        #[source]
+        source: io::Error,
+    },
+}
+
+fn io_error<'a>(doing: &'static str, path: &'a Path) -> impl FnOnce(io::Error) -> DomainError + 'a {
+    move |source| DomainError::Io { doing, path: path.to_owned(), source }
+}
+
+/// The domain of a run, held by its orchestrator. Removed by [`Domain::close`], at the latest when dropped; the ports
+/// in it must have been dropped before.
+#[derive(Debug)]
+pub struct Domain {
+    address: Address,
+    run: RunId,
+    base: PathBuf,
+    _lock: File,
+    is_open: bool,
+}
+
+impl Domain {
+    /// Makes a domain for a run with this many workers below `/tmp/bladeoff-UID`, after sweeping those of dead runs.
+    ///
+    /// # Errors
+    /// See [`DomainError`]; nothing is left behind.
+    pub fn create(workers: usize) -> Result<Self, DomainError> {
+        let uid = rustix::process::getuid().as_raw();
+        Self::create_below(&PathBuf::from(format!("/tmp/{PRODUCT}-{uid}")), workers)
+    }
+
+    /// The same below another directory, for tests.
+    ///
+    /// # Errors
+    /// As [`Domain::create`].
+    pub fn create_below(base: &Path, workers: usize) -> Result<Self, DomainError> {
+        check_shm(Path::new(SHM), workers)?;
+        let base_lock = open_base(base)?;
+        sweep(base);
+        let run = RunId(random()?);
+        let id = format!("{:010x}", run.0 & 0xff_ffff_ffff);
+        let address = Address { root: base.join(&id), prefix: format!("{PRODUCT}_{id}_") };
+        let length = address.root.as_os_str().len() + address.prefix.len();
+        if length > LONGEST_ADDRESS {
+            return Err(DomainError::PathTooLong { path: address.root, length });
+        }
+        let root = &address.root;
+        fs::DirBuilder::new().mode(0o700).create(root).map_err(io_error("creating", root))?;
+        let lock = lock(root, FlockOperation::NonBlockingLockExclusive)?;
+        drop(base_lock);
+        Ok(Self { address, run, base: base.to_owned(), _lock: lock, is_open: true })
+    }
+
+    /// Where it is.
+    #[must_use]
+    pub fn address(&self) -> &Address {
+        &self.address
+    }
+
+    /// Number of the run, random.
+    #[must_use]
+    pub fn run(&self) -> RunId {
+        self.run
+    }
+
+    /// Removes the domain: afterwards nothing of it is in /dev/shm or below the base.
+    ///
+    /// # Errors
+    /// What could not be removed; the next run tries again.
+    pub fn close(mut self) -> Result<(), DomainError> {
+        self.remove()
+    }
+
+    fn remove(&mut self) -> Result<(), DomainError> {
+        if !std::mem::take(&mut self.is_open) {
+            return Ok(());
+        }
+        let _base_lock = open_base(&self.base)?;
+        remove_files(&self.address)
+    }
+}
+
+impl Drop for Domain {
+    fn drop(&mut self) {
+        // The next run sweeps what could not be removed.
+        let _ = self.remove();
+    }
+}
+
+/// Refuses a /dev/shm that cannot be written or is too small: memory that is not there would kill processes by SIGBUS
+/// on first touch.
+fn check_shm(shm: &Path, workers: usize) -> Result<(), DomainError> {
+    let needed = BASE_BYTES + WORKER_BYTES * workers as u64;
+    let probe = || -> io::Result<u64> {
+        let path = shm.join(format!("{PRODUCT}_probe_{:016x}", random().map_err(io::Error::other)?));
+        OpenOptions::new().write(true).create_new(true).mode(0o600).open(&path)?;
+        fs::remove_file(&path)?;
+        let stat = rustix::fs::statvfs(shm)?;
+        Ok(stat.f_bavail.saturating_mul(stat.f_frsize))
+    };
+    match probe() {
+        Ok(free) if free < needed => Err(DomainError::ShmTooSmall { free, needed, workers }),
+        Ok(_) => Ok(()),
+        Err(source) => Err(DomainError::ShmUnwritable { source }),
+    }
+}
+
+/// Opens and locks the base directory, making it if it is not there.
+fn open_base(base: &Path) -> Result<File, DomainError> {
+    match fs::DirBuilder::new().mode(0o700).create(base) {
+        Err(source) if source.kind() != io::ErrorKind::AlreadyExists => {
+            return Err(io_error("creating", base)(source));
+        }
+        _ => {}
+    }
+    let found = fs::symlink_metadata(base).map_err(io_error("reading", base))?;
+    let (uid, owner, mode) = (rustix::process::getuid().as_raw(), found.uid(), found.permissions().mode() & 0o777);
+    if !found.is_dir() || owner != uid {
+        return Err(DomainError::BaseUnsafe { path: base.to_owned(), uid, owner, mode });
+    }
+    if mode & 0o077 != 0 {
+        fs::set_permissions(base, Permissions::from_mode(0o700)).map_err(io_error("closing to others", base))?;
+    }
+    lock(base, FlockOperation::LockExclusive)
+}
+
+fn lock(dir: &Path, operation: FlockOperation) -> Result<File, DomainError> {
+    let file = File::open(dir).map_err(io_error("opening", dir))?;
+    rustix::fs::flock(&file, operation).map_err(|errno| io_error("locking", dir)(errno.into()))?;
+    Ok(file)
+}
+
+/// Removes the domains of dead runs. The base is locked. What fails is left for the next time.
+fn sweep(base: &Path) {
+    for entry in fs::read_dir(base).into_iter().flatten().flatten() {
+        let root = entry.path();
+        let Some(id) = entry.file_name().to_str().filter(|id| is_id(id)).map(str::to_owned) else { continue };
+        let Ok(_lock) = lock(&root, FlockOperation::NonBlockingLockExclusive) else { continue };
+        let address = Address { root, prefix: format!("{PRODUCT}_{id}_") };
+        if ipc_domain::release_dead(&address) {
+            let _ = remove_files(&address);
+        }
+    }
+}
+
+fn is_id(name: &str) -> bool {
+    name.len() == 10 && name.bytes().all(|byte| byte.is_ascii_hexdigit())
+}
+
+/// Memory first: the directory is what a later sweep finds the rest by.
+fn remove_files(address: &Address) -> Result<(), DomainError> {
+    for entry in fs::read_dir(SHM).map_err(io_error("reading", Path::new(SHM)))?.flatten() {
+        if entry.file_name().as_encoded_bytes().starts_with(address.prefix.as_bytes()) {
+            let path = entry.path();
+            fs::remove_file(&path).or_else(ignore_missing).map_err(io_error("removing", &path))?;
+        }
+    }
+    fs::remove_dir_all(&address.root).or_else(ignore_missing).map_err(io_error("removing", &address.root))
+}
+
+fn ignore_missing(error: io::Error) -> io::Result<()> {
+    if error.kind() == io::ErrorKind::NotFound { Ok(()) } else { Err(error) }
+}
+
+/// A random number that is not 0, from the system.
+fn random() -> Result<u64, DomainError> {
+    let path = Path::new("/dev/urandom");
+    let mut bytes = [0; 8];
+    File::open(path)
+        .and_then(|mut file| io::Read::read_exact(&mut file, &mut bytes))
+        .map_err(io_error("reading", path))?;
+    Ok(u64::from_ne_bytes(bytes).max(1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_memory_directory_that_is_too_small_or_missing_is_told_apart() {
+        let dir = tempfile::tempdir().expect("temporary directory");
+        assert!(check_shm(dir.path(), 1).is_ok());
+        let many = check_shm(dir.path(), 1 << 40).expect_err("no such disk");
+        assert!(matches!(many, DomainError::ShmTooSmall { .. }), "{many}");
+        let missing = check_shm(&dir.path().join("nowhere"), 1).expect_err("not there");
+        assert!(matches!(missing, DomainError::ShmUnwritable { .. }), "{missing}");
+        assert_eq!(fs::read_dir(dir.path()).expect("readable").count(), 0);
+    }
+
+    #[test]
+    fn a_long_base_is_refused_before_anything_is_made() {
+        let dir = tempfile::tempdir().expect("temporary directory");
+        let base = dir.path().join("a-name-that-takes-more-than-the-socket-path-allows");
+        let error = Domain::create_below(&base, 1).expect_err("too long");
+        assert!(matches!(error, DomainError::PathTooLong { .. }), "{error}");
+        assert_eq!(fs::read_dir(&base).expect("readable").count(), 0);
+    }
+
+    #[test]
+    fn a_domain_is_closed_to_others_and_leaves_nothing() {
+        let dir = tempfile::tempdir_in("/tmp").expect("temporary directory");
+        let base = dir.path().join("b");
+        let domain = Domain::create_below(&base, 1).expect("created");
+        let root = domain.address().root.clone();
+        for path in [&base, &root] {
+            assert_eq!(fs::metadata(path).expect("there").permissions().mode() & 0o777, 0o700);
+        }
+        domain.close().expect("removed");
+        assert!(!root.exists());
+    }
+
+    #[test]
+    fn a_dead_domain_is_swept_and_a_living_one_is_not() {
+        let dir = tempfile::tempdir_in("/tmp").expect("temporary directory");
+        let dead = dir.path().join("00000000aa");
+        fs::create_dir(&dead).expect("created");
+        let shm = Path::new(SHM).join("bladeoff_00000000aa_left");
+        fs::write(&shm, b"x").expect("written");
+        let living = Domain::create_below(dir.path(), 1).expect("created");
+        assert!(!dead.exists() && !shm.exists());
+        let other = Domain::create_below(dir.path(), 1).expect("created");
+        assert!(living.address().root.exists() && other.address().root != living.address().root);
+    }
+}

@@ -1,0 +1,136 @@
+//! The orchestrator's end of the transport between processes.
+
+use std::collections::BTreeMap;
+use std::os::fd::{AsFd, OwnedFd};
+use std::sync::Arc;
+use std::time::Duration;
+
+use iceoryx2::active_request::ActiveRequest;
+use iceoryx2::port::listener::Listener;
+use iceoryx2::port::notifier::{ListenerKey, Notifier};
+use iceoryx2::port::server::Server;
+use iceoryx2::prelude::*;
+use rustix::event::EventfdFlags;
+
+use crate::domain::Address;
+use crate::ipc::{
+    BACKSTOP, FromWorkerShm, Ipc, Services, Side, ToWorkerShm, drain, event_fd, port_name, wait_readable,
+};
+use crate::messages::{FromWorkerBlock, ToWorkerBlock, WorkerId};
+use crate::transport::{HubPort, PeerId, PortError, Request, Ticket, Waker};
+
+type Active = ActiveRequest<Ipc, FromWorkerShm, (), ToWorkerShm, ()>;
+
+/// The orchestrator's end over shared memory. Stays on the thread that made it.
+pub struct IpcHub {
+    // Dropped in this order: requests, ports, services, node.
+    open: BTreeMap<Ticket, Active>,
+    listeners: BTreeMap<WorkerId, ListenerKey>,
+    server: Server<Ipc, FromWorkerShm, (), ToWorkerShm, ()>,
+    listener: Listener<Ipc>,
+    notifier: Notifier<Ipc>,
+    services: Services,
+    wake: Arc<OwnedFd>,
+    next: u64,
+}
+
+impl IpcHub {
+    /// Creates the services of a run for this many workers; twice as many connections fit, so that replacements of dead
+    /// workers connect before those are released.
+    ///
+    /// # Errors
+    /// What iceoryx2 or the system refused.
+    pub fn create(address: &Address, workers: usize) -> Result<Self, PortError> {
+        let services = Services::new(address, Side::Hub(2 * workers + 2))?;
+        let server = services.samples.server_builder().create().map_err(PortError::failed("creating the server"))?;
+        let listener = services.up.listener_builder().create().map_err(PortError::failed("creating the listener"))?;
+        let notifier =
+            services.down.notifier_builder().create().map_err(PortError::failed("creating the notifier"))?;
+        let wake = rustix::event::eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)
+            .map_err(PortError::failed("creating an eventfd"))?;
+        let (open, listeners) = (BTreeMap::new(), BTreeMap::new());
+        Ok(Self { open, listeners, server, listener, notifier, services, wake: Arc::new(wake), next: 0 })
+    }
+
+    /// Wakes one worker. One that cannot be woken has just died, or looks at its queue after [`BACKSTOP`].
+    fn wake_worker(&mut self, worker: WorkerId) -> Result<(), PortError> {
+        if let Some(key) = self.listeners.get(&worker)
+            && self.notifier.notify_single_listener(key).is_ok()
+        {
+            return Ok(());
+        }
+        let name = port_name(worker)?;
+        let mut found = None;
+        self.notifier.for_each_listener(|one, details| {
+            if details.listener_name == name && one.notify().is_ok() {
+                found = Some(one.listener_key());
+                return CallbackProgression::Stop;
+            }
+            CallbackProgression::Continue
+        });
+        match found {
+            Some(key) => self.listeners.insert(worker, key),
+            None => self.listeners.remove(&worker),
+        };
+        Ok(())
+    }
+}
+
+impl HubPort for IpcHub {
+    fn try_receive(&mut self, block: &mut FromWorkerBlock) -> Result<Option<Request>, PortError> {
+        let Some(active) = self.server.receive().map_err(PortError::failed("receiving a request"))? else {
+            return Ok(None);
+        };
+        // One copy out of memory that others can write; all checks are made on the copy.
+        block.words = active.payload().words;
+        let peer = PeerId(active.origin().value());
+        self.next += 1;
+        let ticket = Ticket(self.next);
+        self.open.insert(ticket, active);
+        Ok(Some(Request { peer, ticket }))
+    }
+
+    fn answer(&mut self, ticket: Ticket, worker: WorkerId, block: &ToWorkerBlock) -> Result<(), PortError> {
+        let active = self.open.remove(&ticket).ok_or(PortError::UnknownTicket(ticket))?;
+        if !active.is_connected() {
+            return Err(PortError::UnknownTicket(ticket));
+        }
+        let response = active.loan_uninit().map_err(PortError::failed("taking memory for an answer"))?;
+        response
+            .write_payload(ToWorkerShm { words: block.words })
+            .send()
+            .map_err(PortError::failed("sending an answer"))?;
+        drop(active);
+        self.wake_worker(worker)
+    }
+
+    fn forget(&mut self, ticket: Ticket) {
+        self.open.remove(&ticket);
+    }
+
+    fn wait(&mut self, timeout: Duration) -> Result<(), PortError> {
+        let [event, woken] =
+            wait_readable(event_fd(&self.listener), Some(self.wake.as_fd()), timeout.min(BACKSTOP))?;
+        if event {
+            drain(&self.listener)?;
+        }
+        if woken {
+            // Reading sets it back; it cannot fail otherwise than by being zero already.
+            let _ = rustix::io::read(&self.wake, &mut [0; 8]);
+        }
+        Ok(())
+    }
+
+    fn waker(&self) -> Waker {
+        let wake = self.wake.clone();
+        Arc::new(move || {
+            // Fails only when the counter is full, that is when it wakes already.
+            let _ = rustix::io::write(&wake, &1_u64.to_ne_bytes());
+        })
+    }
+
+    fn reap(&mut self) {
+        self.open.retain(|_, active| active.is_connected());
+        self.services.node.try_cleanup_dead_nodes();
+    }
+}

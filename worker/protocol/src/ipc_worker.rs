@@ -1,0 +1,86 @@
+//! The worker's end of the transport between processes.
+
+use std::os::fd::{AsFd, OwnedFd};
+
+use iceoryx2::pending_response::PendingResponse;
+use iceoryx2::port::client::Client;
+use iceoryx2::port::listener::Listener;
+use iceoryx2::port::notifier::Notifier;
+
+use crate::domain::Address;
+use crate::ipc::{
+    BACKSTOP, FromWorkerShm, Ipc, Services, Side, ToWorkerShm, drain, event_fd, port_name, wait_readable,
+};
+use crate::messages::{FromWorkerBlock, ToWorkerBlock, WorkerId};
+use crate::transport::{PortError, WorkerPort};
+
+type Pending = PendingResponse<Ipc, FromWorkerShm, (), ToWorkerShm, ()>;
+
+/// The worker's end over shared memory. Stays on the thread that made it.
+pub struct IpcWorker {
+    // Dropped in this order: request, ports, services, node.
+    pending: Option<Pending>,
+    client: Client<Ipc, FromWorkerShm, (), ToWorkerShm, ()>,
+    listener: Listener<Ipc>,
+    notifier: Notifier<Ipc>,
+    _services: Services,
+    parent: Option<OwnedFd>,
+}
+
+impl IpcWorker {
+    /// Connects to the orchestrator of a domain; `parent` is its pidfd, watched while waiting.
+    ///
+    /// # Errors
+    /// What iceoryx2 or the system refused; above all when no orchestrator is there.
+    pub fn connect(address: &Address, worker: WorkerId, parent: Option<OwnedFd>) -> Result<Self, PortError> {
+        let services = Services::new(address, Side::Worker)?;
+        let listener = services
+            .down
+            .listener_builder()
+            .name(&port_name(worker)?)
+            .create()
+            .map_err(PortError::failed("creating the listener"))?;
+        let notifier = services.up.notifier_builder().create().map_err(PortError::failed("creating the notifier"))?;
+        let client = services.samples.client_builder().create().map_err(PortError::failed("creating the client"))?;
+        Ok(Self { pending: None, client, listener, notifier, _services: services, parent })
+    }
+}
+
+impl WorkerPort for IpcWorker {
+    fn send(&mut self, block: &FromWorkerBlock) -> Result<(), PortError> {
+        if self.pending.is_some() {
+            return Err(PortError::RequestOpen);
+        }
+        let request = self.client.loan_uninit().map_err(PortError::failed("taking memory for a request"))?;
+        let pending = request
+            .write_payload(FromWorkerShm { words: block.words })
+            .send()
+            .map_err(PortError::failed("sending a request"))?;
+        self.pending = Some(pending);
+        self.notifier.notify().map(drop).map_err(PortError::failed("waking the orchestrator"))
+    }
+
+    fn try_receive(&mut self, block: &mut ToWorkerBlock) -> Result<bool, PortError> {
+        let Some(pending) = &self.pending else { return Ok(false) };
+        let Some(response) = pending.receive().map_err(PortError::failed("receiving an answer"))? else {
+            return Ok(false);
+        };
+        block.words = response.payload().words;
+        drop(response);
+        self.pending = None;
+        Ok(true)
+    }
+
+    fn wait(&mut self) -> Result<(), PortError> {
+        let parent = self.parent.as_ref();
+        let [event, parent_ended] = wait_readable(event_fd(&self.listener), parent.map(AsFd::as_fd), BACKSTOP)?;
+        if event {
+            drain(&self.listener)?;
+        }
+        // An answer sent just before the end still counts.
+        if parent_ended && !self.pending.as_ref().is_some_and(PendingResponse::has_response) {
+            return Err(PortError::OrchestratorGone);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,62 @@
+//! Messages: owned Rust types on either side, fixed-size blocks of words in between.
+//!
+//! ```text
+//! word  0  magic, by direction                      word  5  batch number, 0 = none
+//!       1  version of this format                         6  attempt | number of items << 32
+//!       2  run                                            7  parameters per sample (to worker) | flags (from worker)
+//!       3  kind | worker << 32                            8.. items
+//!       4  words in use, header and checksum included     last word in use: checksum of all before
+//! ```
+//! A block holds integers and bit patterns of f64 only, so any content is a valid block and decoding is safe code that
+//! answers a [`MessageError`] to what it does not accept. Every word in use is covered by the checksum.
+
+mod block;
+mod from_worker;
+mod to_worker;
+
+pub use block::{Block, MessageError};
+pub use from_worker::{Body, FromWorker, FromWorkerBlock, Hello, Report, SampleReport};
+pub use to_worker::{Batch, ToWorker, ToWorkerBlock};
+
+/// Version of the message format; a reader refuses any other.
+pub const PROTOCOL_VERSION: u64 = 1;
+/// Most samples in one batch.
+pub const MAX_BATCH: usize = 256;
+/// Most parameters of one sample.
+pub const MAX_PARAMS: usize = 64;
+/// Most parameter values in one batch, all samples together.
+pub const MAX_BATCH_VALUES: usize = 4096;
+/// Most result values of one sample.
+pub const MAX_VALUES: usize = 256;
+/// Most sample reports in one message.
+pub const MAX_REPORTS: usize = 256;
+
+/// Samples that fit one batch when each has `n_params` parameters; at least 64.
+#[must_use]
+pub fn batch_capacity(n_params: usize) -> usize {
+    MAX_BATCH_VALUES.checked_div(n_params).unwrap_or(MAX_BATCH).min(MAX_BATCH)
+}
+
+/// A run's number: random, so that a message of another run is never taken for one of this run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct RunId(pub u64);
+
+/// A worker's number, counted over all processes a run has started.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct WorkerId(pub u32);
+
+/// A batch's number within a run; 0 is none.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct BatchId(pub u64);
+
+impl std::fmt::Display for WorkerId {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "w{}", self.0)
+    }
+}
+
+impl std::fmt::Display for RunId {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{:016x}", self.0)
+    }
+}

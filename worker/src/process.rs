@@ -1,0 +1,105 @@
+//! What concerns the worker as a process: ending with its parent, memory limit, program identity, exit codes.
+
+use std::os::fd::OwnedFd;
+use std::os::unix::fs::MetadataExt;
+use std::time::Duration;
+
+use rustix::process::{Pid, PidfdFlags, Resource, Rlimit, Signal};
+
+/// Exit code: command line refused.
+pub const EXIT_USAGE: u8 = 2;
+/// Exit code: the plan cannot be read, is not the one expected, or no solver can be made from it.
+pub const EXIT_PLAN: u8 = 3;
+/// Exit code: no connection to the orchestrator, or it broke.
+pub const EXIT_CONNECTION: u8 = 6;
+/// What a worker writes last when an allocation fails, by Rust's own handler before it aborts.
+pub const OUT_OF_MEMORY_WORDS: &str = "memory allocation of";
+
+/// Why a worker could not be set up as a process.
+#[derive(Debug, thiserror::Error)]
+pub enum ProcessError {
+    /// The parent is not who it should be: it has ended in the meantime.
+    #[error("the orchestrator (process {expected}) has ended")]
+    ParentGone {
+        /// Its process id.
+        expected: u32,
+    },
+    /// The system refused.
+    #[error("{doing} failed")]
+    System {
+        /// What was being done.
+        doing: &'static str,
+        /// Why.
+        #[source]
+        source: std::io::Error,
+    },
+}
+
+fn system<E: Into<std::io::Error>>(doing: &'static str) -> impl FnOnce(E) -> ProcessError {
+    move |source| ProcessError::System { doing, source: source.into() }
+}
+
+/// Makes the kernel kill this process when the thread that started it ends, also in the middle of a sample or stopped,
+/// and returns the parent's pidfd for an orderly end where there is time for one.
+///
+/// # Errors
+/// [`ProcessError::ParentGone`] if it was too late.
+pub fn end_with_parent(expected: u32) -> Result<OwnedFd, ProcessError> {
+    rustix::process::set_parent_process_death_signal(Some(Signal::KILL))
+        .map_err(system("asking to be killed with the parent"))?;
+    let parent = rustix::process::getppid()
+        .filter(|pid| u32::try_from(pid.as_raw_nonzero().get()) == Ok(expected))
+        .ok_or(ProcessError::ParentGone { expected })?;
+    rustix::process::pidfd_open(parent, PidfdFlags::empty()).map_err(system("watching the parent"))
+}
+
+/// Limits what this process may allocate from now on. An allocation beyond it fails at once, the process writes
+/// [`OUT_OF_MEMORY_WORDS`] and aborts. The limit is on private writable memory (`RLIMIT_DATA`), which unlike
+/// the address space does not count shared memory and files, and unlike resident memory needs no watching.
+///
+/// # Errors
+/// What the system refused.
+pub fn limit_memory(bytes: u64) -> Result<(), ProcessError> {
+    let status = std::fs::read_to_string("/proc/self/status").map_err(system("reading /proc/self/status"))?;
+    let in_use = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmData:")?.trim().strip_suffix("kB")?.trim().parse::<u64>().ok())
+        .unwrap_or(0)
+        * 1024;
+    let limit = Rlimit { current: Some(in_use.saturating_add(bytes)), maximum: None };
+    let allowed = rustix::process::getrlimit(Resource::Data);
+    rustix::process::setrlimit(Resource::Data, Rlimit { maximum: allowed.maximum, ..limit })
+        .map_err(system("limiting memory"))
+}
+
+/// Identity of the running program file: the same for orchestrator and worker exactly when they run the same file.
+#[must_use]
+pub fn build_id() -> u64 {
+    let Ok(file) = std::fs::metadata("/proc/self/exe") else { return 0 };
+    [file.dev(), file.ino(), file.size(), file.mtime() as u64, file.mtime_nsec() as u64]
+        .into_iter()
+        .fold(0xcbf2_9ce4_8422_2325, |hash, word| (hash ^ word).wrapping_mul(0x0100_0000_01b3).rotate_left(23))
+}
+
+/// Sends a signal to this process.
+pub fn signal_self(signal: Signal) {
+    // Cannot fail: the process exists and may signal itself.
+    let _ = rustix::process::kill_process(rustix::process::getpid(), signal);
+}
+
+/// Sends a signal to another process; says whether it was there.
+#[must_use]
+pub fn signal(pid: u32, signal: Signal) -> bool {
+    i32::try_from(pid)
+        .ok()
+        .and_then(Pid::from_raw)
+        .is_some_and(|pid| rustix::process::kill_process(pid, signal).is_ok())
+}
+
+/// CPU time this process has used, user and system together.
+#[must_use]
+pub fn cpu_time() -> Duration {
+    // SAFETY-free reading: the scheduler's own nanoseconds of the calling thread, first field.
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    Duration::from_nanos(text.split(' ').next().and_then(|field| field.parse().ok()).unwrap_or(0))
+}
