@@ -1,5 +1,6 @@
 //! The calls into the solver, in one place.
 
+use bladeoff_core::linalg::EigenError;
 use bladeoff_core::machine::{Detection, Engine, Machine};
 use bladeoff_core::modal::{BasisError, ModesReport, report};
 use bladeoff_core::outcome::{Column, Outcome};
@@ -17,7 +18,7 @@ pub enum EngineError {
     Start(#[source] PlanError),
     /// Whirl frequencies.
     #[error("the modes cannot be computed")]
-    Modes(#[source] BasisError),
+    Modes(#[source] EigenError),
 }
 
 /// The structure of a machine: matrices and modes.

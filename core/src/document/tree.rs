@@ -101,8 +101,12 @@ pub fn parse_toml(file: &str, text: &str) -> Result<Node, Problems> {
         Ok(table) => Ok(Node { span: table.span(), value: Value::Table(entries(table.get_ref())) }),
         Err(error) => {
             let mut problems = Collector::new(file, text);
-            let message = format!("not valid TOML: {}", error.message().trim_end());
-            problems.add(error.span().unwrap_or(0..0), "", message);
+            let span = error.span().unwrap_or(0..0);
+            let at = match problems.excerpt(span.clone()).trim() {
+                "" => String::new(),
+                piece => format!(" at `{piece}`"),
+            };
+            problems.add(span, "", format!("not valid TOML: {}{at}", error.message().trim_end()));
             Err(problems.into_problems())
         }
     }

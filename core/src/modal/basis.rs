@@ -117,25 +117,22 @@ pub(crate) fn modal_key(machine: &Machine) -> [u8; 32] {
 
 fn lateral_modes(rotor: &RotorMatrices, wanted: usize) -> Result<ModeSet, BasisError> {
     let size = rotor.lateral_size();
-    let (xz, yz): (Vec<usize>, Vec<usize>) = (0..size).partition(|dof| matches!(dof % 4, 0 | 3));
+    let (xz, yz): (Vec<usize>, Vec<usize>) = ((0..size / 2).collect(), (size / 2..size).collect());
     let coupled = xz.iter().any(|&i| yz.iter().any(|&j| rotor.stiffness[(i, j)] != 0.0 || rotor.mass[(i, j)] != 0.0));
     let (values, shapes) = if coupled {
         symmetric_generalised(&rotor.stiffness, &rotor.mass, "the rotor")?
     } else {
         // plane by plane; where both planes are the same, so are their modes, digit for digit
-        let plane = |dofs: &[usize], sign: f64| {
-            let flip = |dof: usize| if dof % 4 == 2 { sign } else { 1.0 };
+        let plane = |dofs: &[usize], slope: f64| {
+            // theta_u = -v,z: with the sign of its slopes turned the YZ plane reads as the XZ plane
+            let flip = |place: usize| if place % 2 == 1 { slope } else { 1.0 };
             let part = |a: &Matrix| {
-                Matrix::from_fn(dofs.len(), dofs.len(), |i, j| {
-                    flip(dofs[i]) * flip(dofs[j]) * a[(dofs[i], dofs[j])]
-                })
+                Matrix::from_fn(dofs.len(), dofs.len(), |i, j| flip(i) * flip(j) * a[(dofs[i], dofs[j])])
             };
             (part(&rotor.stiffness), part(&rotor.mass))
         };
-        // order each plane as deflection, slope; theta_u = -v,z
-        let yz_slope: Vec<usize> = yz.clone();
         let (kx, mx) = plane(&xz, 1.0);
-        let (ky, my) = plane(&yz_slope, -1.0);
+        let (ky, my) = plane(&yz, -1.0);
         let (values_x, shapes_x) = symmetric_generalised(&kx, &mx, "the rotor in the XZ plane")?;
         let same = kx == ky && mx == my;
         let (values_y, shapes_y) = if same {
@@ -167,7 +164,7 @@ fn merge_planes(
             i += 1;
         } else {
             for (row, &dof) in yz.iter().enumerate() {
-                shapes[(dof, column)] = if dof % 4 == 2 { -shapes_y[(row, j)] } else { shapes_y[(row, j)] };
+                shapes[(dof, column)] = if row % 2 == 1 { -shapes_y[(row, j)] } else { shapes_y[(row, j)] };
             }
             values.push(values_y[j]);
             j += 1;

@@ -167,7 +167,7 @@ impl Lateral {
     fn sense(&self, mode: usize, real: &Matrix, imaginary: &Matrix) -> Whirl {
         let (mut turning, mut size) = (0.0, 0.0);
         for node in 0..self.rotor.nodes {
-            let (u, v) = (node * self.rotor.stride, node * self.rotor.stride + 1);
+            let [u, v] = self.rotor.plane_places(node);
             let (ur, ui) = (real[(u, mode)], imaginary[(u, mode)]);
             let (vr, vi) = (real[(v, mode)], imaginary[(v, mode)]);
             turning -= ur * vi - ui * vr;

@@ -50,16 +50,14 @@ impl BearingSite {
 pub struct RotorMatrices {
     /// Number of nodes.
     pub nodes: usize,
-    /// Lateral degrees of freedom per node: 4, or 2 for a point mass.
-    pub stride: usize,
+    /// Lateral degrees of freedom per node in each plane: 2, or 1 for a point mass.
+    pub per_plane: usize,
     /// Lateral mass.
     pub mass: Matrix,
     /// Lateral stiffness: shaft and the symmetric part of the bearings.
     pub stiffness: Matrix,
     /// Lateral damping: structure and bearings.
     pub damping: Matrix,
-    /// Structural damping alone.
-    pub structural_damping: Matrix,
     /// Twist inertia.
     pub twist_mass: Matrix,
     /// Twist stiffness.
@@ -83,7 +81,7 @@ impl RotorMatrices {
         let mut matrices = match &rotor.kind {
             RotorKind::Shaft(shaft) => shaft_matrices(shaft, rotor),
             RotorKind::PointMass(point) => {
-                let mut empty = Self::empty(1, 2);
+                let mut empty = Self::empty(1, 1);
                 empty.mass.fill_diagonal(point.mass);
                 empty.twist_mass[(0, 0)] = point.polar_inertia;
                 empty.axial_mass[(0, 0)] = point.mass;
@@ -97,15 +95,15 @@ impl RotorMatrices {
         matrices
     }
 
-    fn empty(nodes: usize, stride: usize) -> Self {
-        let (lateral, single) = (Matrix::zeros(nodes * stride, nodes * stride), Matrix::zeros(nodes, nodes));
+    fn empty(nodes: usize, per_plane: usize) -> Self {
+        let size = 2 * nodes * per_plane;
+        let (lateral, single) = (Matrix::zeros(size, size), Matrix::zeros(nodes, nodes));
         Self {
             nodes,
-            stride,
+            per_plane,
             mass: lateral.clone(),
             stiffness: lateral.clone(),
-            damping: lateral.clone(),
-            structural_damping: lateral,
+            damping: lateral,
             twist_mass: single.clone(),
             twist_stiffness: single.clone(),
             axial_mass: single.clone(),
@@ -118,12 +116,12 @@ impl RotorMatrices {
 
     fn add_bearings(&mut self, rotor: &Rotor) {
         for bearing in &rotor.bearings {
-            let base = self.stride * bearing.node;
+            let places = self.plane_places(bearing.node);
             let k = &bearing.stiffness;
             let cross = 0.5 * (k[0][1] + k[1][0]);
             for (i, j, value) in [(0, 0, k[0][0]), (0, 1, cross), (1, 0, cross), (1, 1, k[1][1])] {
-                self.stiffness[(base + i, base + j)] += value;
-                self.damping[(base + i, base + j)] += bearing.damping[i][j];
+                self.stiffness[(places[i], places[j])] += value;
+                self.damping[(places[i], places[j])] += bearing.damping[i][j];
             }
             self.axial_stiffness[(bearing.node, bearing.node)] += bearing.axial_stiffness;
             self.bearings.push(BearingSite {
@@ -138,7 +136,64 @@ impl RotorMatrices {
     /// Lateral degrees of freedom.
     #[must_use]
     pub fn lateral_size(&self) -> usize {
-        self.nodes * self.stride
+        2 * self.nodes * self.per_plane
+    }
+
+    /// Place of u in the lateral vector.
+    #[inline]
+    #[must_use]
+    pub fn u(&self, node: usize) -> usize {
+        self.per_plane * node
+    }
+
+    /// Place of v.
+    #[inline]
+    #[must_use]
+    pub fn v(&self, node: usize) -> usize {
+        self.per_plane * (self.nodes + node)
+    }
+
+    /// Place of theta_v; a point mass has none.
+    #[must_use]
+    pub fn theta_v(&self, node: usize) -> Option<usize> {
+        (self.per_plane == 2).then(|| self.u(node) + 1)
+    }
+
+    /// Place of theta_u; a point mass has none.
+    #[must_use]
+    pub fn theta_u(&self, node: usize) -> Option<usize> {
+        (self.per_plane == 2).then(|| self.v(node) + 1)
+    }
+
+    /// Places of u and v.
+    #[inline]
+    #[must_use]
+    pub fn plane_places(&self, node: usize) -> [usize; 2] {
+        [self.u(node), self.v(node)]
+    }
+
+    /// u and v of a node in a lateral vector.
+    #[inline]
+    #[must_use]
+    pub fn at(&self, node: usize, x: &[f64]) -> [f64; 2] {
+        [x[self.u(node)], x[self.v(node)]]
+    }
+
+    /// Adds to u and v of a node in a lateral vector.
+    #[inline]
+    pub fn add_at(&self, node: usize, value: [f64; 2], x: &mut [f64]) {
+        x[self.u(node)] += value[0];
+        x[self.v(node)] += value[1];
+    }
+
+    /// A lateral vector with the same translation at every node.
+    #[must_use]
+    pub fn uniform(&self, [x, y]: [f64; 2]) -> Vec<f64> {
+        let mut field = vec![0.0; self.lateral_size()];
+        for node in 0..self.nodes {
+            self.add_at(node, [x, y], &mut field);
+        }
+        field
     }
 
     /// `sum_g S_g`: the gyroscopic matrix per rad/s of a uniform spin.
@@ -156,9 +211,9 @@ impl RotorMatrices {
     pub fn skew_stiffness(&self) -> Matrix {
         let mut dense = Matrix::zeros(self.lateral_size(), self.lateral_size());
         for bearing in &self.bearings {
-            let base = self.stride * bearing.node;
-            dense[(base, base + 1)] += bearing.skew;
-            dense[(base + 1, base)] -= bearing.skew;
+            let [u, v] = self.plane_places(bearing.node);
+            dense[(u, v)] += bearing.skew;
+            dense[(v, u)] -= bearing.skew;
         }
         dense
     }
@@ -166,26 +221,25 @@ impl RotorMatrices {
     /// Weight of the rotor per node and direction: `M` times a uniform field [N].
     #[must_use]
     pub fn weight(&self, gravity: [f64; 2]) -> Vec<f64> {
-        let mut field = vec![0.0; self.lateral_size()];
-        for node in field.chunks_exact_mut(self.stride) {
-            node[..2].copy_from_slice(&gravity);
-        }
+        let field = self.uniform(gravity);
         let mut weight = vec![0.0; field.len()];
         crate::linalg::mul_vec(&self.mass, &field, &mut weight);
         weight
     }
 }
 
-/// Shaft elements and discs. Structural damping is that of the shaft's elements (discs and bearings excluded).
+/// Shaft elements and discs. Structural damping is `C = a M + b K` with the mass of shaft and discs and the stiffness of the
+/// shaft; bearings (added later) and unbalances are not in it, spin and twist have none.
 fn shaft_matrices(shaft: &Shaft, rotor: &Rotor) -> RotorMatrices {
-    let mut all = RotorMatrices::empty(shaft.nodes.len(), 4);
+    let mut all = RotorMatrices::empty(shaft.nodes.len(), 2);
     for (i, element) in shaft.elements.iter().enumerate() {
         let blocks = shaft_blocks(element);
         // XZ plane [u, theta_v] as it stands; YZ plane [v, -theta_u]
-        for (places, signs) in [([0, 3, 4, 7], [1.0; 4]), ([1, 2, 5, 6], [1.0, -1.0, 1.0, -1.0])] {
+        let (xz, yz) = (all.u(i), all.v(i));
+        for (first, signs) in [(xz, [1.0; 4]), (yz, [1.0, -1.0, 1.0, -1.0])] {
             for a in 0..4 {
                 for b in 0..4 {
-                    let (row, col, sign) = (4 * i + places[a], 4 * i + places[b], signs[a] * signs[b]);
+                    let (row, col, sign) = (first + a, first + b, signs[a] * signs[b]);
                     all.mass[(row, col)] += sign * blocks.mass[(a, b)];
                     all.stiffness[(row, col)] += sign * blocks.stiffness[(a, b)];
                 }
@@ -199,19 +253,17 @@ fn shaft_matrices(shaft: &Shaft, rotor: &Rotor) -> RotorMatrices {
                 all.axial_stiffness[(i + a, i + b)] += blocks.axial_stiffness[(a, b)];
             }
         }
-        all.gyro.push(GyroSite::from_plane(i, &blocks.gyroscopic));
+        all.gyro.push(GyroSite::from_plane(i, shaft.nodes.len(), &blocks.gyroscopic));
     }
-    all.structural_damping =
-        &all.mass * rotor.damping.mass_proportional + &all.stiffness * rotor.damping.stiffness_proportional;
-    all.damping = all.structural_damping.clone();
     for disc in &shaft.discs {
-        let base = 4 * disc.node;
-        for (offset, value) in [(0, disc.mass), (1, disc.mass), (2, disc.transverse_inertia), (3, disc.transverse_inertia)] {
-            all.mass[(base + offset, base + offset)] += value;
+        for first in all.plane_places(disc.node) {
+            all.mass[(first, first)] += disc.mass;
+            all.mass[(first + 1, first + 1)] += disc.transverse_inertia;
         }
         all.twist_mass[(disc.node, disc.node)] += disc.polar_inertia;
         all.axial_mass[(disc.node, disc.node)] += disc.mass;
-        all.gyro.push(GyroSite::Disc { node: disc.node, polar_inertia: disc.polar_inertia });
+        all.gyro.push(GyroSite::disc(disc.node, shaft.nodes.len(), disc.polar_inertia));
     }
+    all.damping = &all.mass * rotor.damping.mass_proportional + &all.stiffness * rotor.damping.stiffness_proportional;
     all
 }

@@ -14,36 +14,62 @@
 
 use crate::linalg::Matrix;
 
-/// One place with polar inertia.
+/// One place with polar inertia. `xz` and `yz` are the places of its freedoms in the lateral vector (plane by plane).
 #[derive(Debug, Clone, PartialEq)]
 pub enum GyroSite {
     /// Rigid disc at a node; `H = I_p`.
     Disc {
         /// Node.
         node: usize,
+        /// Place of theta_v.
+        xz: usize,
+        /// Place of theta_u.
+        yz: usize,
         /// Polar inertia [kg m2].
         polar_inertia: f64,
     },
-    /// Shaft element between `node` and `node + 1`; rows of H on `[v1, theta_u1, v2, theta_u2]`, columns on
-    /// `[u1, theta_v1, u2, theta_v2]`; spin rate: mean of its nodes.
+    /// Shaft element between `node` and `node + 1`; rows of H on `[v1, theta_u1, v2, theta_u2]` (from `yz`), columns on
+    /// `[u1, theta_v1, u2, theta_v2]` (from `xz`); spin rate: mean of its nodes.
     Element {
         /// Left node.
         node: usize,
+        /// Place of u1.
+        xz: usize,
+        /// Place of v1.
+        yz: usize,
         /// H with the signs of both planes.
         h: [[f64; 4]; 4],
     },
 }
 
+/// Four neighbouring freedoms of one plane.
+#[inline]
+fn four(x: &[f64], from: usize) -> &[f64; 4] {
+    x[from..from + 4].try_into().expect("an element has four freedoms in a plane")
+}
+
+#[inline]
+fn four_mut(x: &mut [f64], from: usize) -> &mut [f64; 4] {
+    (&mut x[from..from + 4]).try_into().expect("an element has four freedoms in a plane")
+}
+
 impl GyroSite {
     /// Site of a shaft element from its plane matrix: `theta_u = -v,z` turns the sign of the deflection rows.
     #[must_use]
-    pub fn from_plane(node: usize, plane: &nalgebra::Matrix4<f64>) -> Self {
+    pub fn from_plane(node: usize, nodes: usize, plane: &nalgebra::Matrix4<f64>) -> Self {
         let sign = [-1.0, 1.0, -1.0, 1.0];
         let h = std::array::from_fn(|i| std::array::from_fn(|j| sign[i] * plane[(i, j)]));
-        GyroSite::Element { node, h }
+        GyroSite::Element { node, xz: 2 * node, yz: 2 * (nodes + node), h }
+    }
+
+    /// Site of a disc.
+    #[must_use]
+    pub fn disc(node: usize, nodes: usize, polar_inertia: f64) -> Self {
+        GyroSite::Disc { node, xz: 2 * node + 1, yz: 2 * (nodes + node) + 1, polar_inertia }
     }
 
     /// Spin rate of the site from nodal rates of twist [rad/s] (or its derivative from their derivatives).
+    #[inline]
     #[must_use]
     pub fn mean(&self, nodal: &[f64]) -> f64 {
         match *self {
@@ -53,6 +79,7 @@ impl GyroSite {
     }
 
     /// Adds `torque` to the twist rows of the site's nodes.
+    #[inline]
     pub fn spread(&self, torque: f64, nodal: &mut [f64]) {
         match *self {
             GyroSite::Disc { node, .. } => nodal[node] += torque,
@@ -63,43 +90,19 @@ impl GyroSite {
         }
     }
 
-    /// `y -= S x`, x and y lateral nodal vectors.
-    #[inline]
-    pub fn subtract_product(&self, x: &[f64], y: &mut [f64]) {
-        match *self {
-            GyroSite::Disc { node, polar_inertia } => {
-                let base = 4 * node;
-                y[base + 2] -= polar_inertia * x[base + 3];
-                y[base + 3] += polar_inertia * x[base + 2];
-            }
-            GyroSite::Element { node, ref h } => {
-                let x: &[f64; 8] = x[4 * node..4 * node + 8].try_into().expect("an element has two nodes");
-                let y: &mut [f64; 8] = (&mut y[4 * node..4 * node + 8]).try_into().expect("two nodes");
-                for i in 0..4 {
-                    for j in 0..4 {
-                        y[U_SET[i]] -= h[i][j] * x[V_SET[j]];
-                        y[V_SET[j]] += h[i][j] * x[U_SET[i]];
-                    }
-                }
-            }
-        }
-    }
-
-    /// `S x` in the site's own freedoms: an element's eight, a disc's four in the first half.
+    /// `S x` in the site's own freedoms: first those of the YZ set, then those of the XZ set (a disc: places 0 and 4).
     #[inline]
     pub fn local_product(&self, x: &[f64], product: &mut [f64; 8]) {
         match *self {
-            GyroSite::Disc { node, polar_inertia } => {
-                product[2] = polar_inertia * x[4 * node + 3];
-                product[3] = -polar_inertia * x[4 * node + 2];
+            GyroSite::Disc { xz, yz, polar_inertia, .. } => {
+                product[0] = polar_inertia * x[xz];
+                product[4] = -polar_inertia * x[yz];
             }
-            GyroSite::Element { node, ref h } => {
-                let x: &[f64; 8] = x[4 * node..4 * node + 8].try_into().expect("an element has two nodes");
+            GyroSite::Element { xz, yz, ref h, .. } => {
+                let (a, b) = (four(x, xz), four(x, yz));
                 for i in 0..4 {
-                    for j in 0..4 {
-                        product[U_SET[i]] += h[i][j] * x[V_SET[j]];
-                        product[V_SET[j]] -= h[i][j] * x[U_SET[i]];
-                    }
+                    product[i] = h[i][0] * a[0] + h[i][1] * a[1] + h[i][2] * a[2] + h[i][3] * a[3];
+                    product[4 + i] = -(h[0][i] * b[0] + h[1][i] * b[1] + h[2][i] * b[2] + h[3][i] * b[3]);
                 }
             }
         }
@@ -112,22 +115,21 @@ impl GyroSite {
     pub fn apply(&self, spin: f64, spin_dot: f64, v: &[f64], a: &[f64], product: &[f64; 8], force: &mut [f64]) -> f64 {
         let half = 0.5 * spin_dot;
         match *self {
-            GyroSite::Disc { node, polar_inertia } => {
-                let base = 4 * node;
-                force[base + 2] -= spin * polar_inertia * v[base + 3] + half * product[2];
-                force[base + 3] += spin * polar_inertia * v[base + 2] - half * product[3];
-                -0.5 * (a[base + 2] * product[2] + a[base + 3] * product[3])
+            GyroSite::Disc { xz, yz, polar_inertia, .. } => {
+                force[yz] -= spin * polar_inertia * v[xz] + half * product[0];
+                force[xz] += spin * polar_inertia * v[yz] - half * product[4];
+                -0.5 * (a[yz] * product[0] + a[xz] * product[4])
             }
-            GyroSite::Element { node, .. } => {
+            GyroSite::Element { xz, yz, .. } => {
                 let mut local = [0.0; 8];
                 self.local_product(v, &mut local);
-                let span = 4 * node..4 * node + 8;
-                let force: &mut [f64; 8] = (&mut force[span.clone()]).try_into().expect("two nodes");
-                let a: &[f64; 8] = a[span].try_into().expect("two nodes");
                 let mut torque = 0.0;
-                for i in 0..8 {
-                    force[i] -= spin * local[i] + half * product[i];
-                    torque += a[i] * product[i];
+                for (place, from) in [(0, yz), (4, xz)] {
+                    let (force, a) = (four_mut(force, from), four(a, from));
+                    for i in 0..4 {
+                        force[i] -= spin * local[place + i] + half * product[place + i];
+                        torque += a[i] * product[place + i];
+                    }
                 }
                 -0.5 * torque
             }
@@ -138,21 +140,13 @@ impl GyroSite {
     #[inline]
     #[must_use]
     pub fn bilinear(&self, x: &[f64], y: &[f64]) -> f64 {
+        let mut product = [0.0; 8];
+        self.local_product(y, &mut product);
         match *self {
-            GyroSite::Disc { node, polar_inertia } => {
-                let base = 4 * node;
-                polar_inertia * (x[base + 2] * y[base + 3] - x[base + 3] * y[base + 2])
-            }
-            GyroSite::Element { node, ref h } => {
-                let x: &[f64; 8] = x[4 * node..4 * node + 8].try_into().expect("an element has two nodes");
-                let y: &[f64; 8] = y[4 * node..4 * node + 8].try_into().expect("an element has two nodes");
-                let mut sum = 0.0;
-                for i in 0..4 {
-                    for j in 0..4 {
-                        sum += h[i][j] * (x[U_SET[i]] * y[V_SET[j]] - y[U_SET[i]] * x[V_SET[j]]);
-                    }
-                }
-                sum
+            GyroSite::Disc { xz, yz, .. } => x[yz] * product[0] + x[xz] * product[4],
+            GyroSite::Element { xz, yz, .. } => {
+                let (a, b) = (four(x, xz), four(x, yz));
+                (0..4).map(|i| b[i] * product[i] + a[i] * product[4 + i]).sum()
             }
         }
     }
@@ -164,11 +158,11 @@ impl GyroSite {
             dense[(col, row)] -= factor * h;
         };
         match *self {
-            GyroSite::Disc { node, polar_inertia } => add(4 * node + 2, 4 * node + 3, polar_inertia),
-            GyroSite::Element { node, ref h } => {
+            GyroSite::Disc { xz, yz, polar_inertia, .. } => add(yz, xz, polar_inertia),
+            GyroSite::Element { xz, yz, ref h, .. } => {
                 for i in 0..4 {
                     for j in 0..4 {
-                        add(4 * node + U_SET[i], 4 * node + V_SET[j], h[i][j]);
+                        add(yz + i, xz + j, h[i][j]);
                     }
                 }
             }
@@ -176,18 +170,13 @@ impl GyroSite {
     }
 }
 
-/// Places of `[v1, theta_u1, v2, theta_u2]` in the element's eight lateral degrees of freedom.
-const U_SET: [usize; 4] = [1, 2, 5, 6];
-/// Places of `[u1, theta_v1, u2, theta_v2]`.
-const V_SET: [usize; 4] = [0, 3, 4, 7];
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn sites() -> [GyroSite; 2] {
         let plane = nalgebra::Matrix4::from_fn(|i, j| ((i + j) as f64) - 1.3 + (i * j) as f64);
-        [GyroSite::from_plane(0, &plane), GyroSite::Disc { node: 1, polar_inertia: 2.5 }]
+        [GyroSite::from_plane(0, 2, &plane), GyroSite::disc(1, 2, 2.5)]
     }
 
     #[test]
@@ -197,10 +186,6 @@ mod tests {
         for site in sites() {
             assert!(site.bilinear(&x, &x).abs() < 1e-12);
             assert!((site.bilinear(&x, &y) + site.bilinear(&y, &x)).abs() < 1e-12);
-            let mut product = vec![0.0; 8];
-            site.subtract_product(&y, &mut product);
-            let through: f64 = -x.iter().zip(&product).map(|(a, b)| a * b).sum::<f64>();
-            assert!((through - site.bilinear(&x, &y)).abs() < 1e-12);
             let mut dense = Matrix::zeros(8, 8);
             site.add_dense(1.0, &mut dense);
             let direct = (nalgebra::DVector::from_vec(x.clone()).transpose() * &dense * nalgebra::DVector::from_vec(y.clone()))[0];

@@ -1,6 +1,6 @@
 //! Generalised coordinates of a part: its nodal degrees of freedom themselves, or amplitudes of modes.
 
-use crate::linalg::{Matrix, axpy, column_of, mul_transposed_vec, mul_vec};
+use crate::linalg::{Matrix, axpy, column_of, dot};
 
 /// The map between coordinates q and nodal degrees of freedom x: `x = Phi q`, forces `Phi^T f`.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,6 +14,8 @@ struct Modes {
     shapes: Matrix,
     /// Phi^T: the column of a nodal degree of freedom is contiguous.
     transposed: Matrix,
+    /// First and last-but-one nonzero row of each mode: a mode of one plane skips the other.
+    spans: Vec<(usize, usize)>,
 }
 
 impl Coordinates {
@@ -28,7 +30,11 @@ impl Coordinates {
     pub fn modal(shapes: &Matrix) -> Self {
         Self {
             nodal_size: shapes.nrows(),
-            modes: Some(Modes { shapes: shapes.clone(), transposed: shapes.transpose() }),
+            modes: Some(Modes {
+                shapes: shapes.clone(),
+                transposed: shapes.transpose(),
+                spans: (0..shapes.ncols()).map(|j| span(column_of(shapes, j))).collect(),
+            }),
         }
     }
 
@@ -54,7 +60,13 @@ impl Coordinates {
     pub fn expand(&self, q: &[f64], x: &mut [f64]) {
         match &self.modes {
             None => x.copy_from_slice(q),
-            Some(modes) => mul_vec(&modes.shapes, q, x),
+            Some(modes) => {
+                x.fill(0.0);
+                for (j, &amplitude) in q.iter().enumerate() {
+                    let (from, to) = modes.spans[j];
+                    axpy(amplitude, &column_of(&modes.shapes, j)[from..to], &mut x[from..to]);
+                }
+            }
         }
     }
 
@@ -75,7 +87,12 @@ impl Coordinates {
     pub fn project(&self, f: &[f64], f_q: &mut [f64]) {
         match &self.modes {
             None => f_q.copy_from_slice(f),
-            Some(modes) => mul_transposed_vec(&modes.shapes, f, f_q),
+            Some(modes) => {
+                for (j, sum) in f_q.iter_mut().enumerate() {
+                    let (from, to) = modes.spans[j];
+                    *sum = dot(&column_of(&modes.shapes, j)[from..to], &f[from..to]);
+                }
+            }
         }
     }
 
@@ -94,6 +111,12 @@ impl Coordinates {
         self.add_row(dof, 1.0, &mut row);
         row
     }
+}
+
+fn span(column: &[f64]) -> (usize, usize) {
+    let from = column.iter().position(|&value| value != 0.0).unwrap_or(0);
+    let to = column.iter().rposition(|&value| value != 0.0).map_or(0, |last| last + 1);
+    (from, to.max(from))
 }
 
 #[cfg(test)]

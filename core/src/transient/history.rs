@@ -11,7 +11,7 @@ pub struct Frame<'a> {
     pub angle: f64,
     /// Mean spin [rad/s].
     pub speed: f64,
-    /// Lateral nodal displacements `[u, v, theta_u, theta_v]` per node (two per node for a point mass) [m, rad].
+    /// Lateral nodal displacements [m, rad]; places by [`crate::rotor::RotorMatrices::u`] and its siblings.
     pub displacement: &'a [f64],
     /// Lateral nodal velocities.
     pub velocity: &'a [f64],

@@ -93,8 +93,8 @@ impl Ledger {
         let (ring_kinetic, ring_strain) = rub.map_or((0.0, 0.0), Rub::ring_energies);
         let spring = rub.map_or(0.0, |rub| {
             let x = line.place(rub.node);
-            let base = rub.node * line.rotor.stride;
-            let next = [x[0] + line.d_nodal[base], x[1] + line.d_nodal[base + 1]];
+            let dx = line.rotor.at(rub.node, &line.d_nodal);
+            let next = [x[0] + dx[0], x[1] + dx[1]];
             0.5 * (rub.spring_energy(rub.local(x)) + rub.spring_energy(rub.local(next)))
         });
         self.now.kinetic =

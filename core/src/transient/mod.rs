@@ -72,7 +72,8 @@ struct Run<'a> {
     /// Increments of the step, and those of the step before (for the first guess).
     d: Vec<f64>,
     d_twist: Vec<f64>,
-    before: Vec<f64>,
+    before: [Vec<f64>; 2],
+    twist_before: Vec<f64>,
     next: Vec<f64>,
     next_twist: Vec<f64>,
     size: f64,
@@ -116,7 +117,8 @@ impl<'a> Run<'a> {
             iterations: 0,
             d: line.lateral.previous.clone(),
             d_twist: line.twist.previous.clone(),
-            before: line.lateral.previous.clone(),
+            before: [line.lateral.previous.clone(), line.lateral.previous.clone()],
+            twist_before: line.twist.previous.clone(),
             next: zeros,
             next_twist: twist,
             size,
@@ -149,7 +151,9 @@ impl<'a> Run<'a> {
         if observer.wants(self.step, self.time) {
             self.show(contact.as_ref(), observer);
         }
-        self.before.copy_from_slice(&self.line.lateral.previous);
+        self.before.swap(0, 1);
+        self.before[0].copy_from_slice(&self.line.lateral.previous);
+        self.twist_before.copy_from_slice(&self.line.twist.previous);
         self.line.advance(&self.d, &self.d_twist);
         if let Some(rub) = &mut self.rub {
             rub.advance();
@@ -169,27 +173,33 @@ impl<'a> Run<'a> {
         Ok(self.ended(spin))
     }
 
-    /// Increments without contact, converged.
+    /// Increments without contact, converged: the remaining error, from the measured contraction, is below tolerance.
     fn predict(&mut self) -> Result<(), Cause> {
-        // extrapolated from the last two steps
+        // extrapolated from the last three steps
         for i in 0..self.d.len() {
-            let last = self.line.lateral.previous[i];
-            self.d[i] = 2.0 * last - self.before[i];
+            let (last, before, first) = (self.line.lateral.previous[i], self.before[0][i], self.before[1][i]);
+            self.d[i] = 3.0 * (last - before) + first;
         }
-        self.d_twist.copy_from_slice(&self.line.twist.previous);
+        for i in 0..self.d_twist.len() {
+            self.d_twist[i] = 2.0 * self.line.twist.previous[i] - self.twist_before[i];
+        }
+        let mut last_change = None;
         for _ in 0..ITERATIONS {
             self.iterations += 1;
             self.line.respond(self.time, &self.d, &self.d_twist, &mut self.next, &mut self.next_twist);
-            let (change, twist) = (distance(&self.next, &self.d), distance(&self.next_twist, &self.d_twist));
             let (scale, twist_scale) = (norm(&self.next), norm(&self.next_twist));
+            let change = (distance(&self.next, &self.d) / (scale + f64::MIN_POSITIVE))
+                .max(distance(&self.next_twist, &self.d_twist) / (twist_scale + f64::MIN_POSITIVE));
             std::mem::swap(&mut self.d, &mut self.next);
             std::mem::swap(&mut self.d_twist, &mut self.next_twist);
-            if change <= TOLERANCE * scale + f64::MIN_POSITIVE && twist <= TOLERANCE * twist_scale + f64::MIN_POSITIVE {
+            let contraction = last_change.map_or(1.0, |last: f64| (change / last).min(1.0));
+            if change * contraction <= TOLERANCE {
                 return Ok(());
             }
             if !(scale.is_finite() && twist_scale.is_finite()) {
                 return Err(Cause::NonFinite);
             }
+            last_change = Some(change);
         }
         Err(Cause::Diverged)
     }

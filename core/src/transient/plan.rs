@@ -110,15 +110,14 @@ fn lateral_limit(machine: &Machine, structure: &Structure) -> Result<f64, PlanEr
     }
     let part = &structure.lateral;
     let (mut mass, mut stiffness): (Matrix, Matrix) = (part.mass.clone(), part.stiffness.clone());
-    let stride = structure.rotor.stride;
     for site in machine.rotor.unbalances.iter().map(UnbalanceSite::new) {
-        for dof in 0..2 {
-            add_outer(&mut mass, site.mass, &part.coordinates.row(site.node * stride + dof));
+        for dof in structure.rotor.plane_places(site.node) {
+            add_outer(&mut mass, site.mass, &part.coordinates.row(dof));
         }
     }
     for (node, spring) in springs {
-        for dof in 0..2 {
-            add_outer(&mut stiffness, spring, &part.coordinates.row(node * stride + dof));
+        for dof in structure.rotor.plane_places(node) {
+            add_outer(&mut stiffness, spring, &part.coordinates.row(dof));
         }
     }
     let (values, _) = symmetric_generalised(&stiffness, &mass, "the rotor with its unbalances")?;

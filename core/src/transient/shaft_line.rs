@@ -79,8 +79,7 @@ impl<'a> ShaftLine<'a> {
         let gravity = machine.rotor.gravity;
         let mut nodal_weight = rotor.weight(gravity);
         for site in &unbalances {
-            nodal_weight[site.node * rotor.stride] += site.mass * gravity[0];
-            nodal_weight[site.node * rotor.stride + 1] += site.mass * gravity[1];
+            rotor.add_at(site.node, [site.mass * gravity[0], site.mass * gravity[1]], &mut nodal_weight);
         }
         let mut weight = vec![0.0; lateral_map.size()];
         lateral_map.project(&nodal_weight, &mut weight);
@@ -160,10 +159,8 @@ impl<'a> ShaftLine<'a> {
         if self.has_skew {
             self.force.fill(0.0);
             for bearing in &self.rotor.bearings {
-                let base = bearing.node * self.rotor.stride;
-                let skew = bearing.skew_force([self.x[base], self.x[base + 1]]);
-                self.force[base] += skew[0];
-                self.force[base + 1] += skew[1];
+                let skew = bearing.skew_force(self.rotor.at(bearing.node, &self.x));
+                self.rotor.add_at(bearing.node, skew, &mut self.force);
             }
             self.lateral_map.project(&self.force, &mut self.force_q);
             for (sum, weight) in self.force_q.iter_mut().zip(&self.weight) {
@@ -222,8 +219,7 @@ impl<'a> ShaftLine<'a> {
 
     /// Displacement of a node at n.
     pub fn place(&self, node: usize) -> [f64; 2] {
-        let base = node * self.rotor.stride;
-        [self.x[base], self.x[base + 1]]
+        self.rotor.at(node, &self.x)
     }
 
     /// Non-linear nodal forces and torques at increments.
@@ -247,12 +243,10 @@ impl<'a> ShaftLine<'a> {
             site.spread(torque, &mut self.torque);
         }
         for (site, &angle) in self.unbalances.iter().zip(&self.angles) {
-            let base = site.node * self.rotor.stride;
-            let acceleration = [self.a[base], self.a[base + 1]];
+            let acceleration = self.rotor.at(site.node, &self.a);
             let (rate, rate_dot) = (self.v_psi[site.node], self.a_psi[site.node]);
             let force = site.force(angle, rate, rate_dot, acceleration, self.gravity);
-            self.force[base] += force.force[0];
-            self.force[base + 1] += force.force[1];
+            self.rotor.add_at(site.node, force.force, &mut self.force);
             self.torque[site.node] += force.torque;
         }
     }
@@ -283,10 +277,8 @@ impl<'a> ShaftLine<'a> {
             self.forces();
             if self.has_skew {
                 for bearing in &self.rotor.bearings {
-                    let base = bearing.node * self.rotor.stride;
-                    let skew = bearing.skew_force([self.x[base], self.x[base + 1]]);
-                    self.force[base] += skew[0];
-                    self.force[base + 1] += skew[1];
+                    let skew = bearing.skew_force(self.rotor.at(bearing.node, &self.x));
+                    self.rotor.add_at(bearing.node, skew, &mut self.force);
                 }
             }
             self.lateral_map.project(&self.force, &mut self.force_q);
@@ -367,8 +359,7 @@ impl<'a> ShaftLine<'a> {
 
     /// Displacement and centred velocity of a node at n, after [`ShaftLine::settle`].
     pub fn node(&self, node: usize) -> ([f64; 2], [f64; 2]) {
-        let base = node * self.rotor.stride;
-        ([self.x[base], self.x[base + 1]], [self.v[base], self.v[base + 1]])
+        (self.rotor.at(node, &self.x), self.rotor.at(node, &self.v))
     }
 
     /// Centred nodal velocities at n, after [`ShaftLine::settle`].
@@ -379,7 +370,7 @@ impl<'a> ShaftLine<'a> {
     /// Gyroscopic, unbalance-coupling and gravity energies between n and n+1 [J], after [`ShaftLine::settle`], before
     /// [`ShaftLine::advance`].
     pub fn coupling_energies(&self, d: &[f64]) -> (f64, f64) {
-        let (dt, stride) = (self.dt, self.rotor.stride);
+        let dt = self.dt;
         let mut kinetic = 0.0;
         let middle: Vec<f64> = self.x.iter().zip(&self.d_nodal).map(|(x, dx)| x + 0.5 * dx).collect();
         for site in &self.rotor.gyro {
@@ -392,9 +383,9 @@ impl<'a> ShaftLine<'a> {
             }
         }
         for site in &self.unbalances {
-            let (turn, base) = (self.d_psi[site.node], site.node * stride);
+            let turn = self.d_psi[site.node];
             let angle = libm::sincos(self.phi + self.beta[site.node] + site.phase + 0.5 * turn);
-            let velocity = [self.d_nodal[base] / dt, self.d_nodal[base + 1] / dt];
+            let velocity = self.rotor.at(site.node, &self.d_nodal).map(|step| step / dt);
             kinetic += site.coupling_energy(angle, turn / dt, velocity);
             potential += site.gravity_energy(angle, self.gravity);
         }
@@ -403,8 +394,7 @@ impl<'a> ShaftLine<'a> {
 
     /// Rows of the lateral coordinates for a node's u and v, and of twist for its angle.
     pub fn rows(&self, node: usize) -> ([Vec<f64>; 2], Vec<f64>) {
-        let base = node * self.rotor.stride;
-        ([self.lateral_map.row(base), self.lateral_map.row(base + 1)], self.twist_map.row(node))
+        (self.rotor.plane_places(node).map(|dof| self.lateral_map.row(dof)), self.twist_map.row(node))
     }
 }
 
@@ -412,8 +402,7 @@ impl<'a> ShaftLine<'a> {
 fn masses(structure: &Structure, unbalances: &[UnbalanceSite]) -> (Matrix, Matrix) {
     let (mut lateral, mut twist) = (structure.lateral.mass.clone(), structure.twist.mass.clone());
     for site in unbalances {
-        let base = site.node * structure.rotor.stride;
-        for dof in [base, base + 1] {
+        for dof in structure.rotor.plane_places(site.node) {
             add_outer(&mut lateral, site.mass, &structure.lateral.coordinates.row(dof));
         }
         add_outer(&mut twist, site.mass * site.radius * site.radius, &structure.twist.coordinates.row(site.node));

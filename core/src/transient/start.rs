@@ -36,9 +36,7 @@ pub(crate) fn start(machine: &Machine, structure: &Structure, line: &mut ShaftLi
     if rotor.gravity != [0.0; 2] {
         let mut weight = structure.rotor.weight(rotor.gravity);
         for site in &before {
-            let base = site.node * structure.rotor.stride;
-            weight[base] += site.mass * rotor.gravity[0];
-            weight[base + 1] += site.mass * rotor.gravity[1];
+            structure.rotor.add_at(site.node, rotor.gravity.map(|g| site.mass * g), &mut weight);
         }
         let mut force = vec![0.0; size];
         part.coordinates.project(&weight, &mut force);
@@ -56,16 +54,9 @@ pub(crate) fn start(machine: &Machine, structure: &Structure, line: &mut ShaftLi
         }
     }
 
-    let uniform = |[x, y]: [f64; 2]| -> Vec<f64> {
-        let mut field = vec![0.0; structure.rotor.lateral_size()];
-        for node in field.chunks_exact_mut(structure.rotor.stride) {
-            (node[0], node[1]) = (x, y);
-        }
-        field
-    };
     for (state, disturbance) in [(&mut q, rotor.initial.displacement), (&mut v, rotor.initial.velocity)] {
         if disturbance != [0.0; 2] {
-            let added = part.coordinates_of(&structure.rotor.mass, &uniform(disturbance));
+            let added = part.coordinates_of(&structure.rotor.mass, &structure.rotor.uniform(disturbance));
             crate::linalg::axpy(1.0, &added, state);
         }
     }
@@ -98,8 +89,7 @@ fn steady_state(
     let mut mass = part.mass.clone();
     let mut force = Vector::zeros(2 * size);
     for site in before {
-        let base = site.node * structure.rotor.stride;
-        let rows = [part.coordinates.row(base), part.coordinates.row(base + 1)];
+        let rows = structure.rotor.plane_places(site.node).map(|dof| part.coordinates.row(dof));
         for row in &rows {
             super::shaft_line::add_outer(&mut mass, site.mass, row);
         }

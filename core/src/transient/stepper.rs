@@ -61,11 +61,6 @@ impl Stepper {
         })
     }
 
-    /// Whether nothing has ever moved: the increments stay exactly zero without a force.
-    pub fn at_rest(&self) -> bool {
-        self.q.iter().chain(&self.previous).all(|&value| value == 0.0)
-    }
-
     /// Evaluates `f - K q - C d-/dt` for the step from n.
     pub fn prepare(&mut self, force: Option<&[f64]>) {
         match force {

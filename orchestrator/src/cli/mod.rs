@@ -13,7 +13,6 @@ mod paths;
 mod render;
 mod run;
 mod simulate;
-mod worker;
 
 pub use error::CliError;
 pub use exit::{EXIT_CODES, Exit};
@@ -42,13 +41,16 @@ enum Command {
     Paths(paths::Args),
     New(new::Args),
     Export(export::Args),
-    #[command(hide = true)]
-    Worker(worker::Args),
 }
 
 /// Parses the command line, does what it says, gives the exit code.
 #[must_use]
 pub fn main() -> ExitCode {
+    // Its own worker process: started by `run`, not by people, hence not in the help.
+    let mut arguments = std::env::args_os().skip(1);
+    if arguments.next().is_some_and(|first| first == "worker") {
+        return bladeoff_worker::worker_main(arguments);
+    }
     // clap ends the program itself: 0 after --help and --version, 2 after a wrong command line.
     let cli = Cli::parse();
     panic::set_hook(Box::new(|info| {
@@ -67,7 +69,6 @@ fn dispatch(command: Command) -> Exit {
         Command::Paths(args) => paths::main(&args),
         Command::New(args) => new::main(&args),
         Command::Export(args) => export::main(&args),
-        Command::Worker(args) => worker::main(&args),
     };
     result.unwrap_or_else(|error| {
         if !matches!(error, CliError::ReaderLeft) {

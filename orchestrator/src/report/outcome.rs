@@ -73,15 +73,19 @@ pub fn describe_outcome(view: OutcomeView<'_>) -> String {
     line(&mut text, "end", &end);
     text.push('\n');
     for column in view.columns.iter().filter(|column| !OTHERWISE.contains(&column.name.as_str())) {
-        if column.name.ends_with("_at_s") {
+        if column.name.ends_with("_at_s") || column.name.ends_with("_at_rad_s") {
             continue;
         }
         let shown = match view.value(&column.name) {
             None => "-".to_owned(),
             Some(value) => {
-                let at = peak_time(column).and_then(|name| view.value(&name));
-                let at = at.map(|at| format!("  at {}", format_quantity(at, "s"))).unwrap_or_default();
-                format!("{}{at}", format_quantity(value, column.unit))
+                let at = |suffix, unit| {
+                    let at = view.value(&format!("{}_at_{suffix}", label(column)))?;
+                    Some(format_quantity(at, unit))
+                };
+                let time = at("s", "s").map(|time| format!("  at {time}")).unwrap_or_default();
+                let speed = at("rad_s", "rad/s").map(|speed| format!(", {speed}")).unwrap_or_default();
+                format!("{}{time}{speed}", format_quantity(value, column.unit))
             }
         };
         line(&mut text, label(column), &shown);
@@ -96,12 +100,6 @@ const OTHERWISE: [&str; 2] = ["end_time_s", "end_speed_rad_s"];
 fn label(column: &Column) -> &str {
     let unit = column.unit.replace(['/', ' '], if column.unit == "N s" { "" } else { "_" });
     column.name.strip_suffix(&unit).map_or(&*column.name, |name| name.trim_end_matches('_'))
-}
-
-/// Name of the column with the time of a peak.
-fn peak_time(column: &Column) -> Option<String> {
-    column.name.starts_with("max_").then_some(()).or_else(|| column.name.starts_with("residual_").then_some(()))?;
-    Some(format!("{}_at_s", label(column)))
 }
 
 fn status_line(outcome: &Outcome) -> String {

@@ -1,8 +1,12 @@
 //! What the scheduler shows of itself: plain data for progress lines, `status` and events.
 
+use std::collections::VecDeque;
 use std::time::Duration;
 
 use bladeoff_core::outcome::{Cause, Status};
+
+use super::place::State;
+use super::scheduler::Scheduler;
 
 /// The state of a run at one moment.
 #[derive(Debug, Clone, PartialEq)]
@@ -68,4 +72,70 @@ pub enum Activity {
     Leaving,
     /// Died; the next one starts after a pause.
     Gone,
+}
+
+/// Samples per second over the last seconds.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Rate {
+    /// Times and counts, about one a second.
+    points: VecDeque<(Duration, u64)>,
+}
+
+/// Span of the rate, in points.
+const RATE_POINTS: usize = 15;
+
+impl Rate {
+    /// So many samples are done at that time.
+    pub fn note(&mut self, now: Duration, done: u64) {
+        let is_due = self.points.back().is_none_or(|(last, _)| now.saturating_sub(*last) >= Duration::from_secs(1));
+        if is_due {
+            self.points.push_back((now, done));
+            if self.points.len() > RATE_POINTS {
+                self.points.pop_front();
+            }
+        }
+    }
+
+    fn per_second(&self, now: Duration, done: u64) -> f64 {
+        let Some(&(since, before)) = self.points.front() else { return 0.0 };
+        let span = now.saturating_sub(since).as_secs_f64();
+        if span > 0.0 { done.saturating_sub(before) as f64 / span } else { 0.0 }
+    }
+}
+
+impl Scheduler {
+    /// What the run looks like.
+    #[must_use]
+    pub fn snapshot(&self, now: Duration) -> Snapshot {
+        let attended = self.clock.now();
+        let workers = self.places.iter().filter(|place| !matches!(place.state, State::Closed)).map(|place| {
+            let current = place.work().and_then(|work| work.current);
+            WorkerView {
+                worker: place.worker.0,
+                pid: place.pid,
+                activity: match &place.state {
+                    State::Starting { .. } => Activity::Starting,
+                    State::Idle => Activity::Idle,
+                    State::Busy(work) => {
+                        Activity::Busy { sample: current.map(|(sample, _)| sample), left: work.left.len() }
+                    }
+                    State::Leaving { .. } => Activity::Leaving,
+                    State::Gone { .. } | State::Closed => Activity::Gone,
+                },
+                stale: place.lives() && attended.saturating_sub(place.heard) >= self.settings.stale_after,
+                since: attended.saturating_sub(current.map_or(place.since, |(_, since)| since)),
+            }
+        });
+        Snapshot {
+            elapsed: now,
+            total: self.total,
+            done: self.done,
+            by_status: self.by_status,
+            by_cause: self.by_cause,
+            rate: self.rate.per_second(now, self.done),
+            worker_deaths: self.worker_deaths,
+            dropped_messages: self.dropped,
+            workers: workers.collect(),
+        }
+    }
 }

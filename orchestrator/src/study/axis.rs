@@ -34,6 +34,15 @@ impl Varied {
         matches!(self.values.at(0), ParamValue::Choice(_))
     }
 
+    /// The words it may be, where its values are words.
+    #[must_use]
+    pub fn words(&self) -> Option<&'static [&'static str]> {
+        match self.info.kind {
+            PathKind::Choice(words) | PathKind::NumberOrChoice(words) if self.has_words() => Some(words),
+            _ => None,
+        }
+    }
+
     /// Whether it is the contact detection, whose column has a name of its own.
     #[must_use]
     pub fn is_detection(&self) -> bool {

@@ -8,6 +8,7 @@ use super::vary::{PathTable, read_vary};
 use super::{Axis, STUDY_SCHEMA, Study, StudyError};
 use bladeoff_core::document::{Collector, Entry, MAX_FILE_BYTES, Node, Problems, Value, parse_toml};
 use bladeoff_core::machine::{MachineDef, ParamValue, PathInfo};
+use bladeoff_protocol::messages::MAX_PARAMS;
 use std::path::Path;
 
 /// Largest points file.
@@ -73,6 +74,11 @@ impl Loader<'_> {
             axes.extend(read_vary(entry, &paths, &mut self.problems));
         }
         paths.refuse_repeated(&mut self.problems);
+        let varied: usize = axes.iter().map(|axis| axis.varied.len()).sum();
+        if varied > MAX_PARAMS {
+            let message = format!("{varied} parameters vary");
+            self.problems.add(keys.span(), "vary", message).allowed = Some(format!("at most {MAX_PARAMS}"));
+        }
         let mut machine = machine?;
         for (info, value) in &fixed {
             machine.def.set(info, value).expect("type and range were checked when the value was read");

@@ -3,8 +3,10 @@
 use super::axis::show;
 use super::{Study, StudyError, Varied};
 use crate::design::Design;
+use crate::dispatch;
 use crate::results::{Field, Value};
 use bladeoff_core::machine::{MachineDef, ParamValue};
+use bladeoff_worker::plan::{Varied as PlanVaried, WorkPlan};
 
 /// A study and the part of it that is to be computed.
 #[derive(Debug, Clone)]
@@ -87,6 +89,23 @@ impl Samples {
         shown.collect::<Vec<_>>().join(", ")
     }
 
+    /// The plan that workers read: machine, overrides, what varies, basis.
+    #[must_use]
+    pub fn plan(&self, basis: Option<Vec<u8>>) -> WorkPlan {
+        let study = &self.study;
+        let varied = self.parameters().map(|varied| PlanVaried {
+            path: varied.info.path.clone(),
+            choices: varied.words().map(|words| words.iter().map(|word| (*word).to_owned()).collect()),
+        });
+        WorkPlan {
+            machine_file: study.machine_file.clone(),
+            machine_toml: study.machine_text.clone(),
+            fixed: study.fixed.iter().map(|(info, value)| (info.path.clone(), value.clone())).collect(),
+            varied: varied.collect(),
+            basis,
+        }
+    }
+
     /// The columns of the varied parameters; the detection is not among them: it has a column of its own.
     #[must_use]
     pub fn fields(&self) -> Vec<Field> {
@@ -111,5 +130,19 @@ impl Samples {
             ParamValue::Choice(word) if varied.is_detection() => Some(word),
             _ => None,
         })
+    }
+}
+
+impl dispatch::Samples for Samples {
+    fn params(&self, sample: u64, out: &mut Vec<f64>) {
+        let pairs = self.parameters().zip(self.values(sample));
+        out.extend(pairs.map(|(varied, value)| match value {
+            ParamValue::Number(number) => number,
+            ParamValue::Choice(word) => {
+                let words = varied.words().expect("a parameter with a word as value has words");
+                let index = words.iter().position(|known| *known == word).expect("checked when the study was read");
+                index as f64
+            }
+        }));
     }
 }

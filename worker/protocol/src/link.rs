@@ -34,13 +34,15 @@ impl<P: WorkerPort> WorkerLink<P> {
         Self { port, run, worker, outgoing: FromWorkerBlock::empty(), incoming: ToWorkerBlock::empty() }
     }
 
-    /// Sends a message; it gets one answer, and no other may be sent before.
+    /// Sends a message, which is given back; it gets one answer, and no other may be sent before.
     ///
     /// # Errors
     /// See [`LinkError`].
-    pub fn send(&mut self, body: Body) -> Result<(), LinkError> {
-        FromWorker { worker: self.worker, body }.encode(self.run, &mut self.outgoing)?;
-        Ok(self.port.send(&self.outgoing)?)
+    pub fn send(&mut self, body: Body) -> Result<Body, LinkError> {
+        let message = FromWorker { worker: self.worker, body };
+        message.encode(self.run, &mut self.outgoing)?;
+        self.port.send(&self.outgoing)?;
+        Ok(message.body)
     }
 
     /// The answer if it is there.

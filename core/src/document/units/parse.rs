@@ -143,17 +143,28 @@ impl<'a> Decimal<'a> {
         Some(Self { digits, ten })
     }
 
-    /// The powers of ten of literal and unit go through the decimal parser together, which rounds once: "0.36 mm" is
-    /// the double nearest to 0.00036. `None`: not finite, or a number that is not zero became zero.
+    /// Digits, powers of ten and the numerator of the unit go through the decimal parser together, which rounds once:
+    /// "0.36 mm" is the double nearest to 0.00036. `None`: not finite, or a number that is not zero became zero.
     fn in_si(&self, unit: Unit) -> Option<f64> {
-        let literal = format!("{}e{}", self.digits, self.ten.checked_add(i64::from(unit.ten))?);
-        let mut value: f64 = literal.parse().ok()?;
         let zero = !self.digits.bytes().any(|byte| (b'1'..=b'9').contains(&byte));
-        value = value * unit.num as f64 / unit.den as f64;
+        let ten = self.ten.checked_add(i64::from(unit.ten))?;
+        let mut value = match self.whole_times(unit.num) {
+            Some((sign, product, decimals)) => format!("{sign}{product}e{}", ten - decimals).parse().ok()?,
+            None => format!("{}e{ten}", self.digits).parse::<f64>().ok()? * unit.num as f64,
+        };
+        value /= unit.den as f64;
         for _ in 0..unit.pi.unsigned_abs() {
             value = if unit.pi > 0 { value * std::f64::consts::PI } else { value / std::f64::consts::PI };
         }
         (value.is_finite() && (zero || value != 0.0)).then_some(value)
+    }
+
+    /// Sign, the digits as a whole number times `num`, and the number of decimals; `None` if that is too long.
+    fn whole_times(&self, num: u64) -> Option<(&'static str, u128, i64)> {
+        let unsigned = self.digits.trim_start_matches(['+', '-']);
+        let (whole, decimals) = unsigned.split_once('.').unwrap_or((unsigned, ""));
+        let product = format!("{whole}{decimals}").parse::<u128>().ok()?.checked_mul(u128::from(num))?;
+        Some((if self.digits.starts_with('-') { "-" } else { "" }, product, i64::try_from(decimals.len()).ok()?))
     }
 }
 

@@ -1,0 +1,158 @@
+//! `bladeoff modes`: whirl frequencies, critical speeds, ring frequencies.
+
+use super::error::CliError;
+use super::exit::Exit;
+use super::json::{JsonObject, number, quoted};
+use super::machine::{MachineArgs, build};
+use super::output::print;
+use crate::engine;
+use crate::report::{Align, TextTable};
+use bladeoff_core::document::units::{format_digits, parse_bare_or_quantity};
+use bladeoff_core::machine::Machine;
+use bladeoff_core::modal::ModesReport;
+use std::f64::consts::PI;
+use std::fmt::Write;
+
+/// Whirl frequencies and damping, critical speeds, ring frequencies
+///
+/// For each speed the damped lateral modes of the shaft line on its bearings with gyroscopic effect: frequency, damping
+/// ratio (negative: unstable) and sense of whirl. Then the critical speeds (spin = whirl frequency), the free twist and
+/// axial frequencies of the shaft line, and the frequencies of each flexible diaphragm with their nodal diameters.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  bladeoff modes studies/machines/lp_turbine.toml
+  bladeoff modes studies/machines/lp_turbine.toml --speed 0 --speed \"1500 rpm\"
+  bladeoff modes studies/machines/lab_rig.toml --set rotor.bearings.left.stiffness=\"1e6 N/m\" --json")]
+pub struct Args {
+    #[command(flatten)]
+    machine: MachineArgs,
+
+    /// Spin speed, in rad/s or with a unit ("1500 rpm"); may be given several times [default: 0 and the initial speed]
+    #[arg(long = "speed", value_name = "SPEED")]
+    speeds: Vec<String>,
+
+    /// Most modes shown of each kind; JSON has all
+    #[arg(long, value_name = "N", default_value_t = 12)]
+    count: usize,
+
+    /// Print JSON: frequencies in Hz, speeds in rad/s
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the subcommand.
+pub fn main(args: &Args) -> Result<Exit, CliError> {
+    let machine = build(&args.machine.load()?)?;
+    let speeds = speeds(args, &machine)?;
+    let report = engine::modes(&machine, &speeds)?;
+    print(&if args.json { json(&machine, &report) } else { text(&machine, &report, args.count) })?;
+    Ok(Exit::Ok)
+}
+
+fn speeds(args: &Args, machine: &Machine) -> Result<Vec<f64>, CliError> {
+    if args.speeds.is_empty() {
+        let mut speeds = vec![0.0];
+        speeds.extend(Some(machine.rotor.initial_speed).filter(|speed| *speed != 0.0));
+        return Ok(speeds);
+    }
+    let read = |text: &String| {
+        let refused = |message| CliError::Argument {
+            argument: format!("--speed {text}"),
+            message,
+            allowed: Some("a speed >= 0 such as \"1500 rpm\", or a number in rad/s".to_owned()),
+        };
+        let speed = parse_bare_or_quantity(text, "rad/s").map_err(|error| refused(error.to_string()))?;
+        if speed >= 0.0 && speed.is_finite() { Ok(speed) } else { Err(refused("out of range".to_owned())) }
+    };
+    args.speeds.iter().map(read).collect()
+}
+
+fn hertz(frequency: f64) -> f64 {
+    frequency / (2.0 * PI)
+}
+
+fn text(machine: &Machine, report: &ModesReport, count: usize) -> String {
+    let mut text = format!("machine {}\n", machine.name);
+    let shown = |value| format_digits(value, "", 5);
+    for (speed, modes) in &report.speeds {
+        writeln!(text, "\nwhirl at {}{}", format_digits(*speed, "rad/s", 6), more(modes.len(), count)).expect(STRING);
+        let header = [("mode", Align::Right), ("frequency Hz", Align::Right), ("damping ratio", Align::Right), ("whirl", Align::Left)];
+        let mut table = TextTable::new(&header);
+        for (at, mode) in modes.iter().take(count).enumerate() {
+            let frequency = shown(hertz(mode.frequency));
+            table.row(vec![(at + 1).to_string(), frequency, shown(mode.damping_ratio), mode.whirl.word().to_owned()]);
+        }
+        text.push_str(&table.render("  "));
+    }
+    writeln!(text, "\ncritical speeds{}", more(report.critical_speeds.len(), count)).expect(STRING);
+    let header = [("speed rpm", Align::Right), ("Hz", Align::Right), ("damping ratio", Align::Right), ("whirl", Align::Left)];
+    let mut table = TextTable::new(&header);
+    for critical in report.critical_speeds.iter().take(count) {
+        let frequency = hertz(critical.speed);
+        let whirl = critical.whirl.word().to_owned();
+        table.row(vec![shown(frequency * 60.0), shown(frequency), shown(critical.damping_ratio), whirl]);
+    }
+    text.push_str(&table.render("  "));
+    for (name, frequencies) in [("twist, free", &report.twist), ("axial", &report.axial)] {
+        let list: Vec<String> = frequencies.iter().take(count).map(|frequency| shown(hertz(*frequency))).collect();
+        let list = if list.is_empty() { "none".to_owned() } else { list.join(", ") };
+        writeln!(text, "\n{name} Hz{}: {list}", more(frequencies.len(), count)).expect(STRING);
+    }
+    for (name, modes) in &report.rings {
+        writeln!(text, "\ndiaphragm {name}{}", more(modes.len(), count)).expect(STRING);
+        let mut table = TextTable::new(&[("mode", Align::Right), ("frequency Hz", Align::Right), ("nodal diameters", Align::Right)]);
+        for (at, mode) in modes.iter().take(count).enumerate() {
+            table.row(vec![(at + 1).to_string(), shown(hertz(mode.frequency)), mode.nodal_diameters.to_string()]);
+        }
+        text.push_str(&table.render("  "));
+    }
+    text
+}
+
+const STRING: &str = "writing to a String cannot fail";
+
+fn more(all: usize, count: usize) -> String {
+    if all > count { format!(" (the first {count} of {all})") } else { String::new() }
+}
+
+fn json(machine: &Machine, report: &ModesReport) -> String {
+    let list = |items: Vec<String>| format!("[{}]", items.join(", "));
+    let mut object = JsonObject::default();
+    object.word("machine", Some(&machine.name));
+    let speeds = report.speeds.iter().map(|(speed, modes)| {
+        let modes = modes.iter().map(|mode| {
+            format!(
+                "\n      {{\"frequency_Hz\": {}, \"damping_ratio\": {}, \"whirl\": {}}}",
+                number(hertz(mode.frequency)),
+                number(mode.damping_ratio),
+                quoted(mode.whirl.word())
+            )
+        });
+        format!("\n    {{\"speed_rad_s\": {}, \"modes\": {}}}", number(*speed), list(modes.collect()))
+    });
+    object.raw("whirl", &list(speeds.collect()));
+    let critical = report.critical_speeds.iter().map(|critical| {
+        format!(
+            "\n    {{\"speed_rad_s\": {}, \"damping_ratio\": {}, \"whirl\": {}}}",
+            number(critical.speed),
+            number(critical.damping_ratio),
+            quoted(critical.whirl.word())
+        )
+    });
+    object.raw("critical_speeds", &list(critical.collect()));
+    let frequencies = |all: &[f64]| list(all.iter().map(|frequency| number(hertz(*frequency))).collect());
+    object.raw("twist_Hz", &frequencies(&report.twist));
+    object.raw("axial_Hz", &frequencies(&report.axial));
+    let rings = report.rings.iter().map(|(name, modes)| {
+        let modes = modes.iter().map(|mode| {
+            format!(
+                "\n      {{\"frequency_Hz\": {}, \"nodal_diameters\": {}}}",
+                number(hertz(mode.frequency)),
+                mode.nodal_diameters
+            )
+        });
+        format!("\n    {{\"diaphragm\": {}, \"modes\": {}}}", quoted(name), list(modes.collect()))
+    });
+    object.raw("rings", &list(rings.collect()));
+    object.finish()
+}

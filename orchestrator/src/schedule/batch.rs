@@ -1,0 +1,65 @@
+//! How many samples a worker gets at once.
+
+use std::time::Duration;
+
+/// Computing time of a batch aimed at: long against the cost of a message, short against a second.
+pub const BATCH_TARGET: Duration = Duration::from_millis(75);
+/// Weight of the newest batch in the measured cost.
+const NEWEST: f64 = 0.3;
+/// A batch is at most so many times as long as the one measured before.
+const GROWTH: usize = 4;
+
+/// Measures what samples cost and sizes the next batch by it.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct BatchSize {
+    /// Seconds per sample.
+    cost: Option<f64>,
+    measured: usize,
+}
+
+impl BatchSize {
+    /// A batch of `size` samples took so long.
+    pub fn measured(&mut self, size: usize, took: Duration) {
+        let cost = took.as_secs_f64() / size.max(1) as f64;
+        self.cost = Some(self.cost.map_or(cost, |old| old + NEWEST * (cost - old)));
+        self.measured = size;
+    }
+
+    /// Size of the next batch: at least 1, at most `most`, and no more than a fair half of what is left.
+    pub fn next(&self, most: usize, left: u64, workers: usize) -> usize {
+        let Some(cost) = self.cost else { return 1 };
+        let wanted = BATCH_TARGET.as_secs_f64() / cost.max(1e-9);
+        let fair = left.div_ceil(2 * workers.max(1) as u64);
+        let most = most.min(self.measured.saturating_mul(GROWTH)).min(usize::try_from(fair).unwrap_or(usize::MAX));
+        (wanted as usize).clamp(1, most.max(1))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn short_samples_are_batched_step_by_step_and_long_ones_are_not() {
+        let mut size = BatchSize::default();
+        assert_eq!(size.next(256, 1_000_000, 2), 1);
+        let mut seen = Vec::new();
+        for _ in 0..5 {
+            let n = size.next(256, 1_000_000, 2);
+            seen.push(n);
+            size.measured(n, Duration::from_micros(10) * n as u32);
+        }
+        assert_eq!(seen, [1, 4, 16, 64, 256]);
+        size.measured(1, Duration::from_secs(30));
+        assert_eq!(size.next(256, 1_000_000, 2), 1);
+    }
+
+    #[test]
+    fn the_rest_is_shared_out_evenly() {
+        let mut size = BatchSize::default();
+        size.measured(64, Duration::from_micros(64));
+        assert_eq!(size.next(256, 8, 2), 2);
+        assert_eq!(size.next(256, 1, 2), 1);
+        assert_eq!(size.next(256, 0, 2), 1);
+    }
+}

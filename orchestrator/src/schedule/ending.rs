@@ -1,0 +1,91 @@
+//! The end of a run: all samples done, a signal, a budget.
+
+use std::time::Duration;
+
+use super::place::{Effect, KillReason, State};
+use super::scheduler::Scheduler;
+
+/// Time for a worker that was told to stop.
+const FAREWELL: Duration = Duration::from_secs(5);
+
+impl Scheduler {
+    /// The run is to end before it is complete. What is in work may finish within the grace; a second call ends it at once.
+    pub fn on_stop(&mut self, now: Duration, effects: &mut Vec<Effect>) {
+        let now = self.clock.advance(now);
+        if self.ending.is_some() {
+            return self.end_now(effects);
+        }
+        self.begin_ending(now + self.settings.grace, effects);
+    }
+
+    /// Ends the run: no worker is started or given work any more, and what lives is killed.
+    pub(super) fn end_now(&mut self, effects: &mut Vec<Effect>) {
+        self.ending = Some(Duration::ZERO);
+        self.close_gone();
+        (0..self.places.len()).for_each(|at| self.kill(at, KillReason::Ending, effects));
+    }
+
+    fn begin_ending(&mut self, deadline: Duration, effects: &mut Vec<Effect>) {
+        self.ending = Some(deadline);
+        self.close_gone();
+        for at in 0..self.places.len() {
+            match self.places[at].state {
+                State::Idle => self.tell_to_stop(at, effects),
+                State::Starting { .. } => self.kill(at, KillReason::Ending, effects),
+                _ => {}
+            }
+        }
+    }
+
+    /// Places whose worker has died stay empty.
+    pub(super) fn close_gone(&mut self) {
+        for place in &mut self.places {
+            if matches!(place.state, State::Gone { .. }) {
+                place.state = State::Closed;
+            }
+        }
+    }
+
+    /// Answers a worker's open request with the order to stop.
+    pub(super) fn tell_to_stop(&mut self, at: usize, effects: &mut Vec<Effect>) {
+        let now = self.clock.now();
+        let place = &mut self.places[at];
+        let work = match std::mem::replace(&mut place.state, State::Idle) {
+            State::Busy(work) => Some(work),
+            _ => None,
+        };
+        place.enter(State::Leaving { work }, now);
+        effects.push(Effect::Stop(place.worker));
+    }
+
+    /// After the last sample nobody is needed.
+    pub(super) fn end_if_complete(&mut self, effects: &mut Vec<Effect>) {
+        if self.is_complete() && self.ending.is_none() {
+            self.begin_ending(self.clock.now() + FAREWELL, effects);
+        }
+    }
+
+    /// Stops a run with too many failures.
+    pub(super) fn check_failures(&mut self, effects: &mut Vec<Effect>) {
+        let is_too_many = self.settings.max_failures.is_some_and(|most| self.failures() > most);
+        if is_too_many && self.ending.is_none() {
+            self.begin_ending(self.clock.now() + self.settings.grace, effects);
+        }
+    }
+
+    /// Kills what has not left in time.
+    pub(super) fn check_ending(&mut self, effects: &mut Vec<Effect>) {
+        let now = self.clock.now();
+        let Some(deadline) = self.ending else { return };
+        for at in 0..self.places.len() {
+            let place = &self.places[at];
+            let is_late = match place.state {
+                State::Leaving { .. } => now >= deadline.max(place.since + FAREWELL),
+                _ => now >= deadline,
+            };
+            if is_late {
+                self.kill(at, KillReason::Ending, effects);
+            }
+        }
+    }
+}

@@ -1,0 +1,215 @@
+//! The lives of workers: start, signs of life, death, replacement.
+
+use std::time::Duration;
+
+use bladeoff_core::outcome::{Cause, Status};
+use bladeoff_protocol::beat::Beat;
+use bladeoff_protocol::messages::{BatchId, WorkerId};
+
+use super::place::{Death, Effect, KillReason, Place, State};
+use super::scheduler::Scheduler;
+
+/// How long heartbeats may say that a worker waits while a batch of it is open. An answer takes microseconds.
+const LOST_AFTER: Duration = Duration::from_secs(10);
+/// Pause before the second replacement in a row; doubled with every further one.
+const FIRST_PAUSE: Duration = Duration::from_millis(100);
+const LONGEST_PAUSE: Duration = Duration::from_secs(5);
+/// Workers in a row that die before they ask, at least, before the run is given up.
+const FAILED_STARTS: u32 = 4;
+
+impl Scheduler {
+    /// The run begins: as many workers as there is use for.
+    pub fn start(&mut self, now: Duration, effects: &mut Vec<Effect>) {
+        let now = self.clock.advance(now);
+        let useful = usize::try_from(self.total).unwrap_or(usize::MAX);
+        for _ in 0..self.settings.workers.min(useful) {
+            let worker = self.new_worker();
+            let state = State::Starting { greeted: false };
+            let place = Place { worker, pid: None, state, since: now, heard: now, killed: None, deaths: 0 };
+            self.places.push(place);
+            effects.push(Effect::Spawn(worker));
+        }
+    }
+
+    fn new_worker(&mut self) -> WorkerId {
+        self.next_worker += 1;
+        WorkerId(self.next_worker)
+    }
+
+    /// A worker's process was started.
+    pub fn on_spawned(&mut self, now: Duration, worker: WorkerId, pid: u32) {
+        let now = self.clock.advance(now);
+        if let Some(at) = self.place_of(worker) {
+            self.places[at].pid = Some(pid);
+            self.places[at].heard = now;
+        }
+    }
+
+    /// A worker has connected and says who it is. Returns whether it is answered; if not, it is nobody we started.
+    pub fn on_hello(&mut self, now: Duration, worker: WorkerId, pid: u32, effects: &mut Vec<Effect>) -> bool {
+        let now = self.clock.advance(now);
+        let found = self.place_of(worker).filter(|&at| self.places[at].pid == Some(pid));
+        let Some(at) = found else {
+            self.dropped += 1;
+            return false;
+        };
+        self.places[at].heard = now;
+        match &mut self.places[at].state {
+            State::Starting { greeted } if !*greeted => {
+                *greeted = true;
+                effects.push(Effect::Continue(worker));
+                true
+            }
+            _ => {
+                self.dropped += 1;
+                false
+            }
+        }
+    }
+
+    /// A heartbeat.
+    pub fn on_beat(&mut self, now: Duration, worker: WorkerId, beat: Beat) {
+        let now = self.clock.advance(now);
+        let Some(at) = self.place_of(worker) else { return };
+        let place = &mut self.places[at];
+        place.heard = now;
+        let State::Busy(work) = &mut place.state else { return };
+        let waits = beat.batch == BatchId(0) && beat.sample.is_none();
+        work.waiting = if waits { work.waiting.or(Some(now)) } else { None };
+        // What it says of another batch is old; what it says of a sample that is not its own is a lie.
+        let sample = beat.sample.filter(|sample| beat.batch == work.batch && work.left.contains(sample));
+        if work.current.map(|(sample, _)| sample) != sample {
+            work.current = sample.map(|sample| (sample, now));
+        }
+    }
+
+    /// A worker's process has ended, and everything it sent has been given to [`Scheduler::on_report`].
+    pub fn on_exit(&mut self, now: Duration, worker: WorkerId, death: Death, effects: &mut Vec<Effect>) {
+        let now = self.clock.advance(now);
+        let Some(at) = self.place_of(worker) else { return };
+        let state = std::mem::replace(&mut self.places[at].state, State::Closed);
+        let killed = self.places[at].killed;
+        let was_starting = matches!(state, State::Starting { .. });
+        let was_leaving = matches!(state, State::Leaving { .. }) && killed.is_none_or(|why| why == KillReason::Ending);
+        if let State::Busy(work) | State::Leaving { work: Some(work) } = state {
+            let was_alone = work.size == 1;
+            let is_to_blame = was_alone && !was_leaving && killed != Some(KillReason::Lost);
+            for sample in work.left {
+                self.send_back(sample);
+                if is_to_blame {
+                    let cause = match killed {
+                        Some(KillReason::TimeLimit) => Cause::TimeLimit,
+                        _ if death.out_of_memory => Cause::OutOfMemory,
+                        _ => Cause::WorkerKilled,
+                    };
+                    self.blame(sample, cause, worker, effects);
+                }
+            }
+        }
+        if !was_leaving {
+            self.worker_deaths += 1;
+            let place = &mut self.places[at];
+            let pause = match place.deaths {
+                0 => Duration::ZERO,
+                n => FIRST_PAUSE.saturating_mul(1 << (n - 1).min(16)).min(LONGEST_PAUSE),
+            };
+            place.deaths += 1;
+            place.enter(State::Gone { due: now + pause }, now);
+        }
+        if was_starting {
+            self.failed_starts += 1;
+            let too_many = FAILED_STARTS.max(2 * self.places.len() as u32);
+            if self.failed_starts >= too_many && !self.has_given_up {
+                self.has_given_up = true;
+                effects.push(Effect::GiveUp { deaths: self.failed_starts });
+                self.end_now(effects);
+            }
+        }
+        if self.ending.is_some() {
+            self.close_gone();
+        }
+        self.check_failures(effects);
+        self.end_if_complete(effects);
+        self.replace_dead(effects);
+        self.give_work_to_all(effects);
+    }
+
+    /// A death counts against a sample that was alone with its worker.
+    fn blame(&mut self, sample: u64, cause: Cause, worker: WorkerId, effects: &mut Vec<Effect>) {
+        let trouble = self.troubles.entry(sample).or_default();
+        trouble.deaths += 1;
+        if trouble.deaths < self.settings.crash_limit.max(1) {
+            return;
+        }
+        let attempt = trouble.attempts;
+        self.troubles.remove(&sample);
+        self.retry.retain(|&waiting| waiting != sample);
+        self.count_words(Status::Quarantined, Some(cause));
+        effects.push(Effect::Quarantine { sample, cause, worker, attempt });
+    }
+
+    /// Time passes; called several times a second.
+    pub fn on_tick(&mut self, now: Duration, effects: &mut Vec<Effect>) {
+        self.rate.note(now, self.done);
+        let now = self.clock.advance(now);
+        for at in 0..self.places.len() {
+            let place = &self.places[at];
+            if !place.lives() || place.killed.is_some() {
+                continue;
+            }
+            let silent = now.saturating_sub(place.heard);
+            let why = match &place.state {
+                _ if silent >= self.settings.replace_after => Some(KillReason::Silent),
+                State::Busy(work) => {
+                    let passed = |since: Option<Duration>, limit| {
+                        since.is_some_and(|since| now.saturating_sub(since) >= limit)
+                    };
+                    if self.settings.time_limit.is_some_and(|limit| passed(work.current.map(|(_, t)| t), limit)) {
+                        Some(KillReason::TimeLimit)
+                    } else if passed(work.waiting, LOST_AFTER) {
+                        Some(KillReason::Lost)
+                    } else {
+                        None
+                    }
+                }
+                // It greeted and fell silent in between, by heartbeats alive: a message was lost.
+                State::Starting { .. } if now.saturating_sub(place.since) >= self.settings.replace_after => {
+                    Some(KillReason::Lost)
+                }
+                _ => None,
+            };
+            if let Some(why) = why {
+                self.kill(at, why, effects);
+            }
+        }
+        self.check_ending(effects);
+        self.replace_dead(effects);
+        self.give_work_to_all(effects);
+    }
+
+    pub(super) fn kill(&mut self, at: usize, why: KillReason, effects: &mut Vec<Effect>) {
+        let place = &mut self.places[at];
+        if place.lives() && place.killed.is_none() {
+            place.killed = Some(why);
+            effects.push(Effect::Kill { worker: place.worker, why });
+        }
+    }
+
+    /// Starts the workers that are due.
+    fn replace_dead(&mut self, effects: &mut Vec<Effect>) {
+        let now = self.clock.now();
+        if self.ending.is_some() {
+            return;
+        }
+        for at in 0..self.places.len() {
+            if !matches!(self.places[at].state, State::Gone { due } if due <= now) {
+                continue;
+            }
+            let worker = self.new_worker();
+            let place = &mut self.places[at];
+            *place = Place { worker, pid: None, heard: now, killed: None, ..place.clone() };
+            place.enter(State::Starting { greeted: false }, now);
+            effects.push(Effect::Spawn(worker));
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! The solver of the product: a sample's parameters into the machine, the machine through the core.
+
+use bladeoff_core::document::Problems;
+use bladeoff_core::machine::{MachineDef, ParamValue, PathError, PathInfo, ValueError};
+use bladeoff_core::modal::{Basis, BasisError};
+use bladeoff_core::outcome::{Cause, CauseSet, EndCause, Outcome, Status};
+use bladeoff_core::structure::Structure;
+use bladeoff_core::transient::{self, NoHistory, PlanError};
+
+use crate::plan::WorkPlan;
+use crate::serve::Solver;
+
+/// Computes samples of a plan.
+pub struct CoreSolver {
+    def: MachineDef,
+    varied: Vec<Parameter>,
+    basis: Option<Basis>,
+    /// Of the last sample; most samples of a study share it.
+    structure: Option<Structure>,
+}
+
+struct Parameter {
+    path: PathInfo,
+    choices: Option<Vec<String>>,
+}
+
+/// Why a plan or a sample of it cannot be computed. A study is checked before it runs, so this is a fault of ours or a
+/// plan that was not made by `bladeoff run`.
+#[derive(Debug, thiserror::Error)]
+pub enum SolverError {
+    /// The machine file, or the machine that the parameters make of it.
+    #[error("{0}")]
+    Machine(Problems),
+    /// A path of the plan.
+    #[error("{0}")]
+    Path(PathError),
+    /// A value.
+    #[error("{0}")]
+    Value(ValueError),
+    /// The basis, or the model built with it.
+    #[error("{0}")]
+    Basis(BasisError),
+    /// A run that cannot be started.
+    #[error("{0}")]
+    Start(PlanError),
+    /// Other than the plan's number of parameters.
+    #[error("{found} parameters, the plan has {expected}")]
+    Count {
+        /// In the sample.
+        found: usize,
+        /// In the plan.
+        expected: usize,
+    },
+    /// A number that is no index into the choices.
+    #[error("{path}: {value} is not a number from 0 to {last}")]
+    Choice {
+        /// The parameter.
+        path: String,
+        /// The number.
+        value: f64,
+        /// Largest index.
+        last: usize,
+    },
+}
+
+impl CoreSolver {
+    /// A solver for a plan.
+    ///
+    /// # Errors
+    /// What is wrong with the plan.
+    pub fn new(plan: &WorkPlan) -> Result<Self, SolverError> {
+        let mut def = MachineDef::parse(&plan.machine_file, &plan.machine_toml).map_err(SolverError::Machine)?;
+        for (path, value) in &plan.fixed {
+            let path = def.resolve(path).map_err(SolverError::Path)?;
+            def.set(&path, value).map_err(SolverError::Value)?;
+        }
+        let mut varied = Vec::with_capacity(plan.varied.len());
+        for parameter in &plan.varied {
+            let path = def.resolve(&parameter.path).map_err(SolverError::Path)?;
+            varied.push(Parameter { path, choices: parameter.choices.clone() });
+        }
+        let basis = plan.basis.as_deref().map(Basis::from_bytes).transpose().map_err(SolverError::Basis)?;
+        Ok(Self { def, varied, basis, structure: None })
+    }
+
+    /// Computes one sample.
+    ///
+    /// # Errors
+    /// A sample that makes no machine or cannot be started.
+    pub fn simulate(&mut self, params: &[f64]) -> Result<Outcome, SolverError> {
+        if params.len() != self.varied.len() {
+            return Err(SolverError::Count { found: params.len(), expected: self.varied.len() });
+        }
+        for (parameter, &value) in self.varied.iter().zip(params) {
+            let value = parameter.value(value)?;
+            self.def.set(&parameter.path, &value).map_err(SolverError::Value)?;
+        }
+        let machine = self.def.build().map_err(SolverError::Machine)?;
+        let structure = match self.structure.take().filter(|structure| structure.fits(&machine)) {
+            Some(structure) => self.structure.insert(structure),
+            None => {
+                // A sample that changes what the basis was computed from has its own.
+                let structure = match Structure::build(&machine, self.basis.as_ref()) {
+                    Err(BasisError::OtherStructure { .. }) => Structure::build(&machine, None),
+                    built => built,
+                };
+                self.structure.insert(structure.map_err(SolverError::Basis)?)
+            }
+        };
+        transient::simulate(&machine, structure, &mut NoHistory).map_err(SolverError::Start)
+    }
+}
+
+impl Parameter {
+    fn value(&self, value: f64) -> Result<ParamValue, SolverError> {
+        let Some(choices) = &self.choices else { return Ok(ParamValue::Number(value)) };
+        let is_index = value.fract() == 0.0 && value >= 0.0 && value < choices.len() as f64;
+        if !is_index {
+            let last = choices.len().saturating_sub(1);
+            return Err(SolverError::Choice { path: self.path.path.clone(), value, last });
+        }
+        Ok(ParamValue::Choice(choices[value as usize].clone()))
+    }
+}
+
+impl Solver for CoreSolver {
+    fn solve(&mut self, sample: u64, params: &[f64]) -> Outcome {
+        self.simulate(params).unwrap_or_else(|error| {
+            eprintln!("sample {sample} cannot be computed: {error}");
+            failed(Cause::Panicked)
+        })
+    }
+
+    fn recover(&mut self) {
+        self.structure = None;
+    }
+}
+
+/// A result without values.
+pub(crate) fn failed(cause: Cause) -> Outcome {
+    let mut causes = CauseSet::default();
+    causes.insert(cause);
+    Outcome { status: Status::Failed, cause: Some(cause), causes, end_cause: EndCause::Failure, values: Vec::new() }
+}

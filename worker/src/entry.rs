@@ -1,0 +1,90 @@
+//! The worker process from its command line to its exit code.
+
+use std::ffi::OsString;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use bladeoff_protocol::ipc::IpcWorker;
+use bladeoff_protocol::link::WorkerLink;
+use bladeoff_protocol::messages::Hello;
+use bladeoff_protocol::transport::PortError;
+
+use crate::args::{ArgsError, WorkerArgs};
+use crate::core_solver::{CoreSolver, SolverError};
+use crate::fault::{FaultError, Faults, Who};
+use crate::noop::NoopSolver;
+use crate::plan::{PlanFileError, WorkPlan};
+use crate::process::{self, EXIT_CONNECTION, EXIT_PLAN, EXIT_USAGE, ProcessError};
+use crate::pulse::Pulse;
+use crate::serve::{ServeError, serve};
+
+/// Why a worker ended without being told to.
+#[derive(Debug, thiserror::Error)]
+pub enum WorkerError {
+    /// Its command line.
+    #[error(transparent)]
+    Args(#[from] ArgsError),
+    /// The variable that asks for faults.
+    #[error(transparent)]
+    Fault(#[from] FaultError),
+    /// Its set-up as a process.
+    #[error(transparent)]
+    Process(#[from] ProcessError),
+    /// The plan.
+    #[error(transparent)]
+    Plan(#[from] PlanFileError),
+    /// The solver for the plan.
+    #[error(transparent)]
+    Solver(#[from] SolverError),
+    /// The connection.
+    #[error(transparent)]
+    Connection(#[from] PortError),
+    /// What was said over it.
+    #[error(transparent)]
+    Serve(#[from] ServeError),
+}
+
+/// Runs a worker with the arguments after `bladeoff worker`. What goes wrong is written to standard error, which the
+/// orchestrator collects.
+pub fn worker_main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let Err(error) = run(args) else { return ExitCode::SUCCESS };
+    let mut text = error.to_string();
+    let mut source = std::error::Error::source(&error);
+    while let Some(cause) = source {
+        text = format!("{text}: {cause}");
+        source = cause.source();
+    }
+    eprintln!("{text}");
+    ExitCode::from(match error {
+        WorkerError::Args(_) | WorkerError::Fault(_) => EXIT_USAGE,
+        WorkerError::Plan(_) | WorkerError::Solver(_) => EXIT_PLAN,
+        WorkerError::Process(_) | WorkerError::Connection(_) | WorkerError::Serve(_) => EXIT_CONNECTION,
+    })
+}
+
+fn run(args: impl IntoIterator<Item = OsString>) -> Result<(), WorkerError> {
+    let args = WorkerArgs::parse(args)?;
+    let faults = Faults::from_environment(Who::Worker)?;
+    let watch = || args.parent.map(process::end_with_parent).transpose();
+    let (for_link, for_pulse) = (watch()?, watch()?);
+    let hello = Hello { pid: std::process::id(), build: process::build_id() };
+    let pulse = Pulse::default();
+    let connect = || -> Result<WorkerLink<IpcWorker>, WorkerError> {
+        pulse.start(for_pulse).map_err(|source| ProcessError::System { doing: "starting the heartbeat", source })?;
+        let port = IpcWorker::connect(&args.address, args.worker, for_link)?;
+        if let Some(bytes) = args.memory_limit {
+            process::limit_memory(bytes)?;
+        }
+        Ok(WorkerLink::new(port, args.run, args.worker))
+    };
+    if let Some(micros) = args.noop {
+        let mut solver = NoopSolver { busy: Duration::from_micros(micros) };
+        serve(connect()?, hello, &mut solver, &pulse, &faults)?;
+    } else {
+        let plan = WorkPlan::read(&args.run_dir, &args.plan_hash)?;
+        let mut solver = CoreSolver::new(&plan)?;
+        drop(plan);
+        serve(connect()?, hello, &mut solver, &pulse, &faults)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,217 @@
+//! Hooks by which tests make a process die or stop at a known state of a known sample; nothing without the variable.
+//!
+//! `BLADEOFF_FAULT` holds one or more faults, separated by `;`, each a list of `key=value` separated by `,`:
+//!
+//! | key | values |
+//! |---|---|
+//! | `who` | `worker`, `orchestrator`: who acts |
+//! | `at` | `claimed` (batch received or assigned), `running` (sample begun, or said so by a heartbeat), `sent` (result sent or received), `recorded` (result durable) |
+//! | `sample` | number, or `any` |
+//! | `do` | `kill`, `stop`, `abort`, `panic`, `hang`, `hoard` (allocate until it fails), `kill-worker`, `stop-worker` (the orchestrator signals the worker of that sample) |
+//! | `times` | how often at most, over all processes; default 1 |
+//! | `dir` | an existing directory: every firing leaves a file `fired-AT-SAMPLE-N` there, which counts it and proves it |
+//!
+//! A worker is at `recorded` only in the eyes of the orchestrator: use `who=orchestrator,at=recorded,do=kill-worker`.
+
+use std::fs::OpenOptions;
+use std::path::PathBuf;
+
+use rustix::process::Signal;
+
+use crate::process::{signal, signal_self};
+
+/// Name of the environment variable.
+pub const FAULT_VARIABLE: &str = "BLADEOFF_FAULT";
+
+/// Which process a hook is in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Who {
+    /// A worker.
+    Worker,
+    /// The orchestrator.
+    Orchestrator,
+}
+
+/// Where in the life of a sample a hook is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum At {
+    /// In a batch that was received or assigned.
+    Claimed,
+    /// Begun.
+    Running,
+    /// Its result was sent or received.
+    Sent,
+    /// Its result is durable.
+    Recorded,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Do {
+    Kill,
+    Stop,
+    Abort,
+    Panic,
+    Hang,
+    Hoard,
+    KillWorker,
+    StopWorker,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Fault {
+    who: Who,
+    at: At,
+    sample: Option<u64>,
+    what: Do,
+    times: u32,
+    dir: PathBuf,
+}
+
+/// The faults of this process.
+#[derive(Debug, Clone, Default)]
+pub struct Faults(Vec<Fault>);
+
+/// The variable cannot be read. A test that asks for a fault must not run without it.
+#[derive(Debug, thiserror::Error, PartialEq, Eq)]
+#[error("{FAULT_VARIABLE}: {key:?} is missing or has an unknown value in {text:?}")]
+pub struct FaultError {
+    /// Which key.
+    pub key: &'static str,
+    /// The fault it is missing in.
+    pub text: String,
+}
+
+impl Faults {
+    /// The faults that the environment asks of one kind of process.
+    ///
+    /// # Errors
+    /// A variable that cannot be read.
+    pub fn from_environment(who: Who) -> Result<Self, FaultError> {
+        match std::env::var(FAULT_VARIABLE) {
+            Ok(text) => Self::parse(&text, who),
+            Err(_) => Ok(Self::default()),
+        }
+    }
+
+    fn parse(text: &str, who: Who) -> Result<Self, FaultError> {
+        let faults = text.split(';').filter(|text| !text.is_empty()).map(Fault::parse).collect::<Result<Vec<_>, _>>()?;
+        Ok(Self(faults.into_iter().filter(|fault| fault.who == who).collect()))
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// A sample has come to a state; `worker` is the process that has it, for the orchestrator.
+    ///
+    /// # Panics
+    /// When the fault is to panic.
+    pub fn reached(&self, at: At, sample: u64, worker: Option<u32>) {
+        for fault in &self.0 {
+            if fault.at == at && fault.sample.is_none_or(|wanted| wanted == sample) && fault.counts(sample) {
+                fault.act(worker);
+            }
+        }
+    }
+}
+
+impl Fault {
+    fn parse(text: &str) -> Result<Self, FaultError> {
+        let value = |key: &'static str| {
+            text.split(',').find_map(|pair| pair.trim().split_once('=').filter(|(found, _)| *found == key)).map(|p| p.1)
+        };
+        let wrong = |key| FaultError { key, text: text.to_owned() };
+        let who = match value("who") {
+            Some("worker") => Who::Worker,
+            Some("orchestrator") => Who::Orchestrator,
+            _ => return Err(wrong("who")),
+        };
+        let at = match value("at") {
+            Some("claimed") => At::Claimed,
+            Some("running") => At::Running,
+            Some("sent") => At::Sent,
+            Some("recorded") => At::Recorded,
+            _ => return Err(wrong("at")),
+        };
+        let what = match value("do") {
+            Some("kill") => Do::Kill,
+            Some("stop") => Do::Stop,
+            Some("abort") => Do::Abort,
+            Some("panic") => Do::Panic,
+            Some("hang") => Do::Hang,
+            Some("hoard") => Do::Hoard,
+            Some("kill-worker") => Do::KillWorker,
+            Some("stop-worker") => Do::StopWorker,
+            _ => return Err(wrong("do")),
+        };
+        let sample = match value("sample") {
+            Some("any") => None,
+            Some(number) => Some(number.parse().map_err(|_| wrong("sample"))?),
+            None => return Err(wrong("sample")),
+        };
+        let times = value("times").unwrap_or("1").parse().map_err(|_| wrong("times"))?;
+        let dir = value("dir").map(PathBuf::from).ok_or_else(|| wrong("dir"))?;
+        Ok(Self { who, at, sample, what, times, dir })
+    }
+
+    /// Takes one of the allowed firings, if one is left, by creating its file: exact over any number of processes.
+    fn counts(&self, sample: u64) -> bool {
+        let at = format!("{:?}", self.at).to_lowercase();
+        (1..=self.times).any(|n| {
+            let path = self.dir.join(format!("fired-{at}-{sample}-{n}"));
+            OpenOptions::new().write(true).create_new(true).open(path).is_ok()
+        })
+    }
+
+    fn act(&self, worker: Option<u32>) {
+        match self.what {
+            Do::Kill => signal_self(Signal::KILL),
+            Do::Stop => signal_self(Signal::STOP),
+            Do::Abort => std::process::abort(),
+            Do::Panic => panic!("asked for by {FAULT_VARIABLE}"),
+            Do::Hang => loop {
+                std::thread::park();
+            },
+            Do::Hoard => {
+                let mut hoard = Vec::new();
+                loop {
+                    hoard.push(std::hint::black_box(vec![1_u8; 1 << 20]));
+                }
+            }
+            Do::KillWorker => {
+                let _ = worker.is_some_and(|pid| signal(pid, Signal::KILL));
+            }
+            Do::StopWorker => {
+                let _ = worker.is_some_and(|pid| signal(pid, Signal::STOP));
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn faults_are_read_and_wrong_ones_are_named() {
+        let text = "who=worker,at=running,sample=7,do=panic,dir=/tmp;who=orchestrator,at=sent,sample=any,do=stop,dir=/x";
+        assert_eq!(Faults::parse(text, Who::Worker).expect("valid").0.len(), 1);
+        assert!(Faults::parse("", Who::Worker).expect("valid").is_empty());
+        let error = Faults::parse("who=worker,at=nowhere", Who::Worker).expect_err("wrong");
+        assert_eq!(error.key, "at");
+    }
+
+    #[test]
+    fn a_fault_fires_as_often_as_it_says_and_leaves_proof() {
+        let dir = tempfile::tempdir().expect("temporary directory");
+        let text = format!("who=worker,at=sent,sample=7,do=panic,times=2,dir={}", dir.path().display());
+        let fire = |sample| {
+            let faults = Faults::parse(&text, Who::Worker).expect("valid");
+            std::panic::catch_unwind(|| faults.reached(At::Sent, sample, None)).is_err()
+        };
+        assert_eq!([fire(6), fire(7), fire(7), fire(7)], [false, true, true, false]);
+        assert!(dir.path().join("fired-sent-7-2").exists());
+    }
+}

@@ -1,0 +1,38 @@
+//! A solver that computes nothing: for measurements of the dispatch and for tests of it.
+
+use std::time::{Duration, Instant};
+
+use bladeoff_core::outcome::{CauseSet, EndCause, Outcome, Status};
+
+use crate::serve::Solver;
+
+/// Values in an outcome, about as many as a machine with two bearings has.
+pub const NOOP_VALUES: usize = 40;
+
+/// Answers with numbers made from the sample's number and parameters, after a given time.
+#[derive(Debug, Clone, Copy)]
+pub struct NoopSolver {
+    /// How long each sample keeps a core busy.
+    pub busy: Duration,
+}
+
+/// The outcome of a sample, the same wherever it is computed.
+#[must_use]
+pub fn noop_outcome(sample: u64, params: &[f64]) -> Outcome {
+    let seed = params.iter().fold(sample as f64, |sum, value| sum + value);
+    let values = (0..NOOP_VALUES).map(|i| (i % 7 != 3).then_some(seed + i as f64)).collect();
+    let (status, causes) = (Status::Ok, CauseSet::default());
+    Outcome { status, cause: None, causes, end_cause: EndCause::Stopped, values }
+}
+
+impl Solver for NoopSolver {
+    fn solve(&mut self, sample: u64, params: &[f64]) -> Outcome {
+        if !self.busy.is_zero() {
+            let start = Instant::now();
+            while start.elapsed() < self.busy {
+                std::hint::spin_loop();
+            }
+        }
+        noop_outcome(sample, params)
+    }
+}

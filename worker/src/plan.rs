@@ -1,0 +1,251 @@
+//! The frozen work plan: everything a worker needs beside sample numbers and parameter values.
+//!
+//! The orchestrator writes it into the result directory before the first worker starts; every worker checks its hash, which
+//! it was given on its command line, and with it that of the basis file. So all samples of a result directory come from
+//! one plan, whatever happens to the files a study was read from.
+
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use bladeoff_core::machine::ParamValue;
+use serde::{Deserialize, Serialize};
+
+/// Name of the plan in a result directory.
+pub const PLAN_FILE: &str = "plan.json";
+/// Name of the frozen basis in a result directory.
+pub const BASIS_FILE: &str = "basis.bin";
+const FORMAT: &str = "bladeoff work plan";
+const VERSION: u32 = 1;
+
+/// What all samples of a study share.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct WorkPlan {
+    /// Name of the machine file, for messages.
+    pub machine_file: String,
+    /// Text of the machine file.
+    pub machine_toml: String,
+    /// Overrides of the whole study: full path and value.
+    pub fixed: Vec<(String, ParamValue)>,
+    /// What varies, in the order of the parameters of a sample.
+    pub varied: Vec<Varied>,
+    /// The reduced basis as bytes; `None` if no sample needs one.
+    pub basis: Option<Vec<u8>>,
+}
+
+/// A parameter that differs from sample to sample.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Varied {
+    /// Full path in the machine.
+    pub path: String,
+    /// The words a number stands for, by index; `None` for a number in SI.
+    pub choices: Option<Vec<String>>,
+}
+
+/// Why a plan could not be written, or read as the one expected.
+#[derive(Debug, thiserror::Error)]
+pub enum PlanFileError {
+    /// A file operation failed.
+    #[error("{doing} {} failed", path.display())]
+    Io {
+        /// What was being done.
+        doing: &'static str,
+        /// To which file.
+        path: PathBuf,
+        /// Why it failed.
+        #[source]
+        source: io::Error,
+    },
+    /// The file is not the one the run was started with.
+    #[error("{} has changed: blake3 {found}, expected {expected}", path.display())]
+    Changed {
+        /// The file.
+        path: PathBuf,
+        /// Its hash.
+        found: String,
+        /// The hash it should have.
+        expected: String,
+    },
+    /// The file is not a plan of this version.
+    #[error("{} is not a {FORMAT} of version {VERSION}", path.display())]
+    NotAPlan {
+        /// The file.
+        path: PathBuf,
+        /// Where reading failed; `None` if it is another format or version.
+        #[source]
+        source: Option<serde_json::Error>,
+    },
+    /// A number in the plan cannot be read.
+    #[error("{}: {text:?} is not a number", path.display())]
+    Number {
+        /// The file.
+        path: PathBuf,
+        /// What stands there.
+        text: String,
+    },
+}
+
+/// The plan as it is in the file. Numbers are text in Rust's shortest form that reads back exactly.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PlanFile {
+    format: String,
+    version: u32,
+    machine_file: String,
+    machine_toml: String,
+    fixed: Vec<Fixed>,
+    varied: Vec<Varied>,
+    basis_blake3: Option<String>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Fixed {
+    path: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    number: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    choice: Option<String>,
+}
+
+fn io_error<'a>(doing: &'static str, path: &'a Path) -> impl FnOnce(io::Error) -> PlanFileError + 'a {
+    move |source| PlanFileError::Io { doing, path: path.to_owned(), source }
+}
+
+fn hash(bytes: &[u8]) -> String {
+    blake3::hash(bytes).to_hex().to_string()
+}
+
+impl WorkPlan {
+    /// The hash [`write`](WorkPlan::write) would return: the same for the same plan.
+    #[must_use]
+    pub fn hash(&self) -> String {
+        hash(self.text().as_bytes())
+    }
+
+    fn text(&self) -> String {
+        let fixed = self.fixed.iter().map(|(path, value)| {
+            let (number, choice) = match value {
+                ParamValue::Number(number) => (Some(format!("{number:?}")), None),
+                ParamValue::Choice(choice) => (None, Some(choice.clone())),
+            };
+            Fixed { path: path.clone(), number, choice }
+        });
+        let file = PlanFile {
+            format: FORMAT.to_owned(),
+            version: VERSION,
+            machine_file: self.machine_file.clone(),
+            machine_toml: self.machine_toml.clone(),
+            fixed: fixed.collect(),
+            varied: self.varied.clone(),
+            basis_blake3: self.basis.as_deref().map(hash),
+        };
+        let mut text = serde_json::to_string_pretty(&file).expect("text and lists always have a JSON form");
+        text.push('\n');
+        text
+    }
+
+    /// Writes plan and basis into a result directory, durably, and returns the plan's hash.
+    ///
+    /// # Errors
+    /// A file that could not be written.
+    pub fn write(&self, dir: &Path) -> Result<String, PlanFileError> {
+        if let Some(basis) = &self.basis {
+            write_file(&dir.join(BASIS_FILE), basis)?;
+        }
+        let text = self.text();
+        write_file(&dir.join(PLAN_FILE), text.as_bytes())?;
+        fs::File::open(dir).and_then(|dir| dir.sync_all()).map_err(io_error("syncing", dir))?;
+        Ok(hash(text.as_bytes()))
+    }
+
+    /// Reads the plan of a result directory, which must be the one with this hash.
+    ///
+    /// # Errors
+    /// A file that is not there, has changed, or is of another version.
+    pub fn read(dir: &Path, expected: &str) -> Result<Self, PlanFileError> {
+        let path = dir.join(PLAN_FILE);
+        let file: PlanFile = serde_json::from_slice(&read_file(&path, expected)?)
+            .map_err(|source| PlanFileError::NotAPlan { path: path.clone(), source: Some(source) })?;
+        if file.format != FORMAT || file.version != VERSION {
+            return Err(PlanFileError::NotAPlan { path, source: None });
+        }
+        let mut fixed = Vec::with_capacity(file.fixed.len());
+        for Fixed { path: param, number, choice } in file.fixed {
+            let value = match (number, choice) {
+                (Some(text), None) => match text.parse() {
+                    Ok(number) => ParamValue::Number(number),
+                    Err(_) => return Err(PlanFileError::Number { path, text }),
+                },
+                (None, Some(choice)) => ParamValue::Choice(choice),
+                _ => return Err(PlanFileError::NotAPlan { path, source: None }),
+            };
+            fixed.push((param, value));
+        }
+        let basis = match &file.basis_blake3 {
+            Some(expected) => Some(read_file(&dir.join(BASIS_FILE), expected)?),
+            None => None,
+        };
+        let PlanFile { machine_file, machine_toml, varied, .. } = file;
+        Ok(Self { machine_file, machine_toml, fixed, varied, basis })
+    }
+}
+
+fn write_file(path: &Path, bytes: &[u8]) -> Result<(), PlanFileError> {
+    let aside = path.with_extension("tmp");
+    fs::File::create(&aside)
+        .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
+        .map_err(io_error("writing", &aside))?;
+    fs::rename(&aside, path).map_err(io_error("writing", path))
+}
+
+fn read_file(path: &Path, expected: &str) -> Result<Vec<u8>, PlanFileError> {
+    let bytes = fs::read(path).map_err(io_error("reading", path))?;
+    let found = hash(&bytes);
+    if found != expected {
+        return Err(PlanFileError::Changed { path: path.to_owned(), found, expected: expected.to_owned() });
+    }
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn example() -> WorkPlan {
+        WorkPlan {
+            machine_file: "lab_rig.toml".into(),
+            machine_toml: "# a comment\n[rotor]\n".into(),
+            fixed: vec![
+                ("run.end_time".into(), ParamValue::Number(0.1 + 0.2)),
+                ("diaphragms.seal.contact.detection".into(), ParamValue::Choice("hyp1".into())),
+            ],
+            varied: vec![Varied { path: "blade_off.mass".into(), choices: None }],
+            basis: Some(vec![1, 2, 3]),
+        }
+    }
+
+    #[test]
+    fn a_plan_reads_back_exactly_and_its_hash_is_its_own() {
+        let dir = tempfile::tempdir().expect("temporary directory");
+        let hash = example().write(dir.path()).expect("written");
+        assert_eq!(hash, example().hash());
+        assert_eq!(WorkPlan::read(dir.path(), &hash).expect("read"), example());
+        let other = WorkPlan { basis: Some(vec![1, 2, 4]), ..example() };
+        assert_ne!(other.hash(), hash);
+    }
+
+    #[test]
+    fn a_changed_plan_or_basis_is_refused() {
+        let dir = tempfile::tempdir().expect("temporary directory");
+        let hash = example().write(dir.path()).expect("written");
+        fs::write(dir.path().join(BASIS_FILE), [9]).expect("written");
+        let error = WorkPlan::read(dir.path(), &hash).expect_err("basis changed");
+        assert!(matches!(&error, PlanFileError::Changed { path, .. } if path.ends_with(BASIS_FILE)), "{error}");
+        let error = WorkPlan::read(dir.path(), "00").expect_err("another plan");
+        assert!(matches!(&error, PlanFileError::Changed { path, .. } if path.ends_with(PLAN_FILE)), "{error}");
+        let error = WorkPlan::read(&dir.path().join("nowhere"), "00").expect_err("not there");
+        assert!(matches!(error, PlanFileError::Io { .. }), "{error}");
+    }
+}

@@ -1,0 +1,198 @@
+//! The worker's loop: ask, compute, report.
+//!
+//! Results leave with the request for the next batch, or during the batch when [`REPORT_EVERY`] has passed or the message
+//! is full. A report during the batch is not waited for: its answer is taken when it is there, and the next report needs
+//! it, so that at most one request is ever open. The answer to any report can be the order to stop.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::{Duration, Instant};
+
+use bladeoff_core::outcome::{Cause, Outcome};
+use bladeoff_protocol::link::{LinkError, WorkerLink};
+use bladeoff_protocol::messages::{Batch, Body, Hello, MAX_VALUES, Report, SampleReport, ToWorker};
+use bladeoff_protocol::transport::WorkerPort;
+
+use crate::core_solver::failed;
+use crate::fault::{At, Faults};
+use crate::process::thread_cpu_time;
+use crate::pulse::Pulse;
+
+/// A finished result is held back at most this long, plus the sample after it.
+pub const REPORT_EVERY: Duration = Duration::from_millis(100);
+
+/// Computes samples.
+pub trait Solver {
+    /// The outcome of a sample; it must depend on nothing but the arguments and the plan.
+    fn solve(&mut self, sample: u64, params: &[f64]) -> Outcome;
+
+    /// Called after a panic in [`Solver::solve`]: forget whatever may be half done.
+    fn recover(&mut self) {}
+}
+
+/// Why a worker ended without being told to.
+#[derive(Debug, thiserror::Error)]
+pub enum ServeError {
+    /// The connection, or a message that may not be believed.
+    #[error(transparent)]
+    Link(#[from] LinkError),
+    /// An answer that does not belong to the request.
+    #[error("the orchestrator answered {answer} to {request}")]
+    Answer {
+        /// What it answered.
+        answer: &'static str,
+        /// To what.
+        request: &'static str,
+    },
+}
+
+/// Serves samples until told to stop.
+///
+/// # Errors
+/// A broken connection, or an answer that makes no sense: the process should end.
+pub fn serve<P: WorkerPort, S: Solver>(
+    mut link: WorkerLink<P>,
+    hello: Hello,
+    solver: &mut S,
+    pulse: &Pulse,
+    faults: &Faults,
+) -> Result<(), ServeError> {
+    link.send(Body::Hello(hello))?;
+    match link.receive()? {
+        ToWorker::Continue => {}
+        ToWorker::Stop => return Ok(()),
+        ToWorker::Batch(_) => return Err(ServeError::Answer { answer: "a batch", request: "hello" }),
+    }
+    let mut report = Report { batch: None, samples: Vec::new(), asks: true };
+    loop {
+        send(&mut link, &mut report, faults)?;
+        pulse.waiting();
+        let batch = match link.receive()? {
+            ToWorker::Batch(batch) => batch,
+            ToWorker::Stop => return Ok(()),
+            ToWorker::Continue => return Err(ServeError::Answer { answer: "continue", request: "a request for work" }),
+        };
+        let mut run = BatchRun {
+            link: &mut link,
+            faults,
+            report: Report { batch: Some((batch.batch, batch.attempt)), samples: Vec::new(), asks: false },
+            answer_is_open: false,
+            sent: Instant::now(),
+        };
+        if run.compute(&batch, solver, pulse)? == Next::Stop {
+            return Ok(());
+        }
+        report = run.report;
+        report.asks = true;
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Next {
+    GoOn,
+    Stop,
+}
+
+struct BatchRun<'a, P> {
+    link: &'a mut WorkerLink<P>,
+    faults: &'a Faults,
+    report: Report,
+    answer_is_open: bool,
+    sent: Instant,
+}
+
+impl<P: WorkerPort> BatchRun<'_, P> {
+    /// Computes the samples of a batch; what is not reported at the end is left in `report`.
+    fn compute<S: Solver>(&mut self, batch: &Batch, solver: &mut S, pulse: &Pulse) -> Result<Next, ServeError> {
+        if !self.faults.is_empty() {
+            batch.samples.iter().for_each(|&sample| self.faults.reached(At::Claimed, sample, None));
+        }
+        let mut cpu = thread_cpu_time();
+        for (sample, params) in batch.iter() {
+            pulse.working(batch.batch, sample);
+            let outcome = solve(solver, sample, params, self.faults);
+            let now = thread_cpu_time();
+            let cpu_s = now.saturating_sub(cpu).as_secs_f64();
+            cpu = now;
+            if !self.report.has_room(outcome.values.len()) && (self.settle(true)? == Next::Stop || self.flush()? == Next::Stop) {
+                return Ok(Next::Stop);
+            }
+            self.report.samples.push(SampleReport { sample, cpu_s, outcome });
+            if self.sent.elapsed() >= REPORT_EVERY {
+                if self.settle(false)? == Next::Stop {
+                    return Ok(Next::Stop);
+                }
+                if !self.answer_is_open && self.flush()? == Next::Stop {
+                    return Ok(Next::Stop);
+                }
+            }
+        }
+        self.settle(true)
+    }
+
+    /// Sends what is finished, without waiting for the answer.
+    fn flush(&mut self) -> Result<Next, ServeError> {
+        send(self.link, &mut self.report, self.faults)?;
+        self.answer_is_open = true;
+        self.sent = Instant::now();
+        Ok(Next::GoOn)
+    }
+
+    /// Takes the answer to the last report, if one is open and there or to be waited for.
+    fn settle(&mut self, wait: bool) -> Result<Next, ServeError> {
+        if !self.answer_is_open {
+            return Ok(Next::GoOn);
+        }
+        let answer = if wait { Some(self.link.receive()?) } else { self.link.try_receive()? };
+        match answer {
+            None => Ok(Next::GoOn),
+            Some(ToWorker::Continue) => {
+                self.answer_is_open = false;
+                Ok(Next::GoOn)
+            }
+            Some(ToWorker::Stop) => {
+                // What is finished is kept; nobody answers any more.
+                if !self.report.samples.is_empty() {
+                    send(self.link, &mut self.report, self.faults)?;
+                }
+                Ok(Next::Stop)
+            }
+            Some(ToWorker::Batch(_)) => Err(ServeError::Answer { answer: "a batch", request: "a report" }),
+        }
+    }
+}
+
+/// Sends a report and empties it.
+fn send<P: WorkerPort>(link: &mut WorkerLink<P>, report: &mut Report, faults: &Faults) -> Result<(), ServeError> {
+    let next = Report { batch: report.batch, samples: Vec::new(), asks: report.asks };
+    let body = Body::Report(std::mem::replace(report, next));
+    let Body::Report(sent) = link.send(body)? else { return Ok(()) };
+    if !faults.is_empty() {
+        sent.samples.iter().for_each(|done| faults.reached(At::Sent, done.sample, None));
+    }
+    Ok(())
+}
+
+/// One sample, with a panic and a result that may not be sent turned into failures.
+fn solve<S: Solver>(solver: &mut S, sample: u64, params: &[f64], faults: &Faults) -> Outcome {
+    let solved = catch_unwind(AssertUnwindSafe(|| {
+        faults.reached(At::Running, sample, None);
+        solver.solve(sample, params)
+    }));
+    match solved {
+        Ok(outcome) if outcome.values.iter().flatten().any(|value| !value.is_finite()) => {
+            eprintln!("sample {sample}: the solver returned a value that is not finite");
+            failed(Cause::NonFinite)
+        }
+        Ok(outcome) if outcome.values.len() > MAX_VALUES => {
+            eprintln!("sample {sample}: {} values, at most {MAX_VALUES} fit", outcome.values.len());
+            failed(Cause::Panicked)
+        }
+        Ok(outcome) => outcome,
+        Err(_) => {
+            // The message is in the log already, from the panic itself.
+            eprintln!("sample {sample}: the solver panicked");
+            solver.recover();
+            failed(Cause::Panicked)
+        }
+    }
+}
