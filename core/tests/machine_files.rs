@@ -67,12 +67,17 @@ surface = "mean-line"
 fn the_turbine_loads_with_the_values_of_its_file() {
     let machine = build(&shipped("lp_turbine"));
     assert_eq!((machine.name.as_str(), machine.run.end_time, machine.run.engine), ("lp_turbine", 6.0, Engine::Reduced));
-    assert_eq!((machine.run.guard.normal_work, machine.run.guard.energy_balance, machine.run.guard.penetration), (0.01, 1e-6, 0.02));
+    assert_eq!(
+        (machine.run.guard.normal_work, machine.run.guard.energy_balance, machine.run.guard.penetration),
+        (0.01, 1e-6, 0.02)
+    );
     assert_eq!((machine.run.step, machine.run.rotor_modes, machine.run.end_speed), (None, None, 0.0));
     assert_eq!(machine.rotor.initial_speed, 50.0 * PI);
     let RotorKind::Shaft(shaft) = &machine.rotor.kind else { panic!() };
     assert_eq!((shaft.nodes.len(), shaft.elements.len()), (13, 12));
-    for (node, z) in [0.0, 0.55, 1.1, 1.825, 2.55, 3.05, 3.55, 4.05, 4.55, 5.275, 6.0, 6.55, 7.1].into_iter().enumerate() {
+    for (node, z) in
+        [0.0, 0.55, 1.1, 1.825, 2.55, 3.05, 3.55, 4.05, 4.55, 5.275, 6.0, 6.55, 7.1].into_iter().enumerate()
+    {
         assert!((shaft.nodes[node] - z).abs() < 1e-12, "{node}");
     }
     assert_eq!(shaft.elements[4].section, 2);
@@ -81,7 +86,8 @@ fn the_turbine_loads_with_the_values_of_its_file() {
     let names: Vec<&str> = shaft.discs.iter().map(|disc| disc.name.as_str()).collect();
     assert_eq!(names, ["last_stage_front", "inner_front", "inner_rear", "last_stage_rear"]);
     assert_eq!((shaft.discs[3].node, shaft.discs[3].mass, shaft.discs[3].polar_inertia), (9, 1680.0, 910.0));
-    let bearings: Vec<_> = machine.rotor.bearings.iter().map(|b| (b.name.as_str(), b.node, b.axial_stiffness)).collect();
+    let bearings: Vec<_> =
+        machine.rotor.bearings.iter().map(|b| (b.name.as_str(), b.node, b.axial_stiffness)).collect();
     assert_eq!(bearings, [("front", 1, 1e8), ("rear", 11, 0.0)]);
     assert_eq!(machine.rotor.bearings[0].stiffness, [[6e8, 0.0], [0.0, 6e8]]);
     assert_eq!(machine.rotor.bearings[0].damping, [[6e5, 0.0], [0.0, 6e5]]);
@@ -94,7 +100,10 @@ fn the_turbine_loads_with_the_values_of_its_file() {
     let DiaphragmKind::Flexible(stator) = &diaphragm.kind else { panic!() };
     assert_eq!((stator.ring.mean_radius, stator.ring.thickness, stator.ring.elements), (0.353, 0.05, 48));
     let blades = stator.blades.unwrap();
-    assert_eq!((blades.count, blades.length, blades.thickness, blades.width, blades.elements), (12, 0.25, 0.02, 0.06, 2));
+    assert_eq!(
+        (blades.count, blades.length, blades.thickness, blades.width, blades.elements),
+        (12, 0.25, 0.02, 0.06, 2)
+    );
     let contact = diaphragm.contact;
     assert_eq!((contact.node, contact.rotor_radius, contact.gap, contact.friction), (6, 0.32, 0.008, 0.2));
     assert_eq!((contact.detection, contact.surface), (Detection::Hyp2, ContactSurface::InnerFace));
@@ -118,7 +127,10 @@ fn a_mass_point_with_every_special_key_loads() {
     assert_eq!(machine.rotor.bearings[0].stiffness, [[1e6, 2e5], [-2e5, 1e6]]);
     assert_eq!(machine.rotor.gravity, [0.0, -9.81]);
     let unbalance = &machine.rotor.unbalances[0];
-    assert_eq!((unbalance.kind, unbalance.presence, unbalance.phase), (UnbalanceKind::Lost, Presence::Before, PI / 2.0));
+    assert_eq!(
+        (unbalance.kind, unbalance.presence, unbalance.phase),
+        (UnbalanceKind::Lost, Presence::Before, PI / 2.0)
+    );
     let law = machine.rotor.speed_law.unwrap();
     // 600 rpm at -400 rpm/s: at rest after 1.5 s, before end_time, and constant from there.
     assert_eq!((law.times[0], law.speeds[1]), (0.0, 0.0));
@@ -153,7 +165,10 @@ fn no_diaphragm_a_rigid_one_and_a_free_ring_load() {
     let text = shipped("lab_rig");
     let free = &text[..text.find("[diaphragms").unwrap()];
     assert!(build(free).diaphragms.is_empty());
-    let rigid = format!("{free}[diaphragms.seal]\nkind = \"rigid\"\n{}", &text[text.find("[diaphragms.seal.contact]").unwrap()..]);
+    let rigid = format!(
+        "{free}[diaphragms.seal]\nkind = \"rigid\"\n{}",
+        &text[text.find("[diaphragms.seal.contact]").unwrap()..]
+    );
     assert_eq!(build(&rigid).diaphragms[0].kind, DiaphragmKind::Rigid);
     let start = text.find("[diaphragms.seal.blades]").unwrap();
     let end = text.find("[diaphragms.seal.damping]").unwrap();
@@ -253,7 +268,10 @@ fn paths_list_every_parameter_with_value_unit_and_meaning() {
     let paths = def.paths();
     let get = |path: &str| paths.iter().find(|info| info.path == path).unwrap_or_else(|| panic!("{path}"));
     let gap = get("diaphragms.seal.contact.gap");
-    assert_eq!((gap.shown.as_str(), gap.unit, gap.default, gap.column().as_str()), ("0.5 mm", "m", false, "diaphragms.seal.contact.gap_m"));
+    assert_eq!(
+        (gap.shown.as_str(), gap.unit, gap.default, gap.column().as_str()),
+        ("0.5 mm", "m", false, "diaphragms.seal.contact.gap_m")
+    );
     assert_eq!((gap.value.clone(), gap.allowed.as_str()), (Some(ParamValue::Number(0.0005)), "> 0 m"));
     assert_eq!(get("rotor.initial_speed").column(), "rotor.initial_speed_rad_s");
     assert_eq!(get("rotor.initial_speed").shown, "3000 rpm");
@@ -261,7 +279,10 @@ fn paths_list_every_parameter_with_value_unit_and_meaning() {
     assert_eq!(get("rotor.discs.left.polar_inertia").column(), "rotor.discs.left.polar_inertia_kgm2");
     assert_eq!(get("diaphragms.seal.contact.friction").column(), "diaphragms.seal.contact.friction");
     let detection = get("diaphragms.seal.contact.detection");
-    assert_eq!((detection.kind, detection.shown.as_str()), (PathKind::Choice(&["hyp1", "hyp2", "hyp2-frozen"]), "hyp2"));
+    assert_eq!(
+        (detection.kind, detection.shown.as_str()),
+        (PathKind::Choice(&["hyp1", "hyp2", "hyp2-frozen"]), "hyp2")
+    );
     for absent in ["run.end_speed", "run.guard.penetration", "rotor.initial.velocity[1]", "diaphragms.seal.angle"] {
         assert!(get(absent).default, "{absent}");
     }
@@ -329,7 +350,14 @@ fn the_written_record_builds_the_same_machine() {
         .replacen("length = \"300 mm\"", "element_lengths = [0.1, 0.2]", 1)
         .replacen("elements = 2", "[rotor.shaft.material]\ndensity = 7000", 1)
         .replacen("name = \"lab_rig\"", "name = 'quote \" and \\ \u{b5}'", 1);
-    for def in [varied, parse(&shipped("lab_rig")), parse(POINT_MASS), parse(&points), parse(&sections), parse(&machine_template())] {
+    for def in [
+        varied,
+        parse(&shipped("lab_rig")),
+        parse(POINT_MASS),
+        parse(&points),
+        parse(&sections),
+        parse(&machine_template()),
+    ] {
         let record = def.to_toml();
         let again = MachineDef::parse("record", &record).unwrap_or_else(|problems| panic!("{problems}\n{record}"));
         assert_eq!(again.build().unwrap(), def.build().unwrap(), "{record}");

@@ -63,7 +63,7 @@ const SHAFT_CASES: &[Case] = &[
     ("[rotor.bearings.left]", "[rotor.bearings.left_at_s]", "[rotor.bearings.left_at", "rotor.bearings.left_at_s", "another result column"),
     ("[rotor.bearings.left]", "[rotor.bearings.\u{6c}2_N]", "[rotor.bearings.l2", "rotor.bearings.l2_N", "not a usable name"),
     // Units and ranges.
-    ("gap = \"0.5 mm\"", "gap = \"0.5 mn\"", "gap =", "diaphragms.seal.contact.gap", "unknown unit `mn`"),
+    ("gap = \"0.5 mm\"", "gap = \"0.5 mn\"", "gap =", "diaphragms.seal.contact.gap", "gap = \"0.5 mn\": unknown unit `mn`, write \"8 mm\", \"0.55 m\"; allowed: > 0 m; did you mean `mm`?"),
     ("gap = \"0.5 mm\"", "gap = \"0.5 kg\"", "gap =", "diaphragms.seal.contact.gap", "gap = \"0.5 kg\": the unit `kg` does not fit: m is expected, such as \"8 mm\""),
     ("gap = \"0.5 mm\"", "gap = \"0.5\"", "gap =", "diaphragms.seal.contact.gap", "has no unit"),
     ("gap = \"0.5 mm\"", "gap = \"0 mm\"", "gap =", "diaphragms.seal.contact.gap", "out of range; allowed: > 0 m"),
@@ -103,7 +103,7 @@ const SHAFT_CASES: &[Case] = &[
     ("[diaphragms.seal.material]", "stiffness = \"1 N/m\"\n[diaphragms.seal.material]", "stiffness = \"1 N/m\"", "diaphragms.seal.stiffness", "only with kind = \"radial-spring\""),
     ("[diaphragms.seal]", "[diaphragms.other]\n[diaphragms.other.contact]\nposition = 0.4\nrotor_radius = 0.05\ngap = 0.001\nfriction = 0\n[diaphragms.seal]", "[diaphragms.seal]", "diaphragms.seal", "contact with more than one is not computed yet"),
     ("[braking]", "[rotor.speed_law]\nacceleration = 1\ntimes = [0]\n[braking]", "acceleration", "rotor.speed_law.acceleration", "either acceleration, or times and speeds"),
-    ("[braking]", "[rotor.speed_law]\ntimes = [0]\n[braking]", "times = [0]", "rotor.speed_law.speeds", "missing"),
+    ("[braking]", "[rotor.speed_law]\ntimes = [0]\n[braking]", "[rotor.speed_law]", "rotor.speed_law.speeds", "missing"),
     ("[braking]", "[rotor.speed_law]\ntimes = [0, 1]\nspeeds = [\"3000 rpm\"]\n[braking]", "speeds =", "rotor.speed_law.speeds", "2 times and 1 speeds"),
     ("[braking]", "[rotor.speed_law]\ntimes = [0, 1, 1]\nspeeds = [\"3000 rpm\", 1, 2]\n[braking]", "times =", "rotor.speed_law.times[2]", "do not ascend"),
     ("[braking]", "[rotor.speed_law]\ntimes = [1, 2]\nspeeds = [\"3000 rpm\", 1]\n[braking]", "times =", "rotor.speed_law.times[0]", "does not start at t = 0"),
@@ -252,7 +252,8 @@ fn mutate(text: &str, steps: &[(u8, usize, u8)]) -> String {
         }
         let mut text = lines.join("\n");
         if kind % 6 >= 4 {
-            let numbers = ["1e308", "-1", "0", "9".repeat(30).as_str(), "nan", "1e-320", "\"\"", "[[]]"].map(str::to_owned);
+            let numbers =
+                ["1e308", "-1", "0", "9".repeat(30).as_str(), "nan", "1e-320", "\"\"", "[[]]"].map(str::to_owned);
             let digits: Vec<usize> = text.match_indices(|c: char| c.is_ascii_digit()).map(|(i, _)| i).collect();
             if let Some(&place) = digits.get(at % digits.len().max(1)) {
                 text.replace_range(place..=place, &numbers[usize::from(byte) % numbers.len()]);

@@ -162,7 +162,8 @@ mod tests {
 
     #[test]
     fn numbers_beyond_an_integer_and_a_double_do_not_panic() {
-        let root = parse_toml("f", &format!("a = {}\nb = 1e999\nc = -inf\nd = nan\ne = 0xff", "9".repeat(400))).unwrap();
+        let root =
+            parse_toml("f", &format!("a = {}\nb = 1e999\nc = -inf\nd = nan\ne = 0xff", "9".repeat(400))).unwrap();
         let values: Vec<f64> =
             root.value.as_table().unwrap().iter().map(|entry| entry.node.value.as_number().unwrap()).collect();
         assert!(values[0].is_infinite() && values[1].is_infinite() && values[2].is_infinite() && values[3].is_nan());

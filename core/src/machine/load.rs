@@ -14,7 +14,8 @@ use crate::document::{Collector, Entry, Node, Problems, Value, nearest, parse_to
 const MOST_SECTIONS: usize = 1_000;
 const MOST_ENTRIES: usize = 10_000;
 /// Each bearing has two result columns, and a message carries at most 256 results.
-const MOST_NAMES: usize = 50;
+const MOST_BEARINGS: usize = 50;
+const MOST_NAMES: usize = 1_000;
 const LONGEST_NAME: usize = 64;
 const LONGEST_TEXT: usize = 200;
 
@@ -163,8 +164,9 @@ impl Walk {
     }
 
     fn named_tables(&mut self, branch: &'static Branch, path: &str, entries: &[Entry]) {
+        let most = if path == "rotor.bearings" { MOST_BEARINGS } else { MOST_NAMES };
         let mut members = Vec::new();
-        for entry in entries.iter().take(MOST_NAMES) {
+        for entry in entries.iter().take(most) {
             let below = join(path, &entry.name.chars().take(80).collect::<String>());
             if let Some(allowed) = wrong_name(path, &entry.name) {
                 let problem = self.problems.add(entry.name_span.clone(), below, "not a usable name");
@@ -176,9 +178,9 @@ impl Walk {
             members.push(Named { name: entry.name.clone(), span: entry.name_span.clone() });
             self.table(branch, &below, &source, entry.name_span.clone());
         }
-        if let Some(entry) = entries.get(MOST_NAMES) {
+        if let Some(entry) = entries.get(most) {
             let message = format!("{} tables", entries.len());
-            self.problems.add(entry.name_span.clone(), path, message).allowed = Some(format!("at most {MOST_NAMES}"));
+            self.problems.add(entry.name_span.clone(), path, message).allowed = Some(format!("at most {most}"));
         }
         self.layout.groups.insert(path.to_owned(), members);
     }
@@ -192,7 +194,8 @@ impl Walk {
         };
         if items.len() > MOST_SECTIONS {
             let message = format!("{} sections", items.len());
-            self.problems.add(entry.name_span.clone(), path, message).allowed = Some(format!("at most {MOST_SECTIONS}"));
+            self.problems.add(entry.name_span.clone(), path, message).allowed =
+                Some(format!("at most {MOST_SECTIONS}"));
             self.layout.lengths.insert(path.to_owned(), 0);
             return;
         }
@@ -224,7 +227,9 @@ impl Walk {
             }
             Kind::Vector(_) => self.array(key, path, entry, bad, table),
             Kind::Matrix(_) => match entry {
-                Some(Entry { node: Node { value: Value::Array(rows), span }, .. }) => self.matrix(key, path, rows, span),
+                Some(Entry { node: Node { value: Value::Array(rows), span }, .. }) => {
+                    self.matrix(key, path, rows, span)
+                }
                 _ => self.slot(key, path.to_owned(), false, entry.map(|entry| &entry.node), bad, table),
             },
             Kind::List(_) => {
@@ -235,7 +240,15 @@ impl Walk {
         }
     }
 
-    fn slot(&mut self, key: &'static Key, path: String, part: bool, node: Option<&Node>, bad: bool, table: &Span<usize>) {
+    fn slot(
+        &mut self,
+        key: &'static Key,
+        path: String,
+        part: bool,
+        node: Option<&Node>,
+        bad: bool,
+        table: &Span<usize>,
+    ) {
         let span = node.map_or_else(|| table.clone(), |node| node.span.clone());
         let slot = Slot { path, key, part, span };
         let state = match node {

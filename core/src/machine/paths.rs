@@ -47,8 +47,7 @@ impl PathInfo {
     /// Name of the result column of this parameter: the full path with the SI unit appended.
     #[must_use]
     pub fn column(&self) -> String {
-        let unit: String =
-            self.unit.chars().filter(|c| *c != ' ').map(|c| if c == '/' { '_' } else { c }).collect();
+        let unit: String = self.unit.chars().filter(|c| *c != ' ').map(|c| if c == '/' { '_' } else { c }).collect();
         if unit.is_empty() { self.path.clone() } else { format!("{}_{unit}", self.path) }
     }
 }
@@ -125,9 +124,7 @@ pub(super) fn resolve(def: &MachineDef, given: &str) -> Result<PathInfo, PathErr
     }
     match found[..] {
         [index] => Ok(info(def, index)),
-        [] => {
-            Err(PathError::Unknown { given: given.chars().take(120).collect(), nearest: likely(def, &wanted) })
-        }
+        [] => Err(PathError::Unknown { given: given.chars().take(120).collect(), nearest: likely(def, &wanted) }),
         _ => Err(PathError::Ambiguous {
             given: given.to_owned(),
             candidates: found.into_iter().map(|index| slots[index].path.clone()).collect(),
@@ -159,21 +156,20 @@ fn likely(def: &MachineDef, wanted: &str) -> Option<String> {
         return None;
     }
     let steps = wanted.matches('.').count();
-    let applying = || (0..def.layout.slots.len()).filter(|&i| def.applies(i)).map(|i| def.layout.slots[i].path.as_str());
+    let applying =
+        || (0..def.layout.slots.len()).filter(|&i| def.applies(i)).map(|i| def.layout.slots[i].path.as_str());
     // `contact.offset` without its component.
     let component = |path: &&str| {
         path.match_indices(wanted).any(|(at, _)| {
-            (at == 0 || path.as_bytes()[at - 1] == b'.') && path.as_bytes().get(at + wanted.len()) == Some(&b'[')
+            (at == 0 || path.as_bytes()[at - 1] == b'.')
+                && path.as_bytes().get(at + wanted.len()) == Some(&b'[')
                 && !path[at + wanted.len()..].contains('.')
         })
     };
     if let Some(path) = applying().find(component) {
         return Some(path.to_owned());
     }
-    let ending = |path: &'_ str| {
-        let from = path.rmatch_indices('.').nth(steps).map_or(0, |(at, _)| at + 1);
-        from
-    };
+    let ending = |path: &str| path.rmatch_indices('.').nth(steps).map_or(0, |(at, _)| at + 1);
     let endings: Vec<(&str, &str)> = applying().map(|path| (&path[ending(path)..], path)).collect();
     let best = nearest(wanted, endings.iter().map(|(ending, _)| *ending))?;
     endings.iter().find(|(ending, _)| *ending == best).map(|(_, path)| (*path).to_owned())

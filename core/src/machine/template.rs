@@ -109,7 +109,7 @@ fn line(out: &mut String, assignment: &str, key: &Key) {
     }
     .expect("writing to a string cannot fail");
     match key.need {
-        Need::Optional(without) if !assignment.starts_with("# ") || key.when == When::Always => {
+        Need::Optional(without) if key.when == When::Always => {
             write!(comment, "; without: {without}").expect("writing to a string cannot fail");
         }
         _ => {}
@@ -147,7 +147,8 @@ mod tests {
         let def = MachineDef::parse("template", &text).unwrap_or_else(|problems| panic!("{problems}\n{text}"));
         assert_eq!(def.build().unwrap().rotor.bearings.len(), 2);
         for key in keys() {
-            let written = text.lines().any(|line| line.trim_start_matches("# ").starts_with(&format!("{} = ", key.name())));
+            let written =
+                text.lines().any(|line| line.trim_start_matches("# ").starts_with(&format!("{} = ", key.name())));
             assert!(written, "{}", key.path);
             let has_value = TABLES.iter().any(|(_, _, _, values)| values.iter().any(|(name, _)| *name == key.name()));
             let shown = has_value || !example(key).is_empty();

@@ -4,7 +4,7 @@ use thiserror::Error;
 
 use super::layout::{Scalar, Slot};
 use super::schema::Kind;
-use crate::document::units::{QuantityError, format_digits, parse_bare_or_quantity, parse_quantity};
+use crate::document::units::{QuantityError, examples, format_digits, parse_bare_or_quantity, parse_quantity};
 use crate::document::{Collector, Node, Value, nearest};
 
 /// Value of a parameter.
@@ -117,7 +117,9 @@ pub(super) fn parse(slot: &Slot, text: &str) -> Result<ParamValue, ValueError> {
     };
     match slot.key.kind {
         Kind::Choice(_) => Ok(ParamValue::Choice(text.to_owned())),
-        Kind::NumberOr(unit, _) if text.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)) => quantity(unit),
+        Kind::NumberOr(unit, _) if text.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)) => {
+            quantity(unit)
+        }
         Kind::NumberOr(..) => Ok(ParamValue::Choice(text.to_owned())),
         _ => quantity(slot.key.unit()),
     }
@@ -155,13 +157,10 @@ pub(super) fn from_node(slot: &Slot, node: &Node, problems: &mut Collector) -> S
         Err(error) => {
             let shown = problems.excerpt(node.span.clone());
             let (message, near) = match &error {
-                ValueError::Quantity { source, .. } => {
-                    let near = match source {
-                        QuantityError::UnknownUnit { nearest, .. } => nearest.clone(),
-                        _ => None,
-                    };
-                    (source.to_string(), near)
+                ValueError::Quantity { source: source @ QuantityError::UnknownUnit { nearest, .. }, .. } => {
+                    (format!("{source}, write {}", examples(slot.key.unit())), nearest.clone())
                 }
+                ValueError::Quantity { source, .. } => (source.to_string(), None),
                 ValueError::NotAChoice { nearest, .. } => ("not one of its words".to_owned(), nearest.clone()),
                 ValueError::NotWhole { .. } => ("a whole number is expected".to_owned(), None),
                 ValueError::OutOfRange { .. } | ValueError::NoSuchParameter { .. } => ("out of range".to_owned(), None),

@@ -93,7 +93,8 @@ mod tests {
 
     #[test]
     fn what_is_shown_reads_back() {
-        for si in ["m", "s", "kg", "m/s", "Pa", "rad", "rad/s", "rad/s2", "N/m", "N m", "N m s2", "1/s", "kg m2", "", "m/s2"]
+        for si in
+            ["m", "s", "kg", "m/s", "Pa", "rad", "rad/s", "rad/s2", "N/m", "N m", "N m s2", "1/s", "kg m2", "", "m/s2"]
         {
             for value in [1.234_567_89e-12, 3.3e-5, 0.001, 0.5, 7.0, 1e4, 123_456.75, 9.9e14] {
                 let shown = format_digits(value, si, 17);

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use super::symbols::{Dimension, Unit, examples, look_up};
+use super::symbols::{Dimension, Unit, examples, look_up, similar};
 
 /// Why a text is not a quantity of the expected unit.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -109,13 +109,24 @@ fn parse(text: &str, expected: &'static str, bare_is_si: bool) -> Result<f64, Qu
         }
         Unit { dimension: dimension_of(expected), ..Unit::ONE }
     } else {
-        parse_unit(unit_text)?
+        parse_unit(unit_text).map_err(|error| with_nearest(error, unit_text, expected))?
     };
     if !dimension_of(expected).accepts(unit.dimension) {
         let unit = unit_text.to_owned();
         return Err(QuantityError::WrongDimension { unit, expected, examples: examples(expected) });
     }
     number.in_si(unit).ok_or_else(|| QuantityError::NotFinite { given: given_shown() })
+}
+
+/// Adds to an unknown symbol the likeliest known one with which the unit would be right.
+fn with_nearest(error: QuantityError, unit_text: &str, expected: &'static str) -> QuantityError {
+    let QuantityError::UnknownUnit { unit, .. } = error else { return error };
+    let fits = |candidate: &String| {
+        parse_unit(&unit_text.replacen(&unit, candidate, 1))
+            .is_ok_and(|found| dimension_of(expected).accepts(found.dimension))
+    };
+    let nearest = similar(&unit).into_iter().find(fits);
+    QuantityError::UnknownUnit { unit, nearest }
 }
 
 /// Dimension of one of our own SI units.

@@ -1,7 +1,6 @@
 //! The table of unit symbols and what products of them mean.
 
 use super::parse::QuantityError;
-use crate::document::nearest;
 
 /// Exponents of metre, kilogram, second and radian.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -137,17 +136,29 @@ pub(super) fn look_up(name: &str) -> Result<Unit, QuantityError> {
     if name.eq_ignore_ascii_case("hz") {
         return Err(QuantityError::Hertz { unit: name.to_owned() });
     }
-    let spellings: Vec<String> = SYMBOLS
+    Err(QuantityError::UnknownUnit { unit: name.to_owned(), nearest: None })
+}
+
+/// Symbols that `name` may stand for, the likeliest first: another case ("mpa", "RPM"), then one edit away.
+pub(super) fn similar(name: &str) -> Vec<String> {
+    if name.len() > 16 {
+        return Vec::new();
+    }
+    let spellings = SYMBOLS
         .iter()
-        .flat_map(|s| std::iter::once(s.name.to_owned()).chain(s.prefixes.chars().map(|p| format!("{p}{}", s.name))))
+        .flat_map(|s| std::iter::once(s.name.to_owned()).chain(s.prefixes.chars().map(|p| format!("{p}{}", s.name))));
+    let mut ranked: Vec<(usize, String)> = spellings
+        .filter_map(|spelling| {
+            let rank = match (spelling.eq_ignore_ascii_case(name), strsim::damerau_levenshtein(&spelling, name)) {
+                (true, _) => 0,
+                (false, 1) => 1 + spelling.len().abs_diff(name.len()),
+                _ => return None,
+            };
+            Some((rank, spelling))
+        })
         .collect();
-    // Case alone is the commonest slip: "mpa", "RPM".
-    let nearest = spellings
-        .iter()
-        .find(|spelling| spelling.eq_ignore_ascii_case(name))
-        .map(String::as_str)
-        .or_else(|| nearest(name, spellings.iter().map(String::as_str)).filter(|_| name.len() > 2));
-    Err(QuantityError::UnknownUnit { unit: name.to_owned(), nearest: nearest.map(str::to_owned) })
+    ranked.sort_by_key(|(rank, _)| *rank);
+    ranked.into_iter().map(|(_, spelling)| spelling).collect()
 }
 
 /// Spellings to show where a quantity of this SI unit is expected.

@@ -74,7 +74,9 @@ fn spellings_give_exact_si_values() {
         match parse_quantity(text, si) {
             Ok(found) => assert_eq!(found, value, "{text}"),
             // Nested division is not read: refused rather than guessed.
-            Err(error) => assert!(value.is_nan() && matches!(error, QuantityError::Malformed { .. }), "{text}: {error}"),
+            Err(error) => {
+                assert!(value.is_nan() && matches!(error, QuantityError::Malformed { .. }), "{text}: {error}")
+            }
         }
     }
 }
@@ -126,6 +128,10 @@ fn wrong_quantities_are_refused_with_their_reason() {
     };
     assert_eq!(nearest("210 gpa", "Pa").as_deref(), Some("GPa"));
     assert_eq!(nearest("1500 RPM", "rad/s").as_deref(), Some("rpm"));
+    assert_eq!(nearest("600 n s/m", "N s/m").as_deref(), Some("N"));
+    // Not "mN", which is no length.
+    assert_eq!(nearest("8 mn", "m").as_deref(), Some("mm"));
+    assert_eq!(nearest("8 furlong", "m"), None);
 }
 
 #[test]

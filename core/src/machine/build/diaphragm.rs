@@ -18,8 +18,7 @@ pub(super) fn diaphragms(reader: &mut Reader<'_>, nodes: Option<&Nodes>) -> Opti
         let key = format!("diaphragms.{}", second.name);
         reader.problems.add(second.span.clone(), key, message).allowed = Some("one diaphragm, or none".to_owned());
     }
-    let all: Vec<Option<Diaphragm>> =
-        members.iter().map(|member| diaphragm(reader, nodes, &member.name)).collect();
+    let all: Vec<Option<Diaphragm>> = members.iter().map(|member| diaphragm(reader, nodes, &member.name)).collect();
     all.into_iter().collect()
 }
 
@@ -105,7 +104,12 @@ fn ring(reader: &mut Reader<'_>, table: &str) -> Option<Ring> {
         let message = "not a multiple of the number of blades: a blade stands at a node of the ring";
         reader.fail(&path("elements"), message, format!("a multiple of blades.count = {count}"));
     }
-    Some(Ring { mean_radius: mean_radius?, thickness: thickness?, width: reader.number(&path("width"))?, elements: elements? })
+    Some(Ring {
+        mean_radius: mean_radius?,
+        thickness: thickness?,
+        width: reader.number(&path("width"))?,
+        elements: elements?,
+    })
 }
 
 /// Blades; inner `None`: a free ring, outer `None`: not known.

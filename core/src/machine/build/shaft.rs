@@ -66,7 +66,10 @@ pub(super) fn line(reader: &mut Reader<'_>) -> Option<Line> {
 
 /// Element lengths of one section.
 enum Lengths {
-    Equal { length: f64, count: usize },
+    Equal {
+        length: f64,
+        count: usize,
+    },
     /// Each length, and the sum up to the end of each.
     Listed(Vec<f64>, Vec<f64>),
 }
@@ -100,7 +103,9 @@ fn lengths(reader: &mut Reader<'_>, section: usize) -> Option<Lengths> {
     let (length, elements, list) = (path("length"), path("elements"), path("element_lengths"));
     let given = (reader.is_given(&length), reader.is_given(&elements), reader.is_given(&list));
     match given {
-        (true, true, false) => Some(Lengths::Equal { length: reader.number(&length)?, count: reader.count(&elements)? }),
+        (true, true, false) => {
+            Some(Lengths::Equal { length: reader.number(&length)?, count: reader.count(&elements)? })
+        }
         (false, false, true) => {
             let listed = reader.list(&list)?;
             let sums = listed.iter().scan(0.0, |sum, length| {

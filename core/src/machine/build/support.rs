@@ -18,7 +18,11 @@ pub(super) fn check_axial(reader: &mut Reader<'_>, bearings: &[Bearing]) {
         Some(bearing) => format!("rotor.bearings.{}.axial_stiffness", bearing.name),
         None => "rotor.bearings".to_owned(),
     };
-    reader.fail(&path, "no axial support: no bearing has axial stiffness", "axial_stiffness > 0 N/m on at least one bearing");
+    reader.fail(
+        &path,
+        "no axial support: no bearing has axial stiffness",
+        "axial_stiffness > 0 N/m on at least one bearing",
+    );
 }
 
 /// The bearings hold the rigid rotor in X and Y, and a shaft also against tilt.

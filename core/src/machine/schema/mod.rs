@@ -98,9 +98,11 @@ impl Key {
     #[must_use]
     pub fn unit(&self) -> &'static str {
         match self.kind {
-            Kind::Number(unit) | Kind::NumberOr(unit, _) | Kind::Vector(unit) | Kind::Matrix(unit) | Kind::List(unit) => {
-                unit
-            }
+            Kind::Number(unit)
+            | Kind::NumberOr(unit, _)
+            | Kind::Vector(unit)
+            | Kind::Matrix(unit)
+            | Kind::List(unit) => unit,
             Kind::Schema | Kind::Text | Kind::Count | Kind::Choice(_) => "",
         }
     }

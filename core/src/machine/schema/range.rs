@@ -50,7 +50,10 @@ impl Range {
             (false, false) => with_unit("any number".to_owned() + if unit.is_empty() { "" } else { " in" }),
             (true, false) => with_unit(format!(">{} {}", sign(self.low_allowed), self.low)),
             (false, true) => with_unit(format!("<{} {}", sign(self.high_allowed), self.high)),
-            (true, true) if self.low_allowed && self.high_allowed => with_unit(format!("{} to {}", self.low, self.high)),
+            (true, true) if self.low_allowed && self.high_allowed => {
+                let high = if self.high < 1e6 { self.high.to_string() } else { format!("{:e}", self.high) };
+                with_unit(format!("{} to {high}", self.low))
+            }
             (true, true) => with_unit(format!("> {} and < {}", self.low, self.high)),
         }
     }

@@ -1,0 +1,89 @@
+//! What the verification tests share: machines from text, runs, values by column name, time series.
+#![allow(dead_code, reason = "each test binary uses its own part")]
+
+use bladeoff_core::machine::{Machine, MachineDef};
+use bladeoff_core::outcome::{Outcome, columns};
+use bladeoff_core::structure::Structure;
+use bladeoff_core::transient::{Frame, NoHistory, Observer, simulate};
+
+/// A machine from the text of a machine file.
+pub fn machine(text: &str) -> Machine {
+    let def = MachineDef::parse("test.toml", text).unwrap_or_else(|problems| panic!("{problems}\n{text}"));
+    def.build().unwrap_or_else(|problems| panic!("{problems}"))
+}
+
+/// A machine file of the repository.
+pub fn study_machine(name: &str) -> String {
+    let path = format!("{}/../studies/machines/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path}: {error}"))
+}
+
+/// A machine text with values replaced by path.
+pub fn machine_with(text: &str, changes: &[(&str, &str)]) -> Machine {
+    let mut def = MachineDef::parse("test.toml", text).unwrap_or_else(|problems| panic!("{problems}"));
+    for (path, value) in changes {
+        let info = def.resolve(path).unwrap_or_else(|error| panic!("{error}"));
+        let value = def.parse_value(&info, value).unwrap_or_else(|error| panic!("{error}"));
+        def.set(&info, &value).unwrap_or_else(|error| panic!("{error}"));
+    }
+    def.build().unwrap_or_else(|problems| panic!("{problems}"))
+}
+
+/// A run and its row.
+pub struct Row {
+    pub machine: Machine,
+    pub outcome: Outcome,
+}
+
+impl Row {
+    /// Value of a column; `None` for null.
+    pub fn get(&self, name: &str) -> Option<f64> {
+        let index = columns(&self.machine).iter().position(|column| column.name == name);
+        self.outcome.values[index.unwrap_or_else(|| panic!("no column {name}"))]
+    }
+
+    /// Value of a column that must not be null.
+    pub fn value(&self, name: &str) -> f64 {
+        self.get(name).unwrap_or_else(|| panic!("{name} is null: {:?}", self.outcome))
+    }
+}
+
+/// Runs a machine.
+pub fn run(machine: Machine) -> Row {
+    run_seen(machine, &mut NoHistory)
+}
+
+/// Runs a machine under an observer.
+pub fn run_seen(machine: Machine, observer: &mut dyn Observer) -> Row {
+    let structure = Structure::build(&machine, None).unwrap_or_else(|error| panic!("{error}"));
+    let outcome = simulate(&machine, &structure, observer).unwrap_or_else(|error| panic!("{error}"));
+    Row { machine, outcome }
+}
+
+/// Calls a closure at every step.
+pub struct Every<F: FnMut(&Frame<'_>)>(pub F);
+
+impl<F: FnMut(&Frame<'_>)> Observer for Every<F> {
+    fn wants(&mut self, _step: u64, _time: f64) -> bool {
+        true
+    }
+    fn see(&mut self, frame: &Frame<'_>) {
+        (self.0)(frame);
+    }
+}
+
+/// Asserts `|ours/reference - 1| <= tolerance`, naming the quantity; returns the relative error.
+#[track_caller]
+pub fn close(what: &str, ours: f64, reference: f64, tolerance: f64) -> f64 {
+    let error = (ours - reference).abs() / reference.abs();
+    assert!(error <= tolerance, "{what}: ours {ours:e}, reference {reference:e}, error {error:.2e} > {tolerance:.1e}");
+    error
+}
+
+/// Vertex of the parabola through three equally spaced samples, the middle one the largest: (offset in steps, value).
+pub fn vertex(before: f64, middle: f64, after: f64) -> (f64, f64) {
+    let curvature = before - 2.0 * middle + after;
+    let slope = 0.5 * (after - before);
+    let offset = -slope / curvature;
+    (offset, middle + 0.5 * slope * offset)
+}
