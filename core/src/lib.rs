@@ -14,3 +14,6 @@ pub mod rotor;
 pub mod stator;
 pub mod structure;
 pub mod transient;
+
+/// Version of the numbers: raised with every change that alters a bit of any outcome ("Numbers change" in CHANGELOG.md).
+pub const NUMERICS_VERSION: u32 = 1;

@@ -6,12 +6,12 @@
 
 pub mod cli;
 pub mod design;
-#[path = "/tmp/stub_dispatch.rs"] pub mod dispatch;
+pub mod dispatch;
 pub mod engine;
 pub mod files;
 pub mod ledger;
 pub mod report;
 pub mod results;
 pub mod run;
-#[path = "/tmp/stub_schedule.rs"] pub mod schedule;
+pub mod schedule;
 pub mod study;

@@ -12,6 +12,11 @@ use crate::structure::Structure;
 /// (`docs/theory/convergence.md`).
 const DEFAULT_FRACTION: f64 = 0.5;
 
+/// The default step also divides a revolution at the highest speed, and the period of the lowest lateral mode, into at
+/// least this many parts: `(omega dt)^2/24 = 1.6e-6`, the scheme's relative error of a period. It governs rotors of few degrees
+/// of freedom, whose highest frequency resolves nothing.
+const PARTS: f64 = 1000.0;
+
 /// A run that can be started.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plan {
@@ -73,7 +78,10 @@ impl Plan {
         let highest_frequency = rings.fold(lateral.max(structure.twist.highest), f64::max);
         let largest_step = 2.0 / highest_frequency;
         let step = match machine.run.step {
-            None => floor_to_two_digits(DEFAULT_FRACTION * largest_step).min(machine.run.end_time),
+            None => {
+                let resolved = 2.0 * std::f64::consts::PI / (PARTS * slowest_to_resolve(machine, structure));
+                floor_to_two_digits((DEFAULT_FRACTION * largest_step).min(resolved)).min(machine.run.end_time)
+            }
             // equality is marginally stable: it is refused too
             Some(step) if step < largest_step => step,
             Some(step) => {
@@ -90,6 +98,20 @@ impl Plan {
         };
         Ok(Self { step, largest_step, highest_frequency })
     }
+}
+
+/// The larger of the highest spin speed and the lowest lateral frequency [rad/s].
+fn slowest_to_resolve(machine: &Machine, structure: &Structure) -> f64 {
+    let law = machine.rotor.speed_law.iter().flat_map(|law| law.speeds.iter().copied());
+    let speed = law.fold(machine.rotor.initial_speed, f64::max);
+    let part = &structure.lateral;
+    // Rayleigh quotients of the coordinates bound the lowest frequency from above: enough for a resolution
+    let lowest = (0..part.coordinates.size())
+        .map(|i| part.stiffness[(i, i)] / part.mass[(i, i)])
+        .filter(|square| square.is_finite())
+        .fold(f64::INFINITY, f64::min);
+    let lowest = if lowest.is_finite() { lowest.max(0.0).sqrt() } else { 0.0 };
+    speed.max(lowest).max(f64::MIN_POSITIVE)
 }
 
 /// Highest lateral frequency. An added mass only lowers it, so the structure's own is a bound; a lost mass, a point mass

@@ -92,7 +92,11 @@ impl CliError {
             CliError::Engine(_) => Exit::Input,
             CliError::Run(RunError::Exists { .. } | RunError::Machine(_) | RunError::Engine(_)) => Exit::Input,
             CliError::Run(
-                RunError::File(_) | RunError::Ledger(_) | RunError::Table(_) | RunError::Dispatch(_),
+                RunError::File(_)
+                | RunError::Ledger(_)
+                | RunError::Table(_)
+                | RunError::Plan(_)
+                | RunError::Dispatch(_),
             ) => Exit::Io,
             CliError::Table(TableError::Version { .. }) => Exit::Input,
             CliError::Table(_) | CliError::File(_) | CliError::Ledger(_) | CliError::Stdout { .. } => Exit::Io,

@@ -34,7 +34,8 @@ fn chain(error: &dyn Error) -> String {
 
 /// Every problem of every file, then how many there are.
 fn render_problems(files: &[Problems]) -> String {
-    let handler = GraphicalReportHandler::new_themed(theme()).with_width(120).with_context_lines(1).with_links(false);
+    let handler = GraphicalReportHandler::new_themed(theme()).with_width(120).with_context_lines(1).with_links(false)
+        .with_wrap_lines(false);
     let mut text = String::new();
     for problems in files {
         let source = NamedSource::new(&problems.file, problems.text.clone());

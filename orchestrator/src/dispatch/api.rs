@@ -41,6 +41,8 @@ pub struct DispatchOptions {
     pub max_failures: Option<u64>,
     /// Memory a worker may allocate after its start \[bytes\].
     pub memory_limit: Option<u64>,
+    /// Workers compute nothing, for this many microseconds a sample; for measurements and tests of the dispatch.
+    pub noop: Option<u64>,
 }
 
 impl DispatchOptions {
@@ -64,6 +66,7 @@ impl DispatchOptions {
             wall: None,
             max_failures: None,
             memory_limit: None,
+            noop: None,
         }
     }
 }

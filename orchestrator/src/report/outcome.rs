@@ -1,7 +1,7 @@
 //! One run in words: what ended it, whether to believe it, the main quantities with their time.
 
 use bladeoff_core::document::units::format_quantity;
-use bladeoff_core::outcome::{Cause, Column, EndCause, Outcome, Status};
+use bladeoff_core::outcome::{Cause, Column, ColumnKind, EndCause, Outcome, Status};
 use std::fmt::Write;
 
 /// An outcome with the columns that name its values.
@@ -78,6 +78,7 @@ pub fn describe_outcome(view: OutcomeView<'_>) -> String {
         }
         let shown = match view.value(&column.name) {
             None => "-".to_owned(),
+            Some(value) if column.kind == ColumnKind::Count => format!("{value}"),
             Some(value) => {
                 let at = |suffix, unit| {
                     let at = view.value(&format!("{}_at_{suffix}", label(column)))?;
@@ -118,7 +119,7 @@ fn line(text: &mut String, name: &str, value: &str) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bladeoff_core::outcome::{CauseSet, ColumnKind};
+    use bladeoff_core::outcome::CauseSet;
 
     #[test]
     fn a_peak_is_shown_with_its_time_and_a_null_as_a_dash() {

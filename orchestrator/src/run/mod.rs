@@ -18,6 +18,7 @@ use crate::report::{Progress, Tally};
 use crate::results::TableError;
 use crate::study::Samples;
 use bladeoff_core::document::Problems;
+use bladeoff_worker::plan::PlanFileError;
 use directory::{LEDGER, MANIFEST, RunDirectory};
 use manifest::{Course, manifest};
 use sink::{LedgerSink, ProgressObserver};
@@ -70,6 +71,9 @@ pub enum RunError {
     /// A table.
     #[error(transparent)]
     Table(#[from] TableError),
+    /// The plan that workers read.
+    #[error(transparent)]
+    Plan(#[from] PlanFileError),
     /// Workers, shared memory, messages.
     #[error(transparent)]
     Dispatch(#[from] dispatch::DispatchError),
@@ -84,7 +88,7 @@ pub fn run(request: &Request, samples: &Samples) -> Result<Finished, RunError> {
     let machine = samples.study().machine.build()?;
     let structure = engine::build(&machine)?;
     dispatch::preflight(request.workers)?;
-    let plan = samples.plan(&structure);
+    let plan = samples.plan(Some(structure.basis().to_bytes()));
     let directory = RunDirectory::create(&request.out, samples.study())?;
     let plan_hash = plan.write(directory.path())?;
     let provenance = provenance::provenance(samples, &plan_hash);

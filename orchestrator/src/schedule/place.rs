@@ -53,6 +53,8 @@ pub enum Effect {
         index: usize,
         /// Attempt that succeeded.
         attempt: u32,
+        /// Worker that computed it.
+        worker: WorkerId,
     },
     /// Record a sample as quarantined.
     Quarantine {

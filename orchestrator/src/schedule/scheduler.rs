@@ -161,7 +161,7 @@ impl Scheduler {
             work.left.remove(found);
             work.current = None;
             place.deaths = 0;
-            effects.push(Effect::Record { index, attempt: work.attempt });
+            effects.push(Effect::Record { index, attempt: work.attempt, worker: place.worker });
             self.count(&result.outcome);
             self.troubles.remove(&result.sample);
         }
@@ -202,7 +202,8 @@ impl Scheduler {
 
     /// Gives an idle worker the next samples, if there are any.
     pub(super) fn give_work(&mut self, at: usize, effects: &mut Vec<Effect>) {
-        if !matches!(self.places[at].state, State::Idle) {
+        // Whoever is being killed only finishes dying.
+        if !matches!(self.places[at].state, State::Idle) || self.places[at].killed.is_some() {
             return;
         }
         if self.ending.is_some() {

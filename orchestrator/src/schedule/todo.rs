@@ -17,6 +17,12 @@ impl Todo {
         self.left
     }
 
+    /// The next one.
+    #[must_use]
+    pub fn first(&self) -> Option<u64> {
+        self.ranges.front().map(|range| range.start)
+    }
+
     /// Takes up to `n` samples from the front.
     pub fn take(&mut self, n: usize) -> Vec<u64> {
         let mut taken = Vec::with_capacity(n.min(usize::try_from(self.left).unwrap_or(n)));

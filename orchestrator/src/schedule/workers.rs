@@ -89,11 +89,11 @@ impl Scheduler {
         let Some(at) = self.place_of(worker) else { return };
         let state = std::mem::replace(&mut self.places[at].state, State::Closed);
         let killed = self.places[at].killed;
-        let was_starting = matches!(state, State::Starting { .. });
-        let was_leaving = matches!(state, State::Leaving { .. }) && killed.is_none_or(|why| why == KillReason::Ending);
+        let was_told = matches!(state, State::Leaving { .. }) || killed == Some(KillReason::Ending);
+        let failed_to_start = matches!(state, State::Starting { .. }) && !was_told;
         if let State::Busy(work) | State::Leaving { work: Some(work) } = state {
             let was_alone = work.size == 1;
-            let is_to_blame = was_alone && !was_leaving && killed != Some(KillReason::Lost);
+            let is_to_blame = was_alone && !was_told && killed != Some(KillReason::Lost);
             for sample in work.left {
                 self.send_back(sample);
                 if is_to_blame {
@@ -106,7 +106,7 @@ impl Scheduler {
                 }
             }
         }
-        if !was_leaving {
+        if !was_told {
             self.worker_deaths += 1;
             let place = &mut self.places[at];
             let pause = match place.deaths {
@@ -116,7 +116,7 @@ impl Scheduler {
             place.deaths += 1;
             place.enter(State::Gone { due: now + pause }, now);
         }
-        if was_starting {
+        if failed_to_start {
             self.failed_starts += 1;
             let too_many = FAILED_STARTS.max(2 * self.places.len() as u32);
             if self.failed_starts >= too_many && !self.has_given_up {

@@ -78,7 +78,7 @@ impl<'a> Keys<'a> {
         let value = problems.excerpt(entry.node.span.clone());
         let problem = problems.add(entry.node.span.clone(), self.key(&entry.name), "not a whole number in range");
         problem.value = Some(value);
-        problem.allowed = Some(format!("{least} to {most}"));
+        problem.allowed = Some(format!("a whole number, {least} to {most}"));
         None
     }
 

@@ -108,13 +108,21 @@ pub struct Domain {
 }
 
 impl Domain {
+    /// Whether a domain for this many workers could be made now: said before a study begins.
+    ///
+    /// # Errors
+    /// See [`DomainError`].
+    pub fn check(workers: usize) -> Result<(), DomainError> {
+        check_shm(Path::new(SHM), workers)?;
+        open_base(&default_base()).map(drop)
+    }
+
     /// Makes a domain for a run with this many workers below `/tmp/bladeoff-UID`, after sweeping those of dead runs.
     ///
     /// # Errors
     /// See [`DomainError`]; nothing is left behind.
     pub fn create(workers: usize) -> Result<Self, DomainError> {
-        let uid = rustix::process::getuid().as_raw();
-        Self::create_below(&PathBuf::from(format!("/tmp/{PRODUCT}-{uid}")), workers)
+        Self::create_below(&default_base(), workers)
     }
 
     /// The same below another directory, for tests.
@@ -173,6 +181,10 @@ impl Drop for Domain {
         // The next run sweeps what could not be removed.
         let _ = self.remove();
     }
+}
+
+fn default_base() -> PathBuf {
+    PathBuf::from(format!("/tmp/{PRODUCT}-{}", rustix::process::getuid().as_raw()))
 }
 
 /// Refuses a /dev/shm that cannot be written or is too small: memory that is not there would kill processes by SIGBUS

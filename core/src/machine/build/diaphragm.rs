@@ -114,7 +114,7 @@ fn ring(reader: &mut Reader<'_>, table: &str) -> Option<Ring> {
 
 /// Blades; inner `None`: a free ring, outer `None`: not known.
 fn blades(reader: &mut Reader<'_>, table: &str) -> Option<Option<Blades>> {
-    const MOST_ELEMENTS: usize = 10_000;
+    const MOST_ELEMENTS: usize = 600;
     let own = format!("{table}.blades");
     let path = |key: &str| format!("{own}.{key}");
     let any_given = ["length", "thickness", "width", "elements"].iter().any(|key| reader.is_given(&path(key)));

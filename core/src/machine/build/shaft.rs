@@ -4,8 +4,8 @@ use super::reader::Reader;
 use crate::document::units::format_digits;
 use crate::machine::model::ShaftElement;
 
-/// Bound on all sections together.
-const MOST_ELEMENTS: usize = 10_000;
+/// Bound on all sections together: matrices are dense, eigenvalue problems cost the cube.
+const MOST_ELEMENTS: usize = 500;
 /// A place within this part of the shaft's length of a node is that node.
 const TOLERANCE: f64 = 1e-9;
 

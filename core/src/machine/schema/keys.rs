@@ -4,10 +4,10 @@ use super::{Key, Kind, Need, Range, When};
 
 const POISSON: Range = Range::between(-1.0, 0.5);
 /// Bounds on counts keep any file from asking for gigabytes.
-const ELEMENTS: Range = Range::from_to(1.0, 10_000.0);
-const RING_ELEMENTS: Range = Range::from_to(4.0, 10_000.0);
+const ELEMENTS: Range = Range::from_to(1.0, 500.0);
+const RING_ELEMENTS: Range = Range::from_to(4.0, 600.0);
 const BLADE_ELEMENTS: Range = Range::from_to(1.0, 1_000.0);
-const BLADES: Range = Range::from_to(0.0, 10_000.0);
+const BLADES: Range = Range::from_to(0.0, 600.0);
 const MODES_FROM_0: Range = Range::from_to(0.0, 10_000.0);
 const MODES_FROM_1: Range = Range::from_to(1.0, 10_000.0);
 const MODES_FROM_2: Range = Range::from_to(2.0, 10_000.0);
@@ -102,7 +102,7 @@ pub(super) const KEYS: &[Key] = &[
         "stiffness to ground: isotropic, or [[kxx, kxy], [kyx, kyy]]"),
     key("rotor.bearings.NAME.damping", Kind::Matrix("N s/m"), Need::Number(0.0), Range::NOT_NEGATIVE, When::Always,
         "damping to ground: isotropic, or [[cxx, cxy], [cyx, cyy]]"),
-    key("rotor.bearings.NAME.axial_stiffness", Kind::Number("N/m"), Need::Number(0.0), Range::NOT_NEGATIVE, When::Always,
+    key("rotor.bearings.NAME.axial_stiffness", Kind::Number("N/m"), Need::Number(0.0), Range::NOT_NEGATIVE, When::Shaft,
         "axial stiffness to ground; at least one bearing of a shaft has some"),
     key("rotor.unbalances.NAME.position", Kind::Number("m"), Need::Required, Range::NOT_NEGATIVE, When::Shaft,
         "place along the shaft; a node must be there"),

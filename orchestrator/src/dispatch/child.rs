@@ -1,0 +1,146 @@
+//! A worker process: started, listened to, waited for.
+
+use std::process::{ExitStatus, Stdio};
+use std::time::Duration;
+
+use bladeoff_protocol::beat::{BEAT_BYTES, Beat};
+use bladeoff_protocol::messages::WorkerId;
+use bladeoff_worker::WorkerArgs;
+use bladeoff_worker::process::OUT_OF_MEMORY_WORDS;
+use tokio::io::{AsyncBufReadExt, AsyncReadExt, BufReader};
+use tokio::process::{ChildStderr, ChildStdout, Command};
+use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
+
+use super::DispatchError;
+use super::api::DispatchOptions;
+use super::driver::Event;
+use super::log::LONGEST_LINE;
+use crate::schedule::Death;
+
+/// How long an ended worker's last words are waited for.
+const LAST_WORDS: Duration = Duration::from_secs(2);
+
+/// What a child does, as events.
+pub(super) enum ChildEvent {
+    Beat(Beat),
+    Line(String),
+    /// It has ended, and everything it wrote has been handed over.
+    Exited(ExitStatus, Death),
+}
+
+/// The loop's hold on a worker process; dropping it kills the process.
+pub(super) struct Child {
+    pub pid: u32,
+    kill: UnboundedSender<()>,
+}
+
+impl Child {
+    /// Starts a worker in a process group of its own, so that Ctrl-C in a terminal reaches only us.
+    pub fn start(
+        options: &DispatchOptions,
+        args: &WorkerArgs,
+        events: &UnboundedSender<Event>,
+    ) -> Result<Self, DispatchError> {
+        let mut words = options.worker_command.iter();
+        let program = words.next().cloned().unwrap_or_default();
+        let failed = |source| DispatchError::Spawn { program: program.clone().into(), source };
+        let mut child = Command::new(&program)
+            .arg0("bladeoff")
+            .args(words)
+            .args(args.to_args())
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .process_group(0)
+            .kill_on_drop(true)
+            .spawn()
+            .map_err(failed)?;
+        let missing = || failed(std::io::ErrorKind::BrokenPipe.into());
+        let pid = child.id().ok_or_else(missing)?;
+        let (stdout, stderr) =
+            (child.stdout.take().ok_or_else(missing)?, child.stderr.take().ok_or_else(missing)?);
+        let (kill, killed) = unbounded_channel();
+        let (worker, events) = (args.worker, events.clone());
+        tokio::spawn(supervise(worker, child, stdout, stderr, killed, events));
+        Ok(Self { pid, kill })
+    }
+
+    /// Kills the process; its end comes as an event.
+    pub fn kill(&self) {
+        // Fails when it has ended already.
+        let _ = self.kill.send(());
+    }
+}
+
+async fn supervise(
+    worker: WorkerId,
+    mut child: tokio::process::Child,
+    stdout: ChildStdout,
+    stderr: ChildStderr,
+    mut killed: UnboundedReceiver<()>,
+    events: UnboundedSender<Event>,
+) {
+    let beats = tokio::spawn(read_beats(worker, stdout, events.clone()));
+    let words = tokio::spawn(read_lines(worker, stderr, events.clone()));
+    let status = loop {
+        tokio::select! {
+            status = child.wait() => break status,
+            // Also when the loop has let go of the child.
+            _ = killed.recv() => {
+                let _ = child.start_kill();
+                break child.wait().await;
+            }
+        }
+    };
+    let out_of_memory = match tokio::time::timeout(LAST_WORDS, words).await {
+        Ok(Ok(out_of_memory)) => out_of_memory,
+        _ => false,
+    };
+    beats.abort();
+    // Waiting for an own child cannot fail; if it did, the worker would be as gone.
+    let status = status.unwrap_or_default();
+    let _ = events.send(Event::Child(worker, ChildEvent::Exited(status, Death { out_of_memory })));
+}
+
+/// Heartbeats; what is not one is skipped byte by byte, so that a stray print does not hide those after it.
+async fn read_beats(worker: WorkerId, mut stdout: ChildStdout, events: UnboundedSender<Event>) {
+    let mut bytes = Vec::with_capacity(16 * BEAT_BYTES);
+    while stdout.read_buf(&mut bytes).await.is_ok_and(|n| n > 0) {
+        let mut at = 0;
+        let mut last = None;
+        while let Some(window) = bytes.get(at..at + BEAT_BYTES) {
+            match window.try_into().ok().and_then(Beat::decode) {
+                Some(beat) => {
+                    last = Some(beat);
+                    at += BEAT_BYTES;
+                }
+                None => at += 1,
+            }
+        }
+        bytes.drain(..at);
+        if let Some(beat) = last {
+            let _ = events.send(Event::Child(worker, ChildEvent::Beat(beat)));
+        }
+    }
+}
+
+/// Lines of standard error, cut to a sane length; returns whether the last thing said was a failed allocation.
+async fn read_lines(worker: WorkerId, stderr: ChildStderr, events: UnboundedSender<Event>) -> bool {
+    let mut reader = BufReader::new(stderr);
+    let mut out_of_memory = false;
+    let mut line = Vec::new();
+    loop {
+        line.clear();
+        let mut limited = (&mut reader).take(LONGEST_LINE as u64);
+        match limited.read_until(b'\n', &mut line).await {
+            Ok(0) | Err(_) => return out_of_memory,
+            Ok(_) => {}
+        }
+        let text = String::from_utf8_lossy(&line);
+        let text = text.trim_end();
+        if !text.is_empty() {
+            out_of_memory = text.starts_with(OUT_OF_MEMORY_WORDS);
+            let _ = events.send(Event::Child(worker, ChildEvent::Line(text.to_owned())));
+        }
+    }
+}

@@ -1,0 +1,427 @@
+//! The loop itself: events in, effects out.
+
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+
+use bladeoff_core::outcome::{CauseSet, EndCause, Outcome, Status};
+use bladeoff_protocol::domain::Domain;
+use bladeoff_protocol::link::{Incoming, LinkError};
+use bladeoff_protocol::messages::{
+    Batch, BatchId, Body, MAX_PARAMS, SampleReport, ToWorker, WorkerId, batch_capacity,
+};
+use bladeoff_protocol::transport::Ticket;
+use bladeoff_worker::WorkerArgs;
+use bladeoff_worker::fault::{At, Faults, Who};
+use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
+
+use super::DispatchError;
+use super::api::{DispatchOptions, DispatchReport, Ended, Observer, SampleResult, Samples, Signal, Sink};
+use super::child::{Child, ChildEvent};
+use super::hub::{Command, Hub, HubEvent};
+use super::log::Log;
+use super::signals;
+use crate::schedule::{Effect, KillReason, Scheduler, Settings, Todo};
+
+/// Time between looks at timers, progress and the sink.
+const TICK: Duration = Duration::from_millis(200);
+/// Events handled between two looks at the clock.
+const EVENTS_AT_ONCE: usize = 64;
+
+/// What happens to the loop.
+pub(super) enum Event {
+    Hub(HubEvent),
+    Child(WorkerId, ChildEvent),
+    Signal(Signal),
+    /// The user asks what the workers do.
+    Asked,
+}
+
+pub(super) fn run(
+    options: &DispatchOptions,
+    samples: &dyn Samples,
+    todo: Todo,
+    sink: &mut dyn Sink,
+    observer: &mut dyn Observer,
+) -> Result<DispatchReport, DispatchError> {
+    let faults = Faults::from_environment(Who::Orchestrator)?;
+    let n_params = count_params(samples, &todo)?;
+    let seconds = |limit: f64| Duration::try_from_secs_f64(limit).unwrap_or(Duration::MAX);
+    let settings = Settings {
+        workers: options.workers.max(1),
+        max_batch: options.max_batch.clamp(1, batch_capacity(n_params)),
+        crash_limit: options.crash_limit,
+        time_limit: options.time_limit_s.map(seconds),
+        stale_after: options.stale_after,
+        replace_after: options.replace_after,
+        grace: options.grace,
+        max_failures: options.max_failures,
+    };
+    let log = Log::open(options.worker_log.clone())?;
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .map_err(|source| DispatchError::System { doing: "starting timers and signals", source })?;
+    // Dropped in reverse: processes with the runtime, then the hub, then the domain.
+    let domain = Domain::create(settings.workers)?;
+    let (send, events) = unbounded_channel();
+    let hub = Hub::start(domain.address(), domain.run(), settings.workers, send.clone())?;
+    let result = {
+        let _inside = runtime.enter();
+        signals::watch(&send)?;
+        let mut driver = Driver {
+            options,
+            samples,
+            sink,
+            observer,
+            scheduler: Scheduler::new(settings, todo),
+            domain: &domain,
+            hub: &hub,
+            log,
+            faults,
+            n_params,
+            children: BTreeMap::new(),
+            exits: BTreeMap::new(),
+            tickets: BTreeMap::new(),
+            begun: Instant::now(),
+            flushed: Instant::now(),
+            unflushed: 0,
+            not_durable: Vec::new(),
+            refused: 0,
+            first_ask: None,
+            ended: None,
+            gave_up: None,
+            send,
+        };
+        runtime.block_on(driver.run(events))
+    };
+    drop(runtime);
+    drop(hub);
+    let report = result?;
+    domain.close()?;
+    Ok(report)
+}
+
+/// Number of parameters of every sample, from the first.
+fn count_params(samples: &dyn Samples, todo: &Todo) -> Result<usize, DispatchError> {
+    let Some(sample) = todo.first() else { return Ok(0) };
+    let mut params = Vec::new();
+    samples.params(sample, &mut params);
+    let found = params.len();
+    if found > MAX_PARAMS {
+        return Err(DispatchError::Parameters { sample, found, expected: found });
+    }
+    Ok(found)
+}
+
+struct Driver<'a> {
+    options: &'a DispatchOptions,
+    samples: &'a dyn Samples,
+    sink: &'a mut dyn Sink,
+    observer: &'a mut dyn Observer,
+    scheduler: Scheduler,
+    domain: &'a Domain,
+    hub: &'a Hub,
+    log: Log,
+    faults: Faults,
+    n_params: usize,
+    children: BTreeMap<WorkerId, Child>,
+    /// Ended workers whose last messages are still on their way.
+    exits: BTreeMap<WorkerId, crate::schedule::Death>,
+    /// The open request of each worker.
+    tickets: BTreeMap<WorkerId, Ticket>,
+    begun: Instant,
+    flushed: Instant,
+    unflushed: u64,
+    /// Samples recorded since the last flush and their workers' processes, kept for fault hooks only.
+    not_durable: Vec<(u64, Option<u32>)>,
+    refused: u64,
+    first_ask: Option<Duration>,
+    ended: Option<Ended>,
+    gave_up: Option<u32>,
+    send: tokio::sync::mpsc::UnboundedSender<Event>,
+}
+
+impl Driver<'_> {
+    async fn run(&mut self, mut events: UnboundedReceiver<Event>) -> Result<DispatchReport, DispatchError> {
+        let mut effects = Vec::new();
+        self.scheduler.start(self.now(), &mut effects);
+        self.carry_out(&mut effects, Vec::new())?;
+        let mut tick = tokio::time::interval(TICK);
+        tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+        while !self.scheduler.is_over() {
+            tokio::select! {
+                event = events.recv() => {
+                    // We hold a sender, so there is always another event to come.
+                    let mut next = event;
+                    for _ in 0..EVENTS_AT_ONCE {
+                        let Some(event) = next else { break };
+                        self.on_event(event)?;
+                        next = events.try_recv().ok();
+                    }
+                    if let Some(event) = next {
+                        self.on_event(event)?;
+                    }
+                }
+                _ = tick.tick() => self.on_tick()?,
+            }
+        }
+        self.flush()?;
+        self.observer.progress(&self.snapshot());
+        match self.gave_up {
+            Some(deaths) => Err(DispatchError::WorkersDoNotStart { deaths, last_words: self.log.last_words() }),
+            None => Ok(self.report()),
+        }
+    }
+
+    fn now(&self) -> Duration {
+        self.begun.elapsed()
+    }
+
+    fn on_event(&mut self, event: Event) -> Result<(), DispatchError> {
+        let now = self.now();
+        let mut effects = Vec::new();
+        let mut results = Vec::new();
+        match event {
+            Event::Hub(HubEvent::Message(incoming)) => results = self.on_message(incoming, &mut effects),
+            Event::Hub(HubEvent::Refused(refusal)) => {
+                self.refused += 1;
+                self.log.line(None, &format!("message dropped: {refusal}"))?;
+            }
+            Event::Hub(HubEvent::Drained(worker)) => {
+                if let Some(death) = self.exits.remove(&worker) {
+                    self.tickets.remove(&worker);
+                    self.scheduler.on_exit(now, worker, death, &mut effects);
+                }
+            }
+            Event::Hub(HubEvent::Failed(error)) => return Err(LinkError::into(error)),
+            Event::Child(worker, ChildEvent::Beat(beat)) => {
+                self.scheduler.on_beat(now, worker, beat);
+                if let Some(sample) = beat.sample {
+                    self.faults.reached(At::Running, sample, self.pid(worker));
+                }
+            }
+            Event::Child(worker, ChildEvent::Line(text)) => self.log.line(Some(worker), &text)?,
+            Event::Child(worker, ChildEvent::Exited(status, death)) => {
+                self.children.remove(&worker);
+                if !status.success() {
+                    self.log.line(Some(worker), &format!("ended: {status}"))?;
+                }
+                self.exits.insert(worker, death);
+                self.hub.send(Command::Drain(worker));
+            }
+            Event::Signal(signal) => {
+                self.ended.get_or_insert(Ended::Signalled(signal));
+                self.scheduler.on_stop(now, &mut effects);
+            }
+            Event::Asked => self.observer.asked(&self.snapshot()),
+        }
+        self.carry_out(&mut effects, results)
+    }
+
+    /// Tells the scheduler what a worker said; returns the results in it.
+    fn on_message(&mut self, incoming: Incoming, effects: &mut Vec<Effect>) -> Vec<SampleReport> {
+        let now = self.now();
+        let (worker, ticket) = (incoming.message.worker, incoming.ticket);
+        let mut results = Vec::new();
+        let is_answered = match incoming.message.body {
+            Body::Hello(hello) => self.scheduler.on_hello(now, worker, hello.pid, effects),
+            Body::Report(report) => {
+                if report.asks {
+                    self.first_ask.get_or_insert(now);
+                }
+                if !self.faults.is_empty() {
+                    let pid = self.pid(worker);
+                    report.samples.iter().for_each(|done| self.faults.reached(At::Sent, done.sample, pid));
+                }
+                let is_answered = self.scheduler.on_report(now, worker, &report, effects);
+                results = report.samples;
+                is_answered
+            }
+        };
+        if is_answered {
+            self.tickets.insert(worker, ticket);
+        } else {
+            self.hub.send(Command::Forget(ticket));
+        }
+        results
+    }
+
+    fn on_tick(&mut self) -> Result<(), DispatchError> {
+        let now = self.now();
+        let mut effects = Vec::new();
+        if self.ended.is_none() && self.options.wall.is_some_and(|wall| now >= wall) && !self.scheduler.is_complete() {
+            self.ended = Some(Ended::Wall);
+            self.scheduler.on_stop(now, &mut effects);
+        }
+        self.scheduler.on_tick(now, &mut effects);
+        self.carry_out(&mut effects, Vec::new())?;
+        if self.unflushed > 0 && self.flushed.elapsed() >= self.options.flush_every {
+            self.flush()?;
+        }
+        self.observer.progress(&self.snapshot());
+        Ok(())
+    }
+
+    /// Does what the scheduler says: first what workers wait for, then the records, so that they compute meanwhile.
+    fn carry_out(&mut self, effects: &mut Vec<Effect>, results: Vec<SampleReport>) -> Result<(), DispatchError> {
+        let mut spawned = Vec::new();
+        for effect in effects.iter_mut() {
+            match effect {
+                Effect::Assign { worker, batch, attempt, samples } => {
+                    let samples = std::mem::take(samples);
+                    self.assign(*worker, *batch, *attempt, samples)?;
+                }
+                Effect::Continue(worker) => self.answer(*worker, ToWorker::Continue),
+                Effect::Stop(worker) => self.answer(*worker, ToWorker::Stop),
+                Effect::Spawn(worker) => spawned.push(*worker),
+                Effect::Kill { worker, why } => self.kill(*worker, *why)?,
+                Effect::GiveUp { deaths } => self.gave_up = Some(*deaths),
+                Effect::Record { .. } | Effect::Quarantine { .. } => {}
+            }
+        }
+        self.record(effects, results)?;
+        effects.clear();
+        spawned.into_iter().try_for_each(|worker| self.spawn(worker))
+    }
+
+    fn answer(&mut self, worker: WorkerId, message: ToWorker) {
+        if let Some(ticket) = self.tickets.remove(&worker) {
+            self.hub.send(Command::Answer(ticket, worker, message));
+        }
+    }
+
+    fn assign(
+        &mut self,
+        worker: WorkerId,
+        batch: BatchId,
+        attempt: u32,
+        samples: Vec<u64>,
+    ) -> Result<(), DispatchError> {
+        let expected = self.n_params;
+        let mut params = Vec::with_capacity(samples.len() * expected);
+        for &sample in &samples {
+            let before = params.len();
+            self.samples.params(sample, &mut params);
+            let found = params.len() - before;
+            if found != expected {
+                return Err(DispatchError::Parameters { sample, found, expected });
+            }
+        }
+        let claimed = if self.faults.is_empty() { Vec::new() } else { samples.clone() };
+        self.answer(worker, ToWorker::Batch(Batch { batch, attempt, n_params: expected, samples, params }));
+        let pid = self.pid(worker);
+        claimed.into_iter().for_each(|sample| self.faults.reached(At::Claimed, sample, pid));
+        Ok(())
+    }
+
+    /// Hands accepted results and quarantined samples to the sink.
+    fn record(&mut self, effects: &[Effect], results: Vec<SampleReport>) -> Result<(), DispatchError> {
+        let mut results: Vec<Option<SampleReport>> = results.into_iter().map(Some).collect();
+        let mut records = Vec::new();
+        // Accepted results of one message come from one worker.
+        for effect in effects {
+            match effect {
+                Effect::Record { index, attempt, worker } => {
+                    let Some(SampleReport { sample, cpu_s, outcome }) = results.get_mut(*index).and_then(Option::take)
+                    else {
+                        continue;
+                    };
+                    records.push(SampleResult { sample, outcome, cpu_s, worker: worker.0, attempt: *attempt });
+                }
+                Effect::Quarantine { sample, cause, worker, attempt } => {
+                    let mut causes = CauseSet::default();
+                    causes.insert(*cause);
+                    let (status, end_cause) = (Status::Quarantined, EndCause::Failure);
+                    let outcome = Outcome { status, cause: Some(*cause), causes, end_cause, values: Vec::new() };
+                    self.log.line(Some(*worker), &format!("sample {sample} is quarantined: {}", cause.word()))?;
+                    records.push(SampleResult {
+                        sample: *sample,
+                        outcome,
+                        cpu_s: 0.0,
+                        worker: worker.0,
+                        attempt: *attempt,
+                    });
+                }
+                _ => {}
+            }
+        }
+        if records.is_empty() {
+            return Ok(());
+        }
+        if !self.faults.is_empty() {
+            let done: Vec<_> = records.iter().map(|r| (r.sample, self.pid(WorkerId(r.worker)))).collect();
+            self.not_durable.extend(done);
+        }
+        self.unflushed += records.len() as u64;
+        Ok(self.sink.record_all(&mut records)?)
+    }
+
+    fn flush(&mut self) -> Result<(), DispatchError> {
+        self.sink.flush()?;
+        self.unflushed = 0;
+        self.flushed = Instant::now();
+        for (sample, pid) in std::mem::take(&mut self.not_durable) {
+            self.faults.reached(At::Recorded, sample, pid);
+        }
+        Ok(())
+    }
+
+    fn spawn(&mut self, worker: WorkerId) -> Result<(), DispatchError> {
+        let args = WorkerArgs {
+            address: self.domain.address().clone(),
+            run: self.domain.run(),
+            worker,
+            parent: Some(std::process::id()),
+            run_dir: self.options.run_dir.clone(),
+            plan_hash: self.options.plan_hash.clone(),
+            memory_limit: self.options.memory_limit,
+            noop: self.options.noop,
+        };
+        let child = Child::start(self.options, &args, &self.send)?;
+        self.scheduler.on_spawned(self.now(), worker, child.pid);
+        self.children.insert(worker, child);
+        Ok(())
+    }
+
+    fn kill(&mut self, worker: WorkerId, why: KillReason) -> Result<(), DispatchError> {
+        let why = match why {
+            KillReason::TimeLimit => "killed: its sample exceeds the time limit",
+            KillReason::Silent => "killed: nothing was heard of it",
+            KillReason::Lost => "killed: it waits for an answer that was given",
+            KillReason::Ending => "killed: the run ends",
+        };
+        self.log.line(Some(worker), why)?;
+        self.children.get(&worker).inspect(|child| child.kill());
+        Ok(())
+    }
+
+    fn pid(&self, worker: WorkerId) -> Option<u32> {
+        self.children.get(&worker).map(|child| child.pid)
+    }
+
+    fn snapshot(&self) -> crate::schedule::Snapshot {
+        let mut snapshot = self.scheduler.snapshot(self.now());
+        snapshot.dropped_messages += self.refused;
+        snapshot
+    }
+
+    fn report(&self) -> DispatchReport {
+        let ended = if self.scheduler.is_complete() {
+            Ended::Complete
+        } else {
+            self.ended.unwrap_or(Ended::TooManyFailures)
+        };
+        DispatchReport {
+            done: self.scheduler.done(),
+            ended,
+            interrupted: match ended {
+                Ended::Signalled(signal) => Some(signal),
+                _ => None,
+            },
+            worker_deaths: self.scheduler.worker_deaths(),
+            dropped_messages: self.scheduler.dropped() + self.refused,
+            wall_s: self.now().as_secs_f64(),
+            first_ask_s: self.first_ask.unwrap_or_default().as_secs_f64(),
+        }
+    }
+}

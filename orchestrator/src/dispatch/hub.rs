@@ -1,0 +1,148 @@
+//! The thread that owns the iceoryx2 ports.
+
+use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
+use std::thread::JoinHandle;
+
+use bladeoff_protocol::domain::Address;
+use bladeoff_protocol::ipc::{BACKSTOP, IpcHub};
+use bladeoff_protocol::link::{HubLink, Incoming, LinkError, Refusal};
+use bladeoff_protocol::messages::{RunId, ToWorker, WorkerId};
+use bladeoff_protocol::transport::{PortError, Ticket, Waker};
+use tokio::sync::mpsc::UnboundedSender;
+
+use super::DispatchError;
+use super::driver::Event;
+
+/// What the loop asks of the hub.
+pub(super) enum Command {
+    Answer(Ticket, WorkerId, ToWorker),
+    Forget(Ticket),
+    /// The worker's process has ended: hand over what it sent, say so, then release what it held.
+    Drain(WorkerId),
+}
+
+/// What the hub tells the loop.
+pub(super) enum HubEvent {
+    Message(Incoming),
+    /// A message was dropped.
+    Refused(Refusal),
+    /// Everything this ended worker sent has been handed over.
+    Drained(WorkerId),
+    /// Nothing can be exchanged any more.
+    Failed(LinkError),
+}
+
+/// The loop's hold on the hub thread; dropping it ends the thread and releases the ports.
+pub(super) struct Hub {
+    commands: Option<Sender<Command>>,
+    waker: Waker,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Hub {
+    /// Starts the thread and creates the ports on it.
+    pub fn start(
+        address: &Address,
+        run: RunId,
+        workers: usize,
+        events: UnboundedSender<Event>,
+    ) -> Result<Self, DispatchError> {
+        let (commands, received) = channel();
+        let (ready, is_ready) = channel::<Result<Waker, PortError>>();
+        let address = address.clone();
+        let body = move || match IpcHub::create(&address, workers) {
+            Ok(port) => {
+                let link = HubLink::new(port, run);
+                let _ = ready.send(Ok(link.waker()));
+                serve(link, &received, &events);
+            }
+            Err(error) => {
+                let _ = ready.send(Err(error));
+            }
+        };
+        let thread = std::thread::Builder::new()
+            .name("hub".into())
+            .spawn(body)
+            .map_err(|source| DispatchError::System { doing: "starting the thread for messages", source })?;
+        let waker = match is_ready.recv() {
+            Ok(waker) => waker.map_err(LinkError::Port)?,
+            // The thread ended without a word: it panicked, and that says why on standard error.
+            Err(_) => return Err(LinkError::Port(PortError::OrchestratorGone).into()),
+        };
+        Ok(Self { commands: Some(commands), waker, thread: Some(thread) })
+    }
+
+    /// Hands a command over; it is carried out after all before it.
+    pub fn send(&self, command: Command) {
+        // A hub that has ended has said why, and the loop is about to read it.
+        let _ = self.commands.as_ref().map(|commands| commands.send(command));
+        (self.waker)();
+    }
+}
+
+impl Drop for Hub {
+    fn drop(&mut self) {
+        self.commands = None;
+        (self.waker)();
+        let _ = self.thread.take().map(JoinHandle::join);
+    }
+}
+
+fn serve(mut link: HubLink<IpcHub>, commands: &Receiver<Command>, events: &UnboundedSender<Event>) {
+    let tell = |event| {
+        let _ = events.send(Event::Hub(event));
+    };
+    loop {
+        match exchange(&mut link, commands, &tell).and_then(|go_on| {
+            if go_on {
+                link.wait(BACKSTOP)?;
+            }
+            Ok(go_on)
+        }) {
+            Ok(true) => {}
+            Ok(false) => return,
+            Err(error) => return tell(HubEvent::Failed(error)),
+        }
+    }
+}
+
+/// Carries out all commands and takes all messages; false when the loop has let go.
+fn exchange(
+    link: &mut HubLink<IpcHub>,
+    commands: &Receiver<Command>,
+    tell: &dyn Fn(HubEvent),
+) -> Result<bool, LinkError> {
+    loop {
+        match commands.try_recv() {
+            Ok(Command::Answer(ticket, worker, message)) => match link.answer(ticket, worker, &message) {
+                // Its process has just ended; the loop will hear of it.
+                Ok(()) | Err(LinkError::Port(PortError::UnknownTicket(_))) => {}
+                Err(error) => return Err(error),
+            },
+            Ok(Command::Forget(ticket)) => link.forget(ticket),
+            Ok(Command::Drain(worker)) => {
+                take(link, tell)?;
+                tell(HubEvent::Drained(worker));
+                link.reap(worker);
+            }
+            Err(TryRecvError::Empty) => break,
+            Err(TryRecvError::Disconnected) => return Ok(false),
+        }
+    }
+    take(link, tell)?;
+    Ok(true)
+}
+
+fn take(link: &mut HubLink<IpcHub>, tell: &dyn Fn(HubEvent)) -> Result<(), LinkError> {
+    let mut dropped = link.dropped();
+    while let Some(incoming) = link.try_receive()? {
+        tell(HubEvent::Message(incoming));
+    }
+    while dropped < link.dropped() {
+        dropped += 1;
+        if let Some(refusal) = link.take_refusal() {
+            tell(HubEvent::Refused(refusal));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,54 @@
+//! The worker log: what workers write to standard error and what happened to them, one line each.
+
+use std::fs::{File, OpenOptions};
+use std::io::Write;
+use std::path::PathBuf;
+
+use bladeoff_protocol::messages::WorkerId;
+
+use super::DispatchError;
+
+/// Longest line kept.
+pub(super) const LONGEST_LINE: usize = 4096;
+/// A log grows to this and no further in one run, so that a sample that complains at every step does not fill the disk.
+const LONGEST_LOG: u64 = 16 << 20;
+
+pub(super) struct Log {
+    path: PathBuf,
+    file: File,
+    written: u64,
+    last: Option<String>,
+}
+
+impl Log {
+    pub fn open(path: PathBuf) -> Result<Self, DispatchError> {
+        match OpenOptions::new().create(true).append(true).open(&path) {
+            Ok(file) => Ok(Self { path, file, written: 0, last: None }),
+            Err(source) => Err(DispatchError::Log { path, source }),
+        }
+    }
+
+    /// Writes a line, the worker's number before it.
+    pub fn line(&mut self, worker: Option<WorkerId>, text: &str) -> Result<(), DispatchError> {
+        let line = match worker {
+            Some(worker) => format!("{worker}: {text}\n"),
+            None => format!("orchestrator: {text}\n"),
+        };
+        let before = self.written;
+        self.written += line.len() as u64;
+        let result = match (before < LONGEST_LOG, self.written < LONGEST_LOG) {
+            (true, true) => self.file.write_all(line.as_bytes()),
+            (true, false) => self.file.write_all(b"orchestrator: the log is full, nothing more is kept of this run\n"),
+            _ => Ok(()),
+        };
+        if worker.is_some() {
+            self.last = Some(text.to_owned());
+        }
+        result.map_err(|source| DispatchError::Log { path: self.path.clone(), source })
+    }
+
+    /// What a worker said last.
+    pub fn last_words(&self) -> String {
+        self.last.clone().unwrap_or_else(|| "nothing".to_owned())
+    }
+}

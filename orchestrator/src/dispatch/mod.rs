@@ -1,0 +1,132 @@
+//! Runs a study's samples on worker processes: the loop between the scheduler and the world.
+//!
+//! ```text
+//! hub thread          iceoryx2 ports, poll           ┐
+//! children            wait, heartbeats, stderr       ├─ events ─> loop ─> schedule ─> effects ─> hub, children, sink
+//! signals, timers     tokio                          ┘
+//! ```
+//! The loop takes no decisions: it tells [`schedule`](crate::schedule) what happened and does what it says. iceoryx2's ports
+//! cannot leave the thread that made them, and releasing what a dead worker held takes some ten milliseconds, so they live
+//! on a thread of their own. Everything else runs on the calling thread, which must live as long as the run: the
+//! kernel kills workers with the thread that started them.
+//!
+//! Signals during a run: SIGINT, SIGTERM, and SIGHUP unless it is ignored, end it in order, a second one at once; SIGUSR1
+//! asks what the workers do. They stay caught afterwards, so that the table is written to its end.
+
+mod api;
+mod child;
+mod driver;
+mod hub;
+mod log;
+mod signals;
+
+use std::ffi::OsString;
+use std::io;
+use std::path::PathBuf;
+
+use bladeoff_protocol::domain::{Domain, DomainError};
+use bladeoff_protocol::link::LinkError;
+use bladeoff_worker::fault::FaultError;
+
+pub use crate::schedule::{Activity, Snapshot, Todo, WorkerView};
+pub use api::{
+    DispatchOptions, DispatchReport, Ended, Observer, SampleResult, Samples, Signal, Sink, SinkError,
+};
+
+/// Why a run could not be carried out. What was recorded before stays recorded.
+#[derive(Debug, thiserror::Error)]
+pub enum DispatchError {
+    /// Shared memory.
+    #[error("no shared memory for the workers")]
+    Domain(#[from] DomainError),
+    /// The connection to the workers, or a sample whose parameters cannot be sent.
+    #[error("the connection to the workers failed")]
+    Link(#[from] LinkError),
+    /// Workers do not start.
+    #[error("{deaths} workers in a row ended before they asked for work; the last one said: {last_words}")]
+    WorkersDoNotStart {
+        /// How many.
+        deaths: u32,
+        /// Last line of the worker log.
+        last_words: String,
+    },
+    /// A worker process could not be started.
+    #[error("starting a worker ({}) failed", program.display())]
+    Spawn {
+        /// The program.
+        program: PathBuf,
+        /// Why.
+        #[source]
+        source: io::Error,
+    },
+    /// More parameters than a message holds, or not the same number for every sample.
+    #[error("sample {sample} has {found} parameters, expected {expected}, at most {}", bladeoff_protocol::messages::MAX_PARAMS)]
+    Parameters {
+        /// Which sample.
+        sample: u64,
+        /// Its parameters.
+        found: usize,
+        /// Those of the first sample.
+        expected: usize,
+    },
+    /// Results could not be recorded.
+    #[error(transparent)]
+    Sink(#[from] SinkError),
+    /// The worker log could not be written.
+    #[error("writing {} failed", path.display())]
+    Log {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        #[source]
+        source: io::Error,
+    },
+    /// The environment asks for faults in a way that cannot be read.
+    #[error(transparent)]
+    Fault(#[from] FaultError),
+    /// The system refused what every program needs: threads, timers, signals.
+    #[error("{doing} failed")]
+    System {
+        /// What was being done.
+        doing: &'static str,
+        /// Why.
+        #[source]
+        source: io::Error,
+    },
+}
+
+/// Says before a study begins whether its workers would have shared memory.
+///
+/// # Errors
+/// [`DispatchError::Domain`].
+pub fn preflight(workers: usize) -> Result<(), DispatchError> {
+    Ok(Domain::check(workers)?)
+}
+
+/// The command that starts this very program as a worker. It goes by the running file and not by its path, so that
+/// workers started late are the same build even when the path has been overwritten meanwhile.
+///
+/// # Errors
+/// The system does not say what is running.
+pub fn self_command() -> Result<Vec<OsString>, DispatchError> {
+    let running = "/proc/self/exe";
+    std::fs::metadata(running).map_err(|source| DispatchError::System { doing: "finding the running program", source })?;
+    Ok(vec![running.into(), "worker".into()])
+}
+
+/// Computes samples on worker processes and hands the results to the sink, each sample once.
+///
+/// `todo`: the samples, a count for all from 0 or a [`Todo`] of ranges. Returns when every sample is done, or when a
+/// signal or a budget ended the run; then all processes have ended and the shared memory is gone.
+///
+/// # Errors
+/// See [`DispatchError`].
+pub fn run(
+    options: &DispatchOptions,
+    samples: &dyn Samples,
+    todo: impl Into<Todo>,
+    sink: &mut dyn Sink,
+    observer: &mut dyn Observer,
+) -> Result<DispatchReport, DispatchError> {
+    driver::run(options, samples, todo.into(), sink, observer)
+}

@@ -1,0 +1,38 @@
+//! Signals to the orchestrator as events.
+
+use tokio::signal::unix::{Signal as Stream, SignalKind, signal};
+use tokio::sync::mpsc::UnboundedSender;
+
+use super::DispatchError;
+use super::api::Signal;
+use super::driver::Event;
+
+/// Turns SIGINT, SIGTERM, SIGHUP (unless it is ignored, as under nohup) and SIGUSR1 into events until the receiver is gone.
+pub(super) fn watch(events: &UnboundedSender<Event>) -> Result<(), DispatchError> {
+    forward(SignalKind::interrupt(), events, || Event::Signal(Signal::Interrupt))?;
+    forward(SignalKind::terminate(), events, || Event::Signal(Signal::Terminate))?;
+    if !is_ignored(SignalKind::hangup()) {
+        forward(SignalKind::hangup(), events, || Event::Signal(Signal::Terminate))?;
+    }
+    forward(SignalKind::user_defined1(), events, || Event::Asked)
+}
+
+fn forward(kind: SignalKind, events: &UnboundedSender<Event>, event: fn() -> Event) -> Result<(), DispatchError> {
+    let mut stream: Stream =
+        signal(kind).map_err(|source| DispatchError::System { doing: "listening for signals", source })?;
+    let events = events.clone();
+    tokio::spawn(async move {
+        while stream.recv().await.is_some() && events.send(event()).is_ok() {}
+    });
+    Ok(())
+}
+
+/// Whether this process was started with the signal ignored, by the mask in /proc.
+fn is_ignored(kind: SignalKind) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status
+        .lines()
+        .find_map(|line| line.strip_prefix("SigIgn:"))
+        .and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    mask.is_some_and(|mask| mask >> (kind.as_raw_value() - 1) & 1 == 1)
+}
