@@ -76,8 +76,8 @@ const SHAFT_CASES: &[Case] = &[
     ("initial_speed = \"3000 rpm\"", "initial_speed = \"-3000 rpm\"", "initial_speed", "rotor.initial_speed", "out of range"),
     ("poisson_ratio = 0.3", "poisson_ratio = 0.5", "poisson_ratio = 0.5", "rotor.material.poisson_ratio", "> -1 and < 0.5"),
     ("shear_coefficient = 0.9", "shear_coefficient = \"cooper\"", "shear_coefficient", "rotor.material.shear_coefficient", "did you mean `cowper`?"),
-    ("elements = 16", "elements = 0", "elements = 0", "diaphragms.seal.ring.elements", "4 to 10000"),
-    ("elements = 2", "elements = 1000000000", "elements = 1000000000", "rotor.shaft[0].elements", "1 to 10000"),
+    ("elements = 16", "elements = 0", "elements = 0", "diaphragms.seal.ring.elements", "4 to 600"),
+    ("elements = 2", "elements = 1000000000", "elements = 1000000000", "rotor.shaft[0].elements", "1 to 500"),
     ("end_time = \"0.6 s\"", "end_time = \"0 s\"", "end_time", "run.end_time", "out of range"),
     ("end_time = \"0.6 s\"", "end_time = 1\nrotor_modes = 1", "rotor_modes", "run.rotor_modes", "2 to 10000"),
     ("end_time = \"0.6 s\"", "end_time = 1\nguard = {normal_wrok = 1}", "guard", "run.guard.normal_wrok", "did you mean `normal_work`?"),
@@ -213,7 +213,7 @@ fn huge_and_deep_files_are_refused_quickly() {
     let base = shipped("lab_rig");
     let many = |piece: &str, count: usize| format!("{base}\n{}", piece.repeat(count));
     for text in [
-        many("[[rotor.shaft]]\nlength = 1\nelements = 10000\ndiameter = 1\n", 900),
+        many("[[rotor.shaft]]\nlength = 1\nelements = 500\ndiameter = 1\n", 900),
         many("[[rotor.shaft]]\n", 20_000),
         many("x", 500_000),
         format!("{base}\n[a{}]", ".a".repeat(100_000)),

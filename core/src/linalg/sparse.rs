@@ -39,6 +39,21 @@ impl Csr {
         }
     }
 
+    /// Largest `|(A x)_i|`.
+    #[must_use]
+    pub fn largest_product(&self, x: &[f64]) -> f64 {
+        let mut largest = 0.0_f64;
+        for row in self.starts.windows(2) {
+            let row = row[0]..row[1];
+            let mut sum = 0.0;
+            for (value, &j) in self.values[row.clone()].iter().zip(&self.columns[row]) {
+                sum += value * x[j as usize];
+            }
+            largest = largest.max(sum.abs());
+        }
+        largest
+    }
+
     /// x^T A y.
     #[must_use]
     pub fn bilinear(&self, x: &[f64], y: &[f64]) -> f64 {

@@ -66,6 +66,8 @@ pub struct RunSettings {
     pub twist_modes: Option<usize>,
     /// Ring modes of the reduced engine (each diaphragm); `None`: the default of the engine.
     pub ring_modes: Option<usize>,
+    /// Whether the reduced engine adds the static flexibility of the modes it leaves out at the contact.
+    pub static_residual: bool,
     /// Largest number of steps; beyond it the run fails with `step_limit`. `None`: no limit.
     pub step_limit: Option<u64>,
     /// Validity guard.

@@ -57,26 +57,10 @@ impl RingMatrices {
 
     fn add_blades(&mut self, stator: &FlexibleStator, blades: &Blades) {
         let (mass, stiffness) = blade_element(stator, blades);
-        let r = self.mean_radius;
         for blade in 0..blades.count {
-            let foot = 4 * (blade * self.nodes / blades.count);
-            let inner = 4 * self.nodes + 3 * blade * (blades.elements - 1);
             for element in 0..blades.elements {
-                // each of the six element freedoms is a combination of global ones; the casing end has none
-                let mut places: [Vec<(usize, f64)>; 6] = std::array::from_fn(|_| Vec::new());
-                for end in 0..2 {
-                    let node = element + end;
-                    if node == 0 {
-                        // foot on the mean line (9): axial v, transverse u, slope theta_z = u/R - v_s
-                        places[3 * end] = vec![(foot + 2, 1.0)];
-                        places[3 * end + 1] = vec![(foot, 1.0)];
-                        places[3 * end + 2] = vec![(foot, 1.0 / r), (foot + 3, -1.0)];
-                    } else if node < blades.elements {
-                        for k in 0..3 {
-                            places[3 * end + k] = vec![(inner + 3 * (node - 1) + k, 1.0)];
-                        }
-                    }
-                }
+                let [near, far] = [0, 1].map(|end| self.blade_node(blades, blade, element + end));
+                let places: Vec<Vec<(usize, f64)>> = near.into_iter().chain(far).collect();
                 for a in 0..6 {
                     for b in 0..6 {
                         for &(row, wa) in &places[a] {
@@ -88,6 +72,22 @@ impl RingMatrices {
                     }
                 }
             }
+        }
+    }
+
+    /// Axial (outward), transverse and slope of a blade's node as combinations `(degree of freedom, weight)`; node 0 is the
+    /// foot on the mean line (9), the last one is clamped at the casing and has none.
+    #[must_use]
+    pub fn blade_node(&self, blades: &Blades, blade: usize, node: usize) -> [Vec<(usize, f64)>; 3] {
+        if node == 0 {
+            let foot = 4 * (blade * self.nodes / blades.count);
+            // axial v, transverse u, slope theta_z = u/R - v_s
+            [vec![(foot + 2, 1.0)], vec![(foot, 1.0)], vec![(foot, 1.0 / self.mean_radius), (foot + 3, -1.0)]]
+        } else if node < blades.elements {
+            let inner = 4 * self.nodes + 3 * (blade * (blades.elements - 1) + node - 1);
+            [0, 1, 2].map(|k| vec![(inner + k, 1.0)])
+        } else {
+            [const { Vec::new() }; 3]
         }
     }
 

@@ -37,6 +37,9 @@ pub struct RingPart {
     pub matrices: RingMatrices,
     /// The linear part.
     pub part: Part,
+    /// Static flexibility of the modes left out, on the ring's freedoms; `None` where nothing is left out, the correction is
+    /// switched off, or the ring is free (no static flexibility).
+    pub residual: Option<Matrix>,
 }
 
 /// Everything that does not change between samples of one structure.
@@ -49,6 +52,8 @@ pub struct Structure {
     pub lateral: Part,
     /// Twist: absolute angles.
     pub twist: Part,
+    /// Static flexibility of the lateral modes left out, on the nodal freedoms; `None` as for a ring.
+    pub lateral_residual: Option<Matrix>,
     /// One entry per diaphragm; `None` for a stator without degrees of freedom.
     pub rings: Vec<Option<RingPart>>,
     basis: Basis,
@@ -81,6 +86,7 @@ impl Structure {
             None => Basis::compute(machine, &rotor, &flexible)?,
         };
         let reduced = machine.run.engine == Engine::Reduced;
+        let correct = reduced && machine.run.static_residual;
         let point = matches!(machine.rotor.kind, RotorKind::PointMass(_));
         let lateral = if reduced && !point {
             Part::reduced(&basis.lateral, &rotor.damping)
@@ -96,9 +102,14 @@ impl Structure {
         let mut sets = basis.rings.iter();
         let rings = rings
             .into_iter()
-            .map(|ring| ring.map(|matrices| ring_part(matrices, sets.next().expect("one set per ring"), reduced)))
+            .map(|ring| {
+                ring.map(|matrices| ring_part(matrices, sets.next().expect("one set per ring"), reduced, correct))
+            })
             .collect();
-        Ok(Self { structural: structural(machine), rotor, lateral, twist, rings, basis })
+        let lateral_residual = (correct && !point)
+            .then(|| residual_flexibility(&rotor.stiffness, &basis.lateral, rotor.lateral_size()))
+            .flatten();
+        Ok(Self { structural: structural(machine), rotor, lateral, twist, lateral_residual, rings, basis })
     }
 
     /// Whether a machine has this structure (it may differ in everything a study varies from sample to sample).
@@ -152,7 +163,24 @@ impl Part {
     }
 }
 
-fn ring_part(matrices: RingMatrices, modes: &ModeSet, reduced: bool) -> RingPart {
+/// Static flexibility of the modes left out, `K^-1 - Phi omega^-2 Phi^T`, on the first `size` freedoms.
+///
+/// Source: residual flexibility (MacNeal 1971; Rubin 1975), quasi-static: the modes left out follow a force at once. Used by
+/// the contact alone. Verified by `the_residual_completes_the_static_flexibility` in `tests/engines.rs`.
+fn residual_flexibility(stiffness: &Matrix, modes: &ModeSet, size: usize) -> Option<Matrix> {
+    if modes.omega_squared.len() == stiffness.nrows() || modes.omega_squared.iter().any(|&square| square <= 0.0) {
+        return None;
+    }
+    let flexibility = crate::linalg::spd_inverse(stiffness)?;
+    let mut scaled = modes.shapes.transpose();
+    for (j, square) in modes.omega_squared.iter().enumerate() {
+        scaled.row_mut(j).scale_mut(1.0 / square);
+    }
+    let kept = mul(&modes.shapes, &scaled);
+    Some((flexibility - kept).view((0, 0), (size, size)).into_owned())
+}
+
+fn ring_part(matrices: RingMatrices, modes: &ModeSet, reduced: bool, correct: bool) -> RingPart {
     let (a, b) = (matrices.mass_proportional, matrices.stiffness_proportional);
     let part = if reduced {
         let damping: Vec<f64> = modes.omega_squared.iter().map(|square| a + b * square).collect();
@@ -164,7 +192,9 @@ fn ring_part(matrices: RingMatrices, modes: &ModeSet, reduced: bool) -> RingPart
         let damping = &matrices.mass * a + &matrices.stiffness * b;
         Part::full(&matrices.mass, &damping, &matrices.stiffness, modes.full_limit)
     };
-    RingPart { matrices, part }
+    let residual =
+        correct.then(|| residual_flexibility(&matrices.stiffness, modes, 4 * matrices.nodes)).flatten();
+    RingPart { matrices, part, residual }
 }
 
 /// The machine with everything that varies from sample to sample set to one value.
@@ -180,6 +210,7 @@ fn structural(machine: &Machine) -> Machine {
         rotor_modes: machine.run.rotor_modes,
         twist_modes: machine.run.twist_modes,
         ring_modes: machine.run.ring_modes,
+        static_residual: machine.run.static_residual,
         step_limit: None,
         guard: crate::machine::Guard { normal_work: 0.0, energy_balance: 0.0, penetration: 0.0 },
     };

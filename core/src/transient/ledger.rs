@@ -79,6 +79,8 @@ impl Ledger {
         }
         if let Some((rub, contact)) = rub {
             self.now.stator += rub.ring_damping_work();
+            // what the modes left out hold is strain; what they let go at the end of a contact is lost
+            self.now.normal -= rub.held - rub.held_before;
             if let Some(contact) = contact {
                 self.now.friction += contact.friction_work;
                 self.now.normal += contact.normal_work;
@@ -99,7 +101,8 @@ impl Ledger {
         });
         self.now.kinetic =
             line.lateral.kinetic_energy(d) + line.twist.kinetic_energy(d_twist) + coupling + ring_kinetic;
-        self.now.strain = line.lateral.strain_energy(d) + line.twist.strain_energy(d_twist) + ring_strain + spring;
+        self.now.strain = line.lateral.strain_energy(d) + line.twist.strain_energy(d_twist) + ring_strain + spring
+            + rub.map_or(0.0, |rub| rub.held);
         self.now.gravity = gravity;
         let total = self.now.stored();
         if !self.started {

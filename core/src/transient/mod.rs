@@ -88,8 +88,7 @@ impl<'a> Run<'a> {
         let rub = match machine.diaphragms.first() {
             None => None,
             Some(diaphragm) => {
-                let ring = structure.rings.first().and_then(Option::as_ref);
-                let mut rub = Rub::new(diaphragm, ring, &line, machine.run.force_location, dt).ok_or(singular)?;
+                let mut rub = Rub::new(diaphragm, structure, &line, machine.run.force_location, dt).ok_or(singular)?;
                 let gap = rub.gap_at(rub.local(line.place(rub.node))).value;
                 if gap < 0.0 && !rub.is_spring() {
                     return Err(PlanError::StartsInContact { diaphragm: diaphragm.name.clone(), gap });

@@ -7,10 +7,10 @@
 use super::shaft_line::{ShaftLine, distance, norm};
 use super::stepper::Stepper;
 use crate::contact::{Compliance, ContactForce, Detector, Gap, NotUnique, Place, exact_gap, polar_gap, slide, stick_or_slide};
-use crate::linalg::{axpy, dot};
+use crate::linalg::{Matrix, axpy, dot};
 use crate::machine::{ContactSurface, Detection, Diaphragm, DiaphragmKind, ForceLocation, FrictionLaw};
 use crate::stator::Surface;
-use crate::structure::{Coordinates, RingPart};
+use crate::structure::{Coordinates, RingPart, Structure};
 
 /// What contact did in the step at n.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,6 +55,11 @@ pub(crate) struct Rub<'a> {
     /// Lateral coordinates of the node along the stator's axes, and A^-1 of them.
     rows: [Vec<f64>; 2],
     responses: [Vec<f64>; 2],
+    /// Static flexibility of the lateral modes left out, at the node in the stator's axes [m/N].
+    residual: [[f64; 2]; 2],
+    /// Energy held by the static flexibility of the modes left out, at this step and the one before [J].
+    pub held: f64,
+    pub held_before: f64,
     /// Compliance of the node in the stator's axes [m/N].
     compliance: [[f64; 2]; 2],
     twist_row: Vec<f64>,
@@ -77,6 +82,8 @@ struct Ring<'a> {
     d: Vec<f64>,
     field: Vec<f64>,
     scratch: Vec<f64>,
+    /// Static flexibility of the modes left out.
+    residual: Option<&'a Matrix>,
     /// Bound of |v| per unit of each coordinate.
     radial_bound: Vec<f64>,
     normal: RingForce,
@@ -100,12 +107,13 @@ const CONTACT_ITERATIONS: usize = 40;
 impl<'a> Rub<'a> {
     pub fn new(
         diaphragm: &Diaphragm,
-        ring: Option<&'a RingPart>,
+        structure: &'a Structure,
         line: &ShaftLine<'_>,
         location: ForceLocation,
         dt: f64,
     ) -> Option<Self> {
         let contact = &diaphragm.contact;
+        let ring = structure.rings.first().and_then(Option::as_ref);
         let radius = contact.rotor_radius + contact.gap;
         let inner = contact.surface == ContactSurface::InnerFace;
         let surface = match ring {
@@ -152,6 +160,9 @@ impl<'a> Rub<'a> {
             ring,
             candidate: vec![0.0; rows[0].len()],
             candidate_twist: vec![0.0; twist_row.len()],
+            residual: residual_at(structure, contact.node, (sin, cos)),
+            held: 0.0,
+            held_before: 0.0,
             rows,
             responses,
             compliance,
@@ -174,8 +185,32 @@ impl<'a> Rub<'a> {
         [dot(&self.rows[0], d), dot(&self.rows[1], d)]
     }
 
+    /// Static flexibility of the modes left out: gap by a unit normal and by a unit tangential force at a place [m/N].
+    fn residual_flexibility(&self, acting: &Gap) -> (f64, f64) {
+        let (n, t) = directions(acting);
+        let along = |a: [f64; 2], b: [f64; 2]| {
+            let r = &self.residual;
+            a[0] * (r[0][0] * b[0] + r[0][1] * b[1]) + a[1] * (r[1][0] * b[0] + r[1][1] * b[1])
+        };
+        let (mut nn, mut nt) = (along(n, n), along(n, t));
+        if let Some((ring, residual)) = self.ring.as_ref().and_then(|ring| Some((ring, ring.residual?))) {
+            debug_assert!(ring.field.len() == residual.nrows());
+            let [n_r, n_t] = acting.normal;
+            let shapes = self.surface.shapes(acting.place.element, acting.place.xi);
+            for (i, r_i, t_i) in shapes {
+                let row = n_r * r_i + n_t * t_i;
+                for (j, r_j, t_j) in shapes {
+                    nn += row * residual[(i, j)] * (n_r * r_j + n_t * t_j);
+                    nt += row * residual[(i, j)] * (n_r * t_j - n_t * r_j);
+                }
+            }
+        }
+        (nn, nt)
+    }
+
     /// Begins the step: the ring's motion without contact.
     pub fn prepare(&mut self) {
+        (self.held_before, self.held) = (self.held, 0.0);
         if let Some(ring) = &mut self.ring {
             ring.prepare();
         }
@@ -386,6 +421,8 @@ impl<'a> Rub<'a> {
             w.tt -= dot(&ring.tangent.force, &ring.tangent.response);
             slip -= dot(&ring.tangent.force, &ring.free);
         }
+        let (nn, nt) = self.residual_flexibility(acting);
+        (w.nn, w.nt) = (w.nn + nn, w.nt + nt);
         match self.law {
             FrictionLaw::Slip => slide(g0, w, self.friction, sign),
             FrictionLaw::StickSlip => stick_or_slide(g0, slip, w, self.friction),
@@ -468,7 +505,10 @@ impl<'a> Rub<'a> {
         }
         // Hyp 1: the approximate gap opens by v_alpha d(gamma) more than the bodies move apart
         let model_work = force.normal * acting.model_slope * acting.place.polar(step)[1];
-        let residual = if self.detection == Detection::Hyp2Frozen || no_fixed_point {
+        let (nn, nt) = self.residual_flexibility(&acting);
+        let yielding = nn * force.normal + nt * force.tangential;
+        self.held = 0.5 * force.normal * yielding;
+        let mut residual = if self.detection == Detection::Hyp2Frozen || no_fixed_point {
             let x = [attempt.x_n[0] + dx[0], attempt.x_n[1] + dx[1]];
             if let Some(ring) = &mut self.ring {
                 ring.refresh_field();
@@ -477,6 +517,7 @@ impl<'a> Rub<'a> {
         } else {
             gap
         };
+        residual.value += yielding;
         StepContact {
             force,
             gap: residual,
@@ -653,6 +694,24 @@ fn wrapped(angle: f64) -> f64 {
     angle - turn * (angle / turn).round()
 }
 
+/// Residual flexibility of the rotor at a node, turned into the stator's axes.
+fn residual_at(structure: &Structure, node: usize, (sin, cos): (f64, f64)) -> [[f64; 2]; 2] {
+    let Some(all) = &structure.lateral_residual else { return [[0.0; 2]; 2] };
+    let places = structure.rotor.plane_places(node);
+    let axes = [[cos, sin], [-sin, cos]];
+    std::array::from_fn(|i| {
+        std::array::from_fn(|j| {
+            let mut sum = 0.0;
+            for (a, &row) in places.iter().enumerate() {
+                for (b, &col) in places.iter().enumerate() {
+                    sum += axes[i][a] * all[(row, col)] * axes[j][b];
+                }
+            }
+            sum
+        })
+    })
+}
+
 fn predicted_or(force_place: Option<Gap>, predicted: Gap) -> Gap {
     force_place.unwrap_or(predicted)
 }
@@ -686,6 +745,7 @@ impl<'a> Ring<'a> {
             d: zeros(),
             field: vec![0.0; nodal],
             scratch: zeros(),
+            residual: part.residual.as_ref(),
             radial_bound,
             normal: RingForce { force: zeros(), response: zeros() },
             tangent: RingForce { force: zeros(), response: zeros() },

@@ -124,7 +124,7 @@ async fn read_beats(worker: WorkerId, mut stdout: ChildStdout, events: Unbounded
     }
 }
 
-/// Lines of standard error, cut to a sane length; returns whether the last thing said was a failed allocation.
+/// Lines of standard error, cut to a sane length; returns whether a failed allocation was among them.
 async fn read_lines(worker: WorkerId, stderr: ChildStderr, events: UnboundedSender<Event>) -> bool {
     let mut reader = BufReader::new(stderr);
     let mut out_of_memory = false;
@@ -139,7 +139,7 @@ async fn read_lines(worker: WorkerId, stderr: ChildStderr, events: UnboundedSend
         let text = String::from_utf8_lossy(&line);
         let text = text.trim_end();
         if !text.is_empty() {
-            out_of_memory = text.starts_with(OUT_OF_MEMORY_WORDS);
+            out_of_memory |= text.starts_with(OUT_OF_MEMORY_WORDS);
             let _ = events.send(Event::Child(worker, ChildEvent::Line(text.to_owned())));
         }
     }

@@ -2,19 +2,75 @@
 
 use super::TableError;
 use super::read::read_frame;
-use polars::prelude::{CsvWriter, SerWriter};
+use polars::prelude::{AnyValue, PolarsError};
+use std::fmt::Write as _;
 use std::io::Write;
 use std::path::Path;
+
+/// Bytes gathered before they are written.
+const GATHERED: usize = 1 << 16;
 
 /// Writes the table at `path` as CSV with a header line to `out`.
 ///
 /// # Errors
 /// The table cannot be read, or `out` cannot be written.
-pub fn export_csv(path: &Path, out: impl Write) -> Result<(), TableError> {
-    let mut frame = read_frame(path)?;
-    CsvWriter::new(out).include_header(true).finish(&mut frame).map_err(|source| TableError::Table {
-        action: "export",
-        path: path.to_path_buf(),
-        source,
-    })
+pub fn export_csv(path: &Path, mut out: impl Write) -> Result<(), TableError> {
+    let failed = |source| TableError::Table { action: "export", path: path.to_path_buf(), source };
+    let frame = read_frame(path)?;
+    let mut text = String::new();
+    for (at, column) in frame.columns().iter().enumerate() {
+        push(&mut text, at, column.name().as_str());
+    }
+    text.push('\n');
+    for row in 0..frame.height() {
+        for (at, column) in frame.columns().iter().enumerate() {
+            let cell = column.get(row).map_err(failed)?;
+            push(&mut text, at, &shown(&cell));
+        }
+        text.push('\n');
+        if text.len() > GATHERED {
+            out.write_all(text.as_bytes()).map_err(|source| failed(PolarsError::from(source)))?;
+            text.clear();
+        }
+    }
+    out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(|source| failed(PolarsError::from(source)))
+}
+
+/// A cell; the shortest decimal that reads back as the same bits.
+fn shown(cell: &AnyValue<'_>) -> String {
+    match cell {
+        AnyValue::Null => String::new(),
+        AnyValue::Float64(number) => format!("{number:?}"),
+        AnyValue::String(word) => (*word).to_owned(),
+        AnyValue::StringOwned(word) => word.to_string(),
+        other => other.to_string(),
+    }
+}
+
+/// Adds a cell, quoted where it has to be.
+fn push(text: &mut String, at: usize, cell: &str) {
+    if at > 0 {
+        text.push(',');
+    }
+    if cell.contains([',', '"', '\n', '\r']) {
+        write!(text, "\"{}\"", cell.replace('"', "\"\"")).expect("writing to a String cannot fail");
+    } else {
+        text.push_str(cell);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_keep_their_digits_and_are_quoted_where_needed() {
+        assert_eq!(shown(&AnyValue::Float64(0.1 + 0.2)), "0.30000000000000004");
+        assert_eq!(shown(&AnyValue::UInt64(7)), "7");
+        assert_eq!(shown(&AnyValue::Null), "");
+        let mut text = String::new();
+        push(&mut text, 0, "normal_work,slip_reversal");
+        push(&mut text, 1, "ok");
+        assert_eq!(text, "\"normal_work,slip_reversal\",ok");
+    }
 }

@@ -36,6 +36,7 @@ pub(super) fn run(reader: &mut Reader<'_>) -> Option<RunSettings> {
         rotor_modes: reader.count("run.rotor_modes"),
         twist_modes: reader.count("run.twist_modes"),
         ring_modes: reader.count("run.ring_modes"),
+        static_residual: reader.word("run.static_residual")? == "on",
         step_limit: reader.number("run.step_limit").map(|steps| steps as u64),
         guard: Guard {
             normal_work: reader.number("run.guard.normal_work")?,

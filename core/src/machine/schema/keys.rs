@@ -41,6 +41,8 @@ pub(super) const KEYS: &[Key] = &[
         "elastic twist modes of the reduced engine"),
     key("run.ring_modes", Kind::Count, Need::Optional("chosen by the engine"), MODES_FROM_1, When::Always,
         "ring modes of the reduced engine, each diaphragm"),
+    key("run.static_residual", Kind::Choice(&["on", "off"]), Need::Word("on"), Range::ANY, When::Always,
+        "whether the reduced engine adds the static flexibility of the modes it leaves out at the contact"),
     key("run.step_limit", Kind::Count, Need::Optional("no limit"), STEPS, When::Always,
         "a run with more steps fails with cause step_limit"),
     key("run.guard.normal_work", Kind::Number(""), Need::Number(0.01), Range::POSITIVE, When::Always,
