@@ -12,6 +12,7 @@ pub mod modal;
 pub mod outcome;
 pub mod rotor;
 pub mod stator;
+pub mod stress;
 pub mod structure;
 pub mod transient;
 

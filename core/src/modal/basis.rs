@@ -69,7 +69,7 @@ pub enum BasisError {
 }
 
 /// Lateral rotor modes kept unless the machine says otherwise.
-pub const DEFAULT_ROTOR_MODES: usize = 16;
+pub const DEFAULT_ROTOR_MODES: usize = 24;
 /// Ring modes kept unless the machine says otherwise.
 pub const DEFAULT_RING_MODES: usize = 36;
 /// Relative distance of omega^2 below which two modes are one pair.

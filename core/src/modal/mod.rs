@@ -2,8 +2,10 @@
 
 mod basis;
 mod codec;
+mod quadratic;
 mod whirl;
 
 pub(crate) use basis::modal_key;
 pub use basis::{Basis, BasisError, DEFAULT_RING_MODES, DEFAULT_ROTOR_MODES, ModeSet};
-pub use whirl::{CriticalSpeed, ModesReport, RingMode, Whirl, WhirlMode, report};
+pub use quadratic::{QuadraticModes, quadratic_modes};
+pub use whirl::{CriticalSpeed, ModesReport, RingMode, Whirl, WhirlMode, report, whirl_modes};

@@ -1,7 +1,8 @@
 //! Whirl frequencies and damping at given speeds, critical speeds, twist, axial and ring frequencies of the full
 //! finite-element model. Unbalance masses are not in it, except for a point mass, which may have no other.
 
-use crate::linalg::{EigenError, Matrix, complex_eigen, inverse, symmetric_generalised};
+use super::quadratic::quadratic_modes;
+use crate::linalg::{EigenError, Matrix, symmetric_generalised};
 use crate::machine::{DiaphragmKind, Machine, RotorKind};
 use crate::rotor::{RotorMatrices, UnbalanceSite};
 use crate::stator::RingMatrices;
@@ -90,12 +91,9 @@ const CRITICAL_INTERVALS: usize = 64;
 /// # Errors
 /// [`EigenError`].
 pub fn report(machine: &Machine, speeds: &[f64]) -> Result<ModesReport, EigenError> {
-    let lateral = Lateral::new(machine)?;
+    let lateral = Lateral::new(machine);
     let rotor = &lateral.rotor;
-    let speeds = speeds
-        .iter()
-        .map(|&speed| Ok((speed, lateral.modes(speed)?)))
-        .collect::<Result<Vec<_>, EigenError>>()?;
+    let speeds = whirl_modes(machine, speeds)?;
     let roots = |k: &Matrix, m: &Matrix, what| -> Result<Vec<f64>, EigenError> {
         let (values, _) = symmetric_generalised(k, m, what)?;
         Ok(values.iter().map(|square| square.max(0.0).sqrt()).collect())
@@ -114,16 +112,25 @@ pub fn report(machine: &Machine, speeds: &[f64]) -> Result<ModesReport, EigenErr
     Ok(ModesReport { speeds, critical_speeds: lateral.critical_speeds()?, twist, axial, rings })
 }
 
-/// Lateral model in state-space form.
+/// Whirl modes of a machine at speeds [rad/s], by frequency.
+///
+/// # Errors
+/// [`EigenError`].
+pub fn whirl_modes(machine: &Machine, speeds: &[f64]) -> Result<Vec<(f64, Vec<WhirlMode>)>, EigenError> {
+    let lateral = Lateral::new(machine);
+    speeds.iter().map(|&speed| Ok((speed, lateral.modes(speed)?))).collect()
+}
+
+/// Lateral model.
 struct Lateral {
     rotor: RotorMatrices,
-    inverse_mass: Matrix,
+    mass: Matrix,
     stiffness: Matrix,
     gyroscopic: Matrix,
 }
 
 impl Lateral {
-    fn new(machine: &Machine) -> Result<Self, EigenError> {
+    fn new(machine: &Machine) -> Self {
         let rotor = RotorMatrices::assemble(&machine.rotor);
         let mut mass = rotor.mass.clone();
         if matches!(machine.rotor.kind, RotorKind::PointMass(_)) {
@@ -132,31 +139,24 @@ impl Lateral {
                 mass[(1, 1)] += site.mass;
             }
         }
-        let inverse_mass = inverse(&mass)
-            .ok_or(EigenError::MassNotDefinite { what: "the rotor", size: mass.nrows() })?;
         let stiffness = &rotor.stiffness + rotor.skew_stiffness();
         let gyroscopic = rotor.gyroscopic();
-        Ok(Self { rotor, inverse_mass, stiffness, gyroscopic })
+        Self { rotor, mass, stiffness, gyroscopic }
     }
 
     /// Oscillating modes at a speed, by frequency.
     fn modes(&self, speed: f64) -> Result<Vec<WhirlMode>, EigenError> {
-        let n = self.stiffness.nrows();
         let velocity = &self.rotor.damping + &self.gyroscopic * speed;
-        let mut a = Matrix::zeros(2 * n, 2 * n);
-        a.view_mut((0, n), (n, n)).fill_with_identity();
-        a.view_mut((n, 0), (n, n)).copy_from(&-(&self.inverse_mass * &self.stiffness));
-        a.view_mut((n, n), (n, n)).copy_from(&-(&self.inverse_mass * velocity));
-        let (values, real, imaginary) = complex_eigen(&a, "the spinning rotor")?;
-        let largest = values.iter().map(|[re, im]| re.hypot(*im)).fold(0.0, f64::max);
-        let mut modes: Vec<WhirlMode> = values
+        let found = quadratic_modes(&self.mass, &velocity, &self.stiffness, "the spinning rotor")?;
+        let mut modes: Vec<WhirlMode> = found
+            .values
             .iter()
             .enumerate()
-            .filter(|(_, [_, im])| *im > 1e-9 * largest)
+            .filter(|(_, [re, im])| *im > 1e-9 * re.hypot(*im))
             .map(|(j, &[re, im])| WhirlMode {
                 frequency: im,
                 damping_ratio: -re / re.hypot(im),
-                whirl: self.sense(j, &real, &imaginary),
+                whirl: self.sense(j, &found.real, &found.imaginary),
             })
             .collect();
         modes.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));

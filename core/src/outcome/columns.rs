@@ -1,6 +1,14 @@
 //! The numeric columns of a result row: name with its unit, type, meaning. The one place that names them.
 
-use crate::machine::Machine;
+use crate::machine::{Machine, RotorKind};
+use crate::transient::{REGIME_WORDS, WHIRL_WORDS};
+
+/// Columns of an outcome at most: what a message between processes carries.
+pub const MAX_COLUMNS: usize = 256;
+/// Shaft sections with columns of their own at most; the largest over all sections is always there.
+const REPORTED_SECTIONS: usize = 12;
+/// Columns of one section.
+const SECTION_COLUMNS: usize = 9;
 
 /// How a column is stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -9,6 +17,8 @@ pub enum ColumnKind {
     Real,
     /// A count: u64 in the table, exact in f64 below 2^53.
     Count,
+    /// One of these words: text in the table, its index in an [`super::Outcome`].
+    Choice(&'static [&'static str]),
 }
 
 /// One numeric column.
@@ -24,7 +34,9 @@ pub struct Column {
     pub meaning: String,
 }
 
-/// The numeric columns of one machine's outcome, in table order. They depend on its bearing names alone.
+/// The numeric columns of one machine's outcome, in table order. They depend on its bearing names and on the number of its
+/// shaft sections alone, never on what a study varies. Of the sections the first 12 have columns of their own, fewer where
+/// many bearings would bring the columns above [`MAX_COLUMNS`].
 #[must_use]
 pub fn columns(machine: &Machine) -> Vec<Column> {
     let mut all = Columns(Vec::new());
@@ -45,6 +57,19 @@ pub fn columns(machine: &Machine) -> Vec<Column> {
     all.real("contact_time_s", "s", "time with a contact force");
     all.real("stick_time_s", "s", "time in contact without slip");
     all.count("impacts", "impacts; one ends when the gap has stayed open for 1 ms");
+    all.choice(
+        "rub_regime",
+        REGIME_WORDS,
+        "worst rub of the run: free, light (intermittent), heavy (in impacts for at least half of a turn), backward-whirl \
+         (heavy, and the rotor centre turned against the spin by a whole turn)",
+    );
+    all.choice(
+        "whirl_in_rub",
+        WHIRL_WORDS,
+        "sense in which the rotor centre turns about the diaphragm's centre for at least 90 % of the time in contact, against \
+         the spin: forward or backward, otherwise mixed; null without contact",
+    );
+    all.real("backward_whirl_time_s", "s", "time in contact with the rotor centre turning against the spin");
     all.peak("residual_penetration", "m", "largest penetration left at a converged step, in the run's own gap function");
     all.peak("max_eccentricity", "m", "largest distance of the rotor centre from the diaphragm's centre at the contact section");
     all.real("friction_energy_J", "J", "energy dissipated by contact friction");
@@ -57,6 +82,16 @@ pub fn columns(machine: &Machine) -> Vec<Column> {
     all.real("step_s", "s", "time step");
     all.count("iterations", "iterations of the non-linear solve, all steps together");
     all.real("stop_time_s", "s", "time at which the rotor came to rest; null unless it stopped");
+    all.peak("max_blade_bending_stress", "Pa", "largest bending stress in a blade of the diaphragm, nominal");
+    all.stresses("", "the shaft");
+    let sections = match &machine.rotor.kind {
+        RotorKind::Shaft(shaft) => shaft.elements.last().map_or(0, |element| element.section + 1),
+        RotorKind::PointMass(_) => 0,
+    };
+    let room = MAX_COLUMNS.saturating_sub(all.0.len()) / SECTION_COLUMNS;
+    for section in 0..sections.min(REPORTED_SECTIONS).min(room) {
+        all.stresses(&format!("_section{section}"), &format!("shaft section {section} (from 0, in the order of the file)"));
+    }
     all.0
 }
 
@@ -72,15 +107,24 @@ impl Columns {
     fn count(&mut self, name: &str, meaning: &str) {
         self.push(name.to_owned(), "", ColumnKind::Count, meaning);
     }
+    fn choice(&mut self, name: &str, words: &'static [&'static str], meaning: &str) {
+        self.push(name.to_owned(), "", ColumnKind::Choice(words), meaning);
+    }
     /// A peak, and time and speed at which it was reached.
     fn peak(&mut self, name: &str, unit: &'static str, meaning: &str) {
-        self.push(format!("{name}_{unit}"), unit, ColumnKind::Real, meaning);
-        self.push(format!("{name}_at_s"), "s", ColumnKind::Real, &format!("time of {name}_{unit}"));
-        self.push(
-            format!("{name}_at_rad_s"),
-            "rad/s",
-            ColumnKind::Real,
-            &format!("mean spin at the time of {name}_{unit}"),
+        let column = format!("{name}_{}", unit.replace(' ', ""));
+        self.push(column.clone(), unit, ColumnKind::Real, meaning);
+        self.push(format!("{name}_at_s"), "s", ColumnKind::Real, &format!("time of {column}"));
+        self.push(format!("{name}_at_rad_s"), "rad/s", ColumnKind::Real, &format!("mean spin at the time of {column}"));
+    }
+    /// Moments and stresses of one section or of all.
+    fn stresses(&mut self, place: &str, of: &str) {
+        self.peak(&format!("max_torsional_moment{place}"), "N m", &format!("largest torsional moment in {of}"));
+        self.peak(
+            &format!("max_shear_stress{place}"),
+            "Pa",
+            &format!("largest torsional shear stress at the surface of {of}, nominal"),
         );
+        self.peak(&format!("max_bending_stress{place}"), "Pa", &format!("largest bending stress at the surface of {of}, nominal"));
     }
 }

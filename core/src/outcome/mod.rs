@@ -4,7 +4,7 @@ mod causes;
 mod columns;
 
 pub use causes::{Cause, CauseSet, EndCause, Status};
-pub use columns::{Column, ColumnKind, columns};
+pub use columns::{Column, ColumnKind, MAX_COLUMNS, columns};
 
 /// The outcome of one run: a row of the result table without its sample number and parameters.
 #[derive(Debug, Clone, PartialEq)]

@@ -12,10 +12,13 @@ mod rub;
 mod shaft_line;
 mod start;
 mod stepper;
+mod stress_peaks;
+mod whirl;
 
 pub use history::{ContactFrame, Frame, NoHistory, Observer};
 pub use ledger::Energies;
 pub use plan::{Plan, PlanError};
+pub(crate) use whirl::{REGIME_WORDS, WHIRL_WORDS};
 
 use ledger::Ledger;
 use monitor::Monitor;
@@ -108,7 +111,7 @@ impl<'a> Run<'a> {
         Ok(Self {
             machine,
             rub,
-            monitor: Monitor::new(machine, dt),
+            monitor: Monitor::new(machine, structure, dt),
             ledger: Ledger::default(),
             step: 0,
             time: 0.0,
@@ -212,10 +215,24 @@ impl<'a> Run<'a> {
             self.loads[i] = load;
             self.monitor.bearing(i, load[0] * load[0] + load[1] * load[1], self.time, speed);
         }
+        self.monitor.stress.shaft(&self.line.x, &self.line.beta, self.time, speed);
         if let Some(rub) = &self.rub {
-            let [x, y] = rub.local(self.line.place(rub.node));
+            let (place, velocity) = self.line.node(rub.node);
+            let [x, y] = rub.local(place);
             self.monitor.eccentricity(x * x + y * y, self.time, speed);
             self.monitor.contact(contact, self.time, speed);
+            let instant = whirl::Instant {
+                time: self.time,
+                angle: self.line.phi,
+                speed,
+                place: [x, y],
+                velocity: rub.local_direction(velocity),
+                touches: contact.is_some(),
+            };
+            self.monitor.motion.step(&instant, self.line.dt);
+            if let Some(q) = rub.ring_coordinates() {
+                self.monitor.stress.ring(q, self.time, speed);
+            }
         }
         self.ledger.work(&mut self.line, self.rub.as_mut().map(|rub| (rub, contact)), &self.d, &self.d_twist);
         if self.step % BALANCE_EVERY == 0 {

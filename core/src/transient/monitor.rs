@@ -5,22 +5,25 @@ use std::collections::VecDeque;
 use super::ledger::Ledger;
 use super::plan::Plan;
 use super::rub::StepContact;
+use super::stress_peaks::StressPeaks;
+use super::whirl::RubMotion;
 use crate::machine::{Detection, FrictionLaw, Machine};
 use crate::outcome::{Cause, CauseSet, EndCause, Outcome, Status, columns};
+use crate::structure::Structure;
 
 /// Length of the force filter, and how long the gap must stay open for an impact to end [s].
 pub(crate) const FILTER: f64 = 1e-3;
 
 /// A largest value, and where it was.
 #[derive(Debug, Clone, Copy, Default)]
-struct Peak {
-    value: Option<f64>,
-    time: f64,
-    speed: f64,
+pub(crate) struct Peak {
+    pub value: Option<f64>,
+    pub time: f64,
+    pub speed: f64,
 }
 
 impl Peak {
-    fn see(&mut self, value: f64, time: f64, speed: f64) {
+    pub fn see(&mut self, value: f64, time: f64, speed: f64) {
         if self.value.is_none_or(|largest| value > largest) {
             *self = Self { value: Some(value), time, speed };
         }
@@ -49,12 +52,14 @@ pub(crate) struct Monitor {
     window_length: usize,
     window_sum: f64,
     window_filled: usize,
+    pub stress: StressPeaks,
+    pub motion: RubMotion,
     pub steps: u64,
     pub iterations: u64,
 }
 
 impl Monitor {
-    pub fn new(machine: &Machine, dt: f64) -> Self {
+    pub fn new(machine: &Machine, structure: &Structure, dt: f64) -> Self {
         let window_length = ((FILTER / dt).round() as usize).max(1);
         let contact = if machine.diaphragms.is_empty() { None } else { Some(0.0) };
         let count = Peak { value: contact, ..Peak::default() };
@@ -78,6 +83,8 @@ impl Monitor {
             window_length,
             window_sum: 0.0,
             window_filled: 0,
+            stress: StressPeaks::new(machine, structure),
+            motion: RubMotion::default(),
             steps: 0,
             iterations: 0,
         }
@@ -194,6 +201,9 @@ impl Monitor {
             "contact_time_s" => energy(self.contact_time),
             "stick_time_s" => energy(self.stick_time),
             "impacts" => count(self.impacts),
+            "whirl_in_rub" => self.motion.whirl(),
+            "rub_regime" => rubs.then(|| self.motion.regime()),
+            "backward_whirl_time_s" => energy(self.motion.against_spin_time()),
             "friction_energy_J" => energy(ledger.now.friction),
             "normal_work_J" => energy(ledger.now.normal),
             "model_work_J" => {
@@ -233,5 +243,11 @@ impl Monitor {
             .or_else(|| named("max_filtered_contact_force", "N", self.filtered))
             .or_else(|| named("residual_penetration", "m", self.penetration))
             .or_else(|| named("max_eccentricity", "m", squared(self.eccentricity)))
+            .or_else(|| {
+                let base = name.strip_suffix("_at_s").or_else(|| name.strip_suffix("_at_rad_s"));
+                let base = base.or_else(|| name.strip_suffix("_Nm")).or_else(|| name.strip_suffix("_Pa"))?;
+                let peak = self.stress.peak(base)?;
+                named(base, "Nm", peak).or_else(|| named(base, "Pa", peak))
+            })
     }
 }

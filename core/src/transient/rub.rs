@@ -176,9 +176,18 @@ impl<'a> Rub<'a> {
 
     /// Rotor centre in the stator's frame, from nodal u and v.
     pub fn local(&self, [u, v]: [f64; 2]) -> [f64; 2] {
+        self.local_direction([u - self.offset[0], v - self.offset[1]])
+    }
+
+    /// A vector (no place) in the stator's frame.
+    pub fn local_direction(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let (sin, cos) = self.turn;
-        let (x, y) = (u - self.offset[0], v - self.offset[1]);
         [cos * x + sin * y, cos * y - sin * x]
+    }
+
+    /// Coordinates of the ring at n once it moves.
+    pub fn ring_coordinates(&self) -> Option<&[f64]> {
+        self.ring.as_ref().filter(|ring| ring.moving).map(|ring| ring.stepper.q.as_slice())
     }
 
     fn increment(&self, d: &[f64]) -> [f64; 2] {

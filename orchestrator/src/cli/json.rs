@@ -20,6 +20,9 @@ impl JsonObject {
         let value = match value.filter(|value| value.is_finite()) {
             None => "null".to_owned(),
             Some(value) if field.kind == FieldKind::Count => format!("{}", value as u64),
+            Some(value) if matches!(field.kind, FieldKind::Choice(_)) => {
+                field.kind.word(value).map_or_else(|| "null".to_owned(), quoted)
+            }
             Some(value) => number(value),
         };
         self.raw(&field.name, &value);

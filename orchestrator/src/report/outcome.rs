@@ -79,6 +79,7 @@ pub fn describe_outcome(view: OutcomeView<'_>) -> String {
         let shown = match view.value(&column.name) {
             None => "-".to_owned(),
             Some(value) if column.kind == ColumnKind::Count => format!("{value}"),
+            Some(value) if matches!(column.kind, ColumnKind::Choice(_)) => word(column.kind, value).to_owned(),
             Some(value) => {
                 let at = |suffix, unit| {
                     let at = view.value(&format!("{}_at_{suffix}", label(column)))?;
@@ -94,12 +95,19 @@ pub fn describe_outcome(view: OutcomeView<'_>) -> String {
     text
 }
 
+fn word(kind: ColumnKind, index: f64) -> &'static str {
+    match kind {
+        ColumnKind::Choice(words) => words.get(index as usize).copied().unwrap_or("-"),
+        ColumnKind::Real | ColumnKind::Count => "-",
+    }
+}
+
 /// Columns that are shown elsewhere in the block.
 const OTHERWISE: [&str; 2] = ["end_time_s", "end_speed_rad_s"];
 
 /// Name without the unit.
 fn label(column: &Column) -> &str {
-    let unit = column.unit.replace(['/', ' '], if column.unit == "N s" { "" } else { "_" });
+    let unit = column.unit.replace(' ', "").replace('/', "_");
     column.name.strip_suffix(&unit).map_or(&*column.name, |name| name.trim_end_matches('_'))
 }
 

@@ -105,6 +105,10 @@ fn frame(schema: &TableSchema, rows: &[Row]) -> Result<DataFrame, PolarsError> {
         let values = rows.iter().map(value);
         columns.push(match field.kind {
             FieldKind::Count => counts(&field.name, values.map(|value| value.map(|value| value as u64))),
+            FieldKind::Choice(_) => words(
+                &field.name,
+                values.map(|value| value.and_then(|value| field.kind.word(value)).map(str::to_owned)),
+            ),
             _ => reals(&field.name, values),
         });
     }
@@ -117,7 +121,7 @@ fn parameter<'a>(field: &Field, values: impl Iterator<Item = &'a Value>) -> Colu
         Value::Word(_) => None,
     };
     match field.kind {
-        FieldKind::Word => words(
+        FieldKind::Word | FieldKind::Choice(_) => words(
             &field.name,
             values.map(|value| match value {
                 Value::Word(word) => Some(word.clone()),
@@ -149,7 +153,7 @@ fn data_type(kind: FieldKind) -> DataType {
         FieldKind::Real => DataType::Float64,
         FieldKind::Count => DataType::UInt64,
         FieldKind::Integer => DataType::Int64,
-        FieldKind::Word => DataType::String,
+        FieldKind::Word | FieldKind::Choice(_) => DataType::String,
     }
 }
 

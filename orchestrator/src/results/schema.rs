@@ -21,6 +21,19 @@ pub enum FieldKind {
     Integer,
     /// A word.
     Word,
+    /// One of these words, given as its index by the solver.
+    Choice(&'static [&'static str]),
+}
+
+impl FieldKind {
+    /// The word behind a value of the solver; `None` for a field of numbers, and for a number that is no index of it.
+    #[must_use]
+    pub fn word(self, value: f64) -> Option<&'static str> {
+        match self {
+            FieldKind::Choice(words) if value >= 0.0 && value.fract() == 0.0 => words.get(value as usize).copied(),
+            _ => None,
+        }
+    }
 }
 
 /// One column of the table.
@@ -62,6 +75,7 @@ impl TableSchema {
             kind: match column.kind {
                 ColumnKind::Real => FieldKind::Real,
                 ColumnKind::Count => FieldKind::Count,
+                ColumnKind::Choice(words) => FieldKind::Choice(words),
             },
         }));
         Self { fields, parameters: count }

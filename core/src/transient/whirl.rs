@@ -1,0 +1,203 @@
+//! How the rotor whirls while it rubs, and the rub regime of the run.
+//!
+//! ```text
+//! gamma' = (x y' - y x')/(x^2 + y^2)      turning rate of the rotor centre about the diaphragm's centre       (1)
+//! window  = one turn of the shaft or of the rotor centre about the diaphragm, whichever ends first
+//! share   = (time in impacts)/(length of the window); an impact ends when the gap has stayed open for 1 ms
+//! ```
+//! Regime of a run, the worst that any window reached:
+//! - `free`: no contact;
+//! - `light`: contact, but intermittent: the share stays below 0.5 in every whole window;
+//! - `heavy`: a window with a share of at least 0.5;
+//! - `backward-whirl`: in successive windows with such a share the rotor centre turned against the spin by a whole turn.
+//!
+//! Direction of whirl in rub: `forward` (with the spin) or `backward` where (1) has that sign for at least 90 % of the time in
+//! contact, otherwise `mixed`.
+//!
+//! Source: common usage (Muszynska 2005, ch. 6: partial and full annular rub, dry whip); the numbers 0.5 and 0.9 are ours.
+//! Limits: the last, incomplete window does not count. Verified by the tests below and `tests/stresses.rs`.
+
+use super::monitor::FILTER;
+
+/// Share of a window above which rub is heavy.
+const HEAVY_SHARE: f64 = 0.5;
+/// Share of the contact time above which a direction of whirl is named.
+const DIRECTION_SHARE: f64 = 0.9;
+const TURN: f64 = 2.0 * std::f64::consts::PI;
+
+/// Words of the column `whirl_in_rub`.
+pub(crate) const WHIRL_WORDS: &[&str] = &["forward", "backward", "mixed"];
+/// Words of the column `rub_regime`.
+pub(crate) const REGIME_WORDS: &[&str] = &["free", "light", "heavy", "backward-whirl"];
+
+/// One instant of the rotor centre in the diaphragm's frame.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Instant {
+    pub time: f64,
+    /// Mean spin angle [rad] and spin [rad/s].
+    pub angle: f64,
+    pub speed: f64,
+    /// Place [m] and velocity [m/s].
+    pub place: [f64; 2],
+    pub velocity: [f64; 2],
+    pub touches: bool,
+}
+
+/// Follows one run.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct RubMotion {
+    window: Option<Window>,
+    last_contact: Option<f64>,
+    heavy: bool,
+    backward: bool,
+    /// Angle turned against the spin in successive windows of heavy rub [rad].
+    against: f64,
+    with_spin_time: f64,
+    against_spin_time: f64,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Window {
+    start: f64,
+    angle: f64,
+    turned: f64,
+    contact: f64,
+}
+
+impl RubMotion {
+    /// Takes the step at n. Before the first contact it costs nothing.
+    #[inline]
+    pub fn step(&mut self, now: &Instant, dt: f64) {
+        if self.window.is_some() || now.touches {
+            self.follow(now, dt);
+        }
+    }
+
+    fn follow(&mut self, now: &Instant, dt: f64) {
+        let [x, y] = now.place;
+        let [vx, vy] = now.velocity;
+        let square = x * x + y * y;
+        // a rotor that passes through the centre turns by half a turn at most
+        let turned = if square > 0.0 {
+            ((x * vy - y * vx) / square * dt).clamp(-0.5 * TURN, 0.5 * TURN)
+        } else {
+            0.0
+        };
+        let with_spin = if now.speed < 0.0 { -turned } else { turned };
+        let mut window =
+            self.window.unwrap_or(Window { start: now.time, angle: now.angle, turned: 0.0, contact: 0.0 });
+        window.turned += with_spin;
+        if now.touches {
+            let open = self.last_contact.map_or(f64::INFINITY, |last| now.time - last);
+            window.contact += if open <= FILTER { open } else { dt };
+            self.last_contact = Some(now.time);
+            if with_spin > 0.0 {
+                self.with_spin_time += dt;
+            } else if with_spin < 0.0 {
+                self.against_spin_time += dt;
+            }
+        }
+        if (now.angle - window.angle).abs() >= TURN || window.turned.abs() >= TURN {
+            self.close(&window, now.time);
+            window = Window { start: now.time, angle: now.angle, turned: 0.0, contact: 0.0 };
+        }
+        self.window = Some(window);
+    }
+
+    fn close(&mut self, window: &Window, time: f64) {
+        let heavy = window.contact >= HEAVY_SHARE * (time - window.start);
+        self.heavy |= heavy;
+        self.against = if heavy && window.turned < 0.0 { self.against - window.turned } else { 0.0 };
+        self.backward |= self.against >= TURN;
+    }
+
+    /// Index into [`WHIRL_WORDS`]; `None` without contact.
+    pub fn whirl(&self) -> Option<f64> {
+        self.last_contact?;
+        let (with, against) = (self.with_spin_time, self.against_spin_time);
+        let all = with + against;
+        Some(if with >= DIRECTION_SHARE * all && all > 0.0 {
+            0.0
+        } else if against >= DIRECTION_SHARE * all && all > 0.0 {
+            1.0
+        } else {
+            2.0
+        })
+    }
+
+    /// Index into [`REGIME_WORDS`].
+    pub fn regime(&self) -> f64 {
+        match (self.last_contact, self.backward, self.heavy) {
+            (None, ..) => 0.0,
+            (Some(_), true, _) => 3.0,
+            (Some(_), false, true) => 2.0,
+            (Some(_), false, false) => 1.0,
+        }
+    }
+
+    /// Time in contact with the rotor centre turning against the spin [s].
+    pub fn against_spin_time(&self) -> f64 {
+        self.against_spin_time
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A circular orbit at `whirl` rad/s with spin 100 rad/s for 1 s; contact where `touches` says so.
+    fn orbit(whirl: f64, touches: impl Fn(f64) -> bool) -> (&'static str, Option<&'static str>) {
+        let (dt, spin) = (1e-4, 100.0);
+        let mut motion = RubMotion::default();
+        for step in 0..10_000 {
+            let time = f64::from(step) * dt;
+            let (sin, cos) = (whirl * time).sin_cos();
+            let now = Instant {
+                time,
+                angle: spin * time,
+                speed: spin,
+                place: [cos, sin],
+                velocity: [-whirl * sin, whirl * cos],
+                touches: touches(time),
+            };
+            motion.step(&now, dt);
+        }
+        let word = |words: &[&'static str], index: f64| words[index as usize];
+        (word(REGIME_WORDS, motion.regime()), motion.whirl().map(|index| word(WHIRL_WORDS, index)))
+    }
+
+    #[test]
+    fn each_regime_is_told_by_its_orbit() {
+        assert_eq!(orbit(100.0, |_| false), ("free", None));
+        // one impact of 5 ms in each turn of 63 ms
+        assert_eq!(orbit(100.0, |t| t % 0.0628 < 5e-3), ("light", Some("forward")));
+        assert_eq!(orbit(100.0, |t| t > 0.5), ("heavy", Some("forward")));
+        assert_eq!(orbit(-300.0, |t| t > 0.5), ("backward-whirl", Some("backward")));
+        // pressed against one place while the shaft turns
+        assert_eq!(orbit(0.0, |_| true), ("heavy", Some("mixed")));
+    }
+
+    #[test]
+    fn a_short_swing_against_the_spin_is_no_backward_whirl() {
+        // a swing of 0.3 rad either way
+        let mut motion = RubMotion::default();
+        let dt = 1e-4;
+        for step in 0..10_000 {
+            let time = f64::from(step) * dt;
+            let angle = 0.3 * (50.0 * time).sin();
+            let rate = 15.0 * (50.0 * time).cos();
+            let place = [angle.cos(), angle.sin()];
+            let velocity = [-rate * angle.sin(), rate * angle.cos()];
+            motion.step(&Instant { time, angle: 100.0 * time, speed: 100.0, place, velocity, touches: true }, dt);
+        }
+        assert_eq!(motion.regime(), 2.0);
+        assert_eq!(motion.whirl(), Some(2.0));
+    }
+
+    #[test]
+    fn chatter_within_an_impact_counts_as_contact() {
+        // contact in every second step only, as multipliers give it
+        let (regime, _) = orbit(100.0, |t| (t * 1e4).round() as u64 % 2 == 0);
+        assert_eq!(regime, "heavy");
+    }
+}
