@@ -131,8 +131,8 @@ fn reference_rotors_have_the_published_whirl_frequencies_and_damping() {
 #[test]
 fn reference_rotors_with_four_times_the_elements_have_the_published_frequencies() {
     whirl_matches(LALANNE, 4, "independent_mesh_x4", 1e-8);
-    whirl_matches(NELSON, 4, "independent_mesh_x4", 1e-7);
-    whirl_matches(NELSON_NO_SHEAR, 4, "independent_mesh_x4", 1e-7);
+    whirl_matches(NELSON, 4, "independent_mesh_x4", 1e-8);
+    whirl_matches(NELSON_NO_SHEAR, 4, "independent_mesh_x4", 1e-8);
 }
 
 #[test]
@@ -279,14 +279,33 @@ fn sdll124_frequencies_match_within_three_per_mille() {
     worst("SDLL124", largest);
 }
 
-/// Largest |u| and |v| at disc 2 over the last turns of a run released from rest at constant speed.
-fn sdll126(engine: &str, step: &str) -> [f64; 2] {
+/// The model of SDLL126: ten times the bearing damping; its "7000/5000" names the stiff direction first, as 700/500 do.
+fn sdll126_case() -> Value {
     let mut case = reference()[LALANNE].clone();
     for bearing in case["model"]["bearings"].as_array_mut().expect("a list") {
         bearing["cxx"] = 5000.0.into();
         bearing["cyy"] = 7000.0.into();
     }
-    let positions = numbers(&case["model"]["node_positions"]);
+    case["unbalance"]["me_kg_m"] = 0.05.into();
+    case
+}
+
+/// ROTORINSA verification set, SDLL126: amplitudes at disc 2 [m], transient, steady part; 0.1 %.
+const SDLL126: [f64; 2] = [5.721e-4, 7.023e-4];
+
+#[test]
+fn sdll126_steady_state_has_the_published_amplitudes() {
+    let case = sdll126_case();
+    let (rotor, x) = steady(&case, 15_000.0 * std::f64::consts::PI / 30.0);
+    for (dof, published) in [rotor.u(5), rotor.v(5)].into_iter().zip(SDLL126) {
+        worst("SDLL126 steady", close("SDLL126", x[dof][0].hypot(x[dof][1]), published, 1e-3));
+    }
+}
+
+#[test]
+fn sdll126_transient_reaches_the_published_amplitudes() {
+    // released from rest at constant speed with the reduced engine; after 8 s the start has decayed to 1e-5
+    let case = sdll126_case();
     let disc = index(&case["model"]["discs"][1]["node"]);
     let text = text_of(
         &case,
@@ -294,8 +313,8 @@ fn sdll126(engine: &str, step: &str) -> [f64; 2] {
         &format!(
             "[rotor.unbalances.release]\nposition = {:?}\nmass = 5e-8\nradius = 1e6\n\
              [rotor]\ninitial_speed = \"15000 rpm\"\n[rotor.speed_law]\nacceleration = 0\n\
-             [run]\nengine = \"{engine}\"\nend_time = 5.0\nstep = {step}\n",
-            positions[disc],
+             [run]\nend_time = 8\nstep = 2e-5\n",
+            numbers(&case["model"]["node_positions"])[disc],
         ),
     );
     let machine = machine(&text);
@@ -304,23 +323,16 @@ fn sdll126(engine: &str, step: &str) -> [f64; 2] {
     run_seen(
         machine,
         &mut Every(|frame| {
-            if frame.time > 4.9 {
+            if frame.time > 7.9 {
                 for (peak, dof) in peaks.iter_mut().zip([rotor.u(disc), rotor.v(disc)]) {
                     *peak = peak.max(frame.displacement[dof].abs());
                 }
             }
         }),
     );
-    peaks
-}
-
-#[test]
-fn sdll126_transient_reaches_the_published_amplitudes() {
-    let peaks = sdll126("reduced", "2e-5");
-    println!("SDLL126: {peaks:?}");
-    let a = close("SDLL126 x", peaks[0], 5.721e-4, 1e-3);
-    let b = close("SDLL126 y", peaks[1], 7.023e-4, 1e-3);
-    worst("SDLL126", a.max(b));
+    for (peak, published) in peaks.into_iter().zip(SDLL126) {
+        worst("SDLL126 transient", close("SDLL126", peak, published, 1e-3));
+    }
 }
 
 /// Frequencies of the spinning simply supported beam: the supported freedoms are left out, as no bearing can be.
@@ -393,23 +405,5 @@ fn spinning_beam_converges_to_the_closed_form() {
         let order = (coarse / fine).log2();
         println!("  extrapolated: {coarse:.2e} (10, 20), {fine:.2e} (20, 40), order {order:.2}");
         assert!(order > 3.5);
-    }
-}
-#[test]
-fn zz_probe() {
-    for (cx, cy) in [(7000.0, 5000.0), (5000.0, 7000.0)] {
-        let mut case = reference()[LALANNE].clone();
-        for bearing in case["model"]["bearings"].as_array_mut().expect("a list") {
-            bearing["cxx"] = cx.into();
-            bearing["cyy"] = cy.into();
-        }
-        case["unbalance"]["me_kg_m"] = 0.05.into();
-        let (rotor, x) = steady(&case, 15000.0 * std::f64::consts::PI / 30.0);
-        let n = 5;
-        println!("SDLL126 steady {cx} {cy}: {:e} {:e}", x[rotor.u(n)][0].hypot(x[rotor.u(n)][1]), x[rotor.v(n)][0].hypot(x[rotor.v(n)][1]));
-    }
-    let top = 30_000.0 * std::f64::consts::PI / 30.0;
-    for (_, modes) in whirl_modes(&at_rest(&reference()[LALANNE], 1), &[0.0, top]).unwrap() {
-        println!("{:?}", modes.iter().take(4).map(|m| m.frequency / 2.0 / std::f64::consts::PI).collect::<Vec<_>>());
     }
 }

@@ -64,6 +64,7 @@ pub fn worker_main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
 
 fn run(args: impl IntoIterator<Item = OsString>) -> Result<(), WorkerError> {
     let args = WorkerArgs::parse(args)?;
+    process::take_name();
     let faults = Faults::from_environment(Who::Worker)?;
     let watch = || args.parent.map(process::end_with_parent).transpose();
     let (for_link, for_pulse) = (watch()?, watch()?);

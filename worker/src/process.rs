@@ -72,6 +72,12 @@ pub fn limit_memory(bytes: u64) -> Result<(), ProcessError> {
         .map_err(system("limiting memory"))
 }
 
+/// Shows this process as a worker of ours in `ps` and `top`; started as the running file, it would be called `exe`.
+pub fn take_name() {
+    // Only a matter of display.
+    let _ = std::fs::write("/proc/self/comm", "bladeoff-worker");
+}
+
 /// Identity of the running program file: the same for orchestrator and worker exactly when they run the same file.
 #[must_use]
 pub fn build_id() -> u64 {

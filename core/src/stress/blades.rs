@@ -21,6 +21,8 @@ use crate::structure::RingPart;
 #[derive(Debug, Clone)]
 pub struct BladeStresses {
     rows: Rows,
+    /// Largest sum of absolute entries of a row: no stress exceeds it times the largest coordinate.
+    bound: f64,
 }
 
 /// Stress per unit coordinate, one row per place: a few entries over nodal freedoms, all of them over modes.
@@ -63,11 +65,34 @@ impl BladeStresses {
                 }
             }
         }
+        let sums = columns.column_iter().map(|column| column.iter().map(|value| value.abs()).sum::<f64>());
+        let bound = sums.fold(0.0, f64::max);
         let rows = match coordinates.shapes() {
             None => Rows::Nodal(Csr::from_dense(&columns.transpose())),
             Some(_) => Rows::Modal(columns),
         };
-        Some(Self { rows })
+        Some(Self { rows, bound })
+    }
+
+    /// Largest bending stress of all blades [Pa], or `None` where a bound says that it does not exceed `known`.
+    ///
+    /// The bound also keeps a ring that has come to rest cheap: its coordinates decay to subnormal numbers, whose products
+    /// are slow.
+    #[must_use]
+    pub fn above(&self, known: f64, q: &[f64]) -> Option<f64> {
+        // four at a time; a NaN ends the run anyway
+        let mut lanes = [0.0; 4];
+        let quarters = q.chunks_exact(4);
+        for (lane, value) in lanes.iter_mut().zip(quarters.remainder()) {
+            *lane = value.abs();
+        }
+        for quarter in quarters {
+            for (lane, value) in lanes.iter_mut().zip(quarter) {
+                *lane = if value.abs() > *lane { value.abs() } else { *lane };
+            }
+        }
+        let reach = lanes.into_iter().fold(0.0, f64::max);
+        (self.bound * reach > known).then(|| self.largest(q))
     }
 
     /// Largest bending stress of all blades [Pa].
@@ -113,7 +138,7 @@ mod tests {
             modal: false,
             highest: 0.0,
         };
-        RingPart { matrices: matrices.clone(), part }
+        RingPart { matrices: matrices.clone(), part, residual: None }
     }
 
     /// The ring turns by a small angle as a body: each blade is a cantilever whose tip is displaced by `R a` and turned by a.
@@ -148,6 +173,8 @@ mod tests {
             let nodal = BladeStresses::new(&stator, &ring).expect("blades");
             let stress = nodal.largest(&field);
             assert!((stress / expected - 1.0).abs() < 1e-9, "{stress} {expected}");
+            assert_eq!(nodal.above(0.99 * stress, &field), Some(stress));
+            assert_eq!(nodal.above(1e3 * stress, &field), None);
 
             let shapes = Matrix::from_fn(matrices.size(), 2, |i, j| if j == 0 { field[i] } else { 0.0 });
             let modal = BladeStresses::new(&stator, &part(&matrices, Coordinates::modal(&shapes))).expect("blades");

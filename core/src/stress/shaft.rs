@@ -14,10 +14,6 @@ pub struct SectionModuli {
 /// What turns displacements of one element into moments.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Element {
-    /// Places of the element's four freedoms in each plane.
-    xz: usize,
-    yz: usize,
-    node: usize,
     /// `G I_p/L` [N m/rad].
     torsion: f64,
     /// `6 E I/((1+Phi) L^2)`, `(4+Phi) E I/((1+Phi) L)`, `(2-Phi) E I/((1+Phi) L)`.
@@ -69,11 +65,10 @@ impl ShaftStresses {
     /// Of a shaft whose displacements stand as [`crate::rotor::RotorMatrices`] orders them.
     #[must_use]
     pub fn new(shaft: &Shaft) -> Self {
-        let nodes = shaft.nodes.len();
         let mut all = Self { elements: Vec::new(), sections: Vec::new(), moduli: Vec::new() };
         let mut last = None;
         for (i, element) in shaft.elements.iter().enumerate() {
-            all.elements.push(Element::new(element, i, nodes));
+            all.elements.push(Element::new(element));
             if last != Some(element.section) {
                 all.sections.push((i, i));
                 all.moduli.push(SectionModuli::of(element));
@@ -99,45 +94,46 @@ impl ShaftStresses {
     }
 
     /// Torsional moment of an element [N m] from nodal twists [rad].
-    #[inline]
     #[must_use]
     pub fn torsional_moment(&self, element: usize, twist: &[f64]) -> f64 {
-        let e = &self.elements[element];
-        e.torsion * (twist[e.node + 1] - twist[e.node])
+        self.elements[element].torsional_moment(&twist[element..element + 2])
     }
 
-    /// Bending moments [N m] at both ends of an element, about the axes of the planes XZ and YZ.
-    #[inline]
+    /// Bending moments [N m] at both ends of an element, in the planes XZ and YZ.
     #[must_use]
     pub fn bending_moments(&self, element: usize, x: &[f64]) -> [[f64; 2]; 2] {
-        let e = &self.elements[element];
-        let a: &[f64; 4] = x[e.xz..e.xz + 4].try_into().expect("an element has four freedoms in a plane");
-        let b: &[f64; 4] = x[e.yz..e.yz + 4].try_into().expect("an element has four freedoms in a plane");
-        let (chord_x, chord_y) = (e.chord * (a[2] - a[0]), e.chord * (b[2] - b[0]));
-        // theta_u = -v,z: the slope of the YZ plane is -theta_u
-        [
-            [chord_x - e.near * a[1] - e.far * a[3], chord_y + e.near * b[1] + e.far * b[3]],
-            [e.far * a[1] + e.near * a[3] - chord_x, -e.far * b[1] - e.near * b[3] - chord_y],
-        ]
+        let (xz, yz) = (2 * element, x.len() / 2 + 2 * element);
+        self.elements[element].bending_moments(&x[xz..xz + 4], &x[yz..yz + 4])
     }
 
     /// Largest `|T|` [N m] and largest `|M|^2` [N2 m2] of a section.
-    #[inline]
     #[must_use]
     pub fn largest(&self, section: usize, x: &[f64], twist: &[f64]) -> (f64, f64) {
         let (from, to) = self.sections[section];
-        let (mut torsion, mut bending) = (0.0_f64, 0.0_f64);
-        for element in from..to {
-            torsion = torsion.max(self.torsional_moment(element, twist).abs());
-            let [m1, m2] = self.bending_moments(element, x);
-            bending = bending.max(m1[0] * m1[0] + m1[1] * m1[1]).max(m2[0] * m2[0] + m2[1] * m2[1]);
+        // neighbouring elements share a node: windows, which need no checks inside the loop
+        let (xz, yz) = x.split_at(x.len() / 2);
+        let span = 2 * from..2 * to + 2;
+        let (xz, yz) = (xz[span.clone()].windows(4).step_by(2), yz[span].windows(4).step_by(2));
+        let nodes = xz.zip(yz).zip(twist[from..=to].windows(2));
+        let (mut torsion, mut bending) = (0.0, 0.0);
+        for (element, ((a, b), twist)) in self.elements[from..to].iter().zip(nodes) {
+            torsion = larger(torsion, element.torsional_moment(twist).abs());
+            let [m1, m2] = element.bending_moments(a, b);
+            bending = larger(bending, m1[0] * m1[0] + m1[1] * m1[1]);
+            bending = larger(bending, m2[0] * m2[0] + m2[1] * m2[1]);
         }
         (torsion, bending)
     }
 }
 
+/// The larger of two; a NaN, which ends the run anyway, is passed over.
+#[inline]
+fn larger(known: f64, value: f64) -> f64 {
+    if value > known { value } else { known }
+}
+
 impl Element {
-    fn new(element: &ShaftElement, node: usize, nodes: usize) -> Self {
+    fn new(element: &ShaftElement) -> Self {
         let l = element.length;
         let (od, id) = (element.diameter, element.inner_diameter);
         let inertia = std::f64::consts::PI / 64.0 * (od * od * od * od - id * id * id * id);
@@ -147,14 +143,26 @@ impl Element {
         let phi = element.shear_coefficient.map_or(0.0, |k| 12.0 * rigidity / (k * g * area * l * l));
         let scale = rigidity / ((1.0 + phi) * l);
         Self {
-            xz: 2 * node,
-            yz: 2 * (nodes + node),
-            node,
             torsion: g * 2.0 * inertia / l,
             chord: 6.0 * scale / l,
             near: (4.0 + phi) * scale,
             far: (2.0 - phi) * scale,
         }
+    }
+
+    #[inline]
+    fn torsional_moment(&self, twist: &[f64]) -> f64 {
+        self.torsion * (twist[1] - twist[0])
+    }
+
+    /// From `[u1, theta_v1, u2, theta_v2]` and `[v1, theta_u1, v2, theta_u2]`; the slope of the YZ plane is `-theta_u`.
+    #[inline]
+    fn bending_moments(&self, a: &[f64], b: &[f64]) -> [[f64; 2]; 2] {
+        let (chord_x, chord_y) = (self.chord * (a[2] - a[0]), self.chord * (b[2] - b[0]));
+        [
+            [chord_x - self.near * a[1] - self.far * a[3], chord_y + self.near * b[1] + self.far * b[3]],
+            [self.far * a[1] + self.near * a[3] - chord_x, -self.far * b[1] - self.near * b[3] - chord_y],
+        ]
     }
 }
 

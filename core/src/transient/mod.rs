@@ -77,6 +77,8 @@ struct Run<'a> {
     d_twist: Vec<f64>,
     before: [Vec<f64>; 2],
     twist_before: Vec<f64>,
+    /// Contraction of the non-linear iteration, as last measured.
+    contraction: f64,
     next: Vec<f64>,
     next_twist: Vec<f64>,
     size: f64,
@@ -121,6 +123,7 @@ impl<'a> Run<'a> {
             d_twist: line.twist.previous.clone(),
             before: [line.lateral.previous.clone(), line.lateral.previous.clone()],
             twist_before: line.twist.previous.clone(),
+            contraction: 1.0,
             next: zeros,
             next_twist: twist,
             size,
@@ -185,7 +188,7 @@ impl<'a> Run<'a> {
         for i in 0..self.d_twist.len() {
             self.d_twist[i] = 2.0 * self.line.twist.previous[i] - self.twist_before[i];
         }
-        let mut last_change = None;
+        let mut last_change: Option<f64> = None;
         for _ in 0..ITERATIONS {
             self.iterations += 1;
             self.line.respond(self.time, &self.d, &self.d_twist, &mut self.next, &mut self.next_twist);
@@ -194,7 +197,11 @@ impl<'a> Run<'a> {
                 .max(distance(&self.next_twist, &self.d_twist) / (twist_scale + f64::MIN_POSITIVE));
             std::mem::swap(&mut self.d, &mut self.next);
             std::mem::swap(&mut self.d_twist, &mut self.next_twist);
-            let contraction = last_change.map_or(1.0, |last: f64| (change / last).min(1.0));
+            if let Some(last) = last_change {
+                self.contraction = (change / last).min(1.0);
+            }
+            // before a second round the last measured contraction stands in, with a margin
+            let contraction = if last_change.is_some() { self.contraction } else { (4.0 * self.contraction).min(1.0) };
             if change * contraction <= TOLERANCE {
                 return Ok(());
             }

@@ -47,7 +47,9 @@ impl StressPeaks {
     /// Coordinates of the ring at n, once it moves.
     pub fn ring(&mut self, q: &[f64], time: f64, speed: f64) {
         if let Some(blades) = &self.blades {
-            self.blade.see(blades.largest(q), time, speed);
+            if let Some(stress) = blades.above(self.blade.value.unwrap_or(0.0), q) {
+                self.blade.see(stress, time, speed);
+            }
         }
     }
 

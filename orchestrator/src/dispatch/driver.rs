@@ -56,13 +56,14 @@ pub(super) fn run(
         grace: options.grace,
         max_failures: options.max_failures,
     };
-    let log = Log::open(options.worker_log.clone())?;
+    let mut log = Log::open(options.worker_log.clone())?;
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()
         .map_err(|source| DispatchError::System { doing: "starting timers and signals", source })?;
     // Dropped in reverse: processes with the runtime, then the hub, then the domain.
     let domain = Domain::create(settings.workers)?;
+    log.line(None, &format!("run {} with shared memory in {}", domain.run(), domain.address().root.display()))?;
     let (send, events) = unbounded_channel();
     let hub = Hub::start(domain.address(), domain.run(), settings.workers, send.clone())?;
     let result = {

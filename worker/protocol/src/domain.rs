@@ -26,9 +26,9 @@ const SHM: &str = "/dev/shm";
 const PRODUCT: &str = "bladeoff";
 /// Longest root and prefix together: what is left of 108 bytes beside iceoryx2's part of a socket's name.
 const LONGEST_ADDRESS: usize = 65;
-/// Free memory wanted in /dev/shm: a base and a part per worker, about twice what was measured.
+/// Free memory wanted in /dev/shm: several times what was measured, 90 kB per worker and next to nothing besides.
 const BASE_BYTES: u64 = 4 << 20;
-const WORKER_BYTES: u64 = 512 << 10;
+const WORKER_BYTES: u64 = 256 << 10;
 
 /// What a process needs to find a domain.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -21,7 +21,7 @@ const WATCHDOG: Duration = Duration::from_secs(60);
 /// Makes the two ends of one kind of transport.
 trait Kind {
     type Hub: HubPort;
-    type Worker: WorkerPort;
+    type Worker: WorkerPort + 'static;
     fn hub(&mut self) -> Self::Hub;
     /// To be called on the worker's thread.
     fn connector(&self) -> Box<dyn Fn(WorkerId) -> Self::Worker + Send>;
