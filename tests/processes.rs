@@ -398,9 +398,12 @@ fn after_a_killed_orchestrator_workers_leave_and_the_next_run_goes_on() {
             workers.extend(children(orchestrator.id()));
             orchestrator.try_wait().expect("a child").is_some()
         });
-        assert!(std::fs::read_dir(dir.path()).expect("readable").flatten().any(|entry| {
-            entry.file_name().to_string_lossy().starts_with(&format!("fired-{at}-"))
-        }));
+        assert!(
+            std::fs::read_dir(dir.path())
+                .expect("readable")
+                .flatten()
+                .any(|entry| { entry.file_name().to_string_lossy().starts_with(&format!("fired-{at}-")) })
+        );
         assert!(!dir.path().join("ended").exists() && !roots(dir.path()).is_empty());
         wait_until("workers leave", || workers.iter().all(|&pid| !lives(pid)));
         // What was flushed counts; the next run computes the rest and removes what the dead one left.
@@ -418,7 +421,9 @@ fn after_a_killed_orchestrator_workers_leave_and_the_next_run_goes_on() {
 #[test]
 fn signals_end_a_run_in_order() {
     let _alone = alone();
-    for (signal, word) in [("INT", "Signalled(Interrupt)"), ("TERM", "Signalled(Terminate)"), ("HUP", "Signalled(Terminate)")] {
+    for (signal, word) in
+        [("INT", "Signalled(Interrupt)"), ("TERM", "Signalled(Terminate)"), ("HUP", "Signalled(Terminate)")]
+    {
         let dir = tempfile::tempdir().expect("temporary directory");
         // Stopped at a known state, so that the signal comes in the middle.
         let fault = "who=orchestrator,at=recorded,sample=0,do=stop";

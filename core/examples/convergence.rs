@@ -102,7 +102,12 @@ fn step_order_without_contact() {
     let place = |divisions: u32| {
         let step = format!("{:e}", 0.1 / f64::from(divisions));
         // the contact radius stays inside the ring: a smaller rotor makes the room
-        let sets = [("contact.rotor_radius", "46 mm"), ("contact.gap", "5 mm"), ("run.end_time", "0.1001"), ("run.step", &step)];
+        let sets = [
+            ("contact.rotor_radius", "46 mm"),
+            ("contact.gap", "5 mm"),
+            ("run.end_time", "0.1001"),
+            ("run.step", &step),
+        ];
         let mut orbit = Orbit { every: u64::from(divisions), points: Vec::new() };
         run(&machine(LAB, &sets), &mut orbit);
         orbit.points[1].1
@@ -119,8 +124,12 @@ fn step_order_without_contact() {
 }
 
 fn step_order_with_contact() {
-    println!("\n### Order in the step with contact (lab rig to 0.155 s, relative error of impulse and friction energy)\n");
-    println!("| force location | step [s] | impulse | order | friction energy | order |\n|---|---:|---:|---:|---:|---:|");
+    println!(
+        "\n### Order in the step with contact (lab rig to 0.155 s, relative error of impulse and friction energy)\n"
+    );
+    println!(
+        "| force location | step [s] | impulse | order | friction energy | order |\n|---|---:|---:|---:|---:|---:|"
+    );
     let at = |location: &str, step: f64| {
         let step = format!("{step:e}");
         values(LAB, &[("run.end_time", "0.155 s"), ("run.step", &step), ("run.force_location", location)])
@@ -131,7 +140,9 @@ fn step_order_with_contact() {
         for step in [4e-6, 2e-6, 1e-6, 5e-7] {
             let found = at(location, step);
             let error = ["contact_impulse_Ns", "friction_energy_J"].map(|name| (found[name] / exact[name] - 1.0).abs());
-            let order = |i: usize| last.map_or_else(|| "-".into(), |last: [f64; 2]| format!("{:.2}", (last[i] / error[i]).log2()));
+            let order = |i: usize| {
+                last.map_or_else(|| "-".into(), |last: [f64; 2]| format!("{:.2}", (last[i] / error[i]).log2()))
+            };
             println!("| {location} | {step:e} | {:.2e} | {} | {:.2e} | {} |", error[0], order(0), error[1], order(1));
             last = Some(error);
         }
@@ -156,7 +167,9 @@ fn perturbation(title: &str, text: &str, sets: Sets, every: u64, after: &[f64]) 
         let (a, b) = (base[i].1, moved[i].1);
         println!("| {wanted} | {:.1e} |", (a[0] - b[0]).hypot(a[1] - b[1]));
     }
-    println!("\nScatter (largest relative difference to the undisturbed run) over changes of 1e-12, 2e-12, 3e-12, 5e-12, 8e-12 m:\n");
+    println!(
+        "\nScatter (largest relative difference to the undisturbed run) over changes of 1e-12, 2e-12, 3e-12, 5e-12, 8e-12 m:\n"
+    );
     let names: Vec<&str> = ROBUST.iter().chain(&RAW).copied().collect();
     header("", &names);
     let mut scatter = Values::new();

@@ -45,6 +45,16 @@ pub fn simulate(machine: &Machine, structure: &Structure) -> Result<Outcome, Eng
     transient::simulate(machine, structure, &mut NoHistory).map_err(EngineError::Start)
 }
 
+/// Whether a run can start: everything before its first step.
+///
+/// # Errors
+/// The step is too large, the rotor begins inside the diaphragm, or the like.
+pub fn try_start(machine: &Machine, structure: &Structure) -> Result<(), EngineError> {
+    let mut machine = machine.clone();
+    machine.run.step_limit = Some(0);
+    simulate(&machine, structure).map(drop)
+}
+
 /// Whirl, critical speeds and ring frequencies.
 ///
 /// # Errors

@@ -73,11 +73,8 @@ impl WorkerArgs {
             "--plan".into(),
             self.plan_hash.clone().into(),
         ];
-        let optional = [
-            ("--parent", self.parent.map(u64::from)),
-            ("--memory", self.memory_limit),
-            ("--noop", self.noop),
-        ];
+        let optional =
+            [("--parent", self.parent.map(u64::from)), ("--memory", self.memory_limit), ("--noop", self.noop)];
         for (option, value) in optional {
             if let Some(value) = value {
                 args.extend([option.into(), value.to_string().into()]);

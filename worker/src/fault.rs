@@ -94,7 +94,8 @@ impl Faults {
     }
 
     fn parse(text: &str, who: Who) -> Result<Self, FaultError> {
-        let faults = text.split(';').filter(|text| !text.is_empty()).map(Fault::parse).collect::<Result<Vec<_>, _>>()?;
+        let faults =
+            text.split(';').filter(|text| !text.is_empty()).map(Fault::parse).collect::<Result<Vec<_>, _>>()?;
         Ok(Self(faults.into_iter().filter(|fault| fault.who == who).collect()))
     }
 
@@ -196,7 +197,8 @@ mod tests {
 
     #[test]
     fn faults_are_read_and_wrong_ones_are_named() {
-        let text = "who=worker,at=running,sample=7,do=panic,dir=/tmp;who=orchestrator,at=sent,sample=any,do=stop,dir=/x";
+        let text =
+            "who=worker,at=running,sample=7,do=panic,dir=/tmp;who=orchestrator,at=sent,sample=any,do=stop,dir=/x";
         assert_eq!(Faults::parse(text, Who::Worker).expect("valid").0.len(), 1);
         assert!(Faults::parse("", Who::Worker).expect("valid").is_empty());
         let error = Faults::parse("who=worker,at=nowhere", Who::Worker).expect_err("wrong");

@@ -78,8 +78,7 @@ impl Pulse {
         let stdout = std::io::stdout();
         loop {
             let _ = rustix::io::write(&stdout, &self.beat().encode());
-            let mut fds: Vec<PollFd<'_>> =
-                parent.iter().map(|fd| PollFd::new(fd, PollFlags::IN)).collect();
+            let mut fds: Vec<PollFd<'_>> = parent.iter().map(|fd| PollFd::new(fd, PollFlags::IN)).collect();
             let ended = rustix::event::poll(&mut fds, Some(&every)).is_ok_and(|ready| ready > 0);
             if ended {
                 std::thread::sleep(FAREWELL);

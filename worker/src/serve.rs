@@ -113,7 +113,9 @@ impl<P: WorkerPort> BatchRun<'_, P> {
             let now = thread_cpu_time();
             let cpu_s = now.saturating_sub(cpu).as_secs_f64();
             cpu = now;
-            if !self.report.has_room(outcome.values.len()) && (self.settle(true)? == Next::Stop || self.flush()? == Next::Stop) {
+            if !self.report.has_room(outcome.values.len())
+                && (self.settle(true)? == Next::Stop || self.flush()? == Next::Stop)
+            {
                 return Ok(Next::Stop);
             }
             self.report.samples.push(SampleReport { sample, cpu_s, outcome });

@@ -61,8 +61,7 @@ pub fn symmetric_generalised(k: &Matrix, m: &Matrix, what: &'static str) -> Resu
     let c = solved(&solved(inner).transpose());
     let c = (&c + c.transpose()) * 0.5;
     faer::set_global_parallelism(faer::Par::Seq);
-    let eigen =
-        to_faer(&c).self_adjoint_eigen(Side::Lower).map_err(|_| EigenError::NoConvergence { what, size })?;
+    let eigen = to_faer(&c).self_adjoint_eigen(Side::Lower).map_err(|_| EigenError::NoConvergence { what, size })?;
     let (found, vectors) = (eigen.S().column_vector(), eigen.U());
     let value = |j: usize| if shifted.is_some() { 1.0 / found[j] - shift } else { found[j] };
     // mu > 0, but the smallest may round to nothing: such a mode has no frequency

@@ -126,9 +126,8 @@ fn lateral_modes(rotor: &RotorMatrices, wanted: usize) -> Result<ModeSet, BasisE
         let plane = |dofs: &[usize], slope: f64| {
             // theta_u = -v,z: with the sign of its slopes turned the YZ plane reads as the XZ plane
             let flip = |place: usize| if place % 2 == 1 { slope } else { 1.0 };
-            let part = |a: &Matrix| {
-                Matrix::from_fn(dofs.len(), dofs.len(), |i, j| flip(i) * flip(j) * a[(dofs[i], dofs[j])])
-            };
+            let part =
+                |a: &Matrix| Matrix::from_fn(dofs.len(), dofs.len(), |i, j| flip(i) * flip(j) * a[(dofs[i], dofs[j])]);
             (part(&rotor.stiffness), part(&rotor.mass))
         };
         let (kx, mx) = plane(&xz, 1.0);
@@ -174,7 +173,8 @@ fn merge_planes(
 }
 
 fn twist_modes(rotor: &RotorMatrices, wanted: Option<usize>, ceiling: f64) -> Result<ModeSet, BasisError> {
-    let (mut values, mut shapes) = symmetric_generalised(&rotor.twist_stiffness, &rotor.twist_mass, "the rotor's twist")?;
+    let (mut values, mut shapes) =
+        symmetric_generalised(&rotor.twist_stiffness, &rotor.twist_mass, "the rotor's twist")?;
     // the rigid rotation, exactly
     let inertia: f64 = rotor.twist_mass.sum();
     values[0] = 0.0;

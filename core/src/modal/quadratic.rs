@@ -35,7 +35,13 @@ pub fn quadratic_modes(m: &Matrix, c: &Matrix, k: &Matrix, what: &'static str) -
     }
 }
 
-fn by_stiffness(m: &Matrix, c: &Matrix, skew: &Matrix, l: &Matrix, what: &'static str) -> Result<QuadraticModes, EigenError> {
+fn by_stiffness(
+    m: &Matrix,
+    c: &Matrix,
+    skew: &Matrix,
+    l: &Matrix,
+    what: &'static str,
+) -> Result<QuadraticModes, EigenError> {
     let n = m.nrows();
     let solved = |a: &Matrix| l.solve_lower_triangular(a).expect("a Cholesky factor is invertible");
     let congruent = |a: &Matrix| solved(&solved(a).transpose()).transpose();
@@ -44,8 +50,8 @@ fn by_stiffness(m: &Matrix, c: &Matrix, skew: &Matrix, l: &Matrix, what: &'stati
     // omega_1^2 <= 1 / largest diagonal entry of M^
     let scale = 1.0 / mass.diagonal().amax().sqrt();
     if skew.amax() > 0.0 {
-        let left = inverse(&(Matrix::identity(n, n) + congruent(skew)))
-            .ok_or(EigenError::NoConvergence { what, size: n })?;
+        let left =
+            inverse(&(Matrix::identity(n, n) + congruent(skew))).ok_or(EigenError::NoConvergence { what, size: n })?;
         mass = &left * mass;
         damping = &left * damping;
     }

@@ -208,7 +208,12 @@ impl Lateral {
     }
 
     /// Root of `omega_k(W) - W` in an interval, by regula falsi (Illinois).
-    fn crossing(&self, k: usize, (mut a, mut b): (f64, f64), (mut fa, mut fb): (f64, f64)) -> Result<Option<CriticalSpeed>, EigenError> {
+    fn crossing(
+        &self,
+        k: usize,
+        (mut a, mut b): (f64, f64),
+        (mut fa, mut fb): (f64, f64),
+    ) -> Result<Option<CriticalSpeed>, EigenError> {
         let mut side = 0;
         for _ in 0..80 {
             let c = (a * fb - b * fa) / (fb - fa);

@@ -51,7 +51,11 @@ pub fn columns(machine: &Machine) -> Vec<Column> {
             &format!("largest load of bearing {}, norm in the X-Y plane", bearing.name),
         );
     }
-    all.peak("max_contact_force", "N", "largest normal contact force of one step (not a converged quantity: see max_filtered_contact_force_N)");
+    all.peak(
+        "max_contact_force",
+        "N",
+        "largest normal contact force of one step (not a converged quantity: see max_filtered_contact_force_N)",
+    );
     all.peak("max_filtered_contact_force", "N", "largest impulse of the last 1 ms divided by 1 ms");
     all.real("contact_impulse_Ns", "N s", "time integral of the normal contact force");
     all.real("contact_time_s", "s", "time with a contact force");
@@ -70,13 +74,32 @@ pub fn columns(machine: &Machine) -> Vec<Column> {
          the spin: forward or backward, otherwise mixed; null without contact",
     );
     all.real("backward_whirl_time_s", "s", "time in contact with the rotor centre turning against the spin");
-    all.peak("residual_penetration", "m", "largest penetration left at a converged step, in the run's own gap function");
-    all.peak("max_eccentricity", "m", "largest distance of the rotor centre from the diaphragm's centre at the contact section");
+    all.peak(
+        "residual_penetration",
+        "m",
+        "largest penetration left at a converged step, in the run's own gap function",
+    );
+    all.peak(
+        "max_eccentricity",
+        "m",
+        "largest distance of the rotor centre from the diaphragm's centre at the contact section",
+    );
     all.real("friction_energy_J", "J", "energy dissipated by contact friction");
-    all.real("normal_work_J", "J", "energy that the normal contact force took out (positive) or put in (negative), Hyp 1's model work apart");
-    all.real("model_work_J", "J", "work of the normal force that Hyp 1's approximate gap does not account for; null with other detections");
+    all.real(
+        "normal_work_J",
+        "J",
+        "energy that the normal contact force took out (positive) or put in (negative), Hyp 1's model work apart",
+    );
+    all.real(
+        "model_work_J",
+        "J",
+        "work of the normal force that Hyp 1's approximate gap does not account for; null with other detections",
+    );
     all.real("energy_error", "", "largest error of the energy balance over the largest total energy");
-    all.count("no_fixed_point_steps", "steps whose exact contact location had no fixed point and took the predicted one");
+    all.count(
+        "no_fixed_point_steps",
+        "steps whose exact contact location had no fixed point and took the predicted one",
+    );
     all.count("slip_reversal_steps", "contact steps whose slip velocity changed sign");
     all.count("steps", "time steps");
     all.real("step_s", "s", "time step");
@@ -90,7 +113,10 @@ pub fn columns(machine: &Machine) -> Vec<Column> {
     };
     let room = MAX_COLUMNS.saturating_sub(all.0.len()) / SECTION_COLUMNS;
     for section in 0..sections.min(REPORTED_SECTIONS).min(room) {
-        all.stresses(&format!("_section{section}"), &format!("shaft section {section} (from 0, in the order of the file)"));
+        all.stresses(
+            &format!("_section{section}"),
+            &format!("shaft section {section} (from 0, in the order of the file)"),
+        );
     }
     all.0
 }
@@ -125,6 +151,10 @@ impl Columns {
             "Pa",
             &format!("largest torsional shear stress at the surface of {of}, nominal"),
         );
-        self.peak(&format!("max_bending_stress{place}"), "Pa", &format!("largest bending stress at the surface of {of}, nominal"));
+        self.peak(
+            &format!("max_bending_stress{place}"),
+            "Pa",
+            &format!("largest bending stress at the surface of {of}, nominal"),
+        );
     }
 }

@@ -188,7 +188,9 @@ mod tests {
             assert!((site.bilinear(&x, &y) + site.bilinear(&y, &x)).abs() < 1e-12);
             let mut dense = Matrix::zeros(8, 8);
             site.add_dense(1.0, &mut dense);
-            let direct = (nalgebra::DVector::from_vec(x.clone()).transpose() * &dense * nalgebra::DVector::from_vec(y.clone()))[0];
+            let direct = (nalgebra::DVector::from_vec(x.clone()).transpose()
+                * &dense
+                * nalgebra::DVector::from_vec(y.clone()))[0];
             assert!((direct - site.bilinear(&x, &y)).abs() < 1e-11);
         }
     }

@@ -51,7 +51,14 @@ impl UnbalanceSite {
     /// acceleration [m/s2] and gravity [m/s2].
     #[inline]
     #[must_use]
-    pub fn force(&self, (sin, cos): (f64, f64), rate: f64, rate_dot: f64, acceleration: [f64; 2], gravity: [f64; 2]) -> UnbalanceForce {
+    pub fn force(
+        &self,
+        (sin, cos): (f64, f64),
+        rate: f64,
+        rate_dot: f64,
+        acceleration: [f64; 2],
+        gravity: [f64; 2],
+    ) -> UnbalanceForce {
         let md = self.mass * self.radius;
         let (square, [ax, ay], [gx, gy]) = (rate * rate, acceleration, gravity);
         UnbalanceForce {

@@ -99,8 +99,14 @@ mod tests {
         let blades = Blades { count: 4, length: 0.3, thickness: 0.02, width: 0.05, elements: 1 };
         let ring = Ring { mean_radius: 0.4, thickness: 0.03, width: 0.05, elements: 12 };
         let damping = Rayleigh::default();
-        let stator =
-            FlexibleStator { young_modulus: 2e11, poisson_ratio: 0.3, density: 7800.0, ring, blades: Some(blades), damping };
+        let stator = FlexibleStator {
+            young_modulus: 2e11,
+            poisson_ratio: 0.3,
+            density: 7800.0,
+            ring,
+            blades: Some(blades),
+            damping,
+        };
         (stator, blades)
     }
 

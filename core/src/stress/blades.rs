@@ -41,10 +41,8 @@ impl BladeStresses {
         let l = blades.length / blades.elements as f64;
         let scale = stator.young_modulus * 0.5 * blades.thickness;
         // second derivatives of the cubic Hermite functions at both ends, on [t1, th1, t2, th2]
-        let curvature = [
-            [-6.0 / (l * l), -4.0 / l, 6.0 / (l * l), -2.0 / l],
-            [6.0 / (l * l), 2.0 / l, -6.0 / (l * l), 4.0 / l],
-        ];
+        let curvature =
+            [[-6.0 / (l * l), -4.0 / l, 6.0 / (l * l), -2.0 / l], [6.0 / (l * l), 2.0 / l, -6.0 / (l * l), 4.0 / l]];
         let coordinates = &ring.part.coordinates;
         let places = 2 * blades.count * blades.elements;
         let mut columns = Matrix::zeros(coordinates.size(), places);
@@ -52,7 +50,8 @@ impl BladeStresses {
         for blade in 0..blades.count {
             for element in 0..blades.elements {
                 for end in &curvature {
-                    let column = &mut columns.as_mut_slice()[place * coordinates.size()..(place + 1) * coordinates.size()];
+                    let column =
+                        &mut columns.as_mut_slice()[place * coordinates.size()..(place + 1) * coordinates.size()];
                     for node in 0..2 {
                         let [_, transverse, slope] = ring.matrices.blade_node(&blades, blade, element + node);
                         for (freedom, factor) in [(transverse, end[2 * node]), (slope, end[2 * node + 1])] {

@@ -192,8 +192,7 @@ fn ring_part(matrices: RingMatrices, modes: &ModeSet, reduced: bool, correct: bo
         let damping = &matrices.mass * a + &matrices.stiffness * b;
         Part::full(&matrices.mass, &damping, &matrices.stiffness, modes.full_limit)
     };
-    let residual =
-        correct.then(|| residual_flexibility(&matrices.stiffness, modes, 4 * matrices.nodes)).flatten();
+    let residual = correct.then(|| residual_flexibility(&matrices.stiffness, modes, 4 * matrices.nodes)).flatten();
     RingPart { matrices, part, residual }
 }
 

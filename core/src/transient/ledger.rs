@@ -59,7 +59,13 @@ pub(crate) struct Ledger {
 
 impl Ledger {
     /// Works of the step at n; `line` settled, nothing advanced yet.
-    pub fn work(&mut self, line: &mut ShaftLine<'_>, rub: Option<(&mut Rub<'_>, Option<&StepContact>)>, d: &[f64], d_twist: &[f64]) {
+    pub fn work(
+        &mut self,
+        line: &mut ShaftLine<'_>,
+        rub: Option<(&mut Rub<'_>, Option<&StepContact>)>,
+        d: &[f64],
+        d_twist: &[f64],
+    ) {
         let dt = line.dt;
         let mut bearings = 0.0;
         for bearing in &line.rotor.bearings {
@@ -101,7 +107,10 @@ impl Ledger {
         });
         self.now.kinetic =
             line.lateral.kinetic_energy(d) + line.twist.kinetic_energy(d_twist) + coupling + ring_kinetic;
-        self.now.strain = line.lateral.strain_energy(d) + line.twist.strain_energy(d_twist) + ring_strain + spring
+        self.now.strain = line.lateral.strain_energy(d)
+            + line.twist.strain_energy(d_twist)
+            + ring_strain
+            + spring
             + rub.map_or(0.0, |rub| rub.held);
         self.now.gravity = gravity;
         let total = self.now.stored();

@@ -144,12 +144,14 @@ impl<'a> Run<'a> {
         self.predict()?;
         let contact = match &mut self.rub {
             None => None,
-            Some(rub) => rub
-                .correct(&mut self.line, self.time, &mut self.d, &mut self.d_twist)
-                .map_err(|failure| match failure {
-                    ContactFailure::NotUnique(_) => Cause::LossOfUniqueness,
-                    ContactFailure::NoConvergence => Cause::Diverged,
-                })?,
+            Some(rub) => {
+                rub.correct(&mut self.line, self.time, &mut self.d, &mut self.d_twist).map_err(
+                    |failure| match failure {
+                        ContactFailure::NotUnique(_) => Cause::LossOfUniqueness,
+                        ContactFailure::NoConvergence => Cause::Diverged,
+                    },
+                )?
+            }
         };
         self.line.settle(&self.d, &self.d_twist);
         self.record(contact.as_ref());

@@ -260,8 +260,7 @@ impl<'a> ShaftLine<'a> {
         spin: f64,
     ) -> Option<(Vec<f64>, Vec<f64>)> {
         let (lateral_mass, twist_mass) = masses(structure, &self.unbalances);
-        let (inverse, twist_inverse) =
-            (crate::linalg::inverse(&lateral_mass)?, crate::linalg::inverse(&twist_mass)?);
+        let (inverse, twist_inverse) = (crate::linalg::inverse(&lateral_mass)?, crate::linalg::inverse(&twist_mass)?);
         self.lateral_map.expand(q, &mut self.x);
         self.refresh();
         self.lateral_map.expand(velocity, &mut self.v);

@@ -78,14 +78,9 @@ impl RubMotion {
         let [vx, vy] = now.velocity;
         let square = x * x + y * y;
         // a rotor that passes through the centre turns by half a turn at most
-        let turned = if square > 0.0 {
-            ((x * vy - y * vx) / square * dt).clamp(-0.5 * TURN, 0.5 * TURN)
-        } else {
-            0.0
-        };
+        let turned = if square > 0.0 { ((x * vy - y * vx) / square * dt).clamp(-0.5 * TURN, 0.5 * TURN) } else { 0.0 };
         let with_spin = if now.speed < 0.0 { -turned } else { turned };
-        let mut window =
-            self.window.unwrap_or(Window { start: now.time, angle: now.angle, turned: 0.0, contact: 0.0 });
+        let mut window = self.window.unwrap_or(Window { start: now.time, angle: now.angle, turned: 0.0, contact: 0.0 });
         window.turned += with_spin;
         if now.touches {
             let open = self.last_contact.map_or(f64::INFINITY, |last| now.time - last);

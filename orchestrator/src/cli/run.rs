@@ -8,7 +8,7 @@ use crate::report::summary;
 use crate::results::Table;
 use crate::run::directory::{INCOMPLETE_RESULTS, RESULTS};
 use crate::run::{Finished, Request, run};
-use crate::study::{Samples, Study, check_machines, load};
+use crate::study::{Samples, Study, check_machines, check_starts, load};
 use bladeoff_core::outcome::Status;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -76,6 +76,7 @@ impl PartArgs {
     pub fn load(&self, study: &std::path::Path) -> Result<Samples, CliError> {
         let samples = Samples::new(load(study)?, self.scale, self.limit)?;
         check_machines(&samples)?;
+        check_starts(&samples)?;
         Ok(samples)
     }
 }

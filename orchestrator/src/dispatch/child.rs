@@ -57,8 +57,7 @@ impl Child {
             .map_err(failed)?;
         let missing = || failed(std::io::ErrorKind::BrokenPipe.into());
         let pid = child.id().ok_or_else(missing)?;
-        let (stdout, stderr) =
-            (child.stdout.take().ok_or_else(missing)?, child.stderr.take().ok_or_else(missing)?);
+        let (stdout, stderr) = (child.stdout.take().ok_or_else(missing)?, child.stderr.take().ok_or_else(missing)?);
         let (kill, killed) = unbounded_channel();
         let (worker, events) = (args.worker, events.clone());
         tokio::spawn(supervise(worker, child, stdout, stderr, killed, events));
@@ -82,14 +81,12 @@ async fn supervise(
 ) {
     let beats = tokio::spawn(read_beats(worker, stdout, events.clone()));
     let words = tokio::spawn(read_lines(worker, stderr, events.clone()));
-    let status = loop {
-        tokio::select! {
-            status = child.wait() => break status,
-            // Also when the loop has let go of the child.
-            _ = killed.recv() => {
-                let _ = child.start_kill();
-                break child.wait().await;
-            }
+    let status = tokio::select! {
+        status = child.wait() => status,
+        // Also when the loop has let go of the child.
+        _ = killed.recv() => {
+            let _ = child.start_kill();
+            child.wait().await
         }
     };
     let out_of_memory = match tokio::time::timeout(LAST_WORDS, words).await {

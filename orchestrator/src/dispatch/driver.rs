@@ -6,9 +6,7 @@ use std::time::{Duration, Instant};
 use bladeoff_core::outcome::{CauseSet, EndCause, Outcome, Status};
 use bladeoff_protocol::domain::Domain;
 use bladeoff_protocol::link::{Incoming, LinkError};
-use bladeoff_protocol::messages::{
-    Batch, BatchId, Body, MAX_PARAMS, SampleReport, ToWorker, WorkerId, batch_capacity,
-};
+use bladeoff_protocol::messages::{Batch, BatchId, Body, MAX_PARAMS, SampleReport, ToWorker, WorkerId, batch_capacity};
 use bladeoff_protocol::transport::Ticket;
 use bladeoff_worker::WorkerArgs;
 use bladeoff_worker::fault::{At, Faults, Who};
@@ -407,11 +405,8 @@ impl Driver<'_> {
     }
 
     fn report(&self) -> DispatchReport {
-        let ended = if self.scheduler.is_complete() {
-            Ended::Complete
-        } else {
-            self.ended.unwrap_or(Ended::TooManyFailures)
-        };
+        let ended =
+            if self.scheduler.is_complete() { Ended::Complete } else { self.ended.unwrap_or(Ended::TooManyFailures) };
         DispatchReport {
             done: self.scheduler.done(),
             ended,

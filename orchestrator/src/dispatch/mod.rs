@@ -29,9 +29,7 @@ use bladeoff_protocol::link::LinkError;
 use bladeoff_worker::fault::FaultError;
 
 pub use crate::schedule::{Activity, Snapshot, Todo, WorkerView};
-pub use api::{
-    DispatchOptions, DispatchReport, Ended, Observer, SampleResult, Samples, Signal, Sink, SinkError,
-};
+pub use api::{DispatchOptions, DispatchReport, Ended, Observer, SampleResult, Samples, Signal, Sink, SinkError};
 
 /// Why a run could not be carried out. What was recorded before stays recorded.
 #[derive(Debug, thiserror::Error)]
@@ -60,7 +58,10 @@ pub enum DispatchError {
         source: io::Error,
     },
     /// More parameters than a message holds, or not the same number for every sample.
-    #[error("sample {sample} has {found} parameters, expected {expected}, at most {}", bladeoff_protocol::messages::MAX_PARAMS)]
+    #[error(
+        "sample {sample} has {found} parameters, expected {expected}, at most {}",
+        bladeoff_protocol::messages::MAX_PARAMS
+    )]
     Parameters {
         /// Which sample.
         sample: u64,
@@ -110,7 +111,8 @@ pub fn preflight(workers: usize) -> Result<(), DispatchError> {
 /// The system does not say what is running.
 pub fn self_command() -> Result<Vec<OsString>, DispatchError> {
     let running = "/proc/self/exe";
-    std::fs::metadata(running).map_err(|source| DispatchError::System { doing: "finding the running program", source })?;
+    std::fs::metadata(running)
+        .map_err(|source| DispatchError::System { doing: "finding the running program", source })?;
     Ok(vec![running.into(), "worker".into()])
 }
 

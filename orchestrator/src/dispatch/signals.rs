@@ -21,9 +21,7 @@ fn forward(kind: SignalKind, events: &UnboundedSender<Event>, event: fn() -> Eve
     let mut stream: Stream =
         signal(kind).map_err(|source| DispatchError::System { doing: "listening for signals", source })?;
     let events = events.clone();
-    tokio::spawn(async move {
-        while stream.recv().await.is_some() && events.send(event()).is_ok() {}
-    });
+    tokio::spawn(async move { while stream.recv().await.is_some() && events.send(event()).is_ok() {} });
     Ok(())
 }
 

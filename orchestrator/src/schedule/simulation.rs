@@ -305,9 +305,10 @@ impl Simulation {
         assert_eq!(scheduler.done, (self.recorded.len() + self.quarantined.len()) as u64);
         let living: BTreeSet<_> = scheduler.places.iter().filter(|p| p.lives()).map(|p| p.worker).collect();
         assert_eq!(living.len(), scheduler.places.iter().filter(|p| p.lives()).count(), "one worker, two places");
-        let idle_despite_work = scheduler.places.iter().any(|place| {
-            matches!(place.state, State::Idle) && place.killed.is_none() && scheduler.todo.left() > 0
-        });
+        let idle_despite_work = scheduler
+            .places
+            .iter()
+            .any(|place| matches!(place.state, State::Idle) && place.killed.is_none() && scheduler.todo.left() > 0);
         assert!(!idle_despite_work || scheduler.ending.is_some(), "a worker waits although there is work");
     }
 

@@ -45,7 +45,7 @@ impl Todo {
 /// All samples from 0 to a count.
 impl From<u64> for Todo {
     fn from(count: u64) -> Self {
-        Todo::from_iter([0..count])
+        Todo::from_iter(std::iter::once(0..count))
     }
 }
 

@@ -161,9 +161,8 @@ impl Scheduler {
             let why = match &place.state {
                 _ if silent >= self.settings.replace_after => Some(KillReason::Silent),
                 State::Busy(work) => {
-                    let passed = |since: Option<Duration>, limit| {
-                        since.is_some_and(|since| now.saturating_sub(since) >= limit)
-                    };
+                    let passed =
+                        |since: Option<Duration>, limit| since.is_some_and(|since| now.saturating_sub(since) >= limit);
                     if self.settings.time_limit.is_some_and(|limit| passed(work.current.map(|(_, t)| t), limit)) {
                         Some(KillReason::TimeLimit)
                     } else if passed(work.waiting, LOST_AFTER) {

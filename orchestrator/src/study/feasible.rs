@@ -36,8 +36,9 @@ pub fn check_machines(samples: &Samples) -> Result<(), StudyError> {
         (count, gather((0..count).into_par_iter().map(|sample| (sample, samples.machine(sample), samples.describe(sample)))))
     } else {
         let machines = corners_and_edges(samples);
+        let count = machines.len() as u64;
         let numbered = machines.into_par_iter().enumerate();
-        (samples.count(), gather(numbered.map(|(at, (machine, shown))| (at as u64, machine, shown))))
+        (count, gather(numbered.map(|(at, (machine, shown))| (at as u64, machine, shown))))
     };
     if found.is_empty() {
         return Ok(());
@@ -87,7 +88,7 @@ fn report(samples: &Samples, total: u64, found: BTreeMap<(String, String), Infea
         let varied = || study.axes.iter().flat_map(|axis| &axis.varied);
         let place = varied().find(|varied| varied.info.path == infeasible.problem.key).or_else(|| varied().next());
         let span = place.map_or(0..0, |varied| varied.place.clone());
-        let message = if infeasible.shown.is_empty() {
+        let message = if study.axes.is_empty() {
             format!("the machine cannot be built: {}", infeasible.problem.message)
         } else {
             format!(
@@ -103,7 +104,8 @@ fn report(samples: &Samples, total: u64, found: BTreeMap<(String, String), Infea
     problems.finish().expect_err("called with at least one finding")
 }
 
-fn corners_and_edges(samples: &Samples) -> Vec<(MachineDef, String)> {
+/// Machines at every value of every axis, the other axes at their first, and at the corners; and what varies in each.
+pub(super) fn corners_and_edges(samples: &Samples) -> Vec<(MachineDef, String)> {
     let axes = &samples.study().axes;
     let mut positions: Vec<Vec<u64>> = Vec::new();
     for (at, axis) in axes.iter().enumerate() {

@@ -13,6 +13,7 @@ mod limits;
 mod load;
 mod points;
 mod samples;
+mod starts;
 mod table;
 mod template;
 mod vary;
@@ -23,9 +24,11 @@ pub use input::{InputError, read_input};
 pub use limits::{Limits, Share};
 pub use load::load;
 pub use samples::Samples;
+pub use starts::check_starts;
 pub use template::STUDY_TEMPLATE;
 
 use crate::design::DesignError;
+use crate::engine::EngineError;
 use bladeoff_core::document::Problems;
 use bladeoff_core::machine::{MachineDef, ParamValue, PathInfo};
 
@@ -68,6 +71,23 @@ pub enum StudyError {
     /// A file that cannot be read.
     #[error(transparent)]
     Input(#[from] InputError),
+    /// A sample whose run cannot start.
+    #[error("the run with {shown} cannot start")]
+    Start {
+        /// What varies in it.
+        shown: String,
+        /// Why.
+        #[source]
+        source: EngineError,
+    },
+    /// Samples whose tables would have different columns.
+    #[error("the run with {shown} has other result columns than the first: {column}")]
+    Columns {
+        /// What varies in it.
+        shown: String,
+        /// The first column that only one of them has.
+        column: String,
+    },
     /// Too many samples, or a scale out of range.
     #[error(transparent)]
     Design(#[from] DesignError),

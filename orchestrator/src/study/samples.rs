@@ -86,7 +86,8 @@ impl Samples {
     pub fn describe(&self, sample: u64) -> String {
         let pairs = self.parameters().zip(self.values(sample));
         let shown = pairs.map(|(varied, value)| format!("{} = {}", varied.info.path, show(&varied.info, &value)));
-        shown.collect::<Vec<_>>().join(", ")
+        let shown = shown.collect::<Vec<_>>().join(", ");
+        if shown.is_empty() { "nothing varied".to_owned() } else { shown }
     }
 
     /// The plan that workers read: machine, overrides, what varies, basis.

@@ -43,7 +43,9 @@ pub struct Address {
 #[derive(Debug, thiserror::Error)]
 pub enum DomainError {
     /// Not enough free shared memory.
-    #[error("{SHM} has {free} bytes free, {workers} workers need {needed}; enlarge it (Docker: --shm-size) or use fewer workers")]
+    #[error(
+        "{SHM} has {free} bytes free, {workers} workers need {needed}; enlarge it (Docker: --shm-size) or use fewer workers"
+    )]
     ShmTooSmall {
         /// Free bytes.
         free: u64,

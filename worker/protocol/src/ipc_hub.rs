@@ -44,8 +44,7 @@ impl IpcHub {
         let services = Services::new(address, Side::Hub(2 * workers + 2))?;
         let server = services.samples.server_builder().create().map_err(PortError::failed("creating the server"))?;
         let listener = services.up.listener_builder().create().map_err(PortError::failed("creating the listener"))?;
-        let notifier =
-            services.down.notifier_builder().create().map_err(PortError::failed("creating the notifier"))?;
+        let notifier = services.down.notifier_builder().create().map_err(PortError::failed("creating the notifier"))?;
         let wake = rustix::event::eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)
             .map_err(PortError::failed("creating an eventfd"))?;
         let (open, listeners) = (BTreeMap::new(), BTreeMap::new());
@@ -109,8 +108,7 @@ impl HubPort for IpcHub {
     }
 
     fn wait(&mut self, timeout: Duration) -> Result<(), PortError> {
-        let [event, woken] =
-            wait_readable(event_fd(&self.listener), Some(self.wake.as_fd()), timeout.min(BACKSTOP))?;
+        let [event, woken] = wait_readable(event_fd(&self.listener), Some(self.wake.as_fd()), timeout.min(BACKSTOP))?;
         if event {
             drain(&self.listener)?;
         }

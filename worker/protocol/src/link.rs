@@ -3,9 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use crate::messages::{
-    Body, FromWorker, FromWorkerBlock, MessageError, RunId, ToWorker, ToWorkerBlock, WorkerId,
-};
+use crate::messages::{Body, FromWorker, FromWorkerBlock, MessageError, RunId, ToWorker, ToWorkerBlock, WorkerId};
 use crate::transport::{HubPort, PeerId, PortError, Ticket, Waker, WorkerPort};
 
 /// Why a worker could not talk to its orchestrator.

@@ -47,10 +47,15 @@ fn outcomes() -> impl Strategy<Value = Outcome> {
 }
 
 fn from_worker() -> impl Strategy<Value = FromWorker> {
-    let samples = (any::<u64>(), 0.0..1e6, outcomes())
-        .prop_map(|(sample, cpu_s, outcome)| SampleReport { sample, cpu_s, outcome });
+    let samples = (any::<u64>(), 0.0..1e6, outcomes()).prop_map(|(sample, cpu_s, outcome)| SampleReport {
+        sample,
+        cpu_s,
+        outcome,
+    });
     let reports = (prop::collection::vec(samples, 0..=16), any::<bool>(), 1..u64::MAX, 1..u32::MAX).prop_map(
-        |(samples, asks, batch, attempt)| Body::Report(Report { batch: Some((BatchId(batch), attempt)), samples, asks }),
+        |(samples, asks, batch, attempt)| {
+            Body::Report(Report { batch: Some((BatchId(batch), attempt)), samples, asks })
+        },
     );
     let hello = (any::<u32>(), any::<u64>()).prop_map(|(pid, build)| Body::Hello(Hello { pid, build }));
     let ask = Just(Body::Report(Report { batch: None, samples: Vec::new(), asks: true }));

@@ -118,9 +118,9 @@ pub enum MessageError {
 
 /// Checksum over words: every step is a bijection of the state, so that a change of any single word is always seen.
 fn checksum(words: &[u64]) -> u64 {
-    words.iter().fold(0x9e37_79b9_7f4a_7c15, |state, &word| {
-        (state ^ word).wrapping_mul(0xd6e8_feb8_6659_fd93).rotate_left(29)
-    })
+    words
+        .iter()
+        .fold(0x9e37_79b9_7f4a_7c15, |state, &word| (state ^ word).wrapping_mul(0xd6e8_feb8_6659_fd93).rotate_left(29))
 }
 
 /// Header fields common to both directions.
@@ -186,9 +186,10 @@ impl<'a> Reader<'a> {
         if words[1] != PROTOCOL_VERSION {
             return Err(MessageError::Version { found: words[1] });
         }
-        let used = usize::try_from(words[4]).ok().filter(|used| (HEADER + 1..=N).contains(used)).ok_or(
-            MessageError::Length { found: words[4], least: HEADER + 1, most: N },
-        )?;
+        let used = usize::try_from(words[4])
+            .ok()
+            .filter(|used| (HEADER + 1..=N).contains(used))
+            .ok_or(MessageError::Length { found: words[4], least: HEADER + 1, most: N })?;
         let (found, computed) = (words[used - 1], checksum(&words[..used - 1]));
         if found != computed {
             return Err(MessageError::Checksum { found, computed });

@@ -81,8 +81,7 @@ impl FromWorker {
     /// # Errors
     /// Results beyond the limits of [`super`] or that contradict themselves: what [`FromWorker::decode`] would refuse.
     pub fn encode(&self, run: RunId, block: &mut FromWorkerBlock) -> Result<(), MessageError> {
-        let header =
-            |kind| Header { run, kind, worker: self.worker.0, batch: 0, attempt: 0, items: 0, extra: 0 };
+        let header = |kind| Header { run, kind, worker: self.worker.0, batch: 0, attempt: 0, items: 0, extra: 0 };
         match &self.body {
             Body::Hello(hello) => {
                 let mut writer = Writer::new(block, MAGIC, header(KIND_HELLO));

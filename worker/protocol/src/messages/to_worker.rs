@@ -88,11 +88,9 @@ impl ToWorker {
                 let n_params = at_most("parameters per sample", header.extra, MAX_PARAMS as u64)? as usize;
                 at_most("number of values", (n_samples * n_params) as u64, MAX_BATCH_VALUES as u64)?;
                 let samples = (0..n_samples).map(|_| reader.word()).collect::<Result<_, _>>()?;
-                let params = (0..n_samples * n_params)
-                    .map(|_| reader.word().map(f64::from_bits))
-                    .collect::<Result<_, _>>()?;
-                let batch =
-                    Batch { batch: BatchId(header.batch), attempt: header.attempt, n_params, samples, params };
+                let params =
+                    (0..n_samples * n_params).map(|_| reader.word().map(f64::from_bits)).collect::<Result<_, _>>()?;
+                let batch = Batch { batch: BatchId(header.batch), attempt: header.attempt, n_params, samples, params };
                 check(&batch)?;
                 ToWorker::Batch(batch)
             }
@@ -121,9 +119,8 @@ fn check(batch: &Batch) -> Result<(), MessageError> {
     }
     match batch.params.iter().position(|value| !value.is_finite()) {
         None => Ok(()),
-        Some(at) => Err(MessageError::NotFinite {
-            sample: batch.samples[at / batch.n_params],
-            index: at % batch.n_params,
-        }),
+        Some(at) => {
+            Err(MessageError::NotFinite { sample: batch.samples[at / batch.n_params], index: at % batch.n_params })
+        }
     }
 }

@@ -1,0 +1,279 @@
+//! The contact step: force, places and speeds iterated together.
+
+use super::place_search::PlaceSearch;
+use super::{CONTACT_ITERATIONS, ContactFailure, Rub, StepContact, TOLERANCE, bilinear, directions};
+use crate::contact::{Compliance, ContactForce, Gap, NotUnique, Place, slide, stick_or_slide};
+use crate::linalg::{axpy, dot};
+use crate::machine::{Detection, ForceLocation, FrictionLaw};
+use crate::transient::shaft_line::{ShaftLine, distance, norm};
+
+/// What a contact step starts from.
+struct Attempt {
+    x_n: [f64; 2],
+    sign: f64,
+    predicted: Gap,
+    force_place: Option<Gap>,
+    time: f64,
+}
+
+impl Rub<'_> {
+    /// Corrects the predicted increments `(d, d_twist)` (in: without contact, out: with it).
+    ///
+    /// `line.settle` must be called by the caller with the result.
+    pub fn correct(
+        &mut self,
+        line: &mut ShaftLine<'_>,
+        time: f64,
+        d: &mut [f64],
+        d_twist: &mut [f64],
+    ) -> Result<Option<StepContact>, ContactFailure> {
+        let x_n = self.local(line.place(self.node));
+        if let Some(stiffness) = self.spring {
+            return self.spring_contact(line, time, stiffness, x_n, d, d_twist);
+        }
+        let dx = self.increment(d);
+        let predicted_x = [x_n[0] + dx[0], x_n[1] + dx[1]];
+        if let Some(ring) = &mut self.ring {
+            ring.d.copy_from_slice(&ring.free);
+        }
+        if self.is_far(predicted_x) {
+            return Ok(None);
+        }
+        if let Some(ring) = &mut self.ring {
+            ring.refresh_field();
+        }
+        let predicted = self.own_gap(predicted_x);
+        if predicted.value >= 0.0 {
+            return Ok(None);
+        }
+        let force_place = match self.location {
+            ForceLocation::Next => None,
+            ForceLocation::Current => Some(self.gap_at(x_n)),
+        };
+        self.load_rows(force_place.as_ref().unwrap_or(&predicted), &predicted);
+        let sign = self.centred_slip(line, &force_place.unwrap_or(predicted), d, d_twist).signum();
+        let attempt = Attempt { x_n, sign, predicted, force_place, time };
+        let (prediction, prediction_twist) = (d.to_vec(), d_twist.to_vec());
+        let updating = self.detection != Detection::Hyp2Frozen;
+        let mut no_fixed_point = false;
+        let mut result = self.iterate(line, &attempt, updating, d, d_twist)?;
+        if result.is_none() && updating {
+            no_fixed_point = true;
+            d.copy_from_slice(&prediction);
+            d_twist.copy_from_slice(&prediction_twist);
+            if let Some(ring) = &mut self.ring {
+                ring.d.copy_from_slice(&ring.free);
+            }
+            result = self.iterate(line, &attempt, false, d, d_twist)?;
+        }
+        let (force, gap) = result.ok_or(ContactFailure::NoConvergence)?;
+        if force.normal <= 0.0 {
+            return Ok(None);
+        }
+        Ok(Some(self.account(line, &attempt, (force, gap, no_fixed_point), d, d_twist)))
+    }
+
+    /// Iterates force, places and speeds; `None` without convergence.
+    fn iterate(
+        &mut self,
+        line: &mut ShaftLine<'_>,
+        attempt: &Attempt,
+        updating: bool,
+        d: &mut [f64],
+        d_twist: &mut [f64],
+    ) -> Result<Option<(ContactForce, Gap)>, ContactFailure> {
+        let mut last = ContactForce::NONE;
+        let mut search = PlaceSearch::default();
+        for iteration in 0..CONTACT_ITERATIONS {
+            self.iterations += 1;
+            let dx = self.increment(d);
+            let x = [attempt.x_n[0] + dx[0], attempt.x_n[1] + dx[1]];
+            if let Some(ring) = &mut self.ring {
+                ring.refresh_field();
+            }
+            let gap = if updating { self.own_gap(x) } else { self.fixed_gap(x, attempt.predicted.place) };
+            let acting = match attempt.force_place {
+                Some(place) => place,
+                None if !updating => gap,
+                None => match search.next(gap.place.alpha) {
+                    None => return Ok(None),
+                    Some(alpha) if alpha == gap.place.alpha => gap,
+                    Some(alpha) => self.acting_at(alpha, x, &gap),
+                },
+            };
+            self.load_rows(&acting, &gap);
+            let mut free = std::mem::take(&mut self.candidate);
+            let mut free_twist = std::mem::take(&mut self.candidate_twist);
+            line.respond(attempt.time, d, d_twist, &mut free, &mut free_twist);
+            let solved = self.solve(&gap, &acting, attempt.sign, (d, &free, &free_twist));
+            let force = match solved {
+                Ok(force) => force,
+                Err(error) => {
+                    (self.candidate, self.candidate_twist) = (free, free_twist);
+                    return Err(ContactFailure::NotUnique(error));
+                }
+            };
+            self.apply(&force, &acting, &mut free, &mut free_twist);
+            line.add_drive_torque(self.drive_lever * force.tangential * self.rotor_radius);
+            let change = (force.normal - last.normal).abs().max((force.tangential - last.tangential).abs());
+            let moved = distance(&free, d) <= TOLERANCE * norm(&free) + f64::MIN_POSITIVE
+                && distance(&free_twist, d_twist) <= TOLERANCE * norm(&free_twist);
+            let steady =
+                change * self.scale() <= 1e-14 * self.rotor_radius.max(self.gap) + 1e-11 * force.normal * self.scale();
+            d.copy_from_slice(&free);
+            d_twist.copy_from_slice(&free_twist);
+            (self.candidate, self.candidate_twist) = (free, free_twist);
+            last = force;
+            if iteration > 0 && moved && steady && self.ring_settled() {
+                return Ok(Some((force, gap)));
+            }
+        }
+        Ok(None)
+    }
+
+    /// The gap record of a force that acts at another angle than the gap's own.
+    fn acting_at(&self, alpha: f64, x: [f64; 2], gap: &Gap) -> Gap {
+        let place = Place::at_angle(self.ring.as_ref().map(|_| &self.surface), alpha);
+        match self.detection {
+            Detection::Hyp1 => Gap { place, ..*gap },
+            Detection::Hyp2 | Detection::Hyp2Frozen => self.fixed_gap(x, place),
+        }
+    }
+
+    /// Force on the linearised gap and slip.
+    fn solve(
+        &self,
+        gap: &Gap,
+        acting: &Gap,
+        sign: f64,
+        (d, free, free_twist): (&[f64], &[f64], &[f64]),
+    ) -> Result<ContactForce, NotUnique> {
+        let (dx, dx_free) = (self.increment(d), self.increment(free));
+        let change = gap.place.polar([dx_free[0] - dx[0], dx_free[1] - dx[1]]);
+        let mut g0 = gap.value + gap.rotor_gradient[0] * change[0] + gap.rotor_gradient[1] * change[1];
+        let (normal, tangent) = directions(acting);
+        let gradient = gap.place.cartesian(gap.rotor_gradient);
+        let along = |a, b| bilinear(&self.compliance, a, b);
+        let radius = self.rotor_radius;
+        let mut w = Compliance {
+            nn: -along(gradient, normal),
+            nt: -along(gradient, tangent),
+            tn: -along(tangent, normal),
+            tt: -along(tangent, tangent) - radius * radius * self.twist_compliance,
+        };
+        let mut slip = tangent[0] * dx_free[0] + tangent[1] * dx_free[1] + radius * dot(&self.twist_row, free_twist);
+        if let Some(ring) = &self.ring {
+            g0 += dot(&ring.gap_row, &ring.free) - dot(&ring.gap_row, &ring.d);
+            w.nn += dot(&ring.gap_row, &ring.normal.response);
+            w.nt += dot(&ring.gap_row, &ring.tangent.response);
+            w.tn -= dot(&ring.tangent.force, &ring.normal.response);
+            w.tt -= dot(&ring.tangent.force, &ring.tangent.response);
+            slip -= dot(&ring.tangent.force, &ring.free);
+        }
+        let (nn, nt) = self.residual_flexibility(acting);
+        (w.nn, w.nt) = (w.nn + nn, w.nt + nt);
+        match self.law {
+            FrictionLaw::Slip => slide(g0, w, self.friction, sign),
+            FrictionLaw::StickSlip => stick_or_slide(g0, slip, w, self.friction),
+        }
+    }
+
+    /// Adds the response to a contact force to increments without it; the ring's increment becomes the one with it.
+    pub(super) fn apply(&mut self, force: &ContactForce, acting: &Gap, free: &mut [f64], free_twist: &mut [f64]) {
+        let (normal, tangent) = directions(acting);
+        for axis in 0..2 {
+            let f = -(force.normal * normal[axis] + force.tangential * tangent[axis]);
+            axpy(f, &self.responses[axis], free);
+        }
+        axpy(-force.tangential * self.rotor_radius, &self.twist_response, free_twist);
+        if let Some(ring) = &mut self.ring {
+            ring.scratch.copy_from_slice(&ring.d);
+            ring.d.copy_from_slice(&ring.free);
+            axpy(force.normal, &ring.normal.response, &mut ring.d);
+            axpy(force.tangential, &ring.tangent.response, &mut ring.d);
+        }
+    }
+
+    fn ring_settled(&self) -> bool {
+        // rounding of the gap (1e-16 of the radius) is the floor of what the ring's increment can settle to
+        let floor = 1e-13 * self.rotor_radius.max(self.gap);
+        self.ring.as_ref().is_none_or(|ring| {
+            let scale = ring.radial_bound.iter().fold(0.0_f64, |max, bound| max.max(*bound));
+            distance(&ring.d, &ring.scratch) * scale <= 1e-10 * norm(&ring.d) * scale + floor
+        })
+    }
+
+    /// Compliance that turns a change of force into a change of place [m/N].
+    fn scale(&self) -> f64 {
+        let ring = self.ring.as_ref().map_or(0.0, |ring| dot(&ring.normal.force, &ring.normal.response));
+        ring + self.compliance[0][0].max(self.compliance[1][1])
+    }
+
+    /// Ring rows of the force place and of the gap place.
+    fn load_rows(&mut self, acting: &Gap, gap: &Gap) {
+        if let Some(ring) = &mut self.ring {
+            let [n_r, n_t] = acting.normal;
+            ring.load_force(acting.place, [n_r, n_t], &self.surface, true);
+            ring.load_force(acting.place, [-n_t, n_r], &self.surface, false);
+            ring.load_gap_row(gap, &self.surface);
+        }
+    }
+
+    /// Centred slip velocity of increments at the place whose rows are loaded [m/s].
+    pub(super) fn centred_slip(&self, line: &ShaftLine<'_>, acting: &Gap, d: &[f64], d_twist: &[f64]) -> f64 {
+        let (_, tangent) = directions(acting);
+        let dx = self.increment(d);
+        let before = self.increment(&line.lateral.previous);
+        let mut slip = tangent[0] * (dx[0] + before[0]) + tangent[1] * (dx[1] + before[1]);
+        slip += self.rotor_radius * (dot(&self.twist_row, d_twist) + dot(&self.twist_row, &line.twist.previous));
+        if let Some(ring) = &self.ring {
+            slip -= dot(&ring.tangent.force, &ring.d) + dot(&ring.tangent.force, &ring.stepper.previous);
+        }
+        0.5 * slip / line.dt
+    }
+
+    /// Works and quantities of a converged contact step.
+    fn account(
+        &mut self,
+        line: &ShaftLine<'_>,
+        attempt: &Attempt,
+        (force, gap, no_fixed_point): (ContactForce, Gap, bool),
+        d: &[f64],
+        d_twist: &[f64],
+    ) -> StepContact {
+        let acting = attempt.force_place.unwrap_or(gap);
+        let slip = self.centred_slip(line, &acting, d, d_twist);
+        let (normal, _) = directions(&acting);
+        let (dx, before) = (self.increment(d), self.increment(&line.lateral.previous));
+        let step = [0.5 * (dx[0] + before[0]), 0.5 * (dx[1] + before[1])];
+        let mut opening = -(normal[0] * step[0] + normal[1] * step[1]);
+        if let Some(ring) = &self.ring {
+            opening += 0.5 * (dot(&ring.normal.force, &ring.d) + dot(&ring.normal.force, &ring.stepper.previous));
+        }
+        // Hyp 1: the approximate gap opens by v_alpha d(gamma) more than the bodies move apart
+        let model_work = force.normal * acting.model_slope * acting.place.polar(step)[1];
+        let (nn, nt) = self.residual_flexibility(&acting);
+        let yielding = nn * force.normal + nt * force.tangential;
+        self.held = 0.5 * force.normal * yielding;
+        let mut residual = if self.detection == Detection::Hyp2Frozen || no_fixed_point {
+            let x = [attempt.x_n[0] + dx[0], attempt.x_n[1] + dx[1]];
+            if let Some(ring) = &mut self.ring {
+                ring.refresh_field();
+            }
+            self.own_gap(x)
+        } else {
+            gap
+        };
+        residual.value += yielding;
+        StepContact {
+            force,
+            gap: residual,
+            slip,
+            reversed: self.law == FrictionLaw::Slip && slip * attempt.sign < 0.0,
+            no_fixed_point,
+            friction_work: force.tangential * slip * line.dt,
+            normal_work: -force.normal * opening - model_work,
+            model_work,
+        }
+    }
+}

@@ -1,0 +1,44 @@
+//! Static flexibility of the modes that the reduced engine leaves out, at the contact (`docs/theory/05-reduction.md`).
+
+use super::{Rub, bilinear, directions};
+use crate::contact::Gap;
+use crate::structure::Structure;
+
+impl Rub<'_> {
+    /// Static flexibility of the modes left out: gap by a unit normal and by a unit tangential force at a place [m/N].
+    pub(super) fn residual_flexibility(&self, acting: &Gap) -> (f64, f64) {
+        let (n, t) = directions(acting);
+        let (mut nn, mut nt) = (bilinear(&self.residual, n, n), bilinear(&self.residual, n, t));
+        if let Some((ring, residual)) = self.ring.as_ref().and_then(|ring| Some((ring, ring.residual?))) {
+            debug_assert!(ring.field.len() == residual.nrows());
+            let [n_r, n_t] = acting.normal;
+            let shapes = self.surface.shapes(acting.place.element, acting.place.xi);
+            for (i, r_i, t_i) in shapes {
+                let row = n_r * r_i + n_t * t_i;
+                for (j, r_j, t_j) in shapes {
+                    nn += row * residual[(i, j)] * (n_r * r_j + n_t * t_j);
+                    nt += row * residual[(i, j)] * (n_r * t_j - n_t * r_j);
+                }
+            }
+        }
+        (nn, nt)
+    }
+}
+
+/// Residual flexibility of the rotor at a node, turned into the stator's axes.
+pub(super) fn residual_at(structure: &Structure, node: usize, (sin, cos): (f64, f64)) -> [[f64; 2]; 2] {
+    let Some(all) = &structure.lateral_residual else { return [[0.0; 2]; 2] };
+    let places = structure.rotor.plane_places(node);
+    let axes = [[cos, sin], [-sin, cos]];
+    std::array::from_fn(|i| {
+        std::array::from_fn(|j| {
+            let mut sum = 0.0;
+            for (a, &row) in places.iter().enumerate() {
+                for (b, &col) in places.iter().enumerate() {
+                    sum += axes[i][a] * all[(row, col)] * axes[j][b];
+                }
+            }
+            sum
+        })
+    })
+}

@@ -1,0 +1,305 @@
+//! Contact on the Jeffcott rotor (m = k = 1, clearance 1): closed forms of forward rub, dry whip and rolling, rest,
+//! dissipation. Every test first asserts that contact happened.
+
+mod common;
+
+use bladeoff_core::outcome::{EndCause, Status};
+use common::{Every, Row, close, machine, run_seen};
+
+/// What a case varies.
+#[derive(Clone, Copy)]
+struct Case {
+    zeta: f64,
+    beta: f64,
+    mu: f64,
+    e: f64,
+    radius: f64,
+    law: &'static str,
+    step: f64,
+    end: f64,
+}
+
+const CASE: Case = Case { zeta: 0.1, beta: 1.0, mu: 0.05, e: 0.5, radius: 1.0, law: "slip", step: 0.005, end: 300.0 };
+
+/// The rotor on a massless radial spring (`stator` replaces the lines that name it).
+fn text(c: &Case, stator: Option<&str>, tail: &str) -> String {
+    let spring = format!("kind = \"radial-spring\"\nstiffness = {:?}", c.beta);
+    // with e = 0 the mass stands on the axis
+    format!(
+        "schema = 1\nname = \"rub\"\n[run]\nend_time = {:?}\nstep = {:?}\n\
+         [rotor.bearings.spring]\nstiffness = 1\ndamping = {:?}\n\
+         [rotor.unbalances.mass]\nmass = 1\nradius = {:?}\n\
+         [diaphragms.ring]\n{}\n[diaphragms.ring.contact]\nrotor_radius = {:?}\ngap = 1\nfriction = {:?}\n\
+         friction_law = \"{}\"\n[rotor]\nkind = \"point-mass\"\nmass = 0\n{tail}",
+        c.end,
+        c.step,
+        2.0 * c.zeta,
+        c.e,
+        stator.unwrap_or(&spring),
+        c.radius,
+        c.mu,
+        c.law,
+    )
+}
+
+/// Radii, whirl angles and forces of a run, sampled at each step.
+#[derive(Default)]
+struct Orbit {
+    radius: Vec<f64>,
+    angle: Vec<f64>,
+    force: Vec<f64>,
+    friction: Vec<f64>,
+    slip: Vec<f64>,
+    speed: Vec<f64>,
+}
+
+fn orbit(text: &str) -> (Row, Orbit) {
+    let mut orbit = Orbit::default();
+    let row = run_seen(
+        machine(text),
+        &mut Every(|frame| {
+            let [x, y] = [frame.displacement[0], frame.displacement[1]];
+            orbit.radius.push(x.hypot(y));
+            orbit.angle.push(y.atan2(x));
+            let contact = frame.contact.expect("there is a diaphragm");
+            orbit.force.push(contact.normal_force);
+            orbit.friction.push(contact.friction_force);
+            orbit.slip.push(contact.slip);
+            orbit.speed.push(frame.speed);
+        }),
+    );
+    assert!(row.get("first_contact_s").is_some() && row.value("contact_impulse_Ns") > 0.0, "contact happened");
+    (row, orbit)
+}
+
+const CONSTANT_SPEED: &str = "[rotor.speed_law]\nacceleration = 0\n";
+
+#[test]
+fn full_annular_rub_has_the_radius_of_its_closed_form() {
+    // [(1-W^2) r + beta (r-1)]^2 + [2 zeta W r + mu beta (r-1)]^2 = (e W^2)^2
+    for law in ["slip", "stick-slip"] {
+        for (speed, published) in [(0.9, 1.131_250), (1.0, 1.400_000), (1.1, 1.797_607), (1.2, 2.377_023)] {
+            let case = Case { law, ..CASE };
+            let residual = {
+                let (r, w2) = (published, speed * speed);
+                let radial: f64 = (1.0 - w2) * r + r - 1.0;
+                let tangential = 0.2 * speed * r + 0.05 * (r - 1.0);
+                (radial.hypot(tangential) / (0.5 * w2) - 1.0).abs()
+            };
+            assert!(residual < 1e-6, "the published radius solves the closed form");
+            let tail = format!("polar_inertia = 1\ninitial_speed = {speed:?}\n{CONSTANT_SPEED}");
+            let (row, orbit) = orbit(&text(&case, None, &tail));
+            assert_eq!(row.outcome.status, Status::Ok, "{:?}", row.outcome.causes.words());
+            let last = &orbit.radius[orbit.radius.len() - 2000..];
+            let (low, high) = last.iter().fold((f64::MAX, 0.0_f64), |(l, h), r| (l.min(*r), h.max(*r)));
+            let error = close("radius", *last.last().expect("samples"), published, 2e-5);
+            println!(
+                "annular rub {law} W {speed}: {high:.6} against {published}, {error:.1e}, ripple {:.1e}",
+                high - low
+            );
+            assert!(high - low < 1e-6, "steady");
+            // the force is that of the spring, the friction that of Coulomb, forward
+            let force = orbit.force.last().expect("samples");
+            close("force", *force, published - 1.0, 1e-3);
+            close("friction", *orbit.friction.last().expect("samples"), 0.05 * force, 1e-12);
+        }
+    }
+}
+
+#[test]
+fn annular_rub_radius_converges_with_order_two() {
+    let radius = |step: f64| {
+        let case = Case { step, ..CASE };
+        let tail = format!("polar_inertia = 1\ninitial_speed = 1\n{CONSTANT_SPEED}");
+        *orbit(&text(&case, None, &tail)).1.radius.last().expect("samples") - 1.4
+    };
+    let (coarse, fine) = (radius(0.04), radius(0.02));
+    let order = (coarse / fine).log2();
+    println!("annular rub: error {coarse:.2e} at 0.04, {fine:.2e} at 0.02, order {order:.3}");
+    assert!((order - 2.0).abs() < 0.05);
+}
+
+#[test]
+fn annular_rub_on_a_rigid_stator_has_the_force_of_its_closed_form() {
+    // r = 1: [(1-W^2) + N]^2 + [2 zeta W + mu N]^2 = (e W^2)^2, here with multipliers instead of a spring
+    for law in ["slip", "stick-slip"] {
+        for speed in [0.95, 1.0, 1.1] {
+            let case = Case { law, step: 0.002, ..CASE };
+            let tail = format!("polar_inertia = 1\ninitial_speed = {speed:?}\n{CONSTANT_SPEED}");
+            let (row, orbit) = orbit(&text(&case, Some("kind = \"rigid\""), &tail));
+            let (w2, f): (f64, f64) = (speed * speed, 0.5 * speed * speed);
+            let (a, b) = (1.0 - w2, 0.2 * speed);
+            let (p, q, s) = (1.0 + 0.05 * 0.05, a + 0.05 * b, a * a + b * b - f * f);
+            let exact = (-q + (q * q - p * s).sqrt()) / p;
+            let force = *orbit.force.last().expect("samples");
+            let error = close("force", force, exact, 1e-3);
+            println!("rigid annular rub {law} W {speed}: N {force:.6} against {exact:.6}, {error:.1e}");
+            close("radius", *orbit.radius.last().expect("samples"), 1.0, 1e-6);
+            assert!(row.value("residual_penetration_m") < 1e-9);
+        }
+    }
+}
+
+const WHIP: Case = Case { zeta: 0.05, beta: 4.0, mu: 0.2, e: 0.0, radius: 10.0, law: "slip", step: 0.005, end: 60.0 };
+
+/// Whirl speed of dry whip, `zeta/mu + sqrt(1 + (zeta/mu)^2)`.
+fn whirl_speed(c: &Case) -> f64 {
+    c.zeta / c.mu + (1.0 + (c.zeta / c.mu).powi(2)).sqrt()
+}
+
+/// Backward whirl from `x = (r0, 0)`, `x' = (0, -w r0)` at the constant speed `spin`.
+fn whip(c: &Case, r0: f64, spin: f64) -> (Row, Orbit) {
+    let tail = format!(
+        "polar_inertia = 1\ninitial_speed = {spin:?}\n{CONSTANT_SPEED}\
+         [rotor.initial]\ndisplacement = [{r0:?}, 0.0]\nvelocity = [0.0, {:?}]\n",
+        -whirl_speed(c) * r0
+    );
+    orbit(&text(c, None, &tail))
+}
+
+fn grows(c: &Case, r0: f64) -> bool {
+    let (row, orbit) = whip(c, r0, 1e4);
+    assert_eq!(row.value("slip_reversal_steps"), 0.0, "R W > w r throughout");
+    let last = *orbit.radius.last().expect("samples");
+    last > r0
+}
+
+#[test]
+fn dry_whip_decays_below_its_threshold_and_grows_above() {
+    for law in ["slip", "stick-slip"] {
+        let case = Case { law, ..WHIP };
+        assert!(!grows(&case, 1.17) && grows(&case, 1.22));
+        let (mut low, mut high) = (1.17, 1.22);
+        while high - low > 2e-6 {
+            let middle = 0.5 * (low + high);
+            if grows(&Case { end: 150.0, ..case }, middle) { high = middle } else { low = middle }
+        }
+        let threshold = 0.5 * (low + high);
+        println!("dry whip {law}: threshold {threshold:.6} against 1.190614");
+        close("threshold", threshold, 1.190_614, 1e-5);
+    }
+}
+
+#[test]
+fn dry_whip_turns_backward_at_its_whirl_speed() {
+    close("closed form", whirl_speed(&WHIP), 1.280_776, 1e-6);
+    let (row, orbit) = whip(&Case { end: 20.0, ..WHIP }, 1.190_614, 1e4);
+    // on the threshold orbit the radius holds for a while: the whirl speed is the mean over it
+    let turned: f64 = orbit
+        .angle
+        .windows(2)
+        .map(|pair| {
+            let d = pair[1] - pair[0];
+            d - 2.0 * std::f64::consts::PI * (d / (2.0 * std::f64::consts::PI)).round()
+        })
+        .sum();
+    let speed = -turned / ((orbit.angle.len() - 1) as f64 * row.value("step_s"));
+    println!("dry whip: backward at {speed:.6}, radius {:.6}", orbit.radius.last().expect("samples"));
+    close("whirl speed", speed, 1.280_776, 2e-5);
+    close("radius", *orbit.radius.last().expect("samples"), 1.190_614, 1e-3);
+}
+
+#[test]
+fn dry_whip_needs_enough_friction() {
+    // mu > 2 zeta sqrt(1 + beta)/beta = 0.0559: below it a whirl of any size decays, above it the threshold is finite
+    let below = Case { mu: 0.0555, end: 200.0, ..WHIP };
+    assert!(!grows(&below, 3.0) && !grows(&below, 30.0) && !grows(&below, 100.0));
+    let above = Case { mu: 0.06, end: 200.0, ..WHIP };
+    let w = whirl_speed(&above);
+    let threshold = 4.0 / (5.0 - w * w);
+    assert!(!grows(&above, 0.98 * threshold) && grows(&above, 1.02 * threshold), "{threshold}");
+}
+
+#[test]
+fn backward_whirl_ends_in_rolling_at_its_limit() {
+    // r^2 (1 + beta (r-1)/r) = V^2, V = R_r W: beta 4, V 3: 5 r^2 - 4 r = 9, r = 1.8
+    for (speed, exact) in [(0.3, 1.8), (0.5, (4.0 + (16.0 + 20.0 * 25.0_f64).sqrt()) / 10.0)] {
+        let case = Case { law: "stick-slip", end: 400.0, ..WHIP };
+        let (row, orbit) = whip(&case, 1.22, speed);
+        assert_eq!(row.outcome.status, Status::Ok, "{:?}", row.outcome.causes.words());
+        let last = *orbit.radius.last().expect("samples");
+        let error = close("rolling radius", last, exact, 1e-4);
+        println!("rolling at V {}: r {last:.6} against {exact:.6}, {error:.1e}", 10.0 * speed);
+        assert!(row.value("stick_time_s") > 100.0);
+        assert!(orbit.slip.last().expect("samples").abs() < 1e-6);
+    }
+}
+
+#[test]
+fn slip_without_stick_is_invalid_where_rolling_would_begin() {
+    let case = Case { law: "slip", end: 400.0, ..WHIP };
+    let (row, _) = whip(&case, 1.22, 0.3);
+    assert!(row.value("slip_reversal_steps") > 0.0);
+    assert!(row.outcome.causes.contains(bladeoff_core::outcome::Cause::SlipReversal));
+    assert_ne!(row.outcome.status, Status::Ok);
+}
+
+#[test]
+fn free_spin_in_backward_whirl_is_bounded_and_never_gains_energy() {
+    // the spin is an unknown: whip takes its energy from it until both roll together and die out
+    let case = Case { law: "stick-slip", end: 600.0, ..WHIP };
+    let tail = format!(
+        "polar_inertia = 20\ninitial_speed = 1\n[rotor.initial]\ndisplacement = [1.3, 0.0]\nvelocity = [0.0, {:?}]\n",
+        -whirl_speed(&case) * 1.3
+    );
+    let mut totals = Vec::new();
+    let row = run_seen(machine(&text(&case, None, &tail)), &mut Every(|frame| totals.push(frame.energies.stored())));
+    assert!(row.value("contact_time_s") > 10.0 && row.value("stick_time_s") > 1.0, "contact and stick happened");
+    // the start is not balanced before the first few steps
+    let start = totals[20];
+    assert!(totals.iter().skip(20).all(|total| *total <= start * (1.0 + 1e-3)));
+    assert!(row.value("friction_energy_J") >= 0.0);
+    println!(
+        "free whip: energy {start:.4} to {:.4}, error {:.1e}",
+        totals[totals.len() - 1],
+        row.value("energy_error")
+    );
+}
+
+#[test]
+fn rotor_that_stops_in_contact_comes_to_rest() {
+    // pressed into the stator by gravity, nothing but contact friction brakes
+    for (stator, gap_load) in [(None, 4.0), (Some("kind = \"rigid\""), 4.0)] {
+        let case =
+            Case { zeta: 0.5, beta: 4.0, mu: 0.3, e: 0.0, radius: 2.0, law: "stick-slip", step: 0.002, end: 500.0 };
+        let speed = 5.0;
+        // the rigid stator is met from inside its gap, the spring may start loaded
+        let tail = format!(
+            "polar_inertia = 3\ninitial_speed = {speed}\ngravity = [0.0, -5.0]\n\
+             [rotor.initial]\ndisplacement = [0.0, {:?}]\n",
+            if stator.is_some() { 4.1 } else { 0.0 }
+        );
+        let (row, orbit) = orbit(&text(&case, stator, &tail));
+        assert_eq!(row.outcome.end_cause, EndCause::Stopped, "{:?}", row.outcome);
+        // not beyond zero by more than a step's braking: mu N R/J dt
+        let last = row.value("end_speed_rad_s");
+        assert!(last <= 0.0 && last > -0.3 * 6.0 * 2.0 / 3.0 * 0.002, "{last}");
+        // Coulomb friction under a constant load brakes linearly: J W = mu N R t, N about its static value
+        let time = row.value("stop_time_s");
+        let load = orbit.force[orbit.force.len() - 10];
+        println!("stop in contact: {time:.3} s, load {load:.4} ({gap_load}), last speed {last:.1e}");
+        assert!((speed * 3.0 / (0.3 * load * 2.0) / time - 1.0).abs() < 0.15);
+    }
+}
+
+#[test]
+fn friction_dissipates_and_brakes_the_spin_in_every_rub() {
+    for (law, mu) in [("slip", 0.05), ("stick-slip", 0.05), ("stick-slip", 0.4)] {
+        for stator in [None, Some("kind = \"rigid\"")] {
+            let case = Case { law, mu, end: 60.0, ..CASE };
+            let tail = "polar_inertia = 50\ninitial_speed = 1.05\n[rotor.initial]\nvelocity = [0.3, -0.2]\n";
+            let (row, orbit) = orbit(&text(&case, stator, tail));
+            let power: f64 = orbit.friction.iter().zip(&orbit.slip).map(|(f, s)| f * s).fold(0.0, f64::min);
+            let largest: f64 = orbit.friction.iter().zip(&orbit.slip).map(|(f, s)| f * s).fold(0.0, f64::max);
+            println!("friction {law} mu {mu}: least power {power:.2e} of {largest:.2e}");
+            assert!(power >= -1e-9 * largest, "friction never gives: {power}");
+            assert!(row.value("friction_energy_J") > 0.0);
+            for (friction, force) in orbit.friction.iter().zip(&orbit.force) {
+                assert!(friction.abs() <= mu * force * (1.0 + 1e-9) + 1e-15);
+            }
+            // forward whirl: the friction torque on the spin is a brake over every contact
+            let first = orbit.force.iter().position(|f| *f > 0.0).expect("contact happened");
+            assert!(*orbit.speed.last().expect("samples") < orbit.speed[first]);
+        }
+    }
+}

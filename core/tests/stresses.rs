@@ -1,0 +1,175 @@
+//! Moments, stresses, whirl direction and rub regime of whole runs: hand formulas, and reduced against full engine.
+
+mod common;
+
+use bladeoff_core::outcome::{ColumnKind, MAX_COLUMNS, columns};
+use common::{Row, close, machine, machine_with, run, study_machine};
+
+/// A disc amid a simply supported light shaft, heavy under gravity, not spinning.
+const SAGGING: &str = r#"
+schema = 1
+name = "sagging"
+[run]
+end_time = "5 ms"
+engine = "full"
+[rotor]
+initial_speed = "0 rpm"
+gravity = [3.0, -4.0]
+[rotor.material]
+young_modulus = "210 GPa"
+poisson_ratio = 0.3
+density = "0.01 kg/m3"
+shear_coefficient = 0.9
+[[rotor.shaft]]
+length = "1 m"
+diameter = "50 mm"
+inner_diameter = "20 mm"
+elements = 2
+[[rotor.shaft]]
+length = "1 m"
+diameter = "50 mm"
+inner_diameter = "20 mm"
+elements = 2
+[rotor.discs.mid]
+position = "1 m"
+mass = "100 kg"
+transverse_inertia = "1 kg m2"
+polar_inertia = "2 kg m2"
+[rotor.bearings.left]
+position = "0 m"
+stiffness = "1e8 N/m"
+damping = "0 N s/m"
+axial_stiffness = "1e6 N/m"
+[rotor.bearings.right]
+position = "2 m"
+stiffness = "1e8 N/m"
+damping = "0 N s/m"
+"#;
+
+/// P L/4 over the section modulus: the sag is static, so nothing but rounding moves.
+#[test]
+fn a_sagging_shaft_has_the_moment_of_statics() {
+    let row = run(machine(SAGGING));
+    let modulus = std::f64::consts::PI * (0.05f64.powi(4) - 0.02f64.powi(4)) / (32.0 * 0.05);
+    let expected = 100.0 * 5.0 * 2.0 / 4.0 / modulus;
+    close("bending stress", row.value("max_bending_stress_Pa"), expected, 1e-6);
+    close("first section", row.value("max_bending_stress_section0_Pa"), expected, 1e-6);
+    close("second section", row.value("max_bending_stress_section1_Pa"), expected, 1e-6);
+    assert!(row.value("max_torsional_moment_Nm") < 1e-9);
+    assert_eq!(row.get("max_blade_bending_stress_Pa"), None, "there is no diaphragm");
+    assert_eq!(row.get("rub_regime"), None);
+}
+
+/// A free two-disc rotor whose one end is spun up by a prescribed speed would need the drive's place; friction does it here:
+/// a full annular rub brakes the node it acts on, and what it takes from the disc beyond it passes through the shaft.
+#[test]
+fn a_rubbing_shaft_passes_the_torque_that_slows_the_inertia_beyond() {
+    let text = study_machine("lab_rig");
+    let row = run(machine_with(&text, &[("end_time", "0.17 s"), ("contact.detection", "hyp1")]));
+    assert!(row.get("first_contact_s").is_some());
+    // the friction torque enters at the middle of section 1: half of it goes either way, at most doubled by the torsional
+    // response to a suddenly applied torque
+    let torque = 0.15 * row.value("max_contact_force_N") * 0.05;
+    let moment = row.value("max_torsional_moment_Nm");
+    assert!(moment > 0.1 * torque && moment < 2.0 * torque, "{moment} of {torque}");
+    close(
+        "moment and stress",
+        row.value("max_shear_stress_Pa"),
+        16.0 * moment / (std::f64::consts::PI * 0.025f64.powi(3)),
+        1e-9,
+    );
+}
+
+/// Each engine at its own default step. What depends on the raw contact force (torsion beside the contact) agrees to what
+/// that force itself does between steps.
+#[test]
+fn both_engines_agree_on_stresses() {
+    let text = study_machine("lab_rig");
+    let run_with = |engine| run(machine_with(&text, &[("end_time", "0.18 s"), ("run.engine", engine)]));
+    let (full, reduced): (Row, Row) = (run_with("full"), run_with("reduced"));
+    for row in [&full, &reduced] {
+        assert!(row.get("first_contact_s").is_some(), "there is contact");
+        assert_eq!(word(row, "rub_regime"), Some("heavy"));
+        assert_eq!(word(row, "whirl_in_rub"), Some("forward"));
+    }
+    for (column, tolerance) in [
+        ("max_bending_stress_Pa", 0.02),
+        ("max_bending_stress_section0_Pa", 0.02),
+        ("max_bending_stress_section1_Pa", 0.02),
+        ("max_bending_stress_section2_Pa", 0.02),
+        ("max_blade_bending_stress_Pa", 0.02),
+        ("max_torsional_moment_section0_Nm", 0.03),
+        ("max_torsional_moment_section2_Nm", 0.03),
+        ("max_torsional_moment_Nm", 0.15),
+    ] {
+        close(column, reduced.value(column), full.value(column), tolerance);
+    }
+}
+
+/// The word of a choice column.
+fn word(row: &Row, name: &str) -> Option<&'static str> {
+    let column = columns(&row.machine).into_iter().find(|column| column.name == name).expect("the column");
+    let ColumnKind::Choice(words) = column.kind else { panic!("{name} is no choice") };
+    row.get(name).map(|index| words[index as usize])
+}
+
+/// Dry backward whirl (validation.md): the regime is named. Everything in units of the Jeffcott rotor.
+#[test]
+fn dry_whip_is_backward_whirl() {
+    let text = r#"
+schema = 1
+name = "dry whip"
+[run]
+end_time = 60.0
+step = 2e-3
+[rotor]
+kind = "point-mass"
+mass = 1.0
+polar_inertia = 1.0
+initial_speed = 200.0
+[rotor.initial]
+displacement = [1.22, 0.0]
+velocity = [0.0, -1.5625]
+[rotor.bearings.support]
+stiffness = 1.0
+damping = 0.1
+[diaphragms.stop]
+kind = "radial-spring"
+stiffness = 4.0
+[diaphragms.stop.contact]
+rotor_radius = 10.0
+gap = 1.0
+friction = 0.2
+detection = "hyp1"
+"#;
+    let row = run(machine(text));
+    assert!(row.get("first_contact_s").is_some(), "there is contact");
+    assert_eq!(word(&row, "rub_regime"), Some("backward-whirl"));
+    assert_eq!(word(&row, "whirl_in_rub"), Some("backward"));
+    assert!(row.value("backward_whirl_time_s") > 10.0);
+}
+
+#[test]
+fn a_shaft_of_many_sections_keeps_its_columns_within_a_message() {
+    let section = "[[rotor.shaft]]\nlength = \"0.1 m\"\ndiameter = \"50 mm\"\nelements = 1\n";
+    let mut bearings = String::new();
+    for k in 0..30 {
+        bearings.push_str(&format!(
+            "[rotor.bearings.b{k}]\nposition = {}\nstiffness = 1e8\ndamping = 10.0\naxial_stiffness = 1e6\n",
+            f64::from(k) / 10.0
+        ));
+    }
+    let text = format!(
+        "schema = 1\nname = \"long\"\n[rotor]\ninitial_speed = 1.0\n[rotor.material]\nyoung_modulus = 2.1e11\n\
+         poisson_ratio = 0.3\ndensity = 7850.0\nshear_coefficient = 0.9\n{}{bearings}[run]\nend_time = 0.001\n",
+        section.repeat(30)
+    );
+    let machine = machine(&text);
+    let columns = columns(&machine);
+    assert!(columns.len() <= MAX_COLUMNS, "{}", columns.len());
+    let named = |name: &str| columns.iter().any(|column| column.name == name);
+    assert!(named("max_bending_stress_Pa") && named("max_bending_stress_section0_Pa"));
+    assert!(!named("max_bending_stress_section12_Pa"), "the first twelve at most");
+    let row = run(machine);
+    assert_eq!(row.outcome.values.len(), columns.len());
+}

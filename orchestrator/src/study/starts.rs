@@ -1,0 +1,58 @@
+//! Runs that cannot start (a step beyond the stability limit, a rotor that begins inside its diaphragm) are found before
+//! the study does.
+//!
+//! The solver is asked up to its first step, for every sample of a small study, for the corners and edges of a larger
+//! one. What that misses ends in its row with status failed.
+
+use super::feasible::corners_and_edges;
+use super::{Samples, StudyError};
+use crate::engine;
+use bladeoff_core::machine::MachineDef;
+use bladeoff_core::structure::Structure;
+
+/// Most runs that are started.
+const MOST_STARTS: u64 = 300;
+/// Most structures that are built for it: samples that share one cost nothing more.
+const MOST_STRUCTURES: usize = 16;
+
+/// Starts runs of the study, each up to its first step.
+///
+/// # Errors
+/// The first run that cannot start, or whose result would have other columns.
+pub fn check_starts(samples: &Samples) -> Result<(), StudyError> {
+    let mut structures: Vec<Structure> = Vec::new();
+    let mut columns = None;
+    for (definition, shown) in candidates(samples) {
+        let machine = definition.build().map_err(|problems| StudyError::Problems(vec![problems]))?;
+        let own = engine::columns(&machine);
+        let first = columns.get_or_insert_with(|| own.clone());
+        if *first != own {
+            let differing = first.iter().chain(&own).find(|column| !(first.contains(column) && own.contains(column)));
+            let column = differing.map_or_else(String::new, |column| column.name.clone());
+            return Err(StudyError::Columns { shown, column });
+        }
+        let failed = |source| StudyError::Start { shown: shown.clone(), source };
+        let at = match structures.iter().position(|structure| structure.fits(&machine)) {
+            Some(at) => at,
+            None if structures.len() == MOST_STRUCTURES => continue,
+            None => {
+                structures.push(engine::build(&machine).map_err(failed)?);
+                structures.len() - 1
+            }
+        };
+        engine::try_start(&machine, &structures[at]).map_err(failed)?;
+    }
+    Ok(())
+}
+
+fn candidates(samples: &Samples) -> Vec<(MachineDef, String)> {
+    if samples.count() <= MOST_STARTS {
+        return (0..samples.count()).map(|sample| (samples.machine(sample), samples.describe(sample))).collect();
+    }
+    let mut machines = corners_and_edges(samples);
+    // The corners stand at the end: a surplus is taken from the values along the first axes.
+    let most = usize::try_from(MOST_STARTS).expect("a small number");
+    let surplus = machines.len().saturating_sub(most);
+    machines.drain(..surplus);
+    machines
+}

@@ -1,0 +1,112 @@
+//! What the command-line tests share: the fresh binary, a folder of their own, small studies that take seconds.
+
+#![allow(dead_code, reason = "each test program uses its part")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// The repository.
+pub fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the package lies in the repository").to_path_buf()
+}
+
+/// The binary of this very build, run in the repository.
+pub fn bladeoff(args: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_bladeoff"));
+    command.args(args).current_dir(root()).env_remove("BLADEOFF_FAULT");
+    command
+}
+
+/// What a command said and how it ended.
+pub struct Said {
+    /// Exit code.
+    pub code: i32,
+    /// Standard output.
+    pub out: String,
+    /// Standard error.
+    pub err: String,
+}
+
+/// Runs a command to its end.
+pub fn say(args: &[&str]) -> Said {
+    said(bladeoff(args).output().expect("the binary starts"))
+}
+
+/// The output as text.
+pub fn said(output: Output) -> Said {
+    Said {
+        code: output.status.code().expect("not ended by a signal"),
+        out: String::from_utf8(output.stdout).expect("UTF-8"),
+        err: String::from_utf8(output.stderr).expect("UTF-8"),
+    }
+}
+
+/// A folder with a machine that is simulated in a fraction of a second, removed at the end.
+pub struct Folder(tempfile::TempDir);
+
+impl Folder {
+    /// With `machines/rig.toml`: the lab rig, which rubs from 0.15 s on, up to 0.17 s.
+    pub fn new() -> Self {
+        let folder = Self(tempfile::tempdir().expect("a temporary folder"));
+        let rig = fs::read_to_string(root().join("studies/machines/lab_rig.toml")).expect("the lab rig");
+        assert!(rig.contains("end_time = \"0.6 s\""), "the lab rig as this test knows it");
+        folder.write("machines/rig.toml", &rig.replace("end_time = \"0.6 s\"", "end_time = \"0.17 s\""));
+        folder
+    }
+
+    /// Path of a file in it.
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    /// The same as text.
+    pub fn name(&self, name: &str) -> String {
+        self.path(name).to_str().expect("UTF-8").to_owned()
+    }
+
+    /// Writes a file; gives its path.
+    pub fn write(&self, name: &str, text: &str) -> String {
+        let path = self.path(name);
+        fs::create_dir_all(path.parent().expect("inside the folder")).expect("created");
+        fs::write(&path, text).expect("written");
+        self.name(name)
+    }
+
+    /// A study of 12 samples, some of which rub.
+    pub fn small_study(&self) -> String {
+        self.write("small.toml", SMALL_STUDY)
+    }
+}
+
+/// Gap x friction (zipped with nothing) x detection: 2 x 2 x 3 samples.
+pub const SMALL_STUDY: &str = r#"# a remark that is kept
+schema = 1
+name = "small"
+machine = "machines/rig.toml"
+seed = 7
+
+[[vary]]
+path = "contact.gap"
+values = ["0.5 mm", "0.9 mm"]
+
+[[vary]]
+path = "contact.friction"
+from = 0.1
+to = 0.2
+count = 2
+
+[[vary]]
+path = "contact.detection"
+values = ["hyp1", "hyp2", "hyp2-frozen"]
+"#;
+
+/// Rows of a result directory, exported: header and cells.
+pub fn table(directory: &str) -> (Vec<String>, Vec<Vec<String>>) {
+    let csv = say(&["export", directory, "--csv"]);
+    assert_eq!(csv.code, 0, "{}", csv.err);
+    let cells = |line: &str| line.split(',').map(str::to_owned).collect::<Vec<_>>();
+    let mut lines = csv.out.lines();
+    let header = cells(lines.next().expect("a header"));
+    (header, lines.map(cells).collect())
+}
