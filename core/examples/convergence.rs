@@ -56,7 +56,7 @@ struct Orbit {
 
 impl Observer for Orbit {
     fn wants(&mut self, step: u64, _time: f64) -> bool {
-        step % self.every == 0
+        step.is_multiple_of(self.every)
     }
     fn see(&mut self, frame: &Frame<'_>) {
         if let Some(contact) = frame.contact {

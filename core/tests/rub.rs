@@ -86,13 +86,16 @@ fn full_annular_rub_has_the_radius_of_its_closed_form() {
                 let tangential = 0.2 * speed * r + 0.05 * (r - 1.0);
                 (radial.hypot(tangential) / (0.5 * w2) - 1.0).abs()
             };
-            assert!(residual < 1e-6, "the published radius solves the closed form");
+            assert!(residual < 2e-6, "the published radius solves the closed form");
             let tail = format!("polar_inertia = 1\ninitial_speed = {speed:?}\n{CONSTANT_SPEED}");
             let (row, orbit) = orbit(&text(&case, None, &tail));
             assert_eq!(row.outcome.status, Status::Ok, "{:?}", row.outcome.causes.words());
             let last = &orbit.radius[orbit.radius.len() - 2000..];
             let (low, high) = last.iter().fold((f64::MAX, 0.0_f64), |(l, h), r| (l.min(*r), h.max(*r)));
-            let error = close("radius", *last.last().expect("samples"), published, 2e-5);
+            let ours = *last.last().expect("samples");
+            // half a unit of the last digit, and the order-2 error of this step, 2e-6 r
+            assert!((ours - published).abs() < 0.5e-6 + 4e-6, "W {speed}: {ours} {published}");
+            let error = (ours / published - 1.0).abs();
             println!(
                 "annular rub {law} W {speed}: {high:.6} against {published}, {error:.1e}, ripple {:.1e}",
                 high - low
@@ -119,28 +122,41 @@ fn annular_rub_radius_converges_with_order_two() {
     assert!((order - 2.0).abs() < 0.05);
 }
 
+/// Normal force of the steady rub on a rigid stator: (ours, closed form, largest penetration).
+fn rigid_rub(law: &'static str, location: &str, speed: f64, step: f64) -> (f64, f64, f64) {
+    let case = Case { law, step, end: 150.0, ..CASE };
+    let tail = format!("polar_inertia = 1\ninitial_speed = {speed:?}\n{CONSTANT_SPEED}");
+    let text = text(&case, Some("kind = \"rigid\""), &tail).replace("[run]\n", &format!("[run]\nforce_location = \"{location}\"\n"));
+    let (row, orbit) = orbit(&text);
+    close("radius", *orbit.radius.last().expect("samples"), 1.0, 1e-6);
+    // r = 1: [(1-W^2) + N]^2 + [2 zeta W + mu N]^2 = (e W^2)^2
+    let (w2, f) = (speed * speed, 0.5 * speed * speed);
+    let (a, b) = (1.0 - w2, 0.2 * speed);
+    let (p, q, s): (f64, f64, f64) = (1.0 + 0.05 * 0.05, a + 0.05 * b, a * a + b * b - f * f);
+    let exact = (-q + (q * q - p * s).sqrt()) / p;
+    (*orbit.force.last().expect("samples"), exact, row.value("residual_penetration_m"))
+}
+
 #[test]
 fn annular_rub_on_a_rigid_stator_has_the_force_of_its_closed_form() {
-    // r = 1: [(1-W^2) + N]^2 + [2 zeta W + mu N]^2 = (e W^2)^2, here with multipliers instead of a spring
-    for law in ["slip", "stick-slip"] {
+    // with multipliers instead of a spring; the force of step n acts at the place of n+1, which is like a friction of
+    // mu + W dt: first order in the step, second order with the place of n
+    for (law, location, expected) in [("slip", "next", 1.0), ("stick-slip", "next", 1.0), ("stick-slip", "current", 2.0)] {
         for speed in [0.95, 1.0, 1.1] {
-            let case = Case { law, step: 0.002, ..CASE };
-            let tail = format!("polar_inertia = 1\ninitial_speed = {speed:?}\n{CONSTANT_SPEED}");
-            let (row, orbit) = orbit(&text(&case, Some("kind = \"rigid\""), &tail));
-            let (w2, f): (f64, f64) = (speed * speed, 0.5 * speed * speed);
-            let (a, b) = (1.0 - w2, 0.2 * speed);
-            let (p, q, s) = (1.0 + 0.05 * 0.05, a + 0.05 * b, a * a + b * b - f * f);
-            let exact = (-q + (q * q - p * s).sqrt()) / p;
-            let force = *orbit.force.last().expect("samples");
-            let error = close("force", force, exact, 1e-3);
-            println!("rigid annular rub {law} W {speed}: N {force:.6} against {exact:.6}, {error:.1e}");
-            close("radius", *orbit.radius.last().expect("samples"), 1.0, 1e-6);
-            assert!(row.value("residual_penetration_m") < 1e-9);
+            let error = |step: f64| {
+                let (ours, exact, penetration) = rigid_rub(law, location, speed, step);
+                assert!(penetration < 1e-9);
+                (ours / exact - 1.0).abs()
+            };
+            let (coarse, fine) = (error(0.02), error(0.01));
+            let order = (coarse / fine).log2();
+            println!("rigid annular rub {law} {location} W {speed}: {coarse:.1e} at 0.02, {fine:.1e} at 0.01, order {order:.2}");
+            assert!((order - expected).abs() < 0.15 && fine < 6e-3);
         }
     }
 }
 
-const WHIP: Case = Case { zeta: 0.05, beta: 4.0, mu: 0.2, e: 0.0, radius: 10.0, law: "slip", step: 0.005, end: 60.0 };
+const WHIP: Case = Case { zeta: 0.05, beta: 4.0, mu: 0.2, e: 0.0, radius: 10.0, law: "slip", step: 0.005, end: 250.0 };
 
 /// Whirl speed of dry whip, `zeta/mu + sqrt(1 + (zeta/mu)^2)`.
 fn whirl_speed(c: &Case) -> f64 {
@@ -157,11 +173,13 @@ fn whip(c: &Case, r0: f64, spin: f64) -> (Row, Orbit) {
     orbit(&text(c, None, &tail))
 }
 
+/// Whether the whirl grows (to ten times its radius) rather than decays (out of contact).
 fn grows(c: &Case, r0: f64) -> bool {
-    let (row, orbit) = whip(c, r0, 1e4);
-    assert_eq!(row.value("slip_reversal_steps"), 0.0, "R W > w r throughout");
-    let last = *orbit.radius.last().expect("samples");
-    last > r0
+    let (_, orbit) = whip(c, r0, 1e6);
+    let end = orbit.radius.iter().position(|r| *r > 10.0 * r0 || *r < 0.9).expect("it grows or decays");
+    // R W > w r up to there
+    assert!(orbit.slip[..end].iter().zip(&orbit.force).all(|(slip, force)| *force == 0.0 || *slip > 0.0));
+    orbit.radius[end] > r0
 }
 
 #[test]
@@ -172,7 +190,7 @@ fn dry_whip_decays_below_its_threshold_and_grows_above() {
         let (mut low, mut high) = (1.17, 1.22);
         while high - low > 2e-6 {
             let middle = 0.5 * (low + high);
-            if grows(&Case { end: 150.0, ..case }, middle) { high = middle } else { low = middle }
+            if grows(&case, middle) { high = middle } else { low = middle }
         }
         let threshold = 0.5 * (low + high);
         println!("dry whip {law}: threshold {threshold:.6} against 1.190614");
@@ -183,7 +201,7 @@ fn dry_whip_decays_below_its_threshold_and_grows_above() {
 #[test]
 fn dry_whip_turns_backward_at_its_whirl_speed() {
     close("closed form", whirl_speed(&WHIP), 1.280_776, 1e-6);
-    let (row, orbit) = whip(&Case { end: 20.0, ..WHIP }, 1.190_614, 1e4);
+    let (row, orbit) = whip(&Case { end: 5.0, step: 0.001, ..WHIP }, 1.190_614, 1e4);
     // on the threshold orbit the radius holds for a while: the whirl speed is the mean over it
     let turned: f64 = orbit
         .angle
@@ -196,15 +214,15 @@ fn dry_whip_turns_backward_at_its_whirl_speed() {
     let speed = -turned / ((orbit.angle.len() - 1) as f64 * row.value("step_s"));
     println!("dry whip: backward at {speed:.6}, radius {:.6}", orbit.radius.last().expect("samples"));
     close("whirl speed", speed, 1.280_776, 2e-5);
-    close("radius", *orbit.radius.last().expect("samples"), 1.190_614, 1e-3);
+    close("radius", *orbit.radius.last().expect("samples"), 1.190_614, 1e-5);
 }
 
 #[test]
 fn dry_whip_needs_enough_friction() {
     // mu > 2 zeta sqrt(1 + beta)/beta = 0.0559: below it a whirl of any size decays, above it the threshold is finite
-    let below = Case { mu: 0.0555, end: 200.0, ..WHIP };
+    let below = Case { mu: 0.0555, end: 2000.0, step: 0.02, ..WHIP };
     assert!(!grows(&below, 3.0) && !grows(&below, 30.0) && !grows(&below, 100.0));
-    let above = Case { mu: 0.06, end: 200.0, ..WHIP };
+    let above = Case { mu: 0.06, end: 4000.0, step: 0.02, ..WHIP };
     let w = whirl_speed(&above);
     let threshold = 4.0 / (5.0 - w * w);
     assert!(!grows(&above, 0.98 * threshold) && grows(&above, 1.02 * threshold), "{threshold}");
@@ -214,7 +232,7 @@ fn dry_whip_needs_enough_friction() {
 fn backward_whirl_ends_in_rolling_at_its_limit() {
     // r^2 (1 + beta (r-1)/r) = V^2, V = R_r W: beta 4, V 3: 5 r^2 - 4 r = 9, r = 1.8
     for (speed, exact) in [(0.3, 1.8), (0.5, (4.0 + (16.0 + 20.0 * 25.0_f64).sqrt()) / 10.0)] {
-        let case = Case { law: "stick-slip", end: 400.0, ..WHIP };
+        let case = Case { law: "stick-slip", end: 400.0, step: 0.002, ..WHIP };
         let (row, orbit) = whip(&case, 1.22, speed);
         assert_eq!(row.outcome.status, Status::Ok, "{:?}", row.outcome.causes.words());
         let last = *orbit.radius.last().expect("samples");
@@ -259,16 +277,11 @@ fn free_spin_in_backward_whirl_is_bounded_and_never_gains_energy() {
 #[test]
 fn rotor_that_stops_in_contact_comes_to_rest() {
     // pressed into the stator by gravity, nothing but contact friction brakes
-    for (stator, gap_load) in [(None, 4.0), (Some("kind = \"rigid\""), 4.0)] {
+    for (stator, exact_load) in [(None, 3.2), (Some("kind = \"rigid\""), 4.0)] {
         let case =
             Case { zeta: 0.5, beta: 4.0, mu: 0.3, e: 0.0, radius: 2.0, law: "stick-slip", step: 0.002, end: 500.0 };
         let speed = 5.0;
-        // the rigid stator is met from inside its gap, the spring may start loaded
-        let tail = format!(
-            "polar_inertia = 3\ninitial_speed = {speed}\ngravity = [0.0, -5.0]\n\
-             [rotor.initial]\ndisplacement = [0.0, {:?}]\n",
-            if stator.is_some() { 4.1 } else { 0.0 }
-        );
+        let tail = format!("polar_inertia = 3\ninitial_speed = {speed}\ngravity = [0.0, -5.0]\n");
         let (row, orbit) = orbit(&text(&case, stator, &tail));
         assert_eq!(row.outcome.end_cause, EndCause::Stopped, "{:?}", row.outcome);
         // not beyond zero by more than a step's braking: mu N R/J dt
@@ -277,7 +290,7 @@ fn rotor_that_stops_in_contact_comes_to_rest() {
         // Coulomb friction under a constant load brakes linearly: J W = mu N R t, N about its static value
         let time = row.value("stop_time_s");
         let load = orbit.force[orbit.force.len() - 10];
-        println!("stop in contact: {time:.3} s, load {load:.4} ({gap_load}), last speed {last:.1e}");
+        println!("stop in contact: {time:.3} s, load {load:.4} ({exact_load} static), last speed {last:.1e}");
         assert!((speed * 3.0 / (0.3 * load * 2.0) / time - 1.0).abs() < 0.15);
     }
 }

@@ -52,7 +52,7 @@ pub struct NotUnique {
 /// [`NotUnique`] if `W <= 0` where a force is needed.
 pub fn slide(gap: f64, w: Compliance, mu: f64, sign: f64) -> Result<ContactForce, NotUnique> {
     let along = w.nn + mu * sign * w.nt;
-    if !(along > 0.0) {
+    if along.is_nan() || along <= 0.0 {
         return if gap >= 0.0 { Ok(ContactForce::NONE) } else { Err(NotUnique { w: along }) };
     }
     let normal = (-gap / along).max(0.0);
@@ -98,7 +98,7 @@ pub fn stick_or_slide(gap: f64, slip: f64, w: Compliance, mu: f64) -> Result<Con
 fn stick(gap: f64, slip: f64, w: Compliance) -> Option<ContactForce> {
     let determinant = w.nn * w.tt - w.nt * w.tn;
     // W_nn > 0, W_tt < 0: the determinant of a definite response is negative
-    if !(determinant < 0.0) {
+    if determinant.is_nan() || determinant >= 0.0 {
         return None;
     }
     let normal = (-gap * w.tt + slip * w.nt) / determinant;

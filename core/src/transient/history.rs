@@ -21,6 +21,8 @@ pub struct Frame<'a> {
     pub bearing_loads: &'a [[f64; 2]],
     /// Contact, `None` without a diaphragm.
     pub contact: Option<ContactFrame>,
+    /// Nodal freedoms `[u, u_s, v, v_s]` of the flexible ring (no blade nodes), `None` without one.
+    pub ring: Option<&'a [f64]>,
     /// Energies, last balanced at or before this instant [J].
     pub energies: Energies,
 }
@@ -46,6 +48,9 @@ pub struct ContactFrame {
 
 /// Follows a run. It cannot change it.
 pub trait Observer {
+    /// The normal contact force of the step [N], zero without contact: of every step, wanted or not, because single steps
+    /// say little about it. Called before [`Observer::wants`].
+    fn contact_force(&mut self, _time: f64, _force: f64) {}
     /// Whether the instant is wanted; called once per step.
     fn wants(&mut self, step: u64, time: f64) -> bool;
     /// Takes the instant.

@@ -155,6 +155,9 @@ impl<'a> Run<'a> {
         };
         self.line.settle(&self.d, &self.d_twist);
         self.record(contact.as_ref());
+        if self.rub.is_some() {
+            observer.contact_force(self.time, contact.as_ref().map_or(0.0, |contact| contact.force.normal));
+        }
         if observer.wants(self.step, self.time) {
             self.show(contact.as_ref(), observer);
         }
@@ -244,7 +247,7 @@ impl<'a> Run<'a> {
             }
         }
         self.ledger.work(&mut self.line, self.rub.as_mut().map(|rub| (rub, contact)), &self.d, &self.d_twist);
-        if self.step % BALANCE_EVERY == 0 {
+        if self.step.is_multiple_of(BALANCE_EVERY) {
             self.ledger.balance(&self.line, self.rub.as_ref(), &self.d, &self.d_twist);
         }
     }
@@ -273,6 +276,7 @@ impl<'a> Run<'a> {
             twist: &self.line.beta,
             bearing_loads: &self.loads,
             contact: frame_contact,
+            ring: self.rub.as_ref().and_then(Rub::ring_field),
             energies: self.ledger.now,
         });
     }

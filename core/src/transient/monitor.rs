@@ -156,11 +156,10 @@ impl Monitor {
         if ledger.now.normal.abs() > guard.normal_work * reference {
             causes.insert(Cause::NormalWork);
         }
-        if let (Some(depth), Some(diaphragm)) = (self.penetration.value, machine.diaphragms.first()) {
-            if depth > guard.penetration * diaphragm.contact.gap {
+        if let (Some(depth), Some(diaphragm)) = (self.penetration.value, machine.diaphragms.first())
+            && depth > guard.penetration * diaphragm.contact.gap {
                 causes.insert(Cause::Penetration);
             }
-        }
         let slips = machine.diaphragms.iter().any(|d| d.contact.friction_law == FrictionLaw::Slip);
         if self.reversals > 0 && slips {
             causes.insert(Cause::SlipReversal);

@@ -1,0 +1,152 @@
+//! ARCHITECTURE.md and README.md say what is there: folders, packages, who may name which library, commands.
+
+mod support;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use support::{root, say};
+
+fn read(name: &str) -> String {
+    fs::read_to_string(root().join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+}
+
+/// Every file below a folder, `target` and hidden ones apart.
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).expect("readable") {
+        let path = entry.expect("readable").path();
+        let name = path.file_name().expect("a name").to_string_lossy().into_owned();
+        if name.starts_with('.') || name == "target" || name == "runs" {
+            continue;
+        }
+        if path.is_dir() { found.extend(files(&path)) } else { found.push(path) }
+    }
+    found
+}
+
+/// The folders drawn in the first code block of ARCHITECTURE.md, as paths.
+fn drawn_folders() -> Vec<PathBuf> {
+    let text = read("ARCHITECTURE.md");
+    let block = text.split("```").nth(1).expect("a code block");
+    let mut parents: Vec<String> = Vec::new();
+    let mut drawn = Vec::new();
+    for line in block.lines().skip(1) {
+        let depth = (line.len() - line.trim_start().len()) / 2;
+        let Some(name) = line.split_whitespace().next().filter(|name| name.ends_with('/')) else { continue };
+        parents.truncate(depth);
+        parents.push(name.to_owned());
+        drawn.push(PathBuf::from(parents.concat()));
+    }
+    assert!(drawn.len() > 15, "the drawing was understood: {drawn:?}");
+    drawn
+}
+
+/// Where a drawn folder lies: packages keep their modules in `src`.
+fn real(drawn: &Path) -> PathBuf {
+    let mut parts = drawn.iter();
+    let first = parts.next().expect("not empty");
+    let rest: PathBuf = parts.collect();
+    let in_source = root().join(first).join("src").join(&rest);
+    if in_source.is_dir() { in_source } else { root().join(drawn) }
+}
+
+#[test]
+fn every_folder_drawn_exists() {
+    for folder in drawn_folders() {
+        assert!(real(&folder).is_dir(), "ARCHITECTURE.md draws {}", folder.display());
+    }
+}
+
+#[test]
+fn every_module_folder_is_drawn() {
+    let drawn: Vec<PathBuf> = drawn_folders().iter().map(|folder| real(folder)).collect();
+    for package in ["core", "worker", "worker/protocol", "orchestrator"] {
+        for entry in fs::read_dir(root().join(package).join("src")).expect("a package") {
+            let path = entry.expect("readable").path();
+            assert!(!path.is_dir() || drawn.contains(&path), "ARCHITECTURE.md does not draw {}", path.display());
+        }
+    }
+}
+
+#[test]
+fn libraries_are_named_where_they_may_be() {
+    // Library, and the files that may name it.
+    let rules: [(&str, &dyn Fn(&str) -> bool); 6] = [
+        ("polars", &|file| file.starts_with("orchestrator/src/results/") || file.starts_with("orchestrator/src/analysis/")),
+        ("iceoryx2", &|file| file.starts_with("worker/protocol/src/ipc")),
+        ("faer", &|file| file.starts_with("core/src/linalg/")),
+        ("mcap", &|file| file.starts_with("orchestrator/src/history/")),
+        ("tokio", &|file| file.starts_with("orchestrator/src/dispatch/")),
+        ("redb", &|file| file.starts_with("orchestrator/src/ledger/")),
+    ];
+    let mut seen = 0;
+    for path in files(&root()).into_iter().filter(|path| path.extension().is_some_and(|end| end == "rs")) {
+        let file = path.strip_prefix(root()).expect("below the root").to_string_lossy().into_owned();
+        if file.contains("/tests/") || file.starts_with("tests/") || file.contains("/examples/") {
+            continue;
+        }
+        for (library, may) in rules {
+            let names = |line: &str| {
+                let code = line.split("//").next().unwrap_or("");
+                code.contains(&format!("{library}::")) || code.contains(&format!("{library}_"))
+            };
+            if fs::read_to_string(&path).expect("UTF-8").lines().any(names) {
+                seen += 1;
+                assert!(may(&file), "{file} names {library}");
+            }
+        }
+    }
+    assert!(seen > 4, "the libraries were found at all");
+}
+
+#[test]
+fn packages_depend_in_one_direction() {
+    for (package, may) in [
+        ("core", &[][..]),
+        ("worker/protocol", &["bladeoff-core"]),
+        ("worker", &["bladeoff-core", "bladeoff-protocol"]),
+        ("orchestrator", &["bladeoff-core", "bladeoff-protocol", "bladeoff-worker"]),
+    ] {
+        let manifest = read(&format!("{package}/Cargo.toml"));
+        for line in manifest.lines().filter(|line| line.starts_with("bladeoff-")) {
+            let name = line.split(['.', ' ', '=']).next().expect("a name");
+            assert!(may.contains(&name), "{package} depends on {name}");
+        }
+    }
+    let core = read("core/Cargo.toml");
+    for library in ["tokio", "iceoryx2", "polars", "mcap"] {
+        assert!(!core.contains(library), "core depends on {library}");
+    }
+}
+
+#[test]
+fn no_source_file_is_too_long() {
+    for path in files(&root()).into_iter().filter(|path| path.extension().is_some_and(|end| end == "rs")) {
+        let lines = fs::read_to_string(&path).expect("UTF-8").lines().count();
+        assert!(lines <= 500, "{} has {lines} lines", path.display());
+    }
+}
+
+#[test]
+fn studies_that_are_shipped_are_valid() {
+    for entry in fs::read_dir(root().join("studies")).expect("the studies") {
+        let path = entry.expect("readable").path();
+        if path.extension().is_some_and(|end| end == "toml") {
+            let file = path.to_str().expect("UTF-8");
+            let said = say(&["check", file, "--list"]);
+            assert_eq!(said.code, 0, "{file}: {}", said.err);
+            let first = fs::read_to_string(&path).expect("UTF-8").lines().next().unwrap_or_default().to_owned();
+            assert!(first.starts_with("# Question: "), "{file} begins with its question");
+        }
+    }
+}
+
+#[test]
+fn the_readme_names_the_two_commands_and_ci_runs_its_test_command() {
+    let readme = read("README.md");
+    assert!(readme.contains("cargo run --release -- run studies/first-look.toml"));
+    let test = "cargo test --release --workspace";
+    assert!(readme.lines().any(|line| line.trim() == test));
+    let ci = read(".ci/run");
+    assert!(ci.lines().any(|line| line.trim_start().starts_with(test)), ".ci/run runs the README's test command");
+}
