@@ -19,14 +19,15 @@ struct Case {
     end: f64,
 }
 
-const CASE: Case = Case { zeta: 0.1, beta: 1.0, mu: 0.05, e: 0.5, radius: 1.0, law: "slip", step: 0.005, end: 300.0 };
+const CASE: Case = Case { zeta: 0.1, beta: 1.0, mu: 0.05, e: 0.5, radius: 1.0, law: "slip", step: 0.005, end: 200.0 };
 
 /// The rotor on a massless radial spring (`stator` replaces the lines that name it).
 fn text(c: &Case, stator: Option<&str>, tail: &str) -> String {
     let spring = format!("kind = \"radial-spring\"\nstiffness = {:?}", c.beta);
-    // with e = 0 the mass stands on the axis
+    // with e = 0 the mass stands on the axis. The drive of a constant speed puts in many times the stored energy, which is
+    // what the balance is measured by: its guard is set for that
     format!(
-        "schema = 1\nname = \"rub\"\n[run]\nend_time = {:?}\nstep = {:?}\n\
+        "schema = 1\nname = \"rub\"\n[run]\nend_time = {:?}\nstep = {:?}\n[run.guard]\nenergy_balance = 1e-3\n\
          [rotor.bearings.spring]\nstiffness = 1\ndamping = {:?}\n\
          [rotor.unbalances.mass]\nmass = 1\nradius = {:?}\n\
          [diaphragms.ring]\n{}\n[diaphragms.ring.contact]\nrotor_radius = {:?}\ngap = 1\nfriction = {:?}\n\
@@ -173,10 +174,10 @@ fn whip(c: &Case, r0: f64, spin: f64) -> (Row, Orbit) {
     orbit(&text(c, None, &tail))
 }
 
-/// Whether the whirl grows (to ten times its radius) rather than decays (out of contact).
+/// Whether the whirl grows rather than decays, by half its radius.
 fn grows(c: &Case, r0: f64) -> bool {
     let (_, orbit) = whip(c, r0, 1e6);
-    let end = orbit.radius.iter().position(|r| *r > 10.0 * r0 || *r < 0.9).expect("it grows or decays");
+    let end = orbit.radius.iter().position(|r| *r > 1.5 * r0 || *r < r0 / 1.5).expect("it grows or decays");
     // R W > w r up to there
     assert!(orbit.slip[..end].iter().zip(&orbit.force).all(|(slip, force)| *force == 0.0 || *slip > 0.0));
     orbit.radius[end] > r0
@@ -187,15 +188,35 @@ fn dry_whip_decays_below_its_threshold_and_grows_above() {
     for law in ["slip", "stick-slip"] {
         let case = Case { law, ..WHIP };
         assert!(!grows(&case, 1.17) && grows(&case, 1.22));
-        let (mut low, mut high) = (1.17, 1.22);
-        while high - low > 2e-6 {
-            let middle = 0.5 * (low + high);
-            if grows(&case, middle) { high = middle } else { low = middle }
-        }
-        let threshold = 0.5 * (low + high);
+        let threshold = threshold(&case);
         println!("dry whip {law}: threshold {threshold:.6} against 1.190614");
         close("threshold", threshold, 1.190_614, 1e-5);
     }
+}
+
+/// The radius between decay and growth, by bisection.
+fn threshold(case: &Case) -> f64 {
+    let (mut low, mut high) = (1.17, 1.22);
+    while high - low > 2e-7 {
+        let middle = 0.5 * (low + high);
+        if grows(case, middle) {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    0.5 * (low + high)
+}
+
+#[test]
+fn dry_whip_threshold_converges_with_order_two() {
+    // the run starts in contact: an acceleration at t = 0 without the contact force would make this order 1
+    let exact = 4.0 / (5.0 - whirl_speed(&WHIP).powi(2));
+    let error = |step: f64| (threshold(&Case { step, ..WHIP }) - exact).abs();
+    let (coarse, fine) = (error(0.02), error(0.01));
+    let order = (coarse / fine).log2();
+    println!("dry whip: threshold error {coarse:.1e} at 0.02, {fine:.1e} at 0.01, order {order:.2}");
+    assert!((order - 2.0).abs() < 0.1);
 }
 
 #[test]
@@ -220,12 +241,12 @@ fn dry_whip_turns_backward_at_its_whirl_speed() {
 #[test]
 fn dry_whip_needs_enough_friction() {
     // mu > 2 zeta sqrt(1 + beta)/beta = 0.0559: below it a whirl of any size decays, above it the threshold is finite
-    let below = Case { mu: 0.0555, end: 2000.0, step: 0.02, ..WHIP };
+    let below = Case { mu: 0.05, end: 2000.0, step: 0.02, ..WHIP };
     assert!(!grows(&below, 3.0) && !grows(&below, 30.0) && !grows(&below, 100.0));
     let above = Case { mu: 0.06, end: 4000.0, step: 0.02, ..WHIP };
     let w = whirl_speed(&above);
     let threshold = 4.0 / (5.0 - w * w);
-    assert!(!grows(&above, 0.98 * threshold) && grows(&above, 1.02 * threshold), "{threshold}");
+    assert!(!grows(&above, 0.95 * threshold) && grows(&above, 1.05 * threshold), "{threshold}");
 }
 
 #[test]

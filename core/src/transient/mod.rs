@@ -6,6 +6,7 @@
 
 mod history;
 mod ledger;
+mod loaded_start;
 mod monitor;
 mod plan;
 mod rub;
@@ -110,7 +111,7 @@ impl<'a> Run<'a> {
         };
         let zeros = vec![0.0; line.lateral.q.len()];
         let twist = vec![0.0; line.twist.q.len()];
-        Ok(Self {
+        let mut run = Self {
             machine,
             rub,
             monitor: Monitor::new(machine, structure, dt),
@@ -129,7 +130,9 @@ impl<'a> Run<'a> {
             size,
             loads: vec![[0.0; 2]; line.rotor.bearings.len()],
             line,
-        })
+        };
+        run.load_start();
+        Ok(run)
     }
 
     /// One step from n to n+1; `Some` when the run has ended.

@@ -143,6 +143,14 @@ impl<'a> ShaftLine<'a> {
         self.refresh();
     }
 
+    /// Replaces the fictitious increments before t = 0.
+    pub fn restart(&mut self, previous: &[f64], twist_previous: &[f64]) {
+        self.lateral.previous.copy_from_slice(previous);
+        self.twist.previous.copy_from_slice(twist_previous);
+        self.lateral_map.expand(&self.lateral.previous, &mut self.x_previous);
+        self.twist_map.expand(&self.twist.previous, &mut self.psi_previous);
+    }
+
     /// What depends on the place at n alone: angles of the unbalances, S_g x.
     fn refresh(&mut self) {
         for (site, angle) in self.unbalances.iter().zip(&mut self.angles) {
@@ -467,3 +475,7 @@ fn slope_of(law: &SpeedLaw, time: f64) -> f64 {
     }
     0.0
 }
+
+#[cfg(test)]
+#[path = "lagrangian_tests.rs"]
+mod lagrangian_tests;

@@ -77,9 +77,8 @@ mod tests {
         // Recorded once from this implementation: a change here would change which samples `--limit` takes.
         let shuffle = Shuffle::new(1, 10);
         let order: Vec<u64> = (0..10).map(|position| shuffle.apply(position)).collect();
-        assert_eq!(order, PINNED);
+        assert_eq!(order, [5, 1, 2, 0, 3, 8, 7, 9, 6, 4]);
     }
-    const PINNED: [u64; 10] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9];
 
     #[test]
     fn seeds_give_different_orders() {

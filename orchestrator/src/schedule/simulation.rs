@@ -117,7 +117,7 @@ impl Simulation {
                     self.scheduler.on_spawned(self.now, worker, worker.0 + 1000);
                 }
                 Effect::Assign { worker, batch, attempt, samples } => {
-                    assert!(!samples.is_empty());
+                    assert!(!samples.is_empty() && !self.dying.contains(&worker), "work for a worker on its way out");
                     for sample in &samples {
                         assert!(!self.recorded.contains_key(sample) && !self.quarantined.contains(sample));
                     }

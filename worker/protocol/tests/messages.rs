@@ -163,11 +163,16 @@ fn cases() -> u32 {
     std::env::var("PROPTEST_CASES").ok().and_then(|text| text.parse().ok()).unwrap_or(500)
 }
 
-/// The checksum as documented: one bijective step per word. Written here again, as a hostile peer would.
+/// The checksum as documented: one bijective step per word and a finish. Written here again, as a hostile peer would.
 fn checksum(words: &[u64]) -> u64 {
-    words.iter().fold(0x9e37_79b9_7f4a_7c15, |state, &word| {
-        (state ^ word).wrapping_mul(0xd6e8_feb8_6659_fd93_u64).rotate_left(29)
-    })
+    let mut state: u64 = 0x9e37_79b9_7f4a_7c15;
+    for word in words {
+        state = (state ^ word).wrapping_mul(0xd6e8_feb8_6659_fd93).rotate_left(29);
+    }
+    for factor in [0xff51_afd7_ed55_8ccd, 0xc4ce_b9fe_1a85_ec53] {
+        state = (state ^ (state >> 33)).wrapping_mul(factor);
+    }
+    state ^ (state >> 33)
 }
 
 fn report(outcome: Outcome) -> FromWorker {

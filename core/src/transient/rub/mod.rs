@@ -224,6 +224,11 @@ impl<'a> Rub<'a> {
         self.spring.is_some()
     }
 
+    /// Nodal freedoms of the ring at n, after [`Rub::gap_at`].
+    pub fn ring_field(&self) -> Option<&[f64]> {
+        self.ring.as_ref().map(|ring| ring.field.as_slice())
+    }
+
     /// Radial and tangential displacement of the ring at a gap's place [m], after [`Rub::gap_at`].
     pub fn ring_displacement(&self, gap: &Gap) -> [f64; 2] {
         self.ring.as_ref().map_or([0.0; 2], |ring| {

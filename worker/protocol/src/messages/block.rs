@@ -116,11 +116,16 @@ pub enum MessageError {
     },
 }
 
-/// Checksum over words: every step is a bijection of the state, so that a change of any single word is always seen.
+/// Checksum over words: every step is a bijection of the state, so that a change of any single word is always seen;
+/// the end (of MurmurHash3) spreads a change of the last word over all bits, so that one more flipped bit in the checksum
+/// cannot hide it.
 fn checksum(words: &[u64]) -> u64 {
-    words
-        .iter()
-        .fold(0x9e37_79b9_7f4a_7c15, |state, &word| (state ^ word).wrapping_mul(0xd6e8_feb8_6659_fd93).rotate_left(29))
+    let state = words.iter().fold(0x9e37_79b9_7f4a_7c15, |state: u64, &word| {
+        (state ^ word).wrapping_mul(0xd6e8_feb8_6659_fd93).rotate_left(29)
+    });
+    let state = (state ^ (state >> 33)).wrapping_mul(0xff51_afd7_ed55_8ccd);
+    let state = (state ^ (state >> 33)).wrapping_mul(0xc4ce_b9fe_1a85_ec53);
+    state ^ (state >> 33)
 }
 
 /// Header fields common to both directions.

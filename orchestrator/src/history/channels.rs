@@ -1,0 +1,284 @@
+//! The channels of a history: names with units, what they mean, and how each is read off an instant.
+//!
+//! A name is `GROUP.QUANTITY_UNIT`, such as `contact.gap_m` or `bearing.front.load_N`; in MCAP the group is the topic
+//! (`/bearing/front`) and the rest the field.
+
+use super::HistoryError;
+use bladeoff_core::machine::{DiaphragmKind, Machine, RotorKind};
+use bladeoff_core::stress::ShaftStresses;
+use bladeoff_core::structure::Structure;
+use bladeoff_core::transient::{ContactFrame, Energies, Frame};
+
+/// One scalar over time.
+#[derive(Debug, Clone)]
+pub struct Channel {
+    /// Group: `rotor`, `bearing.front`, `contact`, ...
+    pub group: String,
+    /// Quantity with its unit: `gap_m`.
+    pub field: String,
+    /// SI unit, "" for a pure number.
+    pub unit: &'static str,
+    /// What it means.
+    pub meaning: String,
+    /// Recorded unless channels are named.
+    pub by_default: bool,
+    source: Source,
+}
+
+/// Where a value comes from.
+#[derive(Debug, Clone, Copy)]
+enum Source {
+    Angle,
+    Speed,
+    Displacement(usize),
+    Twist(usize),
+    Load { bearing: usize, axis: usize },
+    LoadNorm(usize),
+    Contact(fn(&ContactFrame) -> f64),
+    PeakForce,
+    FilteredForce,
+    Energy(fn(&Energies) -> f64),
+    Torsion(usize),
+    Bending(usize),
+    Ring(usize),
+}
+
+/// What an instant does not carry itself.
+pub(super) struct Context<'a> {
+    /// Largest contact force since the last record [N].
+    pub peak_force: f64,
+    /// Contact impulse of the last 1 ms over 1 ms [N].
+    pub filtered_force: f64,
+    /// Moments of the shaft.
+    pub shaft: Option<&'a ShaftStresses>,
+}
+
+impl Channel {
+    /// Full name.
+    #[must_use]
+    pub fn name(&self) -> String {
+        format!("{}.{}", self.group, self.field)
+    }
+
+    /// Value at an instant.
+    pub(super) fn value(&self, frame: &Frame<'_>, context: &Context<'_>) -> f64 {
+        let contact = |read: fn(&ContactFrame) -> f64| frame.contact.as_ref().map_or(0.0, read);
+        let moments = |section: usize| {
+            context.shaft.map_or((0.0, 0.0), |shaft| shaft.largest(section, frame.displacement, frame.twist))
+        };
+        match self.source {
+            Source::Angle => frame.angle,
+            Source::Speed => frame.speed,
+            Source::Displacement(place) => frame.displacement[place],
+            Source::Twist(node) => frame.twist[node],
+            Source::Load { bearing, axis } => frame.bearing_loads[bearing][axis],
+            Source::LoadNorm(bearing) => frame.bearing_loads[bearing][0].hypot(frame.bearing_loads[bearing][1]),
+            Source::Contact(read) => contact(read),
+            Source::PeakForce => context.peak_force,
+            Source::FilteredForce => context.filtered_force,
+            Source::Energy(read) => read(&frame.energies),
+            Source::Torsion(section) => moments(section).0,
+            Source::Bending(section) => moments(section).1.sqrt(),
+            Source::Ring(place) => frame.ring.map_or(0.0, |ring| ring[place]),
+        }
+    }
+}
+
+struct List {
+    channels: Vec<Channel>,
+    group: String,
+    by_default: bool,
+}
+
+impl List {
+    fn group(&mut self, group: &str, by_default: bool) -> &mut Self {
+        group.clone_into(&mut self.group);
+        self.by_default = by_default;
+        self
+    }
+    fn add(&mut self, field: &str, unit: &'static str, source: Source, meaning: &str) -> &mut Self {
+        self.channels.push(Channel {
+            group: self.group.clone(),
+            field: field.to_owned(),
+            unit,
+            meaning: meaning.to_owned(),
+            by_default: self.by_default,
+            source,
+        });
+        self
+    }
+}
+
+/// Energies by field name.
+const ENERGIES: [(&str, fn(&Energies) -> f64, &str); 12] = [
+    ("kinetic_J", |e| e.kinetic, "kinetic energy of rotor and ring"),
+    ("strain_J", |e| e.strain, "strain energy of shaft, bearings and ring"),
+    ("gravity_J", |e| e.gravity, "potential energy in gravity"),
+    ("bearings_J", |e| e.bearings, "energy dissipated by the bearings so far"),
+    ("structure_J", |e| e.structure, "energy dissipated by the shaft's structural damping so far"),
+    ("stator_J", |e| e.stator, "energy dissipated by the diaphragm's damping so far"),
+    ("braking_J", |e| e.braking, "energy taken by braking so far"),
+    ("friction_J", |e| e.friction, "energy dissipated by contact friction so far"),
+    ("normal_J", |e| e.normal, "energy taken out by the normal contact force so far"),
+    ("model_J", |e| e.model, "model work of Hyp 1 so far"),
+    ("skew_J", |e| e.skew, "energy put in by skew bearing stiffness so far"),
+    ("drive_J", |e| e.drive, "energy put in by the drive of a prescribed speed so far"),
+];
+
+/// Contact quantities by field name.
+const CONTACT: [(&str, &str, fn(&ContactFrame) -> f64, &str); 10] = [
+    ("rotor_x_m", "m", |c| c.rotor[0], "rotor centre from the diaphragm's centre, in the diaphragm's axes"),
+    ("rotor_y_m", "m", |c| c.rotor[1], "rotor centre from the diaphragm's centre, in the diaphragm's axes"),
+    ("eccentricity_m", "m", |c| c.rotor[0].hypot(c.rotor[1]), "distance of the rotor centre from the diaphragm's centre"),
+    ("gap_m", "m", |c| c.gap, "smallest gap, in the run's own gap function"),
+    ("angle_rad", "rad", |c| c.angle, "angle of the closest place of the ring"),
+    ("normal_force_N", "N", |c| c.normal_force, "normal contact force of this one step"),
+    ("friction_force_N", "N", |c| c.friction_force, "friction force of this one step"),
+    ("slip_m_s", "m/s", |c| c.slip, "slip velocity; 0 without contact"),
+    ("ring_radial_m", "m", |c| c.ring[0], "radial displacement of the ring at the closest place"),
+    ("ring_tangential_m", "m", |c| c.ring[1], "tangential displacement of the ring at the closest place"),
+];
+
+/// Every channel of a machine, in the order of the files.
+#[must_use]
+pub fn catalogue(machine: &Machine, structure: &Structure) -> Vec<Channel> {
+    let rotor = &structure.rotor;
+    let mut list = List { channels: Vec::new(), group: String::new(), by_default: true };
+    list.group("rotor", true)
+        .add("speed_rad_s", "rad/s", Source::Speed, "inertia-weighted mean spin")
+        .add("angle_rad", "rad", Source::Angle, "mean spin angle");
+    for (i, bearing) in machine.rotor.bearings.iter().enumerate() {
+        let [u, v] = rotor.plane_places(bearing.node);
+        list.group(&format!("bearing.{}", plain(&bearing.name)), true)
+            .add("x_m", "m", Source::Displacement(u), "displacement of the shaft at the bearing along X")
+            .add("y_m", "m", Source::Displacement(v), "displacement of the shaft at the bearing along Y")
+            .add("load_x_N", "N", Source::Load { bearing: i, axis: 0 }, "bearing load along X")
+            .add("load_y_N", "N", Source::Load { bearing: i, axis: 1 }, "bearing load along Y")
+            .add("load_N", "N", Source::LoadNorm(i), "bearing load, norm in the X-Y plane");
+    }
+    let diaphragm = machine.diaphragms.first();
+    if diaphragm.is_some() {
+        list.group("contact", true);
+        for (field, unit, read, meaning) in CONTACT {
+            list.add(field, unit, Source::Contact(read), meaning);
+        }
+        list.add("peak_force_N", "N", Source::PeakForce, "largest normal contact force of all steps since the last record")
+            .add("filtered_force_N", "N", Source::FilteredForce, "contact impulse of the last 1 ms divided by 1 ms");
+    }
+    list.group("energy", true);
+    for (field, read, meaning) in ENERGIES {
+        list.add(field, "J", Source::Energy(read), meaning);
+    }
+    if let RotorKind::Shaft(shaft) = &machine.rotor.kind {
+        for section in 0..ShaftStresses::new(shaft).sections() {
+            list.group(&format!("section{section}"), true)
+                .add("torsional_moment_Nm", "N m", Source::Torsion(section), "largest torsional moment in the section")
+                .add("bending_moment_Nm", "N m", Source::Bending(section), "largest bending moment in the section");
+        }
+    }
+    for node in 0..rotor.nodes {
+        let [u, v] = rotor.plane_places(node);
+        list.group(&format!("node{node}"), false)
+            .add("x_m", "m", Source::Displacement(u), "displacement of the node along X")
+            .add("y_m", "m", Source::Displacement(v), "displacement of the node along Y")
+            .add("twist_rad", "rad", Source::Twist(node), "twist of the node against the mean spin angle");
+    }
+    if let Some(DiaphragmKind::Flexible(stator)) = diaphragm.map(|diaphragm| &diaphragm.kind) {
+        list.group("ring", false);
+        for node in 0..stator.ring.elements {
+            list.add(&format!("radial{node:03}_m"), "m", Source::Ring(4 * node + 2), "radial displacement of the ring node")
+                .add(&format!("tangential{node:03}_m"), "m", Source::Ring(4 * node), "tangential displacement of the ring node");
+        }
+    }
+    list.channels
+}
+
+/// A name of the machine file as a part of a topic and of an identifier.
+fn plain(name: &str) -> String {
+    name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect()
+}
+
+/// The channels that patterns ask for, in the order of the catalogue; all default ones without a pattern.
+///
+/// A pattern is a full name, a name without its unit, a group (all of it), either with `*` for any characters, or `all`.
+///
+/// # Errors
+/// [`HistoryError::Channel`] for a pattern that fits nothing.
+pub fn select(catalogue: Vec<Channel>, patterns: &[String]) -> Result<Vec<Channel>, HistoryError> {
+    for pattern in patterns {
+        if !catalogue.iter().any(|channel| fits(channel, pattern)) {
+            let known: Vec<String> = catalogue.iter().map(Channel::name).collect();
+            let nearest = known
+                .iter()
+                .map(|name| (strsim::jaro_winkler(name, pattern), name))
+                .max_by(|a, b| a.0.total_cmp(&b.0))
+                .filter(|(likeness, _)| *likeness > 0.7)
+                .map(|(_, name)| name.clone());
+            return Err(HistoryError::Channel { pattern: pattern.clone(), nearest, known: groups(&catalogue) });
+        }
+    }
+    let wanted = |channel: &Channel| {
+        if patterns.is_empty() { channel.by_default } else { patterns.iter().any(|pattern| fits(channel, pattern)) }
+    };
+    Ok(catalogue.into_iter().filter(wanted).collect())
+}
+
+/// The groups with their fields, short enough to be read.
+fn groups(catalogue: &[Channel]) -> Vec<String> {
+    let mut groups: Vec<(String, Vec<String>)> = Vec::new();
+    for channel in catalogue {
+        match groups.last_mut().filter(|(group, _)| *group == channel.group) {
+            Some((_, fields)) => fields.push(channel.field.clone()),
+            None => groups.push((channel.group.clone(), vec![channel.field.clone()])),
+        }
+    }
+    let shown = |(group, mut fields): (String, Vec<String>)| {
+        let more = fields.len() > 12;
+        fields.truncate(12);
+        format!("{group}.{{{}{}}}", fields.join(", "), if more { ", ..." } else { "" })
+    };
+    groups.into_iter().map(shown).collect()
+}
+
+fn fits(channel: &Channel, pattern: &str) -> bool {
+    let name = channel.name();
+    let bare = name.strip_suffix(&unit_suffix(channel.unit)).unwrap_or(&name);
+    pattern == "all" || matches(&channel.group, pattern) || matches(&name, pattern) || matches(bare, pattern)
+}
+
+/// "m/s" -> "_m_s", "N m" -> "_Nm".
+fn unit_suffix(unit: &str) -> String {
+    format!("_{}", unit.replace(' ', "").replace('/', "_"))
+}
+
+/// Whether a name fits a pattern in which `*` stands for any characters.
+pub(super) fn matches(name: &str, pattern: &str) -> bool {
+    let mut parts = pattern.split('*');
+    let first = parts.next().unwrap_or_default();
+    let Some(mut rest) = name.strip_prefix(first) else { return false };
+    let mut parts: Vec<&str> = parts.collect();
+    let Some(last) = parts.pop() else { return rest.is_empty() };
+    for part in parts {
+        match rest.find(part) {
+            Some(at) => rest = &rest[at + part.len()..],
+            None => return false,
+        }
+    }
+    rest.ends_with(last)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::matches;
+
+    #[test]
+    fn a_star_stands_for_any_characters() {
+        assert!(matches("contact.gap_m", "contact.gap_m"));
+        assert!(!matches("contact.gap_m", "contact.gap"));
+        assert!(matches("contact.gap_m", "contact.*"));
+        assert!(matches("bearing.front.load_N", "*load*"));
+        assert!(matches("bearing.front.load_N", "bearing.*.load_N"));
+        assert!(!matches("bearing.front.load_N", "bearing.*.load"));
+        assert!(!matches("ab", "ab*b"));
+    }
+}

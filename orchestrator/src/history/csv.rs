@@ -1,0 +1,54 @@
+//! CSV: a header of channel names, one line per instant, numbers in their shortest form that reads back as the same bits.
+
+use super::channels::Channel;
+use super::{About, HistoryError, Sink, publish, temporary};
+use crate::files::FileError;
+use std::fmt::Write as _;
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+/// Name of the first column.
+pub(super) const TIME: &str = "time_s";
+
+/// Writes `FILE.csv.tmp`, which becomes `FILE.csv` when it is whole.
+pub(super) struct CsvSink {
+    path: PathBuf,
+    file: BufWriter<File>,
+    line: String,
+}
+
+impl CsvSink {
+    pub fn create(path: &Path, channels: &[Channel]) -> Result<Self, HistoryError> {
+        let temporary = temporary(path);
+        let file = File::create(&temporary).map_err(FileError::at("create", &temporary))?;
+        let mut sink = Self { path: path.to_path_buf(), file: BufWriter::new(file), line: TIME.to_owned() };
+        for channel in channels {
+            sink.line.push(',');
+            sink.line.push_str(&channel.name());
+        }
+        sink.write()?;
+        Ok(sink)
+    }
+
+    fn write(&mut self) -> Result<(), HistoryError> {
+        self.line.push('\n');
+        Ok(self.file.write_all(self.line.as_bytes()).map_err(FileError::at("write", &self.path))?)
+    }
+}
+
+impl Sink for CsvSink {
+    fn record(&mut self, time: f64, values: &[f64]) -> Result<(), HistoryError> {
+        self.line.clear();
+        write!(self.line, "{time:?}").expect("writing to a String cannot fail");
+        for value in values {
+            write!(self.line, ",{value:?}").expect("writing to a String cannot fail");
+        }
+        self.write()
+    }
+
+    fn finish(self: Box<Self>, _outcome: &About) -> Result<(), HistoryError> {
+        let file = self.file.into_inner().map_err(|error| FileError::at("write", &self.path)(error.into_error()))?;
+        Ok(publish(file, &self.path)?)
+    }
+}

@@ -1,0 +1,76 @@
+//! What can go wrong with a history.
+
+use super::HISTORY_VERSION;
+use crate::files::FileError;
+use crate::results::TableError;
+use std::path::PathBuf;
+
+/// A history that cannot be written, read or recovered.
+#[derive(Debug, thiserror::Error)]
+pub enum HistoryError {
+    /// The extension names no format.
+    #[error("{}: the extension of a history is .mcap, .csv or .parquet", path.display())]
+    Extension {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A channel that the machine does not have.
+    #[error("no channel {pattern:?}{}; the channels are {}", nearest.as_ref().map(|name| format!(" (did you mean {name:?}?)")).unwrap_or_default(), known.join(", "))]
+    Channel {
+        /// What was asked for.
+        pattern: String,
+        /// The nearest name.
+        nearest: Option<String>,
+        /// Every name there is.
+        known: Vec<String>,
+    },
+    /// A file operation.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// The table library.
+    #[error(transparent)]
+    Table(#[from] TableError),
+    /// The MCAP library.
+    #[error("cannot {action} {}", path.display())]
+    Mcap {
+        /// "write" or "read".
+        action: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// What it said.
+        #[source]
+        source: mcap::McapError,
+    },
+    /// The file is whole but not one of ours.
+    #[error("{} is not a history of version {HISTORY_VERSION}: {detail}", path.display())]
+    NotAHistory {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        detail: &'static str,
+    },
+    /// A line of a CSV file that is not numbers.
+    #[error("{}, line {line}: {text:?} is not a number", path.display())]
+    Number {
+        /// The file.
+        path: PathBuf,
+        /// The line, from 1.
+        line: usize,
+        /// What stands there.
+        text: String,
+    },
+    /// Nothing could be recovered.
+    #[error("{} holds no complete message", path.display())]
+    NothingToRecover {
+        /// The file.
+        path: PathBuf,
+    },
+}
+
+impl HistoryError {
+    /// For `map_err` on the MCAP library.
+    pub(super) fn mcap(action: &'static str, path: &std::path::Path) -> impl FnOnce(mcap::McapError) -> Self {
+        let path = path.to_path_buf();
+        move |source| HistoryError::Mcap { action, path, source }
+    }
+}

@@ -1,0 +1,85 @@
+//! Histories of one run: what is recorded, how often, into which file; and reading them back. The only place that names mcap.
+//!
+//! ```text
+//! simulate -> Recorder (decimates, evaluates channels) -> McapSink | CsvSink | ParquetSink -> FILE.tmp -> FILE
+//! FILE -> read -> History (one time axis, named channels with units) -> figures
+//! FILE.mcap.tmp -> recover -> FILE.mcap       after a writer died
+//! ```
+//! A history never fails a run: the recorder keeps its first error, stops writing, and says so at the end.
+//! Format of the files: `docs/histories.md`.
+
+mod channels;
+mod csv;
+mod error;
+mod mcap_file;
+mod proto;
+mod read;
+mod recorder;
+mod recover;
+mod table;
+
+pub use channels::{Channel, catalogue, select};
+pub use error::HistoryError;
+pub use read::{History, Series, read};
+pub use recorder::{Decimation, Recorder, Settings, Written};
+pub use recover::{Recovered, recover};
+
+use crate::files::FileError;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Version of what the files contain; a reader refuses one it does not know.
+pub const HISTORY_VERSION: u32 = 1;
+
+/// File formats, by extension.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// `.mcap`: protobuf messages with their schema, chunks compressed with zstd.
+    Mcap,
+    /// `.csv`: one line per instant.
+    Csv,
+    /// `.parquet`: one row per instant.
+    Parquet,
+}
+
+impl Format {
+    /// The format that a file name asks for.
+    ///
+    /// # Errors
+    /// [`HistoryError::Extension`].
+    pub fn of(path: &Path) -> Result<Self, HistoryError> {
+        match path.extension().and_then(|extension| extension.to_str()) {
+            Some("mcap") => Ok(Format::Mcap),
+            Some("csv") => Ok(Format::Csv),
+            Some("parquet") => Ok(Format::Parquet),
+            _ => Err(HistoryError::Extension { path: path.to_path_buf() }),
+        }
+    }
+}
+
+/// What stands in a file beside the numbers: key and value, such as `machine`, `detection`, `contact.gap_m`.
+pub type About = BTreeMap<String, String>;
+
+/// Where a recorder's instants go.
+trait Sink {
+    /// One instant; one value per channel.
+    fn record(&mut self, time: f64, values: &[f64]) -> Result<(), HistoryError>;
+    /// Ends the file; `outcome` is what came out of the run.
+    fn finish(self: Box<Self>, outcome: &About) -> Result<(), HistoryError>;
+}
+
+/// The name under which a file is written before it is whole.
+fn temporary(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".tmp");
+    PathBuf::from(name)
+}
+
+/// Gives a whole file its final name, durably.
+fn publish(file: std::fs::File, path: &Path) -> Result<(), FileError> {
+    let temporary = temporary(path);
+    file.sync_all().map_err(FileError::at("write", &temporary))?;
+    drop(file);
+    std::fs::rename(&temporary, path).map_err(FileError::at("rename to", path))?;
+    crate::files::sync_directory(path.parent().unwrap_or(Path::new(".")))
+}

@@ -1,0 +1,194 @@
+//! Reading a history back, whatever its format.
+
+use super::csv::TIME;
+use super::mcap_file::{ABOUT, GROUP, OUTCOME, UNITS};
+use super::table::{ABOUT_PREFIX, OUTCOME_PREFIX};
+use super::{About, Format, HISTORY_VERSION, HistoryError, proto};
+use crate::files::FileError;
+use crate::results::read_numbers;
+use mcap::read::{ChunkFlattener, Options};
+use mcap::records::Record;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+/// One channel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Series {
+    /// Full name: `contact.gap_m`.
+    pub name: String,
+    /// SI unit; "" where the file does not say (CSV) or for a pure number.
+    pub unit: String,
+    /// One value per instant.
+    pub values: Vec<f64>,
+}
+
+/// A history in memory.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct History {
+    /// Instants [s].
+    pub time: Vec<f64>,
+    /// Channels in the order of the file.
+    pub channels: Vec<Series>,
+    /// About the run; empty for CSV.
+    pub about: About,
+    /// What came out; empty for CSV and for a recovered file.
+    pub outcome: About,
+}
+
+impl History {
+    /// A channel by its full name.
+    #[must_use]
+    pub fn channel(&self, name: &str) -> Option<&Series> {
+        self.channels.iter().find(|channel| channel.name == name)
+    }
+
+    /// Channels that fit a pattern: a full name, or one with `*` for any characters, or the beginning before `.` or `_`.
+    #[must_use]
+    pub fn fitting(&self, pattern: &str) -> Vec<&Series> {
+        let fits = |name: &str| {
+            super::channels::matches(name, pattern)
+                || name.strip_prefix(pattern).is_some_and(|rest| rest.starts_with(['.', '_']))
+        };
+        self.channels.iter().filter(|channel| fits(&channel.name)).collect()
+    }
+
+    /// A number about the run.
+    #[must_use]
+    pub fn number(&self, key: &str) -> Option<f64> {
+        self.about.get(key)?.parse().ok()
+    }
+}
+
+/// Reads a history.
+///
+/// # Errors
+/// Not readable, not of a format or version that is known, or cut (then `bladeoff recover` helps).
+pub fn read(path: &Path) -> Result<History, HistoryError> {
+    let history = match Format::of(path)? {
+        Format::Mcap => read_mcap(path)?,
+        Format::Csv => return read_csv(path),
+        Format::Parquet => read_parquet(path)?,
+    };
+    let known = history.about.get("history_version").is_some_and(|found| *found == HISTORY_VERSION.to_string());
+    if known { Ok(history) } else { Err(not_ours(path, "it does not say so")) }
+}
+
+fn not_ours(path: &Path, detail: &'static str) -> HistoryError {
+    HistoryError::NotAHistory { path: path.to_path_buf(), detail }
+}
+
+/// A topic under way.
+struct Topic {
+    names: Vec<String>,
+    times: Vec<f64>,
+    values: Vec<Vec<f64>>,
+}
+
+fn read_mcap(path: &Path) -> Result<History, HistoryError> {
+    let bytes = fs::read(path).map_err(FileError::at("read", path))?;
+    let failed = || HistoryError::mcap("read", path);
+    let mut history = History::default();
+    let mut units = About::new();
+    let mut schemas: BTreeMap<u16, Vec<String>> = BTreeMap::new();
+    let mut topics: BTreeMap<u16, Topic> = BTreeMap::new();
+    for record in ChunkFlattener::new_with_options(&bytes, Options::IgnoreEndMagic.into()).map_err(failed())? {
+        match record.map_err(failed())? {
+            Record::Metadata(metadata) => match metadata.name.as_str() {
+                ABOUT => history.about = metadata.metadata,
+                UNITS => units = metadata.metadata,
+                OUTCOME => history.outcome = metadata.metadata,
+                _ => {}
+            },
+            Record::Schema { header, data } => {
+                let names = proto::field_names(&data).ok_or_else(|| not_ours(path, "a schema is not one of ours"))?;
+                schemas.insert(header.id, names);
+            }
+            Record::Channel(channel) => {
+                let group = channel.metadata.get(GROUP).ok_or_else(|| not_ours(path, "a topic is not one of ours"))?;
+                let fields = schemas.get(&channel.schema_id).ok_or_else(|| not_ours(path, "a topic has no schema"))?;
+                let names: Vec<String> = fields.iter().map(|field| format!("{group}.{field}")).collect();
+                let values = vec![Vec::new(); names.len()];
+                topics.entry(channel.id).or_insert(Topic { names, times: Vec::new(), values });
+            }
+            Record::Message { header, data } => {
+                let topic =
+                    topics.get_mut(&header.channel_id).ok_or_else(|| not_ours(path, "a message has no topic"))?;
+                let values = proto::values(&data, topic.names.len())
+                    .ok_or_else(|| not_ours(path, "a message does not fit its schema"))?;
+                topic.times.push(header.log_time as f64 * 1e-9);
+                for (series, value) in topic.values.iter_mut().zip(values) {
+                    series.push(value);
+                }
+            }
+            _ => {}
+        }
+    }
+    // a recovered file may end between the topics of one instant
+    let instants = topics.values().map(|topic| topic.times.len()).min().unwrap_or(0);
+    for topic in topics.into_values() {
+        if history.time.is_empty() {
+            history.time = topic.times[..instants].to_vec();
+        }
+        for (name, mut values) in topic.names.into_iter().zip(topic.values) {
+            values.truncate(instants);
+            let unit = units.get(&name).cloned().unwrap_or_default();
+            history.channels.push(Series { name, unit, values });
+        }
+    }
+    Ok(history)
+}
+
+fn read_csv(path: &Path) -> Result<History, HistoryError> {
+    let text = fs::read_to_string(path).map_err(FileError::at("read", path))?;
+    let mut lines = text.lines();
+    let mut names = lines.next().unwrap_or_default().split(',');
+    if names.next() != Some(TIME) {
+        return Err(not_ours(path, "its first column is not time_s"));
+    }
+    let series = |name: &str| Series { name: name.to_owned(), unit: unit_of(name).to_owned(), values: Vec::new() };
+    let mut history = History { channels: names.map(series).collect(), ..History::default() };
+    for (at, line) in lines.enumerate() {
+        let number = |text: &str| {
+            let wrong = || HistoryError::Number { path: path.to_path_buf(), line: at + 2, text: text.to_owned() };
+            text.parse::<f64>().map_err(|_| wrong())
+        };
+        let mut cells = line.split(',');
+        history.time.push(number(cells.next().unwrap_or_default())?);
+        for channel in &mut history.channels {
+            channel.values.push(number(cells.next().unwrap_or_default())?);
+        }
+    }
+    Ok(history)
+}
+
+/// Unit at the end of one of our names, for a format that does not carry it.
+fn unit_of(name: &str) -> &'static str {
+    for (suffix, unit) in [("_rad_s", "rad/s"), ("_m_s", "m/s"), ("_Nm", "N m"), ("_rad", "rad"), ("_m", "m"), ("_N", "N"), ("_J", "J")] {
+        if name.ends_with(suffix) {
+            return unit;
+        }
+    }
+    ""
+}
+
+fn read_parquet(path: &Path) -> Result<History, HistoryError> {
+    let (columns, metadata) = read_numbers(path)?;
+    let mut history = History::default();
+    for (key, value) in metadata {
+        if let Some(key) = key.strip_prefix(ABOUT_PREFIX) {
+            history.about.insert(key.to_owned(), value);
+        } else if let Some(key) = key.strip_prefix(OUTCOME_PREFIX) {
+            history.outcome.insert(key.to_owned(), value);
+        }
+    }
+    for column in columns {
+        if column.name == TIME {
+            history.time = column.values;
+        } else {
+            let unit = if column.unit.is_empty() { unit_of(&column.name).to_owned() } else { column.unit };
+            history.channels.push(Series { name: column.name, unit, values: column.values });
+        }
+    }
+    Ok(history)
+}

@@ -1,0 +1,238 @@
+//! The observer that records a history.
+
+use super::channels::{Channel, Context, catalogue, select};
+use super::csv::CsvSink;
+use super::mcap_file::McapSink;
+use super::table::ParquetSink;
+use super::{About, Format, HISTORY_VERSION, HistoryError, Sink};
+use bladeoff_core::machine::{Detection, DiaphragmKind, Engine, Machine, RotorKind};
+use bladeoff_core::outcome::{ColumnKind, Outcome, columns};
+use bladeoff_core::stress::ShaftStresses;
+use bladeoff_core::structure::Structure;
+use bladeoff_core::transient::{Frame, Observer, Plan};
+use std::collections::VecDeque;
+use std::path::PathBuf;
+
+/// Length of the force filter [s], as in the column `max_filtered_contact_force_N`.
+const FILTER: f64 = 1e-3;
+/// Interval between records unless one is asked for [s].
+const EVERY: f64 = 1e-4;
+/// Records of a run at most unless an interval is asked for.
+const RECORDS: f64 = 1e5;
+
+/// How often an instant is recorded.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Decimation {
+    /// Every 0.1 ms, or a hundred-thousandth of `run.end_time` if that is longer.
+    #[default]
+    Default,
+    /// Every so many seconds, rounded to whole steps, at least one.
+    Every(f64),
+    /// Every so many steps.
+    Steps(u64),
+}
+
+/// What is asked for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// File; its extension names the format.
+    pub path: PathBuf,
+    /// Patterns of channels; empty: the default ones.
+    pub channels: Vec<String>,
+    /// How often.
+    pub decimation: Decimation,
+}
+
+/// A history that was written.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Written {
+    /// File.
+    pub path: PathBuf,
+    /// Channels.
+    pub channels: usize,
+    /// Instants.
+    pub records: u64,
+    /// Interval [s].
+    pub every: f64,
+}
+
+/// Records one run.
+pub struct Recorder {
+    path: PathBuf,
+    channels: Vec<Channel>,
+    shaft: Option<ShaftStresses>,
+    /// `None` once it failed.
+    sink: Option<Box<dyn Sink>>,
+    failed: Option<HistoryError>,
+    every_steps: u64,
+    step: f64,
+    window: VecDeque<f64>,
+    window_sum: f64,
+    peak_force: f64,
+    values: Vec<f64>,
+    records: u64,
+}
+
+impl Recorder {
+    /// A recorder for a run that is about to start. A file that cannot be opened is told by [`Recorder::finish`].
+    ///
+    /// # Errors
+    /// What was asked for is wrong in itself: [`HistoryError::Extension`], [`HistoryError::Channel`].
+    pub fn new(settings: &Settings, machine: &Machine, structure: &Structure, plan: &Plan) -> Result<Self, HistoryError> {
+        let format = Format::of(&settings.path)?;
+        let channels = select(catalogue(machine, structure), &settings.channels)?;
+        let every_steps = match settings.decimation {
+            Decimation::Steps(steps) => steps.max(1),
+            Decimation::Every(every) => steps_of(every, plan.step),
+            Decimation::Default => steps_of(EVERY.max(machine.run.end_time / RECORDS), plan.step),
+        };
+        let about = about(machine, plan, every_steps);
+        let path = settings.path.clone();
+        let opened: Result<Box<dyn Sink>, HistoryError> = match format {
+            Format::Mcap => McapSink::create(&path, &channels, &about).map(|sink| Box::new(sink) as Box<dyn Sink>),
+            Format::Csv => CsvSink::create(&path, &channels).map(|sink| Box::new(sink) as Box<dyn Sink>),
+            Format::Parquet => Ok(Box::new(ParquetSink::new(&path, &channels, about))),
+        };
+        let (sink, failed) = match opened {
+            Ok(sink) => (Some(sink), None),
+            Err(error) => (None, Some(error)),
+        };
+        let window = ((FILTER / plan.step).round() as usize).max(1);
+        let shaft = match &machine.rotor.kind {
+            RotorKind::Shaft(shaft) => Some(ShaftStresses::new(shaft)),
+            RotorKind::PointMass(_) => None,
+        };
+        Ok(Self {
+            path,
+            values: Vec::with_capacity(channels.len()),
+            channels,
+            shaft,
+            sink,
+            failed,
+            every_steps,
+            step: plan.step,
+            window: VecDeque::from(vec![0.0; window]),
+            window_sum: 0.0,
+            peak_force: 0.0,
+            records: 0,
+        })
+    }
+
+    /// Ends the file.
+    ///
+    /// # Errors
+    /// The first thing that went wrong, at the start, during the run or now. The run's outcome is not touched by it.
+    pub fn finish(mut self, machine: &Machine, outcome: &Outcome) -> Result<Written, HistoryError> {
+        if let Some(error) = self.failed.take() {
+            return Err(error);
+        }
+        if let Some(sink) = self.sink.take() {
+            sink.finish(&outcome_of(machine, outcome))?;
+        }
+        Ok(Written {
+            path: self.path,
+            channels: self.channels.len(),
+            records: self.records,
+            every: self.every_steps as f64 * self.step,
+        })
+    }
+}
+
+impl Observer for Recorder {
+    fn contact_force(&mut self, _time: f64, force: f64) {
+        let leaving = self.window.pop_front().unwrap_or(0.0);
+        self.window.push_back(force);
+        self.window_sum += force - leaving;
+        if force > self.peak_force {
+            self.peak_force = force;
+        }
+    }
+
+    fn wants(&mut self, step: u64, _time: f64) -> bool {
+        self.sink.is_some() && step % self.every_steps == 0
+    }
+
+    fn see(&mut self, frame: &Frame<'_>) {
+        let Some(sink) = &mut self.sink else { return };
+        if self.window.iter().all(|&force| force == 0.0) {
+            // rounding of the sliding sum does not outlive the contact
+            self.window_sum = 0.0;
+        }
+        let context = Context {
+            peak_force: self.peak_force,
+            filtered_force: self.window_sum / self.window.len() as f64,
+            shaft: self.shaft.as_ref(),
+        };
+        self.values.clear();
+        self.values.extend(self.channels.iter().map(|channel| channel.value(frame, &context)));
+        self.peak_force = 0.0;
+        self.records += 1;
+        if let Err(error) = sink.record(frame.time, &self.values) {
+            self.failed = Some(error);
+            self.sink = None;
+        }
+    }
+}
+
+fn steps_of(every: f64, step: f64) -> u64 {
+    ((every / step).round() as u64).max(1)
+}
+
+/// What a reader needs to know about the run.
+fn about(machine: &Machine, plan: &Plan, every_steps: u64) -> About {
+    let mut about = About::new();
+    let mut put = |key: &str, value: String| about.insert(key.to_owned(), value);
+    put("history_version", HISTORY_VERSION.to_string());
+    put("program", format!("bladeoff {}", env!("CARGO_PKG_VERSION")));
+    put("numerics_version", bladeoff_core::NUMERICS_VERSION.to_string());
+    put("machine", machine.name.clone());
+    let engine = match machine.run.engine {
+        Engine::Reduced => "reduced",
+        Engine::Full => "full",
+    };
+    put("engine", engine.to_owned());
+    put("step_s", number(plan.step));
+    put("every_s", number(plan.step * every_steps as f64));
+    if let Some(diaphragm) = machine.diaphragms.first() {
+        let contact = &diaphragm.contact;
+        let detection = match contact.detection {
+            Detection::Hyp1 => "hyp1",
+            Detection::Hyp2 => "hyp2",
+            Detection::Hyp2Frozen => "hyp2-frozen",
+        };
+        put("detection", detection.to_owned());
+        put("contact.rotor_radius_m", number(contact.rotor_radius));
+        put("contact.gap_m", number(contact.gap));
+        if let DiaphragmKind::Flexible(stator) = &diaphragm.kind {
+            put("ring.nodes", stator.ring.elements.to_string());
+            put("ring.mean_radius_m", number(stator.ring.mean_radius));
+            put("ring.thickness_m", number(stator.ring.thickness));
+            put("ring.blades", stator.blades.map_or(0, |blades| blades.count).to_string());
+        }
+    }
+    about
+}
+
+fn outcome_of(machine: &Machine, outcome: &Outcome) -> About {
+    let mut about = About::new();
+    about.insert("status".to_owned(), outcome.status.word().to_owned());
+    about.insert("end_cause".to_owned(), outcome.end_cause.word().to_owned());
+    if let Some(causes) = outcome.causes.words() {
+        about.insert("causes".to_owned(), causes);
+    }
+    for (column, value) in columns(machine).iter().zip(&outcome.values) {
+        if let Some(value) = *value {
+            let text = match column.kind {
+                ColumnKind::Choice(words) => words.get(value as usize).copied().unwrap_or_default().to_owned(),
+                ColumnKind::Real | ColumnKind::Count => number(value),
+            };
+            about.insert(column.name.clone(), text);
+        }
+    }
+    about
+}
+
+/// Shortest form that reads back as the same bits.
+fn number(value: f64) -> String {
+    format!("{value:?}")
+}

@@ -1,0 +1,91 @@
+//! A whole MCAP from what a writer that died left behind.
+
+use super::mcap_file::options;
+use super::{HistoryError, publish, temporary};
+use crate::files::FileError;
+use mcap::read::{ChunkFlattener, Options};
+use mcap::records::Record;
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::BufWriter;
+use std::path::Path;
+
+/// What was saved.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recovered {
+    /// Messages.
+    pub messages: u64,
+    /// Time of the last one [s].
+    pub last: f64,
+    /// Whether the file ended in the middle of a record (otherwise it was whole, or cut between two).
+    pub cut: bool,
+}
+
+/// Copies every complete record of `from`, up to where it breaks off, into a whole file `to`.
+///
+/// # Errors
+/// `from` is not readable or has nothing in it; `to` cannot be written.
+pub fn recover(from: &Path, to: &Path) -> Result<Recovered, HistoryError> {
+    let bytes = fs::read(from).map_err(FileError::at("read", from))?;
+    let aside = temporary(to);
+    // `recover x.mcap.tmp` would write over its own input
+    let aside_is_input = aside == from;
+    let target = if aside_is_input { to.with_extension("recovered.mcap") } else { to.to_path_buf() };
+    let saved = copy(&bytes, from, &target)?;
+    if aside_is_input {
+        fs::rename(&target, to).map_err(FileError::at("rename to", to))?;
+        crate::files::sync_directory(to.parent().unwrap_or(Path::new(".")))?;
+    }
+    Ok(saved)
+}
+
+fn copy(bytes: &[u8], from: &Path, to: &Path) -> Result<Recovered, HistoryError> {
+    let records = ChunkFlattener::new_with_options(bytes, Options::IgnoreEndMagic.into())
+        .map_err(HistoryError::mcap("read", from))?;
+    let aside = temporary(to);
+    let file = File::create(&aside).map_err(FileError::at("create", &aside))?;
+    let failed = || HistoryError::mcap("write", to);
+    let mut writer = options().create(BufWriter::new(file)).map_err(failed())?;
+    let mut saved = Recovered { messages: 0, last: 0.0, cut: false };
+    // ids of the new file by those of the old
+    let (mut schemas, mut channels) = (BTreeMap::new(), BTreeMap::new());
+    for record in records {
+        let Ok(record) = record else {
+            saved.cut = true;
+            break;
+        };
+        match record {
+            Record::Schema { header, data } if !schemas.contains_key(&header.id) => {
+                let id = writer.add_schema(&header.name, &header.encoding, &data).map_err(failed())?;
+                schemas.insert(header.id, id);
+            }
+            Record::Channel(channel) if !channels.contains_key(&channel.id) => {
+                let schema = schemas.get(&channel.schema_id).copied().unwrap_or(0);
+                let id = writer
+                    .add_channel(schema, &channel.topic, &channel.message_encoding, &channel.metadata)
+                    .map_err(failed())?;
+                channels.insert(channel.id, id);
+            }
+            Record::Message { mut header, data } => {
+                let Some(&id) = channels.get(&header.channel_id) else { continue };
+                header.channel_id = id;
+                writer.write_to_known_channel(&header, &data).map_err(failed())?;
+                saved.messages += 1;
+                saved.last = saved.last.max(header.log_time as f64 * 1e-9);
+            }
+            Record::Metadata(metadata) => writer.write_metadata(&metadata).map_err(failed())?,
+            _ => {}
+        }
+    }
+    if saved.messages == 0 {
+        drop(writer);
+        // nothing is lost: it holds no message
+        let _ = fs::remove_file(&aside);
+        return Err(HistoryError::NothingToRecover { path: from.to_path_buf() });
+    }
+    writer.finish().map_err(failed())?;
+    let file =
+        writer.into_inner().into_inner().map_err(|error| FileError::at("write", to)(error.into_error()))?;
+    publish(file, to)?;
+    Ok(saved)
+}
