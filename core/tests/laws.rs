@@ -69,7 +69,7 @@ fn least(a: &Matrix) -> f64 {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
+    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn rotor_matrices_have_their_structure(m in random_machine()) {
@@ -169,9 +169,8 @@ fn balanced(what: &str, row: &Row) {
 
 #[test]
 fn energy_balance_closes_on_the_reduced_engine_with_everything_in_it() {
-    let cases: [(&str, &[(&str, &str)]); 6] = [
+    let cases: [(&str, &[(&str, &str)]); 5] = [
         ("hyp2", &[]),
-        ("hyp2, force at n", &[("run.force_location", "current")]),
         ("hyp1, slip", &[("contact.detection", "hyp1"), ("contact.friction_law", "slip")]),
         ("hyp2-frozen, mean line", &[("contact.detection", "hyp2-frozen"), ("contact.surface", "mean-line")]),
         ("hyp2, slip", &[("contact.friction_law", "slip")]),
@@ -180,6 +179,20 @@ fn energy_balance_closes_on_the_reduced_engine_with_everything_in_it() {
     for (name, changes) in cases {
         balanced(&format!("reduced, {name}"), &run(everything("reduced", changes, 0.25)));
     }
+}
+
+#[test]
+fn force_at_n_is_sound_in_light_rub_and_never_silently_wrong_in_heavy_rub() {
+    // force and gap at different places: once the closest point jumps between n and n+1, the normal force may feed energy
+    // or not be unique, which the guard says
+    let light = run(machine_with(&study_machine("lab_rig"), &[("run.end_time", "0.25"), ("run.force_location", "current")]));
+    balanced("reduced, force at n, light rub", &light);
+    assert!(light.value("normal_work_J").abs() < 1e-4 * light.value("friction_energy_J"));
+    let heavy = run(everything("reduced", &[("run.force_location", "current")], 0.25));
+    println!("heavy rub, force at n: {:?}, normal work {:.1e} J", heavy.outcome.causes.words(), heavy.value("normal_work_J"));
+    assert!(heavy.value("impacts") >= 1.0, "contact happened");
+    let wrong = heavy.value("normal_work_J").abs() > 0.01 * heavy.value("friction_energy_J");
+    assert!(!wrong || heavy.outcome.status != bladeoff_core::outcome::Status::Ok);
 }
 
 #[test]
@@ -199,49 +212,60 @@ fn free_shaft_line_keeps_angular_momentum_and_energy() {
         .replace("mass_proportional = \"5 1/s\"", "mass_proportional = 0")
         .replace("stiffness_proportional = \"2e-5 s\"", "stiffness_proportional = 0")
         .replace("constant = \"0.1 N m\"\nlinear = \"2e-3 N m s\"\nquadratic = \"1e-5 N m s2\"", "constant = 0");
+    let text = text.split("[diaphragms").next().expect("a first part").to_owned()
+        + "[rotor.initial]\ndisplacement = [0.02, -0.01]\nvelocity = [3.0, 4.0]\n";
     let drift = |step: f64| {
         let step_text = format!("{step:e}");
-        let m = machine_with(&text, &[("run.end_time", "0.1"), ("run.step", &step_text), ("run.engine", "full"), ("contact.gap", "5 mm")]);
+        let m = machine_with(&text, &[("run.end_time", "0.1"), ("run.step", &step_text), ("run.engine", "full")]);
         let rotor = RotorMatrices::assemble(&m.rotor);
         let site = m.rotor.unbalances[0].clone();
-        // J = x^T (M x' with planes crossed) + spin: M acts on u with theta_v, on v with -theta_u
         let mut momenta: Vec<f64> = Vec::new();
+        // factors of the nodes' own spin rates, whose twist part is the central difference of three instants
+        let mut waiting: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
         let row = run_seen(
             m.clone(),
             &mut Every(|frame| {
                 let (x, v) = (frame.displacement, frame.velocity);
                 let momentum = &rotor.mass * Vector::from_column_slice(v);
+                // quarter turn R of the frame: L = p . R x + p_psi, p = M x' + 1/2 Omega S x
                 let mut l = 0.0;
                 for node in 0..rotor.nodes {
                     let (tu, tv) = (rotor.theta_u(node).expect("a shaft"), rotor.theta_v(node).expect("a shaft"));
                     l += x[rotor.u(node)] * momentum[rotor.v(node)] - x[rotor.v(node)] * momentum[rotor.u(node)];
                     l += x[tu] * momentum[tv] - x[tv] * momentum[tu];
                 }
-                // spin of shaft and discs, with the term of T_gyro
                 let skew: f64 = rotor.gyro.iter().map(|g| g.bilinear(v, x)).sum();
                 l += rotor.twist_mass.sum() * frame.speed + 0.5 * skew;
-                // T_gyro's own momentum: 1/2 Omega (theta_u^2 + theta_v^2) type terms cancel in the symmetric form
                 let (s, c) = (frame.angle + frame.twist[site.node] + site.phase).sin_cos();
                 let (ex, ey) = (site.radius * c, site.radius * s);
                 let [u, w] = [x[rotor.u(site.node)] + ex, x[rotor.v(site.node)] + ey];
-                let [vu, vw] = [v[rotor.u(site.node)] - ey * frame.speed, v[rotor.v(site.node)] + ex * frame.speed];
+                let [vu, vw] = [v[rotor.u(site.node)], v[rotor.v(site.node)]];
                 l += site.mass * (u * vw - w * vu);
-                // the rotation of the frame also turns the tilts against H: 1/2 Omega (x^T G R x), R the quarter turn
+                let mut factors = vec![0.0; rotor.nodes];
+                factors[site.node] = site.mass * (u * ex + w * ey);
                 let mut turned = vec![0.0; x.len()];
                 for node in 0..rotor.nodes {
                     let (tu, tv) = (rotor.theta_u(node).expect("a shaft"), rotor.theta_v(node).expect("a shaft"));
                     (turned[rotor.u(node)], turned[rotor.v(node)]) = (-x[rotor.v(node)], x[rotor.u(node)]);
                     (turned[tu], turned[tv]) = (-x[tv], x[tu]);
                 }
-                l += 0.5 * frame.speed * rotor.gyro.iter().map(|g| g.bilinear(&turned, x)).sum::<f64>();
-                momenta.push(l);
+                rotor.gyro.iter().for_each(|g| g.spread(0.5 * g.bilinear(&turned, x), &mut factors));
+                momenta.push(l + factors.iter().sum::<f64>() * frame.speed);
+                waiting.push((factors, frame.twist.to_vec()));
             }),
         );
-        assert!(row.get("first_contact_s").is_none());
+        let inner = 1..momenta.len() - 1;
+        let momenta: Vec<f64> = inner
+            .map(|n| {
+                let rates = waiting[n + 1].1.iter().zip(&waiting[n - 1].1).map(|(after, before)| (after - before) / (2.0 * step));
+                momenta[n] + waiting[n].0.iter().zip(rates).map(|(factor, rate)| factor * rate).sum::<f64>()
+            })
+            .collect();
         let change = momenta.iter().map(|l| (l - momenta[0]).abs()).fold(0.0, f64::max) / momenta[0].abs();
         (row.value("energy_error"), change)
     };
     let (coarse, fine) = (drift(1e-6), drift(5e-7));
     println!("free shaft line: energy {:.1e} {:.1e}, angular momentum {:.1e} {:.1e}", coarse.0, fine.0, coarse.1, fine.1);
-    assert!(fine.0 < 1e-8 && fine.1 < 1e-8);
+    assert!(fine.0 < 1e-8 && fine.1 < 2e-8);
+    assert!((3.8..4.2).contains(&(coarse.1 / fine.1)));
 }

@@ -5,7 +5,7 @@ use bladeoff_core::machine::{Detection, Engine, Machine};
 use bladeoff_core::modal::{BasisError, ModesReport, report};
 use bladeoff_core::outcome::{Column, Outcome};
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::{self, NoHistory, Plan, PlanError};
+use bladeoff_core::transient::{self, NoHistory, Observer, Plan, PlanError};
 
 /// Why the solver refuses a machine before the first step.
 #[derive(Debug, thiserror::Error)]
@@ -43,6 +43,18 @@ pub fn plan(machine: &Machine, structure: &Structure) -> Result<Plan, EngineErro
 /// The step is too large, or the like.
 pub fn simulate(machine: &Machine, structure: &Structure) -> Result<Outcome, EngineError> {
     transient::simulate(machine, structure, &mut NoHistory).map_err(EngineError::Start)
+}
+
+/// One transient, watched.
+///
+/// # Errors
+/// The step is too large, or the like.
+pub fn simulate_watched(
+    machine: &Machine,
+    structure: &Structure,
+    observer: &mut dyn Observer,
+) -> Result<Outcome, EngineError> {
+    transient::simulate(machine, structure, observer).map_err(EngineError::Start)
 }
 
 /// Whether a run can start: everything before its first step.

@@ -1,7 +1,7 @@
 //! The solver of the product: a sample's parameters into the machine, the machine through the core.
 
 use bladeoff_core::document::Problems;
-use bladeoff_core::machine::{MachineDef, ParamValue, PathError, PathInfo, ValueError};
+use bladeoff_core::machine::{Machine, MachineDef, ParamValue, PathError, PathInfo, ValueError};
 use bladeoff_core::modal::{Basis, BasisError};
 use bladeoff_core::outcome::{Cause, CauseSet, EndCause, Outcome, Status};
 use bladeoff_core::structure::Structure;
@@ -88,6 +88,20 @@ impl CoreSolver {
     /// # Errors
     /// A sample that makes no machine or cannot be started.
     pub fn simulate(&mut self, params: &[f64]) -> Result<Outcome, SolverError> {
+        let (machine, structure) = self.prepare(params)?;
+        transient::simulate(&machine, structure, &mut NoHistory).map_err(SolverError::Start)
+    }
+
+    /// The table column of each parameter, in their order.
+    pub fn parameter_columns(&self) -> impl Iterator<Item = String> + '_ {
+        self.varied.iter().map(|parameter| parameter.path.column())
+    }
+
+    /// Machine and structure of one sample.
+    ///
+    /// # Errors
+    /// A sample that makes no machine.
+    pub fn prepare(&mut self, params: &[f64]) -> Result<(Machine, &Structure), SolverError> {
         if params.len() != self.varied.len() {
             return Err(SolverError::Count { found: params.len(), expected: self.varied.len() });
         }
@@ -107,7 +121,7 @@ impl CoreSolver {
                 self.structure.insert(structure.map_err(SolverError::Basis)?)
             }
         };
-        transient::simulate(&machine, structure, &mut NoHistory).map_err(SolverError::Start)
+        Ok((machine, structure))
     }
 }
 

@@ -1,8 +1,10 @@
 //! Every way a subcommand can end badly, with its exit code.
 
 use super::exit::Exit;
+use super::replay::ReplayError;
 use crate::engine::EngineError;
 use crate::files::FileError;
+use crate::history::HistoryError;
 use crate::ledger::LedgerError;
 use crate::results::TableError;
 use crate::run::RunError;
@@ -48,6 +50,12 @@ pub enum CliError {
     /// The record of finished samples.
     #[error(transparent)]
     Ledger(#[from] LedgerError),
+    /// A history.
+    #[error(transparent)]
+    History(#[from] HistoryError),
+    /// A sample of a study that cannot be computed again.
+    #[error(transparent)]
+    Replay(#[from] ReplayError),
     /// A file that is already there and is not overwritten.
     #[error("{} is already there; it is not overwritten", path.display())]
     Exists {
@@ -98,6 +106,15 @@ impl CliError {
                 | RunError::Plan(_)
                 | RunError::Dispatch(_),
             ) => Exit::Io,
+            CliError::History(
+                HistoryError::Extension { .. }
+                | HistoryError::Channel { .. }
+                | HistoryError::NotAHistory { .. }
+                | HistoryError::Number { .. }
+                | HistoryError::NothingToRecover { .. },
+            )
+            | CliError::Replay(_) => Exit::Input,
+            CliError::History(_) => Exit::Io,
             CliError::Table(TableError::Version { .. }) => Exit::Input,
             CliError::Table(_) | CliError::File(_) | CliError::Ledger(_) | CliError::Stdout { .. } => Exit::Io,
             CliError::ReaderLeft => Exit::Ok,

@@ -4,13 +4,16 @@ mod check;
 mod error;
 mod exit;
 mod export;
+mod history;
 mod json;
 mod machine;
 mod modes;
 mod new;
 mod output;
 mod paths;
+mod recover;
 mod render;
+mod replay;
 mod run;
 mod simulate;
 
@@ -41,6 +44,8 @@ enum Command {
     Paths(paths::Args),
     New(new::Args),
     Export(export::Args),
+    Replay(replay::Args),
+    Recover(recover::Args),
 }
 
 /// Parses the command line, does what it says, gives the exit code.
@@ -69,6 +74,8 @@ fn dispatch(command: Command) -> Exit {
         Command::Paths(args) => paths::main(&args),
         Command::New(args) => new::main(&args),
         Command::Export(args) => export::main(&args),
+        Command::Replay(args) => replay::main(&args),
+        Command::Recover(args) => recover::main(&args),
     };
     result.unwrap_or_else(|error| {
         if !matches!(error, CliError::ReaderLeft) {

@@ -2,6 +2,7 @@
 
 use super::error::CliError;
 use super::exit::Exit;
+use super::history::{HistoryArgs, watched};
 use super::json::JsonObject;
 use super::machine::{MachineArgs, build, set};
 use super::output::{print, remark};
@@ -25,7 +26,8 @@ use std::time::Instant;
   bladeoff simulate studies/machines/lab_rig.toml
   bladeoff simulate studies/machines/lab_rig.toml --set contact.gap=\"0.4 mm\" --detection hyp1
   bladeoff simulate studies/machines/lab_rig.toml --engine full --step \"1 us\"
-  bladeoff simulate studies/machines/lp_turbine.toml --json | jq .first_contact_s")]
+  bladeoff simulate studies/machines/lp_turbine.toml --json | jq .first_contact_s
+  bladeoff simulate studies/machines/lp_turbine.toml --history turbine.mcap --every \"0.2 ms\"")]
 pub struct Args {
     #[command(flatten)]
     machine: MachineArgs,
@@ -45,6 +47,9 @@ pub struct Args {
     /// Print one JSON object whose keys are the column names of result tables, also when the run fails
     #[arg(long)]
     json: bool,
+
+    #[command(flatten)]
+    history: HistoryArgs,
 }
 
 /// Runs the subcommand.
@@ -53,7 +58,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let started = Instant::now();
     let structure = engine::build(&machine)?;
     let plan = engine::plan(&machine, &structure)?;
-    let outcome = engine::simulate(&machine, &structure)?;
+    let (outcome, history) = watched(&machine, &structure, &plan, args.history.settings()?.as_ref())?;
     let wall = started.elapsed();
     let columns = engine::columns(&machine);
     let view = OutcomeView { columns: &columns, outcome: &outcome };
@@ -64,6 +69,9 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         text.push_str(&describe_outcome(view));
         text.push_str(&format!("{:<32} {}\n", "computed in", duration(wall)));
         print(&text)?;
+    }
+    if let Some(history) = history {
+        remark(&history);
     }
     Ok(verdict(&outcome))
 }

@@ -7,12 +7,14 @@ mod export;
 mod parquet;
 mod read;
 mod schema;
+mod series;
 mod timings;
 
 pub use export::export_csv;
 pub use parquet::{Provenance, Row, Value, write_results};
 pub use read::{Cells, Table};
 pub use schema::{DETECTION, Field, FieldKind, SCHEMA_VERSION, TableSchema, verdict_fields};
+pub use series::{NumberColumn, read_metadata, read_numbers, write_numbers};
 pub use timings::{Timing, write_timings};
 
 use crate::files::FileError;

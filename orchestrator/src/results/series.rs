@@ -53,6 +53,18 @@ pub fn write_numbers(path: &Path, columns: &[NumberColumn], metadata: &[(String,
     Ok(pending.finish()?)
 }
 
+/// Key-value metadata of a Parquet file.
+///
+/// # Errors
+/// Not readable or not Parquet.
+pub fn read_metadata(path: &Path) -> Result<Vec<(String, String)>, TableError> {
+    let failed = |source| TableError::Table { action: "read", path: path.to_path_buf(), source };
+    let mut reader = ParquetReader::new(File::open(path).map_err(FileError::at("open", path))?);
+    let metadata = reader.get_metadata().map_err(failed)?;
+    let entries = metadata.key_value_metadata().iter().flatten();
+    Ok(entries.filter_map(|entry| Some((entry.key.clone(), entry.value.clone()?))).collect())
+}
+
 /// Reads the columns of numbers of a Parquet file, and its metadata. Units and meanings are empty: names end in the unit.
 ///
 /// # Errors
@@ -60,16 +72,9 @@ pub fn write_numbers(path: &Path, columns: &[NumberColumn], metadata: &[(String,
 #[expect(clippy::type_complexity, reason = "columns, and pairs of key and value")]
 pub fn read_numbers(path: &Path) -> Result<(Vec<NumberColumn>, Vec<(String, String)>), TableError> {
     let failed = |source| TableError::Table { action: "read", path: path.to_path_buf(), source };
+    let pairs = read_metadata(path)?;
     let file = File::open(path).map_err(FileError::at("open", path))?;
-    let mut reader = ParquetReader::new(file);
-    let metadata = reader.get_metadata().map_err(failed)?;
-    let pairs = metadata
-        .key_value_metadata()
-        .iter()
-        .flatten()
-        .filter_map(|entry| Some((entry.key.clone(), entry.value.clone()?)))
-        .collect();
-    let frame = reader.finish().map_err(failed)?;
+    let frame = ParquetReader::new(file).finish().map_err(failed)?;
     let numbers = |column: &Column| -> Result<NumberColumn, PolarsError> {
         let values = column.cast(&DataType::Float64)?;
         let values = values.f64()?.iter().map(|value| value.unwrap_or(f64::NAN)).collect();

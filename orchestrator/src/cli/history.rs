@@ -1,0 +1,105 @@
+//! A history beside a run, as `simulate` and `replay` take it.
+
+use super::error::CliError;
+use crate::engine;
+use crate::history::{Decimation, Recorder, Settings};
+use crate::report::duration;
+use bladeoff_core::document::units::{format_quantity, parse_bare_or_quantity};
+use bladeoff_core::machine::Machine;
+use bladeoff_core::outcome::Outcome;
+use bladeoff_core::structure::Structure;
+use bladeoff_core::transient::Plan;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Arguments of a history.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "History")]
+pub struct HistoryArgs {
+    /// Write the run's history to FILE: .mcap (Foxglove, PlotJuggler), .csv or .parquet by its extension. A history that
+    /// cannot be written is a warning, never a failed run
+    #[arg(long = "history", value_name = "FILE")]
+    history: Option<PathBuf>,
+
+    /// Channels to record, separated by commas: names ("contact.gap"), groups ("contact"), patterns ("bearing.*.load") or
+    /// "all" [default: all but single nodes and ring nodes]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "history")]
+    channels: Vec<String>,
+
+    /// Interval between recorded instants, in seconds or with a unit, rounded to whole steps [default: 0.1 ms, or a
+    /// hundred-thousandth of run.end_time if that is longer]
+    #[arg(long, value_name = "TIME", requires = "history", conflicts_with = "decimate")]
+    every: Option<String>,
+
+    /// Record every N-th step
+    #[arg(long, value_name = "N", requires = "history", value_parser = clap::value_parser!(u64).range(1..))]
+    decimate: Option<u64>,
+}
+
+impl HistoryArgs {
+    /// What is asked for; `None` without `--history`.
+    ///
+    /// # Errors
+    /// An interval that is no time.
+    pub fn settings(&self) -> Result<Option<Settings>, CliError> {
+        let Some(path) = self.history.clone() else { return Ok(None) };
+        let decimation = match (&self.every, self.decimate) {
+            (Some(text), _) => Decimation::Every(self.interval(text)?),
+            (None, Some(steps)) => Decimation::Steps(steps),
+            (None, None) => Decimation::Default,
+        };
+        Ok(Some(Settings { path, channels: self.channels.clone(), decimation }))
+    }
+
+    fn interval(&self, text: &str) -> Result<f64, CliError> {
+        let refused = |message| CliError::Argument {
+            argument: format!("--every {text}"),
+            message,
+            allowed: Some("a time > 0 such as \"0.1 ms\", or a number of seconds".to_owned()),
+        };
+        let time = parse_bare_or_quantity(text, "s").map_err(|error| refused(error.to_string()))?;
+        if time > 0.0 && time.is_finite() { Ok(time) } else { Err(refused("out of range".to_owned())) }
+    }
+}
+
+/// A run, watched where a history is asked for; what to say about the history.
+///
+/// # Errors
+/// The run cannot start, or the history asked for is wrong in itself.
+pub fn watched(
+    machine: &Machine,
+    structure: &Structure,
+    plan: &Plan,
+    settings: Option<&Settings>,
+) -> Result<(Outcome, Option<String>), CliError> {
+    let Some(settings) = settings else { return Ok((engine::simulate(machine, structure)?, None)) };
+    let mut recorder = Recorder::new(settings, machine, structure, plan)?;
+    let outcome = engine::simulate_watched(machine, structure, &mut recorder)?;
+    let started = Instant::now();
+    let said = match recorder.finish(machine, &outcome) {
+        Ok(written) => format!(
+            "history {}: {} channels at {} instants, every {}{}",
+            written.path.display(),
+            written.channels,
+            written.records,
+            format_quantity(written.every, "s"),
+            slow(started),
+        ),
+        Err(error) => {
+            let mut text = format!("warning: there is no history: {error}");
+            let mut source = std::error::Error::source(&error);
+            while let Some(cause) = source {
+                text.push_str(&format!("\n  because: {cause}"));
+                source = cause.source();
+            }
+            text
+        }
+    };
+    Ok((outcome, Some(said)))
+}
+
+/// How long the end of the file took, where that is worth a word.
+fn slow(started: Instant) -> String {
+    let took = started.elapsed();
+    if took.as_secs() >= 1 { format!(" (written in {})", duration(took)) } else { String::new() }
+}

@@ -1,0 +1,44 @@
+//! `bladeoff recover`: a readable history from what a run that was killed left behind.
+
+use super::error::CliError;
+use super::exit::Exit;
+use super::output::print;
+use crate::history::recover;
+use std::path::{Path, PathBuf};
+
+/// Make a whole MCAP file from one whose writer died
+///
+/// A history is written to FILE.mcap.tmp and renamed when it is whole. If the run was killed, the .tmp is left: this copies
+/// every complete message of it, up to where it breaks off, into a whole file that Foxglove and PlotJuggler open.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  bladeoff recover turbine.mcap.tmp
+  bladeoff recover turbine.mcap.tmp --out saved.mcap")]
+pub struct Args {
+    /// The file that was left behind
+    file: PathBuf,
+
+    /// The file to write [default: FILE without .tmp, or with .recovered.mcap if it does not end in .tmp]
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+/// Runs the subcommand.
+pub fn main(args: &Args) -> Result<Exit, CliError> {
+    let out = args.out.clone().unwrap_or_else(|| beside(&args.file));
+    if out.exists() {
+        return Err(CliError::Exists { path: out });
+    }
+    let saved = recover(&args.file, &out)?;
+    let end = if saved.cut { "the rest was cut in the middle of a record" } else { "nothing was cut in the middle" };
+    print(&format!("{}: {} messages, the last at {} s; {end}\n", out.display(), saved.messages, saved.last))?;
+    Ok(Exit::Ok)
+}
+
+fn beside(file: &Path) -> PathBuf {
+    if file.extension().is_some_and(|extension| extension == "tmp") {
+        file.with_extension("")
+    } else {
+        file.with_extension("recovered.mcap")
+    }
+}

@@ -1,0 +1,150 @@
+//! Histories: what is recorded is what happened, the run is not changed by being watched, files survive a cut.
+
+use bladeoff::history::{Decimation, HistoryError, Recorder, Settings, catalogue, read, recover, select};
+use bladeoff_core::machine::{Machine, MachineDef};
+use bladeoff_core::outcome::{Outcome, columns};
+use bladeoff_core::structure::Structure;
+use bladeoff_core::transient::{NoHistory, Plan, simulate};
+use std::path::Path;
+
+/// The lab rig through its first impacts.
+fn machine() -> Machine {
+    let path = format!("{}/../studies/machines/lab_rig.toml", env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(path).expect("the machine file");
+    let mut def = MachineDef::parse("lab_rig.toml", &text).expect("valid");
+    let end = def.resolve("run.end_time").expect("the path");
+    let value = def.parse_value(&end, "0.16 s").expect("a time");
+    def.set(&end, &value).expect("in range");
+    def.build().expect("valid")
+}
+
+fn value(machine: &Machine, outcome: &Outcome, name: &str) -> f64 {
+    let at = columns(machine).iter().position(|column| column.name == name).expect("the column");
+    outcome.values[at].expect("not null")
+}
+
+fn record(path: &Path, channels: &[&str], decimation: Decimation) -> (Machine, Outcome) {
+    let machine = machine();
+    let structure = Structure::build(&machine, None).expect("a model");
+    let plan = Plan::new(&machine, &structure).expect("a step");
+    let channels = channels.iter().map(|name| (*name).to_owned()).collect();
+    let settings = Settings { path: path.to_path_buf(), channels, decimation };
+    let mut recorder = Recorder::new(&settings, &machine, &structure, &plan).expect("known channels");
+    let outcome = simulate(&machine, &structure, &mut recorder).expect("starts");
+    let written = recorder.finish(&machine, &outcome).expect("written");
+    assert_eq!(written.path, path);
+    (machine, outcome)
+}
+
+#[test]
+fn a_watched_run_is_the_same_run() {
+    let directory = tempfile::tempdir().expect("temporary directory");
+    let (machine, watched) = record(&directory.path().join("a.mcap"), &["all"], Decimation::Steps(3));
+    let structure = Structure::build(&machine, None).expect("a model");
+    let alone = simulate(&machine, &structure, &mut NoHistory).expect("starts");
+    assert!(value(&machine, &alone, "first_contact_s") > 0.0, "there is contact");
+    assert_eq!(alone, watched);
+}
+
+#[test]
+fn what_is_read_back_is_what_the_run_reports() {
+    let directory = tempfile::tempdir().expect("temporary directory");
+    for name in ["a.mcap", "a.csv", "a.parquet"] {
+        let path = directory.path().join(name);
+        let (machine, outcome) = record(&path, &["rotor", "contact", "bearing.*.load", "section1"], Decimation::Steps(1));
+        let left: Vec<_> = std::fs::read_dir(directory.path()).expect("list").map(|entry| entry.expect("entry").file_name()).collect();
+        assert!(!left.iter().any(|name| name.to_string_lossy().ends_with(".tmp")), "{left:?}");
+        let history = read(&path).expect("readable");
+        assert_eq!(history.time.len() as f64, value(&machine, &outcome, "steps"), "{name}");
+        let largest = |channel: &str| {
+            let series = history.channel(channel).unwrap_or_else(|| panic!("no {channel}"));
+            series.values.iter().copied().fold(f64::MIN, f64::max)
+        };
+        let close = |channel: &str, column: &str| {
+            let (ours, reference) = (largest(channel), value(&machine, &outcome, column));
+            assert!((ours / reference - 1.0).abs() < 1e-12, "{name} {channel}: {ours} {column}: {reference}");
+        };
+        close("bearing.left.load_N", "max_bearing_load_left_N");
+        close("contact.normal_force_N", "max_contact_force_N");
+        close("contact.peak_force_N", "max_contact_force_N");
+        close("contact.eccentricity_m", "max_eccentricity_m");
+        close("section1.torsional_moment_Nm", "max_torsional_moment_section1_Nm");
+        let filtered = (largest("contact.filtered_force_N"), value(&machine, &outcome, "max_filtered_contact_force_N"));
+        assert!((filtered.0 / filtered.1 - 1.0).abs() < 1e-9, "{filtered:?}");
+        let at = history.channel("contact.normal_force_N").expect("there").values.iter().position(|&force| force > 0.0);
+        let first = history.time[at.expect("contact")];
+        assert!((first - value(&machine, &outcome, "first_contact_s")).abs() < 1e-9, "{name} {first}");
+        assert_eq!(history.channel("contact.gap_m").expect("there").unit, "m");
+        assert!(history.channel("energy.kinetic_J").is_none(), "was not asked for");
+    }
+}
+
+#[test]
+fn an_interval_is_rounded_to_whole_steps() {
+    let directory = tempfile::tempdir().expect("temporary directory");
+    let path = directory.path().join("a.csv");
+    record(&path, &["speed", "rotor.speed_rad_s"][1..], Decimation::Every(1e-3));
+    let history = read(&path).expect("readable");
+    let step = history.time[1] - history.time[0];
+    assert!((step - 294.0 * 3.4e-6).abs() < 1e-12, "{step}");
+    assert_eq!(history.channels.len(), 1);
+}
+
+#[test]
+fn a_cut_file_is_recovered_up_to_the_cut() {
+    let directory = tempfile::tempdir().expect("temporary directory");
+    let whole = directory.path().join("whole.mcap");
+    record(&whole, &["rotor", "contact"], Decimation::Steps(2));
+    let bytes = std::fs::read(&whole).expect("whole");
+    let reference = read(&whole).expect("readable");
+    let mut shorter = 0;
+    for share in [0.02, 0.3, 0.5, 0.77, 0.999, 1.0] {
+        // what a killed writer leaves: `NAME.mcap.tmp`, recovered beside itself
+        let cut = directory.path().join("run.mcap.tmp");
+        let to = directory.path().join("run.mcap");
+        let length = (bytes.len() as f64 * share) as usize;
+        std::fs::write(&cut, &bytes[..length]).expect("write");
+        match recover(&cut, &to) {
+            Ok(saved) => {
+                let history = read(&to).expect("whole again");
+                assert!(saved.messages >= 2 * history.time.len() as u64);
+                assert!(history.time.len() as f64 > (share - 0.05) * reference.time.len() as f64 * 0.9, "{share}: {}", history.time.len());
+                for (ours, theirs) in history.channels.iter().zip(&reference.channels) {
+                    assert_eq!(ours.values[..], theirs.values[..history.time.len()], "{}", ours.name);
+                    assert_eq!(ours.unit, theirs.unit);
+                }
+                assert_eq!(history.about, reference.about);
+                shorter += usize::from(history.time.len() < reference.time.len());
+                assert!(cut.exists(), "the input is kept");
+            }
+            Err(HistoryError::NothingToRecover { .. }) => assert!(share < 0.1, "{share}"),
+            Err(error) => panic!("{share}: {error}"),
+        }
+    }
+    assert!(shorter >= 3);
+}
+
+#[test]
+fn a_directory_that_cannot_be_written_fails_the_history_alone() {
+    let machine = machine();
+    let structure = Structure::build(&machine, None).expect("a model");
+    let plan = Plan::new(&machine, &structure).expect("a step");
+    for name in ["/nowhere/at/all/a.mcap", "/nowhere/at/all/a.csv", "/nowhere/at/all/a.parquet"] {
+        let settings = Settings { path: name.into(), channels: Vec::new(), decimation: Decimation::Default };
+        let mut recorder = Recorder::new(&settings, &machine, &structure, &plan).expect("what is asked for is right");
+        let outcome = simulate(&machine, &structure, &mut recorder).expect("starts");
+        assert_eq!(outcome, simulate(&machine, &structure, &mut NoHistory).expect("starts"));
+        assert!(recorder.finish(&machine, &outcome).is_err());
+    }
+}
+
+#[test]
+fn unknown_channels_are_refused_with_the_nearest_name() {
+    let machine = machine();
+    let structure = Structure::build(&machine, None).expect("a model");
+    let all = catalogue(&machine, &structure);
+    let error = select(all.clone(), &["contact.gapp".to_owned()]).expect_err("no such channel");
+    assert!(error.to_string().contains("contact.gap_m"), "{error}");
+    assert_eq!(select(all.clone(), &["contact.gap".to_owned()]).expect("without unit").len(), 1);
+    assert!(select(all, &[]).expect("defaults").len() > 20);
+}
