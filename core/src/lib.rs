@@ -15,6 +15,7 @@ pub mod stator;
 pub mod stress;
 pub mod structure;
 pub mod transient;
+pub mod verification;
 
 /// Version of the numbers: raised with every change that alters a bit of any outcome ("Numbers change" in CHANGELOG.md).
 pub const NUMERICS_VERSION: u32 = 1;

@@ -82,7 +82,8 @@ fn detection_equals_brute_force_on_two_thousand_deformed_rings() {
     let mut counts = [0_usize; 6];
     let mut largest = 0.0_f64;
     let mut cases = 0;
-    for (name, mean_radius, size, eccentricity) in [("lp_turbine", 0.353, 6e-3, 14e-3), ("lab_rig", 0.052, 4e-4, 1e-3)] {
+    for (name, mean_radius, size, eccentricity) in [("lp_turbine", 0.353, 6e-3, 14e-3), ("lab_rig", 0.052, 4e-4, 1e-3)]
+    {
         for inner in [true, false] {
             let (surface, radius) = surface(name, inner);
             let mut detector = Detector::new(surface);

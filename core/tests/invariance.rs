@@ -1,5 +1,6 @@
 //! Frame invariance: the lab rig with anisotropic, cross-coupled bearings, gravity, offset and a disturbed start, turned as
 //! a whole by an angle, gives the same scalars.
+#![expect(clippy::print_stdout, reason = "the measured errors are part of the result")]
 
 mod common;
 
@@ -120,7 +121,9 @@ fn turned_difference(engine: &str, detection: &str, law: &str, after: f64, angle
     assert!(a.value("contact_impulse_Ns") > 0.0 && a.value("impacts") >= 1.0, "contact happened");
     let (all, at) = difference(&a, &b, &[]);
     let (robust, robust_at) = difference(&a, &b, &ROBUST);
-    println!("{engine} {detection} {law}, {after} s after contact, turned by {angle}: {all:.1e} ({at}), robust {robust:.1e} ({robust_at})");
+    println!(
+        "{engine} {detection} {law}, {after} s after contact, turned by {angle}: {all:.1e} ({at}), robust {robust:.1e} ({robust_at})"
+    );
     (all, robust)
 }
 

@@ -2,8 +2,9 @@
 
 mod common;
 
+use bladeoff_core::rotor::RotorMatrices;
 use bladeoff_core::transient::Frame;
-use common::{Every, Row, close, machine, run, run_seen, vertex};
+use common::{Every, Row, close, machine, machine_with, run, run_seen, study_machine, vertex};
 
 /// All mass 1 at eccentricity `e` on k = 1, damping ratio zeta; `tail`: speed, law, braking.
 fn text(zeta: f64, e: f64, step: f64, end: f64, tail: &str) -> String {
@@ -293,4 +294,31 @@ fn balanced_rotor_stops_when_its_braking_says() {
     let row = stop_run(0.1, 0.0);
     assert!(row.get("stop_time_s").is_none());
     close("speed", row.value("end_speed_rad_s"), 10.0 * (-0.05_f64 * 1000.0).exp(), 1e-2);
+}
+
+#[test]
+fn a_residual_unbalance_starts_steady() {
+    // the lab rig at constant speed, its unbalance there before: every orbit is the same circle from the first step on
+    let text = study_machine("lab_rig").replace("phase = \"0 deg\"", "phase = \"35 deg\"\npresent = \"before\"")
+        + "\n[rotor.speed_law]\nacceleration = 0\n";
+    for engine in ["reduced", "full"] {
+        let m =
+            machine_with(&text, &[("run.end_time", "0.02"), ("run.engine", engine), ("rotor.initial_speed", "250")]);
+        let places = RotorMatrices::assemble(&m.rotor).plane_places(5);
+        let mut radii: Vec<f64> = Vec::new();
+        let mut unsteady = 0.0_f64;
+        run_seen(
+            m,
+            &mut Every(|frame| {
+                let [x, y] = places.map(|dof| frame.displacement[dof]);
+                let [vx, vy] = places.map(|dof| frame.velocity[dof]);
+                radii.push(x.hypot(y));
+                // velocity of a circle: W e_z x r
+                unsteady = unsteady.max((vx + 250.0 * y).hypot(vy - 250.0 * x) / (250.0 * x.hypot(y)));
+            }),
+        );
+        let (low, high) = radii.iter().fold((f64::MAX, 0.0_f64), |(l, h), r| (l.min(*r), h.max(*r)));
+        println!("steady start, {engine}: radius {low:.6e}, ripple {:.1e}, velocity {unsteady:.1e}", high / low - 1.0);
+        assert!(low > 1e-5 && high / low - 1.0 < 1e-5 && unsteady < 1e-5);
+    }
 }

@@ -1,5 +1,6 @@
 //! Laws as properties: structure of the matrices, rigid-body motions, conservation, the energy balance on both engines.
 //! (The equations of motion against the Lagrangian: `core/src/transient/lagrangian_tests.rs`.)
+#![expect(clippy::print_stdout, reason = "the measured errors are part of the result")]
 
 mod common;
 
@@ -185,11 +186,16 @@ fn energy_balance_closes_on_the_reduced_engine_with_everything_in_it() {
 fn force_at_n_is_sound_in_light_rub_and_never_silently_wrong_in_heavy_rub() {
     // force and gap at different places: once the closest point jumps between n and n+1, the normal force may feed energy
     // or not be unique, which the guard says
-    let light = run(machine_with(&study_machine("lab_rig"), &[("run.end_time", "0.25"), ("run.force_location", "current")]));
+    let light =
+        run(machine_with(&study_machine("lab_rig"), &[("run.end_time", "0.25"), ("run.force_location", "current")]));
     balanced("reduced, force at n, light rub", &light);
     assert!(light.value("normal_work_J").abs() < 1e-4 * light.value("friction_energy_J"));
     let heavy = run(everything("reduced", &[("run.force_location", "current")], 0.25));
-    println!("heavy rub, force at n: {:?}, normal work {:.1e} J", heavy.outcome.causes.words(), heavy.value("normal_work_J"));
+    println!(
+        "heavy rub, force at n: {:?}, normal work {:.1e} J",
+        heavy.outcome.causes.words(),
+        heavy.value("normal_work_J")
+    );
     assert!(heavy.value("impacts") >= 1.0, "contact happened");
     let wrong = heavy.value("normal_work_J").abs() > 0.01 * heavy.value("friction_energy_J");
     assert!(!wrong || heavy.outcome.status != bladeoff_core::outcome::Status::Ok);
@@ -257,7 +263,11 @@ fn free_shaft_line_keeps_angular_momentum_and_energy() {
         let inner = 1..momenta.len() - 1;
         let momenta: Vec<f64> = inner
             .map(|n| {
-                let rates = waiting[n + 1].1.iter().zip(&waiting[n - 1].1).map(|(after, before)| (after - before) / (2.0 * step));
+                let rates = waiting[n + 1]
+                    .1
+                    .iter()
+                    .zip(&waiting[n - 1].1)
+                    .map(|(after, before)| (after - before) / (2.0 * step));
                 momenta[n] + waiting[n].0.iter().zip(rates).map(|(factor, rate)| factor * rate).sum::<f64>()
             })
             .collect();
@@ -265,7 +275,45 @@ fn free_shaft_line_keeps_angular_momentum_and_energy() {
         (row.value("energy_error"), change)
     };
     let (coarse, fine) = (drift(1e-6), drift(5e-7));
-    println!("free shaft line: energy {:.1e} {:.1e}, angular momentum {:.1e} {:.1e}", coarse.0, fine.0, coarse.1, fine.1);
+    println!(
+        "free shaft line: energy {:.1e} {:.1e}, angular momentum {:.1e} {:.1e}",
+        coarse.0, fine.0, coarse.1, fine.1
+    );
     assert!(fine.0 < 1e-8 && fine.1 < 2e-8);
     assert!((3.8..4.2).contains(&(coarse.1 / fine.1)));
+}
+
+#[test]
+fn high_friction_on_the_turbine_is_bounded_and_never_invents_energy() {
+    for (friction, law) in [("0.3", "stick-slip"), ("0.5", "stick-slip"), ("0.4", "slip")] {
+        let changes = [("run.end_time", "4.2"), ("contact.friction", friction), ("contact.friction_law", law)];
+        let mut largest = 0.0_f64;
+        let mut start = None;
+        let row = run_seen(
+            machine_with(&study_machine("lp_turbine"), &changes),
+            &mut Every(|frame| {
+                let stored = frame.energies.stored();
+                if stored > 0.0 {
+                    start.get_or_insert(stored);
+                }
+                largest = largest.max(stored);
+            }),
+        );
+        let start: f64 = start.expect("the rotor turns");
+        println!(
+            "turbine, mu {friction}, {law}: {:?} {:?}, energy at most {:.6} of the start, error {:.1e}, friction {:.2e} of \
+             {start:.2e} J, stick {:.2e} s, end speed {:.2}",
+            row.outcome.status,
+            row.outcome.causes.words(),
+            largest / start,
+            row.value("energy_error"),
+            row.value("friction_energy_J"),
+            row.value("stick_time_s"),
+            row.value("end_speed_rad_s"),
+        );
+        assert!(row.value("contact_impulse_Ns") > 0.0, "contact happened");
+        let sound = row.value("energy_error") < 1e-6 && largest <= start * (1.0 + 1e-6);
+        assert!(sound || row.outcome.status != bladeoff_core::outcome::Status::Ok);
+        assert!(law == "slip" || sound, "with stick no energy is invented");
+    }
 }

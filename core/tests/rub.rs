@@ -127,7 +127,8 @@ fn annular_rub_radius_converges_with_order_two() {
 fn rigid_rub(law: &'static str, location: &str, speed: f64, step: f64) -> (f64, f64, f64) {
     let case = Case { law, step, end: 150.0, ..CASE };
     let tail = format!("polar_inertia = 1\ninitial_speed = {speed:?}\n{CONSTANT_SPEED}");
-    let text = text(&case, Some("kind = \"rigid\""), &tail).replace("[run]\n", &format!("[run]\nforce_location = \"{location}\"\n"));
+    let text = text(&case, Some("kind = \"rigid\""), &tail)
+        .replace("[run]\n", &format!("[run]\nforce_location = \"{location}\"\n"));
     let (row, orbit) = orbit(&text);
     close("radius", *orbit.radius.last().expect("samples"), 1.0, 1e-6);
     // r = 1: [(1-W^2) + N]^2 + [2 zeta W + mu N]^2 = (e W^2)^2
@@ -142,7 +143,9 @@ fn rigid_rub(law: &'static str, location: &str, speed: f64, step: f64) -> (f64, 
 fn annular_rub_on_a_rigid_stator_has_the_force_of_its_closed_form() {
     // with multipliers instead of a spring; the force of step n acts at the place of n+1, which is like a friction of
     // mu + W dt: first order in the step, second order with the place of n
-    for (law, location, expected) in [("slip", "next", 1.0), ("stick-slip", "next", 1.0), ("stick-slip", "current", 2.0)] {
+    for (law, location, expected) in
+        [("slip", "next", 1.0), ("stick-slip", "next", 1.0), ("stick-slip", "current", 2.0)]
+    {
         for speed in [0.95, 1.0, 1.1] {
             let error = |step: f64| {
                 let (ours, exact, penetration) = rigid_rub(law, location, speed, step);
@@ -151,7 +154,9 @@ fn annular_rub_on_a_rigid_stator_has_the_force_of_its_closed_form() {
             };
             let (coarse, fine) = (error(0.02), error(0.01));
             let order = (coarse / fine).log2();
-            println!("rigid annular rub {law} {location} W {speed}: {coarse:.1e} at 0.02, {fine:.1e} at 0.01, order {order:.2}");
+            println!(
+                "rigid annular rub {law} {location} W {speed}: {coarse:.1e} at 0.02, {fine:.1e} at 0.01, order {order:.2}"
+            );
             assert!((order - expected).abs() < 0.15 && fine < 6e-3);
         }
     }

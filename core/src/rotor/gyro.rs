@@ -9,7 +9,7 @@
 //! Source: physics.md section 1. Deviation from the paper: its term `Omega theta_u' theta_v` is replaced by the symmetric
 //! form, equal to it to third order, because the paper's is not invariant under rotation of the frame.
 //! Written with the skew operator `S` of one site, (1) reads `1/2 Omega x'^T S x`, (2) `Omega S x' + 1/2 Omega' S x`.
-//! Verified by `the_operator_is_skew`, `forces_are_the_derivative_of_the_energy` and the whirl frequencies of
+//! Verified by `the_operator_is_skew`, `forces_are_the_derivative_of_the_lagrangian` and the whirl frequencies of
 //! `tests/linear_rotors.rs`.
 
 use crate::linalg::Matrix;

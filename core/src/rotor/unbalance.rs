@@ -10,7 +10,7 @@
 //! ```
 //! Source: physics.md section 1. `m` is negative for a lost mass. The terms with constant coefficients (`m u''`, `m v''`,
 //! `m d^2 psi''`) are part of the mass matrices of a run; the rest are forces, evaluated here.
-//! Verified by `forces_are_the_derivative_of_the_lagrangian` in `tests/equations_of_motion.rs` and the Jeffcott cases.
+//! Verified by `forces_are_the_derivative_of_the_lagrangian` (`transient/lagrangian_tests.rs`) and the Jeffcott cases.
 
 use crate::machine::{Unbalance, UnbalanceKind};
 

@@ -68,7 +68,8 @@ fn beam_rows(length: f64, ratio: f64, z: f64) -> [[f64; 4]; 4] {
     let ds = [0.0, 0.0, 2.0, 6.0 * z];
     let rows = [w(0.0), s(0.0), w(length), s(length)];
     let inverse = nalgebra::Matrix4::from_fn(|i, j| rows[i][j]).try_inverse().expect("the ends fix a cubic");
-    [w(z), s(z), ds, [0.0, 0.0, 0.0, 6.0]].map(|row| std::array::from_fn(|j| (0..4).map(|i| row[i] * inverse[(i, j)]).sum()))
+    [w(z), s(z), ds, [0.0, 0.0, 0.0, 6.0]]
+        .map(|row| std::array::from_fn(|j| (0..4).map(|i| row[i] * inverse[(i, j)]).sum()))
 }
 
 /// T - V of the whole shaft line.
@@ -79,7 +80,7 @@ fn lagrangian(machine: &Machine, shaft: &Shaft, q: &[Node], v: &[Node]) -> Dual 
     const GAUSS6: [(f64, f64); 3] = [
         (0.238_619_186_083_196_9, 0.467_913_934_572_691),
         (0.661_209_386_466_264_5, 0.360_761_573_048_138_6),
-        (0.932_469_514_203_152_1, 0.171_324_492_379_170_35),
+        (0.932_469_514_203_152, 0.171_324_492_379_170_35),
     ];
     for (i, e) in shaft.elements.iter().enumerate() {
         let area = std::f64::consts::PI / 4.0 * (e.diameter.powi(2) - e.inner_diameter.powi(2));

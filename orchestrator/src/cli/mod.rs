@@ -16,6 +16,7 @@ mod render;
 mod replay;
 mod run;
 mod simulate;
+mod verify;
 
 pub use error::CliError;
 pub use exit::{EXIT_CODES, Exit};
@@ -44,6 +45,7 @@ enum Command {
     Paths(paths::Args),
     New(new::Args),
     Export(export::Args),
+    Verify(verify::Args),
     Replay(replay::Args),
     Recover(recover::Args),
 }
@@ -74,6 +76,7 @@ fn dispatch(command: Command) -> Exit {
         Command::Paths(args) => paths::main(&args),
         Command::New(args) => new::main(&args),
         Command::Export(args) => export::main(&args),
+        Command::Verify(args) => verify::main(&args),
         Command::Replay(args) => replay::main(&args),
         Command::Recover(args) => recover::main(&args),
     };

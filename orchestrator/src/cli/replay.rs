@@ -11,7 +11,7 @@ use crate::run::directory::{INCOMPLETE_RESULTS, RESULTS};
 use bladeoff_core::machine::Machine;
 use bladeoff_core::outcome::{Cause, Outcome};
 use bladeoff_worker::plan::{PlanFileError, WorkPlan};
-use bladeoff_worker::{CoreSolver, SolverError};
+use bladeoff_worker::core_solver::{CoreSolver, SolverError};
 use std::path::{Path, PathBuf};
 
 /// Compute one sample of a study again and compare it with its row

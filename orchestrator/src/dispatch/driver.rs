@@ -8,6 +8,7 @@ use bladeoff_protocol::domain::Domain;
 use bladeoff_protocol::link::{Incoming, LinkError};
 use bladeoff_protocol::messages::{Batch, BatchId, Body, MAX_PARAMS, SampleReport, ToWorker, WorkerId, batch_capacity};
 use bladeoff_protocol::transport::Ticket;
+use bladeoff_protocol::unfinished::Unfinished;
 use bladeoff_worker::WorkerArgs;
 use bladeoff_worker::fault::{At, Faults, Who};
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
@@ -24,6 +25,11 @@ use crate::schedule::{Effect, KillReason, Scheduler, Settings, Todo};
 const TICK: Duration = Duration::from_millis(200);
 /// Events handled between two looks at the clock.
 const EVENTS_AT_ONCE: usize = 64;
+
+/// Ticks between two looks at unfinished memory and at the hub, about a second.
+const TICKS_PER_CHECK: u32 = 5;
+/// Ticks after which a hub that does not answer is given up, about a minute. Ticks do not pass while we are stopped.
+const STUCK_TICKS: u32 = 300;
 
 /// What happens to the loop.
 pub(super) enum Event {
@@ -63,7 +69,7 @@ pub(super) fn run(
     let domain = Domain::create(settings.workers)?;
     log.line(None, &format!("run {} with shared memory in {}", domain.run(), domain.address().root.display()))?;
     let (send, events) = unbounded_channel();
-    let hub = Hub::start(domain.address(), domain.run(), settings.workers, send.clone())?;
+    let mut hub = Hub::start(domain.address(), domain.run(), settings.workers, send.clone())?;
     let result = {
         let _inside = runtime.enter();
         signals::watch(&send)?;
@@ -89,11 +95,17 @@ pub(super) fn run(
             first_ask: None,
             ended: None,
             gave_up: None,
+            unfinished: Unfinished::new(domain.address()),
+            ticks: 0,
+            pinged: None,
             send,
         };
         runtime.block_on(driver.run(events))
     };
     drop(runtime);
+    if matches!(result, Err(DispatchError::Stuck { .. })) {
+        hub.abandon();
+    }
     drop(hub);
     let report = result?;
     domain.close()?;
@@ -137,6 +149,10 @@ struct Driver<'a> {
     first_ask: Option<Duration>,
     ended: Option<Ended>,
     gave_up: Option<u32>,
+    unfinished: Unfinished,
+    ticks: u32,
+    /// Tick at which the hub was asked for an answer that has not come yet.
+    pinged: Option<u32>,
     send: tokio::sync::mpsc::UnboundedSender<Event>,
 }
 
@@ -182,6 +198,7 @@ impl Driver<'_> {
         let mut results = Vec::new();
         match event {
             Event::Hub(HubEvent::Message(incoming)) => results = self.on_message(incoming, &mut effects),
+            Event::Hub(HubEvent::Pong) => self.pinged = None,
             Event::Hub(HubEvent::Refused(refusal)) => {
                 self.refused += 1;
                 self.log.line(None, &format!("message dropped: {refusal}"))?;
@@ -252,6 +269,7 @@ impl Driver<'_> {
             self.ended = Some(Ended::Wall);
             self.scheduler.on_stop(now, &mut effects);
         }
+        self.check_hub(now)?;
         self.scheduler.on_tick(now, &mut effects);
         self.carry_out(&mut effects, Vec::new())?;
         if self.unflushed > 0 && self.flushed.elapsed() >= self.options.flush_every {
@@ -259,6 +277,27 @@ impl Driver<'_> {
         }
         self.observer.progress(&self.snapshot());
         Ok(())
+    }
+
+    /// Keeps the hub from waiting for the dead, and ends a run whose hub hangs all the same.
+    fn check_hub(&mut self, now: Duration) -> Result<(), DispatchError> {
+        self.ticks += 1;
+        if self.ticks % TICKS_PER_CHECK == 0 {
+            let removed = self.unfinished.sweep(now);
+            if removed > 0 {
+                self.log.line(None, &format!("removed {removed} unfinished pieces of memory of dead workers"))?;
+            }
+            if self.pinged.is_none() {
+                self.pinged = Some(self.ticks);
+                self.hub.send(Command::Ping);
+            }
+        }
+        match self.pinged {
+            Some(since) if self.ticks - since > STUCK_TICKS => {
+                Err(DispatchError::Stuck { seconds: u64::from(STUCK_TICKS / TICKS_PER_CHECK) })
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Does what the scheduler says: first what workers wait for, then the records, so that they compute meanwhile.

@@ -1,5 +1,6 @@
 //! The thread that owns the iceoryx2 ports.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::thread::JoinHandle;
 
@@ -19,6 +20,8 @@ pub(super) enum Command {
     Forget(Ticket),
     /// The worker's process has ended: hand over what it sent, say so, then release what it held.
     Drain(WorkerId),
+    /// Answer, to show that the thread is not stuck.
+    Ping,
 }
 
 /// What the hub tells the loop.
@@ -28,6 +31,8 @@ pub(super) enum HubEvent {
     Refused(Refusal),
     /// Everything this ended worker sent has been handed over.
     Drained(WorkerId),
+    /// The answer to a ping.
+    Pong,
     /// Nothing can be exchanged any more.
     Failed(LinkError),
 }
@@ -54,7 +59,11 @@ impl Hub {
             Ok(port) => {
                 let link = HubLink::new(port, run);
                 let _ = ready.send(Ok(link.waker()));
-                serve(link, &received, &events);
+                let served = catch_unwind(AssertUnwindSafe(|| serve(link, &received, &events)));
+                if served.is_err() {
+                    // iceoryx2 panics on what it holds for impossible; its message is on standard error.
+                    let _ = events.send(Event::Hub(HubEvent::Failed(LinkError::Port(PortError::OrchestratorGone))));
+                }
             }
             Err(error) => {
                 let _ = ready.send(Err(error));
@@ -77,6 +86,11 @@ impl Hub {
         // A hub that has ended has said why, and the loop is about to read it.
         let _ = self.commands.as_ref().map(|commands| commands.send(command));
         (self.waker)();
+    }
+
+    /// Gives the thread up: it is stuck and cannot be waited for.
+    pub fn abandon(&mut self) {
+        self.thread = None;
     }
 }
 
@@ -120,6 +134,7 @@ fn exchange(
                 Err(error) => return Err(error),
             },
             Ok(Command::Forget(ticket)) => link.forget(ticket),
+            Ok(Command::Ping) => tell(HubEvent::Pong),
             Ok(Command::Drain(worker)) => {
                 take(link, tell)?;
                 tell(HubEvent::Drained(worker));

@@ -40,6 +40,12 @@ pub enum DispatchError {
     /// The connection to the workers, or a sample whose parameters cannot be sent.
     #[error("the connection to the workers failed")]
     Link(#[from] LinkError),
+    /// The thread that exchanges messages hangs.
+    #[error("no message could be exchanged for {seconds} s; what was recorded is kept, run again to go on")]
+    Stuck {
+        /// For how long.
+        seconds: u64,
+    },
     /// Workers do not start.
     #[error("{deaths} workers in a row ended before they asked for work; the last one said: {last_words}")]
     WorkersDoNotStart {

@@ -43,10 +43,13 @@ impl Progress {
         Self { total, started: now, display }
     }
 
-    /// Shows the present counts, if it is time to.
-    pub fn update(&mut self, tally: &Tally, now: Instant) {
+    /// Shows the present counts, if it is time to; `stale`: workers not heard of for a while.
+    pub fn update(&mut self, tally: &Tally, stale: usize, now: Instant) {
         let done = tally.done();
-        let message = message(tally, self.total, now.duration_since(self.started));
+        let mut message = message(tally, self.total, now.duration_since(self.started));
+        if stale > 0 {
+            message.push_str(&format!("; {stale} workers silent"));
+        }
         match &mut self.display {
             Display::Bar(bar) => {
                 bar.set_position(done);
@@ -61,6 +64,16 @@ impl Progress {
                     // Nobody reads: the study goes on.
                     let _ = writeln!(std::io::stderr(), "{message}");
                 }
+            }
+        }
+    }
+
+    /// Writes lines between the progress.
+    pub fn note(&self, text: &str) {
+        match &self.display {
+            Display::Bar(bar) => bar.println(text),
+            Display::Lines { .. } => {
+                let _ = writeln!(std::io::stderr(), "{text}");
             }
         }
     }

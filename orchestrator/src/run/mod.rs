@@ -92,7 +92,7 @@ pub fn run(request: &Request, samples: &Samples) -> Result<Finished, RunError> {
     let plan = samples.plan(Some(structure.basis().to_bytes()));
     let directory = RunDirectory::create(&request.out, samples.study())?;
     let plan_hash = plan.write(directory.path())?;
-    let provenance = provenance::provenance(samples, &plan_hash);
+    let provenance = provenance::provenance(samples, &plan_hash, plan.basis.as_deref());
     let mut ledger = Ledger::create(&directory.file(LEDGER), &provenance)?;
 
     let started = SystemTime::now();

@@ -6,7 +6,7 @@ use crate::results::SCHEMA_VERSION;
 use crate::study::Samples;
 
 /// Key-value pairs in fixed order.
-pub(super) fn provenance(samples: &Samples, plan_hash: &str) -> Vec<(String, String)> {
+pub(super) fn provenance(samples: &Samples, plan_hash: &str, basis: Option<&[u8]>) -> Vec<(String, String)> {
     let study = samples.study();
     let hash = |text: &str| blake3::hash(text.as_bytes()).to_hex().to_string();
     let mut pairs = vec![
@@ -22,6 +22,9 @@ pub(super) fn provenance(samples: &Samples, plan_hash: &str) -> Vec<(String, Str
         ("seed", study.seed.to_string()),
         ("samples", samples.count().to_string()),
     ];
+    if let Some(basis) = basis {
+        pairs.push(("basis_blake3", blake3::hash(basis).to_hex().to_string()));
+    }
     if let Some(points) = &study.points_text {
         pairs.push(("points_blake3", hash(points)));
     }

@@ -2,8 +2,8 @@
 
 use crate::dispatch::{Observer, SampleResult, Sink, SinkError};
 use crate::ledger::{Entry, Ledger, LedgerError};
-use crate::report::{Progress, Tally};
-use crate::schedule::Snapshot;
+use crate::report::{Progress, Tally, duration};
+use crate::schedule::{Activity, Snapshot, WorkerView};
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::Instant;
@@ -32,6 +32,21 @@ fn refused(error: LedgerError) -> SinkError {
     SinkError { what: "finished samples cannot be recorded".to_owned(), source: Some(Box::new(error)) }
 }
 
+/// What a worker is doing, in one line.
+fn describe(worker: &WorkerView) -> String {
+    let activity = match worker.activity {
+        Activity::Starting => "starting".to_owned(),
+        Activity::Idle => "idle".to_owned(),
+        Activity::Busy { sample: Some(sample), left } => format!("computing sample {sample}, {left} of its batch left"),
+        Activity::Busy { sample: None, left } => format!("has a batch, {left} left"),
+        Activity::Leaving => "leaving".to_owned(),
+        Activity::Gone => "died; the next one starts in a moment".to_owned(),
+    };
+    let pid = worker.pid.map(|pid| format!(" (process {pid})")).unwrap_or_default();
+    let silent = if worker.stale { ", silent" } else { "" };
+    format!("worker {}{pid}: {activity} for {}{silent}", worker.worker, duration(worker.since))
+}
+
 /// Shows how far the study is.
 #[derive(Debug)]
 pub(super) struct ProgressObserver {
@@ -40,7 +55,14 @@ pub(super) struct ProgressObserver {
 }
 
 impl Observer for ProgressObserver {
-    fn progress(&mut self, _snapshot: &Snapshot) {
-        self.progress.update(&self.tally.borrow(), Instant::now());
+    fn progress(&mut self, snapshot: &Snapshot) {
+        let stale = snapshot.workers.iter().filter(|worker| worker.stale).count();
+        self.progress.update(&self.tally.borrow(), stale, Instant::now());
+    }
+
+    fn asked(&mut self, snapshot: &Snapshot) {
+        for worker in &snapshot.workers {
+            self.progress.note(&describe(worker));
+        }
     }
 }

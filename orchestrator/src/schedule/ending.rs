@@ -28,11 +28,11 @@ impl Scheduler {
     fn begin_ending(&mut self, deadline: Duration, effects: &mut Vec<Effect>) {
         self.ending = Some(deadline);
         self.close_gone();
+        // Whoever is starting is told when it says hello: to kill it in the middle of making its memory is what the hub
+        // likes least.
         for at in 0..self.places.len() {
-            match self.places[at].state {
-                State::Idle => self.tell_to_stop(at, effects),
-                State::Starting { .. } => self.kill(at, KillReason::Ending, effects),
-                _ => {}
+            if matches!(self.places[at].state, State::Idle) {
+                self.tell_to_stop(at, effects);
             }
         }
     }

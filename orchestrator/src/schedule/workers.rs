@@ -57,7 +57,11 @@ impl Scheduler {
         match &mut self.places[at].state {
             State::Starting { greeted } if !*greeted => {
                 *greeted = true;
-                effects.push(Effect::Continue(worker));
+                if self.ending.is_some() {
+                    self.tell_to_stop(at, effects);
+                } else {
+                    effects.push(Effect::Continue(worker));
+                }
                 true
             }
             _ => {

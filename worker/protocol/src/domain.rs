@@ -21,7 +21,7 @@ use crate::ipc_domain;
 use crate::messages::RunId;
 
 /// Where iceoryx2 keeps memory on Linux.
-const SHM: &str = "/dev/shm";
+pub(crate) const SHM: &str = "/dev/shm";
 /// First part of every name of ours.
 const PRODUCT: &str = "bladeoff";
 /// Longest root and prefix together: what is left of 108 bytes beside iceoryx2's part of a socket's name.
@@ -239,7 +239,7 @@ fn sweep(base: &Path) {
         let Some(id) = entry.file_name().to_str().filter(|id| is_id(id)).map(str::to_owned) else { continue };
         let Ok(_lock) = lock(&root, FlockOperation::NonBlockingLockExclusive) else { continue };
         let address = Address { root, prefix: format!("{PRODUCT}_{id}_") };
-        if ipc_domain::release_dead(&address) {
+        if ipc_domain::is_deserted(&address) {
             let _ = remove_files(&address);
         }
     }

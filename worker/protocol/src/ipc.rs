@@ -120,6 +120,10 @@ pub(crate) fn config(address: &Address) -> Result<Config, PortError> {
     config.global.set_root_path(&Path::new(root).map_err(PortError::failed("setting the root of the domain"))?);
     config.global.prefix =
         FileName::new(address.prefix.as_bytes()).map_err(PortError::failed("setting the prefix of the domain"))?;
+    // Only the hub releases what dead workers held, when it has taken their last messages; all else is removed by name.
+    config.global.node.cleanup_dead_nodes_on_creation = false;
+    config.global.node.cleanup_dead_nodes_on_destruction = false;
+    config.global.service.cleanup_dead_nodes_on_open = false;
     Ok(config)
 }
 

@@ -17,3 +17,4 @@ mod ipc_worker;
 pub mod link;
 pub mod messages;
 pub mod transport;
+pub mod unfinished;

@@ -1,0 +1,31 @@
+//! The reference table that `bladeoff verify` prints.
+
+use bladeoff_core::verification::verify;
+
+#[test]
+fn every_reference_case_holds() {
+    let checks = verify();
+    for check in &checks {
+        println!(
+            "{:36} {:36} {:?} {} {:.1e} of {:.1e}",
+            check.case,
+            check.quantity,
+            check.ours,
+            check.reference,
+            check.error().unwrap_or(f64::NAN),
+            check.tolerance
+        );
+    }
+    let broken: Vec<_> = checks.iter().filter(|check| !check.holds()).collect();
+    assert!(broken.is_empty(), "{broken:#?}");
+    assert!((25..=60).contains(&checks.len()), "{}", checks.len());
+}
+
+#[test]
+fn the_table_would_notice_a_wrong_number() {
+    // each reference moved by a few tolerances no longer holds
+    for mut check in verify() {
+        check.reference *= 1.0 + 5.0 * check.tolerance;
+        assert!(!check.holds(), "{check:?}");
+    }
+}

@@ -1,0 +1,95 @@
+//! Maps: a value over two axes as colour, with its scale beside it.
+
+use super::style::{SMALL, TEXT, TITLE, tick, viridis};
+use super::{Figure, FigureError};
+use plotters::prelude::{ChartBuilder, Color, IntoFont, LineSeries, Rectangle, WHITE};
+
+/// Colours are drawn in so many steps, so that neighbours of one step become one rectangle.
+const LEVELS: f64 = 40.0;
+
+/// A map over evenly spaced columns and rows.
+pub(super) struct Map<'a> {
+    pub title: &'a str,
+    pub x_label: &'a str,
+    pub y_label: &'a str,
+    pub z_label: &'a str,
+    pub x_range: (f64, f64),
+    pub y_range: (f64, f64),
+    /// Values by column, then row.
+    pub columns: &'a [Vec<f64>],
+    pub z_range: (f64, f64),
+    /// Lines over the map: a name at its end, points.
+    pub lines: &'a [(String, Vec<(f64, f64)>)],
+}
+
+pub(super) fn map(map: &Map<'_>) -> Result<Figure, FigureError> {
+    Figure::draw((900, 470), |root| {
+        let root = root.titled(map.title, TITLE)?;
+        let (left, right) = root.split_horizontally(790);
+        let (x, y) = (map.x_range, map.y_range);
+        let mut chart = ChartBuilder::on(&left)
+            .margin(8)
+            .x_label_area_size(44)
+            .y_label_area_size(66)
+            .build_cartesian_2d(x.0..x.1, y.0..y.1)?;
+        let step = (x.1 - x.0) / map.columns.len().max(1) as f64;
+        let level = |value: f64| {
+            let share = (value - map.z_range.0) / (map.z_range.1 - map.z_range.0);
+            (share.clamp(0.0, 1.0) * LEVELS).round() / LEVELS
+        };
+        let mut cells = Vec::new();
+        for (at, column) in map.columns.iter().enumerate() {
+            let (from, to) = (x.0 + at as f64 * step, x.0 + (at + 1) as f64 * step);
+            let height = (y.1 - y.0) / column.len().max(1) as f64;
+            let mut row = 0;
+            for run in column.chunk_by(|a, b| level(*a) == level(*b)) {
+                let (low, high) = (y.0 + row as f64 * height, y.0 + (row + run.len()) as f64 * height);
+                cells.push(Rectangle::new([(from, low), (to, high)], viridis(level(run[0])).filled()));
+                row += run.len();
+            }
+        }
+        chart.draw_series(cells)?;
+        for (name, points) in map.lines {
+            chart.draw_series(LineSeries::new(points.iter().copied(), WHITE.stroke_width(1)))?;
+            if let Some(&last) = points.iter().rev().find(|point| point.1 < y.1) {
+                let place = (x.0 + 0.012 * (x.1 - x.0), points[0].1.min(last.1.max(points[0].1)));
+                let style = SMALL.into_font().color(&WHITE);
+                chart.draw_series([plotters::element::Text::new(name.clone(), place, style)])?;
+            }
+        }
+        chart
+            .configure_mesh()
+            .disable_mesh()
+            .x_labels(10)
+            .y_labels(8)
+            .x_label_formatter(&|value| tick(*value))
+            .y_label_formatter(&|value| tick(*value))
+            .label_style(SMALL.into_font())
+            .axis_desc_style(TEXT.into_font())
+            .x_desc(map.x_label)
+            .y_desc(map.y_label)
+            .draw()?;
+        let mut bar = ChartBuilder::on(&right)
+            .margin_top(8)
+            .margin_bottom(52)
+            .margin_right(34)
+            .y_label_area_size(56)
+            .build_cartesian_2d(0.0..1.0, map.z_range.0..map.z_range.1)?;
+        let height = (map.z_range.1 - map.z_range.0) / LEVELS;
+        let steps = (0..LEVELS as usize).map(|k| {
+            let low = map.z_range.0 + k as f64 * height;
+            Rectangle::new([(0.0, low), (1.0, low + height)], viridis(k as f64 / LEVELS).filled())
+        });
+        bar.draw_series(steps)?;
+        bar.configure_mesh()
+            .disable_mesh()
+            .disable_x_axis()
+            .y_labels(7)
+            .y_label_formatter(&|value| tick(*value))
+            .label_style(SMALL.into_font())
+            .axis_desc_style(TEXT.into_font())
+            .y_desc(map.z_label)
+            .draw()?;
+        Ok(())
+    })
+}

@@ -1,0 +1,160 @@
+//! Figures: SVG and PNG from one drawing code.
+//!
+//! ```text
+//! data -> a function of panels, orbit, heat, campbell, shapes, response, machine -> Figure (SVG text) -> .svg | .png
+//! ```
+//! plotters lays out and draws the SVG, resvg renders it to PNG; both measure and draw text with the font embedded here, so
+//! that no font of the system is needed and every machine draws the same picture. Colours tell apart with any kind of colour
+//! vision (Okabe-Ito for lines, viridis for maps).
+
+mod campbell;
+mod heat;
+mod machine;
+mod orbit;
+mod panels;
+mod response;
+mod shapes;
+mod spectrum;
+mod style;
+
+pub use campbell::campbell;
+pub use machine::machine;
+pub use orbit::orbits;
+pub use panels::{Line, Panel, panels};
+pub use response::unbalance_response;
+pub use shapes::{ring_shapes, rotor_shapes};
+pub use spectrum::{SpectrumError, order_map, spectrogram};
+pub use style::{COLOURS, Scale, plain_name};
+
+use crate::files::{FileError, write_whole};
+use bladeoff_core::linalg::EigenError;
+use plotters::coord::Shift;
+use plotters::drawing::DrawingAreaErrorKind;
+use plotters::prelude::{DrawingArea, FontStyle, IntoDrawingArea, SVGBackend, WHITE};
+use plotters::style::register_font;
+use resvg::{tiny_skia, usvg};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Once};
+
+/// DejaVu Sans, Latin and Greek (licence beside it).
+const FONT: &[u8] = include_bytes!("font/DejaVuSans-subset.ttf");
+/// Its name, and the name under which everything draws with it.
+const FAMILY: (&str, &str) = ("DejaVu Sans", "sans-serif");
+/// PNG pixels per SVG pixel.
+const PNG_SCALE: f32 = 2.0;
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+type DrawError = DrawingAreaErrorKind<io::Error>;
+
+/// A figure that cannot be made.
+#[derive(Debug, thiserror::Error)]
+pub enum FigureError {
+    /// The plotting library.
+    #[error("the figure cannot be drawn")]
+    Draw(#[source] DrawError),
+    /// The picture is no SVG that can be rendered.
+    #[error("the figure cannot be rendered")]
+    Render(#[source] usvg::Error),
+    /// The PNG encoder, or a picture without pixels.
+    #[error("the figure cannot be encoded as PNG ({width} x {height} pixels)")]
+    Encode {
+        /// Width.
+        width: u32,
+        /// Height.
+        height: u32,
+    },
+    /// The extension names no picture format.
+    #[error("{}: the extension of a figure is .svg or .png", path.display())]
+    Extension {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A mode problem.
+    #[error(transparent)]
+    Eigen(#[from] EigenError),
+    /// A spectrum.
+    #[error(transparent)]
+    Spectrum(#[from] SpectrumError),
+    /// A file.
+    #[error(transparent)]
+    File(#[from] FileError),
+}
+
+impl From<DrawError> for FigureError {
+    fn from(error: DrawError) -> Self {
+        FigureError::Draw(error)
+    }
+}
+
+/// A picture.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Figure {
+    svg: String,
+    size: (u32, u32),
+}
+
+impl Figure {
+    /// Draws on a white area.
+    fn draw(size: (u32, u32), draw: impl FnOnce(&Area<'_>) -> Result<(), FigureError>) -> Result<Self, FigureError> {
+        static FONTS: Once = Once::new();
+        FONTS.call_once(|| {
+            if register_font(FAMILY.1, FontStyle::Normal, FONT).is_err() {
+                unreachable!("the embedded font is a font");
+            }
+        });
+        let mut svg = String::new();
+        {
+            let area = SVGBackend::with_string(&mut svg, size).into_drawing_area();
+            area.fill(&WHITE)?;
+            draw(&area)?;
+            area.present()?;
+        }
+        Ok(Self { svg, size })
+    }
+
+    /// The SVG text.
+    #[must_use]
+    pub fn svg(&self) -> &str {
+        &self.svg
+    }
+
+    /// The bytes of a PNG.
+    ///
+    /// # Errors
+    /// [`FigureError::Render`], [`FigureError::Encode`].
+    pub fn png(&self) -> Result<Vec<u8>, FigureError> {
+        let mut fonts = usvg::fontdb::Database::new();
+        fonts.load_font_data(FONT.to_vec());
+        fonts.set_sans_serif_family(FAMILY.0);
+        let options = usvg::Options { fontdb: Arc::new(fonts), ..usvg::Options::default() };
+        let tree = usvg::Tree::from_str(&self.svg, &options).map_err(FigureError::Render)?;
+        let (width, height) = ((self.size.0 as f32 * PNG_SCALE) as u32, (self.size.1 as f32 * PNG_SCALE) as u32);
+        let failed = || FigureError::Encode { width, height };
+        let mut pixels = tiny_skia::Pixmap::new(width, height).ok_or_else(failed)?;
+        resvg::render(&tree, tiny_skia::Transform::from_scale(PNG_SCALE, PNG_SCALE), &mut pixels.as_mut());
+        pixels.encode_png().map_err(|_| failed())
+    }
+
+    /// Writes the figure in the format of the file's extension.
+    ///
+    /// # Errors
+    /// See [`FigureError`].
+    pub fn write(&self, path: &Path) -> Result<(), FigureError> {
+        let bytes = match path.extension().and_then(|extension| extension.to_str()) {
+            Some("svg") => self.svg.clone().into_bytes(),
+            Some("png") => self.png()?,
+            _ => return Err(FigureError::Extension { path: path.to_path_buf() }),
+        };
+        Ok(write_whole(path, &bytes)?)
+    }
+
+    /// Writes `NAME.svg` and `NAME.png` into a directory.
+    ///
+    /// # Errors
+    /// See [`FigureError`].
+    pub fn write_both(&self, directory: &Path, name: &str) -> Result<(), FigureError> {
+        self.write(&directory.join(format!("{name}.svg")))?;
+        self.write(&directory.join(format!("{name}.png")))
+    }
+}

@@ -1,0 +1,143 @@
+//! The orbit of the rotor centre inside the clearance of the deformed ring, at chosen instants.
+//!
+//! Drawn in the plane of the rotor centre: the clearance is `gap + v(alpha)`, the gap plus the ring's radial displacement, and
+//! the rotor touches where its centre reaches it. Both on one scale: the radii themselves would hide millimetres in metres.
+
+use super::style::{GREY, GRID, SMALL, TEXT, TITLE, Scale, tick};
+use super::{Area, COLOURS, Figure, FigureError};
+use crate::history::History;
+use plotters::prelude::{ChartBuilder, Circle, Color, IntoFont, LineSeries, PathElement, SeriesLabelPosition, BLACK, WHITE};
+use std::f64::consts::PI;
+
+/// One picture of 330 px for each instant.
+const SIZE: u32 = 330;
+
+/// Draws the orbit of the last whole turn before each instant [s]. Without ring channels the ring is drawn undeformed,
+/// without geometry (CSV) not at all. `None` if the history has no rotor place at the contact.
+///
+/// # Errors
+/// The plotting library failed.
+pub fn orbits(history: &History, instants: &[f64]) -> Result<Option<Figure>, FigureError> {
+    let (Some(x), Some(y)) = (history.channel("contact.rotor_x_m"), history.channel("contact.rotor_y_m")) else {
+        return Ok(None);
+    };
+    let (x, y) = (&x.values, &y.values);
+    let columns = instants.len().clamp(1, 3) as u32;
+    let rows = (instants.len().max(1) as u32).div_ceil(columns);
+    let gap = history.number("contact.gap_m");
+    let reach = x.iter().zip(y).map(|(x, y)| x.hypot(*y)).fold(gap.unwrap_or(0.0), f64::max) * 1.12;
+    let reach = if reach > 0.0 { reach } else { 1.0 };
+    let scale = Scale::of("m", reach);
+    let size = (columns * SIZE, 40 + rows * (SIZE + 10));
+    let figure = Figure::draw(size, |root| {
+        let title = "Rotor centre inside the clearance of the deformed ring";
+        let root = root.titled(title, TITLE)?;
+        for (area, &instant) in root.split_evenly((rows as usize, columns as usize)).iter().zip(instants) {
+            let turn = last_turn(history, instant);
+            let orbit: Vec<(f64, f64)> = turn.clone().map(|k| (x[k] * scale.factor, y[k] * scale.factor)).collect();
+            let ring = gap.map(|gap| clearance(history, turn.end.saturating_sub(1), gap, scale.factor));
+            draw(area, instant, &orbit, ring.as_deref(), gap.map(|gap| gap * scale.factor), reach * scale.factor, &scale)?;
+        }
+        Ok(())
+    })?;
+    Ok(Some(figure))
+}
+
+/// Records of the last whole turn of the shaft before an instant; of the last tenth of the history without its angle.
+fn last_turn(history: &History, instant: f64) -> std::ops::Range<usize> {
+    let end = history.time.partition_point(|time| *time <= instant).max(1).min(history.time.len());
+    let start = match history.channel("rotor.angle_rad") {
+        Some(angle) => {
+            let from = angle.values[end - 1] - 2.0 * PI;
+            angle.values[..end].partition_point(|angle| *angle < from)
+        }
+        None => end.saturating_sub(history.time.len() / 10),
+    };
+    start..end
+}
+
+/// Points of the clearance, closed.
+fn clearance(history: &History, at: usize, gap: f64, factor: f64) -> Vec<(f64, f64)> {
+    let mut radial: Vec<f64> = (0..)
+        .map_while(|node| history.channel(&format!("ring.radial{node:03}_m")).map(|series| series.values[at]))
+        .collect();
+    if radial.is_empty() {
+        radial = vec![0.0; 72];
+    }
+    // smooth between nodes: a Catmull-Rom curve through them
+    let count = radial.len();
+    let value = |k: usize| radial[k % count];
+    let mut points = Vec::new();
+    for node in 0..count {
+        for part in 0..6 {
+            let t = f64::from(part) / 6.0;
+            let (a, b, c, d) = (value(node + count - 1), value(node), value(node + 1), value(node + 2));
+            let v = b + 0.5 * t * (c - a + t * (2.0 * a - 5.0 * b + 4.0 * c - d + t * (3.0 * (b - c) + d - a)));
+            let angle = 2.0 * PI * (node as f64 + t) / count as f64;
+            points.push(((gap + v) * factor * angle.cos(), (gap + v) * factor * angle.sin()));
+        }
+    }
+    points.push(points[0]);
+    points
+}
+
+fn draw(
+    area: &Area<'_>,
+    instant: f64,
+    orbit: &[(f64, f64)],
+    ring: Option<&[(f64, f64)]>,
+    gap: Option<f64>,
+    reach: f64,
+    scale: &Scale,
+) -> Result<(), FigureError> {
+    let mut chart = ChartBuilder::on(area)
+        .margin(8)
+        .caption(format!("t = {} s", tick(instant)), TEXT)
+        .x_label_area_size(38)
+        .y_label_area_size(46)
+        .build_cartesian_2d(-reach..reach, -reach..reach)?;
+    chart
+        .configure_mesh()
+        .light_line_style(WHITE)
+        .bold_line_style(GRID)
+        .x_labels(5)
+        .y_labels(5)
+        .x_label_formatter(&|value| tick(*value))
+        .y_label_formatter(&|value| tick(*value))
+        .label_style(SMALL.into_font())
+        .axis_desc_style(TEXT.into_font())
+        .x_desc(scale.label("x"))
+        .y_desc(scale.label("y"))
+        .draw()?;
+    let legend = |colour: plotters::style::RGBColor| {
+        move |(x, y)| PathElement::new([(x, y), (x + 14, y)], colour.stroke_width(3))
+    };
+    if let Some(gap) = gap {
+        let circle = (0..=180).map(|k| 2.0 * PI * f64::from(k) / 180.0).map(|a| (gap * a.cos(), gap * a.sin()));
+        chart.draw_series(LineSeries::new(circle, GREY.stroke_width(1)))?.label("gap at rest").legend(legend(GREY));
+    }
+    if let Some(ring) = ring {
+        let colour = COLOURS[1];
+        chart
+            .draw_series(LineSeries::new(ring.iter().copied(), colour.stroke_width(2)))?
+            .label("clearance")
+            .legend(legend(colour));
+    }
+    let colour = COLOURS[0];
+    chart
+        .draw_series(LineSeries::new(orbit.iter().copied(), colour.stroke_width(2)))?
+        .label("last turn")
+        .legend(legend(colour));
+    if let Some(&last) = orbit.last() {
+        chart.draw_series([Circle::new(last, 4, colour.filled())])?;
+    }
+    chart
+        .configure_series_labels()
+        .position(SeriesLabelPosition::MiddleMiddle)
+        .background_style(WHITE.mix(0.7))
+        .border_style(BLACK.mix(0.15))
+        .label_font(SMALL.into_font())
+        .legend_area_size(20)
+        .draw()?;
+    Ok(())
+}

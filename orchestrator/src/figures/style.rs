@@ -1,0 +1,141 @@
+//! Colours, numbers on axes, and the unit a reader wants to see.
+
+use plotters::style::RGBColor;
+
+/// Okabe-Ito, without its yellow, which is too light for lines.
+pub const COLOURS: [RGBColor; 7] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(86, 180, 233),
+    RGBColor(230, 159, 0),
+    RGBColor(0, 0, 0),
+];
+/// Grid and quiet lines.
+pub(super) const GREY: RGBColor = RGBColor(150, 150, 150);
+/// Bold grid lines.
+pub(super) const GRID: RGBColor = RGBColor(222, 222, 222);
+
+/// Text sizes [px].
+pub(super) const TITLE: (&str, u32) = ("sans-serif", 17);
+pub(super) const TEXT: (&str, u32) = ("sans-serif", 13);
+pub(super) const SMALL: (&str, u32) = ("sans-serif", 12);
+
+/// Factor and name that turn SI values into readable ones.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scale {
+    /// Multiplies the SI value.
+    pub factor: f64,
+    /// The unit shown.
+    pub unit: String,
+}
+
+impl Scale {
+    /// For values of an SI unit whose largest size is `largest`.
+    #[must_use]
+    pub fn of(unit: &str, largest: f64) -> Self {
+        let shown = match unit {
+            "rad/s" => return Self { factor: 30.0 / std::f64::consts::PI, unit: "rpm".to_owned() },
+            "rad" => return Self { factor: 180.0 / std::f64::consts::PI, unit: "°".to_owned() },
+            "N m" => "N·m",
+            "m" | "N" | "Pa" | "J" | "s" | "Hz" => unit,
+            _ => return Self { factor: 1.0, unit: unit.to_owned() },
+        };
+        let prefixes = [(1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n")];
+        // lengths and times have no kilo and mega on a drawing
+        let at_most = if matches!(unit, "m" | "s") { 1.0 } else { 1e9 };
+        let (size, prefix) = prefixes
+            .into_iter()
+            .find(|(size, _)| *size <= at_most && largest.abs() >= *size)
+            .unwrap_or(if largest == 0.0 { (1.0, "") } else { (1e-9, "n") });
+        Self { factor: 1.0 / size, unit: format!("{prefix}{shown}") }
+    }
+
+    /// "gap [mm]".
+    #[must_use]
+    pub fn label(&self, name: &str) -> String {
+        if self.unit.is_empty() { name.to_owned() } else { format!("{name} [{}]", self.unit) }
+    }
+}
+
+/// A number on an axis: four significant digits at most, no trailing zeros.
+pub(super) fn tick(value: f64) -> String {
+    if value.abs() < 1e-12 {
+        return "0".to_owned();
+    }
+    let size = value.abs();
+    if !(1e-3..1e6).contains(&size) {
+        return format!("{value:.1e}").replace('-', "−");
+    }
+    let decimals = (3 - size.log10().floor() as i32).clamp(0, 6) as usize;
+    let text = format!("{value:.decimals$}");
+    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    text.replace('-', "−")
+}
+
+/// Name of a channel as a person reads it: `bearing.front.load_N` -> "bearing front load".
+#[must_use]
+pub fn plain_name(channel: &str, unit: &str) -> String {
+    let suffix = format!("_{}", unit.replace(' ', "").replace('/', "_"));
+    channel.strip_suffix(&suffix).unwrap_or(channel).replace(['.', '_'], " ")
+}
+
+/// A range with some room around the values; never empty.
+pub(super) fn roomy(values: impl Iterator<Item = f64>, room: f64) -> (f64, f64) {
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for value in values.filter(|value| value.is_finite()) {
+        low = low.min(value);
+        high = high.max(value);
+    }
+    if low > high {
+        return (0.0, 1.0);
+    }
+    let width = high - low;
+    let pad = if width > 1e-9 * high.abs().max(low.abs()) { room * width } else { 0.5 * high.abs().max(1e-9) };
+    (low - pad, high + pad)
+}
+
+/// Viridis at 0..=1.
+pub(super) fn viridis(share: f64) -> RGBColor {
+    const STOPS: [(f64, f64, f64); 9] = [
+        (68.0, 1.0, 84.0),
+        (71.0, 44.0, 122.0),
+        (59.0, 81.0, 139.0),
+        (44.0, 113.0, 142.0),
+        (33.0, 144.0, 141.0),
+        (39.0, 173.0, 129.0),
+        (92.0, 200.0, 99.0),
+        (170.0, 220.0, 50.0),
+        (253.0, 231.0, 37.0),
+    ];
+    let place = share.clamp(0.0, 1.0) * (STOPS.len() - 1) as f64;
+    let from = (place as usize).min(STOPS.len() - 2);
+    let t = place - from as f64;
+    let mix = |a: f64, b: f64| (a + t * (b - a)).round() as u8;
+    let (a, b) = (STOPS[from], STOPS[from + 1]);
+    RGBColor(mix(a.0, b.0), mix(a.1, b.1), mix(a.2, b.2))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_on_axes_are_short() {
+        for (value, text) in
+            [(0.30000000000000004, "0.3"), (1500.0, "1500"), (-0.25, "−0.25"), (0.0, "0"), (2.5e-7, "2.5e−7"), (12.0, "12")]
+        {
+            assert_eq!(tick(value), text);
+        }
+    }
+
+    #[test]
+    fn units_are_those_a_reader_wants() {
+        assert_eq!(Scale::of("N", 1.3e6).label("bearing load"), "bearing load [MN]");
+        assert_eq!(Scale::of("m", 8e-3).label("gap"), "gap [mm]");
+        assert_eq!(Scale::of("rad/s", 157.0).unit, "rpm");
+        assert_eq!(Scale::of("m", 5.0).unit, "m");
+        assert_eq!(plain_name("bearing.front.load_N", "N"), "bearing front load");
+    }
+}
