@@ -68,3 +68,26 @@ fn complete_basis_gives_the_full_engine_s_numbers() {
         println!("complete basis, {name}: {error:.1e}");
     }
 }
+
+#[test]
+fn the_residual_completes_the_static_flexibility() {
+    for (name, bound) in [("lab_rig", 0.001), ("lp_turbine", 0.01)] {
+        let machine = study_machine(name);
+        let machine = machine_with(&machine, &[]);
+        let structure = bladeoff_core::structure::Structure::build(&machine, None).expect("buildable");
+        let ring = structure.rings[0].as_ref().expect("flexible");
+        let residual = ring.residual.as_ref().expect("modes are left out");
+        let flexibility = bladeoff_core::linalg::spd_inverse(&ring.matrices.stiffness).expect("clamped");
+        let omega_squared = &structure.basis().rings[0].omega_squared;
+        let mut largest: f64 = 0.0;
+        for node in 0..ring.matrices.nodes {
+            let radial = 4 * node + 2;
+            let row = ring.part.coordinates.row(radial);
+            let kept: f64 = row.iter().zip(omega_squared).map(|(phi, square)| phi * phi / square).sum();
+            let (full, left_out) = (flexibility[(radial, radial)], residual[(radial, radial)]);
+            assert!(((kept + left_out) / full - 1.0).abs() < 1e-9, "node {node}");
+            largest = largest.max(left_out / full);
+        }
+        assert!(largest > bound, "{name}: the modes left out matter: {largest}");
+    }
+}

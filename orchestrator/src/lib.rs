@@ -9,6 +9,7 @@ pub mod design;
 pub mod dispatch;
 pub mod engine;
 pub mod files;
+pub mod figures;
 pub mod history;
 pub mod ledger;
 pub mod report;

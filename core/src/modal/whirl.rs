@@ -156,11 +156,22 @@ impl Lateral {
             .map(|(j, &[re, im])| WhirlMode {
                 frequency: im,
                 damping_ratio: -re / re.hypot(im),
-                whirl: self.sense(j, &found.real, &found.imaginary),
+                whirl: if self.plane_motion(speed) {
+                    Whirl::Planar
+                } else {
+                    self.sense(j, &found.real, &found.imaginary)
+                },
             })
             .collect();
         modes.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
         Ok(modes)
+    }
+
+    /// Whether nothing turns the motion: at rest, and no skew or cross-coupled bearing term. The two modes of an isotropic
+    /// pair may then be combined at will, and an eigenvector's sense is an accident.
+    fn plane_motion(&self, speed: f64) -> bool {
+        speed == 0.0
+            && self.rotor.bearings.iter().all(|b| b.skew == 0.0 && b.damping[0][1] == 0.0 && b.damping[1][0] == 0.0)
     }
 
     /// Forward whirl carries x towards y: `v = -i u`, so that `Im(conj(u) v) < 0`.

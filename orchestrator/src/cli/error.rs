@@ -3,6 +3,7 @@
 use super::exit::Exit;
 use super::replay::ReplayError;
 use crate::engine::EngineError;
+use crate::figures::FigureError;
 use crate::files::FileError;
 use crate::history::HistoryError;
 use crate::ledger::LedgerError;
@@ -50,6 +51,9 @@ pub enum CliError {
     /// The record of finished samples.
     #[error(transparent)]
     Ledger(#[from] LedgerError),
+    /// A figure.
+    #[error(transparent)]
+    Figure(#[from] FigureError),
     /// A history.
     #[error(transparent)]
     History(#[from] HistoryError),
@@ -113,7 +117,9 @@ impl CliError {
                 | HistoryError::Number { .. }
                 | HistoryError::NothingToRecover { .. },
             )
+            | CliError::Figure(FigureError::Extension { .. } | FigureError::Spectrum(_) | FigureError::Eigen(_))
             | CliError::Replay(_) => Exit::Input,
+            CliError::Figure(_) => Exit::Io,
             CliError::History(_) => Exit::Io,
             CliError::Table(TableError::Version { .. }) => Exit::Input,
             CliError::Table(_) | CliError::File(_) | CliError::Ledger(_) | CliError::Stdout { .. } => Exit::Io,

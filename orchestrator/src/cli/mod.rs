@@ -11,6 +11,7 @@ mod modes;
 mod new;
 mod output;
 mod paths;
+mod plot;
 mod recover;
 mod render;
 mod replay;
@@ -47,6 +48,7 @@ enum Command {
     Export(export::Args),
     Verify(verify::Args),
     Replay(replay::Args),
+    Plot(plot::Args),
     Recover(recover::Args),
 }
 
@@ -78,6 +80,7 @@ fn dispatch(command: Command) -> Exit {
         Command::Export(args) => export::main(&args),
         Command::Verify(args) => verify::main(&args),
         Command::Replay(args) => replay::main(&args),
+        Command::Plot(args) => plot::main(&args),
         Command::Recover(args) => recover::main(&args),
     };
     result.unwrap_or_else(|error| {

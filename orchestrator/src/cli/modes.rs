@@ -4,14 +4,17 @@ use super::error::CliError;
 use super::exit::Exit;
 use super::json::{JsonObject, number, quoted};
 use super::machine::{MachineArgs, build};
-use super::output::print;
+use super::output::{print, remark};
+use super::plot::save;
 use crate::engine;
+use crate::figures::{self, Figure, campbell, ring_shapes, rotor_shapes, unbalance_response};
 use crate::report::{Align, TextTable};
 use bladeoff_core::document::units::{format_digits, parse_bare_or_quantity};
 use bladeoff_core::machine::Machine;
 use bladeoff_core::modal::ModesReport;
 use std::f64::consts::PI;
 use std::fmt::Write;
+use std::path::PathBuf;
 
 /// Whirl frequencies and damping, critical speeds, ring frequencies
 ///
@@ -22,7 +25,8 @@ use std::fmt::Write;
 #[command(after_help = "Examples:
   bladeoff modes studies/machines/lp_turbine.toml
   bladeoff modes studies/machines/lp_turbine.toml --speed 0 --speed \"1500 rpm\"
-  bladeoff modes studies/machines/lab_rig.toml --set rotor.bearings.left.stiffness=\"1e6 N/m\" --json")]
+  bladeoff modes studies/machines/lab_rig.toml --set rotor.bearings.left.stiffness=\"1e6 N/m\" --json
+  bladeoff modes studies/machines/lp_turbine.toml --figures figures")]
 pub struct Args {
     #[command(flatten)]
     machine: MachineArgs,
@@ -38,6 +42,10 @@ pub struct Args {
     /// Print JSON: frequencies in Hz, speeds in rad/s
     #[arg(long)]
     json: bool,
+
+    /// Also draw into this directory, as SVG and PNG: Campbell diagram, mode shapes, unbalance response, the machine to scale
+    #[arg(long, value_name = "DIR")]
+    figures: Option<PathBuf>,
 }
 
 /// Runs the subcommand.
@@ -46,7 +54,28 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let speeds = speeds(args, &machine)?;
     let report = engine::modes(&machine, &speeds)?;
     print(&if args.json { json(&machine, &report) } else { text(&machine, &report, args.count) })?;
+    if let Some(directory) = &args.figures {
+        remark(save(&figures(&machine)?, directory)?.trim_end());
+    }
     Ok(Exit::Ok)
+}
+
+/// The figures of a machine that exist for it.
+fn figures(machine: &Machine) -> Result<Vec<(String, Figure)>, CliError> {
+    let structure = engine::build(machine)?;
+    // up to the initial speed or the third critical speed, with some room
+    let critical = engine::modes(machine, &[])?.critical_speeds;
+    let third = critical.get(2).or(critical.last()).map_or(0.0, |critical| critical.speed);
+    let top = 1.2 * machine.rotor.initial_speed.max(third);
+    let mut all = vec![("campbell".to_owned(), campbell(machine, top)?)];
+    let drawn = [
+        ("machine", figures::machine(machine)?),
+        ("mode-shapes", rotor_shapes(machine, &structure)?),
+        ("ring-modes", ring_shapes(machine, &structure)?),
+        ("unbalance-response", unbalance_response(machine, top)?),
+    ];
+    all.extend(drawn.into_iter().filter_map(|(name, figure)| Some((name.to_owned(), figure?))));
+    Ok(all)
 }
 
 fn speeds(args: &Args, machine: &Machine) -> Result<Vec<f64>, CliError> {

@@ -5,8 +5,7 @@ use super::{Area, COLOURS, Figure, FigureError};
 use plotters::prelude::{
     BLACK, ChartBuilder, Color, IntoFont, LineSeries, PathElement, RGBColor, SeriesLabelPosition, WHITE,
 };
-use plotters::element::{Circle, EmptyElement};
-use plotters::prelude::PointSeries;
+use plotters::element::Circle;
 
 /// One line.
 #[derive(Debug, Clone, PartialEq)]
@@ -69,6 +68,17 @@ pub fn panels(title: &str, x_label: &str, panels: &[Panel]) -> Result<Figure, Fi
     })
 }
 
+/// Draws one tall panel.
+///
+/// # Errors
+/// The plotting library failed.
+pub(super) fn tall(title: &str, x_label: &str, panel: &Panel, x_range: (f64, f64)) -> Result<Figure, FigureError> {
+    Figure::draw((WIDTH, 560), |root| {
+        let root = root.titled(title, TITLE)?;
+        draw(&root, panel, x_range, Some(x_label))
+    })
+}
+
 fn draw(area: &Area<'_>, panel: &Panel, x_range: (f64, f64), x_label: Option<&str>) -> Result<(), FigureError> {
     let values = panel.lines.iter().flat_map(|line| &line.points).map(|point| point.1);
     let (low, high) = panel.y_range.unwrap_or_else(|| roomy(values, 0.06));
@@ -100,8 +110,7 @@ fn draw(area: &Area<'_>, panel: &Panel, x_range: (f64, f64), x_label: Option<&st
         let colour = line.colour.unwrap_or(COLOURS[at % COLOURS.len()]);
         let points = if panel.thin { thinned(&line.points, x_range, (WIDTH - 100) as usize) } else { line.points.clone() };
         let drawn = if line.dots {
-            let dot = |at: (f64, f64), size, style| EmptyElement::at(at) + Circle::new((0, 0), size, style);
-            chart.draw_series(PointSeries::of_element(points, 2, colour.filled(), &dot))?
+            chart.draw_series(points.into_iter().map(|point| Circle::new(point, 2, colour.filled())))?
         } else {
             chart.draw_series(LineSeries::new(points, colour.stroke_width(1)))?
         };

@@ -14,6 +14,7 @@ use std::fs::{self, File, OpenOptions, Permissions};
 use std::io;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 use rustix::fs::FlockOperation;
 
@@ -29,6 +30,10 @@ const LONGEST_ADDRESS: usize = 65;
 /// Free memory wanted in /dev/shm: several times what was measured, 90 kB per worker and next to nothing besides.
 const BASE_BYTES: u64 = 4 << 20;
 const WORKER_BYTES: u64 = 256 << 10;
+
+/// Making or removing a domain takes milliseconds; who holds the base for longer is stopped.
+const LOCK_PATIENCE: Duration = Duration::from_secs(15);
+const LOCK_PAUSE: Duration = Duration::from_millis(10);
 
 /// What a process needs to find a domain.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -72,6 +77,12 @@ pub enum DomainError {
         owner: u32,
         /// Its mode.
         mode: u32,
+    },
+    /// Another run makes or removes its domain, and does not come to an end.
+    #[error("another run has held {} for {} s; is it stopped?", path.display(), LOCK_PATIENCE.as_secs())]
+    BaseLocked {
+        /// The directory.
+        path: PathBuf,
     },
     /// Socket paths would be too long.
     #[error("{} is too long for Unix sockets: with the prefix {length} bytes, at most {LONGEST_ADDRESS}", path.display())]
@@ -144,7 +155,7 @@ impl Domain {
         }
         let root = &address.root;
         fs::DirBuilder::new().mode(0o700).create(root).map_err(io_error("creating", root))?;
-        let lock = lock(root, FlockOperation::NonBlockingLockExclusive)?;
+        let lock = lock(root)?;
         drop(base_lock);
         Ok(Self { address, run, base: base.to_owned(), _lock: lock, is_open: true })
     }
@@ -223,12 +234,25 @@ fn open_base(base: &Path) -> Result<File, DomainError> {
     if mode & 0o077 != 0 {
         fs::set_permissions(base, Permissions::from_mode(0o700)).map_err(io_error("closing to others", base))?;
     }
-    lock(base, FlockOperation::LockExclusive)
+    let start = Instant::now();
+    loop {
+        match lock(base) {
+            Err(DomainError::Io { source, .. }) if source.kind() == io::ErrorKind::WouldBlock => {
+                if start.elapsed() >= LOCK_PATIENCE {
+                    return Err(DomainError::BaseLocked { path: base.to_owned() });
+                }
+                std::thread::sleep(LOCK_PAUSE);
+            }
+            locked => return locked,
+        }
+    }
 }
 
-fn lock(dir: &Path, operation: FlockOperation) -> Result<File, DomainError> {
+/// Locks a directory for as long as the result lives; does not wait.
+fn lock(dir: &Path) -> Result<File, DomainError> {
     let file = File::open(dir).map_err(io_error("opening", dir))?;
-    rustix::fs::flock(&file, operation).map_err(|errno| io_error("locking", dir)(errno.into()))?;
+    rustix::fs::flock(&file, FlockOperation::NonBlockingLockExclusive)
+        .map_err(|errno| io_error("locking", dir)(errno.into()))?;
     Ok(file)
 }
 
@@ -237,7 +261,7 @@ fn sweep(base: &Path) {
     for entry in fs::read_dir(base).into_iter().flatten().flatten() {
         let root = entry.path();
         let Some(id) = entry.file_name().to_str().filter(|id| is_id(id)).map(str::to_owned) else { continue };
-        let Ok(_lock) = lock(&root, FlockOperation::NonBlockingLockExclusive) else { continue };
+        let Ok(_lock) = lock(&root) else { continue };
         let address = Address { root, prefix: format!("{PRODUCT}_{id}_") };
         if ipc_domain::is_deserted(&address) {
             let _ = remove_files(&address);

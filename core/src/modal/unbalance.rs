@@ -1,0 +1,113 @@
+//! Steady response to unbalance over speed.
+//!
+//! ```text
+//! [K + K_skew - W^2 M + i W (C + W G)] X = F,   F_u = m d W^2 e^{i a},  F_v = -i F_u
+//! ```
+//! Source: the synchronous part of the equations of motion at constant speed; the same system starts a run with residual
+//! unbalance ([`crate::transient`]), which `tests/linear_rotors.rs` holds against the reference. The unbalance masses are not
+//! in M (except of a point mass, which may have no other). Verified by `a_jeffcott_rotor_responds_in_closed_form`.
+
+use crate::linalg::{Matrix, Vector, solve};
+use crate::machine::{Machine, RotorKind};
+use crate::rotor::{RotorMatrices, UnbalanceSite};
+
+/// Response at one speed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UnbalanceResponse {
+    /// Speed [rad/s].
+    pub speed: f64,
+    /// Largest displacement over a turn at each node (major half axis of its orbit) [m].
+    pub nodes: Vec<f64>,
+    /// Largest load of each bearing over a turn [N].
+    pub bearings: Vec<f64>,
+}
+
+/// Largest norm over a turn of the vector `(Re(x e^{i psi}), Re(y e^{i psi}))`.
+fn major(x: [f64; 2], y: [f64; 2]) -> f64 {
+    let sum = 0.5 * (x[0] * x[0] + x[1] * x[1] + y[0] * y[0] + y[1] * y[1]);
+    // |sum of squares of the complex amplitudes|
+    let re = x[0] * x[0] - x[1] * x[1] + y[0] * y[0] - y[1] * y[1];
+    let im = 2.0 * (x[0] * x[1] + y[0] * y[1]);
+    (sum + 0.5 * (re * re + im * im).sqrt()).sqrt()
+}
+
+/// Responses at speeds [rad/s] to all unbalances of the machine; a speed at which the system is singular (undamped critical
+/// speed) is left out.
+#[must_use]
+pub fn unbalance_response(machine: &Machine, speeds: &[f64]) -> Vec<UnbalanceResponse> {
+    let rotor = RotorMatrices::assemble(&machine.rotor);
+    let sites: Vec<UnbalanceSite> = machine.rotor.unbalances.iter().map(UnbalanceSite::new).collect();
+    let mut mass = rotor.mass.clone();
+    if matches!(machine.rotor.kind, RotorKind::PointMass(_)) {
+        for site in &sites {
+            for dof in rotor.plane_places(site.node) {
+                mass[(dof, dof)] += site.mass;
+            }
+        }
+    }
+    let (stiffness, gyroscopic) = (&rotor.stiffness + rotor.skew_stiffness(), rotor.gyroscopic());
+    let size = rotor.lateral_size();
+    let respond = |&speed: &f64| {
+        let mut force = Vector::zeros(2 * size);
+        for site in &sites {
+            let (sin, cos) = libm::sincos(site.phase);
+            let amplitude = site.mass * site.radius * speed * speed;
+            let [u, v] = rotor.plane_places(site.node);
+            force[u] += amplitude * cos;
+            force[size + u] += amplitude * sin;
+            force[v] += amplitude * sin;
+            force[size + v] -= amplitude * cos;
+        }
+        let dynamic = &stiffness - &mass * (speed * speed);
+        let velocity = (&rotor.damping + &gyroscopic * speed) * speed;
+        let mut system = Matrix::zeros(2 * size, 2 * size);
+        system.view_mut((0, 0), (size, size)).copy_from(&dynamic);
+        system.view_mut((size, size), (size, size)).copy_from(&dynamic);
+        system.view_mut((0, size), (size, size)).copy_from(&(-&velocity));
+        system.view_mut((size, 0), (size, size)).copy_from(&velocity);
+        let x = solve(&system, &force)?;
+        let at = |dof: usize| [x[dof], x[size + dof]];
+        let nodes = (0..rotor.nodes).map(|node| rotor.plane_places(node).map(at)).map(|[u, v]| major(u, v)).collect();
+        let load = |bearing: &crate::rotor::BearingSite| {
+            let [u, v] = rotor.plane_places(bearing.node).map(at);
+            // K x + C x', x' = i W x, real and imaginary parts apart
+            let real = bearing.load([u[0], v[0]], [-speed * u[1], -speed * v[1]]);
+            let imaginary = bearing.load([u[1], v[1]], [speed * u[0], speed * v[0]]);
+            major([real[0], imaginary[0]], [real[1], imaginary[1]])
+        };
+        Some(UnbalanceResponse { speed, nodes, bearings: rotor.bearings.iter().map(load).collect() })
+    };
+    speeds.iter().filter_map(respond).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::machine::MachineDef;
+
+    /// m = 1 (0.9 and an unbalance of 0.1), k = 4, c = 0.2: |X| = m_u d W^2/|k - W^2 + i W c|.
+    #[test]
+    fn a_jeffcott_rotor_responds_in_closed_form() {
+        let text = "schema = 1\nname = \"jeffcott\"\n[rotor]\nkind = \"point-mass\"\nmass = 0.9\npolar_inertia = 1.0\n\
+            initial_speed = 1.0\n[rotor.bearings.support]\nstiffness = 4.0\ndamping = 0.2\n\
+            [rotor.unbalances.blade]\nmass = 0.1\nradius = 0.3\nphase = 0.7\n[run]\nend_time = 1.0\n";
+        let machine = MachineDef::parse("test.toml", text).expect("valid").build().expect("valid");
+        for response in unbalance_response(&machine, &[0.5, 2.0, 7.0]) {
+            let w = response.speed;
+            let expected = 0.1 * 0.3 * w * w / ((4.0 - w * w).powi(2) + (0.2 * w).powi(2)).sqrt();
+            assert!((response.nodes[0] / expected - 1.0).abs() < 1e-12);
+            let load = expected * (16.0 + (0.2 * w).powi(2)).sqrt();
+            assert!((response.bearings[0] / load - 1.0).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn the_major_axis_is_the_largest_reach() {
+        let (x, y) = ([0.3, -0.8], [1.1, 0.2]);
+        let reach = (0..3600).map(|k| {
+            let (sin, cos) = (f64::from(k) / 3600.0 * std::f64::consts::TAU).sin_cos();
+            (x[0] * cos - x[1] * sin).hypot(y[0] * cos - y[1] * sin)
+        });
+        assert!((major(x, y) - reach.fold(0.0, f64::max)).abs() < 1e-6);
+    }
+}

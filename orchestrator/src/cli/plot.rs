@@ -1,0 +1,226 @@
+//! `bladeoff plot`: pictures of histories.
+
+use super::error::CliError;
+use super::exit::Exit;
+use super::output::print;
+use crate::figures::{Figure, Line, Panel, Scale, order_map, orbits, panels, plain_name, spectrogram};
+use crate::files::FileError;
+use crate::history::{History, HistoryError, Series, read};
+use bladeoff_core::document::units::parse_bare_or_quantity;
+use std::path::{Path, PathBuf};
+
+/// Draw histories: lines over time, orbits in the deformed ring, spectrograms, orders
+///
+/// `time` draws the channels of one kind (same name after the last dot) in one panel, one line for each channel and file, so
+/// that several runs lie over one another. `orbit` draws the rotor centre inside the clearance at instants: record with
+/// `--channels rotor,contact,ring` for the deformed ring. `spectrogram` and `order` draw one map for each channel and file.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  bladeoff plot turbine.mcap --out figures
+  bladeoff plot hyp1.mcap hyp2.mcap --channels contact.gap,rotor.speed --from 3 --to 3.5 --out compare.svg
+  bladeoff plot turbine.mcap --kind orbit --at \"3.2 s\" --at \"3.9 s\" --out orbit.png
+  bladeoff plot turbine.mcap --kind spectrogram --channels bearing.rear.y --top 100 --out figures
+  bladeoff plot turbine.mcap --kind order --channels bearing.rear.y --out figures")]
+pub struct Args {
+    /// Histories (.mcap, .csv, .parquet)
+    #[arg(required = true)]
+    files: Vec<PathBuf>,
+
+    /// Channels, separated by commas: names, beginnings of names ("contact.gap") or patterns ("bearing.*.load*") [default:
+    /// speed, bearing loads, eccentricity, gap, filtered contact force; for maps the first bearing's y]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    channels: Vec<String>,
+
+    /// What to draw
+    #[arg(long, value_parser = ["time", "orbit", "spectrogram", "order"], default_value = "time")]
+    kind: String,
+
+    /// Only from this time on, in seconds or with a unit
+    #[arg(long, value_name = "TIME")]
+    from: Option<String>,
+
+    /// Only up to this time
+    #[arg(long, value_name = "TIME")]
+    to: Option<String>,
+
+    /// Instant of an orbit; may be given several times [default: a quarter, a half and all of the time]
+    #[arg(long, value_name = "TIME")]
+    at: Vec<String>,
+
+    /// Highest frequency of a spectrogram in Hz, or highest order [default: a fifth of what the records carry; 10]
+    #[arg(long, value_name = "NUMBER")]
+    top: Option<f64>,
+
+    /// A file (.svg or .png) for one figure, or a directory, which gets each figure as SVG and PNG
+    #[arg(long, value_name = "DIR|FILE")]
+    out: PathBuf,
+}
+
+/// A history and the name it is shown with.
+struct Named {
+    name: String,
+    history: History,
+}
+
+/// Runs the subcommand.
+pub fn main(args: &Args) -> Result<Exit, CliError> {
+    let (from, to) = (time(args.from.as_ref(), "--from")?, time(args.to.as_ref(), "--to")?);
+    let mut histories = Vec::new();
+    for path in &args.files {
+        let mut history = read(path)?;
+        cut(&mut history, from.unwrap_or(f64::NEG_INFINITY), to.unwrap_or(f64::INFINITY));
+        if history.time.is_empty() {
+            return Err(HistoryError::NotAHistory { path: path.clone(), detail: "no instant is in the time asked for" }.into());
+        }
+        let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+        histories.push(Named { name, history });
+    }
+    let figures = match args.kind.as_str() {
+        "orbit" => orbit(args, &histories)?,
+        "spectrogram" | "order" => maps(args, &histories)?,
+        _ => vec![("time".to_owned(), over_time(args, &histories)?)],
+    };
+    print(&save(&figures, &args.out)?)?;
+    Ok(Exit::Ok)
+}
+
+fn time(text: Option<&String>, option: &str) -> Result<Option<f64>, CliError> {
+    let Some(text) = text else { return Ok(None) };
+    parse_bare_or_quantity(text, "s").map(Some).map_err(|error| CliError::Argument {
+        argument: format!("{option} {text}"),
+        message: error.to_string(),
+        allowed: Some("a time such as \"3.2 s\", or a number of seconds".to_owned()),
+    })
+}
+
+fn cut(history: &mut History, from: f64, to: f64) {
+    let (first, last) = (history.time.partition_point(|t| *t < from), history.time.partition_point(|t| *t <= to));
+    let range = first.min(last)..last;
+    history.time = history.time[range.clone()].to_vec();
+    for channel in &mut history.channels {
+        channel.values = channel.values[range.clone()].to_vec();
+    }
+}
+
+/// Channels asked for, of one history.
+fn chosen<'a>(history: &'a History, patterns: &[String], defaults: &[&str]) -> Result<Vec<&'a Series>, CliError> {
+    let defaults: Vec<String> = defaults.iter().map(|name| (*name).to_owned()).collect();
+    let asked = !patterns.is_empty();
+    let mut found: Vec<&Series> = Vec::new();
+    for pattern in if asked { patterns } else { &defaults } {
+        let fitting = history.fitting(pattern);
+        if fitting.is_empty() && asked {
+            let known: Vec<String> = history.channels.iter().map(|channel| channel.name.clone()).collect();
+            return Err(HistoryError::Channel { pattern: pattern.clone(), nearest: None, known }.into());
+        }
+        found.extend(fitting.into_iter().filter(|new| !found.iter().any(|old| old.name == new.name)).collect::<Vec<_>>());
+    }
+    Ok(found)
+}
+
+const TIME_CHANNELS: [&str; 5] =
+    ["rotor.speed", "bearing.*.load_N", "contact.eccentricity", "contact.gap", "contact.filtered_force"];
+
+/// One panel for each quantity, one line for each channel and file.
+fn over_time(args: &Args, histories: &[Named]) -> Result<Figure, CliError> {
+    let mut quantities: Vec<(String, Vec<(String, &History, &Series)>)> = Vec::new();
+    for named in histories {
+        for channel in chosen(&named.history, &args.channels, &TIME_CHANNELS)? {
+            let quantity = channel.name.rsplit('.').next().unwrap_or(&channel.name).to_owned();
+            let label = label(&channel.name, &named.name, histories.len());
+            match quantities.iter_mut().find(|(known, _)| *known == quantity) {
+                Some((_, lines)) => lines.push((label, &named.history, channel)),
+                None => quantities.push((quantity, vec![(label, &named.history, channel)])),
+            }
+        }
+    }
+    let panel = |(_, lines): (String, Vec<(String, &History, &Series)>)| {
+        let largest = lines.iter().flat_map(|line| &line.2.values).fold(0.0_f64, |max, value| max.max(value.abs()));
+        let first = lines[0].2;
+        let scale = Scale::of(&first.unit, largest);
+        let quantity = first.name.rsplit('.').next().unwrap_or(&first.name);
+        let alone = lines.len() == 1;
+        let name = if alone { plain_name(&first.name, &first.unit) } else { plain_name(quantity, &first.unit) };
+        let lines = lines
+            .into_iter()
+            .map(|(label, history, channel)| {
+                let values = channel.values.iter().map(|value| value * scale.factor);
+                Line::new(if alone { "" } else { &label }, history.time.iter().copied().zip(values).collect())
+            })
+            .collect();
+        Panel { y_label: scale.label(&name), lines, y_range: None, thin: true }
+    };
+    let shown: Vec<Panel> = quantities.into_iter().map(panel).collect();
+    let names: Vec<&str> = histories.iter().map(|named| named.name.as_str()).collect();
+    Ok(panels(&names.join(", "), "time [s]", &shown)?)
+}
+
+fn label(channel: &str, file: &str, files: usize) -> String {
+    let group = channel.rsplit_once('.').map_or("", |(group, _)| group).replace('.', " ");
+    if files > 1 { if channel.starts_with("bearing") { format!("{file}, {group}") } else { file.to_owned() } } else { group }
+}
+
+fn orbit(args: &Args, histories: &[Named]) -> Result<Vec<(String, Figure)>, CliError> {
+    let mut figures = Vec::new();
+    for named in histories {
+        let (first, last) = (named.history.time[0], named.history.time[named.history.time.len() - 1]);
+        let mut instants = Vec::new();
+        for text in &args.at {
+            instants.extend(time(Some(text), "--at")?);
+        }
+        if instants.is_empty() {
+            instants = [0.25, 0.5, 1.0].iter().map(|share| first + share * (last - first)).collect();
+        }
+        let figure = orbits(&named.history, &instants)?.ok_or_else(|| HistoryError::Channel {
+            pattern: "contact.rotor_x_m".to_owned(),
+            nearest: None,
+            known: named.history.channels.iter().map(|channel| channel.name.clone()).collect(),
+        })?;
+        figures.push((format!("{}-orbit", named.name), figure));
+    }
+    Ok(figures)
+}
+
+fn maps(args: &Args, histories: &[Named]) -> Result<Vec<(String, Figure)>, CliError> {
+    let mut figures = Vec::new();
+    for named in histories {
+        let mut channels = chosen(&named.history, &args.channels, &["bearing.*.y_m"])?;
+        if args.channels.is_empty() {
+            channels.truncate(1);
+        }
+        for channel in channels {
+            let figure = match args.kind.as_str() {
+                "order" => order_map(&named.history, channel, args.top.unwrap_or(10.0))?,
+                _ => spectrogram(&named.history, channel, args.top)?,
+            };
+            figures.push((format!("{}-{}-{}", named.name, args.kind, channel.name.replace('.', "-")), figure));
+        }
+    }
+    Ok(figures)
+}
+
+/// Writes figures into a file or a directory; the lines to say.
+///
+/// # Errors
+/// Several figures for one file, or a file that cannot be written.
+pub(super) fn save(figures: &[(String, Figure)], out: &Path) -> Result<String, CliError> {
+    let is_file = out.extension().is_some_and(|extension| extension == "svg" || extension == "png");
+    if is_file {
+        if figures.len() != 1 {
+            return Err(CliError::Argument {
+                argument: format!("--out {}", out.display()),
+                message: format!("{} figures do not go into one file", figures.len()),
+                allowed: Some("a directory".to_owned()),
+            });
+        }
+        figures[0].1.write(out)?;
+        return Ok(format!("{}\n", out.display()));
+    }
+    std::fs::create_dir_all(out).map_err(FileError::at("create", out))?;
+    let mut said = String::new();
+    for (name, figure) in figures {
+        figure.write_both(out, name)?;
+        said.push_str(&format!("{}\n{}\n", out.join(format!("{name}.svg")).display(), out.join(format!("{name}.png")).display()));
+    }
+    Ok(said)
+}

@@ -1,0 +1,64 @@
+//! Campbell diagram: whirl frequencies over speed, the lines of synchronous excitation, critical speeds.
+
+use super::panels::{Line, Panel, tall};
+use super::style::GREY;
+use super::{COLOURS, Figure, FigureError};
+use bladeoff_core::machine::Machine;
+use bladeoff_core::modal::{Whirl, report, whirl_modes};
+use std::f64::consts::PI;
+
+/// Speeds of a diagram.
+const SPEEDS: usize = 49;
+/// Modes drawn.
+const MODES: usize = 8;
+
+/// Draws the diagram up to `top` [rad/s].
+///
+/// # Errors
+/// An eigenvalue problem or the plotting library failed.
+pub fn campbell(machine: &Machine, top: f64) -> Result<Figure, FigureError> {
+    let speeds: Vec<f64> = (0..SPEEDS).map(|k| top * k as f64 / (SPEEDS - 1) as f64).collect();
+    let modes = whirl_modes(machine, &speeds)?;
+    let rpm = |speed: f64| speed * 30.0 / PI;
+    let hertz = |frequency: f64| frequency / (2.0 * PI);
+    let mut lines = Vec::new();
+    for (whirl, label, colour) in [
+        (Whirl::Forward, "forward whirl", COLOURS[0]),
+        (Whirl::Backward, "backward whirl", COLOURS[1]),
+        (Whirl::Planar, "planar (at rest)", COLOURS[6]),
+    ] {
+        let points: Vec<(f64, f64)> = modes
+            .iter()
+            .flat_map(|(speed, modes)| modes.iter().take(MODES).map(move |mode| (*speed, mode)))
+            .filter(|(_, mode)| mode.whirl == whirl)
+            .map(|(speed, mode)| (rpm(speed), hertz(mode.frequency)))
+            .collect();
+        if !points.is_empty() {
+            lines.push(Line { label: label.to_owned(), colour: Some(colour), points, dots: true });
+        }
+    }
+    let highest = lines.iter().flat_map(|line| &line.points).map(|point| point.1).fold(0.0, f64::max) * 1.05;
+    for order in [1.0, 2.0] {
+        let end = rpm(top).min(highest * 60.0 / order);
+        let label = format!("{order}× spin");
+        lines.push(Line { label, colour: Some(GREY), points: vec![(0.0, 0.0), (end, end * order / 60.0)], dots: false });
+    }
+    let critical: Vec<(f64, f64)> = report(machine, &[])?
+        .critical_speeds
+        .iter()
+        .filter(|critical| critical.speed <= top)
+        .map(|critical| (rpm(critical.speed), hertz(critical.speed)))
+        .collect();
+    if !critical.is_empty() {
+        lines.push(Line { label: "critical speed".to_owned(), colour: Some(COLOURS[2]), points: crosses(&critical, rpm(top), highest), dots: false });
+    }
+    let panel = Panel { y_label: "frequency [Hz]".to_owned(), lines, y_range: Some((0.0, highest)), thin: false };
+    tall(&format!("Campbell diagram of {}", machine.name), "spin speed [rpm]", &panel, (0.0, rpm(top)))
+}
+
+/// A small cross at each place, as one line that returns to its centre (the jumps between crosses lie on the 1x line).
+fn crosses(places: &[(f64, f64)], width: f64, height: f64) -> Vec<(f64, f64)> {
+    let (dx, dy) = (0.008 * width, 0.014 * height);
+    let arms = [(1.0, 1.0), (-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0)];
+    places.iter().flat_map(|&(x, y)| arms.into_iter().flat_map(move |(a, b)| [(x, y), (x + a * dx, y + b * dy), (x, y)])).collect()
+}
