@@ -19,7 +19,14 @@ fn every_subcommand_has_help_with_examples() {
 
 #[test]
 fn a_wrong_command_line_is_exit_2() {
-    for args in [&["frobnicate"][..], &["run"], &["run", "x.toml", "--scale", "0"], &["run", "x.toml", "--limit", "0"], &["export", "x"], &["run", "x.toml", "--workers", "0"]] {
+    for args in [
+        &["frobnicate"][..],
+        &["run"],
+        &["run", "x.toml", "--scale", "0"],
+        &["run", "x.toml", "--limit", "0"],
+        &["export", "x"],
+        &["run", "x.toml", "--workers", "0"],
+    ] {
         let said = say(args);
         assert_eq!(said.code, 2, "{args:?}: {}", said.err);
         assert!(said.out.is_empty());
@@ -28,7 +35,8 @@ fn a_wrong_command_line_is_exit_2() {
 
 #[test]
 fn an_input_that_is_not_there_is_exit_3() {
-    for args in [["simulate", "nowhere.toml"], ["check", "nowhere.toml"], ["run", "nowhere.toml"], ["paths", "studies"]] {
+    for args in [["simulate", "nowhere.toml"], ["check", "nowhere.toml"], ["run", "nowhere.toml"], ["paths", "studies"]]
+    {
         let said = say(&args);
         assert_eq!(said.code, 3, "{args:?}: {}", said.err);
         assert!(said.err.starts_with("error: "), "{}", said.err);
@@ -40,10 +48,11 @@ fn an_input_that_is_not_there_is_exit_3() {
 fn every_mistake_in_a_machine_is_reported_with_its_line() {
     let folder = Folder::new();
     let rig = std::fs::read_to_string(folder.path("machines/rig.toml")).expect("the rig");
-    let bad = rig
-        .replace("gap = \"0.5 mm\"", "gap = \"0 mm\"")
-        .replace("friction = 0.15", "frction = 0.15")
-        .replacen("stiffness = \"2e6 N/m\"", "stiffness = \"2e6 N\"", 1);
+    let bad = rig.replace("gap = \"0.5 mm\"", "gap = \"0 mm\"").replace("friction = 0.15", "frction = 0.15").replacen(
+        "stiffness = \"2e6 N/m\"",
+        "stiffness = \"2e6 N\"",
+        1,
+    );
     let file = folder.write("bad.toml", &bad);
     let said = say(&["simulate", &file]);
     assert_eq!(said.code, 3);
@@ -114,7 +123,8 @@ fn impossible_combinations_are_found_before_anything_runs() {
 fn a_grid_of_a_million_millions_is_refused_with_its_count() {
     let folder = Folder::new();
     let axis = |path: &str| format!("[[vary]]\npath = \"{path}\"\nfrom = 0.1\nto = 0.2\ncount = 1000000\n");
-    let text = format!("schema = 1\nmachine = \"machines/rig.toml\"\n{}{}", axis("contact.friction"), axis("blade_off.mass"));
+    let text =
+        format!("schema = 1\nmachine = \"machines/rig.toml\"\n{}{}", axis("contact.friction"), axis("blade_off.mass"));
     let said = say(&["check", &folder.write("s.toml", &text)]);
     assert_eq!(said.code, 3);
     assert!(said.err.contains("1000000000000 samples"), "{}", said.err);
@@ -161,7 +171,8 @@ fn json_of_a_run_has_the_columns_of_a_table_as_keys() {
     let out = folder.name("out");
     assert_eq!(say(&["run", &study, "--out", &out]).code, 0);
     let (header, rows) = support::table(&out);
-    let keys: std::collections::BTreeSet<&str> = object.as_object().expect("an object").keys().map(String::as_str).collect();
+    let keys: std::collections::BTreeSet<&str> =
+        object.as_object().expect("an object").keys().map(String::as_str).collect();
     assert_eq!(header[0], "sample");
     assert_eq!(header[1..].iter().map(String::as_str).collect::<std::collections::BTreeSet<_>>(), keys);
     // Compared as text: serde_json reads a number to the last bit but one.
@@ -199,7 +210,8 @@ fn a_failed_run_is_exit_4_and_still_one_json_object() {
 #[test]
 fn an_invalid_run_warns_and_is_exit_0() {
     let folder = Folder::new();
-    let said = say(&["simulate", &folder.name("machines/rig.toml"), "--set", "run.guard.energy_balance=1e-30", "--json"]);
+    let said =
+        say(&["simulate", &folder.name("machines/rig.toml"), "--set", "run.guard.energy_balance=1e-30", "--json"]);
     assert_eq!(said.code, 0, "{}", said.err);
     let object: serde_json::Value = serde_json::from_str(&said.out).expect("one JSON object");
     assert_eq!(object["status"], "invalid");
@@ -221,7 +233,18 @@ fn a_step_that_is_too_large_is_refused_with_the_largest_allowed() {
 fn options_of_simulate_are_what_is_simulated() {
     let folder = Folder::new();
     let rig = folder.name("machines/rig.toml");
-    let said = say(&["simulate", &rig, "--detection", "hyp1", "--step", "2 us", "--set", "run.end_time=0.01 s", "--engine", "reduced"]);
+    let said = say(&[
+        "simulate",
+        &rig,
+        "--detection",
+        "hyp1",
+        "--step",
+        "2 us",
+        "--set",
+        "run.end_time=0.01 s",
+        "--engine",
+        "reduced",
+    ]);
     assert_eq!(said.code, 0, "{}", said.err);
     let line = |start: &str| said.out.lines().find(|line| line.starts_with(start)).unwrap_or_default().to_owned();
     assert!(line("detection").ends_with("hyp1"), "{}", said.out);
@@ -238,8 +261,12 @@ fn modes_are_shown_at_the_speeds_asked_for() {
     let said = say(&["modes", machine, "--speed", "0", "--speed", "1500 rpm", "--json"]);
     assert_eq!(said.code, 0, "{}", said.err);
     let report: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
-    let speeds: Vec<f64> =
-        report["whirl"].as_array().expect("speeds").iter().map(|at| at["speed_rad_s"].as_f64().expect("a number")).collect();
+    let speeds: Vec<f64> = report["whirl"]
+        .as_array()
+        .expect("speeds")
+        .iter()
+        .map(|at| at["speed_rad_s"].as_f64().expect("a number"))
+        .collect();
     assert_eq!(speeds[0], 0.0);
     assert!((speeds[1] - 157.079_632_679_489_66).abs() < 1e-12);
     assert!(report["critical_speeds"].as_array().is_some_and(|all| !all.is_empty()));

@@ -35,7 +35,17 @@ fn a_study_gives_a_table_with_its_parameters_status_and_quantities() {
     assert_eq!(ran.code, 0, "{}", ran.err);
     assert!(ran.out.contains("12 of 12 samples") && ran.out.contains("hyp2-frozen"), "{}", ran.out);
     let (header, rows) = table(&out);
-    let start = ["sample", "diaphragms.seal.contact.gap_m", "diaphragms.seal.contact.friction", "detection", "status", "cause", "causes", "end_cause", "end_time_s"];
+    let start = [
+        "sample",
+        "diaphragms.seal.contact.gap_m",
+        "diaphragms.seal.contact.friction",
+        "detection",
+        "status",
+        "cause",
+        "causes",
+        "end_cause",
+        "end_time_s",
+    ];
     assert_eq!(header[..start.len()], start);
     assert_eq!(rows.len(), 12);
     let at = |name: &str| header.iter().position(|column| column == name).expect("the column");
@@ -181,7 +191,15 @@ zip = "blade"
     let said = say(&["check", &study, "--list"]);
     assert_eq!(said.code, 0, "{}", said.err);
     let lines: Vec<&str> = said.out.lines().skip(1).collect();
-    assert_eq!(lines, ["0\t0.0005\t0.1\t0.005\t0.04", "1\t0.0005\t0.1\t0.01\t0.05", "2\t0.0006\t0.2\t0.005\t0.04", "3\t0.0006\t0.2\t0.01\t0.05"]);
+    assert_eq!(
+        lines,
+        [
+            "0\t0.0005\t0.1\t0.005\t0.04",
+            "1\t0.0005\t0.1\t0.01\t0.05",
+            "2\t0.0006\t0.2\t0.005\t0.04",
+            "3\t0.0006\t0.2\t0.01\t0.05"
+        ]
+    );
     folder.write("points.csv", "contact.gap, contact.gp\n0.5 mm\n-1 mm, 2\n");
     let said = say(&["check", &study]);
     assert_eq!(said.code, 3);
@@ -192,7 +210,11 @@ zip = "blade"
     folder.write("points.csv", "contact.gap\n0.5 mm\n");
     let said = say(&["check", &folder.write("s.toml", &text)]);
     assert_eq!(said.code, 3);
-    assert!(said.err.contains("has 2 values, but rotor.unbalances.blade_off.mass of the same zip group has 3"), "{}", said.err);
+    assert!(
+        said.err.contains("has 2 values, but rotor.unbalances.blade_off.mass of the same zip group has 3"),
+        "{}",
+        said.err
+    );
 }
 
 /// Names of this run's shared memory: its workers' command lines say them.
@@ -200,7 +222,8 @@ fn shared_memory_prefix(pid: u32) -> String {
     let children = fs::read_to_string(format!("/proc/{pid}/task/{pid}/children")).expect("Linux lists children");
     let child = children.split_whitespace().next().expect("a worker runs");
     let command = fs::read(format!("/proc/{child}/cmdline")).expect("of a living process");
-    let arguments: Vec<String> = command.split(|byte| *byte == 0).map(|part| String::from_utf8_lossy(part).into_owned()).collect();
+    let arguments: Vec<String> =
+        command.split(|byte| *byte == 0).map(|part| String::from_utf8_lossy(part).into_owned()).collect();
     let at = arguments.iter().position(|argument| argument == "--prefix").expect("a worker's command line");
     arguments[at + 1].clone()
 }

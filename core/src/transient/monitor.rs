@@ -157,9 +157,10 @@ impl Monitor {
             causes.insert(Cause::NormalWork);
         }
         if let (Some(depth), Some(diaphragm)) = (self.penetration.value, machine.diaphragms.first())
-            && depth > guard.penetration * diaphragm.contact.gap {
-                causes.insert(Cause::Penetration);
-            }
+            && depth > guard.penetration * diaphragm.contact.gap
+        {
+            causes.insert(Cause::Penetration);
+        }
         let slips = machine.diaphragms.iter().any(|d| d.contact.friction_law == FrictionLaw::Slip);
         if self.reversals > 0 && slips {
             causes.insert(Cause::SlipReversal);

@@ -47,9 +47,10 @@ impl StressPeaks {
     /// Coordinates of the ring at n, once it moves.
     pub fn ring(&mut self, q: &[f64], time: f64, speed: f64) {
         if let Some(blades) = &self.blades
-            && let Some(stress) = blades.above(self.blade.value.unwrap_or(0.0), q) {
-                self.blade.see(stress, time, speed);
-            }
+            && let Some(stress) = blades.above(self.blade.value.unwrap_or(0.0), q)
+        {
+            self.blade.see(stress, time, speed);
+        }
     }
 
     /// Torsional moment [N m] and torsional shear stress [Pa] of a section.

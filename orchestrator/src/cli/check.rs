@@ -18,7 +18,9 @@ use std::time::{Duration, Instant};
 /// found before anything runs. Then computes one sample, the middle one, to estimate the time of the whole; nothing is
 /// written.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:\n  bladeoff check studies/first-look.toml\n  bladeoff check studies/first-look.toml --list | less")]
+#[command(
+    after_help = "Examples:\n  bladeoff check studies/first-look.toml\n  bladeoff check studies/first-look.toml --list | less"
+)]
 pub struct Args {
     /// Study file (TOML; format in docs/studies.md)
     study: PathBuf,

@@ -97,7 +97,9 @@ impl CliError {
             CliError::Machine(_) | CliError::Argument { .. } | CliError::Exists { .. } | CliError::NoResults { .. } => {
                 Exit::Input
             }
-            CliError::Study(StudyError::Problems(_) | StudyError::Start { .. } | StudyError::Columns { .. }) => Exit::Input,
+            CliError::Study(StudyError::Problems(_) | StudyError::Start { .. } | StudyError::Columns { .. }) => {
+                Exit::Input
+            }
             CliError::Study(StudyError::Design(crate::design::DesignError::Scale { .. })) => Exit::Usage,
             CliError::Study(StudyError::Design(_)) => Exit::Input,
             CliError::Study(StudyError::Input(error)) | CliError::Input(error) => input_exit(error),

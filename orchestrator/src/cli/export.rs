@@ -14,7 +14,9 @@ use std::path::PathBuf;
 /// One header line with the column names (unit included), one line per sample; numbers with all their digits, nothing
 /// between the commas for null. The Parquet file itself is read directly by pandas, Polars and DuckDB.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:\n  bladeoff export runs/first-look --csv > first-look.csv\n  bladeoff export runs/first-look --csv --out first-look.csv")]
+#[command(
+    after_help = "Examples:\n  bladeoff export runs/first-look --csv > first-look.csv\n  bladeoff export runs/first-look --csv --out first-look.csv"
+)]
 pub struct Args {
     /// Result directory of `bladeoff run`
     directory: PathBuf,

@@ -17,6 +17,7 @@ mod render;
 mod replay;
 mod run;
 mod simulate;
+mod table1;
 mod verify;
 
 pub use error::CliError;
@@ -49,6 +50,7 @@ enum Command {
     Verify(verify::Args),
     Replay(replay::Args),
     Plot(plot::Args),
+    Table1(table1::Args),
     Recover(recover::Args),
 }
 
@@ -63,7 +65,9 @@ pub fn main() -> ExitCode {
     // clap ends the program itself: 0 after --help and --version, 2 after a wrong command line.
     let cli = Cli::parse();
     panic::set_hook(Box::new(|info| {
-        output::remark(&format!("internal error: {info}\nThis is a bug. Please report it with the command and its files."));
+        output::remark(&format!(
+            "internal error: {info}\nThis is a bug. Please report it with the command and its files."
+        ));
     }));
     let exit = panic::catch_unwind(|| dispatch(cli.command)).unwrap_or(Exit::Bug);
     exit.into()
@@ -81,6 +85,7 @@ fn dispatch(command: Command) -> Exit {
         Command::Verify(args) => verify::main(&args),
         Command::Replay(args) => replay::main(&args),
         Command::Plot(args) => plot::main(&args),
+        Command::Table1(args) => table1::main(&args),
         Command::Recover(args) => recover::main(&args),
     };
     result.unwrap_or_else(|error| {

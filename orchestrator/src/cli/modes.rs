@@ -105,7 +105,12 @@ fn text(machine: &Machine, report: &ModesReport, count: usize) -> String {
     let shown = |value| format_digits(value, "", 5);
     for (speed, modes) in &report.speeds {
         writeln!(text, "\nwhirl at {}{}", format_digits(*speed, "rad/s", 6), more(modes.len(), count)).expect(STRING);
-        let header = [("mode", Align::Right), ("frequency Hz", Align::Right), ("damping ratio", Align::Right), ("whirl", Align::Left)];
+        let header = [
+            ("mode", Align::Right),
+            ("frequency Hz", Align::Right),
+            ("damping ratio", Align::Right),
+            ("whirl", Align::Left),
+        ];
         let mut table = TextTable::new(&header);
         for (at, mode) in modes.iter().take(count).enumerate() {
             let frequency = shown(hertz(mode.frequency));
@@ -114,7 +119,8 @@ fn text(machine: &Machine, report: &ModesReport, count: usize) -> String {
         text.push_str(&table.render("  "));
     }
     writeln!(text, "\ncritical speeds{}", more(report.critical_speeds.len(), count)).expect(STRING);
-    let header = [("speed rpm", Align::Right), ("Hz", Align::Right), ("damping ratio", Align::Right), ("whirl", Align::Left)];
+    let header =
+        [("speed rpm", Align::Right), ("Hz", Align::Right), ("damping ratio", Align::Right), ("whirl", Align::Left)];
     let mut table = TextTable::new(&header);
     for critical in report.critical_speeds.iter().take(count) {
         let frequency = hertz(critical.speed);
@@ -129,7 +135,11 @@ fn text(machine: &Machine, report: &ModesReport, count: usize) -> String {
     }
     for (name, modes) in &report.rings {
         writeln!(text, "\ndiaphragm {name}{}", more(modes.len(), count)).expect(STRING);
-        let mut table = TextTable::new(&[("mode", Align::Right), ("frequency Hz", Align::Right), ("nodal diameters", Align::Right)]);
+        let mut table = TextTable::new(&[
+            ("mode", Align::Right),
+            ("frequency Hz", Align::Right),
+            ("nodal diameters", Align::Right),
+        ]);
         for (at, mode) in modes.iter().take(count).enumerate() {
             table.row(vec![(at + 1).to_string(), shown(hertz(mode.frequency)), mode.nodal_diameters.to_string()]);
         }

@@ -13,7 +13,9 @@ use std::path::PathBuf;
 /// The template is a complete, valid file: change what is different for you and delete what you do not need. A file
 /// that is already there is not overwritten.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:\n  bladeoff new machine --out studies/machines/my_rig.toml\n  bladeoff new study > studies/my-study.toml")]
+#[command(
+    after_help = "Examples:\n  bladeoff new machine --out studies/machines/my_rig.toml\n  bladeoff new study > studies/my-study.toml"
+)]
 pub struct Args {
     /// What to write
     #[arg(value_enum)]

@@ -13,7 +13,9 @@ use crate::report::{Align, TextTable};
 ///
 /// Columns: path, value as it stands (or its default), what is allowed, meaning.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:\n  bladeoff paths studies/machines/lab_rig.toml\n  bladeoff paths studies/machines/lab_rig.toml | grep contact")]
+#[command(
+    after_help = "Examples:\n  bladeoff paths studies/machines/lab_rig.toml\n  bladeoff paths studies/machines/lab_rig.toml | grep contact"
+)]
 pub struct Args {
     #[command(flatten)]
     machine: MachineArgs,
@@ -22,7 +24,13 @@ pub struct Args {
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
     let machine = args.machine.load()?;
-    let header = [("path", Align::Left), ("value", Align::Left), ("unit", Align::Left), ("allowed", Align::Left), ("meaning", Align::Left)];
+    let header = [
+        ("path", Align::Left),
+        ("value", Align::Left),
+        ("unit", Align::Left),
+        ("allowed", Align::Left),
+        ("meaning", Align::Left),
+    ];
     let mut table = TextTable::new(&header);
     for info in machine.paths() {
         table.row(vec![info.path, info.shown, info.unit.to_string(), info.allowed, info.meaning.to_string()]);

@@ -3,7 +3,7 @@
 use super::error::CliError;
 use super::exit::Exit;
 use super::output::print;
-use crate::figures::{Figure, Line, Panel, Scale, order_map, orbits, panels, plain_name, spectrogram};
+use crate::figures::{Figure, Line, Panel, Scale, orbits, order_map, panels, plain_name, spectrogram};
 use crate::files::FileError;
 use crate::history::{History, HistoryError, Series, read};
 use bladeoff_core::document::units::parse_bare_or_quantity;
@@ -70,7 +70,11 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         let mut history = read(path)?;
         cut(&mut history, from.unwrap_or(f64::NEG_INFINITY), to.unwrap_or(f64::INFINITY));
         if history.time.is_empty() {
-            return Err(HistoryError::NotAHistory { path: path.clone(), detail: "no instant is in the time asked for" }.into());
+            return Err(HistoryError::NotAHistory {
+                path: path.clone(),
+                detail: "no instant is in the time asked for",
+            }
+            .into());
         }
         let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
         histories.push(Named { name, history });
@@ -113,7 +117,9 @@ fn chosen<'a>(history: &'a History, patterns: &[String], defaults: &[&str]) -> R
             let known: Vec<String> = history.channels.iter().map(|channel| channel.name.clone()).collect();
             return Err(HistoryError::Channel { pattern: pattern.clone(), nearest: None, known }.into());
         }
-        found.extend(fitting.into_iter().filter(|new| !found.iter().any(|old| old.name == new.name)).collect::<Vec<_>>());
+        found.extend(
+            fitting.into_iter().filter(|new| !found.iter().any(|old| old.name == new.name)).collect::<Vec<_>>(),
+        );
     }
     Ok(found)
 }
@@ -157,7 +163,11 @@ fn over_time(args: &Args, histories: &[Named]) -> Result<Figure, CliError> {
 
 fn label(channel: &str, file: &str, files: usize) -> String {
     let group = channel.rsplit_once('.').map_or("", |(group, _)| group).replace('.', " ");
-    if files > 1 { if channel.starts_with("bearing") { format!("{file}, {group}") } else { file.to_owned() } } else { group }
+    if files > 1 {
+        if channel.starts_with("bearing") { format!("{file}, {group}") } else { file.to_owned() }
+    } else {
+        group
+    }
 }
 
 fn orbit(args: &Args, histories: &[Named]) -> Result<Vec<(String, Figure)>, CliError> {
@@ -220,7 +230,11 @@ pub(super) fn save(figures: &[(String, Figure)], out: &Path) -> Result<String, C
     let mut said = String::new();
     for (name, figure) in figures {
         figure.write_both(out, name)?;
-        said.push_str(&format!("{}\n{}\n", out.join(format!("{name}.svg")).display(), out.join(format!("{name}.png")).display()));
+        said.push_str(&format!(
+            "{}\n{}\n",
+            out.join(format!("{name}.svg")).display(),
+            out.join(format!("{name}.png")).display()
+        ));
     }
     Ok(said)
 }

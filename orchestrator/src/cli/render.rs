@@ -34,7 +34,10 @@ fn chain(error: &dyn Error) -> String {
 
 /// Every problem of every file, then how many there are.
 fn render_problems(files: &[Problems]) -> String {
-    let handler = GraphicalReportHandler::new_themed(theme()).with_width(120).with_context_lines(1).with_links(false)
+    let handler = GraphicalReportHandler::new_themed(theme())
+        .with_width(120)
+        .with_context_lines(1)
+        .with_links(false)
         .with_wrap_lines(false);
     let mut text = String::new();
     for problems in files {
@@ -112,7 +115,15 @@ mod tests {
         problem.nearest = Some("friction".into());
         let error = CliError::Machine(problems.finish().expect_err("one problem"));
         let text = render(&error);
-        for part in ["m.toml:2:1", "contact.frction", "unknown key", "did you mean `friction`?", "allowed: friction, gap", "frction = 0.2", "error: 1 problem in m.toml"] {
+        for part in [
+            "m.toml:2:1",
+            "contact.frction",
+            "unknown key",
+            "did you mean `friction`?",
+            "allowed: friction, gap",
+            "frction = 0.2",
+            "error: 1 problem in m.toml",
+        ] {
             assert!(text.contains(part), "{part} in\n{text}");
         }
         assert!(!text.contains('\u{1b}'), "no colour when not a terminal");

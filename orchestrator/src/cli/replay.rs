@@ -10,8 +10,8 @@ use crate::results::{DETECTION, Table, TableSchema, read_metadata};
 use crate::run::directory::{INCOMPLETE_RESULTS, RESULTS};
 use bladeoff_core::machine::Machine;
 use bladeoff_core::outcome::{Cause, Outcome};
-use bladeoff_worker::plan::{PlanFileError, WorkPlan};
 use bladeoff_worker::core_solver::{CoreSolver, SolverError};
+use bladeoff_worker::plan::{PlanFileError, WorkPlan};
 use std::path::{Path, PathBuf};
 
 /// Compute one sample of a study again and compare it with its row
@@ -129,10 +129,11 @@ fn table_of(directory: &Path) -> Result<PathBuf, CliError> {
 
 fn row_of(table: &Table, path: &Path, sample: u64) -> Result<usize, ReplayError> {
     let samples = table.numbers("sample").unwrap_or_default();
-    samples
-        .iter()
-        .position(|found| *found == Some(sample as f64))
-        .ok_or_else(|| ReplayError::Sample { table: path.to_path_buf(), sample, rows: table.rows() })
+    samples.iter().position(|found| *found == Some(sample as f64)).ok_or_else(|| ReplayError::Sample {
+        table: path.to_path_buf(),
+        sample,
+        rows: table.rows(),
+    })
 }
 
 fn worst(table: &Table, path: &Path, column: &str) -> Result<usize, ReplayError> {
@@ -150,9 +151,12 @@ fn worst(table: &Table, path: &Path, column: &str) -> Result<usize, ReplayError>
     let ok = |row: usize| status.get(row).is_some_and(|word| word.as_deref() == Some("ok"));
     let rows = values.iter().enumerate().filter_map(|(row, value)| Some((row, (*value)?))).filter(|(row, _)| ok(*row));
     // the first of several equal ones
-    rows.fold(None, |best: Option<(usize, f64)>, next| if best.is_none_or(|best| next.1 > best.1) { Some(next) } else { best })
-        .map(|(row, _)| row)
-        .ok_or_else(|| ReplayError::Empty { table: path.to_path_buf(), column: column.to_owned() })
+    rows.fold(
+        None,
+        |best: Option<(usize, f64)>, next| if best.is_none_or(|best| next.1 > best.1) { Some(next) } else { best },
+    )
+    .map(|(row, _)| row)
+    .ok_or_else(|| ReplayError::Empty { table: path.to_path_buf(), column: column.to_owned() })
 }
 
 /// The parameters of a row, as a worker gets them.
@@ -171,7 +175,8 @@ fn parameters(
             None => table.numbers(&column).and_then(|values| values[row]).ok_or_else(|| missing(&varied.path)),
             Some(choices) => {
                 let name = if varied.path.ends_with(".contact.detection") { DETECTION } else { varied.path.as_str() };
-                let word = table.words(name).and_then(|words| words[row].as_deref()).ok_or_else(|| missing(&varied.path))?;
+                let word =
+                    table.words(name).and_then(|words| words[row].as_deref()).ok_or_else(|| missing(&varied.path))?;
                 let at = choices.iter().position(|choice| choice == word).ok_or_else(|| missing(&varied.path))?;
                 Ok(at as f64)
             }
@@ -206,13 +211,21 @@ fn verdict(table: &Table, row: usize, machine: &Machine, outcome: &Outcome) -> R
         let text = |value: f64| format!("{value:?}");
         match table.numbers(&field.name) {
             Some(values) => compare(&field.name, value.map(text), values[row].map(text)),
-            None => compare(&field.name, value.and_then(|value| field.kind.word(value)).map(str::to_owned), word(&field.name)),
+            None => compare(
+                &field.name,
+                value.and_then(|value| field.kind.word(value)).map(str::to_owned),
+                word(&field.name),
+            ),
         }
     }
     if differences.is_empty() {
         print(&format!("\nequal to the row in all {compared} columns, bit for bit\n"))?;
         return Ok(Exit::Ok);
     }
-    print(&format!("\ndifferent from the row in {} of {compared} columns\n{}\n", differences.len(), differences.join("\n")))?;
+    print(&format!(
+        "\ndifferent from the row in {} of {compared} columns\n{}\n",
+        differences.len(),
+        differences.join("\n")
+    ))?;
     Ok(Exit::Bug)
 }

@@ -106,7 +106,10 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let file = if incomplete { INCOMPLETE_RESULTS } else { RESULTS };
     let mut text = format!("\n{}: {} of {} samples\n\n", samples.study().name, finished.tally.done(), samples.count());
     text.push_str(&summary(&table));
-    text.push_str(&format!("\nTable: {}   (the other files beside it: see `bladeoff run --help`)\n", out.join(file).display()));
+    text.push_str(&format!(
+        "\nTable: {}   (the other files beside it: see `bladeoff run --help`)\n",
+        out.join(file).display()
+    ));
     match print(&text) {
         // The study is done and its table written: whoever does not read the summary changes nothing.
         Ok(()) | Err(CliError::ReaderLeft) => {}

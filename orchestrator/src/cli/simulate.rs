@@ -86,8 +86,12 @@ fn definition(args: &Args) -> Result<MachineDef, CliError> {
     }
     if let Some(detection) = &args.detection {
         let argument = format!("--detection {detection}");
-        let paths: Vec<String> =
-            machine.paths().into_iter().map(|info| info.path).filter(|path| path.ends_with(".contact.detection")).collect();
+        let paths: Vec<String> = machine
+            .paths()
+            .into_iter()
+            .map(|info| info.path)
+            .filter(|path| path.ends_with(".contact.detection"))
+            .collect();
         if paths.is_empty() {
             let message = "the machine has no diaphragm".to_owned();
             return Err(CliError::Argument { argument, message, allowed: None });
@@ -100,7 +104,9 @@ fn definition(args: &Args) -> Result<MachineDef, CliError> {
 }
 
 fn verdict(outcome: &Outcome) -> Exit {
-    let causes = || outcome.causes.iter().map(|cause| format!("  {}: {}", cause.word(), cause_in_words(cause))).collect::<Vec<_>>();
+    let causes = || {
+        outcome.causes.iter().map(|cause| format!("  {}: {}", cause.word(), cause_in_words(cause))).collect::<Vec<_>>()
+    };
     match outcome.status {
         Status::Ok => Exit::Ok,
         Status::Invalid => {
@@ -116,7 +122,8 @@ fn verdict(outcome: &Outcome) -> Exit {
 
 fn heading(machine: &Machine, plan: &Plan) -> String {
     let detection = engine::detection(machine).unwrap_or("no diaphragm");
-    let step = format!("{} (largest allowed {})", format_quantity(plan.step, "s"), format_quantity(plan.largest_step, "s"));
+    let step =
+        format!("{} (largest allowed {})", format_quantity(plan.step, "s"), format_quantity(plan.largest_step, "s"));
     [
         ("machine", machine.name.clone()),
         ("engine", engine::engine_word(machine).to_owned()),

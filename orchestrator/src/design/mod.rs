@@ -59,8 +59,7 @@ impl Design {
         }
         let axes: Vec<Thinned> = lengths.iter().map(|&length| Thinned::new(length, factor)).collect();
         let kept: Vec<u64> = axes.iter().map(|axis| axis.kept()).collect();
-        let grid = Grid::new(&kept, Self::LIMIT)
-            .map_err(|count| DesignError::TooMany { count, limit: Self::LIMIT })?;
+        let grid = Grid::new(&kept, Self::LIMIT).map_err(|count| DesignError::TooMany { count, limit: Self::LIMIT })?;
         let selected = limit.filter(|&limit| limit < grid.count()).map(|limit| {
             let shuffle = Shuffle::new(seed, grid.count());
             let mut first: Vec<u64> = (0..limit).map(|position| shuffle.apply(position)).collect();

@@ -82,7 +82,10 @@ mod tests {
 
     #[test]
     fn seeds_give_different_orders() {
-        let order = |seed| -> Vec<u64> { let s = Shuffle::new(seed, 200); (0..200).map(|p| s.apply(p)).collect() };
+        let order = |seed| -> Vec<u64> {
+            let s = Shuffle::new(seed, 200);
+            (0..200).map(|p| s.apply(p)).collect()
+        };
         assert_ne!(order(1), order(2));
     }
 }

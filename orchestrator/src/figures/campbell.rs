@@ -41,7 +41,12 @@ pub fn campbell(machine: &Machine, top: f64) -> Result<Figure, FigureError> {
     for order in [1.0, 2.0] {
         let end = rpm(top).min(highest * 60.0 / order);
         let label = format!("{order}× spin");
-        lines.push(Line { label, colour: Some(GREY), points: vec![(0.0, 0.0), (end, end * order / 60.0)], dots: false });
+        lines.push(Line {
+            label,
+            colour: Some(GREY),
+            points: vec![(0.0, 0.0), (end, end * order / 60.0)],
+            dots: false,
+        });
     }
     let critical: Vec<(f64, f64)> = report(machine, &[])?
         .critical_speeds
@@ -50,7 +55,12 @@ pub fn campbell(machine: &Machine, top: f64) -> Result<Figure, FigureError> {
         .map(|critical| (rpm(critical.speed), hertz(critical.speed)))
         .collect();
     if !critical.is_empty() {
-        lines.push(Line { label: "critical speed".to_owned(), colour: Some(COLOURS[2]), points: crosses(&critical, rpm(top), highest), dots: false });
+        lines.push(Line {
+            label: "critical speed".to_owned(),
+            colour: Some(COLOURS[2]),
+            points: crosses(&critical, rpm(top), highest),
+            dots: false,
+        });
     }
     let panel = Panel { y_label: "frequency [Hz]".to_owned(), lines, y_range: Some((0.0, highest)), thin: false };
     tall(&format!("Campbell diagram of {}", machine.name), "spin speed [rpm]", &panel, (0.0, rpm(top)))
@@ -60,5 +70,8 @@ pub fn campbell(machine: &Machine, top: f64) -> Result<Figure, FigureError> {
 fn crosses(places: &[(f64, f64)], width: f64, height: f64) -> Vec<(f64, f64)> {
     let (dx, dy) = (0.008 * width, 0.014 * height);
     let arms = [(1.0, 1.0), (-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0)];
-    places.iter().flat_map(|&(x, y)| arms.into_iter().flat_map(move |(a, b)| [(x, y), (x + a * dx, y + b * dy), (x, y)])).collect()
+    places
+        .iter()
+        .flat_map(|&(x, y)| arms.into_iter().flat_map(move |(a, b)| [(x, y), (x + a * dx, y + b * dy), (x, y)]))
+        .collect()
 }

@@ -2,7 +2,7 @@
 
 use super::style::{GREY, SMALL, TEXT, TITLE, tick};
 use super::{Area, COLOURS, Figure, FigureError};
-use bladeoff_core::machine::{Disc, DiaphragmKind, Machine, RotorKind, Shaft};
+use bladeoff_core::machine::{DiaphragmKind, Disc, Machine, RotorKind, Shaft};
 use plotters::element::{Circle, PathElement, Polygon, Rectangle, Text};
 use plotters::prelude::{BLACK, ChartBuilder, Color, IntoFont, RGBColor, WHITE};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -21,7 +21,10 @@ pub fn machine(machine: &Machine) -> Result<Option<Figure>, FigureError> {
     let front = machine.diaphragms.iter().any(|diaphragm| matches!(diaphragm.kind, DiaphragmKind::Flexible(_)));
     let width = if front { 1240 } else { 860 };
     let figure = Figure::draw((width, 430), |root| {
-        let root = root.titled(&format!("{}, drawn to scale (discs as steel discs of their mass and inertia)", machine.name), TITLE)?;
+        let root = root.titled(
+            &format!("{}, drawn to scale (discs as steel discs of their mass and inertia)", machine.name),
+            TITLE,
+        )?;
         let (side, rest) = root.split_horizontally(850);
         draw_side(&side, machine, shaft)?;
         if front {
@@ -97,7 +100,10 @@ fn draw_side(area: &Area<'_>, machine: &Machine, shaft: &Shaft) -> Result<(), Fi
         let (r, thickness) = disc_size(disc);
         let z = shaft.nodes[disc.node];
         let corners = [(z - 0.5 * thickness, -r), (z + 0.5 * thickness, r)];
-        chart.draw_series([Rectangle::new(corners, COLOURS[0].mix(0.45).filled()), Rectangle::new(corners, COLOURS[0].stroke_width(1))])?;
+        chart.draw_series([
+            Rectangle::new(corners, COLOURS[0].mix(0.45).filled()),
+            Rectangle::new(corners, COLOURS[0].stroke_width(1)),
+        ])?;
     }
     for diaphragm in &machine.diaphragms {
         let z = shaft.nodes[diaphragm.contact.node];
@@ -109,14 +115,23 @@ fn draw_side(area: &Area<'_>, machine: &Machine, shaft: &Shaft) -> Result<(), Fi
             if let DiaphragmKind::Flexible(stator) = &diaphragm.kind {
                 let (w, t) = (0.5 * stator.ring.width, 0.5 * stator.ring.thickness);
                 let (inner, outer) = (stator.ring.mean_radius - t, stator.ring.mean_radius + t);
-                chart.draw_series([Rectangle::new([(z - w, sign * inner), (z + w, sign * outer)], COLOURS[1].filled())])?;
+                chart.draw_series([Rectangle::new(
+                    [(z - w, sign * inner), (z + w, sign * outer)],
+                    COLOURS[1].filled(),
+                )])?;
                 if let Some(blades) = stator.blades {
                     let (half, end) = (0.5 * blades.width, stator.ring.mean_radius + blades.length);
-                    chart.draw_series([Rectangle::new([(z - half, sign * outer), (z + half, sign * end)], COLOURS[1].mix(0.4).filled())])?;
+                    chart.draw_series([Rectangle::new(
+                        [(z - half, sign * outer), (z + half, sign * end)],
+                        COLOURS[1].mix(0.4).filled(),
+                    )])?;
                 }
             } else {
                 let r = contact.rotor_radius + contact.gap;
-                chart.draw_series([Rectangle::new([(z - 0.01 * length, sign * r), (z + 0.01 * length, sign * 1.08 * r)], COLOURS[1].filled())])?;
+                chart.draw_series([Rectangle::new(
+                    [(z - 0.01 * length, sign * r), (z + 0.01 * length, sign * 1.08 * r)],
+                    COLOURS[1].filled(),
+                )])?;
             }
         }
     }
@@ -144,10 +159,17 @@ type Chart<'a, 'b> = plotters::chart::ChartContext<
 >;
 
 /// Names above and below, in two rows each where neighbours are close.
-fn label(chart: &mut Chart<'_, '_>, machine: &Machine, shaft: &Shaft, (radius, half_r): (f64, f64)) -> Result<(), FigureError> {
+fn label(
+    chart: &mut Chart<'_, '_>,
+    machine: &Machine,
+    shaft: &Shaft,
+    (radius, half_r): (f64, f64),
+) -> Result<(), FigureError> {
     let mut above: Vec<(f64, String, RGBColor)> =
         shaft.discs.iter().map(|disc| (shaft.nodes[disc.node], disc.name.replace('_', " "), COLOURS[0])).collect();
-    above.extend(machine.diaphragms.iter().map(|d| (shaft.nodes[d.contact.node], format!("diaphragm {}", d.name), COLOURS[1])));
+    above.extend(
+        machine.diaphragms.iter().map(|d| (shaft.nodes[d.contact.node], format!("diaphragm {}", d.name), COLOURS[1])),
+    );
     let mut below: Vec<(f64, String, RGBColor)> = machine
         .rotor
         .bearings
@@ -162,7 +184,10 @@ fn label(chart: &mut Chart<'_, '_>, machine: &Machine, shaft: &Shaft, (radius, h
             let height = sign * (radius + (0.08 + 0.085 * row) * half_r);
             let anchor = Pos::new(HPos::Center, VPos::Center);
             let style = SMALL.into_font().color(colour).pos(anchor);
-            chart.draw_series([PathElement::new([(*z, sign * radius * 0.2), (*z, height - sign * 0.03 * half_r)], colour.mix(0.35).stroke_width(1))])?;
+            chart.draw_series([PathElement::new(
+                [(*z, sign * radius * 0.2), (*z, height - sign * 0.03 * half_r)],
+                colour.mix(0.35).stroke_width(1),
+            )])?;
             chart.draw_series([Text::new(name.clone(), (*z, height), style)])?;
         }
     }
@@ -186,10 +211,12 @@ fn draw_front(area: &Area<'_>, machine: &Machine) -> Result<(), FigureError> {
         .margin(8)
         .caption(format!("diaphragm {}: gap {} mm", diaphragm.name, tick(1e3 * contact.gap)), TEXT)
         .build_cartesian_2d(-half_x..half_x, -half_y..half_y)?;
-    let circle = |radius: f64| (0..=240).map(move |k| {
-        let (sin, cos) = (2.0 * PI * f64::from(k) / 240.0).sin_cos();
-        (radius * cos, radius * sin)
-    });
+    let circle = |radius: f64| {
+        (0..=240).map(move |k| {
+            let (sin, cos) = (2.0 * PI * f64::from(k) / 240.0).sin_cos();
+            (radius * cos, radius * sin)
+        })
+    };
     if let Some(blades) = stator.blades {
         for blade in 0..blades.count {
             let (sin, cos) = (diaphragm.angle + 2.0 * PI * blade as f64 / blades.count as f64).sin_cos();

@@ -3,10 +3,12 @@
 //! Drawn in the plane of the rotor centre: the clearance is `gap + v(alpha)`, the gap plus the ring's radial displacement, and
 //! the rotor touches where its centre reaches it. Both on one scale: the radii themselves would hide millimetres in metres.
 
-use super::style::{GREY, GRID, SMALL, TEXT, TITLE, Scale, tick};
+use super::style::{GREY, GRID, SMALL, Scale, TEXT, TITLE, tick};
 use super::{Area, COLOURS, Figure, FigureError};
 use crate::history::History;
-use plotters::prelude::{ChartBuilder, Circle, Color, IntoFont, LineSeries, PathElement, SeriesLabelPosition, BLACK, WHITE};
+use plotters::prelude::{
+    BLACK, ChartBuilder, Circle, Color, IntoFont, LineSeries, PathElement, SeriesLabelPosition, WHITE,
+};
 use std::f64::consts::PI;
 
 /// One picture of 330 px for each instant.
@@ -36,7 +38,15 @@ pub fn orbits(history: &History, instants: &[f64]) -> Result<Option<Figure>, Fig
             let turn = last_turn(history, instant);
             let orbit: Vec<(f64, f64)> = turn.clone().map(|k| (x[k] * scale.factor, y[k] * scale.factor)).collect();
             let ring = gap.map(|gap| clearance(history, turn.end.saturating_sub(1), gap, scale.factor));
-            draw(area, instant, &orbit, ring.as_deref(), gap.map(|gap| gap * scale.factor), reach * scale.factor, &scale)?;
+            draw(
+                area,
+                instant,
+                &orbit,
+                ring.as_deref(),
+                gap.map(|gap| gap * scale.factor),
+                reach * scale.factor,
+                &scale,
+            )?;
         }
         Ok(())
     })?;

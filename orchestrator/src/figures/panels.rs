@@ -2,10 +2,10 @@
 
 use super::style::{GRID, SMALL, TEXT, TITLE, roomy, tick};
 use super::{Area, COLOURS, Figure, FigureError};
+use plotters::element::Circle;
 use plotters::prelude::{
     BLACK, ChartBuilder, Color, IntoFont, LineSeries, PathElement, RGBColor, SeriesLabelPosition, WHITE,
 };
-use plotters::element::Circle;
 
 /// One line.
 #[derive(Debug, Clone, PartialEq)]
@@ -108,7 +108,8 @@ fn draw(area: &Area<'_>, panel: &Panel, x_range: (f64, f64), x_label: Option<&st
     let mut named = false;
     for (at, line) in panel.lines.iter().enumerate() {
         let colour = line.colour.unwrap_or(COLOURS[at % COLOURS.len()]);
-        let points = if panel.thin { thinned(&line.points, x_range, (WIDTH - 100) as usize) } else { line.points.clone() };
+        let points =
+            if panel.thin { thinned(&line.points, x_range, (WIDTH - 100) as usize) } else { line.points.clone() };
         let drawn = if line.dots {
             chart.draw_series(points.into_iter().map(|point| Circle::new(point, 2, colour.filled())))?
         } else {
@@ -116,7 +117,9 @@ fn draw(area: &Area<'_>, panel: &Panel, x_range: (f64, f64), x_label: Option<&st
         };
         if !line.label.is_empty() {
             named = true;
-            drawn.label(line.label.as_str()).legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(3)));
+            drawn
+                .label(line.label.as_str())
+                .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(3)));
         }
     }
     if named {

@@ -24,7 +24,9 @@ pub fn unbalance_response(machine: &Machine, top: f64) -> Result<Option<Figure>,
     if let RotorKind::Shaft(shaft) = &machine.rotor.kind {
         places.extend(shaft.discs.iter().map(|disc| (disc.name.clone(), disc.node)));
     }
-    places.extend(machine.diaphragms.iter().map(|diaphragm| (format!("diaphragm {}", diaphragm.name), diaphragm.contact.node)));
+    places.extend(
+        machine.diaphragms.iter().map(|diaphragm| (format!("diaphragm {}", diaphragm.name), diaphragm.contact.node)),
+    );
     places.extend(machine.rotor.bearings.iter().map(|bearing| (bearing.name.clone(), bearing.node)));
     let mut seen = Vec::new();
     places.retain(|(_, node)| {
@@ -34,19 +36,27 @@ pub fn unbalance_response(machine: &Machine, top: f64) -> Result<Option<Figure>,
     });
     places.truncate(6);
     let rpm = |speed: f64| speed * 30.0 / PI;
-    let largest = |values: &dyn Fn(&bladeoff_core::modal::UnbalanceResponse) -> f64| found.iter().map(values).fold(0.0, f64::max);
+    let largest =
+        |values: &dyn Fn(&bladeoff_core::modal::UnbalanceResponse) -> f64| found.iter().map(values).fold(0.0, f64::max);
     let length = Scale::of("m", largest(&|r| places.iter().map(|(_, node)| r.nodes[*node]).fold(0.0, f64::max)));
     let load = Scale::of("N", largest(&|r| r.bearings.iter().copied().fold(0.0, f64::max)));
     let displacement = places
         .iter()
-        .map(|(name, node)| Line::new(&name.replace('_', " "), found.iter().map(|r| (rpm(r.speed), r.nodes[*node] * length.factor)).collect()))
+        .map(|(name, node)| {
+            Line::new(
+                &name.replace('_', " "),
+                found.iter().map(|r| (rpm(r.speed), r.nodes[*node] * length.factor)).collect(),
+            )
+        })
         .collect();
     let loads = machine
         .rotor
         .bearings
         .iter()
         .enumerate()
-        .map(|(i, bearing)| Line::new(&bearing.name, found.iter().map(|r| (rpm(r.speed), r.bearings[i] * load.factor)).collect()))
+        .map(|(i, bearing)| {
+            Line::new(&bearing.name, found.iter().map(|r| (rpm(r.speed), r.bearings[i] * load.factor)).collect())
+        })
         .collect();
     let panel = |y_label: String, lines| Panel { y_label, lines, y_range: None, thin: false };
     let title = format!("Steady response of {} to its unbalances, without contact", machine.name);

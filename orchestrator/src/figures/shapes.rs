@@ -30,7 +30,8 @@ pub fn rotor_shapes(machine: &Machine, structure: &Structure) -> Result<Option<F
     let mut lateral = Vec::new();
     for (mode, square) in basis.lateral.omega_squared.iter().enumerate() {
         let shape = column_of(&basis.lateral.shapes, mode);
-        let [x, y]: [Vec<f64>; 2] = [0, 1].map(|axis| (0..rotor.nodes).map(|node| shape[rotor.plane_places(node)[axis]]).collect());
+        let [x, y]: [Vec<f64>; 2] =
+            [0, 1].map(|axis| (0..rotor.nodes).map(|node| shape[rotor.plane_places(node)[axis]]).collect());
         let size = |values: &[f64]| values.iter().fold(0.0_f64, |max, value| max.max(value.abs()));
         // modes of an isotropic support come twice, one in each plane
         if size(&x) >= size(&y) && lateral.len() < LATERAL {
@@ -49,7 +50,8 @@ pub fn rotor_shapes(machine: &Machine, structure: &Structure) -> Result<Option<F
     };
     let mut lines = lateral;
     lines.push(marks(0.0));
-    let panel = |label: &str, lines| Panel { y_label: label.to_owned(), lines, y_range: Some((-1.15, 1.15)), thin: false };
+    let panel =
+        |label: &str, lines| Panel { y_label: label.to_owned(), lines, y_range: Some((-1.15, 1.15)), thin: false };
     let both = [panel("lateral, X [−]", lines), panel("twist [−]", twist.collect())];
     let title = format!("Mode shapes of {} at rest, largest displacement 1", machine.name);
     panels(&title, "position [m]", &both).map(Some)
@@ -60,7 +62,8 @@ pub fn rotor_shapes(machine: &Machine, structure: &Structure) -> Result<Option<F
 /// # Errors
 /// The plotting library failed.
 pub fn ring_shapes(machine: &Machine, structure: &Structure) -> Result<Option<Figure>, FigureError> {
-    let Some((diaphragm, ring)) = machine.diaphragms.iter().zip(&structure.rings).find_map(|(d, ring)| Some((d, ring.as_ref()?)))
+    let Some((diaphragm, ring)) =
+        machine.diaphragms.iter().zip(&structure.rings).find_map(|(d, ring)| Some((d, ring.as_ref()?)))
     else {
         return Ok(None);
     };
@@ -73,13 +76,17 @@ pub fn ring_shapes(machine: &Machine, structure: &Structure) -> Result<Option<Fi
         let root = root.titled(&format!("Modes of diaphragm {} (displacements enlarged)", diaphragm.name), TITLE)?;
         for (mode, area) in root.split_evenly((rows, columns)).iter().enumerate().take(set.omega_squared.len()) {
             let shape = column_of(&set.shapes, mode);
-            let largest = (0..ring.matrices.nodes).map(|node| shape[4 * node].hypot(shape[4 * node + 2])).fold(0.0, f64::max);
+            let largest =
+                (0..ring.matrices.nodes).map(|node| shape[4 * node].hypot(shape[4 * node + 2])).fold(0.0, f64::max);
             let scale = 0.22 / largest.max(f64::MIN_POSITIVE);
             let radius = stator.ring.mean_radius;
             let reach = 1.4;
             let mut chart = ChartBuilder::on(area)
                 .margin(6)
-                .caption(format!("mode {}: {:.1} Hz", mode + 1, set.omega_squared[mode].max(0.0).sqrt() / (2.0 * PI)), TEXT)
+                .caption(
+                    format!("mode {}: {:.1} Hz", mode + 1, set.omega_squared[mode].max(0.0).sqrt() / (2.0 * PI)),
+                    TEXT,
+                )
                 .build_cartesian_2d(-reach..reach, -reach * 0.95..reach * 0.95)?;
             let circle = (0..=120).map(|k| (2.0 * PI * f64::from(k) / 120.0).sin_cos()).map(|(s, c)| (c, s));
             chart.draw_series(LineSeries::new(circle, GREY.stroke_width(1)))?;
@@ -94,7 +101,11 @@ pub fn ring_shapes(machine: &Machine, structure: &Structure) -> Result<Option<Fi
             });
             chart.draw_series(LineSeries::new(around, COLOURS[0].stroke_width(2)))?;
             if mode == 0 {
-                chart.draw_series([plotters::element::Text::new("grey: at rest", (-reach * 0.96, -reach * 0.84), SMALL.into_font())])?;
+                chart.draw_series([plotters::element::Text::new(
+                    "grey: at rest",
+                    (-reach * 0.96, -reach * 0.84),
+                    SMALL.into_font(),
+                )])?;
             }
         }
         Ok(())

@@ -110,8 +110,10 @@ fn synchronous(history: &History, (from, to): (f64, f64), top: f64) -> Vec<(Stri
         .map(|order| {
             let points = history.time.iter().zip(&speed.values).step_by((history.time.len() / 200).max(1));
             let points = points.filter(|(time, _)| (from..=to).contains(*time));
-            let points: Vec<(f64, f64)> =
-                points.map(|(time, speed)| (*time, f64::from(order) * speed / (2.0 * PI))).filter(|p| p.1 <= top).collect();
+            let points: Vec<(f64, f64)> = points
+                .map(|(time, speed)| (*time, f64::from(order) * speed / (2.0 * PI)))
+                .filter(|p| p.1 <= top)
+                .collect();
             (format!("{order}×"), points)
         })
         .filter(|(_, points)| points.len() > 1)
@@ -217,7 +219,8 @@ mod tests {
         let third: Vec<f64> = angle.iter().map(|a| (3.0 * a).cos()).collect();
         let series = |name: &str, values: Vec<f64>| Series { name: name.into(), unit: "m".into(), values };
         let channel = series("x_m", third);
-        let history = History { time, channels: vec![series("rotor.angle_rad", angle), channel.clone()], ..History::default() };
+        let history =
+            History { time, channels: vec![series("rotor.angle_rad", angle), channel.clone()], ..History::default() };
         let figure = order_map(&history, &channel, 8.0).expect("enough turns");
         assert!(figure.svg().contains("order [events per turn]"));
         assert!(spectrogram(&history, &channel, None).expect("enough records").svg().contains("frequency [Hz]"));

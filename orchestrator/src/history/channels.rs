@@ -129,7 +129,12 @@ const ENERGIES: [(&str, fn(&Energies) -> f64, &str); 12] = [
 const CONTACT: [(&str, &str, fn(&ContactFrame) -> f64, &str); 10] = [
     ("rotor_x_m", "m", |c| c.rotor[0], "rotor centre from the diaphragm's centre, in the diaphragm's axes"),
     ("rotor_y_m", "m", |c| c.rotor[1], "rotor centre from the diaphragm's centre, in the diaphragm's axes"),
-    ("eccentricity_m", "m", |c| c.rotor[0].hypot(c.rotor[1]), "distance of the rotor centre from the diaphragm's centre"),
+    (
+        "eccentricity_m",
+        "m",
+        |c| c.rotor[0].hypot(c.rotor[1]),
+        "distance of the rotor centre from the diaphragm's centre",
+    ),
     ("gap_m", "m", |c| c.gap, "smallest gap, in the run's own gap function"),
     ("angle_rad", "rad", |c| c.angle, "angle of the closest place of the ring"),
     ("normal_force_N", "N", |c| c.normal_force, "normal contact force of this one step"),
@@ -144,9 +149,12 @@ const CONTACT: [(&str, &str, fn(&ContactFrame) -> f64, &str); 10] = [
 pub fn catalogue(machine: &Machine, structure: &Structure) -> Vec<Channel> {
     let rotor = &structure.rotor;
     let mut list = List { channels: Vec::new(), group: String::new(), by_default: true };
-    list.group("rotor", true)
-        .add("speed_rad_s", "rad/s", Source::Speed, "inertia-weighted mean spin")
-        .add("angle_rad", "rad", Source::Angle, "mean spin angle");
+    list.group("rotor", true).add("speed_rad_s", "rad/s", Source::Speed, "inertia-weighted mean spin").add(
+        "angle_rad",
+        "rad",
+        Source::Angle,
+        "mean spin angle",
+    );
     for (i, bearing) in machine.rotor.bearings.iter().enumerate() {
         let [u, v] = rotor.plane_places(bearing.node);
         list.group(&format!("bearing.{}", plain(&bearing.name)), true)
@@ -162,8 +170,18 @@ pub fn catalogue(machine: &Machine, structure: &Structure) -> Vec<Channel> {
         for (field, unit, read, meaning) in CONTACT {
             list.add(field, unit, Source::Contact(read), meaning);
         }
-        list.add("peak_force_N", "N", Source::PeakForce, "largest normal contact force of all steps since the last record")
-            .add("filtered_force_N", "N", Source::FilteredForce, "contact impulse of the last 1 ms divided by 1 ms");
+        list.add(
+            "peak_force_N",
+            "N",
+            Source::PeakForce,
+            "largest normal contact force of all steps since the last record",
+        )
+        .add(
+            "filtered_force_N",
+            "N",
+            Source::FilteredForce,
+            "contact impulse of the last 1 ms divided by 1 ms",
+        );
     }
     list.group("energy", true);
     for (field, read, meaning) in ENERGIES {
@@ -186,8 +204,18 @@ pub fn catalogue(machine: &Machine, structure: &Structure) -> Vec<Channel> {
     if let Some(DiaphragmKind::Flexible(stator)) = diaphragm.map(|diaphragm| &diaphragm.kind) {
         list.group("ring", false);
         for node in 0..stator.ring.elements {
-            list.add(&format!("radial{node:03}_m"), "m", Source::Ring(4 * node + 2), "radial displacement of the ring node")
-                .add(&format!("tangential{node:03}_m"), "m", Source::Ring(4 * node), "tangential displacement of the ring node");
+            list.add(
+                &format!("radial{node:03}_m"),
+                "m",
+                Source::Ring(4 * node + 2),
+                "radial displacement of the ring node",
+            )
+            .add(
+                &format!("tangential{node:03}_m"),
+                "m",
+                Source::Ring(4 * node),
+                "tangential displacement of the ring node",
+            );
         }
     }
     list.channels

@@ -164,7 +164,9 @@ fn read_csv(path: &Path) -> Result<History, HistoryError> {
 
 /// Unit at the end of one of our names, for a format that does not carry it.
 fn unit_of(name: &str) -> &'static str {
-    for (suffix, unit) in [("_rad_s", "rad/s"), ("_m_s", "m/s"), ("_Nm", "N m"), ("_rad", "rad"), ("_m", "m"), ("_N", "N"), ("_J", "J")] {
+    for (suffix, unit) in
+        [("_rad_s", "rad/s"), ("_m_s", "m/s"), ("_Nm", "N m"), ("_rad", "rad"), ("_m", "m"), ("_N", "N"), ("_J", "J")]
+    {
         if name.ends_with(suffix) {
             return unit;
         }

@@ -78,7 +78,12 @@ impl Recorder {
     ///
     /// # Errors
     /// What was asked for is wrong in itself: [`HistoryError::Extension`], [`HistoryError::Channel`].
-    pub fn new(settings: &Settings, machine: &Machine, structure: &Structure, plan: &Plan) -> Result<Self, HistoryError> {
+    pub fn new(
+        settings: &Settings,
+        machine: &Machine,
+        structure: &Structure,
+        plan: &Plan,
+    ) -> Result<Self, HistoryError> {
         let format = Format::of(&settings.path)?;
         let channels = select(catalogue(machine, structure), &settings.channels)?;
         let every_steps = match settings.decimation {

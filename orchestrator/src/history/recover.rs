@@ -84,8 +84,7 @@ fn copy(bytes: &[u8], from: &Path, to: &Path) -> Result<Recovered, HistoryError>
         return Err(HistoryError::NothingToRecover { path: from.to_path_buf() });
     }
     writer.finish().map_err(failed())?;
-    let file =
-        writer.into_inner().into_inner().map_err(|error| FileError::at("write", to)(error.into_error()))?;
+    let file = writer.into_inner().into_inner().map_err(|error| FileError::at("write", to)(error.into_error()))?;
     publish(file, to)?;
     Ok(saved)
 }

@@ -66,7 +66,8 @@ impl Ledger {
     /// # Errors
     /// The file cannot be created or written.
     pub fn create(path: &Path, header: &[(String, String)]) -> Result<Self, LedgerError> {
-        let failed = |source| LedgerError::Store { action: "create", path: path.to_path_buf(), source: Box::new(source) };
+        let failed =
+            |source| LedgerError::Store { action: "create", path: path.to_path_buf(), source: Box::new(source) };
         let database = Database::create(path).map_err(|source| failed(source.into()))?;
         let ledger = Self { database, path: path.to_path_buf(), gathered: Vec::new(), oldest: None };
         ledger.write_header(header).map_err(failed)?;

@@ -99,7 +99,8 @@ impl Entry {
             return Err(RecordError::Length { found: reader.0.len(), wanted: 0 });
         }
         let unknown = |what, code: u8| RecordError::Code { what, code: u32::from(code) };
-        let cause = if cause == NO_CAUSE { None } else { Some(Cause::from_code(cause).ok_or(unknown("cause", cause))?) };
+        let cause =
+            if cause == NO_CAUSE { None } else { Some(Cause::from_code(cause).ok_or(unknown("cause", cause))?) };
         let outcome = Outcome {
             status: Status::from_code(status).ok_or(unknown("status", status))?,
             cause,

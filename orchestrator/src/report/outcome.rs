@@ -29,9 +29,13 @@ pub fn cause_in_words(cause: Cause) -> &'static str {
         Cause::Diverged => "the state grew beyond any physical size",
         Cause::NonFinite => "the state became NaN or infinite",
         Cause::EnergyBalance => "the energy balance does not close within `run.guard`",
-        Cause::NormalWork => "the normal contact force did more work than `run.guard` allows: impacts lose or create energy",
+        Cause::NormalWork => {
+            "the normal contact force did more work than `run.guard` allows: impacts lose or create energy"
+        }
         Cause::Penetration => "rotor and ring overlap by more than `run.guard` allows at a converged step",
-        Cause::SlipReversal => "the slip velocity changed sign; the friction model only slides, so what follows is not physical",
+        Cause::SlipReversal => {
+            "the slip velocity changed sign; the friction model only slides, so what follows is not physical"
+        }
         Cause::LossOfUniqueness => "the contact force of a step is not unique (W <= 0)",
         Cause::StepLimit => "more steps than `run.step_limit`",
         Cause::Panicked => "the solver stopped with an internal error: a bug",
@@ -131,9 +135,14 @@ mod tests {
 
     #[test]
     fn a_peak_is_shown_with_its_time_and_a_null_as_a_dash() {
-        let column = |name: &str, unit| Column { name: name.into(), unit, kind: ColumnKind::Real, meaning: String::new() };
-        let columns =
-            [column("max_bearing_load_N", "N"), column("max_bearing_load_at_s", "s"), column("first_contact_s", "s"), column("contact_impulse_Ns", "N s")];
+        let column =
+            |name: &str, unit| Column { name: name.into(), unit, kind: ColumnKind::Real, meaning: String::new() };
+        let columns = [
+            column("max_bearing_load_N", "N"),
+            column("max_bearing_load_at_s", "s"),
+            column("first_contact_s", "s"),
+            column("contact_impulse_Ns", "N s"),
+        ];
         let mut causes = CauseSet::default();
         causes.insert(Cause::SlipReversal);
         let outcome = Outcome {

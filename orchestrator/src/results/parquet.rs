@@ -52,7 +52,8 @@ pub fn write_results(
 ) -> Result<(), TableError> {
     let mut pending = Pending::create(path)?;
     let failed = |source| TableError::Table { action: "write", path: path.to_path_buf(), source };
-    let polars_schema: Schema = schema.fields().iter().map(|f| (PlSmallStr::from(f.name.as_str()), data_type(f.kind))).collect();
+    let polars_schema: Schema =
+        schema.fields().iter().map(|f| (PlSmallStr::from(f.name.as_str()), data_type(f.kind))).collect();
     let mut metadata = vec![("bladeoff.schema_version".to_owned(), SCHEMA_VERSION.to_string())];
     metadata.extend(provenance.0.iter().map(|(key, value)| (format!("bladeoff.{key}"), value.clone())));
     metadata.insert(0, arrow_schema(schema));

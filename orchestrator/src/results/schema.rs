@@ -105,7 +105,11 @@ impl TableSchema {
 pub fn verdict_fields() -> Vec<Field> {
     vec![
         field(DETECTION, FieldKind::Word, "contact detection: hyp1, hyp2 or hyp2-frozen; null without a diaphragm"),
-        field("status", FieldKind::Word, "ok, invalid (finished, not to be believed), failed (ended early) or quarantined"),
+        field(
+            "status",
+            FieldKind::Word,
+            "ok, invalid (finished, not to be believed), failed (ended early) or quarantined",
+        ),
         field("cause", FieldKind::Word, "first cause why the status is not ok; null when it is"),
         field("causes", FieldKind::Word, "every cause that holds, joined by commas; null when the status is ok"),
         field("end_cause", FieldKind::Word, "why the run ended: stopped, end_time, end_speed or failure"),
@@ -122,7 +126,8 @@ mod tests {
 
     #[test]
     fn parts_of_the_schema_are_found_again() {
-        let outcome = [Column { name: "steps".into(), unit: "", kind: ColumnKind::Count, meaning: "time steps".into() }];
+        let outcome =
+            [Column { name: "steps".into(), unit: "", kind: ColumnKind::Count, meaning: "time steps".into() }];
         let gap = Field { name: "gap_m".into(), unit: "m".into(), meaning: "gap".into(), kind: FieldKind::Real };
         let schema = TableSchema::new(vec![gap.clone()], &outcome);
         assert_eq!(schema.parameters(), [gap]);

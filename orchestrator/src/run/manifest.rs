@@ -17,7 +17,12 @@ pub(super) struct Course<'a> {
 }
 
 /// The manifest as JSON text.
-pub(super) fn manifest(request: &Request, samples: &Samples, provenance: &[(String, String)], course: &Course<'_>) -> String {
+pub(super) fn manifest(
+    request: &Request,
+    samples: &Samples,
+    provenance: &[(String, String)],
+    course: &Course<'_>,
+) -> String {
     let study = samples.study();
     let provenance: Map<String, Value> =
         provenance.iter().map(|(key, value)| (key.clone(), Value::String(value.clone()))).collect();

@@ -110,7 +110,8 @@ pub fn run(request: &Request, samples: &Samples) -> Result<Finished, RunError> {
     write_manifest(&course("running", None, 0, 0, 0))?;
 
     let tally = Rc::new(RefCell::new(Tally::default()));
-    let options = DispatchOptions::new(request.workers, dispatch::self_command()?, directory.path().to_path_buf(), plan_hash);
+    let options =
+        DispatchOptions::new(request.workers, dispatch::self_command()?, directory.path().to_path_buf(), plan_hash);
     let mut observer =
         ProgressObserver { progress: Progress::start(samples.count(), Instant::now()), tally: Rc::clone(&tally) };
     let mut sink = LedgerSink { ledger: &mut ledger, tally: Rc::clone(&tally) };

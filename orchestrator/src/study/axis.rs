@@ -113,7 +113,9 @@ impl ValueList {
             ValueList::Listed(values) => {
                 values[usize::try_from(position).expect("a position in a list indexes memory")].clone()
             }
-            &ValueList::Range { from, to, count, log } => ParamValue::Number(between(from, to, position, count - 1, log)),
+            &ValueList::Range { from, to, count, log } => {
+                ParamValue::Number(between(from, to, position, count - 1, log))
+            }
         }
     }
 }

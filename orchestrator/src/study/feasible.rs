@@ -33,7 +33,12 @@ struct Infeasible {
 pub fn check_machines(samples: &Samples) -> Result<(), StudyError> {
     let (checked, found) = if samples.count() <= CHECKED_COMBINATIONS {
         let count = samples.count();
-        (count, gather((0..count).into_par_iter().map(|sample| (sample, samples.machine(sample), samples.describe(sample)))))
+        (
+            count,
+            gather(
+                (0..count).into_par_iter().map(|sample| (sample, samples.machine(sample), samples.describe(sample))),
+            ),
+        )
     } else {
         let machines = corners_and_edges(samples);
         let count = machines.len() as u64;
@@ -46,9 +51,7 @@ pub fn check_machines(samples: &Samples) -> Result<(), StudyError> {
     Err(StudyError::Problems(vec![report(samples, checked, found)]))
 }
 
-fn gather(
-    machines: impl ParallelIterator<Item = (u64, MachineDef, String)>,
-) -> BTreeMap<(String, String), Infeasible> {
+fn gather(machines: impl ParallelIterator<Item = (u64, MachineDef, String)>) -> BTreeMap<(String, String), Infeasible> {
     let merge = |mut all: BTreeMap<(String, String), Infeasible>, other: BTreeMap<_, Infeasible>| {
         for (key, found) in other {
             match all.get_mut(&key) {

@@ -58,7 +58,8 @@ impl Limits {
         if let Some(share) = keys.get("max_failed").and_then(|entry| read_share(entry, "limits.max_failed", problems)) {
             limits.max_failed = share;
         }
-        if let Some(share) = keys.get("max_invalid").and_then(|entry| read_share(entry, "limits.max_invalid", problems)) {
+        if let Some(share) = keys.get("max_invalid").and_then(|entry| read_share(entry, "limits.max_invalid", problems))
+        {
             limits.max_invalid = share;
         }
         limits

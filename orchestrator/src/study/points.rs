@@ -16,7 +16,13 @@ struct Cell {
 }
 
 /// Reads the points of `text`, named `file` in messages and `named` at `place` in the study.
-pub(super) fn read_points(file: &str, named: &str, text: &str, place: &Range<usize>, paths: &PathTable) -> Result<Axis, Problems> {
+pub(super) fn read_points(
+    file: &str,
+    named: &str,
+    text: &str,
+    place: &Range<usize>,
+    paths: &PathTable,
+) -> Result<Axis, Problems> {
     let mut problems = Collector::new(file, text);
     let mut lines = lines(text);
     let Some(header) = lines.next() else {
@@ -58,8 +64,11 @@ pub(super) fn read_points(file: &str, named: &str, text: &str, place: &Range<usi
     }
     problems.finish()?;
     let varied = parameters.into_iter().zip(columns);
-    let varied: Vec<Varied> =
-        varied.filter_map(|(info, values)| Some(Varied { info: info?, values: ValueList::Listed(values), place: place.clone() })).collect();
+    let varied: Vec<Varied> = varied
+        .filter_map(|(info, values)| {
+            Some(Varied { info: info?, values: ValueList::Listed(values), place: place.clone() })
+        })
+        .collect();
     Ok(Axis { name: format!("points of {named}"), varied, length: rows })
 }
 

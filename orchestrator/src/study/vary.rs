@@ -2,8 +2,8 @@
 
 use super::axis::{Axis, ValueList, Varied};
 use super::table::{Keys, scalar_text, wrong_type};
-use bladeoff_core::document::{Collector, Entry, Node, Value};
 use bladeoff_core::document::units::QuantityError;
+use bladeoff_core::document::{Collector, Entry, Node, Value};
 use bladeoff_core::machine::{MachineDef, ParamValue, PathError, PathInfo, PathKind, ValueError};
 use std::cell::RefCell;
 use std::ops::Range;
@@ -180,16 +180,27 @@ fn read_member(item: &Node, key: &str, paths: &PathTable, problems: &mut Collect
             None
         }
     };
-    Some(Member { varied: Varied { info: info?, values: values?, place: path.node.span.clone() }, zip, span: keys.span() })
+    Some(Member {
+        varied: Varied { info: info?, values: values?, place: path.node.span.clone() },
+        zip,
+        span: keys.span(),
+    })
 }
 
-fn read_list(entry: &Entry, keys: &Keys<'_>, info: &PathInfo, paths: &PathTable, problems: &mut Collector) -> Option<ValueList> {
+fn read_list(
+    entry: &Entry,
+    keys: &Keys<'_>,
+    info: &PathInfo,
+    paths: &PathTable,
+    problems: &mut Collector,
+) -> Option<ValueList> {
     let Value::Array(items) = &entry.node.value else {
         wrong_type(&entry.node, &keys.key("values"), "an array of values", problems);
         return None;
     };
     if items.is_empty() {
-        problems.add(entry.node.span.clone(), keys.key("values"), "is empty").allowed = Some("at least one value".to_owned());
+        problems.add(entry.node.span.clone(), keys.key("values"), "is empty").allowed =
+            Some("at least one value".to_owned());
         return None;
     }
     let mut values = Vec::with_capacity(items.len());
@@ -216,10 +227,14 @@ pub(super) fn of_one_kind(values: &[ParamValue], span: Range<usize>, key: &str, 
     one
 }
 
-fn read_range(keys: &Keys<'_>, info: Option<&PathInfo>, paths: &PathTable, problems: &mut Collector) -> Option<ValueList> {
-    let count = keys
-        .require("count", "count = 5", problems)
-        .and_then(|entry| keys.whole(entry, 2, MOST_POINTS, problems));
+fn read_range(
+    keys: &Keys<'_>,
+    info: Option<&PathInfo>,
+    paths: &PathTable,
+    problems: &mut Collector,
+) -> Option<ValueList> {
+    let count =
+        keys.require("count", "count = 5", problems).and_then(|entry| keys.whole(entry, 2, MOST_POINTS, problems));
     let log = read_spacing(keys, problems);
     let from = keys.require("from", "from = \"1 mm\"", problems);
     let to = keys.require("to", "to = \"2 mm\"", problems);
@@ -248,12 +263,14 @@ fn read_range(keys: &Keys<'_>, info: Option<&PathInfo>, paths: &PathTable, probl
     let (from_value, to_value, count, log) = (start?, stop?, count?, log?);
     let span = from.map_or_else(|| keys.span(), |entry| entry.node.span.clone());
     if log && !(from_value * to_value > 0.0) {
-        problems.add(span, keys.key("spacing"), "logarithmic spacing needs both ends of the same sign and not zero").allowed =
-            Some("spacing = \"linear\", or other ends".to_owned());
+        problems
+            .add(span, keys.key("spacing"), "logarithmic spacing needs both ends of the same sign and not zero")
+            .allowed = Some("spacing = \"linear\", or other ends".to_owned());
         return None;
     }
     if from_value == to_value {
-        problems.add(span, keys.key("from"), "both ends are equal").allowed = Some("values = [...] for one value".to_owned());
+        problems.add(span, keys.key("from"), "both ends are equal").allowed =
+            Some("values = [...] for one value".to_owned());
         return None;
     }
     Some(ValueList::Range { from: from_value, to: to_value, count, log })

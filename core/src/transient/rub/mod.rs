@@ -251,10 +251,11 @@ impl<'a> Rub<'a> {
     /// Accepts the ring's increment.
     pub fn advance(&mut self) {
         if let Some(ring) = &mut self.ring
-            && (ring.moving || ring.d.iter().any(|&d| d != 0.0)) {
-                ring.moving = true;
-                ring.stepper.advance(&ring.d);
-            }
+            && (ring.moving || ring.d.iter().any(|&d| d != 0.0))
+        {
+            ring.moving = true;
+            ring.stepper.advance(&ring.d);
+        }
     }
 }
 

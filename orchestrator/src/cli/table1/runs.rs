@@ -1,0 +1,140 @@
+//! The runs behind the table: each detection, engine and start once, CPU time of its thread measured.
+
+use super::Args;
+use crate::cli::error::CliError;
+use crate::cli::machine::set;
+use crate::cli::output::remark;
+use crate::engine;
+use crate::study::Samples;
+use bladeoff_core::machine::{Machine, MachineDef};
+use bladeoff_core::outcome::{ColumnKind, Outcome, Status, columns};
+use bladeoff_core::structure::Structure;
+use bladeoff_worker::process::thread_cpu_time;
+use rayon::prelude::{IntoParallelRefIterator, ParallelIterator};
+use std::fmt::Write;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
+
+/// One run that is asked for.
+pub(super) struct Case {
+    pub machine: Machine,
+    pub engine: &'static str,
+    pub detection: &'static str,
+    /// Number of the start, 0: the machine's own.
+    pub start: usize,
+}
+
+/// One run that is done.
+pub(super) struct Done {
+    pub engine: &'static str,
+    pub detection: &'static str,
+    pub start: usize,
+    /// CPU time of the transient [s].
+    pub cpu: f64,
+    names: Vec<(String, ColumnKind)>,
+    outcome: Outcome,
+}
+
+impl Done {
+    /// Value of a column.
+    pub fn value(&self, name: &str) -> Option<f64> {
+        let at = self.names.iter().position(|(column, _)| column == name)?;
+        self.outcome.values.get(at).copied().flatten()
+    }
+    /// Whether it ran to its end.
+    pub fn finished(&self) -> bool {
+        matches!(self.outcome.status, Status::Ok | Status::Invalid)
+    }
+    /// Status and causes.
+    pub fn status(&self) -> String {
+        let causes = self.outcome.causes.words().map(|words| format!(" ({words})")).unwrap_or_default();
+        format!("{}{causes}", self.outcome.status.word())
+    }
+}
+
+/// The runs of a study that the arguments ask for, quick ones first.
+pub(super) fn cases(samples: &Samples, args: &Args) -> Result<Vec<Case>, CliError> {
+    let mut starts: Vec<(u64, u64)> = Vec::new();
+    let mut cases = Vec::new();
+    for sample in 0..samples.count() {
+        let mut def: MachineDef = samples.machine(sample);
+        if let Some(time) = &args.end_time {
+            set(&mut def, "run.end_time", time, &format!("--end-time {time}"))?;
+        }
+        let machine = def.build()?;
+        let Some(detection) = engine::detection(&machine) else { continue };
+        let engine = engine::engine_word(&machine);
+        // the bits tell starts apart
+        let key = machine.rotor.unbalances.first().map_or((0, 0), |u| (u.phase.to_bits(), u.mass.to_bits()));
+        let start = starts.iter().position(|known| *known == key).unwrap_or_else(|| {
+            starts.push(key);
+            starts.len() - 1
+        });
+        let wanted = (args.engine == "both" || args.engine == engine) && (start as u64) < args.scatter;
+        if wanted {
+            cases.push(Case { machine, engine, detection, start });
+        }
+    }
+    cases.sort_by_key(|case| (case.engine == "full", case.start));
+    Ok(cases)
+}
+
+/// Computes them, as many at once as there are cores.
+pub(super) fn compute(cases: &[Case]) -> Result<Vec<Done>, CliError> {
+    let mut structures: Vec<(&'static str, Structure)> = Vec::new();
+    for case in cases {
+        if !structures.iter().any(|(engine, structure)| *engine == case.engine && structure.fits(&case.machine)) {
+            structures.push((case.engine, engine::build(&case.machine)?));
+        }
+    }
+    let count = AtomicUsize::new(0);
+    let started = Instant::now();
+    let run = |case: &Case| -> Result<Done, CliError> {
+        let structure = structures
+            .iter()
+            .find(|(engine, structure)| *engine == case.engine && structure.fits(&case.machine))
+            .map(|(_, structure)| structure)
+            .expect("one was built for each case above");
+        let before = thread_cpu_time();
+        let outcome = engine::simulate(&case.machine, structure)?;
+        let cpu = (thread_cpu_time() - before).as_secs_f64();
+        let done = count.fetch_add(1, Ordering::Relaxed) + 1;
+        remark(&format!(
+            "{done}/{} {} {}, start {}: {cpu:.1} s of CPU time, {:.0} s so far",
+            cases.len(),
+            case.engine,
+            case.detection,
+            case.start,
+            started.elapsed().as_secs_f64()
+        ));
+        let names = columns(&case.machine).into_iter().map(|column| (column.name, column.kind)).collect();
+        Ok(Done { engine: case.engine, detection: case.detection, start: case.start, cpu, names, outcome })
+    };
+    cases.par_iter().map(run).collect()
+}
+
+/// Every run, one line each.
+pub(super) fn csv(done: &[Done]) -> String {
+    let mut text = String::from("engine,detection,start,cpu_s,status");
+    let Some(first) = done.first() else { return text };
+    for (name, _) in &first.names {
+        write!(text, ",{name}").expect("writing to a String cannot fail");
+    }
+    text.push('\n');
+    for run in done {
+        write!(text, "{},{},{},{:?},{}", run.engine, run.detection, run.start, run.cpu, run.outcome.status.word())
+            .expect("writing to a String cannot fail");
+        for ((_, kind), value) in run.names.iter().zip(&run.outcome.values) {
+            text.push(',');
+            match (kind, value) {
+                (_, None) => {}
+                (ColumnKind::Choice(words), Some(value)) => {
+                    text.push_str(words.get(*value as usize).copied().unwrap_or(""))
+                }
+                (_, Some(value)) => write!(text, "{value:?}").expect("writing to a String cannot fail"),
+            }
+        }
+        text.push('\n');
+    }
+    text
+}
