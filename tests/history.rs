@@ -51,8 +51,10 @@ fn what_is_read_back_is_what_the_run_reports() {
     let directory = tempfile::tempdir().expect("temporary directory");
     for name in ["a.mcap", "a.csv", "a.parquet"] {
         let path = directory.path().join(name);
-        let (machine, outcome) = record(&path, &["rotor", "contact", "bearing.*.load", "section1"], Decimation::Steps(1));
-        let left: Vec<_> = std::fs::read_dir(directory.path()).expect("list").map(|entry| entry.expect("entry").file_name()).collect();
+        let (machine, outcome) =
+            record(&path, &["rotor", "contact", "bearing.*.load", "section1"], Decimation::Steps(1));
+        let left: Vec<_> =
+            std::fs::read_dir(directory.path()).expect("list").map(|entry| entry.expect("entry").file_name()).collect();
         assert!(!left.iter().any(|name| name.to_string_lossy().ends_with(".tmp")), "{left:?}");
         let history = read(&path).expect("readable");
         assert_eq!(history.time.len() as f64, value(&machine, &outcome, "steps"), "{name}");
@@ -108,7 +110,11 @@ fn a_cut_file_is_recovered_up_to_the_cut() {
             Ok(saved) => {
                 let history = read(&to).expect("whole again");
                 assert!(saved.messages >= 2 * history.time.len() as u64);
-                assert!(history.time.len() as f64 > (share - 0.05) * reference.time.len() as f64 * 0.9, "{share}: {}", history.time.len());
+                assert!(
+                    history.time.len() as f64 > (share - 0.05) * reference.time.len() as f64 * 0.9,
+                    "{share}: {}",
+                    history.time.len()
+                );
                 for (ours, theirs) in history.channels.iter().zip(&reference.channels) {
                     assert_eq!(ours.values[..], theirs.values[..history.time.len()], "{}", ours.name);
                     assert_eq!(ours.unit, theirs.unit);

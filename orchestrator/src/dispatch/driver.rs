@@ -282,7 +282,7 @@ impl Driver<'_> {
     /// Keeps the hub from waiting for the dead, and ends a run whose hub hangs all the same.
     fn check_hub(&mut self, now: Duration) -> Result<(), DispatchError> {
         self.ticks += 1;
-        if self.ticks % TICKS_PER_CHECK == 0 {
+        if self.ticks.is_multiple_of(TICKS_PER_CHECK) {
             let removed = self.unfinished.sweep(now);
             if removed > 0 {
                 self.log.line(None, &format!("removed {removed} unfinished pieces of memory of dead workers"))?;

@@ -34,19 +34,14 @@ pub fn campbell(machine: &Machine, top: f64) -> Result<Figure, FigureError> {
             .map(|(speed, mode)| (rpm(speed), hertz(mode.frequency)))
             .collect();
         if !points.is_empty() {
-            lines.push(Line { label: label.to_owned(), colour: Some(colour), points, dots: true });
+            lines.push(Line { label: label.to_owned(), colour: Some(colour), points, dots: 2 });
         }
     }
-    let highest = lines.iter().flat_map(|line| &line.points).map(|point| point.1).fold(0.0, f64::max) * 1.05;
+    let highest = lines.iter().flat_map(|line| &line.points).map(|point| point.1).fold(0.0, f64::max) * 1.3;
     for order in [1.0, 2.0] {
         let end = rpm(top).min(highest * 60.0 / order);
         let label = format!("{order}× spin");
-        lines.push(Line {
-            label,
-            colour: Some(GREY),
-            points: vec![(0.0, 0.0), (end, end * order / 60.0)],
-            dots: false,
-        });
+        lines.push(Line { label, colour: Some(GREY), points: vec![(0.0, 0.0), (end, end * order / 60.0)], dots: 0 });
     }
     let critical: Vec<(f64, f64)> = report(machine, &[])?
         .critical_speeds
@@ -55,23 +50,8 @@ pub fn campbell(machine: &Machine, top: f64) -> Result<Figure, FigureError> {
         .map(|critical| (rpm(critical.speed), hertz(critical.speed)))
         .collect();
     if !critical.is_empty() {
-        lines.push(Line {
-            label: "critical speed".to_owned(),
-            colour: Some(COLOURS[2]),
-            points: crosses(&critical, rpm(top), highest),
-            dots: false,
-        });
+        lines.push(Line { label: "critical speed".to_owned(), colour: Some(COLOURS[2]), points: critical, dots: 5 });
     }
     let panel = Panel { y_label: "frequency [Hz]".to_owned(), lines, y_range: Some((0.0, highest)), thin: false };
     tall(&format!("Campbell diagram of {}", machine.name), "spin speed [rpm]", &panel, (0.0, rpm(top)))
-}
-
-/// A small cross at each place, as one line that returns to its centre (the jumps between crosses lie on the 1x line).
-fn crosses(places: &[(f64, f64)], width: f64, height: f64) -> Vec<(f64, f64)> {
-    let (dx, dy) = (0.008 * width, 0.014 * height);
-    let arms = [(1.0, 1.0), (-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0)];
-    places
-        .iter()
-        .flat_map(|&(x, y)| arms.into_iter().flat_map(move |(a, b)| [(x, y), (x + a * dx, y + b * dy), (x, y)]))
-        .collect()
 }

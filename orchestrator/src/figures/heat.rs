@@ -1,8 +1,8 @@
 //! Maps: a value over two axes as colour, with its scale beside it.
 
-use super::style::{SMALL, TEXT, TITLE, tick, viridis};
+use super::style::{FINE, SMALL, TEXT, TITLE, tick, viridis};
 use super::{Figure, FigureError};
-use plotters::prelude::{ChartBuilder, Color, IntoFont, LineSeries, Rectangle, WHITE};
+use plotters::prelude::{BLACK, ChartBuilder, Color, IntoFont, LineSeries, Rectangle, WHITE};
 
 /// Colours are drawn in so many steps, so that neighbours of one step become one rectangle.
 const LEVELS: f64 = 40.0;
@@ -25,12 +25,12 @@ pub(super) struct Map<'a> {
 pub(super) fn map(map: &Map<'_>) -> Result<Figure, FigureError> {
     Figure::draw((900, 470), |root| {
         let root = root.titled(map.title, TITLE)?;
-        let (left, right) = root.split_horizontally(790);
+        let (left, right) = root.split_horizontally(790 * FINE);
         let (x, y) = (map.x_range, map.y_range);
         let mut chart = ChartBuilder::on(&left)
-            .margin(8)
-            .x_label_area_size(44)
-            .y_label_area_size(66)
+            .margin(8 * FINE)
+            .x_label_area_size(44 * FINE)
+            .y_label_area_size(66 * FINE)
             .build_cartesian_2d(x.0..x.1, y.0..y.1)?;
         let step = (x.1 - x.0) / map.columns.len().max(1) as f64;
         let level = |value: f64| {
@@ -50,7 +50,7 @@ pub(super) fn map(map: &Map<'_>) -> Result<Figure, FigureError> {
         }
         chart.draw_series(cells)?;
         for (name, points) in map.lines {
-            chart.draw_series(LineSeries::new(points.iter().copied(), WHITE.stroke_width(1)))?;
+            chart.draw_series(LineSeries::new(points.iter().copied(), WHITE.stroke_width(FINE)))?;
             if let Some(&last) = points.iter().rev().find(|point| point.1 < y.1) {
                 let place = (x.0 + 0.012 * (x.1 - x.0), points[0].1.min(last.1.max(points[0].1)));
                 let style = SMALL.into_font().color(&WHITE);
@@ -60,6 +60,8 @@ pub(super) fn map(map: &Map<'_>) -> Result<Figure, FigureError> {
         chart
             .configure_mesh()
             .disable_mesh()
+            .set_all_tick_mark_size(4 * FINE)
+            .axis_style(BLACK.stroke_width(FINE))
             .x_labels(10)
             .y_labels(8)
             .x_label_formatter(&|value| tick(*value))
@@ -70,10 +72,10 @@ pub(super) fn map(map: &Map<'_>) -> Result<Figure, FigureError> {
             .y_desc(map.y_label)
             .draw()?;
         let mut bar = ChartBuilder::on(&right)
-            .margin_top(8)
-            .margin_bottom(52)
-            .margin_right(34)
-            .y_label_area_size(56)
+            .margin_top(8 * FINE)
+            .margin_bottom(52 * FINE)
+            .margin_right(34 * FINE)
+            .y_label_area_size(56 * FINE)
             .build_cartesian_2d(0.0..1.0, map.z_range.0..map.z_range.1)?;
         let height = (map.z_range.1 - map.z_range.0) / LEVELS;
         let steps = (0..LEVELS as usize).map(|k| {
@@ -83,6 +85,8 @@ pub(super) fn map(map: &Map<'_>) -> Result<Figure, FigureError> {
         bar.draw_series(steps)?;
         bar.configure_mesh()
             .disable_mesh()
+            .set_all_tick_mark_size(4 * FINE)
+            .axis_style(BLACK.stroke_width(FINE))
             .disable_x_axis()
             .y_labels(7)
             .y_label_formatter(&|value| tick(*value))

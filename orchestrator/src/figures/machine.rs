@@ -1,6 +1,6 @@
 //! The machine drawn to scale: the shaft line from the side, the diaphragm from the front.
 
-use super::style::{GREY, SMALL, TEXT, TITLE, tick};
+use super::style::{FINE, GREY, SMALL, TEXT, TITLE, tick};
 use super::{Area, COLOURS, Figure, FigureError};
 use bladeoff_core::machine::{DiaphragmKind, Disc, Machine, RotorKind, Shaft};
 use plotters::element::{Circle, PathElement, Polygon, Rectangle, Text};
@@ -25,7 +25,7 @@ pub fn machine(machine: &Machine) -> Result<Option<Figure>, FigureError> {
             &format!("{}, drawn to scale (discs as steel discs of their mass and inertia)", machine.name),
             TITLE,
         )?;
-        let (side, rest) = root.split_horizontally(850);
+        let (side, rest) = root.split_horizontally(850 * FINE);
         draw_side(&side, machine, shaft)?;
         if front {
             draw_front(&rest, machine)?;
@@ -62,19 +62,22 @@ fn draw_side(area: &Area<'_>, machine: &Machine, shaft: &Shaft) -> Result<(), Fi
     let length = shaft.nodes.last().copied().unwrap_or(1.0);
     let radius = outer(machine, shaft);
     let (width, height) = area.dim_in_pixel();
-    let (plot_width, plot_height) = (f64::from(width) - 80.0, f64::from(height) - 60.0);
+    let (plot_width, plot_height) =
+        (f64::from(width) - 80.0 * f64::from(FINE), f64::from(height) - 60.0 * f64::from(FINE));
     // one scale for both axes, whichever direction needs the room
-    let metre = (plot_width / (1.12 * length)).min(plot_height / (2.7 * radius));
+    let metre = (plot_width / (1.12 * length)).min(plot_height / (3.1 * radius));
     let (half_z, half_r) = (0.5 * plot_width / metre, 0.5 * plot_height / metre);
     let middle = 0.5 * length;
     let mut chart = ChartBuilder::on(area)
-        .margin(8)
-        .x_label_area_size(40)
-        .y_label_area_size(56)
+        .margin(8 * FINE)
+        .x_label_area_size(40 * FINE)
+        .y_label_area_size(56 * FINE)
         .build_cartesian_2d(middle - half_z..middle + half_z, -half_r..half_r)?;
     chart
         .configure_mesh()
         .disable_mesh()
+        .set_all_tick_mark_size(4 * FINE)
+        .axis_style(BLACK.stroke_width(FINE))
         .x_labels(9)
         .y_labels(7)
         .x_label_formatter(&|value| tick(*value))
@@ -91,7 +94,7 @@ fn draw_side(area: &Area<'_>, machine: &Machine, shaft: &Shaft) -> Result<(), Fi
         for (low, high) in if bore > 0.0 { vec![(-r, -bore), (bore, r)] } else { vec![(-r, r)] } {
             chart.draw_series([
                 Rectangle::new([(from, low), (to, high)], SHAFT.filled()),
-                Rectangle::new([(from, low), (to, high)], GREY.stroke_width(1)),
+                Rectangle::new([(from, low), (to, high)], GREY.stroke_width(FINE)),
             ])?;
         }
         from = to;
@@ -102,7 +105,7 @@ fn draw_side(area: &Area<'_>, machine: &Machine, shaft: &Shaft) -> Result<(), Fi
         let corners = [(z - 0.5 * thickness, -r), (z + 0.5 * thickness, r)];
         chart.draw_series([
             Rectangle::new(corners, COLOURS[0].mix(0.45).filled()),
-            Rectangle::new(corners, COLOURS[0].stroke_width(1)),
+            Rectangle::new(corners, COLOURS[0].stroke_width(FINE)),
         ])?;
     }
     for diaphragm in &machine.diaphragms {
@@ -111,7 +114,7 @@ fn draw_side(area: &Area<'_>, machine: &Machine, shaft: &Shaft) -> Result<(), Fi
         // the rotor's surface at the contact
         let rim = [(z - 0.012 * length, contact.rotor_radius), (z + 0.012 * length, contact.rotor_radius)];
         for sign in [1.0, -1.0] {
-            chart.draw_series([PathElement::new(rim.map(|(z, r)| (z, sign * r)), BLACK.stroke_width(2))])?;
+            chart.draw_series([PathElement::new(rim.map(|(z, r)| (z, sign * r)), BLACK.stroke_width(2 * FINE))])?;
             if let DiaphragmKind::Flexible(stator) = &diaphragm.kind {
                 let (w, t) = (0.5 * stator.ring.width, 0.5 * stator.ring.thickness);
                 let (inner, outer) = (stator.ring.mean_radius - t, stator.ring.mean_radius + t);
@@ -147,7 +150,7 @@ fn draw_side(area: &Area<'_>, machine: &Machine, shaft: &Shaft) -> Result<(), Fi
     }
     for unbalance in &machine.rotor.unbalances {
         let place = (shaft.nodes[unbalance.node], unbalance.radius);
-        chart.draw_series([Circle::new(place, 5, COLOURS[3].filled())])?;
+        chart.draw_series([Circle::new(place, 5 * FINE as i32, COLOURS[3].filled())])?;
     }
     label(&mut chart, machine, shaft, (radius, half_r))
 }
@@ -186,7 +189,7 @@ fn label(
             let style = SMALL.into_font().color(colour).pos(anchor);
             chart.draw_series([PathElement::new(
                 [(*z, sign * radius * 0.2), (*z, height - sign * 0.03 * half_r)],
-                colour.mix(0.35).stroke_width(1),
+                colour.mix(0.35).stroke_width(FINE),
             )])?;
             chart.draw_series([Text::new(name.clone(), (*z, height), style)])?;
         }
@@ -204,11 +207,12 @@ fn draw_front(area: &Area<'_>, machine: &Machine) -> Result<(), FigureError> {
     let (ring, contact) = (&stator.ring, &diaphragm.contact);
     let reach = 1.08 * (ring.mean_radius + ring.thickness + stator.blades.map_or(0.0, |blades| blades.length));
     let (width, height) = area.dim_in_pixel();
-    let (plot_width, plot_height) = (f64::from(width) - 16.0, f64::from(height) - 16.0 - 28.0);
+    let (plot_width, plot_height) =
+        (f64::from(width) - 16.0 * f64::from(FINE), f64::from(height) - 44.0 * f64::from(FINE));
     let metre = (plot_width / (2.0 * reach)).min(plot_height / (2.0 * reach));
     let (half_x, half_y) = (0.5 * plot_width / metre, 0.5 * plot_height / metre);
     let mut chart = ChartBuilder::on(area)
-        .margin(8)
+        .margin(8 * FINE)
         .caption(format!("diaphragm {}: gap {} mm", diaphragm.name, tick(1e3 * contact.gap)), TEXT)
         .build_cartesian_2d(-half_x..half_x, -half_y..half_y)?;
     let circle = |radius: f64| {
@@ -226,7 +230,7 @@ fn draw_front(area: &Area<'_>, machine: &Machine) -> Result<(), FigureError> {
             chart.draw_series([Polygon::new(turned, COLOURS[1].mix(0.4).filled())])?;
         }
         let end = ring.mean_radius + blades.length;
-        chart.draw_series([PathElement::new(circle(end).collect::<Vec<_>>(), GREY.stroke_width(2))])?;
+        chart.draw_series([PathElement::new(circle(end).collect::<Vec<_>>(), GREY.stroke_width(2 * FINE))])?;
     }
     // ring and rotor surfaces: rings are drawn as discs, the larger first
     let half = 0.5 * ring.thickness;
@@ -236,6 +240,7 @@ fn draw_front(area: &Area<'_>, machine: &Machine) -> Result<(), FigureError> {
         disc((ring.mean_radius - half).max(contact.rotor_radius + contact.gap), WHITE),
         disc(contact.rotor_radius, SHAFT),
     ])?;
-    chart.draw_series([PathElement::new(circle(contact.rotor_radius).collect::<Vec<_>>(), BLACK.stroke_width(1))])?;
+    chart
+        .draw_series([PathElement::new(circle(contact.rotor_radius).collect::<Vec<_>>(), BLACK.stroke_width(FINE))])?;
     Ok(())
 }

@@ -26,6 +26,8 @@ pub use shapes::{ring_shapes, rotor_shapes};
 pub use spectrum::{SpectrumError, order_map, spectrogram};
 pub use style::{COLOURS, Scale, plain_name};
 
+use style::FINE;
+
 use crate::files::{FileError, write_whole};
 use bladeoff_core::linalg::EigenError;
 use plotters::coord::Shift;
@@ -104,12 +106,16 @@ impl Figure {
             }
         });
         let mut svg = String::new();
+        let (width, height) = (size.0 * FINE, size.1 * FINE);
         {
-            let area = SVGBackend::with_string(&mut svg, size).into_drawing_area();
+            let area = SVGBackend::with_string(&mut svg, (width, height)).into_drawing_area();
             area.fill(&WHITE)?;
             draw(&area)?;
             area.present()?;
         }
+        // shown at its size in pixels; the viewBox keeps the finer units
+        let fine = format!("width=\"{width}\" height=\"{height}\"");
+        let svg = svg.replacen(&fine, &format!("width=\"{}\" height=\"{}\"", size.0, size.1), 1);
         Ok(Self { svg, size })
     }
 

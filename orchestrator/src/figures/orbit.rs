@@ -3,7 +3,7 @@
 //! Drawn in the plane of the rotor centre: the clearance is `gap + v(alpha)`, the gap plus the ring's radial displacement, and
 //! the rotor touches where its centre reaches it. Both on one scale: the radii themselves would hide millimetres in metres.
 
-use super::style::{GREY, GRID, SMALL, Scale, TEXT, TITLE, tick};
+use super::style::{FINE, GREY, GRID, SMALL, Scale, TEXT, TITLE, tick};
 use super::{Area, COLOURS, Figure, FigureError};
 use crate::history::History;
 use plotters::prelude::{
@@ -101,15 +101,17 @@ fn draw(
     scale: &Scale,
 ) -> Result<(), FigureError> {
     let mut chart = ChartBuilder::on(area)
-        .margin(8)
+        .margin(8 * FINE)
         .caption(format!("t = {} s", tick(instant)), TEXT)
-        .x_label_area_size(38)
-        .y_label_area_size(46)
+        .x_label_area_size(38 * FINE)
+        .y_label_area_size(46 * FINE)
         .build_cartesian_2d(-reach..reach, -reach..reach)?;
     chart
         .configure_mesh()
         .light_line_style(WHITE)
-        .bold_line_style(GRID)
+        .set_all_tick_mark_size(4 * FINE)
+        .axis_style(BLACK.stroke_width(FINE))
+        .bold_line_style(GRID.stroke_width(FINE))
         .x_labels(5)
         .y_labels(5)
         .x_label_formatter(&|value| tick(*value))
@@ -120,34 +122,34 @@ fn draw(
         .y_desc(scale.label("y"))
         .draw()?;
     let legend = |colour: plotters::style::RGBColor| {
-        move |(x, y)| PathElement::new([(x, y), (x + 14, y)], colour.stroke_width(3))
+        move |(x, y)| PathElement::new([(x, y), (x + 14 * FINE as i32, y)], colour.stroke_width(3 * FINE))
     };
     if let Some(gap) = gap {
         let circle = (0..=180).map(|k| 2.0 * PI * f64::from(k) / 180.0).map(|a| (gap * a.cos(), gap * a.sin()));
-        chart.draw_series(LineSeries::new(circle, GREY.stroke_width(1)))?.label("gap at rest").legend(legend(GREY));
+        chart.draw_series(LineSeries::new(circle, GREY.stroke_width(FINE)))?.label("gap at rest").legend(legend(GREY));
     }
     if let Some(ring) = ring {
         let colour = COLOURS[1];
         chart
-            .draw_series(LineSeries::new(ring.iter().copied(), colour.stroke_width(2)))?
-            .label("clearance")
+            .draw_series(LineSeries::new(ring.iter().copied(), colour.stroke_width(2 * FINE)))?
+            .label("clearance then")
             .legend(legend(colour));
     }
     let colour = COLOURS[0];
     chart
-        .draw_series(LineSeries::new(orbit.iter().copied(), colour.stroke_width(2)))?
-        .label("last turn")
+        .draw_series(LineSeries::new(orbit.iter().copied(), colour.stroke_width(2 * FINE)))?
+        .label("orbit, last turn")
         .legend(legend(colour));
     if let Some(&last) = orbit.last() {
-        chart.draw_series([Circle::new(last, 4, colour.filled())])?;
+        chart.draw_series([Circle::new(last, 4 * FINE as i32, colour.filled())])?;
     }
     chart
         .configure_series_labels()
         .position(SeriesLabelPosition::MiddleMiddle)
         .background_style(WHITE.mix(0.7))
-        .border_style(BLACK.mix(0.15))
+        .border_style(BLACK.mix(0.15).stroke_width(FINE))
         .label_font(SMALL.into_font())
-        .legend_area_size(20)
+        .legend_area_size(20 * FINE)
         .draw()?;
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! Lines over a common axis: one panel below the other, each with its own scale.
 
-use super::style::{GRID, SMALL, TEXT, TITLE, roomy, tick};
+use super::style::{FINE, GRID, SMALL, TEXT, TITLE, roomy, tick};
 use super::{Area, COLOURS, Figure, FigureError};
 use plotters::element::Circle;
 use plotters::prelude::{
@@ -16,15 +16,15 @@ pub struct Line {
     pub colour: Option<RGBColor>,
     /// Points, in the panel's shown units.
     pub points: Vec<(f64, f64)>,
-    /// Dots instead of a line.
-    pub dots: bool,
+    /// Dots of this radius [px] instead of a line; 0: a line.
+    pub dots: u32,
 }
 
 impl Line {
     /// A line in the next colour.
     #[must_use]
     pub fn new(label: &str, points: Vec<(f64, f64)>) -> Self {
-        Self { label: label.to_owned(), colour: None, points, dots: false }
+        Self { label: label.to_owned(), colour: None, points, dots: 0 }
     }
 }
 
@@ -60,7 +60,7 @@ pub fn panels(title: &str, x_label: &str, panels: &[Panel]) -> Result<Figure, Fi
         let mut rest = root;
         for (at, panel) in panels.iter().enumerate() {
             let last = at + 1 == panels.len();
-            let (area, next) = rest.split_vertically(HEIGHT + if last { below } else { 0 });
+            let (area, next) = rest.split_vertically((HEIGHT + if last { below } else { 0 }) * FINE);
             draw(&area, panel, x_range, last.then_some(x_label))?;
             rest = next;
         }
@@ -83,17 +83,19 @@ fn draw(area: &Area<'_>, panel: &Panel, x_range: (f64, f64), x_label: Option<&st
     let values = panel.lines.iter().flat_map(|line| &line.points).map(|point| point.1);
     let (low, high) = panel.y_range.unwrap_or_else(|| roomy(values, 0.06));
     let mut chart = ChartBuilder::on(area)
-        .margin_right(22)
-        .margin_top(8)
-        .margin_left(6)
-        .x_label_area_size(if x_label.is_some() { 44 } else { 10 })
-        .y_label_area_size(74)
+        .margin_right(22 * FINE)
+        .margin_top(8 * FINE)
+        .margin_left(6 * FINE)
+        .x_label_area_size(if x_label.is_some() { 44 * FINE } else { 10 * FINE })
+        .y_label_area_size(74 * FINE)
         .build_cartesian_2d(x_range.0..x_range.1, low..high)?;
     let x_text = |value: &f64| if x_label.is_some() { tick(*value) } else { String::new() };
     let y_text = |value: &f64| tick(*value);
     let mut mesh = chart.configure_mesh();
     mesh.light_line_style(WHITE)
-        .bold_line_style(GRID)
+        .set_all_tick_mark_size(4 * FINE)
+        .axis_style(BLACK.stroke_width(FINE))
+        .bold_line_style(GRID.stroke_width(FINE))
         .x_labels(10)
         .y_labels(6)
         .x_label_formatter(&x_text)
@@ -110,16 +112,18 @@ fn draw(area: &Area<'_>, panel: &Panel, x_range: (f64, f64), x_label: Option<&st
         let colour = line.colour.unwrap_or(COLOURS[at % COLOURS.len()]);
         let points =
             if panel.thin { thinned(&line.points, x_range, (WIDTH - 100) as usize) } else { line.points.clone() };
-        let drawn = if line.dots {
-            chart.draw_series(points.into_iter().map(|point| Circle::new(point, 2, colour.filled())))?
+        let drawn = if line.dots > 0 {
+            chart.draw_series(
+                points.into_iter().map(|point| Circle::new(point, (line.dots * FINE) as i32, colour.filled())),
+            )?
         } else {
-            chart.draw_series(LineSeries::new(points, colour.stroke_width(1)))?
+            chart.draw_series(LineSeries::new(points, colour.stroke_width(FINE)))?
         };
         if !line.label.is_empty() {
             named = true;
-            drawn
-                .label(line.label.as_str())
-                .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(3)));
+            drawn.label(line.label.as_str()).legend(move |(x, y)| {
+                PathElement::new([(x, y), (x + 18 * FINE as i32, y)], colour.stroke_width(3 * FINE))
+            });
         }
     }
     if named {
@@ -127,10 +131,10 @@ fn draw(area: &Area<'_>, panel: &Panel, x_range: (f64, f64), x_label: Option<&st
             .configure_series_labels()
             .position(SeriesLabelPosition::UpperRight)
             .background_style(WHITE.mix(0.85))
-            .border_style(BLACK.mix(0.2))
+            .border_style(BLACK.mix(0.2).stroke_width(FINE))
             .label_font(SMALL.into_font())
-            .legend_area_size(26)
-            .margin(6)
+            .legend_area_size(26 * FINE)
+            .margin(6 * FINE)
             .draw()?;
     }
     Ok(())

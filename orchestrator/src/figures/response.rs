@@ -34,7 +34,7 @@ pub fn unbalance_response(machine: &Machine, top: f64) -> Result<Option<Figure>,
         seen.push(*node);
         new
     });
-    places.truncate(6);
+    places.truncate(7);
     let rpm = |speed: f64| speed * 30.0 / PI;
     let largest =
         |values: &dyn Fn(&bladeoff_core::modal::UnbalanceResponse) -> f64| found.iter().map(values).fold(0.0, f64::max);

@@ -1,6 +1,6 @@
 //! Mode shapes: of the shaft line at rest and without damping, and of the rings.
 
-use super::style::{GREY, SMALL, TEXT, TITLE};
+use super::style::{FINE, GREY, SMALL, TEXT, TITLE};
 use super::{COLOURS, Figure, FigureError, Line, Panel, panels};
 use bladeoff_core::linalg::column_of;
 use bladeoff_core::machine::{DiaphragmKind, Machine, RotorKind};
@@ -46,7 +46,7 @@ pub fn rotor_shapes(machine: &Machine, structure: &Structure) -> Result<Option<F
         label: "bearings".to_owned(),
         colour: Some(GREY),
         points: machine.rotor.bearings.iter().map(|bearing| (shaft.nodes[bearing.node], height)).collect(),
-        dots: true,
+        dots: 4,
     };
     let mut lines = lateral;
     lines.push(marks(0.0));
@@ -82,14 +82,14 @@ pub fn ring_shapes(machine: &Machine, structure: &Structure) -> Result<Option<Fi
             let radius = stator.ring.mean_radius;
             let reach = 1.4;
             let mut chart = ChartBuilder::on(area)
-                .margin(6)
+                .margin(6 * FINE)
                 .caption(
                     format!("mode {}: {:.1} Hz", mode + 1, set.omega_squared[mode].max(0.0).sqrt() / (2.0 * PI)),
                     TEXT,
                 )
                 .build_cartesian_2d(-reach..reach, -reach * 0.95..reach * 0.95)?;
             let circle = (0..=120).map(|k| (2.0 * PI * f64::from(k) / 120.0).sin_cos()).map(|(s, c)| (c, s));
-            chart.draw_series(LineSeries::new(circle, GREY.stroke_width(1)))?;
+            chart.draw_series(LineSeries::new(circle, GREY.stroke_width(FINE)))?;
             let surface = ring.matrices.surface(radius, false);
             let around = (0..=360).map(|k| {
                 let angle = 2.0 * PI * f64::from(k) / 360.0;
@@ -99,7 +99,7 @@ pub fn ring_shapes(machine: &Machine, structure: &Structure) -> Result<Option<Fi
                 let (sin, cos) = angle.sin_cos();
                 (r * cos - t * sin, r * sin + t * cos)
             });
-            chart.draw_series(LineSeries::new(around, COLOURS[0].stroke_width(2)))?;
+            chart.draw_series(LineSeries::new(around, COLOURS[0].stroke_width(2 * FINE)))?;
             if mode == 0 {
                 chart.draw_series([plotters::element::Text::new(
                     "grey: at rest",

@@ -1,7 +1,7 @@
 //! Spectrogram and order tracking of a channel.
 //!
 //! ```text
-//! spectrogram   |X(t, f)|  windows of equal duration, Hann, half overlapping
+//! spectrogram   |X(t, f)|  windows of equal duration, Hann, overlapping
 //! orders        the channel resampled at equal steps of the spin angle; |X(t, k)|, k in events per turn
 //! amplitude     2 |X| / sum(window): a sine of amplitude A shows as A
 //! ```
@@ -51,7 +51,7 @@ struct Stft {
 }
 
 fn stft(samples: &[f64], window: usize) -> Stft {
-    let hop = (window / 4).max((samples.len().saturating_sub(window)) / COLUMNS).max(1);
+    let hop = (window / 16).max((samples.len().saturating_sub(window)) / COLUMNS).max(1);
     let taper: Vec<f64> = (0..window).map(|k| 0.5 - 0.5 * (2.0 * PI * k as f64 / window as f64).cos()).collect();
     let sum: f64 = taper.iter().sum();
     let transform = RealFftPlanner::<f64>::new().plan_fft_forward(window);
@@ -77,7 +77,7 @@ fn stft(samples: &[f64], window: usize) -> Stft {
 
 /// Window length: a power of two near a share of the samples.
 fn window_of(samples: usize) -> usize {
-    (samples / 40).next_power_of_two().clamp(64, 4096)
+    (samples / 16).next_power_of_two().clamp(64, 8192)
 }
 
 /// Spectrogram of a channel, up to `top` [Hz] (a fifth of what the records carry by default).
@@ -127,7 +127,7 @@ fn synchronous(history: &History, (from, to): (f64, f64), top: f64) -> Vec<(Stri
 pub fn order_map(history: &History, channel: &Series, top: f64) -> Result<Figure, FigureError> {
     /// Samples per turn: orders up to a quarter of it are clean.
     const PER_TURN: f64 = 64.0;
-    const TURNS: f64 = 16.0;
+    const TURNS: f64 = 12.0;
     let angle = &history.channel("rotor.angle_rad").ok_or(SpectrumError::NoAngle)?.values;
     let first = angle.first().copied().unwrap_or(0.0);
     let turns = (angle.last().copied().unwrap_or(0.0) - first) / (2.0 * PI);

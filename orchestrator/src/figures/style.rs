@@ -17,10 +17,12 @@ pub(super) const GREY: RGBColor = RGBColor(150, 150, 150);
 /// Bold grid lines.
 pub(super) const GRID: RGBColor = RGBColor(222, 222, 222);
 
-/// Text sizes [px].
-pub(super) const TITLE: (&str, u32) = ("sans-serif", 17);
-pub(super) const TEXT: (&str, u32) = ("sans-serif", 13);
-pub(super) const SMALL: (&str, u32) = ("sans-serif", 12);
+/// Units of the drawing per SVG pixel: the library rounds places to whole units, and whole pixels make curves jagged.
+pub(super) const FINE: u32 = 4;
+/// Text sizes.
+pub(super) const TITLE: (&str, u32) = ("sans-serif", 17 * FINE);
+pub(super) const TEXT: (&str, u32) = ("sans-serif", 13 * FINE);
+pub(super) const SMALL: (&str, u32) = ("sans-serif", 12 * FINE);
 
 /// Factor and name that turn SI values into readable ones.
 #[derive(Debug, Clone, PartialEq)]

@@ -154,7 +154,7 @@ impl Observer for Recorder {
     }
 
     fn wants(&mut self, step: u64, _time: f64) -> bool {
-        self.sink.is_some() && step % self.every_steps == 0
+        self.sink.is_some() && step.is_multiple_of(self.every_steps)
     }
 
     fn see(&mut self, frame: &Frame<'_>) {

@@ -262,7 +262,7 @@ fn read_range(
     let (start, stop) = (end(from), end(to));
     let (from_value, to_value, count, log) = (start?, stop?, count?, log?);
     let span = from.map_or_else(|| keys.span(), |entry| entry.node.span.clone());
-    if log && !(from_value * to_value > 0.0) {
+    if log && (from_value * to_value).partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
         problems
             .add(span, keys.key("spacing"), "logarithmic spacing needs both ends of the same sign and not zero")
             .allowed = Some("spacing = \"linear\", or other ends".to_owned());
