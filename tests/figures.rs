@@ -161,7 +161,6 @@ fn the_commands_of_the_walk_through_run() {
         let scaled: &[&str] = match words[1].as_str() {
             // the rub begins at 3.05 s
             "simulate" => &["--set", "run.end_time=3.2 s"],
-            "run" => &["--limit", "2"],
             "table1" => &["--end-time", "0.1 s"],
             _ => &[],
         };

@@ -1,4 +1,5 @@
 //! Machine files that are right: the shipped machines, parameters by path, records, the template.
+#![expect(clippy::unwrap_used, reason = "helpers of tests stand outside their functions")]
 
 use std::f64::consts::PI;
 use std::fmt::Write;

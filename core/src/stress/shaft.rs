@@ -257,7 +257,7 @@ mod tests {
         let twist = clamped(&rotor.twist_stiffness, &[0], &torque);
         let pi = std::f64::consts::PI;
         for (section, diameter) in [(0, 0.1f64), (1, 0.08)] {
-            let (moment, _) = stresses.largest(section, &vec![0.0; 20], &twist);
+            let (moment, _) = stresses.largest(section, &[0.0; 20], &twist);
             assert!((moment - 1000.0).abs() < 1e-8);
             let polar = pi / 32.0 * (diameter.powi(4) - 0.02f64.powi(4));
             let expected = 1000.0 * 0.5 * diameter / polar;

@@ -192,7 +192,7 @@ mod tests {
     #[test]
     fn chatter_within_an_impact_counts_as_contact() {
         // contact in every second step only, as multipliers give it
-        let (regime, _) = orbit(100.0, |t| (t * 1e4).round() as u64 % 2 == 0);
+        let (regime, _) = orbit(100.0, |t| ((t * 1e4).round() as u64).is_multiple_of(2));
         assert_eq!(regime, "heavy");
     }
 }

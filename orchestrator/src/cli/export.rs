@@ -52,7 +52,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         }
         None => {
             let mut out = Watched { inner: io::stdout().lock(), error: None };
-            let exported = export_csv(&table, &mut out).and_then(|()| Ok(()));
+            let exported = export_csv(&table, &mut out);
             if let Some(error) = out.error {
                 return Err(CliError::stdout(error));
             }

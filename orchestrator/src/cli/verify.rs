@@ -135,7 +135,7 @@ mod tests {
     #[test]
     fn digits_are_readable_at_every_size() {
         assert_eq!(digits(1.4), "1.400000000");
-        assert_eq!(digits(4870.364_187_969_99), "4870.364188");
+        assert_eq!(digits(4_870.364_187_969_99), "4870.364188");
         assert_eq!(digits(5.721e-4), "5.721000000e-4");
     }
 }

@@ -39,11 +39,13 @@ pub(super) fn map(map: &Map<'_>) -> Result<Figure, FigureError> {
         };
         let mut cells = Vec::new();
         for (at, column) in map.columns.iter().enumerate() {
-            let (from, to) = (x.0 + at as f64 * step, x.0 + (at + 1) as f64 * step);
+            // a little over the next cell, which is drawn later: edges that only touch show as hairlines
+            let (from, to) = (x.0 + at as f64 * step, (x.0 + (at as f64 + 1.2) * step).min(x.1));
             let height = (y.1 - y.0) / column.len().max(1) as f64;
             let mut row = 0;
             for run in column.chunk_by(|a, b| level(*a) == level(*b)) {
-                let (low, high) = (y.0 + row as f64 * height, y.0 + (row + run.len()) as f64 * height);
+                let (low, high) =
+                    (y.0 + row as f64 * height, (y.0 + ((row + run.len()) as f64 + 0.2) * height).min(y.1));
                 cells.push(Rectangle::new([(from, low), (to, high)], viridis(level(run[0])).filled()));
                 row += run.len();
             }
@@ -80,7 +82,10 @@ pub(super) fn map(map: &Map<'_>) -> Result<Figure, FigureError> {
         let height = (map.z_range.1 - map.z_range.0) / LEVELS;
         let steps = (0..LEVELS as usize).map(|k| {
             let low = map.z_range.0 + k as f64 * height;
-            Rectangle::new([(0.0, low), (1.0, low + height)], viridis(k as f64 / LEVELS).filled())
+            Rectangle::new(
+                [(0.0, low), (1.0, (low + 1.2 * height).min(map.z_range.1))],
+                viridis(k as f64 / LEVELS).filled(),
+            )
         });
         bar.draw_series(steps)?;
         bar.configure_mesh()

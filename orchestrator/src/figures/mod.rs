@@ -110,7 +110,7 @@ impl Figure {
         {
             let area = SVGBackend::with_string(&mut svg, (width, height)).into_drawing_area();
             area.fill(&WHITE)?;
-            draw(&area)?;
+            draw(&area.margin(8 * FINE, 0, 0, 0))?;
             area.present()?;
         }
         // shown at its size in pixels; the viewBox keeps the finer units

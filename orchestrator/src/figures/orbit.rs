@@ -30,7 +30,7 @@ pub fn orbits(history: &History, instants: &[f64]) -> Result<Option<Figure>, Fig
     let reach = x.iter().zip(y).map(|(x, y)| x.hypot(*y)).fold(gap.unwrap_or(0.0), f64::max) * 1.12;
     let reach = if reach > 0.0 { reach } else { 1.0 };
     let scale = Scale::of("m", reach);
-    let size = (columns * SIZE, 40 + rows * (SIZE + 10));
+    let size = (columns * SIZE, 48 + rows * (SIZE - 19));
     let figure = Figure::draw(size, |root| {
         let title = "Rotor centre inside the clearance of the deformed ring";
         let root = root.titled(title, TITLE)?;

@@ -52,7 +52,7 @@ const HEIGHT: u32 = 190;
 /// The plotting library failed.
 pub fn panels(title: &str, x_label: &str, panels: &[Panel]) -> Result<Figure, FigureError> {
     let below = 44;
-    let height = 40 + below + HEIGHT * panels.len().max(1) as u32;
+    let height = 48 + below + HEIGHT * panels.len().max(1) as u32;
     let all = panels.iter().flat_map(|panel| &panel.lines).flat_map(|line| &line.points);
     let x_range = roomy(all.map(|point| point.0), 0.0);
     Figure::draw((WIDTH, height), |root| {

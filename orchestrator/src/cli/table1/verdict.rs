@@ -206,14 +206,15 @@ fn causes(done: &[Done], engine: &str) -> Vec<String> {
 }
 
 const EXPLANATION: &str = "
-- CPU time: in the paper the updated detection searches the ring in every iteration of every step near contact. Here the search
-  runs only where a bound says that contact is possible, and looks only at the part of the ring that can be closest; what is
-  left is the cost of the iterations themselves, counted above.
-- Max contact force is the force of one step: it grows with the step's fineness and with the local mass, and differs from start
-  to start as much as from detection to detection. The 1 ms mean is the quantity to compare.
+- CPU time: near contact hyp1 needs no search of the ring, hyp2-frozen one for each step, hyp2 one for each iteration. Here a bound
+  skips the search while contact is impossible, and it looks only at the part of the ring that can be closest, so that the
+  detections differ less than the paper's, and the two quick ones are told apart by their one search.
+- Max contact force is the force of one step: it grows with the step's fineness and with the local mass, and scatters from
+  start to start. The 1 ms mean is the quantity to compare.
 - Residual penetration of hyp1 is that of its own, approximate gap. Hyp2 updated leaves penetration where the iteration has no
   fixed point and the predicted place is kept, as hyp2-frozen does in every contact step.
-- Bearing loads follow the whirl of the whole shaft line, on which the three detections differ little; the paper says so too.
+- Bearing loads follow the whirl of the whole shaft line, which sees the contact force only as a mean over its period: they
+  depend less on the detection than the contact force does. The paper says so too.
 ";
 
 #[cfg(test)]
