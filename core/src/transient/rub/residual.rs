@@ -1,7 +1,7 @@
 //! Static flexibility of the modes that the reduced engine leaves out, at the contact (`docs/theory/05-reduction.md`).
 
 use super::{Rub, bilinear, directions};
-use crate::contact::Gap;
+use crate::contact::{ContactForce, Gap};
 use crate::structure::Structure;
 
 impl Rub<'_> {
@@ -22,6 +22,12 @@ impl Rub<'_> {
             }
         }
         (nn, nt)
+    }
+
+    /// By how much the modes left out open the gap at a place under a contact force [m].
+    pub fn yielding(&self, acting: &Gap, force: &ContactForce) -> f64 {
+        let (nn, nt) = self.residual_flexibility(acting);
+        nn * force.normal + nt * force.tangential
     }
 }
 

@@ -4,7 +4,7 @@ use super::runs::Case;
 use crate::cli::error::CliError;
 use crate::cli::history::watched;
 use crate::engine;
-use crate::figures::{Figure, Line, Panel, Scale, panels};
+use crate::figures::{COLOURS, Figure, Line, Panel, Scale, panels};
 use crate::history::{Decimation, History, Settings, read};
 use std::path::Path;
 
@@ -145,7 +145,12 @@ fn apart(
         histories.iter().map(|(detection, history)| line(history, channel, detection, &scale, range)).collect();
     let values = lines.iter().flat_map(|line| &line.points).map(|point| point.1);
     let (low, high) = values.fold((0.0_f64, 0.0_f64), |(low, high), value| (low.min(value), high.max(value)));
-    let y_range = Some((low - 0.04 * (high - low), high + 0.06 * (high - low)));
-    let panel = |line| Panel { y_label: scale.label(name), lines: vec![line], y_range, thin: true };
-    Ok(panels(title, "time [s]", &lines.into_iter().map(panel).collect::<Vec<_>>())?)
+    // room for the legend
+    let y_range = Some((low - 0.04 * (high - low), high + 0.25 * (high - low)));
+    // the colours of the pictures with all detections in one panel
+    let panel = |(at, line): (usize, Line)| {
+        let lines = vec![Line { colour: Some(COLOURS[at % COLOURS.len()]), ..line }];
+        Panel { y_label: scale.label(name), lines, y_range, thin: true }
+    };
+    Ok(panels(title, "time [s]", &lines.into_iter().enumerate().map(panel).collect::<Vec<_>>())?)
 }
