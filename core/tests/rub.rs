@@ -27,7 +27,7 @@ fn text(c: &Case, stator: Option<&str>, tail: &str) -> String {
     // with e = 0 the mass stands on the axis. The drive of a constant speed puts in many times the stored energy, which is
     // what the balance is measured by: its guard is set for that
     format!(
-        "schema = 1\nname = \"rub\"\n[run]\nend_time = {:?}\nstep = {:?}\n[run.guard]\nenergy_balance = 1e-3\n\
+        "schema = 1\nname = \"rub\"\n[run]\nend_time = {:?}\nstep = {:?}\n\
          [rotor.bearings.spring]\nstiffness = 1\ndamping = {:?}\n\
          [rotor.unbalances.mass]\nmass = 1\nradius = {:?}\n\
          [diaphragms.ring]\n{}\n[diaphragms.ring.contact]\nrotor_radius = {:?}\ngap = 1\nfriction = {:?}\n\

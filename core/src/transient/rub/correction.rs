@@ -104,6 +104,7 @@ impl Rub<'_> {
             self.load_rows(&acting, &gap);
             let mut free = std::mem::take(&mut self.candidate);
             let mut free_twist = std::mem::take(&mut self.candidate_twist);
+            let driven = line.driven();
             line.respond(attempt.time, d, d_twist, &mut free, &mut free_twist);
             let solved = self.solve(&gap, &acting, attempt.sign, (d, &free, &free_twist));
             let force = match solved {
@@ -117,7 +118,7 @@ impl Rub<'_> {
             line.add_drive_torque(self.drive_lever * force.tangential * self.rotor_radius);
             let change = (force.normal - last.normal).abs().max((force.tangential - last.tangential).abs());
             let moved = distance(&free, d) <= TOLERANCE * norm(&free) + f64::MIN_POSITIVE
-                && distance(&free_twist, d_twist) <= TOLERANCE * norm(&free_twist);
+                && distance(&free_twist, d_twist) + (line.driven() - driven).abs() <= TOLERANCE * norm(&free_twist);
             let steady =
                 change * self.scale() <= 1e-14 * self.rotor_radius.max(self.gap) + 1e-11 * force.normal * self.scale();
             d.copy_from_slice(&free);
