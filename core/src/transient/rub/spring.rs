@@ -67,6 +67,7 @@ impl Rub<'_> {
                     slip,
                     reversed: self.law == FrictionLaw::Slip && slip * sign < 0.0,
                     no_fixed_point: false,
+                    points: 1,
                     friction_work: force.tangential * slip * line.dt,
                     normal_work: 0.0,
                     model_work: 0.0,
