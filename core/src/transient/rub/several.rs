@@ -23,7 +23,7 @@ use crate::machine::FrictionLaw;
 use crate::transient::shaft_line::{ShaftLine, distance, norm};
 
 /// Contact points of a ring at most.
-pub(super) const POINTS: usize = 8;
+pub(super) const POINTS: usize = 12;
 /// Rounds of block Gauss-Seidel at most; close points are nearly one and converge slowly.
 const SWEEPS: usize = 2000;
 /// A minimum penetrates when it is deeper than this share of the predicted penetration.
@@ -72,20 +72,18 @@ impl Rub<'_> {
     ) -> Option<Gap> {
         let allowed = -SHARE * attempt.predicted.value.abs();
         let mut place = attempt.predicted.place;
-        while points.len() < POINTS {
+        loop {
             points.push(self.point(place)?);
             self.hold(line, attempt, points, d, d_twist)?;
             let dx = self.increment(d);
             let deepest = self.deepest([attempt.x_n[0] + dx[0], attempt.x_n[1] + dx[1]], points)?;
-            if deepest.value >= allowed {
+            let again = points.iter().any(|point| angle_between(point.place.alpha, deepest.place.alpha) < SAME);
+            // what is left without another point is still less than one point leaves, and reported as penetration
+            if deepest.value >= allowed || again || points.len() == POINTS {
                 return Some(deepest);
-            }
-            if points.iter().any(|point| angle_between(point.place.alpha, deepest.place.alpha) < SAME) {
-                return None;
             }
             place = deepest.place;
         }
-        None
     }
 
     fn point(&self, place: Place) -> Option<Point> {
