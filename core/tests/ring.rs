@@ -65,7 +65,11 @@ fn free_ring_has_the_frequencies_of_its_theory() {
         // order 4 in the element (next test): what 96 elements leave is a fifteenth of the last difference
         let left = (coarse[k] - fine[k]) / 15.0;
         let ours = fine[k] - left;
-        println!("free ring f{}: {:.4} Hz, mesh error {left:.1e}, extrapolated {ours:.4} against {exact}", k + 2, fine[k]);
+        println!(
+            "free ring f{}: {:.4} Hz, mesh error {left:.1e}, extrapolated {ours:.4} against {exact}",
+            k + 2,
+            fine[k]
+        );
         // half a unit of the last published digit
         assert!((ours - exact).abs() < 0.5e-3, "f{}: {ours} Hz against {exact}", k + 2);
     }

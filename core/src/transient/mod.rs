@@ -205,9 +205,8 @@ impl<'a> Run<'a> {
             self.line.respond(self.time, &self.d, &self.d_twist, &mut self.next, &mut self.next_twist);
             let (scale, twist_scale) = (norm(&self.next), norm(&self.next_twist));
             let drive_change = (self.line.driven() - driven).abs();
-            let change = (distance(&self.next, &self.d) / (scale + f64::MIN_POSITIVE)).max(
-                (distance(&self.next_twist, &self.d_twist) + drive_change) / (twist_scale + f64::MIN_POSITIVE),
-            );
+            let change = (distance(&self.next, &self.d) / (scale + f64::MIN_POSITIVE))
+                .max((distance(&self.next_twist, &self.d_twist) + drive_change) / (twist_scale + f64::MIN_POSITIVE));
             std::mem::swap(&mut self.d, &mut self.next);
             std::mem::swap(&mut self.d_twist, &mut self.next_twist);
             if let Some(last) = last_change {

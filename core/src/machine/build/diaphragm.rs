@@ -5,7 +5,8 @@ use super::rotor::rayleigh;
 use super::shaft::{self, Nodes};
 use crate::document::units::format_digits;
 use crate::machine::model::{
-    Blades, Contact, ContactPoints, ContactSurface, Detection, Diaphragm, DiaphragmKind, FlexibleStator, FrictionLaw, Ring,
+    Blades, Contact, ContactPoints, ContactSurface, Detection, Diaphragm, DiaphragmKind, FlexibleStator, FrictionLaw,
+    Ring,
 };
 
 pub(super) fn diaphragms(reader: &mut Reader<'_>, nodes: Option<&Nodes>) -> Option<Vec<Diaphragm>> {

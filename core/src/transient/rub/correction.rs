@@ -173,8 +173,7 @@ impl Rub<'_> {
             w.tt -= dot(&ring.tangent.force, &ring.tangent.response);
             slip -= dot(&ring.tangent.force, &ring.free);
         }
-        let (nn, nt) = self.residual_flexibility(acting);
-        (w.nn, w.nt) = (w.nn + nn, w.nt + nt);
+        w.nn += self.residual_between(acting, acting);
         match self.law {
             FrictionLaw::Slip => slide(g0, w, self.friction, sign),
             FrictionLaw::StickSlip => stick_or_slide(g0, slip, w, self.friction),
@@ -257,8 +256,7 @@ impl Rub<'_> {
         }
         // Hyp 1: the approximate gap opens by v_alpha d(gamma) more than the bodies move apart
         let model_work = force.normal * acting.model_slope * acting.place.polar(step)[1];
-        let (nn, nt) = self.residual_flexibility(&acting);
-        let yielding = nn * force.normal + nt * force.tangential;
+        let yielding = self.yielding(&acting, &force);
         self.held = 0.5 * force.normal * yielding;
         let mut residual = if self.detection == Detection::Hyp2Frozen || no_fixed_point {
             let x = [attempt.x_n[0] + dx[0], attempt.x_n[1] + dx[1]];

@@ -5,16 +5,15 @@ use crate::contact::{ContactForce, Gap};
 use crate::structure::Structure;
 
 impl Rub<'_> {
-    /// Static flexibility of the modes left out: gap by a unit normal and by a unit tangential force at a place [m/N].
-    pub(super) fn residual_flexibility(&self, acting: &Gap) -> (f64, f64) {
-        self.residual_between(acting, acting)
-    }
-
-    /// The same for the gap at one place by forces at another.
-    pub(super) fn residual_between(&self, at: &Gap, acting: &Gap) -> (f64, f64) {
+    /// Static flexibility of the modes left out: gap at one place by a unit normal force at another [m/N].
+    ///
+    /// It is symmetric, so what it holds is an energy. The gap by a friction force is left out with its counterpart, the slip
+    /// by a normal force: at one point both vanish by mirror symmetry at blades and half-way between them, and one without
+    /// the other would give or take energy in every cycle of the two forces.
+    pub(super) fn residual_between(&self, at: &Gap, acting: &Gap) -> f64 {
         let (here, _) = directions(at);
-        let (n, t) = directions(acting);
-        let (mut nn, mut nt) = (bilinear(&self.residual, here, n), bilinear(&self.residual, here, t));
+        let (there, _) = directions(acting);
+        let mut sum = bilinear(&self.residual, here, there);
         if let Some((ring, residual)) = self.ring.as_ref().and_then(|ring| Some((ring, ring.residual?))) {
             debug_assert!(ring.field.len() == residual.nrows());
             let ([h_r, h_t], [n_r, n_t]) = (at.normal, acting.normal);
@@ -22,18 +21,16 @@ impl Rub<'_> {
             for (i, r_i, t_i) in self.surface.shapes(at.place.element, at.place.xi) {
                 let row = h_r * r_i + h_t * t_i;
                 for (j, r_j, t_j) in shapes {
-                    nn += row * residual[(i, j)] * (n_r * r_j + n_t * t_j);
-                    nt += row * residual[(i, j)] * (n_r * t_j - n_t * r_j);
+                    sum += row * residual[(i, j)] * (n_r * r_j + n_t * t_j);
                 }
             }
         }
-        (nn, nt)
+        sum
     }
 
-    /// By how much the modes left out open the gap at a place under a contact force [m].
+    /// By how much the modes left out open the gap at a place under a contact force there [m].
     pub fn yielding(&self, acting: &Gap, force: &ContactForce) -> f64 {
-        let (nn, nt) = self.residual_flexibility(acting);
-        nn * force.normal + nt * force.tangential
+        self.residual_between(acting, acting) * force.normal
     }
 }
 
