@@ -67,9 +67,9 @@ fn a_study_gives_a_table_with_its_parameters_status_and_quantities() {
     for file in ["timings.parquet", "workers.log", "ledger.redb"] {
         assert!(fs::exists(format!("{out}/{file}")).expect("readable"), "{file}");
     }
-    let again = run(&study, &out, &[]);
-    assert_eq!(again.code, 3);
-    assert!(again.err.contains("already there"), "{}", again.err);
+    fs::write(folder.path("something"), "else").expect("written");
+    let elsewhere = run(&study, &folder.name(""), &[]);
+    assert_eq!(elsewhere.code, 3, "a folder of something else: {}", elsewhere.err);
 }
 
 #[test]

@@ -8,7 +8,7 @@ use crate::files::FileError;
 use crate::history::HistoryError;
 use crate::ledger::LedgerError;
 use crate::results::TableError;
-use crate::run::RunError;
+use crate::run::{LockError, RunError};
 use crate::study::{InputError, StudyError};
 use bladeoff_core::document::Problems;
 use std::io;
@@ -104,9 +104,19 @@ impl CliError {
             CliError::Study(StudyError::Design(_)) => Exit::Input,
             CliError::Study(StudyError::Input(error)) | CliError::Input(error) => input_exit(error),
             CliError::Engine(_) => Exit::Input,
-            CliError::Run(RunError::Exists { .. } | RunError::Machine(_) | RunError::Engine(_)) => Exit::Input,
+            CliError::Run(
+                RunError::Foreign { .. }
+                | RunError::NotADirectory { .. }
+                | RunError::Changed { .. }
+                | RunError::NothingToRerun { .. }
+                | RunError::Lock(LockError::Held { .. })
+                | RunError::Ledger(LedgerError::Version { .. })
+                | RunError::Machine(_)
+                | RunError::Engine(_),
+            ) => Exit::Input,
             CliError::Run(
                 RunError::File(_)
+                | RunError::Lock(LockError::File(_))
                 | RunError::Ledger(_)
                 | RunError::Table(_)
                 | RunError::Plan(_)

@@ -7,9 +7,9 @@ use crate::dispatch::{Ended, Signal};
 use crate::report::summary;
 use crate::results::Table;
 use crate::run::directory::{INCOMPLETE_RESULTS, RESULTS};
-use crate::run::{Finished, Request, run};
+use crate::run::{Finished, Request, Rerun, run};
 use crate::study::{Samples, Study, check_machines, check_starts, load};
-use bladeoff_core::outcome::Status;
+use bladeoff_core::outcome::{Cause, Status};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::thread;
@@ -26,7 +26,12 @@ use std::thread;
 ///   workers.log       messages of the worker processes
 ///
 /// The same study gives the same bytes of results.parquet, whatever the number of workers and whatever happened to
-/// them. An existing result directory is refused.
+/// them.
+///
+/// A result directory that is there is continued: what is finished is kept, the rest is computed, and the table
+/// is the one that an undisturbed run would have written. So after Ctrl-C, a crash or a full disk the same command goes
+/// on. The study may have grown meanwhile (more points, a larger --limit, other [limits]); one that has changed is
+/// refused with the difference.
 ///
 /// After Ctrl-C or SIGTERM the rows finished so far are in results-incomplete.parquet.
 #[derive(Debug, clap::Args)]
@@ -35,6 +40,8 @@ use std::thread;
   bladeoff run studies/first-look.toml --out /tmp/look --workers 2
   bladeoff run studies/gap-friction-map.toml --scale 0.3     (every axis thinned, its end points kept)
   bladeoff run studies/gap-friction-map.toml --limit 50      (50 samples spread over the study)
+  bladeoff run studies/gap-friction-map.toml                 (again: goes on, and keeps those 50)
+  bladeoff run studies/gap-friction-map.toml --rerun failed  (computes failed and quarantined samples again)
 
 The exit code is 4 when more samples failed or were invalid than [limits] of the study allows (default: no sample
 may fail, any number may be invalid).")]
@@ -50,6 +57,10 @@ pub struct Args {
     #[arg(long, value_name = "N")]
     workers: Option<NonZeroUsize>,
 
+    /// Compute finished samples again: `failed` (and quarantined) ones, or `cause=WORD[,WORD]` those of these causes
+    #[arg(long, value_name = "WHICH", value_parser = rerun)]
+    rerun: Option<Rerun>,
+
     #[command(flatten)]
     part: PartArgs,
 }
@@ -64,6 +75,16 @@ pub struct PartArgs {
     /// Thin every axis to this part of its points, at least two; its end points are kept
     #[arg(long, value_name = "F", value_parser = scale)]
     scale: Option<f64>,
+}
+
+fn rerun(text: &str) -> Result<Rerun, String> {
+    if text == "failed" {
+        return Ok(Rerun::Failed);
+    }
+    let words = text.strip_prefix("cause=").ok_or("must be `failed` or `cause=WORD[,WORD]`")?;
+    let known = || Cause::ALL.iter().map(|cause| cause.word()).collect::<Vec<_>>().join(", ");
+    let cause = |word: &str| Cause::from_word(word).ok_or_else(|| format!("no cause {word:?}; causes are {}", known()));
+    words.split(',').map(|word| cause(word.trim())).collect::<Result<_, _>>().map(Rerun::Causes)
 }
 
 fn scale(text: &str) -> Result<f64, String> {
@@ -100,7 +121,8 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         samples.study().machine_file,
         out.display()
     ));
-    let finished = run(&Request { out: out.clone(), workers }, &samples)?;
+    let request = Request { out: out.clone(), workers, rerun: args.rerun.clone() };
+    let finished = run(&request, &samples, &remark)?;
     let table = Table::read(&finished.table)?;
     let incomplete = finished.ended != Ended::Complete;
     let file = if incomplete { INCOMPLETE_RESULTS } else { RESULTS };

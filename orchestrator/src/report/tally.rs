@@ -12,7 +12,12 @@ pub struct Tally {
 impl Tally {
     /// Counts a finished sample.
     pub fn add(&mut self, outcome: &Outcome) {
-        *self.counts.entry((outcome.status, outcome.cause)).or_default() += 1;
+        self.count(outcome.status, outcome.cause);
+    }
+
+    /// Counts a sample of which only this is known.
+    pub fn count(&mut self, status: Status, cause: Option<Cause>) {
+        *self.counts.entry((status, cause)).or_default() += 1;
     }
 
     /// Finished samples.

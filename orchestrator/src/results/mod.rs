@@ -11,11 +11,11 @@ mod series;
 mod timings;
 
 pub use export::export_csv;
-pub use parquet::{Provenance, Row, Value, write_results};
+pub use parquet::{Provenance, ResultsWriter, Row, Value};
 pub use read::{Cells, Table};
 pub use schema::{DETECTION, Field, FieldKind, SCHEMA_VERSION, TableSchema, verdict_fields};
 pub use series::{NumberColumn, read_metadata, read_numbers, write_numbers};
-pub use timings::{Timing, write_timings};
+pub use timings::{Timing, TimingsWriter};
 
 use crate::files::FileError;
 use std::path::PathBuf;

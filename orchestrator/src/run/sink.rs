@@ -1,5 +1,6 @@
 //! From the dispatch loop into the ledger, counting on the way.
 
+use super::keys::SampleKeys;
 use crate::dispatch::{Observer, SampleResult, Sink, SinkError};
 use crate::ledger::{Entry, Ledger, LedgerError};
 use crate::report::{Progress, Tally, duration};
@@ -12,6 +13,7 @@ use std::time::Instant;
 #[derive(Debug)]
 pub(super) struct LedgerSink<'a> {
     pub ledger: &'a mut Ledger,
+    pub keys: &'a SampleKeys<'a>,
     pub tally: Rc<RefCell<Tally>>,
 }
 
@@ -20,7 +22,7 @@ impl Sink for LedgerSink<'_> {
         self.tally.borrow_mut().add(&result.outcome);
         let entry =
             Entry { outcome: result.outcome, cpu_s: result.cpu_s, worker: result.worker, attempt: result.attempt };
-        self.ledger.put(result.sample, &entry, Instant::now()).map_err(refused)
+        self.ledger.put(result.sample, self.keys.key(result.sample), &entry, Instant::now()).map_err(refused)
     }
 
     fn flush(&mut self) -> Result<(), SinkError> {

@@ -1,0 +1,64 @@
+//! Keys of samples: what a result is recorded under.
+//!
+//! A key is the identity of the sample's machine (`bladeoff_core::machine`, every parameter after overrides) together with
+//! the numerics version and the frozen basis. The same sample has the same key in a study with more points, another
+//! `--scale`, `--limit` or order of axes, and whether a parameter is varied or written in the machine file.
+
+use crate::ledger::SampleKey;
+use crate::study::Samples;
+use bladeoff_core::NUMERICS_VERSION;
+
+/// Keys of all samples of a study: a sum of one term per axis each.
+#[derive(Debug, Clone)]
+pub struct SampleKeys<'a> {
+    samples: &'a Samples,
+    base: u128,
+    /// What each position of each axis adds.
+    axes: Vec<Vec<u128>>,
+}
+
+impl<'a> SampleKeys<'a> {
+    /// Prepares the terms; `basis`: the frozen one.
+    #[must_use]
+    pub fn new(samples: &'a Samples, basis: &[u8]) -> Self {
+        let study = samples.study();
+        let machine = &study.machine;
+        let term = |axis: &crate::study::Axis, position: u64| {
+            axis.varied.iter().fold(0u128, |sum, varied| {
+                let change = machine.identity_change(&varied.info, &varied.values.at(position));
+                sum.wrapping_add(change.expect("type and range were checked when the study was read"))
+            })
+        };
+        let axes = study.axes.iter().map(|axis| (0..axis.length).map(|position| term(axis, position)).collect());
+        Self { samples, base: machine.identity().wrapping_add(numerics(basis)), axes: axes.collect() }
+    }
+
+    /// The key of a sample.
+    #[must_use]
+    pub fn key(&self, sample: u64) -> SampleKey {
+        let positions = self.samples.positions(sample);
+        let terms = self
+            .axes
+            .iter()
+            .zip(positions)
+            .map(|(axis, position)| axis[usize::try_from(position).expect("a position indexes memory")]);
+        SampleKey(terms.fold(self.base, u128::wrapping_add))
+    }
+
+    /// Hash of all keys in order: equal for studies whose samples are the same and numbered alike.
+    #[must_use]
+    pub fn digest(&self) -> String {
+        let mut hasher = blake3::Hasher::new();
+        (0..self.samples.count()).for_each(|sample| {
+            hasher.update(&self.key(sample).0.to_le_bytes());
+        });
+        hasher.finalize().to_hex().to_string()
+    }
+}
+
+/// The part of a key that is not the machine.
+fn numerics(basis: &[u8]) -> u128 {
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(b"numerics").update(&NUMERICS_VERSION.to_le_bytes()).update(blake3::hash(basis).as_bytes());
+    u128::from_le_bytes(*hasher.finalize().as_bytes().first_chunk().expect("a hash has 32 bytes"))
+}
