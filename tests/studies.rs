@@ -217,6 +217,25 @@ zip = "blade"
     );
 }
 
+#[test]
+fn a_study_cannot_name_a_folder_or_file_elsewhere() {
+    let folder = Folder::new();
+    for name in ["../up", "a/b", "..", ".hidden", "/tmp/x", "", "a\\u0000b"] {
+        let study = folder.write("s.toml", &SMALL_STUDY.replace("name = \"small\"", &format!("name = \"{name}\"")));
+        let said = say(&["check", &study, "--list"]);
+        assert_eq!(said.code, 3, "{name:?}");
+        assert!(said.err.contains("name"), "{name:?}: {}", said.err);
+    }
+    for machine in ["/etc/passwd", "../../../rig.toml", "machines/../../rig.toml"] {
+        let study = folder.write("s.toml", &SMALL_STUDY.replace("machines/rig.toml", machine));
+        let said = say(&["check", &study, "--list"]);
+        assert!(said.code == 3 && said.err.contains("leads outside"), "{machine}: {}", said.err);
+    }
+    let points = format!("{SMALL_STUDY}[points]\nfile = \"/etc/passwd\"\n");
+    let said = say(&["check", &folder.write("s.toml", &points)]);
+    assert!(said.code == 3 && said.err.contains("leads outside"), "{}", said.err);
+}
+
 /// Names of this run's shared memory: its workers' command lines say them.
 fn shared_memory_prefix(pid: u32) -> String {
     let children = fs::read_to_string(format!("/proc/{pid}/task/{pid}/children")).expect("Linux lists children");

@@ -6,13 +6,14 @@ use super::output::{print, remark};
 use crate::dispatch::{Ended, Signal};
 use crate::report::summary;
 use crate::results::Table;
-use crate::run::directory::{INCOMPLETE_RESULTS, RESULTS};
-use crate::run::{Finished, Request, Rerun, run};
+use crate::run::directory::{INCOMPLETE_RESULTS, LEDGER, RESULTS};
+use crate::run::{Finished, Request, Rerun, go_on, run};
 use crate::study::{Samples, Study, check_machines, check_starts, load};
 use bladeoff_core::outcome::{Cause, Status};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::thread;
+use std::time::Duration;
 
 /// Compute a study on all cores and write its result directory
 ///
@@ -24,6 +25,7 @@ use std::thread;
 ///   timings.parquet   CPU time, worker and attempt of each sample
 ///   manifest.json     versions, build, host, dates, command
 ///   workers.log       messages of the worker processes
+///   ledger.redb       the durable record, from which the tables are made and a run is continued
 ///
 /// The same study gives the same bytes of results.parquet, whatever the number of workers and whatever happened to
 /// them.
@@ -33,7 +35,8 @@ use std::thread;
 /// on. The study may have grown meanwhile (more points, a larger --limit, other [limits]); one that has changed is
 /// refused with the difference.
 ///
-/// After Ctrl-C or SIGTERM the rows finished so far are in results-incomplete.parquet.
+/// While it runs, and after Ctrl-C or SIGTERM, the rows finished so far are in results-incomplete.parquet.
+/// `bladeoff status` tells how far it is.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   bladeoff run studies/first-look.toml
@@ -60,6 +63,10 @@ pub struct Args {
     /// Compute finished samples again: `failed` (and quarantined) ones, or `cause=WORD[,WORD]` those of these causes
     #[arg(long, value_name = "WHICH", value_parser = rerun)]
     rerun: Option<Rerun>,
+
+    /// Seconds between two writings of results-incomplete.parquet while the study runs; 0: only when it ends early
+    #[arg(long, value_name = "S", default_value_t = 60)]
+    refresh: u32,
 
     #[command(flatten)]
     part: PartArgs,
@@ -121,8 +128,18 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         samples.study().machine_file,
         out.display()
     ));
-    let request = Request { out: out.clone(), workers, rerun: args.rerun.clone() };
-    let finished = run(&request, &samples, &remark)?;
+    let request = Request {
+        out: out.clone(),
+        workers,
+        rerun: args.rerun.clone(),
+        refresh: Duration::from_secs(args.refresh.into()),
+    };
+    let go_on = || remark(&format!("what is finished is kept; go on with: {}", go_on(&out, &samples)));
+    let finished = run(&request, &samples, &remark).inspect_err(|error| {
+        if !error.is_refusal() && out.join(LEDGER).exists() {
+            go_on();
+        }
+    })?;
     let table = Table::read(&finished.table)?;
     let incomplete = finished.ended != Ended::Complete;
     let file = if incomplete { INCOMPLETE_RESULTS } else { RESULTS };
@@ -136,6 +153,9 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         // The study is done and its table written: whoever does not read the summary changes nothing.
         Ok(()) | Err(CliError::ReaderLeft) => {}
         Err(error) => return Err(error),
+    }
+    if incomplete {
+        go_on();
     }
     Ok(verdict(samples.study(), &finished, samples.count()))
 }

@@ -10,19 +10,23 @@
 //! any more is searched for entries ([`Remains`]): each carries its key and a checksum.
 
 mod error;
+mod read;
 mod record;
 mod salvage;
 
 pub use error::LedgerError;
+pub use read::Reader;
 pub use record::{Entry, Head, RecordError, SampleKey};
 pub use salvage::Remains;
 
 use crate::files::{FileError, sync_directory};
-use redb::{Database, ReadableDatabase, ReadableTable, ReadableTableMetadata, TableDefinition};
+use redb::{Database, ReadableDatabase, ReadableTable, TableDefinition};
+use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 const RESULTS: TableDefinition<u64, &[u8]> = TableDefinition::new("results");
@@ -37,8 +41,7 @@ const CACHE_BYTES: usize = 32 << 20;
 /// The open store of one run.
 #[derive(Debug)]
 pub struct Ledger {
-    database: Database,
-    path: PathBuf,
+    reader: Reader,
     gathered: Vec<(u64, Vec<u8>)>,
     oldest: Option<Instant>,
 }
@@ -64,9 +67,14 @@ impl Ledger {
         let failed = |source| LedgerError::store("create", path, source);
         let database =
             Database::builder().set_cache_size(CACHE_BYTES).create(&aside).map_err(|source| failed(source.into()))?;
-        let ledger = Self { database, path: path.to_path_buf(), gathered: Vec::new(), oldest: None };
+        let ledger = Self::of(database, path);
         ledger.write_header(header).map_err(failed)?;
         Ok(ledger)
+    }
+
+    fn of(database: Database, path: &Path) -> Self {
+        let reader = Reader { database: Arc::new(database), path: path.to_path_buf() };
+        Self { reader, gathered: Vec::new(), oldest: None }
     }
 
     /// Commits what is gathered and gives the store its name, in place of one that has it.
@@ -75,8 +83,9 @@ impl Ledger {
     /// The store cannot be written or renamed.
     pub fn publish(&mut self) -> Result<(), LedgerError> {
         self.commit()?;
-        fs::rename(aside(&self.path), &self.path).map_err(FileError::at("rename to", &self.path))?;
-        Ok(sync_directory(self.path.parent().unwrap_or(Path::new(".")))?)
+        fs::rename(aside(&self.reader.path), &self.reader.path)
+            .map_err(FileError::at("rename to", &self.reader.path))?;
+        Ok(sync_directory(self.reader.path.parent().unwrap_or(Path::new(".")))?)
     }
 
     /// Opens the store of an earlier run.
@@ -84,9 +93,18 @@ impl Ledger {
     /// # Errors
     /// [`LedgerError::Damaged`] when it is no longer a whole store; another version; not readable or writable.
     pub fn open(path: &Path) -> Result<Self, LedgerError> {
-        let open = || Database::builder().set_cache_size(CACHE_BYTES).open(path);
-        let database = guarded(path, || open().map_err(|source| LedgerError::store("open", path, source.into())))?;
-        let ledger = Self { database, path: path.to_path_buf(), gathered: Vec::new(), oldest: None };
+        let failed = |source| LedgerError::store("open", path, source);
+        let open = || {
+            let mut database =
+                Database::builder().set_cache_size(CACHE_BYTES).open(path).map_err(|source| failed(source.into()))?;
+            // Every page, before anything is added to them.
+            if database.check_integrity().map_err(|source| failed(source.into()))? {
+                return Ok(database);
+            }
+            let detail = "its pages do not fit together".to_owned();
+            Err(LedgerError::Damaged { path: path.to_path_buf(), detail })
+        };
+        let ledger = Self::of(guarded(path, open)?, path);
         match ledger.header()?.get(VERSION_KEY) {
             Some(version) if *version == LEDGER_VERSION.to_string() => Ok(ledger),
             found => Err(LedgerError::Version { path: path.to_path_buf(), found: found.cloned() }),
@@ -99,11 +117,11 @@ impl Ledger {
     /// The store cannot be read.
     pub fn header(&self) -> Result<BTreeMap<String, String>, LedgerError> {
         let read = || -> Result<_, redb::Error> {
-            let table = self.database.begin_read()?.open_table(HEADER)?;
+            let table = self.reader.database.begin_read()?.open_table(HEADER)?;
             let pairs = table.iter()?.map(|pair| pair.map(|(k, v)| (k.value().to_owned(), v.value().to_owned())));
             Ok(pairs.collect::<Result<_, _>>()?)
         };
-        guarded(&self.path, || read().map_err(|source| LedgerError::store("read", &self.path, source)))
+        guarded(&self.reader.path, || read().map_err(|source| LedgerError::store("read", &self.reader.path, source)))
     }
 
     /// Replaces the header.
@@ -111,11 +129,11 @@ impl Ledger {
     /// # Errors
     /// The store cannot be written.
     pub fn replace_header(&self, header: &[(String, String)]) -> Result<(), LedgerError> {
-        self.write_header(header).map_err(|source| LedgerError::store("write", &self.path, source))
+        self.write_header(header).map_err(|source| LedgerError::store("write", &self.reader.path, source))
     }
 
     fn write_header(&self, header: &[(String, String)]) -> Result<(), redb::Error> {
-        let transaction = self.database.begin_write()?;
+        let transaction = self.reader.database.begin_write()?;
         {
             let mut table = transaction.open_table(HEADER)?;
             table.retain(|_, _| false)?;
@@ -165,14 +183,14 @@ impl Ledger {
         if self.gathered.is_empty() {
             return Ok(());
         }
-        self.write_gathered().map_err(|source| LedgerError::store("write", &self.path, source))?;
+        self.write_gathered().map_err(|source| LedgerError::store("write", &self.reader.path, source))?;
         self.gathered.clear();
         self.oldest = None;
         Ok(())
     }
 
     fn write_gathered(&self) -> Result<(), redb::Error> {
-        let transaction = self.database.begin_write()?;
+        let transaction = self.reader.database.begin_write()?;
         {
             let mut table = transaction.open_table(RESULTS)?;
             for (sample, bytes) in &self.gathered {
@@ -183,76 +201,10 @@ impl Ledger {
         Ok(())
     }
 
-    /// Number of samples with a durable result.
-    ///
-    /// # Errors
-    /// The store cannot be read.
-    pub fn len(&self) -> Result<u64, LedgerError> {
-        let read = || -> Result<u64, redb::Error> { Ok(self.database.begin_read()?.open_table(RESULTS)?.len()?) };
-        read().map_err(|source| LedgerError::store("read", &self.path, source))
-    }
-
-    /// Whether no sample has a durable result.
-    ///
-    /// # Errors
-    /// The store cannot be read.
-    pub fn is_empty(&self) -> Result<bool, LedgerError> {
-        Ok(self.len()? == 0)
-    }
-
-    /// The bytes of a sample's entry.
-    ///
-    /// # Errors
-    /// The store cannot be read.
-    pub fn bytes(&self, sample: u64) -> Result<Option<Vec<u8>>, LedgerError> {
-        let read = || -> Result<_, redb::Error> {
-            let table = self.database.begin_read()?.open_table(RESULTS)?;
-            Ok(table.get(sample)?.map(|bytes| bytes.value().to_vec()))
-        };
-        read().map_err(|source| LedgerError::store("read", &self.path, source))
-    }
-
-    /// Calls `visit` for the head of every durable result in ascending order of its sample number; what is damaged or of
-    /// another version comes as an error of that sample.
-    ///
-    /// # Errors
-    /// The store cannot be read.
-    pub fn for_each_head(&self, mut visit: impl FnMut(u64, Result<Head, RecordError>)) -> Result<(), LedgerError> {
-        guarded(&self.path, || {
-            self.for_each_bytes(|sample, bytes| {
-                visit(sample, Head::decode(bytes));
-                Ok::<(), LedgerError>(())
-            })
-        })
-    }
-
-    /// Calls `visit` for every durable result in ascending order of its sample number.
-    ///
-    /// # Errors
-    /// The store cannot be read, or an entry of it; what `visit` returns.
-    pub fn for_each<E: From<LedgerError>>(&self, mut visit: impl FnMut(u64, Entry) -> Result<(), E>) -> Result<(), E> {
-        self.for_each_bytes(|sample, bytes| {
-            let (_, entry) = Entry::decode(bytes).map_err(|source| LedgerError::Record {
-                sample,
-                path: self.path.clone(),
-                source,
-            })?;
-            visit(sample, entry)
-        })
-    }
-
-    fn for_each_bytes<E: From<LedgerError>>(
-        &self,
-        mut visit: impl FnMut(u64, &[u8]) -> Result<(), E>,
-    ) -> Result<(), E> {
-        let failed = |source| E::from(LedgerError::store("read", &self.path, source));
-        let transaction = self.database.begin_read().map_err(|source| failed(source.into()))?;
-        let table = transaction.open_table(RESULTS).map_err(|source| failed(source.into()))?;
-        for item in table.iter().map_err(|source| failed(source.into()))? {
-            let (sample, bytes) = item.map_err(|source| failed(source.into()))?;
-            visit(sample.value(), bytes.value())?;
-        }
-        Ok(())
+    /// For reading, also from another thread.
+    #[must_use]
+    pub fn reader(&self) -> &Reader {
+        &self.reader
     }
 }
 
@@ -263,9 +215,22 @@ fn aside(path: &Path) -> PathBuf {
     PathBuf::from(name)
 }
 
+thread_local! {
+    static IS_GUARDED: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Whether a panic of this thread is taken for damage of the file that is being read, and none of ours.
+#[must_use]
+pub fn is_guarded() -> bool {
+    IS_GUARDED.get()
+}
+
 /// The library answers some damaged files with a panic; that is damage, too.
 fn guarded<T>(path: &Path, read: impl FnOnce() -> Result<T, LedgerError>) -> Result<T, LedgerError> {
-    catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(|_| {
+    let before = IS_GUARDED.replace(true);
+    let result = catch_unwind(AssertUnwindSafe(read));
+    IS_GUARDED.set(before);
+    result.unwrap_or_else(|_| {
         Err(LedgerError::Damaged { path: path.to_path_buf(), detail: "its structure contradicts itself".to_owned() })
     })
 }

@@ -32,6 +32,12 @@ impl Tally {
         self.counts.iter().filter(|((found, _), _)| *found == status).map(|(_, count)| count).sum()
     }
 
+    /// Finished samples with this first cause.
+    #[must_use]
+    pub fn of_cause(&self, cause: Cause) -> u64 {
+        self.counts.iter().filter(|((_, found), _)| *found == Some(cause)).map(|(_, count)| count).sum()
+    }
+
     /// Failed and quarantined samples.
     #[must_use]
     pub fn failed(&self) -> u64 {

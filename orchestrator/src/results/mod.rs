@@ -47,5 +47,5 @@ pub enum TableError {
     },
 }
 
-/// Rows per row group: one group of the widest table (256 numbers a row) stays near 128 MB.
-const ROW_GROUP: usize = 65_536;
+/// Rows per row group. One group is in memory while a table is written: near 70 MB for the widest one (256 numbers a row).
+const ROW_GROUP: usize = 16_384;

@@ -2,6 +2,7 @@
 
 use super::RunError;
 use super::lock::{Holder, Lock};
+use super::status::STATUS;
 use crate::files::{FileError, sync_directory, write_whole};
 use crate::study::Study;
 use bladeoff_worker::plan::{BASIS_FILE, PLAN_FILE};
@@ -51,7 +52,12 @@ impl RunDirectory {
             sync_directory(path.parent().unwrap_or(Path::new(".")))?;
         }
         let lock = Lock::take(path, LOCK)?;
-        Ok(Self { path: path.to_path_buf(), lock })
+        let directory = Self { path: path.to_path_buf(), lock };
+        // What a killed run was writing; nobody else writes here now.
+        for name in [RESULTS, INCOMPLETE_RESULTS, TIMINGS, MANIFEST, STUDY, MACHINE, POINTS, STATUS] {
+            directory.remove(&format!("{name}.tmp"))?;
+        }
+        Ok(directory)
     }
 
     /// The run before, if it did not end in order.

@@ -12,14 +12,18 @@ mod lock;
 mod manifest;
 mod prepare;
 mod provenance;
+mod refresh;
+pub mod rehearsal;
 mod resume;
 mod sink;
+mod status;
 mod tables;
 
 pub use change::Change;
 pub use keys::SampleKeys;
 pub use lock::{Holder, LockError, Look, look};
 pub use resume::Rerun;
+pub use status::{Course, STATUS, Seen, go_on, see};
 
 use crate::dispatch::{self, DispatchOptions, DispatchReport, Ended, Signal};
 use crate::engine::EngineError;
@@ -30,15 +34,18 @@ use crate::results::TableError;
 use crate::study::Samples;
 use bladeoff_core::document::Problems;
 use bladeoff_worker::plan::PlanFileError;
-use directory::{INCOMPLETE_RESULTS, MANIFEST, RESULTS, RunDirectory};
-use manifest::{Course, manifest};
+use bladeoff_worker::process::build_id;
+use directory::{INCOMPLETE_RESULTS, MANIFEST, RESULTS, RunDirectory, TIMINGS};
+use manifest::manifest;
 use prepare::Prepared;
+use refresh::refreshed;
 use resume::Opened;
 use sink::{LedgerSink, ProgressObserver};
+use status::StatusWriter;
 use std::cell::RefCell;
 use std::path::PathBuf;
 use std::rc::Rc;
-use std::time::{Instant, SystemTime};
+use std::time::{Duration, Instant, SystemTime};
 
 /// What is asked for.
 #[derive(Debug, Clone)]
@@ -49,6 +56,8 @@ pub struct Request {
     pub workers: usize,
     /// Finished samples that are computed again.
     pub rerun: Option<Rerun>,
+    /// Time between two writings of the table of what is finished; zero: only at the end.
+    pub refresh: Duration,
 }
 
 /// How a study ended.
@@ -134,6 +143,24 @@ pub enum RunError {
     Dispatch(#[from] dispatch::DispatchError),
 }
 
+impl RunError {
+    /// Whether the run was refused before anything of it was done: the same command will not do better.
+    #[must_use]
+    pub fn is_refusal(&self) -> bool {
+        matches!(
+            self,
+            Self::Foreign { .. }
+                | Self::NotADirectory { .. }
+                | Self::Changed { .. }
+                | Self::NothingToRerun { .. }
+                | Self::Lock(LockError::Held { .. })
+                | Self::Ledger(LedgerError::Version { .. })
+                | Self::Machine(_)
+                | Self::Engine(_)
+        )
+    }
+}
+
 /// Runs the samples that have no result yet and writes the result directory. `note` is told what the user should know;
 /// progress goes to standard error.
 ///
@@ -152,7 +179,7 @@ pub fn run(request: &Request, samples: &Samples, note: &dyn Fn(&str)) -> Result<
     let opened = resume::open(&directory, &prepared, request.rerun.as_ref())?;
     opened.notes.iter().for_each(|text| note(text));
     let reused = opened.tally.done();
-    if opened.todo.left() == 0 && tables::is_current(&directory, &prepared.provenance) {
+    if opened.todo.left() == 0 && tables::is_current(&directory, RESULTS, &prepared.provenance) {
         note("every sample is there already: nothing is computed");
         directory.remove(INCOMPLETE_RESULTS)?;
         let (tally, table) = (opened.tally, directory.file(RESULTS));
@@ -165,8 +192,12 @@ pub fn run(request: &Request, samples: &Samples, note: &dyn Fn(&str)) -> Result<
             opened.todo.left()
         ));
     }
-    // A table of what was there would look like that of the whole.
+    // A table of what was there would look like that of the whole, and one with other numbers like its beginning.
     directory.remove(RESULTS)?;
+    if request.rerun.is_some() || !tables::is_current(&directory, INCOMPLETE_RESULTS, &prepared.provenance) {
+        directory.remove(INCOMPLETE_RESULTS)?;
+        directory.remove(TIMINGS)?;
+    }
     compute(request, &directory, &prepared, opened)
 }
 
@@ -181,7 +212,7 @@ fn compute(
     let Opened { mut ledger, todo, tally, .. } = opened;
     let reused = tally.done();
     let started = SystemTime::now();
-    let course = |state, finished, done, deaths, dropped| Course {
+    let course = |state, finished, done, deaths, dropped| manifest::Course {
         state,
         started,
         finished,
@@ -190,33 +221,46 @@ fn compute(
         worker_deaths: deaths,
         dropped_messages: dropped,
     };
-    let write_manifest = |course: &Course<'_>| {
+    let write_manifest = |course: &manifest::Course<'_>| {
         write_whole(&directory.file(MANIFEST), manifest(request, samples, &prepared.provenance, course).as_bytes())
     };
     write_manifest(&course("running", None, reused, 0, 0))?;
 
     let tally = Rc::new(RefCell::new(tally));
-    let options = DispatchOptions::new(
+    let mut options = DispatchOptions::new(
         request.workers,
         dispatch::self_command()?,
         directory.path().to_path_buf(),
         prepared.plan_hash.clone(),
     );
+    // Another build may compute other numbers.
+    options.build = Some(build_id());
     let mut observer = ProgressObserver {
         progress: Progress::start(samples.count(), reused, Instant::now()),
+        status: StatusWriter::new(directory.path(), samples, reused),
         tally: Rc::clone(&tally),
     };
+    let record = ledger.reader().clone();
     let mut sink = LedgerSink { ledger: &mut ledger, keys: &prepared.keys, tally: Rc::clone(&tally) };
-    let report = dispatch::run(&options, samples, todo, &mut sink, &mut observer);
+    let report = refreshed(request.refresh, directory, prepared, &record, || {
+        dispatch::run(&options, samples, todo, &mut sink, &mut observer)
+    });
     let tally = tally.borrow().clone();
     observer.progress.finish(&tally, Instant::now());
-    ledger.commit()?;
-    let report = report?;
-
-    let table = tables::write_tables(directory, samples, &prepared.machine, &ledger, &prepared.provenance)?;
-    let finished = Some(SystemTime::now());
-    let state = state_word(&report);
-    write_manifest(&course(state, finished, tally.done(), report.worker_deaths, report.dropped_messages))?;
+    let committed = ledger.commit();
+    let written = report.map_err(RunError::from).and_then(|report| {
+        // After a failure the first error is the one that says why.
+        committed?;
+        let table = tables::write_tables(directory, prepared, &record)?;
+        let (state, finished) = (state_word(&report), Some(SystemTime::now()));
+        write_manifest(&course(state, finished, tally.done(), report.worker_deaths, report.dropped_messages))?;
+        Ok((report, table))
+    });
+    match &written {
+        Ok((report, _)) => observer.status.finish(state_word(report), None, &tally),
+        Err(error) => observer.status.finish("failed", Some(&error.to_string()), &tally),
+    }
+    let (report, table) = written?;
     Ok(Finished { tally, reused, ended: report.ended, table })
 }
 

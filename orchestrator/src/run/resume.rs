@@ -95,7 +95,7 @@ fn open_store(
     if header.get(SAMPLES_KEY) == Some(&prepared.digest) {
         let mut found = Found::default();
         let mut unfit = 0u64;
-        ledger.for_each_head(|sample, head| match head {
+        ledger.reader().for_each_head(|sample, head| match head {
             Ok(head) if head.key != prepared.keys.key(sample) => unfit += 1,
             Ok(head) if rerun.is_some_and(|rerun| rerun.takes(head.status, head.cause)) => unfit += 1,
             Ok(head) => found.add(sample, head.status, head.cause),
@@ -141,7 +141,7 @@ impl Old {
             index.insert(head.key, Place { place, status: head.status, cause: head.cause, used: false });
         };
         match self {
-            Old::Store(ledger) => ledger.for_each_head(|sample, head| match head {
+            Old::Store(ledger) => ledger.reader().for_each_head(|sample, head| match head {
                 Ok(head) => add(head, sample),
                 Err(_) => damaged += 1,
             })?,
@@ -154,7 +154,7 @@ impl Old {
 
     fn bytes(&self, place: u64) -> Result<Option<Vec<u8>>, LedgerError> {
         match self {
-            Old::Store(ledger) => ledger.bytes(place),
+            Old::Store(ledger) => ledger.reader().bytes(place),
             Old::Remains(remains) => Ok(usize::try_from(place).ok().map(|place| remains.bytes_at(place).to_vec())),
         }
     }

@@ -1,6 +1,7 @@
 //! From the dispatch loop into the ledger, counting on the way.
 
 use super::keys::SampleKeys;
+use super::status::StatusWriter;
 use crate::dispatch::{Observer, SampleResult, Sink, SinkError};
 use crate::ledger::{Entry, Ledger, LedgerError};
 use crate::report::{Progress, Tally, duration};
@@ -35,7 +36,7 @@ fn refused(error: LedgerError) -> SinkError {
 }
 
 /// What a worker is doing, in one line.
-fn describe(worker: &WorkerView) -> String {
+pub(super) fn describe(worker: &WorkerView) -> String {
     let activity = match worker.activity {
         Activity::Starting => "starting".to_owned(),
         Activity::Idle => "idle".to_owned(),
@@ -53,13 +54,16 @@ fn describe(worker: &WorkerView) -> String {
 #[derive(Debug)]
 pub(super) struct ProgressObserver {
     pub progress: Progress,
+    pub status: StatusWriter,
     pub tally: Rc<RefCell<Tally>>,
 }
 
 impl Observer for ProgressObserver {
     fn progress(&mut self, snapshot: &Snapshot) {
         let stale = snapshot.workers.iter().filter(|worker| worker.stale).count();
-        self.progress.update(&self.tally.borrow(), stale, Instant::now());
+        let now = Instant::now();
+        self.progress.update(&self.tally.borrow(), stale, now);
+        self.status.update(snapshot, &self.tally.borrow(), now);
     }
 
     fn asked(&mut self, snapshot: &Snapshot) {
