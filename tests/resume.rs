@@ -3,6 +3,8 @@
 
 mod support;
 
+use bladeoff::report::{SUMMARY_COLUMNS, Summary};
+use bladeoff::results::Table;
 use bladeoff::run::rehearsal;
 use std::fs;
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
@@ -475,4 +477,10 @@ fn measure_the_resume_of_a_million_samples() {
     peak("after resuming");
     println!("tables: {:?}", rehearsal::time_tables(&out, &samples).expect("written"));
     peak("after the tables");
+    let begun = Instant::now();
+    let mut summary = Summary::default();
+    let table = out.join("results-incomplete.parquet");
+    Table::for_each_part(&table, &SUMMARY_COLUMNS, |part| summary.add(part)).expect("readable");
+    println!("summary: {:?}, {} characters", begun.elapsed(), summary.text().len());
+    peak("after the summary");
 }

@@ -4,7 +4,7 @@ use super::error::CliError;
 use super::exit::Exit;
 use super::output::{print, remark};
 use crate::dispatch::{Ended, Signal};
-use crate::report::summary;
+use crate::report::{SUMMARY_COLUMNS, Summary};
 use crate::results::Table;
 use crate::run::directory::{INCOMPLETE_RESULTS, LEDGER, RESULTS};
 use crate::run::{Finished, Request, Rerun, go_on, run};
@@ -140,11 +140,12 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
             go_on();
         }
     })?;
-    let table = Table::read(&finished.table)?;
+    let mut summary = Summary::default();
+    Table::for_each_part(&finished.table, &SUMMARY_COLUMNS, |part| summary.add(part))?;
     let incomplete = finished.ended != Ended::Complete;
     let file = if incomplete { INCOMPLETE_RESULTS } else { RESULTS };
     let mut text = format!("\n{}: {} of {} samples\n\n", samples.study().name, finished.tally.done(), samples.count());
-    text.push_str(&summary(&table));
+    text.push_str(&summary.text());
     text.push_str(&format!(
         "\nTable: {}   (the other files beside it: see `bladeoff run --help`)\n",
         out.join(file).display()

@@ -57,6 +57,7 @@ impl RunDirectory {
         for name in [RESULTS, INCOMPLETE_RESULTS, TIMINGS, MANIFEST, STUDY, MACHINE, POINTS, STATUS] {
             directory.remove(&format!("{name}.tmp"))?;
         }
+        directory.remove(&format!("{LEDGER}.new"))?;
         Ok(directory)
     }
 

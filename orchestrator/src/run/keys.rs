@@ -62,3 +62,41 @@ fn numerics(basis: &[u8]) -> u128 {
     hasher.update(b"numerics").update(&NUMERICS_VERSION.to_le_bytes()).update(blake3::hash(basis).as_bytes());
     u128::from_le_bytes(*hasher.finalize().as_bytes().first_chunk().expect("a hash has 32 bytes"))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::load;
+    use std::collections::BTreeSet;
+    use std::fs;
+    use std::path::Path;
+
+    fn samples(folder: &Path, vary: &str) -> Samples {
+        let rig = Path::new(env!("CARGO_MANIFEST_DIR")).join("../studies/machines/lab_rig.toml");
+        fs::copy(rig, folder.join("rig.toml")).expect("copied");
+        let text = format!("schema = 1\nmachine = \"rig.toml\"\n{vary}");
+        fs::write(folder.join("s.toml"), text).expect("written");
+        Samples::new(load(&folder.join("s.toml")).expect("a study"), None, None).expect("samples")
+    }
+
+    #[test]
+    fn a_key_is_the_identity_of_the_machine_whatever_varies() {
+        let folder = tempfile::tempdir().expect("temporary directory");
+        let gap = "[[vary]]\npath = \"contact.gap\"\nvalues = [\"0.5 mm\", \"0.6 mm\", \"0.5 mm\"]\n";
+        let two = format!("{gap}[[vary]]\npath = \"contact.detection\"\nvalues = [\"hyp2\", \"hyp1\"]\n");
+        let basis = b"a basis";
+        let mut sets = Vec::new();
+        for vary in ["", gap, &two] {
+            let samples = samples(folder.path(), vary);
+            let keys = SampleKeys::new(&samples, basis);
+            for sample in 0..samples.count() {
+                let identity = samples.machine(sample).identity().wrapping_add(numerics(basis));
+                assert_eq!(keys.key(sample), SampleKey(identity), "{}", samples.describe(sample));
+            }
+            assert_ne!(keys.key(0), SampleKeys::new(&samples, b"another").key(0));
+            sets.push((0..samples.count()).map(|sample| keys.key(sample)).collect::<BTreeSet<_>>());
+        }
+        assert_eq!(sets.iter().map(BTreeSet::len).collect::<Vec<_>>(), [1, 2, 4], "equal inputs, equal keys");
+        assert!(sets[0].is_subset(&sets[1]) && sets[1].is_subset(&sets[2]), "an added axis keeps what was there");
+    }
+}
