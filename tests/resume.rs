@@ -477,6 +477,11 @@ fn measure_the_resume_of_a_million_samples() {
     peak("after resuming");
     println!("tables: {:?}", rehearsal::time_tables(&out, &samples).expect("written"));
     peak("after the tables");
+    let finer = text.replacen("count = 1000", "count = 1999", 1);
+    let study = bladeoff::study::load(Path::new(&folder.write("s.toml", &finer))).expect("a study");
+    let grown = bladeoff::study::Samples::new(study, None, None).expect("two millions");
+    println!("grown to {}: {:?}", grown.count(), rehearsal::time_resume(&out, &grown).expect("grown"));
+    peak("after growing");
     let begun = Instant::now();
     let mut summary = Summary::default();
     let table = out.join("results-incomplete.parquet");

@@ -4,7 +4,7 @@ use super::error::CliError;
 use super::exit::Exit;
 use super::output::print;
 use crate::report::duration;
-use crate::run::{Course, Seen, see};
+use crate::run::{RunState, Seen, see};
 use serde_json::{Map, Value, json};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -40,7 +40,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
 
 fn as_json(seen: Seen) -> String {
     let mut object = seen.told.unwrap_or_default();
-    if seen.state == Course::Ended {
+    if seen.state == RunState::Ended {
         // Why it ended is what the run said itself: interrupted, terminated, stopped, failed.
         let said = object.get("state").and_then(Value::as_str).filter(|state| *state != "running");
         let said = said.map(str::to_owned);
@@ -64,19 +64,19 @@ fn as_text(seen: &Seen) -> String {
         line("study", word("study").unwrap_or("unknown").to_owned());
         line("done", done(seen, told));
         line("outcome", outcome(told));
-        if let Course::Running { .. } = seen.state {
+        if let RunState::Running { .. } = seen.state {
             line("pace", pace(told));
         }
         let deaths = number(told, "worker_deaths");
         if deaths > 0.0 {
             line("deaths", format!("{deaths} workers died and were replaced"));
         }
-        if let Course::Running { .. } = seen.state {
+        if let RunState::Running { .. } = seen.state {
             line("updated", word("updated").unwrap_or("unknown").to_owned());
             for worker in told.get("workers").and_then(Value::as_array).into_iter().flatten() {
                 lines.push(worker["doing"].as_str().unwrap_or("worker").to_owned());
             }
-        } else if let Some(command) = word("go_on").filter(|_| seen.state != Course::Complete) {
+        } else if let Some(command) = word("go_on").filter(|_| seen.state != RunState::Complete) {
             line("go on", command.to_owned());
         }
     }
@@ -88,13 +88,13 @@ fn state(seen: &Seen, said: Option<&str>, error: Option<&str>) -> String {
     let by =
         |holder: &Option<crate::run::Holder>| holder.as_ref().map(|holder| format!(": {holder}")).unwrap_or_default();
     match &seen.state {
-        Course::Running { holder, stopped: false } => format!("running{}", by(holder)),
-        Course::Running { holder, stopped: true } => {
+        RunState::Running { holder, stopped: false } => format!("running{}", by(holder)),
+        RunState::Running { holder, stopped: true } => {
             format!("stopped{}; it goes on after SIGCONT (`fg`, `kill -CONT`)", by(holder))
         }
-        Course::Killed(holder) => format!("killed: {holder}, did not end in order; finished samples are kept"),
-        Course::Complete => "complete".to_owned(),
-        Course::Ended => match (said, error) {
+        RunState::Killed(holder) => format!("killed: {holder}, did not end in order; finished samples are kept"),
+        RunState::Complete => "complete".to_owned(),
+        RunState::Ended => match (said, error) {
             (Some("failed"), Some(error)) => format!("ended: failed: {error}"),
             (Some("complete") | None, _) => "ended".to_owned(),
             (Some(said), _) => format!("ended: {said}"),
@@ -106,7 +106,7 @@ fn done(seen: &Seen, told: &Map<String, Value>) -> String {
     let (done, total, reused) = (number(told, "done"), number(told, "total"), number(told, "reused"));
     let share = if total > 0.0 { 100.0 * done / total } else { 100.0 };
     // A killed run may have recorded more than it had time to tell.
-    let least = if matches!(seen.state, Course::Killed(_)) { "about " } else { "" };
+    let least = if matches!(seen.state, RunState::Killed(_)) { "about " } else { "" };
     let earlier = if reused > 0.0 { format!(", {reused} of them in earlier runs") } else { String::new() };
     format!("{least}{done} of {total} samples ({share:.1} %){earlier}")
 }

@@ -8,7 +8,7 @@ use crate::results::{Table, read_numbers};
 use crate::run::directory::{
     INCOMPLETE_RESULTS, LEDGER, MACHINE, MANIFEST, POINTS, RESULTS, STUDY, TIMINGS, WORKER_LOG,
 };
-use crate::run::{Course, see};
+use crate::run::{RunState, see};
 use crate::study::{FrozenFiles, Samples, StudyError, load_frozen, show};
 use bladeoff_core::document::units::format_quantity;
 use bladeoff_core::outcome::{Cause, EndCause};
@@ -211,24 +211,24 @@ fn finished(told: &mut Told, table: &Table, row: usize, go_on: Option<&str>) {
 }
 
 fn unfinished(
-    state: &Course,
+    state: &RunState,
     said: Option<&serde_json::Map<String, Value>>,
     sample: u64,
     go_on: Option<&str>,
 ) -> String {
     let go_on = go_on.map(|command| format!("; go on with: {command}")).unwrap_or_default();
     match state {
-        Course::Running { .. } => {
+        RunState::Running { .. } => {
             let workers = said.and_then(|said| said.get("workers")).and_then(Value::as_array);
             let doing = workers.into_iter().flatten().filter_map(|worker| worker["doing"].as_str());
             let here = doing.into_iter().find(|doing| mentions(doing, sample));
             let here = here.map_or("not finished, or too recently to be in a table".to_owned(), str::to_owned);
             format!("{here}; the study is running")
         }
-        Course::Killed(_) => {
+        RunState::Killed(_) => {
             format!("not finished, or recorded by the run that was killed before it wrote a table{go_on}")
         }
-        Course::Complete | Course::Ended => format!("not finished{go_on}"),
+        RunState::Complete | RunState::Ended => format!("not finished{go_on}"),
     }
 }
 

@@ -23,7 +23,7 @@ pub use change::Change;
 pub use keys::SampleKeys;
 pub use lock::{Holder, LockError, Look, look};
 pub use resume::Rerun;
-pub use status::{Course, STATUS, Seen, go_on, see};
+pub use status::{RunState, STATUS, Seen, go_on, see};
 
 use crate::dispatch::{self, DispatchOptions, DispatchReport, Ended, Signal};
 use crate::engine::EngineError;
@@ -36,7 +36,7 @@ use bladeoff_core::document::Problems;
 use bladeoff_worker::plan::PlanFileError;
 use bladeoff_worker::process::build_id;
 use directory::{INCOMPLETE_RESULTS, MANIFEST, RESULTS, RunDirectory, TIMINGS};
-use manifest::manifest;
+use manifest::{Course, manifest};
 use prepare::Prepared;
 use refresh::refreshed;
 use resume::Opened;
@@ -212,7 +212,7 @@ fn compute(
     let Opened { mut ledger, todo, tally, .. } = opened;
     let reused = tally.done();
     let started = SystemTime::now();
-    let course = |state, finished, done, deaths, dropped| manifest::Course {
+    let course = |state, finished, done, deaths, dropped| Course {
         state,
         started,
         finished,
@@ -221,7 +221,7 @@ fn compute(
         worker_deaths: deaths,
         dropped_messages: dropped,
     };
-    let write_manifest = |course: &manifest::Course<'_>| {
+    let write_manifest = |course: &Course<'_>| {
         write_whole(&directory.file(MANIFEST), manifest(request, samples, &prepared.provenance, course).as_bytes())
     };
     write_manifest(&course("running", None, reused, 0, 0))?;

@@ -6,6 +6,7 @@ use super::keys::SampleKeys;
 use super::provenance::provenance;
 use crate::engine;
 use crate::study::Samples;
+use bladeoff_core::document::Problems;
 use bladeoff_core::machine::Machine;
 use bladeoff_core::modal::Basis;
 use bladeoff_worker::plan::{BASIS_FILE, WorkPlan};
@@ -25,31 +26,40 @@ pub(super) struct Prepared<'a> {
     pub digest: String,
 }
 
-/// The machine whose basis is frozen: the study's without what varies, so that it stays the same when the study grows.
-/// Where that is none (it may need what varies), the first sample's.
-fn basis_machine(samples: &Samples) -> Result<Machine, RunError> {
-    match samples.study().machine.build() {
-        Ok(machine) => Ok(machine),
-        Err(_) => Ok(samples.machine(0).build()?),
-    }
+/// The machines whose basis may be frozen, the best first: the study's without what varies, because it stays the same when
+/// the study grows; the first sample's where that is no machine or has no modes (it may need what varies).
+fn basis_machines(samples: &Samples) -> impl Iterator<Item = Result<Machine, Problems>> {
+    let without = samples.study().machine.build().ok().map(Ok);
+    without.into_iter().chain(std::iter::once_with(|| samples.machine(0).build()))
 }
 
 /// The basis of a study that has no directory yet.
 pub(super) fn new_basis(samples: &Samples) -> Result<Vec<u8>, RunError> {
-    Ok(engine::build(&basis_machine(samples)?)?.basis().to_bytes())
+    basis(samples, None)
 }
 
 /// The basis that is frozen in the directory, if it serves this study; a new one otherwise. Another processor may compute
 /// other last digits, so what is frozen is never computed again.
 pub(super) fn frozen_basis(samples: &Samples, directory: &RunDirectory) -> Result<Vec<u8>, RunError> {
-    let machine = basis_machine(samples)?;
-    let frozen = fs::read(directory.file(BASIS_FILE)).ok();
-    let serves =
-        |bytes: &Vec<u8>| Basis::from_bytes(bytes).is_ok_and(|basis| engine::build_with(&machine, &basis).is_ok());
-    match frozen.filter(serves) {
-        Some(bytes) => Ok(bytes),
-        None => new_basis(samples),
+    basis(samples, fs::read(directory.file(BASIS_FILE)).ok())
+}
+
+fn basis(samples: &Samples, frozen: Option<Vec<u8>>) -> Result<Vec<u8>, RunError> {
+    let read = frozen.as_deref().and_then(|bytes| Basis::from_bytes(bytes).ok());
+    let mut last = None;
+    for machine in basis_machines(samples) {
+        let machine = machine?;
+        if let (Some(bytes), Some(basis)) = (&frozen, &read)
+            && engine::build_with(&machine, basis).is_ok()
+        {
+            return Ok(bytes.clone());
+        }
+        match engine::build(&machine) {
+            Ok(structure) => return Ok(structure.basis().to_bytes()),
+            Err(error) => last = Some(error),
+        }
     }
+    Err(last.expect("the first sample was tried").into())
 }
 
 impl<'a> Prepared<'a> {

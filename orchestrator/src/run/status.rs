@@ -133,14 +133,14 @@ fn word(text: &str) -> String {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Seen {
     /// Whether somebody works in it.
-    pub state: Course,
+    pub state: RunState,
     /// What the last run told of itself, if it did.
     pub told: Option<Map<String, Value>>,
 }
 
 /// How it stands with a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Course {
+pub enum RunState {
     /// A process works in it; `stopped`: the process is stopped (SIGSTOP, Ctrl-Z).
     Running {
         /// Who.
@@ -156,16 +156,16 @@ pub enum Course {
     Ended,
 }
 
-impl Course {
+impl RunState {
     /// One word for programs.
     #[must_use]
     pub fn word(&self) -> &'static str {
         match self {
-            Course::Running { stopped: false, .. } => "running",
-            Course::Running { stopped: true, .. } => "stopped",
-            Course::Killed(_) => "killed",
-            Course::Complete => "complete",
-            Course::Ended => "ended",
+            RunState::Running { stopped: false, .. } => "running",
+            RunState::Running { stopped: true, .. } => "stopped",
+            RunState::Killed(_) => "killed",
+            RunState::Complete => "complete",
+            RunState::Ended => "ended",
         }
     }
 }
@@ -182,17 +182,22 @@ pub fn see(directory: &Path) -> Result<Option<Seen>, FileError> {
         Look::Held(holder) => {
             let stopped =
                 holder.as_ref().is_some_and(|holder| Some(&holder.host) == host().as_ref() && is_stopped(holder.pid));
-            Course::Running { holder, stopped }
+            RunState::Running { holder, stopped }
         }
-        Look::Abandoned(holder) => Course::Killed(holder),
-        Look::Free if directory.join(RESULTS).exists() => Course::Complete,
-        Look::Free => Course::Ended,
+        Look::Abandoned(holder) => RunState::Killed(holder),
+        Look::Free if directory.join(RESULTS).exists() => RunState::Complete,
+        Look::Free => RunState::Ended,
     };
     let text = fs::read_to_string(directory.join(STATUS)).unwrap_or_default();
     let told = match serde_json::from_str(&text) {
         Ok(Value::Object(told)) if told.get("schema") == Some(&json!(STATUS_SCHEMA)) => Some(told),
         _ => None,
     };
+    // What the run before told says nothing of one that has just begun.
+    let told = told.filter(|told| match &state {
+        RunState::Running { holder: Some(holder), .. } => told.get("pid") == Some(&json!(holder.pid)),
+        _ => true,
+    });
     Ok(Some(Seen { state, told }))
 }
 
