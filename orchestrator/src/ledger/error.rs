@@ -29,15 +29,15 @@ pub enum LedgerError {
     },
     /// A store of another version.
     #[error(
-        "{} was written by another version of the program (its layout is {}, this one's {LEDGER_VERSION}); choose another --out",
-        path.display(),
-        found.as_deref().unwrap_or("unknown")
+        "{} was written by another version of the program (its layout is {found}, this one's {LEDGER_VERSION}); choose another \
+         --out",
+        path.display()
     )]
     Version {
         /// The file.
         path: PathBuf,
         /// What it says.
-        found: Option<String>,
+        found: String,
     },
     /// An entry cannot be read.
     #[error("sample {sample} in {} cannot be read", path.display())]

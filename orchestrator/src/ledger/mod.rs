@@ -107,7 +107,8 @@ impl Ledger {
         let ledger = Self::of(guarded(path, open)?, path);
         match ledger.header()?.get(VERSION_KEY) {
             Some(version) if *version == LEDGER_VERSION.to_string() => Ok(ledger),
-            found => Err(LedgerError::Version { path: path.to_path_buf(), found: found.cloned() }),
+            Some(found) => Err(LedgerError::Version { path: path.to_path_buf(), found: found.clone() }),
+            None => Err(LedgerError::Damaged { path: path.to_path_buf(), detail: "its header is empty".to_owned() }),
         }
     }
 

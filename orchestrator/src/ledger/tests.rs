@@ -57,6 +57,19 @@ fn results_come_back_in_order_of_their_number_also_after_opening_again() {
 }
 
 #[test]
+fn a_store_of_another_version_is_refused_by_name() {
+    let directory = tempfile::tempdir().expect("temporary directory");
+    let path = directory.path().join("ledger.redb");
+    let ledger = store(&path, [1]);
+    let transaction = ledger.reader().database.begin_write().expect("writable");
+    transaction.open_table(HEADER).expect("a table").insert(VERSION_KEY, "1").expect("written");
+    transaction.commit().expect("committed");
+    drop(ledger);
+    let error = Ledger::open(&path).expect_err("another version");
+    assert!(matches!(&error, LedgerError::Version { found, .. } if found == "1"), "{error}");
+}
+
+#[test]
 fn a_second_opener_is_refused_while_the_first_lives() {
     let directory = tempfile::tempdir().expect("temporary directory");
     let path = directory.path().join("ledger.redb");
@@ -96,7 +109,7 @@ fn a_store_cut_at_any_byte_gives_some_of_its_samples_or_says_that_it_is_damaged(
                     opened += 1;
                     assert!(found.is_subset(&all));
                 }
-                Err(LedgerError::Damaged { .. } | LedgerError::Version { .. }) => {
+                Err(LedgerError::Damaged { .. }) => {
                     damaged += 1;
                     let remains = Remains::read(&cut).expect("readable");
                     for (head, place) in remains.entries() {
@@ -137,7 +150,7 @@ fn a_changed_byte_anywhere_never_gives_a_wrong_entry() {
         });
         match opened {
             Ok(()) => {}
-            Err(LedgerError::Damaged { .. } | LedgerError::Version { .. }) => {
+            Err(LedgerError::Damaged { .. }) => {
                 damaged += 1;
                 let remains = Remains::read(&bad).expect("readable");
                 for (head, place) in remains.entries() {
