@@ -4,15 +4,16 @@ use super::error::CliError;
 use super::exit::Exit;
 use super::output::{print, remark};
 use crate::dispatch::{Ended, Signal};
-use crate::report::summary;
+use crate::report::{SUMMARY_COLUMNS, Summary};
 use crate::results::Table;
-use crate::run::directory::{INCOMPLETE_RESULTS, RESULTS};
-use crate::run::{Finished, Request, run};
+use crate::run::directory::{INCOMPLETE_RESULTS, LEDGER, RESULTS};
+use crate::run::{Finished, Request, Rerun, go_on, run};
 use crate::study::{Samples, Study, check_machines, check_starts, load};
-use bladeoff_core::outcome::Status;
+use bladeoff_core::outcome::{Cause, Status};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::thread;
+use std::time::Duration;
 
 /// Compute a study on all cores and write its result directory
 ///
@@ -24,17 +25,26 @@ use std::thread;
 ///   timings.parquet   CPU time, worker and attempt of each sample
 ///   manifest.json     versions, build, host, dates, command
 ///   workers.log       messages of the worker processes
+///   ledger.redb       the durable record, from which the tables are made and a run is continued
 ///
 /// The same study gives the same bytes of results.parquet, whatever the number of workers and whatever happened to
-/// them. An existing result directory is refused.
+/// them.
 ///
-/// After Ctrl-C or SIGTERM the rows finished so far are in results-incomplete.parquet.
+/// A result directory that is there is continued: what is finished is kept, the rest is computed, and the table
+/// is the one that an undisturbed run would have written. So after Ctrl-C, a crash or a full disk the same command goes
+/// on. The study may have grown meanwhile (more points, a larger --limit, other [limits]); one that has changed is
+/// refused with the difference.
+///
+/// While it runs, and after Ctrl-C or SIGTERM, the rows finished so far are in results-incomplete.parquet.
+/// `bladeoff status` tells how far it is.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   bladeoff run studies/first-look.toml
   bladeoff run studies/first-look.toml --out /tmp/look --workers 2
   bladeoff run studies/gap-friction-map.toml --scale 0.3     (every axis thinned, its end points kept)
   bladeoff run studies/gap-friction-map.toml --limit 50      (50 samples spread over the study)
+  bladeoff run studies/gap-friction-map.toml                 (again: goes on, and keeps those 50)
+  bladeoff run studies/gap-friction-map.toml --rerun failed  (computes failed and quarantined samples again)
 
 The exit code is 4 when more samples failed or were invalid than [limits] of the study allows (default: no sample
 may fail, any number may be invalid).")]
@@ -50,6 +60,14 @@ pub struct Args {
     #[arg(long, value_name = "N")]
     workers: Option<NonZeroUsize>,
 
+    /// Compute finished samples again: `failed` (and quarantined) ones, or `cause=WORD[,WORD]` those of these causes
+    #[arg(long, value_name = "WHICH", value_parser = rerun)]
+    rerun: Option<Rerun>,
+
+    /// Seconds between two writings of results-incomplete.parquet while the study runs; 0: only when it ends early
+    #[arg(long, value_name = "S", default_value_t = 60)]
+    refresh: u32,
+
     #[command(flatten)]
     part: PartArgs,
 }
@@ -64,6 +82,16 @@ pub struct PartArgs {
     /// Thin every axis to this part of its points, at least two; its end points are kept
     #[arg(long, value_name = "F", value_parser = scale)]
     scale: Option<f64>,
+}
+
+fn rerun(text: &str) -> Result<Rerun, String> {
+    if text == "failed" {
+        return Ok(Rerun::Failed);
+    }
+    let words = text.strip_prefix("cause=").ok_or("must be `failed` or `cause=WORD[,WORD]`")?;
+    let known = || Cause::ALL.iter().map(|cause| cause.word()).collect::<Vec<_>>().join(", ");
+    let cause = |word: &str| Cause::from_word(word).ok_or_else(|| format!("no cause {word:?}; causes are {}", known()));
+    words.split(',').map(|word| cause(word.trim())).collect::<Result<_, _>>().map(Rerun::Causes)
 }
 
 fn scale(text: &str) -> Result<f64, String> {
@@ -100,12 +128,24 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         samples.study().machine_file,
         out.display()
     ));
-    let finished = run(&Request { out: out.clone(), workers }, &samples)?;
-    let table = Table::read(&finished.table)?;
+    let request = Request {
+        out: out.clone(),
+        workers,
+        rerun: args.rerun.clone(),
+        refresh: Duration::from_secs(args.refresh.into()),
+    };
+    let go_on = || remark(&format!("what is finished is kept; go on with: {}", go_on(&out, &samples)));
+    let finished = run(&request, &samples, &remark).inspect_err(|error| {
+        if !error.is_refusal() && out.join(LEDGER).exists() {
+            go_on();
+        }
+    })?;
+    let mut summary = Summary::default();
+    Table::for_each_part(&finished.table, &SUMMARY_COLUMNS, |part| summary.add(part))?;
     let incomplete = finished.ended != Ended::Complete;
     let file = if incomplete { INCOMPLETE_RESULTS } else { RESULTS };
     let mut text = format!("\n{}: {} of {} samples\n\n", samples.study().name, finished.tally.done(), samples.count());
-    text.push_str(&summary(&table));
+    text.push_str(&summary.text());
     text.push_str(&format!(
         "\nTable: {}   (the other files beside it: see `bladeoff run --help`)\n",
         out.join(file).display()
@@ -114,6 +154,9 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         // The study is done and its table written: whoever does not read the summary changes nothing.
         Ok(()) | Err(CliError::ReaderLeft) => {}
         Err(error) => return Err(error),
+    }
+    if incomplete {
+        go_on();
     }
     Ok(verdict(samples.study(), &finished, samples.count()))
 }

@@ -41,6 +41,8 @@ pub struct DispatchOptions {
     pub max_failures: Option<u64>,
     /// Memory a worker may allocate after its start \[bytes\].
     pub memory_limit: Option<u64>,
+    /// Identity of the program that workers must be, see [`build_id`](bladeoff_worker::process::build_id); `None`: any.
+    pub build: Option<u64>,
     /// Workers compute nothing, for this many microseconds a sample; for measurements and tests of the dispatch.
     pub noop: Option<u64>,
 }
@@ -66,6 +68,7 @@ impl DispatchOptions {
             wall: None,
             max_failures: None,
             memory_limit: None,
+            build: None,
             noop: None,
         }
     }

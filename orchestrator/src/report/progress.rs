@@ -16,6 +16,8 @@ const LINE_AT_LEAST_EVERY: Duration = Duration::from_secs(60);
 #[derive(Debug)]
 pub struct Progress {
     total: u64,
+    /// Finished before this run: they say nothing about its pace.
+    before: u64,
     started: Instant,
     display: Display,
 }
@@ -27,9 +29,9 @@ enum Display {
 }
 
 impl Progress {
-    /// Starts the display of a study of `total` samples.
+    /// Starts the display of a study of `total` samples, of which some were finished before.
     #[must_use]
-    pub fn start(total: u64, now: Instant) -> Self {
+    pub fn start(total: u64, before: u64, now: Instant) -> Self {
         let display = if std::io::stderr().is_terminal() {
             let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr());
             // A fixed template; should it ever be wrong, the library's own bar is good enough.
@@ -38,15 +40,15 @@ impl Progress {
             }
             Display::Bar(bar)
         } else {
-            Display::Lines { last: now, shown: 0 }
+            Display::Lines { last: now, shown: before }
         };
-        Self { total, started: now, display }
+        Self { total, before, started: now, display }
     }
 
     /// Shows the present counts, if it is time to; `stale`: workers not heard of for a while.
     pub fn update(&mut self, tally: &Tally, stale: usize, now: Instant) {
         let done = tally.done();
-        let mut message = message(tally, self.total, now.duration_since(self.started));
+        let mut message = message(tally, self.before, self.total, now.duration_since(self.started));
         if stale > 0 {
             message.push_str(&format!("; {stale} workers silent"));
         }
@@ -83,16 +85,21 @@ impl Progress {
         if let Display::Bar(bar) = self.display {
             bar.finish_and_clear();
         }
-        let _ = writeln!(std::io::stderr(), "{}", message(tally, self.total, now.duration_since(self.started)));
+        let _ = writeln!(
+            std::io::stderr(),
+            "{}",
+            message(tally, self.before, self.total, now.duration_since(self.started))
+        );
     }
 }
 
-fn message(tally: &Tally, total: u64, elapsed: Duration) -> String {
+fn message(tally: &Tally, before: u64, total: u64, elapsed: Duration) -> String {
     let done = tally.done();
     let seconds = elapsed.as_secs_f64();
     let mut text = format!("{done}/{total}");
-    if done > 0 && seconds > 0.0 {
-        let rate = done as f64 / seconds;
+    let new = done.saturating_sub(before);
+    if new > 0 && seconds > 0.0 {
+        let rate = new as f64 / seconds;
         text.push_str(&if rate >= 1.0 { format!(", {rate:.1}/s") } else { format!(", {:.1}/min", rate * 60.0) });
         if done < total {
             let left = Duration::from_secs_f64((total - done) as f64 / rate);
@@ -122,8 +129,10 @@ mod tests {
             let causes = CauseSet::default();
             tally.add(&Outcome { status, cause, causes, end_cause: EndCause::EndTime, values: Vec::new() });
         }
-        let line = message(&tally, 9, Duration::from_secs(2));
+        let line = message(&tally, 0, 9, Duration::from_secs(2));
         assert_eq!(line, "3/9, 1.5/s, 4.0 s left; invalid 0, failed 1 (1 diverged)");
-        assert_eq!(message(&Tally::default(), 9, Duration::ZERO), "0/9; invalid 0, failed 0");
+        assert_eq!(message(&Tally::default(), 0, 9, Duration::ZERO), "0/9; invalid 0, failed 0");
+        let line = message(&tally, 2, 9, Duration::from_secs(2));
+        assert!(line.starts_with("3/9, 30.0/min, 12 s left"), "two were there before: {line}");
     }
 }

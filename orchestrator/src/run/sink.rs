@@ -1,5 +1,7 @@
 //! From the dispatch loop into the ledger, counting on the way.
 
+use super::keys::SampleKeys;
+use super::status::StatusWriter;
 use crate::dispatch::{Observer, SampleResult, Sink, SinkError};
 use crate::ledger::{Entry, Ledger, LedgerError};
 use crate::report::{Progress, Tally, duration};
@@ -12,6 +14,7 @@ use std::time::Instant;
 #[derive(Debug)]
 pub(super) struct LedgerSink<'a> {
     pub ledger: &'a mut Ledger,
+    pub keys: &'a SampleKeys<'a>,
     pub tally: Rc<RefCell<Tally>>,
 }
 
@@ -20,7 +23,7 @@ impl Sink for LedgerSink<'_> {
         self.tally.borrow_mut().add(&result.outcome);
         let entry =
             Entry { outcome: result.outcome, cpu_s: result.cpu_s, worker: result.worker, attempt: result.attempt };
-        self.ledger.put(result.sample, &entry, Instant::now()).map_err(refused)
+        self.ledger.put(result.sample, self.keys.key(result.sample), &entry, Instant::now()).map_err(refused)
     }
 
     fn flush(&mut self) -> Result<(), SinkError> {
@@ -33,7 +36,7 @@ fn refused(error: LedgerError) -> SinkError {
 }
 
 /// What a worker is doing, in one line.
-fn describe(worker: &WorkerView) -> String {
+pub(super) fn describe(worker: &WorkerView) -> String {
     let activity = match worker.activity {
         Activity::Starting => "starting".to_owned(),
         Activity::Idle => "idle".to_owned(),
@@ -51,13 +54,16 @@ fn describe(worker: &WorkerView) -> String {
 #[derive(Debug)]
 pub(super) struct ProgressObserver {
     pub progress: Progress,
+    pub status: StatusWriter,
     pub tally: Rc<RefCell<Tally>>,
 }
 
 impl Observer for ProgressObserver {
     fn progress(&mut self, snapshot: &Snapshot) {
         let stale = snapshot.workers.iter().filter(|worker| worker.stale).count();
-        self.progress.update(&self.tally.borrow(), stale, Instant::now());
+        let now = Instant::now();
+        self.progress.update(&self.tally.borrow(), stale, now);
+        self.status.update(snapshot, &self.tally.borrow(), now);
     }
 
     fn asked(&mut self, snapshot: &Snapshot) {
