@@ -17,7 +17,7 @@ pub struct ShaftBlocks {
     pub twist_mass: Matrix2<f64>,
     /// Twist stiffness [N m/rad].
     pub twist_stiffness: Matrix2<f64>,
-    /// Axial mass [kg].
+    /// Axial mass \[kg\].
     pub axial_mass: Matrix2<f64>,
     /// Axial stiffness [N/m].
     pub axial_stiffness: Matrix2<f64>,

@@ -19,18 +19,18 @@ use crate::machine::{Unbalance, UnbalanceKind};
 pub struct UnbalanceSite {
     /// Node.
     pub node: usize,
-    /// Mass [kg], negative for a lost mass.
+    /// Mass \[kg\], negative for a lost mass.
     pub mass: f64,
-    /// Eccentricity d [m].
+    /// Eccentricity d \[m\].
     pub radius: f64,
-    /// Phase a [rad].
+    /// Phase a \[rad\].
     pub phase: f64,
 }
 
 /// Force of the terms that are not part of the mass matrices.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UnbalanceForce {
-    /// On u and v [N].
+    /// On u and v \[N\].
     pub force: [f64; 2],
     /// On the twist row [N m].
     pub torque: f64,
@@ -67,14 +67,14 @@ impl UnbalanceSite {
         }
     }
 
-    /// Kinetic energy (1) less its constant-coefficient part [J].
+    /// Kinetic energy (1) less its constant-coefficient part \[J\].
     #[inline]
     #[must_use]
     pub fn coupling_energy(&self, (sin, cos): (f64, f64), rate: f64, velocity: [f64; 2]) -> f64 {
         self.mass * self.radius * rate * (velocity[1] * cos - velocity[0] * sin)
     }
 
-    /// Potential energy of the eccentricity in gravity [J]; the part of the node itself is in the weight vector.
+    /// Potential energy of the eccentricity in gravity \[J\]; the part of the node itself is in the weight vector.
     #[inline]
     #[must_use]
     pub fn gravity_energy(&self, (sin, cos): (f64, f64), gravity: [f64; 2]) -> f64 {

@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 /// One picture of 330 px for each instant.
 const SIZE: u32 = 330;
 
-/// Draws the orbit of the last whole turn before each instant [s]. Without ring channels the ring is drawn undeformed,
+/// Draws the orbit of the last whole turn before each instant \[s\]. Without ring channels the ring is drawn undeformed,
 /// without geometry (CSV) not at all. `None` if the history has no rotor place at the contact.
 ///
 /// # Errors

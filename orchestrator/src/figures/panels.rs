@@ -16,7 +16,7 @@ pub struct Line {
     pub colour: Option<RGBColor>,
     /// Points, in the panel's shown units.
     pub points: Vec<(f64, f64)>,
-    /// Dots of this radius [px] instead of a line; 0: a line.
+    /// Dots of this radius \[px\] instead of a line; 0: a line.
     pub dots: u32,
 }
 
@@ -41,9 +41,9 @@ pub struct Panel {
     pub thin: bool,
 }
 
-/// Width of a figure [px].
+/// Width of a figure \[px\].
 const WIDTH: u32 = 900;
-/// Height of a panel without axis texts [px].
+/// Height of a panel without axis texts \[px\].
 const HEIGHT: u32 = 190;
 
 /// Draws panels below one another.

@@ -80,7 +80,7 @@ fn window_of(samples: usize) -> usize {
     (samples / 16).next_power_of_two().clamp(64, 8192)
 }
 
-/// Spectrogram of a channel, up to `top` [Hz] (a fifth of what the records carry by default).
+/// Spectrogram of a channel, up to `top` \[Hz\] (a fifth of what the records carry by default).
 ///
 /// # Errors
 /// Too few records, or the plotting library failed.

@@ -45,9 +45,9 @@ enum Source {
 
 /// What an instant does not carry itself.
 pub(super) struct Context<'a> {
-    /// Largest contact force since the last record [N].
+    /// Largest contact force since the last record \[N\].
     pub peak_force: f64,
-    /// Contact impulse of the last 1 ms over 1 ms [N].
+    /// Contact impulse of the last 1 ms over 1 ms \[N\].
     pub filtered_force: f64,
     /// Moments of the shaft.
     pub shaft: Option<&'a ShaftStresses>,

@@ -26,7 +26,7 @@ pub struct Series {
 /// A history in memory.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct History {
-    /// Instants [s].
+    /// Instants \[s\].
     pub time: Vec<f64>,
     /// Channels in the order of the file.
     pub channels: Vec<Series>,

@@ -17,7 +17,7 @@ const NULL: u64 = u64::MAX;
 pub struct Entry {
     /// What came out: the part that belongs to the results.
     pub outcome: Outcome,
-    /// CPU time of the attempt that counted [s].
+    /// CPU time of the attempt that counted \[s\].
     pub cpu_s: f64,
     /// Number of the worker.
     pub worker: u32,

@@ -10,7 +10,7 @@ use std::path::Path;
 pub struct Timing {
     /// Row number in the study.
     pub sample: u64,
-    /// CPU time of the attempt that counted [s].
+    /// CPU time of the attempt that counted \[s\].
     pub cpu_s: f64,
     /// Number of the worker that computed it.
     pub worker: u32,

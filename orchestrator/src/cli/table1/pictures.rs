@@ -8,9 +8,9 @@ use crate::figures::{COLOURS, Figure, Line, Panel, Scale, panels};
 use crate::history::{Decimation, History, Settings, read};
 use std::path::Path;
 
-/// Recorded interval [s].
+/// Recorded interval \[s\].
 const EVERY: f64 = 1e-4;
-/// Length of the pictures of the first impacts [s].
+/// Length of the pictures of the first impacts \[s\].
 const FIRST_IMPACTS: f64 = 0.15;
 
 /// Runs each detection once more from the machine's own start, with its history, and draws; what to say.

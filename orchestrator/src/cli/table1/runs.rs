@@ -29,7 +29,7 @@ pub(super) struct Done {
     pub engine: &'static str,
     pub detection: &'static str,
     pub start: usize,
-    /// CPU time of the transient [s].
+    /// CPU time of the transient \[s\].
     pub cpu: f64,
     names: Vec<(String, ColumnKind)>,
     outcome: Outcome,
