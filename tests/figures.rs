@@ -43,9 +43,9 @@ fn a_run_its_history_and_its_pictures_from_one_command_each() {
         let said = say(&["plot", &history, "--kind", kind, "--out", &out]);
         assert_eq!(said.code, 0, "{kind}: {}", said.err);
     }
-    looked_at(&figures, "time", &["time [s]", "speed [rpm]", "gap [µm]", "bearing left"]);
+    looked_at(&figures, "rig-time", &["time [s]", "speed [rpm]", "gap [µm]", "bearing left"]);
     looked_at(&figures, "rig-orbit", &["x [µm]", "clearance", "orbit"]);
-    looked_at(&figures, "rig-spectrogram-bearing-left-y_m", &["frequency [Hz]", "dB of"]);
+    looked_at(&figures, "rig-spectrogram-bearing-left-y", &["frequency [Hz]", "dB re"]);
     // 8 turns are too few for order tracking: said, not drawn
     let said = say(&["plot", &history, "--kind", "order", "--out", &out]);
     assert_eq!(said.code, 3);

@@ -53,6 +53,13 @@ impl History {
         self.channels.iter().filter(|channel| fits(&channel.name)).collect()
     }
 
+    /// The error for a pattern that fits no channel of this file, with the nearest name.
+    #[must_use]
+    pub fn unknown(&self, pattern: &str) -> HistoryError {
+        let names: Vec<String> = self.channels.iter().map(|channel| channel.name.clone()).collect();
+        super::channels::unknown(pattern, &names)
+    }
+
     /// A number about the run.
     #[must_use]
     pub fn number(&self, key: &str) -> Option<f64> {
