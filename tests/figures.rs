@@ -138,8 +138,18 @@ fn a_history_whose_writer_is_killed_is_recovered() {
     let record = |history: &Path, end: &str| {
         let history = text(history);
         let set = format!("run.end_time={end}");
-        let words =
-            ["simulate", &machine, "--set", &set, "--history", &history, "--channels", "rotor,contact", "--decimate", "1"];
+        let words = [
+            "simulate",
+            &machine,
+            "--set",
+            &set,
+            "--history",
+            &history,
+            "--channels",
+            "rotor,contact",
+            "--decimate",
+            "1",
+        ];
         support::bladeoff(&words)
     };
     let (killed, temporary) = (folder.path("killed.mcap"), folder.path("killed.mcap.tmp"));
@@ -197,7 +207,10 @@ fn figures_of_several_files_have_names_of_their_own() {
         said
     };
     let named = |said: &support::Said| {
-        said.out.lines().filter_map(|line| Some(line.strip_suffix(".svg")?.rsplit('/').next()?.to_owned())).collect::<Vec<_>>()
+        said.out
+            .lines()
+            .filter_map(|line| Some(line.strip_suffix(".svg")?.rsplit('/').next()?.to_owned()))
+            .collect::<Vec<_>>()
     };
     assert_eq!(named(&plot(&[&a])), ["run-time"]);
     let again = plot(&[&b]);
@@ -219,32 +232,60 @@ fn figures_of_several_files_have_names_of_their_own() {
     assert!(said.err.contains("did you mean \"contact.gap_m\""), "{}", said.err);
 }
 
+/// Both engines; without contact, with it, invalid, failed: every column of every row, bit for bit.
 #[test]
 fn a_replayed_sample_is_equal_to_its_row() {
     let folder = Folder::new();
     let study = folder.write(
         "study.toml",
-        "schema = 1\nname = \"small\"\nmachine = \"machines/rig.toml\"\n[set]\n\"run.end_time\" = \"0.15 s\"\n\
-         [[vary]]\npath = \"contact.gap\"\nvalues = [\"0.45 mm\", \"0.5 mm\"]\n\
-         [[vary]]\npath = \"contact.detection\"\nvalues = [\"hyp1\", \"hyp2\"]\n",
+        "schema = 1\nname = \"small\"\nmachine = \"machines/rig.toml\"\n[set]\n\"run.end_time\" = \"0.06 s\"\n\
+         \"blade_off.mass\" = \"13 g\"\n\"contact.friction_law\" = \"slip\"\n\
+         [[vary]]\npath = \"run.engine\"\nvalues = [\"reduced\", \"full\"]\n\
+         [[vary]]\npath = \"contact.gap\"\nvalues = [\"0.4 mm\", \"0.4 mm\", \"1 mm\"]\nzip = \"case\"\n\
+         [[vary]]\npath = \"contact.friction\"\nvalues = [0.15, 0.9, 0.15]\nzip = \"case\"\n\
+         [limits]\nmax_failed = \"100 %\"\n",
     );
     let out = text(&folder.path("run"));
     let said = say(&["run", &study, "--out", &out, "--workers", "2"]);
     assert_eq!(said.code, 0, "{}", said.err);
-    for sample in ["0", "1", "2", "3"] {
-        let said = say(&["replay", &out, "--sample", sample]);
+    let (header, rows) = support::table(&out);
+    let column = |name: &str| header.iter().position(|found| found == name).unwrap_or_else(|| panic!("no {name}"));
+    let status: Vec<&str> = rows.iter().map(|row| row[column("status")].as_str()).collect();
+    assert_eq!(status.iter().filter(|word| **word == "ok").count(), 4, "{status:?}");
+    assert!(status.iter().all(|word| ["ok", "invalid", "failed"].contains(word)), "{status:?}");
+    let touched = |row: usize| !rows[row][column("first_contact_s")].is_empty();
+    assert_eq!((0..6).map(touched).collect::<Vec<_>>(), [true, true, false, true, true, false]);
+    // all columns but the sample's number, its parameters and its detection, which go in
+    let compared = header.len() - header.iter().position(|name| name == "status").expect("there");
+    for sample in 0..6 {
+        let said = say(&["replay", &out, "--sample", &sample.to_string()]);
         assert_eq!(said.code, 0, "{}{}", said.out, said.err);
-        assert!(said.out.contains("equal to the row in all"), "{}", said.out);
+        assert!(said.out.contains(&format!("equal to the row in all {compared} columns")), "{}", said.out);
     }
-    let history = text(&folder.path("worst.csv"));
-    let said = say(&["replay", &out, "--worst", "max_contact_force_N", "--history", &history]);
-    assert_eq!(said.code, 0, "{}", said.err);
-    assert!(folder.path("worst.csv").is_file(), "{}", said.err);
-    assert_eq!(say(&["replay", &out, "--sample", "4"]).code, 3);
-    assert_eq!(say(&["replay", &out, "--worst", "no_such"]).code, 3);
+    // the worst of the rows that are ok: sample 0 or 3, though 1 and 4 rub harder; rows without a value are passed over
+    let number = |row: usize, name: &str| rows[row][column(name)].parse::<f64>().expect("a number");
+    for name in ["max_filtered_contact_force_N", "first_contact_s"] {
+        let worst = if number(3, name) > number(0, name) { 3 } else { 0 };
+        let history = text(&folder.path("worst.csv"));
+        let said = say(&["replay", &out, "--worst", name, "--history", &history]);
+        assert_eq!(said.code, 0, "{}", said.err);
+        assert!(said.out.starts_with(&format!("{:<32} {worst} of", "sample")), "{name}: {}", said.out);
+        assert!(said.out.contains("equal to the row"), "watched: {}", said.out);
+        assert!(read(&folder.path("worst.csv")).expect("readable").time.len() > 100);
+    }
+    for (asked, told) in [
+        (["--sample", "6"], "has no sample 6; it has 6 rows"),
+        (["--worst", "max_bearing_lod_N"], "did you mean max_bearing_load_N?"),
+        (["--worst", "rub_regime"], "has no column \"rub_regime\" of numbers"),
+        (["--worst", "model_work_J"], "no row of"),
+    ] {
+        let said = say(&["replay", &out, asked[0], asked[1]]);
+        assert_eq!(said.code, 3, "{asked:?}: {}", said.err);
+        assert!(said.err.contains(told), "{asked:?}: {}", said.err);
+    }
     // a plan that is not the one of the table is refused
     let plan = folder.path("run/plan.json");
-    let changed = fs::read_to_string(&plan).expect("the plan").replace("0.15", "0.16");
+    let changed = fs::read_to_string(&plan).expect("the plan").replace("0.06", "0.07");
     fs::write(&plan, changed).expect("write");
     assert_eq!(say(&["replay", &out, "--sample", "0"]).code, 3);
 }
@@ -287,28 +328,64 @@ fn the_paper_s_table_is_computed_and_claims_nothing_without_a_range() {
     assert_eq!(runs.lines().count(), 4);
 }
 
-/// Every command of the page, as written but for its length: in the page's order, in one folder.
+/// Every command of the page, as written but for its length: in the page's order, in one folder. What the page shows of
+/// their output they print, and the figures it shows they draw.
 #[test]
 fn the_commands_of_the_walk_through_run() {
     let page = fs::read_to_string(root().join("docs/from-blade-off-to-answer.md")).expect("the page");
     let folder = Folder::new();
     std::os::unix::fs::symlink(root().join("studies"), folder.path("studies")).expect("link");
-    let mut commands = 0;
-    for line in page.lines().filter(|line| line.starts_with("bladeoff ")) {
-        let mut words = split(line);
-        let scaled: &[&str] = match words[1].as_str() {
-            // the rub begins at 3.05 s
-            "simulate" => &["--set", "run.end_time=3.2 s"],
-            "table1" => &["--end-time", "0.1 s"],
-            _ => &[],
-        };
-        words.extend(scaled.iter().map(|word| (*word).to_owned()));
-        let words: Vec<&str> = words[1..].iter().map(String::as_str).collect();
-        let output = support::bladeoff(&words).current_dir(folder.path(".")).output().expect("the binary starts");
-        assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
-        commands += 1;
+    let (mut commands, mut shown, mut printed, mut block) = (0, 0, String::new(), "");
+    for line in page.lines() {
+        match (block, line) {
+            (_, "```") => block = "",
+            ("", line) if line.starts_with("```") => block = &line[3..],
+            ("sh", command) => {
+                let mut words = split(command);
+                assert_eq!(words[0], "bladeoff", "{command}");
+                // as long as the rub needs to begin, at 3.05 s
+                let scaled: &[&str] =
+                    if words[1] == "table1" { &["--scatter", "2", "--end-time", "3.15 s"] } else { &[] };
+                words.extend(scaled.iter().map(|word| (*word).to_owned()));
+                let words: Vec<&str> = words[1..].iter().map(String::as_str).collect();
+                let said = support::said(
+                    support::bladeoff(&words).current_dir(folder.path(".")).output().expect("the binary starts"),
+                );
+                assert_eq!(said.code, 0, "{command}: {}", said.err);
+                printed = said.out;
+                commands += 1;
+            }
+            ("text", shown_line) => {
+                let found = printed.lines().any(|line| says_the_same(line, shown_line));
+                assert!(found, "no command prints {shown_line:?}:\n{printed}");
+                shown += 1;
+            }
+            _ => {}
+        }
     }
-    assert!(commands >= 8, "{commands}");
+    assert!(commands >= 10 && shown >= 15, "{commands} commands, {shown} lines");
+    let images: Vec<&str> =
+        page.lines().filter_map(|line| line.split("](figures/").nth(1)?.strip_suffix(')')).collect();
+    assert!(images.len() >= 9, "{images:?}");
+    for image in images {
+        let drawn = ["figures", "table1"].iter().any(|directory| folder.path(directory).join(image).is_file());
+        assert!(drawn, "no command draws {image}");
+        assert!(root().join("docs/figures").join(image).is_file(), "docs/figures has no {image}");
+    }
+    let table = fs::read_to_string(folder.path("table1/table1.md")).expect("the report");
+    assert!(table.contains("](fig13-gap-first-impacts.png)") && !table.contains("There is no contact"), "{table}");
+}
+
+/// Word for word, numbers within 2 %: they move a little with the numerics.
+fn says_the_same(line: &str, shown: &str) -> bool {
+    let words =
+        |line: &str| line.split_whitespace().map(|word| word.trim_end_matches(',').to_owned()).collect::<Vec<_>>();
+    let (line, shown) = (words(line), words(shown));
+    let same = |a: &String, b: &String| match (a.parse::<f64>(), b.parse::<f64>()) {
+        (Ok(a), Ok(b)) => (a - b).abs() <= 0.02 * b.abs(),
+        _ => a == b,
+    };
+    line.len() == shown.len() && line.iter().zip(&shown).all(|(a, b)| same(a, b))
 }
 
 /// Words of a line of the shell; quotes as the page uses them.

@@ -300,7 +300,8 @@ mod tests {
         for n in [0, 1, 2, 5] {
             let samples: Vec<f64> =
                 (0..256).map(|k| (2.0 * std::f64::consts::PI * f64::from(n * k) / 256.0 + 0.3).cos()).collect();
-            let quiet: Vec<f64> = samples.iter().enumerate().map(|(k, _)| if k % 16 == 0 { 1e-3 } else { 0.0 }).collect();
+            let quiet: Vec<f64> =
+                samples.iter().enumerate().map(|(k, _)| if k % 16 == 0 { 1e-3 } else { 0.0 }).collect();
             let n = usize::try_from(n).expect("small");
             assert_eq!(dominant_harmonic(&[samples.clone(), quiet.clone()]), n);
             assert_eq!(dominant_harmonic(&[quiet, samples]), n);

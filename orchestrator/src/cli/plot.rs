@@ -242,8 +242,7 @@ fn orbit(args: &Args, histories: &[Named]) -> Result<Vec<(String, Figure)>, CliE
         if instants.is_empty() {
             instants = [0.25, 0.5, 1.0].iter().map(|share| first + share * (last - first)).collect();
         }
-        let figure =
-            orbits(&named.history, &instants)?.ok_or_else(|| named.history.unknown("contact.rotor_x_m"))?;
+        let figure = orbits(&named.history, &instants)?.ok_or_else(|| named.history.unknown("contact.rotor_x_m"))?;
         match ring_of(&named.history) {
             Ring::Deformed => {}
             Ring::AtRest => remark(&format!(

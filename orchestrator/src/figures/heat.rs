@@ -2,8 +2,8 @@
 
 use super::style::{FINE, SMALL, TEXT, TITLE, tick, viridis};
 use super::{Figure, FigureError};
-use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::prelude::{BLACK, ChartBuilder, Color, IntoFont, LineSeries, Rectangle, WHITE};
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// Colours are drawn in so many steps, so that neighbours of one step become one rectangle.
 const LEVELS: f64 = 40.0;

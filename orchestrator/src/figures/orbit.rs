@@ -6,9 +6,7 @@
 use super::style::{FINE, GREY, GRID, SMALL, Scale, TEXT, TITLE, tick};
 use super::{Area, COLOURS, Figure, FigureError};
 use crate::history::History;
-use plotters::prelude::{
-    BLACK, ChartBuilder, Circle, Color, IntoFont, LineSeries, PathElement, WHITE,
-};
+use plotters::prelude::{BLACK, ChartBuilder, Circle, Color, IntoFont, LineSeries, PathElement, WHITE};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::f64::consts::PI;
 

@@ -3,7 +3,9 @@
 use super::style::{FINE, GRID, SMALL, TEXT, TITLE, roomy, tick};
 use super::{Area, COLOURS, Figure, FigureError};
 use plotters::element::Circle;
-use plotters::prelude::{BLACK, ChartBuilder, Color, DashedLineSeries, IntoFont, LineSeries, PathElement, RGBColor, WHITE};
+use plotters::prelude::{
+    BLACK, ChartBuilder, Color, DashedLineSeries, IntoFont, LineSeries, PathElement, RGBColor, WHITE,
+};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// How points are drawn.
@@ -149,7 +151,8 @@ fn draw(
         let colour = line.colour.unwrap_or(COLOURS[at % COLOURS.len()]);
         let points =
             if panel.thin { thinned(&line.points, x_range, (WIDTH - 100) as usize) } else { line.points.clone() };
-        let dots = |radius: u32, style| points.iter().map(move |point| Circle::new(*point, (radius * FINE) as i32, style));
+        let dots =
+            |radius: u32, style| points.iter().map(move |point| Circle::new(*point, (radius * FINE) as i32, style));
         match line.mark {
             Mark::Line => chart.draw_series(LineSeries::new(points, colour.stroke_width(line.width * FINE)))?,
             Mark::Dashed => {

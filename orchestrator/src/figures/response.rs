@@ -39,8 +39,7 @@ pub fn unbalance_response(machine: &Machine, top: f64) -> Result<Option<Figure>,
     });
     places.truncate(7);
     let rpm = |speed: f64| speed * 30.0 / PI;
-    let largest =
-        |values: &dyn Fn(&UnbalanceResponse) -> f64| found.iter().map(values).fold(0.0, f64::max);
+    let largest = |values: &dyn Fn(&UnbalanceResponse) -> f64| found.iter().map(values).fold(0.0, f64::max);
     let length = Scale::of("m", largest_displacement(&found, &places));
     let load = Scale::of("N", largest(&|r| r.bearings.iter().copied().fold(0.0, f64::max)));
     let mut displacement: Vec<Line> = places

@@ -9,9 +9,9 @@ mod verdict;
 use super::error::CliError;
 use super::exit::Exit;
 use super::output::{print, remark};
-use bladeoff_core::outcome::Status;
 use crate::files::{FileError, write_whole};
 use crate::study::{Samples, load};
+use bladeoff_core::outcome::Status;
 use std::path::PathBuf;
 
 /// The paper's comparison of the three contact detections, beside ours
@@ -65,9 +65,8 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     print(&text)?;
     write_whole(&args.out.join("table1.md"), text.as_bytes())?;
     write_whole(&args.out.join("runs.csv"), runs::csv(&done).as_bytes())?;
-    for line in pictures::draw(&cases, &args.out)? {
-        remark(&line);
-    }
+    let figures = pictures::draw(&cases, &args.out)?;
+    write_whole(&args.out.join("table1.md"), (text + &figures).as_bytes())?;
     let finished = |run: &runs::Done| matches!(run.status(), Status::Ok | Status::Invalid);
     Ok(if done.iter().all(finished) { Exit::Ok } else { Exit::Failures })
 }

@@ -3,6 +3,7 @@
 use super::runs::Case;
 use crate::cli::error::CliError;
 use crate::cli::history::watched;
+use crate::cli::output::remark;
 use crate::engine;
 use crate::figures::{COLOURS, Figure, FigureError, Line, Panel, Scale, panels};
 use crate::history::{Decimation, History, Settings, read};
@@ -24,11 +25,11 @@ struct Picture {
     together: bool,
 }
 
-/// Runs each detection once more from the machine's own start, with its history, and draws; what to say.
-pub(super) fn draw(cases: &[Case], out: &Path) -> Result<Vec<String>, CliError> {
+/// Runs each detection once more from the machine's own start, with its history, and draws; the section of the report that
+/// shows the figures.
+pub(super) fn draw(cases: &[Case], out: &Path) -> Result<String, CliError> {
     // the quick engine where both were run
     let engine = cases.first().map_or("reduced", |case| case.engine);
-    let mut said = Vec::new();
     let mut histories = Vec::new();
     for case in cases.iter().filter(|case| case.engine == engine && case.start == 0) {
         let structure = engine::build(&case.machine)?;
@@ -36,20 +37,24 @@ pub(super) fn draw(cases: &[Case], out: &Path) -> Result<Vec<String>, CliError> 
         let path = out.join(format!("{}.mcap", case.detection));
         let settings = Settings { path: path.clone(), channels: Vec::new(), decimation: Decimation::Every(EVERY) };
         let (_, written) = watched(&case.machine, &structure, &plan, Some(&settings))?;
-        said.extend(written);
+        if let Some(written) = written {
+            remark(&written);
+        }
         if path.is_file() {
             histories.push((case.detection, read(&path)?));
         }
     }
     if histories.is_empty() {
-        said.push("warning: there are no histories, hence no figures".to_owned());
-        return Ok(said);
+        remark("warning: there are no histories, hence no figures");
+        return Ok(String::new());
     }
+    let mut section = "\n## Figures\n".to_owned();
     for picture in pictures(&histories, &format!("our turbine, {engine} engine")) {
         figure(&histories, &picture)?.write_both(out, picture.file)?;
-        said.push(format!("{}", out.join(format!("{}.png", picture.file)).display()));
+        remark(&out.join(format!("{}.png", picture.file)).display().to_string());
+        section.push_str(&format!("\n![{}]({}.png)\n", picture.title, picture.file));
     }
-    Ok(said)
+    Ok(section)
 }
 
 type Named = (&'static str, History);
@@ -58,8 +63,7 @@ type Named = (&'static str, History);
 fn pictures(histories: &[Named], about: &str) -> Vec<Picture> {
     let first = histories.iter().filter_map(|(_, history)| first_contact(history)).fold(f64::INFINITY, f64::min);
     let whole = (0.0, f64::INFINITY);
-    let (rub, impacts) =
-        ((first - 0.1, f64::INFINITY), (first - FIRST_IMPACTS.0, first + FIRST_IMPACTS.1));
+    let (rub, impacts) = ((first - 0.1, f64::INFINITY), (first - FIRST_IMPACTS.0, first + FIRST_IMPACTS.1));
     let load = worst_bearing(histories);
     let bearing = load.trim_end_matches(".load_N").replace('.', " ");
     let place = load.replace("load_N", "x_m");
@@ -126,7 +130,8 @@ fn figure(histories: &[Named], picture: &Picture) -> Result<Figure, FigureError>
     let all: Vec<(&str, Vec<(f64, f64)>)> = histories.iter().map(|(name, history)| (*name, shown(history))).collect();
     let values = || all.iter().flat_map(|(_, points)| points).map(|point| point.1);
     let unit = histories.iter().find_map(|(_, history)| history.channel(&picture.channel));
-    let scale = Scale::of(unit.map_or("", |series| &series.unit), values().fold(0.0, |max, value| max.max(value.abs())));
+    let scale =
+        Scale::of(unit.map_or("", |series| &series.unit), values().fold(0.0, |max, value| max.max(value.abs())));
     let lines: Vec<Line> = all
         .iter()
         .enumerate()

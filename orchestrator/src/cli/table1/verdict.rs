@@ -46,11 +46,7 @@ const TABLE: [&Quantity; 7] = [
     &FORCE,
     &PENETRATION,
     &MEAN_FORCE,
-    &Quantity {
-        name: "friction energy [MJ]",
-        paper: None,
-        ours: |run| Some(run.value("friction_energy_J")? * 1e-6),
-    },
+    &Quantity { name: "friction energy [MJ]", paper: None, ours: |run| Some(run.value("friction_energy_J")? * 1e-6) },
     &Quantity { name: "end speed [rad/s]", paper: None, ours: |run| run.value("end_speed_rad_s") },
 ];
 
@@ -146,7 +142,8 @@ fn orderings(done: &[Done], engines: &[&str], starts: usize) -> Vec<String> {
                     let spreads = spreads(done, engine, quantity);
                     let verdict = Verdict::of(spreads[small].as_ref(), spreads[large].as_ref());
                     let both = spreads[small].as_ref().zip(spreads[large].as_ref());
-                    let times = both.map_or(String::new(), |(small, large)| ratio(large.median(), small.median()) + ", ");
+                    let times =
+                        both.map_or(String::new(), |(small, large)| ratio(large.median(), small.median()) + ", ");
                     cells.push(format!("{times}{}", verdict.words()));
                     verdict
                 })
