@@ -339,7 +339,12 @@ fn the_commands_of_the_walk_through_run() {
     for line in page.lines() {
         match (block, line) {
             (_, "```") => block = "",
-            ("", line) if line.starts_with("```") => block = &line[3..],
+            ("", line) if line.starts_with("```") => {
+                block = &line[3..];
+                if block == "sh" {
+                    printed.clear();
+                }
+            }
             ("sh", command) => {
                 let mut words = split(command);
                 assert_eq!(words[0], "bladeoff", "{command}");
@@ -352,7 +357,7 @@ fn the_commands_of_the_walk_through_run() {
                     support::bladeoff(&words).current_dir(folder.path(".")).output().expect("the binary starts"),
                 );
                 assert_eq!(said.code, 0, "{command}: {}", said.err);
-                printed = said.out;
+                printed.push_str(&said.out);
                 commands += 1;
             }
             ("text", shown_line) => {

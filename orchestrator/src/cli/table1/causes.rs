@@ -68,10 +68,10 @@ fn spread_by_detection(done: &[Done], engine: &str) -> Vec<String> {
         let paper = quantity.paper.and_then(|paper| ends(&paper)).map(|(low, high)| share(low, high));
         let paper = paper.map_or(String::new(), |share| format!(" (the paper's {share:.0} %)"));
         let between = share(low, high);
-        Some(format!(
-            "- {}: the detections differ by {between:.1} %{paper}, the starts of one by up to {starts:.1} %.",
-            quantity.name
-        ))
+        let several = all.iter().any(|spread| spread.sorted.len() > 1);
+        let between_starts =
+            if several { format!(", the starts of one by up to {starts:.1} %") } else { String::new() };
+        Some(format!("- {}: the detections differ by {between:.1} %{paper}{between_starts}.", quantity.name))
     };
     [&LOAD, &FORCE, &MEAN_FORCE].into_iter().filter_map(of).collect()
 }
