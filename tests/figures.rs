@@ -410,3 +410,24 @@ fn split(line: &str) -> Vec<String> {
     words.push(word);
     words
 }
+
+/// The study behind `table1` is one that `run` takes: both engines, three detections, five starts of which the first is the
+/// machine's own.
+#[test]
+fn the_study_of_the_paper_s_table_is_an_ordinary_study() {
+    use bladeoff::study::{Samples, load};
+    let samples = Samples::new(load(&root().join("studies/table1.toml")).expect("valid"), None, None).expect("samples");
+    assert_eq!(samples.count(), 2 * 3 * 5);
+    let text = fs::read_to_string(root().join("studies/machines/lp_turbine.toml")).expect("the machine");
+    let own =
+        bladeoff_core::machine::MachineDef::parse("lp_turbine.toml", &text).expect("valid").build().expect("valid");
+    let mut kinds = std::collections::BTreeSet::new();
+    for sample in 0..samples.count() {
+        let machine = samples.machine(sample).build().expect("every sample can be built");
+        let word = |what: &dyn std::fmt::Debug| format!("{what:?}");
+        kinds.insert((word(&machine.run.engine), word(&machine.diaphragms[0].contact.detection)));
+        let moved = machine.rotor.unbalances != own.rotor.unbalances;
+        assert_eq!(moved, sample % 5 != 0, "sample {sample}");
+    }
+    assert_eq!(kinds.len(), 6);
+}

@@ -100,7 +100,7 @@ pub fn ring_shapes(machine: &Machine, structure: &Structure) -> Result<Option<Fi
             let hertz = set.omega_squared[mode].max(0.0).sqrt() / (2.0 * PI);
             let n = diameters.get(mode).map_or_else(String::new, |n| format!(", n = {n}"));
             let caption = format!("mode {}: {hertz:.1} Hz{n}", mode + 1);
-            draw_ring(area, &caption, stator, ring, &column_of(&set.shapes, mode))?;
+            draw_ring(area, &caption, stator, ring, column_of(&set.shapes, mode))?;
         }
         Ok(())
     })?;
