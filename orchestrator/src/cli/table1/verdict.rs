@@ -125,8 +125,7 @@ fn table(done: &[Done], engine: &str) -> Vec<String> {
 
 /// The paper's orderings, what each engine says about them, and what is claimed.
 fn orderings(done: &[Done], engines: &[&str], starts: usize) -> Vec<String> {
-    let mut rows = Vec::new();
-    let mut claims = Vec::new();
+    let (mut rows, mut claims, mut open) = (Vec::new(), Vec::new(), Vec::new());
     for quantity in TABLE {
         let Some(paper) = quantity.paper else { continue };
         for (a, b) in PAIRS {
@@ -150,6 +149,10 @@ fn orderings(done: &[Done], engines: &[&str], starts: usize) -> Vec<String> {
                 .collect();
             let claim = Verdict::of_all(&verdicts);
             claims.push(claim);
+            if !claim.claims() {
+                let name = format!("{}, {} < {}", quantity.name, DETECTIONS[small], DETECTIONS[large]);
+                open.push(format!("- {name}: {}.", undecided(done, engines, quantity, (small, large), &verdicts)));
+            }
             cells.push(
                 match claim {
                     Verdict::ComesOut => "yes",
@@ -190,9 +193,40 @@ fn orderings(done: &[Done], engines: &[&str], starts: usize) -> Vec<String> {
         claims.len(),
         count(Verdict::ComesOut),
         count(Verdict::Reversed),
-        claims.iter().filter(|claim| !claim.claims()).count()
+        open.len()
     ));
+    if !open.is_empty() && chance <= CHANCE {
+        lines.push("\nNot decided:\n".to_owned());
+        lines.extend(open);
+    }
     lines
+}
+
+/// Why an ordering is left open: what each engine says of it, its difference against its scatter.
+fn undecided(
+    done: &[Done],
+    engines: &[&str],
+    quantity: &Quantity,
+    (small, large): (usize, usize),
+    verdicts: &[Verdict],
+) -> String {
+    let said = engines.iter().zip(verdicts).map(|(engine, verdict)| {
+        let spreads = spreads(done, engine, quantity);
+        let Some((a, b)) = spreads[small].as_ref().zip(spreads[large].as_ref()) else {
+            return format!("{engine}: {}", verdict.words());
+        };
+        let size = a.high().max(b.high()).max(f64::MIN_POSITIVE);
+        let difference = 100.0 * (b.median() - a.median()).abs() / size;
+        let starts = 100.0 * (a.high() - a.low()).max(b.high() - b.low()) / size;
+        let says = match verdict {
+            Verdict::ComesOut => "says so, ",
+            Verdict::Reversed => "says the opposite, ",
+            Verdict::NotOk => "has runs that are not ok, ",
+            _ => "",
+        };
+        format!("{engine} engine {says}medians {} % apart, starts up to {} %", digits(difference), digits(starts))
+    });
+    said.collect::<Vec<_>>().join("; ")
 }
 
 #[cfg(test)]
