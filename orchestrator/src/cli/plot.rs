@@ -242,7 +242,8 @@ fn orbit(args: &Args, histories: &[Named]) -> Result<Vec<(String, Figure)>, CliE
         if instants.is_empty() {
             instants = [0.25, 0.5, 1.0].iter().map(|share| first + share * (last - first)).collect();
         }
-        let figure = orbits(&named.history, &instants)?.ok_or_else(|| named.history.unknown("contact.rotor_x_m"))?;
+        let figure = orbits(&named.history, &named.name, &instants)?
+            .ok_or_else(|| named.history.unknown("contact.rotor_x_m"))?;
         match ring_of(&named.history) {
             Ring::Deformed => {}
             Ring::AtRest => remark(&format!(
@@ -269,8 +270,8 @@ fn maps(args: &Args, histories: &[Named]) -> Result<Vec<(String, Figure)>, CliEr
         }
         for channel in channels {
             let figure = match args.kind.as_str() {
-                "order" => order_map(&named.history, channel, args.top.unwrap_or(10.0))?,
-                _ => spectrogram(&named.history, channel, args.top)?,
+                "order" => order_map(&named.history, &named.name, channel, args.top.unwrap_or(10.0))?,
+                _ => spectrogram(&named.history, &named.name, channel, args.top)?,
             };
             let channel = plain_name(&channel.name, &channel.unit).replace(' ', "-");
             figures.push((format!("{}-{}-{channel}", named.name, args.kind), figure));

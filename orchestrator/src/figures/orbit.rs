@@ -10,8 +10,9 @@ use plotters::prelude::{BLACK, ChartBuilder, Circle, Color, IntoFont, LineSeries
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::f64::consts::PI;
 
-/// One picture of 330 px for each instant.
+/// Side of the picture of an instant \[px\], and of a single one.
 const SIZE: u32 = 330;
+const ALONE: u32 = 600;
 
 /// What a history knows of the ring.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,7 +40,7 @@ pub fn ring_of(history: &History) -> Ring {
 ///
 /// # Errors
 /// The plotting library failed.
-pub fn orbits(history: &History, instants: &[f64]) -> Result<Option<Figure>, FigureError> {
+pub fn orbits(history: &History, name: &str, instants: &[f64]) -> Result<Option<Figure>, FigureError> {
     let (Some(x), Some(y)) = (history.channel("contact.rotor_x_m"), history.channel("contact.rotor_y_m")) else {
         return Ok(None);
     };
@@ -50,16 +51,17 @@ pub fn orbits(history: &History, instants: &[f64]) -> Result<Option<Figure>, Fig
     let reach = x.iter().zip(y).map(|(x, y)| x.hypot(*y)).fold(gap.unwrap_or(0.0), f64::max) * 1.12;
     let reach = if reach > 0.0 { reach } else { 1.0 };
     let scale = Scale::of("m", reach);
-    let size = (columns * SIZE, 72 + rows * (SIZE - 19));
+    let side = if columns == 1 { ALONE } else { SIZE };
+    let size = (columns * side, 72 + rows * (side - 19));
     let figure = Figure::draw(size, |root| {
-        let title = match ring_of(history) {
-            Ring::Deformed => "Rotor centre inside the clearance of the deformed ring",
-            Ring::AtRest => "Rotor centre and the gap at rest",
-            Ring::Unknown => "Rotor centre",
+        let shown = match ring_of(history) {
+            Ring::Deformed => "rotor centre inside the clearance of the deformed ring",
+            Ring::AtRest => "rotor centre and the gap at rest",
+            Ring::Unknown => "rotor centre",
         };
-        let root = root.titled(title, TITLE)?;
+        let root = root.titled(&format!("{name}: {shown}"), TITLE)?;
         let (strip, root) = root.split_vertically(24 * FINE);
-        legend(&strip, ring_of(history), columns * SIZE)?;
+        legend(&strip, ring_of(history), columns * side)?;
         for (area, &instant) in root.split_evenly((rows as usize, columns as usize)).iter().zip(instants) {
             let turn = last_turn(history, instant);
             let orbit: Vec<(f64, f64)> = turn.clone().map(|k| (x[k] * scale.factor, y[k] * scale.factor)).collect();
@@ -172,14 +174,11 @@ fn legend(strip: &Area<'_>, ring: Ring, width: u32) -> Result<(), FigureError> {
     if ring == Ring::Deformed {
         entries.push(("clearance at t", COLOURS[1]));
     }
-    // closer and shorter where a single picture makes the strip narrow
     let fine = FINE as i32;
     let pitch = (width as i32 / 3).min(200);
-    let narrow = pitch < 150;
     let style = SMALL.into_font().color(&BLACK).pos(Pos::new(HPos::Left, VPos::Center));
     for (at, (name, colour)) in entries.into_iter().enumerate() {
-        let x = (if narrow { 8 + 108 * at as i32 } else { 60 + pitch * at as i32 }) * fine;
-        let name = if narrow { name.split(" of").next().unwrap_or(name) } else { name };
+        let x = (60 + pitch * at as i32) * fine;
         let y = 8 * fine;
         strip.draw(&PathElement::new([(x, y), (x + 16 * fine, y)], colour.stroke_width(3 * FINE)))?;
         strip.draw(&plotters::element::Text::new(name, (x + 21 * fine, y), style.clone()))?;

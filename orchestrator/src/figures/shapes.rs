@@ -92,7 +92,8 @@ pub fn ring_shapes(machine: &Machine, structure: &Structure) -> Result<Option<Fi
     let figure = Figure::draw((900, 66 + 300 * rows as u32), |root| {
         let root = root.titled(&format!("Modes of diaphragm {} (displacements enlarged)", diaphragm.name), TITLE)?;
         let (legend, root) = root.split_vertically(26 * FINE);
-        let text = "grey: at rest; dots: blade feet, from their places at rest; n: nodal diameters";
+        let text =
+            "grey: at rest; dots: blade feet, from their places at rest; n: nodal diameters of the largest harmonic";
         let middle = Pos::new(HPos::Center, VPos::Top);
         let style = SMALL.into_font().color(&BLACK).pos(middle);
         legend.draw(&plotters::element::Text::new(text, (450 * FINE as i32, 2 * FINE as i32), style))?;

@@ -94,7 +94,7 @@ fn window_of(samples: usize) -> usize {
 ///
 /// # Errors
 /// Too few records, or the plotting library failed.
-pub fn spectrogram(history: &History, channel: &Series, top: Option<f64>) -> Result<Figure, FigureError> {
+pub fn spectrogram(history: &History, name: &str, channel: &Series, top: Option<f64>) -> Result<Figure, FigureError> {
     let records = channel.values.len();
     if records < 256 {
         return Err(SpectrumError::Short { records, least: 256 }.into());
@@ -110,7 +110,7 @@ pub fn spectrogram(history: &History, channel: &Series, top: Option<f64>) -> Res
     let half = 0.5 * window as f64 * interval;
     let x_range = (history.time[0] + half, history.time[records - 1] - half);
     let lines = synchronous(history, x_range, bins as f64 * resolution);
-    let title = format!("Spectrogram of {}", plain_name(&channel.name, &channel.unit));
+    let title = format!("{name}: spectrogram of {}", plain_name(&channel.name, &channel.unit));
     draw(&stft, channel, bins, (&title, "frequency [Hz]"), x_range, bins as f64 * resolution, &lines)
 }
 
@@ -135,7 +135,7 @@ fn synchronous(history: &History, (from, to): (f64, f64), top: f64) -> Vec<(Stri
 ///
 /// # Errors
 /// No spin angle, too few turns or records, or the plotting library failed.
-pub fn order_map(history: &History, channel: &Series, top: f64) -> Result<Figure, FigureError> {
+pub fn order_map(history: &History, name: &str, channel: &Series, top: f64) -> Result<Figure, FigureError> {
     /// Samples per turn: orders up to a quarter of it are clean.
     const PER_TURN: f64 = 64.0;
     const TURNS: f64 = 16.0;
@@ -173,7 +173,7 @@ pub fn order_map(history: &History, channel: &Series, top: f64) -> Result<Figure
         })
         .collect();
     let even = Stft { columns: even, middles: Vec::new() };
-    let title = format!("Orders of {}", plain_name(&channel.name, &channel.unit));
+    let title = format!("{name}: orders of {}", plain_name(&channel.name, &channel.unit));
     draw(&even, channel, bins, (&title, "order [events per turn]"), x_range, bins as f64 / per_order, &[])
 }
 
@@ -233,8 +233,8 @@ mod tests {
         let channel = series("x_m", third);
         let history =
             History { time, channels: vec![series("rotor.angle_rad", angle), channel.clone()], ..History::default() };
-        let figure = order_map(&history, &channel, 8.0).expect("enough turns");
+        let figure = order_map(&history, "run", &channel, 8.0).expect("enough turns");
         assert!(figure.svg().contains("order [events per turn]"));
-        assert!(spectrogram(&history, &channel, None).expect("enough records").svg().contains("frequency [Hz]"));
+        assert!(spectrogram(&history, "run", &channel, None).expect("enough records").svg().contains("frequency [Hz]"));
     }
 }
