@@ -38,15 +38,11 @@ impl Detector {
     #[must_use]
     pub fn closest(&mut self, field: &[f64], x: [f64; 2]) -> Place {
         self.sample(field, x);
-        let count = self.distances.len();
         let lowest = self.distances.iter().copied().fold(f64::INFINITY, f64::min);
         let mut best: Option<(f64, usize, f64)> = None;
-        for i in 0..count {
-            let (left, here, right) =
-                (self.distances[(i + count - 1) % count], self.distances[i], self.distances[(i + 1) % count]);
+        for i in 0..self.distances.len() {
             // a parabola through three samples dips below the middle one by at most an eighth of its second difference
-            let dip = 0.5 * (left - here).max(right - here);
-            if here > left || here > right || here - dip > lowest {
+            if self.dip(i).is_none_or(|dip| self.distances[i] - dip > lowest) {
                 continue;
             }
             for candidate in self.refine(field, x, i) {
@@ -57,6 +53,24 @@ impl Detector {
         }
         let (_, element, xi) = best.unwrap_or((0.0, 0, 0.0));
         Place::in_element(&self.surface, element, xi)
+    }
+
+    /// Places of all local minima of that distance, in ascending order of their angle.
+    pub fn minima(&mut self, field: &[f64], x: [f64; 2], places: &mut Vec<Place>) {
+        self.sample(field, x);
+        places.clear();
+        for i in (0..self.distances.len()).filter(|&i| self.dip(i).is_some()) {
+            let lowest = self.refine(field, x, i).min_by(|a, b| a.0.total_cmp(&b.0));
+            places.extend(lowest.map(|(_, element, xi)| Place::in_element(&self.surface, element, xi)));
+        }
+    }
+
+    /// How far the distance may dip below a sample that is no higher than its neighbours; `None` for any other sample.
+    fn dip(&self, i: usize) -> Option<f64> {
+        let count = self.distances.len();
+        let (left, here, right) =
+            (self.distances[(i + count - 1) % count], self.distances[i], self.distances[(i + 1) % count]);
+        (here <= left && here <= right).then(|| 0.5 * (left - here).max(right - here))
     }
 
     /// Squared distances at the samples.

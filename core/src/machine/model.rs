@@ -345,6 +345,15 @@ pub enum Detection {
     Hyp2Frozen,
 }
 
+/// What is done in a step whose exact contact place has no fixed point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ContactPoints {
+    /// Several contact points on the ring ("several", default).
+    Several,
+    /// One point at the predicted place ("one", the paper's assumption).
+    One,
+}
+
 /// Line of the ring that touches the rotor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ContactSurface {
@@ -369,6 +378,8 @@ pub struct Contact {
     pub friction_law: FrictionLaw,
     /// Detection.
     pub detection: Detection,
+    /// One or several contact points, for [`Detection::Hyp2`].
+    pub points: ContactPoints,
     /// Centre of the diaphragm from the bearing line \[m\].
     pub offset: [f64; 2],
     /// Contact surface.

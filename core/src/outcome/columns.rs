@@ -98,8 +98,9 @@ pub fn columns(machine: &Machine) -> Vec<Column> {
     all.real("energy_error", "", "largest error of the energy balance over the largest total energy");
     all.count(
         "no_fixed_point_steps",
-        "steps whose exact contact location had no fixed point and took the predicted one",
+        "steps in which one exact contact point had no fixed point; solved with several points, or at the predicted place",
     );
+    all.count("several_points_steps", "steps with more than one contact point on the ring");
     all.count("slip_reversal_steps", "contact steps whose slip velocity changed sign");
     all.count("steps", "time steps");
     all.real("step_s", "s", "time step");

@@ -14,4 +14,4 @@ pub use braking::braking_torque;
 pub(crate) use element::GAUSS4;
 pub use element::{ShaftBlocks, deflection, shaft_blocks};
 pub use gyro::GyroSite;
-pub use unbalance::UnbalanceSite;
+pub use unbalance::{Turn, UnbalanceSite};

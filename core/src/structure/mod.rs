@@ -231,6 +231,7 @@ fn structural(machine: &Machine) -> Machine {
             friction: 0.0,
             friction_law: crate::machine::FrictionLaw::StickSlip,
             detection: crate::machine::Detection::Hyp2,
+            points: crate::machine::ContactPoints::Several,
             offset: [0.0; 2],
             surface: crate::machine::ContactSurface::InnerFace,
         };

@@ -217,7 +217,7 @@ proptest! {
         line.refresh();
         (line.v, line.a) = (lateral(&path[1]), lateral(&path[2]));
         (line.v_psi, line.a_psi) = (twist(&path[1], 0.0), twist(&path[2], 0.0));
-        line.forces();
+        line.instant_forces();
         let (mass, twist_mass) = masses(&structure, &line.unbalances);
         let column = |x: &[f64]| Vector::from_column_slice(x);
         let product = |m: &Matrix, x: &[f64]| m * column(x);

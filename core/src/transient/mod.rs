@@ -34,6 +34,8 @@ use crate::structure::Structure;
 const TOLERANCE: f64 = 1e-12;
 /// Its iterations at most: it contracts by about `Omega dt` each.
 const ITERATIONS: usize = 60;
+/// Least contraction a round is credited with: two rounds that happen to agree say nothing about the next step's.
+const CONTRACTION: f64 = 1e-3;
 /// The energy balance is evaluated every so many steps (the works are summed at each).
 const BALANCE_EVERY: u64 = 8;
 /// A displacement beyond this many times the model's size is no vibration any more.
@@ -199,14 +201,17 @@ impl<'a> Run<'a> {
         let mut last_change: Option<f64> = None;
         for _ in 0..ITERATIONS {
             self.iterations += 1;
+            let driven = self.line.driven();
             self.line.respond(self.time, &self.d, &self.d_twist, &mut self.next, &mut self.next_twist);
             let (scale, twist_scale) = (norm(&self.next), norm(&self.next_twist));
-            let change = (distance(&self.next, &self.d) / (scale + f64::MIN_POSITIVE))
-                .max(distance(&self.next_twist, &self.d_twist) / (twist_scale + f64::MIN_POSITIVE));
+            let drive_change = (self.line.driven() - driven).abs();
+            let change = (distance(&self.next, &self.d) / (scale + f64::MIN_POSITIVE)).max(
+                (distance(&self.next_twist, &self.d_twist) + drive_change) / (twist_scale + f64::MIN_POSITIVE),
+            );
             std::mem::swap(&mut self.d, &mut self.next);
             std::mem::swap(&mut self.d_twist, &mut self.next_twist);
             if let Some(last) = last_change {
-                self.contraction = (change / last).min(1.0);
+                self.contraction = (change / last).clamp(CONTRACTION, 1.0);
             }
             // before a second round the last measured contraction stands in, with a margin
             let contraction = if last_change.is_some() { self.contraction } else { (4.0 * self.contraction).min(1.0) };

@@ -47,6 +47,7 @@ pub(crate) struct Monitor {
     stick_time: f64,
     impacts: u64,
     no_fixed_point: u64,
+    several_points: u64,
     reversals: u64,
     window: VecDeque<f64>,
     window_length: usize,
@@ -78,6 +79,7 @@ impl Monitor {
             stick_time: 0.0,
             impacts: 0,
             no_fixed_point: 0,
+            several_points: 0,
             reversals: 0,
             window: VecDeque::from(vec![0.0; window_length]),
             window_length,
@@ -118,6 +120,7 @@ impl Monitor {
             self.stick_time += self.dt;
         }
         self.no_fixed_point += u64::from(contact.no_fixed_point);
+        self.several_points += u64::from(contact.points > 1);
         self.reversals += u64::from(contact.reversed);
         self.force.see(force, time, speed);
         self.penetration.see((-contact.gap.value).max(0.0), time, speed);
@@ -212,6 +215,7 @@ impl Monitor {
             }
             "energy_error" => Some(ledger.relative_error()),
             "no_fixed_point_steps" => count(self.no_fixed_point),
+            "several_points_steps" => count(self.several_points),
             "slip_reversal_steps" => count(self.reversals),
             "steps" => Some(self.steps as f64),
             "step_s" => Some(plan.step),

@@ -6,7 +6,7 @@
 use super::stepper::Stepper;
 use crate::linalg::{Matrix, dot};
 use crate::machine::{Braking, Machine, SpeedLaw};
-use crate::rotor::{RotorMatrices, UnbalanceSite, braking_torque};
+use crate::rotor::{RotorMatrices, Turn, UnbalanceSite, braking_torque};
 use crate::structure::{Coordinates, Structure};
 
 /// Spin increment over a step of a prescribed speed, as a function of the time at its start.
@@ -37,6 +37,8 @@ pub(crate) struct ShaftLine<'a> {
     pub unbalances: Vec<UnbalanceSite>,
     /// sin and cos of each unbalance's angle at n.
     angles: Vec<(f64, f64)>,
+    /// How each of them turns, over the step or in the instant of the start.
+    turns: Vec<Turn>,
     pub gravity: [f64; 2],
     braking: Braking,
     pub prescribed: Option<Prescribed>,
@@ -100,6 +102,7 @@ impl<'a> ShaftLine<'a> {
             spin_row,
             rigid,
             angles: vec![(0.0, 1.0); unbalances.len()],
+            turns: vec![Turn::instant(0.0, 0.0); unbalances.len()],
             unbalances,
             gravity,
             braking: machine.braking,
@@ -218,6 +221,12 @@ impl<'a> ShaftLine<'a> {
         }
     }
 
+    /// Mean spin increment that the drive of a prescribed speed gives in a step [rad]: its torque converges with the forces,
+    /// while the increment of the spin itself is prescribed and always converged.
+    pub fn driven(&self) -> f64 {
+        self.prescribed.as_ref().map_or(0.0, |prescribed| prescribed.torque * prescribed.compliance)
+    }
+
     /// Adds the reaction of the drive to a contact torque.
     pub fn add_drive_torque(&mut self, torque: f64) {
         if let Some(prescribed) = &mut self.prescribed {
@@ -237,10 +246,21 @@ impl<'a> ShaftLine<'a> {
         let (rate, square) = (0.5 / self.dt, 1.0 / (self.dt * self.dt));
         centred(&self.d_nodal, &self.x_previous, rate, square, &mut self.v, &mut self.a);
         centred(&self.d_psi, &self.psi_previous, rate, square, &mut self.v_psi, &mut self.a_psi);
+        for (site, turn) in self.unbalances.iter().zip(&mut self.turns) {
+            *turn = Turn::stepped(self.psi_previous[site.node], self.d_psi[site.node], self.dt);
+        }
         self.forces();
     }
 
-    /// Forces from v, a, v_psi, a_psi at the place n.
+    /// Forces in the instant of v, a, v_psi, a_psi at the place n.
+    fn instant_forces(&mut self) {
+        for (site, turn) in self.unbalances.iter().zip(&mut self.turns) {
+            *turn = Turn::instant(self.v_psi[site.node], self.a_psi[site.node]);
+        }
+        self.forces();
+    }
+
+    /// Forces from v, a, v_psi, a_psi and the turns at the place n.
     fn forces(&mut self) {
         self.force.fill(0.0);
         self.torque.fill(0.0);
@@ -250,10 +270,8 @@ impl<'a> ShaftLine<'a> {
             let torque = site.apply(spin, spin_dot, &self.v, &self.a, product, &mut self.force);
             site.spread(torque, &mut self.torque);
         }
-        for (site, &angle) in self.unbalances.iter().zip(&self.angles) {
-            let acceleration = self.rotor.at(site.node, &self.a);
-            let (rate, rate_dot) = (self.v_psi[site.node], self.a_psi[site.node]);
-            let force = site.force(angle, rate, rate_dot, acceleration, self.gravity);
+        for ((site, &angle), turn) in self.unbalances.iter().zip(&self.angles).zip(&self.turns) {
+            let force = site.force(angle, turn, self.rotor.at(site.node, &self.a), self.gravity);
             self.rotor.add_at(site.node, force.force, &mut self.force);
             self.torque[site.node] += force.torque;
         }
@@ -281,7 +299,7 @@ impl<'a> ShaftLine<'a> {
         for _ in 0..200 {
             self.lateral_map.expand(&a, &mut self.a);
             self.twist_map.expand(&a_twist, &mut self.a_psi);
-            self.forces();
+            self.instant_forces();
             if self.has_skew {
                 for bearing in &self.rotor.bearings {
                     let skew = bearing.skew_force(self.rotor.at(bearing.node, &self.x));
@@ -389,12 +407,10 @@ impl<'a> ShaftLine<'a> {
                 potential -= self.weight[i] * (self.lateral.q[i] + 0.5 * d[i]);
             }
         }
-        for site in &self.unbalances {
+        for (site, &angle) in self.unbalances.iter().zip(&self.angles) {
             let turn = self.d_psi[site.node];
-            let angle = libm::sincos(self.phi + self.beta[site.node] + site.phase + 0.5 * turn);
-            let velocity = self.rotor.at(site.node, &self.d_nodal).map(|step| step / dt);
-            kinetic += site.coupling_energy(angle, turn / dt, velocity);
-            potential += site.gravity_energy(angle, self.gravity);
+            kinetic += site.coupling_energy(angle, turn, self.rotor.at(site.node, &self.d_nodal), dt);
+            potential += site.gravity_energy(angle, turn, self.gravity);
         }
         (kinetic, potential)
     }

@@ -5,7 +5,7 @@ use super::rotor::rayleigh;
 use super::shaft::{self, Nodes};
 use crate::document::units::format_digits;
 use crate::machine::model::{
-    Blades, Contact, ContactSurface, Detection, Diaphragm, DiaphragmKind, FlexibleStator, FrictionLaw, Ring,
+    Blades, Contact, ContactPoints, ContactSurface, Detection, Diaphragm, DiaphragmKind, FlexibleStator, FrictionLaw, Ring,
 };
 
 pub(super) fn diaphragms(reader: &mut Reader<'_>, nodes: Option<&Nodes>) -> Option<Vec<Diaphragm>> {
@@ -53,6 +53,10 @@ fn contact(reader: &mut Reader<'_>, nodes: Option<&Nodes>, table: &str) -> Optio
             "hyp1" => Detection::Hyp1,
             "hyp2-frozen" => Detection::Hyp2Frozen,
             _ => Detection::Hyp2,
+        },
+        points: match reader.word(&format!("{table}.points"))? {
+            "one" => ContactPoints::One,
+            _ => ContactPoints::Several,
         },
         offset: reader.vector(&format!("{table}.offset"))?,
         surface: match reader.word(&format!("{table}.surface"))? {

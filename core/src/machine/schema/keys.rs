@@ -188,6 +188,8 @@ pub(super) const KEYS: &[Key] = &[
         "Coulomb's law with stick, or sliding only (as the paper): then a run whose slip changes sign is invalid"),
     key("diaphragms.NAME.contact.detection", Kind::Choice(&["hyp1", "hyp2", "hyp2-frozen"]), Need::Word("hyp2"), Range::ANY, When::Always,
         "contact place: at the rotor's angle, closest point, or closest point after the prediction"),
+    key("diaphragms.NAME.contact.points", Kind::Choice(&["several", "one"]), Need::Word("several"), Range::ANY, When::Always,
+        "hyp2, where one contact point has no fixed point: several points on the ring, or the predicted one (as the paper)"),
     key("diaphragms.NAME.contact.offset", Kind::Vector("m"), Need::Number(0.0), Range::ANY, When::Always,
         "centre of the diaphragm from the bearing line"),
     key("diaphragms.NAME.contact.surface", Kind::Choice(&["inner-face", "mean-line"]), Need::Word("inner-face"), Range::ANY, When::Always,

@@ -1,20 +1,11 @@
 //! The contact step: force, places and speeds iterated together.
 
 use super::place_search::PlaceSearch;
-use super::{CONTACT_ITERATIONS, ContactFailure, Rub, StepContact, TOLERANCE, bilinear, directions};
+use super::{Attempt, CONTACT_ITERATIONS, ContactFailure, Rub, StepContact, TOLERANCE, bilinear, directions};
 use crate::contact::{Compliance, ContactForce, Gap, NotUnique, Place, slide, stick_or_slide};
 use crate::linalg::{axpy, dot};
 use crate::machine::{Detection, ForceLocation, FrictionLaw};
 use crate::transient::shaft_line::{ShaftLine, distance, norm};
-
-/// What a contact step starts from.
-struct Attempt {
-    x_n: [f64; 2],
-    sign: f64,
-    predicted: Gap,
-    force_place: Option<Gap>,
-    time: f64,
-}
 
 impl Rub<'_> {
     /// Corrects the predicted increments `(d, d_twist)` (in: without contact, out: with it).
@@ -33,9 +24,7 @@ impl Rub<'_> {
         }
         let dx = self.increment(d);
         let predicted_x = [x_n[0] + dx[0], x_n[1] + dx[1]];
-        if let Some(ring) = &mut self.ring {
-            ring.d.copy_from_slice(&ring.free);
-        }
+        self.release_ring();
         if self.is_far(predicted_x) {
             return Ok(None);
         }
@@ -61,9 +50,15 @@ impl Rub<'_> {
             no_fixed_point = true;
             d.copy_from_slice(&prediction);
             d_twist.copy_from_slice(&prediction_twist);
-            if let Some(ring) = &mut self.ring {
-                ring.d.copy_from_slice(&ring.free);
+            self.release_ring();
+            if self.several_points
+                && let Some(contact) = self.several(line, &attempt, d, d_twist)
+            {
+                return Ok(Some(contact));
             }
+            d.copy_from_slice(&prediction);
+            d_twist.copy_from_slice(&prediction_twist);
+            self.release_ring();
             result = self.iterate(line, &attempt, false, d, d_twist)?;
         }
         let (force, gap) = result.ok_or(ContactFailure::NoConvergence)?;
@@ -71,6 +66,13 @@ impl Rub<'_> {
             return Ok(None);
         }
         Ok(Some(self.account(line, &attempt, (force, gap, no_fixed_point), d, d_twist)))
+    }
+
+    /// The ring's increment without contact.
+    fn release_ring(&mut self) {
+        if let Some(ring) = &mut self.ring {
+            ring.d.copy_from_slice(&ring.free);
+        }
     }
 
     /// Iterates force, places and speeds; `None` without convergence.
@@ -104,6 +106,7 @@ impl Rub<'_> {
             self.load_rows(&acting, &gap);
             let mut free = std::mem::take(&mut self.candidate);
             let mut free_twist = std::mem::take(&mut self.candidate_twist);
+            let driven = line.driven();
             line.respond(attempt.time, d, d_twist, &mut free, &mut free_twist);
             let solved = self.solve(&gap, &acting, attempt.sign, (d, &free, &free_twist));
             let force = match solved {
@@ -117,7 +120,7 @@ impl Rub<'_> {
             line.add_drive_torque(self.drive_lever * force.tangential * self.rotor_radius);
             let change = (force.normal - last.normal).abs().max((force.tangential - last.tangential).abs());
             let moved = distance(&free, d) <= TOLERANCE * norm(&free) + f64::MIN_POSITIVE
-                && distance(&free_twist, d_twist) <= TOLERANCE * norm(&free_twist);
+                && distance(&free_twist, d_twist) + (line.driven() - driven).abs() <= TOLERANCE * norm(&free_twist);
             let steady =
                 change * self.scale() <= 1e-14 * self.rotor_radius.max(self.gap) + 1e-11 * force.normal * self.scale();
             d.copy_from_slice(&free);
@@ -194,7 +197,7 @@ impl Rub<'_> {
         }
     }
 
-    fn ring_settled(&self) -> bool {
+    pub(super) fn ring_settled(&self) -> bool {
         // rounding of the gap (1e-16 of the radius) is the floor of what the ring's increment can settle to
         let floor = 1e-13 * self.rotor_radius.max(self.gap);
         self.ring.as_ref().is_none_or(|ring| {
@@ -213,8 +216,10 @@ impl Rub<'_> {
     fn load_rows(&mut self, acting: &Gap, gap: &Gap) {
         if let Some(ring) = &mut self.ring {
             let [n_r, n_t] = acting.normal;
-            ring.load_force(acting.place, [n_r, n_t], &self.surface, true);
-            ring.load_force(acting.place, [-n_t, n_r], &self.surface, false);
+            let (mut normal, mut tangent) = (std::mem::take(&mut ring.normal), std::mem::take(&mut ring.tangent));
+            ring.load(acting.place, [n_r, n_t], &self.surface, &mut normal);
+            ring.load(acting.place, [-n_t, n_r], &self.surface, &mut tangent);
+            (ring.normal, ring.tangent) = (normal, tangent);
             ring.load_gap_row(gap, &self.surface);
         }
     }
@@ -271,6 +276,7 @@ impl Rub<'_> {
             slip,
             reversed: self.law == FrictionLaw::Slip && slip * attempt.sign < 0.0,
             no_fixed_point,
+            points: 1,
             friction_work: force.tangential * slip * line.dt,
             normal_work: -force.normal * opening - model_work,
             model_work,

@@ -8,6 +8,7 @@ mod correction;
 mod place_search;
 mod residual;
 mod ring;
+mod several;
 mod spring;
 
 use self::residual::residual_at;
@@ -15,7 +16,7 @@ use self::ring::Ring;
 use super::shaft_line::ShaftLine;
 use crate::contact::{ContactForce, Gap, NotUnique, Place, exact_gap, polar_gap};
 use crate::linalg::dot;
-use crate::machine::{ContactSurface, Detection, Diaphragm, DiaphragmKind, ForceLocation, FrictionLaw};
+use crate::machine::{ContactPoints, ContactSurface, Detection, Diaphragm, DiaphragmKind, ForceLocation, FrictionLaw};
 use crate::stator::Surface;
 use crate::structure::Structure;
 
@@ -29,8 +30,10 @@ pub(crate) struct StepContact {
     pub slip: f64,
     /// Slip direction frozen at the prediction and not kept by the solution.
     pub reversed: bool,
-    /// Took the predicted place because the iteration has no fixed point.
+    /// One contact point has no fixed point: solved with several, or at the predicted place.
     pub no_fixed_point: bool,
+    /// Points that carry a force; the force is then the sum over them, the slip that of the most loaded one.
+    pub points: usize,
     /// Energy taken out by friction, by the normal force and by Hyp 1's model work in the step [J].
     pub friction_work: f64,
     pub normal_work: f64,
@@ -42,6 +45,15 @@ pub(crate) struct StepContact {
 pub(crate) enum ContactFailure {
     NotUnique(NotUnique),
     NoConvergence,
+}
+
+/// What a contact step starts from.
+struct Attempt {
+    x_n: [f64; 2],
+    sign: f64,
+    predicted: Gap,
+    force_place: Option<Gap>,
+    time: f64,
 }
 
 /// One diaphragm.
@@ -75,6 +87,10 @@ pub(crate) struct Rub<'a> {
     /// Torque that a prescribed speed's drive adds per torque on the node.
     drive_lever: f64,
     pub iterations: u64,
+    /// Whether a step without fixed point is solved with several points, and those of the last such step.
+    several_points: bool,
+    points: Vec<several::Point>,
+    places: Vec<Place>,
     candidate: Vec<f64>,
     candidate_twist: Vec<f64>,
 }
@@ -151,6 +167,11 @@ impl<'a> Rub<'a> {
             twist_compliance,
             drive_lever,
             iterations: 0,
+            several_points: contact.points == ContactPoints::Several
+                && contact.detection == Detection::Hyp2
+                && location == ForceLocation::Next,
+            points: Vec::new(),
+            places: Vec::new(),
         })
     }
 

@@ -7,14 +7,20 @@ use crate::structure::Structure;
 impl Rub<'_> {
     /// Static flexibility of the modes left out: gap by a unit normal and by a unit tangential force at a place [m/N].
     pub(super) fn residual_flexibility(&self, acting: &Gap) -> (f64, f64) {
+        self.residual_between(acting, acting)
+    }
+
+    /// The same for the gap at one place by forces at another.
+    pub(super) fn residual_between(&self, at: &Gap, acting: &Gap) -> (f64, f64) {
+        let (here, _) = directions(at);
         let (n, t) = directions(acting);
-        let (mut nn, mut nt) = (bilinear(&self.residual, n, n), bilinear(&self.residual, n, t));
+        let (mut nn, mut nt) = (bilinear(&self.residual, here, n), bilinear(&self.residual, here, t));
         if let Some((ring, residual)) = self.ring.as_ref().and_then(|ring| Some((ring, ring.residual?))) {
             debug_assert!(ring.field.len() == residual.nrows());
-            let [n_r, n_t] = acting.normal;
+            let ([h_r, h_t], [n_r, n_t]) = (at.normal, acting.normal);
             let shapes = self.surface.shapes(acting.place.element, acting.place.xi);
-            for (i, r_i, t_i) in shapes {
-                let row = n_r * r_i + n_t * t_i;
+            for (i, r_i, t_i) in self.surface.shapes(at.place.element, at.place.xi) {
+                let row = h_r * r_i + h_t * t_i;
                 for (j, r_j, t_j) in shapes {
                     nn += row * residual[(i, j)] * (n_r * r_j + n_t * t_j);
                     nt += row * residual[(i, j)] * (n_r * t_j - n_t * r_j);

@@ -28,6 +28,7 @@ pub(super) struct Ring<'a> {
 }
 
 /// Generalised force of a unit force on the ring and its response A^-1.
+#[derive(Default)]
 pub(super) struct RingForce {
     pub force: Vec<f64>,
     pub response: Vec<f64>,
@@ -90,8 +91,8 @@ impl<'a> Ring<'a> {
         reach
     }
 
-    pub fn load_force(&mut self, place: Place, [radial, tangential]: [f64; 2], surface: &Surface, normal: bool) {
-        let target = if normal { &mut self.normal } else { &mut self.tangent };
+    /// Row of a unit force at a place and its response A^-1.
+    pub fn load(&self, place: Place, [radial, tangential]: [f64; 2], surface: &Surface, target: &mut RingForce) {
         target.force.fill(0.0);
         for (dof, r, t) in surface.shapes(place.element, place.xi) {
             self.coordinates.add_row(dof, radial * r + tangential * t, &mut target.force);

@@ -31,6 +31,7 @@ impl Rub<'_> {
             self.iterations += 1;
             let mut free = std::mem::take(&mut self.candidate);
             let mut free_twist = std::mem::take(&mut self.candidate_twist);
+            let driven = line.driven();
             line.respond(time, d, d_twist, &mut free, &mut free_twist);
             self.apply(&ContactForce { tangential: 0.0, ..force }, &gap, &mut free, &mut free_twist);
             match self.law {
@@ -53,7 +54,7 @@ impl Rub<'_> {
             self.apply(&ContactForce { normal: 0.0, ..force }, &gap, &mut free, &mut free_twist);
             line.add_drive_torque(self.drive_lever * force.tangential * self.rotor_radius);
             let moved = distance(&free, d) <= TOLERANCE * norm(&free) + f64::MIN_POSITIVE
-                && distance(&free_twist, d_twist) <= TOLERANCE * norm(&free_twist);
+                && distance(&free_twist, d_twist) + (line.driven() - driven).abs() <= TOLERANCE * norm(&free_twist);
             d.copy_from_slice(&free);
             d_twist.copy_from_slice(&free_twist);
             (self.candidate, self.candidate_twist) = (free, free_twist);
@@ -66,6 +67,7 @@ impl Rub<'_> {
                     slip,
                     reversed: self.law == FrictionLaw::Slip && slip * sign < 0.0,
                     no_fixed_point: false,
+                    points: 1,
                     friction_work: force.tangential * slip * line.dt,
                     normal_work: 0.0,
                     model_work: 0.0,

@@ -1,0 +1,313 @@
+//! Several contact points on one ring, where one point has no fixed point.
+//!
+//! Contact along the whole ring is a complementarity problem with a condition at every angle:
+//! ```text
+//! g(alpha) >= 0 for all alpha,   lambda(alpha) >= 0,   lambda(alpha) g(alpha) = 0
+//! ```
+//! It is solved by exchange: the conditions at a few kept angles first (from the predicted place on), then the deepest angle
+//! that still penetrates is added, until none does. At a kept angle the distance `|P(alpha) - x|` and its gradient are exact,
+//! so no place has to be found and nothing alternates. Between kept angles the forces of normal and friction are coupled:
+//! ```text
+//! g_k = g0_k + sum_j (W_nn_kj lambda_j + W_nt_kj lambda_T_j),   s_k likewise                                    (1)
+//! ```
+//! solved by block Gauss-Seidel, each block the two-by-two law of [`crate::contact::stick_or_slide`].
+//! Source: physics.md section 3 ("the true remedy ... several contact points per ring"); the exchange method for
+//! semi-infinite conditions. Verified by `several_points_leave_no_penetration`, `high_friction_invents_no_energy`
+//! (`tests/whip.rs`).
+
+use super::ring::RingForce;
+use super::{Attempt, CONTACT_ITERATIONS, Rub, StepContact, TOLERANCE, bilinear, directions};
+use crate::contact::{Compliance, ContactForce, Gap, NotUnique, Place, exact_gap, slide, stick_or_slide};
+use crate::linalg::{axpy, dot};
+use crate::machine::FrictionLaw;
+use crate::transient::shaft_line::{ShaftLine, distance, norm};
+
+/// Contact points of a ring at most.
+pub(super) const POINTS: usize = 12;
+/// Rounds of block Gauss-Seidel at most; close points are nearly one and converge slowly.
+const SWEEPS: usize = 2000;
+/// A minimum penetrates when it is deeper than this share of the predicted penetration.
+const SHARE: f64 = 1e-3;
+/// Two angles closer than this are one [rad].
+const SAME: f64 = 1e-6;
+
+/// One kept place with the rows of its unit forces on the ring and their responses.
+pub(super) struct Point {
+    place: Place,
+    gap: Gap,
+    normal: RingForce,
+    tangent: RingForce,
+    force: ContactForce,
+}
+
+/// A 2x2 block of (1).
+type Block = [[f64; 2]; 2];
+
+impl Rub<'_> {
+    /// Corrects the predicted increments with as many points as it takes; `None` where the ring, the solve or the number of
+    /// points does not allow it.
+    pub(super) fn several(
+        &mut self,
+        line: &mut ShaftLine<'_>,
+        attempt: &Attempt,
+        d: &mut [f64],
+        d_twist: &mut [f64],
+    ) -> Option<StepContact> {
+        let mut points = std::mem::take(&mut self.points);
+        points.clear();
+        let done = self.exchange(line, attempt, &mut points, d, d_twist);
+        let contact = done.map(|deepest| self.account_points(line, &points, deepest, (d, d_twist)));
+        self.points = points;
+        contact.filter(|contact| contact.force.normal > 0.0)
+    }
+
+    /// Adds points until nothing penetrates; the deepest minimum that is left.
+    fn exchange(
+        &mut self,
+        line: &mut ShaftLine<'_>,
+        attempt: &Attempt,
+        points: &mut Vec<Point>,
+        d: &mut [f64],
+        d_twist: &mut [f64],
+    ) -> Option<Gap> {
+        let allowed = -SHARE * attempt.predicted.value.abs();
+        let mut place = attempt.predicted.place;
+        loop {
+            points.push(self.point(place)?);
+            self.hold(line, attempt, points, d, d_twist)?;
+            let dx = self.increment(d);
+            let deepest = self.deepest([attempt.x_n[0] + dx[0], attempt.x_n[1] + dx[1]], points)?;
+            let again = points.iter().any(|point| angle_between(point.place.alpha, deepest.place.alpha) < SAME);
+            // what is left without another point is still less than one point leaves, and reported as penetration
+            if deepest.value >= allowed || again || points.len() == POINTS {
+                return Some(deepest);
+            }
+            place = deepest.place;
+        }
+    }
+
+    fn point(&self, place: Place) -> Option<Point> {
+        let size = self.ring.as_ref()?.d.len();
+        let rows = || RingForce { force: vec![0.0; size], response: vec![0.0; size] };
+        let gap = self.fixed_gap([0.0; 2], place);
+        Some(Point { place, gap, normal: rows(), tangent: rows(), force: ContactForce::NONE })
+    }
+
+    /// Solves for the forces at kept places, the non-linear terms of the shaft line with them.
+    fn hold(
+        &mut self,
+        line: &mut ShaftLine<'_>,
+        attempt: &Attempt,
+        points: &mut [Point],
+        d: &mut [f64],
+        d_twist: &mut [f64],
+    ) -> Option<()> {
+        for iteration in 0..CONTACT_ITERATIONS {
+            self.iterations += 1;
+            let dx = self.increment(d);
+            let x = [attempt.x_n[0] + dx[0], attempt.x_n[1] + dx[1]];
+            self.ring.as_mut()?.refresh_field();
+            for point in points.iter_mut() {
+                point.gap = self.fixed_gap(x, point.place);
+                let [n_r, n_t] = point.gap.normal;
+                let ring = self.ring.as_ref()?;
+                ring.load(point.place, [n_r, n_t], &self.surface, &mut point.normal);
+                ring.load(point.place, [-n_t, n_r], &self.surface, &mut point.tangent);
+            }
+            let mut free = std::mem::take(&mut self.candidate);
+            let mut free_twist = std::mem::take(&mut self.candidate_twist);
+            let driven = line.driven();
+            line.respond(attempt.time, d, d_twist, &mut free, &mut free_twist);
+            let before: f64 = points.iter().map(|p| p.force.normal).sum();
+            let solved = self.solve_points(points, attempt.sign, (d, &free, &free_twist));
+            self.apply_points(points, &mut free, &mut free_twist);
+            let torque: f64 = points.iter().map(|p| p.force.tangential * self.rotor_radius).sum();
+            line.add_drive_torque(self.drive_lever * torque);
+            let after: f64 = points.iter().map(|p| p.force.normal).sum();
+            let moved = distance(&free, d) <= TOLERANCE * norm(&free) + f64::MIN_POSITIVE
+                && distance(&free_twist, d_twist) + (line.driven() - driven).abs() <= TOLERANCE * norm(&free_twist);
+            let steady = (after - before).abs() <= 1e-9 * after;
+            d.copy_from_slice(&free);
+            d_twist.copy_from_slice(&free_twist);
+            (self.candidate, self.candidate_twist) = (free, free_twist);
+            solved.ok()?;
+            if iteration > 0 && moved && steady && self.ring_settled() {
+                return Some(());
+            }
+        }
+        None
+    }
+
+    /// Block Gauss-Seidel on (1), from the forces that are there.
+    fn solve_points(
+        &self,
+        points: &mut [Point],
+        sign: f64,
+        (d, free, free_twist): (&[f64], &[f64], &[f64]),
+    ) -> Result<(), NotUnique> {
+        let count = points.len();
+        let mut w: [[Block; POINTS]; POINTS] = Default::default();
+        let mut start = [[0.0; 2]; POINTS];
+        let (dx, dx_free) = (self.increment(d), self.increment(free));
+        let turn = self.rotor_radius * dot(&self.twist_row, free_twist);
+        for k in 0..count {
+            let point = &points[k];
+            let (n, t) = directions(&point.gap);
+            let (mut gap, mut slip) = (point.gap.value, t[0] * dx_free[0] + t[1] * dx_free[1] + turn);
+            gap -= n[0] * (dx_free[0] - dx[0]) + n[1] * (dx_free[1] - dx[1]);
+            if let Some(ring) = &self.ring {
+                gap += dot(&point.normal.force, &ring.free) - dot(&point.normal.force, &ring.d);
+                slip -= dot(&point.tangent.force, &ring.free);
+            }
+            start[k] = [gap, slip];
+            for j in 0..count {
+                w[k][j] = self.coupling(point, &points[j]);
+            }
+        }
+        for _ in 0..SWEEPS {
+            let (mut change, mut total) = (0.0_f64, 0.0);
+            for k in 0..count {
+                let [mut gap, mut slip] = start[k];
+                for j in (0..count).filter(|&j| j != k) {
+                    let force = &points[j].force;
+                    gap += w[k][j][0][0] * force.normal + w[k][j][0][1] * force.tangential;
+                    slip += w[k][j][1][0] * force.normal + w[k][j][1][1] * force.tangential;
+                }
+                let [[nn, nt], [tn, tt]] = w[k][k];
+                let own = Compliance { nn, nt, tn, tt };
+                let force = match self.law {
+                    FrictionLaw::Slip => slide(gap, own, self.friction, sign)?,
+                    FrictionLaw::StickSlip => stick_or_slide(gap, slip, own, self.friction)?,
+                };
+                let last = &mut points[k].force;
+                change += (force.normal - last.normal).abs() + (force.tangential - last.tangential).abs();
+                total += force.normal;
+                *last = force;
+            }
+            if change <= 1e-13 * total {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Gap and slip at point `k` by a unit normal and a unit tangential force at point `j` [m/N].
+    fn coupling(&self, k: &Point, j: &Point) -> Block {
+        let ((n_k, t_k), (n_j, t_j)) = (directions(&k.gap), directions(&j.gap));
+        let rotor = |a, b| bilinear(&self.compliance, a, b);
+        let twist = self.rotor_radius * self.rotor_radius * self.twist_compliance;
+        let (nn, nt) = self.residual_between(&k.gap, &j.gap);
+        [
+            [
+                rotor(n_k, n_j) + dot(&k.normal.force, &j.normal.response) + nn,
+                rotor(n_k, t_j) + dot(&k.normal.force, &j.tangent.response) + nt,
+            ],
+            [
+                -rotor(t_k, n_j) - dot(&k.tangent.force, &j.normal.response),
+                -rotor(t_k, t_j) - twist - dot(&k.tangent.force, &j.tangent.response),
+            ],
+        ]
+    }
+
+    fn apply_points(&mut self, points: &[Point], free: &mut [f64], free_twist: &mut [f64]) {
+        if let Some(ring) = &mut self.ring {
+            ring.scratch.copy_from_slice(&ring.d);
+            ring.d.copy_from_slice(&ring.free);
+        }
+        for point in points {
+            let (force, (normal, tangent)) = (&point.force, directions(&point.gap));
+            for axis in 0..2 {
+                let f = -(force.normal * normal[axis] + force.tangential * tangent[axis]);
+                axpy(f, &self.responses[axis], free);
+            }
+            axpy(-force.tangential * self.rotor_radius, &self.twist_response, free_twist);
+            if let Some(ring) = &mut self.ring {
+                axpy(force.normal, &point.normal.response, &mut ring.d);
+                axpy(force.tangential, &point.tangent.response, &mut ring.d);
+            }
+        }
+    }
+
+    /// The minimum that penetrates most, what the modes left out give way to included.
+    fn deepest(&mut self, x: [f64; 2], points: &[Point]) -> Option<Gap> {
+        let radius = self.rotor_radius;
+        let mut places = std::mem::take(&mut self.places);
+        let ring = self.ring.as_mut()?;
+        ring.refresh_field();
+        ring.detector.minima(&ring.field, x, &mut places);
+        let deepest = places
+            .iter()
+            .map(|&place| {
+                let mut gap = exact_gap(&self.surface, self.ring.as_ref().map(|r| r.field.as_slice()), radius, x, place);
+                gap.value += self.yielding_of(&gap, points);
+                gap
+            })
+            .min_by(|a, b| a.value.total_cmp(&b.value));
+        self.places = places;
+        deepest
+    }
+
+    /// By how much the modes left out open the gap at a place under the forces of all points [m].
+    fn yielding_of(&self, at: &Gap, points: &[Point]) -> f64 {
+        let opened = |point: &Point| {
+            let (nn, nt) = self.residual_between(at, &point.gap);
+            nn * point.force.normal + nt * point.force.tangential
+        };
+        points.iter().map(opened).sum()
+    }
+
+    /// Works and quantities of a step with several points.
+    fn account_points(
+        &mut self,
+        line: &ShaftLine<'_>,
+        points: &[Point],
+        deepest: Gap,
+        (d, d_twist): (&[f64], &[f64]),
+    ) -> StepContact {
+        let (dx, before) = (self.increment(d), self.increment(&line.lateral.previous));
+        let step = [0.5 * (dx[0] + before[0]), 0.5 * (dx[1] + before[1])];
+        let turned = dot(&self.twist_row, d_twist) + dot(&self.twist_row, &line.twist.previous);
+        let turn = 0.5 * self.rotor_radius * turned;
+        let mut sum = StepContact {
+            force: ContactForce { normal: 0.0, tangential: 0.0, sticks: true },
+            gap: deepest,
+            slip: 0.0,
+            reversed: false,
+            no_fixed_point: true,
+            points: 0,
+            friction_work: 0.0,
+            normal_work: 0.0,
+            model_work: 0.0,
+        };
+        (self.held, sum.points) = (0.0, 0);
+        let mut most = 0.0;
+        for point in points.iter().filter(|point| point.force.normal > 0.0) {
+            let (n, t) = directions(&point.gap);
+            let (mut opening, mut slip) = (-(n[0] * step[0] + n[1] * step[1]), t[0] * step[0] + t[1] * step[1] + turn);
+            if let Some(ring) = &self.ring {
+                let centred = |row: &[f64]| 0.5 * (dot(row, &ring.d) + dot(row, &ring.stepper.previous));
+                opening += centred(&point.normal.force);
+                slip -= centred(&point.tangent.force);
+            }
+            let force = &point.force;
+            sum.friction_work += force.tangential * slip;
+            sum.normal_work -= force.normal * opening;
+            sum.force.normal += force.normal;
+            sum.force.tangential += force.tangential;
+            sum.force.sticks &= force.sticks;
+            sum.points += 1;
+            sum.reversed |= self.law == FrictionLaw::Slip && slip * force.tangential < 0.0;
+            self.held += 0.5 * force.normal * self.yielding_of(&point.gap, points);
+            if force.normal > most {
+                (most, sum.slip) = (force.normal, slip / line.dt);
+            }
+        }
+        sum
+    }
+}
+
+fn angle_between(a: f64, b: f64) -> f64 {
+    let turn = 2.0 * std::f64::consts::PI;
+    let difference = a - b;
+    (difference - turn * (difference / turn).round()).abs()
+}
