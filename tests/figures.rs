@@ -2,8 +2,11 @@
 
 mod support;
 
+use bladeoff::history::read;
 use std::fs;
+use std::os::unix::process::ExitStatusExt;
 use std::path::Path;
+use std::process::Stdio;
 use support::{Folder, root, say};
 
 /// A figure is there in both formats, with its labels.
@@ -43,9 +46,9 @@ fn a_run_its_history_and_its_pictures_from_one_command_each() {
         let said = say(&["plot", &history, "--kind", kind, "--out", &out]);
         assert_eq!(said.code, 0, "{kind}: {}", said.err);
     }
-    looked_at(&figures, "time", &["time [s]", "speed [rpm]", "gap [µm]", "bearing left"]);
-    looked_at(&figures, "rig-orbit", &["x [µm]", "clearance", "orbit"]);
-    looked_at(&figures, "rig-spectrogram-bearing-left-y_m", &["frequency [Hz]", "dB of"]);
+    looked_at(&figures, "rig-time", &["time [s]", "speed [rpm]", "gap [µm]", "bearing left"]);
+    looked_at(&figures, "rig-orbit", &["x [µm]", "clearance at t", "gap at rest", "orbit of the last turn"]);
+    looked_at(&figures, "rig-spectrogram-bearing-left-y", &["frequency [Hz]", "dB re"]);
     // 8 turns are too few for order tracking: said, not drawn
     let said = say(&["plot", &history, "--kind", "order", "--out", &out]);
     assert_eq!(said.code, 3);
@@ -63,11 +66,15 @@ fn a_machine_is_drawn() {
     let figures = folder.path("figures");
     let said = say(&["modes", &text(&folder.path("machines/rig.toml")), "--figures", &text(&figures)]);
     assert_eq!(said.code, 0, "{}", said.err);
-    looked_at(&figures, "campbell", &["frequency [Hz]", "spin speed [rpm]", "forward whirl"]);
+    looked_at(
+        &figures,
+        "campbell",
+        &["frequency [Hz]", "spin speed [rpm]", "forward whirl", "critical, forward", "running speed"],
+    );
     looked_at(&figures, "machine", &["Z [m]", "radius [m]", "diaphragm seal"]);
     looked_at(&figures, "mode-shapes", &["position [m]", "twist"]);
-    looked_at(&figures, "ring-modes", &["mode 1"]);
-    looked_at(&figures, "unbalance-response", &["bearing load", "spin speed [rpm]"]);
+    looked_at(&figures, "ring-modes", &["mode 1", "n = 0", "nodal diameters"]);
+    looked_at(&figures, "unbalance-response", &["bearing load", "spin speed [rpm]", "gap of seal"]);
 }
 
 #[test]
@@ -83,32 +90,202 @@ fn a_history_that_cannot_be_written_is_a_warning() {
     assert_eq!(said.code, 3, "{}", said.err);
 }
 
+/// The disk is full (a name that leads to /dev/full) or a limit on file sizes is reached: in the middle of the run, after
+/// something was written.
+#[test]
+fn a_full_disk_fails_the_history_alone() {
+    let folder = Folder::new();
+    let machine = text(&folder.path("machines/rig.toml"));
+    let alone = say(&["simulate", &machine, "--json"]);
+    assert_eq!(alone.code, 0, "{}", alone.err);
+    for name in ["full.mcap", "full.csv", "full.parquet"] {
+        let history = folder.path(name);
+        std::os::unix::fs::symlink("/dev/full", folder.path(&format!("{name}.tmp"))).expect("link");
+        let said = say(&["simulate", &machine, "--json", "--history", &text(&history)]);
+        assert_eq!(said.code, 0, "{name}: {}", said.err);
+        assert!(said.err.contains("warning: there is no history"), "{name}: {}", said.err);
+        assert_eq!(said.out, alone.out, "{name}: the run is the same run");
+        assert!(!history.exists(), "{name}");
+    }
+    let limited = |name: &str| {
+        let history = text(&folder.path(name));
+        let script = "ulimit -f 100; exec \"$0\" simulate \"$1\" --json --decimate 1 --history \"$2\"";
+        let binary = env!("CARGO_BIN_EXE_bladeoff");
+        let output = std::process::Command::new("sh").args(["-c", script, binary, &machine, &history]).output();
+        support::said(output.expect("a shell"))
+    };
+    for name in ["limited.mcap", "limited.csv"] {
+        let said = limited(name);
+        assert_eq!(said.code, 0, "{name}: {}", said.err);
+        assert!(said.err.contains("warning: there is no history"), "{name}: {}", said.err);
+        assert_eq!(said.out, alone.out, "{name}: the run is the same run");
+        assert!(!folder.path(name).exists(), "{name}");
+        let left = fs::metadata(folder.path(&format!("{name}.tmp"))).expect("what was written").len();
+        assert!(left > 10_000 && left <= 102_400, "{name}: {left} bytes: the limit was reached in the middle");
+        assert!(said.err.contains("what was written until then"), "{name}: {}", said.err);
+    }
+    let said = say(&["recover", &text(&folder.path("limited.mcap.tmp"))]);
+    assert_eq!(said.code, 0, "{}", said.err);
+}
+
+/// A writer that is killed leaves a file from which everything up to the cut comes back, equal to what an undisturbed run
+/// records.
+#[test]
+fn a_history_whose_writer_is_killed_is_recovered() {
+    const LEAST: u64 = 200_000;
+    let folder = Folder::new();
+    let machine = text(&folder.path("machines/rig.toml"));
+    let record = |history: &Path, end: &str| {
+        let history = text(history);
+        let set = format!("run.end_time={end}");
+        let words = [
+            "simulate",
+            &machine,
+            "--set",
+            &set,
+            "--history",
+            &history,
+            "--channels",
+            "rotor,contact",
+            "--decimate",
+            "1",
+        ];
+        support::bladeoff(&words)
+    };
+    let (killed, temporary) = (folder.path("killed.mcap"), folder.path("killed.mcap.tmp"));
+    // long enough to be caught in the act
+    let mut child = record(&killed, "5 s").stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("starts");
+    while fs::metadata(&temporary).map_or(0, |about| about.len()) < LEAST {
+        assert_eq!(child.try_wait().expect("its state"), None, "it ended before it was killed");
+        std::thread::yield_now();
+    }
+    child.kill().expect("killed");
+    let ended = child.wait().expect("ended");
+    assert_eq!(ended.signal(), Some(9), "it was killed, in the middle of its history");
+    assert!(!killed.exists() && fs::metadata(&temporary).expect("left behind").len() >= LEAST);
+
+    let said = say(&["recover", &text(&temporary)]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    let recovered = read(&killed).expect("a whole file");
+    let undisturbed = folder.path("undisturbed.mcap");
+    // up to a little after the cut
+    let end = format!("{} s", recovered.time.last().expect("messages") + 1e-3);
+    assert_eq!(say_of(record(&undisturbed, &end)).code, 0);
+    let undisturbed = read(&undisturbed).expect("a whole file");
+    let count = recovered.time.len();
+    assert!(count > 1000 && count < undisturbed.time.len(), "{count} of {}", undisturbed.time.len());
+    assert_eq!(recovered.time[..], undisturbed.time[..count]);
+    assert_eq!(recovered.channels.len(), undisturbed.channels.len());
+    for (ours, theirs) in recovered.channels.iter().zip(&undisturbed.channels) {
+        assert_eq!((&ours.name, &ours.unit), (&theirs.name, &theirs.unit));
+        let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(&ours.values), bits(&theirs.values[..count]), "{}", ours.name);
+    }
+    assert_eq!(recovered.about, undisturbed.about);
+    assert!(recovered.outcome.is_empty(), "the run did not end");
+}
+
+fn say_of(mut command: std::process::Command) -> support::Said {
+    support::said(command.output().expect("the binary starts"))
+}
+
+#[test]
+fn figures_of_several_files_have_names_of_their_own() {
+    let folder = Folder::new();
+    let machine = text(&folder.path("machines/rig.toml"));
+    fs::create_dir_all(folder.path("a")).expect("created");
+    fs::create_dir_all(folder.path("b")).expect("created");
+    let [a, b, csv] = ["a/run.mcap", "b/run.mcap", "other.csv"].map(|name| text(&folder.path(name)));
+    for (file, detection) in [(&a, "hyp1"), (&b, "hyp2"), (&csv, "hyp2")] {
+        let said = say(&["simulate", &machine, "--detection", detection, "--history", file]);
+        assert_eq!(said.code, 0, "{}", said.err);
+    }
+    let out = text(&folder.path("figures"));
+    let plot = |words: &[&str]| {
+        let said = say(&[&["plot", "--out", &out], words].concat());
+        assert_eq!(said.code, 0, "{}", said.err);
+        said
+    };
+    let named = |said: &support::Said| {
+        said.out
+            .lines()
+            .filter_map(|line| Some(line.strip_suffix(".svg")?.rsplit('/').next()?.to_owned()))
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(named(&plot(&[&a])), ["run-time"]);
+    let again = plot(&[&b]);
+    assert!(again.err.contains("run-time.svg is replaced"), "{}", again.err);
+    assert_eq!(named(&plot(&[&a, &b])), ["a-run-b-run-time"], "one figure, the files over one another");
+    looked_at(&folder.path("figures"), "a-run-b-run-time", &["a-run", "b-run"]);
+    let orbits = plot(&[&a, &b, &csv, "--kind", "orbit"]);
+    assert_eq!(named(&orbits), ["a-run-orbit", "b-run-orbit", "other-orbit"]);
+    assert!(orbits.err.contains("a-run: without the channels of the ring"), "{}", orbits.err);
+    assert!(orbits.err.contains("other: a CSV carries no geometry"), "{}", orbits.err);
+    let svg = |name: &str| fs::read_to_string(folder.path(&format!("figures/{name}.svg"))).expect("drawn");
+    assert!(svg("a-run-orbit").contains("gap at rest") && !svg("a-run-orbit").contains("clearance at t"));
+    assert!(!svg("other-orbit").contains("gap at rest"));
+    assert_eq!(say(&["plot", &a, &a, "--out", &out]).code, 3, "twice the same");
+    let said = say(&["plot", &a, "--kind", "orbit", "--at", "9 s", "--out", &out]);
+    assert_eq!(said.code, 3);
+    assert!(said.err.contains("has no instant there"), "{}", said.err);
+    let said = say(&["plot", &a, "--channels", "contact.gapp", "--out", &out]);
+    assert!(said.err.contains("did you mean \"contact.gap_m\""), "{}", said.err);
+}
+
+/// Both engines; without contact, with it, invalid, failed: every column of every row, bit for bit.
 #[test]
 fn a_replayed_sample_is_equal_to_its_row() {
     let folder = Folder::new();
     let study = folder.write(
         "study.toml",
-        "schema = 1\nname = \"small\"\nmachine = \"machines/rig.toml\"\n[set]\n\"run.end_time\" = \"0.15 s\"\n\
-         [[vary]]\npath = \"contact.gap\"\nvalues = [\"0.45 mm\", \"0.5 mm\"]\n\
-         [[vary]]\npath = \"contact.detection\"\nvalues = [\"hyp1\", \"hyp2\"]\n",
+        "schema = 1\nname = \"small\"\nmachine = \"machines/rig.toml\"\n[set]\n\"run.end_time\" = \"0.06 s\"\n\
+         \"blade_off.mass\" = \"13 g\"\n\"contact.friction_law\" = \"slip\"\n\
+         [[vary]]\npath = \"run.engine\"\nvalues = [\"reduced\", \"full\"]\n\
+         [[vary]]\npath = \"contact.gap\"\nvalues = [\"0.4 mm\", \"0.4 mm\", \"1 mm\"]\nzip = \"case\"\n\
+         [[vary]]\npath = \"contact.friction\"\nvalues = [0.15, 0.9, 0.15]\nzip = \"case\"\n\
+         [limits]\nmax_failed = \"100 %\"\n",
     );
     let out = text(&folder.path("run"));
     let said = say(&["run", &study, "--out", &out, "--workers", "2"]);
     assert_eq!(said.code, 0, "{}", said.err);
-    for sample in ["0", "1", "2", "3"] {
-        let said = say(&["replay", &out, "--sample", sample]);
+    let (header, rows) = support::table(&out);
+    let column = |name: &str| header.iter().position(|found| found == name).unwrap_or_else(|| panic!("no {name}"));
+    let status: Vec<&str> = rows.iter().map(|row| row[column("status")].as_str()).collect();
+    assert_eq!(status.iter().filter(|word| **word == "ok").count(), 4, "{status:?}");
+    assert!(status.iter().all(|word| ["ok", "invalid", "failed"].contains(word)), "{status:?}");
+    let touched = |row: usize| !rows[row][column("first_contact_s")].is_empty();
+    assert_eq!((0..6).map(touched).collect::<Vec<_>>(), [true, true, false, true, true, false]);
+    // all columns but the sample's number, its parameters and its detection, which go in
+    let compared = header.len() - header.iter().position(|name| name == "status").expect("there");
+    for sample in 0..6 {
+        let said = say(&["replay", &out, "--sample", &sample.to_string()]);
         assert_eq!(said.code, 0, "{}{}", said.out, said.err);
-        assert!(said.out.contains("equal to the row in all"), "{}", said.out);
+        assert!(said.out.contains(&format!("equal to the row in all {compared} columns")), "{}", said.out);
     }
-    let history = text(&folder.path("worst.csv"));
-    let said = say(&["replay", &out, "--worst", "max_contact_force_N", "--history", &history]);
-    assert_eq!(said.code, 0, "{}", said.err);
-    assert!(folder.path("worst.csv").is_file(), "{}", said.err);
-    assert_eq!(say(&["replay", &out, "--sample", "4"]).code, 3);
-    assert_eq!(say(&["replay", &out, "--worst", "no_such"]).code, 3);
+    // the worst of the rows that are ok: sample 0 or 3, though 1 and 4 rub harder; rows without a value are passed over
+    let number = |row: usize, name: &str| rows[row][column(name)].parse::<f64>().expect("a number");
+    for name in ["max_filtered_contact_force_N", "first_contact_s"] {
+        let worst = if number(3, name) > number(0, name) { 3 } else { 0 };
+        let history = text(&folder.path("worst.csv"));
+        let said = say(&["replay", &out, "--worst", name, "--history", &history]);
+        assert_eq!(said.code, 0, "{}", said.err);
+        assert!(said.out.starts_with(&format!("{:<32} {worst} of", "sample")), "{name}: {}", said.out);
+        assert!(said.out.contains("equal to the row"), "watched: {}", said.out);
+        assert!(read(&folder.path("worst.csv")).expect("readable").time.len() > 100);
+    }
+    for (asked, told) in [
+        (["--sample", "6"], "has no sample 6; it has 6 rows"),
+        (["--worst", "max_bearing_lod_N"], "did you mean max_bearing_load_N?"),
+        (["--worst", "rub_regime"], "has no column \"rub_regime\" of numbers"),
+        (["--worst", "model_work_J"], "no row of"),
+    ] {
+        let said = say(&["replay", &out, asked[0], asked[1]]);
+        assert_eq!(said.code, 3, "{asked:?}: {}", said.err);
+        assert!(said.err.contains(told), "{asked:?}: {}", said.err);
+    }
     // a plan that is not the one of the table is refused
     let plan = folder.path("run/plan.json");
-    let changed = fs::read_to_string(&plan).expect("the plan").replace("0.15", "0.16");
+    let changed = fs::read_to_string(&plan).expect("the plan").replace("0.06", "0.07");
     fs::write(&plan, changed).expect("write");
     assert_eq!(say(&["replay", &out, "--sample", "0"]).code, 3);
 }
@@ -140,7 +317,9 @@ fn the_paper_s_table_is_computed_and_claims_nothing_without_a_range() {
         "The machine is ours",
         "| CPU time [s] | paper | 7742 | 24743 | 6845 |",
         "hyp2-frozen",
-        "one start: not decided",
+        "not decided: too few starts",
+        "So few starts decide nothing",
+        "come out: 0; reversed: 0; not decided: 12",
     ] {
         assert!(said.out.contains(part), "{part:?} in\n{}", said.out);
     }
@@ -149,28 +328,69 @@ fn the_paper_s_table_is_computed_and_claims_nothing_without_a_range() {
     assert_eq!(runs.lines().count(), 4);
 }
 
-/// Every command of the page, as written but for its length: in the page's order, in one folder.
+/// Every command of the page, as written but for its length: in the page's order, in one folder. What the page shows of
+/// their output they print, and the figures it shows they draw.
 #[test]
 fn the_commands_of_the_walk_through_run() {
     let page = fs::read_to_string(root().join("docs/from-blade-off-to-answer.md")).expect("the page");
     let folder = Folder::new();
     std::os::unix::fs::symlink(root().join("studies"), folder.path("studies")).expect("link");
-    let mut commands = 0;
-    for line in page.lines().filter(|line| line.starts_with("bladeoff ")) {
-        let mut words = split(line);
-        let scaled: &[&str] = match words[1].as_str() {
-            // the rub begins at 3.05 s
-            "simulate" => &["--set", "run.end_time=3.2 s"],
-            "table1" => &["--end-time", "0.1 s"],
-            _ => &[],
-        };
-        words.extend(scaled.iter().map(|word| (*word).to_owned()));
-        let words: Vec<&str> = words[1..].iter().map(String::as_str).collect();
-        let output = support::bladeoff(&words).current_dir(folder.path(".")).output().expect("the binary starts");
-        assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
-        commands += 1;
+    let (mut commands, mut shown, mut printed, mut block) = (0, 0, String::new(), "");
+    for line in page.lines() {
+        match (block, line) {
+            (_, "```") => block = "",
+            ("", line) if line.starts_with("```") => {
+                block = &line[3..];
+                if block == "sh" {
+                    printed.clear();
+                }
+            }
+            ("sh", command) => {
+                let mut words = split(command);
+                assert_eq!(words[0], "bladeoff", "{command}");
+                // as long as the rub needs to begin, at 3.05 s
+                let scaled: &[&str] =
+                    if words[1] == "table1" { &["--scatter", "2", "--end-time", "3.15 s"] } else { &[] };
+                words.extend(scaled.iter().map(|word| (*word).to_owned()));
+                let words: Vec<&str> = words[1..].iter().map(String::as_str).collect();
+                let said = support::said(
+                    support::bladeoff(&words).current_dir(folder.path(".")).output().expect("the binary starts"),
+                );
+                assert_eq!(said.code, 0, "{command}: {}", said.err);
+                printed.push_str(&said.out);
+                commands += 1;
+            }
+            ("text", shown_line) => {
+                let found = printed.lines().any(|line| says_the_same(line, shown_line));
+                assert!(found, "no command prints {shown_line:?}:\n{printed}");
+                shown += 1;
+            }
+            _ => {}
+        }
     }
-    assert!(commands >= 8, "{commands}");
+    assert!(commands >= 10 && shown >= 15, "{commands} commands, {shown} lines");
+    let images: Vec<&str> =
+        page.lines().filter_map(|line| line.split("](figures/").nth(1)?.strip_suffix(')')).collect();
+    assert!(images.len() >= 9, "{images:?}");
+    for image in images {
+        let drawn = ["figures", "table1"].iter().any(|directory| folder.path(directory).join(image).is_file());
+        assert!(drawn, "no command draws {image}");
+        assert!(root().join("docs/figures").join(image).is_file(), "docs/figures has no {image}");
+    }
+    let table = fs::read_to_string(folder.path("table1/table1.md")).expect("the report");
+    assert!(table.contains("](fig13-gap-first-impacts.png)") && !table.contains("There is no contact"), "{table}");
+}
+
+/// Word for word, numbers within 2 %: they move a little with the numerics.
+fn says_the_same(line: &str, shown: &str) -> bool {
+    let words =
+        |line: &str| line.split_whitespace().map(|word| word.trim_end_matches(',').to_owned()).collect::<Vec<_>>();
+    let (line, shown) = (words(line), words(shown));
+    let same = |a: &String, b: &String| match (a.parse::<f64>(), b.parse::<f64>()) {
+        (Ok(a), Ok(b)) => (a - b).abs() <= 0.02 * b.abs(),
+        _ => a == b,
+    };
+    line.len() == shown.len() && line.iter().zip(&shown).all(|(a, b)| same(a, b))
 }
 
 /// Words of a line of the shell; quotes as the page uses them.
@@ -189,4 +409,25 @@ fn split(line: &str) -> Vec<String> {
     }
     words.push(word);
     words
+}
+
+/// The study behind `table1` is one that `run` takes: both engines, three detections, five starts of which the first is the
+/// machine's own.
+#[test]
+fn the_study_of_the_paper_s_table_is_an_ordinary_study() {
+    use bladeoff::study::{Samples, load};
+    let samples = Samples::new(load(&root().join("studies/table1.toml")).expect("valid"), None, None).expect("samples");
+    assert_eq!(samples.count(), 2 * 3 * 5);
+    let text = fs::read_to_string(root().join("studies/machines/lp_turbine.toml")).expect("the machine");
+    let own =
+        bladeoff_core::machine::MachineDef::parse("lp_turbine.toml", &text).expect("valid").build().expect("valid");
+    let mut kinds = std::collections::BTreeSet::new();
+    for sample in 0..samples.count() {
+        let machine = samples.machine(sample).build().expect("every sample can be built");
+        let word = |what: &dyn std::fmt::Debug| format!("{what:?}");
+        kinds.insert((word(&machine.run.engine), word(&machine.diaphragms[0].contact.detection)));
+        let moved = machine.rotor.unbalances != own.rotor.unbalances;
+        assert_eq!(moved, sample % 5 != 0, "sample {sample}");
+    }
+    assert_eq!(kinds.len(), 6);
 }

@@ -292,7 +292,7 @@ fn sdll126_case() -> Value {
     case
 }
 
-/// ROTORINSA verification set, SDLL126: amplitudes at disc 2 [m], transient, steady part; 0.1 %.
+/// ROTORINSA verification set, SDLL126: amplitudes at disc 2 \[m\], transient, steady part; 0.1 %.
 const SDLL126: [f64; 2] = [5.721e-4, 7.023e-4];
 
 #[test]

@@ -34,7 +34,7 @@ fn matrices(thickness: f64, elements: usize) -> RingMatrices {
     }
 }
 
-/// Frequencies [Hz] of the elastic modes n = 2.. (each the mean of its pair, whose difference must vanish).
+/// Frequencies \[Hz\] of the elastic modes n = 2.. (each the mean of its pair, whose difference must vanish).
 fn free_ring(thickness: f64, elements: usize, modes: usize) -> Vec<f64> {
     let found = report(&machine(&text(thickness, elements, "")), &[]).expect("solvable");
     let (_, ring) = &found.rings[0];
@@ -50,7 +50,7 @@ fn free_ring(thickness: f64, elements: usize, modes: usize) -> Vec<f64> {
         .collect()
 }
 
-/// Thin-ring theory: `omega_n^2 = E I n^2 (n^2-1)^2 / (rho S R^4 (n^2+1))` [Hz].
+/// Thin-ring theory: `omega_n^2 = E I n^2 (n^2-1)^2 / (rho S R^4 (n^2+1))` \[Hz\].
 fn thin_ring(thickness: f64, n: f64) -> f64 {
     let ratio = YOUNG * thickness * thickness / (12.0 * DENSITY);
     n * (n * n - 1.0) / (2.0 * PI * RADIUS * RADIUS) * (ratio / (n * n + 1.0)).sqrt()
@@ -75,7 +75,7 @@ fn free_ring_has_the_frequencies_of_its_theory() {
     }
 }
 
-/// Frequency of harmonic n by the Rayleigh quotient of (7)-(8) on `u = a sin, v = b cos`: closed form to rounding [Hz].
+/// Frequency of harmonic n by the Rayleigh quotient of (7)-(8) on `u = a sin, v = b cos`: closed form to rounding \[Hz\].
 fn harmonic(thickness: f64, n: f64) -> f64 {
     let (s, i) = (WIDTH * thickness, WIDTH * thickness.powi(3) / 12.0);
     let (r2, r4) = (RADIUS * RADIUS, RADIUS.powi(4));

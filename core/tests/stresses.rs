@@ -80,6 +80,73 @@ fn a_rubbing_shaft_passes_the_torque_that_slows_the_inertia_beyond() {
     );
 }
 
+/// Two heavy discs on a light shaft, the first pressed against a spring: friction takes hold of it at t = 0.
+const GRABBED: &str = r#"
+schema = 1
+name = "grabbed"
+[run]
+end_time = "6 ms"
+engine = "full"
+[rotor]
+initial_speed = 100.0
+[rotor.initial]
+displacement = [11e-3, 0.0]
+[rotor.material]
+young_modulus = "210 GPa"
+poisson_ratio = 0.3
+density = "0.01 kg/m3"
+shear_coefficient = 0.9
+[[rotor.shaft]]
+length = "1 m"
+diameter = "100 mm"
+inner_diameter = "40 mm"
+elements = 2
+[rotor.discs.near]
+position = "0 m"
+mass = "5000 kg"
+transverse_inertia = "500 kg m2"
+polar_inertia = "1 kg m2"
+[rotor.discs.far]
+position = "1 m"
+mass = "5000 kg"
+transverse_inertia = "500 kg m2"
+polar_inertia = "4 kg m2"
+[rotor.bearings.left]
+position = "0 m"
+stiffness = "1e3 N/m"
+axial_stiffness = "1e6 N/m"
+[rotor.bearings.right]
+position = "1 m"
+stiffness = "1e3 N/m"
+[diaphragms.stop]
+kind = "radial-spring"
+stiffness = "1e7 N/m"
+[diaphragms.stop.contact]
+position = "0 m"
+rotor_radius = "100 mm"
+gap = "10 mm"
+friction = 0.2
+detection = "hyp1"
+"#;
+
+/// A torque that is suddenly there twists an undamped shaft to twice the moment that slows the disc beyond:
+/// `T = 2 mu F R J2/(J1 + J2)`, first at half a period of `omega^2 = G I_p/L (1/J1 + 1/J2)`.
+#[test]
+fn a_suddenly_grabbed_shaft_is_twisted_to_twice_the_static_moment() {
+    let row = run(machine(GRABBED));
+    assert!(row.value("contact_time_s") > 5.9e-3, "it rubs all the time");
+    let pi = std::f64::consts::PI;
+    let polar = pi / 32.0 * (0.1f64.powi(4) - 0.04f64.powi(4));
+    let force = row.value("max_contact_force_N");
+    close("force", force, 1e4, 1e-3);
+    let moment = 2.0 * 0.2 * force * 0.1 * 4.0 / 5.0;
+    close("moment", row.value("max_torsional_moment_Nm"), moment, 0.01);
+    close("stress", row.value("max_shear_stress_Pa"), row.value("max_torsional_moment_Nm") * 0.05 / polar, 1e-9);
+    let omega = (210e9 / 2.6 * polar * (1.0 + 0.25)).sqrt();
+    close("time", row.value("max_torsional_moment_at_s"), pi / omega, 0.01);
+    close("speed", row.value("max_torsional_moment_at_rad_s"), 100.0 - 200.0 / 5.0 * pi / omega, 1e-4);
+}
+
 /// Each engine at its own default step. What depends on the raw contact force (torsion beside the contact) agrees to what
 /// that force itself does between steps.
 #[test]

@@ -1,7 +1,7 @@
 //! A worker process: serves samples of a study with the core solver.
 //!
 //! It is started by the orchestrator as `bladeoff worker ...` (so their versions never differ), reads the frozen
-//! [`plan`] of the result directory and checks its hash, connects, and then asks, computes, reports ([`serve`])
+//! [`plan`] of the result directory and checks its hash, connects, and then asks, computes, reports ([`serve()`])
 //! until it is told to stop or its parent ends. A [`pulse`] thread beats and sees the parent's end also while a sample is
 //! computed. [`process`] holds what concerns the process as such, [`fault`] the hooks by which tests kill it at a known
 //! state.

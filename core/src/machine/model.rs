@@ -50,13 +50,13 @@ pub struct Guard {
 /// `[run]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunSettings {
-    /// Last simulated time [s] > 0.
+    /// Last simulated time \[s\] > 0.
     pub end_time: f64,
     /// The run ends once the mean spin falls to this speed [rad/s] >= 0.
     pub end_speed: f64,
     /// Engine.
     pub engine: Engine,
-    /// Time step [s]; `None`: chosen from the highest frequency of the model.
+    /// Time step \[s\]; `None`: chosen from the highest frequency of the model.
     pub step: Option<f64>,
     /// Location of the contact force.
     pub force_location: ForceLocation,
@@ -107,7 +107,7 @@ pub enum RotorKind {
 /// Shaft line of finite elements.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shaft {
-    /// Node positions along Z [m], ascending; one more than elements.
+    /// Node positions along Z \[m\], ascending; one more than elements.
     pub nodes: Vec<f64>,
     /// Elements from left to right; element i joins nodes i and i+1.
     pub elements: Vec<ShaftElement>,
@@ -118,13 +118,13 @@ pub struct Shaft {
 /// One shaft element (round, hollow if `inner_diameter` > 0).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ShaftElement {
-    /// Length [m] > 0.
+    /// Length \[m\] > 0.
     pub length: f64,
-    /// Outer diameter [m] > 0.
+    /// Outer diameter \[m\] > 0.
     pub diameter: f64,
-    /// Inner diameter [m], 0 <= inner < outer.
+    /// Inner diameter \[m\], 0 <= inner < outer.
     pub inner_diameter: f64,
-    /// Young's modulus [Pa].
+    /// Young's modulus \[Pa\].
     pub young_modulus: f64,
     /// Poisson's ratio [-].
     pub poisson_ratio: f64,
@@ -143,7 +143,7 @@ pub struct Disc {
     pub name: String,
     /// Node.
     pub node: usize,
-    /// Mass [kg] >= 0.
+    /// Mass \[kg\] >= 0.
     pub mass: f64,
     /// Moment of inertia about a diameter [kg m2] >= 0.
     pub transverse_inertia: f64,
@@ -154,7 +154,7 @@ pub struct Disc {
 /// Jeffcott rotor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PointMass {
-    /// Mass [kg] >= 0 (0 when an added unbalance is all the mass).
+    /// Mass \[kg\] >= 0 (0 when an added unbalance is all the mass).
     pub mass: f64,
     /// Moment of inertia about Z [kg m2] > 0.
     pub polar_inertia: f64,
@@ -200,11 +200,11 @@ pub struct Unbalance {
     pub name: String,
     /// Node.
     pub node: usize,
-    /// Mass [kg] >= 0.
+    /// Mass \[kg\] >= 0.
     pub mass: f64,
-    /// Eccentricity [m] >= 0.
+    /// Eccentricity \[m\] >= 0.
     pub radius: f64,
-    /// Phase in the rotor [rad].
+    /// Phase in the rotor \[rad\].
     pub phase: f64,
     /// Added or lost.
     pub kind: UnbalanceKind,
@@ -217,14 +217,14 @@ pub struct Unbalance {
 pub struct Rayleigh {
     /// a [1/s] >= 0.
     pub mass_proportional: f64,
-    /// b [s] >= 0.
+    /// b \[s\] >= 0.
     pub stiffness_proportional: f64,
 }
 
 /// Prescribed speed, piecewise linear in time; constant after the last point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpeedLaw {
-    /// Times [s], strictly ascending, the first 0.
+    /// Times \[s\], strictly ascending, the first 0.
     pub times: Vec<f64>,
     /// Speeds [rad/s] at these times; the first equals `initial_speed`.
     pub speeds: Vec<f64>,
@@ -233,11 +233,11 @@ pub struct SpeedLaw {
 /// Disturbance of the start, added to static sag and steady state.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct InitialState {
-    /// Translation of all nodes [m].
+    /// Translation of all nodes \[m\].
     pub displacement: [f64; 2],
     /// Velocity of all nodes [m/s].
     pub velocity: [f64; 2],
-    /// Spin angle at t = 0 [rad].
+    /// Spin angle at t = 0 \[rad\].
     pub angle: f64,
 }
 
@@ -259,7 +259,7 @@ pub struct Diaphragm {
     pub name: String,
     /// What stands around the rotor.
     pub kind: DiaphragmKind,
-    /// Rotation of the stator about Z [rad]: blade k stands at `angle + 2 pi k / count`.
+    /// Rotation of the stator about Z \[rad\]: blade k stands at `angle + 2 pi k / count`.
     pub angle: f64,
     /// The contact.
     pub contact: Contact,
@@ -282,7 +282,7 @@ pub enum DiaphragmKind {
 /// Ring and blades.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FlexibleStator {
-    /// Young's modulus [Pa].
+    /// Young's modulus \[Pa\].
     pub young_modulus: f64,
     /// Poisson's ratio [-] (not used by the planar Euler-Bernoulli model).
     pub poisson_ratio: f64,
@@ -299,11 +299,11 @@ pub struct FlexibleStator {
 /// Inner ring.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ring {
-    /// Mean radius R_c [m].
+    /// Mean radius R_c \[m\].
     pub mean_radius: f64,
-    /// Radial thickness [m].
+    /// Radial thickness \[m\].
     pub thickness: f64,
-    /// Axial width [m].
+    /// Axial width \[m\].
     pub width: f64,
     /// Number of curved elements, a multiple of the blade count, at least 4.
     pub elements: usize,
@@ -314,11 +314,11 @@ pub struct Ring {
 pub struct Blades {
     /// Number, evenly spaced, >= 1.
     pub count: usize,
-    /// Length [m].
+    /// Length \[m\].
     pub length: f64,
-    /// Tangential thickness [m].
+    /// Tangential thickness \[m\].
     pub thickness: f64,
-    /// Axial width [m].
+    /// Axial width \[m\].
     pub width: f64,
     /// Elements of each blade >= 1.
     pub elements: usize,
@@ -368,9 +368,9 @@ pub enum ContactSurface {
 pub struct Contact {
     /// Node of the rotor.
     pub node: usize,
-    /// Rotor radius R_r [m] > 0.
+    /// Rotor radius R_r \[m\] > 0.
     pub rotor_radius: f64,
-    /// Gap [m] > 0; the contact surface has radius R_i = R_r + gap.
+    /// Gap \[m\] > 0; the contact surface has radius R_i = R_r + gap.
     pub gap: f64,
     /// Coulomb friction [-] >= 0.
     pub friction: f64,
@@ -380,7 +380,7 @@ pub struct Contact {
     pub detection: Detection,
     /// One or several contact points, for [`Detection::Hyp2`].
     pub points: ContactPoints,
-    /// Centre of the diaphragm from the bearing line [m].
+    /// Centre of the diaphragm from the bearing line \[m\].
     pub offset: [f64; 2],
     /// Contact surface.
     pub surface: ContactSurface,

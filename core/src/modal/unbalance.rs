@@ -16,9 +16,9 @@ use crate::rotor::{RotorMatrices, UnbalanceSite};
 pub struct UnbalanceResponse {
     /// Speed [rad/s].
     pub speed: f64,
-    /// Largest displacement over a turn at each node (major half axis of its orbit) [m].
+    /// Largest displacement over a turn at each node (major half axis of its orbit) \[m\].
     pub nodes: Vec<f64>,
-    /// Largest load of each bearing over a turn [N].
+    /// Largest load of each bearing over a turn \[N\].
     pub bearings: Vec<f64>,
 }
 

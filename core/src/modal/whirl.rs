@@ -258,25 +258,37 @@ fn ring_report(ring: &RingMatrices) -> Result<Vec<RingMode>, EigenError> {
         .iter()
         .enumerate()
         .map(|(j, square)| {
-            let radial = ring.radial(crate::linalg::column_of(&shapes, j), POINTS);
-            RingMode { frequency: square.max(0.0).sqrt(), nodal_diameters: dominant_harmonic(&radial) }
+            let shape = crate::linalg::column_of(&shapes, j);
+            let surface = ring.surface(ring.mean_radius, false);
+            let tangential: Vec<f64> = (0..POINTS)
+                .map(|k| {
+                    let (element, xi) = surface.locate(2.0 * std::f64::consts::PI * k as f64 / POINTS as f64);
+                    surface.point(&shape[..4 * ring.nodes], element, xi).tangential
+                })
+                .collect();
+            let radial = ring.radial(shape, POINTS);
+            RingMode { frequency: square.max(0.0).sqrt(), nodal_diameters: dominant_harmonic(&[radial, tangential]) }
         })
         .collect())
 }
 
-fn dominant_harmonic(samples: &[f64]) -> usize {
-    let count = samples.len();
-    let power = |n: usize| {
-        let (mut c, mut s) = (0.0, 0.0);
-        for (k, value) in samples.iter().enumerate() {
-            let (sin, cos) = libm::sincos(2.0 * std::f64::consts::PI * ((n * k) % count) as f64 / count as f64);
-            c += value * cos;
-            s += value * sin;
-        }
-        // a cosine's energy is spread over both signs of n, a constant's is not
-        if n == 0 { 0.5 * c * c } else { c * c + s * s }
-    };
+/// Harmonic with the most power, radial and tangential together: a ring that turns on its blades moves hardly any other way.
+fn dominant_harmonic(fields: &[Vec<f64>; 2]) -> usize {
+    let count = fields[0].len();
+    let power = |n: usize| -> f64 { fields.iter().map(|samples| harmonic_power(samples, n)).sum() };
     (0..=count / 4).map(|n| (n, power(n))).fold((0, -1.0), |best, next| if next.1 > best.1 { next } else { best }).0
+}
+
+fn harmonic_power(samples: &[f64], n: usize) -> f64 {
+    let count = samples.len();
+    let (mut c, mut s) = (0.0, 0.0);
+    for (k, value) in samples.iter().enumerate() {
+        let (sin, cos) = libm::sincos(2.0 * std::f64::consts::PI * ((n * k) % count) as f64 / count as f64);
+        c += value * cos;
+        s += value * sin;
+    }
+    // a cosine's energy is spread over both signs of n, a constant's is not
+    if n == 0 { 0.5 * c * c } else { c * c + s * s }
 }
 
 #[cfg(test)]
@@ -288,7 +300,11 @@ mod tests {
         for n in [0, 1, 2, 5] {
             let samples: Vec<f64> =
                 (0..256).map(|k| (2.0 * std::f64::consts::PI * f64::from(n * k) / 256.0 + 0.3).cos()).collect();
-            assert_eq!(dominant_harmonic(&samples), usize::try_from(n).expect("small"));
+            let quiet: Vec<f64> =
+                samples.iter().enumerate().map(|(k, _)| if k % 16 == 0 { 1e-3 } else { 0.0 }).collect();
+            let n = usize::try_from(n).expect("small");
+            assert_eq!(dominant_harmonic(&[samples.clone(), quiet.clone()]), n);
+            assert_eq!(dominant_harmonic(&[quiet, samples]), n);
         }
     }
 }

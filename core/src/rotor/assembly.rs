@@ -18,7 +18,7 @@ pub struct BearingSite {
 }
 
 impl BearingSite {
-    /// Load K x + C x' [N]; the force on the rotor is its opposite.
+    /// Load K x + C x' \[N\]; the force on the rotor is its opposite.
     #[inline]
     #[must_use]
     pub fn load(&self, x: [f64; 2], v: [f64; 2]) -> [f64; 2] {
@@ -29,7 +29,7 @@ impl BearingSite {
         ]
     }
 
-    /// Power that the damping takes, `v^T C v` [W] (negative where the damping is not dissipative).
+    /// Power that the damping takes, `v^T C v` \[W\] (negative where the damping is not dissipative).
     #[inline]
     #[must_use]
     pub fn damping_power(&self, v: [f64; 2]) -> f64 {
@@ -37,7 +37,7 @@ impl BearingSite {
         v[0] * (c[0][0] * v[0] + c[0][1] * v[1]) + v[1] * (c[1][0] * v[0] + c[1][1] * v[1])
     }
 
-    /// Force of the skew stiffness on the rotor [N]: `-[[0, s], [-s, 0]] x`.
+    /// Force of the skew stiffness on the rotor \[N\]: `-[[0, s], [-s, 0]] x`.
     #[inline]
     #[must_use]
     pub fn skew_force(&self, x: [f64; 2]) -> [f64; 2] {
@@ -218,7 +218,7 @@ impl RotorMatrices {
         dense
     }
 
-    /// Weight of the rotor per node and direction: `M` times a uniform field [N].
+    /// Weight of the rotor per node and direction: `M` times a uniform field \[N\].
     #[must_use]
     pub fn weight(&self, gravity: [f64; 2]) -> Vec<f64> {
         let field = self.uniform(gravity);

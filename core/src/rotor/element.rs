@@ -17,7 +17,7 @@ pub struct ShaftBlocks {
     pub twist_mass: Matrix2<f64>,
     /// Twist stiffness [N m/rad].
     pub twist_stiffness: Matrix2<f64>,
-    /// Axial mass [kg].
+    /// Axial mass \[kg\].
     pub axial_mass: Matrix2<f64>,
     /// Axial stiffness [N/m].
     pub axial_stiffness: Matrix2<f64>,
@@ -58,7 +58,7 @@ pub fn shaft_blocks(element: &ShaftElement) -> ShaftBlocks {
     let (e, rho) = (element.young_modulus, element.density);
     let g = e / (2.0 * (1.0 + element.poisson_ratio));
     let shear_rigidity = element.shear_coefficient.map(|k| k * g * area);
-    let phi = shear_rigidity.map_or(0.0, |rigidity| 12.0 * e * inertia / (rigidity * l * l));
+    let phi = shear_parameter(element);
 
     let mut blocks = ShaftBlocks {
         mass: Matrix4::zeros(),
@@ -82,6 +82,28 @@ pub fn shaft_blocks(element: &ShaftElement) -> ShaftBlocks {
         blocks.stiffness += (shear * shear.transpose()) * (rigidity * l);
     }
     blocks
+}
+
+/// `Phi`, 0 without shear deformation.
+fn shear_parameter(element: &ShaftElement) -> f64 {
+    let pi = std::f64::consts::PI;
+    let (od, id, l) = (element.diameter, element.inner_diameter, element.length);
+    let area = pi / 4.0 * (od * od - id * id);
+    let inertia = pi / 64.0 * (od * od * od * od - id * id * id * id);
+    let e = element.young_modulus;
+    let g = e / (2.0 * (1.0 + element.poisson_ratio));
+    let shear_rigidity = element.shear_coefficient.map(|k| k * g * area);
+    shear_rigidity.map_or(0.0, |rigidity| 12.0 * e * inertia / (rigidity * l * l))
+}
+
+/// Deflection \[m\] at `xi = z/L` between the ends of an element, from its plane set `[w1, s1, w2, s2]`.
+///
+/// Source: the element's own static shape functions ([`shaft_blocks`]). Verified by
+/// `a_deflection_between_the_nodes_is_that_of_the_beam`.
+#[must_use]
+pub fn deflection(element: &ShaftElement, ends: [f64; 4], xi: f64) -> f64 {
+    let (w, _, _) = shapes(xi, element.length, shear_parameter(element));
+    w.dot(&Vector4::from(ends))
 }
 
 /// Deflection, section angle and its derivative along z for the plane set, at xi = z/L.
@@ -123,6 +145,24 @@ mod tests {
             density: 7850.0,
             shear_coefficient,
             section: 0,
+        }
+    }
+
+    /// Cantilever of one element under an end force: `w(z) = F (z^2 (3 L - z)/(6 E I) + z/(k G S))`, slope without the shear.
+    #[test]
+    fn a_deflection_between_the_nodes_is_that_of_the_beam() {
+        let pi = std::f64::consts::PI;
+        for shear in [None, Some(0.9)] {
+            let element = element(shear);
+            let (l, e, force) = (element.length, element.young_modulus, 1e4);
+            let inertia = pi / 64.0 * (0.2f64.powi(4) - 0.05f64.powi(4));
+            let rigidity = shear.map(|k| k * e / 2.6 * pi / 4.0 * (0.04 - 0.0025));
+            let beam = |z: f64| force * (z * z * (3.0 * l - z) / (6.0 * e * inertia) + rigidity.map_or(0.0, |r| z / r));
+            let ends = [0.0, 0.0, beam(l), force * l * l / (2.0 * e * inertia)];
+            for xi in [0.0, 0.2, 0.5, 0.9, 1.0] {
+                let (found, expected) = (deflection(&element, ends, xi), beam(xi * l));
+                assert!((found - expected).abs() < 1e-12 * beam(l), "{shear:?} {xi}: {found} {expected}");
+            }
         }
     }
 

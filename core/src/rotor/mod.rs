@@ -12,6 +12,6 @@ mod unbalance;
 pub use assembly::{BearingSite, RotorMatrices};
 pub use braking::braking_torque;
 pub(crate) use element::GAUSS4;
-pub use element::{ShaftBlocks, shaft_blocks};
+pub use element::{ShaftBlocks, deflection, shaft_blocks};
 pub use gyro::GyroSite;
 pub use unbalance::{Turn, UnbalanceSite};

@@ -28,18 +28,18 @@ use crate::machine::{Unbalance, UnbalanceKind};
 pub struct UnbalanceSite {
     /// Node.
     pub node: usize,
-    /// Mass [kg], negative for a lost mass.
+    /// Mass \[kg\], negative for a lost mass.
     pub mass: f64,
-    /// Eccentricity d [m].
+    /// Eccentricity d \[m\].
     pub radius: f64,
-    /// Phase a [rad].
+    /// Phase a \[rad\].
     pub phase: f64,
 }
 
 /// Force of the terms that are not part of the mass matrices.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UnbalanceForce {
-    /// On u and v [N].
+    /// On u and v \[N\].
     pub force: [f64; 2],
     /// On the twist row [N m].
     pub torque: f64,
@@ -78,8 +78,8 @@ impl UnbalanceSite {
         }
     }
 
-    /// Kinetic energy of the mass between n and n+1 less its constant-coefficient part [J]: sine and cosine of psi at n, its
-    /// increment, the node's increment [m] and the step [s].
+    /// Kinetic energy of the mass between n and n+1 less its constant-coefficient part \[J\]: sine and cosine of psi at n, its
+    /// increment, the node's increment \[m\] and the step \[s\].
     #[must_use]
     pub fn coupling_energy(&self, (sin, cos): (f64, f64), increment: f64, step: [f64; 2], dt: f64) -> f64 {
         let (half_sin, half_cos) = libm::sincos(0.5 * increment);
@@ -90,7 +90,7 @@ impl UnbalanceSite {
         self.mass * self.radius * (coupling + bent) / (dt * dt)
     }
 
-    /// Potential energy of the eccentricity in gravity [J], the mean of both ends of a step; the part of the node itself is in
+    /// Potential energy of the eccentricity in gravity \[J\], the mean of both ends of a step; the part of the node itself is in
     /// the weight vector.
     #[must_use]
     pub fn gravity_energy(&self, (sin, cos): (f64, f64), increment: f64, gravity: [f64; 2]) -> f64 {
@@ -120,7 +120,7 @@ impl Turn {
         Self { radial: rate * rate, tangential: rate_dot, lever: (1.0, 0.0), excess: 0.0 }
     }
 
-    /// Over a step, of the increments of psi before and after n [rad] and the step [s].
+    /// Over a step, of the increments of psi before and after n \[rad\] and the step \[s\].
     #[inline]
     #[must_use]
     pub fn stepped(before: f64, after: f64, dt: f64) -> Self {

@@ -73,7 +73,7 @@ impl BladeStresses {
         Some(Self { rows, bound })
     }
 
-    /// Largest bending stress of all blades [Pa], or `None` where a bound says that it does not exceed `known`.
+    /// Largest bending stress of all blades \[Pa\], or `None` where a bound says that it does not exceed `known`.
     ///
     /// The bound also keeps a ring that has come to rest cheap: its coordinates decay to subnormal numbers, whose products
     /// are slow.
@@ -94,7 +94,7 @@ impl BladeStresses {
         (self.bound * reach > known).then(|| self.largest(q))
     }
 
-    /// Largest bending stress of all blades [Pa].
+    /// Largest bending stress of all blades \[Pa\].
     #[must_use]
     pub fn largest(&self, q: &[f64]) -> f64 {
         match &self.rows {

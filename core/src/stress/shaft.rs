@@ -5,9 +5,9 @@ use crate::machine::{Shaft, ShaftElement};
 /// Section moduli of a round section.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SectionModuli {
-    /// `W_b = pi (D^4 - d^4)/(32 D)` [m3]: bending stress is `M/W_b`.
+    /// `W_b = pi (D^4 - d^4)/(32 D)` \[m3\]: bending stress is `M/W_b`.
     pub bending: f64,
-    /// `W_t = 2 W_b` [m3]: torsional shear stress is `T/W_t`.
+    /// `W_t = 2 W_b` \[m3\]: torsional shear stress is `T/W_t`.
     pub torsion: f64,
 }
 
@@ -93,7 +93,7 @@ impl ShaftStresses {
         self.moduli[section]
     }
 
-    /// Torsional moment of an element [N m] from nodal twists [rad].
+    /// Torsional moment of an element [N m] from nodal twists \[rad\].
     #[must_use]
     pub fn torsional_moment(&self, element: usize, twist: &[f64]) -> f64 {
         self.elements[element].torsional_moment(&twist[element..element + 2])

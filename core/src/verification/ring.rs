@@ -61,7 +61,7 @@ fn text(thickness: f64, elements: usize) -> String {
     )
 }
 
-/// Frequencies of 2 to 5 nodal diameters [Hz].
+/// Frequencies of 2 to 5 nodal diameters \[Hz\].
 fn free_ring(thickness: f64, elements: usize) -> Option<[f64; 4]> {
     let found = report(&machine(&text(thickness, elements))?, &[]).ok()?;
     let modes = &found.rings.first()?.1;

@@ -56,7 +56,7 @@ const WHIP: Rotor = Rotor { zeta: 0.05, beta: 4.0, mu: 0.2, e: 0.0, radius: 10.0
 struct Orbit {
     /// Radius at the end.
     radius: f64,
-    /// Angle turned about the stator's centre [rad], and the time it took.
+    /// Angle turned about the stator's centre \[rad\], and the time it took.
     turned: f64,
     time: f64,
     touched: bool,

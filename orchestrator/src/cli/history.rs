@@ -2,7 +2,7 @@
 
 use super::error::CliError;
 use crate::engine;
-use crate::history::{Decimation, Recorder, Settings};
+use crate::history::{Decimation, Format, Recorder, Settings, left_behind};
 use crate::report::duration;
 use bladeoff_core::document::units::{format_quantity, parse_bare_or_quantity};
 use bladeoff_core::machine::Machine;
@@ -91,6 +91,15 @@ pub fn watched(
             while let Some(cause) = source {
                 text.push_str(&format!("\n  because: {cause}"));
                 source = cause.source();
+            }
+            if let Some(left) = left_behind(&settings.path) {
+                let left = left.display();
+                text.push_str(&match Format::of(&settings.path) {
+                    Ok(Format::Mcap) => {
+                        format!("\n  what was written until then: bladeoff recover {left}")
+                    }
+                    _ => format!("\n  what was written until then is in {left}"),
+                });
             }
             text
         }

@@ -67,6 +67,7 @@ pub fn main() -> ExitCode {
     if arguments.next().is_some_and(|first| first == "worker") {
         return bladeoff_worker::worker_main(arguments);
     }
+    bladeoff_worker::process::survive_file_size_limit();
     // clap ends the program itself: 0 after --help and --version, 2 after a wrong command line.
     let cli = Cli::parse();
     panic::set_hook(Box::new(|info| {

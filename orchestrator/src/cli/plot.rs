@@ -2,8 +2,8 @@
 
 use super::error::CliError;
 use super::exit::Exit;
-use super::output::print;
-use crate::figures::{Figure, Line, Panel, Scale, orbits, order_map, panels, plain_name, spectrogram};
+use super::output::{print, remark};
+use crate::figures::{Figure, Line, Panel, Ring, Scale, orbits, order_map, panels, plain_name, ring_of, spectrogram};
 use crate::files::FileError;
 use crate::history::{History, HistoryError, Series, read};
 use bladeoff_core::document::units::parse_bare_or_quantity;
@@ -12,8 +12,14 @@ use std::path::{Path, PathBuf};
 /// Draw histories: lines over time, orbits in the deformed ring, spectrograms, orders
 ///
 /// `time` draws the channels of one kind (same name after the last dot) in one panel, one line for each channel and file, so
-/// that several runs lie over one another. `orbit` draws the rotor centre inside the clearance at instants: record with
-/// `--channels rotor,contact,ring` for the deformed ring. `spectrogram` and `order` draw one map for each channel and file.
+/// that several runs lie over one another in one figure. `orbit` draws the rotor centre inside the clearance at instants, one
+/// figure for each file: record MCAP or Parquet with `--channels rotor,contact,ring` for the deformed ring (CSV has no
+/// geometry). `spectrogram` and `order` draw one map for each channel and file.
+///
+/// In a directory a figure is named after its file: turbine.mcap gives turbine-time, turbine-orbit,
+/// turbine-order-bearing-rear-y; files of the same name are told apart by their directories, and the figure of several files
+/// has the names of all (of more than three: of the first, and how many more). A figure of that name that is there already
+/// is replaced, which is said.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   bladeoff plot turbine.mcap --out figures
@@ -66,7 +72,7 @@ struct Named {
 pub fn main(args: &Args) -> Result<Exit, CliError> {
     let (from, to) = (time(args.from.as_ref(), "--from")?, time(args.to.as_ref(), "--to")?);
     let mut histories = Vec::new();
-    for path in &args.files {
+    for (path, name) in args.files.iter().zip(names(&args.files)?) {
         let mut history = read(path)?;
         cut(&mut history, from.unwrap_or(f64::NEG_INFINITY), to.unwrap_or(f64::INFINITY));
         if history.time.is_empty() {
@@ -76,16 +82,59 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
             }
             .into());
         }
-        let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
         histories.push(Named { name, history });
     }
     let figures = match args.kind.as_str() {
         "orbit" => orbit(args, &histories)?,
         "spectrogram" | "order" => maps(args, &histories)?,
-        _ => vec![("time".to_owned(), over_time(args, &histories)?)],
+        _ => vec![(format!("{}-time", together(&histories)), over_time(args, &histories)?)],
     };
     print(&save(&figures, &args.out)?)?;
     Ok(Exit::Ok)
+}
+
+/// Names for the files: their stems, with as many of their directories before them as it takes to tell them apart.
+fn names(files: &[PathBuf]) -> Result<Vec<String>, CliError> {
+    let parts = |path: &Path| -> Vec<String> {
+        let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
+        let mut parts: Vec<String> = absolute.iter().map(|part| part.to_string_lossy().into_owned()).collect();
+        if let (Some(last), Some(stem)) = (parts.last_mut(), path.file_stem()) {
+            *last = stem.to_string_lossy().into_owned();
+        }
+        parts
+    };
+    let parts: Vec<Vec<String>> = files.iter().map(|path| parts(path)).collect();
+    let named = |of: &[String], count: usize| of[of.len().saturating_sub(count)..].join("-").replace('/', "");
+    let mut names = Vec::new();
+    for (at, own) in parts.iter().enumerate() {
+        let others = || parts.iter().enumerate().filter(|(other, _)| *other != at).map(|(_, other)| other);
+        let alone = |count: &usize| !others().any(|other| named(other, *count) == named(own, *count));
+        let Some(count) = (1..=own.len()).find(alone) else {
+            return Err(CliError::Argument {
+                argument: files[at].display().to_string(),
+                message: "is given twice, or differs from another file in its extension alone".to_owned(),
+                allowed: Some("files whose names without extension differ".to_owned()),
+            });
+        };
+        names.push(named(own, count));
+    }
+    Ok(names)
+}
+
+/// Name of a figure of all files.
+fn together(histories: &[Named]) -> String {
+    let names: Vec<&str> = histories.iter().map(|named| named.name.as_str()).collect();
+    if names.len() > 3 { format!("{}-and-{}-more", names[0], names.len() - 1) } else { names.join("-") }
+}
+
+/// Title of a figure: the files, and for one file its machine, engine and detection where it says them.
+fn title(histories: &[Named]) -> String {
+    let names: Vec<&str> = histories.iter().map(|named| named.name.as_str()).collect();
+    let [only] = histories else { return names.join(", ") };
+    let about = |key: &str| only.history.about.get(key).cloned();
+    let engine = about("engine").map(|engine| format!("{engine} engine"));
+    let said: Vec<String> = [about("machine"), engine, about("detection")].into_iter().flatten().collect();
+    if said.is_empty() { names.join(", ") } else { format!("{}: {}", only.name, said.join(", ")) }
 }
 
 fn time(text: Option<&String>, option: &str) -> Result<Option<f64>, CliError> {
@@ -114,8 +163,7 @@ fn chosen<'a>(history: &'a History, patterns: &[String], defaults: &[&str]) -> R
     for pattern in if asked { patterns } else { &defaults } {
         let fitting = history.fitting(pattern);
         if fitting.is_empty() && asked {
-            let known: Vec<String> = history.channels.iter().map(|channel| channel.name.clone()).collect();
-            return Err(HistoryError::Channel { pattern: pattern.clone(), nearest: None, known }.into());
+            return Err(history.unknown(pattern).into());
         }
         found.extend(
             fitting.into_iter().filter(|new| !found.iter().any(|old| old.name == new.name)).collect::<Vec<_>>(),
@@ -157,8 +205,11 @@ fn over_time(args: &Args, histories: &[Named]) -> Result<Figure, CliError> {
         Panel { y_label: scale.label(&name), lines, y_range: None, thin: true }
     };
     let shown: Vec<Panel> = quantities.into_iter().map(panel).collect();
-    let names: Vec<&str> = histories.iter().map(|named| named.name.as_str()).collect();
-    Ok(panels(&names.join(", "), "time [s]", &shown)?)
+    if shown.is_empty() {
+        // none of the default channels was recorded
+        return Err(histories[0].history.unknown(TIME_CHANNELS[0]).into());
+    }
+    Ok(panels(&title(histories), "time [s]", &shown)?)
 }
 
 fn label(channel: &str, file: &str, files: usize) -> String {
@@ -176,16 +227,35 @@ fn orbit(args: &Args, histories: &[Named]) -> Result<Vec<(String, Figure)>, CliE
         let (first, last) = (named.history.time[0], named.history.time[named.history.time.len() - 1]);
         let mut instants = Vec::new();
         for text in &args.at {
-            instants.extend(time(Some(text), "--at")?);
+            let instant = time(Some(text), "--at")?.unwrap_or(first);
+            // a record or two beside the ends is rounding
+            let slack = 2.0 * (last - first) / named.history.time.len() as f64;
+            if !(first - slack..=last + slack).contains(&instant) {
+                return Err(CliError::Argument {
+                    argument: format!("--at {text}"),
+                    message: format!("{} has no instant there", named.name),
+                    allowed: Some(format!("{first} s to {last} s")),
+                });
+            }
+            instants.push(instant);
         }
         if instants.is_empty() {
             instants = [0.25, 0.5, 1.0].iter().map(|share| first + share * (last - first)).collect();
         }
-        let figure = orbits(&named.history, &instants)?.ok_or_else(|| HistoryError::Channel {
-            pattern: "contact.rotor_x_m".to_owned(),
-            nearest: None,
-            known: named.history.channels.iter().map(|channel| channel.name.clone()).collect(),
-        })?;
+        let figure = orbits(&named.history, &named.name, &instants)?
+            .ok_or_else(|| named.history.unknown("contact.rotor_x_m"))?;
+        match ring_of(&named.history) {
+            Ring::Deformed => {}
+            Ring::AtRest => remark(&format!(
+                "{}: without the channels of the ring the clearance is drawn at rest; record with --channels \
+                 rotor,contact,ring",
+                named.name
+            )),
+            Ring::Unknown => remark(&format!(
+                "{}: a CSV carries no geometry, so that no clearance is drawn; record .mcap or .parquet",
+                named.name
+            )),
+        }
         figures.push((format!("{}-orbit", named.name), figure));
     }
     Ok(figures)
@@ -200,10 +270,11 @@ fn maps(args: &Args, histories: &[Named]) -> Result<Vec<(String, Figure)>, CliEr
         }
         for channel in channels {
             let figure = match args.kind.as_str() {
-                "order" => order_map(&named.history, channel, args.top.unwrap_or(10.0))?,
-                _ => spectrogram(&named.history, channel, args.top)?,
+                "order" => order_map(&named.history, &named.name, channel, args.top.unwrap_or(10.0))?,
+                _ => spectrogram(&named.history, &named.name, channel, args.top)?,
             };
-            figures.push((format!("{}-{}-{}", named.name, args.kind, channel.name.replace('.', "-")), figure));
+            let channel = plain_name(&channel.name, &channel.unit).replace(' ', "-");
+            figures.push((format!("{}-{}-{channel}", named.name, args.kind), figure));
         }
     }
     Ok(figures)
@@ -223,18 +294,26 @@ pub(super) fn save(figures: &[(String, Figure)], out: &Path) -> Result<String, C
                 allowed: Some("a directory".to_owned()),
             });
         }
+        replaced(out);
         figures[0].1.write(out)?;
         return Ok(format!("{}\n", out.display()));
     }
     std::fs::create_dir_all(out).map_err(FileError::at("create", out))?;
     let mut said = String::new();
     for (name, figure) in figures {
-        figure.write_both(out, name)?;
-        said.push_str(&format!(
-            "{}\n{}\n",
-            out.join(format!("{name}.svg")).display(),
-            out.join(format!("{name}.png")).display()
-        ));
+        for extension in ["svg", "png"] {
+            let path = out.join(format!("{name}.{extension}"));
+            replaced(&path);
+            figure.write(&path)?;
+            said.push_str(&format!("{}\n", path.display()));
+        }
     }
     Ok(said)
+}
+
+/// Says that a figure takes the place of one that is there.
+fn replaced(path: &Path) {
+    if path.exists() {
+        remark(&format!("{} is replaced", path.display()));
+    }
 }

@@ -3,6 +3,7 @@
 use super::style::{FINE, SMALL, TEXT, TITLE, tick, viridis};
 use super::{Figure, FigureError};
 use plotters::prelude::{BLACK, ChartBuilder, Color, IntoFont, LineSeries, Rectangle, WHITE};
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// Colours are drawn in so many steps, so that neighbours of one step become one rectangle.
 const LEVELS: f64 = 40.0;
@@ -40,12 +41,12 @@ pub(super) fn map(map: &Map<'_>) -> Result<Figure, FigureError> {
         let mut cells = Vec::new();
         for (at, column) in map.columns.iter().enumerate() {
             // a little over the next cell, which is drawn later: edges that only touch show as hairlines
-            let (from, to) = (x.0 + at as f64 * step, (x.0 + (at as f64 + 1.2) * step).min(x.1));
+            let (from, to) = (x.0 + at as f64 * step, (x.0 + (at as f64 + 1.5) * step).min(x.1));
             let height = (y.1 - y.0) / column.len().max(1) as f64;
             let mut row = 0;
             for run in column.chunk_by(|a, b| level(*a) == level(*b)) {
                 let (low, high) =
-                    (y.0 + row as f64 * height, (y.0 + ((row + run.len()) as f64 + 0.2) * height).min(y.1));
+                    (y.0 + row as f64 * height, (y.0 + ((row + run.len()) as f64 + 0.5) * height).min(y.1));
                 cells.push(Rectangle::new([(from, low), (to, high)], viridis(level(run[0])).filled()));
                 row += run.len();
             }
@@ -54,8 +55,9 @@ pub(super) fn map(map: &Map<'_>) -> Result<Figure, FigureError> {
         for (name, points) in map.lines {
             chart.draw_series(LineSeries::new(points.iter().copied(), WHITE.stroke_width(FINE)))?;
             if let Some(&last) = points.iter().rev().find(|point| point.1 < y.1) {
-                let place = (x.0 + 0.012 * (x.1 - x.0), points[0].1.min(last.1.max(points[0].1)));
-                let style = SMALL.into_font().color(&WHITE);
+                // above the line, at its beginning
+                let place = (x.0 + 0.012 * (x.1 - x.0), points[0].1.max(last.1) + 0.01 * (y.1 - y.0));
+                let style = SMALL.into_font().color(&WHITE).pos(Pos::new(HPos::Left, VPos::Bottom));
                 chart.draw_series([plotters::element::Text::new(name.clone(), place, style)])?;
             }
         }

@@ -151,6 +151,9 @@ fn draw_side(area: &Area<'_>, machine: &Machine, shaft: &Shaft) -> Result<(), Fi
     for unbalance in &machine.rotor.unbalances {
         let place = (shaft.nodes[unbalance.node], unbalance.radius);
         chart.draw_series([Circle::new(place, 5 * FINE as i32, COLOURS[3].filled())])?;
+        let style = SMALL.into_font().color(&COLOURS[3]).pos(Pos::new(HPos::Left, VPos::Center));
+        let beside = (place.0 + 0.02 * length, place.1);
+        chart.draw_series([Text::new(unbalance.name.replace('_', " "), beside, style)])?;
     }
     label(&mut chart, machine, shaft, (radius, half_r))
 }
@@ -173,14 +176,13 @@ fn label(
     above.extend(
         machine.diaphragms.iter().map(|d| (shaft.nodes[d.contact.node], format!("diaphragm {}", d.name), COLOURS[1])),
     );
-    let mut below: Vec<(f64, String, RGBColor)> = machine
+    let below: Vec<(f64, String, RGBColor)> = machine
         .rotor
         .bearings
         .iter()
         .map(|bearing| (shaft.nodes[bearing.node], format!("bearing {}", bearing.name.replace('_', " ")), COLOURS[2]))
         .collect();
-    below.extend(machine.rotor.unbalances.iter().map(|u| (shaft.nodes[u.node], u.name.replace('_', " "), COLOURS[3])));
-    for (list, sign) in [(&mut above, 1.0), (&mut below, -1.0)] {
+    for (mut list, sign) in [(above, 1.0), (below, -1.0)] {
         list.sort_by(|a, b| a.0.total_cmp(&b.0));
         for (at, (z, name, colour)) in list.iter().enumerate() {
             let row = (at % 3) as f64;
@@ -213,7 +215,7 @@ fn draw_front(area: &Area<'_>, machine: &Machine) -> Result<(), FigureError> {
     let (half_x, half_y) = (0.5 * plot_width / metre, 0.5 * plot_height / metre);
     let mut chart = ChartBuilder::on(area)
         .margin(8 * FINE)
-        .caption(format!("diaphragm {}: gap {} mm", diaphragm.name, tick(1e3 * contact.gap)), TEXT)
+        .caption(format!("diaphragm {} along Z: gap {} mm", diaphragm.name, tick(1e3 * contact.gap)), TEXT)
         .build_cartesian_2d(-half_x..half_x, -half_y..half_y)?;
     let circle = |radius: f64| {
         (0..=240).map(move |k| {

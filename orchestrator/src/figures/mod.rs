@@ -19,8 +19,8 @@ mod style;
 
 pub use campbell::campbell;
 pub use machine::machine;
-pub use orbit::orbits;
-pub use panels::{Line, Panel, panels};
+pub use orbit::{Ring, orbits, ring_of};
+pub use panels::{Line, Mark, Panel, panels};
 pub use response::unbalance_response;
 pub use shapes::{ring_shapes, rotor_shapes};
 pub use spectrum::{SpectrumError, order_map, spectrogram};

@@ -6,20 +6,41 @@
 use super::style::{FINE, GREY, GRID, SMALL, Scale, TEXT, TITLE, tick};
 use super::{Area, COLOURS, Figure, FigureError};
 use crate::history::History;
-use plotters::prelude::{
-    BLACK, ChartBuilder, Circle, Color, IntoFont, LineSeries, PathElement, SeriesLabelPosition, WHITE,
-};
+use plotters::prelude::{BLACK, ChartBuilder, Circle, Color, IntoFont, LineSeries, PathElement, WHITE};
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::f64::consts::PI;
 
-/// One picture of 330 px for each instant.
+/// Side of the picture of an instant \[px\], and of a single one.
 const SIZE: u32 = 330;
+const ALONE: u32 = 600;
 
-/// Draws the orbit of the last whole turn before each instant [s]. Without ring channels the ring is drawn undeformed,
-/// without geometry (CSV) not at all. `None` if the history has no rotor place at the contact.
+/// What a history knows of the ring.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ring {
+    /// Gap and displacements: the clearance of every instant.
+    Deformed,
+    /// The gap alone: its ring channels were not recorded.
+    AtRest,
+    /// Nothing: a CSV carries no geometry.
+    Unknown,
+}
+
+/// What a history knows of the ring.
+#[must_use]
+pub fn ring_of(history: &History) -> Ring {
+    match (history.number("contact.gap_m"), history.channel("ring.radial000_m")) {
+        (None, _) => Ring::Unknown,
+        (Some(_), None) => Ring::AtRest,
+        (Some(_), Some(_)) => Ring::Deformed,
+    }
+}
+
+/// Draws the orbit of the last whole turn before each instant \[s\], in what [`ring_of`] knows of the ring. `None` if the
+/// history has no rotor place at the contact.
 ///
 /// # Errors
 /// The plotting library failed.
-pub fn orbits(history: &History, instants: &[f64]) -> Result<Option<Figure>, FigureError> {
+pub fn orbits(history: &History, name: &str, instants: &[f64]) -> Result<Option<Figure>, FigureError> {
     let (Some(x), Some(y)) = (history.channel("contact.rotor_x_m"), history.channel("contact.rotor_y_m")) else {
         return Ok(None);
     };
@@ -30,14 +51,21 @@ pub fn orbits(history: &History, instants: &[f64]) -> Result<Option<Figure>, Fig
     let reach = x.iter().zip(y).map(|(x, y)| x.hypot(*y)).fold(gap.unwrap_or(0.0), f64::max) * 1.12;
     let reach = if reach > 0.0 { reach } else { 1.0 };
     let scale = Scale::of("m", reach);
-    let size = (columns * SIZE, 48 + rows * (SIZE - 19));
+    let side = if columns == 1 { ALONE } else { SIZE };
+    let size = (columns * side, 72 + rows * (side - 19));
     let figure = Figure::draw(size, |root| {
-        let title = "Rotor centre inside the clearance of the deformed ring";
-        let root = root.titled(title, TITLE)?;
+        let shown = match ring_of(history) {
+            Ring::Deformed => "rotor centre inside the clearance of the deformed ring",
+            Ring::AtRest => "rotor centre and the gap at rest",
+            Ring::Unknown => "rotor centre",
+        };
+        let root = root.titled(&format!("{name}: {shown}"), TITLE)?;
+        let (strip, root) = root.split_vertically(24 * FINE);
+        legend(&strip, ring_of(history), columns * side)?;
         for (area, &instant) in root.split_evenly((rows as usize, columns as usize)).iter().zip(instants) {
             let turn = last_turn(history, instant);
             let orbit: Vec<(f64, f64)> = turn.clone().map(|k| (x[k] * scale.factor, y[k] * scale.factor)).collect();
-            let ring = gap.map(|gap| clearance(history, turn.end.saturating_sub(1), gap, scale.factor));
+            let ring = gap.and_then(|gap| clearance(history, turn.end.saturating_sub(1), gap, scale.factor));
             draw(
                 area,
                 instant,
@@ -66,13 +94,13 @@ fn last_turn(history: &History, instant: f64) -> std::ops::Range<usize> {
     start..end
 }
 
-/// Points of the clearance, closed.
-fn clearance(history: &History, at: usize, gap: f64, factor: f64) -> Vec<(f64, f64)> {
-    let mut radial: Vec<f64> = (0..)
+/// Points of the clearance, closed; `None` without ring channels.
+fn clearance(history: &History, at: usize, gap: f64, factor: f64) -> Option<Vec<(f64, f64)>> {
+    let radial: Vec<f64> = (0..)
         .map_while(|node| history.channel(&format!("ring.radial{node:03}_m")).map(|series| series.values[at]))
         .collect();
     if radial.is_empty() {
-        radial = vec![0.0; 72];
+        return None;
     }
     // smooth between nodes: a Catmull-Rom curve through them
     let count = radial.len();
@@ -88,7 +116,7 @@ fn clearance(history: &History, at: usize, gap: f64, factor: f64) -> Vec<(f64, f
         }
     }
     points.push(points[0]);
-    points
+    Some(points)
 }
 
 fn draw(
@@ -121,35 +149,39 @@ fn draw(
         .x_desc(scale.label("x"))
         .y_desc(scale.label("y"))
         .draw()?;
-    let legend = |colour: plotters::style::RGBColor| {
-        move |(x, y)| PathElement::new([(x, y), (x + 14 * FINE as i32, y)], colour.stroke_width(3 * FINE))
-    };
     if let Some(gap) = gap {
         let circle = (0..=180).map(|k| 2.0 * PI * f64::from(k) / 180.0).map(|a| (gap * a.cos(), gap * a.sin()));
-        chart.draw_series(LineSeries::new(circle, GREY.stroke_width(FINE)))?.label("gap at rest").legend(legend(GREY));
+        chart.draw_series(LineSeries::new(circle, GREY.stroke_width(FINE)))?;
     }
     if let Some(ring) = ring {
         let colour = COLOURS[1];
-        chart
-            .draw_series(LineSeries::new(ring.iter().copied(), colour.stroke_width(2 * FINE)))?
-            .label("clearance then")
-            .legend(legend(colour));
+        chart.draw_series(LineSeries::new(ring.iter().copied(), colour.stroke_width(2 * FINE)))?;
     }
     let colour = COLOURS[0];
-    chart
-        .draw_series(LineSeries::new(orbit.iter().copied(), colour.stroke_width(2 * FINE)))?
-        .label("orbit, last turn")
-        .legend(legend(colour));
+    chart.draw_series(LineSeries::new(orbit.iter().copied(), colour.stroke_width(2 * FINE)))?;
     if let Some(&last) = orbit.last() {
         chart.draw_series([Circle::new(last, 4 * FINE as i32, colour.filled())])?;
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::MiddleMiddle)
-        .background_style(WHITE.mix(0.7))
-        .border_style(BLACK.mix(0.15).stroke_width(FINE))
-        .label_font(SMALL.into_font())
-        .legend_area_size(20 * FINE)
-        .draw()?;
+    Ok(())
+}
+
+/// What the lines are, once for all pictures, in a strip above them: inside, it would hide an orbit.
+fn legend(strip: &Area<'_>, ring: Ring, width: u32) -> Result<(), FigureError> {
+    let mut entries = vec![("orbit of the last turn", COLOURS[0])];
+    if ring != Ring::Unknown {
+        entries.push(("gap at rest", GREY));
+    }
+    if ring == Ring::Deformed {
+        entries.push(("clearance at t", COLOURS[1]));
+    }
+    let fine = FINE as i32;
+    let pitch = (width as i32 / 3).min(200);
+    let style = SMALL.into_font().color(&BLACK).pos(Pos::new(HPos::Left, VPos::Center));
+    for (at, (name, colour)) in entries.into_iter().enumerate() {
+        let x = (60 + pitch * at as i32) * fine;
+        let y = 8 * fine;
+        strip.draw(&PathElement::new([(x, y), (x + 16 * fine, y)], colour.stroke_width(3 * FINE)))?;
+        strip.draw(&plotters::element::Text::new(name, (x + 21 * fine, y), style.clone()))?;
+    }
     Ok(())
 }

@@ -1,11 +1,26 @@
-//! Lines over a common axis: one panel below the other, each with its own scale.
+//! Lines over a common axis: one panel below the other, each with its own scale, its legend beside it.
 
 use super::style::{FINE, GRID, SMALL, TEXT, TITLE, roomy, tick};
 use super::{Area, COLOURS, Figure, FigureError};
 use plotters::element::Circle;
 use plotters::prelude::{
-    BLACK, ChartBuilder, Color, IntoFont, LineSeries, PathElement, RGBColor, SeriesLabelPosition, WHITE,
+    BLACK, ChartBuilder, Color, DashedLineSeries, IntoFont, LineSeries, PathElement, RGBColor, WHITE,
 };
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+/// How points are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Mark {
+    /// Joined by a line.
+    #[default]
+    Line,
+    /// Joined by a dashed line.
+    Dashed,
+    /// Dots of this radius \[px\].
+    Dots(u32),
+    /// Circles of this radius \[px\].
+    Rings(u32),
+}
 
 /// One line.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,15 +31,23 @@ pub struct Line {
     pub colour: Option<RGBColor>,
     /// Points, in the panel's shown units.
     pub points: Vec<(f64, f64)>,
-    /// Dots of this radius [px] instead of a line; 0: a line.
-    pub dots: u32,
+    /// How they are drawn.
+    pub mark: Mark,
+    /// Width of a line \[px\].
+    pub width: u32,
 }
 
 impl Line {
     /// A line in the next colour.
     #[must_use]
     pub fn new(label: &str, points: Vec<(f64, f64)>) -> Self {
-        Self { label: label.to_owned(), colour: None, points, dots: 0 }
+        Self { label: label.to_owned(), colour: None, points, mark: Mark::Line, width: 1 }
+    }
+
+    /// With a mark and a colour of its own.
+    #[must_use]
+    pub fn marked(label: &str, points: Vec<(f64, f64)>, mark: Mark, colour: RGBColor) -> Self {
+        Self { label: label.to_owned(), colour: Some(colour), points, mark, width: 1 }
     }
 }
 
@@ -41,10 +64,12 @@ pub struct Panel {
     pub thin: bool,
 }
 
-/// Width of a figure [px].
+/// Width of a figure without legends \[px\].
 const WIDTH: u32 = 900;
-/// Height of a panel without axis texts [px].
+/// Height of a panel without axis texts \[px\].
 const HEIGHT: u32 = 190;
+/// Height of an entry of a legend \[px\].
+const ENTRY: u32 = 18;
 
 /// Draws panels below one another.
 ///
@@ -55,13 +80,13 @@ pub fn panels(title: &str, x_label: &str, panels: &[Panel]) -> Result<Figure, Fi
     let height = 48 + below + HEIGHT * panels.len().max(1) as u32;
     let all = panels.iter().flat_map(|panel| &panel.lines).flat_map(|line| &line.points);
     let x_range = roomy(all.map(|point| point.0), 0.0);
-    Figure::draw((WIDTH, height), |root| {
+    Figure::draw((WIDTH + legend_width(panels), height), |root| {
         let root = root.titled(title, TITLE)?;
         let mut rest = root;
         for (at, panel) in panels.iter().enumerate() {
             let last = at + 1 == panels.len();
             let (area, next) = rest.split_vertically((HEIGHT + if last { below } else { 0 }) * FINE);
-            draw(&area, panel, x_range, last.then_some(x_label))?;
+            draw(&area, panel, x_range, last.then_some(x_label), HEIGHT)?;
             rest = next;
         }
         Ok(())
@@ -73,16 +98,30 @@ pub fn panels(title: &str, x_label: &str, panels: &[Panel]) -> Result<Figure, Fi
 /// # Errors
 /// The plotting library failed.
 pub(super) fn tall(title: &str, x_label: &str, panel: &Panel, x_range: (f64, f64)) -> Result<Figure, FigureError> {
-    Figure::draw((WIDTH, 560), |root| {
+    let height = 500;
+    Figure::draw((WIDTH + legend_width(std::slice::from_ref(panel)), height + 60), |root| {
         let root = root.titled(title, TITLE)?;
-        draw(&root, panel, x_range, Some(x_label))
+        draw(&root, panel, x_range, Some(x_label), height)
     })
 }
 
-fn draw(area: &Area<'_>, panel: &Panel, x_range: (f64, f64), x_label: Option<&str>) -> Result<(), FigureError> {
+/// Room for the longest entry of all legends, beside the panels: over them it would hide lines \[px\].
+fn legend_width(panels: &[Panel]) -> u32 {
+    let labels = panels.iter().flat_map(|panel| &panel.lines).map(|line| line.label.chars().count() as u32);
+    labels.max().filter(|longest| *longest > 0).map_or(0, |longest| 40 + 7 * longest)
+}
+
+fn draw(
+    area: &Area<'_>,
+    panel: &Panel,
+    x_range: (f64, f64),
+    x_label: Option<&str>,
+    height: u32,
+) -> Result<(), FigureError> {
+    let (area, beside) = area.split_horizontally(WIDTH * FINE);
     let values = panel.lines.iter().flat_map(|line| &line.points).map(|point| point.1);
     let (low, high) = panel.y_range.unwrap_or_else(|| roomy(values, 0.06));
-    let mut chart = ChartBuilder::on(area)
+    let mut chart = ChartBuilder::on(&area)
         .margin_right(22 * FINE)
         .margin_top(8 * FINE)
         .margin_left(6 * FINE)
@@ -97,7 +136,7 @@ fn draw(area: &Area<'_>, panel: &Panel, x_range: (f64, f64), x_label: Option<&st
         .axis_style(BLACK.stroke_width(FINE))
         .bold_line_style(GRID.stroke_width(FINE))
         .x_labels(10)
-        .y_labels(6)
+        .y_labels((height / 32) as usize)
         .x_label_formatter(&x_text)
         .y_label_formatter(&y_text)
         .label_style(SMALL.into_font())
@@ -107,35 +146,56 @@ fn draw(area: &Area<'_>, panel: &Panel, x_range: (f64, f64), x_label: Option<&st
         mesh.x_desc(label);
     }
     mesh.draw()?;
-    let mut named = false;
+    let mut legend = Vec::new();
     for (at, line) in panel.lines.iter().enumerate() {
         let colour = line.colour.unwrap_or(COLOURS[at % COLOURS.len()]);
         let points =
             if panel.thin { thinned(&line.points, x_range, (WIDTH - 100) as usize) } else { line.points.clone() };
-        let drawn = if line.dots > 0 {
-            chart.draw_series(
-                points.into_iter().map(|point| Circle::new(point, (line.dots * FINE) as i32, colour.filled())),
-            )?
-        } else {
-            chart.draw_series(LineSeries::new(points, colour.stroke_width(FINE)))?
+        let dots =
+            |radius: u32, style| points.iter().map(move |point| Circle::new(*point, (radius * FINE) as i32, style));
+        match line.mark {
+            Mark::Line => chart.draw_series(LineSeries::new(points, colour.stroke_width(line.width * FINE)))?,
+            Mark::Dashed => {
+                let style = colour.stroke_width(FINE);
+                chart.draw_series(DashedLineSeries::new(points, 6 * FINE, 4 * FINE, style))?
+            }
+            Mark::Dots(radius) => chart.draw_series(dots(radius, colour.filled()))?,
+            Mark::Rings(radius) => chart.draw_series(dots(radius, colour.stroke_width(2 * FINE)))?,
         };
         if !line.label.is_empty() {
-            named = true;
-            drawn.label(line.label.as_str()).legend(move |(x, y)| {
-                PathElement::new([(x, y), (x + 18 * FINE as i32, y)], colour.stroke_width(3 * FINE))
-            });
+            legend.push((line.label.as_str(), line.mark, colour));
         }
     }
-    if named {
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
-            .background_style(WHITE.mix(0.85))
-            .border_style(BLACK.mix(0.2).stroke_width(FINE))
-            .label_font(SMALL.into_font())
-            .legend_area_size(26 * FINE)
-            .margin(6 * FINE)
-            .draw()?;
+    draw_legend(&beside, &legend, height)
+}
+
+/// Entries below one another; those that find no room are counted.
+fn draw_legend(area: &Area<'_>, entries: &[(&str, Mark, RGBColor)], height: u32) -> Result<(), FigureError> {
+    let fine = FINE as i32;
+    let room = ((height - 20) / ENTRY) as usize;
+    let shown = if entries.len() > room { room - 1 } else { entries.len() };
+    let style = SMALL.into_font().color(&BLACK).pos(Pos::new(HPos::Left, VPos::Center));
+    let at = |row: usize| (18 + ENTRY as i32 * row as i32) * fine;
+    for (row, (label, mark, colour)) in entries.iter().take(shown).enumerate() {
+        let y = at(row);
+        match mark {
+            Mark::Line => area.draw(&PathElement::new([(0, y), (18 * fine, y)], colour.stroke_width(3 * FINE)))?,
+            Mark::Dashed => {
+                for from in [0, 11] {
+                    let dash = [(from * fine, y), ((from + 7) * fine, y)];
+                    area.draw(&PathElement::new(dash, colour.stroke_width(2 * FINE)))?;
+                }
+            }
+            Mark::Dots(radius) => area.draw(&Circle::new((9 * fine, y), (radius * FINE) as i32, colour.filled()))?,
+            Mark::Rings(radius) => {
+                area.draw(&Circle::new((9 * fine, y), (radius * FINE) as i32, colour.stroke_width(2 * FINE)))?;
+            }
+        }
+        area.draw(&plotters::element::Text::new((*label).to_owned(), (24 * fine, y), style.clone()))?;
+    }
+    if shown < entries.len() {
+        let more = format!("and {} more", entries.len() - shown);
+        area.draw(&plotters::element::Text::new(more, (24 * fine, at(shown)), style))?;
     }
     Ok(())
 }

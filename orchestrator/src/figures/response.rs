@@ -1,13 +1,15 @@
 //! Unbalance response: displacements and bearing loads over speed.
 
-use super::panels::{Line, Panel, panels};
-use super::{Figure, FigureError, Scale};
+use super::panels::{Line, Mark, Panel, panels};
+use super::style::GREY;
+use super::{COLOURS, Figure, FigureError, Scale};
 use bladeoff_core::machine::{Machine, RotorKind};
-use bladeoff_core::modal::unbalance_response as responses;
+use bladeoff_core::modal::{UnbalanceResponse, report, unbalance_response as responses};
 use std::f64::consts::PI;
 
-/// Speeds of a curve.
+/// Evenly spaced speeds of a curve, and more of them around each critical speed.
 const SPEEDS: usize = 400;
+const NEAR: i32 = 30;
 
 /// Draws the steady response to all unbalances of the machine up to `top` [rad/s]; `None` without an unbalance.
 ///
@@ -17,17 +19,18 @@ pub fn unbalance_response(machine: &Machine, top: f64) -> Result<Option<Figure>,
     if machine.rotor.unbalances.iter().all(|unbalance| unbalance.mass * unbalance.radius == 0.0) {
         return Ok(None);
     }
-    let speeds: Vec<f64> = (1..=SPEEDS).map(|k| top * k as f64 / SPEEDS as f64).collect();
+    let speeds = speeds(machine, top)?;
     let found = responses(machine, &speeds);
-    let mut places: Vec<(String, usize)> =
-        machine.rotor.unbalances.iter().map(|unbalance| (unbalance.name.clone(), unbalance.node)).collect();
+    let mut places: Vec<(String, usize)> = Vec::new();
     if let RotorKind::Shaft(shaft) = &machine.rotor.kind {
         places.extend(shaft.discs.iter().map(|disc| (disc.name.clone(), disc.node)));
     }
     places.extend(
         machine.diaphragms.iter().map(|diaphragm| (format!("diaphragm {}", diaphragm.name), diaphragm.contact.node)),
     );
-    places.extend(machine.rotor.bearings.iter().map(|bearing| (bearing.name.clone(), bearing.node)));
+    let bearing = |name: &str| format!("bearing {name}");
+    places.extend(machine.rotor.bearings.iter().map(|found| (bearing(&found.name), found.node)));
+    places.extend(machine.rotor.unbalances.iter().map(|unbalance| (unbalance.name.clone(), unbalance.node)));
     let mut seen = Vec::new();
     places.retain(|(_, node)| {
         let new = !seen.contains(node);
@@ -36,11 +39,10 @@ pub fn unbalance_response(machine: &Machine, top: f64) -> Result<Option<Figure>,
     });
     places.truncate(7);
     let rpm = |speed: f64| speed * 30.0 / PI;
-    let largest =
-        |values: &dyn Fn(&bladeoff_core::modal::UnbalanceResponse) -> f64| found.iter().map(values).fold(0.0, f64::max);
-    let length = Scale::of("m", largest(&|r| places.iter().map(|(_, node)| r.nodes[*node]).fold(0.0, f64::max)));
+    let largest = |values: &dyn Fn(&UnbalanceResponse) -> f64| found.iter().map(values).fold(0.0, f64::max);
+    let length = Scale::of("m", largest_displacement(&found, &places));
     let load = Scale::of("N", largest(&|r| r.bearings.iter().copied().fold(0.0, f64::max)));
-    let displacement = places
+    let mut displacement: Vec<Line> = places
         .iter()
         .map(|(name, node)| {
             Line::new(
@@ -54,12 +56,50 @@ pub fn unbalance_response(machine: &Machine, top: f64) -> Result<Option<Figure>,
         .bearings
         .iter()
         .enumerate()
-        .map(|(i, bearing)| {
-            Line::new(&bearing.name, found.iter().map(|r| (rpm(r.speed), r.bearings[i] * load.factor)).collect())
+        .map(|(i, of)| {
+            Line::new(&bearing(&of.name), found.iter().map(|r| (rpm(r.speed), r.bearings[i] * load.factor)).collect())
         })
         .collect();
-    let panel = |y_label: String, lines| Panel { y_label, lines, y_range: None, thin: false };
+    let mut displacement_top = length.factor * largest_displacement(&found, &places);
+    for diaphragm in &machine.diaphragms {
+        let gap = diaphragm.contact.gap * length.factor;
+        let points = vec![(rpm(speeds[0]), gap), (rpm(top), gap)];
+        displacement_top = displacement_top.max(gap);
+        displacement.push(Line::marked(&format!("gap of {}", diaphragm.name), points, Mark::Dashed, GREY));
+    }
+    let running = rpm(machine.rotor.initial_speed);
+    let mut load_lines: Vec<Line> = loads;
+    let load_top = load.factor * largest(&|r| r.bearings.iter().copied().fold(0.0, f64::max));
+    for (lines, high) in [(&mut displacement, displacement_top), (&mut load_lines, load_top)] {
+        if running > 0.0 {
+            let points = vec![(running, 0.0), (running, 1.05 * high)];
+            lines.push(Line::marked("running speed", points, Mark::Dashed, COLOURS[3]));
+        }
+    }
+    let panel = |y_label: String, lines, top: f64| {
+        let y_range = Some((0.0, if top > 0.0 { 1.05 * top } else { 1.0 }));
+        Panel { y_label, lines, y_range, thin: false }
+    };
     let title = format!("Steady response of {} to its unbalances, without contact", machine.name);
-    let both = [panel(length.label("displacement"), displacement), panel(load.label("bearing load"), loads)];
+    let both = [
+        panel(length.label("amplitude"), displacement, displacement_top),
+        panel(load.label("bearing load"), load_lines, load_top),
+    ];
     panels(&title, "spin speed [rpm]", &both).map(Some)
+}
+
+fn largest_displacement(found: &[UnbalanceResponse], places: &[(String, usize)]) -> f64 {
+    found.iter().flat_map(|response| places.iter().map(|(_, node)| response.nodes[*node])).fold(0.0, f64::max)
+}
+
+/// Evenly spaced, and denser where a lightly damped critical speed makes a narrow peak.
+fn speeds(machine: &Machine, top: f64) -> Result<Vec<f64>, FigureError> {
+    let mut speeds: Vec<f64> = (1..=SPEEDS).map(|k| top * k as f64 / SPEEDS as f64).collect();
+    for critical in report(machine, &[])?.critical_speeds {
+        let width = 4.0 * critical.damping_ratio.clamp(1e-4, 0.1) * critical.speed;
+        speeds.extend((-NEAR..=NEAR).map(|k| critical.speed + width * f64::from(k) / f64::from(NEAR)));
+    }
+    speeds.retain(|speed| *speed > 0.0 && *speed <= top);
+    speeds.sort_by(f64::total_cmp);
+    Ok(speeds)
 }

@@ -1,7 +1,7 @@
 //! Spectrogram and order tracking of a channel.
 //!
 //! ```text
-//! spectrogram   |X(t, f)|  windows of equal duration, Hann, overlapping
+//! spectrogram   |X(t, f)|  windows of equal duration, Blackman-Harris, overlapping
 //! orders        the channel resampled at equal steps of the spin angle; |X(t, k)|, k in events per turn
 //! amplitude     2 |X| / sum(window): a sine of amplitude A shows as A
 //! ```
@@ -50,17 +50,27 @@ struct Stft {
     middles: Vec<f64>,
 }
 
+/// Windows are padded with zeros to so many times their length: rows between the frequencies that a window resolves.
+const PADDING: usize = 2;
+
+/// Blackman-Harris window: side lobes at -92 dB, below what is shown (Harris 1978, the minimum 4-term window).
+fn taper(share: f64) -> f64 {
+    let angle = 2.0 * PI * share;
+    0.35875 - 0.48829 * angle.cos() + 0.14128 * (2.0 * angle).cos() - 0.01168 * (3.0 * angle).cos()
+}
+
 fn stft(samples: &[f64], window: usize) -> Stft {
-    let hop = (window / 16).max((samples.len().saturating_sub(window)) / COLUMNS).max(1);
-    let taper: Vec<f64> = (0..window).map(|k| 0.5 - 0.5 * (2.0 * PI * k as f64 / window as f64).cos()).collect();
+    let hop = (window / 32).max((samples.len().saturating_sub(window)) / COLUMNS).max(1);
+    let taper: Vec<f64> = (0..window).map(|k| taper(k as f64 / window as f64)).collect();
     let sum: f64 = taper.iter().sum();
-    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(window);
+    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(PADDING * window);
     let (mut input, mut output) = (transform.make_input_vec(), transform.make_output_vec());
     let (mut columns, mut middles) = (Vec::new(), Vec::new());
     let mut from = 0;
     while from + window <= samples.len() {
         let part = &samples[from..from + window];
         let mean = part.iter().sum::<f64>() / window as f64;
+        input[window..].fill(0.0);
         for ((x, sample), taper) in input.iter_mut().zip(part).zip(&taper) {
             *x = (sample - mean) * taper;
         }
@@ -77,14 +87,14 @@ fn stft(samples: &[f64], window: usize) -> Stft {
 
 /// Window length: a power of two near a share of the samples.
 fn window_of(samples: usize) -> usize {
-    (samples / 16).next_power_of_two().clamp(64, 8192)
+    (samples / 8).next_power_of_two().clamp(64, 16384)
 }
 
-/// Spectrogram of a channel, up to `top` [Hz] (a fifth of what the records carry by default).
+/// Spectrogram of a channel, up to `top` \[Hz\] (a fifth of what the records carry by default).
 ///
 /// # Errors
 /// Too few records, or the plotting library failed.
-pub fn spectrogram(history: &History, channel: &Series, top: Option<f64>) -> Result<Figure, FigureError> {
+pub fn spectrogram(history: &History, name: &str, channel: &Series, top: Option<f64>) -> Result<Figure, FigureError> {
     let records = channel.values.len();
     if records < 256 {
         return Err(SpectrumError::Short { records, least: 256 }.into());
@@ -95,11 +105,12 @@ pub fn spectrogram(history: &History, channel: &Series, top: Option<f64>) -> Res
     let resolution = 1.0 / (window as f64 * interval);
     let nyquist = 0.5 / interval;
     let top = top.unwrap_or(0.2 * nyquist).clamp(8.0 * resolution, nyquist);
-    let bins = ((top / resolution) as usize).clamp(2, window / 2);
+    let resolution = resolution / PADDING as f64;
+    let bins = ((top / resolution) as usize).clamp(2, PADDING * window / 2);
     let half = 0.5 * window as f64 * interval;
     let x_range = (history.time[0] + half, history.time[records - 1] - half);
     let lines = synchronous(history, x_range, bins as f64 * resolution);
-    let title = format!("Spectrogram of {}", plain_name(&channel.name, &channel.unit));
+    let title = format!("{name}: spectrogram of {}", plain_name(&channel.name, &channel.unit));
     draw(&stft, channel, bins, (&title, "frequency [Hz]"), x_range, bins as f64 * resolution, &lines)
 }
 
@@ -124,15 +135,15 @@ fn synchronous(history: &History, (from, to): (f64, f64), top: f64) -> Vec<(Stri
 ///
 /// # Errors
 /// No spin angle, too few turns or records, or the plotting library failed.
-pub fn order_map(history: &History, channel: &Series, top: f64) -> Result<Figure, FigureError> {
+pub fn order_map(history: &History, name: &str, channel: &Series, top: f64) -> Result<Figure, FigureError> {
     /// Samples per turn: orders up to a quarter of it are clean.
     const PER_TURN: f64 = 64.0;
-    const TURNS: f64 = 12.0;
+    const TURNS: f64 = 16.0;
     let angle = &history.channel("rotor.angle_rad").ok_or(SpectrumError::NoAngle)?.values;
     let first = angle.first().copied().unwrap_or(0.0);
     let turns = (angle.last().copied().unwrap_or(0.0) - first) / (2.0 * PI);
-    if turns < 2.0 * TURNS {
-        return Err(SpectrumError::FewTurns { turns, least: 2.0 * TURNS }.into());
+    if turns < 1.5 * TURNS {
+        return Err(SpectrumError::FewTurns { turns, least: 1.5 * TURNS }.into());
     }
     // linear interpolation at equal angles; the angle of a run that is braked to rest never falls
     let count = (turns * PER_TURN) as usize;
@@ -149,7 +160,8 @@ pub fn order_map(history: &History, channel: &Series, top: f64) -> Result<Figure
     }
     let window = (TURNS * PER_TURN) as usize;
     let stft = stft(&samples, window);
-    let bins = ((top * TURNS) as usize).clamp(2, window / 4);
+    let per_order = PADDING as f64 * TURNS;
+    let bins = ((top * per_order) as usize).clamp(2, PADDING * window / 4);
     // columns are even in turns: put them where they are in time
     let middles: Vec<f64> = stft.middles.iter().map(|middle| times[(*middle as usize).min(count - 1)]).collect();
     let x_range = (middles[0], middles[middles.len() - 1]);
@@ -161,8 +173,8 @@ pub fn order_map(history: &History, channel: &Series, top: f64) -> Result<Figure
         })
         .collect();
     let even = Stft { columns: even, middles: Vec::new() };
-    let title = format!("Orders of {}", plain_name(&channel.name, &channel.unit));
-    draw(&even, channel, bins, (&title, "order [events per turn]"), x_range, bins as f64 / TURNS, &[])
+    let title = format!("{name}: orders of {}", plain_name(&channel.name, &channel.unit));
+    draw(&even, channel, bins, (&title, "order [events per turn]"), x_range, bins as f64 / per_order, &[])
 }
 
 fn draw(
@@ -181,7 +193,7 @@ fn draw(
     let columns: Vec<Vec<f64>> =
         stft.columns.iter().map(|column| column[..bins].iter().map(|value| decibel(*value)).collect()).collect();
     let full = largest * scale.factor;
-    let z_label = format!("amplitude [dB of {} {}]", super::style::tick(full), scale.unit);
+    let z_label = format!("amplitude [dB re {} {}]", super::style::tick(full), scale.unit);
     map(&Map {
         title,
         x_label: "time [s]",
@@ -205,7 +217,7 @@ mod tests {
         let stft = stft(&samples, 512);
         for column in &stft.columns {
             let (bin, value) = column.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)).expect("not empty");
-            assert_eq!(bin, 32);
+            assert_eq!(bin, 32 * PADDING);
             assert!((value - 3.0).abs() < 1e-9);
             assert!(column[0] < 1e-9, "the mean is taken out");
         }
@@ -221,8 +233,8 @@ mod tests {
         let channel = series("x_m", third);
         let history =
             History { time, channels: vec![series("rotor.angle_rad", angle), channel.clone()], ..History::default() };
-        let figure = order_map(&history, &channel, 8.0).expect("enough turns");
+        let figure = order_map(&history, "run", &channel, 8.0).expect("enough turns");
         assert!(figure.svg().contains("order [events per turn]"));
-        assert!(spectrogram(&history, &channel, None).expect("enough records").svg().contains("frequency [Hz]"));
+        assert!(spectrogram(&history, "run", &channel, None).expect("enough records").svg().contains("frequency [Hz]"));
     }
 }

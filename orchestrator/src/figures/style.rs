@@ -54,7 +54,7 @@ impl Scale {
         Self { factor: 1.0 / size, unit: format!("{prefix}{shown}") }
     }
 
-    /// "gap [mm]".
+    /// "gap \[mm\]".
     #[must_use]
     pub fn label(&self, name: &str) -> String {
         if self.unit.is_empty() { name.to_owned() } else { format!("{name} [{}]", self.unit) }

@@ -45,9 +45,9 @@ enum Source {
 
 /// What an instant does not carry itself.
 pub(super) struct Context<'a> {
-    /// Largest contact force since the last record [N].
+    /// Largest contact force since the last record \[N\].
     pub peak_force: f64,
-    /// Contact impulse of the last 1 ms over 1 ms [N].
+    /// Contact impulse of the last 1 ms over 1 ms \[N\].
     pub filtered_force: f64,
     /// Moments of the shaft.
     pub shaft: Option<&'a ShaftStresses>,
@@ -235,14 +235,7 @@ fn plain(name: &str) -> String {
 pub fn select(catalogue: Vec<Channel>, patterns: &[String]) -> Result<Vec<Channel>, HistoryError> {
     for pattern in patterns {
         if !catalogue.iter().any(|channel| fits(channel, pattern)) {
-            let known: Vec<String> = catalogue.iter().map(Channel::name).collect();
-            let nearest = known
-                .iter()
-                .map(|name| (strsim::jaro_winkler(name, pattern), name))
-                .max_by(|a, b| a.0.total_cmp(&b.0))
-                .filter(|(likeness, _)| *likeness > 0.7)
-                .map(|(_, name)| name.clone());
-            return Err(HistoryError::Channel { pattern: pattern.clone(), nearest, known: groups(&catalogue) });
+            return Err(unknown(pattern, &catalogue.iter().map(Channel::name).collect::<Vec<_>>()));
         }
     }
     let wanted = |channel: &Channel| {
@@ -251,16 +244,28 @@ pub fn select(catalogue: Vec<Channel>, patterns: &[String]) -> Result<Vec<Channe
     Ok(catalogue.into_iter().filter(wanted).collect())
 }
 
+/// The error for a pattern that fits none of the names: with the nearest one and all of them.
+pub(super) fn unknown(pattern: &str, names: &[String]) -> HistoryError {
+    let nearest = names
+        .iter()
+        .map(|name| (strsim::jaro_winkler(name, pattern), name))
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .filter(|(likeness, _)| *likeness > 0.7)
+        .map(|(_, name)| name.clone());
+    HistoryError::Channel { pattern: pattern.to_owned(), nearest, known: groups(names) }
+}
+
 /// The groups with their fields, short enough to be read.
-fn groups(catalogue: &[Channel]) -> Vec<String> {
-    let mut groups: Vec<(String, Vec<String>)> = Vec::new();
-    for channel in catalogue {
-        match groups.last_mut().filter(|(group, _)| *group == channel.group) {
-            Some((_, fields)) => fields.push(channel.field.clone()),
-            None => groups.push((channel.group.clone(), vec![channel.field.clone()])),
+fn groups(names: &[String]) -> Vec<String> {
+    let mut groups: Vec<(&str, Vec<&str>)> = Vec::new();
+    for name in names {
+        let (group, field) = name.rsplit_once('.').unwrap_or(("", name));
+        match groups.last_mut().filter(|(known, _)| *known == group) {
+            Some((_, fields)) => fields.push(field),
+            None => groups.push((group, vec![field])),
         }
     }
-    let shown = |(group, mut fields): (String, Vec<String>)| {
+    let shown = |(group, mut fields): (&str, Vec<&str>)| {
         let more = fields.len() > 12;
         fields.truncate(12);
         format!("{group}.{{{}{}}}", fields.join(", "), if more { ", ..." } else { "" })

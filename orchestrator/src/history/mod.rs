@@ -75,6 +75,13 @@ fn temporary(path: &Path) -> PathBuf {
     PathBuf::from(name)
 }
 
+/// What a writer that failed or died has left of a history, if anything.
+#[must_use]
+pub fn left_behind(path: &Path) -> Option<PathBuf> {
+    let temporary = temporary(path);
+    std::fs::metadata(&temporary).is_ok_and(|about| about.is_file() && about.len() > 0).then_some(temporary)
+}
+
 /// Gives a whole file its final name, durably.
 fn publish(file: std::fs::File, path: &Path) -> Result<(), FileError> {
     let temporary = temporary(path);

@@ -26,7 +26,7 @@ pub struct Series {
 /// A history in memory.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct History {
-    /// Instants [s].
+    /// Instants \[s\].
     pub time: Vec<f64>,
     /// Channels in the order of the file.
     pub channels: Vec<Series>,
@@ -51,6 +51,13 @@ impl History {
                 || name.strip_prefix(pattern).is_some_and(|rest| rest.starts_with(['.', '_']))
         };
         self.channels.iter().filter(|channel| fits(&channel.name)).collect()
+    }
+
+    /// The error for a pattern that fits no channel of this file, with the nearest name.
+    #[must_use]
+    pub fn unknown(&self, pattern: &str) -> HistoryError {
+        let names: Vec<String> = self.channels.iter().map(|channel| channel.name.clone()).collect();
+        super::channels::unknown(pattern, &names)
     }
 
     /// A number about the run.

@@ -13,9 +13,9 @@ use bladeoff_core::transient::{Frame, Observer, Plan};
 use std::collections::VecDeque;
 use std::path::PathBuf;
 
-/// Length of the force filter [s], as in the column `max_filtered_contact_force_N`.
+/// Length of the force filter \[s\], as in the column `max_filtered_contact_force_N`.
 const FILTER: f64 = 1e-3;
-/// Interval between records unless one is asked for [s].
+/// Interval between records unless one is asked for \[s\].
 const EVERY: f64 = 1e-4;
 /// Records of a run at most unless an interval is asked for.
 const RECORDS: f64 = 1e5;
@@ -52,7 +52,7 @@ pub struct Written {
     pub channels: usize,
     /// Instants.
     pub records: u64,
-    /// Interval [s].
+    /// Interval \[s\].
     pub every: f64,
 }
 

@@ -15,7 +15,7 @@ use std::path::Path;
 pub struct Recovered {
     /// Messages.
     pub messages: u64,
-    /// Time of the last one [s].
+    /// Time of the last one \[s\].
     pub last: f64,
     /// Whether the file ended in the middle of a record (otherwise it was whole, or cut between two).
     pub cut: bool,

@@ -27,7 +27,7 @@ pub struct SampleKey(pub u128);
 pub struct Entry {
     /// What came out: the part that belongs to the results.
     pub outcome: Outcome,
-    /// CPU time of the attempt that counted [s].
+    /// CPU time of the attempt that counted \[s\].
     pub cpu_s: f64,
     /// Number of the worker.
     pub worker: u32,

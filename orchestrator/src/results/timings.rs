@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 pub struct Timing {
     /// Row number in the study.
     pub sample: u64,
-    /// CPU time of the attempt that counted [s].
+    /// CPU time of the attempt that counted \[s\].
     pub cpu_s: f64,
     /// Number of the worker that computed it.
     pub worker: u32,

@@ -1,7 +1,7 @@
 //! Which worker computes which sample when: a state machine without clock, files, processes.
 //!
 //! Time is an argument and effects are return values, so that thousands of random histories can be played through it
-//! ([`simulation`]); [`dispatch`](crate::dispatch) plays the real one. In words:
+//! (the tests of `simulation`); [`dispatch`](crate::dispatch) plays the real one. In words:
 //!
 //! **Samples.** A sample is always in exactly one place: not yet assigned ([`Todo`], ranges, so that a million cost
 //! nothing), to be retried, in work with one worker, or done. It leaves `in work` by a result of that worker for that batch and
@@ -13,14 +13,14 @@
 //! a new number is started, at once after the first death and after a growing pause when deaths follow each other. When worker
 //! after worker dies before it ever asks, the run is given up: its message is in the log.
 //!
-//! **Batches.** A worker gets as many samples as it computes in about [`BATCH_TARGET`](batch::BATCH_TARGET), measured on
+//! **Batches.** A worker gets as many samples as it computes in about `BATCH_TARGET`, measured on
 //! those before, and fewer towards the end, so that all finish together. How samples are batched changes no result.
 //!
 //! **Deaths.** When a worker ends without having been told to, its unfinished samples are retried one by one, before
 //! new ones. Only the death of a worker that had a single sample from the start counts against that sample; at `crash_limit`
 //! it is quarantined. So a sample that kills its worker is found, and its neighbours in the batch are not blamed.
 //!
-//! **Watching.** Time is attended time: a gap between two events longer than [`LONGEST_STEP`](clock::LONGEST_STEP) means that
+//! **Watching.** Time is attended time: a gap between two events longer than `LONGEST_STEP` means that
 //! we were stopped ourselves (or the machine slept) and counts as that long only, so nobody is called late for our own absence.
 //! A worker not heard of for `stale_after` is shown as stale, after `replace_after` it is killed. One whose heartbeats say
 //! that it waits while a batch of it is open has missed a message and is killed as well; that counts against nobody. A sample whose

@@ -3,21 +3,33 @@
 use super::runs::Case;
 use crate::cli::error::CliError;
 use crate::cli::history::watched;
+use crate::cli::output::remark;
 use crate::engine;
-use crate::figures::{COLOURS, Figure, Line, Panel, Scale, panels};
+use crate::figures::{COLOURS, Figure, FigureError, Line, Panel, Scale, panels};
 use crate::history::{Decimation, History, Settings, read};
 use std::path::Path;
 
-/// Recorded interval [s].
+/// Recorded interval \[s\].
 const EVERY: f64 = 1e-4;
-/// Length of the pictures of the first impacts [s].
-const FIRST_IMPACTS: f64 = 0.15;
+/// The pictures of the first impacts begin so long before the first contact, and end so long after it \[s\].
+const FIRST_IMPACTS: (f64, f64) = (5e-3, 0.15);
 
-/// Runs each detection once more from the machine's own start, with its history, and draws; what to say.
-pub(super) fn draw(cases: &[Case], out: &Path) -> Result<Vec<String>, CliError> {
+/// What to draw.
+struct Picture {
+    file: &'static str,
+    title: String,
+    channel: String,
+    quantity: String,
+    range: (f64, f64),
+    /// All detections in one panel, or one below the other.
+    together: bool,
+}
+
+/// Runs each detection once more from the machine's own start, with its history, and draws; the section of the report that
+/// shows the figures.
+pub(super) fn draw(cases: &[Case], out: &Path) -> Result<String, CliError> {
     // the quick engine where both were run
     let engine = cases.first().map_or("reduced", |case| case.engine);
-    let mut said = Vec::new();
     let mut histories = Vec::new();
     for case in cases.iter().filter(|case| case.engine == engine && case.start == 0) {
         let structure = engine::build(&case.machine)?;
@@ -25,70 +37,73 @@ pub(super) fn draw(cases: &[Case], out: &Path) -> Result<Vec<String>, CliError> 
         let path = out.join(format!("{}.mcap", case.detection));
         let settings = Settings { path: path.clone(), channels: Vec::new(), decimation: Decimation::Every(EVERY) };
         let (_, written) = watched(&case.machine, &structure, &plan, Some(&settings))?;
-        said.extend(written);
+        if let Some(written) = written {
+            remark(&written);
+        }
         if path.is_file() {
             histories.push((case.detection, read(&path)?));
         }
     }
     if histories.is_empty() {
-        said.push("warning: there are no histories, hence no figures".to_owned());
-        return Ok(said);
+        remark("warning: there are no histories, hence no figures");
+        return Ok(String::new());
     }
+    let mut section = "\n## Figures\n".to_owned();
+    for picture in pictures(&histories, &format!("our turbine, {engine} engine")) {
+        figure(&histories, &picture)?.write_both(out, picture.file)?;
+        remark(&out.join(format!("{}.png", picture.file)).display().to_string());
+        section.push_str(&format!("\n![{}]({}.png)\n", picture.title, picture.file));
+    }
+    Ok(section)
+}
+
+type Named = (&'static str, History);
+
+/// The paper's figures 7 to 13; without contact those before it.
+fn pictures(histories: &[Named], about: &str) -> Vec<Picture> {
     let first = histories.iter().filter_map(|(_, history)| first_contact(history)).fold(f64::INFINITY, f64::min);
-    let impacts = (first - 0.02, first + FIRST_IMPACTS);
     let whole = (0.0, f64::INFINITY);
-    let bearing = worst_bearing(&histories);
-    let place = bearing.replace("load_N", "x_m");
-    let about = format!("our turbine, {engine} engine");
-    let mut figures = vec![
-        ("fig07-speed", over(&histories, "rotor.speed_rad_s", "speed", whole, &format!("Rotating speed: {about}"))?),
-        (
+    let (rub, impacts) = ((first - 0.1, f64::INFINITY), (first - FIRST_IMPACTS.0, first + FIRST_IMPACTS.1));
+    let load = worst_bearing(histories);
+    let bearing = load.trim_end_matches(".load_N").replace('.', " ");
+    let place = load.replace("load_N", "x_m");
+    let picture = |file, title: &str, channel: &str, quantity: &str, range, together| Picture {
+        file,
+        title: format!("{title}: {about}"),
+        channel: channel.to_owned(),
+        quantity: quantity.to_owned(),
+        range,
+        together,
+    };
+    let force = "contact.peak_force_N";
+    let mut all = vec![
+        picture("fig07-speed", "Rotating speed", "rotor.speed_rad_s", "speed", whole, true),
+        picture(
             "fig08-bearing-displacement",
-            over(
-                &histories[..1],
-                &place,
-                "displacement x",
-                whole,
-                &format!("Displacement at the bearing, hyp1: {about}"),
-            )?,
+            &format!("Displacement of the shaft at {bearing}"),
+            &place,
+            "displacement x",
+            whole,
+            false,
         ),
-        ("fig09-bearing-load", apart(&histories, &bearing, "load", whole, &format!("Bearing loads: {about}"))?),
+        picture("fig09-bearing-load", &format!("Load of {bearing}"), &load, "load", whole, false),
     ];
     if first.is_finite() {
-        let rub = (first - 0.1, f64::INFINITY);
-        figures.extend([
-            (
-                "fig10-contact-force",
-                apart(
-                    &histories,
-                    "contact.peak_force_N",
-                    "force",
-                    rub,
-                    &format!("Contact forces (largest of 0.1 ms): {about}"),
-                )?,
-            ),
-            (
+        all.extend([
+            picture("fig10-contact-force", "Contact force (largest of 0.1 ms)", force, "force", rub, false),
+            picture(
                 "fig11-first-impacts",
-                apart(
-                    &histories,
-                    "contact.peak_force_N",
-                    "force",
-                    impacts,
-                    &format!("Contact forces at the first impacts: {about}"),
-                )?,
+                "Contact force at the first impacts (largest of 0.1 ms)",
+                force,
+                "force",
+                impacts,
+                true,
             ),
-            ("fig12-gap", apart(&histories, "contact.gap_m", "gap", whole, &format!("Gap: {about}"))?),
-            (
-                "fig13-gap-first-impacts",
-                over(&histories, "contact.gap_m", "gap", impacts, &format!("Gap at the first impacts: {about}"))?,
-            ),
+            picture("fig12-gap", "Gap", "contact.gap_m", "gap", whole, false),
+            picture("fig13-gap-first-impacts", "Gap at the first impacts", "contact.gap_m", "gap", impacts, true),
         ]);
     }
-    for (name, figure) in figures {
-        figure.write_both(out, name)?;
-        said.push(format!("{}", out.join(format!("{name}.png")).display()));
-    }
-    Ok(said)
+    all
 }
 
 fn first_contact(history: &History) -> Option<f64> {
@@ -98,59 +113,45 @@ fn first_contact(history: &History) -> Option<f64> {
 }
 
 /// Channel of the bearing with the largest load.
-fn worst_bearing(histories: &[(&str, History)]) -> String {
+fn worst_bearing(histories: &[Named]) -> String {
     let loads = histories.iter().flat_map(|(_, history)| history.fitting("bearing.*.load_N"));
     let largest = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
     let worst = loads.max_by(|a, b| largest(&a.values).total_cmp(&largest(&b.values)));
     worst.map_or_else(String::new, |series| series.name.clone())
 }
 
-type Named<'a> = (&'a str, History);
-
-fn line(history: &History, channel: &str, label: &str, scale: &Scale, (from, to): (f64, f64)) -> Line {
-    let values = history.channel(channel).map_or(&[][..], |series| &series.values);
-    let points = history.time.iter().zip(values).filter(|(time, _)| (from..=to).contains(*time));
-    Line::new(label, points.map(|(time, value)| (*time, value * scale.factor)).collect())
-}
-
-fn scale(histories: &[Named<'_>], channel: &str) -> Scale {
-    let series = histories.iter().filter_map(|(_, history)| history.channel(channel));
-    let unit = series.clone().next().map_or("", |series| series.unit.as_str());
-    Scale::of(unit, series.flat_map(|series| &series.values).fold(0.0_f64, |max, value| max.max(value.abs())))
-}
-
-/// All detections in one panel.
-fn over(
-    histories: &[Named<'_>],
-    channel: &str,
-    name: &str,
-    range: (f64, f64),
-    title: &str,
-) -> Result<Figure, CliError> {
-    let scale = scale(histories, channel);
-    let lines = histories.iter().map(|(detection, history)| line(history, channel, detection, &scale, range)).collect();
-    Ok(panels(title, "time [s]", &[Panel { y_label: scale.label(name), lines, y_range: None, thin: true }])?)
-}
-
-/// One panel for each detection, all on one scale.
-fn apart(
-    histories: &[Named<'_>],
-    channel: &str,
-    name: &str,
-    range: (f64, f64),
-    title: &str,
-) -> Result<Figure, CliError> {
-    let scale = scale(histories, channel);
-    let lines: Vec<Line> =
-        histories.iter().map(|(detection, history)| line(history, channel, detection, &scale, range)).collect();
-    let values = lines.iter().flat_map(|line| &line.points).map(|point| point.1);
-    let (low, high) = values.fold((0.0_f64, 0.0_f64), |(low, high), value| (low.min(value), high.max(value)));
-    // room for the legend
-    let y_range = Some((low - 0.04 * (high - low), high + 0.25 * (high - low)));
-    // the colours of the pictures with all detections in one panel
-    let panel = |(at, line): (usize, Line)| {
-        let lines = vec![Line { colour: Some(COLOURS[at % COLOURS.len()]), ..line }];
-        Panel { y_label: scale.label(name), lines, y_range, thin: true }
+fn figure(histories: &[Named], picture: &Picture) -> Result<Figure, FigureError> {
+    let (from, to) = picture.range;
+    let shown = |history: &History| -> Vec<(f64, f64)> {
+        let values = history.channel(&picture.channel).map_or(&[][..], |series| &series.values);
+        let points = history.time.iter().copied().zip(values.iter().copied());
+        points.filter(|(time, _)| (from..=to).contains(time)).collect()
     };
-    Ok(panels(title, "time [s]", &lines.into_iter().enumerate().map(panel).collect::<Vec<_>>())?)
+    let all: Vec<(&str, Vec<(f64, f64)>)> = histories.iter().map(|(name, history)| (*name, shown(history))).collect();
+    let values = || all.iter().flat_map(|(_, points)| points).map(|point| point.1);
+    let unit = histories.iter().find_map(|(_, history)| history.channel(&picture.channel));
+    let scale =
+        Scale::of(unit.map_or("", |series| &series.unit), values().fold(0.0, |max, value| max.max(value.abs())));
+    let lines: Vec<Line> = all
+        .iter()
+        .enumerate()
+        .map(|(at, (name, points))| Line {
+            colour: Some(COLOURS[at % COLOURS.len()]),
+            // where all agree, a narrow line on a wide one shows both
+            width: if picture.together { 1 + 2 * (all.len() - 1 - at) as u32 } else { 1 },
+            ..Line::new(name, points.iter().map(|(time, value)| (*time, value * scale.factor)).collect())
+        })
+        .collect();
+    let y_label = scale.label(&picture.quantity);
+    let panel = |lines, y_range| Panel { y_label: y_label.clone(), lines, y_range, thin: true };
+    let shown: Vec<Panel> = if picture.together {
+        vec![panel(lines, None)]
+    } else {
+        // one scale for all
+        let (low, high) = values().fold((0.0_f64, 0.0_f64), |(low, high), value| (low.min(value), high.max(value)));
+        let (low, high) = (low * scale.factor, high * scale.factor);
+        let room = if high > low { 0.05 * (high - low) } else { 1.0 };
+        lines.into_iter().map(|line| panel(vec![line], Some((low - room, high + room)))).collect()
+    };
+    panels(&picture.title, "time [s]", &shown)
 }

@@ -6,7 +6,7 @@ use crate::cli::machine::set;
 use crate::cli::output::remark;
 use crate::engine;
 use crate::study::Samples;
-use bladeoff_core::machine::{Machine, MachineDef};
+use bladeoff_core::machine::{Detection, Engine, Machine, MachineDef};
 use bladeoff_core::outcome::{ColumnKind, Outcome, Status, columns};
 use bladeoff_core::structure::Structure;
 use bladeoff_worker::process::thread_cpu_time;
@@ -29,7 +29,7 @@ pub(super) struct Done {
     pub engine: &'static str,
     pub detection: &'static str,
     pub start: usize,
-    /// CPU time of the transient [s].
+    /// CPU time of the transient \[s\].
     pub cpu: f64,
     names: Vec<(String, ColumnKind)>,
     outcome: Outcome,
@@ -41,20 +41,20 @@ impl Done {
         let at = self.names.iter().position(|(column, _)| column == name)?;
         self.outcome.values.get(at).copied().flatten()
     }
-    /// Whether it ran to its end.
-    pub fn finished(&self) -> bool {
-        matches!(self.outcome.status, Status::Ok | Status::Invalid)
+    /// How it ended.
+    pub fn status(&self) -> Status {
+        self.outcome.status
     }
-    /// Status and causes.
-    pub fn status(&self) -> String {
-        let causes = self.outcome.causes.words().map(|words| format!(" ({words})")).unwrap_or_default();
-        format!("{}{causes}", self.outcome.status.word())
+    /// Status and causes of a run that is not ok.
+    pub fn trouble(&self) -> Option<String> {
+        let causes = || self.outcome.causes.words().map(|words| format!(" ({words})")).unwrap_or_default();
+        (self.status() != Status::Ok).then(|| format!("{}{}", self.status().word(), causes()))
     }
 }
 
 /// The runs of a study that the arguments ask for, quick ones first.
 pub(super) fn cases(samples: &Samples, args: &Args) -> Result<Vec<Case>, CliError> {
-    let mut starts: Vec<(u64, u64)> = Vec::new();
+    let mut starts: Vec<Machine> = Vec::new();
     let mut cases = Vec::new();
     for sample in 0..samples.count() {
         let mut def: MachineDef = samples.machine(sample);
@@ -64,10 +64,14 @@ pub(super) fn cases(samples: &Samples, args: &Args) -> Result<Vec<Case>, CliErro
         let machine = def.build()?;
         let Some(detection) = engine::detection(&machine) else { continue };
         let engine = engine::engine_word(&machine);
-        // the bits tell starts apart
-        let key = machine.rotor.unbalances.first().map_or((0, 0), |u| (u.phase.to_bits(), u.mass.to_bits()));
-        let start = starts.iter().position(|known| *known == key).unwrap_or_else(|| {
-            starts.push(key);
+        // what differs in more than engine and detection is another start
+        let mut bare = machine.clone();
+        bare.run.engine = Engine::Reduced;
+        for diaphragm in &mut bare.diaphragms {
+            diaphragm.contact.detection = Detection::Hyp1;
+        }
+        let start = starts.iter().position(|known| *known == bare).unwrap_or_else(|| {
+            starts.push(bare);
             starts.len() - 1
         });
         let wanted = (args.engine == "both" || args.engine == engine) && (start as u64) < args.scatter;
