@@ -13,9 +13,9 @@ pub(super) fn causes(done: &[Done], engines: &[&str]) -> Vec<String> {
         "\n## Why\n".to_owned(),
         "What the detections do: hyp1 takes the ring point at the angle of the rotor centre; hyp2 searches the deformed ring for the"
             .to_owned(),
-        "closest point, in each iteration, or frozen once a step. The penetration is that of the run's own gap function, which for"
+        "closest point, in each iteration, or frozen once a step; one contact point, as the paper. The penetration is that of the"
             .to_owned(),
-        "hyp1 is its approximate one. Measured, medians over the starts:".to_owned(),
+        "run's own gap function, which for hyp1 is its approximate one. Measured, medians over the starts:".to_owned(),
     ];
     for engine in engines {
         lines.push(format!("\n**{engine} engine**\n"));
