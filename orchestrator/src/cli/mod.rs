@@ -1,5 +1,6 @@
 //! The command line: one file per subcommand, errors and exit codes in one place.
 
+mod budget;
 mod check;
 mod error;
 mod exit;

@@ -1,10 +1,11 @@
 //! `bladeoff run`: a study on all cores.
 
+use super::budget::BudgetArgs;
 use super::error::CliError;
 use super::exit::Exit;
 use super::output::{print, remark};
 use crate::dispatch::{Ended, Signal};
-use crate::report::summary;
+use crate::report::{duration, summary};
 use crate::results::Table;
 use crate::run::directory::{INCOMPLETE_RESULTS, RESULTS};
 use crate::run::{Finished, Request, run};
@@ -28,7 +29,9 @@ use std::thread;
 /// The same study gives the same bytes of results.parquet, whatever the number of workers and whatever happened to
 /// them. An existing result directory is refused.
 ///
-/// After Ctrl-C or SIGTERM the rows finished so far are in results-incomplete.parquet.
+/// After Ctrl-C, SIGTERM or the end of a budget (--wall, --until, --max-failures) the rows finished so far are in
+/// results-incomplete.parquet. A second Ctrl-C does not wait for the samples in work. `s` and Enter, or SIGUSR1, print
+/// what each worker is doing.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   bladeoff run studies/first-look.toml
@@ -36,7 +39,10 @@ use std::thread;
   bladeoff run studies/gap-friction-map.toml --scale 0.3     (every axis thinned, its end points kept)
   bladeoff run studies/gap-friction-map.toml --limit 50      (50 samples spread over the study)
 
-The exit code is 4 when more samples failed or were invalid than [limits] of the study allows (default: no sample
+  bladeoff run studies/gap-friction-map.toml --until 06:30   (and on with the same command the next evening)
+  bladeoff run studies/first-look.toml --json-events | jq -c 'select(.event == \"sample\")'
+
+The exit code is 5 when a budget ended the run, 4 when more samples failed or were invalid than [limits] of the study allows (default: no sample
 may fail, any number may be invalid).")]
 pub struct Args {
     /// Study file (TOML; format in docs/studies.md)
@@ -52,6 +58,13 @@ pub struct Args {
 
     #[command(flatten)]
     part: PartArgs,
+
+    #[command(flatten)]
+    budget: BudgetArgs,
+
+    /// Say what happens on standard output, one JSON object per line (docs/events.md); the summary goes to standard error
+    #[arg(long)]
+    json_events: bool,
 }
 
 /// Which part of a study.
@@ -100,7 +113,11 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         samples.study().machine_file,
         out.display()
     ));
-    let finished = run(&Request { out: out.clone(), workers }, &samples)?;
+    let budget = args.budget.budget().or(&samples.study().limits);
+    if let (Some(time), Some((_, left))) = (budget.until, budget.ends()) {
+        remark(&format!("until {time}, in {}", duration(left)));
+    }
+    let finished = run(&Request { out: out.clone(), workers, budget, json_events: args.json_events }, &samples)?;
     let table = Table::read(&finished.table)?;
     let incomplete = finished.ended != Ended::Complete;
     let file = if incomplete { INCOMPLETE_RESULTS } else { RESULTS };
@@ -110,19 +127,41 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         "\nTable: {}   (the other files beside it: see `bladeoff run --help`)\n",
         out.join(file).display()
     ));
-    match print(&text) {
+    let printed = if args.json_events {
+        remark(text.trim_end());
+        Ok(())
+    } else {
+        print(&text)
+    };
+    match printed {
         // The study is done and its table written: whoever does not read the summary changes nothing.
         Ok(()) | Err(CliError::ReaderLeft) => {}
         Err(error) => return Err(error),
     }
+    if incomplete {
+        remark(&how_to_go_on(&finished, samples.count()));
+    }
     Ok(verdict(samples.study(), &finished, samples.count()))
+}
+
+/// Why the run ended before it was complete, and how it goes on.
+fn how_to_go_on(finished: &Finished, total: u64) -> String {
+    let why = match finished.ended {
+        Ended::Complete => "complete",
+        Ended::Signalled(_) => "ended by a signal",
+        Ended::Wall => "ended by --wall",
+        Ended::Until => "ended by --until",
+        Ended::TooManyFailures => "ended by --max-failures",
+    };
+    let done = finished.tally.done();
+    format!("{why}: {done} of {total} samples are recorded; the same command goes on with the other {}", total - done)
 }
 
 fn verdict(study: &Study, finished: &Finished, total: u64) -> Exit {
     match finished.ended {
         Ended::Signalled(Signal::Interrupt) => return Exit::Interrupted,
         Ended::Signalled(Signal::Terminate) => return Exit::Terminated,
-        Ended::Wall | Ended::TooManyFailures => return Exit::Incomplete,
+        Ended::Wall | Ended::Until | Ended::TooManyFailures => return Exit::Incomplete,
         Ended::Complete => {}
     }
     let failed = finished.tally.failed();

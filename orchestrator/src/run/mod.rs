@@ -4,7 +4,10 @@
 //! structure (basis) -> directory, frozen inputs, plan -> workers through dispatch -> ledger -> tables, manifest
 //! ```
 
+mod budget;
 pub mod directory;
+mod events;
+mod interrupt;
 mod manifest;
 mod provenance;
 mod sink;
@@ -20,12 +23,16 @@ use crate::study::Samples;
 use bladeoff_core::document::Problems;
 use bladeoff_worker::plan::PlanFileError;
 use directory::{LEDGER, MANIFEST, RunDirectory};
+use events::EventStream;
 use manifest::{Course, manifest};
-use sink::{LedgerSink, ProgressObserver};
+use sink::{LedgerSink, ProgressObserver, Watched};
 use std::cell::RefCell;
 use std::path::PathBuf;
 use std::rc::Rc;
 use std::time::{Instant, SystemTime};
+
+pub use budget::Budget;
+pub use events::EVENTS_VERSION;
 
 /// What is asked for.
 #[derive(Debug, Clone)]
@@ -34,6 +41,10 @@ pub struct Request {
     pub out: PathBuf,
     /// Worker processes.
     pub workers: usize,
+    /// What it may take.
+    pub budget: Budget,
+    /// Say what happens on standard output, for programs.
+    pub json_events: bool,
 }
 
 /// How a study ended.
@@ -84,6 +95,19 @@ pub enum RunError {
 /// # Errors
 /// See [`RunError`]; what was finished before is in the directory's ledger.
 pub fn run(request: &Request, samples: &Samples) -> Result<Finished, RunError> {
+    let events = if request.json_events { EventStream::start(std::io::stdout()) } else { None };
+    let watched = Rc::new(RefCell::new(Watched { events, ..Watched::default() }));
+    let result = compute(request, samples, &watched);
+    if let Some(events) = watched.borrow_mut().events.take() {
+        match &result {
+            Ok(done) => events.finished(done.ended, done.tally.done(), samples.count(), &done.table.to_string_lossy()),
+            Err(error) => events.failed(error),
+        }
+    }
+    result
+}
+
+fn compute(request: &Request, samples: &Samples, watched: &Rc<RefCell<Watched>>) -> Result<Finished, RunError> {
     // Whatever can be refused is refused before the directory is made.
     // The first sample stands for all: their columns are the same, and its basis serves whoever has its structure.
     let machine = samples.machine(0).build()?;
@@ -110,23 +134,33 @@ pub fn run(request: &Request, samples: &Samples) -> Result<Finished, RunError> {
     write_manifest(&course("running", None, 0, 0, 0))?;
 
     let tally = Rc::new(RefCell::new(Tally::default()));
-    let options =
+    let mut options =
         DispatchOptions::new(request.workers, dispatch::self_command()?, directory.path().to_path_buf(), plan_hash);
-    let mut observer =
-        ProgressObserver { progress: Progress::start(samples.count(), Instant::now()), tally: Rc::clone(&tally) };
-    let mut sink = LedgerSink { ledger: &mut ledger, tally: Rc::clone(&tally) };
+    request.budget.apply(&mut options);
+    options.keys = true;
+    let mut observer = ProgressObserver {
+        progress: Progress::start(samples.count(), Instant::now()),
+        tally: Rc::clone(&tally),
+        watched: Rc::clone(watched),
+    };
+    if let Some(events) = &mut watched.borrow_mut().events {
+        let directory = directory.path().to_string_lossy();
+        events.started(&samples.study().name, &directory, samples.count(), 0, request.workers);
+    }
+    let mut sink = LedgerSink { ledger: &mut ledger, tally: Rc::clone(&tally), watched: Rc::clone(watched) };
     let report = dispatch::run(&options, samples, samples.count(), &mut sink, &mut observer);
     let tally = tally.borrow().clone();
     observer.progress.finish(&tally, Instant::now());
     ledger.commit()?;
     let report = report?;
+    interrupt::end_at_once_when_told(matches!(report.ended, Ended::Signalled(_)));
 
     let table = tables::write_tables(&directory, samples, &machine, &ledger, &provenance)?;
     let state = match report.ended {
         Ended::Complete => "complete",
         Ended::Signalled(Signal::Interrupt) => "interrupted",
         Ended::Signalled(Signal::Terminate) => "terminated",
-        Ended::Wall | Ended::TooManyFailures => "stopped",
+        Ended::Wall | Ended::Until | Ended::TooManyFailures => "stopped",
     };
     let finished = Some(SystemTime::now());
     write_manifest(&course(state, finished, tally.done(), report.worker_deaths, report.dropped_messages))?;

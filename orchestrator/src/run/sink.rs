@@ -1,9 +1,11 @@
 //! From the dispatch loop into the ledger, counting on the way.
 
-use crate::dispatch::{Observer, SampleResult, Sink, SinkError};
+use super::events::EventStream;
+use crate::dispatch::{Notice, Observer, SampleResult, Sink, SinkError};
 use crate::ledger::{Entry, Ledger, LedgerError};
-use crate::report::{Progress, Tally, duration};
+use crate::report::{Costs, Progress, Tally, duration};
 use crate::schedule::{Activity, Snapshot, WorkerView};
+use bladeoff_core::outcome::Status;
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::Instant;
@@ -13,18 +15,35 @@ use std::time::Instant;
 pub(super) struct LedgerSink<'a> {
     pub ledger: &'a mut Ledger,
     pub tally: Rc<RefCell<Tally>>,
+    pub watched: Rc<RefCell<Watched>>,
+}
+
+/// What sink and observer share beside the counts.
+#[derive(Debug, Default)]
+pub(super) struct Watched {
+    /// CPU times of the samples of this run.
+    pub costs: Costs,
+    /// Where programs are told.
+    pub events: Option<EventStream>,
 }
 
 impl Sink for LedgerSink<'_> {
     fn record(&mut self, result: SampleResult) -> Result<(), SinkError> {
         self.tally.borrow_mut().add(&result.outcome);
+        let mut watched = self.watched.borrow_mut();
+        if result.outcome.status != Status::Quarantined {
+            watched.costs.add(result.cpu_s);
+        }
+        watched.events.iter_mut().for_each(|events| events.sample(&result));
         let entry =
             Entry { outcome: result.outcome, cpu_s: result.cpu_s, worker: result.worker, attempt: result.attempt };
         self.ledger.put(result.sample, &entry, Instant::now()).map_err(refused)
     }
 
     fn flush(&mut self) -> Result<(), SinkError> {
-        self.ledger.commit().map_err(refused)
+        self.ledger.commit().map_err(refused)?;
+        self.watched.borrow_mut().events.iter_mut().for_each(EventStream::durable);
+        Ok(())
     }
 }
 
@@ -52,17 +71,28 @@ fn describe(worker: &WorkerView) -> String {
 pub(super) struct ProgressObserver {
     pub progress: Progress,
     pub tally: Rc<RefCell<Tally>>,
+    pub watched: Rc<RefCell<Watched>>,
 }
 
 impl Observer for ProgressObserver {
     fn progress(&mut self, snapshot: &Snapshot) {
         let stale = snapshot.workers.iter().filter(|worker| worker.stale).count();
-        self.progress.update(&self.tally.borrow(), stale, Instant::now());
+        let mut watched = self.watched.borrow_mut();
+        let eta = watched.costs.eta(snapshot.total - snapshot.done, snapshot.elapsed);
+        watched.events.iter_mut().for_each(|events| events.progress(snapshot, eta));
+        self.progress.update(&self.tally.borrow(), eta, stale, Instant::now());
     }
 
     fn asked(&mut self, snapshot: &Snapshot) {
         for worker in &snapshot.workers {
             self.progress.note(&describe(worker));
+        }
+    }
+
+    fn noticed(&mut self, notice: &Notice) {
+        self.watched.borrow_mut().events.iter_mut().for_each(|events| events.noticed(notice));
+        if let Notice::Stopping(_) = notice {
+            self.progress.note("stopping: samples in work may finish; a second signal ends them at once");
         }
     }
 }
