@@ -8,9 +8,10 @@ use support::{Folder, SMALL_STUDY, bladeoff, said, say};
 
 #[test]
 fn every_subcommand_has_help_with_examples() {
-    for command in
-        ["run", "check", "simulate", "modes", "paths", "new", "export", "replay", "recover", "plot", "table1"]
-    {
+    for command in [
+        "run", "check", "simulate", "modes", "paths", "new", "export", "replay", "recover", "plot", "table1", "status",
+        "why",
+    ] {
         let help = say(&[command, "--help"]);
         assert_eq!(help.code, 0);
         assert!(help.out.contains("Examples:\n  bladeoff"), "{command}: {}", help.out);

@@ -301,6 +301,18 @@ fn workers_that_cannot_start_end_the_run_with_their_words() {
 }
 
 #[test]
+fn workers_of_another_build_are_refused() {
+    let _alone = alone();
+    let mut run = Run::new(1, 0);
+    run.options.build = Some(1);
+    let (mut table, mut watcher) = (Table::default(), Watcher::default());
+    let error = dispatch::run(&run.options, &Numbers, SAMPLES, &mut table, &mut watcher).expect_err("another build");
+    assert!(matches!(error, DispatchError::WorkersDoNotStart { .. }), "{error}");
+    assert!(run.log().contains("another build of the program") && table.0.is_empty(), "{}", run.log());
+    assert_nothing_left(run.dir.path());
+}
+
+#[test]
 fn budgets_stop_a_run_with_what_is_finished() {
     let _alone = alone();
     let mut run = Run::new(2, 20_000);

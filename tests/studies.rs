@@ -67,9 +67,9 @@ fn a_study_gives_a_table_with_its_parameters_status_and_quantities() {
     for file in ["timings.parquet", "workers.log", "ledger.redb"] {
         assert!(fs::exists(format!("{out}/{file}")).expect("readable"), "{file}");
     }
-    let again = run(&study, &out, &[]);
-    assert_eq!(again.code, 3);
-    assert!(again.err.contains("already there"), "{}", again.err);
+    fs::write(folder.path("something"), "else").expect("written");
+    let elsewhere = run(&study, &folder.name(""), &[]);
+    assert_eq!(elsewhere.code, 3, "a folder of something else: {}", elsewhere.err);
 }
 
 #[test]
@@ -215,6 +215,25 @@ zip = "blade"
         "{}",
         said.err
     );
+}
+
+#[test]
+fn a_study_cannot_name_a_folder_or_file_elsewhere() {
+    let folder = Folder::new();
+    for name in ["../up", "a/b", "..", ".hidden", "/tmp/x", "", "a\\u0000b"] {
+        let study = folder.write("s.toml", &SMALL_STUDY.replace("name = \"small\"", &format!("name = \"{name}\"")));
+        let said = say(&["check", &study, "--list"]);
+        assert_eq!(said.code, 3, "{name:?}");
+        assert!(said.err.contains("name"), "{name:?}: {}", said.err);
+    }
+    for machine in ["/etc/passwd", "../../../rig.toml", "machines/../../rig.toml"] {
+        let study = folder.write("s.toml", &SMALL_STUDY.replace("machines/rig.toml", machine));
+        let said = say(&["check", &study, "--list"]);
+        assert!(said.code == 3 && said.err.contains("leads outside"), "{machine}: {}", said.err);
+    }
+    let points = format!("{SMALL_STUDY}[points]\nfile = \"/etc/passwd\"\n");
+    let said = say(&["check", &folder.write("s.toml", &points)]);
+    assert!(said.code == 3 && said.err.contains("leads outside"), "{}", said.err);
 }
 
 /// Names of this run's shared memory: its workers' command lines say them.

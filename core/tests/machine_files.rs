@@ -377,3 +377,34 @@ fn a_long_but_right_file_is_read() {
     write!(text, "[rotor.speed_law]\ntimes = [{times}]\nspeeds = [{speeds}]\n").unwrap();
     assert_eq!(build(&text).rotor.speed_law.unwrap().times.len(), 10_000);
 }
+
+#[test]
+fn identity_ignores_how_a_file_is_written() {
+    let text = shipped("lab_rig");
+    let same = parse(&text).identity();
+    let rewritten = format!("# a remark\n{}", text.replace("gap = \"0.5 mm\"", "gap = 0.0005   # in SI"));
+    assert_ne!(rewritten, format!("# a remark\n{text}"), "the gap was found");
+    assert_eq!(parse(&rewritten).identity(), same);
+    assert_eq!(parse(&text.replacen("name = \"lab_rig\"", "name = \"other\"", 1)).identity(), same);
+    assert_ne!(parse(&text.replace("gap = \"0.5 mm\"", "gap = \"0.6 mm\"")).identity(), same);
+    let other_bearing = text.replacen("[rotor.bearings.", "[rotor.bearings.x", 1);
+    assert_ne!(parse(&other_bearing).identity(), same, "names of bearings are columns");
+}
+
+#[test]
+fn exchanging_a_value_is_setting_it() {
+    let def = parse(&shipped("lab_rig"));
+    for (path, text) in
+        [("contact.gap", "0.7 mm"), ("contact.detection", "hyp1"), ("contact.gap", "0.5 mm"), ("run.step_limit", "100")]
+    {
+        let path = def.resolve(path).unwrap();
+        let value = def.parse_value(&path, text).unwrap();
+        let mut changed = def.clone();
+        changed.set(&path, &value).unwrap();
+        let exchanged = def.identity().wrapping_add(def.identity_change(&path, &value).unwrap());
+        assert_eq!(exchanged, changed.identity(), "{text}");
+        assert_eq!(changed.identity() == def.identity(), text == "0.5 mm", "{text}");
+    }
+    let gap = def.resolve("contact.gap").unwrap();
+    assert!(def.identity_change(&gap, &ParamValue::Number(-1.0)).is_err());
+}

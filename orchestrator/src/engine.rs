@@ -2,7 +2,7 @@
 
 use bladeoff_core::linalg::EigenError;
 use bladeoff_core::machine::{Detection, Engine, Machine};
-use bladeoff_core::modal::{BasisError, ModesReport, report};
+use bladeoff_core::modal::{Basis, BasisError, ModesReport, report};
 use bladeoff_core::outcome::{Column, Outcome};
 use bladeoff_core::structure::Structure;
 use bladeoff_core::transient::{self, NoHistory, Observer, Plan, PlanError};
@@ -27,6 +27,14 @@ pub enum EngineError {
 /// A mode problem failed.
 pub fn build(machine: &Machine) -> Result<Structure, EngineError> {
     Structure::build(machine, None).map_err(EngineError::Build)
+}
+
+/// The structure of a machine with a frozen basis.
+///
+/// # Errors
+/// The basis belongs to another structure.
+pub fn build_with(machine: &Machine, basis: &Basis) -> Result<Structure, EngineError> {
+    Structure::build(machine, Some(basis)).map_err(EngineError::Build)
 }
 
 /// Time step and its limit.

@@ -102,6 +102,13 @@ pub fn signal(pid: u32, signal: Signal) -> bool {
         .is_some_and(|pid| rustix::process::kill_process(pid, signal).is_ok())
 }
 
+/// Makes a write beyond the file size limit (`ulimit -f`) fail like one to a full disk, instead of ending the process.
+#[expect(unsafe_code, reason = "the standard library sets no signal actions")]
+pub fn fail_writes_beyond_the_limit() {
+    // SAFETY: SIG_IGN is a valid action and no handler runs; called before any thread is started.
+    unsafe { libc::signal(libc::SIGXFSZ, libc::SIG_IGN) };
+}
+
 /// CPU time the calling thread has used.
 #[must_use]
 #[expect(unsafe_code, reason = "the standard library has no clock of CPU time")]

@@ -103,7 +103,7 @@ impl MachineDef {
         write::to_toml(self)
     }
 
-    fn index(&self, path: &PathInfo) -> Result<usize, ValueError> {
+    pub(super) fn index(&self, path: &PathInfo) -> Result<usize, ValueError> {
         self.layout.find(&path.path).ok_or_else(|| ValueError::NoSuchParameter { path: path.path.clone() })
     }
 

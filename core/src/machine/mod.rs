@@ -7,6 +7,7 @@
 
 mod build;
 mod def;
+mod identity;
 mod layout;
 mod load;
 mod model;

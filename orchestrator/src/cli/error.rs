@@ -2,6 +2,7 @@
 
 use super::exit::Exit;
 use super::replay::ReplayError;
+use super::why::WhyError;
 use crate::engine::EngineError;
 use crate::figures::FigureError;
 use crate::files::FileError;
@@ -9,6 +10,7 @@ use crate::history::HistoryError;
 use crate::ledger::LedgerError;
 use crate::results::TableError;
 use crate::run::RunError;
+use crate::run::directory::LEDGER;
 use crate::study::{InputError, StudyError};
 use bladeoff_core::document::Problems;
 use std::io;
@@ -67,11 +69,27 @@ pub enum CliError {
         path: PathBuf,
     },
     /// A directory without the table that is asked for.
-    #[error("{} is not a result directory: it has no results.parquet", path.display())]
+    #[error(
+        "{}",
+        if path.join(LEDGER).exists() {
+            format!("{} has no table yet; `bladeoff status {}` tells how far it is and how to go on", path.display(), path.display())
+        } else {
+            format!("{} is not a result directory: it has no results.parquet", path.display())
+        }
+    )]
     NoResults {
         /// The directory.
         path: PathBuf,
     },
+    /// A directory that no study ran in.
+    #[error("{} is not a result directory: no study was run in it", path.display())]
+    NotARun {
+        /// The directory.
+        path: PathBuf,
+    },
+    /// A sample of which nothing can be said.
+    #[error(transparent)]
+    Why(#[from] WhyError),
     /// Standard output cannot be written.
     #[error("cannot write to standard output")]
     Stdout {
@@ -94,9 +112,12 @@ impl CliError {
     #[must_use]
     pub fn exit(&self) -> Exit {
         match self {
-            CliError::Machine(_) | CliError::Argument { .. } | CliError::Exists { .. } | CliError::NoResults { .. } => {
-                Exit::Input
-            }
+            CliError::Machine(_)
+            | CliError::Argument { .. }
+            | CliError::Exists { .. }
+            | CliError::NoResults { .. }
+            | CliError::NotARun { .. }
+            | CliError::Why(_) => Exit::Input,
             CliError::Study(StudyError::Problems(_) | StudyError::Start { .. } | StudyError::Columns { .. }) => {
                 Exit::Input
             }
@@ -104,14 +125,8 @@ impl CliError {
             CliError::Study(StudyError::Design(_)) => Exit::Input,
             CliError::Study(StudyError::Input(error)) | CliError::Input(error) => input_exit(error),
             CliError::Engine(_) => Exit::Input,
-            CliError::Run(RunError::Exists { .. } | RunError::Machine(_) | RunError::Engine(_)) => Exit::Input,
-            CliError::Run(
-                RunError::File(_)
-                | RunError::Ledger(_)
-                | RunError::Table(_)
-                | RunError::Plan(_)
-                | RunError::Dispatch(_),
-            ) => Exit::Io,
+            CliError::Run(error) if error.is_refusal() => Exit::Input,
+            CliError::Run(_) => Exit::Io,
             CliError::History(
                 HistoryError::Extension { .. }
                 | HistoryError::Channel { .. }

@@ -18,8 +18,10 @@ mod render;
 mod replay;
 mod run;
 mod simulate;
+mod status;
 mod table1;
 mod verify;
+mod why;
 
 pub use error::CliError;
 pub use exit::{EXIT_CODES, Exit};
@@ -42,6 +44,8 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Run(run::Args),
+    Status(status::Args),
+    Why(why::Args),
     Check(check::Args),
     Simulate(simulate::Args),
     Modes(modes::Args),
@@ -58,6 +62,7 @@ enum Command {
 /// Parses the command line, does what it says, gives the exit code.
 #[must_use]
 pub fn main() -> ExitCode {
+    bladeoff_worker::process::fail_writes_beyond_the_limit();
     // Its own worker process: started by `run`, not by people, hence not in the help.
     let mut arguments = std::env::args_os().skip(1);
     if arguments.next().is_some_and(|first| first == "worker") {
@@ -66,6 +71,9 @@ pub fn main() -> ExitCode {
     // clap ends the program itself: 0 after --help and --version, 2 after a wrong command line.
     let cli = Cli::parse();
     panic::set_hook(Box::new(|info| {
+        if crate::ledger::is_guarded() {
+            return;
+        }
         output::remark(&format!(
             "internal error: {info}\nThis is a bug. Please report it with the command and its files."
         ));
@@ -77,6 +85,8 @@ pub fn main() -> ExitCode {
 fn dispatch(command: Command) -> Exit {
     let result = match command {
         Command::Run(args) => run::main(&args),
+        Command::Status(args) => status::main(&args),
+        Command::Why(args) => why::main(&args),
         Command::Check(args) => check::main(&args),
         Command::Simulate(args) => simulate::main(&args),
         Command::Modes(args) => modes::main(&args),

@@ -5,15 +5,16 @@ use super::error::CliError;
 use super::exit::Exit;
 use super::output::{print, remark};
 use crate::dispatch::{Ended, Signal};
-use crate::report::{duration, summary};
+use crate::report::{SUMMARY_COLUMNS, Summary, duration};
 use crate::results::Table;
-use crate::run::directory::{INCOMPLETE_RESULTS, RESULTS};
-use crate::run::{Finished, Request, run};
+use crate::run::directory::{INCOMPLETE_RESULTS, LEDGER, RESULTS};
+use crate::run::{Finished, Request, Rerun, go_on, run};
 use crate::study::{Samples, Study, check_machines, check_starts, load};
-use bladeoff_core::outcome::Status;
+use bladeoff_core::outcome::{Cause, Status};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::thread;
+use std::time::Duration;
 
 /// Compute a study on all cores and write its result directory
 ///
@@ -25,19 +26,27 @@ use std::thread;
 ///   timings.parquet   CPU time, worker and attempt of each sample
 ///   manifest.json     versions, build, host, dates, command
 ///   workers.log       messages of the worker processes
+///   ledger.redb       the durable record, from which the tables are made and a run is continued
 ///
 /// The same study gives the same bytes of results.parquet, whatever the number of workers and whatever happened to
-/// them. An existing result directory is refused.
+/// them.
 ///
-/// After Ctrl-C, SIGTERM or the end of a budget (--wall, --until, --max-failures) the rows finished so far are in
-/// results-incomplete.parquet. A second Ctrl-C does not wait for the samples in work. `s` and Enter, or SIGUSR1, print
-/// what each worker is doing.
+/// A result directory that is there is continued: what is finished is kept, the rest is computed, and the table
+/// is the one that an undisturbed run would have written. So after Ctrl-C, a crash or a full disk the same command goes
+/// on. The study may have grown meanwhile (more points, a larger --limit, other [limits]); one that has changed is
+/// refused with the difference.
+///
+/// While it runs, and after Ctrl-C, SIGTERM or the end of a budget (--wall, --until, --max-failures), the rows finished
+/// so far are in results-incomplete.parquet. `bladeoff status` tells how far it is. A second Ctrl-C does not wait for the
+/// samples in work. `s` and Enter, or SIGUSR1, print what each worker is doing.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   bladeoff run studies/first-look.toml
   bladeoff run studies/first-look.toml --out /tmp/look --workers 2
   bladeoff run studies/gap-friction-map.toml --scale 0.3     (every axis thinned, its end points kept)
   bladeoff run studies/gap-friction-map.toml --limit 50      (50 samples spread over the study)
+  bladeoff run studies/gap-friction-map.toml                 (again: goes on, and keeps those 50)
+  bladeoff run studies/gap-friction-map.toml --rerun failed  (computes failed and quarantined samples again)
 
   bladeoff run studies/gap-friction-map.toml --until 06:30   (and on with the same command the next evening)
   bladeoff run studies/first-look.toml --json-events | jq -c 'select(.event == \"sample\")'
@@ -55,6 +64,14 @@ pub struct Args {
     /// Number of worker processes [default: one per core]
     #[arg(long, value_name = "N")]
     workers: Option<NonZeroUsize>,
+
+    /// Compute finished samples again: `failed` (and quarantined) ones, or `cause=WORD[,WORD]` those of these causes
+    #[arg(long, value_name = "WHICH", value_parser = rerun)]
+    rerun: Option<Rerun>,
+
+    /// Seconds between two writings of results-incomplete.parquet while the study runs; 0: only when it ends early
+    #[arg(long, value_name = "S", default_value_t = 60)]
+    refresh: u32,
 
     #[command(flatten)]
     part: PartArgs,
@@ -77,6 +94,16 @@ pub struct PartArgs {
     /// Thin every axis to this part of its points, at least two; its end points are kept
     #[arg(long, value_name = "F", value_parser = scale)]
     scale: Option<f64>,
+}
+
+fn rerun(text: &str) -> Result<Rerun, String> {
+    if text == "failed" {
+        return Ok(Rerun::Failed);
+    }
+    let words = text.strip_prefix("cause=").ok_or("must be `failed` or `cause=WORD[,WORD]`")?;
+    let known = || Cause::ALL.iter().map(|cause| cause.word()).collect::<Vec<_>>().join(", ");
+    let cause = |word: &str| Cause::from_word(word).ok_or_else(|| format!("no cause {word:?}; causes are {}", known()));
+    words.split(',').map(|word| cause(word.trim())).collect::<Result<_, _>>().map(Rerun::Causes)
 }
 
 fn scale(text: &str) -> Result<f64, String> {
@@ -117,12 +144,26 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     if let (Some(time), Some((_, left))) = (budget.until, budget.ends()) {
         remark(&format!("until {time}, in {}", duration(left)));
     }
-    let finished = run(&Request { out: out.clone(), workers, budget, json_events: args.json_events }, &samples)?;
-    let table = Table::read(&finished.table)?;
+    let request = Request {
+        out: out.clone(),
+        workers,
+        rerun: args.rerun.clone(),
+        refresh: Duration::from_secs(args.refresh.into()),
+        budget,
+        json_events: args.json_events,
+    };
+    let go_on = || remark(&format!("what is finished is kept; go on with: {}", go_on(&out, &samples)));
+    let finished = run(&request, &samples, &remark).inspect_err(|error| {
+        if !error.is_refusal() && out.join(LEDGER).exists() {
+            go_on();
+        }
+    })?;
+    let mut summary = Summary::default();
+    Table::for_each_part(&finished.table, &SUMMARY_COLUMNS, |part| summary.add(part))?;
     let incomplete = finished.ended != Ended::Complete;
     let file = if incomplete { INCOMPLETE_RESULTS } else { RESULTS };
     let mut text = format!("\n{}: {} of {} samples\n\n", samples.study().name, finished.tally.done(), samples.count());
-    text.push_str(&summary(&table));
+    text.push_str(&summary.text());
     text.push_str(&format!(
         "\nTable: {}   (the other files beside it: see `bladeoff run --help`)\n",
         out.join(file).display()
@@ -139,13 +180,14 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         Err(error) => return Err(error),
     }
     if incomplete {
-        remark(&how_to_go_on(&finished, samples.count()));
+        remark(&why_it_ended(&finished, samples.count()));
+        go_on();
     }
     Ok(verdict(samples.study(), &finished, samples.count()))
 }
 
-/// Why the run ended before it was complete, and how it goes on.
-fn how_to_go_on(finished: &Finished, total: u64) -> String {
+/// Why the run ended before it was complete.
+fn why_it_ended(finished: &Finished, total: u64) -> String {
     let why = match finished.ended {
         Ended::Complete => "complete",
         Ended::Signalled(_) => "ended by a signal",
@@ -153,8 +195,7 @@ fn how_to_go_on(finished: &Finished, total: u64) -> String {
         Ended::Until => "ended by --until",
         Ended::TooManyFailures => "ended by --max-failures",
     };
-    let done = finished.tally.done();
-    format!("{why}: {done} of {total} samples are recorded; the same command goes on with the other {}", total - done)
+    format!("{why}: {} of {total} samples are recorded", finished.tally.done())
 }
 
 fn verdict(study: &Study, finished: &Finished, total: u64) -> Exit {

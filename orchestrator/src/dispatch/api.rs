@@ -43,6 +43,8 @@ pub struct DispatchOptions {
     pub max_failures: Option<u64>,
     /// Memory a worker may allocate after its start \[bytes\].
     pub memory_limit: Option<u64>,
+    /// Identity of the program that workers must be, see [`build_id`](bladeoff_worker::process::build_id); `None`: any.
+    pub build: Option<u64>,
     /// Workers compute nothing, for this many microseconds a sample; for measurements and tests of the dispatch.
     pub noop: Option<u64>,
     /// Whoever types `s` and Enter asks what the workers do, where standard input is a terminal.
@@ -71,6 +73,7 @@ impl DispatchOptions {
             until: None,
             max_failures: None,
             memory_limit: None,
+            build: None,
             noop: None,
             keys: false,
         }

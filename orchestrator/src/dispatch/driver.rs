@@ -202,7 +202,7 @@ impl Driver<'_> {
         let mut effects = Vec::new();
         let mut results = Vec::new();
         match event {
-            Event::Hub(HubEvent::Message(incoming)) => results = self.on_message(incoming, &mut effects),
+            Event::Hub(HubEvent::Message(incoming)) => results = self.on_message(incoming, &mut effects)?,
             Event::Hub(HubEvent::Pong) => self.pinged = None,
             Event::Hub(HubEvent::Refused(refusal)) => {
                 self.refused += 1;
@@ -228,7 +228,9 @@ impl Driver<'_> {
             Event::Child(worker, ChildEvent::Exited(status, death)) => {
                 self.children.remove(&worker);
                 if !status.success() {
-                    self.log.line(Some(worker), &format!("ended: {status}"))?;
+                    let sample = self.scheduler.sample_of(worker);
+                    let inside = sample.map(|sample| format!(" in sample {sample}")).unwrap_or_default();
+                    self.log.line(Some(worker), &format!("ended{inside}: {status}"))?;
                 }
                 self.exits.insert(worker, (death, status.to_string()));
                 self.hub.send(Command::Drain(worker));
@@ -242,11 +244,21 @@ impl Driver<'_> {
     }
 
     /// Tells the scheduler what a worker said; returns the results in it.
-    fn on_message(&mut self, incoming: Incoming, effects: &mut Vec<Effect>) -> Vec<SampleReport> {
+    fn on_message(
+        &mut self,
+        incoming: Incoming,
+        effects: &mut Vec<Effect>,
+    ) -> Result<Vec<SampleReport>, DispatchError> {
         let now = self.now();
         let (worker, ticket) = (incoming.message.worker, incoming.ticket);
         let mut results = Vec::new();
         let is_answered = match incoming.message.body {
+            Body::Hello(hello) if self.options.build.is_some_and(|build| build != hello.build) => {
+                // It dies before it asked, which ends the run when it happens again and again.
+                self.log.line(Some(worker), "refused: it is another build of the program")?;
+                self.children.get(&worker).inspect(|child| child.kill());
+                false
+            }
             Body::Hello(hello) => self.scheduler.on_hello(now, worker, hello.pid, effects),
             Body::Report(report) => {
                 if report.asks {
@@ -266,7 +278,7 @@ impl Driver<'_> {
         } else {
             self.hub.send(Command::Forget(ticket));
         }
-        results
+        Ok(results)
     }
 
     fn on_tick(&mut self) -> Result<(), DispatchError> {

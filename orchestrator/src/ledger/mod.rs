@@ -1,58 +1,49 @@
 //! The durable record of what is done: a result counts when it is here.
 //!
 //! One embedded transactional store (`ledger.redb`) in the result directory: `results` maps a sample number to its
-//! [`Entry`], `header` says which study they belong to. Results are gathered and committed in groups, one sync per
-//! group, at the latest [`Ledger::GROUP_AGE`] after the first of them: that is what a crash can cost. The result
-//! tables are built from here and from nowhere else.
+//! [`Entry`] under the [`SampleKey`] of its inputs, `header` says which study the numbers belong to. Results are gathered and
+//! committed in groups, one sync per group, at the latest [`Ledger::GROUP_AGE`] after the first of them: that is what a
+//! crash can cost. The result tables are built from here and from nowhere else.
+//!
+//! A store is made aside and renamed, so it is there whole or not at all. What changes the numbering or removes entries
+//! (a grown study, a rerun) writes a new store and renames it over the old one. A store that cannot be opened
+//! any more is searched for entries ([`Remains`]): each carries its key and a checksum.
 
+mod error;
+mod read;
 mod record;
+mod salvage;
 
-pub use record::{Entry, RecordError};
+pub use error::LedgerError;
+pub use read::Reader;
+pub use record::{Entry, Head, RecordError, SampleKey};
+pub use salvage::Remains;
 
-use redb::{Database, ReadableDatabase, ReadableTable, ReadableTableMetadata, TableDefinition};
+use crate::files::{FileError, sync_directory};
+use redb::{Database, ReadableDatabase, ReadableTable, TableDefinition};
+use std::cell::Cell;
+use std::collections::BTreeMap;
+use std::fs;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 const RESULTS: TableDefinition<u64, &[u8]> = TableDefinition::new("results");
 const HEADER: TableDefinition<&str, &str> = TableDefinition::new("header");
 
 /// Version of the store's layout.
-pub const LEDGER_VERSION: u32 = 1;
+pub const LEDGER_VERSION: u32 = 2;
+const VERSION_KEY: &str = "ledger_version";
+/// Memory the store may keep pages in. Entries are written and read in order, so that little is enough.
+const CACHE_BYTES: usize = 32 << 20;
 
 /// The open store of one run.
 #[derive(Debug)]
 pub struct Ledger {
-    database: Database,
-    path: PathBuf,
+    reader: Reader,
     gathered: Vec<(u64, Vec<u8>)>,
     oldest: Option<Instant>,
-}
-
-/// What can go wrong with the record.
-#[derive(Debug, thiserror::Error)]
-pub enum LedgerError {
-    /// The store failed.
-    #[error("cannot {action} the record of finished samples {}", path.display())]
-    Store {
-        /// "create", "write" or "read".
-        action: &'static str,
-        /// The file.
-        path: PathBuf,
-        /// What the store said.
-        #[source]
-        source: Box<redb::Error>,
-    },
-    /// An entry cannot be read.
-    #[error("sample {sample} in {} cannot be read", path.display())]
-    Record {
-        /// Its number.
-        sample: u64,
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        #[source]
-        source: RecordError,
-    },
 }
 
 impl Ledger {
@@ -61,27 +52,96 @@ impl Ledger {
     /// Largest number of results of one group.
     pub const GROUP_SIZE: usize = 4096;
 
-    /// Creates the store of a new run. `header`: what the entries depend on (study, machine, basis, versions).
+    /// Creates a store aside; [`Ledger::publish`] gives it its name. `header`: what the entries depend on.
     ///
     /// # Errors
     /// The file cannot be created or written.
     pub fn create(path: &Path, header: &[(String, String)]) -> Result<Self, LedgerError> {
-        let failed =
-            |source| LedgerError::Store { action: "create", path: path.to_path_buf(), source: Box::new(source) };
-        let database = Database::create(path).map_err(|source| failed(source.into()))?;
-        let ledger = Self { database, path: path.to_path_buf(), gathered: Vec::new(), oldest: None };
+        let aside = aside(path);
+        match fs::remove_file(&aside) {
+            Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
+                return Err(FileError::at("remove", &aside)(source).into());
+            }
+            _ => {}
+        }
+        let failed = |source| LedgerError::store("create", path, source);
+        let database =
+            Database::builder().set_cache_size(CACHE_BYTES).create(&aside).map_err(|source| failed(source.into()))?;
+        let ledger = Self::of(database, path);
         ledger.write_header(header).map_err(failed)?;
         Ok(ledger)
     }
 
+    fn of(database: Database, path: &Path) -> Self {
+        let reader = Reader { database: Arc::new(database), path: path.to_path_buf() };
+        Self { reader, gathered: Vec::new(), oldest: None }
+    }
+
+    /// Commits what is gathered and gives the store its name, in place of one that has it.
+    ///
+    /// # Errors
+    /// The store cannot be written or renamed.
+    pub fn publish(&mut self) -> Result<(), LedgerError> {
+        self.commit()?;
+        fs::rename(aside(&self.reader.path), &self.reader.path)
+            .map_err(FileError::at("rename to", &self.reader.path))?;
+        Ok(sync_directory(self.reader.path.parent().unwrap_or(Path::new(".")))?)
+    }
+
+    /// Opens the store of an earlier run.
+    ///
+    /// # Errors
+    /// [`LedgerError::Damaged`] when it is no longer a whole store; another version; not readable or writable.
+    pub fn open(path: &Path) -> Result<Self, LedgerError> {
+        let failed = |source| LedgerError::store("open", path, source);
+        let open = || {
+            let mut database =
+                Database::builder().set_cache_size(CACHE_BYTES).open(path).map_err(|source| failed(source.into()))?;
+            // Every page, before anything is added to them.
+            if database.check_integrity().map_err(|source| failed(source.into()))? {
+                return Ok(database);
+            }
+            let detail = "its pages do not fit together".to_owned();
+            Err(LedgerError::Damaged { path: path.to_path_buf(), detail })
+        };
+        let ledger = Self::of(guarded(path, open)?, path);
+        match ledger.header()?.get(VERSION_KEY) {
+            Some(version) if *version == LEDGER_VERSION.to_string() => Ok(ledger),
+            Some(found) => Err(LedgerError::Version { path: path.to_path_buf(), found: found.clone() }),
+            None => Err(LedgerError::Damaged { path: path.to_path_buf(), detail: "its header is empty".to_owned() }),
+        }
+    }
+
+    /// What the entries depend on, as given to [`Ledger::create`] or [`Ledger::replace_header`] last.
+    ///
+    /// # Errors
+    /// The store cannot be read.
+    pub fn header(&self) -> Result<BTreeMap<String, String>, LedgerError> {
+        let read = || -> Result<_, redb::Error> {
+            let table = self.reader.database.begin_read()?.open_table(HEADER)?;
+            let pairs = table.iter()?.map(|pair| pair.map(|(k, v)| (k.value().to_owned(), v.value().to_owned())));
+            Ok(pairs.collect::<Result<_, _>>()?)
+        };
+        guarded(&self.reader.path, || read().map_err(|source| LedgerError::store("read", &self.reader.path, source)))
+    }
+
+    /// Replaces the header.
+    ///
+    /// # Errors
+    /// The store cannot be written.
+    pub fn replace_header(&self, header: &[(String, String)]) -> Result<(), LedgerError> {
+        self.write_header(header).map_err(|source| LedgerError::store("write", &self.reader.path, source))
+    }
+
     fn write_header(&self, header: &[(String, String)]) -> Result<(), redb::Error> {
-        let transaction = self.database.begin_write()?;
+        let transaction = self.reader.database.begin_write()?;
         {
             let mut table = transaction.open_table(HEADER)?;
-            table.insert("ledger_version", LEDGER_VERSION.to_string().as_str())?;
+            table.retain(|_, _| false)?;
             for (key, value) in header {
                 table.insert(key.as_str(), value.as_str())?;
             }
+            table.insert(VERSION_KEY, LEDGER_VERSION.to_string().as_str())?;
             transaction.open_table(RESULTS)?;
         }
         transaction.commit()?;
@@ -92,10 +152,19 @@ impl Ledger {
     ///
     /// # Errors
     /// The store cannot be written (disk full): the results gathered so far are kept for another try.
-    pub fn put(&mut self, sample: u64, entry: &Entry, now: Instant) -> Result<(), LedgerError> {
-        self.gathered.push((sample, entry.encode()));
+    pub fn put(&mut self, sample: u64, key: SampleKey, entry: &Entry, now: Instant) -> Result<(), LedgerError> {
+        self.gathered.push((sample, entry.encode(key)));
         self.oldest.get_or_insert(now);
         self.commit_if_due(now)
+    }
+
+    /// Takes the bytes of an entry of another store; it is durable after the next commit.
+    ///
+    /// # Errors
+    /// As [`Ledger::put`].
+    pub fn put_bytes(&mut self, sample: u64, bytes: Vec<u8>) -> Result<(), LedgerError> {
+        self.gathered.push((sample, bytes));
+        if self.gathered.len() >= Self::GROUP_SIZE { self.commit() } else { Ok(()) }
     }
 
     /// Commits the gathered results if the group is full or old enough.
@@ -115,14 +184,14 @@ impl Ledger {
         if self.gathered.is_empty() {
             return Ok(());
         }
-        self.write_gathered().map_err(|source| self.failed("write", source))?;
+        self.write_gathered().map_err(|source| LedgerError::store("write", &self.reader.path, source))?;
         self.gathered.clear();
         self.oldest = None;
         Ok(())
     }
 
     fn write_gathered(&self) -> Result<(), redb::Error> {
-        let transaction = self.database.begin_write()?;
+        let transaction = self.reader.database.begin_write()?;
         {
             let mut table = transaction.open_table(RESULTS)?;
             for (sample, bytes) in &self.gathered {
@@ -133,89 +202,39 @@ impl Ledger {
         Ok(())
     }
 
-    /// Number of samples with a durable result.
-    ///
-    /// # Errors
-    /// The store cannot be read.
-    pub fn len(&self) -> Result<u64, LedgerError> {
-        let read = || -> Result<u64, redb::Error> { Ok(self.database.begin_read()?.open_table(RESULTS)?.len()?) };
-        read().map_err(|source| self.failed("read", source))
+    /// For reading, also from another thread.
+    #[must_use]
+    pub fn reader(&self) -> &Reader {
+        &self.reader
     }
+}
 
-    /// Whether no sample has a durable result.
-    ///
-    /// # Errors
-    /// The store cannot be read.
-    pub fn is_empty(&self) -> Result<bool, LedgerError> {
-        Ok(self.len()? == 0)
-    }
+/// Where a store is made before it has its name.
+fn aside(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".new");
+    PathBuf::from(name)
+}
 
-    /// Calls `visit` for every durable result in ascending order of its sample number.
-    ///
-    /// # Errors
-    /// The store cannot be read, or an entry of it; what `visit` returns.
-    pub fn for_each<E: From<LedgerError>>(&self, mut visit: impl FnMut(u64, Entry) -> Result<(), E>) -> Result<(), E> {
-        let failed = |source| E::from(self.failed("read", source));
-        let transaction = self.database.begin_read().map_err(|source| failed(source.into()))?;
-        let table = transaction.open_table(RESULTS).map_err(|source| failed(source.into()))?;
-        for item in table.iter().map_err(|source| failed(source.into()))? {
-            let (sample, bytes) = item.map_err(|source| failed(source.into()))?;
-            let sample = sample.value();
-            let entry = Entry::decode(bytes.value())
-                .map_err(|source| E::from(LedgerError::Record { sample, path: self.path.clone(), source }))?;
-            visit(sample, entry)?;
-        }
-        Ok(())
-    }
+thread_local! {
+    static IS_GUARDED: Cell<bool> = const { Cell::new(false) };
+}
 
-    fn failed(&self, action: &'static str, source: redb::Error) -> LedgerError {
-        LedgerError::Store { action, path: self.path.clone(), source: Box::new(source) }
-    }
+/// Whether a panic of this thread is taken for damage of the file that is being read, and none of ours.
+#[must_use]
+pub fn is_guarded() -> bool {
+    IS_GUARDED.get()
+}
+
+/// The library answers some damaged files with a panic; that is damage, too.
+fn guarded<T>(path: &Path, read: impl FnOnce() -> Result<T, LedgerError>) -> Result<T, LedgerError> {
+    let before = IS_GUARDED.replace(true);
+    let result = catch_unwind(AssertUnwindSafe(read));
+    IS_GUARDED.set(before);
+    result.unwrap_or_else(|_| {
+        Err(LedgerError::Damaged { path: path.to_path_buf(), detail: "its structure contradicts itself".to_owned() })
+    })
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use bladeoff_core::outcome::{CauseSet, EndCause, Outcome, Status};
-
-    fn entry(value: f64) -> Entry {
-        let outcome = Outcome {
-            status: Status::Ok,
-            cause: None,
-            causes: CauseSet::default(),
-            end_cause: EndCause::EndTime,
-            values: vec![Some(value), None],
-        };
-        Entry { outcome, cpu_s: 0.5, worker: 1, attempt: 2 }
-    }
-
-    #[test]
-    fn results_come_back_in_order_of_their_number() {
-        let directory = tempfile::tempdir().expect("temporary directory");
-        let mut ledger = Ledger::create(&directory.path().join("ledger.redb"), &[]).expect("create");
-        let now = Instant::now();
-        for sample in [5u64, 1, 3] {
-            ledger.put(sample, &entry(sample as f64), now).expect("put");
-        }
-        assert_eq!(ledger.len().expect("read"), 0, "not yet committed");
-        ledger.commit_if_due(now + Ledger::GROUP_AGE).expect("commit");
-        let mut seen = Vec::new();
-        ledger
-            .for_each::<LedgerError>(|sample, found| {
-                assert_eq!(found, entry(sample as f64));
-                seen.push(sample);
-                Ok(())
-            })
-            .expect("read");
-        assert_eq!(seen, [1, 3, 5]);
-    }
-
-    #[test]
-    fn a_second_opener_is_refused_while_the_first_lives() {
-        let directory = tempfile::tempdir().expect("temporary directory");
-        let path = directory.path().join("ledger.redb");
-        let first = Ledger::create(&path, &[]).expect("create");
-        assert!(matches!(Ledger::create(&path, &[]), Err(LedgerError::Store { .. })));
-        drop(first);
-    }
-}
+mod tests;

@@ -1,16 +1,26 @@
-//! One entry of the record as bytes: fixed order, little endian, versioned.
+//! One entry of the record as bytes: fixed order, little endian, versioned, with its key and a checksum, so that it is
+//! recognised by itself even in a damaged file.
 //!
 //! ```text
-//! u8 version | u8 status | u8 cause (255: none) | u8 end cause | u32 causes | u32 attempt | u32 worker | f64 cpu_s
-//! u16 n | n x f64 (the all-ones bit pattern: null)
+//! b"bOfL" | u32 length of all | u128 key | u8 version | u8 status | u8 cause (255: none) | u8 end cause | u32 causes
+//! u32 attempt | u32 worker | f64 cpu_s | u16 n | n x f64 (the all-ones bit pattern: null) | 8 bytes of blake3 of all before
 //! ```
 
 use bladeoff_core::outcome::{Cause, CauseSet, EndCause, Outcome, Status};
 
-const VERSION: u8 = 1;
+/// First bytes of every entry.
+pub(super) const MAGIC: [u8; 4] = *b"bOfL";
+const VERSION: u8 = 2;
 const NO_CAUSE: u8 = 255;
 /// A NaN that no computation gives; values are never NaN.
 const NULL: u64 = u64::MAX;
+const CHECKSUM: usize = 8;
+/// Bytes of an entry without values.
+pub(super) const LEAST: usize = 4 + 4 + 16 + 4 + 4 + 4 + 4 + 8 + 2 + CHECKSUM;
+
+/// Identity of a sample's inputs: its machine, the numerics version and the basis. Equal keys, equal outcomes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct SampleKey(pub u128);
 
 /// A finished sample.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,6 +33,17 @@ pub struct Entry {
     pub worker: u32,
     /// Attempts, the one that counted included.
     pub attempt: u32,
+}
+
+/// What an entry says first: enough to count it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Head {
+    /// Of its inputs.
+    pub key: SampleKey,
+    /// Whether it may be believed.
+    pub status: Status,
+    /// Why not.
+    pub cause: Option<Cause>,
 }
 
 /// Why bytes are not an entry.
@@ -50,14 +71,24 @@ pub enum RecordError {
         /// The code.
         code: u32,
     },
+    /// The bytes have changed since they were written.
+    #[error("the checksum does not fit: the bytes have changed since they were written")]
+    Checksum,
+    /// The entry of another sample.
+    #[error("it belongs to other inputs")]
+    Key,
 }
 
 impl Entry {
     /// As bytes.
     #[must_use]
-    pub fn encode(&self) -> Vec<u8> {
+    pub fn encode(&self, key: SampleKey) -> Vec<u8> {
         let outcome = &self.outcome;
-        let mut bytes = Vec::with_capacity(26 + 8 * outcome.values.len());
+        let length = LEAST + 8 * outcome.values.len();
+        let mut bytes = Vec::with_capacity(length);
+        bytes.extend(MAGIC);
+        bytes.extend(u32::try_from(length).expect("a message holds at most 256 values").to_le_bytes());
+        bytes.extend(key.0.to_le_bytes());
         bytes.push(VERSION);
         bytes.push(outcome.status.code());
         bytes.push(outcome.cause.map_or(NO_CAUSE, Cause::code));
@@ -71,22 +102,18 @@ impl Entry {
         for value in &outcome.values {
             bytes.extend(value.map_or(NULL, f64::to_bits).to_le_bytes());
         }
+        bytes.extend(checksum(&bytes));
         bytes
     }
 
     /// From bytes.
     ///
     /// # Errors
-    /// Another version, a wrong length, an unknown code.
-    pub fn decode(bytes: &[u8]) -> Result<Self, RecordError> {
-        let mut reader = Reader(bytes);
-        let [version] = reader.take()?;
-        if version != VERSION {
-            return Err(RecordError::Version { found: version });
-        }
-        let [status] = reader.take()?;
-        let [cause] = reader.take()?;
-        let [end_cause] = reader.take()?;
+    /// Changed bytes, another version, a wrong length, an unknown code.
+    pub fn decode(bytes: &[u8]) -> Result<(SampleKey, Self), RecordError> {
+        let mut reader = Reader(checked(bytes)?);
+        let head = reader.head()?;
+        let end_cause = reader.take::<1>()?[0];
         let causes = u32::from_le_bytes(reader.take()?);
         let attempt = u32::from_le_bytes(reader.take()?);
         let worker = u32::from_le_bytes(reader.take()?);
@@ -98,18 +125,50 @@ impl Entry {
         if !reader.0.is_empty() {
             return Err(RecordError::Length { found: reader.0.len(), wanted: 0 });
         }
-        let unknown = |what, code: u8| RecordError::Code { what, code: u32::from(code) };
-        let cause =
-            if cause == NO_CAUSE { None } else { Some(Cause::from_code(cause).ok_or(unknown("cause", cause))?) };
         let outcome = Outcome {
-            status: Status::from_code(status).ok_or(unknown("status", status))?,
-            cause,
+            status: head.status,
+            cause: head.cause,
             causes: CauseSet::from_bits(causes).ok_or(RecordError::Code { what: "causes", code: causes })?,
-            end_cause: EndCause::from_code(end_cause).ok_or(unknown("end cause", end_cause))?,
+            end_cause: EndCause::from_code(end_cause)
+                .ok_or(RecordError::Code { what: "end cause", code: u32::from(end_cause) })?,
             values,
         };
-        Ok(Self { outcome, cpu_s, worker, attempt })
+        Ok((head.key, Self { outcome, cpu_s, worker, attempt }))
     }
+}
+
+impl Head {
+    /// From the bytes of an entry, whose checksum is verified.
+    ///
+    /// # Errors
+    /// As [`Entry::decode`].
+    pub fn decode(bytes: &[u8]) -> Result<Self, RecordError> {
+        Reader(checked(bytes)?).head()
+    }
+}
+
+/// The length that an entry at the beginning of `bytes` says it has; `None` if there is none.
+pub(super) fn length_at(bytes: &[u8]) -> Option<usize> {
+    let rest = bytes.strip_prefix(&MAGIC)?;
+    let length = usize::try_from(u32::from_le_bytes(*rest.first_chunk()?)).ok()?;
+    (LEAST..=LEAST + 8 * usize::from(u16::MAX)).contains(&length).then_some(length)
+}
+
+fn checksum(bytes: &[u8]) -> [u8; CHECKSUM] {
+    *blake3::hash(bytes).as_bytes().first_chunk().expect("a hash has 32 bytes")
+}
+
+/// What stands between the length and the checksum, after both were verified.
+fn checked(bytes: &[u8]) -> Result<&[u8], RecordError> {
+    let wanted = length_at(bytes).ok_or(RecordError::Checksum)?;
+    if wanted != bytes.len() {
+        return Err(RecordError::Length { found: bytes.len(), wanted });
+    }
+    let (content, sum) = bytes.split_at(wanted - CHECKSUM);
+    if checksum(content) != *sum {
+        return Err(RecordError::Checksum);
+    }
+    Ok(&content[8..])
 }
 
 struct Reader<'a>(&'a [u8]);
@@ -121,6 +180,23 @@ impl Reader<'_> {
         };
         self.0 = rest;
         Ok(*head)
+    }
+
+    fn head(&mut self) -> Result<Head, RecordError> {
+        let key = SampleKey(u128::from_le_bytes(self.take()?));
+        let [version, status, cause] = self.take()?;
+        if version != VERSION {
+            return Err(RecordError::Version { found: version });
+        }
+        let unknown = |what, code: u8| RecordError::Code { what, code: u32::from(code) };
+        Ok(Head {
+            key,
+            status: Status::from_code(status).ok_or(unknown("status", status))?,
+            cause: match cause {
+                NO_CAUSE => None,
+                code => Some(Cause::from_code(code).ok_or(unknown("cause", code))?),
+            },
+        })
     }
 }
 
@@ -148,15 +224,28 @@ mod tests {
 
     proptest! {
         #[test]
-        fn an_entry_survives_its_bytes(entry in any_entry()) {
-            prop_assert_eq!(Entry::decode(&entry.encode()), Ok(entry));
+        fn an_entry_survives_its_bytes(entry in any_entry(), key: u128) {
+            let key = SampleKey(key);
+            let bytes = entry.encode(key);
+            let head = Head { key, status: entry.outcome.status, cause: entry.outcome.cause };
+            prop_assert_eq!(Head::decode(&bytes), Ok(head));
+            prop_assert_eq!(length_at(&bytes), Some(bytes.len()));
+            prop_assert_eq!(Entry::decode(&bytes), Ok((key, entry)));
         }
 
         #[test]
         fn any_cut_is_refused(entry in any_entry(), cut: prop::sample::Index) {
-            let bytes = entry.encode();
+            let bytes = entry.encode(SampleKey(1));
             let kept = cut.index(bytes.len());
             prop_assert!(Entry::decode(&bytes[..kept]).is_err());
+        }
+
+        #[test]
+        fn any_changed_byte_is_noticed(entry in any_entry(), at: prop::sample::Index, flip in 1u8..) {
+            let mut bytes = entry.encode(SampleKey(1));
+            let at = at.index(bytes.len());
+            bytes[at] ^= flip;
+            prop_assert!(Entry::decode(&bytes).is_err() && Head::decode(&bytes).is_err());
         }
 
         #[test]

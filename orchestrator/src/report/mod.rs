@@ -8,8 +8,8 @@ mod tally;
 mod text;
 
 pub use eta::{Costs, Eta};
-pub use outcome::{OutcomeView, cause_in_words, describe_outcome, end_cause_in_words};
+pub use outcome::{OutcomeView, advice, cause_in_words, describe_outcome, end_cause_in_words, mentions};
 pub use progress::Progress;
-pub use summary::summary;
+pub use summary::{SUMMARY_COLUMNS, Summary};
 pub use tally::Tally;
 pub use text::{Align, TextTable, duration};

@@ -45,6 +45,37 @@ pub fn cause_in_words(cause: Cause) -> &'static str {
     }
 }
 
+/// What can be done about a cause.
+#[must_use]
+pub fn advice(cause: Cause) -> &'static str {
+    match cause {
+        Cause::Diverged | Cause::NonFinite => {
+            "look at its history (replay); a smaller `run.step` tells whether it is the numbers or the machine"
+        }
+        Cause::EnergyBalance | Cause::NormalWork => {
+            "a smaller `run.step`; if the error falls with it, it was the step, otherwise look at its history (replay)"
+        }
+        Cause::Penetration => "a smaller `run.step`, or more modes of the ring (`run.ring_modes`)",
+        Cause::SlipReversal => "`contact.friction_law = \"stick-slip\"` lets the contact stick and slide back",
+        Cause::LossOfUniqueness => "less friction or another `contact.detection`; the model has no single answer there",
+        Cause::StepLimit => "raise `run.step_limit`, or shorten `run.end_time`",
+        Cause::Panicked => {
+            "its message is in the log; please report it with study and machine: replaying it shows it again"
+        }
+        Cause::TimeLimit => "compute it again with a longer time limit, or on a machine with less to do",
+        Cause::WorkerKilled => "who killed it is in the system's log (`dmesg`: out of memory?); compute it again",
+        Cause::OutOfMemory => "compute it again with more memory or fewer workers at once",
+    }
+}
+
+/// Whether a line of a log or of the workers' activities is about a sample: it names its number.
+#[must_use]
+pub fn mentions(line: &str, sample: u64) -> bool {
+    let name = format!("sample {sample}");
+    let ends_there = |at: usize| !line[at + name.len()..].starts_with(|c: char| c.is_ascii_digit());
+    line.match_indices(&name).any(|(at, _)| ends_there(at))
+}
+
 /// Why a run ended.
 #[must_use]
 pub fn end_cause_in_words(cause: EndCause) -> &'static str {
@@ -132,6 +163,13 @@ fn line(text: &mut String, name: &str, value: &str) {
 mod tests {
     use super::*;
     use bladeoff_core::outcome::CauseSet;
+
+    #[test]
+    fn a_line_is_about_the_sample_it_names_in_full() {
+        let line = "worker 3: sample 17: the solver panicked";
+        assert!(mentions(line, 17) && !mentions(line, 1) && !mentions(line, 3));
+        assert!(mentions("ended in sample 9", 9));
+    }
 
     #[test]
     fn a_peak_is_shown_with_its_time_and_a_null_as_a_dash() {

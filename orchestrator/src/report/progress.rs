@@ -17,6 +17,8 @@ const LINE_AT_LEAST_EVERY: Duration = Duration::from_secs(60);
 #[derive(Debug)]
 pub struct Progress {
     total: u64,
+    /// Finished before this run: they say nothing about its pace.
+    before: u64,
     started: Instant,
     display: Display,
 }
@@ -28,9 +30,9 @@ enum Display {
 }
 
 impl Progress {
-    /// Starts the display of a study of `total` samples.
+    /// Starts the display of a study of `total` samples, of which some were finished before.
     #[must_use]
-    pub fn start(total: u64, now: Instant) -> Self {
+    pub fn start(total: u64, before: u64, now: Instant) -> Self {
         let display = if std::io::stderr().is_terminal() {
             let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr());
             // A fixed template; should it ever be wrong, the library's own bar is good enough.
@@ -39,15 +41,15 @@ impl Progress {
             }
             Display::Bar(bar)
         } else {
-            Display::Lines { last: now, shown: 0 }
+            Display::Lines { last: now, shown: before }
         };
-        Self { total, started: now, display }
+        Self { total, before, started: now, display }
     }
 
     /// Shows the present counts, if it is time to; `stale`: workers not heard of for a while.
     pub fn update(&mut self, tally: &Tally, eta: Option<Eta>, stale: usize, now: Instant) {
         let done = tally.done();
-        let mut message = message(tally, self.total, now.duration_since(self.started), eta);
+        let mut message = message(tally, self.before, self.total, now.duration_since(self.started), eta);
         if stale > 0 {
             message.push_str(&format!("; {stale} workers silent"));
         }
@@ -84,16 +86,18 @@ impl Progress {
         if let Display::Bar(bar) = self.display {
             bar.finish_and_clear();
         }
-        let _ = writeln!(std::io::stderr(), "{}", message(tally, self.total, now.duration_since(self.started), None));
+        let text = message(tally, self.before, self.total, now.duration_since(self.started), None);
+        let _ = writeln!(std::io::stderr(), "{text}");
     }
 }
 
-fn message(tally: &Tally, total: u64, elapsed: Duration, eta: Option<Eta>) -> String {
+fn message(tally: &Tally, before: u64, total: u64, elapsed: Duration, eta: Option<Eta>) -> String {
     let done = tally.done();
     let seconds = elapsed.as_secs_f64();
     let mut text = format!("{done}/{total}");
-    if done > 0 && seconds > 0.0 {
-        let rate = done as f64 / seconds;
+    let new = done.saturating_sub(before);
+    if new > 0 && seconds > 0.0 {
+        let rate = new as f64 / seconds;
         text.push_str(&if rate >= 1.0 { format!(", {rate:.1}/s") } else { format!(", {:.1}/min", rate * 60.0) });
         if done == total {
             text.push_str(&format!(", {}", duration(elapsed)));
@@ -126,10 +130,12 @@ mod tests {
             tally.add(&Outcome { status, cause, causes, end_cause: EndCause::EndTime, values: Vec::new() });
         }
         let seconds = Duration::from_secs;
-        let line = |low, high| message(&tally, 9, seconds(2), Some(Eta { low: seconds(low), high: seconds(high) }));
+        let line = |low, high| message(&tally, 0, 9, seconds(2), Some(Eta { low: seconds(low), high: seconds(high) }));
         assert_eq!(line(4, 4), "3/9, 1.5/s, 4.0 s left; invalid 0, failed 1 (1 diverged)");
         assert_eq!(line(50, 80), "3/9, 1.5/s, 50 s to 1 min 20 s left; invalid 0, failed 1 (1 diverged)");
-        assert_eq!(message(&tally, 3, seconds(2), None), "3/3, 1.5/s, 2.0 s; invalid 0, failed 1 (1 diverged)");
-        assert_eq!(message(&Tally::default(), 9, Duration::ZERO, None), "0/9; invalid 0, failed 0");
+        assert_eq!(message(&tally, 0, 3, seconds(2), None), "3/3, 1.5/s, 2.0 s; invalid 0, failed 1 (1 diverged)");
+        assert_eq!(message(&Tally::default(), 0, 9, Duration::ZERO, None), "0/9; invalid 0, failed 0");
+        let line = message(&tally, 2, 9, seconds(2), None);
+        assert!(line.starts_with("3/9, 30.0/min"), "two were there before: {line}");
     }
 }

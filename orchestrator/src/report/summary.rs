@@ -26,113 +26,159 @@ const QUANTITIES: [(&str, &str, &str, Worst); 6] = [
     ("end_speed_rad_s", "rad/s", "end speed (worst: lowest)", Worst::Smallest),
 ];
 
+/// Columns of a table that a summary looks at.
+pub const SUMMARY_COLUMNS: [&str; 3 + QUANTITIES.len()] = [
+    DETECTION,
+    "status",
+    "cause",
+    QUANTITIES[0].0,
+    QUANTITIES[1].0,
+    QUANTITIES[2].0,
+    QUANTITIES[3].0,
+    QUANTITIES[4].0,
+    QUANTITIES[5].0,
+];
+
+/// A summary under construction: a table is added part by part, so that a large one need not be in memory.
+#[derive(Debug, Clone, Default)]
+pub struct Summary {
+    /// By detection.
+    groups: BTreeMap<String, Group>,
+    /// Which quantities the table has.
+    has: [bool; QUANTITIES.len()],
+}
+
 /// Rows of one detection.
+#[derive(Debug, Clone, Default)]
 struct Group {
-    name: String,
-    rows: Vec<usize>,
+    rows: u64,
+    with_contact: u64,
+    /// By status and cause.
+    counts: BTreeMap<(String, String), u64>,
+    /// Of the rows that are ok and have the quantity.
+    values: [Vec<f64>; QUANTITIES.len()],
 }
 
-/// The summary as text.
-#[must_use]
-pub fn summary(table: &Table) -> String {
-    let mut groups: Vec<Group> = Vec::new();
-    let detections = table.words(DETECTION);
-    for row in 0..table.rows() {
-        let name = detections.and_then(|words| words[row].clone()).unwrap_or_else(|| "no diaphragm".to_owned());
-        match groups.iter_mut().find(|group| group.name == name) {
-            Some(group) => group.rows.push(row),
-            None => groups.push(Group { name, rows: vec![row] }),
+impl Group {
+    /// "2 (2 slip_reversal)" of the rows of these statuses.
+    fn by_cause(&self, statuses: &[&str]) -> String {
+        let mut causes: BTreeMap<&str, u64> = BTreeMap::new();
+        for ((status, cause), count) in &self.counts {
+            if statuses.contains(&status.as_str()) {
+                *causes.entry(cause).or_default() += count;
+            }
         }
+        let total: u64 = causes.values().sum();
+        if total == 0 {
+            return "0".to_owned();
+        }
+        let named: Vec<String> = causes.iter().map(|(cause, count)| format!("{count} {cause}")).collect();
+        format!("{total} ({})", named.join(", "))
     }
-    groups.sort_by(|a, b| a.name.cmp(&b.name));
-    let mut text = verdicts(table, &groups);
-    text.push('\n');
-    text.push_str(&statistics(table, &groups));
-    text
+
+    fn ok(&self) -> u64 {
+        self.counts.iter().filter(|((status, _), _)| status == "ok").map(|(_, count)| count).sum()
+    }
 }
 
-fn status(table: &Table, row: usize) -> &str {
-    table.words("status").and_then(|words| words[row].as_deref()).unwrap_or("")
-}
-
-/// "2 (2 slip_reversal)" of the group's rows of these statuses.
-fn by_cause(table: &Table, rows: &[usize], statuses: &[&str]) -> String {
-    let mut causes: BTreeMap<&str, usize> = BTreeMap::new();
-    let mut total = 0;
-    for &row in rows.iter().filter(|&&row| statuses.contains(&status(table, row))) {
-        total += 1;
-        let cause = table.words("cause").and_then(|words| words[row].as_deref());
-        *causes.entry(cause.unwrap_or("no cause")).or_default() += 1;
-    }
-    if total == 0 {
-        return "0".to_owned();
-    }
-    let named: Vec<String> = causes.iter().map(|(cause, count)| format!("{count} {cause}")).collect();
-    format!("{total} ({})", named.join(", "))
-}
-
-fn verdicts(table: &Table, groups: &[Group]) -> String {
-    let mut text = TextTable::new(&[
-        ("detection", Align::Left),
-        ("samples", Align::Right),
-        ("with contact", Align::Right),
-        ("ok", Align::Right),
-        ("invalid", Align::Left),
-        ("failed", Align::Left),
-    ]);
-    for group in groups {
+impl Summary {
+    /// Adds the rows of a table or of a part of one.
+    pub fn add(&mut self, table: &Table) {
+        let detections = table.words(DETECTION).unwrap_or(&[]);
+        let (status, cause) = (table.words("status").unwrap_or(&[]), table.words("cause").unwrap_or(&[]));
         let contact = table.numbers("first_contact_s").unwrap_or(&[]);
-        let with_contact = group.rows.iter().filter(|&&row| contact.get(row).is_some_and(Option::is_some)).count();
-        text.row(vec![
-            group.name.clone(),
-            group.rows.len().to_string(),
-            with_contact.to_string(),
-            group.rows.iter().filter(|&&row| status(table, row) == "ok").count().to_string(),
-            by_cause(table, &group.rows, &["invalid"]),
-            by_cause(table, &group.rows, &["failed", "quarantined"]),
-        ]);
-    }
-    text.render("")
-}
-
-fn statistics(table: &Table, groups: &[Group]) -> String {
-    let mut header = vec![("median | worst (rows)", Align::Left)];
-    header.extend(groups.iter().map(|group| (group.name.as_str(), Align::Right)));
-    let mut text = TextTable::new(&header);
-    for (column, unit, label, worst) in QUANTITIES {
-        let Some(values) = table.numbers(column) else { continue };
-        let mut cells = vec![label.to_owned()];
-        for group in groups {
-            let ok = group.rows.iter().filter(|&&row| status(table, row) == "ok");
-            let mut found: Vec<f64> = ok.filter_map(|&row| values[row]).collect();
-            found.sort_by(f64::total_cmp);
-            cells.push(match (found.first(), found.last()) {
-                (Some(&least), Some(&most)) => {
-                    let end = match worst {
-                        Worst::Largest => most,
-                        Worst::Smallest => least,
-                    };
-                    let show = |value| format_digits(value, unit, 3);
-                    format!("{} | {} ({})", show(median(&found)), show(end), found.len())
-                }
-                _ => "- (0)".to_owned(),
-            });
+        let quantities = QUANTITIES.map(|(column, ..)| table.numbers(column));
+        for (has, values) in self.has.iter_mut().zip(&quantities) {
+            *has |= values.is_some();
         }
-        text.row(cells);
+        let word = |words: &[Option<String>], row: usize| words.get(row).and_then(Clone::clone);
+        for row in 0..table.rows() {
+            let name = word(detections, row).unwrap_or_else(|| "no diaphragm".to_owned());
+            let group = self.groups.entry(name).or_default();
+            group.rows += 1;
+            group.with_contact += u64::from(contact.get(row).is_some_and(Option::is_some));
+            let status = word(status, row).unwrap_or_default();
+            if status == "ok" {
+                for (values, column) in group.values.iter_mut().zip(&quantities) {
+                    values.extend(column.and_then(|column| column[row]));
+                }
+            }
+            let cause = word(cause, row).unwrap_or_else(|| "no cause".to_owned());
+            *group.counts.entry((status, cause)).or_default() += 1;
+        }
     }
-    let mut text = text.render("");
-    text.push_str("Rows: those with status ok that have the quantity (no first contact without contact).");
-    let left_out = |group: &Group| {
-        let others = by_cause(table, &group.rows, &["invalid", "failed", "quarantined"]);
-        (others != "0").then(|| format!("{} {others}", group.name))
-    };
-    let left_out: Vec<String> = groups.iter().filter_map(left_out).collect();
-    if left_out.is_empty() {
-        text.push_str(" No row is left out.\n");
-    } else {
-        writeln!(text, " Left out: {}.", left_out.join("; ")).expect("writing to a String cannot fail");
+
+    /// The summary as text.
+    #[must_use]
+    pub fn text(mut self) -> String {
+        let mut text = self.verdicts();
+        text.push('\n');
+        text.push_str(&self.statistics());
+        text
     }
-    text
+
+    fn verdicts(&self) -> String {
+        let mut text = TextTable::new(&[
+            ("detection", Align::Left),
+            ("samples", Align::Right),
+            ("with contact", Align::Right),
+            ("ok", Align::Right),
+            ("invalid", Align::Left),
+            ("failed", Align::Left),
+        ]);
+        for (name, group) in &self.groups {
+            text.row(vec![
+                name.clone(),
+                group.rows.to_string(),
+                group.with_contact.to_string(),
+                group.ok().to_string(),
+                group.by_cause(&["invalid"]),
+                group.by_cause(&["failed", "quarantined"]),
+            ]);
+        }
+        text.render("")
+    }
+
+    fn statistics(&mut self) -> String {
+        let mut header = vec![("median | worst (rows)", Align::Left)];
+        header.extend(self.groups.keys().map(|name| (name.as_str(), Align::Right)));
+        let mut text = TextTable::new(&header);
+        for (at, (_, unit, label, worst)) in QUANTITIES.into_iter().enumerate() {
+            if !self.has[at] {
+                continue;
+            }
+            let mut cells = vec![label.to_owned()];
+            for group in self.groups.values_mut() {
+                let found = &mut group.values[at];
+                found.sort_by(f64::total_cmp);
+                cells.push(match (found.first(), found.last()) {
+                    (Some(&least), Some(&most)) => {
+                        let end = match worst {
+                            Worst::Largest => most,
+                            Worst::Smallest => least,
+                        };
+                        let show = |value| format_digits(value, unit, 3);
+                        format!("{} | {} ({})", show(median(found)), show(end), found.len())
+                    }
+                    _ => "- (0)".to_owned(),
+                });
+            }
+            text.row(cells);
+        }
+        let mut text = text.render("");
+        text.push_str("Rows: those with status ok that have the quantity (no first contact without contact).");
+        let left_out = |(name, group): (&String, &Group)| {
+            let others = group.by_cause(&["invalid", "failed", "quarantined"]);
+            (others != "0").then(|| format!("{name} {others}"))
+        };
+        let left_out: Vec<String> = self.groups.iter().filter_map(left_out).collect();
+        if left_out.is_empty() {
+            text.push_str(" No row is left out.\n");
+        } else {
+            writeln!(text, " Left out: {}.", left_out.join("; ")).expect("writing to a String cannot fail");
+        }
+        text
+    }
 }
 
 /// Median of sorted numbers, at least one.
@@ -158,6 +204,12 @@ mod tests {
                 ("max_bearing_load_N".into(), Cells::Numbers(vec![Some(1000.0), Some(3000.0), Some(9e9), Some(5.0)])),
             ],
         )
+    }
+
+    fn summary(table: &Table) -> String {
+        let mut summary = Summary::default();
+        summary.add(table);
+        summary.text()
     }
 
     #[test]

@@ -12,7 +12,12 @@ pub struct Tally {
 impl Tally {
     /// Counts a finished sample.
     pub fn add(&mut self, outcome: &Outcome) {
-        *self.counts.entry((outcome.status, outcome.cause)).or_default() += 1;
+        self.count(outcome.status, outcome.cause);
+    }
+
+    /// Counts a sample of which only this is known.
+    pub fn count(&mut self, status: Status, cause: Option<Cause>) {
+        *self.counts.entry((status, cause)).or_default() += 1;
     }
 
     /// Finished samples.
@@ -25,6 +30,12 @@ impl Tally {
     #[must_use]
     pub fn of(&self, status: Status) -> u64 {
         self.counts.iter().filter(|((found, _), _)| *found == status).map(|(_, count)| count).sum()
+    }
+
+    /// Finished samples with this first cause.
+    #[must_use]
+    pub fn of_cause(&self, cause: Cause) -> u64 {
+        self.counts.iter().filter(|((_, found), _)| *found == Some(cause)).map(|(_, count)| count).sum()
     }
 
     /// Failed and quarantined samples.

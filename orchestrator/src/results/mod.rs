@@ -11,11 +11,11 @@ mod series;
 mod timings;
 
 pub use export::export_csv;
-pub use parquet::{Provenance, Row, Value, write_results};
+pub use parquet::{Provenance, ResultsWriter, Row, Value};
 pub use read::{Cells, Table};
 pub use schema::{DETECTION, Field, FieldKind, SCHEMA_VERSION, TableSchema, verdict_fields};
 pub use series::{NumberColumn, read_metadata, read_numbers, write_numbers};
-pub use timings::{Timing, write_timings};
+pub use timings::{Timing, TimingsWriter};
 
 use crate::files::FileError;
 use std::path::PathBuf;
@@ -47,5 +47,5 @@ pub enum TableError {
     },
 }
 
-/// Rows per row group: one group of the widest table (256 numbers a row) stays near 128 MB.
-const ROW_GROUP: usize = 65_536;
+/// Rows per row group. One group is in memory while a table is written: near 70 MB for the widest one (256 numbers a row).
+const ROW_GROUP: usize = 16_384;

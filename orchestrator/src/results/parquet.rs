@@ -2,7 +2,7 @@
 
 use super::schema::{Field, FieldKind, SCHEMA_VERSION, TableSchema};
 use super::{ROW_GROUP, TableError};
-use crate::files::Pending;
+use crate::files::{FileError, Pending};
 use bladeoff_core::outcome::Outcome;
 use polars::io::parquet::write::BatchedWriter;
 use polars::prelude::{
@@ -10,7 +10,7 @@ use polars::prelude::{
     ParquetCompression, ParquetWriter, PlSmallStr, PolarsError, Schema, Series, StatisticsOptions,
 };
 use std::fs::File;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// One value of a varied parameter.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,55 +38,69 @@ pub struct Row {
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Provenance(pub Vec<(String, String)>);
 
-/// Writes the table to `path`, durably.
-///
-/// `rows` come in ascending order of their sample number.
-///
-/// # Errors
-/// The disk is full or not writable, or the table library refused.
-pub fn write_results(
-    path: &Path,
-    schema: &TableSchema,
-    provenance: &Provenance,
-    rows: impl Iterator<Item = Row>,
-) -> Result<(), TableError> {
-    let mut pending = Pending::create(path)?;
-    let failed = |source| TableError::Table { action: "write", path: path.to_path_buf(), source };
-    let polars_schema: Schema =
-        schema.fields().iter().map(|f| (PlSmallStr::from(f.name.as_str()), data_type(f.kind))).collect();
-    let mut metadata = vec![("bladeoff.schema_version".to_owned(), SCHEMA_VERSION.to_string())];
-    metadata.extend(provenance.0.iter().map(|(key, value)| (format!("bladeoff.{key}"), value.clone())));
-    metadata.insert(0, arrow_schema(schema));
-    let mut writer = ParquetWriter::new(pending.file())
-        .with_compression(ParquetCompression::Zstd(None))
-        .with_statistics(StatisticsOptions::full())
-        .with_key_value_metadata(Some(KeyValueMetadata::from_static(metadata)))
-        .batched(&polars_schema)
-        .map_err(failed)?;
-    write_groups(&mut writer, schema, rows).map_err(failed)?;
-    writer.finish().map_err(failed)?;
-    drop(writer);
-    pending.finish()?;
-    Ok(())
+/// A table under construction, written in row groups of a fixed number of rows as they come.
+pub struct ResultsWriter {
+    schema: TableSchema,
+    path: PathBuf,
+    pending: Pending,
+    writer: BatchedWriter<File>,
+    group: Vec<Row>,
 }
 
-fn write_groups(
-    writer: &mut BatchedWriter<&mut File>,
-    schema: &TableSchema,
-    rows: impl Iterator<Item = Row>,
-) -> Result<(), PolarsError> {
-    let mut group = Vec::new();
-    for row in rows {
-        group.push(row);
-        if group.len() == ROW_GROUP {
-            writer.write_batch(&frame(schema, &group)?)?;
-            group.clear();
+impl ResultsWriter {
+    /// Starts a table that will be `path`.
+    ///
+    /// # Errors
+    /// The disk is full or not writable, or the table library refused.
+    pub fn create(path: &Path, schema: &TableSchema, provenance: &Provenance) -> Result<Self, TableError> {
+        let mut pending = Pending::create(path)?;
+        let polars_schema: Schema =
+            schema.fields().iter().map(|f| (PlSmallStr::from(f.name.as_str()), data_type(f.kind))).collect();
+        let mut metadata = vec![("bladeoff.schema_version".to_owned(), SCHEMA_VERSION.to_string())];
+        metadata.extend(provenance.0.iter().map(|(key, value)| (format!("bladeoff.{key}"), value.clone())));
+        metadata.insert(0, arrow_schema(schema));
+        let file = pending.file().try_clone().map_err(FileError::at("write", path))?;
+        let writer = ParquetWriter::new(file)
+            .with_compression(ParquetCompression::Zstd(None))
+            .with_statistics(StatisticsOptions::full())
+            .with_key_value_metadata(Some(KeyValueMetadata::from_static(metadata)))
+            .batched(&polars_schema)
+            .map_err(failed(path))?;
+        Ok(Self { schema: schema.clone(), path: path.to_path_buf(), pending, writer, group: Vec::new() })
+    }
+
+    /// Takes a row; rows come in ascending order of their sample number.
+    ///
+    /// # Errors
+    /// As [`ResultsWriter::create`].
+    pub fn push(&mut self, row: Row) -> Result<(), TableError> {
+        // Cut by sample number where a table is complete, by row number where it is not.
+        self.group.push(row);
+        if self.group.len() == ROW_GROUP { self.write_group() } else { Ok(()) }
+    }
+
+    fn write_group(&mut self) -> Result<(), TableError> {
+        let written = frame(&self.schema, &self.group).and_then(|frame| self.writer.write_batch(&frame));
+        self.group.clear();
+        written.map_err(failed(&self.path))
+    }
+
+    /// Writes the rest and makes the table durable under its name.
+    ///
+    /// # Errors
+    /// As [`ResultsWriter::create`].
+    pub fn finish(mut self) -> Result<(), TableError> {
+        if !self.group.is_empty() {
+            self.write_group()?;
         }
+        self.writer.finish().map_err(failed(&self.path))?;
+        Ok(self.pending.finish()?)
     }
-    if !group.is_empty() {
-        writer.write_batch(&frame(schema, &group)?)?;
-    }
-    Ok(())
+}
+
+fn failed(path: &Path) -> impl FnOnce(PolarsError) -> TableError {
+    let path = path.to_path_buf();
+    move |source| TableError::Table { action: "write", path, source }
 }
 
 fn frame(schema: &TableSchema, rows: &[Row]) -> Result<DataFrame, PolarsError> {

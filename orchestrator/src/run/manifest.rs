@@ -12,6 +12,8 @@ pub(super) struct Course<'a> {
     pub started: SystemTime,
     pub finished: Option<SystemTime>,
     pub done: u64,
+    /// Samples that were there before.
+    pub reused: u64,
     pub worker_deaths: u64,
     pub dropped_messages: u64,
 }
@@ -38,6 +40,7 @@ pub(super) fn manifest(
         "workers": request.workers,
         "state": course.state,
         "done": course.done,
+        "reused": course.reused,
         "worker_deaths": course.worker_deaths,
         "dropped_messages": course.dropped_messages,
         "started": timestamp(course.started),
@@ -57,7 +60,7 @@ fn build() -> Value {
     })
 }
 
-fn host() -> Option<String> {
+pub(super) fn host() -> Option<String> {
     std::fs::read_to_string("/proc/sys/kernel/hostname").ok().map(|name| name.trim().to_owned())
 }
 

@@ -1,35 +1,55 @@
-//! One study from its validated form to the result directory.
+//! One study from its validated form to the result directory, or from where an earlier run left it.
 //!
 //! ```text
-//! structure (basis) -> directory, frozen inputs, plan -> workers through dispatch -> ledger -> tables, manifest
+//! basis (frozen or new) -> lock -> record: new, continued or taken over -> inputs, plan
+//!   -> workers through dispatch -> ledger -> tables, manifest
 //! ```
 
 mod budget;
+mod change;
 pub mod directory;
 mod events;
 mod interrupt;
+mod keys;
+mod lock;
 mod manifest;
+mod prepare;
 mod provenance;
+mod refresh;
+pub mod rehearsal;
+mod resume;
 mod sink;
+mod status;
 mod tables;
 
-use crate::dispatch::{self, DispatchOptions, Ended, Signal};
-use crate::engine::{self, EngineError};
+pub use change::Change;
+pub use keys::SampleKeys;
+pub use lock::{Holder, LockError, Look, look};
+pub use resume::Rerun;
+pub use status::{RunState, STATUS, Seen, go_on, see};
+
+use crate::dispatch::{self, DispatchOptions, DispatchReport, Ended, Signal};
+use crate::engine::EngineError;
 use crate::files::{FileError, write_whole};
-use crate::ledger::{Ledger, LedgerError};
+use crate::ledger::LedgerError;
 use crate::report::{Progress, Tally};
 use crate::results::TableError;
 use crate::study::Samples;
 use bladeoff_core::document::Problems;
 use bladeoff_worker::plan::PlanFileError;
-use directory::{LEDGER, MANIFEST, RunDirectory};
+use bladeoff_worker::process::build_id;
+use directory::{INCOMPLETE_RESULTS, MANIFEST, RESULTS, RunDirectory, TIMINGS};
 use events::EventStream;
 use manifest::{Course, manifest};
+use prepare::Prepared;
+use refresh::refreshed;
+use resume::Opened;
 use sink::{LedgerSink, ProgressObserver, Watched};
+use status::StatusWriter;
 use std::cell::RefCell;
 use std::path::PathBuf;
 use std::rc::Rc;
-use std::time::{Instant, SystemTime};
+use std::time::{Duration, Instant, SystemTime};
 
 pub use budget::Budget;
 pub use events::EVENTS_VERSION;
@@ -37,7 +57,7 @@ pub use events::EVENTS_VERSION;
 /// What is asked for.
 #[derive(Debug, Clone)]
 pub struct Request {
-    /// Result directory; must not be there yet.
+    /// Result directory; a run that is there is continued.
     pub out: PathBuf,
     /// Worker processes.
     pub workers: usize,
@@ -45,13 +65,19 @@ pub struct Request {
     pub budget: Budget,
     /// Say what happens on standard output, for programs.
     pub json_events: bool,
+    /// Finished samples that are computed again.
+    pub rerun: Option<Rerun>,
+    /// Time between two writings of the table of what is finished; zero: only at the end.
+    pub refresh: Duration,
 }
 
 /// How a study ended.
 #[derive(Debug)]
 pub struct Finished {
-    /// Counts of the samples.
+    /// Counts of the samples, those that were there before included.
     pub tally: Tally,
+    /// Samples that were there before.
+    pub reused: u64,
     /// Why it ended.
     pub ended: Ended,
     /// The table.
@@ -61,12 +87,50 @@ pub struct Finished {
 /// Why a study could not be run to its end.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
-    /// The result directory is there already.
-    #[error("{} is already there; a study is not continued or overwritten: choose another --out or remove it", path.display())]
-    Exists {
+    /// The directory holds something else.
+    #[error(
+        "{} is not a result directory: it holds {file} and no record of a run; choose another --out",
+        path.display()
+    )]
+    Foreign {
+        /// The directory.
+        path: PathBuf,
+        /// The first file that no run begins with.
+        file: String,
+    },
+    /// A file stands where the directory should be.
+    #[error("{} is not a directory; choose another --out", path.display())]
+    NotADirectory {
+        /// The path.
+        path: PathBuf,
+    },
+    /// The directory was computed with another study or machine.
+    #[error(
+        "{} was computed with another study: {lost} of its {total} finished samples are not in this one\n{}\n\
+         A study that only grows (more points, a larger --limit, other [limits]) is continued. For this one choose \
+         another --out, or remove the directory",
+        path.display(),
+        changes.iter().map(|change| format!("  {change}")).collect::<Vec<_>>().join("\n")
+    )]
+    Changed {
+        /// The directory.
+        path: PathBuf,
+        /// Finished samples that the present study does not have.
+        lost: u64,
+        /// Finished samples.
+        total: u64,
+        /// What differs.
+        changes: Vec<Change>,
+    },
+    /// There is no run whose samples could be computed again.
+    #[error("{} has no finished samples to be computed again", path.display())]
+    NothingToRerun {
         /// The directory.
         path: PathBuf,
     },
+    /// Another run works in the directory, or that cannot be found out.
+    #[error(transparent)]
+    Lock(#[from] LockError),
     /// The machine of the study.
     #[error(transparent)]
     Machine(#[from] Problems),
@@ -90,14 +154,33 @@ pub enum RunError {
     Dispatch(#[from] dispatch::DispatchError),
 }
 
-/// Runs the samples and writes the result directory. Progress goes to standard error.
+impl RunError {
+    /// Whether the run was refused before anything of it was done: the same command will not do better.
+    #[must_use]
+    pub fn is_refusal(&self) -> bool {
+        matches!(
+            self,
+            Self::Foreign { .. }
+                | Self::NotADirectory { .. }
+                | Self::Changed { .. }
+                | Self::NothingToRerun { .. }
+                | Self::Lock(LockError::Held { .. })
+                | Self::Ledger(LedgerError::Version { .. })
+                | Self::Machine(_)
+                | Self::Engine(_)
+        )
+    }
+}
+
+/// Runs the samples that have no result yet and writes the result directory. `note` is told what the user should know;
+/// progress goes to standard error.
 ///
 /// # Errors
 /// See [`RunError`]; what was finished before is in the directory's ledger.
-pub fn run(request: &Request, samples: &Samples) -> Result<Finished, RunError> {
+pub fn run(request: &Request, samples: &Samples, note: &dyn Fn(&str)) -> Result<Finished, RunError> {
     let events = if request.json_events { EventStream::start(std::io::stdout()) } else { None };
     let watched = Rc::new(RefCell::new(Watched { events, ..Watched::default() }));
-    let result = compute(request, samples, &watched);
+    let result = open_and_compute(request, samples, note, &watched);
     if let Some(events) = watched.borrow_mut().events.take() {
         match &result {
             Ok(done) => events.finished(done.ended, done.tally.done(), samples.count(), &done.table.to_string_lossy()),
@@ -107,62 +190,124 @@ pub fn run(request: &Request, samples: &Samples) -> Result<Finished, RunError> {
     result
 }
 
-fn compute(request: &Request, samples: &Samples, watched: &Rc<RefCell<Watched>>) -> Result<Finished, RunError> {
+fn open_and_compute(
+    request: &Request,
+    samples: &Samples,
+    note: &dyn Fn(&str),
+    watched: &Rc<RefCell<Watched>>,
+) -> Result<Finished, RunError> {
     // Whatever can be refused is refused before the directory is made.
-    // The first sample stands for all: their columns are the same, and its basis serves whoever has its structure.
-    let machine = samples.machine(0).build()?;
-    let structure = engine::build(&machine)?;
+    let new_basis = if request.out.exists() { None } else { Some(prepare::new_basis(samples)?) };
     dispatch::preflight(request.workers)?;
-    let plan = samples.plan(Some(structure.basis().to_bytes()));
-    let directory = RunDirectory::create(&request.out, samples.study())?;
-    let plan_hash = plan.write(directory.path())?;
-    let provenance = provenance::provenance(samples, &plan_hash, plan.basis.as_deref());
-    let mut ledger = Ledger::create(&directory.file(LEDGER), &provenance)?;
+    let directory = RunDirectory::claim(&request.out)?;
+    if let Some(holder) = directory.left_by() {
+        note(&format!("the last run here ({holder}) did not end in order; going on from its record"));
+    }
+    let basis = new_basis.map_or_else(|| prepare::frozen_basis(samples, &directory), Ok)?;
+    let prepared = Prepared::new(samples, basis)?;
+    let opened = resume::open(&directory, &prepared, request.rerun.as_ref())?;
+    opened.notes.iter().for_each(|text| note(text));
+    let reused = opened.tally.done();
+    if opened.todo.left() == 0 && tables::is_current(&directory, RESULTS, &prepared.provenance) {
+        note("every sample is there already: nothing is computed");
+        directory.remove(INCOMPLETE_RESULTS)?;
+        let (tally, table) = (opened.tally, directory.file(RESULTS));
+        return Ok(Finished { tally, reused, ended: Ended::Complete, table });
+    }
+    if reused > 0 {
+        note(&format!(
+            "{reused} of {} samples are there already, {} are computed",
+            samples.count(),
+            opened.todo.left()
+        ));
+    }
+    // A table of what was there would look like that of the whole, and one with other numbers like its beginning.
+    directory.remove(RESULTS)?;
+    if request.rerun.is_some() || !tables::is_current(&directory, INCOMPLETE_RESULTS, &prepared.provenance) {
+        directory.remove(INCOMPLETE_RESULTS)?;
+        directory.remove(TIMINGS)?;
+    }
+    compute(request, &directory, &prepared, opened, watched)
+}
 
+/// Has the rest computed and writes the tables.
+fn compute(
+    request: &Request,
+    directory: &RunDirectory,
+    prepared: &Prepared<'_>,
+    opened: Opened,
+    watched: &Rc<RefCell<Watched>>,
+) -> Result<Finished, RunError> {
+    let samples = prepared.samples;
+    let Opened { mut ledger, todo, tally, .. } = opened;
+    let reused = tally.done();
     let started = SystemTime::now();
     let course = |state, finished, done, deaths, dropped| Course {
         state,
         started,
         finished,
         done,
+        reused,
         worker_deaths: deaths,
         dropped_messages: dropped,
     };
     let write_manifest = |course: &Course<'_>| {
-        write_whole(&directory.file(MANIFEST), manifest(request, samples, &provenance, course).as_bytes())
+        write_whole(&directory.file(MANIFEST), manifest(request, samples, &prepared.provenance, course).as_bytes())
     };
-    write_manifest(&course("running", None, 0, 0, 0))?;
+    write_manifest(&course("running", None, reused, 0, 0))?;
 
-    let tally = Rc::new(RefCell::new(Tally::default()));
-    let mut options =
-        DispatchOptions::new(request.workers, dispatch::self_command()?, directory.path().to_path_buf(), plan_hash);
+    let tally = Rc::new(RefCell::new(tally));
+    let mut options = DispatchOptions::new(
+        request.workers,
+        dispatch::self_command()?,
+        directory.path().to_path_buf(),
+        prepared.plan_hash.clone(),
+    );
+    // Another build may compute other numbers.
+    options.build = Some(build_id());
     request.budget.apply(&mut options);
     options.keys = true;
     let mut observer = ProgressObserver {
-        progress: Progress::start(samples.count(), Instant::now()),
+        progress: Progress::start(samples.count(), reused, Instant::now()),
+        status: StatusWriter::new(directory.path(), samples, reused),
         tally: Rc::clone(&tally),
         watched: Rc::clone(watched),
     };
     if let Some(events) = &mut watched.borrow_mut().events {
         let directory = directory.path().to_string_lossy();
-        events.started(&samples.study().name, &directory, samples.count(), 0, request.workers);
+        events.started(&samples.study().name, &directory, samples.count(), reused, request.workers);
     }
-    let mut sink = LedgerSink { ledger: &mut ledger, tally: Rc::clone(&tally), watched: Rc::clone(watched) };
-    let report = dispatch::run(&options, samples, samples.count(), &mut sink, &mut observer);
+    let record = ledger.reader().clone();
+    let mut sink =
+        LedgerSink { ledger: &mut ledger, keys: &prepared.keys, tally: Rc::clone(&tally), watched: Rc::clone(watched) };
+    let report = refreshed(request.refresh, directory, prepared, &record, || {
+        dispatch::run(&options, samples, todo, &mut sink, &mut observer)
+    });
     let tally = tally.borrow().clone();
     observer.progress.finish(&tally, Instant::now());
-    ledger.commit()?;
-    let report = report?;
-    interrupt::end_at_once_when_told(matches!(report.ended, Ended::Signalled(_)));
+    let committed = ledger.commit();
+    let written = report.map_err(RunError::from).and_then(|report| {
+        // After a failure the first error is the one that says why.
+        committed?;
+        interrupt::end_at_once_when_told(matches!(report.ended, Ended::Signalled(_)));
+        let table = tables::write_tables(directory, prepared, &record)?;
+        let (state, finished) = (state_word(&report), Some(SystemTime::now()));
+        write_manifest(&course(state, finished, tally.done(), report.worker_deaths, report.dropped_messages))?;
+        Ok((report, table))
+    });
+    match &written {
+        Ok((report, _)) => observer.status.finish(state_word(report), None, &tally),
+        Err(error) => observer.status.finish("failed", Some(&error.to_string()), &tally),
+    }
+    let (report, table) = written?;
+    Ok(Finished { tally, reused, ended: report.ended, table })
+}
 
-    let table = tables::write_tables(&directory, samples, &machine, &ledger, &provenance)?;
-    let state = match report.ended {
+fn state_word(report: &DispatchReport) -> &'static str {
+    match report.ended {
         Ended::Complete => "complete",
         Ended::Signalled(Signal::Interrupt) => "interrupted",
         Ended::Signalled(Signal::Terminate) => "terminated",
         Ended::Wall | Ended::Until | Ended::TooManyFailures => "stopped",
-    };
-    let finished = Some(SystemTime::now());
-    write_manifest(&course(state, finished, tally.done(), report.worker_deaths, report.dropped_messages))?;
-    Ok(Finished { tally, ended: report.ended, table })
+    }
 }

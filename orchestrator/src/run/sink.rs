@@ -1,6 +1,8 @@
 //! From the dispatch loop into the ledger, counting on the way.
 
 use super::events::EventStream;
+use super::keys::SampleKeys;
+use super::status::StatusWriter;
 use crate::dispatch::{Notice, Observer, SampleResult, Sink, SinkError};
 use crate::ledger::{Entry, Ledger, LedgerError};
 use crate::report::{Costs, Progress, Tally, duration};
@@ -14,6 +16,7 @@ use std::time::Instant;
 #[derive(Debug)]
 pub(super) struct LedgerSink<'a> {
     pub ledger: &'a mut Ledger,
+    pub keys: &'a SampleKeys<'a>,
     pub tally: Rc<RefCell<Tally>>,
     pub watched: Rc<RefCell<Watched>>,
 }
@@ -37,7 +40,7 @@ impl Sink for LedgerSink<'_> {
         watched.events.iter_mut().for_each(|events| events.sample(&result));
         let entry =
             Entry { outcome: result.outcome, cpu_s: result.cpu_s, worker: result.worker, attempt: result.attempt };
-        self.ledger.put(result.sample, &entry, Instant::now()).map_err(refused)
+        self.ledger.put(result.sample, self.keys.key(result.sample), &entry, Instant::now()).map_err(refused)
     }
 
     fn flush(&mut self) -> Result<(), SinkError> {
@@ -52,7 +55,7 @@ fn refused(error: LedgerError) -> SinkError {
 }
 
 /// What a worker is doing, in one line.
-fn describe(worker: &WorkerView) -> String {
+pub(super) fn describe(worker: &WorkerView) -> String {
     let activity = match worker.activity {
         Activity::Starting => "starting".to_owned(),
         Activity::Idle => "idle".to_owned(),
@@ -70,6 +73,7 @@ fn describe(worker: &WorkerView) -> String {
 #[derive(Debug)]
 pub(super) struct ProgressObserver {
     pub progress: Progress,
+    pub status: StatusWriter,
     pub tally: Rc<RefCell<Tally>>,
     pub watched: Rc<RefCell<Watched>>,
 }
@@ -77,10 +81,12 @@ pub(super) struct ProgressObserver {
 impl Observer for ProgressObserver {
     fn progress(&mut self, snapshot: &Snapshot) {
         let stale = snapshot.workers.iter().filter(|worker| worker.stale).count();
+        let now = Instant::now();
         let mut watched = self.watched.borrow_mut();
         let eta = watched.costs.eta(snapshot.total - snapshot.done, snapshot.elapsed);
         watched.events.iter_mut().for_each(|events| events.progress(snapshot, eta));
-        self.progress.update(&self.tally.borrow(), eta, stale, Instant::now());
+        self.progress.update(&self.tally.borrow(), eta, stale, now);
+        self.status.update(snapshot, &self.tally.borrow(), now);
     }
 
     fn asked(&mut self, snapshot: &Snapshot) {

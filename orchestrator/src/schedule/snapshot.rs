@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use bladeoff_core::outcome::{Cause, Status};
+use bladeoff_protocol::messages::WorkerId;
 
 use super::place::State;
 use super::scheduler::Scheduler;
@@ -104,6 +105,14 @@ impl Rate {
 }
 
 impl Scheduler {
+    /// The sample a worker was last heard to be in, or has alone.
+    #[must_use]
+    pub fn sample_of(&self, worker: WorkerId) -> Option<u64> {
+        let work = self.places[self.place_of(worker)?].work()?;
+        let alone = work.left.front().filter(|_| work.left.len() == 1).copied();
+        work.current.map(|(sample, _)| sample).or(alone)
+    }
+
     /// What the run looks like.
     #[must_use]
     pub fn snapshot(&self, now: Duration) -> Snapshot {

@@ -120,7 +120,8 @@ impl ValueList {
     }
 }
 
-/// The value after `part` of `parts` equal steps; the ends come out exactly as given.
+/// The value after `part` of `parts` equal steps; the ends come out exactly as given. The fraction is reduced first, so
+/// that a point has the same bits in every range that has it: a range of 10 values contains the one of 4.
 fn between(from: f64, to: f64, part: u64, parts: u64, log: bool) -> f64 {
     if part == 0 {
         return from;
@@ -128,6 +129,8 @@ fn between(from: f64, to: f64, part: u64, parts: u64, log: bool) -> f64 {
     if part == parts {
         return to;
     }
+    let divisor = greatest_common_divisor(part, parts);
+    let (part, parts) = (part / divisor, parts / divisor);
     let (done, whole) = (part as f64, parts as f64);
     if log {
         // libm, not the system's: the same values, bit for bit, on every machine.
@@ -137,9 +140,28 @@ fn between(from: f64, to: f64, part: u64, parts: u64, log: bool) -> f64 {
     }
 }
 
+fn greatest_common_divisor(mut a: u64, mut b: u64) -> u64 {
+    while b > 0 {
+        (a, b) = (b, a % b);
+    }
+    a
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_finer_range_contains_the_coarser_one_bit_for_bit() {
+        for log in [false, true] {
+            for (parts, times) in [(1, 7), (3, 3), (4, 2), (7, 10)] {
+                for part in 0..=parts {
+                    let coarse = between(0.1, 0.7, part, parts, log);
+                    assert_eq!(coarse.to_bits(), between(0.1, 0.7, part * times, parts * times, log).to_bits());
+                }
+            }
+        }
+    }
 
     #[test]
     fn a_linear_range_has_equal_differences_and_its_exact_ends() {

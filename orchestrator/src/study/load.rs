@@ -9,7 +9,7 @@ use super::{Axis, STUDY_SCHEMA, Study, StudyError};
 use bladeoff_core::document::{Collector, Entry, MAX_FILE_BYTES, Node, Problems, Value, parse_toml};
 use bladeoff_core::machine::{MachineDef, ParamValue, PathInfo};
 use bladeoff_protocol::messages::MAX_PARAMS;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Largest points file.
 const MAX_POINTS_BYTES: u64 = 256 << 20;
@@ -21,10 +21,31 @@ const KEYS: [&str; 8] = ["schema", "name", "machine", "seed", "set", "vary", "po
 /// # Errors
 /// The study file cannot be read; or every problem found in the study, the machine and the points file.
 pub fn load(path: &Path) -> Result<Study, StudyError> {
+    load_with(path, None)
+}
+
+/// Where the files are that a study froze beside itself.
+#[derive(Debug, Clone)]
+pub struct FrozenFiles {
+    /// The machine file.
+    pub machine: PathBuf,
+    /// The points file, if there is one.
+    pub points: PathBuf,
+}
+
+/// Reads a study as a result directory keeps it: its machine and points are the frozen ones, whatever it calls them.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_frozen(path: &Path, files: FrozenFiles) -> Result<Study, StudyError> {
+    load_with(path, Some(files))
+}
+
+fn load_with(path: &Path, frozen: Option<FrozenFiles>) -> Result<Study, StudyError> {
     let file = path.display().to_string();
     let text = read_input(path, MAX_FILE_BYTES as u64)?;
     let root = parse_toml(&file, &text).map_err(|problems| StudyError::Problems(vec![problems]))?;
-    let mut loader = Loader { path, problems: Collector::new(&file, &text), others: Vec::new() };
+    let mut loader = Loader { path, frozen, problems: Collector::new(&file, &text), others: Vec::new() };
     let study = loader.study(&file, &text, &root);
     let mut all = Vec::new();
     if let Err(problems) = loader.problems.finish() {
@@ -46,6 +67,7 @@ struct MachineFile {
 
 struct Loader<'a> {
     path: &'a Path,
+    frozen: Option<FrozenFiles>,
     problems: Collector,
     /// Problems of the machine and the points file.
     others: Vec<Problems>,
@@ -162,7 +184,11 @@ impl Loader<'_> {
     /// A file named in the study: where it lies and what it says.
     fn file(&mut self, entry: &Entry, key: &str, named: &str, limit: u64) -> Option<(String, String)> {
         let read = |path: &Path| -> Result<_, InputError> {
-            let found = beside(path, named)?;
+            let found = match &self.frozen {
+                None => beside(path, named)?,
+                Some(files) if key == "machine" => files.machine.clone(),
+                Some(files) => files.points.clone(),
+            };
             let text = read_input(&found, limit)?;
             Ok((found.display().to_string(), text))
         };

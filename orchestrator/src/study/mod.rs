@@ -24,7 +24,7 @@ pub use axis::{Axis, ValueList, Varied, show};
 pub use feasible::{CHECKED_COMBINATIONS, check_machines};
 pub use input::{InputError, read_input};
 pub use limits::{Limits, Share};
-pub use load::load;
+pub use load::{FrozenFiles, load, load_frozen};
 pub use samples::Samples;
 pub use starts::check_starts;
 pub use template::STUDY_TEMPLATE;

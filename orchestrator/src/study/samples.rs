@@ -63,6 +63,12 @@ impl Samples {
         self.study.axes.iter().flat_map(|axis| &axis.varied)
     }
 
+    /// Position of a sample on each axis, in the numbering of the study file.
+    #[must_use]
+    pub fn positions(&self, sample: u64) -> Vec<u64> {
+        self.design.positions(sample)
+    }
+
     /// One value per varied parameter.
     #[must_use]
     pub fn values(&self, sample: u64) -> Vec<ParamValue> {

@@ -1,0 +1,70 @@
+//! Identity of a machine: equal for machines that compute the same, whatever their files look like.
+//!
+//! ```text
+//! identity = h(layout) + sum over all parameters of h(path, value)      modulo 2^128, h: blake3 cut to 128 bits
+//! ```
+//! The sum makes it cheap in a study: exchanging one value is one subtraction and one addition, and a parameter that is
+//! varied counts like one that the file gives. Comments, units, number formats, the machine's name and the order of keys do
+//! not count; the order of bearings and sections does, because columns and sums follow it. A default and the same value
+//! written out in a table that is there anyway are equal.
+
+use super::def::MachineDef;
+use super::layout::{Layout, Scalar};
+use super::paths::PathInfo;
+use super::schema::SCHEMA;
+use super::value::{self, ParamValue, ValueError};
+
+impl MachineDef {
+    /// The identity with the present values.
+    ///
+    /// Verified by `identity_ignores_how_a_file_is_written` and `exchanging_a_value_is_setting_it`.
+    #[must_use]
+    pub fn identity(&self) -> u128 {
+        let slots = self.layout.slots.iter().zip(&self.states);
+        slots.fold(layout_part(&self.layout), |sum, (slot, state)| sum.wrapping_add(part(&slot.path, &state.scalar)))
+    }
+
+    /// What is to be added (wrapping) to [`MachineDef::identity`] when a parameter gets a value instead of its present one.
+    ///
+    /// # Errors
+    /// As [`MachineDef::set`].
+    pub fn identity_change(&self, path: &PathInfo, value: &ParamValue) -> Result<u128, ValueError> {
+        let index = self.index(path)?;
+        let slot = &self.layout.slots[index];
+        let new = value::check(slot, value)?;
+        Ok(part(&slot.path, &new).wrapping_sub(part(&slot.path, &self.states[index].scalar)))
+    }
+}
+
+/// What `set` cannot change: which tables, sections and lists there are.
+fn layout_part(layout: &Layout) -> u128 {
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(&SCHEMA.to_le_bytes());
+    let mut word = |text: &str| {
+        hasher.update(&(text.len() as u64).to_le_bytes());
+        hasher.update(text.as_bytes());
+    };
+    layout.slots.iter().for_each(|slot| word(&slot.path));
+    word("tables");
+    layout.tables.keys().for_each(|table| word(table));
+    for (group, members) in &layout.groups {
+        word(group);
+        members.iter().for_each(|member| word(&member.name));
+    }
+    cut(&hasher.finalize())
+}
+
+fn part(path: &str, scalar: &Scalar) -> u128 {
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(path.as_bytes());
+    match scalar {
+        Scalar::Absent | Scalar::Bad => hasher.update(&[0, 0]),
+        Scalar::Number(number) => hasher.update(&[0, 1]).update(&number.to_bits().to_le_bytes()),
+        Scalar::Word(word) => hasher.update(&[0, 2]).update(word.as_bytes()),
+    };
+    cut(&hasher.finalize())
+}
+
+fn cut(hash: &blake3::Hash) -> u128 {
+    u128::from_le_bytes(hash.as_bytes()[..16].try_into().expect("a hash has 32 bytes"))
+}

@@ -1,0 +1,139 @@
+//! `bladeoff status`: how far a study is, while it runs and afterwards.
+
+use super::error::CliError;
+use super::exit::Exit;
+use super::output::print;
+use crate::report::duration;
+use crate::run::{RunState, Seen, see};
+use serde_json::{Map, Value, json};
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Show how far a study is
+///
+/// Works while the study runs and afterwards, from any terminal, and disturbs nothing: finished samples, pace, time
+/// left, failures by cause, what each worker does; whether somebody works in the directory, or the last run was
+/// interrupted or killed; and the command that goes on. The figures of a running study are at most about a second old.
+///
+/// State is one of: running; stopped (the process is, by SIGSTOP or Ctrl-Z); killed (the last run did not end in order:
+/// finished samples are kept); ended (in order, before it was complete); complete.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  bladeoff status runs/first-look
+  bladeoff status runs/first-look --json
+  watch bladeoff status runs/gap-friction-map")]
+pub struct Args {
+    /// Result directory of `bladeoff run`
+    directory: PathBuf,
+
+    /// Print one JSON object: that of status.json in the directory, with the state as it is now
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the subcommand.
+pub fn main(args: &Args) -> Result<Exit, CliError> {
+    let seen = see(&args.directory)?.ok_or_else(|| CliError::NotARun { path: args.directory.clone() })?;
+    print(&if args.json { as_json(seen) } else { as_text(&seen) })?;
+    Ok(Exit::Ok)
+}
+
+fn as_json(seen: Seen) -> String {
+    let mut object = seen.told.unwrap_or_default();
+    if seen.state == RunState::Ended {
+        // Why it ended is what the run said itself: interrupted, terminated, stopped, failed.
+        let said = object.get("state").and_then(Value::as_str).filter(|state| *state != "running");
+        let said = said.map(str::to_owned);
+        object.insert("ended".to_owned(), json!(said));
+    }
+    object.insert("state".to_owned(), json!(seen.state.word()));
+    let mut text = serde_json::to_string_pretty(&Value::Object(object)).unwrap_or_default();
+    text.push('\n');
+    text
+}
+
+fn as_text(seen: &Seen) -> String {
+    let empty = Map::new();
+    let told = seen.told.as_ref().unwrap_or(&empty);
+    let word = |key: &str| told.get(key).and_then(Value::as_str);
+    let mut lines = vec![format!("{:<10} {}", "state", state(seen, word("state"), word("error")))];
+    let mut line = |name: &str, text: String| lines.push(format!("{name:<10} {text}"));
+    if seen.told.is_none() {
+        line("done", "unknown: the run has not told yet".to_owned());
+    } else {
+        line("study", word("study").unwrap_or("unknown").to_owned());
+        line("done", done(seen, told));
+        line("outcome", outcome(told));
+        if let RunState::Running { .. } = seen.state {
+            line("pace", pace(told));
+        }
+        let deaths = number(told, "worker_deaths");
+        if deaths > 0.0 {
+            line("deaths", format!("{deaths} workers died and were replaced"));
+        }
+        if let RunState::Running { .. } = seen.state {
+            line("updated", word("updated").unwrap_or("unknown").to_owned());
+            for worker in told.get("workers").and_then(Value::as_array).into_iter().flatten() {
+                lines.push(worker["doing"].as_str().unwrap_or("worker").to_owned());
+            }
+        } else if let Some(command) = word("go_on").filter(|_| seen.state != RunState::Complete) {
+            line("go on", command.to_owned());
+        }
+    }
+    lines.push(String::new());
+    lines.join("\n")
+}
+
+fn state(seen: &Seen, said: Option<&str>, error: Option<&str>) -> String {
+    let by =
+        |holder: &Option<crate::run::Holder>| holder.as_ref().map(|holder| format!(": {holder}")).unwrap_or_default();
+    match &seen.state {
+        RunState::Running { holder, stopped: false } => format!("running{}", by(holder)),
+        RunState::Running { holder, stopped: true } => {
+            format!("stopped{}; it goes on after SIGCONT (`fg`, `kill -CONT`)", by(holder))
+        }
+        RunState::Killed(holder) => format!("killed: {holder}, did not end in order; finished samples are kept"),
+        RunState::Complete => "complete".to_owned(),
+        RunState::Ended => match (said, error) {
+            (Some("failed"), Some(error)) => format!("ended: failed: {error}"),
+            (Some("complete") | None, _) => "ended".to_owned(),
+            (Some(said), _) => format!("ended: {said}"),
+        },
+    }
+}
+
+fn done(seen: &Seen, told: &Map<String, Value>) -> String {
+    let (done, total, reused) = (number(told, "done"), number(told, "total"), number(told, "reused"));
+    let share = if total > 0.0 { 100.0 * done / total } else { 100.0 };
+    // A killed run may have recorded more than it had time to tell.
+    let least = if matches!(seen.state, RunState::Killed(_)) { "about " } else { "" };
+    let earlier = if reused > 0.0 { format!(", {reused} of them in earlier runs") } else { String::new() };
+    format!("{least}{done} of {total} samples ({share:.1} %){earlier}")
+}
+
+fn outcome(told: &Map<String, Value>) -> String {
+    let counts = |key: &str| -> Vec<String> {
+        let pairs = told.get(key).and_then(Value::as_object).into_iter().flatten();
+        pairs.filter(|(_, count)| count.as_u64() != Some(0)).map(|(word, count)| format!("{word} {count}")).collect()
+    };
+    let (by_status, by_cause) = (counts("by_status"), counts("by_cause"));
+    match (by_status.is_empty(), by_cause.is_empty()) {
+        (true, _) => "nothing yet".to_owned(),
+        (false, true) => by_status.join(", "),
+        (false, false) => format!("{}; causes: {}", by_status.join(", "), by_cause.join(", ")),
+    }
+}
+
+fn pace(told: &Map<String, Value>) -> String {
+    let rate = number(told, "rate_per_s");
+    let left = told.get("eta_s").and_then(Value::as_f64).and_then(|eta| Duration::try_from_secs_f64(eta).ok());
+    match left {
+        Some(left) if rate >= 1.0 => format!("{rate:.1}/s, about {} left", duration(left)),
+        Some(left) => format!("{:.1}/min, about {} left", rate * 60.0, duration(left)),
+        None => "not known yet".to_owned(),
+    }
+}
+
+fn number(told: &Map<String, Value>, key: &str) -> f64 {
+    told.get(key).and_then(Value::as_f64).unwrap_or(0.0)
+}

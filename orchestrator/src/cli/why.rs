@@ -1,0 +1,267 @@
+//! `bladeoff why`: all that is known of one sample, in words.
+
+use super::error::CliError;
+use super::exit::Exit;
+use super::output::{print, remark};
+use crate::report::{advice, cause_in_words, duration, end_cause_in_words, mentions};
+use crate::results::{Table, read_numbers};
+use crate::run::directory::{
+    INCOMPLETE_RESULTS, LEDGER, MACHINE, MANIFEST, POINTS, RESULTS, STUDY, TIMINGS, WORKER_LOG,
+};
+use crate::run::{RunState, see};
+use crate::study::{FrozenFiles, Samples, StudyError, load_frozen, show};
+use bladeoff_core::document::units::format_quantity;
+use bladeoff_core::outcome::{Cause, EndCause};
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// Most lines of the workers' log that are shown.
+const SHOWN_LINES: usize = 20;
+
+/// Tell all that is known of one sample
+///
+/// Its parameters; whether it may be believed; why not, what that means and what can be done; when the run of it ended;
+/// which worker computed it in how many attempts; what the workers' log says of it; and the commands that compute it
+/// again.
+///
+/// Without a directory it is the current one if a study was run there, otherwise the one below runs/ that was written to
+/// last; which one is said.
+#[derive(Debug, clap::Args)]
+#[command(
+    override_usage = "bladeoff why [DIRECTORY] SAMPLE\n       bladeoff why SAMPLE --dir DIRECTORY",
+    after_help = "Examples:
+  bladeoff why 17
+  bladeoff why runs/first-look 17
+  bladeoff why 17 --dir runs/first-look"
+)]
+pub struct Args {
+    /// Sample number, as in the column `sample`; a result directory may stand before it
+    #[arg(value_name = "SAMPLE", required = true, num_args = 1..=2)]
+    words: Vec<String>,
+
+    /// Result directory of the study
+    #[arg(long, value_name = "DIRECTORY")]
+    dir: Option<PathBuf>,
+}
+
+/// Why nothing can be said of a sample.
+#[derive(Debug, thiserror::Error)]
+pub enum WhyError {
+    /// Not a number.
+    #[error("{word:?} is not the number of a sample")]
+    Number {
+        /// What was given.
+        word: String,
+    },
+    /// Two directories.
+    #[error("the directory is given twice: {first} and {}", second.display())]
+    Twice {
+        /// Before the sample.
+        first: String,
+        /// By --dir.
+        second: PathBuf,
+    },
+    /// No directory.
+    #[error("there is no result directory here nor below runs/; name one: bladeoff why DIRECTORY SAMPLE")]
+    NoDirectory,
+    /// No such sample.
+    #[error("the study in {} has no sample {sample}; its samples are 0 to {}", directory.display(), count - 1)]
+    Sample {
+        /// The directory.
+        directory: PathBuf,
+        /// The number.
+        sample: u64,
+        /// Samples there are.
+        count: u64,
+    },
+    /// The study that was frozen in the directory.
+    #[error("the study frozen in {} cannot be read any more", directory.display())]
+    Frozen {
+        /// The directory.
+        directory: PathBuf,
+        /// Why.
+        #[source]
+        source: StudyError,
+    },
+}
+
+/// Runs the subcommand.
+pub fn main(args: &Args) -> Result<Exit, CliError> {
+    let (directory, sample) = place(args)?;
+    let seen = see(&directory)?.ok_or_else(|| CliError::NotARun { path: directory.clone() })?;
+    let samples = frozen(&directory)?;
+    if sample >= samples.count() {
+        return Err(WhyError::Sample { directory, sample, count: samples.count() }.into());
+    }
+    let mut told = Told::default();
+    told.line("sample", format!("{sample} of {} in {}", samples.count(), directory.display()));
+    for (varied, value) in samples.parameters().zip(samples.values(sample)) {
+        told.line(&varied.info.path, show(&varied.info, &value));
+    }
+    let go_on = seen.told.as_ref().and_then(|told| told.get("go_on")).and_then(Value::as_str).map(str::to_owned);
+    match row(&directory, sample)? {
+        Some((table, row)) => finished(&mut told, &table, row, go_on.as_deref()),
+        None => {
+            told.line("status", unfinished(&seen.state, seen.told.as_ref(), sample, go_on.as_deref()));
+        }
+    }
+    timing(&mut told, &directory, sample)?;
+    log(&mut told, &directory, sample);
+    told.line(
+        "compute it",
+        format!("bladeoff replay {} --sample {sample} --history sample-{sample}.mcap", directory.display()),
+    );
+    print(&told.0)?;
+    Ok(Exit::Ok)
+}
+
+/// Lines of name and text.
+#[derive(Default)]
+struct Told(String);
+
+impl Told {
+    fn line(&mut self, name: &str, text: impl AsRef<str>) {
+        self.0.push_str(&format!("{name:<32} {}\n", text.as_ref()));
+    }
+}
+
+/// Directory and sample of the command line.
+fn place(args: &Args) -> Result<(PathBuf, u64), CliError> {
+    let (directory, word) = match args.words.as_slice() {
+        [directory, word] => (Some(directory), word),
+        [word, ..] => (None, word),
+        [] => unreachable!("clap asks for one or two"),
+    };
+    let sample = word.parse().map_err(|_| WhyError::Number { word: word.clone() })?;
+    let directory = match (directory, &args.dir) {
+        (Some(first), Some(second)) => {
+            return Err(WhyError::Twice { first: first.clone(), second: second.clone() }.into());
+        }
+        (Some(directory), None) => directory.into(),
+        (None, Some(directory)) => directory.clone(),
+        (None, None) => default_directory()?,
+    };
+    Ok((directory, sample))
+}
+
+fn default_directory() -> Result<PathBuf, WhyError> {
+    if Path::new(LEDGER).exists() {
+        return Ok(PathBuf::from("."));
+    }
+    let entries = fs::read_dir("runs").map_err(|_| WhyError::NoDirectory)?;
+    let written = |path: &Path| fs::metadata(path.join(LEDGER)).and_then(|found| found.modified()).ok();
+    let runs = entries.flatten().filter_map(|entry| Some((written(&entry.path())?, entry.path())));
+    let (_, latest) = runs.max().ok_or(WhyError::NoDirectory)?;
+    remark(&format!("in {}:", latest.display()));
+    Ok(latest)
+}
+
+/// The study as it is frozen in the directory, with the part of it that was run.
+fn frozen(directory: &Path) -> Result<Samples, WhyError> {
+    let failed = |source| WhyError::Frozen { directory: directory.to_path_buf(), source };
+    let files = FrozenFiles { machine: directory.join(MACHINE), points: directory.join(POINTS) };
+    let study = load_frozen(&directory.join(STUDY), files).map_err(failed)?;
+    let manifest: Value =
+        fs::read(directory.join(MANIFEST)).ok().and_then(|text| serde_json::from_slice(&text).ok()).unwrap_or_default();
+    Samples::new(study, manifest["scale"].as_f64(), manifest["limit"].as_u64()).map_err(failed)
+}
+
+/// The table and the row of the sample in it, if it has one.
+fn row(directory: &Path, sample: u64) -> Result<Option<(Table, usize)>, CliError> {
+    for name in [RESULTS, INCOMPLETE_RESULTS] {
+        let path = directory.join(name);
+        if path.is_file() {
+            let table = Table::read(&path)?;
+            let samples = table.numbers("sample").unwrap_or_default();
+            let row = samples.iter().position(|found| *found == Some(sample as f64));
+            return Ok(row.map(|row| (table, row)));
+        }
+    }
+    Ok(None)
+}
+
+fn finished(told: &mut Told, table: &Table, row: usize, go_on: Option<&str>) {
+    let word = |name: &str| table.words(name).and_then(|words| words[row].as_deref());
+    let number = |name: &str| table.numbers(name).and_then(|values| values[row]);
+    told.line(
+        "status",
+        match word("status").unwrap_or("unknown") {
+            "ok" => "ok",
+            "invalid" => "invalid: it finished, but is not to be believed; its values are kept",
+            "failed" => "failed: it ended early; its values are those up to then",
+            "quarantined" => "quarantined: given up, it has no values",
+            other => other,
+        },
+    );
+    let causes = word("causes").unwrap_or_default().split(',').filter_map(Cause::from_word);
+    for cause in causes {
+        told.line(cause.word(), cause_in_words(cause));
+        told.line("  what to do", advice(cause));
+        if let Some(command) = go_on.filter(|_| !cause.is_deterministic()) {
+            told.line("  try again", format!("{command} --rerun cause={}", cause.word()));
+        }
+    }
+    if let Some(end) = word("end_cause").and_then(EndCause::from_word) {
+        let at = number("end_time_s").map(|time| format!(" at {}", format_quantity(time, "s"))).unwrap_or_default();
+        let spin = number("end_speed_rad_s").map(|spin| format!(", spin {}", format_quantity(spin, "rad/s")));
+        told.line("end", format!("{}{at}{}", end_cause_in_words(end), spin.unwrap_or_default()));
+    }
+}
+
+fn unfinished(
+    state: &RunState,
+    said: Option<&serde_json::Map<String, Value>>,
+    sample: u64,
+    go_on: Option<&str>,
+) -> String {
+    let go_on = go_on.map(|command| format!("; go on with: {command}")).unwrap_or_default();
+    match state {
+        RunState::Running { .. } => {
+            let workers = said.and_then(|said| said.get("workers")).and_then(Value::as_array);
+            let doing = workers.into_iter().flatten().filter_map(|worker| worker["doing"].as_str());
+            let here = doing.into_iter().find(|doing| mentions(doing, sample));
+            let here = here.map_or("not finished, or too recently to be in a table".to_owned(), str::to_owned);
+            format!("{here}; the study is running")
+        }
+        RunState::Killed(_) => {
+            format!("not finished, or recorded by the run that was killed before it wrote a table{go_on}")
+        }
+        RunState::Complete | RunState::Ended => format!("not finished{go_on}"),
+    }
+}
+
+fn timing(told: &mut Told, directory: &Path, sample: u64) -> Result<(), CliError> {
+    let path = directory.join(TIMINGS);
+    if !path.is_file() {
+        return Ok(());
+    }
+    let (columns, _) = read_numbers(&path)?;
+    let column = |name: &str| columns.iter().find(|column| column.name == name).map(|column| &column.values);
+    let (Some(samples), Some(cpu), Some(worker), Some(attempt)) =
+        (column("sample"), column("cpu_s"), column("worker"), column("attempt"))
+    else {
+        return Ok(());
+    };
+    if let Some(row) = samples.iter().position(|found| *found == sample as f64) {
+        let cpu = Duration::try_from_secs_f64(cpu[row]).unwrap_or_default();
+        told.line(
+            "computed by",
+            format!("worker {} in attempt {}, {} of CPU time", worker[row], attempt[row], duration(cpu)),
+        );
+    }
+    Ok(())
+}
+
+/// What the workers' log says of the sample, the latest last.
+fn log(told: &mut Told, directory: &Path, sample: u64) {
+    let text = fs::read(directory.join(WORKER_LOG)).unwrap_or_default();
+    let text = String::from_utf8_lossy(&text);
+    let lines: Vec<&str> = text.lines().filter(|line| mentions(line, sample)).collect();
+    let skipped = lines.len().saturating_sub(SHOWN_LINES);
+    if skipped > 0 {
+        told.line("log", format!("{skipped} earlier lines are in {}", directory.join(WORKER_LOG).display()));
+    }
+    lines[skipped..].iter().for_each(|line| told.line("log", line));
+}

@@ -1,0 +1,78 @@
+//! What can go wrong with the record, and which of it is damage.
+
+use super::{LEDGER_VERSION, RecordError};
+use crate::files::FileError;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// What can go wrong with the record.
+#[derive(Debug, thiserror::Error)]
+pub enum LedgerError {
+    /// The store failed.
+    #[error("cannot {action} the record of finished samples {}", path.display())]
+    Store {
+        /// "create", "open", "write" or "read".
+        action: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// What the store said.
+        #[source]
+        source: Box<redb::Error>,
+    },
+    /// The file is no longer a whole store.
+    #[error("the record of finished samples {} is damaged: {detail}", path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        detail: String,
+    },
+    /// A store of another version.
+    #[error(
+        "{} was written by another version of the program (its layout is {found}, this one's {LEDGER_VERSION}); choose another \
+         --out",
+        path.display()
+    )]
+    Version {
+        /// The file.
+        path: PathBuf,
+        /// What it says.
+        found: String,
+    },
+    /// An entry cannot be read.
+    #[error("sample {sample} in {} cannot be read", path.display())]
+    Record {
+        /// Its number.
+        sample: u64,
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        #[source]
+        source: RecordError,
+    },
+    /// A file operation.
+    #[error(transparent)]
+    File(#[from] FileError),
+}
+
+impl LedgerError {
+    /// From what the store said while the action was tried.
+    pub(super) fn store(action: &'static str, path: &Path, source: redb::Error) -> Self {
+        let path = path.to_path_buf();
+        let is_reading = matches!(action, "open" | "read");
+        match source {
+            redb::Error::Corrupted(detail) => Self::Damaged { path, detail },
+            // What a cut or foreign file looks like to the store.
+            redb::Error::Io(source)
+                if is_reading && matches!(source.kind(), io::ErrorKind::UnexpectedEof | io::ErrorKind::InvalidData) =>
+            {
+                Self::Damaged { path, detail: source.to_string() }
+            }
+            redb::Error::TableDoesNotExist(table) => Self::Damaged { path, detail: format!("it has no table {table}") },
+            source @ (redb::Error::TableTypeMismatch { .. }
+            | redb::Error::TypeDefinitionChanged { .. }
+            | redb::Error::TableIsMultimap(_)) => Self::Damaged { path, detail: source.to_string() },
+            source => Self::Store { action, path, source: Box::new(source) },
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! What differs between the study a directory was computed with and the present one, in words.
+
+use super::directory::{MACHINE, POINTS, RunDirectory, STUDY};
+use super::prepare::Prepared;
+use crate::study::{FrozenFiles, Samples, Study, Varied, load_frozen, show};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Values of an axis that are written out; longer ones are shown by their ends.
+const SHOWN_VALUES: u64 = 6;
+/// Differences that are listed.
+const SHOWN_CHANGES: usize = 20;
+
+/// One key with its values then and now.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Change {
+    /// Path of a parameter, or a setting of the study.
+    pub key: String,
+    /// In the directory.
+    pub from: String,
+    /// Now.
+    pub to: String,
+}
+
+impl std::fmt::Display for Change {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}: {} -> {}", self.key, self.from, self.to)
+    }
+}
+
+/// The differences that matter to the samples; `header`: of the directory's record, empty if it is lost.
+pub(super) fn changes(
+    directory: &RunDirectory,
+    prepared: &Prepared<'_>,
+    header: &BTreeMap<String, String>,
+) -> Vec<Change> {
+    let mut found = Vec::new();
+    let present: BTreeMap<String, String> = prepared.header().into_iter().collect();
+    let mut compare = |key: &str, shown: &str| {
+        let value = |pairs: &BTreeMap<String, String>| pairs.get(key).cloned().unwrap_or_else(|| "none".to_owned());
+        let (from, to) = (value(header), value(&present));
+        if !header.is_empty() && from != to {
+            found.push(Change { key: shown.to_owned(), from, to });
+        }
+    };
+    compare("numerics_version", "numerics version of the program");
+    compare("scale", "--scale");
+    compare("limit", "--limit");
+    if prepared.samples.limit().is_some() || header.contains_key("limit") {
+        compare("seed", "seed");
+    }
+    let files = FrozenFiles { machine: directory.file(MACHINE), points: directory.file(POINTS) };
+    match load_frozen(&directory.file(STUDY), files) {
+        Ok(old) => found.extend(parameter_changes(&old, prepared.samples)),
+        Err(_) => found.push(Change {
+            key: directory.file(STUDY).display().to_string(),
+            from: "cannot be read any more".to_owned(),
+            to: "compared by the keys of the samples alone".to_owned(),
+        }),
+    }
+    if found.is_empty() {
+        compare_rest(&mut found, header, &present);
+    }
+    let more = found.len().saturating_sub(SHOWN_CHANGES);
+    if more > 0 {
+        found.truncate(SHOWN_CHANGES);
+        found.push(Change { key: "and".to_owned(), from: format!("{more} more"), to: "...".to_owned() });
+    }
+    found
+}
+
+/// What no parameter shows.
+fn compare_rest(found: &mut Vec<Change>, header: &BTreeMap<String, String>, present: &BTreeMap<String, String>) {
+    for (key, shown) in [("machine_blake3", "tables of the machine or their order"), ("basis_blake3", "reduced basis")]
+    {
+        let short = |pairs: &BTreeMap<String, String>| {
+            pairs.get(key).map_or("none".to_owned(), |hash| hash.chars().take(12).collect())
+        };
+        let (from, to) = (short(header), short(present));
+        if from != to {
+            found.push(Change { key: shown.to_owned(), from, to });
+        }
+    }
+}
+
+/// Parameters whose value, or values along their axis, differ.
+fn parameter_changes(old: &Study, samples: &Samples) -> Vec<Change> {
+    let new = samples.study();
+    let (then, now) = (described(old), described(new));
+    let paths: BTreeSet<&String> = then.keys().chain(now.keys()).collect();
+    let text = |values: &BTreeMap<String, String>, path: &String| {
+        values.get(path).cloned().unwrap_or_else(|| "not there".to_owned())
+    };
+    let changed = paths.into_iter().filter(|path| then.get(*path) != now.get(*path));
+    changed.map(|path| Change { key: path.clone(), from: text(&then, path), to: text(&now, path) }).collect()
+}
+
+/// Every parameter with its value or values.
+fn described(study: &Study) -> BTreeMap<String, String> {
+    let mut all: BTreeMap<String, String> =
+        study.machine.paths().into_iter().map(|info| (info.path, info.shown)).collect();
+    for axis in &study.axes {
+        for varied in &axis.varied {
+            all.insert(varied.info.path.clone(), values(varied, axis.length));
+        }
+    }
+    all
+}
+
+fn values(varied: &Varied, length: u64) -> String {
+    let at = |position| show(&varied.info, &varied.values.at(position));
+    if length <= SHOWN_VALUES {
+        return (0..length).map(at).collect::<Vec<_>>().join(", ");
+    }
+    let mut hasher = blake3::Hasher::new();
+    (0..length).for_each(|position| {
+        hasher.update(format!("{:?}", varied.values.at(position)).as_bytes());
+    });
+    let mark: String = hasher.finalize().to_hex().chars().take(6).collect();
+    format!("{length} values, {}, {} ... {} (hash {mark})", at(0), at(1), at(length - 1))
+}

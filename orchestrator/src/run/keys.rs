@@ -1,0 +1,102 @@
+//! Keys of samples: what a result is recorded under.
+//!
+//! A key is the identity of the sample's machine (`bladeoff_core::machine`, every parameter after overrides) together with
+//! the numerics version and the frozen basis. The same sample has the same key in a study with more points, another
+//! `--scale`, `--limit` or order of axes, and whether a parameter is varied or written in the machine file.
+
+use crate::ledger::SampleKey;
+use crate::study::Samples;
+use bladeoff_core::NUMERICS_VERSION;
+
+/// Keys of all samples of a study: a sum of one term per axis each.
+#[derive(Debug, Clone)]
+pub struct SampleKeys<'a> {
+    samples: &'a Samples,
+    base: u128,
+    /// What each position of each axis adds.
+    axes: Vec<Vec<u128>>,
+}
+
+impl<'a> SampleKeys<'a> {
+    /// Prepares the terms; `basis`: the frozen one.
+    #[must_use]
+    pub fn new(samples: &'a Samples, basis: &[u8]) -> Self {
+        let study = samples.study();
+        let machine = &study.machine;
+        let term = |axis: &crate::study::Axis, position: u64| {
+            axis.varied.iter().fold(0u128, |sum, varied| {
+                let change = machine.identity_change(&varied.info, &varied.values.at(position));
+                sum.wrapping_add(change.expect("type and range were checked when the study was read"))
+            })
+        };
+        let axes = study.axes.iter().map(|axis| (0..axis.length).map(|position| term(axis, position)).collect());
+        Self { samples, base: machine.identity().wrapping_add(numerics(basis)), axes: axes.collect() }
+    }
+
+    /// The key of a sample.
+    #[must_use]
+    pub fn key(&self, sample: u64) -> SampleKey {
+        let positions = self.samples.positions(sample);
+        let terms = self
+            .axes
+            .iter()
+            .zip(positions)
+            .map(|(axis, position)| axis[usize::try_from(position).expect("a position indexes memory")]);
+        SampleKey(terms.fold(self.base, u128::wrapping_add))
+    }
+
+    /// Hash of all keys in order: equal for studies whose samples are the same and numbered alike.
+    #[must_use]
+    pub fn digest(&self) -> String {
+        let mut hasher = blake3::Hasher::new();
+        (0..self.samples.count()).for_each(|sample| {
+            hasher.update(&self.key(sample).0.to_le_bytes());
+        });
+        hasher.finalize().to_hex().to_string()
+    }
+}
+
+/// The part of a key that is not the machine.
+fn numerics(basis: &[u8]) -> u128 {
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(b"numerics").update(&NUMERICS_VERSION.to_le_bytes()).update(blake3::hash(basis).as_bytes());
+    u128::from_le_bytes(*hasher.finalize().as_bytes().first_chunk().expect("a hash has 32 bytes"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::load;
+    use std::collections::BTreeSet;
+    use std::fs;
+    use std::path::Path;
+
+    fn samples(folder: &Path, vary: &str) -> Samples {
+        let rig = Path::new(env!("CARGO_MANIFEST_DIR")).join("../studies/machines/lab_rig.toml");
+        fs::copy(rig, folder.join("rig.toml")).expect("copied");
+        let text = format!("schema = 1\nmachine = \"rig.toml\"\n{vary}");
+        fs::write(folder.join("s.toml"), text).expect("written");
+        Samples::new(load(&folder.join("s.toml")).expect("a study"), None, None).expect("samples")
+    }
+
+    #[test]
+    fn a_key_is_the_identity_of_the_machine_whatever_varies() {
+        let folder = tempfile::tempdir().expect("temporary directory");
+        let gap = "[[vary]]\npath = \"contact.gap\"\nvalues = [\"0.5 mm\", \"0.6 mm\", \"0.5 mm\"]\n";
+        let two = format!("{gap}[[vary]]\npath = \"contact.detection\"\nvalues = [\"hyp2\", \"hyp1\"]\n");
+        let basis = b"a basis";
+        let mut sets = Vec::new();
+        for vary in ["", gap, &two] {
+            let samples = samples(folder.path(), vary);
+            let keys = SampleKeys::new(&samples, basis);
+            for sample in 0..samples.count() {
+                let identity = samples.machine(sample).identity().wrapping_add(numerics(basis));
+                assert_eq!(keys.key(sample), SampleKey(identity), "{}", samples.describe(sample));
+            }
+            assert_ne!(keys.key(0), SampleKeys::new(&samples, b"another").key(0));
+            sets.push((0..samples.count()).map(|sample| keys.key(sample)).collect::<BTreeSet<_>>());
+        }
+        assert_eq!(sets.iter().map(BTreeSet::len).collect::<Vec<_>>(), [1, 2, 4], "equal inputs, equal keys");
+        assert!(sets[0].is_subset(&sets[1]) && sets[1].is_subset(&sets[2]), "an added axis keeps what was there");
+    }
+}

@@ -1,0 +1,94 @@
+//! What all samples share: the frozen basis, the plan of the workers, where the table comes from.
+
+use super::RunError;
+use super::directory::RunDirectory;
+use super::keys::SampleKeys;
+use super::provenance::provenance;
+use crate::engine;
+use crate::study::Samples;
+use bladeoff_core::document::Problems;
+use bladeoff_core::machine::Machine;
+use bladeoff_core::modal::Basis;
+use bladeoff_worker::plan::{BASIS_FILE, WorkPlan};
+use std::fs;
+
+/// A study ready to be computed.
+#[derive(Debug)]
+pub(super) struct Prepared<'a> {
+    pub samples: &'a Samples,
+    /// A machine of the study: it says which columns there are.
+    pub machine: Machine,
+    pub plan: WorkPlan,
+    pub plan_hash: String,
+    pub provenance: Vec<(String, String)>,
+    pub keys: SampleKeys<'a>,
+    /// Hash of all keys in order.
+    pub digest: String,
+}
+
+/// The machines whose basis may be frozen, the best first: the study's without what varies, because it stays the same when
+/// the study grows; the first sample's where that is no machine or has no modes (it may need what varies).
+fn basis_machines(samples: &Samples) -> impl Iterator<Item = Result<Machine, Problems>> {
+    let without = samples.study().machine.build().ok().map(Ok);
+    without.into_iter().chain(std::iter::once_with(|| samples.machine(0).build()))
+}
+
+/// The basis of a study that has no directory yet.
+pub(super) fn new_basis(samples: &Samples) -> Result<Vec<u8>, RunError> {
+    basis(samples, None)
+}
+
+/// The basis that is frozen in the directory, if it serves this study; a new one otherwise. Another processor may compute
+/// other last digits, so what is frozen is never computed again.
+pub(super) fn frozen_basis(samples: &Samples, directory: &RunDirectory) -> Result<Vec<u8>, RunError> {
+    basis(samples, fs::read(directory.file(BASIS_FILE)).ok())
+}
+
+fn basis(samples: &Samples, frozen: Option<Vec<u8>>) -> Result<Vec<u8>, RunError> {
+    let read = frozen.as_deref().and_then(|bytes| Basis::from_bytes(bytes).ok());
+    let mut last = None;
+    for machine in basis_machines(samples) {
+        let machine = machine?;
+        if let (Some(bytes), Some(basis)) = (&frozen, &read)
+            && engine::build_with(&machine, basis).is_ok()
+        {
+            return Ok(bytes.clone());
+        }
+        match engine::build(&machine) {
+            Ok(structure) => return Ok(structure.basis().to_bytes()),
+            Err(error) => last = Some(error),
+        }
+    }
+    Err(last.expect("the first sample was tried").into())
+}
+
+impl<'a> Prepared<'a> {
+    pub(super) fn new(samples: &'a Samples, basis: Vec<u8>) -> Result<Self, RunError> {
+        let machine = samples.machine(0).build()?;
+        let keys = SampleKeys::new(samples, &basis);
+        let plan = samples.plan(Some(basis));
+        let plan_hash = plan.hash();
+        let provenance = provenance(samples, &plan_hash, plan.basis.as_deref());
+        let digest = keys.digest();
+        Ok(Self { samples, machine, plan, plan_hash, provenance, keys, digest })
+    }
+
+    /// Puts inputs, plan and basis into the directory.
+    pub(super) fn write(&self, directory: &RunDirectory) -> Result<(), RunError> {
+        directory.write_inputs(self.samples.study())?;
+        if WorkPlan::read(directory.path(), &self.plan_hash).is_err() {
+            self.plan.write(directory.path())?;
+        }
+        Ok(())
+    }
+
+    /// What the record's entries depend on.
+    pub(super) fn header(&self) -> Vec<(String, String)> {
+        let mut header = self.provenance.clone();
+        header.push((SAMPLES_KEY.to_owned(), self.digest.clone()));
+        header
+    }
+}
+
+/// Key of the header that says which samples the numbers stand for.
+pub(super) const SAMPLES_KEY: &str = "samples_blake3";

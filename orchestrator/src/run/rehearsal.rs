@@ -1,0 +1,66 @@
+//! A result directory filled without computing, for measurements of what a resume costs.
+
+use super::directory::{LEDGER, RunDirectory};
+use super::prepare::{Prepared, new_basis};
+use super::{RunError, resume, tables};
+use crate::ledger::{Entry, Ledger};
+use crate::study::Samples;
+use bladeoff_worker::noop::noop_outcome;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// What taking up a directory took.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ResumeTime {
+    /// Keys of all samples.
+    pub keys: Duration,
+    /// From the lock to the list of what is missing, the keys included.
+    pub whole: Duration,
+    /// Samples found in the record.
+    pub found: u64,
+}
+
+/// Makes a result directory whose record holds no-op results of all samples but the last.
+///
+/// # Errors
+/// As [`run`](super::run).
+pub fn fill(path: &Path, samples: &Samples) -> Result<(), RunError> {
+    let directory = RunDirectory::claim(path)?;
+    let prepared = Prepared::new(samples, new_basis(samples)?)?;
+    prepared.write(&directory)?;
+    let mut ledger = Ledger::create(&directory.file(LEDGER), &prepared.header())?;
+    for sample in 0..samples.count().saturating_sub(1) {
+        let entry = Entry { outcome: noop_outcome(sample, &[]), cpu_s: 0.0, worker: 1, attempt: 1 };
+        ledger.put(sample, prepared.keys.key(sample), &entry, Instant::now())?;
+    }
+    Ok(ledger.publish()?)
+}
+
+/// Takes up a directory as `run` does, up to the first sample that would be computed.
+///
+/// # Errors
+/// As [`run`](super::run).
+pub fn time_resume(path: &Path, samples: &Samples) -> Result<ResumeTime, RunError> {
+    let begun = Instant::now();
+    let directory = RunDirectory::claim(path)?;
+    let basis = super::prepare::frozen_basis(samples, &directory)?;
+    let keyed = Instant::now();
+    let prepared = Prepared::new(samples, basis)?;
+    let keys = keyed.elapsed();
+    let opened = resume::open(&directory, &prepared, None)?;
+    Ok(ResumeTime { keys, whole: begun.elapsed(), found: opened.tally.done() })
+}
+
+/// Writes the tables of a directory from its record; gives the time.
+///
+/// # Errors
+/// As [`run`](super::run).
+pub fn time_tables(path: &Path, samples: &Samples) -> Result<Duration, RunError> {
+    let directory = RunDirectory::claim(path)?;
+    let basis = super::prepare::frozen_basis(samples, &directory)?;
+    let prepared = Prepared::new(samples, basis)?;
+    let opened = resume::open(&directory, &prepared, None)?;
+    let begun = Instant::now();
+    tables::write_tables(&directory, &prepared, opened.ledger.reader())?;
+    Ok(begun.elapsed())
+}
