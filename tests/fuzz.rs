@@ -9,9 +9,7 @@ use bladeoff_core::machine::MachineDef;
 use bladeoff_protocol::messages::{FromWorker, FromWorkerBlock, RunId, ToWorker, ToWorkerBlock, WorkerId};
 use bladeoff_worker::plan::{PLAN_FILE, WorkPlan};
 use proptest::prelude::*;
-use std::cell::RefCell;
 use std::fs;
-use std::path::PathBuf;
 
 /// Pieces that files are made of, and some they should not be.
 const PIECES: [&str; 30] = [
@@ -114,11 +112,11 @@ const STUDY: &str = "schema = 1\nname = \"f\"\nmachine = \"m.toml\"\nseed = 3\n[
 const POINTS: &str = "contact.gap, contact.friction\n# a remark\n0.4 mm, 0.1\n\n0.7 mm, 0.25\n1e-3, 0.3\n";
 
 /// A folder with a whole study, in which files are exchanged.
-struct Files(tempfile::TempDir, RefCell<Vec<PathBuf>>);
+struct Files(tempfile::TempDir);
 
 impl Files {
     fn new() -> Self {
-        let files = Self(tempfile::tempdir().expect("temporary directory"), RefCell::default());
+        let files = Self(tempfile::tempdir().expect("temporary directory"));
         [("s.toml", STUDY), ("m.toml", &rig()), ("p.csv", POINTS)]
             .iter()
             .for_each(|(name, text)| files.put(name, text.as_bytes()));
@@ -181,7 +179,6 @@ fn any_plan_message_time_and_size_is_read_or_refused() {
     let plan = WorkPlan { machine_file: "m".into(), machine_toml: "[rotor]\n".into(), ..WorkPlan::default() };
     plan.write(dir.path()).expect("written");
     let text = fs::read_to_string(dir.path().join(PLAN_FILE)).expect("the plan");
-    let (mut to, mut from) = (ToWorkerBlock::empty(), FromWorkerBlock::empty());
     // A block is words; these are put where headers and counts are.
     let words = prop::collection::vec((0..64_usize, any::<u64>()), 0..40);
     proptest!(config(), |(bytes in mutant(text), words in words, amount in "[-0-9.e ]{0,6}[a-zA-Z]{0,4}")| {
@@ -189,6 +186,7 @@ fn any_plan_message_time_and_size_is_read_or_refused() {
         // With its own hash, so that it is parsed and not refused for being another.
         let hash = blake3::hash(&bytes).to_hex().to_string();
         let _ = WorkPlan::read(dir.path(), &hash);
+        let (mut to, mut from) = (ToWorkerBlock::empty(), FromWorkerBlock::empty());
         let run = RunId(1);
         ToWorker::Stop.encode(run, WorkerId(1), &mut to).expect("valid");
         for (at, word) in words {
