@@ -41,7 +41,7 @@ pub fn parse_memory(text: &str) -> Result<u64, String> {
         SIZES.iter().find_map(|(unit, factor)| Some((text.strip_suffix(unit)?, *factor))).ok_or_else(wrong)?;
     let bytes = number.trim_end().parse::<f64>().map_err(|_| wrong())? * factor as f64;
     // A worker that may allocate nothing cannot start.
-    if bytes >= 1e6 && bytes <= 1e18 { Ok(bytes as u64) } else { Err(format!("{shown:?} is not a size from 1 MB on")) }
+    if (1e6..=1e18).contains(&bytes) { Ok(bytes as u64) } else { Err(format!("{shown:?} is not a size from 1 MB on")) }
 }
 
 #[cfg(test)]
