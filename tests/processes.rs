@@ -340,6 +340,33 @@ fn two_runs_at_once_do_not_disturb_each_other() {
     });
 }
 
+#[test]
+fn a_second_signal_waits_for_nobody() {
+    let _alone = alone();
+    let mut run = Run::with_fault(1, 2000, "who=worker,at=running,sample=3,do=hang");
+    // Without the second signal the run would last as long as this.
+    run.options.grace = Duration::from_secs(3600);
+    struct Impatient(u32);
+    impl Observer for Impatient {
+        fn progress(&mut self, snapshot: &Snapshot) {
+            let is_stuck = snapshot
+                .workers
+                .iter()
+                .any(|worker| matches!(worker.activity, dispatch::Activity::Busy { sample: Some(3), .. }));
+            if is_stuck && self.0 < 2 {
+                self.0 += 1;
+                let pid = std::process::id().to_string();
+                assert!(Command::new("kill").args(["-INT", &pid]).status().expect("kill runs").success());
+            }
+        }
+    }
+    let (mut table, mut observer) = (Table::default(), Impatient(0));
+    let report = dispatch::run(&run.options, &Numbers, SAMPLES, &mut table, &mut observer).expect("a run");
+    assert_eq!((observer.0, report.ended), (2, Ended::Signalled(dispatch::Signal::Interrupt)));
+    assert!(table.0.len() < SAMPLES as usize && run.fired("running") == 1);
+    assert_nothing_left(run.dir.path());
+}
+
 /// Not a test by itself: this program as an orchestrator of its own, started by the tests below.
 #[test]
 fn orchestrator_process() {

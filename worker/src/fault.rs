@@ -5,7 +5,7 @@
 //! | key | values |
 //! |---|---|
 //! | `who` | `worker`, `orchestrator`: who acts |
-//! | `at` | `claimed` (batch received or assigned), `running` (sample begun, or said so by a heartbeat), `sent` (result sent or received), `recorded` (result durable) |
+//! | `at` | `claimed` (batch received or assigned), `running` (sample begun, or said so by a heartbeat), `sent` (result sent or received), `recorded` (result durable), `writing` (sample 0: all that will be done is recorded, the tables are written next) |
 //! | `sample` | number, or `any` |
 //! | `do` | `kill`, `stop`, `abort`, `panic`, `hang`, `hoard` (allocate until it fails), `kill-worker`, `stop-worker` (the orchestrator signals the worker of that sample) |
 //! | `times` | how often at most, over all processes; default 1 |
@@ -43,6 +43,8 @@ pub enum At {
     Sent,
     /// Its result is durable.
     Recorded,
+    /// The run is over, the tables are written next; sample 0 stands for all.
+    Writing,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -134,6 +136,7 @@ impl Fault {
             Some("running") => At::Running,
             Some("sent") => At::Sent,
             Some("recorded") => At::Recorded,
+            Some("writing") => At::Writing,
             _ => return Err(wrong("at")),
         };
         let what = match value("do") {

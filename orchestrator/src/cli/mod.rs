@@ -1,5 +1,7 @@
 //! The command line: one file per subcommand, errors and exit codes in one place.
 
+mod bench;
+mod budget;
 mod check;
 mod error;
 mod exit;
@@ -56,6 +58,7 @@ enum Command {
     Plot(plot::Args),
     Table1(table1::Args),
     Recover(recover::Args),
+    Bench(bench::Args),
 }
 
 /// Parses the command line, does what it says, gives the exit code.
@@ -98,6 +101,7 @@ fn dispatch(command: Command) -> Exit {
         Command::Plot(args) => plot::main(&args),
         Command::Table1(args) => table1::main(&args),
         Command::Recover(args) => recover::main(&args),
+        Command::Bench(args) => bench::main(&args),
     };
     result.unwrap_or_else(|error| {
         if !matches!(error, CliError::ReaderLeft) {

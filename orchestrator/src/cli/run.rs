@@ -1,10 +1,11 @@
 //! `bladeoff run`: a study on all cores.
 
+use super::budget::BudgetArgs;
 use super::error::CliError;
 use super::exit::Exit;
 use super::output::{print, remark};
 use crate::dispatch::{Ended, Signal};
-use crate::report::{SUMMARY_COLUMNS, Summary};
+use crate::report::{SUMMARY_COLUMNS, Summary, duration};
 use crate::results::Table;
 use crate::run::directory::{INCOMPLETE_RESULTS, LEDGER, RESULTS};
 use crate::run::{Finished, Request, Rerun, go_on, run};
@@ -35,8 +36,9 @@ use std::time::Duration;
 /// on. The study may have grown meanwhile (more points, a larger --limit, other [limits]); one that has changed is
 /// refused with the difference.
 ///
-/// While it runs, and after Ctrl-C or SIGTERM, the rows finished so far are in results-incomplete.parquet.
-/// `bladeoff status` tells how far it is.
+/// While it runs, and after Ctrl-C, SIGTERM or the end of a budget (--wall, --until, --max-failures), the rows finished
+/// so far are in results-incomplete.parquet. `bladeoff status` tells how far it is. A second Ctrl-C does not wait for the
+/// samples in work. `s` and Enter, or SIGUSR1, print what each worker is doing.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   bladeoff run studies/first-look.toml
@@ -46,7 +48,10 @@ use std::time::Duration;
   bladeoff run studies/gap-friction-map.toml                 (again: goes on, and keeps those 50)
   bladeoff run studies/gap-friction-map.toml --rerun failed  (computes failed and quarantined samples again)
 
-The exit code is 4 when more samples failed or were invalid than [limits] of the study allows (default: no sample
+  bladeoff run studies/gap-friction-map.toml --until 06:30   (and on with the same command the next evening)
+  bladeoff run studies/first-look.toml --json-events | jq -c 'select(.event == \"sample\")'
+
+The exit code is 5 when a budget ended the run, 4 when more samples failed or were invalid than [limits] of the study allows (default: no sample
 may fail, any number may be invalid).")]
 pub struct Args {
     /// Study file (TOML; format in docs/studies.md)
@@ -70,6 +75,13 @@ pub struct Args {
 
     #[command(flatten)]
     part: PartArgs,
+
+    #[command(flatten)]
+    budget: BudgetArgs,
+
+    /// Say what happens on standard output, one JSON object per line (docs/events.md); the summary goes to standard error
+    #[arg(long)]
+    json_events: bool,
 }
 
 /// Which part of a study.
@@ -128,11 +140,17 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         samples.study().machine_file,
         out.display()
     ));
+    let budget = args.budget.budget().or(&samples.study().limits);
+    if let (Some(time), Some((_, left))) = (budget.until, budget.ends()) {
+        remark(&format!("until {time}, in {}", duration(left)));
+    }
     let request = Request {
         out: out.clone(),
         workers,
         rerun: args.rerun.clone(),
         refresh: Duration::from_secs(args.refresh.into()),
+        budget,
+        json_events: args.json_events,
     };
     let go_on = || remark(&format!("what is finished is kept; go on with: {}", go_on(&out, &samples)));
     let finished = run(&request, &samples, &remark).inspect_err(|error| {
@@ -150,22 +168,41 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         "\nTable: {}   (the other files beside it: see `bladeoff run --help`)\n",
         out.join(file).display()
     ));
-    match print(&text) {
+    let printed = if args.json_events {
+        remark(text.trim_end());
+        Ok(())
+    } else {
+        print(&text)
+    };
+    match printed {
         // The study is done and its table written: whoever does not read the summary changes nothing.
         Ok(()) | Err(CliError::ReaderLeft) => {}
         Err(error) => return Err(error),
     }
     if incomplete {
+        remark(&why_it_ended(&finished, samples.count()));
         go_on();
     }
     Ok(verdict(samples.study(), &finished, samples.count()))
+}
+
+/// Why the run ended before it was complete.
+fn why_it_ended(finished: &Finished, total: u64) -> String {
+    let why = match finished.ended {
+        Ended::Complete => "complete",
+        Ended::Signalled(_) => "ended by a signal",
+        Ended::Wall => "ended by --wall",
+        Ended::Until => "ended by --until",
+        Ended::TooManyFailures => "ended by --max-failures",
+    };
+    format!("{why}: {} of {total} samples are recorded", finished.tally.done())
 }
 
 fn verdict(study: &Study, finished: &Finished, total: u64) -> Exit {
     match finished.ended {
         Ended::Signalled(Signal::Interrupt) => return Exit::Interrupted,
         Ended::Signalled(Signal::Terminate) => return Exit::Terminated,
-        Ended::Wall | Ended::TooManyFailures => return Exit::Incomplete,
+        Ended::Wall | Ended::Until | Ended::TooManyFailures => return Exit::Incomplete,
         Ended::Complete => {}
     }
     let failed = finished.tally.failed();

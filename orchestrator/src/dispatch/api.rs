@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use bladeoff_core::outcome::Outcome;
 
-use crate::schedule::Snapshot;
+use crate::schedule::{KillReason, Snapshot, Until};
 
 /// How a study is run.
 #[derive(Debug, Clone)]
@@ -35,8 +35,10 @@ pub struct DispatchOptions {
     pub grace: Duration,
     /// Longest time between calls of [`Sink::flush`] while there is something to flush.
     pub flush_every: Duration,
-    /// Stop assigning after this time; what is in work finishes within `grace`.
+    /// Stop assigning after this time by the monotonic clock; what is in work finishes within `grace`.
     pub wall: Option<Duration>,
+    /// Stop assigning when the clock on the wall says so.
+    pub until: Option<Until>,
     /// Stop once more than this many samples have failed or been quarantined.
     pub max_failures: Option<u64>,
     /// Memory a worker may allocate after its start \[bytes\].
@@ -45,6 +47,8 @@ pub struct DispatchOptions {
     pub build: Option<u64>,
     /// Workers compute nothing, for this many microseconds a sample; for measurements and tests of the dispatch.
     pub noop: Option<u64>,
+    /// Whoever types `s` and Enter asks what the workers do, where standard input is a terminal.
+    pub keys: bool,
 }
 
 impl DispatchOptions {
@@ -66,10 +70,12 @@ impl DispatchOptions {
             grace: Duration::from_secs(2),
             flush_every: Duration::from_millis(500),
             wall: None,
+            until: None,
             max_failures: None,
             memory_limit: None,
             build: None,
             noop: None,
+            keys: false,
         }
     }
 }
@@ -135,10 +141,45 @@ pub trait Observer {
     /// Called about ten times a second at most, and once at the end.
     fn progress(&mut self, snapshot: &Snapshot);
 
-    /// Called when the user asked what each worker does (SIGUSR1).
+    /// Called when the user asked what each worker does (SIGUSR1, or the key).
     fn asked(&mut self, snapshot: &Snapshot) {
         let _ = snapshot;
     }
+
+    /// Called when something has happened that is not a result.
+    fn noticed(&mut self, notice: &Notice) {
+        let _ = notice;
+    }
+}
+
+/// What happened to the workers and to the run.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Notice {
+    /// A process was started.
+    WorkerStarted {
+        /// Number over all workers started.
+        worker: u32,
+        /// Process id.
+        pid: u32,
+    },
+    /// A process is being killed by us.
+    WorkerKilled {
+        /// Which.
+        worker: u32,
+        /// Why.
+        why: KillReason,
+    },
+    /// A process has ended.
+    WorkerEnded {
+        /// Which.
+        worker: u32,
+        /// Exit code or signal, in words.
+        how: String,
+        /// It should have lived.
+        died: bool,
+    },
+    /// No sample is assigned any more, though the run is not complete.
+    Stopping(Ended),
 }
 
 /// A signal that ended a run.
@@ -159,6 +200,8 @@ pub enum Ended {
     Signalled(Signal),
     /// `wall` was reached.
     Wall,
+    /// `until` was reached.
+    Until,
     /// `max_failures` was exceeded.
     TooManyFailures,
 }

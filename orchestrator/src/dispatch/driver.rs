@@ -14,12 +14,12 @@ use bladeoff_worker::fault::{At, Faults, Who};
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 use super::DispatchError;
-use super::api::{DispatchOptions, DispatchReport, Ended, Observer, SampleResult, Samples, Signal, Sink};
+use super::api::{DispatchOptions, DispatchReport, Ended, Notice, Observer, SampleResult, Samples, Signal, Sink};
 use super::child::{Child, ChildEvent};
 use super::hub::{Command, Hub, HubEvent};
 use super::log::Log;
-use super::signals;
-use crate::schedule::{Effect, KillReason, Scheduler, Settings, Todo};
+use super::{clock, keys, signals};
+use crate::schedule::{Death, Effect, KillReason, Scheduler, Settings, Todo, Until};
 
 /// Time between looks at timers, progress and the sink.
 const TICK: Duration = Duration::from_millis(200);
@@ -73,6 +73,9 @@ pub(super) fn run(
     let result = {
         let _inside = runtime.enter();
         signals::watch(&send)?;
+        if options.keys {
+            keys::watch(&send);
+        }
         let mut driver = Driver {
             options,
             samples,
@@ -93,6 +96,7 @@ pub(super) fn run(
             not_durable: Vec::new(),
             refused: 0,
             first_ask: None,
+            until: options.until,
             ended: None,
             gave_up: None,
             unfinished: Unfinished::new(domain.address()),
@@ -136,8 +140,8 @@ struct Driver<'a> {
     faults: Faults,
     n_params: usize,
     children: BTreeMap<WorkerId, Child>,
-    /// Ended workers whose last messages are still on their way.
-    exits: BTreeMap<WorkerId, crate::schedule::Death>,
+    /// Ended workers whose last messages are still on their way, and how they ended.
+    exits: BTreeMap<WorkerId, (Death, String)>,
     /// The open request of each worker.
     tickets: BTreeMap<WorkerId, Ticket>,
     begun: Instant,
@@ -147,6 +151,7 @@ struct Driver<'a> {
     not_durable: Vec<(u64, Option<u32>)>,
     refused: u64,
     first_ask: Option<Duration>,
+    until: Option<Until>,
     ended: Option<Ended>,
     gave_up: Option<u32>,
     unfinished: Unfinished,
@@ -204,9 +209,12 @@ impl Driver<'_> {
                 self.log.line(None, &format!("message dropped: {refusal}"))?;
             }
             Event::Hub(HubEvent::Drained(worker)) => {
-                if let Some(death) = self.exits.remove(&worker) {
+                if let Some((death, how)) = self.exits.remove(&worker) {
                     self.tickets.remove(&worker);
+                    let before = self.scheduler.worker_deaths();
                     self.scheduler.on_exit(now, worker, death, &mut effects);
+                    let died = self.scheduler.worker_deaths() > before;
+                    self.observer.noticed(&Notice::WorkerEnded { worker: worker.0, how, died });
                 }
             }
             Event::Hub(HubEvent::Failed(error)) => return Err(LinkError::into(error)),
@@ -224,12 +232,11 @@ impl Driver<'_> {
                     let inside = sample.map(|sample| format!(" in sample {sample}")).unwrap_or_default();
                     self.log.line(Some(worker), &format!("ended{inside}: {status}"))?;
                 }
-                self.exits.insert(worker, death);
+                self.exits.insert(worker, (death, status.to_string()));
                 self.hub.send(Command::Drain(worker));
             }
             Event::Signal(signal) => {
-                self.ended.get_or_insert(Ended::Signalled(signal));
-                self.scheduler.on_stop(now, &mut effects);
+                self.stop(Ended::Signalled(signal), &mut effects);
             }
             Event::Asked => self.observer.asked(&self.snapshot()),
         }
@@ -277,9 +284,10 @@ impl Driver<'_> {
     fn on_tick(&mut self) -> Result<(), DispatchError> {
         let now = self.now();
         let mut effects = Vec::new();
-        if self.ended.is_none() && self.options.wall.is_some_and(|wall| now >= wall) && !self.scheduler.is_complete() {
-            self.ended = Some(Ended::Wall);
-            self.scheduler.on_stop(now, &mut effects);
+        let is_past_wall = self.options.wall.is_some_and(|wall| now >= wall);
+        let is_past_until = self.until.as_mut().is_some_and(|until| until.is_reached(clock::now()));
+        if (is_past_wall || is_past_until) && self.ended.is_none() && !self.scheduler.is_complete() {
+            self.stop(if is_past_wall { Ended::Wall } else { Ended::Until }, &mut effects);
         }
         self.check_hub(now)?;
         self.scheduler.on_tick(now, &mut effects);
@@ -289,6 +297,15 @@ impl Driver<'_> {
         }
         self.observer.progress(&self.snapshot());
         Ok(())
+    }
+
+    /// Stops the run in order; at once, if it is stopping already.
+    fn stop(&mut self, why: Ended, effects: &mut Vec<Effect>) {
+        self.scheduler.on_stop(self.now(), effects);
+        if self.ended.is_none() && !self.scheduler.is_complete() {
+            self.observer.noticed(&Notice::Stopping(why));
+        }
+        self.ended.get_or_insert(why);
     }
 
     /// Keeps the hub from waiting for the dead, and ends a run whose hub hangs all the same.
@@ -331,6 +348,11 @@ impl Driver<'_> {
         }
         self.record(effects, results)?;
         effects.clear();
+        let is_too_many = self.options.max_failures.is_some_and(|most| self.scheduler.failures() > most);
+        if is_too_many && self.ended.is_none() && !self.scheduler.is_complete() {
+            self.ended = Some(Ended::TooManyFailures);
+            self.observer.noticed(&Notice::Stopping(Ended::TooManyFailures));
+        }
         spawned.into_iter().try_for_each(|worker| self.spawn(worker))
     }
 
@@ -429,18 +451,20 @@ impl Driver<'_> {
         };
         let child = Child::start(self.options, &args, &self.send)?;
         self.scheduler.on_spawned(self.now(), worker, child.pid);
+        self.observer.noticed(&Notice::WorkerStarted { worker: worker.0, pid: child.pid });
         self.children.insert(worker, child);
         Ok(())
     }
 
     fn kill(&mut self, worker: WorkerId, why: KillReason) -> Result<(), DispatchError> {
-        let why = match why {
+        self.observer.noticed(&Notice::WorkerKilled { worker: worker.0, why });
+        let words = match why {
             KillReason::TimeLimit => "killed: its sample exceeds the time limit",
             KillReason::Silent => "killed: nothing was heard of it",
             KillReason::Lost => "killed: it waits for an answer that was given",
             KillReason::Ending => "killed: the run ends",
         };
-        self.log.line(Some(worker), why)?;
+        self.log.line(Some(worker), words)?;
         self.children.get(&worker).inspect(|child| child.kill());
         Ok(())
     }

@@ -11,12 +11,15 @@
 //! kernel kills workers with the thread that started them.
 //!
 //! Signals during a run: SIGINT, SIGTERM, and SIGHUP unless it is ignored, end it in order, a second one at once; SIGUSR1
-//! asks what the workers do. They stay caught afterwards, so that the table is written to its end.
+//! asks what the workers do. They stay caught afterwards, so that the table is written to its end; [`watch_afterwards`] answers them
+//! there.
 
 mod api;
 mod child;
+mod clock;
 mod driver;
 mod hub;
+mod keys;
 mod log;
 mod signals;
 
@@ -28,8 +31,12 @@ use bladeoff_protocol::domain::{Domain, DomainError};
 use bladeoff_protocol::link::LinkError;
 use bladeoff_worker::fault::FaultError;
 
-pub use crate::schedule::{Activity, Snapshot, Todo, WorkerView};
-pub use api::{DispatchOptions, DispatchReport, Ended, Observer, SampleResult, Samples, Signal, Sink, SinkError};
+pub use crate::schedule::{Activity, KillReason, Snapshot, TimeOfDay, TimeOfDayError, Todo, Until, WorkerView};
+pub use api::{
+    DispatchOptions, DispatchReport, Ended, Notice, Observer, SampleResult, Samples, Signal, Sink, SinkError,
+};
+pub use clock::next as next_time_of_day;
+pub use signals::watch_afterwards;
 
 /// Why a run could not be carried out. What was recorded before stays recorded.
 #[derive(Debug, thiserror::Error)]

@@ -1,7 +1,7 @@
 //! Signals to the orchestrator as events.
 
 use tokio::signal::unix::{Signal as Stream, SignalKind, signal};
-use tokio::sync::mpsc::UnboundedSender;
+use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 
 use super::DispatchError;
 use super::api::Signal;
@@ -15,6 +15,27 @@ pub(super) fn watch(events: &UnboundedSender<Event>) -> Result<(), DispatchError
         forward(SignalKind::hangup(), events, || Event::Signal(Signal::Terminate))?;
     }
     forward(SignalKind::user_defined1(), events, || Event::Asked)
+}
+
+/// After a run, until the process ends: hands every further signal to `on_signal`, on a thread of its own. Without it they would be
+/// caught and forgotten.
+pub fn watch_afterwards(on_signal: impl Fn(Signal) + Send + 'static) {
+    let body = move || {
+        let Ok(runtime) = tokio::runtime::Builder::new_current_thread().enable_all().build() else { return };
+        let (send, mut events) = unbounded_channel();
+        runtime.block_on(async {
+            if watch(&send).is_err() {
+                return;
+            }
+            while let Some(event) = events.recv().await {
+                if let Event::Signal(signal) = event {
+                    on_signal(signal);
+                }
+            }
+        });
+    };
+    // Without the thread signals are ignored, as long as the tables take.
+    let _ = std::thread::Builder::new().name("signals".into()).spawn(body);
 }
 
 fn forward(kind: SignalKind, events: &UnboundedSender<Event>, event: fn() -> Event) -> Result<(), DispatchError> {

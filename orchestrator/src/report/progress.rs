@@ -1,5 +1,6 @@
 //! Progress of a study on standard error: a bar on a terminal, plain lines elsewhere.
 
+use super::eta::Eta;
 use super::tally::Tally;
 use super::text::duration;
 use bladeoff_core::outcome::Status;
@@ -46,9 +47,9 @@ impl Progress {
     }
 
     /// Shows the present counts, if it is time to; `stale`: workers not heard of for a while.
-    pub fn update(&mut self, tally: &Tally, stale: usize, now: Instant) {
+    pub fn update(&mut self, tally: &Tally, eta: Option<Eta>, stale: usize, now: Instant) {
         let done = tally.done();
-        let mut message = message(tally, self.before, self.total, now.duration_since(self.started));
+        let mut message = message(tally, self.before, self.total, now.duration_since(self.started), eta);
         if stale > 0 {
             message.push_str(&format!("; {stale} workers silent"));
         }
@@ -85,15 +86,12 @@ impl Progress {
         if let Display::Bar(bar) = self.display {
             bar.finish_and_clear();
         }
-        let _ = writeln!(
-            std::io::stderr(),
-            "{}",
-            message(tally, self.before, self.total, now.duration_since(self.started))
-        );
+        let text = message(tally, self.before, self.total, now.duration_since(self.started), None);
+        let _ = writeln!(std::io::stderr(), "{text}");
     }
 }
 
-fn message(tally: &Tally, before: u64, total: u64, elapsed: Duration) -> String {
+fn message(tally: &Tally, before: u64, total: u64, elapsed: Duration, eta: Option<Eta>) -> String {
     let done = tally.done();
     let seconds = elapsed.as_secs_f64();
     let mut text = format!("{done}/{total}");
@@ -101,11 +99,13 @@ fn message(tally: &Tally, before: u64, total: u64, elapsed: Duration) -> String 
     if new > 0 && seconds > 0.0 {
         let rate = new as f64 / seconds;
         text.push_str(&if rate >= 1.0 { format!(", {rate:.1}/s") } else { format!(", {:.1}/min", rate * 60.0) });
-        if done < total {
-            let left = Duration::from_secs_f64((total - done) as f64 / rate);
-            text.push_str(&format!(", {} left", duration(left)));
-        } else {
+        if done == total {
             text.push_str(&format!(", {}", duration(elapsed)));
+        }
+        // Before the range is known, nothing is better than a wrong number.
+        if let Some(Eta { low, high }) = eta {
+            let (low, high) = (duration(low), duration(high));
+            text.push_str(&if low == high { format!(", {low} left") } else { format!(", {low} to {high} left") });
         }
     }
     text.push_str(&format!(
@@ -129,10 +129,13 @@ mod tests {
             let causes = CauseSet::default();
             tally.add(&Outcome { status, cause, causes, end_cause: EndCause::EndTime, values: Vec::new() });
         }
-        let line = message(&tally, 0, 9, Duration::from_secs(2));
-        assert_eq!(line, "3/9, 1.5/s, 4.0 s left; invalid 0, failed 1 (1 diverged)");
-        assert_eq!(message(&Tally::default(), 0, 9, Duration::ZERO), "0/9; invalid 0, failed 0");
-        let line = message(&tally, 2, 9, Duration::from_secs(2));
-        assert!(line.starts_with("3/9, 30.0/min, 12 s left"), "two were there before: {line}");
+        let seconds = Duration::from_secs;
+        let line = |low, high| message(&tally, 0, 9, seconds(2), Some(Eta { low: seconds(low), high: seconds(high) }));
+        assert_eq!(line(4, 4), "3/9, 1.5/s, 4.0 s left; invalid 0, failed 1 (1 diverged)");
+        assert_eq!(line(50, 80), "3/9, 1.5/s, 50 s to 1 min 20 s left; invalid 0, failed 1 (1 diverged)");
+        assert_eq!(message(&tally, 0, 3, seconds(2), None), "3/3, 1.5/s, 2.0 s; invalid 0, failed 1 (1 diverged)");
+        assert_eq!(message(&Tally::default(), 0, 9, Duration::ZERO, None), "0/9; invalid 0, failed 0");
+        let line = message(&tally, 2, 9, seconds(2), None);
+        assert!(line.starts_with("3/9, 30.0/min"), "two were there before: {line}");
     }
 }

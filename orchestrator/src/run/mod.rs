@@ -5,8 +5,11 @@
 //!   -> workers through dispatch -> ledger -> tables, manifest
 //! ```
 
+mod budget;
 mod change;
 pub mod directory;
+mod events;
+mod interrupt;
 mod keys;
 mod lock;
 mod manifest;
@@ -36,16 +39,20 @@ use bladeoff_core::document::Problems;
 use bladeoff_worker::plan::PlanFileError;
 use bladeoff_worker::process::build_id;
 use directory::{INCOMPLETE_RESULTS, MANIFEST, RESULTS, RunDirectory, TIMINGS};
+use events::EventStream;
 use manifest::{Course, manifest};
 use prepare::Prepared;
 use refresh::refreshed;
 use resume::Opened;
-use sink::{LedgerSink, ProgressObserver};
+use sink::{LedgerSink, ProgressObserver, Watched};
 use status::StatusWriter;
 use std::cell::RefCell;
 use std::path::PathBuf;
 use std::rc::Rc;
 use std::time::{Duration, Instant, SystemTime};
+
+pub use budget::Budget;
+pub use events::EVENTS_VERSION;
 
 /// What is asked for.
 #[derive(Debug, Clone)]
@@ -54,6 +61,10 @@ pub struct Request {
     pub out: PathBuf,
     /// Worker processes.
     pub workers: usize,
+    /// What it may take.
+    pub budget: Budget,
+    /// Say what happens on standard output, for programs.
+    pub json_events: bool,
     /// Finished samples that are computed again.
     pub rerun: Option<Rerun>,
     /// Time between two writings of the table of what is finished; zero: only at the end.
@@ -167,6 +178,24 @@ impl RunError {
 /// # Errors
 /// See [`RunError`]; what was finished before is in the directory's ledger.
 pub fn run(request: &Request, samples: &Samples, note: &dyn Fn(&str)) -> Result<Finished, RunError> {
+    let events = if request.json_events { EventStream::start(std::io::stdout()) } else { None };
+    let watched = Rc::new(RefCell::new(Watched { events, ..Watched::default() }));
+    let result = open_and_compute(request, samples, note, &watched);
+    if let Some(events) = watched.borrow_mut().events.take() {
+        match &result {
+            Ok(done) => events.finished(done.ended, done.tally.done(), samples.count(), &done.table.to_string_lossy()),
+            Err(error) => events.failed(error),
+        }
+    }
+    result
+}
+
+fn open_and_compute(
+    request: &Request,
+    samples: &Samples,
+    note: &dyn Fn(&str),
+    watched: &Rc<RefCell<Watched>>,
+) -> Result<Finished, RunError> {
     // Whatever can be refused is refused before the directory is made.
     let new_basis = if request.out.exists() { None } else { Some(prepare::new_basis(samples)?) };
     dispatch::preflight(request.workers)?;
@@ -198,7 +227,7 @@ pub fn run(request: &Request, samples: &Samples, note: &dyn Fn(&str)) -> Result<
         directory.remove(INCOMPLETE_RESULTS)?;
         directory.remove(TIMINGS)?;
     }
-    compute(request, &directory, &prepared, opened)
+    compute(request, &directory, &prepared, opened, watched)
 }
 
 /// Has the rest computed and writes the tables.
@@ -207,6 +236,7 @@ fn compute(
     directory: &RunDirectory,
     prepared: &Prepared<'_>,
     opened: Opened,
+    watched: &Rc<RefCell<Watched>>,
 ) -> Result<Finished, RunError> {
     let samples = prepared.samples;
     let Opened { mut ledger, todo, tally, .. } = opened;
@@ -235,13 +265,21 @@ fn compute(
     );
     // Another build may compute other numbers.
     options.build = Some(build_id());
+    request.budget.apply(&mut options);
+    options.keys = true;
     let mut observer = ProgressObserver {
         progress: Progress::start(samples.count(), reused, Instant::now()),
         status: StatusWriter::new(directory.path(), samples, reused),
         tally: Rc::clone(&tally),
+        watched: Rc::clone(watched),
     };
+    if let Some(events) = &mut watched.borrow_mut().events {
+        let directory = directory.path().to_string_lossy();
+        events.started(&samples.study().name, &directory, samples.count(), reused, request.workers);
+    }
     let record = ledger.reader().clone();
-    let mut sink = LedgerSink { ledger: &mut ledger, keys: &prepared.keys, tally: Rc::clone(&tally) };
+    let mut sink =
+        LedgerSink { ledger: &mut ledger, keys: &prepared.keys, tally: Rc::clone(&tally), watched: Rc::clone(watched) };
     let report = refreshed(request.refresh, directory, prepared, &record, || {
         dispatch::run(&options, samples, todo, &mut sink, &mut observer)
     });
@@ -251,6 +289,7 @@ fn compute(
     let written = report.map_err(RunError::from).and_then(|report| {
         // After a failure the first error is the one that says why.
         committed?;
+        interrupt::end_at_once_when_told(matches!(report.ended, Ended::Signalled(_)));
         let table = tables::write_tables(directory, prepared, &record)?;
         let (state, finished) = (state_word(&report), Some(SystemTime::now()));
         write_manifest(&course(state, finished, tally.done(), report.worker_deaths, report.dropped_messages))?;
@@ -269,6 +308,6 @@ fn state_word(report: &DispatchReport) -> &'static str {
         Ended::Complete => "complete",
         Ended::Signalled(Signal::Interrupt) => "interrupted",
         Ended::Signalled(Signal::Terminate) => "terminated",
-        Ended::Wall | Ended::TooManyFailures => "stopped",
+        Ended::Wall | Ended::Until | Ended::TooManyFailures => "stopped",
     }
 }

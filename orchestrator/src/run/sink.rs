@@ -1,11 +1,13 @@
 //! From the dispatch loop into the ledger, counting on the way.
 
+use super::events::EventStream;
 use super::keys::SampleKeys;
 use super::status::StatusWriter;
-use crate::dispatch::{Observer, SampleResult, Sink, SinkError};
+use crate::dispatch::{Notice, Observer, SampleResult, Sink, SinkError};
 use crate::ledger::{Entry, Ledger, LedgerError};
-use crate::report::{Progress, Tally, duration};
+use crate::report::{Costs, Progress, Tally, duration};
 use crate::schedule::{Activity, Snapshot, WorkerView};
+use bladeoff_core::outcome::Status;
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::Instant;
@@ -16,18 +18,35 @@ pub(super) struct LedgerSink<'a> {
     pub ledger: &'a mut Ledger,
     pub keys: &'a SampleKeys<'a>,
     pub tally: Rc<RefCell<Tally>>,
+    pub watched: Rc<RefCell<Watched>>,
+}
+
+/// What sink and observer share beside the counts.
+#[derive(Debug, Default)]
+pub(super) struct Watched {
+    /// CPU times of the samples of this run.
+    pub costs: Costs,
+    /// Where programs are told.
+    pub events: Option<EventStream>,
 }
 
 impl Sink for LedgerSink<'_> {
     fn record(&mut self, result: SampleResult) -> Result<(), SinkError> {
         self.tally.borrow_mut().add(&result.outcome);
+        let mut watched = self.watched.borrow_mut();
+        if result.outcome.status != Status::Quarantined {
+            watched.costs.add(result.cpu_s);
+        }
+        watched.events.iter_mut().for_each(|events| events.sample(&result));
         let entry =
             Entry { outcome: result.outcome, cpu_s: result.cpu_s, worker: result.worker, attempt: result.attempt };
         self.ledger.put(result.sample, self.keys.key(result.sample), &entry, Instant::now()).map_err(refused)
     }
 
     fn flush(&mut self) -> Result<(), SinkError> {
-        self.ledger.commit().map_err(refused)
+        self.ledger.commit().map_err(refused)?;
+        self.watched.borrow_mut().events.iter_mut().for_each(EventStream::durable);
+        Ok(())
     }
 }
 
@@ -56,19 +75,30 @@ pub(super) struct ProgressObserver {
     pub progress: Progress,
     pub status: StatusWriter,
     pub tally: Rc<RefCell<Tally>>,
+    pub watched: Rc<RefCell<Watched>>,
 }
 
 impl Observer for ProgressObserver {
     fn progress(&mut self, snapshot: &Snapshot) {
         let stale = snapshot.workers.iter().filter(|worker| worker.stale).count();
         let now = Instant::now();
-        self.progress.update(&self.tally.borrow(), stale, now);
+        let mut watched = self.watched.borrow_mut();
+        let eta = watched.costs.eta(snapshot.total - snapshot.done, snapshot.elapsed);
+        watched.events.iter_mut().for_each(|events| events.progress(snapshot, eta));
+        self.progress.update(&self.tally.borrow(), eta, stale, now);
         self.status.update(snapshot, &self.tally.borrow(), now);
     }
 
     fn asked(&mut self, snapshot: &Snapshot) {
         for worker in &snapshot.workers {
             self.progress.note(&describe(worker));
+        }
+    }
+
+    fn noticed(&mut self, notice: &Notice) {
+        self.watched.borrow_mut().events.iter_mut().for_each(|events| events.noticed(notice));
+        if let Notice::Stopping(_) = notice {
+            self.progress.note("stopping: samples in work may finish; a second signal ends them at once");
         }
     }
 }

@@ -38,9 +38,11 @@ mod scheduler;
 mod simulation;
 mod snapshot;
 mod todo;
+mod until;
 mod workers;
 
 pub use place::{Death, Effect, KillReason, Settings, Trouble};
 pub use scheduler::Scheduler;
 pub use snapshot::{Activity, Snapshot, WorkerView};
 pub use todo::Todo;
+pub use until::{Moment, TimeOfDay, TimeOfDayError, Until};

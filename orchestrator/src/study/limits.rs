@@ -1,7 +1,9 @@
-//! `[limits]`: how many samples may fail or be invalid before the study's exit code says so.
+//! `[limits]`: how many samples may fail or be invalid before the study's exit code says so, and what one sample may take.
 
-use super::table::Keys;
+use super::amount::{parse_duration, parse_memory};
+use super::table::{Keys, scalar_text};
 use bladeoff_core::document::{Collector, Entry, Value};
+use std::time::Duration;
 
 /// The policy of a study.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -10,6 +12,12 @@ pub struct Limits {
     pub max_failed: Share,
     /// Largest share of invalid samples; default 100 %.
     pub max_invalid: Share,
+    /// Longest time of one sample; default none.
+    pub time_limit: Option<Duration>,
+    /// Memory that a worker may allocate \[bytes\]; default none.
+    pub memory_limit: Option<u64>,
+    /// Deaths of its worker, alone, that quarantine a sample; default 2.
+    pub crash_limit: Option<u32>,
 }
 
 /// Part of the samples of a study.
@@ -43,10 +51,17 @@ impl std::fmt::Display for Share {
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { max_failed: Share::Percent(0.0), max_invalid: Share::Percent(100.0) }
+        Self {
+            max_failed: Share::Percent(0.0),
+            max_invalid: Share::Percent(100.0),
+            time_limit: None,
+            memory_limit: None,
+            crash_limit: None,
+        }
     }
 }
 
+const KEYS: [&str; 5] = ["max_failed", "max_invalid", "time_limit", "memory_limit", "crash_limit"];
 const ALLOWED: &str = "a number of samples such as 3, or a share such as \"5 %\"";
 
 impl Limits {
@@ -54,7 +69,7 @@ impl Limits {
     pub(super) fn read(entry: &Entry, problems: &mut Collector) -> Self {
         let mut limits = Self::default();
         let Some(keys) = Keys::of(entry, "limits", problems) else { return limits };
-        keys.refuse_unknown(&["max_failed", "max_invalid"], problems);
+        keys.refuse_unknown(&KEYS, problems);
         if let Some(share) = keys.get("max_failed").and_then(|entry| read_share(entry, "limits.max_failed", problems)) {
             limits.max_failed = share;
         }
@@ -62,8 +77,24 @@ impl Limits {
         {
             limits.max_invalid = share;
         }
+        limits.time_limit = keys.get("time_limit").and_then(|entry| read_amount(entry, parse_duration, problems));
+        limits.memory_limit = keys.get("memory_limit").and_then(|entry| read_amount(entry, parse_memory, problems));
+        limits.crash_limit = keys
+            .get("crash_limit")
+            .and_then(|entry| keys.whole(entry, 1, 1000, problems))
+            .and_then(|limit| u32::try_from(limit).ok());
         limits
     }
+}
+
+fn read_amount<T>(entry: &Entry, parse: impl Fn(&str) -> Result<T, String>, problems: &mut Collector) -> Option<T> {
+    let text = scalar_text(&entry.node.value).unwrap_or_default();
+    parse(&text)
+        .map_err(|message| {
+            let value = problems.excerpt(entry.node.span.clone());
+            problems.add(entry.node.span.clone(), format!("limits.{}", entry.name), message).value = Some(value);
+        })
+        .ok()
 }
 
 fn read_share(entry: &Entry, key: &str, problems: &mut Collector) -> Option<Share> {

@@ -6,6 +6,7 @@
 //! ```
 //! The format is described in `docs/studies.md`.
 
+mod amount;
 mod axis;
 mod feasible;
 mod input;
@@ -18,6 +19,7 @@ mod table;
 mod template;
 mod vary;
 
+pub use amount::{parse_duration, parse_memory};
 pub use axis::{Axis, ValueList, Varied, show};
 pub use feasible::{CHECKED_COMBINATIONS, check_machines};
 pub use input::{InputError, read_input};

@@ -1,0 +1,249 @@
+//! `bladeoff bench dispatch`: what the dispatch costs, measured on this machine.
+
+use super::error::CliError;
+use super::exit::Exit;
+use super::output::{print, remark};
+use crate::dispatch::{self, Activity, DispatchOptions, Observer, SampleResult, Samples, Sink, SinkError, Snapshot};
+use crate::files::FileError;
+use crate::ledger::{Entry, Ledger, SampleKey};
+use crate::report::{Align, TextTable};
+use crate::run::RunError;
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+/// Measure what the program costs beside the simulations
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  bladeoff bench dispatch
+  bladeoff bench dispatch --samples 1000000 --json")]
+pub struct Args {
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum What {
+    Dispatch(Dispatch),
+}
+
+/// Overhead per durable sample, idle CPU, memory and start-up, with samples that compute nothing
+///
+/// Worker processes answer with 40 numbers at once; every result goes through the real messages and the real ledger
+/// with its syncs. Where there is a python3, its ProcessPoolExecutor returns as many numbers from as many processes in
+/// the same run (without a record of anything). Figures depend on the load of the machine: look at it first.
+#[derive(Debug, clap::Args)]
+struct Dispatch {
+    /// Samples
+    #[arg(long, value_name = "N", default_value_t = 200_000, value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
+    samples: u64,
+
+    /// Worker processes
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u16).range(1..=256))]
+    workers: u16,
+
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// Longest sample of the idle measurement.
+const IDLE: Duration = Duration::from_secs(4);
+
+/// Runs the subcommand.
+pub fn main(args: &Args) -> Result<Exit, CliError> {
+    let What::Dispatch(args) = &args.what;
+    let folder = Folder::new()?;
+    let load = fs::read_to_string("/proc/loadavg").unwrap_or_default();
+    remark("idle: two workers with three samples of four seconds ...");
+    let idle = measure_idle(&folder.0)?;
+    remark(&format!("{} samples that compute nothing, recorded durably ...", args.samples));
+    let durable = measure_durable(&folder.0, args)?;
+    remark("python3's ProcessPoolExecutor ...");
+    let python = |samples: u64, chunk| python(samples.clamp(1, 200_000), args.workers, chunk);
+    let (python_1, python_chunks) = (python(args.samples / 10, 1), python(args.samples, 256));
+    let rows: [(&str, Option<f64>, &str, &str); 7] = [
+        ("overhead per durable sample", Some(durable.micros), "us", "below 20"),
+        ("python3, chunksize 1 (not durable)", python_1, "us", ""),
+        ("python3, chunksize 256 (not durable)", python_chunks, "us", ""),
+        ("CPU of the orchestrator while workers compute", Some(100.0 * idle.orchestrator), "%", "below 1"),
+        ("CPU of a worker without work", idle.worker.map(|share| 100.0 * share), "%", "below 1"),
+        ("peak memory of the orchestrator, tables apart", durable.peak_mb, "MB", "below 300"),
+        ("start to the first request of a worker", Some(1e3 * durable.start_s), "ms", ""),
+    ];
+    let load = load.split_whitespace().next().unwrap_or("?").to_owned();
+    if args.json {
+        let figures: Vec<Value> = rows
+            .iter()
+            .map(|(what, value, unit, goal)| json!({ "what": what, "value": value, "unit": unit, "goal": goal }))
+            .collect();
+        let (samples, workers) = (args.samples, args.workers);
+        let text =
+            json!({ "samples": samples, "workers": workers, "load_before": load, "figures": figures }).to_string();
+        print(&format!("{text}\n"))?;
+        return Ok(Exit::Ok);
+    }
+    let mut table = TextTable::new(&[
+        ("measured", Align::Left),
+        ("value", Align::Right),
+        ("unit", Align::Left),
+        ("goal", Align::Left),
+    ]);
+    for (what, value, unit, goal) in rows {
+        let value = value.map_or_else(|| "not measured".to_owned(), |value| format!("{value:.2}"));
+        table.row(vec![what.to_owned(), value, unit.to_owned(), goal.to_owned()]);
+    }
+    let text = table.render("");
+    print(&format!("{} samples, {} workers, load before: {load}\n\n{text}", args.samples, args.workers))?;
+    Ok(Exit::Ok)
+}
+
+/// A folder on a real disk, removed at the end.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new() -> Result<Self, CliError> {
+        let path = std::env::temp_dir().join(format!("bladeoff-bench-{}", std::process::id()));
+        fs::create_dir(&path).map_err(FileError::at("create", &path))?;
+        Ok(Self(path))
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        // What is left in a temporary folder hurts nobody.
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+/// Samples of four parameters, as a study of four axes has.
+struct Numbers;
+
+impl Samples for Numbers {
+    fn params(&self, sample: u64, out: &mut Vec<f64>) {
+        out.extend([sample as f64, 0.25, -1.5, 3.0]);
+    }
+}
+
+struct Durable {
+    micros: f64,
+    start_s: f64,
+    peak_mb: Option<f64>,
+}
+
+struct Record(Ledger);
+
+impl Sink for Record {
+    fn record(&mut self, result: SampleResult) -> Result<(), SinkError> {
+        let SampleResult { sample, outcome, cpu_s, worker, attempt } = result;
+        let entry = Entry { outcome, cpu_s, worker, attempt };
+        self.0.put(sample, SampleKey(u128::from(sample)), &entry, Instant::now()).map_err(refused)
+    }
+    fn flush(&mut self) -> Result<(), SinkError> {
+        self.0.commit().map_err(refused)
+    }
+}
+
+fn refused(error: crate::ledger::LedgerError) -> SinkError {
+    SinkError { what: "results cannot be recorded".to_owned(), source: Some(Box::new(error)) }
+}
+
+struct Nobody;
+
+impl Observer for Nobody {
+    fn progress(&mut self, _: &Snapshot) {}
+}
+
+fn measure_durable(folder: &Path, args: &Dispatch) -> Result<Durable, CliError> {
+    let options = options(folder, args.workers.into(), Duration::ZERO)?;
+    let mut sink = Record(Ledger::create(&folder.join("ledger.redb"), &[])?);
+    let report = dispatch::run(&options, &Numbers, args.samples, &mut sink, &mut Nobody).map_err(RunError::from)?;
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:")?.trim().strip_suffix(" kB")?.parse().ok());
+    Ok(Durable {
+        micros: 1e6 * (report.wall_s - report.first_ask_s) / report.done.max(1) as f64,
+        start_s: report.first_ask_s,
+        peak_mb: peak.map(|kilobytes: f64| kilobytes / 1e3),
+    })
+}
+
+struct Idle {
+    orchestrator: f64,
+    worker: Option<f64>,
+}
+
+/// Looks at the CPU time of whoever waits: when that begins, and at the last moment.
+#[derive(Default)]
+struct Watch {
+    own: Option<(Duration, f64)>,
+    idle: BTreeMap<u32, [(Duration, f64); 2]>,
+    last: Option<(Duration, f64)>,
+}
+
+impl Observer for Watch {
+    fn progress(&mut self, snapshot: &Snapshot) {
+        let now = snapshot.elapsed;
+        let is_steady = snapshot.workers.iter().any(|worker| matches!(worker.activity, Activity::Busy { .. }));
+        if is_steady {
+            let own = (now, cpu_seconds(std::process::id()));
+            self.own.get_or_insert(own);
+            self.last = Some(own);
+        }
+        for worker in snapshot.workers.iter().filter(|worker| worker.activity == Activity::Idle) {
+            let Some(pid) = worker.pid else { continue };
+            let point = (now, cpu_seconds(pid));
+            self.idle.entry(pid).or_insert([point, point])[1] = point;
+        }
+    }
+}
+
+fn measure_idle(folder: &Path) -> Result<Idle, CliError> {
+    let options = options(folder, 2, IDLE)?;
+    let mut watch = Watch::default();
+    let mut sink = Record(Ledger::create(&folder.join("idle.redb"), &[])?);
+    dispatch::run(&options, &Numbers, 3, &mut sink, &mut watch).map_err(RunError::from)?;
+    let share = |(from, before): (Duration, f64), (to, after): (Duration, f64)| {
+        (after - before) / (to.saturating_sub(from)).as_secs_f64().max(1e-3)
+    };
+    let orchestrator = watch.own.zip(watch.last).map_or(f64::NAN, |(first, last)| share(first, last));
+    let longest = watch.idle.into_values().max_by_key(|[first, last]| last.0.saturating_sub(first.0));
+    let worker = longest.filter(|[first, last]| last.0.saturating_sub(first.0) > IDLE / 2);
+    Ok(Idle { orchestrator, worker: worker.map(|[first, last]| share(first, last)) })
+}
+
+/// CPU time that all threads of a process have used \[s\], to the nanosecond.
+fn cpu_seconds(pid: u32) -> f64 {
+    let tasks = fs::read_dir(format!("/proc/{pid}/task")).into_iter().flatten().flatten();
+    let nanoseconds = |path: PathBuf| {
+        let text = fs::read_to_string(path.join("schedstat")).ok()?;
+        text.split_whitespace().next()?.parse::<f64>().ok()
+    };
+    tasks.filter_map(|task| nanoseconds(task.path())).sum::<f64>() * 1e-9
+}
+
+fn options(folder: &Path, workers: usize, busy: Duration) -> Result<DispatchOptions, CliError> {
+    let command = dispatch::self_command().map_err(RunError::from)?;
+    let mut options = DispatchOptions::new(workers, command, folder.to_path_buf(), "none".to_owned());
+    options.noop = Some(u64::try_from(busy.as_micros()).unwrap_or(u64::MAX));
+    Ok(options)
+}
+
+/// Microseconds per task of `concurrent.futures.ProcessPoolExecutor`; `None` where there is no python3.
+fn python(samples: u64, workers: u16, chunk: u64) -> Option<f64> {
+    let script = format!(
+        "import concurrent.futures as c, time\n\
+         def task(p):\n    return [p[0] + i for i in range(40)]\n\
+         if __name__ == '__main__':\n    \
+             with c.ProcessPoolExecutor({workers}) as pool:\n        \
+                 list(pool.map(task, [(0.0, 0.25, -1.5, 3.0)] * {workers}))\n        \
+                 t = time.perf_counter()\n        \
+                 n = sum(1 for _ in pool.map(task, ((float(i), 0.25, -1.5, 3.0) for i in range({samples})), chunksize={chunk}))\n        \
+                 print((time.perf_counter() - t) / n * 1e6)\n"
+    );
+    let output =
+        Command::new("python3").args(["-c", &script]).output().ok().filter(|output| output.status.success())?;
+    String::from_utf8(output.stdout).ok()?.trim().parse().ok()
+}

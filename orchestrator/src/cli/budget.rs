@@ -1,0 +1,52 @@
+//! Options that limit a run and its samples.
+
+use crate::dispatch::TimeOfDay;
+use crate::run::Budget;
+use crate::study::{parse_duration, parse_memory};
+use std::time::Duration;
+
+/// What a run and its samples may take.
+#[derive(Debug, Clone, clap::Args)]
+#[command(next_help_heading = "Budget")]
+pub struct BudgetArgs {
+    /// End the run after this time (s, min, h, such as 8h or "90 min"); what is finished is recorded, and the same
+    /// command goes on later. Sleep of the machine does not count
+    #[arg(long, value_name = "TIME", value_parser = parse_duration)]
+    wall: Option<Duration>,
+
+    /// End the run when the local clock next shows this time, such as 06:30
+    #[arg(long, value_name = "HH:MM")]
+    until: Option<TimeOfDay>,
+
+    /// End the run once more than N of its samples have failed or been quarantined
+    #[arg(long, value_name = "N")]
+    max_failures: Option<u64>,
+
+    /// Quarantine a sample that has killed its worker N times while alone with it [default: that of the study, or 2]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    crash_limit: Option<u32>,
+
+    /// Longest time of one sample; a longer one loses its worker, which counts for --crash-limit. Depends on the
+    /// machine: run.step_limit does not [default: that of the study, or none]
+    #[arg(long, value_name = "TIME", value_parser = parse_duration)]
+    time_limit: Option<Duration>,
+
+    /// Memory that a worker may allocate, such as 2GB; beyond it the sample loses its worker, which counts for
+    /// --crash-limit [default: that of the study, or none]
+    #[arg(long, value_name = "SIZE", value_parser = parse_memory)]
+    memory_limit: Option<u64>,
+}
+
+impl BudgetArgs {
+    /// The limits as given.
+    pub fn budget(&self) -> Budget {
+        Budget {
+            wall: self.wall,
+            until: self.until,
+            max_failures: self.max_failures,
+            crash_limit: self.crash_limit,
+            time_limit: self.time_limit,
+            memory_limit: self.memory_limit,
+        }
+    }
+}

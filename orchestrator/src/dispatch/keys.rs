@@ -1,0 +1,50 @@
+//! A key for whoever watches: `s` and Enter ask what each worker does, as SIGUSR1 does.
+
+use std::io::{BufRead, IsTerminal};
+
+use rustix::event::{PollFd, PollFlags, Timespec};
+use tokio::sync::mpsc::UnboundedSender;
+
+use super::driver::Event;
+
+/// Listens on standard input while the receiver is there; nothing where it is no terminal. A run in the background of a shell leaves
+/// what is typed to whoever is in the foreground: to read it would stop us (SIGTTIN).
+pub(super) fn watch(events: &UnboundedSender<Event>) {
+    let stdin = std::io::stdin();
+    if !stdin.is_terminal() {
+        return;
+    }
+    let events = events.clone();
+    let body = move || {
+        let a_second = Timespec { tv_sec: 1, tv_nsec: 0 };
+        while !events.is_closed() {
+            let mut fds = [PollFd::new(&stdin, PollFlags::IN)];
+            let has_input = rustix::event::poll(&mut fds, Some(&a_second)).is_ok_and(|ready| ready > 0);
+            if !has_input {
+                continue;
+            }
+            if !is_in_foreground() {
+                std::thread::sleep(std::time::Duration::from_secs(1));
+                continue;
+            }
+            let mut line = String::new();
+            match stdin.lock().read_line(&mut line) {
+                Ok(0) | Err(_) => return,
+                Ok(_) if line.trim().eq_ignore_ascii_case("s") => {
+                    let _ = events.send(Event::Asked);
+                }
+                Ok(_) => {}
+            }
+        }
+    };
+    // Without the thread there is still the signal.
+    let _ = std::thread::Builder::new().name("keys".into()).stack_size(64 << 10).spawn(body);
+}
+
+/// Whether our process group is the one that the terminal belongs to, by /proc.
+fn is_in_foreground() -> bool {
+    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    // After the name in parentheses: state, parent, group, session, terminal, the terminal's foreground group.
+    let fields: Vec<&str> = stat.rsplit(')').next().unwrap_or_default().split_whitespace().collect();
+    matches!(fields[..], [_, _, group, _, _, foreground, ..] if group == foreground)
+}

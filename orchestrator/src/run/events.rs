@@ -1,0 +1,302 @@
+//! `--json-events`: what happens, for programs. One JSON object per line on standard output; the schema is `docs/events.md`.
+//!
+//! A reader that is slow or gone never holds up a study: lines wait in a queue of limited length for a thread that writes them, what does
+//! not fit is counted and said (`lost`), and a closed pipe ends the stream and nothing else.
+
+use super::manifest::timestamp;
+use crate::dispatch::{Ended, KillReason, Notice, SampleResult, Signal};
+use crate::report::Eta;
+use crate::schedule::Snapshot;
+use bladeoff_core::outcome::{Cause, Status};
+use serde_json::{Value, json};
+use std::collections::{BTreeSet, VecDeque};
+use std::io::{self, BufWriter, Write};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
+use std::time::{Duration, Instant, SystemTime};
+
+/// Version of the schema; raised when a field changes its meaning or goes.
+pub const EVENTS_VERSION: u32 = 1;
+/// Lines that wait at most, some ten megabytes.
+const QUEUE: usize = 65_536;
+/// Time between two `progress` events.
+const PROGRESS_EVERY: Duration = Duration::from_secs(1);
+/// How long the last lines are waited for at the end.
+const LAST_LINES: Duration = Duration::from_secs(10);
+
+/// The stream of one run.
+#[derive(Debug)]
+pub(super) struct EventStream {
+    begun: Instant,
+    queue: Option<SyncSender<String>>,
+    written: Receiver<()>,
+    lost: u64,
+    progress: Option<Instant>,
+    stale: BTreeSet<u32>,
+    /// Dead workers not yet replaced.
+    dead: VecDeque<u32>,
+    /// Results that are not durable yet.
+    waiting: Vec<Value>,
+}
+
+impl EventStream {
+    /// A stream into `out`, written by a thread of its own; none if the thread cannot be started.
+    pub fn start(out: impl Write + Send + 'static) -> Option<Self> {
+        let (queue, lines) = sync_channel(QUEUE);
+        let (done, written) = sync_channel(1);
+        let body = move || {
+            // A reader that left is no reason to stop the study.
+            let _ = write_lines(&lines, out);
+            let _ = done.send(());
+        };
+        std::thread::Builder::new().name("events".into()).spawn(body).ok()?;
+        Some(Self {
+            begun: Instant::now(),
+            queue: Some(queue),
+            written,
+            lost: 0,
+            progress: None,
+            stale: BTreeSet::new(),
+            dead: VecDeque::new(),
+            waiting: Vec::new(),
+        })
+    }
+
+    /// The run begins. `recorded`: samples done before.
+    pub fn started(&mut self, study: &str, directory: &str, samples: u64, recorded: u64, workers: usize) {
+        self.emit(
+            "started",
+            json!({
+                "version": EVENTS_VERSION,
+                "time": timestamp(SystemTime::now()),
+                "study": study,
+                "directory": directory,
+                "samples": samples,
+                "recorded": recorded,
+                "workers": workers,
+            }),
+        );
+    }
+
+    /// A sample has ended; said when it is durable.
+    pub fn sample(&mut self, result: &SampleResult) {
+        self.waiting.push(json!({
+            "sample": result.sample,
+            "status": result.outcome.status.word(),
+            "cause": result.outcome.cause.map(Cause::word),
+            "cpu_s": result.cpu_s,
+            "worker": result.worker,
+            "attempt": result.attempt,
+        }));
+    }
+
+    /// All results handed over so far are durable.
+    pub fn durable(&mut self) {
+        for sample in std::mem::take(&mut self.waiting) {
+            self.emit("sample", sample);
+        }
+    }
+
+    /// How far the run is: at most once a second, and the last time.
+    pub fn progress(&mut self, snapshot: &Snapshot, eta: Option<Eta>) {
+        let stale: BTreeSet<u32> = snapshot.workers.iter().filter(|w| w.stale).map(|w| w.worker).collect();
+        let there: BTreeSet<u32> = snapshot.workers.iter().map(|w| w.worker).collect();
+        let before = std::mem::replace(&mut self.stale, stale.clone());
+        stale.difference(&before).for_each(|&worker| self.emit("worker_stale", json!({ "worker": worker })));
+        let heard = before.difference(&stale).filter(|worker| there.contains(worker));
+        heard.for_each(|&worker| self.emit("worker_heard", json!({ "worker": worker })));
+        let is_last = snapshot.done == snapshot.total;
+        if self.progress.is_some_and(|last| last.elapsed() < PROGRESS_EVERY) && !is_last {
+            return;
+        }
+        self.progress = Some(Instant::now());
+        let statuses = Status::ALL
+            .iter()
+            .map(|status| (status.word().to_owned(), Value::from(snapshot.by_status[usize::from(status.code())])));
+        self.emit(
+            "progress",
+            json!({
+                "done": snapshot.done,
+                "total": snapshot.total,
+                "by_status": statuses.collect::<serde_json::Map<_, _>>(),
+                "per_second": snapshot.rate,
+                "left_from_s": eta.map(|eta| eta.low.as_secs_f64()),
+                "left_to_s": eta.map(|eta| eta.high.as_secs_f64()),
+                "worker_deaths": snapshot.worker_deaths,
+                "dropped_messages": snapshot.dropped_messages,
+            }),
+        );
+    }
+
+    /// Something happened to a worker or to the run.
+    pub fn noticed(&mut self, notice: &Notice) {
+        match notice {
+            Notice::WorkerStarted { worker, pid } => {
+                let replaces = self.dead.pop_front();
+                self.emit("worker_started", json!({ "worker": worker, "pid": pid, "replaces": replaces }));
+            }
+            Notice::WorkerKilled { worker, why } => {
+                let why = match why {
+                    KillReason::TimeLimit => "time_limit",
+                    KillReason::Silent => "silent",
+                    KillReason::Lost => "lost",
+                    KillReason::Ending => "ending",
+                };
+                self.emit("worker_killed", json!({ "worker": worker, "why": why }));
+            }
+            Notice::WorkerEnded { worker, how, died } => {
+                if *died {
+                    self.dead.push_back(*worker);
+                }
+                self.emit("worker_ended", json!({ "worker": worker, "how": how, "died": died }));
+            }
+            Notice::Stopping(why) => self.emit("stopping", json!({ "why": word(*why) })),
+        }
+    }
+
+    /// The run is over and its table written.
+    pub fn finished(mut self, ended: Ended, done: u64, samples: u64, table: &str) {
+        self.durable();
+        let fields = json!({
+            "why": word(ended),
+            "time": timestamp(SystemTime::now()),
+            "done": done,
+            "samples": samples,
+            "table": table,
+        });
+        self.end("finished", fields);
+    }
+
+    /// The run ended by an error.
+    pub fn failed(mut self, error: &dyn std::error::Error) {
+        self.durable();
+        let mut text = error.to_string();
+        let mut source = error.source();
+        while let Some(cause) = source {
+            text = format!("{text}: {cause}");
+            source = cause.source();
+        }
+        self.end("failed", json!({ "time": timestamp(SystemTime::now()), "error": text }));
+    }
+
+    fn end(&mut self, event: &str, fields: Value) {
+        self.emit(event, fields);
+        self.queue = None;
+        if let Err(RecvTimeoutError::Timeout) = self.written.recv_timeout(LAST_LINES) {
+            // Nobody reads: the thread goes down with the process.
+        }
+    }
+
+    fn emit(&mut self, event: &str, fields: Value) {
+        let Some(queue) = &self.queue else { return };
+        let line = |event: &str, mut fields: Value| {
+            fields["event"] = event.into();
+            // Milliseconds are enough, and short to read.
+            fields["elapsed_s"] = ((self.begun.elapsed().as_secs_f64() * 1e3).round() / 1e3).into();
+            fields.to_string()
+        };
+        if self.lost > 0 {
+            match queue.try_send(line("lost", json!({ "events": self.lost }))) {
+                Ok(()) => self.lost = 0,
+                Err(TrySendError::Full(_)) => {
+                    self.lost += 1;
+                    return;
+                }
+                Err(TrySendError::Disconnected(_)) => {}
+            }
+        }
+        match queue.try_send(line(event, fields)) {
+            Ok(()) => {}
+            Err(TrySendError::Full(_)) => self.lost += 1,
+            Err(TrySendError::Disconnected(_)) => self.queue = None,
+        }
+    }
+}
+
+fn write_lines(lines: &Receiver<String>, out: impl Write) -> io::Result<()> {
+    let mut out = BufWriter::new(out);
+    while let Ok(first) = lines.recv() {
+        writeln!(out, "{first}")?;
+        for line in lines.try_iter() {
+            writeln!(out, "{line}")?;
+        }
+        out.flush()?;
+    }
+    Ok(())
+}
+
+/// The word of why a run ended.
+fn word(ended: Ended) -> &'static str {
+    match ended {
+        Ended::Complete => "complete",
+        Ended::Signalled(Signal::Interrupt) => "interrupt",
+        Ended::Signalled(Signal::Terminate) => "terminate",
+        Ended::Wall => "wall",
+        Ended::Until => "until",
+        Ended::TooManyFailures => "max_failures",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::{Arc, Condvar, Mutex};
+
+    /// A reader that takes nothing until it is let.
+    #[derive(Clone, Default)]
+    struct Slow(Arc<(Mutex<(bool, Vec<u8>)>, Condvar)>);
+
+    impl Write for Slow {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            let (state, changed) = &*self.0;
+            let mut state = changed.wait_while(state.lock().expect("no panic"), |state| !state.0).expect("no panic");
+            state.1.extend(bytes);
+            Ok(bytes.len())
+        }
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_slow_reader_holds_up_nobody_and_is_told_what_it_missed() {
+        let slow = Slow::default();
+        let mut events = EventStream::start(slow.clone()).expect("a thread");
+        let notice = Notice::WorkerStarted { worker: 1, pid: 2 };
+        let sent = 3 * QUEUE as u64;
+        (0..sent).for_each(|_| events.noticed(&notice));
+        {
+            let (state, changed) = &*slow.0;
+            state.lock().expect("no panic").0 = true;
+            changed.notify_all();
+        }
+        // Until there is room again.
+        while events.lost > 0 {
+            events.noticed(&notice);
+            std::thread::yield_now();
+        }
+        events.finished(Ended::Complete, 0, 0, "t");
+        let state = slow.0.0.lock().expect("no panic");
+        let text = String::from_utf8(state.1.clone()).expect("UTF-8");
+        let lines: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect();
+        let of = |event: &str| lines.iter().filter(|line| line["event"] == event).count() as u64;
+        let lost: u64 = lines.iter().filter_map(|line| line["events"].as_u64()).sum();
+        assert!(lost > 0 && of("lost") > 0 && of("worker_started") + lost >= sent);
+        assert_eq!(lines.last().expect("lines")["event"], "finished");
+    }
+
+    #[test]
+    fn a_reader_that_left_is_nobody() {
+        struct Gone;
+        impl Write for Gone {
+            fn write(&mut self, _: &[u8]) -> io::Result<usize> {
+                Err(io::ErrorKind::BrokenPipe.into())
+            }
+            fn flush(&mut self) -> io::Result<()> {
+                Ok(())
+            }
+        }
+        let mut events = EventStream::start(Gone).expect("a thread");
+        (0..10).for_each(|_| events.noticed(&Notice::Stopping(Ended::Wall)));
+        events.finished(Ended::Wall, 0, 0, "t");
+    }
+}

@@ -1,0 +1,177 @@
+//! What a night needs: budgets, signals, events for programs, an answer to whoever asks.
+
+mod support;
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::process::{Command, Stdio};
+use support::faults::{Running, SAMPLES, STUDY, signal, state, wait_until};
+use support::{Folder, Said, bladeoff, said};
+
+/// A study of long samples, so that no run gets through before it is ended.
+fn long(folder: &Folder) -> String {
+    folder.write("long.toml", &STUDY.replace("0.1 s", "0.4 s").replace("count = 5", "count = 50"))
+}
+
+fn run(study: &str, out: &str, more: &[&str], fault: Option<&str>) -> Said {
+    let mut args = vec!["run", study, "--out", out, "--workers", "2"];
+    args.extend(more);
+    let mut command = bladeoff(&args);
+    if let Some(fault) = fault {
+        command.env("BLADEOFF_FAULT", fault);
+    }
+    said(command.output().expect("it starts"))
+}
+
+fn assert_stopped(said: &Said, out: &str, why: &str) {
+    assert_eq!(said.code, 5, "{}", said.err);
+    assert!(said.err.contains(&format!("ended by {why}")), "{}", said.err);
+    assert!(said.err.contains("go on with: "), "{}", said.err);
+    assert!(fs::exists(format!("{out}/results-incomplete.parquet")).expect("readable"));
+    assert!(!fs::exists(format!("{out}/results.parquet")).expect("readable"));
+}
+
+#[test]
+fn a_run_ends_with_its_time_and_says_how_to_go_on() {
+    let folder = Folder::new();
+    let study = long(&folder);
+    let out = folder.name("wall");
+    assert_stopped(&run(&study, &out, &["--wall", "1.5 s"], None), &out, "--wall");
+    let date = Command::new("date").args(["-d", "+3 seconds", "+%H:%M:%S"]).output().expect("date runs");
+    let time = String::from_utf8(date.stdout).expect("UTF-8");
+    let out = folder.name("until");
+    assert_stopped(&run(&study, &out, &["--until", time.trim()], None), &out, "--until");
+    for wrong in [["--until", "25:00"], ["--wall", "8 hours"], ["--memory-limit", "2"], ["--crash-limit", "0"]] {
+        assert_eq!(run(&study, &out, &wrong, None).code, 2, "{wrong:?}");
+    }
+}
+
+#[test]
+fn limits_end_a_run_or_quarantine_a_sample() {
+    let folder = Folder::new();
+    let study = folder.write("s.toml", STUDY);
+    let fired = folder.path("fired");
+    fs::create_dir(&fired).expect("created");
+    let fault = |what: &str| format!("who=worker,at=running,sample={what},times=99,dir={}", fired.display());
+    let out = folder.name("failures");
+    let said = run(&study, &out, &["--max-failures", "1"], Some(&fault("any,do=panic")));
+    assert_stopped(&said, &out, "--max-failures");
+    // A limit of the study, one of the command line; both by a sample that never ends or takes all memory.
+    let limited = folder.write("limited.toml", &format!("{STUDY}\n[limits]\nmax_failed = 1\ntime_limit = \"2 s\"\n"));
+    for (name, study, more, what, cause) in [
+        ("time", &limited, &["--crash-limit", "1"][..], "3,do=hang", "time_limit"),
+        ("memory", &study, &["--crash-limit", "1", "--memory-limit", "300 MB"][..], "4,do=hoard", "out_of_memory"),
+    ] {
+        let out = folder.name(name);
+        let said = run(study, &out, more, Some(&fault(what)));
+        assert_eq!(said.code, if name == "time" { 0 } else { 4 }, "{}", said.err);
+        let (header, rows) = support::table(&out);
+        let at = |name: &str| header.iter().position(|column| column == name).expect("the column");
+        let bad: Vec<_> = rows.iter().filter(|row| row[at("status")] == "quarantined").collect();
+        assert_eq!(bad.len(), 1, "{}", said.err);
+        assert_eq!((bad[0][0].as_str(), bad[0][at("cause")].as_str()), (&what[..1], cause));
+    }
+    let wrong = folder.write("wrong.toml", &format!("{STUDY}\n[limits]\ntime_limit = \"2 kg\"\nmemory_limit = 5\n"));
+    let said = run(&wrong, &out, &[], None);
+    assert_eq!(said.code, 3);
+    assert!(said.err.contains("limits.time_limit") && said.err.contains("limits.memory_limit"), "{}", said.err);
+}
+
+#[test]
+fn events_tell_programs_the_whole_story() {
+    let folder = Folder::new();
+    let study = folder.write("s.toml", STUDY);
+    let mut run = Running::start(&folder, &study, &folder.name("out"), "who=worker,at=running,sample=3,do=kill");
+    assert!(run.end().success(), "{}", run.said());
+    let events = run.events();
+    let name = |event: &serde_json::Value| event["event"].as_str().expect("a name").to_owned();
+    let (first, last) = (&events[0], events.last().expect("events"));
+    assert_eq!(
+        (name(first), first["samples"].as_u64(), first["version"].as_u64()),
+        ("started".into(), Some(SAMPLES), Some(1))
+    );
+    assert_eq!(
+        (name(last), last["why"].as_str(), last["done"].as_u64()),
+        ("finished".into(), Some("complete"), Some(SAMPLES))
+    );
+    let samples: Vec<_> = events.iter().filter(|event| name(event) == "sample").collect();
+    assert_eq!(
+        samples.iter().filter_map(|sample| sample["sample"].as_u64()).collect::<BTreeSet<_>>().len() as u64,
+        SAMPLES
+    );
+    assert_eq!(samples.len() as u64, SAMPLES, "each once");
+    assert!(samples.iter().all(|sample| sample["status"] == "ok" && sample["cpu_s"].as_f64() > Some(0.0)));
+    let died = events.iter().find(|event| event["died"] == true).expect("a death");
+    assert!(events.iter().any(|event| name(event) == "worker_started" && event["replaces"] == died["worker"]));
+    assert!(run.said().contains("20 of 20 samples"), "the summary is for people: {}", run.said());
+}
+
+/// A run whose orchestrator is stopped at a known state, is sent these signals, and goes on.
+fn signalled(fault: &str, signals: &[&str]) -> (Folder, Running) {
+    let folder = Folder::new();
+    let study = folder.write("s.toml", STUDY);
+    let run = Running::start(&folder, &study, &folder.name("out"), fault);
+    let pid = run.child.id();
+    wait_until("it stops", || run.fired() > 0 && state(pid) == Some('T'));
+    for name in signals {
+        assert!(signal(pid, name));
+    }
+    assert!(signal(pid, "CONT"));
+    (folder, run)
+}
+
+#[test]
+fn a_signal_ends_a_run_in_order() {
+    for (name, code, why) in [("INT", 130, "interrupt"), ("TERM", 143, "terminate"), ("HUP", 143, "terminate")] {
+        let (folder, mut run) = signalled("who=orchestrator,at=recorded,sample=1,do=stop", &[name]);
+        assert_eq!(run.end().code(), Some(code), "{name}: {}", run.said());
+        assert_eq!(run.count("stopping"), 1);
+        assert_eq!(run.events().last().expect("events")["why"], why);
+        assert!(folder.path("out/results-incomplete.parquet").exists());
+    }
+}
+
+#[test]
+fn a_signal_while_tables_are_written_is_answered_and_the_second_ends_it() {
+    let at_tables = "who=orchestrator,at=writing,sample=0,do=stop";
+    let (folder, mut run) = signalled(at_tables, &["TERM"]);
+    assert_eq!(run.end().code(), Some(0), "{}", run.said());
+    assert!(folder.path("out/results.parquet").exists());
+    // Ended by a first signal before; the one at the tables is the second.
+    let (folder, mut run) = signalled(&format!("who=orchestrator,at=recorded,sample=1,do=stop;{at_tables}"), &["INT"]);
+    let pid = run.child.id();
+    wait_until("it stops again", || run.fired() == 2 && state(pid) == Some('T'));
+    assert!(signal(pid, "INT") && signal(pid, "CONT"));
+    // Whether the signal or the table comes first is the system's to say; both are an end of 130 with nothing half written.
+    assert_eq!(run.end().code(), Some(130), "{}", run.said());
+    assert!(!folder.path("out/results.parquet").exists());
+}
+
+#[test]
+fn under_nohup_a_hangup_is_nothing() {
+    let folder = Folder::new();
+    let study = folder.write("s.toml", STUDY);
+    let out = folder.name("out");
+    let bin = bladeoff(&[]).get_program().to_owned();
+    let mut child = Command::new("nohup")
+        .arg(bin)
+        .args(["run", &study, "--out", &out, "--workers", "2"])
+        .env("BLADEOFF_FAULT", format!("who=orchestrator,at=claimed,sample=1,do=stop,dir={}", folder.name("")))
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("nohup runs");
+    let pid = child.id();
+    wait_until("it stops", || state(pid) == Some('T'));
+    assert!(signal(pid, "HUP") && signal(pid, "CONT"));
+    assert_eq!(child.wait().expect("a child").code(), Some(0));
+}
+
+#[test]
+fn whoever_asks_is_told_what_the_workers_do() {
+    let (_folder, mut run) = signalled("who=orchestrator,at=recorded,sample=1,do=stop", &["USR1"]);
+    assert_eq!(run.end().code(), Some(0), "{}", run.said());
+    assert!(run.said().contains("worker 1 (process "), "{}", run.said());
+    assert!(run.said().contains("worker 2 (process "), "{}", run.said());
+}
