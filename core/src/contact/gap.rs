@@ -16,7 +16,7 @@ pub struct Place {
     pub element: usize,
     /// Position in the element, 0..1.
     pub xi: f64,
-    /// Angle in the stator's frame [rad].
+    /// Angle in the stator's frame \[rad\].
     pub alpha: f64,
     /// sin and cos of the angle.
     pub angle: (f64, f64),
@@ -59,7 +59,7 @@ impl Place {
 pub struct Gap {
     /// Where.
     pub place: Place,
-    /// g [m]; negative: penetration.
+    /// g \[m\]; negative: penetration.
     pub value: f64,
     /// Normal n, from the rotor to the ring.
     pub normal: [f64; 2],

@@ -9,7 +9,7 @@
 //! Source: paper section 2 and its [10] (forward-increment Lagrange multipliers); physics.md section 3. Normal and tangential
 //! part are solved together. Verified by the tests below.
 
-/// Linear response of gap and slip to the contact force [m/N].
+/// Linear response of gap and slip to the contact force \[m/N\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Compliance {
     /// Gap by the normal force.
@@ -25,9 +25,9 @@ pub struct Compliance {
 /// Contact force.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactForce {
-    /// lambda [N] >= 0.
+    /// lambda \[N\] >= 0.
     pub normal: f64,
-    /// lambda_T [N], along the slip of the rotor against the ring.
+    /// lambda_T \[N\], along the slip of the rotor against the ring.
     pub tangential: f64,
     /// Zero slip, |lambda_T| <= mu lambda.
     pub sticks: bool,
@@ -42,7 +42,7 @@ impl ContactForce {
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error("W = {w} m/N <= 0: the contact force is not unique")]
 pub struct NotUnique {
-    /// The compliance of the gap along the combined force [m/N].
+    /// The compliance of the gap along the combined force \[m/N\].
     pub w: f64,
 }
 

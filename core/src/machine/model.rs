@@ -39,11 +39,11 @@ pub enum ForceLocation {
 /// Thresholds of the validity guard (physics.md section 3).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Guard {
-    /// Normal contact work over max(friction energy, 1e-3 of the initial energy) [-]; default 0.01.
+    /// Normal contact work over max(friction energy, 1e-3 of the initial energy) \[-\]; default 0.01.
     pub normal_work: f64,
-    /// Energy balance error over the largest total energy [-]; default 1e-6.
+    /// Energy balance error over the largest total energy \[-\]; default 1e-6.
     pub energy_balance: f64,
-    /// Residual penetration over the gap [-]; default 0.02.
+    /// Residual penetration over the gap \[-\]; default 0.02.
     pub penetration: f64,
 }
 
@@ -52,7 +52,7 @@ pub struct Guard {
 pub struct RunSettings {
     /// Last simulated time \[s\] > 0.
     pub end_time: f64,
-    /// The run ends once the mean spin falls to this speed [rad/s] >= 0.
+    /// The run ends once the mean spin falls to this speed \[rad/s\] >= 0.
     pub end_speed: f64,
     /// Engine.
     pub engine: Engine,
@@ -79,9 +79,9 @@ pub struct RunSettings {
 pub struct Rotor {
     /// Finite-element shaft or a single mass point.
     pub kind: RotorKind,
-    /// Spin speed at t = 0 [rad/s] >= 0.
+    /// Spin speed at t = 0 \[rad/s\] >= 0.
     pub initial_speed: f64,
-    /// Gravity along X and Y [m/s2].
+    /// Gravity along X and Y \[m/s2\].
     pub gravity: [f64; 2],
     /// Prescribed speed; `None`: the spin is an unknown (the normal case).
     pub speed_law: Option<SpeedLaw>,
@@ -126,7 +126,7 @@ pub struct ShaftElement {
     pub inner_diameter: f64,
     /// Young's modulus \[Pa\].
     pub young_modulus: f64,
-    /// Poisson's ratio [-].
+    /// Poisson's ratio \[-\].
     pub poisson_ratio: f64,
     /// Density [kg/m3].
     pub density: f64,
@@ -145,9 +145,9 @@ pub struct Disc {
     pub node: usize,
     /// Mass \[kg\] >= 0.
     pub mass: f64,
-    /// Moment of inertia about a diameter [kg m2] >= 0.
+    /// Moment of inertia about a diameter \[kg m2\] >= 0.
     pub transverse_inertia: f64,
-    /// Moment of inertia about Z [kg m2] >= 0.
+    /// Moment of inertia about Z \[kg m2\] >= 0.
     pub polar_inertia: f64,
 }
 
@@ -156,7 +156,7 @@ pub struct Disc {
 pub struct PointMass {
     /// Mass \[kg\] >= 0 (0 when an added unbalance is all the mass).
     pub mass: f64,
-    /// Moment of inertia about Z [kg m2] > 0.
+    /// Moment of inertia about Z \[kg m2\] > 0.
     pub polar_inertia: f64,
 }
 
@@ -167,11 +167,11 @@ pub struct Bearing {
     pub name: String,
     /// Node.
     pub node: usize,
-    /// Stiffness [[kxx, kxy], [kyx, kyy]] [N/m]; force on the rotor = -K x.
+    /// Stiffness [[kxx, kxy], [kyx, kyy]] \[N/m\]; force on the rotor = -K x.
     pub stiffness: [[f64; 2]; 2],
-    /// Damping [[cxx, cxy], [cyx, cyy]] [N s/m].
+    /// Damping [[cxx, cxy], [cyx, cyy]] \[N s/m\].
     pub damping: [[f64; 2]; 2],
-    /// Axial stiffness [N/m] >= 0.
+    /// Axial stiffness \[N/m\] >= 0.
     pub axial_stiffness: f64,
 }
 
@@ -215,7 +215,7 @@ pub struct Unbalance {
 /// Rayleigh damping C = a M + b K.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Rayleigh {
-    /// a [1/s] >= 0.
+    /// a \[1/s\] >= 0.
     pub mass_proportional: f64,
     /// b \[s\] >= 0.
     pub stiffness_proportional: f64,
@@ -226,7 +226,7 @@ pub struct Rayleigh {
 pub struct SpeedLaw {
     /// Times \[s\], strictly ascending, the first 0.
     pub times: Vec<f64>,
-    /// Speeds [rad/s] at these times; the first equals `initial_speed`.
+    /// Speeds \[rad/s\] at these times; the first equals `initial_speed`.
     pub speeds: Vec<f64>,
 }
 
@@ -235,7 +235,7 @@ pub struct SpeedLaw {
 pub struct InitialState {
     /// Translation of all nodes \[m\].
     pub displacement: [f64; 2],
-    /// Velocity of all nodes [m/s].
+    /// Velocity of all nodes \[m/s\].
     pub velocity: [f64; 2],
     /// Spin angle at t = 0 \[rad\].
     pub angle: f64,
@@ -244,7 +244,7 @@ pub struct InitialState {
 /// Braking torque T = -(c0 sign W + c1 W + c2 W|W|).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Braking {
-    /// c0 [N m] >= 0.
+    /// c0 \[N m\] >= 0.
     pub constant: f64,
     /// c1 [N m s] >= 0.
     pub linear: f64,
@@ -272,9 +272,9 @@ pub enum DiaphragmKind {
     Flexible(FlexibleStator),
     /// A circle that does not move.
     Rigid,
-    /// Massless, quasi-static radial spring: force = stiffness x penetration [N/m].
+    /// Massless, quasi-static radial spring: force = stiffness x penetration \[N/m\].
     RadialSpring {
-        /// Stiffness [N/m] > 0.
+        /// Stiffness \[N/m\] > 0.
         stiffness: f64,
     },
 }
@@ -284,7 +284,7 @@ pub enum DiaphragmKind {
 pub struct FlexibleStator {
     /// Young's modulus \[Pa\].
     pub young_modulus: f64,
-    /// Poisson's ratio [-] (not used by the planar Euler-Bernoulli model).
+    /// Poisson's ratio \[-\] (not used by the planar Euler-Bernoulli model).
     pub poisson_ratio: f64,
     /// Density [kg/m3].
     pub density: f64,
@@ -372,7 +372,7 @@ pub struct Contact {
     pub rotor_radius: f64,
     /// Gap \[m\] > 0; the contact surface has radius R_i = R_r + gap.
     pub gap: f64,
-    /// Coulomb friction [-] >= 0.
+    /// Coulomb friction \[-\] >= 0.
     pub friction: f64,
     /// Slip only, or stick and slip.
     pub friction_law: FrictionLaw,

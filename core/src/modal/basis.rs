@@ -22,7 +22,7 @@ pub struct ModeSet {
 }
 
 impl ModeSet {
-    /// Highest retained frequency [rad/s].
+    /// Highest retained frequency \[rad/s\].
     #[must_use]
     pub fn highest(&self) -> f64 {
         self.omega_squared.last().map_or(0.0, |&square| square.max(0.0).sqrt())

@@ -5,7 +5,7 @@ use crate::linalg::{EigenError, Matrix, complex_eigen, inverse};
 /// Solutions of a quadratic eigenvalue problem.
 #[derive(Debug, Clone, PartialEq)]
 pub struct QuadraticModes {
-    /// lambda as (re, im) [rad/s], in no particular order; conjugates both.
+    /// lambda as (re, im) \[rad/s\], in no particular order; conjugates both.
     pub values: Vec<[f64; 2]>,
     /// Re of the shapes, in columns.
     pub real: Matrix,

@@ -14,7 +14,7 @@ use crate::rotor::{RotorMatrices, UnbalanceSite};
 /// Response at one speed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UnbalanceResponse {
-    /// Speed [rad/s].
+    /// Speed \[rad/s\].
     pub speed: f64,
     /// Largest displacement over a turn at each node (major half axis of its orbit) \[m\].
     pub nodes: Vec<f64>,
@@ -31,7 +31,7 @@ fn major(x: [f64; 2], y: [f64; 2]) -> f64 {
     (sum + 0.5 * (re * re + im * im).sqrt()).sqrt()
 }
 
-/// Responses at speeds [rad/s] to all unbalances of the machine; a speed at which the system is singular (undamped critical
+/// Responses at speeds \[rad/s\] to all unbalances of the machine; a speed at which the system is singular (undamped critical
 /// speed) is left out.
 #[must_use]
 pub fn unbalance_response(machine: &Machine, speeds: &[f64]) -> Vec<UnbalanceResponse> {

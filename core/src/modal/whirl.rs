@@ -33,9 +33,9 @@ impl Whirl {
 /// One damped lateral mode.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WhirlMode {
-    /// Damped circular frequency [rad/s].
+    /// Damped circular frequency \[rad/s\].
     pub frequency: f64,
-    /// Damping ratio `-Re/|lambda|` [-].
+    /// Damping ratio `-Re/|lambda|` \[-\].
     pub damping_ratio: f64,
     /// Sense.
     pub whirl: Whirl,
@@ -44,7 +44,7 @@ pub struct WhirlMode {
 /// A speed that equals a whirl frequency (synchronous excitation).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CriticalSpeed {
-    /// Speed [rad/s].
+    /// Speed \[rad/s\].
     pub speed: f64,
     /// Damping ratio of the mode there.
     pub damping_ratio: f64,
@@ -55,7 +55,7 @@ pub struct CriticalSpeed {
 /// One ring mode.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RingMode {
-    /// Circular frequency [rad/s].
+    /// Circular frequency \[rad/s\].
     pub frequency: f64,
     /// Nodal diameters: the dominant harmonic of the radial displacement around the ring.
     pub nodal_diameters: usize,
@@ -64,13 +64,13 @@ pub struct RingMode {
 /// Modes of a machine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModesReport {
-    /// For each speed asked for [rad/s], its whirl modes by frequency.
+    /// For each speed asked for \[rad/s\], its whirl modes by frequency.
     pub speeds: Vec<(f64, Vec<WhirlMode>)>,
     /// Critical speeds, ascending.
     pub critical_speeds: Vec<CriticalSpeed>,
-    /// Elastic twist frequencies, free-free [rad/s].
+    /// Elastic twist frequencies, free-free \[rad/s\].
     pub twist: Vec<f64>,
-    /// Axial frequencies [rad/s].
+    /// Axial frequencies \[rad/s\].
     pub axial: Vec<f64>,
     /// Modes of each flexible ring, by diaphragm name.
     pub rings: Vec<(String, Vec<RingMode>)>,
@@ -81,7 +81,7 @@ const CRITICAL_MODES: usize = 12;
 /// Intervals of the search for critical speeds.
 const CRITICAL_INTERVALS: usize = 64;
 
-/// Modes of a machine at speeds [rad/s].
+/// Modes of a machine at speeds \[rad/s\].
 ///
 /// ```text
 /// M x'' + (C + W G) x' + (K + K_skew) x = 0,  x = Re(phi e^{lambda t}),  W_crit: Im lambda(W) = W
@@ -112,7 +112,7 @@ pub fn report(machine: &Machine, speeds: &[f64]) -> Result<ModesReport, EigenErr
     Ok(ModesReport { speeds, critical_speeds: lateral.critical_speeds()?, twist, axial, rings })
 }
 
-/// Whirl modes of a machine at speeds [rad/s], by frequency.
+/// Whirl modes of a machine at speeds \[rad/s\], by frequency.
 ///
 /// # Errors
 /// [`EigenError`].

@@ -9,11 +9,11 @@ use crate::machine::{Rotor, RotorKind, Shaft};
 pub struct BearingSite {
     /// Node.
     pub node: usize,
-    /// K as given [N/m].
+    /// K as given \[N/m\].
     pub stiffness: [[f64; 2]; 2],
     /// `(kxy - kyx)/2` [N/m]: the skew part, whose work is a term of its own.
     pub skew: f64,
-    /// C as given [N s/m].
+    /// C as given \[N s/m\].
     pub damping: [[f64; 2]; 2],
 }
 

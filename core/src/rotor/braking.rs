@@ -11,7 +11,7 @@ use crate::machine::Braking;
 /// It acts as `T s_i` on node i with the weights `s = j/J_t`, so that its power is `T W <= 0`.
 ///
 /// # Returns
-/// T [N m], opposite to W; 0 at W = 0 (rest is an end of the run, not a state it computes).
+/// T \[N m\], opposite to W; 0 at W = 0 (rest is an end of the run, not a state it computes).
 /// # Verified by
 /// `braking_always_takes_energy`
 #[must_use]

@@ -13,13 +13,13 @@ pub struct ShaftBlocks {
     pub stiffness: Matrix4<f64>,
     /// `H = int rho I_p N_s^T N_s dz` in the plane set, before the signs of the two planes [kg m2 ...].
     pub gyroscopic: Matrix4<f64>,
-    /// Twist inertia [kg m2].
+    /// Twist inertia \[kg m2\].
     pub twist_mass: Matrix2<f64>,
     /// Twist stiffness [N m/rad].
     pub twist_stiffness: Matrix2<f64>,
     /// Axial mass \[kg\].
     pub axial_mass: Matrix2<f64>,
-    /// Axial stiffness [N/m].
+    /// Axial stiffness \[N/m\].
     pub axial_stiffness: Matrix2<f64>,
 }
 

@@ -25,7 +25,7 @@ pub enum GyroSite {
         xz: usize,
         /// Place of theta_u.
         yz: usize,
-        /// Polar inertia [kg m2].
+        /// Polar inertia \[kg m2\].
         polar_inertia: f64,
     },
     /// Shaft element between `node` and `node + 1`; rows of H on `[v1, theta_u1, v2, theta_u2]` (from `yz`), columns on
@@ -68,7 +68,7 @@ impl GyroSite {
         GyroSite::Disc { node, xz: 2 * node + 1, yz: 2 * (nodes + node) + 1, polar_inertia }
     }
 
-    /// Spin rate of the site from nodal rates of twist [rad/s] (or its derivative from their derivatives).
+    /// Spin rate of the site from nodal rates of twist \[rad/s\] (or its derivative from their derivatives).
     #[inline]
     #[must_use]
     pub fn mean(&self, nodal: &[f64]) -> f64 {

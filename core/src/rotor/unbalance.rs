@@ -41,7 +41,7 @@ pub struct UnbalanceSite {
 pub struct UnbalanceForce {
     /// On u and v \[N\].
     pub force: [f64; 2],
-    /// On the twist row [N m].
+    /// On the twist row \[N m\].
     pub torque: f64,
 }
 
@@ -56,8 +56,8 @@ impl UnbalanceSite {
         Self { node: unbalance.node, mass: sign * unbalance.mass, radius: unbalance.radius, phase: unbalance.phase }
     }
 
-    /// Forces (4), (5), or (2), (3) with [`Turn::instant`], at sine and cosine of `psi`, the node's acceleration [m/s2] and
-    /// gravity [m/s2].
+    /// Forces (4), (5), or (2), (3) with [`Turn::instant`], at sine and cosine of `psi`, the node's acceleration \[m/s2\] and
+    /// gravity \[m/s2\].
     #[inline]
     #[must_use]
     pub fn force(
@@ -103,13 +103,13 @@ impl UnbalanceSite {
 /// How a unit arm at angle psi turns: its second derivative in the basis (along the arm, across it), and the lever of (5).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Turn {
-    /// Towards the axis, `psi'^2` [1/s2].
+    /// Towards the axis, `psi'^2` \[1/s2\].
     pub radial: f64,
-    /// Across, `psi''` [1/s2].
+    /// Across, `psi''` \[1/s2\].
     pub tangential: f64,
     /// Length of the lever times cosine and sine of its angle from psi + 90 degrees; (1, 0) in an instant.
     pub lever: (f64, f64),
-    /// `lever . e'' - psi''`: what the mass matrix does not have [1/s2].
+    /// `lever . e'' - psi''`: what the mass matrix does not have \[1/s2\].
     pub excess: f64,
 }
 

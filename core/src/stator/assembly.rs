@@ -14,11 +14,11 @@ pub struct RingMatrices {
     pub mass: Matrix,
     /// Stiffness.
     pub stiffness: Matrix,
-    /// a of the Rayleigh damping C = a M + b K [1/s].
+    /// a of the Rayleigh damping C = a M + b K \[1/s\].
     pub mass_proportional: f64,
-    /// b [s].
+    /// b \[s\].
     pub stiffness_proportional: f64,
-    /// Mean radius [m].
+    /// Mean radius \[m\].
     pub mean_radius: f64,
 }
 
@@ -97,7 +97,7 @@ impl RingMatrices {
         self.mass.nrows()
     }
 
-    /// The ring's contact surface, for `R_i` [m] and whether the displacement is taken at the inner face.
+    /// The ring's contact surface, for `R_i` \[m\] and whether the displacement is taken at the inner face.
     #[must_use]
     pub fn surface(&self, contact_radius: f64, inner_face: bool) -> Surface {
         Surface::new(self.nodes, self.mean_radius, contact_radius, inner_face)

@@ -15,7 +15,7 @@ pub struct Surface {
     /// Ring nodes (= elements).
     pub nodes: usize,
     mean_radius: f64,
-    /// R_i [m].
+    /// R_i \[m\].
     pub radius: f64,
     coefficient_u: f64,
     coefficient_slope: f64,
@@ -28,13 +28,13 @@ pub struct SurfacePoint {
     pub element: usize,
     /// Place in the element, 0..1.
     pub xi: f64,
-    /// R_i + v [m].
+    /// R_i + v \[m\].
     pub radial: f64,
-    /// u_P [m].
+    /// u_P \[m\].
     pub tangential: f64,
-    /// d(R_i + v)/d alpha [m/rad].
+    /// d(R_i + v)/d alpha \[m/rad\].
     pub radial_slope: f64,
-    /// d u_P/d alpha [m/rad].
+    /// d u_P/d alpha \[m/rad\].
     pub tangential_slope: f64,
 }
 
@@ -45,13 +45,13 @@ impl Surface {
         Self { nodes, mean_radius, radius, coefficient_u, coefficient_slope }
     }
 
-    /// A circle of radius `R_i` [m] that does not deform.
+    /// A circle of radius `R_i` \[m\] that does not deform.
     #[must_use]
     pub fn circle(radius: f64) -> Self {
         Self { nodes: 1, mean_radius: radius, radius, coefficient_u: 1.0, coefficient_slope: 0.0 }
     }
 
-    /// Angle of one element [rad].
+    /// Angle of one element \[rad\].
     #[must_use]
     pub fn element_angle(&self) -> f64 {
         2.0 * std::f64::consts::PI / self.nodes as f64
@@ -66,7 +66,7 @@ impl Surface {
         (element, (place - element as f64).clamp(0.0, 1.0))
     }
 
-    /// Angle of a place [rad].
+    /// Angle of a place \[rad\].
     #[must_use]
     pub fn angle(&self, element: usize, xi: f64) -> f64 {
         (element as f64 + xi) * self.element_angle()

@@ -93,20 +93,20 @@ impl ShaftStresses {
         self.moduli[section]
     }
 
-    /// Torsional moment of an element [N m] from nodal twists \[rad\].
+    /// Torsional moment of an element \[N m\] from nodal twists \[rad\].
     #[must_use]
     pub fn torsional_moment(&self, element: usize, twist: &[f64]) -> f64 {
         self.elements[element].torsional_moment(&twist[element..element + 2])
     }
 
-    /// Bending moments [N m] at both ends of an element, in the planes XZ and YZ.
+    /// Bending moments \[N m\] at both ends of an element, in the planes XZ and YZ.
     #[must_use]
     pub fn bending_moments(&self, element: usize, x: &[f64]) -> [[f64; 2]; 2] {
         let (xz, yz) = (2 * element, x.len() / 2 + 2 * element);
         self.elements[element].bending_moments(&x[xz..xz + 4], &x[yz..yz + 4])
     }
 
-    /// Largest `|T|` [N m] and largest `|M|^2` [N2 m2] of a section.
+    /// Largest `|T|` \[N m\] and largest `|M|^2` [N2 m2] of a section.
     #[must_use]
     pub fn largest(&self, section: usize, x: &[f64], twist: &[f64]) -> (f64, f64) {
         let (from, to) = self.sections[section];

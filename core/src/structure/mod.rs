@@ -26,7 +26,7 @@ pub struct Part {
     pub stiffness: Matrix,
     /// All three are diagonal and M = 1.
     pub modal: bool,
-    /// Highest frequency [rad/s].
+    /// Highest frequency \[rad/s\].
     pub highest: f64,
 }
 

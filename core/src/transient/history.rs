@@ -5,50 +5,50 @@ use super::ledger::Energies;
 /// One instant of a run, at step n.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frame<'a> {
-    /// Time [s].
+    /// Time \[s\].
     pub time: f64,
-    /// Mean spin angle [rad].
+    /// Mean spin angle \[rad\].
     pub angle: f64,
-    /// Mean spin [rad/s].
+    /// Mean spin \[rad/s\].
     pub speed: f64,
     /// Lateral nodal displacements [m, rad]; places by [`crate::rotor::RotorMatrices::u`] and its siblings.
     pub displacement: &'a [f64],
     /// Lateral nodal velocities.
     pub velocity: &'a [f64],
-    /// Twist of each node against the mean spin angle [rad].
+    /// Twist of each node against the mean spin angle \[rad\].
     pub twist: &'a [f64],
-    /// Bearing loads `K x + C x'` in the machine's order [N].
+    /// Bearing loads `K x + C x'` in the machine's order \[N\].
     pub bearing_loads: &'a [[f64; 2]],
     /// Contact, `None` without a diaphragm.
     pub contact: Option<ContactFrame>,
     /// Nodal freedoms `[u, u_s, v, v_s]` of the flexible ring (no blade nodes), `None` without one.
     pub ring: Option<&'a [f64]>,
-    /// Energies, last balanced at or before this instant [J].
+    /// Energies, last balanced at or before this instant \[J\].
     pub energies: Energies,
 }
 
 /// The contact of one instant, in the stator's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactFrame {
-    /// Rotor centre from the diaphragm's centre [m].
+    /// Rotor centre from the diaphragm's centre \[m\].
     pub rotor: [f64; 2],
-    /// Gap in the run's own gap function [m].
+    /// Gap in the run's own gap function \[m\].
     pub gap: f64,
-    /// Contact angle [rad].
+    /// Contact angle \[rad\].
     pub angle: f64,
-    /// Normal force [N].
+    /// Normal force \[N\].
     pub normal_force: f64,
-    /// Friction force [N].
+    /// Friction force \[N\].
     pub friction_force: f64,
-    /// Slip velocity [m/s]; 0 without contact.
+    /// Slip velocity \[m/s\]; 0 without contact.
     pub slip: f64,
-    /// Displacement of the ring at the contact place: radial, tangential [m].
+    /// Displacement of the ring at the contact place: radial, tangential \[m\].
     pub ring: [f64; 2],
 }
 
 /// Follows a run. It cannot change it.
 pub trait Observer {
-    /// The normal contact force of the step [N], zero without contact: of every step, wanted or not, because single steps
+    /// The normal contact force of the step \[N\], zero without contact: of every step, wanted or not, because single steps
     /// say little about it. Called before [`Observer::wants`].
     fn contact_force(&mut self, _time: f64, _force: f64) {}
     /// Whether the instant is wanted; called once per step.

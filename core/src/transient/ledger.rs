@@ -3,7 +3,7 @@
 use super::rub::{Rub, StepContact};
 use super::shaft_line::ShaftLine;
 
-/// Energies of one instant and the work done up to it [J].
+/// Energies of one instant and the work done up to it \[J\].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Energies {
     /// Kinetic: rotor, spin, gyroscopic coupling, unbalance, ring.

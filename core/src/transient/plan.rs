@@ -20,11 +20,11 @@ const PARTS: f64 = 1000.0;
 /// A run that can be started.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plan {
-    /// Time step [s].
+    /// Time step \[s\].
     pub step: f64,
-    /// Largest stable step `2/omega_max` [s].
+    /// Largest stable step `2/omega_max` \[s\].
     pub largest_step: f64,
-    /// Highest frequency of the model [rad/s].
+    /// Highest frequency of the model \[rad/s\].
     pub highest_frequency: f64,
 }
 
@@ -37,11 +37,11 @@ pub enum PlanError {
          highest frequency of the model {hz:.0} Hz"
     )]
     StepTooLarge {
-        /// Asked for [s].
+        /// Asked for \[s\].
         step: f64,
-        /// Allowed [s].
+        /// Allowed \[s\].
         limit: f64,
-        /// Highest frequency [Hz].
+        /// Highest frequency \[Hz\].
         hz: f64,
         /// Engine.
         engine: &'static str,
@@ -51,7 +51,7 @@ pub enum PlanError {
     StartsInContact {
         /// Name of the diaphragm.
         diaphragm: String,
-        /// Gap at the start [m].
+        /// Gap at the start \[m\].
         gap: f64,
     },
     /// No mass, or no restoring stiffness, in some direction.
@@ -100,7 +100,7 @@ impl Plan {
     }
 }
 
-/// The larger of the highest spin speed and the lowest lateral frequency [rad/s].
+/// The larger of the highest spin speed and the lowest lateral frequency \[rad/s\].
 fn slowest_to_resolve(machine: &Machine, structure: &Structure) -> f64 {
     let law = machine.rotor.speed_law.iter().flat_map(|law| law.speeds.iter().copied());
     let speed = law.fold(machine.rotor.initial_speed, f64::max);

@@ -15,7 +15,7 @@ pub(crate) struct Prescribed {
     /// A^-1 s: where the drive torque acts, spread like the inertia.
     direction: Vec<f64>,
     compliance: f64,
-    /// Torque of the drive at the last step [N m].
+    /// Torque of the drive at the last step \[N m\].
     pub torque: f64,
 }
 
@@ -28,7 +28,7 @@ pub(crate) struct ShaftLine<'a> {
     pub lateral: Stepper,
     /// Twist relative to phi.
     pub twist: Stepper,
-    /// Mean spin angle [rad].
+    /// Mean spin angle \[rad\].
     pub phi: f64,
     /// s in coordinates: `W = s . d / dt`.
     spin_row: Vec<f64>,
@@ -338,17 +338,17 @@ impl<'a> ShaftLine<'a> {
         Some((a, a_twist))
     }
 
-    /// Mean spin at n, centred [rad/s].
+    /// Mean spin at n, centred \[rad/s\].
     pub fn centred_spin(&self, d_twist: &[f64]) -> f64 {
         (dot(&self.spin_row, d_twist) + dot(&self.spin_row, &self.twist.previous)) * 0.5 / self.dt
     }
 
-    /// Mean spin between n and n+1 [rad/s].
+    /// Mean spin between n and n+1 \[rad/s\].
     pub fn spin_after(&self, d_twist: &[f64]) -> f64 {
         dot(&self.spin_row, d_twist) / self.dt
     }
 
-    /// Work of the braking torque over the step at n [J], <= 0.
+    /// Work of the braking torque over the step at n \[J\], <= 0.
     pub fn braking_work(&self, spin: f64) -> f64 {
         braking_torque(&self.braking, spin) * spin * self.dt
     }
@@ -392,7 +392,7 @@ impl<'a> ShaftLine<'a> {
         &self.v
     }
 
-    /// Gyroscopic, unbalance-coupling and gravity energies between n and n+1 [J], after [`ShaftLine::settle`], before
+    /// Gyroscopic, unbalance-coupling and gravity energies between n and n+1 \[J\], after [`ShaftLine::settle`], before
     /// [`ShaftLine::advance`].
     pub fn coupling_energies(&self, d: &[f64]) -> (f64, f64) {
         let dt = self.dt;
@@ -464,7 +464,7 @@ pub(crate) fn norm(a: &[f64]) -> f64 {
     dot(a, a).sqrt()
 }
 
-/// Angle turned by a prescribed speed until `time` [rad], exact for the piecewise linear law.
+/// Angle turned by a prescribed speed until `time` \[rad\], exact for the piecewise linear law.
 fn angle_of(law: &SpeedLaw, time: f64) -> f64 {
     let mut angle = 0.0;
     for k in 0..law.times.len() {
@@ -479,7 +479,7 @@ fn angle_of(law: &SpeedLaw, time: f64) -> f64 {
     angle
 }
 
-/// Angular acceleration of a prescribed speed at `time` [rad/s2], from the right at a corner.
+/// Angular acceleration of a prescribed speed at `time` \[rad/s2\], from the right at a corner.
 fn slope_of(law: &SpeedLaw, time: f64) -> f64 {
     for k in (0..law.times.len()).rev() {
         if time >= law.times[k] {

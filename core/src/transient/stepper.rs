@@ -122,7 +122,7 @@ impl Stepper {
         self.previous.copy_from_slice(increment);
     }
 
-    /// Kinetic energy of an increment, `d^T M d / (2 dt^2)` [J].
+    /// Kinetic energy of an increment, `d^T M d / (2 dt^2)` \[J\].
     pub fn kinetic_energy(&self, increment: &[f64]) -> f64 {
         let sum = match &self.operator {
             Operator::Diagonal { .. } => crate::linalg::dot(increment, increment),
@@ -141,7 +141,7 @@ impl Stepper {
         0.5 * sum
     }
 
-    /// Work of the damping over the step at n, `dt v^T C v`, v centred [J].
+    /// Work of the damping over the step at n, `dt v^T C v`, v centred \[J\].
     pub fn damping_work(&mut self, increment: &[f64]) -> f64 {
         let scale = 0.25 / self.dt;
         for i in 0..self.q.len() {

@@ -53,7 +53,7 @@ impl StressPeaks {
         }
     }
 
-    /// Torsional moment [N m] and torsional shear stress [Pa] of a section.
+    /// Torsional moment \[N m\] and torsional shear stress \[Pa\] of a section.
     fn torsion_of(&self, section: usize) -> [Peak; 2] {
         let moment = self.torsion[section];
         let moduli = self.shaft.as_ref().map(|shaft| shaft.moduli(section).torsion);
@@ -61,7 +61,7 @@ impl StressPeaks {
         [moment, Peak { value: stress, ..moment }]
     }
 
-    /// Bending stress of a section [Pa].
+    /// Bending stress of a section \[Pa\].
     fn bending_of(&self, section: usize) -> Peak {
         let square = self.bending[section];
         let modulus = self.shaft.as_ref().map(|shaft| shaft.moduli(section).bending);

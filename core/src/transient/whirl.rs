@@ -34,10 +34,10 @@ pub(crate) const REGIME_WORDS: &[&str] = &["free", "light", "heavy", "backward-w
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Instant {
     pub time: f64,
-    /// Mean spin angle [rad] and spin [rad/s].
+    /// Mean spin angle \[rad\] and spin \[rad/s\].
     pub angle: f64,
     pub speed: f64,
-    /// Place [m] and velocity [m/s].
+    /// Place \[m\] and velocity \[m/s\].
     pub place: [f64; 2],
     pub velocity: [f64; 2],
     pub touches: bool,
@@ -50,7 +50,7 @@ pub(crate) struct RubMotion {
     last_contact: Option<f64>,
     heavy: bool,
     backward: bool,
-    /// Angle turned against the spin in successive windows of heavy rub [rad].
+    /// Angle turned against the spin in successive windows of heavy rub \[rad\].
     against: f64,
     with_spin_time: f64,
     against_spin_time: f64,
@@ -130,7 +130,7 @@ impl RubMotion {
         }
     }
 
-    /// Time in contact with the rotor centre turning against the spin [s].
+    /// Time in contact with the rotor centre turning against the spin \[s\].
     pub fn against_spin_time(&self) -> f64 {
         self.against_spin_time
     }

@@ -205,7 +205,7 @@ impl Rub<'_> {
         })
     }
 
-    /// Compliance that turns a change of force into a change of place [m/N].
+    /// Compliance that turns a change of force into a change of place \[m/N\].
     fn scale(&self) -> f64 {
         let ring = self.ring.as_ref().map_or(0.0, |ring| dot(&ring.normal.force, &ring.normal.response));
         ring + self.compliance[0][0].max(self.compliance[1][1])
@@ -223,7 +223,7 @@ impl Rub<'_> {
         }
     }
 
-    /// Centred slip velocity of increments at the place whose rows are loaded [m/s].
+    /// Centred slip velocity of increments at the place whose rows are loaded \[m/s\].
     pub(super) fn centred_slip(&self, line: &ShaftLine<'_>, acting: &Gap, d: &[f64], d_twist: &[f64]) -> f64 {
         let (_, tangent) = directions(acting);
         let dx = self.increment(d);

@@ -26,7 +26,7 @@ pub(crate) struct StepContact {
     pub force: ContactForce,
     /// Gap and place of the converged step, in the run's own gap function.
     pub gap: Gap,
-    /// Centred slip velocity [m/s].
+    /// Centred slip velocity \[m/s\].
     pub slip: f64,
     /// Slip direction frozen at the prediction and not kept by the solution.
     pub reversed: bool,
@@ -34,7 +34,7 @@ pub(crate) struct StepContact {
     pub no_fixed_point: bool,
     /// Points that carry a force; the force is then the sum over them, the slip that of the most loaded one.
     pub points: usize,
-    /// Energy taken out by friction, by the normal force and by Hyp 1's model work in the step [J].
+    /// Energy taken out by friction, by the normal force and by Hyp 1's model work in the step \[J\].
     pub friction_work: f64,
     pub normal_work: f64,
     pub model_work: f64,
@@ -74,12 +74,12 @@ pub(crate) struct Rub<'a> {
     /// Lateral coordinates of the node along the stator's axes, and A^-1 of them.
     rows: [Vec<f64>; 2],
     responses: [Vec<f64>; 2],
-    /// Static flexibility of the lateral modes left out, at the node in the stator's axes [m/N].
+    /// Static flexibility of the lateral modes left out, at the node in the stator's axes \[m/N\].
     residual: [[f64; 2]; 2],
-    /// Energy held by the static flexibility of the modes left out, at this step and the one before [J].
+    /// Energy held by the static flexibility of the modes left out, at this step and the one before \[J\].
     pub held: f64,
     pub held_before: f64,
-    /// Compliance of the node in the stator's axes [m/N].
+    /// Compliance of the node in the stator's axes \[m/N\].
     compliance: [[f64; 2]; 2],
     twist_row: Vec<f64>,
     twist_response: Vec<f64>,
@@ -250,21 +250,21 @@ impl<'a> Rub<'a> {
         self.ring.as_ref().map(|ring| ring.field.as_slice())
     }
 
-    /// Radial and tangential displacement of the ring at a gap's place [m], after [`Rub::gap_at`].
+    /// Radial and tangential displacement of the ring at a gap's place \[m\], after [`Rub::gap_at`].
     pub fn ring_displacement(&self, gap: &Gap) -> [f64; 2] {
         self.ring.as_ref().map_or([0.0; 2], |ring| {
             let point = self.surface.point(&ring.field, gap.place.element, gap.place.xi);
             [point.radial - self.surface.radius, point.tangential]
         })
     }
-    /// Kinetic and strain energy of the ring between n and n+1, and the work of its damping over the step [J].
+    /// Kinetic and strain energy of the ring between n and n+1, and the work of its damping over the step \[J\].
     pub fn ring_energies(&self) -> (f64, f64) {
         self.ring
             .as_ref()
             .map_or((0.0, 0.0), |ring| (ring.stepper.kinetic_energy(&ring.d), ring.stepper.strain_energy(&ring.d)))
     }
 
-    /// Work of the ring's damping over the step at n [J].
+    /// Work of the ring's damping over the step at n \[J\].
     pub fn ring_damping_work(&mut self) -> f64 {
         self.ring.as_mut().map_or(0.0, |ring| if ring.moving { ring.stepper.damping_work(&ring.d) } else { 0.0 })
     }

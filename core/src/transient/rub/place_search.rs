@@ -42,7 +42,7 @@ impl PlaceSearch {
     }
 }
 
-/// A contact angle that moves by more than this has changed to another minimum [rad].
+/// A contact angle that moves by more than this has changed to another minimum \[rad\].
 const JUMP: f64 = 0.02;
 
 /// An angle difference in -pi..pi.

@@ -5,7 +5,7 @@ use crate::contact::{ContactForce, Gap};
 use crate::structure::Structure;
 
 impl Rub<'_> {
-    /// Static flexibility of the modes left out: gap at one place by a unit normal force at another [m/N].
+    /// Static flexibility of the modes left out: gap at one place by a unit normal force at another \[m/N\].
     ///
     /// It is symmetric, so what it holds is an energy. The gap by a friction force is left out with its counterpart, the slip
     /// by a normal force: at one point both vanish by mirror symmetry at blades and half-way between them, and one without
@@ -28,7 +28,7 @@ impl Rub<'_> {
         sum
     }
 
-    /// By how much the modes left out open the gap at a place under a contact force there [m].
+    /// By how much the modes left out open the gap at a place under a contact force there \[m\].
     pub fn yielding(&self, acting: &Gap, force: &ContactForce) -> f64 {
         self.residual_between(acting, acting) * force.normal
     }

@@ -32,7 +32,7 @@ const SHARE: f64 = 1e-4;
 const TOLERANCE: f64 = 1e-9;
 /// Convergence of increments that is enough where close points go on exchanging force.
 const LOOSE: f64 = 1e-5;
-/// Two angles closer than this are one [rad].
+/// Two angles closer than this are one \[rad\].
 const SAME: f64 = 2e-3;
 
 /// One kept place with the rows of its unit forces on the ring and their responses.
@@ -199,7 +199,7 @@ impl Rub<'_> {
         Ok(())
     }
 
-    /// Gap and slip at point `k` by a unit normal and a unit tangential force at point `j` [m/N].
+    /// Gap and slip at point `k` by a unit normal and a unit tangential force at point `j` \[m/N\].
     fn coupling(&self, k: &Point, j: &Point) -> Block {
         let ((n_k, t_k), (n_j, t_j)) = (directions(&k.gap), directions(&j.gap));
         let rotor = |a, b| bilinear(&self.compliance, a, b);
@@ -256,7 +256,7 @@ impl Rub<'_> {
         deepest
     }
 
-    /// By how much the modes left out open the gap at a place under the forces of all points [m].
+    /// By how much the modes left out open the gap at a place under the forces of all points \[m\].
     fn yielding_of(&self, at: &Gap, points: &[Point]) -> f64 {
         points.iter().map(|point| self.residual_between(at, &point.gap) * point.force.normal).sum()
     }

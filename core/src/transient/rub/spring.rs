@@ -77,7 +77,7 @@ impl Rub<'_> {
         Err(ContactFailure::NoConvergence)
     }
 
-    /// Potential of a radial spring at a rotor centre in the stator's frame [J].
+    /// Potential of a radial spring at a rotor centre in the stator's frame \[J\].
     pub fn spring_energy(&self, x: [f64; 2]) -> f64 {
         self.spring.map_or(0.0, |stiffness| {
             let depth = ((x[0] * x[0] + x[1] * x[1]).sqrt() - self.gap).max(0.0);
