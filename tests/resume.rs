@@ -399,14 +399,14 @@ fn a_full_disk_is_exit_6_and_the_next_run_goes_on() {
     let (calm, out) = (folder.name("calm"), folder.name("out"));
     run_well(&study, &calm, &[]);
     let size = fs::metadata(format!("{calm}/ledger.redb")).expect("the record").len();
-    assert!(size > 10_000 << 10, "{size} bytes of record are enough for this test");
+    assert!(size > 12_288 << 10, "{size} bytes of record are enough for this test");
     // In blocks of 1024 bytes: enough for shared memory, too little for the record.
     let bounded = |blocks: &str| {
         let script = format!("ulimit -f {blocks}; exec \"$0\" run \"$1\" --out \"$2\" --workers 2");
         let mut command = Command::new("bash");
         said(command.args(["-c", &script, env!("CARGO_BIN_EXE_bladeoff"), &study, &out]).output().expect("bash"))
     };
-    for blocks in ["1", "8192", "8192"] {
+    for blocks in ["1", "12288", "12288"] {
         let full = bounded(blocks);
         assert_eq!(full.code, 6, "{}", full.err);
         assert!(full.err.contains("File too large"), "{}", full.err);
@@ -415,8 +415,12 @@ fn a_full_disk_is_exit_6_and_the_next_run_goes_on() {
     }
     let seen = status(&out);
     assert_eq!((seen["state"].as_str(), seen["ended"].as_str()), (Some("ended"), Some("failed")));
+    // Only what was recorded was counted, and all of it counts.
+    let done = seen["done"].as_u64().expect("a count");
+    assert!(done > 0 && done < 21_000, "{done}");
     let ran = run_well(&study, &out, &[]);
     assert!(ran.err.contains("samples are there already"), "what was recorded counts: {}", ran.err);
+    assert!(ran.err.contains(&format!("{done} ")), "{done}: {}", ran.err);
     assert!(bytes(&out) == bytes(&calm));
 }
 

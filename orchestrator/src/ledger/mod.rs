@@ -167,6 +167,12 @@ impl Ledger {
         if self.gathered.len() >= Self::GROUP_SIZE { self.commit() } else { Ok(()) }
     }
 
+    /// Number of results that are taken and not yet durable.
+    #[must_use]
+    pub fn gathered(&self) -> usize {
+        self.gathered.len()
+    }
+
     /// Commits the gathered results if the group is full or old enough.
     ///
     /// # Errors

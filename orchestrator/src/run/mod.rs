@@ -278,14 +278,22 @@ fn compute(
         events.started(&samples.study().name, &directory, samples.count(), reused, request.workers);
     }
     let record = ledger.reader().clone();
-    let mut sink =
-        LedgerSink { ledger: &mut ledger, keys: &prepared.keys, tally: Rc::clone(&tally), watched: Rc::clone(watched) };
+    let durable = tally.borrow().clone();
+    let mut sink = LedgerSink {
+        ledger: &mut ledger,
+        keys: &prepared.keys,
+        tally: Rc::clone(&tally),
+        durable,
+        watched: Rc::clone(watched),
+    };
     let report = refreshed(request.refresh, directory, prepared, &record, || {
         dispatch::run(&options, samples, todo, &mut sink, &mut observer)
     });
-    let tally = tally.borrow().clone();
-    observer.progress.finish(&tally, Instant::now());
+    let durable = sink.durable;
     let committed = ledger.commit();
+    // Taken but not recorded is computed again: it does not count.
+    let tally = if committed.is_ok() { tally.borrow().clone() } else { durable };
+    observer.progress.finish(&tally, Instant::now());
     let written = report.map_err(RunError::from).and_then(|report| {
         // After a failure the first error is the one that says why.
         committed?;

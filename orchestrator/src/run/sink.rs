@@ -17,7 +17,10 @@ use std::time::Instant;
 pub(super) struct LedgerSink<'a> {
     pub ledger: &'a mut Ledger,
     pub keys: &'a SampleKeys<'a>,
+    /// Everything taken, for the progress shown.
     pub tally: Rc<RefCell<Tally>>,
+    /// What of it is durable: that alone counts when the record fails.
+    pub durable: Tally,
     pub watched: Rc<RefCell<Watched>>,
 }
 
@@ -38,15 +41,27 @@ impl Sink for LedgerSink<'_> {
             watched.costs.add(result.cpu_s);
         }
         watched.events.iter_mut().for_each(|events| events.sample(&result));
+        drop(watched);
         let entry =
             Entry { outcome: result.outcome, cpu_s: result.cpu_s, worker: result.worker, attempt: result.attempt };
-        self.ledger.put(result.sample, self.keys.key(result.sample), &entry, Instant::now()).map_err(refused)
+        self.ledger.put(result.sample, self.keys.key(result.sample), &entry, Instant::now()).map_err(refused)?;
+        self.note_durable();
+        Ok(())
     }
 
     fn flush(&mut self) -> Result<(), SinkError> {
         self.ledger.commit().map_err(refused)?;
+        self.note_durable();
         self.watched.borrow_mut().events.iter_mut().for_each(EventStream::durable);
         Ok(())
+    }
+}
+
+impl LedgerSink<'_> {
+    fn note_durable(&mut self) {
+        if self.ledger.gathered() == 0 {
+            self.durable = self.tally.borrow().clone();
+        }
     }
 }
 
