@@ -58,7 +58,19 @@ impl Running {
             .filter(|fault| !fault.is_empty())
             .map(|fault| format!("{fault},dir={}", fired.display()))
             .collect();
-        let mut command = bladeoff(&["run", study, "--out", out, "--workers", "2", "--json-events"]);
+        let direct = bladeoff(&["run", study, "--out", out, "--workers", "2", "--json-events"]);
+        // Whoever runs the tests may ignore SIGHUP (nohup, CI), and children inherit that; `env` becomes the program.
+        let mut command = Command::new("env");
+        command.arg("--default-signal=HUP").arg(direct.get_program()).args(direct.get_args());
+        if let Some(folder) = direct.get_current_dir() {
+            command.current_dir(folder);
+        }
+        for (name, value) in direct.get_envs() {
+            match value {
+                Some(value) => command.env(name, value),
+                None => command.env_remove(name),
+            };
+        }
         command.stdin(Stdio::null());
         command.stdout(fs::File::create(&events).expect("created"));
         command.stderr(fs::File::create(&log).expect("created"));
