@@ -265,7 +265,7 @@ impl<'a> Run<'a> {
             let rotor = rub.local(self.line.place(rub.node));
             let gap = rub.gap_at(rotor);
             // the modes left out give way under the force, as in the run's own contact condition
-            let yielding = contact.map_or(0.0, |contact| rub.yielding(&gap, &contact.force));
+            let yielding = contact.map_or(0.0, |contact| rub.yielding_in(&gap, contact));
             ContactFrame {
                 rotor,
                 gap: gap.value + yielding,

@@ -1,6 +1,6 @@
 //! Static flexibility of the modes that the reduced engine leaves out, at the contact (`docs/theory/05-reduction.md`).
 
-use super::{Rub, bilinear, directions};
+use super::{Rub, StepContact, bilinear, directions};
 use crate::contact::{ContactForce, Gap};
 use crate::structure::Structure;
 
@@ -28,8 +28,13 @@ impl Rub<'_> {
         sum
     }
 
+    /// By how much the modes left out open the gap at a place in a contact step just solved, all its points together \[m\].
+    pub fn yielding_in(&self, at: &Gap, contact: &StepContact) -> f64 {
+        if contact.points > 1 { self.yielding_of(at, &self.points) } else { self.yielding(at, &contact.force) }
+    }
+
     /// By how much the modes left out open the gap at a place under a contact force there \[m\].
-    pub fn yielding(&self, acting: &Gap, force: &ContactForce) -> f64 {
+    pub(super) fn yielding(&self, acting: &Gap, force: &ContactForce) -> f64 {
         self.residual_between(acting, acting) * force.normal
     }
 }

@@ -257,7 +257,7 @@ impl Rub<'_> {
     }
 
     /// By how much the modes left out open the gap at a place under the forces of all points \[m\].
-    fn yielding_of(&self, at: &Gap, points: &[Point]) -> f64 {
+    pub(super) fn yielding_of(&self, at: &Gap, points: &[Point]) -> f64 {
         points.iter().map(|point| self.residual_between(at, &point.gap) * point.force.normal).sum()
     }
 
