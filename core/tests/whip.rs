@@ -49,10 +49,11 @@ fn high_friction_invents_no_energy() {
     // the ring is kept out of the rotor to the guard of physics.md section 3, 2 % of the gap; with one point it is not
     assert!(several.value("residual_penetration_m") < 0.02 * 8e-3);
     assert!(one.value("residual_penetration_m") > 0.02 * 8e-3);
-    // what the normal force puts in is a tenth at most of what it puts in with one point; either is invalid above 1 %
-    assert!(one.value("normal_work_J") < -0.1 * one.value("friction_energy_J"));
-    assert!(several.value("normal_work_J") > 0.1 * one.value("normal_work_J"));
+    // a rigid contact loses in impacts and as the step is finite, a share of a percent; it gives nothing
+    let normal = several.value("normal_work_J") / several.value("friction_energy_J");
+    assert!((0.0..0.005).contains(&normal), "{normal}");
+    assert_eq!(several.outcome.status, Status::Ok);
+    // one point per ring puts in a tenth of what friction takes, and the run says so
+    assert!(one.value("normal_work_J") < -0.05 * one.value("friction_energy_J"));
     assert_eq!(one.outcome.status, Status::Invalid);
-    let share = several.value("normal_work_J").abs() / several.value("friction_energy_J");
-    assert_eq!(several.outcome.status == Status::Ok, share < 0.01, "{share}");
 }

@@ -264,11 +264,9 @@ impl<'a> Run<'a> {
         let frame_contact = self.rub.as_mut().map(|rub| {
             let rotor = rub.local(self.line.place(rub.node));
             let gap = rub.gap_at(rotor);
-            // the modes left out give way under the force, as in the run's own contact condition
-            let yielding = contact.map_or(0.0, |contact| rub.yielding_in(&gap, contact));
             ContactFrame {
                 rotor,
-                gap: gap.value + yielding,
+                gap: gap.value,
                 angle: gap.place.alpha,
                 normal_force: contact.map_or(0.0, |c| c.force.normal),
                 friction_force: contact.map_or(0.0, |c| c.force.tangential),

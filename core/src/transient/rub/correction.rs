@@ -70,6 +70,7 @@ impl Rub<'_> {
 
     /// The ring's increment without contact.
     fn release_ring(&mut self) {
+        self.spring_back();
         if let Some(ring) = &mut self.ring {
             ring.d.copy_from_slice(&ring.free);
         }
@@ -84,12 +85,13 @@ impl Rub<'_> {
         d: &mut [f64],
         d_twist: &mut [f64],
     ) -> Result<Option<(ContactForce, Gap)>, ContactFailure> {
-        let mut last = ContactForce::NONE;
+        let (mut last, mut last_acting) = (ContactForce::NONE, attempt.predicted);
         let mut search = PlaceSearch::default();
         for iteration in 0..CONTACT_ITERATIONS {
             self.iterations += 1;
-            let dx = self.increment(d);
-            let x = [attempt.x_n[0] + dx[0], attempt.x_n[1] + dx[1]];
+            self.spring_back();
+            self.give_way(&last_acting, last.normal);
+            let x = self.after(attempt.x_n, d);
             if let Some(ring) = &mut self.ring {
                 ring.refresh_field();
             }
@@ -108,7 +110,9 @@ impl Rub<'_> {
             let mut free_twist = std::mem::take(&mut self.candidate_twist);
             let driven = line.driven();
             line.respond(attempt.time, d, d_twist, &mut free, &mut free_twist);
-            let solved = self.solve(&gap, &acting, attempt.sign, (d, &free, &free_twist));
+            // the gap is under the last force: the modes left out follow the new one instead
+            let sprung = Gap { value: gap.value - self.residual_between(&gap, &last_acting) * last.normal, ..gap };
+            let solved = self.solve(&sprung, &acting, attempt.sign, (d, &free, &free_twist));
             let force = match solved {
                 Ok(force) => force,
                 Err(error) => {
@@ -126,7 +130,7 @@ impl Rub<'_> {
             d.copy_from_slice(&free);
             d_twist.copy_from_slice(&free_twist);
             (self.candidate, self.candidate_twist) = (free, free_twist);
-            last = force;
+            (last, last_acting) = (force, acting);
             if iteration > 0 && moved && steady && self.ring_settled() {
                 return Ok(Some((force, gap)));
             }
@@ -173,7 +177,7 @@ impl Rub<'_> {
             w.tt -= dot(&ring.tangent.force, &ring.tangent.response);
             slip -= dot(&ring.tangent.force, &ring.free);
         }
-        w.nn += self.residual_between(acting, acting);
+        w.nn += self.residual_between(gap, acting);
         match self.law {
             FrictionLaw::Slip => slide(g0, w, self.friction, sign),
             FrictionLaw::StickSlip => stick_or_slide(g0, slip, w, self.friction),
@@ -256,10 +260,11 @@ impl Rub<'_> {
         }
         // Hyp 1: the approximate gap opens by v_alpha d(gamma) more than the bodies move apart
         let model_work = force.normal * acting.model_slope * acting.place.polar(step)[1];
-        let yielding = self.yielding(&acting, &force);
-        self.held = 0.5 * force.normal * yielding;
-        let mut residual = if self.detection == Detection::Hyp2Frozen || no_fixed_point {
-            let x = [attempt.x_n[0] + dx[0], attempt.x_n[1] + dx[1]];
+        self.held = 0.5 * force.normal * force.normal * self.residual_between(&acting, &acting);
+        self.spring_back();
+        self.give_way(&acting, force.normal);
+        let residual = if self.detection == Detection::Hyp2Frozen || no_fixed_point {
+            let x = self.after(attempt.x_n, d);
             if let Some(ring) = &mut self.ring {
                 ring.refresh_field();
             }
@@ -267,7 +272,6 @@ impl Rub<'_> {
         } else {
             gap
         };
-        residual.value += yielding;
         StepContact {
             force,
             gap: residual,

@@ -5,6 +5,9 @@
 //! point (physics.md section 3) the predicted place is kept and the step counted.
 
 mod correction;
+mod coupled;
+mod lemke;
+mod pivoting;
 mod place_search;
 mod residual;
 mod ring;
@@ -76,6 +79,8 @@ pub(crate) struct Rub<'a> {
     responses: [Vec<f64>; 2],
     /// Static flexibility of the lateral modes left out, at the node in the stator's axes \[m/N\].
     residual: [[f64; 2]; 2],
+    /// Static displacement of the node by them under the forces of the step \[m\].
+    shift: [f64; 2],
     /// Energy held by the static flexibility of the modes left out, at this step and the one before \[J\].
     pub held: f64,
     pub held_before: f64,
@@ -157,6 +162,7 @@ impl<'a> Rub<'a> {
             candidate: vec![0.0; rows[0].len()],
             candidate_twist: vec![0.0; twist_row.len()],
             residual: residual_at(structure, contact.node, (sin, cos)),
+            shift: [0.0; 2],
             held: 0.0,
             held_before: 0.0,
             rows,
@@ -195,9 +201,16 @@ impl<'a> Rub<'a> {
         [dot(&self.rows[0], d), dot(&self.rows[1], d)]
     }
 
+    /// Rotor centre at n+1 in the stator's frame by an increment, the modes left out included.
+    fn after(&self, x_n: [f64; 2], d: &[f64]) -> [f64; 2] {
+        let dx = self.increment(d);
+        std::array::from_fn(|axis| x_n[axis] + dx[axis] + self.shift[axis])
+    }
+
     /// Begins the step: the ring's motion without contact.
     pub fn prepare(&mut self) {
         (self.held_before, self.held) = (self.held, 0.0);
+        self.spring_back();
         if let Some(ring) = &mut self.ring {
             ring.prepare();
         }
@@ -232,12 +245,12 @@ impl<'a> Rub<'a> {
         }
     }
 
-    /// The gap at n in the run's own gap function, for records.
-    pub fn gap_at(&mut self, x: [f64; 2]) -> Gap {
+    /// The gap at n in the run's own gap function, under the forces of the step.
+    pub fn gap_at(&mut self, [x, y]: [f64; 2]) -> Gap {
         if let Some(ring) = &mut self.ring {
-            ring.coordinates.expand_head(&ring.stepper.q, &mut ring.field);
+            ring.field_at_n();
         }
-        self.own_gap(x)
+        self.own_gap([x + self.shift[0], y + self.shift[1]])
     }
 
     /// Whether the stator is a massless spring, which may start loaded.

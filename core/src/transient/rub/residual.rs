@@ -1,7 +1,12 @@
 //! Static flexibility of the modes that the reduced engine leaves out, at the contact (`docs/theory/05-reduction.md`).
+//!
+//! The ring and the rotor that touch are those of the modes kept plus the static displacement of the modes left out under the
+//! normal forces of the step. Place, normal and gap of a contact are all taken from this whole displacement: with a place from the
+//! modes kept alone the force would not stand normal to the surface it acts on, and would work.
 
-use super::{Rub, StepContact, bilinear, directions};
-use crate::contact::{ContactForce, Gap};
+use super::{Rub, bilinear, directions};
+use crate::contact::Gap;
+use crate::linalg::{axpy, column_of};
 use crate::structure::Structure;
 
 impl Rub<'_> {
@@ -28,14 +33,28 @@ impl Rub<'_> {
         sum
     }
 
-    /// By how much the modes left out open the gap at a place in a contact step just solved, all its points together \[m\].
-    pub fn yielding_in(&self, at: &Gap, contact: &StepContact) -> f64 {
-        if contact.points > 1 { self.yielding_of(at, &self.points) } else { self.yielding(at, &contact.force) }
+    /// Lets the modes left out spring back: under no force.
+    pub(super) fn spring_back(&mut self) {
+        self.shift = [0.0; 2];
+        if let Some(ring) = &mut self.ring {
+            ring.left_out.fill(0.0);
+        }
     }
 
-    /// By how much the modes left out open the gap at a place under a contact force there \[m\].
-    pub(super) fn yielding(&self, acting: &Gap, force: &ContactForce) -> f64 {
-        self.residual_between(acting, acting) * force.normal
+    /// Lets the modes left out follow one more normal force \[N\] at a place.
+    pub(super) fn give_way(&mut self, acting: &Gap, normal: f64) {
+        let (n, _) = directions(acting);
+        for axis in 0..2 {
+            self.shift[axis] -= normal * (self.residual[axis][0] * n[0] + self.residual[axis][1] * n[1]);
+        }
+        if let Some(ring) = &mut self.ring
+            && let Some(residual) = ring.residual
+        {
+            let [n_r, n_t] = acting.normal;
+            for (dof, r, t) in self.surface.shapes(acting.place.element, acting.place.xi) {
+                axpy(normal * (n_r * r + n_t * t), column_of(residual, dof), &mut ring.left_out);
+            }
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! The flexible ring of a diaphragm under way.
 
 use crate::contact::{Detector, Gap, Place};
-use crate::linalg::Matrix;
+use crate::linalg::{Matrix, axpy};
 use crate::stator::Surface;
 use crate::structure::{Coordinates, RingPart};
 use crate::transient::stepper::Stepper;
@@ -16,8 +16,9 @@ pub(super) struct Ring<'a> {
     pub d: Vec<f64>,
     pub field: Vec<f64>,
     pub scratch: Vec<f64>,
-    /// Static flexibility of the modes left out.
+    /// Static flexibility of the modes left out, and their nodal displacement under the forces of the step.
     pub residual: Option<&'a Matrix>,
+    pub left_out: Vec<f64>,
     /// Bound of |v| per unit of each coordinate.
     pub radial_bound: Vec<f64>,
     pub normal: RingForce,
@@ -58,6 +59,7 @@ impl<'a> Ring<'a> {
             field: vec![0.0; nodal],
             scratch: zeros(),
             residual: part.residual.as_ref(),
+            left_out: vec![0.0; nodal],
             radial_bound,
             normal: RingForce { force: zeros(), response: zeros() },
             tangent: RingForce { force: zeros(), response: zeros() },
@@ -74,12 +76,25 @@ impl<'a> Ring<'a> {
         self.d.copy_from_slice(&self.free);
     }
 
-    /// Nodal field of the ring at n+1 with the current increment.
+    /// Nodal field of the ring at n+1 with the current increment, the modes left out included.
     pub fn refresh_field(&mut self) {
         for i in 0..self.d.len() {
             self.scratch[i] = self.stepper.q[i] + self.d[i];
         }
         self.coordinates.expand_head(&self.scratch, &mut self.field);
+        self.add_left_out();
+    }
+
+    /// Nodal field of the ring at n, the modes left out included.
+    pub fn field_at_n(&mut self) {
+        self.coordinates.expand_head(&self.stepper.q, &mut self.field);
+        self.add_left_out();
+    }
+
+    fn add_left_out(&mut self) {
+        if self.residual.is_some() {
+            axpy(1.0, &self.left_out, &mut self.field);
+        }
     }
 
     /// Upper bound of |v| at n+1.

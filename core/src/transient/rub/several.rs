@@ -6,26 +6,19 @@
 //! ```
 //! It is solved by exchange: the conditions at a few kept angles first (from the predicted place on), then the deepest angle
 //! that still penetrates is added, until none does. At a kept angle the distance `|P(alpha) - x|` and its gradient are exact,
-//! so no place has to be found and nothing alternates. Between kept angles the forces of normal and friction are coupled:
-//! ```text
-//! g_k = g0_k + sum_j (W_nn_kj lambda_j + W_nt_kj lambda_T_j),   s_k likewise                                    (1)
-//! ```
-//! solved by block Gauss-Seidel, each block the two-by-two law of [`crate::contact::stick_or_slide`].
+//! so no place has to be found and nothing alternates. The forces at the kept angles are those of `coupled`.
 //! Source: physics.md section 3 ("the true remedy ... several contact points per ring"); the exchange method for
 //! semi-infinite conditions. Verified by `several_points_leave_no_penetration`, `high_friction_invents_no_energy`
 //! (`core/tests/whip.rs`).
 
+use super::coupled::{Block, Coupled, POINTS};
 use super::ring::RingForce;
 use super::{Attempt, CONTACT_ITERATIONS, Rub, StepContact, bilinear, directions};
-use crate::contact::{Compliance, ContactForce, Gap, NotUnique, Place, exact_gap, slide, stick_or_slide};
+use crate::contact::{ContactForce, Gap, Place};
 use crate::linalg::{axpy, dot};
 use crate::machine::FrictionLaw;
 use crate::transient::shaft_line::{ShaftLine, distance, norm};
 
-/// Contact points of a ring at most.
-pub(super) const POINTS: usize = 16;
-/// Rounds of block Gauss-Seidel at most; close points are nearly one and converge slowly.
-const SWEEPS: usize = 2000;
 /// A minimum penetrates when it is deeper than this share of the predicted penetration.
 const SHARE: f64 = 1e-4;
 /// Convergence of increments, relative: close points share their force in ways that hardly differ.
@@ -43,9 +36,6 @@ pub(super) struct Point {
     tangent: RingForce,
     force: ContactForce,
 }
-
-/// A 2x2 block of (1).
-type Block = [[f64; 2]; 2];
 
 impl Rub<'_> {
     /// Corrects the predicted increments with as many points as it takes; `None` where the ring, the solve or the number of
@@ -79,8 +69,8 @@ impl Rub<'_> {
         loop {
             points.push(self.point(place)?);
             self.hold(line, attempt, points, d, d_twist)?;
-            let dx = self.increment(d);
-            let deepest = self.deepest([attempt.x_n[0] + dx[0], attempt.x_n[1] + dx[1]], points)?;
+            self.follow(points);
+            let deepest = self.deepest(self.after(attempt.x_n, d))?;
             let again = points.iter().any(|point| angle_between(point.place.alpha, deepest.place.alpha) < SAME);
             // what is left without another point is still less than one point leaves, and reported as penetration
             if deepest.value >= allowed || again || points.len() == POINTS {
@@ -110,8 +100,8 @@ impl Rub<'_> {
         let mut nearly = false;
         for iteration in 0..CONTACT_ITERATIONS {
             self.iterations += 1;
-            let dx = self.increment(d);
-            let x = [attempt.x_n[0] + dx[0], attempt.x_n[1] + dx[1]];
+            self.follow(points);
+            let x = self.after(attempt.x_n, d);
             self.ring.as_mut()?.refresh_field();
             for point in points.iter_mut() {
                 point.gap = self.fixed_gap(x, point.place);
@@ -138,7 +128,7 @@ impl Rub<'_> {
             d.copy_from_slice(&free);
             d_twist.copy_from_slice(&free_twist);
             (self.candidate, self.candidate_twist) = (free, free_twist);
-            solved.ok()?;
+            solved?;
             if iteration > 0 && moved && steady && self.ring_settled() {
                 return Some(());
             }
@@ -146,20 +136,19 @@ impl Rub<'_> {
         nearly.then_some(())
     }
 
-    /// Block Gauss-Seidel on (1), from the forces that are there.
+    /// The forces at the kept points, from those that are there.
     fn solve_points(
         &self,
         points: &mut [Point],
         sign: f64,
         (d, free, free_twist): (&[f64], &[f64], &[f64]),
-    ) -> Result<(), NotUnique> {
-        let count = points.len();
-        let mut w: [[Block; POINTS]; POINTS] = Default::default();
-        let mut start = [[0.0; 2]; POINTS];
+    ) -> Option<()> {
+        let (friction, law) = (self.friction, self.law);
+        let mut coupled = Coupled { w: Default::default(), start: [[0.0; 2]; POINTS], friction, law, sign };
+        let mut forces = [ContactForce::NONE; POINTS];
         let (dx, dx_free) = (self.increment(d), self.increment(free));
         let turn = self.rotor_radius * dot(&self.twist_row, free_twist);
-        for k in 0..count {
-            let point = &points[k];
+        for (k, point) in points.iter().enumerate() {
             let (n, t) = directions(&point.gap);
             let (mut gap, mut slip) = (point.gap.value, t[0] * dx_free[0] + t[1] * dx_free[1] + turn);
             gap -= n[0] * (dx_free[0] - dx[0]) + n[1] * (dx_free[1] - dx[1]);
@@ -167,44 +156,26 @@ impl Rub<'_> {
                 gap += dot(&point.normal.force, &ring.free) - dot(&point.normal.force, &ring.d);
                 slip -= dot(&point.tangent.force, &ring.free);
             }
-            start[k] = [gap, slip];
-            for j in 0..count {
-                w[k][j] = self.coupling(point, &points[j]);
+            for (j, other) in points.iter().enumerate() {
+                let left_out = self.residual_between(&point.gap, &other.gap);
+                // the gap is under the last forces: the modes left out follow the new ones instead
+                gap -= left_out * other.force.normal;
+                coupled.w[k][j] = self.coupling(point, other, left_out);
             }
+            (coupled.start[k], forces[k]) = ([gap, slip], point.force);
         }
-        for _ in 0..SWEEPS {
-            let (mut change, mut total) = (0.0_f64, 0.0);
-            for k in 0..count {
-                let [mut gap, mut slip] = start[k];
-                for j in (0..count).filter(|&j| j != k) {
-                    let force = &points[j].force;
-                    gap += w[k][j][0][0] * force.normal + w[k][j][0][1] * force.tangential;
-                    slip += w[k][j][1][0] * force.normal + w[k][j][1][1] * force.tangential;
-                }
-                let [[nn, nt], [tn, tt]] = w[k][k];
-                let own = Compliance { nn, nt, tn, tt };
-                let force = match self.law {
-                    FrictionLaw::Slip => slide(gap, own, self.friction, sign)?,
-                    FrictionLaw::StickSlip => stick_or_slide(gap, slip, own, self.friction)?,
-                };
-                let last = &mut points[k].force;
-                change += (force.normal - last.normal).abs() + (force.tangential - last.tangential).abs();
-                total += force.normal;
-                *last = force;
-            }
-            if change <= 1e-13 * total {
-                break;
-            }
+        coupled.solve(&mut forces[..points.len()])?;
+        for (point, force) in points.iter_mut().zip(forces) {
+            point.force = force;
         }
-        Ok(())
+        Some(())
     }
 
     /// Gap and slip at point `k` by a unit normal and a unit tangential force at point `j` \[m/N\].
-    fn coupling(&self, k: &Point, j: &Point) -> Block {
+    fn coupling(&self, k: &Point, j: &Point, left_out: f64) -> Block {
         let ((n_k, t_k), (n_j, t_j)) = (directions(&k.gap), directions(&j.gap));
         let rotor = |a, b| bilinear(&self.compliance, a, b);
         let twist = self.rotor_radius * self.rotor_radius * self.twist_compliance;
-        let left_out = self.residual_between(&k.gap, &j.gap);
         [
             [
                 rotor(n_k, n_j) + dot(&k.normal.force, &j.normal.response) + left_out,
@@ -236,29 +207,23 @@ impl Rub<'_> {
         }
     }
 
-    /// The minimum that penetrates most, what the modes left out give way to included.
-    fn deepest(&mut self, x: [f64; 2], points: &[Point]) -> Option<Gap> {
-        let radius = self.rotor_radius;
+    /// The modes left out follow the forces of all points.
+    fn follow(&mut self, points: &[Point]) {
+        self.spring_back();
+        for point in points.iter().filter(|point| point.force.normal > 0.0) {
+            self.give_way(&point.gap, point.force.normal);
+        }
+    }
+
+    /// The minimum that penetrates most.
+    fn deepest(&mut self, x: [f64; 2]) -> Option<Gap> {
         let mut places = std::mem::take(&mut self.places);
         let ring = self.ring.as_mut()?;
         ring.refresh_field();
         ring.detector.minima(&ring.field, x, &mut places);
-        let deepest = places
-            .iter()
-            .map(|&place| {
-                let mut gap =
-                    exact_gap(&self.surface, self.ring.as_ref().map(|r| r.field.as_slice()), radius, x, place);
-                gap.value += self.yielding_of(&gap, points);
-                gap
-            })
-            .min_by(|a, b| a.value.total_cmp(&b.value));
+        let deepest = places.iter().map(|&place| self.fixed_gap(x, place)).min_by(|a, b| a.value.total_cmp(&b.value));
         self.places = places;
         deepest
-    }
-
-    /// By how much the modes left out open the gap at a place under the forces of all points \[m\].
-    pub(super) fn yielding_of(&self, at: &Gap, points: &[Point]) -> f64 {
-        points.iter().map(|point| self.residual_between(at, &point.gap) * point.force.normal).sum()
     }
 
     /// Works and quantities of a step with several points.
@@ -302,7 +267,8 @@ impl Rub<'_> {
             sum.force.sticks &= force.sticks;
             sum.points += 1;
             sum.reversed |= self.law == FrictionLaw::Slip && slip * force.tangential < 0.0;
-            self.held += 0.5 * force.normal * self.yielding_of(&point.gap, points);
+            let yielding: f64 = points.iter().map(|j| self.residual_between(&point.gap, &j.gap) * j.force.normal).sum();
+            self.held += 0.5 * force.normal * yielding;
             if force.normal > most {
                 (most, sum.slip) = (force.normal, slip / line.dt);
             }
