@@ -256,7 +256,11 @@ fn main() {
             TURBINE,
             &moments,
             ("full", &[short, ("run.engine", "full")]),
-            &[("3 twist modes", &[short, ("run.twist_modes", "3")]), ("all twist modes (default)", &[short])],
+            &[
+                ("3 twist modes", &[short, ("run.twist_modes", "3")]),
+                ("no static residual", &[short, ("run.static_residual", "off")]),
+                ("all twist modes and static residual (default)", &[short]),
+            ],
         );
     }
     compare(

@@ -5,7 +5,7 @@ use super::exit::Exit;
 use super::history::{HistoryArgs, watched};
 use super::output::{print, remark};
 use crate::engine;
-use crate::report::{OutcomeView, describe_outcome};
+use crate::report::{OutcomeView, beyond_small_displacements, describe_outcome};
 use crate::results::{DETECTION, Table, TableSchema, read_metadata};
 use crate::run::directory::{INCOMPLETE_RESULTS, RESULTS};
 use bladeoff_core::machine::Machine;
@@ -112,9 +112,10 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let (outcome, history) = watched(&machine, structure, &step, args.history.settings()?.as_ref())?;
     let columns = engine::columns(&machine);
     print(&format!("{:<32} {sample} of {}\n", "sample", path.display()))?;
-    print(&describe_outcome(OutcomeView { columns: &columns, outcome: &outcome }))?;
-    if let Some(history) = history {
-        remark(&history);
+    let view = OutcomeView { columns: &columns, outcome: &outcome };
+    print(&describe_outcome(view))?;
+    for note in beyond_small_displacements(&machine, view).iter().chain(&history) {
+        remark(note);
     }
     verdict(&table, row, &machine, &outcome)
 }

@@ -8,7 +8,9 @@ mod tally;
 mod text;
 
 pub use eta::{Costs, Eta};
-pub use outcome::{OutcomeView, advice, cause_in_words, describe_outcome, end_cause_in_words, mentions};
+pub use outcome::{
+    OutcomeView, advice, beyond_small_displacements, cause_in_words, describe_outcome, end_cause_in_words, mentions,
+};
 pub use progress::Progress;
 pub use summary::{SUMMARY_COLUMNS, Summary};
 pub use tally::Tally;
