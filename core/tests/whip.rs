@@ -42,6 +42,7 @@ fn high_friction_invents_no_energy() {
     // friction 0.5: backward whip, nearly all of the speed lost within a fifth of a second
     let (several, one) = (turbine("0.5", "3.6", "several"), turbine("0.5", "3.6", "one"));
     assert_eq!(several.value("rub_regime"), 3.0, "backward whirl");
+    assert!(several.value("several_minima_steps") > 100.0, "{}", several.value("several_minima_steps"));
     assert!(several.value("several_points_steps") > 1000.0);
     // what friction took was there: 1/2 J W^2 of 1500 rpm is 2.4e7 J
     assert!(several.value("friction_energy_J") > 2e7 && several.value("friction_energy_J") < 2.4e7);

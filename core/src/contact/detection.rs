@@ -55,6 +55,12 @@ impl Detector {
         Place::in_element(&self.surface, element, xi)
     }
 
+    /// Local minima nearer than a radius among the samples of the last search.
+    #[must_use]
+    pub fn minima_within(&self, radius: f64) -> usize {
+        (0..self.distances.len()).filter(|&i| self.distances[i] < radius * radius && self.dip(i).is_some()).count()
+    }
+
     /// Places of all local minima of that distance, in ascending order of their angle.
     pub fn minima(&mut self, field: &[f64], x: [f64; 2], places: &mut Vec<Place>) {
         self.sample(field, x);
@@ -174,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn an_undeformed_ring_is_closest_at_the_rotor_s_angle() {
+    fn the_closest_place_and_the_number_of_minima() {
         let surface = surface(24);
         let mut detector = Detector::new(surface);
         let field = vec![0.0; 96];
@@ -186,6 +192,12 @@ mod tests {
             assert!((gap.value - 4e-3).abs() < 1e-15, "{}", gap.value);
             assert!(gap.normal[1].abs() < 1e-12);
         }
+        // a wave of two lobes pressed in at 0 and pi: a centred rotor is nearest at both, at none within less
+        let lobes: Vec<f64> = (0..96)
+            .map(|i| if i % 4 == 2 { -1e-3 * (f64::from(i / 4) / 6.0 * std::f64::consts::PI).cos() } else { 0.0 })
+            .collect();
+        let _ = detector.closest(&lobes, [0.0, 0.0]);
+        assert_eq!((detector.minima_within(0.3275), detector.minima_within(0.3269)), (2, 0));
         let centred = detector.closest(&field, [0.0, 0.0]);
         assert!(centred.alpha.is_finite());
     }

@@ -101,6 +101,10 @@ pub fn columns(machine: &Machine) -> Vec<Column> {
         "steps in which one exact contact point had no fixed point; solved with several points, or at the predicted place",
     );
     all.count("several_points_steps", "steps with more than one contact point on the ring");
+    all.count(
+        "several_minima_steps",
+        "contact steps whose predicted ring is penetrated at more than one local minimum of the distance; null with hyp1",
+    );
     all.count("slip_reversal_steps", "contact steps whose slip velocity changed sign");
     all.count("steps", "time steps");
     all.real("step_s", "s", "time step");

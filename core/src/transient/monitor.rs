@@ -48,6 +48,7 @@ pub(crate) struct Monitor {
     impacts: u64,
     no_fixed_point: u64,
     several_points: u64,
+    several_minima: u64,
     reversals: u64,
     window: VecDeque<f64>,
     window_length: usize,
@@ -80,6 +81,7 @@ impl Monitor {
             impacts: 0,
             no_fixed_point: 0,
             several_points: 0,
+            several_minima: 0,
             reversals: 0,
             window: VecDeque::from(vec![0.0; window_length]),
             window_length,
@@ -121,6 +123,7 @@ impl Monitor {
         }
         self.no_fixed_point += u64::from(contact.no_fixed_point);
         self.several_points += u64::from(contact.points > 1);
+        self.several_minima += u64::from(contact.several_minima);
         self.reversals += u64::from(contact.reversed);
         self.force.see(force, time, speed);
         self.penetration.see((-contact.gap.value).max(0.0), time, speed);
@@ -191,6 +194,7 @@ impl Monitor {
     ) -> Option<f64> {
         let rubbed = self.first_contact.is_some();
         let rubs = !machine.diaphragms.is_empty();
+        let polar = machine.diaphragms.first().is_some_and(|d| d.contact.detection == Detection::Hyp1);
         let count = |n: u64| rubs.then_some(n as f64);
         let energy = |value: f64| rubs.then_some(value);
         if let Some(value) = self.peak(name, machine) {
@@ -209,13 +213,11 @@ impl Monitor {
             "backward_whirl_time_s" => energy(self.motion.against_spin_time()),
             "friction_energy_J" => energy(ledger.now.friction),
             "normal_work_J" => energy(ledger.now.normal),
-            "model_work_J" => {
-                let polar = machine.diaphragms.first().is_some_and(|d| d.contact.detection == Detection::Hyp1);
-                (polar && rubbed).then_some(ledger.now.model)
-            }
+            "model_work_J" => (polar && rubbed).then_some(ledger.now.model),
             "energy_error" => Some(ledger.relative_error()),
             "no_fixed_point_steps" => count(self.no_fixed_point),
             "several_points_steps" => count(self.several_points),
+            "several_minima_steps" => count(self.several_minima).filter(|_| !polar),
             "slip_reversal_steps" => count(self.reversals),
             "steps" => Some(self.steps as f64),
             "step_s" => Some(plan.step),

@@ -35,6 +35,8 @@ impl Rub<'_> {
         if predicted.value >= 0.0 {
             return Ok(None);
         }
+        let searched = self.ring.as_ref().filter(|_| self.detection != Detection::Hyp1);
+        self.several_minima = searched.is_some_and(|ring| ring.detector.minima_within(self.rotor_radius) > 1);
         let force_place = match self.location {
             ForceLocation::Next => None,
             ForceLocation::Current => Some(self.gap_at(x_n)),
@@ -278,6 +280,7 @@ impl Rub<'_> {
             slip,
             reversed: self.law == FrictionLaw::Slip && slip * attempt.sign < 0.0,
             no_fixed_point,
+            several_minima: self.several_minima,
             points: 1,
             friction_work: force.tangential * slip * line.dt,
             normal_work: -force.normal * opening - model_work,

@@ -35,6 +35,8 @@ pub(crate) struct StepContact {
     pub reversed: bool,
     /// One contact point has no fixed point: solved with several, or at the predicted place.
     pub no_fixed_point: bool,
+    /// The rotor penetrated the predicted ring at more than one local minimum.
+    pub several_minima: bool,
     /// Points that carry a force; the force is then the sum over them, the slip that of the most loaded one.
     pub points: usize,
     /// Energy taken out by friction, by the normal force and by Hyp 1's model work in the step \[J\].
@@ -92,6 +94,8 @@ pub(crate) struct Rub<'a> {
     /// Torque that a prescribed speed's drive adds per torque on the node.
     drive_lever: f64,
     pub iterations: u64,
+    /// Whether the rotor penetrates the predicted ring at more than one local minimum.
+    several_minima: bool,
     /// Whether a step without fixed point is solved with several points, and those of the last such step.
     several_points: bool,
     points: Vec<several::Point>,
@@ -173,6 +177,7 @@ impl<'a> Rub<'a> {
             twist_compliance,
             drive_lever,
             iterations: 0,
+            several_minima: false,
             several_points: contact.points == ContactPoints::Several
                 && contact.detection == Detection::Hyp2
                 && location == ForceLocation::Next,

@@ -244,6 +244,7 @@ impl Rub<'_> {
             slip: 0.0,
             reversed: false,
             no_fixed_point: true,
+            several_minima: self.several_minima,
             points: 0,
             friction_work: 0.0,
             normal_work: 0.0,

@@ -66,6 +66,7 @@ impl Rub<'_> {
                     gap: Gap { value: 0.0, ..gap },
                     slip,
                     reversed: self.law == FrictionLaw::Slip && slip * sign < 0.0,
+                    several_minima: false,
                     no_fixed_point: false,
                     points: 1,
                     friction_work: force.tangential * slip * line.dt,
