@@ -55,7 +55,7 @@ impl Rub<'_> {
         contact.filter(|contact| contact.force.normal > 0.0)
     }
 
-    /// Adds points until nothing penetrates; the deepest minimum that is left.
+    /// Adds the minima that penetrate until none does; the deepest minimum that is left.
     fn exchange(
         &mut self,
         line: &mut ShaftLine<'_>,
@@ -65,18 +65,24 @@ impl Rub<'_> {
         d_twist: &mut [f64],
     ) -> Option<Gap> {
         let allowed = -SHARE * attempt.predicted.value.abs();
-        let mut place = attempt.predicted.place;
+        points.push(self.point(attempt.predicted.place)?);
         loop {
-            points.push(self.point(place)?);
             self.hold(line, attempt, points, d, d_twist)?;
             self.follow(points);
-            let deepest = self.deepest(self.after(attempt.x_n, d))?;
-            let again = points.iter().any(|point| angle_between(point.place.alpha, deepest.place.alpha) < SAME);
+            let mut minima = self.minima(self.after(attempt.x_n, d));
+            let deepest = *minima.first()?;
+            minima.retain(|gap| {
+                let kept = |point: &Point| angle_between(point.place.alpha, gap.place.alpha) < SAME;
+                gap.value < allowed && !points.iter().any(kept)
+            });
+            minima.truncate(POINTS - points.len());
             // what is left without another point is still less than one point leaves, and reported as penetration
-            if deepest.value >= allowed || again || points.len() == POINTS {
+            if minima.is_empty() {
                 return Some(deepest);
             }
-            place = deepest.place;
+            for gap in minima {
+                points.push(self.point(gap.place)?);
+            }
         }
     }
 
@@ -215,15 +221,17 @@ impl Rub<'_> {
         }
     }
 
-    /// The minimum that penetrates most.
-    fn deepest(&mut self, x: [f64; 2]) -> Option<Gap> {
+    /// The gaps at all minima, the deepest first.
+    fn minima(&mut self, x: [f64; 2]) -> Vec<Gap> {
         let mut places = std::mem::take(&mut self.places);
-        let ring = self.ring.as_mut()?;
-        ring.refresh_field();
-        ring.detector.minima(&ring.field, x, &mut places);
-        let deepest = places.iter().map(|&place| self.fixed_gap(x, place)).min_by(|a, b| a.value.total_cmp(&b.value));
+        if let Some(ring) = &mut self.ring {
+            ring.refresh_field();
+            ring.detector.minima(&ring.field, x, &mut places);
+        }
+        let mut gaps: Vec<Gap> = places.iter().map(|&place| self.fixed_gap(x, place)).collect();
+        gaps.sort_by(|a, b| a.value.total_cmp(&b.value));
         self.places = places;
-        deepest
+        gaps
     }
 
     /// Works and quantities of a step with several points.
