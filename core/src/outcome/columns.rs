@@ -1,10 +1,13 @@
 //! The numeric columns of a result row: name with its unit, type, meaning. The one place that names them.
 
 use crate::machine::{Machine, RotorKind};
-use crate::transient::{REGIME_WORDS, WHIRL_WORDS};
 
 /// Columns of an outcome at most: what a message between processes carries.
 pub const MAX_COLUMNS: usize = 256;
+/// Words of the column `whirl_in_rub`.
+pub(crate) const WHIRL_WORDS: &[&str] = &["forward", "backward", "mixed"];
+/// Words of the column `rub_regime`.
+pub(crate) const REGIME_WORDS: &[&str] = &["free", "light", "heavy", "backward-whirl"];
 /// Shaft sections with columns of their own at most; the largest over all sections is always there.
 const REPORTED_SECTIONS: usize = 12;
 /// Columns of one section.

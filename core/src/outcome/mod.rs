@@ -5,6 +5,8 @@ mod columns;
 
 pub use causes::{Cause, CauseSet, EndCause, Status};
 pub use columns::{Column, ColumnKind, MAX_COLUMNS, columns};
+#[cfg(test)]
+pub(crate) use columns::{REGIME_WORDS, WHIRL_WORDS};
 
 /// The outcome of one run: a row of the result table without its sample number and parameters.
 #[derive(Debug, Clone, PartialEq)]

@@ -18,8 +18,8 @@ mod whirl;
 
 pub use history::{ContactFrame, Frame, NoHistory, Observer};
 pub use ledger::Energies;
+pub use monitor::FILTER;
 pub use plan::{Plan, PlanError};
-pub(crate) use whirl::{REGIME_WORDS, WHIRL_WORDS};
 
 use ledger::Ledger;
 use monitor::Monitor;

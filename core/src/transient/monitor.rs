@@ -12,7 +12,7 @@ use crate::outcome::{Cause, CauseSet, EndCause, Outcome, Status, columns};
 use crate::structure::Structure;
 
 /// Length of the force filter, and how long the gap must stay open for an impact to end \[s\].
-pub(crate) const FILTER: f64 = 1e-3;
+pub const FILTER: f64 = 1e-3;
 
 /// A largest value, and where it was.
 #[derive(Debug, Clone, Copy, Default)]

@@ -25,11 +25,6 @@ const HEAVY_SHARE: f64 = 0.5;
 const DIRECTION_SHARE: f64 = 0.9;
 const TURN: f64 = 2.0 * std::f64::consts::PI;
 
-/// Words of the column `whirl_in_rub`.
-pub(crate) const WHIRL_WORDS: &[&str] = &["forward", "backward", "mixed"];
-/// Words of the column `rub_regime`.
-pub(crate) const REGIME_WORDS: &[&str] = &["free", "light", "heavy", "backward-whirl"];
-
 /// One instant of the rotor centre in the diaphragm's frame.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Instant {
@@ -106,7 +101,7 @@ impl RubMotion {
         self.backward |= self.against >= TURN;
     }
 
-    /// Index into [`WHIRL_WORDS`]; `None` without contact.
+    /// Index into the words of the column `whirl_in_rub`; `None` without contact.
     pub fn whirl(&self) -> Option<f64> {
         self.last_contact?;
         let (with, against) = (self.with_spin_time, self.against_spin_time);
@@ -120,7 +115,7 @@ impl RubMotion {
         })
     }
 
-    /// Index into [`REGIME_WORDS`].
+    /// Index into the words of the column `rub_regime`.
     pub fn regime(&self) -> f64 {
         match (self.last_contact, self.backward, self.heavy) {
             (None, ..) => 0.0,
@@ -139,6 +134,7 @@ impl RubMotion {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::outcome::{REGIME_WORDS, WHIRL_WORDS};
 
     /// A circular orbit at `whirl` rad/s with spin 100 rad/s for 1 s; contact where `touches` says so.
     fn orbit(whirl: f64, touches: impl Fn(f64) -> bool) -> (&'static str, Option<&'static str>) {

@@ -9,12 +9,10 @@ use bladeoff_core::machine::{Detection, DiaphragmKind, Engine, Machine, RotorKin
 use bladeoff_core::outcome::{ColumnKind, Outcome, columns};
 use bladeoff_core::stress::ShaftStresses;
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::{Frame, Observer, Plan};
+use bladeoff_core::transient::{FILTER, Frame, Observer, Plan};
 use std::collections::VecDeque;
 use std::path::PathBuf;
 
-/// Length of the force filter \[s\], as in the column `max_filtered_contact_force_N`.
-const FILTER: f64 = 1e-3;
 /// Interval between records unless one is asked for \[s\].
 const EVERY: f64 = 1e-4;
 /// Records of a run at most unless an interval is asked for.
