@@ -159,11 +159,12 @@ impl<'a> Run<'a> {
             }
         };
         self.line.settle(&self.d, &self.d_twist);
-        self.record(contact.as_ref());
         if self.rub.is_some() {
             observer.contact_force(self.time, contact.as_ref().map_or(0.0, |contact| contact.force.normal));
         }
-        if observer.wants(self.step, self.time) {
+        let shown = observer.wants(self.step, self.time);
+        self.record(contact.as_ref(), shown);
+        if shown {
             self.show(contact.as_ref(), observer);
         }
         self.before.swap(0, 1);
@@ -225,8 +226,9 @@ impl<'a> Run<'a> {
         Err(Cause::Diverged)
     }
 
-    /// Quantities and works of the step at n.
-    fn record(&mut self, contact: Option<&StepContact>) {
+    /// Quantities and works of the step at n. An instant that is shown has the stores of its own step; the balance is judged
+    /// at the same steps whoever looks.
+    fn record(&mut self, contact: Option<&StepContact>, shown: bool) {
         let speed = self.line.centred_spin(&self.d_twist);
         for (i, bearing) in self.line.rotor.bearings.iter().enumerate() {
             let (x, v) = self.line.node(bearing.node);
@@ -254,8 +256,12 @@ impl<'a> Run<'a> {
             }
         }
         self.ledger.work(&mut self.line, self.rub.as_mut().map(|rub| (rub, contact)), &self.d, &self.d_twist);
-        if self.step.is_multiple_of(BALANCE_EVERY) {
-            self.ledger.balance(&self.line, self.rub.as_ref(), &self.d, &self.d_twist);
+        let balanced = self.step.is_multiple_of(BALANCE_EVERY);
+        if balanced || shown {
+            self.ledger.stores(&self.line, self.rub.as_ref(), &self.d, &self.d_twist);
+        }
+        if balanced {
+            self.ledger.balance();
         }
     }
 

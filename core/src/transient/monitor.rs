@@ -110,7 +110,8 @@ impl Monitor {
         }
         let Some(contact) = contact else { return };
         self.first_contact.get_or_insert(time);
-        if self.last_contact.is_none_or(|last| time - last > FILTER) {
+        // a step longer than that shows no gap between two contacts that follow each other
+        if self.last_contact.is_none_or(|last| time - last > FILTER.max(1.5 * self.dt)) {
             self.impacts += 1;
         }
         self.last_contact = Some(time);
