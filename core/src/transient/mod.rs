@@ -9,6 +9,7 @@ mod ledger;
 mod loaded_start;
 mod monitor;
 mod plan;
+mod rest;
 mod rub;
 mod shaft_line;
 mod start;
@@ -204,7 +205,7 @@ impl<'a> Run<'a> {
             self.iterations += 1;
             let driven = self.line.driven();
             self.line.respond(self.time, &self.d, &self.d_twist, &mut self.next, &mut self.next_twist);
-            let (scale, twist_scale) = (norm(&self.next), norm(&self.next_twist));
+            let (scale, twist_scale) = (norm(&self.next), norm(&self.next_twist).max(self.line.twist_scale()));
             let drive_change = (self.line.driven() - driven).abs();
             let change = (distance(&self.next, &self.d) / (scale + f64::MIN_POSITIVE))
                 .max((distance(&self.next_twist, &self.d_twist) + drive_change) / (twist_scale + f64::MIN_POSITIVE));

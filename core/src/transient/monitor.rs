@@ -81,7 +81,7 @@ impl Monitor {
             no_fixed_point: 0,
             several_points: 0,
             reversals: 0,
-            window: VecDeque::from(vec![0.0; window_length]),
+            window: VecDeque::new(),
             window_length,
             window_sum: 0.0,
             window_filled: 0,
@@ -128,7 +128,9 @@ impl Monitor {
     }
 
     fn slide_window(&mut self, impulse: f64) {
-        let leaving = self.window.pop_front().unwrap_or(0.0);
+        // grown by what has happened: a step of no size would ask for more than there is
+        let full = self.window.len() >= self.window_length;
+        let leaving = if full { self.window.pop_front().unwrap_or(0.0) } else { 0.0 };
         self.window.push_back(impulse);
         self.window_filled -= usize::from(leaving != 0.0);
         self.window_filled += usize::from(impulse != 0.0);
