@@ -1,7 +1,6 @@
 //! The solver against computations made outside it, on parameters of no published case: `data/outside/references.json` comes
 //! from independent Python programs (its `source` says which), the rest are closed forms. The models go through the machine
 //! format.
-#![expect(clippy::print_stdout, reason = "the measured errors are part of the result")]
 
 mod common;
 
