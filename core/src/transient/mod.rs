@@ -9,6 +9,7 @@ mod ledger;
 mod loaded_start;
 mod monitor;
 mod plan;
+mod prescribed;
 mod rest;
 mod rub;
 mod shaft_line;

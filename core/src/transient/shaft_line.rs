@@ -3,22 +3,13 @@
 //! One step solves, by fixed-point iteration, the central-difference equations with centred gyroscopic, unbalance and
 //! braking terms; the iteration contracts by about `Omega dt`. Both engines run this code: they differ in [`Coordinates`].
 
+use super::prescribed::{Prescribed, angle_of, slope_of};
 use super::rest::Rest;
 use super::stepper::Stepper;
 use crate::linalg::{Matrix, dot};
-use crate::machine::{Braking, Machine, SpeedLaw};
+use crate::machine::{Braking, Machine};
 use crate::rotor::{RotorMatrices, Turn, UnbalanceSite, braking_torque, constant_torque};
 use crate::structure::{Coordinates, Structure};
-
-/// Spin increment over a step of a prescribed speed, as a function of the time at its start.
-pub(crate) struct Prescribed {
-    law: SpeedLaw,
-    /// A^-1 s: where the drive torque acts, spread like the inertia.
-    direction: Vec<f64>,
-    compliance: f64,
-    /// Torque of the drive at the last step \[N m\].
-    pub torque: f64,
-}
 
 /// State and operators of the shaft line during one run.
 pub(crate) struct ShaftLine<'a> {
@@ -477,34 +468,6 @@ pub(crate) fn distance(a: &[f64], b: &[f64]) -> f64 {
 
 pub(crate) fn norm(a: &[f64]) -> f64 {
     dot(a, a).sqrt()
-}
-
-/// Angle turned by a prescribed speed until `time` \[rad\], exact for the piecewise linear law.
-fn angle_of(law: &SpeedLaw, time: f64) -> f64 {
-    let mut angle = 0.0;
-    for k in 0..law.times.len() {
-        let (t0, w0) = (law.times[k], law.speeds[k]);
-        if k + 1 < law.times.len() && time > law.times[k + 1] {
-            angle += 0.5 * (w0 + law.speeds[k + 1]) * (law.times[k + 1] - t0);
-        } else {
-            let slope = slope_of(law, t0);
-            return angle + (w0 + 0.5 * slope * (time - t0)) * (time - t0);
-        }
-    }
-    angle
-}
-
-/// Angular acceleration of a prescribed speed at `time` \[rad/s2\], from the right at a corner.
-fn slope_of(law: &SpeedLaw, time: f64) -> f64 {
-    for k in (0..law.times.len()).rev() {
-        if time >= law.times[k] {
-            return match (law.times.get(k + 1), law.speeds.get(k + 1)) {
-                (Some(t1), Some(w1)) => (w1 - law.speeds[k]) / (t1 - law.times[k]),
-                _ => 0.0,
-            };
-        }
-    }
-    0.0
 }
 
 #[cfg(test)]
