@@ -80,11 +80,19 @@ pub struct ModesReport {
 const CRITICAL_MODES: usize = 12;
 /// Intervals of the search for critical speeds.
 const CRITICAL_INTERVALS: usize = 64;
+/// An interval in which the number of modes changes is halved at most so many times.
+const CRITICAL_HALVINGS: usize = 10;
+/// A motion whose `Im lambda/|lambda|` is below this does not oscillate: rounding alone splits a double real lambda by the
+/// root of its own size.
+const APERIODIC: f64 = 1e-6;
+/// Damping ratio from which a mode has no critical speed. What a strong damper keeps from oscillating at rest turns with
+/// `Im lambda` proportional to the speed, which crosses it at no speed, or at every.
+const NO_RESONANCE: f64 = 0.99;
 
 /// Modes of a machine at speeds \[rad/s\].
 ///
 /// ```text
-/// M x'' + (C + W G) x' + (K + K_skew) x = 0,  x = Re(phi e^{lambda t}),  W_crit: Im lambda(W) = W
+/// M x'' + (C + W G) x' + (K + K_skew) x = 0,  x = Re(phi e^{lambda t}),  W_crit: Im lambda(W) = W, damping ratio < 0.99
 /// ```
 /// Source: conventions of the reference data (`tests/data`). Verified by `tests/linear_rotors.rs`, `tests/ring.rs`.
 ///
@@ -152,7 +160,7 @@ impl Lateral {
             .values
             .iter()
             .enumerate()
-            .filter(|(_, [re, im])| *im > 1e-9 * re.hypot(*im))
+            .filter(|(_, [re, im])| *im > APERIODIC * re.hypot(*im))
             .map(|(j, &[re, im])| WhirlMode {
                 frequency: im,
                 damping_ratio: -re / re.hypot(im),
@@ -194,28 +202,53 @@ impl Lateral {
         }
     }
 
+    /// The modes that may be critical, by frequency.
+    fn resonances(&self, speed: f64) -> Result<Vec<WhirlMode>, EigenError> {
+        let mut modes = self.modes(speed)?;
+        modes.retain(|mode| mode.damping_ratio < NO_RESONANCE);
+        Ok(modes)
+    }
+
     /// Speeds at which a whirl frequency equals the speed, by sign changes of the sorted curves.
     fn critical_speeds(&self) -> Result<Vec<CriticalSpeed>, EigenError> {
-        let at_rest = self.modes(0.0)?;
+        let at_rest = self.resonances(0.0)?;
         let Some(last) = at_rest.get(CRITICAL_MODES - 1).or(at_rest.last()) else { return Ok(Vec::new()) };
         let top = 1.05 * last.frequency;
-        let below = |modes: &[WhirlMode], speed: f64| modes.iter().filter(|mode| mode.frequency < speed).count();
         let mut found = Vec::new();
         let (mut from, mut modes_from) = (0.0, at_rest);
         for interval in 1..=CRITICAL_INTERVALS {
             let to = top * interval as f64 / CRITICAL_INTERVALS as f64;
-            let modes_to = self.modes(to)?;
-            let (a, b) = (below(&modes_from, from), below(&modes_to, to));
-            for k in a.min(b)..a.max(b) {
-                let ends = (modes_from[k].frequency - from, modes_to[k].frequency - to);
-                if let Some(critical) = self.crossing(k, (from, to), ends)? {
-                    found.push(critical);
-                }
-            }
+            let modes_to = self.resonances(to)?;
+            self.critical_between((from, &modes_from), (to, &modes_to), CRITICAL_HALVINGS, &mut found)?;
             (from, modes_from) = (to, modes_to);
         }
         found.sort_by(|a: &CriticalSpeed, b| a.speed.total_cmp(&b.speed));
         Ok(found)
+    }
+
+    /// Critical speeds of one interval, given the modes at its ends. Where a mode comes or goes the sorted curves jump: the
+    /// interval is halved until only a sliver has that.
+    fn critical_between(
+        &self,
+        (from, modes_from): (f64, &[WhirlMode]),
+        (to, modes_to): (f64, &[WhirlMode]),
+        halvings: usize,
+        found: &mut Vec<CriticalSpeed>,
+    ) -> Result<(), EigenError> {
+        if modes_from.len() != modes_to.len() && halvings > 0 {
+            let middle = 0.5 * (from + to);
+            let modes = self.resonances(middle)?;
+            self.critical_between((from, modes_from), (middle, &modes), halvings - 1, found)?;
+            return self.critical_between((middle, &modes), (to, modes_to), halvings - 1, found);
+        }
+        let below = |modes: &[WhirlMode], speed: f64| modes.iter().filter(|mode| mode.frequency < speed).count();
+        let (a, b) = (below(modes_from, from), below(modes_to, to));
+        for k in a.min(b)..a.max(b) {
+            let (Some(first), Some(last)) = (modes_from.get(k), modes_to.get(k)) else { continue };
+            let ends = (first.frequency - from, last.frequency - to);
+            found.extend(self.crossing(k, (from, to), ends)?);
+        }
+        Ok(())
     }
 
     /// Root of `omega_k(W) - W` in an interval, by regula falsi (Illinois).
@@ -228,8 +261,12 @@ impl Lateral {
         let mut side = 0;
         for _ in 0..80 {
             let c = (a * fb - b * fa) / (fb - fa);
-            let Some(mode) = self.modes(c)?.get(k).copied() else { return Ok(None) };
+            let Some(mode) = self.resonances(c)?.get(k).copied() else { return Ok(None) };
             let fc = mode.frequency - c;
+            // a jump of the curve is no crossing
+            if (b - a).abs() < 1e-13 * c && fc.abs() > 1e-6 * c {
+                return Ok(None);
+            }
             if fc.abs() < 1e-12 * c || (b - a).abs() < 1e-13 * c {
                 return Ok(Some(CriticalSpeed { speed: c, damping_ratio: mode.damping_ratio, whirl: mode.whirl }));
             }

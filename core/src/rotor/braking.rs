@@ -11,7 +11,7 @@ use crate::machine::Braking;
 /// It acts as `T s_i` on node i with the weights `s = j/J_t`, so that its power is `T W <= 0`.
 ///
 /// # Returns
-/// T \[N m\], opposite to W; 0 at W = 0 (rest is an end of the run, not a state it computes).
+/// T \[N m\], opposite to W; 0 at W = 0 (what c0 does at rest is the transient's matter).
 /// # Verified by
 /// `braking_always_takes_energy`
 #[must_use]
@@ -20,6 +20,12 @@ pub fn braking_torque(braking: &Braking, speed: f64) -> f64 {
         return 0.0;
     }
     -(braking.constant * speed.signum() + braking.linear * speed + braking.quadratic * speed * speed.abs())
+}
+
+/// The part of [`braking_torque`] that does not depend on the size of W, `-c0 sign(W)` \[N m\].
+#[must_use]
+pub fn constant_torque(braking: &Braking, speed: f64) -> f64 {
+    if speed == 0.0 { 0.0 } else { -braking.constant * speed.signum() }
 }
 
 #[cfg(test)]

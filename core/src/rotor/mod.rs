@@ -10,7 +10,7 @@ mod gyro;
 mod unbalance;
 
 pub use assembly::{BearingSite, RotorMatrices};
-pub use braking::braking_torque;
+pub use braking::{braking_torque, constant_torque};
 pub(crate) use element::GAUSS4;
 pub use element::{ShaftBlocks, deflection, shaft_blocks};
 pub use gyro::GyroSite;

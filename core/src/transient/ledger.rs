@@ -95,8 +95,8 @@ impl Ledger {
         }
     }
 
-    /// Stores between n and n+1, and the error of the balance; before anything is advanced.
-    pub fn balance(&mut self, line: &ShaftLine<'_>, rub: Option<&Rub<'_>>, d: &[f64], d_twist: &[f64]) {
+    /// Stores between n and n+1; before anything is advanced.
+    pub fn stores(&mut self, line: &ShaftLine<'_>, rub: Option<&Rub<'_>>, d: &[f64], d_twist: &[f64]) {
         let (coupling, gravity) = line.coupling_energies(d);
         let (ring_kinetic, ring_strain) = rub.map_or((0.0, 0.0), Rub::ring_energies);
         let spring = rub.map_or(0.0, |rub| {
@@ -114,6 +114,10 @@ impl Ledger {
             + spring
             + rub.map_or(0.0, |rub| rub.held);
         self.now.gravity = gravity;
+    }
+
+    /// The error of the balance, with the [`Ledger::stores`] of the same step.
+    pub fn balance(&mut self) {
         let total = self.now.stored();
         if !self.started {
             // the works so far are those of half a step before and after t = 0: they belong to the start

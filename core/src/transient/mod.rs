@@ -9,6 +9,8 @@ mod ledger;
 mod loaded_start;
 mod monitor;
 mod plan;
+mod prescribed;
+mod rest;
 mod rub;
 mod shaft_line;
 mod start;
@@ -159,11 +161,12 @@ impl<'a> Run<'a> {
             }
         };
         self.line.settle(&self.d, &self.d_twist);
-        self.record(contact.as_ref());
         if self.rub.is_some() {
             observer.contact_force(self.time, contact.as_ref().map_or(0.0, |contact| contact.force.normal));
         }
-        if observer.wants(self.step, self.time) {
+        let shown = observer.wants(self.step, self.time);
+        self.record(contact.as_ref(), shown);
+        if shown {
             self.show(contact.as_ref(), observer);
         }
         self.before.swap(0, 1);
@@ -203,7 +206,7 @@ impl<'a> Run<'a> {
             self.iterations += 1;
             let driven = self.line.driven();
             self.line.respond(self.time, &self.d, &self.d_twist, &mut self.next, &mut self.next_twist);
-            let (scale, twist_scale) = (norm(&self.next), norm(&self.next_twist));
+            let (scale, twist_scale) = (norm(&self.next), norm(&self.next_twist).max(self.line.twist_scale()));
             let drive_change = (self.line.driven() - driven).abs();
             let change = (distance(&self.next, &self.d) / (scale + f64::MIN_POSITIVE))
                 .max((distance(&self.next_twist, &self.d_twist) + drive_change) / (twist_scale + f64::MIN_POSITIVE));
@@ -225,8 +228,9 @@ impl<'a> Run<'a> {
         Err(Cause::Diverged)
     }
 
-    /// Quantities and works of the step at n.
-    fn record(&mut self, contact: Option<&StepContact>) {
+    /// Quantities and works of the step at n. An instant that is shown has the stores of its own step; the balance is judged
+    /// at the same steps whoever looks.
+    fn record(&mut self, contact: Option<&StepContact>, shown: bool) {
         let speed = self.line.centred_spin(&self.d_twist);
         for (i, bearing) in self.line.rotor.bearings.iter().enumerate() {
             let (x, v) = self.line.node(bearing.node);
@@ -254,8 +258,12 @@ impl<'a> Run<'a> {
             }
         }
         self.ledger.work(&mut self.line, self.rub.as_mut().map(|rub| (rub, contact)), &self.d, &self.d_twist);
-        if self.step.is_multiple_of(BALANCE_EVERY) {
-            self.ledger.balance(&self.line, self.rub.as_ref(), &self.d, &self.d_twist);
+        let balanced = self.step.is_multiple_of(BALANCE_EVERY);
+        if balanced || shown {
+            self.ledger.stores(&self.line, self.rub.as_ref(), &self.d, &self.d_twist);
+        }
+        if balanced {
+            self.ledger.balance();
         }
     }
 

@@ -83,7 +83,7 @@ impl Monitor {
             several_points: 0,
             several_minima: 0,
             reversals: 0,
-            window: VecDeque::from(vec![0.0; window_length]),
+            window: VecDeque::new(),
             window_length,
             window_sum: 0.0,
             window_filled: 0,
@@ -112,7 +112,8 @@ impl Monitor {
         }
         let Some(contact) = contact else { return };
         self.first_contact.get_or_insert(time);
-        if self.last_contact.is_none_or(|last| time - last > FILTER) {
+        // a step longer than that shows no gap between two contacts that follow each other
+        if self.last_contact.is_none_or(|last| time - last > FILTER.max(1.5 * self.dt)) {
             self.impacts += 1;
         }
         self.last_contact = Some(time);
@@ -130,7 +131,9 @@ impl Monitor {
     }
 
     fn slide_window(&mut self, impulse: f64) {
-        let leaving = self.window.pop_front().unwrap_or(0.0);
+        // grown by what has happened: a step of no size would ask for more than there is
+        let full = self.window.len() >= self.window_length;
+        let leaving = if full { self.window.pop_front().unwrap_or(0.0) } else { 0.0 };
         self.window.push_back(impulse);
         self.window_filled -= usize::from(leaving != 0.0);
         self.window_filled += usize::from(impulse != 0.0);

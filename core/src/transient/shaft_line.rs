@@ -3,21 +3,13 @@
 //! One step solves, by fixed-point iteration, the central-difference equations with centred gyroscopic, unbalance and
 //! braking terms; the iteration contracts by about `Omega dt`. Both engines run this code: they differ in [`Coordinates`].
 
+use super::prescribed::{Prescribed, angle_of, slope_of};
+use super::rest::Rest;
 use super::stepper::Stepper;
 use crate::linalg::{Matrix, dot};
-use crate::machine::{Braking, Machine, SpeedLaw};
-use crate::rotor::{RotorMatrices, Turn, UnbalanceSite, braking_torque};
+use crate::machine::{Braking, Machine};
+use crate::rotor::{RotorMatrices, Turn, UnbalanceSite, braking_torque, constant_torque};
 use crate::structure::{Coordinates, Structure};
-
-/// Spin increment over a step of a prescribed speed, as a function of the time at its start.
-pub(crate) struct Prescribed {
-    law: SpeedLaw,
-    /// A^-1 s: where the drive torque acts, spread like the inertia.
-    direction: Vec<f64>,
-    compliance: f64,
-    /// Torque of the drive at the last step \[N m\].
-    pub torque: f64,
-}
 
 /// State and operators of the shaft line during one run.
 pub(crate) struct ShaftLine<'a> {
@@ -41,6 +33,7 @@ pub(crate) struct ShaftLine<'a> {
     turns: Vec<Turn>,
     pub gravity: [f64; 2],
     braking: Braking,
+    rest: Rest,
     pub prescribed: Option<Prescribed>,
     /// Constant lateral force (weight) in coordinates, zero without gravity.
     weight: Vec<f64>,
@@ -85,12 +78,13 @@ impl<'a> ShaftLine<'a> {
         }
         let mut weight = vec![0.0; lateral_map.size()];
         lateral_map.project(&nodal_weight, &mut weight);
-        let prescribed = machine.rotor.speed_law.clone().map(|law| {
-            let mut direction = vec![0.0; twist_map.size()];
-            twist.compliance(&spin_row, &mut direction);
-            let compliance = dot(&spin_row, &direction);
-            Prescribed { law, direction, compliance, torque: 0.0 }
-        });
+        let mut direction = vec![0.0; twist_map.size()];
+        twist.compliance(&spin_row, &mut direction);
+        let compliance = dot(&spin_row, &direction);
+        let driven = machine.rotor.speed_law.is_some();
+        let rest = Rest::new(if driven { 0.0 } else { machine.braking.constant }, &spin_row, direction.clone());
+        let prescribed = machine.rotor.speed_law.clone();
+        let prescribed = prescribed.map(|law| Prescribed { law, direction, compliance, torque: 0.0 });
         let (lateral_size, nodes) = (rotor.lateral_size(), rotor.nodes);
         let (zeros, zero_nodes) = (vec![0.0; lateral_size], vec![0.0; nodes]);
         Some(Self {
@@ -106,6 +100,7 @@ impl<'a> ShaftLine<'a> {
             unbalances,
             gravity,
             braking: machine.braking,
+            rest,
             prescribed,
             force_q: weight.clone(),
             weight,
@@ -196,6 +191,7 @@ impl<'a> ShaftLine<'a> {
         }
         self.lateral.increment(Some(&self.force_q), free);
         self.twist.increment(Some(&self.torque_q), free_twist);
+        self.rest.settle(&self.spin_row, constant_torque(&self.braking, spin), free_twist);
         self.impose_speed(time, free_twist);
     }
 
@@ -320,10 +316,13 @@ impl<'a> ShaftLine<'a> {
             }
             crate::linalg::mul_vec(&inverse, &self.force_q, &mut next);
             crate::linalg::mul_vec(&twist_inverse, &self.torque_q, &mut next_twist);
+            let mut direction = vec![0.0; next_twist.len()];
+            crate::linalg::mul_vec(&twist_inverse, &self.spin_row, &mut direction);
+            if spin == 0.0 {
+                self.rest.hold_start(&self.spin_row, &direction, &mut next_twist);
+            }
             if let Some(prescribed) = &self.prescribed {
                 let wanted = slope_of(&prescribed.law, 0.0);
-                let mut direction = vec![0.0; next_twist.len()];
-                crate::linalg::mul_vec(&twist_inverse, &self.spin_row, &mut direction);
                 let missing = (wanted - dot(&self.spin_row, &next_twist)) / dot(&self.spin_row, &direction);
                 crate::linalg::axpy(missing, &direction, &mut next_twist);
             }
@@ -345,12 +344,19 @@ impl<'a> ShaftLine<'a> {
 
     /// Mean spin between n and n+1 \[rad/s\].
     pub fn spin_after(&self, d_twist: &[f64]) -> f64 {
-        dot(&self.spin_row, d_twist) / self.dt
+        self.rest.spin(dot(&self.spin_row, d_twist)) / self.dt
     }
 
     /// Work of the braking torque over the step at n \[J\], <= 0.
     pub fn braking_work(&self, spin: f64) -> f64 {
-        braking_torque(&self.braking, spin) * spin * self.dt
+        let torque = braking_torque(&self.braking, spin);
+        let changed = self.rest.held().map_or(0.0, |held| held - constant_torque(&self.braking, spin));
+        (torque + changed) * spin * self.dt
+    }
+
+    /// Least size by which an error of twist increments is judged: at rest they are nothing but rounding.
+    pub fn twist_scale(&self) -> f64 {
+        self.rest.scale()
     }
 
     /// Accepts the increments of the step; `evaluate` must have seen exactly them (see [`ShaftLine::settle`]).
@@ -462,34 +468,6 @@ pub(crate) fn distance(a: &[f64], b: &[f64]) -> f64 {
 
 pub(crate) fn norm(a: &[f64]) -> f64 {
     dot(a, a).sqrt()
-}
-
-/// Angle turned by a prescribed speed until `time` \[rad\], exact for the piecewise linear law.
-fn angle_of(law: &SpeedLaw, time: f64) -> f64 {
-    let mut angle = 0.0;
-    for k in 0..law.times.len() {
-        let (t0, w0) = (law.times[k], law.speeds[k]);
-        if k + 1 < law.times.len() && time > law.times[k + 1] {
-            angle += 0.5 * (w0 + law.speeds[k + 1]) * (law.times[k + 1] - t0);
-        } else {
-            let slope = slope_of(law, t0);
-            return angle + (w0 + 0.5 * slope * (time - t0)) * (time - t0);
-        }
-    }
-    angle
-}
-
-/// Angular acceleration of a prescribed speed at `time` \[rad/s2\], from the right at a corner.
-fn slope_of(law: &SpeedLaw, time: f64) -> f64 {
-    for k in (0..law.times.len()).rev() {
-        if time >= law.times[k] {
-            return match (law.times.get(k + 1), law.speeds.get(k + 1)) {
-                (Some(t1), Some(w1)) => (w1 - law.speeds[k]) / (t1 - law.times[k]),
-                _ => 0.0,
-            };
-        }
-    }
-    0.0
 }
 
 #[cfg(test)]

@@ -19,8 +19,9 @@ use std::path::PathBuf;
 /// Whirl frequencies and damping, critical speeds, ring frequencies
 ///
 /// For each speed the damped lateral modes of the shaft line on its bearings with gyroscopic effect: frequency, damping
-/// ratio (negative: unstable) and sense of whirl. Then the critical speeds (spin = whirl frequency), the free twist and
-/// axial frequencies of the shaft line, and the frequencies of each flexible diaphragm with their nodal diameters.
+/// ratio (negative: unstable) and sense of whirl. Then the critical speeds (spin = whirl frequency, damping ratio below
+/// 0.99), the free twist and axial frequencies of the shaft line, and the frequencies of each flexible diaphragm with their
+/// nodal diameters.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   bladeoff modes studies/machines/lp_turbine.toml

@@ -26,8 +26,12 @@ pub struct Args {
 pub fn main(args: &Args) -> Result<Exit, CliError> {
     let checks = verify();
     print(&if args.json { json(&checks) } else { table(&checks) })?;
-    // a case that does not hold is an error of the program
-    Ok(if checks.iter().all(Check::holds) { Exit::Ok } else { Exit::Bug })
+    Ok(exit(&checks))
+}
+
+/// A case that does not hold is an error of the program.
+fn exit(checks: &[Check]) -> Exit {
+    if checks.iter().all(Check::holds) { Exit::Ok } else { Exit::Bug }
 }
 
 fn table(checks: &[Check]) -> String {
@@ -112,6 +116,13 @@ mod tests {
             unit: "Hz",
             source: "closed form",
         }
+    }
+
+    #[test]
+    fn one_number_that_does_not_hold_is_exit_code_1() {
+        assert_eq!(exit(&[check(Some(211.331))]) as u8, 0);
+        assert_eq!(exit(&[check(Some(211.331)), check(Some(212.0))]) as u8, 1);
+        assert_eq!(exit(&[check(None)]) as u8, 1);
     }
 
     #[test]

@@ -65,6 +65,7 @@ pub struct Recorder {
     every_steps: u64,
     step: f64,
     window: VecDeque<f64>,
+    window_length: usize,
     window_sum: f64,
     peak_force: f64,
     values: Vec<f64>,
@@ -100,7 +101,6 @@ impl Recorder {
             Ok(sink) => (Some(sink), None),
             Err(error) => (None, Some(error)),
         };
-        let window = ((FILTER / plan.step).round() as usize).max(1);
         let shaft = match &machine.rotor.kind {
             RotorKind::Shaft(shaft) => Some(ShaftStresses::new(shaft)),
             RotorKind::PointMass(_) => None,
@@ -114,7 +114,8 @@ impl Recorder {
             failed,
             every_steps,
             step: plan.step,
-            window: VecDeque::from(vec![0.0; window]),
+            window: VecDeque::new(),
+            window_length: ((FILTER / plan.step).round() as usize).max(1),
             window_sum: 0.0,
             peak_force: 0.0,
             records: 0,
@@ -143,7 +144,8 @@ impl Recorder {
 
 impl Observer for Recorder {
     fn contact_force(&mut self, _time: f64, force: f64) {
-        let leaving = self.window.pop_front().unwrap_or(0.0);
+        let full = self.window.len() >= self.window_length;
+        let leaving = if full { self.window.pop_front().unwrap_or(0.0) } else { 0.0 };
         self.window.push_back(force);
         self.window_sum += force - leaving;
         if force > self.peak_force {
@@ -163,7 +165,7 @@ impl Observer for Recorder {
         }
         let context = Context {
             peak_force: self.peak_force,
-            filtered_force: self.window_sum / self.window.len() as f64,
+            filtered_force: self.window_sum / self.window_length as f64,
             shaft: self.shaft.as_ref(),
         };
         self.values.clear();
