@@ -316,3 +316,42 @@ fn impacts_are_counted_alike_by_steps_above_and_below_a_millisecond() {
     println!("impacts: {below} at 0.9 ms, {above} at 4 ms");
     assert!(above > 0.0 && (above - below).abs() < 0.5, "{below} {above}");
 }
+
+/// A spinning balanced disc pressed by its weight on a flexible ring of three blades: its increments fade to rounding.
+#[test]
+fn a_rotor_that_comes_to_rest_on_the_ring_stays_there() {
+    let stator = "[diaphragms.d.material]\nyoung_modulus = 7e10\npoisson_ratio = 0.3\ndensity = 2700\n\
+                  [diaphragms.d.ring]\nmean_radius = 0.2\nthickness = 0.01\nwidth = 0.02\nelements = 48\n\
+                  [diaphragms.d.blades]\ncount = 3\nlength = 0.1\nthickness = 0.004\nwidth = 0.02\nelements = 2\n\
+                  [diaphragms.d.damping]\nmass_proportional = 200\nstiffness_proportional = 2e-6\n\
+                  [diaphragms.d.contact]\nrotor_radius = 0.1945\ngap = 0.0005\nfriction = 0.1\n";
+    // the bearing alone would sag by 0.575 mm, the gap is 0.5 mm; the start is 0.085 mm above that
+    let row = run(machine(&format!(
+        "schema = 1\nname = \"pressed\"\n[run]\nend_time = 0.4\n[rotor]\nkind = \"point-mass\"\nmass = 5\npolar_inertia = 1\n\
+         initial_speed = 50\ngravity = [11.5, 19.918584287042087]\n[rotor.initial]\n\
+         displacement = [-4.25e-5, -7.361215932167728e-5]\n[rotor.bearings.b]\nstiffness = 2e5\ndamping = 900\n{stator}"
+    )));
+    assert_eq!((row.outcome.status, row.outcome.end_cause), (Status::Ok, EndCause::EndTime), "{:?}", row.outcome);
+    assert!(row.value("contact_time_s") > 0.3, "it lies there");
+    // the bearing holds what the gap lets it, the ring the rest, less what it gives way
+    let rest = 5.0 * 23.0 - 2e5 * 5e-4;
+    let held = row.value("contact_impulse_Ns") / row.value("contact_time_s");
+    assert!(held > 0.2 * rest && held < rest, "{held} N of {rest} N");
+}
+
+/// An unbalance ten, three and one times the spin's inertia: the rounds of a step contract by `m e^2/(J + m e^2)` only. The
+/// times of rest are those of an independent integration (DOP853, 1e-11) of the three equations.
+#[test]
+fn an_unbalance_that_outweighs_the_spin_s_inertia_swings_as_integrated_elsewhere() {
+    for (inertia, rest) in [(0.001, 0.465902195), (0.003, 1.069910321), (0.01, 2.465855037)] {
+        let row = run(machine(&format!(
+            "schema = 1\nname = \"light\"\n[run]\nend_time = 50\nstep = 0.001\n[rotor]\nkind = \"point-mass\"\nmass = 0\n\
+             polar_inertia = {inertia:?}\ninitial_speed = 1.4\n[rotor.bearings.s]\nstiffness = 1\ndamping = 0.04\n\
+             [rotor.unbalances.u]\nmass = 1\nradius = 0.1\npresent = \"before\"\n"
+        )));
+        assert_eq!((row.outcome.status, row.outcome.end_cause), (Status::Ok, EndCause::Stopped), "{:?}", row.outcome);
+        let late = row.value("stop_time_s") - rest;
+        println!("J {inertia}: at rest {late:.1e} s after the reference");
+        assert!((-1e-4..0.0021).contains(&late), "{late}");
+    }
+}

@@ -34,8 +34,11 @@ use crate::structure::Structure;
 
 /// Convergence of the non-linear solve without contact, relative to the increment.
 const TOLERANCE: f64 = 1e-12;
-/// Its iterations at most: it contracts by about `Omega dt` each.
-const ITERATIONS: usize = 60;
+/// Increments of a rotor at rest are rounding of its state; they are judged by at least this part of it.
+const RESTING: f64 = 1e-4;
+/// Its iterations at most: it contracts by about `Omega dt` each, by `m e^2/(J + m e^2)` where an unbalance outweighs the spin's
+/// inertia.
+const ITERATIONS: usize = 600;
 /// Least contraction a round is credited with: two rounds that happen to agree say nothing about the next step's.
 const CONTRACTION: f64 = 1e-3;
 /// The energy balance is evaluated every so many steps (the works are summed at each).
@@ -206,7 +209,8 @@ impl<'a> Run<'a> {
             self.iterations += 1;
             let driven = self.line.driven();
             self.line.respond(self.time, &self.d, &self.d_twist, &mut self.next, &mut self.next_twist);
-            let (scale, twist_scale) = (norm(&self.next), norm(&self.next_twist).max(self.line.twist_scale()));
+            let scale = norm(&self.next) + RESTING * norm(&self.line.lateral.q);
+            let twist_scale = norm(&self.next_twist).max(self.line.twist_scale());
             let drive_change = (self.line.driven() - driven).abs();
             let change = (distance(&self.next, &self.d) / (scale + f64::MIN_POSITIVE))
                 .max((distance(&self.next_twist, &self.d_twist) + drive_change) / (twist_scale + f64::MIN_POSITIVE));

@@ -292,7 +292,7 @@ impl<'a> ShaftLine<'a> {
         let mut next = vec![0.0; size];
         let mut next_twist = a_twist.clone();
         let brake = braking_torque(&self.braking, spin);
-        for _ in 0..200 {
+        for _ in 0..2000 {
             self.lateral_map.expand(&a, &mut self.a);
             self.twist_map.expand(&a_twist, &mut self.a_psi);
             self.instant_forces();

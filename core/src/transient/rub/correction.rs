@@ -5,6 +5,7 @@ use super::{Attempt, CONTACT_ITERATIONS, ContactFailure, Rub, StepContact, TOLER
 use crate::contact::{Compliance, ContactForce, Gap, NotUnique, Place, slide, stick_or_slide};
 use crate::linalg::{axpy, dot};
 use crate::machine::{Detection, ForceLocation, FrictionLaw};
+use crate::transient::RESTING;
 use crate::transient::shaft_line::{ShaftLine, distance, norm};
 
 impl Rub<'_> {
@@ -125,15 +126,14 @@ impl Rub<'_> {
             self.apply(&force, &acting, &mut free, &mut free_twist);
             line.add_drive_torque(self.drive_lever * force.tangential * self.rotor_radius);
             let change = (force.normal - last.normal).abs().max((force.tangential - last.tangential).abs());
-            let moved = distance(&free, d) <= TOLERANCE * norm(&free) + f64::MIN_POSITIVE
-                && distance(&free_twist, d_twist) + (line.driven() - driven).abs() <= TOLERANCE * norm(&free_twist);
+            let settled = self.change(line, driven, (d, d_twist), (&free, &free_twist), force.normal) <= TOLERANCE;
             let steady =
                 change * self.scale() <= 1e-14 * self.rotor_radius.max(self.gap) + 1e-11 * force.normal * self.scale();
             d.copy_from_slice(&free);
             d_twist.copy_from_slice(&free_twist);
             (self.candidate, self.candidate_twist) = (free, free_twist);
             (last, last_acting) = (force, acting);
-            if iteration > 0 && moved && steady && self.ring_settled() {
+            if iteration > 0 && settled && steady && self.ring_settled() {
                 return Ok(Some((force, gap)));
             }
         }
@@ -209,6 +209,24 @@ impl Rub<'_> {
             let scale = ring.radial_bound.iter().fold(0.0_f64, |max, bound| max.max(*bound));
             distance(&ring.d, &ring.scratch) * scale <= 1e-10 * norm(&ring.d) * scale + floor
         })
+    }
+
+    /// Change of the increments in a round, relative to their size: that of the motion, that of what the contact force alone
+    /// makes of a step, and rounding of the state. A rotor that comes to rest on the ring has none but the last two.
+    pub(super) fn change(
+        &self,
+        line: &ShaftLine<'_>,
+        driven: f64,
+        (d, d_twist): (&[f64], &[f64]),
+        (next, next_twist): (&[f64], &[f64]),
+        normal: f64,
+    ) -> f64 {
+        let pressed = normal * (norm(&self.responses[0]) + norm(&self.responses[1]));
+        let size = norm(next) + pressed + RESTING * norm(&line.lateral.q) + f64::MIN_POSITIVE;
+        let rubbed = self.friction * normal * self.rotor_radius * norm(&self.twist_response);
+        let twist_size = norm(next_twist) + rubbed + line.twist_scale() + f64::MIN_POSITIVE;
+        let twisted = distance(next_twist, d_twist) + (line.driven() - driven).abs();
+        (distance(next, d) / size).max(twisted / twist_size)
     }
 
     /// Compliance that turns a change of force into a change of place \[m/N\].

@@ -17,7 +17,7 @@ use super::{Attempt, CONTACT_ITERATIONS, Rub, StepContact, bilinear, directions}
 use crate::contact::{ContactForce, Gap, Place};
 use crate::linalg::{axpy, dot};
 use crate::machine::FrictionLaw;
-use crate::transient::shaft_line::{ShaftLine, distance, norm};
+use crate::transient::shaft_line::ShaftLine;
 
 /// A minimum penetrates when it is deeper than this share of the predicted penetration.
 const SHARE: f64 = 1e-4;
@@ -126,8 +126,7 @@ impl Rub<'_> {
             let torque: f64 = points.iter().map(|p| p.force.tangential * self.rotor_radius).sum();
             line.add_drive_torque(self.drive_lever * torque);
             let after: f64 = points.iter().map(|p| p.force.normal).sum();
-            let change = (distance(&free, d) / (norm(&free) + f64::MIN_POSITIVE))
-                .max((distance(&free_twist, d_twist) + (line.driven() - driven).abs()) / norm(&free_twist));
+            let change = self.change(line, driven, (d, d_twist), (&free, &free_twist), after);
             let moved = change <= TOLERANCE;
             nearly = change <= LOOSE;
             let steady = (after - before).abs() <= 1e-9 * after;

@@ -4,7 +4,7 @@ use super::{CONTACT_ITERATIONS, ContactFailure, Rub, StepContact, TOLERANCE, bil
 use crate::contact::{ContactForce, Gap, polar_gap};
 use crate::linalg::dot;
 use crate::machine::FrictionLaw;
-use crate::transient::shaft_line::{ShaftLine, distance, norm};
+use crate::transient::shaft_line::ShaftLine;
 
 impl Rub<'_> {
     /// Massless quasi-static spring: the force follows from the place at n, only friction depends on the step.
@@ -53,12 +53,11 @@ impl Rub<'_> {
             }
             self.apply(&ContactForce { normal: 0.0, ..force }, &gap, &mut free, &mut free_twist);
             line.add_drive_torque(self.drive_lever * force.tangential * self.rotor_radius);
-            let moved = distance(&free, d) <= TOLERANCE * norm(&free) + f64::MIN_POSITIVE
-                && distance(&free_twist, d_twist) + (line.driven() - driven).abs() <= TOLERANCE * norm(&free_twist);
+            let settled = self.change(line, driven, (d, d_twist), (&free, &free_twist), normal) <= TOLERANCE;
             d.copy_from_slice(&free);
             d_twist.copy_from_slice(&free_twist);
             (self.candidate, self.candidate_twist) = (free, free_twist);
-            if iteration > 0 && moved {
+            if iteration > 0 && settled {
                 let slip = self.centred_slip(line, &gap, d, d_twist);
                 return Ok(Some(StepContact {
                     force,
