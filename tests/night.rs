@@ -27,7 +27,7 @@ fn assert_stopped(said: &Said, out: &str, why: &str) {
     assert_eq!(said.code, 5, "{}", said.err);
     assert!(said.err.contains(&format!("ended by {why}")), "{}", said.err);
     assert!(said.err.contains("go on with: "), "{}", said.err);
-    assert!(fs::exists(format!("{out}/results-incomplete.parquet")).expect("readable"));
+    assert!(fs::exists(format!("{out}/parts/part-000001.parquet")).expect("readable"));
     assert!(!fs::exists(format!("{out}/results.parquet")).expect("readable"));
 }
 
@@ -128,7 +128,7 @@ fn a_signal_ends_a_run_in_order() {
         assert_eq!(run.end().code(), Some(code), "{name}: {}", run.said());
         assert_eq!(run.count("stopping"), 1);
         assert_eq!(run.events().last().expect("events")["why"], why);
-        assert!(folder.path("out/results-incomplete.parquet").exists());
+        assert!(folder.path("out/parts/part-000001.parquet").exists());
     }
 }
 

@@ -50,6 +50,11 @@ pub struct Running {
 impl Running {
     /// Starts a run with these faults, separated by `;`, without `dir`.
     pub fn start(folder: &Folder, study: &str, out: &str, faults: &str) -> Self {
+        Self::start_with(folder, study, out, faults, &[])
+    }
+
+    /// The same with more options.
+    pub fn start_with(folder: &Folder, study: &str, out: &str, faults: &str, more: &[&str]) -> Self {
         let scratch = tempfile::tempdir_in(folder.path("")).expect("a folder").keep();
         let (fired, events, log) = (scratch.join("fired"), scratch.join("events"), scratch.join("log"));
         fs::create_dir(&fired).expect("created");
@@ -58,7 +63,8 @@ impl Running {
             .filter(|fault| !fault.is_empty())
             .map(|fault| format!("{fault},dir={}", fired.display()))
             .collect();
-        let direct = bladeoff(&["run", study, "--out", out, "--workers", "2", "--json-events"]);
+        let run = ["run", study, "--out", out, "--workers", "2", "--json-events"];
+        let direct = bladeoff(&[&run, more].concat());
         // Whoever runs the tests may ignore SIGHUP (nohup, CI), and children inherit that; `env` becomes the program.
         let mut command = Command::new("env");
         command.arg("--default-signal=HUP").arg(direct.get_program()).args(direct.get_args());

@@ -15,7 +15,7 @@ mod record;
 mod salvage;
 
 pub use error::LedgerError;
-pub use read::Reader;
+pub use read::{Reader, State};
 pub use record::{Entry, Head, RecordError, SampleKey};
 pub use salvage::Remains;
 

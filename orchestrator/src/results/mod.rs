@@ -4,6 +4,7 @@
 //! cut by row number, never by arrival; the writer, its settings and their order are fixed here.
 
 mod export;
+mod grouped;
 mod parquet;
 mod read;
 mod schema;
