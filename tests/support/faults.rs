@@ -1,6 +1,6 @@
 //! Runs that are killed and stopped at known states, through the real command line.
 
-#![allow(dead_code, reason = "each test program uses its part")]
+#![allow(dead_code, unused_imports, reason = "each test program uses its part")]
 
 use super::{Folder, bladeoff};
 use bladeoff::chaos;

@@ -26,6 +26,8 @@ mod why;
 
 pub use error::CliError;
 pub use exit::{EXIT_CODES, Exit};
+pub use status::text as status_text;
+pub use why::text as why_text;
 
 use clap::{Parser, Subcommand};
 use std::panic;

@@ -6,7 +6,7 @@ use super::output::print;
 use crate::report::duration;
 use crate::run::{RunState, Seen, see};
 use serde_json::{Map, Value, json};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// Show how far a study is
@@ -33,9 +33,17 @@ pub struct Args {
 
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
-    let seen = see(&args.directory)?.ok_or_else(|| CliError::NotARun { path: args.directory.clone() })?;
-    print(&if args.json { as_json(seen) } else { as_text(&seen) })?;
+    print(&text(&args.directory, args.json)?)?;
     Ok(Exit::Ok)
+}
+
+/// What is shown of a directory, in words or as JSON.
+///
+/// # Errors
+/// No study was run in it, or it cannot be read.
+pub fn text(directory: &Path, json: bool) -> Result<String, CliError> {
+    let seen = see(directory)?.ok_or_else(|| CliError::NotARun { path: directory.to_path_buf() })?;
+    Ok(if json { as_json(seen) } else { as_text(&seen) })
 }
 
 fn as_json(seen: Seen) -> String {

@@ -92,10 +92,19 @@ pub enum WhyError {
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
     let (directory, sample) = place(args)?;
-    let seen = see(&directory)?.ok_or_else(|| CliError::NotARun { path: directory.clone() })?;
-    let samples = frozen(&directory)?;
+    print(&text(&directory, sample)?)?;
+    Ok(Exit::Ok)
+}
+
+/// What is told of a sample.
+///
+/// # Errors
+/// No such directory or sample; files in it that cannot be read.
+pub fn text(directory: &Path, sample: u64) -> Result<String, CliError> {
+    let seen = see(directory)?.ok_or_else(|| CliError::NotARun { path: directory.to_path_buf() })?;
+    let samples = frozen(directory)?;
     if sample >= samples.count() {
-        return Err(WhyError::Sample { directory, sample, count: samples.count() }.into());
+        return Err(WhyError::Sample { directory: directory.to_path_buf(), sample, count: samples.count() }.into());
     }
     let mut told = Told::default();
     told.line("sample", format!("{sample} of {} in {}", samples.count(), directory.display()));
@@ -103,20 +112,19 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         told.line(&varied.info.path, show(&varied.info, &value));
     }
     let go_on = seen.told.as_ref().and_then(|told| told.get("go_on")).and_then(Value::as_str).map(str::to_owned);
-    match read_current(&directory, row_files, |files| Table::row(files, sample))? {
+    match read_current(directory, row_files, |files| Table::row(files, sample))? {
         Some((row, _)) => finished(&mut told, &row, go_on.as_deref()),
         None => {
             told.line("status", unfinished(&seen.state, seen.told.as_ref(), sample, go_on.as_deref()));
         }
     }
-    timing(&mut told, &directory, sample)?;
-    log(&mut told, &directory, sample);
+    timing(&mut told, directory, sample)?;
+    log(&mut told, directory, sample);
     told.line(
         "compute it",
         format!("bladeoff replay {} --sample {sample} --history sample-{sample}.mcap", directory.display()),
     );
-    print(&told.0)?;
-    Ok(Exit::Ok)
+    Ok(told.0)
 }
 
 /// Lines of name and text.
