@@ -56,6 +56,13 @@ fn limits_end_a_run_or_quarantine_a_sample() {
     let out = folder.name("failures");
     let said = run(&study, &out, &["--max-failures", "1"], Some(&fault("any,do=panic")));
     assert_stopped(&said, &out, "--max-failures");
+    // The failures of the study count, whenever they happened; until they are taken out.
+    let recorded = |said: &Said| said.err.lines().find(|line| line.contains("samples are recorded")).map(str::to_owned);
+    let again = run(&study, &out, &["--max-failures", "1"], None);
+    assert_stopped(&again, &out, "--max-failures");
+    assert!(recorded(&said).is_some() && recorded(&again) == recorded(&said), "{}", again.err);
+    let taken_out = run(&study, &out, &["--max-failures", "1", "--rerun", "failed"], None);
+    assert_eq!(taken_out.code, 0, "{}", taken_out.err);
     // A limit of the study, one of the command line; both by a sample that never ends or takes all memory.
     let limited = folder.write("limited.toml", &format!("{STUDY}\n[limits]\nmax_failed = 1\ntime_limit = \"2 s\"\n"));
     for (name, study, more, what, cause) in [

@@ -295,9 +295,13 @@ fn a_running_study_is_seen_with_its_workers_and_its_rows_are_read() {
     let seen = status(&out);
     assert_eq!((seen["state"].as_str(), seen["pid"].as_u64()), (Some("running"), Some(child.id().into())));
     assert_eq!(seen["workers"].as_array().map(Vec::len), Some(2));
-    assert!(seen["eta_s"].as_f64().is_some_and(|eta| eta > 1.0), "{seen}");
+    let left = |key: &str| seen[key].as_f64().unwrap_or_else(|| panic!("{key}: {seen}"));
+    assert!(left("left_to_s") > 1.0 && left("left_from_s") <= left("left_to_s"), "{seen}");
     let shown = say(&["status", &out]).out;
     assert!(shown.contains("running: process") && shown.contains("left for"), "{shown}");
+    let pace = shown.lines().find(|line| line.starts_with("pace")).expect("a pace");
+    assert!(pace.contains("/s, ") || pace.contains("/min, "), "{pace}");
+    assert!(pace.ends_with(" left"), "{pace}");
     wait_until("a part of what is finished", || !row_files(Path::new(&out)).is_empty());
     let (_, rows) = table(&out);
     assert!(!rows.is_empty() && rows.len() < 1200);

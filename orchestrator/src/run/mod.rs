@@ -262,7 +262,8 @@ fn compute(
     );
     // Another build may compute other numbers.
     options.build = Some(build_id());
-    request.budget.apply(&mut options);
+    let failed_before = tally.borrow().failed();
+    request.budget.apply(failed_before, &mut options);
     options.keys = true;
     let mut observer = ProgressObserver {
         progress: Progress::start(samples.count(), reused, Instant::now()),
@@ -289,7 +290,11 @@ fn compute(
             gathered: Vec::new(),
             parts,
         };
-        let report = dispatch::run(&options, samples, todo, &mut sink, &mut observer);
+        let report = if todo.left() > 0 && request.budget.is_exceeded(failed_before) {
+            Ok(DispatchReport::nothing(Ended::TooManyFailures))
+        } else {
+            dispatch::run(&options, samples, todo, &mut sink, &mut observer)
+        };
         let (committed, durable) = sink.close();
         if let Ok(report) = &report {
             interrupt::end_at_once_when_told(matches!(report.ended, Ended::Signalled(_)), &faults);

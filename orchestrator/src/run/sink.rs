@@ -114,7 +114,7 @@ impl Observer for ProgressObserver {
         let eta = watched.costs.eta(snapshot.total - snapshot.done, snapshot.elapsed);
         watched.events.iter_mut().for_each(|events| events.progress(snapshot, eta));
         self.progress.update(&self.tally.borrow(), eta, stale, now);
-        self.status.update(snapshot, &self.tally.borrow(), now);
+        self.status.update(snapshot, eta, &self.tally.borrow(), now);
     }
 
     fn asked(&mut self, snapshot: &Snapshot) {
