@@ -8,7 +8,8 @@ mod cap;
 mod support;
 
 use bladeoff::cli::{status_text, why_text};
-use bladeoff::results::{Table, Timing};
+use bladeoff::files::Pending;
+use bladeoff::results::{Table, Timing, TimingsWriter};
 use bladeoff::run::rehearsal;
 use bladeoff::study::{Samples, load, parse_duration, parse_memory};
 use bladeoff_core::machine::MachineDef;
@@ -325,21 +326,46 @@ fn anything_read_back_from_a_result_directory_is_read_or_refused() {
 }
 
 #[test]
-fn any_table_is_read_or_refused() {
+fn any_cut_of_a_table_is_refused() {
     let directory = Directory::new();
-    let (results, timings) = (directory.bytes("results.parquet"), directory.bytes("timings.parquet"));
+    let results = directory.bytes("results.parquet");
     let path = directory.folder.path("t.parquet");
     let files = [path.clone()];
-    proptest!(config(), |(results in mutant(results), timings in mutant(timings))| {
-        fs::write(&path, &results).expect("written");
+    for length in (0..results.len()).step_by(97).chain(results.len() - 100..results.len()) {
+        fs::write(&path, &results[..length]).expect("written");
         case(MOST, || {
-            let _ = (Table::read(&path), Table::row(&files, 3), Table::names_in(&path));
-            let _ = Table::for_each_piece(&files, &["status", "max_bearing_load_N"], |_| Ok(()));
+            assert!(Table::read(&path).is_err() && Table::row(&files, 3).is_err() && Table::names_in(&path).is_err());
+            assert!(Table::for_each_piece(&files, &["status"], |_| Ok(())).is_err());
         });
-        fs::write(&path, &timings).expect("written");
-        case(MOST, || drop(Timing::find(&files, 3)));
-    });
-    println!("{}", cap::figures());
+    }
+}
+
+/// A small table of fixed content, each byte of its footer changed in three ways. Not by chance and not in its pages: for a
+/// wrong length in a page the table library asks for any memory, which ends the program (docs/durability.md).
+#[test]
+fn a_table_whose_footer_is_changed_at_any_byte_is_read_or_refused() {
+    let folder = Folder::new();
+    let path = folder.path("t.parquet");
+    let mut writer = TimingsWriter::create(Pending::create(&path).expect("created")).expect("begun");
+    for sample in 0..20 {
+        writer.push(Timing { sample, cpu_s: 0.5, worker: 1, attempt: 1 }).expect("taken");
+    }
+    writer.finish().expect("written");
+    let whole = fs::read(&path).expect("readable");
+    let files = [path.clone()];
+    let mut refused = 0;
+    let (rest, _magic) = whole.split_at(whole.len() - 4);
+    let footer = u32::from_le_bytes(*rest.last_chunk().expect("a length")) as usize + 8;
+    for at in whole.len() - footer..whole.len() {
+        for flip in [0x01, 0x80, 0xff] {
+            let mut bytes = whole.clone();
+            bytes[at] ^= flip;
+            fs::write(&path, bytes).expect("written");
+            refused += u32::from(case(MOST, || Timing::find(&files, 3).is_err()));
+        }
+    }
+    println!("{refused} of {} refused; {}", 3 * footer, cap::figures());
+    assert!(refused > 100, "{refused}");
 }
 
 #[test]

@@ -10,7 +10,7 @@ pub mod design;
 pub mod dispatch;
 pub mod engine;
 pub mod figures;
-pub mod files;
+pub mod guarded;
 pub mod history;
 pub mod ledger;
 pub mod report;
@@ -18,3 +18,5 @@ pub mod results;
 pub mod run;
 pub mod schedule;
 pub mod study;
+
+pub use bladeoff_protocol::files;

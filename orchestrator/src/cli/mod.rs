@@ -76,7 +76,7 @@ pub fn main() -> ExitCode {
     // clap ends the program itself: 0 after --help and --version, 2 after a wrong command line.
     let cli = Cli::parse();
     panic::set_hook(Box::new(|info| {
-        if crate::ledger::is_guarded() {
+        if crate::guarded::is_guarded() {
             return;
         }
         output::remark(&format!(

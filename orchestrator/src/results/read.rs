@@ -1,7 +1,7 @@
 //! A result table read back into plain columns: what summaries work on.
 
 use super::schema::SCHEMA_VERSION;
-use super::{ROW_GROUP, TableError};
+use super::{ROW_GROUP, TableError, guarded};
 use crate::files::FileError;
 use polars::prelude::{Column, DataFrame, DataType, ParallelStrategy, ParquetReader, PolarsError, SerReader};
 use std::fs::File;
@@ -32,7 +32,7 @@ impl Table {
     /// # Errors
     /// Not readable, not Parquet, or of another schema version.
     pub fn read(path: &Path) -> Result<Self, TableError> {
-        Self::of(checked_reader(path)?.finish().map_err(failed(path))?, path)
+        guarded(path, || Self::of(checked_reader(path)?.finish().map_err(failed(path))?, path))
     }
 
     /// Reads some columns of a result table in files, as far as it has them, and calls `visit` for pieces of it in order. A
@@ -46,7 +46,7 @@ impl Table {
         mut visit: impl FnMut(&Self) -> Result<(), TableError>,
     ) -> Result<(), TableError> {
         for path in files {
-            let schema = checked_reader(path)?.schema().map_err(failed(path))?;
+            let schema = guarded(path, || checked_reader(path)?.schema().map_err(failed(path)))?;
             let there = columns.iter().filter(|name| schema.contains(name)).map(|name| (*name).to_owned());
             let there: Vec<String> = there.collect();
             for_each_frame(path, Some(&there), |frame| visit(&Self::of(frame, path)?))?;
@@ -59,7 +59,7 @@ impl Table {
     /// # Errors
     /// As [`Table::read`].
     pub fn names_in(path: &Path) -> Result<Vec<String>, TableError> {
-        let schema = checked_reader(path)?.schema().map_err(failed(path))?;
+        let schema = guarded(path, || checked_reader(path)?.schema().map_err(failed(path)))?;
         Ok(schema.iter_names().map(ToString::to_string).collect())
     }
 
@@ -70,7 +70,7 @@ impl Table {
     /// As [`Table::read`].
     pub fn row(files: &[PathBuf], sample: u64) -> Result<Option<(Self, PathBuf)>, TableError> {
         for path in files {
-            if let Some(frame) = row_of(|| checked_reader(path), path, sample)? {
+            if let Some(frame) = guarded(path, || row_of(|| checked_reader(path), path, sample))? {
                 return Ok(Some((Self::of(frame, path)?, path.clone())));
             }
         }
@@ -125,11 +125,13 @@ pub(super) fn for_each_frame(
     columns: Option<&[String]>,
     mut visit: impl FnMut(DataFrame) -> Result<(), TableError>,
 ) -> Result<(), TableError> {
-    let rows = checked_reader(path)?.num_rows().map_err(failed(path))?;
+    let rows = guarded(path, || checked_reader(path)?.num_rows().map_err(failed(path)))?;
     for from in (0..rows).step_by(PIECE_ROWS) {
-        let reader = checked_reader(path)?.with_columns(columns.map(<[String]>::to_vec));
-        let frame = reader.with_slice(Some((from, PIECE_ROWS.min(rows - from)))).finish().map_err(failed(path))?;
-        visit(frame)?;
+        let read = || {
+            let reader = checked_reader(path)?.with_columns(columns.map(<[String]>::to_vec));
+            reader.with_slice(Some((from, PIECE_ROWS.min(rows - from)))).finish().map_err(failed(path))
+        };
+        visit(guarded(path, read)?)?;
     }
     Ok(())
 }
@@ -142,22 +144,26 @@ pub(super) fn row_of(
 ) -> Result<Option<DataFrame>, TableError> {
     let read = |columns: Option<&str>, from: usize, count: usize| {
         let columns = columns.map(|column| vec![column.to_owned()]);
-        // One thread: for a row, tables in the memory of several are only more of it.
-        let reader = reader()?.with_columns(columns).read_parallel(ParallelStrategy::None);
+        let reader = reader()?.with_columns(columns);
         reader.with_slice(Some((from, count))).finish().map_err(failed(path))
     };
     let samples =
         |frame: &DataFrame| frame.column("sample").and_then(|column| column.u64().cloned()).map_err(failed(path));
+    let row_at = |row: usize| {
+        let frame = read(None, row, 1)?;
+        let is_row = frame.columns().iter().all(|column| column.len() == 1);
+        if is_row { Ok(frame) } else { Err(TableError::Damaged { path: path.to_path_buf() }) }
+    };
     let rows = reader()?.num_rows().map_err(failed(path))?;
     if let Some(row) = usize::try_from(sample).ok().filter(|&row| row < rows)
-        && samples(&read(Some("sample"), row, 1)?)?.get(0) == Some(sample)
+        && samples(&read(Some("sample"), row, 1)?)?.iter().next().flatten() == Some(sample)
     {
-        return read(None, row, 1).map(Some);
+        return row_at(row).map(Some);
     }
     for from in (0..rows).step_by(PIECE_ROWS) {
         let samples = samples(&read(Some("sample"), from, PIECE_ROWS.min(rows - from))?)?;
         if let Some(row) = samples.iter().position(|found| found == Some(sample)) {
-            return read(None, from + row, 1).map(Some);
+            return row_at(from + row).map(Some);
         }
     }
     Ok(None)
@@ -170,7 +176,9 @@ fn failed(path: &Path) -> impl Fn(PolarsError) -> TableError {
 
 /// A reader of a table whose schema version was checked.
 fn checked_reader(path: &Path) -> Result<ParquetReader<File>, TableError> {
-    let mut reader = ParquetReader::new(File::open(path).map_err(FileError::at("open", path))?);
+    let file = File::open(path).map_err(FileError::at("open", path))?;
+    // One thread: less memory, and a panic over a damaged file is of the thread that reads it.
+    let mut reader = ParquetReader::new(file).read_parallel(ParallelStrategy::None);
     let metadata = reader.get_metadata().map_err(failed(path))?;
     let found = metadata
         .key_value_metadata()

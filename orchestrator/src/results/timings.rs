@@ -1,10 +1,12 @@
 //! `timings.parquet`: what may differ between equal runs. Kept apart from the results for that reason.
 
-use super::TableError;
 use super::grouped::GroupedWriter;
 use super::read::row_of;
+use super::{TableError, guarded};
 use crate::files::{FileError, Pending};
-use polars::prelude::{DataFrame, IntoColumn, NamedFrom, ParquetReader, PolarsError, SerReader, Series};
+use polars::prelude::{
+    DataFrame, IntoColumn, NamedFrom, ParallelStrategy, ParquetReader, PolarsError, SerReader, Series,
+};
 use std::fs::File;
 use std::path::PathBuf;
 
@@ -60,11 +62,17 @@ impl Timing {
     pub fn find(files: &[PathBuf], sample: u64) -> Result<Option<Self>, TableError> {
         for path in files {
             let failed = |source| TableError::Table { action: "read", path: path.clone(), source };
-            let reader = || Ok(ParquetReader::new(File::open(path).map_err(FileError::at("open", path))?));
-            let Some(row) = row_of(reader, path, sample)? else { continue };
+            let reader = || {
+                let file = File::open(path).map_err(FileError::at("open", path))?;
+                Ok(ParquetReader::new(file).read_parallel(ParallelStrategy::None))
+            };
+            let Some(row) = guarded(path, || row_of(reader, path, sample))? else { continue };
             let read = || -> Result<_, PolarsError> {
-                let cpu_s = row.column("cpu_s")?.f64()?.get(0);
-                let (worker, attempt) = (row.column("worker")?.u32()?.get(0), row.column("attempt")?.u32()?.get(0));
+                let cpu_s = row.column("cpu_s")?.f64()?.iter().next().flatten();
+                let (worker, attempt) = (
+                    row.column("worker")?.u32()?.iter().next().flatten(),
+                    row.column("attempt")?.u32()?.iter().next().flatten(),
+                );
                 Ok(cpu_s.zip(worker).zip(attempt))
             };
             let found = read().map_err(failed)?;

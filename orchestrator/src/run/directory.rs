@@ -58,7 +58,9 @@ impl RunDirectory {
         let lock = Lock::take(path, LOCK)?;
         let directory = Self { path: path.to_path_buf(), lock };
         // What a killed run was writing; nobody else writes here now.
-        for name in [RESULTS, TIMINGS, MANIFEST, STUDY, MACHINE, POINTS, STATUS, PARTS, TIMING_PARTS] {
+        for name in
+            [RESULTS, TIMINGS, MANIFEST, STUDY, MACHINE, POINTS, PLAN_FILE, BASIS_FILE, STATUS, PARTS, TIMING_PARTS]
+        {
             directory.remove(&format!("{name}.tmp"))?;
         }
         for folder in [PARTS, TIMING_PARTS] {
@@ -247,9 +249,7 @@ fn refuse_foreign(path: &Path) -> Result<(), RunError> {
         let name = entry.map_err(FileError::at("read", path))?.file_name();
         let name = name.to_string_lossy();
         let begun = [STUDY, MACHINE, POINTS, PLAN_FILE, BASIS_FILE, LOCK];
-        let unfinished = begun.iter().any(|begun| {
-            name.strip_suffix(".tmp").is_some_and(|stem| stem == *begun || begun.starts_with(&format!("{stem}.")))
-        });
+        let unfinished = begun.iter().any(|begun| name.strip_suffix(".tmp").is_some_and(|stem| stem == *begun));
         if !(unfinished || begun.contains(&&*name) || *name == *format!("{LEDGER}.new")) {
             return Err(RunError::Foreign { path: path.to_path_buf(), file: name.into_owned() });
         }

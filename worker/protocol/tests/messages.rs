@@ -182,7 +182,7 @@ fn lying<const N: usize>(good: &Block<N>, lies: &[Lie]) -> Box<Block<N>> {
     let place = |at: &prop::sample::Index, used: usize| {
         let fields: Vec<usize> = [3, 5, 6, 7].into_iter().chain(8..20.min(used - 1)).collect();
         let at = at.index(2 * (used + fields.len()));
-        if at % 2 == 0 { fields[at / 2 % fields.len()] } else { 5 + at / 2 % (used - 6) }
+        if at.is_multiple_of(2) { fields[at / 2 % fields.len()] } else { 5 + at / 2 % (used - 6) }
     };
     for lie in lies {
         match lie {
@@ -235,6 +235,7 @@ impl Fates {
         *self.refused.entry(why).or_default() += 1;
     }
 
+    #[expect(clippy::print_stdout, reason = "the figures of docs/durability.md")]
     /// At least 99 of 100 got past the checksum, and every check behind it has refused some.
     fn assert_thorough(&self, checks: &[&str]) {
         println!("{self:?}; {}", cap::figures());
