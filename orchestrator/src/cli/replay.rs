@@ -7,7 +7,7 @@ use super::output::{print, remark};
 use crate::engine;
 use crate::report::{OutcomeView, describe_outcome};
 use crate::results::{DETECTION, Table, TableError, TableSchema, read_metadata};
-use crate::run::directory::{read_current, row_files};
+use crate::run::directory::{PARTS, RESULTS, read_current, row_files};
 use bladeoff_core::machine::Machine;
 use bladeoff_core::outcome::{Cause, Outcome};
 use bladeoff_worker::core_solver::{CoreSolver, SolverError};
@@ -43,12 +43,14 @@ pub struct Args {
 #[derive(Debug, thiserror::Error)]
 pub enum ReplayError {
     /// No such sample.
-    #[error("{} has no sample {sample}; `bladeoff why` tells what is known of it", table.display())]
+    #[error("{} has no sample {sample}; it has {rows} rows", table.display())]
     Sample {
-        /// The table, or its first part.
+        /// The table, or the folder of its parts.
         table: PathBuf,
         /// The number.
         sample: u64,
+        /// Rows there are.
+        rows: usize,
     },
     /// No such column of numbers.
     #[error("{} has no column {column:?} of numbers{}", table.display(), nearest.as_ref().map(|name| format!("; did you mean {name}?")).unwrap_or_default())]
@@ -123,8 +125,12 @@ fn find(args: &Args, files: &[PathBuf]) -> Result<Result<(Table, PathBuf, u64), 
         },
         (None, None) => unreachable!("clap asks for one of the two"),
     };
-    let row = Table::row(files, sample)?.map(|(row, path)| (row, path, sample));
-    Ok(row.ok_or_else(|| ReplayError::Sample { table: table.clone(), sample }.into()))
+    if let Some((row, path)) = Table::row(files, sample)? {
+        return Ok(Ok((row, path, sample)));
+    }
+    let rows = Table::count_rows(files)?;
+    let table = args.directory.join(if table.ends_with(RESULTS) { RESULTS } else { PARTS });
+    Ok(Err(ReplayError::Sample { table, sample, rows }.into()))
 }
 
 /// The sample with the largest value of a column, the first of several equal ones.

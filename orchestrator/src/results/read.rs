@@ -63,6 +63,15 @@ impl Table {
         Ok(schema.iter_names().map(ToString::to_string).collect())
     }
 
+    /// Rows of all these files.
+    ///
+    /// # Errors
+    /// As [`Table::read`].
+    pub fn count_rows(files: &[PathBuf]) -> Result<usize, TableError> {
+        let rows = |path: &PathBuf| guarded(path, || checked_reader(path)?.num_rows().map_err(failed(path)));
+        files.iter().map(rows).sum()
+    }
+
     /// The row of a sample as a table of one row, and the file it is in; `None` where no file has it. Of a table in which
     /// rows have the numbers of their samples one row group is read, of other files the column `sample` before.
     ///
