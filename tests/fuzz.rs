@@ -1,18 +1,32 @@
 //! Input from anywhere: an error, never a panic, a hang or a huge allocation. Valid files with pieces changed, doubled, moved and cut,
 //! and bytes of no meaning. The documented long run is `PROPTEST_CASES=25000 cargo test --release --test fuzz` (four times that many
-//! cases); without the variable every test takes 500.
+//! cases); without the variable every test takes 500. Memory and time of every case are bounded. Messages are in
+//! `worker/protocol/tests/messages.rs`.
 
+#[path = "support/cap.rs"]
+mod cap;
 mod support;
 
+use bladeoff::cli::{status_text, why_text};
+use bladeoff::files::Pending;
+use bladeoff::results::{Table, Timing, TimingsWriter};
+use bladeoff::run::rehearsal;
 use bladeoff::study::{Samples, load, parse_duration, parse_memory};
 use bladeoff_core::machine::MachineDef;
-use bladeoff_protocol::messages::{FromWorker, FromWorkerBlock, RunId, ToWorker, ToWorkerBlock, WorkerId};
-use bladeoff_worker::plan::{PLAN_FILE, WorkPlan};
+use bladeoff_core::modal::Basis;
+use bladeoff_worker::core_solver::CoreSolver;
+use bladeoff_worker::plan::{BASIS_FILE, PLAN_FILE, WorkPlan};
+use cap::case;
 use proptest::prelude::*;
 use std::fs;
+use std::path::PathBuf;
+use support::{Folder, say};
+
+/// Memory of one case \[bytes\].
+const MOST: usize = 256 << 20;
 
 /// Pieces that files are made of, and some they should not be.
-const PIECES: [&str; 30] = [
+const PIECES: [&str; 36] = [
     "[[vary]]\n",
     "[set]\n",
     "[points]\n",
@@ -43,6 +57,12 @@ const PIECES: [&str; 30] = [
     "nodes = 100000\n",
     ",,,",
     "\"\\u0000\"",
+    "null",
+    "1e999",
+    "18446744073709551616",
+    "-0.0",
+    "{}",
+    "\"complete\"",
 ];
 
 #[derive(Debug, Clone)]
@@ -66,8 +86,8 @@ fn changes() -> impl Strategy<Value = Vec<Change>> {
     prop::collection::vec(change, 1..6)
 }
 
-fn changed(text: &str, changes: &[Change]) -> Vec<u8> {
-    let mut bytes = text.as_bytes().to_vec();
+fn changed(bytes: &[u8], changes: &[Change]) -> Vec<u8> {
+    let mut bytes = bytes.to_vec();
     for change in changes {
         let length = bytes.len();
         let place = |at: &prop::sample::Index| at.index(length + 1);
@@ -87,9 +107,9 @@ fn changed(text: &str, changes: &[Change]) -> Vec<u8> {
 }
 
 /// A file changed, or bytes of no meaning.
-fn mutant(text: String) -> impl Strategy<Value = Vec<u8>> {
+fn mutant(bytes: Vec<u8>) -> impl Strategy<Value = Vec<u8>> {
     prop_oneof![
-        8 => changes().prop_map(move |changes| changed(&text, &changes)),
+        8 => changes().prop_map(move |changes| changed(&bytes, &changes)),
         1 => prop::collection::vec(any::<u8>(), 0..400),
         1 => prop::collection::vec(0..PIECES.len(), 0..60)
             .prop_map(|all| all.into_iter().flat_map(|piece| PIECES[piece].bytes()).collect()),
@@ -146,55 +166,211 @@ fn what_is_changed_is_valid_at_first() {
 #[test]
 fn any_study_is_read_or_refused() {
     let files = Files::new();
-    proptest!(config(), |(bytes in mutant(STUDY.to_owned()))| {
+    proptest!(config(), |(bytes in mutant(STUDY.into()))| {
         files.put("s.toml", &bytes);
-        files.load();
+        case(MOST, || files.load());
     });
+    println!("{}", cap::figures());
 }
 
 #[test]
 fn any_points_are_read_or_refused() {
     let files = Files::new();
-    proptest!(config(), |(bytes in mutant(POINTS.to_owned()))| {
+    proptest!(config(), |(bytes in mutant(POINTS.into()))| {
         files.put("p.csv", &bytes);
-        files.load();
+        case(MOST, || files.load());
     });
+    println!("{}", cap::figures());
 }
 
 #[test]
 fn any_machine_is_built_or_refused() {
-    proptest!(config(), |(bytes in mutant(rig()))| {
-        if let Ok(text) = String::from_utf8(bytes)
-            && let Ok(machine) = MachineDef::parse("m.toml", &text)
-        {
-            let _ = machine.build();
-            let _ = machine.paths().len();
-        }
+    proptest!(config(), |(bytes in mutant(rig().into()))| {
+        case(MOST, || {
+            if let Ok(text) = String::from_utf8(bytes)
+                && let Ok(machine) = MachineDef::parse("m.toml", &text)
+            {
+                let _ = machine.build();
+                let _ = machine.paths().len();
+            }
+        });
     });
+    println!("{}", cap::figures());
+}
+
+/// A complete result directory, and a study that has changed since.
+struct Directory {
+    folder: Folder,
+    out: PathBuf,
+    changed: Samples,
+}
+
+/// What the program reads back of it, but the record (cut and changed at any byte in `tests/resume.rs`).
+const READ_BACK: [&str; 9] = [
+    "status.json",
+    "manifest.json",
+    PLAN_FILE,
+    BASIS_FILE,
+    "study.toml",
+    "machine.toml",
+    "points.csv",
+    "run.lock",
+    "workers.log",
+];
+
+impl Directory {
+    fn new() -> Self {
+        let folder = Folder::new();
+        folder.write("p.csv", POINTS);
+        let text = "schema = 1\nname = \"d\"\nmachine = \"machines/rig.toml\"\n[set]\n\"run.end_time\" = \"0.002 s\"\n\
+                    [points]\nfile = \"p.csv\"\n[[vary]]\npath = \"blade_off.mass\"\nvalues = [\"3 g\", \"5 g\"]\n";
+        let study = folder.write("s.toml", text);
+        let out = folder.name("out");
+        let said = say(&["run", &study, "--out", &out, "--workers", "1"]);
+        assert_eq!(said.code, 0, "{}", said.err);
+        // As a killed run leaves it, so that the lock is read.
+        fs::write(folder.path("out/run.lock"), "{\"host\":\"h\",\"pid\":1,\"started\":\"2026\"}\n").expect("written");
+        let study = folder.write("changed.toml", &text.replace("0.002 s", "0.003 s"));
+        let changed = Samples::new(load(study.as_ref()).expect("a study"), None, None).expect("small");
+        Self { out: folder.path("out"), folder, changed }
+    }
+
+    fn bytes(&self, name: &str) -> Vec<u8> {
+        fs::read(self.out.join(name)).expect("there")
+    }
+
+    /// Everything that looks at one of these files, with it as it is.
+    fn look(&self, name: &str, bytes: &[u8]) {
+        let _ = status_text(&self.out, false);
+        let _ = status_text(&self.out, true);
+        match name {
+            PLAN_FILE => {
+                // With its own hash, so that it is parsed and not refused for being another.
+                let hash = blake3::hash(bytes).to_hex().to_string();
+                if let Ok(plan) = WorkPlan::read(&self.out, &hash) {
+                    let _ = CoreSolver::new(&plan).map(|solver| solver.parameter_columns().count());
+                }
+            }
+            BASIS_FILE => drop(Basis::from_bytes(bytes)),
+            "study.toml" | "machine.toml" | "points.csv" => {
+                let _ = why_text(&self.out, 3);
+                assert!(rehearsal::time_resume(&self.out, &self.changed).is_err(), "a changed study is refused");
+            }
+            _ => drop(why_text(&self.out, 3)),
+        }
+    }
 }
 
 #[test]
-fn any_plan_message_time_and_size_is_read_or_refused() {
-    let dir = tempfile::tempdir().expect("temporary directory");
-    let plan = WorkPlan { machine_file: "m".into(), machine_toml: "[rotor]\n".into(), ..WorkPlan::default() };
-    plan.write(dir.path()).expect("written");
-    let text = fs::read_to_string(dir.path().join(PLAN_FILE)).expect("the plan");
-    // A block is words; these are put where headers and counts are.
-    let words = prop::collection::vec((0..64_usize, any::<u64>()), 0..40);
-    proptest!(config(), |(bytes in mutant(text), words in words, amount in "[-0-9.e ]{0,6}[a-zA-Z]{0,4}")| {
-        fs::write(dir.path().join(PLAN_FILE), &bytes).expect("written");
-        // With its own hash, so that it is parsed and not refused for being another.
-        let hash = blake3::hash(&bytes).to_hex().to_string();
-        let _ = WorkPlan::read(dir.path(), &hash);
-        let (mut to, mut from) = (ToWorkerBlock::empty(), FromWorkerBlock::empty());
-        let run = RunId(1);
-        ToWorker::Stop.encode(run, WorkerId(1), &mut to).expect("valid");
-        for (at, word) in words {
-            to.words[at] = word;
-            from.words[at] = word;
+fn anything_read_back_from_a_result_directory_is_read_or_refused() {
+    let directory = Directory::new();
+    assert!(status_text(&directory.out, false).expect("readable").contains("6 of 6 samples"));
+    assert!(why_text(&directory.out, 3).expect("readable").contains("computed by"));
+    let files = READ_BACK.map(|name| (name, directory.bytes(name)));
+    let one_of_them = (0..files.len()).prop_flat_map({
+        let files = files.clone();
+        move |file| (Just(file), mutant(files[file].1.clone()))
+    });
+    // Values of status and manifest by their keys: changes of text seldom leave JSON behind.
+    let key = prop_oneof![
+        Just("total"),
+        Just("done"),
+        Just("reused"),
+        Just("left_from_s"),
+        Just("left_to_s"),
+        Just("rate_per_s"),
+        Just("elapsed_s"),
+        Just("by_status"),
+        Just("workers"),
+        Just("state"),
+        Just("go_on"),
+        Just("pid"),
+        Just("scale"),
+        Just("limit"),
+        Just("schema"),
+    ];
+    let value = prop_oneof![
+        Just("-1"),
+        Just("1e308"),
+        Just("-1e308"),
+        Just("18446744073709551615"),
+        Just("null"),
+        Just("[]"),
+        Just("{}"),
+        Just("[{}]"),
+        Just("\"\""),
+        Just("\"x\\u0000\""),
+        Just("[[[[1]]]]"),
+        Just("{\"ok\":-1}"),
+        Just("0"),
+        Just("0.5"),
+        Just("1e-320"),
+    ];
+    proptest!(config(), |((file, bytes) in one_of_them, key in key, value in value, is_by_key: bool)| {
+        let (name, whole) = &files[file];
+        let text = String::from_utf8_lossy(whole);
+        let bytes = match serde_json::from_str::<serde_json::Value>(&text) {
+            Ok(mut json) if is_by_key && name.ends_with(".json") => {
+                json[key] = serde_json::from_str(value).expect("JSON");
+                json.to_string().into_bytes()
+            }
+            _ => bytes,
+        };
+        fs::write(directory.out.join(name), &bytes).expect("written");
+        let looked = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| case(MOST, || directory.look(name, &bytes))));
+        fs::write(directory.out.join(name), whole).expect("written");
+        prop_assert!(looked.is_ok(), "{}", name);
+    });
+    println!("{}", cap::figures());
+    drop(directory.folder);
+}
+
+#[test]
+fn any_cut_of_a_table_is_refused() {
+    let directory = Directory::new();
+    let results = directory.bytes("results.parquet");
+    let path = directory.folder.path("t.parquet");
+    let files = [path.clone()];
+    for length in (0..results.len()).step_by(97).chain(results.len() - 100..results.len()) {
+        fs::write(&path, &results[..length]).expect("written");
+        case(MOST, || {
+            assert!(Table::read(&path).is_err() && Table::row(&files, 3).is_err() && Table::names_in(&path).is_err());
+            assert!(Table::for_each_piece(&files, &["status"], |_| Ok(())).is_err());
+        });
+    }
+}
+
+/// A small table of fixed content, each byte of its footer changed in three ways. Not by chance and not in its pages: for a
+/// wrong length in a page the table library asks for any memory, which ends the program (docs/durability.md).
+#[test]
+fn a_table_whose_footer_is_changed_at_any_byte_is_read_or_refused() {
+    let folder = Folder::new();
+    let path = folder.path("t.parquet");
+    let mut writer = TimingsWriter::create(Pending::create(&path).expect("created")).expect("begun");
+    for sample in 0..20 {
+        writer.push(Timing { sample, cpu_s: 0.5, worker: 1, attempt: 1 }).expect("taken");
+    }
+    writer.finish().expect("written");
+    let whole = fs::read(&path).expect("readable");
+    let files = [path.clone()];
+    let mut refused = 0;
+    let (rest, _magic) = whole.split_at(whole.len() - 4);
+    let footer = u32::from_le_bytes(*rest.last_chunk().expect("a length")) as usize + 8;
+    for at in whole.len() - footer..whole.len() {
+        for flip in [0x01, 0x80, 0xff] {
+            let mut bytes = whole.clone();
+            bytes[at] ^= flip;
+            fs::write(&path, bytes).expect("written");
+            refused += u32::from(case(MOST, || Timing::find(&files, 3).is_err()));
         }
-        let _ = ToWorker::decode(&to, run, WorkerId(1));
-        let _ = FromWorker::decode(&from, run);
-        let _ = (parse_duration(&amount), parse_memory(&amount));
+    }
+    println!("{refused} of {} refused; {}", 3 * footer, cap::figures());
+    assert!(refused > 100, "{refused}");
+}
+
+#[test]
+fn any_time_and_size_is_read_or_refused() {
+    proptest!(config(), |(amount in "[-0-9.e ]{0,6}[a-zA-Z]{0,4}")| {
+        case(MOST, || drop((parse_duration(&amount), parse_memory(&amount))));
     });
 }

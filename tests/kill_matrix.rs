@@ -143,3 +143,21 @@ fn an_orchestrator_killed_before_its_tables_is_continued() {
     matrix.assert_undisturbed(&mut again, "tables");
     assert_eq!(again.count("sample"), 0, "nothing is computed again");
 }
+
+#[test]
+fn an_orchestrator_killed_while_a_grown_study_takes_over_its_record_is_continued() {
+    let matrix = Matrix::new();
+    let small = matrix.folder.write("small.toml", &STUDY.replace("count = 5", "count = 3"));
+    // The first and the last sample that are taken over.
+    for sample in [0, 19] {
+        let out = format!("grown-{sample}");
+        let mut run = Running::start(&matrix.folder, &small, &matrix.folder.name(&out), "");
+        assert!(run.end().success(), "{}", run.said());
+        let mut run = matrix.start(&out, &format!("who=orchestrator,at=growing,sample={sample},do=kill"));
+        assert_eq!((run.end().signal(), run.fired()), (Some(9), 1), "{}", run.said());
+        assert!(matrix.folder.path(&out).join("ledger.redb.new").exists(), "the new record lies aside");
+        let mut again = matrix.start(&out, "");
+        matrix.assert_undisturbed(&mut again, &out);
+        assert_eq!(again.events()[0]["recorded"].as_u64(), Some(12), "what the small study had is used");
+    }
+}

@@ -27,7 +27,7 @@ fn assert_stopped(said: &Said, out: &str, why: &str) {
     assert_eq!(said.code, 5, "{}", said.err);
     assert!(said.err.contains(&format!("ended by {why}")), "{}", said.err);
     assert!(said.err.contains("go on with: "), "{}", said.err);
-    assert!(fs::exists(format!("{out}/results-incomplete.parquet")).expect("readable"));
+    assert!(fs::exists(format!("{out}/parts/part-000001.parquet")).expect("readable"));
     assert!(!fs::exists(format!("{out}/results.parquet")).expect("readable"));
 }
 
@@ -56,6 +56,13 @@ fn limits_end_a_run_or_quarantine_a_sample() {
     let out = folder.name("failures");
     let said = run(&study, &out, &["--max-failures", "1"], Some(&fault("any,do=panic")));
     assert_stopped(&said, &out, "--max-failures");
+    // The failures of the study count, whenever they happened; until they are taken out.
+    let recorded = |said: &Said| said.err.lines().find(|line| line.contains("samples are recorded")).map(str::to_owned);
+    let again = run(&study, &out, &["--max-failures", "1"], None);
+    assert_stopped(&again, &out, "--max-failures");
+    assert!(recorded(&said).is_some() && recorded(&again) == recorded(&said), "{}", again.err);
+    let taken_out = run(&study, &out, &["--max-failures", "1", "--rerun", "failed"], None);
+    assert_eq!(taken_out.code, 0, "{}", taken_out.err);
     // A limit of the study, one of the command line; both by a sample that never ends or takes all memory.
     let limited = folder.write("limited.toml", &format!("{STUDY}\n[limits]\nmax_failed = 1\ntime_limit = \"2 s\"\n"));
     for (name, study, more, what, cause) in [
@@ -128,7 +135,7 @@ fn a_signal_ends_a_run_in_order() {
         assert_eq!(run.end().code(), Some(code), "{name}: {}", run.said());
         assert_eq!(run.count("stopping"), 1);
         assert_eq!(run.events().last().expect("events")["why"], why);
-        assert!(folder.path("out/results-incomplete.parquet").exists());
+        assert!(folder.path("out/parts/part-000001.parquet").exists());
     }
 }
 

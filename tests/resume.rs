@@ -3,9 +3,7 @@
 
 mod support;
 
-use bladeoff::report::{SUMMARY_COLUMNS, Summary};
-use bladeoff::results::Table;
-use bladeoff::run::rehearsal;
+use bladeoff::run::directory::row_files;
 use std::fs;
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::os::unix::process::{CommandExt, ExitStatusExt};
@@ -88,7 +86,7 @@ fn a_study_killed_five_times_equals_the_undisturbed_one() {
     assert!(last.err.contains("did not end in order"), "{}", last.err);
     assert!(last.err.contains("of 24 samples are there already"), "some of it was kept: {}", last.err);
     assert!(bytes(&killed) == bytes(&calm), "the table differs");
-    assert!(!Path::new(&killed).join("results-incomplete.parquet").exists());
+    assert!(!Path::new(&killed).join("parts").exists());
 }
 
 #[test]
@@ -297,11 +295,14 @@ fn a_running_study_is_seen_with_its_workers_and_its_rows_are_read() {
     let seen = status(&out);
     assert_eq!((seen["state"].as_str(), seen["pid"].as_u64()), (Some("running"), Some(child.id().into())));
     assert_eq!(seen["workers"].as_array().map(Vec::len), Some(2));
-    assert!(seen["eta_s"].as_f64().is_some_and(|eta| eta > 1.0), "{seen}");
+    let left = |key: &str| seen[key].as_f64().unwrap_or_else(|| panic!("{key}: {seen}"));
+    assert!(left("left_to_s") > 1.0 && left("left_from_s") <= left("left_to_s"), "{seen}");
     let shown = say(&["status", &out]).out;
     assert!(shown.contains("running: process") && shown.contains("left for"), "{shown}");
-    let incomplete = Path::new(&out).join("results-incomplete.parquet");
-    wait_until("a table of what is finished", || incomplete.exists());
+    let pace = shown.lines().find(|line| line.starts_with("pace")).expect("a pace");
+    assert!(pace.contains("/s, ") || pace.contains("/min, "), "{pace}");
+    assert!(pace.ends_with(" left"), "{pace}");
+    wait_until("a part of what is finished", || !row_files(Path::new(&out)).is_empty());
     let (_, rows) = table(&out);
     assert!(!rows.is_empty() && rows.len() < 1200);
     let why = say(&["why", &out, &rows[0][0]]);
@@ -452,44 +453,4 @@ fn a_directory_that_cannot_be_written_is_exit_6() {
     assert_eq!(ran.code, 6, "{}", ran.err);
     assert!(ran.err.contains("Permission denied") && ran.err.contains(&out), "{}", ran.err);
     assert_eq!(table(&out).1.len(), 3, "nothing was touched");
-}
-
-/// `cargo test --release -p bladeoff --test resume -- --ignored --nocapture`: the figures of docs/studies.md.
-#[test]
-#[ignore = "a measurement: takes a minute and 400 MB of disk"]
-fn measure_the_resume_of_a_million_samples() {
-    let _alone = alone();
-    let folder = Folder::new();
-    let text = STUDY
-        .replace("count = 8", "count = 1000")
-        .replace("values = [\"0.5 mm\", \"0.7 mm\", \"0.9 mm\"]", "from = \"0.5 mm\"\nto = \"0.9 mm\"\ncount = 1000");
-    let study = bladeoff::study::load(Path::new(&folder.write("s.toml", &text))).expect("a study");
-    let samples = bladeoff::study::Samples::new(study, None, None).expect("a million");
-    let out = folder.path("out");
-    let begun = Instant::now();
-    rehearsal::fill(&out, &samples).expect("filled");
-    println!("filled with {} results in {:?}", samples.count() - 1, begun.elapsed());
-    let peak = |what: &str| {
-        let status = fs::read_to_string("/proc/self/status").expect("Linux");
-        println!("{what}: {}", status.lines().find(|line| line.starts_with("VmHWM")).expect("peak memory"));
-    };
-    peak("after filling");
-    println!("record: {} MB", fs::metadata(out.join("ledger.redb")).expect("there").len() >> 20);
-    for _ in 0..3 {
-        println!("{:?}", rehearsal::time_resume(&out, &samples).expect("resumed"));
-    }
-    peak("after resuming");
-    println!("tables: {:?}", rehearsal::time_tables(&out, &samples).expect("written"));
-    peak("after the tables");
-    let finer = text.replacen("count = 1000", "count = 1999", 1);
-    let study = bladeoff::study::load(Path::new(&folder.write("s.toml", &finer))).expect("a study");
-    let grown = bladeoff::study::Samples::new(study, None, None).expect("two millions");
-    println!("grown to {}: {:?}", grown.count(), rehearsal::time_resume(&out, &grown).expect("grown"));
-    peak("after growing");
-    let begun = Instant::now();
-    let mut summary = Summary::default();
-    let table = out.join("results-incomplete.parquet");
-    Table::for_each_part(&table, &SUMMARY_COLUMNS, |part| summary.add(part)).expect("readable");
-    println!("summary: {:?}, {} characters", begun.elapsed(), summary.text().len());
-    peak("after the summary");
 }

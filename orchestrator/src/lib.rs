@@ -2,14 +2,15 @@
 //!
 //! From a study file to a result table: [`study`] reads and checks it, [`design`] numbers its combinations, [`run`]
 //! has them computed by worker processes through [`dispatch`] and [`schedule`], [`ledger`] records what is done,
-//! [`results`] writes the table, [`report`] says what came out. [`cli`] is the way in.
+//! [`results`] writes the table, [`report`] says what came out, [`chaos`] tries whether all that survives the night. [`cli`] is the way in.
 
+pub mod chaos;
 pub mod cli;
 pub mod design;
 pub mod dispatch;
 pub mod engine;
 pub mod figures;
-pub mod files;
+pub mod guarded;
 pub mod history;
 pub mod ledger;
 pub mod report;
@@ -17,3 +18,5 @@ pub mod results;
 pub mod run;
 pub mod schedule;
 pub mod study;
+
+pub use bladeoff_protocol::files;

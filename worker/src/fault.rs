@@ -5,7 +5,7 @@
 //! | key | values |
 //! |---|---|
 //! | `who` | `worker`, `orchestrator`: who acts |
-//! | `at` | `claimed` (batch received or assigned), `running` (sample begun, or said so by a heartbeat), `sent` (result sent or received), `recorded` (result durable), `writing` (sample 0: all that will be done is recorded, the tables are written next) |
+//! | `at` | `claimed` (batch received or assigned), `running` (sample begun, or said so by a heartbeat), `sent` (result sent or received), `recorded` (result durable), `writing` (sample 0: all that will be done is recorded, the tables are written next), and of the orchestrator alone: `growing` (sample taken over into a new record), `parting`, `parted` (part of this number about to get, or having, its name), `swapping` (fresh parts stand aside), `retiring` (the table is there, the parts are removed next) |
 //! | `sample` | number, or `any` |
 //! | `do` | `kill`, `stop`, `abort`, `panic`, `hang`, `hoard` (allocate until it fails), `kill-worker`, `stop-worker` (the orchestrator signals the worker of that sample) |
 //! | `times` | how often at most, over all processes; default 1 |
@@ -45,6 +45,16 @@ pub enum At {
     Recorded,
     /// The run is over, the tables are written next; sample 0 stands for all.
     Writing,
+    /// Taken over into a record that is made aside.
+    Growing,
+    /// A part of the rows is written and has no name yet; the number of the part stands for the sample.
+    Parting,
+    /// It has its name.
+    Parted,
+    /// Fresh parts are about to take the place of the old ones; sample 0 stands for all.
+    Swapping,
+    /// The table has its name, the parts are about to go; sample 0 stands for all.
+    Retiring,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -137,6 +147,11 @@ impl Fault {
             Some("sent") => At::Sent,
             Some("recorded") => At::Recorded,
             Some("writing") => At::Writing,
+            Some("growing") => At::Growing,
+            Some("parting") => At::Parting,
+            Some("parted") => At::Parted,
+            Some("swapping") => At::Swapping,
+            Some("retiring") => At::Retiring,
             _ => return Err(wrong("at")),
         };
         let what = match value("do") {

@@ -5,10 +5,10 @@
 //! one plan, whatever happens to the files a study was read from.
 
 use std::fs;
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use bladeoff_core::machine::ParamValue;
+use bladeoff_protocol::files::{FileError, write_whole};
 use serde::{Deserialize, Serialize};
 
 /// Name of the plan in a result directory.
@@ -47,16 +47,8 @@ pub struct Varied {
 #[derive(Debug, thiserror::Error)]
 pub enum PlanFileError {
     /// A file operation failed.
-    #[error("{doing} {} failed", path.display())]
-    Io {
-        /// What was being done.
-        doing: &'static str,
-        /// To which file.
-        path: PathBuf,
-        /// Why it failed.
-        #[source]
-        source: io::Error,
-    },
+    #[error(transparent)]
+    File(#[from] FileError),
     /// The file is not the one the run was started with.
     #[error("{} has changed: blake3 {found}, expected {expected}", path.display())]
     Changed {
@@ -109,10 +101,6 @@ struct Fixed {
     choice: Option<String>,
 }
 
-fn io_error<'a>(doing: &'static str, path: &'a Path) -> impl FnOnce(io::Error) -> PlanFileError + 'a {
-    move |source| PlanFileError::Io { doing, path: path.to_owned(), source }
-}
-
 fn hash(bytes: &[u8]) -> String {
     blake3::hash(bytes).to_hex().to_string()
 }
@@ -152,11 +140,10 @@ impl WorkPlan {
     /// A file that could not be written.
     pub fn write(&self, dir: &Path) -> Result<String, PlanFileError> {
         if let Some(basis) = &self.basis {
-            write_file(&dir.join(BASIS_FILE), basis)?;
+            write_whole(&dir.join(BASIS_FILE), basis)?;
         }
         let text = self.text();
-        write_file(&dir.join(PLAN_FILE), text.as_bytes())?;
-        fs::File::open(dir).and_then(|dir| dir.sync_all()).map_err(io_error("syncing", dir))?;
+        write_whole(&dir.join(PLAN_FILE), text.as_bytes())?;
         Ok(hash(text.as_bytes()))
     }
 
@@ -192,16 +179,8 @@ impl WorkPlan {
     }
 }
 
-fn write_file(path: &Path, bytes: &[u8]) -> Result<(), PlanFileError> {
-    let aside = path.with_extension("tmp");
-    fs::File::create(&aside)
-        .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
-        .map_err(io_error("writing", &aside))?;
-    fs::rename(&aside, path).map_err(io_error("writing", path))
-}
-
 fn read_file(path: &Path, expected: &str) -> Result<Vec<u8>, PlanFileError> {
-    let bytes = fs::read(path).map_err(io_error("reading", path))?;
+    let bytes = fs::read(path).map_err(FileError::at("read", path))?;
     let found = hash(&bytes);
     if found != expected {
         return Err(PlanFileError::Changed { path: path.to_owned(), found, expected: expected.to_owned() });
@@ -246,6 +225,6 @@ mod tests {
         let error = WorkPlan::read(dir.path(), "00").expect_err("another plan");
         assert!(matches!(&error, PlanFileError::Changed { path, .. } if path.ends_with(PLAN_FILE)), "{error}");
         let error = WorkPlan::read(&dir.path().join("nowhere"), "00").expect_err("not there");
-        assert!(matches!(error, PlanFileError::Io { .. }), "{error}");
+        assert!(matches!(error, PlanFileError::File(_)), "{error}");
     }
 }

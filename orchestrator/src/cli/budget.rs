@@ -18,7 +18,8 @@ pub struct BudgetArgs {
     #[arg(long, value_name = "HH:MM")]
     until: Option<TimeOfDay>,
 
-    /// End the run once more than N of its samples have failed or been quarantined
+    /// End the run once more than N samples of the study have failed or been quarantined, those of earlier runs included: if
+    /// there are so many already, nothing is computed. `--rerun failed` takes them out
     #[arg(long, value_name = "N")]
     max_failures: Option<u64>,
 

@@ -3,6 +3,7 @@
 use super::exit::Exit;
 use super::replay::ReplayError;
 use super::why::WhyError;
+use crate::chaos::ChaosError;
 use crate::engine::EngineError;
 use crate::figures::FigureError;
 use crate::files::FileError;
@@ -90,6 +91,9 @@ pub enum CliError {
     /// A sample of which nothing can be said.
     #[error(transparent)]
     Why(#[from] WhyError),
+    /// What a storm found.
+    #[error(transparent)]
+    Chaos(#[from] ChaosError),
     /// Standard output cannot be written.
     #[error("cannot write to standard output")]
     Stdout {
@@ -140,6 +144,9 @@ impl CliError {
             CliError::History(_) => Exit::Io,
             CliError::Table(TableError::Version { .. }) => Exit::Input,
             CliError::Table(_) | CliError::File(_) | CliError::Ledger(_) | CliError::Stdout { .. } => Exit::Io,
+            CliError::Chaos(ChaosError::File(_)) => Exit::Io,
+            // An error of the program.
+            CliError::Chaos(_) => Exit::Bug,
             CliError::ReaderLeft => Exit::Ok,
         }
     }

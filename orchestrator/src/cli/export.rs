@@ -5,14 +5,15 @@ use super::exit::Exit;
 use super::output::remark;
 use crate::files::Pending;
 use crate::results::{TableError, export_csv};
-use crate::run::directory::{INCOMPLETE_RESULTS, RESULTS};
+use crate::run::directory::{PARTS, RESULTS, row_files};
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 
 /// Write the table of a result directory as CSV
 ///
 /// One header line with the column names (unit included), one line per sample; numbers with all their digits, nothing
-/// between the commas for null. The Parquet file itself is read directly by pandas, Polars and DuckDB.
+/// between the commas for null. The Parquet file itself is read directly by pandas, Polars and DuckDB. Of a study that is
+/// not complete the rows finished so far are written, as they were finished and not in the order of their numbers.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Examples:\n  bladeoff export runs/first-look --csv > first-look.csv\n  bladeoff export runs/first-look --csv --out first-look.csv"
@@ -33,26 +34,23 @@ pub struct Args {
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
     debug_assert!(args.csv, "the only format, and required");
-    let mut table = args.directory.join(RESULTS);
-    if !table.is_file() {
-        let incomplete = args.directory.join(INCOMPLETE_RESULTS);
-        if !incomplete.is_file() {
-            return Err(CliError::NoResults { path: args.directory.clone() });
-        }
-        remark(&format!("warning: the study is incomplete; exporting {}", incomplete.display()));
-        table = incomplete;
+    let files = row_files(&args.directory);
+    let Some(first) = files.first() else { return Err(CliError::NoResults { path: args.directory.clone() }) };
+    if !first.ends_with(RESULTS) {
+        let parts = args.directory.join(PARTS);
+        remark(&format!("warning: the study is incomplete; exporting what is finished ({})", parts.display()));
     }
     match &args.out {
         Some(path) if path.symlink_metadata().is_ok() => return Err(CliError::Exists { path: path.clone() }),
         Some(path) => {
             let mut pending = Pending::create(path)?;
-            export_csv(&table, BufWriter::new(pending.file()))?;
+            export_csv(&files, BufWriter::new(pending.file()))?;
             pending.finish()?;
             remark(&format!("wrote {}", path.display()));
         }
         None => {
             let mut out = Watched { inner: io::stdout().lock(), error: None };
-            let exported = export_csv(&table, &mut out);
+            let exported = export_csv(&files, &mut out);
             if let Some(error) = out.error {
                 return Err(CliError::stdout(error));
             }

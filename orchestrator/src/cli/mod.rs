@@ -26,6 +26,8 @@ mod why;
 
 pub use error::CliError;
 pub use exit::{EXIT_CODES, Exit};
+pub use status::text as status_text;
+pub use why::text as why_text;
 
 use clap::{Parser, Subcommand};
 use std::panic;
@@ -74,7 +76,7 @@ pub fn main() -> ExitCode {
     // clap ends the program itself: 0 after --help and --version, 2 after a wrong command line.
     let cli = Cli::parse();
     panic::set_hook(Box::new(|info| {
-        if crate::ledger::is_guarded() {
+        if crate::guarded::is_guarded() {
             return;
         }
         output::remark(&format!(

@@ -6,8 +6,8 @@ use super::history::{HistoryArgs, watched};
 use super::output::{print, remark};
 use crate::engine;
 use crate::report::{OutcomeView, beyond_small_displacements, describe_outcome};
-use crate::results::{DETECTION, Table, TableSchema, read_metadata};
-use crate::run::directory::{INCOMPLETE_RESULTS, RESULTS};
+use crate::results::{DETECTION, Table, TableError, TableSchema, read_metadata};
+use crate::run::directory::{PARTS, RESULTS, read_current, row_files};
 use bladeoff_core::machine::Machine;
 use bladeoff_core::outcome::{Cause, Outcome};
 use bladeoff_worker::core_solver::{CoreSolver, SolverError};
@@ -45,7 +45,7 @@ pub enum ReplayError {
     /// No such sample.
     #[error("{} has no sample {sample}; it has {rows} rows", table.display())]
     Sample {
-        /// The table.
+        /// The table, or the folder of its parts.
         table: PathBuf,
         /// The number.
         sample: u64,
@@ -94,19 +94,12 @@ pub enum ReplayError {
 
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
-    let path = table_of(&args.directory)?;
-    let table = Table::read(&path)?;
-    let row = match (args.sample, &args.worst) {
-        (Some(sample), _) => row_of(&table, &path, sample)?,
-        (None, Some(column)) => worst(&table, &path, column)?,
-        (None, None) => unreachable!("clap asks for one of the two"),
-    };
-    let sample = table.numbers("sample").and_then(|samples| samples[row]).map_or(row as u64, |sample| sample as u64);
+    let (table, path, sample) = read_current(&args.directory, row_files, |files| find(args, files))??;
     let hash = read_metadata(&path)?.into_iter().find(|(key, _)| key == "bladeoff.plan_blake3").map(|(_, hash)| hash);
     let hash = hash.ok_or_else(|| ReplayError::NoPlan { table: path.clone() })?;
     let plan = WorkPlan::read(&args.directory, &hash).map_err(ReplayError::Plan)?;
     let mut solver = CoreSolver::new(&plan).map_err(ReplayError::Solver)?;
-    let params = parameters(&plan, &solver, &table, &path, row)?;
+    let params = parameters(&plan, &solver, &table, &path)?;
     let (machine, structure) = solver.prepare(&params).map_err(ReplayError::Solver)?;
     let step = engine::plan(&machine, structure)?;
     let (outcome, history) = watched(&machine, structure, &step, args.history.settings()?.as_ref())?;
@@ -117,67 +110,72 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     for note in beyond_small_displacements(&machine, view).iter().chain(&history) {
         remark(note);
     }
-    verdict(&table, row, &machine, &outcome)
+    verdict(&table, &machine, &outcome)
 }
 
-fn table_of(directory: &Path) -> Result<PathBuf, CliError> {
-    [RESULTS, INCOMPLETE_RESULTS]
-        .iter()
-        .map(|name| directory.join(name))
-        .find(|path| path.is_file())
-        .ok_or_else(|| CliError::NoResults { path: directory.to_path_buf() })
+/// The row that is asked for, the file it is in, its sample.
+fn find(args: &Args, files: &[PathBuf]) -> Result<Result<(Table, PathBuf, u64), CliError>, TableError> {
+    let Some(table) = files.first() else {
+        return Ok(Err(CliError::NoResults { path: args.directory.clone() }));
+    };
+    let sample = match (args.sample, &args.worst) {
+        (Some(sample), _) => sample,
+        (None, Some(column)) => match worst(files, table, column)? {
+            Ok(sample) => sample,
+            Err(error) => return Ok(Err(error.into())),
+        },
+        (None, None) => unreachable!("clap asks for one of the two"),
+    };
+    if let Some((row, path)) = Table::row(files, sample)? {
+        return Ok(Ok((row, path, sample)));
+    }
+    let rows = Table::count_rows(files)?;
+    let table = args.directory.join(if table.ends_with(RESULTS) { RESULTS } else { PARTS });
+    Ok(Err(ReplayError::Sample { table, sample, rows }.into()))
 }
 
-fn row_of(table: &Table, path: &Path, sample: u64) -> Result<usize, ReplayError> {
-    let samples = table.numbers("sample").unwrap_or_default();
-    samples.iter().position(|found| *found == Some(sample as f64)).ok_or_else(|| ReplayError::Sample {
-        table: path.to_path_buf(),
-        sample,
-        rows: table.rows(),
-    })
-}
-
-fn worst(table: &Table, path: &Path, column: &str) -> Result<usize, ReplayError> {
-    let values = table.numbers(column).ok_or_else(|| ReplayError::Column {
-        table: path.to_path_buf(),
-        column: column.to_owned(),
-        nearest: table
-            .names()
-            .map(|name| (strsim::jaro_winkler(name, column), name))
-            .max_by(|a, b| a.0.total_cmp(&b.0))
-            .filter(|(likeness, _)| *likeness > 0.7)
-            .map(|(_, name)| name.to_owned()),
+/// The sample with the largest value of a column, the first of several equal ones.
+fn worst(files: &[PathBuf], table: &Path, column: &str) -> Result<Result<u64, ReplayError>, TableError> {
+    let names = Table::names_in(table)?;
+    let mut best: Option<(f64, u64)> = None;
+    let mut is_there = true;
+    Table::for_each_piece(files, &["sample", "status", column], |piece| {
+        let (Some(samples), Some(values)) = (piece.numbers("sample"), piece.numbers(column)) else {
+            is_there = false;
+            return Ok(());
+        };
+        let status = piece.words("status").unwrap_or_default();
+        for ((sample, value), status) in samples.iter().zip(values).zip(status) {
+            let (Some(sample), Some(value), Some("ok")) = (sample, *value, status.as_deref()) else { continue };
+            let sample = *sample as u64;
+            if best.is_none_or(|(most, first)| value > most || value == most && sample < first) {
+                best = Some((value, sample));
+            }
+        }
+        Ok(())
     })?;
-    let status = table.words("status").unwrap_or_default();
-    let ok = |row: usize| status.get(row).is_some_and(|word| word.as_deref() == Some("ok"));
-    let rows = values.iter().enumerate().filter_map(|(row, value)| Some((row, (*value)?))).filter(|(row, _)| ok(*row));
-    // the first of several equal ones
-    rows.fold(
-        None,
-        |best: Option<(usize, f64)>, next| if best.is_none_or(|best| next.1 > best.1) { Some(next) } else { best },
-    )
-    .map(|(row, _)| row)
-    .ok_or_else(|| ReplayError::Empty { table: path.to_path_buf(), column: column.to_owned() })
+    let (table, column) = (table.to_path_buf(), column.to_owned());
+    if !is_there {
+        let likeness = |name: &String| strsim::jaro_winkler(name, &column);
+        let nearest = names.into_iter().max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
+        let nearest = nearest.filter(|name| likeness(name) > 0.7);
+        return Ok(Err(ReplayError::Column { table, column, nearest }));
+    }
+    Ok(best.map(|(_, sample)| sample).ok_or(ReplayError::Empty { table, column }))
 }
 
 /// The parameters of a row, as a worker gets them.
-fn parameters(
-    plan: &WorkPlan,
-    solver: &CoreSolver,
-    table: &Table,
-    path: &Path,
-    row: usize,
-) -> Result<Vec<f64>, ReplayError> {
+fn parameters(plan: &WorkPlan, solver: &CoreSolver, row: &Table, path: &Path) -> Result<Vec<f64>, ReplayError> {
     let missing = |name: &str| ReplayError::Parameter { table: path.to_path_buf(), path: name.to_owned() };
     plan.varied
         .iter()
         .zip(solver.parameter_columns())
         .map(|(varied, column)| match &varied.choices {
-            None => table.numbers(&column).and_then(|values| values[row]).ok_or_else(|| missing(&varied.path)),
+            None => row.numbers(&column).and_then(|values| values[0]).ok_or_else(|| missing(&varied.path)),
             Some(choices) => {
                 let name = if varied.path.ends_with(".contact.detection") { DETECTION } else { varied.path.as_str() };
                 let word =
-                    table.words(name).and_then(|words| words[row].as_deref()).ok_or_else(|| missing(&varied.path))?;
+                    row.words(name).and_then(|words| words[0].as_deref()).ok_or_else(|| missing(&varied.path))?;
                 let at = choices.iter().position(|choice| choice == word).ok_or_else(|| missing(&varied.path))?;
                 Ok(at as f64)
             }
@@ -186,15 +184,15 @@ fn parameters(
 }
 
 /// Compares the outcome with the row, column by column.
-fn verdict(table: &Table, row: usize, machine: &Machine, outcome: &Outcome) -> Result<Exit, CliError> {
-    let cause = table.words("cause").and_then(|words| words[row].as_deref()).and_then(Cause::from_word);
+fn verdict(row: &Table, machine: &Machine, outcome: &Outcome) -> Result<Exit, CliError> {
+    let cause = row.words("cause").and_then(|words| words[0].as_deref()).and_then(Cause::from_word);
     if let Some(cause) = cause.filter(|cause| !cause.is_deterministic()) {
         print(&format!("\nthe row is {}: there is nothing in it to compare\n", cause.word()))?;
         return Ok(Exit::Ok);
     }
     let mut differences = Vec::new();
     let mut compared = 0;
-    let word = |name: &str| table.words(name).and_then(|words| words[row].clone());
+    let word = |name: &str| row.words(name).and_then(|words| words[0].clone());
     let mut compare = |name: &str, ours: Option<String>, theirs: Option<String>| {
         compared += 1;
         if ours != theirs {
@@ -210,8 +208,8 @@ fn verdict(table: &Table, row: usize, machine: &Machine, outcome: &Outcome) -> R
     let schema = TableSchema::new(Vec::new(), &columns);
     for (field, value) in schema.outcome().iter().zip(&outcome.values) {
         let text = |value: f64| format!("{value:?}");
-        match table.numbers(&field.name) {
-            Some(values) => compare(&field.name, value.map(text), values[row].map(text)),
+        match row.numbers(&field.name) {
+            Some(values) => compare(&field.name, value.map(text), values[0].map(text)),
             None => compare(
                 &field.name,
                 value.and_then(|value| field.kind.word(value)).map(str::to_owned),

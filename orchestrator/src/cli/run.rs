@@ -7,7 +7,7 @@ use super::output::{print, remark};
 use crate::dispatch::{Ended, Signal};
 use crate::report::{SUMMARY_COLUMNS, Summary, duration};
 use crate::results::Table;
-use crate::run::directory::{INCOMPLETE_RESULTS, LEDGER, RESULTS};
+use crate::run::directory::{LEDGER, row_files};
 use crate::run::{Finished, Request, Rerun, go_on, run};
 use crate::study::{Samples, Study, check_machines, check_starts, load};
 use bladeoff_core::outcome::{Cause, Status};
@@ -37,8 +37,9 @@ use std::time::Duration;
 /// refused with the difference.
 ///
 /// While it runs, and after Ctrl-C, SIGTERM or the end of a budget (--wall, --until, --max-failures), the rows finished
-/// so far are in results-incomplete.parquet. `bladeoff status` tells how far it is. A second Ctrl-C does not wait for the
-/// samples in work. `s` and Enter, or SIGUSR1, print what each worker is doing.
+/// so far are in parts/*.parquet: files that never change, with the columns of the table and each row once, to be read together
+/// (DuckDB: read_parquet('DIR/parts/*.parquet')). They go when results.parquet is there. `bladeoff status` tells how far it
+/// is. A second Ctrl-C does not wait for the samples in work. `s` and Enter, or SIGUSR1, print what each worker is doing.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   bladeoff run studies/first-look.toml
@@ -69,9 +70,10 @@ pub struct Args {
     #[arg(long, value_name = "WHICH", value_parser = rerun)]
     rerun: Option<Rerun>,
 
-    /// Seconds between two writings of results-incomplete.parquet while the study runs; 0: only when it ends early
-    #[arg(long, value_name = "S", default_value_t = 60)]
-    refresh: u32,
+    /// Seconds between two parts of finished rows (parts/part-N.parquet) while the study runs; every 65536 rows are a part in any
+    /// case, and with 0 only they
+    #[arg(long, value_name = "S", default_value = "60", value_parser = refresh)]
+    refresh: Duration,
 
     #[command(flatten)]
     part: PartArgs,
@@ -104,6 +106,11 @@ fn rerun(text: &str) -> Result<Rerun, String> {
     let known = || Cause::ALL.iter().map(|cause| cause.word()).collect::<Vec<_>>().join(", ");
     let cause = |word: &str| Cause::from_word(word).ok_or_else(|| format!("no cause {word:?}; causes are {}", known()));
     words.split(',').map(|word| cause(word.trim())).collect::<Result<_, _>>().map(Rerun::Causes)
+}
+
+fn refresh(text: &str) -> Result<Duration, String> {
+    let seconds: f64 = text.parse().map_err(|_| format!("{text:?} is not a number"))?;
+    Duration::try_from_secs_f64(seconds).map_err(|_| "must be 0 or more seconds".to_owned())
 }
 
 fn scale(text: &str) -> Result<f64, String> {
@@ -148,7 +155,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         out: out.clone(),
         workers,
         rerun: args.rerun.clone(),
-        refresh: Duration::from_secs(args.refresh.into()),
+        refresh: args.refresh,
         budget,
         json_events: args.json_events,
     };
@@ -159,14 +166,17 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         }
     })?;
     let mut summary = Summary::default();
-    Table::for_each_part(&finished.table, &SUMMARY_COLUMNS, |part| summary.add(part))?;
+    Table::for_each_piece(&row_files(&out), &SUMMARY_COLUMNS, |piece| {
+        summary.add(piece);
+        Ok(())
+    })?;
     let incomplete = finished.ended != Ended::Complete;
-    let file = if incomplete { INCOMPLETE_RESULTS } else { RESULTS };
     let mut text = format!("\n{}: {} of {} samples\n\n", samples.study().name, finished.tally.done(), samples.count());
     text.push_str(&summary.text());
+    let (what, all) = if incomplete { ("Finished rows", "/*.parquet") } else { ("Table", "") };
     text.push_str(&format!(
-        "\nTable: {}   (the other files beside it: see `bladeoff run --help`)\n",
-        out.join(file).display()
+        "\n{what}: {}{all}   (the other files beside it: see `bladeoff run --help`)\n",
+        finished.table.display()
     ));
     let printed = if args.json_events {
         remark(text.trim_end());

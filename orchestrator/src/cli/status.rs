@@ -3,16 +3,16 @@
 use super::error::CliError;
 use super::exit::Exit;
 use super::output::print;
-use crate::report::duration;
+use crate::report::Eta;
 use crate::run::{RunState, Seen, see};
 use serde_json::{Map, Value, json};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// Show how far a study is
 ///
 /// Works while the study runs and afterwards, from any terminal, and disturbs nothing: finished samples, pace, time
-/// left, failures by cause, what each worker does; whether somebody works in the directory, or the last run was
+/// left (a range: about 95 of 100 times the truth lies inside), failures by cause, what each worker does; whether somebody works in the directory, or the last run was
 /// interrupted or killed; and the command that goes on. The figures of a running study are at most about a second old.
 ///
 /// State is one of: running; stopped (the process is, by SIGSTOP or Ctrl-Z); killed (the last run did not end in order:
@@ -33,9 +33,17 @@ pub struct Args {
 
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
-    let seen = see(&args.directory)?.ok_or_else(|| CliError::NotARun { path: args.directory.clone() })?;
-    print(&if args.json { as_json(seen) } else { as_text(&seen) })?;
+    print(&text(&args.directory, args.json)?)?;
     Ok(Exit::Ok)
+}
+
+/// What is shown of a directory, in words or as JSON.
+///
+/// # Errors
+/// No study was run in it, or it cannot be read.
+pub fn text(directory: &Path, json: bool) -> Result<String, CliError> {
+    let seen = see(directory)?.ok_or_else(|| CliError::NotARun { path: directory.to_path_buf() })?;
+    Ok(if json { as_json(seen) } else { as_text(&seen) })
 }
 
 fn as_json(seen: Seen) -> String {
@@ -126,12 +134,11 @@ fn outcome(told: &Map<String, Value>) -> String {
 
 fn pace(told: &Map<String, Value>) -> String {
     let rate = number(told, "rate_per_s");
-    let left = told.get("eta_s").and_then(Value::as_f64).and_then(|eta| Duration::try_from_secs_f64(eta).ok());
-    match left {
-        Some(left) if rate >= 1.0 => format!("{rate:.1}/s, about {} left", duration(left)),
-        Some(left) => format!("{:.1}/min, about {} left", rate * 60.0, duration(left)),
-        None => "not known yet".to_owned(),
-    }
+    let time =
+        |key: &str| told.get(key).and_then(Value::as_f64).and_then(|time| Duration::try_from_secs_f64(time).ok());
+    let left = time("left_from_s").zip(time("left_to_s")).map(|(low, high)| Eta { low, high }.text());
+    let left = left.unwrap_or_else(|| "time left not known yet".to_owned());
+    if rate >= 1.0 { format!("{rate:.1}/s, {left}") } else { format!("{:.1}/min, {left}", rate * 60.0) }
 }
 
 fn number(told: &Map<String, Value>, key: &str) -> f64 {

@@ -4,16 +4,18 @@ use super::error::CliError;
 use super::exit::Exit;
 use super::output::{print, remark};
 use crate::report::{advice, cause_in_words, duration, end_cause_in_words, mentions};
-use crate::results::{Table, read_numbers};
+use crate::results::{Table, Timing};
 use crate::run::directory::{
-    INCOMPLETE_RESULTS, LEDGER, MACHINE, MANIFEST, POINTS, RESULTS, STUDY, TIMINGS, WORKER_LOG,
+    LEDGER, MACHINE, MANIFEST, POINTS, STUDY, WORKER_LOG, read_current, row_files, timing_files,
 };
 use crate::run::{RunState, see};
 use crate::study::{FrozenFiles, Samples, StudyError, load_frozen, show};
 use bladeoff_core::document::units::format_quantity;
 use bladeoff_core::outcome::{Cause, EndCause};
 use serde_json::Value;
-use std::fs;
+use std::collections::VecDeque;
+use std::fs::{self, File};
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -90,10 +92,19 @@ pub enum WhyError {
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
     let (directory, sample) = place(args)?;
-    let seen = see(&directory)?.ok_or_else(|| CliError::NotARun { path: directory.clone() })?;
-    let samples = frozen(&directory)?;
+    print(&text(&directory, sample)?)?;
+    Ok(Exit::Ok)
+}
+
+/// What is told of a sample.
+///
+/// # Errors
+/// No such directory or sample; files in it that cannot be read.
+pub fn text(directory: &Path, sample: u64) -> Result<String, CliError> {
+    let seen = see(directory)?.ok_or_else(|| CliError::NotARun { path: directory.to_path_buf() })?;
+    let samples = frozen(directory)?;
     if sample >= samples.count() {
-        return Err(WhyError::Sample { directory, sample, count: samples.count() }.into());
+        return Err(WhyError::Sample { directory: directory.to_path_buf(), sample, count: samples.count() }.into());
     }
     let mut told = Told::default();
     told.line("sample", format!("{sample} of {} in {}", samples.count(), directory.display()));
@@ -101,20 +112,19 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         told.line(&varied.info.path, show(&varied.info, &value));
     }
     let go_on = seen.told.as_ref().and_then(|told| told.get("go_on")).and_then(Value::as_str).map(str::to_owned);
-    match row(&directory, sample)? {
-        Some((table, row)) => finished(&mut told, &table, row, go_on.as_deref()),
+    match read_current(directory, row_files, |files| Table::row(files, sample))? {
+        Some((row, _)) => finished(&mut told, &row, go_on.as_deref()),
         None => {
             told.line("status", unfinished(&seen.state, seen.told.as_ref(), sample, go_on.as_deref()));
         }
     }
-    timing(&mut told, &directory, sample)?;
-    log(&mut told, &directory, sample);
+    timing(&mut told, directory, sample)?;
+    log(&mut told, directory, sample);
     told.line(
         "compute it",
         format!("bladeoff replay {} --sample {sample} --history sample-{sample}.mcap", directory.display()),
     );
-    print(&told.0)?;
-    Ok(Exit::Ok)
+    Ok(told.0)
 }
 
 /// Lines of name and text.
@@ -168,23 +178,9 @@ fn frozen(directory: &Path) -> Result<Samples, WhyError> {
     Samples::new(study, manifest["scale"].as_f64(), manifest["limit"].as_u64()).map_err(failed)
 }
 
-/// The table and the row of the sample in it, if it has one.
-fn row(directory: &Path, sample: u64) -> Result<Option<(Table, usize)>, CliError> {
-    for name in [RESULTS, INCOMPLETE_RESULTS] {
-        let path = directory.join(name);
-        if path.is_file() {
-            let table = Table::read(&path)?;
-            let samples = table.numbers("sample").unwrap_or_default();
-            let row = samples.iter().position(|found| *found == Some(sample as f64));
-            return Ok(row.map(|row| (table, row)));
-        }
-    }
-    Ok(None)
-}
-
-fn finished(told: &mut Told, table: &Table, row: usize, go_on: Option<&str>) {
-    let word = |name: &str| table.words(name).and_then(|words| words[row].as_deref());
-    let number = |name: &str| table.numbers(name).and_then(|values| values[row]);
+fn finished(told: &mut Told, row: &Table, go_on: Option<&str>) {
+    let word = |name: &str| row.words(name).and_then(|words| words[0].as_deref());
+    let number = |name: &str| row.numbers(name).and_then(|values| values[0]);
     told.line(
         "status",
         match word("status").unwrap_or("unknown") {
@@ -222,46 +218,42 @@ fn unfinished(
             let workers = said.and_then(|said| said.get("workers")).and_then(Value::as_array);
             let doing = workers.into_iter().flatten().filter_map(|worker| worker["doing"].as_str());
             let here = doing.into_iter().find(|doing| mentions(doing, sample));
-            let here = here.map_or("not finished, or too recently to be in a table".to_owned(), str::to_owned);
+            let here =
+                here.map_or("not finished, or too recently to be in a part of the table".to_owned(), str::to_owned);
             format!("{here}; the study is running")
         }
         RunState::Killed(_) => {
-            format!("not finished, or recorded by the run that was killed before it wrote a table{go_on}")
+            format!("not finished, or recorded by the run that was killed before it wrote a part of the table{go_on}")
         }
         RunState::Complete | RunState::Ended => format!("not finished{go_on}"),
     }
 }
 
 fn timing(told: &mut Told, directory: &Path, sample: u64) -> Result<(), CliError> {
-    let path = directory.join(TIMINGS);
-    if !path.is_file() {
-        return Ok(());
-    }
-    let (columns, _) = read_numbers(&path)?;
-    let column = |name: &str| columns.iter().find(|column| column.name == name).map(|column| &column.values);
-    let (Some(samples), Some(cpu), Some(worker), Some(attempt)) =
-        (column("sample"), column("cpu_s"), column("worker"), column("attempt"))
-    else {
-        return Ok(());
-    };
-    if let Some(row) = samples.iter().position(|found| *found == sample as f64) {
-        let cpu = Duration::try_from_secs_f64(cpu[row]).unwrap_or_default();
-        told.line(
-            "computed by",
-            format!("worker {} in attempt {}, {} of CPU time", worker[row], attempt[row], duration(cpu)),
-        );
+    if let Some(timing) = read_current(directory, timing_files, |files| Timing::find(files, sample))? {
+        let cpu = Duration::try_from_secs_f64(timing.cpu_s).unwrap_or_default();
+        let Timing { worker, attempt, .. } = timing;
+        told.line("computed by", format!("worker {worker} in attempt {attempt}, {} of CPU time", duration(cpu)));
     }
     Ok(())
 }
 
 /// What the workers' log says of the sample, the latest last.
 fn log(told: &mut Told, directory: &Path, sample: u64) {
-    let text = fs::read(directory.join(WORKER_LOG)).unwrap_or_default();
-    let text = String::from_utf8_lossy(&text);
-    let lines: Vec<&str> = text.lines().filter(|line| mentions(line, sample)).collect();
-    let skipped = lines.len().saturating_sub(SHOWN_LINES);
+    let Ok(file) = File::open(directory.join(WORKER_LOG)) else { return };
+    let (mut shown, mut skipped) = (VecDeque::new(), 0u64);
+    for line in BufReader::new(file).split(b'\n').map_while(Result::ok) {
+        let line = String::from_utf8_lossy(&line).into_owned();
+        if mentions(&line, sample) {
+            shown.push_back(line);
+        }
+        if shown.len() > SHOWN_LINES {
+            shown.pop_front();
+            skipped += 1;
+        }
+    }
     if skipped > 0 {
         told.line("log", format!("{skipped} earlier lines are in {}", directory.join(WORKER_LOG).display()));
     }
-    lines[skipped..].iter().for_each(|line| told.line("log", line));
+    shown.iter().for_each(|line| told.line("log", line));
 }

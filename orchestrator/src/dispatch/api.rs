@@ -224,3 +224,11 @@ pub struct DispatchReport {
     /// From the start of the run until the first worker asked for work \[s\].
     pub first_ask_s: f64,
 }
+
+impl DispatchReport {
+    /// Of a run that had no reason to begin.
+    #[must_use]
+    pub fn nothing(ended: Ended) -> Self {
+        Self { done: 0, ended, interrupted: None, worker_deaths: 0, dropped_messages: 0, wall_s: 0.0, first_ask_s: 0.0 }
+    }
+}

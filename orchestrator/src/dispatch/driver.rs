@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use bladeoff_core::outcome::{CauseSet, EndCause, Outcome, Status};
 use bladeoff_protocol::domain::Domain;
 use bladeoff_protocol::link::{Incoming, LinkError};
 use bladeoff_protocol::messages::{Batch, BatchId, Body, MAX_PARAMS, SampleReport, ToWorker, WorkerId, batch_capacity};
@@ -14,10 +13,11 @@ use bladeoff_worker::fault::{At, Faults, Who};
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 use super::DispatchError;
-use super::api::{DispatchOptions, DispatchReport, Ended, Notice, Observer, SampleResult, Samples, Signal, Sink};
+use super::api::{DispatchOptions, DispatchReport, Ended, Notice, Observer, Samples, Signal, Sink};
 use super::child::{Child, ChildEvent};
 use super::hub::{Command, Hub, HubEvent};
 use super::log::Log;
+use super::records::records;
 use super::{clock, keys, signals};
 use crate::schedule::{Death, Effect, KillReason, Scheduler, Settings, Todo, Until};
 
@@ -388,35 +388,12 @@ impl Driver<'_> {
 
     /// Hands accepted results and quarantined samples to the sink.
     fn record(&mut self, effects: &[Effect], results: Vec<SampleReport>) -> Result<(), DispatchError> {
-        let mut results: Vec<Option<SampleReport>> = results.into_iter().map(Some).collect();
-        let mut records = Vec::new();
-        // Accepted results of one message come from one worker.
         for effect in effects {
-            match effect {
-                Effect::Record { index, attempt, worker } => {
-                    let Some(SampleReport { sample, cpu_s, outcome }) = results.get_mut(*index).and_then(Option::take)
-                    else {
-                        continue;
-                    };
-                    records.push(SampleResult { sample, outcome, cpu_s, worker: worker.0, attempt: *attempt });
-                }
-                Effect::Quarantine { sample, cause, worker, attempt } => {
-                    let mut causes = CauseSet::default();
-                    causes.insert(*cause);
-                    let (status, end_cause) = (Status::Quarantined, EndCause::Failure);
-                    let outcome = Outcome { status, cause: Some(*cause), causes, end_cause, values: Vec::new() };
-                    self.log.line(Some(*worker), &format!("sample {sample} is quarantined: {}", cause.word()))?;
-                    records.push(SampleResult {
-                        sample: *sample,
-                        outcome,
-                        cpu_s: 0.0,
-                        worker: worker.0,
-                        attempt: *attempt,
-                    });
-                }
-                _ => {}
+            if let Effect::Quarantine { sample, cause, worker, .. } = effect {
+                self.log.line(Some(*worker), &format!("sample {sample} is quarantined: {}", cause.word()))?;
             }
         }
+        let mut records = records(effects, results);
         if records.is_empty() {
             return Ok(());
         }

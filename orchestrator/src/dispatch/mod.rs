@@ -21,6 +21,7 @@ mod driver;
 mod hub;
 mod keys;
 mod log;
+mod records;
 mod signals;
 
 use std::ffi::OsString;

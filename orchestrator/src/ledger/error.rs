@@ -50,6 +50,14 @@ pub enum LedgerError {
         #[source]
         source: RecordError,
     },
+    /// A sample that was recorded is not there.
+    #[error("sample {sample} is missing in {}", path.display())]
+    Missing {
+        /// Its number.
+        sample: u64,
+        /// The file.
+        path: PathBuf,
+    },
     /// A file operation.
     #[error(transparent)]
     File(#[from] FileError),

@@ -15,16 +15,14 @@ mod record;
 mod salvage;
 
 pub use error::LedgerError;
-pub use read::Reader;
+pub use read::{Reader, State};
 pub use record::{Entry, Head, RecordError, SampleKey};
 pub use salvage::Remains;
 
 use crate::files::{FileError, sync_directory};
 use redb::{Database, ReadableDatabase, ReadableTable, TableDefinition};
-use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::fs;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -222,22 +220,9 @@ fn aside(path: &Path) -> PathBuf {
     PathBuf::from(name)
 }
 
-thread_local! {
-    static IS_GUARDED: Cell<bool> = const { Cell::new(false) };
-}
-
-/// Whether a panic of this thread is taken for damage of the file that is being read, and none of ours.
-#[must_use]
-pub fn is_guarded() -> bool {
-    IS_GUARDED.get()
-}
-
 /// The library answers some damaged files with a panic; that is damage, too.
 fn guarded<T>(path: &Path, read: impl FnOnce() -> Result<T, LedgerError>) -> Result<T, LedgerError> {
-    let before = IS_GUARDED.replace(true);
-    let result = catch_unwind(AssertUnwindSafe(read));
-    IS_GUARDED.set(before);
-    result.unwrap_or_else(|_| {
+    crate::guarded::guarded(read).unwrap_or_else(|| {
         Err(LedgerError::Damaged { path: path.to_path_buf(), detail: "its structure contradicts itself".to_owned() })
     })
 }

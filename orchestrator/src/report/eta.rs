@@ -10,6 +10,7 @@
 //! divided by the speed so far, CPU seconds per second. What has not been seen is not in it: when the first half of a
 //! grid never rubs, nothing says what the second costs.
 
+use super::text::duration;
 use std::time::Duration;
 
 /// Blocks are joined in pairs when there are so many.
@@ -42,6 +43,15 @@ pub struct Eta {
     pub low: Duration,
     /// Longest.
     pub high: Duration,
+}
+
+impl Eta {
+    /// "50 s to 1 min 20 s left", or one time where there is no doubt.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let (low, high) = (duration(self.low), duration(self.high));
+        if low == high { format!("{low} left") } else { format!("{low} to {high} left") }
+    }
 }
 
 impl Costs {

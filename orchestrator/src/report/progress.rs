@@ -103,9 +103,8 @@ fn message(tally: &Tally, before: u64, total: u64, elapsed: Duration, eta: Optio
             text.push_str(&format!(", {}", duration(elapsed)));
         }
         // Before the range is known, nothing is better than a wrong number.
-        if let Some(Eta { low, high }) = eta {
-            let (low, high) = (duration(low), duration(high));
-            text.push_str(&if low == high { format!(", {low} left") } else { format!(", {low} to {high} left") });
+        if let Some(eta) = eta {
+            text.push_str(&format!(", {}", eta.text()));
         }
     }
     text.push_str(&format!(

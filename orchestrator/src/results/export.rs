@@ -1,39 +1,49 @@
 //! The result table as CSV: for programs that read nothing better. Numbers keep all their digits; null is empty.
 
 use super::TableError;
-use super::read::read_frame;
+use super::read::for_each_frame;
 use polars::prelude::{AnyValue, PolarsError};
 use std::fmt::Write as _;
 use std::io::Write;
-use std::path::Path;
+use std::path::PathBuf;
 
 /// Bytes gathered before they are written.
 const GATHERED: usize = 1 << 16;
 
-/// Writes the table at `path` as CSV with a header line to `out`.
+/// Writes the rows in these files as CSV with one header line to `out`, file by file.
 ///
 /// # Errors
-/// The table cannot be read, or `out` cannot be written.
-pub fn export_csv(path: &Path, mut out: impl Write) -> Result<(), TableError> {
-    let failed = |source| TableError::Table { action: "export", path: path.to_path_buf(), source };
-    let frame = read_frame(path)?;
+/// A file cannot be read, or `out` cannot be written.
+pub fn export_csv(files: &[PathBuf], mut out: impl Write) -> Result<(), TableError> {
+    let failed = |path: &PathBuf| {
+        let path = path.clone();
+        move |source| TableError::Table { action: "export", path, source }
+    };
     let mut text = String::new();
-    for (at, column) in frame.columns().iter().enumerate() {
-        push(&mut text, at, column.name().as_str());
+    let mut has_header = false;
+    for path in files {
+        for_each_frame(path, None, |frame| {
+            if !std::mem::replace(&mut has_header, true) {
+                for (at, column) in frame.columns().iter().enumerate() {
+                    push(&mut text, at, column.name().as_str());
+                }
+                text.push('\n');
+            }
+            for row in 0..frame.height() {
+                for (at, column) in frame.columns().iter().enumerate() {
+                    push(&mut text, at, &shown(&column.get(row).map_err(failed(path))?));
+                }
+                text.push('\n');
+                if text.len() > GATHERED {
+                    out.write_all(text.as_bytes()).map_err(|source| failed(path)(PolarsError::from(source)))?;
+                    text.clear();
+                }
+            }
+            Ok(())
+        })?;
     }
-    text.push('\n');
-    for row in 0..frame.height() {
-        for (at, column) in frame.columns().iter().enumerate() {
-            let cell = column.get(row).map_err(failed)?;
-            push(&mut text, at, &shown(&cell));
-        }
-        text.push('\n');
-        if text.len() > GATHERED {
-            out.write_all(text.as_bytes()).map_err(|source| failed(PolarsError::from(source)))?;
-            text.clear();
-        }
-    }
-    out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(|source| failed(PolarsError::from(source)))
+    let last = files.last().cloned().unwrap_or_default();
+    out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(|source| failed(&last)(PolarsError::from(source)))
 }
 
 /// A cell; the shortest decimal that reads back as the same bits.

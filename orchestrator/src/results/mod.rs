@@ -4,6 +4,7 @@
 //! cut by row number, never by arrival; the writer, its settings and their order are fixed here.
 
 mod export;
+mod grouped;
 mod parquet;
 mod read;
 mod schema;
@@ -18,7 +19,7 @@ pub use series::{NumberColumn, read_metadata, read_numbers, write_numbers};
 pub use timings::{Timing, TimingsWriter};
 
 use crate::files::FileError;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// What can go wrong with a table.
 #[derive(Debug, thiserror::Error)]
@@ -37,6 +38,12 @@ pub enum TableError {
         #[source]
         source: polars::error::PolarsError,
     },
+    /// The table library gave up on it.
+    #[error("{} is damaged", path.display())]
+    Damaged {
+        /// The table.
+        path: PathBuf,
+    },
     /// The file has no schema version, or one that this program does not know.
     #[error("{} is not a result table of schema version {SCHEMA_VERSION} (it says {found:?})", path.display())]
     Version {
@@ -45,6 +52,11 @@ pub enum TableError {
         /// What the file says.
         found: Option<String>,
     },
+}
+
+/// The library answers some damaged files with a panic; that is damage, too.
+fn guarded<T>(path: &Path, read: impl FnOnce() -> Result<T, TableError>) -> Result<T, TableError> {
+    crate::guarded::guarded(read).unwrap_or_else(|| Err(TableError::Damaged { path: path.to_path_buf() }))
 }
 
 /// Rows per row group. One group is in memory while a table is written: near 70 MB for the widest one (256 numbers a row).

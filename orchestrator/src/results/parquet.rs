@@ -1,16 +1,15 @@
 //! `results.parquet`: rows in, bytes out, the same rows always giving the same bytes.
 
+use super::TableError;
+use super::grouped::GroupedWriter;
 use super::schema::{Field, FieldKind, SCHEMA_VERSION, TableSchema};
-use super::{ROW_GROUP, TableError};
-use crate::files::{FileError, Pending};
+use crate::files::Pending;
 use bladeoff_core::outcome::Outcome;
-use polars::io::parquet::write::BatchedWriter;
 use polars::prelude::{
     ArrowField, ArrowSchema, Column, CompatLevel, DataFrame, DataType, IntoColumn, KeyValueMetadata, NamedFrom,
-    ParquetCompression, ParquetWriter, PlSmallStr, PolarsError, Schema, Series, StatisticsOptions,
+    ParquetWriter, PlSmallStr, PolarsError, Schema, Series, StatisticsOptions,
 };
 use std::fs::File;
-use std::path::{Path, PathBuf};
 
 /// One value of a varied parameter.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,35 +37,27 @@ pub struct Row {
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Provenance(pub Vec<(String, String)>);
 
-/// A table under construction, written in row groups of a fixed number of rows as they come.
-pub struct ResultsWriter {
-    schema: TableSchema,
-    path: PathBuf,
-    pending: Pending,
-    writer: BatchedWriter<File>,
-    group: Vec<Row>,
-}
+/// A table under construction.
+pub struct ResultsWriter(GroupedWriter<Row>);
 
 impl ResultsWriter {
-    /// Starts a table that will be `path`.
+    /// Starts a table in this file.
     ///
     /// # Errors
     /// The disk is full or not writable, or the table library refused.
-    pub fn create(path: &Path, schema: &TableSchema, provenance: &Provenance) -> Result<Self, TableError> {
-        let mut pending = Pending::create(path)?;
+    pub fn create(file: Pending, schema: &TableSchema, provenance: &Provenance) -> Result<Self, TableError> {
         let polars_schema: Schema =
             schema.fields().iter().map(|f| (PlSmallStr::from(f.name.as_str()), data_type(f.kind))).collect();
         let mut metadata = vec![("bladeoff.schema_version".to_owned(), SCHEMA_VERSION.to_string())];
         metadata.extend(provenance.0.iter().map(|(key, value)| (format!("bladeoff.{key}"), value.clone())));
         metadata.insert(0, arrow_schema(schema));
-        let file = pending.file().try_clone().map_err(FileError::at("write", path))?;
-        let writer = ParquetWriter::new(file)
-            .with_compression(ParquetCompression::Zstd(None))
-            .with_statistics(StatisticsOptions::full())
-            .with_key_value_metadata(Some(KeyValueMetadata::from_static(metadata)))
-            .batched(&polars_schema)
-            .map_err(failed(path))?;
-        Ok(Self { schema: schema.clone(), path: path.to_path_buf(), pending, writer, group: Vec::new() })
+        let metadata = KeyValueMetadata::from_static(metadata);
+        let settings = |writer: ParquetWriter<File>| {
+            writer.with_statistics(StatisticsOptions::full()).with_key_value_metadata(Some(metadata))
+        };
+        let schema = schema.clone();
+        let frame = move |rows: &[Row]| frame(&schema, rows);
+        Ok(Self(GroupedWriter::create(file, &polars_schema, settings, frame)?))
     }
 
     /// Takes a row; rows come in ascending order of their sample number.
@@ -74,33 +65,16 @@ impl ResultsWriter {
     /// # Errors
     /// As [`ResultsWriter::create`].
     pub fn push(&mut self, row: Row) -> Result<(), TableError> {
-        // Cut by sample number where a table is complete, by row number where it is not.
-        self.group.push(row);
-        if self.group.len() == ROW_GROUP { self.write_group() } else { Ok(()) }
-    }
-
-    fn write_group(&mut self) -> Result<(), TableError> {
-        let written = frame(&self.schema, &self.group).and_then(|frame| self.writer.write_batch(&frame));
-        self.group.clear();
-        written.map_err(failed(&self.path))
+        self.0.push(row)
     }
 
     /// Writes the rest and makes the table durable under its name.
     ///
     /// # Errors
     /// As [`ResultsWriter::create`].
-    pub fn finish(mut self) -> Result<(), TableError> {
-        if !self.group.is_empty() {
-            self.write_group()?;
-        }
-        self.writer.finish().map_err(failed(&self.path))?;
-        Ok(self.pending.finish()?)
+    pub fn finish(self) -> Result<(), TableError> {
+        self.0.finish()
     }
-}
-
-fn failed(path: &Path) -> impl FnOnce(PolarsError) -> TableError {
-    let path = path.to_path_buf();
-    move |source| TableError::Table { action: "write", path, source }
 }
 
 fn frame(schema: &TableSchema, rows: &[Row]) -> Result<DataFrame, PolarsError> {

@@ -1,6 +1,6 @@
 //! Plain tables of numbers: histories as Parquet.
 
-use super::TableError;
+use super::{TableError, guarded};
 use crate::files::{FileError, Pending};
 use polars::prelude::{
     ArrowSchema, Column, CompatLevel, DataFrame, DataType, IntoColumn, KeyValueMetadata, NamedFrom, ParquetCompression,
@@ -60,7 +60,7 @@ pub fn write_numbers(path: &Path, columns: &[NumberColumn], metadata: &[(String,
 pub fn read_metadata(path: &Path) -> Result<Vec<(String, String)>, TableError> {
     let failed = |source| TableError::Table { action: "read", path: path.to_path_buf(), source };
     let mut reader = ParquetReader::new(File::open(path).map_err(FileError::at("open", path))?);
-    let metadata = reader.get_metadata().map_err(failed)?;
+    let metadata = guarded(path, || reader.get_metadata().map_err(failed))?;
     let entries = metadata.key_value_metadata().iter().flatten();
     Ok(entries.filter_map(|entry| Some((entry.key.clone(), entry.value.clone()?))).collect())
 }
@@ -74,7 +74,7 @@ pub fn read_numbers(path: &Path) -> Result<(Vec<NumberColumn>, Vec<(String, Stri
     let failed = |source| TableError::Table { action: "read", path: path.to_path_buf(), source };
     let pairs = read_metadata(path)?;
     let file = File::open(path).map_err(FileError::at("open", path))?;
-    let frame = ParquetReader::new(file).finish().map_err(failed)?;
+    let frame = guarded(path, || ParquetReader::new(file).finish().map_err(failed))?;
     let numbers = |column: &Column| -> Result<NumberColumn, PolarsError> {
         let values = column.cast(&DataType::Float64)?;
         let values = values.f64()?.iter().map(|value| value.unwrap_or(f64::NAN)).collect();

@@ -1,11 +1,14 @@
 //! `timings.parquet`: what may differ between equal runs. Kept apart from the results for that reason.
 
-use super::{ROW_GROUP, TableError};
+use super::grouped::GroupedWriter;
+use super::read::row_of;
+use super::{TableError, guarded};
 use crate::files::{FileError, Pending};
-use polars::io::parquet::write::BatchedWriter;
-use polars::prelude::{DataFrame, IntoColumn, NamedFrom, ParquetCompression, ParquetWriter, PolarsError, Series};
+use polars::prelude::{
+    DataFrame, IntoColumn, NamedFrom, ParallelStrategy, ParquetReader, PolarsError, SerReader, Series,
+};
 use std::fs::File;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// What one sample cost.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,28 +23,18 @@ pub struct Timing {
     pub attempt: u32,
 }
 
-/// The table under construction, written in row groups as they come.
-pub struct TimingsWriter {
-    path: PathBuf,
-    pending: Pending,
-    writer: BatchedWriter<File>,
-    group: Vec<Timing>,
-}
+/// The table under construction.
+pub struct TimingsWriter(GroupedWriter<Timing>);
 
 impl TimingsWriter {
-    /// Starts a table that will be `path`.
+    /// Starts a table in this file.
     ///
     /// # Errors
     /// The disk is full or not writable, or the table library refused.
-    pub fn create(path: &Path) -> Result<Self, TableError> {
-        let mut pending = Pending::create(path)?;
-        let file = pending.file().try_clone().map_err(FileError::at("write", path))?;
-        let empty = frame(&[]).map_err(failed(path))?;
-        let writer = ParquetWriter::new(file)
-            .with_compression(ParquetCompression::Zstd(None))
-            .batched(empty.schema())
-            .map_err(failed(path))?;
-        Ok(Self { path: path.to_path_buf(), pending, writer, group: Vec::new() })
+    pub fn create(file: Pending) -> Result<Self, TableError> {
+        let path = file.path().to_path_buf();
+        let empty = frame(&[]).map_err(|source| TableError::Table { action: "write", path, source })?;
+        Ok(Self(GroupedWriter::create(file, empty.schema(), |writer| writer, frame)?))
     }
 
     /// Takes a row.
@@ -49,26 +42,43 @@ impl TimingsWriter {
     /// # Errors
     /// As [`TimingsWriter::create`].
     pub fn push(&mut self, timing: Timing) -> Result<(), TableError> {
-        self.group.push(timing);
-        if self.group.len() == ROW_GROUP { self.write_group() } else { Ok(()) }
-    }
-
-    fn write_group(&mut self) -> Result<(), TableError> {
-        let written = frame(&self.group).and_then(|frame| self.writer.write_batch(&frame));
-        self.group.clear();
-        written.map_err(failed(&self.path))
+        self.0.push(timing)
     }
 
     /// Writes the rest and makes the table durable under its name.
     ///
     /// # Errors
     /// As [`TimingsWriter::create`].
-    pub fn finish(mut self) -> Result<(), TableError> {
-        if !self.group.is_empty() {
-            self.write_group()?;
+    pub fn finish(self) -> Result<(), TableError> {
+        self.0.finish()
+    }
+}
+
+impl Timing {
+    /// What a sample cost, by the files that have its timing; `None` where none has.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is no table of timings.
+    pub fn find(files: &[PathBuf], sample: u64) -> Result<Option<Self>, TableError> {
+        for path in files {
+            let failed = |source| TableError::Table { action: "read", path: path.clone(), source };
+            let reader = || {
+                let file = File::open(path).map_err(FileError::at("open", path))?;
+                Ok(ParquetReader::new(file).read_parallel(ParallelStrategy::None))
+            };
+            let Some(row) = guarded(path, || row_of(reader, path, sample))? else { continue };
+            let read = || -> Result<_, PolarsError> {
+                let cpu_s = row.column("cpu_s")?.f64()?.iter().next().flatten();
+                let (worker, attempt) = (
+                    row.column("worker")?.u32()?.iter().next().flatten(),
+                    row.column("attempt")?.u32()?.iter().next().flatten(),
+                );
+                Ok(cpu_s.zip(worker).zip(attempt))
+            };
+            let found = read().map_err(failed)?;
+            return Ok(found.map(|((cpu_s, worker), attempt)| Self { sample, cpu_s, worker, attempt }));
         }
-        self.writer.finish().map_err(failed(&self.path))?;
-        Ok(self.pending.finish()?)
+        Ok(None)
     }
 }
 
@@ -80,9 +90,4 @@ fn frame(timings: &[Timing]) -> Result<DataFrame, PolarsError> {
         Series::new("attempt".into(), timings.iter().map(|t| t.attempt).collect::<Vec<_>>()).into_column(),
     ];
     DataFrame::new(timings.len(), columns)
-}
-
-fn failed(path: &Path) -> impl FnOnce(PolarsError) -> TableError {
-    let path = path.to_path_buf();
-    move |source| TableError::Table { action: "write", path, source }
 }

@@ -11,7 +11,7 @@ pub struct Budget {
     pub wall: Option<Duration>,
     /// Local time of the day at which it ends.
     pub until: Option<TimeOfDay>,
-    /// More failed or quarantined samples than this end the run.
+    /// More failed or quarantined samples of the study than this end the run, those of earlier runs included.
     pub max_failures: Option<u64>,
     /// Deaths of its worker, alone, that quarantine a sample.
     pub crash_limit: Option<u32>,
@@ -38,11 +38,16 @@ impl Budget {
         Some((until, Duration::from_millis(u64::try_from(left).unwrap_or(0))))
     }
 
-    /// Puts the limits into the options of the dispatch.
-    pub(super) fn apply(&self, options: &mut DispatchOptions) {
+    /// Whether the study has too many failures before the run has begun.
+    pub(super) fn is_exceeded(&self, failed: u64) -> bool {
+        self.max_failures.is_some_and(|most| failed > most)
+    }
+
+    /// Puts the limits into the options of the dispatch; `failed`: samples of the study that failed before.
+    pub(super) fn apply(&self, failed: u64, options: &mut DispatchOptions) {
         options.wall = self.wall;
         options.until = self.ends().map(|(until, _)| until);
-        options.max_failures = self.max_failures;
+        options.max_failures = self.max_failures.map(|most| most.saturating_sub(failed));
         options.crash_limit = self.crash_limit.unwrap_or(options.crash_limit);
         options.time_limit_s = self.time_limit.map(|limit| limit.as_secs_f64());
         options.memory_limit = self.memory_limit;

@@ -4,17 +4,21 @@ use super::RunError;
 use super::lock::{Holder, Lock};
 use super::status::STATUS;
 use crate::files::{FileError, sync_directory, write_whole};
+use crate::results::TableError;
 use crate::study::Study;
 use bladeoff_worker::plan::{BASIS_FILE, PLAN_FILE};
+use rustix::fs::{CWD, RenameFlags, renameat_with};
 use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The product: one row per sample.
 pub const RESULTS: &str = "results.parquet";
-/// Rows finished so far of a study that was ended early; there is no [`RESULTS`] then.
-pub const INCOMPLETE_RESULTS: &str = "results-incomplete.parquet";
+/// Folder of the rows finished so far while there is no [`RESULTS`]: Parquet files, every row in one of them.
+pub const PARTS: &str = "parts";
 /// CPU time, worker and attempt of each sample.
 pub const TIMINGS: &str = "timings.parquet";
+/// The same for the rows in [`PARTS`], in files of the same names.
+pub const TIMING_PARTS: &str = "timings-parts";
 /// Versions, build, host, dates, command.
 pub const MANIFEST: &str = "manifest.json";
 /// The study as it was, byte for byte.
@@ -54,8 +58,13 @@ impl RunDirectory {
         let lock = Lock::take(path, LOCK)?;
         let directory = Self { path: path.to_path_buf(), lock };
         // What a killed run was writing; nobody else writes here now.
-        for name in [RESULTS, INCOMPLETE_RESULTS, TIMINGS, MANIFEST, STUDY, MACHINE, POINTS, STATUS] {
+        for name in
+            [RESULTS, TIMINGS, MANIFEST, STUDY, MACHINE, POINTS, PLAN_FILE, BASIS_FILE, STATUS, PARTS, TIMING_PARTS]
+        {
             directory.remove(&format!("{name}.tmp"))?;
+        }
+        for folder in [PARTS, TIMING_PARTS] {
+            directory.remove_folder(&aside(folder))?;
         }
         directory.remove(&format!("{LEDGER}.new"))?;
         Ok(directory)
@@ -98,6 +107,64 @@ impl RunDirectory {
         }
     }
 
+    /// An empty folder beside the one of this name, which it can take the place of.
+    ///
+    /// # Errors
+    /// The directory cannot be written.
+    pub fn new_folder(&self, name: &str) -> Result<PathBuf, FileError> {
+        self.remove_folder(&aside(name))?;
+        let path = self.file(&aside(name));
+        fs::create_dir(&path).map_err(FileError::at("create", &path))?;
+        Ok(path)
+    }
+
+    /// Puts what [`RunDirectory::new_folder`] made in the place of the folder of this name: at every moment one of the two
+    /// is there, where the file system can exchange names.
+    ///
+    /// # Errors
+    /// The directory cannot be written.
+    pub fn put_new_folder(&self, name: &str) -> Result<(), FileError> {
+        let (new, path) = (self.file(&aside(name)), self.file(name));
+        let renamed = || {
+            if path.exists() {
+                if renameat_with(CWD, &new, CWD, &path, RenameFlags::EXCHANGE).is_ok() {
+                    return Ok(());
+                }
+                fs::remove_dir_all(&path)?;
+            }
+            fs::rename(&new, &path)
+        };
+        renamed().map_err(FileError::at("rename to", &path))?;
+        sync_directory(&self.path)?;
+        self.remove_folder(&aside(name))
+    }
+
+    /// Removes the folders of finished rows, each at once with all that is in it.
+    ///
+    /// # Errors
+    /// The directory cannot be written.
+    pub fn remove_parts(&self) -> Result<(), FileError> {
+        for name in [PARTS, TIMING_PARTS] {
+            self.remove_folder(&aside(name))?;
+            let (path, away) = (self.file(name), self.file(&aside(name)));
+            match fs::rename(&path, &away) {
+                Ok(()) => sync_directory(&self.path)?,
+                Err(source) if source.kind() == std::io::ErrorKind::NotFound => continue,
+                Err(source) => return Err(FileError::at("remove", &path)(source)),
+            }
+            self.remove_folder(&aside(name))?;
+        }
+        Ok(())
+    }
+
+    fn remove_folder(&self, name: &str) -> Result<(), FileError> {
+        let path = self.file(name);
+        match fs::remove_dir_all(&path) {
+            Err(source) if source.kind() != std::io::ErrorKind::NotFound => Err(FileError::at("remove", &path)(source)),
+            _ => Ok(()),
+        }
+    }
+
     /// The directory.
     #[must_use]
     pub fn path(&self) -> &Path {
@@ -108,6 +175,63 @@ impl RunDirectory {
     #[must_use]
     pub fn file(&self, name: &str) -> PathBuf {
         self.path.join(name)
+    }
+}
+
+/// Name of a folder on its way in or out.
+fn aside(folder: &str) -> String {
+    format!("{folder}.aside")
+}
+
+/// Name of a part, from 1.
+#[must_use]
+pub fn part_name(number: u32) -> String {
+    format!("part-{number:06}.parquet")
+}
+
+/// The files that hold the rows finished so far: the table, or the parts in their order; none before there are any.
+#[must_use]
+pub fn row_files(directory: &Path) -> Vec<PathBuf> {
+    table_or_parts(directory, RESULTS, PARTS)
+}
+
+/// The files that hold the timings of those rows.
+#[must_use]
+pub fn timing_files(directory: &Path) -> Vec<PathBuf> {
+    table_or_parts(directory, TIMINGS, TIMING_PARTS)
+}
+
+fn table_or_parts(directory: &Path, table: &str, parts: &str) -> Vec<PathBuf> {
+    let table = directory.join(table);
+    if table.is_file() {
+        return vec![table];
+    }
+    let entries = fs::read_dir(directory.join(parts)).into_iter().flatten().flatten().map(|entry| entry.path());
+    let is_part = |path: &PathBuf| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        name.starts_with("part-") && name.ends_with(".parquet")
+    };
+    let mut parts: Vec<PathBuf> = entries.filter(is_part).collect();
+    parts.sort_unstable();
+    parts
+}
+
+/// Reads the files that `list` finds in a directory, again if a run has replaced them meanwhile by others.
+///
+/// # Errors
+/// What `read` returns.
+pub fn read_current<T>(
+    directory: &Path,
+    list: fn(&Path) -> Vec<PathBuf>,
+    mut read: impl FnMut(&[PathBuf]) -> Result<T, TableError>,
+) -> Result<T, TableError> {
+    loop {
+        let files = list(directory);
+        match read(&files) {
+            Err(TableError::File(error))
+                if error.source.kind() == std::io::ErrorKind::NotFound && list(directory) != files => {}
+            read => return read,
+        }
     }
 }
 
@@ -125,9 +249,7 @@ fn refuse_foreign(path: &Path) -> Result<(), RunError> {
         let name = entry.map_err(FileError::at("read", path))?.file_name();
         let name = name.to_string_lossy();
         let begun = [STUDY, MACHINE, POINTS, PLAN_FILE, BASIS_FILE, LOCK];
-        let unfinished = begun.iter().any(|begun| {
-            name.strip_suffix(".tmp").is_some_and(|stem| stem == *begun || begun.starts_with(&format!("{stem}.")))
-        });
+        let unfinished = begun.iter().any(|begun| name.strip_suffix(".tmp").is_some_and(|stem| stem == *begun));
         if !(unfinished || begun.contains(&&*name) || *name == *format!("{LEDGER}.new")) {
             return Err(RunError::Foreign { path: path.to_path_buf(), file: name.into_owned() });
         }

@@ -1,13 +1,13 @@
 //! Signals while the tables are written: the run is over, so they are neither needed nor forgotten.
 
 use crate::dispatch::{Signal, watch_afterwards};
-use bladeoff_worker::fault::{At, Faults, Who};
+use bladeoff_worker::fault::{At, Faults};
 use std::io::Write;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// From now on the first signal says what is going on and the second one ends the program at once; `already`: the first has come.
 /// Nothing is lost by it: results are in the ledger, tables are written aside and renamed.
-pub(super) fn end_at_once_when_told(already: bool) {
+pub(super) fn end_at_once_when_told(already: bool, faults: &Faults) {
     let told = AtomicBool::new(already);
     watch_afterwards(move |signal| {
         if told.swap(true, Ordering::Relaxed) {
@@ -20,7 +20,5 @@ pub(super) fn end_at_once_when_told(already: bool) {
         let _ = writeln!(std::io::stderr(), "the tables are being written; a second signal ends that, too");
     });
     // A hook for tests, as there are for the states of a sample.
-    if let Ok(faults) = Faults::from_environment(Who::Orchestrator) {
-        faults.reached(At::Writing, 0, None);
-    }
+    faults.reached(At::Writing, 0, None);
 }

@@ -13,9 +13,9 @@ mod interrupt;
 mod keys;
 mod lock;
 mod manifest;
+mod parts;
 mod prepare;
 mod provenance;
-mod refresh;
 pub mod rehearsal;
 mod resume;
 mod sink;
@@ -36,13 +36,13 @@ use crate::report::{Progress, Tally};
 use crate::results::TableError;
 use crate::study::Samples;
 use bladeoff_core::document::Problems;
+use bladeoff_worker::fault::{At, Faults, Who};
 use bladeoff_worker::plan::PlanFileError;
 use bladeoff_worker::process::build_id;
-use directory::{INCOMPLETE_RESULTS, MANIFEST, RESULTS, RunDirectory, TIMINGS};
+use directory::{MANIFEST, PARTS, RESULTS, RunDirectory, TIMINGS};
 use events::EventStream;
 use manifest::{Course, manifest};
 use prepare::Prepared;
-use refresh::refreshed;
 use resume::Opened;
 use sink::{LedgerSink, ProgressObserver, Watched};
 use status::StatusWriter;
@@ -67,7 +67,7 @@ pub struct Request {
     pub json_events: bool,
     /// Finished samples that are computed again.
     pub rerun: Option<Rerun>,
-    /// Time between two writings of the table of what is finished; zero: only at the end.
+    /// Time between two parts of finished rows; zero: only when there are many.
     pub refresh: Duration,
 }
 
@@ -80,7 +80,7 @@ pub struct Finished {
     pub reused: u64,
     /// Why it ended.
     pub ended: Ended,
-    /// The table.
+    /// The table, or the folder of the parts of one that is incomplete.
     pub table: PathBuf,
 }
 
@@ -210,7 +210,7 @@ fn open_and_compute(
     let reused = opened.tally.done();
     if opened.todo.left() == 0 && tables::is_current(&directory, RESULTS, &prepared.provenance) {
         note("every sample is there already: nothing is computed");
-        directory.remove(INCOMPLETE_RESULTS)?;
+        directory.remove_parts()?;
         let (tally, table) = (opened.tally, directory.file(RESULTS));
         return Ok(Finished { tally, reused, ended: Ended::Complete, table });
     }
@@ -221,12 +221,9 @@ fn open_and_compute(
             opened.todo.left()
         ));
     }
-    // A table of what was there would look like that of the whole, and one with other numbers like its beginning.
+    // A table of what was there would look like that of the whole.
     directory.remove(RESULTS)?;
-    if request.rerun.is_some() || !tables::is_current(&directory, INCOMPLETE_RESULTS, &prepared.provenance) {
-        directory.remove(INCOMPLETE_RESULTS)?;
-        directory.remove(TIMINGS)?;
-    }
+    directory.remove(TIMINGS)?;
     compute(request, &directory, &prepared, opened, watched)
 }
 
@@ -265,7 +262,8 @@ fn compute(
     );
     // Another build may compute other numbers.
     options.build = Some(build_id());
-    request.budget.apply(&mut options);
+    let failed_before = tally.borrow().failed();
+    request.budget.apply(failed_before, &mut options);
     options.keys = true;
     let mut observer = ProgressObserver {
         progress: Progress::start(samples.count(), reused, Instant::now()),
@@ -278,27 +276,49 @@ fn compute(
         events.started(&samples.study().name, &directory, samples.count(), reused, request.workers);
     }
     let record = ledger.reader().clone();
+    let faults = Faults::from_environment(Who::Orchestrator).map_err(dispatch::DispatchError::from)?;
+    let there = if reused > 0 && todo.left() > 0 { Some(record.state()?) } else { None };
     let durable = tally.borrow().clone();
-    let mut sink = LedgerSink {
-        ledger: &mut ledger,
-        keys: &prepared.keys,
-        tally: Rc::clone(&tally),
-        durable,
-        watched: Rc::clone(watched),
-    };
-    let report = refreshed(request.refresh, directory, prepared, &record, || {
-        dispatch::run(&options, samples, todo, &mut sink, &mut observer)
+    let place = (directory, prepared, &record);
+    let ((report, committed, durable), parts) = parts::kept(request.refresh, place, there, &faults, |parts| {
+        let mut sink = LedgerSink {
+            ledger: &mut ledger,
+            keys: &prepared.keys,
+            tally: Rc::clone(&tally),
+            durable,
+            watched: Rc::clone(watched),
+            gathered: Vec::new(),
+            parts,
+        };
+        let report = if todo.left() > 0 && request.budget.is_exceeded(failed_before) {
+            Ok(DispatchReport::nothing(Ended::TooManyFailures))
+        } else {
+            dispatch::run(&options, samples, todo, &mut sink, &mut observer)
+        };
+        let (committed, durable) = sink.close();
+        if let Ok(report) = &report {
+            interrupt::end_at_once_when_told(matches!(report.ended, Ended::Signalled(_)), &faults);
+        }
+        if durable.done() < samples.count() {
+            parts.write_rest();
+        }
+        (report, committed, durable)
     });
-    let durable = sink.durable;
-    let committed = ledger.commit();
     // Taken but not recorded is computed again: it does not count.
-    let tally = if committed.is_ok() { tally.borrow().clone() } else { durable };
+    let tally = durable;
     observer.progress.finish(&tally, Instant::now());
     let written = report.map_err(RunError::from).and_then(|report| {
         // After a failure the first error is the one that says why.
         committed?;
-        interrupt::end_at_once_when_told(matches!(report.ended, Ended::Signalled(_)));
-        let table = tables::write_tables(directory, prepared, &record)?;
+        let table = if tally.done() == samples.count() {
+            let table = tables::write_tables(directory, prepared, &record)?;
+            faults.reached(At::Retiring, 0, None);
+            directory.remove_parts()?;
+            table
+        } else {
+            parts?;
+            directory.file(PARTS)
+        };
         let (state, finished) = (state_word(&report), Some(SystemTime::now()));
         write_manifest(&course(state, finished, tally.done(), report.worker_deaths, report.dropped_messages))?;
         Ok((report, table))

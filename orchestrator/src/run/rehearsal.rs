@@ -1,10 +1,12 @@
 //! A result directory filled without computing, for measurements of what a resume costs.
 
 use super::directory::{LEDGER, RunDirectory};
+use super::parts;
 use super::prepare::{Prepared, new_basis};
 use super::{RunError, resume, tables};
 use crate::ledger::{Entry, Ledger};
 use crate::study::Samples;
+use bladeoff_worker::fault::Faults;
 use bladeoff_worker::noop::noop_outcome;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -30,8 +32,7 @@ pub fn fill(path: &Path, samples: &Samples) -> Result<(), RunError> {
     prepared.write(&directory)?;
     let mut ledger = Ledger::create(&directory.file(LEDGER), &prepared.header())?;
     for sample in 0..samples.count().saturating_sub(1) {
-        let entry = Entry { outcome: noop_outcome(sample, &[]), cpu_s: 0.0, worker: 1, attempt: 1 };
-        ledger.put(sample, prepared.keys.key(sample), &entry, Instant::now())?;
+        ledger.put(sample, prepared.keys.key(sample), &noop_entry(sample), Instant::now())?;
     }
     Ok(ledger.publish()?)
 }
@@ -51,16 +52,48 @@ pub fn time_resume(path: &Path, samples: &Samples) -> Result<ResumeTime, RunErro
     Ok(ResumeTime { keys, whole: begun.elapsed(), found: opened.tally.done() })
 }
 
-/// Writes the tables of a directory from its record; gives the time.
+/// Writes the finished rows of a directory as parts, as a resume does; gives the time.
+///
+/// # Errors
+/// As [`run`](super::run).
+pub fn time_parts(path: &Path, samples: &Samples) -> Result<Duration, RunError> {
+    with_record(path, samples, |directory, prepared, ledger| {
+        let record = ledger.reader().clone();
+        let there = Some(record.state()?);
+        let begun = Instant::now();
+        let place = (directory, prepared, &record);
+        parts::kept(Duration::ZERO, place, there, &Faults::default(), |parts| parts.write_rest()).1?;
+        Ok(begun.elapsed())
+    })
+}
+
+/// Records the sample that is missing and writes the tables of a directory; gives the time of the latter.
 ///
 /// # Errors
 /// As [`run`](super::run).
 pub fn time_tables(path: &Path, samples: &Samples) -> Result<Duration, RunError> {
+    with_record(path, samples, |directory, prepared, ledger| {
+        let last = samples.count() - 1;
+        ledger.put(last, prepared.keys.key(last), &noop_entry(last), Instant::now())?;
+        ledger.commit()?;
+        let begun = Instant::now();
+        tables::write_tables(directory, prepared, ledger.reader())?;
+        Ok(begun.elapsed())
+    })
+}
+
+fn with_record<T>(
+    path: &Path,
+    samples: &Samples,
+    work: impl FnOnce(&RunDirectory, &Prepared<'_>, &mut Ledger) -> Result<T, RunError>,
+) -> Result<T, RunError> {
     let directory = RunDirectory::claim(path)?;
     let basis = super::prepare::frozen_basis(samples, &directory)?;
     let prepared = Prepared::new(samples, basis)?;
-    let opened = resume::open(&directory, &prepared, None)?;
-    let begun = Instant::now();
-    tables::write_tables(&directory, &prepared, opened.ledger.reader())?;
-    Ok(begun.elapsed())
+    let mut opened = resume::open(&directory, &prepared, None)?;
+    work(&directory, &prepared, &mut opened.ledger)
+}
+
+fn noop_entry(sample: u64) -> Entry {
+    Entry { outcome: noop_outcome(sample, &[]), cpu_s: 0.0, worker: 1, attempt: 1 }
 }

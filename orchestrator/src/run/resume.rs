@@ -12,11 +12,13 @@ use super::RunError;
 use super::change::changes;
 use super::directory::{LEDGER, RunDirectory};
 use super::prepare::{Prepared, SAMPLES_KEY};
+use crate::dispatch::DispatchError;
 use crate::files::FileError;
 use crate::ledger::{Head, Ledger, LedgerError, Remains, SampleKey};
 use crate::report::Tally;
 use crate::schedule::Todo;
 use bladeoff_core::outcome::{Cause, Status};
+use bladeoff_worker::fault::{At, Faults, Who};
 use std::collections::HashMap;
 use std::fs;
 use std::ops::Range;
@@ -189,6 +191,7 @@ fn take_over(
         index.retain(|_, place| !rerun.takes(place.status, place.cause));
     }
     let again = before - index.len();
+    let faults = Faults::from_environment(Who::Orchestrator).map_err(DispatchError::from)?;
     prepared.write(directory)?;
     let mut ledger = Ledger::create(&directory.file(LEDGER), &prepared.header())?;
     let mut found = Found::default();
@@ -197,6 +200,7 @@ fn take_over(
         if let Some(bytes) = old.bytes(place.place)? {
             ledger.put_bytes(sample, bytes)?;
             found.add(sample, place.status, place.cause);
+            faults.reached(At::Growing, sample, None);
         }
     }
     let mut notes = Vec::new();
@@ -204,6 +208,8 @@ fn take_over(
         notes.push(format!("the damaged record is kept as {}", keep_aside(&directory.file(LEDGER))?.display()));
     }
     drop(old);
+    // Their row numbers, or what they hold, are those of the old record.
+    directory.remove_parts()?;
     ledger.publish()?;
     if damaged > 0 {
         notes.push(format!("{damaged} entries of the record are damaged: their samples are computed again"));

@@ -2,6 +2,7 @@
 
 use super::events::EventStream;
 use super::keys::SampleKeys;
+use super::parts::Teller;
 use super::status::StatusWriter;
 use crate::dispatch::{Notice, Observer, SampleResult, Sink, SinkError};
 use crate::ledger::{Entry, Ledger, LedgerError};
@@ -13,7 +14,6 @@ use std::rc::Rc;
 use std::time::Instant;
 
 /// Records results and counts them.
-#[derive(Debug)]
 pub(super) struct LedgerSink<'a> {
     pub ledger: &'a mut Ledger,
     pub keys: &'a SampleKeys<'a>,
@@ -22,6 +22,10 @@ pub(super) struct LedgerSink<'a> {
     /// What of it is durable: that alone counts when the record fails.
     pub durable: Tally,
     pub watched: Rc<RefCell<Watched>>,
+    /// Taken and not durable yet.
+    pub gathered: Vec<u64>,
+    /// Who writes rows once they are.
+    pub parts: &'a Teller<'a>,
 }
 
 /// What sink and observer share beside the counts.
@@ -44,6 +48,7 @@ impl Sink for LedgerSink<'_> {
         drop(watched);
         let entry =
             Entry { outcome: result.outcome, cpu_s: result.cpu_s, worker: result.worker, attempt: result.attempt };
+        self.gathered.push(result.sample);
         self.ledger.put(result.sample, self.keys.key(result.sample), &entry, Instant::now()).map_err(refused)?;
         self.note_durable();
         Ok(())
@@ -59,9 +64,17 @@ impl Sink for LedgerSink<'_> {
 
 impl LedgerSink<'_> {
     fn note_durable(&mut self) {
-        if self.ledger.gathered() == 0 {
+        if self.ledger.gathered() == 0 && !self.gathered.is_empty() {
             self.durable = self.tally.borrow().clone();
+            self.parts.durable(std::mem::take(&mut self.gathered));
         }
+    }
+
+    /// Commits what is left; gives the counts of all that is durable.
+    pub fn close(mut self) -> (Result<(), LedgerError>, Tally) {
+        let committed = self.ledger.commit();
+        self.note_durable();
+        (committed, self.durable)
     }
 }
 
@@ -101,7 +114,7 @@ impl Observer for ProgressObserver {
         let eta = watched.costs.eta(snapshot.total - snapshot.done, snapshot.elapsed);
         watched.events.iter_mut().for_each(|events| events.progress(snapshot, eta));
         self.progress.update(&self.tally.borrow(), eta, stale, now);
-        self.status.update(snapshot, &self.tally.borrow(), now);
+        self.status.update(snapshot, eta, &self.tally.borrow(), now);
     }
 
     fn asked(&mut self, snapshot: &Snapshot) {

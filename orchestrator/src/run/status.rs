@@ -9,7 +9,7 @@ use super::lock::{Holder, Look, look};
 use super::manifest::{host, timestamp};
 use super::sink::describe;
 use crate::files::FileError;
-use crate::report::Tally;
+use crate::report::{Eta, Tally};
 use crate::schedule::Snapshot;
 use crate::study::Samples;
 use bladeoff_core::outcome::{Cause, Status};
@@ -35,6 +35,7 @@ pub(super) struct StatusWriter {
     total: u64,
     written: Option<Instant>,
     last: Option<Snapshot>,
+    left: Option<Eta>,
 }
 
 impl StatusWriter {
@@ -50,22 +51,33 @@ impl StatusWriter {
             "go_on": go_on(directory, samples),
         });
         let Value::Object(fixed) = fixed else { unreachable!("written as an object") };
-        Self { path: directory.join(STATUS), fixed, reused, total: samples.count(), written: None, last: None }
+        Self {
+            path: directory.join(STATUS),
+            fixed,
+            reused,
+            total: samples.count(),
+            written: None,
+            last: None,
+            left: None,
+        }
     }
 
-    /// Writes the present state, if it is time to. A failure is none of the study's: the next one may succeed.
-    pub fn update(&mut self, snapshot: &Snapshot, tally: &Tally, now: Instant) {
+    /// Writes the present state, if it is time to; `left`: time for the rest. A failure is none of the study's: the next one may
+    /// succeed.
+    pub fn update(&mut self, snapshot: &Snapshot, left: Option<Eta>, tally: &Tally, now: Instant) {
         if self.written.is_some_and(|written| now.duration_since(written) < EVERY) {
             return;
         }
         self.written = Some(now);
         self.last = Some(snapshot.clone());
+        self.left = left;
         let _ = self.write("running", None, Some(snapshot), tally);
     }
 
     /// Writes the last state; `error`: why the run failed.
     pub fn finish(&mut self, state: &str, error: Option<&str>, tally: &Tally) {
         let last = self.last.take();
+        self.left = None;
         // What workers were doing a moment ago is no longer true.
         let last = last.map(|snapshot| Snapshot { workers: Vec::new(), rate: 0.0, ..snapshot });
         let _ = self.write(state, error, last.as_ref(), tally);
@@ -94,7 +106,8 @@ impl StatusWriter {
         put("elapsed_s", json!(snapshot.map(|snapshot| snapshot.elapsed.as_secs_f64())));
         put("computed", json!(tally.done().saturating_sub(self.reused)));
         put("rate_per_s", json!(snapshot.map(|snapshot| snapshot.rate)));
-        put("eta_s", json!(snapshot.and_then(Snapshot::eta).map(|eta| eta.as_secs_f64())));
+        put("left_from_s", json!(self.left.map(|left| left.low.as_secs_f64())));
+        put("left_to_s", json!(self.left.map(|left| left.high.as_secs_f64())));
         put("worker_deaths", json!(snapshot.map_or(0, |snapshot| snapshot.worker_deaths)));
         put("dropped_messages", json!(snapshot.map_or(0, |snapshot| snapshot.dropped_messages)));
         let workers = snapshot.map_or(&none, |snapshot| &snapshot.workers).iter().map(|worker| {

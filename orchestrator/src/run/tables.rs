@@ -1,81 +1,74 @@
 //! From the record of finished samples to the tables.
 
 use super::RunError;
-use super::directory::{INCOMPLETE_RESULTS, RESULTS, RunDirectory, TIMINGS};
+use super::directory::{RESULTS, RunDirectory, TIMINGS};
 use super::prepare::Prepared;
 use crate::engine;
-use crate::ledger::{Entry, LedgerError, Reader};
+use crate::files::Pending;
+use crate::ledger::{Entry, Reader};
 use crate::results::{Provenance, ResultsWriter, Row, TableError, TableSchema, Timing, TimingsWriter, read_metadata};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-/// Writes `results.parquet` (or its incomplete stand-in) and `timings.parquet`; gives the path of the former.
+/// Writes `results.parquet` and `timings.parquet` of a study whose samples are all recorded, one entry at a time: the writers
+/// hold one row group. Gives the path of the former.
 pub(super) fn write_tables(
     directory: &RunDirectory,
     prepared: &Prepared<'_>,
     record: &Reader,
 ) -> Result<PathBuf, RunError> {
-    let complete = record.len()? == prepared.samples.count();
-    let path = directory.file(if complete { RESULTS } else { INCOMPLETE_RESULTS });
-    write(directory, &path, prepared, record, &|| false)?;
-    if complete {
-        directory.remove(INCOMPLETE_RESULTS)?;
-    }
+    let path = directory.file(RESULTS);
+    let timings = Pending::create(&directory.file(TIMINGS))?;
+    let mut rows = RowsWriter::create(prepared, Pending::create(&path)?, timings, &[])?;
+    record.for_each(|sample, entry| rows.push(sample, entry).map_err(RunError::from))?;
+    rows.finish()?;
     Ok(path)
 }
 
-/// Why writing ended early.
-enum Ended {
-    Cancelled,
-    Failed(RunError),
+/// Rows and their timings, under construction side by side.
+pub(super) struct RowsWriter<'a> {
+    prepared: &'a Prepared<'a>,
+    /// Where it does not vary.
+    detection: Option<String>,
+    results: ResultsWriter,
+    timings: TimingsWriter,
 }
 
-impl From<LedgerError> for Ended {
-    fn from(error: LedgerError) -> Self {
-        Self::Failed(error.into())
+impl<'a> RowsWriter<'a> {
+    /// Starts both; `more`: what is said of the table beside where it comes from.
+    pub fn create(
+        prepared: &'a Prepared<'a>,
+        results: Pending,
+        timings: Pending,
+        more: &[(String, String)],
+    ) -> Result<Self, TableError> {
+        let schema = TableSchema::new(prepared.samples.fields(), &engine::columns(&prepared.machine));
+        let provenance = Provenance([&prepared.provenance, more].concat());
+        Ok(Self {
+            prepared,
+            detection: engine::detection(&prepared.machine).map(str::to_owned),
+            results: ResultsWriter::create(results, &schema, &provenance)?,
+            timings: TimingsWriter::create(timings)?,
+        })
     }
-}
 
-impl From<TableError> for Ended {
-    fn from(error: TableError) -> Self {
-        Self::Failed(error.into())
-    }
-}
-
-/// Writes the rows of all durable results to `path` and their timings beside it, one entry at a time: the writers hold one
-/// row group. False if it was cancelled: nothing has changed then.
-pub(super) fn write(
-    directory: &RunDirectory,
-    path: &Path,
-    prepared: &Prepared<'_>,
-    record: &Reader,
-    is_cancelled: &dyn Fn() -> bool,
-) -> Result<bool, RunError> {
-    let samples = prepared.samples;
-    let schema = TableSchema::new(samples.fields(), &engine::columns(&prepared.machine));
-    let fixed_detection = engine::detection(&prepared.machine);
-    let mut timings = TimingsWriter::create(&directory.file(TIMINGS))?;
-    let mut results = ResultsWriter::create(path, &schema, &Provenance(prepared.provenance.clone()))?;
-    let visited = record.for_each::<Ended>(|sample, Entry { outcome, cpu_s, worker, attempt }| {
-        if is_cancelled() {
-            return Err(Ended::Cancelled);
-        }
-        timings.push(Timing { sample, cpu_s, worker, attempt })?;
-        results.push(Row {
+    /// Takes a finished sample; they come in ascending order.
+    pub fn push(&mut self, sample: u64, entry: Entry) -> Result<(), TableError> {
+        let Entry { outcome, cpu_s, worker, attempt } = entry;
+        let samples = self.prepared.samples;
+        self.timings.push(Timing { sample, cpu_s, worker, attempt })?;
+        self.results.push(Row {
             sample,
             parameters: samples.cells(sample),
-            detection: samples.detection(sample).or_else(|| fixed_detection.map(str::to_owned)),
+            detection: samples.detection(sample).or_else(|| self.detection.clone()),
             outcome,
-        })?;
-        Ok(())
-    });
-    match visited {
-        Ok(()) => {}
-        Err(Ended::Cancelled) => return Ok(false),
-        Err(Ended::Failed(error)) => return Err(error),
+        })
     }
-    timings.finish()?;
-    results.finish()?;
-    Ok(true)
+
+    /// Makes both durable, the rows last: whoever sees a row finds its timing.
+    pub fn finish(self) -> Result<(), TableError> {
+        self.timings.finish()?;
+        self.results.finish()
+    }
 }
 
 /// Whether a table is there and comes from these inputs.

@@ -32,14 +32,6 @@ pub struct Snapshot {
     pub workers: Vec<WorkerView>,
 }
 
-impl Snapshot {
-    /// Time the rest will take at the present rate; `None` before a rate is known.
-    #[must_use]
-    pub fn eta(&self) -> Option<Duration> {
-        (self.rate > 0.0).then(|| Duration::from_secs_f64(((self.total - self.done) as f64 / self.rate).min(1e12)))
-    }
-}
-
 /// What one worker is doing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WorkerView {

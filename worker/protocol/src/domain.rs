@@ -18,6 +18,7 @@ use std::time::{Duration, Instant};
 
 use rustix::fs::FlockOperation;
 
+use crate::files::FileError;
 use crate::ipc_domain;
 use crate::messages::RunId;
 
@@ -93,20 +94,8 @@ pub enum DomainError {
         length: usize,
     },
     /// A file operation failed.
-    #[error("{doing} {} failed", path.display())]
-    Io {
-        /// What was being done.
-        doing: &'static str,
-        /// To which file.
-        path: PathBuf,
-        /// Why it failed.
-        #[source]
-        source: io::Error,
-    },
-}
-
-fn io_error<'a>(doing: &'static str, path: &'a Path) -> impl FnOnce(io::Error) -> DomainError + 'a {
-    move |source| DomainError::Io { doing, path: path.to_owned(), source }
+    #[error(transparent)]
+    File(#[from] FileError),
 }
 
 /// The domain of a run, held by its orchestrator. Removed by [`Domain::close`], at the latest when dropped; the ports
@@ -154,7 +143,7 @@ impl Domain {
             return Err(DomainError::PathTooLong { path: address.root, length });
         }
         let root = &address.root;
-        fs::DirBuilder::new().mode(0o700).create(root).map_err(io_error("creating", root))?;
+        fs::DirBuilder::new().mode(0o700).create(root).map_err(FileError::at("create", root))?;
         let lock = lock(root)?;
         drop(base_lock);
         Ok(Self { address, run, base: base.to_owned(), _lock: lock, is_open: true })
@@ -222,22 +211,22 @@ fn check_shm(shm: &Path, workers: usize) -> Result<(), DomainError> {
 fn open_base(base: &Path) -> Result<File, DomainError> {
     match fs::DirBuilder::new().mode(0o700).create(base) {
         Err(source) if source.kind() != io::ErrorKind::AlreadyExists => {
-            return Err(io_error("creating", base)(source));
+            return Err(FileError::at("create", base)(source).into());
         }
         _ => {}
     }
-    let found = fs::symlink_metadata(base).map_err(io_error("reading", base))?;
+    let found = fs::symlink_metadata(base).map_err(FileError::at("read", base))?;
     let (uid, owner, mode) = (rustix::process::getuid().as_raw(), found.uid(), found.permissions().mode() & 0o777);
     if !found.is_dir() || owner != uid {
         return Err(DomainError::BaseUnsafe { path: base.to_owned(), uid, owner, mode });
     }
     if mode & 0o077 != 0 {
-        fs::set_permissions(base, Permissions::from_mode(0o700)).map_err(io_error("closing to others", base))?;
+        fs::set_permissions(base, Permissions::from_mode(0o700)).map_err(FileError::at("close to others", base))?;
     }
     let start = Instant::now();
     loop {
         match lock(base) {
-            Err(DomainError::Io { source, .. }) if source.kind() == io::ErrorKind::WouldBlock => {
+            Err(DomainError::File(FileError { source, .. })) if source.kind() == io::ErrorKind::WouldBlock => {
                 if start.elapsed() >= LOCK_PATIENCE {
                     return Err(DomainError::BaseLocked { path: base.to_owned() });
                 }
@@ -250,9 +239,9 @@ fn open_base(base: &Path) -> Result<File, DomainError> {
 
 /// Locks a directory for as long as the result lives; does not wait.
 fn lock(dir: &Path) -> Result<File, DomainError> {
-    let file = File::open(dir).map_err(io_error("opening", dir))?;
+    let file = File::open(dir).map_err(FileError::at("open", dir))?;
     rustix::fs::flock(&file, FlockOperation::NonBlockingLockExclusive)
-        .map_err(|errno| io_error("locking", dir)(errno.into()))?;
+        .map_err(|errno| FileError::at("lock", dir)(errno.into()))?;
     Ok(file)
 }
 
@@ -275,13 +264,14 @@ fn is_id(name: &str) -> bool {
 
 /// Memory first: the directory is what a later sweep finds the rest by.
 fn remove_files(address: &Address) -> Result<(), DomainError> {
-    for entry in fs::read_dir(SHM).map_err(io_error("reading", Path::new(SHM)))?.flatten() {
+    for entry in fs::read_dir(SHM).map_err(FileError::at("read", Path::new(SHM)))?.flatten() {
         if entry.file_name().as_encoded_bytes().starts_with(address.prefix.as_bytes()) {
             let path = entry.path();
-            fs::remove_file(&path).or_else(ignore_missing).map_err(io_error("removing", &path))?;
+            fs::remove_file(&path).or_else(ignore_missing).map_err(FileError::at("remove", &path))?;
         }
     }
-    fs::remove_dir_all(&address.root).or_else(ignore_missing).map_err(io_error("removing", &address.root))
+    let removed = fs::remove_dir_all(&address.root).or_else(ignore_missing);
+    Ok(removed.map_err(FileError::at("remove", &address.root))?)
 }
 
 fn ignore_missing(error: io::Error) -> io::Result<()> {
@@ -294,7 +284,7 @@ fn random() -> Result<u64, DomainError> {
     let mut bytes = [0; 8];
     File::open(path)
         .and_then(|mut file| io::Read::read_exact(&mut file, &mut bytes))
-        .map_err(io_error("reading", path))?;
+        .map_err(FileError::at("read", path))?;
     Ok(u64::from_ne_bytes(bytes).max(1))
 }
 

@@ -6,10 +6,11 @@
 //! shared memory, checks everything and only then sees a Rust type. [`transport`] carries blocks: in memory and
 //! faulty for tests, [`ipc`] over iceoryx2 between processes. [`link`] joins the two: typed messages over any transport.
 //! [`beat`] is the heartbeat, a few bytes through a pipe, so that it does not depend on what it watches. [`domain`] is
-//! where a run's shared memory lives and how it is cleaned.
+//! where a run's shared memory lives and how it is cleaned. [`files`] are what both sides write: whole or absent.
 
 pub mod beat;
 pub mod domain;
+pub mod files;
 pub mod ipc;
 mod ipc_domain;
 mod ipc_hub;

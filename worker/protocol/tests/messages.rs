@@ -1,11 +1,16 @@
 //! Messages go there and back exactly; anything else is refused, never believed and never a panic.
 
+#[path = "../../../tests/support/cap.rs"]
+mod cap;
+
 use bladeoff_core::outcome::{Cause, CauseSet, EndCause, Outcome, Status};
 use bladeoff_protocol::messages::{
     Batch, BatchId, Block, Body, FromWorker, FromWorkerBlock, Hello, MAX_BATCH, MAX_PARAMS, MAX_VALUES, MessageError,
     Report, RunId, SampleReport, ToWorker, ToWorkerBlock, WorkerId, batch_capacity,
 };
 use proptest::prelude::*;
+use std::cell::RefCell;
+use std::collections::BTreeMap;
 
 const RUN: RunId = RunId(0xb1ade0ff);
 const WORKER: WorkerId = WorkerId(7);
@@ -96,7 +101,7 @@ fn noise<const N: usize>(start: &Block<N>, words: &[u64], keep: usize) -> Box<Bl
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: cases(), failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(config())]
 
     #[test]
     fn messages_go_there_and_back(to in to_worker(), from in from_worker()) {
@@ -110,11 +115,11 @@ proptest! {
         // Within what was in use before: words behind it mean nothing, and two flips of one bit are none.
         let changed = flipped(&to_block, &bits);
         if changed != to_block {
-            prop_assert!(ToWorker::decode(&changed, RUN, WORKER).is_err());
+            prop_assert!(cap::case(MOST, || ToWorker::decode(&changed, RUN, WORKER)).is_err());
         }
         let changed = flipped(&from_block, &bits);
         if changed != from_block {
-            prop_assert!(FromWorker::decode(&changed, RUN).is_err());
+            prop_assert!(cap::case(MOST, || FromWorker::decode(&changed, RUN)).is_err());
         }
     }
 
@@ -128,28 +133,130 @@ proptest! {
         let (to_block, from_block) = (encoded_to(&to), encoded_from(&from));
         let changed = noise(&to_block, &words, keep);
         if changed.words[..to_block.used()] != to_block.words[..to_block.used()] {
-            prop_assert!(ToWorker::decode(&changed, RUN, WORKER).is_err());
+            prop_assert!(cap::case(MOST, || ToWorker::decode(&changed, RUN, WORKER)).is_err());
         }
         let changed = noise(&from_block, &words, keep);
         if changed.words[..from_block.used()] != from_block.words[..from_block.used()] {
-            prop_assert!(FromWorker::decode(&changed, RUN).is_err());
+            prop_assert!(cap::case(MOST, || FromWorker::decode(&changed, RUN)).is_err());
         }
     }
+}
 
-    /// A hostile worker can compute the checksum. What it says is refused, or obeys every rule a message must keep.
-    #[test]
-    fn noise_with_a_valid_checksum_breaks_no_rule(
-        from in from_worker(),
-        changes in prop::collection::vec((3..64_usize, prop_oneof![any::<u64>(), 0..600_u64, Just(f64::NAN.to_bits())]), 1..6),
-    ) {
-        let mut block = encoded_from(&from);
-        for (at, word) in changes {
-            block.words[at] = word;
+/// How a hostile message is made from a good one, beside its checksum, which is right.
+#[derive(Debug, Clone)]
+enum Lie {
+    /// Puts a word somewhere.
+    Word(prop::sample::Index, u64),
+    /// Flips one bit.
+    Bit(prop::sample::Index, u32),
+    /// Adds to a word, as to a count.
+    Add(prop::sample::Index, u64),
+    /// Says another length.
+    Length(prop::sample::Index),
+}
+
+fn lies() -> impl Strategy<Value = Vec<Lie>> {
+    let index = any::<prop::sample::Index>;
+    let word = prop_oneof![
+        any::<u64>(),
+        0..600_u64,
+        Just(f64::NAN.to_bits()),
+        Just(f64::NEG_INFINITY.to_bits()),
+        Just(u64::MAX),
+        (0..300_u64, 0..64_u64).prop_map(|(high, low)| high << 32 | low),
+    ];
+    let lie = prop_oneof![
+        3 => (index(), word).prop_map(|(at, word)| Lie::Word(at, word)),
+        4 => (index(), 0..64_u32).prop_map(|(at, bit)| Lie::Bit(at, bit)),
+        2 => (index(), prop_oneof![Just(1), Just(u64::MAX), Just(1 << 32)]).prop_map(|(at, more)| Lie::Add(at, more)),
+        1 => index().prop_map(Lie::Length),
+    ];
+    prop::collection::vec(lie, 1..4)
+}
+
+/// The message with these lies. Magic, version and run stay: a hostile worker knows them, and behind them the checks begin.
+fn lying<const N: usize>(good: &Block<N>, lies: &[Lie]) -> Box<Block<N>> {
+    let mut block = Box::new(*good);
+    let mut used = good.used();
+    // The header's fields as often as all items, in which most words are values.
+    let place = |at: &prop::sample::Index, used: usize| {
+        let fields: Vec<usize> = [3, 5, 6, 7].into_iter().chain(8..20.min(used - 1)).collect();
+        let at = at.index(2 * (used + fields.len()));
+        if at.is_multiple_of(2) { fields[at / 2 % fields.len()] } else { 5 + at / 2 % (used - 6) }
+    };
+    for lie in lies {
+        match lie {
+            Lie::Word(at, word) => block.words[place(at, used)] = *word,
+            Lie::Bit(at, bit) => block.words[place(at, used)] ^= 1 << bit,
+            Lie::Add(at, more) => {
+                let word = &mut block.words[place(at, used)];
+                *word = word.wrapping_add(*more);
+            }
+            Lie::Length(at) => used = 9 + at.index(N - 8),
         }
-        let used = block.used().max(9);
-        block.words[4] = used as u64;
-        block.words[used - 1] = checksum(&block.words[..used - 1]);
-        if let Ok(message) = FromWorker::decode(&block, RUN) {
+    }
+    block.words[4] = used as u64;
+    block.words[used - 1] = checksum(&block.words[..used - 1]);
+    block
+}
+
+/// What became of hostile messages.
+#[derive(Debug, Default)]
+struct Fates {
+    cases: u64,
+    /// Got past magic, version, length, checksum and run.
+    past_checksum: u64,
+    believed: u64,
+    /// Refused, by what refused them.
+    refused: BTreeMap<&'static str, u64>,
+}
+
+impl Fates {
+    fn count<T>(&mut self, decoded: &Result<T, MessageError>) {
+        self.cases += 1;
+        let (why, is_past) = match decoded {
+            Ok(_) => {
+                self.believed += 1;
+                self.past_checksum += 1;
+                return;
+            }
+            Err(MessageError::Magic { .. } | MessageError::Version { .. } | MessageError::Run { .. }) => {
+                ("envelope", false)
+            }
+            Err(MessageError::Checksum { .. }) => ("checksum", false),
+            Err(MessageError::Length { most, .. }) => ("length", *most == usize::MAX),
+            Err(MessageError::Tag { .. }) => ("tag", true),
+            Err(MessageError::Range { .. }) => ("range", true),
+            Err(MessageError::NotFinite { .. }) => ("not finite", true),
+            Err(MessageError::Contradiction { .. }) => ("contradiction", true),
+            Err(MessageError::LeftOver { .. }) => ("left over", true),
+        };
+        self.past_checksum += u64::from(is_past);
+        *self.refused.entry(why).or_default() += 1;
+    }
+
+    #[expect(clippy::print_stdout, reason = "the figures of docs/durability.md")]
+    /// At least 99 of 100 got past the checksum, and every check behind it has refused some.
+    fn assert_thorough(&self, checks: &[&str]) {
+        println!("{self:?}; {}", cap::figures());
+        assert!(100 * self.past_checksum >= 99 * self.cases, "{self:?}");
+        assert!(self.believed > 0 && self.believed < self.cases, "{self:?}");
+        if self.cases < 500 {
+            return;
+        }
+        checks.iter().for_each(|check| assert!(self.refused.contains_key(check), "{check}: {self:?}"));
+    }
+}
+
+/// A hostile worker can compute the checksum. What it says is refused, or obeys every rule a message must keep.
+#[test]
+fn a_lying_worker_with_a_right_checksum_breaks_no_rule() {
+    let fates = RefCell::new(Fates::default());
+    proptest!(config(), |(from in from_worker(), lies in lies())| {
+        let block = lying(&encoded_from(&from), &lies);
+        let decoded = cap::case(MOST, || FromWorker::decode(&block, RUN));
+        fates.borrow_mut().count(&decoded);
+        if let Ok(message) = decoded {
             let mut again = FromWorkerBlock::empty();
             prop_assert!(message.encode(RUN, &mut again).is_ok());
             if let Body::Report(report) = message.body {
@@ -160,8 +267,37 @@ proptest! {
                 }
             }
         }
-    }
+    });
+    fates.borrow().assert_thorough(&["length", "tag", "range", "not finite", "contradiction", "left over"]);
 }
+
+/// The same the other way: whoever writes to a worker can at most make it compute other samples.
+#[test]
+fn a_lying_orchestrator_with_a_right_checksum_breaks_no_rule() {
+    let fates = RefCell::new(Fates::default());
+    proptest!(config(), |(to in to_worker(), lies in lies())| {
+        let block = lying(&encoded_to(&to), &lies);
+        let decoded = cap::case(MOST, || ToWorker::decode(&block, RUN, WORKER));
+        fates.borrow_mut().count(&decoded);
+        if let Ok(message) = decoded {
+            let mut again = ToWorkerBlock::empty();
+            prop_assert!(message.encode(RUN, WORKER, &mut again).is_ok());
+            if let ToWorker::Batch(batch) = message {
+                prop_assert!(batch.n_params <= MAX_PARAMS && (1..=MAX_BATCH).contains(&batch.samples.len()));
+                prop_assert_eq!(batch.params.len(), batch.samples.len() * batch.n_params);
+                prop_assert!(batch.params.iter().all(|value| value.is_finite()));
+            }
+        }
+    });
+    fates.borrow().assert_thorough(&["length", "range", "not finite", "left over"]);
+}
+
+fn config() -> ProptestConfig {
+    ProptestConfig { cases: cases(), failure_persistence: None, ..ProptestConfig::default() }
+}
+
+/// Memory of one case \[bytes\]: a message is at most 34 kB.
+const MOST: usize = 1 << 20;
 
 /// Cases per property: more with `PROPTEST_CASES`.
 fn cases() -> u32 {

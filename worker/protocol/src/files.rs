@@ -25,7 +25,8 @@ impl FileError {
     }
 }
 
-/// A file under construction: `NAME.tmp` beside its final place, removed if it is never finished.
+/// A file under construction: under another name (`NAME.tmp` beside its final place, if nothing else is said), removed if
+/// it is never finished.
 #[derive(Debug)]
 pub struct Pending {
     file: Option<File>,
@@ -41,7 +42,14 @@ impl Pending {
     pub fn create(path: &Path) -> Result<Self, FileError> {
         let mut name = path.as_os_str().to_owned();
         name.push(".tmp");
-        let temporary = PathBuf::from(name);
+        Self::create_at(path, PathBuf::from(name))
+    }
+
+    /// Starts a file that will be `path` and is written at `temporary`, on the same file system.
+    ///
+    /// # Errors
+    /// The directory of `temporary` cannot be written.
+    pub fn create_at(path: &Path, temporary: PathBuf) -> Result<Self, FileError> {
         let file = File::create(&temporary).map_err(FileError::at("create", &temporary))?;
         Ok(Self { file: Some(file), temporary, path: path.to_path_buf() })
     }
@@ -49,6 +57,12 @@ impl Pending {
     /// The file to write to.
     pub fn file(&mut self) -> &mut File {
         self.file.as_mut().expect("present until finish consumes self")
+    }
+
+    /// Its final name.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
     }
 
     /// Makes it durable under its final name.

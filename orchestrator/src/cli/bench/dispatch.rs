@@ -1,10 +1,11 @@
 //! `bladeoff bench dispatch`: what the dispatch costs, measured on this machine.
 
-use super::error::CliError;
-use super::exit::Exit;
-use super::output::{print, remark};
+use super::super::error::CliError;
+use super::super::exit::Exit;
+use super::super::output::{print, remark};
+use super::stages::{Stages, peak_mb};
+use super::{Folder, load};
 use crate::dispatch::{self, Activity, DispatchOptions, Observer, SampleResult, Samples, Sink, SinkError, Snapshot};
-use crate::files::FileError;
 use crate::ledger::{Entry, Ledger, SampleKey};
 use crate::report::{Align, TextTable};
 use crate::run::RunError;
@@ -15,28 +16,16 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-/// Measure what the program costs beside the simulations
-#[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:
-  bladeoff bench dispatch
-  bladeoff bench dispatch --samples 1000000 --json")]
-pub struct Args {
-    #[command(subcommand)]
-    what: What,
-}
-
-#[derive(Debug, clap::Subcommand)]
-enum What {
-    Dispatch(Dispatch),
-}
-
-/// Overhead per durable sample, idle CPU, memory and start-up, with samples that compute nothing
+/// Overhead per durable sample, idle CPU, memory, start-up, resume and tables, with samples that compute nothing
 ///
 /// Worker processes answer with 40 numbers at once; every result goes through the real messages and the real ledger
 /// with its syncs. Where there is a python3, its ProcessPoolExecutor returns as many numbers from as many processes in
-/// the same run (without a record of anything). Figures depend on the load of the machine: look at it first.
+/// the same run (without a record of anything). Then a result directory with as many recorded results is taken up, its rows
+/// are written as parts, as tables and summed up, and it is taken over into a study of twice the size; each of these in
+/// a process of its own, whose peak memory is shown. This takes some 3 kB of temporary disk a sample. Figures depend on the load of the machine: it
+/// is shown before and after.
 #[derive(Debug, clap::Args)]
-struct Dispatch {
+pub struct Args {
     /// Samples
     #[arg(long, value_name = "N", default_value_t = 200_000, value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
     samples: u64,
@@ -55,9 +44,8 @@ const IDLE: Duration = Duration::from_secs(4);
 
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
-    let What::Dispatch(args) = &args.what;
     let folder = Folder::new()?;
-    let load = fs::read_to_string("/proc/loadavg").unwrap_or_default();
+    let load_before = load();
     remark("idle: two workers with three samples of four seconds ...");
     let idle = measure_idle(&folder.0)?;
     remark(&format!("{} samples that compute nothing, recorded durably ...", args.samples));
@@ -65,16 +53,37 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     remark("python3's ProcessPoolExecutor ...");
     let python = |samples: u64, chunk| python(samples.clamp(1, 200_000), args.workers, chunk);
     let (python_1, python_chunks) = (python(args.samples / 10, 1), python(args.samples, 256));
-    let rows: [(&str, Option<f64>, &str, &str); 7] = [
+    let stages = Stages::new(&folder.0, args.samples)?;
+    let stage = |what: &str, doing: &str| {
+        remark(&format!("{} recorded results: {doing} ...", stages.samples()));
+        stages.measure(what)
+    };
+    stage("fill", "made")?;
+    let resume = stage("resume", "taken up")?;
+    let parts = stage("parts", "written as parts")?;
+    let tables = stage("tables", "written as tables")?;
+    let summary = stage("summary", "summed up")?;
+    let growth = stage("growth", "taken over into a study of twice the size")?;
+    let rows = [
         ("overhead per durable sample", Some(durable.micros), "us", "below 20"),
         ("python3, chunksize 1 (not durable)", python_1, "us", ""),
         ("python3, chunksize 256 (not durable)", python_chunks, "us", ""),
         ("CPU of the orchestrator while workers compute", Some(100.0 * idle.orchestrator), "%", "below 1"),
         ("CPU of a worker without work", idle.worker.map(|share| 100.0 * share), "%", "below 1"),
-        ("peak memory of the orchestrator, tables apart", durable.peak_mb, "MB", "below 300"),
         ("start to the first request of a worker", Some(1e3 * durable.start_s), "ms", ""),
+        ("resume: from the lock to the first missing sample", Some(resume.seconds), "s", ""),
+        ("parts of all rows, as a resume writes them beside its work", Some(parts.seconds), "s", ""),
+        ("tables from the record", Some(tables.seconds), "s", ""),
+        ("summary from the table", Some(summary.seconds), "s", ""),
+        ("record taken over into a study of twice the size", Some(growth.seconds), "s", ""),
+        ("peak memory of the orchestrator: dispatch and ledger", durable.peak_mb, "MB", "below 300"),
+        ("peak memory: resume", resume.peak_mb, "MB", "below 300"),
+        ("peak memory: parts", parts.peak_mb, "MB", "below 300"),
+        ("peak memory: tables", tables.peak_mb, "MB", "below 300"),
+        ("peak memory: summary", summary.peak_mb, "MB", "below 300"),
+        ("peak memory: taking over", growth.peak_mb, "MB", "below 300"),
     ];
-    let load = load.split_whitespace().next().unwrap_or("?").to_owned();
+    let load_after = load();
     if args.json {
         let figures: Vec<Value> = rows
             .iter()
@@ -82,7 +91,8 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
             .collect();
         let (samples, workers) = (args.samples, args.workers);
         let text =
-            json!({ "samples": samples, "workers": workers, "load_before": load, "figures": figures }).to_string();
+            json!({ "samples": samples, "workers": workers, "load_before": load_before, "load_after": load_after, "figures": figures })
+                .to_string();
         print(&format!("{text}\n"))?;
         return Ok(Exit::Ok);
     }
@@ -97,26 +107,11 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         table.row(vec![what.to_owned(), value, unit.to_owned(), goal.to_owned()]);
     }
     let text = table.render("");
-    print(&format!("{} samples, {} workers, load before: {load}\n\n{text}", args.samples, args.workers))?;
+    let (samples, workers) = (args.samples, args.workers);
+    print(&format!(
+        "{samples} samples, {workers} workers, load before and after: {load_before}, {load_after}\n\n{text}"
+    ))?;
     Ok(Exit::Ok)
-}
-
-/// A folder on a real disk, removed at the end.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new() -> Result<Self, CliError> {
-        let path = std::env::temp_dir().join(format!("bladeoff-bench-{}", std::process::id()));
-        fs::create_dir(&path).map_err(FileError::at("create", &path))?;
-        Ok(Self(path))
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        // What is left in a temporary folder hurts nobody.
-        let _ = fs::remove_dir_all(&self.0);
-    }
 }
 
 /// Samples of four parameters, as a study of four axes has.
@@ -157,16 +152,14 @@ impl Observer for Nobody {
     fn progress(&mut self, _: &Snapshot) {}
 }
 
-fn measure_durable(folder: &Path, args: &Dispatch) -> Result<Durable, CliError> {
+fn measure_durable(folder: &Path, args: &Args) -> Result<Durable, CliError> {
     let options = options(folder, args.workers.into(), Duration::ZERO)?;
     let mut sink = Record(Ledger::create(&folder.join("ledger.redb"), &[])?);
     let report = dispatch::run(&options, &Numbers, args.samples, &mut sink, &mut Nobody).map_err(RunError::from)?;
-    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:")?.trim().strip_suffix(" kB")?.parse().ok());
     Ok(Durable {
         micros: 1e6 * (report.wall_s - report.first_ask_s) / report.done.max(1) as f64,
         start_s: report.first_ask_s,
-        peak_mb: peak.map(|kilobytes: f64| kilobytes / 1e3),
+        peak_mb: peak_mb(),
     })
 }
 

@@ -1,0 +1,236 @@
+//! The storm itself: what is planned, what happened, what must hold afterwards.
+
+use super::disturbed::{Running, WATCHDOG, left_behind, lives, state};
+use super::{ChaosError, LAB_RIG, SAMPLES, STUDY};
+use crate::files::FileError;
+use bladeoff_worker::process::signal;
+use rustix::process::Signal;
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::fs;
+use std::os::unix::process::ExitStatusExt;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::thread;
+use std::time::{Duration, Instant};
+
+const STATES: [&str; 4] = ["claimed", "running", "sent", "recorded"];
+
+/// A storm under way.
+#[derive(Debug)]
+pub struct Storm {
+    program: PathBuf,
+    folder: PathBuf,
+    random: Random,
+    calm: Vec<u8>,
+    figures: Figures,
+}
+
+/// What a storm did.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Figures {
+    /// Complete studies, each with the undisturbed table and nothing left.
+    pub studies: u64,
+    /// Runs of them.
+    pub runs: u64,
+    /// Runs that took up a record with results.
+    pub resumed: u64,
+    /// Fired faults by target, action and state, and those at a random moment.
+    pub faults: BTreeMap<String, u64>,
+    /// Events that the runs told, by name.
+    pub events: BTreeMap<String, u64>,
+    /// Results that were told.
+    pub told: u64,
+    /// Messages dropped.
+    pub dropped: u64,
+}
+
+impl Storm {
+    /// Prepares a storm in an empty folder: the study, and its undisturbed table. `program`: the `bladeoff` that is tried.
+    ///
+    /// # Errors
+    /// The undisturbed run fails.
+    pub fn new(program: &Path, folder: &Path, seed: u64) -> Result<Self, ChaosError> {
+        let machines = folder.join("machines");
+        fs::create_dir(&machines).map_err(FileError::at("create", &machines))?;
+        for (name, text) in [("machines/rig.toml", LAB_RIG), ("s.toml", STUDY)] {
+            let path = folder.join(name);
+            fs::write(&path, text).map_err(FileError::at("write", &path))?;
+        }
+        let mut storm = Self {
+            program: program.to_path_buf(),
+            folder: folder.to_path_buf(),
+            random: Random(seed),
+            calm: Vec::new(),
+            figures: Figures::default(),
+        };
+        let out = folder.join("calm");
+        let mut run = storm.start(&out, "calm-run", "")?;
+        let status = run.end(|_| {})?;
+        if !status.success() {
+            return Err(ChaosError::Failed { status: status.to_string(), said: run.said() });
+        }
+        storm.calm = table(&out)?;
+        Ok(storm)
+    }
+
+    /// One study through the storm to its end.
+    ///
+    /// # Errors
+    /// What was found.
+    pub fn study(&mut self) -> Result<(), ChaosError> {
+        let study = self.figures.studies + 1;
+        let out = self.folder.join(format!("storm-{study}"));
+        while !self.disturbed_run(&out)? {}
+        if table(&out)? != self.calm {
+            // Outside of the folder, which goes.
+            let kept = std::env::temp_dir().join(format!("bladeoff-chaos-{}-{study}", std::process::id()));
+            fs::rename(&out, &kept).map_err(FileError::at("rename to", &kept))?;
+            return Err(ChaosError::Differs { study, directory: kept });
+        }
+        let left = left_behind(&out);
+        if !left.is_empty() {
+            return Err(ChaosError::Left { study, left });
+        }
+        fs::remove_dir_all(&out).map_err(FileError::at("remove", &out))?;
+        self.figures.studies = study;
+        Ok(())
+    }
+
+    /// What has happened so far.
+    #[must_use]
+    pub fn figures(&self) -> &Figures {
+        &self.figures
+    }
+
+    fn start(&self, out: &Path, scratch: &str, faults: &str) -> Result<Running, ChaosError> {
+        let scratch = self.folder.join(scratch);
+        fs::create_dir(&scratch).map_err(FileError::at("create", &scratch))?;
+        let mut command = Command::new(&self.program);
+        command.arg("run").arg(self.folder.join("s.toml")).arg("--out").arg(out);
+        command.args(["--workers", "2", "--refresh", "0.2", "--json-events"]);
+        Running::start(command, &scratch, faults)
+    }
+
+    /// One run with up to two faults at states and one at a moment; whether the study is complete.
+    fn disturbed_run(&mut self, out: &Path) -> Result<bool, ChaosError> {
+        let random = &mut self.random;
+        let mut planned = Vec::new();
+        for _ in 0..random.below(3) {
+            let at = random.of(&STATES);
+            let (who, what) = match random.below(4) {
+                0 => ("orchestrator", random.of(&["kill", "stop"])),
+                1 => ("orchestrator", random.of(&["kill-worker", "stop-worker"])),
+                _ if at == "recorded" => ("orchestrator", random.of(&["kill-worker", "stop-worker"])),
+                _ => ("worker", random.of(&["kill", "stop"])),
+            };
+            planned.push((who, what, at, random.below(SAMPLES).to_string()));
+        }
+        let kill_after = (random.below(3) == 0).then(|| Duration::from_millis(random.below(1500)));
+        let kill_what = random.of(&["orchestrator", "worker"]);
+        let which = random.below(u64::MAX);
+        let faults: Vec<_> = planned.iter().map(|(w, d, a, s)| format!("who={w},at={a},sample={s},do={d}")).collect();
+        let mut run = self.start(out, &format!("run-{}", self.figures.runs), &faults.join(";"))?;
+        self.figures.runs += 1;
+        let (start, orchestrator) = (Instant::now(), run.child.id());
+        let mut is_due = kill_after.is_some();
+        let mut killed = None;
+        let status = run.end(|run| {
+            if is_due && kill_after.is_some_and(|after| start.elapsed() >= after) {
+                is_due = false;
+                let workers: Vec<u32> = run.workers().into_iter().filter(|&pid| lives(pid)).collect();
+                let target = match kill_what {
+                    "orchestrator" => Some(orchestrator),
+                    _ => workers.get((which % workers.len().max(1) as u64) as usize).copied(),
+                };
+                killed = killed.or(target.filter(|&pid| signal(pid, Signal::KILL)));
+            }
+            // Whoever is stopped goes on a moment later; workers in half of the cases only when they are called stale.
+            let is_stopped = |pid: u32| state(pid) == Some('T');
+            if is_stopped(orchestrator) {
+                let _ = signal(orchestrator, Signal::CONT);
+            }
+            let is_patient = planned.len() % 2 == 0;
+            for pid in run.workers().into_iter().filter(|&pid| is_stopped(pid)) {
+                if is_patient || run.count("worker_stale") > 0 {
+                    let _ = signal(pid, Signal::CONT);
+                }
+            }
+        })?;
+        let figures = &mut self.figures;
+        let mut count = |fault: String| *figures.faults.entry(fault).or_default() += 1;
+        if killed.is_some() {
+            count(format!("{kill_what} kill, at a random moment"));
+        }
+        for (at, sample) in run.fired() {
+            let fired = planned.iter().find(|(_, _, a, s)| *a == at && *s == sample);
+            let (who, what, _, _) = fired.expect("only what is planned fires");
+            count(format!("{who} {what}, at {at}"));
+        }
+        let events = run.events();
+        for event in &events {
+            *figures.events.entry(event["event"].as_str().unwrap_or("?").to_owned()).or_default() += 1;
+        }
+        figures.resumed += u64::from(events.first().is_some_and(|event| event["recorded"].as_u64() > Some(0)));
+        figures.told += run.count("sample") as u64;
+        figures.dropped += events.iter().rev().find_map(|event| event["dropped_messages"].as_u64()).unwrap_or(0);
+        let workers = run.workers();
+        let ended = Instant::now();
+        while workers.iter().any(|&pid| lives(pid)) {
+            if ended.elapsed() > WATCHDOG {
+                return Err(ChaosError::Hangs { what: "a worker whose run has ended", said: run.said() });
+            }
+            thread::sleep(Duration::from_millis(10));
+        }
+        if status.signal() == Some(9) || status.success() {
+            return Ok(status.success());
+        }
+        Err(ChaosError::Failed { status: status.to_string(), said: run.said() })
+    }
+}
+
+impl Figures {
+    /// The figures in words.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let mut text = format!(
+            "{} studies of {SAMPLES} samples, every table equal to the undisturbed one, nothing left in shared memory\n\
+             {} runs, of which {} continued a record with results\n\
+             {} results told of {} recorded (the others were durable, but not told before a kill)\n\
+             {} messages dropped\n",
+            self.studies,
+            self.runs,
+            self.resumed,
+            self.told,
+            self.studies * SAMPLES,
+            self.dropped,
+        );
+        let mut line = |count: &u64, what: &str| writeln!(text, "  {count:6}  {what}").expect("writing to a String");
+        self.faults.iter().for_each(|(fault, count)| line(count, fault));
+        self.events.iter().for_each(|(event, count)| line(count, &format!("event {event}")));
+        text
+    }
+}
+
+fn table(out: &Path) -> Result<Vec<u8>, FileError> {
+    let path = out.join("results.parquet");
+    fs::read(&path).map_err(FileError::at("read", &path))
+}
+
+/// splitmix64.
+#[derive(Debug, Clone)]
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, n: u64) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        (z ^ (z >> 31)) % n
+    }
+
+    fn of<'a>(&mut self, words: &[&'a str]) -> &'a str {
+        words[self.below(words.len() as u64) as usize]
+    }
+}

@@ -1,0 +1,129 @@
+//! What a result directory of many recorded results costs, each stage in a process of its own: peak memory is that of a
+//! process, and the largest stage would hide the others.
+
+use super::super::error::CliError;
+use super::super::exit::Exit;
+use super::super::output::print;
+use crate::chaos::LAB_RIG;
+use crate::files::FileError;
+use crate::report::{SUMMARY_COLUMNS, Summary};
+use crate::results::Table;
+use crate::run::directory::row_files;
+use crate::run::rehearsal;
+use crate::study::{Samples, load};
+use serde_json::{Value, json};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::Instant;
+
+/// One stage, for `bench dispatch`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    what: What,
+    study: PathBuf,
+    directory: PathBuf,
+}
+
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum What {
+    Fill,
+    Resume,
+    Parts,
+    Tables,
+    Summary,
+    Growth,
+}
+
+/// A study with no-op results of all samples but the last.
+pub struct Stages {
+    folder: PathBuf,
+    counts: (u64, u64),
+}
+
+/// What a stage took.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cost {
+    pub seconds: f64,
+    pub peak_mb: Option<f64>,
+}
+
+impl Stages {
+    /// At least so many samples, as a grid.
+    pub fn new(folder: &Path, samples: u64) -> Result<Self, CliError> {
+        let columns = samples.clamp(2, 1000);
+        let stages = Self { folder: folder.to_path_buf(), counts: (samples.div_ceil(columns).max(2), columns) };
+        stages.write("rig.toml", LAB_RIG)?;
+        let (rows, columns) = stages.counts;
+        stages.write("study.toml", &study(rows, columns))?;
+        // Its range has every point of the other.
+        stages.write("growth.toml", &study(2 * rows - 1, columns))?;
+        Ok(stages)
+    }
+
+    /// Samples of the study.
+    pub fn samples(&self) -> u64 {
+        self.counts.0 * self.counts.1
+    }
+
+    /// One stage, in a process of its own.
+    pub fn measure(&self, what: &str) -> Result<Cost, CliError> {
+        let study = if what == "growth" { "growth.toml" } else { "study.toml" };
+        let mut command = Command::new("/proc/self/exe");
+        command.args(["bench", "stage", what]).arg(self.folder.join(study)).arg(self.folder.join("stages"));
+        let failed = FileError::at("measure", &self.folder);
+        let output = match command.stderr(Stdio::inherit()).output() {
+            Ok(output) => output,
+            Err(source) => return Err(failed(source).into()),
+        };
+        let said: Value = serde_json::from_slice(&output.stdout).unwrap_or_default();
+        let Some(seconds) = said["seconds"].as_f64().filter(|_| output.status.success()) else {
+            return Err(failed(std::io::Error::other(format!("stage {what}: {}", output.status))).into());
+        };
+        Ok(Cost { seconds, peak_mb: said["peak_mb"].as_f64() })
+    }
+
+    fn write(&self, name: &str, text: &str) -> Result<(), FileError> {
+        let path = self.folder.join(name);
+        fs::write(&path, text).map_err(FileError::at("write", &path))
+    }
+}
+
+fn study(rows: u64, columns: u64) -> String {
+    let axis = |path: &str, from: &str, to: &str, count: u64| {
+        format!("[[vary]]\npath = \"{path}\"\nfrom = \"{from}\"\nto = \"{to}\"\ncount = {count}\n")
+    };
+    let axes = axis("contact.gap", "0.5 mm", "0.9 mm", rows) + &axis("blade_off.mass", "3 g", "10 g", columns);
+    format!("schema = 1\nname = \"stages\"\nmachine = \"rig.toml\"\n{axes}")
+}
+
+/// Runs the subcommand.
+pub fn main(args: &Args) -> Result<Exit, CliError> {
+    let samples = Samples::new(load(&args.study)?, None, None)?;
+    let directory = &args.directory;
+    let begun = Instant::now();
+    let time = match args.what {
+        What::Fill => rehearsal::fill(directory, &samples).map(|()| begun.elapsed())?,
+        What::Resume | What::Growth => rehearsal::time_resume(directory, &samples)?.whole,
+        What::Parts => rehearsal::time_parts(directory, &samples)?,
+        What::Tables => rehearsal::time_tables(directory, &samples)?,
+        What::Summary => {
+            let mut summary = Summary::default();
+            Table::for_each_piece(&row_files(directory), &SUMMARY_COLUMNS, |piece| {
+                summary.add(piece);
+                Ok(())
+            })?;
+            std::hint::black_box(summary.text());
+            begun.elapsed()
+        }
+    };
+    print(&format!("{}\n", json!({ "seconds": time.as_secs_f64(), "peak_mb": peak_mb() })))?;
+    Ok(Exit::Ok)
+}
+
+/// Largest memory that this process has had \[MB\].
+pub fn peak_mb() -> Option<f64> {
+    let status = fs::read_to_string("/proc/self/status").ok()?;
+    let kilobytes = status.lines().find_map(|line| line.strip_prefix("VmHWM:")?.trim().strip_suffix(" kB"))?;
+    Some(kilobytes.parse::<f64>().ok()? / 1e3)
+}

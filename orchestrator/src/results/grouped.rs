@@ -1,0 +1,67 @@
+//! A Parquet file under construction, written in row groups of a fixed number of rows as they come.
+
+use super::{ROW_GROUP, TableError};
+use crate::files::{FileError, Pending};
+use polars::io::parquet::write::BatchedWriter;
+use polars::prelude::{DataFrame, ParquetCompression, ParquetWriter, PolarsError, Schema};
+use std::fs::File;
+use std::path::Path;
+
+/// Rows gathered to groups; `frame` makes columns of them.
+pub(super) struct GroupedWriter<T> {
+    pending: Pending,
+    writer: BatchedWriter<File>,
+    group: Vec<T>,
+    frame: Box<dyn Fn(&[T]) -> Result<DataFrame, PolarsError>>,
+}
+
+impl<T> GroupedWriter<T> {
+    /// Starts a file with the columns of `schema`; `more`: further settings of the writer.
+    ///
+    /// # Errors
+    /// The disk is full or not writable, or the table library refused.
+    pub fn create(
+        mut pending: Pending,
+        schema: &Schema,
+        more: impl FnOnce(ParquetWriter<File>) -> ParquetWriter<File>,
+        frame: impl Fn(&[T]) -> Result<DataFrame, PolarsError> + 'static,
+    ) -> Result<Self, TableError> {
+        let file = pending.file().try_clone().map_err(FileError::at("write", pending.path()))?;
+        let writer = more(ParquetWriter::new(file).with_compression(ParquetCompression::Zstd(None)));
+        let writer = writer.batched(schema).map_err(failed(pending.path()))?;
+        Ok(Self { pending, writer, group: Vec::new(), frame: Box::new(frame) })
+    }
+
+    /// Takes a row.
+    ///
+    /// # Errors
+    /// As [`GroupedWriter::create`].
+    pub fn push(&mut self, row: T) -> Result<(), TableError> {
+        // Cut by sample number where a table is complete, by row number where it is not.
+        self.group.push(row);
+        if self.group.len() == ROW_GROUP { self.write_group() } else { Ok(()) }
+    }
+
+    fn write_group(&mut self) -> Result<(), TableError> {
+        let written = (self.frame)(&self.group).and_then(|frame| self.writer.write_batch(&frame));
+        self.group.clear();
+        written.map_err(failed(self.pending.path()))
+    }
+
+    /// Writes the rest and makes the file durable under its name.
+    ///
+    /// # Errors
+    /// As [`GroupedWriter::create`].
+    pub fn finish(mut self) -> Result<(), TableError> {
+        if !self.group.is_empty() {
+            self.write_group()?;
+        }
+        self.writer.finish().map_err(failed(self.pending.path()))?;
+        Ok(self.pending.finish()?)
+    }
+}
+
+fn failed(path: &Path) -> impl FnOnce(PolarsError) -> TableError {
+    let path = path.to_path_buf();
+    move |source| TableError::Table { action: "write", path, source }
+}

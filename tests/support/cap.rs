@@ -1,0 +1,155 @@
+//! What one case of hostile input may take: memory, counted by the allocator of the test program, and time.
+//!
+//! Memory is that of the thread of the case; of threads that a library starts only single allocations are bounded. Whoever hangs is ended with the program by a
+//! watchdog, whoever asks for more than [`HARDEST`] at once gets nothing, which ends the program, too.
+
+#![expect(unsafe_code, reason = "an allocator is unsafe by its trait; this one only counts")]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::collections::HashMap;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, Once, PoisonError};
+use std::thread::{self, ThreadId};
+use std::time::{Duration, Instant};
+
+/// Most that is ever given at once.
+const HARDEST: usize = 2 << 30;
+/// Longest time of one case; machines that run tests are slow and busy.
+const LONGEST: Duration = Duration::from_secs(10);
+/// After this the watchdog ends the program.
+const HANGING: Duration = Duration::from_secs(60);
+
+struct Counting;
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+thread_local! {
+    static LIVE: Cell<isize> = const { Cell::new(0) };
+    static PEAK: Cell<isize> = const { Cell::new(0) };
+}
+
+fn count(more: usize, less: usize) {
+    // A thread that ends has no counts any more.
+    let _ = LIVE.try_with(|live| {
+        live.set(live.get() + more as isize - less as isize);
+        PEAK.with(|peak| peak.set(peak.get().max(live.get())));
+    });
+}
+
+// SAFETY: every call is passed to the system's allocator as it came, or answered with the null that says there is no memory.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        if layout.size() > HARDEST {
+            return std::ptr::null_mut();
+        }
+        count(layout.size(), 0);
+        // SAFETY: the caller's promises are those that the system asks for.
+        unsafe { System.alloc(layout) }
+    }
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        if layout.size() > HARDEST {
+            return std::ptr::null_mut();
+        }
+        count(layout.size(), 0);
+        // SAFETY: as above.
+        unsafe { System.alloc_zeroed(layout) }
+    }
+    unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
+        count(0, layout.size());
+        // SAFETY: as above.
+        unsafe { System.dealloc(memory, layout) }
+    }
+    unsafe fn realloc(&self, memory: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        if size > HARDEST {
+            return std::ptr::null_mut();
+        }
+        count(size, layout.size());
+        // SAFETY: as above.
+        unsafe { System.realloc(memory, layout, size) }
+    }
+}
+
+static UNDER_WAY: Mutex<Option<HashMap<ThreadId, Instant>>> = Mutex::new(None);
+static CASES: AtomicU64 = AtomicU64::new(0);
+static MOST_BYTES: AtomicU64 = AtomicU64::new(0);
+static MOST_MICROS: AtomicU64 = AtomicU64::new(0);
+
+fn under_way<T>(change: impl FnOnce(&mut HashMap<ThreadId, Instant>) -> T) -> T {
+    change(UNDER_WAY.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert_default())
+}
+
+/// The case of this thread, until it is dropped.
+struct UnderWay;
+
+impl UnderWay {
+    fn begin() -> Self {
+        static WATCHDOG: Once = Once::new();
+        WATCHDOG.call_once(|| {
+            thread::spawn(|| {
+                loop {
+                    thread::sleep(Duration::from_secs(1));
+                    if under_way(|all| all.values().any(|begun| begun.elapsed() > HANGING)) {
+                        eprintln!("a case hangs: not at its end after {HANGING:?}");
+                        std::process::abort();
+                    }
+                }
+            });
+        });
+        under_way(|all| all.insert(thread::current().id(), Instant::now()));
+        Self
+    }
+}
+
+impl Drop for UnderWay {
+    fn drop(&mut self) {
+        under_way(|all| all.remove(&thread::current().id()));
+    }
+}
+
+/// Does one case, which may allocate `most` bytes on top of what there was.
+///
+/// # Panics
+/// It took more memory, or too long.
+pub fn case<T>(most: usize, work: impl FnOnce() -> T) -> T {
+    let watched = UnderWay::begin();
+    LIVE.set(0);
+    PEAK.set(0);
+    let begun = Instant::now();
+    let result = work();
+    let (bytes, time) = (PEAK.get(), begun.elapsed());
+    drop(watched);
+    CASES.fetch_add(1, Ordering::Relaxed);
+    MOST_BYTES.fetch_max(bytes as u64, Ordering::Relaxed);
+    MOST_MICROS.fetch_max(time.as_micros() as u64, Ordering::Relaxed);
+    assert!(bytes <= most as isize, "{bytes} bytes, at most {most} allowed");
+    assert!(time <= LONGEST, "{time:?}, at most {LONGEST:?} allowed");
+    result
+}
+
+/// All cases of the program so far, in words.
+pub fn figures() -> String {
+    let [cases, bytes, micros] = [&CASES, &MOST_BYTES, &MOST_MICROS].map(|figure| figure.load(Ordering::Relaxed));
+    format!(
+        "{cases} cases so far; the largest took {:.1} MB, the longest {:.1} ms",
+        bytes as f64 / 1e6,
+        micros as f64 / 1e3
+    )
+}
+
+#[test]
+#[should_panic = "bytes, at most 1000000 allowed"]
+fn memory_is_seen() {
+    case(1_000_000, || drop(std::hint::black_box(vec![1_u8; 2_000_000])));
+}
+
+#[test]
+fn memory_that_is_given_back_is_not_added_up() {
+    case(1_000_000, || (0..1000).for_each(|_| drop(std::hint::black_box(vec![1_u8; 500_000]))));
+}
+
+#[test]
+fn what_nobody_has_is_refused() {
+    assert!(Vec::<u8>::new().try_reserve_exact(HARDEST + 1).is_err());
+}
