@@ -34,7 +34,7 @@ impl Calm {
     }
 
     fn run(&self, out: &str, fault: &str) -> Running {
-        Running::start_with(&self.folder, &self.study, out, fault, &["--refresh", "0.2"])
+        Running::start_with(&self.folder, &self.study, out, fault, &["--refresh", "200 ms"])
     }
 
     /// Runs to a fault that kills the orchestrator.

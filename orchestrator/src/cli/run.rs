@@ -9,7 +9,7 @@ use crate::report::{SUMMARY_COLUMNS, Summary, duration};
 use crate::results::Table;
 use crate::run::directory::{LEDGER, row_files};
 use crate::run::{Finished, Request, Rerun, go_on, run};
-use crate::study::{Samples, Study, check_machines, check_starts, load};
+use crate::study::{Samples, Study, check_machines, check_starts, load, parse_duration};
 use bladeoff_core::outcome::{Cause, Status};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -70,9 +70,9 @@ pub struct Args {
     #[arg(long, value_name = "WHICH", value_parser = rerun)]
     rerun: Option<Rerun>,
 
-    /// Seconds between two parts of finished rows (parts/part-N.parquet) while the study runs; every 65536 rows are a part in any
+    /// Time between two parts of finished rows (parts/part-N.parquet) while the study runs; every 65536 rows are a part in any
     /// case, and with 0 only they
-    #[arg(long, value_name = "S", default_value = "60", value_parser = refresh)]
+    #[arg(long, value_name = "TIME", default_value = "60 s", value_parser = refresh)]
     refresh: Duration,
 
     #[command(flatten)]
@@ -109,8 +109,7 @@ fn rerun(text: &str) -> Result<Rerun, String> {
 }
 
 fn refresh(text: &str) -> Result<Duration, String> {
-    let seconds: f64 = text.parse().map_err(|_| format!("{text:?} is not a number"))?;
-    Duration::try_from_secs_f64(seconds).map_err(|_| "must be 0 or more seconds".to_owned())
+    if text.trim() == "0" { Ok(Duration::ZERO) } else { parse_duration(text) }
 }
 
 fn scale(text: &str) -> Result<f64, String> {
