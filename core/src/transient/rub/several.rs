@@ -4,8 +4,8 @@
 //! ```text
 //! g(alpha) >= 0 for all alpha,   lambda(alpha) >= 0,   lambda(alpha) g(alpha) = 0
 //! ```
-//! It is solved by exchange: the conditions at a few kept angles first (from the predicted place on), then the deepest angle
-//! that still penetrates is added, until none does. At a kept angle the distance `|P(alpha) - x|` and its gradient are exact,
+//! It is solved by exchange: the conditions at a few kept angles first (from the predicted place on), then the minima
+//! that still penetrate are added, until none does. At a kept angle the distance `|P(alpha) - x|` and its gradient are exact,
 //! so no place has to be found and nothing alternates. The forces at the kept angles are those of `coupled`.
 //! Source: physics.md section 3 ("the true remedy ... several contact points per ring"); the exchange method for
 //! semi-infinite conditions. Verified by `several_points_leave_no_penetration`, `high_friction_invents_no_energy`
