@@ -48,23 +48,12 @@ fn a_storm_finds_what_is_wrong() {
 }
 
 #[test]
-fn short_runs_leave_nothing_behind() {
-    short_runs(5);
-}
-
-#[test]
-#[ignore = "minutes: 1000 runs; cargo test --release --test chaos -- --ignored --nocapture thousand"]
 fn a_thousand_short_runs_leave_nothing_behind() {
     let start = Instant::now();
-    short_runs(1000);
-    println!("1000 runs in {:.0} s, nothing left", start.elapsed().as_secs_f64());
-}
-
-fn short_runs(count: u32) {
     let folder = Folder::new();
     let text = "schema = 1\nmachine = \"machines/rig.toml\"\n[set]\n\"run.end_time\" = \"0.001 s\"\n";
     let study = folder.write("s.toml", text);
-    for _ in 0..count {
+    for _ in 0..1000 {
         let out = folder.name("out");
         let mut run = Running::start(&folder, &study, &out, "");
         assert!(run.end().success(), "{}", run.said());
@@ -72,4 +61,5 @@ fn short_runs(count: u32) {
         assert!(left_behind(&out).is_empty(), "{:?}", left_behind(&out));
         fs::remove_dir_all(&out).expect("removed");
     }
+    println!("1000 runs in {:.0} s, nothing left", start.elapsed().as_secs_f64());
 }
