@@ -117,6 +117,18 @@ fn a_killed_orchestrator_is_continued_and_changes_no_byte() {
     });
 }
 
+/// Heartbeats come every half second; the orchestrator's hook must find a sample of a millisecond running all the same.
+#[test]
+fn an_orchestrator_is_killed_while_a_short_sample_runs() {
+    let folder = Folder::new();
+    let study = folder.write("short.toml", &STUDY.replace("0.1 s", "0.001 s"));
+    for sample in [2, 19] {
+        let fault = format!("who=orchestrator,at=running,sample={sample},do=kill");
+        let mut run = Running::start(&folder, &study, &folder.name(&format!("short-{sample}")), &fault);
+        assert_eq!((run.end().signal(), run.fired()), (Some(9), 1), "{sample}: {}", run.said());
+    }
+}
+
 #[test]
 fn a_stopped_orchestrator_goes_on_calls_nobody_stale_and_changes_no_byte() {
     let matrix = Matrix::new();

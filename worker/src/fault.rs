@@ -8,13 +8,16 @@
 //! | `at` | `claimed` (batch received or assigned), `running` (sample begun, or said so by a heartbeat), `sent` (result sent or received), `recorded` (result durable), `writing` (sample 0: all that will be done is recorded, the tables are written next), and of the orchestrator alone: `growing` (sample taken over into a new record), `parting`, `parted` (part of this number about to get, or having, its name), `swapping` (fresh parts stand aside), `retiring` (the table is there, the parts are removed next) |
 //! | `sample` | number, or `any` |
 //! | `do` | `kill`, `stop`, `abort`, `panic`, `hang`, `hoard` (allocate until it fails), `kill-worker`, `stop-worker` (the orchestrator signals the worker of that sample) |
-//! | `times` | how often at most, over all processes; default 1 |
+//! | `times` | how often at most for one sample, over all processes; default 1 |
 //! | `dir` | an existing directory: every firing leaves a file `fired-AT-SAMPLE-N` there, which counts it and proves it |
 //!
-//! A worker is at `recorded` only in the eyes of the orchestrator: use `who=orchestrator,at=recorded,do=kill-worker`.
+//! A worker is at `recorded` only in the eyes of the orchestrator: use `who=orchestrator,at=recorded,do=kill-worker`. And the
+//! orchestrator learns only by a heartbeat, two a second, that a sample is running: a worker that comes to a sample for which
+//! the orchestrator has a fault `at=running` waits there until it has fired, however short the sample is.
 
 use std::fs::OpenOptions;
 use std::path::PathBuf;
+use std::time::Duration;
 
 use rustix::process::Signal;
 
@@ -22,6 +25,8 @@ use crate::process::{signal, signal_self};
 
 /// Name of the environment variable.
 pub const FAULT_VARIABLE: &str = "BLADEOFF_FAULT";
+/// How often a worker looks whether the orchestrator's fault has fired.
+const LOOK_EVERY: Duration = Duration::from_millis(5);
 
 /// Which process a hook is in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -81,7 +86,11 @@ struct Fault {
 
 /// The faults of this process.
 #[derive(Debug, Clone, Default)]
-pub struct Faults(Vec<Fault>);
+pub struct Faults {
+    own: Vec<Fault>,
+    /// Faults of the orchestrator that a worker has to wait for.
+    awaited: Vec<Fault>,
+}
 
 /// The variable cannot be read. A test that asks for a fault must not run without it.
 #[derive(Debug, thiserror::Error, PartialEq, Eq)]
@@ -108,13 +117,15 @@ impl Faults {
     fn parse(text: &str, who: Who) -> Result<Self, FaultError> {
         let faults =
             text.split(';').filter(|text| !text.is_empty()).map(Fault::parse).collect::<Result<Vec<_>, _>>()?;
-        Ok(Self(faults.into_iter().filter(|fault| fault.who == who).collect()))
+        let (own, others): (Vec<_>, Vec<_>) = faults.into_iter().partition(|fault| fault.who == who);
+        let awaited = others.into_iter().filter(|fault| who == Who::Worker && fault.at == At::Running).collect();
+        Ok(Self { own, awaited })
     }
 
     /// Whether there are none.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
+        self.own.is_empty()
     }
 
     /// A sample has come to a state; `worker` is the process that has it, for the orchestrator.
@@ -122,9 +133,14 @@ impl Faults {
     /// # Panics
     /// When the fault is to panic.
     pub fn reached(&self, at: At, sample: u64, worker: Option<u32>) {
-        for fault in &self.0 {
-            if fault.at == at && fault.sample.is_none_or(|wanted| wanted == sample) && fault.counts(sample) {
+        for fault in self.own.iter().filter(|fault| fault.concerns(at, sample)) {
+            if fault.counts(sample) {
                 fault.act(worker);
+            }
+        }
+        for fault in self.awaited.iter().filter(|fault| fault.concerns(at, sample)) {
+            while !fault.proof(sample, 1).exists() {
+                std::thread::sleep(LOOK_EVERY);
             }
         }
     }
@@ -175,13 +191,19 @@ impl Fault {
         Ok(Self { who, at, sample, what, times, dir })
     }
 
+    fn concerns(&self, at: At, sample: u64) -> bool {
+        self.at == at && self.sample.is_none_or(|wanted| wanted == sample)
+    }
+
+    /// The file that the `n`-th firing for a sample leaves.
+    fn proof(&self, sample: u64, n: u32) -> PathBuf {
+        let at = format!("{:?}", self.at).to_lowercase();
+        self.dir.join(format!("fired-{at}-{sample}-{n}"))
+    }
+
     /// Takes one of the allowed firings, if one is left, by creating its file: exact over any number of processes.
     fn counts(&self, sample: u64) -> bool {
-        let at = format!("{:?}", self.at).to_lowercase();
-        (1..=self.times).any(|n| {
-            let path = self.dir.join(format!("fired-{at}-{sample}-{n}"));
-            OpenOptions::new().write(true).create_new(true).open(path).is_ok()
-        })
+        (1..=self.times).any(|n| OpenOptions::new().write(true).create_new(true).open(self.proof(sample, n)).is_ok())
     }
 
     fn act(&self, worker: Option<u32>) {
@@ -217,7 +239,7 @@ mod tests {
     fn faults_are_read_and_wrong_ones_are_named() {
         let text =
             "who=worker,at=running,sample=7,do=panic,dir=/tmp;who=orchestrator,at=sent,sample=any,do=stop,dir=/x";
-        assert_eq!(Faults::parse(text, Who::Worker).expect("valid").0.len(), 1);
+        assert_eq!(Faults::parse(text, Who::Worker).expect("valid").own.len(), 1);
         assert!(Faults::parse("", Who::Worker).expect("valid").is_empty());
         let error = Faults::parse("who=worker,at=nowhere", Who::Worker).expect_err("wrong");
         assert_eq!(error.key, "at");
@@ -233,5 +255,20 @@ mod tests {
         };
         assert_eq!([fire(6), fire(7), fire(7), fire(7)], [false, true, true, false]);
         assert!(dir.path().join("fired-sent-7-2").exists());
+    }
+
+    #[test]
+    fn a_worker_waits_for_the_orchestrators_fault_in_a_running_sample() {
+        let dir = tempfile::tempdir().expect("temporary directory");
+        let text = format!("who=orchestrator,at=running,sample=7,do=panic,dir={}", dir.path().display());
+        let worker = Faults::parse(&text, Who::Worker).expect("valid");
+        worker.reached(At::Running, 6, None);
+        worker.reached(At::Sent, 7, None);
+        let waiting = std::thread::spawn(move || worker.reached(At::Running, 7, None));
+        std::thread::sleep(10 * LOOK_EVERY);
+        assert!(!waiting.is_finished());
+        let orchestrator = Faults::parse(&text, Who::Orchestrator).expect("valid");
+        let fired = std::panic::catch_unwind(|| orchestrator.reached(At::Running, 7, None));
+        assert!(fired.is_err() && waiting.join().is_ok());
     }
 }
