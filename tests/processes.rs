@@ -9,6 +9,7 @@ use std::process::Command;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use bladeoff::chaos::{lives, state};
 use bladeoff::dispatch::{
     self, DispatchError, DispatchOptions, DispatchReport, Ended, Observer, SampleResult, Samples, Sink, SinkError,
     Snapshot, Todo,
@@ -132,11 +133,6 @@ fn options(dir: &Path, workers: usize, micros: u64, fault: Option<&str>) -> Disp
     let mut options = DispatchOptions::new(workers, command, dir.to_owned(), "no plan".into());
     options.noop = Some(micros);
     options
-}
-
-fn lives(pid: u32) -> bool {
-    let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
-    !stat.is_empty() && !stat.contains(") Z ")
 }
 
 /// Where the runs of a directory had their shared memory, by its log.
@@ -469,7 +465,9 @@ fn signals_end_a_run_in_order() {
         // Stopped at a known state, so that the signal comes in the middle.
         let fault = "who=orchestrator,at=recorded,sample=0,do=stop";
         let mut orchestrator = orchestrate(dir.path(), Some(fault)).spawn().expect("started");
-        wait_until("the orchestrator stops", || dir.path().join("fired-recorded-0-1").exists());
+        wait_until("the orchestrator stops", || {
+            dir.path().join("fired-recorded-0-1").exists() && state(orchestrator.id()) == Some('T')
+        });
         let workers = children(orchestrator.id());
         for signal in [signal, "CONT"] {
             let sent = Command::new("kill").args([&format!("-{signal}"), &orchestrator.id().to_string()]).status();
