@@ -68,8 +68,15 @@ pub enum BasisError {
     },
 }
 
-/// Lateral rotor modes kept unless the machine says otherwise.
+/// Lateral rotor modes kept at least, unless the machine says otherwise.
 pub const DEFAULT_ROTOR_MODES: usize = 24;
+/// More are kept where a bearing has more than this part of its static flexibility in the others: what is left out there
+/// follows a force without inertia, and its load with it. Verified by `stiff_bearings_carry_what_stands_on_them` in
+/// `tests/engines.rs`.
+const LEFT_OUT_AT_BEARINGS: f64 = 0.02;
+/// But none that would govern the step: none above the rings' highest, or without a ring above so many times the highest of
+/// the default ones.
+const WITHOUT_RING: f64 = 8.0;
 /// Ring modes kept unless the machine says otherwise.
 pub const DEFAULT_RING_MODES: usize = 36;
 /// Relative distance of omega^2 below which two modes are one pair.
@@ -87,7 +94,10 @@ impl Basis {
             .map(|ring| ring_modes(ring, run.ring_modes.unwrap_or(DEFAULT_RING_MODES)))
             .collect::<Result<Vec<_>, _>>()?;
         let lateral = match machine.rotor.kind {
-            RotorKind::Shaft(_) => lateral_modes(rotor, run.rotor_modes.unwrap_or(DEFAULT_ROTOR_MODES))?,
+            RotorKind::Shaft(_) => {
+                let ceiling = ring_sets.iter().map(ModeSet::highest).fold(0.0, f64::max);
+                lateral_modes(rotor, run.rotor_modes, ceiling)?
+            }
             RotorKind::PointMass(_) => {
                 ModeSet { omega_squared: Vec::new(), shapes: Matrix::zeros(rotor.lateral_size(), 0), full_limit: 0.0 }
             }
@@ -111,11 +121,11 @@ pub(crate) fn modal_key(machine: &Machine) -> [u8; 32] {
         })
         .collect();
     let modes = (machine.run.rotor_modes, machine.run.twist_modes, machine.run.ring_modes);
-    let text = format!("basis 1 {:?} {bearings:?} {rings:?} {modes:?}", machine.rotor.kind);
+    let text = format!("basis 2 {:?} {bearings:?} {rings:?} {modes:?}", machine.rotor.kind);
     *blake3::hash(text.as_bytes()).as_bytes()
 }
 
-fn lateral_modes(rotor: &RotorMatrices, wanted: usize) -> Result<ModeSet, BasisError> {
+fn lateral_modes(rotor: &RotorMatrices, wanted: Option<usize>, ceiling: f64) -> Result<ModeSet, BasisError> {
     let size = rotor.lateral_size();
     let (xz, yz): (Vec<usize>, Vec<usize>) = ((0..size / 2).collect(), (size / 2..size).collect());
     let coupled = xz.iter().any(|&i| yz.iter().any(|&j| rotor.stiffness[(i, j)] != 0.0 || rotor.mass[(i, j)] != 0.0));
@@ -141,7 +151,33 @@ fn lateral_modes(rotor: &RotorMatrices, wanted: usize) -> Result<ModeSet, BasisE
         };
         merge_planes(size, (&xz, &values_x, &shapes_x), (&yz, &values_y, &shapes_y))
     };
+    let wanted = wanted.unwrap_or_else(|| {
+        let default = DEFAULT_ROTOR_MODES.min(values.len());
+        let highest = values[..default].last().map_or(0.0, |&square| square.max(0.0).sqrt());
+        let ceiling = if ceiling > 0.0 { ceiling } else { WITHOUT_RING * highest };
+        let within = values.iter().filter(|&&square| square <= ceiling * ceiling).count();
+        default.max(enough_for_bearings(rotor, &values, &shapes).min(within))
+    });
     Ok(select(values, shapes, wanted, |_, _| {}))
+}
+
+/// How many of the lowest modes hold the static flexibility of every bearing but for [`LEFT_OUT_AT_BEARINGS`] of it; 0 where it
+/// is not finite.
+fn enough_for_bearings(rotor: &RotorMatrices, values: &[f64], shapes: &Matrix) -> usize {
+    let places = rotor.bearings.iter().flat_map(|bearing| rotor.plane_places(bearing.node));
+    let enough = |place: usize| {
+        let parts: Vec<f64> =
+            values.iter().enumerate().map(|(j, square)| shapes[(place, j)].powi(2) / square).collect();
+        let allowed = LEFT_OUT_AT_BEARINGS * parts.iter().sum::<f64>();
+        let mut left_out = 0.0;
+        // from the stiffest down to the first that may not be left out
+        let from_above = parts.iter().rposition(|part| {
+            left_out += part;
+            left_out > allowed
+        });
+        from_above.map_or(0, |last| last + 1)
+    };
+    places.map(enough).max().unwrap_or(0)
 }
 
 fn merge_planes(

@@ -118,6 +118,21 @@ impl Structure {
         self.structural == structural(machine)
     }
 
+    /// Largest part of a bearing's static flexibility that is in the modes left out, 0 to 1, in the machine's order: what of its
+    /// load has no inertia ([`transient`](crate::transient)). 0 where nothing is left out or the correction is switched off.
+    #[must_use]
+    pub fn left_out_at_bearings(&self) -> Vec<f64> {
+        let Some(residual) = &self.lateral_residual else { return vec![0.0; self.rotor.bearings.len()] };
+        let share = |place: usize| {
+            let row = self.lateral.coordinates.row(place);
+            let squares = &self.basis.lateral.omega_squared;
+            let kept: f64 = row.iter().zip(squares).map(|(phi, square)| phi * phi / square).sum();
+            let left_out = residual[(place, place)];
+            left_out / (kept + left_out)
+        };
+        self.rotor.bearings.iter().map(|b| self.rotor.plane_places(b.node).map(share)).map(|[u, v]| u.max(v)).collect()
+    }
+
     /// The basis, to be frozen.
     #[must_use]
     pub fn basis(&self) -> &Basis {

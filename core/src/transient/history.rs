@@ -17,7 +17,7 @@ pub struct Frame<'a> {
     pub velocity: &'a [f64],
     /// Twist of each node against the mean spin angle \[rad\].
     pub twist: &'a [f64],
-    /// Bearing loads `K x + C x'` in the machine's order \[N\].
+    /// Bearing loads `K x + C x'` in the machine's order \[N\], x with the static response of the modes left out.
     pub bearing_loads: &'a [[f64; 2]],
     /// Contact, `None` without a diaphragm.
     pub contact: Option<ContactFrame>,

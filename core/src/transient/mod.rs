@@ -4,6 +4,7 @@
 //! record, advance. Scheme: central differences with forward-increment Lagrange multipliers (paper, section 3; physics.md
 //! section 4), non-linear terms centred and iterated.
 
+mod bearing_loads;
 mod history;
 mod ledger;
 mod loaded_start;
@@ -23,6 +24,7 @@ pub use ledger::Energies;
 pub use monitor::FILTER;
 pub use plan::{Plan, PlanError};
 
+use bearing_loads::BearingLoads;
 use ledger::Ledger;
 use monitor::Monitor;
 use rub::{ContactFailure, Rub, StepContact};
@@ -90,7 +92,7 @@ struct Run<'a> {
     next: Vec<f64>,
     next_twist: Vec<f64>,
     size: f64,
-    loads: Vec<[f64; 2]>,
+    loads: BearingLoads,
 }
 
 impl<'a> Run<'a> {
@@ -135,7 +137,7 @@ impl<'a> Run<'a> {
             next: zeros,
             next_twist: twist,
             size,
-            loads: vec![[0.0; 2]; line.rotor.bearings.len()],
+            loads: BearingLoads::new(structure, &line),
             line,
         };
         run.load_start();
@@ -236,10 +238,9 @@ impl<'a> Run<'a> {
     /// at the same steps whoever looks.
     fn record(&mut self, contact: Option<&StepContact>, shown: bool) {
         let speed = self.line.centred_spin(&self.d_twist);
-        for (i, bearing) in self.line.rotor.bearings.iter().enumerate() {
-            let (x, v) = self.line.node(bearing.node);
-            let load = bearing.load(x, v);
-            self.loads[i] = load;
+        let pressed = self.rub.as_ref().zip(contact).map(|(rub, contact)| (rub.node, rub.outwards(contact.on_rotor)));
+        self.loads.update(&self.line, pressed);
+        for (i, load) in self.loads.all().iter().enumerate() {
             self.monitor.bearing(i, load[0] * load[0] + load[1] * load[1], self.time, speed);
         }
         self.monitor.stress.shaft(&self.line.x, &self.line.beta, self.time, speed);
@@ -293,7 +294,7 @@ impl<'a> Run<'a> {
             displacement: &self.line.x,
             velocity: self.line.velocity(),
             twist: &self.line.beta,
-            bearing_loads: &self.loads,
+            bearing_loads: self.loads.all(),
             contact: frame_contact,
             ring: self.rub.as_ref().and_then(Rub::ring_field),
             energies: self.ledger.now,

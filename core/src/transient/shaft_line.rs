@@ -35,7 +35,8 @@ pub(crate) struct ShaftLine<'a> {
     braking: Braking,
     rest: Rest,
     pub prescribed: Option<Prescribed>,
-    /// Constant lateral force (weight) in coordinates, zero without gravity.
+    /// Constant lateral force (weight) at the nodes and in coordinates, zero without gravity.
+    nodal_weight: Vec<f64>,
     weight: Vec<f64>,
     /// Nodal state at n.
     pub x: Vec<f64>,
@@ -103,6 +104,7 @@ impl<'a> ShaftLine<'a> {
             rest,
             prescribed,
             force_q: weight.clone(),
+            nodal_weight,
             weight,
             x: zeros.clone(),
             x_previous: zeros.clone(),
@@ -391,6 +393,21 @@ impl<'a> ShaftLine<'a> {
     /// Displacement and centred velocity of a node at n, after [`ShaftLine::settle`].
     pub fn node(&self, node: usize) -> ([f64; 2], [f64; 2]) {
         (self.rotor.at(node, &self.x), self.rotor.at(node, &self.v))
+    }
+
+    /// Weight of shaft, discs and unbalances at the nodes \[N\].
+    pub fn nodal_weight(&self) -> Vec<f64> {
+        self.nodal_weight.clone()
+    }
+
+    /// Adds the gyroscopic moments and the forces of the unbalances at n, their inertia included, to nodal forces; after
+    /// [`ShaftLine::settle`].
+    pub fn add_driving_forces(&self, force: &mut [f64]) {
+        crate::linalg::axpy(1.0, &self.force, force);
+        for site in &self.unbalances {
+            let [ax, ay] = self.rotor.at(site.node, &self.a);
+            self.rotor.add_at(site.node, [-site.mass * ax, -site.mass * ay], force);
+        }
     }
 
     /// Centred nodal velocities at n, after [`ShaftLine::settle`].

@@ -7,7 +7,7 @@ use super::json::JsonObject;
 use super::machine::{MachineArgs, build, set};
 use super::output::{print, remark};
 use crate::engine;
-use crate::report::{OutcomeView, beyond_small_displacements, cause_in_words, describe_outcome, duration};
+use crate::report::{OutcomeView, beyond_the_model, cause_in_words, describe_outcome, duration};
 use crate::results::{TableSchema, verdict_fields};
 use bladeoff_core::document::units::format_quantity;
 use bladeoff_core::machine::{Machine, MachineDef};
@@ -70,7 +70,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         text.push_str(&format!("{:<32} {}\n", "computed in", duration(wall)));
         print(&text)?;
     }
-    for note in beyond_small_displacements(&machine, view).iter().chain(&history) {
+    for note in beyond_the_model(&machine, &structure, view).iter().chain(&history) {
         remark(note);
     }
     Ok(verdict(&outcome))

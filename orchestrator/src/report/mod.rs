@@ -1,6 +1,7 @@
 //! What a person reads while a study runs and after it: progress, summary, one run in words.
 
 mod eta;
+mod limits;
 mod outcome;
 mod progress;
 mod summary;
@@ -8,9 +9,8 @@ mod tally;
 mod text;
 
 pub use eta::{Costs, Eta};
-pub use outcome::{
-    OutcomeView, advice, beyond_small_displacements, cause_in_words, describe_outcome, end_cause_in_words, mentions,
-};
+pub use limits::beyond_the_model;
+pub use outcome::{OutcomeView, advice, cause_in_words, describe_outcome, end_cause_in_words, mentions};
 pub use progress::Progress;
 pub use summary::{SUMMARY_COLUMNS, Summary};
 pub use tally::Tally;

@@ -1,7 +1,6 @@
 //! One run in words: what ended it, whether to believe it, the main quantities with their time.
 
 use bladeoff_core::document::units::format_quantity;
-use bladeoff_core::machine::{DiaphragmKind, Machine};
 use bladeoff_core::outcome::{Cause, Column, ColumnKind, EndCause, Outcome, Status};
 use std::fmt::Write;
 
@@ -86,26 +85,6 @@ pub fn end_cause_in_words(cause: EndCause) -> &'static str {
         EndCause::EndSpeed => "the spin fell to `run.end_speed`",
         EndCause::Failure => "the run failed",
     }
-}
-
-/// Displacement of a ring, as a share of its radius, from which on its small-displacement equations are out of their range.
-const SMALL: f64 = 0.05;
-
-/// What to say where the rotor pushed a flexible ring further than its equations hold (`docs/theory/03-contact.md`): the run
-/// may be consistent and still be that of another machine.
-#[must_use]
-pub fn beyond_small_displacements(machine: &Machine, view: OutcomeView<'_>) -> Option<String> {
-    let diaphragm = machine.diaphragms.first()?;
-    let DiaphragmKind::Flexible(stator) = &diaphragm.kind else { return None };
-    let pushed = view.value("max_eccentricity_m")? - diaphragm.contact.gap;
-    let share = pushed / stator.ring.mean_radius;
-    (share > SMALL).then(|| {
-        format!(
-            "note: the rotor pushed the ring {} out, {:.0} % of the ring's radius: beyond the small displacements that its equations hold for",
-            format_quantity(pushed, "m"),
-            100.0 * share
-        )
-    })
 }
 
 /// The block that `simulate` prints.
@@ -217,27 +196,5 @@ mod tests {
         assert!(find("first_contact ").ends_with('-'), "{text}");
         assert!(find("contact_impulse ").ends_with("2 N s"), "{text}");
         assert!(find("slip_reversal").contains("changed sign"), "{text}");
-    }
-
-    #[test]
-    fn a_ring_pushed_too_far_is_said() {
-        let text = include_str!("../../../studies/machines/lp_turbine.toml");
-        let machine = bladeoff_core::machine::MachineDef::parse("lp_turbine.toml", text).expect("valid");
-        let machine = machine.build().expect("valid");
-        let columns =
-            [Column { name: "max_eccentricity_m".into(), unit: "m", kind: ColumnKind::Real, meaning: String::new() }];
-        let noted = |eccentricity: f64| {
-            let outcome = Outcome {
-                status: Status::Ok,
-                cause: None,
-                causes: CauseSet::default(),
-                end_cause: EndCause::EndTime,
-                values: vec![Some(eccentricity)],
-            };
-            beyond_small_displacements(&machine, OutcomeView { columns: &columns, outcome: &outcome })
-        };
-        assert_eq!(noted(9e-3), None);
-        let note = noted(94e-3).expect("86 mm of a ring");
-        assert!(note.contains("86 mm") && note.contains("radius"), "{note}");
     }
 }

@@ -1,7 +1,7 @@
 //! The contact step: force, places and speeds iterated together.
 
 use super::place_search::PlaceSearch;
-use super::{Attempt, CONTACT_ITERATIONS, ContactFailure, Rub, StepContact, TOLERANCE, bilinear, directions};
+use super::{Attempt, CONTACT_ITERATIONS, ContactFailure, Rub, StepContact, TOLERANCE, bilinear, directions, on_rotor};
 use crate::contact::{Compliance, ContactForce, Gap, NotUnique, Place, slide, stick_or_slide};
 use crate::linalg::{axpy, dot};
 use crate::machine::{Detection, ForceLocation, FrictionLaw};
@@ -188,10 +188,8 @@ impl Rub<'_> {
 
     /// Adds the response to a contact force to increments without it; the ring's increment becomes the one with it.
     pub(super) fn apply(&mut self, force: &ContactForce, acting: &Gap, free: &mut [f64], free_twist: &mut [f64]) {
-        let (normal, tangent) = directions(acting);
-        for axis in 0..2 {
-            let f = -(force.normal * normal[axis] + force.tangential * tangent[axis]);
-            axpy(f, &self.responses[axis], free);
+        for (f, response) in on_rotor(force, acting).into_iter().zip(&self.responses) {
+            axpy(f, response, free);
         }
         axpy(-force.tangential * self.rotor_radius, &self.twist_response, free_twist);
         if let Some(ring) = &mut self.ring {
@@ -294,6 +292,7 @@ impl Rub<'_> {
         };
         StepContact {
             force,
+            on_rotor: on_rotor(&force, &acting),
             gap: residual,
             slip,
             reversed: self.law == FrictionLaw::Slip && slip * attempt.sign < 0.0,

@@ -27,6 +27,8 @@ use crate::structure::Structure;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct StepContact {
     pub force: ContactForce,
+    /// On the rotor, in the stator's axes \[N\].
+    pub on_rotor: [f64; 2],
     /// Gap and place of the converged step, in the run's own gap function.
     pub gap: Gap,
     /// Centred slip velocity \[m/s\].
@@ -197,6 +199,12 @@ impl<'a> Rub<'a> {
         [cos * x + sin * y, cos * y - sin * x]
     }
 
+    /// A vector (no place) of the stator's frame in the machine's.
+    pub fn outwards(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let (sin, cos) = self.turn;
+        [cos * x - sin * y, sin * x + cos * y]
+    }
+
     /// Coordinates of the ring at n once it moves.
     pub fn ring_coordinates(&self) -> Option<&[f64]> {
         self.ring.as_ref().filter(|ring| ring.moving).map(|ring| ring.stepper.q.as_slice())
@@ -302,6 +310,12 @@ impl<'a> Rub<'a> {
 fn directions(gap: &Gap) -> ([f64; 2], [f64; 2]) {
     let n = gap.place.cartesian(gap.normal);
     (n, [-n[1], n[0]])
+}
+
+/// Force on the rotor in the stator's Cartesian axes \[N\].
+fn on_rotor(force: &ContactForce, acting: &Gap) -> [f64; 2] {
+    let (normal, tangent) = directions(acting);
+    [0, 1].map(|axis| -(force.normal * normal[axis] + force.tangential * tangent[axis]))
 }
 
 /// `a^T m b`.

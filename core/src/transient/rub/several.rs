@@ -13,7 +13,7 @@
 
 use super::coupled::{Block, Coupled, POINTS};
 use super::ring::RingForce;
-use super::{Attempt, CONTACT_ITERATIONS, Rub, StepContact, bilinear, directions};
+use super::{Attempt, CONTACT_ITERATIONS, Rub, StepContact, bilinear, directions, on_rotor};
 use crate::contact::{ContactForce, Gap, Place};
 use crate::linalg::{axpy, dot};
 use crate::machine::FrictionLaw;
@@ -247,6 +247,7 @@ impl Rub<'_> {
         let turn = 0.5 * self.rotor_radius * turned;
         let mut sum = StepContact {
             force: ContactForce { normal: 0.0, tangential: 0.0, sticks: true },
+            on_rotor: [0.0; 2],
             gap: deepest,
             slip: 0.0,
             reversed: false,
@@ -268,6 +269,8 @@ impl Rub<'_> {
                 slip -= centred(&point.tangent.force);
             }
             let force = &point.force;
+            let [x, y] = on_rotor(force, &point.gap);
+            sum.on_rotor = [sum.on_rotor[0] + x, sum.on_rotor[1] + y];
             sum.friction_work += force.tangential * slip;
             sum.normal_work -= force.normal * opening;
             sum.force.normal += force.normal;

@@ -1,6 +1,6 @@
 //! Massless quasi-static radial spring instead of a ring: reference cases.
 
-use super::{CONTACT_ITERATIONS, ContactFailure, Rub, StepContact, TOLERANCE, bilinear, directions};
+use super::{CONTACT_ITERATIONS, ContactFailure, Rub, StepContact, TOLERANCE, bilinear, directions, on_rotor};
 use crate::contact::{ContactForce, Gap, polar_gap};
 use crate::linalg::dot;
 use crate::machine::FrictionLaw;
@@ -61,6 +61,7 @@ impl Rub<'_> {
                 let slip = self.centred_slip(line, &gap, d, d_twist);
                 return Ok(Some(StepContact {
                     force,
+                    on_rotor: on_rotor(&force, &gap),
                     // the massless stator follows the rotor: nothing penetrates
                     gap: Gap { value: 0.0, ..gap },
                     slip,
