@@ -5,7 +5,7 @@ use bladeoff_core::machine::{Detection, Engine, Machine};
 use bladeoff_core::modal::{Basis, BasisError, ModesReport, report};
 use bladeoff_core::outcome::{Column, Outcome};
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::{self, NoHistory, Observer, Plan, PlanError};
+use bladeoff_core::transient::{self, NoHistory, Observer, Plan, PlanError, UnresolvedDamping};
 
 /// Why the solver refuses a machine before the first step.
 #[derive(Debug, thiserror::Error)]
@@ -43,6 +43,12 @@ pub fn build_with(machine: &Machine, basis: &Basis) -> Result<Structure, EngineE
 /// The step is too large, or the like.
 pub fn plan(machine: &Machine, structure: &Structure) -> Result<Plan, EngineError> {
     Plan::new(machine, structure).map_err(EngineError::Start)
+}
+
+/// The bearing whose damping the step does not resolve, if there is one.
+#[must_use]
+pub fn unresolved_damping(machine: &Machine, structure: &Structure, plan: &Plan) -> Option<UnresolvedDamping> {
+    transient::unresolved_damping(machine, structure, plan.step)
 }
 
 /// One transient.

@@ -5,7 +5,7 @@ use super::exit::Exit;
 use super::history::{HistoryArgs, watched};
 use super::output::{print, remark};
 use crate::engine;
-use crate::report::{OutcomeView, beyond_small_displacements, describe_outcome};
+use crate::report::{OutcomeView, beyond_resolved_damping, beyond_small_displacements, describe_outcome};
 use crate::results::{DETECTION, Table, TableError, TableSchema, read_metadata};
 use crate::run::directory::{PARTS, RESULTS, read_current, row_files};
 use bladeoff_core::machine::Machine;
@@ -107,7 +107,9 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     print(&format!("{:<32} {sample} of {}\n", "sample", path.display()))?;
     let view = OutcomeView { columns: &columns, outcome: &outcome };
     print(&describe_outcome(view))?;
-    for note in beyond_small_displacements(&machine, view).iter().chain(&history) {
+    let damping = engine::unresolved_damping(&machine, structure, &step);
+    let damping = beyond_resolved_damping(damping.as_ref());
+    for note in damping.iter().chain(&beyond_small_displacements(&machine, view)).chain(&history) {
         remark(note);
     }
     verdict(&table, &machine, &outcome)

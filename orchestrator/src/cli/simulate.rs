@@ -7,7 +7,9 @@ use super::json::JsonObject;
 use super::machine::{MachineArgs, build, set};
 use super::output::{print, remark};
 use crate::engine;
-use crate::report::{OutcomeView, beyond_small_displacements, cause_in_words, describe_outcome, duration};
+use crate::report::{
+    OutcomeView, beyond_resolved_damping, beyond_small_displacements, cause_in_words, describe_outcome, duration,
+};
 use crate::results::{TableSchema, verdict_fields};
 use bladeoff_core::document::units::format_quantity;
 use bladeoff_core::machine::{Machine, MachineDef};
@@ -70,7 +72,9 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         text.push_str(&format!("{:<32} {}\n", "computed in", duration(wall)));
         print(&text)?;
     }
-    for note in beyond_small_displacements(&machine, view).iter().chain(&history) {
+    let damping = engine::unresolved_damping(&machine, &structure, &plan);
+    let damping = beyond_resolved_damping(damping.as_ref());
+    for note in damping.iter().chain(&beyond_small_displacements(&machine, view)).chain(&history) {
         remark(note);
     }
     Ok(verdict(&outcome))

@@ -9,7 +9,8 @@ mod text;
 
 pub use eta::{Costs, Eta};
 pub use outcome::{
-    OutcomeView, advice, beyond_small_displacements, cause_in_words, describe_outcome, end_cause_in_words, mentions,
+    OutcomeView, advice, beyond_resolved_damping, beyond_small_displacements, cause_in_words, describe_outcome,
+    diverged_at, end_cause_in_words, mentions,
 };
 pub use progress::Progress;
 pub use summary::{SUMMARY_COLUMNS, Summary};
