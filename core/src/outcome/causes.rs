@@ -42,7 +42,7 @@ words! {
 words! {
     /// Why a row is not `ok`. The first nine are deterministic: the same sample gives them again.
     Cause {
-        /// The state grew beyond any physical size.
+        /// The state grew beyond ten times the size of the machine, or the iteration of a step did not settle.
         Diverged = "diverged",
         /// The state became NaN or infinite.
         NonFinite = "non_finite",

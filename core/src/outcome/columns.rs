@@ -44,7 +44,11 @@ pub struct Column {
 pub fn columns(machine: &Machine) -> Vec<Column> {
     let mut all = Columns(Vec::new());
     all.real("end_time_s", "s", "simulated time at which the run ended");
-    all.real("end_speed_rad_s", "rad/s", "inertia-weighted mean spin at the end");
+    all.real(
+        "end_speed_rad_s",
+        "rad/s",
+        "inertia-weighted mean spin at the end, of second order; 0 where the rotor stopped",
+    );
     all.real("first_contact_s", "s", "time of the first contact; null without contact");
     all.peak("max_bearing_load", "N", "largest bearing load of all bearings, norm in the X-Y plane");
     for bearing in &machine.rotor.bearings {
@@ -80,7 +84,8 @@ pub fn columns(machine: &Machine) -> Vec<Column> {
     all.peak(
         "residual_penetration",
         "m",
-        "largest penetration left at a converged step, in the run's own gap function",
+        "largest penetration that a contact force left at the end of its step, in the run's own gap function; at the instant \
+         where it was left, as contact.gap_m of a history shows it (0 with a radial spring, which gives way instead)",
     );
     all.peak(
         "max_eccentricity",

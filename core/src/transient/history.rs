@@ -32,7 +32,7 @@ pub struct Frame<'a> {
 pub struct ContactFrame {
     /// Rotor centre from the diaphragm's centre \[m\].
     pub rotor: [f64; 2],
-    /// Gap in the run's own gap function \[m\].
+    /// Gap in the run's own gap function \[m\], as the contact force of the step before left it: that force was to leave none.
     pub gap: f64,
     /// Contact angle \[rad\].
     pub angle: f64,
@@ -42,7 +42,8 @@ pub struct ContactFrame {
     pub friction_force: f64,
     /// Slip velocity \[m/s\]; 0 without contact.
     pub slip: f64,
-    /// Displacement of the ring at the contact place: radial, tangential \[m\].
+    /// Displacement of the ring at the contact place: radial, tangential \[m\]; the static part of the modes left out is under the
+    /// force of the step before, as for the gap.
     pub ring: [f64; 2],
 }
 

@@ -5,13 +5,14 @@
 //! section 4), non-linear terms centred and iterated.
 
 mod bearing_loads;
+mod brake;
+mod damping;
 mod history;
 mod ledger;
 mod loaded_start;
 mod monitor;
 mod plan;
 mod prescribed;
-mod rest;
 mod rub;
 mod shaft_line;
 mod start;
@@ -19,6 +20,7 @@ mod stepper;
 mod stress_peaks;
 mod whirl;
 
+pub use damping::{UnresolvedDamping, unresolved_damping};
 pub use history::{ContactFrame, Frame, NoHistory, Observer};
 pub use ledger::Energies;
 pub use monitor::FILTER;
@@ -36,8 +38,6 @@ use crate::structure::Structure;
 
 /// Convergence of the non-linear solve without contact, relative to the increment.
 const TOLERANCE: f64 = 1e-12;
-/// Increments of a rotor at rest are rounding of its state; they are judged by at least this part of it.
-const RESTING: f64 = 1e-4;
 /// Its iterations at most: it contracts by about `Omega dt` each, by `m e^2/(J + m e^2)` where an unbalance outweighs the spin's
 /// inertia.
 const ITERATIONS: usize = 600;
@@ -66,6 +66,7 @@ pub fn simulate(machine: &Machine, structure: &Structure, observer: &mut dyn Obs
         }
     };
     let mut monitor = run.monitor;
+    monitor.finish(run.time, run.speed);
     monitor.iterations = run.iterations + run.rub.as_ref().map_or(0, |rub| rub.iterations);
     Ok(monitor.outcome(machine, &plan, &run.ledger, (end_cause, run.time, run.speed), failure))
 }
@@ -77,7 +78,7 @@ struct Run<'a> {
     rub: Option<Rub<'a>>,
     monitor: Monitor,
     ledger: Ledger,
-    /// Steps done, time and centred speed at n.
+    /// Steps done, time and speed at n.
     step: u64,
     time: f64,
     speed: f64,
@@ -174,6 +175,8 @@ impl<'a> Run<'a> {
         if shown {
             self.show(contact.as_ref(), observer);
         }
+        let (over_step, reached) =
+            (self.line.spin_over_step(&self.d_twist), self.line.spin_reached(self.time, &self.d_twist));
         self.before.swap(0, 1);
         self.before[0].copy_from_slice(&self.line.lateral.previous);
         self.twist_before.copy_from_slice(&self.line.twist.previous);
@@ -188,12 +191,14 @@ impl<'a> Run<'a> {
         if reach > DIVERGED * self.size {
             return Err(Cause::Diverged);
         }
-        let spin = self.line.spin_after(&self.d_twist);
         self.step += 1;
         self.monitor.steps = self.step;
         self.time = self.step as f64 * self.line.dt;
-        self.speed = spin;
-        Ok(self.ended(spin))
+        let can_stop = self.line.prescribed.is_none() && self.machine.rotor.initial_speed > 0.0;
+        let stopped = can_stop && over_step <= 0.0;
+        // a rotor that stops within the last half step does not turn back in it
+        self.speed = if stopped || can_stop && reached < 0.0 { 0.0 } else { reached };
+        Ok(if stopped { Some(EndCause::Stopped) } else { self.ended() })
     }
 
     /// Increments without contact, converged: the remaining error, from the measured contraction, is below tolerance.
@@ -211,10 +216,10 @@ impl<'a> Run<'a> {
             self.iterations += 1;
             let driven = self.line.driven();
             self.line.respond(self.time, &self.d, &self.d_twist, &mut self.next, &mut self.next_twist);
-            let scale = norm(&self.next) + RESTING * norm(&self.line.lateral.q);
+            let scale = self.line.lateral_scale(norm(&self.next));
             let twist_scale = norm(&self.next_twist).max(self.line.twist_scale());
             let drive_change = (self.line.driven() - driven).abs();
-            let change = (distance(&self.next, &self.d) / (scale + f64::MIN_POSITIVE))
+            let change = (distance(&self.next, &self.d) / scale)
                 .max((distance(&self.next_twist, &self.d_twist) + drive_change) / (twist_scale + f64::MIN_POSITIVE));
             std::mem::swap(&mut self.d, &mut self.next);
             std::mem::swap(&mut self.d_twist, &mut self.next_twist);
@@ -301,12 +306,10 @@ impl<'a> Run<'a> {
         });
     }
 
-    fn ended(&self, spin: f64) -> Option<EndCause> {
+    /// Whether the run has come to its end, unless the rotor has stopped.
+    fn ended(&self) -> Option<EndCause> {
         let run = &self.machine.run;
-        if self.line.prescribed.is_none() && spin <= 0.0 && self.machine.rotor.initial_speed > 0.0 {
-            return Some(EndCause::Stopped);
-        }
-        if run.end_speed > 0.0 && spin <= run.end_speed {
+        if run.end_speed > 0.0 && self.speed <= run.end_speed {
             return Some(EndCause::EndSpeed);
         }
         // half a step of slack: the last step ends at end_time, not one beyond it

@@ -40,6 +40,8 @@ pub(crate) struct Monitor {
     force: Peak,
     filtered: Peak,
     penetration: Peak,
+    /// Penetration that the contact of the last step left at its end \[m\].
+    left: Option<f64>,
     first_contact: Option<f64>,
     last_contact: Option<f64>,
     impulse: f64,
@@ -73,6 +75,7 @@ impl Monitor {
             force: Peak { value: None, ..count },
             filtered: Peak::default(),
             penetration: Peak::default(),
+            left: None,
             first_contact: None,
             last_contact: None,
             impulse: 0.0,
@@ -106,6 +109,7 @@ impl Monitor {
 
     pub fn contact(&mut self, contact: Option<&StepContact>, time: f64, speed: f64) {
         let force = contact.map_or(0.0, |contact| contact.force.normal);
+        self.finish(time, speed);
         self.slide_window(force * self.dt);
         if self.window_filled > 0 {
             self.filtered.see(self.window_sum / (self.window_length as f64 * self.dt), time, speed);
@@ -127,7 +131,14 @@ impl Monitor {
         self.several_minima += u64::from(contact.several_minima);
         self.reversals += u64::from(contact.reversed);
         self.force.see(force, time, speed);
-        self.penetration.see((-contact.gap.value).max(0.0), time, speed);
+        self.left = Some((-contact.gap.value).max(0.0));
+    }
+
+    /// What the last contact left, at the instant it left it: that of the next step, or the end.
+    pub fn finish(&mut self, time: f64, speed: f64) {
+        if let Some(depth) = self.left.take() {
+            self.penetration.see(depth, time, speed);
+        }
     }
 
     fn slide_window(&mut self, impulse: f64) {

@@ -27,6 +27,12 @@ pub(crate) fn angle_of(law: &SpeedLaw, time: f64) -> f64 {
     angle
 }
 
+/// A prescribed speed at `time` \[rad/s\].
+pub(crate) fn speed_of(law: &SpeedLaw, time: f64) -> f64 {
+    let last = law.times.iter().rposition(|&start| time >= start).unwrap_or(0);
+    law.speeds[last] + slope_of(law, time) * (time - law.times[last])
+}
+
 /// Angular acceleration of a prescribed speed at `time` \[rad/s2\], from the right at a corner.
 pub(crate) fn slope_of(law: &SpeedLaw, time: f64) -> f64 {
     for k in (0..law.times.len()).rev() {

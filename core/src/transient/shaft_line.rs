@@ -3,13 +3,19 @@
 //! One step solves, by fixed-point iteration, the central-difference equations with centred gyroscopic, unbalance and
 //! braking terms; the iteration contracts by about `Omega dt`. Both engines run this code: they differ in [`Coordinates`].
 
-use super::prescribed::{Prescribed, angle_of, slope_of};
-use super::rest::Rest;
+use super::brake::Brake;
+use super::prescribed::{Prescribed, angle_of, slope_of, speed_of};
 use super::stepper::Stepper;
 use crate::linalg::{Matrix, dot};
-use crate::machine::{Braking, Machine};
-use crate::rotor::{RotorMatrices, Turn, UnbalanceSite, braking_torque, constant_torque};
+use crate::machine::Machine;
+use crate::rotor::{RotorMatrices, Turn, UnbalanceSite};
 use crate::structure::{Coordinates, Structure};
+
+/// Increments of a rotor at rest are rounding of its state; they are judged by at least this part of it.
+const RESTING: f64 = 1e-4;
+/// Lateral increments are judged by at least this part of those that the unbalances would make alone if they turned without
+/// the rotor: psi'' is a difference of increments `psi' dt` over dt^2, and 1e-12 of this part is 18 roundings of them.
+const TURNING: f64 = 4e-3;
 
 /// State and operators of the shaft line during one run.
 pub(crate) struct ShaftLine<'a> {
@@ -32,8 +38,9 @@ pub(crate) struct ShaftLine<'a> {
     /// How each of them turns, over the step or in the instant of the start.
     turns: Vec<Turn>,
     pub gravity: [f64; 2],
-    braking: Braking,
-    rest: Rest,
+    brake: Brake,
+    /// Lateral increment per radian of each unbalance's turn over a step, `|A^-1 m d/dt^2|`.
+    levers: Vec<f64>,
     pub prescribed: Option<Prescribed>,
     /// Constant lateral force (weight) at the nodes and in coordinates, zero without gravity.
     nodal_weight: Vec<f64>,
@@ -83,9 +90,18 @@ impl<'a> ShaftLine<'a> {
         twist.compliance(&spin_row, &mut direction);
         let compliance = dot(&spin_row, &direction);
         let driven = machine.rotor.speed_law.is_some();
-        let rest = Rest::new(if driven { 0.0 } else { machine.braking.constant }, &spin_row, direction.clone());
+        let brake = Brake::new(machine.braking, driven, &spin_row, direction.clone(), dt);
         let prescribed = machine.rotor.speed_law.clone();
         let prescribed = prescribed.map(|law| Prescribed { law, direction, compliance, torque: 0.0 });
+        let levers = unbalances.iter().map(|site| {
+            let length = rotor.plane_places(site.node).map(|dof| {
+                let (row, mut response) = (lateral_map.row(dof), vec![0.0; lateral_map.size()]);
+                lateral.compliance(&row, &mut response);
+                norm(&response)
+            });
+            (site.mass * site.radius).abs() * length[0].hypot(length[1]) / (dt * dt)
+        });
+        let levers = levers.collect();
         let (lateral_size, nodes) = (rotor.lateral_size(), rotor.nodes);
         let (zeros, zero_nodes) = (vec![0.0; lateral_size], vec![0.0; nodes]);
         Some(Self {
@@ -100,8 +116,8 @@ impl<'a> ShaftLine<'a> {
             turns: vec![Turn::instant(0.0, 0.0); unbalances.len()],
             unbalances,
             gravity,
-            braking: machine.braking,
-            rest,
+            brake,
+            levers,
             prescribed,
             force_q: weight.clone(),
             nodal_weight,
@@ -186,14 +202,13 @@ impl<'a> ShaftLine<'a> {
         self.evaluate(d, d_twist);
         self.lateral_map.project(&self.force, &mut self.force_q);
         self.twist_map.project(&self.torque, &mut self.torque_q);
-        let spin = self.centred_spin(d_twist);
-        let brake = braking_torque(&self.braking, spin);
+        let torque = self.brake.torque(self.centred_spin(d_twist));
         for (sum, s) in self.torque_q.iter_mut().zip(&self.spin_row) {
-            *sum += brake * s;
+            *sum += torque * s;
         }
         self.lateral.increment(Some(&self.force_q), free);
         self.twist.increment(Some(&self.torque_q), free_twist);
-        self.rest.settle(&self.spin_row, constant_torque(&self.braking, spin), free_twist);
+        self.brake.settle(&self.spin_row, dot(&self.spin_row, &self.twist.previous), free_twist);
         self.impose_speed(time, free_twist);
     }
 
@@ -293,7 +308,7 @@ impl<'a> ShaftLine<'a> {
         let size = q.len();
         let mut next = vec![0.0; size];
         let mut next_twist = a_twist.clone();
-        let brake = braking_torque(&self.braking, spin);
+        let brake = self.brake.at_start(spin);
         for _ in 0..2000 {
             self.lateral_map.expand(&a, &mut self.a);
             self.twist_map.expand(&a_twist, &mut self.a_psi);
@@ -321,7 +336,7 @@ impl<'a> ShaftLine<'a> {
             let mut direction = vec![0.0; next_twist.len()];
             crate::linalg::mul_vec(&twist_inverse, &self.spin_row, &mut direction);
             if spin == 0.0 {
-                self.rest.hold_start(&self.spin_row, &direction, &mut next_twist);
+                self.brake.hold_start(&self.spin_row, &direction, &mut next_twist);
             }
             if let Some(prescribed) = &self.prescribed {
                 let wanted = slope_of(&prescribed.law, 0.0);
@@ -344,21 +359,41 @@ impl<'a> ShaftLine<'a> {
         (dot(&self.spin_row, d_twist) + dot(&self.spin_row, &self.twist.previous)) * 0.5 / self.dt
     }
 
-    /// Mean spin between n and n+1 \[rad/s\].
-    pub fn spin_after(&self, d_twist: &[f64]) -> f64 {
-        self.rest.spin(dot(&self.spin_row, d_twist)) / self.dt
+    /// Mean spin over the step from n to n+1, which is that at n + 1/2 \[rad/s\].
+    pub fn spin_over_step(&self, d_twist: &[f64]) -> f64 {
+        self.brake.spin(dot(&self.spin_row, d_twist)) / self.dt
+    }
+
+    /// Mean spin at n+1 \[rad/s\]: that of the law where it is prescribed, otherwise from the last two steps, of second order and
+    /// exact for a constant acceleration. `time` is that of n.
+    pub fn spin_reached(&self, time: f64, d_twist: &[f64]) -> f64 {
+        if let Some(prescribed) = &self.prescribed {
+            return speed_of(&prescribed.law, time + self.dt);
+        }
+        let over_step = self.spin_over_step(d_twist);
+        // a rotor at rest stays there
+        if over_step == 0.0 {
+            return 0.0;
+        }
+        over_step + 0.5 * (over_step - dot(&self.spin_row, &self.twist.previous) / self.dt)
     }
 
     /// Work of the braking torque over the step at n \[J\], <= 0.
     pub fn braking_work(&self, spin: f64) -> f64 {
-        let torque = braking_torque(&self.braking, spin);
-        let changed = self.rest.held().map_or(0.0, |held| held - constant_torque(&self.braking, spin));
-        (torque + changed) * spin * self.dt
+        self.brake.acted(spin) * spin * self.dt
     }
 
-    /// Least size by which an error of twist increments is judged: at rest they are nothing but rounding.
+    /// What an error of lateral increments is measured by: their size, but no less than rounding of the state and of the
+    /// unbalances' turns (a rotor on stiff bearings moves far less than its unbalances do). After [`ShaftLine::respond`].
+    pub fn lateral_scale(&self, increments: f64) -> f64 {
+        let turns = self.unbalances.iter().zip(&self.levers).map(|(site, lever)| lever * self.d_psi[site.node].abs());
+        let least = TURNING * turns.sum::<f64>();
+        (increments + RESTING * norm(&self.lateral.q)).max(least) + f64::MIN_POSITIVE
+    }
+
+    /// The same for twist increments; at rest they are nothing but rounding.
     pub fn twist_scale(&self) -> f64 {
-        self.rest.scale()
+        self.brake.scale()
     }
 
     /// Accepts the increments of the step; `evaluate` must have seen exactly them (see [`ShaftLine::settle`]).
@@ -442,6 +477,12 @@ impl<'a> ShaftLine<'a> {
     pub fn rows(&self, node: usize) -> ([Vec<f64>; 2], Vec<f64>) {
         (self.rotor.plane_places(node).map(|dof| self.lateral_map.row(dof)), self.twist_map.row(node))
     }
+}
+
+/// Lateral mass matrix of a run in coordinates.
+pub(crate) fn lateral_mass(machine: &Machine, structure: &Structure) -> Matrix {
+    let unbalances: Vec<UnbalanceSite> = machine.rotor.unbalances.iter().map(UnbalanceSite::new).collect();
+    masses(structure, &unbalances).0
 }
 
 /// Mass matrices of a run in coordinates: the structure's and the constant-coefficient terms of its unbalances.

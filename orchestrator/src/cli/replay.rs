@@ -107,7 +107,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     print(&format!("{:<32} {sample} of {}\n", "sample", path.display()))?;
     let view = OutcomeView { columns: &columns, outcome: &outcome };
     print(&describe_outcome(view))?;
-    for note in beyond_the_model(&machine, structure, view).iter().chain(&history) {
+    for note in beyond_the_model(&machine, structure, step.step, view).iter().chain(&history) {
         remark(note);
     }
     verdict(&table, &machine, &outcome)

@@ -70,7 +70,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         text.push_str(&format!("{:<32} {}\n", "computed in", duration(wall)));
         print(&text)?;
     }
-    for note in beyond_the_model(&machine, &structure, view).iter().chain(&history) {
+    for note in beyond_the_model(&machine, &structure, plan.step, view).iter().chain(&history) {
         remark(note);
     }
     Ok(verdict(&outcome))

@@ -3,7 +3,7 @@
 use super::error::CliError;
 use super::exit::Exit;
 use super::output::{print, remark};
-use crate::report::{advice, cause_in_words, duration, end_cause_in_words, mentions};
+use crate::report::{advice, cause_in_words, diverged_at, duration, end_cause_in_words, mentions};
 use crate::results::{Table, Timing};
 use crate::run::directory::{
     LEDGER, MACHINE, MANIFEST, POINTS, STUDY, WORKER_LOG, read_current, row_files, timing_files,
@@ -194,6 +194,9 @@ fn finished(told: &mut Told, row: &Table, go_on: Option<&str>) {
     let causes = word("causes").unwrap_or_default().split(',').filter_map(Cause::from_word);
     for cause in causes {
         told.line(cause.word(), cause_in_words(cause));
+        if cause == Cause::Diverged {
+            told.line("  until then", diverged_at(number).unwrap_or_default());
+        }
         told.line("  what to do", advice(cause));
         if let Some(command) = go_on.filter(|_| !cause.is_deterministic()) {
             told.line("  try again", format!("{command} --rerun cause={}", cause.word()));

@@ -135,7 +135,12 @@ const CONTACT: [(&str, &str, fn(&ContactFrame) -> f64, &str); 10] = [
         |c| c.rotor[0].hypot(c.rotor[1]),
         "distance of the rotor centre from the diaphragm's centre",
     ),
-    ("gap_m", "m", |c| c.gap, "smallest gap, in the run's own gap function"),
+    (
+        "gap_m",
+        "m",
+        |c| c.gap,
+        "smallest gap, in the run's own gap function, as the contact force of the step before left it",
+    ),
     ("angle_rad", "rad", |c| c.angle, "angle of the closest place of the ring"),
     ("normal_force_N", "N", |c| c.normal_force, "normal contact force of this one step"),
     ("friction_force_N", "N", |c| c.friction_force, "friction force of this one step"),

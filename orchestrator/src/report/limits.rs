@@ -4,16 +4,31 @@ use super::OutcomeView;
 use bladeoff_core::document::units::format_quantity;
 use bladeoff_core::machine::{DiaphragmKind, Machine};
 use bladeoff_core::structure::Structure;
+use bladeoff_core::transient::{UnresolvedDamping, unresolved_damping};
 
 /// Displacement of a ring, as a share of its radius, from which on its small-displacement equations are out of their range.
 const SMALL: f64 = 0.05;
 /// Part of a bearing's flexibility in the modes left out from which on its load under a sudden force is off by as much.
 const WITHOUT_INERTIA: f64 = 0.05;
 
-/// What to say of a run.
+/// What to say of a run with time step `step` \[s\].
 #[must_use]
-pub fn beyond_the_model(machine: &Machine, structure: &Structure, view: OutcomeView<'_>) -> Vec<String> {
-    ring_pushed(machine, view).into_iter().chain(bearings_without_inertia(machine, structure)).collect()
+pub fn beyond_the_model(machine: &Machine, structure: &Structure, step: f64, view: OutcomeView<'_>) -> Vec<String> {
+    let damping = unresolved_damping(machine, structure, step);
+    let notes = [ring_pushed(machine, view), bearings_without_inertia(machine, structure), damping.map(ringing)];
+    notes.into_iter().flatten().collect()
+}
+
+/// The step does not resolve the damping of a bearing (`docs/theory/04-time-integration.md`): the peaks of its load may be those of
+/// the step.
+fn ringing(found: UnresolvedDamping) -> String {
+    format!(
+        "note: the step does not resolve the damping of bearing {}: c dt/(2 m) = {:.1} at its node, above 1; what excites it may \
+         ring from step to step, peak bearing loads up to twice too high; `run.step` below {} resolves it",
+        found.bearing,
+        found.ratio,
+        format_quantity(found.step, "s")
+    )
 }
 
 /// The rotor pushed a flexible ring further than its equations hold (`docs/theory/03-contact.md`).
@@ -82,11 +97,17 @@ mod tests {
                 end_cause: EndCause::EndTime,
                 values: vec![Some(eccentricity)],
             };
-            beyond_the_model(&machine, &structure, OutcomeView { columns: &columns, outcome: &outcome })
+            beyond_the_model(&machine, &structure, 1e-5, OutcomeView { columns: &columns, outcome: &outcome })
         };
         assert!(noted(9e-3).is_empty());
         let notes = noted(94e-3);
         assert!(notes.len() == 1 && notes[0].contains("86 mm") && notes[0].contains("radius"), "{notes:?}");
+    }
+
+    #[test]
+    fn damping_beyond_the_step_is_said_with_the_step_that_resolves_it() {
+        let note = ringing(UnresolvedDamping { bearing: "rear".into(), ratio: 5.418, step: 1.144e-7 });
+        assert!(note.contains("bearing rear") && note.contains("= 5.4") && note.contains("below 114.4 ns"), "{note}");
     }
 
     #[test]

@@ -10,7 +10,7 @@ mod text;
 
 pub use eta::{Costs, Eta};
 pub use limits::beyond_the_model;
-pub use outcome::{OutcomeView, advice, cause_in_words, describe_outcome, end_cause_in_words, mentions};
+pub use outcome::{OutcomeView, advice, cause_in_words, describe_outcome, diverged_at, end_cause_in_words, mentions};
 pub use progress::Progress;
 pub use summary::{SUMMARY_COLUMNS, Summary};
 pub use tally::Tally;

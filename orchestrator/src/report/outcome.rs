@@ -26,7 +26,9 @@ impl OutcomeView<'_> {
 #[must_use]
 pub fn cause_in_words(cause: Cause) -> &'static str {
     match cause {
-        Cause::Diverged => "the state grew beyond any physical size",
+        Cause::Diverged => {
+            "the state grew beyond ten times the machine's size, or the iteration of a step did not settle"
+        }
         Cause::NonFinite => "the state became NaN or infinite",
         Cause::EnergyBalance => "the energy balance does not close within `run.guard`",
         Cause::NormalWork => {
@@ -45,12 +47,24 @@ pub fn cause_in_words(cause: Cause) -> &'static str {
     }
 }
 
+/// How far a diverged run got: whether its state grew, or a step of it did not settle while nothing grew.
+#[must_use]
+pub fn diverged_at(number: impl Fn(&str) -> Option<f64>) -> Option<String> {
+    let steps = number("steps")?;
+    let most =
+        [("largest eccentricity", "max_eccentricity_m", "m"), ("largest bearing load", "max_bearing_load_N", "N")];
+    let most = most.into_iter().filter_map(|(name, column, unit)| {
+        number(column).map(|value| format!(", {name} {}", format_quantity(value, unit)))
+    });
+    Some(format!("after {steps} steps{}", most.collect::<String>()))
+}
+
 /// What can be done about a cause.
 #[must_use]
 pub fn advice(cause: Cause) -> &'static str {
     match cause {
         Cause::Diverged | Cause::NonFinite => {
-            "look at its history (replay); a smaller `run.step` tells whether it is the numbers or the machine"
+            "look at its history (replay): what grew, if anything; another `run.step` tells whether it is the numbers or the machine"
         }
         Cause::EnergyBalance | Cause::NormalWork => {
             "a smaller `run.step`; if the error falls with it, it was the step, otherwise look at its history (replay)"
@@ -95,6 +109,9 @@ pub fn describe_outcome(view: OutcomeView<'_>) -> String {
     line(&mut text, "status", &status_line(outcome));
     for cause in outcome.causes.iter() {
         line(&mut text, cause.word(), cause_in_words(cause));
+        if cause == Cause::Diverged {
+            line(&mut text, "  until then", &diverged_at(|name| view.value(name)).unwrap_or_default());
+        }
     }
     let end = match (view.value("end_time_s"), view.value("end_speed_rad_s")) {
         (Some(time), Some(speed)) => format!(
@@ -196,5 +213,20 @@ mod tests {
         assert!(find("first_contact ").ends_with('-'), "{text}");
         assert!(find("contact_impulse ").ends_with("2 N s"), "{text}");
         assert!(find("slip_reversal").contains("changed sign"), "{text}");
+    }
+
+    #[test]
+    fn a_diverged_run_says_how_far_it_got() {
+        let values = |name: &str| match name {
+            "steps" => Some(22_999.0),
+            "max_bearing_load_N" => Some(50.756),
+            "max_eccentricity_m" => Some(6.078e-7),
+            _ => None,
+        };
+        let said = diverged_at(values).expect("steps");
+        assert!(said.starts_with("after 22999 steps, largest eccentricity ") && said.contains("50.76 N"), "{said}");
+        // before the first step, or without a diaphragm, there is less to say
+        assert_eq!(diverged_at(|name| (name == "steps").then_some(0.0)).as_deref(), Some("after 0 steps"));
+        assert_eq!(diverged_at(|_| None), None);
     }
 }

@@ -5,7 +5,6 @@ use super::{Attempt, CONTACT_ITERATIONS, ContactFailure, Rub, StepContact, TOLER
 use crate::contact::{Compliance, ContactForce, Gap, NotUnique, Place, slide, stick_or_slide};
 use crate::linalg::{axpy, dot};
 use crate::machine::{Detection, ForceLocation, FrictionLaw};
-use crate::transient::RESTING;
 use crate::transient::shaft_line::{ShaftLine, distance, norm};
 
 impl Rub<'_> {
@@ -220,7 +219,7 @@ impl Rub<'_> {
         normal: f64,
     ) -> f64 {
         let pressed = normal * (norm(&self.responses[0]) + norm(&self.responses[1]));
-        let size = norm(next) + pressed + RESTING * norm(&line.lateral.q) + f64::MIN_POSITIVE;
+        let size = line.lateral_scale(norm(next) + pressed);
         let rubbed = self.friction * normal * self.rotor_radius * norm(&self.twist_response);
         let twist_size = norm(next_twist) + rubbed + line.twist_scale() + f64::MIN_POSITIVE;
         let twisted = distance(next_twist, d_twist) + (line.driven() - driven).abs();

@@ -85,6 +85,8 @@ pub(crate) struct Rub<'a> {
     residual: [[f64; 2]; 2],
     /// Static displacement of the node by them under the forces of the step \[m\].
     shift: [f64; 2],
+    /// The same under the forces of the step before: those that led to the place at n.
+    shift_before: [f64; 2],
     /// Energy held by the static flexibility of the modes left out, at this step and the one before \[J\].
     pub held: f64,
     pub held_before: f64,
@@ -169,6 +171,7 @@ impl<'a> Rub<'a> {
             candidate_twist: vec![0.0; twist_row.len()],
             residual: residual_at(structure, contact.node, (sin, cos)),
             shift: [0.0; 2],
+            shift_before: [0.0; 2],
             held: 0.0,
             held_before: 0.0,
             rows,
@@ -223,6 +226,10 @@ impl<'a> Rub<'a> {
     /// Begins the step: the ring's motion without contact.
     pub fn prepare(&mut self) {
         (self.held_before, self.held) = (self.held, 0.0);
+        self.shift_before = self.shift;
+        if let Some(ring) = &mut self.ring {
+            std::mem::swap(&mut ring.left_out, &mut ring.left_out_before);
+        }
         self.spring_back();
         if let Some(ring) = &mut self.ring {
             ring.prepare();
@@ -258,12 +265,13 @@ impl<'a> Rub<'a> {
         }
     }
 
-    /// The gap at n in the run's own gap function, under the forces of the step.
+    /// The gap at n in the run's own gap function, as the contact of the step before left it: its force is the one that was to
+    /// leave none here.
     pub fn gap_at(&mut self, [x, y]: [f64; 2]) -> Gap {
         if let Some(ring) = &mut self.ring {
             ring.field_at_n();
         }
-        self.own_gap([x + self.shift[0], y + self.shift[1]])
+        self.own_gap([x + self.shift_before[0], y + self.shift_before[1]])
     }
 
     /// Whether the stator is a massless spring, which may start loaded.

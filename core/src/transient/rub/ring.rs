@@ -19,6 +19,8 @@ pub(super) struct Ring<'a> {
     /// Static flexibility of the modes left out, and their nodal displacement under the forces of the step.
     pub residual: Option<&'a Matrix>,
     pub left_out: Vec<f64>,
+    /// The same under the forces of the step before.
+    pub left_out_before: Vec<f64>,
     /// Bound of |v| per unit of each coordinate.
     pub radial_bound: Vec<f64>,
     pub normal: RingForce,
@@ -60,6 +62,7 @@ impl<'a> Ring<'a> {
             scratch: zeros(),
             residual: part.residual.as_ref(),
             left_out: vec![0.0; nodal],
+            left_out_before: vec![0.0; nodal],
             radial_bound,
             normal: RingForce { force: zeros(), response: zeros() },
             tangent: RingForce { force: zeros(), response: zeros() },
@@ -82,18 +85,19 @@ impl<'a> Ring<'a> {
             self.scratch[i] = self.stepper.q[i] + self.d[i];
         }
         self.coordinates.expand_head(&self.scratch, &mut self.field);
-        self.add_left_out();
+        self.add_left_out(false);
     }
 
-    /// Nodal field of the ring at n, the modes left out included.
+    /// Nodal field of the ring at n, the modes left out included: under the forces that led there, of the step before.
     pub fn field_at_n(&mut self) {
         self.coordinates.expand_head(&self.stepper.q, &mut self.field);
-        self.add_left_out();
+        self.add_left_out(true);
     }
 
-    fn add_left_out(&mut self) {
+    fn add_left_out(&mut self, before: bool) {
         if self.residual.is_some() {
-            axpy(1.0, &self.left_out, &mut self.field);
+            let left_out = if before { &self.left_out_before } else { &self.left_out };
+            axpy(1.0, left_out, &mut self.field);
         }
     }
 
