@@ -1,9 +1,10 @@
 //! What differs between the study a directory was computed with and the present one, in words.
 
-use super::directory::{MACHINE, POINTS, RunDirectory, STUDY};
+use super::directory::{MACHINE, POINTS, STUDY};
 use super::prepare::Prepared;
 use crate::study::{FrozenFiles, Samples, Study, Varied, load_frozen, show};
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 
 /// Values of an axis that are written out; longer ones are shown by their ends.
 const SHOWN_VALUES: u64 = 6;
@@ -28,11 +29,7 @@ impl std::fmt::Display for Change {
 }
 
 /// The differences that matter to the samples; `header`: of the directory's record, empty if it is lost.
-pub(super) fn changes(
-    directory: &RunDirectory,
-    prepared: &Prepared<'_>,
-    header: &BTreeMap<String, String>,
-) -> Vec<Change> {
+pub(super) fn changes(directory: &Path, prepared: &Prepared<'_>, header: &BTreeMap<String, String>) -> Vec<Change> {
     let mut found = Vec::new();
     let present: BTreeMap<String, String> = prepared.header().into_iter().collect();
     let mut compare = |key: &str, shown: &str| {
@@ -48,11 +45,11 @@ pub(super) fn changes(
     if prepared.samples.limit().is_some() || header.contains_key("limit") {
         compare("seed", "seed");
     }
-    let files = FrozenFiles { machine: directory.file(MACHINE), points: directory.file(POINTS) };
-    match load_frozen(&directory.file(STUDY), files) {
+    let files = FrozenFiles { machine: directory.join(MACHINE), points: directory.join(POINTS) };
+    match load_frozen(&directory.join(STUDY), files) {
         Ok(old) => found.extend(parameter_changes(&old, prepared.samples)),
         Err(_) => found.push(Change {
-            key: directory.file(STUDY).display().to_string(),
+            key: directory.join(STUDY).display().to_string(),
             from: "cannot be read any more".to_owned(),
             to: "compared by the keys of the samples alone".to_owned(),
         }),
@@ -79,6 +76,13 @@ fn compare_rest(found: &mut Vec<Change>, header: &BTreeMap<String, String>, pres
         if from != to {
             found.push(Change { key: shown.to_owned(), from, to });
         }
+    }
+    if found.is_empty() {
+        found.push(Change {
+            key: "keys of the samples".to_owned(),
+            from: "of an earlier build, which counted run.step_limit among the inputs".to_owned(),
+            to: "without it".to_owned(),
+        });
     }
 }
 
