@@ -145,6 +145,7 @@ fn a_refused_run_changes_no_byte() {
     let mut child = Running::start(&folder, &study, &killed, "who=orchestrator,at=recorded,sample=9,do=kill");
     assert_eq!((child.end().signal(), child.fired()), (Some(9), 1), "{}", child.said());
     let other = folder.write("other.toml", &STUDY.replace("0.5 mm", "0.6 mm"));
+    folder.write("killed/manifest.json.tmp", "as a kill leaves it");
     for out in [&whole, &killed] {
         let mut before = files(Path::new(out));
         for more in [&[][..], &["--rerun", "failed"]] {
@@ -156,6 +157,8 @@ fn a_refused_run_changes_no_byte() {
         assert!(before.remove(&lock).is_some() && after.remove(&lock).is_some());
         assert!(before == after, "{:?} {:?}", before.keys(), after.keys());
     }
+    assert_eq!(run(&study, &killed, &[]).code, 0);
+    assert!(!folder.path("killed/manifest.json.tmp").exists());
     // Neither does a run that has nothing to do touch the record.
     let ledger = || fs::read(folder.path("whole/ledger.redb")).expect("the record");
     let before = ledger();

@@ -57,18 +57,23 @@ impl RunDirectory {
             sync_directory(path.parent().unwrap_or(Path::new(".")))?;
         }
         let lock = Lock::take(path, LOCK)?;
-        let directory = Self { path: path.to_path_buf(), lock };
-        // What a killed run was writing; nobody else writes here now.
+        Ok(Self { path: path.to_path_buf(), lock })
+    }
+
+    /// Removes what a killed run was writing; nobody else writes here now.
+    ///
+    /// # Errors
+    /// The directory cannot be written.
+    pub fn tidy(&self) -> Result<(), FileError> {
         for name in
             [RESULTS, TIMINGS, MANIFEST, STUDY, MACHINE, POINTS, PLAN_FILE, BASIS_FILE, STATUS, PARTS, TIMING_PARTS]
         {
-            directory.remove(&format!("{name}.tmp"))?;
+            self.remove(&format!("{name}.tmp"))?;
         }
         for folder in [PARTS, TIMING_PARTS] {
-            directory.empty_aside(folder)?;
+            self.empty_aside(folder)?;
         }
-        directory.remove(&format!("{LEDGER}.new"))?;
-        Ok(directory)
+        self.remove(&format!("{LEDGER}.new"))
     }
 
     /// The run before, if it did not end in order.

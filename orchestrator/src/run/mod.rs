@@ -286,6 +286,7 @@ fn put_in_order(
     note: &dyn Fn(&str),
 ) -> Result<(), RunError> {
     let samples = prepared.samples;
+    directory.tidy()?;
     prepared.write(directory)?;
     if !tables::has_timings(directory.path(), samples.count()) {
         tables::write_timings(directory, record)?;

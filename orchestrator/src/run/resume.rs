@@ -259,6 +259,7 @@ impl Compared {
     /// Makes the record that of the present study, with inputs, plan and basis beside it.
     pub fn go_on(self, directory: &RunDirectory, prepared: &Prepared<'_>) -> Result<Opened, RunError> {
         let Self { record, found, .. } = self;
+        directory.tidy()?;
         let mut notes = Vec::new();
         let ledger = match record {
             Record::New => {
