@@ -2,7 +2,9 @@
 
 mod support;
 
+use bladeoff::ledger::{Ledger, LedgerError, Reader, SampleKey};
 use std::fs;
+use std::time::Instant;
 use support::{Folder, Said, say, table};
 
 /// Two gaps x two durations; a sample takes milliseconds.
@@ -134,4 +136,30 @@ fn a_step_limit_that_varies_is_each_samples_own() {
     // What the longest has done is done for all.
     let again = bench.goes_on(STUDY, &[]);
     assert!(again.err.contains("4 of 4 samples are there already, 0 are computed"), "{}", again.err);
+}
+
+#[test]
+fn a_record_with_the_keys_of_an_earlier_build_is_refused_by_that_reason() {
+    let bench = Bench::new();
+    assert_eq!(bench.run(&set(100), "out", &[]).code, 0);
+    // Earlier builds counted the step limit: other keys, of the same study.
+    let path = bench.folder.path("out/ledger.redb");
+    let record = Reader::open(&path).expect("a whole record");
+    let mut header = record.header().expect("readable");
+    header.insert("samples_blake3".to_owned(), "another".to_owned());
+    let header: Vec<(String, String)> = header.into_iter().collect();
+    let mut entries = Vec::new();
+    record.for_each::<LedgerError>(|sample, entry| Ok(entries.push((sample, entry)))).expect("readable");
+    let mut earlier = Ledger::create(&path, &header).expect("created");
+    for (sample, entry) in entries {
+        earlier.put(sample, SampleKey(u128::from(sample)), &entry, Instant::now()).expect("taken");
+    }
+    earlier.publish().expect("written");
+    drop((record, earlier));
+    for (limit, shown) in [(100, false), (200, true)] {
+        let said = bench.run(&set(limit), "out", &[]);
+        assert_eq!(said.code, 3, "{}", said.err);
+        assert!(said.err.contains("keys of the samples: of an earlier build"), "{}", said.err);
+        assert_eq!(said.err.contains("run.step_limit: 100 -> 200"), shown, "{}", said.err);
+    }
 }

@@ -1,9 +1,12 @@
 //! What differs between the study a directory was computed with and the present one, in words.
 
 use super::directory::{MACHINE, POINTS, STUDY};
-use super::prepare::Prepared;
+use super::keys::SampleKeys;
+use super::prepare::{Prepared, SAMPLES_KEY};
 use crate::study::{FrozenFiles, Samples, Study, Varied, load_frozen, show};
+use bladeoff_worker::plan::BASIS_FILE;
 use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
 use std::path::Path;
 
 /// Values of an axis that are written out; longer ones are shown by their ends.
@@ -47,7 +50,16 @@ pub(super) fn changes(directory: &Path, prepared: &Prepared<'_>, header: &BTreeM
     }
     let files = FrozenFiles { machine: directory.join(MACHINE), points: directory.join(POINTS) };
     match load_frozen(&directory.join(STUDY), files) {
-        Ok(old) => found.extend(parameter_changes(&old, prepared.samples)),
+        Ok(old) => {
+            found.extend(parameter_changes(&old, prepared.samples));
+            if has_other_keys(old, directory, header) {
+                found.push(Change {
+                    key: "keys of the samples".to_owned(),
+                    from: "of an earlier build, which counted run.step_limit among the inputs".to_owned(),
+                    to: "without it".to_owned(),
+                });
+            }
+        }
         Err(_) => found.push(Change {
             key: directory.join(STUDY).display().to_string(),
             from: "cannot be read any more".to_owned(),
@@ -65,6 +77,22 @@ pub(super) fn changes(directory: &Path, prepared: &Prepared<'_>, header: &BTreeM
     found
 }
 
+/// Whether the record of this very study has other keys than this build gives its samples.
+fn has_other_keys(old: Study, directory: &Path, header: &BTreeMap<String, String>) -> bool {
+    let says = |key: &str, value: String| header.get(key) == Some(&value);
+    let is_its_study = says("study_blake3", blake3::hash(old.text.as_bytes()).to_hex().to_string())
+        && says("machine_blake3", blake3::hash(old.machine_text.as_bytes()).to_hex().to_string())
+        && says("numerics_version", bladeoff_core::NUMERICS_VERSION.to_string());
+    let part = |key: &str| header.get(key).map(String::as_str);
+    let scale = part("scale").and_then(|scale| scale.parse().ok());
+    let limit = part("limit").and_then(|limit| limit.parse().ok());
+    let (Ok(samples), Ok(basis)) = (Samples::new(old, scale, limit), fs::read(directory.join(BASIS_FILE))) else {
+        return false;
+    };
+    let is_its_basis = says("basis_blake3", blake3::hash(&basis).to_hex().to_string());
+    is_its_study && is_its_basis && !says(SAMPLES_KEY, SampleKeys::new(&samples, &basis).digest())
+}
+
 /// What no parameter shows.
 fn compare_rest(found: &mut Vec<Change>, header: &BTreeMap<String, String>, present: &BTreeMap<String, String>) {
     for (key, shown) in [("machine_blake3", "tables of the machine or their order"), ("basis_blake3", "reduced basis")]
@@ -76,13 +104,6 @@ fn compare_rest(found: &mut Vec<Change>, header: &BTreeMap<String, String>, pres
         if from != to {
             found.push(Change { key: shown.to_owned(), from, to });
         }
-    }
-    if found.is_empty() {
-        found.push(Change {
-            key: "keys of the samples".to_owned(),
-            from: "of an earlier build, which counted run.step_limit among the inputs".to_owned(),
-            to: "without it".to_owned(),
-        });
     }
 }
 
