@@ -397,7 +397,7 @@ fn identity_ignores_how_a_file_is_written() {
 fn exchanging_a_value_is_setting_it() {
     let def = parse(&shipped("lab_rig"));
     for (path, text) in
-        [("contact.gap", "0.7 mm"), ("contact.detection", "hyp1"), ("contact.gap", "0.5 mm"), ("run.step_limit", "100")]
+        [("contact.gap", "0.7 mm"), ("contact.detection", "hyp1"), ("contact.gap", "0.5 mm"), ("run.end_time", "0.1 s")]
     {
         let path = def.resolve(path).unwrap();
         let value = def.parse_value(&path, text).unwrap();
@@ -409,4 +409,16 @@ fn exchanging_a_value_is_setting_it() {
     }
     let gap = def.resolve("contact.gap").unwrap();
     assert!(def.identity_change(&gap, &ParamValue::Number(-1.0)).is_err());
+}
+
+#[test]
+fn a_step_limit_is_no_part_of_the_identity() {
+    let def = parse(&shipped("lab_rig"));
+    assert_eq!(def.step_limit(), None);
+    let path = def.resolve("run.step_limit").unwrap();
+    let value = def.parse_value(&path, "100").unwrap();
+    let mut limited = def.clone();
+    limited.set(&path, &value).unwrap();
+    assert_eq!((limited.step_limit(), limited.identity()), (Some(100), def.identity()));
+    assert_eq!(def.identity_change(&path, &value).unwrap(), 0);
 }

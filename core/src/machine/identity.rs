@@ -7,6 +7,9 @@
 //! varied counts like one that the file gives. Comments, units, number formats, the machine's name and the order of keys do
 //! not count; the order of bearings and sections does, because columns and sums follow it. A default and the same value
 //! written out in a table that is there anyway are equal.
+//!
+//! `run.step_limit` does not count: it is a budget. Runs of one identity are step for step the same up to the smaller of
+//! their limits, so who keeps outcomes by identity has to ask how many steps each needed ([`MachineDef::step_limit`]).
 
 use super::def::MachineDef;
 use super::layout::{Layout, Scalar};
@@ -14,10 +17,23 @@ use super::paths::PathInfo;
 use super::schema::SCHEMA;
 use super::value::{self, ParamValue, ValueError};
 
+/// Path of the one parameter that is no part of the identity.
+pub const STEP_LIMIT: &str = "run.step_limit";
+
 impl MachineDef {
+    /// Largest number of steps of a run; `None`: no limit.
+    #[must_use]
+    pub fn step_limit(&self) -> Option<u64> {
+        match self.states[self.layout.find(STEP_LIMIT)?].scalar {
+            Scalar::Number(steps) => Some(steps as u64),
+            Scalar::Absent | Scalar::Bad | Scalar::Word(_) => None,
+        }
+    }
+
     /// The identity with the present values.
     ///
-    /// Verified by `identity_ignores_how_a_file_is_written` and `exchanging_a_value_is_setting_it`.
+    /// Verified by `identity_ignores_how_a_file_is_written`, `exchanging_a_value_is_setting_it` and
+    /// `a_step_limit_is_no_part_of_the_identity`.
     #[must_use]
     pub fn identity(&self) -> u128 {
         let slots = self.layout.slots.iter().zip(&self.states);
@@ -57,6 +73,7 @@ fn layout_part(layout: &Layout) -> u128 {
 fn part(path: &str, scalar: &Scalar) -> u128 {
     let mut hasher = blake3::Hasher::new();
     hasher.update(path.as_bytes());
+    let scalar = if path == STEP_LIMIT { &Scalar::Absent } else { scalar };
     match scalar {
         Scalar::Absent | Scalar::Bad => hasher.update(&[0, 0]),
         Scalar::Number(number) => hasher.update(&[0, 1]).update(&number.to_bits().to_le_bytes()),

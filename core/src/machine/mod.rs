@@ -18,6 +18,7 @@ mod value;
 mod write;
 
 pub use def::MachineDef;
+pub use identity::STEP_LIMIT;
 pub use model::*;
 pub use paths::{PathError, PathInfo, PathKind};
 pub use schema::{Key, Kind, Need, Range, SCHEMA, When, keys};

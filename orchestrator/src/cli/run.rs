@@ -33,8 +33,8 @@ use std::time::Duration;
 ///
 /// A result directory that is there is continued: what is finished is kept, the rest is computed, and the table
 /// is the one that an undisturbed run would have written. So after Ctrl-C, a crash or a full disk the same command goes
-/// on. The study may have grown meanwhile (more points, a larger --limit, other [limits]); one that has changed is
-/// refused with the difference.
+/// on. The study may have grown meanwhile (more points, a larger --limit or run.step_limit, other [limits]); one that has
+/// changed is refused with the difference.
 ///
 /// While it runs, and after Ctrl-C, SIGTERM or the end of a budget (--wall, --until, --max-failures), the rows finished
 /// so far are in parts/*.parquet: files that never change, with the columns of the table and each row once, to be read together
@@ -173,10 +173,10 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let mut text = format!("\n{}: {} of {} samples\n\n", samples.study().name, finished.tally.done(), samples.count());
     text.push_str(&summary.text());
     let (what, all) = if incomplete { ("Finished rows", "/*.parquet") } else { ("Table", "") };
-    text.push_str(&format!(
-        "\n{what}: {}{all}   (the other files beside it: see `bladeoff run --help`)\n",
-        finished.table.display()
-    ));
+    if let Some(table) = &finished.table {
+        let table = table.display();
+        text.push_str(&format!("\n{what}: {table}{all}   (the other files beside it: see `bladeoff run --help`)\n"));
+    }
     let printed = if args.json_events {
         remark(text.trim_end());
         Ok(())

@@ -15,8 +15,10 @@ use std::time::Duration;
 /// left (a range: about 95 of 100 times the truth lies inside), failures by cause, what each worker does; whether somebody works in the directory, or the last run was
 /// interrupted or killed; and the command that goes on. The figures of a running study are at most about a second old.
 ///
-/// State is one of: running; stopped (the process is, by SIGSTOP or Ctrl-Z); killed (the last run did not end in order:
-/// finished samples are kept); ended (in order, before it was complete); complete.
+/// State is one of: running; stopped (the process is, by SIGSTOP or Ctrl-Z); killed (the last run did not end in order, or
+/// could not tell its end: finished samples are kept); ended (in order, before it was complete: interrupted, terminated, by
+/// wall, until or max_failures, or failed); complete. Samples count when they are on disk: those of a running study as of its
+/// last word, otherwise those of the record.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   bladeoff status runs/first-look
@@ -49,9 +51,8 @@ pub fn text(directory: &Path, json: bool) -> Result<String, CliError> {
 fn as_json(seen: Seen) -> String {
     let mut object = seen.told.unwrap_or_default();
     if seen.state == RunState::Ended {
-        // Why it ended is what the run said itself: interrupted, terminated, stopped, failed.
-        let said = object.get("state").and_then(Value::as_str).filter(|state| *state != "running");
-        let said = said.map(str::to_owned);
+        // Why it ended is what the run said itself: interrupted, terminated, wall, until, max_failures, failed.
+        let said = object.get("state").and_then(Value::as_str).map(str::to_owned);
         object.insert("ended".to_owned(), json!(said));
     }
     object.insert("state".to_owned(), json!(seen.state.word()));
@@ -64,7 +65,7 @@ fn as_text(seen: &Seen) -> String {
     let empty = Map::new();
     let told = seen.told.as_ref().unwrap_or(&empty);
     let word = |key: &str| told.get(key).and_then(Value::as_str);
-    let mut lines = vec![format!("{:<10} {}", "state", state(seen, word("state"), word("error")))];
+    let mut lines = vec![format!("{:<10} {}", "state", state(seen, word))];
     let mut line = |name: &str, text: String| lines.push(format!("{name:<10} {text}"));
     if seen.told.is_none() {
         line("done", "unknown: the run has not told yet".to_owned());
@@ -92,18 +93,27 @@ fn as_text(seen: &Seen) -> String {
     lines.join("\n")
 }
 
-fn state(seen: &Seen, said: Option<&str>, error: Option<&str>) -> String {
+fn state<'a>(seen: &Seen, word: impl Fn(&str) -> Option<&'a str>) -> String {
     let by =
         |holder: &Option<crate::run::Holder>| holder.as_ref().map(|holder| format!(": {holder}")).unwrap_or_default();
+    let last = || word("updated").map(|time| format!("; last told at {time}")).unwrap_or_default();
     match &seen.state {
         RunState::Running { holder, stopped: false } => format!("running{}", by(holder)),
         RunState::Running { holder, stopped: true } => {
             format!("stopped{}; it goes on after SIGCONT (`fg`, `kill -CONT`)", by(holder))
         }
-        RunState::Killed(holder) => format!("killed: {holder}, did not end in order; finished samples are kept"),
+        RunState::Killed(Some(holder)) => {
+            format!("killed: {holder}, did not end in order; finished samples are kept{}", last())
+        }
+        RunState::Killed(None) => {
+            format!("killed or failed: it could not tell its end; finished samples are kept{}", last())
+        }
         RunState::Complete => "complete".to_owned(),
-        RunState::Ended => match (said, error) {
+        RunState::Ended => match (word("state"), word("error")) {
             (Some("failed"), Some(error)) => format!("ended: failed: {error}"),
+            (Some("wall"), _) => "ended: by --wall".to_owned(),
+            (Some("until"), _) => "ended: by --until".to_owned(),
+            (Some("max_failures"), _) => "ended: by --max-failures".to_owned(),
             (Some("complete") | None, _) => "ended".to_owned(),
             (Some(said), _) => format!("ended: {said}"),
         },
@@ -113,8 +123,9 @@ fn state(seen: &Seen, said: Option<&str>, error: Option<&str>) -> String {
 fn done(seen: &Seen, told: &Map<String, Value>) -> String {
     let (done, total, reused) = (number(told, "done"), number(told, "total"), number(told, "reused"));
     let share = if total > 0.0 { 100.0 * done / total } else { 100.0 };
-    // A killed run may have recorded more than it had time to tell.
-    let least = if matches!(seen.state, RunState::Killed(_)) { "about " } else { "" };
+    // It may have recorded more than it had time to tell.
+    let is_known = seen.is_counted || matches!(seen.state, RunState::Running { .. });
+    let least = if is_known { "" } else { "(the record cannot be read) at least " };
     let earlier = if reused > 0.0 { format!(", {reused} of them in earlier runs") } else { String::new() };
     format!("{least}{done} of {total} samples ({share:.1} %){earlier}")
 }

@@ -118,7 +118,7 @@ pub fn text(directory: &Path, sample: u64) -> Result<String, CliError> {
             told.line("status", unfinished(&seen.state, seen.told.as_ref(), sample, go_on.as_deref()));
         }
     }
-    timing(&mut told, directory, sample)?;
+    timing(&mut told, directory, sample);
     log(&mut told, directory, sample);
     told.line(
         "compute it",
@@ -232,13 +232,16 @@ fn unfinished(
     }
 }
 
-fn timing(told: &mut Told, directory: &Path, sample: u64) -> Result<(), CliError> {
-    if let Some(timing) = read_current(directory, timing_files, |files| Timing::find(files, sample))? {
-        let cpu = Duration::try_from_secs_f64(timing.cpu_s).unwrap_or_default();
-        let Timing { worker, attempt, .. } = timing;
-        told.line("computed by", format!("worker {worker} in attempt {attempt}, {} of CPU time", duration(cpu)));
+fn timing(told: &mut Told, directory: &Path, sample: u64) {
+    match read_current(directory, timing_files, |files| Timing::find(files, sample)) {
+        Ok(Some(Timing { cpu_s, worker, attempt, .. })) => {
+            let cpu = Duration::try_from_secs_f64(cpu_s).unwrap_or_default();
+            told.line("computed by", format!("worker {worker} in attempt {attempt}, {} of CPU time", duration(cpu)));
+        }
+        Ok(None) => {}
+        // No more than a remark beside the row.
+        Err(error) => told.line("computed by", format!("unknown: {error} (the command of the study makes it again)")),
     }
-    Ok(())
 }
 
 /// What the workers' log says of the sample, the latest last.

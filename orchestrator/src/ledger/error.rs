@@ -76,6 +76,10 @@ impl LedgerError {
             {
                 Self::Damaged { path, detail: source.to_string() }
             }
+            // Our stores never had another format of the store's own: a changed byte looks like one.
+            redb::Error::UpgradeRequired(found) => {
+                Self::Damaged { path, detail: format!("it says to be of the older format {found} of the store") }
+            }
             redb::Error::TableDoesNotExist(table) => Self::Damaged { path, detail: format!("it has no table {table}") },
             source @ (redb::Error::TableTypeMismatch { .. }
             | redb::Error::TypeDefinitionChanged { .. }

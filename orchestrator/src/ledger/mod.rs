@@ -6,10 +6,11 @@
 //! crash can cost. The result tables are built from here and from nowhere else.
 //!
 //! A store is made aside and renamed, so it is there whole or not at all. What changes the numbering or removes entries
-//! (a grown study, a rerun) writes a new store and renames it over the old one. A store that cannot be opened
-//! any more is searched for entries ([`Remains`]): each carries its key and a checksum.
+//! (a grown study, a rerun) writes a new store and renames it over the old one. Whoever only reads ([`Reader::open`])
+//! leaves the file as it is. A store that cannot be opened any more is searched for entries ([`Remains`]): each carries its key and a checksum.
 
 mod error;
+mod overlay;
 mod read;
 mod record;
 mod salvage;
@@ -20,8 +21,7 @@ pub use record::{Entry, Head, RecordError, SampleKey};
 pub use salvage::Remains;
 
 use crate::files::{FileError, sync_directory};
-use redb::{Database, ReadableDatabase, ReadableTable, TableDefinition};
-use std::collections::BTreeMap;
+use redb::{Database, TableDefinition};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -86,41 +86,12 @@ impl Ledger {
         Ok(sync_directory(self.reader.path.parent().unwrap_or(Path::new(".")))?)
     }
 
-    /// Opens the store of an earlier run.
+    /// Opens the store of an earlier run, whose pages are all checked before anything is added to them.
     ///
     /// # Errors
-    /// [`LedgerError::Damaged`] when it is no longer a whole store; another version; not readable or writable.
+    /// As [`Reader::open`] and [`Reader::into_ledger`].
     pub fn open(path: &Path) -> Result<Self, LedgerError> {
-        let failed = |source| LedgerError::store("open", path, source);
-        let open = || {
-            let mut database =
-                Database::builder().set_cache_size(CACHE_BYTES).open(path).map_err(|source| failed(source.into()))?;
-            // Every page, before anything is added to them.
-            if database.check_integrity().map_err(|source| failed(source.into()))? {
-                return Ok(database);
-            }
-            let detail = "its pages do not fit together".to_owned();
-            Err(LedgerError::Damaged { path: path.to_path_buf(), detail })
-        };
-        let ledger = Self::of(guarded(path, open)?, path);
-        match ledger.header()?.get(VERSION_KEY) {
-            Some(version) if *version == LEDGER_VERSION.to_string() => Ok(ledger),
-            Some(found) => Err(LedgerError::Version { path: path.to_path_buf(), found: found.clone() }),
-            None => Err(LedgerError::Damaged { path: path.to_path_buf(), detail: "its header is empty".to_owned() }),
-        }
-    }
-
-    /// What the entries depend on, as given to [`Ledger::create`] or [`Ledger::replace_header`] last.
-    ///
-    /// # Errors
-    /// The store cannot be read.
-    pub fn header(&self) -> Result<BTreeMap<String, String>, LedgerError> {
-        let read = || -> Result<_, redb::Error> {
-            let table = self.reader.database.begin_read()?.open_table(HEADER)?;
-            let pairs = table.iter()?.map(|pair| pair.map(|(k, v)| (k.value().to_owned(), v.value().to_owned())));
-            Ok(pairs.collect::<Result<_, _>>()?)
-        };
-        guarded(&self.reader.path, || read().map_err(|source| LedgerError::store("read", &self.reader.path, source)))
+        Reader::open(path)?.into_ledger()
     }
 
     /// Replaces the header.

@@ -1,11 +1,15 @@
 //! Reading what is durable, also from another thread while results are added.
 
-use super::{Entry, Head, LedgerError, RESULTS, RecordError, guarded};
+use super::overlay::Overlay;
+use super::{
+    CACHE_BYTES, Entry, HEADER, Head, LEDGER_VERSION, Ledger, LedgerError, RESULTS, RecordError, VERSION_KEY, guarded,
+};
 use redb::{Database, ReadTransaction, ReadableDatabase, ReadableTable, ReadableTableMetadata};
-use std::path::PathBuf;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// The durable results of an open store. Each call sees one state of it, whatever is added meanwhile.
+/// The durable results of a store. Each call sees one state of it, whatever is added meanwhile.
 #[derive(Debug, Clone)]
 pub struct Reader {
     pub(super) database: Arc<Database>,
@@ -13,13 +17,76 @@ pub struct Reader {
 }
 
 impl Reader {
+    /// Opens the store of an earlier run to be read, and checks every page of it. Its file is not written to, not even to
+    /// repair what a crash left.
+    ///
+    /// # Errors
+    /// [`LedgerError::Damaged`] when it is no longer a whole store; another version; not readable.
+    pub fn open(path: &Path) -> Result<Self, LedgerError> {
+        Self::over(path, true)
+    }
+
+    /// The same without the check, for a look at figures: entries are checked as they are read.
+    ///
+    /// # Errors
+    /// As [`Reader::open`].
+    pub fn peek(path: &Path) -> Result<Self, LedgerError> {
+        Self::over(path, false)
+    }
+
+    fn over(path: &Path, is_checked: bool) -> Result<Self, LedgerError> {
+        let failed = |source| LedgerError::store("open", path, source);
+        let open = || {
+            let file = Overlay::open(path).map_err(|source| failed(source.into()))?;
+            let builder = &mut Database::builder();
+            let opened = builder.set_cache_size(CACHE_BYTES).create_with_backend(file);
+            let mut database = opened.map_err(|source| failed(source.into()))?;
+            if !is_checked || database.check_integrity().map_err(|source| failed(source.into()))? {
+                return Ok(database);
+            }
+            let detail = "its pages do not fit together".to_owned();
+            Err(LedgerError::Damaged { path: path.to_path_buf(), detail })
+        };
+        let reader = Self { database: Arc::new(guarded(path, open)?), path: path.to_path_buf() };
+        match reader.header()?.get(VERSION_KEY) {
+            Some(version) if *version == LEDGER_VERSION.to_string() => Ok(reader),
+            Some(found) => Err(LedgerError::Version { path: path.to_path_buf(), found: found.clone() }),
+            None => Err(LedgerError::Damaged { path: path.to_path_buf(), detail: "its header is empty".to_owned() }),
+        }
+    }
+
+    /// Opens the store that was read to add to it.
+    ///
+    /// # Errors
+    /// It cannot be written, or somebody else does.
+    pub fn into_ledger(self) -> Result<Ledger, LedgerError> {
+        let Self { database, path } = self;
+        drop(database);
+        let failed = |source: redb::DatabaseError| LedgerError::store("open", &path, source.into());
+        let open = || Database::builder().set_cache_size(CACHE_BYTES).open(&path).map_err(failed);
+        Ok(Ledger::of(guarded(&path, open)?, &path))
+    }
+
+    /// What the entries depend on, as given to [`Ledger::create`] or [`Ledger::replace_header`] last.
+    ///
+    /// # Errors
+    /// The store cannot be read.
+    pub fn header(&self) -> Result<BTreeMap<String, String>, LedgerError> {
+        let read = || -> Result<_, redb::Error> {
+            let table = self.database.begin_read()?.open_table(HEADER)?;
+            let pairs = table.iter()?.map(|pair| pair.map(|(k, v)| (k.value().to_owned(), v.value().to_owned())));
+            Ok(pairs.collect::<Result<_, _>>()?)
+        };
+        guarded(&self.path, || read().map_err(|source| LedgerError::store("read", &self.path, source)))
+    }
+
     /// Number of samples with a durable result.
     ///
     /// # Errors
     /// The store cannot be read.
     pub fn len(&self) -> Result<u64, LedgerError> {
         let read = || -> Result<u64, redb::Error> { Ok(self.database.begin_read()?.open_table(RESULTS)?.len()?) };
-        read().map_err(|source| LedgerError::store("read", &self.path, source))
+        guarded(&self.path, || read().map_err(|source| LedgerError::store("read", &self.path, source)))
     }
 
     /// Whether no sample has a durable result.
@@ -43,14 +110,18 @@ impl Reader {
     }
 
     /// Calls `visit` for the head of every durable result in ascending order of its sample number; what is damaged or of
-    /// another version comes as an error of that sample.
+    /// another version comes as an error of that sample. `column`: as of [`Head::decode`].
     ///
     /// # Errors
     /// The store cannot be read.
-    pub fn for_each_head(&self, mut visit: impl FnMut(u64, Result<Head, RecordError>)) -> Result<(), LedgerError> {
+    pub fn for_each_head(
+        &self,
+        column: Option<usize>,
+        mut visit: impl FnMut(u64, Result<Head, RecordError>),
+    ) -> Result<(), LedgerError> {
         guarded(&self.path, || {
             self.for_each_bytes(|sample, bytes| {
-                visit(sample, Head::decode(bytes));
+                visit(sample, Head::decode(bytes, column));
                 Ok::<(), LedgerError>(())
             })
         })

@@ -15,8 +15,10 @@ const NO_CAUSE: u8 = 255;
 /// A NaN that no computation gives; values are never NaN.
 const NULL: u64 = u64::MAX;
 const CHECKSUM: usize = 8;
+/// Bytes between the length and the values.
+const FIXED: usize = 16 + 4 + 4 + 4 + 4 + 8 + 2;
 /// Bytes of an entry without values.
-pub(super) const LEAST: usize = 4 + 4 + 16 + 4 + 4 + 4 + 4 + 8 + 2 + CHECKSUM;
+pub(super) const LEAST: usize = 4 + 4 + FIXED + CHECKSUM;
 
 /// Identity of a sample's inputs: its machine, the numerics version and the basis. Equal keys, equal outcomes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -35,8 +37,8 @@ pub struct Entry {
     pub attempt: u32,
 }
 
-/// What an entry says first: enough to count it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// What an entry says first: enough to count it and to judge whether it may be used again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Head {
     /// Of its inputs.
     pub key: SampleKey,
@@ -44,6 +46,8 @@ pub struct Head {
     pub status: Status,
     /// Why not.
     pub cause: Option<Cause>,
+    /// The value of one column that holds a whole number, if one was asked for and is there.
+    pub count: Option<u64>,
 }
 
 /// Why bytes are not an entry.
@@ -138,12 +142,19 @@ impl Entry {
 }
 
 impl Head {
-    /// From the bytes of an entry, whose checksum is verified.
+    /// From the bytes of an entry, whose checksum is verified. `column`: index of the value wanted as `count`.
     ///
     /// # Errors
     /// As [`Entry::decode`].
-    pub fn decode(bytes: &[u8]) -> Result<Self, RecordError> {
-        Reader(checked(bytes)?).head()
+    pub fn decode(bytes: &[u8], column: Option<usize>) -> Result<Self, RecordError> {
+        let content = checked(bytes)?;
+        let mut head = Reader(content).head()?;
+        head.count = column.and_then(|column| {
+            let value = content.get(FIXED..)?.chunks_exact(8).nth(column)?;
+            let bits = u64::from_le_bytes(value.try_into().expect("eight bytes"));
+            (bits != NULL).then(|| f64::from_bits(bits)).filter(|count| count.fract() == 0.0).map(|count| count as u64)
+        });
+        Ok(head)
     }
 }
 
@@ -196,6 +207,7 @@ impl Reader<'_> {
                 NO_CAUSE => None,
                 code => Some(Cause::from_code(code).ok_or(unknown("cause", code))?),
             },
+            count: None,
         })
     }
 }
@@ -227,8 +239,13 @@ mod tests {
         fn an_entry_survives_its_bytes(entry in any_entry(), key: u128) {
             let key = SampleKey(key);
             let bytes = entry.encode(key);
-            let head = Head { key, status: entry.outcome.status, cause: entry.outcome.cause };
-            prop_assert_eq!(Head::decode(&bytes), Ok(head));
+            let head = Head { key, status: entry.outcome.status, cause: entry.outcome.cause, count: None };
+            prop_assert_eq!(Head::decode(&bytes, None), Ok(head));
+            prop_assert_eq!(Head::decode(&bytes, Some(entry.outcome.values.len())), Ok(head), "no such value");
+            for (at, value) in entry.outcome.values.iter().enumerate() {
+                let count = value.filter(|value| value.fract() == 0.0).map(|value| value as u64);
+                prop_assert_eq!(Head::decode(&bytes, Some(at)), Ok(Head { count, ..head }));
+            }
             prop_assert_eq!(length_at(&bytes), Some(bytes.len()));
             prop_assert_eq!(Entry::decode(&bytes), Ok((key, entry)));
         }
@@ -245,7 +262,7 @@ mod tests {
             let mut bytes = entry.encode(SampleKey(1));
             let at = at.index(bytes.len());
             bytes[at] ^= flip;
-            prop_assert!(Entry::decode(&bytes).is_err() && Head::decode(&bytes).is_err());
+            prop_assert!(Entry::decode(&bytes).is_err() && Head::decode(&bytes, Some(0)).is_err());
         }
 
         #[test]

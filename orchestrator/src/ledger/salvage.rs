@@ -19,15 +19,16 @@ pub struct Remains {
 }
 
 impl Remains {
-    /// Reads a damaged store. Every entry returned has its checksum; the last of several with one key is taken.
+    /// Reads a damaged store. Every entry returned has its checksum; the last of several with equal heads is taken.
+    /// `column`: as of [`Head::decode`].
     ///
     /// # Errors
     /// The file cannot be read.
-    pub fn read(path: &Path) -> Result<Self, LedgerError> {
+    pub fn read(path: &Path, column: Option<usize>) -> Result<Self, LedgerError> {
         let failed = |source| LedgerError::File(FileError::at("read", path)(source));
         let mut bytes = Vec::new();
         File::open(path).and_then(|file| file.take(MOST_BYTES).read_to_end(&mut bytes)).map_err(failed)?;
-        let entries = find(&bytes);
+        let entries = find(&bytes, column);
         Ok(Self { bytes, entries })
     }
 
@@ -45,21 +46,21 @@ impl Remains {
     }
 }
 
-fn find(bytes: &[u8]) -> Vec<(Head, usize)> {
+fn find(bytes: &[u8], column: Option<usize>) -> Vec<(Head, usize)> {
     let mut found = HashMap::new();
     let mut at = 0;
     while let Some(step) = bytes[at..].windows(MAGIC.len()).position(|window| window == MAGIC) {
         at += step;
         let entry = length_at(&bytes[at..]).and_then(|length| bytes.get(at..at + length));
-        match entry.map(Head::decode) {
+        match entry.map(|entry| Head::decode(entry, column)) {
             Some(Ok(head)) => {
-                found.insert(head.key, (head, at));
+                found.insert(head, at);
                 at += entry.map_or(1, <[u8]>::len);
             }
             Some(Err(_)) | None => at += 1,
         }
     }
-    let mut entries: Vec<(Head, usize)> = found.into_values().collect();
+    let mut entries: Vec<(Head, usize)> = found.into_iter().collect();
     entries.sort_unstable_by_key(|(_, place)| *place);
     entries
 }

@@ -72,7 +72,10 @@ pub fn advice(cause: Cause) -> &'static str {
         Cause::Penetration => "a smaller `run.step`, or more modes of the ring (`run.ring_modes`)",
         Cause::SlipReversal => "`contact.friction_law = \"stick-slip\"` lets the contact stick and slide back",
         Cause::LossOfUniqueness => "less friction or another `contact.detection`; the model has no single answer there",
-        Cause::StepLimit => "raise `run.step_limit`, or shorten `run.end_time`",
+        Cause::StepLimit => {
+            "raise `run.step_limit` (`run` then computes such samples again and keeps the others), or shorten `run.end_time` \
+             (another study: another --out)"
+        }
         Cause::Panicked => {
             "its message is in the log; please report it with study and machine: replaying it shows it again"
         }

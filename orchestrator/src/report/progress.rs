@@ -82,8 +82,8 @@ impl Progress {
     }
 
     /// Ends the display with a last line.
-    pub fn finish(self, tally: &Tally, now: Instant) {
-        if let Display::Bar(bar) = self.display {
+    pub fn finish(&self, tally: &Tally, now: Instant) {
+        if let Display::Bar(bar) = &self.display {
             bar.finish_and_clear();
         }
         let text = message(tally, self.before, self.total, now.duration_since(self.started), None);

@@ -8,7 +8,7 @@ use polars::prelude::{
     DataFrame, IntoColumn, NamedFrom, ParallelStrategy, ParquetReader, PolarsError, SerReader, Series,
 };
 use std::fs::File;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// What one sample cost.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,6 +55,18 @@ impl TimingsWriter {
 }
 
 impl Timing {
+    /// Rows of a table of timings.
+    ///
+    /// # Errors
+    /// The file cannot be read or is no table.
+    pub fn count_rows(path: &Path) -> Result<usize, TableError> {
+        let failed = |source| TableError::Table { action: "read", path: path.to_path_buf(), source };
+        guarded(path, || {
+            let file = File::open(path).map_err(FileError::at("open", path))?;
+            ParquetReader::new(file).num_rows().map_err(failed)
+        })
+    }
+
     /// What a sample cost, by the files that have its timing; `None` where none has.
     ///
     /// # Errors

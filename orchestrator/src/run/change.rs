@@ -1,9 +1,13 @@
 //! What differs between the study a directory was computed with and the present one, in words.
 
-use super::directory::{MACHINE, POINTS, RunDirectory, STUDY};
-use super::prepare::Prepared;
+use super::directory::{MACHINE, POINTS, STUDY};
+use super::keys::SampleKeys;
+use super::prepare::{Prepared, SAMPLES_KEY};
 use crate::study::{FrozenFiles, Samples, Study, Varied, load_frozen, show};
+use bladeoff_worker::plan::BASIS_FILE;
 use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::Path;
 
 /// Values of an axis that are written out; longer ones are shown by their ends.
 const SHOWN_VALUES: u64 = 6;
@@ -28,11 +32,7 @@ impl std::fmt::Display for Change {
 }
 
 /// The differences that matter to the samples; `header`: of the directory's record, empty if it is lost.
-pub(super) fn changes(
-    directory: &RunDirectory,
-    prepared: &Prepared<'_>,
-    header: &BTreeMap<String, String>,
-) -> Vec<Change> {
+pub(super) fn changes(directory: &Path, prepared: &Prepared<'_>, header: &BTreeMap<String, String>) -> Vec<Change> {
     let mut found = Vec::new();
     let present: BTreeMap<String, String> = prepared.header().into_iter().collect();
     let mut compare = |key: &str, shown: &str| {
@@ -48,11 +48,20 @@ pub(super) fn changes(
     if prepared.samples.limit().is_some() || header.contains_key("limit") {
         compare("seed", "seed");
     }
-    let files = FrozenFiles { machine: directory.file(MACHINE), points: directory.file(POINTS) };
-    match load_frozen(&directory.file(STUDY), files) {
-        Ok(old) => found.extend(parameter_changes(&old, prepared.samples)),
+    let files = FrozenFiles { machine: directory.join(MACHINE), points: directory.join(POINTS) };
+    match load_frozen(&directory.join(STUDY), files) {
+        Ok(old) => {
+            found.extend(parameter_changes(&old, prepared.samples));
+            if has_other_keys(old, directory, header) {
+                found.push(Change {
+                    key: "keys of the samples".to_owned(),
+                    from: "of an earlier build, which counted run.step_limit among the inputs".to_owned(),
+                    to: "without it".to_owned(),
+                });
+            }
+        }
         Err(_) => found.push(Change {
-            key: directory.file(STUDY).display().to_string(),
+            key: directory.join(STUDY).display().to_string(),
             from: "cannot be read any more".to_owned(),
             to: "compared by the keys of the samples alone".to_owned(),
         }),
@@ -66,6 +75,22 @@ pub(super) fn changes(
         found.push(Change { key: "and".to_owned(), from: format!("{more} more"), to: "...".to_owned() });
     }
     found
+}
+
+/// Whether the record of this very study has other keys than this build gives its samples.
+fn has_other_keys(old: Study, directory: &Path, header: &BTreeMap<String, String>) -> bool {
+    let says = |key: &str, value: String| header.get(key) == Some(&value);
+    let is_its_study = says("study_blake3", blake3::hash(old.text.as_bytes()).to_hex().to_string())
+        && says("machine_blake3", blake3::hash(old.machine_text.as_bytes()).to_hex().to_string())
+        && says("numerics_version", bladeoff_core::NUMERICS_VERSION.to_string());
+    let part = |key: &str| header.get(key).map(String::as_str);
+    let scale = part("scale").and_then(|scale| scale.parse().ok());
+    let limit = part("limit").and_then(|limit| limit.parse().ok());
+    let (Ok(samples), Ok(basis)) = (Samples::new(old, scale, limit), fs::read(directory.join(BASIS_FILE))) else {
+        return false;
+    };
+    let is_its_basis = says("basis_blake3", blake3::hash(&basis).to_hex().to_string());
+    is_its_study && is_its_basis && !says(SAMPLES_KEY, SampleKeys::new(&samples, &basis).digest())
 }
 
 /// What no parameter shows.

@@ -8,6 +8,7 @@ use crate::results::TableError;
 use crate::study::Study;
 use bladeoff_worker::plan::{BASIS_FILE, PLAN_FILE};
 use rustix::fs::{CWD, RenameFlags, renameat_with};
+use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -56,18 +57,23 @@ impl RunDirectory {
             sync_directory(path.parent().unwrap_or(Path::new(".")))?;
         }
         let lock = Lock::take(path, LOCK)?;
-        let directory = Self { path: path.to_path_buf(), lock };
-        // What a killed run was writing; nobody else writes here now.
+        Ok(Self { path: path.to_path_buf(), lock })
+    }
+
+    /// Removes what a killed run was writing; nobody else writes here now.
+    ///
+    /// # Errors
+    /// The directory cannot be written.
+    pub fn tidy(&self) -> Result<(), FileError> {
         for name in
             [RESULTS, TIMINGS, MANIFEST, STUDY, MACHINE, POINTS, PLAN_FILE, BASIS_FILE, STATUS, PARTS, TIMING_PARTS]
         {
-            directory.remove(&format!("{name}.tmp"))?;
+            self.remove(&format!("{name}.tmp"))?;
         }
         for folder in [PARTS, TIMING_PARTS] {
-            directory.remove_folder(&aside(folder))?;
+            self.empty_aside(folder)?;
         }
-        directory.remove(&format!("{LEDGER}.new"))?;
-        Ok(directory)
+        self.remove(&format!("{LEDGER}.new"))
     }
 
     /// The run before, if it did not end in order.
@@ -112,7 +118,7 @@ impl RunDirectory {
     /// # Errors
     /// The directory cannot be written.
     pub fn new_folder(&self, name: &str) -> Result<PathBuf, FileError> {
-        self.remove_folder(&aside(name))?;
+        self.empty_aside(name)?;
         let path = self.file(&aside(name));
         fs::create_dir(&path).map_err(FileError::at("create", &path))?;
         Ok(path)
@@ -130,36 +136,53 @@ impl RunDirectory {
                 if renameat_with(CWD, &new, CWD, &path, RenameFlags::EXCHANGE).is_ok() {
                     return Ok(());
                 }
-                fs::remove_dir_all(&path)?;
+                // A file system that cannot exchange names: parts are replaced one by one.
+                remove_parts_in(&path)?;
+                for entry in fs::read_dir(&new)? {
+                    let entry = entry?;
+                    fs::rename(entry.path(), path.join(entry.file_name()))?;
+                }
+                return Ok(());
             }
             fs::rename(&new, &path)
         };
         renamed().map_err(FileError::at("rename to", &path))?;
         sync_directory(&self.path)?;
-        self.remove_folder(&aside(name))
+        self.empty_aside(name)
     }
 
-    /// Removes the folders of finished rows, each at once with all that is in it.
+    /// Removes the folders of finished rows, each at once with all parts in it. What somebody else has put there stays.
     ///
     /// # Errors
     /// The directory cannot be written.
     pub fn remove_parts(&self) -> Result<(), FileError> {
         for name in [PARTS, TIMING_PARTS] {
-            self.remove_folder(&aside(name))?;
+            self.empty_aside(name)?;
             let (path, away) = (self.file(name), self.file(&aside(name)));
             match fs::rename(&path, &away) {
                 Ok(()) => sync_directory(&self.path)?,
                 Err(source) if source.kind() == std::io::ErrorKind::NotFound => continue,
                 Err(source) => return Err(FileError::at("remove", &path)(source)),
             }
-            self.remove_folder(&aside(name))?;
+            self.empty_aside(name)?;
         }
         Ok(())
     }
 
-    fn remove_folder(&self, name: &str) -> Result<(), FileError> {
-        let path = self.file(name);
-        match fs::remove_dir_all(&path) {
+    /// Removes the folder of parts on its way in or out. Files in it that are no parts are somebody's own: they go back to
+    /// where they were put.
+    fn empty_aside(&self, name: &str) -> Result<(), FileError> {
+        let (path, home) = (self.file(&aside(name)), self.file(name));
+        let emptied = || {
+            remove_parts_in(&path)?;
+            for entry in fs::read_dir(&path)? {
+                let entry = entry?;
+                fs::create_dir_all(&home)?;
+                fs::rename(entry.path(), free_name(&home, &entry.file_name()))?;
+            }
+            fs::remove_dir(&path)
+        };
+        match emptied() {
             Err(source) if source.kind() != std::io::ErrorKind::NotFound => Err(FileError::at("remove", &path)(source)),
             _ => Ok(()),
         }
@@ -181,6 +204,37 @@ impl RunDirectory {
 /// Name of a folder on its way in or out.
 fn aside(folder: &str) -> String {
     format!("{folder}.aside")
+}
+
+/// Removes the parts in a folder.
+fn remove_parts_in(folder: &Path) -> std::io::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        if is_part(&entry.file_name()) {
+            fs::remove_file(entry.path())?;
+        }
+    }
+    Ok(())
+}
+
+/// A path of this name in a folder, or one like it that nothing has yet.
+fn free_name(folder: &Path, name: &OsStr) -> PathBuf {
+    let mut path = folder.join(name);
+    let mut n = 1;
+    while fs::symlink_metadata(&path).is_ok() {
+        let mut other = name.to_owned();
+        other.push(format!(".kept-{n}"));
+        path = folder.join(other);
+        n += 1;
+    }
+    path
+}
+
+/// Whether a file has the name of a part.
+fn is_part(name: &OsStr) -> bool {
+    let name = name.to_string_lossy();
+    let number = name.strip_prefix("part-").and_then(|rest| rest.strip_suffix(".parquet"));
+    number.is_some_and(|number| number.len() >= 6 && number.bytes().all(|digit| digit.is_ascii_digit()))
 }
 
 /// Name of a part, from 1.
@@ -206,12 +260,9 @@ fn table_or_parts(directory: &Path, table: &str, parts: &str) -> Vec<PathBuf> {
     if table.is_file() {
         return vec![table];
     }
-    let entries = fs::read_dir(directory.join(parts)).into_iter().flatten().flatten().map(|entry| entry.path());
-    let is_part = |path: &PathBuf| {
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        name.starts_with("part-") && name.ends_with(".parquet")
-    };
-    let mut parts: Vec<PathBuf> = entries.filter(is_part).collect();
+    let entries = fs::read_dir(directory.join(parts)).into_iter().flatten().flatten();
+    let parts = entries.filter(|entry| is_part(&entry.file_name()));
+    let mut parts: Vec<PathBuf> = parts.map(|entry| entry.path()).collect();
     parts.sort_unstable();
     parts
 }
@@ -255,4 +306,48 @@ fn refuse_foreign(path: &Path) -> Result<(), RunError> {
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_somebody_puts_between_the_parts_stays() {
+        let folder = tempfile::tempdir().expect("temporary directory");
+        let directory = RunDirectory::claim(folder.path()).expect("empty");
+        let put = |path: &Path, name: &str, text: &str| fs::write(path.join(name), text).expect("written");
+        let parts = directory.file(PARTS);
+        let names = || {
+            let entries = fs::read_dir(&parts).into_iter().flatten().flatten();
+            let mut names: Vec<_> = entries.map(|entry| entry.file_name().into_string().expect("UTF-8")).collect();
+            names.sort();
+            names
+        };
+        fs::create_dir(&parts).expect("created");
+        for name in [&part_name(1), &part_name(1_000_000), "part-mine.parquet", "notes.txt"] {
+            put(&parts, name, name);
+        }
+        assert_eq!(row_files(folder.path()).len(), 2);
+        // Fresh parts take the place of the old ones.
+        let fresh = directory.new_folder(PARTS).expect("made");
+        put(&fresh, &part_name(1), "fresh");
+        directory.put_new_folder(PARTS).expect("exchanged");
+        assert_eq!(names(), ["notes.txt", "part-000001.parquet", "part-mine.parquet"]);
+        assert_eq!(fs::read_to_string(parts.join(part_name(1))).expect("there"), "fresh");
+        // A kill half way, and a name that was used again meanwhile.
+        fs::rename(&parts, directory.file(&aside(PARTS))).expect("renamed");
+        fs::create_dir(&parts).expect("created");
+        put(&parts, "notes.txt", "newer");
+        directory.remove_parts().expect("removed");
+        assert_eq!(names(), ["notes.txt", "notes.txt.kept-1", "part-mine.parquet"]);
+        assert_eq!(fs::read_to_string(parts.join("notes.txt.kept-1")).expect("there"), "notes.txt");
+        assert!(!directory.file(&aside(PARTS)).exists());
+        // Without anything of somebody else nothing is left.
+        fs::remove_dir_all(&parts).expect("removed");
+        fs::create_dir(&parts).expect("created");
+        put(&parts, &part_name(1), "");
+        directory.remove_parts().expect("removed");
+        assert!(!parts.exists());
+    }
 }

@@ -1,12 +1,13 @@
 //! Keys of samples: what a result is recorded under.
 //!
-//! A key is the identity of the sample's machine (`bladeoff_core::machine`, every parameter after overrides) together with
-//! the numerics version and the frozen basis. The same sample has the same key in a study with more points, another
+//! A key is the identity of the sample's machine (`bladeoff_core::machine`, every parameter after overrides but
+//! `run.step_limit`, which is a budget: see `reuse.rs`) together with the numerics version and the frozen basis. The same sample has the same key in a study with more points, another
 //! `--scale`, `--limit` or order of axes, and whether a parameter is varied or written in the machine file.
 
 use crate::ledger::SampleKey;
 use crate::study::Samples;
 use bladeoff_core::NUMERICS_VERSION;
+use bladeoff_core::machine::{ParamValue, STEP_LIMIT};
 
 /// Keys of all samples of a study: a sum of one term per axis each.
 #[derive(Debug, Clone)]
@@ -15,6 +16,16 @@ pub struct SampleKeys<'a> {
     base: u128,
     /// What each position of each axis adds.
     axes: Vec<Vec<u128>>,
+    limit: StepLimit,
+}
+
+/// Where `run.step_limit` of a sample comes from.
+#[derive(Debug, Clone, Copy)]
+enum StepLimit {
+    /// The same for all.
+    Fixed(Option<u64>),
+    /// It varies: number of its axis, and of it among what varies along that.
+    Varied(usize, usize),
 }
 
 impl<'a> SampleKeys<'a> {
@@ -30,7 +41,27 @@ impl<'a> SampleKeys<'a> {
             })
         };
         let axes = study.axes.iter().map(|axis| (0..axis.length).map(|position| term(axis, position)).collect());
-        Self { samples, base: machine.identity().wrapping_add(numerics(basis)), axes: axes.collect() }
+        let varied = study.axes.iter().enumerate().find_map(|(axis, along)| {
+            Some((axis, along.varied.iter().position(|varied| varied.info.path == STEP_LIMIT)?))
+        });
+        let limit =
+            varied.map_or(StepLimit::Fixed(machine.step_limit()), |(axis, varied)| StepLimit::Varied(axis, varied));
+        Self { samples, base: machine.identity().wrapping_add(numerics(basis)), axes: axes.collect(), limit }
+    }
+
+    /// `run.step_limit` of a sample.
+    #[must_use]
+    pub fn step_limit(&self, sample: u64) -> Option<u64> {
+        match self.limit {
+            StepLimit::Fixed(limit) => limit,
+            StepLimit::Varied(axis, varied) => {
+                let position = self.samples.positions(sample)[axis];
+                match self.samples.study().axes[axis].varied[varied].values.at(position) {
+                    ParamValue::Number(steps) => Some(steps as u64),
+                    ParamValue::Choice(_) => None,
+                }
+            }
+        }
     }
 
     /// The key of a sample.
@@ -45,12 +76,15 @@ impl<'a> SampleKeys<'a> {
         SampleKey(terms.fold(self.base, u128::wrapping_add))
     }
 
-    /// Hash of all keys in order: equal for studies whose samples are the same and numbered alike.
+    /// Hash of all keys and step limits in order: equal for studies whose samples are the same and numbered alike.
     #[must_use]
     pub fn digest(&self) -> String {
         let mut hasher = blake3::Hasher::new();
         (0..self.samples.count()).for_each(|sample| {
             hasher.update(&self.key(sample).0.to_le_bytes());
+            if let Some(limit) = self.step_limit(sample) {
+                hasher.update(b"step limit").update(&limit.to_le_bytes());
+            }
         });
         hasher.finalize().to_hex().to_string()
     }
@@ -98,5 +132,21 @@ mod tests {
         }
         assert_eq!(sets.iter().map(BTreeSet::len).collect::<Vec<_>>(), [1, 2, 4], "equal inputs, equal keys");
         assert!(sets[0].is_subset(&sets[1]) && sets[1].is_subset(&sets[2]), "an added axis keeps what was there");
+    }
+
+    #[test]
+    fn a_step_limit_is_in_no_key_but_in_the_digest() {
+        let folder = tempfile::tempdir().expect("temporary directory");
+        let basis = b"a basis";
+        let set = "[set]\n\"run.step_limit\" = 300\n";
+        let varied = "[[vary]]\npath = \"run.step_limit\"\nvalues = [100, 300]\n";
+        let (without, fixed, varied) =
+            (samples(folder.path(), ""), samples(folder.path(), set), samples(folder.path(), varied));
+        let keys = [&without, &fixed, &varied].map(|samples| SampleKeys::new(samples, basis));
+        assert_eq!(keys.each_ref().map(|keys| keys.step_limit(0)), [None, Some(300), Some(100)]);
+        assert_eq!(keys[2].step_limit(1), Some(300));
+        assert!(keys.iter().all(|other| other.key(0) == keys[0].key(0)) && keys[2].key(1) == keys[0].key(0));
+        let digests: BTreeSet<String> = keys.iter().map(SampleKeys::digest).collect();
+        assert_eq!(digests.len(), 3);
     }
 }

@@ -3,6 +3,7 @@
 use super::Request;
 use crate::study::Samples;
 use serde_json::{Map, Value, json};
+use std::path::Path;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 /// How a run went, for the manifest.
@@ -16,6 +17,12 @@ pub(super) struct Course<'a> {
     pub reused: u64,
     pub worker_deaths: u64,
     pub dropped_messages: u64,
+}
+
+/// Whether the manifest of a directory is there and tells of a complete study.
+pub(super) fn tells_complete(path: &Path) -> bool {
+    let text = std::fs::read(path).unwrap_or_default();
+    serde_json::from_slice::<Value>(&text).is_ok_and(|told| told["state"] == "complete")
 }
 
 /// The manifest as JSON text.

@@ -18,6 +18,7 @@ mod prepare;
 mod provenance;
 pub mod rehearsal;
 mod resume;
+mod reuse;
 mod sink;
 mod status;
 mod tables;
@@ -31,7 +32,7 @@ pub use status::{RunState, STATUS, Seen, go_on, see};
 use crate::dispatch::{self, DispatchOptions, DispatchReport, Ended, Signal};
 use crate::engine::EngineError;
 use crate::files::{FileError, write_whole};
-use crate::ledger::LedgerError;
+use crate::ledger::{LedgerError, Reader};
 use crate::report::{Progress, Tally};
 use crate::results::TableError;
 use crate::study::Samples;
@@ -39,7 +40,7 @@ use bladeoff_core::document::Problems;
 use bladeoff_worker::fault::{At, Faults, Who};
 use bladeoff_worker::plan::PlanFileError;
 use bladeoff_worker::process::build_id;
-use directory::{MANIFEST, PARTS, RESULTS, RunDirectory, TIMINGS};
+use directory::{LEDGER, LOCK, MANIFEST, PARTS, RESULTS, RunDirectory, TIMINGS, row_files};
 use events::EventStream;
 use manifest::{Course, manifest};
 use prepare::Prepared;
@@ -47,7 +48,8 @@ use resume::Opened;
 use sink::{LedgerSink, ProgressObserver, Watched};
 use status::StatusWriter;
 use std::cell::RefCell;
-use std::path::PathBuf;
+use std::io;
+use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::time::{Duration, Instant, SystemTime};
 
@@ -80,8 +82,8 @@ pub struct Finished {
     pub reused: u64,
     /// Why it ended.
     pub ended: Ended,
-    /// The table, or the folder of the parts of one that is incomplete.
-    pub table: PathBuf,
+    /// The table, or the folder of the parts of one that is incomplete; `None` before there is a row.
+    pub table: Option<PathBuf>,
 }
 
 /// Why a study could not be run to its end.
@@ -107,8 +109,8 @@ pub enum RunError {
     /// The directory was computed with another study or machine.
     #[error(
         "{} was computed with another study: {lost} of its {total} finished samples are not in this one\n{}\n\
-         A study that only grows (more points, a larger --limit, other [limits]) is continued. For this one choose \
-         another --out, or remove the directory",
+         A study that only grows (more points, a larger --limit or run.step_limit, other [limits]) is continued. For this \
+         one choose another --out, or remove the directory",
         path.display(),
         changes.iter().map(|change| format!("  {change}")).collect::<Vec<_>>().join("\n")
     )]
@@ -155,6 +157,12 @@ pub enum RunError {
 }
 
 impl RunError {
+    /// Whether the directory is there and may not be written.
+    fn is_write_protection(&self) -> bool {
+        let (Self::File(error) | Self::Lock(LockError::File(error))) = self else { return false };
+        matches!(error.source.kind(), io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem)
+    }
+
     /// Whether the run was refused before anything of it was done: the same command will not do better.
     #[must_use]
     pub fn is_refusal(&self) -> bool {
@@ -183,7 +191,10 @@ pub fn run(request: &Request, samples: &Samples, note: &dyn Fn(&str)) -> Result<
     let result = open_and_compute(request, samples, note, &watched);
     if let Some(events) = watched.borrow_mut().events.take() {
         match &result {
-            Ok(done) => events.finished(done.ended, done.tally.done(), samples.count(), &done.table.to_string_lossy()),
+            Ok(done) => {
+                let table = done.table.as_deref().unwrap_or(Path::new("")).to_string_lossy();
+                events.finished(done.ended, done.tally.done(), samples.count(), &table);
+            }
             Err(error) => events.failed(error),
         }
     }
@@ -199,21 +210,27 @@ fn open_and_compute(
     // Whatever can be refused is refused before the directory is made.
     let new_basis = if request.out.exists() { None } else { Some(prepare::new_basis(samples)?) };
     dispatch::preflight(request.workers)?;
-    let directory = RunDirectory::claim(&request.out)?;
+    let directory = match RunDirectory::claim(&request.out) {
+        Err(error) if error.is_write_protection() => return look_only(request, samples, note, error),
+        claimed => claimed?,
+    };
     if let Some(holder) = directory.left_by() {
         note(&format!("the last run here ({holder}) did not end in order; going on from its record"));
     }
-    let basis = new_basis.map_or_else(|| prepare::frozen_basis(samples, &directory), Ok)?;
+    let basis = new_basis.map_or_else(|| prepare::frozen_basis(samples, &request.out), Ok)?;
     let prepared = Prepared::new(samples, basis)?;
-    let opened = resume::open(&directory, &prepared, request.rerun.as_ref())?;
+    let compared = resume::compare(&request.out, &prepared, request.rerun.as_ref())?;
+    compared.notes().iter().for_each(|text| note(text));
+    if tables::is_current(&request.out, RESULTS, &prepared.provenance)
+        && let Some((record, tally)) = compared.complete(&prepared)
+    {
+        note("every sample is there already: nothing is computed");
+        put_in_order(request, &directory, &prepared, (record, tally), note)?;
+        return Ok(Finished::nothing_computed(&request.out, tally));
+    }
+    let opened = compared.go_on(&directory, &prepared)?;
     opened.notes.iter().for_each(|text| note(text));
     let reused = opened.tally.done();
-    if opened.todo.left() == 0 && tables::is_current(&directory, RESULTS, &prepared.provenance) {
-        note("every sample is there already: nothing is computed");
-        directory.remove_parts()?;
-        let (tally, table) = (opened.tally, directory.file(RESULTS));
-        return Ok(Finished { tally, reused, ended: Ended::Complete, table });
-    }
     if reused > 0 {
         note(&format!(
             "{reused} of {} samples are there already, {} are computed",
@@ -227,7 +244,76 @@ fn open_and_compute(
     compute(request, &directory, &prepared, opened, watched)
 }
 
-/// Has the rest computed and writes the tables.
+/// What can be said of a directory that cannot be written: nothing has to be when everything is there. `error`: of writing.
+fn look_only(request: &Request, samples: &Samples, note: &dyn Fn(&str), error: RunError) -> Result<Finished, RunError> {
+    let look = || -> Result<Option<Finished>, RunError> {
+        if let Look::Held(holder) = look(&request.out, LOCK)? {
+            return Err(LockError::Held { directory: request.out.clone(), holder }.into());
+        }
+        if !request.out.join(LEDGER).exists() {
+            return Ok(None);
+        }
+        let prepared = Prepared::new(samples, prepare::frozen_basis(samples, &request.out)?)?;
+        let compared = resume::compare(&request.out, &prepared, request.rerun.as_ref())?;
+        if tables::is_current(&request.out, RESULTS, &prepared.provenance)
+            && let Some((_, tally)) = compared.complete(&prepared)
+        {
+            note(
+                "every sample is there already: nothing is computed (the directory cannot be written, and need not be)",
+            );
+            return Ok(Some(Finished::nothing_computed(&request.out, tally)));
+        }
+        note(&format!(
+            "{} of {} samples are there already; the rest cannot be computed here",
+            compared.done(),
+            samples.count()
+        ));
+        Ok(None)
+    };
+    match look() {
+        Ok(Some(finished)) => Ok(finished),
+        Err(refused) if refused.is_refusal() => Err(refused),
+        Ok(None) | Err(_) => Err(error),
+    }
+}
+
+/// Makes again what is missing of a complete directory beside record and table.
+fn put_in_order(
+    request: &Request,
+    directory: &RunDirectory,
+    prepared: &Prepared<'_>,
+    (record, tally): (&Reader, &Tally),
+    note: &dyn Fn(&str),
+) -> Result<(), RunError> {
+    let samples = prepared.samples;
+    directory.tidy()?;
+    prepared.write(directory)?;
+    if !tables::has_timings(directory.path(), samples.count()) {
+        tables::write_timings(directory, record)?;
+        note(&format!("{TIMINGS} was missing or damaged: it is made again from the record"));
+    }
+    if !manifest::tells_complete(&directory.file(MANIFEST)) {
+        let now = SystemTime::now();
+        let course = Course {
+            state: "complete",
+            started: now,
+            finished: Some(now),
+            done: tally.done(),
+            reused: tally.done(),
+            worker_deaths: 0,
+            dropped_messages: 0,
+        };
+        let text = manifest(request, samples, &prepared.provenance, &course);
+        write_whole(&directory.file(MANIFEST), text.as_bytes())?;
+        note(&format!("{MANIFEST} was missing, damaged or of a run that did not end: it is made again, of this run"));
+    }
+    if !status::tells_complete(directory.path()) {
+        StatusWriter::new(directory.path(), samples, tally.done()).finish("complete", None, tally);
+    }
+    Ok(directory.remove_parts()?)
+}
+
+/// Has the rest computed and writes the tables; whatever happens, the status tells of it.
 fn compute(
     request: &Request,
     directory: &RunDirectory,
@@ -236,8 +322,36 @@ fn compute(
     watched: &Rc<RefCell<Watched>>,
 ) -> Result<Finished, RunError> {
     let samples = prepared.samples;
+    let reused = opened.tally.done();
+    let durable = Rc::new(RefCell::new(opened.tally.clone()));
+    let mut observer = ProgressObserver {
+        progress: Progress::start(samples.count(), reused, Instant::now()),
+        status: StatusWriter::new(directory.path(), samples, reused),
+        tally: Rc::new(RefCell::new(opened.tally.clone())),
+        durable: Rc::clone(&durable),
+        watched: Rc::clone(watched),
+    };
+    observer.status.begin(&durable.borrow());
+    let computed = compute_watched(request, directory, prepared, opened, &mut observer);
+    let tally = durable.borrow().clone();
+    match &computed {
+        Ok((report, _)) => observer.status.finish(state_word(report), None, &tally),
+        Err(error) => observer.status.finish("failed", Some(error), &tally),
+    }
+    let (report, table) = computed?;
+    Ok(Finished { tally, reused, ended: report.ended, table })
+}
+
+fn compute_watched(
+    request: &Request,
+    directory: &RunDirectory,
+    prepared: &Prepared<'_>,
+    opened: Opened,
+    observer: &mut ProgressObserver,
+) -> Result<(DispatchReport, Option<PathBuf>), RunError> {
+    let samples = prepared.samples;
     let Opened { mut ledger, todo, tally, .. } = opened;
-    let reused = tally.done();
+    let (reused, failed_before) = (tally.done(), tally.failed());
     let started = SystemTime::now();
     let course = |state, finished, done, deaths, dropped| Course {
         state,
@@ -253,7 +367,6 @@ fn compute(
     };
     write_manifest(&course("running", None, reused, 0, 0))?;
 
-    let tally = Rc::new(RefCell::new(tally));
     let mut options = DispatchOptions::new(
         request.workers,
         dispatch::self_command()?,
@@ -262,80 +375,77 @@ fn compute(
     );
     // Another build may compute other numbers.
     options.build = Some(build_id());
-    let failed_before = tally.borrow().failed();
     request.budget.apply(failed_before, &mut options);
     options.keys = true;
-    let mut observer = ProgressObserver {
-        progress: Progress::start(samples.count(), reused, Instant::now()),
-        status: StatusWriter::new(directory.path(), samples, reused),
-        tally: Rc::clone(&tally),
-        watched: Rc::clone(watched),
-    };
-    if let Some(events) = &mut watched.borrow_mut().events {
+    if let Some(events) = &mut observer.watched.borrow_mut().events {
         let directory = directory.path().to_string_lossy();
         events.started(&samples.study().name, &directory, samples.count(), reused, request.workers);
     }
     let record = ledger.reader().clone();
     let faults = Faults::from_environment(Who::Orchestrator).map_err(dispatch::DispatchError::from)?;
     let there = if reused > 0 && todo.left() > 0 { Some(record.state()?) } else { None };
-    let durable = tally.borrow().clone();
     let place = (directory, prepared, &record);
-    let ((report, committed, durable), parts) = parts::kept(request.refresh, place, there, &faults, |parts| {
+    let ((report, committed), parts) = parts::kept(request.refresh, place, there, &faults, |parts| {
         let mut sink = LedgerSink {
             ledger: &mut ledger,
             keys: &prepared.keys,
-            tally: Rc::clone(&tally),
-            durable,
-            watched: Rc::clone(watched),
+            tally: Rc::clone(&observer.tally),
+            durable: Rc::clone(&observer.durable),
+            watched: Rc::clone(&observer.watched),
             gathered: Vec::new(),
             parts,
         };
         let report = if todo.left() > 0 && request.budget.is_exceeded(failed_before) {
             Ok(DispatchReport::nothing(Ended::TooManyFailures))
         } else {
-            dispatch::run(&options, samples, todo, &mut sink, &mut observer)
+            dispatch::run(&options, samples, todo, &mut sink, observer)
         };
-        let (committed, durable) = sink.close();
+        let committed = sink.close();
         if let Ok(report) = &report {
             interrupt::end_at_once_when_told(matches!(report.ended, Ended::Signalled(_)), &faults);
         }
-        if durable.done() < samples.count() {
+        if observer.durable.borrow().done() < samples.count() {
             parts.write_rest();
         }
-        (report, committed, durable)
+        (report, committed)
     });
     // Taken but not recorded is computed again: it does not count.
-    let tally = durable;
-    observer.progress.finish(&tally, Instant::now());
-    let written = report.map_err(RunError::from).and_then(|report| {
-        // After a failure the first error is the one that says why.
-        committed?;
-        let table = if tally.done() == samples.count() {
-            let table = tables::write_tables(directory, prepared, &record)?;
-            faults.reached(At::Retiring, 0, None);
-            directory.remove_parts()?;
-            table
-        } else {
-            parts?;
-            directory.file(PARTS)
-        };
-        let (state, finished) = (state_word(&report), Some(SystemTime::now()));
-        write_manifest(&course(state, finished, tally.done(), report.worker_deaths, report.dropped_messages))?;
-        Ok((report, table))
-    });
-    match &written {
-        Ok((report, _)) => observer.status.finish(state_word(report), None, &tally),
-        Err(error) => observer.status.finish("failed", Some(&error.to_string()), &tally),
-    }
-    let (report, table) = written?;
-    Ok(Finished { tally, reused, ended: report.ended, table })
+    let durable = observer.durable.borrow().clone();
+    observer.progress.finish(&durable, Instant::now());
+    let report = report?;
+    // After a failure the first error is the one that says why.
+    committed?;
+    let table = if durable.done() == samples.count() {
+        let table = tables::write_tables(directory, prepared, &record)?;
+        faults.reached(At::Retiring, 0, None);
+        directory.remove_parts()?;
+        Some(table)
+    } else {
+        parts?;
+        let has_rows = !row_files(directory.path()).is_empty();
+        has_rows.then(|| directory.file(PARTS))
+    };
+    let (state, finished) = (state_word(&report), Some(SystemTime::now()));
+    write_manifest(&course(state, finished, durable.done(), report.worker_deaths, report.dropped_messages))?;
+    Ok((report, table))
 }
 
+impl Finished {
+    /// Of a directory in which everything is.
+    fn nothing_computed(directory: &Path, tally: &Tally) -> Self {
+        let (tally, table) = (tally.clone(), Some(directory.join(RESULTS)));
+        Self { reused: tally.done(), tally, ended: Ended::Complete, table }
+    }
+}
+
+/// How a run ended, in one word: for status and manifest.
 fn state_word(report: &DispatchReport) -> &'static str {
     match report.ended {
         Ended::Complete => "complete",
         Ended::Signalled(Signal::Interrupt) => "interrupted",
         Ended::Signalled(Signal::Terminate) => "terminated",
-        Ended::Wall | Ended::Until | Ended::TooManyFailures => "stopped",
+        Ended::Wall => "wall",
+        Ended::Until => "until",
+        Ended::TooManyFailures => "max_failures",
     }
 }

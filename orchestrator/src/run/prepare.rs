@@ -11,6 +11,7 @@ use bladeoff_core::machine::Machine;
 use bladeoff_core::modal::Basis;
 use bladeoff_worker::plan::{BASIS_FILE, WorkPlan};
 use std::fs;
+use std::path::Path;
 
 /// A study ready to be computed.
 #[derive(Debug)]
@@ -24,6 +25,8 @@ pub(super) struct Prepared<'a> {
     pub keys: SampleKeys<'a>,
     /// Hash of all keys in order.
     pub digest: String,
+    /// Which of an outcome's values is its number of steps.
+    pub steps: Option<usize>,
 }
 
 /// The machines whose basis may be frozen, the best first: the study's without what varies, because it stays the same when
@@ -40,8 +43,8 @@ pub(super) fn new_basis(samples: &Samples) -> Result<Vec<u8>, RunError> {
 
 /// The basis that is frozen in the directory, if it serves this study; a new one otherwise. Another processor may compute
 /// other last digits, so what is frozen is never computed again.
-pub(super) fn frozen_basis(samples: &Samples, directory: &RunDirectory) -> Result<Vec<u8>, RunError> {
-    basis(samples, fs::read(directory.file(BASIS_FILE)).ok())
+pub(super) fn frozen_basis(samples: &Samples, directory: &Path) -> Result<Vec<u8>, RunError> {
+    basis(samples, fs::read(directory.join(BASIS_FILE)).ok())
 }
 
 fn basis(samples: &Samples, frozen: Option<Vec<u8>>) -> Result<Vec<u8>, RunError> {
@@ -70,7 +73,8 @@ impl<'a> Prepared<'a> {
         let plan_hash = plan.hash();
         let provenance = provenance(samples, &plan_hash, plan.basis.as_deref());
         let digest = keys.digest();
-        Ok(Self { samples, machine, plan, plan_hash, provenance, keys, digest })
+        let steps = engine::columns(&machine).iter().position(|column| column.name == "steps");
+        Ok(Self { samples, machine, plan, plan_hash, provenance, keys, digest, steps })
     }
 
     /// Puts inputs, plan and basis into the directory.

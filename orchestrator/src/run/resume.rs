@@ -7,22 +7,25 @@
 //!   damaged record       the present study                              if it is damaged
 //! an entry that belongs to no present sample                            refused with the difference: nothing is lost
 //! ```
+//!
+//! [`compare`] decides which, and reads only: whatever is refused has been touched by nobody. [`Compared::go_on`] does it.
 
 use super::RunError;
 use super::change::changes;
 use super::directory::{LEDGER, RunDirectory};
 use super::prepare::{Prepared, SAMPLES_KEY};
+use super::reuse::{Worth, worth};
 use crate::dispatch::DispatchError;
 use crate::files::FileError;
-use crate::ledger::{Head, Ledger, LedgerError, Remains, SampleKey};
+use crate::ledger::{Head, Ledger, LedgerError, Reader, Remains};
 use crate::report::Tally;
 use crate::schedule::Todo;
 use bladeoff_core::outcome::{Cause, Status};
 use bladeoff_worker::fault::{At, Faults, Who};
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::fs;
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Which finished samples are to be computed again.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -49,8 +52,25 @@ pub(super) struct Opened {
     pub todo: Todo,
     /// Counts of what is there.
     pub tally: Tally,
-    /// What the user should know.
+    /// What the user should know of how it was made.
     pub notes: Vec<String>,
+}
+
+/// What is in a directory, compared with the present study. Nothing has been written to it yet.
+pub(super) struct Compared {
+    record: Record,
+    found: Found,
+    notes: Vec<String>,
+}
+
+/// What becomes of the record.
+enum Record {
+    /// There is none: a new one is made.
+    New,
+    /// It goes on as it is. The header: what it says of its entries.
+    Same(Reader, BTreeMap<String, String>),
+    /// A new one is made of these of its entries: sample, place in the old one.
+    Old { old: Old, taken: Vec<(u64, u64)> },
 }
 
 /// Opens or makes the record of a directory, with inputs, plan and basis beside it.
@@ -59,91 +79,86 @@ pub(super) fn open(
     prepared: &Prepared<'_>,
     rerun: Option<&Rerun>,
 ) -> Result<Opened, RunError> {
-    let path = directory.file(LEDGER);
+    compare(directory.path(), prepared, rerun)?.go_on(directory, prepared)
+}
+
+/// Compares what is in a directory with the present study. Reads only.
+pub(super) fn compare(directory: &Path, prepared: &Prepared<'_>, rerun: Option<&Rerun>) -> Result<Compared, RunError> {
+    let path = directory.join(LEDGER);
     if !path.exists() {
         if rerun.is_some() {
-            return Err(RunError::NothingToRerun { path: directory.path().to_path_buf() });
+            return Err(RunError::NothingToRerun { path: directory.to_path_buf() });
         }
-        prepared.write(directory)?;
-        let mut ledger = Ledger::create(&path, &prepared.header())?;
-        ledger.publish()?;
-        let todo = Todo::from(prepared.samples.count());
-        return Ok(Opened { ledger, todo, tally: Tally::default(), notes: Vec::new() });
+        return Ok(Compared { record: Record::New, found: Found::default(), notes: Vec::new() });
     }
-    match open_store(&path, directory, prepared, rerun) {
+    match compare_store(&path, directory, prepared, rerun) {
         Err(RunError::Ledger(LedgerError::Damaged { detail, .. })) => {
-            let remains = Remains::read(&path)?;
+            let remains = Remains::read(&path, prepared.steps)?;
             let note = format!(
                 "the record of finished samples is damaged ({detail}): {} entries in it are whole and kept, the rest is \
                  computed again",
                 remains.entries().len()
             );
-            let mut opened = take_over(Old::Remains(remains), directory, prepared, rerun)?;
-            opened.notes.insert(0, note);
-            Ok(opened)
+            let mut compared = select(Old::Remains(remains), directory, prepared, rerun)?;
+            compared.notes.insert(0, note);
+            Ok(compared)
         }
-        opened => opened,
+        compared => compared,
     }
 }
 
-fn open_store(
-    path: &std::path::Path,
-    directory: &RunDirectory,
+fn compare_store(
+    path: &Path,
+    directory: &Path,
     prepared: &Prepared<'_>,
     rerun: Option<&Rerun>,
-) -> Result<Opened, RunError> {
-    let ledger = Ledger::open(path)?;
-    let header = ledger.header()?;
-    if header.get(SAMPLES_KEY) == Some(&prepared.digest) {
+) -> Result<Compared, RunError> {
+    let reader = Reader::open(path)?;
+    let header = reader.header()?;
+    let is_same_study = header.get(SAMPLES_KEY) == Some(&prepared.digest);
+    if is_same_study {
         let mut found = Found::default();
         let mut unfit = 0u64;
-        ledger.reader().for_each_head(|sample, head| match head {
+        reader.for_each_head(prepared.steps, |sample, head| match head {
             Ok(head) if head.key != prepared.keys.key(sample) => unfit += 1,
             Ok(head) if rerun.is_some_and(|rerun| rerun.takes(head.status, head.cause)) => unfit += 1,
             Ok(head) => found.add(sample, head.status, head.cause),
             Err(_) => unfit += 1,
         })?;
         if unfit == 0 {
-            prepared.write(directory)?;
-            let wanted = prepared.header();
-            if !wanted.iter().all(|(key, value)| header.get(key) == Some(value)) {
-                ledger.replace_header(&wanted)?;
-            }
             let mut notes = Vec::new();
             if rerun.is_some() {
                 notes.push("no finished sample is of the kind to be computed again".to_owned());
             }
-            let (todo, tally) = found.rest(prepared.samples.count());
-            return Ok(Opened { ledger, todo, tally, notes });
+            return Ok(Compared { record: Record::Same(reader, header), found, notes });
         }
     }
-    take_over(Old::Store(ledger), directory, prepared, rerun)
+    select(Old::Store(reader, is_same_study), directory, prepared, rerun)
 }
 
 /// Where entries are taken from.
 enum Old {
-    Store(Ledger),
+    /// A whole store; whether its numbers and limits are those of the present study.
+    Store(Reader, bool),
     Remains(Remains),
 }
 
 /// What is known of an entry, and where its bytes are.
 struct Place {
+    head: Head,
     place: u64,
-    status: Status,
-    cause: Option<Cause>,
     used: bool,
 }
 
 impl Old {
-    /// Every whole entry by its key, and the number of those that are not.
-    fn index(&self) -> Result<(HashMap<SampleKey, Place>, u64), LedgerError> {
-        let mut index = HashMap::new();
+    /// Every whole entry in the order of the keys, the best first of those with one key, and the number of entries that are
+    /// not whole.
+    fn index(&self, prepared: &Prepared<'_>) -> Result<(Vec<Place>, u64), LedgerError> {
+        let mut index = Vec::new();
         let mut damaged = 0;
-        let mut add = |head: Head, place| {
-            index.insert(head.key, Place { place, status: head.status, cause: head.cause, used: false });
-        };
+        let mut add = |head: Head, place| index.push(Place { head, place, used: false });
         match self {
-            Old::Store(ledger) => ledger.reader().for_each_head(|sample, head| match head {
+            Old::Store(reader, _) => reader.for_each_head(prepared.steps, |sample, head| match head {
                 Ok(head) => add(head, sample),
                 Err(_) => damaged += 1,
             })?,
@@ -151,85 +166,151 @@ impl Old {
                 remains.entries().iter().for_each(|(head, place)| add(*head, *place as u64));
             }
         }
+        index.sort_unstable_by_key(|place| (place.head.key, place.head.status == Status::Quarantined, place.place));
         Ok((index, damaged))
     }
 
     fn bytes(&self, place: u64) -> Result<Option<Vec<u8>>, LedgerError> {
         match self {
-            Old::Store(ledger) => ledger.reader().bytes(place),
+            Old::Store(reader, _) => reader.bytes(place),
             Old::Remains(remains) => Ok(usize::try_from(place).ok().map(|place| remains.bytes_at(place).to_vec())),
         }
     }
+
+    fn header(&self) -> BTreeMap<String, String> {
+        match self {
+            Old::Store(reader, _) => reader.header().unwrap_or_default(),
+            Old::Remains(_) => BTreeMap::new(),
+        }
+    }
 }
 
-/// Makes a new record of the entries that belong to the present study. Refuses to lose any.
-fn take_over(
-    old: Old,
-    directory: &RunDirectory,
-    prepared: &Prepared<'_>,
-    rerun: Option<&Rerun>,
-) -> Result<Opened, RunError> {
-    let (mut index, damaged) = old.index()?;
-    let count = prepared.samples.count();
-    for sample in 0..count {
-        if let Some(place) = index.get_mut(&prepared.keys.key(sample)) {
-            place.used = true;
+/// Selects the entries that belong to the present study. Refuses to lose any.
+fn select(old: Old, directory: &Path, prepared: &Prepared<'_>, rerun: Option<&Rerun>) -> Result<Compared, RunError> {
+    let (mut index, damaged) = old.index(prepared)?;
+    let is_same_study = matches!(old, Old::Store(_, true));
+    let mut found = Found::default();
+    let mut taken = Vec::new();
+    let (mut again, mut longer) = (0u64, 0u64);
+    for sample in 0..prepared.samples.count() {
+        let (key, limit) = (prepared.keys.key(sample), prepared.keys.step_limit(sample));
+        let first = index.partition_point(|place| place.head.key < key);
+        let mut same = None;
+        let mut is_superseded = false;
+        for place in index[first..].iter_mut().take_while(|place| place.head.key == key) {
+            let is_its_own = is_same_study && place.place == sample;
+            let worth = worth(&place.head, limit, is_its_own);
+            place.used |= worth != Worth::Other;
+            is_superseded |= worth == Worth::Superseded;
+            if worth == Worth::Same && same.is_none() {
+                same = Some((place.head, place.place));
+            }
+        }
+        match same {
+            Some((head, _)) if rerun.is_some_and(|rerun| rerun.takes(head.status, head.cause)) => again += 1,
+            Some((head, place)) => {
+                found.add(sample, head.status, head.cause);
+                taken.push((sample, place));
+            }
+            None => longer += u64::from(is_superseded),
         }
     }
-    let lost = index.values().filter(|place| !place.used).count() as u64;
+    let lost = index.iter().filter(|place| !place.used).count() as u64;
     if lost > 0 {
-        let total = index.len() as u64;
         return Err(RunError::Changed {
-            path: directory.path().to_path_buf(),
+            path: directory.to_path_buf(),
             lost,
-            total,
-            changes: changes(directory, prepared, &old_header(&old)),
+            total: index.len() as u64,
+            changes: changes(directory, prepared, &old.header()),
         });
     }
-    let before = index.len();
-    if let Some(rerun) = rerun {
-        index.retain(|_, place| !rerun.takes(place.status, place.cause));
-    }
-    let again = before - index.len();
-    let faults = Faults::from_environment(Who::Orchestrator).map_err(DispatchError::from)?;
-    prepared.write(directory)?;
-    let mut ledger = Ledger::create(&directory.file(LEDGER), &prepared.header())?;
-    let mut found = Found::default();
-    for sample in 0..count {
-        let Some(place) = index.get(&prepared.keys.key(sample)) else { continue };
-        if let Some(bytes) = old.bytes(place.place)? {
-            ledger.put_bytes(sample, bytes)?;
-            found.add(sample, place.status, place.cause);
-            faults.reached(At::Growing, sample, None);
-        }
-    }
     let mut notes = Vec::new();
-    if let Old::Remains(_) = old {
-        notes.push(format!("the damaged record is kept as {}", keep_aside(&directory.file(LEDGER))?.display()));
-    }
-    drop(old);
-    // Their row numbers, or what they hold, are those of the old record.
-    directory.remove_parts()?;
-    ledger.publish()?;
     if damaged > 0 {
         notes.push(format!("{damaged} entries of the record are damaged: their samples are computed again"));
     }
-    if rerun.is_some() {
+    if longer > 0 {
+        notes.push(format!("{longer} samples ended early under another run.step_limit: they are computed again"));
+    }
+    if rerun.is_some() && (again > 0 || longer == 0) {
         notes.push(format!("{again} finished samples are computed again"));
     }
-    let (todo, tally) = found.rest(count);
-    Ok(Opened { ledger, todo, tally, notes })
+    Ok(Compared { record: Record::Old { old, taken }, found, notes })
 }
 
-fn old_header(old: &Old) -> std::collections::BTreeMap<String, String> {
-    match old {
-        Old::Store(ledger) => ledger.header().unwrap_or_default(),
-        Old::Remains(_) => std::collections::BTreeMap::new(),
+impl Compared {
+    /// What the user should know of the comparison.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
     }
+
+    /// Samples that are there.
+    pub fn done(&self) -> u64 {
+        self.found.tally.done()
+    }
+
+    /// The record and its counts, where it holds every sample and needs no change.
+    pub fn complete(&self, prepared: &Prepared<'_>) -> Option<(&Reader, &Tally)> {
+        match &self.record {
+            Record::Same(reader, _) if self.done() == prepared.samples.count() => Some((reader, &self.found.tally)),
+            _ => None,
+        }
+    }
+
+    /// Makes the record that of the present study, with inputs, plan and basis beside it.
+    pub fn go_on(self, directory: &RunDirectory, prepared: &Prepared<'_>) -> Result<Opened, RunError> {
+        let Self { record, found, .. } = self;
+        directory.tidy()?;
+        let mut notes = Vec::new();
+        let ledger = match record {
+            Record::New => {
+                prepared.write(directory)?;
+                let mut ledger = Ledger::create(&directory.file(LEDGER), &prepared.header())?;
+                ledger.publish()?;
+                ledger
+            }
+            Record::Same(reader, header) => {
+                prepared.write(directory)?;
+                let ledger = reader.into_ledger()?;
+                let wanted = prepared.header();
+                if !wanted.iter().all(|(key, value)| header.get(key) == Some(value)) {
+                    ledger.replace_header(&wanted)?;
+                }
+                ledger
+            }
+            Record::Old { old, taken } => take_over(&old, &taken, directory, prepared, &mut notes)?,
+        };
+        let (todo, tally) = found.rest(prepared.samples.count());
+        Ok(Opened { ledger, todo, tally, notes })
+    }
+}
+
+/// Makes a new record of entries of the old one and puts it in its place.
+fn take_over(
+    old: &Old,
+    taken: &[(u64, u64)],
+    directory: &RunDirectory,
+    prepared: &Prepared<'_>,
+    notes: &mut Vec<String>,
+) -> Result<Ledger, RunError> {
+    let faults = Faults::from_environment(Who::Orchestrator).map_err(DispatchError::from)?;
+    prepared.write(directory)?;
+    let mut ledger = Ledger::create(&directory.file(LEDGER), &prepared.header())?;
+    for &(sample, place) in taken {
+        let missing = || LedgerError::Missing { sample, path: directory.file(LEDGER) };
+        ledger.put_bytes(sample, old.bytes(place)?.ok_or_else(missing)?)?;
+        faults.reached(At::Growing, sample, None);
+    }
+    if let Old::Remains(_) = old {
+        notes.push(format!("the damaged record is kept as {}", keep_aside(&directory.file(LEDGER))?.display()));
+    }
+    // Their row numbers, or what they hold, are those of the old record.
+    directory.remove_parts()?;
+    ledger.publish()?;
+    Ok(ledger)
 }
 
 /// Gives a damaged record a second name, under which it stays when a new one takes its place.
-fn keep_aside(path: &std::path::Path) -> Result<PathBuf, FileError> {
+fn keep_aside(path: &Path) -> Result<PathBuf, FileError> {
     for n in 1u32.. {
         let kept = path.with_file_name(format!("ledger.damaged-{n}.redb"));
         match fs::hard_link(path, &kept) {

@@ -19,8 +19,8 @@ pub(super) struct LedgerSink<'a> {
     pub keys: &'a SampleKeys<'a>,
     /// Everything taken, for the progress shown.
     pub tally: Rc<RefCell<Tally>>,
-    /// What of it is durable: that alone counts when the record fails.
-    pub durable: Tally,
+    /// What of it is durable: that alone is told to others, and counts when the record fails.
+    pub durable: Rc<RefCell<Tally>>,
     pub watched: Rc<RefCell<Watched>>,
     /// Taken and not durable yet.
     pub gathered: Vec<u64>,
@@ -65,16 +65,16 @@ impl Sink for LedgerSink<'_> {
 impl LedgerSink<'_> {
     fn note_durable(&mut self) {
         if self.ledger.gathered() == 0 && !self.gathered.is_empty() {
-            self.durable = self.tally.borrow().clone();
+            *self.durable.borrow_mut() = self.tally.borrow().clone();
             self.parts.durable(std::mem::take(&mut self.gathered));
         }
     }
 
-    /// Commits what is left; gives the counts of all that is durable.
-    pub fn close(mut self) -> (Result<(), LedgerError>, Tally) {
+    /// Commits what is left.
+    pub fn close(mut self) -> Result<(), LedgerError> {
         let committed = self.ledger.commit();
         self.note_durable();
-        (committed, self.durable)
+        committed
     }
 }
 
@@ -102,7 +102,10 @@ pub(super) fn describe(worker: &WorkerView) -> String {
 pub(super) struct ProgressObserver {
     pub progress: Progress,
     pub status: StatusWriter,
+    /// Everything taken.
     pub tally: Rc<RefCell<Tally>>,
+    /// What of it is durable.
+    pub durable: Rc<RefCell<Tally>>,
     pub watched: Rc<RefCell<Watched>>,
 }
 
@@ -114,7 +117,7 @@ impl Observer for ProgressObserver {
         let eta = watched.costs.eta(snapshot.total - snapshot.done, snapshot.elapsed);
         watched.events.iter_mut().for_each(|events| events.progress(snapshot, eta));
         self.progress.update(&self.tally.borrow(), eta, stale, now);
-        self.status.update(snapshot, eta, &self.tally.borrow(), now);
+        self.status.update(snapshot, eta, &self.durable.borrow(), now);
     }
 
     fn asked(&mut self, snapshot: &Snapshot) {
@@ -128,5 +131,57 @@ impl Observer for ProgressObserver {
         if let Notice::Stopping(_) = notice {
             self.progress.note("stopping: samples in work may finish; a second signal ends them at once");
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::{Samples, load};
+    use serde_json::Value;
+    use std::fs;
+    use std::path::Path;
+    use std::time::Duration;
+
+    #[test]
+    fn the_status_of_a_running_study_counts_what_is_durable() {
+        let folder = tempfile::tempdir().expect("temporary directory");
+        let rig = Path::new(env!("CARGO_MANIFEST_DIR")).join("../studies/machines/lab_rig.toml");
+        fs::copy(rig, folder.path().join("rig.toml")).expect("copied");
+        let file = folder.path().join("s.toml");
+        fs::write(&file, "schema = 1\nmachine = \"rig.toml\"\n").expect("written");
+        let samples = Samples::new(load(&file).expect("a study"), None, None).expect("one sample");
+        let (mut taken, mut durable) = (Tally::default(), Tally::default());
+        (0..3).for_each(|_| taken.count(Status::Ok, None));
+        durable.count(Status::Ok, None);
+        let now = Instant::now();
+        let mut observer = ProgressObserver {
+            progress: Progress::start(5, 0, now),
+            status: StatusWriter::new(folder.path(), &samples, 0),
+            tally: Rc::new(RefCell::new(taken)),
+            durable: Rc::new(RefCell::new(durable)),
+            watched: Rc::default(),
+        };
+        observer.progress(&Snapshot {
+            elapsed: Duration::from_secs(1),
+            total: 5,
+            done: 3,
+            by_status: [0; Status::ALL.len()],
+            by_cause: [0; bladeoff_core::outcome::Cause::ALL.len()],
+            rate: 1.0,
+            worker_deaths: 0,
+            dropped_messages: 0,
+            workers: Vec::new(),
+        });
+        let told = || serde_json::from_slice::<Value>(&fs::read(folder.path().join("status.json")).expect("told"));
+        let value = told().expect("JSON");
+        assert_eq!((&value["state"], &value["done"]), (&"running".into(), &1.into()));
+        // No new file can be made: the end is told in the old one, and nothing is left aside.
+        fs::create_dir(folder.path().join("status.json.tmp")).expect("in the way");
+        let error = std::io::Error::other("no space");
+        let durable = observer.durable.borrow().clone();
+        observer.status.finish("failed", Some(&error), &durable);
+        let value = told().expect("JSON");
+        assert_eq!((&value["state"], &value["error"]), (&"failed".into(), &"no space".into()));
     }
 }

@@ -1,20 +1,23 @@
-//! What a run tells of itself while it goes on: `status.json`, replaced about once a second.
+//! What a run tells of itself while it goes on: `status.json`, replaced about once a second, and what others see of it.
 //!
 //! The record cannot be read by another process while the run lives, so `bladeoff status` reads this file, and the lock to
-//! know whether anybody is still there. It is renamed into place but not synced: after a power cut it may be old or
-//! missing, and the record says what is true.
+//! know whether anybody is still there. Its counts are those of durable samples. It is renamed into place but not synced:
+//! after a power cut it may be old or missing. Once nobody works in the directory the record says what is true.
 
 use super::directory::{LEDGER, LOCK, RESULTS};
 use super::lock::{Holder, Look, look};
 use super::manifest::{host, timestamp};
 use super::sink::describe;
 use crate::files::FileError;
+use crate::ledger::Reader;
 use crate::report::{Eta, Tally};
 use crate::schedule::Snapshot;
 use crate::study::Samples;
 use bladeoff_core::outcome::{Cause, Status};
 use serde_json::{Map, Value, json};
-use std::fs;
+use std::error::Error;
+use std::fs::{self, OpenOptions};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
 
@@ -49,6 +52,10 @@ impl StatusWriter {
             "total": samples.count(),
             "reused": reused,
             "go_on": go_on(directory, samples),
+            "study_file": samples.study().file,
+            "directory": std::path::absolute(directory).unwrap_or_else(|_| directory.to_path_buf()),
+            "scale": samples.scale(),
+            "limit": samples.limit(),
         });
         let Value::Object(fixed) = fixed else { unreachable!("written as an object") };
         Self {
@@ -62,49 +69,66 @@ impl StatusWriter {
         }
     }
 
-    /// Writes the present state, if it is time to; `left`: time for the rest. A failure is none of the study's: the next one may
-    /// succeed.
-    pub fn update(&mut self, snapshot: &Snapshot, left: Option<Eta>, tally: &Tally, now: Instant) {
+    /// Writes that the run has begun. As with every writing, a failure is none of the study's: the next one may succeed.
+    pub fn begin(&mut self, durable: &Tally) {
+        let _ = self.replace(&self.text("running", None, None, durable));
+    }
+
+    /// Writes the present state, if it is time to; `left`: time for the rest.
+    pub fn update(&mut self, snapshot: &Snapshot, left: Option<Eta>, durable: &Tally, now: Instant) {
         if self.written.is_some_and(|written| now.duration_since(written) < EVERY) {
             return;
         }
         self.written = Some(now);
         self.last = Some(snapshot.clone());
         self.left = left;
-        let _ = self.write("running", None, Some(snapshot), tally);
+        let _ = self.replace(&self.text("running", None, Some(snapshot), durable));
     }
 
     /// Writes the last state; `error`: why the run failed.
-    pub fn finish(&mut self, state: &str, error: Option<&str>, tally: &Tally) {
+    pub fn finish(&mut self, state: &str, error: Option<&dyn Error>, durable: &Tally) {
         let last = self.last.take();
         self.left = None;
         // What workers were doing a moment ago is no longer true.
         let last = last.map(|snapshot| Snapshot { workers: Vec::new(), rate: 0.0, ..snapshot });
-        let _ = self.write(state, error, last.as_ref(), tally);
+        let error = error.map(|error| {
+            let mut text = error.to_string();
+            let mut source = error.source();
+            while let Some(cause) = source {
+                text = format!("{text}: {cause}");
+                source = cause.source();
+            }
+            text
+        });
+        let text = self.text(state, error.as_deref(), last.as_ref(), durable);
+        if self.replace(&text).is_err() {
+            // On a full disk the old file has the room that a new one has not.
+            let over = || {
+                let mut file = OpenOptions::new().write(true).open(&self.path)?;
+                file.write_all(text.as_bytes())?;
+                file.set_len(text.len() as u64)
+            };
+            let _: std::io::Result<()> = over();
+        }
     }
 
-    fn write(
-        &self,
-        state: &str,
-        error: Option<&str>,
-        snapshot: Option<&Snapshot>,
-        tally: &Tally,
-    ) -> std::io::Result<()> {
+    fn replace(&self, text: &str) -> std::io::Result<()> {
+        let aside = self.path.with_extension("json.tmp");
+        let replaced = fs::write(&aside, text).and_then(|()| fs::rename(&aside, &self.path));
+        if replaced.is_err() {
+            let _ = fs::remove_file(&aside);
+        }
+        replaced
+    }
+
+    fn text(&self, state: &str, error: Option<&str>, snapshot: Option<&Snapshot>, tally: &Tally) -> String {
         let mut status = self.fixed.clone();
         let mut put = |key: &str, value: Value| drop(status.insert(key.to_owned(), value));
         put("state", json!(state));
         put("error", json!(error));
         put("updated", json!(timestamp(SystemTime::now())));
-        put("done", json!(tally.done()));
-        put("left", json!(self.total - tally.done().min(self.total)));
-        let by_status = Status::ALL.iter().map(|status| (status.word().to_owned(), json!(tally.of(*status))));
-        put("by_status", Value::Object(by_status.collect()));
-        let causes = Cause::ALL.iter().map(|cause| (cause.word().to_owned(), tally.of_cause(*cause)));
-        let causes = causes.filter(|(_, count)| *count > 0).map(|(word, count)| (word, json!(count)));
-        put("by_cause", Value::Object(causes.collect()));
         let none = Vec::new();
         put("elapsed_s", json!(snapshot.map(|snapshot| snapshot.elapsed.as_secs_f64())));
-        put("computed", json!(tally.done().saturating_sub(self.reused)));
         put("rate_per_s", json!(snapshot.map(|snapshot| snapshot.rate)));
         put("left_from_s", json!(self.left.map(|left| left.low.as_secs_f64())));
         put("left_to_s", json!(self.left.map(|left| left.high.as_secs_f64())));
@@ -114,21 +138,37 @@ impl StatusWriter {
             json!({ "worker": worker.worker, "pid": worker.pid, "silent": worker.stale, "doing": describe(worker) })
         });
         put("workers", workers.collect());
+        put_counts(&mut status, tally, self.total, self.reused);
         let mut text = serde_json::to_string_pretty(&Value::Object(status)).unwrap_or_default();
         text.push('\n');
-        let aside = self.path.with_extension("json.tmp");
-        fs::write(&aside, text)?;
-        fs::rename(&aside, &self.path)
+        text
     }
+}
+
+/// Puts the counts of finished samples; `reused`: those of earlier runs.
+fn put_counts(status: &mut Map<String, Value>, tally: &Tally, total: u64, reused: u64) {
+    let mut put = |key: &str, value: Value| drop(status.insert(key.to_owned(), value));
+    put("done", json!(tally.done()));
+    put("left", json!(total.saturating_sub(tally.done())));
+    let by_status = Status::ALL.iter().map(|status| (status.word().to_owned(), json!(tally.of(*status))));
+    put("by_status", Value::Object(by_status.collect()));
+    let causes = Cause::ALL.iter().map(|cause| (cause.word().to_owned(), tally.of_cause(*cause)));
+    let causes = causes.filter(|(_, count)| *count > 0).map(|(word, count)| (word, json!(count)));
+    put("by_cause", Value::Object(causes.collect()));
+    put("computed", json!(tally.done().saturating_sub(reused)));
 }
 
 /// The command that continues a study.
 #[must_use]
 pub fn go_on(directory: &Path, samples: &Samples) -> String {
-    let mut words = vec!["bladeoff run".to_owned(), word(&samples.study().file)];
+    command(&samples.study().file, directory, samples.scale(), samples.limit())
+}
+
+fn command(study: &str, directory: &Path, scale: Option<f64>, limit: Option<u64>) -> String {
+    let mut words = vec!["bladeoff run".to_owned(), word(study)];
     words.extend(["--out".to_owned(), word(&directory.display().to_string())]);
-    words.extend(samples.scale().map(|scale| format!("--scale {scale}")));
-    words.extend(samples.limit().map(|limit| format!("--limit {limit}")));
+    words.extend(scale.map(|scale| format!("--scale {scale}")));
+    words.extend(limit.map(|limit| format!("--limit {limit}")));
     words.join(" ")
 }
 
@@ -147,8 +187,10 @@ fn word(text: &str) -> String {
 pub struct Seen {
     /// Whether somebody works in it.
     pub state: RunState,
-    /// What the last run told of itself, if it did.
+    /// What the last run told of itself, if it did, with the counts of the record where nobody works in the directory.
     pub told: Option<Map<String, Value>>,
+    /// Whether its counts are those of the record, not those of the moment in which the run told them last.
+    pub is_counted: bool,
 }
 
 /// How it stands with a run.
@@ -161,8 +203,8 @@ pub enum RunState {
         /// Whether it is stopped.
         stopped: bool,
     },
-    /// The last run did not end in order.
-    Killed(Holder),
+    /// The last run did not end in order; who it was is not known where nothing but its last words tell of it.
+    Killed(Option<Holder>),
     /// Complete: the table is there.
     Complete,
     /// Ended in order before it was complete, or failed.
@@ -191,27 +233,102 @@ pub fn see(directory: &Path) -> Result<Option<Seen>, FileError> {
     if !directory.join(LEDGER).exists() && !directory.join(LOCK).exists() {
         return Ok(None);
     }
-    let state = match look(directory, LOCK)? {
+    loop {
+        let locked = look(directory, LOCK)?;
+        let seen = see_locked(directory, &locked);
+        // A run that began meanwhile was changing what was read.
+        if matches!(locked, Look::Held(_)) || look(directory, LOCK)? == locked {
+            return Ok(Some(seen));
+        }
+    }
+}
+
+/// Whether the last run told that the study is complete.
+pub(super) fn tells_complete(directory: &Path) -> bool {
+    told(directory).is_some_and(|told| told.get("state") == Some(&json!("complete")))
+}
+
+fn told(directory: &Path) -> Option<Map<String, Value>> {
+    let text = fs::read_to_string(directory.join(STATUS)).unwrap_or_default();
+    match serde_json::from_str(&text) {
+        Ok(Value::Object(told)) if told.get("schema") == Some(&json!(STATUS_SCHEMA)) => Some(told),
+        _ => None,
+    }
+}
+
+fn see_locked(directory: &Path, locked: &Look) -> Seen {
+    let told = told(directory);
+    let is_final = told.as_ref().is_none_or(|told| told.get("state") != Some(&json!("running")));
+    let state = match locked {
         Look::Held(holder) => {
             let stopped =
                 holder.as_ref().is_some_and(|holder| Some(&holder.host) == host().as_ref() && is_stopped(holder.pid));
-            RunState::Running { holder, stopped }
+            RunState::Running { holder: holder.clone(), stopped }
         }
-        Look::Abandoned(holder) => RunState::Killed(holder),
+        Look::Abandoned(holder) => RunState::Killed(Some(holder.clone())),
         Look::Free if directory.join(RESULTS).exists() => RunState::Complete,
-        Look::Free => RunState::Ended,
+        Look::Free if is_final => RunState::Ended,
+        // It ended without a word: its lock was removed, its directory moved, its disk full.
+        Look::Free => RunState::Killed(None),
     };
-    let text = fs::read_to_string(directory.join(STATUS)).unwrap_or_default();
-    let told = match serde_json::from_str(&text) {
-        Ok(Value::Object(told)) if told.get("schema") == Some(&json!(STATUS_SCHEMA)) => Some(told),
-        _ => None,
+    if let RunState::Running { holder, .. } = &state {
+        // What the run before told says nothing of one that has just begun.
+        let is_its_own = |told: &Map<String, Value>| {
+            holder.as_ref().is_none_or(|holder| told.get("pid") == Some(&json!(holder.pid)))
+        };
+        let told = told.filter(is_its_own);
+        return Seen { state, told, is_counted: false };
+    }
+    let (told, is_counted) = counted(directory, told, is_final);
+    Seen { state, told: told.map(|told| with_place(directory, told)), is_counted }
+}
+
+/// What was told with the counts of the record, and whether it has been read. `is_final`: it was told at an end, so that its
+/// counts are right if the record has as many.
+fn counted(directory: &Path, told: Option<Map<String, Value>>, is_final: bool) -> (Option<Map<String, Value>>, bool) {
+    let read = || {
+        let record = Reader::peek(&directory.join(LEDGER)).ok()?;
+        let header = record.header().ok()?;
+        let total = header.get("samples")?.parse().ok()?;
+        let has = |key: &str, number: u64| told.as_ref().is_some_and(|told| told.get(key) == Some(&json!(number)));
+        if is_final && has("done", record.len().ok()?) && has("total", total) {
+            return told.clone();
+        }
+        let mut tally = Tally::default();
+        let counted = record.for_each_head(None, |_, head| {
+            // What is damaged is computed again.
+            if let Ok(head) = head {
+                tally.count(head.status, head.cause);
+            }
+        });
+        counted.ok()?;
+        let mut told = told.clone().unwrap_or_default();
+        told.insert("schema".to_owned(), json!(STATUS_SCHEMA));
+        told.insert("study".to_owned(), json!(header.get("study")));
+        told.insert("total".to_owned(), json!(total));
+        let reused = told.get("reused").and_then(Value::as_u64).unwrap_or(0);
+        put_counts(&mut told, &tally, total, reused);
+        Some(told)
     };
-    // What the run before told says nothing of one that has just begun.
-    let told = told.filter(|told| match &state {
-        RunState::Running { holder: Some(holder), .. } => told.get("pid") == Some(&json!(holder.pid)),
-        _ => true,
-    });
-    Ok(Some(Seen { state, told }))
+    match read() {
+        Some(counted) => (Some(counted), true),
+        None => (told, false),
+    }
+}
+
+/// What was told, with the command that goes on here, should the directory have been moved.
+fn with_place(directory: &Path, mut told: Map<String, Value>) -> Map<String, Value> {
+    let text = |key: &str| told.get(key).and_then(Value::as_str);
+    if let (Some(study), Some(place)) = (text("study_file"), text("directory")) {
+        let is_here =
+            fs::canonicalize(place).is_ok_and(|place| fs::canonicalize(directory).is_ok_and(|here| here == place));
+        if !is_here {
+            let (scale, limit) = (told.get("scale").and_then(Value::as_f64), told.get("limit").and_then(Value::as_u64));
+            let command = command(study, directory, scale, limit);
+            told.insert("go_on".to_owned(), json!(command));
+        }
+    }
+    told
 }
 
 fn is_stopped(pid: u32) -> bool {

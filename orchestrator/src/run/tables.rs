@@ -7,7 +7,7 @@ use crate::engine;
 use crate::files::Pending;
 use crate::ledger::{Entry, Reader};
 use crate::results::{Provenance, ResultsWriter, Row, TableError, TableSchema, Timing, TimingsWriter, read_metadata};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Writes `results.parquet` and `timings.parquet` of a study whose samples are all recorded, one entry at a time: the writers
 /// hold one row group. Gives the path of the former.
@@ -22,6 +22,21 @@ pub(super) fn write_tables(
     record.for_each(|sample, entry| rows.push(sample, entry).map_err(RunError::from))?;
     rows.finish()?;
     Ok(path)
+}
+
+/// Writes `timings.parquet` alone, again.
+pub(super) fn write_timings(directory: &RunDirectory, record: &Reader) -> Result<(), RunError> {
+    let mut timings = TimingsWriter::create(Pending::create(&directory.file(TIMINGS))?)?;
+    record.for_each(|sample, entry| {
+        let Entry { cpu_s, worker, attempt, .. } = entry;
+        timings.push(Timing { sample, cpu_s, worker, attempt }).map_err(RunError::from)
+    })?;
+    Ok(timings.finish()?)
+}
+
+/// Whether there are timings of so many samples.
+pub(super) fn has_timings(directory: &Path, samples: u64) -> bool {
+    Timing::count_rows(&directory.join(TIMINGS)).is_ok_and(|rows| rows as u64 == samples)
 }
 
 /// Rows and their timings, under construction side by side.
@@ -72,8 +87,8 @@ impl<'a> RowsWriter<'a> {
 }
 
 /// Whether a table is there and comes from these inputs.
-pub(super) fn is_current(directory: &RunDirectory, name: &str, provenance: &[(String, String)]) -> bool {
-    let Ok(found) = read_metadata(&directory.file(name)) else { return false };
+pub(super) fn is_current(directory: &Path, name: &str, provenance: &[(String, String)]) -> bool {
+    let Ok(found) = read_metadata(&directory.join(name)) else { return false };
     let has = |(key, value): &(String, String)| {
         let key = format!("bladeoff.{key}");
         found.iter().any(|(name, text)| *name == key && text == value)

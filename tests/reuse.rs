@@ -1,0 +1,165 @@
+//! `run.step_limit` is a budget: a longer one goes on in the same directory, and the table is that of a fresh run.
+
+mod support;
+
+use bladeoff::ledger::{Ledger, LedgerError, Reader, SampleKey};
+use std::fs;
+use std::time::Instant;
+use support::{Folder, Said, say, table};
+
+/// Two gaps x two durations; a sample takes milliseconds.
+const STUDY: &str = r#"schema = 1
+name = "reuse"
+machine = "machines/rig.toml"
+
+[limits]
+max_failed = "100 %"
+
+[[vary]]
+path = "contact.gap"
+values = ["0.5 mm", "0.9 mm"]
+
+[[vary]]
+path = "run.end_time"
+values = ["3 ms", "6 ms"]
+"#;
+
+struct Bench {
+    folder: Folder,
+    rig: String,
+    fresh: u32,
+}
+
+impl Bench {
+    fn new() -> Self {
+        let folder = Folder::new();
+        let rig = fs::read_to_string(folder.path("machines/rig.toml")).expect("the rig");
+        Self { folder, rig, fresh: 0 }
+    }
+
+    /// Runs a study in the directory that is there; the table must be that of a fresh run.
+    fn goes_on(&mut self, text: &str, more: &[&str]) -> Said {
+        let said = self.run(text, "out", more);
+        assert_eq!(said.code, 0, "{}", said.err);
+        self.fresh += 1;
+        let fresh = format!("fresh-{}", self.fresh);
+        assert_eq!(self.run(text, &fresh, &[]).code, 0);
+        let bytes = |out: &str| fs::read(self.folder.path(&format!("{out}/results.parquet"))).expect("the table");
+        assert!(bytes("out") == bytes(&fresh), "not the table of a fresh run: {text}{}", said.err);
+        said
+    }
+
+    fn is_refused(&self, text: &str, lost: &str) {
+        let ledger = || fs::read(self.folder.path("out/ledger.redb")).expect("the record");
+        let before = ledger();
+        let said = self.run(text, "out", &[]);
+        assert_eq!(said.code, 3, "{}", said.err);
+        assert!(said.err.contains(lost) && said.err.contains("run.step_limit: "), "{}", said.err);
+        assert!(ledger() == before);
+    }
+
+    fn run(&self, text: &str, out: &str, more: &[&str]) -> Said {
+        let study = self.folder.write("s.toml", text);
+        say(&[&["run", &study, "--out", &self.folder.name(out), "--workers", "2"], more].concat())
+    }
+
+    /// A column of the table.
+    fn column(&self, name: &str) -> Vec<String> {
+        let (header, rows) = table(&self.folder.name("out"));
+        let column = header.iter().position(|found| found == name).expect("such a column");
+        rows.into_iter().map(|row| row[column].clone()).collect()
+    }
+
+    fn causes(&self) -> Vec<bool> {
+        self.column("cause").iter().map(|cause| cause == "step_limit").collect()
+    }
+}
+
+fn set(limit: u64) -> String {
+    STUDY.replace("[limits]", &format!("[set]\n\"run.step_limit\" = {limit}\n\n[limits]"))
+}
+
+fn varied(limits: &str) -> String {
+    format!("{STUDY}\n[[vary]]\npath = \"run.step_limit\"\nvalues = [{limits}]\n")
+}
+
+#[test]
+fn a_larger_step_limit_goes_on_and_the_table_is_that_of_a_fresh_run() {
+    let mut bench = Bench::new();
+    bench.goes_on(STUDY, &[]);
+    let steps = bench.column("steps");
+    let [short, long] = [&steps[0], &steps[1]].map(|steps| steps.parse::<u64>().expect("a count"));
+    assert!(short > 100 && long > short + 100, "{steps:?}");
+    fs::remove_dir_all(bench.folder.path("out")).expect("removed");
+    // The limit counts to the step: a run that needs as many ends.
+    bench.goes_on(&set(short - 1), &[]);
+    assert_eq!(bench.causes(), [true; 4]);
+    let why = say(&["why", &bench.folder.name("out"), "1"]);
+    assert!(why.out.contains("raise `run.step_limit`"), "{}", why.out);
+    let again = bench.goes_on(&set(short), &[]);
+    assert!(again.err.contains("4 samples ended early under another run.step_limit"), "{}", again.err);
+    assert_eq!(bench.causes(), [false, true, false, true]);
+    let again = bench.goes_on(&set(long - 1), &["--rerun", "failed"]);
+    assert!(again.err.contains("2 of 4 samples are there already, 2 are computed"), "{}", again.err);
+    assert_eq!(bench.causes(), [false, true, false, true]);
+    bench.is_refused(&set(short), "2 of its 4 finished samples");
+    bench.goes_on(&set(long), &[]);
+    assert_eq!(bench.causes(), [false; 4]);
+    bench.is_refused(&set(long - 1), "2 of its 4 finished samples");
+    // A limit that changes no sample costs none: larger, in the machine's file, smaller and still enough, none.
+    let is_kept = |bench: &mut Bench, text: &str| {
+        let again = bench.goes_on(text, &[]);
+        assert!(again.err.contains("4 of 4 samples are there already, 0 are computed"), "{}", again.err);
+    };
+    is_kept(&mut bench, &set(10 * long));
+    let limited = bench.rig.replacen("[run]\n", &format!("[run]\nstep_limit = {}\n", 20 * long), 1);
+    bench.folder.write("machines/rig.toml", &limited);
+    is_kept(&mut bench, STUDY);
+    is_kept(&mut bench, &set(long));
+    bench.folder.write("machines/rig.toml", &bench.rig);
+    is_kept(&mut bench, STUDY);
+}
+
+#[test]
+fn a_step_limit_that_varies_is_each_samples_own() {
+    let mut bench = Bench::new();
+    bench.goes_on(STUDY, &[]);
+    let long: u64 = bench.column("steps")[1].parse().expect("a count");
+    // An axis whose values hold what was there, and more.
+    let again = bench.goes_on(&varied(&format!("100, {long}")), &[]);
+    assert!(again.err.contains("4 of 8 samples are there already, 4 are computed"), "{}", again.err);
+    assert_eq!(bench.causes(), [true, false, true, false, true, false, true, false]);
+    // Other numbers: each is found under its own limit.
+    let again = bench.goes_on(&varied(&format!("{}, {long}, 100, 200", long + 1)), &[]);
+    assert!(again.err.contains("12 of 16 samples are there already, 4 are computed"), "{}", again.err);
+    bench.is_refused(&varied("100, 200"), "8 of its 16 finished samples");
+    // What the longest has done is done for all.
+    let again = bench.goes_on(STUDY, &[]);
+    assert!(again.err.contains("4 of 4 samples are there already, 0 are computed"), "{}", again.err);
+}
+
+#[test]
+fn a_record_with_the_keys_of_an_earlier_build_is_refused_by_that_reason() {
+    let bench = Bench::new();
+    assert_eq!(bench.run(&set(100), "out", &[]).code, 0);
+    // Earlier builds counted the step limit: other keys, of the same study.
+    let path = bench.folder.path("out/ledger.redb");
+    let record = Reader::open(&path).expect("a whole record");
+    let mut header = record.header().expect("readable");
+    header.insert("samples_blake3".to_owned(), "another".to_owned());
+    let header: Vec<(String, String)> = header.into_iter().collect();
+    let mut entries = Vec::new();
+    record.for_each::<LedgerError>(|sample, entry| Ok(entries.push((sample, entry)))).expect("readable");
+    let mut earlier = Ledger::create(&path, &header).expect("created");
+    for (sample, entry) in entries {
+        earlier.put(sample, SampleKey(u128::from(sample)), &entry, Instant::now()).expect("taken");
+    }
+    earlier.publish().expect("written");
+    drop((record, earlier));
+    for (limit, shown) in [(100, false), (200, true)] {
+        let said = bench.run(&set(limit), "out", &[]);
+        assert_eq!(said.code, 3, "{}", said.err);
+        assert!(said.err.contains("keys of the samples: of an earlier build"), "{}", said.err);
+        assert_eq!(said.err.contains("run.step_limit: 100 -> 200"), shown, "{}", said.err);
+    }
+}
