@@ -4,6 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsString;
 use std::io::Write;
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -292,7 +293,103 @@ fn workers_that_cannot_start_end_the_run_with_their_words() {
     let (mut table, mut watcher) = (Table::default(), Watcher::default());
     let error = dispatch::run(&run.options, &Numbers, SAMPLES, &mut table, &mut watcher).expect_err("no plan");
     let DispatchError::WorkersDoNotStart { last_words, .. } = &error else { panic!("{error}") };
-    assert!(run.log().contains("plan.json"), "{last_words}");
+    assert!(last_words.contains("plan.json"), "{last_words}");
+    assert_nothing_left(run.dir.path());
+}
+
+#[test]
+fn the_words_of_a_worker_that_cannot_start_are_not_those_of_one_that_can() {
+    let _alone = alone();
+    let mut run = Run::new(2, 100_000);
+    // The first one to come becomes a worker, which is killed when the run is given up.
+    let script = format!("mkdir {}/first || {{ echo no luck >&2; exit 9; }}; exec \"$@\"", run.dir.path().display());
+    let command = std::mem::take(&mut run.options.worker_command);
+    run.options.worker_command = ["sh", "-c", &script, "sh"].map(OsString::from).into_iter().chain(command).collect();
+    let (mut table, mut watcher) = (Table::default(), Watcher::default());
+    let error = dispatch::run(&run.options, &Numbers, 1000, &mut table, &mut watcher).expect_err("no second worker");
+    let DispatchError::WorkersDoNotStart { last_words, .. } = &error else { panic!("{error}") };
+    assert_eq!(last_words, "no luck");
+    assert!(run.log().contains("SIGKILL"), "the healthy one ended after it: {}", run.log());
+    assert_nothing_left(run.dir.path());
+}
+
+#[test]
+fn a_stale_worker_with_the_last_sample_is_heard() {
+    let _alone = alone();
+    let fault = format!("who=worker,at=running,sample={},do=stop", SAMPLES - 1);
+    let mut run = Run::with_fault(1, 2000, &fault);
+    run.options.stale_after = Duration::from_secs(1);
+    #[derive(Default)]
+    struct Listening {
+        stale: BTreeSet<u32>,
+        heard: BTreeSet<u32>,
+    }
+    impl Observer for Listening {
+        fn progress(&mut self, snapshot: &Snapshot) {
+            for worker in &snapshot.workers {
+                if !worker.stale {
+                    self.heard.extend(self.stale.take(&worker.worker));
+                } else if self.stale.insert(worker.worker) {
+                    let pid = worker.pid.expect("a stale worker has a process").to_string();
+                    assert!(Command::new("kill").args(["-CONT", &pid]).status().expect("kill runs").success());
+                }
+            }
+        }
+    }
+    let (mut table, mut observer) = (Table::default(), Listening::default());
+    let report = dispatch::run(&run.options, &Numbers, SAMPLES, &mut table, &mut observer).expect("a run");
+    assert_eq!((run.fired("running"), report.worker_deaths, report.ended), (1, 0, Ended::Complete));
+    assert_eq!(observer.heard.len(), 1, "stale for ever: {:?}", observer.stale);
+}
+
+/// Everything a run has in /dev/shm and below its root.
+fn files(root: &Path) -> Vec<PathBuf> {
+    let prefix = format!("bladeoff_{}_", root.file_name().expect("an id").to_string_lossy());
+    let mut all: Vec<PathBuf> = std::fs::read_dir("/dev/shm").expect("readable").flatten().map(|e| e.path()).collect();
+    all.retain(|path| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(&prefix)));
+    let mut dirs = vec![root.to_owned()];
+    while let Some(dir) = dirs.pop() {
+        let inside: Vec<_> = std::fs::read_dir(&dir).into_iter().flatten().flatten().map(|e| e.path()).collect();
+        dirs.extend(inside.iter().filter(|path| path.is_dir()).cloned());
+        all.extend(inside);
+        all.push(dir);
+    }
+    all
+}
+
+#[test]
+fn no_file_of_a_run_is_open_to_others_and_all_of_its_memory_is_there() {
+    let _alone = alone();
+    struct Looking {
+        dir: PathBuf,
+        looks: usize,
+        without_memory: usize,
+    }
+    impl Observer for Looking {
+        fn progress(&mut self, snapshot: &Snapshot) {
+            let is_busy = |worker: &dispatch::WorkerView| matches!(worker.activity, dispatch::Activity::Busy { .. });
+            if snapshot.workers.len() < 2 || !snapshot.workers.iter().all(is_busy) {
+                return;
+            }
+            let root = roots(&self.dir).pop().expect("a root");
+            let found: Vec<_> = files(&root).into_iter().filter_map(|p| Some((p.metadata().ok()?, p))).collect();
+            for (metadata, path) in &found {
+                assert_eq!(metadata.mode() & 0o077, 0, "{} is open to others: {:o}", path.display(), metadata.mode());
+            }
+            let is_memory = |path: &Path| path.starts_with("/dev/shm");
+            assert!(found.iter().filter(|(_, path)| is_memory(path)).count() >= 10);
+            assert!(found.iter().filter(|(_, path)| path.starts_with(&root)).count() >= 10);
+            let has_memory = |metadata: &std::fs::Metadata| metadata.blocks() * 512 >= metadata.len();
+            self.without_memory += found.iter().filter(|(m, path)| is_memory(path) && !has_memory(m)).count();
+            self.looks += 1;
+        }
+    }
+    // The first batches take long enough to be seen.
+    let run = Run::new(2, 50_000);
+    let (mut table, mut observer) =
+        (Table::default(), Looking { dir: run.dir.path().to_owned(), looks: 0, without_memory: 0 });
+    dispatch::run(&run.options, &Numbers, SAMPLES, &mut table, &mut observer).expect("a run");
+    assert!(observer.looks > 0 && observer.without_memory == 0, "{}, {}", observer.looks, observer.without_memory);
     assert_nothing_left(run.dir.path());
 }
 
@@ -369,8 +466,14 @@ fn orchestrator_process() {
     let Some(dir) = std::env::var_os(ORCHESTRATE).map(PathBuf::from) else { return };
     let options = options(&dir, 2, 100_000, None);
     let mut sink = File { path: dir.join("recorded"), waiting: Vec::new() };
-    let report = dispatch::run(&options, &Numbers, SAMPLES, &mut sink, &mut Watcher::default()).expect("a run");
-    std::fs::write(dir.join("ended"), format!("{:?}", report.ended)).expect("written");
+    let ended = match dispatch::run(&options, &Numbers, SAMPLES, &mut sink, &mut Watcher::default()) {
+        Ok(report) => format!("{:?}", report.ended),
+        Err(error) => {
+            let causes = std::iter::successors(Some(&error as &dyn std::error::Error), |error| error.source());
+            causes.map(ToString::to_string).collect::<Vec<_>>().join(": ")
+        }
+    };
+    std::fs::write(dir.join("ended"), ended).expect("written");
 }
 
 /// Sample numbers, appended when flushed.
@@ -453,6 +556,101 @@ fn after_a_killed_orchestrator_workers_leave_and_the_next_run_goes_on() {
         assert_eq!(table.0.into_keys().collect::<BTreeSet<_>>(), left);
         assert_nothing_left(dir.path());
     }
+}
+
+#[test]
+fn memory_of_a_killed_run_is_removed_when_its_root_is_gone() {
+    let _alone = alone();
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let mut orchestrator = orchestrate(dir.path(), None).spawn().expect("started");
+    wait_until("it works", || !recorded(dir.path()).is_empty());
+    let workers = children(orchestrator.id());
+    let root = roots(dir.path()).pop().expect("a root");
+    std::fs::remove_dir_all(&root).expect("removed");
+    let memory = || files(&root).iter().filter(|path| path.starts_with("/dev/shm")).count();
+    // Of another run it is not touched as long as this one lives.
+    Run::new(1, 0).play(1);
+    assert!(memory() >= 10 && lives(orchestrator.id()));
+    orchestrator.kill().expect("killed");
+    orchestrator.wait().expect("a child");
+    wait_until("workers leave", || workers.iter().all(|&pid| !lives(pid)));
+    assert!(memory() >= 10 && !dir.path().join("ended").exists());
+    Run::new(1, 0).play(1);
+    assert_nothing_left(dir.path());
+}
+
+/// An orchestrator with a /dev/shm of its own, of 2 MB, removed when dropped; `None` where that is not allowed.
+struct SmallMemory(std::process::Child);
+
+impl SmallMemory {
+    fn orchestrate(dir: &Path) -> Option<Self> {
+        let mount = "mount -t tmpfs -o size=2m,mode=1777 tmpfs /dev/shm && exec \"$@\"";
+        let own = |command: Command| {
+            let mut unshare = Command::new("unshare");
+            unshare.args(["--mount", "sh", "-c", mount, "sh"]).arg(command.get_program()).args(command.get_args());
+            unshare.envs(command.get_envs().filter_map(|(key, value)| Some((key, value?))));
+            unshare
+        };
+        if !own(Command::new("true")).output().is_ok_and(|output| output.status.success()) {
+            // Past the harness, which shows only what failing tests say.
+            let _ = writeln!(
+                std::io::stderr(),
+                "SKIPPED, not tested: a /dev/shm of its own takes root and `unshare --mount`"
+            );
+            return None;
+        }
+        Some(Self(own(orchestrate(dir, None)).spawn().expect("started")))
+    }
+
+    /// Takes all memory that is left.
+    fn fill(&self) {
+        let path = format!("/proc/{}/root/dev/shm/filler", self.0.id());
+        let file = std::fs::OpenOptions::new().create(true).append(true).open(path);
+        while file.as_ref().is_ok_and(|mut file| file.write_all(&[0; 4096]).is_ok()) {}
+    }
+
+    fn has_ended(&mut self) -> bool {
+        self.0.try_wait().expect("a child").is_some()
+    }
+}
+
+impl Drop for SmallMemory {
+    fn drop(&mut self) {
+        // Has ended, unless the test fails.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+#[test]
+fn a_run_under_way_does_not_mind_that_shared_memory_fills_up() {
+    let _alone = alone();
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let Some(mut orchestrator) = SmallMemory::orchestrate(dir.path()) else { return };
+    wait_until("it works", || !recorded(dir.path()).is_empty());
+    orchestrator.fill();
+    assert!(recorded(dir.path()).len() < SAMPLES as usize, "filled too late");
+    wait_until("it ends", || orchestrator.has_ended());
+    assert_eq!(std::fs::read_to_string(dir.path().join("ended")).expect("an orderly end"), "Complete");
+    assert_eq!(recorded(dir.path()).into_iter().collect::<BTreeSet<_>>(), (0..SAMPLES).collect());
+}
+
+#[test]
+fn a_worker_that_finds_no_shared_memory_says_so_and_the_run_ends_in_order() {
+    let _alone = alone();
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let Some(mut orchestrator) = SmallMemory::orchestrate(dir.path()) else { return };
+    wait_until("it works", || !recorded(dir.path()).is_empty());
+    let first = *children(orchestrator.0.id()).first().expect("a worker");
+    orchestrator.fill();
+    assert!(Command::new("kill").args(["-KILL", &first.to_string()]).status().expect("kill runs").success());
+    wait_until("it ends", || {
+        // What the dead worker gives back is taken before its replacement is so far.
+        orchestrator.fill();
+        orchestrator.has_ended()
+    });
+    let ended = std::fs::read_to_string(dir.path().join("ended")).expect("an orderly end");
+    assert!(ended.contains("/dev/shm is full"), "{ended}");
 }
 
 #[test]

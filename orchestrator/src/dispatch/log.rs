@@ -17,13 +17,12 @@ pub(super) struct Log {
     path: PathBuf,
     file: File,
     written: u64,
-    last: Option<String>,
 }
 
 impl Log {
     pub fn open(path: PathBuf) -> Result<Self, DispatchError> {
         match OpenOptions::new().create(true).append(true).open(&path) {
-            Ok(file) => Ok(Self { path, file, written: 0, last: None }),
+            Ok(file) => Ok(Self { path, file, written: 0 }),
             Err(source) => Err(DispatchError::Log { path, source }),
         }
     }
@@ -41,14 +40,6 @@ impl Log {
             (true, false) => self.file.write_all(b"orchestrator: the log is full, nothing more is kept of this run\n"),
             _ => Ok(()),
         };
-        if worker.is_some() {
-            self.last = Some(text.to_owned());
-        }
         result.map_err(|source| DispatchError::Log { path: self.path.clone(), source })
-    }
-
-    /// What a worker said last.
-    pub fn last_words(&self) -> String {
-        self.last.clone().unwrap_or_else(|| "nothing".to_owned())
     }
 }

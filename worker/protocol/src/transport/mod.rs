@@ -48,6 +48,14 @@ pub enum PortError {
     /// No such request, or its worker is gone.
     #[error("request {} is unknown, answered, or its worker is gone", .0.0)]
     UnknownTicket(Ticket),
+    /// There is no shared memory for what was to be made.
+    #[error(
+        "/dev/shm is full ({free} bytes are free): something else fills it, or it is too small; make room or enlarge it (Docker: --shm-size)"
+    )]
+    MemoryFull {
+        /// Bytes free afterwards.
+        free: u64,
+    },
     /// The system or iceoryx2 refused an operation.
     #[error("{doing} failed")]
     Failed {
