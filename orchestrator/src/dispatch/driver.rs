@@ -99,7 +99,6 @@ pub(super) fn run(
             until: options.until,
             ended: None,
             gave_up: None,
-            words: BTreeMap::new(),
             stale: BTreeSet::new(),
             unfinished: Unfinished::new(domain.address()),
             ticks: 0,
@@ -157,8 +156,6 @@ struct Driver<'a> {
     ended: Option<Ended>,
     /// How many workers in a row did not start, and what the last of them said.
     gave_up: Option<(u32, String)>,
-    /// What each worker said last, or what was said of it before it ended.
-    words: BTreeMap<WorkerId, String>,
     /// Workers last shown as stale.
     stale: BTreeSet<u32>,
     unfinished: Unfinished,
@@ -226,7 +223,7 @@ impl Driver<'_> {
                     let before = self.scheduler.worker_deaths();
                     self.scheduler.on_exit(now, worker, death, &mut effects);
                     let died = self.scheduler.worker_deaths() > before;
-                    let said = self.words.remove(&worker).unwrap_or_else(|| how.clone());
+                    let said = self.log.last_words(worker).unwrap_or_else(|| how.clone());
                     if let Some(Effect::GiveUp { deaths }) = effects.iter().find(|e| matches!(e, Effect::GiveUp { .. }))
                     {
                         self.gave_up = Some((*deaths, said));
@@ -241,19 +238,13 @@ impl Driver<'_> {
                     self.faults.reached(At::Running, sample, self.pid(worker));
                 }
             }
-            Event::Child(worker, ChildEvent::Line(text)) => {
-                self.log.line(Some(worker), &text)?;
-                // The last line of a panic says how to see more of it.
-                if !text.starts_with("note: ") {
-                    self.words.insert(worker, text);
-                }
-            }
+            Event::Child(worker, ChildEvent::Line(text)) => self.log.line(Some(worker), &text)?,
             Event::Child(worker, ChildEvent::Exited(status, death)) => {
                 self.children.remove(&worker);
                 if !status.success() {
                     let sample = self.scheduler.sample_of(worker);
                     let inside = sample.map(|sample| format!(" in sample {sample}")).unwrap_or_default();
-                    self.log.line(Some(worker), &format!("ended{inside}: {status}"))?;
+                    self.log.ended(worker, &format!("ended{inside}: {status}"))?;
                 }
                 self.exits.insert(worker, (death, status.to_string()));
                 self.hub.send(Command::Drain(worker));
@@ -283,7 +274,7 @@ impl Driver<'_> {
         let is_answered = match incoming.message.body {
             Body::Hello(hello) if self.options.build.is_some_and(|build| build != hello.build) => {
                 // It dies before it asked, which ends the run when it happens again and again.
-                self.say_of(worker, "refused: it is another build of the program")?;
+                self.log.line(Some(worker), "refused: it is another build of the program")?;
                 self.children.get(&worker).inspect(|child| child.kill());
                 false
             }
@@ -376,7 +367,7 @@ impl Driver<'_> {
                 Effect::Stop(worker) => self.answer(*worker, ToWorker::Stop),
                 Effect::Spawn(worker) => spawned.push(*worker),
                 Effect::Kill { worker, why } => self.kill(*worker, *why)?,
-                // What the worker said was kept when its end was told.
+                // Taken where the worker's end was told.
                 Effect::GiveUp { .. } | Effect::Record { .. } | Effect::Quarantine { .. } => {}
             }
         }
@@ -469,21 +460,9 @@ impl Driver<'_> {
 
     fn kill(&mut self, worker: WorkerId, why: KillReason) -> Result<(), DispatchError> {
         self.observer.noticed(&Notice::WorkerKilled { worker: worker.0, why });
-        let words = match why {
-            KillReason::TimeLimit => "killed: its sample exceeds the time limit",
-            KillReason::Silent => "killed: nothing was heard of it",
-            KillReason::Lost => "killed: it waits for an answer that was given",
-            KillReason::Ending => "killed: the run ends",
-        };
-        self.say_of(worker, words)?;
+        self.log.killed(worker, why)?;
         self.children.get(&worker).inspect(|child| child.kill());
         Ok(())
-    }
-
-    /// Logs why a worker is about to be killed.
-    fn say_of(&mut self, worker: WorkerId, words: &str) -> Result<(), DispatchError> {
-        self.words.insert(worker, words.to_owned());
-        self.log.line(Some(worker), words)
     }
 
     fn pid(&self, worker: WorkerId) -> Option<u32> {

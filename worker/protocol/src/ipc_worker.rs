@@ -34,8 +34,12 @@ impl IpcWorker {
     /// watched while waiting.
     ///
     /// # Errors
-    /// [`PortError::MemoryFull`], or what iceoryx2 or the system refused; above all when no orchestrator is there.
+    /// [`PortError::RootGone`], [`PortError::MemoryFull`], or what iceoryx2 or the system refused; above all when no orchestrator is there.
     pub fn connect(address: &Address, worker: WorkerId, parent: Option<OwnedFd>) -> Result<Self, PortError> {
+        // Which iceoryx2 would make anew, and then find nobody in.
+        if !address.root.is_dir() {
+            return Err(PortError::RootGone { root: address.root.clone() });
+        }
         guarded(|| {
             let port = Self::make(address, worker, parent)?;
             shm::close_directories(&address.root)?;
