@@ -401,16 +401,17 @@ fn a_full_disk_is_exit_6_and_the_next_run_goes_on() {
     run_well(&study, &calm, &[]);
     let size = fs::metadata(format!("{calm}/ledger.redb")).expect("the record").len();
     assert!(size > 12_288 << 10, "{size} bytes of record are enough for this test");
-    // In blocks of 1024 bytes: enough for shared memory, too little for the record.
+    // In blocks of 1024 bytes: too little for shared memory; enough for it, too little for the record.
+    const FULL: &str = "File too large";
     let bounded = |blocks: &str| {
         let script = format!("ulimit -f {blocks}; exec \"$0\" run \"$1\" --out \"$2\" --workers 2");
         let mut command = Command::new("bash");
         said(command.args(["-c", &script, env!("CARGO_BIN_EXE_bladeoff"), &study, &out]).output().expect("bash"))
     };
-    for blocks in ["1", "12288", "12288"] {
+    for (blocks, why) in [("1", "files may have 1024 bytes (ulimit -f)"), ("12288", FULL), ("12288", FULL)] {
         let full = bounded(blocks);
         assert_eq!(full.code, 6, "{}", full.err);
-        assert!(full.err.contains("File too large"), "{}", full.err);
+        assert!(full.err.contains(why), "{}", full.err);
         assert!(!full.err.contains("internal error"), "{}", full.err);
         assert!(!Path::new(&out).join("results.parquet").exists());
     }

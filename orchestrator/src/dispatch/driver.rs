@@ -1,6 +1,6 @@
 //! The loop itself: events in, effects out.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
 use bladeoff_protocol::domain::Domain;
@@ -99,6 +99,7 @@ pub(super) fn run(
             until: options.until,
             ended: None,
             gave_up: None,
+            stale: BTreeSet::new(),
             unfinished: Unfinished::new(domain.address()),
             ticks: 0,
             pinged: None,
@@ -153,7 +154,10 @@ struct Driver<'a> {
     first_ask: Option<Duration>,
     until: Option<Until>,
     ended: Option<Ended>,
-    gave_up: Option<u32>,
+    /// How many workers in a row did not start, and what the last of them said.
+    gave_up: Option<(u32, String)>,
+    /// Workers last shown as stale.
+    stale: BTreeSet<u32>,
     unfinished: Unfinished,
     ticks: u32,
     /// Tick at which the hub was asked for an answer that has not come yet.
@@ -186,9 +190,9 @@ impl Driver<'_> {
             }
         }
         self.flush()?;
-        self.observer.progress(&self.snapshot());
-        match self.gave_up {
-            Some(deaths) => Err(DispatchError::WorkersDoNotStart { deaths, last_words: self.log.last_words() }),
+        self.show();
+        match self.gave_up.take() {
+            Some((deaths, last_words)) => Err(DispatchError::WorkersDoNotStart { deaths, last_words }),
             None => Ok(self.report()),
         }
     }
@@ -201,6 +205,11 @@ impl Driver<'_> {
         let now = self.now();
         let mut effects = Vec::new();
         let mut results = Vec::new();
+        let heard = match &event {
+            Event::Hub(HubEvent::Message(incoming)) => Some(incoming.message.worker),
+            Event::Child(worker, ChildEvent::Beat(_)) => Some(*worker),
+            _ => None,
+        };
         match event {
             Event::Hub(HubEvent::Message(incoming)) => results = self.on_message(incoming, &mut effects)?,
             Event::Hub(HubEvent::Pong) => self.pinged = None,
@@ -214,6 +223,11 @@ impl Driver<'_> {
                     let before = self.scheduler.worker_deaths();
                     self.scheduler.on_exit(now, worker, death, &mut effects);
                     let died = self.scheduler.worker_deaths() > before;
+                    let said = self.log.last_words(worker).unwrap_or_else(|| how.clone());
+                    if let Some(Effect::GiveUp { deaths }) = effects.iter().find(|e| matches!(e, Effect::GiveUp { .. }))
+                    {
+                        self.gave_up = Some((*deaths, said));
+                    }
                     self.observer.noticed(&Notice::WorkerEnded { worker: worker.0, how, died });
                 }
             }
@@ -230,7 +244,7 @@ impl Driver<'_> {
                 if !status.success() {
                     let sample = self.scheduler.sample_of(worker);
                     let inside = sample.map(|sample| format!(" in sample {sample}")).unwrap_or_default();
-                    self.log.line(Some(worker), &format!("ended{inside}: {status}"))?;
+                    self.log.ended(worker, &format!("ended{inside}: {status}"))?;
                 }
                 self.exits.insert(worker, (death, status.to_string()));
                 self.hub.send(Command::Drain(worker));
@@ -240,7 +254,12 @@ impl Driver<'_> {
             }
             Event::Asked => self.observer.asked(&self.snapshot()),
         }
-        self.carry_out(&mut effects, results)
+        self.carry_out(&mut effects, results)?;
+        // Shown at once: what it says may be the last sample of all, and by the next tick it has left.
+        if heard.is_some_and(|worker| self.stale.contains(&worker.0)) {
+            self.show();
+        }
+        Ok(())
     }
 
     /// Tells the scheduler what a worker said; returns the results in it.
@@ -295,8 +314,14 @@ impl Driver<'_> {
         if self.unflushed > 0 && self.flushed.elapsed() >= self.options.flush_every {
             self.flush()?;
         }
-        self.observer.progress(&self.snapshot());
+        self.show();
         Ok(())
+    }
+
+    fn show(&mut self) {
+        let snapshot = self.snapshot();
+        self.stale = snapshot.workers.iter().filter(|worker| worker.stale).map(|worker| worker.worker).collect();
+        self.observer.progress(&snapshot);
     }
 
     /// Stops the run in order; at once, if it is stopping already.
@@ -342,8 +367,8 @@ impl Driver<'_> {
                 Effect::Stop(worker) => self.answer(*worker, ToWorker::Stop),
                 Effect::Spawn(worker) => spawned.push(*worker),
                 Effect::Kill { worker, why } => self.kill(*worker, *why)?,
-                Effect::GiveUp { deaths } => self.gave_up = Some(*deaths),
-                Effect::Record { .. } | Effect::Quarantine { .. } => {}
+                // Taken where the worker's end was told.
+                Effect::GiveUp { .. } | Effect::Record { .. } | Effect::Quarantine { .. } => {}
             }
         }
         self.record(effects, results)?;
@@ -435,13 +460,7 @@ impl Driver<'_> {
 
     fn kill(&mut self, worker: WorkerId, why: KillReason) -> Result<(), DispatchError> {
         self.observer.noticed(&Notice::WorkerKilled { worker: worker.0, why });
-        let words = match why {
-            KillReason::TimeLimit => "killed: its sample exceeds the time limit",
-            KillReason::Silent => "killed: nothing was heard of it",
-            KillReason::Lost => "killed: it waits for an answer that was given",
-            KillReason::Ending => "killed: the run ends",
-        };
-        self.log.line(Some(worker), words)?;
+        self.log.killed(worker, why)?;
         self.children.get(&worker).inspect(|child| child.kill());
         Ok(())
     }

@@ -1,5 +1,6 @@
 //! The worker log: what workers write to standard error and what happened to them, one line each.
 
+use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
 use std::io::Write;
 use std::path::PathBuf;
@@ -7,6 +8,7 @@ use std::path::PathBuf;
 use bladeoff_protocol::messages::WorkerId;
 
 use super::DispatchError;
+use crate::schedule::KillReason;
 
 /// Longest line kept.
 pub(super) const LONGEST_LINE: usize = 4096;
@@ -17,19 +19,50 @@ pub(super) struct Log {
     path: PathBuf,
     file: File,
     written: u64,
-    last: Option<String>,
+    /// What each worker said last, or was said of it before it ended.
+    words: BTreeMap<WorkerId, String>,
 }
 
 impl Log {
     pub fn open(path: PathBuf) -> Result<Self, DispatchError> {
         match OpenOptions::new().create(true).append(true).open(&path) {
-            Ok(file) => Ok(Self { path, file, written: 0, last: None }),
+            Ok(file) => Ok(Self { path, file, written: 0, words: BTreeMap::new() }),
             Err(source) => Err(DispatchError::Log { path, source }),
         }
     }
 
     /// Writes a line, the worker's number before it.
     pub fn line(&mut self, worker: Option<WorkerId>, text: &str) -> Result<(), DispatchError> {
+        // The last line of a panic tells only how to see more of it.
+        if let Some(worker) = worker.filter(|_| !text.starts_with("note: ")) {
+            self.words.insert(worker, text.to_owned());
+        }
+        self.write(worker, text)
+    }
+
+    /// Writes why a worker is about to be killed.
+    pub fn killed(&mut self, worker: WorkerId, why: KillReason) -> Result<(), DispatchError> {
+        let words = match why {
+            KillReason::TimeLimit => "killed: its sample exceeds the time limit",
+            KillReason::Silent => "killed: nothing was heard of it",
+            KillReason::Lost => "killed: it waits for an answer that was given",
+            KillReason::Ending => "killed: the run ends",
+        };
+        self.line(Some(worker), words)
+    }
+
+    /// Writes how a worker has ended; its last words, if it had none.
+    pub fn ended(&mut self, worker: WorkerId, text: &str) -> Result<(), DispatchError> {
+        self.words.entry(worker).or_insert_with(|| text.to_owned());
+        self.write(Some(worker), text)
+    }
+
+    /// The last words of a worker that has ended, once.
+    pub fn last_words(&mut self, worker: WorkerId) -> Option<String> {
+        self.words.remove(&worker)
+    }
+
+    fn write(&mut self, worker: Option<WorkerId>, text: &str) -> Result<(), DispatchError> {
         let line = match worker {
             Some(worker) => format!("{worker}: {text}\n"),
             None => format!("orchestrator: {text}\n"),
@@ -41,14 +74,6 @@ impl Log {
             (true, false) => self.file.write_all(b"orchestrator: the log is full, nothing more is kept of this run\n"),
             _ => Ok(()),
         };
-        if worker.is_some() {
-            self.last = Some(text.to_owned());
-        }
         result.map_err(|source| DispatchError::Log { path: self.path.clone(), source })
-    }
-
-    /// What a worker said last.
-    pub fn last_words(&self) -> String {
-        self.last.clone().unwrap_or_else(|| "nothing".to_owned())
     }
 }

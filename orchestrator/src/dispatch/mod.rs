@@ -59,7 +59,7 @@ pub enum DispatchError {
     WorkersDoNotStart {
         /// How many.
         deaths: u32,
-        /// Last line of the worker log.
+        /// The last line of the last of them, or how it ended.
         last_words: String,
     },
     /// A worker process could not be started.

@@ -3,12 +3,13 @@
 //! ```text
 //! /tmp/bladeoff-UID/           0700, of this user; flock while domains are made or removed
 //!   ID/                        0700, one run; flock held by its orchestrator as long as it lives
-//! /dev/shm/bladeoff_ID_*       the run's memory, 0600, by iceoryx2
+//! /dev/shm/bladeoff_ID_*       the run's memory, 0600, by iceoryx2, all of it taken at the start (`shm.rs`)
+//! /dev/shm/bladeoff_ID_owner   flock held by its orchestrator as long as it lives (`owner.rs`)
 //! ```
 //! The prefix bears the run's id, so what a run leaves behind is known by its name. The path is short because events are
 //! Unix sockets inside it, whose path is limited to 108 bytes, and never in the result directory, which may be long or NFS.
 //! A domain whose lock is free belongs to a dead orchestrator; its workers leave within moments, and it is swept once
-//! none of its processes is alive.
+//! none of its processes is alive. If somebody has removed its root, the owner's file tells the same.
 
 use std::fs::{self, File, OpenOptions, Permissions};
 use std::io;
@@ -19,18 +20,18 @@ use std::time::{Duration, Instant};
 use rustix::fs::FlockOperation;
 
 use crate::files::FileError;
-use crate::ipc_domain;
 use crate::messages::RunId;
+use crate::shm::SHM;
+use crate::{ipc_domain, ipc_hub, owner, shm};
 
-/// Where iceoryx2 keeps memory on Linux.
-pub(crate) const SHM: &str = "/dev/shm";
 /// First part of every name of ours.
-const PRODUCT: &str = "bladeoff";
+pub(crate) const PRODUCT: &str = "bladeoff";
 /// Longest root and prefix together: what is left of 108 bytes beside iceoryx2's part of a socket's name.
 const LONGEST_ADDRESS: usize = 65;
-/// Free memory wanted in /dev/shm: several times what was measured, 90 kB per worker and next to nothing besides.
-const BASE_BYTES: u64 = 4 << 20;
-const WORKER_BYTES: u64 = 256 << 10;
+/// Free memory wanted in /dev/shm. A run takes 256 kB per worker and 0.25 MB besides; a worker has 116 kB of its own, which can be
+/// there twice while it is replaced.
+const BASE_BYTES: u64 = 1 << 20;
+const WORKER_BYTES: u64 = 384 << 10;
 
 /// Making or removing a domain takes milliseconds; who holds the base for longer is stopped.
 const LOCK_PATIENCE: Duration = Duration::from_secs(15);
@@ -55,6 +56,18 @@ pub enum DomainError {
     ShmTooSmall {
         /// Free bytes.
         free: u64,
+        /// Bytes needed.
+        needed: u64,
+        /// For how many workers.
+        workers: usize,
+    },
+    /// This process may not make files as large as are needed.
+    #[error(
+        "files may have {limit} bytes (ulimit -f), {workers} workers need {needed} in one piece; raise the limit or use fewer workers"
+    )]
+    FileSizeLimit {
+        /// The limit in bytes.
+        limit: u64,
         /// Bytes needed.
         needed: u64,
         /// For how many workers.
@@ -106,6 +119,7 @@ pub struct Domain {
     run: RunId,
     base: PathBuf,
     _lock: File,
+    _owner: File,
     is_open: bool,
 }
 
@@ -116,6 +130,7 @@ impl Domain {
     /// See [`DomainError`].
     pub fn check(workers: usize) -> Result<(), DomainError> {
         check_shm(Path::new(SHM), workers)?;
+        check_file_size(workers)?;
         open_base(&default_base()).map(drop)
     }
 
@@ -133,20 +148,24 @@ impl Domain {
     /// As [`Domain::create`].
     pub fn create_below(base: &Path, workers: usize) -> Result<Self, DomainError> {
         check_shm(Path::new(SHM), workers)?;
+        check_file_size(workers)?;
         let base_lock = open_base(base)?;
         sweep(base);
+        owner::sweep(base);
         let run = RunId(random()?);
         let id = format!("{:010x}", run.0 & 0xff_ffff_ffff);
-        let address = Address { root: base.join(&id), prefix: format!("{PRODUCT}_{id}_") };
+        let address = Address { root: base.join(&id), prefix: prefix_of(&id) };
         let length = address.root.as_os_str().len() + address.prefix.len();
         if length > LONGEST_ADDRESS {
             return Err(DomainError::PathTooLong { path: address.root, length });
         }
-        let root = &address.root;
-        fs::DirBuilder::new().mode(0o700).create(root).map_err(FileError::at("create", root))?;
-        let lock = lock(root)?;
+        let owner = owner::claim(&address)?;
+        let lock = make_root(&address.root).inspect_err(|_| {
+            // The error is what made it fail; the next run sweeps what is left.
+            let _ = remove_files(&address);
+        })?;
         drop(base_lock);
-        Ok(Self { address, run, base: base.to_owned(), _lock: lock, is_open: true })
+        Ok(Self { address, run, base: base.to_owned(), _lock: lock, _owner: owner, is_open: true })
     }
 
     /// Where it is.
@@ -197,14 +216,28 @@ fn check_shm(shm: &Path, workers: usize) -> Result<(), DomainError> {
         let path = shm.join(format!("{PRODUCT}_probe_{:016x}", random().map_err(io::Error::other)?));
         OpenOptions::new().write(true).create_new(true).mode(0o600).open(&path)?;
         fs::remove_file(&path)?;
-        let stat = rustix::fs::statvfs(shm)?;
-        Ok(stat.f_bavail.saturating_mul(stat.f_frsize))
+        shm::free(shm)
     };
     match probe() {
         Ok(free) if free < needed => Err(DomainError::ShmTooSmall { free, needed, workers }),
         Ok(_) => Ok(()),
         Err(source) => Err(DomainError::ShmUnwritable { source }),
     }
+}
+
+/// Refuses a limit on the size of files (`ulimit -f`) that the largest piece of memory exceeds, by which it would not be made.
+fn check_file_size(workers: usize) -> Result<(), DomainError> {
+    let needed = ipc_hub::largest_file(workers);
+    match rustix::process::getrlimit(rustix::process::Resource::Fsize).current {
+        Some(limit) if limit < needed => Err(DomainError::FileSizeLimit { limit, needed, workers }),
+        _ => Ok(()),
+    }
+}
+
+/// Makes and locks the root of a domain.
+fn make_root(root: &Path) -> Result<File, DomainError> {
+    fs::DirBuilder::new().mode(0o700).create(root).map_err(FileError::at("create", root))?;
+    lock(root)
 }
 
 /// Opens and locks the base directory, making it if it is not there.
@@ -251,25 +284,25 @@ fn sweep(base: &Path) {
         let root = entry.path();
         let Some(id) = entry.file_name().to_str().filter(|id| is_id(id)).map(str::to_owned) else { continue };
         let Ok(_lock) = lock(&root) else { continue };
-        let address = Address { root, prefix: format!("{PRODUCT}_{id}_") };
+        let address = Address { root, prefix: prefix_of(&id) };
         if ipc_domain::is_deserted(&address) {
             let _ = remove_files(&address);
         }
     }
 }
 
-fn is_id(name: &str) -> bool {
+/// Start of the names of a run in /dev/shm.
+pub(crate) fn prefix_of(id: &str) -> String {
+    format!("{PRODUCT}_{id}_")
+}
+
+pub(crate) fn is_id(name: &str) -> bool {
     name.len() == 10 && name.bytes().all(|byte| byte.is_ascii_hexdigit())
 }
 
 /// Memory first: the directory is what a later sweep finds the rest by.
 fn remove_files(address: &Address) -> Result<(), DomainError> {
-    for entry in fs::read_dir(SHM).map_err(FileError::at("read", Path::new(SHM)))?.flatten() {
-        if entry.file_name().as_encoded_bytes().starts_with(address.prefix.as_bytes()) {
-            let path = entry.path();
-            fs::remove_file(&path).or_else(ignore_missing).map_err(FileError::at("remove", &path))?;
-        }
-    }
+    owner::remove(&address.prefix)?;
     let removed = fs::remove_dir_all(&address.root).or_else(ignore_missing);
     Ok(removed.map_err(FileError::at("remove", &address.root))?)
 }

@@ -12,14 +12,32 @@ use iceoryx2::port::server::Server;
 use iceoryx2::prelude::*;
 use rustix::event::EventfdFlags;
 
+use crate::bus::guarded;
 use crate::domain::Address;
 use crate::ipc::{
     BACKSTOP, FromWorkerShm, Ipc, Services, Side, ToWorkerShm, drain, event_fd, port_name, wait_readable,
 };
 use crate::messages::{FromWorkerBlock, ToWorkerBlock, WorkerId};
+use crate::shm;
 use crate::transport::{HubPort, PeerId, PortError, Request, Ticket, Waker};
 
 type Active = ActiveRequest<Ipc, FromWorkerShm, (), ToWorkerShm, ()>;
+
+/// Connections of a run at once: replacements of dead workers connect before those are released.
+fn peers(workers: usize) -> usize {
+    2 * workers + 2
+}
+
+/// Answers that there is memory for. A worker has one request open and takes its answer before the next, so one answer is on its
+/// way to it and one may not be given back yet. iceoryx2 would make room for four times as many.
+fn answers(peers: usize) -> usize {
+    2 * peers + 2
+}
+
+/// Bytes of the largest file in /dev/shm of a run, rounded up.
+pub(crate) fn largest_file(workers: usize) -> u64 {
+    (answers(peers(workers)) * size_of::<ToWorkerShm>() + (16 << 10)) as u64
+}
 
 /// The orchestrator's end over shared memory. Stays on the thread that made it.
 pub struct IpcHub {
@@ -35,20 +53,56 @@ pub struct IpcHub {
 }
 
 impl IpcHub {
-    /// Creates the services of a run for this many workers; twice as many connections fit, so that replacements of dead
-    /// workers connect before those are released.
+    /// Creates the services of a run for this many workers and takes all the memory that exchanging messages needs.
     ///
     /// # Errors
-    /// What iceoryx2 or the system refused.
+    /// [`PortError::MemoryFull`], or what iceoryx2 or the system refused.
     pub fn create(address: &Address, workers: usize) -> Result<Self, PortError> {
-        let services = Services::new(address, Side::Hub(2 * workers + 2))?;
-        let server = services.samples.server_builder().create().map_err(PortError::failed("creating the server"))?;
+        guarded(|| {
+            let hub = Self::make(address, peers(workers))?;
+            shm::close(address)?;
+            shm::back(&address.prefix)?;
+            Ok(hub)
+        })
+    }
+
+    fn make(address: &Address, peers: usize) -> Result<Self, PortError> {
+        let services = Services::new(address, Side::Hub(peers))?;
+        let server = services
+            .samples
+            .server_builder()
+            .override_response_preallocation(move |_| answers(peers))
+            .create()
+            .map_err(PortError::failed("creating the server"))?;
         let listener = services.up.listener_builder().create().map_err(PortError::failed("creating the listener"))?;
         let notifier = services.down.notifier_builder().create().map_err(PortError::failed("creating the notifier"))?;
         let wake = rustix::event::eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)
             .map_err(PortError::failed("creating an eventfd"))?;
         let (open, listeners) = (BTreeMap::new(), BTreeMap::new());
         Ok(Self { open, listeners, server, listener, notifier, services, wake: Arc::new(wake), next: 0 })
+    }
+
+    fn take(&mut self, block: &mut FromWorkerBlock) -> Result<Option<Request>, PortError> {
+        let Some(active) = self.server.receive().map_err(PortError::failed("receiving a request"))? else {
+            return Ok(None);
+        };
+        // One copy out of memory that others can write; all checks are made on the copy.
+        block.words = active.payload().words;
+        let peer = PeerId(active.origin().value());
+        self.next += 1;
+        let ticket = Ticket(self.next);
+        self.open.insert(ticket, active);
+        Ok(Some(Request { peer, ticket }))
+    }
+
+    fn send(&mut self, active: Active, worker: WorkerId, block: &ToWorkerBlock) -> Result<(), PortError> {
+        let response = active.loan_uninit().map_err(PortError::failed("taking memory for an answer"))?;
+        response
+            .write_payload(ToWorkerShm { words: block.words })
+            .send()
+            .map_err(PortError::failed("sending an answer"))?;
+        drop(active);
+        self.wake_worker(worker)
     }
 
     /// Wakes one worker. One that cannot be woken has just died, or looks at its queue after [`BACKSTOP`].
@@ -77,16 +131,7 @@ impl IpcHub {
 
 impl HubPort for IpcHub {
     fn try_receive(&mut self, block: &mut FromWorkerBlock) -> Result<Option<Request>, PortError> {
-        let Some(active) = self.server.receive().map_err(PortError::failed("receiving a request"))? else {
-            return Ok(None);
-        };
-        // One copy out of memory that others can write; all checks are made on the copy.
-        block.words = active.payload().words;
-        let peer = PeerId(active.origin().value());
-        self.next += 1;
-        let ticket = Ticket(self.next);
-        self.open.insert(ticket, active);
-        Ok(Some(Request { peer, ticket }))
+        guarded(|| self.take(block))
     }
 
     fn answer(&mut self, ticket: Ticket, worker: WorkerId, block: &ToWorkerBlock) -> Result<(), PortError> {
@@ -94,13 +139,7 @@ impl HubPort for IpcHub {
         if !active.is_connected() {
             return Err(PortError::UnknownTicket(ticket));
         }
-        let response = active.loan_uninit().map_err(PortError::failed("taking memory for an answer"))?;
-        response
-            .write_payload(ToWorkerShm { words: block.words })
-            .send()
-            .map_err(PortError::failed("sending an answer"))?;
-        drop(active);
-        self.wake_worker(worker)
+        guarded(|| self.send(active, worker, block))
     }
 
     fn forget(&mut self, ticket: Ticket) {
@@ -110,7 +149,7 @@ impl HubPort for IpcHub {
     fn wait(&mut self, timeout: Duration) -> Result<(), PortError> {
         let [event, woken] = wait_readable(event_fd(&self.listener), Some(self.wake.as_fd()), timeout.min(BACKSTOP))?;
         if event {
-            drain(&self.listener)?;
+            guarded(|| drain(&self.listener))?;
         }
         if woken {
             // Reading sets it back; it cannot fail otherwise than by being zero already.
@@ -129,6 +168,10 @@ impl HubPort for IpcHub {
 
     fn reap(&mut self) {
         self.open.retain(|_, active| active.is_connected());
-        self.services.node.try_cleanup_dead_nodes();
+        // Missing memory shows again at the next call.
+        let _ = guarded(|| {
+            self.services.node.try_cleanup_dead_nodes();
+            Ok(())
+        });
     }
 }

@@ -7,11 +7,13 @@ use iceoryx2::port::client::Client;
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
 
+use crate::bus::guarded;
 use crate::domain::Address;
 use crate::ipc::{
     BACKSTOP, FromWorkerShm, Ipc, Services, Side, ToWorkerShm, drain, event_fd, port_name, wait_readable,
 };
 use crate::messages::{FromWorkerBlock, ToWorkerBlock, WorkerId};
+use crate::shm;
 use crate::transport::{PortError, WorkerPort};
 
 type Pending = PendingResponse<Ipc, FromWorkerShm, (), ToWorkerShm, ()>;
@@ -28,11 +30,25 @@ pub struct IpcWorker {
 }
 
 impl IpcWorker {
-    /// Connects to the orchestrator of a domain; `parent` is its pidfd, watched while waiting.
+    /// Connects to the orchestrator of a domain and takes all the memory that exchanging messages needs; `parent` is its pidfd,
+    /// watched while waiting.
     ///
     /// # Errors
-    /// What iceoryx2 or the system refused; above all when no orchestrator is there.
+    /// [`PortError::RootGone`], [`PortError::MemoryFull`], or what iceoryx2 or the system refused; above all when no orchestrator is there.
     pub fn connect(address: &Address, worker: WorkerId, parent: Option<OwnedFd>) -> Result<Self, PortError> {
+        // Which iceoryx2 would make anew, and then find nobody in.
+        if !address.root.is_dir() {
+            return Err(PortError::RootGone { root: address.root.clone() });
+        }
+        guarded(|| {
+            let port = Self::make(address, worker, parent)?;
+            shm::close_directories(&address.root)?;
+            shm::back(&address.prefix)?;
+            Ok(port)
+        })
+    }
+
+    fn make(address: &Address, worker: WorkerId, parent: Option<OwnedFd>) -> Result<Self, PortError> {
         let services = Services::new(address, Side::Worker)?;
         let listener = services
             .down
@@ -44,10 +60,8 @@ impl IpcWorker {
         let client = services.samples.client_builder().create().map_err(PortError::failed("creating the client"))?;
         Ok(Self { pending: None, client, listener, notifier, _services: services, parent })
     }
-}
 
-impl WorkerPort for IpcWorker {
-    fn send(&mut self, block: &FromWorkerBlock) -> Result<(), PortError> {
+    fn request(&mut self, block: &FromWorkerBlock) -> Result<(), PortError> {
         if self.pending.is_some() {
             return Err(PortError::RequestOpen);
         }
@@ -60,7 +74,7 @@ impl WorkerPort for IpcWorker {
         self.notifier.notify().map(drop).map_err(PortError::failed("waking the orchestrator"))
     }
 
-    fn try_receive(&mut self, block: &mut ToWorkerBlock) -> Result<bool, PortError> {
+    fn take(&mut self, block: &mut ToWorkerBlock) -> Result<bool, PortError> {
         let Some(pending) = &self.pending else { return Ok(false) };
         let Some(response) = pending.receive().map_err(PortError::failed("receiving an answer"))? else {
             return Ok(false);
@@ -70,12 +84,22 @@ impl WorkerPort for IpcWorker {
         self.pending = None;
         Ok(true)
     }
+}
+
+impl WorkerPort for IpcWorker {
+    fn send(&mut self, block: &FromWorkerBlock) -> Result<(), PortError> {
+        guarded(|| self.request(block))
+    }
+
+    fn try_receive(&mut self, block: &mut ToWorkerBlock) -> Result<bool, PortError> {
+        guarded(|| self.take(block))
+    }
 
     fn wait(&mut self) -> Result<(), PortError> {
         let parent = self.parent.as_ref();
         let [event, parent_ended] = wait_readable(event_fd(&self.listener), parent.map(AsFd::as_fd), BACKSTOP)?;
         if event {
-            drain(&self.listener)?;
+            guarded(|| drain(&self.listener))?;
         }
         // An answer sent just before the end still counts.
         if parent_ended && !self.pending.as_ref().is_some_and(PendingResponse::has_response) {

@@ -9,6 +9,7 @@
 //! where a run's shared memory lives and how it is cleaned. [`files`] are what both sides write: whole or absent.
 
 pub mod beat;
+mod bus;
 pub mod domain;
 pub mod files;
 pub mod ipc;
@@ -17,5 +18,7 @@ mod ipc_hub;
 mod ipc_worker;
 pub mod link;
 pub mod messages;
+mod owner;
+mod shm;
 pub mod transport;
 pub mod unfinished;

@@ -11,7 +11,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use crate::domain::{Address, SHM};
+use crate::domain::Address;
+use crate::shm::SHM;
 
 /// An object without size this long after it was first seen is nobody's.
 const PATIENCE: Duration = Duration::from_secs(3);

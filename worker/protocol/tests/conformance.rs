@@ -279,4 +279,8 @@ fn a_worker_without_an_orchestrator_is_refused_at_once() {
     let kind = Ipc::new();
     let refused = IpcWorker::connect(kind.domain.address(), WorkerId(1), None);
     assert!(matches!(refused, Err(PortError::Failed { .. })));
+    let address = kind.domain.address().clone();
+    std::fs::remove_dir_all(&address.root).expect("removed");
+    let refused = IpcWorker::connect(&address, WorkerId(1), None);
+    assert!(matches!(refused, Err(PortError::RootGone { .. })) && !address.root.exists());
 }

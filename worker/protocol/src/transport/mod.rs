@@ -8,6 +8,7 @@
 mod faulty;
 mod memory;
 
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -48,6 +49,20 @@ pub enum PortError {
     /// No such request, or its worker is gone.
     #[error("request {} is unknown, answered, or its worker is gone", .0.0)]
     UnknownTicket(Ticket),
+    /// The directory of the run is not there.
+    #[error("{} is gone: the run has ended, or somebody cleaned that folder", root.display())]
+    RootGone {
+        /// Where it was.
+        root: PathBuf,
+    },
+    /// There is no shared memory for what was to be made.
+    #[error(
+        "/dev/shm is full ({free} bytes are free): something else fills it, or it is too small; make room or enlarge it (Docker: --shm-size)"
+    )]
+    MemoryFull {
+        /// Bytes free afterwards.
+        free: u64,
+    },
     /// The system or iceoryx2 refused an operation.
     #[error("{doing} failed")]
     Failed {

@@ -1,0 +1,87 @@
+//! Ports in a /dev/shm that is full when they are made.
+
+use std::io::Write;
+use std::path::Path;
+use std::process::Command;
+
+use bladeoff_protocol::domain::{Address, Domain};
+use bladeoff_protocol::ipc::{IpcHub, IpcWorker};
+use bladeoff_protocol::messages::WorkerId;
+use bladeoff_protocol::transport::PortError;
+
+/// Tells this test program that its /dev/shm is its own.
+const INSIDE: &str = "BLADEOFF_TEST_OWN_MEMORY";
+const SHM: &str = "/dev/shm";
+
+/// Takes all memory but so many pages.
+fn fill_but(pages: usize) {
+    let filler = Path::new(SHM).join("filler");
+    let mut file = std::fs::File::create(&filler).expect("created");
+    while file.write_all(&[0; 4096]).is_ok() {}
+    let length = file.metadata().expect("there").len();
+    file.set_len(length - 4096 * pages as u64).expect("cut");
+}
+
+/// How many pages too few are an error; in between there is nothing else.
+fn in_order<K, F>(prepare: impl Fn() -> (K, F)) -> usize
+where
+    F: FnOnce() -> Result<(), PortError> + Send + 'static,
+{
+    for pages in 0..1000 {
+        let (_kept, make) = prepare();
+        fill_but(pages);
+        let made = std::thread::spawn(make).join().expect("no panic");
+        std::fs::remove_file(Path::new(SHM).join("filler")).expect("removed");
+        match made {
+            Err(PortError::MemoryFull { .. }) => {}
+            Err(error) => panic!("with {pages} pages: {error}"),
+            Ok(()) => return pages,
+        }
+    }
+    panic!("it never has enough");
+}
+
+/// Not a test by itself: runs in a mount namespace of its own, started by the test below.
+#[test]
+fn own_memory() {
+    if std::env::var_os(INSIDE).is_none() {
+        return;
+    }
+    let base = tempfile::Builder::new().prefix("bo").tempdir_in("/tmp").expect("temporary directory");
+    // Memory runs out at every page of the making in turn; on a thread each, since what ran out once stays so.
+    let hub = |address: Address| IpcHub::create(&address, 1).map(drop);
+    let failures_of_hub = in_order(|| {
+        let domain = Domain::create_below(base.path(), 1).expect("a domain");
+        let address = domain.address().clone();
+        (domain, move || hub(address))
+    });
+    let failures_of_worker = in_order(|| {
+        let domain = Domain::create_below(base.path(), 1).expect("a domain");
+        let hub = IpcHub::create(domain.address(), 1).expect("a hub");
+        let address = domain.address().clone();
+        ((hub, domain), move || IpcWorker::connect(&address, WorkerId(1), None).map(drop))
+    });
+    // So many pages one and the other takes, roughly.
+    assert!((50..200).contains(&failures_of_hub) && (20..100).contains(&failures_of_worker));
+    println!("failed in order {failures_of_hub} and {failures_of_worker} times");
+}
+
+#[test]
+fn memory_that_runs_out_anywhere_in_the_making_of_a_port_is_an_error() {
+    let script = "mount -t tmpfs -o size=2m,mode=1777 tmpfs /dev/shm && exec \"$@\"";
+    let own = |program: &Path, args: &[&str]| {
+        let mut command = Command::new("unshare");
+        command.args(["--mount", "sh", "-c", script, "sh"]).arg(program).args(args).env(INSIDE, "1");
+        command.output()
+    };
+    if !own(Path::new("true"), &[]).is_ok_and(|output| output.status.success()) {
+        // Past the harness, which shows only what failing tests say.
+        let _ =
+            writeln!(std::io::stderr(), "SKIPPED, not tested: a /dev/shm of its own takes root and `unshare --mount`");
+        return;
+    }
+    let output = own(&std::env::current_exe().expect("this program"), &["--exact", "own_memory", "--nocapture"]);
+    let output = output.expect("started");
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success() && said.contains("failed in order"), "{}: {output:?}", output.status);
+}
