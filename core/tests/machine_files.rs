@@ -255,6 +255,7 @@ fn paths_resolve_in_full_and_by_unambiguous_ending() {
         ("contact.offset", "diaphragms.mid.contact.offset[0]"),
         ("rotor.initial_sped", "rotor.initial_speed"),
         ("blade_of.mass", "rotor.unbalances.blade_off.mass"),
+        ("run.time_step", "run.step"),
     ] {
         assert_eq!(full(given), Err(PathError::Unknown { given: given.into(), nearest: Some(meant.into()) }));
     }

@@ -7,5 +7,5 @@ mod tree;
 pub mod units;
 
 pub use nearest::nearest;
-pub use problem::{Collector, Problem, Problems};
+pub use problem::{BYTE_ORDER_MARK, Collector, MOST_PROBLEMS, Problem, Problems, cut};
 pub use tree::{Entry, MAX_FILE_BYTES, Node, Value, parse_toml};

@@ -1,13 +1,18 @@
 //! All problems of one file, each with its place.
 
+use super::nearest;
 use std::fmt;
 use std::ops::Range;
 
-/// More are not shown: a file with this many is not a machine or study file.
-const MOST: usize = 200;
+/// More are not shown: whoever mends these has the next ones in the next run.
+pub const MOST_PROBLEMS: usize = 50;
+/// Characters of a file that a message repeats.
+const LONGEST_EXCERPT: usize = 60;
+/// What some programs, among them Excel, put before a text; it is no part of it.
+pub const BYTE_ORDER_MARK: char = '\u{feff}';
 
 /// One thing wrong with a file.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Problem {
     /// File as the user named it.
     pub file: String,
@@ -55,8 +60,10 @@ pub struct Problems {
     pub file: String,
     /// Its whole text, so that the place can be shown.
     pub text: String,
-    /// The problems, sorted by position.
+    /// The problems, sorted by position; at most [`MOST_PROBLEMS`].
     pub list: Vec<Problem>,
+    /// Further ones.
+    pub left_out: usize,
 }
 
 impl fmt::Display for Problems {
@@ -67,28 +74,34 @@ impl fmt::Display for Problems {
             }
             write!(f, "{problem}")?;
         }
+        if self.left_out > 0 {
+            write!(f, "\nand {} more", self.left_out)?;
+        }
         Ok(())
     }
 }
 
 impl std::error::Error for Problems {}
 
-/// Gathers problems while a file is checked.
+/// Gathers problems while a file is checked. It costs nothing before the first of them.
+///
+/// # Limits
+/// [`MOST_PROBLEMS`] are kept, further ones counted: `a_flood_of_problems_is_cut_and_counted`.
 #[derive(Debug, Clone)]
-pub struct Collector {
-    file: String,
-    text: String,
-    line_starts: Vec<usize>,
+pub struct Collector<'a> {
+    file: &'a str,
+    text: &'a str,
     list: Vec<Problem>,
     left_out: usize,
+    /// What is written to when the list is full.
+    ignored: Problem,
 }
 
-impl Collector {
+impl<'a> Collector<'a> {
     /// For one file.
     #[must_use]
-    pub fn new(file: &str, text: &str) -> Self {
-        let line_starts = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect();
-        Self { file: file.to_owned(), text: text.to_owned(), line_starts, list: Vec::new(), left_out: 0 }
+    pub fn new(file: &'a str, text: &'a str) -> Self {
+        Self { file, text, list: Vec::new(), left_out: 0, ignored: Problem::default() }
     }
 
     /// Whether nothing was wrong so far.
@@ -97,27 +110,28 @@ impl Collector {
         self.list.is_empty()
     }
 
-    /// Adds a problem at `span`; the returned reference takes value, allowed and nearest.
+    /// Whether further problems are only counted: nobody reads what is said of them, so it need not be found out.
+    #[must_use]
+    pub fn is_full(&self) -> bool {
+        self.list.len() >= MOST_PROBLEMS
+    }
+
+    /// Adds a problem at `span`; the returned reference takes value, allowed and nearest. Line and column are those of the
+    /// finished list.
     pub fn add(&mut self, span: Range<usize>, key: impl Into<String>, message: impl Into<String>) -> &mut Problem {
-        if self.list.len() == MOST {
-            // The last one is overwritten below by the count in `finish`; it only has to be a place to write to.
+        if self.is_full() {
             self.left_out += 1;
-            self.list.pop();
+            return &mut self.ignored;
         }
-        let span = self.clamp(span);
-        let (line, column) = self.place(span.start);
-        self.list.push(Problem {
-            file: self.file.clone(),
-            line,
-            column,
-            span,
-            key: key.into(),
-            value: None,
-            message: message.into(),
-            allowed: None,
-            nearest: None,
-        });
+        let (span, file) = (self.clamp(span), self.file.to_owned());
+        self.list.push(Problem { file, span, key: key.into(), message: message.into(), ..Problem::default() });
         self.list.last_mut().expect("pushed just above")
+    }
+
+    /// The candidate nearest to `given`, for [`Problem::nearest`]; none is searched for when nobody would see it.
+    #[must_use]
+    pub fn nearest<'n>(&self, given: &str, candidates: impl IntoIterator<Item = &'n str>) -> Option<String> {
+        if self.is_full() { None } else { nearest(given, candidates).map(str::to_owned) }
     }
 
     /// The piece of text at `span` as it can be shown in one line.
@@ -125,8 +139,8 @@ impl Collector {
     pub fn excerpt(&self, span: Range<usize>) -> String {
         let piece = &self.text[self.clamp(span)];
         let line = piece.lines().next().unwrap_or("");
-        let mut shown: String = line.chars().take(60).collect();
-        if shown.len() < piece.trim_end().len() {
+        let mut shown = cut(line, LONGEST_EXCERPT);
+        if shown.len() == line.len() && line.len() < piece.trim_end().len() {
             shown.push_str("...");
         }
         shown
@@ -144,14 +158,17 @@ impl Collector {
     #[must_use]
     pub fn into_problems(mut self) -> Problems {
         self.list.sort_by_key(|problem| problem.span.start);
-        if self.left_out > 0 {
-            let hidden = self.left_out + 1;
-            let end = self.text.len();
-            self.list.truncate(MOST - 1);
-            self.left_out = 0;
-            self.add(end..end, "", format!("{hidden} further problems are not shown"));
+        // One pass over the text for all of them.
+        let (mut line, mut start, mut seen) = (1, if self.text.starts_with(BYTE_ORDER_MARK) { 3 } else { 0 }, 0);
+        for problem in &mut self.list {
+            let at = problem.span.start;
+            for (newline, _) in self.text[seen..at].match_indices('\n') {
+                (line, start) = (line + 1, seen + newline + 1);
+            }
+            seen = at;
+            (problem.line, problem.column) = (line, self.text[start.min(at)..at].chars().count() + 1);
         }
-        Problems { file: self.file, text: self.text, list: self.list }
+        Problems { file: self.file.to_owned(), text: self.text.to_owned(), list: self.list, left_out: self.left_out }
     }
 
     /// A span that may be used on the text whatever the parser said.
@@ -166,11 +183,14 @@ impl Collector {
         let start = floor(span.start);
         start..floor(span.end).max(start)
     }
+}
 
-    fn place(&self, at: usize) -> (usize, usize) {
-        let line = self.line_starts.partition_point(|&start| start <= at);
-        let start = self.line_starts[line - 1];
-        (line, self.text[start..at].chars().count() + 1)
+/// A piece of input as a message may show it: at most `most` characters.
+#[must_use]
+pub fn cut(text: &str, most: usize) -> String {
+    match text.char_indices().nth(most) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text.to_owned(),
     }
 }
 
@@ -208,7 +228,23 @@ mod tests {
             all.add(0..1, "k", "wrong");
         }
         let problems = all.finish().unwrap_err();
-        assert_eq!(problems.list.len(), MOST);
-        assert_eq!(problems.list[MOST - 1].message, "801 further problems are not shown");
+        assert_eq!((problems.list.len(), problems.left_out), (MOST_PROBLEMS, 950));
+        assert!(problems.to_string().ends_with("\nand 950 more"));
+    }
+
+    #[test]
+    fn a_byte_order_mark_is_no_column_and_a_long_piece_is_cut() {
+        let text = "\u{feff}ab = 1\n";
+        let mut all = Collector::new("m", text);
+        all.add(3..5, "ab", "x");
+        all.add(4..5, "b", "y");
+        let places: Vec<_> =
+            all.finish().unwrap_err().list.iter().map(|problem| (problem.line, problem.column)).collect();
+        assert_eq!(places, [(1, 1), (1, 2)]);
+        assert_eq!(cut("µµµ", 3), "µµµ");
+        assert_eq!(cut("µµµµ", 3), "µµµ...");
+        let long = "x".repeat(61);
+        assert_eq!(Collector::new("m", &long).excerpt(0..61), format!("{}...", "x".repeat(60)));
+        assert_eq!(Collector::new("m", "a\nb").excerpt(0..3), "a...");
     }
 }

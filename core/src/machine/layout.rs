@@ -1,8 +1,7 @@
 //! The slots of one machine: every scalar or choice its file could set, with the place where it stands.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::ops::Range as Span;
-use std::sync::Arc;
 
 use super::schema::{Key, Kind, Need, Range, When};
 
@@ -102,7 +101,10 @@ pub(super) struct Layout {
     pub text: String,
     pub name: String,
     pub slots: Vec<Slot>,
-    pub by_path: BTreeMap<Arc<str>, usize>,
+    /// Index of each slot by its path.
+    pub by_path: HashMap<String, usize>,
+    /// For each slot the `kind` slot that it depends on, and the word that must stand there.
+    pub conditions: Vec<Option<(usize, &'static str)>>,
     /// Tables that the file has, by path (`rotor.damping`, `diaphragms.mid.blades`), with the place of their name.
     pub tables: BTreeMap<String, Span<usize>>,
     /// Named tables and sections by the path above them (`rotor.bearings`, `rotor.shaft`), in the order of the file.
@@ -112,6 +114,12 @@ pub(super) struct Layout {
 }
 
 impl Layout {
+    /// Makes what slots are found by, once there are all of them.
+    pub fn index(&mut self) {
+        self.by_path = self.slots.iter().enumerate().map(|(index, slot)| (slot.path.clone(), index)).collect();
+        self.conditions = self.slots.iter().map(|slot| self.condition(slot)).collect();
+    }
+
     /// The members of a group.
     pub fn group(&self, path: &str) -> &[Named] {
         self.groups.get(path).map_or(&[], Vec::as_slice)
@@ -137,7 +145,7 @@ impl Layout {
     }
 
     /// The `kind` slot a condition looks at, and the word it wants.
-    pub fn condition(&self, slot: &Slot) -> Option<(usize, &'static str)> {
+    fn condition(&self, slot: &Slot) -> Option<(usize, &'static str)> {
         let of_diaphragm = || {
             let mut steps = slot.path.match_indices('.');
             steps.next();

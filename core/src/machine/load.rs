@@ -1,14 +1,13 @@
 //! Walks a machine file beside the table of keys: unknown keys, wrong shapes and wrong values are found here, and every
 //! slot is laid out, also those the file leaves to their defaults.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::ops::Range as Span;
-use std::sync::Arc;
 
 use super::layout::{Layout, Named, Origin, Scalar, Slot, State};
 use super::schema::{Branch, Key, Kind, SCHEMA, Segment, root};
 use super::value::from_node;
-use crate::document::{Collector, Entry, Node, Problems, Value, nearest, parse_toml};
+use crate::document::{Collector, Entry, Node, Problems, Value, cut, parse_toml};
 
 /// More sections, list entries or named tables than any machine has; they bound what a file can make us allocate.
 const MOST_SECTIONS: usize = 1_000;
@@ -20,17 +19,17 @@ const LONGEST_NAME: usize = 64;
 const LONGEST_TEXT: usize = 200;
 
 /// A file as far as it could be read, with the problems found on the way.
-pub(super) struct Loaded {
+pub(super) struct Loaded<'a> {
     pub layout: Layout,
     pub states: Vec<State>,
-    pub problems: Collector,
+    pub problems: Collector<'a>,
 }
 
 /// Reads a machine file.
 ///
 /// # Errors
 /// A syntax error, or a version of the format that this program does not read: nothing else can be said then.
-pub(super) fn load(file: &str, text: &str) -> Result<Loaded, Problems> {
+pub(super) fn load<'a>(file: &'a str, text: &'a str) -> Result<Loaded<'a>, Problems> {
     let document = parse_toml(file, text)?;
     let mut problems = Collector::new(file, text);
     let entries = document.value.as_table().unwrap_or_default();
@@ -40,7 +39,8 @@ pub(super) fn load(file: &str, text: &str) -> Result<Loaded, Problems> {
         text: text.to_owned(),
         name: String::new(),
         slots: Vec::new(),
-        by_path: BTreeMap::new(),
+        by_path: HashMap::new(),
+        conditions: Vec::new(),
         tables: BTreeMap::new(),
         groups: BTreeMap::new(),
         lengths: BTreeMap::new(),
@@ -48,12 +48,11 @@ pub(super) fn load(file: &str, text: &str) -> Result<Loaded, Problems> {
     let mut walk = Walk { layout, states: Vec::new(), problems };
     walk.table(root(), "", &Source::Table(entries), 0..0);
     let Walk { mut layout, states, problems } = walk;
-    layout.by_path =
-        layout.slots.iter().enumerate().map(|(index, slot)| (Arc::from(slot.path.as_str()), index)).collect();
+    layout.index();
     Ok(Loaded { layout, states, problems })
 }
 
-fn check_schema(entries: &[Entry], problems: &mut Collector) -> Result<(), Problems> {
+fn check_schema(entries: &[Entry], problems: &mut Collector<'_>) -> Result<(), Problems> {
     let Some(entry) = entries.iter().find(|entry| entry.name == "schema") else {
         problems.add(0..0, "schema", "missing").allowed = Some(format!("schema = {SCHEMA}"));
         return Ok(());
@@ -82,13 +81,13 @@ enum Source<'a> {
     Bad,
 }
 
-struct Walk {
+struct Walk<'a> {
     layout: Layout,
     states: Vec<State>,
-    problems: Collector,
+    problems: Collector<'a>,
 }
 
-impl Walk {
+impl Walk<'_> {
     fn report(&mut self, span: &Span<usize>, path: &str, message: impl Into<String>, allowed: &str) {
         let shown = self.problems.excerpt(span.clone());
         let problem = self.problems.add(span.clone(), path, message);
@@ -142,12 +141,13 @@ impl Walk {
         for entry in entries.iter().filter(|entry| !branch.names().any(|name| name == entry.name)) {
             let shown = self.problems.excerpt(entry.node.span.clone());
             let what = if matches!(entry.node.value, Value::Table(_)) { "unknown table" } else { "unknown key" };
-            let key = join(path, &entry.name.chars().take(80).collect::<String>());
+            let key = join(path, &cut(&entry.name, 80));
+            let nearest = self.problems.nearest(&entry.name, branch.names());
             let problem = self.problems.add(entry.name_span.clone(), key, what);
             if !matches!(entry.node.value, Value::Table(_)) {
                 problem.value = Some(shown);
             }
-            problem.nearest = nearest(&entry.name, branch.names()).map(str::to_owned);
+            problem.nearest = nearest;
             let mut names: Vec<&str> = branch.names().collect();
             names.dedup();
             problem.allowed = Some(names.join(", "));
@@ -167,10 +167,10 @@ impl Walk {
         let most = if path == "rotor.bearings" { MOST_BEARINGS } else { MOST_NAMES };
         let mut members = Vec::new();
         for entry in entries.iter().take(most) {
-            let below = join(path, &entry.name.chars().take(80).collect::<String>());
+            let below = join(path, &cut(&entry.name, 80));
             if let Some(allowed) = wrong_name(path, &entry.name) {
                 let problem = self.problems.add(entry.name_span.clone(), below, "not a usable name");
-                problem.value = Some(entry.name.chars().take(80).collect());
+                problem.value = Some(cut(&entry.name, 80));
                 problem.allowed = Some(allowed);
                 continue;
             }

@@ -6,8 +6,8 @@ use super::def::MachineDef;
 use super::layout::{Origin, Scalar};
 use super::schema::{Kind, Need};
 use super::value::ParamValue;
-use crate::document::nearest;
 use crate::document::units::format_digits;
+use crate::document::{cut, nearest};
 
 /// What a parameter holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -56,7 +56,7 @@ impl PathInfo {
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum PathError {
     /// Several parameters end so.
-    #[error("`{given}` is ambiguous; it may be {}", candidates.join(", "))]
+    #[error("`{given}` is ambiguous; it may be {}", some_of(candidates))]
     Ambiguous {
         /// What was given.
         given: String,
@@ -71,6 +71,19 @@ pub enum PathError {
         /// The path most likely meant.
         nearest: Option<String>,
     },
+}
+
+/// Most candidates of an ambiguous path that are written out: a machine may have a thousand unbalances.
+const SHOWN_CANDIDATES: usize = 20;
+
+/// Paths in words, the first of many.
+#[must_use]
+pub fn some_of(paths: &[String]) -> String {
+    let shown = paths[..paths.len().min(SHOWN_CANDIDATES)].join(", ");
+    match paths.len().saturating_sub(SHOWN_CANDIDATES) {
+        0 => shown,
+        more => format!("{shown} and {more} more"),
+    }
 }
 
 /// Every parameter that applies.
@@ -111,7 +124,7 @@ fn info(def: &MachineDef, index: usize) -> PathInfo {
 
 /// Full path, or an ending at a dot that a single parameter has. Parameters that do not apply to the present kinds
 /// count only if no other fits: a study may set a kind together with them.
-pub(super) fn resolve(def: &MachineDef, given: &str) -> Result<PathInfo, PathError> {
+pub(super) fn find(def: &MachineDef, given: &str) -> Result<PathInfo, PathError> {
     let wanted = bracketed(given.trim());
     if let Some(index) = def.layout.find(&wanted) {
         return Ok(info(def, index));
@@ -124,12 +137,22 @@ pub(super) fn resolve(def: &MachineDef, given: &str) -> Result<PathInfo, PathErr
     }
     match found[..] {
         [index] => Ok(info(def, index)),
-        [] => Err(PathError::Unknown { given: given.chars().take(120).collect(), nearest: likely(def, &wanted) }),
+        [] => Err(PathError::Unknown { given: cut(given, 120), nearest: None }),
         _ => Err(PathError::Ambiguous {
             given: given.to_owned(),
             candidates: found.into_iter().map(|index| slots[index].path.clone()).collect(),
         }),
     }
+}
+
+/// As [`find`]; an unknown path comes with the one most likely meant.
+pub(super) fn resolve(def: &MachineDef, given: &str) -> Result<PathInfo, PathError> {
+    find(def, given).map_err(|error| match error {
+        PathError::Unknown { given: shown, .. } => {
+            PathError::Unknown { given: shown, nearest: likely(def, &bracketed(given.trim())) }
+        }
+        other => other,
+    })
 }
 
 /// `rotor.shaft.0.diameter` as `rotor.shaft[0].diameter`.

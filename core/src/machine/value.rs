@@ -126,8 +126,8 @@ pub(super) fn parse(slot: &Slot, text: &str) -> Result<ParamValue, ValueError> {
 }
 
 /// Reads a value from the file; what is wrong with it goes to `problems`.
-pub(super) fn from_node(slot: &Slot, node: &Node, problems: &mut Collector) -> Scalar {
-    let wrong_type = |problems: &mut Collector| {
+pub(super) fn from_node(slot: &Slot, node: &Node, problems: &mut Collector<'_>) -> Scalar {
+    let wrong_type = |problems: &mut Collector<'_>| {
         let shown = problems.excerpt(node.span.clone());
         let (message, allowed) = match slot.key.kind {
             Kind::Choice(_) => ("a word in quotes is expected", slot.allowed()),

@@ -28,7 +28,8 @@ pub struct BudgetArgs {
     crash_limit: Option<u32>,
 
     /// Longest time of one sample; a longer one loses its worker, which counts for --crash-limit. Depends on the
-    /// machine: run.step_limit does not [default: that of the study, or none]
+    /// machine: run.step_limit does not. Measured from the heartbeats of the worker, two a second: a sample may take up to
+    /// 0.7 s more [default: that of the study, or none]
     #[arg(long, value_name = "TIME", value_parser = parse_duration)]
     time_limit: Option<Duration>,
 

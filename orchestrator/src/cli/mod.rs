@@ -4,6 +4,7 @@ mod bench;
 mod budget;
 mod check;
 mod error;
+mod excerpt;
 mod exit;
 mod export;
 mod history;

@@ -1,9 +1,10 @@
 //! Errors as a person reads them: problems of files with the place underlined, everything else as a chain of causes.
 
 use super::error::CliError;
+use super::excerpt::Excerpt;
 use crate::study::StudyError;
 use bladeoff_core::document::{Problem, Problems};
-use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, SourceCode};
+use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, SourceCode};
 use std::error::Error;
 use std::fmt;
 use std::io::IsTerminal;
@@ -41,19 +42,20 @@ fn render_problems(files: &[Problems]) -> String {
         .with_wrap_lines(false);
     let mut text = String::new();
     for problems in files {
-        let source = NamedSource::new(&problems.file, problems.text.clone());
         for problem in &problems.list {
-            let shown = Shown { problem, source: &source };
+            let shown = Shown { problem, source: Excerpt::new(problem, &problems.text) };
             if handler.render_report(&mut text, &shown).is_err() {
                 // The plain line says the same without the picture.
                 text.push_str(&format!("{problem}\n"));
             }
         }
     }
-    let count: usize = files.iter().map(|problems| problems.list.len()).sum();
+    let left_out: usize = files.iter().map(|problems| problems.left_out).sum();
+    let count = left_out + files.iter().map(|problems| problems.list.len()).sum::<usize>();
     let names: Vec<&str> = files.iter().map(|problems| problems.file.as_str()).collect();
     let noun = if count == 1 { "problem" } else { "problems" };
-    text.push_str(&format!("error: {count} {noun} in {}\n", names.join(" and ")));
+    let hidden = if left_out > 0 { format!(", {left_out} of them not shown") } else { String::new() };
+    text.push_str(&format!("error: {count} {noun} in {}{hidden}\n", names.join(" and ")));
     text
 }
 
@@ -66,7 +68,7 @@ fn theme() -> GraphicalTheme {
 #[derive(Debug)]
 struct Shown<'a> {
     problem: &'a Problem,
-    source: &'a NamedSource<String>,
+    source: Excerpt,
 }
 
 impl fmt::Display for Shown<'_> {
@@ -93,11 +95,11 @@ impl Diagnostic for Shown<'_> {
     }
 
     fn source_code(&self) -> Option<&dyn SourceCode> {
-        Some(self.source)
+        Some(&self.source)
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let span = self.problem.span.clone();
+        let span = self.source.span.clone();
         Some(Box::new(std::iter::once(LabeledSpan::new_with_span(Some("here".to_owned()), span))))
     }
 }

@@ -1,5 +1,6 @@
 //! Times and sizes as people write them: "8h", "90 min", "2 GB".
 
+use bladeoff_core::document::cut;
 use bladeoff_core::document::units::parse_bare_or_quantity;
 use std::time::Duration;
 
@@ -25,7 +26,7 @@ pub fn parse_duration(text: &str) -> Result<Duration, String> {
     if seconds > 0.0 && seconds <= LONGEST {
         Ok(Duration::from_secs_f64(seconds))
     } else {
-        Err(format!("{text:?} is not a time above 0 and up to {LONGEST:e} s"))
+        Err(format!("{:?} is not a time above 0 and up to {LONGEST:e} s", cut(text, 40)))
     }
 }
 
@@ -35,7 +36,7 @@ pub fn parse_duration(text: &str) -> Result<Duration, String> {
 /// What is wrong with the text.
 pub fn parse_memory(text: &str) -> Result<u64, String> {
     let text = text.trim();
-    let shown: String = text.chars().take(40).collect();
+    let shown = cut(text, 40);
     let wrong = || format!("{shown:?} is not a size such as 500 MB or 2 GB (units: B, kB, MB, GB, KiB, MiB, GiB)");
     let (number, factor) =
         SIZES.iter().find_map(|(unit, factor)| Some((text.strip_suffix(unit)?, *factor))).ok_or_else(wrong)?;

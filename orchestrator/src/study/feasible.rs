@@ -5,7 +5,6 @@
 //! [`CHECKED_COMBINATIONS`] samples: all of them. Beyond: every value of every axis with the other axes at their
 //! first value, and every corner (all combinations of first and last values); what that misses fails in its sample.
 
-use super::axis::show;
 use super::{Samples, StudyError};
 use bladeoff_core::document::{Collector, Problem, Problems};
 use bladeoff_core::machine::MachineDef;
@@ -23,7 +22,6 @@ struct Infeasible {
     problem: Problem,
     count: u64,
     first: u64,
-    shown: String,
 }
 
 /// Builds the machines of the study.
@@ -31,27 +29,18 @@ struct Infeasible {
 /// # Errors
 /// Each way in which machines cannot be built, with the number of combinations and the first of them.
 pub fn check_machines(samples: &Samples) -> Result<(), StudyError> {
-    let (checked, found) = if samples.count() <= CHECKED_COMBINATIONS {
-        let count = samples.count();
-        (
-            count,
-            gather(
-                (0..count).into_par_iter().map(|sample| (sample, samples.machine(sample), samples.describe(sample))),
-            ),
-        )
-    } else {
-        let machines = corners_and_edges(samples);
-        let count = machines.len() as u64;
-        let numbered = machines.into_par_iter().enumerate();
-        (count, gather(numbered.map(|(at, (machine, shown))| (at as u64, machine, shown))))
-    };
+    let chosen = Chosen::new(samples);
+    let all = samples.count() <= CHECKED_COMBINATIONS;
+    let checked = if all { samples.count() } else { chosen.count() };
+    let found = gather(checked, |at| if all { samples.machine(at) } else { chosen.machine(at) });
     if found.is_empty() {
         return Ok(());
     }
-    Err(StudyError::Problems(vec![report(samples, checked, found)]))
+    let describe = |at| if all { samples.describe(at) } else { chosen.describe(at) };
+    Err(StudyError::Problems(vec![report(samples, checked, found, describe)]))
 }
 
-fn gather(machines: impl ParallelIterator<Item = (u64, MachineDef, String)>) -> BTreeMap<(String, String), Infeasible> {
+fn gather(count: u64, machine: impl Fn(u64) -> MachineDef + Sync) -> BTreeMap<(String, String), Infeasible> {
     let merge = |mut all: BTreeMap<(String, String), Infeasible>, other: BTreeMap<_, Infeasible>| {
         for (key, found) in other {
             match all.get_mut(&key) {
@@ -67,12 +56,13 @@ fn gather(machines: impl ParallelIterator<Item = (u64, MachineDef, String)>) -> 
         }
         all
     };
-    machines
-        .filter_map(|(at, machine, shown)| machine.build().err().map(|problems| (at, shown, problems)))
-        .map(|(first, shown, problems)| {
+    (0..count)
+        .into_par_iter()
+        .filter_map(|at| machine(at).build().err().map(|problems| (at, problems)))
+        .map(|(first, problems)| {
             let list = problems.list.into_iter().map(|problem| {
                 let key = (problem.key.clone(), general(&problem.message));
-                (key, Infeasible { problem, count: 1, first, shown: shown.clone() })
+                (key, Infeasible { problem, count: 1, first })
             });
             list.collect()
         })
@@ -84,7 +74,12 @@ fn general(message: &str) -> String {
     message.chars().filter(|c| !c.is_ascii_digit() && !matches!(c, '.' | '-' | '+')).collect()
 }
 
-fn report(samples: &Samples, total: u64, found: BTreeMap<(String, String), Infeasible>) -> Problems {
+fn report(
+    samples: &Samples,
+    total: u64,
+    found: BTreeMap<(String, String), Infeasible>,
+    describe: impl Fn(u64) -> String,
+) -> Problems {
     let study = samples.study();
     let mut problems = Collector::new(&study.file, &study.text);
     for infeasible in found.into_values() {
@@ -96,7 +91,9 @@ fn report(samples: &Samples, total: u64, found: BTreeMap<(String, String), Infea
         } else {
             format!(
                 "{} of {total} combinations give a machine that cannot be built: {} (first: {})",
-                infeasible.count, infeasible.problem.message, infeasible.shown
+                infeasible.count,
+                infeasible.problem.message,
+                describe(infeasible.first)
             )
         };
         let problem = problems.add(span, infeasible.problem.key, message);
@@ -107,33 +104,75 @@ fn report(samples: &Samples, total: u64, found: BTreeMap<(String, String), Infea
     problems.finish().expect_err("called with at least one finding")
 }
 
-/// Machines at every value of every axis, the other axes at their first, and at the corners; and what varies in each.
-pub(super) fn corners_and_edges(samples: &Samples) -> Vec<(MachineDef, String)> {
-    let axes = &samples.study().axes;
-    let mut positions: Vec<Vec<u64>> = Vec::new();
-    for (at, axis) in axes.iter().enumerate() {
-        positions.extend((0..axis.length).map(|position| {
-            let mut one = vec![0; axes.len()];
-            one[at] = position;
-            one
-        }));
+/// Combinations of a study too large to try all: every value of every axis with the other axes at their first, then the
+/// corners. Like samples they are made from their number.
+pub(super) struct Chosen<'a> {
+    samples: &'a Samples,
+    /// Values of all axes together.
+    edges: u64,
+    /// Axes whose corners are made.
+    cornered: usize,
+}
+
+impl<'a> Chosen<'a> {
+    pub fn new(samples: &'a Samples) -> Self {
+        let axes = &samples.study().axes;
+        let edges = axes.iter().map(|axis| axis.length).sum();
+        Self { samples, edges, cornered: axes.len().min(MOST_CORNER_AXES) }
     }
-    let cornered = axes.len().min(MOST_CORNER_AXES);
-    positions.extend((0..1u32 << cornered).map(|corner| {
-        let end = |(at, axis): (usize, &super::Axis)| if corner >> at & 1 == 1 { axis.length - 1 } else { 0 };
-        axes.iter().enumerate().map(|(at, axis)| if at < cornered { end((at, axis)) } else { 0 }).collect()
-    }));
-    let machine = |positions: Vec<u64>| {
-        let mut machine = samples.study().machine.clone();
-        let mut shown = Vec::new();
-        for (axis, position) in axes.iter().zip(positions) {
-            for varied in &axis.varied {
-                let value = varied.values.at(position);
-                shown.push(format!("{} = {}", varied.info.path, show(&varied.info, &value)));
-                machine.set(&varied.info, &value).expect("type and range were checked when the study was read");
+
+    pub fn count(&self) -> u64 {
+        self.edges + (1 << self.cornered)
+    }
+
+    fn positions(&self, at: u64) -> Vec<u64> {
+        let axes = &self.samples.study().axes;
+        let mut positions = vec![0; axes.len()];
+        let mut left = at;
+        for (position, axis) in positions.iter_mut().zip(axes) {
+            if left < axis.length {
+                *position = left;
+                return positions;
             }
+            left -= axis.length;
         }
-        (machine, shown.join(", "))
-    };
-    positions.into_iter().map(machine).collect()
+        // The corner whose number has these bits.
+        for (bit, (position, axis)) in positions.iter_mut().zip(axes).enumerate().take(self.cornered) {
+            *position = (left >> bit & 1) * (axis.length - 1);
+        }
+        positions
+    }
+
+    pub fn machine(&self, at: u64) -> MachineDef {
+        self.samples.machine_at(&self.positions(at))
+    }
+
+    /// What varies in it.
+    pub fn describe(&self, at: u64) -> String {
+        self.samples.describe_at(&self.positions(at))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::load;
+    use std::fs;
+
+    #[test]
+    fn chosen_are_every_value_of_every_axis_and_every_corner() {
+        let folder = tempfile::tempdir().expect("temporary directory");
+        fs::write(folder.path().join("m.toml"), include_str!("../../../studies/machines/lab_rig.toml"))
+            .expect("written");
+        let text = "schema = 1\nmachine = \"m.toml\"\n[[vary]]\npath = \"contact.gap\"\nvalues = [1e-3, 2e-3]\n\
+                    [[vary]]\npath = \"contact.friction\"\nvalues = [0.1, 0.2, 0.3]\n";
+        fs::write(folder.path().join("s.toml"), text).expect("written");
+        let study = load(&folder.path().join("s.toml")).expect("valid");
+        let samples = Samples::new(study, None, None).expect("small");
+        let chosen = Chosen::new(&samples);
+        let all: Vec<Vec<u64>> = (0..chosen.count()).map(|at| chosen.positions(at)).collect();
+        assert_eq!(all, [[0, 0], [1, 0], [0, 0], [0, 1], [0, 2], [0, 0], [1, 0], [0, 2], [1, 2]]);
+        assert!(chosen.describe(8).ends_with("contact.gap = 2 mm, diaphragms.seal.contact.friction = 0.3"));
+        assert_eq!(chosen.machine(8).identity(), samples.machine(5).identity());
+    }
 }

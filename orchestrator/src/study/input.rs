@@ -1,5 +1,6 @@
 //! Reading what the user names: regular UTF-8 files of sensible size, from sensible places.
 
+use bladeoff_core::document::cut;
 use std::fs;
 use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
@@ -74,7 +75,7 @@ pub fn read_input(path: &Path, limit: u64) -> Result<String, InputError> {
     if metadata.len() > limit {
         return Err(InputError::TooLarge { path: path_buf(), bytes: metadata.len(), limit });
     }
-    let mut bytes = Vec::new();
+    let mut bytes = Vec::with_capacity(usize::try_from(metadata.len()).unwrap_or_default() + 1);
     fs::File::open(path).and_then(|file| file.take(limit + 1).read_to_end(&mut bytes)).map_err(failed)?;
     if bytes.len() as u64 > limit {
         return Err(InputError::TooLarge { path: path_buf(), bytes: bytes.len() as u64, limit });
@@ -85,15 +86,20 @@ pub fn read_input(path: &Path, limit: u64) -> Result<String, InputError> {
 
 /// Most `..` at the beginning of a path in a study.
 const MOST_PARENTS: usize = 2;
+/// Bytes of a path on Linux.
+const LONGEST_PATH: usize = 4096;
 
 /// Where a file named in a study lies: relative to the study file; `..` only at the beginning and at most twice
 /// (`../machines/rig.toml` is a usual layout); never absolute. A study from somebody else so reads only what lies
-/// around it.
+/// around it. A symbolic link there is followed wherever it leads: who put it there has decided it.
 ///
 /// # Errors
 /// [`InputError::Escapes`].
 pub fn beside(study_file: &Path, named: &str) -> Result<PathBuf, InputError> {
-    let escapes = |reason| InputError::Escapes { named: named.to_owned(), reason };
+    let escapes = |reason| InputError::Escapes { named: cut(named, 120), reason };
+    if named.len() > LONGEST_PATH {
+        return Err(escapes("longer than a path may be"));
+    }
     let mut parents = 0;
     let mut inside = false;
     for component in Path::new(named).components() {
@@ -125,7 +131,7 @@ mod tests {
         let study = Path::new("studies/rub/a.toml");
         assert_eq!(beside(study, "m.toml").expect("beside"), Path::new("studies/rub/m.toml"));
         assert_eq!(beside(study, "../machines/m.toml").expect("above"), Path::new("studies/rub/../machines/m.toml"));
-        for named in ["/etc/passwd", "../../../x.toml", "a/../../x", "", "..", ".", "a\0b"] {
+        for named in ["/etc/passwd", "../../../x.toml", "a/../../x", "", "..", ".", "a\0b", &"a".repeat(5000)] {
             assert!(matches!(beside(study, named), Err(InputError::Escapes { .. })), "{named:?}");
         }
     }

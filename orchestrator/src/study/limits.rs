@@ -66,7 +66,7 @@ const ALLOWED: &str = "a number of samples such as 3, or a share such as \"5 %\"
 
 impl Limits {
     /// From `[limits]`; problems go to `problems`.
-    pub(super) fn read(entry: &Entry, problems: &mut Collector) -> Self {
+    pub(super) fn read(entry: &Entry, problems: &mut Collector<'_>) -> Self {
         let mut limits = Self::default();
         let Some(keys) = Keys::of(entry, "limits", problems) else { return limits };
         keys.refuse_unknown(&KEYS, problems);
@@ -87,7 +87,7 @@ impl Limits {
     }
 }
 
-fn read_amount<T>(entry: &Entry, parse: impl Fn(&str) -> Result<T, String>, problems: &mut Collector) -> Option<T> {
+fn read_amount<T>(entry: &Entry, parse: impl Fn(&str) -> Result<T, String>, problems: &mut Collector<'_>) -> Option<T> {
     let text = scalar_text(&entry.node.value).unwrap_or_default();
     parse(&text)
         .map_err(|message| {
@@ -97,7 +97,7 @@ fn read_amount<T>(entry: &Entry, parse: impl Fn(&str) -> Result<T, String>, prob
         .ok()
 }
 
-fn read_share(entry: &Entry, key: &str, problems: &mut Collector) -> Option<Share> {
+fn read_share(entry: &Entry, key: &str, problems: &mut Collector<'_>) -> Option<Share> {
     let share = match &entry.node.value {
         Value::Integer(count) => u64::try_from(*count).ok().map(Share::Count),
         Value::Text(text) => text

@@ -6,13 +6,16 @@ use super::points::read_points;
 use super::table::{Keys, scalar_text, wrong_type};
 use super::vary::{PathTable, read_vary};
 use super::{Axis, STUDY_SCHEMA, Study, StudyError};
-use bladeoff_core::document::{Collector, Entry, MAX_FILE_BYTES, Node, Problems, Value, parse_toml};
+use bladeoff_core::document::{Collector, Entry, MAX_FILE_BYTES, Node, Problems, Value, cut, parse_toml};
 use bladeoff_core::machine::{MachineDef, ParamValue, PathInfo};
 use bladeoff_protocol::messages::MAX_PARAMS;
 use std::path::{Path, PathBuf};
 
 /// Largest points file.
 const MAX_POINTS_BYTES: u64 = 256 << 20;
+
+/// Bytes of the longest path of `[set]`: a table of a long name would be repeated in each of its keys.
+const LONGEST_PATH: usize = 512;
 
 const KEYS: [&str; 8] = ["schema", "name", "machine", "seed", "set", "vary", "points", "limits"];
 
@@ -68,7 +71,7 @@ struct MachineFile {
 struct Loader<'a> {
     path: &'a Path,
     frozen: Option<FrozenFiles>,
-    problems: Collector,
+    problems: Collector<'a>,
     /// Problems of the machine and the points file.
     others: Vec<Problems>,
 }
@@ -143,7 +146,7 @@ impl Loader<'_> {
             return Some(name);
         }
         let problem = self.problems.add(span, "name", "cannot be the name of a folder of results");
-        problem.value = Some(format!("{name:?}"));
+        problem.value = Some(format!("{:?}", cut(&name, 80)));
         problem.allowed = Some("up to 64 letters, digits, `.`, `_` or `-`, the first a letter or digit".to_owned());
         None
     }
@@ -199,7 +202,7 @@ impl Loader<'_> {
                     Some(source) => format!("{error}: {source}"),
                     None => error.to_string(),
                 };
-                self.problems.add(entry.node.span.clone(), key, message).value = Some(format!("{named:?}"));
+                self.problems.add(entry.node.span.clone(), key, message).value = Some(format!("{:?}", cut(named, 120)));
                 None
             }
         }
@@ -207,16 +210,33 @@ impl Loader<'_> {
 
     /// `[set]`: quoted paths or nested tables, both mean the same.
     fn fixed(&mut self, entry: &Entry, paths: &PathTable) -> Vec<(PathInfo, ParamValue)> {
-        let Some(keys) = Keys::of(entry, "set", &mut self.problems) else { return Vec::new() };
         let mut found = Vec::new();
-        let mut open: Vec<(String, &Entry)> =
-            keys.entries().iter().rev().map(|entry| (entry.name.clone(), entry)).collect();
-        while let Some((path, entry)) = open.pop() {
-            if let Value::Table(inner) = &entry.node.value {
-                open.extend(inner.iter().rev().map(|inner| (format!("{path}.{}", inner.name), inner)));
+        if let Some(keys) = Keys::of(entry, "set", &mut self.problems) {
+            self.fixed_below("", keys.entries(), paths, &mut found);
+        }
+        found
+    }
+
+    /// The overrides of one table. The parser bounds how deep tables lie.
+    fn fixed_below(
+        &mut self,
+        above: &str,
+        entries: &[Entry],
+        paths: &PathTable,
+        found: &mut Vec<(PathInfo, ParamValue)>,
+    ) {
+        for entry in entries {
+            let path = if above.is_empty() { entry.name.clone() } else { format!("{above}.{}", entry.name) };
+            let key = format!("set.{}", cut(&path, 120));
+            if path.len() > LONGEST_PATH {
+                let problem = self.problems.add(entry.name_span.clone(), key, "longer than any parameter's path");
+                problem.allowed = Some("a path of `bladeoff paths MACHINE`, or its ending".to_owned());
                 continue;
             }
-            let key = format!("set.{path}");
+            if let Value::Table(inner) = &entry.node.value {
+                self.fixed_below(&path, inner, paths, found);
+                continue;
+            }
             let Some(info) = paths.resolve(&path, entry.name_span.clone(), &key, &mut self.problems) else { continue };
             paths.used(&info, entry.name_span.clone(), &key);
             let Some(text) = scalar_text(&entry.node.value) else {
@@ -227,6 +247,5 @@ impl Loader<'_> {
                 found.push((info, value));
             }
         }
-        found
     }
 }

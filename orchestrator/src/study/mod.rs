@@ -17,10 +17,11 @@ mod samples;
 mod starts;
 mod table;
 mod template;
+mod values;
 mod vary;
 
 pub use amount::{parse_duration, parse_memory};
-pub use axis::{Axis, ValueList, Varied, show};
+pub use axis::{Axis, Varied, show};
 pub use feasible::{CHECKED_COMBINATIONS, check_machines};
 pub use input::{InputError, read_input};
 pub use limits::{Limits, Share};
@@ -28,6 +29,7 @@ pub use load::{FrozenFiles, load, load_frozen};
 pub use samples::Samples;
 pub use starts::check_starts;
 pub use template::STUDY_TEMPLATE;
+pub use values::ValueList;
 
 use crate::design::DesignError;
 use crate::engine::EngineError;

@@ -1,10 +1,11 @@
 //! The samples of a study after `--scale` and `--limit`: each computed from its number when asked for.
 
 use super::axis::show;
-use super::{Study, StudyError, Varied};
-use crate::design::Design;
+use super::{Axis, Study, StudyError, Varied};
+use crate::design::{Design, DesignError, Thinned};
 use crate::dispatch;
 use crate::results::{Field, Value};
+use bladeoff_core::document::Collector;
 use bladeoff_core::machine::{MachineDef, ParamValue};
 use bladeoff_worker::plan::{Varied as PlanVaried, WorkPlan};
 
@@ -24,7 +25,10 @@ impl Samples {
     /// Too many samples, or a scale outside (0, 1].
     pub fn new(study: Study, scale: Option<f64>, limit: Option<u64>) -> Result<Self, StudyError> {
         let lengths: Vec<u64> = study.axes.iter().map(|axis| axis.length).collect();
-        let design = Design::new(&lengths, study.seed, scale, limit)?;
+        let design = Design::new(&lengths, study.seed, scale, limit).map_err(|error| match error {
+            DesignError::TooMany { count, limit } => too_many(&study, scale, count, limit),
+            error @ DesignError::Scale { .. } => error.into(),
+        })?;
         Ok(Self { study, design, scale, limit })
     }
 
@@ -73,15 +77,24 @@ impl Samples {
     #[must_use]
     pub fn values(&self, sample: u64) -> Vec<ParamValue> {
         let positions = self.design.positions(sample);
+        self.values_at(&positions).collect()
+    }
+
+    fn values_at(&self, positions: &[u64]) -> impl Iterator<Item = ParamValue> {
         let axes = self.study.axes.iter().zip(positions);
-        axes.flat_map(|(axis, position)| axis.varied.iter().map(move |varied| varied.values.at(position))).collect()
+        axes.flat_map(|(axis, &position)| axis.varied.iter().map(move |varied| varied.values.at(position)))
     }
 
     /// The machine definition of a sample.
     #[must_use]
     pub fn machine(&self, sample: u64) -> MachineDef {
+        self.machine_at(&self.design.positions(sample))
+    }
+
+    /// The same at any positions on the axes.
+    pub(super) fn machine_at(&self, positions: &[u64]) -> MachineDef {
         let mut machine = self.study.machine.clone();
-        for (varied, value) in self.parameters().zip(self.values(sample)) {
+        for (varied, value) in self.parameters().zip(self.values_at(positions)) {
             machine.set(&varied.info, &value).expect("type and range were checked when the study was read");
         }
         machine
@@ -90,7 +103,12 @@ impl Samples {
     /// What varies in a sample, as a person reads it: "diaphragms.seal.contact.gap = 0.4 mm, ...".
     #[must_use]
     pub fn describe(&self, sample: u64) -> String {
-        let pairs = self.parameters().zip(self.values(sample));
+        self.describe_at(&self.design.positions(sample))
+    }
+
+    /// The same at any positions on the axes.
+    pub(super) fn describe_at(&self, positions: &[u64]) -> String {
+        let pairs = self.parameters().zip(self.values_at(positions));
         let shown = pairs.map(|(varied, value)| format!("{} = {}", varied.info.path, show(&varied.info, &value)));
         let shown = shown.collect::<Vec<_>>().join(", ");
         if shown.is_empty() { "nothing varied".to_owned() } else { shown }
@@ -138,6 +156,20 @@ impl Samples {
             _ => None,
         })
     }
+}
+
+/// The refusal at the longest axis, with the length and the line of each.
+fn too_many(study: &Study, scale: Option<f64>, count: u128, most: u64) -> StudyError {
+    let line = |axis: &Axis| 1 + study.text[..axis.varied[0].place.start].matches('\n').count();
+    let kept = |axis: &Axis| Thinned::new(axis.length, scale.unwrap_or(1.0)).kept();
+    let factors = study.axes.iter().map(|axis| format!("{} of {} (line {})", kept(axis), axis.name, line(axis)));
+    let factors = factors.collect::<Vec<_>>().join(" x ");
+    let longest = study.axes.iter().rev().max_by_key(|axis| axis.length).expect("no axis is one sample");
+    let mut problems = Collector::new(&study.file, &study.text);
+    let message = format!("the study has {count} samples: {factors}");
+    problems.add(longest.varied[0].place.clone(), &*longest.name, message).allowed =
+        Some(format!("at most {most} samples: fewer values, or --scale"));
+    StudyError::Problems(vec![problems.into_problems()])
 }
 
 impl dispatch::Samples for Samples {

@@ -4,7 +4,7 @@
 //! The solver is asked up to its first step, for every sample of a small study, for the corners and edges of a larger
 //! one. What that misses ends in its row with status failed.
 
-use super::feasible::corners_and_edges;
+use super::feasible::Chosen;
 use super::{Samples, StudyError};
 use crate::engine;
 use bladeoff_core::machine::MachineDef;
@@ -49,10 +49,8 @@ fn candidates(samples: &Samples) -> Vec<(MachineDef, String)> {
     if samples.count() <= MOST_STARTS {
         return (0..samples.count()).map(|sample| (samples.machine(sample), samples.describe(sample))).collect();
     }
-    let mut machines = corners_and_edges(samples);
+    let chosen = Chosen::new(samples);
     // The corners stand at the end: a surplus is taken from the values along the first axes.
-    let most = usize::try_from(MOST_STARTS).expect("a small number");
-    let surplus = machines.len().saturating_sub(most);
-    machines.drain(..surplus);
-    machines
+    let begin = chosen.count().saturating_sub(MOST_STARTS);
+    (begin..chosen.count()).map(|at| (chosen.machine(at), chosen.describe(at))).collect()
 }

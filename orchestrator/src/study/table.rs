@@ -1,6 +1,6 @@
 //! Keys of one table of a study file: typed access, unknown ones refused with the nearest known.
 
-use bladeoff_core::document::{Collector, Entry, Node, Value, nearest};
+use bladeoff_core::document::{Collector, Entry, Node, Value, cut};
 use std::ops::Range;
 
 /// A table under inspection.
@@ -12,12 +12,12 @@ pub(super) struct Keys<'a> {
 
 impl<'a> Keys<'a> {
     /// The table of an entry; a problem and `None` if it is something else.
-    pub fn of(entry: &'a Entry, prefix: &str, problems: &mut Collector) -> Option<Self> {
+    pub fn of(entry: &'a Entry, prefix: &str, problems: &mut Collector<'_>) -> Option<Self> {
         Self::at(&entry.node, prefix, problems)
     }
 
     /// The table at a node; a problem and `None` if it is something else.
-    pub fn at(node: &'a Node, prefix: &str, problems: &mut Collector) -> Option<Self> {
+    pub fn at(node: &'a Node, prefix: &str, problems: &mut Collector<'_>) -> Option<Self> {
         match node.value.as_table() {
             Some(entries) => Some(Self { prefix: prefix.to_owned(), span: node.span.clone(), entries }),
             None => {
@@ -48,7 +48,7 @@ impl<'a> Keys<'a> {
     }
 
     /// One of its entries; a problem if it is not there.
-    pub fn require(&self, name: &str, what: &str, problems: &mut Collector) -> Option<&'a Entry> {
+    pub fn require(&self, name: &str, what: &str, problems: &mut Collector<'_>) -> Option<&'a Entry> {
         let found = self.get(name);
         if found.is_none() {
             problems.add(self.span.clone(), self.key(name), "missing").allowed = Some(what.to_owned());
@@ -57,7 +57,7 @@ impl<'a> Keys<'a> {
     }
 
     /// The text of an entry; a problem if it is not text.
-    pub fn text(&self, entry: &'a Entry, problems: &mut Collector) -> Option<&'a str> {
+    pub fn text(&self, entry: &'a Entry, problems: &mut Collector<'_>) -> Option<&'a str> {
         match &entry.node.value {
             Value::Text(text) => Some(text),
             _ => {
@@ -68,7 +68,7 @@ impl<'a> Keys<'a> {
     }
 
     /// The whole number of an entry within bounds; a problem if it is none.
-    pub fn whole(&self, entry: &Entry, least: u64, most: u64, problems: &mut Collector) -> Option<u64> {
+    pub fn whole(&self, entry: &Entry, least: u64, most: u64, problems: &mut Collector<'_>) -> Option<u64> {
         if let Value::Integer(number) = entry.node.value
             && let Ok(number) = u64::try_from(number)
             && (least..=most).contains(&number)
@@ -83,19 +83,21 @@ impl<'a> Keys<'a> {
     }
 
     /// Refuses every key that is not `known`.
-    pub fn refuse_unknown(&self, known: &[&str], problems: &mut Collector) {
+    pub fn refuse_unknown(&self, known: &[&str], problems: &mut Collector<'_>) {
         for entry in self.entries {
             if !known.contains(&entry.name.as_str()) {
-                let problem = problems.add(entry.name_span.clone(), self.key(&entry.name), "unknown key");
+                let nearest = problems.nearest(&entry.name, known.iter().copied());
+                let key = self.key(&cut(&entry.name, 80));
+                let problem = problems.add(entry.name_span.clone(), key, "unknown key");
                 problem.allowed = Some(known.join(", "));
-                problem.nearest = nearest(&entry.name, known.iter().copied()).map(str::to_owned);
+                problem.nearest = nearest;
             }
         }
     }
 }
 
 /// A problem about a value of the wrong type.
-pub(super) fn wrong_type(node: &Node, key: &str, wanted: &str, problems: &mut Collector) {
+pub(super) fn wrong_type(node: &Node, key: &str, wanted: &str, problems: &mut Collector<'_>) {
     let value = problems.excerpt(node.span.clone());
     let problem = problems.add(node.span.clone(), key, format!("is {}, not {wanted}", node.value.type_name()));
     problem.value = Some(value);

@@ -1,15 +1,18 @@
 //! `[[vary]]`: one table per varied parameter; tables of the same `zip` group advance together.
 
-use super::axis::{Axis, ValueList, Varied};
+use super::axis::{Axis, Varied};
 use super::table::{Keys, scalar_text, wrong_type};
+use super::values::{Gathered, Mixed, ValueList};
 use bladeoff_core::document::units::QuantityError;
-use bladeoff_core::document::{Collector, Entry, Node, Value};
-use bladeoff_core::machine::{MachineDef, ParamValue, PathError, PathInfo, PathKind, ValueError};
+use bladeoff_core::document::{Collector, Entry, Node, Value, cut};
+use bladeoff_core::machine::{MachineDef, ParamValue, PathError, PathInfo, PathKind, ValueError, some_of};
+use bladeoff_protocol::messages::MAX_PARAMS;
 use std::cell::RefCell;
+use std::collections::HashMap;
 use std::ops::Range;
 
 /// Most points of one axis.
-const MOST_POINTS: u64 = 1_000_000;
+pub(super) const MOST_POINTS: usize = 1_000_000;
 
 const KEYS: [&str; 7] = ["path", "from", "to", "count", "spacing", "values", "zip"];
 
@@ -26,18 +29,26 @@ impl<'a> PathTable<'a> {
     }
 
     /// The parameter that `given`, a path or the end of one, names; a problem and `None` if it names none or several.
-    pub fn resolve(&self, given: &str, span: Range<usize>, key: &str, problems: &mut Collector) -> Option<PathInfo> {
-        match self.machine?.resolve(given) {
+    pub fn resolve(
+        &self,
+        given: &str,
+        span: Range<usize>,
+        key: &str,
+        problems: &mut Collector<'_>,
+    ) -> Option<PathInfo> {
+        let machine = self.machine?;
+        match if problems.is_full() { machine.find(given) } else { machine.resolve(given) } {
             Ok(info) => Some(info),
+            Err(_) if problems.is_full() => one_more(problems),
             Err(PathError::Ambiguous { candidates, .. }) => {
                 let problem = problems.add(span, key, format!("`{given}` is ambiguous: several parameters end so"));
                 problem.value = Some(format!("{given:?}"));
-                problem.allowed = Some(candidates.join(", "));
+                problem.allowed = Some(some_of(&candidates));
                 None
             }
             Err(PathError::Unknown { nearest, .. }) => {
                 let problem = problems.add(span, key, "this machine has no such parameter");
-                problem.value = Some(format!("{given:?}"));
+                problem.value = Some(format!("{:?}", cut(given, 80)));
                 problem.allowed = Some("a path of `bladeoff paths MACHINE`, or its ending".to_owned());
                 problem.nearest = nearest;
                 None
@@ -45,16 +56,10 @@ impl<'a> PathTable<'a> {
         }
     }
 
-    /// As [`PathTable::resolve`]; the name of a column of a result table names its parameter, too.
-    pub fn resolve_column(
-        &self,
-        given: &str,
-        span: Range<usize>,
-        key: &str,
-        problems: &mut Collector,
-    ) -> Option<PathInfo> {
-        let column = self.machine?.paths().into_iter().find(|info| info.column() == given);
-        column.or_else(|| self.resolve(given, span, key, problems))
+    /// Every parameter by the name of its column in a result table.
+    pub fn columns(&self) -> HashMap<String, PathInfo> {
+        let all = self.machine.map(MachineDef::paths).unwrap_or_default();
+        all.into_iter().map(|info| (info.column(), info)).collect()
     }
 
     /// The value that `text` stands for; a problem and `None` if it is none for this parameter.
@@ -64,10 +69,11 @@ impl<'a> PathTable<'a> {
         text: &str,
         span: Range<usize>,
         key: &str,
-        problems: &mut Collector,
+        problems: &mut Collector<'_>,
     ) -> Option<ParamValue> {
         match self.machine?.parse_value(info, text) {
             Ok(value) => Some(value),
+            Err(_) if problems.is_full() => one_more(problems),
             Err(error) => {
                 let shown = problems.excerpt(span.clone());
                 let (message, nearest) = refusal(error);
@@ -86,14 +92,21 @@ impl<'a> PathTable<'a> {
     }
 
     /// Refuses every parameter that is given values twice.
-    pub fn refuse_repeated(&self, problems: &mut Collector) {
-        let used = self.used.borrow();
-        for (at, (path, span, key)) in used.iter().enumerate() {
-            if let Some((_, _, first)) = used[..at].iter().find(|(earlier, _, _)| earlier == path) {
-                problems.add(span.clone(), key, format!("{path} is given by `{first}` already"));
+    pub fn refuse_repeated(&self, problems: &mut Collector<'_>) {
+        let mut first: HashMap<String, String> = HashMap::new();
+        for (path, span, key) in self.used.borrow_mut().drain(..) {
+            match first.get(&path) {
+                Some(first) => drop(problems.add(span, key, format!("{path} is given by `{first}` already"))),
+                None => drop(first.insert(path, key)),
             }
         }
     }
+}
+
+/// Counts a problem that is not shown.
+fn one_more<T>(problems: &mut Collector<'_>) -> Option<T> {
+    problems.add(0..0, "", "");
+    None
 }
 
 /// What is wrong with a value, and the word or unit most likely meant.
@@ -118,11 +131,16 @@ struct Member {
 }
 
 /// The axes of `[[vary]]`, a zip group standing where its first member stands.
-pub(super) fn read_vary(entry: &Entry, paths: &PathTable, problems: &mut Collector) -> Vec<Axis> {
+pub(super) fn read_vary(entry: &Entry, paths: &PathTable, problems: &mut Collector<'_>) -> Vec<Axis> {
     let Value::Array(items) = &entry.node.value else {
         wrong_type(&entry.node, "vary", "an array of tables: [[vary]]", problems);
         return Vec::new();
     };
+    if let Some(surplus) = items.get(MAX_PARAMS) {
+        let message = format!("{} parameters vary", items.len());
+        problems.add(surplus.span.clone(), "vary", message).allowed = Some(format!("at most {MAX_PARAMS}"));
+        return Vec::new();
+    }
     let mut axes: Vec<Axis> = Vec::new();
     for (position, item) in items.iter().enumerate() {
         let Some(member) = read_member(item, &format!("vary[{position}]"), paths, problems) else { continue };
@@ -152,7 +170,7 @@ fn group_name(zip: &str) -> String {
     format!("zip {zip}")
 }
 
-fn read_member(item: &Node, key: &str, paths: &PathTable, problems: &mut Collector) -> Option<Member> {
+fn read_member(item: &Node, key: &str, paths: &PathTable, problems: &mut Collector<'_>) -> Option<Member> {
     let keys = Keys::at(item, key, problems)?;
     keys.refuse_unknown(&KEYS, problems);
     let zip = match keys.get("zip") {
@@ -192,7 +210,7 @@ fn read_list(
     keys: &Keys<'_>,
     info: &PathInfo,
     paths: &PathTable,
-    problems: &mut Collector,
+    problems: &mut Collector<'_>,
 ) -> Option<ValueList> {
     let Value::Array(items) = &entry.node.value else {
         wrong_type(&entry.node, &keys.key("values"), "an array of values", problems);
@@ -203,38 +221,45 @@ fn read_list(
             Some("at least one value".to_owned());
         return None;
     }
-    let mut values = Vec::with_capacity(items.len());
+    let mut values = Gathered::new(info, items.len());
     for (position, item) in items.iter().enumerate() {
         let key = format!("{}[{position}]", keys.key("values"));
         match scalar_text(&item.value) {
-            Some(text) => values.extend(paths.value(info, &text, item.span.clone(), &key, problems)),
+            Some(text) => {
+                if let Some(value) = paths.value(info, &text, item.span.clone(), &key, problems) {
+                    values.push(&value);
+                }
+            }
             None => wrong_type(item, &key, "a number, a string with a unit or a word", problems),
         }
     }
-    if values.len() < items.len() || !of_one_kind(&values, entry.node.span.clone(), &keys.key("values"), problems) {
-        return None;
-    }
-    Some(ValueList::Listed(values))
+    let values = one_kind(values, entry.node.span.clone(), &keys.key("values"), problems)?;
+    // A value that is missing was reported.
+    (values.len() == items.len() as u64).then_some(values)
 }
 
 /// A column of the table holds numbers or words.
-pub(super) fn of_one_kind(values: &[ParamValue], span: Range<usize>, key: &str, problems: &mut Collector) -> bool {
-    let words = values.iter().filter(|value| matches!(value, ParamValue::Choice(_))).count();
-    let one = words == 0 || words == values.len();
-    if !one {
+pub(super) fn one_kind(
+    values: Gathered,
+    span: Range<usize>,
+    key: &str,
+    problems: &mut Collector<'_>,
+) -> Option<ValueList> {
+    let mixed = |Mixed| {
         problems.add(span, key, "mixes numbers and words").allowed = Some("all numbers, or all words".to_owned());
-    }
-    one
+    };
+    values.finish().map_err(mixed).ok()
 }
 
 fn read_range(
     keys: &Keys<'_>,
     info: Option<&PathInfo>,
     paths: &PathTable,
-    problems: &mut Collector,
+    problems: &mut Collector<'_>,
 ) -> Option<ValueList> {
-    let count =
-        keys.require("count", "count = 5", problems).and_then(|entry| keys.whole(entry, 2, MOST_POINTS, problems));
+    let count = keys
+        .require("count", "count = 5", problems)
+        .and_then(|entry| keys.whole(entry, 2, MOST_POINTS as u64, problems));
     let log = read_spacing(keys, problems);
     let from = keys.require("from", "from = \"1 mm\"", problems);
     let to = keys.require("to", "to = \"2 mm\"", problems);
@@ -276,16 +301,17 @@ fn read_range(
     Some(ValueList::Range { from: from_value, to: to_value, count, log })
 }
 
-fn read_spacing(keys: &Keys<'_>, problems: &mut Collector) -> Option<bool> {
+fn read_spacing(keys: &Keys<'_>, problems: &mut Collector<'_>) -> Option<bool> {
     let Some(entry) = keys.get("spacing") else { return Some(false) };
     match keys.text(entry, problems)? {
         "linear" => Some(false),
         "log" => Some(true),
         other => {
+            let nearest = problems.nearest(other, ["linear", "log"]);
             let problem = problems.add(entry.node.span.clone(), keys.key("spacing"), "unknown spacing");
-            problem.value = Some(format!("{other:?}"));
+            problem.value = Some(format!("{:?}", cut(other, 80)));
             problem.allowed = Some("linear, log".to_owned());
-            problem.nearest = bladeoff_core::document::nearest(other, ["linear", "log"]).map(str::to_owned);
+            problem.nearest = nearest;
             None
         }
     }

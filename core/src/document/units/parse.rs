@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use crate::document::cut;
+
 use super::symbols::{Dimension, Unit, examples, look_up, similar};
 
 /// Why a text is not a quantity of the expected unit.
@@ -112,7 +114,7 @@ fn parse(text: &str, expected: &'static str, bare_is_si: bool) -> Result<f64, Qu
         parse_unit(unit_text).map_err(|error| with_nearest(error, unit_text, expected))?
     };
     if !dimension_of(expected).accepts(unit.dimension) {
-        let unit = unit_text.to_owned();
+        let unit = cut(unit_text, 60);
         return Err(QuantityError::WrongDimension { unit, expected, examples: examples(expected) });
     }
     number.in_si(unit).ok_or_else(|| QuantityError::NotFinite { given: given_shown() })

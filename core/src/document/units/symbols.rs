@@ -1,5 +1,7 @@
 //! The table of unit symbols and what products of them mean.
 
+use crate::document::cut;
+
 use super::parse::QuantityError;
 
 /// Exponents of metre, kilogram, second and radian.
@@ -136,7 +138,7 @@ pub(super) fn look_up(name: &str) -> Result<Unit, QuantityError> {
     if name.eq_ignore_ascii_case("hz") {
         return Err(QuantityError::Hertz { unit: name.to_owned() });
     }
-    Err(QuantityError::UnknownUnit { unit: name.to_owned(), nearest: None })
+    Err(QuantityError::UnknownUnit { unit: cut(name, 60), nearest: None })
 }
 
 /// Symbols that `name` may stand for, the likeliest first: another case ("mpa", "RPM"), then one edit away.

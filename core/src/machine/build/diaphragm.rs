@@ -1,5 +1,6 @@
 //! `[diaphragms.NAME]`: ring, blades and contact.
 
+use super::path::{below, joined};
 use super::reader::Reader;
 use super::rotor::rayleigh;
 use super::shaft::{self, Nodes};
@@ -24,43 +25,43 @@ pub(super) fn diaphragms(reader: &mut Reader<'_>, nodes: Option<&Nodes>) -> Opti
 }
 
 fn diaphragm(reader: &mut Reader<'_>, nodes: Option<&Nodes>, name: &str) -> Option<Diaphragm> {
-    let table = format!("diaphragms.{name}");
-    let contact = contact(reader, nodes, &format!("{table}.contact"));
-    let kind = match reader.word(&format!("{table}.kind")) {
+    let table = &*below("diaphragms", name);
+    let contact = contact(reader, nodes, &below(table, "contact"));
+    let kind = match reader.word(&below(table, "kind")) {
         Some("rigid") => Some(DiaphragmKind::Rigid),
         Some("radial-spring") => {
-            reader.number(&format!("{table}.stiffness")).map(|stiffness| DiaphragmKind::RadialSpring { stiffness })
+            reader.number(&below(table, "stiffness")).map(|stiffness| DiaphragmKind::RadialSpring { stiffness })
         }
-        Some(_) => flexible(reader, &table).map(DiaphragmKind::Flexible),
+        Some(_) => flexible(reader, table).map(DiaphragmKind::Flexible),
         None => None,
     };
-    let angle = reader.number(&format!("{table}.angle"))?;
+    let angle = reader.number(&below(table, "angle"))?;
     Some(Diaphragm { name: name.to_owned(), kind: kind?, angle, contact: contact? })
 }
 
 fn contact(reader: &mut Reader<'_>, nodes: Option<&Nodes>, table: &str) -> Option<Contact> {
     let node = shaft::node(reader, nodes, table);
-    let number = |key: &str| reader.number(&format!("{table}.{key}"));
+    let number = |key: &str| reader.number(&below(table, key));
     Some(Contact {
         node: node?,
         rotor_radius: number("rotor_radius")?,
         gap: number("gap")?,
         friction: number("friction")?,
-        friction_law: match reader.word(&format!("{table}.friction_law"))? {
+        friction_law: match reader.word(&below(table, "friction_law"))? {
             "slip" => FrictionLaw::Slip,
             _ => FrictionLaw::StickSlip,
         },
-        detection: match reader.word(&format!("{table}.detection"))? {
+        detection: match reader.word(&below(table, "detection"))? {
             "hyp1" => Detection::Hyp1,
             "hyp2-frozen" => Detection::Hyp2Frozen,
             _ => Detection::Hyp2,
         },
-        points: match reader.word(&format!("{table}.points"))? {
+        points: match reader.word(&below(table, "points"))? {
             "one" => ContactPoints::One,
             _ => ContactPoints::Several,
         },
-        offset: reader.vector(&format!("{table}.offset"))?,
-        surface: match reader.word(&format!("{table}.surface"))? {
+        offset: reader.vector(&below(table, "offset"))?,
+        surface: match reader.word(&below(table, "surface"))? {
             "mean-line" => ContactSurface::MeanLine,
             _ => ContactSurface::InnerFace,
         },
@@ -70,27 +71,27 @@ fn contact(reader: &mut Reader<'_>, nodes: Option<&Nodes>, table: &str) -> Optio
 fn flexible(reader: &mut Reader<'_>, table: &str) -> Option<FlexibleStator> {
     let ring = ring(reader, table);
     let blades = blades(reader, table);
-    let material = |key: &str| reader.number(&format!("{table}.material.{key}"));
+    let material = |key: &str| reader.number(&joined(&[table, ".material.", key]));
     Some(FlexibleStator {
         young_modulus: material("young_modulus")?,
         poisson_ratio: material("poisson_ratio")?,
         density: material("density")?,
         ring: ring?,
         blades: blades?,
-        damping: rayleigh(reader, &format!("{table}.damping"))?,
+        damping: rayleigh(reader, &below(table, "damping"))?,
     })
 }
 
 fn ring(reader: &mut Reader<'_>, table: &str) -> Option<Ring> {
-    let path = |key: &str| format!("{table}.ring.{key}");
+    let path = |key: &str| joined(&[table, ".ring.", key]);
     let (mean_radius, thickness) = (reader.number(&path("mean_radius")), reader.number(&path("thickness")));
     if let (Some(radius), Some(thickness)) = (mean_radius, thickness) {
         if thickness >= 2.0 * radius {
             let allowed = format!("below twice mean_radius = {}", format_digits(radius, "m", 10));
             reader.fail(&path("thickness"), "the ring has no inner edge", allowed);
         }
-        let rotor_radius = reader.number(&format!("{table}.contact.rotor_radius"));
-        let gap = reader.number(&format!("{table}.contact.gap"));
+        let rotor_radius = reader.number(&below(table, "contact.rotor_radius"));
+        let gap = reader.number(&below(table, "contact.gap"));
         if let (Some(rotor_radius), Some(gap)) = (rotor_radius, gap)
             && rotor_radius + gap >= radius + thickness / 2.0
         {
@@ -101,7 +102,7 @@ fn ring(reader: &mut Reader<'_>, table: &str) -> Option<Ring> {
         }
     }
     let elements = reader.count(&path("elements"));
-    let count = reader.count(&format!("{table}.blades.count"));
+    let count = reader.count(&below(table, "blades.count"));
     if let (Some(elements), Some(count)) = (elements, count)
         && count > 0
         && elements % count != 0
@@ -120,8 +121,7 @@ fn ring(reader: &mut Reader<'_>, table: &str) -> Option<Ring> {
 /// Blades; inner `None`: a free ring, outer `None`: not known.
 fn blades(reader: &mut Reader<'_>, table: &str) -> Option<Option<Blades>> {
     const MOST_ELEMENTS: usize = 600;
-    let own = format!("{table}.blades");
-    let path = |key: &str| format!("{own}.{key}");
+    let path = |key: &str| joined(&[table, ".blades.", key]);
     let any_given = ["length", "thickness", "width", "elements"].iter().any(|key| reader.is_given(&path(key)));
     if any_given && reader.is_default(&path("count")) {
         reader.missing_here(&path("count"), "diaphragms.NAME.blades.count");

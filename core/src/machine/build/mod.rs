@@ -2,6 +2,7 @@
 //! check runs as far as the values it needs are known.
 
 mod diaphragm;
+mod path;
 mod reader;
 mod rotor;
 mod run;
@@ -15,7 +16,7 @@ use super::model::Machine;
 use crate::document::{Collector, Problems};
 
 /// Builds the machine; `problems` holds what reading the file has already found.
-pub(super) fn build(layout: &Layout, states: &[State], problems: Collector) -> Result<Machine, Problems> {
+pub(super) fn build<'a>(layout: &'a Layout, states: &'a [State], problems: Collector<'a>) -> Result<Machine, Problems> {
     let mut reader = Reader::new(layout, states, problems);
     reader.check_presence();
     let run = run::run(&mut reader);

@@ -1,5 +1,6 @@
 //! Reads slots by path and reports problems where they stand.
 
+use super::path::joined;
 use crate::document::units::format_digits;
 use crate::document::{Collector, Problem};
 use crate::machine::layout::{Layout, Origin, Scalar, State};
@@ -7,20 +8,20 @@ use crate::machine::schema::{Key, Kind, Need, keys};
 
 pub(super) struct Reader<'a> {
     pub layout: &'a Layout,
-    pub problems: Collector,
+    pub problems: Collector<'a>,
     states: &'a [State],
 }
 
 impl<'a> Reader<'a> {
-    pub fn new(layout: &'a Layout, states: &'a [State], problems: Collector) -> Self {
+    pub fn new(layout: &'a Layout, states: &'a [State], problems: Collector<'a>) -> Self {
         Self { layout, problems, states }
     }
 
     /// Required keys that are absent, and keys that do not belong to a machine of this kind.
     pub fn check_presence(&mut self) {
         let layout = self.layout;
-        for (slot, state) in layout.slots.iter().zip(self.states) {
-            if let Some((kind, word)) = layout.condition(slot) {
+        for ((slot, state), condition) in layout.slots.iter().zip(self.states).zip(&layout.conditions) {
+            if let Some((kind, word)) = *condition {
                 let kind_state = self.states[kind];
                 let Scalar::Word(present) = kind_state.scalar else { continue };
                 if present != word {
@@ -88,7 +89,7 @@ impl<'a> Reader<'a> {
 
     /// Both components of a vector.
     pub fn vector(&self, path: &str) -> Option<[f64; 2]> {
-        Some([self.number(&format!("{path}[0]"))?, self.number(&format!("{path}[1]"))?])
+        Some([self.number(&joined(&[path, "[0]"]))?, self.number(&joined(&[path, "[1]"]))?])
     }
 
     /// A matrix, written out or isotropic.
@@ -97,8 +98,8 @@ impl<'a> Reader<'a> {
             let k = self.number(path)?;
             return Some([[k, 0.0], [0.0, k]]);
         }
-        let cell = |i: usize, j: usize| self.number(&format!("{path}[{i}][{j}]"));
-        Some([[cell(0, 0)?, cell(0, 1)?], [cell(1, 0)?, cell(1, 1)?]])
+        let cell = |place| self.number(&joined(&[path, place]));
+        Some([[cell("[0][0]")?, cell("[0][1]")?], [cell("[1][0]")?, cell("[1][1]")?]])
     }
 
     /// A list; `None`: not known, empty: not given.

@@ -1,5 +1,6 @@
 //! `[rotor]`: what the rotor is made of, what it carries, how it starts.
 
+use super::path::below;
 use super::reader::Reader;
 use super::run::speed_law;
 use super::shaft::{self, Nodes};
@@ -74,21 +75,21 @@ fn each<T>(
 ) -> Option<Vec<T>> {
     let members = reader.layout.group(group);
     let all: Vec<Option<T>> =
-        members.iter().map(|member| read(reader, &member.name, &format!("{group}.{}", member.name))).collect();
+        members.iter().map(|member| read(reader, &member.name, &below(group, &member.name))).collect();
     all.into_iter().collect()
 }
 
 pub(super) fn rayleigh(reader: &Reader<'_>, table: &str) -> Option<Rayleigh> {
     Some(Rayleigh {
-        mass_proportional: reader.number(&format!("{table}.mass_proportional"))?,
-        stiffness_proportional: reader.number(&format!("{table}.stiffness_proportional"))?,
+        mass_proportional: reader.number(&below(table, "mass_proportional"))?,
+        stiffness_proportional: reader.number(&below(table, "stiffness_proportional"))?,
     })
 }
 
 fn discs(reader: &mut Reader<'_>, nodes: Option<&Nodes>) -> Option<Vec<Disc>> {
     each(reader, "rotor.discs", |reader, name, table| {
         let node = shaft::node(reader, nodes, table);
-        let number = |key: &str| reader.number(&format!("{table}.{key}"));
+        let number = |key: &str| reader.number(&below(table, key));
         Some(Disc {
             name: name.to_owned(),
             node: node?,
@@ -104,16 +105,16 @@ fn bearing(reader: &mut Reader<'_>, nodes: Option<&Nodes>, name: &str, table: &s
     Some(Bearing {
         name: name.to_owned(),
         node: node?,
-        stiffness: reader.matrix(&format!("{table}.stiffness"))?,
-        damping: reader.matrix(&format!("{table}.damping"))?,
-        axial_stiffness: reader.number(&format!("{table}.axial_stiffness"))?,
+        stiffness: reader.matrix(&below(table, "stiffness"))?,
+        damping: reader.matrix(&below(table, "damping"))?,
+        axial_stiffness: reader.number(&below(table, "axial_stiffness"))?,
     })
 }
 
 fn unbalance(reader: &mut Reader<'_>, nodes: Option<&Nodes>, name: &str, table: &str) -> Option<Unbalance> {
     let node = shaft::node(reader, nodes, table);
-    let number = |key: &str| reader.number(&format!("{table}.{key}"));
-    let word = |key: &str| reader.word(&format!("{table}.{key}"));
+    let number = |key: &str| reader.number(&below(table, key));
+    let word = |key: &str| reader.word(&below(table, key));
     Some(Unbalance {
         name: name.to_owned(),
         node: node?,

@@ -1,5 +1,6 @@
 //! `[[rotor.shaft]]`: sections to nodes and elements, and places to nodes.
 
+use super::path::{below, joined};
 use super::reader::Reader;
 use crate::document::units::format_digits;
 use crate::machine::model::ShaftElement;
@@ -99,7 +100,8 @@ impl Lengths {
 }
 
 fn lengths(reader: &mut Reader<'_>, section: usize) -> Option<Lengths> {
-    let path = |key: &str| format!("rotor.shaft[{section}].{key}");
+    let table = format!("rotor.shaft[{section}]");
+    let path = |key: &str| below(&table, key);
     let (length, elements, list) = (path("length"), path("elements"), path("element_lengths"));
     let given = (reader.is_given(&length), reader.is_given(&elements), reader.is_given(&list));
     match given {
@@ -133,7 +135,8 @@ fn lengths(reader: &mut Reader<'_>, section: usize) -> Option<Lengths> {
 
 /// An element of the section without its length.
 fn cross_section(reader: &mut Reader<'_>, section: usize) -> Option<ShaftElement> {
-    let path = |key: &str| format!("rotor.shaft[{section}].{key}");
+    let table = format!("rotor.shaft[{section}]");
+    let path = |key: &str| below(&table, key);
     let diameter = reader.number(&path("diameter"));
     let inner_diameter = reader.number(&path("inner_diameter"));
     if let (Some(outer), Some(inner)) = (diameter, inner_diameter)
@@ -144,18 +147,18 @@ fn cross_section(reader: &mut Reader<'_>, section: usize) -> Option<ShaftElement
         return None;
     }
     let own_or_common = |reader: &Reader<'_>, key: &str| {
-        let own = path(&format!("material.{key}"));
-        if reader.is_given(&own) { reader.number(&own) } else { reader.number(&format!("rotor.material.{key}")) }
+        let own = joined(&[&table, ".material.", key]);
+        if reader.is_given(&own) { reader.number(&own) } else { reader.number(&below("rotor.material", key)) }
     };
     let young_modulus = own_or_common(reader, "young_modulus");
     let poisson_ratio = own_or_common(reader, "poisson_ratio");
     let density = own_or_common(reader, "density");
     let (short, long) = (path("shear_coefficient"), path("material.shear_coefficient"));
     if reader.is_given(&short) && reader.is_given(&long) {
-        reader.fail(&short, "given twice for this section", format!("either this or {long}"));
+        reader.fail(&short, "given twice for this section", format!("either this or {}", &*long));
         return None;
     }
-    let common = "rotor.material.shear_coefficient".to_owned();
+    let common = below("rotor.material", "shear_coefficient");
     let shear = [short, long].into_iter().find(|path| reader.is_given(path)).unwrap_or(common);
     let (diameter, inner_diameter, poisson_ratio) = (diameter?, inner_diameter?, poisson_ratio?);
     let shear_coefficient = match reader.word(&shear) {
@@ -194,7 +197,7 @@ pub(super) fn node(reader: &mut Reader<'_>, nodes: Option<&Nodes>, table: &str) 
         Nodes::Point => return Some(0),
         Nodes::Line(nodes) => nodes,
     };
-    let path = format!("{table}.position");
+    let path = below(table, "position");
     let position = reader.number(&path)?;
     let length = nodes[nodes.len() - 1];
     let tolerance = TOLERANCE * length;

@@ -1,0 +1,165 @@
+//! The lines around a problem: all that is shown of a file, however large it is and however long its lines are.
+
+use bladeoff_core::document::{BYTE_ORDER_MARK, Problem};
+use miette::{MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents};
+use std::ops::Range;
+
+/// Lines of a span that are shown; of a longer one the first.
+const MOST_LINES: usize = 20;
+/// Bytes of a line that are shown before and after the place of a problem.
+const MOST_BEFORE: usize = 60;
+const MOST_AFTER: usize = 180;
+
+/// A piece of a file that knows where in it it stands.
+#[derive(Debug)]
+pub(super) struct Excerpt {
+    name: String,
+    text: String,
+    /// Lines of the file before it.
+    lines_before: usize,
+    /// Bytes that are missing at the beginning of the line of the problem.
+    cut_before: usize,
+    /// The place in `text`.
+    pub span: Range<usize>,
+}
+
+impl Excerpt {
+    /// The line of a problem of a file with this text, with one line before and one after it.
+    pub fn new(problem: &Problem, text: &str) -> Self {
+        let mark = if text.starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len_utf8() } else { 0 };
+        let at = problem.span.start.max(mark);
+        let mut end = problem.span.end.max(at);
+        let begin = text[..at].rfind('\n').map_or(mark, |newline| newline + 1);
+        if text[at..end].matches('\n').nth(MOST_LINES).is_some() {
+            end = line_end(text, at);
+        }
+        let mut shown = String::new();
+        let mut lines_before = problem.line - 1;
+        if lines_before > 0 {
+            let above = &text[..begin - 1];
+            let above = &above[above.rfind('\n').map_or(0, |newline| newline + 1)..];
+            shown.push_str(first(above.trim_start_matches(BYTE_ORDER_MARK), MOST_AFTER));
+            shown.push('\n');
+            lines_before -= 1;
+        }
+        let from = if at - begin > MOST_BEFORE + MOST_AFTER { ceil(text, at - MOST_BEFORE) } else { begin };
+        let span_start = shown.len() + (at - from);
+        let mut span_end = span_start;
+        // The lines of the span and the one below, each cut.
+        let mut line = from;
+        loop {
+            let whole = line_end(text, line);
+            let most = if line <= at { at - line + MOST_AFTER } else { MOST_AFTER };
+            let kept = first(&text[line..whole], most);
+            if end >= line {
+                span_end = (shown.len() + (end - line).min(kept.len())).max(span_start);
+            }
+            shown.push_str(kept);
+            shown.push('\n');
+            if line > end || whole + 1 >= text.len() {
+                break;
+            }
+            line = whole + 1;
+        }
+        let span = span_start..span_end.min(shown.len());
+        Self { name: problem.file.clone(), text: shown, lines_before, cut_before: from - begin, span }
+    }
+}
+
+/// Where the line ends that holds this byte, without its line feed.
+fn line_end(text: &str, at: usize) -> usize {
+    text[at..].find('\n').map_or(text.len(), |newline| at + newline)
+}
+
+fn ceil(text: &str, mut at: usize) -> usize {
+    while !text.is_char_boundary(at) {
+        at += 1;
+    }
+    at
+}
+
+/// At most so many bytes of a text.
+fn first(text: &str, most: usize) -> &str {
+    let mut end = most.min(text.len());
+    while !text.is_char_boundary(end) {
+        end -= 1;
+    }
+    &text[..end]
+}
+
+impl SourceCode for Excerpt {
+    fn read_span<'a>(
+        &'a self,
+        span: &SourceSpan,
+        before: usize,
+        after: usize,
+    ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
+        let found = self.text.read_span(span, before, after)?;
+        // Without a line before it the contents begin at the place itself.
+        let column = if before == 0 { found.column() + self.cut_before } else { found.column() };
+        Ok(Box::new(MietteSpanContents::new_named(
+            self.name.clone(),
+            found.data(),
+            *found.span(),
+            self.lines_before + found.line(),
+            column,
+            found.line_count(),
+        )))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bladeoff_core::document::Collector;
+    use miette::NamedSource;
+    use proptest::prelude::*;
+
+    fn problem(text: &str, span: Range<usize>) -> Problem {
+        let mut problems = Collector::new("f", text);
+        problems.add(span, "k", "wrong");
+        problems.into_problems().list.remove(0)
+    }
+
+    /// Line, column and text of a place with its neighbours.
+    fn read(source: &dyn SourceCode, span: Range<usize>) -> (usize, usize, String) {
+        let span = SourceSpan::from(span);
+        let place = source.read_span(&span, 0, 0).expect("in the text");
+        let lines = source.read_span(&span, 1, 1).expect("in the text");
+        let text = String::from_utf8_lossy(lines.data()).trim_end().to_owned();
+        (place.line() + 1, place.column() + 1, format!("{} {text}", lines.line() + 1))
+    }
+
+    proptest! {
+        #[test]
+        fn of_short_lines_it_is_what_the_whole_file_would_show(lines in prop::collection::vec("[a-z\u{b5}]{1,9}", 1..9), at: prop::sample::Index, length in 1..4_usize) {
+            let text = lines.join("\n") + "\n";
+            let places: Vec<usize> = text.match_indices(|c| c != '\n').map(|(at, _)| at).collect();
+            let at = places[at.index(places.len())];
+            let rest = text[at..].find('\n').expect("a line feed");
+            let end = text[at..at + rest].char_indices().nth(length).map_or(at + rest, |(end, _)| at + end);
+            let problem = problem(&text, at..end);
+            let excerpt = Excerpt::new(&problem, &text);
+            prop_assert_eq!(&excerpt.text[excerpt.span.clone()], &text[at..end]);
+            prop_assert_eq!(read(&excerpt, excerpt.span.clone()), read(&NamedSource::new("f", text.clone()), at..end));
+        }
+
+        #[test]
+        fn any_place_of_any_text_has_an_excerpt(text in "\u{feff}?[a\r\n\u{b5}]{0,600}", from in 0..700_usize, length in 0..700_usize) {
+            let excerpt = Excerpt::new(&problem(&text, from..from + length), &text);
+            prop_assert!(excerpt.text.get(excerpt.span.clone()).is_some());
+            prop_assert!(!excerpt.text.contains(BYTE_ORDER_MARK));
+            prop_assert!(excerpt.read_span(&SourceSpan::from(excerpt.span.clone()), 1, 1).is_ok());
+        }
+    }
+
+    #[test]
+    fn a_long_line_is_cut_around_its_place() {
+        let text = format!("first\n{}\nlast\n", "ab,".repeat(100_000));
+        let problem = problem(&text, 150_006..150_008);
+        let excerpt = Excerpt::new(&problem, &text);
+        assert!(excerpt.text.len() < 300);
+        let (line, column, _) = read(&excerpt, excerpt.span.clone());
+        assert_eq!((line, column, &excerpt.text[excerpt.span.clone()]), (2, 150_001, "ab"));
+    }
+}
