@@ -7,7 +7,7 @@ mod summary;
 mod tally;
 mod text;
 
-pub use eta::{Costs, Eta};
+pub use eta::{Costs, Eta, Underway};
 pub use outcome::{
     OutcomeView, advice, beyond_small_displacements, cause_in_words, describe_outcome, end_cause_in_words, mentions,
 };

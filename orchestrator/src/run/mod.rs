@@ -13,6 +13,7 @@ mod interrupt;
 mod keys;
 mod lock;
 mod manifest;
+pub mod order;
 mod parts;
 mod prepare;
 mod provenance;
@@ -293,7 +294,7 @@ fn compute(
         let report = if todo.left() > 0 && request.budget.is_exceeded(failed_before) {
             Ok(DispatchReport::nothing(Ended::TooManyFailures))
         } else {
-            dispatch::run(&options, samples, todo, &mut sink, &mut observer)
+            dispatch::run(&options, samples, order::shuffled(todo), &mut sink, &mut observer)
         };
         let (committed, durable) = sink.close();
         if let Ok(report) = &report {
