@@ -7,11 +7,9 @@ use std::fs;
 use std::os::unix::process::ExitStatusExt;
 use std::time::Duration;
 use support::Folder;
-use support::faults::{Running, STUDY, left_behind, lives, signal, state, wait_until};
+use support::faults::{Running, SAMPLES, STUDY, handed_out, left_behind, lives, signal, state, wait_until};
 
 const STATES: [&str; 4] = ["claimed", "running", "sent", "recorded"];
-/// The sample at which faults happen: early, so that there is a rest.
-const SAMPLE: u64 = 2;
 /// Longer than the silence after which a worker is called stale.
 const STOPPED_FOR: Duration = Duration::from_secs(6);
 
@@ -19,6 +17,8 @@ struct Matrix {
     folder: Folder,
     study: String,
     calm: Vec<u8>,
+    /// At which faults happen: handed out early, so that there is a rest.
+    sample: u64,
 }
 
 impl Matrix {
@@ -28,7 +28,7 @@ impl Matrix {
         let mut run = Running::start(&folder, &study, &folder.name("calm"), "");
         assert!(run.end().success(), "{}", run.said());
         let calm = fs::read(folder.path("calm/results.parquet")).expect("the table");
-        Self { folder, study, calm }
+        Self { folder, study, calm, sample: handed_out(SAMPLES, 2) }
     }
 
     fn start(&self, out: &str, fault: &str) -> Running {
@@ -56,10 +56,11 @@ impl Matrix {
     }
 
     fn worker_fault(&self, at: &str, what: &str) -> String {
+        let sample = self.sample;
         match at {
             // The worker does not know when its result is durable.
-            "recorded" => format!("who=orchestrator,at=recorded,sample={SAMPLE},do={what}-worker"),
-            at => format!("who=worker,at={at},sample={SAMPLE},do={what}"),
+            "recorded" => format!("who=orchestrator,at=recorded,sample={sample},do={what}-worker"),
+            at => format!("who=worker,at={at},sample={sample},do={what}"),
         }
     }
 }
@@ -103,7 +104,7 @@ fn a_killed_orchestrator_is_continued_and_changes_no_byte() {
     let matrix = Matrix::new();
     matrix.each_state(|at| {
         let out = format!("orchestrator-kill-{at}");
-        let mut run = matrix.start(&out, &format!("who=orchestrator,at={at},sample={SAMPLE},do=kill"));
+        let mut run = matrix.start(&out, &format!("who=orchestrator,at={at},sample={},do=kill", matrix.sample));
         assert_eq!(run.end().signal(), Some(9), "{at}: {}", run.said());
         assert_eq!(run.fired(), 1, "{at}: the kill happened");
         let workers = run.workers();
@@ -134,7 +135,7 @@ fn a_stopped_orchestrator_goes_on_calls_nobody_stale_and_changes_no_byte() {
     let matrix = Matrix::new();
     matrix.each_state(|at| {
         let out = format!("orchestrator-stop-{at}");
-        let mut run = matrix.start(&out, &format!("who=orchestrator,at={at},sample={SAMPLE},do=stop"));
+        let mut run = matrix.start(&out, &format!("who=orchestrator,at={at},sample={},do=stop", matrix.sample));
         let pid = run.child.id();
         wait_until("it stops", || run.fired() == 1 && state(pid) == Some('T'));
         // Not to wait for anything: this is how long it is gone.

@@ -5,7 +5,7 @@ mod support;
 use std::collections::BTreeSet;
 use std::fs;
 use std::process::{Command, Stdio};
-use support::faults::{Running, SAMPLES, STUDY, signal, state, wait_until};
+use support::faults::{Running, SAMPLES, STUDY, handed_out, signal, state, wait_until};
 use support::{Folder, Said, bladeoff, said};
 
 /// A study of long samples, so that no run gets through before it is ended.
@@ -113,6 +113,42 @@ fn events_tell_programs_the_whole_story() {
     assert!(run.said().contains("20 of 20 samples"), "the summary is for people: {}", run.said());
 }
 
+#[test]
+fn events_of_a_run_whose_record_fails_are_those_of_the_samples_that_the_next_run_finds() {
+    let folder = Folder::new();
+    // Samples that fail at once, so many that their record exceeds the limit.
+    let text = STUDY.replace("count = 5", "count = 5000").replace("[set]", "[set]\n\"run.step_limit\" = 1");
+    let study = folder.write("s.toml", &format!("{text}\n[limits]\nmax_failed = \"100 %\"\n"));
+    let out = folder.name("out");
+    let events = |limit: &str| -> (i32, Vec<serde_json::Value>) {
+        let script = format!("ulimit -f {limit}; exec \"$0\" run \"$1\" --out \"$2\" --workers 2 --json-events");
+        let mut command = Command::new("bash");
+        let ran = command.args(["-c", &script, env!("CARGO_BIN_EXE_bladeoff"), &study, &out]).output().expect("bash");
+        let ran = said(ran);
+        (ran.code, ran.out.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect())
+    };
+    let samples = |events: &[serde_json::Value]| -> BTreeSet<u64> {
+        let told = events.iter().filter(|event| event["event"] == "sample");
+        let numbers: Vec<u64> = told.map(|event| event["sample"].as_u64().expect("a number")).collect();
+        let distinct: BTreeSet<u64> = numbers.iter().copied().collect();
+        assert_eq!(distinct.len(), numbers.len(), "each once");
+        distinct
+    };
+    let (code, first) = events("12288");
+    assert_eq!((code, first.last().expect("events")["event"].as_str()), (6, Some("failed")));
+    let (code, second) = events("unlimited");
+    assert_eq!(code, 0);
+    let (told, rest) = (samples(&first), samples(&second));
+    assert!(!told.is_empty() && !rest.is_empty(), "{} and {}", told.len(), rest.len());
+    assert_eq!(second[0]["recorded"].as_u64(), Some(told.len() as u64), "what was told is what is found");
+    assert!(told.is_disjoint(&rest) && told.len() + rest.len() == 20_000, "{} and {}", told.len(), rest.len());
+}
+
+/// A stop of the orchestrator at this state of the second sample that is handed out.
+fn stop_at(state: &str) -> String {
+    format!("who=orchestrator,at={state},sample={},do=stop", handed_out(SAMPLES, 1))
+}
+
 /// A run whose orchestrator is stopped at a known state, is sent these signals, and goes on.
 fn signalled(fault: &str, signals: &[&str]) -> (Folder, Running) {
     let folder = Folder::new();
@@ -131,7 +167,7 @@ fn signalled(fault: &str, signals: &[&str]) -> (Folder, Running) {
 fn a_signal_ends_a_run_in_order() {
     for (name, code, why) in [("INT", 130, "interrupt"), ("TERM", 143, "terminate"), ("HUP", 143, "terminate")] {
         // As the first samples are handed out: later the others might all be done before the signal is seen.
-        let (folder, mut run) = signalled("who=orchestrator,at=claimed,sample=1,do=stop", &[name]);
+        let (folder, mut run) = signalled(&stop_at("claimed"), &[name]);
         assert_eq!(run.end().code(), Some(code), "{name}: {}", run.said());
         assert_eq!(run.count("stopping"), 1);
         assert_eq!(run.events().last().expect("events")["why"], why);
@@ -146,7 +182,7 @@ fn a_signal_while_tables_are_written_is_answered_and_the_second_ends_it() {
     assert_eq!(run.end().code(), Some(0), "{}", run.said());
     assert!(folder.path("out/results.parquet").exists());
     // Ended by a first signal before; the one at the tables is the second.
-    let (folder, mut run) = signalled(&format!("who=orchestrator,at=claimed,sample=1,do=stop;{at_tables}"), &["INT"]);
+    let (folder, mut run) = signalled(&format!("{};{at_tables}", stop_at("claimed")), &["INT"]);
     let pid = run.child.id();
     wait_until("it stops again", || run.fired() == 2 && state(pid) == Some('T'));
     assert!(signal(pid, "INT") && signal(pid, "CONT"));
@@ -164,7 +200,7 @@ fn under_nohup_a_hangup_is_nothing() {
     let mut child = Command::new("nohup")
         .arg(bin)
         .args(["run", &study, "--out", &out, "--workers", "2"])
-        .env("BLADEOFF_FAULT", format!("who=orchestrator,at=claimed,sample=1,do=stop,dir={}", folder.name("")))
+        .env("BLADEOFF_FAULT", format!("{},dir={}", stop_at("claimed"), folder.name("")))
         .stdin(Stdio::null())
         .stdout(Stdio::null())
         .stderr(Stdio::null())
@@ -178,7 +214,7 @@ fn under_nohup_a_hangup_is_nothing() {
 
 #[test]
 fn whoever_asks_is_told_what_the_workers_do() {
-    let (_folder, mut run) = signalled("who=orchestrator,at=recorded,sample=1,do=stop", &["USR1"]);
+    let (_folder, mut run) = signalled(&stop_at("recorded"), &["USR1"]);
     assert_eq!(run.end().code(), Some(0), "{}", run.said());
     assert!(run.said().contains("worker 1 (process "), "{}", run.said());
     assert!(run.said().contains("worker 2 (process "), "{}", run.said());

@@ -11,6 +11,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
+use support::faults::handed_out;
 use support::{Folder, Said, bladeoff, said, say, table};
 
 /// One study at a time: workers of several would only wait for each other's cores.
@@ -73,8 +74,9 @@ fn a_study_killed_five_times_equals_the_undisturbed_one() {
     let study = folder.write("s.toml", &STUDY.replace("0.03 s", "0.12 s"));
     let (calm, killed) = (folder.name("calm"), folder.name("killed"));
     run_well(&study, &calm, &[]);
+    let early = format!("who=orchestrator,at=claimed,sample={},do=kill", handed_out(24, 2));
     for fault in [
-        "who=orchestrator,at=claimed,sample=2,do=kill",
+        early.as_str(),
         "who=orchestrator,at=recorded,sample=any,do=kill",
         "who=orchestrator,at=running,sample=any,do=kill",
         "who=orchestrator,at=sent,sample=any,do=kill",

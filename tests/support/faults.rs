@@ -5,6 +5,8 @@
 use super::{Folder, bladeoff};
 use bladeoff::chaos;
 pub use bladeoff::chaos::{SAMPLES, STUDY, WATCHDOG, lives, state};
+use bladeoff::dispatch::Todo;
+use bladeoff::run::order;
 use std::ops::{Deref, DerefMut};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
@@ -55,6 +57,11 @@ impl Running {
     pub fn end(&mut self) -> ExitStatus {
         self.0.end(|_| {}).expect("it ends")
     }
+}
+
+/// The sample that a study of `count` hands out as this one, from 0.
+pub fn handed_out(count: u64, place: usize) -> u64 {
+    order::shuffled(Todo::from(count)).take(place + 1)[place]
 }
 
 /// Waits for a state of the world.

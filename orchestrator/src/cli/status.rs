@@ -12,7 +12,8 @@ use std::time::Duration;
 /// Show how far a study is
 ///
 /// Works while the study runs and afterwards, from any terminal, and disturbs nothing: finished samples, pace, time
-/// left (a range: about 95 of 100 times the truth lies inside), failures by cause, what each worker does; whether somebody works in the directory, or the last run was
+/// left (a range: from a tenth of the run on the truth lies inside about 95 of 100 times, as long as others load
+/// the machine as before), failures by cause, what each worker does; whether somebody works in the directory, or the last run was
 /// interrupted or killed; and the command that goes on. The figures of a running study are at most about a second old.
 ///
 /// State is one of: running; stopped (the process is, by SIGSTOP or Ctrl-Z); killed (the last run did not end in order, or

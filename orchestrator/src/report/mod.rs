@@ -8,7 +8,7 @@ mod summary;
 mod tally;
 mod text;
 
-pub use eta::{Costs, Eta};
+pub use eta::{Costs, Eta, Underway};
 pub use limits::beyond_the_model;
 pub use outcome::{OutcomeView, advice, cause_in_words, describe_outcome, diverged_at, end_cause_in_words, mentions};
 pub use progress::Progress;

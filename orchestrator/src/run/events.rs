@@ -155,7 +155,6 @@ impl EventStream {
 
     /// The run is over and its table written.
     pub fn finished(mut self, ended: Ended, done: u64, samples: u64, table: &str) {
-        self.durable();
         let fields = json!({
             "why": word(ended),
             "time": timestamp(SystemTime::now()),
@@ -166,9 +165,8 @@ impl EventStream {
         self.end("finished", fields);
     }
 
-    /// The run ended by an error.
+    /// The run ended by an error. Results that could not be made durable are never said.
     pub fn failed(mut self, error: &dyn std::error::Error) {
-        self.durable();
         let mut text = error.to_string();
         let mut source = error.source();
         while let Some(cause) = source {

@@ -13,6 +13,7 @@ mod interrupt;
 mod keys;
 mod lock;
 mod manifest;
+pub mod order;
 mod parts;
 mod prepare;
 mod provenance;
@@ -398,7 +399,7 @@ fn compute_watched(
         let report = if todo.left() > 0 && request.budget.is_exceeded(failed_before) {
             Ok(DispatchReport::nothing(Ended::TooManyFailures))
         } else {
-            dispatch::run(&options, samples, todo, &mut sink, observer)
+            dispatch::run(&options, samples, order::shuffled(todo), &mut sink, observer)
         };
         let committed = sink.close();
         if let Ok(report) = &report {

@@ -6,7 +6,7 @@ use super::parts::Teller;
 use super::status::StatusWriter;
 use crate::dispatch::{Notice, Observer, SampleResult, Sink, SinkError};
 use crate::ledger::{Entry, Ledger, LedgerError};
-use crate::report::{Costs, Progress, Tally, duration};
+use crate::report::{Costs, Progress, Tally, Underway, duration};
 use crate::schedule::{Activity, Snapshot, WorkerView};
 use bladeoff_core::outcome::Status;
 use std::cell::RefCell;
@@ -31,19 +31,26 @@ pub(super) struct LedgerSink<'a> {
 /// What sink and observer share beside the counts.
 #[derive(Debug, Default)]
 pub(super) struct Watched {
-    /// CPU times of the samples of this run.
+    /// What the samples of this run cost.
     pub costs: Costs,
     /// Where programs are told.
     pub events: Option<EventStream>,
 }
 
 impl Sink for LedgerSink<'_> {
+    fn record_all(&mut self, results: &mut Vec<SampleResult>) -> Result<(), SinkError> {
+        // Those of one message are of one worker. What a sample took that killed its workers, nobody has reported.
+        let ended = || results.iter().filter(|result| result.outcome.status != Status::Quarantined);
+        if let Some(first) = ended().next() {
+            let cpu_s: Vec<f64> = ended().map(|result| result.cpu_s).collect();
+            self.watched.borrow_mut().costs.add(first.worker, &cpu_s, Instant::now());
+        }
+        results.drain(..).try_for_each(|result| self.record(result))
+    }
+
     fn record(&mut self, result: SampleResult) -> Result<(), SinkError> {
         self.tally.borrow_mut().add(&result.outcome);
         let mut watched = self.watched.borrow_mut();
-        if result.outcome.status != Status::Quarantined {
-            watched.costs.add(result.cpu_s);
-        }
         watched.events.iter_mut().for_each(|events| events.sample(&result));
         drop(watched);
         let entry =
@@ -57,16 +64,17 @@ impl Sink for LedgerSink<'_> {
     fn flush(&mut self) -> Result<(), SinkError> {
         self.ledger.commit().map_err(refused)?;
         self.note_durable();
-        self.watched.borrow_mut().events.iter_mut().for_each(EventStream::durable);
         Ok(())
     }
 }
 
 impl LedgerSink<'_> {
+    /// Whatever a commit has made durable counts from now on, and only that: a commit that fails leaves it all gathered.
     fn note_durable(&mut self) {
         if self.ledger.gathered() == 0 && !self.gathered.is_empty() {
             *self.durable.borrow_mut() = self.tally.borrow().clone();
             self.parts.durable(std::mem::take(&mut self.gathered));
+            self.watched.borrow_mut().events.iter_mut().for_each(EventStream::durable);
         }
     }
 
@@ -97,6 +105,17 @@ pub(super) fn describe(worker: &WorkerView) -> String {
     format!("worker {}{pid}: {activity} for {}{silent}", worker.worker, duration(worker.since))
 }
 
+fn underway(snapshot: &Snapshot, now: Instant) -> Underway {
+    let busy = |worker: &&WorkerView| matches!(worker.activity, Activity::Busy { .. });
+    Underway {
+        left: snapshot.total - snapshot.done,
+        computing: snapshot.computing,
+        workers: snapshot.workers.len(),
+        busy: snapshot.workers.iter().filter(busy).map(|worker| (worker.worker, worker.since)).collect(),
+        now,
+    }
+}
+
 /// Shows how far the study is.
 #[derive(Debug)]
 pub(super) struct ProgressObserver {
@@ -114,7 +133,7 @@ impl Observer for ProgressObserver {
         let stale = snapshot.workers.iter().filter(|worker| worker.stale).count();
         let now = Instant::now();
         let mut watched = self.watched.borrow_mut();
-        let eta = watched.costs.eta(snapshot.total - snapshot.done, snapshot.elapsed);
+        let eta = watched.costs.eta(&underway(snapshot, now));
         watched.events.iter_mut().for_each(|events| events.progress(snapshot, eta));
         self.progress.update(&self.tally.borrow(), eta, stale, now);
         self.status.update(snapshot, eta, &self.durable.borrow(), now);

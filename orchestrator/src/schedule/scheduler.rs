@@ -23,6 +23,8 @@ pub struct Scheduler {
     pub(super) by_status: [u64; Status::ALL.len()],
     pub(super) by_cause: [u64; Cause::ALL.len()],
     pub(super) rate: Rate,
+    /// When samples were assigned first.
+    pub(super) begun: Option<Duration>,
     pub(super) todo: Todo,
     /// Samples to be retried one by one.
     pub(super) retry: VecDeque<u64>,
@@ -53,6 +55,7 @@ impl Scheduler {
             by_status: [0; Status::ALL.len()],
             by_cause: [0; Cause::ALL.len()],
             rate: Rate::default(),
+            begun: None,
             todo,
             retry: VecDeque::new(),
             troubles: BTreeMap::new(),
@@ -222,6 +225,7 @@ impl Scheduler {
         self.next_batch += 1;
         let batch = BatchId(self.next_batch);
         let assigned = self.clock.now();
+        self.begun.get_or_insert(assigned);
         let work = Work {
             batch,
             attempt,

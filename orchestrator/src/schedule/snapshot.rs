@@ -14,6 +14,8 @@ use super::scheduler::Scheduler;
 pub struct Snapshot {
     /// Time since the run began.
     pub elapsed: Duration,
+    /// Attended time since the first samples were assigned.
+    pub computing: Duration,
     /// Samples of this run.
     pub total: u64,
     /// Samples that have ended.
@@ -129,6 +131,7 @@ impl Scheduler {
         });
         Snapshot {
             elapsed: now,
+            computing: self.begun.map_or(Duration::ZERO, |begun| attended.saturating_sub(begun)),
             total: self.total,
             done: self.done,
             by_status: self.by_status,

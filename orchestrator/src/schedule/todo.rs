@@ -25,20 +25,26 @@ impl Todo {
 
     /// Takes up to `n` samples from the front.
     pub fn take(&mut self, n: usize) -> Vec<u64> {
-        let mut taken = Vec::with_capacity(n.min(usize::try_from(self.left).unwrap_or(n)));
-        while taken.len() < n
+        self.cut(n as u64).into_iter().flatten().collect()
+    }
+
+    /// Takes up to `n` samples from the front, as ranges.
+    pub fn cut(&mut self, n: u64) -> Vec<Range<u64>> {
+        let mut cut = Vec::new();
+        let mut wanted = n;
+        while wanted > 0
             && let Some(range) = self.ranges.front_mut()
         {
-            let wanted = (n - taken.len()) as u64;
             let end = range.start.saturating_add(wanted).min(range.end);
-            taken.extend(range.start..end);
+            cut.push(range.start..end);
+            wanted -= end - range.start;
             range.start = end;
             if range.is_empty() {
                 self.ranges.pop_front();
             }
         }
-        self.left -= taken.len() as u64;
-        taken
+        self.left -= n - wanted;
+        cut
     }
 }
 
@@ -67,5 +73,7 @@ mod tests {
         assert_eq!((todo.left(), todo.take(3), todo.left()), (4, vec![3, 4, 0], 1));
         assert_eq!((todo.take(9), todo.left(), todo.take(1)), (vec![1], 0, vec![]));
         assert_eq!(Todo::from(2).take(9), [0, 1]);
+        let mut todo = Todo::from_iter([3..5, 0..2]);
+        assert_eq!((todo.cut(3), todo.left(), todo.cut(9)), (vec![3..5, 0..1], 1, vec![1..2]));
     }
 }

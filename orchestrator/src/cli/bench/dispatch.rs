@@ -5,10 +5,12 @@ use super::super::exit::Exit;
 use super::super::output::{print, remark};
 use super::stages::{Stages, peak_mb};
 use super::{Folder, load};
-use crate::dispatch::{self, Activity, DispatchOptions, Observer, SampleResult, Samples, Sink, SinkError, Snapshot};
+use crate::dispatch::{
+    self, Activity, DispatchOptions, Observer, SampleResult, Samples, Sink, SinkError, Snapshot, Todo,
+};
 use crate::ledger::{Entry, Ledger, SampleKey};
 use crate::report::{Align, TextTable};
-use crate::run::RunError;
+use crate::run::{RunError, order};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fs;
@@ -18,7 +20,7 @@ use std::time::{Duration, Instant};
 
 /// Overhead per durable sample, idle CPU, memory, start-up, resume and tables, with samples that compute nothing
 ///
-/// Worker processes answer with 40 numbers at once; every result goes through the real messages and the real ledger
+/// Worker processes answer with 40 numbers at once, samples are handed out in the order of a run; every result goes through the real messages and the real ledger
 /// with its syncs. Where there is a python3, its ProcessPoolExecutor returns as many numbers from as many processes in
 /// the same run (without a record of anything). Then a result directory with as many recorded results is taken up, its rows
 /// are written as parts, as tables and summed up, and it is taken over into a study of twice the size; each of these in
@@ -155,7 +157,8 @@ impl Observer for Nobody {
 fn measure_durable(folder: &Path, args: &Args) -> Result<Durable, CliError> {
     let options = options(folder, args.workers.into(), Duration::ZERO)?;
     let mut sink = Record(Ledger::create(&folder.join("ledger.redb"), &[])?);
-    let report = dispatch::run(&options, &Numbers, args.samples, &mut sink, &mut Nobody).map_err(RunError::from)?;
+    let todo = order::shuffled(Todo::from(args.samples));
+    let report = dispatch::run(&options, &Numbers, todo, &mut sink, &mut Nobody).map_err(RunError::from)?;
     Ok(Durable {
         micros: 1e6 * (report.wall_s - report.first_ask_s) / report.done.max(1) as f64,
         start_s: report.first_ask_s,
