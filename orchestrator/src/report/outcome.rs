@@ -261,7 +261,7 @@ mod tests {
             _ => None,
         };
         let said = diverged_at(values).expect("steps");
-        assert!(said.starts_with("22999 steps, largest eccentricity ") && said.contains("50.76 N"), "{said}");
+        assert!(said.starts_with("22999 steps, largest eccentricity ") && said.contains("50.756 N"), "{said}");
         // before the first step, or without a diaphragm, there is less to say
         assert_eq!(diverged_at(|name| (name == "steps").then_some(0.0)).as_deref(), Some("0 steps"));
         assert_eq!(diverged_at(|_| None), None);
