@@ -107,7 +107,7 @@ mod tests {
     #[test]
     fn damping_beyond_the_step_is_said_with_the_step_that_resolves_it() {
         let note = ringing(UnresolvedDamping { bearing: "rear".into(), ratio: 5.418, step: 1.144e-7 });
-        assert!(note.contains("bearing rear") && note.contains("= 5.4") && note.contains("below 114.4 ns"), "{note}");
+        assert!(note.contains("bearing rear") && note.contains("= 5.4") && note.contains("below 0.1144 us"), "{note}");
     }
 
     #[test]

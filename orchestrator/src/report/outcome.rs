@@ -56,7 +56,8 @@ pub fn diverged_at(number: impl Fn(&str) -> Option<f64>) -> Option<String> {
     let most = most.into_iter().filter_map(|(name, column, unit)| {
         number(column).map(|value| format!(", {name} {}", format_quantity(value, unit)))
     });
-    Some(format!("after {steps} steps{}", most.collect::<String>()))
+    let plural = if (steps - 1.0).abs() < 0.5 { "" } else { "s" };
+    Some(format!("{steps} step{plural}{}", most.collect::<String>()))
 }
 
 /// What can be done about a cause.
@@ -227,9 +228,9 @@ mod tests {
             _ => None,
         };
         let said = diverged_at(values).expect("steps");
-        assert!(said.starts_with("after 22999 steps, largest eccentricity ") && said.contains("50.76 N"), "{said}");
+        assert!(said.starts_with("22999 steps, largest eccentricity ") && said.contains("50.756 N"), "{said}");
         // before the first step, or without a diaphragm, there is less to say
-        assert_eq!(diverged_at(|name| (name == "steps").then_some(0.0)).as_deref(), Some("after 0 steps"));
+        assert_eq!(diverged_at(|name| (name == "steps").then_some(0.0)).as_deref(), Some("0 steps"));
         assert_eq!(diverged_at(|_| None), None);
     }
 }
