@@ -42,7 +42,7 @@ mod tests {
                 next = start + length;
                 start..next
             });
-            let ranges: Vec<_> = ranges.chain([200_000..200_000 + count]).collect();
+            let ranges: Vec<_> = ranges.chain(std::iter::once(200_000..200_000 + count)).collect();
             let order = shuffled(Todo::from_iter(ranges.clone())).take(usize::MAX);
             let mut sorted = order.clone();
             sorted.sort_unstable();

@@ -73,7 +73,7 @@ mod tests {
         assert_eq!((todo.left(), todo.take(3), todo.left()), (4, vec![3, 4, 0], 1));
         assert_eq!((todo.take(9), todo.left(), todo.take(1)), (vec![1], 0, vec![]));
         assert_eq!(Todo::from(2).take(9), [0, 1]);
-        let mut todo = Todo::from_iter([3..5, 0..2]);
-        assert_eq!((todo.cut(3), todo.left(), todo.cut(9)), (vec![3..5, 0..1], 1, vec![1..2]));
+        let mut todo = Todo::from_iter([3..5, 0..2, 7..8]);
+        assert_eq!((todo.cut(3), todo.left(), todo.cut(9)), (vec![3..5, 0..1], 2, vec![1..2, 7..8]));
     }
 }
