@@ -183,6 +183,7 @@ mod tests {
         };
         observer.progress(&Snapshot {
             elapsed: Duration::from_secs(1),
+            computing: Duration::from_secs(1),
             total: 5,
             done: 3,
             by_status: [0; Status::ALL.len()],
