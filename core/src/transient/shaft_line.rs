@@ -3,8 +3,10 @@
 //! One step solves, by fixed-point iteration, the central-difference equations with centred gyroscopic, unbalance and
 //! braking terms; the iteration contracts by about `Omega dt`. Both engines run this code: they differ in [`Coordinates`].
 
+mod beginning;
+
 use super::brake::Brake;
-use super::prescribed::{Prescribed, angle_of, slope_of, speed_of};
+use super::prescribed::{Prescribed, angle_of, speed_of};
 use super::stepper::Stepper;
 use crate::linalg::{Matrix, dot};
 use crate::machine::Machine;
@@ -142,31 +144,6 @@ impl<'a> ShaftLine<'a> {
         })
     }
 
-    /// Sets the state at n = 0 from coordinates, velocities and accelerations (increments of the step before are fictitious:
-    /// `d- = dt v0 - dt^2 a0/2`, which makes the first step second order).
-    pub fn start(&mut self, q: &[f64], velocity: &[f64], acceleration: &[f64], spin: f64, spin_acceleration: &[f64]) {
-        let dt = self.dt;
-        self.lateral.q.copy_from_slice(q);
-        for i in 0..q.len() {
-            self.lateral.previous[i] = dt * velocity[i] - 0.5 * dt * dt * acceleration[i];
-        }
-        for i in 0..self.rigid.len() {
-            self.twist.previous[i] = dt * spin * self.rigid[i] - 0.5 * dt * dt * spin_acceleration[i];
-        }
-        self.lateral_map.expand(&self.lateral.q, &mut self.x);
-        self.lateral_map.expand(&self.lateral.previous, &mut self.x_previous);
-        self.twist_map.expand(&self.twist.previous, &mut self.psi_previous);
-        self.refresh();
-    }
-
-    /// Replaces the fictitious increments before t = 0.
-    pub fn restart(&mut self, previous: &[f64], twist_previous: &[f64]) {
-        self.lateral.previous.copy_from_slice(previous);
-        self.twist.previous.copy_from_slice(twist_previous);
-        self.lateral_map.expand(&self.lateral.previous, &mut self.x_previous);
-        self.twist_map.expand(&self.twist.previous, &mut self.psi_previous);
-    }
-
     /// What depends on the place at n alone: angles of the unbalances, S_g x.
     fn refresh(&mut self) {
         for (site, angle) in self.unbalances.iter().zip(&mut self.angles) {
@@ -265,14 +242,6 @@ impl<'a> ShaftLine<'a> {
         self.forces();
     }
 
-    /// Forces in the instant of v, a, v_psi, a_psi at the place n.
-    fn instant_forces(&mut self) {
-        for (site, turn) in self.unbalances.iter().zip(&mut self.turns) {
-            *turn = Turn::instant(self.v_psi[site.node], self.a_psi[site.node]);
-        }
-        self.forces();
-    }
-
     /// Forces from v, a, v_psi, a_psi and the turns at the place n.
     fn forces(&mut self) {
         self.force.fill(0.0);
@@ -288,70 +257,6 @@ impl<'a> ShaftLine<'a> {
             self.rotor.add_at(site.node, force.force, &mut self.force);
             self.torque[site.node] += force.torque;
         }
-    }
-
-    /// Accelerations at the start, from `M a = f(x0, v0, a) - C v0 - K x0`, in coordinates.
-    pub fn initial_acceleration(
-        &mut self,
-        structure: &Structure,
-        q: &[f64],
-        velocity: &[f64],
-        spin: f64,
-    ) -> Option<(Vec<f64>, Vec<f64>)> {
-        let (lateral_mass, twist_mass) = masses(structure, &self.unbalances);
-        let (inverse, twist_inverse) = (crate::linalg::inverse(&lateral_mass)?, crate::linalg::inverse(&twist_mass)?);
-        self.lateral_map.expand(q, &mut self.x);
-        self.refresh();
-        self.lateral_map.expand(velocity, &mut self.v);
-        self.v_psi.fill(spin);
-        let (mut a, mut a_twist) = (vec![0.0; q.len()], vec![0.0; self.rigid.len()]);
-        let size = q.len();
-        let mut next = vec![0.0; size];
-        let mut next_twist = a_twist.clone();
-        let brake = self.brake.at_start(spin);
-        for _ in 0..2000 {
-            self.lateral_map.expand(&a, &mut self.a);
-            self.twist_map.expand(&a_twist, &mut self.a_psi);
-            self.instant_forces();
-            if self.has_skew {
-                for bearing in &self.rotor.bearings {
-                    let skew = bearing.skew_force(self.rotor.at(bearing.node, &self.x));
-                    self.rotor.add_at(bearing.node, skew, &mut self.force);
-                }
-            }
-            self.lateral_map.project(&self.force, &mut self.force_q);
-            for i in 0..size {
-                let mut sum = self.force_q[i] + self.weight[i];
-                for j in 0..size {
-                    sum -= structure.lateral.stiffness[(i, j)] * q[j] + structure.lateral.damping[(i, j)] * velocity[j];
-                }
-                self.force_q[i] = sum;
-            }
-            self.twist_map.project(&self.torque, &mut self.torque_q);
-            for (sum, s) in self.torque_q.iter_mut().zip(&self.spin_row) {
-                *sum += brake * s;
-            }
-            crate::linalg::mul_vec(&inverse, &self.force_q, &mut next);
-            crate::linalg::mul_vec(&twist_inverse, &self.torque_q, &mut next_twist);
-            let mut direction = vec![0.0; next_twist.len()];
-            crate::linalg::mul_vec(&twist_inverse, &self.spin_row, &mut direction);
-            if spin == 0.0 {
-                self.brake.hold_start(&self.spin_row, &direction, &mut next_twist);
-            }
-            if let Some(prescribed) = &self.prescribed {
-                let wanted = slope_of(&prescribed.law, 0.0);
-                let missing = (wanted - dot(&self.spin_row, &next_twist)) / dot(&self.spin_row, &direction);
-                crate::linalg::axpy(missing, &direction, &mut next_twist);
-            }
-            let change = distance(&next, &a) + distance(&next_twist, &a_twist);
-            let scale = norm(&next) + norm(&next_twist);
-            std::mem::swap(&mut a, &mut next);
-            std::mem::swap(&mut a_twist, &mut next_twist);
-            if change <= 1e-13 * scale {
-                break;
-            }
-        }
-        Some((a, a_twist))
     }
 
     /// Mean spin at n, centred \[rad/s\].
