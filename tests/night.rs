@@ -36,8 +36,8 @@ fn a_run_ends_with_its_time_and_says_how_to_go_on() {
     let folder = Folder::new();
     let study = long(&folder);
     let out = folder.name("wall");
-    assert_stopped(&run(&study, &out, &["--wall", "1.5 s"], None), &out, "--wall");
-    let date = Command::new("date").args(["-d", "+3 seconds", "+%H:%M:%S"]).output().expect("date runs");
+    assert_stopped(&run(&study, &out, &["--wall", "4 s"], None), &out, "--wall");
+    let date = Command::new("date").args(["-d", "+5 seconds", "+%H:%M:%S"]).output().expect("date runs");
     let time = String::from_utf8(date.stdout).expect("UTF-8");
     let out = folder.name("until");
     assert_stopped(&run(&study, &out, &["--until", time.trim()], None), &out, "--until");
