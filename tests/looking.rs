@@ -56,7 +56,9 @@ fn files(out: &Path) -> BTreeMap<String, Vec<u8>> {
 fn a_killed_run_is_counted_by_its_record_also_without_its_lock_file() {
     let _alone = alone();
     let folder = Folder::new();
-    let study = folder.write("s.toml", STUDY);
+    // Long enough that it is not over at the first commit.
+    let long = STUDY.replace("0.1 s", "0.4 s");
+    let study = folder.write("s.toml", &long);
     let out = folder.name("out");
     let mut killed = Running::start(&folder, &study, &out, "who=orchestrator,at=recorded,sample=12,do=kill");
     assert_eq!((killed.end().signal(), killed.fired()), (Some(9), 1), "{}", killed.said());
@@ -69,7 +71,7 @@ fn a_killed_run_is_counted_by_its_record_also_without_its_lock_file() {
     };
     is_right(&status_text(&out), "state      killed: process ");
     // Whoever empties the lock file, a refused run too, takes the name of the holder away and nothing else.
-    folder.write("other.toml", &STUDY.replace("0.9 mm", "0.8 mm"));
+    folder.write("other.toml", &long.replace("0.9 mm", "0.8 mm"));
     assert_eq!(run(&folder.name("other.toml"), &out, &[]).code, 3);
     assert_eq!(fs::metadata(folder.path("out/run.lock")).expect("there").len(), 0);
     is_right(&status_text(&out), "state      killed or failed: it could not tell its end");
