@@ -149,7 +149,11 @@ fn a_record_with_the_keys_of_an_earlier_build_is_refused_by_that_reason() {
     header.insert("samples_blake3".to_owned(), "another".to_owned());
     let header: Vec<(String, String)> = header.into_iter().collect();
     let mut entries = Vec::new();
-    record.for_each::<LedgerError>(|sample, entry| Ok(entries.push((sample, entry)))).expect("readable");
+    let taken = record.for_each::<LedgerError>(|sample, entry| {
+        entries.push((sample, entry));
+        Ok(())
+    });
+    taken.expect("readable");
     let mut earlier = Ledger::create(&path, &header).expect("created");
     for (sample, entry) in entries {
         earlier.put(sample, SampleKey(u128::from(sample)), &entry, Instant::now()).expect("taken");
