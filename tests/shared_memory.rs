@@ -149,17 +149,21 @@ fn a_run_under_way_does_not_mind_that_shared_memory_fills_up() {
 #[test]
 fn a_worker_that_finds_no_shared_memory_says_so_and_the_run_ends_in_order() {
     let _alone = alone();
-    let dir = tempfile::tempdir().expect("temporary directory");
-    let Some(mut orchestrator) = SmallMemory::orchestrate(dir.path()) else { return };
-    wait_until("it works", || !recorded(dir.path()).is_empty());
-    let first = *children(orchestrator.0.id()).first().expect("a worker");
-    orchestrator.fill();
-    assert!(Command::new("kill").args(["-KILL", &first.to_string()]).status().expect("kill runs").success());
-    wait_until("it ends", || {
-        // What the dead worker gives back is taken before its replacement is so far.
+    // What the dead worker gives back may be taken by its replacement before it is by us: then the run is complete, in order too.
+    let found = (0..20).any(|_| {
+        let dir = tempfile::tempdir().expect("temporary directory");
+        let Some(mut orchestrator) = SmallMemory::orchestrate(dir.path()) else { return true };
+        wait_until("it works", || !recorded(dir.path()).is_empty());
+        let first = *children(orchestrator.0.id()).first().expect("a worker");
         orchestrator.fill();
-        orchestrator.has_ended()
+        assert!(Command::new("kill").args(["-KILL", &first.to_string()]).status().expect("kill runs").success());
+        wait_until("it ends", || {
+            orchestrator.fill();
+            orchestrator.has_ended()
+        });
+        let ended = std::fs::read_to_string(dir.path().join("ended")).expect("an orderly end");
+        assert!(ended == "Complete" || ended.contains("/dev/shm is full"), "{ended}");
+        ended != "Complete"
     });
-    let ended = std::fs::read_to_string(dir.path().join("ended")).expect("an orderly end");
-    assert!(ended.contains("/dev/shm is full"), "{ended}");
+    assert!(found, "every replacement found memory");
 }
