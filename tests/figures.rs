@@ -7,7 +7,7 @@ use std::fs;
 use std::os::unix::process::ExitStatusExt;
 use std::path::Path;
 use std::process::Stdio;
-use support::{Folder, root, say};
+use support::{Folder, root, say, says_the_same};
 
 /// A figure is there in both formats, with its labels.
 fn looked_at(directory: &Path, name: &str, labels: &[&str]) {
@@ -379,18 +379,6 @@ fn the_commands_of_the_walk_through_run() {
     }
     let table = fs::read_to_string(folder.path("table1/table1.md")).expect("the report");
     assert!(table.contains("](fig13-gap-first-impacts.png)") && !table.contains("There is no contact"), "{table}");
-}
-
-/// Word for word, numbers within 2 %: they move a little with the numerics.
-fn says_the_same(line: &str, shown: &str) -> bool {
-    let words =
-        |line: &str| line.split_whitespace().map(|word| word.trim_end_matches(',').to_owned()).collect::<Vec<_>>();
-    let (line, shown) = (words(line), words(shown));
-    let same = |a: &String, b: &String| match (a.parse::<f64>(), b.parse::<f64>()) {
-        (Ok(a), Ok(b)) => (a - b).abs() <= 0.02 * b.abs(),
-        _ => a == b,
-    };
-    line.len() == shown.len() && line.iter().zip(&shown).all(|(a, b)| same(a, b))
 }
 
 /// Words of a line of the shell; quotes as the page uses them.

@@ -113,3 +113,15 @@ pub fn table(directory: &str) -> (Vec<String>, Vec<Vec<String>>) {
     let header = cells(lines.next().expect("a header"));
     (header, lines.map(cells).collect())
 }
+
+/// Word for word, numbers within 2 %: they move a little with the numerics.
+pub fn says_the_same(line: &str, shown: &str) -> bool {
+    let words =
+        |line: &str| line.split_whitespace().map(|word| word.trim_end_matches(',').to_owned()).collect::<Vec<_>>();
+    let (line, shown) = (words(line), words(shown));
+    let same = |a: &String, b: &String| match (a.parse::<f64>(), b.parse::<f64>()) {
+        (Ok(a), Ok(b)) => (a - b).abs() <= 0.02 * b.abs(),
+        _ => a == b,
+    };
+    line.len() == shown.len() && line.iter().zip(&shown).all(|(a, b)| same(a, b))
+}
