@@ -159,7 +159,10 @@ fn twist_decays_with_half_b_omega() {
     let root = (1.0 - zeta * zeta).sqrt();
     let left = (-pi * zeta / root).exp();
     let b = format!("{:e}", 2.0 * zeta / omega);
-    let text = GRABBED.replace("[rotor.bearings.left]", &format!("[rotor.damping]\ntorsional = {b}\n[rotor.bearings.left]"));
+    // so heavy that the press of the spring stays as it is
+    let heavy = GRABBED.replace("5000 kg", "5e7 kg").replace("500 kg m2", "5e6 kg m2");
+    let text =
+        heavy.replace("[rotor.bearings.left]", &format!("[rotor.damping]\ntorsional = {b}\n[rotor.bearings.left]"));
     for engine in ["full", "reduced"] {
         let mut twists = Vec::new();
         let changes = [("run.engine", engine), ("run.end_time", "16 ms")];
@@ -171,9 +174,13 @@ fn twist_decays_with_half_b_omega() {
         let static_moment = torque * 4.0 / 5.0;
         close("first peak", row.value("max_torsional_moment_Nm"), static_moment * (1.0 + left), 5e-3);
         close("its time", row.value("max_torsional_moment_at_s"), pi / (omega * root), 5e-3);
-        let extremes: Vec<f64> =
-            twists.windows(3).filter(|w| (w[1] - w[0]) * (w[2] - w[1]) < 0.0).map(|w| w[1] / static_moment - 1.0).collect();
+        let extremes: Vec<f64> = twists
+            .windows(3)
+            .filter(|w| (w[1] - w[0]) * (w[2] - w[1]) < 0.0)
+            .map(|w| w[1] / static_moment - 1.0)
+            .collect();
         assert!(extremes.len() >= 4, "{extremes:?}");
+        println!("{engine}: extremes {:.4?}, decay of each {left:.4}", &extremes[..4]);
         for pair in extremes.windows(2).take(3) {
             close("decay of half a period", -pair[1] / pair[0], left, 0.02);
         }
@@ -188,8 +195,11 @@ fn the_turbine_s_twist_rings_down_between_impacts() {
     let row = run(machine_with(&study_machine("lp_turbine"), &[]));
     assert!(row.value("impacts") > 10.0, "contact happened");
     let moment = row.value("max_torsional_moment_Nm");
-    println!("largest torsional moment of the turbine: {moment:.0} N m, energy error {:.1e}", row.value("energy_error"));
-    assert!((43e3..51e3).contains(&moment), "{moment}");
+    println!(
+        "largest torsional moment of the turbine: {moment:.0} N m, energy error {:.1e}",
+        row.value("energy_error")
+    );
+    assert!((0.9 * 45e3..1.1 * 49e3).contains(&moment), "{moment}");
 }
 
 /// Each engine at its own default step. What depends on the raw contact force (torsion beside the contact) agrees to what

@@ -200,11 +200,6 @@ impl<'a> Run<'a> {
         if reach > DIVERGED * self.size {
             return Err(Cause::Diverged);
         }
-        if let Some(rub) = &mut self.rub
-            && rub.is_outside(rub.local(self.line.place(rub.node)))
-        {
-            return Err(Cause::OutsideRing);
-        }
         self.step += 1;
         self.monitor.steps = self.step;
         self.time = self.step as f64 * self.line.dt;
@@ -212,6 +207,11 @@ impl<'a> Run<'a> {
         let stopped = can_stop && over_step <= 0.0;
         // a rotor that stops within the last half step does not turn back in it
         self.speed = if stopped || can_stop && reached < 0.0 { 0.0 } else { reached };
+        if let Some(rub) = &mut self.rub
+            && rub.is_outside(rub.local(self.line.place(rub.node)))
+        {
+            return Err(Cause::OutsideRing);
+        }
         Ok(if stopped { Some(EndCause::Stopped) } else { self.ended() })
     }
 

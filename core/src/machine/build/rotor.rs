@@ -117,7 +117,8 @@ fn disc_hint(rotor: &Rotor, unbalance: &Unbalance) -> String {
             disc.name,
             format_digits(shaft.nodes[disc.node], "m", 10)
         ),
-        None => "; a shaft without discs loses no more than its own section there: a disc needs [rotor.discs.NAME]".to_owned(),
+        None => "; a shaft without discs loses no more than its own section there: a disc needs [rotor.discs.NAME]"
+            .to_owned(),
     }
 }
 
