@@ -1,5 +1,6 @@
 //! Measures convergence and prints the tables of `docs/theory/convergence.md`:
-//! `cargo run --release -p bladeoff-core --example convergence > tables.md` (about ten minutes on one core).
+//! `cargo run --release -p bladeoff-core --example convergence > tables.md` (about a quarter of an hour on one core; with the argument
+//! `torsion` the tables of torsional moments alone).
 
 #![allow(clippy::print_stdout, reason = "the tables are its output")]
 
@@ -184,7 +185,69 @@ fn perturbation(title: &str, text: &str, sets: Sets, every: u64, after: &[f64]) 
     row("scatter", &names, &scatter);
 }
 
+/// Largest torsional moments of the turbine: modes against full finite elements, then what the answer depends on in the whole run.
+fn torsion() {
+    let moments: Vec<String> = columns(&machine(TURBINE, &[]))
+        .into_iter()
+        .map(|column| column.name)
+        .filter(|name| name.starts_with("max_torsional_moment") && name.ends_with("_Nm"))
+        .collect();
+    let moments: Vec<&str> = moments.iter().map(String::as_str).collect();
+    let short = ("run.end_time", "3.4 s");
+    compare(
+        "Torsional moments against full finite elements, turbine to 3.4 s",
+        TURBINE,
+        &moments,
+        ("full", &[short, ("run.engine", "full")]),
+        &[
+            ("3 twist modes", &[short, ("run.twist_modes", "3")]),
+            ("no static residual", &[short, ("run.static_residual", "off")]),
+            ("all twist modes and static residual (default)", &[short]),
+        ],
+    );
+    compare(
+        "Torsional moments, step, turbine to 6 s",
+        TURBINE,
+        &moments,
+        ("6.7e-6 s", &[("run.step", "6.7e-6")]),
+        &[("2.7e-5 s (default)", &[]), ("1.35e-5 s", &[("run.step", "1.35e-5")])],
+    );
+    let undamped = ("rotor.damping.torsional", "0");
+    compare(
+        "Torsional moments, what they depend on, turbine to 6 s",
+        TURBINE,
+        &moments,
+        ("default", &[]),
+        &[
+            ("full finite elements", &[("run.engine", "full")]),
+            ("36 rotor, 48 ring modes", &[("run.rotor_modes", "36"), ("run.ring_modes", "48")]),
+            ("64 ring modes", &[("run.ring_modes", "64")]),
+            (
+                "shaft elements x2",
+                &[
+                    ("rotor.shaft[0].elements", "4"),
+                    ("rotor.shaft[1].elements", "4"),
+                    ("rotor.shaft[2].elements", "8"),
+                    ("rotor.shaft[3].elements", "4"),
+                    ("rotor.shaft[4].elements", "4"),
+                ],
+            ),
+            ("0.1 % more lost mass", &[("blade_off.mass", "12.012 kg")]),
+            ("0.2 % more lost mass", &[("blade_off.mass", "12.024 kg")]),
+            ("0.1 % less lost mass", &[("blade_off.mass", "11.988 kg")]),
+            ("half the torsional damping", &[("rotor.damping.torsional", "1e-5")]),
+            ("twice the torsional damping", &[("rotor.damping.torsional", "4e-5")]),
+            ("no torsional damping", &[undamped]),
+            ("no torsional damping, 0.1 % more lost mass", &[undamped, ("blade_off.mass", "12.012 kg")]),
+            ("no torsional damping, 0.1 % less lost mass", &[undamped, ("blade_off.mass", "11.988 kg")]),
+        ],
+    );
+}
+
 fn main() {
+    if std::env::args().nth(1).as_deref() == Some("torsion") {
+        return torsion();
+    }
     let all: Vec<&str> = ROBUST.iter().chain(&RAW).copied().collect();
     step_order_without_contact();
     step_order_with_contact();
@@ -244,25 +307,7 @@ fn main() {
             ("3 twist", &[short, ("run.twist_modes", "3")]),
         ],
     );
-    let moments: Vec<String> = columns(&machine(TURBINE, &[]))
-        .into_iter()
-        .map(|column| column.name)
-        .filter(|name| name.starts_with("max_torsional_moment") && name.ends_with("_Nm"))
-        .collect();
-    let moments: Vec<&str> = moments.iter().map(String::as_str).collect();
-    if !moments.is_empty() {
-        compare(
-            "Torsional moments against full finite elements, turbine to 3.4 s",
-            TURBINE,
-            &moments,
-            ("full", &[short, ("run.engine", "full")]),
-            &[
-                ("3 twist modes", &[short, ("run.twist_modes", "3")]),
-                ("no static residual", &[short, ("run.static_residual", "off")]),
-                ("all twist modes and static residual (default)", &[short]),
-            ],
-        );
-    }
+    torsion();
     compare(
         "Mesh, reduced engine, lab rig (modes as by default)",
         LAB,

@@ -211,8 +211,8 @@ fn energy_balance_closes_on_the_full_engine_with_everything_in_it() {
 
 #[test]
 fn free_shaft_line_keeps_angular_momentum_and_energy() {
-    // nothing takes energy, isotropic bearings: angular momentum about Z of the whole flexible line, with gyroscopic
-    // sites, twist and unbalance; what central differences leave is of order 2
+    // nothing takes energy but the twist's own damping, isotropic bearings: angular momentum about Z of the whole flexible line, with
+    // gyroscopic sites, twist and unbalance; what central differences leave is of order 2
     let text = study_machine("lab_rig")
         .replace("damping = \"600 N s/m\"", "damping = 0")
         .replace("mass_proportional = \"5 1/s\"", "mass_proportional = 0")
@@ -220,9 +220,16 @@ fn free_shaft_line_keeps_angular_momentum_and_energy() {
         .replace("constant = \"0.1 N m\"\nlinear = \"2e-3 N m s\"\nquadratic = \"1e-5 N m s2\"", "constant = 0");
     let text = text.split("[diaphragms").next().expect("a first part").to_owned()
         + "[rotor.initial]\ndisplacement = [0.02, -0.01]\nvelocity = [3.0, 4.0]\n";
-    let drift = |step: f64| {
+    let drift = |step: f64, torsional: &str| {
         let step_text = format!("{step:e}");
-        let m = machine_with(&text, &[("run.end_time", "0.1"), ("run.step", &step_text), ("run.engine", "full")]);
+        let changes = [
+            ("run.end_time", "0.1"),
+            ("run.step", &*step_text),
+            ("run.engine", "full"),
+            ("rotor.damping.torsional", torsional),
+        ];
+        let m = machine_with(&text, &changes);
+        let mut dissipated = 0.0;
         let rotor = RotorMatrices::assemble(&m.rotor);
         let site = m.rotor.unbalances[0].clone();
         let mut momenta: Vec<f64> = Vec::new();
@@ -232,6 +239,7 @@ fn free_shaft_line_keeps_angular_momentum_and_energy() {
             m.clone(),
             &mut Every(|frame| {
                 let (x, v) = (frame.displacement, frame.velocity);
+                dissipated = frame.energies.structure;
                 let momentum = &rotor.mass * Vector::from_column_slice(v);
                 // quarter turn R of the frame: L = p . R x + p_psi, p = M x' + 1/2 Omega S x
                 let mut l = 0.0;
@@ -272,15 +280,18 @@ fn free_shaft_line_keeps_angular_momentum_and_energy() {
             })
             .collect();
         let change = momenta.iter().map(|l| (l - momenta[0]).abs()).fold(0.0, f64::max) / momenta[0].abs();
-        (row.value("energy_error"), change)
+        (row.value("energy_error"), change, dissipated)
     };
-    let (coarse, fine) = (drift(1e-6), drift(5e-7));
-    println!(
-        "free shaft line: energy {:.1e} {:.1e}, angular momentum {:.1e} {:.1e}",
-        coarse.0, fine.0, coarse.1, fine.1
-    );
-    assert!(fine.0 < 1e-8 && fine.1 < 2e-8);
-    assert!((3.8..4.2).contains(&(coarse.1 / fine.1)));
+    for torsional in ["0", "1e-3"] {
+        let (coarse, fine) = (drift(1e-6, torsional), drift(5e-7, torsional));
+        println!(
+            "free shaft line, twist damped by {torsional} s ({:.1e} J): energy {:.1e} {:.1e}, angular momentum {:.1e} {:.1e}",
+            fine.2, coarse.0, fine.0, coarse.1, fine.1
+        );
+        assert!(if torsional == "0" { fine.2.abs() < 1e-12 } else { fine.2 > 1e-9 }, "{}", fine.2);
+        assert!(fine.0 < 1e-8 && fine.1 < 2e-8);
+        assert!((3.8..4.2).contains(&(coarse.1 / fine.1)));
+    }
 }
 
 #[test]

@@ -141,7 +141,11 @@ impl Solver for CoreSolver {
     fn solve(&mut self, sample: u64, params: &[f64]) -> Outcome {
         self.simulate(params).unwrap_or_else(|error| {
             eprintln!("sample {sample} cannot be computed: {error}");
-            failed(Cause::Panicked)
+            failed(match error {
+                // its sag or its steady state is no number of the study, and not every start of a large one is tried before it runs
+                SolverError::Start(PlanError::StartsOutside { .. }) => Cause::OutsideRing,
+                _ => Cause::Panicked,
+            })
         })
     }
 

@@ -93,6 +93,8 @@ pub struct Rotor {
     pub unbalances: Vec<Unbalance>,
     /// Rayleigh damping of the shaft in the fixed frame (lateral only).
     pub damping: Rayleigh,
+    /// b of the twist, `C = b K` \[s\]: the spin is in the null space of K, so that nothing here brakes it.
+    pub torsional_damping: f64,
 }
 
 /// What the rotor is made of.

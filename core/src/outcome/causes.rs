@@ -40,7 +40,7 @@ words! {
 }
 
 words! {
-    /// Why a row is not `ok`. The first nine are deterministic: the same sample gives them again.
+    /// Why a row is not `ok`. All but those of a worker's end are deterministic: the same sample gives them again.
     Cause {
         /// The state grew beyond ten times the size of the machine, or the iteration of a step did not settle.
         Diverged = "diverged",
@@ -66,6 +66,8 @@ words! {
         WorkerKilled = "worker_killed",
         /// The worker exceeded its memory limit.
         OutOfMemory = "out_of_memory",
+        /// The rotor's centre is beyond the ring: no contact can hold it there.
+        OutsideRing = "outside_ring",
     }
 }
 

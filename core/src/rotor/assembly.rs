@@ -62,6 +62,8 @@ pub struct RotorMatrices {
     pub twist_mass: Matrix,
     /// Twist stiffness.
     pub twist_stiffness: Matrix,
+    /// b of the twist's damping `C = b K` \[s\].
+    pub twist_damping: f64,
     /// Axial mass.
     pub axial_mass: Matrix,
     /// Axial stiffness.
@@ -106,6 +108,7 @@ impl RotorMatrices {
             damping: lateral,
             twist_mass: single.clone(),
             twist_stiffness: single.clone(),
+            twist_damping: 0.0,
             axial_mass: single.clone(),
             axial_stiffness: single,
             gyro: Vec::new(),
@@ -229,7 +232,8 @@ impl RotorMatrices {
 }
 
 /// Shaft elements and discs. Structural damping is `C = a M + b K` with the mass of shaft and discs and the stiffness of the
-/// shaft; bearings (added later) and unbalances are not in it, spin and twist have none.
+/// shaft; bearings (added later) and unbalances are not in it. The twist has `C = b K` of its own; the spin, a uniform twist,
+/// has no K and so no damping.
 fn shaft_matrices(shaft: &Shaft, rotor: &Rotor) -> RotorMatrices {
     let mut all = RotorMatrices::empty(shaft.nodes.len(), 2);
     for (i, element) in shaft.elements.iter().enumerate() {
@@ -264,6 +268,7 @@ fn shaft_matrices(shaft: &Shaft, rotor: &Rotor) -> RotorMatrices {
         all.axial_mass[(disc.node, disc.node)] += disc.mass;
         all.gyro.push(GyroSite::disc(disc.node, shaft.nodes.len(), disc.polar_inertia));
     }
+    all.twist_damping = rotor.torsional_damping;
     all.damping = &all.mass * rotor.damping.mass_proportional + &all.stiffness * rotor.damping.stiffness_proportional;
     all
 }

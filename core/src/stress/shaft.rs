@@ -201,6 +201,7 @@ mod tests {
             bearings: Vec::new(),
             unbalances: Vec::new(),
             damping: Rayleigh::default(),
+            torsional_damping: 0.0,
         })
     }
 

@@ -93,11 +93,11 @@ impl Structure {
         } else {
             Part::full(&rotor.mass, &rotor.damping, &rotor.stiffness, basis.lateral.full_limit)
         };
-        let no_damping = Matrix::zeros(rotor.nodes, rotor.nodes);
         let twist = if reduced {
-            Part::reduced(&basis.twist, &no_damping)
+            Part::proportional(&basis.twist, 0.0, rotor.twist_damping)
         } else {
-            Part::full(&rotor.twist_mass, &no_damping, &rotor.twist_stiffness, basis.twist.full_limit)
+            let damping = &rotor.twist_stiffness * rotor.twist_damping;
+            Part::full(&rotor.twist_mass, &damping, &rotor.twist_stiffness, basis.twist.full_limit)
         };
         let mut sets = basis.rings.iter();
         let rings = rings
@@ -147,10 +147,17 @@ impl Part {
             coordinates: Coordinates::modal(&modes.shapes),
             mass: Matrix::identity(size, size),
             damping: project(damping, &modes.shapes),
-            stiffness: Matrix::from_diagonal(&crate::linalg::Vector::from_column_slice(&modes.omega_squared)),
+            stiffness: diagonal(modes.omega_squared.clone()),
             modal: damping.amax() == 0.0,
             highest: modes.highest(),
         }
+    }
+
+    /// Modes with the damping `C = a M + b K`, which leaves them uncoupled: `a + b omega^2` each.
+    fn proportional(modes: &ModeSet, a: f64, b: f64) -> Self {
+        let nodal = modes.shapes.nrows();
+        let damping = modes.omega_squared.iter().map(|square| a + b * square).collect();
+        Self { damping: diagonal(damping), modal: true, ..Self::reduced(modes, &Matrix::zeros(nodal, nodal)) }
     }
 
     fn full(mass: &Matrix, damping: &Matrix, stiffness: &Matrix, highest: f64) -> Self {
@@ -178,6 +185,10 @@ impl Part {
     }
 }
 
+fn diagonal(entries: Vec<f64>) -> Matrix {
+    Matrix::from_diagonal(&crate::linalg::Vector::from_vec(entries))
+}
+
 /// Static flexibility of the modes left out, `K^-1 - Phi omega^-2 Phi^T`, on the first `size` freedoms.
 ///
 /// Source: residual flexibility (MacNeal 1971; Rubin 1975), quasi-static: the modes left out follow a force at once. Used by
@@ -198,11 +209,7 @@ fn residual_flexibility(stiffness: &Matrix, modes: &ModeSet, size: usize) -> Opt
 fn ring_part(matrices: RingMatrices, modes: &ModeSet, reduced: bool, correct: bool) -> RingPart {
     let (a, b) = (matrices.mass_proportional, matrices.stiffness_proportional);
     let part = if reduced {
-        let damping: Vec<f64> = modes.omega_squared.iter().map(|square| a + b * square).collect();
-        let mut part = Part::reduced(modes, &Matrix::zeros(matrices.size(), matrices.size()));
-        part.damping = Matrix::from_diagonal(&crate::linalg::Vector::from_vec(damping));
-        part.modal = true;
-        part
+        Part::proportional(modes, a, b)
     } else {
         let damping = &matrices.mass * a + &matrices.stiffness * b;
         Part::full(&matrices.mass, &damping, &matrices.stiffness, modes.full_limit)

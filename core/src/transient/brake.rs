@@ -87,7 +87,7 @@ impl Brake {
     pub fn at_start(&self, spin: f64) -> f64 {
         let torque = braking_torque(&self.law, spin);
         let most = 2.0 * self.dt * spin.abs() / self.compliance;
-        if self.holds { torque.clamp(-most, most) } else { torque }
+        if self.holds { torque.min(most).max(-most) } else { torque }
     }
 
     /// T of a rotor at rest that would start with the angular accelerations `start`; `direction` is theirs per unit torque.

@@ -14,7 +14,7 @@ pub struct Energies {
     pub gravity: f64,
     /// Dissipated by bearings.
     pub bearings: f64,
-    /// Dissipated by structural damping of the shaft.
+    /// Dissipated by structural damping of the shaft, in bending and in twist.
     pub structure: f64,
     /// Dissipated by the stator's damping.
     pub stator: f64,
@@ -77,7 +77,7 @@ impl Ledger {
             }
         }
         self.now.bearings += bearings;
-        self.now.structure += line.lateral.damping_work(d) - bearings;
+        self.now.structure += line.lateral.damping_work(d) - bearings + line.twist.damping_work(d_twist);
         let spin = line.centred_spin(d_twist);
         self.now.braking -= line.braking_work(spin);
         if let Some(prescribed) = &line.prescribed {

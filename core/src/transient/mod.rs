@@ -105,7 +105,16 @@ impl<'a> Run<'a> {
             None => None,
             Some(diaphragm) => {
                 let mut rub = Rub::new(diaphragm, structure, &line, machine.run.force_location, dt).ok_or(singular)?;
-                let gap = rub.gap_at(rub.local(line.place(rub.node))).value;
+                let place = rub.local(line.place(rub.node));
+                if rub.is_outside(place) {
+                    return Err(PlanError::StartsOutside {
+                        diaphragm: diaphragm.name.clone(),
+                        eccentricity: norm(&place),
+                        radius: diaphragm.contact.rotor_radius + diaphragm.contact.gap,
+                        offset: diaphragm.contact.offset,
+                    });
+                }
+                let gap = rub.gap_at(place).value;
                 if gap < 0.0 && !rub.is_spring() {
                     return Err(PlanError::StartsInContact { diaphragm: diaphragm.name.clone(), gap });
                 }
@@ -198,6 +207,11 @@ impl<'a> Run<'a> {
         let stopped = can_stop && over_step <= 0.0;
         // a rotor that stops within the last half step does not turn back in it
         self.speed = if stopped || can_stop && reached < 0.0 { 0.0 } else { reached };
+        if let Some(rub) = &mut self.rub
+            && rub.is_outside(rub.local(self.line.place(rub.node)))
+        {
+            return Err(Cause::OutsideRing);
+        }
         Ok(if stopped { Some(EndCause::Stopped) } else { self.ended() })
     }
 

@@ -56,6 +56,22 @@ pub enum PlanError {
         /// Gap at the start \[m\].
         gap: f64,
     },
+    /// The rotor would start beyond the diaphragm.
+    #[error(
+        "the rotor starts outside diaphragm {diaphragm}: its centre is {} from the ring's at t = 0, the ring's radius is {}; \
+         contact.offset is ({}, {}): is its unit right?",
+        metres(*.eccentricity), metres(*.radius), metres(.offset[0]), metres(.offset[1])
+    )]
+    StartsOutside {
+        /// Name of the diaphragm.
+        diaphragm: String,
+        /// Distance of the centres \[m\].
+        eccentricity: f64,
+        /// Radius of the line that touches \[m\].
+        radius: f64,
+        /// Of the ring's centre \[m\].
+        offset: [f64; 2],
+    },
     /// No mass, or no restoring stiffness, in some direction.
     #[error("the {what} matrix of {part} is singular: the rotor has no {what} in some direction")]
     Singular {
@@ -69,13 +85,17 @@ pub enum PlanError {
     Eigen(#[from] EigenError),
 }
 
+fn metres(value: f64) -> String {
+    crate::document::units::format_quantity(value, "m")
+}
+
 impl Plan {
     /// Chooses or checks the step of a run.
     ///
     /// # Errors
     /// [`PlanError::StepTooLarge`], [`PlanError::Eigen`].
     pub fn new(machine: &Machine, structure: &Structure) -> Result<Self, PlanError> {
-        let lateral = lateral_limit(machine, structure)?;
+        let lateral = rotor_limit(machine, structure)?;
         let rings = structure.rings.iter().flatten().map(|ring| ring.part.highest);
         let highest_frequency = rings.fold(lateral.max(structure.twist.highest), f64::max);
         let largest_step = 2.0 / highest_frequency;
@@ -118,9 +138,11 @@ fn slowest_to_resolve(machine: &Machine, structure: &Structure) -> f64 {
     speed.max(lowest).max(f64::MIN_POSITIVE)
 }
 
-/// Highest lateral frequency. An added mass only lowers it, so the structure's own is a bound; a lost mass, a point mass
-/// (which may owe all its mass to an unbalance) and a radial spring at the contact need the run's own matrices.
-fn lateral_limit(machine: &Machine, structure: &Structure) -> Result<f64, PlanError> {
+/// Highest frequency of the rotor's lateral motion, and of its twist where masses are lost. An added mass only lowers them, so the
+/// structure's own are bounds; a lost mass, a point mass (which may owe all its mass to an unbalance) and a radial spring at the
+/// contact need the run's own matrices. A lost mass couples twist and deflection, `m d psi''` across its arm, and what is left of
+/// both is less than what is left of each.
+fn rotor_limit(machine: &Machine, structure: &Structure) -> Result<f64, PlanError> {
     let lost = machine.rotor.unbalances.iter().any(|u| u.kind == UnbalanceKind::Lost);
     let point = matches!(machine.rotor.kind, RotorKind::PointMass(_));
     let springs: Vec<(usize, f64)> = machine
@@ -134,16 +156,32 @@ fn lateral_limit(machine: &Machine, structure: &Structure) -> Result<f64, PlanEr
     if !(lost || point || !springs.is_empty()) {
         return Ok(structure.lateral.highest);
     }
-    let part = &structure.lateral;
-    let (mut mass, mut stiffness): (Matrix, Matrix) = (part.mass.clone(), part.stiffness.clone());
+    let (lateral, twist) = (&structure.lateral, &structure.twist);
+    let size = lateral.coordinates.size();
+    let all = size + if lost { twist.coordinates.size() } else { 0 };
+    let (mut mass, mut stiffness) = (Matrix::zeros(all, all), Matrix::zeros(all, all));
+    mass.view_mut((0, 0), (size, size)).copy_from(&lateral.mass);
+    stiffness.view_mut((0, 0), (size, size)).copy_from(&lateral.stiffness);
+    if lost {
+        mass.view_mut((size, size), (all - size, all - size)).copy_from(&twist.mass);
+        stiffness.view_mut((size, size), (all - size, all - size)).copy_from(&twist.stiffness);
+    }
     for site in machine.rotor.unbalances.iter().map(UnbalanceSite::new) {
-        for dof in structure.rotor.plane_places(site.node) {
-            add_outer(&mut mass, site.mass, &part.coordinates.row(dof));
+        let (sin, cos) = libm::sincos(site.phase);
+        let arm = [-site.radius * sin, site.radius * cos];
+        for (dof, arm) in structure.rotor.plane_places(site.node).into_iter().zip(arm) {
+            let mut row = lateral.coordinates.row(dof);
+            if lost {
+                row.extend(twist.coordinates.row(site.node).iter().map(|psi| arm * psi));
+            }
+            add_outer(&mut mass, site.mass, &row);
         }
     }
     for (node, spring) in springs {
         for dof in structure.rotor.plane_places(node) {
-            add_outer(&mut stiffness, spring, &part.coordinates.row(dof));
+            let mut row = lateral.coordinates.row(dof);
+            row.resize(all, 0.0);
+            add_outer(&mut stiffness, spring, &row);
         }
     }
     let (values, _) = symmetric_generalised(&stiffness, &mass, "the rotor with its unbalances")?;

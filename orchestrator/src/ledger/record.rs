@@ -219,14 +219,15 @@ mod tests {
 
     prop_compose! {
         fn any_entry()(
-            status in 0..4u8, cause in prop::option::of(0..12u8), end in 0..4u8, causes in 0..4096u32,
+            status in 0..4u8, cause in prop::option::of(0..Cause::ALL.len() as u8), end in 0..4u8,
+            causes in 0..1u32 << Cause::ALL.len(),
             values in prop::collection::vec(prop::option::of(prop::num::f64::NORMAL | prop::num::f64::ZERO), 0..80),
             cpu_s in 0.0..1e6f64, worker: u32, attempt: u32,
         ) -> Entry {
             let outcome = Outcome {
                 status: Status::from_code(status).expect("four"),
-                cause: cause.map(|code| Cause::from_code(code).expect("twelve")),
-                causes: CauseSet::from_bits(causes).expect("twelve bits"),
+                cause: cause.map(|code| Cause::from_code(code).expect("one of all")),
+                causes: CauseSet::from_bits(causes).expect("bits of all"),
                 end_cause: EndCause::from_code(end).expect("four"),
                 values,
             };

@@ -3,6 +3,7 @@
 use super::OutcomeView;
 use bladeoff_core::document::units::format_quantity;
 use bladeoff_core::machine::{DiaphragmKind, Machine};
+use bladeoff_core::outcome::Cause;
 use bladeoff_core::structure::Structure;
 use bladeoff_core::transient::{UnresolvedDamping, unresolved_damping};
 
@@ -31,10 +32,12 @@ fn ringing(found: UnresolvedDamping) -> String {
     )
 }
 
-/// The rotor pushed a flexible ring further than its equations hold (`docs/theory/03-contact.md`).
+/// The rotor pushed a flexible ring further than its equations hold (`docs/theory/03-contact.md`). Only a ring that was touched was
+/// pushed, and only by a rotor that is inside it.
 fn ring_pushed(machine: &Machine, view: OutcomeView<'_>) -> Option<String> {
     let diaphragm = machine.diaphragms.first()?;
     let DiaphragmKind::Flexible(stator) = &diaphragm.kind else { return None };
+    view.value("first_contact_s").filter(|_| !view.outcome.causes.contains(Cause::OutsideRing))?;
     let pushed = view.value("max_eccentricity_m")? - diaphragm.contact.gap;
     let share = pushed / stator.ring.mean_radius;
     (share > SMALL).then(|| {
@@ -87,20 +90,29 @@ mod tests {
     #[test]
     fn a_ring_pushed_too_far_is_said() {
         let (machine, structure) = turbine(&[]);
-        let columns =
-            [Column { name: "max_eccentricity_m".into(), unit: "m", kind: ColumnKind::Real, meaning: String::new() }];
-        let noted = |eccentricity: f64| {
+        let columns = [("max_eccentricity_m", "m"), ("first_contact_s", "s")].map(|(name, unit)| Column {
+            name: name.into(),
+            unit,
+            kind: ColumnKind::Real,
+            meaning: String::new(),
+        });
+        let noted = |eccentricity: f64, touched: Option<f64>, cause: Option<Cause>| {
+            let mut causes = CauseSet::default();
+            cause.into_iter().for_each(|cause| causes.insert(cause));
             let outcome = Outcome {
-                status: Status::Ok,
-                cause: None,
-                causes: CauseSet::default(),
+                status: if cause.is_some() { Status::Failed } else { Status::Ok },
+                cause,
+                causes,
                 end_cause: EndCause::EndTime,
-                values: vec![Some(eccentricity)],
+                values: vec![Some(eccentricity), touched],
             };
             beyond_the_model(&machine, &structure, 1e-5, OutcomeView { columns: &columns, outcome: &outcome })
         };
-        assert!(noted(9e-3).is_empty());
-        let notes = noted(94e-3);
+        assert!(noted(9e-3, Some(3.0), None).is_empty());
+        // nothing was pushed by a rotor that never touched, or that is not in the ring any more
+        assert!(noted(94e-3, None, None).is_empty());
+        assert!(noted(94e-3, Some(3.0), Some(Cause::OutsideRing)).is_empty());
+        let notes = noted(94e-3, Some(3.0), None);
         assert!(notes.len() == 1 && notes[0].contains("86 mm") && notes[0].contains("radius"), "{notes:?}");
     }
 

@@ -44,6 +44,7 @@ pub fn cause_in_words(cause: Cause) -> &'static str {
         Cause::TimeLimit => "longer than the time limit",
         Cause::WorkerKilled => "its worker process died more than once while computing it alone",
         Cause::OutOfMemory => "its worker process ran out of memory",
+        Cause::OutsideRing => "the rotor's centre left the ring of the diaphragm: what would follow is no rub",
     }
 }
 
@@ -83,6 +84,9 @@ pub fn advice(cause: Cause) -> &'static str {
         Cause::TimeLimit => "compute it again with a longer time limit, or on a machine with less to do",
         Cause::WorkerKilled => "who killed it is in the system's log (`dmesg`: out of memory?); compute it again",
         Cause::OutOfMemory => "compute it again with more memory or fewer workers at once",
+        Cause::OutsideRing => {
+            "look for a unit that is none (`contact.offset`, `rotor.initial`); a smaller `run.step` if a step passed the ring at once"
+        }
     }
 }
 

@@ -35,8 +35,33 @@ fn diaphragm(reader: &mut Reader<'_>, nodes: Option<&Nodes>, name: &str) -> Opti
         Some(_) => flexible(reader, table).map(DiaphragmKind::Flexible),
         None => None,
     };
+    if let Some(contact) = &contact {
+        check_inside(reader, name, contact);
+    }
     let angle = reader.number(&below(table, "angle"))?;
     Some(Diaphragm { name: name.to_owned(), kind: kind?, angle, contact: contact? })
+}
+
+/// The rotor stands inside its diaphragm at t = 0, as far as sag and unbalance leave it there: beyond the ring there is no rub.
+fn check_inside(reader: &mut Reader<'_>, name: &str, contact: &Contact) {
+    const START: &str = "rotor.initial.displacement";
+    let Some(start) = reader.vector(START) else { return };
+    let away = [0, 1].map(|axis| start[axis] - contact.offset[axis]);
+    let (distance, radius) = (away[0].hypot(away[1]), contact.rotor_radius + contact.gap);
+    if distance < radius {
+        return;
+    }
+    let offset = joined(&["diaphragms.", name, ".contact.offset"]);
+    let moved = start[0].hypot(start[1]) > contact.offset[0].hypot(contact.offset[1]);
+    let path = if moved { START } else { &*offset };
+    let metres = |value: f64| format_digits(value, "m", 6);
+    let message = format!(
+        "the rotor would start outside diaphragm {name}: {} off the ring's centre, the ring's radius is {}",
+        metres(distance),
+        metres(radius)
+    );
+    let allowed = format!("a start within the gap of {}; a number without a unit is in m", metres(contact.gap));
+    reader.fail(path, message, allowed);
 }
 
 fn contact(reader: &mut Reader<'_>, nodes: Option<&Nodes>, table: &str) -> Option<Contact> {

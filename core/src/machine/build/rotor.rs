@@ -5,10 +5,12 @@ use super::reader::Reader;
 use super::run::speed_law;
 use super::shaft::{self, Nodes};
 use super::support::{check_axial, check_lateral};
+use crate::document::units::format_digits;
 use crate::machine::model::{
     Bearing, Disc, InitialState, PointMass, Presence, Rayleigh, Rotor, RotorKind, RunSettings, Shaft, Unbalance,
     UnbalanceKind,
 };
+use crate::rotor::{MOST_LOST, overdrawn};
 
 pub(super) struct BuiltRotor {
     /// `None`: something was reported.
@@ -62,9 +64,62 @@ pub(super) fn rotor(reader: &mut Reader<'_>, run: Option<&RunSettings>) -> Built
             bearings: bearings?,
             unbalances: unbalances?,
             damping: rayleigh(reader, "rotor.damping")?,
+            torsional_damping: torsional(reader)?,
         })
     };
-    BuiltRotor { rotor: assemble(), nodes }
+    let rotor = assemble();
+    if let Some(rotor) = &rotor {
+        check_lost(reader, rotor);
+    }
+    BuiltRotor { rotor, nodes }
+}
+
+/// What is lost was there: more would leave a rotor without mass or inertia, which a brake accelerates.
+fn check_lost(reader: &mut Reader<'_>, rotor: &Rotor) {
+    let Some(found) = overdrawn(rotor) else { return };
+    let unbalance = &rotor.unbalances[found.unbalance];
+    let table = below("rotor.unbalances", &unbalance.name);
+    let shown = |value: f64, unit: &str| format_digits(value, unit, 4);
+    let (mass, square) = (unbalance.mass, unbalance.mass * unbalance.radius * unbalance.radius);
+    let most = format!("less than {:.0} % of the node's", 100.0 * MOST_LOST);
+    let path = if mass < MOST_LOST * found.mass { below(&table, "radius") } else { below(&table, "mass") };
+    let message = format!(
+        "{} is lost where less is: mass {} of {} and m r^2 {} of {}, together {:.0} % of what the node has",
+        unbalance.name,
+        shown(mass, "kg"),
+        shown(found.mass, "kg"),
+        shown(square, "kg m2"),
+        shown(found.polar_inertia, "kg m2"),
+        100.0 * found.share
+    );
+    // of one mass alone; others at the node leave less
+    let radius = ((MOST_LOST / mass - 1.0 / found.mass) * found.polar_inertia).max(0.0).sqrt();
+    let allowed = if radius > 0.0 {
+        format!("{most}, here a radius up to {}{}", shown(radius, "m"), disc_hint(rotor, unbalance))
+    } else {
+        format!("{most}{}", disc_hint(rotor, unbalance))
+    };
+    reader.fail(&path, message, allowed);
+}
+
+/// A part of a disc is lost where the disc stands, whose inertia includes it.
+fn disc_hint(rotor: &Rotor, unbalance: &Unbalance) -> String {
+    let RotorKind::Shaft(shaft) = &rotor.kind else { return String::new() };
+    let away = |disc: &&Disc| (shaft.nodes[disc.node] - shaft.nodes[unbalance.node]).abs();
+    match shaft.discs.iter().min_by(|a, b| away(a).total_cmp(&away(b))) {
+        Some(disc) if disc.node == unbalance.node => format!(
+            "; disc {} there has polar_inertia {}, which includes what is lost",
+            disc.name,
+            format_digits(disc.polar_inertia, "kg m2", 4)
+        ),
+        Some(disc) => format!(
+            "; no disc stands there, the nearest is {} at {}: what a disc loses has the disc's position",
+            disc.name,
+            format_digits(shaft.nodes[disc.node], "m", 10)
+        ),
+        None => "; a shaft without discs loses no more than its own section there: a disc needs [rotor.discs.NAME]"
+            .to_owned(),
+    }
 }
 
 /// Every member of a group of named tables; `None` if one of them is not known.
@@ -84,6 +139,12 @@ pub(super) fn rayleigh(reader: &Reader<'_>, table: &str) -> Option<Rayleigh> {
         mass_proportional: reader.number(&below(table, "mass_proportional"))?,
         stiffness_proportional: reader.number(&below(table, "stiffness_proportional"))?,
     })
+}
+
+/// Where the file does not say, the twist is damped as the shaft's bending is.
+fn torsional(reader: &Reader<'_>) -> Option<f64> {
+    const OWN: &str = "rotor.damping.torsional";
+    reader.number(if reader.is_given(OWN) { OWN } else { "rotor.damping.stiffness_proportional" })
 }
 
 fn discs(reader: &mut Reader<'_>, nodes: Option<&Nodes>) -> Option<Vec<Disc>> {

@@ -122,6 +122,8 @@ pub(super) const KEYS: &[Key] = &[
         "a in C = a M + b K of the shaft; lateral, fixed frame"),
     key("rotor.damping.stiffness_proportional", Kind::Number("s"), Need::Number(0.0), Range::NOT_NEGATIVE, When::Shaft,
         "b in C = a M + b K of the shaft; lateral, fixed frame"),
+    key("rotor.damping.torsional", Kind::Number("s"), Need::Optional("as rotor.damping.stiffness_proportional"), Range::NOT_NEGATIVE, When::Shaft,
+        "b in C = b K of the shaft's twist; it never brakes the spin"),
     key("rotor.speed_law.acceleration", Kind::Number("rad/s2"), Need::Optional("the spin is an unknown"), Range::ANY, When::Always,
         "prescribed speed: initial_speed + acceleration t, never below 0"),
     key("rotor.speed_law.times", Kind::List("s"), Need::Optional("the spin is an unknown"), Range::NOT_NEGATIVE, When::Always,

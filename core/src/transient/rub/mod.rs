@@ -274,6 +274,21 @@ impl<'a> Rub<'a> {
         self.own_gap([x + self.shift_before[0], y + self.shift_before[1]])
     }
 
+    /// Whether the rotor's centre at n is beyond the line of the ring that touches, at its own angle: detection would find the
+    /// ring's outside there, or no contact.
+    pub fn is_outside(&mut self, x: [f64; 2]) -> bool {
+        let distance = (x[0] * x[0] + x[1] * x[1]).sqrt();
+        // far inside, whatever the ring does
+        if distance <= self.gap + 0.5 * self.rotor_radius {
+            return false;
+        }
+        if let Some(ring) = &mut self.ring {
+            ring.field_at_n();
+        }
+        let field = self.ring.as_ref().map(|ring| ring.field.as_slice());
+        polar_gap(&self.surface, field, 0.0, x).value <= 0.0
+    }
+
     /// Whether the stator is a massless spring, which may start loaded.
     pub fn is_spring(&self) -> bool {
         self.spring.is_some()
