@@ -77,6 +77,36 @@ fn a_machine_is_drawn() {
     looked_at(&figures, "unbalance-response", &["bearing load", "spin speed [rpm]", "gap of seal"]);
 }
 
+/// Dampers of half the bearings' stiffness at the running speed: their own motions are no whirl, in the list and in the diagram.
+#[test]
+fn overdamped_motions_are_listed_apart_and_not_drawn() {
+    let folder = Folder::new();
+    let (machine, figures) = (text(&folder.path("machines/rig.toml")), folder.path("figures"));
+    let damped = ["left", "right"].map(|name| format!("rotor.bearings.{name}.damping=3183 N s/m"));
+    let words = ["modes", &machine, "--set", &damped[0], "--set", &damped[1]];
+    let said = say(&[&words[..], &["--figures", &text(&figures)]].concat());
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert!(said.out.contains("overdamped at 3000 rpm: no whirl (damping ratio from 0.9)"), "{}", said.out);
+    assert!(said.out.contains("log decrement"), "{}", said.out);
+    looked_at(&figures, "campbell", &["overdamped motions are not drawn", "forward whirl", "critical, forward"]);
+    let said = say(&[&words[..], &["--json"]].concat());
+    let report: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
+    for speed in report["whirl"].as_array().expect("speeds") {
+        let list = |key: &str| speed[key].as_array().unwrap_or_else(|| panic!("no {key}")).clone();
+        let number = |of: &serde_json::Value, key: &str| of[key].as_f64().unwrap_or_else(|| panic!("no {key}: {of}"));
+        let first = &list("modes")[0];
+        assert_eq!(first["mode"], 1, "the first bending mode is the first of the list");
+        assert!((number(first, "frequency_Hz") - 35.36).abs() < 0.1, "{first}");
+        let ratio = number(first, "damping_ratio");
+        let decrement = 2.0 * std::f64::consts::PI * ratio / (1.0 - ratio * ratio).sqrt();
+        assert!((number(first, "log_decrement") / decrement - 1.0).abs() < 1e-9, "{first}");
+        assert!(list("modes").iter().all(|mode| number(mode, "damping_ratio") < 0.9));
+        let overdamped = list("overdamped");
+        assert!(overdamped.len() >= 4 && overdamped.iter().all(|mode| number(mode, "damping_ratio") >= 0.9));
+    }
+    assert!(report["critical_speeds"][0]["log_decrement"].is_number());
+}
+
 #[test]
 fn a_history_that_cannot_be_written_is_a_warning() {
     let folder = Folder::new();

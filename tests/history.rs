@@ -9,12 +9,19 @@ use std::path::Path;
 
 /// The lab rig through its first impacts.
 fn machine() -> Machine {
+    machine_with(&[])
+}
+
+/// The same with other values.
+fn machine_with(changes: &[(&str, &str)]) -> Machine {
     let path = format!("{}/../studies/machines/lab_rig.toml", env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(path).expect("the machine file");
     let mut def = MachineDef::parse("lab_rig.toml", &text).expect("valid");
-    let end = def.resolve("run.end_time").expect("the path");
-    let value = def.parse_value(&end, "0.16 s").expect("a time");
-    def.set(&end, &value).expect("in range");
+    for (path, value) in [("run.end_time", "0.16 s")].iter().chain(changes) {
+        let info = def.resolve(path).expect("the path");
+        let value = def.parse_value(&info, value).expect("a value");
+        def.set(&info, &value).expect("in range");
+    }
     def.build().expect("valid")
 }
 
@@ -25,15 +32,20 @@ fn value(machine: &Machine, outcome: &Outcome, name: &str) -> f64 {
 
 fn record(path: &Path, channels: &[&str], decimation: Decimation) -> (Machine, Outcome) {
     let machine = machine();
-    let structure = Structure::build(&machine, None).expect("a model");
-    let plan = Plan::new(&machine, &structure).expect("a step");
+    let outcome = record_of(&machine, path, channels, decimation);
+    (machine, outcome)
+}
+
+fn record_of(machine: &Machine, path: &Path, channels: &[&str], decimation: Decimation) -> Outcome {
+    let structure = Structure::build(machine, None).expect("a model");
+    let plan = Plan::new(machine, &structure).expect("a step");
     let channels = channels.iter().map(|name| (*name).to_owned()).collect();
     let settings = Settings { path: path.to_path_buf(), channels, decimation };
-    let mut recorder = Recorder::new(&settings, &machine, &structure, &plan).expect("known channels");
-    let outcome = simulate(&machine, &structure, &mut recorder).expect("starts");
-    let written = recorder.finish(&machine, &outcome).expect("written");
+    let mut recorder = Recorder::new(&settings, machine, &structure, &plan).expect("known channels");
+    let outcome = simulate(machine, &structure, &mut recorder).expect("starts");
+    let written = recorder.finish(machine, &outcome).expect("written");
     assert_eq!(written.path, path);
-    (machine, outcome)
+    outcome
 }
 
 #[test]
@@ -57,7 +69,8 @@ fn what_is_read_back_is_what_the_run_reports() {
             std::fs::read_dir(directory.path()).expect("list").map(|entry| entry.expect("entry").file_name()).collect();
         assert!(!left.iter().any(|name| name.to_string_lossy().ends_with(".tmp")), "{left:?}");
         let history = read(&path).expect("readable");
-        assert_eq!(history.time.len() as f64, value(&machine, &outcome, "steps"), "{name}");
+        // every step begins at an instant, and the last one ends at one more
+        assert_eq!(history.time.len() as f64, value(&machine, &outcome, "steps") + 1.0, "{name}");
         let largest = |channel: &str| {
             let series = history.channel(channel).unwrap_or_else(|| panic!("no {channel}"));
             series.values.iter().copied().fold(f64::MIN, f64::max)
@@ -78,6 +91,48 @@ fn what_is_read_back_is_what_the_run_reports() {
         assert!((first - value(&machine, &outcome, "first_contact_s")).abs() < 1e-9, "{name} {first}");
         assert_eq!(history.channel("contact.gap_m").expect("there").unit, "m");
         assert!(history.channel("energy.kinetic_J").is_none(), "was not asked for");
+    }
+}
+
+/// However a run ends and however rarely it is recorded, the last instant is the row's end: its time, its spin, its energies.
+#[test]
+fn the_last_instant_is_the_end_of_the_row() {
+    let directory = tempfile::tempdir().expect("temporary directory");
+    let ends: [(&[(&str, &str)], &str); 6] = [
+        (&[("run.end_time", "20.0012 ms")], "end_time"),
+        (&[("run.end_speed", "2990 rpm")], "end_speed"),
+        (&[("braking.constant", "40 N m")], "stopped"),
+        (&[("run.step_limit", "4321")], "failure"),
+        // no force holds against so much: the state grows beyond the model
+        (&[("run.end_time", "5 s"), ("contact.gap", "10 m")], "failure"),
+        (&[("contact.friction", "0.9"), ("contact.friction_law", "slip"), ("contact.gap", "0.1 mm")], "end_time"),
+    ];
+    for (changes, end) in ends {
+        for (format, decimation) in
+            [("csv", Decimation::Every(1e-3)), ("mcap", Decimation::Steps(1000)), ("parquet", Decimation::Default)]
+        {
+            let mut machine = machine_with(changes);
+            if end == "failure" && changes.len() > 1 {
+                // the format allows no such bearing
+                for bearing in &mut machine.rotor.bearings {
+                    bearing.damping = [[-3000.0, 0.0], [0.0, -3000.0]];
+                }
+            }
+            let path = directory.path().join(format!("a.{format}"));
+            let channels = ["rotor.speed_rad_s", "energy", "contact"];
+            let outcome = record_of(&machine, &path, &channels, decimation);
+            assert_eq!(outcome.end_cause.word(), end, "{changes:?}");
+            let history = read(&path).expect("readable");
+            let last = |name: &str| *history.channel(name).expect("there").values.last().expect("instants");
+            let time = *history.time.last().expect("instants");
+            assert_eq!(time.to_bits(), value(&machine, &outcome, "end_time_s").to_bits(), "{changes:?} {format}");
+            assert_eq!(last("rotor.speed_rad_s"), value(&machine, &outcome, "end_speed_rad_s"), "{changes:?} {format}");
+            assert_eq!(last("energy.friction_J"), value(&machine, &outcome, "friction_energy_J"), "{changes:?}");
+            assert!(history.time.windows(2).all(|pair| pair[0] < pair[1]), "no instant twice");
+            assert!(history.channels.iter().all(|channel| channel.values.iter().all(|value| value.is_finite())));
+            let structure = Structure::build(&machine, None).expect("a model");
+            assert_eq!(simulate(&machine, &structure, &mut NoHistory).expect("starts"), outcome, "as if nobody looked");
+        }
     }
 }
 

@@ -167,3 +167,77 @@ fn a_record_with_the_keys_of_an_earlier_build_is_refused_by_that_reason() {
         assert_eq!(said.err.contains("run.step_limit: 100 -> 200"), shown, "{}", said.err);
     }
 }
+
+/// A share of the samples runs twice. Given to a finished study it computes those anew and keeps the rest; in a grown one
+/// whoever is chosen otherwise; one and three workers write the same bytes, and a sample with a twin is replayed to its row.
+#[test]
+fn twins_of_a_share_of_the_samples_change_nothing_else() {
+    let mut bench = Bench::new();
+    let with = STUDY.replace("\n[limits]", "twin_share = 0.5\n\n[limits]");
+    let first = bench.goes_on(STUDY, &[]);
+    assert!(!first.out.contains("Twin runs"), "{}", first.out);
+    let out = bench.folder.name("out");
+    let (plain_header, plain) = table(&out);
+    let said = bench.goes_on(&with, &[]);
+    let (header, rows) = table(&out);
+    let column = |name: &str| header.iter().position(|found| found == name).unwrap_or_else(|| panic!("no {name}"));
+    let (shift, change, status) = (column("run.twin"), column("twin_bearing_load_change"), column("twin_status"));
+    let twins = rows.iter().filter(|row| row[shift].parse::<f64>().expect("a number") > 0.0).count();
+    assert!((1..rows.len()).contains(&twins), "{twins} of {}", rows.len());
+    let summed = format!("Twin runs: {twins} of {} rows, bearing load moved by up to ", rows.len());
+    assert!(said.out.contains(&summed) && said.out.contains(" for 1e-6 of the initial speed."), "{}", said.out);
+    let again = format!("{twins} samples are computed again because twin_share");
+    assert!(said.err.contains(&again), "{}", said.err);
+    for (row, before) in rows.iter().zip(&plain) {
+        let chosen = row[shift].parse::<f64>().expect("a number") > 0.0;
+        assert_eq!(
+            (row[change].is_empty(), row[status].as_str()),
+            (!chosen, if chosen { "ok" } else { "" }),
+            "{row:?}"
+        );
+        // without rub a load answers in proportion
+        let moved = row[change].parse::<f64>().map_or(1e-6, f64::abs);
+        assert!((1e-9..1e-4).contains(&moved), "{moved}");
+        for (name, value) in header.iter().zip(row).filter(|(name, _)| !name.contains("twin")) {
+            let at = plain_header.iter().position(|other| other == name).expect("the column");
+            assert_eq!(*value, before[at], "{name}: the first run is the run");
+        }
+    }
+    // other numbers, other twins
+    let grown = with.replace("\"6 ms\"]", "\"6 ms\", \"9 ms\"]");
+    bench.goes_on(&grown, &[]);
+    let study = bench.folder.write("s.toml", &grown);
+    for (out, workers) in [("three", "3"), ("one", "1")] {
+        let said = say(&["run", &study, "--out", &bench.folder.name(out), "--workers", workers]);
+        assert_eq!(said.code, 0, "{}", said.err);
+    }
+    let bytes = |out: &str| fs::read(bench.folder.path(&format!("{out}/results.parquet"))).expect("the table");
+    assert!(bytes("three") == bytes("one"));
+    let said = say(&["replay", &bench.folder.name("one"), "--sample", "0"]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert!(
+        said.out.contains("equal to the row") && said.out.contains("in a run that starts by run.twin faster"),
+        "{}",
+        said.out
+    );
+}
+
+#[test]
+fn a_share_of_twins_that_is_none_is_refused() {
+    let bench = Bench::new();
+    for (share, allowed) in [("1.5", "0 to 1"), ("\"5\"", "0 to 1"), ("-0.1", "0 to 1"), ("[]", "a share")] {
+        let said = bench.run(&STUDY.replace("\n[limits]", &format!("twin_share = {share}\n[limits]")), "out", &[]);
+        assert_eq!(said.code, 3, "{share}: {}", said.err);
+        assert!(said.err.contains("twin_share") && said.err.contains(allowed), "{share}: {}", said.err);
+    }
+    let varied = STUDY.replace("\n[limits]", "twin_share = 0.1\n[limits]").replace("run.end_time", "run.twin");
+    let varied = varied.replace("[\"3 ms\", \"6 ms\"]", "[0, 1e-6]");
+    let said = bench.run(&varied, "out", &[]);
+    assert_eq!(said.code, 3, "{}", said.err);
+    assert!(said.err.contains("run.twin varies"), "{}", said.err);
+    for (shift, word) in [("1e-15", "rounding"), ("0.5", "0.01"), ("-1e-6", "0.01")] {
+        let set = STUDY.replace("\n[limits]", &format!("[set]\n\"run.twin\" = {shift}\n[limits]"));
+        let said = bench.run(&set, "out", &[]);
+        assert!(said.code == 3 && said.err.contains("run.twin") && said.err.contains(word), "{shift}: {}", said.err);
+    }
+}

@@ -5,7 +5,10 @@
 mod common;
 
 use bladeoff_core::machine::Machine;
+use bladeoff_core::modal::DEFAULT_ROTOR_MODES;
 use bladeoff_core::outcome::columns;
+use bladeoff_core::structure::Structure;
+use bladeoff_core::transient::Plan;
 use common::{Row, machine_with, run, study_machine};
 
 fn turn_vector([x, y]: [f64; 2], angle: f64) -> [f64; 2] {
@@ -154,4 +157,44 @@ fn robust_outputs_stay_invariant_to_the_scatter_of_a_tiny_disturbance() {
     let (scatter, turned) = (difference(&a, &c, &ROBUST), difference(&a, &b, &ROBUST));
     println!("after {} impacts: scatter {scatter:?}, turned {turned:?}", a.value("impacts"));
     assert!(turned.0 < 100.0 * scatter.0 + 1e-9);
+}
+
+/// Anisotropic bearings, stiff enough to ask for more than the default modes, turned by every tenth of a right angle.
+#[test]
+fn as_many_modes_are_kept_however_bearings_are_turned() {
+    let text = study_machine("lab_rig")
+        .replacen("stiffness = \"2e6 N/m\"", "stiffness = [[1e9, 0.0], [0.0, 2e6]]", 1)
+        .replace("damping = \"600 N s/m\"", "damping = [[600.0, 0.0], [0.0, 300.0]]");
+    let mut machine = machine_with(&text, &[]);
+    // a ring whose modes reach higher than the shaft's leaves the choice to the bearings
+    machine.run.ring_modes = Some(60);
+    let kept = |angle: f64| {
+        let machine = turned(&machine, angle);
+        let structure = Structure::build(&machine, None).unwrap_or_else(|error| panic!("{error}"));
+        (structure.lateral.coordinates.size(), structure.left_out_at_bearings())
+    };
+    let (modes, left_out) = kept(0.0);
+    assert!(modes > DEFAULT_ROTOR_MODES, "{modes}: the stiff direction asks for more");
+    for tenth in 1..=10 {
+        let (other, share) = kept(std::f64::consts::FRAC_PI_2 * f64::from(tenth) / 10.0);
+        assert_eq!(other, modes, "turned by {tenth} tenths of a right angle");
+        for (a, b) in share.iter().zip(&left_out) {
+            assert!((a - b).abs() < 1e-6, "{share:?} {left_out:?}");
+        }
+    }
+}
+
+/// A soft and a stiff axis: the default step resolves the soft one, however the axes lie.
+#[test]
+fn the_default_step_does_not_depend_on_how_the_axes_lie() {
+    let text = "schema = 1\nname = \"jeffcott\"\n[rotor]\nkind = \"point-mass\"\nmass = 1.0\npolar_inertia = 1.0\n\
+        initial_speed = 1e-3\n[rotor.bearings.b]\nstiffness = [[4.0, 0.0], [0.0, 1.0]]\n[run]\nend_time = 100.0\n";
+    let machine = common::machine(text);
+    let step = |angle: f64| {
+        let machine = turned(&machine, angle);
+        let structure = Structure::build(&machine, None).unwrap_or_else(|error| panic!("{error}"));
+        Plan::new(&machine, &structure).unwrap_or_else(|error| panic!("{error}")).step
+    };
+    let steps: Vec<f64> = (0..=8).map(|k| step(0.2 * f64::from(k))).collect();
+    assert!(steps.iter().all(|other| other.to_bits() == steps[0].to_bits()), "{steps:?}");
 }

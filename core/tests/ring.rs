@@ -3,7 +3,7 @@
 mod common;
 
 use bladeoff_core::linalg::{Matrix, Vector, mul_tn, symmetric_generalised};
-use bladeoff_core::machine::DiaphragmKind;
+use bladeoff_core::machine::{DiaphragmKind, FlexibleStator};
 use bladeoff_core::modal::report;
 use bladeoff_core::stator::RingMatrices;
 use common::{close, machine};
@@ -236,4 +236,40 @@ fn bladed_ring_is_held_and_keeps_the_symmetry_of_its_blades() {
     }
     assert!((0..48).map(|node| x[4 * node]).sum::<f64>().abs() < 1e-9 * x[2].abs());
     assert!(report(&machine, &[]).expect("solvable").rings[0].1[0].frequency > 10.0);
+}
+
+/// A ring of 400 elements, each shorter than it is thick, and one that is a thousand times smaller: the eigenvalue problem of
+/// both is that of the coarse or large one, whatever the size of its numbers.
+#[test]
+fn small_elements_and_small_rings_keep_their_frequencies() {
+    let lab = |elements: usize| {
+        let machine =
+            common::machine_with(&common::study_machine("lab_rig"), &[("ring.elements", &elements.to_string())]);
+        match &machine.diaphragms[0].kind {
+            DiaphragmKind::Flexible(stator) => stator.clone(),
+            other => panic!("{other:?}"),
+        }
+    };
+    let squares = |stator: &FlexibleStator| {
+        let ring = RingMatrices::assemble(stator);
+        symmetric_generalised(&ring.stiffness, &ring.mass, "the ring").unwrap_or_else(|error| panic!("{error}")).0
+    };
+    let (coarse, fine) = (squares(&lab(200)), squares(&lab(400)));
+    assert!(fine[0] > 0.0 && fine.windows(2).all(|pair| pair[0] <= pair[1]));
+    let mesh = (0..12).map(|k| close("a mode", fine[k].sqrt(), coarse[k].sqrt(), 1e-5)).fold(0.0, f64::max);
+    let mut tiny = lab(200);
+    let blades = tiny.blades.as_mut().expect("a ring on blades");
+    for length in [
+        &mut tiny.ring.mean_radius,
+        &mut tiny.ring.thickness,
+        &mut tiny.ring.width,
+        &mut blades.length,
+        &mut blades.thickness,
+        &mut blades.width,
+    ] {
+        *length *= 1e-3;
+    }
+    let tiny = squares(&tiny);
+    let scale = (0..800).map(|k| close("a mode", tiny[k].sqrt(), 1e3 * coarse[k].sqrt(), 1e-8)).fold(0.0, f64::max);
+    println!("200 to 400 elements {mesh:.1e}, a thousandth of the size {scale:.1e}");
 }

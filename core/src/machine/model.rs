@@ -70,6 +70,8 @@ pub struct RunSettings {
     pub static_residual: bool,
     /// Largest number of steps; beyond it the run fails with `step_limit`. `None`: no limit.
     pub step_limit: Option<u64>,
+    /// Relative shift of the initial speed of a second run \[-\]; 0: none.
+    pub twin: f64,
     /// Validity guard.
     pub guard: Guard,
 }

@@ -2,12 +2,17 @@
 
 mod basis;
 mod codec;
+mod follow;
 mod quadratic;
+mod shape;
 mod unbalance;
 mod whirl;
 
-pub(crate) use basis::modal_key;
 pub use basis::{Basis, BasisError, DEFAULT_RING_MODES, DEFAULT_ROTOR_MODES, ModeSet};
+pub(crate) use basis::{largest_share, modal_key};
 pub use quadratic::{QuadraticModes, quadratic_modes};
 pub use unbalance::{UnbalanceResponse, unbalance_response};
-pub use whirl::{CriticalSpeed, ModesReport, RingMode, Whirl, WhirlMode, report, whirl_modes};
+pub use whirl::{
+    CriticalSpeed, ModesReport, OVERDAMPED, OverdampedMode, RingMode, SpeedModes, Whirl, WhirlMode, followed_modes,
+    report, whirl_modes,
+};

@@ -1,7 +1,9 @@
 //! Whirl frequencies and damping at given speeds, critical speeds, twist, axial and ring frequencies of the full
 //! finite-element model. Unbalance masses are not in it, except for a point mass, which may have no other.
 
+use super::follow::{critical_speeds, follow};
 use super::quadratic::quadratic_modes;
+use super::shape::Mode;
 use crate::linalg::{EigenError, Matrix, symmetric_generalised};
 use crate::machine::{DiaphragmKind, Machine, RotorKind};
 use crate::rotor::{RotorMatrices, UnbalanceSite};
@@ -41,6 +43,49 @@ pub struct WhirlMode {
     pub whirl: Whirl,
 }
 
+impl WhirlMode {
+    /// Logarithmic decrement \[-\]: `2 pi zeta/sqrt(1 - zeta^2)`, the logarithm of the ratio of two amplitudes a period apart.
+    #[must_use]
+    pub fn decrement(&self) -> f64 {
+        decrement(self.damping_ratio)
+    }
+}
+
+impl CriticalSpeed {
+    /// Logarithmic decrement \[-\] of the mode there.
+    #[must_use]
+    pub fn decrement(&self) -> f64 {
+        decrement(self.damping_ratio)
+    }
+}
+
+/// `delta = 2 pi zeta/sqrt(1 - zeta^2)`.
+fn decrement(ratio: f64) -> f64 {
+    2.0 * std::f64::consts::PI * ratio / (1.0 - ratio * ratio).sqrt()
+}
+
+/// A motion that decays before it oscillates: its damping ratio is [`OVERDAMPED`] or more.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OverdampedMode {
+    /// `-Re lambda` \[1/s\]: the motion falls to 1/e in its inverse.
+    pub decay: f64,
+    /// `Im lambda` \[rad/s\]; 0 where it does not oscillate at all.
+    pub frequency: f64,
+    /// Damping ratio \[-\]; 1 where it does not oscillate at all.
+    pub damping_ratio: f64,
+}
+
+/// Modes at one speed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpeedModes {
+    /// Speed \[rad/s\].
+    pub speed: f64,
+    /// Whirl modes by frequency, each with its number: that of its shape at all speeds, from 1, by the frequencies at rest.
+    pub whirl: Vec<(usize, WhirlMode)>,
+    /// Overdamped motions, the slowest to decay first.
+    pub overdamped: Vec<OverdampedMode>,
+}
+
 /// A speed that equals a whirl frequency (synchronous excitation).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CriticalSpeed {
@@ -64,8 +109,8 @@ pub struct RingMode {
 /// Modes of a machine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModesReport {
-    /// For each speed asked for \[rad/s\], its whirl modes by frequency.
-    pub speeds: Vec<(f64, Vec<WhirlMode>)>,
+    /// The speeds asked for.
+    pub speeds: Vec<SpeedModes>,
     /// Critical speeds, ascending.
     pub critical_speeds: Vec<CriticalSpeed>,
     /// Elastic twist frequencies, free-free \[rad/s\].
@@ -76,23 +121,16 @@ pub struct ModesReport {
     pub rings: Vec<(String, Vec<RingMode>)>,
 }
 
-/// Whirl modes at rest below which critical speeds are looked for.
-const CRITICAL_MODES: usize = 12;
-/// Intervals of the search for critical speeds.
-const CRITICAL_INTERVALS: usize = 64;
-/// An interval in which the number of modes changes is halved at most so many times.
-const CRITICAL_HALVINGS: usize = 10;
 /// A motion whose `Im lambda/|lambda|` is below this does not oscillate: rounding alone splits a double real lambda by the
 /// root of its own size.
 const APERIODIC: f64 = 1e-6;
-/// Damping ratio from which a mode has no critical speed. What a strong damper keeps from oscillating at rest turns with
-/// `Im lambda` proportional to the speed, which crosses it at no speed, or at every.
-const NO_RESONANCE: f64 = 0.99;
+/// Relative distance below which two lambda are those of one pair.
+const PAIR: f64 = 1e-9;
 
 /// Modes of a machine at speeds \[rad/s\].
 ///
 /// ```text
-/// M x'' + (C + W G) x' + (K + K_skew) x = 0,  x = Re(phi e^{lambda t}),  W_crit: Im lambda(W) = W, damping ratio < 0.99
+/// M x'' + (C + W G) x' + (K + K_skew) x = 0,  x = Re(phi e^{lambda t}),  W_crit: Im lambda(W) = W
 /// ```
 /// Source: conventions of the reference data (`tests/data`). Verified by `tests/linear_rotors.rs`, `tests/ring.rs`.
 ///
@@ -101,7 +139,7 @@ const NO_RESONANCE: f64 = 0.99;
 pub fn report(machine: &Machine, speeds: &[f64]) -> Result<ModesReport, EigenError> {
     let lateral = Lateral::new(machine);
     let rotor = &lateral.rotor;
-    let speeds = whirl_modes(machine, speeds)?;
+    let (critical_speeds, speeds) = (critical_speeds(&lateral)?, follow(&lateral, speeds)?);
     let roots = |k: &Matrix, m: &Matrix, what| -> Result<Vec<f64>, EigenError> {
         let (values, _) = symmetric_generalised(k, m, what)?;
         Ok(values.iter().map(|square| square.max(0.0).sqrt()).collect())
@@ -117,10 +155,18 @@ pub fn report(machine: &Machine, speeds: &[f64]) -> Result<ModesReport, EigenErr
             rings.push((diaphragm.name.clone(), ring_report(&RingMatrices::assemble(stator))?));
         }
     }
-    Ok(ModesReport { speeds, critical_speeds: lateral.critical_speeds()?, twist, axial, rings })
+    Ok(ModesReport { speeds, critical_speeds, twist, axial, rings })
 }
 
-/// Whirl modes of a machine at speeds \[rad/s\], by frequency.
+/// Modes of a machine at speeds \[rad/s\], followed from rest by their shapes, overdamped motions apart.
+///
+/// # Errors
+/// [`EigenError`].
+pub fn followed_modes(machine: &Machine, speeds: &[f64]) -> Result<Vec<SpeedModes>, EigenError> {
+    follow(&Lateral::new(machine), speeds)
+}
+
+/// Every oscillating mode of a machine at speeds \[rad/s\], however damped, by frequency.
 ///
 /// # Errors
 /// [`EigenError`].
@@ -129,10 +175,14 @@ pub fn whirl_modes(machine: &Machine, speeds: &[f64]) -> Result<Vec<(f64, Vec<Wh
     speeds.iter().map(|&speed| Ok((speed, lateral.modes(speed)?))).collect()
 }
 
+/// Damping ratio from which a motion is overdamped: it falls below a thousandth in one period, and what a strong damper keeps
+/// from oscillating at rest turns with `Im lambda` proportional to the speed, which crosses it at no speed, or at every.
+pub const OVERDAMPED: f64 = 0.9;
+
 /// Lateral model.
-struct Lateral {
-    rotor: RotorMatrices,
-    mass: Matrix,
+pub(super) struct Lateral {
+    pub rotor: RotorMatrices,
+    pub mass: Matrix,
     stiffness: Matrix,
     gyroscopic: Matrix,
 }
@@ -154,25 +204,59 @@ impl Lateral {
 
     /// Oscillating modes at a speed, by frequency.
     fn modes(&self, speed: f64) -> Result<Vec<WhirlMode>, EigenError> {
+        let all = self.spectrum(speed)?;
+        Ok(all.iter().filter(|mode| mode.value[1] > 0.0).map(|mode| self.whirl(mode, speed)).collect())
+    }
+
+    /// Every solution with `Im lambda >= 0` at a speed, by frequency. What is aperiodic but for rounding has the frequency 0.
+    pub fn spectrum(&self, speed: f64) -> Result<Vec<Mode>, EigenError> {
         let velocity = &self.rotor.damping + &self.gyroscopic * speed;
         let found = quadratic_modes(&self.mass, &velocity, &self.stiffness, "the spinning rotor")?;
-        let mut modes: Vec<WhirlMode> = found
-            .values
-            .iter()
-            .enumerate()
-            .filter(|(_, [re, im])| *im > APERIODIC * re.hypot(*im))
-            .map(|(j, &[re, im])| WhirlMode {
-                frequency: im,
-                damping_ratio: -re / re.hypot(im),
-                whirl: if self.plane_motion(speed) {
-                    Whirl::Planar
-                } else {
-                    self.sense(j, &found.real, &found.imaginary)
-                },
-            })
-            .collect();
-        modes.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
-        Ok(modes)
+        let mut all = Vec::new();
+        for (j, &[re, im]) in found.values.iter().enumerate() {
+            let least = APERIODIC * re.hypot(im);
+            if im > -least {
+                let value = [re, if im > least { im } else { 0.0 }];
+                all.push(Mode::new(value, &found.real, &found.imaginary, j));
+            }
+        }
+        all.sort_by(|a, b| a.value[1].total_cmp(&b.value[1]).then(b.value[0].total_cmp(&a.value[0])));
+        self.turn_pairs(&mut all, &velocity);
+        for mode in &mut all {
+            mode.weigh(&self.rotor.stiffness, &self.mass);
+        }
+        Ok(all)
+    }
+
+    /// What a table shows of an oscillating mode.
+    pub fn whirl(&self, mode: &Mode, speed: f64) -> WhirlMode {
+        let [re, im] = mode.value;
+        let whirl = if self.plane_motion(speed) { Whirl::Planar } else { self.sense(mode) };
+        WhirlMode { frequency: im, damping_ratio: -re / re.hypot(im), whirl }
+    }
+
+    /// Modes of equal lambda may be combined at will: where a circle is one of their motions, the forward and the backward
+    /// circle are taken.
+    fn turn_pairs(&self, all: &mut [Mode], velocity: &Matrix) {
+        for j in 1..all.len() {
+            let ([a, b], [c, d]) = (all[j - 1].value, all[j].value);
+            if b == 0.0 || (a - c).hypot(b - d) > PAIR * a.hypot(b) {
+                continue;
+            }
+            let circle = |forward: bool| {
+                let both = [&all[j - 1], &all[j]].map(|mode| mode.circular(&self.rotor, forward));
+                let [x, y] = both;
+                let larger = if x.size() >= y.size() { x } else { y };
+                let residual = larger.residual(&self.mass, velocity, &self.stiffness);
+                (residual < 1e3 * PAIR).then_some(larger)
+            };
+            if let (Some(backward), Some(forward)) = (circle(false), circle(true)) {
+                (all[j - 1], all[j]) = (backward, forward);
+                // one value: what tells them apart is rounding
+                let value = [0.5 * (a + c), 0.5 * (b + d)];
+                (all[j - 1].value, all[j].value) = (value, value);
+            }
+        }
     }
 
     /// Whether nothing turns the motion: at rest, and no skew or cross-coupled bearing term. The two modes of an isotropic
@@ -183,12 +267,10 @@ impl Lateral {
     }
 
     /// Forward whirl carries x towards y: `v = -i u`, so that `Im(conj(u) v) < 0`.
-    fn sense(&self, mode: usize, real: &Matrix, imaginary: &Matrix) -> Whirl {
+    fn sense(&self, mode: &Mode) -> Whirl {
         let (mut turning, mut size) = (0.0, 0.0);
         for node in 0..self.rotor.nodes {
-            let [u, v] = self.rotor.plane_places(node);
-            let (ur, ui) = (real[(u, mode)], imaginary[(u, mode)]);
-            let (vr, vi) = (real[(v, mode)], imaginary[(v, mode)]);
+            let [[ur, ui], [vr, vi]] = self.rotor.plane_places(node).map(|place| mode.at(place));
             turning -= ur * vi - ui * vr;
             size += ur * ur + ui * ui + vr * vr + vi * vi;
         }
@@ -200,91 +282,6 @@ impl Lateral {
         } else {
             Whirl::Planar
         }
-    }
-
-    /// The modes that may be critical, by frequency.
-    fn resonances(&self, speed: f64) -> Result<Vec<WhirlMode>, EigenError> {
-        let mut modes = self.modes(speed)?;
-        modes.retain(|mode| mode.damping_ratio < NO_RESONANCE);
-        Ok(modes)
-    }
-
-    /// Speeds at which a whirl frequency equals the speed, by sign changes of the sorted curves.
-    fn critical_speeds(&self) -> Result<Vec<CriticalSpeed>, EigenError> {
-        let at_rest = self.resonances(0.0)?;
-        let Some(last) = at_rest.get(CRITICAL_MODES - 1).or(at_rest.last()) else { return Ok(Vec::new()) };
-        let top = 1.05 * last.frequency;
-        let mut found = Vec::new();
-        let (mut from, mut modes_from) = (0.0, at_rest);
-        for interval in 1..=CRITICAL_INTERVALS {
-            let to = top * interval as f64 / CRITICAL_INTERVALS as f64;
-            let modes_to = self.resonances(to)?;
-            self.critical_between((from, &modes_from), (to, &modes_to), CRITICAL_HALVINGS, &mut found)?;
-            (from, modes_from) = (to, modes_to);
-        }
-        found.sort_by(|a: &CriticalSpeed, b| a.speed.total_cmp(&b.speed));
-        Ok(found)
-    }
-
-    /// Critical speeds of one interval, given the modes at its ends. Where a mode comes or goes the sorted curves jump: the
-    /// interval is halved until only a sliver has that.
-    fn critical_between(
-        &self,
-        (from, modes_from): (f64, &[WhirlMode]),
-        (to, modes_to): (f64, &[WhirlMode]),
-        halvings: usize,
-        found: &mut Vec<CriticalSpeed>,
-    ) -> Result<(), EigenError> {
-        if modes_from.len() != modes_to.len() && halvings > 0 {
-            let middle = 0.5 * (from + to);
-            let modes = self.resonances(middle)?;
-            self.critical_between((from, modes_from), (middle, &modes), halvings - 1, found)?;
-            return self.critical_between((middle, &modes), (to, modes_to), halvings - 1, found);
-        }
-        let below = |modes: &[WhirlMode], speed: f64| modes.iter().filter(|mode| mode.frequency < speed).count();
-        let (a, b) = (below(modes_from, from), below(modes_to, to));
-        for k in a.min(b)..a.max(b) {
-            let (Some(first), Some(last)) = (modes_from.get(k), modes_to.get(k)) else { continue };
-            let ends = (first.frequency - from, last.frequency - to);
-            found.extend(self.crossing(k, (from, to), ends)?);
-        }
-        Ok(())
-    }
-
-    /// Root of `omega_k(W) - W` in an interval, by regula falsi (Illinois).
-    fn crossing(
-        &self,
-        k: usize,
-        (mut a, mut b): (f64, f64),
-        (mut fa, mut fb): (f64, f64),
-    ) -> Result<Option<CriticalSpeed>, EigenError> {
-        let mut side = 0;
-        for _ in 0..80 {
-            let c = (a * fb - b * fa) / (fb - fa);
-            let Some(mode) = self.resonances(c)?.get(k).copied() else { return Ok(None) };
-            let fc = mode.frequency - c;
-            // a jump of the curve is no crossing
-            if (b - a).abs() < 1e-13 * c && fc.abs() > 1e-6 * c {
-                return Ok(None);
-            }
-            if fc.abs() < 1e-12 * c || (b - a).abs() < 1e-13 * c {
-                return Ok(Some(CriticalSpeed { speed: c, damping_ratio: mode.damping_ratio, whirl: mode.whirl }));
-            }
-            if (fc > 0.0) == (fa > 0.0) {
-                (a, fa) = (c, fc);
-                if side == -1 {
-                    fb *= 0.5;
-                }
-                side = -1;
-            } else {
-                (b, fb) = (c, fc);
-                if side == 1 {
-                    fa *= 0.5;
-                }
-                side = 1;
-            }
-        }
-        Ok(None)
     }
 }
 

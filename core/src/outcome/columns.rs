@@ -8,6 +8,8 @@ pub const MAX_COLUMNS: usize = 256;
 pub(crate) const WHIRL_WORDS: &[&str] = &["forward", "backward", "mixed"];
 /// Words of the column `rub_regime`.
 pub(crate) const REGIME_WORDS: &[&str] = &["free", "light", "heavy", "backward-whirl"];
+/// Words of the column `twin_status`.
+pub(crate) const TWIN_WORDS: &[&str] = &["ok", "invalid", "failed"];
 /// Shaft sections with columns of their own at most; the largest over all sections is always there.
 const REPORTED_SECTIONS: usize = 12;
 /// Columns of one section.
@@ -118,6 +120,13 @@ pub fn columns(machine: &Machine) -> Vec<Column> {
     all.real("step_s", "s", "time step");
     all.count("iterations", "iterations of the non-linear solve, all steps together");
     all.real("stop_time_s", "s", "time at which the rotor came to rest; null unless it stopped");
+    all.real(
+        "twin_bearing_load_change",
+        "",
+        "how much larger max_bearing_load_N is in a second run whose initial speed is larger by run.twin of it, relative to this \
+         run's; negative: smaller; null without such a run, and where one of the two failed",
+    );
+    all.choice("twin_status", TWIN_WORDS, "status of that second run; null without one");
     all.peak("max_blade_bending_stress", "Pa", "largest bending stress in a blade of the diaphragm, nominal");
     all.stresses("", "the shaft");
     let sections = match &machine.rotor.kind {

@@ -4,6 +4,7 @@ mod causes;
 mod columns;
 
 pub use causes::{Cause, CauseSet, EndCause, Status};
+pub(crate) use columns::TWIN_WORDS;
 pub use columns::{Column, ColumnKind, MAX_COLUMNS, columns};
 #[cfg(test)]
 pub(crate) use columns::{REGIME_WORDS, WHIRL_WORDS};

@@ -118,19 +118,22 @@ impl Structure {
         self.structural == structural(machine)
     }
 
-    /// Largest part of a bearing's static flexibility that is in the modes left out, 0 to 1, in the machine's order: what of its
+    /// Largest part, over all directions, of a bearing's static flexibility that is in the modes left out, 0 to 1, in the machine's order: what of its
     /// load has no inertia ([`transient`](crate::transient)). 0 where nothing is left out or the correction is switched off.
     #[must_use]
     pub fn left_out_at_bearings(&self) -> Vec<f64> {
         let Some(residual) = &self.lateral_residual else { return vec![0.0; self.rotor.bearings.len()] };
-        let share = |place: usize| {
-            let row = self.lateral.coordinates.row(place);
-            let squares = &self.basis.lateral.omega_squared;
-            let kept: f64 = row.iter().zip(squares).map(|(phi, square)| phi * phi / square).sum();
-            let left_out = residual[(place, place)];
-            left_out / (kept + left_out)
+        let squares = &self.basis.lateral.omega_squared;
+        let share = |[u, v]: [usize; 2]| {
+            let (x, y) = (self.lateral.coordinates.row(u), self.lateral.coordinates.row(v));
+            let kept = |a: &[f64], b: &[f64]| -> f64 {
+                a.iter().zip(b).zip(squares).map(|((a, b), square)| a * b / square).sum()
+            };
+            let left_out = [residual[(u, u)], residual[(u, v)], residual[(v, v)]];
+            let all = [left_out[0] + kept(&x, &x), left_out[1] + kept(&x, &y), left_out[2] + kept(&y, &y)];
+            crate::modal::largest_share(left_out, all)
         };
-        self.rotor.bearings.iter().map(|b| self.rotor.plane_places(b.node).map(share)).map(|[u, v]| u.max(v)).collect()
+        self.rotor.bearings.iter().map(|bearing| share(self.rotor.plane_places(bearing.node))).collect()
     }
 
     /// The basis, to be frozen.
@@ -233,6 +236,7 @@ fn structural(machine: &Machine) -> Machine {
         ring_modes: machine.run.ring_modes,
         static_residual: machine.run.static_residual,
         step_limit: None,
+        twin: 0.0,
         guard: crate::machine::Guard { normal_work: 0.0, energy_balance: 0.0, penetration: 0.0 },
     };
     kept.rotor.initial_speed = 0.0;

@@ -54,6 +54,11 @@ pub trait Observer {
     fn contact_force(&mut self, _time: f64, _force: f64) {}
     /// Whether the instant is wanted; called once per step.
     fn wants(&mut self, step: u64, time: f64) -> bool;
+    /// Whether the instant at which the run ends is wanted, besides those of [`Observer::wants`]: it is the state, time and spin of
+    /// the row; its velocities, loads and contact force are those of a step that would follow.
+    fn wants_end(&mut self) -> bool {
+        false
+    }
     /// Takes the instant.
     fn see(&mut self, frame: &Frame<'_>);
 }

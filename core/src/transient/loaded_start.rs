@@ -57,7 +57,8 @@ impl Run<'_> {
         }
     }
 
-    fn begin_step(&mut self) {
+    /// The step from n, without contact so far.
+    pub(super) fn begin_step(&mut self) {
         self.line.prepare();
         if let Some(rub) = &mut self.rub {
             rub.prepare();

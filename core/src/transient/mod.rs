@@ -7,6 +7,7 @@
 mod bearing_loads;
 mod brake;
 mod damping;
+mod end;
 mod history;
 mod ledger;
 mod loaded_start;
@@ -18,6 +19,7 @@ mod shaft_line;
 mod start;
 mod stepper;
 mod stress_peaks;
+mod twin;
 mod whirl;
 
 pub use damping::{UnresolvedDamping, unresolved_damping};
@@ -48,7 +50,7 @@ const BALANCE_EVERY: u64 = 8;
 /// A displacement beyond this many times the model's size is no vibration any more.
 const DIVERGED: f64 = 10.0;
 
-/// Simulates one run.
+/// Simulates one run, and its twin where `run.twin` asks for one: the observer sees the first alone.
 ///
 /// `structure` must fit the machine ([`Structure::fits`]). Failures of the simulation (divergence, loss of uniqueness, step
 /// limit) are outcomes with a cause, not errors.
@@ -57,6 +59,18 @@ const DIVERGED: f64 = 10.0;
 /// [`PlanError`] for a run that cannot be started.
 pub fn simulate(machine: &Machine, structure: &Structure, observer: &mut dyn Observer) -> Result<Outcome, PlanError> {
     let plan = Plan::new(machine, structure)?;
+    let mut outcome = one_run(machine, structure, &plan, observer)?;
+    twin::compare(machine, structure, &plan, &mut outcome);
+    Ok(outcome)
+}
+
+/// One run from its start to its end.
+fn one_run(
+    machine: &Machine,
+    structure: &Structure,
+    plan: &Plan,
+    observer: &mut dyn Observer,
+) -> Result<Outcome, PlanError> {
     let mut run = Run::new(machine, structure, plan.step)?;
     let (end_cause, failure) = loop {
         match run.step(observer) {
@@ -65,10 +79,11 @@ pub fn simulate(machine: &Machine, structure: &Structure, observer: &mut dyn Obs
             Err(cause) => break (EndCause::Failure, Some(cause)),
         }
     };
-    let mut monitor = run.monitor;
-    monitor.finish(run.time, run.speed);
-    monitor.iterations = run.iterations + run.rub.as_ref().map_or(0, |rub| rub.iterations);
-    Ok(monitor.outcome(machine, &plan, &run.ledger, (end_cause, run.time, run.speed), failure))
+    run.monitor.finish(run.time, run.speed);
+    run.monitor.iterations = run.iterations + run.rub.as_ref().map_or(0, |rub| rub.iterations);
+    let outcome = run.monitor.outcome(machine, plan, &run.ledger, (end_cause, run.time, run.speed), failure);
+    run.show_end(failure, observer);
+    Ok(outcome)
 }
 
 /// A run under way.
@@ -94,6 +109,8 @@ struct Run<'a> {
     next_twist: Vec<f64>,
     size: f64,
     loads: BearingLoads,
+    /// The last instant has been shown.
+    end_shown: bool,
 }
 
 impl<'a> Run<'a> {
@@ -148,6 +165,7 @@ impl<'a> Run<'a> {
             next_twist: twist,
             size,
             loads: BearingLoads::new(structure, &line),
+            end_shown: false,
             line,
         };
         run.load_start();
@@ -182,7 +200,11 @@ impl<'a> Run<'a> {
         let shown = observer.wants(self.step, self.time);
         self.record(contact.as_ref(), shown);
         if shown {
-            self.show(contact.as_ref(), observer);
+            self.show(contact.as_ref(), self.line.centred_spin(&self.d_twist), observer);
+        }
+        if let Some(cause) = self.beyond() {
+            self.show_last(contact.as_ref(), shown, observer);
+            return Err(cause);
         }
         let (over_step, reached) =
             (self.line.spin_over_step(&self.d_twist), self.line.spin_reached(self.time, &self.d_twist));
@@ -192,13 +214,6 @@ impl<'a> Run<'a> {
         self.line.advance(&self.d, &self.d_twist);
         if let Some(rub) = &mut self.rub {
             rub.advance();
-        }
-        let reach = self.line.x.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
-        if !reach.is_finite() {
-            return Err(Cause::NonFinite);
-        }
-        if reach > DIVERGED * self.size {
-            return Err(Cause::Diverged);
         }
         self.step += 1;
         self.monitor.steps = self.step;
@@ -213,6 +228,17 @@ impl<'a> Run<'a> {
             return Err(Cause::OutsideRing);
         }
         Ok(if stopped { Some(EndCause::Stopped) } else { self.ended() })
+    }
+
+    /// Why the state at n+1, not yet taken, cannot be gone on with.
+    fn beyond(&self) -> Option<Cause> {
+        let next = self.line.x.iter().zip(&self.line.d_nodal).map(|(x, dx)| (x + dx).abs());
+        // `max` passes over NaN
+        let reach = next.fold(0.0_f64, |most, x| if x.is_nan() { f64::INFINITY } else { most.max(x) });
+        if !reach.is_finite() {
+            return Some(Cause::NonFinite);
+        }
+        (reach > DIVERGED * self.size).then_some(Cause::Diverged)
     }
 
     /// Increments without contact, converged: the remaining error, from the measured contraction, is below tolerance.
@@ -292,7 +318,7 @@ impl<'a> Run<'a> {
     }
 
     /// Hands the instant n to the observer.
-    fn show(&mut self, contact: Option<&StepContact>, observer: &mut dyn Observer) {
+    fn show(&mut self, contact: Option<&StepContact>, speed: f64, observer: &mut dyn Observer) {
         let frame_contact = self.rub.as_mut().map(|rub| {
             let rotor = rub.local(self.line.place(rub.node));
             let gap = rub.gap_at(rotor);
@@ -309,7 +335,7 @@ impl<'a> Run<'a> {
         observer.see(&Frame {
             time: self.time,
             angle: self.line.phi,
-            speed: self.line.centred_spin(&self.d_twist),
+            speed,
             displacement: &self.line.x,
             velocity: self.line.velocity(),
             twist: &self.line.beta,

@@ -130,10 +130,18 @@ fn slowest_to_resolve(machine: &Machine, structure: &Structure) -> f64 {
     let speed = law.fold(machine.rotor.initial_speed, f64::max);
     let part = &structure.lateral;
     // Rayleigh quotients of the coordinates bound the lowest frequency from above: enough for a resolution
-    let lowest = (0..part.coordinates.size())
+    let mut lowest = (0..part.coordinates.size())
         .map(|i| part.stiffness[(i, i)] / part.mass[(i, i)])
         .filter(|square| square.is_finite())
         .fold(f64::INFINITY, f64::min);
+    if let RotorKind::PointMass(point) = &machine.rotor.kind
+        && point.mass > 0.0
+    {
+        // the softer principal axis, however the axes lie
+        let k = &part.stiffness;
+        let half = 0.5 * (k[(0, 0)] - k[(1, 1)]);
+        lowest = (0.5 * (k[(0, 0)] + k[(1, 1)]) - half.hypot(k[(0, 1)])) / point.mass;
+    }
     let lowest = if lowest.is_finite() { lowest.max(0.0).sqrt() } else { 0.0 };
     speed.max(lowest).max(f64::MIN_POSITIVE)
 }

@@ -11,7 +11,7 @@ use crate::figures::{self, Figure, campbell, ring_shapes, rotor_shapes, unbalanc
 use crate::report::{Align, TextTable};
 use bladeoff_core::document::units::{format_digits, parse_bare_or_quantity};
 use bladeoff_core::machine::Machine;
-use bladeoff_core::modal::ModesReport;
+use bladeoff_core::modal::{ModesReport, OVERDAMPED, SpeedModes, Whirl};
 use std::f64::consts::PI;
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -19,9 +19,10 @@ use std::path::PathBuf;
 /// Whirl frequencies and damping, critical speeds, ring frequencies
 ///
 /// For each speed the damped lateral modes of the shaft line on its bearings with gyroscopic effect: frequency, damping
-/// ratio (negative: unstable) and sense of whirl. Then the critical speeds (spin = whirl frequency, damping ratio below
-/// 0.99), the free twist and axial frequencies of the shaft line, and the frequencies of each flexible diaphragm with their
-/// nodal diameters.
+/// ratio (negative: unstable), logarithmic decrement and sense of whirl. A mode keeps its number at all speeds: it is followed
+/// from rest by its shape. Motions with a damping ratio from 0.9 (or no frequency at all) are overdamped: they are listed apart
+/// and have no critical speed. Then the critical speeds (spin = whirl frequency), the free twist and axial frequencies of the
+/// shaft line, and the frequencies of each flexible diaphragm with their nodal diameters.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   bladeoff modes studies/machines/lp_turbine.toml
@@ -64,10 +65,12 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
 /// The figures of a machine that exist for it.
 fn figures(machine: &Machine) -> Result<Vec<(String, Figure)>, CliError> {
     let structure = engine::build(machine)?;
-    // up to the initial speed or the third critical speed, with some room
+    // the running speed with some room; where it is below the first critical speed, up to that
     let critical = engine::modes(machine, &[])?.critical_speeds;
-    let third = critical.get(2).or(critical.last()).map_or(0.0, |critical| critical.speed);
-    let top = 1.2 * machine.rotor.initial_speed.max(third);
+    let first = critical.iter().find(|critical| critical.whirl != Whirl::Backward).or(critical.first());
+    let top = 1.2 * machine.rotor.initial_speed.max(first.map_or(0.0, |critical| critical.speed));
+    // a machine that neither turns nor has a critical speed
+    let top = if top > 0.0 { top } else { 2.0 * PI };
     let mut all = vec![("campbell".to_owned(), campbell(machine, top)?)];
     let drawn = [
         ("machine", figures::machine(machine)?),
@@ -103,30 +106,27 @@ fn hertz(frequency: f64) -> f64 {
 
 fn text(machine: &Machine, report: &ModesReport, count: usize) -> String {
     let mut text = format!("machine {}\n", machine.name);
-    let shown = |value| format_digits(value, "", 5);
-    for (speed, modes) in &report.speeds {
-        writeln!(text, "\nwhirl at {}{}", format_digits(*speed, "rad/s", 6), more(modes.len(), count)).expect(STRING);
-        let header = [
-            ("mode", Align::Right),
-            ("frequency Hz", Align::Right),
-            ("damping ratio", Align::Right),
-            ("whirl", Align::Left),
-        ];
-        let mut table = TextTable::new(&header);
-        for (at, mode) in modes.iter().take(count).enumerate() {
-            let frequency = shown(hertz(mode.frequency));
-            table.row(vec![(at + 1).to_string(), frequency, shown(mode.damping_ratio), mode.whirl.word().to_owned()]);
-        }
-        text.push_str(&table.render("  "));
+    for speed in &report.speeds {
+        text.push_str(&whirl_table(speed, count));
+        text.push_str(&overdamped_table(speed, count));
     }
     writeln!(text, "\ncritical speeds{}", more(report.critical_speeds.len(), count)).expect(STRING);
-    let header =
-        [("speed rpm", Align::Right), ("Hz", Align::Right), ("damping ratio", Align::Right), ("whirl", Align::Left)];
-    let mut table = TextTable::new(&header);
+    let mut table = TextTable::new(&[
+        ("speed rpm", Align::Right),
+        ("Hz", Align::Right),
+        ("damping ratio", Align::Right),
+        ("log decrement", Align::Right),
+        ("whirl", Align::Left),
+    ]);
     for critical in report.critical_speeds.iter().take(count) {
         let frequency = hertz(critical.speed);
-        let whirl = critical.whirl.word().to_owned();
-        table.row(vec![shown(frequency * 60.0), shown(frequency), shown(critical.damping_ratio), whirl]);
+        table.row(vec![
+            shown(frequency * 60.0),
+            shown(frequency),
+            shown(critical.damping_ratio),
+            shown(critical.decrement()),
+            critical.whirl.word().to_owned(),
+        ]);
     }
     text.push_str(&table.render("  "));
     for (name, frequencies) in [("twist, free", &report.twist), ("axial", &report.axial)] {
@@ -149,6 +149,46 @@ fn text(machine: &Machine, report: &ModesReport, count: usize) -> String {
     text
 }
 
+fn shown(value: f64) -> String {
+    format_digits(value, "", 5)
+}
+
+fn whirl_table(speed: &SpeedModes, count: usize) -> String {
+    let (at, more) = (format_digits(speed.speed, "rad/s", 6), more(speed.whirl.len(), count));
+    let mut table = TextTable::new(&[
+        ("mode", Align::Right),
+        ("frequency Hz", Align::Right),
+        ("damping ratio", Align::Right),
+        ("log decrement", Align::Right),
+        ("whirl", Align::Left),
+    ]);
+    for (number, mode) in speed.whirl.iter().take(count) {
+        table.row(vec![
+            number.to_string(),
+            shown(hertz(mode.frequency)),
+            shown(mode.damping_ratio),
+            shown(mode.decrement()),
+            mode.whirl.word().to_owned(),
+        ]);
+    }
+    format!("\nwhirl at {at}{more}\n{}", table.render("  "))
+}
+
+/// What does not whirl; nothing where there is nothing of it.
+fn overdamped_table(speed: &SpeedModes, count: usize) -> String {
+    if speed.overdamped.is_empty() {
+        return String::new();
+    }
+    let (at, more) = (format_digits(speed.speed, "rad/s", 6), more(speed.overdamped.len(), count));
+    let mut table =
+        TextTable::new(&[("decay 1/s", Align::Right), ("frequency Hz", Align::Right), ("damping ratio", Align::Right)]);
+    for mode in speed.overdamped.iter().take(count) {
+        let frequency = if mode.frequency > 0.0 { shown(hertz(mode.frequency)) } else { "none".to_owned() };
+        table.row(vec![shown(mode.decay), frequency, shown(mode.damping_ratio)]);
+    }
+    format!("\noverdamped at {at}: no whirl (damping ratio from {OVERDAMPED}){more}\n{}", table.render("  "))
+}
+
 const STRING: &str = "writing to a String cannot fail";
 
 fn more(all: usize, count: usize) -> String {
@@ -159,23 +199,38 @@ fn json(machine: &Machine, report: &ModesReport) -> String {
     let list = |items: Vec<String>| format!("[{}]", items.join(", "));
     let mut object = JsonObject::default();
     object.word("machine", Some(&machine.name));
-    let speeds = report.speeds.iter().map(|(speed, modes)| {
-        let modes = modes.iter().map(|mode| {
+    let speeds = report.speeds.iter().map(|speed| {
+        let modes = speed.whirl.iter().map(|(mode_number, mode)| {
             format!(
-                "\n      {{\"frequency_Hz\": {}, \"damping_ratio\": {}, \"whirl\": {}}}",
+                "\n      {{\"mode\": {mode_number}, \"frequency_Hz\": {}, \"damping_ratio\": {}, \"log_decrement\": {}, \
+                 \"whirl\": {}}}",
                 number(hertz(mode.frequency)),
                 number(mode.damping_ratio),
+                number(mode.decrement()),
                 quoted(mode.whirl.word())
             )
         });
-        format!("\n    {{\"speed_rad_s\": {}, \"modes\": {}}}", number(*speed), list(modes.collect()))
+        let overdamped = speed.overdamped.iter().map(|mode| {
+            format!(
+                "\n      {{\"decay_per_s\": {}, \"frequency_Hz\": {}, \"damping_ratio\": {}}}",
+                number(mode.decay),
+                number(hertz(mode.frequency)),
+                number(mode.damping_ratio)
+            )
+        });
+        let (modes, overdamped) = (list(modes.collect()), list(overdamped.collect()));
+        format!(
+            "\n    {{\"speed_rad_s\": {}, \"modes\": {modes}, \"overdamped\": {overdamped}}}",
+            number(speed.speed)
+        )
     });
     object.raw("whirl", &list(speeds.collect()));
     let critical = report.critical_speeds.iter().map(|critical| {
         format!(
-            "\n    {{\"speed_rad_s\": {}, \"damping_ratio\": {}, \"whirl\": {}}}",
+            "\n    {{\"speed_rad_s\": {}, \"damping_ratio\": {}, \"log_decrement\": {}, \"whirl\": {}}}",
             number(critical.speed),
             number(critical.damping_ratio),
+            number(critical.decrement()),
             quoted(critical.whirl.word())
         )
     });

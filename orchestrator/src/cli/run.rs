@@ -171,7 +171,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     })?;
     let incomplete = finished.ended != Ended::Complete;
     let mut text = format!("\n{}: {} of {} samples\n\n", samples.study().name, finished.tally.done(), samples.count());
-    text.push_str(&summary.text());
+    text.push_str(&summary.with_twin(samples.study().shift()).text());
     let (what, all) = if incomplete { ("Finished rows", "/*.parquet") } else { ("Table", "") };
     if let Some(table) = &finished.table {
         let table = table.display();

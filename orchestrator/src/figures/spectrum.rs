@@ -90,18 +90,25 @@ fn window_of(samples: usize) -> usize {
     (samples / 8).next_power_of_two().clamp(64, 16384)
 }
 
+/// Records at even intervals: all but the last, which is the run's end, where that lies off the interval.
+fn even(time: &[f64]) -> usize {
+    let &[.., before, last] = time else { return time.len() };
+    let interval = time[1] - time[0];
+    if ((last - before) / interval - 1.0).abs() < 1e-6 { time.len() } else { time.len() - 1 }
+}
+
 /// Spectrogram of a channel, up to `top` \[Hz\] (a fifth of what the records carry by default).
 ///
 /// # Errors
 /// Too few records, or the plotting library failed.
 pub fn spectrogram(history: &History, name: &str, channel: &Series, top: Option<f64>) -> Result<Figure, FigureError> {
-    let records = channel.values.len();
+    let records = even(&history.time);
     if records < 256 {
         return Err(SpectrumError::Short { records, least: 256 }.into());
     }
     let interval = (history.time[records - 1] - history.time[0]) / (records - 1) as f64;
     let window = window_of(records);
-    let stft = stft(&channel.values, window);
+    let stft = stft(&channel.values[..records], window);
     let resolution = 1.0 / (window as f64 * interval);
     let nyquist = 0.5 / interval;
     let top = top.unwrap_or(0.2 * nyquist).clamp(8.0 * resolution, nyquist);
@@ -221,6 +228,15 @@ mod tests {
             assert!((value - 3.0).abs() < 1e-9);
             assert!(column[0] < 1e-9, "the mean is taken out");
         }
+    }
+
+    #[test]
+    fn an_end_off_the_interval_is_no_sample() {
+        let mut time: Vec<f64> = (0..300).map(|k| f64::from(k) * 1e-4).collect();
+        assert_eq!(even(&time), 300);
+        time.push(299.3 * 1e-4);
+        assert_eq!(even(&time), 300);
+        assert_eq!((even(&[]), even(&[0.0]), even(&[0.0, 1.0])), (0, 1, 2));
     }
 
     #[test]

@@ -157,6 +157,10 @@ impl Observer for Recorder {
         self.sink.is_some() && step.is_multiple_of(self.every_steps)
     }
 
+    fn wants_end(&mut self) -> bool {
+        self.sink.is_some()
+    }
+
     fn see(&mut self, frame: &Frame<'_>) {
         let Some(sink) = &mut self.sink else { return };
         if self.window.iter().all(|&force| force == 0.0) {

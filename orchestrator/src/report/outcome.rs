@@ -1,5 +1,6 @@
 //! One run in words: what ended it, whether to believe it, the main quantities with their time.
 
+use super::summary::percent;
 use bladeoff_core::document::units::format_quantity;
 use bladeoff_core::outcome::{Cause, Column, ColumnKind, EndCause, Outcome, Status};
 use std::fmt::Write;
@@ -140,6 +141,10 @@ pub fn describe_outcome(view: OutcomeView<'_>) -> String {
             None => "-".to_owned(),
             Some(value) if column.kind == ColumnKind::Count => format!("{value}"),
             Some(value) if matches!(column.kind, ColumnKind::Choice(_)) => word(column.kind, value).to_owned(),
+            Some(value) if column.name == "twin_bearing_load_change" => {
+                let more = if value < 0.0 { "less" } else { "more" };
+                format!("{} {more} in a run that starts by run.twin faster", percent(value.abs()))
+            }
             Some(value) => {
                 let at = |suffix, unit| {
                     let at = view.value(&format!("{}_at_{suffix}", label(column)))?;

@@ -5,8 +5,9 @@
 
 use super::text::{Align, TextTable};
 use crate::results::{DETECTION, Table};
+use crate::study::TWIN;
 use bladeoff_core::document::units::format_digits;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
 /// Which end of a quantity is the bad one.
@@ -27,10 +28,13 @@ const QUANTITIES: [(&str, &str, &str, Worst); 6] = [
 ];
 
 /// Columns of a table that a summary looks at.
-pub const SUMMARY_COLUMNS: [&str; 3 + QUANTITIES.len()] = [
+pub const SUMMARY_COLUMNS: [&str; 6 + QUANTITIES.len()] = [
     DETECTION,
     "status",
     "cause",
+    TWIN,
+    "twin_status",
+    "twin_bearing_load_change",
     QUANTITIES[0].0,
     QUANTITIES[1].0,
     QUANTITIES[2].0,
@@ -46,6 +50,20 @@ pub struct Summary {
     groups: BTreeMap<String, Group>,
     /// Which quantities the table has.
     has: [bool; QUANTITIES.len()],
+    rows: u64,
+    twins: Twins,
+}
+
+/// Second runs with another initial speed.
+#[derive(Debug, Clone, Default)]
+struct Twins {
+    /// Rows that have one, and those whose own failed.
+    count: u64,
+    failed: u64,
+    /// `|twin_bearing_load_change|`.
+    changes: Vec<f64>,
+    /// Shifts, where the table has them.
+    shifts: BTreeSet<String>,
 }
 
 /// Rows of one detection.
@@ -92,6 +110,8 @@ impl Summary {
             *has |= values.is_some();
         }
         let word = |words: &[Option<String>], row: usize| words.get(row).and_then(Clone::clone);
+        self.rows += table.rows() as u64;
+        self.twins.add(table);
         for row in 0..table.rows() {
             let name = word(detections, row).unwrap_or_else(|| "no diaphragm".to_owned());
             let group = self.groups.entry(name).or_default();
@@ -114,7 +134,17 @@ impl Summary {
         let mut text = self.verdicts();
         text.push('\n');
         text.push_str(&self.statistics());
+        text.push_str(&self.twins.text(self.rows));
         text
+    }
+
+    /// Says by how much twins start faster where the table does not: `run.twin` of the machine.
+    #[must_use]
+    pub fn with_twin(mut self, shift: f64) -> Self {
+        if self.twins.shifts.is_empty() && shift > 0.0 {
+            self.twins.shifts.insert(format_digits(shift, "", 3));
+        }
+        self
     }
 
     fn verdicts(&self) -> String {
@@ -181,6 +211,44 @@ impl Summary {
     }
 }
 
+impl Twins {
+    fn add(&mut self, table: &Table) {
+        for word in table.words("twin_status").unwrap_or_default().iter().flatten() {
+            self.count += 1;
+            self.failed += u64::from(word == "failed");
+        }
+        let changes = table.numbers("twin_bearing_load_change").unwrap_or_default();
+        self.changes.extend(changes.iter().flatten().map(|change| change.abs()));
+        let shifts = table.numbers(TWIN).unwrap_or_default().iter().flatten().filter(|shift| **shift > 0.0);
+        self.shifts.extend(shifts.map(|shift| format_digits(*shift, "", 3)));
+    }
+
+    /// "Twin runs: 5 of 108 rows, bearing load moved by up to 6 % (median 0.01 %) for 1e-6 of the initial speed."
+    fn text(&mut self, rows: u64) -> String {
+        if self.count == 0 {
+            return String::new();
+        }
+        let mut text = format!("Twin runs: {} of {rows} rows", self.count);
+        if self.failed > 0 {
+            write!(text, ", {} of them failed", self.failed).expect("writing to a String cannot fail");
+        }
+        self.changes.sort_by(f64::total_cmp);
+        if let Some(&most) = self.changes.last() {
+            let (most, middle) = (percent(most), percent(median(&self.changes)));
+            let shifts: Vec<&str> = self.shifts.iter().map(String::as_str).collect();
+            let shifts = if shifts.is_empty() { "run.twin".to_owned() } else { shifts.join(", ") };
+            write!(text, ", bearing load moved by up to {most} (median {middle}) for {shifts} of the initial speed")
+                .expect("writing to a String cannot fail");
+        }
+        text + ".\n"
+    }
+}
+
+/// A share as a person reads it.
+pub(super) fn percent(share: f64) -> String {
+    format!("{} %", format_digits(100.0 * share, "", 2))
+}
+
 /// Median of sorted numbers, at least one.
 fn median(sorted: &[f64]) -> f64 {
     let middle = sorted.len() / 2;
@@ -222,6 +290,29 @@ mod tests {
         assert!(load.ends_with("- (0)"), "no ok row with hyp2: {text}");
         assert!(line("first contact").contains("0.2 s | 0.2 s (1)"), "{text}");
         assert!(text.contains("Left out: hyp1 1 (1 diverged); hyp2 1 (1 slip_reversal)."), "{text}");
+    }
+
+    #[test]
+    fn twins_say_how_far_a_small_shift_moves_a_load() {
+        assert!(!summary(&table()).contains("Twin"), "there are none");
+        let words = |list: [Option<&str>; 4]| Cells::Words(list.map(|word| word.map(str::to_owned)).to_vec());
+        let with = |shift: Option<f64>| {
+            let mut columns = vec![
+                ("status".into(), words([Some("ok"); 4])),
+                ("twin_status".into(), words([Some("ok"), None, Some("failed"), Some("ok")])),
+                ("twin_bearing_load_change".into(), Cells::Numbers(vec![Some(-0.06), None, None, Some(1e-6)])),
+            ];
+            if shift.is_some() {
+                columns.push((TWIN.into(), Cells::Numbers(vec![shift, Some(0.0), shift, shift])));
+            }
+            let mut summary = Summary::default();
+            summary.add(&Table::from_columns(4, columns));
+            summary.with_twin(2e-6).text()
+        };
+        let said = "Twin runs: 3 of 4 rows, 1 of them failed, bearing load moved by up to 6 % (median 3 %) for";
+        let (own, machine) = (with(Some(1e-6)), with(None));
+        assert!(own.contains(&format!("{said} 1e-6 of the initial speed.")), "{own}");
+        assert!(machine.contains(&format!("{said} 2e-6 of the initial speed.")), "{machine}");
     }
 
     #[test]

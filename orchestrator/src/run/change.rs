@@ -128,6 +128,9 @@ fn described(study: &Study) -> BTreeMap<String, String> {
             all.insert(varied.info.path.clone(), values(varied, axis.length));
         }
     }
+    if let Some(twin) = &study.twin {
+        all.insert("twin_share".to_owned(), twin.to_string());
+    }
     all
 }
 

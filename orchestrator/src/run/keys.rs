@@ -17,6 +17,8 @@ pub struct SampleKeys<'a> {
     /// What each position of each axis adds.
     axes: Vec<Vec<u128>>,
     limit: StepLimit,
+    /// What a sample adds that has no twin in a study with `twin_share`.
+    alone: u128,
 }
 
 /// Where `run.step_limit` of a sample comes from.
@@ -46,7 +48,11 @@ impl<'a> SampleKeys<'a> {
         });
         let limit =
             varied.map_or(StepLimit::Fixed(machine.step_limit()), |(axis, varied)| StepLimit::Varied(axis, varied));
-        Self { samples, base: machine.identity().wrapping_add(numerics(basis)), axes: axes.collect(), limit }
+        let alone = study
+            .twin
+            .as_ref()
+            .map_or(0, |twin| machine.identity_change(&twin.info, &ParamValue::Number(0.0)).expect("0 is no twin"));
+        Self { samples, alone, base: machine.identity().wrapping_add(numerics(basis)), axes: axes.collect(), limit }
     }
 
     /// `run.step_limit` of a sample.
@@ -73,7 +79,17 @@ impl<'a> SampleKeys<'a> {
             .iter()
             .zip(positions)
             .map(|(axis, position)| axis[usize::try_from(position).expect("a position indexes memory")]);
-        SampleKey(terms.fold(self.base, u128::wrapping_add))
+        let key = terms.fold(self.base, u128::wrapping_add);
+        let has_twin = self.samples.twin(sample).is_none_or(|shift| shift != 0.0);
+        SampleKey(if has_twin { key } else { key.wrapping_add(self.alone) })
+    }
+
+    /// The key of the same sample with a twin where `twin_share` gives it none, and without where it gives it one.
+    #[must_use]
+    pub fn otherwise(&self, sample: u64) -> Option<SampleKey> {
+        let SampleKey(key) = self.key(sample);
+        let shift = self.samples.twin(sample)?;
+        Some(SampleKey(if shift != 0.0 { key.wrapping_add(self.alone) } else { key.wrapping_sub(self.alone) }))
     }
 
     /// Hash of all keys and step limits in order: equal for studies whose samples are the same and numbered alike.

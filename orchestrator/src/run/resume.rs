@@ -191,7 +191,7 @@ fn select(old: Old, directory: &Path, prepared: &Prepared<'_>, rerun: Option<&Re
     let is_same_study = matches!(old, Old::Store(_, true));
     let mut found = Found::default();
     let mut taken = Vec::new();
-    let (mut again, mut longer) = (0u64, 0u64);
+    let (mut again, mut longer, mut twins) = (0u64, 0u64, 0u64);
     for sample in 0..prepared.samples.count() {
         let (key, limit) = (prepared.keys.key(sample), prepared.keys.step_limit(sample));
         let first = index.partition_point(|place| place.head.key < key);
@@ -206,6 +206,13 @@ fn select(old: Old, directory: &Path, prepared: &Prepared<'_>, rerun: Option<&Re
                 same = Some((place.head, place.place));
             }
         }
+        // the same run with another choice of twins: nothing is lost when it is computed again
+        let is_twin = prepared.keys.otherwise(sample).is_some_and(|other| {
+            let first = index.partition_point(|place| place.head.key < other);
+            let of_it = index[first..].iter_mut().take_while(|place| place.head.key == other);
+            of_it.map(|place| place.used = true).count() > 0
+        });
+        twins += u64::from(is_twin && same.is_none());
         match same {
             Some((head, _)) if rerun.is_some_and(|rerun| rerun.takes(head.status, head.cause)) => again += 1,
             Some((head, place)) => {
@@ -230,6 +237,9 @@ fn select(old: Old, directory: &Path, prepared: &Prepared<'_>, rerun: Option<&Re
     }
     if longer > 0 {
         notes.push(format!("{longer} samples ended early under another run.step_limit: they are computed again"));
+    }
+    if twins > 0 {
+        notes.push(format!("{twins} samples are computed again because twin_share chooses others for a twin run"));
     }
     if rerun.is_some() && (again > 0 || longer == 0) {
         notes.push(format!("{again} finished samples are computed again"));

@@ -4,6 +4,7 @@ use super::input::{InputError, beside, read_input};
 use super::limits::Limits;
 use super::points::read_points;
 use super::table::{Keys, scalar_text, wrong_type};
+use super::twin::{TWIN, TwinShare};
 use super::vary::{PathTable, read_vary};
 use super::{Axis, STUDY_SCHEMA, Study, StudyError};
 use bladeoff_core::document::{Collector, Entry, MAX_FILE_BYTES, Node, Problems, Value, cut, parse_toml};
@@ -17,7 +18,7 @@ const MAX_POINTS_BYTES: u64 = 256 << 20;
 /// Bytes of the longest path of `[set]`: a table of a long name would be repeated in each of its keys.
 const LONGEST_PATH: usize = 512;
 
-const KEYS: [&str; 8] = ["schema", "name", "machine", "seed", "set", "vary", "points", "limits"];
+const KEYS: [&str; 9] = ["schema", "name", "machine", "seed", "set", "vary", "points", "limits", "twin_share"];
 
 /// Reads and checks a study with its machine and points files.
 ///
@@ -100,6 +101,8 @@ impl Loader<'_> {
         }
         paths.refuse_repeated(&mut self.problems);
         let varied: usize = axes.iter().map(|axis| axis.varied.len()).sum();
+        // a share of twins is a parameter that varies
+        let varied = varied + usize::from(keys.get("twin_share").is_some());
         if varied > MAX_PARAMS {
             let message = format!("{varied} parameters vary");
             self.problems.add(keys.span(), "vary", message).allowed = Some(format!("at most {MAX_PARAMS}"));
@@ -108,6 +111,15 @@ impl Loader<'_> {
         for (info, value) in &fixed {
             machine.def.set(info, value).expect("type and range were checked when the value was read");
         }
+        let twin = keys.get("twin_share").and_then(|entry| {
+            if axes.iter().flat_map(|axis| &axis.varied).any(|varied| varied.info.path == TWIN) {
+                let message = "run.twin varies: each sample has its own already";
+                self.problems.add(entry.node.span.clone(), "twin_share", message).allowed =
+                    Some("twin_share, or run.twin in [[vary]] or the points".to_owned());
+                return None;
+            }
+            TwinShare::read(entry, &mut machine.def, &mut self.problems)
+        });
         Some(Study {
             file: file.to_owned(),
             text: text.to_owned(),
@@ -120,6 +132,7 @@ impl Loader<'_> {
             axes,
             points_text,
             limits,
+            twin,
         })
     }
 

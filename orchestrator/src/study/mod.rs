@@ -17,6 +17,7 @@ mod samples;
 mod starts;
 mod table;
 mod template;
+mod twin;
 mod values;
 mod vary;
 
@@ -29,6 +30,7 @@ pub use load::{FrozenFiles, load, load_frozen};
 pub use samples::Samples;
 pub use starts::check_starts;
 pub use template::STUDY_TEMPLATE;
+pub use twin::{TWIN, TwinShare};
 pub use values::ValueList;
 
 use crate::design::DesignError;
@@ -64,6 +66,19 @@ pub struct Study {
     pub points_text: Option<String>,
     /// How many failed and invalid samples are acceptable.
     pub limits: Limits,
+    /// Which samples have a twin run; `None`: as the machine says.
+    pub twin: Option<TwinShare>,
+}
+
+impl Study {
+    /// `run.twin` of its machine, before anything varies; 0: no twin runs.
+    #[must_use]
+    pub fn shift(&self) -> f64 {
+        match self.machine.resolve(TWIN).ok().and_then(|info| info.value) {
+            Some(ParamValue::Number(shift)) => shift,
+            _ => 0.0,
+        }
+    }
 }
 
 /// Why a study cannot be run as it is.

@@ -4,7 +4,7 @@ use super::axis::show;
 use super::{Axis, Study, StudyError, Varied};
 use crate::design::{Design, DesignError, Thinned};
 use crate::dispatch;
-use crate::results::{Field, Value};
+use crate::results::{Field, FieldKind, Value};
 use bladeoff_core::document::Collector;
 use bladeoff_core::machine::{MachineDef, ParamValue};
 use bladeoff_worker::plan::{Varied as PlanVaried, WorkPlan};
@@ -88,7 +88,21 @@ impl Samples {
     /// The machine definition of a sample.
     #[must_use]
     pub fn machine(&self, sample: u64) -> MachineDef {
-        self.machine_at(&self.design.positions(sample))
+        let mut machine = self.machine_at(&self.design.positions(sample));
+        if let (Some(twin), Some(shift)) = (&self.study.twin, self.twin(sample)) {
+            machine.set(&twin.info, &ParamValue::Number(shift)).expect("a shift the machine has, or none");
+        }
+        machine
+    }
+
+    /// `run.twin` of a sample of a study with `twin_share`: by its number in the whole study.
+    #[must_use]
+    pub fn twin(&self, sample: u64) -> Option<f64> {
+        let twin = self.study.twin.as_ref()?;
+        let positions = self.design.positions(sample);
+        let places = self.study.axes.iter().zip(positions);
+        let number = places.fold(0u64, |number, (axis, place)| number.wrapping_mul(axis.length).wrapping_add(place));
+        Some(twin.shift_of(number))
     }
 
     /// The same at any positions on the axes.
@@ -122,11 +136,12 @@ impl Samples {
             path: varied.info.path.clone(),
             choices: varied.words().map(|words| words.iter().map(|word| (*word).to_owned()).collect()),
         });
+        let twin = study.twin.iter().map(|twin| PlanVaried { path: twin.info.path.clone(), choices: None });
         WorkPlan {
             machine_file: study.machine_file.clone(),
             machine_toml: study.machine_text.clone(),
             fixed: study.fixed.iter().map(|(info, value)| (info.path.clone(), value.clone())).collect(),
-            varied: varied.collect(),
+            varied: varied.chain(twin).collect(),
             basis,
         }
     }
@@ -134,7 +149,13 @@ impl Samples {
     /// The columns of the varied parameters; the detection is not among them: it has a column of its own.
     #[must_use]
     pub fn fields(&self) -> Vec<Field> {
-        self.parameters().filter(|varied| !varied.is_detection()).map(Varied::field).collect()
+        let twin = self.study.twin.iter().map(|twin| Field {
+            name: twin.info.column(),
+            unit: String::new(),
+            meaning: twin.info.meaning.to_owned(),
+            kind: FieldKind::Real,
+        });
+        self.parameters().filter(|varied| !varied.is_detection()).map(Varied::field).chain(twin).collect()
     }
 
     /// The cells of these columns for a sample.
@@ -145,7 +166,8 @@ impl Samples {
             ParamValue::Number(number) => Value::Number(number),
             ParamValue::Choice(word) => Value::Word(word),
         };
-        pairs.filter(|(varied, _)| !varied.is_detection()).map(|(_, value)| cell(value)).collect()
+        let cells = pairs.filter(|(varied, _)| !varied.is_detection()).map(|(_, value)| cell(value));
+        cells.chain(self.twin(sample).map(Value::Number)).collect()
     }
 
     /// The detection of a sample where it varies.
@@ -183,5 +205,6 @@ impl dispatch::Samples for Samples {
                 index as f64
             }
         }));
+        out.extend(self.twin(sample));
     }
 }

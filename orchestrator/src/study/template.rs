@@ -8,6 +8,7 @@ schema = 1
 name = "my-study"                          # results go to runs/<name>; default: the name of this file
 machine = "machines/lab_rig.toml"          # relative to this file
 seed = 1                                   # of the shuffle from which `--limit N` takes its samples; default 0
+# twin_share = "5 %"                       # so many samples run twice, the second time 1e-6 faster: how far does the load move?
 
 # Fixed overrides: any path of `bladeoff paths MACHINE`, or its ending where only one path ends so.
 # A number is SI, a string has its unit.

@@ -21,6 +21,7 @@ pub(super) fn run(reader: &mut Reader<'_>) -> Option<RunSettings> {
         let allowed = format!("below rotor.initial_speed = {}, or 0", format_quantity(start, "rad/s"));
         reader.fail("run.end_speed", "the run would end where it starts", allowed);
     }
+    twin(reader);
     Some(RunSettings {
         end_time: end_time?,
         end_speed: end_speed?,
@@ -38,12 +39,28 @@ pub(super) fn run(reader: &mut Reader<'_>) -> Option<RunSettings> {
         ring_modes: reader.count("run.ring_modes"),
         static_residual: reader.word("run.static_residual")? == "on",
         step_limit: reader.number("run.step_limit").map(|steps| steps as u64),
+        twin: reader.number("run.twin")?,
         guard: Guard {
             normal_work: reader.number("run.guard.normal_work")?,
             energy_balance: reader.number("run.guard.energy_balance")?,
             penetration: reader.number("run.guard.penetration")?,
         },
     })
+}
+
+/// Smallest shift of the initial speed that is not lost in its rounding.
+const LEAST_TWIN: f64 = 1e-12;
+
+fn twin(reader: &mut Reader<'_>) {
+    let Some(shift) = reader.number("run.twin").filter(|shift| *shift > 0.0) else { return };
+    if shift < LEAST_TWIN {
+        reader.fail("run.twin", "lost in the rounding of the speed", format!("0, or {LEAST_TWIN:e} to 0.01"));
+    } else if reader.number("rotor.initial_speed") == Some(0.0)
+        && !reader.is_given("rotor.speed_law.acceleration")
+        && !reader.is_given("rotor.speed_law.speeds")
+    {
+        reader.fail("run.twin", "a shift of an initial speed of 0 is none", "0, or a rotor.initial_speed above 0");
+    }
 }
 
 pub(super) fn braking(reader: &Reader<'_>) -> Option<Braking> {

@@ -11,6 +11,7 @@ const BLADES: Range = Range::from_to(0.0, 600.0);
 const MODES_FROM_0: Range = Range::from_to(0.0, 10_000.0);
 const MODES_FROM_1: Range = Range::from_to(1.0, 10_000.0);
 const MODES_FROM_2: Range = Range::from_to(2.0, 10_000.0);
+const TWIN: Range = Range::from_to(0.0, 0.01);
 const STEPS: Range = Range::from_to(1.0, 1e15);
 
 const fn key(path: &'static str, kind: Kind, need: Need, range: Range, when: When, meaning: &'static str) -> Key {
@@ -45,6 +46,8 @@ pub(super) const KEYS: &[Key] = &[
         "whether the reduced engine adds the static flexibility of the modes it leaves out, at the contact and in bearing loads"),
     key("run.step_limit", Kind::Count, Need::Optional("no limit"), STEPS, When::Always,
         "a run with more steps fails with cause step_limit"),
+    key("run.twin", Kind::Number(""), Need::Number(0.0), TWIN, When::Always,
+        "relative shift of the initial speed of a second run, whose bearing load is compared (1e-6 is enough); 0: none"),
     key("run.guard.normal_work", Kind::Number(""), Need::Number(0.01), Range::POSITIVE, When::Always,
         "run invalid if normal contact work exceeds this part of the friction energy"),
     key("run.guard.energy_balance", Kind::Number(""), Need::Number(1e-6), Range::POSITIVE, When::Always,

@@ -1,0 +1,228 @@
+//! Modes followed over speed by their shapes, and the speeds at which one of them meets the spin.
+//!
+//! From speed to speed each mode goes on as the one that is most like it ([`Mode::alike`]). Where that is not clear, or one
+//! becomes overdamped or ceases to be, the step of the speed is halved. So lines cross where modes do and keep apart where they
+//! only come near. Verified by `tests/modes.rs`, critical speeds also by `tests/outside.rs`, `tests/linear_rotors.rs`.
+
+use super::shape::Mode;
+use super::whirl::{CriticalSpeed, Lateral, OVERDAMPED, OverdampedMode, SpeedModes};
+use crate::linalg::EigenError;
+
+/// Whirl modes at rest below which critical speeds are looked for, and whose way must be clear.
+const FOLLOWED: usize = 12;
+/// Intervals up to the highest of them.
+const INTERVALS: usize = 64;
+/// Steps from one speed asked for to the next at most.
+const MOST: f64 = 128.0;
+/// An interval is halved at most so many times.
+const HALVINGS: usize = 8;
+/// Two modes this much alike are one.
+const CLEAR: f64 = 0.9;
+/// Two modes less alike have nothing to do with one another.
+const STRANGE: f64 = 0.05;
+
+/// All modes at one speed.
+struct Instant {
+    speed: f64,
+    modes: Vec<Mode>,
+    /// Which mode each of them is.
+    identity: Vec<usize>,
+}
+
+fn whirls(mode: &Mode) -> bool {
+    let [re, im] = mode.value;
+    im > 0.0 && -re < OVERDAMPED * re.hypot(im)
+}
+
+/// The way of all modes from rest through speeds.
+struct Way<'a> {
+    lateral: &'a Lateral,
+    last: Instant,
+    /// Number of each identity, 0 before it first whirls, and how many have one.
+    numbers: Vec<usize>,
+    numbered: usize,
+    /// Modes whose way must be clear, and the highest of their frequencies at rest.
+    followed: usize,
+    top: f64,
+    /// Crossings with the spin on the way, where they are looked for.
+    crossings: Option<Vec<CriticalSpeed>>,
+}
+
+impl<'a> Way<'a> {
+    fn begin(lateral: &'a Lateral, crossings: Option<Vec<CriticalSpeed>>) -> Result<Self, EigenError> {
+        let mut modes = lateral.spectrum(0.0)?;
+        // whirl modes first: they are those that are followed
+        modes.sort_by_key(|mode| !whirls(mode));
+        let followed = modes.iter().filter(|mode| whirls(mode)).count().min(FOLLOWED);
+        let top = modes[..followed].iter().map(|mode| mode.value[1]).fold(0.0, f64::max);
+        let last = Instant { speed: 0.0, identity: (0..modes.len()).collect(), modes };
+        let numbers = vec![0; last.modes.len()];
+        let mut way = Self { lateral, last, numbers, numbered: 0, followed, top, crossings };
+        way.number();
+        Ok(way)
+    }
+
+    /// A mode is numbered when it first whirls.
+    fn number(&mut self) {
+        for (mode, &identity) in self.last.modes.iter().zip(&self.last.identity) {
+            if self.numbers[identity] == 0 && whirls(mode) {
+                self.numbered += 1;
+                self.numbers[identity] = self.numbered;
+            }
+        }
+    }
+
+    /// Goes on to a speed, in smaller steps where that is needed.
+    fn go_to(&mut self, speed: f64, halvings: usize) -> Result<(), EigenError> {
+        let modes = self.lateral.spectrum(speed)?;
+        let last = &self.last;
+        let next = matched(&last.modes, &modes);
+        let clear = |(from, to): (usize, &Option<(usize, f64)>)| {
+            last.identity[from] >= self.followed
+                || to.is_some_and(|(to, alike)| alike >= CLEAR && whirls(&last.modes[from]) == whirls(&modes[to]))
+        };
+        if halvings > 0 && !next.iter().enumerate().all(clear) {
+            let middle = 0.5 * (last.speed + speed);
+            self.go_to(middle, halvings - 1)?;
+            return self.go_to(speed, halvings - 1);
+        }
+        let mut identity = vec![None; modes.len()];
+        for (from, to) in next.iter().enumerate() {
+            let Some((to, _)) = *to else { continue };
+            identity[to] = Some(last.identity[from]);
+            let (one, other) = (&last.modes[from], &modes[to]);
+            if let Some(found) = &mut self.crossings
+                && whirls(one)
+                && whirls(other)
+            {
+                found.extend(crossing(self.lateral, (last.speed, one), (speed, other))?);
+            }
+        }
+        let identity = identity.into_iter().map(|known| {
+            known.unwrap_or_else(|| {
+                self.numbers.push(0);
+                self.numbers.len() - 1
+            })
+        });
+        let identity = identity.collect();
+        self.last = Instant { speed, modes, identity };
+        self.number();
+        Ok(())
+    }
+
+    /// What a table shows of the speed where it is.
+    fn here(&self) -> SpeedModes {
+        let modes = || self.last.modes.iter().zip(&self.last.identity);
+        let whirling = modes().filter(|(mode, _)| whirls(mode));
+        let shown = |mode| self.lateral.whirl(mode, self.last.speed);
+        let mut whirl: Vec<_> = whirling.map(|(mode, &identity)| (self.numbers[identity], shown(mode))).collect();
+        whirl.sort_by(|a, b| a.1.frequency.total_cmp(&b.1.frequency).then(a.0.cmp(&b.0)));
+        let overdamped = modes().filter(|(mode, _)| !whirls(mode)).map(|(mode, _)| {
+            let [re, im] = mode.value;
+            OverdampedMode { decay: -re, frequency: im, damping_ratio: -re / re.hypot(im) }
+        });
+        let mut overdamped: Vec<_> = overdamped.collect();
+        overdamped.sort_by(|a, b| a.decay.total_cmp(&b.decay));
+        SpeedModes { speed: self.last.speed, whirl, overdamped }
+    }
+}
+
+/// The mode of `to` that each of `from` goes on as, and how much alike they are; the most alike are paired first.
+fn matched(from: &[Mode], to: &[Mode]) -> Vec<Option<(usize, f64)>> {
+    let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
+    for (a, one) in from.iter().enumerate() {
+        pairs.extend(to.iter().enumerate().map(|(b, other)| (one.alike(other), a, b)).filter(|pair| pair.0 > STRANGE));
+    }
+    pairs.sort_by(|a, b| b.0.total_cmp(&a.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+    let (mut found, mut taken) = (vec![None; from.len()], vec![false; to.len()]);
+    for (alike, a, b) in pairs {
+        if found[a].is_none() && !taken[b] {
+            found[a] = Some((b, alike));
+            taken[b] = true;
+        }
+    }
+    found
+}
+
+/// Modes at speeds, in the order asked for.
+///
+/// # Errors
+/// [`EigenError`].
+pub(super) fn follow(lateral: &Lateral, speeds: &[f64]) -> Result<Vec<SpeedModes>, EigenError> {
+    let mut way = Way::begin(lateral, None)?;
+    let interval = 1.05 * way.top / INTERVALS as f64;
+    let mut order: Vec<usize> = (0..speeds.len()).collect();
+    order.sort_by(|&a, &b| speeds[a].total_cmp(&speeds[b]));
+    let mut found = vec![None; speeds.len()];
+    for at in order {
+        let (from, to) = (way.last.speed, speeds[at]);
+        if to > from {
+            let parts = if interval > 0.0 { ((to - from) / interval).ceil().clamp(1.0, MOST) } else { 1.0 };
+            for part in 1..parts as usize {
+                way.go_to(from + (to - from) * part as f64 / parts, HALVINGS)?;
+            }
+            way.go_to(to, HALVINGS)?;
+        }
+        found[at] = Some(way.here());
+    }
+    Ok(found.into_iter().flatten().collect())
+}
+
+/// Speeds at which a followed mode's frequency equals the speed, ascending.
+///
+/// # Errors
+/// [`EigenError`].
+pub(super) fn critical_speeds(lateral: &Lateral) -> Result<Vec<CriticalSpeed>, EigenError> {
+    let mut way = Way::begin(lateral, Some(Vec::new()))?;
+    let top = 1.05 * way.top;
+    for interval in (1..=INTERVALS).filter(|_| top > 0.0) {
+        way.go_to(top * interval as f64 / INTERVALS as f64, HALVINGS)?;
+    }
+    let mut found = way.crossings.unwrap_or_default();
+    found.sort_by(|a, b| a.speed.total_cmp(&b.speed));
+    Ok(found)
+}
+
+/// Root of `omega(W) - W` of one mode in an interval, by regula falsi (Illinois); `None` if it has none.
+fn crossing(
+    lateral: &Lateral,
+    (mut a, first): (f64, &Mode),
+    (mut b, last): (f64, &Mode),
+) -> Result<Option<CriticalSpeed>, EigenError> {
+    let (mut fa, mut fb) = (first.value[1] - a, last.value[1] - b);
+    if (fa > 0.0) == (fb > 0.0) {
+        return Ok(None);
+    }
+    let mut side = 0;
+    for _ in 0..80 {
+        let c = (a * fb - b * fa) / (fb - fa);
+        let modes = lateral.spectrum(c)?;
+        let alike = |mode: &Mode| mode.alike(first) + mode.alike(last);
+        let whirling = modes.iter().filter(|mode| whirls(mode));
+        let Some(mode) = whirling.max_by(|x, y| alike(x).total_cmp(&alike(y))) else { return Ok(None) };
+        let fc = mode.value[1] - c;
+        let narrow = (b - a).abs() < 1e-13 * c;
+        // a jump from one mode to another is no crossing
+        if narrow && fc.abs() > 1e-6 * c {
+            return Ok(None);
+        }
+        if narrow || fc.abs() < 1e-12 * c {
+            let whirl = lateral.whirl(mode, c);
+            return Ok(Some(CriticalSpeed { speed: c, damping_ratio: whirl.damping_ratio, whirl: whirl.whirl }));
+        }
+        if (fc > 0.0) == (fa > 0.0) {
+            (a, fa) = (c, fc);
+            if side == -1 {
+                fb *= 0.5;
+            }
+            side = -1;
+        } else {
+            (b, fb) = (c, fc);
+            if side == 1 {
+                fa *= 0.5;
+            }
+            side = 1;
+        }
+    }
+    Ok(None)
+}

@@ -1,0 +1,114 @@
+//! One solution of the damped, spinning rotor, and how much alike two of them are.
+//!
+//! ```text
+//! z = (K^1/2 x, lambda M^1/2 x),   MAC(a, b) = |z_a^H z_b|^2 / (|z_a|^2 |z_b|^2)                              (1)
+//! ```
+//! The modal assurance criterion (Allemang 1982) in the state space and the norm of the energy: without damping different modes
+//! are orthogonal in it, gyroscopic effect or not, and with damping two motions of one shape are told apart by their lambda.
+
+use crate::linalg::{Matrix, column_of, mul_vec};
+use crate::rotor::RotorMatrices;
+
+/// A solution `x e^{lambda t}`.
+#[derive(Debug, Clone)]
+pub(super) struct Mode {
+    /// lambda: re, im.
+    pub value: [f64; 2],
+    re: Vec<f64>,
+    im: Vec<f64>,
+    /// K x and M x, parts apart, and |z|^2.
+    stiff: [Vec<f64>; 2],
+    heavy: [Vec<f64>; 2],
+    energy: f64,
+}
+
+impl Mode {
+    /// From a column of shapes.
+    pub fn new(value: [f64; 2], real: &Matrix, imaginary: &Matrix, column: usize) -> Self {
+        Self::of(value, column_of(real, column).to_vec(), column_of(imaginary, column).to_vec())
+    }
+
+    fn of(value: [f64; 2], re: Vec<f64>, im: Vec<f64>) -> Self {
+        Self { value, re, im, stiff: Default::default(), heavy: Default::default(), energy: 0.0 }
+    }
+
+    /// Prepares the comparison.
+    pub fn weigh(&mut self, stiffness: &Matrix, mass: &Matrix) {
+        let times = |a: &Matrix, x: &[f64]| {
+            let mut product = vec![0.0; x.len()];
+            mul_vec(a, x, &mut product);
+            product
+        };
+        self.stiff = [times(stiffness, &self.re), times(stiffness, &self.im)];
+        self.heavy = [times(mass, &self.re), times(mass, &self.im)];
+        self.energy = self.product(self)[0];
+    }
+
+    /// `z_self^H z_other`.
+    fn product(&self, other: &Self) -> [f64; 2] {
+        let inner = |of: &[Vec<f64>; 2]| {
+            let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+            [dot(&self.re, &of[0]) + dot(&self.im, &of[1]), dot(&self.re, &of[1]) - dot(&self.im, &of[0])]
+        };
+        let (k, m) = (inner(&other.stiff), inner(&other.heavy));
+        let ([a, b], [c, d]) = (self.value, other.value);
+        // conj(lambda_self) lambda_other
+        let (re, im) = (a * c + b * d, a * d - b * c);
+        [k[0] + re * m[0] - im * m[1], k[1] + re * m[1] + im * m[0]]
+    }
+
+    /// (1): 1 for the same motion, 0 for one that has nothing of it.
+    pub fn alike(&self, other: &Self) -> f64 {
+        let [re, im] = self.product(other);
+        let both = self.energy * other.energy;
+        if both > 0.0 { (re * re + im * im) / both } else { 0.0 }
+    }
+
+    /// Displacement of one degree of freedom: re, im.
+    pub fn at(&self, place: usize) -> [f64; 2] {
+        [self.re[place], self.im[place]]
+    }
+
+    /// Squared length of the shape.
+    pub fn size(&self) -> f64 {
+        self.re.iter().chain(&self.im).map(|x| x * x).sum()
+    }
+
+    /// The part of the shape that runs on circles, forward or backward: `(1 -+ i R)/2 x`, R the turn of all nodes by a right
+    /// angle, `u -> v`, `v -> -u`, and with `theta_u = -v,z` also `theta_v -> -theta_u`.
+    pub fn circular(&self, rotor: &RotorMatrices, forward: bool) -> Self {
+        let half = self.re.len() / 2;
+        let turned = |x: &[f64]| -> Vec<f64> {
+            let sign = |place: usize| if rotor.per_plane == 2 && place % 2 == 1 { -1.0 } else { 1.0 };
+            let first = (0..half).map(|place| -sign(place) * x[half + place]);
+            first.chain((0..half).map(|place| sign(place) * x[place])).collect()
+        };
+        let (re, im) = (turned(&self.re), turned(&self.im));
+        let way = if forward { 1.0 } else { -1.0 };
+        let part =
+            |x: &[f64], other: &[f64], sign: f64| x.iter().zip(other).map(|(x, y)| 0.5 * (x + sign * y)).collect();
+        // -i R (a + i b) = R b - i R a
+        Self::of(self.value, part(&self.re, &im, way), part(&self.im, &re, -way))
+    }
+
+    /// `|(lambda^2 M + lambda C + K) x|` over the sum of its terms' sizes.
+    pub fn residual(&self, mass: &Matrix, velocity: &Matrix, stiffness: &Matrix) -> f64 {
+        let [a, b] = self.value;
+        let mut sum = vec![[0.0; 2]; self.re.len()];
+        let mut sizes = 0.0;
+        for (matrix, [p, q]) in [(mass, [a * a - b * b, 2.0 * a * b]), (velocity, [a, b]), (stiffness, [1.0, 0.0])] {
+            let mut parts = [vec![0.0; sum.len()], vec![0.0; sum.len()]];
+            mul_vec(matrix, &self.re, &mut parts[0]);
+            mul_vec(matrix, &self.im, &mut parts[1]);
+            let mut size = 0.0;
+            for ((sum, x), y) in sum.iter_mut().zip(&parts[0]).zip(&parts[1]) {
+                let (re, im) = (p * x - q * y, p * y + q * x);
+                size += re * re + im * im;
+                (sum[0], sum[1]) = (sum[0] + re, sum[1] + im);
+            }
+            sizes += size.sqrt();
+        }
+        let left = sum.iter().map(|[re, im]| re * re + im * im).sum::<f64>().sqrt();
+        if sizes > 0.0 { left / sizes } else { f64::INFINITY }
+    }
+}

@@ -1,0 +1,121 @@
+//! Modes followed over speed by their shapes; overdamped motions apart; critical speeds where a followed mode meets the spin.
+#![expect(clippy::print_stdout, reason = "the measured errors are part of the result")]
+
+mod common;
+
+use bladeoff_core::machine::Machine;
+use bladeoff_core::modal::{OVERDAMPED, SpeedModes, Whirl, followed_modes, report};
+use common::{machine, machine_with, study_machine};
+use std::f64::consts::PI;
+
+/// The lab rig on dampers of half its bearings' stiffness at the running speed, `c W/k = 0.5`.
+fn damped(share: f64) -> Machine {
+    let (k, speed) = (2e6, 3000.0 * PI / 30.0);
+    let damping = format!("{:?}", share * k / speed);
+    machine_with(
+        &study_machine("lab_rig"),
+        &[("rotor.bearings.left.damping", &damping), ("rotor.bearings.right.damping", &damping)],
+    )
+}
+
+fn speeds(top: f64, count: usize) -> Vec<f64> {
+    (0..=count).map(|k| top * k as f64 / count as f64).collect()
+}
+
+/// Frequency of a numbered mode at each speed where it whirls.
+fn line(found: &[SpeedModes], number: usize) -> Vec<(f64, f64, f64, Whirl)> {
+    let at = |speed: &SpeedModes| {
+        let (_, mode) = speed.whirl.iter().find(|(other, _)| *other == number)?;
+        Some((speed.speed, mode.frequency, mode.damping_ratio, mode.whirl))
+    };
+    found.iter().filter_map(at).collect()
+}
+
+#[test]
+fn strongly_damped_bearings_leave_the_bending_modes_first_and_their_own_motions_apart() {
+    let machine = damped(0.5);
+    let top = machine.rotor.initial_speed;
+    let found = followed_modes(&machine, &speeds(1.5 * top, 40)).expect("solvable");
+    let undamped = followed_modes(&damped(0.0), &[0.0]).expect("solvable");
+    assert!(found.iter().all(|speed| !speed.overdamped.is_empty()), "there are motions that do not whirl");
+    for speed in &found {
+        let modes = || speed.whirl.iter().map(|(_, mode)| mode);
+        assert!(modes().all(|mode| mode.damping_ratio < OVERDAMPED && mode.frequency > 0.0));
+        assert!(speed.overdamped.iter().all(|mode| mode.damping_ratio >= OVERDAMPED && mode.decay > 0.0));
+        // the first two are the first bending pair
+        let first = undamped[0].whirl[0].1.frequency;
+        for (number, mode) in &speed.whirl[..2] {
+            assert!(*number <= 2 && (mode.frequency / first - 1.0).abs() < 0.2, "{number} {mode:?} {first}");
+        }
+    }
+    let critical = report(&machine, &[]).expect("solvable").critical_speeds;
+    println!("{:?}", critical.iter().map(|c| (c.speed * 30.0 / PI, c.damping_ratio)).collect::<Vec<_>>());
+    assert!(critical.len() >= 2 && critical.iter().all(|critical| critical.damping_ratio < OVERDAMPED));
+}
+
+/// Lines of modes: no jump from one to another where they cross, and each keeps its sense.
+#[test]
+fn a_followed_mode_has_a_smooth_line_through_every_crossing() {
+    // a heavy overhung disc: its backward modes fall through the forward ones of lower order
+    let text = study_machine("lab_rig").replace("polar_inertia = \"1.25e-3 kg m2\"", "polar_inertia = \"2e-2 kg m2\"");
+    let text = text.replace("transverse_inertia = \"6.5e-4 kg m2\"", "transverse_inertia = \"1e-2 kg m2\"");
+    let machine = machine(&text);
+    let top = 3000.0;
+    let found = followed_modes(&machine, &speeds(top, 120)).expect("solvable");
+    let mut crossings = 0;
+    for number in 1..=8 {
+        let line = line(&found, number);
+        assert_eq!(line.len(), found.len(), "mode {number} has a whole line");
+        let reach = line.iter().map(|point| point.1).fold(0.0, f64::max);
+        for three in line.windows(3) {
+            let bend = (three[0].1 - 2.0 * three[1].1 + three[2].1).abs();
+            assert!(bend < 0.02 * reach, "mode {number} jumps at {}: {three:?}", three[1].0);
+        }
+        assert!(line[1..].iter().all(|point| point.3 == line[1].3), "mode {number} keeps its sense");
+        for other in number + 1..=8 {
+            let other = self::line(&found, other);
+            let above = |k: usize| line[k].1 > other[k].1;
+            crossings += (2..line.len()).filter(|&k| above(k) != above(k - 1)).count();
+        }
+    }
+    assert!(crossings > 0, "there is something to follow");
+    println!("{crossings} crossings");
+}
+
+/// At each critical speed the mode of that sense has the frequency of the spin.
+#[test]
+fn critical_speeds_lie_on_followed_lines() {
+    for share in [0.0, 0.1, 0.5] {
+        let machine = damped(share);
+        let critical = report(&machine, &[]).expect("solvable").critical_speeds;
+        assert!(!critical.is_empty());
+        for critical in &critical {
+            let found = &followed_modes(&machine, &[critical.speed]).expect("solvable")[0];
+            let meets = |mode: &bladeoff_core::modal::WhirlMode| {
+                (mode.frequency / critical.speed - 1.0).abs() < 1e-9 && mode.whirl == critical.whirl
+            };
+            assert!(found.whirl.iter().any(|(_, mode)| meets(mode)), "{critical:?}");
+        }
+    }
+}
+
+/// zeta = c/(2 m w0): the decrement is the logarithm of two successive peaks of the free motion.
+#[test]
+fn the_decrement_is_that_of_two_peaks() {
+    let text = "schema = 1\nname = \"jeffcott\"\n[rotor]\nkind = \"point-mass\"\nmass = 1.0\npolar_inertia = 1.0\n\
+        initial_speed = 1.0\n[rotor.bearings.support]\nstiffness = 4.0\ndamping = 0.4\n[run]\nend_time = 1.0\n";
+    let found = followed_modes(&machine(text), &[0.0, 3.0]).expect("solvable");
+    let (ratio, frequency) = (0.1, 2.0 * (1.0_f64 - 0.01).sqrt());
+    for speed in &found {
+        assert_eq!(speed.whirl.len(), 2);
+        for (_, mode) in &speed.whirl {
+            assert!((mode.damping_ratio - ratio).abs() < 1e-12 && (mode.frequency - frequency).abs() < 1e-12);
+            let peaks = (ratio * 2.0 * 2.0 * PI / frequency).exp();
+            assert!((mode.decrement() - peaks.ln()).abs() < 1e-12);
+        }
+    }
+    // a circle of each sense, though nothing turns the motion
+    let mut senses: Vec<Whirl> = found[1].whirl.iter().map(|(_, mode)| mode.whirl).collect();
+    senses.sort_by_key(|sense| sense.word());
+    assert_eq!(senses, [Whirl::Backward, Whirl::Forward]);
+}
