@@ -59,6 +59,9 @@ pub fn simulate(machine: &Machine, structure: &Structure, observer: &mut dyn Obs
     let plan = Plan::new(machine, structure)?;
     let mut run = Run::new(machine, structure, plan.step)?;
     let (end_cause, failure) = loop {
+        if !observer.goes_on(run.step) {
+            break (EndCause::Failure, Some(Cause::StepLimit));
+        }
         match run.step(observer) {
             Ok(None) => {}
             Ok(Some(end)) => break (end, None),
