@@ -153,14 +153,22 @@ pub(super) struct DecimalSign {
 }
 
 impl DecimalSign {
-    /// The cell with a decimal point where it has a decimal comma; `None`: it has both, which was reported.
-    pub fn read<'c>(&mut self, csv: Csv<'_>, cell: &'c Cell<'_>, problems: &mut Collector<'_>) -> Option<Cow<'c, str>> {
+    /// The cell with a decimal point where it has a decimal comma; `None`: it has both, which was reported. Of a `free` cell,
+    /// which may hold any text (a date, a version), only a comma inside one number is a decimal sign.
+    pub fn read<'c>(
+        &mut self,
+        csv: Csv<'_>,
+        cell: &'c Cell<'_>,
+        free: bool,
+        problems: &mut Collector<'_>,
+    ) -> Option<Cow<'c, str>> {
         let text: &str = &cell.text;
         let end = text.find(|c: char| !(c.is_ascii_digit() || "+-.,".contains(c))).unwrap_or(text.len());
         let (number, rest) = text.split_at(end);
         let (points, commas) = (number.matches('.').count(), number.matches(',').count());
         // With commas between the cells a comma in a (quoted) cell is left to the reader of quantities, who names it.
-        if csv.separator == ',' || points + commas == 0 || !number.contains(|c: char| c.is_ascii_digit()) {
+        let plain = csv.separator == ',' || points + commas == 0 || !number.contains(|c: char| c.is_ascii_digit());
+        if plain || free && !(rest.is_empty() && commas == 1 && points == 0) {
             return Some(Cow::Borrowed(text));
         }
         if commas > 1 || commas == 1 && points > 0 {

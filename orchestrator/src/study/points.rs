@@ -76,7 +76,8 @@ fn read(file: &PointsFile<'_>, paths: &PathTable, problems: &mut Collector<'_>) 
             if matches!(meaning, Meaning::Unknown | Meaning::Ignored) {
                 continue;
             }
-            let Some(shown) = sign.read(csv, &cell, problems) else { continue };
+            let free = matches!(meaning, Meaning::Carried(_));
+            let Some(shown) = sign.read(csv, &cell, free, problems) else { continue };
             match meaning {
                 Meaning::Parameter(info, values) => {
                     if let Some(value) = paths.value(info, &shown, cell.span.clone(), &info.path, problems) {
