@@ -53,11 +53,10 @@ impl<'a> PathTable<'a> {
             "" => ("a column without a name (an index, as some programs write it?)", String::new()),
             _ => (self.unknown(), format!("carry = [{key:?}] takes the column along into the table, ")),
         };
+        let message = format!("{message}; in the study's [points] {carry}ignore = [{key:?}] leaves it out");
         let problem = problems.add(span, &key, message);
         problem.nearest = nearest;
-        problem.allowed = Some(format!(
-            "a parameter's path, its ending or its column; in the study's [points] {carry}ignore = [{key:?}] leaves it out"
-        ));
+        problem.allowed = Some("a parameter's path, its ending or its column".to_owned());
         None
     }
 
