@@ -26,7 +26,7 @@ use support::{Folder, say};
 const MOST: usize = 256 << 20;
 
 /// Pieces that files are made of, and some they should not be.
-const PIECES: [&str; 36] = [
+const PIECES: [&str; 41] = [
     "[[vary]]\n",
     "[set]\n",
     "[points]\n",
@@ -63,6 +63,11 @@ const PIECES: [&str; 36] = [
     "-0.0",
     "{}",
     "\"complete\"",
+    "sep=;\n",
+    ";",
+    "0,4",
+    "carry = [\"id\"]\n",
+    "ignore = [\"weight\", \"\"]\n",
 ];
 
 #[derive(Debug, Clone)]
@@ -126,10 +131,10 @@ fn rig() -> String {
 }
 
 const STUDY: &str = "schema = 1\nname = \"f\"\nmachine = \"m.toml\"\nseed = 3\n[limits]\nmax_failed = \"5 %\"\n\
-    time_limit = \"10 min\"\nmemory_limit = \"2 GB\"\ncrash_limit = 3\n[set]\n\"run.end_time\" = \"0.1 s\"\n[points]\nfile = \"p.csv\"\n\
+    time_limit = \"10 min\"\nmemory_limit = \"2 GB\"\ncrash_limit = 3\n[set]\n\"run.end_time\" = \"0.1 s\"\n[points]\nfile = \"p.csv\"\ncarry = [\"id\", \"weight\"]\n\
     [[vary]]\npath = \"blade_off.mass\"\nfrom = \"3 g\"\nto = \"10 g\"\ncount = 8\nspacing = \"log\"\n\
     [[vary]]\npath = \"contact.detection\"\nvalues = [\"hyp1\", \"hyp2\"]\n";
-const POINTS: &str = "contact.gap, contact.friction\n# a remark\n0.4 mm, 0.1\n\n0.7 mm, 0.25\n1e-3, 0.3\n";
+const POINTS: &str = "contact.gap, id, contact.friction, weight\n# a remark\n0.4 mm, a, 0.1, 1\n\n0.7 mm, b, 0.25, 2\n1e-3, c, 0.3, 0.5\n";
 
 /// A folder with a whole study, in which files are exchanged.
 struct Files(tempfile::TempDir);
@@ -151,6 +156,7 @@ impl Files {
         let Ok(samples) = Samples::new(study, None, None) else { return };
         for sample in [0, samples.count().saturating_sub(1)].into_iter().take(samples.count().min(2) as usize) {
             assert_eq!(samples.values(sample).len(), samples.parameters().count());
+            assert_eq!(samples.cells(sample).len(), samples.fields().len());
             let _ = samples.machine(sample).build();
         }
     }
@@ -223,7 +229,7 @@ impl Directory {
         let folder = Folder::new();
         folder.write("p.csv", POINTS);
         let text = "schema = 1\nname = \"d\"\nmachine = \"machines/rig.toml\"\n[set]\n\"run.end_time\" = \"0.002 s\"\n\
-                    [points]\nfile = \"p.csv\"\n[[vary]]\npath = \"blade_off.mass\"\nvalues = [\"3 g\", \"5 g\"]\n";
+                    [points]\nfile = \"p.csv\"\nignore = [\"id\"]\ncarry = [\"weight\"]\n[[vary]]\npath = \"blade_off.mass\"\nvalues = [\"3 g\", \"5 g\"]\n";
         let study = folder.write("s.toml", text);
         let out = folder.name("out");
         let said = say(&["run", &study, "--out", &out, "--workers", "1"]);

@@ -274,7 +274,7 @@ fn paths_list_every_parameter_with_value_unit_and_meaning() {
         (gap.shown.as_str(), gap.unit, gap.default, gap.column().as_str()),
         ("0.5 mm", "m", false, "diaphragms.seal.contact.gap_m")
     );
-    assert_eq!((gap.value.clone(), gap.allowed.as_str()), (Some(ParamValue::Number(0.0005)), "> 0 m"));
+    assert_eq!((gap.value.clone(), gap.allowed.as_str()), (Some(ParamValue::Number(0.0005)), "1e-9 to 1e6 m"));
     assert_eq!(get("rotor.initial_speed").column(), "rotor.initial_speed_rad_s");
     assert_eq!(get("rotor.initial_speed").shown, "3000 rpm");
     assert_eq!(get("rotor.bearings.left.damping").column(), "rotor.bearings.left.damping_Ns_m");
@@ -309,7 +309,7 @@ fn paths_list_every_parameter_with_value_unit_and_meaning() {
 fn values_are_checked_when_they_are_set() {
     let mut def = parse(&shipped("lab_rig"));
     for (path, text, part) in [
-        ("contact.gap", "0 mm", "out of range; allowed: > 0 m"),
+        ("contact.gap", "0 mm", "out of range; allowed: 1e-9 to 1e6 m"),
         ("contact.gap", "-8 mm", "-8 mm"),
         ("contact.gap", "8 kg", "does not fit"),
         ("contact.gap", "nan", "not a finite number"),

@@ -25,11 +25,20 @@ impl MachineDef {
     /// # Errors
     /// All problems of the file at once; of several syntax errors the first.
     pub fn parse(file: &str, text: &str) -> Result<Self, Problems> {
-        let loaded = load(file, text)?;
+        Self::parse_partly(file, text).map_err(|(_, problems)| problems)
+    }
+
+    /// As [`MachineDef::parse`]; of a file with problems what could be read comes with them (`None`: nothing), so that what
+    /// names its parameters can be judged too.
+    ///
+    /// # Errors
+    /// As [`MachineDef::parse`].
+    pub fn parse_partly(file: &str, text: &str) -> Result<Self, (Option<Self>, Problems)> {
+        let loaded = load(file, text).map_err(|problems| (None, problems))?;
         let def = Self { layout: Arc::new(loaded.layout), states: loaded.states };
         match build(&def.layout, &def.states, loaded.problems) {
             Ok(_) => Ok(def),
-            Err(problems) => Err(problems),
+            Err(problems) => Err((Some(def), problems)),
         }
     }
 

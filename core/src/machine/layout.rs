@@ -19,9 +19,9 @@ pub(super) struct Slot {
 }
 
 impl Slot {
-    /// Allowed numbers: the range of a matrix key is that of its isotropic form, its components are free.
+    /// Allowed numbers: the range of a matrix key is that of its isotropic form, its components may be negative.
     pub fn range(&self) -> Range {
-        if self.part && matches!(self.key.kind, Kind::Matrix(_)) { Range::ANY } else { self.key.range }
+        if self.part && matches!(self.key.kind, Kind::Matrix(_)) { self.key.range.mirrored() } else { self.key.range }
     }
 
     /// The words it may hold.

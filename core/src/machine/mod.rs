@@ -20,7 +20,7 @@ mod write;
 pub use def::MachineDef;
 pub use identity::STEP_LIMIT;
 pub use model::*;
-pub use paths::{PathError, PathInfo, PathKind, some_of};
+pub use paths::{PathError, PathInfo, PathKind, is_of_the_format, some_of};
 pub use schema::{Key, Kind, Need, Range, SCHEMA, When, keys};
 pub use template::machine_template;
 pub use value::{ParamValue, ValueError};

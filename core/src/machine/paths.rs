@@ -4,7 +4,7 @@ use thiserror::Error;
 
 use super::def::MachineDef;
 use super::layout::{Origin, Scalar};
-use super::schema::{Kind, Need};
+use super::schema::{Kind, Need, Range, keys};
 use super::value::ParamValue;
 use crate::document::units::format_digits;
 use crate::document::{cut, nearest};
@@ -39,6 +39,8 @@ pub struct PathInfo {
     pub meaning: &'static str,
     /// Allowed values in words.
     pub allowed: String,
+    /// Allowed numbers.
+    pub range: Range,
     /// Whether the value is the format's default.
     pub default: bool,
 }
@@ -118,6 +120,7 @@ fn info(def: &MachineDef, index: usize) -> PathInfo {
         shown,
         meaning: slot.key.meaning,
         allowed: slot.allowed(),
+        range: slot.range(),
         default: state.origin == Origin::Default,
     }
 }
@@ -143,6 +146,24 @@ pub(super) fn find(def: &MachineDef, given: &str) -> Result<PathInfo, PathError>
             candidates: found.into_iter().map(|index| slots[index].path.clone()).collect(),
         }),
     }
+}
+
+/// Whether some machine may have a parameter of this path or ending: judged by the format alone, for a machine of which
+/// nothing could be read.
+#[must_use]
+pub fn is_of_the_format(given: &str) -> bool {
+    let wanted = bracketed(given.trim());
+    let steps: Vec<&str> = wanted.split('.').collect();
+    let place = |step: &str| step.find('[').map_or(step.len(), |at| at);
+    let fits = |step: &str, pattern: &str| {
+        // A section, or a component: `shaft[0]`, `offset[1]`.
+        pattern == "NAME" || step[..place(step)] == pattern[..place(pattern)]
+    };
+    keys().iter().any(|key| {
+        let pattern: Vec<&str> = key.path.split('.').collect();
+        steps.len() <= pattern.len()
+            && steps.iter().rev().zip(pattern.iter().rev()).all(|(step, part)| fits(step, part))
+    })
 }
 
 /// As [`find`]; an unknown path comes with the one most likely meant.

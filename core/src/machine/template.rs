@@ -9,8 +9,8 @@ use crate::document::units::format_digits;
 const HEAD: &str = "\
 # Machine file of bladeoff. Every number is SI, or a string with its unit (\"8 mm\", \"1500 rpm\", \"210 GPa\", \"kg m2\").
 # Lines that begin with \"# key =\" show defaults or examples of what may be left out. Names of discs, bearings,
-# unbalances and diaphragms are yours. Positions run along the shaft from its left end; whatever stands on the shaft
-# stands at a node. X and Y lie across it, spin is positive about +Z.
+# unbalances and diaphragms are yours. Positions run along the shaft from its left end; what stands
+# between two nodes makes a node there. X and Y lie across it, spin is positive about +Z.
 ";
 
 /// A table of the template: header, pattern in the table of keys, whether all its keys are explained, values.

@@ -52,6 +52,10 @@ pub trait Observer {
     /// The normal contact force of the step \[N\], zero without contact: of every step, wanted or not, because single steps
     /// say little about it. Called before [`Observer::wants`].
     fn contact_force(&mut self, _time: f64, _force: f64) {}
+    /// Whether the run goes on; asked before each step. One that does not ends as at its step limit.
+    fn goes_on(&mut self, _step: u64) -> bool {
+        true
+    }
     /// Whether the instant is wanted; called once per step.
     fn wants(&mut self, step: u64, time: f64) -> bool;
     /// Whether the instant at which the run ends is wanted, besides those of [`Observer::wants`]: it is the state, time and spin of

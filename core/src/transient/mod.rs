@@ -73,6 +73,9 @@ fn one_run(
 ) -> Result<Outcome, PlanError> {
     let mut run = Run::new(machine, structure, plan.step)?;
     let (end_cause, failure) = loop {
+        if !observer.goes_on(run.step) {
+            break (EndCause::Failure, Some(Cause::StepLimit));
+        }
         match run.step(observer) {
             Ok(None) => {}
             Ok(Some(end)) => break (end, None),

@@ -19,6 +19,11 @@ const PARTS: f64 = 1000.0;
 /// The same with a radial spring, whose force bends at the gap: what an impact leaves in the balance is of second order.
 const SPRING_PARTS: f64 = 4.0 * PARTS;
 
+/// Smallest step \[s\]: a filter of 1 ms then has ten million steps, and time still grows by it.
+const LEAST_STEP: f64 = 1e-10;
+/// Most steps of a run: a week of a core at 60 us each. Below 2^53, so that counts and times are exact.
+const MOST_STEPS: f64 = 1e10;
+
 /// A run that can be started.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plan {
@@ -47,6 +52,33 @@ pub enum PlanError {
         hz: f64,
         /// Engine.
         engine: &'static str,
+    },
+    /// More steps than a run may have.
+    #[error(
+        "the run would take {steps:.3e} steps of {step:e} s up to run.end_time = {end_time} s: at most {most:e} steps are \
+         computed, which ends at {:.3e} s",
+        .most * .step
+    )]
+    TooManySteps {
+        /// Steps up to `end_time`.
+        steps: f64,
+        /// Step \[s\].
+        step: f64,
+        /// `run.end_time` \[s\].
+        end_time: f64,
+        /// Most steps.
+        most: f64,
+    },
+    /// The model asks for a smaller step than any that is computed.
+    #[error(
+        "the stable step of the model is below {least:e} s, the smallest that is computed: its highest frequency is {hz:.3e} Hz \
+         (a very stiff or very light part)"
+    )]
+    StepTooSmall {
+        /// Smallest step \[s\].
+        least: f64,
+        /// Highest frequency \[Hz\].
+        hz: f64,
     },
     /// The rotor would start inside the diaphragm.
     #[error("the rotor starts inside diaphragm {diaphragm}: gap {gap:e} m at t = 0")]
@@ -93,7 +125,7 @@ impl Plan {
     /// Chooses or checks the step of a run.
     ///
     /// # Errors
-    /// [`PlanError::StepTooLarge`], [`PlanError::Eigen`].
+    /// [`PlanError::StepTooLarge`], [`PlanError::StepTooSmall`], [`PlanError::TooManySteps`], [`PlanError::Eigen`].
     pub fn new(machine: &Machine, structure: &Structure) -> Result<Self, PlanError> {
         let lateral = rotor_limit(machine, structure)?;
         let rings = structure.rings.iter().flatten().map(|ring| ring.part.highest);
@@ -120,6 +152,15 @@ impl Plan {
                 });
             }
         };
+        // so that no comparison lets a NaN pass
+        if !(step >= LEAST_STEP.min(machine.run.end_time) && highest_frequency.is_finite()) {
+            let hz = highest_frequency / (2.0 * std::f64::consts::PI);
+            return Err(PlanError::StepTooSmall { least: LEAST_STEP, hz });
+        }
+        let steps = machine.run.end_time / step;
+        if steps > MOST_STEPS {
+            return Err(PlanError::TooManySteps { steps, step, end_time: machine.run.end_time, most: MOST_STEPS });
+        }
         Ok(Self { step, largest_step, highest_frequency })
     }
 }
@@ -202,7 +243,7 @@ fn floor_to_two_digits(value: f64) -> f64 {
     let unit = libm::pow(10.0, exponent - 1.0);
     let digits = libm::floor(value / unit);
     // decimal text gives the nearest f64 to what a person would write
-    format!("{digits:.0}e{}", exponent as i32 - 1).parse().unwrap_or(value)
+    format!("{digits:.0}e{}", (exponent as i32).saturating_sub(1)).parse().unwrap_or(value)
 }
 
 #[cfg(test)]

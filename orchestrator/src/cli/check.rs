@@ -1,22 +1,22 @@
 //! `bladeoff check`: everything about a study except its results.
 
 use super::error::CliError;
+use super::estimate::estimate;
 use super::exit::Exit;
-use super::output::{print, remark};
-use super::run::{PartArgs, default_workers};
-use crate::engine;
-use crate::report::{Align, TextTable, duration};
+use super::output::print;
+use super::run::PartArgs;
+use crate::report::{Align, TextTable};
 use crate::study::{Axis, Samples, show};
 use bladeoff_core::machine::ParamValue;
 use std::path::PathBuf;
-use std::time::{Duration, Instant};
 
 /// Check a study: what varies, how many samples, how long it will take
 ///
 /// Reads study, machine and points file and reports every problem in them with its place. Builds the machine of every
 /// sample (of studies above 100000 samples: of every value and every corner), so that impossible combinations are
-/// found before anything runs. Then computes one sample, the middle one, to estimate the time of the whole; nothing is
-/// written.
+/// found before anything runs. Then computes up to seven samples, spread over all axes and each for at most 20 s of CPU time (all
+/// together one minute), to tell the time of the whole as a range: CPU time, and what that is with a worker on each
+/// core. Nothing is written.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Examples:\n  bladeoff check studies/first-look.toml\n  bladeoff check studies/first-look.toml --list | less"
@@ -41,7 +41,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         return Ok(Exit::Ok);
     }
     print(&describe(&samples))?;
-    time_one(&samples)?;
+    estimate(&samples)?;
     Ok(Exit::Ok)
 }
 
@@ -75,26 +75,6 @@ fn describe(samples: &Samples) -> String {
 
 fn points(axis: &Axis, kept: u64) -> String {
     if kept == axis.length { kept.to_string() } else { format!("{kept} of {}", axis.length) }
-}
-
-/// Computes the middle sample and says how long the study will take.
-fn time_one(samples: &Samples) -> Result<(), CliError> {
-    let sample = samples.count() / 2;
-    remark(&format!("computing sample {sample} to estimate the time ..."));
-    let machine = samples.machine(sample).build()?;
-    let structure = engine::build(&machine)?;
-    let started = Instant::now();
-    let outcome = engine::simulate(&machine, &structure)?;
-    let one = started.elapsed();
-    let workers = default_workers();
-    let whole = Duration::from_secs_f64(one.as_secs_f64() * samples.count() as f64 / workers as f64);
-    let cause = outcome.cause.map(|cause| format!(" ({})", cause.word())).unwrap_or_default();
-    print(&format!(
-        "\nsample {sample}: {}{cause}, {}\nthe whole study: about {} with {workers} workers (samples with much contact take longer)\n",
-        outcome.status.word(),
-        duration(one),
-        duration(whole)
-    ))
 }
 
 fn list(samples: &Samples) -> Result<(), CliError> {

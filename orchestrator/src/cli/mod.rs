@@ -4,6 +4,7 @@ mod bench;
 mod budget;
 mod check;
 mod error;
+mod estimate;
 mod excerpt;
 mod exit;
 mod export;

@@ -4,7 +4,7 @@ use super::error::CliError;
 use super::exit::Exit;
 use super::output::{print, remark};
 use crate::report::{advice, cause_in_words, diverged_at, duration, end_cause_in_words, mentions};
-use crate::results::{Table, Timing};
+use crate::results::{Table, Timing, Value as Cell};
 use crate::run::directory::{
     LEDGER, MACHINE, MANIFEST, POINTS, STUDY, WORKER_LOG, read_current, row_files, timing_files,
 };
@@ -110,6 +110,13 @@ pub fn text(directory: &Path, sample: u64) -> Result<String, CliError> {
     told.line("sample", format!("{sample} of {} in {}", samples.count(), directory.display()));
     for (varied, value) in samples.parameters().zip(samples.values(sample)) {
         told.line(&varied.info.path, show(&varied.info, &value));
+    }
+    for (name, value) in samples.carried(sample) {
+        match value {
+            Cell::Number(number) => told.line(name, format!("{number:?}")),
+            Cell::Word(word) => told.line(name, word),
+            Cell::Missing => {}
+        }
     }
     let go_on = seen.told.as_ref().and_then(|told| told.get("go_on")).and_then(Value::as_str).map(str::to_owned);
     match read_current(directory, row_files, |files| Table::row(files, sample))? {

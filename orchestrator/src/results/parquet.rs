@@ -16,8 +16,10 @@ use std::fs::File;
 pub enum Value {
     /// SI number; whole where the column holds integers.
     Number(f64),
-    /// Word of a choice.
+    /// Word of a choice, or text.
     Word(String),
+    /// Nothing: null.
+    Missing,
 }
 
 /// One row: a sample, what was varied and what came out.
@@ -107,14 +109,14 @@ fn frame(schema: &TableSchema, rows: &[Row]) -> Result<DataFrame, PolarsError> {
 fn parameter<'a>(field: &Field, values: impl Iterator<Item = &'a Value>) -> Column {
     let number = |value: &Value| match value {
         Value::Number(number) => Some(*number),
-        Value::Word(_) => None,
+        Value::Word(_) | Value::Missing => None,
     };
     match field.kind {
         FieldKind::Word | FieldKind::Choice(_) => words(
             &field.name,
             values.map(|value| match value {
                 Value::Word(word) => Some(word.clone()),
-                Value::Number(_) => None,
+                Value::Number(_) | Value::Missing => None,
             }),
         ),
         FieldKind::Integer | FieldKind::Count => {

@@ -31,7 +31,7 @@ pub enum InputError {
         limit: u64,
     },
     /// Not text.
-    #[error("{} is not UTF-8 text (byte {at})", path.display())]
+    #[error("{} is neither UTF-8 text (byte {at}) nor UTF-16 with its byte order mark: save it as UTF-8", path.display())]
     NotText {
         /// The file.
         path: PathBuf,
@@ -80,8 +80,28 @@ pub fn read_input(path: &Path, limit: u64) -> Result<String, InputError> {
     if bytes.len() as u64 > limit {
         return Err(InputError::TooLarge { path: path_buf(), bytes: bytes.len() as u64, limit });
     }
-    String::from_utf8(bytes)
-        .map_err(|error| InputError::NotText { path: path_buf(), at: error.utf8_error().valid_up_to() })
+    decode(bytes).map_err(|at| InputError::NotText { path: path_buf(), at })
+}
+
+/// UTF-8, or UTF-16 that says so by its byte order mark, as spreadsheets save "Unicode text"; otherwise the first byte that is
+/// no text. UTF-16 without its mark shows by the zeros in its first letters.
+fn decode(bytes: Vec<u8>) -> Result<String, usize> {
+    let unit: fn([u8; 2]) -> u16 = match bytes.first_chunk() {
+        Some([0xff, 0xfe]) => u16::from_le_bytes,
+        Some([0xfe, 0xff]) => u16::from_be_bytes,
+        _ => {
+            if let Some(at) = bytes.iter().take(4).position(|byte| *byte == 0) {
+                return Err(at);
+            }
+            return String::from_utf8(bytes).map_err(|error| error.utf8_error().valid_up_to());
+        }
+    };
+    let (units, rest) = bytes[2..].as_chunks::<2>();
+    let mut text = String::with_capacity(units.len());
+    for (position, letter) in char::decode_utf16(units.iter().map(|pair| unit(*pair))).enumerate() {
+        text.push(letter.map_err(|_| 2 * (position + 1))?);
+    }
+    if rest.is_empty() { Ok(text) } else { Err(bytes.len() - 1) }
 }
 
 /// Most `..` at the beginning of a path in a study.
@@ -148,5 +168,20 @@ mod tests {
         assert!(matches!(read_input(&path, 9), Err(InputError::TooLarge { bytes: 10, .. })));
         fs::write(&path, b"ab\xff").expect("write");
         assert!(matches!(read_input(&path, 10), Err(InputError::NotText { at: 2, .. })));
+    }
+
+    #[test]
+    fn utf_16_is_read_where_its_mark_says_so() {
+        let bytes = |mark: [u8; 2], to: fn(u16) -> [u8; 2]| -> Vec<u8> {
+            mark.into_iter().chain("a;µ\r\n😀".encode_utf16().flat_map(to)).collect()
+        };
+        for bytes in [bytes([0xff, 0xfe], u16::to_le_bytes), bytes([0xfe, 0xff], u16::to_be_bytes)] {
+            assert_eq!(decode(bytes.clone()).as_deref(), Ok("a;µ\r\n😀"));
+            assert_eq!(decode(bytes[..bytes.len() - 1].to_vec()), Err(12), "half a letter");
+            assert!(decode(bytes[..bytes.len() - 2].to_vec()).is_err(), "half a pair");
+            assert!(decode(bytes[2..].to_vec()).is_err(), "no mark");
+        }
+        assert_eq!(decode(b"a\0".to_vec()), Err(1));
+        assert_eq!(decode(Vec::new()).as_deref(), Ok(""));
     }
 }

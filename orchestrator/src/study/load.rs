@@ -1,12 +1,15 @@
 //! A study file from its text: every key, path and value checked, all problems of all its files at once.
 
+use super::carried::{Carried, Others, refuse_taken};
 use super::input::{InputError, beside, read_input};
 use super::limits::Limits;
-use super::points::read_points;
+use super::points::{PointsFile, read_points};
 use super::table::{Keys, scalar_text, wrong_type};
 use super::twin::{TWIN, TwinShare};
 use super::vary::{PathTable, read_vary};
 use super::{Axis, STUDY_SCHEMA, Study, StudyError};
+use crate::engine;
+use crate::results::TableSchema;
 use bladeoff_core::document::{Collector, Entry, MAX_FILE_BYTES, Node, Problems, Value, cut, parse_toml};
 use bladeoff_core::machine::{MachineDef, ParamValue, PathInfo};
 use bladeoff_protocol::messages::MAX_PARAMS;
@@ -67,6 +70,8 @@ struct MachineFile {
     named: String,
     text: String,
     def: MachineDef,
+    /// It has mistakes, which were reported: this is what could be read of it.
+    partly: bool,
 }
 
 struct Loader<'a> {
@@ -87,14 +92,18 @@ impl Loader<'_> {
         let seed = keys.get("seed").map_or(Some(0), |entry| keys.whole(entry, 0, i64::MAX as u64, &mut self.problems));
         let limits = keys.get("limits").map(|entry| Limits::read(entry, &mut self.problems)).unwrap_or_default();
         let machine = self.machine(&keys);
-        let paths = PathTable::new(machine.as_ref().map(|machine| &machine.def));
+        let partly = machine.as_ref().is_some_and(|machine| machine.partly);
+        let paths = PathTable::new(machine.as_ref().map(|machine| &machine.def), partly);
         let fixed = keys.get("set").map(|entry| self.fixed(entry, &paths)).unwrap_or_default();
         let mut axes = Vec::new();
-        let mut points_text = None;
+        let (mut points_text, mut carried, mut others) = (None, Vec::new(), Others::default());
         if let Some(entry) = keys.get("points") {
-            let (axis, text) = self.points(entry, &paths).unzip();
-            axes.extend(axis);
-            points_text = text;
+            let points = self.points(entry, &paths, &mut others);
+            if let Some((axis, columns, text)) = points {
+                axes.push(axis);
+                carried = columns;
+                points_text = Some(text);
+            }
         }
         if let Some(entry) = keys.get("vary") {
             axes.extend(read_vary(entry, &paths, &mut self.problems));
@@ -120,6 +129,13 @@ impl Loader<'_> {
             }
             TwinShare::read(entry, &mut machine.def, &mut self.problems)
         });
+        if !others.carry.is_empty()
+            && let Ok(built) = machine.def.build()
+        {
+            let own = TableSchema::new(Vec::new(), &engine::columns(&built));
+            let own: Vec<String> = own.fields().iter().map(|field| field.name.clone()).collect();
+            refuse_taken(&others, &axes, &own, &mut self.problems);
+        }
         Some(Study {
             file: file.to_owned(),
             text: text.to_owned(),
@@ -131,6 +147,7 @@ impl Loader<'_> {
             fixed,
             axes,
             points_text,
+            carried,
             limits,
             twin,
         })
@@ -169,26 +186,34 @@ impl Loader<'_> {
         let entry = keys.require("machine", allowed, &mut self.problems)?;
         let named = keys.text(entry, &mut self.problems)?;
         let (path, text) = self.file(entry, "machine", named, MAX_FILE_BYTES as u64)?;
-        match MachineDef::parse(&path, &text) {
-            Ok(def) => Some(MachineFile { named: named.to_owned(), text, def }),
-            Err(problems) => {
+        let (def, partly) = match MachineDef::parse_partly(&path, &text) {
+            Ok(def) => (Some(def), false),
+            Err((def, problems)) => {
                 self.others.push(problems);
-                None
+                (def, true)
             }
-        }
+        };
+        def.map(|def| MachineFile { named: named.to_owned(), text, def, partly })
     }
 
-    fn points(&mut self, entry: &Entry, paths: &PathTable) -> Option<(Axis, String)> {
+    fn points(
+        &mut self,
+        entry: &Entry,
+        paths: &PathTable,
+        others: &mut Others,
+    ) -> Option<(Axis, Vec<Carried>, String)> {
         let keys = Keys::of(entry, "points", &mut self.problems)?;
-        keys.refuse_unknown(&["file"], &mut self.problems);
+        keys.refuse_unknown(&["file", "carry", "ignore"], &mut self.problems);
+        *others = Others::read(&keys, &mut self.problems);
         let file = keys.require("file", "file = \"points.csv\", relative to the study file", &mut self.problems)?;
         let named = keys.text(file, &mut self.problems)?;
         let (path, text) = self.file(file, "points.file", named, MAX_POINTS_BYTES)?;
         let place = file.node.span.clone();
-        match read_points(&path, named, &text, &place, paths) {
-            Ok(axis) => {
+        others.refuse_absent(&text, &mut self.problems);
+        match read_points(&PointsFile { file: &path, named, place: place.clone(), text: &text, others }, paths) {
+            Ok((axis, carried)) => {
                 axis.varied.iter().for_each(|varied| paths.used(&varied.info, place.clone(), "points.file"));
-                Some((axis, text))
+                Some((axis, carried, text))
             }
             Err(problems) => {
                 self.others.push(problems);

@@ -8,6 +8,8 @@
 
 mod amount;
 mod axis;
+mod carried;
+mod csv;
 mod feasible;
 mod input;
 mod limits;
@@ -23,6 +25,7 @@ mod vary;
 
 pub use amount::{parse_duration, parse_memory};
 pub use axis::{Axis, Varied, show};
+pub use carried::Carried;
 pub use feasible::{CHECKED_COMBINATIONS, check_machines};
 pub use input::{InputError, read_input};
 pub use limits::{Limits, Share};
@@ -64,6 +67,8 @@ pub struct Study {
     pub axes: Vec<Axis>,
     /// Text of the points file, to be kept beside the results.
     pub points_text: Option<String>,
+    /// Columns of the points file, which is the first axis, that stand in the table as they are.
+    pub carried: Vec<Carried>,
     /// How many failed and invalid samples are acceptable.
     pub limits: Limits,
     /// Which samples have a twin run; `None`: as the machine says.

@@ -1,7 +1,7 @@
 //! The samples of a study after `--scale` and `--limit`: each computed from its number when asked for.
 
 use super::axis::show;
-use super::{Axis, Study, StudyError, Varied};
+use super::{Axis, Carried, Study, StudyError, Varied};
 use crate::design::{Design, DesignError, Thinned};
 use crate::dispatch;
 use crate::results::{Field, FieldKind, Value};
@@ -146,7 +146,8 @@ impl Samples {
         }
     }
 
-    /// The columns of the varied parameters; the detection is not among them: it has a column of its own.
+    /// The columns of the varied parameters, then those that are carried along; the detection is not among them: it has a column
+    /// of its own.
     #[must_use]
     pub fn fields(&self) -> Vec<Field> {
         let twin = self.study.twin.iter().map(|twin| Field {
@@ -155,7 +156,8 @@ impl Samples {
             meaning: twin.info.meaning.to_owned(),
             kind: FieldKind::Real,
         });
-        self.parameters().filter(|varied| !varied.is_detection()).map(Varied::field).chain(twin).collect()
+        let varied = self.parameters().filter(|varied| !varied.is_detection()).map(Varied::field);
+        varied.chain(twin).chain(self.study.carried.iter().map(Carried::field)).collect()
     }
 
     /// The cells of these columns for a sample.
@@ -166,8 +168,16 @@ impl Samples {
             ParamValue::Number(number) => Value::Number(number),
             ParamValue::Choice(word) => Value::Word(word),
         };
-        let cells = pairs.filter(|(varied, _)| !varied.is_detection()).map(|(_, value)| cell(value));
-        cells.chain(self.twin(sample).map(Value::Number)).collect()
+        let varied = pairs.filter(|(varied, _)| !varied.is_detection()).map(|(_, value)| cell(value));
+        let twin = self.twin(sample).map(Value::Number);
+        varied.chain(twin).chain(self.carried(sample).map(|(_, value)| value)).collect()
+    }
+
+    /// What is carried along with a sample: names of columns, and cells.
+    pub fn carried(&self, sample: u64) -> impl Iterator<Item = (&str, Value)> {
+        // The points are the first axis.
+        let position = if self.study.carried.is_empty() { 0 } else { self.design.positions(sample)[0] };
+        self.study.carried.iter().map(move |carried| (carried.name.as_str(), carried.at(position)))
     }
 
     /// The detection of a sample where it varies.

@@ -5,7 +5,9 @@ use super::table::{Keys, scalar_text, wrong_type};
 use super::values::{Gathered, Mixed, ValueList};
 use bladeoff_core::document::units::QuantityError;
 use bladeoff_core::document::{Collector, Entry, Node, Value, cut};
-use bladeoff_core::machine::{MachineDef, ParamValue, PathError, PathInfo, PathKind, ValueError, some_of};
+use bladeoff_core::machine::{
+    MachineDef, ParamValue, PathError, PathInfo, PathKind, ValueError, is_of_the_format, some_of,
+};
 use bladeoff_protocol::messages::MAX_PARAMS;
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -20,12 +22,42 @@ const KEYS: [&str; 7] = ["path", "from", "to", "count", "spacing", "values", "zi
 pub(super) struct PathTable<'a> {
     /// `None`: the machine could not be read; paths are then not judged.
     machine: Option<&'a MachineDef>,
+    /// Not all of the machine could be read.
+    partly: bool,
     used: RefCell<Vec<(String, Range<usize>, String)>>,
 }
 
 impl<'a> PathTable<'a> {
-    pub fn new(machine: Option<&'a MachineDef>) -> Self {
-        Self { machine, used: RefCell::new(Vec::new()) }
+    /// For a machine, of which not all could be read if `partly`.
+    pub fn new(machine: Option<&'a MachineDef>, partly: bool) -> Self {
+        Self { machine, partly, used: RefCell::new(Vec::new()) }
+    }
+
+    /// That a path names nothing, as far as this is known.
+    fn unknown(&self) -> &'static str {
+        match (self.machine, self.partly) {
+            (None, _) => "no machine has such a parameter",
+            (Some(_), true) => "this machine, as far as it could be read, has no such parameter",
+            (Some(_), false) => "this machine has no such parameter",
+        }
+    }
+
+    /// As [`PathTable::resolve`] for a column of a points file, which may be something else than a parameter.
+    pub fn column(&self, name: &str, span: Range<usize>, problems: &mut Collector<'_>) -> Option<PathInfo> {
+        let key = cut(name, 80);
+        let unknown = self.machine.filter(|_| !problems.is_full()).map(|machine| machine.resolve(name));
+        let Some(Err(PathError::Unknown { nearest, .. })) = unknown else {
+            return self.resolve(name, span, &key, problems);
+        };
+        let (message, carry) = match name {
+            "" => ("a column without a name (an index, as some programs write it?)", String::new()),
+            _ => (self.unknown(), format!("carry = [{key:?}] takes the column along into the table, ")),
+        };
+        let message = format!("{message}; in the study's [points] {carry}ignore = [{key:?}] leaves it out");
+        let problem = problems.add(span, &key, message);
+        problem.nearest = nearest;
+        problem.allowed = Some("a parameter's path, its ending or its column".to_owned());
+        None
     }
 
     /// The parameter that `given`, a path or the end of one, names; a problem and `None` if it names none or several.
@@ -36,7 +68,14 @@ impl<'a> PathTable<'a> {
         key: &str,
         problems: &mut Collector<'_>,
     ) -> Option<PathInfo> {
-        let machine = self.machine?;
+        let Some(machine) = self.machine else {
+            // Nothing of it could be read: what no machine has is wrong with any.
+            if !is_of_the_format(given) {
+                let problem = problems.add(span, key, self.unknown());
+                problem.value = Some(format!("{:?}", cut(given, 80)));
+            }
+            return None;
+        };
         match if problems.is_full() { machine.find(given) } else { machine.resolve(given) } {
             Ok(info) => Some(info),
             Err(_) if problems.is_full() => one_more(problems),
@@ -47,7 +86,7 @@ impl<'a> PathTable<'a> {
                 None
             }
             Err(PathError::Unknown { nearest, .. }) => {
-                let problem = problems.add(span, key, "this machine has no such parameter");
+                let problem = problems.add(span, key, self.unknown());
                 problem.value = Some(format!("{:?}", cut(given, 80)));
                 problem.allowed = Some("a path of `bladeoff paths MACHINE`, or its ending".to_owned());
                 problem.nearest = nearest;
@@ -57,9 +96,9 @@ impl<'a> PathTable<'a> {
     }
 
     /// Every parameter by the name of its column in a result table.
-    pub fn columns(&self) -> HashMap<String, PathInfo> {
+    pub fn columns(&self) -> Columns {
         let all = self.machine.map(MachineDef::paths).unwrap_or_default();
-        all.into_iter().map(|info| (info.column(), info)).collect()
+        Columns(all.into_iter().map(|info| (info.column(), info)).collect())
     }
 
     /// The value that `text` stands for; a problem and `None` if it is none for this parameter.
@@ -100,6 +139,22 @@ impl<'a> PathTable<'a> {
                 None => drop(first.insert(path, key)),
             }
         }
+    }
+}
+
+/// Parameters by the names of their columns.
+pub(super) struct Columns(HashMap<String, PathInfo>);
+
+impl Columns {
+    /// The parameter of a column, or of an ending of its name at a dot that no other has.
+    pub fn find(&self, name: &str) -> Option<&PathInfo> {
+        if let Some(info) = self.0.get(name) {
+            return Some(info);
+        }
+        let ends_so = |column: &String| column.strip_suffix(name).is_some_and(|rest| rest.ends_with('.'));
+        let mut found = self.0.iter().filter(|(column, _)| !name.is_empty() && ends_so(column));
+        let (_, info) = found.next()?;
+        found.next().is_none().then_some(info)
     }
 }
 

@@ -115,15 +115,8 @@ fn ring(reader: &mut Reader<'_>, table: &str) -> Option<Ring> {
             let allowed = format!("below twice mean_radius = {}", format_digits(radius, "m", 10));
             reader.fail(&path("thickness"), "the ring has no inner edge", allowed);
         }
-        let rotor_radius = reader.number(&below(table, "contact.rotor_radius"));
-        let gap = reader.number(&below(table, "contact.gap"));
-        if let (Some(rotor_radius), Some(gap)) = (rotor_radius, gap)
-            && rotor_radius + gap >= radius + thickness / 2.0
-        {
-            let message = "the contact surface (rotor_radius + gap) lies outside the ring";
-            let outer = format_digits(radius + thickness / 2.0, "m", 10);
-            let allowed = format!("rotor_radius + gap below mean_radius + thickness/2 = {outer}");
-            reader.fail(&path("mean_radius"), message, allowed);
+        if thickness < 2.0 * radius {
+            check_fit(reader, table, radius, thickness);
         }
     }
     let elements = reader.count(&path("elements"));
@@ -141,6 +134,40 @@ fn ring(reader: &mut Reader<'_>, table: &str) -> Option<Ring> {
         width: reader.number(&path("width"))?,
         elements: elements?,
     })
+}
+
+/// The contact surface, `R_i = rotor_radius + gap`, lies where the ring has one. Varying the gap moves it alone, so it may
+/// leave the inner face of the ring's section, `mean_radius - thickness/2`: inwards by one thickness (a seal on the ring),
+/// outwards to the mean line. Beyond that radius and gap are those of another ring.
+fn check_fit(reader: &mut Reader<'_>, table: &str, mean: f64, thickness: f64) {
+    let (radius_path, gap_path) = (below(table, "contact.rotor_radius"), below(table, "contact.gap"));
+    let (Some(radius), Some(gap)) = (reader.number(&radius_path), reader.number(&gap_path)) else { return };
+    let (surface, face) = (radius + gap, mean - thickness / 2.0);
+    let (least, most) = (face - thickness, mean);
+    // 1.9 mm + 50.1 mm is 52 mm, whatever the last digit
+    let slack = 1e-9 * mean;
+    if (least - slack..=most + slack).contains(&surface) {
+        return;
+    }
+    let metres = |length: f64| format_digits(length, "m", 6);
+    let gap_there = if face > radius {
+        format!("from this rotor_radius to that face there are {}", metres(face - radius))
+    } else {
+        format!("this rotor_radius lies {} beyond that face", metres(radius - face))
+    };
+    let message = format!(
+        "rotor_radius + gap = {} does not fit the ring, whose inner face (mean_radius - thickness/2) is at {}: {gap_there}",
+        metres(surface),
+        metres(face)
+    );
+    let allowed = format!(
+        "rotor_radius + gap from {} to {} (a thickness inside that face, to the mean radius)",
+        metres(least.max(0.0)),
+        metres(most)
+    );
+    // A radius that fits by itself leaves the gap to blame.
+    let path = if (least..=face).contains(&radius) { gap_path } else { radius_path };
+    reader.fail(&path, message, allowed);
 }
 
 /// Blades; inner `None`: a free ring, outer `None`: not known.

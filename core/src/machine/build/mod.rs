@@ -3,6 +3,7 @@
 
 mod diaphragm;
 mod path;
+mod places;
 mod reader;
 mod rotor;
 mod run;

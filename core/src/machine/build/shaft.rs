@@ -1,14 +1,13 @@
-//! `[[rotor.shaft]]`: sections to nodes and elements, and places to nodes.
+//! `[[rotor.shaft]]`: sections to nodes and elements.
 
 use super::path::{below, joined};
+use super::places;
 use super::reader::Reader;
 use crate::document::units::format_digits;
 use crate::machine::model::ShaftElement;
 
 /// Bound on all sections together: matrices are dense, eigenvalue problems cost the cube.
-const MOST_ELEMENTS: usize = 500;
-/// A place within this part of the shaft's length of a node is that node.
-const TOLERANCE: f64 = 1e-9;
+pub(super) const MOST_ELEMENTS: usize = 500;
 
 /// Nodes that a place may mean.
 pub(super) enum Nodes {
@@ -62,7 +61,9 @@ pub(super) fn line(reader: &mut Reader<'_>) -> Option<Line> {
         reader.fail("rotor.shaft", "element lengths too different to place the nodes", "lengths of similar size");
         return None;
     }
-    Some(Line { nodes, elements })
+    let mut line = Line { nodes, elements };
+    places::split(reader, &mut line);
+    Some(line)
 }
 
 /// Element lengths of one section.
@@ -197,22 +198,7 @@ pub(super) fn node(reader: &mut Reader<'_>, nodes: Option<&Nodes>, table: &str) 
         Nodes::Point => return Some(0),
         Nodes::Line(nodes) => nodes,
     };
-    let path = below(table, "position");
-    let position = reader.number(&path)?;
-    let length = nodes[nodes.len() - 1];
-    let tolerance = TOLERANCE * length;
-    let right = nodes.partition_point(|z| *z < position - tolerance);
-    if right < nodes.len() && (nodes[right] - position).abs() <= tolerance {
-        return Some(right);
-    }
-    let metres = |z: f64| format_digits(z, "m", 10);
-    if right == nodes.len() {
-        reader.fail(&path, "outside the shaft", format!("0 to {}, at a node", metres(length)));
-    } else {
-        let nearest = format!("{} and {}", metres(nodes[right - 1]), metres(nodes[right]));
-        reader.fail(&path, format!("no node there; the nearest nodes are at {nearest}"), "the position of a node");
-    }
-    None
+    places::node(reader, nodes, table)
 }
 
 #[cfg(test)]

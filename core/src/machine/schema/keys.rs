@@ -13,8 +13,17 @@ const MODES_FROM_1: Range = Range::from_to(1.0, 10_000.0);
 const MODES_FROM_2: Range = Range::from_to(2.0, 10_000.0);
 const TWIN: Range = Range::from_to(0.0, 0.01);
 const STEPS: Range = Range::from_to(1.0, 1e15);
+const FRICTION: Range = Range::from_to(0.0, 100.0);
+const SHEAR: Range = Range::from_to(1e-3, 1e3);
 
+/// A key; where its range has no end it ends where its unit does ([`super::bounds`]).
 const fn key(path: &'static str, kind: Kind, need: Need, range: Range, when: When, meaning: &'static str) -> Key {
+    let range = match kind {
+        Kind::Number(unit) | Kind::NumberOr(unit, _) | Kind::Vector(unit) | Kind::Matrix(unit) | Kind::List(unit) => {
+            range.bounded(unit)
+        }
+        Kind::Schema | Kind::Text | Kind::Count | Kind::Choice(_) => range,
+    };
     Key { path, kind, need, range, when, meaning }
 }
 
@@ -71,7 +80,7 @@ pub(super) const KEYS: &[Key] = &[
         "Poisson's ratio of the shaft"),
     key("rotor.material.density", Kind::Number("kg/m3"), Need::Required, Range::POSITIVE, When::Shaft,
         "density of the shaft"),
-    key("rotor.material.shear_coefficient", Kind::NumberOr("", &["cowper", "none"]), Need::Word("cowper"), Range::POSITIVE, When::Shaft,
+    key("rotor.material.shear_coefficient", Kind::NumberOr("", &["cowper", "none"]), Need::Word("cowper"), SHEAR, When::Shaft,
         "k in k G S: a number, Cowper's formula for the section, or no shear deformation"),
     key("rotor.shaft[i].length", Kind::Number("m"), Need::Optional("element_lengths says it"), Range::POSITIVE, When::Shaft,
         "length of the section, cut into equal elements"),
@@ -83,7 +92,7 @@ pub(super) const KEYS: &[Key] = &[
         "outer diameter of the section"),
     key("rotor.shaft[i].inner_diameter", Kind::Number("m"), Need::Number(0.0), Range::NOT_NEGATIVE, When::Shaft,
         "diameter of the bore"),
-    key("rotor.shaft[i].shear_coefficient", Kind::NumberOr("", &["cowper", "none"]), Need::Optional("as in rotor.material"), Range::POSITIVE, When::Shaft,
+    key("rotor.shaft[i].shear_coefficient", Kind::NumberOr("", &["cowper", "none"]), Need::Optional("as in rotor.material"), SHEAR, When::Shaft,
         "k in k G S of this section"),
     key("rotor.shaft[i].material.young_modulus", Kind::Number("Pa"), Need::Optional("as in rotor.material"), Range::POSITIVE, When::Shaft,
         "Young's modulus of this section"),
@@ -91,10 +100,10 @@ pub(super) const KEYS: &[Key] = &[
         "Poisson's ratio of this section"),
     key("rotor.shaft[i].material.density", Kind::Number("kg/m3"), Need::Optional("as in rotor.material"), Range::POSITIVE, When::Shaft,
         "density of this section"),
-    key("rotor.shaft[i].material.shear_coefficient", Kind::NumberOr("", &["cowper", "none"]), Need::Optional("as in rotor.material"), Range::POSITIVE, When::Shaft,
+    key("rotor.shaft[i].material.shear_coefficient", Kind::NumberOr("", &["cowper", "none"]), Need::Optional("as in rotor.material"), SHEAR, When::Shaft,
         "k in k G S of this section (the same as rotor.shaft[i].shear_coefficient)"),
     key("rotor.discs.NAME.position", Kind::Number("m"), Need::Required, Range::NOT_NEGATIVE, When::Shaft,
-        "place along the shaft; a node must be there"),
+        "place along the shaft; between two nodes it makes a node of its own"),
     key("rotor.discs.NAME.mass", Kind::Number("kg"), Need::Required, Range::NOT_NEGATIVE, When::Shaft,
         "mass of the disc"),
     key("rotor.discs.NAME.transverse_inertia", Kind::Number("kg m2"), Need::Required, Range::NOT_NEGATIVE, When::Shaft,
@@ -102,7 +111,7 @@ pub(super) const KEYS: &[Key] = &[
     key("rotor.discs.NAME.polar_inertia", Kind::Number("kg m2"), Need::Required, Range::NOT_NEGATIVE, When::Shaft,
         "moment of inertia of the disc about Z"),
     key("rotor.bearings.NAME.position", Kind::Number("m"), Need::Required, Range::NOT_NEGATIVE, When::Shaft,
-        "place along the shaft; a node must be there"),
+        "place along the shaft; between two nodes it makes a node of its own"),
     key("rotor.bearings.NAME.stiffness", Kind::Matrix("N/m"), Need::Required, Range::NOT_NEGATIVE, When::Always,
         "stiffness to ground: isotropic, or [[kxx, kxy], [kyx, kyy]]"),
     key("rotor.bearings.NAME.damping", Kind::Matrix("N s/m"), Need::Number(0.0), Range::NOT_NEGATIVE, When::Always,
@@ -110,7 +119,7 @@ pub(super) const KEYS: &[Key] = &[
     key("rotor.bearings.NAME.axial_stiffness", Kind::Number("N/m"), Need::Number(0.0), Range::NOT_NEGATIVE, When::Shaft,
         "axial stiffness to ground; at least one bearing of a shaft has some"),
     key("rotor.unbalances.NAME.position", Kind::Number("m"), Need::Required, Range::NOT_NEGATIVE, When::Shaft,
-        "place along the shaft; a node must be there"),
+        "place along the shaft; between two nodes it makes a node of its own"),
     key("rotor.unbalances.NAME.mass", Kind::Number("kg"), Need::Required, Range::NOT_NEGATIVE, When::Always,
         "mass of the unbalance"),
     key("rotor.unbalances.NAME.radius", Kind::Number("m"), Need::Required, Range::NOT_NEGATIVE, When::Always,
@@ -182,12 +191,12 @@ pub(super) const KEYS: &[Key] = &[
     key("diaphragms.NAME.damping.stiffness_proportional", Kind::Number("s"), Need::Number(0.0), Range::NOT_NEGATIVE, When::Flexible,
         "b in C = a M + b K of ring and blades"),
     key("diaphragms.NAME.contact.position", Kind::Number("m"), Need::Required, Range::NOT_NEGATIVE, When::Shaft,
-        "place along the shaft; a node must be there"),
+        "place along the shaft; between two nodes it makes a node of its own"),
     key("diaphragms.NAME.contact.rotor_radius", Kind::Number("m"), Need::Required, Range::POSITIVE, When::Always,
         "radius of the rotor at the contact"),
     key("diaphragms.NAME.contact.gap", Kind::Number("m"), Need::Required, Range::POSITIVE, When::Always,
         "radial gap; the contact surface has radius rotor_radius + gap"),
-    key("diaphragms.NAME.contact.friction", Kind::Number(""), Need::Required, Range::NOT_NEGATIVE, When::Always,
+    key("diaphragms.NAME.contact.friction", Kind::Number(""), Need::Required, FRICTION, When::Always,
         "Coulomb friction coefficient"),
     key("diaphragms.NAME.contact.friction_law", Kind::Choice(&["stick-slip", "slip"]), Need::Word("stick-slip"), Range::ANY, When::Always,
         "Coulomb's law with stick, or sliding only (as the paper): then a run whose slip changes sign is invalid"),

@@ -1,6 +1,7 @@
 //! The machine file's format as data: one table of every key. Unknown-key and missing-key checks, value checks,
 //! nearest names, parameter paths and the template all come from it.
 
+mod bounds;
 mod keys;
 mod range;
 mod tree;

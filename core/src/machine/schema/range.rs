@@ -1,5 +1,7 @@
 //! Which numbers a key allows.
 
+use super::bounds;
+
 /// An interval, open or closed at each end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Range {
@@ -33,6 +35,35 @@ impl Range {
         Self::new(low, true, high, true)
     }
 
+    /// The same interval where it ends; an end that it lacks is that of its unit. Above zero then means from the unit's
+    /// smallest number on.
+    pub(super) const fn bounded(self, unit: &str) -> Self {
+        if self.high < f64::INFINITY {
+            return self;
+        }
+        let (least, most) = bounds::of(unit);
+        let (low, low_allowed) = if self.low == f64::NEG_INFINITY {
+            (-most, true)
+        } else if self.low_allowed {
+            (self.low, true)
+        } else {
+            (least, true)
+        };
+        Self::new(low, low_allowed, most, true)
+    }
+
+    /// From the negative of the high end to the high end.
+    #[must_use]
+    pub const fn mirrored(self) -> Self {
+        Self::new(-self.high, self.high_allowed, self.high, self.high_allowed)
+    }
+
+    /// Smallest and largest number of the interval, or their limits where they are not allowed themselves.
+    #[must_use]
+    pub const fn ends(self) -> [f64; 2] {
+        [self.low, self.high]
+    }
+
     /// Whether the number is allowed; NaN and infinities never are.
     #[must_use]
     pub fn contains(self, value: f64) -> bool {
@@ -48,15 +79,20 @@ impl Range {
         let sign = |allowed| if allowed { "=" } else { "" };
         match (self.low.is_finite(), self.high.is_finite()) {
             (false, false) => with_unit("any number".to_owned() + if unit.is_empty() { "" } else { " in" }),
-            (true, false) => with_unit(format!(">{} {}", sign(self.low_allowed), self.low)),
-            (false, true) => with_unit(format!("<{} {}", sign(self.high_allowed), self.high)),
+            (true, false) => with_unit(format!(">{} {}", sign(self.low_allowed), short(self.low))),
+            (false, true) => with_unit(format!("<{} {}", sign(self.high_allowed), short(self.high))),
             (true, true) if self.low_allowed && self.high_allowed => {
-                let high = if self.high < 1e6 { self.high.to_string() } else { format!("{:e}", self.high) };
-                with_unit(format!("{} to {high}", self.low))
+                with_unit(format!("{} to {}", short(self.low), short(self.high)))
             }
-            (true, true) => with_unit(format!("> {} and < {}", self.low, self.high)),
+            (true, true) => with_unit(format!("> {} and < {}", short(self.low), short(self.high))),
         }
     }
+}
+
+/// A limit as a person writes it.
+fn short(number: f64) -> String {
+    let size = number.abs();
+    if size == 0.0 || (1e-3..1e6).contains(&size) { number.to_string() } else { format!("{number:e}") }
 }
 
 #[cfg(test)]
@@ -77,5 +113,16 @@ mod tests {
         assert_eq!(Range::between(-1.0, 0.5).words(""), "> -1 and < 0.5");
         assert_eq!(Range::from_to(1.0, 10_000.0).words(""), "1 to 10000");
         assert_eq!(Range::ANY.words("m/s2"), "any number in m/s2");
+        assert_eq!(Range::POSITIVE.bounded("m").words("m"), "1e-9 to 1e6 m");
+    }
+
+    #[test]
+    fn what_has_no_end_ends_where_its_unit_does() {
+        assert_eq!(Range::POSITIVE.bounded("m").ends(), [1e-9, 1e6]);
+        assert_eq!(Range::NOT_NEGATIVE.bounded("m").ends(), [0.0, 1e6]);
+        assert_eq!(Range::ANY.bounded("m").ends(), [-1e6, 1e6]);
+        assert_eq!(Range::NOT_NEGATIVE.bounded("m").mirrored(), Range::ANY.bounded("m"));
+        assert_eq!(Range::from_to(1.0, 4.0).bounded("m"), Range::from_to(1.0, 4.0));
+        assert_eq!(Range::between(-1.0, 0.5).bounded(""), Range::between(-1.0, 0.5));
     }
 }

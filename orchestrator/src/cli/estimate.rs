@@ -1,0 +1,289 @@
+//! How long a study takes, from a few of its samples: spread over all axes, timed side by side, each within limits.
+
+use super::error::CliError;
+use super::output::{print, remark};
+use super::run::default_workers;
+use crate::engine;
+use crate::report::{Align, TextTable, duration};
+use crate::study::Samples;
+use bladeoff_core::transient::{Frame, Observer};
+use bladeoff_worker::process::thread_cpu_time;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// Samples that are timed, of a study that has more. A prime: multiples of a number run through all of them.
+const TIMED: u64 = 7;
+/// Of one sample no more CPU time is taken; its rest is told from its steps.
+const LONGEST: Duration = Duration::from_secs(20);
+/// After this time no more is computed.
+const PATIENCE: Duration = Duration::from_secs(60);
+/// Steps between two looks at the clock.
+const LOOK_EVERY: u64 = 64;
+/// Samples among which those are searched that lie nearest to the wanted places.
+const CANDIDATES: u64 = 20_000;
+/// What a mean of so few samples may be off by besides their scatter: machines are not equally fast at all times.
+const NOISE: f64 = 0.1;
+/// Standard errors on either side of the mean: of seven samples, 95 %.
+const ERRORS: f64 = 2.5;
+
+/// One timed sample.
+struct Timed {
+    sample: u64,
+    /// CPU time of the whole run \[s\], as far as known.
+    cpu: f64,
+    /// How it ended; where it was cut off, after which part of its steps.
+    words: String,
+    cut: bool,
+}
+
+/// Times samples of the study and says how long all of it will take.
+///
+/// # Errors
+/// A sample that cannot be built or started.
+pub(super) fn estimate(samples: &Samples) -> Result<(), CliError> {
+    let chosen = choose(samples);
+    let begun = Instant::now();
+    let timed = time_all(samples, &chosen, begun)?;
+    let mut table =
+        TextTable::new(&[("sample", Align::Right), ("CPU", Align::Right), ("", Align::Left), ("with", Align::Left)]);
+    for one in &timed {
+        let cpu = duration(Duration::from_secs_f64(one.cpu));
+        let cpu = if one.cut { format!("about {cpu}") } else { cpu };
+        table.row(vec![one.sample.to_string(), cpu, one.words.clone(), samples.describe(one.sample)]);
+    }
+    let mut text = format!("\ntimed {} of {} samples:\n{}\n", timed.len(), samples.count(), table.render("  "));
+    if timed.is_empty() {
+        text.push_str(&format!(
+            "no sample came to its first step within {}: how long the study takes is not known\n",
+            duration(PATIENCE)
+        ));
+        return print(&text);
+    }
+    if timed.iter().any(|one| one.cut) {
+        text.push_str(&format!(
+            "A sample is stopped after {} of CPU time (all together after {}); its whole time is told from its steps, which take longer in contact.\n",
+            duration(LONGEST),
+            duration(PATIENCE)
+        ));
+    }
+    let workers = default_workers();
+    let cpu: Vec<f64> = timed.iter().map(|one| one.cpu).collect();
+    let [low, high] = whole(&cpu, samples.count());
+    let longest = cpu.iter().copied().fold(0.0, f64::max);
+    let shared = (workers as f64).min(samples.count() as f64);
+    // At the end all wait for the last.
+    let wall = [low / shared, high / shared + longest * (1.0 - 1.0 / shared)];
+    text.push_str(&format!(
+        "the whole study: about {} of CPU time; {} with {workers} workers on cores that nobody else uses\n",
+        range([low, high]),
+        range(wall)
+    ));
+    print(&text)
+}
+
+fn range([low, high]: [f64; 2]) -> String {
+    let [from, to] = [low, high].map(|seconds| duration(Duration::from_secs_f64(seconds.min(1e12))));
+    if from == to { from } else { format!("{from} to {to}") }
+}
+
+/// CPU time of `count` samples like these \[s\]: from their mean, its standard error and the noise of machines, within the
+/// smallest and the largest of them.
+fn whole(cpu: &[f64], count: u64) -> [f64; 2] {
+    let timed = cpu.len() as f64;
+    let mean = cpu.iter().sum::<f64>() / timed;
+    let squares: f64 = cpu.iter().map(|one| (one - mean) * (one - mean)).sum();
+    // Nothing is left to chance of a study that was timed whole.
+    let rest = 1.0 - timed / (count as f64).max(timed);
+    let error = if cpu.len() > 1 { (squares / (timed - 1.0) / timed * rest).sqrt() } else { 0.0 };
+    let (least, most) = cpu.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), &one| (low.min(one), high.max(one)));
+    let low = (mean - ERRORS * error).max(least) * (1.0 - NOISE);
+    let high = (mean + ERRORS * error).min(most) * (1.0 + NOISE);
+    [low, high].map(|one| one * count as f64)
+}
+
+/// Samples at which all axes are looked at from their first to their last point: the `k`th at place `k s` (modulo their
+/// number) of an axis with a step `s` of its own. The first is the study's first, a corner.
+fn choose(samples: &Samples) -> Vec<u64> {
+    let count = samples.count();
+    if count <= TIMED {
+        return (0..count).collect();
+    }
+    let lengths: Vec<u64> = samples.study().axes.iter().map(|axis| axis.length).collect();
+    let place = |position: u64, length: u64| if length > 1 { position as f64 / (length - 1) as f64 } else { 0.0 };
+    let wanted = |k: u64, axis: usize| ((k * (1 + axis as u64 % (TIMED - 1))) % TIMED) as f64 / (TIMED - 1) as f64;
+    let candidates: Vec<(u64, Vec<f64>)> = (0..count.min(CANDIDATES))
+        .map(|i| {
+            // Evenly spread without a period that an axis may have.
+            let scattered = i.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            let sample =
+                if count <= CANDIDATES { i } else { ((u128::from(scattered) * u128::from(count)) >> 64) as u64 };
+            let places = samples.positions(sample).iter().zip(&lengths).map(|(p, length)| place(*p, *length)).collect();
+            (sample, places)
+        })
+        .collect();
+    let mut chosen: Vec<u64> = Vec::new();
+    for k in 0..TIMED {
+        let distance = |places: &[f64]| -> f64 {
+            places.iter().enumerate().map(|(axis, place)| (place - wanted(k, axis)) * (place - wanted(k, axis))).sum()
+        };
+        let free = candidates.iter().filter(|(sample, _)| !chosen.contains(sample));
+        let nearest = free.min_by(|a, b| distance(&a.1).total_cmp(&distance(&b.1)).then(a.0.cmp(&b.0)));
+        chosen.extend(nearest.map(|(sample, _)| *sample));
+    }
+    chosen.sort_unstable();
+    chosen
+}
+
+/// Times samples on all cores; those that were not begun in time are left out.
+fn time_all(samples: &Samples, chosen: &[u64], begun: Instant) -> Result<Vec<Timed>, CliError> {
+    let deadline = begun + PATIENCE;
+    let next = AtomicUsize::new(0);
+    let (send, receive) = channel();
+    let mut timed = Vec::new();
+    thread::scope(|scope| {
+        for _ in 0..default_workers().min(chosen.len()) {
+            let (send, next) = (send.clone(), &next);
+            scope.spawn(move || {
+                while let Some(sample) = chosen.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    if Instant::now() >= deadline || send.send(time(samples, *sample, deadline)).is_err() {
+                        break;
+                    }
+                }
+            });
+        }
+        drop(send);
+        let mut wait = Duration::from_secs(1);
+        loop {
+            match receive.recv_timeout(wait) {
+                Ok(one) => timed.extend(one.transpose()),
+                Err(RecvTimeoutError::Timeout) => {
+                    remark(&format!(
+                        "timing {} of {} samples, at most {}: {} done after {}",
+                        chosen.len(),
+                        samples.count(),
+                        duration(PATIENCE),
+                        timed.len(),
+                        duration(begun.elapsed())
+                    ));
+                    wait = Duration::from_secs(10);
+                }
+                Err(RecvTimeoutError::Disconnected) => break,
+            }
+        }
+    });
+    let mut timed = timed.into_iter().collect::<Result<Vec<Timed>, CliError>>()?;
+    timed.sort_unstable_by_key(|one| one.sample);
+    Ok(timed)
+}
+
+/// Times one sample; `None`: it did not come to a step in time.
+fn time(samples: &Samples, sample: u64, deadline: Instant) -> Result<Option<Timed>, CliError> {
+    let machine = samples.machine(sample).build()?;
+    let structure = engine::build(&machine)?;
+    let plan = engine::plan(&machine, &structure)?;
+    let mut watch = Watch { begun: thread_cpu_time(), deadline, steps: 0, cut: false };
+    let outcome = engine::simulate_watched(&machine, &structure, &mut watch)?;
+    let cpu = thread_cpu_time().saturating_sub(watch.begun).as_secs_f64();
+    if !watch.cut {
+        let cause = outcome.cause.map(|cause| format!(" ({})", cause.word())).unwrap_or_default();
+        return Ok(Some(Timed { sample, cpu, words: format!("{}{cause}", outcome.status.word()), cut: false }));
+    }
+    if watch.steps == 0 {
+        return Ok(None);
+    }
+    let steps = (machine.run.end_time / plan.step).ceil();
+    let steps = machine.run.step_limit.map_or(steps, |limit| steps.min(limit as f64));
+    let part = (watch.steps as f64 / steps).min(1.0);
+    // A part below a hundredth of a per cent is no "0.00 %".
+    let words = format!("stopped at {:.2e} of {steps:.2e} steps", watch.steps as f64);
+    Ok(Some(Timed { sample, cpu: cpu / part, words, cut: true }))
+}
+
+/// Ends a run that takes too long.
+struct Watch {
+    begun: Duration,
+    deadline: Instant,
+    steps: u64,
+    cut: bool,
+}
+
+impl Observer for Watch {
+    fn goes_on(&mut self, step: u64) -> bool {
+        self.steps = step;
+        if step.is_multiple_of(LOOK_EVERY) {
+            self.cut = thread_cpu_time().saturating_sub(self.begun) > LONGEST || Instant::now() > self.deadline;
+        }
+        !self.cut
+    }
+    fn wants(&mut self, _step: u64, _time: f64) -> bool {
+        false
+    }
+    fn see(&mut self, _frame: &Frame<'_>) {}
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::load;
+    use std::collections::BTreeSet;
+    use std::fs;
+
+    fn samples(vary: &str, limit: Option<u64>) -> Samples {
+        let folder = tempfile::tempdir().expect("temporary directory");
+        fs::write(folder.path().join("m.toml"), include_str!("../../../studies/machines/lab_rig.toml"))
+            .expect("written");
+        let file = folder.path().join("s.toml");
+        fs::write(&file, format!("schema = 1\nmachine = \"m.toml\"\n{vary}")).expect("written");
+        Samples::new(load(&file).expect("valid"), None, limit).expect("small")
+    }
+
+    const GRID: &str = "[[vary]]\npath = \"contact.gap\"\nfrom = \"0.4 mm\"\nto = \"1 mm\"\ncount = 31\n\
+        [[vary]]\npath = \"contact.friction\"\nfrom = 0.1\nto = 0.3\ncount = 21\n\
+        [[vary]]\npath = \"contact.detection\"\nvalues = [\"hyp1\", \"hyp2\", \"hyp2-frozen\"]\n";
+
+    #[test]
+    fn timed_samples_see_both_ends_of_every_axis_and_every_word() {
+        let all = samples(GRID, None);
+        let chosen = choose(&all);
+        assert_eq!((chosen.len(), chosen[0]), (7, 0));
+        for (axis, length) in [31, 21, 3].into_iter().enumerate() {
+            let positions: BTreeSet<u64> = chosen.iter().map(|sample| all.positions(*sample)[axis]).collect();
+            assert!(positions.contains(&0) && positions.contains(&(length - 1)), "{axis}: {positions:?}");
+            assert!(positions.len() == 7.min(length as usize), "{axis}: {positions:?}");
+        }
+        let few = samples(GRID, Some(5));
+        assert_eq!(choose(&few), [0, 1, 2, 3, 4]);
+        let part = samples(GRID, Some(100));
+        assert_eq!(choose(&part).iter().collect::<BTreeSet<_>>().len(), 7);
+    }
+
+    #[test]
+    fn a_large_study_is_chosen_from_without_a_period() {
+        let text = "[[vary]]\npath = \"blade_off.mass\"\nfrom = \"1 g\"\nto = \"2 g\"\ncount = 100000\n\
+                    [[vary]]\npath = \"contact.detection\"\nvalues = [\"hyp1\", \"hyp2\"]\n";
+        let all = samples(text, None);
+        let ends: BTreeSet<u64> = choose(&all).iter().map(|sample| all.positions(*sample)[1]).collect();
+        assert_eq!(ends.len(), 2);
+    }
+
+    #[test]
+    fn the_range_holds_the_mean_and_lies_within_the_samples() {
+        let [low, high] = whole(&[1.0, 2.0, 3.0], 3);
+        assert!((low - 5.4).abs() < 1e-9 && (high - 6.6).abs() < 1e-9, "timed whole: {low} {high}");
+        let [low, high] = whole(&[1.0, 2.0, 3.0], 3000);
+        assert!(low < 6000.0 && high > 6000.0 && low >= 2700.0 && high <= 9900.0, "{low} {high}");
+        assert_eq!(range([60.0, 60.2]), "1 min 00 s");
+        assert_eq!(range([3600.0, 7200.0]), "1 h 00 min to 2 h 00 min");
+    }
+
+    #[test]
+    fn a_run_that_takes_too_long_is_cut_and_told_from_its_steps() {
+        let all = samples("[set]\n\"run.step\" = 1e-10\n", None);
+        let one = time(&all, 0, Instant::now()).expect("it starts");
+        assert!(one.is_none(), "no step within no time");
+        let one = time(&all, 0, Instant::now() + Duration::from_secs(3)).expect("it starts").expect("some steps");
+        assert!(one.cut && one.words.ends_with("of 6.00e9 steps") && one.cpu > 1000.0, "{} {}", one.words, one.cpu);
+    }
+}
