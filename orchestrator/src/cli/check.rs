@@ -6,7 +6,7 @@ use super::output::{print, remark};
 use super::run::{PartArgs, default_workers};
 use crate::engine;
 use crate::report::{Align, TextTable, duration};
-use crate::study::{Axis, Samples, show};
+use crate::study::{Axis, Samples, fixed_angle, show};
 use bladeoff_core::machine::ParamValue;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -41,6 +41,9 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         return Ok(Exit::Ok);
     }
     print(&describe(&samples))?;
+    if let Some(found) = fixed_angle(&samples) {
+        remark(&format!("\n{}\n", found.text()));
+    }
     time_one(&samples)?;
     Ok(Exit::Ok)
 }

@@ -14,6 +14,7 @@ mod modes;
 mod new;
 mod output;
 mod paths;
+mod place;
 mod plot;
 mod recover;
 mod render;

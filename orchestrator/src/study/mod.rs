@@ -7,6 +7,7 @@
 //! The format is described in `docs/studies.md`.
 
 mod amount;
+mod angle;
 mod axis;
 mod feasible;
 mod input;
@@ -20,6 +21,7 @@ mod template;
 mod values;
 mod vary;
 
+pub use angle::{FixedAngle, fixed_angle};
 pub use amount::{parse_duration, parse_memory};
 pub use axis::{Axis, Varied, show};
 pub use feasible::{CHECKED_COMBINATIONS, check_machines};
