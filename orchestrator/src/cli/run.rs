@@ -69,7 +69,7 @@ Examples:
   bladeoff run studies/gap-friction-map.toml --until 06:30
 
   What happens, for programs:
-  bladeoff run studies/first-look.toml --json-events | jq -c .
+  bladeoff run studies/first-look.toml --json-events | jq .
 
 The exit code is 5 when a budget ended the run, 4 when more samples failed or were invalid than [limits] of the study allows (default: \
 no sample may fail, any number may be invalid).";
@@ -123,7 +123,8 @@ pub struct PartArgs {
 
 fn workers(text: &str) -> Result<NonZeroUsize, String> {
     let all = default_workers();
-    text.parse().map_err(|_| format!("must be a whole number from 1 on; without --workers there is one per core, {all} here"))
+    text.parse()
+        .map_err(|_| format!("must be a whole number from 1 on; without --workers there is one per core, {all} here"))
 }
 
 /// A whole number from 1 on.

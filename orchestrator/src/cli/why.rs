@@ -6,7 +6,9 @@ use super::output::print;
 use super::place::default_directory;
 use crate::call;
 use crate::engine;
-use crate::report::{OutcomeView, advice, cause_in_words, describe_values, diverged_at, duration, end_cause_in_words, mentions};
+use crate::report::{
+    OutcomeView, advice, cause_in_words, describe_values, diverged_at, duration, end_cause_in_words, mentions,
+};
 use crate::results::{Table, Timing};
 use crate::run::directory::{MACHINE, MANIFEST, POINTS, STUDY, WORKER_LOG, read_current, row_files, timing_files};
 use crate::run::{RunState, see};
@@ -158,13 +160,8 @@ fn values(row: &Table, samples: &Samples, sample: u64) -> String {
     if values.iter().all(Option::is_none) {
         return String::new();
     }
-    let outcome = Outcome {
-        status: Status::Ok,
-        cause: None,
-        causes: CauseSet::default(),
-        end_cause: EndCause::EndTime,
-        values,
-    };
+    let outcome =
+        Outcome { status: Status::Ok, cause: None, causes: CauseSet::default(), end_cause: EndCause::EndTime, values };
     describe_values(OutcomeView { columns: &columns, outcome: &outcome })
 }
 

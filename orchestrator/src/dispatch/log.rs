@@ -53,7 +53,8 @@ impl Log {
 
     /// Writes that so many messages were dropped, and why the last of them was.
     pub fn dropped(&mut self, count: u64, why: &impl std::fmt::Display) -> Result<(), DispatchError> {
-        let what = if count == 1 { "message dropped".to_owned() } else { format!("{count} messages dropped, the last") };
+        let what =
+            if count == 1 { "message dropped".to_owned() } else { format!("{count} messages dropped, the last") };
         self.line(None, &format!("{what}: {why}"))
     }
 

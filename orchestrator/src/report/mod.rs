@@ -12,7 +12,9 @@ mod watch;
 
 pub use eta::{Costs, Eta, Underway};
 pub use limits::beyond_the_model;
-pub use outcome::{OutcomeView, advice, cause_in_words, describe_outcome, describe_values, diverged_at, end_cause_in_words, mentions};
+pub use outcome::{
+    OutcomeView, advice, cause_in_words, describe_outcome, describe_values, diverged_at, end_cause_in_words, mentions,
+};
 pub use progress::Progress;
 pub use summary::{SUMMARY_COLUMNS, Summary};
 pub use tally::Tally;

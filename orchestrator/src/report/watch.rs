@@ -85,8 +85,13 @@ fn texts(time: f64, speed: f64, ends: (f64, f64), pace: f64, elapsed: Duration) 
     let rpm = format!("{of}, {:.0} rpm", speed * 30.0 / std::f64::consts::PI);
     let left = Duration::try_from_secs_f64((ends.0 - time) / pace).ok().filter(|_| pace > 0.0);
     // It may stop before, and rub slows it down: so much is known and no more.
-    let left = left.map_or("time left not known yet".to_owned(), |left| format!("at this pace {} left", duration(left)));
-    let until = if ends.1 > 0.0 { format!(" (it ends at {:.0} rpm)", ends.1 * 30.0 / std::f64::consts::PI) } else { String::new() };
+    let left =
+        left.map_or("time left not known yet".to_owned(), |left| format!("at this pace {} left", duration(left)));
+    let until = if ends.1 > 0.0 {
+        format!(" (it ends at {:.0} rpm)", ends.1 * 30.0 / std::f64::consts::PI)
+    } else {
+        String::new()
+    };
     [
         format!("{rpm}{until}, {} s per second, {left} after {}", format_digits(pace, "", 2), duration(elapsed)),
         format!("{rpm}, {left}"),

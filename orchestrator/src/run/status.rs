@@ -339,7 +339,8 @@ mod tests {
     #[test]
     fn the_command_that_goes_on_is_for_whoever_looks() {
         let told = |started_in: &Path| {
-            let told = json!({ "study_file": "studies/a b.toml", "started_in": started_in, "scale": 0.5, "limit": null });
+            let told =
+                json!({ "study_file": "studies/a b.toml", "started_in": started_in, "scale": 0.5, "limit": null });
             let told = with_command(Path::new("out"), told.as_object().cloned().expect("an object"));
             told["go_on"].as_str().expect("a command").to_owned()
         };

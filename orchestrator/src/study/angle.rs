@@ -24,9 +24,8 @@ pub struct FixedAngle {
 /// round, so that the angle only turns the picture.
 #[must_use]
 pub fn fixed_angle(samples: &Samples) -> Option<FixedAngle> {
-    let varies = |path: &str| path.starts_with("rotor.unbalances.") && path.ends_with(".phase")
-        || path == "rotor.start.angle"
-        || path.ends_with(".angle");
+    // Phase of the unbalance, angle of the rotor at the start, angle of the stator.
+    let varies = |path: &str| path.ends_with(".phase") || path.ends_with(".angle");
     if samples.count() == 0 || samples.parameters().any(|varied| varies(&varied.info.path)) {
         return None;
     }
@@ -80,7 +79,8 @@ impl FixedAngle {
     /// What it does to a study, and lines that vary it.
     #[must_use]
     pub fn text(&self) -> String {
-        let degrees = |angle: f64| format!("{:.6}", angle.to_degrees()).trim_end_matches('0').trim_end_matches('.').to_owned();
+        let degrees =
+            |angle: f64| format!("{:.6}", angle.to_degrees()).trim_end_matches('0').trim_end_matches('.').to_owned();
         let last = self.period * f64::from(STARTS - 1) / f64::from(STARTS);
         let lines = [
             format!(

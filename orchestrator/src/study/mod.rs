@@ -21,8 +21,8 @@ mod template;
 mod values;
 mod vary;
 
-pub use angle::{FixedAngle, fixed_angle};
 pub use amount::{parse_duration, parse_memory};
+pub use angle::{FixedAngle, fixed_angle};
 pub use axis::{Axis, Varied, show};
 pub use feasible::{CHECKED_COMBINATIONS, check_machines};
 pub use input::{InputError, read_input};
