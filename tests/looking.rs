@@ -107,7 +107,8 @@ fn a_directory_that_was_moved_under_its_run_tells_the_truth() {
     let text = status_text(&moved);
     assert!(text.contains("state      killed or failed: it could not tell its end"), "{text}");
     assert!(text.contains(&format!("done       {done} of 20 samples")), "{done}: {text}");
-    assert!(text.contains(&format!("go on      bladeoff run {study} --out {moved}\n")), "{text}");
+    let go_on = format!("go on      {} run {study} --out {moved}\n", env!("CARGO_BIN_EXE_bladeoff"));
+    assert!(text.contains(&go_on), "{text}");
     let again = run(&study, &moved, &[]);
     assert_eq!(again.code, 0, "{}", again.err);
     assert!(again.err.contains(&format!("{done} of 20 samples are there already")), "{}", again.err);

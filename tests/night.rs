@@ -95,7 +95,7 @@ fn events_tell_programs_the_whole_story() {
     let (first, last) = (&events[0], events.last().expect("events"));
     assert_eq!(
         (name(first), first["samples"].as_u64(), first["version"].as_u64()),
-        ("started".into(), Some(SAMPLES), Some(1))
+        ("started".into(), Some(SAMPLES), Some(2))
     );
     assert_eq!(
         (name(last), last["why"].as_str(), last["done"].as_u64()),
@@ -165,12 +165,23 @@ fn signalled(fault: &str, signals: &[&str]) -> (Folder, Running) {
 
 #[test]
 fn a_signal_ends_a_run_in_order() {
-    for (name, code, why) in [("INT", 130, "interrupt"), ("TERM", 143, "terminate"), ("HUP", 143, "terminate")] {
+    for (name, code, why) in [("INT", 130, "interrupted"), ("TERM", 143, "terminated"), ("HUP", 143, "terminated")] {
         // As the first samples are handed out: later the others might all be done before the signal is seen.
         let (folder, mut run) = signalled(&stop_at("claimed"), &[name]);
         assert_eq!(run.end().code(), Some(code), "{name}: {}", run.said());
         assert_eq!(run.count("stopping"), 1);
-        assert_eq!(run.events().last().expect("events")["why"], why);
+        // One word for it, whoever tells it.
+        let told = |event: &str| run.events().into_iter().find(|told| told["event"] == event).expect("told");
+        assert_eq!((&told("stopping")["why"], &told("finished")["why"]), (&why.into(), &why.into()));
+        let read = |name: &str| fs::read(folder.path(&format!("out/{name}"))).expect("there");
+        let json = |text: &[u8]| serde_json::from_slice::<serde_json::Value>(text).expect("JSON");
+        assert_eq!(
+            (&json(&read("manifest.json"))["state"], &json(&read("status.json"))["state"]),
+            (&why.into(), &why.into())
+        );
+        let status = said(bladeoff(&["status", &folder.name("out"), "--json"]).output().expect("it starts"));
+        assert_eq!(json(status.out.as_bytes())["ended"], why);
+        assert!(run.said().contains(&format!("{why}: ")), "{}", run.said());
         assert!(folder.path("out/parts/part-000001.parquet").exists());
     }
 }

@@ -271,7 +271,10 @@ fn a_stopped_run_keeps_its_directory_and_a_killed_one_leaves_it_to_the_next() {
     let seen = status(&out);
     assert_eq!((seen["state"].as_str(), seen["total"].as_u64()), (Some("killed"), Some(24)));
     let shown = say(&["status", &out]).out;
-    assert!(shown.contains(&format!("go on      bladeoff run {study} --out {out}")), "{shown}");
+    assert!(
+        shown.contains(&format!("go on      {} run {study} --out {out}", env!("CARGO_BIN_EXE_bladeoff"))),
+        "{shown}"
+    );
     // A lock file that only looks like one, of a process that does not exist: stale, not ours to respect.
     let third = run_well(&study, &out, &[]);
     assert!(third.err.contains(&format!("process {}", holder.id())), "{}", third.err);
@@ -341,7 +344,7 @@ fn why_tells_all_of_a_sample() {
         "log                              w",
         "sample 5",
         "SIGKILL",
-        &format!("bladeoff replay {out} --sample 5"),
+        &format!("{} replay {out} --sample 5", env!("CARGO_BIN_EXE_bladeoff")),
     ] {
         assert!(why.out.contains(part), "{part}: {}", why.out);
     }

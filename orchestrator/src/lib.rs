@@ -4,6 +4,7 @@
 //! has them computed by worker processes through [`dispatch`] and [`schedule`], [`ledger`] records what is done,
 //! [`results`] writes the table, [`report`] says what came out, [`chaos`] tries whether all that survives the night. [`cli`] is the way in.
 
+pub mod call;
 pub mod chaos;
 pub mod cli;
 pub mod design;

@@ -3,10 +3,10 @@
 use super::error::CliError;
 use super::estimate::estimate;
 use super::exit::Exit;
-use super::output::print;
+use super::output::{print, remark};
 use super::run::PartArgs;
 use crate::report::{Align, TextTable};
-use crate::study::{Axis, Samples, show};
+use crate::study::{Axis, Samples, fixed_angle, show};
 use bladeoff_core::machine::ParamValue;
 use std::path::PathBuf;
 
@@ -41,6 +41,9 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         return Ok(Exit::Ok);
     }
     print(&describe(&samples))?;
+    if let Some(found) = fixed_angle(&samples) {
+        remark(&format!("\n{}\n", found.text()));
+    }
     estimate(&samples)?;
     Ok(Exit::Ok)
 }

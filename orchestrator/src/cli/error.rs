@@ -1,8 +1,10 @@
 //! Every way a subcommand can end badly, with its exit code.
 
 use super::exit::Exit;
+use super::place::NoDirectory;
 use super::replay::ReplayError;
 use super::why::WhyError;
+use crate::call;
 use crate::chaos::ChaosError;
 use crate::engine::EngineError;
 use crate::figures::FigureError;
@@ -14,6 +16,7 @@ use crate::run::RunError;
 use crate::run::directory::LEDGER;
 use crate::study::{InputError, StudyError};
 use bladeoff_core::document::Problems;
+use std::ffi::OsStr;
 use std::io;
 use std::path::PathBuf;
 
@@ -73,7 +76,8 @@ pub enum CliError {
     #[error(
         "{}",
         if path.join(LEDGER).exists() {
-            format!("{} has no table yet; `bladeoff status {}` tells how far it is and how to go on", path.display(), path.display())
+            let status = call::command([OsStr::new("status"), call::path_word(path).as_os_str()]);
+            format!("{} has no table yet; how far it is and how to go on: {status}", path.display())
         } else {
             format!("{} is not a result directory: it has no results.parquet", path.display())
         }
@@ -88,6 +92,9 @@ pub enum CliError {
         /// The directory.
         path: PathBuf,
     },
+    /// No directory is named and none is there to be taken.
+    #[error(transparent)]
+    NoDirectory(#[from] NoDirectory),
     /// A sample of which nothing can be said.
     #[error(transparent)]
     Why(#[from] WhyError),
@@ -121,6 +128,7 @@ impl CliError {
             | CliError::Exists { .. }
             | CliError::NoResults { .. }
             | CliError::NotARun { .. }
+            | CliError::NoDirectory(_)
             | CliError::Why(_) => Exit::Input,
             CliError::Study(StudyError::Problems(_) | StudyError::Start { .. } | StudyError::Columns { .. }) => {
                 Exit::Input
@@ -129,6 +137,7 @@ impl CliError {
             CliError::Study(StudyError::Design(_)) => Exit::Input,
             CliError::Study(StudyError::Input(error)) | CliError::Input(error) => input_exit(error),
             CliError::Engine(_) => Exit::Input,
+            CliError::Replay(ReplayError::Which { .. }) => Exit::Usage,
             CliError::Run(error) if error.is_refusal() => Exit::Input,
             CliError::Run(_) => Exit::Io,
             CliError::History(

@@ -1,14 +1,17 @@
 //! A history beside a run, as `simulate` and `replay` take it.
 
 use super::error::CliError;
-use crate::engine;
+use super::run::at_least_one;
+use crate::call;
+use crate::engine::{self, EngineError};
 use crate::history::{Decimation, Format, Recorder, Settings, left_behind};
-use crate::report::duration;
+use crate::report::{RunWatch, duration};
 use bladeoff_core::document::units::{format_quantity, parse_bare_or_quantity};
 use bladeoff_core::machine::Machine;
 use bladeoff_core::outcome::Outcome;
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::Plan;
+use bladeoff_core::transient::{NoHistory, Observer, Plan};
+use std::ffi::OsStr;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -32,7 +35,7 @@ pub struct HistoryArgs {
     every: Option<String>,
 
     /// Record every N-th step
-    #[arg(long, value_name = "N", requires = "history", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", requires = "history", value_parser = at_least_one)]
     decimate: Option<u64>,
 }
 
@@ -62,7 +65,23 @@ impl HistoryArgs {
     }
 }
 
-/// A run, watched where a history is asked for; what to say about the history.
+/// A run whose progress is shown, if it is to be.
+fn simulate(
+    machine: &Machine,
+    structure: &Structure,
+    recorder: Option<&mut dyn Observer>,
+    shown: bool,
+) -> Result<Outcome, EngineError> {
+    if !shown {
+        return engine::simulate_watched(machine, structure, recorder.unwrap_or(&mut NoHistory));
+    }
+    let mut watch = RunWatch::new(machine, recorder);
+    let outcome = engine::simulate_watched(machine, structure, &mut watch);
+    watch.finish();
+    outcome
+}
+
+/// A run, watched where a history is asked for, its progress `shown`; what to say about the history.
 ///
 /// # Errors
 /// The run cannot start, or the history asked for is wrong in itself.
@@ -71,10 +90,11 @@ pub fn watched(
     structure: &Structure,
     plan: &Plan,
     settings: Option<&Settings>,
+    shown: bool,
 ) -> Result<(Outcome, Option<String>), CliError> {
-    let Some(settings) = settings else { return Ok((engine::simulate(machine, structure)?, None)) };
+    let Some(settings) = settings else { return Ok((simulate(machine, structure, None, shown)?, None)) };
     let mut recorder = Recorder::new(settings, machine, structure, plan)?;
-    let outcome = engine::simulate_watched(machine, structure, &mut recorder)?;
+    let outcome = simulate(machine, structure, Some(&mut recorder), shown)?;
     let started = Instant::now();
     let said = match recorder.finish(machine, &outcome) {
         Ok(written) => format!(
@@ -93,12 +113,12 @@ pub fn watched(
                 source = cause.source();
             }
             if let Some(left) = left_behind(&settings.path) {
-                let left = left.display();
                 text.push_str(&match Format::of(&settings.path) {
                     Ok(Format::Mcap) => {
-                        format!("\n  what was written until then: bladeoff recover {left}")
+                        let recover = call::command([OsStr::new("recover"), call::path_word(&left).as_os_str()]);
+                        format!("\n  what was written until then: {recover}")
                     }
-                    _ => format!("\n  what was written until then is in {left}"),
+                    _ => format!("\n  what was written until then is in {}", left.display()),
                 });
             }
             text

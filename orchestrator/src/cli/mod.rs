@@ -15,6 +15,7 @@ mod modes;
 mod new;
 mod output;
 mod paths;
+mod place;
 mod plot;
 mod recover;
 mod render;
@@ -31,7 +32,7 @@ pub use exit::{EXIT_CODES, Exit};
 pub use status::text as status_text;
 pub use why::text as why_text;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::panic;
 use std::process::ExitCode;
 
@@ -76,7 +77,7 @@ pub fn main() -> ExitCode {
     }
     bladeoff_worker::process::survive_file_size_limit();
     // clap ends the program itself: 0 after --help and --version, 2 after a wrong command line.
-    let cli = Cli::parse();
+    let cli = Cli::from_arg_matches(&command_line().get_matches()).unwrap_or_else(|error| error.exit());
     panic::set_hook(Box::new(|info| {
         if crate::guarded::is_guarded() {
             return;
@@ -87,6 +88,18 @@ pub fn main() -> ExitCode {
     }));
     let exit = panic::catch_unwind(|| dispatch(cli.command)).unwrap_or(Exit::Bug);
     exit.into()
+}
+
+/// What is understood, with examples that say how the program is called here, if not as they have it.
+fn command_line() -> clap::Command {
+    let program = crate::call::program();
+    if program == "bladeoff" {
+        return Cli::command();
+    }
+    Cli::command().mut_subcommands(|command| {
+        let Some(help) = command.get_after_help().map(ToString::to_string) else { return command };
+        command.after_help(format!("{help}\n\nHere `bladeoff` is called as: {program}"))
+    })
 }
 
 fn dispatch(command: Command) -> Exit {
@@ -118,7 +131,6 @@ fn dispatch(command: Command) -> Exit {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn the_command_line_is_consistent() {

@@ -4,6 +4,8 @@ use super::error::CliError;
 use super::exit::Exit;
 use super::history::{HistoryArgs, watched};
 use super::output::{print, remark};
+use super::place::default_directory;
+use crate::call;
 use crate::engine;
 use crate::report::{OutcomeView, beyond_the_model, describe_outcome};
 use crate::results::{DETECTION, Table, TableError, TableSchema, read_metadata};
@@ -12,6 +14,7 @@ use bladeoff_core::machine::Machine;
 use bladeoff_core::outcome::{Cause, Outcome};
 use bladeoff_worker::core_solver::{CoreSolver, SolverError};
 use bladeoff_worker::plan::{PlanFileError, WorkPlan};
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 /// Compute one sample of a study again and compare it with its row
@@ -22,13 +25,15 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   bladeoff replay runs/first-look --sample 17
+  bladeoff replay --worst max_bearing_load_N                 (of the last study)
   bladeoff replay runs/first-look --worst max_bearing_load_N --history worst.mcap")]
 pub struct Args {
-    /// Result directory of a study
-    directory: PathBuf,
+    /// Result directory of a study [default: the current one if a study was run there, otherwise the one below runs/ that was
+    /// written to last]
+    directory: Option<PathBuf>,
 
     /// Sample number, as in the column `sample`
-    #[arg(long, value_name = "N", required_unless_present = "worst")]
+    #[arg(long, value_name = "N")]
     sample: Option<u64>,
 
     /// The sample with the largest value of this column among the rows that are ok
@@ -42,6 +47,21 @@ pub struct Args {
 /// Why a sample cannot be computed again.
 #[derive(Debug, thiserror::Error)]
 pub enum ReplayError {
+    /// Neither a sample nor a column is named.
+    #[error(
+        "which sample? --sample N (a number of the column `sample`, up to {last}), or --worst COLUMN for the one with the \
+         largest value; such as\n  {}\n  {}",
+        replay(directory, "--sample", &example.to_string()),
+        replay(directory, "--worst", "max_bearing_load_N")
+    )]
+    Which {
+        /// Where.
+        directory: PathBuf,
+        /// A sample of it.
+        example: u64,
+        /// Its last sample.
+        last: u64,
+    },
     /// No such sample.
     #[error("{} has no sample {sample}; it has {rows} rows", table.display())]
     Sample {
@@ -92,17 +112,24 @@ pub enum ReplayError {
     },
 }
 
+fn replay(directory: &Path, option: &str, value: &str) -> String {
+    let directory = call::path_word(directory);
+    let words: [&OsStr; 4] = ["replay".as_ref(), directory.as_ref(), option.as_ref(), value.as_ref()];
+    call::command(words)
+}
+
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
-    let (table, path, sample) = read_current(&args.directory, row_files, |files| find(args, files))??;
+    let directory = args.directory.clone().map_or_else(default_directory, Ok)?;
+    let (table, path, sample) = read_current(&directory, row_files, |files| find(args, &directory, files))??;
     let hash = read_metadata(&path)?.into_iter().find(|(key, _)| key == "bladeoff.plan_blake3").map(|(_, hash)| hash);
     let hash = hash.ok_or_else(|| ReplayError::NoPlan { table: path.clone() })?;
-    let plan = WorkPlan::read(&args.directory, &hash).map_err(ReplayError::Plan)?;
+    let plan = WorkPlan::read(&directory, &hash).map_err(ReplayError::Plan)?;
     let mut solver = CoreSolver::new(&plan).map_err(ReplayError::Solver)?;
     let params = parameters(&plan, &solver, &table, &path)?;
     let (machine, structure) = solver.prepare(&params).map_err(ReplayError::Solver)?;
     let step = engine::plan(&machine, structure)?;
-    let (outcome, history) = watched(&machine, structure, &step, args.history.settings()?.as_ref())?;
+    let (outcome, history) = watched(&machine, structure, &step, args.history.settings()?.as_ref(), true)?;
     let columns = engine::columns(&machine);
     print(&format!("{:<32} {sample} of {}\n", "sample", path.display()))?;
     let view = OutcomeView { columns: &columns, outcome: &outcome };
@@ -114,9 +141,13 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
 }
 
 /// The row that is asked for, the file it is in, its sample.
-fn find(args: &Args, files: &[PathBuf]) -> Result<Result<(Table, PathBuf, u64), CliError>, TableError> {
+fn find(
+    args: &Args,
+    directory: &Path,
+    files: &[PathBuf],
+) -> Result<Result<(Table, PathBuf, u64), CliError>, TableError> {
     let Some(table) = files.first() else {
-        return Ok(Err(CliError::NoResults { path: args.directory.clone() }));
+        return Ok(Err(CliError::NoResults { path: directory.to_path_buf() }));
     };
     let sample = match (args.sample, &args.worst) {
         (Some(sample), _) => sample,
@@ -124,13 +155,22 @@ fn find(args: &Args, files: &[PathBuf]) -> Result<Result<(Table, PathBuf, u64), 
             Ok(sample) => sample,
             Err(error) => return Ok(Err(error.into())),
         },
-        (None, None) => unreachable!("clap asks for one of the two"),
+        (None, None) => {
+            let mut numbers = Vec::new();
+            Table::for_each_piece(files, &["sample"], |piece| {
+                numbers.extend(piece.numbers("sample").into_iter().flatten().flatten().map(|number| *number as u64));
+                Ok(())
+            })?;
+            let last = numbers.iter().copied().max().unwrap_or(0);
+            let example = numbers.get(numbers.len() / 2).copied().unwrap_or(0);
+            return Ok(Err(ReplayError::Which { directory: directory.to_path_buf(), example, last }.into()));
+        }
     };
     if let Some((row, path)) = Table::row(files, sample)? {
         return Ok(Ok((row, path, sample)));
     }
     let rows = Table::count_rows(files)?;
-    let table = args.directory.join(if table.ends_with(RESULTS) { RESULTS } else { PARTS });
+    let table = directory.join(if table.ends_with(RESULTS) { RESULTS } else { PARTS });
     Ok(Err(ReplayError::Sample { table, sample, rows }.into()))
 }
 

@@ -16,44 +16,67 @@ use std::path::PathBuf;
 use std::thread;
 use std::time::Duration;
 
-/// Compute a study on all cores and write its result directory
-///
-/// The study is checked whole before anything runs. Worker processes compute its samples; each result is on disk
-/// before it counts. At the end there is a summary, and in the result directory:
-///
-///   results.parquet   one row per sample: parameters, status, cause, quantities; unit in each column's name
-///   study.toml, machine.toml   the inputs as they were
-///   timings.parquet   CPU time, worker and attempt of each sample
-///   manifest.json     versions, build, host, dates, command
-///   workers.log       messages of the worker processes
-///   ledger.redb       the durable record, from which the tables are made and a run is continued
-///
-/// The same study gives the same bytes of results.parquet, whatever the number of workers and whatever happened to
-/// them.
-///
-/// A result directory that is there is continued: what is finished is kept, the rest is computed, and the table
-/// is the one that an undisturbed run would have written. So after Ctrl-C, a crash or a full disk the same command goes
-/// on. The study may have grown meanwhile (more points, a larger --limit or run.step_limit, other [limits]); one that has
-/// changed is refused with the difference.
-///
-/// While it runs, and after Ctrl-C, SIGTERM or the end of a budget (--wall, --until, --max-failures), the rows finished
-/// so far are in parts/*.parquet: files that never change, with the columns of the table and each row once, to be read together
-/// (DuckDB: read_parquet('DIR/parts/*.parquet')). They go when results.parquet is there. `bladeoff status` tells how far it
-/// is. A second Ctrl-C does not wait for the samples in work. `s` and Enter, or SIGUSR1, print what each worker is doing.
-#[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:
+/// Long help: as it stands here, paragraphs as one line each, because a list within a doc comment would be filled into one paragraph.
+const ABOUT: &str = "\
+Compute a study on all cores and write its result directory
+
+The study is checked whole before anything runs. Worker processes compute its samples; each result is on disk before it counts. At the \
+end there is a summary, and in the result directory:
+
+  results.parquet   one row per sample: parameters, status,
+                    cause, quantities; the unit is in each
+                    column's name
+  study.toml, machine.toml, points.csv
+                    the inputs as they were
+  timings.parquet   CPU time, worker, attempt of each sample
+  manifest.json     versions, build, host, dates, command
+  status.json       what `status` shows
+  workers.log       messages of the worker processes
+  plan.json, basis.bin
+                    what the workers read
+  ledger.redb       the durable record: the tables are made
+                    from it and a run is continued by it
+  run.lock          who works in the directory
+
+The same study gives the same bytes of results.parquet, whatever the number of workers and whatever happened to them.
+
+A result directory that is there is continued: what is finished is kept, the rest is computed, and the table is the one that an \
+undisturbed run would have written. So after Ctrl-C, a crash or a full disk the same command goes on. The study may have grown \
+meanwhile (more points, a larger --limit or run.step_limit, other [limits]); one that has changed is refused with the difference.
+
+While it runs, and after Ctrl-C, SIGTERM or the end of a budget (--wall, --until, --max-failures), the rows finished so far are in \
+parts/*.parquet: files that never change, with the columns of the table and each row once, to be read together (DuckDB: \
+read_parquet('DIR/parts/*.parquet')). They go when results.parquet is there. `status` tells how far it is. A second Ctrl-C does not \
+wait for the samples in work. `s` and Enter, or SIGUSR1, print what each worker is doing.";
+
+/// Examples, and when it fails.
+const EXAMPLES: &str = "\
+Examples:
   bladeoff run studies/first-look.toml
-  bladeoff run studies/first-look.toml --out /tmp/look --workers 2
-  bladeoff run studies/gap-friction-map.toml --scale 0.3     (every axis thinned, its end points kept)
-  bladeoff run studies/gap-friction-map.toml --limit 50      (50 samples spread over the study)
-  bladeoff run studies/gap-friction-map.toml                 (again: goes on, and keeps those 50)
-  bladeoff run studies/gap-friction-map.toml --rerun failed  (computes failed and quarantined samples again)
+  bladeoff run studies/first-look.toml --out look --workers 2
 
-  bladeoff run studies/gap-friction-map.toml --until 06:30   (and on with the same command the next evening)
-  bladeoff run studies/first-look.toml --json-events | jq -c 'select(.event == \"sample\")'
+  Every axis thinned, its end points kept:
+  bladeoff run studies/gap-friction-map.toml --scale 0.3
 
-The exit code is 5 when a budget ended the run, 4 when more samples failed or were invalid than [limits] of the study allows (default: no sample
-may fail, any number may be invalid).")]
+  50 samples spread over the study; then all, keeping those 50:
+  bladeoff run studies/gap-friction-map.toml --limit 50
+  bladeoff run studies/gap-friction-map.toml
+
+  Failed and quarantined samples again:
+  bladeoff run studies/gap-friction-map.toml --rerun failed
+
+  Until the morning; the same command goes on in the evening:
+  bladeoff run studies/gap-friction-map.toml --until 06:30
+
+  What happens, for programs:
+  bladeoff run studies/first-look.toml --json-events | jq .
+
+The exit code is 5 when a budget ended the run, 4 when more samples failed or were invalid than [limits] of the study allows (default: \
+no sample may fail, any number may be invalid).";
+
+/// Compute a study on all cores and write its result directory
+#[derive(Debug, clap::Args)]
+#[command(long_about = ABOUT, after_help = EXAMPLES)]
 pub struct Args {
     /// Study file (TOML; format in docs/studies.md)
     study: PathBuf,
@@ -63,7 +86,7 @@ pub struct Args {
     out: Option<PathBuf>,
 
     /// Number of worker processes [default: one per core]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = workers)]
     workers: Option<NonZeroUsize>,
 
     /// Compute finished samples again: `failed` (and quarantined) ones, or `cause=WORD[,WORD]` those of these causes
@@ -90,12 +113,23 @@ pub struct Args {
 #[derive(Debug, clap::Args)]
 pub struct PartArgs {
     /// Take N samples only: the first N of a shuffle that depends on the study's seed
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", value_parser = at_least_one)]
     limit: Option<u64>,
 
     /// Thin every axis to this part of its points, at least two; its end points are kept
     #[arg(long, value_name = "F", value_parser = scale)]
     scale: Option<f64>,
+}
+
+fn workers(text: &str) -> Result<NonZeroUsize, String> {
+    let all = default_workers();
+    text.parse()
+        .map_err(|_| format!("must be a whole number from 1 on; without --workers there is one per core, {all} here"))
+}
+
+/// A whole number from 1 on.
+pub fn at_least_one(text: &str) -> Result<u64, String> {
+    text.parse().ok().filter(|&number| number > 0).ok_or_else(|| "must be a whole number from 1 on".to_owned())
 }
 
 fn rerun(text: &str) -> Result<Rerun, String> {
@@ -175,7 +209,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let (what, all) = if incomplete { ("Finished rows", "/*.parquet") } else { ("Table", "") };
     if let Some(table) = &finished.table {
         let table = table.display();
-        text.push_str(&format!("\n{what}: {table}{all}   (the other files beside it: see `bladeoff run --help`)\n"));
+        text.push_str(&format!("\n{what}: {table}{all}\n"));
     }
     let printed = if args.json_events {
         remark(text.trim_end());
@@ -199,7 +233,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
 fn why_it_ended(finished: &Finished, total: u64) -> String {
     let why = match finished.ended {
         Ended::Complete => "complete",
-        Ended::Signalled(_) => "ended by a signal",
+        Ended::Signalled(_) => finished.ended.word(),
         Ended::Wall => "ended by --wall",
         Ended::Until => "ended by --until",
         Ended::TooManyFailures => "ended by --max-failures",

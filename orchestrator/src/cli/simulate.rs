@@ -21,6 +21,9 @@ use std::time::Instant;
 /// finished but breaks the validity guard (slip reversal, energy, penetration) is `invalid`: its values are shown, a
 /// warning says why they are not to be believed, and the exit code is 0. A run that ended early is `failed`: the values
 /// up to then are shown and the exit code is 4.
+///
+/// Of a run that takes longer, standard error shows how far it is: a bar on a terminal, otherwise a line after 5 s and
+/// every 30 s; nothing with --json.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   bladeoff simulate studies/machines/lab_rig.toml
@@ -58,7 +61,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let started = Instant::now();
     let structure = engine::build(&machine)?;
     let plan = engine::plan(&machine, &structure)?;
-    let (outcome, history) = watched(&machine, &structure, &plan, args.history.settings()?.as_ref())?;
+    let (outcome, history) = watched(&machine, &structure, &plan, args.history.settings()?.as_ref(), !args.json)?;
     let wall = started.elapsed();
     let columns = engine::columns(&machine);
     let view = OutcomeView { columns: &columns, outcome: &outcome };

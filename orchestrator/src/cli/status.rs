@@ -3,6 +3,7 @@
 use super::error::CliError;
 use super::exit::Exit;
 use super::output::print;
+use super::place::default_directory;
 use crate::report::Eta;
 use crate::run::{RunState, Seen, see};
 use serde_json::{Map, Value, json};
@@ -22,12 +23,14 @@ use std::time::Duration;
 /// last word, otherwise those of the record.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
+  bladeoff status
   bladeoff status runs/first-look
   bladeoff status runs/first-look --json
   watch bladeoff status runs/gap-friction-map")]
 pub struct Args {
-    /// Result directory of `bladeoff run`
-    directory: PathBuf,
+    /// Result directory of `bladeoff run` [default: the current one if a study was run there, otherwise the one below runs/
+    /// that was written to last]
+    directory: Option<PathBuf>,
 
     /// Print one JSON object: that of status.json in the directory, with the state as it is now
     #[arg(long)]
@@ -36,7 +39,8 @@ pub struct Args {
 
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
-    print(&text(&args.directory, args.json)?)?;
+    let directory = args.directory.clone().map_or_else(default_directory, Ok)?;
+    print(&text(&directory, args.json)?)?;
     Ok(Exit::Ok)
 }
 

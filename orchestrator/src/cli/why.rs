@@ -2,18 +2,22 @@
 
 use super::error::CliError;
 use super::exit::Exit;
-use super::output::{print, remark};
-use crate::report::{advice, cause_in_words, diverged_at, duration, end_cause_in_words, mentions};
-use crate::results::{Table, Timing, Value as Cell};
-use crate::run::directory::{
-    LEDGER, MACHINE, MANIFEST, POINTS, STUDY, WORKER_LOG, read_current, row_files, timing_files,
+use super::output::print;
+use super::place::default_directory;
+use crate::call;
+use crate::engine;
+use crate::report::{
+    OutcomeView, advice, cause_in_words, describe_values, diverged_at, duration, end_cause_in_words, mentions,
 };
+use crate::results::{Table, Timing, Value as Cell};
+use crate::run::directory::{MACHINE, MANIFEST, POINTS, STUDY, WORKER_LOG, read_current, row_files, timing_files};
 use crate::run::{RunState, see};
 use crate::study::{FrozenFiles, Samples, StudyError, load_frozen, show};
 use bladeoff_core::document::units::format_quantity;
-use bladeoff_core::outcome::{Cause, EndCause};
+use bladeoff_core::outcome::{Cause, CauseSet, ColumnKind, EndCause, Outcome, Status};
 use serde_json::Value;
 use std::collections::VecDeque;
+use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -25,8 +29,8 @@ const SHOWN_LINES: usize = 20;
 /// Tell all that is known of one sample
 ///
 /// Its parameters; whether it may be believed; why not, what that means and what can be done; when the run of it ended;
-/// which worker computed it in how many attempts; what the workers' log says of it; and the commands that compute it
-/// again.
+/// which worker computed it in how many attempts; what the workers' log says of it; the command that computes it again;
+/// and its results, as `simulate` shows them.
 ///
 /// Without a directory it is the current one if a study was run there, otherwise the one below runs/ that was written to
 /// last; which one is said.
@@ -65,9 +69,6 @@ pub enum WhyError {
         /// By --dir.
         second: PathBuf,
     },
-    /// No directory.
-    #[error("there is no result directory here nor below runs/; name one: bladeoff why DIRECTORY SAMPLE")]
-    NoDirectory,
     /// No such sample.
     #[error("the study in {} has no sample {sample}; its samples are 0 to {}", directory.display(), count - 1)]
     Sample {
@@ -119,19 +120,56 @@ pub fn text(directory: &Path, sample: u64) -> Result<String, CliError> {
         }
     }
     let go_on = seen.told.as_ref().and_then(|told| told.get("go_on")).and_then(Value::as_str).map(str::to_owned);
-    match read_current(directory, row_files, |files| Table::row(files, sample))? {
-        Some((row, _)) => finished(&mut told, &row, go_on.as_deref()),
+    let row = read_current(directory, row_files, |files| Table::row(files, sample))?.map(|(row, _)| row);
+    match &row {
+        Some(row) => finished(&mut told, row, go_on.as_deref()),
         None => {
             told.line("status", unfinished(&seen.state, seen.told.as_ref(), sample, go_on.as_deref()));
         }
     }
     timing(&mut told, directory, sample);
     log(&mut told, directory, sample);
-    told.line(
-        "compute it",
-        format!("bladeoff replay {} --sample {sample} --history sample-{sample}.mcap", directory.display()),
-    );
+    if let Some(row) = &row {
+        // What has no row yet is computed by the study.
+        told.line("compute it", compute_it(directory, sample));
+        told.0.push_str(&values(row, &samples, sample));
+    }
     Ok(told.0)
+}
+
+/// The command that computes a sample again, with its history.
+fn compute_it(directory: &Path, sample: u64) -> String {
+    let (number, history) = (sample.to_string(), format!("sample-{sample}.mcap"));
+    let directory = call::path_word(directory);
+    let words: [&OsStr; 6] = [
+        "replay".as_ref(),
+        directory.as_ref(),
+        "--sample".as_ref(),
+        number.as_ref(),
+        "--history".as_ref(),
+        history.as_ref(),
+    ];
+    call::command(words)
+}
+
+/// What came out, as `simulate` shows it; nothing of a row without values, nor of a machine that cannot be built any more.
+fn values(row: &Table, samples: &Samples, sample: u64) -> String {
+    let Ok(machine) = samples.machine(sample).build() else { return String::new() };
+    let columns = engine::columns(&machine);
+    let value = |name: &str, kind: ColumnKind| match kind {
+        ColumnKind::Choice(words) => {
+            let word = row.words(name).and_then(|words| words[0].clone())?;
+            words.iter().position(|known| *known == word).map(|at| at as f64)
+        }
+        ColumnKind::Real | ColumnKind::Count => row.numbers(name).and_then(|values| values[0]),
+    };
+    let values: Vec<Option<f64>> = columns.iter().map(|column| value(&column.name, column.kind)).collect();
+    if values.iter().all(Option::is_none) {
+        return String::new();
+    }
+    let outcome =
+        Outcome { status: Status::Ok, cause: None, causes: CauseSet::default(), end_cause: EndCause::EndTime, values };
+    describe_values(OutcomeView { columns: &columns, outcome: &outcome })
 }
 
 /// Lines of name and text.
@@ -161,18 +199,6 @@ fn place(args: &Args) -> Result<(PathBuf, u64), CliError> {
         (None, None) => default_directory()?,
     };
     Ok((directory, sample))
-}
-
-fn default_directory() -> Result<PathBuf, WhyError> {
-    if Path::new(LEDGER).exists() {
-        return Ok(PathBuf::from("."));
-    }
-    let entries = fs::read_dir("runs").map_err(|_| WhyError::NoDirectory)?;
-    let written = |path: &Path| fs::metadata(path.join(LEDGER)).and_then(|found| found.modified()).ok();
-    let runs = entries.flatten().filter_map(|entry| Some((written(&entry.path())?, entry.path())));
-    let (_, latest) = runs.max().ok_or(WhyError::NoDirectory)?;
-    remark(&format!("in {}:", latest.display()));
-    Ok(latest)
 }
 
 /// The study as it is frozen in the directory, with the part of it that was run.

@@ -146,6 +146,9 @@ pub trait Observer {
         let _ = snapshot;
     }
 
+    /// Called when a line was typed, before what it asks for: a terminal that shows what is typed has gone to its next line.
+    fn typed(&mut self) {}
+
     /// Called when something has happened that is not a result.
     fn noticed(&mut self, notice: &Notice) {
         let _ = notice;
@@ -204,6 +207,21 @@ pub enum Ended {
     Until,
     /// `max_failures` was exceeded.
     TooManyFailures,
+}
+
+impl Ended {
+    /// The word of it, the same in events, status and manifest.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Ended::Complete => "complete",
+            Ended::Signalled(Signal::Interrupt) => "interrupted",
+            Ended::Signalled(Signal::Terminate) => "terminated",
+            Ended::Wall => "wall",
+            Ended::Until => "until",
+            Ended::TooManyFailures => "max_failures",
+        }
+    }
 }
 
 /// How a run went.

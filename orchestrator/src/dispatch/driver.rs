@@ -38,6 +38,8 @@ pub(super) enum Event {
     Signal(Signal),
     /// The user asks what the workers do.
     Asked,
+    /// The user has ended a line: the terminal has shown it.
+    Typed,
 }
 
 pub(super) fn run(
@@ -213,9 +215,9 @@ impl Driver<'_> {
         match event {
             Event::Hub(HubEvent::Message(incoming)) => results = self.on_message(incoming, &mut effects)?,
             Event::Hub(HubEvent::Pong) => self.pinged = None,
-            Event::Hub(HubEvent::Refused(refusal)) => {
-                self.refused += 1;
-                self.log.line(None, &format!("message dropped: {refusal}"))?;
+            Event::Hub(HubEvent::Refused(refusal, count)) => {
+                self.refused += count;
+                self.log.dropped(count, &refusal)?;
             }
             Event::Hub(HubEvent::Drained(worker)) => {
                 if let Some((death, how)) = self.exits.remove(&worker) {
@@ -253,6 +255,7 @@ impl Driver<'_> {
                 self.stop(Ended::Signalled(signal), &mut effects);
             }
             Event::Asked => self.observer.asked(&self.snapshot()),
+            Event::Typed => self.observer.typed(),
         }
         self.carry_out(&mut effects, results)?;
         // Shown at once: what it says may be the last sample of all, and by the next tick it has left.

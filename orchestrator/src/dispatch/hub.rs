@@ -8,7 +8,7 @@ use bladeoff_protocol::domain::Address;
 use bladeoff_protocol::ipc::{BACKSTOP, IpcHub};
 use bladeoff_protocol::link::{HubLink, Incoming, LinkError, Refusal};
 use bladeoff_protocol::messages::{RunId, ToWorker, WorkerId};
-use bladeoff_protocol::transport::{PortError, Ticket, Waker};
+use bladeoff_protocol::transport::{HubPort, PortError, Ticket, Waker};
 use tokio::sync::mpsc::UnboundedSender;
 
 use super::DispatchError;
@@ -27,8 +27,8 @@ pub(super) enum Command {
 /// What the hub tells the loop.
 pub(super) enum HubEvent {
     Message(Incoming),
-    /// A message was dropped.
-    Refused(Refusal),
+    /// So many messages were dropped; why the last of them was.
+    Refused(Refusal, u64),
     /// Everything this ended worker sent has been handed over.
     Drained(WorkerId),
     /// The answer to a ping.
@@ -148,16 +148,47 @@ fn exchange(
     Ok(true)
 }
 
-fn take(link: &mut HubLink<IpcHub>, tell: &dyn Fn(HubEvent)) -> Result<(), LinkError> {
-    let mut dropped = link.dropped();
+fn take(link: &mut HubLink<impl HubPort>, tell: &dyn Fn(HubEvent)) -> Result<(), LinkError> {
     while let Some(incoming) = link.try_receive()? {
         tell(HubEvent::Message(incoming));
     }
-    while dropped < link.dropped() {
-        dropped += 1;
-        if let Some(refusal) = link.take_refusal() {
-            tell(HubEvent::Refused(refusal));
-        }
+    if let Some((refusal, count)) = link.take_refused() {
+        tell(HubEvent::Refused(refusal, count));
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bladeoff_protocol::messages::{Body, FromWorker, FromWorkerBlock, Hello};
+    use bladeoff_protocol::transport::{MemoryNet, WorkerPort};
+    use std::cell::RefCell;
+
+    /// Damaged ones before, between and after good ones.
+    #[test]
+    fn every_message_that_is_dropped_is_counted() {
+        let (run, net) = (RunId(7), MemoryNet::default());
+        let send = |worker: u32, is_sound: bool| {
+            let message = FromWorker { worker: WorkerId(worker), body: Body::Hello(Hello { pid: 1, build: 2 }) };
+            let mut block = FromWorkerBlock::empty();
+            message.encode(run, &mut block).expect("it fits");
+            if !is_sound {
+                block.words[3] ^= 1;
+            }
+            net.worker().send(&block).expect("memory has room");
+        };
+        for (worker, is_sound) in [(1, false), (2, false), (3, true), (4, false), (5, true), (6, false), (7, false)] {
+            send(worker, is_sound);
+        }
+        let mut link = HubLink::new(net.hub(), run);
+        let told = RefCell::new(Vec::new());
+        take(&mut link, &|event| told.borrow_mut().push(event)).expect("memory does not fail");
+        let count = |event: &HubEvent| match event {
+            HubEvent::Refused(_, count) => *count,
+            _ => 0,
+        };
+        let messages = told.borrow().iter().filter(|event| matches!(event, HubEvent::Message(_))).count();
+        assert_eq!((messages, told.borrow().iter().map(count).sum::<u64>(), link.dropped()), (2, 5, 5));
+    }
 }

@@ -3,6 +3,7 @@
 use std::io::{BufRead, IsTerminal};
 
 use rustix::event::{PollFd, PollFlags, Timespec};
+use rustix::termios::LocalModes;
 use tokio::sync::mpsc::UnboundedSender;
 
 use super::driver::Event;
@@ -30,15 +31,24 @@ pub(super) fn watch(events: &UnboundedSender<Event>) {
             let mut line = String::new();
             match stdin.lock().read_line(&mut line) {
                 Ok(0) | Err(_) => return,
-                Ok(_) if line.trim().eq_ignore_ascii_case("s") => {
-                    let _ = events.send(Event::Asked);
+                Ok(_) => {
+                    if shows_what_is_typed(&stdin) {
+                        let _ = events.send(Event::Typed);
+                    }
+                    if line.trim().eq_ignore_ascii_case("s") {
+                        let _ = events.send(Event::Asked);
+                    }
                 }
-                Ok(_) => {}
             }
         }
     };
     // Without the thread there is still the signal.
     let _ = std::thread::Builder::new().name("keys".into()).stack_size(64 << 10).spawn(body);
+}
+
+/// Whether the terminal echoes lines, as it does unless somebody has told it otherwise.
+fn shows_what_is_typed(stdin: &std::io::Stdin) -> bool {
+    rustix::termios::tcgetattr(stdin).is_ok_and(|modes| modes.local_modes.contains(LocalModes::ECHO))
 }
 
 /// Whether our process group is the one that the terminal belongs to, by /proc.

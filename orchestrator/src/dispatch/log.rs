@@ -51,6 +51,13 @@ impl Log {
         self.line(Some(worker), words)
     }
 
+    /// Writes that so many messages were dropped, and why the last of them was.
+    pub fn dropped(&mut self, count: u64, why: &impl std::fmt::Display) -> Result<(), DispatchError> {
+        let what =
+            if count == 1 { "message dropped".to_owned() } else { format!("{count} messages dropped, the last") };
+        self.line(None, &format!("{what}: {why}"))
+    }
+
     /// Writes how a worker has ended; its last words, if it had none.
     pub fn ended(&mut self, worker: WorkerId, text: &str) -> Result<(), DispatchError> {
         self.words.entry(worker).or_insert_with(|| text.to_owned());

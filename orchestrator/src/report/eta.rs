@@ -30,6 +30,8 @@ const LEAST: u64 = 4;
 const SPEED: f64 = 0.02;
 /// A worker that had less than this part of a core was stopped: that says nothing of the samples.
 const LEAST_SHARE: f64 = 0.1;
+/// Part of the upper end of a range below which its lower end is not worth telling.
+const SAYS_NOTHING: f64 = 0.05;
 /// From the last result to the end of the run: the last commit, and workers that leave \[s\].
 const LAST: f64 = 0.3;
 
@@ -91,11 +93,15 @@ pub struct Eta {
 }
 
 impl Eta {
-    /// "50 s to 1 min 20 s left", or one time where both read alike.
+    /// "50 s to 1 min 20 s left", one time where both read alike, "up to 1 min 20 s left" where the lower end says nothing.
     #[must_use]
     pub fn text(&self) -> String {
         let (low, high) = (duration(self.low), duration(self.high));
-        if low == high { format!("{low} left") } else { format!("{low} to {high} left") }
+        match () {
+            () if low == high => format!("{low} left"),
+            () if self.low < self.high.mul_f64(SAYS_NOTHING) => format!("up to {high} left"),
+            () => format!("{low} to {high} left"),
+        }
     }
 }
 

@@ -1,5 +1,6 @@
 //! What a person reads while a study runs and after it: progress, summary, one run in words.
 
+mod bar;
 mod eta;
 mod limits;
 mod outcome;
@@ -7,11 +8,15 @@ mod progress;
 mod summary;
 mod tally;
 mod text;
+mod watch;
 
 pub use eta::{Costs, Eta, Underway};
 pub use limits::beyond_the_model;
-pub use outcome::{OutcomeView, advice, cause_in_words, describe_outcome, diverged_at, end_cause_in_words, mentions};
+pub use outcome::{
+    OutcomeView, advice, cause_in_words, describe_outcome, describe_values, diverged_at, end_cause_in_words, mentions,
+};
 pub use progress::Progress;
 pub use summary::{SUMMARY_COLUMNS, Summary};
 pub use tally::Tally;
 pub use text::{Align, TextTable, duration};
+pub use watch::RunWatch;

@@ -132,32 +132,70 @@ pub fn describe_outcome(view: OutcomeView<'_>) -> String {
         _ => end_cause_in_words(outcome.end_cause).to_owned(),
     };
     line(&mut text, "end", &end);
-    text.push('\n');
-    for column in view.columns.iter().filter(|column| !OTHERWISE.contains(&column.name.as_str())) {
-        if column.name.ends_with("_at_s") || column.name.ends_with("_at_rad_s") {
+    text.push_str(&describe_values(view));
+    text
+}
+
+/// The quantities of a run in groups: a heading, then a line for each with its time and speed.
+#[must_use]
+pub fn describe_values(view: OutcomeView<'_>) -> String {
+    let mut text = String::new();
+    for (number, heading) in GROUPS.iter().enumerate() {
+        let is_shown = |column: &&Column| {
+            let is_place = column.name.ends_with("_at_s") || column.name.ends_with("_at_rad_s");
+            !is_place && !OTHERWISE.contains(&column.name.as_str()) && group(&column.name) == number
+        };
+        let columns: Vec<&Column> = view.columns.iter().filter(is_shown).collect();
+        if columns.iter().all(|column| view.value(&column.name).is_none()) {
+            if !columns.is_empty() {
+                text.push_str(&format!("\n{heading}: none\n"));
+            }
             continue;
         }
-        let shown = match view.value(&column.name) {
-            None => "-".to_owned(),
-            Some(value) if column.kind == ColumnKind::Count => format!("{value}"),
-            Some(value) if matches!(column.kind, ColumnKind::Choice(_)) => word(column.kind, value).to_owned(),
-            Some(value) if column.name == "twin_bearing_load_change" => {
-                let more = if value < 0.0 { "less" } else { "more" };
-                format!("{} {more} in a run that starts by run.twin faster", percent(value.abs()))
-            }
-            Some(value) => {
-                let at = |suffix, unit| {
-                    let at = view.value(&format!("{}_at_{suffix}", label(column)))?;
-                    Some(format_quantity(at, unit))
-                };
-                let time = at("s", "s").map(|time| format!("  at {time}")).unwrap_or_default();
-                let speed = at("rad_s", "rad/s").map(|speed| format!(", {speed}")).unwrap_or_default();
-                format!("{}{time}{speed}", format_quantity(value, column.unit))
-            }
-        };
-        line(&mut text, label(column), &shown);
+        text.push_str(&format!("\n{heading}\n"));
+        columns.into_iter().for_each(|column| line(&mut text, label(column), &shown(view, column)));
     }
     text
+}
+
+/// Groups of quantities, in the order in which they are shown.
+const GROUPS: [&str; 7] =
+    ["Course", "Bearing loads", "Contact and rub", "Energy", "Moments and stresses", "Numerics", "Other"];
+
+/// Which of them a column belongs to, by its name.
+fn group(name: &str) -> usize {
+    let begins = |starts: &[&str]| starts.iter().any(|start| name.starts_with(start));
+    match () {
+        () if begins(&["first_contact", "stop_time", "end_"]) => 0,
+        () if begins(&["max_bearing_load"]) => 1,
+        () if begins(&["twin", "energy_error", "step", "iterations"]) || name.ends_with("_steps") => 5,
+        () if begins(&["friction_energy", "normal_work", "model_work"]) => 3,
+        () if name.contains("stress") || name.contains("moment") => 4,
+        () if begins(&["contact", "stick", "impact", "rub", "whirl", "backward_whirl", "residual", "max_"]) => 2,
+        () => 6,
+    }
+}
+
+/// A value with its unit, and when and at which speed it was reached.
+fn shown(view: OutcomeView<'_>, column: &Column) -> String {
+    match view.value(&column.name) {
+        None => "-".to_owned(),
+        Some(value) if column.kind == ColumnKind::Count => format!("{value}"),
+        Some(value) if matches!(column.kind, ColumnKind::Choice(_)) => word(column.kind, value).to_owned(),
+        Some(value) if column.name == "twin_bearing_load_change" => {
+            let more = if value < 0.0 { "less" } else { "more" };
+            format!("{} {more} in a run that starts by run.twin faster", percent(value.abs()))
+        }
+        Some(value) => {
+            let at = |suffix, unit| {
+                let at = view.value(&format!("{}_at_{suffix}", label(column)))?;
+                Some(format_quantity(at, unit))
+            };
+            let time = at("s", "s").map(|time| format!("  at {time}")).unwrap_or_default();
+            let speed = at("rad_s", "rad/s").map(|speed| format!(", {speed}")).unwrap_or_default();
+            format!("{}{time}{speed}", format_quantity(value, column.unit))
+        }
+    }
 }
 
 fn word(kind: ColumnKind, index: f64) -> &'static str {
@@ -226,6 +264,44 @@ mod tests {
         assert!(find("first_contact ").ends_with('-'), "{text}");
         assert!(find("contact_impulse ").ends_with("2 N s"), "{text}");
         assert!(find("slip_reversal").contains("changed sign"), "{text}");
+    }
+
+    #[test]
+    fn every_quantity_of_a_machine_is_shown_once_and_in_a_group_that_has_a_name() {
+        let text = include_str!("../../../studies/machines/lp_turbine.toml");
+        let machine = bladeoff_core::machine::MachineDef::parse("lp_turbine.toml", text).expect("valid");
+        let columns = bladeoff_core::outcome::columns(&machine.build().expect("valid"));
+        let values = (0..columns.len()).map(|_| Some(0.0)).collect();
+        let (status, end_cause, causes) = (Status::Ok, EndCause::EndTime, CauseSet::default());
+        let outcome = Outcome { status, cause: None, causes, end_cause, values };
+        let text = describe_values(OutcomeView { columns: &columns, outcome: &outcome });
+        for heading in &GROUPS[..6] {
+            assert_eq!(text.lines().filter(|line| line == heading).count(), 1, "{heading}: {text}");
+        }
+        assert!(!text.contains(GROUPS[6]), "{text}");
+        let is_shown = |column: &&Column| !column.name.contains("_at_") && !OTHERWISE.contains(&column.name.as_str());
+        for column in columns.iter().filter(is_shown) {
+            let begins = |line: &&str| line.split_whitespace().next() == Some(label(column));
+            assert_eq!(text.lines().filter(begins).count(), 1, "{}", column.name);
+        }
+        let under = |name: &str| {
+            let at = text.lines().position(|line| line.split(' ').next() == Some(name)).expect("shown");
+            text.lines().take(at).filter(|line| GROUPS.contains(line)).last().expect("a heading")
+        };
+        for (name, heading) in [
+            ("first_contact", "Course"),
+            ("max_bearing_load_rear", "Bearing loads"),
+            ("stick_time", "Contact and rub"),
+            ("friction_energy", "Energy"),
+            ("max_bending_stress_section4", "Moments and stresses"),
+            ("steps", "Numerics"),
+        ] {
+            assert_eq!(under(name), heading, "{name}");
+        }
+        // Nothing of a group is one line.
+        let outcome = Outcome { values: vec![None; columns.len()], ..outcome };
+        let text = describe_values(OutcomeView { columns: &columns, outcome: &outcome });
+        assert_eq!(text.lines().filter(|line| line.ends_with(": none")).count(), 6, "{text}");
     }
 
     #[test]

@@ -4,7 +4,7 @@
 //! not fit is counted and said (`lost`), and a closed pipe ends the stream and nothing else.
 
 use super::manifest::timestamp;
-use crate::dispatch::{Ended, KillReason, Notice, SampleResult, Signal};
+use crate::dispatch::{Ended, KillReason, Notice, SampleResult};
 use crate::report::Eta;
 use crate::schedule::Snapshot;
 use bladeoff_core::outcome::{Cause, Status};
@@ -15,7 +15,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync
 use std::time::{Duration, Instant, SystemTime};
 
 /// Version of the schema; raised when a field changes its meaning or goes.
-pub const EVENTS_VERSION: u32 = 1;
+pub const EVENTS_VERSION: u32 = 2;
 /// Lines that wait at most, some ten megabytes.
 const QUEUE: usize = 65_536;
 /// Time between two `progress` events.
@@ -149,14 +149,14 @@ impl EventStream {
                 }
                 self.emit("worker_ended", json!({ "worker": worker, "how": how, "died": died }));
             }
-            Notice::Stopping(why) => self.emit("stopping", json!({ "why": word(*why) })),
+            Notice::Stopping(why) => self.emit("stopping", json!({ "why": why.word() })),
         }
     }
 
     /// The run is over and its table written.
     pub fn finished(mut self, ended: Ended, done: u64, samples: u64, table: &str) {
         let fields = json!({
-            "why": word(ended),
+            "why": ended.word(),
             "time": timestamp(SystemTime::now()),
             "done": done,
             "samples": samples,
@@ -220,18 +220,6 @@ fn write_lines(lines: &Receiver<String>, out: impl Write) -> io::Result<()> {
         out.flush()?;
     }
     Ok(())
-}
-
-/// The word of why a run ended.
-fn word(ended: Ended) -> &'static str {
-    match ended {
-        Ended::Complete => "complete",
-        Ended::Signalled(Signal::Interrupt) => "interrupt",
-        Ended::Signalled(Signal::Terminate) => "terminate",
-        Ended::Wall => "wall",
-        Ended::Until => "until",
-        Ended::TooManyFailures => "max_failures",
-    }
 }
 
 #[cfg(test)]

@@ -30,7 +30,7 @@ pub use lock::{Holder, LockError, Look, look};
 pub use resume::Rerun;
 pub use status::{RunState, STATUS, Seen, go_on, see};
 
-use crate::dispatch::{self, DispatchOptions, DispatchReport, Ended, Signal};
+use crate::dispatch::{self, DispatchOptions, DispatchReport, Ended};
 use crate::engine::EngineError;
 use crate::files::{FileError, write_whole};
 use crate::ledger::{LedgerError, Reader};
@@ -49,7 +49,7 @@ use resume::Opened;
 use sink::{LedgerSink, ProgressObserver, Watched};
 use status::StatusWriter;
 use std::cell::RefCell;
-use std::io;
+use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::time::{Duration, Instant, SystemTime};
@@ -336,7 +336,7 @@ fn compute(
     let computed = compute_watched(request, directory, prepared, opened, &mut observer);
     let tally = durable.borrow().clone();
     match &computed {
-        Ok((report, _)) => observer.status.finish(state_word(report), None, &tally),
+        Ok((report, _)) => observer.status.finish(report.ended.word(), None, &tally),
         Err(error) => observer.status.finish("failed", Some(error), &tally),
     }
     let (report, table) = computed?;
@@ -378,6 +378,11 @@ fn compute_watched(
     options.build = Some(build_id());
     request.budget.apply(failed_before, &mut options);
     options.keys = true;
+    if observer.progress.is_on_terminal() && io::stdin().is_terminal() {
+        observer
+            .progress
+            .note("s and Enter: what each worker is doing; Ctrl-C: end in order, the same command goes on");
+    }
     if let Some(events) = &mut observer.watched.borrow_mut().events {
         let directory = directory.path().to_string_lossy();
         events.started(&samples.study().name, &directory, samples.count(), reused, request.workers);
@@ -402,6 +407,7 @@ fn compute_watched(
             dispatch::run(&options, samples, order::shuffled(todo), &mut sink, observer)
         };
         let committed = sink.close();
+        observer.progress.clear();
         if let Ok(report) = &report {
             interrupt::end_at_once_when_told(matches!(report.ended, Ended::Signalled(_)), &faults);
         }
@@ -426,7 +432,7 @@ fn compute_watched(
         let has_rows = !row_files(directory.path()).is_empty();
         has_rows.then(|| directory.file(PARTS))
     };
-    let (state, finished) = (state_word(&report), Some(SystemTime::now()));
+    let (state, finished) = (report.ended.word(), Some(SystemTime::now()));
     write_manifest(&course(state, finished, durable.done(), report.worker_deaths, report.dropped_messages))?;
     Ok((report, table))
 }
@@ -436,17 +442,5 @@ impl Finished {
     fn nothing_computed(directory: &Path, tally: &Tally) -> Self {
         let (tally, table) = (tally.clone(), Some(directory.join(RESULTS)));
         Self { reused: tally.done(), tally, ended: Ended::Complete, table }
-    }
-}
-
-/// How a run ended, in one word: for status and manifest.
-fn state_word(report: &DispatchReport) -> &'static str {
-    match report.ended {
-        Ended::Complete => "complete",
-        Ended::Signalled(Signal::Interrupt) => "interrupted",
-        Ended::Signalled(Signal::Terminate) => "terminated",
-        Ended::Wall => "wall",
-        Ended::Until => "until",
-        Ended::TooManyFailures => "max_failures",
     }
 }

@@ -145,6 +145,10 @@ impl Observer for ProgressObserver {
         }
     }
 
+    fn typed(&mut self) {
+        self.progress.typed();
+    }
+
     fn noticed(&mut self, notice: &Notice) {
         self.watched.borrow_mut().events.iter_mut().for_each(|events| events.noticed(notice));
         if let Notice::Stopping(_) = notice {

@@ -8,6 +8,7 @@ use super::directory::{LEDGER, LOCK, RESULTS};
 use super::lock::{Holder, Look, look};
 use super::manifest::{host, timestamp};
 use super::sink::describe;
+use crate::call;
 use crate::files::FileError;
 use crate::ledger::Reader;
 use crate::report::{Eta, Tally};
@@ -16,6 +17,7 @@ use crate::study::Samples;
 use bladeoff_core::outcome::{Cause, Status};
 use serde_json::{Map, Value, json};
 use std::error::Error;
+use std::ffi::OsString;
 use std::fs::{self, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -53,7 +55,8 @@ impl StatusWriter {
             "reused": reused,
             "go_on": go_on(directory, samples),
             "study_file": samples.study().file,
-            "directory": std::path::absolute(directory).unwrap_or_else(|_| directory.to_path_buf()),
+            "started_in": std::env::current_dir().ok().map(|folder| folder.to_string_lossy().into_owned()),
+            "directory": std::path::absolute(directory).unwrap_or_else(|_| directory.to_path_buf()).to_string_lossy(),
             "scale": samples.scale(),
             "limit": samples.limit(),
         });
@@ -76,11 +79,12 @@ impl StatusWriter {
 
     /// Writes the present state, if it is time to; `left`: time for the rest.
     pub fn update(&mut self, snapshot: &Snapshot, left: Option<Eta>, durable: &Tally, now: Instant) {
+        // What is told at the end is the last that was seen, written or not.
+        self.last = Some(snapshot.clone());
         if self.written.is_some_and(|written| now.duration_since(written) < EVERY) {
             return;
         }
         self.written = Some(now);
-        self.last = Some(snapshot.clone());
         self.left = left;
         let _ = self.replace(&self.text("running", None, Some(snapshot), durable));
     }
@@ -158,28 +162,18 @@ fn put_counts(status: &mut Map<String, Value>, tally: &Tally, total: u64, reused
     put("computed", json!(tally.done().saturating_sub(reused)));
 }
 
-/// The command that continues a study.
+/// The command that continues a study, as this program is called.
 #[must_use]
 pub fn go_on(directory: &Path, samples: &Samples) -> String {
-    command(&samples.study().file, directory, samples.scale(), samples.limit())
+    go_on_with(Path::new(&samples.study().file), directory, samples.scale(), samples.limit())
 }
 
-fn command(study: &str, directory: &Path, scale: Option<f64>, limit: Option<u64>) -> String {
-    let mut words = vec!["bladeoff run".to_owned(), word(study)];
-    words.extend(["--out".to_owned(), word(&directory.display().to_string())]);
-    words.extend(scale.map(|scale| format!("--scale {scale}")));
-    words.extend(limit.map(|limit| format!("--limit {limit}")));
-    words.join(" ")
-}
-
-/// A word of a command line, quoted for a shell where it has to be.
-fn word(text: &str) -> String {
-    let is_plain = |c: char| c.is_ascii_alphanumeric() || "/._-+=:,@%".contains(c);
-    if !text.is_empty() && text.chars().all(is_plain) {
-        text.to_owned()
-    } else {
-        format!("'{}'", text.replace('\'', "'\\''"))
-    }
+fn go_on_with(study: &Path, directory: &Path, scale: Option<f64>, limit: Option<u64>) -> String {
+    let (study, directory) = (call::path_word(study), call::path_word(directory));
+    let mut words: Vec<OsString> = vec!["run".into(), study.into(), "--out".into(), directory.into()];
+    words.extend(scale.into_iter().flat_map(|scale| ["--scale".into(), scale.to_string().into()]));
+    words.extend(limit.into_iter().flat_map(|limit| ["--limit".into(), limit.to_string().into()]));
+    call::command(words)
 }
 
 /// What is known of a result directory from outside.
@@ -276,11 +270,11 @@ fn see_locked(directory: &Path, locked: &Look) -> Seen {
         let is_its_own = |told: &Map<String, Value>| {
             holder.as_ref().is_none_or(|holder| told.get("pid") == Some(&json!(holder.pid)))
         };
-        let told = told.filter(is_its_own);
+        let told = told.filter(is_its_own).map(|told| with_command(directory, told));
         return Seen { state, told, is_counted: false };
     }
     let (told, is_counted) = counted(directory, told, is_final);
-    Seen { state, told: told.map(|told| with_place(directory, told)), is_counted }
+    Seen { state, told: told.map(|told| with_command(directory, told)), is_counted }
 }
 
 /// What was told with the counts of the record, and whether it has been read. `is_final`: it was told at an end, so that its
@@ -316,17 +310,18 @@ fn counted(directory: &Path, told: Option<Map<String, Value>>, is_final: bool) -
     }
 }
 
-/// What was told, with the command that goes on here, should the directory have been moved.
-fn with_place(directory: &Path, mut told: Map<String, Value>) -> Map<String, Value> {
-    let text = |key: &str| told.get(key).and_then(Value::as_str);
-    if let (Some(study), Some(place)) = (text("study_file"), text("directory")) {
-        let is_here =
-            fs::canonicalize(place).is_ok_and(|place| fs::canonicalize(directory).is_ok_and(|here| here == place));
-        if !is_here {
-            let (scale, limit) = (told.get("scale").and_then(Value::as_f64), told.get("limit").and_then(Value::as_u64));
-            let command = command(study, directory, scale, limit);
-            told.insert("go_on".to_owned(), json!(command));
-        }
+/// What was told, with the command that goes on from here: the run may have been started from another folder, by another way to
+/// this program, and the directory may have been moved since.
+fn with_command(directory: &Path, mut told: Map<String, Value>) -> Map<String, Value> {
+    let text = |key: &str| told.get(key).and_then(Value::as_str).map(Path::new);
+    if let Some(study) = text("study_file") {
+        let here = std::env::current_dir().ok();
+        let study = match text("started_in") {
+            Some(folder) if here.as_deref() != Some(folder) => folder.join(study),
+            _ => study.to_path_buf(),
+        };
+        let (scale, limit) = (told.get("scale").and_then(Value::as_f64), told.get("limit").and_then(Value::as_u64));
+        told.insert("go_on".to_owned(), json!(go_on_with(&study, directory, scale, limit)));
     }
     told
 }
@@ -342,10 +337,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_of_a_command_are_quoted_where_they_have_to_be() {
-        assert_eq!(word("runs/a-b_1.toml"), "runs/a-b_1.toml");
-        assert_eq!(word("my study's.toml"), "'my study'\\''s.toml'");
-        assert_eq!(word(""), "''");
+    fn the_command_that_goes_on_is_for_whoever_looks() {
+        let told = |started_in: &Path| {
+            let told =
+                json!({ "study_file": "studies/a b.toml", "started_in": started_in, "scale": 0.5, "limit": null });
+            let told = with_command(Path::new("out"), told.as_object().cloned().expect("an object"));
+            told["go_on"].as_str().expect("a command").to_owned()
+        };
+        let here = std::env::current_dir().expect("a directory");
+        assert_eq!(told(&here), format!("{} run 'studies/a b.toml' --out out --scale 0.5", call::program()));
+        assert!(told(Path::new("/else where")).contains(" run '/else where/studies/a b.toml' --out out "));
     }
 
     #[test]

@@ -268,7 +268,7 @@ impl Loader<'_> {
             let key = format!("set.{}", cut(&path, 120));
             if path.len() > LONGEST_PATH {
                 let problem = self.problems.add(entry.name_span.clone(), key, "longer than any parameter's path");
-                problem.allowed = Some("a path of `bladeoff paths MACHINE`, or its ending".to_owned());
+                problem.allowed = Some(format!("a path of `{} paths MACHINE`, or its ending", crate::call::program()));
                 continue;
             }
             if let Value::Table(inner) = &entry.node.value {

@@ -7,6 +7,7 @@
 //! The format is described in `docs/studies.md`.
 
 mod amount;
+mod angle;
 mod axis;
 mod carried;
 mod csv;
@@ -24,6 +25,7 @@ mod values;
 mod vary;
 
 pub use amount::{parse_duration, parse_memory};
+pub use angle::{FixedAngle, fixed_angle};
 pub use axis::{Axis, Varied, show};
 pub use carried::Carried;
 pub use feasible::{CHECKED_COMBINATIONS, check_machines};

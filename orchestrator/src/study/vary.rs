@@ -88,7 +88,7 @@ impl<'a> PathTable<'a> {
             Err(PathError::Unknown { nearest, .. }) => {
                 let problem = problems.add(span, key, self.unknown());
                 problem.value = Some(format!("{:?}", cut(given, 80)));
-                problem.allowed = Some("a path of `bladeoff paths MACHINE`, or its ending".to_owned());
+                problem.allowed = Some(format!("a path of `{} paths MACHINE`, or its ending", crate::call::program()));
                 problem.nearest = nearest;
                 None
             }

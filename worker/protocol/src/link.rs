@@ -87,7 +87,8 @@ pub struct HubLink<H> {
     /// Which worker speaks by which connection, fixed by its first message.
     peers: BTreeMap<PeerId, WorkerId>,
     dropped: u64,
-    last_refusal: Option<Refusal>,
+    /// The last one not asked for yet, and how many that were.
+    refused: Option<(Refusal, u64)>,
 }
 
 /// Why a message was dropped.
@@ -114,7 +115,7 @@ impl<H: HubPort> HubLink<H> {
             outgoing: ToWorkerBlock::empty(),
             peers: BTreeMap::new(),
             dropped: 0,
-            last_refusal: None,
+            refused: None,
         }
     }
 
@@ -130,7 +131,8 @@ impl<H: HubPort> HubLink<H> {
                 Err(refusal) => {
                     self.port.forget(request.ticket);
                     self.dropped += 1;
-                    self.last_refusal = Some(refusal);
+                    let before = self.refused.map_or(0, |(_, count)| count);
+                    self.refused = Some((refusal, before + 1));
                 }
             }
         }
@@ -188,8 +190,8 @@ impl<H: HubPort> HubLink<H> {
         self.dropped
     }
 
-    /// Why the last one was dropped; asking clears it.
-    pub fn take_refusal(&mut self) -> Option<Refusal> {
-        self.last_refusal.take()
+    /// Why the last message was dropped, and how many were since this was asked before.
+    pub fn take_refused(&mut self) -> Option<(Refusal, u64)> {
+        self.refused.take()
     }
 }

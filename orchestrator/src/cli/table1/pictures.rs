@@ -36,7 +36,7 @@ pub(super) fn draw(cases: &[Case], out: &Path) -> Result<String, CliError> {
         let plan = engine::plan(&case.machine, &structure)?;
         let path = out.join(format!("{}.mcap", case.detection));
         let settings = Settings { path: path.clone(), channels: Vec::new(), decimation: Decimation::Every(EVERY) };
-        let (_, written) = watched(&case.machine, &structure, &plan, Some(&settings))?;
+        let (_, written) = watched(&case.machine, &structure, &plan, Some(&settings), false)?;
         if let Some(written) = written {
             remark(&written);
         }

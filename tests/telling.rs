@@ -1,0 +1,348 @@
+//! What is told can be used: commands work as they are printed, help and progress fit the terminal, a word means one thing.
+
+mod support;
+
+use std::ffi::OsStr;
+use std::fs;
+use std::io::{Read, Write};
+use std::os::unix::fs::symlink;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::sync::{Arc, Mutex, PoisonError};
+use support::faults::{STUDY, wait_until};
+use support::{Folder, Said, bladeoff, said, say};
+
+const BINARY: &str = env!("CARGO_BIN_EXE_bladeoff");
+
+/// Subcommands with help of their own.
+const COMMANDS: [&str; 15] = [
+    "run", "status", "why", "check", "simulate", "modes", "paths", "new", "export", "verify", "replay", "plot",
+    "table1", "recover", "bench",
+];
+
+#[test]
+fn help_keeps_its_lists_and_fits_at_every_width() {
+    for width in [60, 80, 100, 120] {
+        for command in COMMANDS {
+            let help =
+                said(bladeoff(&[command, "--help"]).env("COLUMNS", width.to_string()).output().expect("it starts"));
+            assert_eq!(help.code, 0);
+            let called = format!("Here `bladeoff` is called as: {BINARY}");
+            assert!(help.out.replace('\n', " ").contains(&called), "{command}: {}", help.out);
+            for line in help.out.lines().filter(|line| !line.contains(BINARY)) {
+                assert!(line.chars().count() <= width.min(100), "{command} at {width}: {line:?}");
+                // The columns of a list in the middle of a paragraph: the list was refilled.
+                assert!(line.starts_with(' ') || !line.contains("   "), "{command} at {width}: {line:?}");
+            }
+            if command != "run" {
+                continue;
+            }
+            for name in
+                ["results.parquet", "study.toml, machine.toml", "timings.parquet", "manifest.json", "ledger.redb"]
+            {
+                let begins = |line: &&str| line.starts_with(&format!("  {name}"));
+                assert_eq!(help.out.lines().filter(begins).count(), 1, "{name} at {width}: {}", help.out);
+            }
+        }
+    }
+}
+
+/// What stands behind a mark in a line.
+fn behind<'a>(text: &'a str, mark: &str) -> &'a str {
+    let line = text.lines().find(|line| line.contains(mark)).unwrap_or_else(|| panic!("no {mark:?} in\n{text}"));
+    line.split_once(mark).expect("found").1.trim()
+}
+
+/// A command as it was printed, in a shell.
+fn pasted(command: &str, folder: &Path, path: &OsStr) -> Said {
+    said(Command::new("sh").args(["-c", command]).current_dir(folder).env("PATH", path).output().expect("a shell"))
+}
+
+#[test]
+fn printed_commands_work_as_they_are_printed_however_the_program_was_called() {
+    let folder = Folder::new();
+    let place = folder.path("");
+    let (tools, elsewhere) = (folder.path("my tools"), folder.path("else where"));
+    fs::create_dir(&tools).and_then(|()| fs::create_dir(&elsewhere)).expect("created");
+    symlink(BINARY, tools.join("bladeoff")).and_then(|()| symlink(BINARY, folder.path("bladeoff"))).expect("linked");
+    let usual = std::env::var_os("PATH").unwrap_or_default();
+    let on_path =
+        std::env::join_paths([tools.clone()].into_iter().chain(std::env::split_paths(&usual))).expect("a path");
+    folder.write("a study's.toml", STUDY);
+    let run_in = |program: &str, folder: &Path, path: &OsStr, words: &[&str]| {
+        // `env` looks programs up as a shell does, and passes the word on as it is.
+        let mut command = Command::new("env");
+        said(command.arg(program).args(words).current_dir(folder).env("PATH", path).output().expect("it starts"))
+    };
+    let absolute = tools.join("bladeoff").display().to_string();
+    for (program, path) in [("./bladeoff", &usual), ("bladeoff", &on_path), (absolute.as_str(), &usual)] {
+        let out = format!("out of {}", program.len());
+        // Ended before it is complete: workers have only begun.
+        let first = run_in(program, &place, path, &["run", "a study's.toml", "--out", &out, "--wall", "0.05 s"]);
+        assert_eq!(first.code, 5, "{}", first.err);
+        let go_on = behind(&first.err, "go on with: ");
+        assert!(go_on.trim_matches('\'').starts_with(program), "{go_on}");
+        if program == "./bladeoff" {
+            // Whoever looks from elsewhere, by another way to the program, is told what works there.
+            let looked = run_in(&absolute, &elsewhere, path, &["status", &format!("../{out}")]);
+            assert_eq!(looked.code, 0, "{}", looked.err);
+            let there = behind(&looked.out, "go on ");
+            assert!(there.contains(&absolute) && there.contains("--out '../out of 10'"), "{there}");
+            let went_on = pasted(there, &elsewhere, path);
+            assert_eq!(went_on.code, 0, "{there}: {}", went_on.err);
+        } else {
+            let went_on = pasted(go_on, &place, path);
+            assert_eq!(went_on.code, 0, "{go_on}: {}", went_on.err);
+        }
+        let why = run_in(program, &place, path, &["why", "3", "--dir", &out]);
+        assert_eq!(why.code, 0, "{}", why.err);
+        let compute = behind(&why.out, "compute it ");
+        let computed = pasted(compute, &place, path);
+        assert!(computed.code == 0 && computed.out.contains("equal to the row"), "{compute}: {}", computed.err);
+        assert!(folder.path("sample-3.mcap").is_file());
+        fs::remove_file(folder.path("sample-3.mcap")).expect("removed");
+    }
+}
+
+#[test]
+fn of_a_sample_without_a_row_no_command_is_told_that_needs_one() {
+    let folder = Folder::new();
+    // Samples that end long after their run.
+    let study = folder.write("s.toml", &STUDY.replace("[set]", "[set]\n\"run.step\" = \"1e-9 s\""));
+    let out = folder.name("out");
+    assert_eq!(say(&["run", &study, "--out", &out, "--wall", "0.1 s"]).code, 5);
+    let why = say(&["why", &out, "3"]);
+    assert_eq!(why.code, 0, "{}", why.err);
+    assert!(why.out.contains("not finished; go on with: ") && !why.out.contains("compute it"), "{}", why.out);
+    // Nor is a table told of that is not there, but how far it is.
+    let replay = say(&["replay", &out, "--sample", "3"]);
+    assert_eq!(replay.code, 3, "{}", replay.err);
+    let told = pasted(behind(&replay.err, "how to go on: "), &folder.path(""), OsStr::new("/usr/bin:/bin"));
+    assert!(told.code == 0 && told.out.contains("state      ended"), "{}", told.err);
+}
+
+#[test]
+fn the_last_run_is_taken_where_none_is_named_and_replay_says_what_to_give() {
+    let folder = Folder::new();
+    folder.write("first.toml", STUDY);
+    folder.write("second.toml", STUDY);
+    let here = |words: &[&str]| said(bladeoff(words).current_dir(folder.path("")).output().expect("it starts"));
+    for words in [&["status"][..], &["why", "3"], &["replay"]] {
+        let nothing = here(words);
+        assert_eq!(nothing.code, 3, "{words:?}: {}", nothing.err);
+        assert!(nothing.err.contains("no result directory here nor below runs/"), "{}", nothing.err);
+    }
+    assert_eq!(here(&["run", "first.toml"]).code, 0);
+    assert_eq!(here(&["run", "second.toml"]).code, 0);
+    let status = here(&["status"]);
+    assert!(status.code == 0 && status.out.starts_with("state      complete\nstudy      "), "{}", status.out);
+    let last = behind(&status.err, "in ").trim_end_matches(':').to_owned();
+    let json = here(&["status", "--json"]);
+    let value: serde_json::Value = serde_json::from_str(&json.out).expect("JSON alone");
+    assert!(value["directory"].as_str().is_some_and(|directory| directory.ends_with(&last)), "{last}: {}", json.out);
+    let which = here(&["replay"]);
+    assert_eq!(which.code, 2, "{}", which.err);
+    assert!(which.err.contains("--sample N") && which.err.contains("up to 19"), "{}", which.err);
+    let examples: Vec<&str> = which.err.lines().filter(|line| line.contains(" replay ")).collect();
+    assert_eq!(examples.len(), 2, "{}", which.err);
+    for example in examples {
+        let again = pasted(example.trim(), &folder.path(""), OsStr::new("/usr/bin:/bin"));
+        assert!(again.code == 0 && again.out.contains("equal to the row"), "{example}: {}", again.err);
+    }
+    // The results of a sample are those that `simulate` and `replay` show, in the same groups.
+    let (why, replay) = (here(&["why", "3"]), here(&["replay", "--sample", "3"]));
+    let shown: Vec<&str> = why.out.lines().skip_while(|line| *line != "Course").collect();
+    assert!(shown.len() > 30 && shown.contains(&"Bearing loads"), "{}", why.out);
+    let replayed: Vec<&str> = replay.out.lines().collect();
+    assert!(shown.iter().all(|line| replayed.contains(line)), "{}\n{}", why.out, replay.out);
+}
+
+#[test]
+fn a_number_that_must_be_one_at_least_says_so() {
+    for (words, told) in [
+        (&["run", "x.toml", "--workers", "0"][..], "without --workers there is one per core"),
+        (&["run", "x.toml", "--workers", "many"], "without --workers there is one per core"),
+        (&["run", "x.toml", "--limit", "0"], "must be a whole number from 1 on"),
+        (&["simulate", "x.toml", "--history", "h.csv", "--decimate", "0"], "must be a whole number from 1 on"),
+    ] {
+        let said = say(words);
+        assert_eq!(said.code, 2, "{words:?}: {}", said.err);
+        assert!(said.err.contains(told), "{words:?}: {}", said.err);
+    }
+}
+
+#[test]
+fn a_fixed_release_angle_is_said_and_the_lines_that_are_proposed_vary_it() {
+    let folder = Folder::new();
+    let text = fs::read_to_string(folder.small_study()).expect("the study");
+    let check = |text: &str| {
+        let said = say(&["check", &folder.write("s.toml", text)]);
+        assert_eq!(said.code, 0, "{}", said.err);
+        said
+    };
+    let fixed = check(&text);
+    assert!(fixed.err.contains("rotor.unbalances.blade_off.phase is 0 deg in every sample"), "{}", fixed.err);
+    let proposed: String =
+        fixed.err.lines().filter(|line| line.starts_with("  ")).map(|line| format!("{line}\n")).collect();
+    assert!(proposed.trim_start().starts_with("[[vary]]"), "{proposed}");
+    let varied = check(&format!("{text}\n{proposed}"));
+    assert!(!varied.err.contains("in every sample"), "{}", varied.err);
+    assert!(varied.out.contains("small: 72 samples"), "{}", varied.out);
+    // An angle elsewhere is as good; where all is the same all round there is nothing to say.
+    let turned =
+        check(&format!("{text}\n[[vary]]\npath = \"rotor.initial.angle\"\nvalues = [\"0 deg\", \"20 deg\"]\n"));
+    assert!(!turned.err.contains("in every sample"), "{}", turned.err);
+    let round = check(&format!("{text}\n[set]\n\"diaphragms.seal.blades.count\" = 0\n"));
+    assert!(!round.err.contains("in every sample"), "{}", round.err);
+}
+
+#[test]
+fn the_template_of_a_study_runs_as_it_is() {
+    let folder = Folder::new();
+    fs::rename(folder.path("machines/rig.toml"), folder.path("machines/lab_rig.toml")).expect("renamed");
+    let study = folder.name("my.toml");
+    assert_eq!(say(&["new", "study", "--out", &study]).code, 0);
+    let ran = say(&["run", &study, "--out", &folder.name("out"), "--limit", "3"]);
+    assert_eq!(ran.code, 0, "{}", ran.err);
+    let (header, rows) = support::table(&folder.name("out"));
+    assert!(header.iter().any(|name| name == "rotor.unbalances.blade_off.phase_rad"), "{header:?}");
+    assert_eq!(rows.len(), 3);
+    let check = say(&["check", &study]);
+    assert!(check.code == 0 && !check.err.contains("in every sample"), "{}", check.err);
+}
+
+/// A process that is read while it runs.
+struct Heard {
+    child: Child,
+    said: Arc<Mutex<Vec<u8>>>,
+}
+
+impl Heard {
+    fn of(mut child: Child, mut output: impl Read + Send + 'static) -> Self {
+        let said = Arc::new(Mutex::new(Vec::new()));
+        let into = Arc::clone(&said);
+        std::thread::spawn(move || {
+            let mut bytes = [0; 4096];
+            while let Ok(count @ 1..) = output.read(&mut bytes) {
+                into.lock().unwrap_or_else(PoisonError::into_inner).extend(&bytes[..count]);
+            }
+        });
+        assert!(child.try_wait().is_ok());
+        Self { child, said }
+    }
+
+    fn bytes(&self) -> Vec<u8> {
+        self.said.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    fn text(&self) -> String {
+        String::from_utf8_lossy(&self.bytes()).into_owned()
+    }
+}
+
+impl Drop for Heard {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// What a terminal of so many columns shows: letters, line feeds, and the commands that are used. A letter beyond the right
+/// margin begins a new row.
+fn screen(text: &str, columns: usize) -> Vec<String> {
+    let (mut rows, mut row, mut column) = (vec![Vec::new()], 0_usize, 0_usize);
+    let mut rest = text;
+    while let Some(letter) = rest.chars().next() {
+        rest = &rest[letter.len_utf8()..];
+        match letter {
+            '\r' => column = 0,
+            '\n' => row += 1,
+            '\x1b' => {
+                // What is read while it is written may end anywhere.
+                let Some(end) = rest.find(|c: char| c.is_ascii_alphabetic()) else { break };
+                let (command, after) = rest.split_at(end + 1);
+                rest = after;
+                match command {
+                    "[K" => rows[row].truncate(column),
+                    "[A" => row = row.saturating_sub(1),
+                    "[J" => {
+                        rows[row].truncate(column);
+                        rows.truncate(row + 1);
+                    }
+                    _ => panic!("a command that this terminal does not know: {command:?}"),
+                }
+            }
+            letter => {
+                if column == columns {
+                    (row, column) = (row + 1, 0);
+                    rows.resize(rows.len().max(row + 1), Vec::new());
+                }
+                rows[row].resize(rows[row].len().max(column + 1), ' ');
+                rows[row][column] = letter;
+                column += 1;
+            }
+        }
+        rows.resize(rows.len().max(row + 1), Vec::new());
+    }
+    rows.into_iter().map(String::from_iter).collect()
+}
+
+#[test]
+fn on_a_terminal_of_60_columns_keys_leave_no_copies_of_the_bar() {
+    if !Command::new("script").arg("--version").output().is_ok_and(|found| found.status.success()) {
+        println!("SKIPPED: there is no `script` to make a terminal with");
+        return;
+    }
+    let folder = Folder::new();
+    let study = folder.write("s.toml", &STUDY.replace("0.1 s", "0.4 s").replace("count = 5", "count = 500"));
+    let out = folder.name("out");
+    let inside = format!("stty cols 60 rows 24 && exec {BINARY} run {study} --out {out} --workers 2");
+    let mut command = Command::new("script");
+    command.args(["-q", "-e", "-f", "-c", &inside, "/dev/null"]).env("TERM", "xterm").current_dir(support::root());
+    let mut child =
+        command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("script starts");
+    let (mut keys, output) = (child.stdin.take().expect("piped"), child.stdout.take().expect("piped"));
+    let mut run = Heard::of(child, output);
+    let bars = |text: &str| {
+        let rows = screen(text, 60);
+        rows.iter().filter(|row| row.contains('░') || row.contains('█')).count()
+    };
+    wait_until("the bar", || run.text().contains('░'));
+    assert!(run.text().contains("s and Enter: what each worker is doing"), "{}", run.text());
+    for times in 1..=2 {
+        keys.write_all(b"s\n").expect("typed");
+        // Both workers are told of, and the bar is drawn again after that.
+        let told = || run.text().matches("worker 2 (process").count() == times;
+        wait_until("an answer", told);
+        let behind = || run.text().rsplit("worker 2 (process").next().is_some_and(|text| text.contains('░'));
+        wait_until("the bar again", behind);
+        assert_eq!(bars(&run.text()), 1, "{:?}", screen(&run.text(), 60));
+    }
+    keys.write_all(b"x\n").expect("typed");
+    wait_until("the line is taken back", || run.text().matches("\x1b[A").count() == 3);
+    keys.write_all(b"\x03").expect("typed");
+    wait_until("its end", || run.child.try_wait().expect("a child").is_some());
+    wait_until("its last words", || run.text().contains("go on with: "));
+    assert_eq!(run.child.wait().expect("ended").code(), Some(130), "{}", run.text());
+    let rows = screen(&run.text(), 60);
+    assert_eq!(bars(&run.text()), 0, "{rows:?}");
+    assert!(rows.iter().any(|row| row.contains("interrupted: ")), "{rows:?}");
+}
+
+#[test]
+fn a_run_that_takes_long_says_how_far_it_is() {
+    let folder = Folder::new();
+    let rig = folder.name("machines/rig.toml");
+    let mut child = bladeoff(&["simulate", &rig, "--set", "run.end_time=1000 s", "--step", "0.05 us"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("it starts");
+    let output = child.stderr.take().expect("piped");
+    let run = Heard::of(child, output);
+    wait_until("a line", || run.text().contains('\n'));
+    let text = run.text();
+    for part in [" s of 1000 s, ", " rpm, ", " s per second, at this pace "] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+}
