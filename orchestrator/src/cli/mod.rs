@@ -30,6 +30,7 @@ pub use exit::{EXIT_CODES, Exit};
 pub use status::text as status_text;
 pub use why::text as why_text;
 
+use bladeoff_core::document::visible_lines;
 use clap::{Parser, Subcommand};
 use std::panic;
 use std::process::ExitCode;
@@ -39,7 +40,7 @@ use std::process::ExitCode;
 /// A machine file describes a shaft line; a study file varies parameters of a machine; `run` computes the study on
 /// all cores and writes one table, results.parquet, with one row per sample.
 #[derive(Debug, Parser)]
-#[command(name = "bladeoff", version, max_term_width = 100, after_help = EXIT_CODES)]
+#[command(name = "bladeoff", version = crate::version::VERSION.as_str(), max_term_width = 100, after_help = EXIT_CODES)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -74,8 +75,7 @@ pub fn main() -> ExitCode {
         return bladeoff_worker::worker_main(arguments);
     }
     bladeoff_worker::process::survive_file_size_limit();
-    // clap ends the program itself: 0 after --help and --version, 2 after a wrong command line.
-    let cli = Cli::parse();
+    let cli = Cli::try_parse().unwrap_or_else(|error| refuse(&error));
     panic::set_hook(Box::new(|info| {
         if crate::guarded::is_guarded() {
             return;
@@ -86,6 +86,17 @@ pub fn main() -> ExitCode {
     }));
     let exit = panic::catch_unwind(|| dispatch(cli.command)).unwrap_or(Exit::Bug);
     exit.into()
+}
+
+/// Ends the program as clap does: 0 after --help and --version, 2 after a wrong command line. What it quotes of that may come
+/// from anywhere: `bladeoff check *`.
+fn refuse(error: &clap::Error) -> ! {
+    let plain = error.to_string();
+    if matches!(visible_lines(&plain), std::borrow::Cow::Borrowed(_)) {
+        error.exit();
+    }
+    output::remark(plain.trim_end());
+    std::process::exit(error.exit_code())
 }
 
 fn dispatch(command: Command) -> Exit {
@@ -108,7 +119,7 @@ fn dispatch(command: Command) -> Exit {
     };
     result.unwrap_or_else(|error| {
         if !matches!(error, CliError::ReaderLeft) {
-            output::remark(render::render(&error).trim_end());
+            output::rendered(&render::render(&error));
         }
         error.exit()
     })

@@ -24,7 +24,7 @@ use std::time::Duration;
 ///   results.parquet   one row per sample: parameters, status, cause, quantities; unit in each column's name
 ///   study.toml, machine.toml   the inputs as they were
 ///   timings.parquet   CPU time, worker and attempt of each sample
-///   manifest.json     versions, build, host, dates, command
+///   manifest.json     versions, build, host, dates, command, BLAKE3 of the tables
 ///   workers.log       messages of the worker processes
 ///   ledger.redb       the durable record, from which the tables are made and a run is continued
 ///

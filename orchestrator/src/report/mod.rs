@@ -14,4 +14,4 @@ pub use outcome::{OutcomeView, advice, cause_in_words, describe_outcome, diverge
 pub use progress::Progress;
 pub use summary::{SUMMARY_COLUMNS, Summary};
 pub use tally::Tally;
-pub use text::{Align, TextTable, duration};
+pub use text::{Align, TextTable, duration, wrapped};

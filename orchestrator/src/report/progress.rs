@@ -3,6 +3,7 @@
 use super::eta::Eta;
 use super::tally::Tally;
 use super::text::duration;
+use bladeoff_core::document::visible_lines;
 use bladeoff_core::outcome::Status;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{IsTerminal, Write};
@@ -73,6 +74,7 @@ impl Progress {
 
     /// Writes lines between the progress.
     pub fn note(&self, text: &str) {
+        let text = visible_lines(text);
         match &self.display {
             Display::Bar(bar) => bar.println(text),
             Display::Lines { .. } => {
