@@ -148,10 +148,15 @@ fn verify_looks_at_record_inputs_and_parts_as_well() {
     for name in ["study.toml", "machine.toml", "basis.bin"] {
         complete.with_bit_changed(name, complete.bytes(name).len() / 2, || damaged(name));
     }
-    // An entry of the record: found by its magic, changed behind it.
+    // Entries of the record, found by their magic, and changed behind it.
     let record = complete.bytes("ledger.redb");
-    let entry = (0..record.len() - 4).rev().find(|&at| record[at..].starts_with(b"BLE")).unwrap_or(record.len() / 2);
-    complete.with_bit_changed("ledger.redb", entry + 40, || damaged("ledger.redb"));
+    let mut changed = record.clone();
+    let entries: Vec<usize> = (0..record.len() - 4).filter(|&at| record[at..].starts_with(b"bOfL")).collect();
+    assert!(entries.len() >= 20);
+    entries.iter().for_each(|at| changed[at + 40] ^= 1);
+    fs::write(complete.path("ledger.redb"), changed).expect("written");
+    damaged("ledger.redb");
+    fs::write(complete.path("ledger.redb"), record).expect("written");
     // Of a study that is under way there are parts.
     let out = complete.folder.name("parts");
     let long = complete.folder.write("long.toml", &STUDY.replace("count = 5", "count = 12"));

@@ -30,7 +30,7 @@ pub use exit::{EXIT_CODES, Exit};
 pub use status::text as status_text;
 pub use why::text as why_text;
 
-use bladeoff_core::document::visible_lines;
+use bladeoff_core::document::visible;
 use clap::{Parser, Subcommand};
 use std::panic;
 use std::process::ExitCode;
@@ -91,12 +91,14 @@ pub fn main() -> ExitCode {
 /// Ends the program as clap does: 0 after --help and --version, 2 after a wrong command line. What it quotes of that may come
 /// from anywhere: `bladeoff check *`.
 fn refuse(error: &clap::Error) -> ! {
-    let plain = error.to_string();
-    if matches!(visible_lines(&plain), std::borrow::Cow::Borrowed(_)) {
-        error.exit();
+    let arguments: Vec<String> = std::env::args_os().map(|text| visible(&text.to_string_lossy()).into_owned()).collect();
+    match Cli::try_parse_from(arguments) {
+        Err(same) if same.kind() == error.kind() => same.exit(),
+        _ => {
+            output::remark(error.to_string().trim_end());
+            std::process::exit(error.exit_code())
+        }
     }
-    output::remark(plain.trim_end());
-    std::process::exit(error.exit_code())
 }
 
 fn dispatch(command: Command) -> Exit {

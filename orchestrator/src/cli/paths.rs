@@ -68,7 +68,7 @@ fn fitted(table: &str, paths: &[PathInfo], width: usize) -> String {
     for info in paths {
         let head = format!("{} = {}", info.path, info.shown);
         text.push_str(&wrapped(&head, width, "", "    "));
-        text.push_str(&wrapped(&format!("{}; {}", info.meaning, info.allowed), width, "    ", "    "));
+        text.push_str(&wrapped(&format!("{}; allowed: {}", info.meaning, info.allowed), width, "    ", "    "));
     }
     text
 }
