@@ -313,7 +313,11 @@ fn paths_as_json_say_what_the_table_says() {
 fn the_version_names_commit_and_numerics() {
     let said = say(&["--version"]);
     let numerics = format!("numerics {})\n", bladeoff_core::NUMERICS_VERSION);
-    assert!(said.code == 0 && said.out.starts_with("bladeoff 0.1.0 (commit ") && said.out.ends_with(&numerics), "{}", said.out);
+    assert!(
+        said.code == 0 && said.out.starts_with("bladeoff 0.1.0 (commit ") && said.out.ends_with(&numerics),
+        "{}",
+        said.out
+    );
     assert!(said.out.contains(bladeoff::version::COMMIT));
 }
 

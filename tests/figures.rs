@@ -137,7 +137,8 @@ fn energies_that_are_zero_all_the_time_are_not_drawn() {
     let folder = Folder::new();
     let (history, figure) = (text(&folder.path("h.csv")), text(&folder.path("f.svg")));
     let machine = text(&folder.path("machines/rig.toml"));
-    let said = say(&["simulate", &machine, "--set", "run.end_time=0.02", "--channels", "energy", "--history", &history]);
+    let said =
+        say(&["simulate", &machine, "--set", "run.end_time=0.02", "--channels", "energy", "--history", &history]);
     assert_eq!(said.code, 0, "{}", said.err);
     let recorded = read(history.as_ref()).expect("the history");
     let is_zero = |name: &str| recorded.channel(name).expect(name).values.iter().all(|value| *value == 0.0);
@@ -153,7 +154,11 @@ fn energies_that_are_zero_all_the_time_are_not_drawn() {
     let (drawn, said) = panels("energy");
     assert_eq!(drawn, some.len());
     assert!(said.contains("not drawn") && zero.iter().all(|name| said.contains(name)), "{said}");
-    assert_eq!(panels(zero[0]), (1, String::from("f.svg is replaced\n").replace("f.svg", &figure)), "asked for by name");
+    assert_eq!(
+        panels(zero[0]),
+        (1, String::from("f.svg is replaced\n").replace("f.svg", &figure)),
+        "asked for by name"
+    );
 }
 
 /// A writer that is killed leaves a file from which everything up to the cut comes back, equal to what an undisturbed run

@@ -91,7 +91,8 @@ pub fn main() -> ExitCode {
 /// Ends the program as clap does: 0 after --help and --version, 2 after a wrong command line. What it quotes of that may come
 /// from anywhere: `bladeoff check *`.
 fn refuse(error: &clap::Error) -> ! {
-    let arguments: Vec<String> = std::env::args_os().map(|text| visible(&text.to_string_lossy()).into_owned()).collect();
+    let arguments: Vec<String> =
+        std::env::args_os().map(|text| visible(&text.to_string_lossy()).into_owned()).collect();
     match Cli::try_parse_from(arguments) {
         Err(same) if same.kind() == error.kind() => same.exit(),
         _ => {

@@ -57,7 +57,11 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let machine = build(&args.machine.load()?)?;
     let speeds = speeds(args, &machine)?;
     let report = engine::modes(&machine, &speeds)?;
-    if args.json { print_json(&json(&machine, &report))? } else { print(&text(&machine, &report, args.count))? }
+    if args.json {
+        print_json(&json(&machine, &report))?
+    } else {
+        print(&text(&machine, &report, args.count))?
+    }
     if let Some(directory) = &args.figures {
         remark(save(&figures(&machine)?, directory)?.trim_end());
     }

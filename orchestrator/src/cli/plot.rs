@@ -326,7 +326,11 @@ pub(super) fn refuse_other_formats(out: &Path, option: &str, may_be_one: bool) -
     }
     let out = out.display();
     let file = if may_be_one { "a file .svg or .png, or " } else { "" };
-    let what = if may_be_one { "figures are not written as" } else { "this is a directory for figures (svg and png), not a file" };
+    let what = if may_be_one {
+        "figures are not written as"
+    } else {
+        "this is a directory for figures (svg and png), not a file"
+    };
     Err(CliError::Argument {
         argument: format!("{option} {out}"),
         message: format!("{what} .{extension}"),

@@ -25,7 +25,11 @@ pub struct Args {
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
     let checks = verify();
-    if args.json { print_json(&json(&checks))? } else { print(&table(&checks))? }
+    if args.json {
+        print_json(&json(&checks))?
+    } else {
+        print(&table(&checks))?
+    }
     Ok(exit(&checks))
 }
 

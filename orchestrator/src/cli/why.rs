@@ -113,7 +113,8 @@ pub fn text(directory: &Path, sample: u64) -> Result<String, CliError> {
         told.line(&varied.info.path, show(&varied.info, &value));
     }
     let go_on = seen.told.as_ref().and_then(|told| told.get("go_on")).and_then(Value::as_str).map(str::to_owned);
-    match read_current(directory, row_files, |files| refuse_changed(directory).and_then(|_| Table::row(files, sample)))? {
+    match read_current(directory, row_files, |files| refuse_changed(directory).and_then(|_| Table::row(files, sample)))?
+    {
         Some((row, _)) => finished(&mut told, &row, go_on.as_deref()),
         None => {
             told.line("status", unfinished(&seen.state, seen.told.as_ref(), sample, go_on.as_deref()));

@@ -1,9 +1,8 @@
 //! A Parquet file under construction, written in row groups of a fixed number of rows as they come.
 
-use super::stream::{self, Out, Watch};
+use super::stream::{self, Checksum, Out, Watch};
 use super::{ROW_GROUP, TableError};
 use crate::files::Pending;
-use blake3::Hash;
 use polars::io::parquet::write::BatchedWriter;
 use polars::prelude::{DataFrame, ParquetCompression, ParquetWriter, PolarsError, Schema};
 
@@ -49,17 +48,17 @@ impl<T> GroupedWriter<T> {
         written.map_err(|error| self.watch.failed(error))
     }
 
-    /// Writes the rest and makes the file durable under its name; gives the BLAKE3 of its bytes.
+    /// Writes the rest and makes the file durable under its name; gives its checksum.
     ///
     /// # Errors
     /// As [`GroupedWriter::create`].
-    pub fn finish(mut self) -> Result<Hash, TableError> {
+    pub fn finish(mut self) -> Result<Checksum, TableError> {
         if !self.group.is_empty() {
             self.write_group()?;
         }
         self.writer.finish().map_err(|error| self.watch.failed(error))?;
-        let hash = self.watch.hash();
+        let checksum = self.watch.checksum();
         self.pending.finish()?;
-        Ok(hash)
+        Ok(checksum)
     }
 }

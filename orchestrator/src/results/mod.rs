@@ -17,6 +17,7 @@ pub use parquet::{Provenance, ResultsWriter, Row, Value};
 pub use read::{Cells, Table, count_sound_rows};
 pub use schema::{DETECTION, Field, FieldKind, SCHEMA_VERSION, TableSchema, verdict_fields};
 pub use series::{NumberColumn, read_metadata, read_numbers, write_numbers};
+pub use stream::Checksum;
 pub use timings::{Timing, TimingsWriter};
 
 use crate::files::FileError;

@@ -3,14 +3,13 @@
 use super::TableError;
 use super::grouped::GroupedWriter;
 use super::schema::{Field, FieldKind, SCHEMA_VERSION, TableSchema};
-use super::stream::Out;
+use super::stream::{Checksum, Out};
 use crate::files::Pending;
 use bladeoff_core::outcome::Outcome;
 use polars::prelude::{
     ArrowField, ArrowSchema, Column, CompatLevel, DataFrame, DataType, IntoColumn, KeyValueMetadata, NamedFrom,
     ParquetWriter, PlSmallStr, PolarsError, Schema, Series, StatisticsOptions,
 };
-use blake3::Hash;
 
 /// One value of a varied parameter.
 #[derive(Debug, Clone, PartialEq)]
@@ -69,11 +68,11 @@ impl ResultsWriter {
         self.0.push(row)
     }
 
-    /// Writes the rest and makes the table durable under its name; gives the BLAKE3 of its bytes.
+    /// Writes the rest and makes the table durable under its name; gives its checksum.
     ///
     /// # Errors
     /// As [`ResultsWriter::create`].
-    pub fn finish(self) -> Result<Hash, TableError> {
+    pub fn finish(self) -> Result<Checksum, TableError> {
         self.0.finish()
     }
 }

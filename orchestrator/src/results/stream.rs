@@ -17,6 +17,15 @@ pub(super) type Out = BufWriter<Stream>;
 /// The library writes the headers of pages byte by byte.
 const BUFFER: usize = 1 << 16;
 
+/// What a file is known by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Checksum {
+    /// BLAKE3 of its bytes.
+    pub hash: Hash,
+    /// How many they are.
+    pub bytes: u64,
+}
+
 /// The end that the table library has.
 #[derive(Debug)]
 pub(super) struct Stream {
@@ -34,6 +43,7 @@ pub(super) struct Watch {
 #[derive(Debug, Default)]
 struct Seen {
     hasher: Hasher,
+    bytes: u64,
     error: Option<io::Error>,
 }
 
@@ -61,9 +71,10 @@ impl Watch {
         }
     }
 
-    /// BLAKE3 of all bytes so far.
-    pub fn hash(&self) -> Hash {
-        self.seen.borrow().hasher.finalize()
+    /// That of all bytes so far.
+    pub fn checksum(&self) -> Checksum {
+        let seen = self.seen.borrow();
+        Checksum { hash: seen.hasher.finalize(), bytes: seen.bytes }
     }
 }
 
@@ -74,6 +85,7 @@ impl Write for Stream {
         match &written {
             Ok(count) => {
                 seen.hasher.update(&bytes[..*count]);
+                seen.bytes += *count as u64;
             }
             Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
             Err(error) => {
@@ -117,7 +129,8 @@ mod tests {
         for sample in 0..40_000 {
             writer.push(Timing { sample, cpu_s: 0.5, worker: 1, attempt: 1 }).expect("taken");
         }
-        let hash = writer.finish().expect("written");
-        assert_eq!(hash, blake3::hash(&std::fs::read(&path).expect("readable")));
+        let checksum = writer.finish().expect("written");
+        let bytes = std::fs::read(&path).expect("readable");
+        assert_eq!(checksum, Checksum { hash: blake3::hash(&bytes), bytes: bytes.len() as u64 });
     }
 }

@@ -2,9 +2,9 @@
 
 use super::grouped::GroupedWriter;
 use super::read::row_of;
+use super::stream::Checksum;
 use super::{TableError, guarded};
 use crate::files::{FileError, Pending};
-use blake3::Hash;
 use polars::prelude::{
     DataFrame, IntoColumn, NamedFrom, ParallelStrategy, ParquetReader, PolarsError, SerReader, Series,
 };
@@ -46,11 +46,11 @@ impl TimingsWriter {
         self.0.push(timing)
     }
 
-    /// Writes the rest and makes the table durable under its name; gives the BLAKE3 of its bytes.
+    /// Writes the rest and makes the table durable under its name; gives its checksum.
     ///
     /// # Errors
     /// As [`TimingsWriter::create`].
-    pub fn finish(self) -> Result<Hash, TableError> {
+    pub fn finish(self) -> Result<Checksum, TableError> {
         self.0.finish()
     }
 }

@@ -10,13 +10,16 @@ use super::manifest::{Checksums, provenance as told_inputs};
 use super::status::{RunState, see};
 use crate::files::FileError;
 use crate::ledger::Reader;
-use crate::results::{TableError, count_sound_rows};
-use blake3::{Hash, Hasher};
+use crate::results::{Checksum, TableError, count_sound_rows};
 use bladeoff_worker::plan::BASIS_FILE;
+use blake3::{Hash, Hasher};
 use std::fs::{File, OpenOptions};
-use std::io;
+use std::io::{self, Read};
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
+
+/// Longer than any study, machine, points file or basis.
+const LONGEST_INPUT: u64 = 1 << 30;
 
 /// What comparing a file with its checksum gave.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,17 +38,27 @@ pub(super) enum Compared {
 ///
 /// # Errors
 /// It cannot be read.
-pub(super) fn compare(path: &Path, wanted: Option<Hash>) -> Result<Compared, FileError> {
-    let found = match hash(path) {
-        Ok(found) => found,
-        Err(error) if error.source.kind() == io::ErrorKind::NotFound => return Ok(Compared::Missing),
-        Err(error) => return Err(error),
+pub(super) fn compare(path: &Path, wanted: Option<Checksum>) -> Result<Compared, FileError> {
+    compare_hash(path, wanted.map(|wanted| wanted.hash), wanted.map(|wanted| wanted.bytes))
+}
+
+/// The same by hash alone, of a file of an input's size, if `bytes` are not known.
+fn compare_hash(path: &Path, wanted: Option<Hash>, bytes: Option<u64>) -> Result<Compared, FileError> {
+    let failed = |source| FileError::at("read", path)(source);
+    let file = match open_regular(path) {
+        Ok(file) => file,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Compared::Missing),
+        Err(error) => return Err(failed(error)),
     };
-    Ok(match wanted {
-        None => Compared::Unknown,
-        Some(wanted) if wanted == found => Compared::Whole,
-        Some(_) => Compared::Changed,
-    })
+    let Some(wanted) = wanted else { return Ok(Compared::Unknown) };
+    let length = file.metadata().map_err(failed)?.len();
+    // Nobody waits for a file that has become a thousand times as long.
+    if bytes.map_or(length > LONGEST_INPUT, |bytes| bytes != length) {
+        return Ok(Compared::Changed);
+    }
+    let mut hasher = Hasher::new();
+    hasher.update_reader(file.take(length + 1)).map_err(failed)?;
+    Ok(if hasher.finalize() == wanted { Compared::Whole } else { Compared::Changed })
 }
 
 /// Refuses a directory whose finished table is not as it was written; says whether that is known at all.
@@ -70,13 +83,6 @@ pub fn refuse_changed_timings(directory: &Path) -> Result<bool, TableError> {
         Compared::Changed => Err(TableError::Changed { path }),
         compared => Ok(compared == Compared::Whole),
     }
-}
-
-fn hash(path: &Path) -> Result<Hash, FileError> {
-    let failed = |source| FileError::at("read", path)(source);
-    let mut hasher = Hasher::new();
-    hasher.update_reader(open_regular(path).map_err(failed)?).map_err(failed)?;
-    Ok(hasher.finalize())
 }
 
 /// Opens a file to read it, if it is one: a pipe in its place would be waited for.
@@ -116,7 +122,7 @@ pub fn verify(directory: &Path) -> Result<Vec<Verified>, FileError> {
         [(STUDY, "study_blake3"), (MACHINE, "machine_blake3"), (POINTS, "points_blake3"), (BASIS_FILE, "basis_blake3")]
     {
         let wanted = inputs.as_ref().and_then(|told| Hash::from_hex(told.get(key)?.as_str()?).ok());
-        match compare(&directory.join(name), wanted) {
+        match compare_hash(&directory.join(name), wanted, None) {
             Ok(Compared::Missing) if wanted.is_none() => {}
             compared => all.push(in_words(name, compared)),
         }

@@ -3,6 +3,7 @@
 use super::Request;
 use super::checksums::open_regular;
 use super::directory::{RESULTS, TIMINGS};
+use crate::results::Checksum;
 use crate::study::Samples;
 use blake3::Hash;
 use serde_json::{Map, Value, json};
@@ -21,29 +22,35 @@ pub(super) struct Course<'a> {
     pub reused: u64,
     pub worker_deaths: u64,
     pub dropped_messages: u64,
-    /// BLAKE3 of the tables; none before they are written.
+    /// Those of the tables; none before they are written.
     pub tables: Checksums,
 }
 
-/// BLAKE3 of the tables of a directory, as they were written.
+/// What the tables of a directory are known by, as they were written.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Checksums {
-    pub results: Option<Hash>,
-    pub timings: Option<Hash>,
+    pub results: Option<Checksum>,
+    pub timings: Option<Checksum>,
 }
 
 impl Checksums {
     /// Those that a manifest tells of; none of a manifest that is missing, damaged or of an earlier build.
     pub fn told(manifest: &Path) -> Self {
         let told = told(manifest);
-        let hash = |name: &str| told.as_ref().and_then(|told| Hash::from_hex(told[KEY][name].as_str()?).ok());
-        Self { results: hash(RESULTS), timings: hash(TIMINGS) }
+        let checksum = |name: &str| {
+            let said = &told.as_ref()?[KEY][name];
+            Some(Checksum { hash: Hash::from_hex(said["blake3"].as_str()?).ok()?, bytes: said["bytes"].as_u64()? })
+        };
+        Self { results: checksum(RESULTS), timings: checksum(TIMINGS) }
     }
 
     fn json(self) -> Value {
         let entries = [(RESULTS, self.results), (TIMINGS, self.timings)];
-        let entries = entries.into_iter().filter_map(|(name, hash)| Some((name.to_owned(), json!(hash?.to_hex().as_str()))));
-        Value::Object(entries.collect())
+        let entry = |(name, checksum): (&str, Option<Checksum>)| {
+            let Checksum { hash, bytes } = checksum?;
+            Some((name.to_owned(), json!({ "blake3": hash.to_hex().as_str(), "bytes": bytes })))
+        };
+        Value::Object(entries.into_iter().filter_map(entry).collect())
     }
 }
 
@@ -53,7 +60,7 @@ pub(super) fn provenance(path: &Path) -> Option<Value> {
 }
 
 /// Key of the manifest for the checksums.
-const KEY: &str = "blake3";
+const KEY: &str = "tables";
 /// A larger manifest is none.
 const MOST_BYTES: u64 = 1 << 20;
 

@@ -7,8 +7,9 @@ use super::prepare::Prepared;
 use crate::engine;
 use crate::files::Pending;
 use crate::ledger::{Entry, Reader};
-use crate::results::{Provenance, ResultsWriter, Row, TableError, TableSchema, Timing, TimingsWriter, read_metadata};
-use blake3::Hash;
+use crate::results::{
+    Checksum, Provenance, ResultsWriter, Row, TableError, TableSchema, Timing, TimingsWriter, read_metadata,
+};
 use std::path::Path;
 
 /// Writes `results.parquet` and `timings.parquet` of a study whose samples are all recorded, one entry at a time: the writers
@@ -25,7 +26,7 @@ pub(super) fn write_tables(
 }
 
 /// Writes `timings.parquet` alone, again.
-pub(super) fn write_timings(directory: &RunDirectory, record: &Reader) -> Result<Hash, RunError> {
+pub(super) fn write_timings(directory: &RunDirectory, record: &Reader) -> Result<Checksum, RunError> {
     let mut timings = TimingsWriter::create(Pending::create(&directory.file(TIMINGS))?)?;
     record.for_each(|sample, entry| {
         let Entry { cpu_s, worker, attempt, .. } = entry;

@@ -128,7 +128,8 @@ fn figure(histories: &[Named], picture: &Picture) -> Result<Figure, FigureError>
     let scale =
         Scale::of(unit.map_or("", |series| &series.unit), values().fold(0.0, |max, value| max.max(value.abs())));
     // One panel for each detection, all with one scale: where they agree, one line would hide the others.
-    let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+    let (low, high) =
+        values().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
     let (low, high) = if low <= high { (low * scale.factor, high * scale.factor) } else { (0.0, 0.0) };
     let room = if high > low { 0.05 * (high - low) } else { 1.0 };
     let panel = |(at, (name, points)): (usize, &(&str, Vec<(f64, f64)>))| {
