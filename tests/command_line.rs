@@ -293,6 +293,49 @@ fn paths_lists_what_set_takes() {
 }
 
 #[test]
+fn paths_as_json_say_what_the_table_says() {
+    let said = say(&["paths", "studies/machines/lab_rig.toml", "--json"]);
+    assert_eq!((said.code, said.err.as_str()), (0, ""));
+    let told: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
+    let parameters = told["parameters"].as_array().expect("a list");
+    let lines = say(&["paths", "studies/machines/lab_rig.toml"]).out;
+    assert_eq!(parameters.len(), lines.lines().count() - 1);
+    let of = |path: &str| parameters.iter().find(|parameter| parameter["path"] == path).expect(path);
+    let gap = of("diaphragms.seal.contact.gap");
+    assert_eq!((&gap["value"], &gap["unit"], &gap["default"]), (&5e-4.into(), &"m".into(), &false.into()));
+    assert_eq!((&gap["column"], &gap["kind"]), (&"diaphragms.seal.contact.gap_m".into(), &"number".into()));
+    let detection = of("diaphragms.seal.contact.detection");
+    assert_eq!(detection["choices"], serde_json::json!(["hyp1", "hyp2", "hyp2-frozen"]));
+    assert!(of("run.step")["value"].is_null());
+}
+
+#[test]
+fn the_version_names_commit_and_numerics() {
+    let said = say(&["--version"]);
+    let numerics = format!("numerics {})\n", bladeoff_core::NUMERICS_VERSION);
+    assert!(
+        said.code == 0 && said.out.starts_with("bladeoff 0.1.0 (commit ") && said.out.ends_with(&numerics),
+        "{}",
+        said.out
+    );
+    assert!(said.out.contains(bladeoff::version::COMMIT));
+}
+
+#[test]
+fn a_figure_of_another_format_makes_no_folder() {
+    let folder = Folder::new();
+    let machine = folder.name("machines/rig.toml");
+    for (command, option) in [("plot", "--out"), ("modes", "--figures"), ("table1", "--out")] {
+        let pdf = folder.name("fig.pdf");
+        let first = if command == "table1" { "studies/table1.toml" } else { &machine };
+        let said = say(&[command, first, option, &pdf]);
+        assert_eq!(said.code, 3, "{command}: {}", said.err);
+        assert!(said.err.contains(".pdf") && said.err.contains("svg") && said.err.contains("png"), "{}", said.err);
+        assert!(said.out.is_empty() && !folder.path("fig.pdf").exists());
+    }
+}
+
+#[test]
 fn templates_are_valid_and_overwrite_nothing() {
     let folder = Folder::new();
     let machine = folder.name("new_machine.toml");

@@ -156,6 +156,39 @@ fn a_full_disk_fails_the_history_alone() {
     }
     let said = say(&["recover", &text(&folder.path("limited.mcap.tmp"))]);
     assert_eq!(said.code, 0, "{}", said.err);
+    // The table library has words of its own for a full disk; the system's are told.
+    let said = limited("limited.parquet");
+    assert!(said.code == 0 && said.out == alone.out, "{}", said.err);
+    assert!(said.err.contains("limited.parquet\n  because: File too large"), "{}", said.err);
+}
+
+#[test]
+fn energies_that_are_zero_all_the_time_are_not_drawn() {
+    let folder = Folder::new();
+    let (history, figure) = (text(&folder.path("h.csv")), text(&folder.path("f.svg")));
+    let machine = text(&folder.path("machines/rig.toml"));
+    let said =
+        say(&["simulate", &machine, "--set", "run.end_time=0.02", "--channels", "energy", "--history", &history]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    let recorded = read(history.as_ref()).expect("the history");
+    let is_zero = |name: &str| recorded.channel(name).expect(name).values.iter().all(|value| *value == 0.0);
+    let (zero, some): (Vec<&str>, Vec<&str>) =
+        recorded.channels.iter().map(|channel| channel.name.as_str()).partition(|name| is_zero(name));
+    assert!(!zero.is_empty() && !some.is_empty(), "no contact yet: {zero:?}, {some:?}");
+    let panels = |channels: &str| {
+        let said = say(&["plot", &history, "--channels", channels, "--out", &figure]);
+        assert_eq!(said.code, 0, "{}", said.err);
+        let svg = fs::read_to_string(&figure).expect("the figure");
+        (svg.matches("J]").count(), said.err)
+    };
+    let (drawn, said) = panels("energy");
+    assert_eq!(drawn, some.len());
+    assert!(said.contains("not drawn") && zero.iter().all(|name| said.contains(name)), "{said}");
+    assert_eq!(
+        panels(zero[0]),
+        (1, String::from("f.svg is replaced\n").replace("f.svg", &figure)),
+        "asked for by name"
+    );
 }
 
 /// A writer that is killed leaves a file from which everything up to the cut comes back, equal to what an undisturbed run
@@ -353,7 +386,10 @@ fn the_paper_s_table_is_computed_and_claims_nothing_without_a_range() {
     ] {
         assert!(said.out.contains(part), "{part:?} in\n{}", said.out);
     }
-    looked_at(&out, "fig07-speed", &["hyp1", "hyp2-frozen", "speed [rpm]"]);
+    looked_at(&out, "fig07-speed", &["hyp1", "hyp2", "hyp2-frozen", "speed [rpm]"]);
+    // The three agree to a hair here: each has a panel of its own, or two would be hidden.
+    let svg = fs::read_to_string(out.join("fig07-speed.svg")).expect("the figure");
+    assert_eq!(svg.matches("speed [rpm]").count(), 3, "a panel for each detection");
     let runs = fs::read_to_string(out.join("runs.csv")).expect("the runs");
     assert_eq!(runs.lines().count(), 4);
 }

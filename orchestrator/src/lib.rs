@@ -19,5 +19,6 @@ pub mod results;
 pub mod run;
 pub mod schedule;
 pub mod study;
+pub mod version;
 
 pub use bladeoff_protocol::files;

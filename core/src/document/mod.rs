@@ -1,11 +1,13 @@
 //! What machine files and study files share: a TOML tree that knows where everything stands, the list of all problems
-//! of a file, nearest names, and quantities with units.
+//! of a file, nearest names, quantities with units, and text from outside made visible.
 
 mod nearest;
 mod problem;
 mod tree;
 pub mod units;
+mod visible;
 
 pub use nearest::nearest;
 pub use problem::{BYTE_ORDER_MARK, Collector, MOST_PROBLEMS, Problem, Problems, cut};
 pub use tree::{Entry, MAX_FILE_BYTES, Node, Value, parse_toml};
+pub use visible::{is_hidden, pictured_lines, visible, visible_json, visible_lines};

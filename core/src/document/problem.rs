@@ -1,6 +1,6 @@
 //! All problems of one file, each with its place.
 
-use super::nearest;
+use super::{nearest, visible};
 use std::fmt;
 use std::ops::Range;
 
@@ -36,20 +36,28 @@ pub struct Problem {
 
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}:{}:{}: ", self.file, self.line, self.column)?;
-        match (&self.key[..], &self.value) {
-            ("", _) => {}
-            (key, None) => write!(f, "{key}: ")?,
-            (key, Some(value)) => write!(f, "{key} = {value}: ")?,
-        }
-        f.write_str(&self.message)?;
+        f.write_str(&self.headline())?;
         if let Some(allowed) = &self.allowed {
-            write!(f, "; allowed: {allowed}")?;
+            write!(f, "; allowed: {}", visible(allowed))?;
         }
         if let Some(nearest) = &self.nearest {
-            write!(f, "; did you mean `{nearest}`?")?;
+            write!(f, "; did you mean `{}`?", visible(nearest))?;
         }
         Ok(())
+    }
+}
+
+impl Problem {
+    /// Place, key, value and what is wrong, in one line: whatever the file holds, made visible.
+    #[must_use]
+    pub fn headline(&self) -> String {
+        let Self { file, line, column, key, value, message, .. } = self;
+        let what = match (key.as_str(), value) {
+            ("", _) => String::new(),
+            (key, None) => format!("{}: ", visible(key)),
+            (key, Some(value)) => format!("{} = {}: ", visible(key), visible(value)),
+        };
+        format!("{}:{line}:{column}: {what}{}", visible(file), visible(message))
     }
 }
 

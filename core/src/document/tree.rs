@@ -106,7 +106,7 @@ pub fn parse_toml(file: &str, text: &str) -> Result<Node, Problems> {
                 "" => String::new(),
                 piece => format!(" at `{piece}`"),
             };
-            problems.add(span, "", format!("not valid TOML: {}{at}", error.message().trim_end()));
+            problems.add(span, "", format!("not valid TOML: {}{at}", error.message().trim_end().replace('\n', ", ")));
             Err(problems.into_problems())
         }
     }

@@ -1,6 +1,6 @@
 //! The lines around a problem: all that is shown of a file, however large it is and however long its lines are.
 
-use bladeoff_core::document::{BYTE_ORDER_MARK, Problem};
+use bladeoff_core::document::{BYTE_ORDER_MARK, Problem, pictured_lines, visible};
 use miette::{MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents};
 use std::ops::Range;
 
@@ -17,8 +17,9 @@ pub(super) struct Excerpt {
     text: String,
     /// Lines of the file before it.
     lines_before: usize,
-    /// Bytes that are missing at the beginning of the line of the problem.
-    cut_before: usize,
+    /// Bytes of the line before the problem in the file, less those in `text`: cut off at its beginning, or other ones as signs
+    /// for hidden characters.
+    missing_before: isize,
     /// The place in `text`.
     pub span: Range<usize>,
 }
@@ -38,23 +39,26 @@ impl Excerpt {
         if lines_before > 0 {
             let above = &text[..begin - 1];
             let above = &above[above.rfind('\n').map_or(0, |newline| newline + 1)..];
-            shown.push_str(first(above.trim_start_matches(BYTE_ORDER_MARK), MOST_AFTER));
+            let above = above.strip_suffix('\r').unwrap_or(above);
+            shown.push_str(&pictured_lines(first(above.trim_start_matches(BYTE_ORDER_MARK), MOST_AFTER)));
             shown.push('\n');
             lines_before -= 1;
         }
         let from = if at - begin > MOST_BEFORE + MOST_AFTER { ceil(text, at - MOST_BEFORE) } else { begin };
-        let span_start = shown.len() + (at - from);
+        let before = pictured_lines(&text[from..at.min(shown_end(text, line_end(text, at)))]).len();
+        let span_start = shown.len() + before;
         let mut span_end = span_start;
         // The lines of the span and the one below, each cut.
         let mut line = from;
         loop {
             let whole = line_end(text, line);
             let most = if line <= at { at - line + MOST_AFTER } else { MOST_AFTER };
-            let kept = first(&text[line..whole], most);
+            let kept = first(&text[line..shown_end(text, whole)], most);
             if end >= line {
-                span_end = (shown.len() + (end - line).min(kept.len())).max(span_start);
+                let inside = first(kept, end - line);
+                span_end = (shown.len() + pictured_lines(inside).len()).max(span_start);
             }
-            shown.push_str(kept);
+            shown.push_str(&pictured_lines(kept));
             shown.push('\n');
             if line > end || whole + 1 >= text.len() {
                 break;
@@ -62,8 +66,14 @@ impl Excerpt {
             line = whole + 1;
         }
         let span = span_start..span_end.min(shown.len());
-        Self { name: problem.file.clone(), text: shown, lines_before, cut_before: from - begin, span }
+        let missing_before = (at - begin) as isize - before as isize;
+        Self { name: visible(&problem.file).into_owned(), text: shown, lines_before, missing_before, span }
     }
+}
+
+/// Where what is shown of a line ends: before its carriage return.
+fn shown_end(text: &str, line_end: usize) -> usize {
+    if text[..line_end].ends_with('\r') { line_end - 1 } else { line_end }
 }
 
 /// Where the line ends that holds this byte, without its line feed.
@@ -96,7 +106,8 @@ impl SourceCode for Excerpt {
     ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
         let found = self.text.read_span(span, before, after)?;
         // Without a line before it the contents begin at the place itself.
-        let column = if before == 0 { found.column() + self.cut_before } else { found.column() };
+        let column =
+            if before == 0 { found.column().saturating_add_signed(self.missing_before) } else { found.column() };
         Ok(Box::new(MietteSpanContents::new_named(
             self.name.clone(),
             found.data(),
@@ -145,12 +156,24 @@ mod tests {
         }
 
         #[test]
-        fn any_place_of_any_text_has_an_excerpt(text in "\u{feff}?[a\r\n\u{b5}]{0,600}", from in 0..700_usize, length in 0..700_usize) {
+        fn any_place_of_any_text_has_an_excerpt(text in "\u{feff}?[a\r\n\u{b5}\u{1b}\u{9b}]{0,600}", from in 0..700_usize, length in 0..700_usize) {
             let excerpt = Excerpt::new(&problem(&text, from..from + length), &text);
             prop_assert!(excerpt.text.get(excerpt.span.clone()).is_some());
             prop_assert!(!excerpt.text.contains(BYTE_ORDER_MARK));
             prop_assert!(excerpt.read_span(&SourceSpan::from(excerpt.span.clone()), 1, 1).is_ok());
         }
+    }
+
+    #[test]
+    fn hidden_characters_are_signs_that_move_no_place() {
+        let text = "a\u{1b}[31m\r\nb = \"\u{9b}2J\u{202e}x\" wrong\r\nlast\u{7f}\n";
+        let at = text.find("wrong").expect("there");
+        let problem = problem(text, at..at + 5);
+        let excerpt = Excerpt::new(&problem, text);
+        assert_eq!(&excerpt.text, "a␛[31m\nb = \"\u{fffd}2J\u{fffd}x\" wrong\nlast␡\n");
+        assert_eq!(&excerpt.text[excerpt.span.clone()], "wrong");
+        let column = at - text.find("b =").expect("there") + 1;
+        assert_eq!(read(&excerpt, excerpt.span.clone()).1, column, "of the file");
     }
 
     #[test]

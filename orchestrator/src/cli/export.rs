@@ -5,15 +5,18 @@ use super::exit::Exit;
 use super::output::remark;
 use crate::files::Pending;
 use crate::results::{TableError, export_csv};
-use crate::run::directory::{PARTS, RESULTS, row_files};
-use std::io::{self, BufWriter, Write};
-use std::path::PathBuf;
+use crate::run::directory::{MANIFEST, PARTS, RESULTS, row_files};
+use crate::run::refuse_changed;
+use bladeoff_core::document::visible_lines;
+use std::io::{self, BufWriter, IsTerminal, Write};
+use std::path::{Path, PathBuf};
 
 /// Write the table of a result directory as CSV
 ///
 /// One header line with the column names (unit included), one line per sample; numbers with all their digits, nothing
 /// between the commas for null. The Parquet file itself is read directly by pandas, Polars and DuckDB. Of a study that is
-/// not complete the rows finished so far are written, as they were finished and not in the order of their numbers.
+/// not complete the rows finished so far are written, as they were finished and not in the order of their numbers. A table that
+/// is not as it was written (manifest.json has its BLAKE3) is refused: `bladeoff run` with the same study makes it again.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Examples:\n  bladeoff export runs/first-look --csv > first-look.csv\n  bladeoff export runs/first-look --csv --out first-look.csv"
@@ -40,17 +43,24 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         let parts = args.directory.join(PARTS);
         remark(&format!("warning: the study is incomplete; exporting what is finished ({})", parts.display()));
     }
+    // Numbers that nobody computed are not written down anywhere else.
+    let is_known = refuse_changed(&args.directory)?;
+    if first.ends_with(RESULTS) && !is_known {
+        remark(&format!("warning: {} cannot be verified: {MANIFEST} has no checksum of it", first.display()));
+    }
     match &args.out {
         Some(path) if path.symlink_metadata().is_ok() => return Err(CliError::Exists { path: path.clone() }),
         Some(path) => {
             let mut pending = Pending::create(path)?;
-            export_csv(&files, BufWriter::new(pending.file()))?;
+            export_csv(&files, path, BufWriter::new(pending.file()))?;
             pending.finish()?;
             remark(&format!("wrote {}", path.display()));
         }
         None => {
-            let mut out = Watched { inner: io::stdout().lock(), error: None };
-            let exported = export_csv(&files, &mut out);
+            let stdout = io::stdout().lock();
+            let is_terminal = stdout.is_terminal();
+            let mut out = Watched { inner: stdout, is_terminal, error: None };
+            let exported = export_csv(&files, Path::new("standard output"), &mut out);
             if let Some(error) = out.error {
                 return Err(CliError::stdout(error));
             }
@@ -64,12 +74,18 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
 /// Keeps the error of a write: behind the table library's own error nobody could tell a reader that left.
 struct Watched<W> {
     inner: W,
+    /// Programs get the values as they are; on a terminal they are made visible.
+    is_terminal: bool,
     error: Option<io::Error>,
 }
 
 impl<W: Write> Write for Watched<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.inner.write(bytes).inspect_err(|error| {
+        let written = match std::str::from_utf8(bytes) {
+            Ok(text) if self.is_terminal => self.inner.write_all(visible_lines(text).as_bytes()).map(|()| bytes.len()),
+            _ => self.inner.write(bytes),
+        };
+        written.inspect_err(|error| {
             if error.kind() != io::ErrorKind::Interrupted {
                 self.error = Some(io::Error::from(error.kind()));
             }

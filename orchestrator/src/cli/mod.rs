@@ -32,6 +32,7 @@ pub use exit::{EXIT_CODES, Exit};
 pub use status::text as status_text;
 pub use why::text as why_text;
 
+use bladeoff_core::document::visible;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::panic;
 use std::process::ExitCode;
@@ -41,7 +42,7 @@ use std::process::ExitCode;
 /// A machine file describes a shaft line; a study file varies parameters of a machine; `run` computes the study on
 /// all cores and writes one table, results.parquet, with one row per sample.
 #[derive(Debug, Parser)]
-#[command(name = "bladeoff", version, max_term_width = 100, after_help = EXIT_CODES)]
+#[command(name = "bladeoff", version = crate::version::VERSION.as_str(), max_term_width = 100, after_help = EXIT_CODES)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -77,7 +78,8 @@ pub fn main() -> ExitCode {
     }
     bladeoff_worker::process::survive_file_size_limit();
     // clap ends the program itself: 0 after --help and --version, 2 after a wrong command line.
-    let cli = Cli::from_arg_matches(&command_line().get_matches()).unwrap_or_else(|error| error.exit());
+    let matches = command_line().try_get_matches().unwrap_or_else(|error| refuse(&error));
+    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| refuse(&error));
     panic::set_hook(Box::new(|info| {
         if crate::guarded::is_guarded() {
             return;
@@ -102,6 +104,20 @@ fn command_line() -> clap::Command {
     })
 }
 
+/// Ends the program as clap does: 0 after --help and --version, 2 after a wrong command line. What it quotes of that may come
+/// from anywhere: `bladeoff check *`.
+fn refuse(error: &clap::Error) -> ! {
+    let arguments: Vec<String> =
+        std::env::args_os().map(|text| visible(&text.to_string_lossy()).into_owned()).collect();
+    match command_line().try_get_matches_from(arguments) {
+        Err(same) if same.kind() == error.kind() => same.exit(),
+        _ => {
+            output::remark(error.to_string().trim_end());
+            std::process::exit(error.exit_code())
+        }
+    }
+}
+
 fn dispatch(command: Command) -> Exit {
     let result = match command {
         Command::Run(args) => run::main(&args),
@@ -122,7 +138,7 @@ fn dispatch(command: Command) -> Exit {
     };
     result.unwrap_or_else(|error| {
         if !matches!(error, CliError::ReaderLeft) {
-            output::remark(render::render(&error).trim_end());
+            output::rendered(&render::render(&error));
         }
         error.exit()
     })

@@ -4,8 +4,8 @@ use super::error::CliError;
 use super::exit::Exit;
 use super::json::{JsonObject, number, quoted};
 use super::machine::{MachineArgs, build};
-use super::output::{print, remark};
-use super::plot::save;
+use super::output::{print, print_json, remark};
+use super::plot::{refuse_other_formats, save};
 use crate::engine;
 use crate::figures::{self, Figure, campbell, ring_shapes, rotor_shapes, unbalance_response};
 use crate::report::{Align, TextTable};
@@ -52,10 +52,17 @@ pub struct Args {
 
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
+    if let Some(directory) = &args.figures {
+        refuse_other_formats(directory, "--figures", false)?;
+    }
     let machine = build(&args.machine.load()?)?;
     let speeds = speeds(args, &machine)?;
     let report = engine::modes(&machine, &speeds)?;
-    print(&if args.json { json(&machine, &report) } else { text(&machine, &report, args.count) })?;
+    if args.json {
+        print_json(&json(&machine, &report))?
+    } else {
+        print(&text(&machine, &report, args.count))?
+    }
     if let Some(directory) = &args.figures {
         remark(save(&figures(&machine)?, directory)?.trim_end());
     }

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 /// Draw histories: lines over time, orbits in the deformed ring, spectrograms, orders
 ///
 /// `time` draws the channels of one kind (same name after the last dot) in one panel, one line for each channel and file, so
-/// that several runs lie over one another in one figure. `orbit` draws the rotor centre inside the clearance at instants, one
+/// that several runs lie over one another in one figure; energies that are 0 all the time are left out, which is said. `orbit` draws the rotor centre inside the clearance at instants, one
 /// figure for each file: record MCAP or Parquet with `--channels rotor,contact,ring` for the deformed ring (CSV has no
 /// geometry). `spectrogram` and `order` draw one map for each channel and file.
 ///
@@ -70,6 +70,7 @@ struct Named {
 
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
+    refuse_other_formats(&args.out, "--out", true)?;
     let (from, to) = (time(args.from.as_ref(), "--from")?, time(args.to.as_ref(), "--to")?);
     let mut histories = Vec::new();
     for (path, name) in args.files.iter().zip(names(&args.files)?) {
@@ -175,9 +176,12 @@ fn chosen<'a>(history: &'a History, patterns: &[String], defaults: &[&str]) -> R
 const TIME_CHANNELS: [&str; 5] =
     ["rotor.speed", "bearing.*.load_N", "contact.eccentricity", "contact.gap", "contact.filtered_force"];
 
+/// A line: its label, where it is from, what it shows.
+type Drawn<'a> = (String, &'a History, &'a Series);
+
 /// One panel for each quantity, one line for each channel and file.
 fn over_time(args: &Args, histories: &[Named]) -> Result<Figure, CliError> {
-    let mut quantities: Vec<(String, Vec<(String, &History, &Series)>)> = Vec::new();
+    let mut quantities: Vec<(String, Vec<Drawn<'_>>)> = Vec::new();
     for named in histories {
         for channel in chosen(&named.history, &args.channels, &TIME_CHANNELS)? {
             let quantity = channel.name.rsplit('.').next().unwrap_or(&channel.name).to_owned();
@@ -188,7 +192,11 @@ fn over_time(args: &Args, histories: &[Named]) -> Result<Figure, CliError> {
             }
         }
     }
-    let panel = |(_, lines): (String, Vec<(String, &History, &Series)>)| {
+    let silent = leave_out_zeros(&mut quantities, &args.channels);
+    if !silent.is_empty() {
+        remark(&format!("not drawn, because it is 0 all the time: {}", silent.join(", ")));
+    }
+    let panel = |(_, lines): (String, Vec<Drawn<'_>>)| {
         let largest = lines.iter().flat_map(|line| &line.2.values).fold(0.0_f64, |max, value| max.max(value.abs()));
         let first = lines[0].2;
         let scale = Scale::of(&first.unit, largest);
@@ -210,6 +218,25 @@ fn over_time(args: &Args, histories: &[Named]) -> Result<Figure, CliError> {
         return Err(histories[0].history.unknown(TIME_CHANNELS[0]).into());
     }
     Ok(panels(&title(histories), "time [s]", &shown)?)
+}
+
+/// Takes out the energies that are zero in every history (of dampers and brakes that a machine has not), unless they were asked for
+/// by their whole names or nothing else is left; gives their names.
+fn leave_out_zeros(quantities: &mut Vec<(String, Vec<Drawn<'_>>)>, asked: &[String]) -> Vec<String> {
+    let is_silent = |(_, lines): &(String, Vec<Drawn<'_>>)| {
+        lines.iter().all(|(_, _, channel)| {
+            channel.name.starts_with("energy.")
+                && !asked.contains(&channel.name)
+                && channel.values.iter().all(|value| *value == 0.0)
+        })
+    };
+    if quantities.iter().all(is_silent) {
+        return Vec::new();
+    }
+    let silent = quantities.iter().filter(|quantity| is_silent(quantity));
+    let names = silent.map(|(_, lines)| lines[0].2.name.clone()).collect();
+    quantities.retain(|quantity| !is_silent(quantity));
+    names
 }
 
 fn label(channel: &str, file: &str, files: usize) -> String {
@@ -280,13 +307,43 @@ fn maps(args: &Args, histories: &[Named]) -> Result<Vec<(String, Figure)>, CliEr
     Ok(figures)
 }
 
+/// Whether a name is that of one figure.
+fn is_figure(out: &Path) -> bool {
+    !out.is_dir() && out.extension().is_some_and(|extension| extension == "svg" || extension == "png")
+}
+
+/// Refuses a name that looks like a file of a format that is not written: it would become a directory. `may_be_one`: whether
+/// one figure into a file is a choice.
+///
+/// # Errors
+/// [`CliError::Argument`], with what is allowed.
+pub(super) fn refuse_other_formats(out: &Path, option: &str, may_be_one: bool) -> Result<(), CliError> {
+    let is_folder = out.is_dir() || out.as_os_str().as_encoded_bytes().ends_with(b"/");
+    let extension = out.extension().map(|extension| extension.to_string_lossy().into_owned()).unwrap_or_default();
+    // "v1.2" is a folder.
+    if is_folder || may_be_one && is_figure(out) || !extension.starts_with(|c: char| c.is_alphabetic()) {
+        return Ok(());
+    }
+    let out = out.display();
+    let file = if may_be_one { "a file .svg or .png, or " } else { "" };
+    let what = if may_be_one {
+        "figures are not written as"
+    } else {
+        "this is a directory for figures (svg and png), not a file"
+    };
+    Err(CliError::Argument {
+        argument: format!("{option} {out}"),
+        message: format!("{what} .{extension}"),
+        allowed: Some(format!("{file}a directory (one with such a name ends in /: {out}/)")),
+    })
+}
+
 /// Writes figures into a file or a directory; the lines to say.
 ///
 /// # Errors
 /// Several figures for one file, or a file that cannot be written.
 pub(super) fn save(figures: &[(String, Figure)], out: &Path) -> Result<String, CliError> {
-    let is_file = out.extension().is_some_and(|extension| extension == "svg" || extension == "png");
-    if is_file {
+    if is_figure(out) {
         if figures.len() != 1 {
             return Err(CliError::Argument {
                 argument: format!("--out {}", out.display()),

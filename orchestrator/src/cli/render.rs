@@ -3,13 +3,13 @@
 use super::error::CliError;
 use super::excerpt::Excerpt;
 use crate::study::StudyError;
-use bladeoff_core::document::{Problem, Problems};
+use bladeoff_core::document::{Problem, Problems, visible, visible_lines};
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, SourceCode};
 use std::error::Error;
 use std::fmt;
 use std::io::IsTerminal;
 
-/// The text for standard error.
+/// The text for standard error: what comes from outside made visible, colours our own.
 #[must_use]
 pub fn render(error: &CliError) -> String {
     match error {
@@ -17,7 +17,7 @@ pub fn render(error: &CliError) -> String {
         CliError::Study(StudyError::Problems(files)) => render_problems(files),
         CliError::Argument { argument, message, allowed } => {
             let allowed = allowed.as_ref().map(|allowed| format!("\n  allowed: {allowed}")).unwrap_or_default();
-            format!("error: {argument}: {message}{allowed}\n")
+            visible_lines(&format!("error: {}: {message}{allowed}\n", visible(argument))).into_owned()
         }
         other => chain(other),
     }
@@ -30,7 +30,7 @@ fn chain(error: &dyn Error) -> String {
         text.push_str(&format!("  because: {cause}\n"));
         source = cause.source();
     }
-    text
+    visible_lines(&text).into_owned()
 }
 
 /// Every problem of every file, then how many there are.
@@ -52,7 +52,7 @@ fn render_problems(files: &[Problems]) -> String {
     }
     let left_out: usize = files.iter().map(|problems| problems.left_out).sum();
     let count = left_out + files.iter().map(|problems| problems.list.len()).sum::<usize>();
-    let names: Vec<&str> = files.iter().map(|problems| problems.file.as_str()).collect();
+    let names: Vec<_> = files.iter().map(|problems| visible(&problems.file)).collect();
     let noun = if count == 1 { "problem" } else { "problems" };
     let hidden = if left_out > 0 { format!(", {left_out} of them not shown") } else { String::new() };
     text.push_str(&format!("error: {count} {noun} in {}{hidden}\n", names.join(" and ")));
@@ -73,14 +73,7 @@ struct Shown<'a> {
 
 impl fmt::Display for Shown<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Problem { file, line, column, key, value, message, .. } = self.problem;
-        write!(f, "{file}:{line}:{column}: ")?;
-        match (key.as_str(), value) {
-            ("", _) => {}
-            (key, None) => write!(f, "{key}: ")?,
-            (key, Some(value)) => write!(f, "{key} = {value}: ")?,
-        }
-        f.write_str(message)
+        f.write_str(&self.problem.headline())
     }
 }
 
@@ -88,8 +81,8 @@ impl Error for Shown<'_> {}
 
 impl Diagnostic for Shown<'_> {
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
-        let allowed = self.problem.allowed.as_ref().map(|allowed| format!("allowed: {allowed}"));
-        let nearest = self.problem.nearest.as_ref().map(|nearest| format!("did you mean `{nearest}`?"));
+        let allowed = self.problem.allowed.as_ref().map(|allowed| format!("allowed: {}", visible(allowed)));
+        let nearest = self.problem.nearest.as_ref().map(|nearest| format!("did you mean `{}`?", visible(nearest)));
         let lines: Vec<String> = [nearest, allowed].into_iter().flatten().collect();
         (!lines.is_empty()).then(|| Box::new(lines.join("\n")) as Box<dyn fmt::Display>)
     }

@@ -10,6 +10,7 @@ use crate::engine;
 use crate::report::{OutcomeView, beyond_the_model, describe_outcome};
 use crate::results::{DETECTION, Table, TableError, TableSchema, read_metadata};
 use crate::run::directory::{PARTS, RESULTS, read_current, row_files};
+use crate::run::refuse_changed;
 use bladeoff_core::machine::Machine;
 use bladeoff_core::outcome::{Cause, Outcome};
 use bladeoff_worker::core_solver::{CoreSolver, SolverError};
@@ -121,7 +122,10 @@ fn replay(directory: &Path, option: &str, value: &str) -> String {
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
     let directory = args.directory.clone().map_or_else(default_directory, Ok)?;
-    let (table, path, sample) = read_current(&directory, row_files, |files| find(args, &directory, files))??;
+    let (table, path, sample) = read_current(&directory, row_files, |files| {
+        refuse_changed(&directory)?;
+        find(args, &directory, files)
+    })??;
     let hash = read_metadata(&path)?.into_iter().find(|(key, _)| key == "bladeoff.plan_blake3").map(|(_, hash)| hash);
     let hash = hash.ok_or_else(|| ReplayError::NoPlan { table: path.clone() })?;
     let plan = WorkPlan::read(&directory, &hash).map_err(ReplayError::Plan)?;

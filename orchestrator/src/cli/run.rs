@@ -29,7 +29,8 @@ end there is a summary, and in the result directory:
   study.toml, machine.toml, points.csv
                     the inputs as they were
   timings.parquet   CPU time, worker, attempt of each sample
-  manifest.json     versions, build, host, dates, command
+  manifest.json     versions, build, host, dates, command,
+                    BLAKE3 of the tables
   status.json       what `status` shows
   workers.log       messages of the worker processes
   plan.json, basis.bin

@@ -5,7 +5,7 @@ use super::exit::Exit;
 use super::history::{HistoryArgs, watched};
 use super::json::JsonObject;
 use super::machine::{MachineArgs, build, set};
-use super::output::{print, remark};
+use super::output::{print, print_json, remark};
 use crate::engine;
 use crate::report::{OutcomeView, beyond_the_model, cause_in_words, describe_outcome, duration};
 use crate::results::{TableSchema, verdict_fields};
@@ -66,7 +66,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let columns = engine::columns(&machine);
     let view = OutcomeView { columns: &columns, outcome: &outcome };
     if args.json {
-        print(&json(&machine, view))?;
+        print_json(&json(&machine, view))?;
     } else {
         let mut text = heading(&machine, &plan);
         text.push_str(&describe_outcome(view));

@@ -2,10 +2,11 @@
 
 use super::error::CliError;
 use super::exit::Exit;
-use super::output::print;
+use super::output::{print, print_json};
 use super::place::default_directory;
-use crate::report::Eta;
-use crate::run::{RunState, Seen, see};
+use crate::report::{Align, Eta, TextTable};
+use crate::run::{RunState, Seen, Verified, see, verify};
+use bladeoff_core::document::visible;
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -26,6 +27,7 @@ use std::time::Duration;
   bladeoff status
   bladeoff status runs/first-look
   bladeoff status runs/first-look --json
+  bladeoff status runs/first-look --verify
   watch bladeoff status runs/gap-friction-map")]
 pub struct Args {
     /// Result directory of `bladeoff run` [default: the current one if a study was run there, otherwise the one below runs/
@@ -35,13 +37,28 @@ pub struct Args {
     /// Print one JSON object: that of status.json in the directory, with the state as it is now
     #[arg(long)]
     json: bool,
+
+    /// Also compare every file that results are read or made from with what was written: tables and inputs by their BLAKE3 in
+    /// manifest.json, the record of finished samples page by page. Exit code 6 if one is damaged; `bladeoff run` with the same
+    /// study makes all but the record again from the record, and computes again what the record has lost
+    #[arg(long)]
+    verify: bool,
 }
 
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
     let directory = args.directory.clone().map_or_else(default_directory, Ok)?;
-    print(&text(&directory, args.json)?)?;
-    Ok(Exit::Ok)
+    let mut text = text(&directory, args.json)?;
+    let mut exit = Exit::Ok;
+    if args.verify {
+        let verified = verify(&directory)?;
+        if verified.iter().any(|file| file.is_whole == Some(false)) {
+            exit = Exit::Io;
+        }
+        text = if args.json { verified_json(&text, &verified) } else { text + &verified_text(&verified) };
+    }
+    if args.json { print_json(&text) } else { print(&text) }?;
+    Ok(exit)
 }
 
 /// What is shown of a directory, in words or as JSON.
@@ -51,6 +68,27 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
 pub fn text(directory: &Path, json: bool) -> Result<String, CliError> {
     let seen = see(directory)?.ok_or_else(|| CliError::NotARun { path: directory.to_path_buf() })?;
     Ok(if json { as_json(seen) } else { as_text(&seen) })
+}
+
+fn verified_text(verified: &[Verified]) -> String {
+    let mut table = TextTable::new(&[("file", Align::Left), ("verified", Align::Left)]);
+    for file in verified {
+        table.row(vec![file.name.clone(), visible(&file.words).into_owned()]);
+    }
+    format!("\n{}", table.render(""))
+}
+
+/// The object with the key `verified`: for each file whether it is whole (null: not known) and the same in words.
+fn verified_json(status: &str, verified: &[Verified]) -> String {
+    let mut object: Map<String, Value> = serde_json::from_str(status).unwrap_or_default();
+    let files = verified.iter().map(|file| {
+        let said = json!({ "whole": file.is_whole, "says": file.words });
+        (file.name.clone(), said)
+    });
+    object.insert("verified".to_owned(), Value::Object(files.collect()));
+    let mut text = serde_json::to_string_pretty(&Value::Object(object)).unwrap_or_default();
+    text.push('\n');
+    text
 }
 
 fn as_json(seen: Seen) -> String {
@@ -70,8 +108,8 @@ fn as_text(seen: &Seen) -> String {
     let empty = Map::new();
     let told = seen.told.as_ref().unwrap_or(&empty);
     let word = |key: &str| told.get(key).and_then(Value::as_str);
-    let mut lines = vec![format!("{:<10} {}", "state", state(seen, word))];
-    let mut line = |name: &str, text: String| lines.push(format!("{name:<10} {text}"));
+    let mut lines = vec![format!("{:<10} {}", "state", visible(&state(seen, word).replace('\n', " ")))];
+    let mut line = |name: &str, text: String| lines.push(format!("{name:<10} {}", visible(&text)));
     if seen.told.is_none() {
         line("done", "unknown: the run has not told yet".to_owned());
     } else {
@@ -88,7 +126,7 @@ fn as_text(seen: &Seen) -> String {
         if let RunState::Running { .. } = seen.state {
             line("updated", word("updated").unwrap_or("unknown").to_owned());
             for worker in told.get("workers").and_then(Value::as_array).into_iter().flatten() {
-                lines.push(worker["doing"].as_str().unwrap_or("worker").to_owned());
+                lines.push(visible(worker["doing"].as_str().unwrap_or("worker")).into_owned());
             }
         } else if let Some(command) = word("go_on").filter(|_| seen.state != RunState::Complete) {
             line("go on", command.to_owned());

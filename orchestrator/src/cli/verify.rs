@@ -3,7 +3,7 @@
 use super::error::CliError;
 use super::exit::Exit;
 use super::json::{number, quoted};
-use super::output::print;
+use super::output::{print, print_json};
 use crate::report::{Align, TextTable};
 use bladeoff_core::verification::{Check, verify};
 
@@ -25,7 +25,11 @@ pub struct Args {
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
     let checks = verify();
-    print(&if args.json { json(&checks) } else { table(&checks) })?;
+    if args.json {
+        print_json(&json(&checks))?
+    } else {
+        print(&table(&checks))?
+    }
     Ok(exit(&checks))
 }
 

@@ -9,11 +9,12 @@ use crate::engine;
 use crate::report::{
     OutcomeView, advice, cause_in_words, describe_values, diverged_at, duration, end_cause_in_words, mentions,
 };
-use crate::results::{Table, Timing, Value as Cell};
+use crate::results::{Table, TableError, Timing, Value as Cell};
 use crate::run::directory::{MACHINE, MANIFEST, POINTS, STUDY, WORKER_LOG, read_current, row_files, timing_files};
-use crate::run::{RunState, see};
+use crate::run::{RunState, refuse_changed, refuse_changed_timings, see};
 use crate::study::{FrozenFiles, Samples, StudyError, load_frozen, show};
 use bladeoff_core::document::units::format_quantity;
+use bladeoff_core::document::visible;
 use bladeoff_core::outcome::{Cause, CauseSet, ColumnKind, EndCause, Outcome, Status};
 use serde_json::Value;
 use std::collections::VecDeque;
@@ -120,7 +121,11 @@ pub fn text(directory: &Path, sample: u64) -> Result<String, CliError> {
         }
     }
     let go_on = seen.told.as_ref().and_then(|told| told.get("go_on")).and_then(Value::as_str).map(str::to_owned);
-    let row = read_current(directory, row_files, |files| Table::row(files, sample))?.map(|(row, _)| row);
+    let row = read_current(directory, row_files, |files| {
+        refuse_changed(directory)?;
+        Table::row(files, sample)
+    })?;
+    let row = row.map(|(row, _)| row);
     match &row {
         Some(row) => finished(&mut told, row, go_on.as_deref()),
         None => {
@@ -178,7 +183,7 @@ struct Told(String);
 
 impl Told {
     fn line(&mut self, name: &str, text: impl AsRef<str>) {
-        self.0.push_str(&format!("{name:<32} {}\n", text.as_ref()));
+        self.0.push_str(&format!("{name:<32} {}\n", visible(text.as_ref())));
     }
 }
 
@@ -266,12 +271,14 @@ fn unfinished(
 }
 
 fn timing(told: &mut Told, directory: &Path, sample: u64) {
-    match read_current(directory, timing_files, |files| Timing::find(files, sample)) {
+    let find = |files: &[PathBuf]| refuse_changed_timings(directory).and_then(|_| Timing::find(files, sample));
+    match read_current(directory, timing_files, find) {
         Ok(Some(Timing { cpu_s, worker, attempt, .. })) => {
             let cpu = Duration::try_from_secs_f64(cpu_s).unwrap_or_default();
             told.line("computed by", format!("worker {worker} in attempt {attempt}, {} of CPU time", duration(cpu)));
         }
         Ok(None) => {}
+        Err(error @ TableError::Changed { .. }) => told.line("computed by", format!("unknown: {error}")),
         // No more than a remark beside the row.
         Err(error) => told.line("computed by", format!("unknown: {error} (the command of the study makes it again)")),
     }

@@ -5,6 +5,7 @@ use std::fs::{File, OpenOptions};
 use std::io::Write;
 use std::path::PathBuf;
 
+use bladeoff_core::document::visible;
 use bladeoff_protocol::messages::WorkerId;
 
 use super::DispatchError;
@@ -33,6 +34,8 @@ impl Log {
 
     /// Writes a line, the worker's number before it.
     pub fn line(&mut self, worker: Option<WorkerId>, text: &str) -> Result<(), DispatchError> {
+        // Whatever a library wrote there: it is read in terminals.
+        let text = &*visible(text);
         // The last line of a panic tells only how to see more of it.
         if let Some(worker) = worker.filter(|_| !text.starts_with("note: ")) {
             self.words.insert(worker, text.to_owned());

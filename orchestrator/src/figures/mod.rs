@@ -29,6 +29,7 @@ pub use style::{COLOURS, Scale, plain_name};
 use style::FINE;
 
 use crate::files::{FileError, write_whole};
+use bladeoff_core::document::pictured_lines;
 use bladeoff_core::linalg::EigenError;
 use plotters::coord::Shift;
 use plotters::drawing::DrawingAreaErrorKind;
@@ -116,6 +117,8 @@ impl Figure {
         // shown at its size in pixels; the viewBox keeps the finer units
         let fine = format!("width=\"{width}\" height=\"{height}\"");
         let svg = svg.replacen(&fine, &format!("width=\"{}\" height=\"{}\"", size.0, size.1), 1);
+        // Names of files and channels may hold what XML cannot.
+        let svg = pictured_lines(&svg).replace(['\u{fffe}', '\u{ffff}'], "\u{fffd}");
         Ok(Self { svg, size })
     }
 

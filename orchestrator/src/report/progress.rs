@@ -4,6 +4,7 @@ use super::bar::{Bar, fitting};
 use super::eta::Eta;
 use super::tally::Tally;
 use super::text::duration;
+use bladeoff_core::document::visible_lines;
 use bladeoff_core::outcome::Status;
 use std::io::Write;
 use std::time::{Duration, Instant};
@@ -64,6 +65,7 @@ impl Progress {
 
     /// Writes lines between the progress.
     pub fn note(&mut self, text: &str) {
+        let text = &*visible_lines(text);
         match &mut self.display {
             Display::Bar(bar) => bar.note(text),
             Display::Lines { .. } => {

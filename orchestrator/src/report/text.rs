@@ -62,6 +62,31 @@ impl TextTable {
     }
 }
 
+/// Text in lines of at most `width` characters, broken between words; `first` stands before the first line, `others` before the
+/// others. A word that is longer stays whole.
+#[must_use]
+pub fn wrapped(text: &str, width: usize, first: &str, others: &str) -> String {
+    let mut lines = String::new();
+    let mut line = first.to_owned();
+    let mut is_empty = true;
+    for word in text.split_whitespace() {
+        if !is_empty && line.chars().count() + 1 + word.chars().count() > width {
+            lines.push_str(&line);
+            lines.push('\n');
+            line = others.to_owned();
+            is_empty = true;
+        }
+        if !is_empty {
+            line.push(' ');
+        }
+        line.push_str(word);
+        is_empty = false;
+    }
+    lines.push_str(&line);
+    lines.push('\n');
+    lines
+}
+
 /// A duration as "0.8 s", "45 s", "3 min 20 s", "7 h 05 min".
 #[must_use]
 pub fn duration(duration: Duration) -> String {
@@ -85,6 +110,13 @@ mod tests {
         table.row(vec!["a".into(), "10".into(), String::new()]);
         table.row(vec!["longer".into(), "5".into(), "x".into()]);
         assert_eq!(table.render("  "), "  name     n  why\n  a       10\n  longer   5  x\n");
+    }
+
+    #[test]
+    fn words_are_wrapped() {
+        assert_eq!(wrapped("aa bb cc", 5, "", "  "), "aa bb\n  cc\n");
+        assert_eq!(wrapped("toolong b", 3, "", " "), "toolong\n b\n");
+        assert_eq!(wrapped("", 3, "-", " "), "-\n");
     }
 
     #[test]

@@ -2,19 +2,20 @@
 
 use super::TableError;
 use super::read::for_each_frame;
-use polars::prelude::{AnyValue, PolarsError};
+use crate::files::FileError;
+use polars::prelude::AnyValue;
 use std::fmt::Write as _;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Bytes gathered before they are written.
 const GATHERED: usize = 1 << 16;
 
-/// Writes the rows in these files as CSV with one header line to `out`, file by file.
+/// Writes the rows in these files as CSV with one header line to `out`, which is called `name` in errors, file by file.
 ///
 /// # Errors
 /// A file cannot be read, or `out` cannot be written.
-pub fn export_csv(files: &[PathBuf], mut out: impl Write) -> Result<(), TableError> {
+pub fn export_csv(files: &[PathBuf], name: &Path, mut out: impl Write) -> Result<(), TableError> {
     let failed = |path: &PathBuf| {
         let path = path.clone();
         move |source| TableError::Table { action: "export", path, source }
@@ -35,15 +36,14 @@ pub fn export_csv(files: &[PathBuf], mut out: impl Write) -> Result<(), TableErr
                 }
                 text.push('\n');
                 if text.len() > GATHERED {
-                    out.write_all(text.as_bytes()).map_err(|source| failed(path)(PolarsError::from(source)))?;
+                    out.write_all(text.as_bytes()).map_err(FileError::at("write", name))?;
                     text.clear();
                 }
             }
             Ok(())
         })?;
     }
-    let last = files.last().cloned().unwrap_or_default();
-    out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(|source| failed(&last)(PolarsError::from(source)))
+    Ok(out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(FileError::at("write", name))?)
 }
 
 /// A cell; the shortest decimal that reads back as the same bits.

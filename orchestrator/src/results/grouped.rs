@@ -1,16 +1,16 @@
 //! A Parquet file under construction, written in row groups of a fixed number of rows as they come.
 
+use super::stream::{self, Checksum, Out, Watch};
 use super::{ROW_GROUP, TableError};
-use crate::files::{FileError, Pending};
+use crate::files::Pending;
 use polars::io::parquet::write::BatchedWriter;
 use polars::prelude::{DataFrame, ParquetCompression, ParquetWriter, PolarsError, Schema};
-use std::fs::File;
-use std::path::Path;
 
 /// Rows gathered to groups; `frame` makes columns of them.
 pub(super) struct GroupedWriter<T> {
     pending: Pending,
-    writer: BatchedWriter<File>,
+    writer: BatchedWriter<Out>,
+    watch: Watch,
     group: Vec<T>,
     frame: Box<dyn Fn(&[T]) -> Result<DataFrame, PolarsError>>,
 }
@@ -23,13 +23,13 @@ impl<T> GroupedWriter<T> {
     pub fn create(
         mut pending: Pending,
         schema: &Schema,
-        more: impl FnOnce(ParquetWriter<File>) -> ParquetWriter<File>,
+        more: impl FnOnce(ParquetWriter<Out>) -> ParquetWriter<Out>,
         frame: impl Fn(&[T]) -> Result<DataFrame, PolarsError> + 'static,
     ) -> Result<Self, TableError> {
-        let file = pending.file().try_clone().map_err(FileError::at("write", pending.path()))?;
-        let writer = more(ParquetWriter::new(file).with_compression(ParquetCompression::Zstd(None)));
-        let writer = writer.batched(schema).map_err(failed(pending.path()))?;
-        Ok(Self { pending, writer, group: Vec::new(), frame: Box::new(frame) })
+        let (out, watch) = stream::open(&mut pending)?;
+        let writer = more(ParquetWriter::new(out).with_compression(ParquetCompression::Zstd(None)));
+        let writer = writer.batched(schema).map_err(|error| watch.failed(error))?;
+        Ok(Self { pending, writer, watch, group: Vec::new(), frame: Box::new(frame) })
     }
 
     /// Takes a row.
@@ -45,23 +45,20 @@ impl<T> GroupedWriter<T> {
     fn write_group(&mut self) -> Result<(), TableError> {
         let written = (self.frame)(&self.group).and_then(|frame| self.writer.write_batch(&frame));
         self.group.clear();
-        written.map_err(failed(self.pending.path()))
+        written.map_err(|error| self.watch.failed(error))
     }
 
-    /// Writes the rest and makes the file durable under its name.
+    /// Writes the rest and makes the file durable under its name; gives its checksum.
     ///
     /// # Errors
     /// As [`GroupedWriter::create`].
-    pub fn finish(mut self) -> Result<(), TableError> {
+    pub fn finish(mut self) -> Result<Checksum, TableError> {
         if !self.group.is_empty() {
             self.write_group()?;
         }
-        self.writer.finish().map_err(failed(self.pending.path()))?;
-        Ok(self.pending.finish()?)
+        self.writer.finish().map_err(|error| self.watch.failed(error))?;
+        let checksum = self.watch.checksum();
+        self.pending.finish()?;
+        Ok(checksum)
     }
-}
-
-fn failed(path: &Path) -> impl FnOnce(PolarsError) -> TableError {
-    let path = path.to_path_buf();
-    move |source| TableError::Table { action: "write", path, source }
 }

@@ -9,16 +9,19 @@ mod parquet;
 mod read;
 mod schema;
 mod series;
+mod stream;
 mod timings;
 
 pub use export::export_csv;
 pub use parquet::{Provenance, ResultsWriter, Row, Value};
-pub use read::{Cells, Table};
+pub use read::{Cells, Table, count_sound_rows};
 pub use schema::{DETECTION, Field, FieldKind, SCHEMA_VERSION, TableSchema, verdict_fields};
 pub use series::{NumberColumn, read_metadata, read_numbers, write_numbers};
+pub use stream::Checksum;
 pub use timings::{Timing, TimingsWriter};
 
 use crate::files::FileError;
+use bladeoff_core::document::visible;
 use std::path::{Path, PathBuf};
 
 /// What can go wrong with a table.
@@ -28,7 +31,7 @@ pub enum TableError {
     #[error(transparent)]
     File(#[from] FileError),
     /// The table library refused to read or write.
-    #[error("cannot {action} {}", path.display())]
+    #[error("cannot {action} {}", visible(&path.to_string_lossy()))]
     Table {
         /// "write", "read" or "export".
         action: &'static str,
@@ -39,8 +42,18 @@ pub enum TableError {
         source: polars::error::PolarsError,
     },
     /// The table library gave up on it.
-    #[error("{} is damaged", path.display())]
+    #[error("{} is damaged", visible(&path.to_string_lossy()))]
     Damaged {
+        /// The table.
+        path: PathBuf,
+    },
+    /// Its bytes are not those that were written.
+    #[error(
+        "{} is damaged: it is not as it was written (its BLAKE3 is not the one in manifest.json); the `bladeoff run` that \
+         made it makes it again from the record, and nothing is computed for that",
+        visible(&path.to_string_lossy())
+    )]
+    Changed {
         /// The table.
         path: PathBuf,
     },

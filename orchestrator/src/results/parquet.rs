@@ -3,13 +3,13 @@
 use super::TableError;
 use super::grouped::GroupedWriter;
 use super::schema::{Field, FieldKind, SCHEMA_VERSION, TableSchema};
+use super::stream::{Checksum, Out};
 use crate::files::Pending;
 use bladeoff_core::outcome::Outcome;
 use polars::prelude::{
     ArrowField, ArrowSchema, Column, CompatLevel, DataFrame, DataType, IntoColumn, KeyValueMetadata, NamedFrom,
     ParquetWriter, PlSmallStr, PolarsError, Schema, Series, StatisticsOptions,
 };
-use std::fs::File;
 
 /// One value of a varied parameter.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,7 +54,7 @@ impl ResultsWriter {
         metadata.extend(provenance.0.iter().map(|(key, value)| (format!("bladeoff.{key}"), value.clone())));
         metadata.insert(0, arrow_schema(schema));
         let metadata = KeyValueMetadata::from_static(metadata);
-        let settings = |writer: ParquetWriter<File>| {
+        let settings = |writer: ParquetWriter<Out>| {
             writer.with_statistics(StatisticsOptions::full()).with_key_value_metadata(Some(metadata))
         };
         let schema = schema.clone();
@@ -70,11 +70,11 @@ impl ResultsWriter {
         self.0.push(row)
     }
 
-    /// Writes the rest and makes the table durable under its name.
+    /// Writes the rest and makes the table durable under its name; gives its checksum.
     ///
     /// # Errors
     /// As [`ResultsWriter::create`].
-    pub fn finish(self) -> Result<(), TableError> {
+    pub fn finish(self) -> Result<Checksum, TableError> {
         self.0.finish()
     }
 }

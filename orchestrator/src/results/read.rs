@@ -128,6 +128,26 @@ impl Table {
     }
 }
 
+/// Rows of a Parquet file, after all of it was read: what is no Parquet any more is found so, a changed number is not.
+///
+/// # Errors
+/// It cannot be read, or is damaged.
+pub fn count_sound_rows(path: &Path) -> Result<usize, TableError> {
+    let reader = || -> Result<_, TableError> {
+        let file = File::open(path).map_err(FileError::at("open", path))?;
+        Ok(ParquetReader::new(file).read_parallel(ParallelStrategy::None))
+    };
+    guarded(path, || {
+        let rows = reader()?.num_rows().map_err(failed(path))?;
+        let mut read = 0;
+        for from in (0..rows).step_by(PIECE_ROWS) {
+            let piece = reader()?.with_slice(Some((from, PIECE_ROWS.min(rows - from)))).finish();
+            read += piece.map_err(failed(path))?.height();
+        }
+        if read == rows { Ok(rows) } else { Err(TableError::Damaged { path: path.to_path_buf() }) }
+    })
+}
+
 /// Calls `visit` for pieces of a table whose schema version is checked, with these columns or all.
 pub(super) fn for_each_frame(
     path: &Path,

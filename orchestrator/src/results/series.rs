@@ -1,6 +1,6 @@
 //! Plain tables of numbers: histories as Parquet.
 
-use super::{TableError, guarded};
+use super::{TableError, guarded, stream};
 use crate::files::{FileError, Pending};
 use polars::prelude::{
     ArrowSchema, Column, CompatLevel, DataFrame, DataType, IntoColumn, KeyValueMetadata, NamedFrom, ParquetCompression,
@@ -45,11 +45,12 @@ pub fn write_numbers(path: &Path, columns: &[NumberColumn], metadata: &[(String,
     let mut pairs = vec![(schema.key, schema.value.unwrap_or_default())];
     pairs.extend(metadata.iter().cloned());
     let mut pending = Pending::create(path)?;
-    ParquetWriter::new(pending.file())
+    let (out, watch) = stream::open(&mut pending)?;
+    ParquetWriter::new(out)
         .with_compression(ParquetCompression::Zstd(None))
         .with_key_value_metadata(Some(KeyValueMetadata::from_static(pairs)))
         .finish(&mut frame)
-        .map_err(failed)?;
+        .map_err(|error| watch.failed(error))?;
     Ok(pending.finish()?)
 }
 

@@ -2,13 +2,14 @@
 
 use super::grouped::GroupedWriter;
 use super::read::row_of;
+use super::stream::Checksum;
 use super::{TableError, guarded};
 use crate::files::{FileError, Pending};
 use polars::prelude::{
     DataFrame, IntoColumn, NamedFrom, ParallelStrategy, ParquetReader, PolarsError, SerReader, Series,
 };
 use std::fs::File;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// What one sample cost.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,28 +46,16 @@ impl TimingsWriter {
         self.0.push(timing)
     }
 
-    /// Writes the rest and makes the table durable under its name.
+    /// Writes the rest and makes the table durable under its name; gives its checksum.
     ///
     /// # Errors
     /// As [`TimingsWriter::create`].
-    pub fn finish(self) -> Result<(), TableError> {
+    pub fn finish(self) -> Result<Checksum, TableError> {
         self.0.finish()
     }
 }
 
 impl Timing {
-    /// Rows of a table of timings.
-    ///
-    /// # Errors
-    /// The file cannot be read or is no table.
-    pub fn count_rows(path: &Path) -> Result<usize, TableError> {
-        let failed = |source| TableError::Table { action: "read", path: path.to_path_buf(), source };
-        guarded(path, || {
-            let file = File::open(path).map_err(FileError::at("open", path))?;
-            ParquetReader::new(file).num_rows().map_err(failed)
-        })
-    }
-
     /// What a sample cost, by the files that have its timing; `None` where none has.
     ///
     /// # Errors

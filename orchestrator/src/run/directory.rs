@@ -6,6 +6,7 @@ use super::status::STATUS;
 use crate::files::{FileError, sync_directory, write_whole};
 use crate::results::TableError;
 use crate::study::Study;
+use bladeoff_core::document::visible;
 use bladeoff_worker::plan::{BASIS_FILE, PLAN_FILE};
 use rustix::fs::{CWD, RenameFlags, renameat_with};
 use std::ffi::OsStr;
@@ -302,7 +303,7 @@ fn refuse_foreign(path: &Path) -> Result<(), RunError> {
         let begun = [STUDY, MACHINE, POINTS, PLAN_FILE, BASIS_FILE, LOCK];
         let unfinished = begun.iter().any(|begun| name.strip_suffix(".tmp").is_some_and(|stem| stem == *begun));
         if !(unfinished || begun.contains(&&*name) || *name == *format!("{LEDGER}.new")) {
-            return Err(RunError::Foreign { path: path.to_path_buf(), file: name.into_owned() });
+            return Err(RunError::Foreign { path: path.to_path_buf(), file: visible(&name).into_owned() });
         }
     }
     Ok(())

@@ -7,6 +7,7 @@ use super::manifest::timestamp;
 use crate::dispatch::{Ended, KillReason, Notice, SampleResult};
 use crate::report::Eta;
 use crate::schedule::Snapshot;
+use bladeoff_core::document::visible_json;
 use bladeoff_core::outcome::{Cause, Status};
 use serde_json::{Value, json};
 use std::collections::{BTreeSet, VecDeque};
@@ -213,9 +214,9 @@ impl EventStream {
 fn write_lines(lines: &Receiver<String>, out: impl Write) -> io::Result<()> {
     let mut out = BufWriter::new(out);
     while let Ok(first) = lines.recv() {
-        writeln!(out, "{first}")?;
+        writeln!(out, "{}", visible_json(&first))?;
         for line in lines.try_iter() {
-            writeln!(out, "{line}")?;
+            writeln!(out, "{}", visible_json(&line))?;
         }
         out.flush()?;
     }

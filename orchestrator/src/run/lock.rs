@@ -6,6 +6,7 @@
 
 use crate::files::FileError;
 use crate::run::manifest::{host, timestamp};
+use bladeoff_core::document::visible;
 use serde_json::{Value, json};
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read, Seek, Write};
@@ -30,7 +31,7 @@ pub struct Holder {
 
 impl std::fmt::Display for Holder {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "process {} on {}, started {}", self.pid, self.host, self.started)
+        write!(f, "process {} on {}, started {}", self.pid, visible(&self.host), visible(&self.started))
     }
 }
 

@@ -1,8 +1,13 @@
 //! `manifest.json`: what may differ between equal runs and is worth knowing later.
 
 use super::Request;
+use super::checksums::open_regular;
+use super::directory::{RESULTS, TIMINGS};
+use crate::results::Checksum;
 use crate::study::Samples;
+use blake3::Hash;
 use serde_json::{Map, Value, json};
+use std::io::Read;
 use std::path::Path;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
@@ -17,12 +22,64 @@ pub(super) struct Course<'a> {
     pub reused: u64,
     pub worker_deaths: u64,
     pub dropped_messages: u64,
+    /// Those of the tables; none before they are written.
+    pub tables: Checksums,
+}
+
+/// What the tables of a directory are known by, as they were written.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct Checksums {
+    pub results: Option<Checksum>,
+    pub timings: Option<Checksum>,
+}
+
+impl Checksums {
+    /// Those that a manifest tells of; none of a manifest that is missing, damaged or of an earlier build.
+    pub fn told(manifest: &Path) -> Self {
+        let told = told(manifest);
+        let checksum = |name: &str| {
+            let said = &told.as_ref()?[KEY][name];
+            Some(Checksum { hash: Hash::from_hex(said["blake3"].as_str()?).ok()?, bytes: said["bytes"].as_u64()? })
+        };
+        Self { results: checksum(RESULTS), timings: checksum(TIMINGS) }
+    }
+
+    fn json(self) -> Value {
+        let entries = [(RESULTS, self.results), (TIMINGS, self.timings)];
+        let entry = |(name, checksum): (&str, Option<Checksum>)| {
+            let Checksum { hash, bytes } = checksum?;
+            Some((name.to_owned(), json!({ "blake3": hash.to_hex().as_str(), "bytes": bytes })))
+        };
+        Value::Object(entries.into_iter().filter_map(entry).collect())
+    }
+}
+
+/// Where a manifest says that the tables come from: the hashes of the inputs are among it.
+pub(super) fn provenance(path: &Path) -> Option<Value> {
+    told(path).map(|mut told| told["provenance"].take())
+}
+
+/// Key of the manifest for the checksums.
+const KEY: &str = "tables";
+/// A larger manifest is none.
+const MOST_BYTES: u64 = 1 << 20;
+
+fn told(path: &Path) -> Option<Value> {
+    let mut text = Vec::new();
+    open_regular(path).ok()?.take(MOST_BYTES).read_to_end(&mut text).ok()?;
+    serde_json::from_slice(&text).ok()
 }
 
 /// Whether the manifest of a directory is there and tells of a complete study.
 pub(super) fn tells_complete(path: &Path) -> bool {
-    let text = std::fs::read(path).unwrap_or_default();
-    serde_json::from_slice::<Value>(&text).is_ok_and(|told| told["state"] == "complete")
+    told(path).is_some_and(|told| told["state"] == "complete")
+}
+
+/// A manifest that is there with other checksums.
+pub(super) fn with_checksums(path: &Path, tables: Checksums) -> Option<String> {
+    let mut manifest = told(path).filter(Value::is_object)?;
+    manifest[KEY] = tables.json();
+    Some(as_text(&manifest))
 }
 
 /// The manifest as JSON text.
@@ -36,7 +93,13 @@ pub(super) fn manifest(
     let provenance: Map<String, Value> =
         provenance.iter().map(|(key, value)| (key.clone(), Value::String(value.clone()))).collect();
     let value = json!({
-        "program": { "name": env!("CARGO_PKG_NAME"), "version": env!("CARGO_PKG_VERSION"), "build": build() },
+        "program": {
+            "name": env!("CARGO_PKG_NAME"),
+            "version": env!("CARGO_PKG_VERSION"),
+            "commit": crate::version::COMMIT,
+            "numerics_version": bladeoff_core::NUMERICS_VERSION,
+            "build": build(),
+        },
         "command": std::env::args().collect::<Vec<_>>(),
         "study": study.name,
         "study_file": study.file,
@@ -54,8 +117,13 @@ pub(super) fn manifest(
         "finished": course.finished.map(timestamp),
         "host": { "name": host(), "cores": std::thread::available_parallelism().map(|n| n.get()).ok(), "cpu": cpu() },
         "provenance": provenance,
+        KEY: course.tables.json(),
     });
-    let mut text = serde_json::to_string_pretty(&value).expect("strings and numbers always have a JSON form");
+    as_text(&value)
+}
+
+fn as_text(value: &Value) -> String {
+    let mut text = serde_json::to_string_pretty(value).expect("strings and numbers always have a JSON form");
     text.push('\n');
     text
 }

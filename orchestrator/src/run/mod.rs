@@ -7,6 +7,7 @@
 
 mod budget;
 mod change;
+mod checksums;
 pub mod directory;
 mod events;
 mod interrupt;
@@ -23,8 +24,10 @@ mod reuse;
 mod sink;
 mod status;
 mod tables;
+mod upkeep;
 
 pub use change::Change;
+pub use checksums::{Verified, refuse_changed, refuse_changed_timings, verify};
 pub use keys::SampleKeys;
 pub use lock::{Holder, LockError, Look, look};
 pub use resume::Rerun;
@@ -33,7 +36,7 @@ pub use status::{RunState, STATUS, Seen, go_on, see};
 use crate::dispatch::{self, DispatchOptions, DispatchReport, Ended};
 use crate::engine::EngineError;
 use crate::files::{FileError, write_whole};
-use crate::ledger::{LedgerError, Reader};
+use crate::ledger::LedgerError;
 use crate::report::{Progress, Tally};
 use crate::results::TableError;
 use crate::study::Samples;
@@ -43,7 +46,7 @@ use bladeoff_worker::plan::PlanFileError;
 use bladeoff_worker::process::build_id;
 use directory::{LEDGER, LOCK, MANIFEST, PARTS, RESULTS, RunDirectory, TIMINGS, row_files};
 use events::EventStream;
-use manifest::{Course, manifest};
+use manifest::{Checksums, Course, manifest};
 use prepare::Prepared;
 use resume::Opened;
 use sink::{LedgerSink, ProgressObserver, Watched};
@@ -226,8 +229,11 @@ fn open_and_compute(
         && let Some((record, tally)) = compared.complete(&prepared)
     {
         note("every sample is there already: nothing is computed");
-        put_in_order(request, &directory, &prepared, (record, tally), note)?;
+        upkeep::put_in_order(request, &directory, &prepared, (record, tally), note)?;
         return Ok(Finished::nothing_computed(&request.out, tally));
+    }
+    if compared.complete(&prepared).is_some() && refuse_changed(directory.path()).is_err() {
+        note(&format!("{RESULTS} is damaged: it is made again from the record"));
     }
     let opened = compared.go_on(&directory, &prepared)?;
     opened.notes.iter().for_each(|text| note(text));
@@ -259,6 +265,10 @@ fn look_only(request: &Request, samples: &Samples, note: &dyn Fn(&str), error: R
         if tables::is_current(&request.out, RESULTS, &prepared.provenance)
             && let Some((_, tally)) = compared.complete(&prepared)
         {
+            if let Err(damage) = refuse_changed(&request.out) {
+                note(&damage.to_string());
+                return Ok(None);
+            }
             note(
                 "every sample is there already: nothing is computed (the directory cannot be written, and need not be)",
             );
@@ -276,42 +286,6 @@ fn look_only(request: &Request, samples: &Samples, note: &dyn Fn(&str), error: R
         Err(refused) if refused.is_refusal() => Err(refused),
         Ok(None) | Err(_) => Err(error),
     }
-}
-
-/// Makes again what is missing of a complete directory beside record and table.
-fn put_in_order(
-    request: &Request,
-    directory: &RunDirectory,
-    prepared: &Prepared<'_>,
-    (record, tally): (&Reader, &Tally),
-    note: &dyn Fn(&str),
-) -> Result<(), RunError> {
-    let samples = prepared.samples;
-    directory.tidy()?;
-    prepared.write(directory)?;
-    if !tables::has_timings(directory.path(), samples.count()) {
-        tables::write_timings(directory, record)?;
-        note(&format!("{TIMINGS} was missing or damaged: it is made again from the record"));
-    }
-    if !manifest::tells_complete(&directory.file(MANIFEST)) {
-        let now = SystemTime::now();
-        let course = Course {
-            state: "complete",
-            started: now,
-            finished: Some(now),
-            done: tally.done(),
-            reused: tally.done(),
-            worker_deaths: 0,
-            dropped_messages: 0,
-        };
-        let text = manifest(request, samples, &prepared.provenance, &course);
-        write_whole(&directory.file(MANIFEST), text.as_bytes())?;
-        note(&format!("{MANIFEST} was missing, damaged or of a run that did not end: it is made again, of this run"));
-    }
-    if !status::tells_complete(directory.path()) {
-        StatusWriter::new(directory.path(), samples, tally.done()).finish("complete", None, tally);
-    }
-    Ok(directory.remove_parts()?)
 }
 
 /// Has the rest computed and writes the tables; whatever happens, the status tells of it.
@@ -362,6 +336,7 @@ fn compute_watched(
         reused,
         worker_deaths: deaths,
         dropped_messages: dropped,
+        tables: Checksums::default(),
     };
     let write_manifest = |course: &Course<'_>| {
         write_whole(&directory.file(MANIFEST), manifest(request, samples, &prepared.provenance, course).as_bytes())
@@ -422,18 +397,19 @@ fn compute_watched(
     let report = report?;
     // After a failure the first error is the one that says why.
     committed?;
-    let table = if durable.done() == samples.count() {
-        let table = tables::write_tables(directory, prepared, &record)?;
+    let (table, tables) = if durable.done() == samples.count() {
+        let tables = tables::write_tables(directory, prepared, &record)?;
         faults.reached(At::Retiring, 0, None);
         directory.remove_parts()?;
-        Some(table)
+        (Some(directory.file(RESULTS)), tables)
     } else {
         parts?;
         let has_rows = !row_files(directory.path()).is_empty();
-        has_rows.then(|| directory.file(PARTS))
+        (has_rows.then(|| directory.file(PARTS)), Checksums::default())
     };
     let (state, finished) = (report.ended.word(), Some(SystemTime::now()));
-    write_manifest(&course(state, finished, durable.done(), report.worker_deaths, report.dropped_messages))?;
+    let course = course(state, finished, durable.done(), report.worker_deaths, report.dropped_messages);
+    write_manifest(&Course { tables, ..course })?;
     Ok((report, table))
 }
 

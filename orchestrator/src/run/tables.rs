@@ -2,41 +2,37 @@
 
 use super::RunError;
 use super::directory::{RESULTS, RunDirectory, TIMINGS};
+use super::manifest::Checksums;
 use super::prepare::Prepared;
 use crate::engine;
 use crate::files::Pending;
 use crate::ledger::{Entry, Reader};
-use crate::results::{Provenance, ResultsWriter, Row, TableError, TableSchema, Timing, TimingsWriter, read_metadata};
-use std::path::{Path, PathBuf};
+use crate::results::{
+    Checksum, Provenance, ResultsWriter, Row, TableError, TableSchema, Timing, TimingsWriter, read_metadata,
+};
+use std::path::Path;
 
 /// Writes `results.parquet` and `timings.parquet` of a study whose samples are all recorded, one entry at a time: the writers
-/// hold one row group. Gives the path of the former.
+/// hold one row group. Gives their checksums.
 pub(super) fn write_tables(
     directory: &RunDirectory,
     prepared: &Prepared<'_>,
     record: &Reader,
-) -> Result<PathBuf, RunError> {
-    let path = directory.file(RESULTS);
-    let timings = Pending::create(&directory.file(TIMINGS))?;
-    let mut rows = RowsWriter::create(prepared, Pending::create(&path)?, timings, &[])?;
+) -> Result<Checksums, RunError> {
+    let (results, timings) = (directory.file(RESULTS), directory.file(TIMINGS));
+    let mut rows = RowsWriter::create(prepared, Pending::create(&results)?, Pending::create(&timings)?, &[])?;
     record.for_each(|sample, entry| rows.push(sample, entry).map_err(RunError::from))?;
-    rows.finish()?;
-    Ok(path)
+    Ok(rows.finish()?)
 }
 
 /// Writes `timings.parquet` alone, again.
-pub(super) fn write_timings(directory: &RunDirectory, record: &Reader) -> Result<(), RunError> {
+pub(super) fn write_timings(directory: &RunDirectory, record: &Reader) -> Result<Checksum, RunError> {
     let mut timings = TimingsWriter::create(Pending::create(&directory.file(TIMINGS))?)?;
     record.for_each(|sample, entry| {
         let Entry { cpu_s, worker, attempt, .. } = entry;
         timings.push(Timing { sample, cpu_s, worker, attempt }).map_err(RunError::from)
     })?;
     Ok(timings.finish()?)
-}
-
-/// Whether there are timings of so many samples.
-pub(super) fn has_timings(directory: &Path, samples: u64) -> bool {
-    Timing::count_rows(&directory.join(TIMINGS)).is_ok_and(|rows| rows as u64 == samples)
 }
 
 /// Rows and their timings, under construction side by side.
@@ -80,9 +76,9 @@ impl<'a> RowsWriter<'a> {
     }
 
     /// Makes both durable, the rows last: whoever sees a row finds its timing.
-    pub fn finish(self) -> Result<(), TableError> {
-        self.timings.finish()?;
-        self.results.finish()
+    pub fn finish(self) -> Result<Checksums, TableError> {
+        let timings = self.timings.finish()?;
+        Ok(Checksums { results: Some(self.results.finish()?), timings: Some(timings) })
     }
 }
 

@@ -1,12 +1,13 @@
 //! Files that are either whole or absent: written aside, synced, renamed, the directory synced.
 
+use bladeoff_core::document::visible;
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// A file operation that failed, with the path it failed on.
 #[derive(Debug, thiserror::Error)]
-#[error("cannot {action} {}", path.display())]
+#[error("cannot {action} {}", visible(&path.to_string_lossy()))]
 pub struct FileError {
     /// What was tried ("write", "create", ...).
     pub action: &'static str,

@@ -9,6 +9,7 @@ mod verdict;
 use super::error::CliError;
 use super::exit::Exit;
 use super::output::{print, remark};
+use super::plot::refuse_other_formats;
 use crate::files::{FileError, write_whole};
 use crate::study::{Samples, load};
 use bladeoff_core::outcome::Status;
@@ -52,6 +53,7 @@ pub struct Args {
 
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
+    refuse_other_formats(&args.out, "--out", false)?;
     let samples = Samples::new(load(&args.study)?, None, None)?;
     let cases = runs::cases(&samples, args)?;
     let starts = 1 + cases.iter().map(|case| case.start).max().unwrap_or(0);

@@ -21,8 +21,6 @@ struct Picture {
     channel: String,
     quantity: String,
     range: (f64, f64),
-    /// All detections in one panel, or one below the other.
-    together: bool,
 }
 
 /// Runs each detection once more from the machine's own start, with its history, and draws; the section of the report that
@@ -67,40 +65,37 @@ fn pictures(histories: &[Named], about: &str) -> Vec<Picture> {
     let load = worst_bearing(histories);
     let bearing = load.trim_end_matches(".load_N").replace('.', " ");
     let place = load.replace("load_N", "x_m");
-    let picture = |file, title: &str, channel: &str, quantity: &str, range, together| Picture {
+    let picture = |file, title: &str, channel: &str, quantity: &str, range| Picture {
         file,
         title: format!("{title}: {about}"),
         channel: channel.to_owned(),
         quantity: quantity.to_owned(),
         range,
-        together,
     };
     let force = "contact.peak_force_N";
     let mut all = vec![
-        picture("fig07-speed", "Rotating speed", "rotor.speed_rad_s", "speed", whole, true),
+        picture("fig07-speed", "Rotating speed", "rotor.speed_rad_s", "speed", whole),
         picture(
             "fig08-bearing-displacement",
             &format!("Displacement of the shaft at {bearing}"),
             &place,
             "displacement x",
             whole,
-            false,
         ),
-        picture("fig09-bearing-load", &format!("Load of {bearing}"), &load, "load", whole, false),
+        picture("fig09-bearing-load", &format!("Load of {bearing}"), &load, "load", whole),
     ];
     if first.is_finite() {
         all.extend([
-            picture("fig10-contact-force", "Contact force (largest of 0.1 ms)", force, "force", rub, false),
+            picture("fig10-contact-force", "Contact force (largest of 0.1 ms)", force, "force", rub),
             picture(
                 "fig11-first-impacts",
                 "Contact force at the first impacts (largest of 0.1 ms)",
                 force,
                 "force",
                 impacts,
-                true,
             ),
-            picture("fig12-gap", "Gap", "contact.gap_m", "gap", whole, false),
-            picture("fig13-gap-first-impacts", "Gap at the first impacts", "contact.gap_m", "gap", impacts, true),
+            picture("fig12-gap", "Gap", "contact.gap_m", "gap", whole),
+            picture("fig13-gap-first-impacts", "Gap at the first impacts", "contact.gap_m", "gap", impacts),
         ]);
     }
     all
@@ -132,26 +127,21 @@ fn figure(histories: &[Named], picture: &Picture) -> Result<Figure, FigureError>
     let unit = histories.iter().find_map(|(_, history)| history.channel(&picture.channel));
     let scale =
         Scale::of(unit.map_or("", |series| &series.unit), values().fold(0.0, |max, value| max.max(value.abs())));
-    let lines: Vec<Line> = all
-        .iter()
-        .enumerate()
-        .map(|(at, (name, points))| Line {
-            colour: Some(COLOURS[at % COLOURS.len()]),
-            // where all agree, a narrow line on a wide one shows both
-            width: if picture.together { 1 + 2 * (all.len() - 1 - at) as u32 } else { 1 },
-            ..Line::new(name, points.iter().map(|(time, value)| (*time, value * scale.factor)).collect())
-        })
-        .collect();
-    let y_label = scale.label(&picture.quantity);
-    let panel = |lines, y_range| Panel { y_label: y_label.clone(), lines, y_range, thin: true };
-    let shown: Vec<Panel> = if picture.together {
-        vec![panel(lines, None)]
-    } else {
-        // one scale for all
-        let (low, high) = values().fold((0.0_f64, 0.0_f64), |(low, high), value| (low.min(value), high.max(value)));
-        let (low, high) = (low * scale.factor, high * scale.factor);
-        let room = if high > low { 0.05 * (high - low) } else { 1.0 };
-        lines.into_iter().map(|line| panel(vec![line], Some((low - room, high + room)))).collect()
+    // One panel for each detection, all with one scale: where they agree, one line would hide the others.
+    let (low, high) =
+        values().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+    let (low, high) = if low <= high { (low * scale.factor, high * scale.factor) } else { (0.0, 0.0) };
+    let room = if high > low { 0.05 * (high - low) } else { 1.0 };
+    let panel = |(at, (name, points)): (usize, &(&str, Vec<(f64, f64)>))| {
+        let points = points.iter().map(|(time, value)| (*time, value * scale.factor)).collect();
+        let line = Line { colour: Some(COLOURS[at % COLOURS.len()]), width: 1, ..Line::new(name, points) };
+        Panel {
+            y_label: scale.label(&picture.quantity),
+            lines: vec![line],
+            y_range: Some((low - room, high + room)),
+            thin: true,
+        }
     };
+    let shown: Vec<Panel> = all.iter().enumerate().map(panel).collect();
     panels(&picture.title, "time [s]", &shown)
 }

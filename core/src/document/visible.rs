@@ -1,0 +1,107 @@
+//! Text from outside as a terminal may show it: what would act on the terminal, or hide itself, is made visible.
+//!
+//! Files, their names and what programs say may hold escape sequences (colours, cursor moves, titles, links), line feeds
+//! where a line is expected, and marks that turn the direction of writing or have no width: shown raw they say something
+//! else than what is there.
+
+use std::borrow::Cow;
+use std::fmt::Write;
+
+/// Whether a character acts on what shows it instead of being shown: control characters (C0, DEL, C1), marks of direction,
+/// separators of lines, characters without width and tags.
+#[must_use]
+pub fn is_hidden(c: char) -> bool {
+    c.is_control()
+        || matches!(c,
+            '\u{ad}' | '\u{61c}' | '\u{180e}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}'
+            | '\u{feff}' | '\u{fff9}'..='\u{fffb}' | '\u{e0000}'..='\u{e007f}')
+}
+
+/// One line of text from outside: every hidden character, line feeds and tabs too, as `\u{1b}`.
+#[must_use]
+pub fn visible(text: &str) -> Cow<'_, str> {
+    escaped(text, is_hidden)
+}
+
+/// Text of several lines: as [`visible`], but line feeds and tabs stay.
+#[must_use]
+pub fn visible_lines(text: &str) -> Cow<'_, str> {
+    escaped(text, is_hidden_in_lines)
+}
+
+/// The same with one sign for each hidden character (`␛` for escape, `\u{fffd}` where there is none), so that columns stay where
+/// they are: for excerpts with a place underlined, and for pictures.
+#[must_use]
+pub fn pictured_lines(text: &str) -> Cow<'_, str> {
+    if !text.contains(is_hidden_in_lines) {
+        return Cow::Borrowed(text);
+    }
+    let picture = |c: char| match c {
+        c if !is_hidden_in_lines(c) => c,
+        '\0'..='\u{1f}' => char::from_u32(0x2400 + c as u32).unwrap_or(char::REPLACEMENT_CHARACTER),
+        '\u{7f}' => '\u{2421}',
+        _ => char::REPLACEMENT_CHARACTER,
+    };
+    Cow::Owned(text.chars().map(picture).collect())
+}
+
+/// JSON text with every hidden character as `\u001b`: in valid JSON they stand in strings alone, so its meaning stays.
+#[must_use]
+pub fn visible_json(json: &str) -> Cow<'_, str> {
+    if !json.contains(is_hidden_in_lines) {
+        return Cow::Borrowed(json);
+    }
+    let mut text = String::with_capacity(json.len() + 16);
+    for c in json.chars() {
+        if is_hidden_in_lines(c) {
+            for unit in c.encode_utf16(&mut [0; 2]) {
+                write!(text, "\\u{unit:04x}").expect("writing to a String cannot fail");
+            }
+        } else {
+            text.push(c);
+        }
+    }
+    Cow::Owned(text)
+}
+
+fn is_hidden_in_lines(c: char) -> bool {
+    is_hidden(c) && c != '\n' && c != '\t'
+}
+
+fn escaped(text: &str, is_hidden: fn(char) -> bool) -> Cow<'_, str> {
+    if !text.contains(is_hidden) {
+        return Cow::Borrowed(text);
+    }
+    let mut shown = String::with_capacity(text.len() + 16);
+    for c in text.chars() {
+        if is_hidden(c) { shown.extend(c.escape_unicode()) } else { shown.push(c) }
+    }
+    Cow::Owned(shown)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whatever_acts_on_a_terminal_is_shown() {
+        let text = "a\u{1b}[31mb\u{9b}2Jc\r\nd\u{202e}e\u{7f}\tµ\u{2028}";
+        let all = "a\\u{1b}[31mb\\u{9b}2Jc\\u{d}\\u{a}d\\u{202e}e\\u{7f}\\u{9}µ\\u{2028}";
+        assert_eq!(visible(text), all);
+        assert_eq!(visible_lines(text), all.replace("\\u{a}", "\n").replace("\\u{9}", "\t"));
+        assert_eq!(pictured_lines(text), "a␛[31mb\u{fffd}2Jc␍\nd\u{fffd}e␡\tµ\u{fffd}");
+        for plain in ["", "Größe 5 µm, 30°: \"x\" \\u{1b}", "ring ✓ 日本"] {
+            assert!(matches!(visible(plain), Cow::Borrowed(same) if same == plain));
+        }
+        let every: String = (0..=0x0010_ffff).filter_map(char::from_u32).collect();
+        assert!(!visible(&every).contains(is_hidden) && !visible(&every).contains(char::is_control));
+    }
+
+    #[test]
+    fn json_keeps_its_meaning() {
+        let json = format!("{{\n\t\"a\": {}\n}}", "\"\u{9b}\u{7f}\u{202e}\u{e0041}µ\\u001b\\n\"");
+        let shown = visible_json(&json);
+        assert!(!shown.contains(is_hidden_in_lines));
+        assert_eq!(shown, "{\n\t\"a\": \"\\u009b\\u007f\\u202e\\udb40\\udc41µ\\u001b\\n\"\n}");
+    }
+}

@@ -1,0 +1,182 @@
+//! Whether the files of a result directory are as they were written.
+//!
+//! A changed bit in a page of numbers is read as another number: Parquet has checksums of pages, but our table library writes
+//! none (nor would they cover headers and footer). So `manifest.json` has the BLAKE3 of each table, computed from the bytes on
+//! their way to the disk, and of the inputs; the record of finished samples has its own, of every page and every entry.
+//! Whoever reads rows compares before: a table that is not as it was written is not read.
+
+use super::directory::{LEDGER, MACHINE, MANIFEST, PARTS, POINTS, RESULTS, STUDY, TIMINGS, row_files, timing_files};
+use super::manifest::{Checksums, provenance as told_inputs};
+use super::status::{RunState, see};
+use crate::files::FileError;
+use crate::ledger::Reader;
+use crate::results::{Checksum, TableError, count_sound_rows};
+use bladeoff_worker::plan::BASIS_FILE;
+use blake3::{Hash, Hasher};
+use std::fs::{File, OpenOptions};
+use std::io::{self, Read};
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::{Path, PathBuf};
+
+/// Longer than any study, machine, points file or basis.
+const LONGEST_INPUT: u64 = 1 << 30;
+
+/// What comparing a file with its checksum gave.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Compared {
+    /// As it was written.
+    Whole,
+    /// Not as it was written.
+    Changed,
+    /// There is no checksum of it: an earlier build wrote it, or the manifest is gone.
+    Unknown,
+    /// There is no such file.
+    Missing,
+}
+
+/// Compares a file with what it should be.
+///
+/// # Errors
+/// It cannot be read.
+pub(super) fn compare(path: &Path, wanted: Option<Checksum>) -> Result<Compared, FileError> {
+    compare_hash(path, wanted.map(|wanted| wanted.hash), wanted.map(|wanted| wanted.bytes))
+}
+
+/// The same by hash alone, of a file of an input's size, if `bytes` are not known.
+fn compare_hash(path: &Path, wanted: Option<Hash>, bytes: Option<u64>) -> Result<Compared, FileError> {
+    let failed = |source| FileError::at("read", path)(source);
+    let file = match open_regular(path) {
+        Ok(file) => file,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Compared::Missing),
+        Err(error) => return Err(failed(error)),
+    };
+    let Some(wanted) = wanted else { return Ok(Compared::Unknown) };
+    let length = file.metadata().map_err(failed)?.len();
+    // Nobody waits for a file that has become a thousand times as long.
+    if bytes.map_or(length > LONGEST_INPUT, |bytes| bytes != length) {
+        return Ok(Compared::Changed);
+    }
+    let mut hasher = Hasher::new();
+    hasher.update_reader(file.take(length + 1)).map_err(failed)?;
+    Ok(if hasher.finalize() == wanted { Compared::Whole } else { Compared::Changed })
+}
+
+/// Refuses a directory whose finished table is not as it was written; says whether that is known at all.
+///
+/// # Errors
+/// [`TableError::Changed`]; not readable.
+pub fn refuse_changed(directory: &Path) -> Result<bool, TableError> {
+    let path = directory.join(RESULTS);
+    match compare(&path, Checksums::told(&directory.join(MANIFEST)).results)? {
+        Compared::Changed => Err(TableError::Changed { path }),
+        compared => Ok(compared == Compared::Whole),
+    }
+}
+
+/// The same of the timings.
+///
+/// # Errors
+/// As [`refuse_changed`].
+pub fn refuse_changed_timings(directory: &Path) -> Result<bool, TableError> {
+    let path = directory.join(TIMINGS);
+    match compare(&path, Checksums::told(&directory.join(MANIFEST)).timings)? {
+        Compared::Changed => Err(TableError::Changed { path }),
+        compared => Ok(compared == Compared::Whole),
+    }
+}
+
+/// Opens a file to read it, if it is one: a pipe in its place would be waited for.
+pub(super) fn open_regular(path: &Path) -> io::Result<File> {
+    let file = OpenOptions::new().read(true).custom_flags(libc::O_NONBLOCK).open(path)?;
+    if file.metadata()?.is_file() { Ok(file) } else { Err(io::Error::other("it is no regular file")) }
+}
+
+/// What was found out of a file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Verified {
+    /// Name in the directory.
+    pub name: String,
+    /// Whether it may be believed; `None` where that cannot be found out.
+    pub is_whole: Option<bool>,
+    /// The same in words.
+    pub words: String,
+}
+
+/// Looks at every file of a directory that results are read or made from. Nothing is written.
+///
+/// # Errors
+/// The directory cannot be looked at.
+pub fn verify(directory: &Path) -> Result<Vec<Verified>, FileError> {
+    let is_running = see(directory)?.is_some_and(|seen| matches!(seen.state, RunState::Running { .. }));
+    let manifest = directory.join(MANIFEST);
+    let told = Checksums::told(&manifest);
+    let inputs = told_inputs(&manifest);
+    let mut all = Vec::new();
+    for (name, wanted) in [(RESULTS, told.results), (TIMINGS, told.timings)] {
+        match compare(&directory.join(name), wanted) {
+            Ok(Compared::Missing) if wanted.is_none() => {}
+            compared => all.push(in_words(name, compared)),
+        }
+    }
+    for (name, key) in
+        [(STUDY, "study_blake3"), (MACHINE, "machine_blake3"), (POINTS, "points_blake3"), (BASIS_FILE, "basis_blake3")]
+    {
+        let wanted = inputs.as_ref().and_then(|told| Hash::from_hex(told.get(key)?.as_str()?).ok());
+        match compare_hash(&directory.join(name), wanted, None) {
+            Ok(Compared::Missing) if wanted.is_none() => {}
+            compared => all.push(in_words(name, compared)),
+        }
+    }
+    if directory.join(LEDGER).exists() {
+        all.push(record(&directory.join(LEDGER), is_running));
+    }
+    if !directory.join(RESULTS).exists() {
+        all.extend(parts(&row_files(directory), &timing_files(directory)));
+    }
+    Ok(all)
+}
+
+fn in_words(name: &str, compared: Result<Compared, FileError>) -> Verified {
+    let (is_whole, words) = match compared {
+        Ok(Compared::Whole) => (Some(true), "as it was written".to_owned()),
+        Ok(Compared::Changed) => (Some(false), "damaged: not as it was written".to_owned()),
+        Ok(Compared::Missing) => (Some(false), "missing".to_owned()),
+        Ok(Compared::Unknown) => (None, format!("unknown: {MANIFEST} has no checksum of it")),
+        Err(error) => (Some(false), format!("{error}: {}", error.source)),
+    };
+    Verified { name: name.to_owned(), is_whole, words }
+}
+
+/// Every page and every entry of the record.
+fn record(path: &Path, is_running: bool) -> Verified {
+    let name = LEDGER.to_owned();
+    if is_running {
+        return Verified { name, is_whole: None, words: "unknown: the run writes it".to_owned() };
+    }
+    let (mut whole, mut damaged) = (0u64, 0u64);
+    let counted = Reader::open(path).and_then(|record| {
+        record.for_each_head(None, |_, head| *(if head.is_ok() { &mut whole } else { &mut damaged }) += 1)
+    });
+    let words = match counted {
+        Ok(()) if damaged == 0 => format!("all its {whole} entries are whole"),
+        Ok(()) => format!("damaged: {damaged} of its {} entries", whole + damaged),
+        Err(error) => error.to_string(),
+    };
+    Verified { name, is_whole: Some(words.starts_with("all")), words }
+}
+
+/// Parts have no checksum: they are read whole, which finds what is no Parquet any more.
+fn parts(rows: &[PathBuf], timings: &[PathBuf]) -> Option<Verified> {
+    if rows.is_empty() {
+        return None;
+    }
+    let count = |files: &[PathBuf]| files.iter().map(|path| count_sound_rows(path)).sum::<Result<usize, TableError>>();
+    let (is_whole, words) = match (count(rows), count(timings)) {
+        (Ok(rows), Ok(timings)) if rows == timings => {
+            (None, format!("readable, {rows} rows; they have no checksum, and the next run makes them again"))
+        }
+        (Ok(rows), Ok(timings)) => (Some(false), format!("damaged: {rows} rows, {timings} timings")),
+        (Err(error), _) | (_, Err(error)) => (Some(false), error.to_string()),
+    };
+    Some(Verified { name: PARTS.to_owned(), is_whole, words })
+}

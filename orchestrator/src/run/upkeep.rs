@@ -1,0 +1,74 @@
+//! A complete directory kept in order: whatever of it is missing or not as it was written is made again from the record.
+
+use super::checksums::{Compared, compare};
+use super::directory::{MANIFEST, RESULTS, RunDirectory, TIMINGS};
+use super::manifest::{Checksums, Course, manifest, tells_complete, with_checksums};
+use super::prepare::Prepared;
+use super::status::{self, StatusWriter};
+use super::tables::{write_tables, write_timings};
+use super::{Request, RunError};
+use crate::files::write_whole;
+use crate::ledger::Reader;
+use crate::report::Tally;
+use std::time::SystemTime;
+
+/// Makes again what is missing or changed of a complete directory, but the record.
+pub(super) fn put_in_order(
+    request: &Request,
+    directory: &RunDirectory,
+    prepared: &Prepared<'_>,
+    (record, tally): (&Reader, &Tally),
+    note: &dyn Fn(&str),
+) -> Result<(), RunError> {
+    let samples = prepared.samples;
+    directory.tidy()?;
+    prepared.write(directory)?;
+    let path = directory.file(MANIFEST);
+    let told = Checksums::told(&path);
+    let results = compare(&directory.file(RESULTS), told.results)?;
+    // A file that cannot be read is of no more use than a changed one.
+    let timings = compare(&directory.file(TIMINGS), told.timings).unwrap_or(Compared::Changed);
+    let mut tables = told;
+    if results != Compared::Whole {
+        note(&format!("{RESULTS} {}: it is made again from the record", what(results)));
+        tables = write_tables(directory, prepared, record)?;
+    } else if timings != Compared::Whole {
+        tables.timings = Some(write_timings(directory, record)?);
+    }
+    if !matches!(timings, Compared::Whole | Compared::Unknown) {
+        note(&format!("{TIMINGS} was missing or damaged: it is made again from the record"));
+    }
+    if !tells_complete(&path) {
+        let now = SystemTime::now();
+        let course = Course {
+            state: "complete",
+            started: now,
+            finished: Some(now),
+            done: tally.done(),
+            reused: tally.done(),
+            worker_deaths: 0,
+            dropped_messages: 0,
+            tables,
+        };
+        let text = manifest(request, samples, &prepared.provenance, &course);
+        write_whole(&path, text.as_bytes())?;
+        note(&format!("{MANIFEST} was missing, damaged or of a run that did not end: it is made again, of this run"));
+    } else if tables != told
+        && let Some(text) = with_checksums(&path, tables)
+    {
+        write_whole(&path, text.as_bytes())?;
+    }
+    if !status::tells_complete(directory.path()) {
+        StatusWriter::new(directory.path(), samples, tally.done()).finish("complete", None, tally);
+    }
+    Ok(directory.remove_parts()?)
+}
+
+fn what(compared: Compared) -> &'static str {
+    match compared {
+        Compared::Whole => "is as it was written",
+        Compared::Changed => "is damaged (its BLAKE3 is not the one in manifest.json)",
+        Compared::Unknown => "cannot be verified (manifest.json has no checksum of it)",
+        Compared::Missing => "is missing",
+    }
+}
