@@ -18,5 +18,6 @@ pub mod results;
 pub mod run;
 pub mod schedule;
 pub mod study;
+pub mod threads;
 
 pub use bladeoff_protocol::files;

@@ -13,6 +13,7 @@ use crate::results::TableError;
 use crate::run::RunError;
 use crate::run::directory::LEDGER;
 use crate::study::{InputError, StudyError};
+use crate::threads::ThreadsError;
 use bladeoff_core::document::Problems;
 use std::io;
 use std::path::PathBuf;
@@ -94,6 +95,9 @@ pub enum CliError {
     /// What a storm found.
     #[error(transparent)]
     Chaos(#[from] ChaosError),
+    /// What is computed in parallel.
+    #[error(transparent)]
+    Threads(#[from] ThreadsError),
     /// Standard output cannot be written.
     #[error("cannot write to standard output")]
     Stdout {
@@ -127,6 +131,7 @@ impl CliError {
             }
             CliError::Study(StudyError::Design(crate::design::DesignError::Scale { .. })) => Exit::Usage,
             CliError::Study(StudyError::Design(_)) => Exit::Input,
+            CliError::Study(StudyError::Threads(_)) | CliError::Threads(_) => Exit::Io,
             CliError::Study(StudyError::Input(error)) | CliError::Input(error) => input_exit(error),
             CliError::Engine(_) => Exit::Input,
             CliError::Run(error) if error.is_refusal() => Exit::Input,

@@ -1,6 +1,6 @@
 //! A Parquet file under construction, written in row groups of a fixed number of rows as they come.
 
-use super::{ROW_GROUP, TableError};
+use super::{ROW_GROUP, TableError, start_threads};
 use crate::files::{FileError, Pending};
 use polars::io::parquet::write::BatchedWriter;
 use polars::prelude::{DataFrame, ParquetCompression, ParquetWriter, PolarsError, Schema};
@@ -26,6 +26,7 @@ impl<T> GroupedWriter<T> {
         more: impl FnOnce(ParquetWriter<File>) -> ParquetWriter<File>,
         frame: impl Fn(&[T]) -> Result<DataFrame, PolarsError> + 'static,
     ) -> Result<Self, TableError> {
+        start_threads()?;
         let file = pending.file().try_clone().map_err(FileError::at("write", pending.path()))?;
         let writer = more(ParquetWriter::new(file).with_compression(ParquetCompression::Zstd(None)));
         let writer = writer.batched(schema).map_err(failed(pending.path()))?;
