@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::process::{Command, Stdio};
 use support::faults::{Running, SAMPLES, STUDY, handed_out, signal, state, wait_until};
-use support::{Folder, Said, bladeoff, said};
+use support::{Folder, RUNTIME_VARIABLE, Said, bladeoff, runtime, said};
 
 /// A study of long samples, so that no run gets through before it is ended.
 fn long(folder: &Folder) -> String {
@@ -35,13 +35,24 @@ fn assert_stopped(said: &Said, out: &str, why: &str) {
 fn a_run_ends_with_its_time_and_says_how_to_go_on() {
     let folder = Folder::new();
     let study = long(&folder);
-    let out = folder.name("wall");
-    assert_stopped(&run(&study, &out, &["--wall", "4 s"], None), &out, "--wall");
-    let date = Command::new("date").args(["-d", "+5 seconds", "+%H:%M:%S"]).output().expect("date runs");
-    let time = String::from_utf8(date.stdout).expect("UTF-8");
-    let out = folder.name("until");
-    assert_stopped(&run(&study, &out, &["--until", time.trim()], None), &out, "--until");
-    for wrong in [["--until", "25:00"], ["--wall", "8 hours"], ["--memory-limit", "2"], ["--crash-limit", "0"]] {
+    // As long as it takes until something is finished; machines that run tests are busy.
+    let in_time = |option: &str, value: &dyn Fn(u32) -> String| {
+        let ran = [4, 16, 64, 256].into_iter().find_map(|seconds| {
+            let out = folder.name(&format!("{}-{seconds}", &option[2..]));
+            let said = run(&study, &out, &[option, &value(seconds)], None);
+            fs::exists(format!("{out}/parts/part-000001.parquet")).expect("readable").then_some((said, out))
+        });
+        let (said, out) = ran.expect("a sample in four minutes");
+        assert_stopped(&said, &out, option);
+    };
+    in_time("--wall", &|seconds| format!("{seconds} s"));
+    in_time("--until", &|seconds| {
+        let date = Command::new("date").args(["-d", &format!("+{seconds} seconds"), "+%H:%M:%S"]).output();
+        String::from_utf8(date.expect("date runs").stdout).expect("UTF-8").trim().to_owned()
+    });
+    let out = folder.name("wrong");
+    for wrong in [["--until", "25:00"], ["--wall", "8 hours"], ["--memory-limit", "2"], ["--crash-limit", "0"], ["--kill-limit", "0"]]
+    {
         assert_eq!(run(&study, &out, &wrong, None).code, 2, "{wrong:?}");
     }
 }
@@ -84,6 +95,51 @@ fn limits_end_a_run_or_quarantine_a_sample() {
     assert!(said.err.contains("limits.time_limit") && said.err.contains("limits.memory_limit"), "{}", said.err);
 }
 
+/// Deaths by others count apart, cost the row only when they come again and again, and are no matter of the table for good.
+#[test]
+fn a_sample_whose_worker_is_killed_again_and_again_is_tried_once_by_every_later_run() {
+    let folder = Folder::new();
+    let study = folder.write("s.toml", STUDY);
+    let limited = folder.write("limited.toml", &format!("{STUDY}\n[limits]\nkill_limit = 2\n"));
+    let (calm, out) = (folder.name("calm"), folder.name("out"));
+    assert_eq!(run(&study, &calm, &[], None).code, 0);
+    let bytes = |out: &str| fs::read(format!("{out}/results.parquet")).expect("the table");
+    // Each fault has a folder that counts its firings.
+    let fault = |name: &str, what: &str| {
+        fs::create_dir(folder.path(name)).expect("created");
+        format!("who=worker,at=running,sample=3,{what},dir={}", folder.name(name))
+    };
+    let fired = |name: &str| fs::read_dir(folder.path(name)).expect("readable").count();
+    // Twice used to be enough. In a batch, the first does not count.
+    let said = run(&study, &out, &[], Some(&fault("twice", "do=kill,times=4")));
+    assert_eq!((said.code, fired("twice")), (0, 4), "{}", said.err);
+    assert!(bytes(&out) == bytes(&calm));
+    let out = folder.name("given-up");
+    let said = run(&limited, &out, &[], Some(&fault("always", "do=kill,times=99")));
+    assert!(said.code == 4 && (2..=3).contains(&fired("always")), "{}: {}", fired("always"), said.err);
+    let (header, rows) = support::table(&out);
+    let at = |name: &str| header.iter().position(|column| column == name).expect("the column");
+    assert_eq!((rows[3][at("status")].as_str(), rows[3][at("cause")].as_str()), ("quarantined", "worker_killed"));
+    let given_up = bytes(&out);
+    // The same again: one more try, one more kill, the same table.
+    let said = run(&limited, &out, &[], Some(&fault("once", "do=kill,times=99")));
+    assert_eq!((said.code, fired("once")), (4, 1), "{}", said.err);
+    assert!(said.err.contains("1 sample whose worker was killed from outside") && bytes(&out) == given_up, "{}", said.err);
+    assert!(said.err.contains("19 of 20 samples are there already, 1 are computed"), "{}", said.err);
+    // Nobody kills any more: the row is the one it would have been, and then nothing else is computed.
+    let said = run(&limited, &out, &[], Some(&fault("over", "do=kill,times=0")));
+    assert!(said.code == 0 && bytes(&out) == bytes(&calm), "{}", said.err);
+    let said = run(&limited, &out, &[], None);
+    assert!(said.code == 0 && said.err.contains("nothing is computed"), "{}", said.err);
+    // A crash stays: the sample is to blame.
+    let out = folder.name("crashed");
+    let said = run(&study, &out, &[], Some(&fault("crash", "do=abort,times=99")));
+    assert!(said.code == 4 && (2..=3).contains(&fired("crash")), "{}", said.err);
+    assert_eq!(support::table(&out).1[3][at("cause")], "worker_crashed");
+    let said = run(&study, &out, &[], None);
+    assert!(said.code == 4 && said.err.contains("nothing is computed"), "{}", said.err);
+}
+
 #[test]
 fn events_tell_programs_the_whole_story() {
     let folder = Folder::new();
@@ -123,7 +179,8 @@ fn events_of_a_run_whose_record_fails_are_those_of_the_samples_that_the_next_run
     let events = |limit: &str| -> (i32, Vec<serde_json::Value>) {
         let script = format!("ulimit -f {limit}; exec \"$0\" run \"$1\" --out \"$2\" --workers 2 --json-events");
         let mut command = Command::new("bash");
-        let ran = command.args(["-c", &script, env!("CARGO_BIN_EXE_bladeoff"), &study, &out]).output().expect("bash");
+        command.args(["-c", &script, env!("CARGO_BIN_EXE_bladeoff"), &study, &out]).env(RUNTIME_VARIABLE, runtime());
+        let ran = command.output().expect("bash");
         let ran = said(ran);
         (ran.code, ran.out.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect())
     };
@@ -211,6 +268,7 @@ fn under_nohup_a_hangup_is_nothing() {
     let mut child = Command::new("nohup")
         .arg(bin)
         .args(["run", &study, "--out", &out, "--workers", "2"])
+        .env(RUNTIME_VARIABLE, runtime())
         .env("BLADEOFF_FAULT", format!("{},dir={}", stop_at("claimed"), folder.name("")))
         .stdin(Stdio::null())
         .stdout(Stdio::null())

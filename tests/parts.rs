@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
-use support::faults::{Running, STUDY};
+use support::faults::{Running, STUDY, signal, state};
 use support::{Folder, bladeoff, said, say};
 
 /// Two seconds of samples, at least.
@@ -105,9 +105,13 @@ fn assert_complete(calm: &Calm, out: &str) {
 fn finished_rows_are_in_one_part_each_during_a_run_after_a_kill_and_after_going_on() {
     let calm = Calm::new(&long());
     let out = calm.folder.name("out");
-    let mut run = calm.run(&out, "who=orchestrator,at=parted,sample=3,do=kill");
+    // Stopped after the first and the second, so that both are seen.
+    let stop = |part: u32| format!("who=orchestrator,at=parted,sample={part},do=stop");
+    let mut run = calm.run(&out, &format!("{};{};who=orchestrator,at=parted,sample=3,do=kill", stop(1), stop(2)));
     let (mut seen, mut bytes, mut looks) = (BTreeSet::new(), BTreeMap::<PathBuf, Vec<u8>>::new(), 0);
     while run.child.try_wait().expect("a child").is_none() {
+        let pid = run.child.id();
+        let is_stopped = state(pid) == Some('T');
         let now = parts(&out, &calm.rows);
         assert!(now.is_superset(&seen), "rows are gone");
         looks += u32::from(now.len() > seen.len());
@@ -116,19 +120,24 @@ fn finished_rows_are_in_one_part_each_during_a_run_after_a_kill_and_after_going_
             assert!(fs::read(&path).expect("a part stays") == before, "{} has changed", path.display());
         }
         bytes = part_bytes(&out);
+        if is_stopped {
+            assert!(signal(pid, "CONT"));
+        }
         std::thread::sleep(std::time::Duration::from_millis(20));
     }
-    assert_eq!((run.end().signal(), run.fired()), (Some(9), 1), "{}", run.said());
+    assert_eq!((run.end().signal(), run.fired()), (Some(9), 3), "{}", run.said());
     assert!(looks >= 2, "parts came one after another");
     let killed = parts(&out, &calm.rows);
     assert!(killed.is_superset(&seen) && row_files(Path::new(&out)).len() == 3);
     let told = run.count("sample");
     assert!(killed.len() <= calm.rows.len() && !killed.is_empty() && told >= killed.len(), "{told} {}", killed.len());
     // All that was recorded is in the fresh parts that the next run begins with.
-    let mut again = calm.run(&out, "");
+    let mut again = calm.run(&out, &stop(1));
     let mut seen = killed;
     let mut is_fresh = false;
     while again.child.try_wait().expect("a child").is_none() {
+        let pid = again.child.id();
+        let is_stopped = state(pid) == Some('T');
         if !Path::new(&out).join("results.parquet").exists() {
             let files = row_files(Path::new(&out));
             let now = read_current(Path::new(&out), row_files, read).expect("readable");
@@ -139,6 +148,9 @@ fn finished_rows_are_in_one_part_each_during_a_run_after_a_kill_and_after_going_
                 is_fresh |= files.len() == 1 && now.len() >= seen.len();
                 seen = now;
             }
+        }
+        if is_stopped {
+            assert!(signal(pid, "CONT"));
         }
         std::thread::sleep(std::time::Duration::from_millis(10));
     }

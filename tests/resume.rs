@@ -12,7 +12,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use support::faults::handed_out;
-use support::{Folder, Said, bladeoff, said, say, table};
+use support::{Folder, RUNTIME_VARIABLE, Said, bladeoff, runtime, said, say, table};
 
 /// One study at a time: workers of several would only wait for each other's cores.
 fn alone() -> MutexGuard<'static, ()> {
@@ -205,17 +205,17 @@ fn samples_that_failed_or_killed_their_worker_are_computed_again_when_asked() {
     let fired = folder.path("fired");
     fs::create_dir(&fired).expect("created");
     let mut command = bladeoff(&["run", &study, "--out", &out, "--workers", "2"]);
-    let fault = format!("who=worker,at=running,sample=5,do=kill,times=99,dir={}", fired.display());
+    let fault = format!("who=worker,at=running,sample=5,do=abort,times=99,dir={}", fired.display());
     let ran = said(command.env("BLADEOFF_FAULT", fault).output().expect("it starts"));
     assert_eq!(ran.code, 4, "{}", ran.err);
-    assert!(fs::read_dir(&fired).expect("readable").count() >= 2, "the kills happened");
+    assert!(fs::read_dir(&fired).expect("readable").count() >= 2, "the crashes happened");
     let (header, rows) = table(&out);
     let cause = header.iter().position(|name| name == "cause").expect("cause");
-    assert_eq!(rows[5][cause], "worker_killed");
+    assert_eq!(rows[5][cause], "worker_crashed");
     // Continued without --rerun it stays; another cause is not touched.
     assert_eq!(run(&study, &out, &[]).code, 4);
     assert_eq!(run(&study, &out, &["--rerun", "cause=time_limit,diverged"]).code, 4);
-    let again = run_well(&study, &out, &["--rerun", "cause=worker_killed"]);
+    let again = run_well(&study, &out, &["--rerun", "cause=worker_crashed"]);
     assert!(again.err.contains("23 of 24 samples are there already, 1 are computed"), "{}", again.err);
     assert!(bytes(&out) == bytes(&calm));
     assert_eq!(run(&study, &out, &["--rerun", "cause=nonsense"]).code, 2);
@@ -411,7 +411,8 @@ fn a_full_disk_is_exit_6_and_the_next_run_goes_on() {
     let bounded = |blocks: &str| {
         let script = format!("ulimit -f {blocks}; exec \"$0\" run \"$1\" --out \"$2\" --workers 2");
         let mut command = Command::new("bash");
-        said(command.args(["-c", &script, env!("CARGO_BIN_EXE_bladeoff"), &study, &out]).output().expect("bash"))
+        command.args(["-c", &script, env!("CARGO_BIN_EXE_bladeoff"), &study, &out]).env(RUNTIME_VARIABLE, runtime());
+        said(command.output().expect("bash"))
     };
     for (blocks, why) in [("1", "files may have 1024 bytes (ulimit -f)"), ("12288", FULL), ("12288", FULL)] {
         let full = bounded(blocks);

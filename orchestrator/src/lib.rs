@@ -19,6 +19,7 @@ pub mod results;
 pub mod run;
 pub mod schedule;
 pub mod study;
+pub mod threads;
 pub mod version;
 
 pub use bladeoff_protocol::files;

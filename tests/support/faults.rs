@@ -42,6 +42,7 @@ impl Running {
         // Whoever runs the tests may ignore SIGHUP (nohup, CI), and children inherit that; `env` becomes the program.
         let mut command = Command::new("env");
         command.arg("--default-signal=HUP").arg(direct.get_program()).args(direct.get_args());
+        command.envs(direct.get_envs().filter_map(|(key, value)| Some((key, value?))));
         if let Some(folder) = direct.get_current_dir() {
             command.current_dir(folder);
         }

@@ -3,11 +3,15 @@
 #![allow(dead_code, reason = "each test program uses its part")]
 
 pub mod faults;
+pub mod skipped;
 pub mod workers;
 
+pub use bladeoff_protocol::runtime::RUNTIME_VARIABLE;
 use std::fs;
+use std::os::unix::fs::DirBuilderExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use std::sync::OnceLock;
 
 /// The repository.
 pub fn root() -> PathBuf {
@@ -17,8 +21,30 @@ pub fn root() -> PathBuf {
 /// The binary of this very build, run in the repository.
 pub fn bladeoff(args: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_bladeoff"));
-    command.args(args).current_dir(root()).env_remove("BLADEOFF_FAULT");
+    command.args(args).current_dir(root()).env_remove("BLADEOFF_FAULT").env(RUNTIME_VARIABLE, runtime());
     command
+}
+
+/// Where runs of this test program have their sockets, so that they meet no others, of the user or of other tests. It has a short path; those of
+/// test programs that have ended are removed by the next one.
+pub fn runtime() -> &'static Path {
+    static DIRECTORY: OnceLock<PathBuf> = OnceLock::new();
+    DIRECTORY.get_or_init(|| {
+        let all = PathBuf::from(format!("/tmp/bo-tests-{}", rustix::process::getuid().as_raw()));
+        let make = |path: &Path| fs::DirBuilder::new().mode(0o700).recursive(true).create(path).expect("created");
+        make(&all);
+        let ours = std::process::id();
+        for entry in fs::read_dir(&all).expect("readable").flatten() {
+            let pid: Option<u32> = entry.file_name().to_str().and_then(|name| name.parse().ok());
+            if pid.is_some_and(|pid| pid == ours || !bladeoff::chaos::lives(pid)) {
+                // Another test program may be as quick.
+                let _ = fs::remove_dir_all(entry.path());
+            }
+        }
+        let own = all.join(ours.to_string());
+        make(&own);
+        own
+    })
 }
 
 /// What a command said and how it ended.

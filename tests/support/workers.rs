@@ -15,8 +15,11 @@ use bladeoff::dispatch::{
     self, DispatchOptions, DispatchReport, Observer, SampleResult, Samples, Sink, SinkError, Snapshot, Todo,
 };
 use bladeoff_core::outcome::Outcome;
+use bladeoff_protocol::runtime::RUNTIME_VARIABLE;
 use bladeoff_worker::fault::FAULT_VARIABLE;
 use bladeoff_worker::noop::noop_outcome;
+
+use super::runtime;
 
 /// Nothing here takes as long on any machine; what hangs fails.
 pub const WATCHDOG: Duration = Duration::from_secs(120);
@@ -132,6 +135,7 @@ pub fn options(dir: &Path, workers: usize, micros: u64, fault: Option<&str>) -> 
     command.extend([env!("CARGO_BIN_EXE_bladeoff").into(), "worker".into()]);
     let mut options = DispatchOptions::new(workers, command, dir.to_owned(), "no plan".into());
     options.noop = Some(micros);
+    options.runtime = Some(runtime().to_owned());
     options
 }
 
@@ -164,7 +168,9 @@ pub fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
 /// This program as an orchestrator of its own, where [`orchestrate`] has started it as one.
 pub fn be_orchestrator() {
     let Some(dir) = std::env::var_os(ORCHESTRATE).map(PathBuf::from) else { return };
-    let options = options(&dir, 2, 100_000, None);
+    let mut options = options(&dir, 2, 250_000, None);
+    // As the test that started this says.
+    options.runtime = None;
     let mut sink = File { path: dir.join("recorded"), waiting: Vec::new() };
     let ended = match dispatch::run(&options, &Numbers, SAMPLES, &mut sink, &mut Watcher::default()) {
         Ok(report) => format!("{:?}", report.ended),
@@ -200,7 +206,7 @@ pub fn orchestrate(dir: &Path, fault: Option<&str>) -> Command {
     // Whoever runs the tests may ignore SIGHUP, and children inherit that; `env` becomes the program.
     let mut command = Command::new("env");
     command.arg("--default-signal=HUP").arg(std::env::current_exe().expect("this program"));
-    command.args(["--exact", "orchestrator_process", "--nocapture"]).env(ORCHESTRATE, dir);
+    command.args(["--exact", "orchestrator_process", "--nocapture"]).env(ORCHESTRATE, dir).env(RUNTIME_VARIABLE, runtime());
     if let Some(fault) = fault {
         command.env(FAULT_VARIABLE, format!("{fault},dir={}", dir.display()));
     }

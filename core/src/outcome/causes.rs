@@ -62,12 +62,14 @@ words! {
         Panicked = "panicked",
         /// Longer than the time limit.
         TimeLimit = "time_limit",
-        /// The worker died while it computed this sample alone.
+        /// The worker was killed from outside, again and again, while it computed this sample alone.
         WorkerKilled = "worker_killed",
         /// The worker exceeded its memory limit.
         OutOfMemory = "out_of_memory",
         /// The rotor's centre is beyond the ring: no contact can hold it there.
         OutsideRing = "outside_ring",
+        /// The worker crashed while it computed this sample alone, more than once.
+        WorkerCrashed = "worker_crashed",
     }
 }
 
@@ -89,7 +91,7 @@ impl Cause {
     /// Deterministic causes belong to the sample's bytes and are never retried.
     #[must_use]
     pub fn is_deterministic(self) -> bool {
-        !matches!(self, Cause::TimeLimit | Cause::WorkerKilled | Cause::OutOfMemory)
+        !matches!(self, Cause::TimeLimit | Cause::WorkerKilled | Cause::OutOfMemory | Cause::WorkerCrashed)
     }
 }
 

@@ -23,9 +23,14 @@ pub struct BudgetArgs {
     #[arg(long, value_name = "N")]
     max_failures: Option<u64>,
 
-    /// Quarantine a sample that has killed its worker N times while alone with it [default: that of the study, or 2]
+    /// Quarantine a sample in which its worker has crashed N times while alone with it [default: that of the study, or 2]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     crash_limit: Option<u32>,
+
+    /// Quarantine a sample in which its worker was killed from outside (by an operator, or by a system short of memory) or stopped N
+    /// times while alone with it; every later run tries such a sample once more [default: that of the study, or 5]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    kill_limit: Option<u32>,
 
     /// Longest time of one sample; a longer one loses its worker, which counts for --crash-limit. Depends on the
     /// machine: run.step_limit does not. Measured from the heartbeats of the worker, two a second: a sample may take up to
@@ -47,6 +52,7 @@ impl BudgetArgs {
             until: self.until,
             max_failures: self.max_failures,
             crash_limit: self.crash_limit,
+            kill_limit: self.kill_limit,
             time_limit: self.time_limit,
             memory_limit: self.memory_limit,
         }

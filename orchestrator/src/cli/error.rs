@@ -15,6 +15,7 @@ use crate::results::TableError;
 use crate::run::RunError;
 use crate::run::directory::LEDGER;
 use crate::study::{InputError, StudyError};
+use crate::threads::ThreadsError;
 use bladeoff_core::document::Problems;
 use std::ffi::OsStr;
 use std::io;
@@ -101,6 +102,9 @@ pub enum CliError {
     /// What a storm found.
     #[error(transparent)]
     Chaos(#[from] ChaosError),
+    /// What is computed in parallel.
+    #[error(transparent)]
+    Threads(#[from] ThreadsError),
     /// Standard output cannot be written.
     #[error("cannot write to standard output")]
     Stdout {
@@ -135,6 +139,7 @@ impl CliError {
             }
             CliError::Study(StudyError::Design(crate::design::DesignError::Scale { .. })) => Exit::Usage,
             CliError::Study(StudyError::Design(_)) => Exit::Input,
+            CliError::Study(StudyError::Threads(_)) | CliError::Threads(_) => Exit::Io,
             CliError::Study(StudyError::Input(error)) | CliError::Input(error) => input_exit(error),
             CliError::Engine(_) => Exit::Input,
             CliError::Replay(ReplayError::Which { .. }) => Exit::Usage,

@@ -21,9 +21,11 @@ pub struct DispatchOptions {
     pub plan_hash: String,
     /// File that collects the workers' messages; appended to, a worker number before each line.
     pub worker_log: PathBuf,
-    /// A sample that kills its worker alone this many times is quarantined.
+    /// A sample in which its worker crashes alone this many times is quarantined.
     pub crash_limit: u32,
-    /// Longest wall time of one sample \[s\]; a longer one has its worker killed, which counts as such a death.
+    /// A sample in which its worker is killed from outside, alone, this many times is quarantined.
+    pub kill_limit: u32,
+    /// Longest wall time of one sample \[s\]; a longer one has its worker killed, which counts as a crash.
     pub time_limit_s: Option<f64>,
     /// Silence of a worker after which it is shown as stale.
     pub stale_after: Duration,
@@ -49,10 +51,12 @@ pub struct DispatchOptions {
     pub noop: Option<u64>,
     /// Whoever types `s` and Enter asks what the workers do, where standard input is a terminal.
     pub keys: bool,
+    /// Directory below which the run has its sockets, and cleans up after dead ones; `None`: as the environment says.
+    pub runtime: Option<PathBuf>,
 }
 
 impl DispatchOptions {
-    /// Options with the documented defaults: crash limit 2, stale after 5 s, replaced after 30 s, grace 2 s.
+    /// Options with the documented defaults: crash limit 2, kill limit 5, stale after 5 s, replaced after 30 s, grace 2 s.
     #[must_use]
     pub fn new(workers: usize, worker_command: Vec<OsString>, run_dir: PathBuf, plan_hash: String) -> Self {
         let worker_log = run_dir.join("workers.log");
@@ -63,6 +67,7 @@ impl DispatchOptions {
             plan_hash,
             worker_log,
             crash_limit: 2,
+            kill_limit: 5,
             time_limit_s: None,
             stale_after: Duration::from_secs(5),
             replace_after: Duration::from_secs(30),
@@ -76,6 +81,7 @@ impl DispatchOptions {
             build: None,
             noop: None,
             keys: false,
+            runtime: None,
         }
     }
 }
@@ -183,6 +189,11 @@ pub enum Notice {
     },
     /// No sample is assigned any more, though the run is not complete.
     Stopping(Ended),
+    /// Shared memory could not be given back whole.
+    NotRemoved {
+        /// What is left, and why.
+        what: String,
+    },
 }
 
 /// A signal that ended a run.

@@ -1,5 +1,6 @@
 //! A worker process: started, listened to, waited for.
 
+use std::os::unix::process::ExitStatusExt;
 use std::process::{ExitStatus, Stdio};
 use std::time::Duration;
 
@@ -96,7 +97,16 @@ async fn supervise(
     beats.abort();
     // Waiting for an own child cannot fail; if it did, the worker would be as gone.
     let status = status.unwrap_or_default();
-    let _ = events.send(Event::Child(worker, ChildEvent::Exited(status, Death { out_of_memory })));
+    let death = Death { out_of_memory, from_outside: is_from_outside(status) };
+    let _ = events.send(Event::Child(worker, ChildEvent::Exited(status, death)));
+}
+
+/// Whether it was ended by a signal that somebody sends (an operator, the kernel short of memory), and not by one that a program brings
+/// upon itself, nor by its own exit.
+fn is_from_outside(status: ExitStatus) -> bool {
+    const OWN: [i32; 7] =
+        [libc::SIGILL, libc::SIGTRAP, libc::SIGABRT, libc::SIGBUS, libc::SIGFPE, libc::SIGSEGV, libc::SIGSYS];
+    status.signal().is_some_and(|signal| !OWN.contains(&signal))
 }
 
 /// Heartbeats; what is not one is skipped byte by byte, so that a stray print does not hide those after it.
@@ -138,6 +148,23 @@ async fn read_lines(worker: WorkerId, stderr: ChildStderr, events: UnboundedSend
         if !text.is_empty() {
             out_of_memory |= text.starts_with(OUT_OF_MEMORY_WORDS);
             let _ = events.send(Event::Child(worker, ChildEvent::Line(text.to_owned())));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn deaths_by_somebody_else_are_told_from_own_ones() {
+        let signal = ExitStatus::from_raw;
+        for outside in [libc::SIGKILL, libc::SIGTERM, libc::SIGINT, libc::SIGHUP, libc::SIGXCPU, libc::SIGUSR1] {
+            assert!(is_from_outside(signal(outside)), "{outside}");
+        }
+        // The second: an abort that left a core.
+        for own in [libc::SIGSEGV, libc::SIGABRT | 0x80, libc::SIGBUS, libc::SIGILL, libc::SIGFPE, 0, 6 << 8] {
+            assert!(!is_from_outside(signal(own)), "{own}");
         }
     }
 }

@@ -1,25 +1,25 @@
-//! The loop itself: events in, effects out.
+//! The loop itself: events in, effects out. What it needs is made in `start`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
 use bladeoff_protocol::domain::Domain;
 use bladeoff_protocol::link::{Incoming, LinkError};
-use bladeoff_protocol::messages::{Batch, BatchId, Body, MAX_PARAMS, SampleReport, ToWorker, WorkerId, batch_capacity};
+use bladeoff_protocol::messages::{Batch, BatchId, Body, SampleReport, ToWorker, WorkerId};
 use bladeoff_protocol::transport::Ticket;
 use bladeoff_protocol::unfinished::Unfinished;
 use bladeoff_worker::WorkerArgs;
-use bladeoff_worker::fault::{At, Faults, Who};
-use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
+use bladeoff_worker::fault::{At, Faults};
+use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender};
 
 use super::DispatchError;
 use super::api::{DispatchOptions, DispatchReport, Ended, Notice, Observer, Samples, Signal, Sink};
 use super::child::{Child, ChildEvent};
+use super::clock;
 use super::hub::{Command, Hub, HubEvent};
 use super::log::Log;
 use super::records::records;
-use super::{clock, keys, signals};
-use crate::schedule::{Death, Effect, KillReason, Scheduler, Settings, Todo, Until};
+use crate::schedule::{Death, Effect, KillReason, Scheduler, Until};
 
 /// Time between looks at timers, progress and the sink.
 const TICK: Duration = Duration::from_millis(200);
@@ -42,96 +42,7 @@ pub(super) enum Event {
     Typed,
 }
 
-pub(super) fn run(
-    options: &DispatchOptions,
-    samples: &dyn Samples,
-    todo: Todo,
-    sink: &mut dyn Sink,
-    observer: &mut dyn Observer,
-) -> Result<DispatchReport, DispatchError> {
-    let faults = Faults::from_environment(Who::Orchestrator)?;
-    let n_params = count_params(samples, &todo)?;
-    let seconds = |limit: f64| Duration::try_from_secs_f64(limit).unwrap_or(Duration::MAX);
-    let settings = Settings {
-        workers: options.workers.max(1),
-        max_batch: options.max_batch.clamp(1, batch_capacity(n_params)),
-        crash_limit: options.crash_limit,
-        time_limit: options.time_limit_s.map(seconds),
-        stale_after: options.stale_after,
-        replace_after: options.replace_after,
-        grace: options.grace,
-        max_failures: options.max_failures,
-    };
-    let mut log = Log::open(options.worker_log.clone())?;
-    let runtime = tokio::runtime::Builder::new_current_thread()
-        .enable_all()
-        .build()
-        .map_err(|source| DispatchError::System { doing: "starting timers and signals", source })?;
-    // Dropped in reverse: processes with the runtime, then the hub, then the domain.
-    let domain = Domain::create(settings.workers)?;
-    log.line(None, &format!("run {} with shared memory in {}", domain.run(), domain.address().root.display()))?;
-    let (send, events) = unbounded_channel();
-    let mut hub = Hub::start(domain.address(), domain.run(), settings.workers, send.clone())?;
-    let result = {
-        let _inside = runtime.enter();
-        signals::watch(&send)?;
-        if options.keys {
-            keys::watch(&send);
-        }
-        let mut driver = Driver {
-            options,
-            samples,
-            sink,
-            observer,
-            scheduler: Scheduler::new(settings, todo),
-            domain: &domain,
-            hub: &hub,
-            log,
-            faults,
-            n_params,
-            children: BTreeMap::new(),
-            exits: BTreeMap::new(),
-            tickets: BTreeMap::new(),
-            begun: Instant::now(),
-            flushed: Instant::now(),
-            unflushed: 0,
-            not_durable: Vec::new(),
-            refused: 0,
-            first_ask: None,
-            until: options.until,
-            ended: None,
-            gave_up: None,
-            stale: BTreeSet::new(),
-            unfinished: Unfinished::new(domain.address()),
-            ticks: 0,
-            pinged: None,
-            send,
-        };
-        runtime.block_on(driver.run(events))
-    };
-    drop(runtime);
-    if matches!(result, Err(DispatchError::Stuck { .. })) {
-        hub.abandon();
-    }
-    drop(hub);
-    let report = result?;
-    domain.close()?;
-    Ok(report)
-}
-
-/// Number of parameters of every sample, from the first.
-fn count_params(samples: &dyn Samples, todo: &Todo) -> Result<usize, DispatchError> {
-    let Some(sample) = todo.first() else { return Ok(0) };
-    let mut params = Vec::new();
-    samples.params(sample, &mut params);
-    let found = params.len();
-    if found > MAX_PARAMS {
-        return Err(DispatchError::Parameters { sample, found, expected: found });
-    }
-    Ok(found)
-}
-
-struct Driver<'a> {
+pub(super) struct Driver<'a> {
     options: &'a DispatchOptions,
     samples: &'a dyn Samples,
     sink: &'a mut dyn Sink,
@@ -164,11 +75,58 @@ struct Driver<'a> {
     ticks: u32,
     /// Tick at which the hub was asked for an answer that has not come yet.
     pinged: Option<u32>,
-    send: tokio::sync::mpsc::UnboundedSender<Event>,
+    send: UnboundedSender<Event>,
 }
 
-impl Driver<'_> {
-    async fn run(&mut self, mut events: UnboundedReceiver<Event>) -> Result<DispatchReport, DispatchError> {
+/// What a run is made of.
+pub(super) struct Parts<'a> {
+    pub options: &'a DispatchOptions,
+    pub samples: &'a dyn Samples,
+    pub sink: &'a mut dyn Sink,
+    pub observer: &'a mut dyn Observer,
+    pub domain: &'a Domain,
+    pub hub: &'a Hub,
+    pub log: Log,
+    pub faults: Faults,
+    pub n_params: usize,
+    pub send: UnboundedSender<Event>,
+}
+
+impl<'a> Driver<'a> {
+    pub fn new(parts: Parts<'a>, scheduler: Scheduler) -> Self {
+        let Parts { options, samples, sink, observer, domain, hub, log, faults, n_params, send } = parts;
+        Self {
+            options,
+            samples,
+            sink,
+            observer,
+            scheduler,
+            domain,
+            hub,
+            log,
+            faults,
+            n_params,
+            children: BTreeMap::new(),
+            exits: BTreeMap::new(),
+            tickets: BTreeMap::new(),
+            begun: Instant::now(),
+            flushed: Instant::now(),
+            unflushed: 0,
+            not_durable: Vec::new(),
+            refused: 0,
+            first_ask: None,
+            until: options.until,
+            ended: None,
+            gave_up: None,
+            stale: BTreeSet::new(),
+            unfinished: Unfinished::new(domain.address()),
+            ticks: 0,
+            pinged: None,
+            send,
+        }
+    }
+
+    pub async fn run(&mut self, mut events: UnboundedReceiver<Event>) -> Result<DispatchReport, DispatchError> {
         let mut effects = Vec::new();
         self.scheduler.start(self.now(), &mut effects);
         self.carry_out(&mut effects, Vec::new())?;

@@ -1,10 +1,11 @@
 //! The thread that owns the iceoryx2 ports.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, channel};
 use std::thread::JoinHandle;
+use std::time::Duration;
 
-use bladeoff_protocol::domain::Address;
+use bladeoff_protocol::domain::{Address, foreign_files};
 use bladeoff_protocol::ipc::{BACKSTOP, IpcHub};
 use bladeoff_protocol::link::{HubLink, Incoming, LinkError, Refusal};
 use bladeoff_protocol::messages::{RunId, ToWorker, WorkerId};
@@ -13,6 +14,10 @@ use tokio::sync::mpsc::UnboundedSender;
 
 use super::DispatchError;
 use super::driver::Event;
+
+/// Making the ports takes milliseconds, and letting go of them some ten. But iceoryx2 waits for a file that somebody has made under a name of
+/// ours and never fills.
+const PATIENCE: Duration = Duration::from_secs(60);
 
 /// What the loop asks of the hub.
 pub(super) enum Command {
@@ -42,6 +47,8 @@ pub(super) struct Hub {
     commands: Option<Sender<Command>>,
     waker: Waker,
     thread: Option<JoinHandle<()>>,
+    /// Nothing comes here; it closes with the thread.
+    ended: Receiver<()>,
 }
 
 impl Hub {
@@ -54,31 +61,28 @@ impl Hub {
     ) -> Result<Self, DispatchError> {
         let (commands, received) = channel();
         let (ready, is_ready) = channel::<Result<Waker, PortError>>();
-        let address = address.clone();
-        let body = move || match IpcHub::create(&address, workers) {
-            Ok(port) => {
-                let link = HubLink::new(port, run);
-                let _ = ready.send(Ok(link.waker()));
-                let served = catch_unwind(AssertUnwindSafe(|| serve(link, &received, &events)));
-                if served.is_err() {
-                    // iceoryx2 panics on what it holds for impossible; its message is on standard error.
-                    let _ = events.send(Event::Hub(HubEvent::Failed(LinkError::Port(PortError::OrchestratorGone))));
-                }
-            }
-            Err(error) => {
-                let _ = ready.send(Err(error));
-            }
+        let (alive, ended) = channel();
+        let (prefix, address) = (address.prefix.clone(), address.clone());
+        let body = move || {
+            let _alive: Sender<()> = alive;
+            make_and_serve(&address, workers, run, &ready, &received, &events);
         };
         let thread = std::thread::Builder::new()
             .name("hub".into())
             .spawn(body)
             .map_err(|source| DispatchError::System { doing: "starting the thread for messages", source })?;
-        let waker = match is_ready.recv() {
+        let waker = match is_ready.recv_timeout(PATIENCE) {
             Ok(waker) => waker.map_err(LinkError::Port)?,
             // The thread ended without a word: it panicked, and that says why on standard error.
-            Err(_) => return Err(LinkError::Port(PortError::OrchestratorGone).into()),
+            Err(RecvTimeoutError::Disconnected) => return Err(LinkError::Port(PortError::OrchestratorGone).into()),
+            Err(RecvTimeoutError::Timeout) => {
+                return Err(DispatchError::MemoryStuck {
+                    seconds: PATIENCE.as_secs(),
+                    foreign: foreign_files(&prefix),
+                });
+            }
         };
-        Ok(Self { commands: Some(commands), waker, thread: Some(thread) })
+        Ok(Self { commands: Some(commands), waker, thread: Some(thread), ended })
     }
 
     /// Hands a command over; it is carried out after all before it.
@@ -98,7 +102,35 @@ impl Drop for Hub {
     fn drop(&mut self) {
         self.commands = None;
         (self.waker)();
-        let _ = self.thread.take().map(JoinHandle::join);
+        let Some(thread) = self.thread.take() else { return };
+        // One that does not end goes down with the process; results are recorded without it.
+        if !matches!(self.ended.recv_timeout(PATIENCE), Err(RecvTimeoutError::Timeout)) {
+            let _ = thread.join();
+        }
+    }
+}
+
+fn make_and_serve(
+    address: &Address,
+    workers: usize,
+    run: RunId,
+    ready: &Sender<Result<Waker, PortError>>,
+    received: &Receiver<Command>,
+    events: &UnboundedSender<Event>,
+) {
+    let port = match IpcHub::create(address, workers) {
+        Ok(port) => port,
+        Err(error) => {
+            let _ = ready.send(Err(error));
+            return;
+        }
+    };
+    let link = HubLink::new(port, run);
+    let _ = ready.send(Ok(link.waker()));
+    let served = catch_unwind(AssertUnwindSafe(|| serve(link, received, events)));
+    if served.is_err() {
+        // iceoryx2 panics on what it holds for impossible; its message is on standard error.
+        let _ = events.send(Event::Hub(HubEvent::Failed(LinkError::Port(PortError::OrchestratorGone))));
     }
 }
 

@@ -23,12 +23,14 @@ mod keys;
 mod log;
 mod records;
 mod signals;
+mod start;
 
 use std::ffi::OsString;
 use std::io;
 use std::path::PathBuf;
 
-use bladeoff_protocol::domain::{Domain, DomainError};
+pub use bladeoff_protocol::domain::Domain;
+use bladeoff_protocol::domain::DomainError;
 use bladeoff_protocol::link::LinkError;
 use bladeoff_worker::fault::FaultError;
 
@@ -53,6 +55,17 @@ pub enum DispatchError {
     Stuck {
         /// For how long.
         seconds: u64,
+    },
+    /// Shared memory could not be made in any time.
+    #[error(
+        "making shared memory does not end: after {seconds} s something still waits. Somebody else's files under its name: {}",
+        list(foreign)
+    )]
+    MemoryStuck {
+        /// For how long.
+        seconds: u64,
+        /// Files that are not ours under the run's name.
+        foreign: Vec<String>,
     },
     /// Workers do not start.
     #[error("{deaths} workers in a row ended before they asked for work; the last one said: {last_words}")]
@@ -110,6 +123,10 @@ pub enum DispatchError {
     },
 }
 
+fn list(words: &[String]) -> String {
+    if words.is_empty() { "none".to_owned() } else { words.join(", ") }
+}
+
 /// Says before a study begins whether its workers would have shared memory.
 ///
 /// # Errors
@@ -133,7 +150,7 @@ pub fn self_command() -> Result<Vec<OsString>, DispatchError> {
 /// Computes samples on worker processes and hands the results to the sink, each sample once.
 ///
 /// `todo`: the samples, a count for all from 0 or a [`Todo`] of ranges. Returns when every sample is done, or when a
-/// signal or a budget ended the run; then all processes have ended and the shared memory is gone.
+/// signal or a budget ended the run; then all processes have ended and the shared memory is gone, but for what the observer was told of.
 ///
 /// # Errors
 /// See [`DispatchError`].
@@ -144,5 +161,30 @@ pub fn run(
     sink: &mut dyn Sink,
     observer: &mut dyn Observer,
 ) -> Result<DispatchReport, DispatchError> {
-    driver::run(options, samples, todo.into(), sink, observer)
+    let mut kept = None;
+    let report = run_keeping(options, samples, todo, sink, observer, &mut kept)?;
+    give_back(kept, observer);
+    Ok(report)
+}
+
+/// The same, with the shared memory left in `kept` for [`give_back`]: so that whatever has to be written is written first.
+///
+/// # Errors
+/// See [`DispatchError`].
+pub fn run_keeping(
+    options: &DispatchOptions,
+    samples: &dyn Samples,
+    todo: impl Into<Todo>,
+    sink: &mut dyn Sink,
+    observer: &mut dyn Observer,
+    kept: &mut Option<Domain>,
+) -> Result<DispatchReport, DispatchError> {
+    start::run(options, samples, todo.into(), sink, observer, kept)
+}
+
+/// Removes the shared memory of a run. What cannot be removed is told, and no error of the run: its results are there.
+pub fn give_back(kept: Option<Domain>, observer: &mut dyn Observer) {
+    for left in kept.map(Domain::close).unwrap_or_default() {
+        observer.noticed(&Notice::NotRemoved { what: left.to_string() });
+    }
 }

@@ -43,7 +43,8 @@ pub fn cause_in_words(cause: Cause) -> &'static str {
         Cause::StepLimit => "more steps than `run.step_limit`",
         Cause::Panicked => "the solver stopped with an internal error: a bug",
         Cause::TimeLimit => "longer than the time limit",
-        Cause::WorkerKilled => "its worker process died more than once while computing it alone",
+        Cause::WorkerKilled => "its worker process was killed from outside again and again while computing it alone",
+        Cause::WorkerCrashed => "its worker process crashed more than once while computing it alone",
         Cause::OutOfMemory => "its worker process ran out of memory",
         Cause::OutsideRing => "the rotor's centre left the ring of the diaphragm: what would follow is no rub",
     }
@@ -83,7 +84,13 @@ pub fn advice(cause: Cause) -> &'static str {
             "its message is in the log; please report it with study and machine: replaying it shows it again"
         }
         Cause::TimeLimit => "compute it again with a longer time limit, or on a machine with less to do",
-        Cause::WorkerKilled => "who killed it is in the system's log (`dmesg`: out of memory?); compute it again",
+        Cause::WorkerKilled => {
+            "who killed it is in the system's log (`dmesg`: out of memory?); every later `run` tries it once more, with fewer workers there \
+             is more memory for each"
+        }
+        Cause::WorkerCrashed => {
+            "what it said is in the log; please report it with study and machine: replaying it may show it again"
+        }
         Cause::OutOfMemory => "compute it again with more memory or fewer workers at once",
         Cause::OutsideRing => {
             "look for a unit that is none (`contact.offset`, `rotor.initial`); a smaller `run.step` if a step passed the ring at once"

@@ -1,7 +1,7 @@
 //! A Parquet file under construction, written in row groups of a fixed number of rows as they come.
 
 use super::stream::{self, Checksum, Out, Watch};
-use super::{ROW_GROUP, TableError};
+use super::{ROW_GROUP, TableError, start_threads};
 use crate::files::Pending;
 use polars::io::parquet::write::BatchedWriter;
 use polars::prelude::{DataFrame, ParquetCompression, ParquetWriter, PolarsError, Schema};
@@ -26,6 +26,7 @@ impl<T> GroupedWriter<T> {
         more: impl FnOnce(ParquetWriter<Out>) -> ParquetWriter<Out>,
         frame: impl Fn(&[T]) -> Result<DataFrame, PolarsError> + 'static,
     ) -> Result<Self, TableError> {
+        start_threads()?;
         let (out, watch) = stream::open(&mut pending)?;
         let writer = more(ParquetWriter::new(out).with_compression(ParquetCompression::Zstd(None)));
         let writer = writer.batched(schema).map_err(|error| watch.failed(error))?;

@@ -10,6 +10,7 @@ mod read;
 mod schema;
 mod series;
 mod stream;
+mod threads;
 mod timings;
 
 pub use export::export_csv;
@@ -18,6 +19,7 @@ pub use read::{Cells, Table, count_sound_rows};
 pub use schema::{DETECTION, Field, FieldKind, SCHEMA_VERSION, TableSchema, verdict_fields};
 pub use series::{NumberColumn, read_metadata, read_numbers, write_numbers};
 pub use stream::Checksum;
+pub use threads::start_threads;
 pub use timings::{Timing, TimingsWriter};
 
 use crate::files::FileError;
@@ -57,6 +59,9 @@ pub enum TableError {
         /// The table.
         path: PathBuf,
     },
+    /// The table library has no threads.
+    #[error(transparent)]
+    Threads(#[from] crate::threads::ThreadsError),
     /// The file has no schema version, or one that this program does not know.
     #[error("{} is not a result table of schema version {SCHEMA_VERSION} (it says {found:?})", path.display())]
     Version {
@@ -67,9 +72,10 @@ pub enum TableError {
     },
 }
 
-/// The library answers some damaged files with a panic; that is damage, too.
+/// The library answers some damaged files with a panic; that is damage, too, unless it lacks its threads.
 fn guarded<T>(path: &Path, read: impl FnOnce() -> Result<T, TableError>) -> Result<T, TableError> {
-    crate::guarded::guarded(read).unwrap_or_else(|| Err(TableError::Damaged { path: path.to_path_buf() }))
+    crate::guarded::guarded(read)
+        .unwrap_or_else(|| start_threads().and(Err(TableError::Damaged { path: path.to_path_buf() })))
 }
 
 /// Rows per row group. One group is in memory while a table is written: near 70 MB for the widest one (256 numbers a row).

@@ -1,6 +1,6 @@
 //! Plain tables of numbers: histories as Parquet.
 
-use super::{TableError, guarded, stream};
+use super::{TableError, guarded, start_threads, stream};
 use crate::files::{FileError, Pending};
 use polars::prelude::{
     ArrowSchema, Column, CompatLevel, DataFrame, DataType, IntoColumn, KeyValueMetadata, NamedFrom, ParquetCompression,
@@ -44,6 +44,7 @@ pub fn write_numbers(path: &Path, columns: &[NumberColumn], metadata: &[(String,
     let schema = polars_parquet::write::schema_to_metadata_key(&fields);
     let mut pairs = vec![(schema.key, schema.value.unwrap_or_default())];
     pairs.extend(metadata.iter().cloned());
+    start_threads()?;
     let mut pending = Pending::create(path)?;
     let (out, watch) = stream::open(&mut pending)?;
     ParquetWriter::new(out)

@@ -13,8 +13,10 @@ pub struct Budget {
     pub until: Option<TimeOfDay>,
     /// More failed or quarantined samples of the study than this end the run, those of earlier runs included.
     pub max_failures: Option<u64>,
-    /// Deaths of its worker, alone, that quarantine a sample.
+    /// Crashes of its worker, alone, that quarantine a sample.
     pub crash_limit: Option<u32>,
+    /// Kills of its worker from outside, alone, that quarantine a sample.
+    pub kill_limit: Option<u32>,
     /// Longest time of one sample.
     pub time_limit: Option<Duration>,
     /// Memory of one worker \[bytes\].
@@ -26,6 +28,7 @@ impl Budget {
     #[must_use]
     pub fn or(mut self, limits: &Limits) -> Self {
         self.crash_limit = self.crash_limit.or(limits.crash_limit);
+        self.kill_limit = self.kill_limit.or(limits.kill_limit);
         self.time_limit = self.time_limit.or(limits.time_limit);
         self.memory_limit = self.memory_limit.or(limits.memory_limit);
         self
@@ -49,6 +52,7 @@ impl Budget {
         options.until = self.ends().map(|(until, _)| until);
         options.max_failures = self.max_failures.map(|most| most.saturating_sub(failed));
         options.crash_limit = self.crash_limit.unwrap_or(options.crash_limit);
+        options.kill_limit = self.kill_limit.unwrap_or(options.kill_limit);
         options.time_limit_s = self.time_limit.map(|limit| limit.as_secs_f64());
         options.memory_limit = self.memory_limit;
     }

@@ -40,8 +40,11 @@ pub(super) struct EventStream {
 }
 
 impl EventStream {
-    /// A stream into `out`, written by a thread of its own; none if the thread cannot be started.
-    pub fn start(out: impl Write + Send + 'static) -> Option<Self> {
+    /// A stream into `out`, written by a thread of its own.
+    ///
+    /// # Errors
+    /// The thread cannot be started.
+    pub fn start(out: impl Write + Send + 'static) -> io::Result<Self> {
         let (queue, lines) = sync_channel(QUEUE);
         let (done, written) = sync_channel(1);
         let body = move || {
@@ -49,8 +52,8 @@ impl EventStream {
             let _ = write_lines(&lines, out);
             let _ = done.send(());
         };
-        std::thread::Builder::new().name("events".into()).spawn(body).ok()?;
-        Some(Self {
+        std::thread::Builder::new().name("events".into()).spawn(body)?;
+        Ok(Self {
             begun: Instant::now(),
             queue: Some(queue),
             written,
@@ -151,6 +154,7 @@ impl EventStream {
                 self.emit("worker_ended", json!({ "worker": worker, "how": how, "died": died }));
             }
             Notice::Stopping(why) => self.emit("stopping", json!({ "why": why.word() })),
+            Notice::NotRemoved { what } => self.emit("not_removed", json!({ "what": what })),
         }
     }
 

@@ -1,16 +1,19 @@
 //! Signals while the tables are written: the run is over, so they are neither needed nor forgotten.
 
 use crate::dispatch::{Signal, watch_afterwards};
+use bladeoff_protocol::domain::{Address, discard};
 use bladeoff_worker::fault::{At, Faults};
 use std::io::Write;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// From now on the first signal says what is going on and the second one ends the program at once; `already`: the first has come.
-/// Nothing is lost by it: results are in the ledger, tables are written aside and renamed.
-pub(super) fn end_at_once_when_told(already: bool, faults: &Faults) {
+/// Nothing is lost by it: results are in the ledger, tables are written aside and renamed. `memory`: shared memory to be removed then.
+pub(super) fn end_at_once_when_told(already: bool, faults: &Faults, memory: Option<Address>) {
     let told = AtomicBool::new(already);
     watch_afterwards(move |signal| {
         if told.swap(true, Ordering::Relaxed) {
+            // What is left is for the next run, and no matter now.
+            memory.iter().for_each(|address| drop(discard(address)));
             let _ = writeln!(std::io::stderr(), "ended; every finished sample is recorded, the same command goes on");
             std::process::exit(match signal {
                 Signal::Interrupt => 130,

@@ -33,12 +33,12 @@ pub use lock::{Holder, LockError, Look, look};
 pub use resume::Rerun;
 pub use status::{RunState, STATUS, Seen, go_on, see};
 
-use crate::dispatch::{self, DispatchOptions, DispatchReport, Ended};
+use crate::dispatch::{self, DispatchOptions, DispatchReport, Domain, Ended};
 use crate::engine::EngineError;
 use crate::files::{FileError, write_whole};
 use crate::ledger::LedgerError;
 use crate::report::{Progress, Tally};
-use crate::results::TableError;
+use crate::results::{TableError, start_threads};
 use crate::study::Samples;
 use bladeoff_core::document::Problems;
 use bladeoff_worker::fault::{At, Faults, Who};
@@ -190,7 +190,9 @@ impl RunError {
 /// # Errors
 /// See [`RunError`]; what was finished before is in the directory's ledger.
 pub fn run(request: &Request, samples: &Samples, note: &dyn Fn(&str)) -> Result<Finished, RunError> {
-    let events = if request.json_events { EventStream::start(std::io::stdout()) } else { None };
+    let events = request.json_events.then(|| EventStream::start(std::io::stdout())).transpose();
+    let events =
+        events.map_err(|source| dispatch::DispatchError::System { doing: "starting the thread for events", source })?;
     let watched = Rc::new(RefCell::new(Watched { events, ..Watched::default() }));
     let result = open_and_compute(request, samples, note, &watched);
     if let Some(events) = watched.borrow_mut().events.take() {
@@ -212,6 +214,7 @@ fn open_and_compute(
     watched: &Rc<RefCell<Watched>>,
 ) -> Result<Finished, RunError> {
     // Whatever can be refused is refused before the directory is made.
+    start_threads()?;
     let new_basis = if request.out.exists() { None } else { Some(prepare::new_basis(samples)?) };
     dispatch::preflight(request.workers)?;
     let directory = match RunDirectory::claim(&request.out) {
@@ -223,7 +226,12 @@ fn open_and_compute(
     }
     let basis = new_basis.map_or_else(|| prepare::frozen_basis(samples, &request.out), Ok)?;
     let prepared = Prepared::new(samples, basis)?;
-    let compared = resume::compare(&request.out, &prepared, request.rerun.as_ref())?;
+    let again = |suspects| resume::Again { rerun: request.rerun.as_ref(), suspects };
+    let mut compared = resume::compare(&request.out, &prepared, again(true))?;
+    if request.budget.is_exceeded(compared.failed()) {
+        // Nothing will be computed: then nothing is taken out to be tried.
+        compared = resume::compare(&request.out, &prepared, again(false))?;
+    }
     compared.notes().iter().for_each(|text| note(text));
     if tables::is_current(&request.out, RESULTS, &prepared.provenance)
         && let Some((record, tally)) = compared.complete(&prepared)
@@ -242,7 +250,7 @@ fn open_and_compute(
         note(&format!(
             "{reused} of {} samples are there already, {} are computed",
             samples.count(),
-            opened.todo.left()
+            opened.todo.total()
         ));
     }
     // A table of what was there would look like that of the whole.
@@ -261,7 +269,8 @@ fn look_only(request: &Request, samples: &Samples, note: &dyn Fn(&str), error: R
             return Ok(None);
         }
         let prepared = Prepared::new(samples, prepare::frozen_basis(samples, &request.out)?)?;
-        let compared = resume::compare(&request.out, &prepared, request.rerun.as_ref())?;
+        let again = resume::Again { rerun: request.rerun.as_ref(), suspects: false };
+        let compared = resume::compare(&request.out, &prepared, again)?;
         if tables::is_current(&request.out, RESULTS, &prepared.provenance)
             && let Some((_, tally)) = compared.complete(&prepared)
         {
@@ -364,8 +373,10 @@ fn compute_watched(
     }
     let record = ledger.reader().clone();
     let faults = Faults::from_environment(Who::Orchestrator).map_err(dispatch::DispatchError::from)?;
-    let there = if reused > 0 && todo.left() > 0 { Some(record.state()?) } else { None };
+    let there = if reused > 0 && todo.total() > 0 { Some(record.state()?) } else { None };
     let place = (directory, prepared, &record);
+    // Shared memory is given back when everything is written: nothing about it is a matter of the results.
+    let mut kept = None;
     let ((report, committed), parts) = parts::kept(request.refresh, place, there, &faults, |parts| {
         let mut sink = LedgerSink {
             ledger: &mut ledger,
@@ -376,21 +387,22 @@ fn compute_watched(
             gathered: Vec::new(),
             parts,
         };
-        let report = if todo.left() > 0 && request.budget.is_exceeded(failed_before) {
+        let report = if todo.total() > 0 && request.budget.is_exceeded(failed_before) {
             Ok(DispatchReport::nothing(Ended::TooManyFailures))
         } else {
-            dispatch::run(&options, samples, order::shuffled(todo), &mut sink, observer)
+            dispatch::run_keeping(&options, samples, order::shuffled(todo), &mut sink, observer, &mut kept)
         };
         let committed = sink.close();
         observer.progress.clear();
         if let Ok(report) = &report {
-            interrupt::end_at_once_when_told(matches!(report.ended, Ended::Signalled(_)), &faults);
+            let memory = kept.as_ref().map(|domain: &Domain| domain.address().clone());
+            interrupt::end_at_once_when_told(matches!(report.ended, Ended::Signalled(_)), &faults, memory);
         }
         if observer.durable.borrow().done() < samples.count() {
             parts.write_rest();
         }
         (report, committed)
-    });
+    })?;
     // Taken but not recorded is computed again: it does not count.
     let durable = observer.durable.borrow().clone();
     observer.progress.finish(&durable, Instant::now());
@@ -410,6 +422,7 @@ fn compute_watched(
     let (state, finished) = (report.ended.word(), Some(SystemTime::now()));
     let course = course(state, finished, durable.done(), report.worker_deaths, report.dropped_messages);
     write_manifest(&Course { tables, ..course })?;
+    dispatch::give_back(kept, observer);
     Ok((report, table))
 }
 

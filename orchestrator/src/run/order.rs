@@ -13,16 +13,19 @@ const MOST_BLOCKS: u64 = 1024;
 /// One order for all studies: whatever happens once happens again.
 const SEED: u64 = 0;
 
-/// The same samples in shuffled blocks of equal length. The order depends on nothing but which samples they are.
+/// The same samples in shuffled blocks of equal length; suspects stay at the end. The order depends on nothing but which samples they
+/// are.
 #[must_use]
 pub fn shuffled(mut todo: Todo) -> Todo {
+    let suspects = todo.take_suspects();
     let length = todo.left().div_ceil(MOST_BLOCKS);
     let mut blocks = Vec::new();
     while todo.left() > 0 {
         blocks.push(todo.cut(length));
     }
     let shuffle = Shuffle::new(SEED, blocks.len() as u64);
-    (0..blocks.len() as u64).flat_map(|place| std::mem::take(&mut blocks[shuffle.apply(place) as usize])).collect()
+    let blocks = (0..blocks.len() as u64).flat_map(|place| std::mem::take(&mut blocks[shuffle.apply(place) as usize]));
+    Todo::from_iter(blocks).with_suspects(suspects)
 }
 
 #[cfg(test)]

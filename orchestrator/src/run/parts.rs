@@ -13,6 +13,7 @@ use super::RunError;
 use super::directory::{PARTS, RunDirectory, TIMING_PARTS, part_name};
 use super::prepare::Prepared;
 use super::tables::RowsWriter;
+use crate::dispatch::DispatchError;
 use crate::files::{FileError, Pending, sync_directory};
 use crate::ledger::{LedgerError, Reader, State};
 use crate::results::TableError;
@@ -74,27 +75,34 @@ impl Drop for Teller<'_> {
 /// Does the work while parts are written: every `every`, earlier when there are many rows, and for many rows alone if it is
 /// zero. `there`: what was durable before. Without [`Teller::write_rest`] nothing more is written once the work is done; the
 /// second result is that of writing the rest.
+///
+/// # Errors
+/// The thread that writes parts cannot be started; nothing was done.
 pub(super) fn kept<T>(
     every: Duration,
     (directory, prepared, record): (&RunDirectory, &Prepared<'_>, &Reader),
     there: Option<State>,
     faults: &Faults,
     work: impl FnOnce(&Teller<'_>) -> T,
-) -> (T, Result<(), RunError>) {
+) -> Result<(T, Result<(), RunError>), RunError> {
     let is_over = AtomicBool::new(false);
     thread::scope(|scope| {
         let (told, receiver) = channel();
         // Dropped when the work panics, too: the thread is waited for.
         let teller = Teller { told: Some(told), is_rest_wanted: Cell::new(false), is_over: &is_over };
         let is_over = &is_over;
-        let thread = scope.spawn(move || {
+        let body = move || {
             let waiting = Vec::new();
             Writer { directory, prepared, record, faults, is_over, there, waiting, next: 1 }.run(every, &receiver)
-        });
+        };
+        let thread = thread::Builder::new()
+            .name("parts".into())
+            .spawn_scoped(scope, body)
+            .map_err(|source| DispatchError::System { doing: "starting the thread that writes parts", source })?;
         let done = work(&teller);
         drop(teller);
         let written = thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-        (done, written)
+        Ok((done, written))
     })
 }
 

@@ -48,7 +48,7 @@ pub fn time_resume(path: &Path, samples: &Samples) -> Result<ResumeTime, RunErro
     let keyed = Instant::now();
     let prepared = Prepared::new(samples, basis)?;
     let keys = keyed.elapsed();
-    let opened = resume::open(&directory, &prepared, None)?;
+    let opened = resume::open(&directory, &prepared, resume::Again { rerun: None, suspects: true })?;
     Ok(ResumeTime { keys, whole: begun.elapsed(), found: opened.tally.done() })
 }
 
@@ -62,7 +62,7 @@ pub fn time_parts(path: &Path, samples: &Samples) -> Result<Duration, RunError> 
         let there = Some(record.state()?);
         let begun = Instant::now();
         let place = (directory, prepared, &record);
-        parts::kept(Duration::ZERO, place, there, &Faults::default(), |parts| parts.write_rest()).1?;
+        parts::kept(Duration::ZERO, place, there, &Faults::default(), |parts| parts.write_rest())?.1?;
         Ok(begun.elapsed())
     })
 }
@@ -90,7 +90,7 @@ fn with_record<T>(
     let directory = RunDirectory::claim(path)?;
     let basis = super::prepare::frozen_basis(samples, path)?;
     let prepared = Prepared::new(samples, basis)?;
-    let mut opened = resume::open(&directory, &prepared, None)?;
+    let mut opened = resume::open(&directory, &prepared, resume::Again { rerun: None, suspects: true })?;
     work(&directory, &prepared, &mut opened.ledger)
 }
 

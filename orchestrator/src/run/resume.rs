@@ -7,6 +7,7 @@
 //!   damaged record       the present study                              if it is damaged
 //! an entry that belongs to no present sample                            refused with the difference: nothing is lost
 //! ```
+//! A sample that was given up because its workers were killed from outside is as one of a rerun, but tried once only.
 //!
 //! [`compare`] decides which, and reads only: whatever is refused has been touched by nobody. [`Compared::go_on`] does it.
 
@@ -45,6 +46,24 @@ impl Rerun {
     }
 }
 
+/// Which finished samples are computed again: those that are asked for, and once each those of which [`tries`](Again::tries) says so.
+#[derive(Clone, Copy)]
+pub(super) struct Again<'a> {
+    pub rerun: Option<&'a Rerun>,
+    pub suspects: bool,
+}
+
+impl Again<'_> {
+    fn takes(self, head: &Head) -> bool {
+        self.rerun.is_some_and(|rerun| rerun.takes(head.status, head.cause))
+    }
+
+    /// A sample was given up because its workers were killed from outside: that may be over.
+    fn tries(self, head: &Head) -> bool {
+        self.suspects && head.status == Status::Quarantined && head.cause == Some(Cause::WorkerKilled)
+    }
+}
+
 /// A record ready to be continued.
 pub(super) struct Opened {
     pub ledger: Ledger,
@@ -74,24 +93,20 @@ enum Record {
 }
 
 /// Opens or makes the record of a directory, with inputs, plan and basis beside it.
-pub(super) fn open(
-    directory: &RunDirectory,
-    prepared: &Prepared<'_>,
-    rerun: Option<&Rerun>,
-) -> Result<Opened, RunError> {
-    compare(directory.path(), prepared, rerun)?.go_on(directory, prepared)
+pub(super) fn open(directory: &RunDirectory, prepared: &Prepared<'_>, again: Again<'_>) -> Result<Opened, RunError> {
+    compare(directory.path(), prepared, again)?.go_on(directory, prepared)
 }
 
 /// Compares what is in a directory with the present study. Reads only.
-pub(super) fn compare(directory: &Path, prepared: &Prepared<'_>, rerun: Option<&Rerun>) -> Result<Compared, RunError> {
+pub(super) fn compare(directory: &Path, prepared: &Prepared<'_>, again: Again<'_>) -> Result<Compared, RunError> {
     let path = directory.join(LEDGER);
     if !path.exists() {
-        if rerun.is_some() {
+        if again.rerun.is_some() {
             return Err(RunError::NothingToRerun { path: directory.to_path_buf() });
         }
         return Ok(Compared { record: Record::New, found: Found::default(), notes: Vec::new() });
     }
-    match compare_store(&path, directory, prepared, rerun) {
+    match compare_store(&path, directory, prepared, again) {
         Err(RunError::Ledger(LedgerError::Damaged { detail, .. })) => {
             let remains = Remains::read(&path, prepared.steps)?;
             let note = format!(
@@ -99,7 +114,7 @@ pub(super) fn compare(directory: &Path, prepared: &Prepared<'_>, rerun: Option<&
                  computed again",
                 remains.entries().len()
             );
-            let mut compared = select(Old::Remains(remains), directory, prepared, rerun)?;
+            let mut compared = select(Old::Remains(remains), directory, prepared, again)?;
             compared.notes.insert(0, note);
             Ok(compared)
         }
@@ -111,7 +126,7 @@ fn compare_store(
     path: &Path,
     directory: &Path,
     prepared: &Prepared<'_>,
-    rerun: Option<&Rerun>,
+    again: Again<'_>,
 ) -> Result<Compared, RunError> {
     let reader = Reader::open(path)?;
     let header = reader.header()?;
@@ -121,19 +136,19 @@ fn compare_store(
         let mut unfit = 0u64;
         reader.for_each_head(prepared.steps, |sample, head| match head {
             Ok(head) if head.key != prepared.keys.key(sample) => unfit += 1,
-            Ok(head) if rerun.is_some_and(|rerun| rerun.takes(head.status, head.cause)) => unfit += 1,
+            Ok(head) if again.takes(&head) || again.tries(&head) => unfit += 1,
             Ok(head) => found.add(sample, head.status, head.cause),
             Err(_) => unfit += 1,
         })?;
         if unfit == 0 {
             let mut notes = Vec::new();
-            if rerun.is_some() {
+            if again.rerun.is_some() {
                 notes.push("no finished sample is of the kind to be computed again".to_owned());
             }
             return Ok(Compared { record: Record::Same(reader, header), found, notes });
         }
     }
-    select(Old::Store(reader, is_same_study), directory, prepared, rerun)
+    select(Old::Store(reader, is_same_study), directory, prepared, again)
 }
 
 /// Where entries are taken from.
@@ -186,7 +201,7 @@ impl Old {
 }
 
 /// Selects the entries that belong to the present study. Refuses to lose any.
-fn select(old: Old, directory: &Path, prepared: &Prepared<'_>, rerun: Option<&Rerun>) -> Result<Compared, RunError> {
+fn select(old: Old, directory: &Path, prepared: &Prepared<'_>, wanted: Again<'_>) -> Result<Compared, RunError> {
     let (mut index, damaged) = old.index(prepared)?;
     let is_same_study = matches!(old, Old::Store(_, true));
     let mut found = Found::default();
@@ -214,7 +229,8 @@ fn select(old: Old, directory: &Path, prepared: &Prepared<'_>, rerun: Option<&Re
         });
         twins += u64::from(is_twin && same.is_none());
         match same {
-            Some((head, _)) if rerun.is_some_and(|rerun| rerun.takes(head.status, head.cause)) => again += 1,
+            Some((head, _)) if wanted.takes(&head) => again += 1,
+            Some((head, _)) if wanted.tries(&head) => found.suspect(sample),
             Some((head, place)) => {
                 found.add(sample, head.status, head.cause);
                 taken.push((sample, place));
@@ -241,8 +257,14 @@ fn select(old: Old, directory: &Path, prepared: &Prepared<'_>, rerun: Option<&Re
     if twins > 0 {
         notes.push(format!("{twins} samples are computed again because twin_share chooses others for a twin run"));
     }
-    if rerun.is_some() && (again > 0 || longer == 0) {
+    if wanted.rerun.is_some() && (again > 0 || longer == 0) {
         notes.push(format!("{again} finished samples are computed again"));
+    }
+    match found.suspects.len() {
+        0 => {}
+        1 => notes.push("1 sample whose worker was killed from outside (worker_killed) is tried once more".to_owned()),
+        many => notes
+            .push(format!("{many} samples whose workers were killed from outside (worker_killed) are tried once more")),
     }
     Ok(Compared { record: Record::Old { old, taken }, found, notes })
 }
@@ -256,6 +278,11 @@ impl Compared {
     /// Samples that are there.
     pub fn done(&self) -> u64 {
         self.found.tally.done()
+    }
+
+    /// Samples that are there and have failed.
+    pub fn failed(&self) -> u64 {
+        self.found.tally.failed()
     }
 
     /// The record and its counts, where it holds every sample and needs no change.
@@ -342,15 +369,26 @@ struct Found {
     gaps: Vec<Range<u64>>,
     next: u64,
     tally: Tally,
+    /// Tried once more.
+    suspects: Vec<u64>,
 }
 
 impl Found {
     fn add(&mut self, sample: u64, status: Status, cause: Option<Cause>) {
+        self.pass(sample);
+        self.tally.count(status, cause);
+    }
+
+    fn suspect(&mut self, sample: u64) {
+        self.pass(sample);
+        self.suspects.push(sample);
+    }
+
+    fn pass(&mut self, sample: u64) {
         if sample > self.next {
             self.gaps.push(self.next..sample);
         }
         self.next = sample + 1;
-        self.tally.count(status, cause);
     }
 
     /// What is missing of `count` samples, and the counts of what is not.
@@ -358,7 +396,7 @@ impl Found {
         if self.next < count {
             self.gaps.push(self.next..count);
         }
-        (Todo::from_iter(self.gaps), self.tally)
+        (Todo::from_iter(self.gaps).with_suspects(self.suspects), self.tally)
     }
 }
 
@@ -372,8 +410,10 @@ mod tests {
         for sample in [1, 2, 5] {
             found.add(sample, Status::Ok, None);
         }
-        let (todo, tally) = found.rest(8);
-        assert_eq!(todo, Todo::from_iter([0..1, 3..5, 6..8]));
+        found.suspect(6);
+        let (todo, tally) = found.rest(9);
+        assert_eq!(todo, Todo::from_iter([0..1, 3..5, 7..9]).with_suspects(vec![6]));
+        assert_eq!(todo.total(), 6);
         assert_eq!(tally.done(), 3);
         assert_eq!(Found::default().rest(2).0.left(), 2);
     }

@@ -151,8 +151,12 @@ impl Observer for ProgressObserver {
 
     fn noticed(&mut self, notice: &Notice) {
         self.watched.borrow_mut().events.iter_mut().for_each(|events| events.noticed(notice));
-        if let Notice::Stopping(_) = notice {
-            self.progress.note("stopping: samples in work may finish; a second signal ends them at once");
+        match notice {
+            Notice::Stopping(_) => {
+                self.progress.note("stopping: samples in work may finish; a second signal ends them at once");
+            }
+            Notice::NotRemoved { what } => self.progress.note(what),
+            _ => {}
         }
     }
 }

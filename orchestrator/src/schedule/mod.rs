@@ -17,8 +17,11 @@
 //! those before, and fewer towards the end, so that all finish together. How samples are batched changes no result.
 //!
 //! **Deaths.** When a worker ends without having been told to, its unfinished samples are retried one by one, before
-//! new ones. Only the death of a worker that had a single sample from the start counts against that sample; at `crash_limit`
-//! it is quarantined. So a sample that kills its worker is found, and its neighbours in the batch are not blamed.
+//! new ones. Only the death of a worker that had a single sample from the start counts against that sample. At `crash_limit` crashes (it ended by
+//! itself, or was killed for the time or memory that the sample takes) or `kill_limit` kills (a signal of somebody else, or it was stopped until it
+//! was replaced) it is quarantined. So a sample that kills its worker is found, its neighbours in the batch are not blamed, and an
+//! operator or a lack of memory has to come back many times before it costs a row. What that quarantined in an earlier run is a suspect: tried after
+//! all others, alone, and until the first kill.
 //!
 //! **Watching.** Time is attended time: a gap between two events longer than `LONGEST_STEP` means that
 //! we were stopped ourselves (or the machine slept) and counts as that long only, so nobody is called late for our own absence.

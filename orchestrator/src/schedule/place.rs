@@ -13,8 +13,10 @@ pub struct Settings {
     pub workers: usize,
     /// Longest batch, at least 1.
     pub max_batch: usize,
-    /// Deaths that quarantine a sample, at least 1.
+    /// Crashes of its worker, alone, that quarantine a sample, at least 1.
     pub crash_limit: u32,
+    /// Deaths of its worker, alone, by what others do that quarantine a sample, at least 1.
+    pub kill_limit: u32,
     /// Longest time of one sample.
     pub time_limit: Option<Duration>,
     /// Silence after which a worker is shown as stale.
@@ -99,6 +101,8 @@ pub enum KillReason {
 pub struct Death {
     /// An allocation had failed.
     pub out_of_memory: bool,
+    /// By a signal that somebody sent, not by one that a program brings upon itself.
+    pub from_outside: bool,
 }
 
 /// Attempts at a sample that lost its worker.
@@ -106,8 +110,10 @@ pub struct Death {
 pub struct Trouble {
     /// Attempts that ended without a result.
     pub attempts: u32,
-    /// Those among them where the worker had nothing else.
-    pub deaths: u32,
+    /// Those among them in which the worker had nothing else, and ended by itself or because of the sample.
+    pub crashes: u32,
+    /// Those in which it had nothing else, and somebody ended it.
+    pub kills: u32,
 }
 
 /// A batch with a worker.

@@ -28,6 +28,8 @@ pub struct Scheduler {
     pub(super) todo: Todo,
     /// Samples to be retried one by one.
     pub(super) retry: VecDeque<u64>,
+    /// Samples whose workers were killed in an earlier run: one by one, when there is nothing else.
+    pub(super) suspects: VecDeque<u64>,
     /// Of the few samples that lost a worker.
     pub(super) troubles: BTreeMap<u64, Trouble>,
     pub(super) places: Vec<Place>,
@@ -46,11 +48,16 @@ pub struct Scheduler {
 impl Scheduler {
     /// A scheduler for these samples. Nothing happens before [`Scheduler::start`].
     #[must_use]
-    pub fn new(settings: Settings, todo: Todo) -> Self {
+    pub fn new(settings: Settings, mut todo: Todo) -> Self {
+        let total = todo.total();
+        let suspects: VecDeque<u64> = todo.take_suspects().into();
+        // The next kill is the last.
+        let trouble = Trouble { kills: settings.kill_limit.max(1) - 1, ..Trouble::default() };
+        let troubles = suspects.iter().map(|&sample| (sample, trouble)).collect();
         Self {
             settings,
             clock: Clock::default(),
-            total: todo.left(),
+            total,
             done: 0,
             by_status: [0; Status::ALL.len()],
             by_cause: [0; Cause::ALL.len()],
@@ -58,7 +65,8 @@ impl Scheduler {
             begun: None,
             todo,
             retry: VecDeque::new(),
-            troubles: BTreeMap::new(),
+            suspects,
+            troubles,
             places: Vec::new(),
             next_worker: 0,
             next_batch: 0,
@@ -214,13 +222,14 @@ impl Scheduler {
         }
         let samples = match self.retry.pop_front() {
             Some(sample) => vec![sample],
-            None => {
+            None if self.todo.left() > 0 => {
                 let left = self.todo.left();
                 self.todo.take(self.batch_size.next(self.settings.max_batch, left, self.settings.workers))
             }
+            None => self.suspects.pop_front().into_iter().collect(),
         };
         let Some(&first) = samples.first() else { return };
-        // Retried samples come alone, the others have no trouble yet.
+        // Retried samples and suspects come alone, the others have no trouble yet.
         let attempt = 1 + self.troubles.get(&first).map_or(0, |trouble| trouble.attempts);
         self.next_batch += 1;
         let batch = BatchId(self.next_batch);

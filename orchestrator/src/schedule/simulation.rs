@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::time::Duration;
 
-use bladeoff_core::outcome::{CauseSet, EndCause, Outcome, Status};
+use bladeoff_core::outcome::{Cause, CauseSet, EndCause, Outcome, Status};
 use bladeoff_protocol::beat::Beat;
 use bladeoff_protocol::messages::{BatchId, Report, SampleReport, WorkerId};
 
@@ -49,6 +49,8 @@ struct World {
     doubles: u64,
     losses: u64,
     poison: u64,
+    /// Samples that bring somebody to kill the worker, as one that takes all memory does.
+    doom: u64,
 }
 
 struct Simulation {
@@ -60,12 +62,16 @@ struct Simulation {
     /// Reports on their way, some of them late or doubled.
     under_way: VecDeque<(WorkerId, Report)>,
     poisoned: BTreeSet<u64>,
+    doomed: BTreeSet<u64>,
+    /// Doomed ones that are so in the eyes of an earlier run.
+    suspects: BTreeSet<u64>,
     recorded: BTreeMap<u64, u64>,
     quarantined: BTreeSet<u64>,
-    /// Deaths of workers that had just this sample.
-    deaths_alone: BTreeMap<u64, u32>,
+    /// Crashes and kills of workers that had just this sample.
+    deaths_alone: BTreeMap<u64, [u32; 2]>,
     total: u64,
     crash_limit: u32,
+    kill_limit: u32,
     gave_up: bool,
     /// Told to stop or killed, still there for a moment.
     dying: Vec<WorkerId>,
@@ -75,20 +81,26 @@ impl Simulation {
     fn new(seed: u64, world: World) -> Self {
         let mut random = Random(seed);
         let total = random.below(60);
-        let crash_limit = 1 + random.below(3) as u32;
+        let (crash_limit, kill_limit) = (1 + random.below(3) as u32, 1 + random.below(6) as u32);
         let settings = Settings {
             workers: 1 + random.below(5) as usize,
             max_batch: 1 + random.below(9) as usize,
             crash_limit,
+            kill_limit,
             time_limit: random.happens(30).then_some(Duration::from_secs(20)),
             stale_after: Duration::from_secs(5),
             replace_after: Duration::from_secs(30),
             grace: Duration::from_secs(2),
             max_failures: None,
         };
-        let poisoned = (0..total).filter(|_| random.happens(world.poison)).collect();
-        let cut = random.below(total + 1);
-        let todo = Todo::from_iter([cut..total, 0..cut]);
+        let poisoned: BTreeSet<u64> = (0..total).filter(|_| random.happens(world.poison)).collect();
+        let is_doomed = |sample: &u64, random: &mut Random| random.happens(world.doom) && !poisoned.contains(sample);
+        let doomed: BTreeSet<u64> = (0..total).filter(|sample| is_doomed(sample, &mut random)).collect();
+        // The last samples are what an earlier run gave up, some of it without need.
+        let known = if world.doom > 0 { total - random.below(total.min(6) + 1) } else { total };
+        let suspects: BTreeSet<u64> = (known..total).collect();
+        let cut = random.below(known + 1);
+        let todo = Todo::from_iter([cut..known, 0..cut]).with_suspects(suspects.iter().copied().collect());
         Self {
             random,
             world,
@@ -97,11 +109,14 @@ impl Simulation {
             processes: BTreeMap::new(),
             under_way: VecDeque::new(),
             poisoned,
+            doomed,
+            suspects,
             recorded: BTreeMap::new(),
             quarantined: BTreeSet::new(),
             deaths_alone: BTreeMap::new(),
             total,
             crash_limit,
+            kill_limit,
             gave_up: false,
             dying: Vec::new(),
         }
@@ -120,6 +135,7 @@ impl Simulation {
                     assert!(!samples.is_empty() && !self.dying.contains(&worker), "work for a worker on its way out");
                     for sample in &samples {
                         assert!(!self.recorded.contains_key(sample) && !self.quarantined.contains(sample));
+                        assert!(samples.len() == 1 || !self.suspects.contains(sample), "a suspect is alone");
                     }
                     let is_lost = self.random.happens(self.world.losses);
                     if let Some(process) = self.processes.get_mut(&worker).filter(|_| !is_lost) {
@@ -151,10 +167,14 @@ impl Simulation {
                     assert_eq!(self.recorded[&sample], 1, "sample {sample} recorded twice");
                     assert!(!self.quarantined.contains(&sample));
                 }
-                Effect::Quarantine { sample, .. } => {
+                Effect::Quarantine { sample, cause, .. } => {
                     assert!(self.quarantined.insert(sample), "sample {sample} quarantined twice");
                     assert!(!self.recorded.contains_key(&sample));
-                    assert!(self.deaths_alone.get(&sample).is_some_and(|&n| n >= self.crash_limit), "blamed too early");
+                    let [crashes, kills] = self.deaths_alone[&sample];
+                    let kill_limit = if self.suspects.contains(&sample) { 1 } else { self.kill_limit };
+                    let (deaths, limit) =
+                        if cause == Cause::WorkerKilled { (kills, kill_limit) } else { (crashes, self.crash_limit) };
+                    assert_eq!(deaths, limit, "blamed for {} too early or too late", cause.word());
                 }
                 Effect::GiveUp { .. } => self.gave_up = true,
             }
@@ -176,7 +196,16 @@ impl Simulation {
         }
         let place = self.scheduler.places.iter().find(|place| place.worker == worker && place.lives());
         if let Some(work) = place.and_then(|place| place.work()).filter(|work| work.size == 1 && work.left.len() == 1) {
-            *self.deaths_alone.entry(work.left[0]).or_default() += 1;
+            let killed = place.and_then(|place| place.killed);
+            let is_kill = match killed {
+                Some(KillReason::TimeLimit) => false,
+                Some(KillReason::Silent) => true,
+                _ => death.from_outside && !death.out_of_memory,
+            };
+            let was_told = matches!(place.map(|place| &place.state), Some(State::Leaving { .. }));
+            if !was_told && !matches!(killed, Some(KillReason::Ending | KillReason::Lost)) {
+                self.deaths_alone.entry(work.left[0]).or_default()[usize::from(is_kill)] += 1;
+            }
         }
         let mut effects = Vec::new();
         self.scheduler.on_exit(self.now, worker, death, &mut effects);
@@ -221,7 +250,7 @@ impl Simulation {
     /// A worker does something.
     fn live(&mut self, worker: WorkerId) {
         if self.random.happens(self.world.death) {
-            let death = Death { out_of_memory: self.random.happens(10) };
+            let death = Death { out_of_memory: self.random.happens(10), from_outside: self.random.happens(50) };
             return self.exit(worker, death);
         }
         if self.random.happens(self.world.silence)
@@ -260,11 +289,12 @@ impl Simulation {
         let mut samples = Vec::new();
         for _ in 0..if is_long { 1 } else { 2 } {
             let Some(&sample) = process.work.front() else { break };
-            if self.poisoned.contains(&sample) {
+            if self.poisoned.contains(&sample) || self.doomed.contains(&sample) {
                 if !samples.is_empty() {
                     break;
                 }
-                return self.exit(worker, Death::default());
+                let from_outside = self.doomed.contains(&sample);
+                return self.exit(worker, Death { out_of_memory: false, from_outside });
             }
             process.work.pop_front();
             samples.push(result(sample));
@@ -295,7 +325,8 @@ impl Simulation {
     fn check(&self) {
         let scheduler = &self.scheduler;
         let in_work: Vec<u64> = scheduler.places.iter().filter_map(|p| p.work()).flat_map(|w| w.left.clone()).collect();
-        let mut places: Vec<u64> = scheduler.retry.iter().copied().chain(in_work).collect();
+        let waiting = scheduler.retry.iter().chain(&scheduler.suspects).copied();
+        let mut places: Vec<u64> = waiting.chain(in_work).collect();
         places.extend(self.recorded.keys().copied().chain(self.quarantined.iter().copied()));
         let known = places.len() as u64;
         assert_eq!(known + scheduler.todo.left(), self.total, "a sample is lost or in two places");
@@ -305,10 +336,11 @@ impl Simulation {
         assert_eq!(scheduler.done, (self.recorded.len() + self.quarantined.len()) as u64);
         let living: BTreeSet<_> = scheduler.places.iter().filter(|p| p.lives()).map(|p| p.worker).collect();
         assert_eq!(living.len(), scheduler.places.iter().filter(|p| p.lives()).count(), "one worker, two places");
-        let idle_despite_work = scheduler
-            .places
-            .iter()
-            .any(|place| matches!(place.state, State::Idle) && place.killed.is_none() && scheduler.todo.left() > 0);
+        let idle_despite_work = scheduler.places.iter().any(|place| {
+            matches!(place.state, State::Idle)
+                && place.killed.is_none()
+                && scheduler.todo.left() + scheduler.suspects.len() as u64 > 0
+        });
         assert!(!idle_despite_work || scheduler.ending.is_some(), "a worker waits although there is work");
     }
 
@@ -333,7 +365,7 @@ fn result(sample: u64) -> SampleReport {
     SampleReport { sample, cpu_s: 0.0, outcome }
 }
 
-const KIND: World = World { death: 0, silence: 0, lies: 0, doubles: 0, losses: 0, poison: 0 };
+const KIND: World = World { death: 0, silence: 0, lies: 0, doubles: 0, losses: 0, poison: 0, doom: 0 };
 
 fn play_all(seeds: std::ops::Range<u64>, world: World) -> (u64, u64, u64) {
     let (mut recorded, mut quarantined, mut dropped) = (0, 0, 0);
@@ -380,9 +412,25 @@ fn poisoned_samples_and_no_others_are_quarantined() {
     }
 }
 
+/// Kills count apart from crashes, a suspect has one, and what an earlier run gave up without need is computed.
+#[test]
+fn samples_whose_workers_are_killed_and_no_others_are_quarantined() {
+    let (mut tried_once, mut computed) = (0, 0);
+    for seed in 7000..8000 {
+        let mut simulation = Simulation::new(seed, World { doom: 10, poison: 5, doubles: 5, ..KIND });
+        simulation.play();
+        assert!(simulation.scheduler.is_complete());
+        let given_up: BTreeSet<u64> = simulation.poisoned.union(&simulation.doomed).copied().collect();
+        assert_eq!(simulation.quarantined, given_up, "seed {seed}");
+        tried_once += simulation.suspects.intersection(&simulation.doomed).count();
+        computed += simulation.suspects.difference(&given_up).count();
+    }
+    assert!(tried_once > 100 && computed > 1000, "{tried_once} {computed}");
+}
+
 #[test]
 fn in_a_world_with_every_fault_every_sample_ends_once() {
-    let world = World { death: 2, silence: 1, lies: 5, doubles: 10, losses: 3, poison: 5 };
+    let world = World { death: 2, silence: 1, lies: 5, doubles: 10, losses: 3, poison: 5, doom: 5 };
     let (recorded, quarantined, dropped) = play_all(10_000..14_000, world);
     assert!(recorded > 50_000 && quarantined > 1000 && dropped > 10_000, "{recorded} {quarantined} {dropped}");
 }
@@ -397,7 +445,7 @@ fn workers_that_never_start_make_the_run_give_up() {
 #[test]
 fn a_stopped_run_ends_whatever_the_workers_do() {
     for seed in 0..1000 {
-        let world = World { death: 1, silence: 3, lies: 5, doubles: 5, losses: 3, poison: 3 };
+        let world = World { death: 1, silence: 3, lies: 5, doubles: 5, losses: 3, poison: 3, doom: 3 };
         let mut simulation = Simulation::new(seed, world);
         let mut effects = Vec::new();
         simulation.scheduler.start(simulation.now, &mut effects);

@@ -8,19 +8,39 @@ use std::ops::Range;
 pub struct Todo {
     ranges: VecDeque<Range<u64>>,
     left: u64,
+    /// Samples that were given up because their workers were killed: after all others, alone, and for one such death.
+    suspects: Vec<u64>,
 }
 
 impl Todo {
-    /// How many are left.
+    /// How many are left, without suspects.
     #[must_use]
     pub fn left(&self) -> u64 {
         self.left
     }
 
+    /// How many there are in all.
+    #[must_use]
+    pub fn total(&self) -> u64 {
+        self.left + self.suspects.len() as u64
+    }
+
     /// The next one.
     #[must_use]
     pub fn first(&self) -> Option<u64> {
-        self.ranges.front().map(|range| range.start)
+        self.ranges.front().map(|range| range.start).or(self.suspects.first().copied())
+    }
+
+    /// With these samples, none of which is among the others, to be tried once more.
+    #[must_use]
+    pub fn with_suspects(mut self, suspects: Vec<u64>) -> Self {
+        self.suspects = suspects;
+        self
+    }
+
+    /// Takes the suspects.
+    pub fn take_suspects(&mut self) -> Vec<u64> {
+        std::mem::take(&mut self.suspects)
     }
 
     /// Takes up to `n` samples from the front.
@@ -59,7 +79,7 @@ impl FromIterator<Range<u64>> for Todo {
     fn from_iter<I: IntoIterator<Item = Range<u64>>>(ranges: I) -> Self {
         let ranges: VecDeque<_> = ranges.into_iter().filter(|range| !range.is_empty()).collect();
         let left = ranges.iter().map(|range| range.end - range.start).sum();
-        Self { ranges, left }
+        Self { ranges, left, suspects: Vec::new() }
     }
 }
 

@@ -103,8 +103,11 @@ impl Scheduler {
                 if is_to_blame {
                     let cause = match killed {
                         Some(KillReason::TimeLimit) => Cause::TimeLimit,
+                        // Heartbeats come from a thread of their own: silent is who was stopped, or got no time at all.
+                        Some(KillReason::Silent) => Cause::WorkerKilled,
                         _ if death.out_of_memory => Cause::OutOfMemory,
-                        _ => Cause::WorkerKilled,
+                        _ if death.from_outside => Cause::WorkerKilled,
+                        _ => Cause::WorkerCrashed,
                     };
                     self.blame(sample, cause, worker, effects);
                 }
@@ -141,8 +144,12 @@ impl Scheduler {
     /// A death counts against a sample that was alone with its worker.
     fn blame(&mut self, sample: u64, cause: Cause, worker: WorkerId, effects: &mut Vec<Effect>) {
         let trouble = self.troubles.entry(sample).or_default();
-        trouble.deaths += 1;
-        if trouble.deaths < self.settings.crash_limit.max(1) {
+        let (deaths, limit) = match cause {
+            Cause::WorkerKilled => (&mut trouble.kills, self.settings.kill_limit),
+            _ => (&mut trouble.crashes, self.settings.crash_limit),
+        };
+        *deaths += 1;
+        if *deaths < limit.max(1) {
             return;
         }
         let attempt = trouble.attempts;

@@ -6,6 +6,7 @@
 //! first value, and every corner (all combinations of first and last values); what that misses fails in its sample.
 
 use super::{Samples, StudyError};
+use crate::threads::in_parallel;
 use bladeoff_core::document::{Collector, Problem, Problems};
 use bladeoff_core::machine::MachineDef;
 use rayon::prelude::*;
@@ -27,12 +28,12 @@ struct Infeasible {
 /// Builds the machines of the study.
 ///
 /// # Errors
-/// Each way in which machines cannot be built, with the number of combinations and the first of them.
+/// Each way in which machines cannot be built, with the number of combinations and the first of them; threads that cannot be started.
 pub fn check_machines(samples: &Samples) -> Result<(), StudyError> {
     let chosen = Chosen::new(samples);
     let all = samples.count() <= CHECKED_COMBINATIONS;
     let checked = if all { samples.count() } else { chosen.count() };
-    let found = gather(checked, |at| if all { samples.machine(at) } else { chosen.machine(at) });
+    let found = in_parallel(|| gather(checked, |at| if all { samples.machine(at) } else { chosen.machine(at) }))?;
     if found.is_empty() {
         return Ok(());
     }

@@ -16,8 +16,10 @@ pub struct Limits {
     pub time_limit: Option<Duration>,
     /// Memory that a worker may allocate \[bytes\]; default none.
     pub memory_limit: Option<u64>,
-    /// Deaths of its worker, alone, that quarantine a sample; default 2.
+    /// Crashes of its worker, alone, that quarantine a sample; default 2.
     pub crash_limit: Option<u32>,
+    /// Kills of its worker from outside, alone, that quarantine a sample; default 5.
+    pub kill_limit: Option<u32>,
 }
 
 /// Part of the samples of a study.
@@ -57,11 +59,12 @@ impl Default for Limits {
             time_limit: None,
             memory_limit: None,
             crash_limit: None,
+            kill_limit: None,
         }
     }
 }
 
-const KEYS: [&str; 5] = ["max_failed", "max_invalid", "time_limit", "memory_limit", "crash_limit"];
+const KEYS: [&str; 6] = ["max_failed", "max_invalid", "time_limit", "memory_limit", "crash_limit", "kill_limit"];
 const ALLOWED: &str = "a number of samples such as 3, or a share such as \"5 %\"";
 
 impl Limits {
@@ -79,10 +82,12 @@ impl Limits {
         }
         limits.time_limit = keys.get("time_limit").and_then(|entry| read_amount(entry, parse_duration, problems));
         limits.memory_limit = keys.get("memory_limit").and_then(|entry| read_amount(entry, parse_memory, problems));
-        limits.crash_limit = keys
-            .get("crash_limit")
-            .and_then(|entry| keys.whole(entry, 1, 1000, problems))
-            .and_then(|limit| u32::try_from(limit).ok());
+        let mut deaths = |name: &str| {
+            let entry = keys.get(name)?;
+            keys.whole(entry, 1, 1000, problems).and_then(|limit| u32::try_from(limit).ok())
+        };
+        limits.crash_limit = deaths("crash_limit");
+        limits.kill_limit = deaths("kill_limit");
         limits
     }
 }

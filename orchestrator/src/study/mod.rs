@@ -40,6 +40,7 @@ pub use values::ValueList;
 
 use crate::design::DesignError;
 use crate::engine::EngineError;
+use crate::threads::ThreadsError;
 use bladeoff_core::document::Problems;
 use bladeoff_core::machine::{MachineDef, ParamValue, PathInfo};
 
@@ -117,4 +118,7 @@ pub enum StudyError {
     /// Too many samples, or a scale out of range.
     #[error(transparent)]
     Design(#[from] DesignError),
+    /// Its machines could not be built in parallel.
+    #[error(transparent)]
+    Threads(#[from] ThreadsError),
 }

@@ -11,8 +11,8 @@ use std::cell::Cell;
 use std::ffi::{c_int, c_void};
 use std::sync::OnceLock;
 
-use crate::shm;
 use crate::transport::PortError;
+use crate::{limits, shm};
 
 thread_local! {
     /// Whether this thread is in a call where memory may be missing.
@@ -34,7 +34,8 @@ const OURS: &[u8] = b"/shm/bladeoff_";
 /// Does what may touch memory that is not there.
 ///
 /// # Errors
-/// Those of `work`; [`PortError::MemoryFull`] if memory was missing, now or before, or if `work` failed while there is none.
+/// Those of `work`; [`PortError::MemoryFull`] if memory was missing, now or before, or if `work` failed while there is none;
+/// [`PortError::NoDescriptors`] if it failed with next to no file that could be opened.
 pub(crate) fn guarded<T>(work: impl FnOnce() -> Result<T, PortError>) -> Result<T, PortError> {
     install();
     let _inside = Inside::enter();
@@ -43,6 +44,12 @@ pub(crate) fn guarded<T>(work: impl FnOnce() -> Result<T, PortError>) -> Result<
     if RAN_OUT.get() || (result.is_err() && shm::is_full()) {
         drop(result);
         return Err(shm::full());
+    }
+    // iceoryx2 does not tell why a file could not be opened.
+    if let Err(PortError::Failed { .. }) = &result
+        && let Some(cause) = limits::few_descriptors()
+    {
+        return Err(cause);
     }
     result
 }

@@ -1,8 +1,8 @@
 //! Where the shared memory of a run lives: made before, removed after, swept by the next run if nobody could.
 //!
 //! ```text
-//! /tmp/bladeoff-UID/           0700, of this user; flock while domains are made or removed
-//!   ID/                        0700, one run; flock held by its orchestrator as long as it lives
+//! BASE/                      0700, of this user: see `runtime.rs`
+//!   ID/                      0700, one run; flock held by its orchestrator as long as it lives
 //! /dev/shm/bladeoff_ID_*       the run's memory, 0600, by iceoryx2, all of it taken at the start (`shm.rs`)
 //! /dev/shm/bladeoff_ID_owner   flock held by its orchestrator as long as it lives (`owner.rs`)
 //! ```
@@ -10,32 +10,36 @@
 //! Unix sockets inside it, whose path is limited to 108 bytes, and never in the result directory, which may be long or NFS.
 //! A domain whose lock is free belongs to a dead orchestrator; its workers leave within moments, and it is swept once
 //! none of its processes is alive. If somebody has removed its root, the owner's file tells the same.
+//!
+//! No lock is waited for, and none is common to several runs: a run that is stopped in the middle of this stops nobody else. A
+//! sweep can meet a root between its making and its lock; then the run takes another id.
 
-use std::fs::{self, File, OpenOptions, Permissions};
+use std::fs::{self, File, OpenOptions};
 use std::io;
-use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt, PermissionsExt};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
 
 use rustix::fs::FlockOperation;
 
 use crate::files::FileError;
 use crate::messages::RunId;
+use crate::runtime::{self, Base, Runtime};
 use crate::shm::SHM;
-use crate::{ipc_domain, ipc_hub, owner, shm};
+use crate::{ipc_domain, ipc_hub, limits, owner, shm};
 
 /// First part of every name of ours.
 pub(crate) const PRODUCT: &str = "bladeoff";
 /// Longest root and prefix together: what is left of 108 bytes beside iceoryx2's part of a socket's name.
-const LONGEST_ADDRESS: usize = 65;
+pub(crate) const LONGEST_ADDRESS: usize = 65;
+/// Digits of a run's id.
+pub(crate) const ID_LENGTH: usize = 10;
 /// Free memory wanted in /dev/shm. A run takes 256 kB per worker and 0.25 MB besides; a worker has 116 kB of its own, which can be
 /// there twice while it is replaced.
 const BASE_BYTES: u64 = 1 << 20;
 const WORKER_BYTES: u64 = 384 << 10;
 
-/// Making or removing a domain takes milliseconds; who holds the base for longer is stopped.
-const LOCK_PATIENCE: Duration = Duration::from_secs(15);
-const LOCK_PAUSE: Duration = Duration::from_millis(10);
+/// Ids tried: each is lost to a sweep in the same microsecond, or to nobody.
+const MOST_IDS: usize = 16;
 
 /// What a process needs to find a domain.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -80,6 +84,18 @@ pub enum DomainError {
         #[source]
         source: io::Error,
     },
+    /// This process may not open as many files as are needed.
+    #[error(
+        "{limit} files may be open at once (ulimit -n), {workers} workers need {needed}; raise the limit or use fewer workers"
+    )]
+    FewDescriptors {
+        /// The limit.
+        limit: u64,
+        /// Files needed.
+        needed: u64,
+        /// For how many workers.
+        workers: usize,
+    },
     /// The base directory belongs to someone else or is open to others.
     #[error("{} must be a directory of user {uid} that nobody else may enter (owner {owner}, mode {mode:o})", path.display())]
     BaseUnsafe {
@@ -92,11 +108,17 @@ pub enum DomainError {
         /// Its mode.
         mode: u32,
     },
-    /// Another run makes or removes its domain, and does not come to an end.
-    #[error("another run has held {} for {} s; is it stopped?", path.display(), LOCK_PATIENCE.as_secs())]
-    BaseLocked {
+    /// The base directory was named without a place.
+    #[error("{} must be an absolute path ({})", path.display(), runtime::RUNTIME_VARIABLE)]
+    BaseRelative {
         /// The directory.
         path: PathBuf,
+    },
+    /// Every id was taken.
+    #[error("no name is free below {} and in {SHM}", base.display())]
+    NoName {
+        /// The base.
+        base: PathBuf,
     },
     /// Socket paths would be too long.
     #[error("{} is too long for Unix sockets: with the prefix {length} bytes, at most {LONGEST_ADDRESS}", path.display())]
@@ -111,13 +133,28 @@ pub enum DomainError {
     File(#[from] FileError),
 }
 
+/// What of a domain is left, and why.
+#[derive(Debug, thiserror::Error)]
+pub enum Left {
+    /// It could not be removed.
+    #[error("{} is left: {}", .0.path.display(), .0.source)]
+    File(#[from] FileError),
+    /// Somebody has made it under a name of ours.
+    #[error("{} is left: it belongs to user {owner}, who made it during the run", path.display())]
+    Foreign {
+        /// The file.
+        path: PathBuf,
+        /// Whose it is.
+        owner: u32,
+    },
+}
+
 /// The domain of a run, held by its orchestrator. Removed by [`Domain::close`], at the latest when dropped; the ports
 /// in it must have been dropped before.
 #[derive(Debug)]
 pub struct Domain {
     address: Address,
     run: RunId,
-    base: PathBuf,
     _lock: File,
     _owner: File,
     is_open: bool,
@@ -129,43 +166,46 @@ impl Domain {
     /// # Errors
     /// See [`DomainError`].
     pub fn check(workers: usize) -> Result<(), DomainError> {
-        check_shm(Path::new(SHM), workers)?;
-        check_file_size(workers)?;
-        open_base(&default_base()).map(drop)
+        check_limits(workers)?;
+        Runtime::find().map(drop)
     }
 
-    /// Makes a domain for a run with this many workers below `/tmp/bladeoff-UID`, after sweeping those of dead runs.
+    /// Makes a domain for a run with this many workers where the environment says (`runtime.rs`), after sweeping those of dead runs.
     ///
     /// # Errors
     /// See [`DomainError`]; nothing is left behind.
     pub fn create(workers: usize) -> Result<Self, DomainError> {
-        Self::create_below(&default_base(), workers)
+        Self::create_in(&Runtime::find()?, workers)
     }
 
-    /// The same below another directory, for tests.
+    /// The same below another directory and nowhere else, for tests.
     ///
     /// # Errors
     /// As [`Domain::create`].
     pub fn create_below(base: &Path, workers: usize) -> Result<Self, DomainError> {
-        check_shm(Path::new(SHM), workers)?;
-        check_file_size(workers)?;
-        let base_lock = open_base(base)?;
-        sweep(base);
-        owner::sweep(base);
-        let run = RunId(random()?);
-        let id = format!("{:010x}", run.0 & 0xff_ffff_ffff);
-        let address = Address { root: base.join(&id), prefix: prefix_of(&id) };
-        let length = address.root.as_os_str().len() + address.prefix.len();
-        if length > LONGEST_ADDRESS {
-            return Err(DomainError::PathTooLong { path: address.root, length });
+        Self::create_in(&Runtime::within(base)?, workers)
+    }
+
+    fn create_in(runtime: &Runtime, workers: usize) -> Result<Self, DomainError> {
+        check_limits(workers)?;
+        runtime.swept.iter().for_each(sweep);
+        owner::sweep(&runtime.swept.iter().map(|base| base.dir.as_path()).collect::<Vec<_>>());
+        for _ in 0..MOST_IDS {
+            let run = RunId(random()?);
+            let id = format!("{:0ID_LENGTH$x}", run.0 & 0xff_ffff_ffff);
+            let address = Address { root: runtime.base.root(&id), prefix: prefix_of(&id) };
+            let Some(owner) = owner::claim(&address)? else { continue };
+            match make_root(&address.root) {
+                Ok(Some(lock)) => return Ok(Self { address, run, _lock: lock, _owner: owner, is_open: true }),
+                Ok(None) => drop(owner::remove(&address.prefix)),
+                Err(error) => {
+                    // The error is what made it fail; the next run sweeps what is left.
+                    discard(&address);
+                    return Err(error);
+                }
+            }
         }
-        let owner = owner::claim(&address)?;
-        let lock = make_root(&address.root).inspect_err(|_| {
-            // The error is what made it fail; the next run sweeps what is left.
-            let _ = remove_files(&address);
-        })?;
-        drop(base_lock);
-        Ok(Self { address, run, base: base.to_owned(), _lock: lock, _owner: owner, is_open: true })
+        Err(DomainError::NoName { base: runtime.base.dir.clone() })
     }
 
     /// Where it is.
@@ -180,32 +220,28 @@ impl Domain {
         self.run
     }
 
-    /// Removes the domain: afterwards nothing of it is in /dev/shm or below the base.
-    ///
-    /// # Errors
-    /// What could not be removed; the next run tries again.
-    pub fn close(mut self) -> Result<(), DomainError> {
+    /// Removes the domain: afterwards nothing of it is in /dev/shm or below the base, but for what is given. What one file refuses
+    /// keeps no other; the next run tries again.
+    #[must_use]
+    pub fn close(mut self) -> Vec<Left> {
         self.remove()
     }
 
-    fn remove(&mut self) -> Result<(), DomainError> {
-        if !std::mem::take(&mut self.is_open) {
-            return Ok(());
-        }
-        let _base_lock = open_base(&self.base)?;
-        remove_files(&self.address)
+    fn remove(&mut self) -> Vec<Left> {
+        if std::mem::take(&mut self.is_open) { discard(&self.address) } else { Vec::new() }
     }
 }
 
 impl Drop for Domain {
     fn drop(&mut self) {
-        // The next run sweeps what could not be removed.
-        let _ = self.remove();
+        self.remove();
     }
 }
 
-fn default_base() -> PathBuf {
-    PathBuf::from(format!("/tmp/{PRODUCT}-{}", rustix::process::getuid().as_raw()))
+fn check_limits(workers: usize) -> Result<(), DomainError> {
+    check_shm(Path::new(SHM), workers)?;
+    check_file_size(workers)?;
+    limits::allow_files(workers)
 }
 
 /// Refuses a /dev/shm that cannot be written or is too small: memory that is not there would kill processes by SIGBUS
@@ -234,59 +270,43 @@ fn check_file_size(workers: usize) -> Result<(), DomainError> {
     }
 }
 
-/// Makes and locks the root of a domain.
-fn make_root(root: &Path) -> Result<File, DomainError> {
-    fs::DirBuilder::new().mode(0o700).create(root).map_err(FileError::at("create", root))?;
-    lock(root)
+/// Makes and locks the root of a domain; `None` if somebody has the name, or a sweep took it for one of the dead.
+fn make_root(root: &Path) -> Result<Option<File>, DomainError> {
+    match fs::DirBuilder::new().mode(0o700).create(root) {
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => return Ok(None),
+        made => made.map_err(FileError::at("create", root))?,
+    }
+    Ok(lock(root).map_err(FileError::at("lock", root))?)
 }
 
-/// Opens and locks the base directory, making it if it is not there.
-fn open_base(base: &Path) -> Result<File, DomainError> {
-    match fs::DirBuilder::new().mode(0o700).create(base) {
-        Err(source) if source.kind() != io::ErrorKind::AlreadyExists => {
-            return Err(FileError::at("create", base)(source).into());
+/// Locks a directory for as long as the result lives; `None` if somebody else has it locked, or it is gone. Does not wait.
+fn lock(dir: &Path) -> io::Result<Option<File>> {
+    let file = match runtime::open(dir) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+        opened => opened?,
+    };
+    match rustix::fs::flock(&file, FlockOperation::NonBlockingLockExclusive) {
+        Err(rustix::io::Errno::WOULDBLOCK) => return Ok(None),
+        locked => locked?,
+    }
+    // Whoever had it locked before may have removed it.
+    let (ours, there) = (file.metadata()?, fs::symlink_metadata(dir));
+    let is_there = there.is_ok_and(|there| (there.dev(), there.ino()) == (ours.dev(), ours.ino()));
+    Ok(is_there.then_some(file))
+}
+
+/// Removes the domains of dead runs. What fails is left for the next time.
+fn sweep(base: &Base) {
+    for entry in fs::read_dir(&base.dir).into_iter().flatten().flatten() {
+        let (name, root) = (entry.file_name(), entry.path());
+        let Some(id) = base.id_of(&name) else { continue };
+        if !entry.metadata().is_ok_and(|found| found.is_dir() && shm::is_own(found.uid())) {
+            continue;
         }
-        _ => {}
-    }
-    let found = fs::symlink_metadata(base).map_err(FileError::at("read", base))?;
-    let (uid, owner, mode) = (rustix::process::getuid().as_raw(), found.uid(), found.permissions().mode() & 0o777);
-    if !found.is_dir() || owner != uid {
-        return Err(DomainError::BaseUnsafe { path: base.to_owned(), uid, owner, mode });
-    }
-    if mode & 0o077 != 0 {
-        fs::set_permissions(base, Permissions::from_mode(0o700)).map_err(FileError::at("close to others", base))?;
-    }
-    let start = Instant::now();
-    loop {
-        match lock(base) {
-            Err(DomainError::File(FileError { source, .. })) if source.kind() == io::ErrorKind::WouldBlock => {
-                if start.elapsed() >= LOCK_PATIENCE {
-                    return Err(DomainError::BaseLocked { path: base.to_owned() });
-                }
-                std::thread::sleep(LOCK_PAUSE);
-            }
-            locked => return locked,
-        }
-    }
-}
-
-/// Locks a directory for as long as the result lives; does not wait.
-fn lock(dir: &Path) -> Result<File, DomainError> {
-    let file = File::open(dir).map_err(FileError::at("open", dir))?;
-    rustix::fs::flock(&file, FlockOperation::NonBlockingLockExclusive)
-        .map_err(|errno| FileError::at("lock", dir)(errno.into()))?;
-    Ok(file)
-}
-
-/// Removes the domains of dead runs. The base is locked. What fails is left for the next time.
-fn sweep(base: &Path) {
-    for entry in fs::read_dir(base).into_iter().flatten().flatten() {
-        let root = entry.path();
-        let Some(id) = entry.file_name().to_str().filter(|id| is_id(id)).map(str::to_owned) else { continue };
-        let Ok(_lock) = lock(&root) else { continue };
-        let address = Address { root, prefix: prefix_of(&id) };
+        let Ok(Some(_lock)) = lock(&root) else { continue };
+        let address = Address { prefix: prefix_of(id), root };
         if ipc_domain::is_deserted(&address) {
-            let _ = remove_files(&address);
+            discard(&address);
         }
     }
 }
@@ -297,18 +317,30 @@ pub(crate) fn prefix_of(id: &str) -> String {
 }
 
 pub(crate) fn is_id(name: &str) -> bool {
-    name.len() == 10 && name.bytes().all(|byte| byte.is_ascii_hexdigit())
+    name.len() == ID_LENGTH && name.bytes().all(|byte| byte.is_ascii_hexdigit())
 }
 
-/// Memory first: the directory is what a later sweep finds the rest by.
-fn remove_files(address: &Address) -> Result<(), DomainError> {
-    owner::remove(&address.prefix)?;
-    let removed = fs::remove_dir_all(&address.root).or_else(ignore_missing);
-    Ok(removed.map_err(FileError::at("remove", &address.root))?)
+/// Removes all files of a domain whose ports are gone; gives what is left. Memory first: the directory is what a later sweep finds the
+/// rest by.
+pub fn discard(address: &Address) -> Vec<Left> {
+    let mut left = owner::remove(&address.prefix);
+    match fs::remove_dir_all(&address.root) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => {
+            left.push(FileError::at("remove", &address.root)(error).into());
+        }
+        _ => {}
+    }
+    left
 }
 
-fn ignore_missing(error: io::Error) -> io::Result<()> {
-    if error.kind() == io::ErrorKind::NotFound { Ok(()) } else { Err(error) }
+/// Files of other users under the names of a run, in words.
+#[must_use]
+pub fn foreign_files(prefix: &str) -> Vec<String> {
+    let foreign = |path: PathBuf| {
+        let owner = shm::owner_of(&path).ok()?.filter(|&owner| !shm::is_own(owner))?;
+        Some(format!("{} of user {owner}", path.display()))
+    };
+    shm::files(prefix).into_iter().flatten().filter_map(|entry| foreign(entry.path())).collect()
 }
 
 /// A random number that is not 0, from the system.
@@ -336,31 +368,27 @@ mod tests {
         assert_eq!(fs::read_dir(dir.path()).expect("readable").count(), 0);
     }
 
-    #[test]
-    fn a_long_base_is_refused_before_anything_is_made() {
-        let dir = tempfile::tempdir().expect("temporary directory");
-        let base = dir.path().join("a-name-that-takes-more-than-the-socket-path-allows");
-        let error = Domain::create_below(&base, 1).expect_err("too long");
-        assert!(matches!(error, DomainError::PathTooLong { .. }), "{error}");
-        assert_eq!(fs::read_dir(&base).expect("readable").count(), 0);
+    fn folder() -> tempfile::TempDir {
+        let closed = std::os::unix::fs::PermissionsExt::from_mode(0o700);
+        tempfile::Builder::new().prefix("bo").permissions(closed).tempdir_in("/tmp").expect("temporary directory")
     }
 
     #[test]
     fn a_domain_is_closed_to_others_and_leaves_nothing() {
-        let dir = tempfile::tempdir_in("/tmp").expect("temporary directory");
+        let dir = folder();
         let base = dir.path().join("b");
         let domain = Domain::create_below(&base, 1).expect("created");
         let root = domain.address().root.clone();
         for path in [&base, &root] {
-            assert_eq!(fs::metadata(path).expect("there").permissions().mode() & 0o777, 0o700);
+            assert_eq!(fs::metadata(path).expect("there").mode() & 0o777, 0o700);
         }
-        domain.close().expect("removed");
+        assert!(domain.close().is_empty());
         assert!(!root.exists());
     }
 
     #[test]
     fn a_dead_domain_is_swept_and_a_living_one_is_not() {
-        let dir = tempfile::tempdir_in("/tmp").expect("temporary directory");
+        let dir = folder();
         let dead = dir.path().join("00000000aa");
         fs::create_dir(&dead).expect("created");
         let shm = Path::new(SHM).join("bladeoff_00000000aa_left");
@@ -369,5 +397,60 @@ mod tests {
         assert!(!dead.exists() && !shm.exists());
         let other = Domain::create_below(dir.path(), 1).expect("created");
         assert!(living.address().root.exists() && other.address().root != living.address().root);
+    }
+
+    #[test]
+    fn nobody_waits_for_who_holds_a_directory() {
+        let dir = folder();
+        let dead = dir.path().join("00000000ab");
+        fs::create_dir(&dead).expect("created");
+        // A start that was stopped while it made or swept something.
+        let held: Vec<File> =
+            [dir.path(), &dead].iter().map(|path| lock(path).expect("opened").expect("free")).collect();
+        // It used to wait for 15 s, and then to fail.
+        let domain = Domain::create_below(dir.path(), 1).expect("created");
+        assert!(domain.close().is_empty() && dead.exists());
+        drop(held);
+        drop(Domain::create_below(dir.path(), 1).expect("created"));
+        assert!(!dead.exists());
+    }
+
+    #[test]
+    fn a_root_that_was_swept_while_it_was_made_is_not_believed() {
+        let dir = folder();
+        let root = dir.path().join("00000000ac");
+        assert!(make_root(&root).expect("made").is_some());
+        assert!(make_root(&root).expect("no error").is_none(), "the name is taken");
+        // A sweep has it locked, and then removed.
+        let sweeping = lock(&root).expect("opened").expect("free");
+        assert!(lock(&root).expect("no error").is_none());
+        fs::remove_dir(&root).expect("removed");
+        fs::create_dir(&root).expect("created");
+        drop(sweeping);
+        assert!(lock(&root).expect("opened").is_some());
+        fs::remove_dir(&root).expect("removed");
+        assert!(lock(&root).expect("no error").is_none(), "it is gone");
+    }
+
+    #[test]
+    fn what_somebody_else_has_made_is_left_and_named() {
+        // It takes root to be somebody else.
+        if !shm::is_own(0) {
+            return;
+        }
+        let dir = folder();
+        let domain = Domain::create_below(dir.path(), 1).expect("created");
+        let path = |name: &str| Path::new(SHM).join(format!("{}{name}", domain.address().prefix));
+        let (foreign, own) = (path("a_foreign"), path("b_own"));
+        for path in [&foreign, &own] {
+            fs::write(path, b"x").expect("written");
+        }
+        std::os::unix::fs::chown(&foreign, Some(65_534), None).expect("given away");
+        let root = domain.address().root.clone();
+        let left = domain.close();
+        let is_there = foreign.exists();
+        fs::remove_file(&foreign).expect("removed");
+        assert!(matches!(&left[..], [Left::Foreign { owner: 65_534, .. }]), "{left:?}");
+        assert!(is_there && !own.exists() && !root.exists());
     }
 }

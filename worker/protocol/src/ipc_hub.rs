@@ -59,6 +59,7 @@ impl IpcHub {
     /// [`PortError::MemoryFull`], or what iceoryx2 or the system refused.
     pub fn create(address: &Address, workers: usize) -> Result<Self, PortError> {
         guarded(|| {
+            shm::prepare(&address.prefix)?;
             let hub = Self::make(address, peers(workers))?;
             shm::close(address)?;
             shm::back(&address.prefix)?;

@@ -2,21 +2,27 @@
 //!
 //! `bladeoff_ID_owner` is made before anything else of a domain, locked by its orchestrator as long as it lives, and removed
 //! last. The lock is the kernel's and lies where the memory lies: it is seen by all who see the memory, also from a container with
-//! another /tmp or other process numbers. So memory whose root in /tmp is gone can be told from that of a run under way, and is
-//! removed by the next run; memory without such a file is left alone.
+//! another /tmp or other process numbers. So memory whose root is gone can be told from that of a run under way, and is
+//! removed by the next run that has its roots in the same place, or by any when that place is gone; memory without such a file is left alone.
+//!
+//! Anybody may make files in /dev/shm with any name: only regular ones of this user are looked at, and nothing is waited for.
 
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, Write};
-use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
+use std::io::{self, Read, Write};
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 
-use rustix::fs::{FlockOperation, OFlags};
+use rustix::fs::FlockOperation;
 
-use crate::domain::{Address, PRODUCT, is_id, prefix_of};
+use crate::domain::{Address, Left, PRODUCT, is_id, prefix_of};
 use crate::files::FileError;
 use crate::shm::{self, SHM};
 
 const NAME: &str = "owner";
+/// What stands before the root in the file's text.
+const BEFORE_ROOT: &str = ", files in ";
+/// Longest text that is read: a root has 65 bytes at most.
+const LONGEST: u64 = 4096;
 
 fn path_of(prefix: &str) -> PathBuf {
     Path::new(SHM).join(format!("{prefix}{NAME}"))
@@ -28,60 +34,73 @@ fn id_of(name: &str) -> Option<&str> {
     is_id(id).then_some(id)
 }
 
-/// Makes the file; the domain is this process's as long as the result lives.
+/// Makes the file; the domain is this process's as long as the result lives. `None` if somebody has the name, or the lock.
 ///
 /// # Errors
 /// What the system refused; nothing is left behind.
-pub(crate) fn claim(address: &Address) -> Result<File, FileError> {
+pub(crate) fn claim(address: &Address) -> Result<Option<File>, FileError> {
     let path = path_of(&address.prefix);
-    let text = format!("process {}, files in {}\n", std::process::id(), address.root.display());
-    let mut file = OpenOptions::new()
-        .write(true)
-        .create_new(true)
-        .mode(0o600)
-        .open(&path)
-        .map_err(FileError::at("create", &path))?;
-    // While it is empty, it is nobody's to remove: a sweep that has it locked lets it go at once, and is waited for.
-    let claimed = rustix::fs::flock(&file, FlockOperation::LockExclusive).map_err(io::Error::from);
-    claimed.and_then(|()| file.write_all(text.as_bytes())).map_err(|source| {
+    let text = format!("process {}{BEFORE_ROOT}{}\n", std::process::id(), address.root.display());
+    let mut file = match OpenOptions::new().write(true).create_new(true).mode(0o600).open(&path) {
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => return Ok(None),
+        made => made.map_err(FileError::at("create", &path))?,
+    };
+    // While it is empty, a sweep does not touch it.
+    let is_locked = rustix::fs::flock(&file, FlockOperation::NonBlockingLockExclusive).is_ok();
+    let written = if is_locked { file.write_all(text.as_bytes()) } else { Ok(()) };
+    if !is_locked || written.is_err() {
         let _ = fs::remove_file(&path);
-        FileError::at("lock", &path)(source)
-    })?;
-    Ok(file)
-}
-
-/// Removes the files of a domain in /dev/shm, this one last.
-///
-/// # Errors
-/// What could not be removed.
-pub(crate) fn remove(prefix: &str) -> Result<(), FileError> {
-    let owner = path_of(prefix);
-    let all = shm::files(prefix).map_err(FileError::at("read", Path::new(SHM)))?.map(|entry| entry.path());
-    let others = all.filter(|path| *path != owner).collect::<Vec<_>>();
-    for path in others.iter().chain([&owner]) {
-        match fs::remove_file(path) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(FileError::at("remove", path)(error)),
-            _ => {}
-        }
     }
-    Ok(())
+    written.map_err(FileError::at("write", &path))?;
+    Ok(is_locked.then_some(file))
 }
 
-/// Removes the memory of dead runs of this user whose root below `base` is gone. What fails is left for the next time.
-pub(crate) fn sweep(base: &Path) {
-    let uid = rustix::process::getuid().as_raw();
+/// Removes the files of a domain in /dev/shm, this one last; gives what is left. A file that cannot be removed keeps none of the
+/// others.
+pub(crate) fn remove(prefix: &str) -> Vec<Left> {
+    let owner = path_of(prefix);
+    let all = match shm::files(prefix) {
+        Ok(all) => all.map(|entry| entry.path()),
+        Err(error) => return vec![FileError::at("read", Path::new(SHM))(error).into()],
+    };
+    let others = all.filter(|path| *path != owner).collect::<Vec<_>>();
+    others.iter().chain([&owner]).filter_map(|path| remove_one(path)).collect()
+}
+
+fn remove_one(path: &Path) -> Option<Left> {
+    match shm::owner_of(path) {
+        Ok(None) => None,
+        Ok(Some(owner)) if !shm::is_own(owner) => Some(Left::Foreign { path: path.to_owned(), owner }),
+        _ => match fs::remove_file(path) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => Some(FileError::at("remove", path)(error).into()),
+            _ => None,
+        },
+    }
+}
+
+/// Removes the memory of dead runs of this user whose root is gone, where that was in one of these directories, or in one that is gone
+/// itself. What fails is left for the next time.
+pub(crate) fn sweep(bases: &[&Path]) {
     for entry in fs::read_dir(SHM).into_iter().flatten().flatten() {
         let name = entry.file_name();
-        let Some(id) = name.to_str().and_then(id_of).filter(|id| !base.join(id).exists()) else { continue };
-        let Ok(file) = OpenOptions::new().read(true).custom_flags(OFlags::NOFOLLOW.bits() as i32).open(entry.path())
-        else {
-            continue;
-        };
-        let is_claimed = file.metadata().is_ok_and(|found| found.is_file() && found.uid() == uid && found.len() > 0);
-        if is_claimed && rustix::fs::flock(&file, FlockOperation::NonBlockingLockExclusive).is_ok() {
-            let _ = remove(&prefix_of(id));
+        let Some(id) = name.to_str().and_then(id_of) else { continue };
+        let Ok(Some(mut file)) = shm::open_own(&entry.path(), shm::Access::Read) else { continue };
+        // Without a text it is not claimed yet.
+        let Some(root) = root_in(&mut file) else { continue };
+        let Some(base) = root.parent() else { continue };
+        let is_ours = bases.contains(&base) || !base.exists();
+        if is_ours && !root.exists() && rustix::fs::flock(&file, FlockOperation::NonBlockingLockExclusive).is_ok() {
+            remove(&prefix_of(id));
         }
     }
+}
+
+/// The root that an owner's file names.
+fn root_in(file: &mut File) -> Option<PathBuf> {
+    let mut text = String::new();
+    file.take(LONGEST).read_to_string(&mut text).ok()?;
+    let (_, root) = text.strip_suffix('\n')?.split_once(BEFORE_ROOT)?;
+    Some(PathBuf::from(root)).filter(|root| root.is_absolute())
 }
 
 #[cfg(test)]
@@ -95,19 +114,32 @@ mod tests {
     #[test]
     fn memory_without_a_root_goes_when_its_owner_is_dead_and_not_before() {
         let dir = tempfile::tempdir().expect("temporary directory");
-        let address = address("00000000b1", dir.path());
+        let base = dir.path();
+        let address = address("00000000b1", base);
         let memory = Path::new(SHM).join(format!("{}memory", address.prefix));
-        let claimed = claim(&address).expect("claimed");
+        let claimed = claim(&address).expect("claimed").expect("free");
         fs::write(&memory, b"x").expect("written");
-        sweep(dir.path());
+        sweep(&[base]);
         assert!(memory.exists() && path_of(&address.prefix).exists(), "of a living owner");
         drop(claimed);
         fs::create_dir(&address.root).expect("created");
-        sweep(dir.path());
+        sweep(&[base]);
         assert!(memory.exists(), "as long as there is a root, it decides");
         fs::remove_dir(&address.root).expect("removed");
-        sweep(dir.path());
+        sweep(&[Path::new("/tmp")]);
+        assert!(memory.exists(), "of a place that is there and not ours");
+        sweep(&[base]);
         assert!(!memory.exists() && !path_of(&address.prefix).exists());
+    }
+
+    #[test]
+    fn memory_whose_place_is_gone_is_removed_by_anybody() {
+        let dir = tempfile::tempdir().expect("temporary directory");
+        let address = address("00000000b4", dir.path());
+        drop(claim(&address).expect("claimed"));
+        drop(dir);
+        sweep(&[]);
+        assert!(!path_of(&address.prefix).exists());
     }
 
     #[test]
@@ -118,9 +150,50 @@ mod tests {
         fs::write(&memory, b"x").expect("written");
         // Between its making and its lock.
         fs::write(path_of(&unclaimed.prefix), b"").expect("written");
-        sweep(dir.path());
+        sweep(&[dir.path()]);
         assert!(memory.exists() && path_of(&unclaimed.prefix).exists());
-        [nobody, unclaimed].iter().for_each(|address| remove(&address.prefix).expect("removed"));
-        assert!(!memory.exists() && !path_of("bladeoff_00000000b3_").exists());
+        assert!(claim(&unclaimed).expect("no error").is_none(), "the name is taken");
+        let left: usize = [nobody, unclaimed].iter().map(|address| remove(&address.prefix).len()).sum();
+        assert!(left == 0 && !memory.exists() && !path_of("bladeoff_00000000b3_").exists());
+    }
+
+    #[test]
+    fn nothing_else_with_an_owners_name_is_waited_for_or_believed() {
+        let dir = tempfile::tempdir().expect("temporary directory");
+        let path = |id: &str| path_of(&prefix_of(id));
+        let [pipe, link, huge] = ["00000000b5", "00000000b6", "00000000b7"].map(path);
+        rustix::fs::mknodat(rustix::fs::CWD, &pipe, rustix::fs::FileType::Fifo, 0o666.into(), 0).expect("a FIFO");
+        std::os::unix::fs::symlink("/proc/self/mem", &link).expect("linked");
+        File::create(&huge).and_then(|file| file.set_len(1 << 40)).expect("sparse");
+        // Opened for reading as it used to be, the FIFO would hold this thread for ever.
+        let (done, is_done) = std::sync::mpsc::channel();
+        let base = dir.path().to_owned();
+        std::thread::spawn(move || {
+            sweep(&[&base]);
+            let _ = done.send(());
+        });
+        let waited = is_done.recv_timeout(std::time::Duration::from_secs(60));
+        // Lets go whoever waits for it: an earlier build of this program.
+        drop(OpenOptions::new().read(true).write(true).open(&pipe));
+        let are_there = [&pipe, &link, &huge].map(|path| fs::symlink_metadata(path).is_ok());
+        [pipe, link, huge].iter().for_each(|path| fs::remove_file(path).expect("removed"));
+        assert!(waited.is_ok(), "the sweep does not end");
+        assert_eq!(are_there, [true; 3]);
+    }
+
+    #[test]
+    fn what_cannot_be_removed_keeps_nothing_else() {
+        let prefix = prefix_of("00000000b8");
+        let path = |name: &str| Path::new(SHM).join(format!("{prefix}{name}"));
+        // Before and after it in whatever order.
+        let names = ["a", "b", "c", "d", "e", "f"].map(path);
+        names.iter().for_each(|path| fs::write(path, b"x").expect("written"));
+        let stays = path("c2");
+        fs::create_dir(&stays).expect("created");
+        let left = remove(&prefix);
+        let others = names.iter().filter(|path| path.exists()).count();
+        fs::remove_dir(&stays).expect("removed");
+        assert!(matches!(&left[..], [Left::File(error)] if error.path == stays), "{left:?}");
+        assert_eq!(others, 0);
     }
 }

@@ -6,6 +6,7 @@ use crate::cli::machine::set;
 use crate::cli::output::remark;
 use crate::engine;
 use crate::study::Samples;
+use crate::threads::in_parallel;
 use bladeoff_core::machine::{Detection, Engine, Machine, MachineDef};
 use bladeoff_core::outcome::{ColumnKind, Outcome, Status, columns};
 use bladeoff_core::structure::Structure;
@@ -114,7 +115,7 @@ pub(super) fn compute(cases: &[Case]) -> Result<Vec<Done>, CliError> {
         let names = columns(&case.machine).into_iter().map(|column| (column.name, column.kind)).collect();
         Ok(Done { engine: case.engine, detection: case.detection, start: case.start, cpu, names, outcome })
     };
-    cases.par_iter().map(run).collect()
+    in_parallel(|| cases.par_iter().map(run).collect())?
 }
 
 /// Every run, one line each.

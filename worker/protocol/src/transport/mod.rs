@@ -63,6 +63,22 @@ pub enum PortError {
         /// Bytes free afterwards.
         free: u64,
     },
+    /// A file of ours that others may open, and that is none of those which are known to be so.
+    #[error("{} is open to other users, and should not be", path.display())]
+    OpenToOthers {
+        /// The file.
+        path: PathBuf,
+    },
+    /// No more files can be opened.
+    #[error(
+        "no more files can be opened: this process may have {limit} open (ulimit -n), and has {open}; raise the limit or use fewer workers"
+    )]
+    NoDescriptors {
+        /// The limit.
+        limit: u64,
+        /// Open files.
+        open: u64,
+    },
     /// The system or iceoryx2 refused an operation.
     #[error("{doing} failed")]
     Failed {

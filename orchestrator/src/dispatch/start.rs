@@ -1,0 +1,89 @@
+//! What a run needs, made in this order and given back in the other: log, event loop, shared memory, hub.
+
+use std::time::Duration;
+
+use bladeoff_protocol::domain::Domain;
+use bladeoff_protocol::messages::{MAX_PARAMS, batch_capacity};
+use bladeoff_worker::fault::{Faults, Who};
+use tokio::sync::mpsc::unbounded_channel;
+
+use super::DispatchError;
+use super::api::{DispatchOptions, DispatchReport, Observer, Samples, Sink};
+use super::driver::{Driver, Parts};
+use super::hub::Hub;
+use super::log::Log;
+use super::{keys, signals};
+use crate::schedule::{Scheduler, Settings, Todo};
+
+/// Runs the samples; the shared memory is still there, in `kept`, when all is well. Processes have ended.
+pub(super) fn run(
+    options: &DispatchOptions,
+    samples: &dyn Samples,
+    todo: Todo,
+    sink: &mut dyn Sink,
+    observer: &mut dyn Observer,
+    kept: &mut Option<Domain>,
+) -> Result<DispatchReport, DispatchError> {
+    let faults = Faults::from_environment(Who::Orchestrator)?;
+    let n_params = count_params(samples, &todo)?;
+    let settings = settings(options, n_params);
+    let mut log = Log::open(options.worker_log.clone())?;
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .map_err(|source| DispatchError::System { doing: "starting timers and signals", source })?;
+    // Dropped in reverse: processes with the runtime, then the hub, then the domain.
+    let domain = match &options.runtime {
+        Some(base) => Domain::create_below(base, settings.workers)?,
+        None => Domain::create(settings.workers)?,
+    };
+    log.line(None, &format!("run {} with shared memory in {}", domain.run(), domain.address().root.display()))?;
+    let (send, events) = unbounded_channel();
+    let mut hub = Hub::start(domain.address(), domain.run(), settings.workers, send.clone())?;
+    let result = {
+        let _inside = runtime.enter();
+        signals::watch(&send)?;
+        if options.keys {
+            keys::watch(&send);
+        }
+        let scheduler = Scheduler::new(settings, todo);
+        let (domain, hub) = (&domain, &hub);
+        let parts = Parts { options, samples, sink, observer, domain, hub, log, faults, n_params, send };
+        runtime.block_on(Driver::new(parts, scheduler).run(events))
+    };
+    drop(runtime);
+    if matches!(result, Err(DispatchError::Stuck { .. })) {
+        hub.abandon();
+    }
+    drop(hub);
+    let report = result?;
+    *kept = Some(domain);
+    Ok(report)
+}
+
+fn settings(options: &DispatchOptions, n_params: usize) -> Settings {
+    let seconds = |limit: f64| Duration::try_from_secs_f64(limit).unwrap_or(Duration::MAX);
+    Settings {
+        workers: options.workers.max(1),
+        max_batch: options.max_batch.clamp(1, batch_capacity(n_params)),
+        crash_limit: options.crash_limit,
+        kill_limit: options.kill_limit,
+        time_limit: options.time_limit_s.map(seconds),
+        stale_after: options.stale_after,
+        replace_after: options.replace_after,
+        grace: options.grace,
+        max_failures: options.max_failures,
+    }
+}
+
+/// Number of parameters of every sample, from the first.
+fn count_params(samples: &dyn Samples, todo: &Todo) -> Result<usize, DispatchError> {
+    let Some(sample) = todo.first() else { return Ok(0) };
+    let mut params = Vec::new();
+    samples.params(sample, &mut params);
+    let found = params.len();
+    if found > MAX_PARAMS {
+        return Err(DispatchError::Parameters { sample, found, expected: found });
+    }
+    Ok(found)
+}

@@ -1,0 +1,39 @@
+//! Threads for what is computed here and not by workers. Where none can be started, that is an error and no panic.
+
+use std::io;
+
+/// Threads that could not be started.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "starting {threads} threads failed; how many processes and threads a user may have is limited (ulimit -u, or the container)"
+)]
+pub struct ThreadsError {
+    /// How many.
+    pub threads: usize,
+    /// What the system said.
+    #[source]
+    pub source: io::Error,
+}
+
+/// Does work in which rayon's iterators find one thread per core (or `RAYON_NUM_THREADS`).
+///
+/// # Errors
+/// The threads cannot be started.
+pub fn in_parallel<T: Send>(work: impl FnOnce() -> T + Send) -> Result<T, ThreadsError> {
+    Ok(pool()?.install(work))
+}
+
+/// Whether as many threads can be started, now.
+///
+/// # Errors
+/// They cannot.
+pub fn check() -> Result<(), ThreadsError> {
+    pool().map(drop)
+}
+
+fn pool() -> Result<rayon::ThreadPool, ThreadsError> {
+    let threads = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get);
+    // The library's error says what the system said, and nothing else.
+    let failed = |error: rayon::ThreadPoolBuildError| ThreadsError { threads, source: io::Error::other(error) };
+    rayon::ThreadPoolBuilder::new().build().map_err(failed)
+}

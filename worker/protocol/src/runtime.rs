@@ -1,0 +1,227 @@
+//! The directory below which runs have their sockets: of this user, closed to others, with a short path.
+//!
+//! ```text
+//! $BLADEOFF_RUNTIME_DIR       where it is set: there, or an error
+//! $XDG_RUNTIME_DIR/bladeoff   where that is what it should be: absolute, of this user, 0700, short
+//! /tmp/bladeoff-UID           otherwise
+//! /tmp/bladeoff-UID-ID        where somebody else has taken that name: a directory for each run
+//! ```
+//! Whoever may write to /tmp may take a name in it, so no name there is needed. A run cleans up after dead ones in all of these, one with
+//! `$BLADEOFF_RUNTIME_DIR` there alone: it keeps to itself.
+
+use std::ffi::OsStr;
+use std::fs::{self, DirBuilder, File, OpenOptions, Permissions};
+use std::io;
+use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt, PermissionsExt};
+use std::path::{Path, PathBuf};
+
+use rustix::fs::OFlags;
+
+use crate::domain::{DomainError, ID_LENGTH, LONGEST_ADDRESS, PRODUCT, is_id, prefix_of};
+use crate::files::FileError;
+
+/// Environment variable that names the directory below which runs have their sockets.
+pub const RUNTIME_VARIABLE: &str = "BLADEOFF_RUNTIME_DIR";
+
+/// A directory that holds the roots of runs.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Base {
+    pub dir: PathBuf,
+    /// What stands before the id in the name of a root.
+    before: String,
+}
+
+impl Base {
+    /// A directory that somebody named; made if it is not there.
+    ///
+    /// # Errors
+    /// It is not a directory of this user alone, or too long.
+    pub fn given(dir: &Path) -> Result<Self, DomainError> {
+        let base = Self { dir: dir.to_owned(), before: String::new() };
+        if !dir.is_absolute() {
+            return Err(DomainError::BaseRelative { path: dir.to_owned() });
+        }
+        base.check_length()?;
+        make(dir)?;
+        check(dir)?;
+        Ok(base)
+    }
+
+    /// A directory of ours at a place where there should be none of anybody else; closed to others.
+    fn own(dir: PathBuf) -> Result<Self, DomainError> {
+        let base = Self { dir, before: String::new() };
+        base.check_length()?;
+        make(&base.dir)?;
+        let file = open(&base.dir).map_err(FileError::at("open", &base.dir))?;
+        let found = file.metadata().map_err(FileError::at("read", &base.dir))?;
+        if found.uid() == uid() && found.mode() & 0o077 != 0 {
+            let closed = file.set_permissions(Permissions::from_mode(0o700));
+            closed.map_err(FileError::at("close to others", &base.dir))?;
+        }
+        check(&base.dir)?;
+        Ok(base)
+    }
+
+    /// Where a run with this id has its root.
+    pub fn root(&self, id: &str) -> PathBuf {
+        self.dir.join(format!("{}{id}", self.before))
+    }
+
+    /// The id of the run whose root has this name.
+    pub fn id_of<'a>(&self, name: &'a OsStr) -> Option<&'a str> {
+        name.to_str()?.strip_prefix(&self.before).filter(|id| is_id(id))
+    }
+
+    fn check_length(&self) -> Result<(), DomainError> {
+        let id = "0".repeat(ID_LENGTH);
+        let length = self.root(&id).as_os_str().len() + prefix_of(&id).len();
+        if length > LONGEST_ADDRESS {
+            return Err(DomainError::PathTooLong { path: self.root(&id), length });
+        }
+        Ok(())
+    }
+}
+
+/// Where a run lives, and where it cleans up.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Runtime {
+    pub base: Base,
+    pub swept: Vec<Base>,
+}
+
+impl Runtime {
+    /// By the environment.
+    ///
+    /// # Errors
+    /// `$BLADEOFF_RUNTIME_DIR` is not what it should be, or nothing can be made in /tmp.
+    pub fn find() -> Result<Self, DomainError> {
+        let named = |name| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
+        match named(RUNTIME_VARIABLE) {
+            Some(dir) => Self::within(&dir),
+            None => Self::choose(named("XDG_RUNTIME_DIR").as_deref(), Path::new("/tmp")),
+        }
+    }
+
+    /// In this directory and nowhere else.
+    ///
+    /// # Errors
+    /// It is not a directory of this user alone, or too long.
+    pub fn within(dir: &Path) -> Result<Self, DomainError> {
+        let base = Base::given(dir)?;
+        Ok(Self { swept: vec![base.clone()], base })
+    }
+
+    fn choose(runtime: Option<&Path>, tmp: &Path) -> Result<Self, DomainError> {
+        let ours = format!("{PRODUCT}-{}", uid());
+        let of_session = runtime
+            .filter(|dir| dir.is_absolute() && check(dir).is_ok())
+            .and_then(|dir| Base::own(dir.join(PRODUCT)).ok());
+        let in_tmp = Base::own(tmp.join(&ours));
+        let for_itself = Base { dir: tmp.to_owned(), before: format!("{ours}-") };
+        let base = match (&of_session, &in_tmp) {
+            (Some(base), _) | (None, Ok(base)) => base.clone(),
+            // Somebody else's, or a link, or no directory: the name is taken.
+            (None, Err(DomainError::BaseUnsafe { .. } | DomainError::File(_))) => for_itself.clone(),
+            (None, Err(_)) => return in_tmp.map(|base| Self { swept: Vec::new(), base }),
+        };
+        let swept = of_session.into_iter().chain(in_tmp).chain([for_itself]).collect();
+        Ok(Self { base, swept })
+    }
+}
+
+fn uid() -> u32 {
+    rustix::process::getuid().as_raw()
+}
+
+fn make(dir: &Path) -> Result<(), FileError> {
+    match DirBuilder::new().mode(0o700).create(dir) {
+        Err(source) if source.kind() != io::ErrorKind::AlreadyExists => Err(FileError::at("create", dir)(source)),
+        _ => Ok(()),
+    }
+}
+
+/// Opens a directory, not through a link.
+pub(crate) fn open(dir: &Path) -> io::Result<File> {
+    OpenOptions::new().read(true).custom_flags((OFlags::DIRECTORY | OFlags::NOFOLLOW).bits() as i32).open(dir)
+}
+
+/// Whether it is a directory of this user that nobody else may enter.
+fn check(dir: &Path) -> Result<(), DomainError> {
+    let found = fs::symlink_metadata(dir).map_err(FileError::at("read", dir))?;
+    let (owner, mode) = (found.uid(), found.mode() & 0o777);
+    if found.is_dir() && owner == uid() && mode & 0o077 == 0 {
+        return Ok(());
+    }
+    Err(DomainError::BaseUnsafe { path: dir.to_owned(), uid: uid(), owner, mode })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn folder() -> tempfile::TempDir {
+        let closed = std::os::unix::fs::PermissionsExt::from_mode(0o700);
+        tempfile::Builder::new().prefix("bo").permissions(closed).tempdir_in("/tmp").expect("temporary directory")
+    }
+
+    fn chosen(runtime: Option<&Path>, tmp: &Path) -> PathBuf {
+        Runtime::choose(runtime, tmp).expect("a place").base.root("0123456789")
+    }
+
+    #[test]
+    fn the_sessions_directory_is_taken_where_it_is_what_it_should_be() {
+        let (session, tmp) = (folder(), folder());
+        let in_tmp = tmp.path().join(format!("bladeoff-{}/0123456789", uid()));
+        assert_eq!(chosen(None, tmp.path()), in_tmp);
+        assert_eq!(chosen(Some(session.path()), tmp.path()), session.path().join("bladeoff/0123456789"));
+        // Relative, missing, a link, too long, open to others.
+        let link = tmp.path().join("link");
+        std::os::unix::fs::symlink(session.path(), &link).expect("linked");
+        let long = session.path().join("a-name-that-takes-more-than-sockets-allow");
+        fs::create_dir(&long).expect("created");
+        fs::set_permissions(&long, Permissions::from_mode(0o700)).expect("closed");
+        for runtime in [Path::new("run"), &session.path().join("nowhere"), &link, &long] {
+            assert_eq!(chosen(Some(runtime), tmp.path()), in_tmp, "{}", runtime.display());
+        }
+        fs::set_permissions(session.path(), Permissions::from_mode(0o755)).expect("opened");
+        assert_eq!(chosen(Some(session.path()), tmp.path()), in_tmp);
+    }
+
+    #[test]
+    fn a_name_in_tmp_that_somebody_has_taken_stops_nobody() {
+        let tmp = folder();
+        let name = tmp.path().join(format!("bladeoff-{}", uid()));
+        let for_itself = tmp.path().join(format!("bladeoff-{}-0123456789", uid()));
+        fs::write(&name, b"").expect("written");
+        assert_eq!(chosen(None, tmp.path()), for_itself);
+        fs::remove_file(&name).expect("removed");
+        std::os::unix::fs::symlink("/", &name).expect("linked");
+        assert_eq!(chosen(None, tmp.path()), for_itself);
+        fs::remove_file(&name).expect("removed");
+        if uid() == 0 {
+            fs::create_dir(&name).expect("created");
+            std::os::unix::fs::chown(&name, Some(65_534), None).expect("given away");
+            assert_eq!(chosen(None, tmp.path()), for_itself);
+            assert_eq!(fs::metadata(&name).expect("there").uid(), 65_534, "it is left as it was");
+            fs::remove_dir(&name).expect("removed");
+        }
+        let base = Runtime::choose(None, tmp.path()).expect("a place").base;
+        assert_eq!(base.id_of(OsStr::new("0123456789")), Some("0123456789"));
+        assert_eq!(fs::metadata(&base.dir).expect("made").mode() & 0o777, 0o700);
+    }
+
+    #[test]
+    fn a_directory_that_was_named_is_used_or_refused_and_never_changed() {
+        let dir = folder();
+        let fresh = dir.path().join("b");
+        let runtime = Runtime::within(&fresh).expect("made");
+        assert_eq!((runtime.base.dir.as_path(), runtime.swept.len()), (fresh.as_path(), 1));
+        fs::set_permissions(&fresh, Permissions::from_mode(0o755)).expect("opened");
+        let error = Runtime::within(&fresh).expect_err("open to others");
+        assert!(matches!(error, DomainError::BaseUnsafe { mode: 0o755, .. }), "{error}");
+        assert_eq!(fs::metadata(&fresh).expect("there").mode() & 0o777, 0o755);
+        assert!(matches!(Runtime::within(Path::new("b")), Err(DomainError::BaseRelative { .. })));
+        let long = dir.path().join("a-name-that-takes-more-than-the-socket-path-allows");
+        assert!(matches!(Runtime::within(&long), Err(DomainError::PathTooLong { .. })) && !long.exists());
+    }
+}
