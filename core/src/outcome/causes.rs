@@ -40,9 +40,9 @@ words! {
 }
 
 words! {
-    /// Why a row is not `ok`. The first nine are deterministic: the same sample gives them again.
+    /// Why a row is not `ok`. But for a time limit, a killed worker and a lack of memory they are deterministic: the same sample gives them again.
     Cause {
-        /// The state grew beyond ten times the size of the machine, or the iteration of a step did not settle.
+        /// The state grew beyond ten times the size of the machine, or the iteration of a step, or of the start, did not settle.
         Diverged = "diverged",
         /// The state became NaN or infinite.
         NonFinite = "non_finite",
@@ -66,6 +66,8 @@ words! {
         WorkerKilled = "worker_killed",
         /// The worker exceeded its memory limit.
         OutOfMemory = "out_of_memory",
+        /// The modes kept cannot carry the contact: those left out would not follow it at once.
+        ModalBasis = "modal_basis",
     }
 }
 

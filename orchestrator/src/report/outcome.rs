@@ -27,7 +27,7 @@ impl OutcomeView<'_> {
 pub fn cause_in_words(cause: Cause) -> &'static str {
     match cause {
         Cause::Diverged => {
-            "the state grew beyond ten times the machine's size, or the iteration of a step did not settle"
+            "the state grew beyond ten times the machine's size, or the iteration of a step or of the start did not settle"
         }
         Cause::NonFinite => "the state became NaN or infinite",
         Cause::EnergyBalance => "the energy balance does not close within `run.guard`",
@@ -44,6 +44,9 @@ pub fn cause_in_words(cause: Cause) -> &'static str {
         Cause::TimeLimit => "longer than the time limit",
         Cause::WorkerKilled => "its worker process died more than once while computing it alone",
         Cause::OutOfMemory => "its worker process ran out of memory",
+        Cause::ModalBasis => {
+            "the modes kept are too few for the contact: those left out would not follow its force at once, as is assumed of them"
+        }
     }
 }
 
@@ -83,6 +86,7 @@ pub fn advice(cause: Cause) -> &'static str {
         Cause::TimeLimit => "compute it again with a longer time limit, or on a machine with less to do",
         Cause::WorkerKilled => "who killed it is in the system's log (`dmesg`: out of memory?); compute it again",
         Cause::OutOfMemory => "compute it again with more memory or fewer workers at once",
+        Cause::ModalBasis => "more `run.rotor_modes` (or `run.ring_modes`), the default, or `run.engine = \"full\"`",
     }
 }
 
