@@ -42,7 +42,7 @@ words! {
 words! {
     /// Why a row is not `ok`. All but those of a worker's end are deterministic: the same sample gives them again.
     Cause {
-        /// The state grew beyond ten times the size of the machine, or the iteration of a step did not settle.
+        /// The state grew beyond ten times the size of the machine, or the iteration of a step, or of the start, did not settle.
         Diverged = "diverged",
         /// The state became NaN or infinite.
         NonFinite = "non_finite",
@@ -70,6 +70,8 @@ words! {
         OutsideRing = "outside_ring",
         /// The worker crashed while it computed this sample alone, more than once.
         WorkerCrashed = "worker_crashed",
+        /// The modes kept cannot carry the contact: those left out would not follow it at once.
+        ModalBasis = "modal_basis",
     }
 }
 

@@ -137,7 +137,7 @@ mod tests {
             modal: false,
             highest: 0.0,
         };
-        RingPart { matrices: matrices.clone(), part, residual: None }
+        RingPart { matrices: matrices.clone(), part, residual: None, lags: Vec::new() }
     }
 
     /// The ring turns by a small angle as a body: each blade is a cantilever whose tip is displaced by `R a` and turned by a.

@@ -50,6 +50,12 @@ impl Coordinates {
         self.nodal_size
     }
 
+    /// Whether the coordinates are amplitudes of modes.
+    #[must_use]
+    pub fn is_modal(&self) -> bool {
+        self.modes.is_some()
+    }
+
     /// Phi; `None` where q = x.
     #[must_use]
     pub fn shapes(&self) -> Option<&Matrix> {

@@ -4,8 +4,10 @@
 //! transient sees both through [`Coordinates`] and evaluates every non-linear term at the nodes.
 
 mod coordinates;
+mod lag;
 
 pub use coordinates::Coordinates;
+pub use lag::MODAL_LAG;
 
 use crate::linalg::{Matrix, mul, mul_tn, project};
 use crate::machine::{DiaphragmKind, Engine, Machine, RotorKind};
@@ -40,6 +42,8 @@ pub struct RingPart {
     /// Static flexibility of the modes left out, on the ring's freedoms; `None` where nothing is left out, the correction is
     /// switched off, or the ring is free (no static flexibility).
     pub residual: Option<Matrix>,
+    /// Of the radial freedoms of its nodes.
+    pub(crate) lags: Vec<lag::Lag>,
 }
 
 /// Everything that does not change between samples of one structure.
@@ -56,6 +60,8 @@ pub struct Structure {
     pub lateral_residual: Option<Matrix>,
     /// One entry per diaphragm; `None` for a stator without degrees of freedom.
     pub rings: Vec<Option<RingPart>>,
+    /// Of u and v of each node.
+    rotor_lags: Vec<lag::Lag>,
     basis: Basis,
 }
 
@@ -109,7 +115,9 @@ impl Structure {
         let lateral_residual = (correct && !point)
             .then(|| residual_flexibility(&rotor.stiffness, &basis.lateral, rotor.lateral_size()))
             .flatten();
-        Ok(Self { structural: structural(machine), rotor, lateral, twist, lateral_residual, rings, basis })
+        let places = (0..rotor.nodes).flat_map(|node| rotor.plane_places(node));
+        let rotor_lags = lag::lags(&rotor.stiffness, &rotor.mass, &basis.lateral, &lateral, places);
+        Ok(Self { structural: structural(machine), rotor, lateral, twist, lateral_residual, rings, rotor_lags, basis })
     }
 
     /// Whether a machine has this structure (it may differ in everything a study varies from sample to sample).
@@ -218,7 +226,9 @@ fn ring_part(matrices: RingMatrices, modes: &ModeSet, reduced: bool, correct: bo
         Part::full(&matrices.mass, &damping, &matrices.stiffness, modes.full_limit)
     };
     let residual = correct.then(|| residual_flexibility(&matrices.stiffness, modes, 4 * matrices.nodes)).flatten();
-    RingPart { matrices, part, residual }
+    let radial = (0..matrices.nodes).map(|node| 4 * node + 2);
+    let lags = lag::lags(&matrices.stiffness, &matrices.mass, modes, &part, radial);
+    RingPart { matrices, part, residual, lags }
 }
 
 /// The machine with everything that varies from sample to sample set to one value.

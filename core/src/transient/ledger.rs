@@ -102,9 +102,7 @@ impl Ledger {
         let spring = rub.map_or(0.0, |rub| {
             let x = line.place(rub.node);
             let dx = line.rotor.at(rub.node, &line.d_nodal);
-            let at = |share: f64| rub.spring_energy(rub.local([x[0] + share * dx[0], x[1] + share * dx[1]]));
-            // what `q+^T K q / 2` is for a linear spring: the form for which the scheme's balance closes
-            2.0 * at(0.5) - 0.5 * (at(0.0) + at(1.0))
+            rub.spring_energy(rub.local(x), rub.local([x[0] + dx[0], x[1] + dx[1]]))
         });
         self.now.kinetic =
             line.lateral.kinetic_energy(d) + line.twist.kinetic_energy(d_twist) + coupling + ring_kinetic;

@@ -114,13 +114,15 @@ struct Run<'a> {
     loads: BearingLoads,
     /// The last instant has been shown.
     end_shown: bool,
+    /// Why the start did not settle: there is no first step from it.
+    unsettled: Option<Cause>,
 }
 
 impl<'a> Run<'a> {
     fn new(machine: &'a Machine, structure: &'a Structure, dt: f64) -> Result<Self, PlanError> {
         let singular = PlanError::Singular { what: "mass", part: "the rotor" };
         let mut line = ShaftLine::new(machine, structure, dt).ok_or_else(|| singular.clone())?;
-        start::start(machine, structure, &mut line)?;
+        let settled = start::start(machine, structure, &mut line)?;
         let rub = match machine.diaphragms.first() {
             None => None,
             Some(diaphragm) => {
@@ -170,8 +172,10 @@ impl<'a> Run<'a> {
             loads: BearingLoads::new(structure, &line),
             end_shown: false,
             line,
+            unsettled: None,
         };
-        run.load_start();
+        let loaded = if settled { run.load_start() } else { Err(Cause::Diverged) };
+        run.unsettled = loaded.err();
         Ok(run)
     }
 
@@ -179,6 +183,9 @@ impl<'a> Run<'a> {
     fn step(&mut self, observer: &mut dyn Observer) -> Result<Option<EndCause>, Cause> {
         if self.machine.run.step_limit.is_some_and(|limit| self.step >= limit) {
             return Err(Cause::StepLimit);
+        }
+        if let Some(cause) = self.unsettled {
+            return Err(cause);
         }
         self.line.prepare();
         if let Some(rub) = &mut self.rub {

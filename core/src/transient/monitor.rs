@@ -9,7 +9,7 @@ use super::stress_peaks::StressPeaks;
 use super::whirl::RubMotion;
 use crate::machine::{Detection, FrictionLaw, Machine};
 use crate::outcome::{Cause, CauseSet, EndCause, Outcome, Status, columns};
-use crate::structure::Structure;
+use crate::structure::{MODAL_LAG, Structure};
 
 /// Length of the force filter, and how long the gap must stay open for an impact to end \[s\].
 pub const FILTER: f64 = 1e-3;
@@ -56,6 +56,8 @@ pub(crate) struct Monitor {
     window_length: usize,
     window_sum: f64,
     window_filled: usize,
+    /// What of the contact the modes left out have without their inertia.
+    modal_lag: f64,
     pub stress: StressPeaks,
     pub motion: RubMotion,
     pub steps: u64,
@@ -90,6 +92,7 @@ impl Monitor {
             window_length,
             window_sum: 0.0,
             window_filled: 0,
+            modal_lag: structure.lag_at_contact(machine),
             stress: StressPeaks::new(machine, structure),
             motion: RubMotion::default(),
             steps: 0,
@@ -184,6 +187,9 @@ impl Monitor {
         let slips = machine.diaphragms.iter().any(|d| d.contact.friction_law == FrictionLaw::Slip);
         if self.reversals > 0 && slips {
             causes.insert(Cause::SlipReversal);
+        }
+        if self.first_contact.is_some() && self.modal_lag > MODAL_LAG {
+            causes.insert(Cause::ModalBasis);
         }
         let cause = failure.or_else(|| causes.iter().next());
         let status = match (failure, cause) {

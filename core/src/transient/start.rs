@@ -21,9 +21,11 @@ use crate::structure::Structure;
 /// speed and twist it would cause on an anisotropic support is not in it. Verified by `a_residual_unbalance_starts_steady`
 /// and the Jeffcott cases of `tests/jeffcott.rs`.
 ///
+/// Returns whether the accelerations settled: a start that did not is no start.
+///
 /// # Errors
 /// [`PlanError::Singular`] where a matrix has no inverse.
-pub(crate) fn start(machine: &Machine, structure: &Structure, line: &mut ShaftLine<'_>) -> Result<(), PlanError> {
+pub(crate) fn start(machine: &Machine, structure: &Structure, line: &mut ShaftLine<'_>) -> Result<bool, PlanError> {
     let rotor = &machine.rotor;
     let part = &structure.lateral;
     let size = part.coordinates.size();
@@ -61,11 +63,11 @@ pub(crate) fn start(machine: &Machine, structure: &Structure, line: &mut ShaftLi
         }
     }
 
-    let (a, a_twist) = line
+    let (a, a_twist, settled) = line
         .initial_acceleration(structure, &q, &v, speed)
         .ok_or(PlanError::Singular { what: "mass", part: "the rotor" })?;
     line.start(&q, &v, &a, speed, &a_twist);
-    Ok(())
+    Ok(settled)
 }
 
 fn projected(structure: &Structure, nodal: &Matrix) -> Matrix {

@@ -28,7 +28,7 @@ impl OutcomeView<'_> {
 pub fn cause_in_words(cause: Cause) -> &'static str {
     match cause {
         Cause::Diverged => {
-            "the state grew beyond ten times the machine's size, or the iteration of a step did not settle"
+            "the state grew beyond ten times the machine's size, or the iteration of a step or of the start did not settle"
         }
         Cause::NonFinite => "the state became NaN or infinite",
         Cause::EnergyBalance => "the energy balance does not close within `run.guard`",
@@ -47,6 +47,9 @@ pub fn cause_in_words(cause: Cause) -> &'static str {
         Cause::WorkerCrashed => "its worker process crashed more than once while computing it alone",
         Cause::OutOfMemory => "its worker process ran out of memory",
         Cause::OutsideRing => "the rotor's centre left the ring of the diaphragm: what would follow is no rub",
+        Cause::ModalBasis => {
+            "the modes kept are too few for the contact: those left out would not follow its force at once, as is assumed of them"
+        }
     }
 }
 
@@ -95,6 +98,7 @@ pub fn advice(cause: Cause) -> &'static str {
         Cause::OutsideRing => {
             "look for a unit that is none (`contact.offset`, `rotor.initial`); a smaller `run.step` if a step passed the ring at once"
         }
+        Cause::ModalBasis => "more `run.rotor_modes` (or `run.ring_modes`), the default, or `run.engine = \"full\"`",
     }
 }
 

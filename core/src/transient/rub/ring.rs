@@ -43,15 +43,8 @@ impl<'a> Ring<'a> {
         let size = coordinates.size();
         let zeros = || vec![0.0; size];
         let nodal = 4 * part.matrices.nodes;
-        // |v| along an element stays below its nodal values plus the slopes' bulge of L/4 each side
         let arc = 2.0 * std::f64::consts::PI * part.matrices.mean_radius / part.matrices.nodes as f64;
-        let mut radial_bound = zeros();
-        for node in 0..part.matrices.nodes {
-            let (value, slope) = (coordinates.row(4 * node + 2), coordinates.row(4 * node + 3));
-            for k in 0..size {
-                radial_bound[k] = f64::max(radial_bound[k], value[k].abs() + 0.25 * arc * slope[k].abs());
-            }
-        }
+        let radial_bound = radial_bound(coordinates, part.matrices.nodes, arc);
         Some(Self {
             coordinates,
             stepper: Stepper::new(&part.part, &part.part.mass, dt)?,
@@ -101,7 +94,7 @@ impl<'a> Ring<'a> {
         }
     }
 
-    /// Upper bound of |v| at n+1.
+    /// Upper bound of |v| at n+1, the modes left out apart (they are at rest where it is asked for).
     pub fn radial_reach(&self) -> f64 {
         let mut reach = 0.0;
         for i in 0..self.d.len() {
@@ -124,6 +117,103 @@ impl<'a> Ring<'a> {
         let [radial, tangential] = gap.ring_gradient;
         for (dof, r, t) in surface.shapes(gap.place.element, gap.place.xi) {
             self.coordinates.add_row(dof, radial * r + tangential * t, &mut self.gap_row);
+        }
+    }
+}
+
+/// Bound of |v| anywhere on the ring per unit of each coordinate.
+///
+/// In an element of length L a coordinate's v is the cubic of its values v and slopes s at both ends,
+/// ```text
+/// v(xi) = h1 v1 + L g1 s1 + h2 v2 - L g2 s2,    h1 = (1 - xi)^2 (1 + 2 xi),  g1 = xi (1 - xi)^2,  h2 = xi^2 (3 - 2 xi),  g2 = xi^2 (1 - xi)
+/// 3 g1 <= h1,  3 g2 <= h2,  h1 + h2 = 1   =>   |v(xi)| <= max over both ends of |v| + (L/3) |s|
+/// ```
+/// No factor of L below 1/3 does: `g1/h1 = xi/(1 + 2 xi)` tends to 1/3 towards the other end. (L/4 bounds the sum of the largest value and the largest slope,
+/// which may stand at different nodes; it is not enough at one and the same.) The distance of the surface to the rotor centre x is at least
+/// `R_i - |v| - |x|` in either gap function: `u_P` only takes a point farther from the ring's centre.
+/// Verified by `the_bound_of_the_radial_displacement_holds_and_a_quarter_does_not`, `no_ring_is_nearer_than_its_bound`.
+fn radial_bound(coordinates: &Coordinates, nodes: usize, arc: f64) -> Vec<f64> {
+    let mut bound = vec![0.0; coordinates.size()];
+    for node in 0..nodes {
+        let (value, slope) = (coordinates.row(4 * node + 2), coordinates.row(4 * node + 3));
+        for (k, most) in bound.iter_mut().enumerate() {
+            *most = f64::max(*most, value[k].abs() + arc / 3.0 * slope[k].abs());
+        }
+    }
+    bound
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::{exact_gap, polar_gap};
+    use crate::machine::{FlexibleStator, Rayleigh, Ring as RingShape};
+    use crate::stator::RingMatrices;
+    use proptest::prelude::*;
+
+    const NODES: usize = 6;
+    const MEAN: f64 = 0.4;
+
+    fn surface(inner_face: bool) -> Surface {
+        let ring = RingShape { mean_radius: MEAN, thickness: 0.05, width: 0.1, elements: NODES };
+        let damping = Rayleigh::default();
+        let stator =
+            FlexibleStator { young_modulus: 2e11, poisson_ratio: 0.3, density: 7850.0, ring, blades: None, damping };
+        RingMatrices::assemble(&stator).surface(0.37, inner_face)
+    }
+
+    /// Largest |v| of a nodal field, sampled.
+    fn largest(surface: &Surface, field: &[f64]) -> f64 {
+        let places = (0..NODES).flat_map(|element| (0..=400).map(move |k| (element, f64::from(k) / 400.0)));
+        places.fold(0.0, |most, (element, xi)| {
+            most.max((surface.point(field, element, xi).radial - surface.radius).abs())
+        })
+    }
+
+    #[test]
+    fn the_bound_of_the_radial_displacement_holds_and_a_quarter_does_not() {
+        let surface = surface(true);
+        let arc = surface.element_angle() * MEAN;
+        // one end has a slope alone, the other a displacement alone: L/4 counts both the same, what lies between is 28/27 of it
+        let mut shape = Matrix::zeros(4 * NODES, 1);
+        (shape[(3, 0)], shape[(6, 0)]) = (1.0, 0.25 * arc);
+        let bound = radial_bound(&Coordinates::modal(&shape), NODES, arc)[0];
+        let most = largest(&surface, crate::linalg::column_of(&shape, 0));
+        assert!(most <= bound, "{most} {bound}");
+        assert!(most > 0.25 * arc * 1.037, "{most} {arc}");
+        // and L/3 is reached: no smaller one is a bound
+        shape[(6, 0)] = arc / 3.0;
+        let most = largest(&surface, crate::linalg::column_of(&shape, 0));
+        assert!((most / bound - 1.0).abs() < 1e-12, "{most} {bound}");
+    }
+
+    proptest! {
+        #[test]
+        fn no_ring_is_nearer_than_its_bound(
+            shapes in prop::collection::vec(-1.0..1.0f64, 4 * NODES * 3),
+            steep in 0.1..30.0f64,
+            q in prop::collection::vec(-1.0..1.0f64, 3),
+            rotor in (-0.02..0.02f64, -0.02..0.02f64),
+            inner_face in any::<bool>(),
+        ) {
+            let surface = surface(inner_face);
+            // values within a hundredth of the radius, slopes from flat to steep
+            let shapes = Matrix::from_fn(4 * NODES, 3, |i, j| {
+                shapes[3 * i + j] * if i % 2 == 1 { 4e-3 * steep } else { 4e-3 }
+            });
+            let coordinates = Coordinates::modal(&shapes);
+            let arc = surface.element_angle() * MEAN;
+            let bound = radial_bound(&coordinates, NODES, arc);
+            let reach: f64 = bound.iter().zip(&q).map(|(bound, q)| bound * q.abs()).sum();
+            let mut field = vec![0.0; 4 * NODES];
+            coordinates.expand(&q, &mut field);
+            prop_assert!(largest(&surface, &field) <= reach * (1.0 + 1e-14));
+            // no gap function is below what the bound leaves
+            let x = [rotor.0, rotor.1];
+            let room = (surface.radius - 0.35) - x[0].hypot(x[1]) - reach;
+            let place = Detector::new(surface).closest(&field, x);
+            prop_assert!(exact_gap(&surface, Some(&field), 0.35, x, place).value >= room - 1e-14);
+            prop_assert!(polar_gap(&surface, Some(&field), 0.35, x).value >= room - 1e-14);
         }
     }
 }

@@ -13,7 +13,7 @@
 
 use super::coupled::{Block, Coupled, POINTS};
 use super::ring::RingForce;
-use super::{Attempt, CONTACT_ITERATIONS, Rub, StepContact, bilinear, directions, on_rotor};
+use super::{Attempt, Rounds, Rub, StepContact, bilinear, directions, on_rotor};
 use crate::contact::{ContactForce, Gap, Place};
 use crate::linalg::{axpy, dot};
 use crate::machine::FrictionLaw;
@@ -103,8 +103,8 @@ impl Rub<'_> {
         d: &mut [f64],
         d_twist: &mut [f64],
     ) -> Option<()> {
-        let mut nearly = false;
-        for iteration in 0..CONTACT_ITERATIONS {
+        let mut rounds = Rounds::default();
+        loop {
             self.iterations += 1;
             self.follow(points);
             let x = self.after(attempt.x_n, d);
@@ -127,18 +127,18 @@ impl Rub<'_> {
             line.add_drive_torque(self.drive_lever * torque);
             let after: f64 = points.iter().map(|p| p.force.normal).sum();
             let change = self.change(line, driven, (d, d_twist), (&free, &free_twist), after);
-            let moved = change <= TOLERANCE;
-            nearly = change <= LOOSE;
-            let steady = (after - before).abs() <= 1e-9 * after;
+            let steady = (after - before).abs() <= 1e-9 * after + self.rounding_of_force();
             d.copy_from_slice(&free);
             d_twist.copy_from_slice(&free_twist);
             (self.candidate, self.candidate_twist) = (free, free_twist);
             solved?;
-            if iteration > 0 && moved && steady && self.ring_settled() {
+            if rounds.done > 0 && change <= TOLERANCE && steady && self.ring_settled() {
                 return Some(());
             }
+            if !rounds.another(change) {
+                return (change <= LOOSE).then_some(());
+            }
         }
-        nearly.then_some(())
     }
 
     /// The forces at the kept points, from those that are there.

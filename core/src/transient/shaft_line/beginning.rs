@@ -1,10 +1,13 @@
 //! The beginning of a run: state and accelerations at t = 0, and the fictitious increments of the step before.
 
 use super::{ShaftLine, distance, masses, norm};
-use crate::linalg::dot;
+use crate::linalg::{Matrix, dot};
 use crate::rotor::Turn;
 use crate::structure::Structure;
 use crate::transient::prescribed::slope_of;
+
+/// Rounds of the iteration for the accelerations at the start.
+const ROUNDS: usize = 2000;
 
 impl ShaftLine<'_> {
     /// Sets the state at n = 0 from coordinates, velocities and accelerations (increments of the step before are fictitious:
@@ -40,14 +43,19 @@ impl ShaftLine<'_> {
         self.forces();
     }
 
-    /// Accelerations at the start, from `M a = f(x0, v0, a) - C v0 - K x0`, in coordinates.
+    /// Accelerations at the start, from `M a = f(x0, v0, a) - C v0 - K x0`, in coordinates, and whether the iteration for them
+    /// settled; `None` where a mass matrix is singular.
+    ///
+    /// The forces depend on the accelerations where an unbalance turns with the spin and where a disc tilts: a round gains
+    /// a factor of about `m e^2/(J + m e^2)`. Below the rounding of the forces it settles to nothing.
+    /// Verified by `a_start_that_does_not_settle_is_said`, `a_start_that_does_not_settle_fails` in `tests/rub.rs`.
     pub fn initial_acceleration(
         &mut self,
         structure: &Structure,
         q: &[f64],
         velocity: &[f64],
         spin: f64,
-    ) -> Option<(Vec<f64>, Vec<f64>)> {
+    ) -> Option<(Vec<f64>, Vec<f64>, bool)> {
         let (lateral_mass, twist_mass) = masses(structure, &self.unbalances);
         let (inverse, twist_inverse) = (crate::linalg::inverse(&lateral_mass)?, crate::linalg::inverse(&twist_mass)?);
         self.lateral_map.expand(q, &mut self.x);
@@ -59,7 +67,8 @@ impl ShaftLine<'_> {
         let mut next = vec![0.0; size];
         let mut next_twist = a_twist.clone();
         let brake = self.brake.at_start(spin);
-        for _ in 0..2000 {
+        let mut last = f64::INFINITY;
+        for _ in 0..ROUNDS {
             self.lateral_map.expand(&a, &mut self.a);
             self.twist_map.expand(&a_twist, &mut self.a_psi);
             self.instant_forces();
@@ -98,9 +107,55 @@ impl ShaftLine<'_> {
             std::mem::swap(&mut a, &mut next);
             std::mem::swap(&mut a_twist, &mut next_twist);
             if change <= 1e-13 * scale {
-                break;
+                return Some((a, a_twist, true));
             }
+            last = change;
         }
-        Some((a, a_twist))
+        let settled = last <= self.rounding_of_accelerations(structure, &inverse, q, velocity);
+        Some((a, a_twist, settled))
+    }
+
+    /// What rounding of the forces leaves of the accelerations at the start: `8 eps |M^-1| (|K| |q| + |C| |v| + |w|)`.
+    fn rounding_of_accelerations(&self, structure: &Structure, inverse: &Matrix, q: &[f64], velocity: &[f64]) -> f64 {
+        let size = q.len();
+        let part = &structure.lateral;
+        let forces: Vec<f64> = (0..size)
+            .map(|i| {
+                let terms = (0..size)
+                    .map(|j| (part.stiffness[(i, j)] * q[j]).abs() + (part.damping[(i, j)] * velocity[j]).abs());
+                terms.sum::<f64>() + self.weight[i].abs()
+            })
+            .collect();
+        let rows = (0..size).map(|i| (0..size).map(|j| inverse[(i, j)].abs() * forces[j]).sum::<f64>());
+        8.0 * f64::EPSILON * norm(&rows.collect::<Vec<_>>())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::machine::MachineDef;
+
+    /// Whether the start of a Jeffcott rotor (m = k = 1, unbalance 1 at 0.5) with such an inertia of its spin settles.
+    fn settles(inertia: f64) -> bool {
+        let text = format!(
+            "schema = 1\nname = \"start\"\n[run]\nend_time = 1\n[rotor]\nkind = \"point-mass\"\nmass = 0\n\
+             polar_inertia = {inertia:?}\ninitial_speed = 1\n[rotor.bearings.spring]\nstiffness = 1\n\
+             [rotor.unbalances.mass]\nmass = 1\nradius = 0.5\n"
+        );
+        let machine = MachineDef::parse("start.toml", &text).expect("parses").build().expect("valid");
+        let structure = Structure::build(&machine, None).expect("buildable");
+        let mut line = ShaftLine::new(&machine, &structure, 1e-3).expect("regular");
+        let (a, a_twist, settled) =
+            line.initial_acceleration(&structure, &[0.1, 0.2], &[0.3, 0.0], 1.0).expect("regular");
+        assert!(a.iter().chain(&a_twist).all(|value| value.is_finite()));
+        settled
+    }
+
+    #[test]
+    fn a_start_that_does_not_settle_is_said() {
+        // a round gains a factor of m e^2/(J + m e^2)
+        assert!(settles(1.0) && settles(0.05));
+        assert!(!settles(1e-4));
     }
 }
