@@ -119,7 +119,7 @@ impl Run {
     }
 
     pub fn log(&self) -> String {
-        std::fs::read_to_string(&self.options.worker_log).expect("a log")
+        std::fs::read_to_string(&*self.options.worker_log).expect("a log")
     }
 }
 

@@ -60,7 +60,7 @@ pub(super) fn run(
         grace: options.grace,
         max_failures: options.max_failures,
     };
-    let mut log = Log::open(options.worker_log.clone())?;
+    let mut log = Log::open(&options.worker_log)?;
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()
@@ -309,6 +309,7 @@ impl Driver<'_> {
             self.stop(if is_past_wall { Ended::Wall } else { Ended::Until }, &mut effects);
         }
         self.check_hub(now)?;
+        self.sink.check()?;
         self.scheduler.on_tick(now, &mut effects);
         self.carry_out(&mut effects, Vec::new())?;
         if self.unflushed > 0 && self.flushed.elapsed() >= self.options.flush_every {

@@ -2,9 +2,12 @@
 
 use super::Request;
 use crate::study::Samples;
+use bladeoff_protocol::place::Place;
 use serde_json::{Map, Value, json};
-use std::path::Path;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+/// Largest that is read.
+const MOST_MANIFEST: u64 = 16 << 20;
 
 /// How a run went, for the manifest.
 #[derive(Debug, Clone, Copy)]
@@ -20,8 +23,8 @@ pub(super) struct Course<'a> {
 }
 
 /// Whether the manifest of a directory is there and tells of a complete study.
-pub(super) fn tells_complete(path: &Path) -> bool {
-    let text = std::fs::read(path).unwrap_or_default();
+pub(super) fn tells_complete(path: &Place) -> bool {
+    let text = path.read(MOST_MANIFEST).unwrap_or_default();
     serde_json::from_slice::<Value>(&text).is_ok_and(|told| told["state"] == "complete")
 }
 

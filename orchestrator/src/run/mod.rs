@@ -10,6 +10,7 @@ mod change;
 pub mod directory;
 mod events;
 mod interrupt;
+mod kept;
 mod keys;
 mod lock;
 mod manifest;
@@ -23,12 +24,15 @@ mod reuse;
 mod sink;
 mod status;
 mod tables;
+mod trust;
 
 pub use change::Change;
+pub use kept::Lost;
 pub use keys::SampleKeys;
 pub use lock::{Holder, LockError, Look, look};
 pub use resume::Rerun;
-pub use status::{RunState, STATUS, Seen, go_on, see};
+pub use status::{RunState, STATUS, Seen, TRUST, go_on, see};
+pub use trust::Untrusted;
 
 use crate::dispatch::{self, DispatchOptions, DispatchReport, Ended, Signal};
 use crate::engine::EngineError;
@@ -38,11 +42,13 @@ use crate::report::{Progress, Tally};
 use crate::results::TableError;
 use crate::study::Samples;
 use bladeoff_core::document::Problems;
+use bladeoff_protocol::folder::Folder;
 use bladeoff_worker::fault::{At, Faults, Who};
 use bladeoff_worker::plan::PlanFileError;
 use bladeoff_worker::process::build_id;
-use directory::{LEDGER, LOCK, MANIFEST, PARTS, RESULTS, RunDirectory, TIMINGS, row_files};
+use directory::{LEDGER, LOCK, MANIFEST, PARTS, RESULTS, RunDirectory, TIMINGS, WORKER_LOG, row_files};
 use events::EventStream;
+use kept::Guard;
 use manifest::{Course, manifest};
 use prepare::Prepared;
 use resume::Opened;
@@ -62,6 +68,8 @@ pub use events::EVENTS_VERSION;
 pub struct Request {
     /// Result directory; a run that is there is continued.
     pub out: PathBuf,
+    /// Work there even if others could write in it.
+    pub trusts: bool,
     /// Worker processes.
     pub workers: usize,
     /// What it may take.
@@ -101,6 +109,12 @@ pub enum RunError {
         /// The first file that no run begins with.
         file: String,
     },
+    /// Others could write in the directory.
+    #[error(transparent)]
+    Untrusted(#[from] Untrusted),
+    /// The directory was taken from the run.
+    #[error(transparent)]
+    Lost(#[from] Lost),
     /// A file stands where the directory should be.
     #[error("{} is not a directory; choose another --out", path.display())]
     NotADirectory {
@@ -170,6 +184,7 @@ impl RunError {
         matches!(
             self,
             Self::Foreign { .. }
+                | Self::Untrusted(_)
                 | Self::NotADirectory { .. }
                 | Self::Changed { .. }
                 | Self::NothingToRerun { .. }
@@ -211,16 +226,16 @@ fn open_and_compute(
     // Whatever can be refused is refused before the directory is made.
     let new_basis = if request.out.exists() { None } else { Some(prepare::new_basis(samples)?) };
     dispatch::preflight(request.workers)?;
-    let directory = match RunDirectory::claim(&request.out) {
+    let directory = match RunDirectory::claim(&request.out, request.trusts) {
         Err(error) if error.is_write_protection() => return look_only(request, samples, note, error),
         claimed => claimed?,
     };
     if let Some(holder) = directory.left_by() {
         note(&format!("the last run here ({holder}) did not end in order; going on from its record"));
     }
-    let basis = new_basis.map_or_else(|| prepare::frozen_basis(samples, &request.out), Ok)?;
+    let basis = new_basis.map_or_else(|| prepare::frozen_basis(samples, directory.open()), Ok)?;
     let prepared = Prepared::new(samples, basis)?;
-    let compared = resume::compare(&request.out, &prepared, request.rerun.as_ref())?;
+    let compared = resume::compare(directory.open(), &prepared, request.rerun.as_ref())?;
     compared.notes().iter().for_each(|text| note(text));
     if tables::is_current(&request.out, RESULTS, &prepared.provenance)
         && let Some((record, tally)) = compared.complete(&prepared)
@@ -248,14 +263,15 @@ fn open_and_compute(
 /// What can be said of a directory that cannot be written: nothing has to be when everything is there. `error`: of writing.
 fn look_only(request: &Request, samples: &Samples, note: &dyn Fn(&str), error: RunError) -> Result<Finished, RunError> {
     let look = || -> Result<Option<Finished>, RunError> {
-        if let Look::Held(holder) = look(&request.out, LOCK)? {
+        let folder = Folder::open(&request.out).map_err(FileError::at("open", &request.out))?;
+        if let Look::Held(holder) = look(&folder, LOCK)? {
             return Err(LockError::Held { directory: request.out.clone(), holder }.into());
         }
-        if !request.out.join(LEDGER).exists() {
+        if !folder.place(LEDGER).exists() {
             return Ok(None);
         }
-        let prepared = Prepared::new(samples, prepare::frozen_basis(samples, &request.out)?)?;
-        let compared = resume::compare(&request.out, &prepared, request.rerun.as_ref())?;
+        let prepared = Prepared::new(samples, prepare::frozen_basis(samples, &folder)?)?;
+        let compared = resume::compare(&folder, &prepared, request.rerun.as_ref())?;
         if tables::is_current(&request.out, RESULTS, &prepared.provenance)
             && let Some((_, tally)) = compared.complete(&prepared)
         {
@@ -305,11 +321,12 @@ fn put_in_order(
             dropped_messages: 0,
         };
         let text = manifest(request, samples, &prepared.provenance, &course);
-        write_whole(&directory.file(MANIFEST), text.as_bytes())?;
+        write_whole(directory.file(MANIFEST), text.as_bytes())?;
         note(&format!("{MANIFEST} was missing, damaged or of a run that did not end: it is made again, of this run"));
     }
-    if !status::tells_complete(directory.path()) {
-        StatusWriter::new(directory.path(), samples, tally.done()).finish("complete", None, tally);
+    if !status::tells_complete(directory.open()) {
+        let mut status = StatusWriter::new(directory.open(), samples, tally.done()).trusting(request.trusts);
+        status.finish("complete", None, tally);
     }
     Ok(directory.remove_parts()?)
 }
@@ -327,7 +344,7 @@ fn compute(
     let durable = Rc::new(RefCell::new(opened.tally.clone()));
     let mut observer = ProgressObserver {
         progress: Progress::start(samples.count(), reused, Instant::now()),
-        status: StatusWriter::new(directory.path(), samples, reused),
+        status: StatusWriter::new(directory.open(), samples, reused).trusting(request.trusts),
         tally: Rc::new(RefCell::new(opened.tally.clone())),
         durable: Rc::clone(&durable),
         watched: Rc::clone(watched),
@@ -363,9 +380,8 @@ fn compute_watched(
         worker_deaths: deaths,
         dropped_messages: dropped,
     };
-    let write_manifest = |course: &Course<'_>| {
-        write_whole(&directory.file(MANIFEST), manifest(request, samples, &prepared.provenance, course).as_bytes())
-    };
+    let manifest = |course: &Course<'_>| manifest(request, samples, &prepared.provenance, course);
+    let write_manifest = |course: &Course<'_>| write_whole(directory.file(MANIFEST), manifest(course).as_bytes());
     write_manifest(&course("running", None, reused, 0, 0))?;
 
     let mut options = DispatchOptions::new(
@@ -378,6 +394,7 @@ fn compute_watched(
     options.build = Some(build_id());
     request.budget.apply(failed_before, &mut options);
     options.keys = true;
+    options.worker_log = directory.file(WORKER_LOG);
     if let Some(events) = &mut observer.watched.borrow_mut().events {
         let directory = directory.path().to_string_lossy();
         events.started(&samples.study().name, &directory, samples.count(), reused, request.workers);
@@ -395,6 +412,7 @@ fn compute_watched(
             watched: Rc::clone(&observer.watched),
             gathered: Vec::new(),
             parts,
+            guard: Guard::new(directory),
         };
         let report = if todo.left() > 0 && request.budget.is_exceeded(failed_before) {
             Ok(DispatchReport::nothing(Ended::TooManyFailures))
@@ -413,22 +431,33 @@ fn compute_watched(
     // Taken but not recorded is computed again: it does not count.
     let durable = observer.durable.borrow().clone();
     observer.progress.finish(&durable, Instant::now());
-    let report = report?;
-    // After a failure the first error is the one that says why.
-    committed?;
-    let table = if durable.done() == samples.count() {
-        let table = tables::write_tables(directory, prepared, &record)?;
-        faults.reached(At::Retiring, 0, None);
-        directory.remove_parts()?;
-        Some(table)
-    } else {
-        parts?;
-        let has_rows = !row_files(directory.path()).is_empty();
-        has_rows.then(|| directory.file(PARTS))
+    let finish = || {
+        let report = report?;
+        // After a failure the first error is the one that says why.
+        committed?;
+        let table = if durable.done() == samples.count() {
+            let table = tables::write_tables(directory, prepared, &record)?;
+            faults.reached(At::Retiring, 0, None);
+            directory.remove_parts()?;
+            Some(table)
+        } else {
+            parts?;
+            let has_rows = !row_files(directory.path()).is_empty();
+            has_rows.then(|| directory.file(PARTS).to_path_buf())
+        };
+        let (state, finished) = (state_word(&report), Some(SystemTime::now()));
+        write_manifest(&course(state, finished, durable.done(), report.worker_deaths, report.dropped_messages))?;
+        Ok((report, table))
     };
-    let (state, finished) = (state_word(&report), Some(SystemTime::now()));
-    write_manifest(&course(state, finished, durable.done(), report.worker_deaths, report.dropped_messages))?;
-    Ok((report, table))
+    let lost = |loss| {
+        let manifest = manifest(&course("failed", Some(SystemTime::now()), durable.done(), 0, 0));
+        RunError::from(kept::keep(loss, directory, prepared, &ledger, &durable, &manifest))
+    };
+    if let Some(loss) = kept::loss(directory, &ledger) {
+        return Err(lost(loss));
+    }
+    // It may be lost while the tables are written.
+    finish().map_err(|error| kept::loss(directory, &ledger).map_or(error, lost))
 }
 
 impl Finished {

@@ -17,16 +17,16 @@ pub(super) fn write_tables(
     record: &Reader,
 ) -> Result<PathBuf, RunError> {
     let path = directory.file(RESULTS);
-    let timings = Pending::create(&directory.file(TIMINGS))?;
+    let timings = Pending::create(directory.file(TIMINGS))?;
     let mut rows = RowsWriter::create(prepared, Pending::create(&path)?, timings, &[])?;
     record.for_each(|sample, entry| rows.push(sample, entry).map_err(RunError::from))?;
     rows.finish()?;
-    Ok(path)
+    Ok(path.to_path_buf())
 }
 
 /// Writes `timings.parquet` alone, again.
 pub(super) fn write_timings(directory: &RunDirectory, record: &Reader) -> Result<(), RunError> {
-    let mut timings = TimingsWriter::create(Pending::create(&directory.file(TIMINGS))?)?;
+    let mut timings = TimingsWriter::create(Pending::create(directory.file(TIMINGS))?)?;
     record.for_each(|sample, entry| {
         let Entry { cpu_s, worker, attempt, .. } = entry;
         timings.push(Timing { sample, cpu_s, worker, attempt }).map_err(RunError::from)
