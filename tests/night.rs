@@ -51,8 +51,13 @@ fn a_run_ends_with_its_time_and_says_how_to_go_on() {
         String::from_utf8(date.expect("date runs").stdout).expect("UTF-8").trim().to_owned()
     });
     let out = folder.name("wrong");
-    for wrong in [["--until", "25:00"], ["--wall", "8 hours"], ["--memory-limit", "2"], ["--crash-limit", "0"], ["--kill-limit", "0"]]
-    {
+    for wrong in [
+        ["--until", "25:00"],
+        ["--wall", "8 hours"],
+        ["--memory-limit", "2"],
+        ["--crash-limit", "0"],
+        ["--kill-limit", "0"],
+    ] {
         assert_eq!(run(&study, &out, &wrong, None).code, 2, "{wrong:?}");
     }
 }
@@ -124,7 +129,11 @@ fn a_sample_whose_worker_is_killed_again_and_again_is_tried_once_by_every_later_
     // The same again: one more try, one more kill, the same table.
     let said = run(&limited, &out, &[], Some(&fault("once", "do=kill,times=99")));
     assert_eq!((said.code, fired("once")), (4, 1), "{}", said.err);
-    assert!(said.err.contains("1 sample whose worker was killed from outside") && bytes(&out) == given_up, "{}", said.err);
+    assert!(
+        said.err.contains("1 sample whose worker was killed from outside") && bytes(&out) == given_up,
+        "{}",
+        said.err
+    );
     assert!(said.err.contains("19 of 20 samples are there already, 1 are computed"), "{}", said.err);
     // Nobody kills any more: the row is the one it would have been, and then nothing else is computed.
     let said = run(&limited, &out, &[], Some(&fault("over", "do=kill,times=0")));

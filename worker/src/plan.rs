@@ -4,17 +4,22 @@
 //! it was given on its command line, and with it that of the basis file. So all samples of a result directory come from
 //! one plan, whatever happens to the files a study was read from.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use bladeoff_core::machine::ParamValue;
 use bladeoff_protocol::files::{FileError, write_whole};
+use bladeoff_protocol::folder::Folder;
+use bladeoff_protocol::place::Place;
 use serde::{Deserialize, Serialize};
 
 /// Name of the plan in a result directory.
 pub const PLAN_FILE: &str = "plan.json";
 /// Name of the frozen basis in a result directory.
 pub const BASIS_FILE: &str = "basis.bin";
+/// Largest plan that is read.
+const MOST_PLAN: u64 = 64 << 20;
+/// Largest basis that is read.
+pub const MOST_BASIS: u64 = 256 << 20;
 const FORMAT: &str = "bladeoff work plan";
 const VERSION: u32 = 1;
 
@@ -138,12 +143,12 @@ impl WorkPlan {
     ///
     /// # Errors
     /// A file that could not be written.
-    pub fn write(&self, dir: &Path) -> Result<String, PlanFileError> {
+    pub fn write(&self, dir: &Folder) -> Result<String, PlanFileError> {
         if let Some(basis) = &self.basis {
-            write_whole(&dir.join(BASIS_FILE), basis)?;
+            write_whole(dir.place(BASIS_FILE), basis)?;
         }
         let text = self.text();
-        write_whole(&dir.join(PLAN_FILE), text.as_bytes())?;
+        write_whole(dir.place(PLAN_FILE), text.as_bytes())?;
         Ok(hash(text.as_bytes()))
     }
 
@@ -152,8 +157,17 @@ impl WorkPlan {
     /// # Errors
     /// A file that is not there, has changed, or is of another version.
     pub fn read(dir: &Path, expected: &str) -> Result<Self, PlanFileError> {
-        let path = dir.join(PLAN_FILE);
-        let file: PlanFile = serde_json::from_slice(&read_file(&path, expected)?)
+        Self::read_in(&Folder::open(dir).map_err(FileError::at("open", dir))?, expected)
+    }
+
+    /// The same in an open directory.
+    ///
+    /// # Errors
+    /// As [`WorkPlan::read`].
+    pub fn read_in(dir: &Folder, expected: &str) -> Result<Self, PlanFileError> {
+        let place = dir.place(PLAN_FILE);
+        let path = place.to_path_buf();
+        let file: PlanFile = serde_json::from_slice(&read_file(&place, MOST_PLAN, expected)?)
             .map_err(|source| PlanFileError::NotAPlan { path: path.clone(), source: Some(source) })?;
         if file.format != FORMAT || file.version != VERSION {
             return Err(PlanFileError::NotAPlan { path, source: None });
@@ -171,7 +185,7 @@ impl WorkPlan {
             fixed.push((param, value));
         }
         let basis = match &file.basis_blake3 {
-            Some(expected) => Some(read_file(&dir.join(BASIS_FILE), expected)?),
+            Some(expected) => Some(read_file(&dir.place(BASIS_FILE), MOST_BASIS, expected)?),
             None => None,
         };
         let PlanFile { machine_file, machine_toml, varied, .. } = file;
@@ -179,11 +193,11 @@ impl WorkPlan {
     }
 }
 
-fn read_file(path: &Path, expected: &str) -> Result<Vec<u8>, PlanFileError> {
-    let bytes = fs::read(path).map_err(FileError::at("read", path))?;
+fn read_file(path: &Place, limit: u64, expected: &str) -> Result<Vec<u8>, PlanFileError> {
+    let bytes = path.read(limit)?;
     let found = hash(&bytes);
     if found != expected {
-        return Err(PlanFileError::Changed { path: path.to_owned(), found, expected: expected.to_owned() });
+        return Err(PlanFileError::Changed { path: path.to_path_buf(), found, expected: expected.to_owned() });
     }
     Ok(bytes)
 }
@@ -191,6 +205,7 @@ fn read_file(path: &Path, expected: &str) -> Result<Vec<u8>, PlanFileError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     fn example() -> WorkPlan {
         WorkPlan {
@@ -208,7 +223,7 @@ mod tests {
     #[test]
     fn a_plan_reads_back_exactly_and_its_hash_is_its_own() {
         let dir = tempfile::tempdir().expect("temporary directory");
-        let hash = example().write(dir.path()).expect("written");
+        let hash = example().write(&Folder::open(dir.path()).expect("opened")).expect("written");
         assert_eq!(hash, example().hash());
         assert_eq!(WorkPlan::read(dir.path(), &hash).expect("read"), example());
         let other = WorkPlan { basis: Some(vec![1, 2, 4]), ..example() };
@@ -218,7 +233,7 @@ mod tests {
     #[test]
     fn a_changed_plan_or_basis_is_refused() {
         let dir = tempfile::tempdir().expect("temporary directory");
-        let hash = example().write(dir.path()).expect("written");
+        let hash = example().write(&Folder::open(dir.path()).expect("opened")).expect("written");
         fs::write(dir.path().join(BASIS_FILE), [9]).expect("written");
         let error = WorkPlan::read(dir.path(), &hash).expect_err("basis changed");
         assert!(matches!(&error, PlanFileError::Changed { path, .. } if path.ends_with(BASIS_FILE)), "{error}");

@@ -171,6 +171,7 @@ fn input_exit(error: &InputError) -> Exit {
         InputError::Io { .. } => Exit::Io,
         InputError::Missing { .. }
         | InputError::NotAFile { .. }
+        | InputError::Link { .. }
         | InputError::TooLarge { .. }
         | InputError::NotText { .. }
         | InputError::Escapes { .. } => Exit::Input,

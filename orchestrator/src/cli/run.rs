@@ -8,11 +8,11 @@ use crate::dispatch::{Ended, Signal};
 use crate::report::{SUMMARY_COLUMNS, Summary, duration};
 use crate::results::Table;
 use crate::run::directory::{LEDGER, row_files};
-use crate::run::{Finished, Request, Rerun, go_on, run};
+use crate::run::{Finished, Request, Rerun, RunError, TRUST, go_on, run};
 use crate::study::{Samples, Study, check_machines, check_starts, load, parse_duration};
 use bladeoff_core::outcome::{Cause, Status};
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Duration;
 
@@ -48,7 +48,10 @@ meanwhile (more points, a larger --limit or run.step_limit, other [limits]); one
 While it runs, and after Ctrl-C, SIGTERM or the end of a budget (--wall, --until, --max-failures), the rows finished so far are in \
 parts/*.parquet: files that never change, with the columns of the table and each row once, to be read together (DuckDB: \
 read_parquet('DIR/parts/*.parquet')). They go when results.parquet is there. `status` tells how far it is. A second Ctrl-C does not \
-wait for the samples in work. `s` and Enter, or SIGUSR1, print what each worker is doing.";
+wait for the samples in work. `s` and Enter, or SIGUSR1, print what each worker is doing.
+
+A folder that no run began is refused, and so is one that belongs to another user or that others can write in (--trust-dir insists). \
+A directory that is removed during the run stops it; what was finished is then kept in DIR.kept.";
 
 /// Examples, and when it fails.
 const EXAMPLES: &str = "\
@@ -98,6 +101,11 @@ pub struct Args {
     /// case, and with 0 only they
     #[arg(long, value_name = "TIME", default_value = "60 s", value_parser = refresh)]
     refresh: Duration,
+
+    /// Work in a result directory that belongs to another user or that others can write in: they could change what the run
+    /// writes and reads there
+    #[arg(long)]
+    trust_dir: bool,
 
     #[command(flatten)]
     part: PartArgs,
@@ -187,15 +195,21 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     }
     let request = Request {
         out: out.clone(),
+        trusts: args.trust_dir,
         workers,
         rerun: args.rerun.clone(),
         refresh: args.refresh,
         budget,
         json_events: args.json_events,
     };
-    let go_on = || remark(&format!("what is finished is kept; go on with: {}", go_on(&out, &samples)));
+    let trust = if args.trust_dir { TRUST } else { "" };
+    let go_on_in =
+        |out: &Path| remark(&format!("what is finished is kept; go on with: {}{trust}", go_on(out, &samples)));
+    let go_on = || go_on_in(&out);
     let finished = run(&request, &samples, &remark).inspect_err(|error| {
-        if !error.is_refusal() && out.join(LEDGER).exists() {
+        if let RunError::Lost(lost) = error {
+            lost.goes_on_in().inspect(|out| go_on_in(out));
+        } else if !error.is_refusal() && out.join(LEDGER).exists() {
             go_on();
         }
     })?;

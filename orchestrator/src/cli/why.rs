@@ -16,16 +16,21 @@ use crate::study::{FrozenFiles, Samples, StudyError, load_frozen, show};
 use bladeoff_core::document::units::format_quantity;
 use bladeoff_core::document::visible;
 use bladeoff_core::outcome::{Cause, CauseSet, ColumnKind, EndCause, Outcome, Status};
+use bladeoff_protocol::place::Place;
 use serde_json::Value;
 use std::collections::VecDeque;
 use std::ffi::OsStr;
-use std::fs::{self, File};
-use std::io::{BufRead, BufReader};
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// Most lines of the workers' log that are shown.
 const SHOWN_LINES: usize = 20;
+/// Largest manifest that is read.
+const MOST_MANIFEST: u64 = 16 << 20;
+/// End of the workers' log that is searched; one run writes 16 MB at most.
+const MOST_LOG: u64 = 64 << 20;
 
 /// Tell all that is known of one sample
 ///
@@ -211,8 +216,11 @@ fn frozen(directory: &Path) -> Result<Samples, WhyError> {
     let failed = |source| WhyError::Frozen { directory: directory.to_path_buf(), source };
     let files = FrozenFiles { machine: directory.join(MACHINE), points: directory.join(POINTS) };
     let study = load_frozen(&directory.join(STUDY), files).map_err(failed)?;
-    let manifest: Value =
-        fs::read(directory.join(MANIFEST)).ok().and_then(|text| serde_json::from_slice(&text).ok()).unwrap_or_default();
+    let manifest: Value = Place::from(&directory.join(MANIFEST))
+        .read(MOST_MANIFEST)
+        .ok()
+        .and_then(|text| serde_json::from_slice(&text).ok())
+        .unwrap_or_default();
     Samples::new(study, manifest["scale"].as_f64(), manifest["limit"].as_u64()).map_err(failed)
 }
 
@@ -286,9 +294,11 @@ fn timing(told: &mut Told, directory: &Path, sample: u64) {
 
 /// What the workers' log says of the sample, the latest last.
 fn log(told: &mut Told, directory: &Path, sample: u64) {
-    let Ok(file) = File::open(directory.join(WORKER_LOG)) else { return };
+    let Ok(mut file) = Place::from(&directory.join(WORKER_LOG)).open() else { return };
+    let length = file.metadata().map_or(0, |found| found.len());
+    let _ = file.seek(SeekFrom::Start(length.saturating_sub(MOST_LOG)));
     let (mut shown, mut skipped) = (VecDeque::new(), 0u64);
-    for line in BufReader::new(file).split(b'\n').map_while(Result::ok) {
+    for line in BufReader::new(file.take(MOST_LOG)).split(b'\n').map_while(Result::ok) {
         let line = String::from_utf8_lossy(&line).into_owned();
         if mentions(&line, sample) {
             shown.push_back(line);

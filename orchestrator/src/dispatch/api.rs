@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use bladeoff_core::outcome::Outcome;
+use bladeoff_protocol::place::Place;
 
 use crate::schedule::{KillReason, Snapshot, Until};
 
@@ -20,7 +21,7 @@ pub struct DispatchOptions {
     /// blake3 of the frozen plan, as [`WorkPlan::write`](bladeoff_worker::plan::WorkPlan::write) returned it.
     pub plan_hash: String,
     /// File that collects the workers' messages; appended to, a worker number before each line.
-    pub worker_log: PathBuf,
+    pub worker_log: Place,
     /// A sample in which its worker crashes alone this many times is quarantined.
     pub crash_limit: u32,
     /// A sample in which its worker is killed from outside, alone, this many times is quarantined.
@@ -59,7 +60,7 @@ impl DispatchOptions {
     /// Options with the documented defaults: crash limit 2, kill limit 5, stale after 5 s, replaced after 30 s, grace 2 s.
     #[must_use]
     pub fn new(workers: usize, worker_command: Vec<OsString>, run_dir: PathBuf, plan_hash: String) -> Self {
-        let worker_log = run_dir.join("workers.log");
+        let worker_log = run_dir.join("workers.log").into();
         Self {
             workers,
             worker_command,
@@ -140,6 +141,14 @@ pub trait Sink {
     /// # Errors
     /// Ends the run.
     fn flush(&mut self) -> Result<(), SinkError>;
+
+    /// Called five times a second: whether results still have a place to go to.
+    ///
+    /// # Errors
+    /// Ends the run.
+    fn check(&mut self) -> Result<(), SinkError> {
+        Ok(())
+    }
 }
 
 /// Sees how the run goes.

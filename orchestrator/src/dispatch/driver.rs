@@ -270,6 +270,7 @@ impl<'a> Driver<'a> {
             self.stop(if is_past_wall { Ended::Wall } else { Ended::Until }, &mut effects);
         }
         self.check_hub(now)?;
+        self.sink.check()?;
         self.scheduler.on_tick(now, &mut effects);
         self.carry_out(&mut effects, Vec::new())?;
         if self.unflushed > 0 && self.flushed.elapsed() >= self.options.flush_every {

@@ -1,12 +1,13 @@
 //! The worker log: what workers write to standard error and what happened to them, one line each.
 
 use std::collections::BTreeMap;
-use std::fs::{File, OpenOptions};
+use std::fs::File;
 use std::io::Write;
 use std::path::PathBuf;
 
 use bladeoff_core::document::visible;
 use bladeoff_protocol::messages::WorkerId;
+use bladeoff_protocol::place::Place;
 
 use super::DispatchError;
 use crate::schedule::KillReason;
@@ -25,10 +26,11 @@ pub(super) struct Log {
 }
 
 impl Log {
-    pub fn open(path: PathBuf) -> Result<Self, DispatchError> {
-        match OpenOptions::new().create(true).append(true).open(&path) {
+    pub fn open(place: &Place) -> Result<Self, DispatchError> {
+        let path = place.to_path_buf();
+        match place.append() {
             Ok(file) => Ok(Self { path, file, written: 0, words: BTreeMap::new() }),
-            Err(source) => Err(DispatchError::Log { path, source }),
+            Err(error) => Err(DispatchError::Log { path, source: error.source }),
         }
     }
 

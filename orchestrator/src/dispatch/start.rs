@@ -27,7 +27,7 @@ pub(super) fn run(
     let faults = Faults::from_environment(Who::Orchestrator)?;
     let n_params = count_params(samples, &todo)?;
     let settings = settings(options, n_params);
-    let mut log = Log::open(options.worker_log.clone())?;
+    let mut log = Log::open(&options.worker_log)?;
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()

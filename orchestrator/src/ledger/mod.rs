@@ -20,10 +20,12 @@ pub use read::{Reader, State};
 pub use record::{Entry, Head, RecordError, SampleKey};
 pub use salvage::Remains;
 
-use crate::files::{FileError, sync_directory};
+use crate::files::FileError;
+use bladeoff_protocol::place::{Identity, Place};
 use redb::{Database, TableDefinition};
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::fs::File;
+use std::os::unix::fs::MetadataExt;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -40,6 +42,8 @@ const CACHE_BYTES: usize = 32 << 20;
 #[derive(Debug)]
 pub struct Ledger {
     reader: Reader,
+    /// Which file it is, whatever becomes of its name.
+    identity: Identity,
     gathered: Vec<(u64, Vec<u8>)>,
     oldest: Option<Instant>,
 }
@@ -54,25 +58,27 @@ impl Ledger {
     ///
     /// # Errors
     /// The file cannot be created or written.
-    pub fn create(path: &Path, header: &[(String, String)]) -> Result<Self, LedgerError> {
-        let aside = aside(path);
-        match fs::remove_file(&aside) {
-            Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
-                return Err(FileError::at("remove", &aside)(source).into());
-            }
-            _ => {}
-        }
-        let failed = |source| LedgerError::store("create", path, source);
-        let database =
-            Database::builder().set_cache_size(CACHE_BYTES).create(&aside).map_err(|source| failed(source.into()))?;
-        let ledger = Self::of(database, path);
+    pub fn create(path: impl Into<Place>, header: &[(String, String)]) -> Result<Self, LedgerError> {
+        let path = path.into();
+        let failed = |source| LedgerError::store("create", &path, source);
+        let ledger = Self::over(aside(&path).create_new()?, &path, failed)?;
         ledger.write_header(header).map_err(failed)?;
         Ok(ledger)
     }
 
-    fn of(database: Database, path: &Path) -> Self {
-        let reader = Reader { database: Arc::new(database), path: path.to_path_buf() };
-        Self { reader, gathered: Vec::new(), oldest: None }
+    /// The store in a file that is open to be written.
+    fn over(file: File, path: &Place, failed: impl Fn(redb::Error) -> LedgerError) -> Result<Self, LedgerError> {
+        let about = file.metadata().map_err(FileError::at("read", path))?;
+        let created = Database::builder().set_cache_size(CACHE_BYTES).create_file(file);
+        let database = created.map_err(|source| failed(source.into()))?;
+        let reader = Reader { database: Arc::new(database), path: path.clone() };
+        Ok(Self { reader, identity: (about.dev(), about.ino()), gathered: Vec::new(), oldest: None })
+    }
+
+    /// Whether its name is still its own; what cannot be looked at is taken to be.
+    #[must_use]
+    pub fn is_in_place(&self) -> bool {
+        self.reader.path.identity().map_or(true, |found| found == Some(self.identity))
     }
 
     /// Commits what is gathered and gives the store its name, in place of one that has it.
@@ -81,16 +87,16 @@ impl Ledger {
     /// The store cannot be written or renamed.
     pub fn publish(&mut self) -> Result<(), LedgerError> {
         self.commit()?;
-        fs::rename(aside(&self.reader.path), &self.reader.path)
-            .map_err(FileError::at("rename to", &self.reader.path))?;
-        Ok(sync_directory(self.reader.path.parent().unwrap_or(Path::new(".")))?)
+        let path = &self.reader.path;
+        aside(path).rename_to(path).map_err(FileError::at("rename to", path))?;
+        Ok(path.sync_parent()?)
     }
 
     /// Opens the store of an earlier run, whose pages are all checked before anything is added to them.
     ///
     /// # Errors
     /// As [`Reader::open`] and [`Reader::into_ledger`].
-    pub fn open(path: &Path) -> Result<Self, LedgerError> {
+    pub fn open(path: impl Into<Place>) -> Result<Self, LedgerError> {
         Reader::open(path)?.into_ledger()
     }
 
@@ -185,10 +191,19 @@ impl Ledger {
 }
 
 /// Where a store is made before it has its name.
-fn aside(path: &Path) -> PathBuf {
-    let mut name = path.as_os_str().to_owned();
-    name.push(".new");
-    PathBuf::from(name)
+fn aside(path: &Place) -> Place {
+    path.with_suffix(".new")
+}
+
+/// What every store begins with, its header's damage aside.
+const STORE_MAGIC: [u8; 9] = *b"redb\x1A\x0A\xA9\x0D\x0A";
+
+/// Whether a file begins as a store does.
+#[must_use]
+pub fn is_store(place: &Place) -> bool {
+    let mut first = [0; STORE_MAGIC.len()];
+    let read = |mut file: File| std::io::Read::read_exact(&mut file, &mut first).is_ok();
+    place.open().is_ok_and(read) && first == STORE_MAGIC
 }
 
 /// The library answers some damaged files with a panic; that is damage, too.

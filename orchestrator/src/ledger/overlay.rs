@@ -8,7 +8,6 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::io;
 use std::os::unix::fs::FileExt;
-use std::path::Path;
 use std::sync::{PoisonError, RwLock};
 
 /// Bytes that are kept together.
@@ -34,8 +33,7 @@ impl Overlay {
     ///
     /// # Errors
     /// The file cannot be read.
-    pub fn open(path: &Path) -> io::Result<Self> {
-        let file = File::open(path)?;
+    pub fn over(file: File) -> io::Result<Self> {
         let length = file.metadata()?.len();
         Ok(Self { file, written: RwLock::new(Written { length, file_end: length, blocks: BTreeMap::new() }) })
     }
@@ -145,7 +143,7 @@ mod tests {
         ) {
             let file = tempfile::NamedTempFile::new().expect("a file");
             std::fs::write(file.path(), &first).expect("written");
-            let overlay = Overlay::open(file.path()).expect("readable");
+            let overlay = Overlay::over(File::open(file.path()).expect("readable")).expect("readable");
             let mut model = first.clone();
             for act in acts {
                 match act {

@@ -4,16 +4,16 @@ use super::overlay::Overlay;
 use super::{
     CACHE_BYTES, Entry, HEADER, Head, LEDGER_VERSION, Ledger, LedgerError, RESULTS, RecordError, VERSION_KEY, guarded,
 };
+use bladeoff_protocol::place::Place;
 use redb::{Database, ReadTransaction, ReadableDatabase, ReadableTable, ReadableTableMetadata};
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// The durable results of a store. Each call sees one state of it, whatever is added meanwhile.
 #[derive(Debug, Clone)]
 pub struct Reader {
     pub(super) database: Arc<Database>,
-    pub(super) path: PathBuf,
+    pub(super) path: Place,
 }
 
 impl Reader {
@@ -22,22 +22,22 @@ impl Reader {
     ///
     /// # Errors
     /// [`LedgerError::Damaged`] when it is no longer a whole store; another version; not readable.
-    pub fn open(path: &Path) -> Result<Self, LedgerError> {
-        Self::over(path, true)
+    pub fn open(path: impl Into<Place>) -> Result<Self, LedgerError> {
+        Self::over(&path.into(), true)
     }
 
     /// The same without the check, for a look at figures: entries are checked as they are read.
     ///
     /// # Errors
     /// As [`Reader::open`].
-    pub fn peek(path: &Path) -> Result<Self, LedgerError> {
-        Self::over(path, false)
+    pub fn peek(path: impl Into<Place>) -> Result<Self, LedgerError> {
+        Self::over(&path.into(), false)
     }
 
-    fn over(path: &Path, is_checked: bool) -> Result<Self, LedgerError> {
+    fn over(path: &Place, is_checked: bool) -> Result<Self, LedgerError> {
         let failed = |source| LedgerError::store("open", path, source);
         let open = || {
-            let file = Overlay::open(path).map_err(|source| failed(source.into()))?;
+            let file = Overlay::over(path.open()?).map_err(|source| failed(source.into()))?;
             let builder = &mut Database::builder();
             let opened = builder.set_cache_size(CACHE_BYTES).create_with_backend(file);
             let mut database = opened.map_err(|source| failed(source.into()))?;
@@ -47,7 +47,7 @@ impl Reader {
             let detail = "its pages do not fit together".to_owned();
             Err(LedgerError::Damaged { path: path.to_path_buf(), detail })
         };
-        let reader = Self { database: Arc::new(guarded(path, open)?), path: path.to_path_buf() };
+        let reader = Self { database: Arc::new(guarded(path, open)?), path: path.clone() };
         match reader.header()?.get(VERSION_KEY) {
             Some(version) if *version == LEDGER_VERSION.to_string() => Ok(reader),
             Some(found) => Err(LedgerError::Version { path: path.to_path_buf(), found: found.clone() }),
@@ -62,9 +62,8 @@ impl Reader {
     pub fn into_ledger(self) -> Result<Ledger, LedgerError> {
         let Self { database, path } = self;
         drop(database);
-        let failed = |source: redb::DatabaseError| LedgerError::store("open", &path, source.into());
-        let open = || Database::builder().set_cache_size(CACHE_BYTES).open(&path).map_err(failed);
-        Ok(Ledger::of(guarded(&path, open)?, &path))
+        let failed = |source| LedgerError::store("open", &path, source);
+        guarded(&path, || Ledger::over(path.open_own()?, &path, failed))
     }
 
     /// What the entries depend on, as given to [`Ledger::create`] or [`Ledger::replace_header`] last.
@@ -135,7 +134,14 @@ impl Reader {
         self.state()?.for_each(visit)
     }
 
-    fn for_each_bytes<E: From<LedgerError>>(&self, visit: impl FnMut(u64, &[u8]) -> Result<(), E>) -> Result<(), E> {
+    /// Calls `visit` for the bytes of every durable result in ascending order of its sample number.
+    ///
+    /// # Errors
+    /// As [`Reader::for_each`].
+    pub fn for_each_bytes<E: From<LedgerError>>(
+        &self,
+        visit: impl FnMut(u64, &[u8]) -> Result<(), E>,
+    ) -> Result<(), E> {
         self.state()?.for_each_bytes(visit)
     }
 
@@ -153,7 +159,7 @@ impl Reader {
 /// The durable results of a store at one moment.
 pub struct State {
     transaction: ReadTransaction,
-    path: PathBuf,
+    path: Place,
 }
 
 impl State {
@@ -178,7 +184,7 @@ impl State {
         let table = self.transaction.open_table(RESULTS).map_err(|source| failed(source.into()))?;
         for &sample in samples {
             let bytes = table.get(sample).map_err(|source| failed(source.into()))?;
-            let bytes = bytes.ok_or_else(|| LedgerError::Missing { sample, path: self.path.clone() })?;
+            let bytes = bytes.ok_or_else(|| LedgerError::Missing { sample, path: self.path.to_path_buf() })?;
             visit(sample, self.entry(sample, bytes.value())?)?;
         }
         Ok(())
@@ -199,7 +205,8 @@ impl State {
 
     fn entry(&self, sample: u64, bytes: &[u8]) -> Result<Entry, LedgerError> {
         let decoded = Entry::decode(bytes);
-        let (_, entry) = decoded.map_err(|source| LedgerError::Record { sample, path: self.path.clone(), source })?;
+        let (_, entry) =
+            decoded.map_err(|source| LedgerError::Record { sample, path: self.path.to_path_buf(), source })?;
         Ok(entry)
     }
 }

@@ -114,7 +114,8 @@ fn a_store_cut_at_any_byte_gives_some_of_its_samples_or_says_that_it_is_damaged(
                     damaged += 1;
                     let remains = Remains::read(&cut, None).expect("readable");
                     for (head, place) in remains.entries() {
-                        let (found, content) = Entry::decode(remains.bytes_at(*place)).expect("checked");
+                        let (found, content) =
+                            Entry::decode(&remains.bytes_at(*place).expect("readable")).expect("checked");
                         let sample = (head.key.0 >> 64) as u64;
                         assert_eq!((found, content), (key(sample), entry(sample as f64)));
                         salvaged += 1;
@@ -155,7 +156,7 @@ fn a_changed_byte_anywhere_never_gives_a_wrong_entry() {
                 damaged += 1;
                 let remains = Remains::read(&bad, None).expect("readable");
                 for (head, place) in remains.entries() {
-                    let (_, content) = Entry::decode(remains.bytes_at(*place)).expect("checked");
+                    let (_, content) = Entry::decode(&remains.bytes_at(*place).expect("readable")).expect("checked");
                     assert_eq!(content, entry((head.key.0 >> 64) as u64 as f64));
                 }
             }

@@ -2,7 +2,7 @@
 
 use super::schema::SCHEMA_VERSION;
 use super::{ROW_GROUP, TableError, guarded};
-use crate::files::FileError;
+use bladeoff_protocol::place::Place;
 use polars::prelude::{Column, DataFrame, DataType, ParallelStrategy, ParquetReader, PolarsError, SerReader};
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -205,7 +205,7 @@ fn failed(path: &Path) -> impl Fn(PolarsError) -> TableError {
 
 /// A reader of a table whose schema version was checked.
 fn checked_reader(path: &Path) -> Result<ParquetReader<File>, TableError> {
-    let file = File::open(path).map_err(FileError::at("open", path))?;
+    let file = Place::from(path).open()?;
     // One thread: less memory, and a panic over a damaged file is of the thread that reads it.
     let mut reader = ParquetReader::new(file).read_parallel(ParallelStrategy::None);
     let metadata = reader.get_metadata().map_err(failed(path))?;

@@ -1,7 +1,8 @@
 //! Plain tables of numbers: histories as Parquet.
 
 use super::{TableError, guarded, start_threads, stream};
-use crate::files::{FileError, Pending};
+use crate::files::Pending;
+use bladeoff_protocol::place::Place;
 use polars::prelude::{
     ArrowSchema, Column, CompatLevel, DataFrame, DataType, IntoColumn, KeyValueMetadata, NamedFrom, ParquetCompression,
     ParquetReader, ParquetWriter, PlSmallStr, PolarsError, SerReader, Series,
@@ -60,8 +61,12 @@ pub fn write_numbers(path: &Path, columns: &[NumberColumn], metadata: &[(String,
 /// # Errors
 /// Not readable or not Parquet.
 pub fn read_metadata(path: &Path) -> Result<Vec<(String, String)>, TableError> {
+    metadata_in(path, Place::from(path).open()?)
+}
+
+fn metadata_in(path: &Path, file: File) -> Result<Vec<(String, String)>, TableError> {
     let failed = |source| TableError::Table { action: "read", path: path.to_path_buf(), source };
-    let mut reader = ParquetReader::new(File::open(path).map_err(FileError::at("open", path))?);
+    let mut reader = ParquetReader::new(file);
     let metadata = guarded(path, || reader.get_metadata().map_err(failed))?;
     let entries = metadata.key_value_metadata().iter().flatten();
     Ok(entries.filter_map(|entry| Some((entry.key.clone(), entry.value.clone()?))).collect())
@@ -74,8 +79,8 @@ pub fn read_metadata(path: &Path) -> Result<Vec<(String, String)>, TableError> {
 #[expect(clippy::type_complexity, reason = "columns, and pairs of key and value")]
 pub fn read_numbers(path: &Path) -> Result<(Vec<NumberColumn>, Vec<(String, String)>), TableError> {
     let failed = |source| TableError::Table { action: "read", path: path.to_path_buf(), source };
-    let pairs = read_metadata(path)?;
-    let file = File::open(path).map_err(FileError::at("open", path))?;
+    let open = || Place::named(path).open();
+    let (pairs, file) = (metadata_in(path, open()?)?, open()?);
     let frame = guarded(path, || ParquetReader::new(file).finish().map_err(failed))?;
     let numbers = |column: &Column| -> Result<NumberColumn, PolarsError> {
         let values = column.cast(&DataType::Float64)?;

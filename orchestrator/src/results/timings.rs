@@ -4,11 +4,11 @@ use super::grouped::GroupedWriter;
 use super::read::row_of;
 use super::stream::Checksum;
 use super::{TableError, guarded};
-use crate::files::{FileError, Pending};
+use crate::files::Pending;
+use bladeoff_protocol::place::Place;
 use polars::prelude::{
     DataFrame, IntoColumn, NamedFrom, ParallelStrategy, ParquetReader, PolarsError, SerReader, Series,
 };
-use std::fs::File;
 use std::path::PathBuf;
 
 /// What one sample cost.
@@ -64,7 +64,7 @@ impl Timing {
         for path in files {
             let failed = |source| TableError::Table { action: "read", path: path.clone(), source };
             let reader = || {
-                let file = File::open(path).map_err(FileError::at("open", path))?;
+                let file = Place::from(path).open()?;
                 Ok(ParquetReader::new(file).read_parallel(ParallelStrategy::None))
             };
             let Some(row) = guarded(path, || row_of(reader, path, sample))? else { continue };

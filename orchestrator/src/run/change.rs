@@ -4,10 +4,9 @@ use super::directory::{MACHINE, POINTS, STUDY};
 use super::keys::SampleKeys;
 use super::prepare::{Prepared, SAMPLES_KEY};
 use crate::study::{FrozenFiles, Samples, Study, Varied, load_frozen, show};
-use bladeoff_worker::plan::BASIS_FILE;
+use bladeoff_protocol::folder::Folder;
+use bladeoff_worker::plan::{BASIS_FILE, MOST_BASIS};
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs;
-use std::path::Path;
 
 /// Values of an axis that are written out; longer ones are shown by their ends.
 const SHOWN_VALUES: u64 = 6;
@@ -32,7 +31,8 @@ impl std::fmt::Display for Change {
 }
 
 /// The differences that matter to the samples; `header`: of the directory's record, empty if it is lost.
-pub(super) fn changes(directory: &Path, prepared: &Prepared<'_>, header: &BTreeMap<String, String>) -> Vec<Change> {
+pub(super) fn changes(folder: &Folder, prepared: &Prepared<'_>, header: &BTreeMap<String, String>) -> Vec<Change> {
+    let directory = folder.path();
     let mut found = Vec::new();
     let present: BTreeMap<String, String> = prepared.header().into_iter().collect();
     let mut compare = |key: &str, shown: &str| {
@@ -52,7 +52,7 @@ pub(super) fn changes(directory: &Path, prepared: &Prepared<'_>, header: &BTreeM
     match load_frozen(&directory.join(STUDY), files) {
         Ok(old) => {
             found.extend(parameter_changes(&old, prepared.samples));
-            if has_other_keys(old, directory, header) {
+            if has_other_keys(old, folder, header) {
                 found.push(Change {
                     key: "keys of the samples".to_owned(),
                     from: "of an earlier build, which counted run.step_limit among the inputs".to_owned(),
@@ -78,7 +78,7 @@ pub(super) fn changes(directory: &Path, prepared: &Prepared<'_>, header: &BTreeM
 }
 
 /// Whether the record of this very study has other keys than this build gives its samples.
-fn has_other_keys(old: Study, directory: &Path, header: &BTreeMap<String, String>) -> bool {
+fn has_other_keys(old: Study, directory: &Folder, header: &BTreeMap<String, String>) -> bool {
     let says = |key: &str, value: String| header.get(key) == Some(&value);
     let is_its_study = says("study_blake3", blake3::hash(old.text.as_bytes()).to_hex().to_string())
         && says("machine_blake3", blake3::hash(old.machine_text.as_bytes()).to_hex().to_string())
@@ -86,7 +86,8 @@ fn has_other_keys(old: Study, directory: &Path, header: &BTreeMap<String, String
     let part = |key: &str| header.get(key).map(String::as_str);
     let scale = part("scale").and_then(|scale| scale.parse().ok());
     let limit = part("limit").and_then(|limit| limit.parse().ok());
-    let (Ok(samples), Ok(basis)) = (Samples::new(old, scale, limit), fs::read(directory.join(BASIS_FILE))) else {
+    let (Ok(samples), Ok(basis)) = (Samples::new(old, scale, limit), directory.place(BASIS_FILE).read(MOST_BASIS))
+    else {
         return false;
     };
     let is_its_basis = says("basis_blake3", blake3::hash(&basis).to_hex().to_string());

@@ -11,11 +11,11 @@ use super::status::{RunState, see};
 use crate::files::FileError;
 use crate::ledger::Reader;
 use crate::results::{Checksum, TableError, count_sound_rows};
+use bladeoff_protocol::folder::Folder;
+use bladeoff_protocol::place::Place;
 use bladeoff_worker::plan::BASIS_FILE;
 use blake3::{Hash, Hasher};
-use std::fs::{File, OpenOptions};
 use std::io::{self, Read};
-use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 
 /// Longer than any study, machine, points file or basis.
@@ -38,17 +38,17 @@ pub(super) enum Compared {
 ///
 /// # Errors
 /// It cannot be read.
-pub(super) fn compare(path: &Path, wanted: Option<Checksum>) -> Result<Compared, FileError> {
+pub(super) fn compare(path: &Place, wanted: Option<Checksum>) -> Result<Compared, FileError> {
     compare_hash(path, wanted.map(|wanted| wanted.hash), wanted.map(|wanted| wanted.bytes))
 }
 
 /// The same by hash alone, of a file of an input's size, if `bytes` are not known.
-fn compare_hash(path: &Path, wanted: Option<Hash>, bytes: Option<u64>) -> Result<Compared, FileError> {
+fn compare_hash(path: &Place, wanted: Option<Hash>, bytes: Option<u64>) -> Result<Compared, FileError> {
     let failed = |source| FileError::at("read", path)(source);
-    let file = match open_regular(path) {
+    let file = match path.open() {
         Ok(file) => file,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Compared::Missing),
-        Err(error) => return Err(failed(error)),
+        Err(error) if error.source.kind() == io::ErrorKind::NotFound => return Ok(Compared::Missing),
+        Err(error) => return Err(error),
     };
     let Some(wanted) = wanted else { return Ok(Compared::Unknown) };
     let length = file.metadata().map_err(failed)?.len();
@@ -66,9 +66,10 @@ fn compare_hash(path: &Path, wanted: Option<Hash>, bytes: Option<u64>) -> Result
 /// # Errors
 /// [`TableError::Changed`]; not readable.
 pub fn refuse_changed(directory: &Path) -> Result<bool, TableError> {
-    let path = directory.join(RESULTS);
-    match compare(&path, Checksums::told(&directory.join(MANIFEST)).results)? {
-        Compared::Changed => Err(TableError::Changed { path }),
+    let folder = open(directory)?;
+    let path = folder.place(RESULTS);
+    match compare(&path, Checksums::told(&folder.place(MANIFEST)).results)? {
+        Compared::Changed => Err(TableError::Changed { path: path.to_path_buf() }),
         compared => Ok(compared == Compared::Whole),
     }
 }
@@ -78,17 +79,16 @@ pub fn refuse_changed(directory: &Path) -> Result<bool, TableError> {
 /// # Errors
 /// As [`refuse_changed`].
 pub fn refuse_changed_timings(directory: &Path) -> Result<bool, TableError> {
-    let path = directory.join(TIMINGS);
-    match compare(&path, Checksums::told(&directory.join(MANIFEST)).timings)? {
-        Compared::Changed => Err(TableError::Changed { path }),
+    let folder = open(directory)?;
+    let path = folder.place(TIMINGS);
+    match compare(&path, Checksums::told(&folder.place(MANIFEST)).timings)? {
+        Compared::Changed => Err(TableError::Changed { path: path.to_path_buf() }),
         compared => Ok(compared == Compared::Whole),
     }
 }
 
-/// Opens a file to read it, if it is one: a pipe in its place would be waited for.
-pub(super) fn open_regular(path: &Path) -> io::Result<File> {
-    let file = OpenOptions::new().read(true).custom_flags(libc::O_NONBLOCK).open(path)?;
-    if file.metadata()?.is_file() { Ok(file) } else { Err(io::Error::other("it is no regular file")) }
+fn open(directory: &Path) -> Result<Folder, FileError> {
+    Folder::open(directory).map_err(FileError::at("open", directory))
 }
 
 /// What was found out of a file.
@@ -108,12 +108,13 @@ pub struct Verified {
 /// The directory cannot be looked at.
 pub fn verify(directory: &Path) -> Result<Vec<Verified>, FileError> {
     let is_running = see(directory)?.is_some_and(|seen| matches!(seen.state, RunState::Running { .. }));
-    let manifest = directory.join(MANIFEST);
+    let folder = open(directory)?;
+    let manifest = folder.place(MANIFEST);
     let told = Checksums::told(&manifest);
     let inputs = told_inputs(&manifest);
     let mut all = Vec::new();
     for (name, wanted) in [(RESULTS, told.results), (TIMINGS, told.timings)] {
-        match compare(&directory.join(name), wanted) {
+        match compare(&folder.place(name), wanted) {
             Ok(Compared::Missing) if wanted.is_none() => {}
             compared => all.push(in_words(name, compared)),
         }
@@ -122,15 +123,15 @@ pub fn verify(directory: &Path) -> Result<Vec<Verified>, FileError> {
         [(STUDY, "study_blake3"), (MACHINE, "machine_blake3"), (POINTS, "points_blake3"), (BASIS_FILE, "basis_blake3")]
     {
         let wanted = inputs.as_ref().and_then(|told| Hash::from_hex(told.get(key)?.as_str()?).ok());
-        match compare_hash(&directory.join(name), wanted, None) {
+        match compare_hash(&folder.place(name), wanted, None) {
             Ok(Compared::Missing) if wanted.is_none() => {}
             compared => all.push(in_words(name, compared)),
         }
     }
-    if directory.join(LEDGER).exists() {
-        all.push(record(&directory.join(LEDGER), is_running));
+    if folder.place(LEDGER).exists() {
+        all.push(record(&folder.place(LEDGER), is_running));
     }
-    if !directory.join(RESULTS).exists() {
+    if !folder.place(RESULTS).exists() {
         all.extend(parts(&row_files(directory), &timing_files(directory)));
     }
     Ok(all)
@@ -148,7 +149,7 @@ fn in_words(name: &str, compared: Result<Compared, FileError>) -> Verified {
 }
 
 /// Every page and every entry of the record.
-fn record(path: &Path, is_running: bool) -> Verified {
+fn record(path: &Place, is_running: bool) -> Verified {
     let name = LEDGER.to_owned();
     if is_running {
         return Verified { name, is_whole: None, words: "unknown: the run writes it".to_owned() };

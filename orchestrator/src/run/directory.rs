@@ -1,16 +1,20 @@
 //! The result directory of a study: which file is what.
 
 use super::RunError;
-use super::lock::{Holder, Lock};
+use super::lock::{Holder, Lock, Mark, mark};
 use super::status::STATUS;
+use super::trust::check;
 use crate::files::{FileError, sync_directory, write_whole};
+use crate::ledger::is_store;
 use crate::results::TableError;
 use crate::study::Study;
 use bladeoff_core::document::visible;
+use bladeoff_protocol::folder::Folder;
+use bladeoff_protocol::place::Place;
 use bladeoff_worker::plan::{BASIS_FILE, PLAN_FILE};
-use rustix::fs::{CWD, RenameFlags, renameat_with};
 use std::ffi::OsStr;
 use std::fs;
+use std::os::unix::fs::DirBuilderExt;
 use std::path::{Path, PathBuf};
 
 /// The product: one row per sample.
@@ -36,35 +40,47 @@ pub const LOCK: &str = "run.lock";
 /// Messages of the workers.
 pub const WORKER_LOG: &str = "workers.log";
 
-/// A result directory that no other process works in.
+/// A result directory that no other process works in. It is held open: what the run does in it, it does there, whatever
+/// becomes of the path.
 #[derive(Debug)]
 pub struct RunDirectory {
-    path: PathBuf,
+    folder: Folder,
+    /// Its path, wherever the process may go.
+    absolute: PathBuf,
     lock: Lock,
 }
 
 impl RunDirectory {
-    /// Makes the directory if it is not there and takes its lock.
+    /// Makes the directory if it is not there and takes its lock; `trusts`: also of one that others could write in.
     ///
     /// # Errors
-    /// Another run works in it; it is not a directory of results; it cannot be written.
-    pub fn claim(path: &Path) -> Result<Self, RunError> {
+    /// Another run works in it; it is not a directory of results; others could write in it; it cannot be written.
+    pub fn claim(path: &Path, trusts: bool) -> Result<Self, RunError> {
         if fs::metadata(path).is_ok_and(|found| !found.is_dir()) {
             return Err(RunError::NotADirectory { path: path.to_path_buf() });
         }
-        refuse_foreign(path)?;
-        if fs::symlink_metadata(path).is_err() {
-            fs::create_dir_all(path).map_err(FileError::at("create", path))?;
+        let is_new = fs::symlink_metadata(path).is_err();
+        if is_new {
+            fs::DirBuilder::new().recursive(true).mode(0o755).create(path).map_err(FileError::at("create", path))?;
             sync_directory(path.parent().unwrap_or(Path::new(".")))?;
         }
-        let lock = Lock::take(path, LOCK)?;
-        Ok(Self { path: path.to_path_buf(), lock })
+        let folder = Folder::open(path).map_err(FileError::at("open", path))?;
+        if let Err(refused) = check(&folder, trusts).and_then(|()| refuse_foreign(&folder)) {
+            if is_new {
+                // Best effort: an empty directory is no harm.
+                let _ = fs::remove_dir(path);
+            }
+            return Err(refused);
+        }
+        let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
+        let lock = Lock::take(&folder, LOCK)?;
+        Ok(Self { folder, absolute, lock })
     }
 
     /// Removes what a killed run was writing; nobody else writes here now.
     ///
     /// # Errors
-    /// The directory cannot be written.
+    /// The directory cannot be written; something else stands in the place of a folder of parts.
     pub fn tidy(&self) -> Result<(), FileError> {
         for name in
             [RESULTS, TIMINGS, MANIFEST, STUDY, MACHINE, POINTS, PLAN_FILE, BASIS_FILE, STATUS, PARTS, TIMING_PARTS]
@@ -73,6 +89,7 @@ impl RunDirectory {
         }
         for folder in [PARTS, TIMING_PARTS] {
             self.empty_aside(folder)?;
+            self.folder_if_there(folder)?;
         }
         self.remove(&format!("{LEDGER}.new"))
     }
@@ -93,7 +110,7 @@ impl RunDirectory {
         for (name, text) in texts {
             let path = self.file(name);
             match text {
-                Some(text) if fs::read(&path).is_ok_and(|found| found == text.as_bytes()) => {}
+                Some(text) if path.read(text.len() as u64).is_ok_and(|found| found == text.as_bytes()) => {}
                 Some(text) => write_whole(&path, text.as_bytes())?,
                 None => self.remove(name)?,
             }
@@ -106,23 +123,18 @@ impl RunDirectory {
     /// # Errors
     /// The directory cannot be written.
     pub fn remove(&self, name: &str) -> Result<(), FileError> {
-        let path = self.file(name);
-        match fs::remove_file(&path) {
-            Ok(()) => sync_directory(&self.path),
-            Err(source) if source.kind() == std::io::ErrorKind::NotFound => Ok(()),
-            Err(source) => Err(FileError::at("remove", &path)(source)),
-        }
+        if self.file(name).remove()? { self.folder.sync() } else { Ok(()) }
     }
 
     /// An empty folder beside the one of this name, which it can take the place of.
     ///
     /// # Errors
     /// The directory cannot be written.
-    pub fn new_folder(&self, name: &str) -> Result<PathBuf, FileError> {
+    pub fn new_folder(&self, name: &str) -> Result<Folder, FileError> {
         self.empty_aside(name)?;
-        let path = self.file(&aside(name));
-        fs::create_dir(&path).map_err(FileError::at("create", &path))?;
-        Ok(path)
+        let place = self.file(&aside(name));
+        let made = place.create_folder().and_then(|()| self.folder.folder(&aside(name)));
+        made.map_err(FileError::at("create", &place))
     }
 
     /// Puts what [`RunDirectory::new_folder`] made in the place of the folder of this name: at every moment one of the two
@@ -131,24 +143,22 @@ impl RunDirectory {
     /// # Errors
     /// The directory cannot be written.
     pub fn put_new_folder(&self, name: &str) -> Result<(), FileError> {
-        let (new, path) = (self.file(&aside(name)), self.file(name));
-        let renamed = || {
-            if path.exists() {
-                if renameat_with(CWD, &new, CWD, &path, RenameFlags::EXCHANGE).is_ok() {
-                    return Ok(());
-                }
-                // A file system that cannot exchange names: parts are replaced one by one.
-                remove_parts_in(&path)?;
-                for entry in fs::read_dir(&new)? {
-                    let entry = entry?;
-                    fs::rename(entry.path(), path.join(entry.file_name()))?;
-                }
+        let (new, place) = (self.file(&aside(name)), self.file(name));
+        let renamed = |old: Option<Folder>| {
+            let Some(old) = old else { return new.rename_to(&place) };
+            if new.exchange_with(&place).is_ok() {
                 return Ok(());
             }
-            fs::rename(&new, &path)
+            // A file system that cannot exchange names: parts are replaced one by one.
+            remove_parts_in(&old)?;
+            let new = self.folder.folder(&aside(name))?;
+            for part in new.names()? {
+                new.place(&part).rename_to(&old.place(&part))?;
+            }
+            Ok(())
         };
-        renamed().map_err(FileError::at("rename to", &path))?;
-        sync_directory(&self.path)?;
+        renamed(self.folder_if_there(name)?).map_err(FileError::at("rename to", &place))?;
+        self.folder.sync()?;
         self.empty_aside(name)
     }
 
@@ -159,46 +169,79 @@ impl RunDirectory {
     pub fn remove_parts(&self) -> Result<(), FileError> {
         for name in [PARTS, TIMING_PARTS] {
             self.empty_aside(name)?;
-            let (path, away) = (self.file(name), self.file(&aside(name)));
-            match fs::rename(&path, &away) {
-                Ok(()) => sync_directory(&self.path)?,
-                Err(source) if source.kind() == std::io::ErrorKind::NotFound => continue,
-                Err(source) => return Err(FileError::at("remove", &path)(source)),
+            if self.folder_if_there(name)?.is_none() {
+                continue;
             }
+            let (path, away) = (self.file(name), self.file(&aside(name)));
+            path.rename_to(&away).map_err(FileError::at("remove", &path))?;
+            self.folder.sync()?;
             self.empty_aside(name)?;
         }
         Ok(())
     }
 
-    /// Removes the folder of parts on its way in or out. Files in it that are no parts are somebody's own: they go back to
-    /// where they were put.
-    fn empty_aside(&self, name: &str) -> Result<(), FileError> {
-        let (path, home) = (self.file(&aside(name)), self.file(name));
-        let emptied = || {
-            remove_parts_in(&path)?;
-            for entry in fs::read_dir(&path)? {
-                let entry = entry?;
-                fs::create_dir_all(&home)?;
-                fs::rename(entry.path(), free_name(&home, &entry.file_name()))?;
-            }
-            fs::remove_dir(&path)
-        };
-        match emptied() {
-            Err(source) if source.kind() != std::io::ErrorKind::NotFound => Err(FileError::at("remove", &path)(source)),
-            _ => Ok(()),
+    /// The folder of this name in it; what stands there is one, or nothing.
+    fn folder_if_there(&self, name: &str) -> Result<Option<Folder>, FileError> {
+        match self.folder.folder(name) {
+            Ok(folder) => Ok(Some(folder)),
+            Err(source) if source.kind() == std::io::ErrorKind::NotFound => Ok(None),
+            Err(source) => Err(FileError::at("use", &self.file(name))(source)),
         }
     }
 
-    /// The directory.
+    /// The folder of this name, made if it is not there.
+    ///
+    /// # Errors
+    /// It cannot be made; something else has the name.
+    pub fn folder(&self, name: &str) -> Result<Folder, FileError> {
+        if let Some(folder) = self.folder_if_there(name)? {
+            return Ok(folder);
+        }
+        let place = self.file(name);
+        let made = place.create_folder().and_then(|()| self.folder.folder(name));
+        let folder = made.map_err(FileError::at("create", &place))?;
+        self.folder.sync()?;
+        Ok(folder)
+    }
+
+    /// Removes the folder of parts on its way in or out. Files in it that are no parts are somebody's own: they go back to
+    /// where they were put.
+    fn empty_aside(&self, name: &str) -> Result<(), FileError> {
+        let Some(away) = self.folder_if_there(&aside(name))? else { return Ok(()) };
+        let place = self.file(&aside(name));
+        let emptied = || {
+            remove_parts_in(&away)?;
+            for name_in in away.names()? {
+                let home = self.folder(name).map_err(|error| error.source)?;
+                away.place(&name_in).rename_to_free(&free_place(&home, &name_in))?;
+            }
+            place.remove_folder()
+        };
+        emptied().map_err(FileError::at("remove", &place))
+    }
+
+    /// The directory, by the path that it was opened by.
     #[must_use]
     pub fn path(&self) -> &Path {
-        &self.path
+        self.folder.path()
+    }
+
+    /// The same from the root on.
+    #[must_use]
+    pub fn absolute(&self) -> &Path {
+        &self.absolute
+    }
+
+    /// The directory itself.
+    #[must_use]
+    pub fn open(&self) -> &Folder {
+        &self.folder
     }
 
     /// One of its files.
     #[must_use]
-    pub fn file(&self, name: &str) -> PathBuf {
-        self.path.join(name)
+    pub fn file(&self, name: &str) -> Place {
+        self.folder.place(name)
     }
 }
 
@@ -208,27 +251,24 @@ fn aside(folder: &str) -> String {
 }
 
 /// Removes the parts in a folder.
-fn remove_parts_in(folder: &Path) -> std::io::Result<()> {
-    for entry in fs::read_dir(folder)? {
-        let entry = entry?;
-        if is_part(&entry.file_name()) {
-            fs::remove_file(entry.path())?;
-        }
+fn remove_parts_in(folder: &Folder) -> std::io::Result<()> {
+    for name in folder.names()?.into_iter().filter(|name| is_part(name)) {
+        folder.place(&name).remove().map_err(|error| error.source)?;
     }
     Ok(())
 }
 
-/// A path of this name in a folder, or one like it that nothing has yet.
-fn free_name(folder: &Path, name: &OsStr) -> PathBuf {
-    let mut path = folder.join(name);
+/// A name like this in a folder that nothing has yet.
+fn free_place(folder: &Folder, name: &OsStr) -> Place {
+    let mut place = folder.place(name);
     let mut n = 1;
-    while fs::symlink_metadata(&path).is_ok() {
+    while place.exists() {
         let mut other = name.to_owned();
         other.push(format!(".kept-{n}"));
-        path = folder.join(other);
+        place = folder.place(other);
         n += 1;
     }
-    path
+    place
 }
 
 /// Whether a file has the name of a part.
@@ -257,15 +297,16 @@ pub fn timing_files(directory: &Path) -> Vec<PathBuf> {
 }
 
 fn table_or_parts(directory: &Path, table: &str, parts: &str) -> Vec<PathBuf> {
-    let table = directory.join(table);
-    if table.is_file() {
-        return vec![table];
+    let Ok(folder) = Folder::open(directory) else { return Vec::new() };
+    // Whatever has the name of the table: if it is none, whoever reads it says so.
+    if folder.place(table).exists() {
+        return vec![directory.join(table)];
     }
-    let entries = fs::read_dir(directory.join(parts)).into_iter().flatten().flatten();
-    let parts = entries.filter(|entry| is_part(&entry.file_name()));
-    let mut parts: Vec<PathBuf> = parts.map(|entry| entry.path()).collect();
-    parts.sort_unstable();
-    parts
+    let names = folder.folder(parts).and_then(|parts| parts.names()).unwrap_or_default();
+    let mut files: Vec<PathBuf> =
+        names.into_iter().filter(|name| is_part(name)).map(|name| directory.join(parts).join(name)).collect();
+    files.sort_unstable();
+    files
 }
 
 /// Reads the files that `list` finds in a directory, again if a run has replaced them meanwhile by others.
@@ -287,26 +328,23 @@ pub fn read_current<T>(
     }
 }
 
-/// Refuses a directory that holds anything but a run, or the beginning of one that was killed before it had a record.
-fn refuse_foreign(path: &Path) -> Result<(), RunError> {
-    if path.join(LEDGER).exists() {
+/// Refuses a directory that holds anything and was not begun by a run, whatever the names in it. A run writes its lock
+/// before anything else.
+fn refuse_foreign(folder: &Folder) -> Result<(), RunError> {
+    let mark = mark(folder, LOCK);
+    if mark == Mark::Run || is_store(&folder.place(LEDGER)) {
         return Ok(());
     }
-    let entries = match fs::read_dir(path) {
-        Ok(entries) => entries,
-        Err(source) if source.kind() == std::io::ErrorKind::NotFound => return Ok(()),
-        Err(source) => return Err(FileError::at("read", path)(source).into()),
-    };
-    for entry in entries {
-        let name = entry.map_err(FileError::at("read", path))?.file_name();
-        let name = name.to_string_lossy();
-        let begun = [STUDY, MACHINE, POINTS, PLAN_FILE, BASIS_FILE, LOCK];
-        let unfinished = begun.iter().any(|begun| name.strip_suffix(".tmp").is_some_and(|stem| stem == *begun));
-        if !(unfinished || begun.contains(&&*name) || *name == *format!("{LEDGER}.new")) {
-            return Err(RunError::Foreign { path: path.to_path_buf(), file: visible(&name).into_owned() });
-        }
+    let names = folder.names().map_err(FileError::at("read", folder.path()))?;
+    // An empty lock: killed between making and writing it.
+    let is_begun = |name: &OsStr| mark == Mark::Empty && name == LOCK;
+    match names.into_iter().filter(|name| !is_begun(name)).min() {
+        None => Ok(()),
+        Some(name) => Err(RunError::Foreign {
+            path: folder.path().to_path_buf(),
+            file: visible(&name.to_string_lossy()).into_owned(),
+        }),
     }
-    Ok(())
 }
 
 #[cfg(test)]
@@ -316,37 +354,37 @@ mod tests {
     #[test]
     fn what_somebody_puts_between_the_parts_stays() {
         let folder = tempfile::tempdir().expect("temporary directory");
-        let directory = RunDirectory::claim(folder.path()).expect("empty");
+        let directory = RunDirectory::claim(folder.path(), false).expect("empty");
         let put = |path: &Path, name: &str, text: &str| fs::write(path.join(name), text).expect("written");
         let parts = directory.file(PARTS);
         let names = || {
-            let entries = fs::read_dir(&parts).into_iter().flatten().flatten();
+            let entries = fs::read_dir(&*parts).into_iter().flatten().flatten();
             let mut names: Vec<_> = entries.map(|entry| entry.file_name().into_string().expect("UTF-8")).collect();
             names.sort();
             names
         };
-        fs::create_dir(&parts).expect("created");
+        fs::create_dir(&*parts).expect("created");
         for name in [&part_name(1), &part_name(1_000_000), "part-mine.parquet", "notes.txt"] {
             put(&parts, name, name);
         }
         assert_eq!(row_files(folder.path()).len(), 2);
         // Fresh parts take the place of the old ones.
         let fresh = directory.new_folder(PARTS).expect("made");
-        put(&fresh, &part_name(1), "fresh");
+        put(fresh.path(), &part_name(1), "fresh");
         directory.put_new_folder(PARTS).expect("exchanged");
         assert_eq!(names(), ["notes.txt", "part-000001.parquet", "part-mine.parquet"]);
         assert_eq!(fs::read_to_string(parts.join(part_name(1))).expect("there"), "fresh");
         // A kill half way, and a name that was used again meanwhile.
-        fs::rename(&parts, directory.file(&aside(PARTS))).expect("renamed");
-        fs::create_dir(&parts).expect("created");
+        fs::rename(&*parts, &*directory.file(&aside(PARTS))).expect("renamed");
+        fs::create_dir(&*parts).expect("created");
         put(&parts, "notes.txt", "newer");
         directory.remove_parts().expect("removed");
         assert_eq!(names(), ["notes.txt", "notes.txt.kept-1", "part-mine.parquet"]);
         assert_eq!(fs::read_to_string(parts.join("notes.txt.kept-1")).expect("there"), "notes.txt");
         assert!(!directory.file(&aside(PARTS)).exists());
         // Without anything of somebody else nothing is left.
-        fs::remove_dir_all(&parts).expect("removed");
-        fs::create_dir(&parts).expect("created");
+        fs::remove_dir_all(&*parts).expect("removed");
+        fs::create_dir(&*parts).expect("created");
         put(&parts, &part_name(1), "");
         directory.remove_parts().expect("removed");
         assert!(!parts.exists());

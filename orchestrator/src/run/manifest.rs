@@ -1,15 +1,16 @@
 //! `manifest.json`: what may differ between equal runs and is worth knowing later.
 
 use super::Request;
-use super::checksums::open_regular;
 use super::directory::{RESULTS, TIMINGS};
 use crate::results::Checksum;
 use crate::study::Samples;
+use bladeoff_protocol::place::Place;
 use blake3::Hash;
 use serde_json::{Map, Value, json};
-use std::io::Read;
-use std::path::Path;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+/// Largest that is read.
+const MOST_MANIFEST: u64 = 16 << 20;
 
 /// How a run went, for the manifest.
 #[derive(Debug, Clone, Copy)]
@@ -35,7 +36,7 @@ pub(super) struct Checksums {
 
 impl Checksums {
     /// Those that a manifest tells of; none of a manifest that is missing, damaged or of an earlier build.
-    pub fn told(manifest: &Path) -> Self {
+    pub fn told(manifest: &Place) -> Self {
         let told = told(manifest);
         let checksum = |name: &str| {
             let said = &told.as_ref()?[KEY][name];
@@ -55,28 +56,24 @@ impl Checksums {
 }
 
 /// Where a manifest says that the tables come from: the hashes of the inputs are among it.
-pub(super) fn provenance(path: &Path) -> Option<Value> {
+pub(super) fn provenance(path: &Place) -> Option<Value> {
     told(path).map(|mut told| told["provenance"].take())
 }
 
 /// Key of the manifest for the checksums.
 const KEY: &str = "tables";
-/// A larger manifest is none.
-const MOST_BYTES: u64 = 1 << 20;
 
-fn told(path: &Path) -> Option<Value> {
-    let mut text = Vec::new();
-    open_regular(path).ok()?.take(MOST_BYTES).read_to_end(&mut text).ok()?;
-    serde_json::from_slice(&text).ok()
+fn told(path: &Place) -> Option<Value> {
+    serde_json::from_slice(&path.read(MOST_MANIFEST).ok()?).ok()
 }
 
 /// Whether the manifest of a directory is there and tells of a complete study.
-pub(super) fn tells_complete(path: &Path) -> bool {
+pub(super) fn tells_complete(path: &Place) -> bool {
     told(path).is_some_and(|told| told["state"] == "complete")
 }
 
 /// A manifest that is there with other checksums.
-pub(super) fn with_checksums(path: &Path, tables: Checksums) -> Option<String> {
+pub(super) fn with_checksums(path: &Place, tables: Checksums) -> Option<String> {
     let mut manifest = told(path).filter(Value::is_object)?;
     manifest[KEY] = tables.json();
     Some(as_text(&manifest))

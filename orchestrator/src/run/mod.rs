@@ -11,6 +11,7 @@ mod checksums;
 pub mod directory;
 mod events;
 mod interrupt;
+mod kept;
 mod keys;
 mod lock;
 mod manifest;
@@ -24,14 +25,17 @@ mod reuse;
 mod sink;
 mod status;
 mod tables;
+mod trust;
 mod upkeep;
 
 pub use change::Change;
 pub use checksums::{Verified, refuse_changed, refuse_changed_timings, verify};
+pub use kept::Lost;
 pub use keys::SampleKeys;
 pub use lock::{Holder, LockError, Look, look};
 pub use resume::Rerun;
-pub use status::{RunState, STATUS, Seen, go_on, see};
+pub use status::{RunState, STATUS, Seen, TRUST, go_on, see};
+pub use trust::Untrusted;
 
 use crate::dispatch::{self, DispatchOptions, DispatchReport, Domain, Ended};
 use crate::engine::EngineError;
@@ -41,11 +45,13 @@ use crate::report::{Progress, Tally};
 use crate::results::{TableError, start_threads};
 use crate::study::Samples;
 use bladeoff_core::document::Problems;
+use bladeoff_protocol::folder::Folder;
 use bladeoff_worker::fault::{At, Faults, Who};
 use bladeoff_worker::plan::PlanFileError;
 use bladeoff_worker::process::build_id;
-use directory::{LEDGER, LOCK, MANIFEST, PARTS, RESULTS, RunDirectory, TIMINGS, row_files};
+use directory::{LEDGER, LOCK, MANIFEST, PARTS, RESULTS, RunDirectory, TIMINGS, WORKER_LOG, row_files};
 use events::EventStream;
+use kept::Guard;
 use manifest::{Checksums, Course, manifest};
 use prepare::Prepared;
 use resume::Opened;
@@ -65,6 +71,8 @@ pub use events::EVENTS_VERSION;
 pub struct Request {
     /// Result directory; a run that is there is continued.
     pub out: PathBuf,
+    /// Work there even if others could write in it.
+    pub trusts: bool,
     /// Worker processes.
     pub workers: usize,
     /// What it may take.
@@ -104,6 +112,12 @@ pub enum RunError {
         /// The first file that no run begins with.
         file: String,
     },
+    /// Others could write in the directory.
+    #[error(transparent)]
+    Untrusted(#[from] Untrusted),
+    /// The directory was taken from the run.
+    #[error(transparent)]
+    Lost(#[from] Lost),
     /// A file stands where the directory should be.
     #[error("{} is not a directory; choose another --out", path.display())]
     NotADirectory {
@@ -173,6 +187,7 @@ impl RunError {
         matches!(
             self,
             Self::Foreign { .. }
+                | Self::Untrusted(_)
                 | Self::NotADirectory { .. }
                 | Self::Changed { .. }
                 | Self::NothingToRerun { .. }
@@ -217,20 +232,20 @@ fn open_and_compute(
     start_threads()?;
     let new_basis = if request.out.exists() { None } else { Some(prepare::new_basis(samples)?) };
     dispatch::preflight(request.workers)?;
-    let directory = match RunDirectory::claim(&request.out) {
+    let directory = match RunDirectory::claim(&request.out, request.trusts) {
         Err(error) if error.is_write_protection() => return look_only(request, samples, note, error),
         claimed => claimed?,
     };
     if let Some(holder) = directory.left_by() {
         note(&format!("the last run here ({holder}) did not end in order; going on from its record"));
     }
-    let basis = new_basis.map_or_else(|| prepare::frozen_basis(samples, &request.out), Ok)?;
+    let basis = new_basis.map_or_else(|| prepare::frozen_basis(samples, directory.open()), Ok)?;
     let prepared = Prepared::new(samples, basis)?;
     let again = |suspects| resume::Again { rerun: request.rerun.as_ref(), suspects };
-    let mut compared = resume::compare(&request.out, &prepared, again(true))?;
+    let mut compared = resume::compare(directory.open(), &prepared, again(true))?;
     if request.budget.is_exceeded(compared.failed()) {
         // Nothing will be computed: then nothing is taken out to be tried.
-        compared = resume::compare(&request.out, &prepared, again(false))?;
+        compared = resume::compare(directory.open(), &prepared, again(false))?;
     }
     compared.notes().iter().for_each(|text| note(text));
     if tables::is_current(&request.out, RESULTS, &prepared.provenance)
@@ -262,15 +277,16 @@ fn open_and_compute(
 /// What can be said of a directory that cannot be written: nothing has to be when everything is there. `error`: of writing.
 fn look_only(request: &Request, samples: &Samples, note: &dyn Fn(&str), error: RunError) -> Result<Finished, RunError> {
     let look = || -> Result<Option<Finished>, RunError> {
-        if let Look::Held(holder) = look(&request.out, LOCK)? {
+        let folder = Folder::open(&request.out).map_err(FileError::at("open", &request.out))?;
+        if let Look::Held(holder) = look(&folder, LOCK)? {
             return Err(LockError::Held { directory: request.out.clone(), holder }.into());
         }
-        if !request.out.join(LEDGER).exists() {
+        if !folder.place(LEDGER).exists() {
             return Ok(None);
         }
-        let prepared = Prepared::new(samples, prepare::frozen_basis(samples, &request.out)?)?;
+        let prepared = Prepared::new(samples, prepare::frozen_basis(samples, &folder)?)?;
         let again = resume::Again { rerun: request.rerun.as_ref(), suspects: false };
-        let compared = resume::compare(&request.out, &prepared, again)?;
+        let compared = resume::compare(&folder, &prepared, again)?;
         if tables::is_current(&request.out, RESULTS, &prepared.provenance)
             && let Some((_, tally)) = compared.complete(&prepared)
         {
@@ -310,7 +326,7 @@ fn compute(
     let durable = Rc::new(RefCell::new(opened.tally.clone()));
     let mut observer = ProgressObserver {
         progress: Progress::start(samples.count(), reused, Instant::now()),
-        status: StatusWriter::new(directory.path(), samples, reused),
+        status: StatusWriter::new(directory.open(), samples, reused).trusting(request.trusts),
         tally: Rc::new(RefCell::new(opened.tally.clone())),
         durable: Rc::clone(&durable),
         watched: Rc::clone(watched),
@@ -347,9 +363,8 @@ fn compute_watched(
         dropped_messages: dropped,
         tables: Checksums::default(),
     };
-    let write_manifest = |course: &Course<'_>| {
-        write_whole(&directory.file(MANIFEST), manifest(request, samples, &prepared.provenance, course).as_bytes())
-    };
+    let manifest = |course: &Course<'_>| manifest(request, samples, &prepared.provenance, course);
+    let write_manifest = |course: &Course<'_>| write_whole(directory.file(MANIFEST), manifest(course).as_bytes());
     write_manifest(&course("running", None, reused, 0, 0))?;
 
     let mut options = DispatchOptions::new(
@@ -367,6 +382,7 @@ fn compute_watched(
             .progress
             .note("s and Enter: what each worker is doing; Ctrl-C: end in order, the same command goes on");
     }
+    options.worker_log = directory.file(WORKER_LOG);
     if let Some(events) = &mut observer.watched.borrow_mut().events {
         let directory = directory.path().to_string_lossy();
         events.started(&samples.study().name, &directory, samples.count(), reused, request.workers);
@@ -376,7 +392,7 @@ fn compute_watched(
     let there = if reused > 0 && todo.total() > 0 { Some(record.state()?) } else { None };
     let place = (directory, prepared, &record);
     // Shared memory is given back when everything is written: nothing about it is a matter of the results.
-    let mut kept = None;
+    let mut memory = None;
     let ((report, committed), parts) = parts::kept(request.refresh, place, there, &faults, |parts| {
         let mut sink = LedgerSink {
             ledger: &mut ledger,
@@ -386,16 +402,17 @@ fn compute_watched(
             watched: Rc::clone(&observer.watched),
             gathered: Vec::new(),
             parts,
+            guard: Guard::new(directory),
         };
         let report = if todo.total() > 0 && request.budget.is_exceeded(failed_before) {
             Ok(DispatchReport::nothing(Ended::TooManyFailures))
         } else {
-            dispatch::run_keeping(&options, samples, order::shuffled(todo), &mut sink, observer, &mut kept)
+            dispatch::run_keeping(&options, samples, order::shuffled(todo), &mut sink, observer, &mut memory)
         };
         let committed = sink.close();
         observer.progress.clear();
         if let Ok(report) = &report {
-            let memory = kept.as_ref().map(|domain: &Domain| domain.address().clone());
+            let memory = memory.as_ref().map(|domain: &Domain| domain.address().clone());
             interrupt::end_at_once_when_told(matches!(report.ended, Ended::Signalled(_)), &faults, memory);
         }
         if observer.durable.borrow().done() < samples.count() {
@@ -406,24 +423,36 @@ fn compute_watched(
     // Taken but not recorded is computed again: it does not count.
     let durable = observer.durable.borrow().clone();
     observer.progress.finish(&durable, Instant::now());
-    let report = report?;
-    // After a failure the first error is the one that says why.
-    committed?;
-    let (table, tables) = if durable.done() == samples.count() {
-        let tables = tables::write_tables(directory, prepared, &record)?;
-        faults.reached(At::Retiring, 0, None);
-        directory.remove_parts()?;
-        (Some(directory.file(RESULTS)), tables)
-    } else {
-        parts?;
-        let has_rows = !row_files(directory.path()).is_empty();
-        (has_rows.then(|| directory.file(PARTS)), Checksums::default())
+    let finish = || {
+        let report = report?;
+        // After a failure the first error is the one that says why.
+        committed?;
+        let (table, tables) = if durable.done() == samples.count() {
+            let tables = tables::write_tables(directory, prepared, &record)?;
+            faults.reached(At::Retiring, 0, None);
+            directory.remove_parts()?;
+            (Some(directory.file(RESULTS).to_path_buf()), tables)
+        } else {
+            parts?;
+            let has_rows = !row_files(directory.path()).is_empty();
+            (has_rows.then(|| directory.file(PARTS).to_path_buf()), Checksums::default())
+        };
+        let (state, finished) = (report.ended.word(), Some(SystemTime::now()));
+        let course = course(state, finished, durable.done(), report.worker_deaths, report.dropped_messages);
+        write_manifest(&Course { tables, ..course })?;
+        Ok((report, table))
     };
-    let (state, finished) = (report.ended.word(), Some(SystemTime::now()));
-    let course = course(state, finished, durable.done(), report.worker_deaths, report.dropped_messages);
-    write_manifest(&Course { tables, ..course })?;
-    dispatch::give_back(kept, observer);
-    Ok((report, table))
+    let lost = |loss| {
+        let manifest = manifest(&course("failed", Some(SystemTime::now()), durable.done(), 0, 0));
+        RunError::from(kept::keep(loss, directory, prepared, &ledger, &durable, &manifest))
+    };
+    let finished = match kept::loss(directory, &ledger) {
+        Some(loss) => Err(lost(loss)),
+        // It may be lost while the tables are written.
+        None => finish().map_err(|error| kept::loss(directory, &ledger).map_or(error, lost)),
+    };
+    dispatch::give_back(memory, observer);
+    finished
 }
 
 impl Finished {

@@ -14,13 +14,12 @@ use super::directory::{PARTS, RunDirectory, TIMING_PARTS, part_name};
 use super::prepare::Prepared;
 use super::tables::RowsWriter;
 use crate::dispatch::DispatchError;
-use crate::files::{FileError, Pending, sync_directory};
+use crate::files::{FileError, Pending};
 use crate::ledger::{LedgerError, Reader, State};
 use crate::results::TableError;
+use bladeoff_protocol::folder::Folder;
 use bladeoff_worker::fault::{At, Faults};
 use std::cell::Cell;
-use std::fs;
-use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread;
@@ -186,13 +185,11 @@ impl Writer<'_> {
         if self.waiting.is_empty() {
             return Ok(());
         }
-        for folder in [PARTS, TIMING_PARTS] {
-            self.make_folder(folder)?;
-        }
+        let (parts, timings) = (self.directory.folder(PARTS)?, self.directory.folder(TIMING_PARTS)?);
         self.waiting.sort_unstable();
         while !self.waiting.is_empty() {
             let rows = &self.waiting[..self.waiting.len().min(PART_ROWS)];
-            let mut part = self.part(self.next, &self.directory.file(PARTS), &self.directory.file(TIMING_PARTS))?;
+            let mut part = self.part(self.next, &parts, &timings)?;
             self.record.state()?.for_each_of(rows, |sample, entry| {
                 if is_cancelled() { Err(Stop::Cancelled) } else { Ok(part.push(sample, entry)?) }
             })?;
@@ -243,23 +240,14 @@ impl Writer<'_> {
 
     /// A part under construction. Until it has its name it lies beside the folder: whoever reads the folder sees whole files
     /// only.
-    fn part(&self, number: u32, parts: &Path, timings: &Path) -> Result<RowsWriter<'_>, RunError> {
-        let pending = |folder: &Path, kind: &str| {
+    fn part(&self, number: u32, parts: &Folder, timings: &Folder) -> Result<RowsWriter<'_>, RunError> {
+        let pending = |folder: &Folder, kind: &str| {
             let temporary = self.directory.file(&format!("{kind}.tmp"));
-            Pending::create_at(&folder.join(part_name(number)), temporary)
+            Pending::create_at(folder.place(part_name(number)), temporary)
         };
         let more = [("incomplete", "true".to_owned()), ("part", number.to_string())];
         let more = more.map(|(key, value)| (key.to_owned(), value));
         Ok(RowsWriter::create(self.prepared, pending(parts, PARTS)?, pending(timings, TIMING_PARTS)?, &more)?)
-    }
-
-    fn make_folder(&self, name: &str) -> Result<(), FileError> {
-        let path: PathBuf = self.directory.file(name);
-        match fs::create_dir(&path) {
-            Ok(()) => sync_directory(self.directory.path()),
-            Err(source) if source.kind() == std::io::ErrorKind::AlreadyExists => Ok(()),
-            Err(source) => Err(FileError::at("create", &path)(source)),
-        }
     }
 }
 

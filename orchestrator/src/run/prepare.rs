@@ -9,9 +9,8 @@ use crate::study::Samples;
 use bladeoff_core::document::Problems;
 use bladeoff_core::machine::Machine;
 use bladeoff_core::modal::Basis;
-use bladeoff_worker::plan::{BASIS_FILE, WorkPlan};
-use std::fs;
-use std::path::Path;
+use bladeoff_protocol::folder::Folder;
+use bladeoff_worker::plan::{BASIS_FILE, MOST_BASIS, WorkPlan};
 
 /// A study ready to be computed.
 #[derive(Debug)]
@@ -43,8 +42,8 @@ pub(super) fn new_basis(samples: &Samples) -> Result<Vec<u8>, RunError> {
 
 /// The basis that is frozen in the directory, if it serves this study; a new one otherwise. Another processor may compute
 /// other last digits, so what is frozen is never computed again.
-pub(super) fn frozen_basis(samples: &Samples, directory: &Path) -> Result<Vec<u8>, RunError> {
-    basis(samples, fs::read(directory.join(BASIS_FILE)).ok())
+pub(super) fn frozen_basis(samples: &Samples, directory: &Folder) -> Result<Vec<u8>, RunError> {
+    basis(samples, directory.place(BASIS_FILE).read(MOST_BASIS).ok())
 }
 
 fn basis(samples: &Samples, frozen: Option<Vec<u8>>) -> Result<Vec<u8>, RunError> {
@@ -80,8 +79,8 @@ impl<'a> Prepared<'a> {
     /// Puts inputs, plan and basis into the directory.
     pub(super) fn write(&self, directory: &RunDirectory) -> Result<(), RunError> {
         directory.write_inputs(self.samples.study())?;
-        if WorkPlan::read(directory.path(), &self.plan_hash).is_err() {
-            self.plan.write(directory.path())?;
+        if WorkPlan::read_in(directory.open(), &self.plan_hash).is_err() {
+            self.plan.write(directory.open())?;
         }
         Ok(())
     }

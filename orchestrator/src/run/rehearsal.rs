@@ -27,7 +27,7 @@ pub struct ResumeTime {
 /// # Errors
 /// As [`run`](super::run).
 pub fn fill(path: &Path, samples: &Samples) -> Result<(), RunError> {
-    let directory = RunDirectory::claim(path)?;
+    let directory = RunDirectory::claim(path, true)?;
     let prepared = Prepared::new(samples, new_basis(samples)?)?;
     prepared.write(&directory)?;
     let mut ledger = Ledger::create(&directory.file(LEDGER), &prepared.header())?;
@@ -43,8 +43,8 @@ pub fn fill(path: &Path, samples: &Samples) -> Result<(), RunError> {
 /// As [`run`](super::run).
 pub fn time_resume(path: &Path, samples: &Samples) -> Result<ResumeTime, RunError> {
     let begun = Instant::now();
-    let directory = RunDirectory::claim(path)?;
-    let basis = super::prepare::frozen_basis(samples, path)?;
+    let directory = RunDirectory::claim(path, true)?;
+    let basis = super::prepare::frozen_basis(samples, directory.open())?;
     let keyed = Instant::now();
     let prepared = Prepared::new(samples, basis)?;
     let keys = keyed.elapsed();
@@ -87,8 +87,8 @@ fn with_record<T>(
     samples: &Samples,
     work: impl FnOnce(&RunDirectory, &Prepared<'_>, &mut Ledger) -> Result<T, RunError>,
 ) -> Result<T, RunError> {
-    let directory = RunDirectory::claim(path)?;
-    let basis = super::prepare::frozen_basis(samples, path)?;
+    let directory = RunDirectory::claim(path, true)?;
+    let basis = super::prepare::frozen_basis(samples, directory.open())?;
     let prepared = Prepared::new(samples, basis)?;
     let mut opened = resume::open(&directory, &prepared, resume::Again { rerun: None, suspects: true })?;
     work(&directory, &prepared, &mut opened.ledger)

@@ -22,11 +22,11 @@ use crate::ledger::{Head, Ledger, LedgerError, Reader, Remains};
 use crate::report::Tally;
 use crate::schedule::Todo;
 use bladeoff_core::outcome::{Cause, Status};
+use bladeoff_protocol::folder::Folder;
+use bladeoff_protocol::place;
 use bladeoff_worker::fault::{At, Faults, Who};
 use std::collections::BTreeMap;
-use std::fs;
 use std::ops::Range;
-use std::path::{Path, PathBuf};
 
 /// Which finished samples are to be computed again.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -94,15 +94,15 @@ enum Record {
 
 /// Opens or makes the record of a directory, with inputs, plan and basis beside it.
 pub(super) fn open(directory: &RunDirectory, prepared: &Prepared<'_>, again: Again<'_>) -> Result<Opened, RunError> {
-    compare(directory.path(), prepared, again)?.go_on(directory, prepared)
+    compare(directory.open(), prepared, again)?.go_on(directory, prepared)
 }
 
 /// Compares what is in a directory with the present study. Reads only.
-pub(super) fn compare(directory: &Path, prepared: &Prepared<'_>, again: Again<'_>) -> Result<Compared, RunError> {
-    let path = directory.join(LEDGER);
+pub(super) fn compare(directory: &Folder, prepared: &Prepared<'_>, again: Again<'_>) -> Result<Compared, RunError> {
+    let path = directory.place(LEDGER);
     if !path.exists() {
         if again.rerun.is_some() {
-            return Err(RunError::NothingToRerun { path: directory.to_path_buf() });
+            return Err(RunError::NothingToRerun { path: directory.path().to_path_buf() });
         }
         return Ok(Compared { record: Record::New, found: Found::default(), notes: Vec::new() });
     }
@@ -123,8 +123,8 @@ pub(super) fn compare(directory: &Path, prepared: &Prepared<'_>, again: Again<'_
 }
 
 fn compare_store(
-    path: &Path,
-    directory: &Path,
+    path: &place::Place,
+    directory: &Folder,
     prepared: &Prepared<'_>,
     again: Again<'_>,
 ) -> Result<Compared, RunError> {
@@ -178,7 +178,7 @@ impl Old {
                 Err(_) => damaged += 1,
             })?,
             Old::Remains(remains) => {
-                remains.entries().iter().for_each(|(head, place)| add(*head, *place as u64));
+                remains.entries().iter().for_each(|(head, place)| add(*head, *place));
             }
         }
         index.sort_unstable_by_key(|place| (place.head.key, place.head.status == Status::Quarantined, place.place));
@@ -188,7 +188,7 @@ impl Old {
     fn bytes(&self, place: u64) -> Result<Option<Vec<u8>>, LedgerError> {
         match self {
             Old::Store(reader, _) => reader.bytes(place),
-            Old::Remains(remains) => Ok(usize::try_from(place).ok().map(|place| remains.bytes_at(place).to_vec())),
+            Old::Remains(remains) => remains.bytes_at(place).map(Some),
         }
     }
 
@@ -201,7 +201,7 @@ impl Old {
 }
 
 /// Selects the entries that belong to the present study. Refuses to lose any.
-fn select(old: Old, directory: &Path, prepared: &Prepared<'_>, wanted: Again<'_>) -> Result<Compared, RunError> {
+fn select(old: Old, directory: &Folder, prepared: &Prepared<'_>, wanted: Again<'_>) -> Result<Compared, RunError> {
     let (mut index, damaged) = old.index(prepared)?;
     let is_same_study = matches!(old, Old::Store(_, true));
     let mut found = Found::default();
@@ -241,7 +241,7 @@ fn select(old: Old, directory: &Path, prepared: &Prepared<'_>, wanted: Again<'_>
     let lost = index.iter().filter(|place| !place.used).count() as u64;
     if lost > 0 {
         return Err(RunError::Changed {
-            path: directory.to_path_buf(),
+            path: directory.path().to_path_buf(),
             lost,
             total: index.len() as u64,
             changes: changes(directory, prepared, &old.header()),
@@ -333,12 +333,12 @@ fn take_over(
     prepared.write(directory)?;
     let mut ledger = Ledger::create(&directory.file(LEDGER), &prepared.header())?;
     for &(sample, place) in taken {
-        let missing = || LedgerError::Missing { sample, path: directory.file(LEDGER) };
+        let missing = || LedgerError::Missing { sample, path: directory.file(LEDGER).to_path_buf() };
         ledger.put_bytes(sample, old.bytes(place)?.ok_or_else(missing)?)?;
         faults.reached(At::Growing, sample, None);
     }
     if let Old::Remains(_) = old {
-        notes.push(format!("the damaged record is kept as {}", keep_aside(&directory.file(LEDGER))?.display()));
+        notes.push(format!("the damaged record is kept as {}", keep_aside(&directory.file(LEDGER))?));
     }
     // Their row numbers, or what they hold, are those of the old record.
     directory.remove_parts()?;
@@ -347,17 +347,19 @@ fn take_over(
 }
 
 /// Gives a damaged record a second name, under which it stays when a new one takes its place.
-fn keep_aside(path: &Path) -> Result<PathBuf, FileError> {
+fn keep_aside(path: &place::Place) -> Result<place::Place, FileError> {
     for n in 1u32.. {
-        let kept = path.with_file_name(format!("ledger.damaged-{n}.redb"));
-        match fs::hard_link(path, &kept) {
+        let kept = path.with_name(&format!("ledger.damaged-{n}.redb"));
+        match path.link_to(&kept) {
             Ok(()) => return Ok(kept),
             Err(source) if source.kind() == std::io::ErrorKind::AlreadyExists => {}
             // A file system without second names.
-            Err(_) => match fs::copy(path, &kept) {
-                Ok(_) => return Ok(kept),
-                Err(source) => return Err(FileError::at("write", &kept)(source)),
-            },
+            Err(_) => {
+                let (mut from, mut to) = (path.open()?, kept.create_new()?);
+                let copied = std::io::copy(&mut from, &mut to).and_then(|_| to.sync_all());
+                copied.map_err(FileError::at("write", &kept))?;
+                return Ok(kept);
+            }
         }
     }
     unreachable!("a directory does not hold 2^32 damaged records")

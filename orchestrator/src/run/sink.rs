@@ -1,6 +1,7 @@
 //! From the dispatch loop into the ledger, counting on the way.
 
 use super::events::EventStream;
+use super::kept::Guard;
 use super::keys::SampleKeys;
 use super::parts::Teller;
 use super::status::StatusWriter;
@@ -26,6 +27,8 @@ pub(super) struct LedgerSink<'a> {
     pub gathered: Vec<u64>,
     /// Who writes rows once they are.
     pub parts: &'a Teller<'a>,
+    /// Looks after the directory.
+    pub guard: Guard<'a>,
 }
 
 /// What sink and observer share beside the counts.
@@ -64,6 +67,17 @@ impl Sink for LedgerSink<'_> {
     fn flush(&mut self) -> Result<(), SinkError> {
         self.ledger.commit().map_err(refused)?;
         self.note_durable();
+        Ok(())
+    }
+
+    fn check(&mut self) -> Result<(), SinkError> {
+        if self.guard.finds_loss(self.ledger) {
+            // Why is found out again, and told, when the run has stopped.
+            return Err(SinkError {
+                what: "the result directory was moved or removed during the run".to_owned(),
+                source: None,
+            });
+        }
         Ok(())
     }
 }
@@ -165,6 +179,7 @@ impl Observer for ProgressObserver {
 mod tests {
     use super::*;
     use crate::study::{Samples, load};
+    use bladeoff_protocol::folder::Folder;
     use serde_json::Value;
     use std::fs;
     use std::path::Path;
@@ -184,7 +199,7 @@ mod tests {
         let now = Instant::now();
         let mut observer = ProgressObserver {
             progress: Progress::start(5, 0, now),
-            status: StatusWriter::new(folder.path(), &samples, 0),
+            status: StatusWriter::new(&Folder::open(folder.path()).expect("opened"), &samples, 0),
             tally: Rc::new(RefCell::new(taken)),
             durable: Rc::new(RefCell::new(durable)),
             watched: Rc::default(),

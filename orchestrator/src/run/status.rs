@@ -15,11 +15,13 @@ use crate::report::{Eta, Tally};
 use crate::schedule::Snapshot;
 use crate::study::Samples;
 use bladeoff_core::outcome::{Cause, Status};
+use bladeoff_protocol::folder::Folder;
+use bladeoff_protocol::place::Place;
 use serde_json::{Map, Value, json};
 use std::error::Error;
 use std::ffi::OsString;
-use std::fs::{self, OpenOptions};
-use std::io::Write;
+use std::fs;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
 
@@ -27,13 +29,17 @@ use std::time::{Duration, Instant, SystemTime};
 pub const STATUS: &str = "status.json";
 /// Version of its layout.
 const STATUS_SCHEMA: u64 = 1;
+/// What a command says to work in a directory that others could write in.
+pub const TRUST: &str = " --trust-dir";
+/// Largest that is read.
+const MOST_STATUS: u64 = 4 << 20;
 /// Least time between two writings.
 const EVERY: Duration = Duration::from_secs(1);
 
 /// Writes the file of one run.
 #[derive(Debug)]
 pub(super) struct StatusWriter {
-    path: PathBuf,
+    path: Place,
     /// What does not change during the run.
     fixed: Map<String, Value>,
     reused: u64,
@@ -44,7 +50,8 @@ pub(super) struct StatusWriter {
 }
 
 impl StatusWriter {
-    pub fn new(directory: &Path, samples: &Samples, reused: u64) -> Self {
+    pub fn new(folder: &Folder, samples: &Samples, reused: u64) -> Self {
+        let directory = folder.path();
         let fixed = json!({
             "schema": STATUS_SCHEMA,
             "study": samples.study().name,
@@ -62,7 +69,7 @@ impl StatusWriter {
         });
         let Value::Object(fixed) = fixed else { unreachable!("written as an object") };
         Self {
-            path: directory.join(STATUS),
+            path: folder.place(STATUS),
             fixed,
             reused,
             total: samples.count(),
@@ -70,6 +77,15 @@ impl StatusWriter {
             last: None,
             left: None,
         }
+    }
+
+    /// Of a run that was told to trust those who could write in the directory: so must be the one that goes on.
+    pub fn trusting(mut self, trusts: bool) -> Self {
+        if let Some(Value::String(command)) = self.fixed.get_mut("go_on").filter(|_| trusts) {
+            command.push_str(TRUST);
+        }
+        self.fixed.insert("trust_dir".to_owned(), json!(trusts));
+        self
     }
 
     /// Writes that the run has begun. As with every writing, a failure is none of the study's: the next one may succeed.
@@ -108,7 +124,7 @@ impl StatusWriter {
         if self.replace(&text).is_err() {
             // On a full disk the old file has the room that a new one has not.
             let over = || {
-                let mut file = OpenOptions::new().write(true).open(&self.path)?;
+                let mut file = self.path.open_own().map_err(|error| error.source)?;
                 file.write_all(text.as_bytes())?;
                 file.set_len(text.len() as u64)
             };
@@ -117,10 +133,12 @@ impl StatusWriter {
     }
 
     fn replace(&self, text: &str) -> std::io::Result<()> {
-        let aside = self.path.with_extension("json.tmp");
-        let replaced = fs::write(&aside, text).and_then(|()| fs::rename(&aside, &self.path));
+        let aside = self.path.with_suffix(".tmp");
+        let create = || aside.create_new().map_err(|error| error.source);
+        let written = create().and_then(|mut file| file.write_all(text.as_bytes()));
+        let replaced = written.and_then(|()| aside.rename_to(&self.path));
         if replaced.is_err() {
-            let _ = fs::remove_file(&aside);
+            let _ = aside.remove();
         }
         replaced
     }
@@ -224,33 +242,40 @@ impl RunState {
 /// # Errors
 /// It cannot be read.
 pub fn see(directory: &Path) -> Result<Option<Seen>, FileError> {
-    if !directory.join(LEDGER).exists() && !directory.join(LOCK).exists() {
+    let folder = match Folder::open(directory) {
+        Ok(folder) => folder,
+        Err(source) if matches!(source.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => {
+            return Ok(None);
+        }
+        Err(source) => return Err(FileError::at("open", directory)(source)),
+    };
+    if !folder.place(LEDGER).exists() && !folder.place(LOCK).exists() {
         return Ok(None);
     }
     loop {
-        let locked = look(directory, LOCK)?;
-        let seen = see_locked(directory, &locked);
+        let locked = look(&folder, LOCK)?;
+        let seen = see_locked(&folder, &locked);
         // A run that began meanwhile was changing what was read.
-        if matches!(locked, Look::Held(_)) || look(directory, LOCK)? == locked {
+        if matches!(locked, Look::Held(_)) || look(&folder, LOCK)? == locked {
             return Ok(Some(seen));
         }
     }
 }
 
 /// Whether the last run told that the study is complete.
-pub(super) fn tells_complete(directory: &Path) -> bool {
+pub(super) fn tells_complete(directory: &Folder) -> bool {
     told(directory).is_some_and(|told| told.get("state") == Some(&json!("complete")))
 }
 
-fn told(directory: &Path) -> Option<Map<String, Value>> {
-    let text = fs::read_to_string(directory.join(STATUS)).unwrap_or_default();
-    match serde_json::from_str(&text) {
+fn told(directory: &Folder) -> Option<Map<String, Value>> {
+    let text = directory.place(STATUS).read(MOST_STATUS).unwrap_or_default();
+    match serde_json::from_slice(&text) {
         Ok(Value::Object(told)) if told.get("schema") == Some(&json!(STATUS_SCHEMA)) => Some(told),
         _ => None,
     }
 }
 
-fn see_locked(directory: &Path, locked: &Look) -> Seen {
+fn see_locked(directory: &Folder, locked: &Look) -> Seen {
     let told = told(directory);
     let is_final = told.as_ref().is_none_or(|told| told.get("state") != Some(&json!("running")));
     let state = match locked {
@@ -260,7 +285,7 @@ fn see_locked(directory: &Path, locked: &Look) -> Seen {
             RunState::Running { holder: holder.clone(), stopped }
         }
         Look::Abandoned(holder) => RunState::Killed(Some(holder.clone())),
-        Look::Free if directory.join(RESULTS).exists() => RunState::Complete,
+        Look::Free if directory.place(RESULTS).is_file() => RunState::Complete,
         Look::Free if is_final => RunState::Ended,
         // It ended without a word: its lock was removed, its directory moved, its disk full.
         Look::Free => RunState::Killed(None),
@@ -270,18 +295,18 @@ fn see_locked(directory: &Path, locked: &Look) -> Seen {
         let is_its_own = |told: &Map<String, Value>| {
             holder.as_ref().is_none_or(|holder| told.get("pid") == Some(&json!(holder.pid)))
         };
-        let told = told.filter(is_its_own).map(|told| with_command(directory, told));
+        let told = told.filter(is_its_own).map(|told| with_command(directory.path(), told));
         return Seen { state, told, is_counted: false };
     }
     let (told, is_counted) = counted(directory, told, is_final);
-    Seen { state, told: told.map(|told| with_command(directory, told)), is_counted }
+    Seen { state, told: told.map(|told| with_command(directory.path(), told)), is_counted }
 }
 
 /// What was told with the counts of the record, and whether it has been read. `is_final`: it was told at an end, so that its
 /// counts are right if the record has as many.
-fn counted(directory: &Path, told: Option<Map<String, Value>>, is_final: bool) -> (Option<Map<String, Value>>, bool) {
+fn counted(directory: &Folder, told: Option<Map<String, Value>>, is_final: bool) -> (Option<Map<String, Value>>, bool) {
     let read = || {
-        let record = Reader::peek(&directory.join(LEDGER)).ok()?;
+        let record = Reader::peek(directory.place(LEDGER)).ok()?;
         let header = record.header().ok()?;
         let total = header.get("samples")?.parse().ok()?;
         let has = |key: &str, number: u64| told.as_ref().is_some_and(|told| told.get(key) == Some(&json!(number)));
@@ -321,7 +346,8 @@ fn with_command(directory: &Path, mut told: Map<String, Value>) -> Map<String, V
             _ => study.to_path_buf(),
         };
         let (scale, limit) = (told.get("scale").and_then(Value::as_f64), told.get("limit").and_then(Value::as_u64));
-        told.insert("go_on".to_owned(), json!(go_on_with(&study, directory, scale, limit)));
+        let trust = if told.get("trust_dir") == Some(&json!(true)) { TRUST } else { "" };
+        told.insert("go_on".to_owned(), json!(go_on_with(&study, directory, scale, limit) + trust));
     }
     told
 }

@@ -20,14 +20,14 @@ pub(super) fn write_tables(
     record: &Reader,
 ) -> Result<Checksums, RunError> {
     let (results, timings) = (directory.file(RESULTS), directory.file(TIMINGS));
-    let mut rows = RowsWriter::create(prepared, Pending::create(&results)?, Pending::create(&timings)?, &[])?;
+    let mut rows = RowsWriter::create(prepared, Pending::create(results)?, Pending::create(timings)?, &[])?;
     record.for_each(|sample, entry| rows.push(sample, entry).map_err(RunError::from))?;
     Ok(rows.finish()?)
 }
 
 /// Writes `timings.parquet` alone, again.
 pub(super) fn write_timings(directory: &RunDirectory, record: &Reader) -> Result<Checksum, RunError> {
-    let mut timings = TimingsWriter::create(Pending::create(&directory.file(TIMINGS))?)?;
+    let mut timings = TimingsWriter::create(Pending::create(directory.file(TIMINGS))?)?;
     record.for_each(|sample, entry| {
         let Entry { cpu_s, worker, attempt, .. } = entry;
         timings.push(Timing { sample, cpu_s, worker, attempt }).map_err(RunError::from)

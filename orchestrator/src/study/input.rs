@@ -1,8 +1,8 @@
 //! Reading what the user names: regular UTF-8 files of sensible size, from sensible places.
 
 use bladeoff_core::document::cut;
-use std::fs;
-use std::io::{self, Read};
+use bladeoff_protocol::place::{Place, Unfit};
+use std::io;
 use std::path::{Component, Path, PathBuf};
 
 /// Why an input file was not read.
@@ -17,6 +17,12 @@ pub enum InputError {
     /// A directory, device, pipe ...
     #[error("{} is not a regular file", path.display())]
     NotAFile {
+        /// The path.
+        path: PathBuf,
+    },
+    /// A symbolic link in a result directory.
+    #[error("{} is a symbolic link, which is not followed in a result directory", path.display())]
+    Link {
         /// The path.
         path: PathBuf,
     },
@@ -57,29 +63,34 @@ pub enum InputError {
     },
 }
 
-/// Reads a text file of at most `limit` bytes.
+/// Reads a text file of at most `limit` bytes that the user named.
 ///
 /// # Errors
 /// See [`InputError`].
 pub fn read_input(path: &Path, limit: u64) -> Result<String, InputError> {
+    read_text(&Place::named(path), limit)
+}
+
+/// The same of a file that a study froze in its result directory.
+///
+/// # Errors
+/// See [`InputError`].
+pub fn read_frozen(path: &Path, limit: u64) -> Result<String, InputError> {
+    read_text(&Place::from(path), limit)
+}
+
+fn read_text(path: &Place, limit: u64) -> Result<String, InputError> {
     let path_buf = || path.to_path_buf();
     let failed = |source: io::Error| match source.kind() {
         io::ErrorKind::NotFound | io::ErrorKind::NotADirectory => InputError::Missing { path: path_buf() },
         _ => InputError::Io { path: path_buf(), source },
     };
-    // Looked at before it is opened: opening a pipe would wait for its writer.
-    let metadata = fs::metadata(path).map_err(failed)?;
-    if !metadata.is_file() {
-        return Err(InputError::NotAFile { path: path_buf() });
-    }
-    if metadata.len() > limit {
-        return Err(InputError::TooLarge { path: path_buf(), bytes: metadata.len(), limit });
-    }
-    let mut bytes = Vec::with_capacity(usize::try_from(metadata.len()).unwrap_or_default() + 1);
-    fs::File::open(path).and_then(|file| file.take(limit + 1).read_to_end(&mut bytes)).map_err(failed)?;
-    if bytes.len() as u64 > limit {
-        return Err(InputError::TooLarge { path: path_buf(), bytes: bytes.len() as u64, limit });
-    }
+    let bytes = path.read_checked(limit).map_err(|unfit| match unfit {
+        Unfit::Kind(_) | Unfit::Links { .. } => InputError::NotAFile { path: path_buf() },
+        Unfit::Link => InputError::Link { path: path_buf() },
+        Unfit::TooLarge { bytes, limit } => InputError::TooLarge { path: path_buf(), bytes, limit },
+        Unfit::Io(source) => failed(source),
+    })?;
     decode(bytes).map_err(|at| InputError::NotText { path: path_buf(), at })
 }
 
@@ -145,6 +156,7 @@ pub fn beside(study_file: &Path, named: &str) -> Result<PathBuf, InputError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     #[test]
     fn files_beside_the_study_and_up_to_two_levels_above_are_found() {
@@ -166,6 +178,10 @@ mod tests {
         fs::write(&path, b"0123456789").expect("write");
         assert_eq!(read_input(&path, 10).expect("read"), "0123456789");
         assert!(matches!(read_input(&path, 9), Err(InputError::TooLarge { bytes: 10, .. })));
+        let link = directory.path().join("link");
+        std::os::unix::fs::symlink("f", &link).expect("linked");
+        assert_eq!(read_input(&link, 10).expect("what the user names"), "0123456789");
+        assert!(matches!(read_frozen(&link, 10), Err(InputError::Link { .. })));
         fs::write(&path, b"ab\xff").expect("write");
         assert!(matches!(read_input(&path, 10), Err(InputError::NotText { at: 2, .. })));
     }

@@ -1,7 +1,7 @@
 //! A study file from its text: every key, path and value checked, all problems of all its files at once.
 
 use super::carried::{Carried, Others, refuse_taken};
-use super::input::{InputError, beside, read_input};
+use super::input::{InputError, beside, read_frozen, read_input};
 use super::limits::Limits;
 use super::points::{PointsFile, read_points};
 use super::table::{Keys, scalar_text, wrong_type};
@@ -50,7 +50,8 @@ pub fn load_frozen(path: &Path, files: FrozenFiles) -> Result<Study, StudyError>
 
 fn load_with(path: &Path, frozen: Option<FrozenFiles>) -> Result<Study, StudyError> {
     let file = path.display().to_string();
-    let text = read_input(path, MAX_FILE_BYTES as u64)?;
+    let read = if frozen.is_some() { read_frozen } else { read_input };
+    let text = read(path, MAX_FILE_BYTES as u64)?;
     let root = parse_toml(&file, &text).map_err(|problems| StudyError::Problems(vec![problems]))?;
     let mut loader = Loader { path, frozen, problems: Collector::new(&file, &text), others: Vec::new() };
     let study = loader.study(&file, &text, &root);
@@ -230,7 +231,7 @@ impl Loader<'_> {
                 Some(files) if key == "machine" => files.machine.clone(),
                 Some(files) => files.points.clone(),
             };
-            let text = read_input(&found, limit)?;
+            let text = if self.frozen.is_some() { read_frozen } else { read_input }(&found, limit)?;
             Ok((found.display().to_string(), text))
         };
         match read(self.path) {

@@ -1,9 +1,11 @@
 //! Files that are either whole or absent: written aside, synced, renamed, the directory synced.
 
 use bladeoff_core::document::visible;
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+
+use crate::place::Place;
 
 /// A file operation that failed, with the path it failed on.
 #[derive(Debug, thiserror::Error)]
@@ -31,8 +33,8 @@ impl FileError {
 #[derive(Debug)]
 pub struct Pending {
     file: Option<File>,
-    temporary: PathBuf,
-    path: PathBuf,
+    temporary: Place,
+    path: Place,
 }
 
 impl Pending {
@@ -40,19 +42,20 @@ impl Pending {
     ///
     /// # Errors
     /// The directory cannot be written.
-    pub fn create(path: &Path) -> Result<Self, FileError> {
-        let mut name = path.as_os_str().to_owned();
-        name.push(".tmp");
-        Self::create_at(path, PathBuf::from(name))
+    pub fn create(path: impl Into<Place>) -> Result<Self, FileError> {
+        let path = path.into();
+        let temporary = path.with_suffix(".tmp");
+        Self::create_at(path, temporary)
     }
 
-    /// Starts a file that will be `path` and is written at `temporary`, on the same file system.
+    /// Starts a file that will be `path` and is written at `temporary`, on the same file system, in place of whatever has that
+    /// name.
     ///
     /// # Errors
     /// The directory of `temporary` cannot be written.
-    pub fn create_at(path: &Path, temporary: PathBuf) -> Result<Self, FileError> {
-        let file = File::create(&temporary).map_err(FileError::at("create", &temporary))?;
-        Ok(Self { file: Some(file), temporary, path: path.to_path_buf() })
+    pub fn create_at(path: impl Into<Place>, temporary: impl Into<Place>) -> Result<Self, FileError> {
+        let (path, temporary) = (path.into(), temporary.into());
+        Ok(Self { file: Some(temporary.create_new()?), temporary, path })
     }
 
     /// The file to write to.
@@ -74,15 +77,15 @@ impl Pending {
         let file = self.file.take().expect("present until finish consumes self");
         file.sync_all().map_err(FileError::at("write", &self.temporary))?;
         drop(file);
-        fs::rename(&self.temporary, &self.path).map_err(FileError::at("rename to", &self.path))?;
-        sync_directory(self.path.parent().unwrap_or(Path::new(".")))
+        self.temporary.rename_to(&self.path).map_err(FileError::at("rename to", &self.path))?;
+        self.path.sync_parent()
     }
 }
 
 impl Drop for Pending {
     fn drop(&mut self) {
         // After `finish` the temporary name no longer exists; on the error path the leftover is of no use.
-        let _ = fs::remove_file(&self.temporary);
+        let _ = self.temporary.remove();
     }
 }
 
@@ -90,9 +93,10 @@ impl Drop for Pending {
 ///
 /// # Errors
 /// As [`Pending::finish`].
-pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
-    let mut pending = Pending::create(path)?;
-    pending.file().write_all(bytes).map_err(FileError::at("write", path))?;
+pub fn write_whole(path: impl Into<Place>, bytes: &[u8]) -> Result<(), FileError> {
+    let path = path.into();
+    let mut pending = Pending::create(&path)?;
+    pending.file().write_all(bytes).map_err(FileError::at("write", &path))?;
     pending.finish()
 }
 
@@ -108,6 +112,7 @@ pub fn sync_directory(directory: &Path) -> Result<(), FileError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     #[test]
     fn an_unfinished_file_leaves_nothing() {

@@ -1,0 +1,92 @@
+//! Whether others could change under our hands what a run writes and reads back: in a directory of theirs, or one that they
+//! may write in, every name can become something else at any moment.
+
+use super::RunError;
+use super::directory::LOCK;
+use crate::files::FileError;
+use bladeoff_protocol::folder::Folder;
+use rustix::fs::{Access, AtFlags, accessat};
+use rustix::process::{getegid, geteuid};
+use std::io;
+use std::path::PathBuf;
+
+/// A directory that others could write in.
+#[derive(Debug, thiserror::Error)]
+pub enum Untrusted {
+    /// It belongs to somebody else.
+    #[error(
+        "{} belongs to another user (uid {owner}), who could change what the run writes there; choose another --out, or say \
+         --trust-dir if you trust them",
+        path.display()
+    )]
+    Owner {
+        /// The directory.
+        path: PathBuf,
+        /// Whose it is.
+        owner: u32,
+    },
+    /// Others may write in it.
+    #[error(
+        "{} can be written by other users (mode {mode:04o}), who could change what the run writes there: `chmod go-w` it, choose \
+         another --out, or say --trust-dir if you trust them",
+        path.display()
+    )]
+    Mode {
+        /// The directory.
+        path: PathBuf,
+        /// Its permissions.
+        mode: u32,
+    },
+}
+
+/// Refuses a directory that others could write in, unless the user trusts them (`trusts`). That of a group which is only the
+/// user's own, by its number, is the user's: many systems make new directories so (umask 002). One of somebody else in which
+/// nothing can be written is that error: it may still be read.
+pub(super) fn check(folder: &Folder, trusts: bool) -> Result<(), RunError> {
+    let path = || folder.path().to_path_buf();
+    let found = folder.stat().map_err(FileError::at("read", folder.path()))?;
+    let (user, group) = (geteuid().as_raw(), getegid().as_raw());
+    if found.st_uid != user {
+        accessat(folder, ".", Access::WRITE_OK, AtFlags::EACCESS)
+            .map_err(|errno| FileError::at("create", &folder.place(LOCK))(io::Error::from(errno)))?;
+    }
+    if trusts {
+        return Ok(());
+    }
+    if found.st_uid != user {
+        return Err(Untrusted::Owner { path: path(), owner: found.st_uid }.into());
+    }
+    let is_private = found.st_gid == group && group == user;
+    let others = if is_private { 0o002 } else { 0o022 };
+    let mode = found.st_mode & 0o7777;
+    if mode & others != 0 { Err(Untrusted::Mode { path: path(), mode }.into()) } else { Ok(()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+    use std::os::unix::fs::PermissionsExt;
+
+    #[test]
+    fn a_directory_that_others_may_write_in_is_refused_unless_they_are_trusted() {
+        let directory = tempfile::tempdir().expect("temporary directory");
+        let check_with = |mode, trusts| {
+            fs::set_permissions(directory.path(), fs::Permissions::from_mode(mode)).expect("own");
+            check(&Folder::open(directory.path()).expect("opened"), trusts)
+        };
+        for mode in [0o700, 0o755, 0o750, 0o2755] {
+            assert!(check_with(mode, false).is_ok(), "{mode:o}");
+        }
+        for mode in [0o777, 0o1777, 0o702] {
+            let refused = check_with(mode, false).expect_err("others may write");
+            assert!(
+                matches!(&refused, RunError::Untrusted(Untrusted::Mode { mode: found, .. }) if *found == mode),
+                "{refused}"
+            );
+            assert!(refused.is_refusal() && check_with(mode, true).is_ok());
+        }
+        let is_private = geteuid().as_raw() == getegid().as_raw();
+        assert_eq!(check_with(0o775, false).is_ok(), is_private, "a group of one");
+    }
+}
