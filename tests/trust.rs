@@ -109,7 +109,7 @@ struct Case {
 impl Case {
     fn new() -> Self {
         let folder = Folder::new();
-        folder.write("p.csv", "blade_off.mass [g]\n3\n5\n");
+        folder.write("p.csv", "blade_off.mass\n3 g\n5 g\n");
         let study = folder.write(
             "s.toml",
             "schema = 1\nname = \"d\"\nmachine = \"machines/rig.toml\"\n[set]\n\"run.end_time\" = \"0.002 s\"\n\
@@ -328,7 +328,7 @@ fn endless(folder: &Folder) -> String {
     let text =
         STUDY.replace("0.1 s", "0.002 s").replace("from = \"3 g\"\nto = \"10 g\"\ncount = 5\n", "values = [\"3 g\"]\n");
     let text = text
-        + "[[vary]]\npath = \"run.step\"\nvalues = [\"1e-5 s\", \"1.1e-5 s\", \"1.2e-5 s\", \"1.3e-5 s\", \"1e-11 s\"]\n";
+        + "[[vary]]\npath = \"run.step\"\nvalues = [\"5e-6 s\", \"5.5e-6 s\", \"4e-6 s\", \"4.5e-6 s\", \"1e-11 s\"]\n";
     folder.write("endless.toml", &text)
 }
 

@@ -3,6 +3,7 @@
 use super::channels::Channel;
 use super::{About, HistoryError, Sink, publish, temporary};
 use crate::files::FileError;
+use bladeoff_protocol::place::Place;
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -21,7 +22,7 @@ pub(super) struct CsvSink {
 impl CsvSink {
     pub fn create(path: &Path, channels: &[Channel]) -> Result<Self, HistoryError> {
         let temporary = temporary(path);
-        let file = File::create(&temporary).map_err(FileError::at("create", &temporary))?;
+        let file = Place::from(&temporary).create_new()?;
         let mut sink = Self { path: path.to_path_buf(), file: BufWriter::new(file), line: TIME.to_owned() };
         for channel in channels {
             sink.line.push(',');

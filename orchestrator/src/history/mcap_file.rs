@@ -3,6 +3,7 @@
 use super::channels::Channel;
 use super::{About, HistoryError, Sink, proto, publish, temporary};
 use crate::files::FileError;
+use bladeoff_protocol::place::Place;
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{Compression, WriteOptions, Writer};
 use std::collections::BTreeMap;
@@ -39,7 +40,7 @@ pub(super) fn options() -> WriteOptions {
 impl McapSink {
     pub fn create(path: &Path, channels: &[Channel], about: &About) -> Result<Self, HistoryError> {
         let temporary = temporary(path);
-        let file = File::create(&temporary).map_err(FileError::at("create", &temporary))?;
+        let file = Place::from(&temporary).create_new()?;
         let failed = || HistoryError::mcap("write", path);
         let mut writer = options().create(BufWriter::new(file)).map_err(failed())?;
         writer.write_metadata(&Metadata { name: ABOUT.to_owned(), metadata: about.clone() }).map_err(failed())?;

@@ -3,10 +3,11 @@
 use super::mcap_file::options;
 use super::{HistoryError, publish, temporary};
 use crate::files::FileError;
+use bladeoff_protocol::place::Place;
 use mcap::read::{ChunkFlattener, Options};
 use mcap::records::Record;
 use std::collections::BTreeMap;
-use std::fs::{self, File};
+use std::fs;
 use std::io::BufWriter;
 use std::path::Path;
 
@@ -43,7 +44,7 @@ fn copy(bytes: &[u8], from: &Path, to: &Path) -> Result<Recovered, HistoryError>
     let records = ChunkFlattener::new_with_options(bytes, Options::IgnoreEndMagic.into())
         .map_err(HistoryError::mcap("read", from))?;
     let aside = temporary(to);
-    let file = File::create(&aside).map_err(FileError::at("create", &aside))?;
+    let file = Place::from(&aside).create_new()?;
     let failed = || HistoryError::mcap("write", to);
     let mut writer = options().create(BufWriter::new(file)).map_err(failed())?;
     let mut saved = Recovered { messages: 0, last: 0.0, cut: false };

@@ -3,6 +3,7 @@
 use super::*;
 use bladeoff_core::outcome::{CauseSet, EndCause, Outcome, Status};
 use std::collections::BTreeSet;
+use std::fs;
 use std::os::unix::fs::FileExt;
 
 fn entry(value: f64) -> Entry {
