@@ -206,7 +206,10 @@ pub fn orchestrate(dir: &Path, fault: Option<&str>) -> Command {
     // Whoever runs the tests may ignore SIGHUP, and children inherit that; `env` becomes the program.
     let mut command = Command::new("env");
     command.arg("--default-signal=HUP").arg(std::env::current_exe().expect("this program"));
-    command.args(["--exact", "orchestrator_process", "--nocapture"]).env(ORCHESTRATE, dir).env(RUNTIME_VARIABLE, runtime());
+    command
+        .args(["--exact", "orchestrator_process", "--nocapture"])
+        .env(ORCHESTRATE, dir)
+        .env(RUNTIME_VARIABLE, runtime());
     if let Some(fault) = fault {
         command.env(FAULT_VARIABLE, format!("{fault},dir={}", dir.display()));
     }
