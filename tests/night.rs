@@ -80,7 +80,7 @@ fn limits_end_a_run_or_quarantine_a_sample() {
     let taken_out = run(&study, &out, &["--max-failures", "1", "--rerun", "failed"], None);
     assert_eq!(taken_out.code, 0, "{}", taken_out.err);
     // A limit of the study, one of the command line; both by a sample that never ends or takes all memory.
-    let limited = folder.write("limited.toml", &format!("{STUDY}\n[limits]\nmax_failed = 1\ntime_limit = \"2 s\"\n"));
+    let limited = folder.write("limited.toml", &format!("{STUDY}\n[limits]\nmax_failed = 1\ntime_limit = \"20 s\"\n"));
     for (name, study, more, what, cause) in [
         ("time", &limited, &["--crash-limit", "1"][..], "3,do=hang", "time_limit"),
         ("memory", &study, &["--crash-limit", "1", "--memory-limit", "300 MB"][..], "4,do=hoard", "out_of_memory"),
@@ -104,8 +104,7 @@ fn limits_end_a_run_or_quarantine_a_sample() {
 #[test]
 fn a_sample_whose_worker_is_killed_again_and_again_is_tried_once_by_every_later_run() {
     let folder = Folder::new();
-    let study = folder.write("s.toml", STUDY);
-    let limited = folder.write("limited.toml", &format!("{STUDY}\n[limits]\nkill_limit = 2\n"));
+    let study = folder.write("s.toml", &format!("{STUDY}\n[limits]\nkill_limit = 2\n"));
     let (calm, out) = (folder.name("calm"), folder.name("out"));
     assert_eq!(run(&study, &calm, &[], None).code, 0);
     let bytes = |out: &str| fs::read(format!("{out}/results.parquet")).expect("the table");
@@ -116,18 +115,18 @@ fn a_sample_whose_worker_is_killed_again_and_again_is_tried_once_by_every_later_
     };
     let fired = |name: &str| fs::read_dir(folder.path(name)).expect("readable").count();
     // Twice used to be enough. In a batch, the first does not count.
-    let said = run(&study, &out, &[], Some(&fault("twice", "do=kill,times=4")));
+    let said = run(&study, &out, &["--kill-limit", "5"], Some(&fault("twice", "do=kill,times=4")));
     assert_eq!((said.code, fired("twice")), (0, 4), "{}", said.err);
     assert!(bytes(&out) == bytes(&calm));
     let out = folder.name("given-up");
-    let said = run(&limited, &out, &[], Some(&fault("always", "do=kill,times=99")));
+    let said = run(&study, &out, &[], Some(&fault("always", "do=kill,times=99")));
     assert!(said.code == 4 && (2..=3).contains(&fired("always")), "{}: {}", fired("always"), said.err);
     let (header, rows) = support::table(&out);
     let at = |name: &str| header.iter().position(|column| column == name).expect("the column");
     assert_eq!((rows[3][at("status")].as_str(), rows[3][at("cause")].as_str()), ("quarantined", "worker_killed"));
     let given_up = bytes(&out);
     // The same again: one more try, one more kill, the same table.
-    let said = run(&limited, &out, &[], Some(&fault("once", "do=kill,times=99")));
+    let said = run(&study, &out, &[], Some(&fault("once", "do=kill,times=99")));
     assert_eq!((said.code, fired("once")), (4, 1), "{}", said.err);
     assert!(
         said.err.contains("1 sample whose worker was killed from outside") && bytes(&out) == given_up,
@@ -136,9 +135,9 @@ fn a_sample_whose_worker_is_killed_again_and_again_is_tried_once_by_every_later_
     );
     assert!(said.err.contains("19 of 20 samples are there already, 1 are computed"), "{}", said.err);
     // Nobody kills any more: the row is the one it would have been, and then nothing else is computed.
-    let said = run(&limited, &out, &[], Some(&fault("over", "do=kill,times=0")));
+    let said = run(&study, &out, &[], Some(&fault("over", "do=kill,times=0")));
     assert!(said.code == 0 && bytes(&out) == bytes(&calm), "{}", said.err);
-    let said = run(&limited, &out, &[], None);
+    let said = run(&study, &out, &[], None);
     assert!(said.code == 0 && said.err.contains("nothing is computed"), "{}", said.err);
     // A crash stays: the sample is to blame.
     let out = folder.name("crashed");

@@ -33,7 +33,8 @@ pub fn check() -> Result<(), ThreadsError> {
 
 fn pool() -> Result<rayon::ThreadPool, ThreadsError> {
     let threads = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get);
-    // The library's error says what the system said, and nothing else.
-    let failed = |error: rayon::ThreadPoolBuildError| ThreadsError { threads, source: io::Error::other(error) };
+    // The library's error says what the system said, and says it again as its source.
+    let failed =
+        |error: rayon::ThreadPoolBuildError| ThreadsError { threads, source: io::Error::other(error.to_string()) };
     rayon::ThreadPoolBuilder::new().build().map_err(failed)
 }

@@ -124,7 +124,9 @@ pub fn left_behind(out: &Path) -> Vec<PathBuf> {
         log.lines().filter_map(|line| line.split_once("shared memory in ")).map(|(_, root)| PathBuf::from(root));
     let mut left = Vec::new();
     for root in roots {
-        let id = root.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        // Where somebody has our name in /tmp, more stands before it.
+        let name = root.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let id = name.rsplit('-').next().unwrap_or_default();
         let shm = fs::read_dir("/dev/shm").into_iter().flatten().flatten().map(|entry| entry.path());
         left.extend(shm.filter(|path| path.to_string_lossy().contains(&format!("bladeoff_{id}_"))));
         if root.exists() {

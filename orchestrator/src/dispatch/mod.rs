@@ -45,7 +45,7 @@ pub use signals::watch_afterwards;
 #[derive(Debug, thiserror::Error)]
 pub enum DispatchError {
     /// Shared memory.
-    #[error("no shared memory for the workers")]
+    #[error("nothing can be exchanged with workers")]
     Domain(#[from] DomainError),
     /// The connection to the workers, or a sample whose parameters cannot be sent.
     #[error("the connection to the workers failed")]

@@ -97,7 +97,10 @@ pub enum DomainError {
         workers: usize,
     },
     /// The base directory belongs to someone else or is open to others.
-    #[error("{} must be a directory of user {uid} that nobody else may enter (owner {owner}, mode {mode:o})", path.display())]
+    #[error(
+        "{} ({}) must be a directory of user {uid} that nobody else may enter, mode 700; it is of user {owner}, mode {mode:o}",
+        path.display(), runtime::RUNTIME_VARIABLE
+    )]
     BaseUnsafe {
         /// The directory.
         path: PathBuf,
