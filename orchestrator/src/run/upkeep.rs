@@ -10,6 +10,7 @@ use super::{Request, RunError};
 use crate::files::write_whole;
 use crate::ledger::Reader;
 use crate::report::Tally;
+use crate::results::read_metadata;
 use std::time::SystemTime;
 
 /// Makes again what is missing or changed of a complete directory, but the record.
@@ -28,6 +29,11 @@ pub(super) fn put_in_order(
     let results = compare(&directory.file(RESULTS), told.results)?;
     // A file that cannot be read is of no more use than a changed one.
     let timings = compare(&directory.file(TIMINGS), told.timings).unwrap_or(Compared::Changed);
+    let is_lost = match timings {
+        Compared::Whole => false,
+        Compared::Unknown => read_metadata(&directory.file(TIMINGS)).is_err(),
+        Compared::Changed | Compared::Missing => true,
+    };
     let mut tables = told;
     if results != Compared::Whole {
         note(&format!("{RESULTS} {}: it is made again from the record", what(results)));
@@ -35,7 +41,7 @@ pub(super) fn put_in_order(
     } else if timings != Compared::Whole {
         tables.timings = Some(write_timings(directory, record)?);
     }
-    if !matches!(timings, Compared::Whole | Compared::Unknown) {
+    if is_lost {
         note(&format!("{TIMINGS} was missing or damaged: it is made again from the record"));
     }
     if !tells_complete(&path) {
