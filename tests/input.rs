@@ -251,7 +251,7 @@ fn extreme_numbers_are_refused_with_what_is_allowed() {
     }
 }
 
-/// Its runs would take days: it comes back within its minute, says what it did and as what it tells the rest.
+/// Its runs would take days: it comes back within its time, says what it did and as what it tells the rest.
 #[test]
 fn check_comes_back_from_runs_without_end() {
     let folder = Folder::new();
@@ -263,7 +263,7 @@ fn check_comes_back_from_runs_without_end() {
     for part in [
         "timed 1 of 1 samples",
         "of 5.00e9 steps",
-        "its whole time is told from its steps",
+        "Its whole time is told from its steps",
         "the whole study: about ",
         " of CPU time; ",
     ] {

@@ -15,7 +15,7 @@ use std::path::PathBuf;
 /// Reads study, machine and points file and reports every problem in them with its place. Builds the machine of every
 /// sample (of studies above 100000 samples: of every value and every corner), so that impossible combinations are
 /// found before anything runs. Then computes up to seven samples, spread over all axes and each for at most 20 s of CPU time (all
-/// together one minute), to tell the time of the whole as a range: CPU time, and what that is with a worker on each
+/// together 90 s), to tell the time of the whole as a range: CPU time, and what that is with a worker on each
 /// core. Nothing is written.
 #[derive(Debug, clap::Args)]
 #[command(

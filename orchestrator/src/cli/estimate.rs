@@ -18,7 +18,7 @@ const TIMED: u64 = 7;
 /// Of one sample no more CPU time is taken; its rest is told from its steps.
 const LONGEST: Duration = Duration::from_secs(20);
 /// After this time no more is computed.
-const PATIENCE: Duration = Duration::from_secs(60);
+const PATIENCE: Duration = Duration::from_secs(90);
 /// Steps between two looks at the clock.
 const LOOK_EVERY: u64 = 64;
 /// Samples among which those are searched that lie nearest to the wanted places.
@@ -63,7 +63,8 @@ pub(super) fn estimate(samples: &Samples) -> Result<(), CliError> {
     }
     if timed.iter().any(|one| one.cut) {
         text.push_str(&format!(
-            "A sample is stopped after {} of CPU time (all together after {}); its whole time is told from its steps, which take longer in contact.\n",
+            "A sample is stopped after {} of CPU time (all together after {}). Its whole time is told from its steps up to run.end_time: steps in contact take longer, \
+             a rotor that stops ends sooner.\n",
             duration(LONGEST),
             duration(PATIENCE)
         ));
