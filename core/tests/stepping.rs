@@ -281,6 +281,8 @@ fn the_row_and_the_history_tell_the_same_penetration() {
         );
         assert!(row.value("contact_impulse_Ns") > 0.0, "contact happened");
         assert!((said - deepest).abs() < 1e-15, "{said:e} {deepest:e}");
+        // the frozen place leaves more than rounding
+        assert!(detection != "hyp2-frozen" || deepest > 1e-10, "{deepest:e}");
         // rounding of the gap has its own instant
         assert!(deepest < 1e-15 || (row.value("residual_penetration_at_s") - at).abs() < 1e-12);
     }

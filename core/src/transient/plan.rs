@@ -16,7 +16,7 @@ const DEFAULT_FRACTION: f64 = 0.5;
 /// least this many parts: `(omega dt)^2/24 = 1.6e-6`, the scheme's relative error of a period. It governs rotors of few degrees
 /// of freedom, whose highest frequency resolves nothing.
 const PARTS: f64 = 1000.0;
-/// The same with a radial spring, whose force bends at the gap: what an impact leaves in the balance is of second order.
+/// The same with a radial spring, on which contact begins and ends within a step: places after an impact are of second order.
 const SPRING_PARTS: f64 = 4.0 * PARTS;
 
 /// Smallest step \[s\]: a filter of 1 ms then has ten million steps, and time still grows by it.

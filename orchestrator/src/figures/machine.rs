@@ -1,6 +1,6 @@
 //! The machine drawn to scale: the shaft line from the side, the diaphragm from the front.
 
-use super::style::{FINE, GREY, SMALL, TEXT, TITLE, tick};
+use super::style::{FINE, GREY, SMALL, TEXT, TITLE, tick, to_scale};
 use super::{Area, COLOURS, Figure, FigureError};
 use bladeoff_core::machine::{DiaphragmKind, Disc, Machine, RotorKind, Shaft};
 use plotters::element::{Circle, PathElement, Polygon, Rectangle, Text};
@@ -61,18 +61,13 @@ fn outer(machine: &Machine, shaft: &Shaft) -> f64 {
 fn draw_side(area: &Area<'_>, machine: &Machine, shaft: &Shaft) -> Result<(), FigureError> {
     let length = shaft.nodes.last().copied().unwrap_or(1.0);
     let radius = outer(machine, shaft);
-    let (width, height) = area.dim_in_pixel();
-    let (plot_width, plot_height) =
-        (f64::from(width) - 80.0 * f64::from(FINE), f64::from(height) - 60.0 * f64::from(FINE));
-    // one scale for both axes, whichever direction needs the room
-    let metre = (plot_width / (1.12 * length)).min(plot_height / (3.1 * radius));
-    let (half_z, half_r) = (0.5 * plot_width / metre, 0.5 * plot_height / metre);
     let middle = 0.5 * length;
-    let mut chart = ChartBuilder::on(area)
-        .margin(8 * FINE)
-        .x_label_area_size(40 * FINE)
-        .y_label_area_size(56 * FINE)
-        .build_cartesian_2d(middle - half_z..middle + half_z, -half_r..half_r)?;
+    let mut builder = ChartBuilder::on(area);
+    builder.margin(8 * FINE).x_label_area_size(40 * FINE).y_label_area_size(56 * FINE);
+    let plot = builder.build_cartesian_2d(0.0..1.0, 0.0..1.0)?.plotting_area().dim_in_pixel();
+    // one scale for both axes, whichever direction needs the room
+    let (half_z, half_r) = to_scale(plot, (0.56 * length, 1.55 * radius));
+    let mut chart = builder.build_cartesian_2d(middle - half_z..middle + half_z, -half_r..half_r)?;
     chart
         .configure_mesh()
         .disable_mesh()
@@ -208,15 +203,10 @@ fn draw_front(area: &Area<'_>, machine: &Machine) -> Result<(), FigureError> {
     };
     let (ring, contact) = (&stator.ring, &diaphragm.contact);
     let reach = 1.08 * (ring.mean_radius + ring.thickness + stator.blades.map_or(0.0, |blades| blades.length));
-    let (width, height) = area.dim_in_pixel();
-    let (plot_width, plot_height) =
-        (f64::from(width) - 16.0 * f64::from(FINE), f64::from(height) - 44.0 * f64::from(FINE));
-    let metre = (plot_width / (2.0 * reach)).min(plot_height / (2.0 * reach));
-    let (half_x, half_y) = (0.5 * plot_width / metre, 0.5 * plot_height / metre);
-    let mut chart = ChartBuilder::on(area)
-        .margin(8 * FINE)
-        .caption(format!("diaphragm {} along Z: gap {} mm", diaphragm.name, tick(1e3 * contact.gap)), TEXT)
-        .build_cartesian_2d(-half_x..half_x, -half_y..half_y)?;
+    let caption = format!("diaphragm {} along Z: gap {} mm", diaphragm.name, tick(1e3 * contact.gap));
+    let area = area.margin(8 * FINE, 8 * FINE, 8 * FINE, 8 * FINE).titled(&caption, TEXT)?;
+    let (half_x, half_y) = to_scale(area.dim_in_pixel(), (reach, reach));
+    let mut chart = ChartBuilder::on(&area).build_cartesian_2d(-half_x..half_x, -half_y..half_y)?;
     let circle = |radius: f64| {
         (0..=240).map(move |k| {
             let (sin, cos) = (2.0 * PI * f64::from(k) / 240.0).sin_cos();

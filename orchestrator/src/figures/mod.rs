@@ -167,3 +167,7 @@ impl Figure {
         self.write(&directory.join(format!("{name}.png")))
     }
 }
+
+#[cfg(test)]
+#[path = "scale_tests.rs"]
+mod scale_tests;

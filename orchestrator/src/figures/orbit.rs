@@ -3,7 +3,7 @@
 //! Drawn in the plane of the rotor centre: the clearance is `gap + v(alpha)`, the gap plus the ring's radial displacement, and
 //! the rotor touches where its centre reaches it. Both on one scale: the radii themselves would hide millimetres in metres.
 
-use super::style::{FINE, GREY, GRID, SMALL, Scale, TEXT, TITLE, tick};
+use super::style::{FINE, GREY, GRID, SMALL, Scale, TEXT, TITLE, tick, to_scale};
 use super::{Area, COLOURS, Figure, FigureError};
 use crate::history::History;
 use plotters::prelude::{BLACK, ChartBuilder, Circle, Color, IntoFont, LineSeries, PathElement, WHITE};
@@ -128,12 +128,13 @@ fn draw(
     reach: f64,
     scale: &Scale,
 ) -> Result<(), FigureError> {
-    let mut chart = ChartBuilder::on(area)
-        .margin(8 * FINE)
-        .caption(format!("t = {} s", tick(instant)), TEXT)
-        .x_label_area_size(38 * FINE)
-        .y_label_area_size(46 * FINE)
-        .build_cartesian_2d(-reach..reach, -reach..reach)?;
+    let caption = format!("t = {} s", tick(instant));
+    let area = area.margin(8 * FINE, 8 * FINE, 8 * FINE, 8 * FINE).titled(&caption, TEXT)?;
+    let mut builder = ChartBuilder::on(&area);
+    builder.x_label_area_size(38 * FINE).y_label_area_size(46 * FINE);
+    let plot = builder.build_cartesian_2d(0.0..1.0, 0.0..1.0)?.plotting_area().dim_in_pixel();
+    let (half_x, half_y) = to_scale(plot, (reach, reach));
+    let mut chart = builder.build_cartesian_2d(-half_x..half_x, -half_y..half_y)?;
     chart
         .configure_mesh()
         .light_line_style(WHITE)

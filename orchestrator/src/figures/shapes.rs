@@ -1,6 +1,6 @@
 //! Mode shapes: of the shaft line at rest and without damping, and of the rings.
 
-use super::style::{FINE, GREY, SMALL, TEXT, TITLE};
+use super::style::{FINE, GREY, SMALL, TEXT, TITLE, to_scale};
 use super::{Area, COLOURS, Figure, FigureError, Line, Mark, Panel, panels};
 use bladeoff_core::linalg::column_of;
 use bladeoff_core::machine::{DiaphragmKind, FlexibleStator, Machine, RotorKind, Shaft};
@@ -119,11 +119,10 @@ fn draw_ring(
     let largest = (0..nodes).map(|node| shape[4 * node].hypot(shape[4 * node + 2])).fold(0.0, f64::max);
     let scale = 0.22 / largest.max(f64::MIN_POSITIVE);
     let radius = stator.ring.mean_radius;
-    let reach = 1.4;
-    let mut chart = ChartBuilder::on(area)
-        .margin(6 * FINE)
-        .caption(caption, TEXT)
-        .build_cartesian_2d(-reach..reach, -reach * 0.95..reach * 0.95)?;
+    let reach = 1.33;
+    let area = area.margin(6 * FINE, 6 * FINE, 6 * FINE, 6 * FINE).titled(caption, TEXT)?;
+    let (half_x, half_y) = to_scale(area.dim_in_pixel(), (reach, reach));
+    let mut chart = ChartBuilder::on(&area).build_cartesian_2d(-half_x..half_x, -half_y..half_y)?;
     let circle = (0..=120).map(|k| (2.0 * PI * f64::from(k) / 120.0).sin_cos()).map(|(s, c)| (c, s));
     chart.draw_series(LineSeries::new(circle, GREY.stroke_width(FINE)))?;
     let surface = ring.matrices.surface(radius, false);

@@ -46,7 +46,7 @@ pub(super) const KEYS: &[Key] = &[
     key("run.force_location", Kind::Choice(&["next", "current"]), Need::Word("next"), Range::ANY, When::Always,
         "contact force of step n acts at the contact place of step n+1 (as the paper) or n"),
     key("run.rotor_modes", Kind::Count, Need::Optional("chosen by the engine: 24, more where bearings are stiff"), MODES_FROM_2, When::Always,
-        "lateral rotor modes of the reduced engine"),
+        "lateral rotor modes of the reduced engine; too few for the contact: the run is invalid (`modal_basis`)"),
     key("run.twist_modes", Kind::Count, Need::Optional("chosen by the engine"), MODES_FROM_0, When::Always,
         "elastic twist modes of the reduced engine"),
     key("run.ring_modes", Kind::Count, Need::Optional("chosen by the engine"), MODES_FROM_1, When::Always,
