@@ -109,8 +109,9 @@ mod tests {
                     }
                 }
                 letter => {
-                    rows[row].resize(rows[row].len().max(column + 1), ' ');
-                    rows[row][column] = letter;
+                    let shown: &mut Vec<char> = &mut rows[row];
+                    shown.resize(shown.len().max(column + 1), ' ');
+                    shown[column] = letter;
                     column += 1;
                 }
             }

@@ -157,10 +157,12 @@ pub fn describe_values(view: OutcomeView<'_>) -> String {
             !is_place && !OTHERWISE.contains(&column.name.as_str()) && group(&column.name) == number
         };
         let columns: Vec<&Column> = view.columns.iter().filter(is_shown).collect();
-        if columns.iter().all(|column| view.value(&column.name).is_none()) {
-            if !columns.is_empty() {
-                text.push_str(&format!("\n{heading}: none\n"));
-            }
+        if columns.is_empty() {
+            continue;
+        }
+        // A machine without a diaphragm has no rub; that there was no contact and no stop is told all the same.
+        if number > 0 && columns.iter().all(|column| view.value(&column.name).is_none()) {
+            text.push_str(&format!("\n{heading}: none\n"));
             continue;
         }
         text.push_str(&format!("\n{heading}\n"));
@@ -312,7 +314,7 @@ mod tests {
         // Nothing of a group is one line.
         let outcome = Outcome { values: vec![None; columns.len()], ..outcome };
         let text = describe_values(OutcomeView { columns: &columns, outcome: &outcome });
-        assert_eq!(text.lines().filter(|line| line.ends_with(": none")).count(), 6, "{text}");
+        assert_eq!(text.lines().filter(|line| line.ends_with(": none")).count(), 5, "{text}");
     }
 
     #[test]

@@ -220,7 +220,8 @@ mod tests {
         let line = |left| view(&tally, 9, left).text();
         assert_eq!(line(Left::Unknown), "3/9, 1.5/s, time left not known yet; invalid 0, failed 0");
         assert_eq!(line(range(0, 80)), "3/9, 1.5/s, up to 1 min 20 s left; invalid 0, failed 0");
-        let beginning = View { elapsed: Duration::ZERO, ..view(&Tally::default(), 9, Left::Unknown) };
+        let nothing = Tally::default();
+        let beginning = View { elapsed: Duration::ZERO, ..view(&nothing, 9, Left::Unknown) };
         assert_eq!(beginning.text(), "0/9, time left not known yet; invalid 0, failed 0");
     }
 
@@ -233,7 +234,7 @@ mod tests {
                 let line = view(&counts, 100_000, left).fitting(columns);
                 assert!(line.chars().count() < columns, "{columns}: {line}");
                 assert!(line.contains("12345/100000"), "{columns}: {line}");
-                assert!(columns < 60 || line.contains(" left") && line.contains('█'), "{columns}: {line}");
+                assert!(columns < 60 || line.contains(" left") && line.contains('░'), "{columns}: {line}");
                 assert!(columns < 80 || line.contains("failed"), "{columns}: {line}");
                 assert!(columns < 120 || line.contains("failed 7 (7 diverged)"), "{columns}: {line}");
             }

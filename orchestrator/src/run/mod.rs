@@ -378,9 +378,7 @@ fn compute_watched(
     request.budget.apply(failed_before, &mut options);
     options.keys = true;
     if observer.progress.is_on_terminal() && io::stdin().is_terminal() {
-        observer
-            .progress
-            .note("s and Enter: what each worker is doing; Ctrl-C: end in order, the same command goes on");
+        observer.progress.note("s and Enter: what each worker does; Ctrl-C: ends in order");
     }
     options.worker_log = directory.file(WORKER_LOG);
     if let Some(events) = &mut observer.watched.borrow_mut().events {

@@ -82,15 +82,13 @@ impl FixedAngle {
         let degrees =
             |angle: f64| format!("{:.6}", angle.to_degrees()).trim_end_matches('0').trim_end_matches('.').to_owned();
         let last = self.period * f64::from(STARTS - 1) / f64::from(STARTS);
+        let is = if self.because.len() == 1 && !self.because[0].contains("blades") { "is" } else { "are" };
         let lines = [
-            format!(
-                "note: {} is {} deg in every sample. {} {} not the same all round, so this angle decides where rotor and ring meet, and can \
-                 move the loads by tens of per cent and reverse trends. Let it vary, several starts a cell, and compare median and worst:",
-                self.path,
-                degrees(self.value),
-                listed(&self.because),
-                if self.because.len() == 1 && !self.because[0].contains("blades") { "is" } else { "are" },
-            ),
+            format!("note: {} is {} deg in every sample.", self.path, degrees(self.value)),
+            format!("{} {is} not the same all round, so this angle decides where", listed(&self.because)),
+            "rotor and ring meet, and can move the loads by tens of per cent and reverse trends. Let it vary,"
+                .to_owned(),
+            "several starts a cell, and compare median and worst:".to_owned(),
             "  [[vary]]".to_owned(),
             format!("  path = \"{}\"", self.path),
             "  from = \"0 deg\"".to_owned(),
