@@ -20,7 +20,6 @@ use bladeoff_protocol::place::Place;
 use serde_json::Value;
 use std::collections::VecDeque;
 use std::ffi::OsStr;
-use std::fs;
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::time::Duration;

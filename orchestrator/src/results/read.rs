@@ -134,7 +134,7 @@ impl Table {
 /// It cannot be read, or is damaged.
 pub fn count_sound_rows(path: &Path) -> Result<usize, TableError> {
     let reader = || -> Result<_, TableError> {
-        let file = File::open(path).map_err(FileError::at("open", path))?;
+        let file = Place::from(path).open()?;
         Ok(ParquetReader::new(file).read_parallel(ParallelStrategy::None))
     };
     guarded(path, || {
