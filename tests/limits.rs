@@ -81,11 +81,11 @@ fn a_header_of_a_hundred_thousand_columns_is_one_problem() {
 #[test]
 fn a_row_of_millions_of_cells_is_counted() {
     let folder = Folder::new();
-    let points = format!("contact.gap\n0.5 mm\n{}\n", ",".repeat(5_000_000));
+    let points = format!("contact.gap\n0.5 mm\nx{}\n", ",".repeat(5_000_000));
     folder.write("points.csv", &points);
     // The text, and once more in the report.
     let files = refused(2 * points.len() + (4 << 20), &folder, &format!("{HEAD}{POINTS}"));
-    assert_eq!(files[0].list[0].message, "has 5000001 cells, the header has 1");
+    assert_eq!(files[0].list[0].message, "has 5000001 cells, the header has 1 (separated by `,`)");
 }
 
 #[test]
@@ -96,7 +96,7 @@ fn every_cell_of_a_large_file_is_checked_and_the_first_mistakes_shown() {
     assert_eq!((files[0].list.len(), files[0].left_out), (MOST_PROBLEMS, 60_000 - MOST_PROBLEMS));
     let first = &files[0].list[0];
     assert_eq!((first.line, first.column, first.value.as_deref()), (3, 1, Some("-1 mm")));
-    assert_eq!(first.allowed.as_deref(), Some("> 0 m"));
+    assert_eq!(first.allowed.as_deref(), Some("1e-9 to 1e6 m"));
     let said = say(&["check", &folder.name("s.toml")]);
     assert!(said.err.ends_with("points.csv, 59950 of them not shown\n"), "{}", said.err);
     assert!(said.err.contains("error: 60000 problems in"), "{}", said.err);

@@ -44,7 +44,7 @@ fn random_machine() -> impl Strategy<Value = Machine> {
             mass * 0.01,
             mass * 0.018,
             count * per_blade.max(2),
-            0.5 * radius
+            radius - 1e-3
         );
         machine(&text)
     })

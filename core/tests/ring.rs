@@ -23,7 +23,7 @@ fn text(thickness: f64, elements: usize, blades: &str) -> String {
          [diaphragms.ring.material]\nyoung_modulus = {YOUNG:e}\npoisson_ratio = 0.3\ndensity = {DENSITY}\n\
          [diaphragms.ring.ring]\nmean_radius = {RADIUS}\nthickness = {thickness:e}\nwidth = {WIDTH}\nelements = {elements}\n\
          {blades}\
-         [diaphragms.ring.contact]\nrotor_radius = 0.3\ngap = 0.01\nfriction = 0.1\n"
+         [diaphragms.ring.contact]\nrotor_radius = 0.36\ngap = 0.009\nfriction = 0.1\n"
     )
 }
 

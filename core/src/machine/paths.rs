@@ -154,7 +154,7 @@ pub(super) fn find(def: &MachineDef, given: &str) -> Result<PathInfo, PathError>
 pub fn is_of_the_format(given: &str) -> bool {
     let wanted = bracketed(given.trim());
     let steps: Vec<&str> = wanted.split('.').collect();
-    let place = |step: &str| step.find('[').map_or(step.len(), |at| at);
+    let place = |step: &str| step.find('[').unwrap_or(step.len());
     let fits = |step: &str, pattern: &str| {
         // A section, or a component: `shaft[0]`, `offset[1]`.
         pattern == "NAME" || step[..place(step)] == pattern[..place(pattern)]
