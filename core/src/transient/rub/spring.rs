@@ -115,10 +115,11 @@ impl Rub<'_> {
         let before = x_before[0].hypot(x_before[1]);
         let of_the_way = |share: f64| -> f64 {
             let next = (x_free[0] + share * pushed[0]).hypot(x_free[1] + share * pushed[1]);
-            if (before > self.gap && next > self.gap) || next == before {
+            let way = next - before;
+            if way == 0.0 || before > self.gap && next > self.gap {
                 return if next > self.gap { 1.0 } else { 0.0 };
             }
-            (((next - self.gap).max(0.0) - (before - self.gap).max(0.0)) / (next - before)).clamp(0.0, 1.0)
+            (((next - self.gap).max(0.0) - (before - self.gap).max(0.0)) / way).clamp(0.0, 1.0)
         };
         // the more the spring pushes, the shorter is its part of the way: one root
         let (mut low, mut high) = (0.0, 1.0);
