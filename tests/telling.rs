@@ -342,7 +342,7 @@ fn a_run_that_takes_long_says_how_far_it_is() {
     let run = Heard::of(child, output);
     wait_until("a line", || run.text().contains('\n'));
     let text = run.text();
-    for part in [" s of 1000 s, ", " rpm, ", " s per second, at this pace "] {
+    for part in [" of 1000 s, ", " rpm, ", " s per second, at this pace "] {
         assert!(text.contains(part), "{part}: {text}");
     }
 }
