@@ -134,12 +134,12 @@ fn a_rotor_outside_its_ring_is_refused() {
     let rig = study_machine("lab_rig");
     for offset in ["0.2", "0.101", "-0.0506"] {
         let problem = refused(&rig, &[("contact.offset[1]", offset)]);
-        assert_eq!(problem.key, "diaphragms.seal.contact.offset");
+        assert_eq!(problem.key, "diaphragms.seal.contact.offset[1]");
         assert!(problem.message.contains("outside diaphragm seal") && problem.message.contains("50.5 mm"));
         assert!(problem.allowed.expect("what is allowed").contains("0.5 mm; a number without a unit is in m"));
     }
     let problem = refused(&rig, &[("rotor.initial.displacement[0]", "0.06")]);
-    assert_eq!(problem.key, "rotor.initial.displacement");
+    assert_eq!(problem.key, "rotor.initial.displacement[0]");
     // moved with its ring it stands inside
     machine_with(&rig, &[("rotor.initial.displacement[0]", "0.06"), ("contact.offset[0]", "0.06")]);
     for kind in ["kind = \"rigid\"", "kind = \"radial-spring\"\nstiffness = 1e7"] {
@@ -148,7 +148,7 @@ fn a_rotor_outside_its_ring_is_refused() {
              initial_speed = 10\n[rotor.bearings.s]\nstiffness = 1e4\n[diaphragms.d]\n{kind}\n[diaphragms.d.contact]\n\
              rotor_radius = 0.05\ngap = 5e-4\nfriction = 0.1\noffset = [0.2, 0.0]\n"
         );
-        assert_eq!(refused(&text, &[]).key, "diaphragms.d.contact.offset");
+        assert_eq!(refused(&text, &[]).key, "diaphragms.d.contact.offset[0]");
         machine(&text.replace("0.2, 0.0", "1e-4, 0.0"));
     }
 }

@@ -74,7 +74,7 @@ pub fn overdrawn(rotor: &Rotor) -> Option<Overdrawn> {
         let seen = mul(&mul(&b, &mobility), &b.transpose());
         let (mean, half) = (0.5 * (seen[(0, 0)] + seen[(1, 1)]), 0.5 * (seen[(0, 0)] - seen[(1, 1)]));
         let share = -site.mass * (mean + half.hypot(seen[(0, 1)]));
-        if !(share <= MOST_LOST) {
+        if share.is_nan() || share > MOST_LOST {
             let [mass, polar_inertia] = [place, 2 * count + place].map(|at| 1.0 / mobility[(at, at)]);
             return Some(Overdrawn { unbalance, mass, polar_inertia, share });
         }

@@ -51,9 +51,11 @@ fn check_inside(reader: &mut Reader<'_>, name: &str, contact: &Contact) {
     if distance < radius {
         return;
     }
-    let offset = joined(&["diaphragms.", name, ".contact.offset"]);
     let moved = start[0].hypot(start[1]) > contact.offset[0].hypot(contact.offset[1]);
-    let path = if moved { START } else { &*offset };
+    let of = if moved { start } else { contact.offset };
+    let axis = usize::from(of[1].abs() > of[0].abs());
+    let offset = joined(&["diaphragms.", name, ".contact.offset"]);
+    let path = format!("{}[{axis}]", if moved { START } else { &*offset });
     let metres = |value: f64| format_digits(value, "m", 6);
     let message = format!(
         "the rotor would start outside diaphragm {name}: {} off the ring's centre, the ring's radius is {}",
@@ -61,7 +63,7 @@ fn check_inside(reader: &mut Reader<'_>, name: &str, contact: &Contact) {
         metres(radius)
     );
     let allowed = format!("a start within the gap of {}; a number without a unit is in m", metres(contact.gap));
-    reader.fail(path, message, allowed);
+    reader.fail(&path, message, allowed);
 }
 
 fn contact(reader: &mut Reader<'_>, nodes: Option<&Nodes>, table: &str) -> Option<Contact> {

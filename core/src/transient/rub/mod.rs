@@ -296,11 +296,11 @@ impl<'a> Rub<'a> {
     }
 
     /// Whether the rotor's centre at n is beyond the line of the ring that touches, at its own angle: detection would find the
-    /// ring's outside there, or no contact.
+    /// ring's outside there, or no contact. A radial spring yields as far as it is pressed, and its line with it.
     pub fn is_outside(&mut self, x: [f64; 2]) -> bool {
         let distance = (x[0] * x[0] + x[1] * x[1]).sqrt();
         // far inside, whatever the ring does
-        if distance <= self.gap + 0.5 * self.rotor_radius {
+        if self.is_spring() || distance <= self.gap + 0.5 * self.rotor_radius {
             return false;
         }
         if let Some(ring) = &mut self.ring {
