@@ -104,30 +104,38 @@ fn the_last_instant_is_the_end_of_the_row() {
         (&[("braking.constant", "40 N m")], "stopped"),
         (&[("run.step_limit", "4321")], "failure"),
         // no force holds against so much: the state grows beyond the model
-        (&[("run.end_time", "5 s"), ("contact.gap", "10 m")], "failure"),
-        (&[("contact.friction", "0.9"), ("contact.friction_law", "slip"), ("contact.gap", "0.1 mm")], "end_time"),
+        (&[("run.end_time", "5 s"), ("run.step", "3.4 us")], "failure"),
+        (&[("contact.gap", "0.1 mm")], "end_time"),
     ];
     for (changes, end) in ends {
         for (format, decimation) in
             [("csv", Decimation::Every(1e-3)), ("mcap", Decimation::Steps(1000)), ("parquet", Decimation::Default)]
         {
             let mut machine = machine_with(changes);
+            let mut channels = vec!["rotor.speed_rad_s", "energy"];
             if end == "failure" && changes.len() > 1 {
-                // the format allows no such bearing
+                // the format allows no such bearing; nothing stands in the way
+                machine.diaphragms.clear();
                 for bearing in &mut machine.rotor.bearings {
                     bearing.damping = [[-3000.0, 0.0], [0.0, -3000.0]];
                 }
+            } else {
+                channels.push("contact");
             }
             let path = directory.path().join(format!("a.{format}"));
-            let channels = ["rotor.speed_rad_s", "energy", "contact"];
             let outcome = record_of(&machine, &path, &channels, decimation);
             assert_eq!(outcome.end_cause.word(), end, "{changes:?}");
             let history = read(&path).expect("readable");
             let last = |name: &str| *history.channel(name).expect("there").values.last().expect("instants");
             let time = *history.time.last().expect("instants");
-            assert_eq!(time.to_bits(), value(&machine, &outcome, "end_time_s").to_bits(), "{changes:?} {format}");
+            let end_time = value(&machine, &outcome, "end_time_s");
+            // an MCAP keeps whole nanoseconds
+            let apart = if format == "mcap" { 1e-9 } else { 0.0 };
+            assert!((time - end_time).abs() <= apart, "{changes:?} {format}: {time} {end_time}");
             assert_eq!(last("rotor.speed_rad_s"), value(&machine, &outcome, "end_speed_rad_s"), "{changes:?} {format}");
-            assert_eq!(last("energy.friction_J"), value(&machine, &outcome, "friction_energy_J"), "{changes:?}");
+            if !machine.diaphragms.is_empty() {
+                assert_eq!(last("energy.friction_J"), value(&machine, &outcome, "friction_energy_J"), "{changes:?}");
+            }
             assert!(history.time.windows(2).all(|pair| pair[0] < pair[1]), "no instant twice");
             assert!(history.channels.iter().all(|channel| channel.values.iter().all(|value| value.is_finite())));
             let structure = Structure::build(&machine, None).expect("a model");

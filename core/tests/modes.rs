@@ -1,5 +1,4 @@
 //! Modes followed over speed by their shapes; overdamped motions apart; critical speeds where a followed mode meets the spin.
-#![expect(clippy::print_stdout, reason = "the measured errors are part of the result")]
 
 mod common;
 
