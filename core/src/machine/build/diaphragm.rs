@@ -46,6 +46,9 @@ fn diaphragm(reader: &mut Reader<'_>, nodes: Option<&Nodes>, name: &str) -> Opti
 fn check_inside(reader: &mut Reader<'_>, name: &str, contact: &Contact) {
     const START: &str = "rotor.initial.displacement";
     let Some(start) = reader.vector(START) else { return };
+    // a radial spring may start pressed beyond its radius: only where it stands is looked at
+    let spring = reader.word(&joined(&["diaphragms.", name, ".kind"])) == Some("radial-spring");
+    let start = if spring { [0.0; 2] } else { start };
     let away = [0, 1].map(|axis| start[axis] - contact.offset[axis]);
     let (distance, radius) = (away[0].hypot(away[1]), contact.rotor_radius + contact.gap);
     if distance < radius {
