@@ -120,7 +120,7 @@ fn a_history_that_cannot_be_written_is_a_warning() {
     assert_eq!(said.code, 3, "{}", said.err);
 }
 
-/// The disk is full (a name that leads to /dev/full) or a limit on file sizes is reached: in the middle of the run, after
+/// The disk is full (a small one of its own) or a limit on file sizes is reached: in the middle of the run, after
 /// something was written.
 #[test]
 fn a_full_disk_fails_the_history_alone() {
@@ -128,14 +128,20 @@ fn a_full_disk_fails_the_history_alone() {
     let machine = text(&folder.path("machines/rig.toml"));
     let alone = say(&["simulate", &machine, "--json"]);
     assert_eq!(alone.code, 0, "{}", alone.err);
+    fs::create_dir_all(folder.path("small")).expect("created");
     for name in ["full.mcap", "full.csv", "full.parquet"] {
-        let history = folder.path(name);
-        std::os::unix::fs::symlink("/dev/full", folder.path(&format!("{name}.tmp"))).expect("link");
-        let said = say(&["simulate", &machine, "--json", "--history", &text(&history)]);
-        assert_eq!(said.code, 0, "{name}: {}", said.err);
+        let history = folder.path("small").join(name);
+        let script = "mount -t tmpfs -o size=100k tmpfs \"$3\" && exec \"$0\" simulate \"$1\" --json --decimate 1 --history \"$2\"";
+        let words = ["--mount", "sh", "-c", script, env!("CARGO_BIN_EXE_bladeoff"), &machine, &text(&history)];
+        let output = std::process::Command::new("unshare").args(words).arg(folder.path("small")).output();
+        let Some(output) = output.ok().filter(|output| output.status.success()) else {
+            support::skipped::skipped("histories on a full disk", "takes root and `unshare --mount`");
+            break;
+        };
+        let said = support::said(output);
         assert!(said.err.contains("warning: there is no history"), "{name}: {}", said.err);
+        assert!(said.err.contains("No space left on device"), "{name}: {}", said.err);
         assert_eq!(said.out, alone.out, "{name}: the run is the same run");
-        assert!(!history.exists(), "{name}");
     }
     let limited = |name: &str| {
         let history = text(&folder.path(name));
@@ -189,6 +195,22 @@ fn energies_that_are_zero_all_the_time_are_not_drawn() {
         (1, String::from("f.svg is replaced\n").replace("f.svg", &figure)),
         "asked for by name"
     );
+}
+
+/// What somebody has put where a history is written is replaced, not followed.
+#[test]
+fn a_link_in_the_way_of_a_history_is_not_followed() {
+    let folder = Folder::new();
+    let machine = text(&folder.path("machines/rig.toml"));
+    for name in ["h.mcap", "h.csv", "h.parquet"] {
+        let letter = folder.write("letter.txt", "mine");
+        std::os::unix::fs::symlink(&letter, folder.path(&format!("{name}.tmp"))).expect("link");
+        let history = folder.path(name);
+        let said = say(&["simulate", &machine, "--json", "--history", &text(&history)]);
+        assert_eq!(said.code, 0, "{name}: {}", said.err);
+        assert_eq!(fs::read_to_string(&letter).expect("there"), "mine", "{name}");
+        assert!(fs::symlink_metadata(&history).expect("written").is_file() && read(&history).is_ok(), "{name}");
+    }
 }
 
 /// A writer that is killed leaves a file from which everything up to the cut comes back, equal to what an undisturbed run
