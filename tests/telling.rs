@@ -333,7 +333,7 @@ fn on_a_terminal_of_60_columns_keys_leave_no_copies_of_the_bar() {
 fn a_run_that_takes_long_says_how_far_it_is() {
     let folder = Folder::new();
     let rig = folder.name("machines/rig.toml");
-    let mut child = bladeoff(&["simulate", &rig, "--set", "run.end_time=1000 s", "--step", "0.05 us"])
+    let mut child = bladeoff(&["simulate", &rig, "--set", "run.end_time=400 s", "--step", "0.05 us"])
         .stdout(Stdio::null())
         .stderr(Stdio::piped())
         .spawn()
@@ -342,7 +342,7 @@ fn a_run_that_takes_long_says_how_far_it_is() {
     let run = Heard::of(child, output);
     wait_until("a line", || run.text().contains('\n'));
     let text = run.text();
-    for part in [" of 1000 s, ", " rpm, ", " s per second, at this pace "] {
+    for part in [" of 400 s, ", " rpm, ", " s per second, at this pace "] {
         assert!(text.contains(part), "{part}: {text}");
     }
 }

@@ -30,7 +30,7 @@ pub fn fill(path: &Path, samples: &Samples) -> Result<(), RunError> {
     let directory = RunDirectory::claim(path, true)?;
     let prepared = Prepared::new(samples, new_basis(samples)?)?;
     prepared.write(&directory)?;
-    let mut ledger = Ledger::create(&directory.file(LEDGER), &prepared.header())?;
+    let mut ledger = Ledger::create(directory.file(LEDGER), &prepared.header())?;
     for sample in 0..samples.count().saturating_sub(1) {
         ledger.put(sample, prepared.keys.key(sample), &noop_entry(sample), Instant::now())?;
     }

@@ -301,7 +301,7 @@ impl Compared {
         let ledger = match record {
             Record::New => {
                 prepared.write(directory)?;
-                let mut ledger = Ledger::create(&directory.file(LEDGER), &prepared.header())?;
+                let mut ledger = Ledger::create(directory.file(LEDGER), &prepared.header())?;
                 ledger.publish()?;
                 ledger
             }
@@ -331,7 +331,7 @@ fn take_over(
 ) -> Result<Ledger, RunError> {
     let faults = Faults::from_environment(Who::Orchestrator).map_err(DispatchError::from)?;
     prepared.write(directory)?;
-    let mut ledger = Ledger::create(&directory.file(LEDGER), &prepared.header())?;
+    let mut ledger = Ledger::create(directory.file(LEDGER), &prepared.header())?;
     for &(sample, place) in taken {
         let missing = || LedgerError::Missing { sample, path: directory.file(LEDGER).to_path_buf() };
         ledger.put_bytes(sample, old.bytes(place)?.ok_or_else(missing)?)?;

@@ -63,7 +63,7 @@ fn of_machine(machine: &Machine) -> Option<FixedAngle> {
     }
     let path = format!("rotor.unbalances.{}.phase", unbalance.name);
     let period = TAU / order.max(1) as f64;
-    (order > 0).then(|| FixedAngle { path, value: unbalance.phase, because, period })
+    (order > 0).then_some(FixedAngle { path, value: unbalance.phase, because, period })
 }
 
 /// Whether a 2 x 2 matrix is the same after any turn.

@@ -156,7 +156,7 @@ impl Observer for Nobody {
 
 fn measure_durable(folder: &Path, args: &Args) -> Result<Durable, CliError> {
     let options = options(folder, args.workers.into(), Duration::ZERO)?;
-    let mut sink = Record(Ledger::create(&folder.join("ledger.redb"), &[])?);
+    let mut sink = Record(Ledger::create(folder.join("ledger.redb"), &[])?);
     let todo = order::shuffled(Todo::from(args.samples));
     let report = dispatch::run(&options, &Numbers, todo, &mut sink, &mut Nobody).map_err(RunError::from)?;
     Ok(Durable {
@@ -199,7 +199,7 @@ impl Observer for Watch {
 fn measure_idle(folder: &Path) -> Result<Idle, CliError> {
     let options = options(folder, 2, IDLE)?;
     let mut watch = Watch::default();
-    let mut sink = Record(Ledger::create(&folder.join("idle.redb"), &[])?);
+    let mut sink = Record(Ledger::create(folder.join("idle.redb"), &[])?);
     dispatch::run(&options, &Numbers, 3, &mut sink, &mut watch).map_err(RunError::from)?;
     let share = |(from, before): (Duration, f64), (to, after): (Duration, f64)| {
         (after - before) / (to.saturating_sub(from)).as_secs_f64().max(1e-3)

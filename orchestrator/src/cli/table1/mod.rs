@@ -65,10 +65,10 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let done = runs::compute(&cases)?;
     let text = verdict::report(&done);
     print(&text)?;
-    write_whole(&args.out.join("table1.md"), text.as_bytes())?;
-    write_whole(&args.out.join("runs.csv"), runs::csv(&done).as_bytes())?;
+    write_whole(args.out.join("table1.md"), text.as_bytes())?;
+    write_whole(args.out.join("runs.csv"), runs::csv(&done).as_bytes())?;
     let figures = pictures::draw(&cases, &args.out)?;
-    write_whole(&args.out.join("table1.md"), (text + &figures).as_bytes())?;
+    write_whole(args.out.join("table1.md"), (text + &figures).as_bytes())?;
     let finished = |run: &runs::Done| matches!(run.status(), Status::Ok | Status::Invalid);
     Ok(if done.iter().all(finished) { Exit::Ok } else { Exit::Failures })
 }
