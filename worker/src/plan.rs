@@ -193,6 +193,13 @@ impl WorkPlan {
     }
 }
 
+/// The hash of the basis that the plan of a directory was written with; `None` where there is no such plan.
+#[must_use]
+pub fn planned_basis(dir: &Folder) -> Option<String> {
+    let text = dir.place(PLAN_FILE).read(MOST_PLAN).ok()?;
+    serde_json::from_slice::<PlanFile>(&text).ok()?.basis_blake3
+}
+
 fn read_file(path: &Place, limit: u64, expected: &str) -> Result<Vec<u8>, PlanFileError> {
     let bytes = path.read(limit)?;
     let found = hash(&bytes);

@@ -72,11 +72,13 @@ pub(super) fn tells_complete(path: &Place) -> bool {
     told(path).is_some_and(|told| told["state"] == "complete")
 }
 
-/// A manifest that is there with other checksums.
-pub(super) fn with_checksums(path: &Place, tables: Checksums) -> Option<String> {
-    let mut manifest = told(path).filter(Value::is_object)?;
+/// A manifest that is there with other checksums and inputs; `None` where it has these already, or is none.
+pub(super) fn mended(path: &Place, tables: Checksums, provenance: &[(String, String)]) -> Option<String> {
+    let told = told(path).filter(Value::is_object)?;
+    let mut manifest = told.clone();
     manifest[KEY] = tables.json();
-    Some(as_text(&manifest))
+    manifest["provenance"] = inputs(provenance);
+    (manifest != told).then(|| as_text(&manifest))
 }
 
 /// The manifest as JSON text.
@@ -87,8 +89,6 @@ pub(super) fn manifest(
     course: &Course<'_>,
 ) -> String {
     let study = samples.study();
-    let provenance: Map<String, Value> =
-        provenance.iter().map(|(key, value)| (key.clone(), Value::String(value.clone()))).collect();
     let value = json!({
         "program": {
             "name": env!("CARGO_PKG_NAME"),
@@ -113,10 +113,15 @@ pub(super) fn manifest(
         "started": timestamp(course.started),
         "finished": course.finished.map(timestamp),
         "host": { "name": host(), "cores": std::thread::available_parallelism().map(|n| n.get()).ok(), "cpu": cpu() },
-        "provenance": provenance,
+        "provenance": inputs(provenance),
         KEY: course.tables.json(),
     });
     as_text(&value)
+}
+
+fn inputs(provenance: &[(String, String)]) -> Value {
+    let pairs = provenance.iter().map(|(key, value)| (key.clone(), Value::String(value.clone())));
+    Value::Object(pairs.collect::<Map<String, Value>>())
 }
 
 fn as_text(value: &Value) -> String {

@@ -239,7 +239,7 @@ fn open_and_compute(
     if let Some(holder) = directory.left_by() {
         note(&format!("the last run here ({holder}) did not end in order; going on from its record"));
     }
-    let basis = new_basis.map_or_else(|| prepare::frozen_basis(samples, directory.open()), Ok)?;
+    let basis = new_basis.map_or_else(|| prepare::frozen_basis(samples, directory.open(), note), Ok)?;
     let prepared = Prepared::new(samples, basis)?;
     let again = |suspects| resume::Again { rerun: request.rerun.as_ref(), suspects };
     let mut compared = resume::compare(directory.open(), &prepared, again(true))?;
@@ -284,7 +284,7 @@ fn look_only(request: &Request, samples: &Samples, note: &dyn Fn(&str), error: R
         if !folder.place(LEDGER).exists() {
             return Ok(None);
         }
-        let prepared = Prepared::new(samples, prepare::frozen_basis(samples, &folder)?)?;
+        let prepared = Prepared::new(samples, prepare::frozen_basis(samples, &folder, note)?)?;
         let again = resume::Again { rerun: request.rerun.as_ref(), suspects: false };
         let compared = resume::compare(&folder, &prepared, again)?;
         if tables::is_current(&request.out, RESULTS, &prepared.provenance)

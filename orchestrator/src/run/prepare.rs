@@ -41,9 +41,25 @@ pub(super) fn new_basis(samples: &Samples) -> Result<Vec<u8>, RunError> {
 }
 
 /// The basis that is frozen in the directory, if it serves this study; a new one otherwise. Another processor may compute
-/// other last digits, so what is frozen is never computed again.
-pub(super) fn frozen_basis(samples: &Samples, directory: &Folder) -> Result<Vec<u8>, RunError> {
-    basis(samples, directory.place(BASIS_FILE).read(MOST_BASIS).ok())
+/// other last digits, so what is frozen is never computed again, unless it is not what was frozen: record and plan both have
+/// its hash, and a flipped bit would make another study of it.
+pub(super) fn frozen_basis(samples: &Samples, directory: &Folder, note: &dyn Fn(&str)) -> Result<Vec<u8>, RunError> {
+    let frozen = directory.place(BASIS_FILE).read(MOST_BASIS).ok();
+    let recorded = || Reader::peek(directory.place(LEDGER)).ok()?.header().ok()?.remove("basis_blake3");
+    let is_known = |bytes: &Vec<u8>| {
+        let found = blake3::hash(bytes).to_hex().to_string();
+        let known: Vec<String> = planned_basis(directory).into_iter().chain(recorded()).collect();
+        known.is_empty() || known.contains(&found)
+    };
+    match frozen {
+        Some(bytes) if !is_known(&bytes) => {
+            let again = "it is damaged (its BLAKE3 is not the one that plan and record have): it is computed again; should that \
+                         give other last digits, on another kind of processor, put the file back from a copy";
+            note(&format!("{BASIS_FILE}: {again}"));
+            basis(samples, None)
+        }
+        frozen => basis(samples, frozen),
+    }
 }
 
 fn basis(samples: &Samples, frozen: Option<Vec<u8>>) -> Result<Vec<u8>, RunError> {

@@ -44,7 +44,7 @@ pub fn fill(path: &Path, samples: &Samples) -> Result<(), RunError> {
 pub fn time_resume(path: &Path, samples: &Samples) -> Result<ResumeTime, RunError> {
     let begun = Instant::now();
     let directory = RunDirectory::claim(path, true)?;
-    let basis = super::prepare::frozen_basis(samples, directory.open())?;
+    let basis = super::prepare::frozen_basis(samples, directory.open(), &|_| ())?;
     let keyed = Instant::now();
     let prepared = Prepared::new(samples, basis)?;
     let keys = keyed.elapsed();
@@ -88,7 +88,7 @@ fn with_record<T>(
     work: impl FnOnce(&RunDirectory, &Prepared<'_>, &mut Ledger) -> Result<T, RunError>,
 ) -> Result<T, RunError> {
     let directory = RunDirectory::claim(path, true)?;
-    let basis = super::prepare::frozen_basis(samples, directory.open())?;
+    let basis = super::prepare::frozen_basis(samples, directory.open(), &|_| ())?;
     let prepared = Prepared::new(samples, basis)?;
     let mut opened = resume::open(&directory, &prepared, resume::Again { rerun: None, suspects: true })?;
     work(&directory, &prepared, &mut opened.ledger)

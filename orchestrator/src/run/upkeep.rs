@@ -2,7 +2,7 @@
 
 use super::checksums::{Compared, compare};
 use super::directory::{MANIFEST, RESULTS, RunDirectory, TIMINGS};
-use super::manifest::{Checksums, Course, manifest, tells_complete, with_checksums};
+use super::manifest::{Checksums, Course, manifest, mended, tells_complete};
 use super::prepare::Prepared;
 use super::status::{self, StatusWriter};
 use super::tables::{write_tables, write_timings};
@@ -59,10 +59,11 @@ pub(super) fn put_in_order(
         let text = manifest(request, samples, &prepared.provenance, &course);
         write_whole(&path, text.as_bytes())?;
         note(&format!("{MANIFEST} was missing, damaged or of a run that did not end: it is made again, of this run"));
-    } else if tables != told
-        && let Some(text) = with_checksums(&path, tables)
-    {
+    } else if let Some(text) = mended(&path, tables, &prepared.provenance) {
         write_whole(&path, text.as_bytes())?;
+        if tables == told {
+            note(&format!("{MANIFEST} told of other inputs than these: it is corrected"));
+        }
     }
     if !status::tells_complete(directory.open()) {
         let mut status = StatusWriter::new(directory.open(), samples, tally.done()).trusting(request.trusts);
