@@ -124,7 +124,9 @@ fn what_the_readme_shows_of_the_first_study_comes_out() {
     let told: Vec<f64> = told.replace(" and ", ", ").split(", ").map(|time| time.parse().expect("ms")).collect();
     assert_eq!(told.len(), 3);
     told.iter().zip(earliest).for_each(|(told, time)| holds(*told, time, "first contact"));
-    assert!(study.of(&[(GAP, "0.001"), (MASS, "0.007")]).iter().all(|row| study.cell(*row, "first_contact_s").is_empty()));
+    assert!(
+        study.of(&[(GAP, "0.001"), (MASS, "0.007")]).iter().all(|row| study.cell(*row, "first_contact_s").is_empty())
+    );
 
     let range = |gap, friction| {
         let loads = study.loads(&[(GAP, gap), (FRICTION, friction), (MASS, "0.013"), ("detection", "hyp2")]);

@@ -212,3 +212,33 @@ fn a_table_without_a_checksum_is_made_again_and_said_to_be_unknown() {
     assert!(last.code == 0 && last.err.contains("nothing is computed"), "{}", last.err);
     assert!(refuse_changed(Path::new(&out)).expect("whole"), "it has its checksum now");
 }
+
+/// The basis has its hash in plan and record: with a flipped bit it is not the basis of another study.
+#[test]
+fn a_changed_basis_or_manifest_is_made_again_and_nothing_is_refused() {
+    let complete = Complete::new();
+    let table = complete.bytes("results.parquet");
+    let basis = complete.bytes("basis.bin");
+    for at in [basis.len() / 2, basis.len() - 9] {
+        let mut changed = basis.clone();
+        changed[at] ^= 1;
+        fs::write(complete.path("basis.bin"), changed).expect("written");
+        assert_eq!(say(&["status", &complete.out, "--verify"]).code, 6);
+        let said = complete.run();
+        assert_eq!(said.code, 0, "{}", said.err);
+        assert!(said.err.contains("basis.bin: it is damaged"), "{}", said.err);
+        assert!(complete.bytes("basis.bin") == basis && complete.bytes("results.parquet") == table);
+        assert_eq!(say(&["status", &complete.out, "--verify"]).code, 0);
+    }
+    let manifest = String::from_utf8(complete.bytes("manifest.json")).expect("text");
+    let start = manifest.find("study_blake3").expect("a hash") + "study_blake3\": \"".len();
+    for wrong in ["Z", if manifest[start..].starts_with('0') { "1" } else { "0" }] {
+        let mut changed = manifest.clone();
+        changed.replace_range(start..=start, wrong);
+        fs::write(complete.path("manifest.json"), changed).expect("written");
+        assert_eq!(say(&["status", &complete.out, "--verify"]).code, 6, "{wrong}");
+        let said = complete.run();
+        assert!(said.code == 0 && said.err.contains("manifest.json told of other inputs"), "{}", said.err);
+        assert_eq!(say(&["status", &complete.out, "--verify"]).code, 0, "{wrong}");
+    }
+}

@@ -326,9 +326,9 @@ fn a_directory_of_somebody_else_is_refused_unless_they_are_trusted() {
 /// 16 samples that are computed at once and 4 that end in no night.
 fn endless(folder: &Folder) -> String {
     let text =
-        STUDY.replace("0.1 s", "0.002 s").replace("from = \"3 g\"\nto = \"10 g\"\ncount = 5\n", "values = [\"3 g\"]\n");
+        STUDY.replace("0.1 s", "0.02 s").replace("from = \"3 g\"\nto = \"10 g\"\ncount = 5\n", "values = [\"3 g\"]\n");
     let text = text
-        + "[[vary]]\npath = \"run.step\"\nvalues = [\"5e-6 s\", \"5.5e-6 s\", \"4e-6 s\", \"4.5e-6 s\", \"1e-11 s\"]\n";
+        + "[[vary]]\npath = \"run.step\"\nvalues = [\"5e-6 s\", \"5.5e-6 s\", \"4e-6 s\", \"4.5e-6 s\", \"1e-10 s\"]\n";
     folder.write("endless.toml", &text)
 }
 

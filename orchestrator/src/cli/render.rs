@@ -26,9 +26,15 @@ pub fn render(error: &CliError) -> String {
 fn chain(error: &dyn Error) -> String {
     let mut text = format!("error: {error}\n");
     let mut source = error.source();
+    let mut lacks_threads = false;
     while let Some(cause) = source {
         text.push_str(&format!("  because: {cause}\n"));
+        let code = cause.downcast_ref::<std::io::Error>().and_then(std::io::Error::raw_os_error);
+        lacks_threads |= code == Some(libc::EAGAIN);
         source = cause.source();
+    }
+    if lacks_threads && !text.contains("ulimit -u") {
+        text.push_str("  how many processes and threads a user may have is limited (ulimit -u, or the container)\n");
     }
     visible_lines(&text).into_owned()
 }

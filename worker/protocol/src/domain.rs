@@ -98,7 +98,7 @@ pub enum DomainError {
     },
     /// The base directory belongs to someone else or is open to others.
     #[error(
-        "{} ({}) must be a directory of user {uid} that nobody else may enter, mode 700; it is of user {owner}, mode {mode:o}",
+        "{} ({}) must be a directory of user {uid} that nobody else may enter, mode 700; it is {kind} of user {owner}, mode {mode:o}",
         path.display(), runtime::RUNTIME_VARIABLE
     )]
     BaseUnsafe {
@@ -106,6 +106,8 @@ pub enum DomainError {
         path: PathBuf,
         /// This user.
         uid: u32,
+        /// What it is.
+        kind: &'static str,
         /// Its owner.
         owner: u32,
         /// Its mode.

@@ -152,7 +152,12 @@ fn check(dir: &Path) -> Result<(), DomainError> {
     if found.is_dir() && owner == uid() && mode & 0o077 == 0 {
         return Ok(());
     }
-    Err(DomainError::BaseUnsafe { path: dir.to_owned(), uid: uid(), owner, mode })
+    let kind = match found.file_type() {
+        kind if kind.is_symlink() => "a symbolic link",
+        kind if kind.is_dir() => "a directory",
+        _ => "no directory",
+    };
+    Err(DomainError::BaseUnsafe { path: dir.to_owned(), uid: uid(), kind, owner, mode })
 }
 
 #[cfg(test)]
