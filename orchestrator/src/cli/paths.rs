@@ -20,7 +20,8 @@ use std::io::{self, IsTerminal};
 #[command(after_help = "Examples:
   bladeoff paths studies/machines/lab_rig.toml
   bladeoff paths studies/machines/lab_rig.toml | grep contact
-  bladeoff paths studies/machines/lab_rig.toml --json | jq -r '.parameters[] | select(.default) | .path'")]
+  bladeoff paths studies/machines/lab_rig.toml --json \\
+    | jq -r '.parameters[] | select(.default) | .path'")]
 pub struct Args {
     #[command(flatten)]
     machine: MachineArgs,
