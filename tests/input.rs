@@ -261,7 +261,7 @@ fn check_comes_back_from_runs_without_end() {
     let took = begun.elapsed();
     assert_eq!(said.code, 0, "{}", said.err);
     for part in [
-        "timed 1 of 1 samples",
+        "timed 1 of 1 sample:",
         "of 5.00e9 steps",
         "Its whole time is told from its steps",
         "the whole study: about ",
@@ -269,7 +269,7 @@ fn check_comes_back_from_runs_without_end() {
     ] {
         assert!(said.out.contains(part), "{part} is not in\n{}", said.out);
     }
-    assert!(said.err.contains("timing 1 of 1 samples, at most"), "{}", said.err);
+    assert!(said.err.contains("timing 1 of 1 sample, at most"), "{}", said.err);
     // A watchdog, not a measurement: machines that run tests are busy.
     assert!(took < Duration::from_secs(300), "{took:?}");
 }

@@ -47,6 +47,87 @@ fn help_keeps_its_lists_and_fits_at_every_width() {
     }
 }
 
+/// Examples of a help, each whole, the lines that a `\\` joins with a line feed between them.
+fn examples(help: &str) -> Vec<String> {
+    let mut examples: Vec<String> = Vec::new();
+    let mut goes_on = false;
+    for line in help.lines().skip_while(|line| *line != "Examples:") {
+        match examples.last_mut() {
+            Some(example) if goes_on => example.push_str(&format!("\n{line}")),
+            _ if line.starts_with("  bladeoff ") => examples.push(line.to_owned()),
+            _ => continue,
+        }
+        goes_on = line.ends_with('\\');
+    }
+    examples
+}
+
+#[test]
+fn examples_of_help_can_be_pasted_at_every_width() {
+    for command in COMMANDS.into_iter().chain(["bench chaos"]) {
+        let words: Vec<&str> = command.split(' ').chain(["--help"]).collect();
+        let at = |width: usize| {
+            examples(&said(bladeoff(&words).env("COLUMNS", width.to_string()).output().expect("it starts")).out)
+        };
+        let narrow = at(60);
+        assert!(!narrow.is_empty(), "{command}");
+        for width in [80, 100, 120] {
+            assert_eq!(at(width), narrow, "{command} at {width}");
+        }
+        for example in narrow {
+            let checked = Command::new("sh").args(["-n", "-c", &example]).output().expect("a shell");
+            assert!(checked.status.success() && !example.ends_with('\\'), "{example}");
+        }
+    }
+}
+
+#[test]
+fn a_time_that_a_history_has_not_is_said_with_the_times_it_has() {
+    let folder = Folder::new();
+    let (rig, history, out) = (folder.name("machines/rig.toml"), folder.name("a.csv"), folder.name("a.svg"));
+    assert_eq!(say(&["simulate", &rig, "--set", "run.end_time=0.02 s", "--history", &history]).code, 0);
+    for (asked, told) in [
+        (&["--from", "0.3"][..], "--from 0.3: "),
+        (&["--from", "0.3", "--to", "0.4"], "--from 0.3: "),
+        (&["--from", "-2", "--to", "-1 s"], "--to -1 s: "),
+        (&["--from", "10.01 ms", "--to", "10.02 ms"], "--from 10.01 ms --to 10.02 ms: "),
+    ] {
+        let words = [&["plot", &history, "--out", &out], asked].concat();
+        let said = say(&words);
+        assert_eq!(said.code, 3, "{}", said.err);
+        assert!(said.err.starts_with(&format!("error: {told}")), "{}", said.err);
+        assert!(said.err.contains("has no instant there: it goes from 0 s to 19.9"), "{}", said.err);
+    }
+    let backward = say(&["plot", &history, "--out", &out, "--from", "0.015", "--to", "0.01"]);
+    assert_eq!(backward.err, "error: --from 0.015 --to 0.01: --to lies before --from\n");
+    assert_eq!(backward.code, 3);
+}
+
+#[test]
+fn what_options_say_is_not_blamed_on_the_file_alone() {
+    let folder = Folder::new();
+    let rig = folder.name("machines/rig.toml");
+    for command in ["simulate", "modes"] {
+        let said = say(&[command, &rig, "--set", "contact.rotor_radius=30 mm"]);
+        assert_eq!(said.code, 3, "{}", said.err);
+        assert!(
+            said.err.ends_with("rig.toml, with --set 'contact.rotor_radius=30 mm' in place of what it says\n"),
+            "{}",
+            said.err
+        );
+    }
+}
+
+#[test]
+fn a_study_away_from_its_machine_is_said() {
+    let folder = Folder::new();
+    let there = say(&["new", "study", "--out", &folder.name("there.toml")]);
+    assert!(there.code == 0 && there.err.contains("machines/lab_rig.toml, is not there"), "{}", there.err);
+    fs::rename(folder.path("machines/rig.toml"), folder.path("machines/lab_rig.toml")).expect("renamed");
+    let here = say(&["new", "study", "--out", &folder.name("here.toml")]);
+    assert!(here.code == 0 && !here.err.contains("hint"), "{}", here.err);
+}
+
 /// What stands behind a mark in a line.
 fn behind<'a>(text: &'a str, mark: &str) -> &'a str {
     let line = text.lines().find(|line| line.contains(mark)).unwrap_or_else(|| panic!("no {mark:?} in\n{text}"));
@@ -162,6 +243,9 @@ fn a_number_that_must_be_one_at_least_says_so() {
     for (words, told) in [
         (&["run", "x.toml", "--workers", "0"][..], "without --workers there is one per core"),
         (&["run", "x.toml", "--workers", "many"], "without --workers there is one per core"),
+        (&["run", "x.toml", "--workers", "-1"], "without --workers there is one per core"),
+        (&["run", "x.toml", "--wall", "-1s"], "is not a time above 0"),
+        (&["plot", "x.mcap", "--out", "x.svg", "--top", "-5"], "must be a number above 0"),
         (&["run", "x.toml", "--limit", "0"], "must be a whole number from 1 on"),
         (&["simulate", "x.toml", "--history", "h.csv", "--decimate", "0"], "must be a whole number from 1 on"),
     ] {
@@ -192,6 +276,11 @@ fn a_fixed_release_angle_is_said_and_the_lines_that_are_proposed_vary_it() {
     let turned =
         check(&format!("{text}\n[[vary]]\npath = \"rotor.initial.angle\"\nvalues = [\"0 deg\", \"20 deg\"]\n"));
     assert!(!turned.err.contains("in every sample"), "{}", turned.err);
+    // Angles that are whole periods apart are one.
+    let again = |values: &str| check(&format!("{text}\n[[vary]]\npath = \"blade_off.phase\"\nvalues = [{values}]\n"));
+    let same = again("\"10 deg\", \"370 deg\", \"55 deg\"");
+    assert!(same.err.contains("are the same angle: whole periods of 45 deg apart"), "{}", same.err);
+    assert!(!again("\"0 deg\", \"50 deg\"").err.contains("the same angle"));
     let round = check(&format!("{text}\n[set]\n\"diaphragms.seal.blades.count\" = 0\n"));
     assert!(!round.err.contains("in every sample"), "{}", round.err);
 }

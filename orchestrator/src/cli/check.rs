@@ -5,7 +5,7 @@ use super::estimate::estimate;
 use super::exit::Exit;
 use super::output::{print, remark};
 use super::run::PartArgs;
-use crate::report::{Align, TextTable};
+use crate::report::{Align, TextTable, counted};
 use crate::study::{Axis, Samples, fixed_angle, show};
 use bladeoff_core::machine::ParamValue;
 use std::path::PathBuf;
@@ -50,7 +50,8 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
 
 fn describe(samples: &Samples) -> String {
     let study = samples.study();
-    let mut text = format!("{}: {} samples of machine {}\n\n", study.name, samples.count(), study.machine_file);
+    let mut text =
+        format!("{}: {} of machine {}\n\n", study.name, counted(samples.count(), "sample"), study.machine_file);
     let mut table = TextTable::new(&[("varies", Align::Left), ("points", Align::Right), ("values", Align::Left)]);
     for (axis, kept) in study.axes.iter().zip(samples.kept()) {
         for varied in &axis.varied {

@@ -27,6 +27,14 @@ pub enum CliError {
     /// Problems in a machine file, with the place of each.
     #[error(transparent)]
     Machine(#[from] Problems),
+    /// Problems of a machine of which options say something else than its file.
+    #[error("{problems}")]
+    Overridden {
+        /// The problems, at the places of the file.
+        problems: Problems,
+        /// The options.
+        given: String,
+    },
     /// A study that cannot be run.
     #[error(transparent)]
     Study(#[from] StudyError),
@@ -128,6 +136,7 @@ impl CliError {
     pub fn exit(&self) -> Exit {
         match self {
             CliError::Machine(_)
+            | CliError::Overridden { .. }
             | CliError::Argument { .. }
             | CliError::Exists { .. }
             | CliError::NoResults { .. }

@@ -4,7 +4,7 @@ use super::error::CliError;
 use super::output::{print, remark};
 use super::run::default_workers;
 use crate::engine;
-use crate::report::{Align, TextTable, duration};
+use crate::report::{Align, TextTable, counted, duration};
 use crate::study::Samples;
 use bladeoff_core::transient::{Frame, Observer};
 use bladeoff_worker::process::thread_cpu_time;
@@ -53,7 +53,8 @@ pub(super) fn estimate(samples: &Samples) -> Result<(), CliError> {
         let cpu = if one.cut { format!("about {cpu}") } else { cpu };
         table.row(vec![one.sample.to_string(), cpu, one.words.clone(), samples.describe(one.sample)]);
     }
-    let mut text = format!("\ntimed {} of {} samples:\n{}\n", timed.len(), samples.count(), table.render("  "));
+    let mut text =
+        format!("\ntimed {} of {}:\n{}\n", timed.len(), counted(samples.count(), "sample"), table.render("  "));
     if timed.is_empty() {
         text.push_str(&format!(
             "no sample came to its first step within {}: how long the study takes is not known\n",
@@ -77,9 +78,10 @@ pub(super) fn estimate(samples: &Samples) -> Result<(), CliError> {
     // At the end all wait for the last.
     let wall = [low / shared, high / shared + longest * (1.0 - 1.0 / shared)];
     text.push_str(&format!(
-        "the whole study: about {} of CPU time; {} with {workers} workers on cores that nobody else uses\n",
+        "the whole study: about {} of CPU time; {} with {} on cores that nobody else uses\n",
         range([low, high]),
-        range(wall)
+        range(wall),
+        counted(workers as u64, "worker")
     ));
     print(&text)
 }
@@ -161,9 +163,9 @@ fn time_all(samples: &Samples, chosen: &[u64], begun: Instant) -> Result<Vec<Tim
                 Ok(one) => timed.extend(one.transpose()),
                 Err(RecvTimeoutError::Timeout) => {
                     remark(&format!(
-                        "timing {} of {} samples, at most {}: {} done after {}",
+                        "timing {} of {}, at most {}: {} done after {}",
                         chosen.len(),
-                        samples.count(),
+                        counted(samples.count(), "sample"),
                         duration(PATIENCE),
                         timed.len(),
                         duration(begun.elapsed())

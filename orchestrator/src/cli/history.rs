@@ -5,7 +5,7 @@ use super::run::at_least_one;
 use crate::call;
 use crate::engine::{self, EngineError};
 use crate::history::{Decimation, Format, Recorder, Settings, left_behind};
-use crate::report::{RunWatch, duration};
+use crate::report::{RunWatch, counted, duration};
 use bladeoff_core::document::units::{format_quantity, parse_bare_or_quantity};
 use bladeoff_core::machine::Machine;
 use bladeoff_core::outcome::Outcome;
@@ -98,10 +98,10 @@ pub fn watched(
     let started = Instant::now();
     let said = match recorder.finish(machine, &outcome) {
         Ok(written) => format!(
-            "history {}: {} channels at {} instants, every {}{}",
+            "history {}: {} at {}, every {}{}",
             written.path.display(),
-            written.channels,
-            written.records,
+            counted(written.channels as u64, "channel"),
+            counted(written.records, "instant"),
             format_quantity(written.every, "s"),
             slow(started),
         ),

@@ -1,6 +1,7 @@
 //! A machine file and overrides of it, as several subcommands take them.
 
 use super::error::CliError;
+use crate::call::word;
 use crate::study::read_input;
 use bladeoff_core::document::MAX_FILE_BYTES;
 use bladeoff_core::machine::{Machine, MachineDef};
@@ -33,6 +34,11 @@ impl MachineArgs {
         }
         Ok(machine)
     }
+
+    /// The overrides as given.
+    pub fn given(&self) -> Vec<String> {
+        self.set.iter().map(|argument| format!("--set {}", word(argument))).collect()
+    }
 }
 
 /// Sets one parameter; `argument` is what the user wrote.
@@ -43,7 +49,10 @@ pub fn set(machine: &mut MachineDef, path: &str, value: &str, argument: &str) ->
     machine.set(&info, &value).map_err(|error| refused(error.to_string(), None))
 }
 
-/// The validated machine.
-pub fn build(machine: &MachineDef) -> Result<Machine, CliError> {
-    Ok(machine.build()?)
+/// The validated machine; `given`: options that stand in place of what its file says.
+pub fn build(machine: &MachineDef, given: &[String]) -> Result<Machine, CliError> {
+    machine.build().map_err(|problems| match given {
+        [] => problems.into(),
+        given => CliError::Overridden { problems, given: given.join(" ") },
+    })
 }

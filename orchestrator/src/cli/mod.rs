@@ -95,13 +95,27 @@ pub fn main() -> ExitCode {
 /// What is understood, with examples that say how the program is called here, if not as they have it.
 fn command_line() -> clap::Command {
     let program = crate::call::program();
+    let understood = numbers_with_a_sign(Cli::command());
     if program == "bladeoff" {
-        return Cli::command();
+        return understood;
     }
-    Cli::command().mut_subcommands(|command| {
+    understood.mut_subcommands(|command| {
         let Some(help) = command.get_after_help().map(ToString::to_string) else { return command };
         command.after_help(format!("{help}\n\nHere `bladeoff` is called as: {program}"))
     })
+}
+
+/// Values that are numbers, by their names in the help.
+const NUMBERS: [&str; 8] = ["N", "F", "NUMBER", "TIME", "HH:MM", "SIZE", "STEP", "SPEED"];
+
+/// A number below zero is no option: what is wrong with it is said where it is read.
+fn numbers_with_a_sign(command: clap::Command) -> clap::Command {
+    let is_number = |arg: &clap::Arg| {
+        arg.get_value_names().is_some_and(|names| names.iter().any(|name| NUMBERS.contains(&name.as_str())))
+    };
+    command
+        .mut_args(|arg| if is_number(&arg) { arg.allow_hyphen_values(true) } else { arg })
+        .mut_subcommands(numbers_with_a_sign)
 }
 
 /// Ends the program as clap does: 0 after --help and --version, 2 after a wrong command line. What it quotes of that may come
@@ -150,6 +164,6 @@ mod tests {
 
     #[test]
     fn the_command_line_is_consistent() {
-        Cli::command().debug_assert();
+        command_line().debug_assert();
     }
 }

@@ -26,9 +26,12 @@ use std::path::PathBuf;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   bladeoff modes studies/machines/lp_turbine.toml
-  bladeoff modes studies/machines/lp_turbine.toml --speed 0 --speed \"1500 rpm\"
-  bladeoff modes studies/machines/lab_rig.toml --set rotor.bearings.left.stiffness=\"1e6 N/m\" --json
-  bladeoff modes studies/machines/lp_turbine.toml --figures figures")]
+  bladeoff modes studies/machines/lp_turbine.toml \\
+    --speed 0 --speed \"1500 rpm\"
+  bladeoff modes studies/machines/lab_rig.toml --json \\
+    --set rotor.bearings.left.stiffness=\"1e6 N/m\"
+  bladeoff modes studies/machines/lp_turbine.toml \\
+    --figures figures")]
 pub struct Args {
     #[command(flatten)]
     machine: MachineArgs,
@@ -55,7 +58,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     if let Some(directory) = &args.figures {
         refuse_other_formats(directory, "--figures", false)?;
     }
-    let machine = build(&args.machine.load()?)?;
+    let machine = build(&args.machine.load()?, &args.machine.given())?;
     let speeds = speeds(args, &machine)?;
     let report = engine::modes(&machine, &speeds)?;
     if args.json {

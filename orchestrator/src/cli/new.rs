@@ -4,7 +4,7 @@ use super::error::CliError;
 use super::exit::Exit;
 use super::output::{print, remark};
 use crate::files::write_whole;
-use crate::study::STUDY_TEMPLATE;
+use crate::study::{STUDY_MACHINE, STUDY_TEMPLATE};
 use bladeoff_core::machine::machine_template;
 use std::path::PathBuf;
 
@@ -50,6 +50,14 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         Some(path) => {
             write_whole(path, text.as_bytes())?;
             remark(&format!("wrote {}", path.display()));
+            if let What::Study = args.what
+                && !path.with_file_name(STUDY_MACHINE).exists()
+            {
+                remark(&format!(
+                    "hint: its machine, {STUDY_MACHINE}, is not there (paths are relative to the study): let `machine` name yours, \
+                     or write the study into the folder studies/ of bladeoff"
+                ));
+            }
         }
     }
     Ok(Exit::Ok)

@@ -6,7 +6,7 @@ use super::output::{print, remark};
 use crate::figures::{Figure, Line, Panel, Ring, Scale, orbits, order_map, panels, plain_name, ring_of, spectrogram};
 use crate::files::FileError;
 use crate::history::{History, HistoryError, Series, read};
-use bladeoff_core::document::units::parse_bare_or_quantity;
+use bladeoff_core::document::units::{format_quantity, parse_bare_or_quantity};
 use std::path::{Path, PathBuf};
 
 /// Draw histories: lines over time, orbits in the deformed ring, spectrograms, orders
@@ -23,10 +23,14 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   bladeoff plot turbine.mcap --out figures
-  bladeoff plot hyp1.mcap hyp2.mcap --channels contact.gap,rotor.speed --from 3 --to 3.5 --out compare.svg
-  bladeoff plot turbine.mcap --kind orbit --at \"3.2 s\" --at \"3.9 s\" --out orbit.png
-  bladeoff plot turbine.mcap --kind spectrogram --channels bearing.rear.y --top 100 --out figures
-  bladeoff plot turbine.mcap --kind order --channels bearing.rear.y --out figures")]
+  bladeoff plot hyp1.mcap hyp2.mcap --from 3 --to 3.5 \\
+    --channels contact.gap,rotor.speed --out compare.svg
+  bladeoff plot turbine.mcap --kind orbit \\
+    --at \"3.2 s\" --at \"3.9 s\" --out orbit.png
+  bladeoff plot turbine.mcap --kind spectrogram \\
+    --channels bearing.rear.y --top 100 --out figures
+  bladeoff plot turbine.mcap --kind order \\
+    --channels bearing.rear.y --out figures")]
 pub struct Args {
     /// Histories (.mcap, .csv, .parquet)
     #[arg(required = true)]
@@ -54,7 +58,7 @@ pub struct Args {
     at: Vec<String>,
 
     /// Highest frequency of a spectrogram in Hz, or highest order [default: a fifth of what the records carry; 10]
-    #[arg(long, value_name = "NUMBER")]
+    #[arg(long, value_name = "NUMBER", value_parser = above_zero)]
     top: Option<f64>,
 
     /// A file (.svg or .png) for one figure, or a directory, which gets each figure as SVG and PNG
@@ -72,16 +76,31 @@ struct Named {
 pub fn main(args: &Args) -> Result<Exit, CliError> {
     refuse_other_formats(&args.out, "--out", true)?;
     let (from, to) = (time(args.from.as_ref(), "--from")?, time(args.to.as_ref(), "--to")?);
+    if let (Some(from), Some(to)) = (from, to)
+        && to < from
+    {
+        let argument = asked(args.from.as_ref(), args.to.as_ref());
+        return Err(CliError::Argument { argument, message: "--to lies before --from".to_owned(), allowed: None });
+    }
     let mut histories = Vec::new();
     for (path, name) in args.files.iter().zip(names(&args.files)?) {
         let mut history = read(path)?;
+        let (Some(&first), Some(&last)) = (history.time.first(), history.time.last()) else {
+            return Err(HistoryError::NotAHistory { path: path.clone(), detail: "it has no instant" }.into());
+        };
         cut(&mut history, from.unwrap_or(f64::NEG_INFINITY), to.unwrap_or(f64::INFINITY));
         if history.time.is_empty() {
-            return Err(HistoryError::NotAHistory {
-                path: path.clone(),
-                detail: "no instant is in the time asked for",
-            }
-            .into());
+            let is_after = from.is_some_and(|from| from > last);
+            let is_before = to.is_some_and(|to| to < first);
+            return Err(CliError::Argument {
+                argument: match (is_after, is_before) {
+                    (true, _) => asked(args.from.as_ref(), None),
+                    (_, true) => asked(None, args.to.as_ref()),
+                    _ => asked(args.from.as_ref(), args.to.as_ref()),
+                },
+                message: format!("{} has no instant there: it goes {}", path.display(), span(first, last)),
+                allowed: None,
+            });
         }
         histories.push(Named { name, history });
     }
@@ -145,6 +164,22 @@ fn time(text: Option<&String>, option: &str) -> Result<Option<f64>, CliError> {
         message: error.to_string(),
         allowed: Some("a time such as \"3.2 s\", or a number of seconds".to_owned()),
     })
+}
+
+/// The options of a time as they were given.
+fn asked(from: Option<&String>, to: Option<&String>) -> String {
+    let given = [("--from", from), ("--to", to)].map(|(option, text)| text.map(|text| format!("{option} {text}")));
+    given.into_iter().flatten().collect::<Vec<_>>().join(" ")
+}
+
+/// From where to where, in words.
+fn span(first: f64, last: f64) -> String {
+    format!("from {} to {}", format_quantity(first, "s"), format_quantity(last, "s"))
+}
+
+fn above_zero(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|number: &f64| *number > 0.0 && number.is_finite());
+    number.ok_or_else(|| "must be a number above 0".to_owned())
 }
 
 fn cut(history: &mut History, from: f64, to: f64) {
@@ -261,7 +296,7 @@ fn orbit(args: &Args, histories: &[Named]) -> Result<Vec<(String, Figure)>, CliE
                 return Err(CliError::Argument {
                     argument: format!("--at {text}"),
                     message: format!("{} has no instant there", named.name),
-                    allowed: Some(format!("{first} s to {last} s")),
+                    allowed: Some(span(first, last)),
                 });
             }
             instants.push(instant);

@@ -14,6 +14,10 @@ use std::io::IsTerminal;
 pub fn render(error: &CliError) -> String {
     match error {
         CliError::Machine(problems) => render_problems(std::slice::from_ref(problems)),
+        CliError::Overridden { problems, given } => {
+            let text = render_problems(std::slice::from_ref(problems));
+            format!("{}, with {} in place of what it says\n", text.trim_end(), visible(given))
+        }
         CliError::Study(StudyError::Problems(files)) => render_problems(files),
         CliError::Argument { argument, message, allowed } => {
             let allowed = allowed.as_ref().map(|allowed| format!("\n  allowed: {allowed}")).unwrap_or_default();

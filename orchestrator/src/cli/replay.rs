@@ -26,8 +26,11 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   bladeoff replay runs/first-look --sample 17
-  bladeoff replay --worst max_bearing_load_N                 (of the last study)
-  bladeoff replay runs/first-look --worst max_bearing_load_N --history worst.mcap")]
+  bladeoff replay runs/first-look --history worst.mcap \\
+    --worst max_bearing_load_N
+
+  Of the last study:
+  bladeoff replay --worst max_bearing_load_N")]
 pub struct Args {
     /// Result directory of a study [default: the current one if a study was run there, otherwise the one below runs/ that was
     /// written to last]

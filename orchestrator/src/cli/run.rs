@@ -5,7 +5,7 @@ use super::error::CliError;
 use super::exit::Exit;
 use super::output::{print, remark};
 use crate::dispatch::{Ended, Signal};
-use crate::report::{SUMMARY_COLUMNS, Summary, duration};
+use crate::report::{SUMMARY_COLUMNS, Summary, counted, duration};
 use crate::results::Table;
 use crate::run::directory::{LEDGER, row_files};
 use crate::run::{Finished, Request, Rerun, RunError, TRUST, go_on, run};
@@ -57,7 +57,8 @@ A directory that is removed during the run stops it; what was finished is then k
 const EXAMPLES: &str = "\
 Examples:
   bladeoff run studies/first-look.toml
-  bladeoff run studies/first-look.toml --out look --workers 2
+  bladeoff run studies/first-look.toml \\
+    --out look --workers 2
 
   Every axis thinned, its end points kept:
   bladeoff run studies/gap-friction-map.toml --scale 0.3
@@ -183,10 +184,11 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let workers = args.workers.map_or_else(default_workers, NonZeroUsize::get);
     let workers = workers.min(usize::try_from(samples.count()).unwrap_or(usize::MAX));
     remark(&format!(
-        "{}: {} samples of {}, {workers} workers, results in {}",
+        "{}: {} of {}, {}, results in {}",
         samples.study().name,
-        samples.count(),
+        counted(samples.count(), "sample"),
         samples.study().machine_file,
+        counted(workers as u64, "worker"),
         out.display()
     ));
     let budget = args.budget.budget().or(&samples.study().limits);
@@ -219,7 +221,8 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         Ok(())
     })?;
     let incomplete = finished.ended != Ended::Complete;
-    let mut text = format!("\n{}: {} of {} samples\n\n", samples.study().name, finished.tally.done(), samples.count());
+    let mut text =
+        format!("\n{}: {} of {}\n\n", samples.study().name, finished.tally.done(), counted(samples.count(), "sample"));
     text.push_str(&summary.with_twin(samples.study().shift()).text());
     let (what, all) = if incomplete { ("Finished rows", "/*.parquet") } else { ("Table", "") };
     if let Some(table) = &finished.table {

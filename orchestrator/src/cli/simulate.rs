@@ -6,6 +6,7 @@ use super::history::{HistoryArgs, watched};
 use super::json::JsonObject;
 use super::machine::{MachineArgs, build, set};
 use super::output::{print, print_json, remark};
+use crate::call::word;
 use crate::engine;
 use crate::report::{OutcomeView, beyond_the_model, cause_in_words, describe_outcome, duration};
 use crate::results::{TableSchema, verdict_fields};
@@ -27,10 +28,14 @@ use std::time::Instant;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   bladeoff simulate studies/machines/lab_rig.toml
-  bladeoff simulate studies/machines/lab_rig.toml --set contact.gap=\"0.4 mm\" --detection hyp1
-  bladeoff simulate studies/machines/lab_rig.toml --engine full --step \"1 us\"
-  bladeoff simulate studies/machines/lp_turbine.toml --json | jq .first_contact_s
-  bladeoff simulate studies/machines/lp_turbine.toml --history turbine.mcap --every \"0.2 ms\"")]
+  bladeoff simulate studies/machines/lab_rig.toml \\
+    --set contact.gap=\"0.4 mm\" --detection hyp1
+  bladeoff simulate studies/machines/lab_rig.toml \\
+    --engine full --step \"1 us\"
+  bladeoff simulate studies/machines/lp_turbine.toml \\
+    --json | jq .first_contact_s
+  bladeoff simulate studies/machines/lp_turbine.toml \\
+    --history turbine.mcap --every \"0.2 ms\"")]
 pub struct Args {
     #[command(flatten)]
     machine: MachineArgs,
@@ -57,7 +62,7 @@ pub struct Args {
 
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
-    let machine = build(&definition(args)?)?;
+    let machine = build(&definition(args)?, &given(args))?;
     let started = Instant::now();
     let structure = engine::build(&machine)?;
     let plan = engine::plan(&machine, &structure)?;
@@ -77,6 +82,15 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         remark(note);
     }
     Ok(verdict(&outcome))
+}
+
+/// What stands in place of the file.
+fn given(args: &Args) -> Vec<String> {
+    let mut given = args.machine.given();
+    for (option, value) in [("--engine", &args.engine), ("--step", &args.step), ("--detection", &args.detection)] {
+        given.extend(value.as_ref().map(|value| format!("{option} {}", word(value))));
+    }
+    given
 }
 
 fn definition(args: &Args) -> Result<MachineDef, CliError> {

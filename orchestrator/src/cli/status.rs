@@ -4,7 +4,7 @@ use super::error::CliError;
 use super::exit::Exit;
 use super::output::{print, print_json};
 use super::place::default_directory;
-use crate::report::{Align, Eta, TextTable};
+use crate::report::{Align, Eta, TextTable, counted};
 use crate::run::{RunState, Seen, Verified, see, verify};
 use bladeoff_core::document::visible;
 use serde_json::{Map, Value, json};
@@ -121,7 +121,7 @@ fn as_text(seen: &Seen) -> String {
         }
         let deaths = number(told, "worker_deaths");
         if deaths > 0.0 {
-            line("deaths", format!("{deaths} workers died and were replaced"));
+            line("deaths", format!("{} died and replaced", counted(deaths as u64, "worker")));
         }
         if let RunState::Running { .. } = seen.state {
             line("updated", word("updated").unwrap_or("unknown").to_owned());
@@ -170,7 +170,7 @@ fn done(seen: &Seen, told: &Map<String, Value>) -> String {
     let is_known = seen.is_counted || matches!(seen.state, RunState::Running { .. });
     let least = if is_known { "" } else { "(the record cannot be read) at least " };
     let earlier = if reused > 0.0 { format!(", {reused} of them in earlier runs") } else { String::new() };
-    format!("{least}{done} of {total} samples ({share:.1} %){earlier}")
+    format!("{least}{done} of {} ({share:.1} %){earlier}", counted(total as u64, "sample"))
 }
 
 fn outcome(told: &Map<String, Value>) -> String {

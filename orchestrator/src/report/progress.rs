@@ -3,7 +3,7 @@
 use super::bar::{Bar, fitting};
 use super::eta::Eta;
 use super::tally::Tally;
-use super::text::duration;
+use super::text::{counted, duration};
 use bladeoff_core::document::visible_lines;
 use bladeoff_core::outcome::Status;
 use std::io::Write;
@@ -176,7 +176,7 @@ impl View<'_> {
     }
 
     fn silent(&self) -> String {
-        if self.stale > 0 { format!("; {} workers silent", self.stale) } else { String::new() }
+        if self.stale > 0 { format!("; {} silent", counted(self.stale as u64, "worker")) } else { String::new() }
     }
 }
 

@@ -87,6 +87,12 @@ pub fn wrapped(text: &str, width: usize, first: &str, others: &str) -> String {
     lines
 }
 
+/// How many there are: "1 sample", "2 samples".
+#[must_use]
+pub fn counted(count: u64, one: &str) -> String {
+    if count == 1 { format!("1 {one}") } else { format!("{count} {one}s") }
+}
+
 /// A duration as "0.8 s", "45 s", "3 min 20 s", "7 h 05 min".
 #[must_use]
 pub fn duration(duration: Duration) -> String {
@@ -117,6 +123,11 @@ mod tests {
         assert_eq!(wrapped("aa bb cc", 5, "", "  "), "aa bb\n  cc\n");
         assert_eq!(wrapped("toolong b", 3, "", " "), "toolong\n b\n");
         assert_eq!(wrapped("", 3, "-", " "), "-\n");
+    }
+
+    #[test]
+    fn one_is_one() {
+        assert_eq!([0, 1, 2].map(|count| counted(count, "worker")), ["0 workers", "1 worker", "2 workers"]);
     }
 
     #[test]

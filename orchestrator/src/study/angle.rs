@@ -1,41 +1,73 @@
 //! Whether a study leaves the release angle at one value where it decides the loads.
 
-use super::Samples;
-use bladeoff_core::machine::{DiaphragmKind, Machine};
+use super::{Samples, ValueList};
+use bladeoff_core::machine::{DiaphragmKind, Machine, ParamValue, Presence};
 use std::f64::consts::TAU;
 
 /// Starts a cell that are proposed.
 const STARTS: u32 = 6;
+/// Parts of a period by which angles differ that are the same.
+const ROUNDING: f64 = 1e-9;
 
 /// The release angle of a study that does not vary it although it matters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FixedAngle {
     /// Path of the phase.
     pub path: String,
-    /// Its value in every sample \[rad\].
+    /// Its value, in the first sample looked at \[rad\].
     pub value: f64,
     /// What is not the same all round.
     pub because: Vec<String>,
     /// After this angle everything is as before \[rad\].
     pub period: f64,
+    /// After a turn of the whole rotor by this angle everything is as before \[rad\]; `None`: after any.
+    pub around: Option<f64>,
+    /// An angle that has several values, all of them whole periods apart.
+    pub repeated: Option<String>,
 }
 
 /// What a study says nothing about: `None` where an angle varies, nothing is released, or machine and surroundings are the same all
 /// round, so that the angle only turns the picture.
 #[must_use]
 pub fn fixed_angle(samples: &Samples) -> Option<FixedAngle> {
-    // Phase of the unbalance, angle of the rotor at the start, angle of the stator.
-    let varies = |path: &str| path.ends_with(".phase") || path.ends_with(".angle");
-    if samples.count() == 0 || samples.parameters().any(|varied| varies(&varied.info.path)) {
+    if samples.count() == 0 {
         return None;
     }
     // The ends and the middle: where a parameter that varies takes the symmetry away, one of them has it.
     let machines = [0, samples.count() / 2, samples.count() - 1].map(|sample| samples.machine(sample).build());
-    machines.iter().flatten().find_map(of_machine)
+    let found = machines.iter().flatten().filter_map(of_machine);
+    let mut found = found.max_by(|a, b| a.period.total_cmp(&b.period))?;
+    for varied in samples.parameters() {
+        let path = &varied.info.path;
+        // Phase of an unbalance, angle of the rotor at the start, angle of the stator.
+        let period = match path {
+            path if path.ends_with(".phase") => Some(found.period),
+            path if path.ends_with(".angle") => found.around,
+            _ => continue,
+        };
+        match period {
+            Some(period) if differs(&varied.values, period) => return None,
+            Some(_) if varied.values.len() > 1 => found.repeated = Some(path.clone()),
+            _ => {}
+        }
+    }
+    Some(found)
+}
+
+/// Whether some of these angles are not whole periods apart.
+fn differs(values: &ValueList, period: f64) -> bool {
+    let turns = |position| match values.at(position) {
+        ParamValue::Number(angle) => angle / period,
+        ParamValue::Choice(_) => 0.0,
+    };
+    let first = turns(0);
+    (1..values.len()).map(|position| turns(position) - first).any(|turns| (turns - turns.round()).abs() > ROUNDING)
 }
 
 fn of_machine(machine: &Machine) -> Option<FixedAngle> {
-    let unbalance = machine.rotor.unbalances.iter().find(|unbalance| unbalance.mass * unbalance.radius > 0.0)?;
+    let unbalances = machine.rotor.unbalances.iter().filter(|unbalance| unbalance.mass * unbalance.radius > 0.0);
+    // What is released, rather than what was there before.
+    let unbalance = unbalances.clone().min_by_key(|unbalance| unbalance.presence == Presence::Before)?;
     machine.diaphragms.first()?;
     let (mut because, mut order) = (Vec::new(), 0);
     // Everything is as before after a turn by the part of a circle that all of them share.
@@ -61,9 +93,16 @@ fn of_machine(machine: &Machine) -> Option<FixedAngle> {
     if machine.rotor.gravity != [0.0, 0.0] {
         add("gravity".to_owned(), 1);
     }
+    let part = |order: usize| (order > 0).then(|| TAU / order as f64);
+    let around = part(order);
+    // The phase turns one unbalance against the others: as before after a whole turn only.
+    for other in unbalances.filter(|other| other.name != unbalance.name) {
+        because.push(format!("unbalance {}", other.name));
+        order = 1;
+    }
     let path = format!("rotor.unbalances.{}.phase", unbalance.name);
-    let period = TAU / order.max(1) as f64;
-    (order > 0).then_some(FixedAngle { path, value: unbalance.phase, because, period })
+    let period = part(order)?;
+    Some(FixedAngle { path, value: unbalance.phase, because, period, around, repeated: None })
 }
 
 /// Whether a 2 x 2 matrix is the same after any turn.
@@ -83,12 +122,22 @@ impl FixedAngle {
             |angle: f64| format!("{:.6}", angle.to_degrees()).trim_end_matches('0').trim_end_matches('.').to_owned();
         let last = self.period * f64::from(STARTS - 1) / f64::from(STARTS);
         let is = if self.because.len() == 1 && !self.because[0].contains("blades") { "is" } else { "are" };
+        let said = match &self.repeated {
+            None => format!("note: {} is {} deg in every sample.", self.path, degrees(self.value)),
+            Some(path) => {
+                format!(
+                    "note: all values of {path} are the same angle: whole periods of {} deg apart.",
+                    degrees(self.period)
+                )
+            }
+        };
+        let instead = if self.repeated.as_ref() == Some(&self.path) { "; instead of the values there are" } else { "" };
         let lines = [
-            format!("note: {} is {} deg in every sample.", self.path, degrees(self.value)),
+            said,
             format!("{} {is} not the same all round, so this angle decides where", listed(&self.because)),
             "rotor and ring meet, and can move the loads by tens of per cent and reverse trends. Let it vary,"
                 .to_owned(),
-            "several starts a cell, and compare median and worst:".to_owned(),
+            format!("several starts a cell, and compare median and worst{instead}:"),
             "  [[vary]]".to_owned(),
             format!("  path = \"{}\"", self.path),
             "  from = \"0 deg\"".to_owned(),
@@ -144,6 +193,33 @@ mod tests {
         let offset = ("offset = [\"0 mm\", \"0 mm\"]", "offset = [\"0.1 mm\", \"0 mm\"]");
         assert_eq!(degrees(&rig(&[FREE_RING, offset])), Some(360.0));
         assert_eq!(degrees(&rig(&[("mass = \"10 g\"", "mass = \"0 g\"")])), None, "nothing is released");
+    }
+
+    const BEFORE: (&str, &str) = (
+        "[rotor.unbalances.blade_off]",
+        "[rotor.unbalances.a_residual]\nposition = \"0.6 m\"\nmass = \"1 g\"\nradius = \"40 mm\"\npresent = \"before\"\n\n\
+         [rotor.unbalances.blade_off]",
+    );
+
+    #[test]
+    fn against_another_unbalance_the_phase_takes_the_whole_turn() {
+        let found = of_machine(&rig(&[BEFORE])).expect("it matters");
+        assert_eq!((found.path.as_str(), found.period), ("rotor.unbalances.blade_off.phase", TAU));
+        assert_eq!(found.around.map(|angle| angle.to_degrees().round()), Some(45.0), "of the whole rotor");
+        let text = found.text();
+        for part in ["The 8 blades of diaphragm seal and unbalance a_residual are", "to = \"300 deg\"", "count = 6"] {
+            assert!(text.contains(part), "{part}: {text}");
+        }
+        let round = of_machine(&rig(&[FREE_RING, BEFORE])).expect("it matters");
+        assert_eq!((round.period, round.around), (TAU, None));
+    }
+
+    #[test]
+    fn angles_whole_periods_apart_are_the_same_angle() {
+        let list = |degrees: &[f64]| ValueList::Numbers(degrees.iter().map(|angle| angle.to_radians()).collect());
+        assert!(!differs(&list(&[0.0, 360.0]), TAU) && !differs(&list(&[10.0, 55.0, -35.0]), TAU / 8.0));
+        assert!(differs(&list(&[0.0, 45.0]), TAU) && differs(&list(&[0.0, 45.0, 46.0]), TAU / 8.0));
+        assert!(!differs(&list(&[7.0]), TAU));
     }
 
     #[test]

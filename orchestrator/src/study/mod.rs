@@ -34,7 +34,7 @@ pub use limits::{Limits, Share};
 pub use load::{FrozenFiles, load, load_frozen};
 pub use samples::Samples;
 pub use starts::check_starts;
-pub use template::STUDY_TEMPLATE;
+pub use template::{STUDY_MACHINE, STUDY_TEMPLATE};
 pub use twin::{TWIN, TwinShare};
 pub use values::ValueList;
 

@@ -1,5 +1,8 @@
 //! The commented study file that `bladeoff new study` writes.
 
+/// The machine that the template names.
+pub const STUDY_MACHINE: &str = "machines/lab_rig.toml";
+
 /// A study of the lab rig that runs as it is when it lies in `studies/`.
 pub const STUDY_TEMPLATE: &str = r#"# Question: <what this study answers, in one sentence>
 #
@@ -30,7 +33,7 @@ values = ["hyp1", "hyp2", "hyp2-frozen"]
 # Several starts a cell. The angle at which the blade leaves decides where rotor and ring meet first, and with that the loads: by
 # tens of per cent on this rig, in no order that a trend would survive. So no cell is one run: compare the median and the worst
 # of its starts, as the summary of `run` does. The 8 blades stand every 45 degrees; here six starts between two of them. Where
-# gravity, a single bearing or an offset is not the same all round, take the whole turn.
+# gravity, a single bearing or an offset is not the same all round, or another unbalance is there, take the whole turn.
 [[vary]]
 path = "blade_off.phase"
 from = "0 deg"

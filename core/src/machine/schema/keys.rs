@@ -36,7 +36,7 @@ pub(super) const KEYS: &[Key] = &[
         "name of the machine in results and reports"),
     // `[run]`.
     key("run.end_time", Kind::Number("s"), Need::Required, Range::POSITIVE, When::Always,
-        "the run ends at this time at the latest"),
+        "the run ends at the step nearest to this time"),
     key("run.end_speed", Kind::Number("rad/s"), Need::Number(0.0), Range::NOT_NEGATIVE, When::Always,
         "the run ends once the mean spin falls to this speed"),
     key("run.engine", Kind::Choice(&["reduced", "full"]), Need::Word("reduced"), Range::ANY, When::Always,

@@ -19,7 +19,7 @@ use std::time::{Duration, Instant};
 /// The exit code is 1 when a table differs (its directory is kept), something is left behind, or a process hangs.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  bladeoff bench chaos --seed 1 --minutes 5\n  bladeoff bench chaos --minutes 0     (one study)"
+    after_help = "Examples:\n  bladeoff bench chaos --seed 1 --minutes 5\n\n  One study:\n  bladeoff bench chaos --minutes 0"
 )]
 pub struct Args {
     /// Decides what is planned
