@@ -197,22 +197,6 @@ fn energies_that_are_zero_all_the_time_are_not_drawn() {
     );
 }
 
-/// What somebody has put where a history is written is replaced, not followed.
-#[test]
-fn a_link_in_the_way_of_a_history_is_not_followed() {
-    let folder = Folder::new();
-    let machine = text(&folder.path("machines/rig.toml"));
-    for name in ["h.mcap", "h.csv", "h.parquet"] {
-        let letter = folder.write("letter.txt", "mine");
-        std::os::unix::fs::symlink(&letter, folder.path(&format!("{name}.tmp"))).expect("link");
-        let history = folder.path(name);
-        let said = say(&["simulate", &machine, "--json", "--history", &text(&history)]);
-        assert_eq!(said.code, 0, "{name}: {}", said.err);
-        assert_eq!(fs::read_to_string(&letter).expect("there"), "mine", "{name}");
-        assert!(fs::symlink_metadata(&history).expect("written").is_file() && read(&history).is_ok(), "{name}");
-    }
-}
-
 /// A writer that is killed leaves a file from which everything up to the cut comes back, equal to what an undisturbed run
 /// records.
 #[test]

@@ -19,7 +19,8 @@ use std::io::{self, IsTerminal};
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   bladeoff paths studies/machines/lab_rig.toml
-  bladeoff paths studies/machines/lab_rig.toml | grep contact
+  bladeoff paths studies/machines/lab_rig.toml \\
+    | grep contact
   bladeoff paths studies/machines/lab_rig.toml --json \\
     | jq -r '.parameters[] | select(.default) | .path'")]
 pub struct Args {

@@ -57,7 +57,8 @@ A directory that is removed during the run stops it; what was finished is then k
 const EXAMPLES: &str = "\
 Examples:
   bladeoff run studies/first-look.toml
-  bladeoff run studies/first-look.toml --out look --workers 2
+  bladeoff run studies/first-look.toml \\
+    --out look --workers 2
 
   Every axis thinned, its end points kept:
   bladeoff run studies/gap-friction-map.toml --scale 0.3

@@ -32,8 +32,8 @@ use std::time::Instant;
     --set contact.gap=\"0.4 mm\" --detection hyp1
   bladeoff simulate studies/machines/lab_rig.toml \\
     --engine full --step \"1 us\"
-  bladeoff simulate studies/machines/lp_turbine.toml --json \\
-    | jq .first_contact_s
+  bladeoff simulate studies/machines/lp_turbine.toml \\
+    --json | jq .first_contact_s
   bladeoff simulate studies/machines/lp_turbine.toml \\
     --history turbine.mcap --every \"0.2 ms\"")]
 pub struct Args {
