@@ -108,9 +108,12 @@ fn the_last_instant_is_the_end_of_the_row() {
         (&[("contact.gap", "0.1 mm")], "end_time"),
     ];
     for (changes, end) in ends {
-        for (format, decimation) in
-            [("csv", Decimation::Every(1e-3)), ("mcap", Decimation::Steps(1000)), ("parquet", Decimation::Default)]
-        {
+        for (format, decimation) in [
+            ("csv", Decimation::Every(1e-3)),
+            ("mcap", Decimation::Steps(1000)),
+            ("parquet", Decimation::Default),
+            ("csv", Decimation::Default),
+        ] {
             let mut machine = machine_with(changes);
             let mut channels = vec!["rotor.speed_rad_s", "energy"];
             if end == "failure" && changes.len() > 1 {

@@ -118,3 +118,114 @@ fn the_decrement_is_that_of_two_peaks() {
     senses.sort_by_key(|sense| sense.word());
     assert_eq!(senses, [Whirl::Backward, Whirl::Forward]);
 }
+
+/// The machines of isotropic bearings: at rest all their modes are double.
+fn isotropic() -> [(&'static str, Machine); 3] {
+    [("lab rig", damped(0.0)), ("turbine", machine(&study_machine("lp_turbine"))), ("damped", damped(0.5))]
+}
+
+fn numbers(speed: &SpeedModes) -> Vec<usize> {
+    let mut numbers: Vec<usize> = speed.whirl.iter().map(|(number, _)| *number).collect();
+    numbers.sort_unstable();
+    numbers
+}
+
+#[test]
+fn a_mode_keeps_its_number_from_rest_to_the_running_speed() {
+    let rpm = [0.0, 1e-7, 1e-5, 1e-3, 1.0, 10.0, 500.0, 1500.0, 3000.0];
+    let rig = || study_machine("lab_rig");
+    let mut machines = isotropic().to_vec();
+    machines.push(("lab rig as it is", machine(&rig())));
+    for (name, machine) in machines {
+        let found = followed_modes(&machine, &rpm.map(|rpm| rpm * PI / 30.0)).expect("solvable");
+        let rest = &found[0];
+        let all: Vec<usize> = (1..=rest.whirl.len()).collect();
+        assert_eq!(numbers(rest), all, "{name}");
+        let mut known = all.len();
+        for (speed, rpm) in found.iter().zip(rpm) {
+            let here = numbers(speed);
+            println!(
+                "{name} {rpm}: {} whirl, {} overdamped, up to {:?}",
+                here.len(),
+                speed.overdamped.len(),
+                here.last()
+            );
+            assert!(here.windows(2).all(|pair| pair[0] < pair[1]), "{name} {rpm}: {here:?}");
+            if speed.whirl.len() == rest.whirl.len() {
+                assert!(here == all || known > all.len(), "{name} {rpm}: {here:?}");
+            }
+            // a number beyond those at rest is of what was overdamped
+            let highest = here.last().copied().unwrap_or(0);
+            assert!(highest <= all.len() + rest.overdamped.len(), "{name} {rpm}: {here:?}");
+            known = known.max(highest);
+            if rpm > 10.0 {
+                continue;
+            }
+            for (number, mode) in speed.whirl.iter().filter(|(number, _)| *number <= all.len()) {
+                let (_, first) = rest.whirl.iter().find(|(other, _)| other == number).expect("at rest");
+                let change = (mode.frequency / first.frequency - 1.0).abs();
+                assert!(change < 0.01, "{name} {rpm}: mode {number} {} -> {}", first.frequency, mode.frequency);
+                if rpm > 0.0 {
+                    let sense = if number % 2 == 1 { Whirl::Backward } else { Whirl::Forward };
+                    assert_eq!(mode.whirl, sense, "{name} {rpm}: mode {number}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn frequencies_of_a_number_are_continuous() {
+    for (name, machine) in isotropic() {
+        let found = followed_modes(&machine, &speeds(3000.0 * PI / 30.0, 60)).expect("solvable");
+        for two in found.windows(2) {
+            for (number, mode) in &two[0].whirl {
+                let next = two[1].whirl.iter().find(|(other, _)| other == number);
+                let Some((_, next)) = next else {
+                    assert!(mode.damping_ratio > 0.85, "{name}: mode {number} ends at {}: {mode:?}", two[0].speed);
+                    continue;
+                };
+                let change = (next.frequency / mode.frequency - 1.0).abs();
+                assert!(
+                    change < 0.03 || mode.damping_ratio > 0.85,
+                    "{name} {}: mode {number} {mode:?} {next:?}",
+                    two[1].speed
+                );
+            }
+        }
+    }
+}
+
+/// The gyroscopic split begins with the slope it goes on with, though a slight one is rounding of the whole matrices.
+#[test]
+fn a_slight_speed_splits_a_pair_as_a_greater_one_does() {
+    for (name, machine) in isotropic() {
+        let found = followed_modes(&machine, &[0.0, 1e-4, 0.5]).expect("solvable");
+        for number in 1..=8 {
+            let line = line(&found, number);
+            let slope = |point: usize| (line[point].1 - line[0].1) / line[point].0;
+            assert!(
+                (slope(1) - slope(2)).abs() < 1e-2 * slope(2).abs() + 1e-6,
+                "{name} {number}: {} {}",
+                slope(1),
+                slope(2)
+            );
+            let damping = |point: usize| (line[point].2 - line[0].2) * line[0].1 / line[point].0;
+            assert!(
+                (damping(1) - damping(2)).abs() < 1e-2 * damping(2).abs() + 1e-6,
+                "{name} {number}: {} {}",
+                damping(1),
+                damping(2)
+            );
+        }
+    }
+}
+
+/// Of a motion that turns too slowly to be seen there is one, as where it is seen.
+#[test]
+fn an_overdamped_pair_is_listed_once_at_any_speed() {
+    let machine = damped(0.5);
+    let found = followed_modes(&machine, &[1e-8, 1e-4, 1.0]).expect("solvable");
+    let counts: Vec<usize> = found.iter().map(|speed| speed.overdamped.len()).collect();
+    assert!(counts[0] > 0 && counts.iter().all(|count| *count == counts[0]), "{counts:?}");
+}

@@ -5,7 +5,7 @@
 //! only come near. Verified by `tests/modes.rs`, critical speeds also by `tests/outside.rs`, `tests/linear_rotors.rs`.
 
 use super::shape::Mode;
-use super::whirl::{CriticalSpeed, Lateral, OVERDAMPED, OverdampedMode, SpeedModes};
+use super::whirl::{APERIODIC, CriticalSpeed, Lateral, OVERDAMPED, OverdampedMode, SpeedModes};
 use crate::linalg::EigenError;
 
 /// Whirl modes at rest below which critical speeds are looked for, and whose way must be clear.
@@ -123,24 +123,51 @@ impl<'a> Way<'a> {
         });
         let mut overdamped: Vec<_> = overdamped.collect();
         overdamped.sort_by(|a, b| a.decay.total_cmp(&b.decay));
+        if !self.lateral.plane_motion(self.last.speed) {
+            once(&mut overdamped);
+        }
         SpeedModes { speed: self.last.speed, whirl, overdamped }
     }
 }
 
-/// The mode of `to` that each of `from` goes on as, and how much alike they are; the most alike are paired first.
+/// Leaves one of two motions whose decay is the same but for rounding: they are a pair that turns too slowly to be seen.
+fn once(overdamped: &mut Vec<OverdampedMode>) {
+    let mut alone: Option<f64> = None;
+    overdamped.retain(|mode| {
+        let second =
+            mode.frequency == 0.0 && alone.is_some_and(|decay| mode.decay - decay <= 2.0 * APERIODIC * decay.abs());
+        alone = (mode.frequency == 0.0 && !second).then_some(mode.decay);
+        !second
+    });
+}
+
+/// The mode of `to` that each of `from` goes on as, and how much alike they are; the most alike are paired first. What is left
+/// of the whirl modes goes on as what is nearest: where none begins or ends to whirl, each of them goes on as one that whirls.
 fn matched(from: &[Mode], to: &[Mode]) -> Vec<Option<(usize, f64)>> {
-    let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
+    let whirling = |modes: &[Mode]| modes.iter().filter(|mode| whirls(mode)).count();
+    let lasting = whirling(from) == whirling(to);
+    let mut pairs: Vec<(f64, f64, usize, usize)> = Vec::new();
     for (a, one) in from.iter().enumerate() {
-        pairs.extend(to.iter().enumerate().map(|(b, other)| (one.alike(other), a, b)).filter(|pair| pair.0 > STRANGE));
-    }
-    pairs.sort_by(|a, b| b.0.total_cmp(&a.0).then((a.1, a.2).cmp(&(b.1, b.2))));
-    let (mut found, mut taken) = (vec![None; from.len()], vec![false; to.len()]);
-    for (alike, a, b) in pairs {
-        if found[a].is_none() && !taken[b] {
-            found[a] = Some((b, alike));
-            taken[b] = true;
+        for (b, other) in to.iter().enumerate() {
+            let ([p, q], [r, s]) = (one.value, other.value);
+            if whirls(one) == whirls(other) || !lasting {
+                pairs.push((one.alike(other), (p - r).hypot(q - s), a, b));
+            }
         }
     }
+    let (mut found, mut taken) = (vec![None; from.len()], vec![false; to.len()]);
+    let mut pair = |pairs: &[(f64, f64, usize, usize)], fits: &dyn Fn(f64, usize, usize) -> bool| {
+        for &(alike, _, a, b) in pairs {
+            if found[a].is_none() && !taken[b] && fits(alike, a, b) {
+                found[a] = Some((b, alike));
+                taken[b] = true;
+            }
+        }
+    };
+    pairs.sort_by(|x, y| y.0.total_cmp(&x.0).then(x.1.total_cmp(&y.1)).then((x.2, x.3).cmp(&(y.2, y.3))));
+    pair(&pairs, &|alike, _, _| alike > STRANGE);
+    pairs.sort_by(|x, y| x.1.total_cmp(&y.1).then((x.2, x.3).cmp(&(y.2, y.3))));
+    pair(&pairs, &|_, a, b| whirls(&from[a]) && whirls(&to[b]));
     found
 }
 

@@ -57,6 +57,16 @@ impl Mode {
         [k[0] + re * m[0] - im * m[1], k[1] + re * m[1] + im * m[0]]
     }
 
+    /// `x_self^T A x_other`, nothing conjugate.
+    pub fn through(&self, matrix: &Matrix, other: &Self) -> [f64; 2] {
+        let mut parts = [vec![0.0; other.re.len()], vec![0.0; other.re.len()]];
+        mul_vec(matrix, &other.re, &mut parts[0]);
+        mul_vec(matrix, &other.im, &mut parts[1]);
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let [re, im] = &parts;
+        [dot(&self.re, re) - dot(&self.im, im), dot(&self.re, im) + dot(&self.im, re)]
+    }
+
     /// (1): 1 for the same motion, 0 for one that has nothing of it.
     pub fn alike(&self, other: &Self) -> f64 {
         let [re, im] = self.product(other);
@@ -89,26 +99,5 @@ impl Mode {
             |x: &[f64], other: &[f64], sign: f64| x.iter().zip(other).map(|(x, y)| 0.5 * (x + sign * y)).collect();
         // -i R (a + i b) = R b - i R a
         Self::of(self.value, part(&self.re, &im, way), part(&self.im, &re, -way))
-    }
-
-    /// `|(lambda^2 M + lambda C + K) x|` over the sum of its terms' sizes.
-    pub fn residual(&self, mass: &Matrix, velocity: &Matrix, stiffness: &Matrix) -> f64 {
-        let [a, b] = self.value;
-        let mut sum = vec![[0.0; 2]; self.re.len()];
-        let mut sizes = 0.0;
-        for (matrix, [p, q]) in [(mass, [a * a - b * b, 2.0 * a * b]), (velocity, [a, b]), (stiffness, [1.0, 0.0])] {
-            let mut parts = [vec![0.0; sum.len()], vec![0.0; sum.len()]];
-            mul_vec(matrix, &self.re, &mut parts[0]);
-            mul_vec(matrix, &self.im, &mut parts[1]);
-            let mut size = 0.0;
-            for ((sum, x), y) in sum.iter_mut().zip(&parts[0]).zip(&parts[1]) {
-                let (re, im) = (p * x - q * y, p * y + q * x);
-                size += re * re + im * im;
-                (sum[0], sum[1]) = (sum[0] + re, sum[1] + im);
-            }
-            sizes += size.sqrt();
-        }
-        let left = sum.iter().map(|[re, im]| re * re + im * im).sum::<f64>().sqrt();
-        if sizes > 0.0 { left / sizes } else { f64::INFINITY }
     }
 }

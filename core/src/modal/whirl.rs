@@ -82,7 +82,7 @@ pub struct SpeedModes {
     pub speed: f64,
     /// Whirl modes by frequency, each with its number: that of its shape at all speeds, from 1, by the frequencies at rest.
     pub whirl: Vec<(usize, WhirlMode)>,
-    /// Overdamped motions, the slowest to decay first.
+    /// Overdamped motions, the slowest to decay first; at rest both of a pair in two planes, at speed the one they make.
     pub overdamped: Vec<OverdampedMode>,
 }
 
@@ -123,9 +123,17 @@ pub struct ModesReport {
 
 /// A motion whose `Im lambda/|lambda|` is below this does not oscillate: rounding alone splits a double real lambda by the
 /// root of its own size.
-const APERIODIC: f64 = 1e-6;
+pub(super) const APERIODIC: f64 = 1e-6;
 /// Relative distance below which two lambda are those of one pair.
 const PAIR: f64 = 1e-9;
+/// Circles of a sense's share from which a mode is a mixture, and the relative distance within which its like is looked for.
+const MIXED: f64 = 1e-3;
+const NEAR: f64 = 1e-3;
+/// Speeds \[rad/s\] at which it is asked whether they are slight: this share of the slowest motion's |lambda|.
+const SLOW: f64 = 0.1;
+const SLIGHT: f64 = 1e-6;
+/// Relative difference of two directions that is rounding.
+const ALIKE: f64 = 1e-12;
 
 /// Modes of a machine at speeds \[rad/s\].
 ///
@@ -185,6 +193,8 @@ pub(super) struct Lateral {
     pub mass: Matrix,
     stiffness: Matrix,
     gyroscopic: Matrix,
+    /// All directions are alike.
+    isotropic: bool,
 }
 
 impl Lateral {
@@ -199,7 +209,8 @@ impl Lateral {
         }
         let stiffness = &rotor.stiffness + rotor.skew_stiffness();
         let gyroscopic = rotor.gyroscopic();
-        Self { rotor, mass, stiffness, gyroscopic }
+        let isotropic = Self::all_alike(&rotor, &[&mass, &stiffness, &rotor.damping, &gyroscopic]);
+        Self { rotor, mass, stiffness, gyroscopic, isotropic }
     }
 
     /// Oscillating modes at a speed, by frequency.
@@ -210,6 +221,13 @@ impl Lateral {
 
     /// Every solution with `Im lambda >= 0` at a speed, by frequency. What is aperiodic but for rounding has the frequency 0.
     pub fn spectrum(&self, speed: f64) -> Result<Vec<Mode>, EigenError> {
+        if self.isotropic && self.plane_motion(0.0) && speed < SLOW {
+            let all = self.barely_turning(speed)?;
+            let slowest = all.iter().map(|mode| mode.value[0].hypot(mode.value[1])).fold(f64::INFINITY, f64::min);
+            if speed <= SLIGHT * slowest {
+                return Ok(all);
+            }
+        }
         let velocity = &self.rotor.damping + &self.gyroscopic * speed;
         let found = quadratic_modes(&self.mass, &velocity, &self.stiffness, "the spinning rotor")?;
         let mut all = Vec::new();
@@ -221,7 +239,54 @@ impl Lateral {
             }
         }
         all.sort_by(|a, b| a.value[1].total_cmp(&b.value[1]).then(b.value[0].total_cmp(&a.value[0])));
-        self.turn_pairs(&mut all, &velocity);
+        if self.isotropic {
+            self.take_circles(&mut all);
+        }
+        for mode in &mut all {
+            mode.weigh(&self.rotor.stiffness, &self.mass);
+        }
+        Ok(all)
+    }
+
+    /// [`Lateral::spectrum`] where the two planes are alike and all but have nothing to do with one another: the motions of one
+    /// of them, which are single, as circles of both senses, the backward one first, and to first order in the speed
+    ///
+    /// ```text
+    /// d lambda = -+ lambda W b^T G f / b^T (2 lambda M + C) f,  f, b the forward and backward circle
+    /// ```
+    /// Of lambda that are double but for rounding the whole matrices' shapes come out wrong.
+    fn barely_turning(&self, speed: f64) -> Result<Vec<Mode>, EigenError> {
+        let half = self.mass.nrows() / 2;
+        let plane = |a: &Matrix| a.view((0, 0), (half, half)).into_owned();
+        let (mass, damping, stiffness) = (plane(&self.mass), plane(&self.rotor.damping), plane(&self.stiffness));
+        let found = quadratic_modes(&mass, &damping, &stiffness, "the resting rotor")?;
+        let both = |shapes: &Matrix| {
+            let mut both = Matrix::zeros(2 * half, shapes.ncols());
+            both.rows_mut(0, half).copy_from(shapes);
+            both
+        };
+        let (real, imaginary) = (both(&found.real), both(&found.imaginary));
+        let mut all = Vec::new();
+        for (j, &[re, im]) in found.values.iter().enumerate() {
+            let least = APERIODIC * re.hypot(im);
+            if im > -least {
+                let mode = Mode::new([re, if im > least { im } else { 0.0 }], &real, &imaginary, j);
+                let [mut backward, mut forward] = [false, true].map(|way| mode.circular(&self.rotor, way));
+                if im > least && speed > 0.0 {
+                    let [g, m, c] = [&self.gyroscopic, &self.mass, &self.rotor.damping]
+                        .map(|matrix| backward.through(matrix, &forward));
+                    let [p, q] = [2.0 * (re * m[0] - im * m[1]) + c[0], 2.0 * (re * m[1] + im * m[0]) + c[1]];
+                    let (x, y) = (re * g[0] - im * g[1], re * g[1] + im * g[0]);
+                    let share = speed / (p * p + q * q);
+                    let change = [share * (x * p + y * q), share * (y * p - x * q)];
+                    backward.value = [re + change[0], im + change[1]];
+                    forward.value = [re - change[0], im - change[1]];
+                }
+                all.extend([backward, forward]);
+            }
+        }
+        // stable: backward stays first
+        all.sort_by(|a, b| a.value[1].total_cmp(&b.value[1]).then(b.value[0].total_cmp(&a.value[0])));
         for mode in &mut all {
             mode.weigh(&self.rotor.stiffness, &self.mass);
         }
@@ -235,33 +300,67 @@ impl Lateral {
         WhirlMode { frequency: im, damping_ratio: -re / re.hypot(im), whirl }
     }
 
-    /// Modes of equal lambda may be combined at will: where a circle is one of their motions, the forward and the backward
-    /// circle are taken.
-    fn turn_pairs(&self, all: &mut [Mode], velocity: &Matrix) {
-        for j in 1..all.len() {
-            let ([a, b], [c, d]) = (all[j - 1].value, all[j].value);
-            if b == 0.0 || (a - c).hypot(b - d) > PAIR * a.hypot(b) {
+    /// Where all directions are alike every motion is a circle or made of two, and only circles go over into the modes at other
+    /// speeds. Modes of lambda that are equal but for rounding come out in any mixture: their circles are taken, backward first.
+    fn take_circles(&self, all: &mut [Mode]) {
+        let parts: Vec<_> = all.iter().map(|mode| [false, true].map(|way| mode.circular(&self.rotor, way))).collect();
+        let shares: Vec<f64> = parts.iter().map(|[b, f]| f.size() / (b.size() + f.size())).collect();
+        let mut mixed = Vec::new();
+        for (j, mode) in all.iter_mut().enumerate().filter(|(_, mode)| mode.value[1] > 0.0) {
+            if shares[j].min(1.0 - shares[j]) > MIXED {
+                mixed.push(j);
+            } else {
+                *mode = parts[j][usize::from(shares[j] > 0.5)].clone();
+            }
+        }
+        let mut near = Vec::new();
+        for (at, &j) in mixed.iter().enumerate() {
+            for &k in &mixed[at + 1..] {
+                let ([a, b], [c, d]) = (all[j].value, all[k].value);
+                near.push(((a - c).hypot(b - d) / a.hypot(b), j, k));
+            }
+        }
+        near.retain(|pair| pair.0 < NEAR);
+        near.sort_by(|x, y| x.0.total_cmp(&y.0).then((x.1, x.2).cmp(&(y.1, y.2))));
+        for (distance, j, k) in near {
+            if !(mixed.contains(&j) && mixed.contains(&k)) {
                 continue;
             }
-            let circle = |forward: bool| {
-                let both = [&all[j - 1], &all[j]].map(|mode| mode.circular(&self.rotor, forward));
-                let [x, y] = both;
-                let larger = if x.size() >= y.size() { x } else { y };
-                let residual = larger.residual(&self.mass, velocity, &self.stiffness);
-                (residual < 1e3 * PAIR).then_some(larger)
-            };
-            if let (Some(backward), Some(forward)) = (circle(false), circle(true)) {
-                (all[j - 1], all[j]) = (backward, forward);
-                // one value: what tells them apart is rounding
-                let value = [0.5 * (a + c), 0.5 * (b + d)];
-                (all[j - 1].value, all[j].value) = (value, value);
+            mixed.retain(|&other| other != j && other != k);
+            let ([a, b], [c, d]) = (all[j].value, all[k].value);
+            let alike = distance <= PAIR;
+            // one value: what tells them apart is rounding
+            let middle = [0.5 * (a + c), 0.5 * (b + d)];
+            let (backward, forward) = if alike || shares[j] <= shares[k] { (j, k) } else { (k, j) };
+            for (place, way) in [(backward, 0), (forward, 1)] {
+                let value = if alike { middle } else { all[place].value };
+                let larger = if parts[j][way].size() >= parts[k][way].size() { j } else { k };
+                all[place] = parts[larger][way].clone();
+                all[place].value = value;
             }
         }
     }
 
+    /// Whether all directions are alike: the matrices remain what they are when the machine is turned by a right angle.
+    fn all_alike(rotor: &RotorMatrices, matrices: &[&Matrix]) -> bool {
+        let half = rotor.mass.nrows() / 2;
+        let sign = |place: usize| if rotor.per_plane == 2 && place % 2 == 1 { -1.0 } else { 1.0 };
+        matrices.iter().all(|matrix| {
+            // terms of two elements may cancel but for their rounding
+            let sizes: Vec<f64> = (0..2 * half).map(|row| matrix.row(row).amax()).collect();
+            (0..half * half).all(|place| {
+                let (i, j) = (place / half, place % half);
+                let turn = sign(i) * sign(j);
+                let direct = matrix[(i, j)] - turn * matrix[(half + i, half + j)];
+                let cross = matrix[(i, half + j)] + turn * matrix[(half + i, j)];
+                direct.abs().max(cross.abs()) <= ALIKE * (sizes[i] * sizes[j]).sqrt()
+            })
+        })
+    }
+
     /// Whether nothing turns the motion: at rest, and no skew or cross-coupled bearing term. The two modes of an isotropic
     /// pair may then be combined at will, and an eigenvector's sense is an accident.
-    fn plane_motion(&self, speed: f64) -> bool {
+    pub fn plane_motion(&self, speed: f64) -> bool {
         speed == 0.0
             && self.rotor.bearings.iter().all(|b| b.skew == 0.0 && b.damping[0][1] == 0.0 && b.damping[1][0] == 0.0)
     }

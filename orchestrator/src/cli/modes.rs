@@ -50,6 +50,9 @@ pub struct Args {
     figures: Option<PathBuf>,
 }
 
+/// Highest speed that can be asked for \[rad/s\].
+const FASTEST: f64 = 1e6;
+
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
     if let Some(directory) = &args.figures {
@@ -99,10 +102,10 @@ fn speeds(args: &Args, machine: &Machine) -> Result<Vec<f64>, CliError> {
         let refused = |message| CliError::Argument {
             argument: format!("--speed {text}"),
             message,
-            allowed: Some("a speed >= 0 such as \"1500 rpm\", or a number in rad/s".to_owned()),
+            allowed: Some(format!("a speed from 0 to {FASTEST:e} rad/s such as \"1500 rpm\", or a number in rad/s")),
         };
         let speed = parse_bare_or_quantity(text, "rad/s").map_err(|error| refused(error.to_string()))?;
-        if speed >= 0.0 && speed.is_finite() { Ok(speed) } else { Err(refused("out of range".to_owned())) }
+        if (0.0..=FASTEST).contains(&speed) { Ok(speed) } else { Err(refused("out of range".to_owned())) }
     };
     args.speeds.iter().map(read).collect()
 }

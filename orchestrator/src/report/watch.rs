@@ -104,10 +104,20 @@ impl Observer for RunWatch<'_> {
         self.inner.iter_mut().for_each(|inner| inner.contact_force(time, force));
     }
 
+    fn goes_on(&mut self, step: u64) -> bool {
+        self.inner.as_mut().is_none_or(|inner| inner.goes_on(step))
+    }
+
     fn wants(&mut self, step: u64, time: f64) -> bool {
         let ours = step.is_multiple_of(STEPS) && Instant::now() >= self.due;
         self.wanted = (self.inner.as_mut().is_some_and(|inner| inner.wants(step, time)), ours);
         self.wanted.0 || self.wanted.1
+    }
+
+    fn wants_end(&mut self) -> bool {
+        // what is seen next is the end, for the other alone
+        self.wanted = (self.inner.as_mut().is_some_and(|inner| inner.wants_end()), false);
+        self.wanted.0
     }
 
     fn see(&mut self, frame: &Frame<'_>) {
@@ -138,11 +148,13 @@ mod tests {
         assert!(texts(0.0, 100.0, (6.0, 0.0), 0.0, seconds(6))[1].ends_with("time left not known yet"));
     }
 
-    /// Sees every third step, and counts.
+    /// Sees every third step and the end, and counts.
     #[derive(Default)]
     struct Counting {
         asked: u64,
         seen: u64,
+        last: f64,
+        limit: Option<u64>,
     }
 
     impl Observer for Counting {
@@ -150,8 +162,15 @@ mod tests {
             self.asked += 1;
             step.is_multiple_of(3)
         }
-        fn see(&mut self, _: &Frame<'_>) {
+        fn goes_on(&mut self, step: u64) -> bool {
+            self.limit.is_none_or(|limit| step < limit)
+        }
+        fn wants_end(&mut self) -> bool {
+            true
+        }
+        fn see(&mut self, frame: &Frame<'_>) {
             self.seen += 1;
+            self.last = frame.time;
         }
     }
 
@@ -169,6 +188,10 @@ mod tests {
         assert!(watch.looks.len() > 1 && watch.due > watch.started, "it was shown");
         assert_eq!(shown, alone);
         assert!(unwatched.seen > 10);
-        assert_eq!((watched.asked, watched.seen), (unwatched.asked, unwatched.seen));
+        assert_eq!((watched.asked, watched.seen, watched.last), (unwatched.asked, unwatched.seen, unwatched.last));
+        assert!(watched.last > 0.01 - 3e-6, "the end too: {}", watched.last);
+        let mut brief = Counting { limit: Some(100), ..Counting::default() };
+        simulate(&machine, &structure, &mut RunWatch::new(&machine, Some(&mut brief))).expect("it starts");
+        assert_eq!(brief.asked, 100, "it ends when the other has enough");
     }
 }

@@ -1,16 +1,17 @@
 //! What all samples share: the frozen basis, the plan of the workers, where the table comes from.
 
 use super::RunError;
-use super::directory::RunDirectory;
+use super::directory::{LEDGER, RunDirectory};
 use super::keys::SampleKeys;
 use super::provenance::provenance;
 use crate::engine;
+use crate::ledger::Reader;
 use crate::study::Samples;
 use bladeoff_core::document::Problems;
 use bladeoff_core::machine::Machine;
 use bladeoff_core::modal::Basis;
 use bladeoff_protocol::folder::Folder;
-use bladeoff_worker::plan::{BASIS_FILE, MOST_BASIS, WorkPlan};
+use bladeoff_worker::plan::{BASIS_FILE, MOST_BASIS, WorkPlan, planned_basis};
 
 /// A study ready to be computed.
 #[derive(Debug)]
