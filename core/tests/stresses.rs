@@ -159,8 +159,9 @@ fn twist_decays_with_half_b_omega() {
     let root = (1.0 - zeta * zeta).sqrt();
     let left = (-pi * zeta / root).exp();
     let b = format!("{:e}", 2.0 * zeta / omega);
-    // so heavy that the press of the spring stays as it is
-    let heavy = GRABBED.replace("5000 kg", "5e7 kg").replace("500 kg m2", "5e6 kg m2");
+    // so heavy that the press of the spring stays as it is; a shaft with inertia enough that its damping is not all of it: the loaded
+    // start contracts by x/(1 + x), x = c dt/(2 m) of the node between the discs, about 40 here
+    let heavy = GRABBED.replace("5000 kg", "5e6 kg").replace("500 kg m2", "5e5 kg m2").replace("\"0.01 kg", "\"10 kg");
     let text =
         heavy.replace("[rotor.bearings.left]", &format!("[rotor.damping]\ntorsional = {b}\n[rotor.bearings.left]"));
     for engine in ["full", "reduced"] {
@@ -170,7 +171,7 @@ fn twist_decays_with_half_b_omega() {
             machine_with(&text, &changes),
             &mut Every(|frame| twists.push(stiffness * (frame.twist[2] - frame.twist[0]).abs())),
         );
-        assert!(row.value("contact_time_s") > 15.9e-3, "it rubs all the time");
+        assert!(row.value("contact_time_s") > 15.9e-3, "it rubs all the time: {} s", row.value("contact_time_s"));
         let static_moment = torque * 4.0 / 5.0;
         close("first peak", row.value("max_torsional_moment_Nm"), static_moment * (1.0 + left), 5e-3);
         close("its time", row.value("max_torsional_moment_at_s"), pi / (omega * root), 5e-3);
