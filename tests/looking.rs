@@ -36,7 +36,7 @@ fn status_text(out: &str) -> String {
 
 /// Samples in the record, whatever `status` says.
 fn recorded(out: &str) -> u64 {
-    Reader::open(&Path::new(out).join("ledger.redb")).and_then(|record| record.len()).expect("a whole record")
+    Reader::open(Path::new(out).join("ledger.redb")).and_then(|record| record.len()).expect("a whole record")
 }
 
 /// Every file below a directory with its bytes.
@@ -99,7 +99,7 @@ fn a_directory_that_was_moved_under_its_run_tells_the_truth() {
     // Counts of a run that lives are those of its last word, and all that is counted is on disk.
     let told = status(&moved)["done"].as_u64().expect("a count");
     fs::copy(folder.path("moved/ledger.redb"), folder.path("copy.redb")).expect("copied");
-    let durable = Reader::peek(&folder.path("copy.redb")).and_then(|record| record.len()).expect("readable");
+    let durable = Reader::peek(folder.path("copy.redb")).and_then(|record| record.len()).expect("readable");
     assert!(told <= durable && durable > 0, "{told} {durable}");
     assert!(signal(run_there.child.id(), "CONT"));
     assert_eq!(run_there.end().code(), Some(6), "{}", run_there.said());

@@ -1,5 +1,4 @@
 //! Bouncing rubs of a Jeffcott rotor on a stiff radial spring: contact begins and ends within a step, many times.
-#![expect(clippy::print_stdout, reason = "the measured errors are part of the result")]
 
 mod common;
 

@@ -1,5 +1,4 @@
 //! A modal basis that cannot carry a contact is said in the row.
-#![expect(clippy::print_stdout, reason = "the measured errors are part of the result")]
 
 mod common;
 
