@@ -4,13 +4,13 @@
 use std::f64::consts::PI;
 use std::fmt::Write;
 
-use bladeoff_core::machine::{
+use bladeoff_model::machine::{
     ContactSurface, Detection, DiaphragmKind, Engine, Machine, MachineDef, ParamValue, PathError, PathKind, Presence,
     RotorKind, UnbalanceKind, machine_template,
 };
 
 fn shipped(name: &str) -> String {
-    let path = format!("{}/../studies/machines/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    let path = format!("{}/../../studies/machines/{name}.toml", env!("CARGO_MANIFEST_DIR"));
     std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path}: {error}"))
 }
 
