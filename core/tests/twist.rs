@@ -35,7 +35,7 @@ fn what_a_node_has_is_that_of_the_matrices() {
                 unbalance(UnbalanceKind::Lost, 4, 5e-3, 20e-3, 2.5),
                 unbalance(UnbalanceKind::Lost, 0, 4e-3, 10e-3, 0.7),
                 unbalance(UnbalanceKind::Added, 4, 20e-3, 30e-3, 1.0),
-                unbalance(UnbalanceKind::Lost, last, 100.0, 0.1, -1.0),
+                unbalance(UnbalanceKind::Lost, last, 1e4, 0.1, -1.0),
             ];
             let found = overdrawn(&rotor).expect("more than is there");
             let matrices = RotorMatrices::assemble(&rotor);

@@ -394,6 +394,13 @@ fn identity_ignores_how_a_file_is_written() {
     assert_ne!(parse(&other_bearing).identity(), same, "names of bearings are columns");
 }
 
+/// Result directories are kept under it: where it changes, every study is computed again. It may change with a key of the format.
+#[test]
+fn an_identity_stays_what_it_was() {
+    assert_eq!(parse(POINT_MASS).identity(), 0xb4f3fdfd_c3dc4d0d_5f0d337a_fef51fcd);
+    assert_eq!(parse(&shipped("lab_rig")).identity(), 0x71492c1f_480e34b5_716ada8e_3677760d);
+}
+
 #[test]
 fn exchanging_a_value_is_setting_it() {
     let def = parse(&shipped("lab_rig"));
