@@ -42,7 +42,7 @@ fn drawn_folders() -> Vec<PathBuf> {
 }
 
 /// The packages, the inner one first.
-const PACKAGES: [&str; 4] = ["worker/protocol", "core", "worker", "orchestrator"];
+const PACKAGES: [&str; 5] = ["worker/protocol", "core/model", "core", "worker", "orchestrator"];
 
 /// Where a drawn folder lies: packages keep their modules in `src`.
 fn real(drawn: &Path) -> PathBuf {
@@ -104,21 +104,60 @@ fn libraries_are_named_where_they_may_be() {
 
 #[test]
 fn packages_depend_in_one_direction() {
-    for (package, may) in [
-        ("core", &[][..]),
-        ("worker/protocol", &["bladeoff-core"]),
-        ("worker", &["bladeoff-core", "bladeoff-protocol"]),
-        ("orchestrator", &["bladeoff-core", "bladeoff-protocol", "bladeoff-worker"]),
-    ] {
-        let manifest = read(&format!("{package}/Cargo.toml"));
-        for line in manifest.lines().filter(|line| line.starts_with("bladeoff-")) {
-            let name = line.split(['.', ' ', '=']).next().expect("a name");
-            assert!(may.contains(&name), "{package} depends on {name}");
+    // Every package of the workspace, and the packages it may depend on.
+    let rules = [
+        ("core/model", &[][..]),
+        ("core", &["model"]),
+        ("worker/protocol", &["model", "core"]),
+        ("worker", &["model", "core", "protocol"]),
+        ("orchestrator", &["model", "core", "protocol", "worker"]),
+    ];
+    let workspace = read("Cargo.toml");
+    let members = workspace.lines().find_map(|line| line.strip_prefix("members = ")).expect("the members");
+    let mut members: Vec<&str> = members.split('"').skip(1).step_by(2).collect();
+    let (mut ruled, mut drawn) = (rules.map(|(package, _)| package), PACKAGES);
+    members.sort_unstable();
+    ruled.sort_unstable();
+    drawn.sort_unstable();
+    assert_eq!((&members[..], &members[..]), (&ruled[..], &drawn[..]), "every package has its rule");
+    for (package, may) in rules {
+        for name in dependencies(package) {
+            if let Some(other) = name.strip_prefix("bladeoff-") {
+                assert!(may.contains(&other), "{package} depends on {name}");
+            }
         }
     }
-    let core = read("core/Cargo.toml");
-    for library in ["tokio", "iceoryx2", "polars", "mcap"] {
-        assert!(!core.contains(library), "core depends on {library}");
+}
+
+/// What the manifest of a package says it depends on, in tests too.
+fn dependencies(package: &str) -> Vec<String> {
+    let manifest = read(&format!("{package}/Cargo.toml"));
+    let sections = manifest
+        .split("\n[")
+        .filter(|section| section.starts_with("dependencies") || section.starts_with("dev-dependencies"));
+    let lines = sections.flat_map(|section| section.lines().skip(1));
+    lines
+        .filter_map(|line| Some(line.split(['.', ' ', '=']).next()?.to_owned()))
+        .filter(|name| !name.is_empty())
+        .collect()
+}
+
+#[test]
+fn libraries_are_linked_where_they_may_be() {
+    for (library, may) in [
+        // the reader of the files' language, and matrices: who reads has none, who computes reads nothing
+        ("toml", "core/model"),
+        ("faer", "core"),
+        ("nalgebra", "core"),
+        ("iceoryx2", "worker/protocol"),
+        ("tokio", "orchestrator"),
+        ("polars", "orchestrator"),
+        ("mcap", "orchestrator"),
+        ("redb", "orchestrator"),
+    ] {
+        let found: Vec<&str> =
+            PACKAGES.into_iter().filter(|package| dependencies(package).iter().any(|name| name == library)).collect();
+        assert_eq!(found, [may], "{library}");
     }
 }
 
@@ -146,12 +185,12 @@ fn studies_that_are_shipped_are_valid() {
 
 /// The table of docs/machines.md, made from the format itself.
 fn table_of_keys() -> String {
-    use bladeoff_core::machine::{Kind, Need, keys};
+    use bladeoff_model::machine::{Kind, Need, keys};
     let mut table = String::from("| key | holds | default | meaning |\n|---|---|---|---|\n");
     for key in keys() {
         let words = |words: &[&str]| words.iter().map(|word| format!("`\"{word}\"`")).collect::<Vec<_>>().join(", ");
         let number = |unit: &str| {
-            if key.range == bladeoff_core::machine::Range::ANY && unit.is_empty() {
+            if key.range == bladeoff_model::machine::Range::ANY && unit.is_empty() {
                 "number".to_owned()
             } else {
                 key.range.words(unit)

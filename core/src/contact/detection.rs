@@ -168,8 +168,8 @@ impl Detector {
 mod tests {
     use super::*;
     use crate::contact::exact_gap;
-    use crate::machine::{FlexibleStator, Rayleigh, Ring};
     use crate::stator::RingMatrices;
+    use bladeoff_model::machine::{FlexibleStator, Rayleigh, Ring};
 
     fn surface(elements: usize) -> Surface {
         let ring = Ring { mean_radius: 0.353, thickness: 0.05, width: 0.1, elements };

@@ -133,8 +133,8 @@ pub fn polar_gap(surface: &Surface, field: Option<&[f64]>, rotor_radius: f64, x:
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::machine::{FlexibleStator, Rayleigh, Ring};
     use crate::stator::RingMatrices;
+    use bladeoff_model::machine::{FlexibleStator, Rayleigh, Ring};
 
     pub(crate) fn ring() -> Surface {
         let ring = Ring { mean_radius: 0.353, thickness: 0.05, width: 0.1, elements: 12 };

@@ -6,9 +6,9 @@
 //! structure up to the last digits of faer's kernels (which is why it is computed once and frozen).
 
 use crate::linalg::{EigenError, Matrix, column_of, symmetric_generalised};
-use crate::machine::{DiaphragmKind, Machine, RotorKind};
 use crate::rotor::RotorMatrices;
 use crate::stator::RingMatrices;
+use bladeoff_model::machine::{DiaphragmKind, Machine, RotorKind};
 
 /// Modes of one part: mass-normalised shapes in columns, circular frequencies squared ascending.
 #[derive(Debug, Clone, PartialEq)]

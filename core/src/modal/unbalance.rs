@@ -8,8 +8,8 @@
 //! in M (except of a point mass, which may have no other). Verified by `a_jeffcott_rotor_responds_in_closed_form`.
 
 use crate::linalg::{Matrix, Vector, solve};
-use crate::machine::{Machine, RotorKind};
 use crate::rotor::{RotorMatrices, UnbalanceSite};
+use bladeoff_model::machine::{Machine, RotorKind};
 
 /// Response at one speed.
 #[derive(Debug, Clone, PartialEq)]
@@ -83,7 +83,7 @@ pub fn unbalance_response(machine: &Machine, speeds: &[f64]) -> Vec<UnbalanceRes
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::machine::MachineDef;
+    use bladeoff_model::machine::MachineDef;
 
     /// m = 1 (0.9 and an unbalance of 0.1), k = 4, c = 0.2: |X| = m_u d W^2/|k - W^2 + i W c|.
     #[test]

@@ -5,9 +5,9 @@ use super::follow::{critical_speeds, follow};
 use super::quadratic::quadratic_modes;
 use super::shape::Mode;
 use crate::linalg::{EigenError, Matrix, symmetric_generalised};
-use crate::machine::{DiaphragmKind, Machine, RotorKind};
 use crate::rotor::{RotorMatrices, UnbalanceSite};
 use crate::stator::RingMatrices;
+use bladeoff_model::machine::{DiaphragmKind, Machine, RotorKind};
 
 /// Sense of a whirl.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,6 +1,6 @@
 //! The numeric columns of a result row: name with its unit, type, meaning. The one place that names them.
 
-use crate::machine::{Machine, RotorKind};
+use bladeoff_model::machine::{Machine, RotorKind};
 
 /// Columns of an outcome at most: what a message between processes carries.
 pub const MAX_COLUMNS: usize = 256;

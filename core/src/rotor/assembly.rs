@@ -2,7 +2,7 @@
 
 use super::{GyroSite, shaft_blocks};
 use crate::linalg::Matrix;
-use crate::machine::{Rotor, RotorKind, Shaft};
+use bladeoff_model::machine::{Rotor, RotorKind, Shaft};
 
 /// A bearing at its node, stiffness split into the part with a potential and the part without.
 #[derive(Debug, Clone, Copy, PartialEq)]

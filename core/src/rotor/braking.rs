@@ -1,6 +1,6 @@
 //! Torque that slows the disconnected shaft line.
 
-use crate::machine::Braking;
+use bladeoff_model::machine::Braking;
 
 /// Braking torque on the spin.
 ///

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix2, Matrix4, Vector4};
 
-use crate::machine::ShaftElement;
+use bladeoff_model::machine::ShaftElement;
 
 /// Element matrices in the plane set `[w1, s1, w2, s2]` (deflection and slope angle of the section at both ends).
 #[derive(Debug, Clone, PartialEq)]

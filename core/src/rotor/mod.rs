@@ -7,7 +7,6 @@ mod assembly;
 mod braking;
 mod element;
 mod gyro;
-mod lost;
 mod unbalance;
 
 pub use assembly::{BearingSite, RotorMatrices};
@@ -15,5 +14,4 @@ pub use braking::{braking_torque, constant_torque};
 pub(crate) use element::GAUSS4;
 pub use element::{ShaftBlocks, deflection, shaft_blocks};
 pub use gyro::GyroSite;
-pub use lost::{MOST_LOST, Overdrawn, overdrawn};
 pub use unbalance::{Turn, UnbalanceSite};

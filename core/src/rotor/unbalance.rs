@@ -21,7 +21,7 @@
 //! Verified by `forces_are_the_derivative_of_the_lagrangian` (`transient/lagrangian_tests.rs`), the tests below and the
 //! Jeffcott cases.
 
-use crate::machine::{Unbalance, UnbalanceKind};
+use bladeoff_model::machine::Unbalance;
 
 /// One unbalance at its node.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,11 +49,8 @@ impl UnbalanceSite {
     /// From the machine.
     #[must_use]
     pub fn new(unbalance: &Unbalance) -> Self {
-        let sign = match unbalance.kind {
-            UnbalanceKind::Added => 1.0,
-            UnbalanceKind::Lost => -1.0,
-        };
-        Self { node: unbalance.node, mass: sign * unbalance.mass, radius: unbalance.radius, phase: unbalance.phase }
+        let mass = unbalance.signed_mass();
+        Self { node: unbalance.node, mass, radius: unbalance.radius, phase: unbalance.phase }
     }
 
     /// Forces (4), (5), or (2), (3) with [`Turn::instant`], at sine and cosine of `psi`, the node's acceleration \[m/s2\] and

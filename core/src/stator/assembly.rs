@@ -3,7 +3,7 @@
 use super::elements::{blade_element, hermite, ring_element};
 use super::surface::Surface;
 use crate::linalg::Matrix;
-use crate::machine::{Blades, FlexibleStator};
+use bladeoff_model::machine::{Blades, FlexibleStator};
 
 /// Finite-element matrices of a diaphragm.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix6, SMatrix, SVector};
 
-use crate::machine::{Blades, FlexibleStator, Ring};
 use crate::rotor::GAUSS4;
+use bladeoff_model::machine::{Blades, FlexibleStator, Ring};
 
 /// 8x8 matrix on `[u1, u_s1, v1, v_s1, u2, u_s2, v2, v_s2]`.
 pub(super) type Matrix8 = SMatrix<f64, 8, 8>;
@@ -93,7 +93,7 @@ pub(super) fn blade_element(stator: &FlexibleStator, blades: &Blades) -> (Matrix
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::machine::Rayleigh;
+    use bladeoff_model::machine::Rayleigh;
 
     fn stator() -> (FlexibleStator, Blades) {
         let blades = Blades { count: 4, length: 0.3, thickness: 0.02, width: 0.05, elements: 1 };

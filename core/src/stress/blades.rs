@@ -1,8 +1,8 @@
 //! Bending stress of the diaphragm's blades.
 
 use crate::linalg::{Csr, Matrix, dot};
-use crate::machine::FlexibleStator;
 use crate::structure::RingPart;
+use bladeoff_model::machine::FlexibleStator;
 
 /// Bending stress of the blades from the coordinates of their ring.
 ///
@@ -113,9 +113,9 @@ impl BladeStresses {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::machine::{Blades, Rayleigh, Ring};
     use crate::stator::RingMatrices;
     use crate::structure::{Coordinates, Part};
+    use bladeoff_model::machine::{Blades, Rayleigh, Ring};
 
     fn stator(elements: usize) -> FlexibleStator {
         FlexibleStator {

@@ -1,6 +1,6 @@
 //! Torsional and bending moments of the shaft, element by element, and the nominal stresses they cause.
 
-use crate::machine::{Shaft, ShaftElement};
+use bladeoff_model::machine::{Shaft, ShaftElement};
 
 /// Section moduli of a round section.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -169,8 +169,8 @@ impl Element {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::machine::{Rayleigh, Rotor, RotorKind};
     use crate::rotor::RotorMatrices;
+    use bladeoff_model::machine::{Rayleigh, Rotor, RotorKind};
 
     /// Two sections of different diameter, four elements of 0.25 m.
     fn shaft(shear: Option<f64>) -> Shaft {
@@ -197,7 +197,7 @@ mod tests {
             initial_speed: 0.0,
             gravity: [0.0; 2],
             speed_law: None,
-            initial: crate::machine::InitialState::default(),
+            initial: bladeoff_model::machine::InitialState::default(),
             bearings: Vec::new(),
             unbalances: Vec::new(),
             damping: Rayleigh::default(),

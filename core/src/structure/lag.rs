@@ -25,8 +25,8 @@
 
 use super::{Part, Structure};
 use crate::linalg::{Matrix, spd_inverse};
-use crate::machine::{DiaphragmKind, Machine};
 use crate::modal::ModeSet;
+use bladeoff_model::machine::{DiaphragmKind, Machine};
 
 /// Largest share (2) of a run whose contact the modes kept carry; with contact and beyond it a run is invalid (`modal_basis`).
 pub const MODAL_LAG: f64 = 0.03;

@@ -10,10 +10,10 @@ pub use coordinates::Coordinates;
 pub use lag::MODAL_LAG;
 
 use crate::linalg::{Matrix, mul, mul_tn, project};
-use crate::machine::{DiaphragmKind, Engine, Machine, RotorKind};
 use crate::modal::{Basis, BasisError, ModeSet};
 use crate::rotor::RotorMatrices;
 use crate::stator::RingMatrices;
+use bladeoff_model::machine::{DiaphragmKind, Engine, Machine, RotorKind};
 
 /// A linear part `M q'' + C q' + K q = f` in the engine's coordinates.
 #[derive(Debug, Clone, PartialEq)]
@@ -235,41 +235,41 @@ fn ring_part(matrices: RingMatrices, modes: &ModeSet, reduced: bool, correct: bo
 fn structural(machine: &Machine) -> Machine {
     let mut kept = machine.clone();
     kept.name.clear();
-    kept.run = crate::machine::RunSettings {
+    kept.run = bladeoff_model::machine::RunSettings {
         end_time: 0.0,
         end_speed: 0.0,
         engine: machine.run.engine,
         step: None,
-        force_location: crate::machine::ForceLocation::Next,
+        force_location: bladeoff_model::machine::ForceLocation::Next,
         rotor_modes: machine.run.rotor_modes,
         twist_modes: machine.run.twist_modes,
         ring_modes: machine.run.ring_modes,
         static_residual: machine.run.static_residual,
         step_limit: None,
         twin: 0.0,
-        guard: crate::machine::Guard { normal_work: 0.0, energy_balance: 0.0, penetration: 0.0 },
+        guard: bladeoff_model::machine::Guard { normal_work: 0.0, energy_balance: 0.0, penetration: 0.0 },
     };
     kept.rotor.initial_speed = 0.0;
     kept.rotor.gravity = [0.0; 2];
     kept.rotor.speed_law = None;
-    kept.rotor.initial = crate::machine::InitialState::default();
+    kept.rotor.initial = bladeoff_model::machine::InitialState::default();
     kept.rotor.unbalances.clear();
-    kept.braking = crate::machine::Braking::default();
+    kept.braking = bladeoff_model::machine::Braking::default();
     for diaphragm in &mut kept.diaphragms {
         diaphragm.angle = 0.0;
         if let DiaphragmKind::RadialSpring { stiffness } = &mut diaphragm.kind {
             *stiffness = 0.0;
         }
-        diaphragm.contact = crate::machine::Contact {
+        diaphragm.contact = bladeoff_model::machine::Contact {
             node: 0,
             rotor_radius: 0.0,
             gap: 0.0,
             friction: 0.0,
-            friction_law: crate::machine::FrictionLaw::StickSlip,
-            detection: crate::machine::Detection::Hyp2,
-            points: crate::machine::ContactPoints::Several,
+            friction_law: bladeoff_model::machine::FrictionLaw::StickSlip,
+            detection: bladeoff_model::machine::Detection::Hyp2,
+            points: bladeoff_model::machine::ContactPoints::Several,
             offset: [0.0; 2],
-            surface: crate::machine::ContactSurface::InnerFace,
+            surface: bladeoff_model::machine::ContactSurface::InnerFace,
         };
     }
     kept

@@ -18,8 +18,8 @@
 //! `a_rotor_at_rest_*`, `brakes_that_stop_a_rotor_within_a_step_*`.
 
 use crate::linalg::{axpy, dot};
-use crate::machine::Braking;
 use crate::rotor::{braking_torque, constant_torque};
+use bladeoff_model::machine::Braking;
 
 /// A spin increment within this part of what the brake took in a step is none.
 const ROUNDING: f64 = 1e-9;

@@ -11,8 +11,8 @@
 
 use super::shaft_line::lateral_mass;
 use crate::linalg::{dot, inverse, mul_vec};
-use crate::machine::Machine;
 use crate::structure::Structure;
+use bladeoff_model::machine::Machine;
 
 /// A bearing whose damping the step of a run does not resolve.
 #[derive(Debug, Clone, PartialEq)]

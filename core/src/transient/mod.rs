@@ -34,9 +34,9 @@ use monitor::Monitor;
 use rub::{ContactFailure, Rub, StepContact};
 use shaft_line::{ShaftLine, distance, norm};
 
-use crate::machine::Machine;
 use crate::outcome::{Cause, EndCause, Outcome};
 use crate::structure::Structure;
+use bladeoff_model::machine::Machine;
 
 /// Convergence of the non-linear solve without contact, relative to the increment.
 const TOLERANCE: f64 = 1e-12;
@@ -144,9 +144,9 @@ impl<'a> Run<'a> {
             }
         };
         let size = match &machine.rotor.kind {
-            crate::machine::RotorKind::Shaft(shaft) => shaft.nodes.last().copied().unwrap_or(1.0),
+            bladeoff_model::machine::RotorKind::Shaft(shaft) => shaft.nodes.last().copied().unwrap_or(1.0),
             // a point mass has no length: only its clearance, or nothing, tells its size
-            crate::machine::RotorKind::PointMass(_) => {
+            bladeoff_model::machine::RotorKind::PointMass(_) => {
                 machine.diaphragms.first().map_or(1e6, |d| 1e4 * (d.contact.gap + d.contact.rotor_radius))
             }
         };

@@ -7,9 +7,9 @@ use super::plan::Plan;
 use super::rub::StepContact;
 use super::stress_peaks::StressPeaks;
 use super::whirl::RubMotion;
-use crate::machine::{Detection, FrictionLaw, Machine};
 use crate::outcome::{Cause, CauseSet, EndCause, Outcome, Status, columns};
 use crate::structure::{MODAL_LAG, Structure};
+use bladeoff_model::machine::{Detection, FrictionLaw, Machine};
 
 /// Length of the force filter, and how long the gap must stay open for an impact to end \[s\].
 pub const FILTER: f64 = 1e-3;

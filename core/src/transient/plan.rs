@@ -2,9 +2,9 @@
 
 use super::shaft_line::add_outer;
 use crate::linalg::{EigenError, Matrix, symmetric_generalised};
-use crate::machine::{DiaphragmKind, Engine, Machine, RotorKind, UnbalanceKind};
 use crate::rotor::UnbalanceSite;
 use crate::structure::Structure;
+use bladeoff_model::machine::{DiaphragmKind, Engine, Machine, RotorKind, UnbalanceKind};
 
 /// Fraction of the stability limit that is taken when the machine names no step.
 ///
@@ -118,7 +118,7 @@ pub enum PlanError {
 }
 
 fn metres(value: f64) -> String {
-    crate::document::units::format_quantity(value, "m")
+    bladeoff_model::document::units::format_quantity(value, "m")
 }
 
 impl Plan {

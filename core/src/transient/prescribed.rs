@@ -1,6 +1,6 @@
 //! A prescribed speed: its law over time and the drive that keeps the spin on it.
 
-use crate::machine::SpeedLaw;
+use bladeoff_model::machine::SpeedLaw;
 
 /// Spin increment over a step of a prescribed speed, as a function of the time at its start.
 pub(crate) struct Prescribed {

@@ -9,9 +9,9 @@ use super::brake::Brake;
 use super::prescribed::{Prescribed, angle_of, speed_of};
 use super::stepper::Stepper;
 use crate::linalg::{Matrix, dot};
-use crate::machine::Machine;
 use crate::rotor::{RotorMatrices, Turn, UnbalanceSite};
 use crate::structure::{Coordinates, Structure};
+use bladeoff_model::machine::Machine;
 
 /// Increments of a rotor at rest are rounding of its state; they are judged by at least this part of it.
 const RESTING: f64 = 1e-4;

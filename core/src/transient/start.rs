@@ -6,9 +6,9 @@
 use super::plan::PlanError;
 use super::shaft_line::ShaftLine;
 use crate::linalg::{Matrix, Vector, solve};
-use crate::machine::{Machine, Presence};
 use crate::rotor::UnbalanceSite;
 use crate::structure::Structure;
+use bladeoff_model::machine::{Machine, Presence};
 
 /// Puts the shaft line into its state at t = 0.
 ///

@@ -1,9 +1,9 @@
 //! Largest moments and stresses of a run.
 
 use super::monitor::Peak;
-use crate::machine::{DiaphragmKind, Machine, RotorKind};
 use crate::stress::{BladeStresses, ShaftStresses};
 use crate::structure::Structure;
+use bladeoff_model::machine::{DiaphragmKind, Machine, RotorKind};
 
 /// Collector of one run.
 #[derive(Debug, Clone)]

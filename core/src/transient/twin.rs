@@ -8,9 +8,9 @@
 //! Verified by `tests/twin.rs`.
 
 use super::{NoHistory, Plan, one_run};
-use crate::machine::Machine;
 use crate::outcome::{Outcome, Status, TWIN_WORDS, columns};
 use crate::structure::Structure;
+use bladeoff_model::machine::Machine;
 
 /// Computes the twin where there is to be one and writes its columns. A run that failed has nothing to compare with.
 pub(super) fn compare(machine: &Machine, structure: &Structure, plan: &Plan, outcome: &mut Outcome) {

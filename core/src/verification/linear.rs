@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 
 use super::{Case, Check, machine, watch};
 use crate::linalg::Matrix;
-use crate::machine::Machine;
 use crate::modal::{quadratic_modes, report, whirl_modes};
 use crate::rotor::RotorMatrices;
+use bladeoff_model::machine::Machine;
 
 const RPM: f64 = std::f64::consts::PI / 30.0;
 const TWO_CODES: &str = "two independent finite-element codes (one of them ROSS 2.3.0)";

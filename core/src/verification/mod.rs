@@ -9,9 +9,9 @@ mod linear;
 mod ring;
 mod rub;
 
-use crate::machine::{Machine, MachineDef};
 use crate::structure::Structure;
 use crate::transient::{Frame, Observer, simulate};
+use bladeoff_model::machine::{Machine, MachineDef};
 
 /// One number of a reference case.
 #[derive(Debug, Clone, PartialEq)]

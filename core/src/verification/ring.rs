@@ -2,9 +2,9 @@
 
 use super::{Case, Check, machine};
 use crate::linalg::{Vector, solve};
-use crate::machine::DiaphragmKind;
 use crate::modal::report;
 use crate::stator::RingMatrices;
+use bladeoff_model::machine::DiaphragmKind;
 
 const RADIUS: f64 = 0.369;
 const YOUNG: f64 = 1.85e11;

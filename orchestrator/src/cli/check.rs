@@ -7,7 +7,7 @@ use super::output::{print, remark};
 use super::run::PartArgs;
 use crate::report::{Align, TextTable, counted};
 use crate::study::{Axis, Samples, fixed_angle, show};
-use bladeoff_core::machine::ParamValue;
+use bladeoff_model::machine::ParamValue;
 use std::path::PathBuf;
 
 /// Check a study: what varies, how many samples, how long it will take

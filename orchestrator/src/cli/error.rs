@@ -16,7 +16,7 @@ use crate::run::RunError;
 use crate::run::directory::LEDGER;
 use crate::study::{InputError, StudyError};
 use crate::threads::ThreadsError;
-use bladeoff_core::document::Problems;
+use bladeoff_model::document::Problems;
 use std::ffi::OsStr;
 use std::io;
 use std::path::PathBuf;

@@ -7,7 +7,7 @@ use crate::files::Pending;
 use crate::results::{TableError, export_csv};
 use crate::run::directory::{MANIFEST, PARTS, RESULTS, row_files};
 use crate::run::refuse_changed;
-use bladeoff_core::document::visible_lines;
+use bladeoff_model::document::visible_lines;
 use std::io::{self, BufWriter, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 

@@ -3,8 +3,8 @@
 use super::error::CliError;
 use crate::call::word;
 use crate::study::read_input;
-use bladeoff_core::document::MAX_FILE_BYTES;
-use bladeoff_core::machine::{Machine, MachineDef};
+use bladeoff_model::document::MAX_FILE_BYTES;
+use bladeoff_model::machine::{Machine, MachineDef};
 use std::path::PathBuf;
 
 /// Arguments that name a machine.

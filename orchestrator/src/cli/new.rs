@@ -5,7 +5,7 @@ use super::exit::Exit;
 use super::output::{print, remark};
 use crate::files::write_whole;
 use crate::study::{STUDY_MACHINE, STUDY_TEMPLATE};
-use bladeoff_core::machine::machine_template;
+use bladeoff_model::machine::machine_template;
 use std::path::PathBuf;
 
 /// Write a commented template of a machine or study file

@@ -6,7 +6,7 @@ use super::output::{print, remark};
 use crate::figures::{Figure, Line, Panel, Ring, Scale, orbits, order_map, panels, plain_name, ring_of, spectrogram};
 use crate::files::FileError;
 use crate::history::{History, HistoryError, Series, read};
-use bladeoff_core::document::units::{format_quantity, parse_bare_or_quantity};
+use bladeoff_model::document::units::{format_quantity, parse_bare_or_quantity};
 use std::path::{Path, PathBuf};
 
 /// Draw histories: lines over time, orbits in the deformed ring, spectrograms, orders

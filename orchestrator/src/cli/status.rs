@@ -6,7 +6,7 @@ use super::output::{print, print_json};
 use super::place::default_directory;
 use crate::report::{Align, Eta, TextTable, counted};
 use crate::run::{RunState, Seen, Verified, see, verify};
-use bladeoff_core::document::visible;
+use bladeoff_model::document::visible;
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 use std::time::Duration;

@@ -29,8 +29,8 @@ pub use style::{COLOURS, Scale, plain_name};
 use style::FINE;
 
 use crate::files::{FileError, write_whole};
-use bladeoff_core::document::pictured_lines;
 use bladeoff_core::linalg::EigenError;
+use bladeoff_model::document::pictured_lines;
 use plotters::coord::Shift;
 use plotters::drawing::DrawingAreaErrorKind;
 use plotters::prelude::{DrawingArea, FontStyle, IntoDrawingArea, SVGBackend, WHITE};

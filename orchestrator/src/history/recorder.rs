@@ -5,11 +5,11 @@ use super::csv::CsvSink;
 use super::mcap_file::McapSink;
 use super::table::ParquetSink;
 use super::{About, Format, HISTORY_VERSION, HistoryError, Sink};
-use bladeoff_core::machine::{Detection, DiaphragmKind, Engine, Machine, RotorKind};
 use bladeoff_core::outcome::{ColumnKind, Outcome, columns};
 use bladeoff_core::stress::ShaftStresses;
 use bladeoff_core::structure::Structure;
 use bladeoff_core::transient::{FILTER, Frame, Observer, Plan};
+use bladeoff_model::machine::{Detection, DiaphragmKind, Engine, Machine, RotorKind};
 use std::collections::VecDeque;
 use std::path::PathBuf;
 

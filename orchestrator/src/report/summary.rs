@@ -6,7 +6,7 @@
 use super::text::{Align, TextTable};
 use crate::results::{DETECTION, Table};
 use crate::study::TWIN;
-use bladeoff_core::document::units::format_digits;
+use bladeoff_model::document::units::format_digits;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 

@@ -23,7 +23,7 @@ pub use threads::start_threads;
 pub use timings::{Timing, TimingsWriter};
 
 use crate::files::FileError;
-use bladeoff_core::document::visible;
+use bladeoff_model::document::visible;
 use std::path::{Path, PathBuf};
 
 /// What can go wrong with a table.

@@ -8,7 +8,7 @@ use crate::files::{FileError, sync_directory, write_whole};
 use crate::ledger::is_store;
 use crate::results::TableError;
 use crate::study::Study;
-use bladeoff_core::document::visible;
+use bladeoff_model::document::visible;
 use bladeoff_protocol::folder::Folder;
 use bladeoff_protocol::place::Place;
 use bladeoff_worker::plan::{BASIS_FILE, PLAN_FILE};

@@ -1,13 +1,13 @@
 //! Keys of samples: what a result is recorded under.
 //!
-//! A key is the identity of the sample's machine (`bladeoff_core::machine`, every parameter after overrides but
+//! A key is the identity of the sample's machine (`bladeoff_model::machine`, every parameter after overrides but
 //! `run.step_limit`, which is a budget: see `reuse.rs`) together with the numerics version and the frozen basis. The same sample has the same key in a study with more points, another
 //! `--scale`, `--limit` or order of axes, and whether a parameter is varied or written in the machine file.
 
 use crate::ledger::SampleKey;
 use crate::study::Samples;
 use bladeoff_core::NUMERICS_VERSION;
-use bladeoff_core::machine::{ParamValue, STEP_LIMIT};
+use bladeoff_model::machine::{ParamValue, STEP_LIMIT};
 
 /// Keys of all samples of a study: a sum of one term per axis each.
 #[derive(Debug, Clone)]

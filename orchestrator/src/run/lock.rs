@@ -7,7 +7,7 @@
 
 use crate::files::FileError;
 use crate::run::manifest::{host, timestamp};
-use bladeoff_core::document::visible;
+use bladeoff_model::document::visible;
 use bladeoff_protocol::folder::Folder;
 use serde_json::{Value, json};
 use std::fs::{File, TryLockError};

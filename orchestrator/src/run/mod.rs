@@ -44,7 +44,7 @@ use crate::ledger::LedgerError;
 use crate::report::{Progress, Tally};
 use crate::results::{TableError, start_threads};
 use crate::study::Samples;
-use bladeoff_core::document::Problems;
+use bladeoff_model::document::Problems;
 use bladeoff_protocol::folder::Folder;
 use bladeoff_worker::fault::{At, Faults, Who};
 use bladeoff_worker::plan::PlanFileError;

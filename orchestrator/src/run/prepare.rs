@@ -7,9 +7,9 @@ use super::provenance::provenance;
 use crate::engine;
 use crate::ledger::Reader;
 use crate::study::Samples;
-use bladeoff_core::document::Problems;
-use bladeoff_core::machine::Machine;
 use bladeoff_core::modal::Basis;
+use bladeoff_model::document::Problems;
+use bladeoff_model::machine::Machine;
 use bladeoff_protocol::folder::Folder;
 use bladeoff_worker::plan::{BASIS_FILE, MOST_BASIS, WorkPlan, planned_basis};
 

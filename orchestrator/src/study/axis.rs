@@ -2,8 +2,8 @@
 
 use super::ValueList;
 use crate::results::{Field, FieldKind};
-use bladeoff_core::document::units::format_digits;
-use bladeoff_core::machine::{ParamValue, PathInfo, PathKind};
+use bladeoff_model::document::units::format_digits;
+use bladeoff_model::machine::{ParamValue, PathInfo, PathKind};
 use std::ops::Range;
 
 /// Parameters that advance together, position by position.

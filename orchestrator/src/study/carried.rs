@@ -4,7 +4,7 @@ use super::axis::Axis;
 use super::csv::{Cell, Csv};
 use super::table::{Keys, wrong_type};
 use crate::results::{Field, FieldKind, Value as Shown};
-use bladeoff_core::document::{Collector, Value, cut};
+use bladeoff_model::document::{Collector, Value, cut};
 use std::ops::Range;
 
 /// Most columns of a points file that are no parameters.

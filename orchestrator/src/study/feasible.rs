@@ -7,8 +7,8 @@
 
 use super::{Samples, StudyError};
 use crate::threads::in_parallel;
-use bladeoff_core::document::{Collector, Problem, Problems};
-use bladeoff_core::machine::MachineDef;
+use bladeoff_model::document::{Collector, Problem, Problems};
+use bladeoff_model::machine::MachineDef;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 

@@ -10,8 +10,8 @@ use super::vary::{PathTable, read_vary};
 use super::{Axis, STUDY_SCHEMA, Study, StudyError};
 use crate::engine;
 use crate::results::TableSchema;
-use bladeoff_core::document::{Collector, Entry, MAX_FILE_BYTES, Node, Problems, Value, cut, parse_toml};
-use bladeoff_core::machine::{MachineDef, ParamValue, PathInfo};
+use bladeoff_model::document::{Collector, Entry, MAX_FILE_BYTES, Node, Problems, Value, cut, parse_toml};
+use bladeoff_model::machine::{MachineDef, ParamValue, PathInfo};
 use bladeoff_protocol::messages::MAX_PARAMS;
 use std::path::{Path, PathBuf};
 

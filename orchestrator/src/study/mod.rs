@@ -41,8 +41,8 @@ pub use values::ValueList;
 use crate::design::DesignError;
 use crate::engine::EngineError;
 use crate::threads::ThreadsError;
-use bladeoff_core::document::Problems;
-use bladeoff_core::machine::{MachineDef, ParamValue, PathInfo};
+use bladeoff_model::document::Problems;
+use bladeoff_model::machine::{MachineDef, ParamValue, PathInfo};
 
 /// Version of the study format.
 pub const STUDY_SCHEMA: i128 = 1;

@@ -5,8 +5,8 @@ use super::{Axis, Carried, Study, StudyError, Varied};
 use crate::design::{Design, DesignError, Thinned};
 use crate::dispatch;
 use crate::results::{Field, FieldKind, Value};
-use bladeoff_core::document::Collector;
-use bladeoff_core::machine::{MachineDef, ParamValue};
+use bladeoff_model::document::Collector;
+use bladeoff_model::machine::{MachineDef, ParamValue};
 use bladeoff_worker::plan::{Varied as PlanVaried, WorkPlan};
 
 /// A study and the part of it that is to be computed.

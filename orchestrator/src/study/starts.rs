@@ -7,8 +7,8 @@
 use super::feasible::Chosen;
 use super::{Samples, StudyError};
 use crate::engine;
-use bladeoff_core::machine::MachineDef;
 use bladeoff_core::structure::Structure;
+use bladeoff_model::machine::MachineDef;
 
 /// Most runs that are started.
 const MOST_STARTS: u64 = 300;

@@ -1,6 +1,6 @@
 //! Files that are either whole or absent: written aside, synced, renamed, the directory synced.
 
-use bladeoff_core::document::visible;
+use bladeoff_model::document::visible;
 use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};

@@ -4,8 +4,8 @@ use super::place_search::PlaceSearch;
 use super::{Attempt, ContactFailure, Rounds, Rub, StepContact, TOLERANCE, bilinear, directions, on_rotor};
 use crate::contact::{Compliance, ContactForce, Gap, NotUnique, Place, slide, stick_or_slide};
 use crate::linalg::{axpy, dot};
-use crate::machine::{Detection, ForceLocation, FrictionLaw};
 use crate::transient::shaft_line::{ShaftLine, distance, norm};
+use bladeoff_model::machine::{Detection, ForceLocation, FrictionLaw};
 
 /// Roundings of a radius in a gap: of both components of `P - x`, its length, and the difference to R_r.
 const GAP_ROUNDINGS: f64 = 16.0;

@@ -10,7 +10,7 @@
 
 use super::lemke::lemke;
 use crate::contact::ContactForce;
-use crate::machine::FrictionLaw;
+use bladeoff_model::machine::FrictionLaw;
 
 /// Contact points of a ring at most.
 pub(super) const POINTS: usize = 16;

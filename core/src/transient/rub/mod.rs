@@ -19,9 +19,11 @@ use self::ring::Ring;
 use super::shaft_line::ShaftLine;
 use crate::contact::{ContactForce, Gap, NotUnique, Place, exact_gap, polar_gap};
 use crate::linalg::dot;
-use crate::machine::{ContactPoints, ContactSurface, Detection, Diaphragm, DiaphragmKind, ForceLocation, FrictionLaw};
 use crate::stator::Surface;
 use crate::structure::Structure;
+use bladeoff_model::machine::{
+    ContactPoints, ContactSurface, Detection, Diaphragm, DiaphragmKind, ForceLocation, FrictionLaw,
+};
 
 /// What contact did in the step at n.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -7,7 +7,7 @@
 
 use super::coupled::{Coupled, POINTS};
 use crate::contact::ContactForce;
-use crate::machine::FrictionLaw;
+use bladeoff_model::machine::FrictionLaw;
 
 /// Unknowns at most: a normal and a tangential force each.
 const UNKNOWNS: usize = 2 * POINTS;

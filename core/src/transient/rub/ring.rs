@@ -147,8 +147,8 @@ fn radial_bound(coordinates: &Coordinates, nodes: usize, arc: f64) -> Vec<f64> {
 mod tests {
     use super::*;
     use crate::contact::{exact_gap, polar_gap};
-    use crate::machine::{FlexibleStator, Rayleigh, Ring as RingShape};
     use crate::stator::RingMatrices;
+    use bladeoff_model::machine::{FlexibleStator, Rayleigh, Ring as RingShape};
     use proptest::prelude::*;
 
     const NODES: usize = 6;

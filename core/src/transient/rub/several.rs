@@ -16,8 +16,8 @@ use super::ring::RingForce;
 use super::{Attempt, Rounds, Rub, StepContact, bilinear, directions, on_rotor};
 use crate::contact::{ContactForce, Gap, Place};
 use crate::linalg::{axpy, dot};
-use crate::machine::FrictionLaw;
 use crate::transient::shaft_line::ShaftLine;
+use bladeoff_model::machine::FrictionLaw;
 
 /// A minimum penetrates when it is deeper than this share of the predicted penetration.
 const SHARE: f64 = 1e-4;

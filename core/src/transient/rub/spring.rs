@@ -18,8 +18,8 @@
 use super::{ContactFailure, Rounds, Rub, StepContact, TOLERANCE, bilinear, directions, on_rotor};
 use crate::contact::{ContactForce, Gap, Place, polar_gap};
 use crate::linalg::dot;
-use crate::machine::FrictionLaw;
 use crate::transient::shaft_line::ShaftLine;
+use bladeoff_model::machine::FrictionLaw;
 
 impl Rub<'_> {
     /// Massless quasi-static spring: the force (1); where contact begins or ends, and for friction, it depends on the step.

@@ -134,7 +134,7 @@ impl ShaftLine<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::machine::MachineDef;
+    use bladeoff_model::machine::MachineDef;
 
     /// Whether the start of a Jeffcott rotor (m = k = 1, unbalance 1 at 0.5) with such an inertia of its spin settles.
     fn settles(inertia: f64) -> bool {

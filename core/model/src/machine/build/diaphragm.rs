@@ -1,9 +1,9 @@
 //! `[diaphragms.NAME]`: ring, blades and contact.
 
 use super::path::{below, joined};
+use super::places::{self, Nodes};
 use super::reader::Reader;
 use super::rotor::rayleigh;
-use super::shaft::{self, Nodes};
 use crate::document::units::format_digits;
 use crate::machine::model::{
     Blades, Contact, ContactPoints, ContactSurface, Detection, Diaphragm, DiaphragmKind, FlexibleStator, FrictionLaw,
@@ -70,7 +70,7 @@ fn check_inside(reader: &mut Reader<'_>, name: &str, contact: &Contact) {
 }
 
 fn contact(reader: &mut Reader<'_>, nodes: Option<&Nodes>, table: &str) -> Option<Contact> {
-    let node = shaft::node(reader, nodes, table);
+    let node = places::node(reader, nodes, table);
     let number = |key: &str| reader.number(&below(table, key));
     Some(Contact {
         node: node?,

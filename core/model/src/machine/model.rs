@@ -216,6 +216,17 @@ pub struct Unbalance {
     pub presence: Presence,
 }
 
+impl Unbalance {
+    /// Mass \[kg\], negative for a lost one.
+    #[must_use]
+    pub fn signed_mass(&self) -> f64 {
+        match self.kind {
+            UnbalanceKind::Added => self.mass,
+            UnbalanceKind::Lost => -self.mass,
+        }
+    }
+}
+
 /// Rayleigh damping C = a M + b K.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Rayleigh {

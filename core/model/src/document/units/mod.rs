@@ -4,10 +4,12 @@
 //! crate that was tried read "1500 rpm" as 25 1/s without a word. Only what the table names is accepted, the rest is
 //! refused by name; a unit is never inferred from the name of a key.
 
+mod error;
 mod format;
 mod parse;
 mod symbols;
 
+pub use error::QuantityError;
 pub use format::{format_digits, format_quantity};
-pub use parse::{QuantityError, parse_bare_or_quantity, parse_quantity};
+pub use parse::{parse_bare_or_quantity, parse_quantity};
 pub use symbols::{Dimension, examples};

@@ -6,9 +6,8 @@ use super::build::build;
 use super::layout::{Layout, Origin, Scalar, State};
 use super::load::load;
 use super::model::Machine;
-use super::paths::{PathError, PathInfo};
+use super::paths::PathInfo;
 use super::value::{self, ParamValue, ValueError};
-use super::{paths, write};
 use crate::document::Problems;
 
 /// A machine file: its text, and a value for every scalar and choice. Clones share all but the values, so that one per
@@ -54,28 +53,6 @@ impl MachineDef {
         &self.layout.text
     }
 
-    /// Every parameter that this machine has, those at their defaults included, in the order of the format.
-    #[must_use]
-    pub fn paths(&self) -> Vec<PathInfo> {
-        paths::list(self)
-    }
-
-    /// The parameter of a full path, or of an ending that only one path has (`contact.gap`).
-    ///
-    /// # Errors
-    /// [`PathError`]: several paths end so, or none does.
-    pub fn resolve(&self, path_or_ending: &str) -> Result<PathInfo, PathError> {
-        paths::resolve(self, path_or_ending)
-    }
-
-    /// As [`MachineDef::resolve`], but it does not search for the path that was meant, which takes a thousand times longer.
-    ///
-    /// # Errors
-    /// As [`MachineDef::resolve`]; `nearest` is `None`.
-    pub fn find(&self, path_or_ending: &str) -> Result<PathInfo, PathError> {
-        paths::find(self, path_or_ending)
-    }
-
     /// Reads a value written without quotes: "8 mm", "hyp1", "12"; a bare number is SI.
     ///
     /// # Errors
@@ -112,12 +89,6 @@ impl MachineDef {
     /// Every check across keys that the present values break.
     pub fn build(&self) -> Result<Machine, Problems> {
         build(&self.layout, &self.states, crate::document::Collector::new(&self.layout.file, &self.layout.text))
-    }
-
-    /// All values as a machine file in SI that builds the same machine.
-    #[must_use]
-    pub fn to_toml(&self) -> String {
-        write::to_toml(self)
     }
 
     pub(super) fn index(&self, path: &PathInfo) -> Result<usize, ValueError> {

@@ -1,27 +1,10 @@
 //! `[[rotor.shaft]]`: sections to nodes and elements.
 
 use super::path::{below, joined};
-use super::places;
+use super::places::{self, Line, MOST_ELEMENTS};
 use super::reader::Reader;
 use crate::document::units::format_digits;
 use crate::machine::model::ShaftElement;
-
-/// Bound on all sections together: matrices are dense, eigenvalue problems cost the cube.
-pub(super) const MOST_ELEMENTS: usize = 500;
-
-/// Nodes that a place may mean.
-pub(super) enum Nodes {
-    /// The one node of a mass point.
-    Point,
-    /// Positions along the shaft, ascending.
-    Line(Vec<f64>),
-}
-
-pub(super) struct Line {
-    pub nodes: Vec<f64>,
-    /// `None`: the nodes are known, some cross-section is not.
-    pub elements: Option<Vec<ShaftElement>>,
-}
 
 /// All sections; `None`: not even the nodes are known.
 pub(super) fn line(reader: &mut Reader<'_>) -> Option<Line> {
@@ -190,15 +173,6 @@ fn cowper(m: f64, poisson: f64) -> f64 {
     let square = m * m;
     let sum = (1.0 + square) * (1.0 + square);
     6.0 * (1.0 + poisson) * sum / ((7.0 + 6.0 * poisson) * sum + (20.0 + 12.0 * poisson) * square)
-}
-
-/// The node of a place; reports a place without one. `None`: not known.
-pub(super) fn node(reader: &mut Reader<'_>, nodes: Option<&Nodes>, table: &str) -> Option<usize> {
-    let nodes = match nodes? {
-        Nodes::Point => return Some(0),
-        Nodes::Line(nodes) => nodes,
-    };
-    places::node(reader, nodes, table)
 }
 
 #[cfg(test)]

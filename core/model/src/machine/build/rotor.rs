@@ -1,16 +1,17 @@
 //! `[rotor]`: what the rotor is made of, what it carries, how it starts.
 
+use super::lost::{MOST_LOST, overdrawn};
 use super::path::below;
+use super::places::{self, Nodes};
 use super::reader::Reader;
 use super::run::speed_law;
-use super::shaft::{self, Nodes};
+use super::shaft;
 use super::support::{check_axial, check_lateral};
 use crate::document::units::format_digits;
 use crate::machine::model::{
     Bearing, Disc, InitialState, PointMass, Presence, Rayleigh, Rotor, RotorKind, RunSettings, Shaft, Unbalance,
     UnbalanceKind,
 };
-use crate::rotor::{MOST_LOST, overdrawn};
 
 pub(super) struct BuiltRotor {
     /// `None`: something was reported.
@@ -149,7 +150,7 @@ fn torsional(reader: &Reader<'_>) -> Option<f64> {
 
 fn discs(reader: &mut Reader<'_>, nodes: Option<&Nodes>) -> Option<Vec<Disc>> {
     each(reader, "rotor.discs", |reader, name, table| {
-        let node = shaft::node(reader, nodes, table);
+        let node = places::node(reader, nodes, table);
         let number = |key: &str| reader.number(&below(table, key));
         Some(Disc {
             name: name.to_owned(),
@@ -162,7 +163,7 @@ fn discs(reader: &mut Reader<'_>, nodes: Option<&Nodes>) -> Option<Vec<Disc>> {
 }
 
 fn bearing(reader: &mut Reader<'_>, nodes: Option<&Nodes>, name: &str, table: &str) -> Option<Bearing> {
-    let node = shaft::node(reader, nodes, table);
+    let node = places::node(reader, nodes, table);
     Some(Bearing {
         name: name.to_owned(),
         node: node?,
@@ -173,7 +174,7 @@ fn bearing(reader: &mut Reader<'_>, nodes: Option<&Nodes>, name: &str, table: &s
 }
 
 fn unbalance(reader: &mut Reader<'_>, nodes: Option<&Nodes>, name: &str, table: &str) -> Option<Unbalance> {
-    let node = shaft::node(reader, nodes, table);
+    let node = places::node(reader, nodes, table);
     let number = |key: &str| reader.number(&below(table, key));
     let word = |key: &str| reader.word(&below(table, key));
     Some(Unbalance {
@@ -197,17 +198,13 @@ fn unbalance(reader: &mut Reader<'_>, nodes: Option<&Nodes>, name: &str, table: 
 fn mass_point(reader: &mut Reader<'_>, unbalances: Option<&[Unbalance]>) -> Option<PointMass> {
     let (mass, polar_inertia) = (reader.number("rotor.mass"), reader.number("rotor.polar_inertia"));
     if let Some(unbalances) = unbalances {
-        let signed = |unbalance: &Unbalance| match unbalance.kind {
-            UnbalanceKind::Added => unbalance.mass,
-            UnbalanceKind::Lost => -unbalance.mass,
-        };
-        let total = mass.map(|mass| mass + unbalances.iter().map(signed).sum::<f64>());
+        let total = mass.map(|mass| mass + unbalances.iter().map(Unbalance::signed_mass).sum::<f64>());
         if total.is_some_and(|total| total <= 0.0) {
             let allowed = "a positive sum of rotor.mass, added and (negative) lost unbalance masses";
             reader.fail("rotor.mass", "the mass point has no mass with its unbalances", allowed);
             return None;
         }
-        let lost = |unbalance: &Unbalance| signed(unbalance).min(0.0) * unbalance.radius * unbalance.radius;
+        let lost = |unbalance: &Unbalance| unbalance.signed_mass().min(0.0) * unbalance.radius * unbalance.radius;
         let inertia = polar_inertia.map(|inertia| inertia + unbalances.iter().map(lost).sum::<f64>());
         if inertia.is_some_and(|inertia| inertia <= 0.0) {
             let allowed = "more than the mass times squared radius of all lost unbalances";

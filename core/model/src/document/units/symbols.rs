@@ -2,7 +2,7 @@
 
 use crate::document::cut;
 
-use super::parse::QuantityError;
+use super::error::QuantityError;
 
 /// Exponents of metre, kilogram, second and radian.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

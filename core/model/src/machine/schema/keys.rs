@@ -1,6 +1,7 @@
 //! The table. Order: as a file is written; within a table plain keys before sub-tables.
 
-use super::{Key, Kind, Need, Range, When};
+use super::key::{Key, Kind, Need, When};
+use super::range::Range;
 
 const POISSON: Range = Range::between(-1.0, 0.5);
 /// Bounds on counts keep any file from asking for gigabytes.
@@ -209,3 +210,9 @@ pub(super) const KEYS: &[Key] = &[
     key("diaphragms.NAME.contact.surface", Kind::Choice(&["inner-face", "mean-line"]), Need::Word("inner-face"), Range::ANY, When::Always,
         "line of the ring that touches: inner face, or mean line (as the paper)"),
 ];
+
+/// Every key, in the order of the format.
+#[must_use]
+pub fn keys() -> &'static [Key] {
+    KEYS
+}

@@ -6,8 +6,16 @@ use super::def::MachineDef;
 use super::layout::Scalar;
 use super::schema::{Kind, SCHEMA};
 
+impl MachineDef {
+    /// All values as a machine file in SI that builds the same machine.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        to_toml(self)
+    }
+}
+
 /// Every value that applies, defaults included, in the order of the format.
-pub(super) fn to_toml(def: &MachineDef) -> String {
+fn to_toml(def: &MachineDef) -> String {
     let mut out = format!("schema = {SCHEMA}\nname = {}\n", toml::Value::String(def.layout.name.clone()));
     let mut table = String::new();
     let slots = &def.layout.slots;

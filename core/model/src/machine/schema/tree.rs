@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use super::Key;
+use super::key::Key;
 use super::keys::KEYS;
 
 /// How a step of a path is written.

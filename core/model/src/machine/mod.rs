@@ -7,6 +7,7 @@
 
 mod build;
 mod def;
+mod find;
 mod identity;
 mod layout;
 mod load;
@@ -17,6 +18,7 @@ mod template;
 mod value;
 mod write;
 
+pub use build::{MOST_LOST, Overdrawn, overdrawn};
 pub use def::MachineDef;
 pub use identity::STEP_LIMIT;
 pub use model::*;

@@ -1,12 +1,12 @@
 //! Machine files that are wrong: every mistake is reported with its place, key and reason, all at once, and no text
 //! whatever makes the reader panic.
 
-use bladeoff_core::document::Problems;
-use bladeoff_core::machine::MachineDef;
+use bladeoff_model::document::Problems;
+use bladeoff_model::machine::MachineDef;
 use proptest::prelude::*;
 
 fn shipped(name: &str) -> String {
-    let path = format!("{}/../studies/machines/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    let path = format!("{}/../../studies/machines/{name}.toml", env!("CARGO_MANIFEST_DIR"));
     std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path}: {error}"))
 }
 

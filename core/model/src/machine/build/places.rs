@@ -2,8 +2,25 @@
 
 use super::path::{Path, below, joined};
 use super::reader::Reader;
-use super::shaft::{Line, MOST_ELEMENTS};
 use crate::document::units::format_digits;
+use crate::machine::model::ShaftElement;
+
+/// Bound on all sections together: matrices are dense, eigenvalue problems cost the cube.
+pub(super) const MOST_ELEMENTS: usize = 500;
+
+/// Nodes that a place may mean.
+pub(super) enum Nodes {
+    /// The one node of a mass point.
+    Point,
+    /// Positions along the shaft, ascending.
+    Line(Vec<f64>),
+}
+
+pub(super) struct Line {
+    pub nodes: Vec<f64>,
+    /// `None`: the nodes are known, some cross-section is not.
+    pub elements: Option<Vec<ShaftElement>>,
+}
 
 /// A place within this part of the shaft's length of a node is that node: rounding of what people write.
 const TOLERANCE: f64 = 1e-6;
@@ -35,7 +52,7 @@ pub(super) fn split(reader: &Reader<'_>, line: &mut Line) {
             if let Some(elements) = &mut line.elements {
                 let whole = elements[right - 1];
                 elements[right - 1].length = place - from;
-                elements.insert(right, crate::machine::model::ShaftElement { length: to - place, ..whole });
+                elements.insert(right, ShaftElement { length: to - place, ..whole });
             }
         }
     }
@@ -71,7 +88,11 @@ fn find(nodes: &[f64], place: f64) -> Where {
 }
 
 /// The node of the table's `position`, after [`split`]; reports a place that cannot be one. `None`: not known.
-pub(super) fn node(reader: &mut Reader<'_>, nodes: &[f64], table: &str) -> Option<usize> {
+pub(super) fn node(reader: &mut Reader<'_>, nodes: Option<&Nodes>, table: &str) -> Option<usize> {
+    let nodes = match nodes? {
+        Nodes::Point => return Some(0),
+        Nodes::Line(nodes) => nodes,
+    };
     let path = below(table, "position");
     let place = reader.number(&path)?;
     let length = nodes[nodes.len() - 1];

@@ -1,16 +1,6 @@
-//! The machine file's format as data: one table of every key. Unknown-key and missing-key checks, value checks,
-//! nearest names, parameter paths and the template all come from it.
+//! One key of the format: what it holds, what holds without it, where it belongs.
 
-mod bounds;
-mod keys;
-mod range;
-mod tree;
-
-pub use range::Range;
-pub(super) use tree::{Branch, Segment, root};
-
-/// The version of the format this program reads.
-pub const SCHEMA: i128 = 1;
+use super::range::Range;
 
 /// One key of the machine file.
 #[derive(Debug)]
@@ -113,10 +103,4 @@ impl Key {
     pub fn name(&self) -> &'static str {
         self.path.rsplit('.').next().unwrap_or(self.path)
     }
-}
-
-/// Every key, in the order of the format.
-#[must_use]
-pub fn keys() -> &'static [Key] {
-    keys::KEYS
 }

@@ -2,6 +2,9 @@
 //! check runs as far as the values it needs are known.
 
 mod diaphragm;
+mod factor;
+mod inertia;
+mod lost;
 mod path;
 mod places;
 mod reader;
@@ -10,6 +13,7 @@ mod run;
 mod shaft;
 mod support;
 
+pub use lost::{MOST_LOST, Overdrawn, overdrawn};
 use reader::Reader;
 
 use super::layout::{Layout, State};

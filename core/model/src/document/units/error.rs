@@ -1,0 +1,70 @@
+//! What can be wrong with a quantity.
+
+use thiserror::Error;
+
+/// Why a text is not a quantity of the expected unit.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum QuantityError {
+    /// No number at the start.
+    #[error("`{given}` does not start with a number (write {examples})")]
+    NotANumber {
+        /// The text.
+        given: String,
+        /// What would be right.
+        examples: &'static str,
+    },
+    /// A decimal comma.
+    #[error("`{given}` has a comma; the decimal sign is a point")]
+    Comma {
+        /// The text.
+        given: String,
+    },
+    /// NaN, infinite, or beyond the range of a double.
+    #[error("`{given}` is not a finite number within the range of a double")]
+    NotFinite {
+        /// The text.
+        given: String,
+    },
+    /// A number in quotes without a unit.
+    #[error("`{given}` has no unit; write {examples}, or a bare number in {expected}")]
+    MissingUnit {
+        /// The text.
+        given: String,
+        /// SI unit.
+        expected: &'static str,
+        /// What would be right.
+        examples: &'static str,
+    },
+    /// A symbol that the table does not have.
+    #[error("unknown unit `{unit}`")]
+    UnknownUnit {
+        /// The symbol.
+        unit: String,
+        /// The symbol most likely meant.
+        nearest: Option<String>,
+    },
+    /// Hz, which may mean 1/s or revolutions per second.
+    #[error("`{unit}` may mean 1/s or revolutions per second: write rpm, rad/s or 1/s")]
+    Hertz {
+        /// The symbol.
+        unit: String,
+    },
+    /// The unit cannot be read.
+    #[error("the unit `{unit}` cannot be read: {reason}")]
+    Malformed {
+        /// The unit.
+        unit: String,
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+    /// A unit of something else.
+    #[error("the unit `{unit}` does not fit: {} is expected, such as {examples}", if expected.is_empty() { "a pure number" } else { expected })]
+    WrongDimension {
+        /// The unit.
+        unit: String,
+        /// SI unit.
+        expected: &'static str,
+        /// What would be right.
+        examples: &'static str,
+    },
+}

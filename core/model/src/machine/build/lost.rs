@@ -1,0 +1,127 @@
+//! Whether what a rotor loses is there: lost masses against the mass and the inertia at their nodes.
+//!
+//! ```text
+//! 2T = x'^T M x' + psi'^T J psi' + sum m |p'|^2,  p' = (u' - d psi' sin a, v' + d psi' cos a),  m < 0 of a lost mass
+//! T > 0 in every motion  <=>  [M_K, M_K, J_K] + sum m B^T B is positive definite,  M_K = ([M^-1]_KK)^-1, J_K alike       (1)
+//! one mass after the other:  share = m lambda_max(B A^-1 B^T) < 1,  A: (1) with the added masses and those lost before    (2)
+//! one lost mass alone:       share = m/M_k + m d^2/J_k                                                                    (3)
+//! ```
+//! K are the nodes of the unbalances. M_k and J_k are what a node has when its neighbours follow as they like, less than the
+//! sum of what is lumped there. Of a rigid body (3) says that what is left has a positive moment of inertia about its own centre.
+//! Without (1) a torque accelerates against its own direction: a brake drives the rotor. Close to it the frequency of what is left
+//! governs the step, and from a share of 0.99 on the rounds of a step need not settle (they contract by `share/(2 - share)` squared at
+//! worst), so [`MOST_LOST`] bounds the share.
+//!
+//! It is a check of the file and not of the solver: a machine that breaks it is none, so that whoever builds one is told, together with
+//! every other mistake of the file. M and J are the masses of the shaft's elements ([`super::inertia`]).
+//! Source: Schur complements of T. Verified by `tests/twist.rs` of the core, which also has it side by side with the matrices of a run.
+
+use super::factor::Symmetric;
+use super::inertia::{element_mass, element_twist_mass};
+use crate::machine::model::{Rotor, RotorKind, Shaft, Unbalance};
+
+/// Largest share of what is there that may be lost.
+pub const MOST_LOST: f64 = 0.98;
+
+/// A lost mass that is not there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Overdrawn {
+    /// Its place in the machine's list of unbalances.
+    pub unbalance: usize,
+    /// What its node has for it \[kg\], [kg m2].
+    pub mass: f64,
+    /// Moment of inertia about Z.
+    pub polar_inertia: f64,
+    /// Share (2).
+    pub share: f64,
+}
+
+/// The first lost mass, in the order of the file, that takes more than [`MOST_LOST`] of what is there; `None` if none does, or if the
+/// rotor itself is no positive definite one.
+#[must_use]
+pub fn overdrawn(rotor: &Rotor) -> Option<Overdrawn> {
+    let sites = &rotor.unbalances;
+    if !sites.iter().any(|site| site.signed_mass() < 0.0) {
+        return None;
+    }
+    let mut nodes: Vec<usize> = sites.iter().map(|site| site.node).collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    let (mass, polar) = match &rotor.kind {
+        RotorKind::PointMass(point) => (single(point.mass), single(point.polar_inertia)),
+        RotorKind::Shaft(shaft) => condensed(shaft, &nodes)?,
+    };
+    let count = nodes.len();
+    let mut all = Symmetric::dense(3 * count);
+    for (first, part) in [(0, &mass), (count, &mass), (2 * count, &polar)] {
+        for i in 0..count {
+            (0..=i).for_each(|j| all.add(first + i, first + j, part.get(i, j)));
+        }
+    }
+    // The rows of B: the velocity of a site in X and Y, where its node moves and turns.
+    let rows = |site: &Unbalance| {
+        let place = nodes.binary_search(&site.node).unwrap_or(0);
+        let (sin, cos) = libm::sincos(site.phase);
+        [
+            [(place, 1.0), (2 * count + place, -site.radius * sin)],
+            [(count + place, 1.0), (2 * count + place, site.radius * cos)],
+        ]
+    };
+    let add = |all: &mut Symmetric, site: &Unbalance| {
+        for [(low, a), (high, b)] in rows(site) {
+            for (row, column, value) in [(low, low, a * a), (high, low, a * b), (high, high, b * b)] {
+                all.add(row, column, value * site.signed_mass());
+            }
+        }
+    };
+    sites.iter().filter(|site| site.signed_mass() > 0.0).for_each(|site| add(&mut all, site));
+    for (unbalance, site) in sites.iter().enumerate().filter(|(_, site)| site.signed_mass() < 0.0) {
+        let factor = all.factor()?;
+        let columns = rows(site).map(|row| {
+            let mut column = vec![0.0; all.size()];
+            row.into_iter().for_each(|(at, value)| column[at] = value);
+            column
+        });
+        let seen = factor.between(&columns);
+        let (mean, half) = (0.5 * (seen.get(0, 0) + seen.get(1, 1)), 0.5 * (seen.get(0, 0) - seen.get(1, 1)));
+        let share = site.mass * (mean + half.hypot(seen.get(1, 0)));
+        if share.is_nan() || share > MOST_LOST {
+            let place = nodes.binary_search(&site.node).unwrap_or(0);
+            let mobility = factor.inverse_at([place, 2 * count + place]);
+            let [mass, polar_inertia] = [mobility.get(0, 0), mobility.get(1, 1)].map(|mobility| 1.0 / mobility);
+            return Some(Overdrawn { unbalance, mass, polar_inertia, share });
+        }
+        add(&mut all, site);
+    }
+    None
+}
+
+fn single(value: f64) -> Symmetric {
+    let mut matrix = Symmetric::dense(1);
+    matrix.add(0, 0, value);
+    matrix
+}
+
+/// M_K of one plane and J_K.
+fn condensed(shaft: &Shaft, nodes: &[usize]) -> Option<(Symmetric, Symmetric)> {
+    let size = shaft.nodes.len();
+    let (mut lateral, mut twist) = (Symmetric::banded(2 * size, 3), Symmetric::banded(size, 1));
+    for (i, element) in shaft.elements.iter().enumerate() {
+        let (mass, twist_mass) = (element_mass(element), element_twist_mass(element));
+        for a in 0..4 {
+            (0..=a).for_each(|b| lateral.add(2 * i + a, 2 * i + b, mass[a][b]));
+        }
+        for a in 0..2 {
+            (0..=a).for_each(|b| twist.add(i + a, i + b, twist_mass[a][b]));
+        }
+    }
+    for disc in &shaft.discs {
+        lateral.add(2 * disc.node, 2 * disc.node, disc.mass);
+        lateral.add(2 * disc.node + 1, 2 * disc.node + 1, disc.transverse_inertia);
+        twist.add(disc.node, disc.node, disc.polar_inertia);
+    }
+    let held = |matrix: Symmetric, places: Vec<usize>| {
+        Some(matrix.factor()?.inverse_at(places).factor()?.inverse_at(0..nodes.len()))
+    };
+    Some((held(lateral, nodes.iter().map(|node| 2 * node).collect())?, held(twist, nodes.to_vec())?))
+}

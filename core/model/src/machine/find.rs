@@ -1,0 +1,128 @@
+//! How a path, or its ending, finds its parameter in a machine.
+
+use super::def::MachineDef;
+use super::layout::{Origin, Scalar};
+use super::paths::{PathError, PathInfo, PathKind, bracketed};
+use super::schema::{Kind, Need};
+use super::value::ParamValue;
+use crate::document::units::format_digits;
+use crate::document::{cut, nearest};
+
+impl MachineDef {
+    /// Every parameter that this machine has, those at their defaults included, in the order of the format.
+    #[must_use]
+    pub fn paths(&self) -> Vec<PathInfo> {
+        list(self)
+    }
+
+    /// The parameter of a full path, or of an ending that only one path has (`contact.gap`).
+    ///
+    /// # Errors
+    /// [`PathError`]: several paths end so, or none does.
+    pub fn resolve(&self, path_or_ending: &str) -> Result<PathInfo, PathError> {
+        resolve(self, path_or_ending)
+    }
+
+    /// As [`MachineDef::resolve`], but it does not search for the path that was meant, which takes a thousand times longer.
+    ///
+    /// # Errors
+    /// As [`MachineDef::resolve`]; `nearest` is `None`.
+    pub fn find(&self, path_or_ending: &str) -> Result<PathInfo, PathError> {
+        find(self, path_or_ending)
+    }
+}
+
+/// Every parameter that applies.
+fn list(def: &MachineDef) -> Vec<PathInfo> {
+    (0..def.layout.slots.len()).filter(|&index| def.applies(index)).map(|index| info(def, index)).collect()
+}
+
+fn info(def: &MachineDef, index: usize) -> PathInfo {
+    let (slot, state) = (&def.layout.slots[index], def.states[index]);
+    let unit = slot.key.unit();
+    let (value, shown) = match state.scalar {
+        Scalar::Number(number) => (Some(ParamValue::Number(number)), format_digits(number, unit, 10)),
+        Scalar::Word(word) => (Some(ParamValue::Choice(word.to_owned())), word.to_owned()),
+        Scalar::Absent | Scalar::Bad => {
+            let instead = match slot.key.need {
+                Need::Optional(instead) => instead,
+                _ => "not given",
+            };
+            (None, format!("({instead})"))
+        }
+    };
+    PathInfo {
+        path: slot.path.clone(),
+        unit,
+        kind: match slot.key.kind {
+            Kind::Count => PathKind::Count,
+            Kind::Choice(words) => PathKind::Choice(words),
+            Kind::NumberOr(_, words) => PathKind::NumberOrChoice(words),
+            _ => PathKind::Number,
+        },
+        value,
+        shown,
+        meaning: slot.key.meaning,
+        allowed: slot.allowed(),
+        range: slot.range(),
+        default: state.origin == Origin::Default,
+    }
+}
+
+/// Full path, or an ending at a dot that a single parameter has. Parameters that do not apply to the present kinds
+/// count only if no other fits: a study may set a kind together with them.
+fn find(def: &MachineDef, given: &str) -> Result<PathInfo, PathError> {
+    let wanted = bracketed(given.trim());
+    if let Some(index) = def.layout.find(&wanted) {
+        return Ok(info(def, index));
+    }
+    let slots = &def.layout.slots;
+    let ends_so = |path: &str| !wanted.is_empty() && path.strip_suffix(&wanted).is_some_and(|rest| rest.ends_with('.'));
+    let mut found: Vec<usize> = (0..slots.len()).filter(|&index| ends_so(&slots[index].path)).collect();
+    if found.iter().any(|&index| def.applies(index)) {
+        found.retain(|&index| def.applies(index));
+    }
+    match found[..] {
+        [index] => Ok(info(def, index)),
+        [] => Err(PathError::Unknown { given: cut(given, 120), nearest: None }),
+        _ => Err(PathError::Ambiguous {
+            given: given.to_owned(),
+            candidates: found.into_iter().map(|index| slots[index].path.clone()).collect(),
+        }),
+    }
+}
+
+/// As [`find`]; an unknown path comes with the one most likely meant.
+fn resolve(def: &MachineDef, given: &str) -> Result<PathInfo, PathError> {
+    find(def, given).map_err(|error| match error {
+        PathError::Unknown { given: shown, .. } => {
+            PathError::Unknown { given: shown, nearest: likely(def, &bracketed(given.trim())) }
+        }
+        other => other,
+    })
+}
+
+/// The path whose ending of as many steps is nearest to the one given.
+fn likely(def: &MachineDef, wanted: &str) -> Option<String> {
+    if wanted.is_empty() || wanted.len() > 200 {
+        return None;
+    }
+    let steps = wanted.matches('.').count();
+    let applying =
+        || (0..def.layout.slots.len()).filter(|&i| def.applies(i)).map(|i| def.layout.slots[i].path.as_str());
+    // `contact.offset` without its component.
+    let component = |path: &&str| {
+        path.match_indices(wanted).any(|(at, _)| {
+            (at == 0 || path.as_bytes()[at - 1] == b'.')
+                && path.as_bytes().get(at + wanted.len()) == Some(&b'[')
+                && !path[at + wanted.len()..].contains('.')
+        })
+    };
+    if let Some(path) = applying().find(component) {
+        return Some(path.to_owned());
+    }
+    let ending = |path: &str| path.rmatch_indices('.').nth(steps).map_or(0, |(at, _)| at + 1);
+    let endings: Vec<(&str, &str)> = applying().map(|path| (&path[ending(path)..], path)).collect();
+    let best = nearest(wanted, endings.iter().map(|(ending, _)| *ending))?;
+    endings.iter().find(|(ending, _)| *ending == best).map(|(_, path)| (*path).to_owned())
+}

@@ -1,0 +1,16 @@
+//! The machine file's format as data: one table of every key. Unknown-key and missing-key checks, value checks,
+//! nearest names, parameter paths and the template all come from it.
+
+mod bounds;
+mod key;
+mod keys;
+mod range;
+mod tree;
+
+pub use key::{Key, Kind, Need, When};
+pub use keys::keys;
+pub use range::Range;
+pub(super) use tree::{Branch, Segment, root};
+
+/// The version of the format this program reads.
+pub const SCHEMA: i128 = 1;
