@@ -60,6 +60,11 @@ impl MachineDef {
         paths::list(self)
     }
 
+    /// What tables name by a text (`rotor.unbalances.NAME.disc`), by path: a part of the machine that no study varies.
+    pub fn texts(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.layout.texts.iter().map(|(path, text)| (path.as_str(), text.value.as_deref().unwrap_or_default()))
+    }
+
     /// The parameter of a full path, or of an ending that only one path has (`contact.gap`).
     ///
     /// # Errors
@@ -126,9 +131,11 @@ impl MachineDef {
 
     /// Whether the slot belongs to a machine of the present kinds.
     pub(super) fn applies(&self, index: usize) -> bool {
-        match self.layout.conditions[index] {
-            Some((kind, word)) => self.states[kind].scalar == Scalar::Word(word),
-            None => true,
-        }
+        self.holds(self.layout.conditions[index])
+    }
+
+    /// Whether the present kinds meet a condition of the layout.
+    pub(super) fn holds(&self, condition: Option<(usize, &'static str)>) -> bool {
+        condition.is_none_or(|(kind, word)| self.states[kind].scalar == Scalar::Word(word))
     }
 }

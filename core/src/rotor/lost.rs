@@ -4,9 +4,9 @@
 //! 2T = x'^T M x' + psi'^T J psi' + sum m |p'|^2,  p' = (u' - d psi' sin a, v' + d psi' cos a),  m < 0 of a lost mass
 //! T > 0 in every motion  <=>  [M_K, M_K, J_K] + sum m B^T B is positive definite,  M_K = ([M^-1]_KK)^-1, J_K alike       (1)
 //! one mass after the other:  share = m lambda_max(B A^-1 B^T) < 1,  A: (1) with the added masses and those lost before    (2)
-//! one lost mass alone:       share = m/M_k + m d^2/J_k                                                                    (3)
+//! one lost mass alone:       share = m/M_k + m d^2/J_t                                                                    (3)
 //! ```
-//! K are the nodes of the unbalances. M_k and J_k are what a node has when its neighbours follow as they like, less than the
+//! K are the nodes of the unbalances: of M where they pull, of J those they turn with ([`UnbalanceSite`]). M_k and J_t are what a node has when its neighbours follow as they like, less than the
 //! sum of what is lumped there. Of a rigid body (3) says that what is left has a positive moment of inertia about its own centre.
 //! Without (1) a torque accelerates against its own direction: a brake drives the rotor. Close to it the frequency of what is left
 //! governs the step, and from a share of 0.99 on the rounds of a step need not settle (they contract by `share/(2 - share)` squared at
@@ -25,9 +25,9 @@ pub const MOST_LOST: f64 = 0.98;
 pub struct Overdrawn {
     /// Its place in the machine's list of unbalances.
     pub unbalance: usize,
-    /// What its node has for it \[kg\], [kg m2].
+    /// What its node has for it \[kg\].
     pub mass: f64,
-    /// Moment of inertia about Z.
+    /// Moment of inertia about Z of what it turns with [kg m2].
     pub polar_inertia: f64,
     /// Share (2).
     pub share: f64,
@@ -41,28 +41,34 @@ pub fn overdrawn(rotor: &Rotor) -> Option<Overdrawn> {
     if !sites.iter().any(|site| site.mass < 0.0) {
         return None;
     }
-    let mut nodes: Vec<usize> = sites.iter().map(|site| site.node).collect();
-    nodes.sort_unstable();
-    nodes.dedup();
+    let places = |node: fn(&UnbalanceSite) -> usize| {
+        let mut nodes: Vec<usize> = sites.iter().map(node).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes
+    };
+    let (nodes, turning) = (places(|site| site.node), places(|site| site.twist_node));
     let (mass, polar) = match &rotor.kind {
         RotorKind::PointMass(point) => {
             (Matrix::from_element(1, 1, point.mass), Matrix::from_element(1, 1, point.polar_inertia))
         }
-        RotorKind::Shaft(shaft) => condensed(shaft, &nodes)?,
+        RotorKind::Shaft(shaft) => condensed(shaft, &nodes, &turning)?,
     };
     let count = nodes.len();
-    let mut all = Matrix::zeros(3 * count, 3 * count);
+    let size = 2 * count + turning.len();
+    let mut all = Matrix::zeros(size, size);
     for (first, part) in [(0, &mass), (count, &mass), (2 * count, &polar)] {
-        all.view_mut((first, first), (count, count)).copy_from(part);
+        all.view_mut((first, first), part.shape()).copy_from(part);
     }
     // B of a site: its velocity along the arm and across it, which needs no phase unless another one stands at the same node
     let rows = |site: &UnbalanceSite| {
         let place = nodes.binary_search(&site.node).unwrap_or(0);
+        let turn = 2 * count + turning.binary_search(&site.twist_node).unwrap_or(0);
         let (sin, cos) = libm::sincos(site.phase);
-        let mut b = Matrix::zeros(2, 3 * count);
+        let mut b = Matrix::zeros(2, size);
         (b[(0, place)], b[(1, count + place)]) = (1.0, 1.0);
-        (b[(0, 2 * count + place)], b[(1, 2 * count + place)]) = (-site.radius * sin, site.radius * cos);
-        (b, place)
+        (b[(0, turn)], b[(1, turn)]) = (-site.radius * sin, site.radius * cos);
+        (b, [place, turn])
     };
     for site in sites.iter().filter(|site| site.mass > 0.0) {
         let (b, _) = rows(site);
@@ -70,12 +76,12 @@ pub fn overdrawn(rotor: &Rotor) -> Option<Overdrawn> {
     }
     for (unbalance, site) in sites.iter().enumerate().filter(|(_, site)| site.mass < 0.0) {
         let mobility = spd_inverse(&all)?;
-        let (b, place) = rows(site);
+        let (b, places) = rows(site);
         let seen = mul(&mul(&b, &mobility), &b.transpose());
         let (mean, half) = (0.5 * (seen[(0, 0)] + seen[(1, 1)]), 0.5 * (seen[(0, 0)] - seen[(1, 1)]));
         let share = -site.mass * (mean + half.hypot(seen[(0, 1)]));
         if share.is_nan() || share > MOST_LOST {
-            let [mass, polar_inertia] = [place, 2 * count + place].map(|at| 1.0 / mobility[(at, at)]);
+            let [mass, polar_inertia] = places.map(|at| 1.0 / mobility[(at, at)]);
             return Some(Overdrawn { unbalance, mass, polar_inertia, share });
         }
         all += mul(&b.transpose(), &b) * site.mass;
@@ -83,8 +89,8 @@ pub fn overdrawn(rotor: &Rotor) -> Option<Overdrawn> {
     None
 }
 
-/// M_K of one plane and J_K.
-fn condensed(shaft: &Shaft, nodes: &[usize]) -> Option<(Matrix, Matrix)> {
+/// M_K of one plane, and J_K of the nodes that turn.
+fn condensed(shaft: &Shaft, nodes: &[usize], turning: &[usize]) -> Option<(Matrix, Matrix)> {
     let (mut lateral, mut twist) = (Band::new(2 * shaft.nodes.len()), Band::new(shaft.nodes.len()));
     for (i, element) in shaft.elements.iter().enumerate() {
         let blocks = shaft_blocks(element);
@@ -101,7 +107,7 @@ fn condensed(shaft: &Shaft, nodes: &[usize]) -> Option<(Matrix, Matrix)> {
         twist.add(disc.node, disc.node, disc.polar_inertia);
     }
     let deflections: Vec<usize> = nodes.iter().map(|node| 2 * node).collect();
-    Some((lateral.condensed(&deflections)?, twist.condensed(nodes)?))
+    Some((lateral.condensed(&deflections)?, twist.condensed(turning)?))
 }
 
 /// Entries below the diagonal that a row of [`Band`] has.
@@ -174,14 +180,15 @@ mod tests {
         let machine = MachineDef::parse("turbine", text).expect("valid").build().expect("valid");
         let RotorKind::Shaft(shaft) = &machine.rotor.kind else { unreachable!("a shaft") };
         let matrices = RotorMatrices::assemble(&machine.rotor);
-        let nodes = [0, 3, 4, 9];
-        let (mass, polar) = condensed(shaft, &nodes).expect("definite");
+        let (nodes, turning) = ([0, 3, 4, 9], [1, 3, 5, 8]);
+        let (mass, polar) = condensed(shaft, &nodes, &turning).expect("definite");
         let dense = |matrix: &Matrix, places: [usize; 4]| {
             let inverse = spd_inverse(matrix).expect("definite");
             spd_inverse(&Matrix::from_fn(4, 4, |i, j| inverse[(places[i], places[j])])).expect("definite")
         };
         let deflections = nodes.map(|node| matrices.u(node));
-        for (ours, dense) in [(mass, dense(&matrices.mass, deflections)), (polar, dense(&matrices.twist_mass, nodes))] {
+        for (ours, dense) in [(mass, dense(&matrices.mass, deflections)), (polar, dense(&matrices.twist_mass, turning))]
+        {
             assert!((&ours - &dense).amax() < 1e-11 * dense.amax(), "{ours} {dense}");
         }
     }

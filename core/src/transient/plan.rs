@@ -221,7 +221,7 @@ fn rotor_limit(machine: &Machine, structure: &Structure) -> Result<f64, PlanErro
         for (dof, arm) in structure.rotor.plane_places(site.node).into_iter().zip(arm) {
             let mut row = lateral.coordinates.row(dof);
             if lost {
-                row.extend(twist.coordinates.row(site.node).iter().map(|psi| arm * psi));
+                row.extend(twist.coordinates.row(site.twist_node).iter().map(|psi| arm * psi));
             }
             add_outer(&mut mass, site.mass, &row);
         }

@@ -38,7 +38,7 @@ impl ShaftLine<'_> {
     /// Forces in the instant of v, a, v_psi, a_psi at the place n.
     pub(super) fn instant_forces(&mut self) {
         for (site, turn) in self.unbalances.iter().zip(&mut self.turns) {
-            *turn = Turn::instant(self.v_psi[site.node], self.a_psi[site.node]);
+            *turn = Turn::instant(self.v_psi[site.twist_node], self.a_psi[site.twist_node]);
         }
         self.forces();
     }
