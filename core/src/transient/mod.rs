@@ -174,7 +174,7 @@ impl<'a> Run<'a> {
             line,
             unsettled: None,
         };
-        let loaded = if settled { run.load_start() } else { Err(Cause::Diverged) };
+        let loaded = if settled { run.load_start(structure) } else { Err(Cause::Diverged) };
         run.unsettled = loaded.err();
         Ok(run)
     }
