@@ -10,6 +10,7 @@ pub mod linalg;
 pub mod machine;
 pub mod modal;
 pub mod outcome;
+pub mod record;
 pub mod rotor;
 pub mod stator;
 pub mod stress;

@@ -11,8 +11,9 @@ use std::thread;
 use std::time::Duration;
 
 use bladeoff_core::machine::{MachineDef, ParamValue, PathInfo, PathKind};
+use bladeoff_core::record::NoHistory;
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::{NoHistory, simulate};
+use bladeoff_core::transient::simulate;
 use common::study_machine;
 use proptest::prelude::*;
 

@@ -6,8 +6,9 @@ mod common;
 use bladeoff_core::document::Problem;
 use bladeoff_core::machine::MachineDef;
 use bladeoff_core::outcome::Status;
+use bladeoff_core::record::NoHistory;
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::{NoHistory, Plan, simulate};
+use bladeoff_core::transient::{StepPlan, simulate};
 use common::{Every, machine, machine_with, run, run_seen, study_machine};
 
 /// The one problem of a machine text with values replaced by path.
@@ -124,7 +125,7 @@ fn the_step_limit_is_that_of_what_is_left() {
     ];
     let lost = machine_with(free, &changes);
     let structure = Structure::build(&lost, None).expect("buildable");
-    let plan = Plan::new(&lost, &structure).expect("it can start");
+    let plan = StepPlan::new(&lost, &structure).expect("it can start");
     let whole = structure.twist.highest.max(structure.lateral.highest);
     println!("highest frequency {:.4e}, of the shaft {whole:.4e} rad/s", plan.highest_frequency);
     assert!(plan.highest_frequency > 1.05 * whole);

@@ -13,7 +13,7 @@ use crate::results::{TableSchema, verdict_fields};
 use bladeoff_core::document::units::format_quantity;
 use bladeoff_core::machine::{Machine, MachineDef};
 use bladeoff_core::outcome::{Outcome, Status};
-use bladeoff_core::transient::Plan;
+use bladeoff_core::transient::StepPlan;
 use std::time::Instant;
 
 /// Compute one blade-off transient and say what came out
@@ -137,7 +137,7 @@ fn verdict(outcome: &Outcome) -> Exit {
     }
 }
 
-fn heading(machine: &Machine, plan: &Plan) -> String {
+fn heading(machine: &Machine, plan: &StepPlan) -> String {
     let detection = engine::detection(machine).unwrap_or("no diaphragm");
     let step =
         format!("{} (largest allowed {})", format_quantity(plan.step, "s"), format_quantity(plan.largest_step, "s"));

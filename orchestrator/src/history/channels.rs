@@ -5,9 +5,9 @@
 
 use super::HistoryError;
 use bladeoff_core::machine::{DiaphragmKind, Machine, RotorKind};
+use bladeoff_core::record::{ContactFrame, Energies, Frame};
 use bladeoff_core::stress::ShaftStresses;
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::{ContactFrame, Energies, Frame};
 
 /// One scalar over time.
 #[derive(Debug, Clone)]

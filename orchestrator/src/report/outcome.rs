@@ -289,7 +289,7 @@ mod tests {
     fn every_quantity_of_a_machine_is_shown_once_and_in_a_group_that_has_a_name() {
         let text = include_str!("../../../studies/machines/lp_turbine.toml");
         let machine = bladeoff_core::machine::MachineDef::parse("lp_turbine.toml", text).expect("valid");
-        let columns = bladeoff_core::outcome::columns(&machine.build().expect("valid"));
+        let columns = bladeoff_core::record::columns(&machine.build().expect("valid"));
         let values = (0..columns.len()).map(|_| Some(0.0)).collect();
         let (status, end_cause, causes) = (Status::Ok, EndCause::EndTime, CauseSet::default());
         let outcome = Outcome { status, cause: None, causes, end_cause, values };
