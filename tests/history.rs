@@ -1,9 +1,10 @@
 //! Histories: what is recorded is what happened, the run is not changed by being watched, files survive a cut.
 
 use bladeoff::history::{Decimation, HistoryError, Recorder, Settings, catalogue, read, recover, select};
-use bladeoff_core::outcome::{Outcome, columns};
+use bladeoff_core::outcome::Outcome;
+use bladeoff_core::record::{NoHistory, columns};
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::{NoHistory, Plan, simulate};
+use bladeoff_core::transient::{StepPlan, simulate};
 use bladeoff_model::machine::{Machine, MachineDef};
 use std::path::Path;
 
@@ -38,7 +39,7 @@ fn record(path: &Path, channels: &[&str], decimation: Decimation) -> (Machine, O
 
 fn record_of(machine: &Machine, path: &Path, channels: &[&str], decimation: Decimation) -> Outcome {
     let structure = Structure::build(machine, None).expect("a model");
-    let plan = Plan::new(machine, &structure).expect("a step");
+    let plan = StepPlan::new(machine, &structure).expect("a step");
     let channels = channels.iter().map(|name| (*name).to_owned()).collect();
     let settings = Settings { path: path.to_path_buf(), channels, decimation };
     let mut recorder = Recorder::new(&settings, machine, &structure, &plan).expect("known channels");
@@ -200,7 +201,7 @@ fn a_cut_file_is_recovered_up_to_the_cut() {
 fn a_directory_that_cannot_be_written_fails_the_history_alone() {
     let machine = machine();
     let structure = Structure::build(&machine, None).expect("a model");
-    let plan = Plan::new(&machine, &structure).expect("a step");
+    let plan = StepPlan::new(&machine, &structure).expect("a step");
     for name in ["/nowhere/at/all/a.mcap", "/nowhere/at/all/a.csv", "/nowhere/at/all/a.parquet"] {
         let settings = Settings { path: name.into(), channels: Vec::new(), decimation: Decimation::Default };
         let mut recorder = Recorder::new(&settings, &machine, &structure, &plan).expect("what is asked for is right");

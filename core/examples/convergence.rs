@@ -6,9 +6,9 @@
 
 use std::collections::BTreeMap;
 
-use bladeoff_core::outcome::columns;
+use bladeoff_core::record::{Follower, Frame, NoHistory, columns};
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::{Frame, NoHistory, Observer, simulate};
+use bladeoff_core::transient::simulate;
 use bladeoff_model::machine::{Machine, MachineDef};
 
 type Values = BTreeMap<String, f64>;
@@ -39,9 +39,9 @@ fn machine(text: &str, sets: Sets) -> Machine {
     def.build().unwrap_or_else(|e| panic!("{e}"))
 }
 
-fn run(machine: &Machine, observer: &mut dyn Observer) -> Values {
+fn run(machine: &Machine, follower: &mut dyn Follower) -> Values {
     let structure = Structure::build(machine, None).unwrap_or_else(|e| panic!("{e}"));
-    let outcome = simulate(machine, &structure, observer).unwrap_or_else(|e| panic!("{e}"));
+    let outcome = simulate(machine, &structure, follower).unwrap_or_else(|e| panic!("{e}"));
     columns(machine).into_iter().zip(outcome.values).filter_map(|(c, v)| Some((c.name, v?))).collect()
 }
 
@@ -55,7 +55,7 @@ struct Orbit {
     points: Vec<(f64, [f64; 2])>,
 }
 
-impl Observer for Orbit {
+impl Follower for Orbit {
     fn wants(&mut self, step: u64, _time: f64) -> bool {
         step.is_multiple_of(self.every)
     }

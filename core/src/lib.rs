@@ -8,6 +8,7 @@ pub mod contact;
 pub mod linalg;
 pub mod modal;
 pub mod outcome;
+pub mod record;
 pub mod rotor;
 pub mod stator;
 pub mod stress;

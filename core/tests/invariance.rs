@@ -5,9 +5,9 @@
 mod common;
 
 use bladeoff_core::modal::DEFAULT_ROTOR_MODES;
-use bladeoff_core::outcome::columns;
+use bladeoff_core::record::columns;
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::Plan;
+use bladeoff_core::transient::StepPlan;
 use bladeoff_model::machine::Machine;
 use common::{Row, machine_with, run, study_machine};
 
@@ -193,7 +193,7 @@ fn the_default_step_does_not_depend_on_how_the_axes_lie() {
     let step = |angle: f64| {
         let machine = turned(&machine, angle);
         let structure = Structure::build(&machine, None).unwrap_or_else(|error| panic!("{error}"));
-        Plan::new(&machine, &structure).unwrap_or_else(|error| panic!("{error}")).step
+        StepPlan::new(&machine, &structure).unwrap_or_else(|error| panic!("{error}")).step
     };
     let steps: Vec<f64> = (0..=8).map(|k| step(0.2 * f64::from(k))).collect();
     assert!(steps.iter().all(|other| other.to_bits() == steps[0].to_bits()), "{steps:?}");

@@ -46,6 +46,30 @@ fn a_small_gap_settles_in_both_engines() {
     solve_in_every_way("10 um", &[("contact.gap", "10 um"), ("run.end_time", "0.012")]);
 }
 
+/// A single place leaves what it moves within the step, and the smaller the gap the quicker it turns: the full engine is within the guard
+/// because its step is, and so is the reduced one at that step. Several points leave next to nothing at any step.
+#[test]
+fn what_a_single_place_leaves_goes_with_the_step() {
+    let frozen = [("contact.detection", "hyp2-frozen"), ("contact.points", "one")];
+    let several = [("contact.detection", "hyp2"), ("contact.points", "several")];
+    let left = |way: &[(&str, &str)], more: &[(&str, &str)]| {
+        let changes = [&[("contact.gap", "10 um"), ("run.end_time", "0.012")], way, more].concat();
+        let row = run(machine_with(&study_machine("lab_rig"), &changes));
+        assert!(row.value("contact_impulse_Ns") > 0.0, "contact happened");
+        let depth = row.value("residual_penetration_m");
+        println!("{way:?} {more:?}: step {:e}, {depth:.2e} m, {:?}", row.value("step_s"), row.outcome.causes.words());
+        (depth, row.outcome.cause, row.value("step_s"))
+    };
+    let (deep, cause, step) = left(&frozen, &[]);
+    assert!(deep > 0.02 * 1e-5 && cause == Some(Cause::Penetration), "the guard holds: {deep}");
+    let (full, cause, full_step) = left(&frozen, &[("run.engine", "full")]);
+    assert!(full < 0.02 * 1e-5 && cause.is_none() && full_step < 0.5 * step, "{full}");
+    let (same, cause, _) = left(&frozen, &[("run.step", &format!("{full_step:e}"))]);
+    assert!(same < 0.3 * deep && cause.is_none(), "{same}");
+    let (points, cause, _) = left(&several, &[]);
+    assert!(points < 1e-2 * deep && cause.is_none(), "{points}");
+}
+
 #[test]
 fn a_stiff_rotor_in_a_tiny_gap_settles_in_both_engines() {
     let changes = [

@@ -4,8 +4,9 @@
 mod common;
 
 use bladeoff_core::outcome::{Cause, EndCause, Status};
+use bladeoff_core::record::NoHistory;
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::{NoHistory, Plan, simulate, unresolved_damping};
+use bladeoff_core::transient::{StepPlan, simulate, unresolved_damping};
 use common::{Every, Row, close, machine, machine_with, run, run_seen, study_machine};
 
 /// A shaft of one element with its blade at one of two bearings.
@@ -214,7 +215,7 @@ fn damping_beyond_the_step_is_told() {
     let told = |text: &str, changes: &[(&str, &str)]| {
         let machine = machine_with(text, changes);
         let structure = Structure::build(&machine, None).expect("built");
-        let plan = Plan::new(&machine, &structure).expect("planned");
+        let plan = StepPlan::new(&machine, &structure).expect("planned");
         unresolved_damping(&machine, &structure, plan.step)
     };
     let text = point_mass("end_time = 1\nstep = 1e-3", "");

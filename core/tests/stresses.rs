@@ -2,7 +2,8 @@
 
 mod common;
 
-use bladeoff_core::outcome::{ColumnKind, MAX_COLUMNS, columns};
+use bladeoff_core::outcome::{ColumnKind, MAX_COLUMNS, Status};
+use bladeoff_core::record::columns;
 use common::{Every, Row, close, machine, machine_with, run, run_seen, study_machine};
 
 /// A disc amid a simply supported light shaft, heavy under gravity, not spinning.
@@ -186,6 +187,40 @@ fn twist_decays_with_half_b_omega() {
             close("decay of half a period", -pair[1] / pair[0], left, 0.02);
         }
         assert!(row.value("energy_error") < 1e-8, "{}", row.value("energy_error"));
+    }
+}
+
+/// The node between the discs has next to no inertia, so that its damping is all of it: x = c dt/(2 m) is 40 in the test above and 4e4 here, and
+/// half of the error a round, which contracts by x/(1 + x), ended `diverged`. Sliding, and held by stick from the first step on.
+#[test]
+fn a_light_damped_node_starts_with_the_velocity_asked_for() {
+    for (law, friction, speed) in [("slip", "0.2", 100.0), ("stick-slip", "0.2", 100.0), ("stick-slip", "100", 0.001)] {
+        let text = GRABBED
+            .replace("friction = 0.2", &format!("friction = {friction}\nfriction_law = \"{law}\""))
+            .replace("initial_speed = 100.0", &format!("initial_speed = {speed:?}"))
+            .replace("[rotor.bearings.left]", "[rotor.damping]\ntorsional = 2.8e-4\n[rotor.bearings.left]");
+        for engine in ["full", "reduced"] {
+            let mut frames = Vec::new();
+            let changes = [("run.engine", engine), ("run.end_time", "2 ms")];
+            let row = run_seen(
+                machine_with(&text, &changes),
+                &mut Every(|frame| frames.push((frame.time, frame.speed, frame.twist.to_vec()))),
+            );
+            println!(
+                "{law} {friction}, {engine}: {:?}, stick {:e} s",
+                row.outcome.causes.words(),
+                row.value("stick_time_s")
+            );
+            assert_eq!(row.value("first_contact_s"), 0.0, "contact happened, from the start on");
+            assert_eq!(row.outcome.status, Status::Ok, "{:?}", row.outcome);
+            assert_eq!(row.value("stick_time_s") > 0.0, friction == "100");
+            assert!((frames[0].1 / speed - 1.0).abs() < 1e-9, "{}", frames[0].1);
+            // the twist begins from none, and with none of its rate: it grows as t^2; of a node that is held, as t
+            let expected = if friction == "100" { 1.0 } else { 2.0 };
+            let twisted = |n: usize| (frames[n].2[2] - frames[n].2[0]).abs();
+            let order = (twisted(8) / twisted(4)).log2();
+            assert!(twisted(0) == 0.0 && (order - expected).abs() < 0.1, "{order}");
+        }
     }
 }
 

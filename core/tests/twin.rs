@@ -2,7 +2,7 @@
 
 mod common;
 
-use bladeoff_core::outcome::columns;
+use bladeoff_core::record::columns;
 use common::{machine_with, run, study_machine};
 
 /// Without rub a shift of 1e-6 of the speed moves the load in proportion; the first run is the one without a twin.

@@ -4,9 +4,10 @@ mod common;
 
 use bladeoff_core::linalg::{Matrix, mul, mul_tn, spd_inverse};
 use bladeoff_core::outcome::Status;
+use bladeoff_core::record::NoHistory;
 use bladeoff_core::rotor::RotorMatrices;
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::{NoHistory, Plan, simulate};
+use bladeoff_core::transient::{StepPlan, simulate};
 use bladeoff_model::machine::{Presence, RotorKind, Unbalance, UnbalanceKind, overdrawn};
 use common::{Every, machine, machine_with, run, run_seen, study_machine};
 
@@ -16,15 +17,16 @@ const LOST: (&str, &str) = ("blade_off.kind", "lost");
 #[test]
 fn what_a_node_has_is_that_of_the_matrices() {
     for (name, shear, bore) in [("lp_turbine", Some(0.9), 0.0), ("lab_rig", Some(0.3), 0.4), ("lab_rig", None, 0.5)] {
-        for last in [0, 4, 6] {
+        for (last, turns) in [(0, 0), (4, 4), (6, 6), (0, 4), (6, 3)] {
             let mut rotor = machine(&study_machine(name)).rotor;
             let RotorKind::Shaft(shaft) = &mut rotor.kind else { unreachable!("a shaft") };
             for element in &mut shaft.elements {
                 (element.shear_coefficient, element.inner_diameter) = (shear, bore * element.diameter);
             }
-            let unbalance = |kind, node, mass, radius, phase| Unbalance {
+            let unbalance = |kind, (node, twist_node), mass, radius, phase| Unbalance {
                 name: String::new(),
                 node,
+                twist_node,
                 mass,
                 radius,
                 phase,
@@ -32,10 +34,10 @@ fn what_a_node_has_is_that_of_the_matrices() {
                 presence: Presence::AtRelease,
             };
             rotor.unbalances = vec![
-                unbalance(UnbalanceKind::Lost, 4, 5e-3, 20e-3, 2.5),
-                unbalance(UnbalanceKind::Lost, 0, 4e-3, 10e-3, 0.7),
-                unbalance(UnbalanceKind::Added, 4, 20e-3, 30e-3, 1.0),
-                unbalance(UnbalanceKind::Lost, last, 1e4, 0.1, -1.0),
+                unbalance(UnbalanceKind::Lost, (4, 4), 5e-3, 20e-3, 2.5),
+                unbalance(UnbalanceKind::Lost, (0, 2), 4e-3, 10e-3, 0.7),
+                unbalance(UnbalanceKind::Added, (4, 4), 20e-3, 30e-3, 1.0),
+                unbalance(UnbalanceKind::Lost, (last, turns), 1e4, 0.1, -1.0),
             ];
             let found = overdrawn(&rotor).expect("more than is there");
             let matrices = RotorMatrices::assemble(&rotor);
@@ -46,8 +48,8 @@ fn what_a_node_has_is_that_of_the_matrices() {
             let motion = |site: &Unbalance| {
                 let mut b = Matrix::zeros(2, all.ncols());
                 (b[(0, matrices.u(site.node))], b[(1, matrices.v(site.node))]) = (1.0, 1.0);
-                b[(0, lateral + site.node)] = -site.radius * site.phase.sin();
-                b[(1, lateral + site.node)] = site.radius * site.phase.cos();
+                b[(0, lateral + site.twist_node)] = -site.radius * site.phase.sin();
+                b[(1, lateral + site.twist_node)] = site.radius * site.phase.cos();
                 b
             };
             let (others, drawn) = (&rotor.unbalances[..3], &rotor.unbalances[3]);
@@ -58,11 +60,13 @@ fn what_a_node_has_is_that_of_the_matrices() {
             let mobility = spd_inverse(&all).expect("what is left before is definite");
             let seen = mul(&mul(&b, &mobility), &b.transpose());
             let share = drawn.mass * seen.symmetric_eigenvalues().max();
-            let [mass, inertia] = [matrices.u(last), lateral + last].map(|at| 1.0 / mobility[(at, at)]);
-            println!("{name} node {last}: mass {mass:.4e} kg, inertia {inertia:.4e} kg m2, share {share:.4e}");
+            let [mass, inertia] = [matrices.u(last), lateral + turns].map(|at| 1.0 / mobility[(at, at)]);
+            println!(
+                "{name} nodes {last}, {turns}: mass {mass:.4e} kg, inertia {inertia:.4e} kg m2, share {share:.4e}"
+            );
             assert_eq!(found.unbalance, 3);
             for (ours, dense) in [(found.mass, mass), (found.polar_inertia, inertia), (found.share, share)] {
-                assert!((ours / dense - 1.0).abs() < 1e-11, "{name} {last}: {ours:e} {dense:e}");
+                assert!((ours / dense - 1.0).abs() < 1e-11, "{name} {last} {turns}: {ours:e} {dense:e}");
             }
         }
     }
@@ -122,7 +126,7 @@ fn the_step_limit_is_that_of_what_is_left() {
     ];
     let lost = machine_with(free, &changes);
     let structure = Structure::build(&lost, None).expect("buildable");
-    let plan = Plan::new(&lost, &structure).expect("it can start");
+    let plan = StepPlan::new(&lost, &structure).expect("it can start");
     let whole = structure.twist.highest.max(structure.lateral.highest);
     println!("highest frequency {:.4e}, of the shaft {whole:.4e} rad/s", plan.highest_frequency);
     assert!(plan.highest_frequency > 1.05 * whole);

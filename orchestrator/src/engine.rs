@@ -3,8 +3,9 @@
 use bladeoff_core::linalg::EigenError;
 use bladeoff_core::modal::{Basis, BasisError, ModesReport, report};
 use bladeoff_core::outcome::{Column, Outcome};
+use bladeoff_core::record::{Follower, NoHistory};
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::{self, NoHistory, Observer, Plan, PlanError};
+use bladeoff_core::transient::{self, StartError, StepPlan};
 use bladeoff_model::machine::{Detection, Engine, Machine};
 
 /// Why the solver refuses a machine before the first step.
@@ -15,7 +16,7 @@ pub enum EngineError {
     Build(#[source] BasisError),
     /// The run's settings do not fit the model.
     #[error("the run cannot start")]
-    Start(#[source] PlanError),
+    Start(#[source] StartError),
     /// Whirl frequencies.
     #[error("the modes cannot be computed")]
     Modes(#[source] EigenError),
@@ -41,8 +42,8 @@ pub fn build_with(machine: &Machine, basis: &Basis) -> Result<Structure, EngineE
 ///
 /// # Errors
 /// The step is too large, or the like.
-pub fn plan(machine: &Machine, structure: &Structure) -> Result<Plan, EngineError> {
-    Plan::new(machine, structure).map_err(EngineError::Start)
+pub fn plan(machine: &Machine, structure: &Structure) -> Result<StepPlan, EngineError> {
+    StepPlan::new(machine, structure).map_err(EngineError::Start)
 }
 
 /// One transient.
@@ -53,16 +54,16 @@ pub fn simulate(machine: &Machine, structure: &Structure) -> Result<Outcome, Eng
     transient::simulate(machine, structure, &mut NoHistory).map_err(EngineError::Start)
 }
 
-/// One transient, watched.
+/// One transient, followed.
 ///
 /// # Errors
 /// The step is too large, or the like.
 pub fn simulate_watched(
     machine: &Machine,
     structure: &Structure,
-    observer: &mut dyn Observer,
+    follower: &mut dyn Follower,
 ) -> Result<Outcome, EngineError> {
-    transient::simulate(machine, structure, observer).map_err(EngineError::Start)
+    transient::simulate(machine, structure, follower).map_err(EngineError::Start)
 }
 
 /// Whether a run can start: everything before its first step.
@@ -86,7 +87,7 @@ pub fn modes(machine: &Machine, speeds: &[f64]) -> Result<ModesReport, EngineErr
 /// The numeric columns of a machine's outcome.
 #[must_use]
 pub fn columns(machine: &Machine) -> Vec<Column> {
-    bladeoff_core::outcome::columns(machine)
+    bladeoff_core::record::columns(machine)
 }
 
 /// Word of the engine.

@@ -2,8 +2,9 @@
 
 use bladeoff_core::modal::{Basis, BasisError};
 use bladeoff_core::outcome::{Cause, CauseSet, EndCause, Outcome, Status};
+use bladeoff_core::record::NoHistory;
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::{self, NoHistory, PlanError};
+use bladeoff_core::transient::{self, StartError};
 use bladeoff_model::document::Problems;
 use bladeoff_model::machine::{Machine, MachineDef, ParamValue, PathError, PathInfo, ValueError};
 
@@ -42,7 +43,7 @@ pub enum SolverError {
     Basis(BasisError),
     /// A run that cannot be started.
     #[error("{0}")]
-    Start(PlanError),
+    Start(StartError),
     /// Other than the plan's number of parameters.
     #[error("{found} parameters, the plan has {expected}")]
     Count {
@@ -143,7 +144,7 @@ impl Solver for CoreSolver {
             eprintln!("sample {sample} cannot be computed: {error}");
             failed(match error {
                 // its sag or its steady state is no number of the study, and not every start of a large one is tried before it runs
-                SolverError::Start(PlanError::StartsOutside { .. }) => Cause::OutsideRing,
+                SolverError::Start(StartError::StartsOutside { .. }) => Cause::OutsideRing,
                 _ => Cause::Panicked,
             })
         })

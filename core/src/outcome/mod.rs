@@ -4,10 +4,7 @@ mod causes;
 mod columns;
 
 pub use causes::{Cause, CauseSet, EndCause, Status};
-pub(crate) use columns::TWIN_WORDS;
-pub use columns::{Column, ColumnKind, MAX_COLUMNS, columns};
-#[cfg(test)]
-pub(crate) use columns::{REGIME_WORDS, WHIRL_WORDS};
+pub use columns::{Column, ColumnKind, MAX_COLUMNS};
 
 /// The outcome of one run: a row of the result table without its sample number and parameters.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,6 +17,6 @@ pub struct Outcome {
     pub causes: CauseSet,
     /// Why the run ended.
     pub end_cause: EndCause,
-    /// One value per column of [`columns`], in that order; `None` for what did not happen, never NaN.
+    /// One value per column of [`crate::record::columns`], in that order; `None` for what did not happen, never NaN.
     pub values: Vec<Option<f64>>,
 }

@@ -1,13 +1,15 @@
 //! Unbalance: a mass on the rotor away from its axis, added or lost.
 //!
 //! ```text
-//! psi = phi + beta_k + a
+//! psi = phi + beta_t + a
 //! 2T  = m [(u' - d psi' sin psi)^2 + (v' + d psi' cos psi)^2]                       (1)
 //! u row    m (u'' - d psi'' sin psi - d psi'^2 cos psi)                              (2)
 //! v row    m (v'' + d psi'' cos psi - d psi'^2 sin psi)
 //! twist    m d^2 psi'' + m d (-u'' sin psi + v'' cos psi)
 //! gravity  twist + m d (-g_x sin psi + g_y cos psi)                                   (3)
 //! ```
+//! k is the node where the mass pulls, t the one with which it turns: the same, or that of a disc that carries it and stands elsewhere (a
+//! row of blades beside its hub). The arm does not tilt with the disc.
 //! Source: physics.md section 1. `m` is negative for a lost mass. The terms with constant coefficients (`m u''`, `m v''`,
 //! `m d^2 psi''`) are part of the mass matrices of a run; the rest are forces, evaluated here.
 //!
@@ -26,8 +28,10 @@ use bladeoff_model::machine::Unbalance;
 /// One unbalance at its node.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UnbalanceSite {
-    /// Node.
+    /// Node k.
     pub node: usize,
+    /// Node t, with which it turns.
+    pub twist_node: usize,
     /// Mass \[kg\], negative for a lost mass.
     pub mass: f64,
     /// Eccentricity d \[m\].
@@ -49,8 +53,13 @@ impl UnbalanceSite {
     /// From the machine.
     #[must_use]
     pub fn new(unbalance: &Unbalance) -> Self {
-        let mass = unbalance.signed_mass();
-        Self { node: unbalance.node, mass, radius: unbalance.radius, phase: unbalance.phase }
+        Self {
+            node: unbalance.node,
+            twist_node: unbalance.twist_node,
+            mass: unbalance.signed_mass(),
+            radius: unbalance.radius,
+            phase: unbalance.phase,
+        }
     }
 
     /// Forces (4), (5), or (2), (3) with [`Turn::instant`], at sine and cosine of `psi`, the node's acceleration \[m/s2\] and
@@ -169,7 +178,7 @@ mod tests {
             step in prop::array::uniform4(-1e-2..1e-2f64), gravity in prop::array::uniform2(-10.0..10.0f64),
         ) {
             let dt = 1e-3;
-            let site = UnbalanceSite { node: 0, mass: -2.5, radius: 0.3, phase: 0.0 };
+            let site = UnbalanceSite { node: 0, twist_node: 1, mass: -2.5, radius: 0.3, phase: 0.0 };
             let (d0, d1) = ([step[0], step[1]], [step[2], step[3]]);
             let acceleration = [0, 1].map(|k| (d1[k] - d0[k]) / (dt * dt));
             let force = site.force(libm::sincos(psi), &Turn::stepped(before, after, dt), acceleration, gravity);
@@ -192,7 +201,7 @@ mod tests {
         /// The coupling energy is that of the mass as a point.
         #[test]
         fn the_energy_is_that_of_the_point(psi in -3.0..3.0f64, turn in -0.2..0.2f64, x in -1e-2..1e-2f64, y in -1e-2..1e-2f64) {
-            let (dt, site) = (1e-3, UnbalanceSite { node: 0, mass: 2.0, radius: 0.3, phase: 0.0 });
+            let (dt, site) = (1e-3, UnbalanceSite { node: 0, twist_node: 1, mass: 2.0, radius: 0.3, phase: 0.0 });
             let at = |angle: f64| [site.radius * angle.cos(), site.radius * angle.sin()];
             let (from, to) = (at(psi), at(psi + turn));
             let step = [x + to[0] - from[0], y + to[1] - from[1]];

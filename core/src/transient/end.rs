@@ -4,14 +4,15 @@
 //! part in: it is computed when the row is made, and nothing of it is kept. Where that step cannot be computed (it is the one
 //! that failed) velocities are those of the step before and there is no contact force. Time, spin and works are the row's.
 
+use super::Run;
 use super::rub::StepContact;
-use super::{Observer, Run};
 use crate::outcome::Cause;
+use crate::record::Follower;
 
 impl Run<'_> {
     /// Shows the instant at which the run has ended.
-    pub(super) fn show_end(&mut self, failure: Option<Cause>, observer: &mut dyn Observer) {
-        if self.end_shown || !observer.wants_end() {
+    pub(super) fn show_end(&mut self, failure: Option<Cause>, follower: &mut dyn Follower) {
+        if self.end_shown || !follower.wants_end() {
             return;
         }
         // a budget ends a run between two steps
@@ -26,16 +27,16 @@ impl Run<'_> {
         let pressed = self.rub.as_ref().zip(contact.as_ref());
         let pressed = pressed.map(|(rub, contact)| (rub.node, rub.outwards(contact.on_rotor)));
         self.loads.update(&self.line, pressed);
-        self.ledger.stores(&self.line, self.rub.as_ref(), &self.d, &self.d_twist);
-        self.show(contact.as_ref(), self.speed, observer);
+        self.write_stores();
+        self.show(contact.as_ref(), self.speed, follower);
         self.end_shown = true;
     }
 
     /// Shows the instant of a step that leads where no model goes, unless it has been.
-    pub(super) fn show_last(&mut self, contact: Option<&StepContact>, shown: bool, observer: &mut dyn Observer) {
-        if !shown && observer.wants_end() {
-            self.ledger.stores(&self.line, self.rub.as_ref(), &self.d, &self.d_twist);
-            self.show(contact, self.speed, observer);
+    pub(super) fn show_last(&mut self, contact: Option<&StepContact>, shown: bool, follower: &mut dyn Follower) {
+        if !shown && follower.wants_end() {
+            self.write_stores();
+            self.show(contact, self.speed, follower);
         }
         self.end_shown = true;
     }

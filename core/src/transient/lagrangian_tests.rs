@@ -133,8 +133,9 @@ fn lagrangian(machine: &Machine, shaft: &Shaft, q: &[Node], v: &[Node]) -> Dual 
     }
     for site in machine.rotor.unbalances.iter().map(UnbalanceSite::new) {
         let (x, xt, d) = (&q[site.node], &v[site.node], site.radius);
-        let (s, c) = (x[PSI] + Dual([site.phase, 0.0, 0.0, 0.0])).sin_cos();
-        let (ut, vt) = (xt[U] - xt[PSI] * s * d, xt[V] + xt[PSI] * c * d);
+        let (psi, psit) = (q[site.twist_node][PSI], v[site.twist_node][PSI]);
+        let (s, c) = (psi + Dual([site.phase, 0.0, 0.0, 0.0])).sin_cos();
+        let (ut, vt) = (xt[U] - psit * s * d, xt[V] + psit * c * d);
         twice = twice + (ut * ut + vt * vt) * site.mass;
         twice = twice + ((x[U] + c * d) * g[0] + (x[V] + s * d) * g[1]) * (2.0 * site.mass);
     }
@@ -171,7 +172,9 @@ fn machine() -> Machine {
         [rotor.bearings.right]\nposition = 0.7\nstiffness = 1.8e7\ndamping = 100\n\
         [rotor.unbalances.blade]\nposition = 0.4\nmass = 0.3\nradius = 0.4\nphase = 0.5\nkind = \"lost\"\n\
         [rotor.unbalances.weight]\nposition = 1.0\nmass = 0.2\nradius = 0.3\nphase = 2.0\n\
-        [rotor.unbalances.middle]\nposition = 0.2\nmass = 0.05\nradius = 0.03\nphase = -1.0\npresent = \"before\"\n";
+        [rotor.unbalances.middle]\nposition = 0.2\nmass = 0.05\nradius = 0.03\nphase = -1.0\npresent = \"before\"\n\
+        [rotor.unbalances.row]\ndisc = \"a\"\nposition = 0.2\nmass = 0.4\nradius = 0.5\nphase = 1.3\nkind = \"lost\"\n\
+        [rotor.unbalances.ring]\ndisc = \"b\"\nposition = 0.7\nmass = 0.3\nradius = 0.2\nphase = -2.2\n";
     MachineDef::parse("test", text).expect("a valid machine").build().expect("a valid machine")
 }
 
@@ -180,6 +183,7 @@ proptest! {
     #[test]
     fn forces_are_the_derivative_of_the_lagrangian(seed in any::<u64>()) {
         let machine = machine();
+        prop_assert!(machine.rotor.unbalances.iter().filter(|site| site.twist_node != site.node).count() == 2);
         let structure = Structure::build(&machine, None).expect("solvable");
         let RotorKind::Shaft(shaft) = &machine.rotor.kind else { unreachable!("a shaft") };
         let rotor = &structure.rotor;

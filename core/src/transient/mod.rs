@@ -8,33 +8,25 @@ mod bearing_loads;
 mod brake;
 mod damping;
 mod end;
-mod history;
-mod ledger;
 mod loaded_start;
-mod monitor;
 mod plan;
 mod prescribed;
 mod rub;
 mod shaft_line;
 mod start;
 mod stepper;
-mod stress_peaks;
 mod twin;
-mod whirl;
+mod works;
 
 pub use damping::{UnresolvedDamping, unresolved_damping};
-pub use history::{ContactFrame, Frame, NoHistory, Observer};
-pub use ledger::Energies;
-pub use monitor::FILTER;
-pub use plan::{Plan, PlanError};
+pub use plan::{StartError, StepPlan};
 
 use bearing_loads::BearingLoads;
-use ledger::Ledger;
-use monitor::Monitor;
 use rub::{ContactFailure, Rub, StepContact};
 use shaft_line::{ShaftLine, distance, norm};
 
 use crate::outcome::{Cause, EndCause, Outcome};
+use crate::record::{At, ContactFrame, End, Follower, Frame, Recorders, RingInstant};
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
 
@@ -50,43 +42,44 @@ const BALANCE_EVERY: u64 = 8;
 /// A displacement beyond this many times the model's size is no vibration any more.
 const DIVERGED: f64 = 10.0;
 
-/// Simulates one run, and its twin where `run.twin` asks for one: the observer sees the first alone.
+/// Simulates one run, and its twin where `run.twin` asks for one: the follower sees the first alone.
 ///
 /// `structure` must fit the machine ([`Structure::fits`]). Failures of the simulation (divergence, loss of uniqueness, step
 /// limit) are outcomes with a cause, not errors.
 ///
 /// # Errors
-/// [`PlanError`] for a run that cannot be started.
-pub fn simulate(machine: &Machine, structure: &Structure, observer: &mut dyn Observer) -> Result<Outcome, PlanError> {
-    let plan = Plan::new(machine, structure)?;
-    let mut outcome = one_run(machine, structure, &plan, observer)?;
-    twin::compare(machine, structure, &plan, &mut outcome);
-    Ok(outcome)
+/// [`StartError`] for a run that cannot be started.
+pub fn simulate(machine: &Machine, structure: &Structure, follower: &mut dyn Follower) -> Result<Outcome, StartError> {
+    let plan = StepPlan::new(machine, structure)?;
+    let run = one_run(machine, structure, &plan, follower)?;
+    let twin = twin::twin_of(&run, machine, structure, &plan);
+    let (recorders, end) = run;
+    Ok(recorders.outcome(machine, structure, &end, twin.as_ref()))
 }
 
 /// One run from its start to its end.
 fn one_run(
     machine: &Machine,
     structure: &Structure,
-    plan: &Plan,
-    observer: &mut dyn Observer,
-) -> Result<Outcome, PlanError> {
+    plan: &StepPlan,
+    follower: &mut dyn Follower,
+) -> Result<(Recorders, End), StartError> {
     let mut run = Run::new(machine, structure, plan.step)?;
-    let (end_cause, failure) = loop {
-        if !observer.goes_on(run.step) {
+    let (cause, failure) = loop {
+        if !follower.goes_on(run.step) {
             break (EndCause::Failure, Some(Cause::StepLimit));
         }
-        match run.step(observer) {
+        match run.step(follower) {
             Ok(None) => {}
             Ok(Some(end)) => break (end, None),
             Err(cause) => break (EndCause::Failure, Some(cause)),
         }
     };
-    run.monitor.finish(run.time, run.speed);
-    run.monitor.iterations = run.iterations + run.rub.as_ref().map_or(0, |rub| rub.iterations);
-    let outcome = run.monitor.outcome(machine, plan, &run.ledger, (end_cause, run.time, run.speed), failure);
-    run.show_end(failure, observer);
-    Ok(outcome)
+    let end = End { cause, time: run.time, speed: run.speed, failure };
+    run.recorders.finish(&end);
+    run.recorders.steps.iterations = run.iterations + run.rub.as_ref().map_or(0, |rub| rub.iterations);
+    run.show_end(failure, follower);
+    Ok((run.recorders, end))
 }
 
 /// A run under way.
@@ -94,8 +87,7 @@ struct Run<'a> {
     machine: &'a Machine,
     line: ShaftLine<'a>,
     rub: Option<Rub<'a>>,
-    monitor: Monitor,
-    ledger: Ledger,
+    recorders: Recorders,
     /// Steps done, time and speed at n.
     step: u64,
     time: f64,
@@ -119,8 +111,8 @@ struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    fn new(machine: &'a Machine, structure: &'a Structure, dt: f64) -> Result<Self, PlanError> {
-        let singular = PlanError::Singular { what: "mass", part: "the rotor" };
+    fn new(machine: &'a Machine, structure: &'a Structure, dt: f64) -> Result<Self, StartError> {
+        let singular = StartError::Singular { what: "mass", part: "the rotor" };
         let mut line = ShaftLine::new(machine, structure, dt).ok_or_else(|| singular.clone())?;
         let settled = start::start(machine, structure, &mut line)?;
         let rub = match machine.diaphragms.first() {
@@ -129,7 +121,7 @@ impl<'a> Run<'a> {
                 let mut rub = Rub::new(diaphragm, structure, &line, machine.run.force_location, dt).ok_or(singular)?;
                 let place = rub.local(line.place(rub.node));
                 if rub.is_outside(place) {
-                    return Err(PlanError::StartsOutside {
+                    return Err(StartError::StartsOutside {
                         diaphragm: diaphragm.name.clone(),
                         eccentricity: norm(&place),
                         radius: diaphragm.contact.rotor_radius + diaphragm.contact.gap,
@@ -138,7 +130,7 @@ impl<'a> Run<'a> {
                 }
                 let gap = rub.gap_at(place).value;
                 if gap < 0.0 && !rub.is_spring() {
-                    return Err(PlanError::StartsInContact { diaphragm: diaphragm.name.clone(), gap });
+                    return Err(StartError::StartsInContact { diaphragm: diaphragm.name.clone(), gap });
                 }
                 Some(rub)
             }
@@ -155,8 +147,7 @@ impl<'a> Run<'a> {
         let mut run = Self {
             machine,
             rub,
-            monitor: Monitor::new(machine, structure, dt),
-            ledger: Ledger::default(),
+            recorders: Recorders::new(machine, &structure.rings, dt),
             step: 0,
             time: 0.0,
             speed: machine.rotor.initial_speed,
@@ -174,13 +165,13 @@ impl<'a> Run<'a> {
             line,
             unsettled: None,
         };
-        let loaded = if settled { run.load_start() } else { Err(Cause::Diverged) };
+        let loaded = if settled { run.load_start(structure) } else { Err(Cause::Diverged) };
         run.unsettled = loaded.err();
         Ok(run)
     }
 
     /// One step from n to n+1; `Some` when the run has ended.
-    fn step(&mut self, observer: &mut dyn Observer) -> Result<Option<EndCause>, Cause> {
+    fn step(&mut self, follower: &mut dyn Follower) -> Result<Option<EndCause>, Cause> {
         if self.machine.run.step_limit.is_some_and(|limit| self.step >= limit) {
             return Err(Cause::StepLimit);
         }
@@ -205,15 +196,15 @@ impl<'a> Run<'a> {
         };
         self.line.settle(&self.d, &self.d_twist);
         if self.rub.is_some() {
-            observer.contact_force(self.time, contact.as_ref().map_or(0.0, |contact| contact.force.normal));
+            follower.contact_force(self.time, contact.as_ref().map_or(0.0, |contact| contact.force.normal));
         }
-        let shown = observer.wants(self.step, self.time);
+        let shown = follower.wants(self.step, self.time);
         self.record(contact.as_ref(), shown);
         if shown {
-            self.show(contact.as_ref(), self.line.centred_spin(&self.d_twist), observer);
+            self.show(contact.as_ref(), self.line.centred_spin(&self.d_twist), follower);
         }
         if let Some(cause) = self.beyond() {
-            self.show_last(contact.as_ref(), shown, observer);
+            self.show_last(contact.as_ref(), shown, follower);
             return Err(cause);
         }
         let (over_step, reached) =
@@ -226,7 +217,7 @@ impl<'a> Run<'a> {
             rub.advance();
         }
         self.step += 1;
-        self.monitor.steps = self.step;
+        self.recorders.steps.done = self.step;
         self.time = self.step as f64 * self.line.dt;
         let can_stop = self.line.prescribed.is_none() && self.machine.rotor.initial_speed > 0.0;
         let stopped = can_stop && over_step <= 0.0;
@@ -292,43 +283,40 @@ impl<'a> Run<'a> {
     /// Quantities and works of the step at n. An instant that is shown has the stores of its own step; the balance is judged
     /// at the same steps whoever looks.
     fn record(&mut self, contact: Option<&StepContact>, shown: bool) {
-        let speed = self.line.centred_spin(&self.d_twist);
+        let at = At { time: self.time, speed: self.line.centred_spin(&self.d_twist) };
         let pressed = self.rub.as_ref().zip(contact).map(|(rub, contact)| (rub.node, rub.outwards(contact.on_rotor)));
         self.loads.update(&self.line, pressed);
-        for (i, load) in self.loads.all().iter().enumerate() {
-            self.monitor.bearing(i, load[0] * load[0] + load[1] * load[1], self.time, speed);
-        }
-        self.monitor.stress.shaft(&self.line.x, &self.line.beta, self.time, speed);
-        if let Some(rub) = &self.rub {
+        self.recorders.loads.see(self.loads.all(), at);
+        self.recorders.stresses.see(&self.line.x, &self.line.beta, at);
+        for (ring, rub) in self.recorders.rings.iter_mut().zip(&self.rub) {
             let (place, velocity) = self.line.node(rub.node);
-            let [x, y] = rub.local(place);
-            self.monitor.eccentricity(x * x + y * y, self.time, speed);
-            self.monitor.contact(contact, self.time, speed);
-            let instant = whirl::Instant {
-                time: self.time,
+            let now = RingInstant {
                 angle: self.line.phi,
-                speed,
-                place: [x, y],
+                place: rub.local(place),
                 velocity: rub.local_direction(velocity),
-                touches: contact.is_some(),
+                touch: contact.map(StepContact::touch),
+                ring: rub.ring_coordinates(),
             };
-            self.monitor.motion.step(&instant, self.line.dt);
-            if let Some(q) = rub.ring_coordinates() {
-                self.monitor.stress.ring(q, self.time, speed);
-            }
+            ring.see(&now, at);
         }
-        self.ledger.work(&mut self.line, self.rub.as_mut().map(|rub| (rub, contact)), &self.d, &self.d_twist);
+        let rub = self.rub.as_mut().map(|rub| (rub, contact));
+        works::add_works(&mut self.recorders.energies.now, &mut self.line, rub, &self.d, &self.d_twist);
         let balanced = self.step.is_multiple_of(BALANCE_EVERY);
         if balanced || shown {
-            self.ledger.stores(&self.line, self.rub.as_ref(), &self.d, &self.d_twist);
+            self.write_stores();
         }
         if balanced {
-            self.ledger.balance();
+            self.recorders.energies.balance();
         }
     }
 
-    /// Hands the instant n to the observer.
-    fn show(&mut self, contact: Option<&StepContact>, speed: f64, observer: &mut dyn Observer) {
+    fn write_stores(&mut self) {
+        let now = &mut self.recorders.energies.now;
+        works::write_stores(now, &self.line, self.rub.as_ref(), &self.d, &self.d_twist);
+    }
+
+    /// Hands the instant n to the follower.
+    fn show(&mut self, contact: Option<&StepContact>, speed: f64, follower: &mut dyn Follower) {
         let frame_contact = self.rub.as_mut().map(|rub| {
             let rotor = rub.local(self.line.place(rub.node));
             let gap = rub.gap_at(rotor);
@@ -342,7 +330,7 @@ impl<'a> Run<'a> {
                 ring: rub.ring_displacement(&gap),
             }
         });
-        observer.see(&Frame {
+        follower.see(&Frame {
             time: self.time,
             angle: self.line.phi,
             speed,
@@ -352,7 +340,7 @@ impl<'a> Run<'a> {
             bearing_loads: self.loads.all(),
             contact: frame_contact,
             ring: self.rub.as_ref().and_then(Rub::ring_field),
-            energies: self.ledger.now,
+            energies: self.recorders.energies.now,
         });
     }
 

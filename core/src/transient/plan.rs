@@ -24,9 +24,9 @@ const LEAST_STEP: f64 = 1e-10;
 /// Most steps of a run: a week of a core at 60 us each. Below 2^53, so that counts and times are exact.
 const MOST_STEPS: f64 = 1e10;
 
-/// A run that can be started.
+/// The time step of a run that can be started, and its limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Plan {
+pub struct StepPlan {
     /// Time step \[s\].
     pub step: f64,
     /// Largest stable step `2/omega_max` \[s\].
@@ -37,7 +37,7 @@ pub struct Plan {
 
 /// A run that cannot be started.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum PlanError {
+pub enum StartError {
     /// The step is beyond the stability limit of central differences.
     #[error(
         "the step {step:e} s is too large for the {engine} engine: largest allowed {limit:e} s = 2/omega_max, \
@@ -121,12 +121,12 @@ fn metres(value: f64) -> String {
     bladeoff_model::document::units::format_quantity(value, "m")
 }
 
-impl Plan {
+impl StepPlan {
     /// Chooses or checks the step of a run.
     ///
     /// # Errors
-    /// [`PlanError::StepTooLarge`], [`PlanError::StepTooSmall`], [`PlanError::TooManySteps`], [`PlanError::Eigen`].
-    pub fn new(machine: &Machine, structure: &Structure) -> Result<Self, PlanError> {
+    /// [`StartError::StepTooLarge`], [`StartError::StepTooSmall`], [`StartError::TooManySteps`], [`StartError::Eigen`].
+    pub fn new(machine: &Machine, structure: &Structure) -> Result<Self, StartError> {
         let lateral = rotor_limit(machine, structure)?;
         let rings = structure.rings.iter().flatten().map(|ring| ring.part.highest);
         let highest_frequency = rings.fold(lateral.max(structure.twist.highest), f64::max);
@@ -141,7 +141,7 @@ impl Plan {
             // equality is marginally stable: it is refused too
             Some(step) if step < largest_step => step,
             Some(step) => {
-                return Err(PlanError::StepTooLarge {
+                return Err(StartError::StepTooLarge {
                     step,
                     limit: largest_step,
                     hz: highest_frequency / (2.0 * std::f64::consts::PI),
@@ -155,11 +155,11 @@ impl Plan {
         // so that no comparison lets a NaN pass
         if !(step >= LEAST_STEP.min(machine.run.end_time) && highest_frequency.is_finite()) {
             let hz = highest_frequency / (2.0 * std::f64::consts::PI);
-            return Err(PlanError::StepTooSmall { least: LEAST_STEP, hz });
+            return Err(StartError::StepTooSmall { least: LEAST_STEP, hz });
         }
         let steps = machine.run.end_time / step;
         if steps > MOST_STEPS {
-            return Err(PlanError::TooManySteps { steps, step, end_time: machine.run.end_time, most: MOST_STEPS });
+            return Err(StartError::TooManySteps { steps, step, end_time: machine.run.end_time, most: MOST_STEPS });
         }
         Ok(Self { step, largest_step, highest_frequency })
     }
@@ -191,7 +191,7 @@ fn slowest_to_resolve(machine: &Machine, structure: &Structure) -> f64 {
 /// structure's own are bounds; a lost mass, a point mass (which may owe all its mass to an unbalance) and a radial spring at the
 /// contact need the run's own matrices. A lost mass couples twist and deflection, `m d psi''` across its arm, and what is left of
 /// both is less than what is left of each.
-fn rotor_limit(machine: &Machine, structure: &Structure) -> Result<f64, PlanError> {
+fn rotor_limit(machine: &Machine, structure: &Structure) -> Result<f64, StartError> {
     let lost = machine.rotor.unbalances.iter().any(|u| u.kind == UnbalanceKind::Lost);
     let point = matches!(machine.rotor.kind, RotorKind::PointMass(_));
     let springs: Vec<(usize, f64)> = machine
@@ -221,7 +221,7 @@ fn rotor_limit(machine: &Machine, structure: &Structure) -> Result<f64, PlanErro
         for (dof, arm) in structure.rotor.plane_places(site.node).into_iter().zip(arm) {
             let mut row = lateral.coordinates.row(dof);
             if lost {
-                row.extend(twist.coordinates.row(site.node).iter().map(|psi| arm * psi));
+                row.extend(twist.coordinates.row(site.twist_node).iter().map(|psi| arm * psi));
             }
             add_outer(&mut mass, site.mass, &row);
         }

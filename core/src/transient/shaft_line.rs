@@ -147,7 +147,7 @@ impl<'a> ShaftLine<'a> {
     /// What depends on the place at n alone: angles of the unbalances, S_g x.
     fn refresh(&mut self) {
         for (site, angle) in self.unbalances.iter().zip(&mut self.angles) {
-            *angle = libm::sincos(self.phi + self.beta[site.node] + site.phase);
+            *angle = libm::sincos(self.phi + self.beta[site.twist_node] + site.phase);
         }
         for (site, product) in self.rotor.gyro.iter().zip(self.gyro_x.chunks_exact_mut(8)) {
             product.fill(0.0);
@@ -237,7 +237,7 @@ impl<'a> ShaftLine<'a> {
         centred(&self.d_nodal, &self.x_previous, rate, square, &mut self.v, &mut self.a);
         centred(&self.d_psi, &self.psi_previous, rate, square, &mut self.v_psi, &mut self.a_psi);
         for (site, turn) in self.unbalances.iter().zip(&mut self.turns) {
-            *turn = Turn::stepped(self.psi_previous[site.node], self.d_psi[site.node], self.dt);
+            *turn = Turn::stepped(self.psi_previous[site.twist_node], self.d_psi[site.twist_node], self.dt);
         }
         self.forces();
     }
@@ -255,7 +255,7 @@ impl<'a> ShaftLine<'a> {
         for ((site, &angle), turn) in self.unbalances.iter().zip(&self.angles).zip(&self.turns) {
             let force = site.force(angle, turn, self.rotor.at(site.node, &self.a), self.gravity);
             self.rotor.add_at(site.node, force.force, &mut self.force);
-            self.torque[site.node] += force.torque;
+            self.torque[site.twist_node] += force.torque;
         }
     }
 
@@ -291,7 +291,8 @@ impl<'a> ShaftLine<'a> {
     /// What an error of lateral increments is measured by: their size, but no less than rounding of the state and of the
     /// unbalances' turns (a rotor on stiff bearings moves far less than its unbalances do). After [`ShaftLine::respond`].
     pub fn lateral_scale(&self, increments: f64) -> f64 {
-        let turns = self.unbalances.iter().zip(&self.levers).map(|(site, lever)| lever * self.d_psi[site.node].abs());
+        let turns =
+            self.unbalances.iter().zip(&self.levers).map(|(site, lever)| lever * self.d_psi[site.twist_node].abs());
         let least = TURNING * turns.sum::<f64>();
         (increments + RESTING * norm(&self.lateral.q)).max(least) + f64::MIN_POSITIVE
     }
@@ -371,7 +372,7 @@ impl<'a> ShaftLine<'a> {
             }
         }
         for (site, &angle) in self.unbalances.iter().zip(&self.angles) {
-            let turn = self.d_psi[site.node];
+            let turn = self.d_psi[site.twist_node];
             kinetic += site.coupling_energy(angle, turn, self.rotor.at(site.node, &self.d_nodal), dt);
             potential += site.gravity_energy(angle, turn, self.gravity);
         }
@@ -397,7 +398,7 @@ fn masses(structure: &Structure, unbalances: &[UnbalanceSite]) -> (Matrix, Matri
         for dof in structure.rotor.plane_places(site.node) {
             add_outer(&mut lateral, site.mass, &structure.lateral.coordinates.row(dof));
         }
-        add_outer(&mut twist, site.mass * site.radius * site.radius, &structure.twist.coordinates.row(site.node));
+        add_outer(&mut twist, site.mass * site.radius * site.radius, &structure.twist.coordinates.row(site.twist_node));
     }
     (lateral, twist)
 }

@@ -3,7 +3,7 @@
 //! Static sag under gravity, plus the synchronous steady state of the unbalances that were there before, plus the
 //! disturbance the machine asks for. Velocity and acceleration follow, so that the first step is of second order.
 
-use super::plan::PlanError;
+use super::plan::StartError;
 use super::shaft_line::ShaftLine;
 use crate::linalg::{Matrix, Vector, solve};
 use crate::rotor::UnbalanceSite;
@@ -24,8 +24,8 @@ use bladeoff_model::machine::{Machine, Presence};
 /// Returns whether the accelerations settled: a start that did not is no start.
 ///
 /// # Errors
-/// [`PlanError::Singular`] where a matrix has no inverse.
-pub(crate) fn start(machine: &Machine, structure: &Structure, line: &mut ShaftLine<'_>) -> Result<bool, PlanError> {
+/// [`StartError::Singular`] where a matrix has no inverse.
+pub(crate) fn start(machine: &Machine, structure: &Structure, line: &mut ShaftLine<'_>) -> Result<bool, StartError> {
     let rotor = &machine.rotor;
     let part = &structure.lateral;
     let size = part.coordinates.size();
@@ -43,7 +43,7 @@ pub(crate) fn start(machine: &Machine, structure: &Structure, line: &mut ShaftLi
         let mut force = vec![0.0; size];
         part.coordinates.project(&weight, &mut force);
         let sag = solve(&stiffness, &Vector::from_vec(force))
-            .ok_or(PlanError::Singular { what: "stiffness", part: "the rotor" })?;
+            .ok_or(StartError::Singular { what: "stiffness", part: "the rotor" })?;
         q.copy_from_slice(sag.as_slice());
     }
 
@@ -65,7 +65,7 @@ pub(crate) fn start(machine: &Machine, structure: &Structure, line: &mut ShaftLi
 
     let (a, a_twist, settled) = line
         .initial_acceleration(structure, &q, &v, speed)
-        .ok_or(PlanError::Singular { what: "mass", part: "the rotor" })?;
+        .ok_or(StartError::Singular { what: "mass", part: "the rotor" })?;
     line.start(&q, &v, &a, speed, &a_twist);
     Ok(settled)
 }
@@ -84,7 +84,7 @@ fn steady_state(
     stiffness: &Matrix,
     speed: f64,
     angle: f64,
-) -> Result<(Vec<f64>, Vec<f64>), PlanError> {
+) -> Result<(Vec<f64>, Vec<f64>), StartError> {
     let part = &structure.lateral;
     let size = part.coordinates.size();
     let gyroscopic = projected(structure, &structure.rotor.gyroscopic());
@@ -110,6 +110,6 @@ fn steady_state(
     system.view_mut((size, size), (size, size)).copy_from(&dynamic);
     system.view_mut((0, size), (size, size)).copy_from(&(-&velocity));
     system.view_mut((size, 0), (size, size)).copy_from(&velocity);
-    let x = solve(&system, &force).ok_or(PlanError::Singular { what: "dynamic stiffness", part: "the rotor" })?;
+    let x = solve(&system, &force).ok_or(StartError::Singular { what: "dynamic stiffness", part: "the rotor" })?;
     Ok((x.as_slice()[..size].to_vec(), x.as_slice()[size..].to_vec()))
 }

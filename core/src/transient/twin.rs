@@ -7,33 +7,31 @@
 //! until their peaks are two draws of one distribution; a single load is then a sample of it, and the twin shows how wide it is.
 //! Verified by `tests/twin.rs`.
 
-use super::{NoHistory, Plan, one_run};
-use crate::outcome::{Outcome, Status, TWIN_WORDS, columns};
+use super::{StepPlan, one_run};
+use crate::outcome::Status;
+use crate::record::{End, NoHistory, Recorders, Twin};
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
 
-/// Computes the twin where there is to be one and writes its columns. A run that failed has nothing to compare with.
-pub(super) fn compare(machine: &Machine, structure: &Structure, plan: &Plan, outcome: &mut Outcome) {
-    if machine.run.twin == 0.0 || outcome.status == Status::Failed {
-        return;
+/// The twin of a run that has ended, where there is to be one. A run that failed has nothing to compare with.
+pub(super) fn twin_of(
+    (own, end): &(Recorders, End),
+    machine: &Machine,
+    structure: &Structure,
+    plan: &StepPlan,
+) -> Option<Twin> {
+    if machine.run.twin == 0.0 || own.verdict(machine, structure, end).status == Status::Failed {
+        return None;
     }
-    let twin = shifted(machine);
-    // one that cannot start (it would begin inside the diaphragm) has failed
-    let found = one_run(&twin, structure, plan, &mut NoHistory).ok();
-    let status = found.as_ref().map_or(Status::Failed, |found| found.status);
-    let columns = columns(machine);
-    let place = |name: &str| columns.iter().position(|column| column.name == name);
-    let load = |outcome: &Outcome| place("max_bearing_load_N").and_then(|at| outcome.values[at]);
-    let change = found.filter(|found| found.status != Status::Failed).and_then(|found| {
-        let (own, other) = (load(outcome)?, load(&found)?);
-        (own > 0.0).then(|| (other - own) / own)
-    });
-    let word = TWIN_WORDS.iter().position(|word| *word == status.word()).map(|at| at as f64);
-    for (name, value) in [("twin_bearing_load_change", change), ("twin_status", word)] {
-        if let Some(at) = place(name) {
-            outcome.values[at] = value;
-        }
-    }
+    let machine = shifted(machine);
+    let Ok((other, end)) = one_run(&machine, structure, plan, &mut NoHistory) else {
+        // one that cannot start (it would begin inside the diaphragm) has failed
+        return Some(Twin { load_change: None, status: Status::Failed });
+    };
+    let status = other.verdict(&machine, structure, &end).status;
+    let loads = own.loads.largest().zip(other.loads.largest());
+    let change = loads.filter(|&(load, _)| load > 0.0).map(|(load, twin)| (twin - load) / load);
+    Some(Twin { load_change: change.filter(|_| status != Status::Failed), status })
 }
 
 /// The machine with its initial speed, and every speed of a prescribed one, larger by `run.twin` of it.

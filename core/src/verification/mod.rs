@@ -9,8 +9,9 @@ mod linear;
 mod ring;
 mod rub;
 
+use crate::record::{Follower, Frame};
 use crate::structure::Structure;
-use crate::transient::{Frame, Observer, simulate};
+use crate::transient::simulate;
 use bladeoff_model::machine::{Machine, MachineDef};
 
 /// One number of a reference case.
@@ -83,7 +84,7 @@ fn machine(text: &str) -> Option<Machine> {
 /// Runs a machine and shows each instant to a closure; `None` if it cannot be run.
 fn watch(text: &str, see: impl FnMut(&Frame<'_>)) -> Option<()> {
     struct Watch<F>(F);
-    impl<F: FnMut(&Frame<'_>)> Observer for Watch<F> {
+    impl<F: FnMut(&Frame<'_>)> Follower for Watch<F> {
         fn wants(&mut self, _step: u64, _time: f64) -> bool {
             true
         }

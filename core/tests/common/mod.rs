@@ -1,9 +1,10 @@
 //! What the verification tests share: machines from text, runs, values by column name, time series.
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
-use bladeoff_core::outcome::{Outcome, columns};
+use bladeoff_core::outcome::Outcome;
+use bladeoff_core::record::{Follower, Frame, NoHistory, columns};
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::{Frame, NoHistory, Observer, simulate};
+use bladeoff_core::transient::simulate;
 use bladeoff_model::machine::{Machine, MachineDef};
 
 /// A machine from the text of a machine file.
@@ -53,17 +54,17 @@ pub fn run(machine: Machine) -> Row {
     run_seen(machine, &mut NoHistory)
 }
 
-/// Runs a machine under an observer.
-pub fn run_seen(machine: Machine, observer: &mut dyn Observer) -> Row {
+/// Runs a machine under a follower.
+pub fn run_seen(machine: Machine, follower: &mut dyn Follower) -> Row {
     let structure = Structure::build(&machine, None).unwrap_or_else(|error| panic!("{error}"));
-    let outcome = simulate(&machine, &structure, observer).unwrap_or_else(|error| panic!("{error}"));
+    let outcome = simulate(&machine, &structure, follower).unwrap_or_else(|error| panic!("{error}"));
     Row { machine, outcome }
 }
 
 /// Calls a closure at every step.
 pub struct Every<F: FnMut(&Frame<'_>)>(pub F);
 
-impl<F: FnMut(&Frame<'_>)> Observer for Every<F> {
+impl<F: FnMut(&Frame<'_>)> Follower for Every<F> {
     fn wants(&mut self, _step: u64, _time: f64) -> bool {
         true
     }

@@ -6,7 +6,7 @@ use super::run::default_workers;
 use crate::engine;
 use crate::report::{Align, TextTable, counted, duration};
 use crate::study::Samples;
-use bladeoff_core::transient::{Frame, Observer};
+use bladeoff_core::record::{Follower, Frame};
 use bladeoff_worker::process::thread_cpu_time;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -212,7 +212,7 @@ struct Watch {
     cut: bool,
 }
 
-impl Observer for Watch {
+impl Follower for Watch {
     fn goes_on(&mut self, step: u64) -> bool {
         self.steps = step;
         if step.is_multiple_of(LOOK_EVERY) {

@@ -7,8 +7,9 @@ use crate::engine::{self, EngineError};
 use crate::history::{Decimation, Format, Recorder, Settings, left_behind};
 use crate::report::{RunWatch, counted, duration};
 use bladeoff_core::outcome::Outcome;
+use bladeoff_core::record::{Follower, NoHistory};
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::{NoHistory, Observer, Plan};
+use bladeoff_core::transient::StepPlan;
 use bladeoff_model::document::units::{format_quantity, parse_bare_or_quantity};
 use bladeoff_model::machine::Machine;
 use std::ffi::OsStr;
@@ -69,7 +70,7 @@ impl HistoryArgs {
 fn simulate(
     machine: &Machine,
     structure: &Structure,
-    recorder: Option<&mut dyn Observer>,
+    recorder: Option<&mut dyn Follower>,
     shown: bool,
 ) -> Result<Outcome, EngineError> {
     if !shown {
@@ -88,7 +89,7 @@ fn simulate(
 pub fn watched(
     machine: &Machine,
     structure: &Structure,
-    plan: &Plan,
+    plan: &StepPlan,
     settings: Option<&Settings>,
     shown: bool,
 ) -> Result<(Outcome, Option<String>), CliError> {

@@ -11,7 +11,7 @@ use crate::engine;
 use crate::report::{OutcomeView, beyond_the_model, cause_in_words, describe_outcome, duration};
 use crate::results::{TableSchema, verdict_fields};
 use bladeoff_core::outcome::{Outcome, Status};
-use bladeoff_core::transient::Plan;
+use bladeoff_core::transient::StepPlan;
 use bladeoff_model::document::units::format_quantity;
 use bladeoff_model::machine::{Machine, MachineDef};
 use std::time::Instant;
@@ -137,7 +137,7 @@ fn verdict(outcome: &Outcome) -> Exit {
     }
 }
 
-fn heading(machine: &Machine, plan: &Plan) -> String {
+fn heading(machine: &Machine, plan: &StepPlan) -> String {
     let detection = engine::detection(machine).unwrap_or("no diaphragm");
     let step =
         format!("{} (largest allowed {})", format_quantity(plan.step, "s"), format_quantity(plan.largest_step, "s"));

@@ -4,9 +4,9 @@
 //! (`/bearing/front`) and the rest the field.
 
 use super::HistoryError;
+use bladeoff_core::record::{ContactFrame, Energies, Frame};
 use bladeoff_core::stress::ShaftStresses;
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::{ContactFrame, Energies, Frame};
 use bladeoff_model::machine::{DiaphragmKind, Machine, RotorKind};
 
 /// One scalar over time.

@@ -1,16 +1,16 @@
-//! The observer that records a history.
+//! The follower of a run that records a history.
 
 use super::channels::{Channel, Context, catalogue, select};
 use super::csv::CsvSink;
 use super::mcap_file::McapSink;
 use super::table::ParquetSink;
 use super::{About, Format, HISTORY_VERSION, HistoryError, Sink};
-use bladeoff_core::outcome::{ColumnKind, Outcome, columns};
+use bladeoff_core::outcome::{ColumnKind, Outcome};
+use bladeoff_core::record::{Follower, Frame, LastMillisecond, columns};
 use bladeoff_core::stress::ShaftStresses;
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::{FILTER, Frame, Observer, Plan};
+use bladeoff_core::transient::StepPlan;
 use bladeoff_model::machine::{Detection, DiaphragmKind, Engine, Machine, RotorKind};
-use std::collections::VecDeque;
 use std::path::PathBuf;
 
 /// Interval between records unless one is asked for \[s\].
@@ -64,9 +64,8 @@ pub struct Recorder {
     failed: Option<HistoryError>,
     every_steps: u64,
     step: f64,
-    window: VecDeque<f64>,
-    window_length: usize,
-    window_sum: f64,
+    /// Contact forces of the last 1 ms \[N\].
+    forces: LastMillisecond,
     peak_force: f64,
     values: Vec<f64>,
     records: u64,
@@ -81,7 +80,7 @@ impl Recorder {
         settings: &Settings,
         machine: &Machine,
         structure: &Structure,
-        plan: &Plan,
+        plan: &StepPlan,
     ) -> Result<Self, HistoryError> {
         let format = Format::of(&settings.path)?;
         let channels = select(catalogue(machine, structure), &settings.channels)?;
@@ -114,9 +113,7 @@ impl Recorder {
             failed,
             every_steps,
             step: plan.step,
-            window: VecDeque::new(),
-            window_length: ((FILTER / plan.step).round() as usize).max(1),
-            window_sum: 0.0,
+            forces: LastMillisecond::new(plan.step),
             peak_force: 0.0,
             records: 0,
         })
@@ -142,12 +139,9 @@ impl Recorder {
     }
 }
 
-impl Observer for Recorder {
+impl Follower for Recorder {
     fn contact_force(&mut self, _time: f64, force: f64) {
-        let full = self.window.len() >= self.window_length;
-        let leaving = if full { self.window.pop_front().unwrap_or(0.0) } else { 0.0 };
-        self.window.push_back(force);
-        self.window_sum += force - leaving;
+        self.forces.slide(force);
         if force > self.peak_force {
             self.peak_force = force;
         }
@@ -163,13 +157,9 @@ impl Observer for Recorder {
 
     fn see(&mut self, frame: &Frame<'_>) {
         let Some(sink) = &mut self.sink else { return };
-        if self.window.iter().all(|&force| force == 0.0) {
-            // rounding of the sliding sum does not outlive the contact
-            self.window_sum = 0.0;
-        }
         let context = Context {
             peak_force: self.peak_force,
-            filtered_force: self.window_sum / self.window_length as f64,
+            filtered_force: self.forces.sum().unwrap_or(0.0) / self.forces.length() as f64,
             shaft: self.shaft.as_ref(),
         };
         self.values.clear();
@@ -188,7 +178,7 @@ fn steps_of(every: f64, step: f64) -> u64 {
 }
 
 /// What a reader needs to know about the run.
-fn about(machine: &Machine, plan: &Plan, every_steps: u64) -> About {
+fn about(machine: &Machine, plan: &StepPlan, every_steps: u64) -> About {
     let mut about = About::new();
     let mut put = |key: &str, value: String| about.insert(key.to_owned(), value);
     put("history_version", HISTORY_VERSION.to_string());

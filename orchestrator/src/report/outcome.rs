@@ -35,7 +35,10 @@ pub fn cause_in_words(cause: Cause) -> &'static str {
         Cause::NormalWork => {
             "the normal contact force did more work than `run.guard` allows: impacts lose or create energy"
         }
-        Cause::Penetration => "rotor and ring overlap by more than `run.guard` allows at a converged step",
+        Cause::Penetration => {
+            "rotor and ring overlap by more than `run.guard` allows at a converged step: a single contact place leaves what it moves \
+             within a step"
+        }
         Cause::SlipReversal => {
             "the slip velocity changed sign; the friction model only slides, so what follows is not physical"
         }
@@ -76,7 +79,10 @@ pub fn advice(cause: Cause) -> &'static str {
         Cause::EnergyBalance | Cause::NormalWork => {
             "a smaller `run.step`; if the error falls with it, it was the step, otherwise look at its history (replay)"
         }
-        Cause::Penetration => "a smaller `run.step`, or more modes of the ring (`run.ring_modes`)",
+        Cause::Penetration => {
+            "a smaller `run.step` (`run.engine = \"full\"` has one), or `contact.detection = \"hyp2\"` with `contact.points = \"several\"`, which \
+             leaves next to nothing at any step; or more modes of the ring (`run.ring_modes`)"
+        }
         Cause::SlipReversal => "`contact.friction_law = \"stick-slip\"` lets the contact stick and slide back",
         Cause::LossOfUniqueness => "less friction or another `contact.detection`; the model has no single answer there",
         Cause::StepLimit => {
@@ -283,7 +289,7 @@ mod tests {
     fn every_quantity_of_a_machine_is_shown_once_and_in_a_group_that_has_a_name() {
         let text = include_str!("../../../studies/machines/lp_turbine.toml");
         let machine = bladeoff_model::machine::MachineDef::parse("lp_turbine.toml", text).expect("valid");
-        let columns = bladeoff_core::outcome::columns(&machine.build().expect("valid"));
+        let columns = bladeoff_core::record::columns(&machine.build().expect("valid"));
         let values = (0..columns.len()).map(|_| Some(0.0)).collect();
         let (status, end_cause, causes) = (Status::Ok, EndCause::EndTime, CauseSet::default());
         let outcome = Outcome { status, cause: None, causes, end_cause, values };

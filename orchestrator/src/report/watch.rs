@@ -2,7 +2,7 @@
 
 use super::bar::{Bar, fitting};
 use super::text::duration;
-use bladeoff_core::transient::{Frame, Observer};
+use bladeoff_core::record::{Follower, Frame};
 use bladeoff_model::document::units::format_digits;
 use bladeoff_model::machine::Machine;
 use std::collections::VecDeque;
@@ -20,9 +20,9 @@ const STEPS: u64 = 64;
 /// Looks that the pace is taken from: a run gets slower when it rubs.
 const LOOKS: usize = 25;
 
-/// Passes a run on to another observer, or to nobody, and shows how far it is.
+/// Passes a run on to another follower, or to nobody, and shows how far it is.
 pub struct RunWatch<'a> {
-    inner: Option<&'a mut dyn Observer>,
+    inner: Option<&'a mut dyn Follower>,
     bar: Option<Bar>,
     started: Instant,
     /// When it is shown next.
@@ -37,7 +37,7 @@ pub struct RunWatch<'a> {
 
 impl<'a> RunWatch<'a> {
     /// Of a run that begins now.
-    pub fn new(machine: &Machine, inner: Option<&'a mut dyn Observer>) -> Self {
+    pub fn new(machine: &Machine, inner: Option<&'a mut dyn Follower>) -> Self {
         let (bar, now) = (Bar::on_terminal(), Instant::now());
         let first = if bar.is_some() { FIRST_AFTER } else { FIRST_LINE_AFTER };
         Self {
@@ -99,7 +99,7 @@ fn texts(time: f64, speed: f64, ends: (f64, f64), pace: f64, elapsed: Duration) 
     ]
 }
 
-impl Observer for RunWatch<'_> {
+impl Follower for RunWatch<'_> {
     fn contact_force(&mut self, time: f64, force: f64) {
         self.inner.iter_mut().for_each(|inner| inner.contact_force(time, force));
     }
@@ -133,8 +133,9 @@ impl Observer for RunWatch<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use bladeoff_core::record::NoHistory;
     use bladeoff_core::structure::Structure;
-    use bladeoff_core::transient::{NoHistory, simulate};
+    use bladeoff_core::transient::simulate;
     use bladeoff_model::machine::MachineDef;
 
     #[test]
@@ -157,7 +158,7 @@ mod tests {
         limit: Option<u64>,
     }
 
-    impl Observer for Counting {
+    impl Follower for Counting {
         fn wants(&mut self, step: u64, _: f64) -> bool {
             self.asked += 1;
             step.is_multiple_of(3)
@@ -175,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_is_the_same_run_when_it_is_shown_and_the_other_observer_sees_what_it_wants() {
+    fn a_run_is_the_same_run_when_it_is_shown_and_the_other_follower_sees_what_it_wants() {
         let text = include_str!("../../../studies/machines/lab_rig.toml").replace("0.6 s", "0.01 s");
         let machine = MachineDef::parse("lab_rig.toml", &text).and_then(|machine| machine.build()).expect("valid");
         let structure = Structure::build(&machine, None).expect("buildable");

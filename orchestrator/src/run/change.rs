@@ -124,6 +124,7 @@ fn parameter_changes(old: &Study, samples: &Samples) -> Vec<Change> {
 fn described(study: &Study) -> BTreeMap<String, String> {
     let mut all: BTreeMap<String, String> =
         study.machine.paths().into_iter().map(|info| (info.path, info.shown)).collect();
+    all.extend(study.machine.texts().map(|(path, text)| (path.to_owned(), text.to_owned())));
     for axis in &study.axes {
         for varied in &axis.varied {
             all.insert(varied.info.path.clone(), values(varied, axis.length));

@@ -53,6 +53,11 @@ impl MachineDef {
         &self.layout.text
     }
 
+    /// What tables name by a text (`rotor.unbalances.NAME.disc`), by path: a part of the machine that no study varies.
+    pub fn texts(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.layout.texts.iter().map(|(path, text)| (path.as_str(), text.value.as_deref().unwrap_or_default()))
+    }
+
     /// Reads a value written without quotes: "8 mm", "hyp1", "12"; a bare number is SI.
     ///
     /// # Errors
@@ -97,9 +102,11 @@ impl MachineDef {
 
     /// Whether the slot belongs to a machine of the present kinds.
     pub(super) fn applies(&self, index: usize) -> bool {
-        match self.layout.conditions[index] {
-            Some((kind, word)) => self.states[kind].scalar == Scalar::Word(word),
-            None => true,
-        }
+        self.holds(self.layout.conditions[index])
+    }
+
+    /// Whether the present kinds meet a condition of the layout.
+    pub(super) fn holds(&self, condition: Option<(usize, &'static str)>) -> bool {
+        condition.is_none_or(|(kind, word)| self.states[kind].scalar == Scalar::Word(word))
     }
 }

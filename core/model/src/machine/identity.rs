@@ -6,7 +6,7 @@
 //! The sum makes it cheap in a study: exchanging one value is one subtraction and one addition, and a parameter that is
 //! varied counts like one that the file gives. Comments, units, number formats, the machine's name and the order of keys do
 //! not count; the order of bearings and sections does, because columns and sums follow it. A default and the same value
-//! written out in a table that is there anyway are equal.
+//! written out in a table that is there anyway are equal. Texts (`disc` of an unbalance) count where the file has them.
 //!
 //! `run.step_limit` does not count: it is a budget. Runs of one identity are step for step the same up to the smaller of
 //! their limits, so who keeps outcomes by identity has to ask how many steps each needed ([`MachineDef::step_limit`]).
@@ -52,7 +52,7 @@ impl MachineDef {
     }
 }
 
-/// What `set` cannot change: which tables, sections and lists there are.
+/// What `set` cannot change: which tables, sections and lists there are, and what texts name.
 fn layout_part(layout: &Layout) -> u128 {
     let mut hasher = blake3::Hasher::new();
     hasher.update(&SCHEMA.to_le_bytes());
@@ -66,6 +66,10 @@ fn layout_part(layout: &Layout) -> u128 {
     for (group, members) in &layout.groups {
         word(group);
         members.iter().for_each(|member| word(&member.name));
+    }
+    for (path, text) in &layout.texts {
+        word(path);
+        word(text.value.as_deref().unwrap_or_default());
     }
     cut(&hasher.finalize())
 }

@@ -94,6 +94,15 @@ pub(super) struct Named {
     pub span: Span<usize>,
 }
 
+/// A text of a table: it names something, and is no parameter.
+#[derive(Debug, Clone)]
+pub(super) struct Text {
+    pub key: &'static Key,
+    /// `None`: something wrong that has been reported.
+    pub value: Option<String>,
+    pub span: Span<usize>,
+}
+
 /// Everything about a machine file that `set` does not change; shared by all clones.
 #[derive(Debug, Clone)]
 pub(super) struct Layout {
@@ -111,13 +120,16 @@ pub(super) struct Layout {
     pub groups: BTreeMap<String, Vec<Named>>,
     /// Lengths of the lists that the file has, by path; 0 for one that could not be read.
     pub lengths: BTreeMap<String, usize>,
+    /// Texts that the file has in tables, by path. They are no slots, so that a machine without them is what it was before
+    /// the format had them.
+    pub texts: BTreeMap<String, Text>,
 }
 
 impl Layout {
     /// Makes what slots are found by, once there are all of them.
     pub fn index(&mut self) {
         self.by_path = self.slots.iter().enumerate().map(|(index, slot)| (slot.path.clone(), index)).collect();
-        self.conditions = self.slots.iter().map(|slot| self.condition(slot)).collect();
+        self.conditions = self.slots.iter().map(|slot| self.condition(&slot.path, slot.key.when)).collect();
     }
 
     /// The members of a group.
@@ -130,8 +142,11 @@ impl Layout {
         self.by_path.get(path).copied()
     }
 
-    /// Where the innermost table of a path stands that the file has.
+    /// Where a text stands, or the innermost table of a path that the file has.
     pub fn table_span(&self, path: &str) -> Span<usize> {
+        if let Some(text) = self.texts.get(path) {
+            return text.span.clone();
+        }
         let mut path = path;
         loop {
             if let Some(span) = self.tables.get(path) {
@@ -145,14 +160,14 @@ impl Layout {
     }
 
     /// The `kind` slot a condition looks at, and the word it wants.
-    fn condition(&self, slot: &Slot) -> Option<(usize, &'static str)> {
+    pub fn condition(&self, path: &str, when: When) -> Option<(usize, &'static str)> {
         let of_diaphragm = || {
-            let mut steps = slot.path.match_indices('.');
+            let mut steps = path.match_indices('.');
             steps.next();
             let end = steps.next()?.0;
-            self.find(&format!("{}.kind", &slot.path[..end]))
+            self.find(&format!("{}.kind", &path[..end]))
         };
-        match slot.key.when {
+        match when {
             When::Always => None,
             When::Shaft => Some((self.find("rotor.kind")?, "shaft")),
             When::PointMass => Some((self.find("rotor.kind")?, "point-mass")),

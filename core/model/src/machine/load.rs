@@ -4,8 +4,8 @@
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range as Span;
 
-use super::layout::{Layout, Named, Origin, Scalar, Slot, State};
-use super::schema::{Branch, Key, Kind, SCHEMA, Segment, root};
+use super::layout::{Layout, Named, Origin, Scalar, Slot, State, Text};
+use super::schema::{Branch, Key, Kind, Need, SCHEMA, Segment, root};
 use super::value::from_node;
 use crate::document::{Collector, Entry, Node, Problems, Value, cut, parse_toml};
 
@@ -44,6 +44,7 @@ pub(super) fn load<'a>(file: &'a str, text: &'a str) -> Result<Loaded<'a>, Probl
         tables: BTreeMap::new(),
         groups: BTreeMap::new(),
         lengths: BTreeMap::new(),
+        texts: BTreeMap::new(),
     };
     let mut walk = Walk { layout, states: Vec::new(), problems };
     walk.table(root(), "", &Source::Table(entries), 0..0);
@@ -221,7 +222,7 @@ impl Walk<'_> {
         match key.kind {
             // Read before everything else.
             Kind::Schema => {}
-            Kind::Text => self.text(path, entry, table),
+            Kind::Text => self.text(key, path, entry, table),
             Kind::Number(_) | Kind::NumberOr(..) | Kind::Count | Kind::Choice(_) => {
                 self.slot(key, path.to_owned(), false, entry.map(|entry| &entry.node), bad, table);
             }
@@ -321,21 +322,31 @@ impl Walk<'_> {
         self.layout.tables.insert(path.to_owned(), node.span.clone());
     }
 
-    fn text(&mut self, path: &str, entry: Option<&Entry>, table: &Span<usize>) {
+    fn text(&mut self, key: &'static Key, path: &str, entry: Option<&Entry>, table: &Span<usize>) {
         let allowed = format!("1 to {LONGEST_TEXT} characters, none of them a control character");
+        let (mut value, mut span) = (None, table.clone());
         match entry.map(|entry| &entry.node) {
+            None if matches!(key.need, Need::Optional(_)) => return,
             None => self.problems.add(table.clone(), path, "missing").allowed = Some(allowed),
-            Some(Node { value: Value::Text(text), span }) => {
+            Some(Node { value: Value::Text(text), span: place }) => {
                 let length = text.chars().count();
                 if text.trim().is_empty() || length > LONGEST_TEXT || text.chars().any(char::is_control) {
-                    self.report(span, path, "not a usable name", &allowed);
+                    self.report(place, path, "not a usable name", &allowed);
+                } else {
+                    value = Some(text.clone());
                 }
-                self.layout.name.clone_from(text);
+                span = place.clone();
             }
             Some(node) => {
                 let message = format!("text in quotes is expected, not {}", node.value.type_name());
                 self.report(&node.span, path, message, &allowed);
+                span = node.span.clone();
             }
+        }
+        if path == "name" {
+            self.layout.name = value.unwrap_or_default();
+        } else {
+            self.layout.texts.insert(path.to_owned(), Text { key, value, span });
         }
     }
 }

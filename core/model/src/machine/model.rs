@@ -202,8 +202,10 @@ pub enum Presence {
 pub struct Unbalance {
     /// Name of its table.
     pub name: String,
-    /// Node.
+    /// Node where its mass pulls.
     pub node: usize,
+    /// Node with which it turns: that of its disc, or its own.
+    pub twist_node: usize,
     /// Mass \[kg\] >= 0.
     pub mass: f64,
     /// Eccentricity \[m\] >= 0.

@@ -70,6 +70,7 @@ const EXAMPLES: &[(&str, &str)] = &[
     ("rotor.shaft[i].material.poisson_ratio", "0.3"),
     ("rotor.shaft[i].material.density", "\"7850 kg/m3\""),
     ("rotor.shaft[i].material.shear_coefficient", "\"none\""),
+    ("rotor.unbalances.NAME.disc", "\"rear\""),
     ("rotor.damping.torsional", "\"2e-5 s\""),
     ("rotor.speed_law.acceleration", "\"-50 rpm/s\""),
     ("rotor.speed_law.times", "[\"0 s\", \"6 s\"]"),

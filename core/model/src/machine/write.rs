@@ -32,6 +32,7 @@ fn to_toml(def: &MachineDef) -> String {
             let (above, name) = key_path.rsplit_once('.').unwrap_or(("", key_path));
             if above != table {
                 out.push_str(&header(above));
+                texts(def, above, &mut out);
                 above.clone_into(&mut table);
             }
             let value = match slot.key.kind {
@@ -46,6 +47,18 @@ fn to_toml(def: &MachineDef) -> String {
         index = end;
     }
     out
+}
+
+/// The texts of a table.
+fn texts(def: &MachineDef, table: &str, out: &mut String) {
+    for (path, text) in &def.layout.texts {
+        if let (Some((above, name)), Some(value)) = (path.rsplit_once('.'), &text.value)
+            && above == table
+            && def.holds(def.layout.condition(path, text.key.when))
+        {
+            writeln!(out, "{name} = {}", toml::Value::String(value.clone())).expect("writing to a string cannot fail");
+        }
+    }
 }
 
 /// Path of the key a slot is a component of.

@@ -19,6 +19,7 @@ use self::ring::Ring;
 use super::shaft_line::ShaftLine;
 use crate::contact::{ContactForce, Gap, NotUnique, Place, exact_gap, polar_gap};
 use crate::linalg::dot;
+use crate::record::Touch;
 use crate::stator::Surface;
 use crate::structure::Structure;
 use bladeoff_model::machine::{
@@ -47,6 +48,21 @@ pub(crate) struct StepContact {
     pub friction_work: f64,
     pub normal_work: f64,
     pub model_work: f64,
+}
+
+impl StepContact {
+    /// What recorders see of it.
+    pub fn touch(&self) -> Touch {
+        Touch {
+            normal: self.force.normal,
+            sticks: self.force.sticks,
+            gap: self.gap.value,
+            points: self.points,
+            reversed: self.reversed,
+            no_fixed_point: self.no_fixed_point,
+            several_minima: self.several_minima,
+        }
+    }
 }
 
 /// A contact step that could not be computed.

@@ -35,10 +35,21 @@ impl ShaftLine<'_> {
         self.twist_map.expand(&self.twist.previous, &mut self.psi_previous);
     }
 
+    /// `(dt^2/2) M^-1 A = 1/2 + (dt/4) M^-1 C` of the lateral motion and of the twist: what the increments before t = 0 change by for
+    /// a change of the centred ones; `None` where a mass matrix is singular.
+    pub fn centring(&self, structure: &Structure) -> Option<[Matrix; 2]> {
+        let (lateral_mass, twist_mass) = masses(structure, &self.unbalances);
+        let half = |mass: &Matrix, damping: &Matrix| {
+            let moved = crate::linalg::mul(&crate::linalg::inverse(mass)?, damping);
+            Some(Matrix::identity(mass.nrows(), mass.nrows()) * 0.5 + moved * (0.25 * self.dt))
+        };
+        Some([half(&lateral_mass, &structure.lateral.damping)?, half(&twist_mass, &structure.twist.damping)?])
+    }
+
     /// Forces in the instant of v, a, v_psi, a_psi at the place n.
     pub(super) fn instant_forces(&mut self) {
         for (site, turn) in self.unbalances.iter().zip(&mut self.turns) {
-            *turn = Turn::instant(self.v_psi[site.node], self.a_psi[site.node]);
+            *turn = Turn::instant(self.v_psi[site.twist_node], self.a_psi[site.twist_node]);
         }
         self.forces();
     }

@@ -4,10 +4,10 @@
 //! 2T = x'^T M x' + psi'^T J psi' + sum m |p'|^2,  p' = (u' - d psi' sin a, v' + d psi' cos a),  m < 0 of a lost mass
 //! T > 0 in every motion  <=>  [M_K, M_K, J_K] + sum m B^T B is positive definite,  M_K = ([M^-1]_KK)^-1, J_K alike       (1)
 //! one mass after the other:  share = m lambda_max(B A^-1 B^T) < 1,  A: (1) with the added masses and those lost before    (2)
-//! one lost mass alone:       share = m/M_k + m d^2/J_k                                                                    (3)
+//! one lost mass alone:       share = m/M_k + m d^2/J_t                                                                    (3)
 //! ```
-//! K are the nodes of the unbalances. M_k and J_k are what a node has when its neighbours follow as they like, less than the
-//! sum of what is lumped there. Of a rigid body (3) says that what is left has a positive moment of inertia about its own centre.
+//! K are the nodes of the unbalances: of M where they pull, of J those they turn with. M_k and J_t are what a node has when its
+//! neighbours follow as they like, less than the sum of what is lumped there. Of a rigid body (3) says that what is left has a positive moment of inertia about its own centre.
 //! Without (1) a torque accelerates against its own direction: a brake drives the rotor. Close to it the frequency of what is left
 //! governs the step, and from a share of 0.99 on the rounds of a step need not settle (they contract by `share/(2 - share)` squared at
 //! worst), so [`MOST_LOST`] bounds the share.
@@ -28,9 +28,9 @@ pub const MOST_LOST: f64 = 0.98;
 pub struct Overdrawn {
     /// Its place in the machine's list of unbalances.
     pub unbalance: usize,
-    /// What its node has for it \[kg\], [kg m2].
+    /// What its node has for it \[kg\].
     pub mass: f64,
-    /// Moment of inertia about Z.
+    /// Moment of inertia about Z of what it turns with [kg m2].
     pub polar_inertia: f64,
     /// Share (2).
     pub share: f64,
@@ -44,28 +44,31 @@ pub fn overdrawn(rotor: &Rotor) -> Option<Overdrawn> {
     if !sites.iter().any(|site| site.signed_mass() < 0.0) {
         return None;
     }
-    let mut nodes: Vec<usize> = sites.iter().map(|site| site.node).collect();
-    nodes.sort_unstable();
-    nodes.dedup();
+    let places = |node: fn(&Unbalance) -> usize| {
+        let mut nodes: Vec<usize> = sites.iter().map(node).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes
+    };
+    let (nodes, turning) = (places(|site| site.node), places(|site| site.twist_node));
     let (mass, polar) = match &rotor.kind {
         RotorKind::PointMass(point) => (single(point.mass), single(point.polar_inertia)),
-        RotorKind::Shaft(shaft) => condensed(shaft, &nodes)?,
+        RotorKind::Shaft(shaft) => condensed(shaft, &nodes, &turning)?,
     };
     let count = nodes.len();
-    let mut all = Symmetric::dense(3 * count);
+    let mut all = Symmetric::dense(2 * count + turning.len());
     for (first, part) in [(0, &mass), (count, &mass), (2 * count, &polar)] {
-        for i in 0..count {
+        for i in 0..part.size() {
             (0..=i).for_each(|j| all.add(first + i, first + j, part.get(i, j)));
         }
     }
     // The rows of B: the velocity of a site in X and Y, where its node moves and turns.
+    let place = |site: &Unbalance| nodes.binary_search(&site.node).unwrap_or(0);
+    let turn = |site: &Unbalance| 2 * count + turning.binary_search(&site.twist_node).unwrap_or(0);
     let rows = |site: &Unbalance| {
-        let place = nodes.binary_search(&site.node).unwrap_or(0);
+        let (place, turn) = (place(site), turn(site));
         let (sin, cos) = libm::sincos(site.phase);
-        [
-            [(place, 1.0), (2 * count + place, -site.radius * sin)],
-            [(count + place, 1.0), (2 * count + place, site.radius * cos)],
-        ]
+        [[(place, 1.0), (turn, -site.radius * sin)], [(count + place, 1.0), (turn, site.radius * cos)]]
     };
     let add = |all: &mut Symmetric, site: &Unbalance| {
         for [(low, a), (high, b)] in rows(site) {
@@ -86,8 +89,7 @@ pub fn overdrawn(rotor: &Rotor) -> Option<Overdrawn> {
         let (mean, half) = (0.5 * (seen.get(0, 0) + seen.get(1, 1)), 0.5 * (seen.get(0, 0) - seen.get(1, 1)));
         let share = site.mass * (mean + half.hypot(seen.get(1, 0)));
         if share.is_nan() || share > MOST_LOST {
-            let place = nodes.binary_search(&site.node).unwrap_or(0);
-            let mobility = factor.inverse_at([place, 2 * count + place]);
+            let mobility = factor.inverse_at([place(site), turn(site)]);
             let [mass, polar_inertia] = [mobility.get(0, 0), mobility.get(1, 1)].map(|mobility| 1.0 / mobility);
             return Some(Overdrawn { unbalance, mass, polar_inertia, share });
         }
@@ -102,8 +104,8 @@ fn single(value: f64) -> Symmetric {
     matrix
 }
 
-/// M_K of one plane and J_K.
-fn condensed(shaft: &Shaft, nodes: &[usize]) -> Option<(Symmetric, Symmetric)> {
+/// M_K of one plane, and J_K of the nodes that turn.
+fn condensed(shaft: &Shaft, nodes: &[usize], turning: &[usize]) -> Option<(Symmetric, Symmetric)> {
     let size = shaft.nodes.len();
     let (mut lateral, mut twist) = (Symmetric::banded(2 * size, 3), Symmetric::banded(size, 1));
     for (i, element) in shaft.elements.iter().enumerate() {
@@ -121,7 +123,8 @@ fn condensed(shaft: &Shaft, nodes: &[usize]) -> Option<(Symmetric, Symmetric)> {
         twist.add(disc.node, disc.node, disc.polar_inertia);
     }
     let held = |matrix: Symmetric, places: Vec<usize>| {
-        Some(matrix.factor()?.inverse_at(places).factor()?.inverse_at(0..nodes.len()))
+        let count = places.len();
+        Some(matrix.factor()?.inverse_at(places).factor()?.inverse_at(0..count))
     };
-    Some((held(lateral, nodes.iter().map(|node| 2 * node).collect())?, held(twist, nodes.to_vec())?))
+    Some((held(lateral, nodes.iter().map(|node| 2 * node).collect())?, held(twist, turning.to_vec())?))
 }

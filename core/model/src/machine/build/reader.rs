@@ -41,6 +41,16 @@ impl<'a> Reader<'a> {
                 self.missing(&slot.path, slot.key);
             }
         }
+        for (path, text) in &layout.texts {
+            let Some((kind, word)) = layout.condition(path, text.key.when) else { continue };
+            if let Scalar::Word(present) = self.states[kind].scalar
+                && present != word
+                && self.states[kind].origin != Origin::Set
+            {
+                let message = format!("does not belong to kind = \"{present}\"");
+                self.fail(path, message, format!("only with {}", text.key.when.words()));
+            }
+        }
     }
 
     /// Reports a key that is absent.
@@ -80,6 +90,12 @@ impl<'a> Reader<'a> {
             Scalar::Word(word) => Some(word),
             _ => None,
         }
+    }
+
+    /// What a text names, where the file has one; `Some(None)`: reported as wrong.
+    pub fn text(&self, path: &str) -> Option<Option<&'a str>> {
+        let layout: &'a Layout = self.layout;
+        layout.texts.get(path).map(|text| text.value.as_deref())
     }
 
     /// A whole number that is known; its range was checked.
@@ -128,6 +144,9 @@ impl<'a> Reader<'a> {
 
     /// The present value in a readable unit.
     pub fn shown(&self, path: &str) -> Option<String> {
+        if let Some(text) = self.layout.texts.get(path) {
+            return Some(self.problems.excerpt(text.span.clone()));
+        }
         let index = self.layout.find(path)?;
         match self.states[index].scalar {
             Scalar::Number(number) => Some(format_digits(number, self.layout.slots[index].key.unit(), 10)),

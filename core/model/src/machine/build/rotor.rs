@@ -12,6 +12,7 @@ use crate::machine::model::{
     Bearing, Disc, InitialState, PointMass, Presence, Rayleigh, Rotor, RotorKind, RunSettings, Shaft, Unbalance,
     UnbalanceKind,
 };
+use crate::machine::some_of;
 
 pub(super) struct BuiltRotor {
     /// `None`: something was reported.
@@ -33,8 +34,9 @@ pub(super) fn rotor(reader: &mut Reader<'_>, run: Option<&RunSettings>) -> Built
     };
     let discs = if point == Some(true) { Some(Vec::new()) } else { discs(reader, nodes.as_ref()) };
     let bearings = each(reader, "rotor.bearings", |reader, name, table| bearing(reader, nodes.as_ref(), name, table));
-    let unbalances =
-        each(reader, "rotor.unbalances", |reader, name, table| unbalance(reader, nodes.as_ref(), name, table));
+    let unbalances = each(reader, "rotor.unbalances", |reader, name, table| {
+        unbalance(reader, nodes.as_ref(), discs.as_deref(), name, table)
+    });
     let end_time = run.map(|run| run.end_time).or_else(|| reader.number("run.end_time"));
     let speed_law = speed_law(reader, end_time);
     if let Some(bearings) = &bearings {
@@ -82,36 +84,53 @@ fn check_lost(reader: &mut Reader<'_>, rotor: &Rotor) {
     let table = below("rotor.unbalances", &unbalance.name);
     let shown = |value: f64, unit: &str| format_digits(value, unit, 4);
     let (mass, square) = (unbalance.mass, unbalance.mass * unbalance.radius * unbalance.radius);
-    let most = format!("less than {:.0} % of the node's", 100.0 * MOST_LOST);
+    let carried = unbalance.twist_node != unbalance.node;
+    let whole = if carried { "what is there" } else { "the node's" };
+    let most = format!("less than {:.0} % of {whole}", 100.0 * MOST_LOST);
     let path = if mass < MOST_LOST * found.mass { below(&table, "radius") } else { below(&table, "mass") };
     let message = format!(
-        "{} is lost where less is: mass {} of {} and m r^2 {} of {}, together {:.0} % of what the node has",
+        "{} is lost where less is: mass {} of {} and m r^2 {} of {}{}, together {:.0} % of what {}",
         unbalance.name,
         shown(mass, "kg"),
         shown(found.mass, "kg"),
         shown(square, "kg m2"),
         shown(found.polar_inertia, "kg m2"),
-        100.0 * found.share
+        if carried { " of its disc" } else { "" },
+        100.0 * found.share,
+        if carried { "is there" } else { "the node has" }
     );
     // of one mass alone; others at the node leave less
     let radius = ((MOST_LOST / mass - 1.0 / found.mass) * found.polar_inertia).max(0.0).sqrt();
     let allowed = if radius > 0.0 {
-        format!("{most}, here a radius up to {}{}", shown(radius, "m"), disc_hint(rotor, unbalance))
+        format!("{most}, here a radius up to {}{}", shown(radius, "m"), disc_hint(rotor, found.unbalance))
     } else {
-        format!("{most}{}", disc_hint(rotor, unbalance))
+        format!("{most}{}", disc_hint(rotor, found.unbalance))
     };
     reader.fail(&path, message, allowed);
 }
 
-/// A part of a disc is lost where the disc stands, whose inertia includes it.
-fn disc_hint(rotor: &Rotor, unbalance: &Unbalance) -> String {
+/// A part of a disc is lost from its inertia, which includes it.
+fn disc_hint(rotor: &Rotor, index: usize) -> String {
     let RotorKind::Shaft(shaft) = &rotor.kind else { return String::new() };
-    let away = |disc: &&Disc| (shaft.nodes[disc.node] - shaft.nodes[unbalance.node]).abs();
+    let unbalance = &rotor.unbalances[index];
+    let away = |disc: &&Disc| (shaft.nodes[disc.node] - shaft.nodes[unbalance.twist_node]).abs();
+    // whether the disc has what is lost, whatever the masses after it lose
+    let bears = |disc: &Disc| {
+        let mut carried = rotor.clone();
+        carried.unbalances[index].twist_node = disc.node;
+        overdrawn(&carried).is_none_or(|found| found.unbalance > index)
+    };
     match shaft.discs.iter().min_by(|a, b| away(a).total_cmp(&away(b))) {
-        Some(disc) if disc.node == unbalance.node => format!(
-            "; disc {} there has polar_inertia {}, which includes what is lost",
+        Some(disc) if disc.node == unbalance.twist_node => format!(
+            "; disc {}{} has polar_inertia {}, which includes what is lost",
             disc.name,
+            if unbalance.twist_node == unbalance.node { " there" } else { "" },
             format_digits(disc.polar_inertia, "kg m2", 4)
+        ),
+        Some(disc) if bears(disc) => format!(
+            "; no disc stands there: what belongs to disc {0} at {1} has disc = \"{0}\"",
+            disc.name,
+            format_digits(shaft.nodes[disc.node], "m", 10)
         ),
         Some(disc) => format!(
             "; no disc stands there, the nearest is {} at {}: what a disc loses has the disc's position",
@@ -173,13 +192,35 @@ fn bearing(reader: &mut Reader<'_>, nodes: Option<&Nodes>, name: &str, table: &s
     })
 }
 
-fn unbalance(reader: &mut Reader<'_>, nodes: Option<&Nodes>, name: &str, table: &str) -> Option<Unbalance> {
-    let node = places::node(reader, nodes, table);
+fn unbalance(
+    reader: &mut Reader<'_>,
+    nodes: Option<&Nodes>,
+    discs: Option<&[Disc]>,
+    name: &str,
+    table: &str,
+) -> Option<Unbalance> {
+    let place = below(table, "position");
+    let placed = reader.is_point_mass() == Some(true) || reader.is_given(&place);
+    let own = places::node(reader, nodes, table);
+    // its node and the one it turns with
+    let (node, twist_node) = match reader.text(&below(table, "disc")) {
+        Some(disc) if reader.is_point_mass() != Some(true) => {
+            let carrier = carrier(reader, discs, table, disc?);
+            (if placed { own } else { carrier }, carrier)
+        }
+        _ => {
+            if !placed && reader.is_point_mass().is_some() {
+                reader.missing_here(&place, "rotor.unbalances.NAME.position");
+            }
+            (own, own)
+        }
+    };
     let number = |key: &str| reader.number(&below(table, key));
     let word = |key: &str| reader.word(&below(table, key));
     Some(Unbalance {
         name: name.to_owned(),
         node: node?,
+        twist_node: twist_node?,
         mass: number("mass")?,
         radius: number("radius")?,
         phase: number("phase")?,
@@ -192,6 +233,21 @@ fn unbalance(reader: &mut Reader<'_>, nodes: Option<&Nodes>, name: &str, table: 
             _ => Presence::AtRelease,
         },
     })
+}
+
+/// The node of the disc that an unbalance names; `None`: not known.
+fn carrier(reader: &mut Reader<'_>, discs: Option<&[Disc]>, table: &str, name: &str) -> Option<usize> {
+    let names: Vec<&str> = reader.layout.group("rotor.discs").iter().map(|disc| disc.name.as_str()).collect();
+    if !names.contains(&name) {
+        let nearest = reader.problems.nearest(name, names.iter().copied());
+        let allowed = if names.is_empty() {
+            "the name of a disc; there is no [rotor.discs.NAME]".to_owned()
+        } else {
+            some_of(&names.iter().map(|&name| name.to_owned()).collect::<Vec<_>>())
+        };
+        reader.fail(&below(table, "disc"), "no disc has this name", allowed).nearest = nearest;
+    }
+    discs?.iter().find(|disc| disc.name == name).map(|disc| disc.node)
 }
 
 /// The mass point, which must have mass and inertia with its unbalances.

@@ -1,6 +1,6 @@
-//! What an observer of a run may see.
+//! Following a run from outside: what may be seen of an instant, and by whom.
 
-use super::ledger::Energies;
+use super::energies::Energies;
 
 /// One instant of a run, at step n.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,9 +48,9 @@ pub struct ContactFrame {
 }
 
 /// Follows a run. It cannot change it.
-pub trait Observer {
+pub trait Follower {
     /// The normal contact force of the step \[N\], zero without contact: of every step, wanted or not, because single steps
-    /// say little about it. Called before [`Observer::wants`].
+    /// say little about it. Called before [`Follower::wants`].
     fn contact_force(&mut self, _time: f64, _force: f64) {}
     /// Whether the run goes on; asked before each step. One that does not ends as at its step limit.
     fn goes_on(&mut self, _step: u64) -> bool {
@@ -58,7 +58,7 @@ pub trait Observer {
     }
     /// Whether the instant is wanted; called once per step.
     fn wants(&mut self, step: u64, time: f64) -> bool;
-    /// Whether the instant at which the run ends is wanted, besides those of [`Observer::wants`]: it is the state, time and spin of
+    /// Whether the instant at which the run ends is wanted, besides those of [`Follower::wants`]: it is the state, time and spin of
     /// the row; its velocities, loads and contact force are those of a step that would follow.
     fn wants_end(&mut self) -> bool {
         false
@@ -71,7 +71,7 @@ pub trait Observer {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct NoHistory;
 
-impl Observer for NoHistory {
+impl Follower for NoHistory {
     fn wants(&mut self, _step: u64, _time: f64) -> bool {
         false
     }

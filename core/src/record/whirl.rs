@@ -17,7 +17,9 @@
 //! Source: common usage (Muszynska 2005, ch. 6: partial and full annular rub, dry whip); the numbers 0.5 and 0.9 are ours.
 //! Limits: the last, incomplete window does not count. Verified by the tests below and `tests/stresses.rs`.
 
-use super::monitor::FILTER;
+use super::filter::FILTER;
+use super::peak::At;
+use super::row::Row;
 
 /// Share of a window above which rub is heavy.
 const HEAVY_SHARE: f64 = 0.5;
@@ -25,22 +27,26 @@ const HEAVY_SHARE: f64 = 0.5;
 const DIRECTION_SHARE: f64 = 0.9;
 const TURN: f64 = 2.0 * std::f64::consts::PI;
 
-/// One instant of the rotor centre in the diaphragm's frame.
+/// Words of the column `rub_regime`.
+const REGIMES: &[&str] = &["free", "light", "heavy", "backward-whirl"];
+/// Words of the column `whirl_in_rub`.
+const WHIRLS: &[&str] = &["forward", "backward", "mixed"];
+
+/// The rotor centre in the diaphragm's frame, at one instant.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Instant {
-    pub time: f64,
-    /// Mean spin angle \[rad\] and spin \[rad/s\].
+pub(super) struct Motion {
+    /// Mean spin angle \[rad\].
     pub angle: f64,
-    pub speed: f64,
     /// Place \[m\] and velocity \[m/s\].
     pub place: [f64; 2],
     pub velocity: [f64; 2],
     pub touches: bool,
 }
 
-/// Follows one run.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct RubMotion {
+/// Watches the rotor in one ring, in steps of constant length.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct WhirlRecorder {
+    dt: f64,
     window: Option<Window>,
     last_contact: Option<f64>,
     heavy: bool,
@@ -59,28 +65,41 @@ struct Window {
     contact: f64,
 }
 
-impl RubMotion {
-    /// Takes the step at n. Before the first contact it costs nothing.
-    #[inline]
-    pub fn step(&mut self, now: &Instant, dt: f64) {
-        if self.window.is_some() || now.touches {
-            self.follow(now, dt);
+impl WhirlRecorder {
+    pub fn new(dt: f64) -> Self {
+        Self {
+            dt,
+            window: None,
+            last_contact: None,
+            heavy: false,
+            backward: false,
+            against: 0.0,
+            with_spin_time: 0.0,
+            against_spin_time: 0.0,
         }
     }
 
-    fn follow(&mut self, now: &Instant, dt: f64) {
-        let [x, y] = now.place;
+    /// Takes the step at n. Before the first contact it costs nothing.
+    #[inline]
+    pub fn see(&mut self, now: &Motion, at: At) {
+        if self.window.is_some() || now.touches {
+            self.follow(now, at);
+        }
+    }
+
+    fn follow(&mut self, now: &Motion, at: At) {
+        let (dt, [x, y]) = (self.dt, now.place);
         let [vx, vy] = now.velocity;
         let square = x * x + y * y;
         // a rotor that passes through the centre turns by half a turn at most
         let turned = if square > 0.0 { ((x * vy - y * vx) / square * dt).clamp(-0.5 * TURN, 0.5 * TURN) } else { 0.0 };
-        let with_spin = if now.speed < 0.0 { -turned } else { turned };
-        let mut window = self.window.unwrap_or(Window { start: now.time, angle: now.angle, turned: 0.0, contact: 0.0 });
+        let with_spin = if at.speed < 0.0 { -turned } else { turned };
+        let mut window = self.window.unwrap_or(Window { start: at.time, angle: now.angle, turned: 0.0, contact: 0.0 });
         window.turned += with_spin;
         if now.touches {
-            let open = self.last_contact.map_or(f64::INFINITY, |last| now.time - last);
+            let open = self.last_contact.map_or(f64::INFINITY, |last| at.time - last);
             window.contact += if open <= FILTER { open } else { dt };
-            self.last_contact = Some(now.time);
+            self.last_contact = Some(at.time);
             if with_spin > 0.0 {
                 self.with_spin_time += dt;
             } else if with_spin < 0.0 {
@@ -88,8 +107,8 @@ impl RubMotion {
             }
         }
         if (now.angle - window.angle).abs() >= TURN || window.turned.abs() >= TURN {
-            self.close(&window, now.time);
-            window = Window { start: now.time, angle: now.angle, turned: 0.0, contact: 0.0 };
+            self.close(&window, at.time);
+            window = Window { start: at.time, angle: now.angle, turned: 0.0, contact: 0.0 };
         }
         self.window = Some(window);
     }
@@ -101,60 +120,74 @@ impl RubMotion {
         self.backward |= self.against >= TURN;
     }
 
-    /// Index into the words of the column `whirl_in_rub`; `None` without contact.
-    pub fn whirl(&self) -> Option<f64> {
+    /// Place in [`WHIRLS`]; `None` without contact.
+    fn whirl(&self) -> Option<usize> {
         self.last_contact?;
         let (with, against) = (self.with_spin_time, self.against_spin_time);
         let all = with + against;
         Some(if with >= DIRECTION_SHARE * all && all > 0.0 {
-            0.0
+            0
         } else if against >= DIRECTION_SHARE * all && all > 0.0 {
-            1.0
+            1
         } else {
-            2.0
+            2
         })
     }
 
-    /// Index into the words of the column `rub_regime`.
-    pub fn regime(&self) -> f64 {
+    /// Place in [`REGIMES`].
+    fn regime(&self) -> usize {
         match (self.last_contact, self.backward, self.heavy) {
-            (None, ..) => 0.0,
-            (Some(_), true, _) => 3.0,
-            (Some(_), false, true) => 2.0,
-            (Some(_), false, false) => 1.0,
+            (None, ..) => 0,
+            (Some(_), true, _) => 3,
+            (Some(_), false, true) => 2,
+            (Some(_), false, false) => 1,
         }
     }
 
-    /// Time in contact with the rotor centre turning against the spin \[s\].
-    pub fn against_spin_time(&self) -> f64 {
-        self.against_spin_time
+    pub fn report(of: Option<&Self>, row: &mut Row<'_>) {
+        row.choice(
+            "rub_regime",
+            REGIMES,
+            "worst rub of the run: free, light (intermittent), heavy (in impacts for at least half of a turn), backward-whirl \
+             (heavy, and the rotor centre turned against the spin by a whole turn)",
+            of.map(Self::regime),
+        );
+        row.choice(
+            "whirl_in_rub",
+            WHIRLS,
+            "sense in which the rotor centre turns about the diaphragm's centre for at least 90 % of the time in contact, against \
+             the spin: forward or backward, otherwise mixed; null without contact",
+            of.and_then(Self::whirl),
+        );
+        row.real(
+            "backward_whirl_time_s",
+            "s",
+            "time in contact with the rotor centre turning against the spin",
+            of.map(|whirl| whirl.against_spin_time),
+        );
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::outcome::{REGIME_WORDS, WHIRL_WORDS};
 
     /// A circular orbit at `whirl` rad/s with spin 100 rad/s for 1 s; contact where `touches` says so.
     fn orbit(whirl: f64, touches: impl Fn(f64) -> bool) -> (&'static str, Option<&'static str>) {
         let (dt, spin) = (1e-4, 100.0);
-        let mut motion = RubMotion::default();
+        let mut recorder = WhirlRecorder::new(1e-4);
         for step in 0..10_000 {
             let time = f64::from(step) * dt;
             let (sin, cos) = (whirl * time).sin_cos();
-            let now = Instant {
-                time,
+            let now = Motion {
                 angle: spin * time,
-                speed: spin,
                 place: [cos, sin],
                 velocity: [-whirl * sin, whirl * cos],
                 touches: touches(time),
             };
-            motion.step(&now, dt);
+            recorder.see(&now, At { time, speed: spin });
         }
-        let word = |words: &[&'static str], index: f64| words[index as usize];
-        (word(REGIME_WORDS, motion.regime()), motion.whirl().map(|index| word(WHIRL_WORDS, index)))
+        (REGIMES[recorder.regime()], recorder.whirl().map(|place| WHIRLS[place]))
     }
 
     #[test]
@@ -171,7 +204,7 @@ mod tests {
     #[test]
     fn a_short_swing_against_the_spin_is_no_backward_whirl() {
         // a swing of 0.3 rad either way
-        let mut motion = RubMotion::default();
+        let mut recorder = WhirlRecorder::new(1e-4);
         let dt = 1e-4;
         for step in 0..10_000 {
             let time = f64::from(step) * dt;
@@ -179,10 +212,11 @@ mod tests {
             let rate = 15.0 * (50.0 * time).cos();
             let place = [angle.cos(), angle.sin()];
             let velocity = [-rate * angle.sin(), rate * angle.cos()];
-            motion.step(&Instant { time, angle: 100.0 * time, speed: 100.0, place, velocity, touches: true }, dt);
+            let now = Motion { angle: 100.0 * time, place, velocity, touches: true };
+            recorder.see(&now, At { time, speed: 100.0 });
         }
-        assert_eq!(motion.regime(), 2.0);
-        assert_eq!(motion.whirl(), Some(2.0));
+        assert_eq!(REGIMES[recorder.regime()], "heavy");
+        assert_eq!(recorder.whirl().map(|place| WHIRLS[place]), Some("mixed"));
     }
 
     #[test]

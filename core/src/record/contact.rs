@@ -1,0 +1,182 @@
+//! What the contact with one ring did: forces, impulse, impacts, what it left, how it was solved.
+
+use super::filter::{FILTER, LastMillisecond};
+use super::peak::{At, Peak};
+use super::row::Row;
+use bladeoff_model::machine::{Contact, Detection};
+
+/// The contact of one step, as recorders see it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Touch {
+    /// Normal force, the sum over all points \[N\].
+    pub normal: f64,
+    /// No slip.
+    pub sticks: bool,
+    /// Gap of the converged step, in the run's own gap function \[m\].
+    pub gap: f64,
+    /// Points that carry a force.
+    pub points: usize,
+    /// Slip direction frozen at the prediction and not kept by the solution.
+    pub reversed: bool,
+    /// One contact point has no fixed point.
+    pub no_fixed_point: bool,
+    /// The rotor penetrated the predicted ring at more than one local minimum.
+    pub several_minima: bool,
+}
+
+/// Watches one ring in steps of constant length.
+#[derive(Debug, Clone)]
+pub(crate) struct ContactRecorder {
+    dt: f64,
+    /// Contact at the angle of the rotor's centre: its gap has one minimum, and its force does model work.
+    polar: bool,
+    force: Peak,
+    /// Impulses of the last 1 ms \[N s\], and their sum over 1 ms.
+    impulses: LastMillisecond,
+    filtered: Peak,
+    penetration: Peak,
+    /// Penetration that the contact of the last step left at its end \[m\].
+    left: Option<f64>,
+    first: Option<f64>,
+    last: Option<f64>,
+    impulse: f64,
+    time: f64,
+    stick_time: f64,
+    impacts: u64,
+    no_fixed_point: u64,
+    several_points: u64,
+    several_minima: u64,
+    reversals: u64,
+}
+
+impl ContactRecorder {
+    pub fn new(contact: &Contact, dt: f64) -> Self {
+        Self {
+            dt,
+            polar: contact.detection == Detection::Hyp1,
+            force: Peak::at_start(0.0),
+            impulses: LastMillisecond::new(dt),
+            filtered: Peak::default(),
+            penetration: Peak::default(),
+            left: None,
+            first: None,
+            last: None,
+            impulse: 0.0,
+            time: 0.0,
+            stick_time: 0.0,
+            impacts: 0,
+            no_fixed_point: 0,
+            several_points: 0,
+            several_minima: 0,
+            reversals: 0,
+        }
+    }
+
+    /// Takes the contact of a step, `None` without force.
+    pub fn see(&mut self, touch: Option<&Touch>, at: At) {
+        let force = touch.map_or(0.0, |touch| touch.normal);
+        self.finish(at);
+        self.impulses.slide(force * self.dt);
+        if let Some(impulse) = self.impulses.sum() {
+            self.filtered.see(impulse / (self.impulses.length() as f64 * self.dt), at);
+        }
+        let Some(touch) = touch else { return };
+        self.first.get_or_insert(at.time);
+        // a step longer than that shows no gap between two contacts that follow each other
+        if self.last.is_none_or(|last| at.time - last > FILTER.max(1.5 * self.dt)) {
+            self.impacts += 1;
+        }
+        self.last = Some(at.time);
+        self.impulse += force * self.dt;
+        self.time += self.dt;
+        if touch.sticks {
+            self.stick_time += self.dt;
+        }
+        self.no_fixed_point += u64::from(touch.no_fixed_point);
+        self.several_points += u64::from(touch.points > 1);
+        self.several_minima += u64::from(touch.several_minima);
+        self.reversals += u64::from(touch.reversed);
+        self.force.see(force, at);
+        self.left = Some((-touch.gap).max(0.0));
+    }
+
+    /// What the last contact left, at the instant it left it: that of the next step, or the end.
+    pub fn finish(&mut self, at: At) {
+        if let Some(depth) = self.left.take() {
+            self.penetration.see(depth, at);
+        }
+    }
+
+    /// Whether there was contact.
+    pub fn touched(&self) -> bool {
+        self.first.is_some()
+    }
+
+    /// Whether its force does work that its gap does not account for.
+    pub fn does_model_work(&self) -> bool {
+        self.polar && self.touched()
+    }
+
+    /// Largest penetration that a contact left \[m\].
+    pub fn penetration(&self) -> Option<f64> {
+        self.penetration.value
+    }
+
+    /// Steps whose slip velocity changed sign.
+    pub fn reversals(&self) -> u64 {
+        self.reversals
+    }
+
+    pub(super) fn report_first(of: Option<&Self>, row: &mut Row<'_>) {
+        let first = of.and_then(|contact| contact.first);
+        row.real("first_contact_s", "s", "time of the first contact; null without contact", first);
+    }
+
+    pub(super) fn report_forces(of: Option<&Self>, row: &mut Row<'_>) {
+        row.peak(
+            "max_contact_force",
+            "N",
+            "largest normal contact force of one step (not a converged quantity: see max_filtered_contact_force_N)",
+            of.map(|contact| contact.force),
+        );
+        row.peak(
+            "max_filtered_contact_force",
+            "N",
+            "largest impulse of the last 1 ms divided by 1 ms",
+            of.map(|contact| contact.filtered),
+        );
+        let impulse = of.map(|contact| contact.impulse);
+        row.real("contact_impulse_Ns", "N s", "time integral of the normal contact force", impulse);
+        row.real("contact_time_s", "s", "time with a contact force", of.map(|contact| contact.time));
+        row.real("stick_time_s", "s", "time in contact without slip", of.map(|contact| contact.stick_time));
+        let impacts = of.map(|contact| contact.impacts);
+        row.count("impacts", "impacts; one ends when the gap has stayed open for 1 ms", impacts);
+    }
+
+    pub(super) fn report_penetration(of: Option<&Self>, row: &mut Row<'_>) {
+        row.peak(
+            "residual_penetration",
+            "m",
+            "largest penetration that a contact force left at the end of its step, in the run's own gap function; at the instant \
+             where it was left, as contact.gap_m of a history shows it (0 with a radial spring, which gives way instead)",
+            of.map(|contact| contact.penetration),
+        );
+    }
+
+    pub(super) fn report_solves(of: Option<&Self>, row: &mut Row<'_>) {
+        row.count(
+            "no_fixed_point_steps",
+            "steps in which one exact contact point had no fixed point; solved with several points, or at the predicted place",
+            of.map(|contact| contact.no_fixed_point),
+        );
+        let several = of.map(|contact| contact.several_points);
+        row.count("several_points_steps", "steps with more than one contact point on the ring", several);
+        row.count(
+            "several_minima_steps",
+            "contact steps whose predicted ring is penetrated at more than one local minimum of the distance; null with hyp1",
+            of.filter(|contact| !contact.polar).map(|contact| contact.several_minima),
+        );
+        let reversals = of.map(|contact| contact.reversals);
+        row.count("slip_reversal_steps", "contact steps whose slip velocity changed sign", reversals);
+    }
+}

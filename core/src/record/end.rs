@@ -1,0 +1,54 @@
+//! How far a run came, in how many steps, and why it ended.
+
+use super::row::Row;
+use crate::outcome::{Cause, EndCause};
+
+/// The end of a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct End {
+    pub cause: EndCause,
+    /// Time \[s\] and mean spin \[rad/s\].
+    pub time: f64,
+    pub speed: f64,
+    /// Why it failed.
+    pub failure: Option<Cause>,
+}
+
+impl End {
+    pub(super) fn report(of: Option<&Self>, row: &mut Row<'_>) {
+        row.real("end_time_s", "s", "simulated time at which the run ended", of.map(|end| end.time));
+        row.real(
+            "end_speed_rad_s",
+            "rad/s",
+            "inertia-weighted mean spin at the end, of second order; 0 where the rotor stopped",
+            of.map(|end| end.speed),
+        );
+    }
+
+    pub(super) fn report_stop(of: Option<&Self>, row: &mut Row<'_>) {
+        let stopped = of.filter(|end| end.cause == EndCause::Stopped);
+        row.real(
+            "stop_time_s",
+            "s",
+            "time at which the rotor came to rest; null unless it stopped",
+            stopped.map(|end| end.time),
+        );
+    }
+}
+
+/// Counts the work of a run.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Steps {
+    pub done: u64,
+    /// Length \[s\].
+    pub step: f64,
+    pub iterations: u64,
+}
+
+impl Steps {
+    pub(super) fn report(&self, row: &mut Row<'_>) {
+        row.count("steps", "time steps", self.done);
+        row.real("step_s", "s", "time step", self.step);
+        row.count("iterations", "iterations of the non-linear solve, all steps together", self.iterations);
+    }
+}

@@ -1,0 +1,105 @@
+//! Energies of a run: every store and every flow integrated on its own, so that their balance is a check and not a definition.
+
+use super::ring::RingRecorders;
+use super::row::Row;
+
+/// Energies of one instant and the work done up to it \[J\].
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Energies {
+    /// Kinetic: rotor, spin, gyroscopic coupling, unbalance, ring.
+    pub kinetic: f64,
+    /// Strain: shaft, bearings' potential part, twist, ring, radial spring.
+    pub strain: f64,
+    /// Gravity.
+    pub gravity: f64,
+    /// Dissipated by bearings.
+    pub bearings: f64,
+    /// Dissipated by structural damping of the shaft, in bending and in twist.
+    pub structure: f64,
+    /// Dissipated by the stator's damping.
+    pub stator: f64,
+    /// Taken by braking.
+    pub braking: f64,
+    /// Dissipated by contact friction.
+    pub friction: f64,
+    /// Taken out by the normal contact force.
+    pub normal: f64,
+    /// Hyp 1's model work, taken out.
+    pub model: f64,
+    /// Put in by skew bearing stiffness.
+    pub skew: f64,
+    /// Put in by the drive of a prescribed speed.
+    pub drive: f64,
+}
+
+impl Energies {
+    /// Energy stored.
+    #[must_use]
+    pub fn stored(&self) -> f64 {
+        self.kinetic + self.strain + self.gravity
+    }
+    /// Energy that has left.
+    #[must_use]
+    pub fn taken(&self) -> f64 {
+        self.bearings + self.structure + self.stator + self.braking + self.friction + self.normal + self.model
+            - self.skew
+            - self.drive
+    }
+}
+
+/// Keeps the balance of a run: an engine writes stores and works into `now`, whose first balance is the reference.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct EnergyBalance {
+    pub now: Energies,
+    /// Energy at the start; `None` before the first balance.
+    initial: Option<f64>,
+    largest: f64,
+    largest_error: f64,
+}
+
+impl EnergyBalance {
+    /// The error of the balance, with stores and works of the same step.
+    pub fn balance(&mut self) {
+        let total = self.now.stored();
+        // the works before the first one are those of half a step before and after t = 0: they belong to the start
+        let initial = *self.initial.get_or_insert(total + self.now.taken());
+        self.largest = self.largest.max(total.abs());
+        self.largest_error = self.largest_error.max((total + self.now.taken() - initial).abs());
+    }
+
+    /// Energy at the start \[J\]; 0 before the first balance.
+    pub fn initial(&self) -> f64 {
+        self.initial.unwrap_or(0.0)
+    }
+
+    /// Largest balance error over the largest total energy.
+    pub fn relative_error(&self) -> f64 {
+        if self.largest > 0.0 { self.largest_error / self.largest } else { 0.0 }
+    }
+
+    /// Works of contact are null without a ring.
+    pub(super) fn report(&self, rings: &[RingRecorders], row: &mut Row<'_>) {
+        let work = |joules: f64| (!rings.is_empty()).then_some(joules);
+        let models = rings.iter().any(|ring| ring.contact.does_model_work());
+        let friction = work(self.now.friction);
+        row.real("friction_energy_J", "J", "energy dissipated by contact friction", friction);
+        row.real(
+            "normal_work_J",
+            "J",
+            "energy that the normal contact force took out (positive) or put in (negative), Hyp 1's model work apart",
+            work(self.now.normal),
+        );
+        row.real(
+            "model_work_J",
+            "J",
+            "work of the normal force that Hyp 1's approximate gap does not account for; null with other detections",
+            models.then_some(self.now.model),
+        );
+        row.real(
+            "energy_error",
+            "",
+            "largest error of the energy balance over the largest total energy",
+            self.relative_error(),
+        );
+    }
+}

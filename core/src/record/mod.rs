@@ -1,0 +1,112 @@
+//! What a run is watched for: recorders, each of one quantity of interest or a few, and the row of the table they make.
+//!
+//! A recorder is handed plain numbers of an instant ([`At`], loads, displacements, [`RingInstant`]) and knows no engine: whichever
+//! finds the motion hands them in. It reports each of its columns together with its value, in one place ([`Row`]), so that
+//! [`columns`] and the values of an outcome cannot disagree. The order of the table is that of [`Recorders::report`].
+//! Who follows the motion itself, for a history, is a [`Follower`].
+
+mod contact;
+mod end;
+mod energies;
+mod filter;
+mod follow;
+mod loads;
+mod peak;
+mod ring;
+mod row;
+mod stresses;
+mod twin;
+mod verdict;
+mod whirl;
+
+pub use energies::Energies;
+pub use filter::LastMillisecond;
+pub use follow::{ContactFrame, Follower, Frame, NoHistory};
+
+pub(crate) use contact::Touch;
+pub(crate) use end::End;
+pub(crate) use peak::At;
+pub(crate) use ring::RingInstant;
+pub(crate) use twin::Twin;
+
+use end::Steps;
+use energies::EnergyBalance;
+use loads::LoadRecorder;
+use ring::RingRecorders;
+use row::Row;
+use stresses::StressRecorder;
+use verdict::Verdict;
+
+use crate::outcome::{Column, Outcome};
+use crate::structure::{RingPart, Structure};
+use bladeoff_model::machine::Machine;
+
+/// The numeric columns of one machine's outcome, in table order. They depend on its bearing names and on the number of its
+/// shaft sections alone, never on what a study varies. Of the sections the first 12 have columns of their own, fewer where
+/// many bearings would bring the columns above [`crate::outcome::MAX_COLUMNS`].
+#[must_use]
+pub fn columns(machine: &Machine) -> Vec<Column> {
+    let mut columns = Vec::new();
+    // neither a ring's matrices nor the step have a say in them
+    Recorders::new(machine, &[], 0.0).report(None, None, &mut Row::Columns(&mut columns));
+    columns
+}
+
+/// The recorders of one run.
+#[derive(Debug, Clone)]
+pub(crate) struct Recorders {
+    pub loads: LoadRecorder,
+    pub stresses: StressRecorder,
+    pub energies: EnergyBalance,
+    pub steps: Steps,
+    /// One for each diaphragm, in the machine's order.
+    pub rings: Vec<RingRecorders>,
+}
+
+impl Recorders {
+    /// For a run in steps of `step` \[s\] with the structure's flexible rings.
+    pub fn new(machine: &Machine, rings: &[Option<RingPart>], step: f64) -> Self {
+        let part = |i: usize| rings.get(i).and_then(Option::as_ref);
+        let ring = |(i, diaphragm)| RingRecorders::new(diaphragm, part(i), step);
+        Self {
+            loads: LoadRecorder::new(&machine.rotor.bearings),
+            stresses: StressRecorder::new(&machine.rotor.kind),
+            energies: EnergyBalance::default(),
+            steps: Steps { done: 0, step, iterations: 0 },
+            rings: machine.diaphragms.iter().enumerate().map(ring).collect(),
+        }
+    }
+
+    /// Takes the end of the run.
+    pub fn finish(&mut self, end: &End) {
+        for ring in &mut self.rings {
+            ring.contact.finish(At { time: end.time, speed: end.speed });
+        }
+    }
+
+    /// Verdict and row of a run that has ended, after [`Recorders::finish`].
+    pub fn outcome(&self, machine: &Machine, structure: &Structure, end: &End, twin: Option<&Twin>) -> Outcome {
+        let mut values = Vec::new();
+        self.report(Some(end), twin, &mut Row::Values(&mut values));
+        let Verdict { status, cause, causes } = self.verdict(machine, structure, end);
+        Outcome { status, cause, causes, end_cause: end.cause, values }
+    }
+
+    /// Every column with its value, in table order.
+    fn report(&self, end: Option<&End>, twin: Option<&Twin>, row: &mut Row<'_>) {
+        // a machine without a ring has the columns of one, and no values in them
+        let rings: Vec<Option<&RingRecorders>> =
+            if self.rings.is_empty() { vec![None] } else { self.rings.iter().map(Some).collect() };
+        End::report(end, row);
+        rings.iter().for_each(|ring| RingRecorders::report_first_contact(*ring, row));
+        self.loads.report(row);
+        rings.iter().for_each(|ring| RingRecorders::report_contact(*ring, row));
+        self.energies.report(&self.rings, row);
+        rings.iter().for_each(|ring| RingRecorders::report_solves(*ring, row));
+        self.steps.report(row);
+        End::report_stop(end, row);
+        Twin::report(twin, row);
+        rings.iter().for_each(|ring| RingRecorders::report_blades(*ring, row));
+        self.stresses.report(row);
+    }
+}
