@@ -5,7 +5,7 @@
 //! Verified by `dry_whip_threshold_converges_with_order_two`, `a_loaded_start_has_the_velocity_asked_for` in `tests/rub.rs`.
 
 use super::shaft_line::{distance, norm};
-use super::{ContactFailure, Run, TOLERANCE};
+use super::{Run, TOLERANCE};
 use crate::outcome::Cause;
 
 /// Rounds at most: each gains a factor of `x/(1 + x)`, `x = c dt/(2 m)` of the damping, beside what friction changes.
@@ -73,8 +73,7 @@ impl Run<'_> {
         let Some(rub) = &mut self.rub else { return Ok(false) };
         match rub.correct(&mut self.line, self.time, &mut self.d, &mut self.d_twist) {
             Ok(contact) => Ok(contact.is_some()),
-            Err(ContactFailure::NotUnique(_)) => Err(Cause::LossOfUniqueness),
-            Err(ContactFailure::NoConvergence) => Err(Cause::Diverged),
+            Err(failure) => Err(failure.cause()),
         }
     }
 }
