@@ -121,6 +121,11 @@ fn other_columns_are_carried_along_left_out_or_named() {
     assert_eq!(carried[3], ["run-002", "", "008"]);
     let why = say(&["why", &out, "2"]);
     assert!(why.out.lines().any(|line| line.starts_with("id ") && line.ends_with("run-002")), "{}", why.out);
+    assert!(
+        why.out.lines().any(|line| line.starts_with("weight ") && line.ends_with(" -")),
+        "an empty cell: {}",
+        why.out
+    );
     // One more column: another table, nothing computed again.
     let more = fs::read_to_string(&study)
         .expect("readable")

@@ -14,8 +14,8 @@ pub enum EngineError {
     #[error("the model of the machine cannot be built")]
     Build(#[source] BasisError),
     /// The run's settings do not fit the model.
-    #[error("the run cannot start")]
-    Start(#[source] PlanError),
+    #[error(transparent)]
+    Start(PlanError),
     /// Whirl frequencies.
     #[error("the modes cannot be computed")]
     Modes(#[source] EigenError),
