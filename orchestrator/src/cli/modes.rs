@@ -199,7 +199,9 @@ fn overdamped_table(speed: &SpeedModes, count: usize) -> String {
         let frequency = if mode.frequency > 0.0 { shown(hertz(mode.frequency)) } else { "none".to_owned() };
         table.row(vec![shown(mode.decay), frequency, shown(mode.damping_ratio)]);
     }
-    let is_pair = |pair: &[OverdampedMode]| (pair[0].decay / pair[1].decay - 1.0).abs() < SAME;
+    let is_pair = |pair: &[OverdampedMode]| {
+        pair.iter().all(|mode| mode.frequency == 0.0) && (pair[0].decay / pair[1].decay - 1.0).abs() < SAME
+    };
     let has_pairs = speed.overdamped.windows(2).any(is_pair);
     let pairs = if has_pairs { "  Two equal rows are a pair: the same motion in each of two planes.\n" } else { "" };
     format!("\noverdamped at {at}: no whirl (damping ratio from {OVERDAMPED}){more}\n{}{pairs}", table.render("  "))
