@@ -1,12 +1,18 @@
 //! Histories: what is recorded is what happened, the run is not changed by being watched, files survive a cut.
 
+mod support;
+
 use bladeoff::history::{Decimation, HistoryError, Recorder, Settings, catalogue, read, recover, select};
 use bladeoff_core::outcome::Outcome;
 use bladeoff_core::record::{NoHistory, columns};
 use bladeoff_core::structure::Structure;
 use bladeoff_core::transient::{StepPlan, simulate};
 use bladeoff_model::machine::{Machine, MachineDef};
+use std::fs;
 use std::path::Path;
+use std::process::{Command, Stdio};
+use support::faults::{signal, wait_until};
+use support::{Folder, bladeoff, said, say};
 
 /// The lab rig through its first impacts.
 fn machine() -> Machine {
@@ -220,4 +226,79 @@ fn unknown_channels_are_refused_with_the_nearest_name() {
     assert!(error.to_string().contains("contact.gap_m"), "{error}");
     assert_eq!(select(all.clone(), &["contact.gap".to_owned()]).expect("without unit").len(), 1);
     assert!(select(all, &[]).expect("defaults").len() > 20);
+}
+
+/// Whether a process catches a signal, by the mask in /proc.
+fn catches(pid: u32, number: u32) -> bool {
+    let status = fs::read_to_string(format!("/proc/{pid}/status")).unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigCgt:"));
+    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).is_some_and(|mask| mask >> (number - 1) & 1 == 1)
+}
+
+/// Ended by Ctrl-C or a signal, a run says where its history is and how to make it whole; all that was recorded is there.
+#[test]
+fn a_run_that_is_ended_by_a_signal_says_what_is_left_of_its_history() {
+    let folder = Folder::new();
+    let rig = folder.name("machines/rig.toml");
+    for (name, by, number, code) in
+        [("a.mcap", "INT", 2, 130), ("a.csv", "TERM", 15, 143), ("a.parquet", "INT", 2, 130)]
+    {
+        let (history, temporary) = (folder.path(name), folder.path(&format!("{name}.tmp")));
+        let words =
+            ["simulate", &rig, "--set", "run.end_time=400 s", "--step", "0.05 us", "--decimate", "1", "--history"];
+        let mut child = bladeoff(&[&words[..], &[&folder.name(name)]].concat())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("it starts");
+        wait_until("it listens", || catches(child.id(), number));
+        let is_written = || fs::metadata(&temporary).is_ok_and(|found| found.len() > 0);
+        wait_until("something is written", || name.ends_with("parquet") || is_written());
+        assert!(signal(child.id(), by), "it was under way");
+        wait_until("its end", || child.try_wait().expect("a child").is_some());
+        let ended = said(child.wait_with_output().expect("ended"));
+        assert_eq!(ended.code, code, "{name}: {}", ended.err);
+        assert!(ended.out.is_empty() && !history.exists(), "{name}: {}", ended.out);
+        assert!(ended.err.contains("error: the run was ended by "), "{name}: {}", ended.err);
+        let told = ended.err.contains(&format!("what was written until then is in {}", temporary.display()));
+        assert_eq!(told, temporary.exists(), "{name}: {}", ended.err);
+        match name {
+            "a.mcap" => {
+                let command = ended.err.split("a whole file of it: ").nth(1).expect("a command").trim();
+                let recovered = said(Command::new("sh").args(["-c", command]).output().expect("a shell"));
+                assert_eq!(recovered.code, 0, "{command}: {}", recovered.err);
+                assert!(recovered.out.contains("nothing was cut"), "{}", recovered.out);
+                assert!(read(&history).expect("readable").time.len() > 100);
+            }
+            "a.csv" => {
+                let text = fs::read_to_string(&temporary).expect("readable");
+                let cells: Vec<usize> = text.lines().map(|line| line.split(',').count()).collect();
+                assert!(text.ends_with('\n') && cells.len() > 10 && cells.iter().all(|count| *count == cells[0]));
+            }
+            _ => assert!(!temporary.exists() && ended.err.contains("nothing of its history is kept"), "{}", ended.err),
+        }
+    }
+}
+
+#[test]
+fn an_interval_that_the_run_does_not_have_is_refused_with_the_longest_it_has() {
+    let folder = Folder::new();
+    let (rig, history) = (folder.name("machines/rig.toml"), folder.name("a.csv"));
+    let simulate = |option: &str, value: &str| {
+        say(&["simulate", &rig, "--set", "run.end_time=2 ms", "--history", &history, option, value])
+    };
+    for (option, value, allowed) in [
+        ("--every", "1e300", "run.end_time = 2 ms"),
+        ("--every", "2.001 ms", "run.end_time = 2 ms"),
+        ("--every", "0 s", "run.end_time = 2 ms"),
+        ("--every", "-1 ms", "run.end_time = 2 ms"),
+        ("--decimate", "18446744073709551615", "the steps that the run may take"),
+    ] {
+        let said = simulate(option, value);
+        assert_eq!(said.code, 3, "{option} {value}: {}", said.err);
+        assert!(said.err.contains(&format!("error: {option} {value}: out of range\n  allowed: ")), "{}", said.err);
+        assert!(said.err.contains(allowed) && !Path::new(&history).exists(), "{}", said.err);
+    }
+    assert_eq!(simulate("--every", "2 ms").code, 0);
+    assert_eq!(read(Path::new(&history)).expect("readable").time.len(), 2, "the first and the last instant");
 }

@@ -133,7 +133,7 @@ fn a_sample_whose_worker_is_killed_again_and_again_is_tried_once_by_every_later_
         "{}",
         said.err
     );
-    assert!(said.err.contains("19 of 20 samples are there already, 1 are computed"), "{}", said.err);
+    assert!(said.err.contains("19 of 20 samples are there already, 1 is computed"), "{}", said.err);
     // Nobody kills any more: the row is the one it would have been, and then nothing else is computed.
     let said = run(&study, &out, &[], Some(&fault("over", "do=kill,times=0")));
     assert!(said.code == 0 && bytes(&out) == bytes(&calm), "{}", said.err);

@@ -216,7 +216,7 @@ fn samples_that_failed_or_killed_their_worker_are_computed_again_when_asked() {
     assert_eq!(run(&study, &out, &[]).code, 4);
     assert_eq!(run(&study, &out, &["--rerun", "cause=time_limit,diverged"]).code, 4);
     let again = run_well(&study, &out, &["--rerun", "cause=worker_crashed"]);
-    assert!(again.err.contains("23 of 24 samples are there already, 1 are computed"), "{}", again.err);
+    assert!(again.err.contains("23 of 24 samples are there already, 1 is computed"), "{}", again.err);
     assert!(bytes(&out) == bytes(&calm));
     assert_eq!(run(&study, &out, &["--rerun", "cause=nonsense"]).code, 2);
 }

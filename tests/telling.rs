@@ -10,6 +10,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::{Arc, Mutex, PoisonError};
 use support::faults::{STUDY, wait_until};
+use support::screen::screen;
 use support::{Folder, Said, bladeoff, said, say};
 
 const BINARY: &str = env!("CARGO_BIN_EXE_bladeoff");
@@ -256,6 +257,55 @@ fn a_number_that_must_be_one_at_least_says_so() {
 }
 
 #[test]
+fn a_sample_with_a_sign_is_no_option() {
+    for (words, code, told) in [
+        (&["why", "-1"][..], 3, "\"-1\" is not the number of a sample: samples are numbered from 0"),
+        (&["why", "runs/x", "-1"], 3, "\"-1\" is not the number of a sample: samples are numbered from 0"),
+        (&["why", "--1"], 2, "error: --1 is no option; a number stands without dashes: 1\n"),
+    ] {
+        let said = say(words);
+        assert_eq!(said.code, code, "{words:?}: {}", said.err);
+        assert!(said.err.contains(told) && !said.err.contains("tip:"), "{words:?}: {}", said.err);
+    }
+}
+
+#[test]
+fn why_shows_the_twin_of_a_sample_that_has_one() {
+    let folder = Folder::new();
+    let study = folder
+        .write("s.toml", &STUDY.replacen("schema = 1\n", "schema = 1\ntwin_share = 0.5\n", 1).replace("0.1 s", "2 ms"));
+    let out = folder.name("out");
+    assert_eq!(say(&["run", &study, "--out", &out]).code, 0);
+    let (header, rows) = support::table(&out);
+    let twin = header.iter().position(|name| name == "run.twin").expect("the column");
+    let mut seen = [0, 0];
+    for (sample, row) in rows.iter().enumerate() {
+        let why = say(&["why", &out, &sample.to_string()]);
+        let has_twin = row[twin].parse::<f64>().expect("a number") > 0.0;
+        let line = why.out.lines().find(|line| line.starts_with("run.twin "));
+        assert_eq!(line.is_some_and(|line| line.contains(" 1e-6 (a second run starts")), has_twin, "{}", why.out);
+        seen[usize::from(has_twin)] += 1;
+    }
+    assert!(seen[0] > 0 && seen[1] > 0, "{seen:?}");
+}
+
+#[test]
+fn a_study_that_cannot_start_says_so_once_and_what_is_allowed() {
+    let folder = Folder::new();
+    let study = folder.write("s.toml", &STUDY.replace("[set]", "[set]\n\"run.step\" = \"1 ms\""));
+    let said = say(&["check", &study]);
+    assert_eq!(said.code, 3, "{}", said.err);
+    assert_eq!(said.err.matches("cannot start").count(), 1, "{}", said.err);
+    assert!(said.err.contains("  because: the step 1 ms is too large for the reduced engine"), "{}", said.err);
+    // The limit as it is told is one.
+    let limit = said.err.split("largest allowed ").nth(1).and_then(|rest| rest.split(" = ").next()).expect("a limit");
+    assert!(limit.ends_with(" us"), "{limit}");
+    let rig = folder.name("machines/rig.toml");
+    let said = say(&["simulate", &rig, "--set", "run.end_time=1 ms", "--step", limit]);
+    assert!(!said.err.contains("too large"), "{limit}: {}", said.err);
+}
+
+#[test]
 fn a_fixed_release_angle_is_said_and_the_lines_that_are_proposed_vary_it() {
     let folder = Folder::new();
     let text = fs::read_to_string(folder.small_study()).expect("the study");
@@ -333,47 +383,6 @@ impl Drop for Heard {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
-}
-
-/// What a terminal of so many columns shows: letters, line feeds, and the commands that are used. A letter beyond the right
-/// margin begins a new row.
-fn screen(text: &str, columns: usize) -> Vec<String> {
-    let (mut rows, mut row, mut column) = (vec![Vec::new()], 0_usize, 0_usize);
-    let mut rest = text;
-    while let Some(letter) = rest.chars().next() {
-        rest = &rest[letter.len_utf8()..];
-        match letter {
-            '\r' => column = 0,
-            '\n' => row += 1,
-            '\x1b' => {
-                // What is read while it is written may end anywhere.
-                let Some(end) = rest.find(|c: char| c.is_ascii_alphabetic()) else { break };
-                let (command, after) = rest.split_at(end + 1);
-                rest = after;
-                match command {
-                    "[K" => rows[row].truncate(column),
-                    "[A" => row = row.saturating_sub(1),
-                    "[J" => {
-                        rows[row].truncate(column);
-                        rows.truncate(row + 1);
-                    }
-                    _ => panic!("a command that this terminal does not know: {command:?}"),
-                }
-            }
-            letter => {
-                if column == columns {
-                    (row, column) = (row + 1, 0);
-                    rows.resize(rows.len().max(row + 1), Vec::new());
-                }
-                let shown: &mut Vec<char> = &mut rows[row];
-                shown.resize(shown.len().max(column + 1), ' ');
-                shown[column] = letter;
-                column += 1;
-            }
-        }
-        rows.resize(rows.len().max(row + 1), Vec::new());
-    }
-    rows.into_iter().map(String::from_iter).collect()
 }
 
 #[test]

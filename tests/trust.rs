@@ -213,13 +213,63 @@ fn what_is_refused_is_said_in_words() {
     let run = ["run", &case.study, "--out", &dir];
     assert!(words("run.lock", Trap::Link, &run).contains("symbolic link, which is not followed"));
     assert!(words("run.lock", Trap::HardLink, &run).contains("known under another name"));
-    assert!(words("parts", Trap::FolderLink, &run).contains("symbolic link"));
     assert!(words("ledger.redb", Trap::Pipe, &run).contains("a named pipe and not a regular file"));
     assert!(words("results.parquet", Trap::Folder, &["export", &dir, "--csv"]).contains("a directory and not"));
     assert!(
         words("plan.json", Trap::Huge, &["replay", &dir, "--sample", "0"]).contains("1099511627776 bytes; at most")
     );
     assert!(words("study.toml", Trap::Pipe, &["why", &dir, "0"]).contains("not a regular file"));
+}
+
+#[test]
+fn what_stands_in_the_place_of_the_parts_of_a_complete_study_is_no_matter_and_stays() {
+    let _alone = alone();
+    let case = Case::new();
+    let out = case.folder.path("out");
+    let dir = case.folder.name("out");
+    for (name, trap) in [("parts", Trap::FolderLink), ("timings-parts", Trap::Link), ("parts.aside", Trap::Pipe)] {
+        let _ = fs::remove_dir_all(&out);
+        copy(&case.folder.path("whole"), &out);
+        trap.set(&out.join(name), &case.mine);
+        let before = files(&case.mine);
+        let run = || tried(&["run", &case.study, "--out", &dir, "--workers", "1"]);
+        let said = run();
+        assert_eq!(said.code, 0, "{name} {trap:?}: {}", said.err);
+        assert!(said.err.contains("every sample is there already"), "{}", said.err);
+        let told = format!("{name} (");
+        assert!(said.err.contains(&told) && said.err.contains("it is left as it is"), "{name}: {}", said.err);
+        // Where rows are missing in the table it would be needed.
+        fs::remove_file(out.join("results.parquet")).expect("there");
+        let said = run();
+        assert!(said.code == 6 && said.err.contains(name), "{name} {trap:?}: {}: {}", said.code, said.err);
+        assert!(fs::symlink_metadata(out.join(name)).is_ok() && files(&case.mine) == before, "{name}: touched");
+    }
+}
+
+#[test]
+fn a_link_in_the_way_of_a_history_is_not_followed() {
+    let _alone = alone();
+    let folder = Folder::new();
+    folder.write("mine/letter.txt", "dear all\n");
+    let (mine, rig) = (folder.path("mine"), folder.name("machines/rig.toml"));
+    let before = files(&mine);
+    let recorded = |name: &str| {
+        let history = folder.name(name);
+        let said = tried(&["simulate", &rig, "--set", "run.end_time=0.002 s", "--history", &history]);
+        assert!(said.code == 0 && said.err.contains(" instants, every "), "{name}: {}", said.err);
+        assert!(fs::symlink_metadata(&history).expect("there").is_file(), "{name} is a file of its own");
+        fs::read(&history).expect("readable")
+    };
+    for end in ["mcap", "csv", "parquet"] {
+        let alone = recorded(&format!("alone.{end}"));
+        for in_the_way in [format!("a.{end}.tmp"), format!("a.{end}")] {
+            symlink(mine.join("letter.txt"), folder.path(&in_the_way)).expect("linked");
+            assert!(recorded(&format!("a.{end}")) == alone, "{in_the_way}");
+            assert!(files(&mine) == before, "{in_the_way} was followed");
+            assert!(fs::symlink_metadata(folder.path(&format!("a.{end}.tmp"))).is_err(), "{in_the_way} is left");
+            fs::remove_file(folder.path(&format!("a.{end}"))).expect("there");
+        }
+    }
 }
 
 #[test]
@@ -247,7 +297,8 @@ fn a_folder_that_no_run_began_is_never_taken_over_for_its_names() {
             let said = run();
             assert_eq!(said.code, 3, "{names:?}: {}", said.err);
             assert!(
-                said.err.contains(&format!("it holds {first}")) && said.err.contains("--out"),
+                said.err.contains(&format!("{out:?} is not a result directory: it holds {first:?}"))
+                    && said.err.contains("--out"),
                 "{names:?}: {}",
                 said.err
             );

@@ -85,20 +85,46 @@ fn rounds_that_do_not_contract_are_not_accepted() {
 /// What passes the ring within a step ends there, and what hangs outside does not start: it was "no contact", `ok`.
 #[test]
 fn a_rotor_that_leaves_its_ring_ends_there() {
+    /// Of the rig's undeformed ring \[m\].
+    const RADIUS: f64 = 50.5e-3;
     let rig = study_machine("lab_rig");
-    for (detection, diaphragm) in [("hyp2", "flexible"), ("hyp2-frozen", "flexible"), ("hyp2", "rigid")] {
+    for (detection, diaphragm, engine, velocity) in [
+        // within a step
+        ("hyp2", "flexible", "reduced", "3e5"),
+        ("hyp2-frozen", "flexible", "reduced", "3e5"),
+        ("hyp2", "rigid", "reduced", "3e5"),
+        ("hyp1", "flexible", "full", "1e5"),
+        // with the ring, which was followed to ten times its radius
+        ("hyp1", "flexible", "reduced", "1e4"),
+        ("hyp1", "flexible", "full", "1e4"),
+        ("hyp2", "flexible", "full", "1e4"),
+        ("hyp2-frozen", "flexible", "reduced", "1e4"),
+        ("hyp2-frozen", "flexible", "full", "2e3"),
+    ] {
         let (from, to) = (rig.find("[diaphragms.seal.material]"), rig.find("[diaphragms.seal.contact]"));
         let mut text = rig.clone();
         if diaphragm == "rigid" {
             text.replace_range(from.expect("a ring")..to.expect("a contact"), "kind = \"rigid\"\n");
         }
-        let changes = [("contact.detection", detection), ("rotor.initial.velocity[0]", "1e5"), ("run.step", "3e-6")];
+        let changes = [
+            ("contact.detection", detection),
+            ("rotor.initial.velocity[0]", velocity),
+            ("run.step", "1e-6"),
+            ("run.engine", engine),
+        ];
         let row = run(machine_with(&text, &changes));
-        assert_eq!(row.outcome.cause, Some(Cause::OutsideRing), "{detection} {diaphragm}: {:?}", row.outcome);
+        assert_eq!(
+            row.outcome.cause,
+            Some(Cause::OutsideRing),
+            "{detection} {diaphragm} {engine} {velocity}: {:?}",
+            row.outcome
+        );
         assert_eq!((row.outcome.status, row.outcome.end_cause), (Status::Failed, EndCause::Failure));
         assert_eq!(Cause::OutsideRing.word(), "outside_ring");
-        println!("{detection} {diaphragm}: {:e} s, contact {:?}", row.value("end_time_s"), row.get("first_contact_s"));
+        let eccentricity = row.value("max_eccentricity_m");
+        println!("{detection} {diaphragm} {engine} {velocity}: {:e} s, {eccentricity} m", row.value("end_time_s"));
         assert!(row.value("end_time_s") > 0.0);
+        assert!(eccentricity < RADIUS, "no instant beyond the undeformed ring is in the row: {eccentricity}");
     }
     // a spring yields as far as it is pressed, and never lets go
     let pressed = |kind: &str, tail: &str| {

@@ -15,8 +15,8 @@ pub enum EngineError {
     #[error("the model of the machine cannot be built")]
     Build(#[source] BasisError),
     /// The run's settings do not fit the model.
-    #[error("the run cannot start")]
-    Start(#[source] StartError),
+    #[error(transparent)]
+    Start(StartError),
     /// Whirl frequencies.
     #[error("the modes cannot be computed")]
     Modes(#[source] EigenError),

@@ -3,6 +3,7 @@
 #![allow(dead_code, reason = "each test program uses its part")]
 
 pub mod faults;
+pub mod screen;
 pub mod skipped;
 pub mod workers;
 

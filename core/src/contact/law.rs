@@ -9,6 +9,8 @@
 //! Source: paper section 2 and its [10] (forward-increment Lagrange multipliers); physics.md section 3. Normal and tangential
 //! part are solved together. Verified by the tests below.
 
+use bladeoff_model::document::units::format_digits;
+
 /// Linear response of gap and slip to the contact force \[m/N\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Compliance {
@@ -40,7 +42,7 @@ impl ContactForce {
 
 /// `W <= 0`: the contact force of a step is not unique (Painleve).
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error("W = {w} m/N <= 0: the contact force is not unique")]
+#[error("W = {} <= 0: the contact force is not unique", format_digits(*.w, "m/N", 4))]
 pub struct NotUnique {
     /// The compliance of the gap along the combined force \[m/N\].
     pub w: f64,

@@ -13,7 +13,7 @@
 //! `a_light_damped_node_starts_with_the_velocity_asked_for` in `tests/stresses.rs`.
 
 use super::shaft_line::{distance, norm};
-use super::{ContactFailure, Run, TOLERANCE};
+use super::{Run, TOLERANCE};
 use crate::linalg::{Matrix, axpy, dot, mul_vec};
 use crate::outcome::Cause;
 use crate::structure::Structure;
@@ -141,8 +141,7 @@ impl Run<'_> {
         let Some(rub) = &mut self.rub else { return Ok(false) };
         match rub.correct(&mut self.line, self.time, &mut self.d, &mut self.d_twist) {
             Ok(contact) => Ok(contact.is_some()),
-            Err(ContactFailure::NotUnique(_)) => Err(Cause::LossOfUniqueness),
-            Err(ContactFailure::NoConvergence) => Err(Cause::Diverged),
+            Err(failure) => Err(failure.cause()),
         }
     }
 }

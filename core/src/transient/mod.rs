@@ -186,12 +186,8 @@ impl<'a> Run<'a> {
         let contact = match &mut self.rub {
             None => None,
             Some(rub) => {
-                rub.correct(&mut self.line, self.time, &mut self.d, &mut self.d_twist).map_err(
-                    |failure| match failure {
-                        ContactFailure::NotUnique(_) => Cause::LossOfUniqueness,
-                        ContactFailure::NoConvergence => Cause::Diverged,
-                    },
-                )?
+                let corrected = rub.correct(&mut self.line, self.time, &mut self.d, &mut self.d_twist);
+                corrected.map_err(ContactFailure::cause)?
             }
         };
         self.line.settle(&self.d, &self.d_twist);

@@ -1,6 +1,7 @@
 //! From a machine and its structure to a run that may start: the time step and its limit.
 
 use super::shaft_line::add_outer;
+use bladeoff_model::document::units::{format_digits, format_quantity};
 use crate::linalg::{EigenError, Matrix, symmetric_generalised};
 use crate::rotor::UnbalanceSite;
 use crate::structure::Structure;
@@ -40,8 +41,8 @@ pub struct StepPlan {
 pub enum StartError {
     /// The step is beyond the stability limit of central differences.
     #[error(
-        "the step {step:e} s is too large for the {engine} engine: largest allowed {limit:e} s = 2/omega_max, \
-         highest frequency of the model {hz:.0} Hz"
+        "the step {} is too large for the {engine} engine: largest allowed {} = 2/omega_max, highest frequency of the model {}",
+        seconds(*.step), seconds(floor_to_digits(*.limit, 5)), hertz(*.hz)
     )]
     StepTooLarge {
         /// Asked for \[s\].
@@ -55,9 +56,9 @@ pub enum StartError {
     },
     /// More steps than a run may have.
     #[error(
-        "the run would take {steps:.3e} steps of {step:e} s up to run.end_time = {end_time} s: at most {most:e} steps are \
-         computed, which ends at {:.3e} s",
-        .most * .step
+        "the run would take {} steps of {} up to run.end_time = {}: at most {} steps are computed, which ends at {}",
+        format_digits(*.steps, "", 4), seconds(*.step), seconds(*.end_time), format_digits(*.most, "", 4),
+        seconds(floor_to_digits(.most * .step, 4))
     )]
     TooManySteps {
         /// Steps up to `end_time`.
@@ -71,8 +72,9 @@ pub enum StartError {
     },
     /// The model asks for a smaller step than any that is computed.
     #[error(
-        "the stable step of the model is below {least:e} s, the smallest that is computed: its highest frequency is {hz:.3e} Hz \
-         (a very stiff or very light part)"
+        "the stable step of the model is below {}, the smallest that is computed: its highest frequency is {} (a very stiff or \
+         very light part)",
+        seconds(*.least), hertz(*.hz)
     )]
     StepTooSmall {
         /// Smallest step \[s\].
@@ -81,7 +83,7 @@ pub enum StartError {
         hz: f64,
     },
     /// The rotor would start inside the diaphragm.
-    #[error("the rotor starts inside diaphragm {diaphragm}: gap {gap:e} m at t = 0")]
+    #[error("the rotor starts inside diaphragm {diaphragm}: gap {} at t = 0", metres(*.gap))]
     StartsInContact {
         /// Name of the diaphragm.
         diaphragm: String,
@@ -118,7 +120,15 @@ pub enum StartError {
 }
 
 fn metres(value: f64) -> String {
-    bladeoff_model::document::units::format_quantity(value, "m")
+    format_quantity(value, "m")
+}
+
+fn seconds(value: f64) -> String {
+    format_quantity(value, "s")
+}
+
+fn hertz(value: f64) -> String {
+    format_digits(value, "Hz", 4)
 }
 
 impl StepPlan {
@@ -136,7 +146,7 @@ impl StepPlan {
                 let bends = machine.diaphragms.iter().any(|d| matches!(d.kind, DiaphragmKind::RadialSpring { .. }));
                 let parts = if bends { SPRING_PARTS } else { PARTS };
                 let resolved = 2.0 * std::f64::consts::PI / (parts * slowest_to_resolve(machine, structure));
-                floor_to_two_digits((DEFAULT_FRACTION * largest_step).min(resolved)).min(machine.run.end_time)
+                floor_to_digits((DEFAULT_FRACTION * largest_step).min(resolved), 2).min(machine.run.end_time)
             }
             // equality is marginally stable: it is refused too
             Some(step) if step < largest_step => step,
@@ -237,13 +247,14 @@ fn rotor_limit(machine: &Machine, structure: &Structure) -> Result<f64, StartErr
     Ok(values.last().map_or(0.0, |square| square.max(0.0).sqrt()))
 }
 
-/// A readable step; also hides the last digits of the eigenvalue solver from the results.
-fn floor_to_two_digits(value: f64) -> f64 {
+/// A readable number no larger than `value`; as a step it also hides the last digits of the eigenvalue solver from the results, as a
+/// limit it is one that is allowed.
+fn floor_to_digits(value: f64, digits: i32) -> f64 {
     let exponent = libm::floor(libm::log10(value));
-    let unit = libm::pow(10.0, exponent - 1.0);
-    let digits = libm::floor(value / unit);
+    let unit = libm::pow(10.0, exponent - f64::from(digits - 1));
+    let whole = libm::floor(value / unit);
     // decimal text gives the nearest f64 to what a person would write
-    format!("{digits:.0}e{}", (exponent as i32).saturating_sub(1)).parse().unwrap_or(value)
+    format!("{whole:.0}e{}", (exponent as i32).saturating_sub(digits - 1)).parse().unwrap_or(value)
 }
 
 #[cfg(test)]
@@ -253,8 +264,28 @@ mod tests {
     #[test]
     #[expect(clippy::float_cmp, reason = "the point is the exact decimal")]
     fn the_default_step_is_a_short_decimal_below_its_bound() {
-        assert_eq!(floor_to_two_digits(4.789e-5), 4.7e-5);
-        assert_eq!(floor_to_two_digits(3.5e-6), 3.5e-6);
-        assert_eq!(floor_to_two_digits(0.9), 0.9);
+        assert_eq!(floor_to_digits(4.789e-5, 2), 4.7e-5);
+        assert_eq!(floor_to_digits(3.5e-6, 2), 3.5e-6);
+        assert_eq!(floor_to_digits(0.9, 2), 0.9);
+        assert_eq!(floor_to_digits(6.951_987_654e-6, 5), 6.9519e-6);
+    }
+
+    #[test]
+    fn refusals_have_units_a_person_would_choose_and_a_limit_that_is_allowed() {
+        let (step, limit, hz) = (1.0, 6.951_987_654e-6, 45_787.123);
+        let refused = StartError::StepTooLarge { step, limit, hz, engine: "reduced" };
+        assert_eq!(
+            refused.to_string(),
+            "the step 1 s is too large for the reduced engine: largest allowed 6.9519 us = 2/omega_max, highest frequency of the \
+             model 45790 Hz"
+        );
+        let inside = StartError::StartsInContact { diaphragm: "seal".into(), gap: -5.000_000_000_000_004e-4 };
+        assert_eq!(inside.to_string(), "the rotor starts inside diaphragm seal: gap -0.5 mm at t = 0");
+        let many = StartError::TooManySteps { steps: 1e300, step: 1e-9, end_time: 1e15, most: MOST_STEPS };
+        assert_eq!(
+            many.to_string(),
+            "the run would take 1e300 steps of 0.001 us up to run.end_time = 1e15 s: at most 1e10 steps are computed, which ends \
+             at 10 s"
+        );
     }
 }

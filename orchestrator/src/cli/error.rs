@@ -6,6 +6,7 @@ use super::replay::ReplayError;
 use super::why::WhyError;
 use crate::call;
 use crate::chaos::ChaosError;
+use crate::dispatch::Signal;
 use crate::engine::EngineError;
 use crate::figures::FigureError;
 use crate::files::FileError;
@@ -113,6 +114,14 @@ pub enum CliError {
     /// What is computed in parallel.
     #[error(transparent)]
     Threads(#[from] ThreadsError),
+    /// A run with a history was ended by a signal.
+    #[error("{words}")]
+    Stopped {
+        /// Which one.
+        signal: Signal,
+        /// What is left of the history.
+        words: String,
+    },
     /// Standard output cannot be written.
     #[error("cannot write to standard output")]
     Stdout {
@@ -170,6 +179,7 @@ impl CliError {
             CliError::Chaos(ChaosError::File(_)) => Exit::Io,
             // An error of the program.
             CliError::Chaos(_) => Exit::Bug,
+            CliError::Stopped { signal, .. } => (*signal).into(),
             CliError::ReaderLeft => Exit::Ok,
         }
     }

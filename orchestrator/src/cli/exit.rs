@@ -1,5 +1,6 @@
 //! Exit codes, the same for every subcommand.
 
+use crate::dispatch::Signal;
 use std::process::ExitCode;
 
 /// How the program ends.
@@ -24,6 +25,15 @@ pub enum Exit {
     Interrupted = 130,
     /// Ended by SIGTERM.
     Terminated = 143,
+}
+
+impl From<Signal> for Exit {
+    fn from(signal: Signal) -> Self {
+        match signal {
+            Signal::Interrupt => Exit::Interrupted,
+            Signal::Terminate => Exit::Terminated,
+        }
+    }
 }
 
 impl From<Exit> for ExitCode {

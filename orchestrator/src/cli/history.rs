@@ -2,9 +2,9 @@
 
 use super::error::CliError;
 use super::run::at_least_one;
-use crate::call;
+use super::stop::{Stop, Stoppable, stopped, what_is_left};
 use crate::engine::{self, EngineError};
-use crate::history::{Decimation, Format, Recorder, Settings, left_behind};
+use crate::history::{Decimation, Recorder, Settings};
 use crate::report::{RunWatch, counted, duration};
 use bladeoff_core::outcome::Outcome;
 use bladeoff_core::record::{Follower, NoHistory};
@@ -12,7 +12,6 @@ use bladeoff_core::structure::Structure;
 use bladeoff_core::transient::StepPlan;
 use bladeoff_model::document::units::{format_quantity, parse_bare_or_quantity};
 use bladeoff_model::machine::Machine;
-use std::ffi::OsStr;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -41,29 +40,47 @@ pub struct HistoryArgs {
 }
 
 impl HistoryArgs {
-    /// What is asked for; `None` without `--history`.
+    /// What is asked for of a run; `None` without `--history`.
     ///
     /// # Errors
-    /// An interval that is no time.
-    pub fn settings(&self) -> Result<Option<Settings>, CliError> {
+    /// An interval that is no time, or that the run does not have.
+    pub fn settings(&self, machine: &Machine, plan: &Plan) -> Result<Option<Settings>, CliError> {
         let Some(path) = self.history.clone() else { return Ok(None) };
         let decimation = match (&self.every, self.decimate) {
-            (Some(text), _) => Decimation::Every(self.interval(text)?),
-            (None, Some(steps)) => Decimation::Steps(steps),
+            (Some(text), _) => Decimation::Every(interval(text, machine.run.end_time)?),
+            (None, Some(steps)) => Decimation::Steps(decimation(steps, machine.run.end_time, plan.step)?),
             (None, None) => Decimation::Default,
         };
         Ok(Some(Settings { path, channels: self.channels.clone(), decimation }))
     }
+}
 
-    fn interval(&self, text: &str) -> Result<f64, CliError> {
-        let refused = |message| CliError::Argument {
-            argument: format!("--every {text}"),
-            message,
-            allowed: Some("a time > 0 such as \"0.1 ms\", or a number of seconds".to_owned()),
-        };
-        let time = parse_bare_or_quantity(text, "s").map_err(|error| refused(error.to_string()))?;
-        if time > 0.0 && time.is_finite() { Ok(time) } else { Err(refused("out of range".to_owned())) }
+/// The interval of `--every`, within the run.
+fn interval(text: &str, end_time: f64) -> Result<f64, CliError> {
+    let longest = format_quantity(end_time, "s");
+    let refused = |message| CliError::Argument {
+        argument: format!("--every {text}"),
+        message,
+        allowed: Some(format!(
+            "a time > 0 such as \"0.1 ms\", or a number of seconds, up to the longest that the run may take: run.end_time = {longest}"
+        )),
+    };
+    let time = parse_bare_or_quantity(text, "s").map_err(|error| refused(error.to_string()))?;
+    // 1 ppm, so that what is shown is allowed
+    if time > 0.0 && time <= end_time * (1.0 + 1e-6) { Ok(time) } else { Err(refused("out of range".to_owned())) }
+}
+
+/// The steps of `--decimate`, within the run.
+fn decimation(steps: u64, end_time: f64, step: f64) -> Result<u64, CliError> {
+    let most = (end_time / step).ceil().max(1.0);
+    if steps as f64 <= most {
+        return Ok(steps);
     }
+    Err(CliError::Argument {
+        argument: format!("--decimate {steps}"),
+        message: "out of range".to_owned(),
+        allowed: Some(format!("1 to {most}, the steps that the run may take")),
+    })
 }
 
 /// A run whose progress is shown, if it is to be.
@@ -85,7 +102,7 @@ fn simulate(
 /// A run, watched where a history is asked for, its progress `shown`; what to say about the history.
 ///
 /// # Errors
-/// The run cannot start, or the history asked for is wrong in itself.
+/// The run cannot start or was stopped, or the history asked for is wrong in itself.
 pub fn watched(
     machine: &Machine,
     structure: &Structure,
@@ -94,8 +111,15 @@ pub fn watched(
     shown: bool,
 ) -> Result<(Outcome, Option<String>), CliError> {
     let Some(settings) = settings else { return Ok((simulate(machine, structure, None, shown)?, None)) };
+    let stop = Stop::listen(&settings.path);
     let mut recorder = Recorder::new(settings, machine, structure, plan)?;
-    let outcome = simulate(machine, structure, Some(&mut recorder), shown)?;
+    let mut watching = Stoppable { recorder: &mut recorder, stop: &stop.is_told };
+    let outcome = simulate(machine, structure, Some(&mut watching), shown)?;
+    if let Some(signal) = stop.signal() {
+        // what it holds goes to the file
+        drop(recorder);
+        return Err(CliError::Stopped { signal, words: stopped(signal, &settings.path) });
+    }
     let started = Instant::now();
     let said = match recorder.finish(machine, &outcome) {
         Ok(written) => format!(
@@ -113,15 +137,7 @@ pub fn watched(
                 text.push_str(&format!("\n  because: {cause}"));
                 source = cause.source();
             }
-            if let Some(left) = left_behind(&settings.path) {
-                text.push_str(&match Format::of(&settings.path) {
-                    Ok(Format::Mcap) => {
-                        let recover = call::command([OsStr::new("recover"), call::path_word(&left).as_os_str()]);
-                        format!("\n  what was written until then: {recover}")
-                    }
-                    _ => format!("\n  what was written until then is in {}", left.display()),
-                });
-            }
+            text.extend(what_is_left(&settings.path).map(|left| format!("\n  {left}")));
             text
         }
     };

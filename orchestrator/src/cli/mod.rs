@@ -23,6 +23,7 @@ mod replay;
 mod run;
 mod simulate;
 mod status;
+mod stop;
 mod table1;
 mod verify;
 mod why;
@@ -33,6 +34,7 @@ pub use status::text as status_text;
 pub use why::text as why_text;
 
 use bladeoff_model::document::visible;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::panic;
 use std::process::ExitCode;
@@ -123,6 +125,14 @@ fn numbers_with_a_sign(command: clap::Command) -> clap::Command {
 fn refuse(error: &clap::Error) -> ! {
     let arguments: Vec<String> =
         std::env::args_os().map(|text| visible(&text.to_string_lossy()).into_owned()).collect();
+    // What clap proposes is about options; a number is none, whatever stands before it.
+    if let (ErrorKind::UnknownArgument, Some(ContextValue::String(word))) =
+        (error.kind(), error.get(ContextKind::InvalidArg))
+        && let Ok(number) = word.trim_start_matches('-').parse::<u64>()
+    {
+        output::remark(&format!("error: {word} is no option; a number stands without dashes: {number}"));
+        std::process::exit(error.exit_code());
+    }
     match command_line().try_get_matches_from(arguments) {
         Err(same) if same.kind() == error.kind() => same.exit(),
         _ => {

@@ -9,7 +9,7 @@ use super::plot::{refuse_other_formats, save};
 use crate::engine;
 use crate::figures::{self, Figure, campbell, ring_shapes, rotor_shapes, unbalance_response};
 use crate::report::{Align, TextTable};
-use bladeoff_core::modal::{ModesReport, OVERDAMPED, SpeedModes, Whirl};
+use bladeoff_core::modal::{ModesReport, OVERDAMPED, OverdampedMode, SpeedModes, Whirl};
 use bladeoff_model::document::units::{format_digits, parse_bare_or_quantity};
 use bladeoff_model::machine::Machine;
 use std::f64::consts::PI;
@@ -199,8 +199,16 @@ fn overdamped_table(speed: &SpeedModes, count: usize) -> String {
         let frequency = if mode.frequency > 0.0 { shown(hertz(mode.frequency)) } else { "none".to_owned() };
         table.row(vec![shown(mode.decay), frequency, shown(mode.damping_ratio)]);
     }
-    format!("\noverdamped at {at}: no whirl (damping ratio from {OVERDAMPED}){more}\n{}", table.render("  "))
+    let is_pair = |pair: &[OverdampedMode]| {
+        pair.iter().all(|mode| mode.frequency == 0.0) && (pair[0].decay / pair[1].decay - 1.0).abs() < SAME
+    };
+    let has_pairs = speed.overdamped.windows(2).any(is_pair);
+    let pairs = if has_pairs { "  Two equal rows are a pair: the same motion in each of two planes.\n" } else { "" };
+    format!("\noverdamped at {at}: no whirl (damping ratio from {OVERDAMPED}){more}\n{}{pairs}", table.render("  "))
 }
+
+/// Relative difference of two decays that are one: rounding of a double eigenvalue.
+const SAME: f64 = 2e-6;
 
 const STRING: &str = "writing to a String cannot fail";
 

@@ -4,6 +4,8 @@ use super::error::CliError;
 use super::exit::Exit;
 use super::output::print;
 use crate::history::recover;
+use crate::report::counted;
+use bladeoff_model::document::units::format_quantity;
 use std::path::{Path, PathBuf};
 
 /// Make a whole MCAP file from one whose writer died
@@ -31,7 +33,8 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     }
     let saved = recover(&args.file, &out)?;
     let end = if saved.cut { "the rest was cut in the middle of a record" } else { "nothing was cut in the middle" };
-    print(&format!("{}: {} messages, the last at {} s; {end}\n", out.display(), saved.messages, saved.last))?;
+    let (messages, last) = (counted(saved.messages, "message"), format_quantity(saved.last, "s"));
+    print(&format!("{}: {messages}, the last at {last}; {end}\n", out.display()))?;
     Ok(Exit::Ok)
 }
 

@@ -7,7 +7,7 @@ use super::output::{print, remark};
 use super::place::default_directory;
 use crate::call;
 use crate::engine;
-use crate::report::{OutcomeView, beyond_the_model, describe_outcome};
+use crate::report::{OutcomeView, beyond_the_model, counted, describe_outcome};
 use crate::results::{DETECTION, Table, TableError, TableSchema, read_metadata};
 use crate::run::directory::{PARTS, RESULTS, read_current, row_files};
 use crate::run::refuse_changed;
@@ -67,7 +67,7 @@ pub enum ReplayError {
         last: u64,
     },
     /// No such sample.
-    #[error("{} has no sample {sample}; it has {rows} rows", table.display())]
+    #[error("{} has no sample {sample}; it has {}", table.display(), counted(*rows as u64, "row"))]
     Sample {
         /// The table, or the folder of its parts.
         table: PathBuf,
@@ -136,7 +136,8 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let params = parameters(&plan, &solver, &table, &path)?;
     let (machine, structure) = solver.prepare(&params).map_err(ReplayError::Solver)?;
     let step = engine::plan(&machine, structure)?;
-    let (outcome, history) = watched(&machine, structure, &step, args.history.settings()?.as_ref(), true)?;
+    let history = args.history.settings(&machine, &step)?;
+    let (outcome, history) = watched(&machine, structure, &step, history.as_ref(), true)?;
     let columns = engine::columns(&machine);
     print(&format!("{:<32} {sample} of {}\n", "sample", path.display()))?;
     let view = OutcomeView { columns: &columns, outcome: &outcome };

@@ -4,8 +4,8 @@ use super::budget::BudgetArgs;
 use super::error::CliError;
 use super::exit::Exit;
 use super::output::{print, remark};
-use crate::dispatch::{Ended, Signal};
-use crate::report::{SUMMARY_COLUMNS, Summary, counted, duration};
+use crate::dispatch::Ended;
+use crate::report::{SUMMARY_COLUMNS, Summary, are, counted, duration};
 use crate::results::Table;
 use crate::run::directory::{LEDGER, row_files};
 use crate::run::{Finished, Request, Rerun, RunError, TRUST, go_on, run};
@@ -256,13 +256,13 @@ fn why_it_ended(finished: &Finished, total: u64) -> String {
         Ended::Until => "ended by --until",
         Ended::TooManyFailures => "ended by --max-failures",
     };
-    format!("{why}: {} of {total} samples are recorded", finished.tally.done())
+    let done = finished.tally.done();
+    format!("{why}: {done} of {} {} recorded", counted(total, "sample"), are(done))
 }
 
 fn verdict(study: &Study, finished: &Finished, total: u64) -> Exit {
     match finished.ended {
-        Ended::Signalled(Signal::Interrupt) => return Exit::Interrupted,
-        Ended::Signalled(Signal::Terminate) => return Exit::Terminated,
+        Ended::Signalled(signal) => return signal.into(),
         Ended::Wall | Ended::Until | Ended::TooManyFailures => return Exit::Incomplete,
         Ended::Complete => {}
     }
@@ -272,7 +272,8 @@ fn verdict(study: &Study, finished: &Finished, total: u64) -> Exit {
     let mut exit = Exit::Ok;
     for (what, count, share) in [("failed", failed, limits.max_failed), ("invalid", invalid, limits.max_invalid)] {
         if !share.allows(count, total) {
-            remark(&format!("{count} of {total} samples {what}; the study allows {share} ([limits] max_{what})"));
+            let total = counted(total, "sample");
+            remark(&format!("{count} of {total} {what}; the study allows {share} ([limits] max_{what})"));
             exit = Exit::Failures;
         }
     }

@@ -66,7 +66,8 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let started = Instant::now();
     let structure = engine::build(&machine)?;
     let plan = engine::plan(&machine, &structure)?;
-    let (outcome, history) = watched(&machine, &structure, &plan, args.history.settings()?.as_ref(), !args.json)?;
+    let history = args.history.settings(&machine, &plan)?;
+    let (outcome, history) = watched(&machine, &structure, &plan, history.as_ref(), !args.json)?;
     let wall = started.elapsed();
     let columns = engine::columns(&machine);
     let view = OutcomeView { columns: &columns, outcome: &outcome };

@@ -7,14 +7,15 @@ use super::place::default_directory;
 use crate::call;
 use crate::engine;
 use crate::report::{
-    OutcomeView, advice, cause_in_words, describe_values, diverged_at, duration, end_cause_in_words, mentions,
+    OutcomeView, advice, are, cause_in_words, counted, describe_values, diverged_at, duration, end_cause_in_words,
+    mentions,
 };
 use crate::results::{Table, TableError, Timing, Value as Cell};
 use crate::run::directory::{MACHINE, MANIFEST, POINTS, STUDY, WORKER_LOG, read_current, row_files, timing_files};
 use crate::run::{RunState, refuse_changed, refuse_changed_timings, see};
-use crate::study::{FrozenFiles, Samples, StudyError, load_frozen, show};
+use crate::study::{FrozenFiles, Samples, StudyError, TWIN, load_frozen, show};
 use bladeoff_core::outcome::{Cause, CauseSet, ColumnKind, EndCause, Outcome, Status};
-use bladeoff_model::document::units::format_quantity;
+use bladeoff_model::document::units::{format_digits, format_quantity};
 use bladeoff_model::document::visible;
 use bladeoff_protocol::place::Place;
 use serde_json::Value;
@@ -49,7 +50,7 @@ const MOST_LOG: u64 = 64 << 20;
 )]
 pub struct Args {
     /// Sample number, as in the column `sample`; a result directory may stand before it
-    #[arg(value_name = "SAMPLE", required = true, num_args = 1..=2)]
+    #[arg(value_name = "SAMPLE", required = true, num_args = 1..=2, allow_negative_numbers = true)]
     words: Vec<String>,
 
     /// Result directory of the study
@@ -61,7 +62,9 @@ pub struct Args {
 #[derive(Debug, thiserror::Error)]
 pub enum WhyError {
     /// Not a number.
-    #[error("{word:?} is not the number of a sample")]
+    #[error(
+        "{word:?} is not the number of a sample: samples are numbered from 0, as in the column `sample` of the table"
+    )]
     Number {
         /// What was given.
         word: String,
@@ -121,8 +124,11 @@ pub fn text(directory: &Path, sample: u64) -> Result<String, CliError> {
         match value {
             Cell::Number(number) => told.line(name, format!("{number:?}")),
             Cell::Word(word) => told.line(name, word),
-            Cell::Missing => {}
+            Cell::Missing => told.line(name, "-"),
         }
+    }
+    if let Some(twin) = twin(&samples, sample) {
+        told.line(TWIN, twin);
     }
     let go_on = seen.told.as_ref().and_then(|told| told.get("go_on")).and_then(Value::as_str).map(str::to_owned);
     let row = read_current(directory, row_files, |files| {
@@ -144,6 +150,15 @@ pub fn text(directory: &Path, sample: u64) -> Result<String, CliError> {
         told.0.push_str(&values(row, &samples, sample));
     }
     Ok(told.0)
+}
+
+/// `run.twin` of a sample that has a twin, unless it varies and is shown with what does.
+fn twin(samples: &Samples, sample: u64) -> Option<String> {
+    if samples.parameters().any(|varied| varied.info.path == TWIN) {
+        return None;
+    }
+    let shift = samples.twin(sample).unwrap_or_else(|| samples.study().shift());
+    (shift != 0.0).then(|| format!("{} (a second run starts by this part faster)", format_digits(shift, "", 6)))
 }
 
 /// The command that computes a sample again, with its history.
@@ -308,7 +323,15 @@ fn log(told: &mut Told, directory: &Path, sample: u64) {
         }
     }
     if skipped > 0 {
-        told.line("log", format!("{skipped} earlier lines are in {}", directory.join(WORKER_LOG).display()));
+        told.line(
+            "log",
+            format!(
+                "{} {} in {}",
+                counted(skipped, "earlier line"),
+                are(skipped),
+                directory.join(WORKER_LOG).display()
+            ),
+        );
     }
     shown.iter().for_each(|line| told.line("log", line));
 }

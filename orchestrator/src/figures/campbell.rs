@@ -28,25 +28,21 @@ pub fn campbell(machine: &Machine, top: f64) -> Result<Figure, FigureError> {
     let mut lines = Vec::new();
     let numbers: BTreeSet<usize> =
         found.iter().flat_map(|speed| speed.whirl.iter().map(|(number, _)| *number)).collect();
-    let senses = [
-        (Whirl::Forward, "forward whirl", COLOURS[0]),
-        (Whirl::Backward, "backward whirl", COLOURS[1]),
-        (Whirl::Planar, "planar", COLOURS[6]),
-    ];
-    let mut named = [false; 3];
-    for number in numbers {
-        let at = |speed: &SpeedModes| speed.whirl.iter().find(|(other, _)| *other == number).map(|(_, mode)| *mode);
-        // from speed to speed in the colour of its sense at the second: at rest it has none
-        for pair in found.windows(2) {
-            let (Some(from), Some(to)) = (at(&pair[0]), at(&pair[1])) else { continue };
-            let points = [(&pair[0], from), (&pair[1], to)].map(|(at, mode)| (rpm(at.speed), hertz(mode.frequency)));
-            if points.iter().any(|point| point.1 > highest) {
-                continue;
+    // where lines coincide, the dashes of those that are drawn later leave the ones below to be seen
+    for (whirl, label, mark, colour) in [
+        (Whirl::Forward, "forward whirl", Mark::Line, COLOURS[0]),
+        (Whirl::Planar, "planar", Mark::Line, COLOURS[6]),
+        (Whirl::Backward, "backward whirl", Mark::Dashed, COLOURS[1]),
+    ] {
+        let pieces = numbers.iter().flat_map(|number| pieces(&found, *number, whirl)).map(|piece| {
+            piece.into_iter().map(|(speed, frequency)| (rpm(speed), hertz(frequency))).collect::<Vec<_>>()
+        });
+        let mut label = label;
+        for piece in pieces {
+            for within in piece.split(|point| point.1 > highest).filter(|within| within.len() > 1) {
+                let label = std::mem::take(&mut label);
+                lines.push(Line { width: 2, ..Line::marked(label, within.to_vec(), mark, colour) });
             }
-            let sense = senses.iter().position(|(whirl, ..)| *whirl == to.whirl).unwrap_or(2);
-            let (_, label, colour) = senses[sense];
-            let label = if std::mem::replace(&mut named[sense], true) { "" } else { label };
-            lines.push(Line { width: 2, ..Line::marked(label, points.to_vec(), Mark::Line, colour) });
         }
     }
     for (order, mark) in [(1.0, Mark::Line), (2.0, Mark::Dashed)] {
@@ -59,10 +55,11 @@ pub fn campbell(machine: &Machine, top: f64) -> Result<Figure, FigureError> {
         lines.push(Line::marked("running speed", points, Mark::Dashed, COLOURS[3]));
     }
     let critical = report(machine, &[])?.critical_speeds;
-    for (whirl, label, mark) in [
-        (Whirl::Forward, "critical, forward", Mark::Dots(5)),
-        (Whirl::Backward, "critical, backward", Mark::Rings(5)),
-        (Whirl::Planar, "critical, planar", Mark::Dots(3)),
+    // of two at one place both are seen
+    for (whirl, label, mark, colour) in [
+        (Whirl::Forward, "critical, forward", Mark::Dots(5), COLOURS[2]),
+        (Whirl::Backward, "critical, backward", Mark::Rings(8), COLOURS[2]),
+        (Whirl::Planar, "critical, planar", Mark::Dots(3), COLOURS[5]),
     ] {
         let points: Vec<(f64, f64)> = critical
             .iter()
@@ -70,7 +67,7 @@ pub fn campbell(machine: &Machine, top: f64) -> Result<Figure, FigureError> {
             .map(|critical| (rpm(critical.speed), hertz(critical.speed)))
             .collect();
         if !points.is_empty() {
-            lines.push(Line::marked(label, points, mark, COLOURS[2]));
+            lines.push(Line::marked(label, points, mark, colour));
         }
     }
     let panel = Panel { y_label: "frequency [Hz]".to_owned(), lines, y_range: Some((0.0, highest)), thin: false };
@@ -78,6 +75,28 @@ pub fn campbell(machine: &Machine, top: f64) -> Result<Figure, FigureError> {
     let left_out =
         if overdamped > 0 { format!(" ({overdamped} overdamped motions are not drawn)") } else { String::new() };
     tall(&format!("Campbell diagram of {}{left_out}", machine.name), "spin speed [rpm]", &panel, (0.0, rpm(top)))
+}
+
+/// The speeds and frequencies at which the mode of a number whirls so, as far as they follow one another. From speed to speed a mode has
+/// the sense that it has at the second: at rest it has none.
+fn pieces(found: &[SpeedModes], number: usize, whirl: Whirl) -> Vec<Vec<(f64, f64)>> {
+    let at = |speed: &SpeedModes| speed.whirl.iter().find(|(other, _)| *other == number).map(|(_, mode)| *mode);
+    let mut pieces: Vec<Vec<(f64, f64)>> = Vec::new();
+    let mut goes_on = false;
+    for pair in found.windows(2) {
+        let (from, to) = (at(&pair[0]), at(&pair[1]).filter(|to| to.whirl == whirl));
+        let (Some(from), Some(to)) = (from, to) else {
+            goes_on = false;
+            continue;
+        };
+        let reached = (pair[1].speed, to.frequency);
+        match pieces.last_mut().filter(|_| goes_on) {
+            Some(piece) => piece.push(reached),
+            None => pieces.push(vec![(pair[0].speed, from.frequency), reached]),
+        }
+        goes_on = true;
+    }
+    pieces
 }
 
 /// Highest frequency drawn \[Hz\]: that of the lowest modes, as far as it is within some orders of the highest spin; at least the
@@ -89,4 +108,34 @@ fn highest(found: &[SpeedModes], top: f64) -> f64 {
     };
     let frequency = lowest(MODES, ORDERS * top).max(lowest(2, f64::INFINITY)).max(top);
     1.1 * frequency / (2.0 * PI)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bladeoff_model::machine::MachineDef;
+    use plotters::style::RGBColor;
+
+    /// A point mass on springs that are the same all round: its modes are one frequency at all speeds.
+    #[test]
+    fn of_lines_and_marks_at_one_place_both_are_seen() {
+        let text = "schema = 1\nname = \"jeffcott\"\n[run]\nend_time = 1\n[rotor]\nkind = \"point-mass\"\nmass = 1\n\
+                    polar_inertia = 1\ninitial_speed = 100\n[rotor.bearings.s]\nstiffness = 1e4\n";
+        let machine = MachineDef::parse("m.toml", text).expect("valid").build().expect("valid");
+        let figure = campbell(&machine, 200.0).expect("drawn");
+        let strokes = |colour: RGBColor| {
+            let RGBColor(red, green, blue) = colour;
+            let stroke = format!("stroke=\"#{red:02X}{green:02X}{blue:02X}\"");
+            figure.svg().split("<polyline").filter(|tag| tag.contains(&stroke)).count()
+        };
+        let (forward, backward) = (strokes(COLOURS[0]), strokes(COLOURS[1]));
+        assert!(forward > 0 && backward > 20 * forward, "one is in dashes over the other: {forward} {backward}");
+        let discs: BTreeSet<&str> = figure
+            .svg()
+            .split("<circle")
+            .skip(1)
+            .filter_map(|tag| tag.split(" r=\"").nth(1)?.split('"').next())
+            .collect();
+        assert!(discs.len() > 1, "a ring around a dot: {discs:?}");
+    }
 }

@@ -156,7 +156,7 @@ fn draw(
         match line.mark {
             Mark::Line => chart.draw_series(LineSeries::new(points, colour.stroke_width(line.width * FINE)))?,
             Mark::Dashed => {
-                let style = colour.stroke_width(FINE);
+                let style = colour.stroke_width(line.width * FINE);
                 chart.draw_series(DashedLineSeries::new(points, 6 * FINE, 4 * FINE, style))?
             }
             Mark::Dots(radius) => chart.draw_series(dots(radius, colour.filled()))?,

@@ -9,7 +9,8 @@ use std::io::{IsTerminal, Stderr, Write, stderr};
 const ROOM: usize = 4;
 /// Columns of a terminal that does not say.
 const USUAL: usize = 80;
-/// Longest and shortest bar.
+/// The bar has one part of so many of the columns, within the longest and the shortest bar.
+const SHARE: usize = 6;
 const LONGEST: usize = 30;
 const SHORTEST: usize = 8;
 
@@ -67,13 +68,14 @@ impl<W: Write> Bar<W> {
     }
 }
 
-/// A bar with the longest of `texts`, from long to short, that has room beside it; the last one is cut, if nothing else helps.
+/// A bar with the longest of `texts`, from long to short, that has room beside it; the last one is cut, if nothing else helps. The bar
+/// is as long as the terminal's width says: whatever the text, it does not jump.
 pub(super) fn fitting(part: f64, texts: &[String], columns: usize) -> String {
     let room = columns.saturating_sub(ROOM);
+    let width = (columns / SHARE).clamp(SHORTEST, LONGEST);
     let length = |text: &str| text.chars().count();
-    match texts.iter().find(|text| SHORTEST + 1 + length(text) <= room) {
+    match texts.iter().find(|text| width + 1 + length(text) <= room) {
         Some(text) => {
-            let width = (room - 1 - length(text)).min(LONGEST);
             let full = ((part * width as f64) as usize).min(width);
             format!("{}{} {text}", "█".repeat(full), "░".repeat(width - full))
         }
@@ -82,42 +84,16 @@ pub(super) fn fitting(part: f64, texts: &[String], columns: usize) -> String {
 }
 
 #[cfg(test)]
+#[path = "../../../tests/support/screen.rs"]
+mod screen;
+
+#[cfg(test)]
 mod tests {
+    use super::screen::screen;
     use super::*;
 
-    /// What a terminal shows: letters, line feeds, and the three commands that are used.
-    fn screen(bytes: &[u8]) -> Vec<String> {
-        let (mut rows, mut row, mut column) = (vec![Vec::new()], 0_usize, 0_usize);
-        let text = String::from_utf8(bytes.to_vec()).expect("UTF-8");
-        let mut rest = text.as_str();
-        while let Some(letter) = rest.chars().next() {
-            rest = &rest[letter.len_utf8()..];
-            match letter {
-                '\r' => column = 0,
-                '\n' => (row, column) = (row + 1, 0),
-                '\x1b' => {
-                    let (command, after) = rest.split_at(2);
-                    rest = after;
-                    match command {
-                        "[K" => rows[row].truncate(column),
-                        "[A" => row = row.saturating_sub(1),
-                        "[J" => {
-                            rows[row].truncate(column);
-                            rows.truncate(row + 1);
-                        }
-                        other => panic!("{other:?}"),
-                    }
-                }
-                letter => {
-                    let shown: &mut Vec<char> = &mut rows[row];
-                    shown.resize(shown.len().max(column + 1), ' ');
-                    shown[column] = letter;
-                    column += 1;
-                }
-            }
-            rows.resize(rows.len().max(row + 1), Vec::new());
-        }
-        rows.into_iter().map(String::from_iter).collect()
+    fn shown(bytes: &[u8]) -> Vec<String> {
+        screen(std::str::from_utf8(bytes).expect("UTF-8"), usize::MAX)
     }
 
     #[test]
@@ -136,10 +112,10 @@ mod tests {
         }
         let worker = |number: u32| format!("worker {number}: idle");
         let expected = [worker(1), worker(2), worker(1), worker(2), "### 3/9".to_owned()];
-        assert_eq!(screen(&bar.out), expected);
+        assert_eq!(shown(&bar.out), expected);
         bar.clear();
         bar.out.extend(b"done\n");
-        assert_eq!(screen(&bar.out)[4..], ["done", ""]);
+        assert_eq!(shown(&bar.out)[4..], ["done", ""]);
     }
 
     #[test]
@@ -154,5 +130,10 @@ mod tests {
         assert_eq!(fitting(0.5, &texts, 9), "12/99");
         assert_eq!(fitting(0.0, &texts, 80).matches('█').count(), 0);
         assert_eq!(fitting(1.0, &texts, 80).matches('░').count(), 0);
+        // Of one length beside every text.
+        for columns in [30, 60, 70, 80, 120] {
+            let bar = |text: &str| fitting(0.4, &[text.to_owned()], columns).matches(['█', '░']).count();
+            assert_eq!([bar("1/99"), bar("10/99, 5.0/s")], [(columns / SHARE).max(SHORTEST); 2], "{columns}");
+        }
     }
 }

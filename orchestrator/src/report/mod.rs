@@ -18,5 +18,5 @@ pub use outcome::{
 pub use progress::Progress;
 pub use summary::{SUMMARY_COLUMNS, Summary};
 pub use tally::Tally;
-pub use text::{Align, TextTable, counted, duration, wrapped};
+pub use text::{Align, TextTable, are, counted, duration, wrapped};
 pub use watch::RunWatch;

@@ -205,16 +205,20 @@ fn shown(view: OutcomeView<'_>, column: &Column) -> String {
             let more = if value < 0.0 { "less" } else { "more" };
             format!("{} {more} in a run that starts by run.twin faster", percent(value.abs()))
         }
+        // The place of a peak that never was is where it was looked for first.
+        Some(0.0) if at(view, column, "s").is_some() => "none".to_owned(),
         Some(value) => {
-            let at = |suffix, unit| {
-                let at = view.value(&format!("{}_at_{suffix}", label(column)))?;
-                Some(format_quantity(at, unit))
-            };
-            let time = at("s", "s").map(|time| format!("  at {time}")).unwrap_or_default();
-            let speed = at("rad_s", "rad/s").map(|speed| format!(", {speed}")).unwrap_or_default();
+            let time = at(view, column, "s").map(|time| format!("  at {}", format_quantity(time, "s")));
+            let speed = at(view, column, "rad_s").map(|speed| format!(", {}", format_quantity(speed, "rad/s")));
+            let (time, speed) = (time.unwrap_or_default(), speed.unwrap_or_default());
             format!("{}{time}{speed}", format_quantity(value, column.unit))
         }
     }
+}
+
+/// When (`s`), or at which speed (`rad_s`), a peak was reached.
+fn at(view: OutcomeView<'_>, column: &Column, suffix: &str) -> Option<f64> {
+    view.value(&format!("{}_at_{suffix}", label(column)))
 }
 
 fn word(kind: ColumnKind, index: f64) -> &'static str {
@@ -267,6 +271,9 @@ mod tests {
             column("max_bearing_load_at_s", "s"),
             column("first_contact_s", "s"),
             column("contact_impulse_Ns", "N s"),
+            column("max_blade_bending_stress_Pa", "Pa"),
+            column("max_blade_bending_stress_at_s", "s"),
+            column("max_blade_bending_stress_at_rad_s", "rad/s"),
         ];
         let mut causes = CauseSet::default();
         causes.insert(Cause::SlipReversal);
@@ -275,13 +282,14 @@ mod tests {
             cause: Some(Cause::SlipReversal),
             causes,
             end_cause: EndCause::EndTime,
-            values: vec![Some(1500.0), Some(0.25), None, Some(2.0)],
+            values: vec![Some(1500.0), Some(0.25), None, Some(2.0), Some(0.0), Some(0.0), Some(0.0)],
         };
         let text = describe_outcome(OutcomeView { columns: &columns, outcome: &outcome });
         let find = |start: &str| text.lines().find(|line| line.starts_with(start)).expect("the line").to_owned();
         assert!(find("max_bearing_load ").ends_with("1.5 kN  at 0.25 s"), "{text}");
         assert!(find("first_contact ").ends_with('-'), "{text}");
         assert!(find("contact_impulse ").ends_with("2 N s"), "{text}");
+        assert_eq!(find("max_blade_bending_stress ").split_whitespace().last(), Some("none"), "never stressed: {text}");
         assert!(find("slip_reversal").contains("changed sign"), "{text}");
     }
 

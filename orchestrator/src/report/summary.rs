@@ -3,7 +3,7 @@
 //! Statistics are over `ok` rows that have the quantity; how many those are stands beside them, and what they leave
 //! out is listed. A failed or invalid row never drops out without a word.
 
-use super::text::{Align, TextTable};
+use super::text::{Align, TextTable, counted};
 use crate::results::{DETECTION, Table};
 use crate::study::TWIN;
 use bladeoff_model::document::units::format_digits;
@@ -228,7 +228,7 @@ impl Twins {
         if self.count == 0 {
             return String::new();
         }
-        let mut text = format!("Twin runs: {} of {rows} rows", self.count);
+        let mut text = format!("Twin runs: {} of {}", self.count, counted(rows, "row"));
         if self.failed > 0 {
             write!(text, ", {} of them failed", self.failed).expect("writing to a String cannot fail");
         }

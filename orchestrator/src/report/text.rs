@@ -93,6 +93,12 @@ pub fn counted(count: u64, one: &str) -> String {
     if count == 1 { format!("1 {one}") } else { format!("{count} {one}s") }
 }
 
+/// The verb of so many: "1 sample is", "2 samples are".
+#[must_use]
+pub fn are(count: u64) -> &'static str {
+    if count == 1 { "is" } else { "are" }
+}
+
 /// A duration as "0.8 s", "45 s", "3 min 20 s", "7 h 05 min".
 #[must_use]
 pub fn duration(duration: Duration) -> String {
@@ -128,6 +134,7 @@ mod tests {
     #[test]
     fn one_is_one() {
         assert_eq!([0, 1, 2].map(|count| counted(count, "worker")), ["0 workers", "1 worker", "2 workers"]);
+        assert_eq!([0, 1, 2].map(are), ["are", "is", "are"]);
     }
 
     #[test]

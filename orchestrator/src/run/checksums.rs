@@ -7,9 +7,11 @@
 
 use super::directory::{LEDGER, MACHINE, MANIFEST, PARTS, POINTS, RESULTS, STUDY, TIMINGS, row_files, timing_files};
 use super::manifest::{Checksums, provenance as told_inputs};
+use super::resume::of_record;
 use super::status::{RunState, see};
 use crate::files::FileError;
 use crate::ledger::Reader;
+use crate::report::counted;
 use crate::results::{Checksum, TableError, count_sound_rows};
 use bladeoff_protocol::folder::Folder;
 use bladeoff_protocol::place::Place;
@@ -160,15 +162,16 @@ fn record(path: &Place, is_running: bool) -> Verified {
         return Verified { name, is_whole: None, words: "unknown: the run writes it".to_owned() };
     }
     let (mut whole, mut damaged) = (0u64, 0u64);
-    let counted = Reader::open(path).and_then(|record| {
+    let read = Reader::open(path).and_then(|record| {
         record.for_each_head(None, |_, head| *(if head.is_ok() { &mut whole } else { &mut damaged }) += 1)
     });
-    let words = match counted {
-        Ok(()) if damaged == 0 => format!("all its {whole} entries are whole"),
-        Ok(()) => format!("damaged: {damaged} of its {} entries", whole + damaged),
-        Err(error) => error.to_string(),
+    let (is_whole, words) = match read {
+        Ok(()) if damaged == 0 && whole == 1 => (true, "its only entry is whole".to_owned()),
+        Ok(()) if damaged == 0 => (true, format!("all its {whole} entries are whole")),
+        Ok(()) => (false, format!("damaged: {damaged} of its {}", of_record(whole + damaged))),
+        Err(error) => (false, error.to_string()),
     };
-    Verified { name, is_whole: Some(words.starts_with("all")), words }
+    Verified { name, is_whole: Some(is_whole), words }
 }
 
 /// Parts have no checksum: they are read whole, which finds what is no Parquet any more.
@@ -178,10 +181,16 @@ fn parts(rows: &[PathBuf], timings: &[PathBuf]) -> Option<Verified> {
     }
     let count = |files: &[PathBuf]| files.iter().map(|path| count_sound_rows(path)).sum::<Result<usize, TableError>>();
     let (is_whole, words) = match (count(rows), count(timings)) {
-        (Ok(rows), Ok(timings)) if rows == timings => {
-            (None, format!("readable, {rows} rows; they have no checksum, and the next run makes them again"))
+        (Ok(rows), Ok(timings)) if rows == timings => (
+            None,
+            format!(
+                "readable, {}; they have no checksum, and the next run makes them again",
+                counted(rows as u64, "row")
+            ),
+        ),
+        (Ok(rows), Ok(timings)) => {
+            (Some(false), format!("damaged: {}, {}", counted(rows as u64, "row"), counted(timings as u64, "timing")))
         }
-        (Ok(rows), Ok(timings)) => (Some(false), format!("damaged: {rows} rows, {timings} timings")),
         (Err(error), _) | (_, Err(error)) => (Some(false), error.to_string()),
     };
     Some(Verified { name: PARTS.to_owned(), is_whole, words })

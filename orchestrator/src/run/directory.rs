@@ -8,7 +8,6 @@ use crate::files::{FileError, sync_directory, write_whole};
 use crate::ledger::is_store;
 use crate::results::TableError;
 use crate::study::Study;
-use bladeoff_model::document::visible;
 use bladeoff_protocol::folder::Folder;
 use bladeoff_protocol::place::Place;
 use bladeoff_worker::plan::{BASIS_FILE, PLAN_FILE};
@@ -82,14 +81,23 @@ impl RunDirectory {
     /// # Errors
     /// The directory cannot be written; something else stands in the place of a folder of parts.
     pub fn tidy(&self) -> Result<(), FileError> {
+        self.tidy_files()?;
+        for folder in [PARTS, TIMING_PARTS] {
+            self.empty_aside(folder)?;
+            self.folder_if_there(folder)?;
+        }
+        Ok(())
+    }
+
+    /// The same without a look at the folders of parts.
+    ///
+    /// # Errors
+    /// The directory cannot be written.
+    pub fn tidy_files(&self) -> Result<(), FileError> {
         for name in
             [RESULTS, TIMINGS, MANIFEST, STUDY, MACHINE, POINTS, PLAN_FILE, BASIS_FILE, STATUS, PARTS, TIMING_PARTS]
         {
             self.remove(&format!("{name}.tmp"))?;
-        }
-        for folder in [PARTS, TIMING_PARTS] {
-            self.empty_aside(folder)?;
-            self.folder_if_there(folder)?;
         }
         self.remove(&format!("{LEDGER}.new"))
     }
@@ -167,17 +175,24 @@ impl RunDirectory {
     /// # Errors
     /// The directory cannot be written.
     pub fn remove_parts(&self) -> Result<(), FileError> {
-        for name in [PARTS, TIMING_PARTS] {
-            self.empty_aside(name)?;
-            if self.folder_if_there(name)?.is_none() {
-                continue;
-            }
-            let (path, away) = (self.file(name), self.file(&aside(name)));
-            path.rename_to(&away).map_err(FileError::at("remove", &path))?;
-            self.folder.sync()?;
-            self.empty_aside(name)?;
+        [PARTS, TIMING_PARTS].into_iter().try_for_each(|name| self.remove_folder_of_parts(name))
+    }
+
+    /// The same of a directory in which every row is in the table: what stands in the way is no matter, and stays. Tells of it.
+    #[must_use]
+    pub fn try_to_remove_parts(&self) -> Vec<FileError> {
+        [PARTS, TIMING_PARTS].into_iter().filter_map(|name| self.remove_folder_of_parts(name).err()).collect()
+    }
+
+    fn remove_folder_of_parts(&self, name: &str) -> Result<(), FileError> {
+        self.empty_aside(name)?;
+        if self.folder_if_there(name)?.is_none() {
+            return Ok(());
         }
-        Ok(())
+        let (path, away) = (self.file(name), self.file(&aside(name)));
+        path.rename_to(&away).map_err(FileError::at("remove", &path))?;
+        self.folder.sync()?;
+        self.empty_aside(name)
     }
 
     /// The folder of this name in it; what stands there is one, or nothing.
@@ -340,10 +355,7 @@ fn refuse_foreign(folder: &Folder) -> Result<(), RunError> {
     let is_begun = |name: &OsStr| mark == Mark::Empty && name == LOCK;
     match names.into_iter().filter(|name| !is_begun(name)).min() {
         None => Ok(()),
-        Some(name) => Err(RunError::Foreign {
-            path: folder.path().to_path_buf(),
-            file: visible(&name.to_string_lossy()).into_owned(),
-        }),
+        Some(name) => Err(RunError::Foreign { path: folder.path().to_path_buf(), file: name }),
     }
 }
 

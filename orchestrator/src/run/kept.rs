@@ -11,7 +11,7 @@ use super::prepare::Prepared;
 use super::status::StatusWriter;
 use crate::files::{FileError, write_whole};
 use crate::ledger::Ledger;
-use crate::report::Tally;
+use crate::report::{Tally, are, counted};
 use bladeoff_protocol::folder::Standing;
 use std::ffi::OsStr;
 use std::fs;
@@ -39,9 +39,11 @@ pub(super) enum Loss {
 pub enum Lost {
     /// It is elsewhere.
     #[error(
-        "{} was moved during the run, {}: the run has stopped; {done} finished samples are in it",
+        "{} was moved during the run, {}: the run has stopped; {} {} in it",
         path.display(),
-        to.as_ref().map_or("nobody knows where to".to_owned(), |to| format!("to {}", to.display()))
+        to.as_ref().map_or("nobody knows where to".to_owned(), |to| format!("to {}", to.display())),
+        counted(*done, "finished sample"),
+        are(*done)
     )]
     Moved {
         /// Where it was.
@@ -52,7 +54,7 @@ pub enum Lost {
         done: u64,
     },
     /// It is gone, what was finished is not.
-    #[error("{what} {} was removed during the run: the run has stopped; {done} finished samples are kept in {}", path.display(), kept.display())]
+    #[error("{what} {} was removed during the run: the run has stopped; {} {} kept in {}", path.display(), counted(*done, "finished sample"), are(*done), kept.display())]
     Kept {
         /// "the result directory" or the record in it.
         what: &'static str,
@@ -64,7 +66,7 @@ pub enum Lost {
         kept: PathBuf,
     },
     /// It is gone with what was finished.
-    #[error("{what} {} was removed during the run: the run has stopped; {done} finished samples could not be kept", path.display())]
+    #[error("{what} {} was removed during the run: the run has stopped; {} could not be kept", path.display(), counted(*done, "finished sample"))]
     Gone {
         /// "the result directory" or the record in it.
         what: &'static str,

@@ -41,7 +41,7 @@ use crate::dispatch::{self, DispatchOptions, DispatchReport, Domain, Ended};
 use crate::engine::EngineError;
 use crate::files::{FileError, write_whole};
 use crate::ledger::LedgerError;
-use crate::report::{Progress, Tally};
+use crate::report::{Progress, Tally, are, counted};
 use crate::results::{TableError, start_threads};
 use crate::study::Samples;
 use bladeoff_model::document::Problems;
@@ -58,6 +58,7 @@ use resume::Opened;
 use sink::{LedgerSink, ProgressObserver, Watched};
 use status::StatusWriter;
 use std::cell::RefCell;
+use std::ffi::OsString;
 use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -102,15 +103,12 @@ pub struct Finished {
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
     /// The directory holds something else.
-    #[error(
-        "{} is not a result directory: it holds {file} and no record of a run; choose another --out",
-        path.display()
-    )]
+    #[error("{path:?} is not a result directory: it holds {file:?} and no record of a run; choose another --out")]
     Foreign {
         /// The directory.
         path: PathBuf,
         /// The first file that no run begins with.
-        file: String,
+        file: OsString,
     },
     /// Others could write in the directory.
     #[error(transparent)]
@@ -119,17 +117,19 @@ pub enum RunError {
     #[error(transparent)]
     Lost(#[from] Lost),
     /// A file stands where the directory should be.
-    #[error("{} is not a directory; choose another --out", path.display())]
+    #[error("{path:?} is not a directory; choose another --out")]
     NotADirectory {
         /// The path.
         path: PathBuf,
     },
     /// The directory was computed with another study or machine.
     #[error(
-        "{} was computed with another study: {lost} of its {total} finished samples are not in this one\n{}\n\
+        "{} was computed with another study: {lost} of its {} {} not in this one\n{}\n\
          A study that only grows (more points, a larger --limit or run.step_limit, other [limits]) is continued. For this \
          one choose another --out, or remove the directory",
         path.display(),
+        counted(*total, "finished sample"),
+        are(*lost),
         changes.iter().map(|change| format!("  {change}")).collect::<Vec<_>>().join("\n")
     )]
     Changed {
@@ -263,9 +263,11 @@ fn open_and_compute(
     let reused = opened.tally.done();
     if reused > 0 {
         note(&format!(
-            "{reused} of {} samples are there already, {} are computed",
-            samples.count(),
-            opened.todo.total()
+            "{reused} of {} {} there already, {} {} computed",
+            counted(samples.count(), "sample"),
+            are(reused),
+            opened.todo.total(),
+            are(opened.todo.total())
         ));
     }
     // A table of what was there would look like that of the whole.
@@ -300,9 +302,10 @@ fn look_only(request: &Request, samples: &Samples, note: &dyn Fn(&str), error: R
             return Ok(Some(Finished::nothing_computed(&request.out, tally)));
         }
         note(&format!(
-            "{} of {} samples are there already; the rest cannot be computed here",
+            "{} of {} {} there already; the rest cannot be computed here",
             compared.done(),
-            samples.count()
+            counted(samples.count(), "sample"),
+            are(compared.done())
         ));
         Ok(None)
     };

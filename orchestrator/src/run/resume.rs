@@ -19,7 +19,7 @@ use super::reuse::{Worth, worth};
 use crate::dispatch::DispatchError;
 use crate::files::FileError;
 use crate::ledger::{Head, Ledger, LedgerError, Reader, Remains};
-use crate::report::Tally;
+use crate::report::{Tally, are, counted};
 use crate::schedule::Todo;
 use bladeoff_core::outcome::{Cause, Status};
 use bladeoff_protocol::folder::Folder;
@@ -109,10 +109,11 @@ pub(super) fn compare(directory: &Folder, prepared: &Prepared<'_>, again: Again<
     match compare_store(&path, directory, prepared, again) {
         Err(RunError::Ledger(LedgerError::Damaged { detail, .. })) => {
             let remains = Remains::read(&path, prepared.steps)?;
+            let whole = remains.entries().len() as u64;
             let note = format!(
-                "the record of finished samples is damaged ({detail}): {} entries in it are whole and kept, the rest is \
-                 computed again",
-                remains.entries().len()
+                "the record of finished samples is damaged ({detail}): {} in it {} whole and kept, the rest is computed again",
+                of_record(whole),
+                are(whole)
             );
             let mut compared = select(Old::Remains(remains), directory, prepared, again)?;
             compared.notes.insert(0, note);
@@ -200,6 +201,11 @@ impl Old {
     }
 }
 
+/// How many entries of a record: "1 entry", "2 entries".
+pub(super) fn of_record(count: u64) -> String {
+    if count == 1 { "1 entry".to_owned() } else { format!("{count} entries") }
+}
+
 /// Selects the entries that belong to the present study. Refuses to lose any.
 fn select(old: Old, directory: &Folder, prepared: &Prepared<'_>, wanted: Again<'_>) -> Result<Compared, RunError> {
     let (mut index, damaged) = old.index(prepared)?;
@@ -249,16 +255,25 @@ fn select(old: Old, directory: &Folder, prepared: &Prepared<'_>, wanted: Again<'
     }
     let mut notes = Vec::new();
     if damaged > 0 {
-        notes.push(format!("{damaged} entries of the record are damaged: their samples are computed again"));
+        notes.push(format!(
+            "{} of the record {} damaged: what is lost by it is computed again",
+            of_record(damaged),
+            are(damaged)
+        ));
     }
     if longer > 0 {
-        notes.push(format!("{longer} samples ended early under another run.step_limit: they are computed again"));
+        let samples = counted(longer, "sample");
+        notes.push(format!("{samples} that ended early under another run.step_limit {} computed again", are(longer)));
     }
     if twins > 0 {
-        notes.push(format!("{twins} samples are computed again because twin_share chooses others for a twin run"));
+        notes.push(format!(
+            "{} {} computed again because twin_share chooses others for a twin run",
+            counted(twins, "sample"),
+            are(twins)
+        ));
     }
     if wanted.rerun.is_some() && (again > 0 || longer == 0) {
-        notes.push(format!("{again} finished samples are computed again"));
+        notes.push(format!("{} {} computed again", counted(again, "finished sample"), are(again)));
     }
     match found.suspects.len() {
         0 => {}

@@ -7,7 +7,7 @@ use super::parts::Teller;
 use super::status::StatusWriter;
 use crate::dispatch::{Notice, Observer, SampleResult, Sink, SinkError};
 use crate::ledger::{Entry, Ledger, LedgerError};
-use crate::report::{Costs, Progress, Tally, Underway, duration};
+use crate::report::{Costs, Progress, Tally, Underway, counted, duration};
 use crate::schedule::{Activity, Snapshot, WorkerView};
 use bladeoff_core::outcome::Status;
 use std::cell::RefCell;
@@ -106,17 +106,23 @@ fn refused(error: LedgerError) -> SinkError {
 
 /// What a worker is doing, in one line.
 pub(super) fn describe(worker: &WorkerView) -> String {
+    let since = duration(worker.since);
     let activity = match worker.activity {
-        Activity::Starting => "starting".to_owned(),
-        Activity::Idle => "idle".to_owned(),
-        Activity::Busy { sample: Some(sample), left } => format!("computing sample {sample}, {left} of its batch left"),
-        Activity::Busy { sample: None, left } => format!("has a batch, {left} left"),
-        Activity::Leaving => "leaving".to_owned(),
-        Activity::Gone => "died; the next one starts in a moment".to_owned(),
+        Activity::Starting => format!("starting for {since}"),
+        Activity::Idle => format!("waiting for work for {since}"),
+        Activity::Busy { sample: Some(sample), left: 0..=1 } => format!("computing sample {sample} for {since}"),
+        Activity::Busy { sample: Some(sample), left } => {
+            format!("computing sample {sample} for {since}, then {} more of its batch", left - 1)
+        }
+        Activity::Busy { sample: None, left } => {
+            format!("given a batch of {} {since} ago", counted(left as u64, "sample"))
+        }
+        Activity::Leaving => format!("told to end {since} ago"),
+        Activity::Gone => format!("died {since} ago; the next one starts in a moment"),
     };
     let pid = worker.pid.map(|pid| format!(" (process {pid})")).unwrap_or_default();
-    let silent = if worker.stale { ", silent" } else { "" };
-    format!("worker {}{pid}: {activity} for {}{silent}", worker.worker, duration(worker.since))
+    let silent = if worker.stale { "; it has not been heard of for a while" } else { "" };
+    format!("worker {}{pid}: {activity}{silent}", worker.worker)
 }
 
 fn underway(snapshot: &Snapshot, now: Instant) -> Underway {

@@ -22,7 +22,7 @@ pub(super) fn put_in_order(
     note: &dyn Fn(&str),
 ) -> Result<(), RunError> {
     let samples = prepared.samples;
-    directory.tidy()?;
+    directory.tidy_files()?;
     prepared.write(directory)?;
     let path = directory.file(MANIFEST);
     let told = Checksums::told(&path);
@@ -69,7 +69,10 @@ pub(super) fn put_in_order(
         let mut status = StatusWriter::new(directory.open(), samples, tally.done()).trusting(request.trusts);
         status.finish("complete", None, tally);
     }
-    Ok(directory.remove_parts()?)
+    for left in directory.try_to_remove_parts() {
+        note(&format!("{left} ({}): it is left as it is, every row is in {RESULTS}", left.source));
+    }
+    Ok(())
 }
 
 fn what(compared: Compared) -> &'static str {

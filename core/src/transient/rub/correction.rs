@@ -66,7 +66,8 @@ impl Rub<'_> {
             self.release_ring();
             result = self.iterate(line, &attempt, false, d, d_twist)?;
         }
-        let (force, gap) = result.ok_or(ContactFailure::NoConvergence)?;
+        let failure = if self.is_beyond(predicted_x) { ContactFailure::Outside } else { ContactFailure::NoConvergence };
+        let (force, gap) = result.ok_or(failure)?;
         if force.normal <= 0.0 {
             return Ok(None);
         }

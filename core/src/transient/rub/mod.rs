@@ -19,6 +19,7 @@ use self::ring::Ring;
 use super::shaft_line::ShaftLine;
 use crate::contact::{ContactForce, Gap, NotUnique, Place, exact_gap, polar_gap};
 use crate::linalg::dot;
+use crate::outcome::Cause;
 use crate::record::Touch;
 use crate::stator::Surface;
 use crate::structure::Structure;
@@ -70,6 +71,19 @@ impl StepContact {
 pub(crate) enum ContactFailure {
     NotUnique(NotUnique),
     NoConvergence,
+    /// The same where the step without contact would lead beyond the ring.
+    Outside,
+}
+
+impl ContactFailure {
+    /// What a run ends with by it.
+    pub fn cause(self) -> Cause {
+        match self {
+            ContactFailure::NotUnique(_) => Cause::LossOfUniqueness,
+            ContactFailure::NoConvergence => Cause::Diverged,
+            ContactFailure::Outside => Cause::OutsideRing,
+        }
+    }
 }
 
 /// What a contact step starts from.
@@ -314,18 +328,28 @@ impl<'a> Rub<'a> {
     }
 
     /// Whether the rotor's centre at n is beyond the line of the ring that touches, at its own angle: detection would find the
-    /// ring's outside there, or no contact. A radial spring yields as far as it is pressed, and its line with it.
+    /// ring's outside there, or no contact. Beyond the undeformed line it is outside wherever the ring may be: one that is pushed along
+    /// (Hyp 1 puts its force at the rotor's own angle) would be found out late. A radial spring yields as far as it is pressed, and its
+    /// line with it.
     pub fn is_outside(&mut self, x: [f64; 2]) -> bool {
         let distance = (x[0] * x[0] + x[1] * x[1]).sqrt();
         // far inside, whatever the ring does
         if self.is_spring() || distance <= self.gap + 0.5 * self.rotor_radius {
             return false;
         }
+        if self.is_beyond(x) {
+            return true;
+        }
         if let Some(ring) = &mut self.ring {
             ring.field_at_n();
         }
         let field = self.ring.as_ref().map(|ring| ring.field.as_slice());
         polar_gap(&self.surface, field, 0.0, x).value <= 0.0
+    }
+
+    /// Whether a place is beyond the line of the undeformed ring that touches: no linear ring is pushed so far.
+    fn is_beyond(&self, x: [f64; 2]) -> bool {
+        (x[0] * x[0] + x[1] * x[1]).sqrt() >= self.surface.radius
     }
 
     /// Whether the stator is a massless spring, which may start loaded.

@@ -1,0 +1,94 @@
+//! Ctrl-C while a history is written: the run ends between two steps, what is recorded goes to the file, and its name is told.
+
+use super::exit::Exit;
+use super::output::remark;
+use crate::call;
+use crate::dispatch::{Signal, watch_afterwards};
+use crate::history::{Format, Recorder, left_behind};
+use bladeoff_core::record::{Follower, Frame};
+use std::ffi::OsStr;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
+use std::time::Duration;
+
+/// Ctrl-C and its like while a history is written.
+#[derive(Default)]
+pub(super) struct Stop {
+    pub is_told: AtomicBool,
+    signal: OnceLock<Signal>,
+}
+
+impl Stop {
+    /// Listens from now on. A run that does not end between two steps (its file is being written) is left to itself.
+    pub fn listen(path: &Path) -> Arc<Self> {
+        let stop = Arc::new(Self::default());
+        let (told, path) = (Arc::clone(&stop), path.to_path_buf());
+        watch_afterwards(move |signal| {
+            let _ = told.signal.set(signal);
+            told.is_told.store(true, Ordering::Relaxed);
+            std::thread::sleep(PATIENCE);
+            remark(&format!("error: {}", stopped(signal, &path)));
+            std::process::exit(Exit::from(signal) as i32);
+        });
+        stop
+    }
+
+    /// The signal, if one came.
+    pub fn signal(&self) -> Option<Signal> {
+        self.signal.get().copied()
+    }
+}
+
+/// Time that a run has to end between two steps.
+const PATIENCE: Duration = Duration::from_secs(2);
+
+/// What is said of a run that was stopped, and of its history.
+pub(super) fn stopped(signal: Signal, path: &Path) -> String {
+    let by = match signal {
+        Signal::Interrupt => "Ctrl-C",
+        Signal::Terminate => "a signal",
+    };
+    let left = what_is_left(path).unwrap_or_else(|| "nothing of its history is kept".to_owned());
+    format!("the run was ended by {by} before its end\n  {left}")
+}
+
+/// What can be done with the part of a history that is not whole, if there is any.
+pub(super) fn what_is_left(path: &Path) -> Option<String> {
+    let left = left_behind(path)?;
+    Some(match Format::of(path) {
+        Ok(Format::Mcap) => {
+            let recover = call::command([OsStr::new("recover"), call::path_word(&left).as_os_str()]);
+            format!("what was written until then is in {}; a whole file of it: {recover}", left.display())
+        }
+        _ => format!("what was written until then is in {}", left.display()),
+    })
+}
+
+/// A recorder whose run ends when a signal comes.
+pub(super) struct Stoppable<'a> {
+    pub recorder: &'a mut Recorder,
+    pub stop: &'a AtomicBool,
+}
+
+impl Follower for Stoppable<'_> {
+    fn contact_force(&mut self, time: f64, force: f64) {
+        self.recorder.contact_force(time, force);
+    }
+
+    fn goes_on(&mut self, step: u64) -> bool {
+        !self.stop.load(Ordering::Relaxed) && self.recorder.goes_on(step)
+    }
+
+    fn wants(&mut self, step: u64, time: f64) -> bool {
+        self.recorder.wants(step, time)
+    }
+
+    fn wants_end(&mut self) -> bool {
+        self.recorder.wants_end()
+    }
+
+    fn see(&mut self, frame: &Frame<'_>) {
+        self.recorder.see(frame);
+    }
+}
