@@ -1,11 +1,11 @@
 //! Histories: what is recorded is what happened, the run is not changed by being watched, files survive a cut.
 
 use bladeoff::history::{Decimation, HistoryError, Recorder, Settings, catalogue, read, recover, select};
+use bladeoff_core::engine::{StepPlan, simulate};
 use bladeoff_core::machine::{Machine, MachineDef};
 use bladeoff_core::outcome::Outcome;
 use bladeoff_core::record::{NoHistory, columns};
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::{StepPlan, simulate};
 use std::path::Path;
 
 /// The lab rig through its first impacts.

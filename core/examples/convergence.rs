@@ -6,10 +6,10 @@
 
 use std::collections::BTreeMap;
 
+use bladeoff_core::engine::simulate;
 use bladeoff_core::machine::{Machine, MachineDef};
 use bladeoff_core::record::{Follower, Frame, NoHistory, columns};
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::simulate;
 
 type Values = BTreeMap<String, f64>;
 type Sets<'a> = &'a [(&'a str, &'a str)];
@@ -60,9 +60,7 @@ impl Follower for Orbit {
         step.is_multiple_of(self.every)
     }
     fn see(&mut self, frame: &Frame<'_>) {
-        if let Some(contact) = frame.contact {
-            self.points.push((frame.time, contact.rotor));
-        }
+        self.points.extend(frame.contacts.iter().map(|contact| (frame.time, contact.rotor)));
     }
 }
 

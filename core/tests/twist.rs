@@ -4,11 +4,11 @@
 mod common;
 
 use bladeoff_core::document::Problem;
+use bladeoff_core::engine::{StepPlan, simulate};
 use bladeoff_core::machine::MachineDef;
 use bladeoff_core::outcome::Status;
 use bladeoff_core::record::NoHistory;
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::{StepPlan, simulate};
 use common::{Every, machine, machine_with, run, run_seen, study_machine};
 
 /// The one problem of a machine text with values replaced by path.

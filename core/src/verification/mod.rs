@@ -9,10 +9,10 @@ mod linear;
 mod ring;
 mod rub;
 
+use crate::engine::simulate;
 use crate::machine::{Machine, MachineDef};
 use crate::record::{Follower, Frame};
 use crate::structure::Structure;
-use crate::transient::simulate;
 
 /// One number of a reference case.
 #[derive(Debug, Clone, PartialEq)]

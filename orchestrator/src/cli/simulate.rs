@@ -11,9 +11,9 @@ use crate::engine;
 use crate::report::{OutcomeView, beyond_the_model, cause_in_words, describe_outcome, duration};
 use crate::results::{TableSchema, verdict_fields};
 use bladeoff_core::document::units::format_quantity;
+use bladeoff_core::engine::StepPlan;
 use bladeoff_core::machine::{Machine, MachineDef};
 use bladeoff_core::outcome::{Outcome, Status};
-use bladeoff_core::transient::StepPlan;
 use std::time::Instant;
 
 /// Compute one blade-off transient and say what came out

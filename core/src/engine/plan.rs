@@ -1,0 +1,259 @@
+//! From a machine and its structure to a run that may start: the time step and its limit.
+
+use super::shaft_line::sites;
+use crate::linalg::{EigenError, Matrix, add_outer, symmetric_generalised};
+use crate::machine::{DiaphragmKind, Engine, Machine, RotorKind, UnbalanceKind};
+use crate::structure::Structure;
+
+/// Fraction of the stability limit that is taken when the machine names no step.
+///
+/// Both reference machines: robust outputs change by less than they do between detections when it is halved
+/// (`docs/theory/convergence.md`).
+const DEFAULT_FRACTION: f64 = 0.5;
+
+/// The default step also divides a revolution at the highest speed, and the period of the lowest lateral mode, into at
+/// least this many parts: `(omega dt)^2/24 = 1.6e-6`, the scheme's relative error of a period. It governs rotors of few degrees
+/// of freedom, whose highest frequency resolves nothing.
+const PARTS: f64 = 1000.0;
+/// The same with a radial spring, on which contact begins and ends within a step: places after an impact are of second order.
+const SPRING_PARTS: f64 = 4.0 * PARTS;
+
+/// Smallest step \[s\]: a filter of 1 ms then has ten million steps, and time still grows by it.
+const LEAST_STEP: f64 = 1e-10;
+/// Most steps of a run: a week of a core at 60 us each. Below 2^53, so that counts and times are exact.
+const MOST_STEPS: f64 = 1e10;
+
+/// The time step of a run that can be started, and its limit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StepPlan {
+    /// Time step \[s\].
+    pub step: f64,
+    /// Largest stable step `2/omega_max` \[s\].
+    pub largest_step: f64,
+    /// Highest frequency of the model \[rad/s\].
+    pub highest_frequency: f64,
+}
+
+/// A run that cannot be started.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum StartError {
+    /// The step is beyond the stability limit of central differences.
+    #[error(
+        "the step {step:e} s is too large for the {engine} engine: largest allowed {limit:e} s = 2/omega_max, \
+         highest frequency of the model {hz:.0} Hz"
+    )]
+    StepTooLarge {
+        /// Asked for \[s\].
+        step: f64,
+        /// Allowed \[s\].
+        limit: f64,
+        /// Highest frequency \[Hz\].
+        hz: f64,
+        /// Engine.
+        engine: &'static str,
+    },
+    /// More steps than a run may have.
+    #[error(
+        "the run would take {steps:.3e} steps of {step:e} s up to run.end_time = {end_time} s: at most {most:e} steps are \
+         computed, which ends at {:.3e} s",
+        .most * .step
+    )]
+    TooManySteps {
+        /// Steps up to `end_time`.
+        steps: f64,
+        /// Step \[s\].
+        step: f64,
+        /// `run.end_time` \[s\].
+        end_time: f64,
+        /// Most steps.
+        most: f64,
+    },
+    /// The model asks for a smaller step than any that is computed.
+    #[error(
+        "the stable step of the model is below {least:e} s, the smallest that is computed: its highest frequency is {hz:.3e} Hz \
+         (a very stiff or very light part)"
+    )]
+    StepTooSmall {
+        /// Smallest step \[s\].
+        least: f64,
+        /// Highest frequency \[Hz\].
+        hz: f64,
+    },
+    /// The rotor would start inside the diaphragm.
+    #[error("the rotor starts inside diaphragm {diaphragm}: gap {gap:e} m at t = 0")]
+    StartsInContact {
+        /// Name of the diaphragm.
+        diaphragm: String,
+        /// Gap at the start \[m\].
+        gap: f64,
+    },
+    /// The rotor would start beyond the diaphragm.
+    #[error(
+        "the rotor starts outside diaphragm {diaphragm}: its centre is {} from the ring's at t = 0, the ring's radius is {}; \
+         contact.offset is ({}, {}): is its unit right?",
+        metres(*.eccentricity), metres(*.radius), metres(.offset[0]), metres(.offset[1])
+    )]
+    StartsOutside {
+        /// Name of the diaphragm.
+        diaphragm: String,
+        /// Distance of the centres \[m\].
+        eccentricity: f64,
+        /// Radius of the line that touches \[m\].
+        radius: f64,
+        /// Of the ring's centre \[m\].
+        offset: [f64; 2],
+    },
+    /// No mass, or no restoring stiffness, in some direction.
+    #[error("the {what} matrix of {part} is singular: the rotor has no {what} in some direction")]
+    Singular {
+        /// "mass" or "stiffness".
+        what: &'static str,
+        /// Which part.
+        part: &'static str,
+    },
+    /// Eigenvalue problem of the step limit.
+    #[error(transparent)]
+    Eigen(#[from] EigenError),
+}
+
+fn metres(value: f64) -> String {
+    crate::document::units::format_quantity(value, "m")
+}
+
+impl StepPlan {
+    /// Chooses or checks the step of a run.
+    ///
+    /// # Errors
+    /// [`StartError::StepTooLarge`], [`StartError::StepTooSmall`], [`StartError::TooManySteps`], [`StartError::Eigen`].
+    pub fn new(machine: &Machine, structure: &Structure) -> Result<Self, StartError> {
+        let lateral = rotor_limit(machine, structure)?;
+        let rings = structure.rings.iter().flatten().map(|ring| ring.part.highest);
+        let highest_frequency = rings.fold(lateral.max(structure.twist.highest), f64::max);
+        let largest_step = 2.0 / highest_frequency;
+        let step = match machine.run.step {
+            None => {
+                let bends = machine.diaphragms.iter().any(|d| matches!(d.kind, DiaphragmKind::RadialSpring { .. }));
+                let parts = if bends { SPRING_PARTS } else { PARTS };
+                let resolved = 2.0 * std::f64::consts::PI / (parts * slowest_to_resolve(machine, structure));
+                floor_to_two_digits((DEFAULT_FRACTION * largest_step).min(resolved)).min(machine.run.end_time)
+            }
+            // equality is marginally stable: it is refused too
+            Some(step) if step < largest_step => step,
+            Some(step) => {
+                return Err(StartError::StepTooLarge {
+                    step,
+                    limit: largest_step,
+                    hz: highest_frequency / (2.0 * std::f64::consts::PI),
+                    engine: match machine.run.engine {
+                        Engine::Full => "full",
+                        Engine::Reduced => "reduced",
+                    },
+                });
+            }
+        };
+        // so that no comparison lets a NaN pass
+        if !(step >= LEAST_STEP.min(machine.run.end_time) && highest_frequency.is_finite()) {
+            let hz = highest_frequency / (2.0 * std::f64::consts::PI);
+            return Err(StartError::StepTooSmall { least: LEAST_STEP, hz });
+        }
+        let steps = machine.run.end_time / step;
+        if steps > MOST_STEPS {
+            return Err(StartError::TooManySteps { steps, step, end_time: machine.run.end_time, most: MOST_STEPS });
+        }
+        Ok(Self { step, largest_step, highest_frequency })
+    }
+}
+
+/// The larger of the highest spin speed and the lowest lateral frequency \[rad/s\].
+fn slowest_to_resolve(machine: &Machine, structure: &Structure) -> f64 {
+    let law = machine.rotor.speed_law.iter().flat_map(|law| law.speeds.iter().copied());
+    let speed = law.fold(machine.rotor.initial_speed, f64::max);
+    let part = &structure.lateral;
+    // Rayleigh quotients of the coordinates bound the lowest frequency from above: enough for a resolution
+    let mut lowest = (0..part.coordinates.size())
+        .map(|i| part.stiffness[(i, i)] / part.mass[(i, i)])
+        .filter(|square| square.is_finite())
+        .fold(f64::INFINITY, f64::min);
+    if let RotorKind::PointMass(point) = &machine.rotor.kind
+        && point.mass > 0.0
+    {
+        // the softer principal axis, however the axes lie
+        let k = &part.stiffness;
+        let half = 0.5 * (k[(0, 0)] - k[(1, 1)]);
+        lowest = (0.5 * (k[(0, 0)] + k[(1, 1)]) - half.hypot(k[(0, 1)])) / point.mass;
+    }
+    let lowest = if lowest.is_finite() { lowest.max(0.0).sqrt() } else { 0.0 };
+    speed.max(lowest).max(f64::MIN_POSITIVE)
+}
+
+/// Highest frequency of the rotor's lateral motion, and of its twist where masses are lost. An added mass only lowers them, so the
+/// structure's own are bounds; a lost mass, a point mass (which may owe all its mass to an unbalance) and a radial spring at the
+/// contact need the run's own matrices. A lost mass couples twist and deflection, `m d psi''` across its arm, and what is left of
+/// both is less than what is left of each.
+fn rotor_limit(machine: &Machine, structure: &Structure) -> Result<f64, StartError> {
+    let lost = machine.rotor.unbalances.iter().any(|u| u.kind == UnbalanceKind::Lost);
+    let point = matches!(machine.rotor.kind, RotorKind::PointMass(_));
+    let springs: Vec<(usize, f64)> = machine
+        .diaphragms
+        .iter()
+        .filter_map(|d| match d.kind {
+            DiaphragmKind::RadialSpring { stiffness } => Some((d.contact.node, stiffness)),
+            _ => None,
+        })
+        .collect();
+    if !(lost || point || !springs.is_empty()) {
+        return Ok(structure.lateral.highest);
+    }
+    let (lateral, twist) = (&structure.lateral, &structure.twist);
+    let size = lateral.coordinates.size();
+    let all = size + if lost { twist.coordinates.size() } else { 0 };
+    let (mut mass, mut stiffness) = (Matrix::zeros(all, all), Matrix::zeros(all, all));
+    mass.view_mut((0, 0), (size, size)).copy_from(&lateral.mass);
+    stiffness.view_mut((0, 0), (size, size)).copy_from(&lateral.stiffness);
+    if lost {
+        mass.view_mut((size, size), (all - size, all - size)).copy_from(&twist.mass);
+        stiffness.view_mut((size, size), (all - size, all - size)).copy_from(&twist.stiffness);
+    }
+    for site in sites(machine) {
+        let (sin, cos) = libm::sincos(site.phase);
+        let arm = [-site.radius * sin, site.radius * cos];
+        for (dof, arm) in structure.rotor.plane_places(site.node).into_iter().zip(arm) {
+            let mut row = lateral.coordinates.row(dof);
+            if lost {
+                row.extend(twist.coordinates.row(site.twist_node).iter().map(|psi| arm * psi));
+            }
+            add_outer(&mut mass, site.mass, &row);
+        }
+    }
+    for (node, spring) in springs {
+        for dof in structure.rotor.plane_places(node) {
+            let mut row = lateral.coordinates.row(dof);
+            row.resize(all, 0.0);
+            add_outer(&mut stiffness, spring, &row);
+        }
+    }
+    let (values, _) = symmetric_generalised(&stiffness, &mass, "the rotor with its unbalances")?;
+    Ok(values.last().map_or(0.0, |square| square.max(0.0).sqrt()))
+}
+
+/// A readable step; also hides the last digits of the eigenvalue solver from the results.
+fn floor_to_two_digits(value: f64) -> f64 {
+    let exponent = libm::floor(libm::log10(value));
+    let unit = libm::pow(10.0, exponent - 1.0);
+    let digits = libm::floor(value / unit);
+    // decimal text gives the nearest f64 to what a person would write
+    format!("{digits:.0}e{}", (exponent as i32).saturating_sub(1)).parse().unwrap_or(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[expect(clippy::float_cmp, reason = "the point is the exact decimal")]
+    fn the_default_step_is_a_short_decimal_below_its_bound() {
+        assert_eq!(floor_to_two_digits(4.789e-5), 4.7e-5);
+        assert_eq!(floor_to_two_digits(3.5e-6), 3.5e-6);
+        assert_eq!(floor_to_two_digits(0.9), 0.9);
+    }
+}
