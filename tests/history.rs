@@ -3,10 +3,10 @@
 mod support;
 
 use bladeoff::history::{Decimation, HistoryError, Recorder, Settings, catalogue, read, recover, select};
+use bladeoff_core::engine::{StepPlan, simulate};
 use bladeoff_core::outcome::Outcome;
 use bladeoff_core::record::{NoHistory, columns};
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::{StepPlan, simulate};
 use bladeoff_model::machine::{Machine, MachineDef};
 use std::fs;
 use std::path::Path;

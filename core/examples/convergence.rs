@@ -6,9 +6,9 @@
 
 use std::collections::BTreeMap;
 
+use bladeoff_core::engine::simulate;
 use bladeoff_core::record::{Follower, Frame, NoHistory, columns};
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::simulate;
 use bladeoff_model::machine::{Machine, MachineDef};
 
 type Values = BTreeMap<String, f64>;
@@ -60,9 +60,7 @@ impl Follower for Orbit {
         step.is_multiple_of(self.every)
     }
     fn see(&mut self, frame: &Frame<'_>) {
-        if let Some(contact) = frame.contact {
-            self.points.push((frame.time, contact.rotor));
-        }
+        self.points.extend(frame.contacts.iter().map(|contact| (frame.time, contact.rotor)));
     }
 }
 

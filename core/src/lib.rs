@@ -1,11 +1,14 @@
 //! Blade-off transient of a turbine shaft line: physics and numerics, pure.
 //!
 //! `(machine, settings) -> outcome`, without I/O, clock, threads or randomness. The main path:
-//! [`Machine`](bladeoff_model::machine::Machine) (validated, SI) -> structure (matrices, modes) -> transient ->
-//! [`outcome::Outcome`] (one row of the result table).
+//! [`machine::MachineDef`] (a file's text) -> [`machine::Machine`] (validated, SI) -> structure (matrices, modes)
+//! -> [`engine::simulate`] -> [`outcome::Outcome`] (one row of the result table).
 
 pub mod contact;
+pub mod document;
+pub mod engine;
 pub mod linalg;
+pub mod machine;
 pub mod modal;
 pub mod outcome;
 pub mod record;
@@ -13,7 +16,6 @@ pub mod rotor;
 pub mod stator;
 pub mod stress;
 pub mod structure;
-pub mod transient;
 pub mod verification;
 
 /// Version of the numbers: raised with every change that alters a bit of any outcome ("Numbers change" in CHANGELOG.md).

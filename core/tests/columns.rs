@@ -66,7 +66,7 @@ impl Followed {
         for (largest, load) in self.loads.iter_mut().zip(frame.bearing_loads) {
             *largest = largest.max(norm(*load));
         }
-        if let Some(contact) = &frame.contact {
+        for contact in frame.contacts {
             self.eccentricity = self.eccentricity.max(norm(contact.rotor));
             self.force = self.force.max(contact.normal_force);
         }

@@ -10,9 +10,9 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
 
+use bladeoff_core::engine::simulate;
 use bladeoff_core::record::NoHistory;
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::simulate;
 use bladeoff_model::machine::{MachineDef, ParamValue, PathInfo, PathKind};
 use common::study_machine;
 use proptest::prelude::*;

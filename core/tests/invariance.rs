@@ -4,10 +4,10 @@
 
 mod common;
 
+use bladeoff_core::engine::StepPlan;
 use bladeoff_core::modal::DEFAULT_ROTOR_MODES;
 use bladeoff_core::record::columns;
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::StepPlan;
 use bladeoff_model::machine::Machine;
 use common::{Row, machine_with, run, study_machine};
 

@@ -1,5 +1,5 @@
 //! Laws as properties: structure of the matrices, rigid-body motions, conservation, the energy balance on both engines.
-//! (The equations of motion against the Lagrangian: `core/src/transient/lagrangian_tests.rs`.)
+//! (The equations of motion against the Lagrangian: `core/src/engine/shaft_line/lagrangian_tests.rs`.)
 #![expect(clippy::print_stdout, reason = "the measured errors are part of the result")]
 
 mod common;

@@ -61,7 +61,7 @@ fn orbit(text: &str) -> (Row, Orbit) {
             let [x, y] = [frame.displacement[0], frame.displacement[1]];
             orbit.radius.push(x.hypot(y));
             orbit.angle.push(y.atan2(x));
-            let contact = frame.contact.expect("there is a diaphragm");
+            let [contact] = frame.contacts else { unreachable!("there is a diaphragm") };
             orbit.force.push(contact.normal_force);
             orbit.friction.push(contact.friction_force);
             orbit.slip.push(contact.slip);

@@ -3,10 +3,10 @@
 
 mod common;
 
+use bladeoff_core::engine::{StepPlan, simulate, unresolved_damping};
 use bladeoff_core::outcome::{Cause, EndCause, Status};
-use bladeoff_core::record::NoHistory;
+use bladeoff_core::record::{ContactFrame, NoHistory};
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::{StepPlan, simulate, unresolved_damping};
 use common::{Every, Row, close, machine, machine_with, run, run_seen, study_machine};
 
 /// A shaft of one element with its blade at one of two bearings.
@@ -288,7 +288,7 @@ fn the_row_and_the_history_tell_the_same_penetration() {
         let row = run_seen(
             machine_with(&study_machine("lab_rig"), &changes),
             &mut Every(|frame| {
-                let gap = frame.contact.expect("a diaphragm").gap;
+                let [ContactFrame { gap, .. }] = *frame.contacts else { unreachable!("a diaphragm") };
                 if -gap > deepest {
                     (deepest, at) = (-gap, frame.time);
                 }

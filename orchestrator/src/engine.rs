@@ -1,11 +1,11 @@
 //! The calls into the solver, in one place.
 
+use bladeoff_core::engine::{self, StartError, StepPlan};
 use bladeoff_core::linalg::EigenError;
 use bladeoff_core::modal::{Basis, BasisError, ModesReport, report};
 use bladeoff_core::outcome::{Column, Outcome};
 use bladeoff_core::record::{Follower, NoHistory};
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::{self, StartError, StepPlan};
 use bladeoff_model::machine::{Detection, Engine, Machine};
 
 /// Why the solver refuses a machine before the first step.
@@ -51,7 +51,7 @@ pub fn plan(machine: &Machine, structure: &Structure) -> Result<StepPlan, Engine
 /// # Errors
 /// The step is too large, or the like.
 pub fn simulate(machine: &Machine, structure: &Structure) -> Result<Outcome, EngineError> {
-    transient::simulate(machine, structure, &mut NoHistory).map_err(EngineError::Start)
+    engine::simulate(machine, structure, &mut NoHistory).map_err(EngineError::Start)
 }
 
 /// One transient, followed.
@@ -63,7 +63,7 @@ pub fn simulate_watched(
     structure: &Structure,
     follower: &mut dyn Follower,
 ) -> Result<Outcome, EngineError> {
-    transient::simulate(machine, structure, follower).map_err(EngineError::Start)
+    engine::simulate(machine, structure, follower).map_err(EngineError::Start)
 }
 
 /// Whether a run can start: everything before its first step.

@@ -1,10 +1,10 @@
 //! The solver of the product: a sample's parameters into the machine, the machine through the core.
 
+use bladeoff_core::engine::{self, StartError};
 use bladeoff_core::modal::{Basis, BasisError};
 use bladeoff_core::outcome::{Cause, CauseSet, EndCause, Outcome, Status};
 use bladeoff_core::record::NoHistory;
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::{self, StartError};
 use bladeoff_model::document::Problems;
 use bladeoff_model::machine::{Machine, MachineDef, ParamValue, PathError, PathInfo, ValueError};
 
@@ -90,7 +90,7 @@ impl CoreSolver {
     /// A sample that makes no machine or cannot be started.
     pub fn simulate(&mut self, params: &[f64]) -> Result<Outcome, SolverError> {
         let (machine, structure) = self.prepare(params)?;
-        transient::simulate(&machine, structure, &mut NoHistory).map_err(SolverError::Start)
+        engine::simulate(&machine, structure, &mut NoHistory).map_err(SolverError::Start)
     }
 
     /// The table column of each parameter, in their order.

@@ -86,6 +86,34 @@ pub fn dot(x: &[f64], y: &[f64]) -> f64 {
     ((sums[0] + sums[1]) + (sums[2] + sums[3])) + tail
 }
 
+/// Length of a vector.
+#[must_use]
+pub fn norm(x: &[f64]) -> f64 {
+    dot(x, x).sqrt()
+}
+
+/// Length of x - y, summed in ascending order.
+#[must_use]
+pub fn distance(x: &[f64], y: &[f64]) -> f64 {
+    let mut sum = 0.0;
+    for (a, b) in x.iter().zip(y) {
+        sum += (a - b) * (a - b);
+    }
+    sum.sqrt()
+}
+
+/// A += f x x^T.
+pub fn add_outer(a: &mut Matrix, factor: f64, x: &[f64]) {
+    if factor == 0.0 {
+        return;
+    }
+    for (j, right) in x.iter().enumerate() {
+        for (i, left) in x.iter().enumerate() {
+            a[(i, j)] += factor * left * right;
+        }
+    }
+}
+
 /// Inverse of a symmetric positive definite matrix; `None` if it is not.
 #[must_use]
 pub fn spd_inverse(a: &Matrix) -> Option<Matrix> {

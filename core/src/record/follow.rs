@@ -19,17 +19,15 @@ pub struct Frame<'a> {
     pub twist: &'a [f64],
     /// Bearing loads `K x + C x'` in the machine's order \[N\], x with the static response of the modes left out.
     pub bearing_loads: &'a [[f64; 2]],
-    /// Contact, `None` without a diaphragm.
-    pub contact: Option<ContactFrame>,
-    /// Nodal freedoms `[u, u_s, v, v_s]` of the flexible ring (no blade nodes), `None` without one.
-    pub ring: Option<&'a [f64]>,
+    /// Contact with each diaphragm, in the machine's order.
+    pub contacts: &'a [ContactFrame<'a>],
     /// Energies, last balanced at or before this instant \[J\].
     pub energies: Energies,
 }
 
-/// The contact of one instant, in the stator's frame.
+/// The contact with one diaphragm at one instant, in the stator's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ContactFrame {
+pub struct ContactFrame<'a> {
     /// Rotor centre from the diaphragm's centre \[m\].
     pub rotor: [f64; 2],
     /// Gap in the run's own gap function \[m\], as the contact force of the step before left it: that force was to leave none.
@@ -45,13 +43,15 @@ pub struct ContactFrame {
     /// Displacement of the ring at the contact place: radial, tangential \[m\]; the static part of the modes left out is under the
     /// force of the step before, as for the gap.
     pub ring: [f64; 2],
+    /// Nodal freedoms `[u, u_s, v, v_s]` of the flexible ring (no blade nodes), `None` without one.
+    pub field: Option<&'a [f64]>,
 }
 
 /// Follows a run. It cannot change it.
 pub trait Follower {
-    /// The normal contact force of the step \[N\], zero without contact: of every step, wanted or not, because single steps
-    /// say little about it. Called before [`Follower::wants`].
-    fn contact_force(&mut self, _time: f64, _force: f64) {}
+    /// The normal contact force of the step on one diaphragm, by its place in the machine's order \[N\], zero without contact: of
+    /// every step, wanted or not, because single steps say little about it. Called before [`Follower::wants`].
+    fn contact_force(&mut self, _diaphragm: usize, _time: f64, _force: f64) {}
     /// Whether the run goes on; asked before each step. One that does not ends as at its step limit.
     fn goes_on(&mut self, _step: u64) -> bool {
         true

@@ -20,7 +20,7 @@
 //! ```
 //! Both tend to (2) and (3) with the square of the step, and their work over a step is exactly the change of `m |p'|^2/2` and
 //! of the potential: with (2) at n instead, a drive that holds the speed would put in `(psi' dt)^2/12` of its work too much.
-//! Verified by `forces_are_the_derivative_of_the_lagrangian` (`transient/lagrangian_tests.rs`), the tests below and the
+//! Verified by `forces_are_the_derivative_of_the_lagrangian` (`engine/shaft_line/lagrangian_tests.rs`), the tests below and the
 //! Jeffcott cases.
 
 use bladeoff_model::machine::Unbalance;

@@ -23,10 +23,10 @@
 //! Between 1.8 and 5.4 % lies [`MODAL_LAG`]. Limits: 0 where a part has no static flexibility (a free ring): nothing of the modes left out
 //! follows there. Verified by `a_basis_too_small_for_the_contact_is_said`, `the_lag_is_that_of_the_modes_left_out` in `tests/modal_basis.rs`.
 
-use super::{Part, Structure};
+use super::part::Part;
 use crate::linalg::{Matrix, spd_inverse};
+use bladeoff_model::machine::DiaphragmKind;
 use crate::modal::ModeSet;
-use bladeoff_model::machine::{DiaphragmKind, Machine};
 
 /// Largest share (2) of a run whose contact the modes kept carry; with contact and beyond it a run is invalid (`modal_basis`).
 pub const MODAL_LAG: f64 = 0.03;
@@ -70,26 +70,20 @@ pub(super) fn lags(
     freedoms.map(lag).collect()
 }
 
-impl Structure {
-    /// Share (2) of the first diaphragm's contact, 0 to 1: what of its flexibility the modes left out have without their inertia.
-    #[must_use]
-    pub fn lag_at_contact(&self, machine: &Machine) -> f64 {
-        let Some(diaphragm) = machine.diaphragms.first() else { return 0.0 };
-        let none = Lag { lag: 0.0, at_rest: 0.0, moving: 0.0 };
-        let still = [none];
-        let nodes = self.rotor_lags.get(2 * diaphragm.contact.node..2 * diaphragm.contact.node + 2);
-        let rotor = nodes.unwrap_or(&still);
-        let of_ring = self.rings.first().and_then(Option::as_ref).map_or(&[][..], |ring| &ring.lags);
-        let yielding = match diaphragm.kind {
-            DiaphragmKind::RadialSpring { stiffness } => 1.0 / stiffness,
-            DiaphragmKind::Rigid | DiaphragmKind::Flexible(_) => 0.0,
-        };
-        let alone = [Lag { at_rest: yielding, ..none }];
-        let stator = if of_ring.is_empty() { &alone } else { of_ring };
-        let pairs = rotor.iter().flat_map(|rotor| stator.iter().map(move |stator| (rotor, stator)));
-        pairs
-            .map(|(rotor, stator)| (rotor.lag + stator.lag) / (rotor.moving + stator.at_rest))
-            .filter(|share| share.is_finite())
-            .fold(0.0, f64::max)
-    }
+/// Share (2) of the contact of a rotor's freedoms with a stator's, 0 to 1; empty where nothing is left out.
+pub(super) fn share(rotor: &[Lag], ring: &[Lag], kind: &DiaphragmKind) -> f64 {
+    let none = Lag { lag: 0.0, at_rest: 0.0, moving: 0.0 };
+    let still = [none];
+    let yielding = match kind {
+        DiaphragmKind::RadialSpring { stiffness } => 1.0 / stiffness,
+        DiaphragmKind::Rigid | DiaphragmKind::Flexible(_) => 0.0,
+    };
+    let alone = [Lag { at_rest: yielding, ..none }];
+    let rotor = if rotor.is_empty() { &still } else { rotor };
+    let stator = if ring.is_empty() { &alone } else { ring };
+    let pairs = rotor.iter().flat_map(|rotor| stator.iter().map(move |stator| (rotor, stator)));
+    pairs
+        .map(|(rotor, stator)| (rotor.lag + stator.lag) / (rotor.moving + stator.at_rest))
+        .filter(|share| share.is_finite())
+        .fold(0.0, f64::max)
 }

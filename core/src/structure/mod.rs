@@ -5,32 +5,17 @@
 
 mod coordinates;
 mod lag;
+mod part;
 
 pub use coordinates::Coordinates;
 pub use lag::MODAL_LAG;
+pub use part::Part;
 
-use crate::linalg::{Matrix, mul, mul_tn, project};
+use crate::linalg::{Matrix, mul};
+use bladeoff_model::machine::{DiaphragmKind, Engine, Machine, RotorKind};
 use crate::modal::{Basis, BasisError, ModeSet};
 use crate::rotor::RotorMatrices;
 use crate::stator::RingMatrices;
-use bladeoff_model::machine::{DiaphragmKind, Engine, Machine, RotorKind};
-
-/// A linear part `M q'' + C q' + K q = f` in the engine's coordinates.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Part {
-    /// Coordinates.
-    pub coordinates: Coordinates,
-    /// M.
-    pub mass: Matrix,
-    /// C.
-    pub damping: Matrix,
-    /// K (symmetric).
-    pub stiffness: Matrix,
-    /// All three are diagonal and M = 1.
-    pub modal: bool,
-    /// Highest frequency \[rad/s\].
-    pub highest: f64,
-}
 
 /// A flexible ring.
 #[derive(Debug, Clone, PartialEq)]
@@ -127,7 +112,7 @@ impl Structure {
     }
 
     /// Largest part, over all directions, of a bearing's static flexibility that is in the modes left out, 0 to 1, in the machine's order: what of its
-    /// load has no inertia ([`transient`](crate::transient)). 0 where nothing is left out or the correction is switched off.
+    /// load has no inertia ([`engine`](crate::engine)). 0 where nothing is left out or the correction is switched off.
     #[must_use]
     pub fn left_out_at_bearings(&self) -> Vec<f64> {
         let Some(residual) = &self.lateral_residual else { return vec![0.0; self.rotor.bearings.len()] };
@@ -144,60 +129,23 @@ impl Structure {
         self.rotor.bearings.iter().map(|bearing| share(self.rotor.plane_places(bearing.node))).collect()
     }
 
+    /// Largest share (2) of [`lag`] over the contacts of all diaphragms, 0 to 1: what of their flexibility the modes left out have
+    /// without their inertia.
+    #[must_use]
+    pub fn lag_at_contact(&self, machine: &Machine) -> f64 {
+        let shares = machine.diaphragms.iter().zip(&self.rings).map(|(diaphragm, ring)| {
+            let nodes = 2 * diaphragm.contact.node..2 * diaphragm.contact.node + 2;
+            let rotor = self.rotor_lags.get(nodes).unwrap_or_default();
+            lag::share(rotor, ring.as_ref().map_or(&[][..], |ring| &ring.lags), &diaphragm.kind)
+        });
+        shares.fold(0.0, f64::max)
+    }
+
     /// The basis, to be frozen.
     #[must_use]
     pub fn basis(&self) -> &Basis {
         &self.basis
     }
-}
-
-impl Part {
-    fn reduced(modes: &ModeSet, damping: &Matrix) -> Self {
-        let size = modes.omega_squared.len();
-        Self {
-            coordinates: Coordinates::modal(&modes.shapes),
-            mass: Matrix::identity(size, size),
-            damping: project(damping, &modes.shapes),
-            stiffness: diagonal(modes.omega_squared.clone()),
-            modal: damping.amax() == 0.0,
-            highest: modes.highest(),
-        }
-    }
-
-    /// Modes with the damping `C = a M + b K`, which leaves them uncoupled: `a + b omega^2` each.
-    fn proportional(modes: &ModeSet, a: f64, b: f64) -> Self {
-        let nodal = modes.shapes.nrows();
-        let damping = modes.omega_squared.iter().map(|square| a + b * square).collect();
-        Self { damping: diagonal(damping), modal: true, ..Self::reduced(modes, &Matrix::zeros(nodal, nodal)) }
-    }
-
-    fn full(mass: &Matrix, damping: &Matrix, stiffness: &Matrix, highest: f64) -> Self {
-        Self {
-            coordinates: Coordinates::nodal(mass.nrows()),
-            mass: mass.clone(),
-            damping: damping.clone(),
-            stiffness: stiffness.clone(),
-            modal: false,
-            highest,
-        }
-    }
-
-    /// Coordinates of a nodal displacement field: exact for the full engine, the M-orthogonal projection
-    /// `q = Phi^T M x` for the reduced one.
-    #[must_use]
-    pub fn coordinates_of(&self, nodal_mass: &Matrix, field: &[f64]) -> Vec<f64> {
-        match self.coordinates.shapes() {
-            None => field.to_vec(),
-            Some(shapes) => {
-                let field = Matrix::from_column_slice(field.len(), 1, field);
-                mul_tn(shapes, &mul(nodal_mass, &field)).as_slice().to_vec()
-            }
-        }
-    }
-}
-
-fn diagonal(entries: Vec<f64>) -> Matrix {
-    Matrix::from_diagonal(&crate::linalg::Vector::from_vec(entries))
 }
 
 /// Static flexibility of the modes left out, `K^-1 - Phi omega^-2 Phi^T`, on the first `size` freedoms.

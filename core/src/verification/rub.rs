@@ -97,7 +97,7 @@ impl Rotor {
             }
             last = Some(angle);
             orbit.time = frame.time;
-            orbit.touched |= frame.contact.is_some_and(|contact| contact.normal_force > 0.0);
+            orbit.touched |= frame.contacts.iter().any(|contact| contact.normal_force > 0.0);
             let share = orbit.radius / reference;
             if orbit.left.is_none() && !(2.0 / 3.0..=1.5).contains(&share) {
                 orbit.left = Some(share);

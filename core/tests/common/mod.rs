@@ -1,10 +1,10 @@
 //! What the verification tests share: machines from text, runs, values by column name, time series.
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
+use bladeoff_core::engine::simulate;
 use bladeoff_core::outcome::Outcome;
 use bladeoff_core::record::{Follower, Frame, NoHistory, columns};
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::simulate;
 use bladeoff_model::machine::{Machine, MachineDef};
 
 /// A machine from the text of a machine file.

@@ -4,7 +4,7 @@
 //! (`/bearing/front`) and the rest the field.
 
 use super::HistoryError;
-use bladeoff_core::record::{ContactFrame, Energies, Frame};
+use bladeoff_core::record::{ContactFrame, Energies, Frame, LastMillisecond};
 use bladeoff_core::stress::ShaftStresses;
 use bladeoff_core::structure::Structure;
 use bladeoff_model::machine::{DiaphragmKind, Machine, RotorKind};
@@ -34,21 +34,51 @@ enum Source {
     Twist(usize),
     Load { bearing: usize, axis: usize },
     LoadNorm(usize),
-    Contact(fn(&ContactFrame) -> f64),
-    PeakForce,
-    FilteredForce,
+    Contact { diaphragm: usize, read: fn(&ContactFrame<'_>) -> f64 },
+    PeakForce(usize),
+    FilteredForce(usize),
     Energy(fn(&Energies) -> f64),
     Torsion(usize),
     Bending(usize),
-    Ring(usize),
+    Ring { diaphragm: usize, place: usize },
+}
+
+/// Contact forces on one diaphragm between the instants.
+pub(super) struct ContactForces {
+    /// Of the last 1 ms \[N\].
+    last: LastMillisecond,
+    /// Largest since the last record \[N\].
+    peak: f64,
+}
+
+impl ContactForces {
+    pub fn new(step: f64) -> Self {
+        Self { last: LastMillisecond::new(step), peak: 0.0 }
+    }
+
+    /// Takes the force of a step.
+    pub fn see(&mut self, force: f64) {
+        self.last.slide(force);
+        if force > self.peak {
+            self.peak = force;
+        }
+    }
+
+    /// A record has been made.
+    pub fn shown(&mut self) {
+        self.peak = 0.0;
+    }
+
+    /// Contact impulse of the last 1 ms over 1 ms \[N\].
+    fn filtered(&self) -> f64 {
+        self.last.sum().unwrap_or(0.0) / self.last.length() as f64
+    }
 }
 
 /// What an instant does not carry itself.
 pub(super) struct Context<'a> {
-    /// Largest contact force since the last record \[N\].
-    pub peak_force: f64,
-    /// Contact impulse of the last 1 ms over 1 ms \[N\].
-    pub filtered_force: f64,
+    /// Of each diaphragm.
+    pub forces: &'a [ContactForces],
     /// Moments of the shaft.
     pub shaft: Option<&'a ShaftStresses>,
 }
@@ -62,7 +92,6 @@ impl Channel {
 
     /// Value at an instant.
     pub(super) fn value(&self, frame: &Frame<'_>, context: &Context<'_>) -> f64 {
-        let contact = |read: fn(&ContactFrame) -> f64| frame.contact.as_ref().map_or(0.0, read);
         let moments = |section: usize| {
             context.shaft.map_or((0.0, 0.0), |shaft| shaft.largest(section, frame.displacement, frame.twist))
         };
@@ -73,13 +102,13 @@ impl Channel {
             Source::Twist(node) => frame.twist[node],
             Source::Load { bearing, axis } => frame.bearing_loads[bearing][axis],
             Source::LoadNorm(bearing) => frame.bearing_loads[bearing][0].hypot(frame.bearing_loads[bearing][1]),
-            Source::Contact(read) => contact(read),
-            Source::PeakForce => context.peak_force,
-            Source::FilteredForce => context.filtered_force,
+            Source::Contact { diaphragm, read } => read(&frame.contacts[diaphragm]),
+            Source::PeakForce(diaphragm) => context.forces[diaphragm].peak,
+            Source::FilteredForce(diaphragm) => context.forces[diaphragm].filtered(),
             Source::Energy(read) => read(&frame.energies),
             Source::Torsion(section) => moments(section).0,
             Source::Bending(section) => moments(section).1.sqrt(),
-            Source::Ring(place) => frame.ring.map_or(0.0, |ring| ring[place]),
+            Source::Ring { diaphragm, place } => frame.contacts[diaphragm].field.map_or(0.0, |field| field[place]),
         }
     }
 }
@@ -126,7 +155,7 @@ const ENERGIES: [(&str, fn(&Energies) -> f64, &str); 12] = [
 ];
 
 /// Contact quantities by field name.
-const CONTACT: [(&str, &str, fn(&ContactFrame) -> f64, &str); 10] = [
+const CONTACT: [(&str, &str, fn(&ContactFrame<'_>) -> f64, &str); 10] = [
     ("rotor_x_m", "m", |c| c.rotor[0], "rotor centre from the diaphragm's centre, in the diaphragm's axes"),
     ("rotor_y_m", "m", |c| c.rotor[1], "rotor centre from the diaphragm's centre, in the diaphragm's axes"),
     (
@@ -169,22 +198,21 @@ pub fn catalogue(machine: &Machine, structure: &Structure) -> Vec<Channel> {
             .add("load_y_N", "N", Source::Load { bearing: i, axis: 1 }, "bearing load along Y")
             .add("load_N", "N", Source::LoadNorm(i), "bearing load, norm in the X-Y plane");
     }
-    let diaphragm = machine.diaphragms.first();
-    if diaphragm.is_some() {
+    for diaphragm in 0..machine.diaphragms.len() {
         list.group("contact", true);
         for (field, unit, read, meaning) in CONTACT {
-            list.add(field, unit, Source::Contact(read), meaning);
+            list.add(field, unit, Source::Contact { diaphragm, read }, meaning);
         }
         list.add(
             "peak_force_N",
             "N",
-            Source::PeakForce,
+            Source::PeakForce(diaphragm),
             "largest normal contact force of all steps since the last record",
         )
         .add(
             "filtered_force_N",
             "N",
-            Source::FilteredForce,
+            Source::FilteredForce(diaphragm),
             "contact impulse of the last 1 ms divided by 1 ms",
         );
     }
@@ -206,19 +234,20 @@ pub fn catalogue(machine: &Machine, structure: &Structure) -> Vec<Channel> {
             .add("y_m", "m", Source::Displacement(v), "displacement of the node along Y")
             .add("twist_rad", "rad", Source::Twist(node), "twist of the node against the mean spin angle");
     }
-    if let Some(DiaphragmKind::Flexible(stator)) = diaphragm.map(|diaphragm| &diaphragm.kind) {
+    for (diaphragm, found) in machine.diaphragms.iter().enumerate() {
+        let DiaphragmKind::Flexible(stator) = &found.kind else { continue };
         list.group("ring", false);
         for node in 0..stator.ring.elements {
             list.add(
                 &format!("radial{node:03}_m"),
                 "m",
-                Source::Ring(4 * node + 2),
+                Source::Ring { diaphragm, place: 4 * node + 2 },
                 "radial displacement of the ring node",
             )
             .add(
                 &format!("tangential{node:03}_m"),
                 "m",
-                Source::Ring(4 * node),
+                Source::Ring { diaphragm, place: 4 * node },
                 "tangential displacement of the ring node",
             );
         }

@@ -1,15 +1,15 @@
 //! The follower of a run that records a history.
 
-use super::channels::{Channel, Context, catalogue, select};
+use super::channels::{Channel, ContactForces, Context, catalogue, select};
 use super::csv::CsvSink;
 use super::mcap_file::McapSink;
 use super::table::ParquetSink;
 use super::{About, Format, HISTORY_VERSION, HistoryError, Sink};
+use bladeoff_core::engine::StepPlan;
 use bladeoff_core::outcome::{ColumnKind, Outcome};
-use bladeoff_core::record::{Follower, Frame, LastMillisecond, columns};
+use bladeoff_core::record::{Follower, Frame, columns};
 use bladeoff_core::stress::ShaftStresses;
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::StepPlan;
 use bladeoff_model::machine::{Detection, DiaphragmKind, Engine, Machine, RotorKind};
 use std::path::PathBuf;
 
@@ -64,9 +64,8 @@ pub struct Recorder {
     failed: Option<HistoryError>,
     every_steps: u64,
     step: f64,
-    /// Contact forces of the last 1 ms \[N\].
-    forces: LastMillisecond,
-    peak_force: f64,
+    /// Of each diaphragm.
+    forces: Vec<ContactForces>,
     values: Vec<f64>,
     records: u64,
 }
@@ -113,8 +112,7 @@ impl Recorder {
             failed,
             every_steps,
             step: plan.step,
-            forces: LastMillisecond::new(plan.step),
-            peak_force: 0.0,
+            forces: machine.diaphragms.iter().map(|_| ContactForces::new(plan.step)).collect(),
             records: 0,
         })
     }
@@ -140,11 +138,8 @@ impl Recorder {
 }
 
 impl Follower for Recorder {
-    fn contact_force(&mut self, _time: f64, force: f64) {
-        self.forces.slide(force);
-        if force > self.peak_force {
-            self.peak_force = force;
-        }
+    fn contact_force(&mut self, diaphragm: usize, _time: f64, force: f64) {
+        self.forces[diaphragm].see(force);
     }
 
     fn wants(&mut self, step: u64, _time: f64) -> bool {
@@ -157,14 +152,10 @@ impl Follower for Recorder {
 
     fn see(&mut self, frame: &Frame<'_>) {
         let Some(sink) = &mut self.sink else { return };
-        let context = Context {
-            peak_force: self.peak_force,
-            filtered_force: self.forces.sum().unwrap_or(0.0) / self.forces.length() as f64,
-            shaft: self.shaft.as_ref(),
-        };
+        let context = Context { forces: &self.forces, shaft: self.shaft.as_ref() };
         self.values.clear();
         self.values.extend(self.channels.iter().map(|channel| channel.value(frame, &context)));
-        self.peak_force = 0.0;
+        self.forces.iter_mut().for_each(ContactForces::shown);
         self.records += 1;
         if let Err(error) = sink.record(frame.time, &self.values) {
             self.failed = Some(error);
@@ -192,7 +183,7 @@ fn about(machine: &Machine, plan: &StepPlan, every_steps: u64) -> About {
     put("engine", engine.to_owned());
     put("step_s", number(plan.step));
     put("every_s", number(plan.step * every_steps as f64));
-    if let Some(diaphragm) = machine.diaphragms.first() {
+    for diaphragm in &machine.diaphragms {
         let contact = &diaphragm.contact;
         let detection = match contact.detection {
             Detection::Hyp1 => "hyp1",

@@ -1,11 +1,11 @@
 //! Where a run leaves what the model covers: said beside its result, since it may be consistent and still be that of another machine.
 
 use super::OutcomeView;
+use bladeoff_core::engine::{UnresolvedDamping, unresolved_damping};
 use bladeoff_core::outcome::Cause;
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::{UnresolvedDamping, unresolved_damping};
 use bladeoff_model::document::units::format_quantity;
-use bladeoff_model::machine::{DiaphragmKind, Machine};
+use bladeoff_model::machine::{Diaphragm, DiaphragmKind, Machine};
 
 /// Displacement of a ring, as a share of its radius, from which on its small-displacement equations are out of their range.
 const SMALL: f64 = 0.05;
@@ -16,8 +16,8 @@ const WITHOUT_INERTIA: f64 = 0.05;
 #[must_use]
 pub fn beyond_the_model(machine: &Machine, structure: &Structure, step: f64, view: OutcomeView<'_>) -> Vec<String> {
     let damping = unresolved_damping(machine, structure, step);
-    let notes = [ring_pushed(machine, view), bearings_without_inertia(machine, structure), damping.map(ringing)];
-    notes.into_iter().flatten().collect()
+    let pushed = machine.diaphragms.iter().filter_map(|diaphragm| ring_pushed(diaphragm, view));
+    pushed.chain(bearings_without_inertia(machine, structure)).chain(damping.map(ringing)).collect()
 }
 
 /// The step does not resolve the damping of a bearing (`docs/theory/04-time-integration.md`): the peaks of its load may be those of
@@ -34,8 +34,7 @@ fn ringing(found: UnresolvedDamping) -> String {
 
 /// The rotor pushed a flexible ring further than its equations hold (`docs/theory/03-contact.md`). Only a ring that was touched was
 /// pushed, and only by a rotor that is inside it.
-fn ring_pushed(machine: &Machine, view: OutcomeView<'_>) -> Option<String> {
-    let diaphragm = machine.diaphragms.first()?;
+fn ring_pushed(diaphragm: &Diaphragm, view: OutcomeView<'_>) -> Option<String> {
     let DiaphragmKind::Flexible(stator) = &diaphragm.kind else { return None };
     view.value("first_contact_s").filter(|_| !view.outcome.causes.contains(Cause::OutsideRing))?;
     let pushed = view.value("max_eccentricity_m")? - diaphragm.contact.gap;

@@ -100,8 +100,8 @@ fn texts(time: f64, speed: f64, ends: (f64, f64), pace: f64, elapsed: Duration) 
 }
 
 impl Follower for RunWatch<'_> {
-    fn contact_force(&mut self, time: f64, force: f64) {
-        self.inner.iter_mut().for_each(|inner| inner.contact_force(time, force));
+    fn contact_force(&mut self, diaphragm: usize, time: f64, force: f64) {
+        self.inner.iter_mut().for_each(|inner| inner.contact_force(diaphragm, time, force));
     }
 
     fn goes_on(&mut self, step: u64) -> bool {
@@ -133,9 +133,9 @@ impl Follower for RunWatch<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use bladeoff_core::engine::simulate;
     use bladeoff_core::record::NoHistory;
     use bladeoff_core::structure::Structure;
-    use bladeoff_core::transient::simulate;
     use bladeoff_model::machine::MachineDef;
 
     #[test]

@@ -7,7 +7,7 @@
 //! ended after n steps                  the same under every limit from n on
 //! failed otherwise in step n + 1       the same under every limit from n + 1 on
 //! ```
-//! (`transient::Run::step` asks for the limit before a step; the column `steps` counts whole ones.) So a larger limit is a
+//! (`engine::Run::step` asks for the limit before a step; the column `steps` counts whole ones.) So a larger limit is a
 //! longer budget: what it does not touch is taken over, what it cut off is computed again. Under a smaller one a sample that
 //! needs more is another sample: a run that would lose it is refused.
 

@@ -68,7 +68,9 @@ fn of_machine(machine: &Machine) -> Option<FixedAngle> {
     let unbalances = machine.rotor.unbalances.iter().filter(|unbalance| unbalance.mass * unbalance.radius > 0.0);
     // What is released, rather than what was there before.
     let unbalance = unbalances.clone().min_by_key(|unbalance| unbalance.presence == Presence::Before)?;
-    machine.diaphragms.first()?;
+    if machine.diaphragms.is_empty() {
+        return None;
+    }
     let (mut because, mut order) = (Vec::new(), 0);
     // Everything is as before after a turn by the part of a circle that all of them share.
     let mut add = |what: String, turns: usize| {

@@ -1,0 +1,164 @@
+//! Forces of coupled contact points by pivoting on their states: open, sticking or sliding.
+//!
+//! The linear system of the present states (open: no force; sticks: g = s = 0; slides: g = 0 and lambda_T = mu sign lambda) gives
+//! forces; the condition they violate most changes one state, until none is violated. From the states of the last solution that
+//! takes a few rounds.
+//! Source: principal pivoting for complementarity (Cottle, Pang, Stone 1992, ch. 4).
+
+use super::conditions::{Coupled, POINTS};
+use crate::contact::ContactForce;
+use bladeoff_model::machine::FrictionLaw;
+
+/// Unknowns at most: a normal and a tangential force each.
+const UNKNOWNS: usize = 2 * POINTS;
+/// A pivot below this share of its column's largest entry ends the elimination.
+const SINGULAR: f64 = 1e-13;
+/// A violation below this share of the largest force, gap or slip is rounding.
+const ROUNDING: f64 = 1e-10;
+/// Rounds in which the worst violation decides, and rounds at most.
+const WORST: usize = 24;
+const ROUNDS: usize = 60;
+/// Added to the violation of a point that pulls: what it hides is not known before it is gone.
+const PULLS: f64 = 1e6;
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum State {
+    Open,
+    Sticks,
+    /// With this sign of the slip.
+    Slides(f64),
+}
+
+/// Forces that satisfy the conditions, from those that are there; `None` where the states go in circles.
+pub(super) fn pivot(coupled: &Coupled, forces: &mut [ContactForce]) -> Option<()> {
+    let mut states = [State::Open; POINTS];
+    for (state, force) in states.iter_mut().zip(&*forces) {
+        *state = match (force.normal > 0.0, coupled.law) {
+            (false, _) => State::Open,
+            (true, FrictionLaw::Slip) => State::Slides(coupled.sign),
+            (true, FrictionLaw::StickSlip) if force.sticks => State::Sticks,
+            (true, FrictionLaw::StickSlip) => State::Slides(force.tangential.signum()),
+        };
+    }
+    let states = &mut states[..forces.len()];
+    for round in 0..ROUNDS {
+        let solution = forces_in(coupled, states)?;
+        // the worst leads there fastest but may go in circles; the first one does not (Murty 1974)
+        let change = {
+            let mut violations = violations(coupled, states, &solution);
+            if round < WORST { violations.max_by(|a, b| a.0.total_cmp(&b.0)) } else { violations.next() }
+        };
+        let Some((_, k, state)) = change else {
+            for (force, (state, [normal, tangential])) in forces.iter_mut().zip(states.iter().zip(solution)) {
+                *force = match state {
+                    State::Open => ContactForce::NONE,
+                    State::Sticks => ContactForce { normal, tangential, sticks: true },
+                    State::Slides(_) => ContactForce { normal, tangential, sticks: false },
+                };
+            }
+            return Some(());
+        };
+        states[k] = state;
+    }
+    None
+}
+
+/// The states that violated conditions ask for: (violation, point, state).
+fn violations(
+    coupled: &Coupled,
+    states: &[State],
+    forces: &[[f64; 2]; POINTS],
+) -> impl Iterator<Item = (f64, usize, State)> {
+    let count = states.len();
+    let most = forces[..count].iter().fold(0.0_f64, |most, force| most.max(force[0].abs()));
+    let deepest = coupled.start[..count].iter().fold(0.0_f64, |most, start| most.max(start[0].abs()));
+    let furthest = coupled.start[..count].iter().fold(0.0_f64, |most, start| most.max(start[1].abs()));
+    let stick_slip = coupled.law == FrictionLaw::StickSlip;
+    (0..count)
+        .map(move |k| {
+            let ([normal, tangential], [gap, slip]) = (forces[k], coupled.moved(k, &forces[..count]));
+            match states[k] {
+                State::Open => {
+                    (-gap / deepest, k, State::Slides(if stick_slip { slip.signum() } else { coupled.sign }))
+                }
+                // a point that pulls because it should stick may press when it slides
+                State::Sticks => {
+                    ((tangential.abs() - coupled.friction * normal) / most, k, State::Slides(tangential.signum()))
+                }
+                State::Slides(_) if normal < -ROUNDING * most => (PULLS - normal / most, k, State::Open),
+                State::Slides(sign) if stick_slip => (-sign * slip / furthest, k, State::Sticks),
+                State::Slides(_) => (0.0, k, State::Open),
+            }
+        })
+        .filter(|(violation, ..)| *violation > ROUNDING)
+}
+
+/// Normal and tangential forces of the present states; `None` where their system is singular.
+fn forces_in(coupled: &Coupled, states: &[State]) -> Option<[[f64; 2]; POINTS]> {
+    // one unknown for each normal force, one more for the tangential force of each sticking point: (point, row of (1))
+    let mut unknowns = [(0, 0); UNKNOWNS];
+    let mut size = 0;
+    for (k, state) in states.iter().enumerate() {
+        let rows = match state {
+            State::Open => 0,
+            State::Sticks => 2,
+            State::Slides(_) => 1,
+        };
+        for row in 0..rows {
+            unknowns[size] = (k, row);
+            size += 1;
+        }
+    }
+    let mut system = [[0.0; UNKNOWNS + 1]; UNKNOWNS];
+    for (i, &(k, row)) in unknowns[..size].iter().enumerate() {
+        for (j, &(other, column)) in unknowns[..size].iter().enumerate() {
+            let block = &coupled.w[k][other][row];
+            system[i][j] = match states[other] {
+                State::Slides(sign) => block[0] + coupled.friction * sign * block[1],
+                _ => block[column],
+            };
+        }
+        system[i][size] = -coupled.start[k][row];
+    }
+    let solution = eliminate(&mut system, size)?;
+    let mut forces = [[0.0; 2]; POINTS];
+    for (&(k, row), value) in unknowns[..size].iter().zip(solution) {
+        forces[k][row] = value;
+        if let State::Slides(sign) = states[k] {
+            forces[k][1] = coupled.friction * sign * value;
+        }
+    }
+    Some(forces)
+}
+
+/// Gaussian elimination with row pivoting; the last column is the right-hand side.
+fn eliminate(system: &mut [[f64; UNKNOWNS + 1]; UNKNOWNS], size: usize) -> Option<[f64; UNKNOWNS]> {
+    let mut scale = [0.0_f64; UNKNOWNS];
+    for (scale, column) in scale[..size].iter_mut().zip(0..) {
+        *scale = system[..size].iter().fold(0.0, |most, row| most.max(row[column].abs()));
+    }
+    for column in 0..size {
+        let pivot = (column..size).max_by(|&a, &b| system[a][column].abs().total_cmp(&system[b][column].abs()))?;
+        let largest = system[pivot][column].abs();
+        if largest.is_nan() || largest <= SINGULAR * scale[column] {
+            return None;
+        }
+        system.swap(column, pivot);
+        let top = system[column];
+        for row in &mut system[column + 1..size] {
+            let factor = row[column] / top[column];
+            for (entry, above) in row[column..=size].iter_mut().zip(&top[column..=size]) {
+                *entry -= factor * above;
+            }
+        }
+    }
+    let mut solution = [0.0; UNKNOWNS];
+    for i in (0..size).rev() {
+        let mut sum = system[i][size];
+        for j in i + 1..size {
+            sum -= system[i][j] * solution[j];
+        }
+        solution[i] = sum / system[i][i];
+    }
+    Some(solution)
+}

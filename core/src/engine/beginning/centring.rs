@@ -1,0 +1,61 @@
+//! The exact correction of the increments before t = 0 that a start under contact takes where plain rounds do not settle.
+
+use crate::engine::shaft_line::{Increments, ShaftLine, masses};
+use crate::linalg::{Matrix, axpy, dot, inverse, mul, mul_vec};
+use crate::structure::Structure;
+
+/// The correction (2) of [`super::loaded`], lateral and twist one after the other.
+pub(super) struct Centring {
+    blocks: [Matrix; 2],
+    /// Rank-one terms `u y^T` that the rounds have added.
+    secants: Vec<(Vec<f64>, Vec<f64>)>,
+    /// The last correction and the error it was for.
+    last: Option<(Vec<f64>, Vec<f64>)>,
+}
+
+impl Centring {
+    /// From `(dt^2/2) M^-1 A = 1/2 + (dt/4) M^-1 C` of the lateral motion and of the twist: what the increments before t = 0 change
+    /// by for a change of the centred ones; `None` where a mass matrix is singular.
+    pub fn new(line: &ShaftLine<'_>, structure: &Structure) -> Option<Self> {
+        let (lateral_mass, twist_mass) = masses(structure, line.unbalances());
+        let half = |mass: &Matrix, damping: &Matrix| {
+            let moved = mul(&inverse(mass)?, damping);
+            Some(Matrix::identity(mass.nrows(), mass.nrows()) * 0.5 + moved * (0.25 * line.dt))
+        };
+        let blocks = [half(&lateral_mass, &structure.lateral.damping)?, half(&twist_mass, &structure.twist.damping)?];
+        Some(Self { blocks, secants: Vec::new(), last: None })
+    }
+
+    /// Adds the correction for an error of the centred increments.
+    pub fn correct(&mut self, error: &Increments, previous: &mut Increments) {
+        let step = self.correction([error.lateral.as_slice(), &error.twist].concat());
+        let (lateral, twist) = step.split_at(error.lateral.len());
+        axpy(1.0, lateral, &mut previous.lateral);
+        axpy(1.0, twist, &mut previous.twist);
+    }
+
+    fn correction(&mut self, error: Vec<f64>) -> Vec<f64> {
+        if let Some((step, before)) = self.last.take() {
+            let gained: Vec<f64> = before.iter().zip(&error).map(|(a, b)| a - b).collect();
+            let (square, expected) = (dot(&gained, &gained), self.times(&gained));
+            if square > 0.0 {
+                let u = step.iter().zip(&expected).map(|(s, e)| (s - e) / square).collect();
+                self.secants.push((u, gained));
+            }
+        }
+        let step = self.times(&error);
+        self.last = Some((step.clone(), error));
+        step
+    }
+
+    fn times(&self, error: &[f64]) -> Vec<f64> {
+        let mut product = vec![0.0; error.len()];
+        let lateral = self.blocks[0].nrows();
+        mul_vec(&self.blocks[0], &error[..lateral], &mut product[..lateral]);
+        mul_vec(&self.blocks[1], &error[lateral..], &mut product[lateral..]);
+        for (u, y) in &self.secants {
+            axpy(dot(y, error), u, &mut product);
+        }
+        product
+    }
+}

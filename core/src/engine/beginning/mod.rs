@@ -1,0 +1,61 @@
+//! The beginning of a run: its motion at t = 0.
+//!
+//! The shaft line is put where it is (`state`, with its `accelerations`), the rings around it, and what is in contact already is
+//! `loaded`.
+
+mod accelerations;
+mod centring;
+mod loaded;
+mod state;
+
+use loaded::load;
+use state::start;
+
+use super::motion::Motion;
+use super::plan::StartError;
+use super::rub::Rub;
+use super::shaft_line::ShaftLine;
+use crate::linalg::norm;
+use bladeoff_model::machine::{Diaphragm, Machine};
+use crate::outcome::Cause;
+use crate::structure::Structure;
+
+/// A motion that may begin, or the cause why there is no first step from it.
+///
+/// # Errors
+/// [`StartError`] of a machine that has no start.
+pub(super) fn begin<'a>(
+    machine: &Machine,
+    structure: &'a Structure,
+    dt: f64,
+) -> Result<(Motion<'a>, Option<Cause>), StartError> {
+    let singular = StartError::Singular { what: "mass", part: "the rotor" };
+    let mut line = ShaftLine::new(machine, structure, dt).ok_or_else(|| singular.clone())?;
+    let settled = start(machine, structure, &mut line)?;
+    let mut rubs = Vec::new();
+    for (diaphragm, ring) in machine.diaphragms.iter().zip(&structure.rings) {
+        let location = machine.run.force_location;
+        let rub = Rub::new(diaphragm, structure, ring.as_ref(), &line, location).ok_or_else(|| singular.clone())?;
+        rubs.push(free(rub, diaphragm, &line)?);
+    }
+    let mut motion = Motion::new(machine, line, rubs);
+    let loaded = if settled { load(&mut motion, structure) } else { Err(Cause::Diverged) };
+    Ok((motion, loaded.err()))
+}
+
+/// A diaphragm that the rotor starts inside of, without pressing more than a spring.
+fn free<'a>(mut rub: Rub<'a>, diaphragm: &Diaphragm, line: &ShaftLine<'_>) -> Result<Rub<'a>, StartError> {
+    if rub.is_outside(line) {
+        return Err(StartError::StartsOutside {
+            diaphragm: diaphragm.name.clone(),
+            eccentricity: norm(&rub.place(line)),
+            radius: diaphragm.contact.rotor_radius + diaphragm.contact.gap,
+            offset: diaphragm.contact.offset,
+        });
+    }
+    let gap = rub.gap_at_n(line).value;
+    if gap < 0.0 && !rub.is_spring() {
+        return Err(StartError::StartsInContact { diaphragm: diaphragm.name.clone(), gap });
+    }
+    Ok(rub)
+}

@@ -1,0 +1,123 @@
+//! State of the shaft line at t = 0.
+//!
+//! Static sag under gravity, plus the synchronous steady state of the unbalances that were there before, plus the
+//! disturbance the machine asks for. Velocity and acceleration follow, so that the first step is of second order.
+
+use super::accelerations::{Accelerations, accelerations};
+use crate::engine::plan::StartError;
+use crate::engine::shaft_line::{Increments, ShaftLine};
+use crate::linalg::{Matrix, Vector, add_outer, axpy, solve};
+use bladeoff_model::machine::{Machine, Presence};
+use crate::rotor::UnbalanceSite;
+use crate::structure::Structure;
+
+/// Puts the shaft line into its state at t = 0.
+///
+/// ```text
+/// sag        (K + K_skew) q = Phi^T w
+/// steady     [K + K_skew - W^2 M + i W (C + W G)] X = F,   F_u = m d W^2 e^{i(a + phi0)}, F_v = -i F_u
+///            q = Re X, q' = Re(i W X)
+/// ```
+/// Source: physics.md sections 1 (start), 4 (first step). The steady state is that of constant speed: the small ripple of
+/// speed and twist it would cause on an anisotropic support is not in it. Verified by `a_residual_unbalance_starts_steady`
+/// and the Jeffcott cases of `tests/jeffcott.rs`.
+///
+/// Returns whether the accelerations settled: a start that did not is no start.
+///
+/// # Errors
+/// [`StartError::Singular`] where a matrix has no inverse.
+pub(super) fn start(machine: &Machine, structure: &Structure, line: &mut ShaftLine<'_>) -> Result<bool, StartError> {
+    let rotor = &machine.rotor;
+    let part = &structure.lateral;
+    let size = part.coordinates.size();
+    let before: Vec<UnbalanceSite> =
+        rotor.unbalances.iter().filter(|u| u.presence == Presence::Before).map(UnbalanceSite::new).collect();
+    let skew = projected(structure, &structure.rotor.skew_stiffness());
+    let stiffness = &part.stiffness + &skew;
+    let (mut q, mut v) = (vec![0.0; size], vec![0.0; size]);
+
+    if rotor.gravity != [0.0; 2] {
+        let mut weight = structure.rotor.weight(rotor.gravity);
+        for site in &before {
+            structure.rotor.add_at(site.node, rotor.gravity.map(|g| site.mass * g), &mut weight);
+        }
+        let mut force = vec![0.0; size];
+        part.coordinates.project(&weight, &mut force);
+        let sag = solve(&stiffness, &Vector::from_vec(force))
+            .ok_or(StartError::Singular { what: "stiffness", part: "the rotor" })?;
+        q.copy_from_slice(sag.as_slice());
+    }
+
+    let speed = rotor.initial_speed;
+    if !before.is_empty() && speed > 0.0 {
+        let (real, imaginary) = steady_state(structure, &before, &stiffness, speed, rotor.initial.angle)?;
+        for i in 0..size {
+            q[i] += real[i];
+            v[i] -= speed * imaginary[i];
+        }
+    }
+
+    for (state, disturbance) in [(&mut q, rotor.initial.displacement), (&mut v, rotor.initial.velocity)] {
+        if disturbance != [0.0; 2] {
+            let added = part.coordinates_of(&structure.rotor.mass, &structure.rotor.uniform(disturbance));
+            axpy(1.0, &added, state);
+        }
+    }
+
+    let a = accelerations(line, structure, &q, &v, speed)
+        .ok_or(StartError::Singular { what: "mass", part: "the rotor" })?;
+    line.begin(&q, &before_start(line, &v, speed, &a));
+    Ok(a.settled)
+}
+
+/// The fictitious increments of the step before, `d- = dt v0 - dt^2 a0/2`, which make the first step second order.
+fn before_start(line: &ShaftLine<'_>, velocity: &[f64], spin: f64, a: &Accelerations) -> Increments {
+    let (dt, rigid) = (line.dt, &line.spin.rigid);
+    let lateral = velocity.iter().zip(&a.lateral).map(|(v, a)| dt * v - 0.5 * dt * dt * a);
+    let twist = rigid.iter().zip(&a.twist).map(|(rigid, a)| dt * spin * rigid - 0.5 * dt * dt * a);
+    Increments { lateral: lateral.collect(), twist: twist.collect() }
+}
+
+fn projected(structure: &Structure, nodal: &Matrix) -> Matrix {
+    match structure.lateral.coordinates.shapes() {
+        None => nodal.clone(),
+        Some(shapes) => crate::linalg::project(nodal, shapes),
+    }
+}
+
+/// Complex amplitude of the synchronous response in coordinates: (Re X, Im X).
+fn steady_state(
+    structure: &Structure,
+    before: &[UnbalanceSite],
+    stiffness: &Matrix,
+    speed: f64,
+    angle: f64,
+) -> Result<(Vec<f64>, Vec<f64>), StartError> {
+    let part = &structure.lateral;
+    let size = part.coordinates.size();
+    let gyroscopic = projected(structure, &structure.rotor.gyroscopic());
+    let mut mass = part.mass.clone();
+    let mut force = Vector::zeros(2 * size);
+    for site in before {
+        let rows = structure.rotor.plane_places(site.node).map(|dof| part.coordinates.row(dof));
+        for row in &rows {
+            add_outer(&mut mass, site.mass, row);
+        }
+        let (sin, cos) = libm::sincos(site.phase + angle);
+        let amplitude = site.mass * site.radius * speed * speed;
+        for i in 0..size {
+            force[i] += amplitude * (cos * rows[0][i] + sin * rows[1][i]);
+            force[size + i] += amplitude * (sin * rows[0][i] - cos * rows[1][i]);
+        }
+    }
+    // [K - W^2 M] X_r - W [C + W G] X_i = F_r;  W [C + W G] X_r + [K - W^2 M] X_i = F_i
+    let dynamic = stiffness - &mass * (speed * speed);
+    let velocity = (&part.damping + &gyroscopic * speed) * speed;
+    let mut system = Matrix::zeros(2 * size, 2 * size);
+    system.view_mut((0, 0), (size, size)).copy_from(&dynamic);
+    system.view_mut((size, size), (size, size)).copy_from(&dynamic);
+    system.view_mut((0, size), (size, size)).copy_from(&(-&velocity));
+    system.view_mut((size, 0), (size, size)).copy_from(&velocity);
+    let x = solve(&system, &force).ok_or(StartError::Singular { what: "dynamic stiffness", part: "the rotor" })?;
+    Ok((x.as_slice()[..size].to_vec(), x.as_slice()[size..].to_vec()))
+}

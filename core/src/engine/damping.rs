@@ -1,0 +1,67 @@
+//! Whether the step resolves the damping of the bearings.
+//!
+//! ```text
+//! x = (dt/2) max eig(C_b R M^-1 R^T)          R: rows of u and v at the bearing's node; c dt/(2 m) for one mass      (1)
+//! ```
+//! Centred damping takes the share `(1 - x)/(1 + x)` of a motion that it alone governs from one step to the next: stable whatever x
+//! is, but from `x = 1` on with alternating sign, while the true motion is over within the step. What then excites the
+//! node (a release, an impact) rings in the bearing load from step to step, up to twice too high.
+//! Source: the scheme of `shaft_line::stepper`, on `M q'' + C q' = 0`. Limits: one bearing node at a time; structural damping is not in it, which
+//! alternates in modes that hardly move a bearing. Verified by `tests/outside.rs`: `damping_beyond_the_step_*`.
+
+use super::shaft_line::{masses, sites};
+use crate::linalg::{dot, inverse, mul_vec};
+use crate::structure::Structure;
+use bladeoff_model::machine::Machine;
+
+/// A bearing whose damping the step of a run does not resolve.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UnresolvedDamping {
+    /// Name of the bearing.
+    pub bearing: String,
+    /// x of (1), above 1.
+    pub ratio: f64,
+    /// Largest step with x <= 1 \[s\].
+    pub step: f64,
+}
+
+/// The bearing with the largest x of (1) above 1 in a run with time step `dt` \[s\]; `None` if every x is at most 1.
+///
+/// `structure` must fit the machine. Costs one inverse of the lateral mass matrix.
+#[must_use]
+pub fn unresolved_damping(machine: &Machine, structure: &Structure, dt: f64) -> Option<UnresolvedDamping> {
+    let coordinates = &structure.lateral.coordinates;
+    let mobility = inverse(&masses(structure, &sites(machine)).0)?;
+    let bearings = &structure.rotor.bearings;
+    let rates = bearings.iter().map(|bearing| {
+        let rows = structure.rotor.plane_places(bearing.node).map(|dof| coordinates.row(dof));
+        let moved = rows.clone().map(|row| {
+            let mut moved = vec![0.0; row.len()];
+            mul_vec(&mobility, &row, &mut moved);
+            moved
+        });
+        let s: [[f64; 2]; 2] = std::array::from_fn(|i| std::array::from_fn(|j| dot(&rows[i], &moved[j])));
+        let mut c = [[0.0; 2]; 2];
+        for other in bearings.iter().filter(|other| other.node == bearing.node) {
+            for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                c[i][j] += 0.5 * (other.damping[i][j] + other.damping[j][i]);
+            }
+        }
+        largest_eigenvalue(&c, &s)
+    });
+    let (index, rate) = rates.enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let ratio = 0.5 * dt * rate;
+    (ratio > 1.0).then(|| UnresolvedDamping {
+        bearing: machine.rotor.bearings[index].name.clone(),
+        ratio,
+        step: 2.0 / rate,
+    })
+}
+
+/// Largest eigenvalue of the product of two symmetric matrices, the second positive definite.
+fn largest_eigenvalue(c: &[[f64; 2]; 2], s: &[[f64; 2]; 2]) -> f64 {
+    let product = |i: usize, j: usize| c[i][0] * s[0][j] + c[i][1] * s[1][j];
+    let (mean, determinant) =
+        (0.5 * (product(0, 0) + product(1, 1)), product(0, 0) * product(1, 1) - product(0, 1) * product(1, 0));
+    mean + (mean * mean - determinant).max(0.0).sqrt()
+}

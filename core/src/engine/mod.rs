@@ -1,0 +1,42 @@
+//! The reference engine: one blade-off from release to its end, step by step.
+//!
+//! Main path: [`simulate`] takes a step that is stable (`plan`), and a [`run`] goes on from its `beginning`: predict
+//! without contact, correct with contact, record, advance ([`motion`]). What moves: the `shaft_line`, and each ring with its contact, a
+//! [`rub`]. What a run is watched for is [`crate::record`]'s matter; `bearing_loads` and `works` find what that takes.
+//!
+//! Scheme: central differences with forward-increment Lagrange multipliers (paper, section 3; physics.md section 4), non-linear
+//! terms centred and iterated, over finite elements or over modes ([`crate::structure`]).
+
+mod bearing_loads;
+mod beginning;
+mod damping;
+mod motion;
+mod plan;
+mod predictor;
+mod rub;
+mod run;
+mod shaft_line;
+mod twin;
+mod works;
+
+pub use damping::{UnresolvedDamping, unresolved_damping};
+pub use plan::{StartError, StepPlan};
+
+use bladeoff_model::machine::Machine;
+use crate::outcome::Outcome;
+use crate::record::Follower;
+use crate::structure::Structure;
+
+/// Simulates one run, and its twin where `run.twin` asks for one: the follower sees the first alone.
+///
+/// `structure` must fit the machine ([`Structure::fits`]). Failures of the simulation (divergence, loss of uniqueness, step
+/// limit) are outcomes with a cause, not errors.
+///
+/// # Errors
+/// [`StartError`] for a run that cannot be started.
+pub fn simulate(machine: &Machine, structure: &Structure, follower: &mut dyn Follower) -> Result<Outcome, StartError> {
+    let plan = StepPlan::new(machine, structure)?;
+    let (recorders, end) = run::run(machine, structure, &plan, follower)?;
+    let twin = twin::of(&recorders, &end, machine, structure, &plan);
+    Ok(recorders.outcome(machine, structure, &end, twin.as_ref()))
+}

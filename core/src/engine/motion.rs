@@ -1,0 +1,145 @@
+//! The motion of a run: shaft line and rings at step n, and the step from there.
+
+use super::predictor::Predictor;
+use super::rub::{Rub, StepContact};
+use super::shaft_line::{Increments, ShaftLine};
+use bladeoff_model::machine::{Machine, RotorKind};
+use crate::outcome::Cause;
+
+/// A displacement beyond this many times the model's size is no vibration any more.
+const DIVERGED: f64 = 10.0;
+
+/// What moves, at n.
+pub(super) struct Motion<'a> {
+    pub line: ShaftLine<'a>,
+    /// One for each diaphragm, in the machine's order.
+    pub rubs: Vec<Rub<'a>>,
+    /// Steps done, time \[s\] and mean spin \[rad/s\].
+    pub step: u64,
+    pub time: f64,
+    pub speed: f64,
+    /// Increments of the step from n, and its contact with each diaphragm.
+    pub d: Increments,
+    pub contacts: Vec<Option<StepContact>>,
+    predictor: Predictor,
+    can_stop: bool,
+    /// Of the model \[m\].
+    size: f64,
+}
+
+impl<'a> Motion<'a> {
+    /// At t = 0, the line put there.
+    pub fn new(machine: &Machine, line: ShaftLine<'a>, rubs: Vec<Rub<'a>>) -> Self {
+        Self {
+            step: 0,
+            time: 0.0,
+            speed: machine.rotor.initial_speed,
+            d: line.previous(),
+            contacts: vec![None; rubs.len()],
+            predictor: Predictor::new(&line),
+            can_stop: line.spin.prescribed.is_none() && machine.rotor.initial_speed > 0.0,
+            size: size(machine),
+            line,
+            rubs,
+        }
+    }
+
+    /// Starts again from other increments before t = 0.
+    pub fn restart(&mut self) {
+        self.d = self.line.previous();
+        self.predictor.restart(&self.line);
+        self.rubs.iter_mut().for_each(Rub::forget_iterations);
+    }
+
+    /// Solves the step from n: its increments and contacts.
+    pub fn solve(&mut self) -> Result<(), Cause> {
+        self.predict()?;
+        self.correct()
+    }
+
+    /// The step without contact.
+    pub fn predict(&mut self) -> Result<(), Cause> {
+        self.line.prepare();
+        self.rubs.iter_mut().for_each(Rub::prepare);
+        self.contacts.fill(None);
+        self.predictor.predict(&mut self.line, self.time, &mut self.d)
+    }
+
+    /// Corrects the prediction by the contact with each diaphragm: exact with contact at one of them. (Forces at two would have to be
+    /// iterated together; a machine file has one.)
+    fn correct(&mut self) -> Result<(), Cause> {
+        for (rub, contact) in self.rubs.iter_mut().zip(&mut self.contacts) {
+            *contact = rub.correct(&mut self.line, self.time, &mut self.d)?;
+        }
+        Ok(())
+    }
+
+    /// Lets the last step stand for one that cannot be computed, without contact.
+    pub fn repeat(&mut self) {
+        self.d = self.line.previous();
+        self.contacts.fill(None);
+    }
+
+    /// Velocities and accelerations at n, by the increments of the step.
+    pub fn settle(&mut self) {
+        self.line.settle(&self.d);
+    }
+
+    /// Why the state at n+1, not yet taken, cannot be gone on with.
+    pub fn beyond(&self) -> Option<Cause> {
+        let next = self.line.lateral.x.iter().zip(&self.line.lateral.d).map(|(x, dx)| (x + dx).abs());
+        // `max` passes over NaN
+        let reach = next.fold(0.0_f64, |most, x| if x.is_nan() { f64::INFINITY } else { most.max(x) });
+        if !reach.is_finite() {
+            return Some(Cause::NonFinite);
+        }
+        (reach > DIVERGED * self.size).then_some(Cause::Diverged)
+    }
+
+    /// Takes the step to n+1. Returns whether the rotor has stopped in it.
+    pub fn advance(&mut self) -> bool {
+        let (over_step, reached) = self.line.spin_after(self.time, &self.d.twist);
+        self.predictor.keep(&self.line);
+        self.line.advance(&self.d);
+        self.rubs.iter_mut().for_each(Rub::advance);
+        self.step += 1;
+        self.time = self.step as f64 * self.line.dt;
+        let stopped = self.can_stop && over_step <= 0.0;
+        // a rotor that stops within the last half step does not turn back in it
+        self.speed = if stopped || self.can_stop && reached < 0.0 { 0.0 } else { reached };
+        stopped
+    }
+
+    /// Nodes and contact forces on the rotor, in the machine's axes \[N\].
+    pub fn pressed(&self) -> impl Iterator<Item = (usize, [f64; 2])> {
+        let pressed = self.rubs.iter().zip(&self.contacts);
+        pressed.filter_map(|(rub, contact)| Some((rub.node(), rub.outwards(contact.as_ref()?.on_rotor))))
+    }
+
+    /// Whether the rotor's centre is beyond a ring.
+    pub fn is_outside(&mut self) -> bool {
+        self.rubs.iter_mut().any(|rub| rub.is_outside(&self.line))
+    }
+
+    /// Mean spin at n, centred \[rad/s\].
+    pub fn centred_spin(&self) -> f64 {
+        self.line.centred_spin(&self.d.twist)
+    }
+
+    /// Rounds of the non-linear solve, all steps together.
+    pub fn iterations(&self) -> u64 {
+        self.predictor.iterations + self.rubs.iter().map(Rub::iterations).sum::<u64>()
+    }
+}
+
+/// Size of a model \[m\].
+fn size(machine: &Machine) -> f64 {
+    match &machine.rotor.kind {
+        RotorKind::Shaft(shaft) => shaft.nodes.last().copied().unwrap_or(1.0),
+        // a point mass has no length: only its clearance, or nothing, tells its size
+        RotorKind::PointMass(_) => {
+            let clearances = machine.diaphragms.iter().map(|d| 1e4 * (d.contact.gap + d.contact.rotor_radius));
+            clearances.reduce(f64::max).unwrap_or(1e6)
+        }
+    }
+}

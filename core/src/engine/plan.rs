@@ -1,0 +1,290 @@
+//! From a machine and its structure to a run that may start: the time step and its limit.
+
+use super::shaft_line::sites;
+use crate::linalg::{EigenError, Matrix, add_outer, symmetric_generalised};
+use bladeoff_model::document::units::{format_digits, format_quantity};
+use crate::structure::Structure;
+use bladeoff_model::machine::{DiaphragmKind, Engine, Machine, RotorKind, UnbalanceKind};
+
+/// Fraction of the stability limit that is taken when the machine names no step.
+///
+/// Both reference machines: robust outputs change by less than they do between detections when it is halved
+/// (`docs/theory/convergence.md`).
+const DEFAULT_FRACTION: f64 = 0.5;
+
+/// The default step also divides a revolution at the highest speed, and the period of the lowest lateral mode, into at
+/// least this many parts: `(omega dt)^2/24 = 1.6e-6`, the scheme's relative error of a period. It governs rotors of few degrees
+/// of freedom, whose highest frequency resolves nothing.
+const PARTS: f64 = 1000.0;
+/// The same with a radial spring, on which contact begins and ends within a step: places after an impact are of second order.
+const SPRING_PARTS: f64 = 4.0 * PARTS;
+
+/// Smallest step \[s\]: a filter of 1 ms then has ten million steps, and time still grows by it.
+const LEAST_STEP: f64 = 1e-10;
+/// Most steps of a run: a week of a core at 60 us each. Below 2^53, so that counts and times are exact.
+const MOST_STEPS: f64 = 1e10;
+
+/// The time step of a run that can be started, and its limit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StepPlan {
+    /// Time step \[s\].
+    pub step: f64,
+    /// Largest stable step `2/omega_max` \[s\].
+    pub largest_step: f64,
+    /// Highest frequency of the model \[rad/s\].
+    pub highest_frequency: f64,
+}
+
+/// A run that cannot be started.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum StartError {
+    /// The step is beyond the stability limit of central differences.
+    #[error(
+        "the step {} is too large for the {engine} engine: largest allowed {} = 2/omega_max, highest frequency of the model {}",
+        seconds(*.step), seconds(floor_to_digits(*.limit, 5)), hertz(*.hz)
+    )]
+    StepTooLarge {
+        /// Asked for \[s\].
+        step: f64,
+        /// Allowed \[s\].
+        limit: f64,
+        /// Highest frequency \[Hz\].
+        hz: f64,
+        /// Engine.
+        engine: &'static str,
+    },
+    /// More steps than a run may have.
+    #[error(
+        "the run would take {} steps of {} up to run.end_time = {}: at most {} steps are computed, which ends at {}",
+        format_digits(*.steps, "", 4), seconds(*.step), seconds(*.end_time), format_digits(*.most, "", 4),
+        seconds(floor_to_digits(.most * .step, 4))
+    )]
+    TooManySteps {
+        /// Steps up to `end_time`.
+        steps: f64,
+        /// Step \[s\].
+        step: f64,
+        /// `run.end_time` \[s\].
+        end_time: f64,
+        /// Most steps.
+        most: f64,
+    },
+    /// The model asks for a smaller step than any that is computed.
+    #[error(
+        "the stable step of the model is below {}, the smallest that is computed: its highest frequency is {} (a very stiff or \
+         very light part)",
+        seconds(*.least), hertz(*.hz)
+    )]
+    StepTooSmall {
+        /// Smallest step \[s\].
+        least: f64,
+        /// Highest frequency \[Hz\].
+        hz: f64,
+    },
+    /// The rotor would start inside the diaphragm.
+    #[error("the rotor starts inside diaphragm {diaphragm}: gap {} at t = 0", metres(*.gap))]
+    StartsInContact {
+        /// Name of the diaphragm.
+        diaphragm: String,
+        /// Gap at the start \[m\].
+        gap: f64,
+    },
+    /// The rotor would start beyond the diaphragm.
+    #[error(
+        "the rotor starts outside diaphragm {diaphragm}: its centre is {} from the ring's at t = 0, the ring's radius is {}; \
+         contact.offset is ({}, {}): is its unit right?",
+        metres(*.eccentricity), metres(*.radius), metres(.offset[0]), metres(.offset[1])
+    )]
+    StartsOutside {
+        /// Name of the diaphragm.
+        diaphragm: String,
+        /// Distance of the centres \[m\].
+        eccentricity: f64,
+        /// Radius of the line that touches \[m\].
+        radius: f64,
+        /// Of the ring's centre \[m\].
+        offset: [f64; 2],
+    },
+    /// No mass, or no restoring stiffness, in some direction.
+    #[error("the {what} matrix of {part} is singular: the rotor has no {what} in some direction")]
+    Singular {
+        /// "mass" or "stiffness".
+        what: &'static str,
+        /// Which part.
+        part: &'static str,
+    },
+    /// Eigenvalue problem of the step limit.
+    #[error(transparent)]
+    Eigen(#[from] EigenError),
+}
+
+fn metres(value: f64) -> String {
+    format_quantity(value, "m")
+}
+
+fn seconds(value: f64) -> String {
+    format_quantity(value, "s")
+}
+
+fn hertz(value: f64) -> String {
+    format_digits(value, "Hz", 4)
+}
+
+impl StepPlan {
+    /// Chooses or checks the step of a run.
+    ///
+    /// # Errors
+    /// [`StartError::StepTooLarge`], [`StartError::StepTooSmall`], [`StartError::TooManySteps`], [`StartError::Eigen`].
+    pub fn new(machine: &Machine, structure: &Structure) -> Result<Self, StartError> {
+        let lateral = rotor_limit(machine, structure)?;
+        let rings = structure.rings.iter().flatten().map(|ring| ring.part.highest);
+        let highest_frequency = rings.fold(lateral.max(structure.twist.highest), f64::max);
+        let largest_step = 2.0 / highest_frequency;
+        let step = match machine.run.step {
+            None => {
+                let bends = machine.diaphragms.iter().any(|d| matches!(d.kind, DiaphragmKind::RadialSpring { .. }));
+                let parts = if bends { SPRING_PARTS } else { PARTS };
+                let resolved = 2.0 * std::f64::consts::PI / (parts * slowest_to_resolve(machine, structure));
+                floor_to_digits((DEFAULT_FRACTION * largest_step).min(resolved), 2).min(machine.run.end_time)
+            }
+            // equality is marginally stable: it is refused too
+            Some(step) if step < largest_step => step,
+            Some(step) => {
+                return Err(StartError::StepTooLarge {
+                    step,
+                    limit: largest_step,
+                    hz: highest_frequency / (2.0 * std::f64::consts::PI),
+                    engine: match machine.run.engine {
+                        Engine::Full => "full",
+                        Engine::Reduced => "reduced",
+                    },
+                });
+            }
+        };
+        // so that no comparison lets a NaN pass
+        if !(step >= LEAST_STEP.min(machine.run.end_time) && highest_frequency.is_finite()) {
+            let hz = highest_frequency / (2.0 * std::f64::consts::PI);
+            return Err(StartError::StepTooSmall { least: LEAST_STEP, hz });
+        }
+        let steps = machine.run.end_time / step;
+        if steps > MOST_STEPS {
+            return Err(StartError::TooManySteps { steps, step, end_time: machine.run.end_time, most: MOST_STEPS });
+        }
+        Ok(Self { step, largest_step, highest_frequency })
+    }
+}
+
+/// The larger of the highest spin speed and the lowest lateral frequency \[rad/s\].
+fn slowest_to_resolve(machine: &Machine, structure: &Structure) -> f64 {
+    let law = machine.rotor.speed_law.iter().flat_map(|law| law.speeds.iter().copied());
+    let speed = law.fold(machine.rotor.initial_speed, f64::max);
+    let part = &structure.lateral;
+    // Rayleigh quotients of the coordinates bound the lowest frequency from above: enough for a resolution
+    let mut lowest = (0..part.coordinates.size())
+        .map(|i| part.stiffness[(i, i)] / part.mass[(i, i)])
+        .filter(|square| square.is_finite())
+        .fold(f64::INFINITY, f64::min);
+    if let RotorKind::PointMass(point) = &machine.rotor.kind
+        && point.mass > 0.0
+    {
+        // the softer principal axis, however the axes lie
+        let k = &part.stiffness;
+        let half = 0.5 * (k[(0, 0)] - k[(1, 1)]);
+        lowest = (0.5 * (k[(0, 0)] + k[(1, 1)]) - half.hypot(k[(0, 1)])) / point.mass;
+    }
+    let lowest = if lowest.is_finite() { lowest.max(0.0).sqrt() } else { 0.0 };
+    speed.max(lowest).max(f64::MIN_POSITIVE)
+}
+
+/// Highest frequency of the rotor's lateral motion, and of its twist where masses are lost. An added mass only lowers them, so the
+/// structure's own are bounds; a lost mass, a point mass (which may owe all its mass to an unbalance) and a radial spring at the
+/// contact need the run's own matrices. A lost mass couples twist and deflection, `m d psi''` across its arm, and what is left of
+/// both is less than what is left of each.
+fn rotor_limit(machine: &Machine, structure: &Structure) -> Result<f64, StartError> {
+    let lost = machine.rotor.unbalances.iter().any(|u| u.kind == UnbalanceKind::Lost);
+    let point = matches!(machine.rotor.kind, RotorKind::PointMass(_));
+    let springs: Vec<(usize, f64)> = machine
+        .diaphragms
+        .iter()
+        .filter_map(|d| match d.kind {
+            DiaphragmKind::RadialSpring { stiffness } => Some((d.contact.node, stiffness)),
+            _ => None,
+        })
+        .collect();
+    if !(lost || point || !springs.is_empty()) {
+        return Ok(structure.lateral.highest);
+    }
+    let (lateral, twist) = (&structure.lateral, &structure.twist);
+    let size = lateral.coordinates.size();
+    let all = size + if lost { twist.coordinates.size() } else { 0 };
+    let (mut mass, mut stiffness) = (Matrix::zeros(all, all), Matrix::zeros(all, all));
+    mass.view_mut((0, 0), (size, size)).copy_from(&lateral.mass);
+    stiffness.view_mut((0, 0), (size, size)).copy_from(&lateral.stiffness);
+    if lost {
+        mass.view_mut((size, size), (all - size, all - size)).copy_from(&twist.mass);
+        stiffness.view_mut((size, size), (all - size, all - size)).copy_from(&twist.stiffness);
+    }
+    for site in sites(machine) {
+        let (sin, cos) = libm::sincos(site.phase);
+        let arm = [-site.radius * sin, site.radius * cos];
+        for (dof, arm) in structure.rotor.plane_places(site.node).into_iter().zip(arm) {
+            let mut row = lateral.coordinates.row(dof);
+            if lost {
+                row.extend(twist.coordinates.row(site.twist_node).iter().map(|psi| arm * psi));
+            }
+            add_outer(&mut mass, site.mass, &row);
+        }
+    }
+    for (node, spring) in springs {
+        for dof in structure.rotor.plane_places(node) {
+            let mut row = lateral.coordinates.row(dof);
+            row.resize(all, 0.0);
+            add_outer(&mut stiffness, spring, &row);
+        }
+    }
+    let (values, _) = symmetric_generalised(&stiffness, &mass, "the rotor with its unbalances")?;
+    Ok(values.last().map_or(0.0, |square| square.max(0.0).sqrt()))
+}
+
+/// A readable number no larger than `value`; as a step it also hides the last digits of the eigenvalue solver from the results, as a
+/// limit it is one that is allowed.
+fn floor_to_digits(value: f64, digits: i32) -> f64 {
+    let exponent = libm::floor(libm::log10(value));
+    let unit = libm::pow(10.0, exponent - f64::from(digits - 1));
+    let whole = libm::floor(value / unit);
+    // decimal text gives the nearest f64 to what a person would write
+    format!("{whole:.0}e{}", (exponent as i32).saturating_sub(digits - 1)).parse().unwrap_or(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[expect(clippy::float_cmp, reason = "the point is the exact decimal")]
+    fn the_default_step_is_a_short_decimal_below_its_bound() {
+        assert_eq!(floor_to_digits(4.789e-5, 2), 4.7e-5);
+        assert_eq!(floor_to_digits(3.5e-6, 2), 3.5e-6);
+        assert_eq!(floor_to_digits(0.9, 2), 0.9);
+        assert_eq!(floor_to_digits(6.951_987_654e-6, 5), 6.9519e-6);
+    }
+
+    #[test]
+    fn refusals_have_units_a_person_would_choose_and_a_limit_that_is_allowed() {
+        let (step, limit, hz) = (1.0, 6.951_987_654e-6, 45_787.123);
+        let refused = StartError::StepTooLarge { step, limit, hz, engine: "reduced" };
+        assert_eq!(
+            refused.to_string(),
+            "the step 1 s is too large for the reduced engine: largest allowed 6.9519 us = 2/omega_max, highest frequency of the \
+             model 45790 Hz"
+        );
+        let inside = StartError::StartsInContact { diaphragm: "seal".into(), gap: -5.000_000_000_000_004e-4 };
+        assert_eq!(inside.to_string(), "the rotor starts inside diaphragm seal: gap -0.5 mm at t = 0");
+        let many = StartError::TooManySteps { steps: 1e300, step: 1e-9, end_time: 1e15, most: MOST_STEPS };
+        assert_eq!(
+            many.to_string(),
+            "the run would take 1e300 steps of 0.001 us up to run.end_time = 1e15 s: at most 1e10 steps are computed, which ends \
+             at 10 s"
+        );
+    }
+}

@@ -1,0 +1,95 @@
+//! The increments of a step without contact, converged.
+
+use super::shaft_line::{Increments, ShaftLine};
+use crate::linalg::{distance, norm};
+use crate::outcome::Cause;
+
+/// Convergence, relative to the increment.
+pub(super) const TOLERANCE: f64 = 1e-12;
+/// Iterations at most: one contracts by about `Omega dt`, by `m e^2/(J + m e^2)` where an unbalance outweighs the spin's
+/// inertia.
+const ITERATIONS: usize = 600;
+/// Least contraction a round is credited with: two rounds that happen to agree say nothing about the next step's.
+const CONTRACTION: f64 = 1e-3;
+
+/// What the solve of a step knows from those before.
+pub(super) struct Predictor {
+    /// Increments of the steps before the last one: two lateral, one of twist.
+    before: [Vec<f64>; 2],
+    twist_before: Vec<f64>,
+    /// Contraction of the iteration, as last measured.
+    contraction: f64,
+    next: Increments,
+    pub iterations: u64,
+}
+
+impl Predictor {
+    /// At the start of a shaft line: as if the increments before it had always been those.
+    pub fn new(line: &ShaftLine<'_>) -> Self {
+        let (lateral, twist) = (&line.lateral.stepper.previous, &line.twist.stepper.previous);
+        Self {
+            before: [lateral.clone(), lateral.clone()],
+            twist_before: twist.clone(),
+            contraction: 1.0,
+            next: Increments::zeros(lateral.len(), twist.len()),
+            iterations: 0,
+        }
+    }
+
+    /// Starts again from other increments before t = 0.
+    pub fn restart(&mut self, line: &ShaftLine<'_>) {
+        let lateral = &line.lateral.stepper.previous;
+        self.before = [lateral.clone(), lateral.clone()];
+        self.twist_before.clone_from(&line.twist.stepper.previous);
+        self.iterations = 0;
+    }
+
+    /// The step from n at `time`, in `d`: the remaining error, from the measured contraction, is below tolerance.
+    pub fn predict(&mut self, line: &mut ShaftLine<'_>, time: f64, d: &mut Increments) -> Result<(), Cause> {
+        self.extrapolate(line, d);
+        let mut last_change: Option<f64> = None;
+        for _ in 0..ITERATIONS {
+            self.iterations += 1;
+            let driven = line.spin.driven();
+            line.respond(time, d, &mut self.next);
+            let scale = line.lateral_scale(norm(&self.next.lateral));
+            let twist_scale = norm(&self.next.twist).max(line.twist_scale());
+            let drive_change = (line.spin.driven() - driven).abs();
+            let change = (distance(&self.next.lateral, &d.lateral) / scale)
+                .max((distance(&self.next.twist, &d.twist) + drive_change) / (twist_scale + f64::MIN_POSITIVE));
+            std::mem::swap(d, &mut self.next);
+            if let Some(last) = last_change {
+                self.contraction = (change / last).clamp(CONTRACTION, 1.0);
+            }
+            // before a second round the last measured contraction stands in, with a margin
+            let contraction = if last_change.is_some() { self.contraction } else { (4.0 * self.contraction).min(1.0) };
+            if change * contraction <= TOLERANCE {
+                return Ok(());
+            }
+            if !(scale.is_finite() && twist_scale.is_finite()) {
+                return Err(Cause::NonFinite);
+            }
+            last_change = Some(change);
+        }
+        Err(Cause::Diverged)
+    }
+
+    /// The first guess, from the last three steps.
+    fn extrapolate(&self, line: &ShaftLine<'_>, d: &mut Increments) {
+        let (lateral, twist) = (&line.lateral.stepper.previous, &line.twist.stepper.previous);
+        for (i, d) in d.lateral.iter_mut().enumerate() {
+            let (last, before, first) = (lateral[i], self.before[0][i], self.before[1][i]);
+            *d = 3.0 * (last - before) + first;
+        }
+        for (i, d) in d.twist.iter_mut().enumerate() {
+            *d = 2.0 * twist[i] - self.twist_before[i];
+        }
+    }
+
+    /// Keeps the increments of the step before, which [`ShaftLine::advance`] is about to replace.
+    pub fn keep(&mut self, line: &ShaftLine<'_>) {
+        self.before.swap(0, 1);
+        self.before[0].copy_from_slice(&line.lateral.stepper.previous);
+        self.twist_before.copy_from_slice(&line.twist.stepper.previous);
+    }
+}

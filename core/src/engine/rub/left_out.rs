@@ -1,0 +1,132 @@
+//! Static flexibility of the modes that the reduced engine leaves out, at the contact (`docs/theory/05-reduction.md`).
+//!
+//! The ring and the rotor that touch are those of the modes kept plus the static displacement of the modes left out under the
+//! normal forces of the step. Place, normal and gap of a contact are all taken from this whole displacement: with a place from the
+//! modes kept alone the force would not stand normal to the surface it acts on, and would work.
+
+use super::axes::{Axes, bilinear, directions};
+use crate::contact::Gap;
+use crate::linalg::{Matrix, axpy, column_of};
+use crate::stator::Surface;
+use crate::structure::{RingPart, Structure};
+
+/// What the modes left out do at one diaphragm.
+pub(super) struct LeftOut<'a> {
+    /// Flexibility of the rotor at its node, in the stator's frame \[m/N\].
+    rotor: [[f64; 2]; 2],
+    /// Displacement of the node under the forces of the step \[m\].
+    pub shift: [f64; 2],
+    /// The same under the forces of the step before: those that led to the place at n.
+    pub shift_before: [f64; 2],
+    ring: Option<LeftOutOfRing<'a>>,
+    /// Energy held, at this step and the one before \[J\].
+    pub held: f64,
+    pub held_before: f64,
+}
+
+/// Of a flexible ring: flexibility of its freedoms, and their displacements as those of the node.
+struct LeftOutOfRing<'a> {
+    flexibility: &'a Matrix,
+    shift: Vec<f64>,
+    shift_before: Vec<f64>,
+}
+
+impl<'a> LeftOut<'a> {
+    /// At a node and a ring; nothing where no modes are left out.
+    pub fn new(structure: &'a Structure, node: usize, axes: &Axes, ring: Option<&'a RingPart>) -> Self {
+        let of_ring = |flexibility: &'a Matrix| {
+            let still = vec![0.0; flexibility.nrows()];
+            LeftOutOfRing { flexibility, shift: still.clone(), shift_before: still }
+        };
+        Self {
+            rotor: of_rotor(structure, node, axes),
+            shift: [0.0; 2],
+            shift_before: [0.0; 2],
+            ring: ring.and_then(|ring| ring.residual.as_ref()).map(of_ring),
+            held: 0.0,
+            held_before: 0.0,
+        }
+    }
+
+    /// Begins a step, under no force so far.
+    pub fn prepare(&mut self) {
+        (self.held_before, self.held) = (self.held, 0.0);
+        self.shift_before = self.shift;
+        if let Some(ring) = &mut self.ring {
+            std::mem::swap(&mut ring.shift, &mut ring.shift_before);
+        }
+        self.spring_back();
+    }
+
+    /// Gap at one place by a unit normal force at another \[m/N\].
+    ///
+    /// It is symmetric, so what it holds is an energy. The gap by a friction force is left out with its counterpart, the slip
+    /// by a normal force: at one point both vanish by mirror symmetry at blades and half-way between them, and one without
+    /// the other would give or take energy in every cycle of the two forces.
+    pub fn between(&self, surface: &Surface, at: &Gap, acting: &Gap) -> f64 {
+        let (here, _) = directions(at);
+        let (there, _) = directions(acting);
+        let mut sum = bilinear(&self.rotor, here, there);
+        if let Some(ring) = &self.ring {
+            let ([h_r, h_t], [n_r, n_t]) = (at.normal, acting.normal);
+            let shapes = surface.shapes(acting.place.element, acting.place.xi);
+            for (i, r_i, t_i) in surface.shapes(at.place.element, at.place.xi) {
+                let row = h_r * r_i + h_t * t_i;
+                for (j, r_j, t_j) in shapes {
+                    sum += row * ring.flexibility[(i, j)] * (n_r * r_j + n_t * t_j);
+                }
+            }
+        }
+        sum
+    }
+
+    /// Springs back: under no force.
+    pub fn spring_back(&mut self) {
+        self.shift = [0.0; 2];
+        if let Some(ring) = &mut self.ring {
+            ring.shift.fill(0.0);
+        }
+    }
+
+    /// Follows one more normal force \[N\] at a place.
+    pub fn give_way(&mut self, surface: &Surface, acting: &Gap, normal: f64) {
+        let (n, _) = directions(acting);
+        for axis in 0..2 {
+            self.shift[axis] -= normal * (self.rotor[axis][0] * n[0] + self.rotor[axis][1] * n[1]);
+        }
+        if let Some(ring) = &mut self.ring {
+            let [n_r, n_t] = acting.normal;
+            for (dof, r, t) in surface.shapes(acting.place.element, acting.place.xi) {
+                axpy(normal * (n_r * r + n_t * t), column_of(ring.flexibility, dof), &mut ring.shift);
+            }
+        }
+    }
+
+    /// Nodal displacement of the ring under the forces of the step; `None` where it has none.
+    pub fn of_ring(&self) -> Option<&[f64]> {
+        self.ring.as_ref().map(|ring| ring.shift.as_slice())
+    }
+
+    /// The same under the forces of the step before.
+    pub fn of_ring_before(&self) -> Option<&[f64]> {
+        self.ring.as_ref().map(|ring| ring.shift_before.as_slice())
+    }
+}
+
+/// Flexibility of the rotor at a node, turned into the stator's frame.
+fn of_rotor(structure: &Structure, node: usize, axes: &Axes) -> [[f64; 2]; 2] {
+    let Some(all) = &structure.lateral_residual else { return [[0.0; 2]; 2] };
+    let places = structure.rotor.plane_places(node);
+    let unit = axes.unit();
+    std::array::from_fn(|i| {
+        std::array::from_fn(|j| {
+            let mut sum = 0.0;
+            for (a, &row) in places.iter().enumerate() {
+                for (b, &col) in places.iter().enumerate() {
+                    sum += unit[i][a] * all[(row, col)] * unit[j][b];
+                }
+            }
+            sum
+        })
+    })
+}

@@ -1,0 +1,198 @@
+//! One diaphragm under way: the ring's motion and its contact with the rotor.
+//!
+//! A step: [`Rub::prepare`], [`Rub::correct`] the prediction without contact, [`Rub::advance`]. Two [`bodies`] touch, the rotor's
+//! [`section`] and the [`stator`]; forces are found as [`multipliers`], or are those of a [`spring`].
+
+mod axes;
+mod bodies;
+mod left_out;
+mod multipliers;
+mod one_point;
+mod ring;
+mod rounds;
+mod section;
+mod several;
+mod spring;
+mod stator;
+mod step_contact;
+
+pub(super) use step_contact::StepContact;
+
+use axes::Axes;
+use bodies::Bodies;
+use left_out::LeftOut;
+use multipliers::Multipliers;
+use rounds::Work;
+use section::Section;
+use spring::Spring;
+use stator::Stator;
+use step_contact::ContactFailure;
+
+use super::shaft_line::{Increments, ShaftLine};
+use crate::contact::Gap;
+use bladeoff_model::machine::{Diaphragm, DiaphragmKind, ForceLocation};
+use crate::structure::{RingPart, Structure};
+
+/// One diaphragm.
+pub(super) struct Rub<'a> {
+    axes: Axes,
+    bodies: Bodies<'a>,
+    forces: Forces,
+    work: Work,
+}
+
+/// What finds the contact force of a step.
+enum Forces {
+    Multipliers(Multipliers),
+    /// A massless stator.
+    Spring(Spring),
+}
+
+impl<'a> Rub<'a> {
+    /// The diaphragm with its ring, at rest; `None` if the operator of the ring is singular.
+    pub fn new(
+        diaphragm: &Diaphragm,
+        structure: &'a Structure,
+        ring: Option<&'a RingPart>,
+        line: &ShaftLine<'_>,
+        location: ForceLocation,
+    ) -> Option<Self> {
+        let contact = &diaphragm.contact;
+        let axes = Axes::new(diaphragm);
+        let bodies = Bodies {
+            section: Section::new(line, contact.node, contact.rotor_radius, &axes),
+            stator: Stator::new(diaphragm, ring, line.dt)?,
+            left_out: LeftOut::new(structure, contact.node, &axes, ring),
+            friction: contact.friction,
+            law: contact.friction_law,
+        };
+        let forces = match diaphragm.kind {
+            DiaphragmKind::RadialSpring { stiffness } => Forces::Spring(Spring { stiffness, gap: contact.gap }),
+            DiaphragmKind::Rigid | DiaphragmKind::Flexible(_) => {
+                Forces::Multipliers(Multipliers::new(contact, location))
+            }
+        };
+        let free = Increments::zeros(line.lateral.size(), line.twist.size());
+        Some(Self { axes, bodies, forces, work: Work { free, iterations: 0 } })
+    }
+
+    /// Begins the step: the ring's motion without contact.
+    pub fn prepare(&mut self) {
+        self.bodies.left_out.prepare();
+        if let Some(ring) = &mut self.bodies.stator.ring {
+            ring.prepare();
+        }
+    }
+
+    /// Corrects the predicted increments `d` (in: without contact, out: with it); `None` without a force. `time` is that of n.
+    ///
+    /// [`ShaftLine::settle`] must be called with the result.
+    pub fn correct(
+        &mut self,
+        line: &mut ShaftLine<'_>,
+        time: f64,
+        d: &mut Increments,
+    ) -> Result<Option<StepContact>, ContactFailure> {
+        let start = (time, self.place(line));
+        match &mut self.forces {
+            Forces::Multipliers(multipliers) => multipliers.correct(&mut self.bodies, line, start, d, &mut self.work),
+            Forces::Spring(spring) => spring.correct(&mut self.bodies, line, start, d, &mut self.work),
+        }
+    }
+
+    /// Accepts the ring's increment.
+    pub fn advance(&mut self) {
+        if let Some(ring) = &mut self.bodies.stator.ring {
+            ring.advance();
+        }
+    }
+
+    /// Node of the rotor that touches.
+    pub fn node(&self) -> usize {
+        self.bodies.section.node
+    }
+
+    /// Rotor centre at n in the stator's frame.
+    pub fn place(&self, line: &ShaftLine<'_>) -> [f64; 2] {
+        self.axes.place(line.place(self.node()))
+    }
+
+    /// Rotor centre at n and its centred velocity in the stator's frame, after [`ShaftLine::settle`].
+    pub fn motion(&self, line: &ShaftLine<'_>) -> ([f64; 2], [f64; 2]) {
+        let (place, velocity) = line.node(self.node());
+        (self.axes.place(place), self.axes.direction(velocity))
+    }
+
+    /// A force of the stator's frame in the machine's axes.
+    pub fn outwards(&self, force: [f64; 2]) -> [f64; 2] {
+        self.axes.outwards(force)
+    }
+
+    /// Whether the stator is a massless spring, which may start loaded.
+    pub fn is_spring(&self) -> bool {
+        matches!(self.forces, Forces::Spring(_))
+    }
+
+    /// The gap at n in the run's own gap function, as the contact of the step before left it: its force is the one that was to
+    /// leave none here.
+    pub fn gap_at_n(&mut self, line: &ShaftLine<'_>) -> Gap {
+        let place = self.place(line);
+        self.bodies.gap_at_n(place)
+    }
+
+    /// Whether the rotor's centre at n is beyond the line of the ring that touches. A radial spring yields as far as it is pressed,
+    /// and its line with it.
+    pub fn is_outside(&mut self, line: &ShaftLine<'_>) -> bool {
+        let place = self.place(line);
+        !self.is_spring() && self.bodies.stator.is_outside(place, &self.bodies.left_out)
+    }
+
+    /// Coordinates of the ring at n once it moves.
+    pub fn ring_coordinates(&self) -> Option<&[f64]> {
+        self.bodies.stator.ring.as_ref().filter(|ring| ring.moving).map(|ring| ring.stepper.q.as_slice())
+    }
+
+    /// Nodal freedoms of the ring at n, after [`Rub::gap_at_n`].
+    pub fn ring_field(&self) -> Option<&[f64]> {
+        self.bodies.stator.field()
+    }
+
+    /// Radial and tangential displacement of the ring at a gap's place \[m\], after [`Rub::gap_at_n`].
+    pub fn ring_displacement(&self, gap: &Gap) -> [f64; 2] {
+        self.bodies.stator.displacement(&gap.place)
+    }
+
+    /// Kinetic and strain energy of the ring between n and n+1 \[J\].
+    pub fn ring_energies(&self) -> (f64, f64) {
+        let ring = self.bodies.stator.ring.as_ref();
+        ring.map_or((0.0, 0.0), |ring| (ring.stepper.kinetic_energy(&ring.d), ring.stepper.strain_energy(&ring.d)))
+    }
+
+    /// Work of the ring's damping over the step at n \[J\].
+    pub fn ring_damping_work(&mut self) -> f64 {
+        let ring = self.bodies.stator.ring.as_mut().filter(|ring| ring.moving);
+        ring.map_or(0.0, |ring| ring.stepper.damping_work(&ring.d))
+    }
+
+    /// Potential of a radial spring between n and n+1 \[J\], after [`ShaftLine::settle`].
+    pub fn spring_energy(&self, line: &ShaftLine<'_>) -> f64 {
+        let Forces::Spring(spring) = &self.forces else { return 0.0 };
+        let (x, dx) = (line.place(self.node()), line.rotor.at(self.node(), &line.lateral.d));
+        spring.energy(self.axes.place(x), self.axes.place([x[0] + dx[0], x[1] + dx[1]]))
+    }
+
+    /// Energy held by the static flexibility of the modes left out, at this step and the one before \[J\].
+    pub fn held(&self) -> [f64; 2] {
+        [self.bodies.left_out.held, self.bodies.left_out.held_before]
+    }
+
+    /// Rounds of all steps.
+    pub fn iterations(&self) -> u64 {
+        self.work.iterations
+    }
+
+    /// Counts rounds from here on.
+    pub fn forget_iterations(&mut self) {
+        self.work.iterations = 0;
+    }
+}

@@ -1,0 +1,156 @@
+//! Massless quasi-static radial spring instead of a ring: reference cases.
+//!
+//! The force of step n follows from its three places, r = |x| their radii and `p = max(r - gap, 0)` their depths:
+//! ```text
+//! F = -k p_n s e,    s = (p_{n+1} - p_{n-1})/(r_{n+1} - r_{n-1}),    e = (x_{n+1} + x_{n-1})/(r_{n+1} + r_{n-1})                (1)
+//! V(n+1/2) = k p_n p_{n+1}/2;    e . (x_{n+1} - x_{n-1}) = r_{n+1} - r_{n-1}   =>   F . (x_{n+1} - x_{n-1})/2 = V(n-1/2) - V(n+1/2)
+//! ```
+//! so that its work over a step is the change of V to the last digit, wherever contact begins or ends. Inside the spring s = 1, and e is
+//! the direction of `x_n` up to `dt^2`: the spring of the place at n. Where contact begins or ends, s is the part of the way
+//! on which the spring acts; with s = 1 there each beginning takes, and each end gives, up to `k (v dt)^2/8` that no store has, and
+//! a rotor that bounces walks at random away from its energy.
+//! Source: discrete gradients (Gonzalez 1996) of V; the scheme is otherwise that of `stepper`.
+//! Limits: e turns the force from the centre by `r'' dt^2/2`-like angles, which cancel over a bounce: the moment about the centre is kept to
+//! second order, not to the last digit.
+//! Verified by `bouncing_rubs_keep_their_energy_at_the_default_step` and `a_bounce_on_a_spring_converges_with_order_two` in
+//! `tests/bounce.rs`, `annular_rub_radius_converges_with_order_two` in `tests/rub.rs`.
+
+use super::axes::{directions, on_rotor};
+use super::bodies::Bodies;
+use super::rounds::{Rounds, TOLERANCE, Work};
+use super::step_contact::{ContactFailure, StepContact};
+use crate::contact::{ContactForce, Gap, Place, polar_gap};
+use crate::engine::shaft_line::{Increments, ShaftLine};
+use bladeoff_model::machine::FrictionLaw;
+
+/// The spring at one diaphragm.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Spring {
+    /// k \[N/m\].
+    pub stiffness: f64,
+    /// Clearance \[m\].
+    pub gap: f64,
+}
+
+impl Spring {
+    /// Corrects the predicted increments by the force (1); where contact begins or ends, and for friction, it depends on the step.
+    pub fn correct(
+        &self,
+        bodies: &mut Bodies<'_>,
+        line: &mut ShaftLine<'_>,
+        (time, x_n): (f64, [f64; 2]),
+        d: &mut Increments,
+        work: &mut Work,
+    ) -> Result<Option<StepContact>, ContactFailure> {
+        let radius = bodies.section.radius;
+        let gap = polar_gap(&bodies.stator.surface, None, radius, x_n);
+        if gap.value >= 0.0 {
+            return Ok(None);
+        }
+        let before = bodies.section.increment(&line.lateral.stepper.previous);
+        let (full, x_before) = (-self.stiffness * gap.value, [x_n[0] - before[0], x_n[1] - before[1]]);
+        let (mut sign, mut force) = (0.0, ContactForce { normal: full, tangential: 0.0, sticks: false });
+        let mut rounds = Rounds::default();
+        loop {
+            work.iterations += 1;
+            let free = &mut work.free;
+            let driven = line.spin.driven();
+            line.respond(time, d, free);
+            let (gap, lean) = leaning(gap, x_before, bodies.after(x_n, d));
+            let (outwards, tangent) = directions(&gap);
+            let w_tt = -bodies.section.along(tangent, tangent) - bodies.section.rolling();
+            let dragged = bodies.section.moved_by(tangent.map(|t| -force.tangential * t), bodies.after(x_n, free));
+            let pushed = bodies.section.moved_by(outwards.map(|n| -full * lean * n), [0.0; 2]);
+            let normal = full * lean * self.share(x_before, dragged, pushed);
+            force.normal = normal;
+            bodies.push(&ContactForce { tangential: 0.0, ..force }, &gap, free);
+            match bodies.law {
+                FrictionLaw::Slip => {
+                    if rounds.done == 0 {
+                        sign = bodies.centred_slip(line, &gap, free).signum();
+                    }
+                    force.tangential = bodies.friction * normal * sign;
+                }
+                FrictionLaw::StickSlip => {
+                    let dx = bodies.section.increment(&free.lateral);
+                    let slip = tangent[0] * dx[0] + tangent[1] * dx[1] + radius * bodies.section.turn(&free.twist);
+                    let holding = -slip / w_tt;
+                    let limit = bodies.friction * normal;
+                    force.sticks = holding.abs() <= limit;
+                    force.tangential = holding.clamp(-limit, limit);
+                }
+            }
+            bodies.push(&ContactForce { normal: 0.0, ..force }, &gap, free);
+            line.spin.add_drive_torque(bodies.section.drive_torque(force.tangential) * radius);
+            // the force is not found from a gap to be closed: rounding of the gap makes nothing of it
+            let change = bodies.change(line, driven, (d, free), normal, 0.0);
+            d.copy_from(free);
+            if rounds.done > 0 && change <= TOLERANCE {
+                if normal <= 0.0 {
+                    return Ok(None);
+                }
+                let slip = bodies.centred_slip(line, &gap, d);
+                return Ok(Some(StepContact {
+                    force,
+                    on_rotor: on_rotor(&force, &gap),
+                    // the massless stator follows the rotor: nothing penetrates
+                    gap: Gap { value: 0.0, ..gap },
+                    slip,
+                    reversed: bodies.law == FrictionLaw::Slip && slip * sign < 0.0,
+                    several_minima: false,
+                    no_fixed_point: false,
+                    points: 1,
+                    friction_work: force.tangential * slip * line.dt,
+                    normal_work: 0.0,
+                    model_work: 0.0,
+                }));
+            }
+            if !rounds.another(change) {
+                return Err(ContactFailure::NoConvergence);
+            }
+        }
+    }
+
+    /// The share s of (1), from the places at n-1 and, without normal force, at n+1, and the way that the whole force would push it.
+    fn share(&self, x_before: [f64; 2], x_free: [f64; 2], pushed: [f64; 2]) -> f64 {
+        let before = x_before[0].hypot(x_before[1]);
+        let of_the_way = |share: f64| -> f64 {
+            let next = (x_free[0] + share * pushed[0]).hypot(x_free[1] + share * pushed[1]);
+            let way = next - before;
+            if way == 0.0 || before > self.gap && next > self.gap {
+                return if next > self.gap { 1.0 } else { 0.0 };
+            }
+            (((next - self.gap).max(0.0) - (before - self.gap).max(0.0)) / way).clamp(0.0, 1.0)
+        };
+        // the more the spring pushes, the shorter is its part of the way: one root
+        let (mut low, mut high) = (0.0, 1.0);
+        if of_the_way(high) >= high {
+            return high;
+        }
+        while high - low > f64::EPSILON {
+            let middle = 0.5 * (low + high);
+            if of_the_way(middle) > middle { low = middle } else { high = middle }
+        }
+        0.5 * (low + high)
+    }
+
+    fn depth(&self, [x, y]: [f64; 2]) -> f64 {
+        ((x * x + y * y).sqrt() - self.gap).max(0.0)
+    }
+
+    /// Potential between two successive rotor centres in the stator's frame, V of (1) \[J\].
+    pub fn energy(&self, x: [f64; 2], next: [f64; 2]) -> f64 {
+        0.5 * self.stiffness * self.depth(x) * self.depth(next)
+    }
+}
+
+/// The gap at n with its direction turned to e of (1), and the length of e.
+fn leaning(gap: Gap, before: [f64; 2], next: [f64; 2]) -> (Gap, f64) {
+    let sum = [before[0] + next[0], before[1] + next[1]];
+    let (length, radii) = (sum[0].hypot(sum[1]), before[0].hypot(before[1]) + next[0].hypot(next[1]));
+    if length == 0.0 {
+        return (gap, 1.0);
+    }
+    let place = Place { angle: (sum[1] / length, sum[0] / length), ..gap.place };
+    (Gap { place, ..gap }, length / radii)
+}

@@ -1,0 +1,203 @@
+//! A run from its start to its end, watched by recorders and a follower.
+
+use super::bearing_loads::BearingLoads;
+use super::beginning::begin;
+use super::motion::Motion;
+use super::plan::{StartError, StepPlan};
+use super::rub::StepContact;
+use super::works::{add_works, write_stores};
+use crate::contact::Gap;
+use bladeoff_model::machine::Machine;
+use crate::outcome::{Cause, EndCause};
+use crate::record::{At, ContactFrame, End, Follower, Frame, Recorders, RingInstant};
+use crate::structure::Structure;
+
+/// The energy balance is evaluated every so many steps (the works are summed at each).
+const BALANCE_EVERY: u64 = 8;
+
+/// One run from its start to its end: what was recorded, and how it ended.
+///
+/// # Errors
+/// [`StartError`] for a run that cannot be started.
+pub(super) fn run(
+    machine: &Machine,
+    structure: &Structure,
+    plan: &StepPlan,
+    follower: &mut dyn Follower,
+) -> Result<(Recorders, End), StartError> {
+    let mut run = Run::new(machine, structure, plan.step)?;
+    let (cause, failure) = loop {
+        if !follower.goes_on(run.motion.step) {
+            break (EndCause::Failure, Some(Cause::StepLimit));
+        }
+        match run.step(follower) {
+            Ok(None) => {}
+            Ok(Some(end)) => break (end, None),
+            Err(cause) => break (EndCause::Failure, Some(cause)),
+        }
+    };
+    let end = End { cause, time: run.motion.time, speed: run.motion.speed, failure };
+    run.recorders.finish(&end);
+    run.recorders.steps.iterations = run.motion.iterations();
+    run.show_end(failure, follower);
+    Ok((run.recorders, end))
+}
+
+/// A run under way.
+struct Run<'a> {
+    machine: &'a Machine,
+    motion: Motion<'a>,
+    recorders: Recorders,
+    loads: BearingLoads,
+    /// The last instant has been shown.
+    end_shown: bool,
+    /// Why the start did not settle: there is no first step from it.
+    unsettled: Option<Cause>,
+}
+
+impl<'a> Run<'a> {
+    fn new(machine: &'a Machine, structure: &'a Structure, dt: f64) -> Result<Self, StartError> {
+        let (motion, unsettled) = begin(machine, structure, dt)?;
+        Ok(Self {
+            machine,
+            recorders: Recorders::new(machine, &structure.rings, dt),
+            loads: BearingLoads::new(structure, &motion.line),
+            end_shown: false,
+            unsettled,
+            motion,
+        })
+    }
+
+    /// One step from n to n+1; `Some` when the run has ended.
+    fn step(&mut self, follower: &mut dyn Follower) -> Result<Option<EndCause>, Cause> {
+        if self.machine.run.step_limit.is_some_and(|limit| self.motion.step >= limit) {
+            return Err(Cause::StepLimit);
+        }
+        if let Some(cause) = self.unsettled {
+            return Err(cause);
+        }
+        self.motion.solve()?;
+        self.motion.settle();
+        self.watch(follower)?;
+        let stopped = self.motion.advance();
+        self.recorders.steps.done = self.motion.step;
+        if self.motion.is_outside() {
+            return Err(Cause::OutsideRing);
+        }
+        Ok(if stopped { Some(EndCause::Stopped) } else { self.ended() })
+    }
+
+    /// Whether the run has come to its end, unless the rotor has stopped.
+    fn ended(&self) -> Option<EndCause> {
+        let run = &self.machine.run;
+        if run.end_speed > 0.0 && self.motion.speed <= run.end_speed {
+            return Some(EndCause::EndSpeed);
+        }
+        // half a step of slack: the last step ends at end_time, not one beyond it
+        (self.motion.time >= run.end_time - 0.5 * self.motion.line.dt).then_some(EndCause::EndTime)
+    }
+
+    /// Records and shows the step at n; the cause where it leads where no model goes.
+    fn watch(&mut self, follower: &mut dyn Follower) -> Result<(), Cause> {
+        for (diaphragm, contact) in self.motion.contacts.iter().enumerate() {
+            let force = contact.map_or(0.0, |contact| contact.force.normal);
+            follower.contact_force(diaphragm, self.motion.time, force);
+        }
+        let shown = follower.wants(self.motion.step, self.motion.time);
+        self.record(shown);
+        if shown {
+            self.show(self.motion.centred_spin(), follower);
+        }
+        match self.motion.beyond() {
+            None => Ok(()),
+            Some(cause) => {
+                self.show_last(shown, follower);
+                Err(cause)
+            }
+        }
+    }
+
+    /// Quantities and works of the step at n. An instant that is shown has the stores of its own step; the balance is judged
+    /// at the same steps whoever looks.
+    fn record(&mut self, shown: bool) {
+        let (motion, recorders) = (&mut self.motion, &mut self.recorders);
+        let at = At { time: motion.time, speed: motion.centred_spin() };
+        self.loads.update(&motion.line, motion.pressed());
+        recorders.loads.see(self.loads.all(), at);
+        recorders.stresses.see(&motion.line.lateral.x, &motion.line.twist.x, at);
+        for ((ring, rub), contact) in recorders.rings.iter_mut().zip(&motion.rubs).zip(&motion.contacts) {
+            let (place, velocity) = rub.motion(&motion.line);
+            let touch = contact.as_ref().map(StepContact::touch);
+            let angle = motion.line.spin.angle;
+            ring.see(&RingInstant { angle, place, velocity, touch, ring: rub.ring_coordinates() }, at);
+        }
+        add_works(&mut recorders.energies.now, motion);
+        let balanced = motion.step.is_multiple_of(BALANCE_EVERY);
+        if balanced || shown {
+            write_stores(&mut recorders.energies.now, motion);
+        }
+        if balanced {
+            recorders.energies.balance();
+        }
+    }
+
+    /// Hands the instant n to the follower.
+    fn show(&mut self, speed: f64, follower: &mut dyn Follower) {
+        let Motion { line, rubs, contacts, time, .. } = &mut self.motion;
+        let gaps: Vec<Gap> = rubs.iter_mut().map(|rub| rub.gap_at_n(line)).collect();
+        let rings = rubs.iter().zip(contacts).zip(&gaps);
+        let contacts: Vec<ContactFrame<'_>> = rings
+            .map(|((rub, contact), gap)| ContactFrame {
+                rotor: rub.place(line),
+                gap: gap.value,
+                angle: gap.place.alpha,
+                normal_force: contact.map_or(0.0, |c| c.force.normal),
+                friction_force: contact.map_or(0.0, |c| c.force.tangential),
+                slip: contact.map_or(0.0, |c| c.slip),
+                ring: rub.ring_displacement(gap),
+                field: rub.ring_field(),
+            })
+            .collect();
+        follower.see(&Frame {
+            time: *time,
+            angle: line.spin.angle,
+            speed,
+            displacement: &line.lateral.x,
+            velocity: &line.lateral.v,
+            twist: &line.twist.x,
+            bearing_loads: self.loads.all(),
+            contacts: &contacts,
+            energies: self.recorders.energies.now,
+        });
+    }
+
+    /// Shows the instant at which the run has ended, for whoever follows it to its end, whatever it was.
+    ///
+    /// The state at the end is known, but centred velocities, loads and contact forces take one more step, which the row has no
+    /// part in: it is computed when the row is made, and nothing of it is kept. Where that step cannot be computed (it is the one
+    /// that failed) velocities are those of the step before and there is no contact force. Time, spin and works are the row's.
+    fn show_end(&mut self, failure: Option<Cause>, follower: &mut dyn Follower) {
+        if self.end_shown || !follower.wants_end() {
+            return;
+        }
+        // a budget ends a run between two steps
+        let may_go_on = matches!(failure, None | Some(Cause::StepLimit));
+        if !may_go_on || self.motion.solve().is_err() {
+            self.motion.repeat();
+        }
+        self.motion.settle();
+        self.loads.update(&self.motion.line, self.motion.pressed());
+        write_stores(&mut self.recorders.energies.now, &self.motion);
+        self.show(self.motion.speed, follower);
+        self.end_shown = true;
+    }
+
+    /// Shows the instant of a step that leads where no model goes, unless it has been.
+    fn show_last(&mut self, shown: bool, follower: &mut dyn Follower) {
+        if !shown && follower.wants_end() {
+            write_stores(&mut self.recorders.energies.now, &self.motion);
+            self.show(self.motion.speed, follower);
+        }
+        self.end_shown = true;
+    }
+}

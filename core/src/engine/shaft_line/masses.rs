@@ -1,0 +1,23 @@
+//! Mass matrices of a run: the structure's and the constant-coefficient terms of its unbalances.
+
+use crate::linalg::{Matrix, add_outer};
+use bladeoff_model::machine::Machine;
+use crate::rotor::UnbalanceSite;
+use crate::structure::Structure;
+
+/// The unbalances of a machine at their nodes.
+pub(crate) fn sites(machine: &Machine) -> Vec<UnbalanceSite> {
+    machine.rotor.unbalances.iter().map(UnbalanceSite::new).collect()
+}
+
+/// Lateral and twist mass matrices in coordinates.
+pub(crate) fn masses(structure: &Structure, unbalances: &[UnbalanceSite]) -> (Matrix, Matrix) {
+    let (mut lateral, mut twist) = (structure.lateral.mass.clone(), structure.twist.mass.clone());
+    for site in unbalances {
+        for dof in structure.rotor.plane_places(site.node) {
+            add_outer(&mut lateral, site.mass, &structure.lateral.coordinates.row(dof));
+        }
+        add_outer(&mut twist, site.mass * site.radius * site.radius, &structure.twist.coordinates.row(site.twist_node));
+    }
+    (lateral, twist)
+}

@@ -1,0 +1,317 @@
+//! The shaft line under way: lateral motion, spin and twist, with every non-linear term evaluated at the nodes.
+//!
+//! One step solves, by fixed-point iteration, the central-difference equations with centred gyroscopic, unbalance and
+//! braking terms; the iteration contracts by about `Omega dt`. Both engines run this code: they differ in
+//! [`crate::structure::Coordinates`]. A step: [`ShaftLine::prepare`], rounds of [`ShaftLine::respond`], [`ShaftLine::settle`],
+//! [`ShaftLine::advance`].
+
+mod brake;
+mod field;
+mod increments;
+#[cfg(test)]
+mod lagrangian_tests;
+mod masses;
+mod prescribed;
+mod spin;
+mod stepper;
+mod unbalances;
+
+pub(crate) use increments::Increments;
+pub(crate) use masses::{masses, sites};
+pub(crate) use stepper::Stepper;
+
+use field::Field;
+use spin::Spin;
+use unbalances::Unbalances;
+
+use crate::linalg::{axpy, norm};
+use bladeoff_model::machine::Machine;
+use crate::rotor::{RotorMatrices, UnbalanceSite};
+use crate::structure::Structure;
+
+/// Increments of a rotor at rest are rounding of its state; they are judged by at least this part of it.
+const RESTING: f64 = 1e-4;
+/// Lateral increments are judged by at least this part of those that the unbalances would make alone if they turned without
+/// the rotor: psi'' is a difference of increments `psi' dt` over dt^2, and 1e-12 of this part is 18 roundings of them.
+const TURNING: f64 = 4e-3;
+
+/// State and operators of the shaft line during one run.
+pub(crate) struct ShaftLine<'a> {
+    pub rotor: &'a RotorMatrices,
+    pub dt: f64,
+    pub lateral: Field<'a>,
+    /// Relative to the mean spin angle.
+    pub twist: Field<'a>,
+    pub spin: Spin,
+    unbalances: Unbalances,
+    /// Lateral increment per radian of each unbalance's turn over a step, `|A^-1 m d/dt^2|`.
+    levers: Vec<f64>,
+    /// S_g x of every gyroscopic site at n.
+    gyro_x: Vec<f64>,
+    weight: Weight,
+    has_skew: bool,
+}
+
+/// Constant lateral force, zero without gravity.
+struct Weight {
+    gravity: [f64; 2],
+    nodal: Vec<f64>,
+    /// In coordinates.
+    projected: Vec<f64>,
+}
+
+impl<'a> ShaftLine<'a> {
+    /// The shaft line of a run at rest in its undeformed place; `None` if a mass matrix is singular.
+    pub fn new(machine: &Machine, structure: &'a Structure, dt: f64) -> Option<Self> {
+        let rotor = &structure.rotor;
+        let sites = sites(machine);
+        let (lateral_mass, twist_mass) = masses(structure, &sites);
+        let lateral = Field::new(&structure.lateral, &lateral_mass, dt)?;
+        let twist = Field::new(&structure.twist, &twist_mass, dt)?;
+        let gravity = machine.rotor.gravity;
+        let mut nodal = rotor.weight(gravity);
+        for site in &sites {
+            rotor.add_at(site.node, [site.mass * gravity[0], site.mass * gravity[1]], &mut nodal);
+        }
+        let mut projected = vec![0.0; lateral.size()];
+        structure.lateral.coordinates.project(&nodal, &mut projected);
+        let levers = sites.iter().map(|site| {
+            let length = rotor.plane_places(site.node).map(|dof| {
+                let (row, mut response) = (lateral.row(dof), vec![0.0; lateral.size()]);
+                lateral.stepper.compliance(&row, &mut response);
+                norm(&response)
+            });
+            (site.mass * site.radius).abs() * length[0].hypot(length[1]) / (dt * dt)
+        });
+        Some(Self {
+            rotor,
+            dt,
+            levers: levers.collect(),
+            spin: Spin::new(machine, structure, &twist.stepper),
+            unbalances: Unbalances::new(machine, sites),
+            gyro_x: vec![0.0; 8 * rotor.gyro.len()],
+            weight: Weight { gravity, nodal, projected },
+            has_skew: rotor.bearings.iter().any(|b| b.skew != 0.0),
+            lateral,
+            twist,
+        })
+    }
+
+    /// Puts the line where it is at t = 0, from coordinates; `previous` are the fictitious increments of the step before.
+    pub fn begin(&mut self, q: &[f64], previous: &Increments) {
+        self.lateral.stepper.q.copy_from_slice(q);
+        self.lateral.put(q);
+        self.come_from(previous);
+        self.refresh();
+    }
+
+    /// Replaces the increments of the step before.
+    pub fn come_from(&mut self, previous: &Increments) {
+        self.lateral.come_from(&previous.lateral);
+        self.twist.come_from(&previous.twist);
+    }
+
+    /// The instant of coordinates and velocities, all nodes turning with one spin, for [`ShaftLine::instant_forces`].
+    pub fn instant(&mut self, q: &[f64], velocity: &[f64], spin: f64) {
+        self.lateral.put(q);
+        self.refresh();
+        self.lateral.speed(velocity);
+        self.twist.v.fill(spin);
+    }
+
+    /// Forces and torques in coordinates in that instant, at accelerations: all but the brake's and those of M, C and K.
+    pub fn instant_forces(&mut self, lateral: &[f64], twist: &[f64]) {
+        self.lateral.accelerate(lateral);
+        self.twist.accelerate(twist);
+        self.evaluate_instant();
+        if self.has_skew {
+            self.add_skew_forces();
+        }
+        self.lateral.project();
+        for (sum, weight) in self.lateral.force_q.iter_mut().zip(&self.weight.projected) {
+            *sum += weight;
+        }
+        self.twist.project();
+    }
+
+    /// Begins the step from n.
+    pub fn prepare(&mut self) {
+        if self.has_skew {
+            self.lateral.force.fill(0.0);
+            self.add_skew_forces();
+            self.lateral.project();
+            for (sum, weight) in self.lateral.force_q.iter_mut().zip(&self.weight.projected) {
+                *sum += weight;
+            }
+            self.lateral.stepper.prepare(Some(&self.lateral.force_q));
+        } else {
+            self.lateral.stepper.prepare(Some(&self.weight.projected));
+        }
+        self.twist.stepper.prepare(None);
+    }
+
+    /// The increments that follow, without contact, from the forces at the increments `d`; `time` is that of n.
+    pub fn respond(&mut self, time: f64, d: &Increments, free: &mut Increments) {
+        self.settle(d);
+        self.unbalances.turn(&self.twist.previous, &self.twist.d, self.dt);
+        self.evaluate();
+        self.lateral.project();
+        self.twist.project();
+        self.spin.brake(self.centred_spin(&d.twist), &mut self.twist.force_q);
+        self.lateral.respond(&mut free.lateral);
+        self.twist.respond(&mut free.twist);
+        self.spin.hold(time, &self.twist.stepper.previous, &mut free.twist);
+    }
+
+    /// Nodal increments, velocities and accelerations of increments: of a round, in the end those of the step that is about to be
+    /// accepted.
+    pub fn settle(&mut self, d: &Increments) {
+        self.lateral.see(&d.lateral);
+        self.twist.see(&d.twist);
+    }
+
+    /// Accepts the increments of the step that [`ShaftLine::settle`] has seen.
+    pub fn advance(&mut self, d: &Increments) {
+        let turn = self.spin.turn(&d.twist);
+        self.lateral.stepper.advance(&d.lateral);
+        self.twist.stepper.advance(&d.twist);
+        for (q, rigid) in self.twist.stepper.q.iter_mut().zip(&self.spin.rigid) {
+            *q -= turn * rigid;
+        }
+        self.spin.angle += turn;
+        for (x, dx) in self.lateral.x.iter_mut().zip(&self.lateral.d) {
+            *x += dx;
+        }
+        for (beta, d_psi) in self.twist.x.iter_mut().zip(&self.twist.d) {
+            *beta += d_psi - turn;
+        }
+        self.lateral.previous.copy_from_slice(&self.lateral.d);
+        self.twist.previous.copy_from_slice(&self.twist.d);
+        self.refresh();
+    }
+
+    /// What depends on the place at n alone: angles of the unbalances, S_g x.
+    fn refresh(&mut self) {
+        self.unbalances.place(self.spin.angle, &self.twist.x);
+        for (site, product) in self.rotor.gyro.iter().zip(self.gyro_x.chunks_exact_mut(8)) {
+            product.fill(0.0);
+            site.local_product(&self.lateral.x, product.try_into().expect("chunks of 8"));
+        }
+    }
+
+    /// Non-linear forces from velocities, accelerations and turns at the place n.
+    fn evaluate(&mut self) {
+        let (lateral, twist) = (&mut self.lateral, &mut self.twist);
+        lateral.force.fill(0.0);
+        twist.force.fill(0.0);
+        for (site, product) in self.rotor.gyro.iter().zip(self.gyro_x.chunks_exact(8)) {
+            let product: &[f64; 8] = product.try_into().expect("chunks of 8");
+            let (spin, spin_dot) = (site.mean(&twist.v), site.mean(&twist.a));
+            let torque = site.apply(spin, spin_dot, &lateral.v, &lateral.a, product, &mut lateral.force);
+            site.spread(torque, &mut twist.force);
+        }
+        self.unbalances.push(self.rotor, &lateral.a, &mut lateral.force, &mut twist.force);
+    }
+
+    /// The same in an instant.
+    fn evaluate_instant(&mut self) {
+        self.unbalances.turn_at(&self.twist.v, &self.twist.a);
+        self.evaluate();
+    }
+
+    /// Adds the forces of skew bearing stiffness at n.
+    fn add_skew_forces(&mut self) {
+        for bearing in &self.rotor.bearings {
+            let skew = bearing.skew_force(self.rotor.at(bearing.node, &self.lateral.x));
+            self.rotor.add_at(bearing.node, skew, &mut self.lateral.force);
+        }
+    }
+
+    /// Mean spin at n, centred \[rad/s\].
+    pub fn centred_spin(&self, twist: &[f64]) -> f64 {
+        self.spin.centred(twist, &self.twist.stepper.previous)
+    }
+
+    /// Mean spin over the step and at n+1 \[rad/s\]; `time` is that of n.
+    pub fn spin_after(&self, time: f64, twist: &[f64]) -> (f64, f64) {
+        (self.spin.over_step(twist), self.spin.reached(time, twist, &self.twist.stepper.previous))
+    }
+
+    /// What an error of lateral increments is measured by: their size, but no less than rounding of the state and of the
+    /// unbalances' turns (a rotor on stiff bearings moves far less than its unbalances do). After [`ShaftLine::respond`].
+    pub fn lateral_scale(&self, increments: f64) -> f64 {
+        let turns = self.unbalances.sites.iter().zip(&self.levers);
+        let turns = turns.map(|(site, lever)| lever * self.twist.d[site.twist_node].abs());
+        let least = TURNING * turns.sum::<f64>();
+        (increments + RESTING * norm(&self.lateral.stepper.q)).max(least) + f64::MIN_POSITIVE
+    }
+
+    /// The same for twist increments; at rest they are nothing but rounding.
+    pub fn twist_scale(&self) -> f64 {
+        self.spin.brake.scale()
+    }
+
+    /// Displacement of a node at n.
+    pub fn place(&self, node: usize) -> [f64; 2] {
+        self.rotor.at(node, &self.lateral.x)
+    }
+
+    /// Displacement and centred velocity of a node at n, after [`ShaftLine::settle`].
+    pub fn node(&self, node: usize) -> ([f64; 2], [f64; 2]) {
+        (self.rotor.at(node, &self.lateral.x), self.rotor.at(node, &self.lateral.v))
+    }
+
+    /// Increments of the step before.
+    pub fn previous(&self) -> Increments {
+        let (lateral, twist) = (&self.lateral.stepper.previous, &self.twist.stepper.previous);
+        Increments { lateral: lateral.clone(), twist: twist.clone() }
+    }
+
+    /// Rows of the lateral coordinates for a node's u and v, and of twist for its angle.
+    pub fn rows(&self, node: usize) -> ([Vec<f64>; 2], Vec<f64>) {
+        (self.rotor.plane_places(node).map(|dof| self.lateral.row(dof)), self.twist.row(node))
+    }
+
+    /// The unbalances at their nodes.
+    pub fn unbalances(&self) -> &[UnbalanceSite] {
+        &self.unbalances.sites
+    }
+
+    /// Constant lateral force in coordinates, zero without gravity.
+    pub fn weight(&self) -> &[f64] {
+        &self.weight.projected
+    }
+
+    /// Weight of shaft, discs and unbalances at the nodes \[N\].
+    pub fn nodal_weight(&self) -> Vec<f64> {
+        self.weight.nodal.clone()
+    }
+
+    /// Adds the gyroscopic moments and the forces of the unbalances at n, their inertia included, to nodal forces; after
+    /// [`ShaftLine::settle`].
+    pub fn add_driving_forces(&self, force: &mut [f64]) {
+        axpy(1.0, &self.lateral.force, force);
+        self.unbalances.add_inertia(self.rotor, &self.lateral.a, force);
+    }
+
+    /// Gyroscopic, unbalance-coupling and gravity energies between n and n+1 \[J\], after [`ShaftLine::settle`], before
+    /// [`ShaftLine::advance`].
+    pub fn coupling_energies(&self, d: &Increments) -> (f64, f64) {
+        let (lateral, twist) = (&self.lateral, &self.twist);
+        let dt = self.dt;
+        let mut kinetic = 0.0;
+        let middle: Vec<f64> = lateral.x.iter().zip(&lateral.d).map(|(x, dx)| x + 0.5 * dx).collect();
+        for site in &self.rotor.gyro {
+            kinetic += 0.5 * site.mean(&twist.d) * site.bilinear(&lateral.d, &middle) / (dt * dt);
+        }
+        let mut potential = 0.0;
+        if self.weight.gravity != [0.0; 2] {
+            for (i, d) in d.lateral.iter().enumerate() {
+                potential -= self.weight.projected[i] * (lateral.stepper.q[i] + 0.5 * d);
+            }
+        }
+        let increments = (lateral.d.as_slice(), twist.d.as_slice());
+        self.unbalances.add_energies(self.rotor, increments, dt, (&mut kinetic, &mut potential));
+        (kinetic, potential)
+    }
+}

@@ -1,0 +1,86 @@
+//! A prescribed speed: its law over time and the drive that keeps the spin on it.
+
+use crate::linalg::{axpy, dot};
+use bladeoff_model::machine::SpeedLaw;
+
+/// The drive that keeps the spin on a law.
+#[derive(Debug, Clone)]
+pub(crate) struct Prescribed {
+    law: SpeedLaw,
+    /// A^-1 s: where the drive torque acts, spread like the inertia.
+    direction: Vec<f64>,
+    compliance: f64,
+    /// Torque of the drive at the last step \[N m\].
+    pub torque: f64,
+}
+
+impl Prescribed {
+    /// `row` is s, `direction` A^-1 s.
+    pub fn new(law: SpeedLaw, row: &[f64], direction: Vec<f64>) -> Self {
+        let compliance = dot(row, &direction);
+        Self { law, direction, compliance, torque: 0.0 }
+    }
+
+    /// Turns the spin increment of the step at `time` into that of the law.
+    pub fn impose(&mut self, row: &[f64], time: f64, dt: f64, twist: &mut [f64]) {
+        let wanted = angle_of(&self.law, time + dt) - angle_of(&self.law, time);
+        self.torque = (wanted - dot(row, twist)) / self.compliance;
+        axpy(self.torque, &self.direction, twist);
+    }
+
+    /// Keeps the mean spin of a twist response at zero; returns the drive torque that takes.
+    pub fn hold(&self, row: &[f64], response: &mut [f64]) -> f64 {
+        let lever = -dot(row, response) / self.compliance;
+        axpy(lever, &self.direction, response);
+        lever
+    }
+
+    /// Mean spin increment that the drive gives in a step \[rad\].
+    pub fn driven(&self) -> f64 {
+        self.torque * self.compliance
+    }
+
+    /// The law's speed \[rad/s\].
+    pub fn speed(&self, time: f64) -> f64 {
+        speed_of(&self.law, time)
+    }
+
+    /// The law's angular acceleration at t = 0 \[rad/s2\].
+    pub fn initial_slope(&self) -> f64 {
+        slope_of(&self.law, 0.0)
+    }
+}
+
+/// Angle turned by a prescribed speed until `time` \[rad\], exact for the piecewise linear law.
+fn angle_of(law: &SpeedLaw, time: f64) -> f64 {
+    let mut angle = 0.0;
+    for k in 0..law.times.len() {
+        let (t0, w0) = (law.times[k], law.speeds[k]);
+        if k + 1 < law.times.len() && time > law.times[k + 1] {
+            angle += 0.5 * (w0 + law.speeds[k + 1]) * (law.times[k + 1] - t0);
+        } else {
+            let slope = slope_of(law, t0);
+            return angle + (w0 + 0.5 * slope * (time - t0)) * (time - t0);
+        }
+    }
+    angle
+}
+
+/// A prescribed speed at `time` \[rad/s\].
+fn speed_of(law: &SpeedLaw, time: f64) -> f64 {
+    let last = law.times.iter().rposition(|&start| time >= start).unwrap_or(0);
+    law.speeds[last] + slope_of(law, time) * (time - law.times[last])
+}
+
+/// Angular acceleration of a prescribed speed at `time` \[rad/s2\], from the right at a corner.
+fn slope_of(law: &SpeedLaw, time: f64) -> f64 {
+    for k in (0..law.times.len()).rev() {
+        if time >= law.times[k] {
+            return match (law.times.get(k + 1), law.speeds.get(k + 1)) {
+                (Some(t1), Some(w1)) => (w1 - law.speeds[k]) / (t1 - law.times[k]),
+                _ => 0.0,
+            };
+        }
+    }
+    0.0
+}

@@ -1,0 +1,127 @@
+//! The mean spin of the shaft line: its angle, what brakes it and what drives it.
+//!
+//! `W = s . d/dt` is the inertia-weighted mean of all nodes' rates, s its row in the coordinates of twist.
+
+use super::brake::Brake;
+use super::prescribed::Prescribed;
+use super::stepper::Stepper;
+use crate::linalg::{axpy, dot};
+use bladeoff_model::machine::Machine;
+use crate::structure::Structure;
+
+/// The mean spin under way.
+#[derive(Debug, Clone)]
+pub(crate) struct Spin {
+    /// Mean spin angle at n \[rad\].
+    pub angle: f64,
+    dt: f64,
+    /// s.
+    pub row: Vec<f64>,
+    /// Coordinates of a uniform rotation by 1 rad.
+    pub rigid: Vec<f64>,
+    pub brake: Brake,
+    pub prescribed: Option<Prescribed>,
+}
+
+impl Spin {
+    /// For the twist of a run.
+    pub fn new(machine: &Machine, structure: &Structure, twist: &Stepper) -> Self {
+        let (rotor, map, dt) = (&structure.rotor, &structure.twist.coordinates, twist.dt);
+        let mut row = vec![0.0; map.size()];
+        map.project(&rotor.spin_weights, &mut row);
+        let rigid = structure.twist.coordinates_of(&rotor.twist_mass, &vec![1.0; rotor.nodes]);
+        let mut direction = vec![0.0; map.size()];
+        twist.compliance(&row, &mut direction);
+        let law = machine.rotor.speed_law.clone();
+        let brake = Brake::new(machine.braking, law.is_some(), &row, direction.clone(), dt);
+        let prescribed = law.map(|law| Prescribed::new(law, &row, direction));
+        Self { angle: machine.rotor.initial.angle, dt, row, rigid, brake, prescribed }
+    }
+
+    /// Adds the torque of the brake to those of twist, from the centred spin of the last round.
+    pub fn brake(&mut self, spin: f64, torque: &mut [f64]) {
+        let braking = self.brake.torque(spin);
+        for (sum, s) in torque.iter_mut().zip(&self.row) {
+            *sum += braking * s;
+        }
+    }
+
+    /// Turns the response to the torques of a round into that of a rotor that the brake stops or holds, or that a drive keeps on
+    /// its speed; `before` are the increments of the step before.
+    pub fn hold(&mut self, time: f64, before: &[f64], response: &mut [f64]) {
+        self.brake.settle(&self.row, dot(&self.row, before), response);
+        if let Some(prescribed) = &mut self.prescribed {
+            prescribed.impose(&self.row, time, self.dt, response);
+        }
+    }
+
+    /// Turns the angular accelerations of the start into those of a rotor that the brake holds at rest, or that has the slope of its
+    /// prescribed speed; `direction` is theirs per unit torque.
+    pub fn hold_start(&self, spin: f64, direction: &[f64], start: &mut [f64]) {
+        if spin == 0.0 {
+            self.brake.hold_start(&self.row, direction, start);
+        }
+        if let Some(prescribed) = &self.prescribed {
+            let missing = (prescribed.initial_slope() - dot(&self.row, start)) / dot(&self.row, direction);
+            axpy(missing, direction, start);
+        }
+    }
+
+    /// Increment of the mean spin angle \[rad\].
+    pub fn turn(&self, twist: &[f64]) -> f64 {
+        dot(&self.row, twist)
+    }
+
+    /// Mean spin at n, centred \[rad/s\].
+    pub fn centred(&self, twist: &[f64], before: &[f64]) -> f64 {
+        (dot(&self.row, twist) + dot(&self.row, before)) * 0.5 / self.dt
+    }
+
+    /// Mean spin over the step from n to n+1, which is that at n + 1/2 \[rad/s\].
+    pub fn over_step(&self, twist: &[f64]) -> f64 {
+        self.brake.spin(dot(&self.row, twist)) / self.dt
+    }
+
+    /// Mean spin at n+1 \[rad/s\]: that of the law where it is prescribed, otherwise from the last two steps, of second order and
+    /// exact for a constant acceleration. `time` is that of n.
+    pub fn reached(&self, time: f64, twist: &[f64], before: &[f64]) -> f64 {
+        if let Some(prescribed) = &self.prescribed {
+            return prescribed.speed(time + self.dt);
+        }
+        let over_step = self.over_step(twist);
+        // a rotor at rest stays there
+        if over_step == 0.0 {
+            return 0.0;
+        }
+        over_step + 0.5 * (over_step - dot(&self.row, before) / self.dt)
+    }
+
+    /// Work of the braking torque over the step at n \[J\], <= 0, at its centred spin.
+    pub fn braking_work(&self, spin: f64) -> f64 {
+        self.brake.acted(spin) * spin * self.dt
+    }
+
+    /// Work of the drive of a prescribed speed over the step at n \[J\], at its centred spin.
+    pub fn drive_work(&self, spin: f64) -> Option<f64> {
+        self.prescribed.as_ref().map(|prescribed| prescribed.torque * spin * self.dt)
+    }
+
+    /// Keeps the mean spin of a twist response to a torque at zero where the speed is prescribed; returns the drive torque
+    /// that takes per unit.
+    pub fn hold_response(&self, response: &mut [f64]) -> f64 {
+        self.prescribed.as_ref().map_or(0.0, |prescribed| prescribed.hold(&self.row, response))
+    }
+
+    /// Mean spin increment that the drive of a prescribed speed gives in a step [rad]: its torque converges with the forces,
+    /// while the increment of the spin itself is prescribed and always converged.
+    pub fn driven(&self) -> f64 {
+        self.prescribed.as_ref().map_or(0.0, Prescribed::driven)
+    }
+
+    /// Adds the reaction of the drive to a contact torque.
+    pub fn add_drive_torque(&mut self, torque: f64) {
+        if let Some(prescribed) = &mut self.prescribed {
+            prescribed.torque -= torque;
+        }
+    }
+}

@@ -1,0 +1,76 @@
+//! The unbalances of a run: where they are at n and how they turn.
+
+use bladeoff_model::machine::Machine;
+use crate::rotor::{RotorMatrices, Turn, UnbalanceSite};
+
+/// All unbalances of a run.
+#[derive(Debug, Clone)]
+pub(crate) struct Unbalances {
+    pub sites: Vec<UnbalanceSite>,
+    gravity: [f64; 2],
+    /// sin and cos of each angle at n.
+    angles: Vec<(f64, f64)>,
+    /// How each of them turns, over the step or in the instant of the start.
+    turns: Vec<Turn>,
+}
+
+impl Unbalances {
+    /// Those of a machine, at their nodes.
+    pub fn new(machine: &Machine, sites: Vec<UnbalanceSite>) -> Self {
+        let (angles, turns) = (vec![(0.0, 1.0); sites.len()], vec![Turn::instant(0.0, 0.0); sites.len()]);
+        Self { sites, gravity: machine.rotor.gravity, angles, turns }
+    }
+
+    /// Takes the angles at n from the mean spin angle and the twist.
+    pub fn place(&mut self, phi: f64, twist: &[f64]) {
+        for (site, angle) in self.sites.iter().zip(&mut self.angles) {
+            *angle = libm::sincos(phi + twist[site.twist_node] + site.phase);
+        }
+    }
+
+    /// Turns over a step, by the increments of the nodes before and after n.
+    pub fn turn(&mut self, previous: &[f64], next: &[f64], dt: f64) {
+        for (site, turn) in self.sites.iter().zip(&mut self.turns) {
+            *turn = Turn::stepped(previous[site.twist_node], next[site.twist_node], dt);
+        }
+    }
+
+    /// Turns in an instant.
+    pub fn turn_at(&mut self, velocity: &[f64], acceleration: &[f64]) {
+        for (site, turn) in self.sites.iter().zip(&mut self.turns) {
+            *turn = Turn::instant(velocity[site.twist_node], acceleration[site.twist_node]);
+        }
+    }
+
+    /// Adds forces and torques at the nodes' accelerations.
+    pub fn push(&self, rotor: &RotorMatrices, acceleration: &[f64], force: &mut [f64], torque: &mut [f64]) {
+        for ((site, &angle), turn) in self.sites.iter().zip(&self.angles).zip(&self.turns) {
+            let found = site.force(angle, turn, rotor.at(site.node, acceleration), self.gravity);
+            rotor.add_at(site.node, found.force, force);
+            torque[site.twist_node] += found.torque;
+        }
+    }
+
+    /// Adds the inertia of their masses, which the mass matrix has, to nodal forces.
+    pub fn add_inertia(&self, rotor: &RotorMatrices, acceleration: &[f64], force: &mut [f64]) {
+        for site in &self.sites {
+            let [ax, ay] = rotor.at(site.node, acceleration);
+            rotor.add_at(site.node, [-site.mass * ax, -site.mass * ay], force);
+        }
+    }
+
+    /// Adds the kinetic and potential energies of a step's lateral and twist increments that the matrices do not have \[J\].
+    pub fn add_energies(
+        &self,
+        rotor: &RotorMatrices,
+        (lateral, twist): (&[f64], &[f64]),
+        dt: f64,
+        (kinetic, potential): (&mut f64, &mut f64),
+    ) {
+        for (site, &angle) in self.sites.iter().zip(&self.angles) {
+            let turn = twist[site.twist_node];
+            *kinetic += site.coupling_energy(angle, turn, rotor.at(site.node, lateral), dt);
+            *potential += site.gravity_energy(angle, turn, self.gravity);
+        }
+    }
+}

@@ -1,0 +1,49 @@
+//! The twin of a run: the same machine with an initial speed that differs by `run.twin` of it.
+//!
+//! ```text
+//! twin_bearing_load_change = (F_twin - F)/F,   F = max_bearing_load_N
+//! ```
+//! A run without rub answers a shift of its speed in proportion. In heavy rub neighbouring runs part from impact to impact
+//! until their peaks are two draws of one distribution; a single load is then a sample of it, and the twin shows how wide it is.
+//! Verified by `tests/twin.rs`.
+
+use super::plan::StepPlan;
+use super::run::run;
+use bladeoff_model::machine::Machine;
+use crate::outcome::Status;
+use crate::record::{End, NoHistory, Recorders, Twin};
+use crate::structure::Structure;
+
+/// The twin of a run that has ended, where there is to be one. A run that failed has nothing to compare with.
+pub(super) fn of(
+    own: &Recorders,
+    end: &End,
+    machine: &Machine,
+    structure: &Structure,
+    plan: &StepPlan,
+) -> Option<Twin> {
+    if machine.run.twin == 0.0 || own.verdict(machine, structure, end).status == Status::Failed {
+        return None;
+    }
+    let machine = shifted(machine);
+    let Ok((other, end)) = run(&machine, structure, plan, &mut NoHistory) else {
+        // one that cannot start (it would begin inside the diaphragm) has failed
+        return Some(Twin { load_change: None, status: Status::Failed });
+    };
+    let status = other.verdict(&machine, structure, &end).status;
+    let loads = own.loads.largest().zip(other.loads.largest());
+    let change = loads.filter(|&(load, _)| load > 0.0).map(|(load, twin)| (twin - load) / load);
+    Some(Twin { load_change: change.filter(|_| status != Status::Failed), status })
+}
+
+/// The machine with its initial speed, and every speed of a prescribed one, larger by `run.twin` of it.
+fn shifted(machine: &Machine) -> Machine {
+    let mut twin = machine.clone();
+    let factor = 1.0 + machine.run.twin;
+    twin.run.twin = 0.0;
+    twin.rotor.initial_speed *= factor;
+    if let Some(law) = &mut twin.rotor.speed_law {
+        law.speeds.iter_mut().for_each(|speed| *speed *= factor);
+    }
+    twin
+}

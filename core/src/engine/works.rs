@@ -1,0 +1,55 @@
+//! Works and stores of energy of a step, as the scheme does them.
+
+use super::motion::Motion;
+use crate::record::Energies;
+
+/// Adds the works of the step at n; settled, nothing advanced yet.
+pub(super) fn add_works(now: &mut Energies, motion: &mut Motion<'_>) {
+    let Motion { line, rubs, contacts, d, .. } = motion;
+    let dt = line.dt;
+    let mut bearings = 0.0;
+    for bearing in &line.rotor.bearings {
+        let (x, v) = line.node(bearing.node);
+        bearings += dt * bearing.damping_power(v);
+        if bearing.skew != 0.0 {
+            let force = bearing.skew_force(x);
+            now.skew += dt * (force[0] * v[0] + force[1] * v[1]);
+        }
+    }
+    now.bearings += bearings;
+    now.structure +=
+        line.lateral.stepper.damping_work(&d.lateral) - bearings + line.twist.stepper.damping_work(&d.twist);
+    let spin = line.centred_spin(&d.twist);
+    now.braking -= line.spin.braking_work(spin);
+    if let Some(work) = line.spin.drive_work(spin) {
+        now.drive += work;
+    }
+    for (rub, contact) in rubs.iter_mut().zip(contacts) {
+        now.stator += rub.ring_damping_work();
+        // what the modes left out hold is strain; what they let go at the end of a contact is lost
+        let [held, before] = rub.held();
+        now.normal -= held - before;
+        if let Some(contact) = contact {
+            now.friction += contact.friction_work;
+            now.normal += contact.normal_work;
+            now.model += contact.model_work;
+        }
+    }
+}
+
+/// Writes the stores between n and n+1; before anything is advanced.
+pub(super) fn write_stores(now: &mut Energies, motion: &Motion<'_>) {
+    let Motion { line, rubs, d, .. } = motion;
+    let (coupling, gravity) = line.coupling_energies(d);
+    let (lateral, twist) = (&line.lateral.stepper, &line.twist.stepper);
+    now.kinetic = lateral.kinetic_energy(&d.lateral) + twist.kinetic_energy(&d.twist) + coupling;
+    now.strain = lateral.strain_energy(&d.lateral) + twist.strain_energy(&d.twist);
+    for rub in rubs {
+        let (kinetic, strain) = rub.ring_energies();
+        now.kinetic += kinetic;
+        now.strain += strain;
+        now.strain += rub.spring_energy(line);
+        now.strain += rub.held()[0];
+    }
+    now.gravity = gravity;
+}
