@@ -11,7 +11,7 @@ pub use lag::MODAL_LAG;
 
 use crate::linalg::{Matrix, mul, mul_tn, project};
 use crate::machine::{DiaphragmKind, Engine, Machine, RotorKind};
-use crate::modal::{Basis, BasisError, ModeSet};
+use crate::modal::{Basis, BasisError, ModeSet, is_key_of, modal_key};
 use crate::rotor::RotorMatrices;
 use crate::stator::RingMatrices;
 
@@ -83,9 +83,9 @@ impl Structure {
         let flexible: Vec<RingMatrices> = rings.iter().flatten().cloned().collect();
         let basis = match frozen {
             Some(basis) => {
-                let expected = crate::modal::modal_key(machine);
-                if basis.key != expected {
-                    return Err(BasisError::OtherStructure { expected: hex(&expected), found: hex(&basis.key) });
+                if !is_key_of(&basis.key, machine) {
+                    let expected = hex(&modal_key(machine));
+                    return Err(BasisError::OtherStructure { expected, found: hex(&basis.key) });
                 }
                 basis.clone()
             }
