@@ -13,13 +13,16 @@ fn rig() -> Machine {
     machine(include_str!("../../../studies/machines/lab_rig.toml"))
 }
 
-/// A point mass in a spring, with numbers that Rust writes with an exponent.
+/// A point mass in a spring, with numbers that Rust writes with an exponent or a sign.
 fn point() -> Machine {
-    machine(
+    let mut point = machine(
         "schema = 1\nname = \"point\"\n[run]\nend_time = 1\nstep = 1e-3\nring_modes = 8\n\
          [rotor]\nkind = \"point-mass\"\nmass = 0.00001\npolar_inertia = 0.000001\ninitial_speed = 1\n\
-         [rotor.bearings.spring]\nstiffness = [[1e16, -0.0], [0, 12345678.9]]\ndamping = 1\n",
-    )
+         [rotor.bearings.spring]\nstiffness = [[1e16, 0], [0, 12345678.9]]\ndamping = 1\n",
+    );
+    // no file gives it, and yet it is another text
+    point.rotor.bearings[0].stiffness[0][1] = -0.0;
+    point
 }
 
 fn hex(key: [u8; 32]) -> String {
