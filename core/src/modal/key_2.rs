@@ -94,7 +94,7 @@ fn ring(stator: &FlexibleStator) -> String {
     )
 }
 
-/// The shortest digits that read back as the same f64, with an exponent below 1e-5 and from 1e16 on.
+/// The shortest digits that read back as the same f64, with an exponent below 1e-4 and from 1e16 on.
 fn number(value: f64) -> String {
     format!("{value:?}")
 }
