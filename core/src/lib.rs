@@ -1,14 +1,12 @@
 //! Blade-off transient of a turbine shaft line: physics and numerics, pure.
 //!
 //! `(machine, settings) -> outcome`, without I/O, clock, threads or randomness. The main path:
-//! [`machine::MachineDef`] (a file's text) -> [`machine::Machine`] (validated, SI) -> structure (matrices, modes)
+//! [`Machine`](bladeoff_model::machine::Machine) (validated, SI) -> structure (matrices, modes)
 //! -> [`engine::simulate`] -> [`outcome::Outcome`] (one row of the result table).
 
 pub mod contact;
-pub mod document;
 pub mod engine;
 pub mod linalg;
-pub mod machine;
 pub mod modal;
 pub mod outcome;
 pub mod record;

@@ -237,6 +237,47 @@ mod tests {
         assert_ne!(other.hash(), hash);
     }
 
+    /// Names and order of the keys are at rest in every result directory, their hash in its table: a rename here shows.
+    #[test]
+    fn the_text_of_a_plan_is_what_directories_hold() {
+        let varied = [
+            Varied { path: "blade_off.mass".into(), choices: None },
+            Varied { path: "contact.detection".into(), choices: Some(vec!["hyp1".into(), "hyp2".into()]) },
+        ];
+        let text = r##"{
+  "format": "bladeoff work plan",
+  "version": 1,
+  "machine_file": "lab_rig.toml",
+  "machine_toml": "# a comment\n[rotor]\n",
+  "fixed": [
+    {
+      "path": "run.end_time",
+      "number": "0.30000000000000004"
+    },
+    {
+      "path": "diaphragms.seal.contact.detection",
+      "choice": "hyp1"
+    }
+  ],
+  "varied": [
+    {
+      "path": "blade_off.mass",
+      "choices": null
+    },
+    {
+      "path": "contact.detection",
+      "choices": [
+        "hyp1",
+        "hyp2"
+      ]
+    }
+  ],
+  "basis_blake3": "b177ec1bf26dfb3b7010d473e6d44713b29b765b99c6e60ecbfae742de496543"
+}
+"##;
+        assert_eq!(WorkPlan { varied: varied.into(), ..example() }.text(), text);
+    }
+
     #[test]
     fn a_changed_plan_or_basis_is_refused() {
         let dir = tempfile::tempdir().expect("temporary directory");

@@ -2,8 +2,8 @@
 
 use super::shaft_line::sites;
 use crate::linalg::{EigenError, Matrix, add_outer, symmetric_generalised};
-use bladeoff_model::document::units::{format_digits, format_quantity};
 use crate::structure::Structure;
+use bladeoff_model::document::units::{format_digits, format_quantity};
 use bladeoff_model::machine::{DiaphragmKind, Engine, Machine, RotorKind, UnbalanceKind};
 
 /// Fraction of the stability limit that is taken when the machine names no step.

@@ -7,10 +7,10 @@ use super::plan::{StartError, StepPlan};
 use super::rub::StepContact;
 use super::works::{add_works, write_stores};
 use crate::contact::Gap;
-use bladeoff_model::machine::Machine;
 use crate::outcome::{Cause, EndCause};
 use crate::record::{At, ContactFrame, End, Follower, Frame, Recorders, RingInstant};
 use crate::structure::Structure;
+use bladeoff_model::machine::Machine;
 
 /// The energy balance is evaluated every so many steps (the works are summed at each).
 const BALANCE_EVERY: u64 = 8;

@@ -9,10 +9,10 @@
 
 use super::plan::StepPlan;
 use super::run::run;
-use bladeoff_model::machine::Machine;
 use crate::outcome::Status;
 use crate::record::{End, NoHistory, Recorders, Twin};
 use crate::structure::Structure;
+use bladeoff_model::machine::Machine;
 
 /// The twin of a run that has ended, where there is to be one. A run that failed has nothing to compare with.
 pub(super) fn of(

@@ -5,10 +5,11 @@
 //! frequencies is never cut, and its two modes are given a fixed orientation, so that the basis is a pure function of the
 //! structure up to the last digits of faer's kernels (which is why it is computed once and frozen).
 
+use super::key::modal_key;
 use crate::linalg::{EigenError, Matrix, column_of, symmetric_generalised};
 use crate::rotor::RotorMatrices;
 use crate::stator::RingMatrices;
-use bladeoff_model::machine::{DiaphragmKind, Machine, RotorKind};
+use bladeoff_model::machine::{Machine, RotorKind};
 
 /// Modes of one part: mass-normalised shapes in columns, circular frequencies squared ascending.
 #[derive(Debug, Clone, PartialEq)]
@@ -107,22 +108,6 @@ impl Basis {
         let twist = twist_modes(rotor, run.twist_modes, ceiling)?;
         Ok(Self { key: modal_key(machine), lateral, twist, rings: ring_sets })
     }
-}
-
-/// Hash of what the modes depend on.
-pub(crate) fn modal_key(machine: &Machine) -> [u8; 32] {
-    let bearings: Vec<_> = machine.rotor.bearings.iter().map(|b| (b.node, b.stiffness)).collect();
-    let rings: Vec<_> = machine
-        .diaphragms
-        .iter()
-        .filter_map(|d| match &d.kind {
-            DiaphragmKind::Flexible(s) => Some((s.young_modulus, s.density, s.ring, s.blades)),
-            _ => None,
-        })
-        .collect();
-    let modes = (machine.run.rotor_modes, machine.run.twist_modes, machine.run.ring_modes);
-    let text = format!("basis 2 {:?} {bearings:?} {rings:?} {modes:?}", machine.rotor.kind);
-    *blake3::hash(text.as_bytes()).as_bytes()
 }
 
 fn lateral_modes(rotor: &RotorMatrices, wanted: Option<usize>, ceiling: f64) -> Result<ModeSet, BasisError> {

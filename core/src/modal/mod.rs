@@ -3,13 +3,16 @@
 mod basis;
 mod codec;
 mod follow;
+mod key;
+mod key_2;
 mod quadratic;
 mod shape;
 mod unbalance;
 mod whirl;
 
+pub(crate) use basis::largest_share;
 pub use basis::{Basis, BasisError, DEFAULT_RING_MODES, DEFAULT_ROTOR_MODES, ModeSet};
-pub(crate) use basis::{largest_share, modal_key};
+pub(crate) use key::{is_key_of, modal_key};
 pub use quadratic::{QuadraticModes, quadratic_modes};
 pub use unbalance::{UnbalanceResponse, unbalance_response};
 pub use whirl::{

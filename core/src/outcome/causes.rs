@@ -1,13 +1,15 @@
 //! The words of `status`, `cause` and `end_cause` (architecture.md, decision 6).
 
+/// An enum whose every value has a number and a word that are at rest in records, messages and tables. The table only grows: a number
+/// or a word once given is never taken away, changed or given again, so that every record stays readable. New values stand at the end.
 macro_rules! words {
-    ($(#[$doc:meta])* $name:ident { $($(#[$vdoc:meta])* $variant:ident = $word:literal),+ $(,)? }) => {
+    ($(#[$doc:meta])* $name:ident { $($(#[$vdoc:meta])* $variant:ident = $code:literal, $word:literal;)+ }) => {
         $(#[$doc])*
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
         #[repr(u8)]
-        pub enum $name { $($(#[$vdoc])* $variant),+ }
+        pub enum $name { $($(#[$vdoc])* $variant = $code),+ }
         impl $name {
-            /// Every value, in the order of its code.
+            /// Every value, in the order of its code: 0, 1, 2 ...
             pub const ALL: &'static [$name] = &[$($name::$variant),+];
             /// The word written to tables.
             #[must_use]
@@ -15,13 +17,22 @@ macro_rules! words {
             /// From the word written to tables.
             #[must_use]
             pub fn from_word(word: &str) -> Option<Self> { match word { $($word => Some($name::$variant),)+ _ => None } }
-            /// Code in messages.
+            /// Code in records and messages.
             #[must_use]
             pub fn code(self) -> u8 { self as u8 }
-            /// From the code in messages; `None` for a code that is not ours.
+            /// From the code in records and messages; `None` for a code that is not ours.
             #[must_use]
-            pub fn from_code(code: u8) -> Option<Self> { Self::ALL.get(usize::from(code)).copied() }
+            pub fn from_code(code: u8) -> Option<Self> { match code { $($code => Some($name::$variant),)+ _ => None } }
         }
+        // Counts are kept by code, and sets in the bits of a u32.
+        const _: () = {
+            let mut at = 0;
+            while at < $name::ALL.len() {
+                assert!($name::ALL[at] as usize == at, "codes are listed in their order, without a gap");
+                at += 1;
+            }
+            assert!(at <= 32, "a set of them has 32 bits");
+        };
     };
 }
 
@@ -29,13 +40,13 @@ words! {
     /// Whether a row may be believed.
     Status {
         /// Finished and within the validity guard.
-        Ok = "ok",
+        Ok = 0, "ok";
         /// Finished, not to be believed; values kept.
-        Invalid = "invalid",
+        Invalid = 1, "invalid";
         /// Ended early; values so far.
-        Failed = "failed",
+        Failed = 2, "failed";
         /// Given up after it killed its workers.
-        Quarantined = "quarantined",
+        Quarantined = 3, "quarantined";
     }
 }
 
@@ -43,35 +54,35 @@ words! {
     /// Why a row is not `ok`. All but those of a worker's end are deterministic: the same sample gives them again.
     Cause {
         /// The state grew beyond ten times the size of the machine, or the iteration of a step, or of the start, did not settle.
-        Diverged = "diverged",
+        Diverged = 0, "diverged";
         /// The state became NaN or infinite.
-        NonFinite = "non_finite",
+        NonFinite = 1, "non_finite";
         /// Energy balance error above the guard.
-        EnergyBalance = "energy_balance",
+        EnergyBalance = 2, "energy_balance";
         /// Normal contact work above the guard.
-        NormalWork = "normal_work",
+        NormalWork = 3, "normal_work";
         /// Residual penetration above the guard.
-        Penetration = "penetration",
+        Penetration = 4, "penetration";
         /// The slip velocity changed sign and the model has no stick.
-        SlipReversal = "slip_reversal",
+        SlipReversal = 5, "slip_reversal";
         /// `W <= 0`: the contact force of a step is not unique.
-        LossOfUniqueness = "loss_of_uniqueness",
+        LossOfUniqueness = 6, "loss_of_uniqueness";
         /// More steps than `run.step_limit`.
-        StepLimit = "step_limit",
+        StepLimit = 7, "step_limit";
         /// The solver panicked: a bug, caught by the worker.
-        Panicked = "panicked",
+        Panicked = 8, "panicked";
         /// Longer than the time limit.
-        TimeLimit = "time_limit",
+        TimeLimit = 9, "time_limit";
         /// The worker was killed from outside, again and again, while it computed this sample alone.
-        WorkerKilled = "worker_killed",
+        WorkerKilled = 10, "worker_killed";
         /// The worker exceeded its memory limit.
-        OutOfMemory = "out_of_memory",
+        OutOfMemory = 11, "out_of_memory";
         /// The rotor's centre is beyond the ring: no contact can hold it there.
-        OutsideRing = "outside_ring",
+        OutsideRing = 12, "outside_ring";
         /// The worker crashed while it computed this sample alone, more than once.
-        WorkerCrashed = "worker_crashed",
+        WorkerCrashed = 13, "worker_crashed";
         /// The modes kept cannot carry the contact: those left out would not follow it at once.
-        ModalBasis = "modal_basis",
+        ModalBasis = 14, "modal_basis";
     }
 }
 
@@ -79,13 +90,13 @@ words! {
     /// Why a run ended.
     EndCause {
         /// The rotor came to rest.
-        Stopped = "stopped",
+        Stopped = 0, "stopped";
         /// `run.end_time` was reached.
-        EndTime = "end_time",
+        EndTime = 1, "end_time";
         /// The spin fell to `run.end_speed`.
-        EndSpeed = "end_speed",
+        EndSpeed = 2, "end_speed";
         /// The run failed; see `cause`.
-        Failure = "failure",
+        Failure = 3, "failure";
     }
 }
 
@@ -115,12 +126,12 @@ impl CauseSet {
     pub fn iter(self) -> impl Iterator<Item = Cause> {
         Cause::ALL.iter().copied().filter(move |&cause| self.contains(cause))
     }
-    /// Bits in messages.
+    /// Bits in records and messages: that of a cause is `1 << code`.
     #[must_use]
     pub fn bits(self) -> u32 {
         self.0
     }
-    /// From the bits in messages; `None` if a bit is not ours.
+    /// From those bits; `None` if one is not ours.
     #[must_use]
     pub fn from_bits(bits: u32) -> Option<Self> {
         (bits >> Cause::ALL.len() == 0).then_some(Self(bits))
@@ -144,6 +155,47 @@ mod tests {
         }
         assert_eq!(Cause::from_code(200), None);
         assert_eq!(EndCause::from_word("end_time"), Some(EndCause::EndTime));
+    }
+
+    /// What records of earlier builds hold. Lines are added here, never changed or removed.
+    #[test]
+    fn numbers_and_words_at_rest_stay() {
+        let statuses = [(0, "ok"), (1, "invalid"), (2, "failed"), (3, "quarantined")];
+        let causes = [
+            (0, "diverged"),
+            (1, "non_finite"),
+            (2, "energy_balance"),
+            (3, "normal_work"),
+            (4, "penetration"),
+            (5, "slip_reversal"),
+            (6, "loss_of_uniqueness"),
+            (7, "step_limit"),
+            (8, "panicked"),
+            (9, "time_limit"),
+            (10, "worker_killed"),
+            (11, "out_of_memory"),
+            (12, "outside_ring"),
+            (13, "worker_crashed"),
+            (14, "modal_basis"),
+        ];
+        let end_causes = [(0, "stopped"), (1, "end_time"), (2, "end_speed"), (3, "failure")];
+        assert_eq!(statuses.map(|(code, _)| Status::from_code(code).map(Status::word)), statuses.map(|(_, w)| Some(w)));
+        assert_eq!(causes.map(|(code, _)| Cause::from_code(code).map(Cause::word)), causes.map(|(_, w)| Some(w)));
+        let ends = end_causes.map(|(code, _)| EndCause::from_code(code).map(EndCause::word));
+        assert_eq!(ends, end_causes.map(|(_, word)| Some(word)));
+        assert!(statuses.iter().all(|&(code, word)| Status::from_word(word).map(Status::code) == Some(code)));
+        assert!(causes.iter().all(|&(code, word)| Cause::from_word(word).map(Cause::code) == Some(code)));
+        assert!(end_causes.iter().all(|&(code, word)| EndCause::from_word(word).map(EndCause::code) == Some(code)));
+        // A new one gets its line above.
+        assert_eq!((statuses.len(), causes.len()), (Status::ALL.len(), Cause::ALL.len()));
+        assert_eq!(end_causes.len(), EndCause::ALL.len());
+        for (code, word) in causes {
+            let set = CauseSet::from_bits(1 << code).expect("a bit of ours");
+            assert_eq!((set.words().as_deref(), set.bits()), (Some(word), 1 << code));
+        }
+        // One that a newer build may have given is none of ours.
+        assert_eq!((Status::from_code(4), Cause::from_code(15), EndCause::from_code(4)), (None, None, None));
+        assert_eq!(CauseSet::from_bits(1 << 15), None);
     }
 
     #[test]

@@ -25,8 +25,8 @@
 
 use super::part::Part;
 use crate::linalg::{Matrix, spd_inverse};
-use bladeoff_model::machine::DiaphragmKind;
 use crate::modal::ModeSet;
+use bladeoff_model::machine::DiaphragmKind;
 
 /// Largest share (2) of a run whose contact the modes kept carry; with contact and beyond it a run is invalid (`modal_basis`).
 pub const MODAL_LAG: f64 = 0.03;

@@ -12,10 +12,10 @@ pub use lag::MODAL_LAG;
 pub use part::Part;
 
 use crate::linalg::{Matrix, mul};
-use bladeoff_model::machine::{DiaphragmKind, Engine, Machine, RotorKind};
-use crate::modal::{Basis, BasisError, ModeSet};
+use crate::modal::{Basis, BasisError, ModeSet, is_key_of, modal_key};
 use crate::rotor::RotorMatrices;
 use crate::stator::RingMatrices;
+use bladeoff_model::machine::{DiaphragmKind, Engine, Machine, RotorKind};
 
 /// A flexible ring.
 #[derive(Debug, Clone, PartialEq)]
@@ -68,9 +68,9 @@ impl Structure {
         let flexible: Vec<RingMatrices> = rings.iter().flatten().cloned().collect();
         let basis = match frozen {
             Some(basis) => {
-                let expected = crate::modal::modal_key(machine);
-                if basis.key != expected {
-                    return Err(BasisError::OtherStructure { expected: hex(&expected), found: hex(&basis.key) });
+                if !is_key_of(&basis.key, machine) {
+                    let expected = hex(&modal_key(machine));
+                    return Err(BasisError::OtherStructure { expected, found: hex(&basis.key) });
                 }
                 basis.clone()
             }

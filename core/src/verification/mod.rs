@@ -10,9 +10,9 @@ mod ring;
 mod rub;
 
 use crate::engine::simulate;
-use bladeoff_model::machine::{Machine, MachineDef};
 use crate::record::{Follower, Frame};
 use crate::structure::Structure;
+use bladeoff_model::machine::{Machine, MachineDef};
 
 /// One number of a reference case.
 #[derive(Debug, Clone, PartialEq)]

@@ -217,6 +217,38 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
+    /// An entry of a later build: what this one does not know is said by name, whole as the bytes are.
+    #[test]
+    fn codes_of_a_later_build_are_refused_by_name() {
+        let outcome = Outcome {
+            status: Status::Invalid,
+            cause: Some(Cause::NormalWork),
+            causes: CauseSet::from_bits(1 << Cause::NormalWork.code()).expect("a cause"),
+            end_cause: EndCause::EndTime,
+            values: vec![Some(1.0)],
+        };
+        let entry = Entry { outcome, cpu_s: 1.0, worker: 1, attempt: 1 };
+        let with = |at: usize, code: u8| {
+            let mut bytes = entry.encode(SampleKey(1));
+            bytes[at] = code;
+            let content = bytes.len() - CHECKSUM;
+            let sum = checksum(&bytes[..content]);
+            bytes[content..].copy_from_slice(&sum);
+            bytes
+        };
+        assert_eq!(Entry::decode(&with(25, 1)), Ok((SampleKey(1), entry.clone())), "the place of the status");
+        let code = |what, code| RecordError::Code { what, code };
+        for (at, number, error) in [
+            (24, 3, RecordError::Version { found: 3 }),
+            (25, 4, code("status", 4)),
+            (26, 15, code("cause", 15)),
+            (27, 4, code("end cause", 4)),
+            (29, 0x80, code("causes", 0x8008)),
+        ] {
+            assert_eq!(Entry::decode(&with(at, number)).map(drop), Err(error), "byte {at}");
+        }
+    }
+
     prop_compose! {
         fn any_entry()(
             status in 0..4u8, cause in prop::option::of(0..Cause::ALL.len() as u8), end in 0..4u8,

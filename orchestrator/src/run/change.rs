@@ -4,6 +4,7 @@ use super::directory::{MACHINE, POINTS, STUDY};
 use super::keys::SampleKeys;
 use super::prepare::{Prepared, SAMPLES_KEY};
 use crate::study::{FrozenFiles, Samples, Study, Varied, load_frozen, show};
+use bladeoff_model::machine::ParamValue;
 use bladeoff_protocol::folder::Folder;
 use bladeoff_worker::plan::{BASIS_FILE, MOST_BASIS};
 use std::collections::{BTreeMap, BTreeSet};
@@ -143,7 +144,10 @@ fn values(varied: &Varied, length: u64) -> String {
     }
     let mut hasher = blake3::Hasher::new();
     (0..length).for_each(|position| {
-        hasher.update(format!("{:?}", varied.values.at(position)).as_bytes());
+        match varied.values.at(position) {
+            ParamValue::Number(number) => hasher.update(&number.to_bits().to_le_bytes()),
+            ParamValue::Choice(word) => hasher.update(word.as_bytes()).update(b","),
+        };
     });
     let mark: String = hasher.finalize().to_hex().chars().take(6).collect();
     format!("{length} values, {}, {} ... {} (hash {mark})", at(0), at(1), at(length - 1))

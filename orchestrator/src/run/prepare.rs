@@ -38,7 +38,7 @@ fn basis_machines(samples: &Samples) -> impl Iterator<Item = Result<Machine, Pro
 
 /// The basis of a study that has no directory yet.
 pub(super) fn new_basis(samples: &Samples) -> Result<Vec<u8>, RunError> {
-    basis(samples, None)
+    basis(samples, None, &[])
 }
 
 /// The basis that is frozen in the directory, if it serves this study; a new one otherwise. Another processor may compute
@@ -46,24 +46,26 @@ pub(super) fn new_basis(samples: &Samples) -> Result<Vec<u8>, RunError> {
 /// its hash, and a flipped bit would make another study of it.
 pub(super) fn frozen_basis(samples: &Samples, directory: &Folder, note: &dyn Fn(&str)) -> Result<Vec<u8>, RunError> {
     let frozen = directory.place(BASIS_FILE).read(MOST_BASIS).ok();
-    let recorded = || Reader::peek(directory.place(LEDGER)).ok()?.header().ok()?.remove("basis_blake3");
-    let is_known = |bytes: &Vec<u8>| {
-        let found = blake3::hash(bytes).to_hex().to_string();
-        let known: Vec<String> = planned_basis(directory).into_iter().chain(recorded()).collect();
-        known.is_empty() || known.contains(&found)
-    };
+    let recorded = Reader::peek(directory.place(LEDGER)).ok().and_then(|record| record.header().ok());
+    let recorded = recorded.and_then(|mut header| header.remove("basis_blake3"));
+    let known: Vec<String> = planned_basis(directory).into_iter().chain(recorded).collect();
     match frozen {
-        Some(bytes) if !is_known(&bytes) => {
+        Some(bytes) if !known.is_empty() && !known.contains(&hash(&bytes)) => {
             let again = "it is damaged (its BLAKE3 is not the one that plan and record have): it is computed again; should that \
                          give other last digits, on another kind of processor, put the file back from a copy";
             note(&format!("{BASIS_FILE}: {again}"));
-            basis(samples, None)
+            basis(samples, None, &known)
         }
-        frozen => basis(samples, frozen),
+        frozen => basis(samples, frozen, &known),
     }
 }
 
-fn basis(samples: &Samples, frozen: Option<Vec<u8>>) -> Result<Vec<u8>, RunError> {
+fn hash(bytes: &[u8]) -> String {
+    blake3::hash(bytes).to_hex().to_string()
+}
+
+/// `known`: the hashes that plan and record have of it, if there are any.
+fn basis(samples: &Samples, frozen: Option<Vec<u8>>, known: &[String]) -> Result<Vec<u8>, RunError> {
     let read = frozen.as_deref().and_then(|bytes| Basis::from_bytes(bytes).ok());
     let mut last = None;
     for machine in basis_machines(samples) {
@@ -74,11 +76,18 @@ fn basis(samples: &Samples, frozen: Option<Vec<u8>>) -> Result<Vec<u8>, RunError
             return Ok(bytes.clone());
         }
         match engine::build(&machine) {
-            Ok(structure) => return Ok(structure.basis().to_bytes()),
+            Ok(structure) => return Ok(as_known(structure.basis(), &machine, known)),
             Err(error) => last = Some(error),
         }
     }
     Err(last.expect("the first sample was tried").into())
+}
+
+/// A computed basis as bytes: with the key of an earlier build where that is what the directory was begun with.
+fn as_known(basis: &Basis, machine: &Machine, known: &[String]) -> Vec<u8> {
+    let bytes = basis.to_bytes();
+    let earlier = basis.with_key_2(machine).to_bytes();
+    if !known.contains(&hash(&bytes)) && known.contains(&hash(&earlier)) { earlier } else { bytes }
 }
 
 impl<'a> Prepared<'a> {

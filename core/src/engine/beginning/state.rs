@@ -7,9 +7,9 @@ use super::accelerations::{Accelerations, accelerations};
 use crate::engine::plan::StartError;
 use crate::engine::shaft_line::{Increments, ShaftLine};
 use crate::linalg::{Matrix, Vector, add_outer, axpy, solve};
-use bladeoff_model::machine::{Machine, Presence};
 use crate::rotor::UnbalanceSite;
 use crate::structure::Structure;
+use bladeoff_model::machine::{Machine, Presence};
 
 /// Puts the shaft line into its state at t = 0.
 ///

@@ -30,8 +30,8 @@ use step_contact::ContactFailure;
 
 use super::shaft_line::{Increments, ShaftLine};
 use crate::contact::Gap;
-use bladeoff_model::machine::{Diaphragm, DiaphragmKind, ForceLocation};
 use crate::structure::{RingPart, Structure};
+use bladeoff_model::machine::{Diaphragm, DiaphragmKind, ForceLocation};
 
 /// One diaphragm.
 pub(super) struct Rub<'a> {

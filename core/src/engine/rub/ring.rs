@@ -185,8 +185,8 @@ mod tests {
     use super::*;
     use crate::contact::{exact_gap, polar_gap};
     use crate::linalg::Matrix;
-    use bladeoff_model::machine::{FlexibleStator, Rayleigh, Ring as RingShape};
     use crate::stator::RingMatrices;
+    use bladeoff_model::machine::{FlexibleStator, Rayleigh, Ring as RingShape};
     use proptest::prelude::*;
 
     const NODES: usize = 6;

@@ -3,9 +3,9 @@
 use super::left_out::LeftOut;
 use super::ring::Ring;
 use crate::contact::{Gap, Place, exact_gap, polar_gap};
-use bladeoff_model::machine::{ContactSurface, Detection, Diaphragm};
 use crate::stator::Surface;
 use crate::structure::RingPart;
+use bladeoff_model::machine::{ContactSurface, Detection, Diaphragm};
 
 /// The stator of one diaphragm.
 pub(super) struct Stator<'a> {

@@ -25,9 +25,9 @@ use spin::Spin;
 use unbalances::Unbalances;
 
 use crate::linalg::{axpy, norm};
-use bladeoff_model::machine::Machine;
 use crate::rotor::{RotorMatrices, UnbalanceSite};
 use crate::structure::Structure;
+use bladeoff_model::machine::Machine;
 
 /// Increments of a rotor at rest are rounding of its state; they are judged by at least this part of it.
 const RESTING: f64 = 1e-4;

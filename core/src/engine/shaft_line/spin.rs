@@ -6,8 +6,8 @@ use super::brake::Brake;
 use super::prescribed::Prescribed;
 use super::stepper::Stepper;
 use crate::linalg::{axpy, dot};
-use bladeoff_model::machine::Machine;
 use crate::structure::Structure;
+use bladeoff_model::machine::Machine;
 
 /// The mean spin under way.
 #[derive(Debug, Clone)]

@@ -1,7 +1,7 @@
 //! The unbalances of a run: where they are at n and how they turn.
 
-use bladeoff_model::machine::Machine;
 use crate::rotor::{RotorMatrices, Turn, UnbalanceSite};
+use bladeoff_model::machine::Machine;
 
 /// All unbalances of a run.
 #[derive(Debug, Clone)]

@@ -1,0 +1,132 @@
+//! Which structure a basis belongs to: a hash of what the modes depend on, written out field by field.
+//!
+//! ```text
+//! basis 3
+//! shaft | point-mass MASS POLAR_INERTIA
+//! nodes Z ...
+//! element LENGTH DIAMETER INNER_DIAMETER YOUNG_MODULUS POISSON_RATIO DENSITY SHEAR_COEFFICIENT     one line each, from left to right
+//! disc NODE MASS TRANSVERSE_INERTIA POLAR_INERTIA                                                  in the order of the file
+//! bearing NODE KXX KXY KYX KYY
+//! ring YOUNG_MODULUS DENSITY MEAN_RADIUS THICKNESS WIDTH ELEMENTS                                  each flexible ring
+//! blades COUNT LENGTH THICKNESS WIDTH ELEMENTS                                                     where that ring has any
+//! modes ROTOR TWIST RING
+//! ```
+//! Numbers are the bits of an f64 in 16 hexadecimal digits, counts are decimal, what is not given is a dash. Every line says by its
+//! first word how it is read, so that two structures never have one text. Names and the numbers of sections are left out: no mode depends on them.
+//!
+//! The key is at rest in every result directory (`basis.bin`), and its bytes are part of the keys of the samples. So this text is a format: it changes with its
+//! version alone, and whoever changes it keeps reading the one before, as [`is_key_of`] does. That no name of Rust is in it
+//! is the use of writing it out: a field may be renamed. Every pattern here names all fields of its struct, so that a new one does not
+//! compile until it is decided whether the modes depend on it. Verified by `keys_are_those_at_rest`,
+//! `what_the_modes_depend_on_is_in_the_key_and_nothing_else`.
+
+use super::key_2::key_2;
+use bladeoff_model::machine::{
+    Bearing, Blades, DiaphragmKind, Disc, FlexibleStator, Machine, PointMass, Ring, RotorKind, Shaft, ShaftElement,
+};
+
+/// The key of a machine's basis.
+pub(crate) fn modal_key(machine: &Machine) -> [u8; 32] {
+    *blake3::hash(text(machine).as_bytes()).as_bytes()
+}
+
+/// Whether a basis with this key belongs to the machine: by the present key, or by that of version 2, which result
+/// directories of earlier builds have.
+pub(crate) fn is_key_of(key: &[u8; 32], machine: &Machine) -> bool {
+    *key == modal_key(machine) || *key == key_2(machine)
+}
+
+fn text(machine: &Machine) -> String {
+    let mut text = Text("basis 3\n".to_owned());
+    match &machine.rotor.kind {
+        RotorKind::PointMass(PointMass { mass, polar_inertia }) => {
+            text.word("point-mass").numbers(&[*mass, *polar_inertia]).end();
+        }
+        RotorKind::Shaft(shaft) => of_shaft(&mut text, shaft),
+    }
+    for bearing in &machine.rotor.bearings {
+        let Bearing { name: _, node, stiffness, damping: _, axial_stiffness: _ } = bearing;
+        text.word("bearing").count(*node).numbers(stiffness.as_flattened()).end();
+    }
+    for diaphragm in &machine.diaphragms {
+        match &diaphragm.kind {
+            DiaphragmKind::Flexible(stator) => of_ring(&mut text, stator),
+            DiaphragmKind::Rigid | DiaphragmKind::RadialSpring { stiffness: _ } => {}
+        }
+    }
+    text.word("modes");
+    for modes in [machine.run.rotor_modes, machine.run.twist_modes, machine.run.ring_modes] {
+        match modes {
+            Some(modes) => text.count(modes),
+            None => text.word("-"),
+        };
+    }
+    text.end();
+    text.0
+}
+
+fn of_shaft(text: &mut Text, shaft: &Shaft) {
+    let Shaft { nodes, elements, discs } = shaft;
+    text.word("shaft").end();
+    text.word("nodes").numbers(nodes).end();
+    for &element in elements {
+        let ShaftElement {
+            length,
+            diameter,
+            inner_diameter,
+            young_modulus,
+            poisson_ratio,
+            density,
+            shear_coefficient,
+            section: _,
+        } = element;
+        text.word("element");
+        text.numbers(&[length, diameter, inner_diameter, young_modulus, poisson_ratio, density]);
+        match shear_coefficient {
+            Some(coefficient) => text.numbers(&[coefficient]),
+            None => text.word("-"),
+        };
+        text.end();
+    }
+    for disc in discs {
+        let Disc { name: _, node, mass, transverse_inertia, polar_inertia } = disc;
+        text.word("disc").count(*node).numbers(&[*mass, *transverse_inertia, *polar_inertia]).end();
+    }
+}
+
+fn of_ring(text: &mut Text, stator: &FlexibleStator) {
+    // planar Euler-Bernoulli beams have no use for Poisson's ratio
+    let FlexibleStator { young_modulus, poisson_ratio: _, density, ring, blades, damping: _ } = stator;
+    let Ring { mean_radius, thickness, width, elements } = *ring;
+    text.word("ring").numbers(&[*young_modulus, *density, mean_radius, thickness, width]).count(elements).end();
+    if let Some(Blades { count, length, thickness, width, elements }) = *blades {
+        text.word("blades").count(count).numbers(&[length, thickness, width]).count(elements).end();
+    }
+}
+
+/// Lines of words with one space behind each.
+struct Text(String);
+
+impl Text {
+    fn word(&mut self, word: &str) -> &mut Self {
+        self.0.push_str(word);
+        self.0.push(' ');
+        self
+    }
+    fn count(&mut self, count: usize) -> &mut Self {
+        self.word(&count.to_string())
+    }
+    fn numbers(&mut self, numbers: &[f64]) -> &mut Self {
+        for number in numbers {
+            self.word(&format!("{:016x}", number.to_bits()));
+        }
+        self
+    }
+    fn end(&mut self) {
+        self.0.push('\n');
+    }
+}
+
+#[cfg(test)]
+#[path = "key_tests.rs"]
+mod tests;

@@ -1,0 +1,158 @@
+//! Keys at rest, field by field.
+
+use super::super::key_2::text as text_2;
+use super::*;
+use bladeoff_model::machine::MachineDef;
+
+fn machine(text: &str) -> Machine {
+    let def = MachineDef::parse("machine.toml", text).unwrap_or_else(|problems| panic!("{problems}"));
+    def.build().unwrap_or_else(|problems| panic!("{problems}"))
+}
+
+fn rig() -> Machine {
+    machine(include_str!("../../../studies/machines/lab_rig.toml"))
+}
+
+/// A point mass in a spring, with numbers that Rust writes with an exponent or a sign.
+fn point() -> Machine {
+    let mut point = machine(
+        "schema = 1\nname = \"point\"\n[run]\nend_time = 1\nstep = 1e-3\nring_modes = 8\n\
+         [rotor]\nkind = \"point-mass\"\nmass = 0.00001\npolar_inertia = 0.000001\ninitial_speed = 1\n\
+         [rotor.bearings.spring]\nstiffness = [[1e16, 0], [0, 12345678.9]]\ndamping = 1\n",
+    );
+    // no file gives it, and yet it is another text
+    point.rotor.bearings[0].stiffness[0][1] = -0.0;
+    point
+}
+
+fn hex(key: [u8; 32]) -> String {
+    blake3::Hash::from_bytes(key).to_hex().to_string()
+}
+
+/// Result directories have these. Whatever is renamed or moved, they stay.
+#[test]
+fn keys_are_those_at_rest() {
+    let turbine = machine(include_str!("../../../studies/machines/lp_turbine.toml"));
+    for (machine, version_3, version_2) in [
+        (
+            rig(),
+            "df7171f9e50f6e22aed21396ea694a6cadd7cbfcccac840609c835763b39c5b8",
+            "d9873f03123ffdb733dfcf4e8dee0e4140c2603ccf3ba82ac5a30f715be65640",
+        ),
+        (
+            turbine,
+            "a16092709177d28a849752df0c3168411fcda1def19863fa4345ad576575060d",
+            "8009033a56d04a90ecd549ea4ae31299538f7d23bd4331f88001a629d33442b9",
+        ),
+    ] {
+        assert_eq!((hex(modal_key(&machine)).as_str(), hex(key_2(&machine)).as_str()), (version_3, version_2));
+    }
+    let point = point();
+    let version_3 = "basis 3\npoint-mass 3ee4f8b588e368f1 3eb0c6f7a0b5ed8d \n\
+        bearing 0 4341c37937e08000 8000000000000000 0000000000000000 41678c29dccccccd \nmodes - - 8 \n";
+    assert_eq!(text(&point), version_3);
+    let version_2 = "basis 2 PointMass(PointMass { mass: 1e-5, polar_inertia: 1e-6 }) \
+        [(0, [[1e16, -0.0], [0.0, 12345678.9]])] [] (None, None, Some(8))";
+    assert_eq!(text_2(&point), version_2);
+    assert!(is_key_of(&key_2(&point), &point) && is_key_of(&modal_key(&point), &point));
+    assert!(!is_key_of(&key_2(&point), &rig()) && !is_key_of(&modal_key(&point), &rig()));
+}
+
+#[test]
+fn what_the_modes_depend_on_is_in_the_key_and_nothing_else() {
+    fn shaft(machine: &mut Machine) -> &mut Shaft {
+        let RotorKind::Shaft(shaft) = &mut machine.rotor.kind else { unreachable!("a shaft") };
+        shaft
+    }
+    fn stator(machine: &mut Machine) -> &mut FlexibleStator {
+        let DiaphragmKind::Flexible(stator) = &mut machine.diaphragms[0].kind else { unreachable!("a ring") };
+        stator
+    }
+    fn blades(machine: &mut Machine) -> &mut Blades {
+        stator(machine).blades.as_mut().expect("blades")
+    }
+    type Change = fn(&mut Machine);
+    let changes: &[Change] = &[
+        |m| shaft(m).nodes[1] += 1e-9,
+        |m| shaft(m).nodes.push(2.0),
+        |m| shaft(m).elements[3].length += 1e-9,
+        |m| shaft(m).elements[3].diameter += 1e-9,
+        |m| shaft(m).elements[3].inner_diameter += 1e-9,
+        |m| shaft(m).elements[3].young_modulus += 1.0,
+        |m| shaft(m).elements[3].poisson_ratio += 1e-9,
+        |m| shaft(m).elements[3].density += 1e-9,
+        |m| shaft(m).elements[3].shear_coefficient = Some(0.8),
+        |m| shaft(m).elements[3].shear_coefficient = None,
+        |m| shaft(m).elements.swap(1, 2),
+        |m| assert!(shaft(m).elements.pop().is_some()),
+        |m| shaft(m).discs[1].node += 1,
+        |m| shaft(m).discs[1].mass += 1e-9,
+        |m| shaft(m).discs[1].transverse_inertia += 1e-9,
+        |m| shaft(m).discs[1].polar_inertia += 1e-9,
+        |m| assert!(shaft(m).discs.pop().is_some()),
+        |m| m.rotor.bearings[1].node -= 1,
+        |m| m.rotor.bearings[1].stiffness[0][1] = 1.0,
+        |m| m.rotor.bearings[1].stiffness[1][0] = 1.0,
+        |m| m.rotor.bearings[1].stiffness[0][0] += 1.0,
+        |m| m.rotor.bearings[1].stiffness[1][1] += 1.0,
+        |m| assert!(m.rotor.bearings.pop().is_some()),
+        |m| stator(m).young_modulus += 1.0,
+        |m| stator(m).density += 1e-9,
+        |m| stator(m).ring.mean_radius += 1e-9,
+        |m| stator(m).ring.thickness += 1e-9,
+        |m| stator(m).ring.width += 1e-9,
+        |m| stator(m).ring.elements += 8,
+        |m| stator(m).blades = None,
+        |m| blades(m).count += 8,
+        |m| blades(m).length += 1e-9,
+        |m| blades(m).thickness += 1e-9,
+        |m| blades(m).width += 1e-9,
+        |m| blades(m).elements += 1,
+        |m| m.diaphragms.clear(),
+        |m| m.diaphragms.push(m.diaphragms[0].clone()),
+        |m| m.run.rotor_modes = Some(8),
+        |m| m.run.twist_modes = Some(8),
+        |m| m.run.ring_modes = Some(8),
+        |m| m.rotor.kind = RotorKind::PointMass(PointMass { mass: 1.0, polar_inertia: 2.0 }),
+        |m| m.rotor.kind = RotorKind::PointMass(PointMass { mass: 2.0, polar_inertia: 1.0 }),
+    ];
+    let mut keys = std::collections::BTreeSet::from([modal_key(&rig())]);
+    for (number, change) in changes.iter().enumerate() {
+        let mut machine = rig();
+        change(&mut machine);
+        assert!(keys.insert(modal_key(&machine)), "change {number} is not in the key");
+    }
+    let nothing: &[Change] = &[
+        |m| m.name.push('x'),
+        |m| shaft(m).discs[0].name.push('x'),
+        |m| shaft(m).elements[3].section += 1,
+        |m| m.rotor.bearings[0].name.push('x'),
+        |m| m.rotor.bearings[0].damping[0][0] += 1.0,
+        |m| m.rotor.unbalances.clear(),
+        |m| m.rotor.initial_speed += 1.0,
+        |m| stator(m).poisson_ratio += 0.01,
+        |m| stator(m).damping.mass_proportional += 1.0,
+        |m| m.diaphragms[0].contact.gap += 1e-4,
+        |m| m.run.end_time += 1.0,
+    ];
+    for (number, change) in nothing.iter().enumerate() {
+        let mut machine = rig();
+        change(&mut machine);
+        assert_eq!(modal_key(&machine), modal_key(&rig()), "change {number} is in the key");
+    }
+}
+
+/// No name of Rust gets into a key through a struct that is printed: only numbers and text are.
+#[test]
+fn keys_are_not_made_of_what_rust_prints_of_a_struct() {
+    let printed = |source: &str| -> Vec<String> {
+        let code = source.split("#[cfg(test)]").next().expect("code").lines();
+        code.filter(|line| line.contains(":?")).map(|line| line.trim().to_owned()).collect()
+    };
+    assert_eq!(printed(include_str!("key.rs")), [""; 0]);
+    let lines = printed(include_str!("key_2.rs"));
+    let [disc, number] = lines.as_slice() else { panic!("{lines:?}") };
+    assert!(disc.starts_with(r#""Disc {{ name: {:?}, node: {}, "#), "the name of a disc, quoted: {disc}");
+    assert_eq!(number, r#"format!("{value:?}")"#);
+    assert!(include_str!("key_2.rs").contains("fn number(value: f64) -> String {"));
+}
