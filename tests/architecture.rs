@@ -2,6 +2,7 @@
 
 mod support;
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use support::{root, say};
@@ -42,7 +43,8 @@ fn drawn_folders() -> Vec<PathBuf> {
 }
 
 /// The packages, the inner one first.
-const PACKAGES: [&str; 4] = ["worker/protocol", "core", "worker", "orchestrator"];
+const PACKAGES: [&str; 7] =
+    ["worker/protocol", "orchestrator/study", "orchestrator/answers", "system", "core", "worker", "orchestrator"];
 
 /// Where a drawn folder lies: packages keep their modules in `src`.
 fn real(drawn: &Path) -> PathBuf {
@@ -73,9 +75,7 @@ fn every_module_folder_is_drawn() {
 fn libraries_are_named_where_they_may_be() {
     // Library, and the files that may name it.
     let rules: [(&str, &dyn Fn(&str) -> bool); 6] = [
-        ("polars", &|file| {
-            file.starts_with("orchestrator/src/results/") || file.starts_with("orchestrator/src/analysis/")
-        }),
+        ("polars", &|file| file.starts_with("orchestrator/answers/src/tables/")),
         ("iceoryx2", &|file| file.starts_with("worker/protocol/src/ipc")),
         ("faer", &|file| file.starts_with("core/src/linalg/")),
         ("mcap", &|file| file.starts_with("orchestrator/src/history/")),
@@ -102,23 +102,83 @@ fn libraries_are_named_where_they_may_be() {
     assert!(seen > 4, "the libraries were found at all");
 }
 
-#[test]
-fn packages_depend_in_one_direction() {
-    for (package, may) in [
-        ("core", &[][..]),
-        ("worker/protocol", &["bladeoff-core"]),
-        ("worker", &["bladeoff-core", "bladeoff-protocol"]),
-        ("orchestrator", &["bladeoff-core", "bladeoff-protocol", "bladeoff-worker"]),
-    ] {
-        let manifest = read(&format!("{package}/Cargo.toml"));
-        for line in manifest.lines().filter(|line| line.starts_with("bladeoff-")) {
-            let name = line.split(['.', ' ', '=']).next().expect("a name");
-            assert!(may.contains(&name), "{package} depends on {name}");
+/// A package, and which of ours it may depend on.
+const LAYERS: [(&str, &[&str]); 7] = [
+    ("core", &[]),
+    ("system", &["bladeoff-core"]),
+    ("worker/protocol", &["bladeoff-core", "bladeoff-system"]),
+    ("worker", &["bladeoff-core", "bladeoff-system", "bladeoff-protocol"]),
+    ("orchestrator/study", &["bladeoff-core", "bladeoff-system"]),
+    ("orchestrator/answers", &["bladeoff-core", "bladeoff-system"]),
+    (
+        "orchestrator",
+        &[
+            "bladeoff-core",
+            "bladeoff-system",
+            "bladeoff-protocol",
+            "bladeoff-worker",
+            "bladeoff-study",
+            "bladeoff-answers",
+        ],
+    ),
+];
+
+/// What the outside world is reached by, and the packages that may depend on it.
+const LIBRARIES: [(&str, &[&str]); 12] = [
+    ("faer", &["core"]),
+    ("iceoryx2", &["worker/protocol"]),
+    ("iceoryx2-bb-posix", &["worker/protocol"]),
+    ("mcap", &["orchestrator"]),
+    ("plotters", &["orchestrator/answers"]),
+    ("polars", &["orchestrator/answers"]),
+    ("polars-parquet", &["orchestrator/answers"]),
+    ("rayon", &["system", "orchestrator/study", "orchestrator"]),
+    ("redb", &["orchestrator"]),
+    ("resvg", &["orchestrator/answers"]),
+    ("tokio", &["orchestrator"]),
+    ("clap", &["orchestrator"]),
+];
+
+/// What a package depends on, for its tests, too.
+fn dependencies(package: &str) -> Vec<String> {
+    let manifest = read(&format!("{package}/Cargo.toml"));
+    let mut within = false;
+    let mut found = Vec::new();
+    for line in manifest.lines() {
+        if line.starts_with('[') {
+            within = line.ends_with("dependencies]");
+            assert!(within || !line.contains("dependencies"), "{package}: {line} is not read by this test");
+        } else if let Some(name) = line.split(['.', ' ', '=']).next().filter(|name| within && !name.is_empty()) {
+            found.push(name.to_owned());
         }
     }
-    let core = read("core/Cargo.toml");
-    for library in ["tokio", "iceoryx2", "polars", "mcap"] {
-        assert!(!core.contains(library), "core depends on {library}");
+    assert!(!found.is_empty(), "{package} depends on something");
+    found
+}
+
+#[test]
+fn packages_depend_in_one_direction() {
+    let members = read("Cargo.toml");
+    let members = members.lines().find(|line| line.starts_with("members = ")).expect("the members");
+    let members: BTreeSet<&str> = members.split('"').skip(1).step_by(2).collect();
+    assert_eq!(members, LAYERS.map(|(package, _)| package).into(), "every package has its layer");
+    assert_eq!(members, PACKAGES.into());
+    for (package, may) in LAYERS {
+        let found = dependencies(package);
+        for name in found.iter().filter(|name| name.starts_with("bladeoff")) {
+            assert!(may.contains(&name.as_str()), "{package} depends on {name}");
+        }
+        for (library, packages) in LIBRARIES {
+            assert!(
+                !found.iter().any(|name| name == library) || packages.contains(&package),
+                "{package} names {library}"
+            );
+        }
+    }
+    for (library, packages) in LIBRARIES {
+        for package in packages {
+            assert!(dependencies(package).iter().any(|name| name == library), "{package} has no use for {library}");
+        }
     }
 }
 

@@ -2,15 +2,16 @@
 
 use super::error::CliError;
 use super::run::at_least_one;
-use crate::call;
 use crate::engine::{self, EngineError};
 use crate::history::{Decimation, Format, Recorder, Settings, left_behind};
-use crate::report::{RunWatch, counted, duration};
+use crate::report::RunWatch;
+use bladeoff_answers::report::{counted, duration};
 use bladeoff_core::document::units::{format_quantity, parse_bare_or_quantity};
 use bladeoff_core::machine::Machine;
 use bladeoff_core::outcome::Outcome;
 use bladeoff_core::structure::Structure;
 use bladeoff_core::transient::{NoHistory, Observer, Plan};
+use bladeoff_system::call;
 use std::ffi::OsStr;
 use std::path::PathBuf;
 use std::time::Instant;

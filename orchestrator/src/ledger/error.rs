@@ -1,7 +1,7 @@
 //! What can go wrong with the record, and which of it is damage.
 
 use super::{LEDGER_VERSION, RecordError};
-use crate::files::FileError;
+use bladeoff_system::files::FileError;
 use std::io;
 use std::path::{Path, PathBuf};
 

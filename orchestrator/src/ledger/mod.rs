@@ -17,11 +17,12 @@ mod salvage;
 
 pub use error::LedgerError;
 pub use read::{Reader, State};
-pub use record::{Entry, Head, RecordError, SampleKey};
+pub use record::{Entry, Head, RecordError};
 pub use salvage::Remains;
 
-use crate::files::FileError;
-use bladeoff_protocol::place::{Identity, Place};
+use bladeoff_study::SampleKey;
+use bladeoff_system::files::FileError;
+use bladeoff_system::place::{Identity, Place};
 use redb::{Database, TableDefinition};
 use std::fs::File;
 use std::os::unix::fs::MetadataExt;
@@ -208,7 +209,7 @@ pub fn is_store(place: &Place) -> bool {
 
 /// The library answers some damaged files with a panic; that is damage, too.
 fn guarded<T>(path: &Path, read: impl FnOnce() -> Result<T, LedgerError>) -> Result<T, LedgerError> {
-    crate::guarded::guarded(read).unwrap_or_else(|| {
+    bladeoff_system::guarded::guarded(read).unwrap_or_else(|| {
         Err(LedgerError::Damaged { path: path.to_path_buf(), detail: "its structure contradicts itself".to_owned() })
     })
 }

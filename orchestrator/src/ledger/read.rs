@@ -4,7 +4,7 @@ use super::overlay::Overlay;
 use super::{
     CACHE_BYTES, Entry, HEADER, Head, LEDGER_VERSION, Ledger, LedgerError, RESULTS, RecordError, VERSION_KEY, guarded,
 };
-use bladeoff_protocol::place::Place;
+use bladeoff_system::place::Place;
 use redb::{Database, ReadTransaction, ReadableDatabase, ReadableTable, ReadableTableMetadata};
 use std::collections::BTreeMap;
 use std::sync::Arc;

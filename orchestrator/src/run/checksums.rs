@@ -8,11 +8,11 @@
 use super::directory::{LEDGER, MACHINE, MANIFEST, PARTS, POINTS, RESULTS, STUDY, TIMINGS, row_files, timing_files};
 use super::manifest::{Checksums, provenance as told_inputs};
 use super::status::{RunState, see};
-use crate::files::FileError;
 use crate::ledger::Reader;
-use crate::results::{Checksum, TableError, count_sound_rows};
-use bladeoff_protocol::folder::Folder;
-use bladeoff_protocol::place::Place;
+use bladeoff_answers::tables::{Checksum, TableError, count_sound_rows};
+use bladeoff_system::files::FileError;
+use bladeoff_system::folder::Folder;
+use bladeoff_system::place::Place;
 use bladeoff_worker::plan::BASIS_FILE;
 use blake3::{Hash, Hasher};
 use std::io::{self, Read};
