@@ -206,12 +206,12 @@ fn studies_that_are_shipped_are_valid() {
 
 /// The table of docs/machines.md, made from the format itself.
 fn table_of_keys() -> String {
-    use bladeoff_core::machine::{Kind, Need, keys};
+    use bladeoff_model::machine::{Kind, Need, keys};
     let mut table = String::from("| key | holds | default | meaning |\n|---|---|---|---|\n");
     for key in keys() {
         let words = |words: &[&str]| words.iter().map(|word| format!("`\"{word}\"`")).collect::<Vec<_>>().join(", ");
         let number = |unit: &str| {
-            if key.range == bladeoff_core::machine::Range::ANY && unit.is_empty() {
+            if key.range == bladeoff_model::machine::Range::ANY && unit.is_empty() {
                 "number".to_owned()
             } else {
                 key.range.words(unit)

@@ -482,7 +482,7 @@ fn the_study_of_the_paper_s_table_is_an_ordinary_study() {
     assert_eq!(samples.count(), 2 * 3 * 5);
     let text = fs::read_to_string(root().join("studies/machines/lp_turbine.toml")).expect("the machine");
     let own =
-        bladeoff_core::machine::MachineDef::parse("lp_turbine.toml", &text).expect("valid").build().expect("valid");
+        bladeoff_model::machine::MachineDef::parse("lp_turbine.toml", &text).expect("valid").build().expect("valid");
     let mut kinds = std::collections::BTreeSet::new();
     for sample in 0..samples.count() {
         let machine = samples.machine(sample).build().expect("every sample can be built");

@@ -1,10 +1,10 @@
 //! Histories: what is recorded is what happened, the run is not changed by being watched, files survive a cut.
 
 use bladeoff::history::{Decimation, HistoryError, Recorder, Settings, catalogue, read, recover, select};
-use bladeoff_core::machine::{Machine, MachineDef};
+use bladeoff_core::engine::{NoHistory, Plan, simulate};
 use bladeoff_core::outcome::{Outcome, columns};
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::{NoHistory, Plan, simulate};
+use bladeoff_model::machine::{Machine, MachineDef};
 use std::path::Path;
 
 /// The lab rig through its first impacts.

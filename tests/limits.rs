@@ -6,8 +6,8 @@ mod cap;
 mod support;
 
 use bladeoff::run::own_columns;
-use bladeoff_core::document::{MOST_PROBLEMS, Problems};
-use bladeoff_core::machine::{MachineDef, ParamValue};
+use bladeoff_model::document::{MOST_PROBLEMS, Problems};
+use bladeoff_model::machine::{MachineDef, ParamValue};
 use bladeoff_study::{Samples, StudyError, load};
 use cap::case;
 use std::process::Command;

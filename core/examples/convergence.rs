@@ -6,10 +6,10 @@
 
 use std::collections::BTreeMap;
 
-use bladeoff_core::machine::{Machine, MachineDef};
+use bladeoff_core::engine::{Frame, NoHistory, Observer, simulate};
 use bladeoff_core::outcome::columns;
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::{Frame, NoHistory, Observer, simulate};
+use bladeoff_model::machine::{Machine, MachineDef};
 
 type Values = BTreeMap<String, f64>;
 type Sets<'a> = &'a [(&'a str, &'a str)];

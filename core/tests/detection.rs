@@ -3,8 +3,8 @@
 mod common;
 
 use bladeoff_core::contact::{Detector, exact_gap, polar_gap};
-use bladeoff_core::machine::DiaphragmKind;
 use bladeoff_core::stator::{RingMatrices, Surface};
+use bladeoff_model::machine::DiaphragmKind;
 use common::{machine, study_machine};
 
 /// A reproducible stream in -1..1.

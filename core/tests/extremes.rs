@@ -10,9 +10,9 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
 
-use bladeoff_core::machine::{MachineDef, ParamValue, PathInfo, PathKind};
+use bladeoff_core::engine::{NoHistory, simulate};
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::{NoHistory, simulate};
+use bladeoff_model::machine::{MachineDef, ParamValue, PathInfo, PathKind};
 use common::study_machine;
 use proptest::prelude::*;
 

@@ -4,11 +4,11 @@
 
 mod common;
 
-use bladeoff_core::machine::Machine;
+use bladeoff_core::engine::Plan;
 use bladeoff_core::modal::DEFAULT_ROTOR_MODES;
 use bladeoff_core::outcome::columns;
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::Plan;
+use bladeoff_model::machine::Machine;
 use common::{Row, machine_with, run, study_machine};
 
 fn turn_vector([x, y]: [f64; 2], angle: f64) -> [f64; 2] {

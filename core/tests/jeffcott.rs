@@ -2,8 +2,8 @@
 
 mod common;
 
+use bladeoff_core::engine::Frame;
 use bladeoff_core::rotor::RotorMatrices;
-use bladeoff_core::transient::Frame;
 use common::{Every, Row, close, machine, machine_with, run, run_seen, study_machine, vertex};
 
 /// All mass 1 at eccentricity `e` on k = 1, damping ratio zeta; `tail`: speed, law, braking.

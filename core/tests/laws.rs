@@ -5,9 +5,9 @@
 mod common;
 
 use bladeoff_core::linalg::{Matrix, Vector};
-use bladeoff_core::machine::{DiaphragmKind, Machine};
 use bladeoff_core::rotor::RotorMatrices;
 use bladeoff_core::stator::RingMatrices;
+use bladeoff_model::machine::{DiaphragmKind, Machine};
 use common::{Every, Row, machine, machine_with, run, run_seen, study_machine};
 use proptest::prelude::*;
 
@@ -92,7 +92,7 @@ proptest! {
     #[test]
     fn rigid_motions_of_the_shaft_cost_nothing_and_carry_its_inertia(m in random_machine(), tilt in -1.0..1.0f64) {
         let rotor = RotorMatrices::assemble(&m.rotor);
-        let bladeoff_core::machine::RotorKind::Shaft(shaft) = &m.rotor.kind else { unreachable!("a shaft") };
+        let bladeoff_model::machine::RotorKind::Shaft(shaft) = &m.rotor.kind else { unreachable!("a shaft") };
         // without bearings
         let mut free = m.rotor.clone();
         free.bearings.clear();

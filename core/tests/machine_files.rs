@@ -4,7 +4,7 @@
 use std::f64::consts::PI;
 use std::fmt::Write;
 
-use bladeoff_core::machine::{
+use bladeoff_model::machine::{
     ContactSurface, Detection, DiaphragmKind, Engine, Machine, MachineDef, ParamValue, PathError, PathKind, Presence,
     RotorKind, UnbalanceKind, machine_template,
 };

@@ -2,8 +2,8 @@
 
 mod common;
 
-use bladeoff_core::machine::Machine;
 use bladeoff_core::modal::{OVERDAMPED, SpeedModes, Whirl, followed_modes, report};
+use bladeoff_model::machine::Machine;
 use common::{machine, machine_with, study_machine};
 use std::f64::consts::PI;
 

@@ -4,10 +4,10 @@
 
 mod common;
 
-use bladeoff_core::machine::{Machine, UnbalanceKind};
 use bladeoff_core::modal::{report, whirl_modes};
 use bladeoff_core::outcome::{EndCause, Status};
 use bladeoff_core::rotor::RotorMatrices;
+use bladeoff_model::machine::{Machine, UnbalanceKind};
 use common::{Every, Row, close, machine, run, run_seen, study_machine};
 use serde_json::Value;
 

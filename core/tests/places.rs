@@ -2,9 +2,9 @@
 
 mod common;
 
-use bladeoff_core::machine::{Machine, MachineDef, RotorKind, Shaft};
 use bladeoff_core::modal::report;
 use bladeoff_core::structure::Structure;
+use bladeoff_model::machine::{Machine, MachineDef, RotorKind, Shaft};
 use common::{machine, study_machine};
 
 /// Steel shaft of 1 m on two bearings; lengths that are sums of powers of two, so that nodes and differences are exact.

@@ -3,9 +3,9 @@
 mod common;
 
 use bladeoff_core::linalg::{Matrix, Vector, mul_tn, symmetric_generalised};
-use bladeoff_core::machine::{DiaphragmKind, FlexibleStator};
 use bladeoff_core::modal::report;
 use bladeoff_core::stator::RingMatrices;
+use bladeoff_model::machine::{DiaphragmKind, FlexibleStator};
 use common::{close, machine};
 use std::f64::consts::PI;
 

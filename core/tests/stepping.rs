@@ -3,9 +3,9 @@
 
 mod common;
 
+use bladeoff_core::engine::{NoHistory, Plan, simulate, unresolved_damping};
 use bladeoff_core::outcome::{Cause, EndCause, Status};
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::{NoHistory, Plan, simulate, unresolved_damping};
 use common::{Every, Row, close, machine, machine_with, run, run_seen, study_machine};
 
 /// A shaft of one element with its blade at one of two bearings.

@@ -3,11 +3,11 @@
 
 mod common;
 
-use bladeoff_core::document::Problem;
-use bladeoff_core::machine::MachineDef;
+use bladeoff_core::engine::{NoHistory, Plan, simulate};
 use bladeoff_core::outcome::Status;
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::{NoHistory, Plan, simulate};
+use bladeoff_model::document::Problem;
+use bladeoff_model::machine::MachineDef;
 use common::{Every, machine, machine_with, run, run_seen, study_machine};
 
 /// The one problem of a machine text with values replaced by path.

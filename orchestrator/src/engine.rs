@@ -1,11 +1,11 @@
 //! The calls into the solver, in one place.
 
+use bladeoff_core::engine::{self, NoHistory, Observer, Plan, PlanError};
 use bladeoff_core::linalg::EigenError;
-use bladeoff_core::machine::{Detection, Engine, Machine};
 use bladeoff_core::modal::{Basis, BasisError, ModesReport, report};
 use bladeoff_core::outcome::{Column, Outcome};
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::{self, NoHistory, Observer, Plan, PlanError};
+use bladeoff_model::machine::{Detection, Engine, Machine};
 
 /// Why the solver refuses a machine before the first step.
 #[derive(Debug, thiserror::Error)]

@@ -5,9 +5,9 @@
 //! one. What that misses ends in its row with status failed.
 
 use crate::engine::{self, EngineError};
-use bladeoff_core::document::Problems;
-use bladeoff_core::machine::MachineDef;
 use bladeoff_core::structure::Structure;
+use bladeoff_model::document::Problems;
+use bladeoff_model::machine::MachineDef;
 use bladeoff_study::{Chosen, Samples};
 
 /// Most runs that are started.

@@ -1,6 +1,6 @@
 //! A file operation that failed, and the one that files and places have in common.
 
-use bladeoff_core::document::visible;
+use bladeoff_model::document::visible;
 use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};

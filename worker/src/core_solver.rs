@@ -1,11 +1,11 @@
 //! The solver of the product: a sample's parameters into the machine, the machine through the core.
 
-use bladeoff_core::document::Problems;
-use bladeoff_core::machine::{Machine, MachineDef, ParamValue, PathError, PathInfo, ValueError};
+use bladeoff_core::engine::{self, NoHistory, PlanError};
 use bladeoff_core::modal::{Basis, BasisError};
 use bladeoff_core::outcome::{Cause, CauseSet, EndCause, Outcome, Status};
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::{self, NoHistory, PlanError};
+use bladeoff_model::document::Problems;
+use bladeoff_model::machine::{Machine, MachineDef, ParamValue, PathError, PathInfo, ValueError};
 
 use crate::plan::WorkPlan;
 use crate::serve::Solver;

@@ -6,7 +6,7 @@
 
 use std::path::{Path, PathBuf};
 
-use bladeoff_core::machine::ParamValue;
+use bladeoff_model::machine::ParamValue;
 use bladeoff_system::files::{FileError, write_whole};
 use bladeoff_system::folder::Folder;
 use bladeoff_system::place::Place;

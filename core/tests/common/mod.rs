@@ -1,10 +1,10 @@
 //! What the verification tests share: machines from text, runs, values by column name, time series.
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
-use bladeoff_core::machine::{Machine, MachineDef};
+use bladeoff_core::engine::{Frame, NoHistory, Observer, simulate};
 use bladeoff_core::outcome::{Outcome, columns};
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::{Frame, NoHistory, Observer, simulate};
+use bladeoff_model::machine::{Machine, MachineDef};
 
 /// A machine from the text of a machine file.
 pub fn machine(text: &str) -> Machine {

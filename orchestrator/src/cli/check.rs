@@ -6,7 +6,7 @@ use super::exit::Exit;
 use super::output::{print, remark};
 use super::run::PartArgs;
 use bladeoff_answers::report::{Align, TextTable, counted};
-use bladeoff_core::machine::ParamValue;
+use bladeoff_model::machine::ParamValue;
 use bladeoff_study::{Axis, Samples, fixed_angle, show};
 use std::path::PathBuf;
 

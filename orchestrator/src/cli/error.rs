@@ -11,7 +11,7 @@ use crate::run::directory::LEDGER;
 use crate::starts::StartError;
 use bladeoff_answers::figures::FigureError;
 use bladeoff_answers::tables::TableError;
-use bladeoff_core::document::Problems;
+use bladeoff_model::document::Problems;
 use bladeoff_study::design::DesignError;
 use bladeoff_study::{InputError, StudyError};
 use bladeoff_system::call;

@@ -5,7 +5,7 @@ use super::output::{print, remark};
 use super::run::default_workers;
 use crate::engine;
 use bladeoff_answers::report::{Align, TextTable, counted, duration};
-use bladeoff_core::transient::{Frame, Observer};
+use bladeoff_core::engine::{Frame, Observer};
 use bladeoff_study::Samples;
 use bladeoff_worker::process::thread_cpu_time;
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -6,7 +6,7 @@ use super::output::remark;
 use crate::run::directory::{MANIFEST, PARTS, RESULTS, row_files};
 use crate::run::refuse_changed;
 use bladeoff_answers::tables::{TableError, export_csv};
-use bladeoff_core::document::visible_lines;
+use bladeoff_model::document::visible_lines;
 use bladeoff_system::files::Pending;
 use std::io::{self, BufWriter, IsTerminal, Write};
 use std::path::{Path, PathBuf};

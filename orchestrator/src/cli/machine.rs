@@ -1,8 +1,8 @@
 //! A machine file and overrides of it, as several subcommands take them.
 
 use super::error::CliError;
-use bladeoff_core::document::MAX_FILE_BYTES;
-use bladeoff_core::machine::{Machine, MachineDef};
+use bladeoff_model::document::MAX_FILE_BYTES;
+use bladeoff_model::machine::{Machine, MachineDef};
 use bladeoff_study::read_input;
 use bladeoff_system::call::word;
 use std::path::PathBuf;

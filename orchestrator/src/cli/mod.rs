@@ -33,7 +33,7 @@ pub use exit::{EXIT_CODES, Exit};
 pub use status::text as status_text;
 pub use why::text as why_text;
 
-use bladeoff_core::document::visible;
+use bladeoff_model::document::visible;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::panic;
 use std::process::ExitCode;

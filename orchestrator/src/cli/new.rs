@@ -3,7 +3,7 @@
 use super::error::CliError;
 use super::exit::Exit;
 use super::output::{print, remark};
-use bladeoff_core::machine::machine_template;
+use bladeoff_model::machine::machine_template;
 use bladeoff_study::{STUDY_MACHINE, STUDY_TEMPLATE};
 use bladeoff_system::files::write_whole;
 use std::path::PathBuf;

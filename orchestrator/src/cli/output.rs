@@ -2,7 +2,7 @@
 //! would act on a terminal: whatever came from files, their names and other programs is made visible here.
 
 use super::error::CliError;
-use bladeoff_core::document::{visible_json, visible_lines};
+use bladeoff_model::document::{visible_json, visible_lines};
 use std::io::{self, Write};
 
 /// Writes data to standard output.

@@ -5,7 +5,7 @@ use super::exit::Exit;
 use super::machine::MachineArgs;
 use super::output::{print, print_json};
 use bladeoff_answers::report::{Align, TextTable, wrapped};
-use bladeoff_core::machine::{ParamValue, PathInfo, PathKind};
+use bladeoff_model::machine::{ParamValue, PathInfo, PathKind};
 use serde_json::{Value, json};
 use std::io::{self, IsTerminal};
 
@@ -110,7 +110,7 @@ fn as_json(paths: &[PathInfo]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bladeoff_core::machine::MachineDef;
+    use bladeoff_model::machine::MachineDef;
 
     #[test]
     fn lines_fit_the_terminal_and_lose_nothing() {

@@ -8,7 +8,7 @@ use bladeoff_answers::figures::{
     Figure, Line, Panel, Ring, Scale, orbits, order_map, panels, plain_name, ring_of, spectrogram,
 };
 use bladeoff_answers::history::{History, Series};
-use bladeoff_core::document::units::{format_quantity, parse_bare_or_quantity};
+use bladeoff_model::document::units::{format_quantity, parse_bare_or_quantity};
 use bladeoff_system::files::FileError;
 use std::path::{Path, PathBuf};
 

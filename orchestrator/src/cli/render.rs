@@ -3,7 +3,7 @@
 use super::error::CliError;
 use super::excerpt::Excerpt;
 use crate::starts::StartError;
-use bladeoff_core::document::{Problem, Problems, visible, visible_lines};
+use bladeoff_model::document::{Problem, Problems, visible, visible_lines};
 use bladeoff_study::StudyError;
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, SourceCode};
 use std::error::Error;
@@ -113,7 +113,7 @@ impl Diagnostic for Shown<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bladeoff_core::document::Collector;
+    use bladeoff_model::document::Collector;
 
     #[test]
     fn a_problem_is_shown_with_place_line_and_nearest_name() {

@@ -10,10 +10,10 @@ use crate::engine;
 use crate::report::{OutcomeView, beyond_the_model, cause_in_words, describe_outcome};
 use bladeoff_answers::report::duration;
 use bladeoff_answers::tables::{TableSchema, verdict_fields};
-use bladeoff_core::document::units::format_quantity;
-use bladeoff_core::machine::{Machine, MachineDef};
+use bladeoff_core::engine::Plan;
 use bladeoff_core::outcome::{Outcome, Status};
-use bladeoff_core::transient::Plan;
+use bladeoff_model::document::units::format_quantity;
+use bladeoff_model::machine::{Machine, MachineDef};
 use bladeoff_system::call::word;
 use std::time::Instant;
 

@@ -7,7 +7,7 @@ use super::place::default_directory;
 use crate::report::Eta;
 use crate::run::{RunState, Seen, Verified, see, verify};
 use bladeoff_answers::report::{Align, TextTable, counted};
-use bladeoff_core::document::visible;
+use bladeoff_model::document::visible;
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 use std::time::Duration;

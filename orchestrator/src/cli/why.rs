@@ -11,10 +11,10 @@ use crate::run::directory::{MACHINE, MANIFEST, POINTS, STUDY, WORKER_LOG, read_c
 use crate::run::{RunState, own_columns, refuse_changed, refuse_changed_timings, see};
 use bladeoff_answers::report::duration;
 use bladeoff_answers::tables::{Table, TableError, Timing};
-use bladeoff_core::document::units::format_quantity;
-use bladeoff_core::document::visible;
-use bladeoff_core::machine::ParamValue;
 use bladeoff_core::outcome::{Cause, CauseSet, ColumnKind, EndCause, Outcome, Status};
+use bladeoff_model::document::units::format_quantity;
+use bladeoff_model::document::visible;
+use bladeoff_model::machine::ParamValue;
 use bladeoff_study::{FrozenFiles, Samples, load_frozen, show};
 use bladeoff_system::call;
 use bladeoff_system::place::Place;

@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::Write;
 use std::path::PathBuf;
 
-use bladeoff_core::document::visible;
+use bladeoff_model::document::visible;
 use bladeoff_protocol::messages::WorkerId;
 use bladeoff_system::place::Place;
 

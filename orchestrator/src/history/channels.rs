@@ -5,10 +5,10 @@
 
 use super::HistoryError;
 use bladeoff_answers::history::{History, matches};
-use bladeoff_core::machine::{DiaphragmKind, Machine, RotorKind};
+use bladeoff_core::engine::{ContactFrame, Energies, Frame};
 use bladeoff_core::stress::ShaftStresses;
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::{ContactFrame, Energies, Frame};
+use bladeoff_model::machine::{DiaphragmKind, Machine, RotorKind};
 
 /// One scalar over time.
 #[derive(Debug, Clone)]

@@ -6,11 +6,11 @@ use super::mcap_file::McapSink;
 use super::table::ParquetSink;
 use super::{Format, HISTORY_VERSION, HistoryError, Sink};
 use bladeoff_answers::history::About;
-use bladeoff_core::machine::{Detection, DiaphragmKind, Engine, Machine, RotorKind};
+use bladeoff_core::engine::{FILTER, Frame, Observer, Plan};
 use bladeoff_core::outcome::{ColumnKind, Outcome, columns};
 use bladeoff_core::stress::ShaftStresses;
 use bladeoff_core::structure::Structure;
-use bladeoff_core::transient::{FILTER, Frame, Observer, Plan};
+use bladeoff_model::machine::{Detection, DiaphragmKind, Engine, Machine, RotorKind};
 use std::collections::VecDeque;
 use std::path::PathBuf;
 

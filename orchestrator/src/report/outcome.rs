@@ -1,8 +1,8 @@
 //! One run in words: what ended it, whether to believe it, the main quantities with their time.
 
 use bladeoff_answers::report::percent;
-use bladeoff_core::document::units::format_quantity;
 use bladeoff_core::outcome::{Cause, Column, ColumnKind, EndCause, Outcome, Status};
+use bladeoff_model::document::units::format_quantity;
 use std::fmt::Write;
 
 /// An outcome with the columns that name its values.
@@ -282,7 +282,7 @@ mod tests {
     #[test]
     fn every_quantity_of_a_machine_is_shown_once_and_in_a_group_that_has_a_name() {
         let text = include_str!("../../../studies/machines/lp_turbine.toml");
-        let machine = bladeoff_core::machine::MachineDef::parse("lp_turbine.toml", text).expect("valid");
+        let machine = bladeoff_model::machine::MachineDef::parse("lp_turbine.toml", text).expect("valid");
         let columns = bladeoff_core::outcome::columns(&machine.build().expect("valid"));
         let values = (0..columns.len()).map(|_| Some(0.0)).collect();
         let (status, end_cause, causes) = (Status::Ok, EndCause::EndTime, CauseSet::default());

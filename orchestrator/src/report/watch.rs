@@ -2,9 +2,9 @@
 
 use super::bar::{Bar, fitting};
 use bladeoff_answers::report::duration;
-use bladeoff_core::document::units::format_digits;
-use bladeoff_core::machine::Machine;
-use bladeoff_core::transient::{Frame, Observer};
+use bladeoff_core::engine::{Frame, Observer};
+use bladeoff_model::document::units::format_digits;
+use bladeoff_model::machine::Machine;
 use std::collections::VecDeque;
 use std::io::Write;
 use std::time::{Duration, Instant};
@@ -133,9 +133,9 @@ impl Observer for RunWatch<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bladeoff_core::machine::MachineDef;
+    use bladeoff_core::engine::{NoHistory, simulate};
     use bladeoff_core::structure::Structure;
-    use bladeoff_core::transient::{NoHistory, simulate};
+    use bladeoff_model::machine::MachineDef;
 
     #[test]
     fn a_line_has_time_speed_pace_and_what_is_left() {

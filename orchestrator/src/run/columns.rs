@@ -2,7 +2,7 @@
 
 use crate::engine;
 use bladeoff_answers::tables::{Field, FieldKind, TableSchema};
-use bladeoff_core::machine::Machine;
+use bladeoff_model::machine::Machine;
 use bladeoff_study::{Column, ColumnKind, Samples};
 
 /// All columns of the table of these samples; `machine`: one of theirs.

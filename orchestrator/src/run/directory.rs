@@ -6,7 +6,7 @@ use super::lock::{Holder, Lock, Mark, mark};
 use super::trust::check;
 use crate::ledger::is_store;
 use bladeoff_answers::tables::TableError;
-use bladeoff_core::document::visible;
+use bladeoff_model::document::visible;
 use bladeoff_study::Study;
 use bladeoff_system::files::{FileError, sync_directory, write_whole};
 use bladeoff_system::folder::Folder;

@@ -6,7 +6,7 @@
 //! time at once and over what was there: what it says tells a directory that a run began from one of somebody else.
 
 use super::stamp::{host, timestamp};
-use bladeoff_core::document::visible;
+use bladeoff_model::document::visible;
 use bladeoff_system::files::FileError;
 use bladeoff_system::folder::Folder;
 use serde_json::{Value, json};

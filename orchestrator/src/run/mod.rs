@@ -45,7 +45,7 @@ use crate::engine::EngineError;
 use crate::ledger::LedgerError;
 use crate::report::{Progress, Tally};
 use bladeoff_answers::tables::{TableError, start_threads};
-use bladeoff_core::document::Problems;
+use bladeoff_model::document::Problems;
 use bladeoff_study::Samples;
 use bladeoff_system::files::{FileError, write_whole};
 use bladeoff_system::folder::Folder;

@@ -1,7 +1,7 @@
 //! Whether a study leaves the release angle at one value where it decides the loads.
 
 use super::{Samples, ValueList};
-use bladeoff_core::machine::{DiaphragmKind, Machine, ParamValue, Presence};
+use bladeoff_model::machine::{DiaphragmKind, Machine, ParamValue, Presence};
 use std::f64::consts::TAU;
 
 /// Starts a cell that are proposed.
@@ -161,7 +161,7 @@ fn listed(words: &[String]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bladeoff_core::machine::MachineDef;
+    use bladeoff_model::machine::MachineDef;
 
     fn rig(changes: &[(&str, &str)]) -> Machine {
         let text = include_str!("../../../studies/machines/lab_rig.toml");

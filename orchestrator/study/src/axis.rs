@@ -1,8 +1,8 @@
 //! One axis of a study: one parameter, or several that advance together.
 
 use super::ValueList;
-use bladeoff_core::document::units::format_digits;
-use bladeoff_core::machine::{ParamValue, PathInfo, PathKind};
+use bladeoff_model::document::units::format_digits;
+use bladeoff_model::machine::{ParamValue, PathInfo, PathKind};
 use std::ops::Range;
 
 /// Most parameters that vary: a message to a worker has room for so many.

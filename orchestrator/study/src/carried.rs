@@ -3,8 +3,8 @@
 use super::axis::{Axis, Column, ColumnKind};
 use super::csv::{Cell, Csv};
 use super::table::{Keys, wrong_type};
-use bladeoff_core::document::{Collector, Value, cut};
-use bladeoff_core::machine::ParamValue;
+use bladeoff_model::document::{Collector, Value, cut};
+use bladeoff_model::machine::ParamValue;
 use std::ops::Range;
 
 /// Most columns of a points file that are no parameters.

@@ -7,7 +7,7 @@
 //! ```
 //! What may be read in two ways is refused with its line, never guessed.
 
-use bladeoff_core::document::{BYTE_ORDER_MARK, Collector};
+use bladeoff_model::document::{BYTE_ORDER_MARK, Collector};
 use std::borrow::Cow;
 use std::ops::Range;
 

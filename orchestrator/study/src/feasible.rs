@@ -6,8 +6,8 @@
 //! first value, and every corner (all combinations of first and last values); what that misses fails in its sample.
 
 use super::{Samples, StudyError};
-use bladeoff_core::document::{Collector, Problem, Problems};
-use bladeoff_core::machine::MachineDef;
+use bladeoff_model::document::{Collector, Problem, Problems};
+use bladeoff_model::machine::MachineDef;
 use bladeoff_system::threads::in_parallel;
 use rayon::prelude::*;
 use std::collections::BTreeMap;

@@ -1,6 +1,6 @@
 //! Reading what the user names: regular UTF-8 files of sensible size, from sensible places.
 
-use bladeoff_core::document::cut;
+use bladeoff_model::document::cut;
 use bladeoff_system::place::{Place, Unfit};
 use std::io;
 use std::path::{Component, Path, PathBuf};

@@ -5,7 +5,7 @@
 //! `--scale`, `--limit` or order of axes, and whether a parameter is varied or written in the machine file.
 
 use super::{Axis, Samples};
-use bladeoff_core::machine::{ParamValue, STEP_LIMIT};
+use bladeoff_model::machine::{ParamValue, STEP_LIMIT};
 
 /// Identity of a sample's inputs: its machine, the numerics version and the basis. Equal keys, equal outcomes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

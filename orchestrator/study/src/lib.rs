@@ -41,8 +41,8 @@ pub use twin::{TWIN, TwinShare};
 pub use values::ValueList;
 
 use crate::design::DesignError;
-use bladeoff_core::document::Problems;
-use bladeoff_core::machine::{MachineDef, ParamValue, PathInfo};
+use bladeoff_model::document::Problems;
+use bladeoff_model::machine::{MachineDef, ParamValue, PathInfo};
 use bladeoff_system::threads::ThreadsError;
 
 /// Version of the study format.

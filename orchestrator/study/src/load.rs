@@ -8,8 +8,8 @@ use super::table::{Keys, scalar_text, wrong_type};
 use super::twin::{TWIN, TwinShare};
 use super::vary::{PathTable, read_vary};
 use super::{Axis, MOST_VARIED, STUDY_SCHEMA, Study, StudyError};
-use bladeoff_core::document::{Collector, Entry, MAX_FILE_BYTES, Node, Problems, Value, cut, parse_toml};
-use bladeoff_core::machine::{Machine, MachineDef, ParamValue, PathInfo};
+use bladeoff_model::document::{Collector, Entry, MAX_FILE_BYTES, Node, Problems, Value, cut, parse_toml};
+use bladeoff_model::machine::{Machine, MachineDef, ParamValue, PathInfo};
 use bladeoff_system::call::program;
 use std::path::{Path, PathBuf};
 

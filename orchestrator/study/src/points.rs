@@ -10,8 +10,8 @@ use super::carried::{Carried, Gathering, Others};
 use super::csv::{Cell, Csv, DecimalSign};
 use super::values::Gathered;
 use super::vary::{MOST_POINTS, PathTable, one_kind};
-use bladeoff_core::document::{Collector, Problems, cut};
-use bladeoff_core::machine::PathInfo;
+use bladeoff_model::document::{Collector, Problems, cut};
+use bladeoff_model::machine::PathInfo;
 use std::ops::Range;
 
 /// What the points file is to the study.

@@ -3,8 +3,8 @@
 use super::axis::show;
 use super::{Axis, Carried, Column, ColumnKind, Study, StudyError, Varied};
 use crate::design::{Design, DesignError, Thinned};
-use bladeoff_core::document::Collector;
-use bladeoff_core::machine::{MachineDef, ParamValue};
+use bladeoff_model::document::Collector;
+use bladeoff_model::machine::{MachineDef, ParamValue};
 
 /// A study and the part of it that is to be computed.
 #[derive(Debug, Clone)]

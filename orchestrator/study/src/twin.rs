@@ -9,8 +9,8 @@
 //! of the twins, and their number is the share's within one or two. Sample 0 is always chosen.
 
 use super::table::wrong_type;
-use bladeoff_core::document::{Collector, Entry, Value};
-use bladeoff_core::machine::{MachineDef, ParamValue, PathInfo};
+use bladeoff_model::document::{Collector, Entry, Value};
+use bladeoff_model::machine::{MachineDef, ParamValue, PathInfo};
 
 /// Path of the shift.
 pub const TWIN: &str = "run.twin";

@@ -1,6 +1,6 @@
 //! The values of one parameter along an axis: 8 bytes for a number, one for a word, nothing for a point of a range.
 
-use bladeoff_core::machine::{ParamValue, PathInfo, PathKind};
+use bladeoff_model::machine::{ParamValue, PathInfo, PathKind};
 
 /// Values along an axis.
 #[derive(Debug, Clone, PartialEq)]
@@ -140,7 +140,7 @@ fn greatest_common_divisor(mut a: u64, mut b: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bladeoff_core::machine::MachineDef;
+    use bladeoff_model::machine::MachineDef;
 
     #[test]
     fn values_are_kept_as_given_and_not_mixed() {

@@ -3,9 +3,9 @@
 use super::axis::{Axis, MOST_VARIED, Varied};
 use super::table::{Keys, scalar_text, wrong_type};
 use super::values::{Gathered, Mixed, ValueList};
-use bladeoff_core::document::units::QuantityError;
-use bladeoff_core::document::{Collector, Entry, Node, Value, cut};
-use bladeoff_core::machine::{
+use bladeoff_model::document::units::QuantityError;
+use bladeoff_model::document::{Collector, Entry, Node, Value, cut};
+use bladeoff_model::machine::{
     MachineDef, ParamValue, PathError, PathInfo, PathKind, ValueError, is_of_the_format, some_of,
 };
 use bladeoff_system::call::program;

@@ -3,8 +3,8 @@
 use super::panels::{Line, Mark, Panel, tall};
 use super::style::GREY;
 use super::{COLOURS, Figure, FigureError};
-use bladeoff_core::machine::Machine;
 use bladeoff_core::modal::{SpeedModes, Whirl, followed_modes, report};
+use bladeoff_model::machine::Machine;
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
 

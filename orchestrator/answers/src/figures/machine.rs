@@ -2,7 +2,7 @@
 
 use super::style::{FINE, GREY, SMALL, TEXT, TITLE, tick, to_scale};
 use super::{Area, COLOURS, Figure, FigureError};
-use bladeoff_core::machine::{DiaphragmKind, Disc, Machine, RotorKind, Shaft};
+use bladeoff_model::machine::{DiaphragmKind, Disc, Machine, RotorKind, Shaft};
 use plotters::element::{Circle, PathElement, Polygon, Rectangle, Text};
 use plotters::prelude::{BLACK, ChartBuilder, Color, IntoFont, RGBColor, WHITE};
 use plotters::style::text_anchor::{HPos, Pos, VPos};

@@ -30,7 +30,7 @@ pub use style::{COLOURS, Scale, plain_name};
 
 use style::FINE;
 
-use bladeoff_core::document::pictured_lines;
+use bladeoff_model::document::pictured_lines;
 use bladeoff_system::files::write_whole;
 use plotters::coord::Shift;
 use plotters::prelude::{DrawingArea, FontStyle, IntoDrawingArea, SVGBackend, WHITE};

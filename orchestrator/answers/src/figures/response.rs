@@ -3,8 +3,8 @@
 use super::panels::{Line, Mark, Panel, panels};
 use super::style::GREY;
 use super::{COLOURS, Figure, FigureError, Scale};
-use bladeoff_core::machine::{Machine, RotorKind};
 use bladeoff_core::modal::{UnbalanceResponse, report, unbalance_response as responses};
+use bladeoff_model::machine::{Machine, RotorKind};
 use std::f64::consts::PI;
 
 /// Evenly spaced speeds of a curve, and more of them around each critical speed.

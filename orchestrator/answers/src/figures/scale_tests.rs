@@ -2,8 +2,8 @@
 
 use super::{Figure, machine, orbits, ring_shapes};
 use crate::history::{About, History, Series};
-use bladeoff_core::machine::{Machine, MachineDef, RotorKind};
 use bladeoff_core::structure::Structure;
+use bladeoff_model::machine::{Machine, MachineDef, RotorKind};
 use std::f64::consts::PI;
 
 /// Circles may be off round by this much: whole units of the drawing on both sides.

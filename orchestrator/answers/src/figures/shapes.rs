@@ -3,9 +3,9 @@
 use super::style::{FINE, GREY, SMALL, TEXT, TITLE, to_scale};
 use super::{Area, COLOURS, Figure, FigureError, Line, Mark, Panel, panels};
 use bladeoff_core::linalg::column_of;
-use bladeoff_core::machine::{DiaphragmKind, FlexibleStator, Machine, RotorKind, Shaft};
 use bladeoff_core::modal::report;
 use bladeoff_core::rotor::deflection;
+use bladeoff_model::machine::{DiaphragmKind, FlexibleStator, Machine, RotorKind, Shaft};
 
 use bladeoff_core::structure::{RingPart, Structure};
 use plotters::prelude::{BLACK, ChartBuilder, Circle, Color, IntoFont, LineSeries, PathElement};

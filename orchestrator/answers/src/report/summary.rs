@@ -5,7 +5,7 @@
 
 use super::text::{Align, TextTable};
 use crate::tables::{DETECTION, Table};
-use bladeoff_core::document::units::format_digits;
+use bladeoff_model::document::units::format_digits;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 

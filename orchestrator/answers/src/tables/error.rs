@@ -1,7 +1,7 @@
 //! Why a table is not written or read.
 
 use super::schema::SCHEMA_VERSION;
-use bladeoff_core::document::visible;
+use bladeoff_model::document::visible;
 use bladeoff_system::files::FileError;
 use std::path::PathBuf;
 
