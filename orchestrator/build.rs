@@ -8,11 +8,20 @@ use std::path::Path;
 use std::process::Command;
 
 /// What the program is made of, seen from the repository.
-const SOURCES: [&str; 5] = ["core", "worker", "orchestrator", "Cargo.toml", "Cargo.lock"];
+const SOURCES: [&str; 6] = ["system", "core", "worker", "orchestrator", "Cargo.toml", "Cargo.lock"];
 
 fn main() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    for source in ["core/src", "worker/src", "worker/protocol/src", "orchestrator/src", "Cargo.lock"] {
+    for source in [
+        "system/src",
+        "core/src",
+        "worker/src",
+        "worker/protocol/src",
+        "orchestrator/study/src",
+        "orchestrator/answers/src",
+        "orchestrator/src",
+        "Cargo.lock",
+    ] {
         println!("cargo::rerun-if-changed={}", root.join(source).display());
     }
     println!("cargo::rerun-if-changed=build.rs");

@@ -2,6 +2,7 @@
 
 mod support;
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use support::{root, say};
@@ -42,7 +43,16 @@ fn drawn_folders() -> Vec<PathBuf> {
 }
 
 /// The packages, the inner one first.
-const PACKAGES: [&str; 5] = ["worker/protocol", "core/model", "core", "worker", "orchestrator"];
+const PACKAGES: [&str; 8] = [
+    "worker/protocol",
+    "orchestrator/study",
+    "orchestrator/answers",
+    "system",
+    "core/model",
+    "core",
+    "worker",
+    "orchestrator",
+];
 
 /// Where a drawn folder lies: packages keep their modules in `src`.
 fn real(drawn: &Path) -> PathBuf {
@@ -73,9 +83,7 @@ fn every_module_folder_is_drawn() {
 fn libraries_are_named_where_they_may_be() {
     // Library, and the files that may name it.
     let rules: [(&str, &dyn Fn(&str) -> bool); 6] = [
-        ("polars", &|file| {
-            file.starts_with("orchestrator/src/results/") || file.starts_with("orchestrator/src/analysis/")
-        }),
+        ("polars", &|file| file.starts_with("orchestrator/answers/src/tables/")),
         ("iceoryx2", &|file| file.starts_with("worker/protocol/src/ipc")),
         ("faer", &|file| file.starts_with("core/src/linalg/")),
         ("mcap", &|file| file.starts_with("orchestrator/src/history/")),
@@ -102,62 +110,77 @@ fn libraries_are_named_where_they_may_be() {
     assert!(seen > 4, "the libraries were found at all");
 }
 
-#[test]
-fn packages_depend_in_one_direction() {
-    // Every package of the workspace, and the packages it may depend on.
-    let rules = [
-        ("core/model", &[][..]),
-        ("core", &["model"]),
-        ("worker/protocol", &["model", "core"]),
-        ("worker", &["model", "core", "protocol"]),
-        ("orchestrator", &["model", "core", "protocol", "worker"]),
-    ];
-    let workspace = read("Cargo.toml");
-    let members = workspace.lines().find_map(|line| line.strip_prefix("members = ")).expect("the members");
-    let mut members: Vec<&str> = members.split('"').skip(1).step_by(2).collect();
-    let (mut ruled, mut drawn) = (rules.map(|(package, _)| package), PACKAGES);
-    members.sort_unstable();
-    ruled.sort_unstable();
-    drawn.sort_unstable();
-    assert_eq!((&members[..], &members[..]), (&ruled[..], &drawn[..]), "every package has its rule");
-    for (package, may) in rules {
-        for name in dependencies(package) {
-            if let Some(other) = name.strip_prefix("bladeoff-") {
-                assert!(may.contains(&other), "{package} depends on {name}");
-            }
-        }
-    }
-}
+/// A package, and which of ours it may depend on.
+const LAYERS: [(&str, &[&str]); 8] = [
+    ("core/model", &[]),
+    ("core", &["model"]),
+    ("system", &["model"]),
+    ("worker/protocol", &["model", "core", "system"]),
+    ("worker", &["model", "core", "system", "protocol"]),
+    ("orchestrator/study", &["model", "system"]),
+    ("orchestrator/answers", &["model", "core", "system"]),
+    ("orchestrator", &["model", "core", "system", "protocol", "worker", "study", "answers"]),
+];
 
-/// What the manifest of a package says it depends on, in tests too.
+/// What the outside world is reached by, and the packages that may depend on it.
+const LIBRARIES: [(&str, &[&str]); 14] = [
+    // the reader of the files' language, and matrices: who reads has none, who computes reads nothing
+    ("toml", &["core/model"]),
+    ("nalgebra", &["core"]),
+    ("faer", &["core"]),
+    ("iceoryx2", &["worker/protocol"]),
+    ("iceoryx2-bb-posix", &["worker/protocol"]),
+    ("mcap", &["orchestrator"]),
+    ("plotters", &["orchestrator/answers"]),
+    ("polars", &["orchestrator/answers"]),
+    ("polars-parquet", &["orchestrator/answers"]),
+    ("rayon", &["system", "orchestrator/study", "orchestrator"]),
+    ("redb", &["orchestrator"]),
+    ("resvg", &["orchestrator/answers"]),
+    ("tokio", &["orchestrator"]),
+    ("clap", &["orchestrator"]),
+];
+
+/// What a package depends on, for its tests, too.
 fn dependencies(package: &str) -> Vec<String> {
     let manifest = read(&format!("{package}/Cargo.toml"));
-    let sections = manifest
-        .split("\n[")
-        .filter(|section| section.starts_with("dependencies") || section.starts_with("dev-dependencies"));
-    let lines = sections.flat_map(|section| section.lines().skip(1));
-    lines
-        .filter_map(|line| Some(line.split(['.', ' ', '=']).next()?.to_owned()))
-        .filter(|name| !name.is_empty())
-        .collect()
+    let mut within = false;
+    let mut found = Vec::new();
+    for line in manifest.lines() {
+        if line.starts_with('[') {
+            within = line.ends_with("dependencies]");
+            assert!(within || !line.contains("dependencies"), "{package}: {line} is not read by this test");
+        } else if let Some(name) = line.split(['.', ' ', '=']).next().filter(|name| within && !name.is_empty()) {
+            found.push(name.to_owned());
+        }
+    }
+    assert!(!found.is_empty(), "{package} depends on something");
+    found
 }
 
 #[test]
-fn libraries_are_linked_where_they_may_be() {
-    for (library, may) in [
-        // the reader of the files' language, and matrices: who reads has none, who computes reads nothing
-        ("toml", "core/model"),
-        ("faer", "core"),
-        ("nalgebra", "core"),
-        ("iceoryx2", "worker/protocol"),
-        ("tokio", "orchestrator"),
-        ("polars", "orchestrator"),
-        ("mcap", "orchestrator"),
-        ("redb", "orchestrator"),
-    ] {
-        let found: Vec<&str> =
-            PACKAGES.into_iter().filter(|package| dependencies(package).iter().any(|name| name == library)).collect();
-        assert_eq!(found, [may], "{library}");
+fn packages_depend_in_one_direction() {
+    let members = read("Cargo.toml");
+    let members = members.lines().find(|line| line.starts_with("members = ")).expect("the members");
+    let members: BTreeSet<&str> = members.split('"').skip(1).step_by(2).collect();
+    assert_eq!(members, LAYERS.map(|(package, _)| package).into(), "every package has its layer");
+    assert_eq!(members, PACKAGES.into());
+    for (package, may) in LAYERS {
+        let found = dependencies(package);
+        for name in found.iter().filter_map(|name| name.strip_prefix("bladeoff-")) {
+            assert!(may.contains(&name), "{package} depends on bladeoff-{name}");
+        }
+        for (library, packages) in LIBRARIES {
+            assert!(
+                !found.iter().any(|name| name == library) || packages.contains(&package),
+                "{package} names {library}"
+            );
+        }
+    }
+    for (library, packages) in LIBRARIES {
+        for package in packages {
+            assert!(dependencies(package).iter().any(|name| name == library), "{package} has no use for {library}");
+        }
     }
 }
 

@@ -475,8 +475,10 @@ fn split(line: &str) -> Vec<String> {
 /// machine's own.
 #[test]
 fn the_study_of_the_paper_s_table_is_an_ordinary_study() {
-    use bladeoff::study::{Samples, load};
-    let samples = Samples::new(load(&root().join("studies/table1.toml")).expect("valid"), None, None).expect("samples");
+    use bladeoff::run::own_columns;
+    use bladeoff_study::{Samples, load};
+    let samples = Samples::new(load(&root().join("studies/table1.toml"), own_columns).expect("valid"), None, None)
+        .expect("samples");
     assert_eq!(samples.count(), 2 * 3 * 5);
     let text = fs::read_to_string(root().join("studies/machines/lp_turbine.toml")).expect("the machine");
     let own =

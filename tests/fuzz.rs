@@ -8,12 +8,12 @@ mod cap;
 mod support;
 
 use bladeoff::cli::{status_text, why_text};
-use bladeoff::files::Pending;
-use bladeoff::results::{Table, Timing, TimingsWriter};
-use bladeoff::run::rehearsal;
-use bladeoff::study::{Samples, load, parse_duration, parse_memory};
+use bladeoff::run::{own_columns, rehearsal};
+use bladeoff_answers::tables::{Table, Timing, TimingsWriter};
 use bladeoff_core::modal::Basis;
 use bladeoff_model::machine::MachineDef;
+use bladeoff_study::{Samples, load, parse_duration, parse_memory};
+use bladeoff_system::files::Pending;
 use bladeoff_worker::core_solver::CoreSolver;
 use bladeoff_worker::plan::{BASIS_FILE, PLAN_FILE, WorkPlan};
 use cap::case;
@@ -152,11 +152,11 @@ impl Files {
     }
     /// Loads the study and, if it is one, looks at its first and last sample.
     fn load(&self) {
-        let Ok(study) = load(&self.0.path().join("s.toml")) else { return };
+        let Ok(study) = load(&self.0.path().join("s.toml"), own_columns) else { return };
         let Ok(samples) = Samples::new(study, None, None) else { return };
         for sample in [0, samples.count().saturating_sub(1)].into_iter().take(samples.count().min(2) as usize) {
             assert_eq!(samples.values(sample).len(), samples.parameters().count());
-            assert_eq!(samples.cells(sample).len(), samples.fields().len());
+            assert_eq!(samples.cells(sample).len(), samples.columns().len());
             let _ = samples.machine(sample).build();
         }
     }
@@ -165,7 +165,7 @@ impl Files {
 #[test]
 fn what_is_changed_is_valid_at_first() {
     let files = Files::new();
-    let study = load(&files.0.path().join("s.toml")).expect("valid");
+    let study = load(&files.0.path().join("s.toml"), own_columns).expect("valid");
     assert_eq!(Samples::new(study, None, None).expect("small").count(), 3 * 8 * 2);
 }
 
@@ -237,7 +237,7 @@ impl Directory {
         // As a killed run leaves it, so that the lock is read.
         fs::write(folder.path("out/run.lock"), "{\"host\":\"h\",\"pid\":1,\"started\":\"2026\"}\n").expect("written");
         let study = folder.write("changed.toml", &text.replace("0.002 s", "0.003 s"));
-        let changed = Samples::new(load(study.as_ref()).expect("a study"), None, None).expect("small");
+        let changed = Samples::new(load(study.as_ref(), own_columns).expect("a study"), None, None).expect("small");
         Self { out: folder.path("out"), folder, changed }
     }
 

@@ -5,9 +5,10 @@
 mod cap;
 mod support;
 
-use bladeoff::study::{Samples, StudyError, load};
+use bladeoff::run::own_columns;
 use bladeoff_model::document::{MOST_PROBLEMS, Problems};
 use bladeoff_model::machine::{MachineDef, ParamValue};
+use bladeoff_study::{Samples, StudyError, load};
 use cap::case;
 use std::process::Command;
 use support::{Folder, said, say};
@@ -18,7 +19,7 @@ const POINTS: &str = "[points]\nfile = \"points.csv\"\n";
 /// The problems of a study that is refused within this memory.
 fn refused(most: usize, folder: &Folder, text: &str) -> Vec<Problems> {
     let study = folder.write("s.toml", text);
-    match case(most, || load(study.as_ref())) {
+    match case(most, || load(study.as_ref(), own_columns)) {
         Err(StudyError::Problems(files)) => files,
         other => panic!("{other:?}"),
     }
@@ -34,7 +35,9 @@ fn a_points_file_costs_its_bytes_and_eight_per_cell() {
     folder.write("points.csv", &points);
     let study = folder.write("s.toml", &format!("{HEAD}{POINTS}"));
     let most = points.len() + rows * (8 + 8 + 1) + (1 << 20);
-    let samples = case(most, || Samples::new(load(study.as_ref()).expect("valid"), None, None).expect("not too many"));
+    let samples = case(most, || {
+        Samples::new(load(study.as_ref(), own_columns).expect("valid"), None, None).expect("not too many")
+    });
     assert_eq!(samples.count(), rows as u64);
     let word = ParamValue::Choice("hyp2".to_owned());
     assert_eq!(samples.values(199_999), [ParamValue::Number(0.000_499_999), ParamValue::Number(0.299), word]);

@@ -2,9 +2,9 @@
 
 mod support;
 
-use bladeoff::results::{Table, read_metadata};
 use bladeoff::run::directory::{PARTS, read_current, row_files};
-use bladeoff::run::rehearsal;
+use bladeoff::run::{own_columns, rehearsal};
+use bladeoff_answers::tables::{Table, read_metadata};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::os::unix::process::ExitStatusExt;
@@ -56,7 +56,7 @@ fn rows(files: &[PathBuf]) -> BTreeMap<u64, Vec<String>> {
     read(files).expect("readable")
 }
 
-fn read(files: &[PathBuf]) -> Result<BTreeMap<u64, Vec<String>>, bladeoff::results::TableError> {
+fn read(files: &[PathBuf]) -> Result<BTreeMap<u64, Vec<String>>, bladeoff_answers::tables::TableError> {
     let mut all = BTreeMap::new();
     for file in files {
         let names = Table::names_in(file)?;
@@ -248,8 +248,8 @@ fn a_growth_replaces_the_parts_of_other_numbers() {
 fn many_rows_are_cut_into_parts() {
     let folder = Folder::new();
     let text = STUDY.replace("count = 5", "count = 17500");
-    let study = bladeoff::study::load(Path::new(&folder.write("s.toml", &text))).expect("a study");
-    let samples = bladeoff::study::Samples::new(study, None, None).expect("70 000");
+    let study = bladeoff_study::load(Path::new(&folder.write("s.toml", &text)), own_columns).expect("a study");
+    let samples = bladeoff_study::Samples::new(study, None, None).expect("70 000");
     rehearsal::fill(&folder.path("out"), &samples).expect("filled");
     rehearsal::time_parts(&folder.path("out"), &samples).expect("written");
     let files = row_files(&folder.path("out"));

@@ -5,7 +5,8 @@
 mod support;
 
 use bladeoff_core::NUMERICS_VERSION;
-use bladeoff_core::outcome::{ColumnKind, columns};
+use bladeoff_core::outcome::ColumnKind;
+use bladeoff_core::record::columns;
 use bladeoff_core::structure::Structure;
 use bladeoff_model::machine::MachineDef;
 use serde_json::Value;

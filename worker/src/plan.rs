@@ -7,9 +7,9 @@
 use std::path::{Path, PathBuf};
 
 use bladeoff_model::machine::ParamValue;
-use bladeoff_protocol::files::{FileError, write_whole};
-use bladeoff_protocol::folder::Folder;
-use bladeoff_protocol::place::Place;
+use bladeoff_system::files::{FileError, write_whole};
+use bladeoff_system::folder::Folder;
+use bladeoff_system::place::Place;
 use serde::{Deserialize, Serialize};
 
 /// Name of the plan in a result directory.

@@ -1,7 +1,7 @@
 //! One `bladeoff run` under way, disturbed by faults at known states and by signals, and what it leaves behind.
 
 use super::ChaosError;
-use crate::files::FileError;
+use bladeoff_system::files::FileError;
 use bladeoff_worker::fault::FAULT_VARIABLE;
 use serde_json::Value;
 use std::collections::BTreeSet;

@@ -8,7 +8,7 @@ mod storm;
 pub use disturbed::{Running, WATCHDOG, left_behind, lives, state};
 pub use storm::{Figures, Storm};
 
-use crate::files::FileError;
+use bladeoff_system::files::FileError;
 use std::path::PathBuf;
 
 /// The lab rig of `studies/machines`: a machine that is simulated in a fraction of a second.

@@ -2,7 +2,7 @@
 
 use super::disturbed::{Running, WATCHDOG, left_behind, lives, state};
 use super::{ChaosError, LAB_RIG, SAMPLES, STUDY};
-use crate::files::FileError;
+use bladeoff_system::files::FileError;
 use bladeoff_worker::process::signal;
 use rustix::process::Signal;
 use std::collections::BTreeMap;

@@ -2,7 +2,7 @@
 
 use crate::dispatch::TimeOfDay;
 use crate::run::Budget;
-use crate::study::{parse_duration, parse_memory};
+use bladeoff_study::{parse_duration, parse_memory};
 use std::time::Duration;
 
 /// What a run and its samples may take.

@@ -5,9 +5,9 @@ use super::estimate::estimate;
 use super::exit::Exit;
 use super::output::{print, remark};
 use super::run::PartArgs;
-use crate::report::{Align, TextTable, counted};
-use crate::study::{Axis, Samples, fixed_angle, show};
+use bladeoff_answers::report::{Align, TextTable, counted};
 use bladeoff_model::machine::ParamValue;
+use bladeoff_study::{Axis, Samples, fixed_angle, show};
 use std::path::PathBuf;
 
 /// Check a study: what varies, how many samples, how long it will take
@@ -84,7 +84,7 @@ fn points(axis: &Axis, kept: u64) -> String {
 fn list(samples: &Samples) -> Result<(), CliError> {
     let mut text = String::from("sample");
     for varied in samples.parameters() {
-        text.push_str(&format!("\t{}", varied.field().name));
+        text.push_str(&format!("\t{}", varied.column().name));
     }
     text.push('\n');
     for sample in 0..samples.count() {

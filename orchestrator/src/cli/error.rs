@@ -1,23 +1,23 @@
 //! Every way a subcommand can end badly, with its exit code.
 
 use super::exit::Exit;
-use super::place::NoDirectory;
-use super::replay::ReplayError;
-use super::why::WhyError;
-use crate::call;
+use super::refusals::{NoDirectory, ReplayError, WhyError};
 use crate::chaos::ChaosError;
 use crate::dispatch::Signal;
 use crate::engine::EngineError;
-use crate::figures::FigureError;
-use crate::files::FileError;
 use crate::history::HistoryError;
 use crate::ledger::LedgerError;
-use crate::results::TableError;
 use crate::run::RunError;
 use crate::run::directory::LEDGER;
-use crate::study::{InputError, StudyError};
-use crate::threads::ThreadsError;
+use crate::starts::StartError;
+use bladeoff_answers::figures::FigureError;
+use bladeoff_answers::tables::TableError;
 use bladeoff_model::document::Problems;
+use bladeoff_study::design::DesignError;
+use bladeoff_study::{InputError, StudyError};
+use bladeoff_system::call;
+use bladeoff_system::files::FileError;
+use bladeoff_system::threads::ThreadsError;
 use std::ffi::OsStr;
 use std::io;
 use std::path::PathBuf;
@@ -39,6 +39,9 @@ pub enum CliError {
     /// A study that cannot be run.
     #[error(transparent)]
     Study(#[from] StudyError),
+    /// A study with samples that cannot be run.
+    #[error(transparent)]
+    Start(#[from] StartError),
     /// An input file that cannot be read.
     #[error(transparent)]
     Input(#[from] InputError),
@@ -152,10 +155,8 @@ impl CliError {
             | CliError::NotARun { .. }
             | CliError::NoDirectory(_)
             | CliError::Why(_) => Exit::Input,
-            CliError::Study(StudyError::Problems(_) | StudyError::Start { .. } | StudyError::Columns { .. }) => {
-                Exit::Input
-            }
-            CliError::Study(StudyError::Design(crate::design::DesignError::Scale { .. })) => Exit::Usage,
+            CliError::Study(StudyError::Problems(_)) | CliError::Start(_) => Exit::Input,
+            CliError::Study(StudyError::Design(DesignError::Scale { .. })) => Exit::Usage,
             CliError::Study(StudyError::Design(_)) => Exit::Input,
             CliError::Study(StudyError::Threads(_)) | CliError::Threads(_) => Exit::Io,
             CliError::Study(StudyError::Input(error)) | CliError::Input(error) => input_exit(error),

@@ -4,9 +4,9 @@ use super::error::CliError;
 use super::output::{print, remark};
 use super::run::default_workers;
 use crate::engine;
-use crate::report::{Align, TextTable, counted, duration};
-use crate::study::Samples;
+use bladeoff_answers::report::{Align, TextTable, counted, duration};
 use bladeoff_core::record::{Follower, Frame};
+use bladeoff_study::Samples;
 use bladeoff_worker::process::thread_cpu_time;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -229,7 +229,7 @@ impl Follower for Watch {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::load;
+    use bladeoff_study::load;
     use std::collections::BTreeSet;
     use std::fs;
 
@@ -239,7 +239,7 @@ mod tests {
             .expect("written");
         let file = folder.path().join("s.toml");
         fs::write(&file, format!("schema = 1\nmachine = \"m.toml\"\n{vary}")).expect("written");
-        Samples::new(load(&file).expect("valid"), None, limit).expect("small")
+        Samples::new(load(&file, |_| Vec::new()).expect("valid"), None, limit).expect("small")
     }
 
     const GRID: &str = "[[vary]]\npath = \"contact.gap\"\nfrom = \"0.4 mm\"\nto = \"1 mm\"\ncount = 31\n\

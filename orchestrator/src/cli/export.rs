@@ -3,11 +3,11 @@
 use super::error::CliError;
 use super::exit::Exit;
 use super::output::remark;
-use crate::files::Pending;
-use crate::results::{TableError, export_csv};
 use crate::run::directory::{MANIFEST, PARTS, RESULTS, row_files};
 use crate::run::refuse_changed;
+use bladeoff_answers::tables::{TableError, export_csv};
 use bladeoff_model::document::visible_lines;
+use bladeoff_system::files::Pending;
 use std::io::{self, BufWriter, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 

@@ -5,7 +5,8 @@ use super::run::at_least_one;
 use super::stop::{Stop, Stoppable, stopped, what_is_left};
 use crate::engine::{self, EngineError};
 use crate::history::{Decimation, Recorder, Settings};
-use crate::report::{RunWatch, counted, duration};
+use crate::report::RunWatch;
+use bladeoff_answers::report::{counted, duration};
 use bladeoff_core::engine::StepPlan;
 use bladeoff_core::outcome::Outcome;
 use bladeoff_core::record::{Follower, NoHistory};
@@ -44,7 +45,7 @@ impl HistoryArgs {
     ///
     /// # Errors
     /// An interval that is no time, or that the run does not have.
-    pub fn settings(&self, machine: &Machine, plan: &Plan) -> Result<Option<Settings>, CliError> {
+    pub fn settings(&self, machine: &Machine, plan: &StepPlan) -> Result<Option<Settings>, CliError> {
         let Some(path) = self.history.clone() else { return Ok(None) };
         let decimation = match (&self.every, self.decimate) {
             (Some(text), _) => Decimation::Every(interval(text, machine.run.end_time)?),

@@ -1,6 +1,6 @@
 //! JSON by hand for flat objects: keys in the order of the columns, numbers that read back as the same bits.
 
-use crate::results::{Field, FieldKind};
+use bladeoff_answers::tables::{Field, FieldKind};
 
 /// A flat JSON object under construction.
 #[derive(Debug, Default)]

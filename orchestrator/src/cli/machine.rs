@@ -1,10 +1,10 @@
 //! A machine file and overrides of it, as several subcommands take them.
 
 use super::error::CliError;
-use crate::call::word;
-use crate::study::read_input;
 use bladeoff_model::document::MAX_FILE_BYTES;
 use bladeoff_model::machine::{Machine, MachineDef};
+use bladeoff_study::read_input;
+use bladeoff_system::call::word;
 use std::path::PathBuf;
 
 /// Arguments that name a machine.

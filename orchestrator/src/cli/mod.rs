@@ -18,6 +18,7 @@ mod paths;
 mod place;
 mod plot;
 mod recover;
+mod refusals;
 mod render;
 mod replay;
 mod run;
@@ -83,7 +84,7 @@ pub fn main() -> ExitCode {
     let matches = command_line().try_get_matches().unwrap_or_else(|error| refuse(&error));
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| refuse(&error));
     panic::set_hook(Box::new(|info| {
-        if crate::guarded::is_guarded() {
+        if bladeoff_system::guarded::is_guarded() {
             return;
         }
         output::remark(&format!(
@@ -96,7 +97,7 @@ pub fn main() -> ExitCode {
 
 /// What is understood, with examples that say how the program is called here, if not as they have it.
 fn command_line() -> clap::Command {
-    let program = crate::call::program();
+    let program = bladeoff_system::call::program();
     let understood = numbers_with_a_sign(Cli::command());
     if program == "bladeoff" {
         return understood;

@@ -3,9 +3,9 @@
 use super::error::CliError;
 use super::exit::Exit;
 use super::output::{print, remark};
-use crate::files::write_whole;
-use crate::study::{STUDY_MACHINE, STUDY_TEMPLATE};
 use bladeoff_model::machine::machine_template;
+use bladeoff_study::{STUDY_MACHINE, STUDY_TEMPLATE};
+use bladeoff_system::files::write_whole;
 use std::path::PathBuf;
 
 /// Write a commented template of a machine or study file

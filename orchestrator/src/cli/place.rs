@@ -1,16 +1,12 @@
 //! The result directory that is meant where none is named.
 
 use super::output::remark;
+use super::refusals::NoDirectory;
 use crate::run::STATUS;
 use crate::run::directory::{LEDGER, LOCK};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
-
-/// There is no result directory to take.
-#[derive(Debug, thiserror::Error)]
-#[error("there is no result directory here nor below runs/; name one")]
-pub struct NoDirectory;
 
 /// The current directory if a study was run there, otherwise the one below runs/ that was written to last; which one is said.
 ///

@@ -3,10 +3,13 @@
 use super::error::CliError;
 use super::exit::Exit;
 use super::output::{print, remark};
-use crate::figures::{Figure, Line, Panel, Ring, Scale, orbits, order_map, panels, plain_name, ring_of, spectrogram};
-use crate::files::FileError;
-use crate::history::{History, HistoryError, Series, read};
+use crate::history::{HistoryError, read, unknown_in};
+use bladeoff_answers::figures::{
+    Figure, Line, Panel, Ring, Scale, orbits, order_map, panels, plain_name, ring_of, spectrogram,
+};
+use bladeoff_answers::history::{History, Series};
 use bladeoff_model::document::units::{format_quantity, parse_bare_or_quantity};
+use bladeoff_system::files::FileError;
 use std::path::{Path, PathBuf};
 
 /// Draw histories: lines over time, orbits in the deformed ring, spectrograms, orders
@@ -199,7 +202,7 @@ fn chosen<'a>(history: &'a History, patterns: &[String], defaults: &[&str]) -> R
     for pattern in if asked { patterns } else { &defaults } {
         let fitting = history.fitting(pattern);
         if fitting.is_empty() && asked {
-            return Err(history.unknown(pattern).into());
+            return Err(unknown_in(history, pattern).into());
         }
         found.extend(
             fitting.into_iter().filter(|new| !found.iter().any(|old| old.name == new.name)).collect::<Vec<_>>(),
@@ -250,7 +253,7 @@ fn over_time(args: &Args, histories: &[Named]) -> Result<Figure, CliError> {
     let shown: Vec<Panel> = quantities.into_iter().map(panel).collect();
     if shown.is_empty() {
         // none of the default channels was recorded
-        return Err(histories[0].history.unknown(TIME_CHANNELS[0]).into());
+        return Err(unknown_in(&histories[0].history, TIME_CHANNELS[0]).into());
     }
     Ok(panels(&title(histories), "time [s]", &shown)?)
 }
@@ -305,7 +308,7 @@ fn orbit(args: &Args, histories: &[Named]) -> Result<Vec<(String, Figure)>, CliE
             instants = [0.25, 0.5, 1.0].iter().map(|share| first + share * (last - first)).collect();
         }
         let figure = orbits(&named.history, &named.name, &instants)?
-            .ok_or_else(|| named.history.unknown("contact.rotor_x_m"))?;
+            .ok_or_else(|| unknown_in(&named.history, "contact.rotor_x_m"))?;
         match ring_of(&named.history) {
             Ring::Deformed => {}
             Ring::AtRest => remark(&format!(

@@ -4,7 +4,7 @@ use super::error::CliError;
 use super::exit::Exit;
 use super::output::print;
 use crate::history::recover;
-use crate::report::counted;
+use bladeoff_answers::report::counted;
 use bladeoff_model::document::units::format_quantity;
 use std::path::{Path, PathBuf};
 

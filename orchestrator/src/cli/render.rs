@@ -2,8 +2,9 @@
 
 use super::error::CliError;
 use super::excerpt::Excerpt;
-use crate::study::StudyError;
+use crate::starts::StartError;
 use bladeoff_model::document::{Problem, Problems, visible, visible_lines};
+use bladeoff_study::StudyError;
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, SourceCode};
 use std::error::Error;
 use std::fmt;
@@ -13,7 +14,9 @@ use std::io::IsTerminal;
 #[must_use]
 pub fn render(error: &CliError) -> String {
     match error {
-        CliError::Machine(problems) => render_problems(std::slice::from_ref(problems)),
+        CliError::Machine(problems) | CliError::Start(StartError::Machine(problems)) => {
+            render_problems(std::slice::from_ref(problems))
+        }
         CliError::Overridden { problems, given } => {
             let text = render_problems(std::slice::from_ref(problems));
             format!("{}, with {} in place of what it says\n", text.trim_end(), visible(given))

@@ -5,17 +5,16 @@ use super::exit::Exit;
 use super::history::{HistoryArgs, watched};
 use super::output::{print, remark};
 use super::place::default_directory;
-use crate::call;
+use super::refusals::ReplayError;
 use crate::engine;
-use crate::report::{OutcomeView, beyond_the_model, counted, describe_outcome};
-use crate::results::{DETECTION, Table, TableError, TableSchema, read_metadata};
+use crate::report::{OutcomeView, beyond_the_model, describe_outcome};
 use crate::run::directory::{PARTS, RESULTS, read_current, row_files};
 use crate::run::refuse_changed;
+use bladeoff_answers::tables::{DETECTION, Table, TableError, TableSchema, read_metadata};
 use bladeoff_core::outcome::{Cause, Outcome};
 use bladeoff_model::machine::Machine;
-use bladeoff_worker::core_solver::{CoreSolver, SolverError};
-use bladeoff_worker::plan::{PlanFileError, WorkPlan};
-use std::ffi::OsStr;
+use bladeoff_worker::core_solver::CoreSolver;
+use bladeoff_worker::plan::WorkPlan;
 use std::path::{Path, PathBuf};
 
 /// Compute one sample of a study again and compare it with its row
@@ -46,80 +45,6 @@ pub struct Args {
 
     #[command(flatten)]
     history: HistoryArgs,
-}
-
-/// Why a sample cannot be computed again.
-#[derive(Debug, thiserror::Error)]
-pub enum ReplayError {
-    /// Neither a sample nor a column is named.
-    #[error(
-        "which sample? --sample N (a number of the column `sample`, up to {last}), or --worst COLUMN for the one with the \
-         largest value; such as\n  {}\n  {}",
-        replay(directory, "--sample", &example.to_string()),
-        replay(directory, "--worst", "max_bearing_load_N")
-    )]
-    Which {
-        /// Where.
-        directory: PathBuf,
-        /// A sample of it.
-        example: u64,
-        /// Its last sample.
-        last: u64,
-    },
-    /// No such sample.
-    #[error("{} has no sample {sample}; it has {}", table.display(), counted(*rows as u64, "row"))]
-    Sample {
-        /// The table, or the folder of its parts.
-        table: PathBuf,
-        /// The number.
-        sample: u64,
-        /// Rows there are.
-        rows: usize,
-    },
-    /// No such column of numbers.
-    #[error("{} has no column {column:?} of numbers{}", table.display(), nearest.as_ref().map(|name| format!("; did you mean {name}?")).unwrap_or_default())]
-    Column {
-        /// The table.
-        table: PathBuf,
-        /// The name.
-        column: String,
-        /// The nearest one.
-        nearest: Option<String>,
-    },
-    /// Nothing in the column.
-    #[error("no row of {} that is ok has a value in {column}", table.display())]
-    Empty {
-        /// The table.
-        table: PathBuf,
-        /// The column.
-        column: String,
-    },
-    /// The table does not say which plan it was computed from.
-    #[error("{} does not name the plan it was computed from", table.display())]
-    NoPlan {
-        /// The table.
-        table: PathBuf,
-    },
-    /// The plan.
-    #[error(transparent)]
-    Plan(#[from] PlanFileError),
-    /// The sample.
-    #[error("the sample cannot be computed")]
-    Solver(#[from] SolverError),
-    /// A parameter of the plan without a column.
-    #[error("{} has no column for the parameter {path}", table.display())]
-    Parameter {
-        /// The table.
-        table: PathBuf,
-        /// The parameter.
-        path: String,
-    },
-}
-
-fn replay(directory: &Path, option: &str, value: &str) -> String {
-    let directory = call::path_word(directory);
-    let words: [&OsStr; 4] = ["replay".as_ref(), directory.as_ref(), option.as_ref(), value.as_ref()];
-    call::command(words)
 }
 
 /// Runs the subcommand.

@@ -5,12 +5,14 @@ use super::error::CliError;
 use super::exit::Exit;
 use super::output::{print, remark};
 use crate::dispatch::Ended;
-use crate::report::{SUMMARY_COLUMNS, Summary, are, counted, duration};
-use crate::results::Table;
 use crate::run::directory::{LEDGER, row_files};
-use crate::run::{Finished, Request, Rerun, RunError, TRUST, go_on, run};
-use crate::study::{Samples, Study, check_machines, check_starts, load, parse_duration};
+use crate::run::{Finished, Request, Rerun, RunError, TRUST, go_on, own_columns, run};
+use crate::starts::check_starts;
+use bladeoff_answers::report::are;
+use bladeoff_answers::report::{SUMMARY_COLUMNS, Summary, counted, duration};
+use bladeoff_answers::tables::Table;
 use bladeoff_core::outcome::{Cause, Status};
+use bladeoff_study::{Samples, Study, check_machines, load, parse_duration};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::thread;
@@ -164,7 +166,7 @@ fn scale(text: &str) -> Result<f64, String> {
 impl PartArgs {
     /// The checked samples of a study file.
     pub fn load(&self, study: &std::path::Path) -> Result<Samples, CliError> {
-        let samples = Samples::new(load(study)?, self.scale, self.limit)?;
+        let samples = Samples::new(load(study, own_columns)?, self.scale, self.limit)?;
         check_machines(&samples)?;
         check_starts(&samples)?;
         Ok(samples)

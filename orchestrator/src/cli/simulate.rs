@@ -6,14 +6,15 @@ use super::history::{HistoryArgs, watched};
 use super::json::JsonObject;
 use super::machine::{MachineArgs, build, set};
 use super::output::{print, print_json, remark};
-use crate::call::word;
 use crate::engine;
-use crate::report::{OutcomeView, beyond_the_model, cause_in_words, describe_outcome, duration};
-use crate::results::{TableSchema, verdict_fields};
+use crate::report::{OutcomeView, beyond_the_model, cause_in_words, describe_outcome};
+use bladeoff_answers::report::duration;
+use bladeoff_answers::tables::{TableSchema, verdict_fields};
 use bladeoff_core::engine::StepPlan;
 use bladeoff_core::outcome::{Outcome, Status};
 use bladeoff_model::document::units::format_quantity;
 use bladeoff_model::machine::{Machine, MachineDef};
+use bladeoff_system::call::word;
 use std::time::Instant;
 
 /// Compute one blade-off transient and say what came out

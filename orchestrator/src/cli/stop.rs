@@ -2,10 +2,10 @@
 
 use super::exit::Exit;
 use super::output::remark;
-use crate::call;
 use crate::dispatch::{Signal, watch_afterwards};
 use crate::history::{Format, Recorder, left_behind};
 use bladeoff_core::record::{Follower, Frame};
+use bladeoff_system::call;
 use std::ffi::OsStr;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -72,8 +72,8 @@ pub(super) struct Stoppable<'a> {
 }
 
 impl Follower for Stoppable<'_> {
-    fn contact_force(&mut self, time: f64, force: f64) {
-        self.recorder.contact_force(time, force);
+    fn contact_force(&mut self, diaphragm: usize, time: f64, force: f64) {
+        self.recorder.contact_force(diaphragm, time, force);
     }
 
     fn goes_on(&mut self, step: u64) -> bool {

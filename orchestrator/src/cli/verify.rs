@@ -4,7 +4,7 @@ use super::error::CliError;
 use super::exit::Exit;
 use super::json::{number, quoted};
 use super::output::{print, print_json};
-use crate::report::{Align, TextTable};
+use bladeoff_answers::report::{Align, TextTable};
 use bladeoff_core::verification::{Check, verify};
 
 /// Recompute reference cases and compare them with published numbers

@@ -4,20 +4,22 @@ use super::error::CliError;
 use super::exit::Exit;
 use super::output::print;
 use super::place::default_directory;
-use crate::call;
+use super::refusals::WhyError;
 use crate::engine;
-use crate::report::{
-    OutcomeView, advice, are, cause_in_words, counted, describe_values, diverged_at, duration, end_cause_in_words,
-    mentions,
-};
-use crate::results::{Table, TableError, Timing, Value as Cell};
+use crate::report::{OutcomeView, advice, cause_in_words, describe_values, diverged_at, end_cause_in_words, mentions};
 use crate::run::directory::{MACHINE, MANIFEST, POINTS, STUDY, WORKER_LOG, read_current, row_files, timing_files};
-use crate::run::{RunState, refuse_changed, refuse_changed_timings, see};
-use crate::study::{FrozenFiles, Samples, StudyError, TWIN, load_frozen, show};
+use crate::run::{RunState, own_columns, refuse_changed, refuse_changed_timings, see};
+use bladeoff_answers::report::duration;
+use bladeoff_answers::report::{are, counted};
+use bladeoff_answers::tables::{Table, TableError, Timing};
 use bladeoff_core::outcome::{Cause, CauseSet, ColumnKind, EndCause, Outcome, Status};
 use bladeoff_model::document::units::{format_digits, format_quantity};
 use bladeoff_model::document::visible;
-use bladeoff_protocol::place::Place;
+use bladeoff_model::machine::ParamValue;
+use bladeoff_study::TWIN;
+use bladeoff_study::{FrozenFiles, Samples, load_frozen, show};
+use bladeoff_system::call;
+use bladeoff_system::place::Place;
 use serde_json::Value;
 use std::collections::VecDeque;
 use std::ffi::OsStr;
@@ -58,46 +60,6 @@ pub struct Args {
     dir: Option<PathBuf>,
 }
 
-/// Why nothing can be said of a sample.
-#[derive(Debug, thiserror::Error)]
-pub enum WhyError {
-    /// Not a number.
-    #[error(
-        "{word:?} is not the number of a sample: samples are numbered from 0, as in the column `sample` of the table"
-    )]
-    Number {
-        /// What was given.
-        word: String,
-    },
-    /// Two directories.
-    #[error("the directory is given twice: {first} and {}", second.display())]
-    Twice {
-        /// Before the sample.
-        first: String,
-        /// By --dir.
-        second: PathBuf,
-    },
-    /// No such sample.
-    #[error("the study in {} has no sample {sample}; its samples are 0 to {}", directory.display(), count - 1)]
-    Sample {
-        /// The directory.
-        directory: PathBuf,
-        /// The number.
-        sample: u64,
-        /// Samples there are.
-        count: u64,
-    },
-    /// The study that was frozen in the directory.
-    #[error("the study frozen in {} cannot be read any more", directory.display())]
-    Frozen {
-        /// The directory.
-        directory: PathBuf,
-        /// Why.
-        #[source]
-        source: StudyError,
-    },
-}
-
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
     let (directory, sample) = place(args)?;
@@ -122,9 +84,9 @@ pub fn text(directory: &Path, sample: u64) -> Result<String, CliError> {
     }
     for (name, value) in samples.carried(sample) {
         match value {
-            Cell::Number(number) => told.line(name, format!("{number:?}")),
-            Cell::Word(word) => told.line(name, word),
-            Cell::Missing => told.line(name, "-"),
+            Some(ParamValue::Number(number)) => told.line(name, format!("{number:?}")),
+            Some(ParamValue::Choice(word)) => told.line(name, word),
+            None => told.line(name, "-"),
         }
     }
     if let Some(twin) = twin(&samples, sample) {
@@ -229,7 +191,7 @@ fn place(args: &Args) -> Result<(PathBuf, u64), CliError> {
 fn frozen(directory: &Path) -> Result<Samples, WhyError> {
     let failed = |source| WhyError::Frozen { directory: directory.to_path_buf(), source };
     let files = FrozenFiles { machine: directory.join(MACHINE), points: directory.join(POINTS) };
-    let study = load_frozen(&directory.join(STUDY), files).map_err(failed)?;
+    let study = load_frozen(&directory.join(STUDY), files, own_columns).map_err(failed)?;
     let manifest: Value = Place::from(&directory.join(MANIFEST))
         .read(MOST_MANIFEST)
         .ok()

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use bladeoff_core::outcome::Outcome;
-use bladeoff_protocol::place::Place;
+use bladeoff_system::place::Place;
 
 use crate::schedule::{KillReason, Snapshot, Until};
 

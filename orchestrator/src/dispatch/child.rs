@@ -14,20 +14,12 @@ use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 use super::DispatchError;
 use super::api::DispatchOptions;
-use super::driver::Event;
+use super::event::{ChildEvent, Event};
 use super::log::LONGEST_LINE;
 use crate::schedule::Death;
 
 /// How long an ended worker's last words are waited for.
 const LAST_WORDS: Duration = Duration::from_secs(2);
-
-/// What a child does, as events.
-pub(super) enum ChildEvent {
-    Beat(Beat),
-    Line(String),
-    /// It has ended, and everything it wrote has been handed over.
-    Exited(ExitStatus, Death),
-}
 
 /// The loop's hold on a worker process; dropping it kills the process.
 pub(super) struct Child {

@@ -13,10 +13,11 @@ use bladeoff_worker::fault::{At, Faults};
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender};
 
 use super::DispatchError;
-use super::api::{DispatchOptions, DispatchReport, Ended, Notice, Observer, Samples, Signal, Sink};
-use super::child::{Child, ChildEvent};
+use super::api::{DispatchOptions, DispatchReport, Ended, Notice, Observer, Samples, Sink};
+use super::child::Child;
 use super::clock;
-use super::hub::{Command, Hub, HubEvent};
+use super::event::{ChildEvent, Event, HubEvent};
+use super::hub::{Command, Hub};
 use super::log::Log;
 use super::records::records;
 use crate::schedule::{Death, Effect, KillReason, Scheduler, Until};
@@ -30,17 +31,6 @@ const EVENTS_AT_ONCE: usize = 64;
 const TICKS_PER_CHECK: u32 = 5;
 /// Ticks after which a hub that does not answer is given up, about a minute. Ticks do not pass while we are stopped.
 const STUCK_TICKS: u32 = 300;
-
-/// What happens to the loop.
-pub(super) enum Event {
-    Hub(HubEvent),
-    Child(WorkerId, ChildEvent),
-    Signal(Signal),
-    /// The user asks what the workers do.
-    Asked,
-    /// The user has ended a line: the terminal has shown it.
-    Typed,
-}
 
 pub(super) struct Driver<'a> {
     options: &'a DispatchOptions,

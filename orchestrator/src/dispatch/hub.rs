@@ -7,13 +7,13 @@ use std::time::Duration;
 
 use bladeoff_protocol::domain::{Address, foreign_files};
 use bladeoff_protocol::ipc::{BACKSTOP, IpcHub};
-use bladeoff_protocol::link::{HubLink, Incoming, LinkError, Refusal};
+use bladeoff_protocol::link::{HubLink, LinkError};
 use bladeoff_protocol::messages::{RunId, ToWorker, WorkerId};
 use bladeoff_protocol::transport::{HubPort, PortError, Ticket, Waker};
 use tokio::sync::mpsc::UnboundedSender;
 
 use super::DispatchError;
-use super::driver::Event;
+use super::event::{Event, HubEvent};
 
 /// Making the ports takes milliseconds, and letting go of them some ten. But iceoryx2 waits for a file that somebody has made under a name of
 /// ours and never fills.
@@ -27,19 +27,6 @@ pub(super) enum Command {
     Drain(WorkerId),
     /// Answer, to show that the thread is not stuck.
     Ping,
-}
-
-/// What the hub tells the loop.
-pub(super) enum HubEvent {
-    Message(Incoming),
-    /// So many messages were dropped; why the last of them was.
-    Refused(Refusal, u64),
-    /// Everything this ended worker sent has been handed over.
-    Drained(WorkerId),
-    /// The answer to a ping.
-    Pong,
-    /// Nothing can be exchanged any more.
-    Failed(LinkError),
 }
 
 /// The loop's hold on the hub thread; dropping it ends the thread and releases the ports.

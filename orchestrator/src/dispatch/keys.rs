@@ -6,7 +6,7 @@ use rustix::event::{PollFd, PollFlags, Timespec};
 use rustix::termios::LocalModes;
 use tokio::sync::mpsc::UnboundedSender;
 
-use super::driver::Event;
+use super::event::Event;
 
 /// Listens on standard input while the receiver is there; nothing where it is no terminal. A run in the background of a shell leaves
 /// what is typed to whoever is in the foreground: to read it would stop us (SIGTTIN).

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use bladeoff_model::document::visible;
 use bladeoff_protocol::messages::WorkerId;
-use bladeoff_protocol::place::Place;
+use bladeoff_system::place::Place;
 
 use super::DispatchError;
 use crate::schedule::KillReason;

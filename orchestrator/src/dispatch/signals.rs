@@ -5,7 +5,7 @@ use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 
 use super::DispatchError;
 use super::api::Signal;
-use super::driver::Event;
+use super::event::Event;
 
 /// Turns SIGINT, SIGTERM, SIGHUP (unless it is ignored, as under nohup) and SIGUSR1 into events until the receiver is gone.
 pub(super) fn watch(events: &UnboundedSender<Event>) -> Result<(), DispatchError> {

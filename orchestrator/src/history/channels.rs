@@ -4,6 +4,7 @@
 //! (`/bearing/front`) and the rest the field.
 
 use super::HistoryError;
+use bladeoff_answers::history::{History, matches};
 use bladeoff_core::record::{ContactFrame, Energies, Frame, LastMillisecond};
 use bladeoff_core::stress::ShaftStresses;
 use bladeoff_core::structure::Structure;
@@ -279,7 +280,7 @@ pub fn select(catalogue: Vec<Channel>, patterns: &[String]) -> Result<Vec<Channe
 }
 
 /// The error for a pattern that fits none of the names: with the nearest one and all of them.
-pub(super) fn unknown(pattern: &str, names: &[String]) -> HistoryError {
+fn unknown(pattern: &str, names: &[String]) -> HistoryError {
     let nearest = names
         .iter()
         .map(|name| (strsim::jaro_winkler(name, pattern), name))
@@ -318,34 +319,9 @@ fn unit_suffix(unit: &str) -> String {
     format!("_{}", unit.replace(' ', "").replace('/', "_"))
 }
 
-/// Whether a name fits a pattern in which `*` stands for any characters.
-pub(super) fn matches(name: &str, pattern: &str) -> bool {
-    let mut parts = pattern.split('*');
-    let first = parts.next().unwrap_or_default();
-    let Some(mut rest) = name.strip_prefix(first) else { return false };
-    let mut parts: Vec<&str> = parts.collect();
-    let Some(last) = parts.pop() else { return rest.is_empty() };
-    for part in parts {
-        match rest.find(part) {
-            Some(at) => rest = &rest[at + part.len()..],
-            None => return false,
-        }
-    }
-    rest.ends_with(last)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::matches;
-
-    #[test]
-    fn a_star_stands_for_any_characters() {
-        assert!(matches("contact.gap_m", "contact.gap_m"));
-        assert!(!matches("contact.gap_m", "contact.gap"));
-        assert!(matches("contact.gap_m", "contact.*"));
-        assert!(matches("bearing.front.load_N", "*load*"));
-        assert!(matches("bearing.front.load_N", "bearing.*.load_N"));
-        assert!(!matches("bearing.front.load_N", "bearing.*.load"));
-        assert!(!matches("ab", "ab*b"));
-    }
+/// The error for a pattern that fits no channel of this history, with the nearest name.
+#[must_use]
+pub fn unknown_in(history: &History, pattern: &str) -> HistoryError {
+    let names: Vec<String> = history.channels.iter().map(|channel| channel.name.clone()).collect();
+    unknown(pattern, &names)
 }

@@ -1,9 +1,10 @@
 //! CSV: a header of channel names, one line per instant, numbers in their shortest form that reads back as the same bits.
 
 use super::channels::Channel;
-use super::{About, HistoryError, Sink, publish, temporary};
-use crate::files::FileError;
-use bladeoff_protocol::place::Place;
+use super::{HistoryError, Sink, publish, temporary};
+use bladeoff_answers::history::About;
+use bladeoff_system::files::FileError;
+use bladeoff_system::place::Place;
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{BufWriter, Write};

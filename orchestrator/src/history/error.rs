@@ -1,8 +1,8 @@
 //! What can go wrong with a history.
 
-use super::HISTORY_VERSION;
-use crate::files::FileError;
-use crate::results::TableError;
+use super::version::HISTORY_VERSION;
+use bladeoff_answers::tables::TableError;
+use bladeoff_system::files::FileError;
 use std::path::PathBuf;
 
 /// A history that cannot be written, read or recovered.

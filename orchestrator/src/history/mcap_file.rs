@@ -1,9 +1,10 @@
 //! MCAP: one topic per group of channels, protobuf messages, simulated time as log time.
 
 use super::channels::Channel;
-use super::{About, HistoryError, Sink, proto, publish, temporary};
-use crate::files::FileError;
-use bladeoff_protocol::place::Place;
+use super::{HistoryError, Sink, proto, publish, temporary};
+use bladeoff_answers::history::About;
+use bladeoff_system::files::FileError;
+use bladeoff_system::place::Place;
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{Compression, WriteOptions, Writer};
 use std::collections::BTreeMap;

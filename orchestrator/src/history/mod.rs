@@ -17,19 +17,18 @@ mod read;
 mod recorder;
 mod recover;
 mod table;
+mod version;
 
-pub use channels::{Channel, catalogue, select};
+pub use channels::{Channel, catalogue, select, unknown_in};
 pub use error::HistoryError;
-pub use read::{History, Series, read};
+pub use read::read;
 pub use recorder::{Decimation, Recorder, Settings, Written};
 pub use recover::{Recovered, recover};
+pub use version::HISTORY_VERSION;
 
-use crate::files::FileError;
-use std::collections::BTreeMap;
+use bladeoff_answers::history::About;
+use bladeoff_system::files::FileError;
 use std::path::{Path, PathBuf};
-
-/// Version of what the files contain; a reader refuses one it does not know.
-pub const HISTORY_VERSION: u32 = 1;
 
 /// File formats, by extension.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -56,9 +55,6 @@ impl Format {
         }
     }
 }
-
-/// What stands in a file beside the numbers: key and value, such as `machine`, `detection`, `contact.gap_m`.
-pub type About = BTreeMap<String, String>;
 
 /// Where a recorder's instants go.
 trait Sink {
@@ -88,5 +84,5 @@ fn publish(file: std::fs::File, path: &Path) -> Result<(), FileError> {
     file.sync_all().map_err(FileError::at("write", &temporary))?;
     drop(file);
     std::fs::rename(&temporary, path).map_err(FileError::at("rename to", path))?;
-    crate::files::sync_directory(path.parent().unwrap_or(Path::new(".")))
+    bladeoff_system::files::sync_directory(path.parent().unwrap_or(Path::new(".")))
 }

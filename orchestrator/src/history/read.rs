@@ -3,69 +3,15 @@
 use super::csv::TIME;
 use super::mcap_file::{ABOUT, GROUP, OUTCOME, UNITS};
 use super::table::{ABOUT_PREFIX, OUTCOME_PREFIX};
-use super::{About, Format, HISTORY_VERSION, HistoryError, proto};
-use crate::files::FileError;
-use crate::results::read_numbers;
+use super::{Format, HISTORY_VERSION, HistoryError, proto};
+use bladeoff_answers::history::{About, History, Series};
+use bladeoff_answers::tables::read_numbers;
+use bladeoff_system::files::FileError;
 use mcap::read::{ChunkFlattener, Options};
 use mcap::records::Record;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
-
-/// One channel.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Series {
-    /// Full name: `contact.gap_m`.
-    pub name: String,
-    /// SI unit; "" where the file does not say (CSV) or for a pure number.
-    pub unit: String,
-    /// One value per instant.
-    pub values: Vec<f64>,
-}
-
-/// A history in memory.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct History {
-    /// Instants \[s\].
-    pub time: Vec<f64>,
-    /// Channels in the order of the file.
-    pub channels: Vec<Series>,
-    /// About the run; empty for CSV.
-    pub about: About,
-    /// What came out; empty for CSV and for a recovered file.
-    pub outcome: About,
-}
-
-impl History {
-    /// A channel by its full name.
-    #[must_use]
-    pub fn channel(&self, name: &str) -> Option<&Series> {
-        self.channels.iter().find(|channel| channel.name == name)
-    }
-
-    /// Channels that fit a pattern: a full name, or one with `*` for any characters, or the beginning before `.` or `_`.
-    #[must_use]
-    pub fn fitting(&self, pattern: &str) -> Vec<&Series> {
-        let fits = |name: &str| {
-            super::channels::matches(name, pattern)
-                || name.strip_prefix(pattern).is_some_and(|rest| rest.starts_with(['.', '_']))
-        };
-        self.channels.iter().filter(|channel| fits(&channel.name)).collect()
-    }
-
-    /// The error for a pattern that fits no channel of this file, with the nearest name.
-    #[must_use]
-    pub fn unknown(&self, pattern: &str) -> HistoryError {
-        let names: Vec<String> = self.channels.iter().map(|channel| channel.name.clone()).collect();
-        super::channels::unknown(pattern, &names)
-    }
-
-    /// A number about the run.
-    #[must_use]
-    pub fn number(&self, key: &str) -> Option<f64> {
-        self.about.get(key)?.parse().ok()
-    }
-}
 
 /// Reads a history.
 ///

@@ -2,8 +2,8 @@
 
 use super::mcap_file::options;
 use super::{HistoryError, publish, temporary};
-use crate::files::FileError;
-use bladeoff_protocol::place::Place;
+use bladeoff_system::files::FileError;
+use bladeoff_system::place::Place;
 use mcap::read::{ChunkFlattener, Options};
 use mcap::records::Record;
 use std::collections::BTreeMap;
@@ -35,7 +35,7 @@ pub fn recover(from: &Path, to: &Path) -> Result<Recovered, HistoryError> {
     let saved = copy(&bytes, from, &target)?;
     if aside_is_input {
         fs::rename(&target, to).map_err(FileError::at("rename to", to))?;
-        crate::files::sync_directory(to.parent().unwrap_or(Path::new(".")))?;
+        bladeoff_system::files::sync_directory(to.parent().unwrap_or(Path::new(".")))?;
     }
     Ok(saved)
 }

@@ -2,8 +2,9 @@
 
 use super::channels::Channel;
 use super::csv::TIME;
-use super::{About, HistoryError, Sink};
-use crate::results::{NumberColumn, write_numbers};
+use super::{HistoryError, Sink};
+use bladeoff_answers::history::About;
+use bladeoff_answers::tables::{NumberColumn, write_numbers};
 use std::path::{Path, PathBuf};
 
 /// Key in the file's metadata before the keys of the run, and before those of its outcome.

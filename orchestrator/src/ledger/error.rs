@@ -1,7 +1,8 @@
 //! What can go wrong with the record, and which of it is damage.
 
-use super::{LEDGER_VERSION, RecordError};
-use crate::files::FileError;
+use super::layout::LEDGER_VERSION;
+use super::record::RecordError;
+use bladeoff_system::files::FileError;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -87,4 +88,11 @@ impl LedgerError {
             source => Self::Store { action, path, source: Box::new(source) },
         }
     }
+}
+
+/// The library answers some damaged files with a panic; that is damage, too.
+pub(super) fn guarded<T>(path: &Path, read: impl FnOnce() -> Result<T, LedgerError>) -> Result<T, LedgerError> {
+    bladeoff_system::guarded::guarded(read).unwrap_or_else(|| {
+        Err(LedgerError::Damaged { path: path.to_path_buf(), detail: "its structure contradicts itself".to_owned() })
+    })
 }

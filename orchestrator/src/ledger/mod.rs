@@ -10,33 +10,28 @@
 //! leaves the file as it is. A store that cannot be opened any more is searched for entries ([`Remains`]): each carries its key and a checksum.
 
 mod error;
+mod layout;
 mod overlay;
 mod read;
 mod record;
 mod salvage;
 
 pub use error::LedgerError;
+pub use layout::LEDGER_VERSION;
 pub use read::{Reader, State};
-pub use record::{Entry, Head, RecordError, SampleKey};
+pub use record::{Entry, Head, RecordError};
 pub use salvage::Remains;
 
-use crate::files::FileError;
-use bladeoff_protocol::place::{Identity, Place};
-use redb::{Database, TableDefinition};
+use bladeoff_study::SampleKey;
+use bladeoff_system::files::FileError;
+use bladeoff_system::place::{Identity, Place};
+use error::guarded;
+use layout::{CACHE_BYTES, HEADER, RESULTS, VERSION_KEY};
+use redb::Database;
 use std::fs::File;
 use std::os::unix::fs::MetadataExt;
-use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-
-const RESULTS: TableDefinition<u64, &[u8]> = TableDefinition::new("results");
-const HEADER: TableDefinition<&str, &str> = TableDefinition::new("header");
-
-/// Version of the store's layout.
-pub const LEDGER_VERSION: u32 = 2;
-const VERSION_KEY: &str = "ledger_version";
-/// Memory the store may keep pages in. Entries are written and read in order, so that little is enough.
-const CACHE_BYTES: usize = 32 << 20;
 
 /// The open store of one run.
 #[derive(Debug)]
@@ -195,6 +190,19 @@ fn aside(path: &Place) -> Place {
     path.with_suffix(".new")
 }
 
+impl Reader {
+    /// Opens the store that was read to add to it.
+    ///
+    /// # Errors
+    /// It cannot be written, or somebody else does.
+    pub fn into_ledger(self) -> Result<Ledger, LedgerError> {
+        let Self { database, path } = self;
+        drop(database);
+        let failed = |source| LedgerError::store("open", &path, source);
+        guarded(&path, || Ledger::over(path.open_own()?, &path, failed))
+    }
+}
+
 /// What every store begins with, its header's damage aside.
 const STORE_MAGIC: [u8; 9] = *b"redb\x1A\x0A\xA9\x0D\x0A";
 
@@ -204,13 +212,6 @@ pub fn is_store(place: &Place) -> bool {
     let mut first = [0; STORE_MAGIC.len()];
     let read = |mut file: File| std::io::Read::read_exact(&mut file, &mut first).is_ok();
     place.open().is_ok_and(read) && first == STORE_MAGIC
-}
-
-/// The library answers some damaged files with a panic; that is damage, too.
-fn guarded<T>(path: &Path, read: impl FnOnce() -> Result<T, LedgerError>) -> Result<T, LedgerError> {
-    crate::guarded::guarded(read).unwrap_or_else(|| {
-        Err(LedgerError::Damaged { path: path.to_path_buf(), detail: "its structure contradicts itself".to_owned() })
-    })
 }
 
 #[cfg(test)]

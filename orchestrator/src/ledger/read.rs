@@ -1,10 +1,10 @@
 //! Reading what is durable, also from another thread while results are added.
 
+use super::error::{LedgerError, guarded};
+use super::layout::{CACHE_BYTES, HEADER, LEDGER_VERSION, RESULTS, VERSION_KEY};
 use super::overlay::Overlay;
-use super::{
-    CACHE_BYTES, Entry, HEADER, Head, LEDGER_VERSION, Ledger, LedgerError, RESULTS, RecordError, VERSION_KEY, guarded,
-};
-use bladeoff_protocol::place::Place;
+use super::record::{Entry, Head, RecordError};
+use bladeoff_system::place::Place;
 use redb::{Database, ReadTransaction, ReadableDatabase, ReadableTable, ReadableTableMetadata};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -55,18 +55,7 @@ impl Reader {
         }
     }
 
-    /// Opens the store that was read to add to it.
-    ///
-    /// # Errors
-    /// It cannot be written, or somebody else does.
-    pub fn into_ledger(self) -> Result<Ledger, LedgerError> {
-        let Self { database, path } = self;
-        drop(database);
-        let failed = |source| LedgerError::store("open", &path, source);
-        guarded(&path, || Ledger::over(path.open_own()?, &path, failed))
-    }
-
-    /// What the entries depend on, as given to [`Ledger::create`] or [`Ledger::replace_header`] last.
+    /// What the entries depend on, as given to [`Ledger::create`](super::Ledger::create) or [`Ledger::replace_header`](super::Ledger::replace_header) last.
     ///
     /// # Errors
     /// The store cannot be read.

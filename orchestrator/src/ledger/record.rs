@@ -7,6 +7,7 @@
 //! ```
 
 use bladeoff_core::outcome::{Cause, CauseSet, EndCause, Outcome, Status};
+use bladeoff_study::SampleKey;
 
 /// First bytes of every entry.
 pub(super) const MAGIC: [u8; 4] = *b"bOfL";
@@ -19,10 +20,6 @@ const CHECKSUM: usize = 8;
 const FIXED: usize = 16 + 4 + 4 + 4 + 4 + 8 + 2;
 /// Bytes of an entry without values.
 pub(super) const LEAST: usize = 4 + 4 + FIXED + CHECKSUM;
-
-/// Identity of a sample's inputs: its machine, the numerics version and the basis. Equal keys, equal outcomes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct SampleKey(pub u128);
 
 /// A finished sample.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,8 +4,8 @@
 
 use super::LedgerError;
 use super::record::{Head, LEAST, MAGIC, length_at};
-use crate::files::FileError;
-use bladeoff_protocol::place::Place;
+use bladeoff_system::files::FileError;
+use bladeoff_system::place::Place;
 use rustix::fs::SeekFrom;
 use std::collections::HashMap;
 use std::fs::File;
@@ -117,9 +117,10 @@ fn fill(file: &File, bytes: &mut [u8], start: u64) -> io::Result<usize> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::record::{Entry, SampleKey};
+    use super::super::record::Entry;
     use super::*;
     use bladeoff_core::outcome::{CauseSet, EndCause, Outcome, Status};
+    use bladeoff_study::SampleKey;
     use std::io::{Seek, Write};
 
     #[test]

@@ -5,6 +5,7 @@ use bladeoff_core::outcome::{CauseSet, EndCause, Outcome, Status};
 use std::collections::BTreeSet;
 use std::fs;
 use std::os::unix::fs::FileExt;
+use std::path::Path;
 
 fn entry(value: f64) -> Entry {
     let outcome = Outcome {

@@ -16,7 +16,7 @@
 //! What has not been seen is not in it: when every worker is still at its first samples, nothing says that one of a
 //! hundred takes ten times as long; and a machine that slows down later is slower than it was told.
 
-use super::text::duration;
+use bladeoff_answers::report::duration;
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
@@ -206,7 +206,7 @@ fn student(freedoms: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::design::Shuffle;
+    use bladeoff_study::design::Shuffle;
 
     /// A run of these costs in this order, without a process: who computes what from when to when \[s\].
     struct Run {

@@ -1,13 +1,11 @@
-//! What a person reads while a study runs and after it: progress, summary, one run in words.
+//! What a person reads while a study runs: progress, time left; and one run in words.
 
 mod bar;
 mod eta;
 mod limits;
 mod outcome;
 mod progress;
-mod summary;
 mod tally;
-mod text;
 mod watch;
 
 pub use eta::{Costs, Eta, Underway};
@@ -16,7 +14,5 @@ pub use outcome::{
     OutcomeView, advice, cause_in_words, describe_outcome, describe_values, diverged_at, end_cause_in_words, mentions,
 };
 pub use progress::Progress;
-pub use summary::{SUMMARY_COLUMNS, Summary};
 pub use tally::Tally;
-pub use text::{Align, TextTable, are, counted, duration, wrapped};
 pub use watch::RunWatch;

@@ -1,6 +1,6 @@
 //! One run in words: what ended it, whether to believe it, the main quantities with their time.
 
-use super::summary::percent;
+use bladeoff_answers::report::percent;
 use bladeoff_core::outcome::{Cause, Column, ColumnKind, EndCause, Outcome, Status};
 use bladeoff_model::document::units::format_quantity;
 use std::fmt::Write;

@@ -3,7 +3,7 @@
 use super::bar::{Bar, fitting};
 use super::eta::Eta;
 use super::tally::Tally;
-use super::text::{counted, duration};
+use bladeoff_answers::report::{counted, duration};
 use bladeoff_core::outcome::Status;
 use bladeoff_model::document::visible_lines;
 use std::io::Write;

@@ -1,7 +1,7 @@
 //! How far a single run is, for whoever waits: on standard error, a bar on a terminal, a line now and then elsewhere.
 
 use super::bar::{Bar, fitting};
-use super::text::duration;
+use bladeoff_answers::report::duration;
 use bladeoff_core::record::{Follower, Frame};
 use bladeoff_model::document::units::format_digits;
 use bladeoff_model::machine::Machine;

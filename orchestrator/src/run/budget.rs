@@ -1,7 +1,7 @@
 //! What a run may take: time, failures, and of each sample time, memory and deaths.
 
 use crate::dispatch::{DispatchOptions, TimeOfDay, Until, next_time_of_day};
-use crate::study::Limits;
+use bladeoff_study::Limits;
 use std::time::Duration;
 
 /// The limits of one run. A limit that is not given on the command line is the study's, or none.

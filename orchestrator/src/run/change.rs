@@ -1,11 +1,12 @@
 //! What differs between the study a directory was computed with and the present one, in words.
 
+use super::columns::own_columns;
 use super::directory::{MACHINE, POINTS, STUDY};
-use super::keys::SampleKeys;
 use super::prepare::{Prepared, SAMPLES_KEY};
-use crate::study::{FrozenFiles, Samples, Study, Varied, load_frozen, show};
+use bladeoff_core::NUMERICS_VERSION;
 use bladeoff_model::machine::ParamValue;
-use bladeoff_protocol::folder::Folder;
+use bladeoff_study::{FrozenFiles, SampleKeys, Samples, Study, Varied, load_frozen, show};
+use bladeoff_system::folder::Folder;
 use bladeoff_worker::plan::{BASIS_FILE, MOST_BASIS};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -50,7 +51,7 @@ pub(super) fn changes(folder: &Folder, prepared: &Prepared<'_>, header: &BTreeMa
         compare("seed", "seed");
     }
     let files = FrozenFiles { machine: directory.join(MACHINE), points: directory.join(POINTS) };
-    match load_frozen(&directory.join(STUDY), files) {
+    match load_frozen(&directory.join(STUDY), files, own_columns) {
         Ok(old) => {
             found.extend(parameter_changes(&old, prepared.samples));
             if has_other_keys(old, folder, header) {
@@ -83,7 +84,7 @@ fn has_other_keys(old: Study, directory: &Folder, header: &BTreeMap<String, Stri
     let says = |key: &str, value: String| header.get(key) == Some(&value);
     let is_its_study = says("study_blake3", blake3::hash(old.text.as_bytes()).to_hex().to_string())
         && says("machine_blake3", blake3::hash(old.machine_text.as_bytes()).to_hex().to_string())
-        && says("numerics_version", bladeoff_core::NUMERICS_VERSION.to_string());
+        && says("numerics_version", NUMERICS_VERSION.to_string());
     let part = |key: &str| header.get(key).map(String::as_str);
     let scale = part("scale").and_then(|scale| scale.parse().ok());
     let limit = part("limit").and_then(|limit| limit.parse().ok());
@@ -92,7 +93,7 @@ fn has_other_keys(old: Study, directory: &Folder, header: &BTreeMap<String, Stri
         return false;
     };
     let is_its_basis = says("basis_blake3", blake3::hash(&basis).to_hex().to_string());
-    is_its_study && is_its_basis && !says(SAMPLES_KEY, SampleKeys::new(&samples, &basis).digest())
+    is_its_study && is_its_basis && !says(SAMPLES_KEY, SampleKeys::new(&samples, NUMERICS_VERSION, &basis).digest())
 }
 
 /// What no parameter shows.

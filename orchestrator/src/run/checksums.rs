@@ -9,12 +9,12 @@ use super::directory::{LEDGER, MACHINE, MANIFEST, PARTS, POINTS, RESULTS, STUDY,
 use super::manifest::{Checksums, provenance as told_inputs};
 use super::resume::of_record;
 use super::status::{RunState, see};
-use crate::files::FileError;
 use crate::ledger::Reader;
-use crate::report::counted;
-use crate::results::{Checksum, TableError, count_sound_rows};
-use bladeoff_protocol::folder::Folder;
-use bladeoff_protocol::place::Place;
+use bladeoff_answers::report::counted;
+use bladeoff_answers::tables::{Checksum, TableError, count_sound_rows};
+use bladeoff_system::files::FileError;
+use bladeoff_system::folder::Folder;
+use bladeoff_system::place::Place;
 use bladeoff_worker::plan::BASIS_FILE;
 use blake3::{Hash, Hasher};
 use std::io::{self, Read};

@@ -1,15 +1,15 @@
 //! The result directory of a study: which file is what.
 
 use super::RunError;
+pub use super::lock::LOCK;
 use super::lock::{Holder, Lock, Mark, mark};
-use super::status::STATUS;
 use super::trust::check;
-use crate::files::{FileError, sync_directory, write_whole};
 use crate::ledger::is_store;
-use crate::results::TableError;
-use crate::study::Study;
-use bladeoff_protocol::folder::Folder;
-use bladeoff_protocol::place::Place;
+use bladeoff_answers::tables::TableError;
+use bladeoff_study::Study;
+use bladeoff_system::files::{FileError, sync_directory, write_whole};
+use bladeoff_system::folder::Folder;
+use bladeoff_system::place::Place;
 use bladeoff_worker::plan::{BASIS_FILE, PLAN_FILE};
 use std::ffi::OsStr;
 use std::fs;
@@ -34,8 +34,8 @@ pub const MACHINE: &str = "machine.toml";
 pub const POINTS: &str = "points.csv";
 /// Record of finished samples.
 pub const LEDGER: &str = "ledger.redb";
-/// Who works in the directory.
-pub const LOCK: &str = "run.lock";
+/// Name of the file in a result directory.
+pub const STATUS: &str = "status.json";
 /// Messages of the workers.
 pub const WORKER_LOG: &str = "workers.log";
 

@@ -3,7 +3,7 @@
 //! A reader that is slow or gone never holds up a study: lines wait in a queue of limited length for a thread that writes them, what does
 //! not fit is counted and said (`lost`), and a closed pipe ends the stream and nothing else.
 
-use super::manifest::timestamp;
+use super::stamp::timestamp;
 use crate::dispatch::{Ended, KillReason, Notice, SampleResult};
 use crate::report::Eta;
 use crate::schedule::Snapshot;

@@ -5,10 +5,10 @@
 //! with a holder and no lock tells of a run that was killed. The file is written before anything else in the directory, each
 //! time at once and over what was there: what it says tells a directory that a run began from one of somebody else.
 
-use crate::files::FileError;
-use crate::run::manifest::{host, timestamp};
+use super::stamp::{host, timestamp};
 use bladeoff_model::document::visible;
-use bladeoff_protocol::folder::Folder;
+use bladeoff_system::files::FileError;
+use bladeoff_system::folder::Folder;
 use serde_json::{Value, json};
 use std::fs::{File, TryLockError};
 use std::io;
@@ -16,6 +16,9 @@ use std::os::unix::fs::FileExt;
 use std::path::PathBuf;
 use std::thread;
 use std::time::{Duration, SystemTime};
+
+/// Who works in the directory.
+pub const LOCK: &str = "run.lock";
 
 /// How long a lock is tried for: whoever only looks at it (`bladeoff status`) holds it for microseconds.
 const PATIENCE: Duration = Duration::from_millis(500);

@@ -4,8 +4,8 @@
 //! the order of the numbers the first half would say nothing of the second: neither of its time nor of its results.
 //! No result depends on the order.
 
-use crate::design::Shuffle;
 use crate::schedule::Todo;
+use bladeoff_study::design::Shuffle;
 
 /// Blocks at most, each of successive missing samples. Up to so many samples are shuffled one by one; of more, neighbours stay
 /// together, which saves pages of the record.

@@ -2,15 +2,16 @@
 
 use super::RunError;
 use super::directory::{LEDGER, RunDirectory};
-use super::keys::SampleKeys;
 use super::provenance::provenance;
+use super::work::work_plan;
 use crate::engine;
 use crate::ledger::Reader;
-use crate::study::Samples;
+use bladeoff_core::NUMERICS_VERSION;
 use bladeoff_core::modal::Basis;
 use bladeoff_model::document::Problems;
 use bladeoff_model::machine::Machine;
-use bladeoff_protocol::folder::Folder;
+use bladeoff_study::{SampleKeys, Samples};
+use bladeoff_system::folder::Folder;
 use bladeoff_worker::plan::{BASIS_FILE, MOST_BASIS, WorkPlan, planned_basis};
 
 /// A study ready to be computed.
@@ -93,8 +94,8 @@ fn as_known(basis: &Basis, machine: &Machine, known: &[String]) -> Vec<u8> {
 impl<'a> Prepared<'a> {
     pub(super) fn new(samples: &'a Samples, basis: Vec<u8>) -> Result<Self, RunError> {
         let machine = samples.machine(0).build()?;
-        let keys = SampleKeys::new(samples, &basis);
-        let plan = samples.plan(Some(basis));
+        let keys = SampleKeys::new(samples, NUMERICS_VERSION, &basis);
+        let plan = work_plan(samples, Some(basis));
         let plan_hash = plan.hash();
         let provenance = provenance(samples, &plan_hash, plan.basis.as_deref());
         let digest = keys.digest();

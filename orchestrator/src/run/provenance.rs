@@ -2,8 +2,8 @@
 //! between equal runs.
 
 use crate::ledger::LEDGER_VERSION;
-use crate::results::SCHEMA_VERSION;
-use crate::study::Samples;
+use bladeoff_answers::tables::SCHEMA_VERSION;
+use bladeoff_study::Samples;
 
 /// Key-value pairs in fixed order.
 pub(super) fn provenance(samples: &Samples, plan_hash: &str, basis: Option<&[u8]>) -> Vec<(String, String)> {

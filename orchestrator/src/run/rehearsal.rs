@@ -5,7 +5,7 @@ use super::parts;
 use super::prepare::{Prepared, new_basis};
 use super::{RunError, resume, tables};
 use crate::ledger::{Entry, Ledger};
-use crate::study::Samples;
+use bladeoff_study::Samples;
 use bladeoff_worker::fault::Faults;
 use bladeoff_worker::noop::noop_outcome;
 use std::path::Path;

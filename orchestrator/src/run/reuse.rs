@@ -52,7 +52,7 @@ pub(super) fn worth(entry: &Head, limit: Option<u64>, is_its_own: bool) -> Worth
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ledger::SampleKey;
+    use bladeoff_study::SampleKey;
 
     #[test]
     fn an_entry_is_worth_what_the_limit_leaves_of_it() {

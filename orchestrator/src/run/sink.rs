@@ -2,14 +2,14 @@
 
 use super::events::EventStream;
 use super::kept::Guard;
-use super::keys::SampleKeys;
 use super::parts::Teller;
-use super::status::StatusWriter;
+use super::status::{StatusWriter, describe};
 use crate::dispatch::{Notice, Observer, SampleResult, Sink, SinkError};
 use crate::ledger::{Entry, Ledger, LedgerError};
-use crate::report::{Costs, Progress, Tally, Underway, counted, duration};
+use crate::report::{Costs, Progress, Tally, Underway};
 use crate::schedule::{Activity, Snapshot, WorkerView};
 use bladeoff_core::outcome::Status;
+use bladeoff_study::SampleKeys;
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::Instant;
@@ -104,27 +104,6 @@ fn refused(error: LedgerError) -> SinkError {
     SinkError { what: "finished samples cannot be recorded".to_owned(), source: Some(Box::new(error)) }
 }
 
-/// What a worker is doing, in one line.
-pub(super) fn describe(worker: &WorkerView) -> String {
-    let since = duration(worker.since);
-    let activity = match worker.activity {
-        Activity::Starting => format!("starting for {since}"),
-        Activity::Idle => format!("waiting for work for {since}"),
-        Activity::Busy { sample: Some(sample), left: 0..=1 } => format!("computing sample {sample} for {since}"),
-        Activity::Busy { sample: Some(sample), left } => {
-            format!("computing sample {sample} for {since}, then {} more of its batch", left - 1)
-        }
-        Activity::Busy { sample: None, left } => {
-            format!("given a batch of {} {since} ago", counted(left as u64, "sample"))
-        }
-        Activity::Leaving => format!("told to end {since} ago"),
-        Activity::Gone => format!("died {since} ago; the next one starts in a moment"),
-    };
-    let pid = worker.pid.map(|pid| format!(" (process {pid})")).unwrap_or_default();
-    let silent = if worker.stale { "; it has not been heard of for a while" } else { "" };
-    format!("worker {}{pid}: {activity}{silent}", worker.worker)
-}
-
 fn underway(snapshot: &Snapshot, now: Instant) -> Underway {
     let busy = |worker: &&WorkerView| matches!(worker.activity, Activity::Busy { .. });
     Underway {
@@ -184,8 +163,8 @@ impl Observer for ProgressObserver {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::{Samples, load};
-    use bladeoff_protocol::folder::Folder;
+    use bladeoff_study::{Samples, load};
+    use bladeoff_system::folder::Folder;
     use serde_json::Value;
     use std::fs;
     use std::path::Path;
@@ -198,7 +177,7 @@ mod tests {
         fs::copy(rig, folder.path().join("rig.toml")).expect("copied");
         let file = folder.path().join("s.toml");
         fs::write(&file, "schema = 1\nmachine = \"rig.toml\"\n").expect("written");
-        let samples = Samples::new(load(&file).expect("a study"), None, None).expect("one sample");
+        let samples = Samples::new(load(&file, |_| Vec::new()).expect("a study"), None, None).expect("one sample");
         let (mut taken, mut durable) = (Tally::default(), Tally::default());
         (0..3).for_each(|_| taken.count(Status::Ok, None));
         durable.count(Status::Ok, None);

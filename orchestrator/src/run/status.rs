@@ -4,19 +4,19 @@
 //! know whether anybody is still there. Its counts are those of durable samples. It is renamed into place but not synced:
 //! after a power cut it may be old or missing. Once nobody works in the directory the record says what is true.
 
-use super::directory::{LEDGER, LOCK, RESULTS};
+use super::directory::{LEDGER, LOCK, RESULTS, STATUS};
 use super::lock::{Holder, Look, look};
-use super::manifest::{host, timestamp};
-use super::sink::describe;
-use crate::call;
-use crate::files::FileError;
+use super::stamp::{host, timestamp};
 use crate::ledger::Reader;
 use crate::report::{Eta, Tally};
-use crate::schedule::Snapshot;
-use crate::study::Samples;
+use crate::schedule::{Activity, Snapshot, WorkerView};
+use bladeoff_answers::report::duration;
 use bladeoff_core::outcome::{Cause, Status};
-use bladeoff_protocol::folder::Folder;
-use bladeoff_protocol::place::Place;
+use bladeoff_study::Samples;
+use bladeoff_system::call;
+use bladeoff_system::files::FileError;
+use bladeoff_system::folder::Folder;
+use bladeoff_system::place::Place;
 use serde_json::{Map, Value, json};
 use std::error::Error;
 use std::ffi::OsString;
@@ -25,8 +25,6 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::time::{Duration, Instant, SystemTime};
 
-/// Name of the file in a result directory.
-pub const STATUS: &str = "status.json";
 /// Version of its layout.
 const STATUS_SCHEMA: u64 = 1;
 /// What a command says to work in a directory that others could write in.
@@ -356,6 +354,27 @@ fn is_stopped(pid: u32) -> bool {
     let stat = fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
     // The name in parentheses may hold anything; the state is the first word after it.
     stat.rsplit_once(") ").is_some_and(|(_, rest)| rest.starts_with(['T', 't']))
+}
+
+/// What a worker is doing, in one line.
+pub(super) fn describe(worker: &WorkerView) -> String {
+    let since = duration(worker.since);
+    let activity = match worker.activity {
+        Activity::Starting => format!("starting for {since}"),
+        Activity::Idle => format!("waiting for work for {since}"),
+        Activity::Busy { sample: Some(sample), left: 0..=1 } => format!("computing sample {sample} for {since}"),
+        Activity::Busy { sample: Some(sample), left } => {
+            format!("computing sample {sample} for {since}, then {} more of its batch", left - 1)
+        }
+        Activity::Busy { sample: None, left } => {
+            format!("given a batch of {} {since} ago", bladeoff_answers::report::counted(left as u64, "sample"))
+        }
+        Activity::Leaving => format!("told to end {since} ago"),
+        Activity::Gone => format!("died {since} ago; the next one starts in a moment"),
+    };
+    let pid = worker.pid.map(|pid| format!(" (process {pid})")).unwrap_or_default();
+    let silent = if worker.stale { "; it has not been heard of for a while" } else { "" };
+    format!("worker {}{pid}: {activity}{silent}", worker.worker)
 }
 
 #[cfg(test)]

@@ -1,15 +1,16 @@
 //! From the record of finished samples to the tables.
 
 use super::RunError;
+use super::columns::table_schema;
 use super::directory::{RESULTS, RunDirectory, TIMINGS};
 use super::manifest::Checksums;
 use super::prepare::Prepared;
 use crate::engine;
-use crate::files::Pending;
 use crate::ledger::{Entry, Reader};
-use crate::results::{
-    Checksum, Provenance, ResultsWriter, Row, TableError, TableSchema, Timing, TimingsWriter, read_metadata,
+use bladeoff_answers::tables::{
+    Checksum, Provenance, ResultsWriter, Row, TableError, Timing, TimingsWriter, read_metadata,
 };
+use bladeoff_system::files::Pending;
 use std::path::Path;
 
 /// Writes `results.parquet` and `timings.parquet` of a study whose samples are all recorded, one entry at a time: the writers
@@ -52,7 +53,7 @@ impl<'a> RowsWriter<'a> {
         timings: Pending,
         more: &[(String, String)],
     ) -> Result<Self, TableError> {
-        let schema = TableSchema::new(prepared.samples.fields(), &engine::columns(&prepared.machine));
+        let schema = table_schema(prepared.samples, &prepared.machine);
         let provenance = Provenance([&prepared.provenance, more].concat());
         Ok(Self {
             prepared,

@@ -2,9 +2,9 @@
 //! may write in, every name can become something else at any moment.
 
 use super::RunError;
-use super::directory::LOCK;
-use crate::files::FileError;
-use bladeoff_protocol::folder::Folder;
+use super::lock::LOCK;
+use bladeoff_system::files::FileError;
+use bladeoff_system::folder::Folder;
 use rustix::fs::{Access, AtFlags, accessat};
 use rustix::process::{getegid, geteuid};
 use std::io;

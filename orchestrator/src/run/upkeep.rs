@@ -7,10 +7,10 @@ use super::prepare::Prepared;
 use super::status::{self, StatusWriter};
 use super::tables::{write_tables, write_timings};
 use super::{Request, RunError};
-use crate::files::write_whole;
 use crate::ledger::Reader;
 use crate::report::Tally;
-use crate::results::read_metadata;
+use bladeoff_answers::tables::read_metadata;
+use bladeoff_system::files::write_whole;
 use std::time::SystemTime;
 
 /// Makes again what is missing or changed of a complete directory, but the record.

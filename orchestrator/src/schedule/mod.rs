@@ -36,6 +36,7 @@ mod batch;
 mod clock;
 mod ending;
 mod place;
+mod rate;
 mod scheduler;
 #[cfg(test)]
 mod simulation;

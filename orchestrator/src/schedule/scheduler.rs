@@ -9,7 +9,7 @@ use bladeoff_protocol::messages::{BatchId, Report, WorkerId};
 use super::batch::BatchSize;
 use super::clock::Clock;
 use super::place::{Effect, Place, Settings, State, Trouble, Work};
-use super::snapshot::Rate;
+use super::rate::Rate;
 use super::todo::Todo;
 
 /// Assigns the samples of one run. Every method that is told an event takes its time, which never influences results, and

@@ -1,6 +1,5 @@
 //! What the scheduler shows of itself: plain data for progress lines, `status` and events.
 
-use std::collections::VecDeque;
 use std::time::Duration;
 
 use bladeoff_core::outcome::{Cause, Status};
@@ -67,35 +66,6 @@ pub enum Activity {
     Leaving,
     /// Died; the next one starts after a pause.
     Gone,
-}
-
-/// Samples per second over the last seconds.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Rate {
-    /// Times and counts, about one a second.
-    points: VecDeque<(Duration, u64)>,
-}
-
-/// Span of the rate, in points.
-const RATE_POINTS: usize = 15;
-
-impl Rate {
-    /// So many samples are done at that time.
-    pub fn note(&mut self, now: Duration, done: u64) {
-        let is_due = self.points.back().is_none_or(|(last, _)| now.saturating_sub(*last) >= Duration::from_secs(1));
-        if is_due {
-            self.points.push_back((now, done));
-            if self.points.len() > RATE_POINTS {
-                self.points.pop_front();
-            }
-        }
-    }
-
-    fn per_second(&self, now: Duration, done: u64) -> f64 {
-        let Some(&(since, before)) = self.points.front() else { return 0.0 };
-        let span = now.saturating_sub(since).as_secs_f64();
-        if span > 0.0 { done.saturating_sub(before) as f64 / span } else { 0.0 }
-    }
 }
 
 impl Scheduler {

@@ -21,11 +21,11 @@ use std::path::{Path, PathBuf};
 
 use rustix::fs::FlockOperation;
 
-use crate::files::FileError;
 use crate::messages::RunId;
 use crate::runtime::{self, Base, Runtime};
 use crate::shm::SHM;
 use crate::{ipc_domain, ipc_hub, limits, owner, shm};
+use bladeoff_system::files::FileError;
 
 /// First part of every name of ours.
 pub(crate) const PRODUCT: &str = "bladeoff";

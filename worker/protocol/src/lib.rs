@@ -6,14 +6,11 @@
 //! shared memory, checks everything and only then sees a Rust type. [`transport`] carries blocks: in memory and
 //! faulty for tests, [`ipc`] over iceoryx2 between processes. [`link`] joins the two: typed messages over any transport.
 //! [`beat`] is the heartbeat, a few bytes through a pipe, so that it does not depend on what it watches. [`domain`] is
-//! where a run's shared memory lives and how it is cleaned. [`files`] are what both sides write: whole or absent; [`folder`]
-//! and [`place`] how what lies in a directory that others may write in is opened.
+//! where a run's shared memory lives and how it is cleaned.
 
 pub mod beat;
 mod bus;
 pub mod domain;
-pub mod files;
-pub mod folder;
 pub mod ipc;
 mod ipc_domain;
 mod ipc_hub;
@@ -22,7 +19,6 @@ mod limits;
 pub mod link;
 pub mod messages;
 mod owner;
-pub mod place;
 pub mod runtime;
 mod shm;
 pub mod transport;

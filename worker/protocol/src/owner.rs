@@ -15,8 +15,8 @@ use std::path::{Path, PathBuf};
 use rustix::fs::FlockOperation;
 
 use crate::domain::{Address, Left, PRODUCT, is_id, prefix_of};
-use crate::files::FileError;
 use crate::shm::{self, SHM};
+use bladeoff_system::files::FileError;
 
 const NAME: &str = "owner";
 /// What stands before the root in the file's text.

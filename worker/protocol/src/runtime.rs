@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 use rustix::fs::OFlags;
 
 use crate::domain::{DomainError, ID_LENGTH, LONGEST_ADDRESS, PRODUCT, is_id, prefix_of};
-use crate::files::FileError;
+use bladeoff_system::files::FileError;
 
 /// Environment variable that names the directory below which runs have their sockets.
 pub const RUNTIME_VARIABLE: &str = "BLADEOFF_RUNTIME_DIR";

@@ -3,7 +3,7 @@
 use super::super::error::CliError;
 use super::super::exit::Exit;
 use super::super::output::{print, remark};
-use super::{Folder, load};
+use super::host::{Folder, load};
 use crate::chaos::{Storm, WATCHDOG};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};

@@ -3,14 +3,15 @@
 use super::super::error::CliError;
 use super::super::exit::Exit;
 use super::super::output::{print, remark};
+use super::host::{Folder, load};
 use super::stages::{Stages, peak_mb};
-use super::{Folder, load};
 use crate::dispatch::{
     self, Activity, DispatchOptions, Observer, SampleResult, Samples, Sink, SinkError, Snapshot, Todo,
 };
-use crate::ledger::{Entry, Ledger, SampleKey};
-use crate::report::{Align, TextTable};
+use crate::ledger::{Entry, Ledger};
 use crate::run::{RunError, order};
+use bladeoff_answers::report::{Align, TextTable};
+use bladeoff_study::SampleKey;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fs;

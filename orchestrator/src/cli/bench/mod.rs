@@ -2,13 +2,11 @@
 
 mod chaos;
 mod dispatch;
+mod host;
 mod stages;
 
 use super::error::CliError;
 use super::exit::Exit;
-use crate::files::FileError;
-use std::fs;
-use std::path::PathBuf;
 
 /// Measure what the program costs beside the simulations, and what it withstands
 #[derive(Debug, clap::Args)]
@@ -36,28 +34,4 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         What::Chaos(args) => chaos::main(args),
         What::Stage(args) => stages::main(args),
     }
-}
-
-/// A folder on a real disk, removed at the end.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new() -> Result<Self, CliError> {
-        let path = std::env::temp_dir().join(format!("bladeoff-bench-{}", std::process::id()));
-        fs::create_dir(&path).map_err(FileError::at("create", &path))?;
-        Ok(Self(path))
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        // What is left in a temporary folder hurts nobody.
-        let _ = fs::remove_dir_all(&self.0);
-    }
-}
-
-/// The load of the machine over the last minute, as the system says it.
-fn load() -> String {
-    let text = fs::read_to_string("/proc/loadavg").unwrap_or_default();
-    text.split_whitespace().next().unwrap_or("?").to_owned()
 }

@@ -5,12 +5,12 @@ use super::super::error::CliError;
 use super::super::exit::Exit;
 use super::super::output::print;
 use crate::chaos::LAB_RIG;
-use crate::files::FileError;
-use crate::report::{SUMMARY_COLUMNS, Summary};
-use crate::results::Table;
 use crate::run::directory::row_files;
-use crate::run::rehearsal;
-use crate::study::{Samples, load};
+use crate::run::{own_columns, rehearsal};
+use bladeoff_answers::report::{SUMMARY_COLUMNS, Summary};
+use bladeoff_answers::tables::Table;
+use bladeoff_study::{Samples, load};
+use bladeoff_system::files::FileError;
 use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -99,7 +99,7 @@ fn study(rows: u64, columns: u64) -> String {
 
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
-    let samples = Samples::new(load(&args.study)?, None, None)?;
+    let samples = Samples::new(load(&args.study, own_columns)?, None, None)?;
     let directory = &args.directory;
     let begun = Instant::now();
     let time = match args.what {

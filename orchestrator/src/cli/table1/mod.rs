@@ -1,18 +1,17 @@
 //! `bladeoff table1`: the paper's Table 1 beside ours, and figures like its figures 7 to 13.
 
-mod causes;
 mod pictures;
 mod runs;
-mod separation;
-mod verdict;
 
 use super::error::CliError;
 use super::exit::Exit;
 use super::output::{print, remark};
 use super::plot::refuse_other_formats;
-use crate::files::{FileError, write_whole};
-use crate::study::{Samples, load};
+use crate::run::own_columns;
+use bladeoff_answers::table1::{Done, csv, report};
 use bladeoff_core::outcome::Status;
+use bladeoff_study::{Samples, load};
+use bladeoff_system::files::{FileError, write_whole};
 use std::path::PathBuf;
 
 /// The paper's comparison of the three contact detections, beside ours
@@ -54,8 +53,8 @@ pub struct Args {
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
     refuse_other_formats(&args.out, "--out", false)?;
-    let samples = Samples::new(load(&args.study)?, None, None)?;
-    let cases = runs::cases(&samples, args)?;
+    let samples = Samples::new(load(&args.study, own_columns)?, None, None)?;
+    let cases = runs::cases(&samples, &args.engine, args.scatter, args.end_time.as_deref())?;
     let starts = 1 + cases.iter().map(|case| case.start).max().unwrap_or(0);
     if (starts as u64) < args.scatter {
         remark(&format!("{} has {starts} starts, not {}", args.study.display(), args.scatter));
@@ -63,12 +62,12 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     std::fs::create_dir_all(&args.out).map_err(FileError::at("create", &args.out))?;
     remark(&format!("{} runs; then 3 more with their histories", cases.len()));
     let done = runs::compute(&cases)?;
-    let text = verdict::report(&done);
+    let text = report(&done);
     print(&text)?;
     write_whole(args.out.join("table1.md"), text.as_bytes())?;
-    write_whole(args.out.join("runs.csv"), runs::csv(&done).as_bytes())?;
+    write_whole(args.out.join("runs.csv"), csv(&done).as_bytes())?;
     let figures = pictures::draw(&cases, &args.out)?;
     write_whole(args.out.join("table1.md"), (text + &figures).as_bytes())?;
-    let finished = |run: &runs::Done| matches!(run.status(), Status::Ok | Status::Invalid);
+    let finished = |run: &Done| matches!(run.status(), Status::Ok | Status::Invalid);
     Ok(if done.iter().all(finished) { Exit::Ok } else { Exit::Failures })
 }

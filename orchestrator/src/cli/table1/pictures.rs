@@ -5,8 +5,9 @@ use crate::cli::error::CliError;
 use crate::cli::history::watched;
 use crate::cli::output::remark;
 use crate::engine;
-use crate::figures::{COLOURS, Figure, FigureError, Line, Panel, Scale, panels};
-use crate::history::{Decimation, History, Settings, read};
+use crate::history::{Decimation, Settings, read};
+use bladeoff_answers::figures::{COLOURS, Figure, FigureError, Line, Panel, Scale, panels};
+use bladeoff_answers::history::History;
 use std::path::Path;
 
 /// Recorded interval \[s\].

@@ -1,19 +1,17 @@
 //! The runs behind the table: each detection, engine and start once, CPU time of its thread measured.
 
-use super::Args;
 use crate::cli::error::CliError;
 use crate::cli::machine::set;
 use crate::cli::output::remark;
 use crate::engine;
-use crate::study::Samples;
-use crate::threads::in_parallel;
-use bladeoff_core::outcome::{ColumnKind, Outcome, Status};
+use bladeoff_answers::table1::Done;
 use bladeoff_core::record::columns;
 use bladeoff_core::structure::Structure;
 use bladeoff_model::machine::{Detection, Engine, Machine, MachineDef};
+use bladeoff_study::Samples;
+use bladeoff_system::threads::in_parallel;
 use bladeoff_worker::process::thread_cpu_time;
 use rayon::prelude::{IntoParallelRefIterator, ParallelIterator};
-use std::fmt::Write;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
@@ -26,41 +24,18 @@ pub(super) struct Case {
     pub start: usize,
 }
 
-/// One run that is done.
-pub(super) struct Done {
-    pub engine: &'static str,
-    pub detection: &'static str,
-    pub start: usize,
-    /// CPU time of the transient \[s\].
-    pub cpu: f64,
-    names: Vec<(String, ColumnKind)>,
-    outcome: Outcome,
-}
-
-impl Done {
-    /// Value of a column.
-    pub fn value(&self, name: &str) -> Option<f64> {
-        let at = self.names.iter().position(|(column, _)| column == name)?;
-        self.outcome.values.get(at).copied().flatten()
-    }
-    /// How it ended.
-    pub fn status(&self) -> Status {
-        self.outcome.status
-    }
-    /// Status and causes of a run that is not ok.
-    pub fn trouble(&self) -> Option<String> {
-        let causes = || self.outcome.causes.words().map(|words| format!(" ({words})")).unwrap_or_default();
-        (self.status() != Status::Ok).then(|| format!("{}{}", self.status().word(), causes()))
-    }
-}
-
-/// The runs of a study that the arguments ask for, quick ones first.
-pub(super) fn cases(samples: &Samples, args: &Args) -> Result<Vec<Case>, CliError> {
+/// The runs of a study that are asked for, quick ones first: with this engine or `both`, from the first `scatter` starts.
+pub(super) fn cases(
+    samples: &Samples,
+    wanted: &str,
+    scatter: u64,
+    end_time: Option<&str>,
+) -> Result<Vec<Case>, CliError> {
     let mut starts: Vec<Machine> = Vec::new();
     let mut cases = Vec::new();
     for sample in 0..samples.count() {
         let mut def: MachineDef = samples.machine(sample);
-        if let Some(time) = &args.end_time {
+        if let Some(time) = end_time {
             set(&mut def, "run.end_time", time, &format!("--end-time {time}"))?;
         }
         let machine = def.build()?;
@@ -76,8 +51,7 @@ pub(super) fn cases(samples: &Samples, args: &Args) -> Result<Vec<Case>, CliErro
             starts.push(bare);
             starts.len() - 1
         });
-        let wanted = (args.engine == "both" || args.engine == engine) && (start as u64) < args.scatter;
-        if wanted {
+        if (wanted == "both" || wanted == engine) && (start as u64) < scatter {
             cases.push(Case { machine, engine, detection, start });
         }
     }
@@ -117,30 +91,4 @@ pub(super) fn compute(cases: &[Case]) -> Result<Vec<Done>, CliError> {
         Ok(Done { engine: case.engine, detection: case.detection, start: case.start, cpu, names, outcome })
     };
     in_parallel(|| cases.par_iter().map(run).collect())?
-}
-
-/// Every run, one line each.
-pub(super) fn csv(done: &[Done]) -> String {
-    let mut text = String::from("engine,detection,start,cpu_s,status");
-    let Some(first) = done.first() else { return text };
-    for (name, _) in &first.names {
-        write!(text, ",{name}").expect("writing to a String cannot fail");
-    }
-    text.push('\n');
-    for run in done {
-        write!(text, "{},{},{},{:?},{}", run.engine, run.detection, run.start, run.cpu, run.outcome.status.word())
-            .expect("writing to a String cannot fail");
-        for ((_, kind), value) in run.names.iter().zip(&run.outcome.values) {
-            text.push(',');
-            match (kind, value) {
-                (_, None) => {}
-                (ColumnKind::Choice(words), Some(value)) => {
-                    text.push_str(words.get(*value as usize).copied().unwrap_or(""))
-                }
-                (_, Some(value)) => write!(text, "{value:?}").expect("writing to a String cannot fail"),
-            }
-        }
-        text.push('\n');
-    }
-    text
 }

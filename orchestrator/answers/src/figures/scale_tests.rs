@@ -1,0 +1,104 @@
+//! What is drawn to scale, measured in the picture.
+
+use super::{Figure, machine, orbits, ring_shapes};
+use crate::history::{About, History, Series};
+use bladeoff_core::structure::Structure;
+use bladeoff_model::machine::{Machine, MachineDef, RotorKind};
+use std::f64::consts::PI;
+
+/// Circles may be off round by this much: whole units of the drawing on both sides.
+const ROUND: f64 = 0.005;
+
+fn study_machine(name: &str) -> Machine {
+    let path = format!("{}/../../studies/machines/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(&path).expect("a machine of the repository");
+    MachineDef::parse(name, &text).expect("parses").build().expect("valid")
+}
+
+/// Points of every line and area of so many points.
+fn shapes(figure: &Figure, points: usize) -> Vec<Vec<(f64, f64)>> {
+    let lists = figure.svg().split("points=\"").skip(1).map(|rest| rest.split('"').next().expect("a list"));
+    let read = |list: &str| -> Vec<(f64, f64)> {
+        let pair = |pair: &str| {
+            let (x, y) = pair.split_once(',').expect("x,y");
+            (x.parse().expect("x"), y.parse().expect("y"))
+        };
+        list.split_whitespace().map(pair).collect()
+    };
+    lists.map(read).filter(|shape| shape.len() == points).collect()
+}
+
+/// Width over height.
+fn proportion(shape: &[(f64, f64)]) -> f64 {
+    let extent = |of: &dyn Fn(&(f64, f64)) -> f64| {
+        let (low, high) = shape.iter().map(of).fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(x), h.max(x)));
+        high - low
+    };
+    extent(&|point| point.0) / extent(&|point| point.1)
+}
+
+fn are_round(what: &str, circles: &[Vec<(f64, f64)>], at_least: usize) {
+    assert!(circles.len() >= at_least, "{what}: {} circles", circles.len());
+    for circle in circles {
+        let off = proportion(circle) - 1.0;
+        assert!(off.abs() < ROUND, "{what}: off round by {off}");
+    }
+}
+
+/// Sides of every rectangle of a colour.
+fn rectangles(figure: &Figure, colour: &str) -> Vec<(f64, f64)> {
+    let side = |tag: &str, name: &str| -> Option<f64> {
+        tag.split_once(&format!(" {name}=\""))?.1.split('"').next()?.parse().ok()
+    };
+    let tags = figure.svg().split("<rect").skip(1).map(|rest| rest.split('>').next().unwrap_or(""));
+    tags.filter(|tag| tag.contains(colour))
+        .filter_map(|tag| Some((side(tag, "width")?, side(tag, "height")?)))
+        .collect()
+}
+
+#[test]
+fn what_is_drawn_to_scale_is_round() {
+    for name in ["lab_rig", "lp_turbine"] {
+        let subject = study_machine(name);
+        let figure = machine(&subject).expect("drawn").expect("a shaft");
+        // ring outside and inside, rotor and its rim, the casing
+        are_round(name, &shapes(&figure, 241), 4);
+        // from the side: the shaft as long and thick as its elements
+        let RotorKind::Shaft(shaft) = &subject.rotor.kind else { unreachable!("a shaft") };
+        let drawn = rectangles(&figure, "#BEC8D2");
+        assert_eq!(drawn.len(), shaft.elements.len());
+        let length: f64 = drawn.iter().map(|(width, _)| width).sum();
+        let thickest = drawn.iter().fold(0.0_f64, |most, (_, height)| most.max(*height));
+        let true_length: f64 = shaft.elements.iter().map(|element| element.length).sum();
+        let true_thickest = shaft.elements.iter().fold(0.0_f64, |most, element| most.max(element.diameter));
+        let off = length / thickest * true_thickest / true_length - 1.0;
+        // whole units on a shaft of some dozens
+        let units = 2.0 / thickest + drawn.len() as f64 / length;
+        assert!(off.abs() < ROUND + units, "{name} from the side: off by {off}");
+        let structure = Structure::build(&subject, None).expect("buildable");
+        let modes = ring_shapes(&subject, &structure).expect("drawn").expect("a ring");
+        are_round("ring modes", &shapes(&modes, 121), 6);
+    }
+}
+
+#[test]
+fn the_clearance_of_an_orbit_is_round() {
+    let around =
+        |of: fn(f64) -> f64| (0..=400).map(|k| 4e-4 * of(2.0 * PI * f64::from(k) / 200.0)).collect::<Vec<f64>>();
+    let series = |name: &str, values: Vec<f64>| Series { name: name.to_owned(), unit: String::new(), values };
+    let history = History {
+        time: (0..=400).map(|k| f64::from(k) * 1e-4).collect(),
+        channels: vec![
+            series("contact.rotor_x_m", around(f64::cos)),
+            series("contact.rotor_y_m", around(f64::sin)),
+            series("rotor.angle_rad", (0..=400).map(|k| 2.0 * PI * f64::from(k) / 200.0).collect()),
+        ],
+        about: About::from([("contact.gap_m".to_owned(), "5e-4".to_owned())]),
+        outcome: About::default(),
+    };
+    for instants in [&[0.04][..], &[0.02, 0.04], &[0.02, 0.03, 0.035, 0.04]] {
+        let figure = orbits(&history, "round", instants).expect("drawn").expect("an orbit");
+        are_round("gap", &shapes(&figure, 181), instants.len());
+        are_round("orbit", &shapes(&figure, 201), 1);
+    }
+}

@@ -1,0 +1,232 @@
+//! Spectrogram and order tracking of a channel.
+//!
+//! ```text
+//! spectrogram   |X(t, f)|  windows of equal duration, Blackman-Harris, overlapping
+//! orders        the channel resampled at equal steps of the spin angle; |X(t, k)|, k in events per turn
+//! amplitude     2 |X| / sum(window): a sine of amplitude A shows as A
+//! ```
+//! Order tracking keeps what turns with the shaft at one order while the speed falls, which a spectrogram smears.
+//! Verified by `a_sine_shows_with_its_frequency_and_amplitude`, `an_order_stays_while_the_speed_falls`.
+
+use super::heat::{Map, map};
+use super::style::Scale;
+use super::{Figure, FigureError, SpectrumError, plain_name};
+use crate::history::{History, Series};
+use realfft::RealFftPlanner;
+use std::f64::consts::PI;
+
+/// Windows of a map at most.
+const COLUMNS: usize = 260;
+/// Dynamic range shown [dB].
+const RANGE: f64 = 80.0;
+
+/// Columns of amplitudes, from zero frequency up, and the place of each column (window's middle, in samples).
+struct Stft {
+    columns: Vec<Vec<f64>>,
+    middles: Vec<f64>,
+}
+
+/// Windows are padded with zeros to so many times their length: rows between the frequencies that a window resolves.
+const PADDING: usize = 2;
+
+/// Blackman-Harris window: side lobes at -92 dB, below what is shown (Harris 1978, the minimum 4-term window).
+fn taper(share: f64) -> f64 {
+    let angle = 2.0 * PI * share;
+    0.35875 - 0.48829 * angle.cos() + 0.14128 * (2.0 * angle).cos() - 0.01168 * (3.0 * angle).cos()
+}
+
+fn stft(samples: &[f64], window: usize) -> Stft {
+    let hop = (window / 32).max((samples.len().saturating_sub(window)) / COLUMNS).max(1);
+    let taper: Vec<f64> = (0..window).map(|k| taper(k as f64 / window as f64)).collect();
+    let sum: f64 = taper.iter().sum();
+    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(PADDING * window);
+    let (mut input, mut output) = (transform.make_input_vec(), transform.make_output_vec());
+    let (mut columns, mut middles) = (Vec::new(), Vec::new());
+    let mut from = 0;
+    while from + window <= samples.len() {
+        let part = &samples[from..from + window];
+        let mean = part.iter().sum::<f64>() / window as f64;
+        input[window..].fill(0.0);
+        for ((x, sample), taper) in input.iter_mut().zip(part).zip(&taper) {
+            *x = (sample - mean) * taper;
+        }
+        // lengths are those the plan made
+        if transform.process(&mut input, &mut output).is_err() {
+            break;
+        }
+        columns.push(output.iter().map(|value| 2.0 * value.norm() / sum).collect());
+        middles.push(from as f64 + 0.5 * window as f64);
+        from += hop;
+    }
+    Stft { columns, middles }
+}
+
+/// Window length: a power of two near a share of the samples.
+fn window_of(samples: usize) -> usize {
+    (samples / 8).next_power_of_two().clamp(64, 16384)
+}
+
+/// Records at even intervals: all but the last, which is the run's end, where that lies off the interval.
+fn even(time: &[f64]) -> usize {
+    let &[.., before, last] = time else { return time.len() };
+    let interval = time[1] - time[0];
+    if ((last - before) / interval - 1.0).abs() < 1e-6 { time.len() } else { time.len() - 1 }
+}
+
+/// Spectrogram of a channel, up to `top` \[Hz\] (a fifth of what the records carry by default).
+///
+/// # Errors
+/// Too few records, or the plotting library failed.
+pub fn spectrogram(history: &History, name: &str, channel: &Series, top: Option<f64>) -> Result<Figure, FigureError> {
+    let records = even(&history.time);
+    if records < 256 {
+        return Err(SpectrumError::Short { records, least: 256 }.into());
+    }
+    let interval = (history.time[records - 1] - history.time[0]) / (records - 1) as f64;
+    let window = window_of(records);
+    let stft = stft(&channel.values[..records], window);
+    let resolution = 1.0 / (window as f64 * interval);
+    let nyquist = 0.5 / interval;
+    let top = top.unwrap_or(0.2 * nyquist).clamp(8.0 * resolution, nyquist);
+    let resolution = resolution / PADDING as f64;
+    let bins = ((top / resolution) as usize).clamp(2, PADDING * window / 2);
+    let half = 0.5 * window as f64 * interval;
+    let x_range = (history.time[0] + half, history.time[records - 1] - half);
+    let lines = synchronous(history, x_range, bins as f64 * resolution);
+    let title = format!("{name}: spectrogram of {}", plain_name(&channel.name, &channel.unit));
+    draw(&stft, channel, bins, (&title, "frequency [Hz]"), x_range, bins as f64 * resolution, &lines)
+}
+
+/// The lines 1x, 2x, 3x of the spin over time.
+fn synchronous(history: &History, (from, to): (f64, f64), top: f64) -> Vec<(String, Vec<(f64, f64)>)> {
+    let Some(speed) = history.channel("rotor.speed_rad_s") else { return Vec::new() };
+    (1..=3)
+        .map(|order| {
+            let points = history.time.iter().zip(&speed.values).step_by((history.time.len() / 200).max(1));
+            let points = points.filter(|(time, _)| (from..=to).contains(*time));
+            let points: Vec<(f64, f64)> = points
+                .map(|(time, speed)| (*time, f64::from(order) * speed / (2.0 * PI)))
+                .filter(|p| p.1 <= top)
+                .collect();
+            (format!("{order}×"), points)
+        })
+        .filter(|(_, points)| points.len() > 1)
+        .collect()
+}
+
+/// Order map of a channel, up to order `top`.
+///
+/// # Errors
+/// No spin angle, too few turns or records, or the plotting library failed.
+pub fn order_map(history: &History, name: &str, channel: &Series, top: f64) -> Result<Figure, FigureError> {
+    /// Samples per turn: orders up to a quarter of it are clean.
+    const PER_TURN: f64 = 64.0;
+    const TURNS: f64 = 16.0;
+    let angle = &history.channel("rotor.angle_rad").ok_or(SpectrumError::NoAngle)?.values;
+    let first = angle.first().copied().unwrap_or(0.0);
+    let turns = (angle.last().copied().unwrap_or(0.0) - first) / (2.0 * PI);
+    if turns < 1.5 * TURNS {
+        return Err(SpectrumError::FewTurns { turns, least: 1.5 * TURNS }.into());
+    }
+    // linear interpolation at equal angles; the angle of a run that is braked to rest never falls
+    let count = (turns * PER_TURN) as usize;
+    let (mut samples, mut times) = (Vec::with_capacity(count), Vec::with_capacity(count));
+    let mut at = 0;
+    for k in 0..count {
+        let wanted = first + 2.0 * PI * k as f64 / PER_TURN;
+        while at + 2 < angle.len() && angle[at + 1] < wanted {
+            at += 1;
+        }
+        let t = ((wanted - angle[at]) / (angle[at + 1] - angle[at]).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        samples.push(channel.values[at] + t * (channel.values[at + 1] - channel.values[at]));
+        times.push(history.time[at] + t * (history.time[at + 1] - history.time[at]));
+    }
+    let window = (TURNS * PER_TURN) as usize;
+    let stft = stft(&samples, window);
+    let per_order = PADDING as f64 * TURNS;
+    let bins = ((top * per_order) as usize).clamp(2, PADDING * window / 4);
+    // columns are even in turns: put them where they are in time
+    let middles: Vec<f64> = stft.middles.iter().map(|middle| times[(*middle as usize).min(count - 1)]).collect();
+    let x_range = (middles[0], middles[middles.len() - 1]);
+    let even: Vec<Vec<f64>> = (0..COLUMNS)
+        .map(|k| {
+            let time = x_range.0 + (x_range.1 - x_range.0) * (k as f64 + 0.5) / COLUMNS as f64;
+            let next = middles.partition_point(|middle| *middle < time).min(middles.len() - 1);
+            stft.columns[next].clone()
+        })
+        .collect();
+    let even = Stft { columns: even, middles: Vec::new() };
+    let title = format!("{name}: orders of {}", plain_name(&channel.name, &channel.unit));
+    draw(&even, channel, bins, (&title, "order [events per turn]"), x_range, bins as f64 / per_order, &[])
+}
+
+fn draw(
+    stft: &Stft,
+    channel: &Series,
+    bins: usize,
+    (title, y_label): (&str, &str),
+    x_range: (f64, f64),
+    top: f64,
+    lines: &[(String, Vec<(f64, f64)>)],
+) -> Result<Figure, FigureError> {
+    let largest = stft.columns.iter().flat_map(|column| &column[1..bins]).copied().fold(0.0, f64::max);
+    let scale = Scale::of(&channel.unit, largest);
+    let reference = if largest > 0.0 { largest } else { 1.0 };
+    let decibel = |value: f64| 20.0 * (value / reference).max(1e-12).log10();
+    let columns: Vec<Vec<f64>> =
+        stft.columns.iter().map(|column| column[..bins].iter().map(|value| decibel(*value)).collect()).collect();
+    let full = largest * scale.factor;
+    let z_label = format!("amplitude [dB re {} {}]", super::style::tick(full), scale.unit);
+    map(&Map {
+        title,
+        x_label: "time [s]",
+        y_label,
+        z_label: &z_label,
+        x_range,
+        y_range: (0.0, top),
+        columns: &columns,
+        z_range: (-RANGE, 0.0),
+        lines,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sine_shows_with_its_frequency_and_amplitude() {
+        let samples: Vec<f64> = (0..8192).map(|k| 3.0 * (2.0 * PI * 0.0625 * f64::from(k)).sin() + 5.0).collect();
+        let stft = stft(&samples, 512);
+        for column in &stft.columns {
+            let (bin, value) = column.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)).expect("not empty");
+            assert_eq!(bin, 32 * PADDING);
+            assert!((value - 3.0).abs() < 1e-9);
+            assert!(column[0] < 1e-9, "the mean is taken out");
+        }
+    }
+
+    #[test]
+    fn an_end_off_the_interval_is_no_sample() {
+        let mut time: Vec<f64> = (0..300).map(|k| f64::from(k) * 1e-4).collect();
+        assert_eq!(even(&time), 300);
+        time.push(299.3 * 1e-4);
+        assert_eq!(even(&time), 300);
+        assert_eq!((even(&[]), even(&[0.0]), even(&[0.0, 1.0])), (0, 1, 2));
+    }
+
+    #[test]
+    fn an_order_stays_while_the_speed_falls() {
+        // spin from 50 to 25 turns a second in 4 s; a channel that turns with it three times
+        let time: Vec<f64> = (0..40_000).map(|k| f64::from(k) * 1e-4).collect();
+        let angle: Vec<f64> = time.iter().map(|t| 2.0 * PI * (50.0 * t - 3.125 * t * t)).collect();
+        let third: Vec<f64> = angle.iter().map(|a| (3.0 * a).cos()).collect();
+        let series = |name: &str, values: Vec<f64>| Series { name: name.into(), unit: "m".into(), values };
+        let channel = series("x_m", third);
+        let history =
+            History { time, channels: vec![series("rotor.angle_rad", angle), channel.clone()], ..History::default() };
+        let figure = order_map(&history, "run", &channel, 8.0).expect("enough turns");
+        assert!(figure.svg().contains("order [events per turn]"));
+        assert!(spectrogram(&history, "run", &channel, None).expect("enough records").svg().contains("frequency [Hz]"));
+    }
+}

@@ -1,0 +1,326 @@
+//! The summary of a result table: what became of the samples, and the main quantities, by contact detection.
+//!
+//! Statistics are over `ok` rows that have the quantity; how many those are stands beside them, and what they leave
+//! out is listed. A failed or invalid row never drops out without a word.
+
+use super::text::{Align, TextTable, counted};
+use crate::tables::{DETECTION, Table};
+use bladeoff_model::document::units::format_digits;
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write;
+
+/// Column of the shift of a twin's initial speed, where it varies.
+const TWIN: &str = "run.twin";
+
+/// Which end of a quantity is the bad one.
+#[derive(Clone, Copy)]
+enum Worst {
+    Largest,
+    Smallest,
+}
+
+/// The main quantities: column, SI unit, label, bad end.
+const QUANTITIES: [(&str, &str, &str, Worst); 6] = [
+    ("max_bearing_load_N", "N", "largest bearing load", Worst::Largest),
+    ("max_filtered_contact_force_N", "N", "largest contact force (1 ms mean)", Worst::Largest),
+    ("max_eccentricity_m", "m", "largest eccentricity", Worst::Largest),
+    ("friction_energy_J", "J", "friction energy", Worst::Largest),
+    ("first_contact_s", "s", "first contact (worst: earliest)", Worst::Smallest),
+    ("end_speed_rad_s", "rad/s", "end speed (worst: lowest)", Worst::Smallest),
+];
+
+/// Columns of a table that a summary looks at.
+pub const SUMMARY_COLUMNS: [&str; 6 + QUANTITIES.len()] = [
+    DETECTION,
+    "status",
+    "cause",
+    TWIN,
+    "twin_status",
+    "twin_bearing_load_change",
+    QUANTITIES[0].0,
+    QUANTITIES[1].0,
+    QUANTITIES[2].0,
+    QUANTITIES[3].0,
+    QUANTITIES[4].0,
+    QUANTITIES[5].0,
+];
+
+/// A summary under construction: a table is added part by part, so that a large one need not be in memory.
+#[derive(Debug, Clone, Default)]
+pub struct Summary {
+    /// By detection.
+    groups: BTreeMap<String, Group>,
+    /// Which quantities the table has.
+    has: [bool; QUANTITIES.len()],
+    rows: u64,
+    twins: Twins,
+}
+
+/// Second runs with another initial speed.
+#[derive(Debug, Clone, Default)]
+struct Twins {
+    /// Rows that have one, and those whose own failed.
+    count: u64,
+    failed: u64,
+    /// `|twin_bearing_load_change|`.
+    changes: Vec<f64>,
+    /// Shifts, where the table has them.
+    shifts: BTreeSet<String>,
+}
+
+/// Rows of one detection.
+#[derive(Debug, Clone, Default)]
+struct Group {
+    rows: u64,
+    with_contact: u64,
+    /// By status and cause.
+    counts: BTreeMap<(String, String), u64>,
+    /// Of the rows that are ok and have the quantity.
+    values: [Vec<f64>; QUANTITIES.len()],
+}
+
+impl Group {
+    /// "2 (2 slip_reversal)" of the rows of these statuses.
+    fn by_cause(&self, statuses: &[&str]) -> String {
+        let mut causes: BTreeMap<&str, u64> = BTreeMap::new();
+        for ((status, cause), count) in &self.counts {
+            if statuses.contains(&status.as_str()) {
+                *causes.entry(cause).or_default() += count;
+            }
+        }
+        let total: u64 = causes.values().sum();
+        if total == 0 {
+            return "0".to_owned();
+        }
+        let named: Vec<String> = causes.iter().map(|(cause, count)| format!("{count} {cause}")).collect();
+        format!("{total} ({})", named.join(", "))
+    }
+
+    fn ok(&self) -> u64 {
+        self.counts.iter().filter(|((status, _), _)| status == "ok").map(|(_, count)| count).sum()
+    }
+}
+
+impl Summary {
+    /// Adds the rows of a table or of a part of one.
+    pub fn add(&mut self, table: &Table) {
+        let detections = table.words(DETECTION).unwrap_or(&[]);
+        let (status, cause) = (table.words("status").unwrap_or(&[]), table.words("cause").unwrap_or(&[]));
+        let contact = table.numbers("first_contact_s").unwrap_or(&[]);
+        let quantities = QUANTITIES.map(|(column, ..)| table.numbers(column));
+        for (has, values) in self.has.iter_mut().zip(&quantities) {
+            *has |= values.is_some();
+        }
+        let word = |words: &[Option<String>], row: usize| words.get(row).and_then(Clone::clone);
+        self.rows += table.rows() as u64;
+        self.twins.add(table);
+        for row in 0..table.rows() {
+            let name = word(detections, row).unwrap_or_else(|| "no diaphragm".to_owned());
+            let group = self.groups.entry(name).or_default();
+            group.rows += 1;
+            group.with_contact += u64::from(contact.get(row).is_some_and(Option::is_some));
+            let status = word(status, row).unwrap_or_default();
+            if status == "ok" {
+                for (values, column) in group.values.iter_mut().zip(&quantities) {
+                    values.extend(column.and_then(|column| column[row]));
+                }
+            }
+            let cause = word(cause, row).unwrap_or_else(|| "no cause".to_owned());
+            *group.counts.entry((status, cause)).or_default() += 1;
+        }
+    }
+
+    /// The summary as text.
+    #[must_use]
+    pub fn text(mut self) -> String {
+        let mut text = self.verdicts();
+        text.push('\n');
+        text.push_str(&self.statistics());
+        text.push_str(&self.twins.text(self.rows));
+        text
+    }
+
+    /// Says by how much twins start faster where the table does not: `run.twin` of the machine.
+    #[must_use]
+    pub fn with_twin(mut self, shift: f64) -> Self {
+        if self.twins.shifts.is_empty() && shift > 0.0 {
+            self.twins.shifts.insert(format_digits(shift, "", 3));
+        }
+        self
+    }
+
+    fn verdicts(&self) -> String {
+        let mut text = TextTable::new(&[
+            ("detection", Align::Left),
+            ("samples", Align::Right),
+            ("with contact", Align::Right),
+            ("ok", Align::Right),
+            ("invalid", Align::Left),
+            ("failed", Align::Left),
+        ]);
+        for (name, group) in &self.groups {
+            text.row(vec![
+                name.clone(),
+                group.rows.to_string(),
+                group.with_contact.to_string(),
+                group.ok().to_string(),
+                group.by_cause(&["invalid"]),
+                group.by_cause(&["failed", "quarantined"]),
+            ]);
+        }
+        text.render("")
+    }
+
+    fn statistics(&mut self) -> String {
+        let mut header = vec![("median | worst (rows)", Align::Left)];
+        header.extend(self.groups.keys().map(|name| (name.as_str(), Align::Right)));
+        let mut text = TextTable::new(&header);
+        for (at, (_, unit, label, worst)) in QUANTITIES.into_iter().enumerate() {
+            if !self.has[at] {
+                continue;
+            }
+            let mut cells = vec![label.to_owned()];
+            for group in self.groups.values_mut() {
+                let found = &mut group.values[at];
+                found.sort_by(f64::total_cmp);
+                cells.push(match (found.first(), found.last()) {
+                    (Some(&least), Some(&most)) => {
+                        let end = match worst {
+                            Worst::Largest => most,
+                            Worst::Smallest => least,
+                        };
+                        let show = |value| format_digits(value, unit, 3);
+                        format!("{} | {} ({})", show(median(found)), show(end), found.len())
+                    }
+                    _ => "- (0)".to_owned(),
+                });
+            }
+            text.row(cells);
+        }
+        let mut text = text.render("");
+        text.push_str("Rows: those with status ok that have the quantity (no first contact without contact).");
+        let left_out = |(name, group): (&String, &Group)| {
+            let others = group.by_cause(&["invalid", "failed", "quarantined"]);
+            (others != "0").then(|| format!("{name} {others}"))
+        };
+        let left_out: Vec<String> = self.groups.iter().filter_map(left_out).collect();
+        if left_out.is_empty() {
+            text.push_str(" No row is left out.\n");
+        } else {
+            writeln!(text, " Left out: {}.", left_out.join("; ")).expect("writing to a String cannot fail");
+        }
+        text
+    }
+}
+
+impl Twins {
+    fn add(&mut self, table: &Table) {
+        for word in table.words("twin_status").unwrap_or_default().iter().flatten() {
+            self.count += 1;
+            self.failed += u64::from(word == "failed");
+        }
+        let changes = table.numbers("twin_bearing_load_change").unwrap_or_default();
+        self.changes.extend(changes.iter().flatten().map(|change| change.abs()));
+        let shifts = table.numbers(TWIN).unwrap_or_default().iter().flatten().filter(|shift| **shift > 0.0);
+        self.shifts.extend(shifts.map(|shift| format_digits(*shift, "", 3)));
+    }
+
+    /// "Twin runs: 5 of 108 rows, bearing load moved by up to 6 % (median 0.01 %) for 1e-6 of the initial speed."
+    fn text(&mut self, rows: u64) -> String {
+        if self.count == 0 {
+            return String::new();
+        }
+        let mut text = format!("Twin runs: {} of {}", self.count, counted(rows, "row"));
+        if self.failed > 0 {
+            write!(text, ", {} of them failed", self.failed).expect("writing to a String cannot fail");
+        }
+        self.changes.sort_by(f64::total_cmp);
+        if let Some(&most) = self.changes.last() {
+            let (most, middle) = (percent(most), percent(median(&self.changes)));
+            let shifts: Vec<&str> = self.shifts.iter().map(String::as_str).collect();
+            let shifts = if shifts.is_empty() { "run.twin".to_owned() } else { shifts.join(", ") };
+            write!(text, ", bearing load moved by up to {most} (median {middle}) for {shifts} of the initial speed")
+                .expect("writing to a String cannot fail");
+        }
+        text + ".\n"
+    }
+}
+
+/// A share as a person reads it.
+#[must_use]
+pub fn percent(share: f64) -> String {
+    format!("{} %", format_digits(100.0 * share, "", 2))
+}
+
+/// Median of sorted numbers, at least one.
+fn median(sorted: &[f64]) -> f64 {
+    let middle = sorted.len() / 2;
+    if sorted.len() % 2 == 1 { sorted[middle] } else { (sorted[middle - 1] + sorted[middle]) / 2.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tables::Cells;
+
+    fn table() -> Table {
+        let words = |list: [Option<&str>; 4]| Cells::Words(list.map(|word| word.map(str::to_owned)).to_vec());
+        Table::from_columns(
+            4,
+            vec![
+                ("detection".into(), words([Some("hyp1"), Some("hyp1"), Some("hyp1"), Some("hyp2")])),
+                ("status".into(), words([Some("ok"), Some("ok"), Some("failed"), Some("invalid")])),
+                ("cause".into(), words([None, None, Some("diverged"), Some("slip_reversal")])),
+                ("first_contact_s".into(), Cells::Numbers(vec![Some(0.2), None, Some(0.1), Some(0.3)])),
+                ("max_bearing_load_N".into(), Cells::Numbers(vec![Some(1000.0), Some(3000.0), Some(9e9), Some(5.0)])),
+            ],
+        )
+    }
+
+    fn summary(table: &Table) -> String {
+        let mut summary = Summary::default();
+        summary.add(table);
+        summary.text()
+    }
+
+    #[test]
+    fn a_summary_says_how_many_rows_it_covers_and_which_it_leaves_out() {
+        let text = summary(&table());
+        let line = |start: &str| text.lines().find(|line| line.starts_with(start)).expect("the line").to_owned();
+        assert!(line("hyp1").contains("1 (1 diverged)"), "{text}");
+        let load = line("largest bearing load");
+        assert!(load.contains("2 kN | 3 kN (2)"), "the failed row's 9e9 N is not counted: {text}");
+        assert!(load.ends_with("- (0)"), "no ok row with hyp2: {text}");
+        assert!(line("first contact").contains("0.2 s | 0.2 s (1)"), "{text}");
+        assert!(text.contains("Left out: hyp1 1 (1 diverged); hyp2 1 (1 slip_reversal)."), "{text}");
+    }
+
+    #[test]
+    fn twins_say_how_far_a_small_shift_moves_a_load() {
+        assert!(!summary(&table()).contains("Twin"), "there are none");
+        let words = |list: [Option<&str>; 4]| Cells::Words(list.map(|word| word.map(str::to_owned)).to_vec());
+        let with = |shift: Option<f64>| {
+            let mut columns = vec![
+                ("status".into(), words([Some("ok"); 4])),
+                ("twin_status".into(), words([Some("ok"), None, Some("failed"), Some("ok")])),
+                ("twin_bearing_load_change".into(), Cells::Numbers(vec![Some(-0.06), None, None, Some(1e-6)])),
+            ];
+            if shift.is_some() {
+                columns.push((TWIN.into(), Cells::Numbers(vec![shift, Some(0.0), shift, shift])));
+            }
+            let mut summary = Summary::default();
+            summary.add(&Table::from_columns(4, columns));
+            summary.with_twin(2e-6).text()
+        };
+        let said = "Twin runs: 3 of 4 rows, 1 of them failed, bearing load moved by up to 6 % (median 3 %) for";
+        let (own, machine) = (with(Some(1e-6)), with(None));
+        assert!(own.contains(&format!("{said} 1e-6 of the initial speed.")), "{own}");
+        assert!(machine.contains(&format!("{said} 2e-6 of the initial speed.")), "{machine}");
+    }
+
+    #[test]
+    fn a_table_without_ok_rows_does_not_panic() {
+        let empty = Table::from_columns(0, Vec::new());
+        assert!(summary(&empty).contains("detection"));
+    }
+}

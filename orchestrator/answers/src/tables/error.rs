@@ -1,0 +1,52 @@
+//! Why a table is not written or read.
+
+use super::schema::SCHEMA_VERSION;
+use bladeoff_model::document::visible;
+use bladeoff_system::files::FileError;
+use std::path::PathBuf;
+
+/// What can go wrong with a table.
+#[derive(Debug, thiserror::Error)]
+pub enum TableError {
+    /// A file operation failed.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// The table library refused to read or write.
+    #[error("cannot {action} {}", visible(&path.to_string_lossy()))]
+    Table {
+        /// "write", "read" or "export".
+        action: &'static str,
+        /// The table.
+        path: PathBuf,
+        /// What it said.
+        #[source]
+        source: polars::error::PolarsError,
+    },
+    /// The table library gave up on it.
+    #[error("{} is damaged", visible(&path.to_string_lossy()))]
+    Damaged {
+        /// The table.
+        path: PathBuf,
+    },
+    /// Its bytes are not those that were written.
+    #[error(
+        "{} is damaged: it is not as it was written (its BLAKE3 is not the one in manifest.json); the `bladeoff run` that \
+         made it makes it again from the record, and nothing is computed for that",
+        visible(&path.to_string_lossy())
+    )]
+    Changed {
+        /// The table.
+        path: PathBuf,
+    },
+    /// The table library has no threads.
+    #[error(transparent)]
+    Threads(#[from] bladeoff_system::threads::ThreadsError),
+    /// The file has no schema version, or one that this program does not know.
+    #[error("{} is not a result table of schema version {SCHEMA_VERSION} (it says {found:?})", path.display())]
+    Version {
+        /// The table.
+        path: PathBuf,
+        /// What the file says.
+        found: Option<String>,
+    },
+}

@@ -1,0 +1,28 @@
+//! The tables of a study: schema, Parquet, reading back, CSV. The only place that names polars.
+//!
+//! `results.parquet` holds nothing about time, host or worker: the same study gives the same bytes. Row groups are
+//! cut by row number, never by arrival; the writer, its settings and their order are fixed here.
+
+mod error;
+mod export;
+mod grouped;
+mod parquet;
+mod read;
+mod schema;
+mod series;
+mod stream;
+mod threads;
+mod timings;
+
+pub use error::TableError;
+pub use export::export_csv;
+pub use parquet::{Provenance, ResultsWriter, Row};
+pub use read::{Cells, Table, count_sound_rows};
+pub use schema::{DETECTION, Field, FieldKind, SCHEMA_VERSION, TableSchema, verdict_fields};
+pub use series::{NumberColumn, read_metadata, read_numbers, write_numbers};
+pub use stream::Checksum;
+pub use threads::start_threads;
+pub use timings::{Timing, TimingsWriter};
+
+/// Rows per row group. One group is in memory while a table is written: near 70 MB for the widest one (256 numbers a row).
+const ROW_GROUP: usize = 16_384;

@@ -1,0 +1,136 @@
+//! The bytes of a table on their way into its file: hashed as they go, so that the checksum is of what was meant and not of
+//! what came to lie on the disk, and with the system's own error kept, which the table library replaces by words of its own
+//! ("transport error" for a full disk).
+
+use super::TableError;
+use bladeoff_system::files::{FileError, Pending};
+use blake3::{Hash, Hasher};
+use polars::error::PolarsError;
+use std::cell::RefCell;
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+/// What the table library writes to.
+pub(super) type Out = BufWriter<Stream>;
+/// The library writes the headers of pages byte by byte.
+const BUFFER: usize = 1 << 16;
+
+/// What a file is known by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Checksum {
+    /// BLAKE3 of its bytes.
+    pub hash: Hash,
+    /// How many they are.
+    pub bytes: u64,
+}
+
+/// The end that the table library has.
+#[derive(Debug)]
+pub(super) struct Stream {
+    file: File,
+    seen: Rc<RefCell<Seen>>,
+}
+
+/// The end that we keep.
+#[derive(Debug)]
+pub(super) struct Watch {
+    path: PathBuf,
+    seen: Rc<RefCell<Seen>>,
+}
+
+#[derive(Debug, Default)]
+struct Seen {
+    hasher: Hasher,
+    bytes: u64,
+    error: Option<io::Error>,
+}
+
+/// Both ends of the way into a file.
+///
+/// # Errors
+/// The system has no descriptor left.
+pub(super) fn open(pending: &mut Pending) -> Result<(Out, Watch), TableError> {
+    let file = pending.file().try_clone().map_err(FileError::at("write", pending.path()))?;
+    Ok(ends(file, pending.path()))
+}
+
+fn ends(file: File, path: &Path) -> (Out, Watch) {
+    let seen = Rc::new(RefCell::new(Seen::default()));
+    let watch = Watch { path: path.to_path_buf(), seen: Rc::clone(&seen) };
+    (BufWriter::with_capacity(BUFFER, Stream { file, seen }), watch)
+}
+
+impl Watch {
+    /// What went wrong: the system's error if there was one, otherwise the library's.
+    pub fn failed(&self, source: PolarsError) -> TableError {
+        match self.seen.borrow_mut().error.take() {
+            Some(source) => FileError::at("write", &self.path)(source).into(),
+            None => TableError::Table { action: "write", path: self.path.clone(), source },
+        }
+    }
+
+    /// That of all bytes so far.
+    pub fn checksum(&self) -> Checksum {
+        let seen = self.seen.borrow();
+        Checksum { hash: seen.hasher.finalize(), bytes: seen.bytes }
+    }
+}
+
+impl Write for Stream {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = self.file.write(bytes);
+        let mut seen = self.seen.borrow_mut();
+        match &written {
+            Ok(count) => {
+                seen.hasher.update(&bytes[..*count]);
+                seen.bytes += *count as u64;
+            }
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) => {
+                // The first one says why.
+                seen.error.get_or_insert_with(|| {
+                    error.raw_os_error().map_or_else(|| error.kind().into(), io::Error::from_raw_os_error)
+                });
+            }
+        }
+        written
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tables::{Timing, TimingsWriter};
+    use polars::prelude::{DataFrame, ParquetWriter};
+    use std::error::Error;
+    use std::fs::OpenOptions;
+
+    #[test]
+    fn a_full_disk_is_called_so() {
+        let full = OpenOptions::new().write(true).open("/dev/full").expect("Linux has it");
+        let (out, watch) = ends(full, Path::new("out/results.parquet"));
+        let refused = ParquetWriter::new(out).finish(&mut DataFrame::empty()).expect_err("nothing fits");
+        let error = watch.failed(refused);
+        assert_eq!(error.to_string(), "cannot write out/results.parquet");
+        assert!(error.source().is_some_and(|source| source.to_string().contains("No space left on device")));
+    }
+
+    #[test]
+    fn the_checksum_is_that_of_the_file() {
+        let folder = tempfile::tempdir().expect("temporary directory");
+        let path = folder.path().join("t.parquet");
+        let mut writer = TimingsWriter::create(Pending::create(&path).expect("created")).expect("begun");
+        for sample in 0..40_000 {
+            writer.push(Timing { sample, cpu_s: 0.5, worker: 1, attempt: 1 }).expect("taken");
+        }
+        let checksum = writer.finish().expect("written");
+        let bytes = std::fs::read(&path).expect("readable");
+        assert_eq!(checksum, Checksum { hash: blake3::hash(&bytes), bytes: bytes.len() as u64 });
+    }
+}

@@ -1,0 +1,30 @@
+//! What is measured on: a folder, and how busy the machine is.
+
+use super::super::error::CliError;
+use bladeoff_system::files::FileError;
+use std::fs;
+use std::path::PathBuf;
+
+/// A folder on a real disk, removed at the end.
+pub(super) struct Folder(pub PathBuf);
+
+impl Folder {
+    pub fn new() -> Result<Self, CliError> {
+        let path = std::env::temp_dir().join(format!("bladeoff-bench-{}", std::process::id()));
+        fs::create_dir(&path).map_err(FileError::at("create", &path))?;
+        Ok(Self(path))
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        // What is left in a temporary folder hurts nobody.
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+/// The load of the machine over the last minute, as the system says it.
+pub(super) fn load() -> String {
+    let text = fs::read_to_string("/proc/loadavg").unwrap_or_default();
+    text.split_whitespace().next().unwrap_or("?").to_owned()
+}

@@ -1,0 +1,128 @@
+//! Why commands about a result directory do not do what is asked.
+
+use bladeoff_answers::report::counted;
+use bladeoff_study::StudyError;
+use bladeoff_system::call;
+use bladeoff_worker::core_solver::SolverError;
+use bladeoff_worker::plan::PlanFileError;
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+
+/// There is no result directory to take.
+#[derive(Debug, thiserror::Error)]
+#[error("there is no result directory here nor below runs/; name one")]
+pub struct NoDirectory;
+
+/// Why nothing can be said of a sample.
+#[derive(Debug, thiserror::Error)]
+pub enum WhyError {
+    /// Not a number.
+    #[error(
+        "{word:?} is not the number of a sample: samples are numbered from 0, as in the column `sample` of the table"
+    )]
+    Number {
+        /// What was given.
+        word: String,
+    },
+    /// Two directories.
+    #[error("the directory is given twice: {first} and {}", second.display())]
+    Twice {
+        /// Before the sample.
+        first: String,
+        /// By --dir.
+        second: PathBuf,
+    },
+    /// No such sample.
+    #[error("the study in {} has no sample {sample}; its samples are 0 to {}", directory.display(), count - 1)]
+    Sample {
+        /// The directory.
+        directory: PathBuf,
+        /// The number.
+        sample: u64,
+        /// Samples there are.
+        count: u64,
+    },
+    /// The study that was frozen in the directory.
+    #[error("the study frozen in {} cannot be read any more", directory.display())]
+    Frozen {
+        /// The directory.
+        directory: PathBuf,
+        /// Why.
+        #[source]
+        source: StudyError,
+    },
+}
+
+/// Why a sample cannot be computed again.
+#[derive(Debug, thiserror::Error)]
+pub enum ReplayError {
+    /// Neither a sample nor a column is named.
+    #[error(
+        "which sample? --sample N (a number of the column `sample`, up to {last}), or --worst COLUMN for the one with the \
+         largest value; such as\n  {}\n  {}",
+        replay(directory, "--sample", &example.to_string()),
+        replay(directory, "--worst", "max_bearing_load_N")
+    )]
+    Which {
+        /// Where.
+        directory: PathBuf,
+        /// A sample of it.
+        example: u64,
+        /// Its last sample.
+        last: u64,
+    },
+    /// No such sample.
+    #[error("{} has no sample {sample}; it has {}", table.display(), counted(*rows as u64, "row"))]
+    Sample {
+        /// The table, or the folder of its parts.
+        table: PathBuf,
+        /// The number.
+        sample: u64,
+        /// Rows there are.
+        rows: usize,
+    },
+    /// No such column of numbers.
+    #[error("{} has no column {column:?} of numbers{}", table.display(), nearest.as_ref().map(|name| format!("; did you mean {name}?")).unwrap_or_default())]
+    Column {
+        /// The table.
+        table: PathBuf,
+        /// The name.
+        column: String,
+        /// The nearest one.
+        nearest: Option<String>,
+    },
+    /// Nothing in the column.
+    #[error("no row of {} that is ok has a value in {column}", table.display())]
+    Empty {
+        /// The table.
+        table: PathBuf,
+        /// The column.
+        column: String,
+    },
+    /// The table does not say which plan it was computed from.
+    #[error("{} does not name the plan it was computed from", table.display())]
+    NoPlan {
+        /// The table.
+        table: PathBuf,
+    },
+    /// The plan.
+    #[error(transparent)]
+    Plan(#[from] PlanFileError),
+    /// The sample.
+    #[error("the sample cannot be computed")]
+    Solver(#[from] SolverError),
+    /// A parameter of the plan without a column.
+    #[error("{} has no column for the parameter {path}", table.display())]
+    Parameter {
+        /// The table.
+        table: PathBuf,
+        /// The parameter.
+        path: String,
+    },
+}
+
+fn replay(directory: &Path, option: &str, value: &str) -> String {
+    let directory = call::path_word(directory);
+    let words: [&OsStr; 4] = ["replay".as_ref(), directory.as_ref(), option.as_ref(), value.as_ref()];
+    call::command(words)
+}

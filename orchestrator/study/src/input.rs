@@ -1,0 +1,203 @@
+//! Reading what the user names: regular UTF-8 files of sensible size, from sensible places.
+
+use bladeoff_model::document::cut;
+use bladeoff_system::place::{Place, Unfit};
+use std::io;
+use std::path::{Component, Path, PathBuf};
+
+/// Why an input file was not read.
+#[derive(Debug, thiserror::Error)]
+pub enum InputError {
+    /// No such file.
+    #[error("there is no file {}", path.display())]
+    Missing {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A directory, device, pipe ...
+    #[error("{} is not a regular file", path.display())]
+    NotAFile {
+        /// The path.
+        path: PathBuf,
+    },
+    /// A symbolic link in a result directory.
+    #[error("{} is a symbolic link, which is not followed in a result directory", path.display())]
+    Link {
+        /// The path.
+        path: PathBuf,
+    },
+    /// Too large to be what it should be.
+    #[error("{} has {bytes} bytes; at most {limit} are read", path.display())]
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+        /// Its size.
+        bytes: u64,
+        /// Largest allowed.
+        limit: u64,
+    },
+    /// Not text.
+    #[error("{} is neither UTF-8 text (byte {at}) nor UTF-16 with its byte order mark: save it as UTF-8", path.display())]
+    NotText {
+        /// The file.
+        path: PathBuf,
+        /// Position of the first byte that is not.
+        at: usize,
+    },
+    /// A path in a study file that leads elsewhere than a study should.
+    #[error("{named:?} leads outside the study's surroundings: {reason}")]
+    Escapes {
+        /// As written.
+        named: String,
+        /// Which rule it breaks.
+        reason: &'static str,
+    },
+    /// The system refused.
+    #[error("cannot read {}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        #[source]
+        source: io::Error,
+    },
+}
+
+/// Reads a text file of at most `limit` bytes that the user named.
+///
+/// # Errors
+/// See [`InputError`].
+pub fn read_input(path: &Path, limit: u64) -> Result<String, InputError> {
+    read_text(&Place::named(path), limit)
+}
+
+/// The same of a file that a study froze in its result directory.
+///
+/// # Errors
+/// See [`InputError`].
+pub fn read_frozen(path: &Path, limit: u64) -> Result<String, InputError> {
+    read_text(&Place::from(path), limit)
+}
+
+fn read_text(path: &Place, limit: u64) -> Result<String, InputError> {
+    let path_buf = || path.to_path_buf();
+    let failed = |source: io::Error| match source.kind() {
+        io::ErrorKind::NotFound | io::ErrorKind::NotADirectory => InputError::Missing { path: path_buf() },
+        _ => InputError::Io { path: path_buf(), source },
+    };
+    let bytes = path.read_checked(limit).map_err(|unfit| match unfit {
+        Unfit::Kind(_) | Unfit::Links { .. } => InputError::NotAFile { path: path_buf() },
+        Unfit::Link => InputError::Link { path: path_buf() },
+        Unfit::TooLarge { bytes, limit } => InputError::TooLarge { path: path_buf(), bytes, limit },
+        Unfit::Io(source) => failed(source),
+    })?;
+    decode(bytes).map_err(|at| InputError::NotText { path: path_buf(), at })
+}
+
+/// UTF-8, or UTF-16 that says so by its byte order mark, as spreadsheets save "Unicode text"; otherwise the first byte that is
+/// no text. UTF-16 without its mark shows by the zeros in its first letters.
+fn decode(bytes: Vec<u8>) -> Result<String, usize> {
+    let unit: fn([u8; 2]) -> u16 = match bytes.first_chunk() {
+        Some([0xff, 0xfe]) => u16::from_le_bytes,
+        Some([0xfe, 0xff]) => u16::from_be_bytes,
+        _ => {
+            if let Some(at) = bytes.iter().take(4).position(|byte| *byte == 0) {
+                return Err(at);
+            }
+            return String::from_utf8(bytes).map_err(|error| error.utf8_error().valid_up_to());
+        }
+    };
+    let (units, rest) = bytes[2..].as_chunks::<2>();
+    let mut text = String::with_capacity(units.len());
+    for (position, letter) in char::decode_utf16(units.iter().map(|pair| unit(*pair))).enumerate() {
+        text.push(letter.map_err(|_| 2 * (position + 1))?);
+    }
+    if rest.is_empty() { Ok(text) } else { Err(bytes.len() - 1) }
+}
+
+/// Most `..` at the beginning of a path in a study.
+const MOST_PARENTS: usize = 2;
+/// Bytes of a path on Linux.
+const LONGEST_PATH: usize = 4096;
+
+/// Where a file named in a study lies: relative to the study file; `..` only at the beginning and at most twice
+/// (`../machines/rig.toml` is a usual layout); never absolute. A study from somebody else so reads only what lies
+/// around it. A symbolic link there is followed wherever it leads: who put it there has decided it.
+///
+/// # Errors
+/// [`InputError::Escapes`].
+pub fn beside(study_file: &Path, named: &str) -> Result<PathBuf, InputError> {
+    let escapes = |reason| InputError::Escapes { named: cut(named, 120), reason };
+    if named.len() > LONGEST_PATH {
+        return Err(escapes("longer than a path may be"));
+    }
+    let mut parents = 0;
+    let mut inside = false;
+    for component in Path::new(named).components() {
+        match component {
+            Component::RootDir | Component::Prefix(_) => {
+                return Err(escapes("an absolute path; name it relative to the study file"));
+            }
+            Component::ParentDir if inside => return Err(escapes("`..` after a folder name")),
+            Component::ParentDir => parents += 1,
+            Component::Normal(_) => inside = true,
+            Component::CurDir => {}
+        }
+    }
+    if parents > MOST_PARENTS {
+        return Err(escapes("more than two `..`"));
+    }
+    if !inside || named.contains('\0') {
+        return Err(escapes("it names no file"));
+    }
+    Ok(study_file.parent().unwrap_or(Path::new("")).join(named))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    #[test]
+    fn files_beside_the_study_and_up_to_two_levels_above_are_found() {
+        let study = Path::new("studies/rub/a.toml");
+        assert_eq!(beside(study, "m.toml").expect("beside"), Path::new("studies/rub/m.toml"));
+        assert_eq!(beside(study, "../machines/m.toml").expect("above"), Path::new("studies/rub/../machines/m.toml"));
+        for named in ["/etc/passwd", "../../../x.toml", "a/../../x", "", "..", ".", "a\0b", &"a".repeat(5000)] {
+            assert!(matches!(beside(study, named), Err(InputError::Escapes { .. })), "{named:?}");
+        }
+    }
+
+    #[test]
+    fn only_regular_text_files_of_sensible_size_are_read() {
+        let directory = tempfile::tempdir().expect("temporary directory");
+        let path = directory.path().join("f");
+        assert!(matches!(read_input(&path, 10), Err(InputError::Missing { .. })));
+        assert!(matches!(read_input(directory.path(), 10), Err(InputError::NotAFile { .. })));
+        assert!(matches!(read_input(Path::new("/dev/zero"), 10), Err(InputError::NotAFile { .. })));
+        fs::write(&path, b"0123456789").expect("write");
+        assert_eq!(read_input(&path, 10).expect("read"), "0123456789");
+        assert!(matches!(read_input(&path, 9), Err(InputError::TooLarge { bytes: 10, .. })));
+        let link = directory.path().join("link");
+        std::os::unix::fs::symlink("f", &link).expect("linked");
+        assert_eq!(read_input(&link, 10).expect("what the user names"), "0123456789");
+        assert!(matches!(read_frozen(&link, 10), Err(InputError::Link { .. })));
+        fs::write(&path, b"ab\xff").expect("write");
+        assert!(matches!(read_input(&path, 10), Err(InputError::NotText { at: 2, .. })));
+    }
+
+    #[test]
+    fn utf_16_is_read_where_its_mark_says_so() {
+        let bytes = |mark: [u8; 2], to: fn(u16) -> [u8; 2]| -> Vec<u8> {
+            mark.into_iter().chain("a;µ\r\n😀".encode_utf16().flat_map(to)).collect()
+        };
+        for bytes in [bytes([0xff, 0xfe], u16::to_le_bytes), bytes([0xfe, 0xff], u16::to_be_bytes)] {
+            assert_eq!(decode(bytes.clone()).as_deref(), Ok("a;µ\r\n😀"));
+            assert_eq!(decode(bytes[..bytes.len() - 1].to_vec()), Err(12), "half a letter");
+            assert!(decode(bytes[..bytes.len() - 2].to_vec()).is_err(), "half a pair");
+            assert!(decode(bytes[2..].to_vec()).is_err(), "no mark");
+        }
+        assert_eq!(decode(b"a\0".to_vec()), Err(1));
+        assert_eq!(decode(Vec::new()).as_deref(), Ok(""));
+    }
+}

@@ -1,0 +1,177 @@
+//! Keys of samples: what a result is recorded under.
+//!
+//! A key is the identity of the sample's machine (`MachineDef::identity`, every parameter after overrides but
+//! `run.step_limit`, which is a budget) together with the numerics version and the frozen basis. The same sample has the same key in a study with more points, another
+//! `--scale`, `--limit` or order of axes, and whether a parameter is varied or written in the machine file.
+
+use super::{Axis, Samples};
+use bladeoff_model::machine::{ParamValue, STEP_LIMIT};
+
+/// Identity of a sample's inputs: its machine, the numerics version and the basis. Equal keys, equal outcomes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct SampleKey(pub u128);
+
+/// Keys of all samples of a study: a sum of one term per axis each.
+#[derive(Debug, Clone)]
+pub struct SampleKeys<'a> {
+    samples: &'a Samples,
+    base: u128,
+    /// What each position of each axis adds.
+    axes: Vec<Vec<u128>>,
+    limit: StepLimit,
+    /// What a sample adds that has no twin in a study with `twin_share`.
+    alone: u128,
+}
+
+/// Where `run.step_limit` of a sample comes from.
+#[derive(Debug, Clone, Copy)]
+enum StepLimit {
+    /// The same for all.
+    Fixed(Option<u64>),
+    /// It varies: number of its axis, and of it among what varies along that.
+    Varied(usize, usize),
+}
+
+impl<'a> SampleKeys<'a> {
+    /// Prepares the terms; `numerics`: version of the solver's numerics, `basis`: the frozen one.
+    #[must_use]
+    pub fn new(samples: &'a Samples, numerics: u32, basis: &[u8]) -> Self {
+        let study = samples.study();
+        let machine = &study.machine;
+        let term = |axis: &Axis, position: u64| {
+            axis.varied.iter().fold(0u128, |sum, varied| {
+                let change = machine.identity_change(&varied.info, &varied.values.at(position));
+                sum.wrapping_add(change.expect("type and range were checked when the study was read"))
+            })
+        };
+        let axes = study.axes.iter().map(|axis| (0..axis.length).map(|position| term(axis, position)).collect());
+        let varied = study.axes.iter().enumerate().find_map(|(axis, along)| {
+            Some((axis, along.varied.iter().position(|varied| varied.info.path == STEP_LIMIT)?))
+        });
+        let limit =
+            varied.map_or(StepLimit::Fixed(machine.step_limit()), |(axis, varied)| StepLimit::Varied(axis, varied));
+        let alone = study
+            .twin
+            .as_ref()
+            .map_or(0, |twin| machine.identity_change(&twin.info, &ParamValue::Number(0.0)).expect("0 is no twin"));
+        Self {
+            samples,
+            alone,
+            base: machine.identity().wrapping_add(solver(numerics, basis)),
+            axes: axes.collect(),
+            limit,
+        }
+    }
+
+    /// `run.step_limit` of a sample.
+    #[must_use]
+    pub fn step_limit(&self, sample: u64) -> Option<u64> {
+        match self.limit {
+            StepLimit::Fixed(limit) => limit,
+            StepLimit::Varied(axis, varied) => {
+                let position = self.samples.positions(sample)[axis];
+                match self.samples.study().axes[axis].varied[varied].values.at(position) {
+                    ParamValue::Number(steps) => Some(steps as u64),
+                    ParamValue::Choice(_) => None,
+                }
+            }
+        }
+    }
+
+    /// The key of a sample.
+    #[must_use]
+    pub fn key(&self, sample: u64) -> SampleKey {
+        let positions = self.samples.positions(sample);
+        let terms = self
+            .axes
+            .iter()
+            .zip(positions)
+            .map(|(axis, position)| axis[usize::try_from(position).expect("a position indexes memory")]);
+        let key = terms.fold(self.base, u128::wrapping_add);
+        let has_twin = self.samples.twin(sample).is_none_or(|shift| shift != 0.0);
+        SampleKey(if has_twin { key } else { key.wrapping_add(self.alone) })
+    }
+
+    /// The key of the same sample with a twin where `twin_share` gives it none, and without where it gives it one.
+    #[must_use]
+    pub fn otherwise(&self, sample: u64) -> Option<SampleKey> {
+        let SampleKey(key) = self.key(sample);
+        let shift = self.samples.twin(sample)?;
+        Some(SampleKey(if shift != 0.0 { key.wrapping_add(self.alone) } else { key.wrapping_sub(self.alone) }))
+    }
+
+    /// Hash of all keys and step limits in order: equal for studies whose samples are the same and numbered alike.
+    #[must_use]
+    pub fn digest(&self) -> String {
+        let mut hasher = blake3::Hasher::new();
+        (0..self.samples.count()).for_each(|sample| {
+            hasher.update(&self.key(sample).0.to_le_bytes());
+            if let Some(limit) = self.step_limit(sample) {
+                hasher.update(b"step limit").update(&limit.to_le_bytes());
+            }
+        });
+        hasher.finalize().to_hex().to_string()
+    }
+}
+
+/// The part of a key that is not the machine.
+fn solver(numerics: u32, basis: &[u8]) -> u128 {
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(b"numerics").update(&numerics.to_le_bytes()).update(blake3::hash(basis).as_bytes());
+    u128::from_le_bytes(*hasher.finalize().as_bytes().first_chunk().expect("a hash has 32 bytes"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::load;
+    use std::collections::BTreeSet;
+    use std::fs;
+    use std::path::Path;
+
+    fn samples(folder: &Path, vary: &str) -> Samples {
+        let rig = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../studies/machines/lab_rig.toml");
+        fs::copy(rig, folder.join("rig.toml")).expect("copied");
+        let text = format!("schema = 1\nmachine = \"rig.toml\"\n{vary}");
+        fs::write(folder.join("s.toml"), text).expect("written");
+        Samples::new(load(&folder.join("s.toml"), |_| Vec::new()).expect("a study"), None, None).expect("samples")
+    }
+
+    #[test]
+    fn a_key_is_the_identity_of_the_machine_whatever_varies() {
+        let folder = tempfile::tempdir().expect("temporary directory");
+        let gap = "[[vary]]\npath = \"contact.gap\"\nvalues = [\"0.5 mm\", \"0.6 mm\", \"0.5 mm\"]\n";
+        let two = format!("{gap}[[vary]]\npath = \"contact.detection\"\nvalues = [\"hyp2\", \"hyp1\"]\n");
+        let basis = b"a basis";
+        let mut sets = Vec::new();
+        for vary in ["", gap, &two] {
+            let samples = samples(folder.path(), vary);
+            let keys = SampleKeys::new(&samples, 4, basis);
+            for sample in 0..samples.count() {
+                let identity = samples.machine(sample).identity().wrapping_add(solver(4, basis));
+                assert_eq!(keys.key(sample), SampleKey(identity), "{}", samples.describe(sample));
+            }
+            assert_ne!(keys.key(0), SampleKeys::new(&samples, 4, b"another").key(0));
+            assert_ne!(keys.key(0), SampleKeys::new(&samples, 5, basis).key(0));
+            sets.push((0..samples.count()).map(|sample| keys.key(sample)).collect::<BTreeSet<_>>());
+        }
+        assert_eq!(sets.iter().map(BTreeSet::len).collect::<Vec<_>>(), [1, 2, 4], "equal inputs, equal keys");
+        assert!(sets[0].is_subset(&sets[1]) && sets[1].is_subset(&sets[2]), "an added axis keeps what was there");
+    }
+
+    #[test]
+    fn a_step_limit_is_in_no_key_but_in_the_digest() {
+        let folder = tempfile::tempdir().expect("temporary directory");
+        let basis = b"a basis";
+        let set = "[set]\n\"run.step_limit\" = 300\n";
+        let varied = "[[vary]]\npath = \"run.step_limit\"\nvalues = [100, 300]\n";
+        let (without, fixed, varied) =
+            (samples(folder.path(), ""), samples(folder.path(), set), samples(folder.path(), varied));
+        let keys = [&without, &fixed, &varied].map(|samples| SampleKeys::new(samples, 4, basis));
+        assert_eq!(keys.each_ref().map(|keys| keys.step_limit(0)), [None, Some(300), Some(100)]);
+        assert_eq!(keys[2].step_limit(1), Some(300));
+        assert!(keys.iter().all(|other| other.key(0) == keys[0].key(0)) && keys[2].key(1) == keys[0].key(0));
+        let digests: BTreeSet<String> = keys.iter().map(SampleKeys::digest).collect();
+        assert_eq!(digests.len(), 3);
+    }
+}

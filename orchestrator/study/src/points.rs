@@ -1,0 +1,177 @@
+//! `[points]`: a CSV file whose header names parameters and whose rows are combinations. One axis of the study.
+//!
+//! How it is written: `csv.rs`. A header cell is a path, the end of one, or the name or the end of the name of a column of a
+//! result table (`diaphragms.seal.contact.gap_m`, `contact.gap_m`); other columns are carried along or left out where the study
+//! says so (`carried.rs`). Rows and columns are counted before a value is read; of a cell only its value is kept.
+
+use super::axis::MOST_VARIED;
+use super::axis::{Axis, Varied};
+use super::carried::{Carried, Gathering, Others};
+use super::csv::{Cell, Csv, DecimalSign};
+use super::values::Gathered;
+use super::vary::{MOST_POINTS, PathTable, one_kind};
+use bladeoff_model::document::{Collector, Problems, cut};
+use bladeoff_model::machine::PathInfo;
+use std::ops::Range;
+
+/// What the points file is to the study.
+pub(super) struct PointsFile<'a> {
+    /// Its name in messages.
+    pub file: &'a str,
+    /// As the study names it, and where.
+    pub named: &'a str,
+    pub place: Range<usize>,
+    pub text: &'a str,
+    /// Its columns that are no parameters.
+    pub others: &'a Others,
+}
+
+/// Reads the points.
+pub(super) fn read_points(file: &PointsFile<'_>, paths: &PathTable) -> Result<(Axis, Vec<Carried>), Problems> {
+    let mut problems = Collector::new(file.file, file.text);
+    let found = read(file, paths, &mut problems);
+    problems.finish()?;
+    Ok(found.expect("without a problem there is an axis"))
+}
+
+/// `None`: the reason is among the problems.
+fn read(file: &PointsFile<'_>, paths: &PathTable, problems: &mut Collector<'_>) -> Option<(Axis, Vec<Carried>)> {
+    let text = file.text;
+    let csv = Csv::new(text, problems)?;
+    let Some(header) = csv.lines().next() else {
+        problems.add(0..0, "", "there is no header line").allowed = Some("a line of parameter paths".to_owned());
+        return None;
+    };
+    let rows = csv.lines().skip(1).count();
+    if rows == 0 {
+        problems.add(text.len()..text.len(), "", "there are no points below the header");
+    }
+    if let Some(surplus) = csv.lines().nth(1 + MOST_POINTS) {
+        problems.add(surplus, "", format!("{rows} points")).allowed = Some(format!("at most {MOST_POINTS}"));
+        return None;
+    }
+    let columns = csv.cells(header.clone()).count();
+    if columns > MOST_VARIED + file.others.count() {
+        let message = format!("the header has {columns} columns");
+        problems.add(header, "", message).allowed = Some(format!("at most {MOST_VARIED} parameters"));
+        return None;
+    }
+    let header: Vec<Cell> = csv.cells(header).collect();
+    let mut meanings = meanings(&header, file.others, rows, paths, problems);
+    if meanings.iter().all(|meaning| matches!(meaning, Meaning::Carried(_) | Meaning::Ignored)) {
+        let span = header.first().map_or(0..0, |cell| cell.span.clone());
+        problems.add(span, "", "no column names a parameter");
+    }
+    let mut sign = DecimalSign::default();
+    for line in csv.lines().skip(1) {
+        let found = csv.cells(line.clone()).inspect(|cell| cell.refuse_unsound(problems)).count();
+        if found != columns {
+            let hint = mismatch(csv, &text[line.clone()]);
+            let message =
+                format!("has {found} cells, the header has {columns} (separated by {})", csv.separator_in_words());
+            problems.add(line, "", message).allowed = hint;
+            continue;
+        }
+        for (cell, meaning) in csv.cells(line).zip(&mut meanings) {
+            if matches!(meaning, Meaning::Unknown | Meaning::Ignored) {
+                continue;
+            }
+            let free = matches!(meaning, Meaning::Carried(_));
+            let Some(shown) = sign.read(csv, &cell, free, problems) else { continue };
+            match meaning {
+                Meaning::Parameter(info, values) => {
+                    if let Some(value) = paths.value(info, &shown, cell.span.clone(), &info.path, problems) {
+                        values.push(&value);
+                    }
+                }
+                Meaning::Carried(values) => values.push(&cell, &shown, problems),
+                Meaning::Unknown | Meaning::Ignored => {}
+            }
+        }
+    }
+    sign.refuse_both(csv, problems);
+    let (mut varied, mut carried) = (Vec::new(), Vec::new());
+    for (cell, meaning) in header.iter().zip(meanings) {
+        match meaning {
+            Meaning::Parameter(info, values) => {
+                if let Some(values) = one_kind(values, cell.span.clone(), &cell.text, problems) {
+                    varied.push(Varied { info, values, place: file.place.clone() });
+                }
+            }
+            Meaning::Carried(values) => carried.push(values.finish()),
+            Meaning::Unknown | Meaning::Ignored => {}
+        }
+    }
+    Some((Axis { name: format!("points of {}", file.named), varied, length: rows as u64 }, carried))
+}
+
+/// What may help a line that has another number of cells than the header.
+fn mismatch(csv: Csv<'_>, line: &str) -> Option<String> {
+    let comma_between_digits =
+        line.as_bytes().windows(3).any(|w| w[0].is_ascii_digit() && w[1] == b',' && w[2].is_ascii_digit());
+    match csv.separator {
+        ',' if line.contains(';') => {
+            Some("one separator in the whole file: with `;` in the header too, `,` is the decimal sign".to_owned())
+        }
+        ',' if comma_between_digits => {
+            Some("decimal points; decimal commas only where `;` or a tab separates the cells".to_owned())
+        }
+        _ => None,
+    }
+}
+
+/// What a column is.
+enum Meaning {
+    Parameter(PathInfo, Gathered),
+    Carried(Gathering),
+    Ignored,
+    /// It was reported.
+    Unknown,
+}
+
+/// What the cells of the header name.
+fn meanings(
+    header: &[Cell<'_>],
+    others: &Others,
+    rows: usize,
+    paths: &PathTable,
+    problems: &mut Collector<'_>,
+) -> Vec<Meaning> {
+    let columns = paths.columns();
+    let mut meanings: Vec<Meaning> = Vec::new();
+    let mut seen: Vec<&str> = Vec::new();
+    for cell in header {
+        cell.refuse_unsound(problems);
+        let name: &str = &cell.text;
+        let key = cut(name, 80);
+        if others.ignores(name) {
+            meanings.push(Meaning::Ignored);
+            continue;
+        }
+        if others.carries(name) {
+            if seen.contains(&name) {
+                problems.add(cell.span.clone(), key, "names the same column as an earlier one");
+            }
+            seen.push(name);
+            meanings.push(Meaning::Carried(Gathering::new(name)));
+            continue;
+        }
+        let info = match columns.find(name) {
+            Some(info) => Some(info.clone()),
+            None => paths.column(name, cell.span.clone(), problems),
+        };
+        let is_known =
+            |known: &Meaning| matches!((known, &info), (Meaning::Parameter(known, _), Some(info)) if known == info);
+        if meanings.iter().any(is_known) {
+            problems.add(cell.span.clone(), key, "names the same parameter as an earlier column");
+        }
+        meanings.push(match info {
+            Some(info) => {
+                let values = Gathered::new(&info, rows);
+                Meaning::Parameter(info, values)
+            }
+            None => Meaning::Unknown,
+        });
+    }
+    meanings
+}

@@ -1,0 +1,373 @@
+//! `[[vary]]`: one table per varied parameter; tables of the same `zip` group advance together.
+
+use super::axis::{Axis, MOST_VARIED, Varied};
+use super::table::{Keys, scalar_text, wrong_type};
+use super::values::{Gathered, Mixed, ValueList};
+use bladeoff_model::document::units::QuantityError;
+use bladeoff_model::document::{Collector, Entry, Node, Value, cut};
+use bladeoff_model::machine::{
+    MachineDef, ParamValue, PathError, PathInfo, PathKind, ValueError, is_of_the_format, some_of,
+};
+use bladeoff_system::call::program;
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::ops::Range;
+
+/// Most points of one axis.
+pub(super) const MOST_POINTS: usize = 1_000_000;
+
+const KEYS: [&str; 7] = ["path", "from", "to", "count", "spacing", "values", "zip"];
+
+/// The paths of a study's machine, and which of them the study has used so far.
+pub(super) struct PathTable<'a> {
+    /// `None`: the machine could not be read; paths are then not judged.
+    machine: Option<&'a MachineDef>,
+    /// Not all of the machine could be read.
+    partly: bool,
+    used: RefCell<Vec<(String, Range<usize>, String)>>,
+}
+
+impl<'a> PathTable<'a> {
+    /// For a machine, of which not all could be read if `partly`.
+    pub fn new(machine: Option<&'a MachineDef>, partly: bool) -> Self {
+        Self { machine, partly, used: RefCell::new(Vec::new()) }
+    }
+
+    /// That a path names nothing, as far as this is known.
+    fn unknown(&self) -> &'static str {
+        match (self.machine, self.partly) {
+            (None, _) => "no machine has such a parameter",
+            (Some(_), true) => "this machine, as far as it could be read, has no such parameter",
+            (Some(_), false) => "this machine has no such parameter",
+        }
+    }
+
+    /// As [`PathTable::resolve`] for a column of a points file, which may be something else than a parameter.
+    pub fn column(&self, name: &str, span: Range<usize>, problems: &mut Collector<'_>) -> Option<PathInfo> {
+        let key = cut(name, 80);
+        let unknown = self.machine.filter(|_| !problems.is_full()).map(|machine| machine.resolve(name));
+        let Some(Err(PathError::Unknown { nearest, .. })) = unknown else {
+            return self.resolve(name, span, &key, problems);
+        };
+        let (message, carry) = match name {
+            "" => ("a column without a name (an index, as some programs write it?)", String::new()),
+            _ => (self.unknown(), format!("carry = [{key:?}] takes the column along into the table, ")),
+        };
+        let message = format!("{message}; in the study's [points] {carry}ignore = [{key:?}] leaves it out");
+        let problem = problems.add(span, &key, message);
+        problem.nearest = nearest;
+        problem.allowed = Some("a parameter's path, its ending or its column".to_owned());
+        None
+    }
+
+    /// The parameter that `given`, a path or the end of one, names; a problem and `None` if it names none or several.
+    pub fn resolve(
+        &self,
+        given: &str,
+        span: Range<usize>,
+        key: &str,
+        problems: &mut Collector<'_>,
+    ) -> Option<PathInfo> {
+        let Some(machine) = self.machine else {
+            // Nothing of it could be read: what no machine has is wrong with any.
+            if !is_of_the_format(given) {
+                let problem = problems.add(span, key, self.unknown());
+                problem.value = Some(format!("{:?}", cut(given, 80)));
+            }
+            return None;
+        };
+        match if problems.is_full() { machine.find(given) } else { machine.resolve(given) } {
+            Ok(info) => Some(info),
+            Err(_) if problems.is_full() => one_more(problems),
+            Err(PathError::Ambiguous { candidates, .. }) => {
+                let problem = problems.add(span, key, format!("`{given}` is ambiguous: several parameters end so"));
+                problem.value = Some(format!("{given:?}"));
+                problem.allowed = Some(some_of(&candidates));
+                None
+            }
+            Err(PathError::Unknown { nearest, .. }) => {
+                let problem = problems.add(span, key, self.unknown());
+                problem.value = Some(format!("{:?}", cut(given, 80)));
+                problem.allowed = Some(format!("a path of `{} paths MACHINE`, or its ending", program()));
+                problem.nearest = nearest;
+                None
+            }
+        }
+    }
+
+    /// Every parameter by the name of its column in a result table.
+    pub fn columns(&self) -> Columns {
+        let all = self.machine.map(MachineDef::paths).unwrap_or_default();
+        Columns(all.into_iter().map(|info| (info.column(), info)).collect())
+    }
+
+    /// The value that `text` stands for; a problem and `None` if it is none for this parameter.
+    pub fn value(
+        &self,
+        info: &PathInfo,
+        text: &str,
+        span: Range<usize>,
+        key: &str,
+        problems: &mut Collector<'_>,
+    ) -> Option<ParamValue> {
+        match self.machine?.parse_value(info, text) {
+            Ok(value) => Some(value),
+            Err(_) if problems.is_full() => one_more(problems),
+            Err(error) => {
+                let shown = problems.excerpt(span.clone());
+                let (message, nearest) = refusal(error);
+                let problem = problems.add(span, key, format!("{message} (for {})", info.path));
+                problem.value = Some(shown);
+                problem.allowed = Some(info.allowed.clone());
+                problem.nearest = nearest;
+                None
+            }
+        }
+    }
+
+    /// Notes that the study gives this parameter its value at `span`.
+    pub fn used(&self, info: &PathInfo, span: Range<usize>, key: &str) {
+        self.used.borrow_mut().push((info.path.clone(), span, key.to_owned()));
+    }
+
+    /// Refuses every parameter that is given values twice.
+    pub fn refuse_repeated(&self, problems: &mut Collector<'_>) {
+        let mut first: HashMap<String, String> = HashMap::new();
+        for (path, span, key) in self.used.borrow_mut().drain(..) {
+            match first.get(&path) {
+                Some(first) => drop(problems.add(span, key, format!("{path} is given by `{first}` already"))),
+                None => drop(first.insert(path, key)),
+            }
+        }
+    }
+}
+
+/// Parameters by the names of their columns.
+pub(super) struct Columns(HashMap<String, PathInfo>);
+
+impl Columns {
+    /// The parameter of a column, or of an ending of its name at a dot that no other has.
+    pub fn find(&self, name: &str) -> Option<&PathInfo> {
+        if let Some(info) = self.0.get(name) {
+            return Some(info);
+        }
+        let ends_so = |column: &String| column.strip_suffix(name).is_some_and(|rest| rest.ends_with('.'));
+        let mut found = self.0.iter().filter(|(column, _)| !name.is_empty() && ends_so(column));
+        let (_, info) = found.next()?;
+        found.next().is_none().then_some(info)
+    }
+}
+
+/// Counts a problem that is not shown.
+fn one_more<T>(problems: &mut Collector<'_>) -> Option<T> {
+    problems.add(0..0, "", "");
+    None
+}
+
+/// What is wrong with a value, and the word or unit most likely meant.
+fn refusal(error: ValueError) -> (String, Option<String>) {
+    match error {
+        ValueError::Quantity { source: QuantityError::UnknownUnit { unit, nearest }, .. } => {
+            (format!("unknown unit `{unit}`"), nearest)
+        }
+        ValueError::Quantity { source, .. } => (source.to_string(), None),
+        ValueError::OutOfRange { .. } => ("out of range".to_owned(), None),
+        ValueError::NotWhole { .. } => ("not a whole number".to_owned(), None),
+        ValueError::NotAChoice { nearest, .. } => ("not one of its words".to_owned(), nearest),
+        ValueError::NoSuchParameter { .. } => ("this machine has no such parameter".to_owned(), None),
+    }
+}
+
+/// One `[[vary]]` table that holds what it should.
+struct Member {
+    varied: Varied,
+    zip: Option<String>,
+    span: Range<usize>,
+}
+
+/// The axes of `[[vary]]`, a zip group standing where its first member stands.
+pub(super) fn read_vary(entry: &Entry, paths: &PathTable, problems: &mut Collector<'_>) -> Vec<Axis> {
+    let Value::Array(items) = &entry.node.value else {
+        wrong_type(&entry.node, "vary", "an array of tables: [[vary]]", problems);
+        return Vec::new();
+    };
+    if let Some(surplus) = items.get(MOST_VARIED) {
+        let message = format!("{} parameters vary", items.len());
+        problems.add(surplus.span.clone(), "vary", message).allowed = Some(format!("at most {MOST_VARIED}"));
+        return Vec::new();
+    }
+    let mut axes: Vec<Axis> = Vec::new();
+    for (position, item) in items.iter().enumerate() {
+        let Some(member) = read_member(item, &format!("vary[{position}]"), paths, problems) else { continue };
+        let length = member.varied.values.len();
+        let group = member.zip.as_deref().and_then(|zip| axes.iter_mut().find(|axis| axis.name == group_name(zip)));
+        match group {
+            None => axes.push(Axis {
+                name: member.zip.as_deref().map_or_else(|| member.varied.info.path.clone(), group_name),
+                varied: vec![member.varied],
+                length,
+            }),
+            Some(axis) if axis.length == length => axis.varied.push(member.varied),
+            Some(axis) => {
+                let message = format!(
+                    "has {length} values, but {} of the same zip group has {}",
+                    axis.varied[0].info.path, axis.length
+                );
+                problems.add(member.span, format!("vary[{position}].zip"), message).allowed =
+                    Some("as many values as the other members of the group".to_owned());
+            }
+        }
+    }
+    axes
+}
+
+fn group_name(zip: &str) -> String {
+    format!("zip {zip}")
+}
+
+fn read_member(item: &Node, key: &str, paths: &PathTable, problems: &mut Collector<'_>) -> Option<Member> {
+    let keys = Keys::at(item, key, problems)?;
+    keys.refuse_unknown(&KEYS, problems);
+    let zip = match keys.get("zip") {
+        Some(entry) => Some(keys.text(entry, problems)?.to_owned()),
+        None => None,
+    };
+    let path = keys.require("path", "path = \"contact.gap\"", problems)?;
+    let given = keys.text(path, problems)?;
+    let info = paths.resolve(given, path.node.span.clone(), &keys.key("path"), problems);
+    if let Some(info) = &info {
+        paths.used(info, path.node.span.clone(), &keys.key("path"));
+    }
+    let range = ["from", "to", "count", "spacing"].into_iter().find_map(|name| keys.get(name));
+    let values = match (keys.get("values"), range) {
+        (Some(_), Some(other)) => {
+            problems.add(other.name_span.clone(), keys.key(&other.name), "stands beside `values`").allowed =
+                Some("either `values`, or `from`, `to` and `count`".to_owned());
+            None
+        }
+        (Some(values), None) => read_list(values, &keys, info.as_ref()?, paths, problems),
+        (None, Some(_)) => read_range(&keys, info.as_ref(), paths, problems),
+        (None, None) => {
+            problems.add(keys.span(), keys.key("values"), "missing").allowed =
+                Some("values = [...], or `from`, `to` and `count`".to_owned());
+            None
+        }
+    };
+    Some(Member {
+        varied: Varied { info: info?, values: values?, place: path.node.span.clone() },
+        zip,
+        span: keys.span(),
+    })
+}
+
+fn read_list(
+    entry: &Entry,
+    keys: &Keys<'_>,
+    info: &PathInfo,
+    paths: &PathTable,
+    problems: &mut Collector<'_>,
+) -> Option<ValueList> {
+    let Value::Array(items) = &entry.node.value else {
+        wrong_type(&entry.node, &keys.key("values"), "an array of values", problems);
+        return None;
+    };
+    if items.is_empty() {
+        problems.add(entry.node.span.clone(), keys.key("values"), "is empty").allowed =
+            Some("at least one value".to_owned());
+        return None;
+    }
+    let mut values = Gathered::new(info, items.len());
+    for (position, item) in items.iter().enumerate() {
+        let key = format!("{}[{position}]", keys.key("values"));
+        match scalar_text(&item.value) {
+            Some(text) => {
+                if let Some(value) = paths.value(info, &text, item.span.clone(), &key, problems) {
+                    values.push(&value);
+                }
+            }
+            None => wrong_type(item, &key, "a number, a string with a unit or a word", problems),
+        }
+    }
+    let values = one_kind(values, entry.node.span.clone(), &keys.key("values"), problems)?;
+    // A value that is missing was reported.
+    (values.len() == items.len() as u64).then_some(values)
+}
+
+/// A column of the table holds numbers or words.
+pub(super) fn one_kind(
+    values: Gathered,
+    span: Range<usize>,
+    key: &str,
+    problems: &mut Collector<'_>,
+) -> Option<ValueList> {
+    let mixed = |Mixed| {
+        problems.add(span, key, "mixes numbers and words").allowed = Some("all numbers, or all words".to_owned());
+    };
+    values.finish().map_err(mixed).ok()
+}
+
+fn read_range(
+    keys: &Keys<'_>,
+    info: Option<&PathInfo>,
+    paths: &PathTable,
+    problems: &mut Collector<'_>,
+) -> Option<ValueList> {
+    let count = keys
+        .require("count", "count = 5", problems)
+        .and_then(|entry| keys.whole(entry, 2, MOST_POINTS as u64, problems));
+    let log = read_spacing(keys, problems);
+    let from = keys.require("from", "from = \"1 mm\"", problems);
+    let to = keys.require("to", "to = \"2 mm\"", problems);
+    let info = info?;
+    if !matches!(info.kind, PathKind::Number | PathKind::NumberOrChoice(_)) {
+        problems.add(keys.span(), keys.key("from"), format!("{} has no range of real numbers", info.path)).allowed =
+            Some("values = [...]".to_owned());
+        return None;
+    }
+    let mut end = |entry: Option<&Entry>| -> Option<f64> {
+        let entry = entry?;
+        let key = keys.key(&entry.name);
+        let Some(text) = scalar_text(&entry.node.value) else {
+            wrong_type(&entry.node, &key, "a number or a string with a unit", problems);
+            return None;
+        };
+        match paths.value(info, &text, entry.node.span.clone(), &key, problems)? {
+            ParamValue::Number(value) => Some(value),
+            ParamValue::Choice(word) => {
+                problems.add(entry.node.span.clone(), key, format!("`{word}` is a word, not a number"));
+                None
+            }
+        }
+    };
+    let (start, stop) = (end(from), end(to));
+    let (from_value, to_value, count, log) = (start?, stop?, count?, log?);
+    let span = from.map_or_else(|| keys.span(), |entry| entry.node.span.clone());
+    if log && (from_value * to_value).partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
+        problems
+            .add(span, keys.key("spacing"), "logarithmic spacing needs both ends of the same sign and not zero")
+            .allowed = Some("spacing = \"linear\", or other ends".to_owned());
+        return None;
+    }
+    if from_value == to_value {
+        problems.add(span, keys.key("from"), "both ends are equal").allowed =
+            Some("values = [...] for one value".to_owned());
+        return None;
+    }
+    Some(ValueList::Range { from: from_value, to: to_value, count, log })
+}
+
+fn read_spacing(keys: &Keys<'_>, problems: &mut Collector<'_>) -> Option<bool> {
+    let Some(entry) = keys.get("spacing") else { return Some(false) };
+    match keys.text(entry, problems)? {
+        "linear" => Some(false),
+        "log" => Some(true),
+        other => {
+            let nearest = problems.nearest(other, ["linear", "log"]);
+            let problem = problems.add(entry.node.span.clone(), keys.key("spacing"), "unknown spacing");
+            problem.value = Some(format!("{:?}", cut(other, 80)));
+            problem.allowed = Some("linear, log".to_owned());
+            problem.nearest = nearest;
+            None
+        }
+    }
+}
