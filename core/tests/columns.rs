@@ -124,6 +124,23 @@ fn each_value_stands_under_the_name_of_what_it_is() {
     }
 }
 
+/// What did not happen is null, and what cannot be told from none is zero.
+#[test]
+fn a_run_without_contact_has_no_force_and_no_time_of_contact() {
+    let row = run(machine_with(&study_machine("lab_rig"), &[("run.end_time", "0.02 s")]));
+    for name in ["first_contact_s", "max_contact_force_N", "max_contact_force_at_s", "max_filtered_contact_force_N"] {
+        assert_eq!(row.get(name), None, "{name}");
+    }
+    for name in ["whirl_in_rub", "residual_penetration_m", "model_work_J", "stop_time_s"] {
+        assert_eq!(row.get(name), None, "{name}");
+    }
+    for name in ["contact_impulse_Ns", "contact_time_s", "impacts", "friction_energy_J", "max_blade_bending_stress_Pa"]
+    {
+        assert_eq!(row.get(name), Some(0.0), "{name}");
+    }
+    assert!(row.value("max_eccentricity_m") > 0.0);
+}
+
 /// Old tables and new ones have their columns in one order.
 #[test]
 fn the_order_of_the_columns_stays() {

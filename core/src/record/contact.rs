@@ -54,7 +54,7 @@ impl ContactRecorder {
         Self {
             dt,
             polar: contact.detection == Detection::Hyp1,
-            force: Peak::at_start(0.0),
+            force: Peak::default(),
             impulses: LastMillisecond::new(dt),
             filtered: Peak::default(),
             penetration: Peak::default(),

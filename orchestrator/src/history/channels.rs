@@ -50,11 +50,13 @@ pub(super) struct ContactForces {
     last: LastMillisecond,
     /// Largest since the last record \[N\].
     peak: f64,
+    /// Contact impulse of the last 1 ms over 1 ms \[N\], as last summed.
+    filtered: f64,
 }
 
 impl ContactForces {
     pub fn new(step: f64) -> Self {
-        Self { last: LastMillisecond::new(step), peak: 0.0 }
+        Self { last: LastMillisecond::new(step), peak: 0.0, filtered: 0.0 }
     }
 
     /// Takes the force of a step.
@@ -65,14 +67,14 @@ impl ContactForces {
         }
     }
 
-    /// A record has been made.
-    pub fn shown(&mut self) {
-        self.peak = 0.0;
+    /// Sums up for a record.
+    pub fn filter(&mut self) {
+        self.filtered = self.last.sum().unwrap_or(0.0) / self.last.length() as f64;
     }
 
-    /// Contact impulse of the last 1 ms over 1 ms \[N\].
-    fn filtered(&self) -> f64 {
-        self.last.sum().unwrap_or(0.0) / self.last.length() as f64
+    /// A record has been made.
+    pub fn recorded(&mut self) {
+        self.peak = 0.0;
     }
 }
 
@@ -105,7 +107,7 @@ impl Channel {
             Source::LoadNorm(bearing) => frame.bearing_loads[bearing][0].hypot(frame.bearing_loads[bearing][1]),
             Source::Contact { diaphragm, read } => read(&frame.contacts[diaphragm]),
             Source::PeakForce(diaphragm) => context.forces[diaphragm].peak,
-            Source::FilteredForce(diaphragm) => context.forces[diaphragm].filtered(),
+            Source::FilteredForce(diaphragm) => context.forces[diaphragm].filtered,
             Source::Energy(read) => read(&frame.energies),
             Source::Torsion(section) => moments(section).0,
             Source::Bending(section) => moments(section).1.sqrt(),

@@ -153,10 +153,11 @@ impl Follower for Recorder {
 
     fn see(&mut self, frame: &Frame<'_>) {
         let Some(sink) = &mut self.sink else { return };
+        self.forces.iter_mut().for_each(ContactForces::filter);
         let context = Context { forces: &self.forces, shaft: self.shaft.as_ref() };
         self.values.clear();
         self.values.extend(self.channels.iter().map(|channel| channel.value(frame, &context)));
-        self.forces.iter_mut().for_each(ContactForces::shown);
+        self.forces.iter_mut().for_each(ContactForces::recorded);
         self.records += 1;
         if let Err(error) = sink.record(frame.time, &self.values) {
             self.failed = Some(error);
