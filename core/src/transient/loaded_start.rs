@@ -79,7 +79,7 @@ impl Run<'_> {
         for round in 0..ROUNDS + EXACT_ROUNDS {
             self.begin_step();
             self.predict()?;
-            // whether it touches depends on the place alone, which no round moves
+            // no force, nothing to centre; next to the gap that depends, besides the place, on the increments before, which rounds move
             if !self.first_contact()? {
                 settled = true;
                 break;

@@ -37,12 +37,12 @@ const TOLERANCE: f64 = 1e-12;
 const ITERATIONS: usize = 600;
 /// Least contraction a round is credited with: two rounds that happen to agree say nothing about the next step's.
 const CONTRACTION: f64 = 1e-3;
-/// The energy balance is evaluated every so many steps (the works are summed at each).
+/// The energy balance is evaluated every so many steps (the works are summed at each), from the first on.
 const BALANCE_EVERY: u64 = 8;
 /// A displacement beyond this many times the model's size is no vibration any more.
 const DIVERGED: f64 = 10.0;
 
-/// Simulates one run, and its twin where `run.twin` asks for one: the follower sees the first alone.
+/// Simulates one run, and its twin where `run.twin` asks for one: the follower sees the first alone, but may end both.
 ///
 /// `structure` must fit the machine ([`Structure::fits`]). Failures of the simulation (divergence, loss of uniqueness, step
 /// limit) are outcomes with a cause, not errors.
@@ -52,7 +52,7 @@ const DIVERGED: f64 = 10.0;
 pub fn simulate(machine: &Machine, structure: &Structure, follower: &mut dyn Follower) -> Result<Outcome, StartError> {
     let plan = StepPlan::new(machine, structure)?;
     let run = one_run(machine, structure, &plan, follower)?;
-    let twin = twin::twin_of(&run, machine, structure, &plan);
+    let twin = twin::twin_of(&run, machine, structure, &plan, follower);
     let (recorders, end) = run;
     Ok(recorders.outcome(machine, structure, &end, twin.as_ref()))
 }
@@ -76,6 +76,10 @@ fn one_run(
         }
     };
     let end = End { cause, time: run.time, speed: run.speed, failure };
+    // a run too short for a second balance has one at its last step
+    if failure.is_none() && run.step <= BALANCE_EVERY {
+        run.recorders.energies.balance();
+    }
     run.recorders.finish(&end);
     run.recorders.steps.iterations = run.iterations + run.rub.as_ref().map_or(0, |rub| rub.iterations);
     run.show_end(failure, follower);
@@ -302,7 +306,7 @@ impl<'a> Run<'a> {
         let rub = self.rub.as_mut().map(|rub| (rub, contact));
         works::add_works(&mut self.recorders.energies.now, &mut self.line, rub, &self.d, &self.d_twist);
         let balanced = self.step.is_multiple_of(BALANCE_EVERY);
-        if balanced || shown {
+        if balanced || shown || self.step < BALANCE_EVERY {
             self.write_stores();
         }
         if balanced {
