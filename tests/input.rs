@@ -247,11 +247,9 @@ fn extreme_numbers_are_refused_with_what_is_allowed() {
     let endless = "schema = 1\nmachine = \"machines/rig.toml\"\n[set]\n\"run.step\" = 1e-10\n\"run.end_time\" = 1e6\n";
     let said = say(&["check", &folder.write("s.toml", endless)]);
     assert_eq!(said.code, 3, "{}", said.err);
-    for part in [
-        "the run would take 1e16 steps of 1e-10 s up to run.end_time = 1e6 s",
-        "at most 1e10 steps",
-        "ends at 1.000e0 s",
-    ] {
+    for part in
+        ["the run may take 1e16 steps of 1e-10 s up to run.end_time = 1e6 s", "at most 1e10 steps", "ends at 1.000e0 s"]
+    {
         assert!(said.err.contains(part), "{part} is not in\n{}", said.err);
     }
 }

@@ -2,7 +2,8 @@
 
 mod support;
 
-use bladeoff::ledger::{Ledger, LedgerError, Reader, SampleKey};
+use bladeoff::ledger::{Ledger, LedgerError, Reader};
+use bladeoff_study::SampleKey;
 use std::fs;
 use std::time::Instant;
 use support::{Folder, Said, say, table};

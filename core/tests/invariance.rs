@@ -173,6 +173,18 @@ fn as_many_modes_are_kept_however_bearings_are_turned() {
         let structure = Structure::build(&machine, None).unwrap_or_else(|error| panic!("{error}"));
         (structure.lateral.coordinates.size(), structure.left_out_at_bearings())
     };
+    // of few modes the contact lacks as much, whichever way the axes lie
+    let lag = |angle: f64| {
+        let mut machine = turned(&machine, angle);
+        machine.run.rotor_modes = Some(8);
+        let structure = Structure::build(&machine, None).unwrap_or_else(|error| panic!("{error}"));
+        structure.lag_at_contact(&machine)
+    };
+    let share = lag(0.0);
+    assert!(share > 0.03, "{share}");
+    for angle in [0.3, std::f64::consts::FRAC_PI_4, 1.2] {
+        assert!((lag(angle) / share - 1.0).abs() < 1e-6, "turned by {angle}: {} and not {share}", lag(angle));
+    }
     let (modes, left_out) = kept(0.0);
     assert!(modes > DEFAULT_ROTOR_MODES, "{modes}: the stiff direction asks for more");
     for tenth in 1..=10 {

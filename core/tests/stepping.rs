@@ -3,10 +3,12 @@
 
 mod common;
 
+use bladeoff_core::engine::StartError;
 use bladeoff_core::engine::{StepPlan, simulate, unresolved_damping};
 use bladeoff_core::outcome::{Cause, EndCause, Status};
 use bladeoff_core::record::{ContactFrame, NoHistory};
 use bladeoff_core::structure::Structure;
+use bladeoff_model::machine::Machine;
 use common::{Every, Row, close, machine, machine_with, run, run_seen, study_machine};
 
 /// A shaft of one element with its blade at one of two bearings.
@@ -149,6 +151,80 @@ fn point_mass(run: &str, tail: &str) -> String {
         "schema = 1\nname = \"pm\"\n[run]\n{run}\n[rotor]\nkind = \"point-mass\"\nmass = 10\npolar_inertia = 0.5\n\
          initial_speed = 200\n[rotor.bearings.b]\nstiffness = 1e6\ndamping = 10\n{tail}"
     )
+}
+
+/// All its mass is an unbalance of 1 kg at 0.5 m, J = 0.05: across the arm `m J/(J + m d^2) = m/6` is left, along it all.
+fn all_on_an_arm(speed: f64, settings: &str, tail: &str) -> Machine {
+    machine(&format!(
+        "schema = 1\nname = \"arm\"\n[run]\nend_time = 40\n{settings}\n[rotor]\nkind = \"point-mass\"\nmass = 0\npolar_inertia = 0.05\n\
+         initial_speed = {speed:?}\n[rotor.bearings.b]\nstiffness = 1\n[rotor.unbalances.u]\nmass = 1\nradius = 0.5\n{tail}"
+    ))
+}
+
+fn plan(machine: &Machine) -> Result<StepPlan, StartError> {
+    StepPlan::new(machine, &Structure::build(machine, None).expect("buildable"))
+}
+
+/// The limit is `2/sqrt(6 k/m)` = 0.816 s. It was 2 s: a run with 0.83 s was `ok`, stopped without a brake, at 2.6 times the load.
+#[test]
+fn a_step_that_a_point_on_its_arm_does_not_bear_is_refused() {
+    let of = |step: &str, tail: &str| plan(&all_on_an_arm(0.3, &format!("step = {step}"), tail));
+    let Err(StartError::StepTooLarge { limit, .. }) = of("0.83", "") else { panic!("{:?}", of("0.83", "")) };
+    close("limit", limit, 2.0 / 6.0_f64.sqrt(), 1e-9);
+    assert!(of("0.81", "").is_ok());
+    // sooner or later the arm is across the stiffer axis, whatever its phase
+    for axes in [[0.1, 1.0], [1.0, 0.1]] {
+        let mut machine = all_on_an_arm(0.3, "step = 0.81", "");
+        machine.rotor.bearings[0].stiffness = [[axes[0], 0.0], [0.0, axes[1]]];
+        close("limit", plan(&machine).expect("stable").largest_step, 2.0 / 6.0_f64.sqrt(), 1e-9);
+    }
+    // a spin that is prescribed is not moved by what turns with it: all of the mass is there
+    let driven = of("0.83", "[rotor.speed_law]\nacceleration = 0\n").expect("stable");
+    close("limit of a prescribed speed", driven.largest_step, 2.0, 1e-9);
+}
+
+/// Released 0.1 m across its arm it swings with 0.1 N at most. The step chosen was 1 s: `diverged`, or `ok` with 0.167 N.
+#[test]
+fn a_point_on_its_arm_at_rest_is_resolved() {
+    for speed in [0.0, 1e-3] {
+        let machine = all_on_an_arm(speed, "", "[rotor.initial]\ndisplacement = [0.0, 0.1]\n");
+        let step = plan(&machine).expect("stable").step;
+        let row = run(machine);
+        println!("{speed} rad/s: step {step} s, {:.6} N", row.value("max_bearing_load_N"));
+        assert_eq!(row.outcome.status, Status::Ok, "{:?}", row.outcome.causes.words());
+        close("load", row.value("max_bearing_load_N"), 0.1, 1e-3);
+    }
+}
+
+/// A run whose step limit ends it has no more steps than that, however far its end time is.
+#[test]
+fn a_step_limit_counts_where_steps_are_too_many() {
+    let of = |limit: &str| machine(&point_mass(&format!("end_time = 1e6\nstep = 1e-5\n{limit}"), ""));
+    let Err(StartError::TooManySteps { steps, .. }) = plan(&of("")) else { panic!("{:?}", plan(&of(""))) };
+    close("steps", steps, 1e11, 1e-9);
+    assert!(matches!(plan(&of("step_limit = 20000000000")), Err(StartError::TooManySteps { .. })));
+    let row = run(of("step_limit = 1000"));
+    assert_eq!((row.value("steps"), row.outcome.cause), (1000.0, Some(Cause::StepLimit)));
+}
+
+/// A run of up to eight steps has a second balance, at its last: its error was 0 whatever happened, and its guard could say nothing.
+#[test]
+fn a_run_of_few_steps_has_an_energy_guard() {
+    for steps in [2, 5, 8, 9] {
+        let settings = format!("end_time = {}\nstep = 1e-3\nguard.energy_balance = 1e-30", 1e-3 * f64::from(steps));
+        let unbalance = "[rotor.unbalances.u]\nmass = 0.5\nradius = 0.1\n";
+        let mut seen = Vec::new();
+        let row = run_seen(
+            machine(&point_mass(&settings, unbalance)),
+            &mut Every(|frame| seen.push((frame.energies.stored(), frame.energies.taken()))),
+        );
+        assert_eq!(row.value("steps"), f64::from(steps));
+        let (first, last) = (seen[0], seen[steps as usize - 1]);
+        let error = (last.0 + last.1 - (first.0 + first.1)).abs() / first.0.abs().max(last.0.abs());
+        println!("{steps} steps: energy error {:.2e}", row.value("energy_error"));
+        assert!((row.value("energy_error") - error).abs() <= 1e-12 * error && error > 0.0, "{error}");
+        assert_eq!((row.outcome.status, row.outcome.cause), (Status::Invalid, Some(Cause::EnergyBalance)));
+    }
 }
 
 /// `end_speed_rad_s` against closed forms: exact for constant accelerations, order 2 for others. It was the spin half a step

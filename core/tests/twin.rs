@@ -2,8 +2,9 @@
 
 mod common;
 
-use bladeoff_core::record::columns;
-use common::{machine_with, run, study_machine};
+use bladeoff_core::outcome::Status;
+use bladeoff_core::record::{Follower, Frame, columns};
+use common::{machine_with, run, run_seen, study_machine};
 
 /// Without rub a shift of 1e-6 of the speed moves the load in proportion; the first run is the one without a twin.
 #[test]
@@ -32,9 +33,9 @@ fn a_run_without_rub_answers_in_proportion() {
     assert!((1e-8..1e-4).contains(&small.abs()) && (large / small / 10.0 - 1.0).abs() < 0.05);
 }
 
-/// A prescribed speed is shifted as a whole; a twin that begins inside its diaphragm has failed, and there is no change.
+/// A prescribed speed is shifted as a whole; a run that failed has no twin.
 #[test]
-fn a_prescribed_speed_is_shifted_and_a_failed_twin_is_said() {
+fn a_prescribed_speed_is_shifted_and_a_failed_run_has_no_twin() {
     let text =
         study_machine("lab_rig").replace("[rotor.damping]", "[rotor.speed_law]\nacceleration = -50\n[rotor.damping]");
     let base = [("run.end_time", "0.02 s"), ("contact.gap", "2 mm"), ("run.twin", "1e-6")];
@@ -43,6 +44,74 @@ fn a_prescribed_speed_is_shifted_and_a_failed_twin_is_said() {
     // fewer steps than the first run takes are too few for both: that one failed, nobody is compared with it
     let row = run(machine_with(&text, &[base[0], base[1], base[2], ("run.step_limit", "10")]));
     assert_eq!((row.get("twin_bearing_load_change"), row.get("twin_status")), (None, None));
+}
+
+/// A residual unbalance whirls steadily at the start, within the gap at W and beyond it at 1.01 W: the twin cannot start.
+#[test]
+fn a_failed_twin_is_said() {
+    // M = 10.1 kg below its resonance
+    let whirl = |speed: f64| {
+        let square: f64 = speed * speed;
+        0.1 * 0.05 * square / (1e5 - 10.1 * square).hypot(20.0 * speed)
+    };
+    let row = |gap: f64, twin: &str| {
+        run(machine_with(
+            &format!(
+                "schema = 1\nname = \"whirl\"\n[rotor]\nkind = \"point-mass\"\nmass = 10.0\npolar_inertia = 1.0\ninitial_speed = 90.0\n\
+                 [rotor.speed_law]\nacceleration = 0\n[rotor.bearings.support]\nstiffness = 1e5\ndamping = 20.0\n\
+                 [rotor.unbalances.residual]\nmass = 0.1\nradius = 0.05\npresent = \"before\"\n[diaphragms.stop]\nkind = \"rigid\"\n\
+                 [diaphragms.stop.contact]\nrotor_radius = 0.05\ngap = {gap:?}\nfriction = 0.1\n[run]\nend_time = 0.5\ntwin = {twin}\n"
+            ),
+            &[],
+        ))
+    };
+    let (own, shifted) = (whirl(90.0), whirl(90.0 * 1.01));
+    assert!(shifted > 1.05 * own);
+    let between = row(0.5 * (own + shifted), "0.01");
+    assert_eq!((between.outcome.status, between.get("first_contact_s")), (Status::Ok, None), "{:?}", between.outcome);
+    assert_eq!((between.get("twin_status"), between.get("twin_bearing_load_change")), (Some(2.0), None), "failed");
+    // with more room, or a smaller shift, there is one
+    for (gap, twin) in [(1.1 * shifted, "0.01"), (0.5 * (own + shifted), "1e-4")] {
+        let row = row(gap, twin);
+        assert_eq!(row.get("twin_status"), Some(0.0), "ok");
+        assert!(row.value("twin_bearing_load_change") > 0.0);
+    }
+}
+
+/// Ends a run before a step.
+struct Until {
+    end: u64,
+    asked: Vec<u64>,
+}
+
+impl Follower for Until {
+    fn goes_on(&mut self, step: u64) -> bool {
+        self.asked.push(step);
+        step < self.end
+    }
+    fn wants(&mut self, _step: u64, _time: f64) -> bool {
+        false
+    }
+    fn see(&mut self, _frame: &Frame<'_>) {}
+}
+
+/// Whoever follows a run may end its twin, too, whose steps are counted on. It was computed to its end, and nobody was asked.
+#[test]
+fn a_twin_can_be_ended() {
+    let machine = || machine_with(&study_machine("lab_rig"), &[("run.end_time", "0.001 s"), ("run.twin", "1e-6")]);
+    let steps = run(machine()).value("steps") as u64;
+    let follow = |end: u64| {
+        let mut until = Until { end, asked: Vec::new() };
+        let row = run_seen(machine(), &mut until);
+        assert_eq!(row.value("steps") as u64, steps.min(end));
+        (row.get("twin_status"), until.asked)
+    };
+    let (status, asked) = follow(u64::MAX);
+    assert_eq!((status, asked), (Some(0.0), (0..2 * steps).collect()), "each step of both");
+    let (status, asked) = follow(steps + 5);
+    assert_eq!((status, asked.last()), (Some(2.0), Some(&(steps + 5))), "failed");
+    let (status, asked) = follow(5);
+    assert_eq!((status, asked.last()), (None, Some(&5)), "no twin of a run that was ended");
 }
 
 /// A Jeffcott rotor that touches a spring on its release either leaves it again or is caught by dry whip. Between the two lies a

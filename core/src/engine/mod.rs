@@ -27,7 +27,7 @@ use crate::record::Follower;
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
 
-/// Simulates one run, and its twin where `run.twin` asks for one: the follower sees the first alone.
+/// Simulates one run, and its twin where `run.twin` asks for one: the follower sees the first alone, but may end both.
 ///
 /// `structure` must fit the machine ([`Structure::fits`]). Failures of the simulation (divergence, loss of uniqueness, step
 /// limit) are outcomes with a cause, not errors.
@@ -37,6 +37,6 @@ use bladeoff_model::machine::Machine;
 pub fn simulate(machine: &Machine, structure: &Structure, follower: &mut dyn Follower) -> Result<Outcome, StartError> {
     let plan = StepPlan::new(machine, structure)?;
     let (recorders, end) = run::run(machine, structure, &plan, follower)?;
-    let twin = twin::of(&recorders, &end, machine, structure, &plan);
+    let twin = twin::of(&recorders, &end, machine, structure, &plan, follower);
     Ok(recorders.outcome(machine, structure, &end, twin.as_ref()))
 }

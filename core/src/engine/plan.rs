@@ -55,12 +55,12 @@ pub enum StartError {
     },
     /// More steps than a run may have.
     #[error(
-        "the run would take {} steps of {} up to run.end_time = {}: at most {} steps are computed, which ends at {}",
+        "the run may take {} steps of {} up to run.end_time = {}: at most {} steps are computed, which ends at {}",
         format_digits(*.steps, "", 4), seconds(*.step), seconds(*.end_time), format_digits(*.most, "", 4),
         seconds(floor_to_digits(.most * .step, 4))
     )]
     TooManySteps {
-        /// Steps up to `end_time`.
+        /// Steps up to `end_time`, or the step limit; the rotor may stop, or fall to its end speed, before.
         steps: f64,
         /// Step \[s\].
         step: f64,
@@ -167,6 +167,7 @@ impl StepPlan {
             return Err(StartError::StepTooSmall { least: LEAST_STEP, hz });
         }
         let steps = machine.run.end_time / step;
+        let steps = machine.run.step_limit.map_or(steps, |limit| steps.min(limit as f64));
         if steps > MOST_STEPS {
             return Err(StartError::TooManySteps { steps, step, end_time: machine.run.end_time, most: MOST_STEPS });
         }
@@ -184,22 +185,29 @@ fn slowest_to_resolve(machine: &Machine, structure: &Structure) -> f64 {
         .map(|i| part.stiffness[(i, i)] / part.mass[(i, i)])
         .filter(|square| square.is_finite())
         .fold(f64::INFINITY, f64::min);
-    if let RotorKind::PointMass(point) = &machine.rotor.kind
-        && point.mass > 0.0
-    {
+    if let RotorKind::PointMass(point) = &machine.rotor.kind {
+        // one that owes all its mass to unbalances swings along an arm with the whole of it
+        let unbalances = || machine.rotor.unbalances.iter().map(|u| u.mass).sum::<f64>();
+        let mass = if point.mass > 0.0 { point.mass } else { unbalances() };
         // the softer principal axis, however the axes lie
-        let k = &part.stiffness;
-        let half = 0.5 * (k[(0, 0)] - k[(1, 1)]);
-        lowest = (0.5 * (k[(0, 0)] + k[(1, 1)]) - half.hypot(k[(0, 1)])) / point.mass;
+        lowest = principal(&part.stiffness)[0] / mass;
     }
     let lowest = if lowest.is_finite() { lowest.max(0.0).sqrt() } else { 0.0 };
     speed.max(lowest).max(f64::MIN_POSITIVE)
 }
 
-/// Highest frequency of the rotor's lateral motion, and of its twist where masses are lost. An added mass only lowers them, so the
-/// structure's own are bounds; a lost mass, a point mass (which may owe all its mass to an unbalance) and a radial spring at the
-/// contact need the run's own matrices. A lost mass couples twist and deflection, `m d psi''` across its arm, and what is left of
-/// both is less than what is left of each.
+/// Smallest and largest principal value of a point mass's stiffness \[N/m\].
+fn principal(k: &Matrix) -> [f64; 2] {
+    let (mean, half) = (0.5 * (k[(0, 0)] + k[(1, 1)]), 0.5 * (k[(0, 0)] - k[(1, 1)]));
+    let radius = half.hypot(k[(0, 1)]);
+    [mean - radius, mean + radius]
+}
+
+/// Highest frequency of the rotor's lateral motion, and of its twist where both are one. An added mass only lowers those of the
+/// structure, which are bounds then; a lost mass, a point mass (which may owe all its mass to an unbalance) and a radial spring at the
+/// contact need the run's own matrices. An unbalance couples twist and deflection, `m d psi''` across its arm: what is left of
+/// both by a lost mass is less than what is left of each, and a point has only `m J/(J + m d^2)` of an added mass across the arm,
+/// unless its speed is prescribed. A point's unbalance turns its arm across the stiffer principal axis sooner or later.
 fn rotor_limit(machine: &Machine, structure: &Structure) -> Result<f64, StartError> {
     let lost = machine.rotor.unbalances.iter().any(|u| u.kind == UnbalanceKind::Lost);
     let point = matches!(machine.rotor.kind, RotorKind::PointMass(_));
@@ -211,16 +219,22 @@ fn rotor_limit(machine: &Machine, structure: &Structure) -> Result<f64, StartErr
             _ => None,
         })
         .collect();
+    let turns = lost || point && machine.rotor.speed_law.is_none();
     if !(lost || point || !springs.is_empty()) {
         return Ok(structure.lateral.highest);
     }
     let (lateral, twist) = (&structure.lateral, &structure.twist);
     let size = lateral.coordinates.size();
-    let all = size + if lost { twist.coordinates.size() } else { 0 };
+    let all = size + if turns { twist.coordinates.size() } else { 0 };
     let (mut mass, mut stiffness) = (Matrix::zeros(all, all), Matrix::zeros(all, all));
     mass.view_mut((0, 0), (size, size)).copy_from(&lateral.mass);
     stiffness.view_mut((0, 0), (size, size)).copy_from(&lateral.stiffness);
-    if lost {
+    if point {
+        stiffness
+            .view_mut((0, 0), (size, size))
+            .copy_from(&(Matrix::identity(size, size) * principal(&lateral.stiffness)[1]));
+    }
+    if turns {
         mass.view_mut((size, size), (all - size, all - size)).copy_from(&twist.mass);
         stiffness.view_mut((size, size), (all - size, all - size)).copy_from(&twist.stiffness);
     }
@@ -229,7 +243,7 @@ fn rotor_limit(machine: &Machine, structure: &Structure) -> Result<f64, StartErr
         let arm = [-site.radius * sin, site.radius * cos];
         for (dof, arm) in structure.rotor.plane_places(site.node).into_iter().zip(arm) {
             let mut row = lateral.coordinates.row(dof);
-            if lost {
+            if turns {
                 row.extend(twist.coordinates.row(site.twist_node).iter().map(|psi| arm * psi));
             }
             add_outer(&mut mass, site.mass, &row);
@@ -283,7 +297,7 @@ mod tests {
         let many = StartError::TooManySteps { steps: 1e300, step: 1e-9, end_time: 1e15, most: MOST_STEPS };
         assert_eq!(
             many.to_string(),
-            "the run would take 1e300 steps of 0.001 us up to run.end_time = 1e15 s: at most 1e10 steps are computed, which ends \
+            "the run may take 1e300 steps of 0.001 us up to run.end_time = 1e15 s: at most 1e10 steps are computed, which ends \
              at 10 s"
         );
     }

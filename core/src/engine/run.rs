@@ -12,7 +12,7 @@ use crate::record::{At, ContactFrame, End, Follower, Frame, Recorders, RingInsta
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
 
-/// The energy balance is evaluated every so many steps (the works are summed at each).
+/// The energy balance is evaluated every so many steps (the works are summed at each), from the first on.
 const BALANCE_EVERY: u64 = 8;
 
 /// One run from its start to its end: what was recorded, and how it ended.
@@ -37,6 +37,10 @@ pub(super) fn run(
         }
     };
     let end = End { cause, time: run.motion.time, speed: run.motion.speed, failure };
+    // a run too short for a second balance has one at its last step
+    if failure.is_none() && run.motion.step <= BALANCE_EVERY {
+        run.recorders.energies.balance();
+    }
     run.recorders.finish(&end);
     run.recorders.steps.iterations = run.motion.iterations();
     run.show_end(failure, follower);
@@ -133,7 +137,7 @@ impl<'a> Run<'a> {
         }
         add_works(&mut recorders.energies.now, motion);
         let balanced = motion.step.is_multiple_of(BALANCE_EVERY);
-        if balanced || shown {
+        if balanced || shown || motion.step < BALANCE_EVERY {
             write_stores(&mut recorders.energies.now, motion);
         }
         if balanced {

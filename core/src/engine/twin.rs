@@ -10,23 +10,26 @@
 use super::plan::StepPlan;
 use super::run::run;
 use crate::outcome::Status;
-use crate::record::{End, NoHistory, Recorders, Twin};
+use crate::record::{End, Follower, Frame, Recorders, Twin};
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
 
-/// The twin of a run that has ended, where there is to be one. A run that failed has nothing to compare with.
+/// The twin of a run that has ended, where there is to be one. A run that failed has nothing to compare with. The follower sees
+/// nothing of it, but may end it: it has failed then.
 pub(super) fn of(
     own: &Recorders,
     end: &End,
     machine: &Machine,
     structure: &Structure,
     plan: &StepPlan,
+    follower: &mut dyn Follower,
 ) -> Option<Twin> {
     if machine.run.twin == 0.0 || own.verdict(machine, structure, end).status == Status::Failed {
         return None;
     }
     let machine = shifted(machine);
-    let Ok((other, end)) = run(&machine, structure, plan, &mut NoHistory) else {
+    let mut unseen = Unseen { follower, before: own.steps.done };
+    let Ok((other, end)) = run(&machine, structure, plan, &mut unseen) else {
         // one that cannot start (it would begin inside the diaphragm) has failed
         return Some(Twin { load_change: None, status: Status::Failed });
     };
@@ -34,6 +37,22 @@ pub(super) fn of(
     let loads = own.loads.largest().zip(other.loads.largest());
     let change = loads.filter(|&(load, _)| load > 0.0).map(|(load, twin)| (twin - load) / load);
     Some(Twin { load_change: change.filter(|_| status != Status::Failed), status })
+}
+
+/// Asks whether to go on, with the steps counted on from those of the first run.
+struct Unseen<'a> {
+    follower: &'a mut dyn Follower,
+    before: u64,
+}
+
+impl Follower for Unseen<'_> {
+    fn goes_on(&mut self, step: u64) -> bool {
+        self.follower.goes_on(self.before + step)
+    }
+    fn wants(&mut self, _step: u64, _time: f64) -> bool {
+        false
+    }
+    fn see(&mut self, _frame: &Frame<'_>) {}
 }
 
 /// The machine with its initial speed, and every speed of a prescribed one, larger by `run.twin` of it.

@@ -147,13 +147,15 @@ fn lateral_modes(rotor: &RotorMatrices, wanted: Option<usize>, ceiling: f64) -> 
 }
 
 /// How many of the lowest modes hold the static flexibility of every bearing, in every direction, but for
-/// [`LEFT_OUT_AT_BEARINGS`] of it; 0 where it is not finite. Verified by
-/// `as_many_modes_are_kept_however_bearings_are_turned` in `tests/invariance.rs`.
+/// [`LEFT_OUT_AT_BEARINGS`] of it; modes that are not stiff (bearings whose symmetric part is indefinite) count with the size of
+/// their omega^2. Verified by `as_many_modes_are_kept_however_bearings_are_turned` in `tests/invariance.rs`,
+/// `stiff_journal_bearings_keep_as_many_modes_as_others` in `tests/modal_basis.rs`.
 fn enough_for_bearings(rotor: &RotorMatrices, values: &[f64], shapes: &Matrix) -> usize {
+    let least = f64::EPSILON * values.last().map_or(0.0, |square| square.abs());
     let enough = |[u, v]: [usize; 2]| {
         let part = |j: usize| {
-            let (x, y) = (shapes[(u, j)], shapes[(v, j)]);
-            [x * x / values[j], x * y / values[j], y * y / values[j]]
+            let (x, y, square) = (shapes[(u, j)], shapes[(v, j)], values[j].abs().max(least));
+            [x * x / square, x * y / square, y * y / square]
         };
         let add = |sum: [f64; 3], part: [f64; 3]| [sum[0] + part[0], sum[1] + part[1], sum[2] + part[2]];
         let all = (0..values.len()).map(part).fold([0.0; 3], add);

@@ -1,14 +1,21 @@
-//! What a modal basis cannot carry of a contact: the inertia of the modes left out.
+//! What a modal basis cannot carry of a contact: what the modes left out yield otherwise than the model's do.
 //!
 //! The modes left out follow a contact force at once (static residual). That holds for those far above what an impact
 //! excites. One that is not is too soft at first and too stiff later, and the impact is another one.
 //! ```text
 //! F(0) = K^-1,   F(W) = (K + W^2 M)^-1        flexibility at rest, and for a force that grows as e^{W t};  W = pi/1 ms
 //! lag   = [F(0) - F_kept(0)] - [F(W) - F_kept(W)]  =  sum over the modes left out of  phi^2/w^2  W^2/(w^2 + W^2)        (1)
-//! share = (lag of the rotor + lag of the ring)/(F(W) of the rotor + F(0) of the stator)                                 (2)
+//! lag   =  F(0) - F_kept(0)                        =  sum over the modes left out of  phi^2/w^2                        (2)
+//! share = (lag of the rotor + lag of the ring)/(F(W) of the rotor + F(0) of the stator)                                 (3)
 //! ```
-//! at the contact's node in the plane where it is largest, and at the ring node where it is largest. 1 ms is the filter of the contact
-//! force; half a sine over it turns with W. Neither (1) nor (2) needs the modes left out, whose number is that of the model.
+//! (2) without a static residual: what is left out does not yield at all. `run.static_residual = "off"` asks for that, and a part with a mode that is not
+//! stiff (w^2 <= 0: a free ring, bearings whose symmetric part is indefinite) has none. Share (3) is that in the plane where it is largest, whichever
+//! way the axes lie, at the contact's node, and at the ring node where it is largest. 1 ms is the filter of the contact force; half a sine over it turns with W.
+//!
+//! Neither needs the modes left out, whose number is that of the model. All modes kept are raised to the highest of them, `K' = K + sum (w_h^2 - w^2) M phi
+//! phi^T M`, which leaves the others as they are: `K'^-1 - sum phi phi^T/w_h^2` is no difference of large numbers however soft a bearing is, and
+//! there is one for every sign of w^2. Of modes with w^2 <= 0 the denominator takes |w^2|, which bounds it from below (nothing of a free ring at rest: F(W)).
+//! Where K' is not positive definite, modes that are left out are not stiff themselves: the share is 1.
 //!
 //! Measured, error of `max_filtered_contact_force_N` against 36 rotor modes (lab rig to 0.2 s; turbine with a gap of 5 mm to 0.13 s):
 //!
@@ -20,70 +27,168 @@
 //! | 16 | 0.24 %, 0.9 % | 0.36 %, 0.1 % |
 //! | 24 (default) | 0.005 %, 0.2 % | 0.29 %, 0.1 % |
 //!
-//! Between 1.8 and 5.4 % lies [`MODAL_LAG`]. Limits: 0 where a part has no static flexibility (a free ring): nothing of the modes left out
-//! follows there. Verified by `a_basis_too_small_for_the_contact_is_said`, `the_lag_is_that_of_the_modes_left_out` in `tests/modal_basis.rs`.
+//! Between 1.8 and 5.4 % lies [`MODAL_LAG`]. Limits: of ring modes (3) is a bound and no estimate, see `docs/theory/05-reduction.md`.
+//! Verified by `tests/modal_basis.rs`.
 
 use super::part::Part;
-use crate::linalg::{Matrix, spd_inverse};
-use crate::modal::ModeSet;
+use crate::linalg::{Matrix, mul, spd_inverse};
+use crate::modal::{ModeSet, largest_share};
 use bladeoff_model::machine::DiaphragmKind;
 
-/// Largest share (2) of a run whose contact the modes kept carry; with contact and beyond it a run is invalid (`modal_basis`).
+/// Largest share (3) of a run whose contact the modes kept carry; with contact and beyond it a run is invalid (`modal_basis`).
 pub const MODAL_LAG: f64 = 0.03;
 /// W \[1/s\].
 const RATE: f64 = std::f64::consts::PI / 1e-3;
+/// Part of the largest static flexibility left out, of nodes in the plane, by which a plain difference may be off by rounding.
+const ROUNDED: f64 = 1e-3;
 
-/// Flexibilities of one freedom \[m/N\].
+/// Flexibility of a node in the plane, `[xx, xy, yy]`, or of one freedom, the same in each direction \[m/N\].
+type Plane = [f64; 3];
+
+/// Flexibilities of a node.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Lag {
-    /// (1).
-    lag: f64,
-    at_rest: f64,
-    moving: f64,
+    /// (1) or (2).
+    lag: Plane,
+    /// Of the modes left out, at rest.
+    left_out: Plane,
+    /// F(0) and F(W).
+    at_rest: Plane,
+    moving: Plane,
 }
 
-/// Lag of freedoms of a part; empty where nothing is left out, or nothing has a static flexibility.
-pub(super) fn lags(
-    stiffness: &Matrix,
-    mass: &Matrix,
-    modes: &ModeSet,
-    part: &Part,
-    freedoms: impl Iterator<Item = usize>,
-) -> Vec<Lag> {
-    let complete = modes.omega_squared.len() == stiffness.nrows();
-    if !part.coordinates.is_modal() || complete || modes.omega_squared.iter().any(|&square| square <= 0.0) {
-        return Vec::new();
+/// Static flexibility of the modes left out, and that for a force that grows with W, on all freedoms.
+pub(super) struct LeftOut {
+    pub at_rest: Matrix,
+    moving: Matrix,
+}
+
+impl LeftOut {
+    /// `None` where a mode that is left out is not stiff.
+    pub fn new(stiffness: &Matrix, mass: &Matrix, modes: &ModeSet) -> Option<Self> {
+        let highest = modes.omega_squared.last().copied().filter(|&square| square > 0.0).unwrap_or(RATE * RATE);
+        let momenta = mul(mass, &modes.shapes);
+        let raised = stiffness + mul(&momenta, &scaled(&momenta, &modes.omega_squared, |square| highest - square));
+        let left_out = |stiffness: &Matrix, square: f64| {
+            let kept = mul(&modes.shapes, &scaled(&modes.shapes, &modes.omega_squared, |_| 1.0 / square));
+            Some(spd_inverse(stiffness)? - kept)
+        };
+        let at_rest = left_out(&raised, highest)?;
+        let moving = left_out(&(raised + mass * (RATE * RATE)), highest + RATE * RATE)?;
+        Some(Self { at_rest, moving })
     }
-    let inverses = spd_inverse(stiffness).zip(spd_inverse(&(stiffness + mass * (RATE * RATE))));
-    let Some((at_rest, moving)) = inverses else { return Vec::new() };
-    let lag = |freedom: usize| {
-        let row = part.coordinates.row(freedom);
-        // what the modes kept have of the difference
-        let kept: f64 = row
-            .iter()
-            .zip(&modes.omega_squared)
-            .map(|(phi, square)| phi * phi / square * RATE * RATE / (square + RATE * RATE))
-            .sum();
-        let (at_rest, moving) = (at_rest[(freedom, freedom)], moving[(freedom, freedom)]);
-        Lag { lag: (at_rest - moving - kept).max(0.0), at_rest, moving }
-    };
-    freedoms.map(lag).collect()
+
+    /// Static residual `K^-1 - Phi omega^-2 Phi^T` on the first `size` freedoms; `None` where a mode kept is not stiff. `places`: of nodes.
+    ///
+    /// The plain difference, unless that is rounding: of a rotor on bearings of 0.01 N/m nothing of it is left.
+    /// Source: residual flexibility (MacNeal 1971; Rubin 1975), quasi-static: the modes left out follow a force at once. Used by
+    /// the contact and bearing loads. Verified by `the_residual_completes_the_static_flexibility` in `tests/engines.rs`,
+    /// `a_rotor_on_hardly_any_bearings_has_the_contact_of_the_full_engine` in `tests/modal_basis.rs`.
+    fn residual(&self, stiffness: &Matrix, modes: &ModeSet, size: usize, places: &[[usize; 2]]) -> Option<Matrix> {
+        if !stiff(modes) {
+            return None;
+        }
+        let complement = self.at_rest.view((0, 0), (size, size)).into_owned();
+        let kept = mul(&modes.shapes, &scaled(&modes.shapes, &modes.omega_squared, |square| 1.0 / square));
+        let difference = spd_inverse(stiffness).map(|all| (all - kept).view((0, 0), (size, size)).into_owned());
+        let largest = |of: &dyn Fn(usize) -> f64| places.iter().flatten().map(|&i| of(i).abs()).fold(0.0, f64::max);
+        let sound = |difference: &Matrix| {
+            let off = largest(&|i| difference[(i, i)] - complement[(i, i)]);
+            off <= ROUNDED * largest(&|i| complement[(i, i)])
+        };
+        Some(difference.filter(sound).unwrap_or(complement))
+    }
 }
 
-/// Share (2) of the contact of a rotor's freedoms with a stator's, 0 to 1; empty where nothing is left out.
-pub(super) fn share(rotor: &[Lag], ring: &[Lag], kind: &DiaphragmKind) -> f64 {
-    let none = Lag { lag: 0.0, at_rest: 0.0, moving: 0.0 };
-    let still = [none];
+/// Phi^T, each row times what its mode's omega^2 says.
+fn scaled(shapes: &Matrix, squares: &[f64], factor: impl Fn(f64) -> f64) -> Matrix {
+    let mut rows = shapes.transpose();
+    for (j, &square) in squares.iter().enumerate() {
+        rows.row_mut(j).scale_mut(factor(square));
+    }
+    rows
+}
+
+/// Whether every mode kept has a frequency.
+fn stiff(modes: &ModeSet) -> bool {
+    modes.omega_squared.iter().all(|&square| square > 0.0)
+}
+
+/// Static residual of a part on its first `size` freedoms, where it is asked for and there is one, and the lags of nodes, each with its
+/// two freedoms in the plane (twice the same where it has one); empty where no mode is left out.
+pub(super) fn left_out(
+    part: &Part,
+    modes: &ModeSet,
+    [stiffness, mass]: [&Matrix; 2],
+    correct: bool,
+    size: usize,
+    places: impl Iterator<Item = [usize; 2]>,
+) -> (Option<Matrix>, Vec<Lag>) {
+    if !part.coordinates.is_modal() || modes.omega_squared.len() == stiffness.nrows() {
+        return (None, Vec::new());
+    }
+    let left_out = LeftOut::new(stiffness, mass, modes);
+    let places: Vec<[usize; 2]> = places.collect();
+    let residual =
+        left_out.as_ref().filter(|_| correct).and_then(|some| some.residual(stiffness, modes, size, &places));
+    let follows = residual.is_some();
+    let lags = places.into_iter().map(|places| Lag::of(places, part, modes, left_out.as_ref(), follows)).collect();
+    (residual, lags)
+}
+
+impl Lag {
+    /// Without `left_out` nothing is known of it: it counts as all there is.
+    fn of([u, v]: [usize; 2], part: &Part, modes: &ModeSet, left_out: Option<&LeftOut>, follows: bool) -> Self {
+        let single = u == v;
+        let plane = |xx: f64, xy: f64, yy: f64| if single { [xx, 0.0, xx] } else { [xx, xy, yy] };
+        let (x, y) = (part.coordinates.row(u), part.coordinates.row(v));
+        let least = f64::EPSILON * modes.highest() * modes.highest();
+        let kept = |more: f64| {
+            let product = |a: &[f64], b: &[f64]| -> f64 {
+                let modes = a.iter().zip(b).zip(&modes.omega_squared);
+                modes.map(|((a, b), square)| a * b / (square.abs().max(least) + more)).sum()
+            };
+            plane(product(&x, &x), product(&x, &y), product(&y, &y))
+        };
+        let of = |matrix: &Matrix| plane(matrix[(u, u)], matrix[(u, v)], matrix[(v, v)]);
+        let unknown = [f64::INFINITY, 0.0, f64::INFINITY];
+        let (still, growing) = left_out.map_or((unknown, [0.0; 3]), |some| (of(&some.at_rest), of(&some.moving)));
+        let lag = if follows { std::array::from_fn(|i| still[i] - growing[i]) } else { still };
+        let moving = sum(kept(RATE * RATE), growing);
+        // a free ring yields without bounds
+        let at_rest = if single && !stiff(modes) { moving } else { sum(kept(0.0), still) };
+        Self { lag, left_out: still, at_rest, moving }
+    }
+
+    /// Part of its static flexibility that is in the modes left out, in the plane where it is largest, 0 to 1.
+    pub fn share_at_rest(&self) -> f64 {
+        share(self.left_out, self.at_rest)
+    }
+}
+
+fn sum(a: Plane, b: Plane) -> Plane {
+    std::array::from_fn(|i| a[i] + b[i])
+}
+
+/// Largest share of one flexibility in another, 0 to 1; 1 where there is no number for it.
+fn share(part: Plane, whole: Plane) -> f64 {
+    if part == [0.0; 3] {
+        return 0.0;
+    }
+    let share = largest_share(part, whole);
+    if share < 1.0 { share.max(0.0) } else { 1.0 }
+}
+
+/// Share (3) of the contact of a rotor's node with a stator, 0 to 1. Empty, or `None`: no mode is left out.
+pub(super) fn at_contact(rotor: Option<&Lag>, ring: &[Lag], kind: &DiaphragmKind) -> f64 {
+    let none = Lag { lag: [0.0; 3], left_out: [0.0; 3], at_rest: [0.0; 3], moving: [0.0; 3] };
+    let rotor = rotor.unwrap_or(&none);
     let yielding = match kind {
         DiaphragmKind::RadialSpring { stiffness } => 1.0 / stiffness,
         DiaphragmKind::Rigid | DiaphragmKind::Flexible(_) => 0.0,
     };
-    let alone = [Lag { at_rest: yielding, ..none }];
-    let rotor = if rotor.is_empty() { &still } else { rotor };
+    let alone = [Lag { at_rest: [yielding, 0.0, yielding], ..none }];
     let stator = if ring.is_empty() { &alone } else { ring };
-    let pairs = rotor.iter().flat_map(|rotor| stator.iter().map(move |stator| (rotor, stator)));
-    pairs
-        .map(|(rotor, stator)| (rotor.lag + stator.lag) / (rotor.moving + stator.at_rest))
-        .filter(|share| share.is_finite())
-        .fold(0.0, f64::max)
+    let shares = stator.iter().map(|at| share(sum(rotor.lag, at.lag), sum(rotor.moving, at.at_rest)));
+    shares.fold(0.0, f64::max)
 }

@@ -11,7 +11,7 @@ pub use coordinates::Coordinates;
 pub use lag::MODAL_LAG;
 pub use part::Part;
 
-use crate::linalg::{Matrix, mul};
+use crate::linalg::Matrix;
 use crate::modal::{Basis, BasisError, ModeSet, is_key_of, modal_key};
 use crate::rotor::RotorMatrices;
 use crate::stator::RingMatrices;
@@ -25,9 +25,9 @@ pub struct RingPart {
     /// The linear part.
     pub part: Part,
     /// Static flexibility of the modes left out, on the ring's freedoms; `None` where nothing is left out, the correction is
-    /// switched off, or the ring is free (no static flexibility).
+    /// switched off, or a mode is not stiff (a free ring, bearings of indefinite stiffness).
     pub residual: Option<Matrix>,
-    /// Of the radial freedoms of its nodes.
+    /// Of its nodes, radially.
     pub(crate) lags: Vec<lag::Lag>,
 }
 
@@ -45,7 +45,7 @@ pub struct Structure {
     pub lateral_residual: Option<Matrix>,
     /// One entry per diaphragm; `None` for a stator without degrees of freedom.
     pub rings: Vec<Option<RingPart>>,
-    /// Of u and v of each node.
+    /// Of the shaft's nodes.
     rotor_lags: Vec<lag::Lag>,
     basis: Basis,
 }
@@ -97,11 +97,10 @@ impl Structure {
                 ring.map(|matrices| ring_part(matrices, sets.next().expect("one set per ring"), reduced, correct))
             })
             .collect();
-        let lateral_residual = (correct && !point)
-            .then(|| residual_flexibility(&rotor.stiffness, &basis.lateral, rotor.lateral_size()))
-            .flatten();
-        let places = (0..rotor.nodes).flat_map(|node| rotor.plane_places(node));
-        let rotor_lags = lag::lags(&rotor.stiffness, &rotor.mass, &basis.lateral, &lateral, places);
+        let places = (0..rotor.nodes).map(|node| rotor.plane_places(node));
+        let matrices = [&rotor.stiffness, &rotor.mass];
+        let (lateral_residual, rotor_lags) =
+            lag::left_out(&lateral, &basis.lateral, matrices, correct, rotor.lateral_size(), places);
         Ok(Self { structural: structural(machine), rotor, lateral, twist, lateral_residual, rings, rotor_lags, basis })
     }
 
@@ -112,31 +111,20 @@ impl Structure {
     }
 
     /// Largest part, over all directions, of a bearing's static flexibility that is in the modes left out, 0 to 1, in the machine's order: what of its
-    /// load has no inertia ([`engine`](crate::engine)). 0 where nothing is left out or the correction is switched off.
+    /// load has no inertia ([`engine`](crate::engine)), or is missing where there is no [`Structure::lateral_residual`]. 0 where nothing is left out.
     #[must_use]
     pub fn left_out_at_bearings(&self) -> Vec<f64> {
-        let Some(residual) = &self.lateral_residual else { return vec![0.0; self.rotor.bearings.len()] };
-        let squares = &self.basis.lateral.omega_squared;
-        let share = |[u, v]: [usize; 2]| {
-            let (x, y) = (self.lateral.coordinates.row(u), self.lateral.coordinates.row(v));
-            let kept = |a: &[f64], b: &[f64]| -> f64 {
-                a.iter().zip(b).zip(squares).map(|((a, b), square)| a * b / square).sum()
-            };
-            let left_out = [residual[(u, u)], residual[(u, v)], residual[(v, v)]];
-            let all = [left_out[0] + kept(&x, &x), left_out[1] + kept(&x, &y), left_out[2] + kept(&y, &y)];
-            crate::modal::largest_share(left_out, all)
-        };
-        self.rotor.bearings.iter().map(|bearing| share(self.rotor.plane_places(bearing.node))).collect()
+        let share = |node: usize| self.rotor_lags.get(node).map_or(0.0, lag::Lag::share_at_rest);
+        self.rotor.bearings.iter().map(|bearing| share(bearing.node)).collect()
     }
 
-    /// Largest share (2) of [`lag`] over the contacts of all diaphragms, 0 to 1: what of their flexibility the modes left out have
+    /// Largest share (3) of `lag` over the contacts of all diaphragms, 0 to 1: what of their flexibility the modes left out have
     /// without their inertia.
     #[must_use]
     pub fn lag_at_contact(&self, machine: &Machine) -> f64 {
         let shares = machine.diaphragms.iter().zip(&self.rings).map(|(diaphragm, ring)| {
-            let nodes = 2 * diaphragm.contact.node..2 * diaphragm.contact.node + 2;
-            let rotor = self.rotor_lags.get(nodes).unwrap_or_default();
-            lag::share(rotor, ring.as_ref().map_or(&[][..], |ring| &ring.lags), &diaphragm.kind)
+            let rotor = self.rotor_lags.get(diaphragm.contact.node);
+            lag::at_contact(rotor, ring.as_ref().map_or(&[][..], |ring| &ring.lags), &diaphragm.kind)
         });
         shares.fold(0.0, f64::max)
     }
@@ -148,23 +136,6 @@ impl Structure {
     }
 }
 
-/// Static flexibility of the modes left out, `K^-1 - Phi omega^-2 Phi^T`, on the first `size` freedoms.
-///
-/// Source: residual flexibility (MacNeal 1971; Rubin 1975), quasi-static: the modes left out follow a force at once. Used by
-/// the contact alone. Verified by `the_residual_completes_the_static_flexibility` in `tests/engines.rs`.
-fn residual_flexibility(stiffness: &Matrix, modes: &ModeSet, size: usize) -> Option<Matrix> {
-    if modes.omega_squared.len() == stiffness.nrows() || modes.omega_squared.iter().any(|&square| square <= 0.0) {
-        return None;
-    }
-    let flexibility = crate::linalg::spd_inverse(stiffness)?;
-    let mut scaled = modes.shapes.transpose();
-    for (j, square) in modes.omega_squared.iter().enumerate() {
-        scaled.row_mut(j).scale_mut(1.0 / square);
-    }
-    let kept = mul(&modes.shapes, &scaled);
-    Some((flexibility - kept).view((0, 0), (size, size)).into_owned())
-}
-
 fn ring_part(matrices: RingMatrices, modes: &ModeSet, reduced: bool, correct: bool) -> RingPart {
     let (a, b) = (matrices.mass_proportional, matrices.stiffness_proportional);
     let part = if reduced {
@@ -173,9 +144,9 @@ fn ring_part(matrices: RingMatrices, modes: &ModeSet, reduced: bool, correct: bo
         let damping = &matrices.mass * a + &matrices.stiffness * b;
         Part::full(&matrices.mass, &damping, &matrices.stiffness, modes.full_limit)
     };
-    let residual = correct.then(|| residual_flexibility(&matrices.stiffness, modes, 4 * matrices.nodes)).flatten();
-    let radial = (0..matrices.nodes).map(|node| 4 * node + 2);
-    let lags = lag::lags(&matrices.stiffness, &matrices.mass, modes, &part, radial);
+    let radial = (0..matrices.nodes).map(|node| [4 * node + 2; 2]);
+    let both = [&matrices.stiffness, &matrices.mass];
+    let (residual, lags) = lag::left_out(&part, modes, both, correct, 4 * matrices.nodes, radial);
     RingPart { matrices, part, residual, lags }
 }
 

@@ -198,6 +198,8 @@ fn time(samples: &Samples, sample: u64, deadline: Instant) -> Result<Option<Time
     }
     let steps = (machine.run.end_time / plan.step).ceil();
     let steps = machine.run.step_limit.map_or(steps, |limit| steps.min(limit as f64));
+    // the steps of a twin are counted on from those of the first run
+    let steps = if machine.run.twin > 0.0 { 2.0 * steps } else { steps };
     let part = (watch.steps as f64 / steps).min(1.0);
     // A part below a hundredth of a per cent is no "0.00 %".
     let words = format!("stopped at {:.2e} of {steps:.2e} steps", watch.steps as f64);
@@ -288,5 +290,16 @@ mod tests {
         assert!(one.is_none(), "no step within no time");
         let one = time(&all, 0, Instant::now() + Duration::from_secs(3)).expect("it starts").expect("some steps");
         assert!(one.cut && one.words.ends_with("of 6.00e9 steps") && one.cpu > 1000.0, "{} {}", one.words, one.cpu);
+        // a twin takes as many again, and is cut off as well
+        let all = samples("[set]\n\"run.step\" = 1e-10\n\"run.twin\" = 1e-6\n", None);
+        let one = time(&all, 0, Instant::now() + Duration::from_secs(3)).expect("it starts").expect("some steps");
+        assert!(one.cut && one.words.ends_with("of 1.20e10 steps"), "{}", one.words);
+        let all = samples("[set]\n\"run.end_time\" = 1e-3\n\"run.twin\" = 1e-6\n", None);
+        let mut watch = Watch { begun: thread_cpu_time(), deadline: Instant::now() + LONGEST, steps: 0, cut: false };
+        let machine = all.machine(0).build().expect("valid");
+        let structure = engine::build(&machine).expect("buildable");
+        let steps = machine.run.end_time / engine::plan(&machine, &structure).expect("stable").step;
+        engine::simulate_watched(&machine, &structure, &mut watch).expect("it starts");
+        assert!(!watch.cut && watch.steps as f64 > 1.9 * steps, "{} of twice {steps}", watch.steps);
     }
 }

@@ -59,6 +59,13 @@ fn bearings_without_inertia(machine: &Machine, structure: &Structure) -> Option<
         .filter(|(_, share)| *share > WITHOUT_INERTIA)
         .map(|(bearing, share)| format!("{} ({:.0} %)", bearing.name, 100.0 * share))
         .collect();
+    if structure.lateral_residual.is_none() && !named.is_empty() {
+        return Some(format!(
+            "note: modes left out hold that much of the flexibility at bearings {}, and nothing is there for them (`run.static_residual = \"off\"`, or \
+             bearings of indefinite stiffness): their loads lack it; more `run.rotor_modes`, or `run.engine = \"full\"`, has it",
+            named.join(", ")
+        ));
+    }
     (!named.is_empty()).then(|| {
         format!(
             "note: modes left out hold that much of the flexibility at bearings {}: their loads follow a force at once, without swinging \
@@ -128,5 +135,11 @@ mod tests {
         assert!(note.contains("rear (9") && !note.contains("front"), "{note}");
         let (machine, structure) = turbine(&[("rotor.bearings.rear.stiffness", 1e10)]);
         assert_eq!(bearings_without_inertia(&machine, &structure), None, "more modes are kept by default");
+        // without a residual their loads lack it, which was not said
+        let (mut machine, _) = turbine(&[("rotor.bearings.rear.stiffness", 1e12)]);
+        machine.run.static_residual = false;
+        let structure = Structure::build(&machine, None).expect("buildable");
+        let note = bearings_without_inertia(&machine, &structure).expect("a rigid bearing");
+        assert!(note.contains("rear (9") && note.contains("their loads lack it"), "{note}");
     }
 }

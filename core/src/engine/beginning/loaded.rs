@@ -41,7 +41,7 @@ pub(super) fn load(motion: &mut Motion<'_>, structure: &Structure) -> Result<(),
     let mut exact = None;
     for round in 0..ROUNDS + EXACT_ROUNDS {
         motion.solve()?;
-        // whether it touches depends on the place alone, which no round moves
+        // no force, nothing to centre; next to the gap that depends, besides the place, on the increments before, which rounds move
         if motion.contacts.iter().all(Option::is_none) {
             settled = true;
             break;

@@ -53,7 +53,8 @@ pub(super) const KEYS: &[Key] = &[
     key("run.ring_modes", Kind::Count, Need::Optional("chosen by the engine"), MODES_FROM_1, When::Always,
         "ring modes of the reduced engine, each diaphragm"),
     key("run.static_residual", Kind::Choice(&["on", "off"]), Need::Word("on"), Range::ANY, When::Always,
-        "whether the reduced engine adds the static flexibility of the modes it leaves out, at the contact and in bearing loads"),
+        "whether the reduced engine adds the static flexibility of the modes it leaves out, at the contact and in bearing loads; off: \
+         a run whose contact lacks more than 3 % of its flexibility is invalid (`modal_basis`)"),
     key("run.step_limit", Kind::Count, Need::Optional("no limit"), STEPS, When::Always,
         "a run with more steps fails with cause step_limit"),
     key("run.twin", Kind::Number(""), Need::Number(0.0), TWIN, When::Always,
