@@ -8,8 +8,7 @@ use bladeoff_core::outcome::Status;
 use bladeoff_core::record::NoHistory;
 use bladeoff_core::rotor::RotorMatrices;
 use bladeoff_core::structure::Structure;
-use bladeoff_model::document::Problem;
-use bladeoff_model::machine::{MachineDef, Presence, RotorKind, Unbalance, UnbalanceKind, overdrawn};
+use bladeoff_model::machine::{Presence, RotorKind, Unbalance, UnbalanceKind, overdrawn};
 use common::{Every, machine, machine_with, run, run_seen, study_machine};
 
 const LOST: (&str, &str) = ("blade_off.kind", "lost");

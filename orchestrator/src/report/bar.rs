@@ -93,7 +93,8 @@ mod tests {
     use super::*;
 
     fn shown(bytes: &[u8]) -> Vec<String> {
-        screen(std::str::from_utf8(bytes).expect("UTF-8"), usize::MAX)
+        // a terminal begins a new line where it is told to go one down
+        screen(&std::str::from_utf8(bytes).expect("UTF-8").replace('\n', "\r\n"), usize::MAX)
     }
 
     #[test]
