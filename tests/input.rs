@@ -248,7 +248,7 @@ fn extreme_numbers_are_refused_with_what_is_allowed() {
     let said = say(&["check", &folder.write("s.toml", endless)]);
     assert_eq!(said.code, 3, "{}", said.err);
     for part in
-        ["the run may take 1e16 steps of 1e-10 s up to run.end_time = 1e6 s", "at most 1e10 steps", "ends at 1.000e0 s"]
+        ["the run may take 1e16 steps of 1e-10 s up to run.end_time = 1e6 s", "at most 1e10 steps", "which ends at 1 s"]
     {
         assert!(said.err.contains(part), "{part} is not in\n{}", said.err);
     }
@@ -297,4 +297,20 @@ fn a_rotor_that_does_not_fit_its_ring_is_refused_where_it_varies() {
     let rig = folder.name("machines/rig.toml");
     let said = say(&["simulate", &rig, "--set", "contact.rotor_radius=30 mm"]);
     assert!(said.code != 0 && said.err.contains("there are 20.5 mm"), "{}", said.err);
+}
+
+/// The lines that the note prints, put where it says, are a study without the note; with the phase in `[set]` they were refused.
+#[test]
+fn the_lines_that_vary_a_fixed_angle_go_in_place_of_the_line_that_fixes_it() {
+    let folder = Folder::new();
+    let head = "schema = 1\nmachine = \"machines/rig.toml\"\n[set]\n\"run.end_time\" = \"2 ms\"\n";
+    let fixed = folder.write("s.toml", &format!("{head}\"blade_off.phase\" = \"10 deg\"\n"));
+    let said = say(&["check", &fixed]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert!(said.err.contains("phase is 10 deg in every sample"), "{}", said.err);
+    assert!(said.err.contains("instead of its line in [set]:"), "{}", said.err);
+    let lines: Vec<&str> = said.err.lines().skip_while(|line| line.trim() != "[[vary]]").take(5).collect();
+    let varied = folder.write("s.toml", &format!("{head}{}\n", lines.join("\n")));
+    let said = say(&["check", &varied]);
+    assert!(said.code == 0 && !said.err.contains("in every sample"), "{}", said.err);
 }

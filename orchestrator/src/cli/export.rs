@@ -41,7 +41,11 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let Some(first) = files.first() else { return Err(CliError::NoResults { path: args.directory.clone() }) };
     if !first.ends_with(RESULTS) {
         let parts = args.directory.join(PARTS);
-        remark(&format!("warning: the study is incomplete; exporting what is finished ({})", parts.display()));
+        remark(&format!(
+            "warning: the study is incomplete; exporting the finished rows that are in {} (after a kill the record may have a few \
+             more: `run` writes them)",
+            parts.display()
+        ));
     }
     // Numbers that nobody computed are not written down anywhere else.
     let is_known = refuse_changed(&args.directory)?;

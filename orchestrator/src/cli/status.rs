@@ -122,7 +122,7 @@ fn as_text(seen: &Seen) -> String {
         }
         let deaths = number(told, "worker_deaths");
         if deaths > 0.0 {
-            line("deaths", format!("{} died and replaced", counted(deaths as u64, "worker")));
+            line("deaths", format!("{}, each replaced", counted(deaths as u64, "worker death")));
         }
         if let RunState::Running { .. } = seen.state {
             line("updated", word("updated").unwrap_or("unknown").to_owned());

@@ -24,6 +24,8 @@ pub struct FixedAngle {
     pub around: Option<f64>,
     /// An angle that has several values, all of them whole periods apart.
     pub repeated: Option<String>,
+    /// The phase has a line in `[set]`.
+    pub is_set: bool,
 }
 
 /// What a study says nothing about: `None` where an angle varies, nothing is released, or machine and surroundings are the same all
@@ -37,6 +39,7 @@ pub fn fixed_angle(samples: &Samples) -> Option<FixedAngle> {
     let machines = [0, samples.count() / 2, samples.count() - 1].map(|sample| samples.machine(sample).build());
     let found = machines.iter().flatten().filter_map(of_machine);
     let mut found = found.max_by(|a, b| a.period.total_cmp(&b.period))?;
+    found.is_set = samples.study().fixed.iter().any(|(info, _)| info.path == found.path);
     for varied in samples.parameters() {
         let path = &varied.info.path;
         // Phase of an unbalance, angle of the rotor at the start, angle of the stator.
@@ -104,7 +107,7 @@ fn of_machine(machine: &Machine) -> Option<FixedAngle> {
     }
     let path = format!("rotor.unbalances.{}.phase", unbalance.name);
     let period = part(order)?;
-    Some(FixedAngle { path, value: unbalance.phase, because, period, around, repeated: None })
+    Some(FixedAngle { path, value: unbalance.phase, because, period, around, repeated: None, is_set: false })
 }
 
 /// Whether a 2 x 2 matrix is the same after any turn.
@@ -133,7 +136,11 @@ impl FixedAngle {
                 )
             }
         };
-        let instead = if self.repeated.as_ref() == Some(&self.path) { "; instead of the values there are" } else { "" };
+        let instead = match &self.repeated {
+            Some(path) if *path == self.path => "; instead of the values there are",
+            _ if self.is_set => "; instead of its line in [set]",
+            _ => "",
+        };
         let lines = [
             said,
             format!("{} {is} not the same all round, so this angle decides where", listed(&self.because)),

@@ -91,8 +91,9 @@ fn report(
             format!("the machine cannot be built: {}", infeasible.problem.message)
         } else {
             format!(
-                "{} of {total} combinations give a machine that cannot be built: {} (first: {})",
+                "{} of {total} {} a machine that cannot be built: {} (first: {})",
                 infeasible.count,
+                if infeasible.count == 1 { "combinations gives" } else { "combinations give" },
                 infeasible.problem.message,
                 describe(infeasible.first)
             )

@@ -58,7 +58,7 @@ pub enum QuantityError {
         reason: &'static str,
     },
     /// A unit of something else.
-    #[error("the unit `{unit}` does not fit: {} is expected, such as {examples}", if expected.is_empty() { "a pure number" } else { expected })]
+    #[error("the unit `{unit}` does not fit: {}", if expected.is_empty() { format!("{examples} is expected") } else { format!("{expected} is expected, such as {examples}") })]
     WrongDimension {
         /// The unit.
         unit: String,
