@@ -9,7 +9,7 @@ use bladeoff_core::record::{NoHistory, columns};
 use bladeoff_core::structure::Structure;
 use bladeoff_model::machine::{Machine, MachineDef};
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use support::faults::{signal, wait_until};
 use support::{Folder, bladeoff, said, say};
@@ -301,4 +301,24 @@ fn an_interval_that_the_run_does_not_have_is_refused_with_the_longest_it_has() {
     }
     assert_eq!(simulate("--every", "2 ms").code, 0);
     assert_eq!(read(Path::new(&history)).expect("readable").time.len(), 2, "the first and the last instant");
+}
+
+/// `plot` waited for ever for a named pipe, and `recover` read a file without an end into memory.
+#[test]
+fn what_is_no_regular_file_or_too_large_is_not_read() {
+    let folder = Folder::new();
+    let pipe = PathBuf::from(folder.path("pipe.mcap"));
+    rustix::fs::mknodat(rustix::fs::CWD, &pipe, rustix::fs::FileType::Fifo, 0o600.into(), 0).expect("a FIFO");
+    let huge = PathBuf::from(folder.path("huge.csv"));
+    fs::File::create(&huge).and_then(|file| file.set_len(1 << 40)).expect("sparse");
+    let (done, is_done) = std::sync::mpsc::channel();
+    let out = PathBuf::from(folder.path("whole.mcap"));
+    std::thread::spawn(move || {
+        let recovered = |from: &Path| recover(from, &out).map(|_| ());
+        let results =
+            [read(&pipe).map(|_| ()), read(&huge).map(|_| ()), recovered(&pipe), recovered(Path::new("/dev/zero"))];
+        let _ = done.send(results.map(|result| result.expect_err("not read").to_string()));
+    });
+    let errors = is_done.recv_timeout(std::time::Duration::from_secs(120)).expect("nothing is waited for");
+    assert!(errors.iter().all(|error| error.contains("read")), "{errors:?}");
 }

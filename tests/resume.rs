@@ -303,7 +303,7 @@ fn a_running_study_is_seen_with_its_workers_and_its_rows_are_read() {
     let left = |key: &str| seen[key].as_f64().unwrap_or_else(|| panic!("{key}: {seen}"));
     assert!(left("left_to_s") > 1.0 && left("left_from_s") <= left("left_to_s"), "{seen}");
     let shown = say(&["status", &out]).out;
-    assert!(shown.contains("running: process") && shown.contains("left for"), "{shown}");
+    assert!(shown.contains("running: process") && shown.contains("worker 1 (process"), "{shown}");
     let pace = shown.lines().find(|line| line.starts_with("pace")).expect("a pace");
     assert!(pace.contains("/s, ") || pace.contains("/min, "), "{pace}");
     assert!(pace.ends_with(" left"), "{pace}");

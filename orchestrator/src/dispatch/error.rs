@@ -35,6 +35,19 @@ pub enum DispatchError {
         /// Files that are not ours under the run's name.
         foreign: Vec<String>,
     },
+    /// Somebody takes every name.
+    #[error(
+        "somebody else takes the names of this run's shared memory ({tries} were tried), the last time with {}",
+        list(foreign)
+    )]
+    NamesTaken {
+        /// How many.
+        tries: u32,
+        /// Files that are not ours under the last name.
+        foreign: Vec<String>,
+        /// What failed.
+        source: LinkError,
+    },
     /// Workers do not start.
     #[error("{deaths} workers in a row ended before they asked for work; the last one said: {last_words}")]
     WorkersDoNotStart {

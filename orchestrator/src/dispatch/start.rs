@@ -2,18 +2,22 @@
 
 use std::time::Duration;
 
-use bladeoff_protocol::domain::Domain;
+use bladeoff_protocol::domain::{Domain, foreign_files};
 use bladeoff_protocol::messages::{MAX_PARAMS, batch_capacity};
 use bladeoff_worker::fault::{Faults, Who};
-use tokio::sync::mpsc::unbounded_channel;
+use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 
 use super::DispatchError;
 use super::api::{DispatchOptions, DispatchReport, Observer, Samples, Sink};
 use super::driver::{Driver, Parts};
+use super::event::Event;
 use super::hub::Hub;
 use super::log::Log;
 use super::{keys, signals};
 use crate::schedule::{Scheduler, Settings, Todo};
+
+/// Names that are tried where somebody takes them.
+const TRIES: u32 = 20;
 
 /// Runs the samples; the shared memory is still there, in `kept`, when all is well. Processes have ended.
 pub(super) fn run(
@@ -33,13 +37,9 @@ pub(super) fn run(
         .build()
         .map_err(|source| DispatchError::System { doing: "starting timers and signals", source })?;
     // Dropped in reverse: processes with the runtime, then the hub, then the domain.
-    let domain = match &options.runtime {
-        Some(base) => Domain::create_below(base, settings.workers)?,
-        None => Domain::create(settings.workers)?,
-    };
-    log.line(None, &format!("run {} with shared memory in {}", domain.run(), domain.address().root.display()))?;
     let (send, events) = unbounded_channel();
-    let mut hub = Hub::start(domain.address(), domain.run(), settings.workers, send.clone())?;
+    let (domain, mut hub) = connect(options, settings.workers, &send)?;
+    log.line(None, &format!("run {} with shared memory in {}", domain.run(), domain.address().root.display()))?;
     let result = {
         let _inside = runtime.enter();
         signals::watch(&send)?;
@@ -59,6 +59,35 @@ pub(super) fn run(
     let report = result?;
     *kept = Some(domain);
     Ok(report)
+}
+
+/// Shared memory and the hub in it. Whoever watches /dev/shm can take the names of a run as soon as its first file betrays them:
+/// then another run's names are tried.
+fn connect(
+    options: &DispatchOptions,
+    workers: usize,
+    events: &UnboundedSender<Event>,
+) -> Result<(Domain, Hub), DispatchError> {
+    let mut tries = 0;
+    loop {
+        let domain = match &options.runtime {
+            Some(base) => Domain::create_below(base, workers)?,
+            None => Domain::create(workers)?,
+        };
+        let error = match Hub::start(domain.address(), domain.run(), workers, events.clone()) {
+            Ok(hub) => return Ok((domain, hub)),
+            Err(error) => error,
+        };
+        let foreign = foreign_files(&domain.address().prefix);
+        tries += 1;
+        match error {
+            DispatchError::Link(_) if !foreign.is_empty() && tries < TRIES => {}
+            DispatchError::Link(source) if !foreign.is_empty() => {
+                return Err(DispatchError::NamesTaken { tries, foreign, source });
+            }
+            error => return Err(error),
+        }
+    }
 }
 
 fn settings(options: &DispatchOptions, n_params: usize) -> Settings {

@@ -6,12 +6,14 @@ use super::table::{ABOUT_PREFIX, OUTCOME_PREFIX};
 use super::{Format, HISTORY_VERSION, HistoryError, proto};
 use bladeoff_answers::history::{About, History, Series};
 use bladeoff_answers::tables::read_numbers;
-use bladeoff_system::files::FileError;
+use bladeoff_system::place::Place;
 use mcap::read::{ChunkFlattener, Options};
 use mcap::records::Record;
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::Path;
+
+/// Largest history that is read: it is in memory as a whole.
+pub(super) const MOST_HISTORY: u64 = 4 << 30;
 
 /// Reads a history.
 ///
@@ -39,7 +41,7 @@ struct Topic {
 }
 
 fn read_mcap(path: &Path) -> Result<History, HistoryError> {
-    let bytes = fs::read(path).map_err(FileError::at("read", path))?;
+    let bytes = Place::named(path).read(MOST_HISTORY)?;
     let failed = || HistoryError::mcap("read", path);
     let mut history = History::default();
     let mut units = About::new();
@@ -93,7 +95,8 @@ fn read_mcap(path: &Path) -> Result<History, HistoryError> {
 }
 
 fn read_csv(path: &Path) -> Result<History, HistoryError> {
-    let text = fs::read_to_string(path).map_err(FileError::at("read", path))?;
+    let bytes = Place::named(path).read(MOST_HISTORY)?;
+    let text = String::from_utf8(bytes).map_err(|_| not_ours(path, "it is not text in UTF-8"))?;
     let mut lines = text.lines();
     let mut names = lines.next().unwrap_or_default().split(',');
     if names.next() != Some(TIME) {

@@ -1,6 +1,7 @@
 //! A whole MCAP from what a writer that died left behind.
 
 use super::mcap_file::options;
+use super::read::MOST_HISTORY;
 use super::{HistoryError, publish, temporary};
 use bladeoff_system::files::FileError;
 use bladeoff_system::place::Place;
@@ -27,7 +28,7 @@ pub struct Recovered {
 /// # Errors
 /// `from` is not readable or has nothing in it; `to` cannot be written.
 pub fn recover(from: &Path, to: &Path) -> Result<Recovered, HistoryError> {
-    let bytes = fs::read(from).map_err(FileError::at("read", from))?;
+    let bytes = Place::named(from).read(MOST_HISTORY)?;
     let aside = temporary(to);
     // `recover x.mcap.tmp` would write over its own input
     let aside_is_input = aside == from;

@@ -10,7 +10,7 @@ use super::stamp::{host, timestamp};
 use crate::ledger::Reader;
 use crate::report::{Eta, Tally};
 use crate::schedule::{Activity, Snapshot, WorkerView};
-use bladeoff_answers::report::duration;
+use bladeoff_answers::report::{counted, duration};
 use bladeoff_core::outcome::{Cause, Status};
 use bladeoff_study::Samples;
 use bladeoff_system::call;
@@ -296,13 +296,17 @@ fn see_locked(directory: &Folder, locked: &Look) -> Seen {
         let told = told.filter(is_its_own).map(|told| with_command(directory.path(), told));
         return Seen { state, told, is_counted: false };
     }
-    let (told, is_counted) = counted(directory, told, is_final);
+    let (told, is_counted) = of_record(directory, told, is_final);
     Seen { state, told: told.map(|told| with_command(directory.path(), told)), is_counted }
 }
 
 /// What was told with the counts of the record, and whether it has been read. `is_final`: it was told at an end, so that its
 /// counts are right if the record has as many.
-fn counted(directory: &Folder, told: Option<Map<String, Value>>, is_final: bool) -> (Option<Map<String, Value>>, bool) {
+fn of_record(
+    directory: &Folder,
+    told: Option<Map<String, Value>>,
+    is_final: bool,
+) -> (Option<Map<String, Value>>, bool) {
     let read = || {
         let record = Reader::peek(directory.place(LEDGER)).ok()?;
         let header = record.header().ok()?;
@@ -367,7 +371,7 @@ pub(super) fn describe(worker: &WorkerView) -> String {
             format!("computing sample {sample} for {since}, then {} more of its batch", left - 1)
         }
         Activity::Busy { sample: None, left } => {
-            format!("given a batch of {} {since} ago", bladeoff_answers::report::counted(left as u64, "sample"))
+            format!("given a batch of {} {since} ago", counted(left as u64, "sample"))
         }
         Activity::Leaving => format!("told to end {since} ago"),
         Activity::Gone => format!("died {since} ago; the next one starts in a moment"),

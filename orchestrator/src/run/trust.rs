@@ -5,7 +5,7 @@ use super::RunError;
 use super::lock::LOCK;
 use bladeoff_system::files::FileError;
 use bladeoff_system::folder::Folder;
-use rustix::fs::{Access, AtFlags, accessat};
+use rustix::fs::{Access, AtFlags, accessat, fgetxattr};
 use rustix::process::{getegid, geteuid};
 use std::io;
 use std::path::PathBuf;
@@ -56,10 +56,17 @@ pub(super) fn check(folder: &Folder, trusts: bool) -> Result<(), RunError> {
     if found.st_uid != user {
         return Err(Untrusted::Owner { path: path(), owner: found.st_uid }.into());
     }
-    let is_private = found.st_gid == group && group == user;
+    // With an access control list the bits of the group are the most that anybody named in it may do.
+    let is_private = found.st_gid == group && group == user && !has_list(folder);
     let others = if is_private { 0o002 } else { 0o022 };
     let mode = found.st_mode & 0o7777;
     if mode & others != 0 { Err(Untrusted::Mode { path: path(), mode }.into()) } else { Ok(()) }
+}
+
+/// Whether it has an access control list.
+fn has_list(folder: &Folder) -> bool {
+    let mut none: [u8; 0] = [];
+    matches!(fgetxattr(folder, "system.posix_acl_access", &mut none), Ok(length) if length > 0)
 }
 
 #[cfg(test)]
@@ -88,5 +95,28 @@ mod tests {
         }
         let is_private = geteuid().as_raw() == getegid().as_raw();
         assert_eq!(check_with(0o775, false).is_ok(), is_private, "a group of one");
+    }
+
+    #[test]
+    fn who_is_named_in_an_access_control_list_may_write_whatever_the_group() {
+        let directory = tempfile::tempdir().expect("temporary directory");
+        let folder = Folder::open(directory.path()).expect("opened");
+        // user::rwx user:54321:rwx group::r-x mask::rwx other::r-x, as the kernel keeps it
+        let owner = u32::MAX;
+        let entries = [(1u16, 7u16, owner), (2, 7, 54_321), (4, 5, owner), (16, 7, owner), (32, 5, owner)];
+        let mut list = 2u32.to_le_bytes().to_vec();
+        for (tag, permissions, id) in entries {
+            list.extend(tag.to_le_bytes());
+            list.extend(permissions.to_le_bytes());
+            list.extend(id.to_le_bytes());
+        }
+        let flags = rustix::fs::XattrFlags::empty();
+        if rustix::fs::fsetxattr(&folder, "system.posix_acl_access", &list, flags).is_err() {
+            println!("SKIPPED: no access control lists in {}", directory.path().display());
+            return;
+        }
+        let refused = check(&folder, false).expect_err("somebody else may write");
+        assert!(matches!(refused, RunError::Untrusted(Untrusted::Mode { .. })), "{refused}");
+        assert!(check(&folder, true).is_ok());
     }
 }

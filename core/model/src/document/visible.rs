@@ -13,8 +13,9 @@ use std::fmt::Write;
 pub fn is_hidden(c: char) -> bool {
     c.is_control()
         || matches!(c,
-            '\u{ad}' | '\u{61c}' | '\u{180e}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}'
-            | '\u{feff}' | '\u{fff9}'..='\u{fffb}' | '\u{e0000}'..='\u{e007f}')
+            '\u{ad}' | '\u{34f}' | '\u{61c}' | '\u{115f}' | '\u{1160}' | '\u{17b4}' | '\u{17b5}' | '\u{180b}'..='\u{180f}'
+            | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{3164}' | '\u{fe00}'..='\u{fe0f}'
+            | '\u{feff}' | '\u{ffa0}' | '\u{fff9}'..='\u{fffb}' | '\u{e0000}'..='\u{e01ef}')
 }
 
 /// One line of text from outside: every hidden character, line feeds and tabs too, as `\u{1b}`.
@@ -90,6 +91,7 @@ mod tests {
         assert_eq!(visible(text), all);
         assert_eq!(visible_lines(text), all.replace("\\u{a}", "\n").replace("\\u{9}", "\t"));
         assert_eq!(pictured_lines(text), "a␛[31mb\u{fffd}2Jc␍\nd\u{fffd}e␡\tµ\u{fffd}");
+        assert_eq!(visible("a\u{fe0f}b\u{34f}c\u{3164}\u{e0100}"), "a\\u{fe0f}b\\u{34f}c\\u{3164}\\u{e0100}");
         for plain in ["", "Größe 5 µm, 30°: \"x\" \\u{1b}", "ring ✓ 日本"] {
             assert!(matches!(visible(plain), Cow::Borrowed(same) if same == plain));
         }
