@@ -9,7 +9,7 @@ use bladeoff_core::record::{NoHistory, columns};
 use bladeoff_core::structure::Structure;
 use bladeoff_model::machine::{Machine, MachineDef};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 use support::faults::{signal, wait_until};
 use support::{Folder, bladeoff, said, say};
@@ -307,12 +307,12 @@ fn an_interval_that_the_run_does_not_have_is_refused_with_the_longest_it_has() {
 #[test]
 fn what_is_no_regular_file_or_too_large_is_not_read() {
     let folder = Folder::new();
-    let pipe = PathBuf::from(folder.path("pipe.mcap"));
+    let pipe = folder.path("pipe.mcap");
     rustix::fs::mknodat(rustix::fs::CWD, &pipe, rustix::fs::FileType::Fifo, 0o600.into(), 0).expect("a FIFO");
-    let huge = PathBuf::from(folder.path("huge.csv"));
+    let huge = folder.path("huge.csv");
     fs::File::create(&huge).and_then(|file| file.set_len(1 << 40)).expect("sparse");
     let (done, is_done) = std::sync::mpsc::channel();
-    let out = PathBuf::from(folder.path("whole.mcap"));
+    let out = folder.path("whole.mcap");
     std::thread::spawn(move || {
         let recovered = |from: &Path| recover(from, &out).map(|_| ());
         let results =
