@@ -1,8 +1,8 @@
 //! The reference engine: one blade-off from release to its end, step by step.
 //!
-//! Main path: [`simulate`] takes a step that is stable (`plan`), and a [`run`] goes on from its `beginning`: predict
-//! without contact, correct with contact, record, advance ([`motion`]). What moves: the `shaft_line`, and each ring with its contact, a
-//! [`rub`]. What a run is watched for is [`crate::record`]'s matter; `bearing_loads` and `works` find what that takes.
+//! Main path: [`simulate`] takes a step that is stable (`plan`), and a `run` goes on from its `beginning`: predict
+//! without contact, correct with contact, record, advance (`motion`). What moves: the `shaft_line`, and each ring with its contact, a
+//! `rub`. What a run is watched for is [`crate::record`]'s matter; `bearing_loads` and `works` find what that takes.
 //!
 //! Scheme: central differences with forward-increment Lagrange multipliers (paper, section 3; physics.md section 4), non-linear
 //! terms centred and iterated, over finite elements or over modes ([`crate::structure`]).

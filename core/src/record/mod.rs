@@ -1,8 +1,8 @@
 //! What a run is watched for: recorders, each of one quantity of interest or a few, and the row of the table they make.
 //!
-//! A recorder is handed plain numbers of an instant ([`At`], loads, displacements, [`RingInstant`]) and knows no engine: whichever
-//! finds the motion hands them in. It reports each of its columns together with its value, in one place ([`Row`]), so that
-//! [`columns`] and the values of an outcome cannot disagree. The order of the table is that of [`Recorders::report`].
+//! A recorder is handed plain numbers of an instant (`At`, loads, displacements, `RingInstant`) and knows no engine: whichever
+//! finds the motion hands them in. It reports each of its columns together with its value, in one place (`Row`), so that
+//! [`columns`] and the values of an outcome cannot disagree. The order of the table is that of `Recorders::report`.
 //! Who follows the motion itself, for a history, is a [`Follower`].
 
 mod contact;
