@@ -98,7 +98,11 @@ fn a_larger_step_limit_goes_on_and_the_table_is_that_of_a_fresh_run() {
     let why = say(&["why", &bench.folder.name("out"), "1"]);
     assert!(why.out.contains("raise `run.step_limit`"), "{}", why.out);
     let again = bench.goes_on(&set(short), &[]);
-    assert!(again.err.contains("4 samples that ended early under another run.step_limit are computed again"), "{}", again.err);
+    assert!(
+        again.err.contains("4 samples that ended early under another run.step_limit are computed again"),
+        "{}",
+        again.err
+    );
     assert_eq!(bench.causes(), [false, true, false, true]);
     let again = bench.goes_on(&set(long - 1), &["--rerun", "failed"]);
     assert!(again.err.contains("2 of 4 samples are there already, 2 are computed"), "{}", again.err);
