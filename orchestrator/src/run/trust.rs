@@ -6,6 +6,7 @@ use super::lock::LOCK;
 use bladeoff_system::files::FileError;
 use bladeoff_system::folder::Folder;
 use rustix::fs::{Access, AtFlags, accessat, fgetxattr};
+use rustix::io::Errno;
 use rustix::process::{getegid, geteuid};
 use std::io;
 use std::path::PathBuf;
@@ -65,8 +66,9 @@ pub(super) fn check(folder: &Folder, trusts: bool) -> Result<(), RunError> {
 
 /// Whether it has an access control list.
 fn has_list(folder: &Folder) -> bool {
-    let mut none: [u8; 0] = [];
-    matches!(fgetxattr(folder, "system.posix_acl_access", &mut none), Ok(length) if length > 0)
+    let mut list = [0; 4096];
+    let found = fgetxattr(folder, "system.posix_acl_access", &mut list[..]);
+    matches!(found, Ok(1..) | Err(Errno::RANGE))
 }
 
 #[cfg(test)]
