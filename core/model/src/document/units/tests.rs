@@ -103,7 +103,7 @@ fn wrong_quantities_are_refused_with_their_reason() {
     let table: &[(&str, &'static str, &str)] = &[
         ("8 kg", "m", "m is expected, such as \"8 mm\""),
         ("0.5 deg", "m", "does not fit"),
-        ("0.5 deg", "", "a pure number is expected"),
+        ("0.5 deg", "", "a pure number such as 0.2 or \"20 %\" is expected"),
         ("5 1/s", "rad/s", "such as \"1500 rpm\""),
         ("1500 rpm", "1/s", "does not fit"),
         ("50 Hz", "rad/s", "revolutions per second"),
