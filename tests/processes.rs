@@ -47,11 +47,15 @@ fn ranges_are_computed_and_nothing_else() {
     assert_eq!(table.0.into_keys().collect::<Vec<_>>(), [5, 6, 7, 8, 100, 101, 102]);
 }
 
+/// States of a sample, and workers. What is sent is no loss: of two workers on a busy machine, the other may have done all the rest by then, and
+/// the end of a worker that is not needed any more is no death.
+const STATES: [(&str, usize); 3] = [("claimed", 2), ("running", 2), ("sent", 1)];
+
 #[test]
 fn a_killed_worker_changes_no_result() {
     let _alone = alone();
-    for at in ["claimed", "running", "sent"] {
-        let run = Run::with_fault(2, 2000, &format!("who=worker,at={at},sample=17,do=kill"));
+    for (at, workers) in STATES {
+        let run = Run::with_fault(workers, 2000, &format!("who=worker,at={at},sample=17,do=kill"));
         let (report, table, _) = run.play(SAMPLES);
         assert_eq!((run.fired(at), report.worker_deaths, report.ended), (1, 1, Ended::Complete), "{at}");
         table.assert_undisturbed_except(SAMPLES, &[]);
@@ -64,9 +68,9 @@ fn a_stopped_worker_is_shown_replaced_and_changes_no_result() {
     let _alone = alone();
     // At once: most of their time they wait for a silence that no busy machine makes.
     std::thread::scope(|scope| {
-        for at in ["claimed", "running", "sent"] {
+        for (at, workers) in STATES {
             scope.spawn(move || {
-                let mut run = Run::with_fault(2, 2000, &format!("who=worker,at={at},sample=17,do=stop"));
+                let mut run = Run::with_fault(workers, 2000, &format!("who=worker,at={at},sample=17,do=stop"));
                 run.options.stale_after = Duration::from_secs(1);
                 run.options.replace_after = Duration::from_secs(15);
                 let (report, table, watcher) = run.play(SAMPLES);
