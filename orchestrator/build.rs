@@ -14,6 +14,7 @@ fn main() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     for source in [
         "system/src",
+        "core/model/src",
         "core/src",
         "worker/src",
         "worker/protocol/src",

@@ -115,10 +115,10 @@ const LAYERS: [(&str, &[&str]); 8] = [
     ("core/model", &[]),
     ("core", &["model"]),
     ("system", &["model"]),
-    ("worker/protocol", &["model", "core", "system"]),
+    ("worker/protocol", &["model", "system"]),
     ("worker", &["model", "core", "system", "protocol"]),
     ("orchestrator/study", &["model", "system"]),
-    ("orchestrator/answers", &["model", "core", "system"]),
+    ("orchestrator/answers", &["model", "system"]),
     ("orchestrator", &["model", "core", "system", "protocol", "worker", "study", "answers"]),
 ];
 

@@ -4,10 +4,10 @@ mod support;
 
 use bladeoff::history::{Decimation, HistoryError, Recorder, Settings, catalogue, read, recover, select};
 use bladeoff_core::engine::{StepPlan, simulate};
-use bladeoff_core::outcome::Outcome;
 use bladeoff_core::record::{NoHistory, columns};
 use bladeoff_core::structure::Structure;
 use bladeoff_model::machine::{Machine, MachineDef};
+use bladeoff_model::outcome::Outcome;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};

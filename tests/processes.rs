@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use bladeoff::chaos::{lives, state};
 use bladeoff::dispatch::{self, DispatchError, Ended, Observer, Snapshot, Todo};
-use bladeoff_core::outcome::{Cause, Status};
+use bladeoff_model::outcome::{Cause, Status};
 use support::workers::*;
 
 /// Not a test by itself: started by tests.

@@ -5,10 +5,10 @@
 mod support;
 
 use bladeoff_core::NUMERICS_VERSION;
-use bladeoff_core::outcome::ColumnKind;
 use bladeoff_core::record::columns;
 use bladeoff_core::structure::Structure;
 use bladeoff_model::machine::MachineDef;
+use bladeoff_model::outcome::ColumnKind;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs::{self, Permissions};

@@ -2,13 +2,12 @@
 //!
 //! `(machine, settings) -> outcome`, without I/O, clock, threads or randomness. The main path:
 //! [`Machine`](bladeoff_model::machine::Machine) (validated, SI) -> structure (matrices, modes)
-//! -> [`engine::simulate`] -> [`outcome::Outcome`] (one row of the result table).
+//! -> [`engine::simulate`] -> [`Outcome`](bladeoff_model::outcome::Outcome) (one row of the result table).
 
 pub mod contact;
 pub mod engine;
 pub mod linalg;
 pub mod modal;
-pub mod outcome;
 pub mod record;
 pub mod rotor;
 pub mod stator;

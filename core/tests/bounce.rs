@@ -2,7 +2,7 @@
 
 mod common;
 
-use bladeoff_core::outcome::{Cause, Status};
+use bladeoff_model::outcome::{Cause, Status};
 use common::{Every, machine, run, run_seen};
 
 /// A reproducible stream in 0..1.

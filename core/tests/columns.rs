@@ -2,10 +2,10 @@
 
 mod common;
 
-use bladeoff_core::outcome::ColumnKind;
 use bladeoff_core::record::{Frame, columns};
 use bladeoff_core::stress::ShaftStresses;
 use bladeoff_model::machine::{Machine, RotorKind};
+use bladeoff_model::outcome::ColumnKind;
 use common::{Every, machine, machine_with, run, run_seen, study_machine};
 use std::collections::BTreeSet;
 

@@ -198,7 +198,7 @@ fn force_at_n_is_sound_in_light_rub_and_never_silently_wrong_in_heavy_rub() {
     );
     assert!(heavy.value("impacts") >= 1.0, "contact happened");
     let wrong = heavy.value("normal_work_J").abs() > 0.01 * heavy.value("friction_energy_J");
-    assert!(!wrong || heavy.outcome.status != bladeoff_core::outcome::Status::Ok);
+    assert!(!wrong || heavy.outcome.status != bladeoff_model::outcome::Status::Ok);
 }
 
 #[test]
@@ -338,7 +338,7 @@ fn high_friction_on_the_turbine_is_bounded_and_never_invents_energy() {
         );
         assert!(row.value("contact_impulse_Ns") > 0.0, "contact happened");
         let sound = row.value("energy_error") < 1e-6 && largest <= start * (1.0 + 1e-6);
-        assert!(sound || row.outcome.status != bladeoff_core::outcome::Status::Ok);
+        assert!(sound || row.outcome.status != bladeoff_model::outcome::Status::Ok);
         assert!(law == "slip" || sound, "with stick no energy is invented");
     }
 }

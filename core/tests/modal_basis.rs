@@ -2,8 +2,8 @@
 
 mod common;
 
-use bladeoff_core::outcome::{Cause, Status};
 use bladeoff_core::structure::{MODAL_LAG, Structure};
+use bladeoff_model::outcome::{Cause, Status};
 use common::{Row, close, machine_with, run, study_machine};
 
 /// A run with so many rotor modes, and the share of its contact that they cannot carry.

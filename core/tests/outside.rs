@@ -5,9 +5,9 @@
 mod common;
 
 use bladeoff_core::modal::{report, whirl_modes};
-use bladeoff_core::outcome::{EndCause, Status};
 use bladeoff_core::rotor::RotorMatrices;
 use bladeoff_model::machine::{Machine, UnbalanceKind};
+use bladeoff_model::outcome::{EndCause, Status};
 use common::{Every, Row, close, machine, run, run_seen, study_machine};
 use serde_json::Value;
 

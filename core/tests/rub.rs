@@ -3,7 +3,7 @@
 
 mod common;
 
-use bladeoff_core::outcome::{EndCause, Status};
+use bladeoff_model::outcome::{EndCause, Status};
 use common::{Every, Row, close, machine, run_seen};
 
 /// What a case varies.
@@ -277,7 +277,7 @@ fn slip_without_stick_is_invalid_where_rolling_would_begin() {
     let case = Case { law: "slip", end: 400.0, ..WHIP };
     let (row, _) = whip(&case, 1.22, 0.3);
     assert!(row.value("slip_reversal_steps") > 0.0);
-    assert!(row.outcome.causes.contains(bladeoff_core::outcome::Cause::SlipReversal));
+    assert!(row.outcome.causes.contains(bladeoff_model::outcome::Cause::SlipReversal));
     assert_ne!(row.outcome.status, Status::Ok);
 }
 
@@ -358,7 +358,7 @@ fn a_start_that_does_not_settle_fails() {
     let case = Case { mu: 0.1, e: 0.5, ..CASE };
     let tail = "polar_inertia = 1e-4\ninitial_speed = 1\n[rotor.initial]\ndisplacement = [0.1, 0.2]\n";
     let row = common::run(machine(&text(&case, None, tail)));
-    assert_eq!(row.outcome.cause, Some(bladeoff_core::outcome::Cause::Diverged));
+    assert_eq!(row.outcome.cause, Some(bladeoff_model::outcome::Cause::Diverged));
     assert_eq!((row.outcome.end_cause, row.value("steps"), row.value("iterations")), (EndCause::Failure, 0.0, 0.0));
 }
 

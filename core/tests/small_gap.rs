@@ -3,7 +3,7 @@
 
 mod common;
 
-use bladeoff_core::outcome::{Cause, Status};
+use bladeoff_model::outcome::{Cause, Status};
 use common::{close, machine_with, run, study_machine};
 
 /// Impulses of every way to solve the contact of a rig, against the full engine with its most exact one of the same kind of gap.

@@ -5,10 +5,10 @@ mod common;
 
 use bladeoff_core::engine::StartError;
 use bladeoff_core::engine::{StepPlan, simulate, unresolved_damping};
-use bladeoff_core::outcome::{Cause, EndCause, Status};
 use bladeoff_core::record::{ContactFrame, NoHistory};
 use bladeoff_core::structure::Structure;
 use bladeoff_model::machine::Machine;
+use bladeoff_model::outcome::{Cause, EndCause, Status};
 use common::{Every, Row, close, machine, machine_with, run, run_seen, study_machine};
 
 /// A shaft of one element with its blade at one of two bearings.

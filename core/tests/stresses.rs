@@ -2,8 +2,8 @@
 
 mod common;
 
-use bladeoff_core::outcome::{ColumnKind, MAX_COLUMNS, Status};
 use bladeoff_core::record::columns;
+use bladeoff_model::outcome::{ColumnKind, MAX_COLUMNS, Status};
 use common::{Every, Row, close, machine, machine_with, run, run_seen, study_machine};
 
 /// A disc amid a simply supported light shaft, heavy under gravity, not spinning.

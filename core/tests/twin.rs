@@ -2,8 +2,8 @@
 
 mod common;
 
-use bladeoff_core::outcome::Status;
 use bladeoff_core::record::{Follower, Frame, columns};
+use bladeoff_model::outcome::Status;
 use common::{machine_with, run, run_seen, study_machine};
 
 /// Without rub a shift of 1e-6 of the speed moves the load in proportion; the first run is the one without a twin.

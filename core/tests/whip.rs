@@ -3,7 +3,7 @@
 
 mod common;
 
-use bladeoff_core::outcome::Status;
+use bladeoff_model::outcome::Status;
 use common::{Row, machine_with, run, study_machine};
 
 fn turbine(friction: &str, end: &str, points: &str) -> Row {

@@ -2,11 +2,11 @@
 
 use bladeoff_core::engine::{self, StartError, StepPlan};
 use bladeoff_core::linalg::EigenError;
-use bladeoff_core::modal::{Basis, BasisError, ModesReport, report};
-use bladeoff_core::outcome::{Column, Outcome};
+use bladeoff_core::modal::{self, Basis, BasisError, ModesReport, SpeedModes};
 use bladeoff_core::record::{Follower, NoHistory};
 use bladeoff_core::structure::Structure;
 use bladeoff_model::machine::{Detection, Engine, Machine};
+use bladeoff_model::outcome::{Column, Outcome};
 
 /// Why the solver refuses a machine before the first step.
 #[derive(Debug, thiserror::Error)]
@@ -81,7 +81,15 @@ pub fn try_start(machine: &Machine, structure: &Structure) -> Result<(), EngineE
 /// # Errors
 /// An eigenvalue problem failed.
 pub fn modes(machine: &Machine, speeds: &[f64]) -> Result<ModesReport, EngineError> {
-    report(machine, speeds).map_err(EngineError::Modes)
+    modal::report(machine, speeds).map_err(EngineError::Modes)
+}
+
+/// Modes at speeds \[rad/s\], followed from rest by their shapes.
+///
+/// # Errors
+/// An eigenvalue problem failed.
+pub fn followed_modes(machine: &Machine, speeds: &[f64]) -> Result<Vec<SpeedModes>, EngineError> {
+    modal::followed_modes(machine, speeds).map_err(EngineError::Modes)
 }
 
 /// The numeric columns of a machine's outcome.

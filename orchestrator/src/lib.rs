@@ -11,6 +11,7 @@ pub mod dispatch;
 pub mod engine;
 pub mod history;
 pub mod ledger;
+pub mod pictures;
 pub mod report;
 pub mod run;
 pub mod schedule;

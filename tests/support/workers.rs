@@ -14,7 +14,7 @@ use bladeoff::chaos::lives;
 use bladeoff::dispatch::{
     self, DispatchOptions, DispatchReport, Observer, SampleResult, Samples, Sink, SinkError, Snapshot, Todo,
 };
-use bladeoff_core::outcome::Outcome;
+use bladeoff_model::outcome::Outcome;
 use bladeoff_protocol::runtime::RUNTIME_VARIABLE;
 use bladeoff_worker::fault::FAULT_VARIABLE;
 use bladeoff_worker::noop::noop_outcome;

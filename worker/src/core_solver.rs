@@ -2,11 +2,11 @@
 
 use bladeoff_core::engine::{self, StartError};
 use bladeoff_core::modal::{Basis, BasisError};
-use bladeoff_core::outcome::{Cause, CauseSet, EndCause, Outcome, Status};
 use bladeoff_core::record::NoHistory;
 use bladeoff_core::structure::Structure;
 use bladeoff_model::document::Problems;
 use bladeoff_model::machine::{Machine, MachineDef, ParamValue, PathError, PathInfo, ValueError};
+use bladeoff_model::outcome::{Cause, CauseSet, EndCause, Outcome, Status};
 
 use crate::plan::WorkPlan;
 use crate::serve::Solver;

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use bladeoff_core::outcome::{CauseSet, EndCause, Outcome, Status};
+use bladeoff_model::outcome::{CauseSet, EndCause, Outcome, Status};
 
 use crate::serve::Solver;
 

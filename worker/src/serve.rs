@@ -7,7 +7,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 
-use bladeoff_core::outcome::{Cause, Outcome};
+use bladeoff_model::outcome::{Cause, Outcome};
 use bladeoff_protocol::link::{LinkError, WorkerLink};
 use bladeoff_protocol::messages::{Batch, Body, Hello, MAX_VALUES, Report, SampleReport, ToWorker};
 use bladeoff_protocol::transport::WorkerPort;

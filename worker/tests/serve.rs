@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use bladeoff_core::outcome::{Cause, CauseSet, EndCause, Outcome, Status};
+use bladeoff_model::outcome::{Cause, CauseSet, EndCause, Outcome, Status};
 use bladeoff_protocol::link::{HubLink, Incoming, WorkerLink};
 use bladeoff_protocol::messages::{Batch, BatchId, Body, Hello, Report, RunId, SampleReport, ToWorker, WorkerId};
 use bladeoff_protocol::transport::{MemoryHub, MemoryNet};

@@ -22,10 +22,10 @@ mod works;
 pub use damping::{UnresolvedDamping, unresolved_damping};
 pub use plan::{StartError, StepPlan};
 
-use crate::outcome::Outcome;
 use crate::record::Follower;
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
+use bladeoff_model::outcome::Outcome;
 
 /// Simulates one run, and its twin where `run.twin` asks for one: the follower sees the first alone, but may end both.
 ///

@@ -3,8 +3,8 @@
 use super::predictor::Predictor;
 use super::rub::{Rub, StepContact};
 use super::shaft_line::{Increments, ShaftLine};
-use crate::outcome::Cause;
 use bladeoff_model::machine::{Machine, RotorKind};
+use bladeoff_model::outcome::Cause;
 
 /// A displacement beyond this many times the model's size is no vibration any more.
 const DIVERGED: f64 = 10.0;

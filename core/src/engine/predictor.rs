@@ -2,7 +2,7 @@
 
 use super::shaft_line::{Increments, ShaftLine};
 use crate::linalg::{distance, norm};
-use crate::outcome::Cause;
+use bladeoff_model::outcome::Cause;
 
 /// Convergence, relative to the increment.
 pub(super) const TOLERANCE: f64 = 1e-12;

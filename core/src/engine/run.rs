@@ -7,10 +7,10 @@ use super::plan::{StartError, StepPlan};
 use super::rub::StepContact;
 use super::works::{add_works, write_stores};
 use crate::contact::Gap;
-use crate::outcome::{Cause, EndCause};
 use crate::record::{At, ContactFrame, End, Follower, Frame, Recorders, RingInstant};
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
+use bladeoff_model::outcome::{Cause, EndCause};
 
 /// The energy balance is evaluated every so many steps (the works are summed at each), from the first on.
 const BALANCE_EVERY: u64 = 8;

@@ -9,10 +9,10 @@
 
 use super::plan::StepPlan;
 use super::run::run;
-use crate::outcome::Status;
 use crate::record::{End, Follower, Frame, Recorders, Twin};
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
+use bladeoff_model::outcome::Status;
 
 /// The twin of a run that has ended, where there is to be one. A run that failed has nothing to compare with. The follower sees
 /// nothing of it, but may end it: it has failed then.

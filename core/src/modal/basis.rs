@@ -6,6 +6,7 @@
 //! structure up to the last digits of faer's kernels (which is why it is computed once and frozen).
 
 use super::key::modal_key;
+use super::key_2::key_2;
 use crate::linalg::{EigenError, Matrix, column_of, symmetric_generalised};
 use crate::rotor::RotorMatrices;
 use crate::stator::RingMatrices;
@@ -107,6 +108,12 @@ impl Basis {
         let ceiling = ring_sets.iter().map(ModeSet::highest).fold(lateral.highest(), f64::max);
         let twist = twist_modes(rotor, run.twist_modes, ceiling)?;
         Ok(Self { key: modal_key(machine), lateral, twist, rings: ring_sets })
+    }
+
+    /// The basis as a build before version 3 of the key wrote it: to make that of such a directory again, where it is lost.
+    #[must_use]
+    pub fn with_key_2(&self, machine: &Machine) -> Self {
+        Self { key: key_2(machine), ..self.clone() }
     }
 }
 

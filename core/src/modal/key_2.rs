@@ -4,16 +4,7 @@
 //! the structs are called today. Fields that they get later are no part of it: a structure in which such a field matters has to be
 //! refused before this key is asked. Verified by `keys_are_those_at_rest`.
 
-use super::Basis;
 use bladeoff_model::machine::{Blades, DiaphragmKind, Disc, FlexibleStator, Machine, Ring, RotorKind, ShaftElement};
-
-impl Basis {
-    /// The basis as a build before version 3 of the key wrote it: to make that of such a directory again, where it is lost.
-    #[must_use]
-    pub fn with_key_2(&self, machine: &Machine) -> Self {
-        Self { key: key_2(machine), ..self.clone() }
-    }
-}
 
 /// The key that an earlier build gave the basis of this machine.
 pub(super) fn key_2(machine: &Machine) -> [u8; 32] {

@@ -6,6 +6,7 @@ mod follow;
 mod key;
 mod key_2;
 mod quadratic;
+mod report;
 mod shape;
 mod unbalance;
 mod whirl;
@@ -14,8 +15,6 @@ pub(crate) use basis::largest_share;
 pub use basis::{Basis, BasisError, DEFAULT_RING_MODES, DEFAULT_ROTOR_MODES, ModeSet};
 pub(crate) use key::{is_key_of, modal_key};
 pub use quadratic::{QuadraticModes, quadratic_modes};
+pub use report::{ModesReport, RingMode, followed_modes, report};
 pub use unbalance::{UnbalanceResponse, unbalance_response};
-pub use whirl::{
-    CriticalSpeed, ModesReport, OVERDAMPED, OverdampedMode, RingMode, SpeedModes, Whirl, WhirlMode, followed_modes,
-    report, whirl_modes,
-};
+pub use whirl::{CriticalSpeed, OVERDAMPED, OverdampedMode, SpeedModes, Whirl, WhirlMode, whirl_modes};

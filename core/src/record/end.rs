@@ -1,7 +1,7 @@
 //! How far a run came, in how many steps, and why it ended.
 
 use super::row::Row;
-use crate::outcome::{Cause, EndCause};
+use bladeoff_model::outcome::{Cause, EndCause};
 
 /// The end of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]

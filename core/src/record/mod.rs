@@ -37,13 +37,13 @@ use row::Row;
 use stresses::StressRecorder;
 use verdict::Verdict;
 
-use crate::outcome::{Column, Outcome};
 use crate::structure::{RingPart, Structure};
 use bladeoff_model::machine::Machine;
+use bladeoff_model::outcome::{Column, Outcome};
 
 /// The numeric columns of one machine's outcome, in table order. They depend on its bearing names and on the number of its
 /// shaft sections alone, never on what a study varies. Of the sections the first 12 have columns of their own, fewer where
-/// many bearings would bring the columns above [`crate::outcome::MAX_COLUMNS`].
+/// many bearings would bring the columns above [`bladeoff_model::outcome::MAX_COLUMNS`].
 #[must_use]
 pub fn columns(machine: &Machine) -> Vec<Column> {
     let mut columns = Vec::new();
@@ -82,6 +82,11 @@ impl Recorders {
         for ring in &mut self.rings {
             ring.contact.finish(At { time: end.time, speed: end.speed });
         }
+    }
+
+    /// Whether the row of a run that has ended may be believed, after [`Recorders::finish`].
+    pub fn verdict(&self, machine: &Machine, structure: &Structure, end: &End) -> Verdict {
+        Verdict::of(&self.energies, &self.rings, machine, structure, end)
     }
 
     /// Verdict and row of a run that has ended, after [`Recorders::finish`].

@@ -1,7 +1,7 @@
 //! One row of the table: columns and values, reported together.
 
 use super::peak::Peak;
-use crate::outcome::{Column, ColumnKind};
+use bladeoff_model::outcome::{Column, ColumnKind};
 use std::fmt::Display;
 
 /// Takes what recorders report, in table order, and keeps one half of it: what the columns are, or what they hold.

@@ -2,10 +2,10 @@
 
 use super::peak::{At, Peak};
 use super::row::Row;
-use crate::outcome::MAX_COLUMNS;
 use crate::stress::{BladeStresses, ShaftStresses};
 use crate::structure::RingPart;
 use bladeoff_model::machine::{DiaphragmKind, RotorKind};
+use bladeoff_model::outcome::MAX_COLUMNS;
 use std::fmt::Display;
 
 /// Shaft sections with columns of their own at most; the largest over all sections is always there.

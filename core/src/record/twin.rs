@@ -1,7 +1,8 @@
 //! What a twin run told: a second run with a slightly larger initial speed.
 
 use super::row::Row;
-use crate::outcome::Status;
+use bladeoff_model::machine::TWIN;
+use bladeoff_model::outcome::Status;
 
 /// Words of the column `twin_status`.
 const STATUS: &[&str] = &["ok", "invalid", "failed"];
@@ -19,8 +20,10 @@ impl Twin {
         row.real(
             "twin_bearing_load_change",
             "",
-            "how much larger max_bearing_load_N is in a second run whose initial speed is larger by run.twin of it, relative to this \
-             run's; negative: smaller; null without such a run, and where one of the two failed",
+            format_args!(
+                "how much larger max_bearing_load_N is in a second run whose initial speed is larger by {TWIN} of it, relative to \
+                 this run's; negative: smaller; null without such a run, and where one of the two failed"
+            ),
             of.and_then(|twin| twin.load_change),
         );
         let status = of.and_then(|twin| STATUS.iter().position(|word| *word == twin.status.word()));

@@ -1,9 +1,11 @@
 //! Whether a row may be believed: the validity guard.
 
-use super::{End, Recorders};
-use crate::outcome::{Cause, CauseSet, Status};
+use super::end::End;
+use super::energies::EnergyBalance;
+use super::ring::RingRecorders;
 use crate::structure::{MODAL_LAG, Structure};
 use bladeoff_model::machine::{FrictionLaw, Machine};
+use bladeoff_model::outcome::{Cause, CauseSet, Status};
 
 /// Status of a run and what it rests on.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,24 +15,30 @@ pub(crate) struct Verdict {
     pub causes: CauseSet,
 }
 
-impl Recorders {
+impl Verdict {
     /// Judges a run that has ended, by `run.guard`.
-    pub fn verdict(&self, machine: &Machine, structure: &Structure, end: &End) -> Verdict {
+    pub fn of(
+        energies: &EnergyBalance,
+        rings: &[RingRecorders],
+        machine: &Machine,
+        structure: &Structure,
+        end: &End,
+    ) -> Self {
         let mut causes = CauseSet::default();
         let guard = &machine.run.guard;
         let failure = end.failure;
         if let Some(cause) = failure {
             causes.insert(cause);
         }
-        if self.energies.relative_error() > guard.energy_balance {
+        if energies.relative_error() > guard.energy_balance {
             causes.insert(Cause::EnergyBalance);
         }
-        let works = &self.energies.now;
-        let reference = works.friction.max(1e-3 * self.energies.initial().abs());
+        let works = &energies.now;
+        let reference = works.friction.max(1e-3 * energies.initial().abs());
         if works.normal.abs() > guard.normal_work * reference {
             causes.insert(Cause::NormalWork);
         }
-        for (diaphragm, ring) in machine.diaphragms.iter().zip(&self.rings) {
+        for (diaphragm, ring) in machine.diaphragms.iter().zip(rings) {
             let contact = &diaphragm.contact;
             if ring.contact.penetration().is_some_and(|depth| depth > guard.penetration * contact.gap) {
                 causes.insert(Cause::Penetration);
@@ -39,7 +47,7 @@ impl Recorders {
                 causes.insert(Cause::SlipReversal);
             }
         }
-        let touched = self.rings.iter().any(|ring| ring.contact.touched());
+        let touched = rings.iter().any(|ring| ring.contact.touched());
         if touched && structure.lag_at_contact(machine) > MODAL_LAG {
             causes.insert(Cause::ModalBasis);
         }

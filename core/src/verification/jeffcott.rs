@@ -1,6 +1,7 @@
 //! Speed transients of the Jeffcott rotor.
 
-use super::{Case, Check, vertex, watch};
+use super::case::{Case, Check};
+use super::machine::{vertex, watch};
 
 pub(super) fn add(checks: &mut Vec<Check>) {
     let published = [(0.0, 1e-3, [47.155, 45.656]), (0.02, 5e-3, [14.000, 12.735]), (0.05, 1e-2, [7.781, 6.754])];

@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 
-use super::{Case, Check, machine, watch};
+use super::case::{Case, Check};
+use super::machine::{machine, watch};
 use crate::linalg::Matrix;
 use crate::modal::{quadratic_modes, report, whirl_modes};
 use crate::rotor::RotorMatrices;

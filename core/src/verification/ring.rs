@@ -1,6 +1,7 @@
 //! The stator ring: free-ring frequencies and the pinched ring.
 
-use super::{Case, Check, machine};
+use super::case::{Case, Check};
+use super::machine::machine;
 use crate::linalg::{Vector, solve};
 use crate::modal::report;
 use crate::stator::RingMatrices;

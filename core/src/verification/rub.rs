@@ -1,6 +1,7 @@
 //! Contact of the Jeffcott rotor (m = k = 1, clearance 1) with a massless radial spring.
 
-use super::{Case, Check, watch};
+use super::case::{Case, Check};
+use super::machine::watch;
 
 pub(super) fn add(checks: &mut Vec<Check>) {
     let case = Case {

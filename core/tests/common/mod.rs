@@ -2,10 +2,10 @@
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
 use bladeoff_core::engine::simulate;
-use bladeoff_core::outcome::Outcome;
 use bladeoff_core::record::{Follower, Frame, NoHistory, columns};
 use bladeoff_core::structure::Structure;
 use bladeoff_model::machine::{Machine, MachineDef};
+use bladeoff_model::outcome::Outcome;
 
 /// A machine from the text of a machine file.
 pub fn machine(text: &str) -> Machine {

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! rows --tables--> results.parquet --tables--> columns --report--> summary as text
-//! history of a run, machine --figures--> SVG, PNG
+//! history of a run, machine, lines --figures--> SVG, PNG
 //! runs of the paper's comparison --table1--> the paper's table beside ours
 //! ```
 //! What a study is, its table says: nothing here knows study files, workers or records.

@@ -171,7 +171,7 @@ impl CliError {
                 | HistoryError::Number { .. }
                 | HistoryError::NothingToRecover { .. },
             )
-            | CliError::Figure(FigureError::Extension { .. } | FigureError::Spectrum(_) | FigureError::Eigen(_))
+            | CliError::Figure(FigureError::Extension { .. } | FigureError::Spectrum(_))
             | CliError::Replay(_) => Exit::Input,
             CliError::Figure(_) => Exit::Io,
             CliError::History(_) => Exit::Io,

@@ -8,11 +8,11 @@ use crate::history::{Decimation, Recorder, Settings};
 use crate::report::RunWatch;
 use bladeoff_answers::report::{counted, duration};
 use bladeoff_core::engine::StepPlan;
-use bladeoff_core::outcome::Outcome;
 use bladeoff_core::record::{Follower, NoHistory};
 use bladeoff_core::structure::Structure;
 use bladeoff_model::document::units::{format_quantity, parse_bare_or_quantity};
 use bladeoff_model::machine::Machine;
+use bladeoff_model::outcome::Outcome;
 use std::path::PathBuf;
 use std::time::Instant;
 

@@ -7,7 +7,8 @@ use super::machine::{MachineArgs, build};
 use super::output::{print, print_json, remark};
 use super::plot::{refuse_other_formats, save};
 use crate::engine;
-use bladeoff_answers::figures::{self, Figure, campbell, ring_shapes, rotor_shapes, unbalance_response};
+use crate::pictures::{campbell, campbell_speeds, ring_shapes, rotor_shapes, unbalance_response};
+use bladeoff_answers::figures::{self, Figure};
 use bladeoff_answers::report::{Align, TextTable};
 use bladeoff_core::modal::{ModesReport, OVERDAMPED, OverdampedMode, SpeedModes, Whirl};
 use bladeoff_model::document::units::{format_digits, parse_bare_or_quantity};
@@ -79,17 +80,19 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
 fn figures(machine: &Machine) -> Result<Vec<(String, Figure)>, CliError> {
     let structure = engine::build(machine)?;
     // the running speed with some room; where it is below the first critical speed, up to that
-    let critical = engine::modes(machine, &[])?.critical_speeds;
+    let report = engine::modes(machine, &[])?;
+    let critical = &report.critical_speeds;
     let first = critical.iter().find(|critical| critical.whirl != Whirl::Backward).or(critical.first());
     let top = 1.2 * machine.rotor.initial_speed.max(first.map_or(0.0, |critical| critical.speed));
     // a machine that neither turns nor has a critical speed
     let top = if top > 0.0 { top } else { 2.0 * PI };
-    let mut all = vec![("campbell".to_owned(), campbell(machine, top)?)];
+    let followed = engine::followed_modes(machine, &campbell_speeds(top))?;
+    let mut all = vec![("campbell".to_owned(), campbell(machine, &followed, critical, top)?)];
     let drawn = [
         ("machine", figures::machine(machine)?),
         ("mode-shapes", rotor_shapes(machine, &structure)?),
-        ("ring-modes", ring_shapes(machine, &structure)?),
-        ("unbalance-response", unbalance_response(machine, top)?),
+        ("ring-modes", ring_shapes(machine, &structure, &report)?),
+        ("unbalance-response", unbalance_response(machine, critical, top)?),
     ];
     all.extend(drawn.into_iter().filter_map(|(name, figure)| Some((name.to_owned(), figure?))));
     Ok(all)

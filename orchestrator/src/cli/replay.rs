@@ -11,8 +11,8 @@ use crate::report::{OutcomeView, beyond_the_model, describe_outcome};
 use crate::run::directory::{PARTS, RESULTS, read_current, row_files};
 use crate::run::refuse_changed;
 use bladeoff_answers::tables::{DETECTION, Table, TableError, TableSchema, read_metadata};
-use bladeoff_core::outcome::{Cause, Outcome};
-use bladeoff_model::machine::Machine;
+use bladeoff_model::machine::{Machine, is_detection};
+use bladeoff_model::outcome::{Cause, Outcome};
 use bladeoff_worker::core_solver::CoreSolver;
 use bladeoff_worker::plan::WorkPlan;
 use std::path::{Path, PathBuf};
@@ -146,7 +146,7 @@ fn parameters(plan: &WorkPlan, solver: &CoreSolver, row: &Table, path: &Path) ->
         .map(|(varied, column)| match &varied.choices {
             None => row.numbers(&column).and_then(|values| values[0]).ok_or_else(|| missing(&varied.path)),
             Some(choices) => {
-                let name = if varied.path.ends_with(".contact.detection") { DETECTION } else { varied.path.as_str() };
+                let name = if is_detection(&varied.path) { DETECTION } else { varied.path.as_str() };
                 let word =
                     row.words(name).and_then(|words| words[0].as_deref()).ok_or_else(|| missing(&varied.path))?;
                 let at = choices.iter().position(|choice| choice == word).ok_or_else(|| missing(&varied.path))?;

@@ -11,7 +11,7 @@ use crate::starts::check_starts;
 use bladeoff_answers::report::are;
 use bladeoff_answers::report::{SUMMARY_COLUMNS, Summary, counted, duration};
 use bladeoff_answers::tables::Table;
-use bladeoff_core::outcome::{Cause, Status};
+use bladeoff_model::outcome::{Cause, Status};
 use bladeoff_study::{Samples, Study, check_machines, load, parse_duration};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};

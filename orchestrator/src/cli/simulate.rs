@@ -11,9 +11,9 @@ use crate::report::{OutcomeView, beyond_the_model, cause_in_words, describe_outc
 use bladeoff_answers::report::duration;
 use bladeoff_answers::tables::{TableSchema, verdict_fields};
 use bladeoff_core::engine::StepPlan;
-use bladeoff_core::outcome::{Outcome, Status};
 use bladeoff_model::document::units::format_quantity;
-use bladeoff_model::machine::{Machine, MachineDef};
+use bladeoff_model::machine::{ENGINE, Machine, MachineDef, STEP, is_detection};
+use bladeoff_model::outcome::{Outcome, Status};
 use bladeoff_system::call::word;
 use std::time::Instant;
 
@@ -98,19 +98,15 @@ fn given(args: &Args) -> Vec<String> {
 fn definition(args: &Args) -> Result<MachineDef, CliError> {
     let mut machine = args.machine.load()?;
     if let Some(engine) = &args.engine {
-        set(&mut machine, "run.engine", engine, &format!("--engine {engine}"))?;
+        set(&mut machine, ENGINE, engine, &format!("--engine {engine}"))?;
     }
     if let Some(step) = &args.step {
-        set(&mut machine, "run.step", step, &format!("--step {step}"))?;
+        set(&mut machine, STEP, step, &format!("--step {step}"))?;
     }
     if let Some(detection) = &args.detection {
         let argument = format!("--detection {detection}");
-        let paths: Vec<String> = machine
-            .paths()
-            .into_iter()
-            .map(|info| info.path)
-            .filter(|path| path.ends_with(".contact.detection"))
-            .collect();
+        let paths: Vec<String> =
+            machine.paths().into_iter().map(|info| info.path).filter(|path| is_detection(path)).collect();
         if paths.is_empty() {
             let message = "the machine has no diaphragm".to_owned();
             return Err(CliError::Argument { argument, message, allowed: None });

@@ -12,11 +12,10 @@ use crate::run::{RunState, own_columns, refuse_changed, refuse_changed_timings, 
 use bladeoff_answers::report::duration;
 use bladeoff_answers::report::{are, counted};
 use bladeoff_answers::tables::{Table, TableError, Timing};
-use bladeoff_core::outcome::{Cause, CauseSet, ColumnKind, EndCause, Outcome, Status};
 use bladeoff_model::document::units::{format_digits, format_quantity};
 use bladeoff_model::document::visible;
-use bladeoff_model::machine::ParamValue;
-use bladeoff_study::TWIN;
+use bladeoff_model::machine::{ParamValue, TWIN};
+use bladeoff_model::outcome::{Cause, CauseSet, ColumnKind, EndCause, Outcome, Status};
 use bladeoff_study::{FrozenFiles, Samples, load_frozen, show};
 use bladeoff_system::call;
 use bladeoff_system::place::Place;

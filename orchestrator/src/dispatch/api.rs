@@ -4,7 +4,7 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use bladeoff_core::outcome::Outcome;
+use bladeoff_model::outcome::Outcome;
 use bladeoff_system::place::Place;
 
 use crate::schedule::{KillReason, Snapshot, Until};

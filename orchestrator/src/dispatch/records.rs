@@ -1,6 +1,6 @@
 //! From what the scheduler accepts to what is recorded.
 
-use bladeoff_core::outcome::{CauseSet, EndCause, Outcome, Status};
+use bladeoff_model::outcome::{CauseSet, EndCause, Outcome, Status};
 use bladeoff_protocol::messages::SampleReport;
 
 use super::api::SampleResult;
@@ -30,7 +30,7 @@ pub(super) fn records(effects: &[Effect], results: Vec<SampleReport>) -> Vec<Sam
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bladeoff_core::outcome::Cause;
+    use bladeoff_model::outcome::Cause;
     use bladeoff_protocol::messages::WorkerId;
 
     #[test]

@@ -7,11 +7,11 @@ use super::table::ParquetSink;
 use super::{Format, HISTORY_VERSION, HistoryError, Sink};
 use bladeoff_answers::history::About;
 use bladeoff_core::engine::StepPlan;
-use bladeoff_core::outcome::{ColumnKind, Outcome};
 use bladeoff_core::record::{Follower, Frame, columns};
 use bladeoff_core::stress::ShaftStresses;
 use bladeoff_core::structure::Structure;
 use bladeoff_model::machine::{Detection, DiaphragmKind, Engine, Machine, RotorKind};
+use bladeoff_model::outcome::{ColumnKind, Outcome};
 use std::path::PathBuf;
 
 /// Interval between records unless one is asked for \[s\].

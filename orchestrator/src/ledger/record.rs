@@ -6,7 +6,7 @@
 //! u32 attempt | u32 worker | f64 cpu_s | u16 n | n x f64 (the all-ones bit pattern: null) | 8 bytes of blake3 of all before
 //! ```
 
-use bladeoff_core::outcome::{Cause, CauseSet, EndCause, Outcome, Status};
+use bladeoff_model::outcome::{Cause, CauseSet, EndCause, Outcome, Status};
 use bladeoff_study::SampleKey;
 
 /// First bytes of every entry.

@@ -119,7 +119,7 @@ fn fill(file: &File, bytes: &mut [u8], start: u64) -> io::Result<usize> {
 mod tests {
     use super::super::record::Entry;
     use super::*;
-    use bladeoff_core::outcome::{CauseSet, EndCause, Outcome, Status};
+    use bladeoff_model::outcome::{CauseSet, EndCause, Outcome, Status};
     use bladeoff_study::SampleKey;
     use std::io::{Seek, Write};
 

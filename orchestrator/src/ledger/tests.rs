@@ -1,7 +1,7 @@
 //! What the record keeps, and what is left of a damaged one.
 
 use super::*;
-use bladeoff_core::outcome::{CauseSet, EndCause, Outcome, Status};
+use bladeoff_model::outcome::{CauseSet, EndCause, Outcome, Status};
 use std::collections::BTreeSet;
 use std::fs;
 use std::os::unix::fs::FileExt;

@@ -2,10 +2,10 @@
 
 use super::OutcomeView;
 use bladeoff_core::engine::{UnresolvedDamping, unresolved_damping};
-use bladeoff_core::outcome::Cause;
 use bladeoff_core::structure::Structure;
 use bladeoff_model::document::units::format_quantity;
 use bladeoff_model::machine::{Diaphragm, DiaphragmKind, Machine};
+use bladeoff_model::outcome::Cause;
 
 /// Displacement of a ring, as a share of its radius, from which on its small-displacement equations are out of their range.
 const SMALL: f64 = 0.05;
@@ -78,8 +78,8 @@ fn bearings_without_inertia(machine: &Machine, structure: &Structure) -> Option<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bladeoff_core::outcome::{CauseSet, Column, ColumnKind, EndCause, Outcome, Status};
     use bladeoff_model::machine::{MachineDef, ParamValue};
+    use bladeoff_model::outcome::{CauseSet, Column, ColumnKind, EndCause, Outcome, Status};
 
     fn turbine(changes: &[(&str, f64)]) -> (Machine, Structure) {
         let text = include_str!("../../../studies/machines/lp_turbine.toml");

@@ -1,8 +1,9 @@
 //! One run in words: what ended it, whether to believe it, the main quantities with their time.
 
 use bladeoff_answers::report::percent;
-use bladeoff_core::outcome::{Cause, Column, ColumnKind, EndCause, Outcome, Status};
 use bladeoff_model::document::units::format_quantity;
+use bladeoff_model::machine::TWIN;
+use bladeoff_model::outcome::{Cause, Column, ColumnKind, EndCause, Outcome, Status};
 use std::fmt::Write;
 
 /// An outcome with the columns that name its values.
@@ -203,7 +204,7 @@ fn shown(view: OutcomeView<'_>, column: &Column) -> String {
         Some(value) if matches!(column.kind, ColumnKind::Choice(_)) => word(column.kind, value).to_owned(),
         Some(value) if column.name == "twin_bearing_load_change" => {
             let more = if value < 0.0 { "less" } else { "more" };
-            format!("{} {more} in a run that starts by run.twin faster", percent(value.abs()))
+            format!("{} {more} in a run that starts by {TWIN} faster", percent(value.abs()))
         }
         // The place of a peak that never was is where it was looked for first.
         Some(0.0) if at(view, column, "s").is_some() => "none".to_owned(),
@@ -253,7 +254,7 @@ fn line(text: &mut String, name: &str, value: &str) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bladeoff_core::outcome::CauseSet;
+    use bladeoff_model::outcome::CauseSet;
 
     #[test]
     fn a_line_is_about_the_sample_it_names_in_full() {

@@ -4,8 +4,8 @@ use super::bar::{Bar, fitting};
 use super::eta::Eta;
 use super::tally::Tally;
 use bladeoff_answers::report::{counted, duration};
-use bladeoff_core::outcome::Status;
 use bladeoff_model::document::visible_lines;
+use bladeoff_model::outcome::Status;
 use std::io::Write;
 use std::time::{Duration, Instant};
 
@@ -183,7 +183,7 @@ impl View<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bladeoff_core::outcome::{Cause, CauseSet, EndCause, Outcome};
+    use bladeoff_model::outcome::{Cause, CauseSet, EndCause, Outcome};
 
     fn tally(causes: &[Option<Cause>]) -> Tally {
         let mut tally = Tally::default();

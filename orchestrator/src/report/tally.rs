@@ -1,6 +1,6 @@
 //! Counts of a running study: how many are done and what became of them.
 
-use bladeoff_core::outcome::{Cause, Outcome, Status};
+use bladeoff_model::outcome::{Cause, Outcome, Status};
 use std::collections::BTreeMap;
 
 /// Finished samples by status and cause.
@@ -65,7 +65,7 @@ impl Tally {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bladeoff_core::outcome::{CauseSet, EndCause};
+    use bladeoff_model::outcome::{CauseSet, EndCause};
 
     #[test]
     fn causes_are_counted_within_their_status() {

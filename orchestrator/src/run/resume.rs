@@ -21,7 +21,7 @@ use crate::ledger::{Head, Ledger, LedgerError, Reader, Remains};
 use crate::report::Tally;
 use crate::schedule::Todo;
 use bladeoff_answers::report::{are, counted};
-use bladeoff_core::outcome::{Cause, Status};
+use bladeoff_model::outcome::{Cause, Status};
 use bladeoff_system::files::FileError;
 use bladeoff_system::folder::Folder;
 use bladeoff_system::place;

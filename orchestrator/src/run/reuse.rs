@@ -12,7 +12,7 @@
 //! needs more is another sample: a run that would lose it is refused.
 
 use crate::ledger::Head;
-use bladeoff_core::outcome::{Cause, Status};
+use bladeoff_model::outcome::{Cause, Status};
 
 /// What an entry is to a sample of the same key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

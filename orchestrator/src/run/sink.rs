@@ -8,7 +8,7 @@ use crate::dispatch::{Notice, Observer, SampleResult, Sink, SinkError};
 use crate::ledger::{Entry, Ledger, LedgerError};
 use crate::report::{Costs, Progress, Tally, Underway};
 use crate::schedule::{Activity, Snapshot, WorkerView};
-use bladeoff_core::outcome::Status;
+use bladeoff_model::outcome::Status;
 use bladeoff_study::SampleKeys;
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -195,7 +195,7 @@ mod tests {
             total: 5,
             done: 3,
             by_status: [0; Status::ALL.len()],
-            by_cause: [0; bladeoff_core::outcome::Cause::ALL.len()],
+            by_cause: [0; bladeoff_model::outcome::Cause::ALL.len()],
             rate: 1.0,
             worker_deaths: 0,
             dropped_messages: 0,

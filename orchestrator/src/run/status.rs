@@ -11,7 +11,7 @@ use crate::ledger::Reader;
 use crate::report::{Eta, Tally};
 use crate::schedule::{Activity, Snapshot, WorkerView};
 use bladeoff_answers::report::{counted, duration};
-use bladeoff_core::outcome::{Cause, Status};
+use bladeoff_model::outcome::{Cause, Status};
 use bladeoff_study::Samples;
 use bladeoff_system::call;
 use bladeoff_system::files::FileError;

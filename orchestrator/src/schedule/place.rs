@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use bladeoff_core::outcome::Cause;
+use bladeoff_model::outcome::Cause;
 use bladeoff_protocol::messages::{BatchId, WorkerId};
 
 /// What the scheduler goes by; see [`DispatchOptions`](crate::dispatch::DispatchOptions).

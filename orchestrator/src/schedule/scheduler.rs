@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
-use bladeoff_core::outcome::{Cause, Outcome, Status};
+use bladeoff_model::outcome::{Cause, Outcome, Status};
 use bladeoff_protocol::messages::{BatchId, Report, WorkerId};
 
 use super::batch::BatchSize;

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use bladeoff_core::outcome::{Cause, Status};
+use bladeoff_model::outcome::{Cause, Status};
 use bladeoff_protocol::beat::Beat;
 use bladeoff_protocol::messages::{BatchId, WorkerId};
 

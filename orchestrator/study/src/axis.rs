@@ -2,7 +2,7 @@
 
 use super::ValueList;
 use bladeoff_model::document::units::format_digits;
-use bladeoff_model::machine::{ParamValue, PathInfo, PathKind};
+use bladeoff_model::machine::{ParamValue, PathInfo, PathKind, is_detection};
 use std::ops::Range;
 
 /// Most parameters that vary: a message to a worker has room for so many.
@@ -73,7 +73,7 @@ impl Varied {
     /// Whether it is the contact detection, whose column has a name of its own.
     #[must_use]
     pub fn is_detection(&self) -> bool {
-        self.info.path.ends_with(".contact.detection")
+        is_detection(&self.info.path)
     }
 
     /// Its column of the result table.

@@ -37,12 +37,12 @@ pub use limits::{Limits, Share};
 pub use load::{FrozenFiles, TakenNames, load, load_frozen};
 pub use samples::Samples;
 pub use template::{STUDY_MACHINE, STUDY_TEMPLATE};
-pub use twin::{TWIN, TwinShare};
+pub use twin::TwinShare;
 pub use values::ValueList;
 
 use crate::design::DesignError;
 use bladeoff_model::document::Problems;
-use bladeoff_model::machine::{MachineDef, ParamValue, PathInfo};
+use bladeoff_model::machine::{MachineDef, ParamValue, PathInfo, TWIN};
 use bladeoff_system::threads::ThreadsError;
 
 /// Version of the study format.

@@ -5,11 +5,11 @@ use super::input::{InputError, beside, read_frozen, read_input};
 use super::limits::Limits;
 use super::points::{PointsFile, read_points};
 use super::table::{Keys, scalar_text, wrong_type};
-use super::twin::{TWIN, TwinShare};
+use super::twin::TwinShare;
 use super::vary::{PathTable, read_vary};
 use super::{Axis, MOST_VARIED, STUDY_SCHEMA, Study, StudyError};
 use bladeoff_model::document::{Collector, Entry, MAX_FILE_BYTES, Node, Problems, Value, cut, parse_toml};
-use bladeoff_model::machine::{Machine, MachineDef, ParamValue, PathInfo};
+use bladeoff_model::machine::{Machine, MachineDef, ParamValue, PathInfo, TWIN};
 use bladeoff_system::call::program;
 use std::path::{Path, PathBuf};
 
@@ -125,9 +125,9 @@ impl Loader<'_> {
         }
         let twin = keys.get("twin_share").and_then(|entry| {
             if axes.iter().flat_map(|axis| &axis.varied).any(|varied| varied.info.path == TWIN) {
-                let message = "run.twin varies: each sample has its own already";
+                let message = format!("{TWIN} varies: each sample has its own already");
                 self.problems.add(entry.node.span.clone(), "twin_share", message).allowed =
-                    Some("twin_share, or run.twin in [[vary]] or the points".to_owned());
+                    Some(format!("twin_share, or {TWIN} in [[vary]] or the points"));
                 return None;
             }
             TwinShare::read(entry, &mut machine.def, &mut self.problems)

@@ -10,10 +10,8 @@
 
 use super::table::wrong_type;
 use bladeoff_model::document::{Collector, Entry, Value};
-use bladeoff_model::machine::{MachineDef, ParamValue, PathInfo};
+use bladeoff_model::machine::{MachineDef, ParamValue, PathInfo, TWIN};
 
-/// Path of the shift.
-pub const TWIN: &str = "run.twin";
 /// Shift of the initial speed where the machine names none.
 const SHIFT: f64 = 1e-6;
 const ALLOWED: &str = "a share such as \"5 %\", or a number from 0 to 1";

@@ -3,7 +3,7 @@
 #[path = "../../../tests/support/cap.rs"]
 mod cap;
 
-use bladeoff_core::outcome::{Cause, CauseSet, EndCause, Outcome, Status};
+use bladeoff_model::outcome::{Cause, CauseSet, EndCause, Outcome, Status};
 use bladeoff_protocol::messages::{
     Batch, BatchId, Block, Body, FromWorker, FromWorkerBlock, Hello, MAX_BATCH, MAX_PARAMS, MAX_VALUES, MessageError,
     Report, RunId, SampleReport, ToWorker, ToWorkerBlock, WorkerId, batch_capacity,

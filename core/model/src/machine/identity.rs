@@ -14,11 +14,8 @@
 use super::def::MachineDef;
 use super::layout::{Layout, Scalar};
 use super::paths::PathInfo;
-use super::schema::SCHEMA;
+use super::schema::{SCHEMA, STEP_LIMIT};
 use super::value::{self, ParamValue, ValueError};
-
-/// Path of the one parameter that is no part of the identity.
-pub const STEP_LIMIT: &str = "run.step_limit";
 
 impl MachineDef {
     /// Largest number of steps of a run; `None`: no limit.

@@ -20,9 +20,8 @@ mod write;
 
 pub use build::{MOST_LOST, Overdrawn, overdrawn};
 pub use def::MachineDef;
-pub use identity::STEP_LIMIT;
 pub use model::*;
-pub use paths::{PathError, PathInfo, PathKind, is_of_the_format, some_of};
-pub use schema::{Key, Kind, Need, Range, SCHEMA, When, keys};
+pub use paths::{PathError, PathInfo, PathKind, is_detection, is_of_the_format, some_of};
+pub use schema::{END_TIME, ENGINE, Key, Kind, Need, Range, SCHEMA, STEP, STEP_LIMIT, TWIN, When, keys};
 pub use template::machine_template;
 pub use value::{ParamValue, ValueError};

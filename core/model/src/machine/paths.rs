@@ -50,6 +50,12 @@ impl PathInfo {
     }
 }
 
+/// Whether a full path is that of a contact detection: the table, which has one column of it, names it shortly.
+#[must_use]
+pub fn is_detection(path: &str) -> bool {
+    path.ends_with(".contact.detection")
+}
+
 /// Why a path finds no parameter.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum PathError {

@@ -18,8 +18,8 @@ use crate::engine::predictor::TOLERANCE;
 use crate::engine::rub::Rub;
 use crate::engine::shaft_line::Increments;
 use crate::linalg::{axpy, distance, norm};
-use crate::outcome::Cause;
 use crate::structure::Structure;
+use bladeoff_model::outcome::Cause;
 
 /// Rounds (1) at most.
 const ROUNDS: usize = 2000;

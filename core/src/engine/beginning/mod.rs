@@ -16,9 +16,9 @@ use super::plan::StartError;
 use super::rub::Rub;
 use super::shaft_line::ShaftLine;
 use crate::linalg::norm;
-use crate::outcome::Cause;
 use crate::structure::Structure;
 use bladeoff_model::machine::{Diaphragm, Machine};
+use bladeoff_model::outcome::Cause;
 
 /// A motion that may begin, or the cause why there is no first step from it.
 ///

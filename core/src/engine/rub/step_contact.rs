@@ -1,8 +1,8 @@
 //! What contact did in a step.
 
 use crate::contact::{ContactForce, Gap, NotUnique};
-use crate::outcome::Cause;
 use crate::record::Touch;
+use bladeoff_model::outcome::Cause;
 
 /// The contact of the step at n.
 #[derive(Debug, Clone, Copy, PartialEq)]

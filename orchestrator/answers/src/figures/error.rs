@@ -1,6 +1,5 @@
 //! Why a figure is not made.
 
-use bladeoff_core::linalg::EigenError;
 use bladeoff_system::files::FileError;
 use plotters::drawing::DrawingAreaErrorKind;
 use resvg::usvg;
@@ -32,9 +31,6 @@ pub enum FigureError {
         /// The file.
         path: PathBuf,
     },
-    /// A mode problem.
-    #[error(transparent)]
-    Eigen(#[from] EigenError),
     /// A spectrum.
     #[error(transparent)]
     Spectrum(#[from] SpectrumError),

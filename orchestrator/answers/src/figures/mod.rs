@@ -1,32 +1,28 @@
 //! Figures: SVG and PNG from one drawing code.
 //!
 //! ```text
-//! data -> a function of panels, orbit, heat, campbell, shapes, response, machine -> Figure (SVG text) -> .svg | .png
+//! data -> a function of panels, rings, orbit, spectrum, machine -> Figure (SVG text) -> .svg | .png
 //! ```
 //! plotters lays out and draws the SVG, resvg renders it to PNG; both measure and draw text with the font embedded here, so
 //! that no font of the system is needed and every machine draws the same picture. Colours tell apart with any kind of colour
 //! vision (Okabe-Ito for lines, viridis for maps).
 
-mod campbell;
 mod error;
 mod heat;
 mod machine;
 mod orbit;
 mod panels;
-mod response;
-mod shapes;
+mod rings;
 mod spectrum;
 mod style;
 
-pub use campbell::campbell;
 pub use error::{FigureError, SpectrumError};
 pub use machine::machine;
 pub use orbit::{Ring, orbits, ring_of};
-pub use panels::{Line, Mark, Panel, panels};
-pub use response::unbalance_response;
-pub use shapes::{ring_shapes, rotor_shapes};
+pub use panels::{Line, Mark, Panel, panels, tall_panel};
+pub use rings::{RingShape, rings};
 pub use spectrum::{order_map, spectrogram};
-pub use style::{COLOURS, Scale, plain_name};
+pub use style::{COLOURS, GREY, Scale, plain_name};
 
 use style::FINE;
 

@@ -93,11 +93,11 @@ pub fn panels(title: &str, x_label: &str, panels: &[Panel]) -> Result<Figure, Fi
     })
 }
 
-/// Draws one tall panel.
+/// Draws one tall panel over a range of its own.
 ///
 /// # Errors
 /// The plotting library failed.
-pub(super) fn tall(title: &str, x_label: &str, panel: &Panel, x_range: (f64, f64)) -> Result<Figure, FigureError> {
+pub fn tall_panel(title: &str, x_label: &str, panel: &Panel, x_range: (f64, f64)) -> Result<Figure, FigureError> {
     let height = 500;
     Figure::draw((WIDTH + legend_width(std::slice::from_ref(panel)), height + 60), |root| {
         let root = root.titled(title, TITLE)?;

@@ -1,8 +1,7 @@
 //! What is drawn to scale, measured in the picture.
 
-use super::{Figure, machine, orbits, ring_shapes};
+use super::{Figure, RingShape, machine, orbits, rings};
 use crate::history::{About, History, Series};
-use bladeoff_core::structure::Structure;
 use bladeoff_model::machine::{Machine, MachineDef, RotorKind};
 use std::f64::consts::PI;
 
@@ -75,9 +74,22 @@ fn what_is_drawn_to_scale_is_round() {
         // whole units on a shaft of some dozens
         let units = 2.0 / thickest + drawn.len() as f64 / length;
         assert!(off.abs() < ROUND + units, "{name} from the side: off by {off}");
-        let structure = Structure::build(&subject, None).expect("buildable");
-        let modes = ring_shapes(&subject, &structure).expect("drawn").expect("a ring");
-        are_round("ring modes", &shapes(&modes, 121), 6);
+    }
+}
+
+#[test]
+fn a_ring_is_round_at_rest_and_where_its_shape_is() {
+    let around = |count: u32| -> Vec<(f64, f64)> {
+        (0..=count)
+            .map(|k| (2.0 * PI * f64::from(k) / f64::from(count)).sin_cos())
+            .map(|(s, c)| (1.2 * c, 1.2 * s))
+            .collect()
+    };
+    for count in [1, 3, 6] {
+        let shape = RingShape { caption: "mode".to_owned(), line: around(360), marks: vec![[(1.0, 0.0), (1.2, 0.0)]] };
+        let figure = rings("modes", "note", &vec![shape; count]).expect("drawn");
+        are_round("at rest", &shapes(&figure, 121), count);
+        are_round("displaced", &shapes(&figure, 361), count);
     }
 }
 

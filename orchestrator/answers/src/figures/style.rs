@@ -13,7 +13,7 @@ pub const COLOURS: [RGBColor; 7] = [
     RGBColor(0, 0, 0),
 ];
 /// Grid and quiet lines.
-pub(super) const GREY: RGBColor = RGBColor(150, 150, 150);
+pub const GREY: RGBColor = RGBColor(150, 150, 150);
 /// Bold grid lines.
 pub(super) const GRID: RGBColor = RGBColor(222, 222, 222);
 

@@ -6,11 +6,9 @@
 use super::text::{Align, TextTable, counted};
 use crate::tables::{DETECTION, Table};
 use bladeoff_model::document::units::format_digits;
+use bladeoff_model::machine::TWIN;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
-
-/// Column of the shift of a twin's initial speed, where it varies.
-const TWIN: &str = "run.twin";
 
 /// Which end of a quantity is the bad one.
 #[derive(Clone, Copy)]
@@ -238,7 +236,7 @@ impl Twins {
         if let Some(&most) = self.changes.last() {
             let (most, middle) = (percent(most), percent(median(&self.changes)));
             let shifts: Vec<&str> = self.shifts.iter().map(String::as_str).collect();
-            let shifts = if shifts.is_empty() { "run.twin".to_owned() } else { shifts.join(", ") };
+            let shifts = if shifts.is_empty() { TWIN.to_owned() } else { shifts.join(", ") };
             write!(text, ", bearing load moved by up to {most} (median {middle}) for {shifts} of the initial speed")
                 .expect("writing to a String cannot fail");
         }

@@ -1,6 +1,6 @@
 //! A run of the comparison that is done.
 
-use bladeoff_core::outcome::{ColumnKind, Outcome, Status};
+use bladeoff_model::outcome::{ColumnKind, Outcome, Status};
 use std::fmt::Write;
 
 /// One run that is done.

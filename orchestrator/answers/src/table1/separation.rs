@@ -6,7 +6,7 @@
 //! apart and that chance is at most [`CHANCE`]: four starts are needed, three lie apart by accident one time in ten.
 
 use super::done::Done;
-use bladeoff_core::outcome::Status;
+use bladeoff_model::outcome::Status;
 
 /// Chance up to which two separate ranges are taken for more than an accident.
 pub(super) const CHANCE: f64 = 0.05;

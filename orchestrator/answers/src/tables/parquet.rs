@@ -4,8 +4,8 @@ use super::TableError;
 use super::grouped::GroupedWriter;
 use super::schema::{Field, FieldKind, SCHEMA_VERSION, TableSchema};
 use super::stream::{Checksum, Out};
-use bladeoff_core::outcome::Outcome;
 use bladeoff_model::machine::ParamValue;
+use bladeoff_model::outcome::Outcome;
 use bladeoff_system::files::Pending;
 use polars::prelude::{
     ArrowField, ArrowSchema, Column, CompatLevel, DataFrame, DataType, IntoColumn, KeyValueMetadata, NamedFrom,

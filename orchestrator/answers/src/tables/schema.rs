@@ -5,7 +5,7 @@
 //! ```
 //! The varied detection is the column `detection`, which is there in every table; it has no second column.
 
-use bladeoff_core::outcome::{Column, ColumnKind};
+use bladeoff_model::outcome::{Column, ColumnKind};
 
 /// Version of the table's layout; a reader refuses one it does not know.
 pub const SCHEMA_VERSION: u32 = 1;

@@ -9,7 +9,7 @@ use super::output::{print, remark};
 use super::plot::refuse_other_formats;
 use crate::run::own_columns;
 use bladeoff_answers::table1::{Done, csv, report};
-use bladeoff_core::outcome::Status;
+use bladeoff_model::outcome::Status;
 use bladeoff_study::{Samples, load};
 use bladeoff_system::files::{FileError, write_whole};
 use std::path::PathBuf;

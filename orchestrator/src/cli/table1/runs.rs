@@ -7,7 +7,7 @@ use crate::engine;
 use bladeoff_answers::table1::Done;
 use bladeoff_core::record::columns;
 use bladeoff_core::structure::Structure;
-use bladeoff_model::machine::{Detection, Engine, Machine, MachineDef};
+use bladeoff_model::machine::{Detection, END_TIME, Engine, Machine, MachineDef};
 use bladeoff_study::Samples;
 use bladeoff_system::threads::in_parallel;
 use bladeoff_worker::process::thread_cpu_time;
@@ -36,7 +36,7 @@ pub(super) fn cases(
     for sample in 0..samples.count() {
         let mut def: MachineDef = samples.machine(sample);
         if let Some(time) = end_time {
-            set(&mut def, "run.end_time", time, &format!("--end-time {time}"))?;
+            set(&mut def, END_TIME, time, &format!("--end-time {time}"))?;
         }
         let machine = def.build()?;
         let Some(detection) = engine::detection(&machine) else { continue };

@@ -1,6 +1,6 @@
 //! What a worker says to the orchestrator: every message is a request that gets one answer.
 
-use bladeoff_core::outcome::{Cause, CauseSet, EndCause, Outcome, Status};
+use bladeoff_model::outcome::{Cause, CauseSet, EndCause, Outcome, Status};
 
 use super::block::{Block, HEADER, Header, MessageError, Reader, Writer, at_most, high, low};
 use super::{BatchId, MAX_REPORTS, MAX_VALUES, RunId, WorkerId};

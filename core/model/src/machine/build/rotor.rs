@@ -12,6 +12,7 @@ use crate::machine::model::{
     Bearing, Disc, InitialState, PointMass, Presence, Rayleigh, Rotor, RotorKind, RunSettings, Shaft, Unbalance,
     UnbalanceKind,
 };
+use crate::machine::schema::END_TIME;
 use crate::machine::some_of;
 
 pub(super) struct BuiltRotor {
@@ -37,7 +38,7 @@ pub(super) fn rotor(reader: &mut Reader<'_>, run: Option<&RunSettings>) -> Built
     let unbalances = each(reader, "rotor.unbalances", |reader, name, table| {
         unbalance(reader, nodes.as_ref(), discs.as_deref(), name, table)
     });
-    let end_time = run.map(|run| run.end_time).or_else(|| reader.number("run.end_time"));
+    let end_time = run.map(|run| run.end_time).or_else(|| reader.number(END_TIME));
     let speed_law = speed_law(reader, end_time);
     if let Some(bearings) = &bearings {
         check_lateral(reader, bearings, nodes.as_ref());

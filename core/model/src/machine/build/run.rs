@@ -3,15 +3,16 @@
 use super::reader::Reader;
 use crate::document::units::format_quantity;
 use crate::machine::model::{Braking, Engine, ForceLocation, Guard, RunSettings, SpeedLaw};
+use crate::machine::schema::{END_TIME, ENGINE, STEP, STEP_LIMIT, TWIN};
 
 pub(super) fn run(reader: &mut Reader<'_>) -> Option<RunSettings> {
-    let end_time = reader.number("run.end_time");
-    let step = reader.number("run.step");
+    let end_time = reader.number(END_TIME);
+    let step = reader.number(STEP);
     if let (Some(step), Some(end_time)) = (step, end_time)
         && step > end_time
     {
         let allowed = format!("at most run.end_time = {}", format_quantity(end_time, "s"));
-        reader.fail("run.step", "longer than the whole run", allowed);
+        reader.fail(STEP, "longer than the whole run", allowed);
     }
     let end_speed = reader.number("run.end_speed");
     if let (Some(end), Some(start)) = (end_speed, reader.number("rotor.initial_speed"))
@@ -25,7 +26,7 @@ pub(super) fn run(reader: &mut Reader<'_>) -> Option<RunSettings> {
     Some(RunSettings {
         end_time: end_time?,
         end_speed: end_speed?,
-        engine: match reader.word("run.engine")? {
+        engine: match reader.word(ENGINE)? {
             "full" => Engine::Full,
             _ => Engine::Reduced,
         },
@@ -38,8 +39,8 @@ pub(super) fn run(reader: &mut Reader<'_>) -> Option<RunSettings> {
         twist_modes: reader.count("run.twist_modes"),
         ring_modes: reader.count("run.ring_modes"),
         static_residual: reader.word("run.static_residual")? == "on",
-        step_limit: reader.number("run.step_limit").map(|steps| steps as u64),
-        twin: reader.number("run.twin")?,
+        step_limit: reader.number(STEP_LIMIT).map(|steps| steps as u64),
+        twin: reader.number(TWIN)?,
         guard: Guard {
             normal_work: reader.number("run.guard.normal_work")?,
             energy_balance: reader.number("run.guard.energy_balance")?,
@@ -52,14 +53,14 @@ pub(super) fn run(reader: &mut Reader<'_>) -> Option<RunSettings> {
 const LEAST_TWIN: f64 = 1e-12;
 
 fn twin(reader: &mut Reader<'_>) {
-    let Some(shift) = reader.number("run.twin").filter(|shift| *shift > 0.0) else { return };
+    let Some(shift) = reader.number(TWIN).filter(|shift| *shift > 0.0) else { return };
     if shift < LEAST_TWIN {
-        reader.fail("run.twin", "lost in the rounding of the speed", format!("0, or {LEAST_TWIN:e} to 0.01"));
+        reader.fail(TWIN, "lost in the rounding of the speed", format!("0, or {LEAST_TWIN:e} to 0.01"));
     } else if reader.number("rotor.initial_speed") == Some(0.0)
         && !reader.is_given("rotor.speed_law.acceleration")
         && !reader.is_given("rotor.speed_law.speeds")
     {
-        reader.fail("run.twin", "a shift of an initial speed of 0 is none", "0, or a rotor.initial_speed above 0");
+        reader.fail(TWIN, "a shift of an initial speed of 0 is none", "0, or a rotor.initial_speed above 0");
     }
 }
 

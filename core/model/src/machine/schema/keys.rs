@@ -3,6 +3,19 @@
 use super::key::{Key, Kind, Need, When};
 use super::range::Range;
 
+// Paths that others set or ask for.
+
+/// Path of the end of a run.
+pub const END_TIME: &str = "run.end_time";
+/// Path of the engine.
+pub const ENGINE: &str = "run.engine";
+/// Path of the time step.
+pub const STEP: &str = "run.step";
+/// Path of the one parameter that is no part of a machine's identity.
+pub const STEP_LIMIT: &str = "run.step_limit";
+/// Path of the shift of a second run's initial speed.
+pub const TWIN: &str = "run.twin";
+
 const POISSON: Range = Range::between(-1.0, 0.5);
 /// Bounds on counts keep any file from asking for gigabytes.
 const ELEMENTS: Range = Range::from_to(1.0, 500.0);
@@ -12,7 +25,7 @@ const BLADES: Range = Range::from_to(0.0, 600.0);
 const MODES_FROM_0: Range = Range::from_to(0.0, 10_000.0);
 const MODES_FROM_1: Range = Range::from_to(1.0, 10_000.0);
 const MODES_FROM_2: Range = Range::from_to(2.0, 10_000.0);
-const TWIN: Range = Range::from_to(0.0, 0.01);
+const TWIN_SHIFT: Range = Range::from_to(0.0, 0.01);
 const STEPS: Range = Range::from_to(1.0, 1e15);
 const FRICTION: Range = Range::from_to(0.0, 100.0);
 const SHEAR: Range = Range::from_to(1e-3, 1e3);
@@ -36,13 +49,13 @@ pub(super) const KEYS: &[Key] = &[
     key("name", Kind::Text, Need::Required, Range::ANY, When::Always,
         "name of the machine in results and reports"),
     // `[run]`.
-    key("run.end_time", Kind::Number("s"), Need::Required, Range::POSITIVE, When::Always,
+    key(END_TIME, Kind::Number("s"), Need::Required, Range::POSITIVE, When::Always,
         "the run ends at the step nearest to this time"),
     key("run.end_speed", Kind::Number("rad/s"), Need::Number(0.0), Range::NOT_NEGATIVE, When::Always,
         "the run ends once the mean spin falls to this speed"),
-    key("run.engine", Kind::Choice(&["reduced", "full"]), Need::Word("reduced"), Range::ANY, When::Always,
+    key(ENGINE, Kind::Choice(&["reduced", "full"]), Need::Word("reduced"), Range::ANY, When::Always,
         "modes of rotor and ring, or all finite-element degrees of freedom"),
-    key("run.step", Kind::Number("s"), Need::Optional("chosen from the highest frequency of the model"), Range::POSITIVE, When::Always,
+    key(STEP, Kind::Number("s"), Need::Optional("chosen from the highest frequency of the model"), Range::POSITIVE, When::Always,
         "time step"),
     key("run.force_location", Kind::Choice(&["next", "current"]), Need::Word("next"), Range::ANY, When::Always,
         "contact force of step n acts at the contact place of step n+1 (as the paper) or n"),
@@ -55,9 +68,9 @@ pub(super) const KEYS: &[Key] = &[
     key("run.static_residual", Kind::Choice(&["on", "off"]), Need::Word("on"), Range::ANY, When::Always,
         "whether the reduced engine adds the static flexibility of the modes it leaves out, at the contact and in bearing loads; off: \
          a run whose contact lacks more than 3 % of its flexibility is invalid (`modal_basis`)"),
-    key("run.step_limit", Kind::Count, Need::Optional("no limit"), STEPS, When::Always,
+    key(STEP_LIMIT, Kind::Count, Need::Optional("no limit"), STEPS, When::Always,
         "a run with more steps fails with cause step_limit"),
-    key("run.twin", Kind::Number(""), Need::Number(0.0), TWIN, When::Always,
+    key(TWIN, Kind::Number(""), Need::Number(0.0), TWIN_SHIFT, When::Always,
         "relative shift of the initial speed of a second run, whose bearing load is compared (1e-6 is enough); 0: none"),
     key("run.guard.normal_work", Kind::Number(""), Need::Number(0.01), Range::POSITIVE, When::Always,
         "run invalid if normal contact work exceeds this part of the friction energy"),

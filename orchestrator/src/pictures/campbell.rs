@@ -1,9 +1,7 @@
 //! Campbell diagram: whirl frequencies over speed, the lines of synchronous excitation, critical speeds.
 
-use super::panels::{Line, Mark, Panel, tall};
-use super::style::GREY;
-use super::{COLOURS, Figure, FigureError};
-use bladeoff_core::modal::{SpeedModes, Whirl, followed_modes, report};
+use bladeoff_answers::figures::{COLOURS, Figure, FigureError, GREY, Line, Mark, Panel, tall_panel};
+use bladeoff_core::modal::{CriticalSpeed, SpeedModes, Whirl};
 use bladeoff_model::machine::Machine;
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
@@ -15,16 +13,26 @@ const MODES: usize = 8;
 /// The highest frequency drawn is so many times the highest spin at most, but for the lowest modes.
 const ORDERS: f64 = 4.0;
 
-/// Draws the diagram up to `top` [rad/s]: each mode a line, followed by its shape; overdamped motions are not among them.
+/// Speeds \[rad/s\] whose modes make a diagram up to `top` \[rad/s\].
+#[must_use]
+pub fn campbell_speeds(top: f64) -> Vec<f64> {
+    (0..SPEEDS).map(|k| top * k as f64 / (SPEEDS - 1) as f64).collect()
+}
+
+/// Draws the diagram up to `top` \[rad/s\] from the modes at [`campbell_speeds`]: each a line, followed by its shape; overdamped
+/// motions are not among them.
 ///
 /// # Errors
-/// An eigenvalue problem or the plotting library failed.
-pub fn campbell(machine: &Machine, top: f64) -> Result<Figure, FigureError> {
-    let speeds: Vec<f64> = (0..SPEEDS).map(|k| top * k as f64 / (SPEEDS - 1) as f64).collect();
-    let found = followed_modes(machine, &speeds)?;
+/// The plotting library failed.
+pub fn campbell(
+    machine: &Machine,
+    found: &[SpeedModes],
+    critical: &[CriticalSpeed],
+    top: f64,
+) -> Result<Figure, FigureError> {
     let rpm = |speed: f64| speed * 30.0 / PI;
     let hertz = |frequency: f64| frequency / (2.0 * PI);
-    let highest = highest(&found, top);
+    let highest = highest(found, top);
     let mut lines = Vec::new();
     let numbers: BTreeSet<usize> =
         found.iter().flat_map(|speed| speed.whirl.iter().map(|(number, _)| *number)).collect();
@@ -34,7 +42,7 @@ pub fn campbell(machine: &Machine, top: f64) -> Result<Figure, FigureError> {
         (Whirl::Planar, "planar", Mark::Line, COLOURS[6]),
         (Whirl::Backward, "backward whirl", Mark::Dashed, COLOURS[1]),
     ] {
-        let pieces = numbers.iter().flat_map(|number| pieces(&found, *number, whirl)).map(|piece| {
+        let pieces = numbers.iter().flat_map(|number| pieces(found, *number, whirl)).map(|piece| {
             piece.into_iter().map(|(speed, frequency)| (rpm(speed), hertz(frequency))).collect::<Vec<_>>()
         });
         let mut label = label;
@@ -54,7 +62,6 @@ pub fn campbell(machine: &Machine, top: f64) -> Result<Figure, FigureError> {
         let points = vec![(running, 0.0), (running, highest)];
         lines.push(Line::marked("running speed", points, Mark::Dashed, COLOURS[3]));
     }
-    let critical = report(machine, &[])?.critical_speeds;
     // of two at one place both are seen
     for (whirl, label, mark, colour) in [
         (Whirl::Forward, "critical, forward", Mark::Dots(5), COLOURS[2]),
@@ -74,7 +81,7 @@ pub fn campbell(machine: &Machine, top: f64) -> Result<Figure, FigureError> {
     let overdamped = found.iter().map(|speed| speed.overdamped.len()).max().unwrap_or(0);
     let left_out =
         if overdamped > 0 { format!(" ({overdamped} overdamped motions are not drawn)") } else { String::new() };
-    tall(&format!("Campbell diagram of {}{left_out}", machine.name), "spin speed [rpm]", &panel, (0.0, rpm(top)))
+    tall_panel(&format!("Campbell diagram of {}{left_out}", machine.name), "spin speed [rpm]", &panel, (0.0, rpm(top)))
 }
 
 /// The speeds and frequencies at which the mode of a number whirls so, as far as they follow one another. From speed to speed a mode has
@@ -113,8 +120,8 @@ fn highest(found: &[SpeedModes], top: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use bladeoff_core::modal::report;
     use bladeoff_model::machine::MachineDef;
-    use plotters::style::RGBColor;
 
     /// A point mass on springs that are the same all round: its modes are one frequency at all speeds.
     #[test]
@@ -122,13 +129,14 @@ mod tests {
         let text = "schema = 1\nname = \"jeffcott\"\n[run]\nend_time = 1\n[rotor]\nkind = \"point-mass\"\nmass = 1\n\
                     polar_inertia = 1\ninitial_speed = 100\n[rotor.bearings.s]\nstiffness = 1e4\n";
         let machine = MachineDef::parse("m.toml", text).expect("valid").build().expect("valid");
-        let figure = campbell(&machine, 200.0).expect("drawn");
-        let strokes = |colour: RGBColor| {
-            let RGBColor(red, green, blue) = colour;
-            let stroke = format!("stroke=\"#{red:02X}{green:02X}{blue:02X}\"");
+        let report = report(&machine, &campbell_speeds(200.0)).expect("solvable");
+        let figure = campbell(&machine, &report.speeds, &report.critical_speeds, 200.0).expect("drawn");
+        let strokes = |at: usize| {
+            let colour = COLOURS[at];
+            let stroke = format!("stroke=\"#{:02X}{:02X}{:02X}\"", colour.0, colour.1, colour.2);
             figure.svg().split("<polyline").filter(|tag| tag.contains(&stroke)).count()
         };
-        let (forward, backward) = (strokes(COLOURS[0]), strokes(COLOURS[1]));
+        let (forward, backward) = (strokes(0), strokes(1));
         assert!(forward > 0 && backward > 20 * forward, "one is in dashes over the other: {forward} {backward}");
         let discs: BTreeSet<&str> = figure
             .svg()

@@ -1,4 +1,4 @@
-//! The words of `status`, `cause` and `end_cause` (architecture.md, decision 6).
+//! The words of `status`, `cause` and `end_cause`.
 
 /// An enum whose every value has a number and a word that are at rest in records, messages and tables. The table only grows: a number
 /// or a word once given is never taken away, changed or given again, so that every record stays readable. New values stand at the end.

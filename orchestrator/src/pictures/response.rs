@@ -1,9 +1,7 @@
 //! Unbalance response: displacements and bearing loads over speed.
 
-use super::panels::{Line, Mark, Panel, panels};
-use super::style::GREY;
-use super::{COLOURS, Figure, FigureError, Scale};
-use bladeoff_core::modal::{UnbalanceResponse, report, unbalance_response as responses};
+use bladeoff_answers::figures::{COLOURS, Figure, FigureError, GREY, Line, Mark, Panel, Scale, panels};
+use bladeoff_core::modal::{CriticalSpeed, UnbalanceResponse, unbalance_response as responses};
 use bladeoff_model::machine::{Machine, RotorKind};
 use std::f64::consts::PI;
 
@@ -15,11 +13,15 @@ const NEAR: i32 = 30;
 ///
 /// # Errors
 /// The plotting library failed.
-pub fn unbalance_response(machine: &Machine, top: f64) -> Result<Option<Figure>, FigureError> {
+pub fn unbalance_response(
+    machine: &Machine,
+    critical: &[CriticalSpeed],
+    top: f64,
+) -> Result<Option<Figure>, FigureError> {
     if machine.rotor.unbalances.iter().all(|unbalance| unbalance.mass * unbalance.radius == 0.0) {
         return Ok(None);
     }
-    let speeds = speeds(machine, top)?;
+    let speeds = speeds(critical, top);
     let found = responses(machine, &speeds);
     let mut places: Vec<(String, usize)> = Vec::new();
     if let RotorKind::Shaft(shaft) = &machine.rotor.kind {
@@ -93,13 +95,13 @@ fn largest_displacement(found: &[UnbalanceResponse], places: &[(String, usize)])
 }
 
 /// Evenly spaced, and denser where a lightly damped critical speed makes a narrow peak.
-fn speeds(machine: &Machine, top: f64) -> Result<Vec<f64>, FigureError> {
+fn speeds(critical: &[CriticalSpeed], top: f64) -> Vec<f64> {
     let mut speeds: Vec<f64> = (1..=SPEEDS).map(|k| top * k as f64 / SPEEDS as f64).collect();
-    for critical in report(machine, &[])?.critical_speeds {
+    for critical in critical {
         let width = 4.0 * critical.damping_ratio.clamp(1e-4, 0.1) * critical.speed;
         speeds.extend((-NEAR..=NEAR).map(|k| critical.speed + width * f64::from(k) / f64::from(NEAR)));
     }
     speeds.retain(|speed| *speed > 0.0 && *speed <= top);
     speeds.sort_by(f64::total_cmp);
-    Ok(speeds)
+    speeds
 }

@@ -1,4 +1,5 @@
-//! What a run reports: status, cause, and one number per column of the result table.
+//! What a run reports: status, cause, and one number per column of the result table. The solver makes it, processes hand it on, tables
+//! keep it: those who only hand on or keep need no solver.
 
 mod causes;
 mod columns;
@@ -17,6 +18,6 @@ pub struct Outcome {
     pub causes: CauseSet,
     /// Why the run ended.
     pub end_cause: EndCause,
-    /// One value per column of [`crate::record::columns`], in that order; `None` for what did not happen, never NaN.
+    /// One value per column that the solver declares for the machine, in that order; `None` for what did not happen, never NaN.
     pub values: Vec<Option<f64>>,
 }

@@ -1,4 +1,4 @@
-//! What a column of the result table is. Which there are is declared by the recorders that fill them ([`crate::record`]).
+//! What a column of the result table is. Which there are is declared by the solver, by the recorders that fill them.
 
 /// Columns of an outcome at most: what a message between processes carries.
 pub const MAX_COLUMNS: usize = 256;

@@ -1,0 +1,128 @@
+//! What is told of a machine's modes: whirl and critical speeds, twist, axial and ring frequencies of the full finite-element model.
+
+use super::follow::{critical_speeds, follow};
+use super::whirl::{CriticalSpeed, Lateral, SpeedModes};
+use crate::linalg::{EigenError, Matrix, column_of, symmetric_generalised};
+use crate::stator::RingMatrices;
+use bladeoff_model::machine::{DiaphragmKind, Machine, RotorKind};
+
+/// One ring mode.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RingMode {
+    /// Circular frequency \[rad/s\].
+    pub frequency: f64,
+    /// Nodal diameters: the dominant harmonic of the radial displacement around the ring.
+    pub nodal_diameters: usize,
+}
+
+/// Modes of a machine.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModesReport {
+    /// The speeds asked for.
+    pub speeds: Vec<SpeedModes>,
+    /// Critical speeds, ascending.
+    pub critical_speeds: Vec<CriticalSpeed>,
+    /// Elastic twist frequencies, free-free \[rad/s\].
+    pub twist: Vec<f64>,
+    /// Axial frequencies \[rad/s\].
+    pub axial: Vec<f64>,
+    /// Modes of each flexible ring, by diaphragm name.
+    pub rings: Vec<(String, Vec<RingMode>)>,
+}
+
+/// Modes of a machine at speeds \[rad/s\].
+///
+/// ```text
+/// M x'' + (C + W G) x' + (K + K_skew) x = 0,  x = Re(phi e^{lambda t}),  W_crit: Im lambda(W) = W
+/// ```
+/// Source: conventions of the reference data (`tests/data`). Verified by `tests/linear_rotors.rs`, `tests/ring.rs`.
+///
+/// # Errors
+/// [`EigenError`].
+pub fn report(machine: &Machine, speeds: &[f64]) -> Result<ModesReport, EigenError> {
+    let lateral = Lateral::new(machine);
+    let rotor = &lateral.rotor;
+    let (critical_speeds, speeds) = (critical_speeds(&lateral)?, follow(&lateral, speeds)?);
+    let roots = |k: &Matrix, m: &Matrix, what| -> Result<Vec<f64>, EigenError> {
+        let (values, _) = symmetric_generalised(k, m, what)?;
+        Ok(values.iter().map(|square| square.max(0.0).sqrt()).collect())
+    };
+    let twist = roots(&rotor.twist_stiffness, &rotor.twist_mass, "the rotor's twist")?.split_off(1);
+    let axial = match machine.rotor.kind {
+        RotorKind::Shaft(_) => roots(&rotor.axial_stiffness, &rotor.axial_mass, "the rotor's axial motion")?,
+        RotorKind::PointMass(_) => Vec::new(),
+    };
+    let mut rings = Vec::new();
+    for diaphragm in &machine.diaphragms {
+        if let DiaphragmKind::Flexible(stator) = &diaphragm.kind {
+            rings.push((diaphragm.name.clone(), ring_report(&RingMatrices::assemble(stator))?));
+        }
+    }
+    Ok(ModesReport { speeds, critical_speeds, twist, axial, rings })
+}
+
+/// Modes of a machine at speeds \[rad/s\], followed from rest by their shapes, overdamped motions apart.
+///
+/// # Errors
+/// [`EigenError`].
+pub fn followed_modes(machine: &Machine, speeds: &[f64]) -> Result<Vec<SpeedModes>, EigenError> {
+    follow(&Lateral::new(machine), speeds)
+}
+
+fn ring_report(ring: &RingMatrices) -> Result<Vec<RingMode>, EigenError> {
+    const POINTS: usize = 256;
+    let (values, shapes) = symmetric_generalised(&ring.stiffness, &ring.mass, "the ring")?;
+    Ok(values
+        .iter()
+        .enumerate()
+        .map(|(j, square)| {
+            let shape = column_of(&shapes, j);
+            let surface = ring.surface(ring.mean_radius, false);
+            let tangential: Vec<f64> = (0..POINTS)
+                .map(|k| {
+                    let (element, xi) = surface.locate(2.0 * std::f64::consts::PI * k as f64 / POINTS as f64);
+                    surface.point(&shape[..4 * ring.nodes], element, xi).tangential
+                })
+                .collect();
+            let radial = ring.radial(shape, POINTS);
+            RingMode { frequency: square.max(0.0).sqrt(), nodal_diameters: dominant_harmonic(&[radial, tangential]) }
+        })
+        .collect())
+}
+
+/// Harmonic with the most power, radial and tangential together: a ring that turns on its blades moves hardly any other way.
+fn dominant_harmonic(fields: &[Vec<f64>; 2]) -> usize {
+    let count = fields[0].len();
+    let power = |n: usize| -> f64 { fields.iter().map(|samples| harmonic_power(samples, n)).sum() };
+    (0..=count / 4).map(|n| (n, power(n))).fold((0, -1.0), |best, next| if next.1 > best.1 { next } else { best }).0
+}
+
+fn harmonic_power(samples: &[f64], n: usize) -> f64 {
+    let count = samples.len();
+    let (mut c, mut s) = (0.0, 0.0);
+    for (k, value) in samples.iter().enumerate() {
+        let (sin, cos) = libm::sincos(2.0 * std::f64::consts::PI * ((n * k) % count) as f64 / count as f64);
+        c += value * cos;
+        s += value * sin;
+    }
+    // a cosine's energy is spread over both signs of n, a constant's is not
+    if n == 0 { 0.5 * c * c } else { c * c + s * s }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn harmonics_are_told_apart() {
+        for n in [0, 1, 2, 5] {
+            let samples: Vec<f64> =
+                (0..256).map(|k| (2.0 * std::f64::consts::PI * f64::from(n * k) / 256.0 + 0.3).cos()).collect();
+            let quiet: Vec<f64> =
+                samples.iter().enumerate().map(|(k, _)| if k % 16 == 0 { 1e-3 } else { 0.0 }).collect();
+            let n = usize::try_from(n).expect("small");
+            assert_eq!(dominant_harmonic(&[samples.clone(), quiet.clone()]), n);
+            assert_eq!(dominant_harmonic(&[quiet, samples]), n);
+        }
+    }
+}

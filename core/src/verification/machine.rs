@@ -1,0 +1,34 @@
+//! Machines of reference cases, and runs of them.
+
+use crate::engine::simulate;
+use crate::record::{Follower, Frame};
+use crate::structure::Structure;
+use bladeoff_model::machine::{Machine, MachineDef};
+
+/// The machine of a reference case; `None` only if the format no longer reads it.
+pub(super) fn machine(text: &str) -> Option<Machine> {
+    MachineDef::parse("reference case", text).ok()?.build().ok()
+}
+
+/// Runs a machine and shows each instant to a closure; `None` if it cannot be run.
+pub(super) fn watch(text: &str, see: impl FnMut(&Frame<'_>)) -> Option<()> {
+    struct Watch<F>(F);
+    impl<F: FnMut(&Frame<'_>)> Follower for Watch<F> {
+        fn wants(&mut self, _step: u64, _time: f64) -> bool {
+            true
+        }
+        fn see(&mut self, frame: &Frame<'_>) {
+            (self.0)(frame);
+        }
+    }
+    let machine = machine(text)?;
+    let structure = Structure::build(&machine, None).ok()?;
+    simulate(&machine, &structure, &mut Watch(see)).ok().map(|_| ())
+}
+
+/// Vertex of the parabola through three equally spaced samples around a maximum: (offset in steps, value).
+pub(super) fn vertex(before: f64, middle: f64, after: f64) -> (f64, f64) {
+    let (curvature, slope) = (before - 2.0 * middle + after, 0.5 * (after - before));
+    let offset = -slope / curvature;
+    (offset, middle + 0.5 * slope * offset)
+}
