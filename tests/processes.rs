@@ -71,8 +71,8 @@ fn a_stopped_worker_is_shown_replaced_and_changes_no_result() {
         for (at, workers) in STATES {
             scope.spawn(move || {
                 let mut run = Run::with_fault(workers, 2000, &format!("who=worker,at={at},sample=17,do=stop"));
-                run.options.stale_after = Duration::from_secs(1);
-                run.options.replace_after = Duration::from_secs(15);
+                run.options.schedule.stale_after = Duration::from_secs(1);
+                run.options.schedule.replace_after = Duration::from_secs(15);
                 let (report, table, watcher) = run.play(SAMPLES);
                 assert_eq!((run.fired(at), report.worker_deaths, report.ended), (1, 1, Ended::Complete), "{at}");
                 assert!(watcher.was_stale);
@@ -86,7 +86,7 @@ fn a_stopped_worker_is_shown_replaced_and_changes_no_result() {
 fn a_worker_that_goes_on_in_time_is_not_replaced() {
     let _alone = alone();
     let mut run = Run::with_fault(1, 2000, "who=worker,at=running,sample=17,do=stop");
-    run.options.stale_after = Duration::from_secs(1);
+    run.options.schedule.stale_after = Duration::from_secs(1);
     struct Continuing(Watcher);
     impl Observer for Continuing {
         fn progress(&mut self, snapshot: &Snapshot) {
@@ -144,7 +144,7 @@ fn a_suspect_is_tried_last_and_until_the_first_kill() {
 fn a_sample_that_takes_all_memory_is_quarantined_for_it() {
     let _alone = alone();
     let mut run = Run::with_fault(2, 2000, "who=worker,at=running,sample=17,do=hoard,times=99");
-    run.options.memory_limit = Some(200 << 20);
+    run.options.schedule.sample.memory = Some(200 << 20);
     let (_, table, _) = run.play(SAMPLES);
     table.assert_undisturbed_except(SAMPLES, &[17]);
     assert_eq!(table.outcome(17).cause, Some(Cause::OutOfMemory));
@@ -154,7 +154,7 @@ fn a_sample_that_takes_all_memory_is_quarantined_for_it() {
 fn a_stuck_sample_is_quarantined_for_its_time() {
     let _alone = alone();
     let mut run = Run::with_fault(2, 2000, "who=worker,at=running,sample=17,do=hang,times=99");
-    run.options.time_limit_s = Some(4.0);
+    run.options.schedule.sample.time = Some(Duration::from_secs(4));
     let (_, table, _) = run.play(SAMPLES);
     table.assert_undisturbed_except(SAMPLES, &[17]);
     assert_eq!(table.outcome(17).cause, Some(Cause::TimeLimit));
@@ -205,7 +205,7 @@ fn a_stale_worker_with_the_last_sample_is_heard() {
     let _alone = alone();
     let fault = format!("who=worker,at=running,sample={},do=stop", SAMPLES - 1);
     let mut run = Run::with_fault(1, 2000, &fault);
-    run.options.stale_after = Duration::from_secs(1);
+    run.options.schedule.stale_after = Duration::from_secs(1);
     #[derive(Default)]
     struct Listening {
         stale: BTreeSet<u32>,
@@ -245,12 +245,12 @@ fn workers_of_another_build_are_refused() {
 fn budgets_stop_a_run_with_what_is_finished() {
     let _alone = alone();
     let mut run = Run::new(2, 20_000);
-    run.options.wall = Some(Duration::from_millis(500));
+    run.options.schedule.run.wall = Some(Duration::from_millis(500));
     let (report, table, _) = run.play(1_000_000);
     assert_eq!(report.ended, Ended::Wall);
     table.assert_undisturbed_except(report.done, &[]);
     let mut run = Run::with_fault(2, 2000, "who=worker,at=running,sample=any,do=panic,times=99");
-    run.options.max_failures = Some(3);
+    run.options.schedule.run.max_failures = Some(3);
     let (report, table, _) = run.play(1_000_000);
     assert_eq!(report.ended, Ended::TooManyFailures);
     assert!(table.0.len() as u64 == report.done && report.done >= 4);
@@ -274,7 +274,7 @@ fn a_second_signal_waits_for_nobody() {
     let _alone = alone();
     let mut run = Run::with_fault(1, 2000, "who=worker,at=running,sample=3,do=hang");
     // Without the second signal the run would last as long as this.
-    run.options.grace = Duration::from_secs(3600);
+    run.options.schedule.grace = Duration::from_secs(3600);
     struct Impatient(u32);
     impl Observer for Impatient {
         fn progress(&mut self, snapshot: &Snapshot) {
@@ -290,7 +290,8 @@ fn a_second_signal_waits_for_nobody() {
         }
     }
     let (mut table, mut observer) = (Table::default(), Impatient(0));
-    let report = dispatch::run(&run.options, &Numbers, SAMPLES, &mut table, &mut observer).expect("a run");
+    let mut report = dispatch::run(&run.options, &Numbers, SAMPLES, &mut table, &mut observer).expect("a run");
+    dispatch::give_back(report.memory.take(), &mut observer);
     assert_eq!((observer.0, report.ended), (2, Ended::Signalled(dispatch::Signal::Interrupt)));
     assert!(table.0.len() < SAMPLES as usize && run.fired("running") == 1);
     assert_nothing_left(run.dir.path());

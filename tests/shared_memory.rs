@@ -69,7 +69,8 @@ fn no_file_of_a_run_is_open_to_others_and_all_of_its_memory_is_there() {
     let run = Run::new(2, 50_000);
     let (mut table, mut observer) =
         (Table::default(), Looking { dir: run.dir.path().to_owned(), looks: 0, without_memory: 0 });
-    dispatch::run(&run.options, &Numbers, SAMPLES, &mut table, &mut observer).expect("a run");
+    let report = dispatch::run(&run.options, &Numbers, SAMPLES, &mut table, &mut observer).expect("a run");
+    dispatch::give_back(report.memory, &mut observer);
     assert!(observer.looks > 0 && observer.without_memory == 0, "{}, {}", observer.looks, observer.without_memory);
     assert_nothing_left(run.dir.path());
 }

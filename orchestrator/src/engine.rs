@@ -42,7 +42,7 @@ pub fn build_with(machine: &Machine, basis: &Basis) -> Result<Structure, EngineE
 ///
 /// # Errors
 /// The step is too large, or the like.
-pub fn plan(machine: &Machine, structure: &Structure) -> Result<StepPlan, EngineError> {
+pub fn step_plan(machine: &Machine, structure: &Structure) -> Result<StepPlan, EngineError> {
     StepPlan::new(machine, structure).map_err(EngineError::Start)
 }
 
@@ -96,6 +96,12 @@ pub fn followed_modes(machine: &Machine, speeds: &[f64]) -> Result<Vec<SpeedMode
 #[must_use]
 pub fn columns(machine: &Machine) -> Vec<Column> {
     bladeoff_core::record::columns(machine)
+}
+
+/// Which of an outcome's values is its number of steps.
+#[must_use]
+pub fn place_of_steps(machine: &Machine) -> usize {
+    bladeoff_core::record::place_of_steps(machine)
 }
 
 /// Word of the engine.

@@ -12,8 +12,9 @@ use std::time::{Duration, Instant};
 
 use bladeoff::chaos::lives;
 use bladeoff::dispatch::{
-    self, DispatchOptions, DispatchReport, Observer, SampleResult, Samples, Sink, SinkError, Snapshot, Todo,
+    self, DispatchOptions, DispatchReport, Observer, Parameters, Sink, SinkError, Snapshot, Todo,
 };
+use bladeoff::ledger::Entry;
 use bladeoff_model::outcome::Outcome;
 use bladeoff_protocol::runtime::RUNTIME_VARIABLE;
 use bladeoff_worker::fault::FAULT_VARIABLE;
@@ -29,7 +30,7 @@ pub const SAMPLES: u64 = 40;
 
 pub struct Numbers;
 
-impl Samples for Numbers {
+impl Parameters for Numbers {
     fn params(&self, sample: u64, out: &mut Vec<f64>) {
         out.extend(params(sample));
     }
@@ -40,12 +41,11 @@ pub fn params(sample: u64) -> [f64; 3] {
 }
 
 #[derive(Default)]
-pub struct Table(pub BTreeMap<u64, SampleResult>);
+pub struct Table(pub BTreeMap<u64, Entry>);
 
 impl Sink for Table {
-    fn record(&mut self, result: SampleResult) -> Result<(), SinkError> {
-        let sample = result.sample;
-        assert!(self.0.insert(sample, result).is_none(), "sample {sample} recorded twice");
+    fn record(&mut self, sample: u64, entry: Entry) -> Result<(), SinkError> {
+        assert!(self.0.insert(sample, entry).is_none(), "sample {sample} recorded twice");
         Ok(())
     }
     fn flush(&mut self) -> Result<(), SinkError> {
@@ -109,7 +109,8 @@ impl Run {
     pub fn play(&self, todo: impl Into<Todo>) -> (DispatchReport, Table, Watcher) {
         let (mut table, mut watcher) = (Table::default(), Watcher::default());
         let start = Instant::now();
-        let report = dispatch::run(&self.options, &Numbers, todo, &mut table, &mut watcher).expect("a run");
+        let mut report = dispatch::run(&self.options, &Numbers, todo, &mut table, &mut watcher).expect("a run");
+        dispatch::give_back(report.memory.take(), &mut watcher);
         assert!(start.elapsed() < WATCHDOG);
         assert_nothing_left(self.dir.path());
         assert!(watcher.pids.iter().all(|&pid| !lives(pid)), "a worker outlived its run");
@@ -189,9 +190,9 @@ struct File {
 }
 
 impl Sink for File {
-    fn record(&mut self, result: SampleResult) -> Result<(), SinkError> {
-        assert_eq!(result.outcome, noop_outcome(result.sample, &params(result.sample)));
-        self.waiting.push(result.sample);
+    fn record(&mut self, sample: u64, entry: Entry) -> Result<(), SinkError> {
+        assert_eq!(entry.outcome, noop_outcome(sample, &params(sample)));
+        self.waiting.push(sample);
         Ok(())
     }
     fn flush(&mut self) -> Result<(), SinkError> {

@@ -46,8 +46,11 @@ pub(crate) struct Steps {
 }
 
 impl Steps {
+    /// Name of the column of steps done.
+    pub(super) const DONE: &str = "steps";
+
     pub(super) fn report(&self, row: &mut Row<'_>) {
-        row.count("steps", "time steps", self.done);
+        row.count(Self::DONE, "time steps", self.done);
         row.real("step_s", "s", "time step", self.step);
         row.count("iterations", "iterations of the non-linear solve, all steps together", self.iterations);
     }

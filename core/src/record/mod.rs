@@ -52,6 +52,12 @@ pub fn columns(machine: &Machine) -> Vec<Column> {
     columns
 }
 
+/// Place of the number of whole time steps among [`columns`].
+#[must_use]
+pub fn place_of_steps(machine: &Machine) -> usize {
+    columns(machine).iter().position(|column| column.name == Steps::DONE).expect("every run counts its steps")
+}
+
 /// The recorders of one run.
 #[derive(Debug, Clone)]
 pub(crate) struct Recorders {

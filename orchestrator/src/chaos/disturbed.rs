@@ -1,6 +1,6 @@
 //! One `bladeoff run` under way, disturbed by faults at known states and by signals, and what it leaves behind.
 
-use super::ChaosError;
+use super::error::ChaosError;
 use bladeoff_system::files::FileError;
 use bladeoff_worker::fault::FAULT_VARIABLE;
 use serde_json::Value;

@@ -1,7 +1,8 @@
 //! The storm itself: what is planned, what happened, what must hold afterwards.
 
 use super::disturbed::{Running, WATCHDOG, left_behind, lives, state};
-use super::{ChaosError, LAB_RIG, SAMPLES, STUDY};
+use super::error::ChaosError;
+use super::subject::{LAB_RIG, SAMPLES, STUDY};
 use bladeoff_system::files::FileError;
 use bladeoff_worker::process::signal;
 use rustix::process::Signal;

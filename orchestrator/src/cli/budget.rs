@@ -1,8 +1,8 @@
 //! Options that limit a run and its samples.
 
-use crate::dispatch::TimeOfDay;
-use crate::run::Budget;
-use bladeoff_study::{parse_duration, parse_memory};
+use crate::dispatch::{TimeOfDay, next_time_of_day};
+use crate::schedule::RunLimits;
+use bladeoff_study::{SampleLimits, parse_duration, parse_memory};
 use std::time::Duration;
 
 /// What a run and its samples may take.
@@ -45,16 +45,18 @@ pub struct BudgetArgs {
 }
 
 impl BudgetArgs {
-    /// The limits as given.
-    pub fn budget(&self) -> Budget {
-        Budget {
-            wall: self.wall,
-            until: self.until,
-            max_failures: self.max_failures,
-            crash_limit: self.crash_limit,
-            kill_limit: self.kill_limit,
-            time_limit: self.time_limit,
-            memory_limit: self.memory_limit,
+    /// What one sample may take: as the study says, but for what is given here.
+    pub fn of_sample(&self, study: SampleLimits) -> SampleLimits {
+        SampleLimits {
+            time: self.time_limit.or(study.time),
+            memory: self.memory_limit.or(study.memory),
+            crashes: self.crash_limit.unwrap_or(study.crashes),
+            kills: self.kill_limit.unwrap_or(study.kills),
         }
+    }
+
+    /// What the run may take, from this moment on.
+    pub fn of_run(&self) -> RunLimits {
+        RunLimits { wall: self.wall, until: self.until.map(next_time_of_day), max_failures: self.max_failures }
     }
 }

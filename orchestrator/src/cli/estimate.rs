@@ -185,7 +185,7 @@ fn time_all(samples: &Samples, chosen: &[u64], begun: Instant) -> Result<Vec<Tim
 fn time(samples: &Samples, sample: u64, deadline: Instant) -> Result<Option<Timed>, CliError> {
     let machine = samples.machine(sample).build()?;
     let structure = engine::build(&machine)?;
-    let plan = engine::plan(&machine, &structure)?;
+    let plan = engine::step_plan(&machine, &structure)?;
     let mut watch = Watch { begun: thread_cpu_time(), deadline, steps: 0, cut: false };
     let outcome = engine::simulate_watched(&machine, &structure, &mut watch)?;
     let cpu = thread_cpu_time().saturating_sub(watch.begun).as_secs_f64();
@@ -298,7 +298,7 @@ mod tests {
         let mut watch = Watch { begun: thread_cpu_time(), deadline: Instant::now() + LONGEST, steps: 0, cut: false };
         let machine = all.machine(0).build().expect("valid");
         let structure = engine::build(&machine).expect("buildable");
-        let steps = machine.run.end_time / engine::plan(&machine, &structure).expect("stable").step;
+        let steps = machine.run.end_time / engine::step_plan(&machine, &structure).expect("stable").step;
         engine::simulate_watched(&machine, &structure, &mut watch).expect("it starts");
         assert!(!watch.cut && watch.steps as f64 > 1.9 * steps, "{} of twice {steps}", watch.steps);
     }

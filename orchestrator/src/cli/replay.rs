@@ -60,7 +60,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let mut solver = CoreSolver::new(&plan).map_err(ReplayError::Solver)?;
     let params = parameters(&plan, &solver, &table, &path)?;
     let (machine, structure) = solver.prepare(&params).map_err(ReplayError::Solver)?;
-    let step = engine::plan(&machine, structure)?;
+    let step = engine::step_plan(&machine, structure)?;
     let history = args.history.settings(&machine, &step)?;
     let (outcome, history) = watched(&machine, structure, &step, history.as_ref(), true)?;
     let columns = engine::columns(&machine);

@@ -4,7 +4,7 @@ use super::budget::BudgetArgs;
 use super::error::CliError;
 use super::exit::Exit;
 use super::output::{print, remark};
-use crate::dispatch::Ended;
+use crate::dispatch::{Ended, time_left};
 use crate::run::directory::{LEDGER, row_files};
 use crate::run::{Finished, Request, Rerun, RunError, TRUST, go_on, own_columns, run};
 use crate::starts::check_starts;
@@ -193,9 +193,9 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         counted(workers as u64, "worker"),
         out.display()
     ));
-    let budget = args.budget.budget().or(&samples.study().limits);
-    if let (Some(time), Some((_, left))) = (budget.until, budget.ends()) {
-        remark(&format!("until {time}, in {}", duration(left)));
+    let limits = args.budget.of_run();
+    if let Some(until) = &limits.until {
+        remark(&format!("until {}, in {}", until.time(), duration(time_left(until))));
     }
     let request = Request {
         out: out.clone(),
@@ -203,7 +203,8 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         workers,
         rerun: args.rerun.clone(),
         refresh: args.refresh,
-        budget,
+        sample: args.budget.of_sample(samples.study().limits.sample),
+        limits,
         json_events: args.json_events,
     };
     let trust = if args.trust_dir { TRUST } else { "" };

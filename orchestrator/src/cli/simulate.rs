@@ -66,7 +66,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let machine = build(&definition(args)?, &given(args))?;
     let started = Instant::now();
     let structure = engine::build(&machine)?;
-    let plan = engine::plan(&machine, &structure)?;
+    let plan = engine::step_plan(&machine, &structure)?;
     let history = args.history.settings(&machine, &plan)?;
     let (outcome, history) = watched(&machine, &structure, &plan, history.as_ref(), !args.json)?;
     let wall = started.elapsed();

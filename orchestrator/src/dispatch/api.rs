@@ -4,16 +4,17 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use bladeoff_model::outcome::Outcome;
+use bladeoff_protocol::domain::Domain;
 use bladeoff_system::place::Place;
 
-use crate::schedule::{KillReason, Snapshot, Until};
+use crate::ledger::Entry;
+use crate::schedule::{KillReason, Settings, Snapshot};
 
 /// How a study is run.
 #[derive(Debug, Clone)]
 pub struct DispatchOptions {
-    /// Worker processes, at least 1.
-    pub workers: usize,
+    /// Worker processes, what they and the run may take.
+    pub schedule: Settings,
     /// Program and first arguments of a worker, e.g. [`self_command`](super::self_command); `worker` arguments follow.
     pub worker_command: Vec<OsString>,
     /// Result directory: workers read the frozen plan there.
@@ -22,91 +23,42 @@ pub struct DispatchOptions {
     pub plan_hash: String,
     /// File that collects the workers' messages; appended to, a worker number before each line.
     pub worker_log: Place,
-    /// A sample in which its worker crashes alone this many times is quarantined.
-    pub crash_limit: u32,
-    /// A sample in which its worker is killed from outside, alone, this many times is quarantined.
-    pub kill_limit: u32,
-    /// Longest wall time of one sample \[s\]; a longer one has its worker killed, which counts as a crash.
-    pub time_limit_s: Option<f64>,
-    /// Silence of a worker after which it is shown as stale.
-    pub stale_after: Duration,
-    /// Silence of a worker after which it is replaced.
-    pub replace_after: Duration,
-    /// Longest batch, at most what a message holds; 1 sends samples one by one.
-    pub max_batch: usize,
-    /// After a signal: how long samples in work may finish before their workers are killed.
-    pub grace: Duration,
     /// Longest time between calls of [`Sink::flush`] while there is something to flush.
     pub flush_every: Duration,
-    /// Stop assigning after this time by the monotonic clock; what is in work finishes within `grace`.
-    pub wall: Option<Duration>,
-    /// Stop assigning when the clock on the wall says so.
-    pub until: Option<Until>,
-    /// Stop once more than this many samples have failed or been quarantined.
-    pub max_failures: Option<u64>,
-    /// Memory a worker may allocate after its start \[bytes\].
-    pub memory_limit: Option<u64>,
     /// Identity of the program that workers must be, see [`build_id`](bladeoff_worker::process::build_id); `None`: any.
     pub build: Option<u64>,
     /// Workers compute nothing, for this many microseconds a sample; for measurements and tests of the dispatch.
     pub noop: Option<u64>,
     /// Whoever types `s` and Enter asks what the workers do, where standard input is a terminal.
-    pub keys: bool,
+    pub keyboard: bool,
     /// Directory below which the run has its sockets, and cleans up after dead ones; `None`: as the environment says.
     pub runtime: Option<PathBuf>,
 }
 
 impl DispatchOptions {
-    /// Options with the documented defaults: crash limit 2, kill limit 5, stale after 5 s, replaced after 30 s, grace 2 s.
+    /// Options with the usual [`Settings`].
     #[must_use]
     pub fn new(workers: usize, worker_command: Vec<OsString>, run_dir: PathBuf, plan_hash: String) -> Self {
         let worker_log = run_dir.join("workers.log").into();
         Self {
-            workers,
+            schedule: Settings::new(workers),
             worker_command,
             run_dir,
             plan_hash,
             worker_log,
-            crash_limit: 2,
-            kill_limit: 5,
-            time_limit_s: None,
-            stale_after: Duration::from_secs(5),
-            replace_after: Duration::from_secs(30),
-            max_batch: bladeoff_protocol::messages::MAX_BATCH,
-            grace: Duration::from_secs(2),
             flush_every: Duration::from_millis(500),
-            wall: None,
-            until: None,
-            max_failures: None,
-            memory_limit: None,
             build: None,
             noop: None,
-            keys: false,
+            keyboard: false,
             runtime: None,
         }
     }
 }
 
 /// The parameters of every sample of a study, by number.
-pub trait Samples {
-    /// Appends the parameters of a sample to `out`, always the same number of them: values in SI, or the index into the
-    /// choices of the plan.
+pub trait Parameters {
+    /// Appends those of a sample to `out`, always the same number of them: values in SI, or the index into the choices of the plan.
     fn params(&self, sample: u64, out: &mut Vec<f64>);
-}
-
-/// The end of one sample. `attempt`, `worker`, `cpu_s` may differ between equal runs and stay out of the table.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SampleResult {
-    /// Sample number.
-    pub sample: u64,
-    /// What the solver reported; of a quarantined sample: status, cause and no values (`values` is empty).
-    pub outcome: Outcome,
-    /// CPU time of the solve \[s\]; 0 for a quarantined sample.
-    pub cpu_s: f64,
-    /// Worker that computed it, counted over all processes started.
-    pub worker: u32,
-    /// 1 for the first attempt.
-    pub attempt: u32,
 }
 
 /// Why a sink could not take a result; ends the run.
@@ -122,18 +74,19 @@ pub struct SinkError {
 
 /// Where results go. Every sample is recorded exactly once.
 pub trait Sink {
-    /// Takes one result; it counts once [`flush`](Sink::flush) has returned.
+    /// Takes the end of one sample; it counts once [`flush`](Sink::flush) has returned. Of a quarantined one: status, cause, no values,
+    /// no CPU time.
     ///
     /// # Errors
     /// Ends the run.
-    fn record(&mut self, result: SampleResult) -> Result<(), SinkError>;
+    fn record(&mut self, sample: u64, entry: Entry) -> Result<(), SinkError>;
 
     /// Takes the results of one message.
     ///
     /// # Errors
     /// Ends the run.
-    fn record_all(&mut self, results: &mut Vec<SampleResult>) -> Result<(), SinkError> {
-        results.drain(..).try_for_each(|result| self.record(result))
+    fn record_all(&mut self, results: Vec<(u64, Entry)>) -> Result<(), SinkError> {
+        results.into_iter().try_for_each(|(sample, entry)| self.record(sample, entry))
     }
 
     /// Makes everything recorded so far durable. Called at least every `flush_every` and at the end.
@@ -245,14 +198,12 @@ impl Ended {
 }
 
 /// How a run went.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug)]
 pub struct DispatchReport {
     /// Samples recorded in this run.
     pub done: u64,
     /// Why it ended.
     pub ended: Ended,
-    /// The signal, if one ended it.
-    pub interrupted: Option<Signal>,
     /// Workers that died or were killed while they should have lived.
     pub worker_deaths: u64,
     /// Messages that were not ours, damaged, late or duplicated.
@@ -261,12 +212,14 @@ pub struct DispatchReport {
     pub wall_s: f64,
     /// From the start of the run until the first worker asked for work \[s\].
     pub first_ask_s: f64,
+    /// Its shared memory, for [`give_back`](super::give_back): so that whatever has to be written is written first.
+    pub memory: Option<Domain>,
 }
 
 impl DispatchReport {
     /// Of a run that had no reason to begin.
     #[must_use]
     pub fn nothing(ended: Ended) -> Self {
-        Self { done: 0, ended, interrupted: None, worker_deaths: 0, dropped_messages: 0, wall_s: 0.0, first_ask_s: 0.0 }
+        Self { done: 0, ended, worker_deaths: 0, dropped_messages: 0, wall_s: 0.0, first_ask_s: 0.0, memory: None }
     }
 }

@@ -12,8 +12,8 @@ use tokio::io::{AsyncBufReadExt, AsyncReadExt, BufReader};
 use tokio::process::{ChildStderr, ChildStdout, Command};
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
-use super::DispatchError;
 use super::api::DispatchOptions;
+use super::error::DispatchError;
 use super::event::{ChildEvent, Event};
 use super::log::LONGEST_LINE;
 use crate::schedule::Death;

@@ -1,6 +1,6 @@
 //! The clocks of the system, where the standard library has none: time since the machine was started, the local time of the day.
 
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use crate::schedule::{Moment, TimeOfDay, Until};
 
@@ -13,12 +13,16 @@ pub(super) fn now() -> Moment {
     Moment { boot: boot(), wall }
 }
 
-/// The next time that the local clock shows `time`, and how long that is from now \[ms\].
+/// The next time that the local clock shows `time`.
 #[must_use]
-pub fn next(time: TimeOfDay) -> (Until, i64) {
-    let now = now();
-    let until = Until::next(time, now, local);
-    (until, until.left(now))
+pub fn next(time: TimeOfDay) -> Until {
+    Until::next(time, now(), local)
+}
+
+/// How long it is until then.
+#[must_use]
+pub fn left(until: &Until) -> Duration {
+    Duration::from_millis(u64::try_from(until.left(now())).unwrap_or(0))
 }
 
 #[expect(unsafe_code, reason = "the standard library has no clock that counts the machine's sleep")]
@@ -56,7 +60,8 @@ mod tests {
     #[test]
     fn the_next_occurrence_of_any_time_is_within_a_day() {
         for hour in 0..24 {
-            let (_, left) = next(TimeOfDay { hour, minute: 30, second: 0 });
+            let now = now();
+            let left = Until::next(TimeOfDay { hour, minute: 30, second: 0 }, now, local).left(now);
             // 25 hours on the day on which summer time ends.
             assert!((1..=25 * 3_600_000).contains(&left), "{hour}: {left}");
         }

@@ -12,14 +12,14 @@ use bladeoff_worker::WorkerArgs;
 use bladeoff_worker::fault::{At, Faults};
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender};
 
-use super::DispatchError;
-use super::api::{DispatchOptions, DispatchReport, Ended, Notice, Observer, Samples, Sink};
+use super::api::{DispatchOptions, DispatchReport, Ended, Notice, Observer, Parameters, Sink};
 use super::child::Child;
 use super::clock;
+use super::entries::entries;
+use super::error::DispatchError;
 use super::event::{ChildEvent, Event, HubEvent};
 use super::hub::{Command, Hub};
 use super::log::Log;
-use super::records::records;
 use crate::schedule::{Death, Effect, KillReason, Scheduler, Until};
 
 /// Time between looks at timers, progress and the sink.
@@ -34,7 +34,7 @@ const STUCK_TICKS: u32 = 300;
 
 pub(super) struct Driver<'a> {
     options: &'a DispatchOptions,
-    samples: &'a dyn Samples,
+    parameters: &'a dyn Parameters,
     sink: &'a mut dyn Sink,
     observer: &'a mut dyn Observer,
     scheduler: Scheduler,
@@ -71,7 +71,7 @@ pub(super) struct Driver<'a> {
 /// What a run is made of.
 pub(super) struct Parts<'a> {
     pub options: &'a DispatchOptions,
-    pub samples: &'a dyn Samples,
+    pub parameters: &'a dyn Parameters,
     pub sink: &'a mut dyn Sink,
     pub observer: &'a mut dyn Observer,
     pub domain: &'a Domain,
@@ -84,10 +84,10 @@ pub(super) struct Parts<'a> {
 
 impl<'a> Driver<'a> {
     pub fn new(parts: Parts<'a>, scheduler: Scheduler) -> Self {
-        let Parts { options, samples, sink, observer, domain, hub, log, faults, n_params, send } = parts;
+        let Parts { options, parameters, sink, observer, domain, hub, log, faults, n_params, send } = parts;
         Self {
             options,
-            samples,
+            parameters,
             sink,
             observer,
             scheduler,
@@ -105,7 +105,7 @@ impl<'a> Driver<'a> {
             not_durable: Vec::new(),
             refused: 0,
             first_ask: None,
-            until: options.until,
+            until: options.schedule.run.until,
             ended: None,
             gave_up: None,
             stale: BTreeSet::new(),
@@ -254,7 +254,7 @@ impl<'a> Driver<'a> {
     fn on_tick(&mut self) -> Result<(), DispatchError> {
         let now = self.now();
         let mut effects = Vec::new();
-        let is_past_wall = self.options.wall.is_some_and(|wall| now >= wall);
+        let is_past_wall = self.options.schedule.run.wall.is_some_and(|wall| now >= wall);
         let is_past_until = self.until.as_mut().is_some_and(|until| until.is_reached(clock::now()));
         if (is_past_wall || is_past_until) && self.ended.is_none() && !self.scheduler.is_complete() {
             self.stop(if is_past_wall { Ended::Wall } else { Ended::Until }, &mut effects);
@@ -325,8 +325,7 @@ impl<'a> Driver<'a> {
         }
         self.record(effects, results)?;
         effects.clear();
-        let is_too_many = self.options.max_failures.is_some_and(|most| self.scheduler.failures() > most);
-        if is_too_many && self.ended.is_none() && !self.scheduler.is_complete() {
+        if self.scheduler.has_too_many_failures() && self.ended.is_none() && !self.scheduler.is_complete() {
             self.ended = Some(Ended::TooManyFailures);
             self.observer.noticed(&Notice::Stopping(Ended::TooManyFailures));
         }
@@ -350,7 +349,7 @@ impl<'a> Driver<'a> {
         let mut params = Vec::with_capacity(samples.len() * expected);
         for &sample in &samples {
             let before = params.len();
-            self.samples.params(sample, &mut params);
+            self.parameters.params(sample, &mut params);
             let found = params.len() - before;
             if found != expected {
                 return Err(DispatchError::Parameters { sample, found, expected });
@@ -370,16 +369,17 @@ impl<'a> Driver<'a> {
                 self.log.line(Some(*worker), &format!("sample {sample} is quarantined: {}", cause.word()))?;
             }
         }
-        let mut records = records(effects, results);
-        if records.is_empty() {
+        let entries = entries(effects, results);
+        if entries.is_empty() {
             return Ok(());
         }
         if !self.faults.is_empty() {
-            let done: Vec<_> = records.iter().map(|r| (r.sample, self.pid(WorkerId(r.worker)))).collect();
+            let done: Vec<_> =
+                entries.iter().map(|(sample, entry)| (*sample, self.pid(WorkerId(entry.worker)))).collect();
             self.not_durable.extend(done);
         }
-        self.unflushed += records.len() as u64;
-        Ok(self.sink.record_all(&mut records)?)
+        self.unflushed += entries.len() as u64;
+        Ok(self.sink.record_all(entries)?)
     }
 
     fn flush(&mut self) -> Result<(), DispatchError> {
@@ -400,7 +400,7 @@ impl<'a> Driver<'a> {
             parent: Some(std::process::id()),
             run_dir: self.options.run_dir.clone(),
             plan_hash: self.options.plan_hash.clone(),
-            memory_limit: self.options.memory_limit,
+            memory_limit: self.options.schedule.sample.memory,
             noop: self.options.noop,
         };
         let child = Child::start(self.options, &args, &self.send)?;
@@ -433,14 +433,11 @@ impl<'a> Driver<'a> {
         DispatchReport {
             done: self.scheduler.done(),
             ended,
-            interrupted: match ended {
-                Ended::Signalled(signal) => Some(signal),
-                _ => None,
-            },
             worker_deaths: self.scheduler.worker_deaths(),
             dropped_messages: self.scheduler.dropped() + self.refused,
             wall_s: self.now().as_secs_f64(),
             first_ask_s: self.first_ask.unwrap_or_default().as_secs_f64(),
+            memory: None,
         }
     }
 }

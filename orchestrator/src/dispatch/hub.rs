@@ -12,7 +12,7 @@ use bladeoff_protocol::messages::{RunId, ToWorker, WorkerId};
 use bladeoff_protocol::transport::{HubPort, PortError, Ticket, Waker};
 use tokio::sync::mpsc::UnboundedSender;
 
-use super::DispatchError;
+use super::error::DispatchError;
 use super::event::{Event, HubEvent};
 
 /// Making the ports takes milliseconds, and letting go of them some ten. But iceoryx2 waits for a file that somebody has made under a name of

@@ -9,7 +9,7 @@ use bladeoff_model::document::visible;
 use bladeoff_protocol::messages::WorkerId;
 use bladeoff_system::place::Place;
 
-use super::DispatchError;
+use super::error::DispatchError;
 use crate::schedule::KillReason;
 
 /// Longest line kept.

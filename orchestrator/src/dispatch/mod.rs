@@ -18,24 +18,29 @@ mod api;
 mod child;
 mod clock;
 mod driver;
+mod entries;
 mod error;
 mod event;
 mod hub;
-mod keys;
+mod keyboard;
 mod log;
-mod records;
 mod signals;
 mod start;
 
 use std::ffi::OsString;
 
-pub use bladeoff_protocol::domain::Domain;
+use bladeoff_protocol::domain::Domain;
+use bladeoff_worker::fault::{Faults, Who};
+use tokio::sync::mpsc::unbounded_channel;
+
+use crate::schedule::Scheduler;
+use driver::{Driver, Parts};
+use log::Log;
+use start::count_params;
 
 pub use crate::schedule::{Activity, KillReason, Snapshot, TimeOfDay, TimeOfDayError, Todo, Until, WorkerView};
-pub use api::{
-    DispatchOptions, DispatchReport, Ended, Notice, Observer, SampleResult, Samples, Signal, Sink, SinkError,
-};
-pub use clock::next as next_time_of_day;
+pub use api::{DispatchOptions, DispatchReport, Ended, Notice, Observer, Parameters, Signal, Sink, SinkError};
+pub use clock::{left as time_left, next as next_time_of_day};
 pub use error::DispatchError;
 pub use signals::watch_afterwards;
 
@@ -62,41 +67,53 @@ pub fn self_command() -> Result<Vec<OsString>, DispatchError> {
 /// Computes samples on worker processes and hands the results to the sink, each sample once.
 ///
 /// `todo`: the samples, a count for all from 0 or a [`Todo`] of ranges. Returns when every sample is done, or when a
-/// signal or a budget ended the run; then all processes have ended and the shared memory is gone, but for what the observer was told of.
+/// signal or a limit ended the run, at once if too many have failed before; then all processes have ended. The shared memory is there until
+/// [`give_back`], or until the report is dropped.
 ///
 /// # Errors
 /// See [`DispatchError`].
 pub fn run(
     options: &DispatchOptions,
-    samples: &dyn Samples,
+    parameters: &dyn Parameters,
     todo: impl Into<Todo>,
     sink: &mut dyn Sink,
     observer: &mut dyn Observer,
 ) -> Result<DispatchReport, DispatchError> {
-    let mut kept = None;
-    let report = run_keeping(options, samples, todo, sink, observer, &mut kept)?;
-    give_back(kept, observer);
-    Ok(report)
-}
-
-/// The same, with the shared memory left in `kept` for [`give_back`]: so that whatever has to be written is written first.
-///
-/// # Errors
-/// See [`DispatchError`].
-pub fn run_keeping(
-    options: &DispatchOptions,
-    samples: &dyn Samples,
-    todo: impl Into<Todo>,
-    sink: &mut dyn Sink,
-    observer: &mut dyn Observer,
-    kept: &mut Option<Domain>,
-) -> Result<DispatchReport, DispatchError> {
-    start::run(options, samples, todo.into(), sink, observer, kept)
+    let todo = todo.into();
+    if todo.total() > 0 && options.schedule.run.are_too_many(options.schedule.failed_before) {
+        return Ok(DispatchReport::nothing(Ended::TooManyFailures));
+    }
+    let faults = Faults::from_environment(Who::Orchestrator)?;
+    let n_params = count_params(parameters, &todo)?;
+    let settings = start::settings(options, n_params);
+    let mut log = Log::open(&options.worker_log)?;
+    // Made in this order and given back in the other: first processes, with the event loop, then the hub, then the shared memory.
+    let (send, events) = unbounded_channel();
+    let (domain, mut hub) = start::connect(options, settings.workers, &send)?;
+    log.line(None, &format!("run {} with shared memory in {}", domain.run(), domain.address().root.display()))?;
+    let runtime = start::event_loop()?;
+    let result = {
+        let _inside = runtime.enter();
+        signals::watch(&send)?;
+        if options.keyboard {
+            keyboard::watch(&send);
+        }
+        let scheduler = Scheduler::new(settings, todo);
+        let (domain, hub) = (&domain, &hub);
+        let parts = Parts { options, parameters, sink, observer, domain, hub, log, faults, n_params, send };
+        runtime.block_on(Driver::new(parts, scheduler).run(events))
+    };
+    drop(runtime);
+    if matches!(result, Err(DispatchError::Stuck { .. })) {
+        hub.abandon();
+    }
+    drop(hub);
+    Ok(DispatchReport { memory: Some(domain), ..result? })
 }
 
 /// Removes the shared memory of a run. What cannot be removed is told, and no error of the run: its results are there.
-pub fn give_back(kept: Option<Domain>, observer: &mut dyn Observer) {
-    for left in kept.map(Domain::close).unwrap_or_default() {
+pub fn give_back(memory: Option<Domain>, observer: &mut dyn Observer) {
+    for left in memory.map(Domain::close).unwrap_or_default() {
         observer.noticed(&Notice::NotRemoved { what: left.to_string() });
     }
 }

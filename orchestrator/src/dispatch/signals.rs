@@ -3,8 +3,8 @@
 use tokio::signal::unix::{Signal as Stream, SignalKind, signal};
 use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 
-use super::DispatchError;
 use super::api::Signal;
+use super::error::DispatchError;
 use super::event::Event;
 
 /// Turns SIGINT, SIGTERM, SIGHUP (unless it is ignored, as under nohup) and SIGUSR1 into events until the receiver is gone.

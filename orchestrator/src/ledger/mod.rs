@@ -18,7 +18,7 @@ mod salvage;
 
 pub use error::LedgerError;
 pub use layout::LEDGER_VERSION;
-pub use read::{Reader, State};
+pub use read::{Reader, View};
 pub use record::{Entry, Head, RecordError};
 pub use salvage::Remains;
 

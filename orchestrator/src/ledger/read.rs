@@ -120,7 +120,7 @@ impl Reader {
     /// # Errors
     /// The store cannot be read, or an entry of it; what `visit` returns.
     pub fn for_each<E: From<LedgerError>>(&self, visit: impl FnMut(u64, Entry) -> Result<(), E>) -> Result<(), E> {
-        self.state()?.for_each(visit)
+        self.view()?.for_each(visit)
     }
 
     /// Calls `visit` for the bytes of every durable result in ascending order of its sample number.
@@ -131,27 +131,27 @@ impl Reader {
         &self,
         visit: impl FnMut(u64, &[u8]) -> Result<(), E>,
     ) -> Result<(), E> {
-        self.state()?.for_each_bytes(visit)
+        self.view()?.for_each_bytes(visit)
     }
 
     /// The present state of the store, to be read later whatever is added meanwhile. The store grows as long as it is kept.
     ///
     /// # Errors
     /// The store cannot be read.
-    pub fn state(&self) -> Result<State, LedgerError> {
+    pub fn view(&self) -> Result<View, LedgerError> {
         let transaction =
             self.database.begin_read().map_err(|source| LedgerError::store("read", &self.path, source.into()))?;
-        Ok(State { transaction, path: self.path.clone() })
+        Ok(View { transaction, path: self.path.clone() })
     }
 }
 
 /// The durable results of a store at one moment.
-pub struct State {
+pub struct View {
     transaction: ReadTransaction,
     path: Place,
 }
 
-impl State {
+impl View {
     /// Calls `visit` for every result in ascending order of its sample number.
     ///
     /// # Errors

@@ -2,6 +2,7 @@
 
 use super::columns::own_columns;
 use super::directory::{MACHINE, POINTS, STUDY};
+use super::error::Change;
 use super::prepare::{Prepared, SAMPLES_KEY};
 use bladeoff_core::NUMERICS_VERSION;
 use bladeoff_model::machine::ParamValue;
@@ -14,23 +15,6 @@ use std::collections::{BTreeMap, BTreeSet};
 const SHOWN_VALUES: u64 = 6;
 /// Differences that are listed.
 const SHOWN_CHANGES: usize = 20;
-
-/// One key with its values then and now.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Change {
-    /// Path of a parameter, or a setting of the study.
-    pub key: String,
-    /// In the directory.
-    pub from: String,
-    /// Now.
-    pub to: String,
-}
-
-impl std::fmt::Display for Change {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}: {} -> {}", self.key, self.from, self.to)
-    }
-}
 
 /// The differences that matter to the samples; `header`: of the directory's record, empty if it is lost.
 pub(super) fn changes(folder: &Folder, prepared: &Prepared<'_>, header: &BTreeMap<String, String>) -> Vec<Change> {

@@ -1,6 +1,6 @@
 //! The result directory of a study: which file is what.
 
-use super::RunError;
+use super::error::RunError;
 pub use super::lock::LOCK;
 use super::lock::{Holder, Lock, Mark, mark};
 use super::trust::check;
@@ -64,7 +64,8 @@ impl RunDirectory {
             sync_directory(path.parent().unwrap_or(Path::new(".")))?;
         }
         let folder = Folder::open(path).map_err(FileError::at("open", path))?;
-        if let Err(refused) = check(&folder, trusts).and_then(|()| refuse_foreign(&folder)) {
+        let trusted = || -> Result<(), RunError> { check(&folder, trusts)?.map_or(Ok(()), |doubt| Err(doubt.into())) };
+        if let Err(refused) = trusted().and_then(|()| refuse_foreign(&folder)) {
             if is_new {
                 // Best effort: an empty directory is no harm.
                 let _ = fs::remove_dir(path);

@@ -4,7 +4,8 @@
 //! not fit is counted and said (`lost`), and a closed pipe ends the stream and nothing else.
 
 use super::stamp::timestamp;
-use crate::dispatch::{Ended, KillReason, Notice, SampleResult};
+use crate::dispatch::{Ended, KillReason, Notice};
+use crate::ledger::Entry;
 use crate::report::Eta;
 use crate::schedule::Snapshot;
 use bladeoff_model::document::visible_json;
@@ -82,14 +83,14 @@ impl EventStream {
     }
 
     /// A sample has ended; said when it is durable.
-    pub fn sample(&mut self, result: &SampleResult) {
+    pub fn sample(&mut self, sample: u64, entry: &Entry) {
         self.waiting.push(json!({
-            "sample": result.sample,
-            "status": result.outcome.status.word(),
-            "cause": result.outcome.cause.map(Cause::word),
-            "cpu_s": result.cpu_s,
-            "worker": result.worker,
-            "attempt": result.attempt,
+            "sample": sample,
+            "status": entry.outcome.status.word(),
+            "cause": entry.outcome.cause.map(Cause::word),
+            "cpu_s": entry.cpu_s,
+            "worker": entry.worker,
+            "attempt": entry.attempt,
         }));
     }
 

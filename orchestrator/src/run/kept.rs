@@ -1,133 +1,22 @@
-//! A result directory that is removed, emptied or moved under its run: noticed within seconds, not at the end of the night.
-//!
-//! Every two seconds the run looks whether the directory that it holds open is the one at its path, and whether the record is
-//! still under its name; two looks have to agree. Then it stops. What was only moved is whole: nothing else is done. Of what
-//! was removed the record is still open, so its samples go, with inputs, plan and basis, to a new directory beside the old one
-//! (`DIR.kept`), from which a run goes on as from any other.
+//! What is kept of a result directory that was removed under its run: the record is still open, so its samples go, with inputs, plan
+//! and basis, to a new directory beside the old one (`DIR.kept`), from which a run goes on as from any other.
 
-use super::RunError;
 use super::directory::{LEDGER, MANIFEST, RunDirectory};
+use super::error::{Lost, RunError};
+use super::loss::Loss;
 use super::prepare::Prepared;
 use super::status::StatusWriter;
 use crate::ledger::Ledger;
 use crate::report::Tally;
-use bladeoff_answers::report::{are, counted};
 use bladeoff_system::files::{FileError, write_whole};
-use bladeoff_system::folder::Standing;
 use std::ffi::OsStr;
 use std::fs;
 use std::io;
 use std::os::unix::fs::DirBuilderExt;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
 
-/// Time between two looks.
-const LOOK_EVERY: Duration = Duration::from_secs(2);
 /// Directories of kept samples beside one another.
 const MOST_KEPT: u32 = 1000;
-
-/// What has become of the directory of a run.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Loss {
-    /// It was removed, or the record in it was.
-    Removed(&'static str),
-    /// It is elsewhere, with its record.
-    Moved(Option<PathBuf>),
-}
-
-/// How a run ended whose directory was taken from it.
-#[derive(Debug, thiserror::Error)]
-pub enum Lost {
-    /// It is elsewhere.
-    #[error(
-        "{} was moved during the run, {}: the run has stopped; {} {} in it",
-        path.display(),
-        to.as_ref().map_or("nobody knows where to".to_owned(), |to| format!("to {}", to.display())),
-        counted(*done, "finished sample"),
-        are(*done)
-    )]
-    Moved {
-        /// Where it was.
-        path: PathBuf,
-        /// Where it is.
-        to: Option<PathBuf>,
-        /// Samples recorded in it.
-        done: u64,
-    },
-    /// It is gone, what was finished is not.
-    #[error("{what} {} was removed during the run: the run has stopped; {} {} kept in {}", path.display(), counted(*done, "finished sample"), are(*done), kept.display())]
-    Kept {
-        /// "the result directory" or the record in it.
-        what: &'static str,
-        /// Where it was.
-        path: PathBuf,
-        /// Samples kept.
-        done: u64,
-        /// Where they are.
-        kept: PathBuf,
-    },
-    /// It is gone with what was finished.
-    #[error("{what} {} was removed during the run: the run has stopped; {} could not be kept", path.display(), counted(*done, "finished sample"))]
-    Gone {
-        /// "the result directory" or the record in it.
-        what: &'static str,
-        /// Where it was.
-        path: PathBuf,
-        /// Samples that were finished.
-        done: u64,
-        /// Why they are lost.
-        #[source]
-        source: Box<RunError>,
-    },
-}
-
-impl Lost {
-    /// Where the study can go on.
-    #[must_use]
-    pub fn goes_on_in(&self) -> Option<&Path> {
-        match self {
-            Self::Moved { to, .. } => to.as_deref(),
-            Self::Kept { kept, .. } => Some(kept),
-            Self::Gone { .. } => None,
-        }
-    }
-}
-
-/// Looks from time to time.
-#[derive(Debug)]
-pub(super) struct Guard<'a> {
-    directory: &'a RunDirectory,
-    next: Instant,
-    suspected: bool,
-}
-
-impl<'a> Guard<'a> {
-    pub fn new(directory: &'a RunDirectory) -> Self {
-        Self { directory, next: Instant::now() + LOOK_EVERY, suspected: false }
-    }
-
-    /// Whether the directory is lost, by two looks, if it is time for one.
-    pub fn finds_loss(&mut self, ledger: &Ledger) -> bool {
-        let now = Instant::now();
-        if now < self.next {
-            return false;
-        }
-        self.next = now + LOOK_EVERY;
-        let is_lost = loss(self.directory, ledger).is_some();
-        is_lost && std::mem::replace(&mut self.suspected, is_lost)
-    }
-}
-
-/// What has become of the directory; `None`: it is where it was.
-pub(super) fn loss(directory: &RunDirectory, ledger: &Ledger) -> Option<Loss> {
-    let standing = directory.open().standing();
-    match (standing, ledger.is_in_place()) {
-        (Standing::Removed, _) => Some(Loss::Removed("the result directory")),
-        (_, false) => Some(Loss::Removed("the record of finished samples in")),
-        (Standing::Moved(to), true) => Some(Loss::Moved(to)),
-        (Standing::Here, true) => None,
-    }
-}
 
 /// Keeps what can be kept, and says how it stands. `manifest`: of the run so far.
 pub(super) fn keep(

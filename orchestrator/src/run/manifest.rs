@@ -1,7 +1,7 @@
 //! `manifest.json`: what may differ between equal runs and is worth knowing later.
 
-use super::Request;
 use super::directory::{RESULTS, TIMINGS};
+use super::request::Request;
 use super::stamp::{host, timestamp};
 use bladeoff_answers::tables::Checksum;
 use bladeoff_study::Samples;
@@ -15,8 +15,8 @@ const MOST_MANIFEST: u64 = 16 << 20;
 
 /// How a run went, for the manifest.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Course<'a> {
-    pub state: &'a str,
+pub(super) struct Course {
+    pub state: &'static str,
     pub started: SystemTime,
     pub finished: Option<SystemTime>,
     pub done: u64,
@@ -26,6 +26,22 @@ pub(super) struct Course<'a> {
     pub dropped_messages: u64,
     /// Those of the tables; none before they are written.
     pub tables: Checksums,
+}
+
+impl Course {
+    /// Of a run that begins now, in a directory in which so many samples are.
+    pub fn begun(reused: u64) -> Self {
+        Self {
+            state: "running",
+            started: SystemTime::now(),
+            finished: None,
+            done: reused,
+            reused,
+            worker_deaths: 0,
+            dropped_messages: 0,
+            tables: Checksums::default(),
+        }
+    }
 }
 
 /// What the tables of a directory are known by, as they were written.
@@ -87,7 +103,7 @@ pub(super) fn manifest(
     request: &Request,
     samples: &Samples,
     provenance: &[(String, String)],
-    course: &Course<'_>,
+    course: &Course,
 ) -> String {
     let study = samples.study();
     let value = json!({

@@ -9,12 +9,12 @@
 //! of the old one in one rename. Where row numbers or entries change, the old parts are removed before the record is
 //! replaced. So a kill at any moment leaves parts that are right, or none.
 
-use super::RunError;
 use super::directory::{PARTS, RunDirectory, TIMING_PARTS, part_name};
+use super::error::RunError;
 use super::prepare::Prepared;
 use super::tables::RowsWriter;
 use crate::dispatch::DispatchError;
-use crate::ledger::{LedgerError, Reader, State};
+use crate::ledger::{LedgerError, Reader, View};
 use bladeoff_answers::tables::TableError;
 use bladeoff_system::files::{FileError, Pending};
 use bladeoff_system::folder::Folder;
@@ -77,10 +77,10 @@ impl Drop for Teller<'_> {
 ///
 /// # Errors
 /// The thread that writes parts cannot be started; nothing was done.
-pub(super) fn kept<T>(
+pub(super) fn written_beside<T>(
     every: Duration,
     (directory, prepared, record): (&RunDirectory, &Prepared<'_>, &Reader),
-    there: Option<State>,
+    there: Option<View>,
     faults: &Faults,
     work: impl FnOnce(&Teller<'_>) -> T,
 ) -> Result<(T, Result<(), RunError>), RunError> {
@@ -112,7 +112,7 @@ struct Writer<'a> {
     faults: &'a Faults,
     is_over: &'a AtomicBool,
     /// Rows of earlier runs that are not in fresh parts yet.
-    there: Option<State>,
+    there: Option<View>,
     /// Durable and in no part.
     waiting: Vec<u64>,
     /// Number of the next part.
@@ -190,7 +190,7 @@ impl Writer<'_> {
         while !self.waiting.is_empty() {
             let rows = &self.waiting[..self.waiting.len().min(PART_ROWS)];
             let mut part = self.part(self.next, &parts, &timings)?;
-            self.record.state()?.for_each_of(rows, |sample, entry| {
+            self.record.view()?.for_each_of(rows, |sample, entry| {
                 if is_cancelled() { Err(Stop::Cancelled) } else { Ok(part.push(sample, entry)?) }
             })?;
             self.faults.reached(At::Parting, self.next.into(), None);
@@ -205,7 +205,7 @@ impl Writer<'_> {
 
     /// Writes rows as parts from the first on, in folders aside that then take the places of the old ones; gives the next
     /// number.
-    fn write_afresh(&self, there: &State, is_cancelled: &dyn Fn() -> bool) -> Result<u32, Stop> {
+    fn write_afresh(&self, there: &View, is_cancelled: &dyn Fn() -> bool) -> Result<u32, Stop> {
         let parts = self.directory.new_folder(PARTS)?;
         let timings = self.directory.new_folder(TIMING_PARTS)?;
         let (mut next, mut rows) = (1, 0);

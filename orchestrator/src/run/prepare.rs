@@ -1,7 +1,7 @@
 //! What all samples share: the frozen basis, the plan of the workers, where the table comes from.
 
-use super::RunError;
 use super::directory::{LEDGER, RunDirectory};
+use super::error::RunError;
 use super::provenance::provenance;
 use super::work::work_plan;
 use crate::engine;
@@ -27,7 +27,7 @@ pub(super) struct Prepared<'a> {
     /// Hash of all keys in order.
     pub digest: String,
     /// Which of an outcome's values is its number of steps.
-    pub steps: Option<usize>,
+    pub steps: usize,
 }
 
 /// The machines whose basis may be frozen, the best first: the study's without what varies, because it stays the same when
@@ -99,7 +99,7 @@ impl<'a> Prepared<'a> {
         let plan_hash = plan.hash();
         let provenance = provenance(samples, &plan_hash, plan.basis.as_deref());
         let digest = keys.digest();
-        let steps = engine::columns(&machine).iter().position(|column| column.name == "steps");
+        let steps = engine::place_of_steps(&machine);
         Ok(Self { samples, machine, plan, plan_hash, provenance, keys, digest, steps })
     }
 

@@ -1,9 +1,10 @@
 //! A result directory filled without computing, for measurements of what a resume costs.
 
 use super::directory::{LEDGER, RunDirectory};
+use super::error::RunError;
 use super::parts;
 use super::prepare::{Prepared, new_basis};
-use super::{RunError, resume, tables};
+use super::{resume, tables};
 use crate::ledger::{Entry, Ledger};
 use bladeoff_study::Samples;
 use bladeoff_worker::fault::Faults;
@@ -59,10 +60,10 @@ pub fn time_resume(path: &Path, samples: &Samples) -> Result<ResumeTime, RunErro
 pub fn time_parts(path: &Path, samples: &Samples) -> Result<Duration, RunError> {
     with_record(path, samples, |directory, prepared, ledger| {
         let record = ledger.reader().clone();
-        let there = Some(record.state()?);
+        let there = Some(record.view()?);
         let begun = Instant::now();
         let place = (directory, prepared, &record);
-        parts::kept(Duration::ZERO, place, there, &Faults::default(), |parts| parts.write_rest())?.1?;
+        parts::written_beside(Duration::ZERO, place, there, &Faults::default(), |parts| parts.write_rest())?.1?;
         Ok(begun.elapsed())
     })
 }

@@ -9,11 +9,11 @@
 //! ```
 //! A sample that was given up because its workers were killed from outside is as one of a rerun, but tried once only.
 //!
-//! [`compare`] decides which, and reads only: whatever is refused has been touched by nobody. [`Compared::go_on`] does it.
+//! [`compare`] decides which, and reads only: whatever is refused has been touched by nobody. [`Comparison::go_on`] does it.
 
-use super::RunError;
 use super::change::changes;
 use super::directory::{LEDGER, RunDirectory};
+use super::error::RunError;
 use super::prepare::{Prepared, SAMPLES_KEY};
 use super::reuse::{Worth, worth};
 use crate::dispatch::DispatchError;
@@ -77,7 +77,7 @@ pub(super) struct Opened {
 }
 
 /// What is in a directory, compared with the present study. Nothing has been written to it yet.
-pub(super) struct Compared {
+pub(super) struct Comparison {
     record: Record,
     found: Found,
     notes: Vec<String>,
@@ -99,17 +99,17 @@ pub(super) fn open(directory: &RunDirectory, prepared: &Prepared<'_>, again: Aga
 }
 
 /// Compares what is in a directory with the present study. Reads only.
-pub(super) fn compare(directory: &Folder, prepared: &Prepared<'_>, again: Again<'_>) -> Result<Compared, RunError> {
+pub(super) fn compare(directory: &Folder, prepared: &Prepared<'_>, again: Again<'_>) -> Result<Comparison, RunError> {
     let path = directory.place(LEDGER);
     if !path.exists() {
         if again.rerun.is_some() {
             return Err(RunError::NothingToRerun { path: directory.path().to_path_buf() });
         }
-        return Ok(Compared { record: Record::New, found: Found::default(), notes: Vec::new() });
+        return Ok(Comparison { record: Record::New, found: Found::default(), notes: Vec::new() });
     }
     match compare_store(&path, directory, prepared, again) {
         Err(RunError::Ledger(LedgerError::Damaged { detail, .. })) => {
-            let remains = Remains::read(&path, prepared.steps)?;
+            let remains = Remains::read(&path, Some(prepared.steps))?;
             let whole = remains.entries().len() as u64;
             let note = format!(
                 "the record of finished samples is damaged ({detail}): {} in it {} whole and kept, the rest is computed again",
@@ -129,14 +129,14 @@ fn compare_store(
     directory: &Folder,
     prepared: &Prepared<'_>,
     again: Again<'_>,
-) -> Result<Compared, RunError> {
+) -> Result<Comparison, RunError> {
     let reader = Reader::open(path)?;
     let header = reader.header()?;
     let is_same_study = header.get(SAMPLES_KEY) == Some(&prepared.digest);
     if is_same_study {
         let mut found = Found::default();
         let mut unfit = 0u64;
-        reader.for_each_head(prepared.steps, |sample, head| match head {
+        reader.for_each_head(Some(prepared.steps), |sample, head| match head {
             Ok(head) if head.key != prepared.keys.key(sample) => unfit += 1,
             Ok(head) if again.takes(&head) || again.tries(&head) => unfit += 1,
             Ok(head) => found.add(sample, head.status, head.cause),
@@ -147,7 +147,7 @@ fn compare_store(
             if again.rerun.is_some() {
                 notes.push("no finished sample is of the kind to be computed again".to_owned());
             }
-            return Ok(Compared { record: Record::Same(reader, header), found, notes });
+            return Ok(Comparison { record: Record::Same(reader, header), found, notes });
         }
     }
     select(Old::Store(reader, is_same_study), directory, prepared, again)
@@ -161,7 +161,7 @@ enum Old {
 }
 
 /// What is known of an entry, and where its bytes are.
-struct Place {
+struct Candidate {
     head: Head,
     place: u64,
     used: bool,
@@ -170,12 +170,12 @@ struct Place {
 impl Old {
     /// Every whole entry in the order of the keys, the best first of those with one key, and the number of entries that are
     /// not whole.
-    fn index(&self, prepared: &Prepared<'_>) -> Result<(Vec<Place>, u64), LedgerError> {
+    fn index(&self, prepared: &Prepared<'_>) -> Result<(Vec<Candidate>, u64), LedgerError> {
         let mut index = Vec::new();
         let mut damaged = 0;
-        let mut add = |head: Head, place| index.push(Place { head, place, used: false });
+        let mut add = |head: Head, place| index.push(Candidate { head, place, used: false });
         match self {
-            Old::Store(reader, _) => reader.for_each_head(prepared.steps, |sample, head| match head {
+            Old::Store(reader, _) => reader.for_each_head(Some(prepared.steps), |sample, head| match head {
                 Ok(head) => add(head, sample),
                 Err(_) => damaged += 1,
             })?,
@@ -208,7 +208,7 @@ pub(super) fn of_record(count: u64) -> String {
 }
 
 /// Selects the entries that belong to the present study. Refuses to lose any.
-fn select(old: Old, directory: &Folder, prepared: &Prepared<'_>, wanted: Again<'_>) -> Result<Compared, RunError> {
+fn select(old: Old, directory: &Folder, prepared: &Prepared<'_>, wanted: Again<'_>) -> Result<Comparison, RunError> {
     let (mut index, damaged) = old.index(prepared)?;
     let is_same_study = matches!(old, Old::Store(_, true));
     let mut found = Found::default();
@@ -282,10 +282,10 @@ fn select(old: Old, directory: &Folder, prepared: &Prepared<'_>, wanted: Again<'
         many => notes
             .push(format!("{many} samples whose workers were killed from outside (worker_killed) are tried once more")),
     }
-    Ok(Compared { record: Record::Old { old, taken }, found, notes })
+    Ok(Comparison { record: Record::Old { old, taken }, found, notes })
 }
 
-impl Compared {
+impl Comparison {
     /// What the user should know of the comparison.
     pub fn notes(&self) -> &[String] {
         &self.notes

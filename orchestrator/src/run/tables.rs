@@ -1,8 +1,8 @@
 //! From the record of finished samples to the tables.
 
-use super::RunError;
 use super::columns::table_schema;
 use super::directory::{RESULTS, RunDirectory, TIMINGS};
+use super::error::RunError;
 use super::manifest::Checksums;
 use super::prepare::Prepared;
 use crate::engine;

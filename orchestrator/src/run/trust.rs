@@ -1,7 +1,6 @@
 //! Whether others could change under our hands what a run writes and reads back: in a directory of theirs, or one that they
 //! may write in, every name can become something else at any moment.
 
-use super::RunError;
 use super::lock::LOCK;
 use bladeoff_system::files::FileError;
 use bladeoff_system::folder::Folder;
@@ -40,10 +39,10 @@ pub enum Untrusted {
     },
 }
 
-/// Refuses a directory that others could write in, unless the user trusts them (`trusts`). That of a group which is only the
+/// Why a directory is not to be trusted: others could write in it, and the user does not trust them (`trusts`). That of a group which is only the
 /// user's own, by its number, is the user's: many systems make new directories so (umask 002). One of somebody else in which
 /// nothing can be written is that error: it may still be read.
-pub(super) fn check(folder: &Folder, trusts: bool) -> Result<(), RunError> {
+pub(super) fn check(folder: &Folder, trusts: bool) -> Result<Option<Untrusted>, FileError> {
     let path = || folder.path().to_path_buf();
     let found = folder.stat().map_err(FileError::at("read", folder.path()))?;
     let (user, group) = (geteuid().as_raw(), getegid().as_raw());
@@ -52,16 +51,16 @@ pub(super) fn check(folder: &Folder, trusts: bool) -> Result<(), RunError> {
             .map_err(|errno| FileError::at("create", &folder.place(LOCK))(io::Error::from(errno)))?;
     }
     if trusts {
-        return Ok(());
+        return Ok(None);
     }
     if found.st_uid != user {
-        return Err(Untrusted::Owner { path: path(), owner: found.st_uid }.into());
+        return Ok(Some(Untrusted::Owner { path: path(), owner: found.st_uid }));
     }
     // With an access control list the bits of the group are the most that anybody named in it may do.
     let is_private = found.st_gid == group && group == user && !has_list(folder);
     let others = if is_private { 0o002 } else { 0o022 };
     let mode = found.st_mode & 0o7777;
-    if mode & others != 0 { Err(Untrusted::Mode { path: path(), mode }.into()) } else { Ok(()) }
+    Ok((mode & others != 0).then(|| Untrusted::Mode { path: path(), mode }))
 }
 
 /// Whether it has an access control list.
@@ -82,21 +81,18 @@ mod tests {
         let directory = tempfile::tempdir().expect("temporary directory");
         let check_with = |mode, trusts| {
             fs::set_permissions(directory.path(), fs::Permissions::from_mode(mode)).expect("own");
-            check(&Folder::open(directory.path()).expect("opened"), trusts)
+            check(&Folder::open(directory.path()).expect("opened"), trusts).expect("readable")
         };
         for mode in [0o700, 0o755, 0o750, 0o2755] {
-            assert!(check_with(mode, false).is_ok(), "{mode:o}");
+            assert!(check_with(mode, false).is_none(), "{mode:o}");
         }
         for mode in [0o777, 0o1777, 0o702] {
-            let refused = check_with(mode, false).expect_err("others may write");
-            assert!(
-                matches!(&refused, RunError::Untrusted(Untrusted::Mode { mode: found, .. }) if *found == mode),
-                "{refused}"
-            );
-            assert!(refused.is_refusal() && check_with(mode, true).is_ok());
+            let refused = check_with(mode, false).expect("others may write");
+            assert!(matches!(&refused, Untrusted::Mode { mode: found, .. } if *found == mode), "{refused}");
+            assert!(check_with(mode, true).is_none());
         }
         let is_private = geteuid().as_raw() == getegid().as_raw();
-        assert_eq!(check_with(0o775, false).is_ok(), is_private, "a group of one");
+        assert_eq!(check_with(0o775, false).is_none(), is_private, "a group of one");
     }
 
     #[test]
@@ -117,8 +113,8 @@ mod tests {
             println!("SKIPPED: no access control lists in {}", directory.path().display());
             return;
         }
-        let refused = check(&folder, false).expect_err("somebody else may write");
-        assert!(matches!(refused, RunError::Untrusted(Untrusted::Mode { .. })), "{refused}");
-        assert!(check(&folder, true).is_ok());
+        let refused = check(&folder, false).expect("readable").expect("somebody else may write");
+        assert!(matches!(refused, Untrusted::Mode { .. }), "{refused}");
+        assert!(check(&folder, true).expect("readable").is_none());
     }
 }

@@ -2,16 +2,16 @@
 
 use super::checksums::{Compared, compare};
 use super::directory::{MANIFEST, RESULTS, RunDirectory, TIMINGS};
+use super::error::RunError;
 use super::manifest::{Checksums, Course, manifest, mended, tells_complete};
 use super::prepare::Prepared;
+use super::request::Request;
 use super::status::{self, StatusWriter};
 use super::tables::{write_tables, write_timings};
-use super::{Request, RunError};
 use crate::ledger::Reader;
 use crate::report::Tally;
 use bladeoff_answers::tables::read_metadata;
 use bladeoff_system::files::write_whole;
-use std::time::SystemTime;
 
 /// Makes again what is missing or changed of a complete directory, but the record.
 pub(super) fn put_in_order(
@@ -45,17 +45,8 @@ pub(super) fn put_in_order(
         note(&format!("{TIMINGS} was missing or damaged: it is made again from the record"));
     }
     if !tells_complete(&path) {
-        let now = SystemTime::now();
-        let course = Course {
-            state: "complete",
-            started: now,
-            finished: Some(now),
-            done: tally.done(),
-            reused: tally.done(),
-            worker_deaths: 0,
-            dropped_messages: 0,
-            tables,
-        };
+        let begun = Course::begun(tally.done());
+        let course = Course { state: "complete", finished: Some(begun.started), tables, ..begun };
         let text = manifest(request, samples, &prepared.provenance, &course);
         write_whole(&path, text.as_bytes())?;
         note(&format!("{MANIFEST} was missing, damaged or of a run that did not end: it is made again, of this run"));

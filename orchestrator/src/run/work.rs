@@ -24,7 +24,7 @@ pub(super) fn work_plan(samples: &Samples, basis: Option<Vec<u8>>) -> WorkPlan {
     }
 }
 
-impl dispatch::Samples for Samples {
+impl dispatch::Parameters for Samples {
     fn params(&self, sample: u64, out: &mut Vec<f64>) {
         Samples::params(self, sample, out);
     }

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use super::place::{Effect, KillReason, State};
 use super::scheduler::Scheduler;
+use super::slot::{Effect, KillReason, State};
 
 /// Time for a worker that was told to stop.
 const FAREWELL: Duration = Duration::from_secs(5);
@@ -22,7 +22,7 @@ impl Scheduler {
     pub(super) fn end_now(&mut self, effects: &mut Vec<Effect>) {
         self.ending = Some(Duration::ZERO);
         self.close_gone();
-        (0..self.places.len()).for_each(|at| self.kill(at, KillReason::Ending, effects));
+        (0..self.slots.len()).for_each(|at| self.kill(at, KillReason::Ending, effects));
     }
 
     fn begin_ending(&mut self, deadline: Duration, effects: &mut Vec<Effect>) {
@@ -30,18 +30,18 @@ impl Scheduler {
         self.close_gone();
         // Whoever is starting is told when it says hello: to kill it in the middle of making its memory is what the hub
         // likes least.
-        for at in 0..self.places.len() {
-            if matches!(self.places[at].state, State::Idle) {
+        for at in 0..self.slots.len() {
+            if matches!(self.slots[at].state, State::Idle) {
                 self.tell_to_stop(at, effects);
             }
         }
     }
 
-    /// Places whose worker has died stay empty.
+    /// Slots whose worker has died stay empty.
     pub(super) fn close_gone(&mut self) {
-        for place in &mut self.places {
-            if matches!(place.state, State::Gone { .. }) {
-                place.state = State::Closed;
+        for slot in &mut self.slots {
+            if matches!(slot.state, State::Gone { .. }) {
+                slot.state = State::Closed;
             }
         }
     }
@@ -49,13 +49,13 @@ impl Scheduler {
     /// Answers a worker's open request with the order to stop.
     pub(super) fn tell_to_stop(&mut self, at: usize, effects: &mut Vec<Effect>) {
         let now = self.clock.now();
-        let place = &mut self.places[at];
-        let work = match std::mem::replace(&mut place.state, State::Idle) {
+        let slot = &mut self.slots[at];
+        let work = match std::mem::replace(&mut slot.state, State::Idle) {
             State::Busy(work) => Some(work),
             _ => None,
         };
-        place.enter(State::Leaving { work }, now);
-        effects.push(Effect::Stop(place.worker));
+        slot.enter(State::Leaving { work }, now);
+        effects.push(Effect::Stop(slot.worker));
     }
 
     /// After the last sample nobody is needed.
@@ -67,8 +67,7 @@ impl Scheduler {
 
     /// Stops a run with too many failures.
     pub(super) fn check_failures(&mut self, effects: &mut Vec<Effect>) {
-        let is_too_many = self.settings.max_failures.is_some_and(|most| self.failures() > most);
-        if is_too_many && self.ending.is_none() {
+        if self.has_too_many_failures() && self.ending.is_none() {
             self.begin_ending(self.clock.now() + self.settings.grace, effects);
         }
     }
@@ -77,10 +76,10 @@ impl Scheduler {
     pub(super) fn check_ending(&mut self, effects: &mut Vec<Effect>) {
         let now = self.clock.now();
         let Some(deadline) = self.ending else { return };
-        for at in 0..self.places.len() {
-            let place = &self.places[at];
-            let is_late = match place.state {
-                State::Leaving { .. } => now >= deadline.max(place.since + FAREWELL),
+        for at in 0..self.slots.len() {
+            let slot = &self.slots[at];
+            let is_late = match slot.state {
+                State::Leaving { .. } => now >= deadline.max(slot.since + FAREWELL),
                 _ => now >= deadline,
             };
             if is_late {

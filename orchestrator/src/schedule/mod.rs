@@ -8,8 +8,8 @@
 //! attempt, which is recorded, or by the worker's end, which sends it to be retried. Any other result is late, doubled
 //! or a lie: it is counted and dropped. So every sample is recorded once.
 //!
-//! **Workers.** There are as many places as workers asked for. A worker of a place is `Starting` until it asks for work, then
-//! `Idle` or `Busy`, and at last `Leaving`; when its process has ended, the place is `Gone` until a new worker with
+//! **Workers.** There are as many slots as workers asked for. The worker of a slot is `Starting` until it asks for work, then
+//! `Idle` or `Busy`, and at last `Leaving`; when its process has ended, the slot is `Gone` until a new worker with
 //! a new number is started, at once after the first death and after a growing pause when deaths follow each other. When worker
 //! after worker dies before it ever asks, the run is given up: its message is in the log.
 //!
@@ -17,8 +17,8 @@
 //! those before, and fewer towards the end, so that all finish together. How samples are batched changes no result.
 //!
 //! **Deaths.** When a worker ends without having been told to, its unfinished samples are retried one by one, before
-//! new ones. Only the death of a worker that had a single sample from the start counts against that sample. At `crash_limit` crashes (it ended by
-//! itself, or was killed for the time or memory that the sample takes) or `kill_limit` kills (a signal of somebody else, or it was stopped until it
+//! new ones. Only the death of a worker that had a single sample from the start counts against that sample. At [`SampleLimits::crashes`](bladeoff_study::SampleLimits) crashes (it ended by
+//! itself, or was killed for the time or memory that the sample takes) or `kills` kills (a signal of somebody else, or it was stopped until it
 //! was replaced) it is quarantined. So a sample that kills its worker is found, its neighbours in the batch are not blamed, and an
 //! operator or a lack of memory has to come back many times before it costs a row. What that quarantined in an earlier run is a suspect: tried after
 //! all others, alone, and until the first kill.
@@ -35,18 +35,20 @@
 mod batch;
 mod clock;
 mod ending;
-mod place;
 mod rate;
 mod scheduler;
+mod settings;
 #[cfg(test)]
 mod simulation;
+mod slot;
 mod snapshot;
 mod todo;
 mod until;
 mod workers;
 
-pub use place::{Death, Effect, KillReason, Settings, Trouble};
 pub use scheduler::Scheduler;
+pub use settings::{RunLimits, Settings};
+pub use slot::{Death, Effect, KillReason, Trouble};
 pub use snapshot::{Activity, Snapshot, WorkerView};
 pub use todo::Todo;
 pub use until::{Moment, TimeOfDay, TimeOfDayError, Until};

@@ -8,8 +8,9 @@ use bladeoff_protocol::messages::{BatchId, Report, WorkerId};
 
 use super::batch::BatchSize;
 use super::clock::Clock;
-use super::place::{Effect, Place, Settings, State, Trouble, Work};
 use super::rate::Rate;
+use super::settings::Settings;
+use super::slot::{Effect, Slot, State, Trouble, Work};
 use super::todo::Todo;
 
 /// Assigns the samples of one run. Every method that is told an event takes its time, which never influences results, and
@@ -32,7 +33,7 @@ pub struct Scheduler {
     pub(super) suspects: VecDeque<u64>,
     /// Of the few samples that lost a worker.
     pub(super) troubles: BTreeMap<u64, Trouble>,
-    pub(super) places: Vec<Place>,
+    pub(super) slots: Vec<Slot>,
     pub(super) next_worker: u32,
     pub(super) next_batch: u64,
     pub(super) batch_size: BatchSize,
@@ -52,7 +53,7 @@ impl Scheduler {
         let total = todo.total();
         let suspects: VecDeque<u64> = todo.take_suspects().into();
         // The next kill is the last.
-        let trouble = Trouble { kills: settings.kill_limit.max(1) - 1, ..Trouble::default() };
+        let trouble = Trouble { kills: settings.sample.kills.max(1) - 1, ..Trouble::default() };
         let troubles = suspects.iter().map(|&sample| (sample, trouble)).collect();
         Self {
             settings,
@@ -67,7 +68,7 @@ impl Scheduler {
             retry: VecDeque::new(),
             suspects,
             troubles,
-            places: Vec::new(),
+            slots: Vec::new(),
             next_worker: 0,
             next_batch: 0,
             batch_size: BatchSize::default(),
@@ -82,7 +83,7 @@ impl Scheduler {
     /// Whether every process has ended and none will be started.
     #[must_use]
     pub fn is_over(&self) -> bool {
-        self.places.iter().all(|place| matches!(place.state, State::Closed))
+        self.slots.iter().all(|slot| matches!(slot.state, State::Closed))
     }
 
     /// Whether every sample is done.
@@ -97,10 +98,12 @@ impl Scheduler {
         self.done
     }
 
-    /// Samples that failed or were quarantined.
+    /// Whether more samples of the study have failed or been quarantined than may.
     #[must_use]
-    pub fn failures(&self) -> u64 {
-        self.by_status[usize::from(Status::Failed.code())] + self.by_status[usize::from(Status::Quarantined.code())]
+    pub fn has_too_many_failures(&self) -> bool {
+        let of = |status: Status| self.by_status[usize::from(status.code())];
+        let failed = of(Status::Failed) + of(Status::Quarantined);
+        self.settings.run.are_too_many(self.settings.failed_before + failed)
     }
 
     /// Workers that died or were killed while they should have lived.
@@ -119,9 +122,9 @@ impl Scheduler {
     /// dropped.
     pub fn on_report(&mut self, now: Duration, worker: WorkerId, report: &Report, effects: &mut Vec<Effect>) -> bool {
         let now = self.clock.advance(now);
-        let Some(at) = self.place_of(worker) else { return self.drop_report(report) };
-        self.places[at].heard = now;
-        let is_answerable = match (&self.places[at].state, report.batch) {
+        let Some(at) = self.slot_of(worker) else { return self.drop_report(report) };
+        self.slots[at].heard = now;
+        let is_answerable = match (&self.slots[at].state, report.batch) {
             (State::Starting { greeted: true }, None) => {
                 self.failed_starts = 0;
                 report.asks
@@ -142,7 +145,7 @@ impl Scheduler {
         }
         if report.asks {
             self.finish_batch(at);
-            self.places[at].enter(State::Idle, now);
+            self.slots[at].enter(State::Idle, now);
             self.give_work(at, effects);
         } else if self.ending.is_some() {
             self.tell_to_stop(at, effects);
@@ -162,8 +165,8 @@ impl Scheduler {
     /// Records the results that are due and drops the others.
     fn take_results(&mut self, at: usize, report: &Report, effects: &mut Vec<Effect>) {
         for (index, result) in report.samples.iter().enumerate() {
-            let place = &mut self.places[at];
-            let (State::Busy(work) | State::Leaving { work: Some(work) }) = &mut place.state else { return };
+            let slot = &mut self.slots[at];
+            let (State::Busy(work) | State::Leaving { work: Some(work) }) = &mut slot.state else { return };
             // They come in the order of the batch, so it is nearly always the first.
             let Some(found) = work.left.iter().position(|&sample| sample == result.sample) else {
                 self.dropped += 1;
@@ -171,8 +174,8 @@ impl Scheduler {
             };
             work.left.remove(found);
             work.current = None;
-            place.deaths = 0;
-            effects.push(Effect::Record { index, attempt: work.attempt, worker: place.worker });
+            slot.deaths = 0;
+            effects.push(Effect::Record { index, attempt: work.attempt, worker: slot.worker });
             self.count(&result.outcome);
             self.troubles.remove(&result.sample);
         }
@@ -180,7 +183,7 @@ impl Scheduler {
 
     /// A worker says its batch is over: measures it, and retries what it left out.
     fn finish_batch(&mut self, at: usize) {
-        let State::Busy(work) = &self.places[at].state else { return };
+        let State::Busy(work) = &self.slots[at].state else { return };
         let took = self.clock.now().saturating_sub(work.assigned);
         let (size, left) = (work.size, work.left.clone());
         if left.is_empty() {
@@ -214,7 +217,7 @@ impl Scheduler {
     /// Gives an idle worker the next samples, if there are any.
     pub(super) fn give_work(&mut self, at: usize, effects: &mut Vec<Effect>) {
         // Whoever is being killed only finishes dying.
-        if !matches!(self.places[at].state, State::Idle) || self.places[at].killed.is_some() {
+        if !matches!(self.slots[at].state, State::Idle) || self.slots[at].killed.is_some() {
             return;
         }
         if self.ending.is_some() {
@@ -244,19 +247,19 @@ impl Scheduler {
             current: None,
             waiting: None,
         };
-        let worker = self.places[at].worker;
-        self.places[at].enter(State::Busy(work), assigned);
+        let worker = self.slots[at].worker;
+        self.slots[at].enter(State::Busy(work), assigned);
         effects.push(Effect::Assign { worker, batch, attempt, samples });
     }
 
     /// Gives work to whoever waits for it.
     pub(super) fn give_work_to_all(&mut self, effects: &mut Vec<Effect>) {
-        for at in 0..self.places.len() {
+        for at in 0..self.slots.len() {
             self.give_work(at, effects);
         }
     }
 
-    pub(super) fn place_of(&self, worker: WorkerId) -> Option<usize> {
-        self.places.iter().position(|place| place.worker == worker && place.lives())
+    pub(super) fn slot_of(&self, worker: WorkerId) -> Option<usize> {
+        self.slots.iter().position(|slot| slot.worker == worker && slot.lives())
     }
 }

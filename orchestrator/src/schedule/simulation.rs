@@ -7,8 +7,9 @@ use std::time::Duration;
 use bladeoff_model::outcome::{Cause, CauseSet, EndCause, Outcome, Status};
 use bladeoff_protocol::beat::Beat;
 use bladeoff_protocol::messages::{BatchId, Report, SampleReport, WorkerId};
+use bladeoff_study::SampleLimits;
 
-use super::place::State;
+use super::slot::State;
 use super::{Death, Effect, KillReason, Scheduler, Settings, Todo};
 
 /// splitmix64.
@@ -85,13 +86,13 @@ impl Simulation {
         let settings = Settings {
             workers: 1 + random.below(5) as usize,
             max_batch: 1 + random.below(9) as usize,
-            crash_limit,
-            kill_limit,
-            time_limit: random.happens(30).then_some(Duration::from_secs(20)),
-            stale_after: Duration::from_secs(5),
-            replace_after: Duration::from_secs(30),
-            grace: Duration::from_secs(2),
-            max_failures: None,
+            sample: SampleLimits {
+                time: random.happens(30).then_some(Duration::from_secs(20)),
+                memory: None,
+                crashes: crash_limit,
+                kills: kill_limit,
+            },
+            ..Settings::new(0)
         };
         let poisoned: BTreeSet<u64> = (0..total).filter(|_| random.happens(world.poison)).collect();
         let is_doomed = |sample: &u64, random: &mut Random| random.happens(world.doom) && !poisoned.contains(sample);
@@ -194,15 +195,15 @@ impl Simulation {
             // Some only after the news, so late.
             if self.random.happens(50) { self.deliver(from, &report) } else { self.under_way.push_back((from, report)) }
         }
-        let place = self.scheduler.places.iter().find(|place| place.worker == worker && place.lives());
-        if let Some(work) = place.and_then(|place| place.work()).filter(|work| work.size == 1 && work.left.len() == 1) {
-            let killed = place.and_then(|place| place.killed);
+        let slot = self.scheduler.slots.iter().find(|slot| slot.worker == worker && slot.lives());
+        if let Some(work) = slot.and_then(|slot| slot.work()).filter(|work| work.size == 1 && work.left.len() == 1) {
+            let killed = slot.and_then(|slot| slot.killed);
             let is_kill = match killed {
                 Some(KillReason::TimeLimit) => false,
                 Some(KillReason::Silent) => true,
                 _ => death.from_outside && !death.out_of_memory,
             };
-            let was_told = matches!(place.map(|place| &place.state), Some(State::Leaving { .. }));
+            let was_told = matches!(slot.map(|slot| &slot.state), Some(State::Leaving { .. }));
             if !was_told && !matches!(killed, Some(KillReason::Ending | KillReason::Lost)) {
                 self.deaths_alone.entry(work.left[0]).or_default()[usize::from(is_kill)] += 1;
             }
@@ -318,13 +319,13 @@ impl Simulation {
     }
 
     fn is_current(&self, batch: BatchId) -> bool {
-        self.scheduler.places.iter().any(|place| place.work().is_some_and(|work| work.batch == batch))
+        self.scheduler.slots.iter().any(|slot| slot.work().is_some_and(|work| work.batch == batch))
     }
 
     /// Every sample is in exactly one place, and no batch is with two workers.
     fn check(&self) {
         let scheduler = &self.scheduler;
-        let in_work: Vec<u64> = scheduler.places.iter().filter_map(|p| p.work()).flat_map(|w| w.left.clone()).collect();
+        let in_work: Vec<u64> = scheduler.slots.iter().filter_map(|p| p.work()).flat_map(|w| w.left.clone()).collect();
         let waiting = scheduler.retry.iter().chain(&scheduler.suspects).copied();
         let mut places: Vec<u64> = waiting.chain(in_work).collect();
         places.extend(self.recorded.keys().copied().chain(self.quarantined.iter().copied()));
@@ -334,11 +335,11 @@ impl Simulation {
         places.dedup();
         assert_eq!(places.len() as u64, known, "a sample is in two places");
         assert_eq!(scheduler.done, (self.recorded.len() + self.quarantined.len()) as u64);
-        let living: BTreeSet<_> = scheduler.places.iter().filter(|p| p.lives()).map(|p| p.worker).collect();
-        assert_eq!(living.len(), scheduler.places.iter().filter(|p| p.lives()).count(), "one worker, two places");
-        let idle_despite_work = scheduler.places.iter().any(|place| {
-            matches!(place.state, State::Idle)
-                && place.killed.is_none()
+        let living: BTreeSet<_> = scheduler.slots.iter().filter(|p| p.lives()).map(|p| p.worker).collect();
+        assert_eq!(living.len(), scheduler.slots.iter().filter(|p| p.lives()).count(), "one worker, two slots");
+        let idle_despite_work = scheduler.slots.iter().any(|slot| {
+            matches!(slot.state, State::Idle)
+                && slot.killed.is_none()
                 && scheduler.todo.left() + scheduler.suspects.len() as u64 > 0
         });
         assert!(!idle_despite_work || scheduler.ending.is_some(), "a worker waits although there is work");

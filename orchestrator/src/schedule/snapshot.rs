@@ -5,8 +5,8 @@ use std::time::Duration;
 use bladeoff_model::outcome::{Cause, Status};
 use bladeoff_protocol::messages::WorkerId;
 
-use super::place::State;
 use super::scheduler::Scheduler;
+use super::slot::State;
 
 /// The state of a run at one moment.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,7 +29,7 @@ pub struct Snapshot {
     pub worker_deaths: u64,
     /// Messages dropped.
     pub dropped_messages: u64,
-    /// The workers, in the order of their places.
+    /// The workers, in the order of their slots.
     pub workers: Vec<WorkerView>,
 }
 
@@ -72,7 +72,7 @@ impl Scheduler {
     /// The sample a worker was last heard to be in, or has alone.
     #[must_use]
     pub fn sample_of(&self, worker: WorkerId) -> Option<u64> {
-        let work = self.places[self.place_of(worker)?].work()?;
+        let work = self.slots[self.slot_of(worker)?].work()?;
         let alone = work.left.front().filter(|_| work.left.len() == 1).copied();
         work.current.map(|(sample, _)| sample).or(alone)
     }
@@ -81,12 +81,12 @@ impl Scheduler {
     #[must_use]
     pub fn snapshot(&self, now: Duration) -> Snapshot {
         let attended = self.clock.now();
-        let workers = self.places.iter().filter(|place| !matches!(place.state, State::Closed)).map(|place| {
-            let current = place.work().and_then(|work| work.current);
+        let workers = self.slots.iter().filter(|slot| !matches!(slot.state, State::Closed)).map(|slot| {
+            let current = slot.work().and_then(|work| work.current);
             WorkerView {
-                worker: place.worker.0,
-                pid: place.pid,
-                activity: match &place.state {
+                worker: slot.worker.0,
+                pid: slot.pid,
+                activity: match &slot.state {
                     State::Starting { .. } => Activity::Starting,
                     State::Idle => Activity::Idle,
                     State::Busy(work) => {
@@ -95,8 +95,8 @@ impl Scheduler {
                     State::Leaving { .. } => Activity::Leaving,
                     State::Gone { .. } | State::Closed => Activity::Gone,
                 },
-                stale: place.lives() && attended.saturating_sub(place.heard) >= self.settings.stale_after,
-                since: attended.saturating_sub(current.map_or(place.since, |(_, since)| since)),
+                stale: slot.lives() && attended.saturating_sub(slot.heard) >= self.settings.stale_after,
+                since: attended.saturating_sub(current.map_or(slot.since, |(_, since)| since)),
             }
         });
         Snapshot {

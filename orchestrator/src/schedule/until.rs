@@ -87,6 +87,12 @@ impl Until {
         Self { time, zone, end, distance: now.wall - now.boot }
     }
 
+    /// The time of the day.
+    #[must_use]
+    pub fn time(&self) -> TimeOfDay {
+        self.time
+    }
+
     /// Time left \[ms\]; negative when it is past.
     #[must_use]
     pub fn left(&self, now: Moment) -> i64 {

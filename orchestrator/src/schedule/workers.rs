@@ -6,8 +6,8 @@ use bladeoff_model::outcome::{Cause, Status};
 use bladeoff_protocol::beat::Beat;
 use bladeoff_protocol::messages::{BatchId, WorkerId};
 
-use super::place::{Death, Effect, KillReason, Place, State};
 use super::scheduler::Scheduler;
+use super::slot::{Death, Effect, KillReason, Slot, State};
 
 /// How long heartbeats may say that a worker waits while a batch of it is open. An answer takes microseconds.
 const LOST_AFTER: Duration = Duration::from_secs(10);
@@ -25,8 +25,8 @@ impl Scheduler {
         for _ in 0..self.settings.workers.min(useful) {
             let worker = self.new_worker();
             let state = State::Starting { greeted: false };
-            let place = Place { worker, pid: None, state, since: now, heard: now, killed: None, deaths: 0 };
-            self.places.push(place);
+            let slot = Slot { worker, pid: None, state, since: now, heard: now, killed: None, deaths: 0 };
+            self.slots.push(slot);
             effects.push(Effect::Spawn(worker));
         }
     }
@@ -39,22 +39,22 @@ impl Scheduler {
     /// A worker's process was started.
     pub fn on_spawned(&mut self, now: Duration, worker: WorkerId, pid: u32) {
         let now = self.clock.advance(now);
-        if let Some(at) = self.place_of(worker) {
-            self.places[at].pid = Some(pid);
-            self.places[at].heard = now;
+        if let Some(at) = self.slot_of(worker) {
+            self.slots[at].pid = Some(pid);
+            self.slots[at].heard = now;
         }
     }
 
     /// A worker has connected and says who it is. Returns whether it is answered; if not, it is nobody we started.
     pub fn on_hello(&mut self, now: Duration, worker: WorkerId, pid: u32, effects: &mut Vec<Effect>) -> bool {
         let now = self.clock.advance(now);
-        let found = self.place_of(worker).filter(|&at| self.places[at].pid == Some(pid));
+        let found = self.slot_of(worker).filter(|&at| self.slots[at].pid == Some(pid));
         let Some(at) = found else {
             self.dropped += 1;
             return false;
         };
-        self.places[at].heard = now;
-        match &mut self.places[at].state {
+        self.slots[at].heard = now;
+        match &mut self.slots[at].state {
             State::Starting { greeted } if !*greeted => {
                 *greeted = true;
                 if self.ending.is_some() {
@@ -74,10 +74,10 @@ impl Scheduler {
     /// A heartbeat.
     pub fn on_beat(&mut self, now: Duration, worker: WorkerId, beat: Beat) {
         let now = self.clock.advance(now);
-        let Some(at) = self.place_of(worker) else { return };
-        let place = &mut self.places[at];
-        place.heard = now;
-        let State::Busy(work) = &mut place.state else { return };
+        let Some(at) = self.slot_of(worker) else { return };
+        let slot = &mut self.slots[at];
+        slot.heard = now;
+        let State::Busy(work) = &mut slot.state else { return };
         let waits = beat.batch == BatchId(0) && beat.sample.is_none();
         work.waiting = if waits { work.waiting.or(Some(now)) } else { None };
         // What it says of another batch is old; what it says of a sample that is not its own is a lie.
@@ -90,9 +90,9 @@ impl Scheduler {
     /// A worker's process has ended, and everything it sent has been given to [`Scheduler::on_report`].
     pub fn on_exit(&mut self, now: Duration, worker: WorkerId, death: Death, effects: &mut Vec<Effect>) {
         let now = self.clock.advance(now);
-        let Some(at) = self.place_of(worker) else { return };
-        let state = std::mem::replace(&mut self.places[at].state, State::Closed);
-        let killed = self.places[at].killed;
+        let Some(at) = self.slot_of(worker) else { return };
+        let state = std::mem::replace(&mut self.slots[at].state, State::Closed);
+        let killed = self.slots[at].killed;
         let was_told = matches!(state, State::Leaving { .. }) || killed == Some(KillReason::Ending);
         let failed_to_start = matches!(state, State::Starting { .. }) && !was_told;
         if let State::Busy(work) | State::Leaving { work: Some(work) } = state {
@@ -115,17 +115,17 @@ impl Scheduler {
         }
         if !was_told {
             self.worker_deaths += 1;
-            let place = &mut self.places[at];
-            let pause = match place.deaths {
+            let slot = &mut self.slots[at];
+            let pause = match slot.deaths {
                 0 => Duration::ZERO,
                 n => FIRST_PAUSE.saturating_mul(1 << (n - 1).min(16)).min(LONGEST_PAUSE),
             };
-            place.deaths += 1;
-            place.enter(State::Gone { due: now + pause }, now);
+            slot.deaths += 1;
+            slot.enter(State::Gone { due: now + pause }, now);
         }
         if failed_to_start {
             self.failed_starts += 1;
-            let too_many = FAILED_STARTS.max(2 * self.places.len() as u32);
+            let too_many = FAILED_STARTS.max(2 * self.slots.len() as u32);
             if self.failed_starts >= too_many && !self.has_given_up {
                 self.has_given_up = true;
                 effects.push(Effect::GiveUp { deaths: self.failed_starts });
@@ -145,8 +145,8 @@ impl Scheduler {
     fn blame(&mut self, sample: u64, cause: Cause, worker: WorkerId, effects: &mut Vec<Effect>) {
         let trouble = self.troubles.entry(sample).or_default();
         let (deaths, limit) = match cause {
-            Cause::WorkerKilled => (&mut trouble.kills, self.settings.kill_limit),
-            _ => (&mut trouble.crashes, self.settings.crash_limit),
+            Cause::WorkerKilled => (&mut trouble.kills, self.settings.sample.kills),
+            _ => (&mut trouble.crashes, self.settings.sample.crashes),
         };
         *deaths += 1;
         if *deaths < limit.max(1) {
@@ -163,18 +163,18 @@ impl Scheduler {
     pub fn on_tick(&mut self, now: Duration, effects: &mut Vec<Effect>) {
         self.rate.note(now, self.done);
         let now = self.clock.advance(now);
-        for at in 0..self.places.len() {
-            let place = &self.places[at];
-            if !place.lives() || place.killed.is_some() {
+        for at in 0..self.slots.len() {
+            let slot = &self.slots[at];
+            if !slot.lives() || slot.killed.is_some() {
                 continue;
             }
-            let silent = now.saturating_sub(place.heard);
-            let why = match &place.state {
+            let silent = now.saturating_sub(slot.heard);
+            let why = match &slot.state {
                 _ if silent >= self.settings.replace_after => Some(KillReason::Silent),
                 State::Busy(work) => {
                     let passed =
                         |since: Option<Duration>, limit| since.is_some_and(|since| now.saturating_sub(since) >= limit);
-                    if self.settings.time_limit.is_some_and(|limit| passed(work.current.map(|(_, t)| t), limit)) {
+                    if self.settings.sample.time.is_some_and(|limit| passed(work.current.map(|(_, t)| t), limit)) {
                         Some(KillReason::TimeLimit)
                     } else if passed(work.waiting, LOST_AFTER) {
                         Some(KillReason::Lost)
@@ -183,7 +183,7 @@ impl Scheduler {
                     }
                 }
                 // It greeted and fell silent in between, by heartbeats alive: a message was lost.
-                State::Starting { .. } if now.saturating_sub(place.since) >= self.settings.replace_after => {
+                State::Starting { .. } if now.saturating_sub(slot.since) >= self.settings.replace_after => {
                     Some(KillReason::Lost)
                 }
                 _ => None,
@@ -198,10 +198,10 @@ impl Scheduler {
     }
 
     pub(super) fn kill(&mut self, at: usize, why: KillReason, effects: &mut Vec<Effect>) {
-        let place = &mut self.places[at];
-        if place.lives() && place.killed.is_none() {
-            place.killed = Some(why);
-            effects.push(Effect::Kill { worker: place.worker, why });
+        let slot = &mut self.slots[at];
+        if slot.lives() && slot.killed.is_none() {
+            slot.killed = Some(why);
+            effects.push(Effect::Kill { worker: slot.worker, why });
         }
     }
 
@@ -211,14 +211,14 @@ impl Scheduler {
         if self.ending.is_some() {
             return;
         }
-        for at in 0..self.places.len() {
-            if !matches!(self.places[at].state, State::Gone { due } if due <= now) {
+        for at in 0..self.slots.len() {
+            if !matches!(self.slots[at].state, State::Gone { due } if due <= now) {
                 continue;
             }
             let worker = self.new_worker();
-            let place = &mut self.places[at];
-            *place = Place { worker, pid: None, heard: now, killed: None, ..place.clone() };
-            place.enter(State::Starting { greeted: false }, now);
+            let slot = &mut self.slots[at];
+            *slot = Slot { worker, pid: None, heard: now, killed: None, ..slot.clone() };
+            slot.enter(State::Starting { greeted: false }, now);
             effects.push(Effect::Spawn(worker));
         }
     }

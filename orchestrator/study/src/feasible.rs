@@ -5,7 +5,8 @@
 //! [`CHECKED_COMBINATIONS`] samples: all of them. Beyond: every value of every axis with the other axes at their
 //! first value, and every corner (all combinations of first and last values); what that misses fails in its sample.
 
-use super::{Samples, StudyError};
+use super::error::StudyError;
+use super::samples::Samples;
 use bladeoff_model::document::{Collector, Problem, Problems};
 use bladeoff_model::machine::MachineDef;
 use bladeoff_system::threads::in_parallel;

@@ -12,13 +12,15 @@ mod angle;
 mod axis;
 mod carried;
 mod csv;
+mod definition;
 pub mod design;
+mod error;
 mod feasible;
 mod input;
-mod keys;
 mod limits;
 mod load;
 mod points;
+mod sample_keys;
 mod samples;
 mod table;
 mod template;
@@ -30,79 +32,14 @@ pub use amount::{parse_duration, parse_memory};
 pub use angle::{FixedAngle, fixed_angle};
 pub use axis::{Axis, Column, ColumnKind, MOST_VARIED, Varied, show};
 pub use carried::Carried;
+pub use definition::Study;
+pub use error::StudyError;
 pub use feasible::{CHECKED_COMBINATIONS, Chosen, check_machines};
 pub use input::{InputError, read_input};
-pub use keys::{SampleKey, SampleKeys};
-pub use limits::{Limits, Share};
-pub use load::{FrozenFiles, TakenNames, load, load_frozen};
+pub use limits::{Limits, SampleLimits, Share};
+pub use load::{FrozenFiles, STUDY_SCHEMA, TakenNames, load, load_frozen};
+pub use sample_keys::{SampleKey, SampleKeys};
 pub use samples::Samples;
 pub use template::{STUDY_MACHINE, STUDY_TEMPLATE};
 pub use twin::TwinShare;
 pub use values::ValueList;
-
-use crate::design::DesignError;
-use bladeoff_model::document::Problems;
-use bladeoff_model::machine::{MachineDef, ParamValue, PathInfo, TWIN};
-use bladeoff_system::threads::ThreadsError;
-
-/// Version of the study format.
-pub const STUDY_SCHEMA: i128 = 1;
-
-/// A study whose every key was checked.
-#[derive(Debug, Clone)]
-pub struct Study {
-    /// File as the user named it.
-    pub file: String,
-    /// Its text, to be kept beside the results.
-    pub text: String,
-    /// Name: letters, digits, `.`, `_`, `-`; default the file's name.
-    pub name: String,
-    /// Seed of everything that is drawn.
-    pub seed: u64,
-    /// The machine file as the study names it.
-    pub machine_file: String,
-    /// Its text.
-    pub machine_text: String,
-    /// The machine with the overrides of `[set]`.
-    pub machine: MachineDef,
-    /// The overrides of `[set]`.
-    pub fixed: Vec<(PathInfo, ParamValue)>,
-    /// What varies, the slowest axis first.
-    pub axes: Vec<Axis>,
-    /// Text of the points file, to be kept beside the results.
-    pub points_text: Option<String>,
-    /// Columns of the points file, which is the first axis, that stand in the table as they are.
-    pub carried: Vec<Carried>,
-    /// How many failed and invalid samples are acceptable.
-    pub limits: Limits,
-    /// Which samples have a twin run; `None`: as the machine says.
-    pub twin: Option<TwinShare>,
-}
-
-impl Study {
-    /// `run.twin` of its machine, before anything varies; 0: no twin runs.
-    #[must_use]
-    pub fn shift(&self) -> f64 {
-        match self.machine.resolve(TWIN).ok().and_then(|info| info.value) {
-            Some(ParamValue::Number(shift)) => shift,
-            _ => 0.0,
-        }
-    }
-}
-
-/// Why a study cannot be run as it is.
-#[derive(Debug, thiserror::Error)]
-pub enum StudyError {
-    /// Problems in the study, its machine or its points file.
-    #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
-    Problems(Vec<Problems>),
-    /// A file that cannot be read.
-    #[error(transparent)]
-    Input(#[from] InputError),
-    /// Too many samples, or a scale out of range.
-    #[error(transparent)]
-    Design(#[from] DesignError),
-    /// Its machines could not be built in parallel.
-    #[error(transparent)]
-    Threads(#[from] ThreadsError),
-}

@@ -12,14 +12,28 @@ pub struct Limits {
     pub max_failed: Share,
     /// Largest share of invalid samples; default 100 %.
     pub max_invalid: Share,
-    /// Longest time of one sample; default none.
-    pub time_limit: Option<Duration>,
-    /// Memory that a worker may allocate \[bytes\]; default none.
-    pub memory_limit: Option<u64>,
-    /// Crashes of its worker, alone, that quarantine a sample; default 2.
-    pub crash_limit: Option<u32>,
-    /// Kills of its worker from outside, alone, that quarantine a sample; default 5.
-    pub kill_limit: Option<u32>,
+    /// What one sample may take.
+    pub sample: SampleLimits,
+}
+
+/// What one sample may take: the same from the file, or the command line, to the scheduler. No result depends on it, only whether there
+/// is one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SampleLimits {
+    /// Longest wall time; a longer one has its worker killed, which counts as a crash. Default none.
+    pub time: Option<Duration>,
+    /// Memory that its worker may allocate after its start \[bytes\]; default none.
+    pub memory: Option<u64>,
+    /// Crashes of its worker, alone, that quarantine it, at least 1; default 2.
+    pub crashes: u32,
+    /// Kills of its worker from outside, alone, that quarantine it, at least 1; default 5.
+    pub kills: u32,
+}
+
+impl Default for SampleLimits {
+    fn default() -> Self {
+        Self { time: None, memory: None, crashes: 2, kills: 5 }
+    }
 }
 
 /// Part of the samples of a study.
@@ -53,14 +67,7 @@ impl std::fmt::Display for Share {
 
 impl Default for Limits {
     fn default() -> Self {
-        Self {
-            max_failed: Share::Percent(0.0),
-            max_invalid: Share::Percent(100.0),
-            time_limit: None,
-            memory_limit: None,
-            crash_limit: None,
-            kill_limit: None,
-        }
+        Self { max_failed: Share::Percent(0.0), max_invalid: Share::Percent(100.0), sample: SampleLimits::default() }
     }
 }
 
@@ -80,14 +87,15 @@ impl Limits {
         {
             limits.max_invalid = share;
         }
-        limits.time_limit = keys.get("time_limit").and_then(|entry| read_amount(entry, parse_duration, problems));
-        limits.memory_limit = keys.get("memory_limit").and_then(|entry| read_amount(entry, parse_memory, problems));
+        let sample = &mut limits.sample;
+        sample.time = keys.get("time_limit").and_then(|entry| read_amount(entry, parse_duration, problems));
+        sample.memory = keys.get("memory_limit").and_then(|entry| read_amount(entry, parse_memory, problems));
         let mut deaths = |name: &str| {
             let entry = keys.get(name)?;
             keys.whole(entry, 1, 1000, problems).and_then(|limit| u32::try_from(limit).ok())
         };
-        limits.crash_limit = deaths("crash_limit");
-        limits.kill_limit = deaths("kill_limit");
+        sample.crashes = deaths("crash_limit").unwrap_or(sample.crashes);
+        sample.kills = deaths("kill_limit").unwrap_or(sample.kills);
         limits
     }
 }

@@ -1,13 +1,15 @@
 //! A study file from its text: every key, path and value checked, all problems of all its files at once.
 
+use super::axis::{Axis, MOST_VARIED};
 use super::carried::{Carried, Others, refuse_taken};
+use super::definition::Study;
+use super::error::StudyError;
 use super::input::{InputError, beside, read_frozen, read_input};
 use super::limits::Limits;
 use super::points::{PointsFile, read_points};
 use super::table::{Keys, scalar_text, wrong_type};
 use super::twin::TwinShare;
 use super::vary::{PathTable, read_vary};
-use super::{Axis, MOST_VARIED, STUDY_SCHEMA, Study, StudyError};
 use bladeoff_model::document::{Collector, Entry, MAX_FILE_BYTES, Node, Problems, Value, cut, parse_toml};
 use bladeoff_model::machine::{Machine, MachineDef, ParamValue, PathInfo, TWIN};
 use bladeoff_system::call::program;
@@ -15,6 +17,9 @@ use std::path::{Path, PathBuf};
 
 /// Names of the columns that the table of this machine has whatever varies: no column that is carried along may have one of them.
 pub type TakenNames = fn(&Machine) -> Vec<String>;
+
+/// Version of the study format.
+pub const STUDY_SCHEMA: i128 = 1;
 
 /// Largest points file.
 const MAX_POINTS_BYTES: u64 = 256 << 20;

@@ -1,7 +1,9 @@
 //! The samples of a study after `--scale` and `--limit`: each computed from its number when asked for.
 
-use super::axis::show;
-use super::{Axis, Carried, Column, ColumnKind, Study, StudyError, Varied};
+use super::axis::{Axis, Column, ColumnKind, Varied, show};
+use super::carried::Carried;
+use super::definition::Study;
+use super::error::StudyError;
 use crate::design::{Design, DesignError, Thinned};
 use bladeoff_model::document::Collector;
 use bladeoff_model::machine::{MachineDef, ParamValue};

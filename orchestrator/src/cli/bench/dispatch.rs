@@ -5,9 +5,7 @@ use super::super::exit::Exit;
 use super::super::output::{print, remark};
 use super::host::{Folder, load};
 use super::stages::{Stages, peak_mb};
-use crate::dispatch::{
-    self, Activity, DispatchOptions, Observer, SampleResult, Samples, Sink, SinkError, Snapshot, Todo,
-};
+use crate::dispatch::{self, Activity, DispatchOptions, Observer, Parameters, Sink, SinkError, Snapshot, Todo};
 use crate::ledger::{Entry, Ledger};
 use crate::run::{RunError, order};
 use bladeoff_answers::report::{Align, TextTable};
@@ -120,7 +118,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
 /// Samples of four parameters, as a study of four axes has.
 struct Numbers;
 
-impl Samples for Numbers {
+impl Parameters for Numbers {
     fn params(&self, sample: u64, out: &mut Vec<f64>) {
         out.extend([sample as f64, 0.25, -1.5, 3.0]);
     }
@@ -135,9 +133,7 @@ struct Durable {
 struct Record(Ledger);
 
 impl Sink for Record {
-    fn record(&mut self, result: SampleResult) -> Result<(), SinkError> {
-        let SampleResult { sample, outcome, cpu_s, worker, attempt } = result;
-        let entry = Entry { outcome, cpu_s, worker, attempt };
+    fn record(&mut self, sample: u64, entry: Entry) -> Result<(), SinkError> {
         self.0.put(sample, SampleKey(u128::from(sample)), &entry, Instant::now()).map_err(refused)
     }
     fn flush(&mut self) -> Result<(), SinkError> {

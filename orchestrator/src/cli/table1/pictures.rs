@@ -32,7 +32,7 @@ pub(super) fn draw(cases: &[Case], out: &Path) -> Result<String, CliError> {
     let mut histories = Vec::new();
     for case in cases.iter().filter(|case| case.engine == engine && case.start == 0) {
         let structure = engine::build(&case.machine)?;
-        let plan = engine::plan(&case.machine, &structure)?;
+        let plan = engine::step_plan(&case.machine, &structure)?;
         let path = out.join(format!("{}.mcap", case.detection));
         let settings = Settings { path: path.clone(), channels: Vec::new(), decimation: Decimation::Every(EVERY) };
         let (_, written) = watched(&case.machine, &structure, &plan, Some(&settings), false)?;

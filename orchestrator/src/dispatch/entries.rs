@@ -1,26 +1,26 @@
-//! From what the scheduler accepts to what is recorded.
+//! From what the scheduler accepts to the entries of the record.
 
 use bladeoff_model::outcome::{CauseSet, EndCause, Outcome, Status};
 use bladeoff_protocol::messages::SampleReport;
 
-use super::api::SampleResult;
+use crate::ledger::Entry;
 use crate::schedule::Effect;
 
 /// The accepted results of one message, which come from one worker, and the samples that are quarantined, in the order of
 /// the effects.
-pub(super) fn records(effects: &[Effect], results: Vec<SampleReport>) -> Vec<SampleResult> {
+pub(super) fn entries(effects: &[Effect], results: Vec<SampleReport>) -> Vec<(u64, Entry)> {
     let mut results: Vec<Option<SampleReport>> = results.into_iter().map(Some).collect();
     let record = |effect: &Effect| match effect {
         Effect::Record { index, attempt, worker } => {
             let SampleReport { sample, cpu_s, outcome } = results.get_mut(*index).and_then(Option::take)?;
-            Some(SampleResult { sample, outcome, cpu_s, worker: worker.0, attempt: *attempt })
+            Some((sample, Entry { outcome, cpu_s, worker: worker.0, attempt: *attempt }))
         }
         Effect::Quarantine { sample, cause, worker, attempt } => {
             let mut causes = CauseSet::default();
             causes.insert(*cause);
             let (status, end_cause) = (Status::Quarantined, EndCause::Failure);
             let outcome = Outcome { status, cause: Some(*cause), causes, end_cause, values: Vec::new() };
-            Some(SampleResult { sample: *sample, outcome, cpu_s: 0.0, worker: worker.0, attempt: *attempt })
+            Some((*sample, Entry { outcome, cpu_s: 0.0, worker: worker.0, attempt: *attempt }))
         }
         _ => None,
     };
@@ -52,9 +52,11 @@ mod tests {
             Effect::Quarantine { sample: 9, cause: Cause::WorkerKilled, worker, attempt: 4 },
             accept(5),
         ];
-        let found = records(&effects, vec![report(7), report(8)]);
-        assert_eq!(found.iter().map(|r| (r.sample, r.worker, r.attempt)).collect::<Vec<_>>(), [(8, 3, 2), (9, 3, 4)]);
-        assert_eq!(found[0].outcome, outcome);
-        assert_eq!((found[1].outcome.status, found[1].outcome.values.len()), (Status::Quarantined, 0));
+        let found = entries(&effects, vec![report(7), report(8)]);
+        let told = |(sample, entry): &(u64, Entry)| (*sample, entry.worker, entry.attempt);
+        assert_eq!(found.iter().map(told).collect::<Vec<_>>(), [(8, 3, 2), (9, 3, 4)]);
+        assert_eq!(found[0].1.outcome, outcome);
+        let given_up = &found[1].1.outcome;
+        assert_eq!((given_up.status, given_up.values.len()), (Status::Quarantined, 0));
     }
 }

@@ -43,7 +43,7 @@ pub(super) fn watch(events: &UnboundedSender<Event>) {
         }
     };
     // Without the thread there is still the signal.
-    let _ = std::thread::Builder::new().name("keys".into()).stack_size(64 << 10).spawn(body);
+    let _ = std::thread::Builder::new().name("keyboard".into()).stack_size(64 << 10).spawn(body);
 }
 
 /// Whether the terminal echoes lines, as it does unless somebody has told it otherwise.

@@ -1,33 +1,10 @@
-//! The scheduler's data: settings, places for workers, effects.
+//! The scheduler's data: slots for workers, effects.
 
 use std::collections::VecDeque;
 use std::time::Duration;
 
 use bladeoff_model::outcome::Cause;
 use bladeoff_protocol::messages::{BatchId, WorkerId};
-
-/// What the scheduler goes by; see [`DispatchOptions`](crate::dispatch::DispatchOptions).
-#[derive(Debug, Clone)]
-pub struct Settings {
-    /// Places for workers, at least 1.
-    pub workers: usize,
-    /// Longest batch, at least 1.
-    pub max_batch: usize,
-    /// Crashes of its worker, alone, that quarantine a sample, at least 1.
-    pub crash_limit: u32,
-    /// Deaths of its worker, alone, by what others do that quarantine a sample, at least 1.
-    pub kill_limit: u32,
-    /// Longest time of one sample.
-    pub time_limit: Option<Duration>,
-    /// Silence after which a worker is shown as stale.
-    pub stale_after: Duration,
-    /// Silence after which a worker is replaced.
-    pub replace_after: Duration,
-    /// Time to finish after the order to stop.
-    pub grace: Duration,
-    /// More failed or quarantined samples than this stop the run.
-    pub max_failures: Option<u64>,
-}
 
 /// What the dispatch loop has to do.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -132,7 +109,7 @@ pub(super) struct Work {
     pub waiting: Option<Duration>,
 }
 
-/// State of the worker of a place.
+/// State of the worker of a slot.
 #[derive(Debug, Clone)]
 pub(super) enum State {
     /// Has not asked for work yet; whether it has said hello.
@@ -150,7 +127,7 @@ pub(super) enum State {
 }
 
 #[derive(Debug, Clone)]
-pub(super) struct Place {
+pub(super) struct Slot {
     pub worker: WorkerId,
     pub pid: Option<u32>,
     pub state: State,
@@ -163,7 +140,7 @@ pub(super) struct Place {
     pub deaths: u32,
 }
 
-impl Place {
+impl Slot {
     pub fn work(&self) -> Option<&Work> {
         match &self.state {
             State::Busy(work) | State::Leaving { work: Some(work) } => Some(work),

@@ -1,0 +1,76 @@
+//! The end of a run, whatever came of it: tables where every sample is there, parts of the rows where not, and what can be kept of a
+//! directory that was taken from the run.
+
+use super::directory::{MANIFEST, PARTS, RESULTS, row_files};
+use super::error::RunError;
+use super::manifest::{Checksums, Course, manifest};
+use super::open::Session;
+use super::request::Finished;
+use super::telling::Telling;
+use super::{kept, loss, tables};
+use crate::dispatch::{self, DispatchError, DispatchReport};
+use crate::ledger::LedgerError;
+use bladeoff_system::files::write_whole;
+use bladeoff_worker::fault::{At, Faults};
+use std::time::{Instant, SystemTime};
+
+/// What came of the computing.
+pub(super) struct Computed {
+    /// How the workers fared.
+    pub report: Result<DispatchReport, DispatchError>,
+    /// Whether the last results have become durable.
+    pub committed: Result<(), LedgerError>,
+    /// Whether all that is durable is in parts, where that was wanted.
+    pub parts: Result<(), RunError>,
+}
+
+/// Writes what is to be written when nothing is computed any more. `begun`: the course of the run at its beginning.
+///
+/// # Errors
+/// The first failure of all, the loss of the directory before any other.
+pub(super) fn conclude(
+    session: &Session<'_>,
+    computed: Computed,
+    begun: &Course,
+    telling: &mut Telling,
+    faults: &Faults,
+) -> Result<Finished, RunError> {
+    let Session { request, prepared, opened, directory } = session;
+    let (samples, ledger) = (prepared.samples, &opened.ledger);
+    let Computed { mut report, committed, parts } = computed;
+    // Shared memory is given back when everything is written: nothing about it is a matter of the results.
+    let memory = report.as_mut().ok().and_then(|report| report.memory.take());
+    // Taken but not recorded is computed again: it does not count.
+    let durable = telling.durable();
+    telling.progress.finish(&durable, Instant::now());
+    let ended = |state| Course { state, finished: Some(SystemTime::now()), done: durable.done(), ..*begun };
+    let manifest = |course: &Course| manifest(request, samples, &prepared.provenance, course);
+    let write = || {
+        let report = report?;
+        // After a failure the first error is the one that says why.
+        committed?;
+        let (table, tables) = if durable.done() == samples.count() {
+            let tables = tables::write_tables(directory, prepared, ledger.reader())?;
+            faults.reached(At::Retiring, 0, None);
+            directory.remove_parts()?;
+            (Some(directory.file(RESULTS).to_path_buf()), tables)
+        } else {
+            parts?;
+            let has_rows = !row_files(directory.path()).is_empty();
+            (has_rows.then(|| directory.file(PARTS).to_path_buf()), Checksums::default())
+        };
+        let (worker_deaths, dropped_messages) = (report.worker_deaths, report.dropped_messages);
+        let course = Course { worker_deaths, dropped_messages, tables, ..ended(report.ended.word()) };
+        write_whole(directory.file(MANIFEST), manifest(&course).as_bytes())?;
+        Ok(Finished { tally: durable.clone(), reused: begun.reused, ended: report.ended, table })
+    };
+    let lost =
+        |loss| RunError::from(kept::keep(loss, directory, prepared, ledger, &durable, &manifest(&ended("failed"))));
+    let finished = match loss::loss(directory, ledger) {
+        Some(loss) => Err(lost(loss)),
+        // It may be lost while the tables are written.
+        None => write().map_err(|error| loss::loss(directory, ledger).map_or(error, lost)),
+    };
+    dispatch::give_back(memory, telling);
+    finished
+}

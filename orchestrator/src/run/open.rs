@@ -1,0 +1,133 @@
+//! From a request to a directory that a run works in: what is there is taken over, what would be lost is refused, and what is complete
+//! already is put in order and left.
+
+use super::checksums::refuse_changed;
+use super::directory::{LEDGER, LOCK, RESULTS, RunDirectory, TIMINGS};
+use super::error::RunError;
+use super::lock::{LockError, Look, look};
+use super::prepare::{Prepared, frozen_basis, new_basis};
+use super::request::{Finished, Request};
+use super::resume::{self, Again, Opened};
+use super::{tables, upkeep};
+use crate::dispatch;
+use bladeoff_answers::report::{are, counted};
+use bladeoff_answers::tables::start_threads;
+use bladeoff_study::Samples;
+use bladeoff_system::files::FileError;
+use bladeoff_system::folder::Folder;
+
+/// What was found.
+pub(super) enum Opening<'a> {
+    /// Every sample, and the table.
+    Complete(Finished),
+    /// Samples are to be computed, or at least tables to be written.
+    Session(Session<'a>),
+}
+
+/// A directory that a run works in, with its record.
+pub(super) struct Session<'a> {
+    pub request: &'a Request,
+    pub prepared: Prepared<'a>,
+    /// The record, what is missing in it, and the counts of what is not.
+    pub opened: Opened,
+    /// Left last: nobody else works in it until the record is closed.
+    pub directory: RunDirectory,
+}
+
+/// Opens or makes the directory of a request. Whatever can be refused is refused before it is made.
+///
+/// # Errors
+/// Refusals, and files.
+pub(super) fn open<'a>(
+    request: &'a Request,
+    samples: &'a Samples,
+    note: &dyn Fn(&str),
+) -> Result<Opening<'a>, RunError> {
+    start_threads()?;
+    let new_basis = if request.out.exists() { None } else { Some(new_basis(samples)?) };
+    dispatch::preflight(request.workers)?;
+    let directory = match RunDirectory::claim(&request.out, request.trusts) {
+        Err(error) if error.is_write_protection() => {
+            return look_only(request, samples, note, error).map(Opening::Complete);
+        }
+        claimed => claimed?,
+    };
+    if let Some(holder) = directory.left_by() {
+        note(&format!("the last run here ({holder}) did not end in order; going on from its record"));
+    }
+    let basis = new_basis.map_or_else(|| frozen_basis(samples, directory.open(), note), Ok)?;
+    let prepared = Prepared::new(samples, basis)?;
+    let again = |suspects| Again { rerun: request.rerun.as_ref(), suspects };
+    let mut compared = resume::compare(directory.open(), &prepared, again(true))?;
+    if request.limits.are_too_many(compared.failed()) {
+        // Nothing will be computed: then nothing is taken out to be tried.
+        compared = resume::compare(directory.open(), &prepared, again(false))?;
+    }
+    compared.notes().iter().for_each(|text| note(text));
+    if tables::is_current(&request.out, RESULTS, &prepared.provenance)
+        && let Some((record, tally)) = compared.complete(&prepared)
+    {
+        note("every sample is there already: nothing is computed");
+        upkeep::put_in_order(request, &directory, &prepared, (record, tally), note)?;
+        return Ok(Opening::Complete(Finished::nothing_computed(&request.out, tally)));
+    }
+    if compared.complete(&prepared).is_some() && refuse_changed(directory.path()).is_err() {
+        note(&format!("{RESULTS} is damaged: it is made again from the record"));
+    }
+    let opened = compared.go_on(&directory, &prepared)?;
+    opened.notes.iter().for_each(|text| note(text));
+    let reused = opened.tally.done();
+    if reused > 0 {
+        note(&format!(
+            "{reused} of {} {} there already, {} {} computed",
+            counted(samples.count(), "sample"),
+            are(reused),
+            opened.todo.total(),
+            are(opened.todo.total())
+        ));
+    }
+    // A table of what was there would look like that of the whole.
+    directory.remove(RESULTS)?;
+    directory.remove(TIMINGS)?;
+    Ok(Opening::Session(Session { request, prepared, opened, directory }))
+}
+
+/// What can be said of a directory that cannot be written: nothing has to be when everything is there. `error`: of writing.
+fn look_only(request: &Request, samples: &Samples, note: &dyn Fn(&str), error: RunError) -> Result<Finished, RunError> {
+    let look = || -> Result<Option<Finished>, RunError> {
+        let folder = Folder::open(&request.out).map_err(FileError::at("open", &request.out))?;
+        if let Look::Held(holder) = look(&folder, LOCK)? {
+            return Err(LockError::Held { directory: request.out.clone(), holder }.into());
+        }
+        if !folder.place(LEDGER).exists() {
+            return Ok(None);
+        }
+        let prepared = Prepared::new(samples, frozen_basis(samples, &folder, note)?)?;
+        let again = Again { rerun: request.rerun.as_ref(), suspects: false };
+        let compared = resume::compare(&folder, &prepared, again)?;
+        if tables::is_current(&request.out, RESULTS, &prepared.provenance)
+            && let Some((_, tally)) = compared.complete(&prepared)
+        {
+            if let Err(damage) = refuse_changed(&request.out) {
+                note(&damage.to_string());
+                return Ok(None);
+            }
+            note(
+                "every sample is there already: nothing is computed (the directory cannot be written, and need not be)",
+            );
+            return Ok(Some(Finished::nothing_computed(&request.out, tally)));
+        }
+        note(&format!(
+            "{} of {} {} there already; the rest cannot be computed here",
+            compared.done(),
+            counted(samples.count(), "sample"),
+            are(compared.done())
+        ));
+        Ok(None)
+    };
+    match look() {
+        Ok(Some(finished)) => Ok(finished),
+        Err(refused) if refused.is_refusal() => Err(refused),
+        Ok(None) | Err(_) => Err(error),
+    }
+}

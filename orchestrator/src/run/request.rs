@@ -1,0 +1,52 @@
+//! What is asked of a run, and what it answers.
+
+use super::directory::RESULTS;
+use super::resume::Rerun;
+use crate::dispatch::Ended;
+use crate::report::Tally;
+use crate::schedule::RunLimits;
+use bladeoff_study::SampleLimits;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// What is asked for.
+#[derive(Debug, Clone)]
+pub struct Request {
+    /// Result directory; a run that is there is continued.
+    pub out: PathBuf,
+    /// Work there even if others could write in it.
+    pub trusts: bool,
+    /// Worker processes.
+    pub workers: usize,
+    /// What one sample may take.
+    pub sample: SampleLimits,
+    /// What the run may take.
+    pub limits: RunLimits,
+    /// Say what happens on standard output, for programs.
+    pub json_events: bool,
+    /// Finished samples that are computed again.
+    pub rerun: Option<Rerun>,
+    /// Time between two parts of finished rows; zero: only when there are many.
+    pub refresh: Duration,
+}
+
+/// How a study ended.
+#[derive(Debug)]
+pub struct Finished {
+    /// Counts of the samples, those that were there before included.
+    pub tally: Tally,
+    /// Samples that were there before.
+    pub reused: u64,
+    /// Why it ended.
+    pub ended: Ended,
+    /// The table, or the folder of the parts of one that is incomplete; `None` before there is a row.
+    pub table: Option<PathBuf>,
+}
+
+impl Finished {
+    /// Of a directory in which everything is.
+    pub(super) fn nothing_computed(directory: &Path, tally: &Tally) -> Self {
+        let (tally, table) = (tally.clone(), Some(directory.join(RESULTS)));
+        Self { reused: tally.done(), tally, ended: Ended::Complete, table }
+    }
+}
