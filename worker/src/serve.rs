@@ -4,30 +4,20 @@
 //! is full. A report during the batch is not waited for: its answer is taken when it is there, and the next report needs
 //! it, so that at most one request is ever open. The answer to any report can be the order to stop.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-use bladeoff_core::outcome::{Cause, Outcome};
 use bladeoff_protocol::link::{LinkError, WorkerLink};
-use bladeoff_protocol::messages::{Batch, Body, Hello, MAX_VALUES, Report, SampleReport, ToWorker};
+use bladeoff_protocol::messages::{Batch, Body, Hello, Report, SampleReport, ToWorker};
 use bladeoff_protocol::transport::WorkerPort;
 
-use crate::core_solver::failed;
+use crate::desk::{Desk, Sample};
 use crate::fault::{At, Faults};
-use crate::process::thread_cpu_time;
 use crate::pulse::Pulse;
+use crate::solver::{Solver, solve_all};
 
 /// A finished result is held back at most this long, plus the sample after it.
 pub const REPORT_EVERY: Duration = Duration::from_millis(100);
-
-/// Computes samples.
-pub trait Solver {
-    /// The outcome of a sample; it must depend on nothing but the arguments and the plan.
-    fn solve(&mut self, sample: u64, params: &[f64]) -> Outcome;
-
-    /// Called after a panic in [`Solver::solve`]: forget whatever may be half done.
-    fn recover(&mut self) {}
-}
 
 /// Why a worker ended without being told to.
 #[derive(Debug, thiserror::Error)]
@@ -106,29 +96,35 @@ impl<P: WorkerPort> BatchRun<'_, P> {
         if !self.faults.is_empty() {
             batch.samples.iter().for_each(|&sample| self.faults.reached(At::Claimed, sample, None));
         }
-        let mut cpu = thread_cpu_time();
-        for (sample, params) in batch.iter() {
-            pulse.working(batch.batch, sample);
-            let outcome = solve(solver, sample, params, self.faults);
-            let now = thread_cpu_time();
-            let cpu_s = now.saturating_sub(cpu).as_secs_f64();
-            cpu = now;
-            if !self.report.has_room(outcome.values.len())
-                && (self.settle(true)? == Next::Stop || self.flush()? == Next::Stop)
-            {
-                return Ok(Next::Stop);
+        let samples: Vec<Sample<'_>> = batch.iter().map(|(number, params)| Sample { number, params }).collect();
+        let faults = self.faults;
+        let mut end = None;
+        let mut hand_in = |done: SampleReport| match self.hand_in(done) {
+            Ok(Next::GoOn) => ControlFlow::Continue(()),
+            stop => {
+                end = Some(stop);
+                ControlFlow::Break(())
             }
-            self.report.samples.push(SampleReport { sample, cpu_s, outcome });
-            if self.sent.elapsed() >= REPORT_EVERY {
-                if self.settle(false)? == Next::Stop {
-                    return Ok(Next::Stop);
-                }
-                if !self.answer_is_open && self.flush()? == Next::Stop {
-                    return Ok(Next::Stop);
-                }
-            }
+        };
+        solve_all(solver, &mut Desk::new(batch.batch, &samples, pulse, faults, &mut hand_in));
+        end.unwrap_or_else(|| self.settle(true))
+    }
+
+    /// Takes a result, and sends those at hand when it is time.
+    fn hand_in(&mut self, done: SampleReport) -> Result<Next, ServeError> {
+        if !self.report.has_room(done.outcome.values.len())
+            && (self.settle(true)? == Next::Stop || self.flush()? == Next::Stop)
+        {
+            return Ok(Next::Stop);
         }
-        self.settle(true)
+        self.report.samples.push(done);
+        if self.sent.elapsed() < REPORT_EVERY {
+            return Ok(Next::GoOn);
+        }
+        match self.settle(false)? {
+            Next::GoOn if !self.answer_is_open => self.flush(),
+            next => Ok(next),
+        }
     }
 
     /// Sends what is finished, without waiting for the answer.
@@ -172,29 +168,4 @@ fn send<P: WorkerPort>(link: &mut WorkerLink<P>, report: &mut Report, faults: &F
         sent.samples.iter().for_each(|done| faults.reached(At::Sent, done.sample, None));
     }
     Ok(())
-}
-
-/// One sample, with a panic and a result that may not be sent turned into failures.
-fn solve<S: Solver>(solver: &mut S, sample: u64, params: &[f64], faults: &Faults) -> Outcome {
-    let solved = catch_unwind(AssertUnwindSafe(|| {
-        faults.reached(At::Running, sample, None);
-        solver.solve(sample, params)
-    }));
-    match solved {
-        Ok(outcome) if outcome.values.iter().flatten().any(|value| !value.is_finite()) => {
-            eprintln!("sample {sample}: the solver returned a value that is not finite");
-            failed(Cause::NonFinite)
-        }
-        Ok(outcome) if outcome.values.len() > MAX_VALUES => {
-            eprintln!("sample {sample}: {} values, at most {MAX_VALUES} fit", outcome.values.len());
-            failed(Cause::Panicked)
-        }
-        Ok(outcome) => outcome,
-        Err(_) => {
-            // The message is in the log already, from the panic itself.
-            eprintln!("sample {sample}: the solver panicked");
-            solver.recover();
-            failed(Cause::Panicked)
-        }
-    }
 }
