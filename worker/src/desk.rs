@@ -31,7 +31,7 @@ pub struct Begun<'a> {
     pub sample: Sample<'a>,
 }
 
-/// The run is over for this worker: nothing that is handed in from now on is taken. Only a desk says so.
+/// The run is over for this worker, or the rest of the batch is with others: nothing that is handed in from now on is taken. Only a desk says so.
 #[derive(Debug)]
 pub struct Stopped(());
 
@@ -109,7 +109,7 @@ impl<'a> Desk<'a> {
     /// A sample has its outcome. One that may not leave (a value that is not finite, too many of them) is made a failure.
     ///
     /// # Errors
-    /// [`Stopped`]: the solver is to return; what is not finished yet is computed by another run.
+    /// [`Stopped`]: the solver is to return; what is not finished yet is computed by another worker or run.
     pub fn finish(&mut self, begun: Begun<'a>, outcome: Outcome) -> Result<(), Stopped> {
         let outcome = presentable(begun.sample.number, outcome);
         self.conclude(begun.at, outcome)
@@ -120,7 +120,6 @@ impl<'a> Desk<'a> {
         self.under_way.retain(|&other| other != at);
         self.is_done[at] = true;
         self.n_left -= 1;
-        self.show();
         if !self.has_stopped {
             let cpu_s = self.spent[at] + self.between;
             self.is_handing_in = true;
@@ -128,6 +127,7 @@ impl<'a> Desk<'a> {
             self.is_handing_in = false;
             self.has_stopped = next.is_break();
         }
+        self.show();
         if self.has_stopped { Err(Stopped(())) } else { Ok(()) }
     }
 

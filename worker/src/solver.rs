@@ -13,7 +13,7 @@ pub trait Solver {
     ///
     /// Every sample is begun at the desk before it is computed and finished there once, as soon as it can be: what is finished
     /// leaves within moments, what is held back is lost with the process. In between it is in work for heartbeats and
-    /// time limits, so no more should be begun than are computed together. Where the desk says that the run has stopped, this returns.
+    /// time limits, so no more should be begun than are computed together. Where the desk says that no more is taken, this returns.
     ///
     /// A panic is the failure of the sample that was under way; of several, or when none was and it is not known whose it is, each is tried
     /// alone, and one that panics alone fails. A sample that is left out is tried alone, too, and fails if it is left out again.
@@ -27,7 +27,7 @@ pub trait Solver {
     fn recover(&mut self) {}
 }
 
-/// Gives the samples of a desk to the solver until each has its outcome, or the run has stopped.
+/// Gives the samples of a desk to the solver until each has its outcome, or no more is taken.
 pub(crate) fn solve_all<S: Solver>(solver: &mut S, desk: &mut Desk<'_>) {
     let mut calls = VecDeque::from([(0..desk.len()).collect::<Vec<_>>()]);
     // Ends: of every call that leaves something over, a sample is given up, or the next calls have a single one.

@@ -319,6 +319,49 @@ fn what_a_solver_hands_in_after_the_order_to_stop_is_not_sent() {
     assert!(results(&last).keys().all(|sample| *sample <= refused[0]), "{refused:?}");
 }
 
+/// What waits behind a long sample may have been given to others meanwhile.
+#[test]
+fn a_worker_told_to_leave_its_batch_begins_no_more_of_it_and_asks_for_the_next() {
+    let net = MemoryNet::default();
+    let mut hub = HubLink::new(net.hub(), RUN);
+    let begun = Arc::new(Mutex::new(Vec::new()));
+    let log = begun.clone();
+    let solve = move |samples: &[Sample<'_>], desk: &mut Desk<'_>| {
+        (0..samples.len()).try_for_each(|index| {
+            let begun = desk.begin(index);
+            log.lock().expect("whole").push(begun.sample.number);
+            if begun.sample.number == 12 {
+                std::thread::sleep(Duration::from_millis(500));
+            }
+            desk.finish(begun, fine(vec![Some(1.0)]))
+        })
+    };
+    let calls = Calls::default();
+    let asked = calls.clone();
+    let worker = start(net.worker(), &Pulse::default(), move || Like { solve, calls: asked });
+    for answer in [ToWorker::Continue, ToWorker::Batch(batch(vec![11, 12, 13, 14]))] {
+        let ticket = receive(&mut hub).ticket;
+        hub.answer(ticket, WORKER, &answer).expect("answered");
+    }
+    let long = receive(&mut hub);
+    let ticket = long.ticket;
+    let long = report(long);
+    assert!(!long.asks && results(&[long]).into_keys().eq([11, 12]));
+    hub.answer(ticket, WORKER, &ToWorker::Leave).expect("answered");
+    let next = receive(&mut hub);
+    let ticket = next.ticket;
+    assert_eq!(report(next), Report { batch: Some((BatchId(1), 1)), samples: Vec::new(), asks: true });
+    hub.answer(ticket, WORKER, &ToWorker::Batch(batch(vec![15]))).expect("answered");
+    let last = receive(&mut hub);
+    let ticket = last.ticket;
+    let last = report(last);
+    assert!(last.asks && results(&[last]).into_keys().eq([15]));
+    hub.answer(ticket, WORKER, &ToWorker::Stop).expect("answered");
+    worker.join().expect("no panic").expect("told to stop");
+    assert_eq!(*begun.lock().expect("whole"), [11, 12, 15]);
+    assert_eq!(*calls.lock().expect("whole"), [vec![11, 12, 13, 14], vec![15]], "it is no fault to recover from");
+}
+
 /// A connection that panics at its third message.
 struct Brittle(MemoryWorker, u32);
 
