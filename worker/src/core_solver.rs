@@ -8,8 +8,9 @@ use bladeoff_model::document::Problems;
 use bladeoff_model::machine::{Machine, MachineDef, ParamValue, PathError, PathInfo, ValueError};
 use bladeoff_model::outcome::{Cause, CauseSet, EndCause, Outcome, Status};
 
+use crate::desk::{Desk, Sample, Stopped, failed};
 use crate::plan::WorkPlan;
-use crate::serve::Solver;
+use crate::solver::Solver;
 
 /// Computes samples of a plan.
 pub struct CoreSolver {
@@ -93,6 +94,18 @@ impl CoreSolver {
         engine::simulate(&machine, structure, &mut NoHistory).map_err(SolverError::Start)
     }
 
+    /// The same as a row: what cannot be computed is a failure.
+    fn outcome(&mut self, sample: Sample<'_>) -> Outcome {
+        self.simulate(sample.params).unwrap_or_else(|error| {
+            eprintln!("sample {} cannot be computed: {error}", sample.number);
+            failed(match error {
+                // its sag or its steady state is no number of the study, and not every start of a large one is tried before it runs
+                SolverError::Start(StartError::StartsOutside { .. }) => Cause::OutsideRing,
+                _ => Cause::Panicked,
+            })
+        })
+    }
+
     /// The table column of each parameter, in their order.
     pub fn parameter_columns(&self) -> impl Iterator<Item = String> + '_ {
         self.varied.iter().map(|parameter| parameter.path.column())
@@ -139,25 +152,17 @@ impl Parameter {
 }
 
 impl Solver for CoreSolver {
-    fn solve(&mut self, sample: u64, params: &[f64]) -> Outcome {
-        self.simulate(params).unwrap_or_else(|error| {
-            eprintln!("sample {sample} cannot be computed: {error}");
-            failed(match error {
-                // its sag or its steady state is no number of the study, and not every start of a large one is tried before it runs
-                SolverError::Start(StartError::StartsOutside { .. }) => Cause::OutsideRing,
-                _ => Cause::Panicked,
-            })
-        })
+    /// One after the other, in their order: the reference has nothing to gain from several.
+    fn solve_batch(&mut self, samples: &[Sample<'_>], desk: &mut Desk<'_>) -> Result<(), Stopped> {
+        for index in 0..samples.len() {
+            let begun = desk.begin(index);
+            let outcome = self.outcome(begun.sample);
+            desk.finish(begun, outcome)?;
+        }
+        Ok(())
     }
 
     fn recover(&mut self) {
         self.structure = None;
     }
-}
-
-/// A result without values.
-pub(crate) fn failed(cause: Cause) -> Outcome {
-    let mut causes = CauseSet::default();
-    causes.insert(cause);
-    Outcome { status: Status::Failed, cause: Some(cause), causes, end_cause: EndCause::Failure, values: Vec::new() }
 }

@@ -2,12 +2,14 @@
 //!
 //! It is started by the orchestrator as `bladeoff worker ...` (so their versions never differ), reads the frozen
 //! [`plan`] of the result directory and checks its hash, connects, and then asks, computes, reports ([`serve()`])
-//! until it is told to stop or its parent ends. A [`pulse`] thread beats and sees the parent's end also while a sample is
+//! until it is told to stop or its parent ends. A batch goes as a whole to a [`solver`], which hands in at a [`desk`] what came of
+//! each sample. A [`pulse`] thread beats and sees the parent's end also while a sample is
 //! computed. [`process`] holds what concerns the process as such, [`fault`] the hooks by which tests kill it at a known
 //! state.
 
 pub mod args;
 pub mod core_solver;
+pub mod desk;
 mod entry;
 pub mod fault;
 pub mod noop;
@@ -15,7 +17,9 @@ pub mod plan;
 pub mod process;
 pub mod pulse;
 pub mod serve;
+pub mod solver;
 
 pub use args::WorkerArgs;
 pub use entry::worker_main;
-pub use serve::{Solver, serve};
+pub use serve::serve;
+pub use solver::Solver;

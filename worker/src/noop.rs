@@ -4,7 +4,8 @@ use std::time::{Duration, Instant};
 
 use bladeoff_model::outcome::{CauseSet, EndCause, Outcome, Status};
 
-use crate::serve::Solver;
+use crate::desk::{Desk, Sample, Stopped};
+use crate::solver::Solver;
 
 /// Values in an outcome, about as many as a machine with two bearings has.
 pub const NOOP_VALUES: usize = 40;
@@ -26,13 +27,18 @@ pub fn noop_outcome(sample: u64, params: &[f64]) -> Outcome {
 }
 
 impl Solver for NoopSolver {
-    fn solve(&mut self, sample: u64, params: &[f64]) -> Outcome {
-        if !self.busy.is_zero() {
-            let start = Instant::now();
-            while start.elapsed() < self.busy {
-                std::hint::spin_loop();
+    fn solve_batch(&mut self, samples: &[Sample<'_>], desk: &mut Desk<'_>) -> Result<(), Stopped> {
+        for index in 0..samples.len() {
+            let begun = desk.begin(index);
+            if !self.busy.is_zero() {
+                let start = Instant::now();
+                while start.elapsed() < self.busy {
+                    std::hint::spin_loop();
+                }
             }
+            let outcome = noop_outcome(begun.sample.number, begun.sample.params);
+            desk.finish(begun, outcome)?;
         }
-        noop_outcome(sample, params)
+        Ok(())
     }
 }

@@ -2,32 +2,25 @@
 //!
 //! Results leave with the request for the next batch, or during the batch when [`REPORT_EVERY`] has passed or the message
 //! is full. A report during the batch is not waited for: its answer is taken when it is there, and the next report needs
-//! it, so that at most one request is ever open. The answer to any report can be the order to stop.
+//! it, so that at most one request is ever open. The answer to any report can be the order to stop, or to leave the rest of the batch to others:
+//! after a long sample it is waited for, because by then that has become likely.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-use bladeoff_model::outcome::{Cause, Outcome};
 use bladeoff_protocol::link::{LinkError, WorkerLink};
-use bladeoff_protocol::messages::{Batch, Body, Hello, MAX_VALUES, Report, SampleReport, ToWorker};
+use bladeoff_protocol::messages::{Batch, Body, Hello, Report, SampleReport, ToWorker};
 use bladeoff_protocol::transport::WorkerPort;
 
-use crate::core_solver::failed;
+use crate::desk::{Desk, Sample};
 use crate::fault::{At, Faults};
-use crate::process::thread_cpu_time;
 use crate::pulse::Pulse;
+use crate::solver::{Solver, solve_all};
 
 /// A finished result is held back at most this long, plus the sample after it.
 pub const REPORT_EVERY: Duration = Duration::from_millis(100);
-
-/// Computes samples.
-pub trait Solver {
-    /// The outcome of a sample; it must depend on nothing but the arguments and the plan.
-    fn solve(&mut self, sample: u64, params: &[f64]) -> Outcome;
-
-    /// Called after a panic in [`Solver::solve`]: forget whatever may be half done.
-    fn recover(&mut self) {}
-}
+/// The answer to a report is waited for when nothing was reported for so long: an exchange of some ten microseconds.
+const WAIT_FROM: Duration = Duration::from_millis(400);
 
 /// Why a worker ended without being told to.
 #[derive(Debug, thiserror::Error)]
@@ -61,6 +54,7 @@ pub fn serve<P: WorkerPort, S: Solver>(
         ToWorker::Continue => {}
         ToWorker::Stop => return Ok(()),
         ToWorker::Batch(_) => return Err(ServeError::Answer { answer: "a batch", request: "hello" }),
+        ToWorker::Leave => return Err(ServeError::Answer { answer: "leave", request: "hello" }),
     }
     let mut report = Report { batch: None, samples: Vec::new(), asks: true };
     loop {
@@ -70,15 +64,17 @@ pub fn serve<P: WorkerPort, S: Solver>(
             ToWorker::Batch(batch) => batch,
             ToWorker::Stop => return Ok(()),
             ToWorker::Continue => return Err(ServeError::Answer { answer: "continue", request: "a request for work" }),
+            ToWorker::Leave => return Err(ServeError::Answer { answer: "leave", request: "a request for work" }),
         };
         let mut run = BatchRun {
             link: &mut link,
+            pulse,
             faults,
             report: Report { batch: Some((batch.batch, batch.attempt)), samples: Vec::new(), asks: false },
             answer_is_open: false,
             sent: Instant::now(),
         };
-        if run.compute(&batch, solver, pulse)? == Next::Stop {
+        if run.compute(&batch, solver)? == Next::Stop {
             return Ok(());
         }
         report = run.report;
@@ -89,11 +85,14 @@ pub fn serve<P: WorkerPort, S: Solver>(
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Next {
     GoOn,
+    /// With the next batch.
+    Leave,
     Stop,
 }
 
 struct BatchRun<'a, P> {
     link: &'a mut WorkerLink<P>,
+    pulse: &'a Pulse,
     faults: &'a Faults,
     report: Report,
     answer_is_open: bool,
@@ -102,41 +101,52 @@ struct BatchRun<'a, P> {
 
 impl<P: WorkerPort> BatchRun<'_, P> {
     /// Computes the samples of a batch; what is not reported at the end is left in `report`.
-    fn compute<S: Solver>(&mut self, batch: &Batch, solver: &mut S, pulse: &Pulse) -> Result<Next, ServeError> {
+    fn compute<S: Solver>(&mut self, batch: &Batch, solver: &mut S) -> Result<Next, ServeError> {
         if !self.faults.is_empty() {
             batch.samples.iter().for_each(|&sample| self.faults.reached(At::Claimed, sample, None));
         }
-        let mut cpu = thread_cpu_time();
-        for (sample, params) in batch.iter() {
-            pulse.working(batch.batch, sample);
-            let outcome = solve(solver, sample, params, self.faults);
-            let now = thread_cpu_time();
-            let cpu_s = now.saturating_sub(cpu).as_secs_f64();
-            cpu = now;
-            if !self.report.has_room(outcome.values.len())
-                && (self.settle(true)? == Next::Stop || self.flush()? == Next::Stop)
-            {
-                return Ok(Next::Stop);
+        let samples: Vec<Sample<'_>> = batch.iter().map(|(number, params)| Sample { number, params }).collect();
+        let (pulse, faults) = (self.pulse, self.faults);
+        let mut end = None;
+        let mut hand_in = |done: SampleReport| match self.hand_in(done) {
+            Ok(Next::GoOn) => ControlFlow::Continue(()),
+            stop => {
+                end = Some(stop);
+                ControlFlow::Break(())
             }
-            self.report.samples.push(SampleReport { sample, cpu_s, outcome });
-            if self.sent.elapsed() >= REPORT_EVERY {
-                if self.settle(false)? == Next::Stop {
-                    return Ok(Next::Stop);
-                }
-                if !self.answer_is_open && self.flush()? == Next::Stop {
-                    return Ok(Next::Stop);
-                }
+        };
+        solve_all(solver, &mut Desk::new(batch.batch, &samples, pulse, faults, &mut hand_in));
+        end.unwrap_or_else(|| self.settle(true))
+    }
+
+    /// Takes a result, and sends those at hand when it is time.
+    fn hand_in(&mut self, done: SampleReport) -> Result<Next, ServeError> {
+        if !self.report.has_room(done.outcome.values.len()) {
+            match self.settle(true)? {
+                Next::GoOn => self.flush()?,
+                // Told to leave: so it was taken back, and is computed by another.
+                next => return Ok(next),
             }
         }
-        self.settle(true)
+        self.report.samples.push(done);
+        let since = self.sent.elapsed();
+        if since < REPORT_EVERY {
+            return Ok(Next::GoOn);
+        }
+        let next = self.settle(false)?;
+        if next != Next::GoOn || self.answer_is_open {
+            return Ok(next);
+        }
+        self.flush()?;
+        if since >= WAIT_FROM { self.settle(true) } else { Ok(Next::GoOn) }
     }
 
     /// Sends what is finished, without waiting for the answer.
-    fn flush(&mut self) -> Result<Next, ServeError> {
+    fn flush(&mut self) -> Result<(), ServeError> {
         send(self.link, &mut self.report, self.faults)?;
         self.answer_is_open = true;
         self.sent = Instant::now();
-        Ok(Next::GoOn)
+        Ok(())
     }
 
     /// Takes the answer to the last report, if one is open and there or to be waited for.
@@ -144,13 +154,16 @@ impl<P: WorkerPort> BatchRun<'_, P> {
         if !self.answer_is_open {
             return Ok(Next::GoOn);
         }
-        let answer = if wait { Some(self.link.receive()?) } else { self.link.try_receive()? };
+        let mut answer = self.link.try_receive()?;
+        if answer.is_none() && wait {
+            // Should the answer be lost, the heartbeat has to say so.
+            self.pulse.waiting();
+            answer = Some(self.link.receive()?);
+        }
+        self.answer_is_open = answer.is_none();
         match answer {
-            None => Ok(Next::GoOn),
-            Some(ToWorker::Continue) => {
-                self.answer_is_open = false;
-                Ok(Next::GoOn)
-            }
+            None | Some(ToWorker::Continue) => Ok(Next::GoOn),
+            Some(ToWorker::Leave) => Ok(Next::Leave),
             Some(ToWorker::Stop) => {
                 // What is finished is kept; nobody answers any more.
                 if !self.report.samples.is_empty() {
@@ -172,29 +185,4 @@ fn send<P: WorkerPort>(link: &mut WorkerLink<P>, report: &mut Report, faults: &F
         sent.samples.iter().for_each(|done| faults.reached(At::Sent, done.sample, None));
     }
     Ok(())
-}
-
-/// One sample, with a panic and a result that may not be sent turned into failures.
-fn solve<S: Solver>(solver: &mut S, sample: u64, params: &[f64], faults: &Faults) -> Outcome {
-    let solved = catch_unwind(AssertUnwindSafe(|| {
-        faults.reached(At::Running, sample, None);
-        solver.solve(sample, params)
-    }));
-    match solved {
-        Ok(outcome) if outcome.values.iter().flatten().any(|value| !value.is_finite()) => {
-            eprintln!("sample {sample}: the solver returned a value that is not finite");
-            failed(Cause::NonFinite)
-        }
-        Ok(outcome) if outcome.values.len() > MAX_VALUES => {
-            eprintln!("sample {sample}: {} values, at most {MAX_VALUES} fit", outcome.values.len());
-            failed(Cause::Panicked)
-        }
-        Ok(outcome) => outcome,
-        Err(_) => {
-            // The message is in the log already, from the panic itself.
-            eprintln!("sample {sample}: the solver panicked");
-            solver.recover();
-            failed(Cause::Panicked)
-        }
-    }
 }

@@ -1,19 +1,18 @@
 //! The worker's loop over the in-memory transport: what is asked, reported, held back, and what a panic does.
 
-use std::collections::BTreeMap;
-use std::thread::{self, JoinHandle};
+mod support;
+
+use std::thread;
 use std::time::Duration;
 
-use bladeoff_model::outcome::{Cause, CauseSet, EndCause, Outcome, Status};
-use bladeoff_protocol::link::{HubLink, Incoming, WorkerLink};
-use bladeoff_protocol::messages::{Batch, BatchId, Body, Hello, Report, RunId, SampleReport, ToWorker, WorkerId};
-use bladeoff_protocol::transport::{MemoryHub, MemoryNet};
-use bladeoff_worker::fault::Faults;
+use bladeoff_model::outcome::{Cause, Status};
+use bladeoff_protocol::link::HubLink;
+use bladeoff_protocol::messages::{Report, ToWorker};
+use bladeoff_protocol::transport::MemoryNet;
+use bladeoff_worker::desk::{Desk, Sample, Stopped};
 use bladeoff_worker::pulse::Pulse;
-use bladeoff_worker::serve::{ServeError, Solver, serve};
-
-const RUN: RunId = RunId(5);
-const WORKER: WorkerId = WorkerId(1);
+use bladeoff_worker::solver::Solver;
+use support::{RUN, WORKER, batch, fine, receive, report, results, start};
 
 /// Panics on 13, is slow on 7, returns NaN on 8, too much on 9.
 struct Moody {
@@ -22,86 +21,35 @@ struct Moody {
 }
 
 impl Solver for Moody {
-    fn solve(&mut self, sample: u64, params: &[f64]) -> Outcome {
-        match sample {
-            13 => panic!("the thirteenth"),
-            7 => thread::sleep(Duration::from_millis(250)),
-            _ => {}
+    fn solve_batch(&mut self, samples: &[Sample<'_>], desk: &mut Desk<'_>) -> Result<(), Stopped> {
+        for index in 0..samples.len() {
+            let begun = desk.begin(index);
+            match begun.sample.number {
+                13 => panic!("the thirteenth"),
+                7 => thread::sleep(Duration::from_millis(250)),
+                _ => {}
+            }
+            let mut values = vec![Some(begun.sample.params[0] * 2.0 + f64::from(self.recovered)); self.n_values];
+            match begun.sample.number {
+                8 => values[0] = Some(f64::NAN),
+                9 => values.resize(300, None),
+                _ => {}
+            }
+            desk.finish(begun, fine(values))?;
         }
-        let mut values = vec![Some(params[0] * 2.0 + f64::from(self.recovered)); self.n_values];
-        match sample {
-            8 => values[0] = Some(f64::NAN),
-            9 => values.resize(300, None),
-            _ => {}
-        }
-        let (status, causes) = (Status::Ok, CauseSet::default());
-        Outcome { status, cause: None, causes, end_cause: EndCause::Stopped, values }
+        Ok(())
     }
     fn recover(&mut self) {
         self.recovered += 1;
     }
 }
 
-fn start(net: &MemoryNet, n_values: usize) -> JoinHandle<Result<(), ServeError>> {
-    let link = WorkerLink::new(net.worker(), RUN, WORKER);
-    thread::spawn(move || {
-        let hello = Hello { pid: 1, build: 1 };
-        serve(link, hello, &mut Moody { n_values, recovered: 0 }, &Pulse::default(), &Faults::default())
-    })
+fn moody(n_values: usize) -> impl FnOnce() -> Moody + Send + 'static {
+    move || Moody { n_values, recovered: 0 }
 }
 
-fn receive(hub: &mut HubLink<MemoryHub>) -> Incoming {
-    loop {
-        if let Some(incoming) = hub.try_receive().expect("memory does not fail") {
-            return incoming;
-        }
-        hub.wait(Duration::from_secs(60)).expect("memory does not fail");
-    }
-}
-
-fn report(incoming: Incoming) -> Report {
-    match incoming.message.body {
-        Body::Report(report) => report,
-        Body::Hello(_) => panic!("a second hello"),
-    }
-}
-
-fn batch(samples: Vec<u64>) -> ToWorker {
-    let params = samples.iter().map(|&sample| sample as f64).collect();
-    ToWorker::Batch(Batch { batch: BatchId(1), attempt: 1, n_params: 1, samples, params })
-}
-
-/// Greets the worker and gives it one batch; returns its reports.
 fn play(samples: Vec<u64>, n_values: usize) -> Vec<Report> {
-    let net = MemoryNet::default();
-    let mut hub = HubLink::new(net.hub(), RUN);
-    let worker = start(&net, n_values);
-    let hello = receive(&mut hub);
-    assert!(matches!(hello.message.body, Body::Hello(_)));
-    hub.answer(hello.ticket, WORKER, &ToWorker::Continue).expect("answered");
-    let first = receive(&mut hub);
-    let ticket = first.ticket;
-    assert_eq!(report(first), Report { batch: None, samples: Vec::new(), asks: true });
-    hub.answer(ticket, WORKER, &batch(samples)).expect("answered");
-    let mut reports = Vec::new();
-    loop {
-        let incoming = receive(&mut hub);
-        let ticket = incoming.ticket;
-        let next = report(incoming);
-        assert_eq!(next.batch, Some((BatchId(1), 1)));
-        let is_last = next.asks;
-        reports.push(next);
-        let answer = if is_last { ToWorker::Stop } else { ToWorker::Continue };
-        hub.answer(ticket, WORKER, &answer).expect("answered");
-        if is_last {
-            worker.join().expect("no panic").expect("told to stop");
-            return reports;
-        }
-    }
-}
-
-fn results(reports: &[Report]) -> BTreeMap<u64, &SampleReport> {
-    reports.iter().flat_map(|report| &report.samples).map(|done| (done.sample, done)).collect()
+    support::play(moody(n_values), batch(samples))
 }
 
 #[test]
@@ -144,8 +92,8 @@ fn a_panic_or_an_impossible_result_fails_its_sample_and_no_other() {
 fn a_worker_told_to_stop_in_a_batch_hands_over_what_is_finished_and_leaves() {
     let net = MemoryNet::default();
     let mut hub = HubLink::new(net.hub(), RUN);
-    let worker = start(&net, 256);
-    for answer in [ToWorker::Continue, batch((20..84).collect()), ToWorker::Stop] {
+    let worker = start(net.worker(), &Pulse::default(), moody(256));
+    for answer in [ToWorker::Continue, ToWorker::Batch(batch((20..84).collect())), ToWorker::Stop] {
         let ticket = receive(&mut hub).ticket;
         hub.answer(ticket, WORKER, &answer).expect("answered");
     }
@@ -163,7 +111,7 @@ fn a_worker_told_to_stop_in_a_batch_hands_over_what_is_finished_and_leaves() {
 fn a_worker_whose_orchestrator_is_gone_ends_with_an_error() {
     let net = MemoryNet::default();
     let hub = net.hub();
-    let worker = start(&net, 4);
+    let worker = start(net.worker(), &Pulse::default(), moody(4));
     drop(hub);
     assert!(worker.join().expect("no panic").is_err());
 }

@@ -316,6 +316,7 @@ impl<'a> Driver<'a> {
                     self.assign(*worker, *batch, *attempt, samples)?;
                 }
                 Effect::Continue(worker) => self.answer(*worker, ToWorker::Continue),
+                Effect::Leave(worker) => self.answer(*worker, ToWorker::Leave),
                 Effect::Stop(worker) => self.answer(*worker, ToWorker::Stop),
                 Effect::Spawn(worker) => spawned.push(*worker),
                 Effect::Kill { worker, why } => self.kill(*worker, *why)?,

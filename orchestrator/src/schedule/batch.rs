@@ -1,4 +1,4 @@
-//! How many samples a worker gets at once.
+//! How many samples a worker gets at once. What this guesses wrong among samples of very different length, `relief` sets right.
 
 use std::time::Duration;
 

@@ -1,11 +1,11 @@
 //! Which worker computes which sample when: a state machine without clock, files, processes.
 //!
 //! Time is an argument and effects are return values, so that thousands of random histories can be played through it
-//! (the tests of `simulation`); [`dispatch`](crate::dispatch) plays the real one. In words:
+//! (the tests of `histories`); [`dispatch`](crate::dispatch) plays the real one. In words:
 //!
 //! **Samples.** A sample is always in exactly one place: not yet assigned ([`Todo`], ranges, so that a million cost
 //! nothing), to be retried, in work with one worker, or done. It leaves `in work` by a result of that worker for that batch and
-//! attempt, which is recorded, or by the worker's end, which sends it to be retried. Any other result is late, doubled
+//! attempt, which is recorded, by the worker's end, which sends it to be retried, or by being taken back, as if it had never been assigned. Any other result is late, doubled
 //! or a lie: it is counted and dropped. So every sample is recorded once.
 //!
 //! **Workers.** There are as many slots as workers asked for. The worker of a slot is `Starting` until it asks for work, then
@@ -14,7 +14,8 @@
 //! after worker dies before it ever asks, the run is given up: its message is in the log.
 //!
 //! **Batches.** A worker gets as many samples as it computes in about `BATCH_TARGET`, measured on
-//! those before, and fewer towards the end, so that all finish together. How samples are batched changes no result.
+//! those before, and fewer towards the end, so that all finish together. When a worker has nothing to do, what waits with another behind a
+//! sample that takes long is taken back and assigned anew (`relief`). How samples are batched changes no result.
 //!
 //! **Deaths.** When a worker ends without having been told to, its unfinished samples are retried one by one, before
 //! new ones. Only the death of a worker that had a single sample from the start counts against that sample. At [`SampleLimits::crashes`](bladeoff_study::SampleLimits) crashes (it ended by
@@ -35,7 +36,12 @@
 mod batch;
 mod clock;
 mod ending;
+#[cfg(test)]
+mod histories;
+#[cfg(test)]
+mod makespan;
 mod rate;
+mod relief;
 mod scheduler;
 mod settings;
 #[cfg(test)]

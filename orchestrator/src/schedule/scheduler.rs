@@ -149,6 +149,8 @@ impl Scheduler {
             self.give_work(at, effects);
         } else if self.ending.is_some() {
             self.tell_to_stop(at, effects);
+        } else if self.slots[at].work().is_some_and(|work| work.left.is_empty() && !work.taken_back.is_empty()) {
+            effects.push(Effect::Leave(worker));
         } else {
             effects.push(Effect::Continue(worker));
         }
@@ -169,7 +171,11 @@ impl Scheduler {
             let (State::Busy(work) | State::Leaving { work: Some(work) }) = &mut slot.state else { return };
             // They come in the order of the batch, so it is nearly always the first.
             let Some(found) = work.left.iter().position(|&sample| sample == result.sample) else {
-                self.dropped += 1;
+                if let Some(taken) = work.taken_back.iter().position(|&sample| sample == result.sample) {
+                    work.taken_back.remove(taken);
+                } else {
+                    self.dropped += 1;
+                }
                 continue;
             };
             work.left.remove(found);
@@ -186,7 +192,7 @@ impl Scheduler {
         let State::Busy(work) = &self.slots[at].state else { return };
         let took = self.clock.now().saturating_sub(work.assigned);
         let (size, left) = (work.size, work.left.clone());
-        if left.is_empty() {
+        if left.is_empty() && work.taken_back.is_empty() {
             self.batch_size.measured(size, took);
         }
         for sample in left {
@@ -243,6 +249,7 @@ impl Scheduler {
             attempt,
             size: samples.len(),
             left: samples.iter().copied().collect(),
+            taken_back: Vec::new(),
             assigned,
             current: None,
             waiting: None,
@@ -254,6 +261,7 @@ impl Scheduler {
 
     /// Gives work to whoever waits for it.
     pub(super) fn give_work_to_all(&mut self, effects: &mut Vec<Effect>) {
+        self.relieve();
         for at in 0..self.slots.len() {
             self.give_work(at, effects);
         }

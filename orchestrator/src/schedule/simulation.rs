@@ -1,5 +1,5 @@
 //! The scheduler against random histories: workers that are slow, die, stop, fall silent, lose and double messages, report
-//! late, and lie. After every step the books must balance; at the end every sample has ended exactly once.
+//! late, and lie. After every step the books must balance; at the end every sample has ended exactly once (tests in `histories`).
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::time::Duration;
@@ -13,7 +13,7 @@ use super::slot::State;
 use super::{Death, Effect, KillReason, Scheduler, Settings, Todo};
 
 /// splitmix64.
-struct Random(u64);
+pub(super) struct Random(u64);
 
 impl Random {
     fn word(&mut self) -> u64 {
@@ -23,7 +23,7 @@ impl Random {
         z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
         z ^ (z >> 31)
     }
-    fn below(&mut self, n: u64) -> u64 {
+    pub(super) fn below(&mut self, n: u64) -> u64 {
         self.word() % n.max(1)
     }
     fn happens(&mut self, percent: u64) -> bool {
@@ -32,6 +32,7 @@ impl Random {
 }
 
 /// A worker process as the world has it.
+#[derive(Default)]
 struct Process {
     batch: Option<(BatchId, u32)>,
     work: VecDeque<u64>,
@@ -39,47 +40,58 @@ struct Process {
     waits: bool,
     greeted: bool,
     silent: bool,
+    /// In its sample until then, where that is a long one.
+    inside: Option<Duration>,
 }
 
 /// How bad the world is, in percent per step.
 #[derive(Clone, Copy)]
-struct World {
-    death: u64,
-    silence: u64,
-    lies: u64,
-    doubles: u64,
-    losses: u64,
-    poison: u64,
+pub(super) struct World {
+    pub(super) death: u64,
+    pub(super) silence: u64,
+    pub(super) lies: u64,
+    pub(super) doubles: u64,
+    pub(super) losses: u64,
+    pub(super) poison: u64,
     /// Samples that bring somebody to kill the worker, as one that takes all memory does.
-    doom: u64,
+    pub(super) doom: u64,
 }
 
-struct Simulation {
-    random: Random,
+pub(super) struct Simulation {
+    pub(super) random: Random,
     world: World,
-    scheduler: Scheduler,
-    now: Duration,
+    pub(super) scheduler: Scheduler,
+    pub(super) now: Duration,
     processes: BTreeMap<WorkerId, Process>,
-    /// Reports on their way, some of them late or doubled.
+    /// Reports on their way, some of them late or copies of others.
     under_way: VecDeque<(WorkerId, Report)>,
-    poisoned: BTreeSet<u64>,
-    doomed: BTreeSet<u64>,
+    copies: VecDeque<(WorkerId, Report)>,
+    /// Whether answers go to nobody: whoever sent a message has one request open.
+    is_copy: bool,
+    /// Whether things follow each other so quickly that batches have several samples.
+    is_quick: bool,
+    /// Samples that take a second.
+    long: BTreeSet<u64>,
+    pub(super) poisoned: BTreeSet<u64>,
+    pub(super) doomed: BTreeSet<u64>,
     /// Doomed ones that are so in the eyes of an earlier run.
-    suspects: BTreeSet<u64>,
-    recorded: BTreeMap<u64, u64>,
-    quarantined: BTreeSet<u64>,
+    pub(super) suspects: BTreeSet<u64>,
+    pub(super) recorded: BTreeMap<u64, u64>,
+    pub(super) quarantined: BTreeSet<u64>,
     /// Crashes and kills of workers that had just this sample.
     deaths_alone: BTreeMap<u64, [u32; 2]>,
     total: u64,
     crash_limit: u32,
     kill_limit: u32,
-    gave_up: bool,
+    pub(super) gave_up: bool,
+    /// Workers told to leave what was taken back.
+    pub(super) relieved: u64,
     /// Told to stop or killed, still there for a moment.
     dying: Vec<WorkerId>,
 }
 
 impl Simulation {
-    fn new(seed: u64, world: World) -> Self {
+    pub(super) fn new(seed: u64, world: World) -> Self {
         let mut random = Random(seed);
         let total = random.below(60);
         let (crash_limit, kill_limit) = (1 + random.below(3) as u32, 1 + random.below(6) as u32);
@@ -101,6 +113,8 @@ impl Simulation {
         let known = if world.doom > 0 { total - random.below(total.min(6) + 1) } else { total };
         let suspects: BTreeSet<u64> = (known..total).collect();
         let cut = random.below(known + 1);
+        let long = (0..total).filter(|_| random.happens(5)).collect();
+        let is_quick = random.happens(50);
         let todo = Todo::from_iter([cut..known, 0..cut]).with_suspects(suspects.iter().copied().collect());
         Self {
             random,
@@ -109,6 +123,10 @@ impl Simulation {
             now: Duration::ZERO,
             processes: BTreeMap::new(),
             under_way: VecDeque::new(),
+            copies: VecDeque::new(),
+            is_copy: false,
+            is_quick,
+            long,
             poisoned,
             doomed,
             suspects,
@@ -119,17 +137,17 @@ impl Simulation {
             crash_limit,
             kill_limit,
             gave_up: false,
+            relieved: 0,
             dying: Vec::new(),
         }
     }
 
-    fn carry_out(&mut self, effects: Vec<Effect>, report: Option<&Report>) {
+    pub(super) fn carry_out(&mut self, effects: Vec<Effect>, report: Option<&Report>) {
         for effect in effects {
             match effect {
                 Effect::Spawn(worker) => {
-                    let process =
-                        Process { batch: None, work: VecDeque::new(), waits: false, greeted: false, silent: false };
-                    assert!(self.processes.insert(worker, process).is_none(), "{worker} started twice");
+                    let before = self.processes.insert(worker, Process::default());
+                    assert!(before.is_none(), "{worker} started twice");
                     self.scheduler.on_spawned(self.now, worker, worker.0 + 1000);
                 }
                 Effect::Assign { worker, batch, attempt, samples } => {
@@ -143,16 +161,24 @@ impl Simulation {
                         assert!(process.waits || self.world.lies > 0, "work for a worker that did not ask");
                         // One that asked in a lie does not expect an answer.
                         if process.waits {
-                            process.waits = false;
+                            (process.waits, process.inside) = (false, None);
                             process.batch = Some((batch, attempt));
                             process.work = samples.into();
                         }
                     }
                 }
+                Effect::Continue(_) | Effect::Leave(_) if self.is_copy => {}
                 Effect::Continue(worker) => {
                     if let Some(process) = self.processes.get_mut(&worker) {
                         process.waits = false;
                         process.greeted = true;
+                    }
+                }
+                Effect::Leave(worker) => {
+                    self.relieved += 1;
+                    if let Some(process) = self.processes.get_mut(&worker) {
+                        (process.waits, process.inside) = (false, None);
+                        process.work.clear();
                     }
                 }
                 Effect::Stop(worker) => self.dying.push(worker),
@@ -220,8 +246,9 @@ impl Simulation {
     }
 
     /// One thing happens.
-    fn step(&mut self) {
-        let pause = self.random.below(400);
+    pub(super) fn step(&mut self) {
+        let is_short = self.is_quick && self.random.happens(95);
+        let pause = self.random.below(if is_short { 8 } else { 400 });
         // Now and then we sleep for an hour ourselves.
         self.now += if self.random.happens(1) { Duration::from_secs(3600) } else { Duration::from_millis(pause) };
         for worker in std::mem::take(&mut self.dying) {
@@ -237,11 +264,18 @@ impl Simulation {
             && let Some((worker, report)) = self.under_way.pop_front()
         {
             if self.random.happens(self.world.doubles) {
-                self.under_way.push_back((worker, report.clone()));
+                self.copies.push_back((worker, report.clone()));
             }
             if !self.random.happens(self.world.losses) {
                 self.deliver(worker, &report);
             }
+        }
+        if self.random.happens(50)
+            && let Some((worker, report)) = self.copies.pop_front()
+        {
+            self.is_copy = true;
+            self.deliver(worker, &report);
+            self.is_copy = false;
         }
         let mut effects = Vec::new();
         self.scheduler.on_tick(self.now, &mut effects);
@@ -297,6 +331,16 @@ impl Simulation {
                 let from_outside = self.doomed.contains(&sample);
                 return self.exit(worker, Death { out_of_memory: false, from_outside });
             }
+            if self.long.contains(&sample) {
+                let until = *process.inside.get_or_insert(self.now + Duration::from_secs(1));
+                if self.now < until {
+                    if samples.is_empty() {
+                        return;
+                    }
+                    break;
+                }
+                process.inside = None;
+            }
             process.work.pop_front();
             samples.push(result(sample));
         }
@@ -346,7 +390,7 @@ impl Simulation {
     }
 
     /// Plays until everything is over; panics when it never is.
-    fn play(&mut self) {
+    pub(super) fn play(&mut self) {
         let mut effects = Vec::new();
         self.scheduler.start(self.now, &mut effects);
         self.carry_out(effects, None);
@@ -360,108 +404,8 @@ impl Simulation {
     }
 }
 
-fn result(sample: u64) -> SampleReport {
+pub(super) fn result(sample: u64) -> SampleReport {
     let (status, causes) = (Status::Ok, CauseSet::default());
     let outcome = Outcome { status, cause: None, causes, end_cause: EndCause::Stopped, values: vec![Some(1.0)] };
     SampleReport { sample, cpu_s: 0.0, outcome }
-}
-
-const KIND: World = World { death: 0, silence: 0, lies: 0, doubles: 0, losses: 0, poison: 0, doom: 0 };
-
-fn play_all(seeds: std::ops::Range<u64>, world: World) -> (u64, u64, u64) {
-    let (mut recorded, mut quarantined, mut dropped) = (0, 0, 0);
-    for seed in seeds {
-        let mut simulation = Simulation::new(seed, world);
-        simulation.play();
-        if !simulation.gave_up {
-            assert!(simulation.scheduler.is_complete(), "seed {seed}");
-        }
-        recorded += simulation.recorded.len() as u64;
-        quarantined += simulation.quarantined.len() as u64;
-        dropped += simulation.scheduler.dropped;
-    }
-    (recorded, quarantined, dropped)
-}
-
-#[test]
-fn in_a_kind_world_every_sample_is_recorded_and_nothing_dropped() {
-    let (recorded, quarantined, dropped) = play_all(0..500, KIND);
-    assert!(recorded > 10_000);
-    assert_eq!((quarantined, dropped), (0, 0));
-}
-
-#[test]
-fn doubled_late_and_lying_reports_change_no_record() {
-    let (recorded, quarantined, dropped) = play_all(1000..2500, World { doubles: 20, lies: 10, ..KIND });
-    assert_eq!(quarantined, 0);
-    assert!(recorded > 30_000 && dropped > 10_000, "{recorded} {dropped}");
-}
-
-#[test]
-fn dying_and_silent_workers_cost_no_sample_its_end() {
-    let (recorded, quarantined, _) = play_all(3000..4500, World { death: 3, silence: 1, ..KIND });
-    assert!(recorded > 20_000 && quarantined > 0, "{recorded} {quarantined}");
-}
-
-#[test]
-fn poisoned_samples_and_no_others_are_quarantined() {
-    for seed in 5000..6000 {
-        let mut simulation = Simulation::new(seed, World { poison: 10, doubles: 5, ..KIND });
-        simulation.play();
-        assert!(simulation.scheduler.is_complete());
-        assert_eq!(simulation.quarantined, simulation.poisoned, "seed {seed}");
-    }
-}
-
-/// Kills count apart from crashes, a suspect has one, and what an earlier run gave up without need is computed.
-#[test]
-fn samples_whose_workers_are_killed_and_no_others_are_quarantined() {
-    let (mut tried_once, mut computed) = (0, 0);
-    for seed in 7000..8000 {
-        let mut simulation = Simulation::new(seed, World { doom: 10, poison: 5, doubles: 5, ..KIND });
-        simulation.play();
-        assert!(simulation.scheduler.is_complete());
-        let given_up: BTreeSet<u64> = simulation.poisoned.union(&simulation.doomed).copied().collect();
-        assert_eq!(simulation.quarantined, given_up, "seed {seed}");
-        tried_once += simulation.suspects.intersection(&simulation.doomed).count();
-        computed += simulation.suspects.difference(&given_up).count();
-    }
-    assert!(tried_once > 100 && computed > 1000, "{tried_once} {computed}");
-}
-
-#[test]
-fn in_a_world_with_every_fault_every_sample_ends_once() {
-    let world = World { death: 2, silence: 1, lies: 5, doubles: 10, losses: 3, poison: 5, doom: 5 };
-    let (recorded, quarantined, dropped) = play_all(10_000..14_000, world);
-    assert!(recorded > 50_000 && quarantined > 1000 && dropped > 10_000, "{recorded} {quarantined} {dropped}");
-}
-
-#[test]
-fn workers_that_never_start_make_the_run_give_up() {
-    let mut simulation = Simulation::new(1, World { death: 100, ..KIND });
-    simulation.play();
-    assert!(simulation.gave_up && simulation.recorded.is_empty() && simulation.quarantined.is_empty());
-}
-
-#[test]
-fn a_stopped_run_ends_whatever_the_workers_do() {
-    for seed in 0..1000 {
-        let world = World { death: 1, silence: 3, lies: 5, doubles: 5, losses: 3, poison: 3, doom: 3 };
-        let mut simulation = Simulation::new(seed, world);
-        let mut effects = Vec::new();
-        simulation.scheduler.start(simulation.now, &mut effects);
-        simulation.carry_out(effects, None);
-        for _ in 0..simulation.random.below(200) {
-            simulation.step();
-        }
-        let mut effects = Vec::new();
-        simulation.scheduler.on_stop(simulation.now, &mut effects);
-        simulation.carry_out(effects, None);
-        for _ in 0..2000 {
-            if !simulation.scheduler.is_over() {
-                simulation.step();
-            }
-        }
-        assert!(simulation.scheduler.is_over(), "seed {seed}: {:?}", simulation.scheduler.snapshot(simulation.now));
-    }
 }

@@ -24,6 +24,8 @@ pub enum Effect {
     },
     /// Answer the worker's request with `continue`.
     Continue(WorkerId),
+    /// Answer the worker's request with `leave`: what is left of its batch is with others.
+    Leave(WorkerId),
     /// Answer the worker's request with `stop`.
     Stop(WorkerId),
     /// Record the sample at this index of the report just given.
@@ -102,6 +104,8 @@ pub(super) struct Work {
     pub size: usize,
     /// Samples without a result yet.
     pub left: VecDeque<u64>,
+    /// Taken back for others (`relief`): what this worker still says of them counts for nothing.
+    pub taken_back: Vec<u64>,
     pub assigned: Duration,
     /// Sample in work by the heartbeats, and since when.
     pub current: Option<(u64, Duration)>,

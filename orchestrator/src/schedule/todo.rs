@@ -48,6 +48,12 @@ impl Todo {
         self.cut(n as u64).into_iter().flatten().collect()
     }
 
+    /// Samples that were taken and are to be assigned anew, before the others.
+    pub fn put_back(&mut self, samples: &[u64]) {
+        samples.iter().rev().for_each(|&sample| self.ranges.push_front(sample..sample + 1));
+        self.left += samples.len() as u64;
+    }
+
     /// Takes up to `n` samples from the front, as ranges.
     pub fn cut(&mut self, n: u64) -> Vec<Range<u64>> {
         let mut cut = Vec::new();
@@ -95,5 +101,9 @@ mod tests {
         assert_eq!(Todo::from(2).take(9), [0, 1]);
         let mut todo = Todo::from_iter([3..5, 0..2, 7..8]);
         assert_eq!((todo.cut(3), todo.left(), todo.cut(9)), (vec![3..5, 0..1], 2, vec![1..2, 7..8]));
+        let mut todo = Todo::from_iter([7..9, 0..2]);
+        let taken = todo.take(3);
+        todo.put_back(&taken[1..]);
+        assert_eq!((todo.left(), todo.take(2), todo.take(9)), (3, vec![8, 0], vec![1]));
     }
 }

@@ -1,7 +1,7 @@
 //! Heartbeat of a worker: 32 bytes through its standard output, written in one piece by a thread of its own.
 //!
 //! It goes through a pipe and not through shared memory, so that the watch does not depend on what it watches, and a
-//! closed pipe tells the end of the process. It says what is in work, which only time limits and displays use.
+//! closed pipe tells the end of the process. It says what is in work, which only time limits, displays and who waits behind a long sample go by.
 
 use crate::messages::BatchId;
 

@@ -22,17 +22,14 @@ use std::path::{Path, PathBuf};
 use rustix::fs::FlockOperation;
 
 use crate::messages::RunId;
+use crate::names::{ID_LENGTH, PRODUCT, SHM, prefix_of};
 use crate::runtime::{self, Base, Runtime};
-use crate::shm::SHM;
 use crate::{ipc_domain, ipc_hub, limits, owner, shm};
 use bladeoff_system::files::FileError;
 
-/// First part of every name of ours.
-pub(crate) const PRODUCT: &str = "bladeoff";
-/// Longest root and prefix together: what is left of 108 bytes beside iceoryx2's part of a socket's name.
-pub(crate) const LONGEST_ADDRESS: usize = 65;
-/// Digits of a run's id.
-pub(crate) const ID_LENGTH: usize = 10;
+pub use crate::domain_error::{DomainError, Left};
+pub use crate::names::Address;
+
 /// Free memory wanted in /dev/shm. A run takes 256 kB per worker and 0.25 MB besides; a worker has 116 kB of its own, which can be
 /// there twice while it is replaced.
 const BASE_BYTES: u64 = 1 << 20;
@@ -40,119 +37,6 @@ const WORKER_BYTES: u64 = 384 << 10;
 
 /// Ids tried: each is lost to a sweep in the same microsecond, or to nobody.
 const MOST_IDS: usize = 16;
-
-/// What a process needs to find a domain.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Address {
-    /// Directory for files and sockets.
-    pub root: PathBuf,
-    /// Start of the names in /dev/shm.
-    pub prefix: String,
-}
-
-/// Why a domain could not be made or removed.
-#[derive(Debug, thiserror::Error)]
-pub enum DomainError {
-    /// Not enough free shared memory.
-    #[error(
-        "{SHM} has {free} bytes free, {workers} workers need {needed}; enlarge it (Docker: --shm-size) or use fewer workers"
-    )]
-    ShmTooSmall {
-        /// Free bytes.
-        free: u64,
-        /// Bytes needed.
-        needed: u64,
-        /// For how many workers.
-        workers: usize,
-    },
-    /// This process may not make files as large as are needed.
-    #[error(
-        "files may have {limit} bytes (ulimit -f), {workers} workers need {needed} in one piece; raise the limit or use fewer workers"
-    )]
-    FileSizeLimit {
-        /// The limit in bytes.
-        limit: u64,
-        /// Bytes needed.
-        needed: u64,
-        /// For how many workers.
-        workers: usize,
-    },
-    /// No shared memory can be created.
-    #[error("{SHM} cannot be written, and workers exchange samples through it")]
-    ShmUnwritable {
-        /// Why.
-        #[source]
-        source: io::Error,
-    },
-    /// This process may not open as many files as are needed.
-    #[error(
-        "{limit} files may be open at once (ulimit -n), {workers} workers need {needed}; raise the limit or use fewer workers"
-    )]
-    FewDescriptors {
-        /// The limit.
-        limit: u64,
-        /// Files needed.
-        needed: u64,
-        /// For how many workers.
-        workers: usize,
-    },
-    /// The base directory belongs to someone else or is open to others.
-    #[error(
-        "{} ({}) must be a directory of user {uid} that nobody else may enter, mode 700; it is {kind} of user {owner}, mode {mode:o}",
-        path.display(), runtime::RUNTIME_VARIABLE
-    )]
-    BaseUnsafe {
-        /// The directory.
-        path: PathBuf,
-        /// This user.
-        uid: u32,
-        /// What it is.
-        kind: &'static str,
-        /// Its owner.
-        owner: u32,
-        /// Its mode.
-        mode: u32,
-    },
-    /// The base directory was named without a place.
-    #[error("{} must be an absolute path ({})", path.display(), runtime::RUNTIME_VARIABLE)]
-    BaseRelative {
-        /// The directory.
-        path: PathBuf,
-    },
-    /// Every id was taken.
-    #[error("no name is free below {} and in {SHM}", base.display())]
-    NoName {
-        /// The base.
-        base: PathBuf,
-    },
-    /// Socket paths would be too long.
-    #[error("{} is too long for Unix sockets: with the prefix {length} bytes, at most {LONGEST_ADDRESS}", path.display())]
-    PathTooLong {
-        /// The root.
-        path: PathBuf,
-        /// Bytes.
-        length: usize,
-    },
-    /// A file operation failed.
-    #[error(transparent)]
-    File(#[from] FileError),
-}
-
-/// What of a domain is left, and why.
-#[derive(Debug, thiserror::Error)]
-pub enum Left {
-    /// It could not be removed.
-    #[error("{} is left: {}", .0.path.display(), .0.source)]
-    File(#[from] FileError),
-    /// Somebody has made it under a name of ours.
-    #[error("{} is left: it belongs to user {owner}, who made it during the run", path.display())]
-    Foreign {
-        /// The file.
-        path: PathBuf,
-        /// Whose it is.
-        owner: u32,
-    },
-}
 
 /// The domain of a run, held by its orchestrator. Removed by [`Domain::close`], at the latest when dropped; the ports
 /// in it must have been dropped before.
@@ -314,15 +198,6 @@ fn sweep(base: &Base) {
             discard(&address);
         }
     }
-}
-
-/// Start of the names of a run in /dev/shm.
-pub(crate) fn prefix_of(id: &str) -> String {
-    format!("{PRODUCT}_{id}_")
-}
-
-pub(crate) fn is_id(name: &str) -> bool {
-    name.len() == ID_LENGTH && name.bytes().all(|byte| byte.is_ascii_hexdigit())
 }
 
 /// Removes all files of a domain whose ports are gone; gives what is left. Memory first: the directory is what a later sweep finds the

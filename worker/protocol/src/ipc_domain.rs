@@ -2,8 +2,8 @@
 
 use iceoryx2::prelude::*;
 
-use crate::domain::Address;
-use crate::ipc::{Ipc, config};
+use crate::ipc_services::{Ipc, config};
+use crate::names::Address;
 
 /// Whether no process of a domain is alive any more. Only asks: what dead ones hold is removed by name, since
 /// iceoryx2's own cleanup can wait without end for an object whose maker was killed (see [`unfinished`](crate::unfinished)).

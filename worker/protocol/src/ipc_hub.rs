@@ -13,11 +13,11 @@ use iceoryx2::prelude::*;
 use rustix::event::EventfdFlags;
 
 use crate::bus::guarded;
-use crate::domain::Address;
-use crate::ipc::{
+use crate::ipc_services::{
     BACKSTOP, FromWorkerShm, Ipc, Services, Side, ToWorkerShm, drain, event_fd, port_name, wait_readable,
 };
 use crate::messages::{FromWorkerBlock, ToWorkerBlock, WorkerId};
+use crate::names::Address;
 use crate::shm;
 use crate::transport::{HubPort, PeerId, PortError, Request, Ticket, Waker};
 

@@ -8,11 +8,11 @@ use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
 
 use crate::bus::guarded;
-use crate::domain::Address;
-use crate::ipc::{
+use crate::ipc_services::{
     BACKSTOP, FromWorkerShm, Ipc, Services, Side, ToWorkerShm, drain, event_fd, port_name, wait_readable,
 };
 use crate::messages::{FromWorkerBlock, ToWorkerBlock, WorkerId};
+use crate::names::Address;
 use crate::shm;
 use crate::transport::{PortError, WorkerPort};
 

@@ -11,13 +11,16 @@
 pub mod beat;
 mod bus;
 pub mod domain;
+mod domain_error;
 pub mod ipc;
 mod ipc_domain;
 mod ipc_hub;
+mod ipc_services;
 mod ipc_worker;
 mod limits;
 pub mod link;
 pub mod messages;
+mod names;
 mod owner;
 pub mod runtime;
 mod shm;

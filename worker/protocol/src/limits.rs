@@ -2,7 +2,7 @@
 
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 
-use crate::domain::DomainError;
+use crate::domain_error::DomainError;
 use crate::transport::PortError;
 
 /// Files that an orchestrator has open beside those of its workers (record, tables, parts, log, event loop, its own ports: 34 were

@@ -14,8 +14,9 @@ use std::path::{Path, PathBuf};
 
 use rustix::fs::FlockOperation;
 
-use crate::domain::{Address, Left, PRODUCT, is_id, prefix_of};
-use crate::shm::{self, SHM};
+use crate::domain_error::Left;
+use crate::names::{Address, PRODUCT, SHM, is_id, prefix_of};
+use crate::shm;
 use bladeoff_system::files::FileError;
 
 const NAME: &str = "owner";

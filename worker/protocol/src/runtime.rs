@@ -17,11 +17,11 @@ use std::path::{Path, PathBuf};
 
 use rustix::fs::OFlags;
 
-use crate::domain::{DomainError, ID_LENGTH, LONGEST_ADDRESS, PRODUCT, is_id, prefix_of};
+use crate::domain_error::DomainError;
+use crate::names::{ID_LENGTH, LONGEST_ADDRESS, PRODUCT, is_id, prefix_of};
 use bladeoff_system::files::FileError;
 
-/// Environment variable that names the directory below which runs have their sockets.
-pub const RUNTIME_VARIABLE: &str = "BLADEOFF_RUNTIME_DIR";
+pub use crate::names::RUNTIME_VARIABLE;
 
 /// A directory that holds the roots of runs.
 #[derive(Debug, Clone, PartialEq, Eq)]

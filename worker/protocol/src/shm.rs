@@ -15,11 +15,9 @@ use std::path::Path;
 use rustix::fs::{FallocateFlags, OFlags};
 use rustix::io::Errno;
 
-use crate::domain::Address;
+use crate::names::{Address, SHM};
 use crate::transport::PortError;
 
-/// Where iceoryx2 keeps memory on Linux.
-pub(crate) const SHM: &str = "/dev/shm";
 /// Permissions of anybody but the owner.
 const OTHERS: u32 = 0o077;
 /// iceoryx2 0.10.0 as it stands at the beginning of its files.

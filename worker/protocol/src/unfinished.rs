@@ -11,8 +11,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use crate::domain::Address;
-use crate::shm::SHM;
+use crate::names::{Address, SHM};
 
 /// An object without size this long after it was first seen is nobody's.
 const PATIENCE: Duration = Duration::from_secs(3);

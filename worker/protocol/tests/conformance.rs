@@ -124,7 +124,7 @@ fn answers_reach_the_worker_that_asked<K: Kind>(mut kind: K) {
                     match link.receive().expect("an answer") {
                         ToWorker::Batch(batch) => seen.push(batch),
                         ToWorker::Stop => return seen,
-                        ToWorker::Continue => panic!("continue is no answer to a request for work"),
+                        other => panic!("{other:?} is no answer to a request for work"),
                     }
                 }
             })

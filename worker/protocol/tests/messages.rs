@@ -6,7 +6,7 @@ mod cap;
 use bladeoff_model::outcome::{Cause, CauseSet, EndCause, Outcome, Status};
 use bladeoff_protocol::messages::{
     Batch, BatchId, Block, Body, FromWorker, FromWorkerBlock, Hello, MAX_BATCH, MAX_PARAMS, MAX_VALUES, MessageError,
-    Report, RunId, SampleReport, ToWorker, ToWorkerBlock, WorkerId, batch_capacity,
+    PROTOCOL_VERSION, Report, RunId, SampleReport, ToWorker, ToWorkerBlock, WorkerId, batch_capacity,
 };
 use proptest::prelude::*;
 use std::cell::RefCell;
@@ -32,7 +32,7 @@ fn batches() -> impl Strategy<Value = ToWorker> {
 }
 
 fn to_worker() -> impl Strategy<Value = ToWorker> {
-    prop_oneof![4 => batches(), 1 => Just(ToWorker::Continue), 1 => Just(ToWorker::Stop)]
+    prop_oneof![4 => batches(), 1 => Just(ToWorker::Continue), 1 => Just(ToWorker::Leave), 1 => Just(ToWorker::Stop)]
 }
 
 fn outcomes() -> impl Strategy<Value = Outcome> {
@@ -357,8 +357,8 @@ fn a_message_for_another_run_worker_or_version_is_refused_by_name() {
     let stop = encoded_to(&ToWorker::Stop);
     assert!(ToWorker::decode(&stop, RUN, WorkerId(8)).is_err());
     let mut newer = block.clone();
-    newer.words[1] = 2;
-    assert_eq!(FromWorker::decode(&newer, RUN), Err(MessageError::Version { found: 2 }));
+    newer.words[1] += 1;
+    assert_eq!(FromWorker::decode(&newer, RUN), Err(MessageError::Version { found: PROTOCOL_VERSION + 1 }));
     assert!(matches!(FromWorker::decode(&FromWorkerBlock::empty(), RUN), Err(MessageError::Magic { found: 0, .. })));
     let mut long = block;
     long.words[4] = u64::MAX;

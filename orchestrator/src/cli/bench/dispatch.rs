@@ -4,6 +4,7 @@ use super::super::error::CliError;
 use super::super::exit::Exit;
 use super::super::output::{print, remark};
 use super::host::{Folder, load};
+use super::lengths;
 use super::stages::{Stages, peak_mb};
 use crate::dispatch::{self, Activity, DispatchOptions, Observer, Parameters, Sink, SinkError, Snapshot, Todo};
 use crate::ledger::{Entry, Ledger};
@@ -23,7 +24,8 @@ use std::time::{Duration, Instant};
 /// with its syncs. Where there is a python3, its ProcessPoolExecutor returns as many numbers from as many processes in
 /// the same run (without a record of anything). Then a result directory with as many recorded results is taken up, its rows
 /// are written as parts, as tables and summed up, and it is taken over into a study of twice the size; each of these in
-/// a process of its own, whose peak memory is shown. This takes some 3 kB of temporary disk a sample. Figures depend on the load of the machine: it
+/// a process of its own, whose peak memory is shown. At last samples that keep a core busy for 10 us to 1 s are handed out in batches, as a run does, and
+/// one by one. This takes some 3 kB of temporary disk a sample. Figures depend on the load of the machine: it
 /// is shown before and after.
 #[derive(Debug, clap::Args)]
 pub struct Args {
@@ -65,6 +67,8 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let tables = stage("tables", "written as tables")?;
     let summary = stage("summary", "summed up")?;
     let growth = stage("growth", "taken over into a study of twice the size")?;
+    remark("samples of 10 us to 1 s, in batches and one by one ...");
+    let lengths = lengths::measure(&folder.0, args.workers)?;
     let rows = [
         ("overhead per durable sample", Some(durable.micros), "us", "below 20"),
         ("python3, chunksize 1 (not durable)", python_1, "us", ""),
@@ -92,7 +96,8 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
             .collect();
         let (samples, workers) = (args.samples, args.workers);
         let text =
-            json!({ "samples": samples, "workers": workers, "load_before": load_before, "load_after": load_after, "figures": figures })
+            json!({ "samples": samples, "workers": workers, "load_before": load_before, "load_after": load_after, "figures": figures,
+                "lengths": lengths::json(&lengths) })
                 .to_string();
         print(&format!("{text}\n"))?;
         return Ok(Exit::Ok);
@@ -110,13 +115,14 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let text = table.render("");
     let (samples, workers) = (args.samples, args.workers);
     print(&format!(
-        "{samples} samples, {workers} workers, load before and after: {load_before}, {load_after}\n\n{text}"
+        "{samples} samples, {workers} workers, load before and after: {load_before}, {load_after}\n\n{text}\n{}",
+        lengths::text(&lengths)
     ))?;
     Ok(Exit::Ok)
 }
 
 /// Samples of four parameters, as a study of four axes has.
-struct Numbers;
+pub(super) struct Numbers;
 
 impl Parameters for Numbers {
     fn params(&self, sample: u64, out: &mut Vec<f64>) {
@@ -130,7 +136,7 @@ struct Durable {
     peak_mb: Option<f64>,
 }
 
-struct Record(Ledger);
+pub(super) struct Record(pub Ledger);
 
 impl Sink for Record {
     fn record(&mut self, sample: u64, entry: Entry) -> Result<(), SinkError> {
@@ -145,7 +151,7 @@ fn refused(error: crate::ledger::LedgerError) -> SinkError {
     SinkError { what: "results cannot be recorded".to_owned(), source: Some(Box::new(error)) }
 }
 
-struct Nobody;
+pub(super) struct Nobody;
 
 impl Observer for Nobody {
     fn progress(&mut self, _: &Snapshot) {}
@@ -217,7 +223,7 @@ fn cpu_seconds(pid: u32) -> f64 {
     tasks.filter_map(|task| nanoseconds(task.path())).sum::<f64>() * 1e-9
 }
 
-fn options(folder: &Path, workers: usize, busy: Duration) -> Result<DispatchOptions, CliError> {
+pub(super) fn options(folder: &Path, workers: usize, busy: Duration) -> Result<DispatchOptions, CliError> {
     let command = dispatch::self_command().map_err(RunError::from)?;
     let mut options = DispatchOptions::new(workers, command, folder.to_path_buf(), "none".to_owned());
     options.noop = Some(u64::try_from(busy.as_micros()).unwrap_or(u64::MAX));

@@ -3,6 +3,7 @@
 mod chaos;
 mod dispatch;
 mod host;
+mod lengths;
 mod stages;
 
 use super::error::CliError;

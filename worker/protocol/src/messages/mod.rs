@@ -19,7 +19,7 @@ pub use from_worker::{Body, FromWorker, FromWorkerBlock, Hello, Report, SampleRe
 pub use to_worker::{Batch, ToWorker, ToWorkerBlock};
 
 /// Version of the message format; a reader refuses any other.
-pub const PROTOCOL_VERSION: u64 = 1;
+pub const PROTOCOL_VERSION: u64 = 2;
 /// Most samples in one batch.
 pub const MAX_BATCH: usize = 256;
 /// Most parameters of one sample.

@@ -7,6 +7,7 @@ const MAGIC: u64 = u64::from_le_bytes(*b"bladTOwk");
 const KIND_BATCH: u32 = 1;
 const KIND_CONTINUE: u32 = 2;
 const KIND_STOP: u32 = 3;
+const KIND_LEAVE: u32 = 4;
 
 /// A block that carries a [`ToWorker`].
 pub type ToWorkerBlock = Block<{ HEADER + MAX_BATCH + MAX_BATCH_VALUES + 1 }>;
@@ -41,7 +42,9 @@ pub enum ToWorker {
     Batch(Batch),
     /// Report received: go on with the batch, or ask if there is none.
     Continue,
-    /// Leave; nothing is expected any more.
+    /// Report received: the rest of the batch is with others; ask for the next one.
+    Leave,
+    /// The run is over for this worker; nothing is expected any more.
     Stop,
 }
 
@@ -68,6 +71,7 @@ impl ToWorker {
                 writer.finish();
             }
             ToWorker::Continue => Writer::new(block, MAGIC, header(KIND_CONTINUE)).finish(),
+            ToWorker::Leave => Writer::new(block, MAGIC, header(KIND_LEAVE)).finish(),
             ToWorker::Stop => Writer::new(block, MAGIC, header(KIND_STOP)).finish(),
         }
         Ok(())
@@ -95,6 +99,7 @@ impl ToWorker {
                 ToWorker::Batch(batch)
             }
             KIND_CONTINUE => ToWorker::Continue,
+            KIND_LEAVE => ToWorker::Leave,
             KIND_STOP => ToWorker::Stop,
             kind => return Err(MessageError::Tag { field: "kind", found: u64::from(kind) }),
         };
