@@ -2,8 +2,9 @@
 
 mod support;
 
-use bladeoff::ledger::{Ledger, LedgerError, Reader};
+use bladeoff::ledger::{Entry, Ledger, LedgerError, Reader};
 use bladeoff_study::SampleKey;
+use bladeoff_worker::noop::noop_outcome;
 use std::fs;
 use std::time::Instant;
 use support::{Folder, Said, say, table};
@@ -245,4 +246,33 @@ fn a_share_of_twins_that_is_none_is_refused() {
         let said = bench.run(&set, "out", &[]);
         assert!(said.code == 3 && said.err.contains("run.twin") && said.err.contains(word), "{shift}: {}", said.err);
     }
+}
+
+/// A run looks at a record before it checks it: whatever byte of it is another, that look ends, and so does closing it.
+#[test]
+fn a_look_at_a_damaged_record_ends_without_a_panic() {
+    let folder = Folder::new();
+    let path = folder.path("ledger.redb");
+    let header: Vec<(String, String)> = (0..12).map(|n| (format!("key {n}"), "v".repeat(64))).collect();
+    let mut ledger = Ledger::create(path.clone(), &header).expect("made");
+    for sample in 0..24 {
+        let entry = Entry { outcome: noop_outcome(sample, &[]), cpu_s: 0.0, worker: 1, attempt: 1 };
+        ledger.put(sample, SampleKey(sample.into()), &entry, Instant::now()).expect("taken");
+        ledger.commit().expect("written");
+    }
+    ledger.publish().expect("published");
+    drop(ledger);
+    let whole = fs::read(&path).expect("the record");
+    let looked = |bytes: &[u8]| {
+        fs::write(&path, bytes).expect("written");
+        Reader::peek(path.clone()).ok().and_then(|record| record.header().ok())
+    };
+    assert!(looked(&whole).is_some());
+    let (mut well, mut damaged) = (0, 0);
+    for at in (0..whole.len()).filter(|&at| whole[at] != 0).step_by(11) {
+        let mut bytes = whole.clone();
+        bytes[at] ^= 0xff;
+        *if looked(&bytes).is_some() { &mut well } else { &mut damaged } += 1;
+    }
+    assert!(well > 50 && damaged > 10, "{well} looked well, {damaged} did not");
 }

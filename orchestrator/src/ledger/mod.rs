@@ -15,6 +15,7 @@ mod overlay;
 mod read;
 mod record;
 mod salvage;
+mod store;
 
 pub use error::LedgerError;
 pub use layout::LEDGER_VERSION;
@@ -32,6 +33,7 @@ use std::fs::File;
 use std::os::unix::fs::MetadataExt;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
+use store::Store;
 
 /// The open store of one run.
 #[derive(Debug)]
@@ -66,7 +68,7 @@ impl Ledger {
         let about = file.metadata().map_err(FileError::at("read", path))?;
         let created = Database::builder().set_cache_size(CACHE_BYTES).create_file(file);
         let database = created.map_err(|source| failed(source.into()))?;
-        let reader = Reader { database: Arc::new(database), path: path.clone() };
+        let reader = Reader { store: Arc::new(Store::new(database)), path: path.clone() };
         Ok(Self { reader, identity: (about.dev(), about.ino()), gathered: Vec::new(), oldest: None })
     }
 
@@ -104,7 +106,7 @@ impl Ledger {
     }
 
     fn write_header(&self, header: &[(String, String)]) -> Result<(), redb::Error> {
-        let transaction = self.reader.database.begin_write()?;
+        let transaction = self.reader.store.begin_write()?;
         {
             let mut table = transaction.open_table(HEADER)?;
             table.retain(|_, _| false)?;
@@ -167,7 +169,7 @@ impl Ledger {
     }
 
     fn write_gathered(&self) -> Result<(), redb::Error> {
-        let transaction = self.reader.database.begin_write()?;
+        let transaction = self.reader.store.begin_write()?;
         {
             let mut table = transaction.open_table(RESULTS)?;
             for (sample, bytes) in &self.gathered {
@@ -196,8 +198,8 @@ impl Reader {
     /// # Errors
     /// It cannot be written, or somebody else does.
     pub fn into_ledger(self) -> Result<Ledger, LedgerError> {
-        let Self { database, path } = self;
-        drop(database);
+        let Self { store, path } = self;
+        drop(store);
         let failed = |source| LedgerError::store("open", &path, source);
         guarded(&path, || Ledger::over(path.open_own()?, &path, failed))
     }

@@ -4,6 +4,7 @@ use super::error::{LedgerError, guarded};
 use super::layout::{CACHE_BYTES, HEADER, LEDGER_VERSION, RESULTS, VERSION_KEY};
 use super::overlay::Overlay;
 use super::record::{Entry, Head, RecordError};
+use super::store::Store;
 use bladeoff_system::place::Place;
 use redb::{Database, ReadTransaction, ReadableDatabase, ReadableTable, ReadableTableMetadata};
 use std::collections::BTreeMap;
@@ -12,7 +13,7 @@ use std::sync::Arc;
 /// The durable results of a store. Each call sees one state of it, whatever is added meanwhile.
 #[derive(Debug, Clone)]
 pub struct Reader {
-    pub(super) database: Arc<Database>,
+    pub(super) store: Arc<Store>,
     pub(super) path: Place,
 }
 
@@ -47,7 +48,7 @@ impl Reader {
             let detail = "its pages do not fit together".to_owned();
             Err(LedgerError::Damaged { path: path.to_path_buf(), detail })
         };
-        let reader = Self { database: Arc::new(guarded(path, open)?), path: path.clone() };
+        let reader = Self { store: Arc::new(Store::new(guarded(path, open)?)), path: path.clone() };
         match reader.header()?.get(VERSION_KEY) {
             Some(version) if *version == LEDGER_VERSION.to_string() => Ok(reader),
             Some(found) => Err(LedgerError::Version { path: path.to_path_buf(), found: found.clone() }),
@@ -61,7 +62,7 @@ impl Reader {
     /// The store cannot be read.
     pub fn header(&self) -> Result<BTreeMap<String, String>, LedgerError> {
         let read = || -> Result<_, redb::Error> {
-            let table = self.database.begin_read()?.open_table(HEADER)?;
+            let table = self.store.begin_read()?.open_table(HEADER)?;
             let pairs = table.iter()?.map(|pair| pair.map(|(k, v)| (k.value().to_owned(), v.value().to_owned())));
             Ok(pairs.collect::<Result<_, _>>()?)
         };
@@ -73,7 +74,7 @@ impl Reader {
     /// # Errors
     /// The store cannot be read.
     pub fn len(&self) -> Result<u64, LedgerError> {
-        let read = || -> Result<u64, redb::Error> { Ok(self.database.begin_read()?.open_table(RESULTS)?.len()?) };
+        let read = || -> Result<u64, redb::Error> { Ok(self.store.begin_read()?.open_table(RESULTS)?.len()?) };
         guarded(&self.path, || read().map_err(|source| LedgerError::store("read", &self.path, source)))
     }
 
@@ -91,7 +92,7 @@ impl Reader {
     /// The store cannot be read.
     pub fn bytes(&self, sample: u64) -> Result<Option<Vec<u8>>, LedgerError> {
         let read = || -> Result<_, redb::Error> {
-            let table = self.database.begin_read()?.open_table(RESULTS)?;
+            let table = self.store.begin_read()?.open_table(RESULTS)?;
             Ok(table.get(sample)?.map(|bytes| bytes.value().to_vec()))
         };
         guarded(&self.path, || read().map_err(|source| LedgerError::store("read", &self.path, source)))
@@ -140,7 +141,7 @@ impl Reader {
     /// The store cannot be read.
     pub fn view(&self) -> Result<View, LedgerError> {
         let transaction =
-            self.database.begin_read().map_err(|source| LedgerError::store("read", &self.path, source.into()))?;
+            self.store.begin_read().map_err(|source| LedgerError::store("read", &self.path, source.into()))?;
         Ok(View { transaction, path: self.path.clone() })
     }
 }

@@ -72,7 +72,7 @@ pub fn run(request: &Request, samples: &Samples, note: &dyn Fn(&str)) -> Result<
     let faults = Faults::from_environment(Who::Orchestrator).map_err(DispatchError::from)?;
     let known = Known::begin(request)?;
     let mut session = match open(request, samples, note) {
-        Ok(Opening::Session(session)) => session,
+        Ok(Opening::Session(session)) => *session,
         Ok(Opening::Complete(finished)) => return known.borrow_mut().end(Ok(finished), samples.count()),
         Err(error) => return known.borrow_mut().end(Err(error), samples.count()),
     };

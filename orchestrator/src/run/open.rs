@@ -21,7 +21,7 @@ pub(super) enum Opening<'a> {
     /// Every sample, and the table.
     Complete(Finished),
     /// Samples are to be computed, or at least tables to be written.
-    Session(Session<'a>),
+    Session(Box<Session<'a>>),
 }
 
 /// A directory that a run works in, with its record.
@@ -89,7 +89,7 @@ pub(super) fn open<'a>(
     // A table of what was there would look like that of the whole.
     directory.remove(RESULTS)?;
     directory.remove(TIMINGS)?;
-    Ok(Opening::Session(Session { request, prepared, opened, directory }))
+    Ok(Opening::Session(Box::new(Session { request, prepared, opened, directory })))
 }
 
 /// What can be said of a directory that cannot be written: nothing has to be when everything is there. `error`: of writing.

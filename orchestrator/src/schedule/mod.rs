@@ -18,11 +18,11 @@
 //! sample that takes long is taken back and assigned anew (`relief`). How samples are batched changes no result.
 //!
 //! **Deaths.** When a worker ends without having been told to, its unfinished samples are retried one by one, before
-//! new ones. Only the death of a worker that had a single sample from the start counts against that sample. At [`SampleLimits::crashes`](bladeoff_study::SampleLimits) crashes (it ended by
-//! itself, or was killed for the time or memory that the sample takes) or `kills` kills (a signal of somebody else, or it was stopped until it
-//! was replaced) it is quarantined. So a sample that kills its worker is found, its neighbours in the batch are not blamed, and an
-//! operator or a lack of memory has to come back many times before it costs a row. What that quarantined in an earlier run is a suspect: tried after
-//! all others, alone, and until the first kill.
+//! new ones. Only the death of a worker that had a single sample from the start counts against that sample. At so many crashes (it ended by
+//! itself, or was killed for the time or memory that the sample takes) or kills (a signal of somebody else, or it was stopped until it
+//! was replaced) as [`SampleLimits`](bladeoff_study::SampleLimits) says it is quarantined. So a sample that kills its worker is found, its
+//! neighbours in the batch are not blamed, and an operator or a lack of memory has to come back many times before it costs a row. What that
+//! quarantined in an earlier run is a suspect: tried after all others, alone, and until the first kill.
 //!
 //! **Watching.** Time is attended time: a gap between two events longer than `LONGEST_STEP` means that
 //! we were stopped ourselves (or the machine slept) and counts as that long only, so nobody is called late for our own absence.
@@ -30,7 +30,7 @@
 //! that it waits while a batch of it is open has missed a message and is killed as well; that counts against nobody. A sample whose
 //! heartbeats show it in work for longer than the time limit has its worker killed, which counts like a death.
 //!
-//! **Ending.** When all samples are done, idle workers are told to stop. On a signal or a reached budget no sample is
+//! **Ending.** When all samples are done, idle workers are told to stop. On a signal or at a limit of the run ([`RunLimits`]) no sample is
 //! assigned any more, reports are answered by the order to stop, and what is not finished after `grace` is killed.
 
 mod batch;
