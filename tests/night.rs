@@ -247,7 +247,9 @@ fn a_signal_ends_a_run_in_order() {
         let status = said(bladeoff(&["status", &folder.name("out"), "--json"]).output().expect("it starts"));
         assert_eq!(json(status.out.as_bytes())["ended"], why);
         assert!(run.said().contains(&format!("{why}: ")), "{}", run.said());
-        assert!(folder.path("out/parts/part-000001.parquet").exists());
+        // On a busy machine no sample may have come to its end within the grace.
+        let finished = json(status.out.as_bytes())["done"].as_u64().expect("a number") > 0;
+        assert_eq!(folder.path("out/parts/part-000001.parquet").exists(), finished);
     }
 }
 
