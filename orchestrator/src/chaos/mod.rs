@@ -9,6 +9,7 @@ pub use disturbed::{Running, WATCHDOG, left_behind, lives, state};
 pub use storm::{Figures, Storm};
 
 use bladeoff_system::files::FileError;
+use bladeoff_system::shown;
 use std::path::PathBuf;
 
 /// The lab rig of `studies/machines`: a machine that is simulated in a fraction of a second.
@@ -43,7 +44,10 @@ pub const SAMPLES: u64 = 20;
 #[derive(Debug, thiserror::Error)]
 pub enum ChaosError {
     /// The table is not the undisturbed one.
-    #[error("study {study}: its table is not the undisturbed one; the result directory is kept as {}", directory.display())]
+    #[error(
+        "study {study}: its table is not the undisturbed one; the result directory is kept as {}",
+        shown(directory)
+    )]
     Differs {
         /// Number of the study in the storm, from 1.
         study: u64,
@@ -51,7 +55,7 @@ pub enum ChaosError {
         directory: PathBuf,
     },
     /// Something is left in shared memory or in the temporary folder.
-    #[error("study {study} has left {}", left.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", "))]
+    #[error("study {study} has left {}", left.iter().map(|path| shown(path)).collect::<Vec<_>>().join(", "))]
     Left {
         /// Number of the study in the storm, from 1.
         study: u64,

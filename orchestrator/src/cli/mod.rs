@@ -22,6 +22,7 @@ mod refusals;
 mod render;
 mod replay;
 mod run;
+mod shared;
 mod simulate;
 mod status;
 mod stop;

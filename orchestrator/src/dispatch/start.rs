@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use bladeoff_protocol::domain::{Domain, foreign_files};
 use bladeoff_protocol::messages::{MAX_PARAMS, batch_capacity};
+use bladeoff_system::shown;
 use bladeoff_worker::fault::{Faults, Who};
 use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 
@@ -39,7 +40,7 @@ pub(super) fn run(
     // Dropped in reverse: processes with the runtime, then the hub, then the domain.
     let (send, events) = unbounded_channel();
     let (domain, mut hub) = connect(options, settings.workers, &send)?;
-    log.line(None, &format!("run {} with shared memory in {}", domain.run(), domain.address().root.display()))?;
+    log.line(None, &format!("run {} with shared memory in {}", domain.run(), shown(&domain.address().root)))?;
     let result = {
         let _inside = runtime.enter();
         signals::watch(&send)?;

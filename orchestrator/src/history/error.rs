@@ -3,13 +3,14 @@
 use super::version::HISTORY_VERSION;
 use bladeoff_answers::tables::TableError;
 use bladeoff_system::files::FileError;
+use bladeoff_system::shown;
 use std::path::PathBuf;
 
 /// A history that cannot be written, read or recovered.
 #[derive(Debug, thiserror::Error)]
 pub enum HistoryError {
     /// The extension names no format.
-    #[error("{}: the extension of a history is .mcap, .csv or .parquet", path.display())]
+    #[error("{}: the extension of a history is .mcap, .csv or .parquet", shown(path))]
     Extension {
         /// The file.
         path: PathBuf,
@@ -31,7 +32,7 @@ pub enum HistoryError {
     #[error(transparent)]
     Table(#[from] TableError),
     /// The MCAP library.
-    #[error("cannot {action} {}", path.display())]
+    #[error("cannot {action} {}", shown(path))]
     Mcap {
         /// "write" or "read".
         action: &'static str,
@@ -42,7 +43,7 @@ pub enum HistoryError {
         source: mcap::McapError,
     },
     /// The file is whole but not one of ours.
-    #[error("{} is not a history of version {HISTORY_VERSION}: {detail}", path.display())]
+    #[error("{} is not a history of version {HISTORY_VERSION}: {detail}", shown(path))]
     NotAHistory {
         /// The file.
         path: PathBuf,
@@ -50,7 +51,7 @@ pub enum HistoryError {
         detail: &'static str,
     },
     /// A line of a CSV file that is not numbers.
-    #[error("{}, line {line}: {text:?} is not a number", path.display())]
+    #[error("{}, line {line}: {text:?} is not a number", shown(path))]
     Number {
         /// The file.
         path: PathBuf,
@@ -60,7 +61,7 @@ pub enum HistoryError {
         text: String,
     },
     /// Nothing could be recovered.
-    #[error("{} holds no complete message", path.display())]
+    #[error("{} holds no complete message", shown(path))]
     NothingToRecover {
         /// The file.
         path: PathBuf,

@@ -14,6 +14,7 @@ use crate::report::Tally;
 use bladeoff_answers::report::{are, counted};
 use bladeoff_system::files::{FileError, write_whole};
 use bladeoff_system::folder::Standing;
+use bladeoff_system::shown;
 use std::ffi::OsStr;
 use std::fs;
 use std::io;
@@ -41,8 +42,8 @@ pub enum Lost {
     /// It is elsewhere.
     #[error(
         "{} was moved during the run, {}: the run has stopped; {} {} in it",
-        path.display(),
-        to.as_ref().map_or("nobody knows where to".to_owned(), |to| format!("to {}", to.display())),
+        shown(path),
+        to.as_ref().map_or("nobody knows where to".to_owned(), |to| format!("to {}", shown(to))),
         counted(*done, "finished sample"),
         are(*done)
     )]
@@ -55,7 +56,7 @@ pub enum Lost {
         done: u64,
     },
     /// It is gone, what was finished is not.
-    #[error("{what} {} was removed during the run: the run has stopped; {} {} kept in {}", path.display(), counted(*done, "finished sample"), are(*done), kept.display())]
+    #[error("{what} {} was removed during the run: the run has stopped; {} {} kept in {}", shown(path), counted(*done, "finished sample"), are(*done), shown(kept))]
     Kept {
         /// "the result directory" or the record in it.
         what: &'static str,
@@ -67,7 +68,7 @@ pub enum Lost {
         kept: PathBuf,
     },
     /// It is gone with what was finished.
-    #[error("{what} {} was removed during the run: the run has stopped; {} could not be kept", path.display(), counted(*done, "finished sample"))]
+    #[error("{what} {} was removed during the run: the run has stopped; {} could not be kept", shown(path), counted(*done, "finished sample"))]
     Gone {
         /// "the result directory" or the record in it.
         what: &'static str,

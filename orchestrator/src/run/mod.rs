@@ -50,6 +50,7 @@ use bladeoff_model::document::Problems;
 use bladeoff_study::Samples;
 use bladeoff_system::files::{FileError, write_whole};
 use bladeoff_system::folder::Folder;
+use bladeoff_system::shown;
 use bladeoff_worker::fault::{At, Faults, Who};
 use bladeoff_worker::plan::PlanFileError;
 use bladeoff_worker::process::build_id;
@@ -131,7 +132,7 @@ pub enum RunError {
         "{} was computed with another study: {lost} of its {} {} not in this one\n{}\n\
          A study that only grows (more points, a larger --limit or run.step_limit, other [limits]) is continued. For this \
          one choose another --out, or remove the directory",
-        path.display(),
+        shown(path),
         counted(*total, "finished sample"),
         are(*lost),
         changes.iter().map(|change| format!("  {change}")).collect::<Vec<_>>().join("\n")
@@ -147,7 +148,7 @@ pub enum RunError {
         changes: Vec<Change>,
     },
     /// There is no run whose samples could be computed again.
-    #[error("{} has no finished samples to be computed again", path.display())]
+    #[error("{} has no finished samples to be computed again", shown(path))]
     NothingToRerun {
         /// The directory.
         path: PathBuf,

@@ -16,6 +16,7 @@ pub mod design;
 mod feasible;
 mod input;
 mod keys;
+mod kind;
 mod limits;
 mod load;
 mod points;
@@ -30,9 +31,10 @@ pub use amount::{parse_duration, parse_memory};
 pub use angle::{FixedAngle, fixed_angle};
 pub use axis::{Axis, Column, ColumnKind, MOST_VARIED, Varied, show};
 pub use carried::Carried;
-pub use feasible::{CHECKED_COMBINATIONS, Chosen, check_machines};
+pub use feasible::{CHECKED_COMBINATIONS, Chosen, at_its_axis, check_machines};
 pub use input::{InputError, read_input};
 pub use keys::{SampleKey, SampleKeys};
+pub use kind::{FileKind, kind_of};
 pub use limits::{Limits, Share};
 pub use load::{FrozenFiles, TakenNames, load, load_frozen};
 pub use samples::Samples;
@@ -44,6 +46,9 @@ use crate::design::DesignError;
 use bladeoff_model::document::Problems;
 use bladeoff_model::machine::{MachineDef, ParamValue, PathInfo};
 use bladeoff_system::threads::ThreadsError;
+use bladeoff_system::{call, shown};
+use std::ffi::OsStr;
+use std::path::PathBuf;
 
 /// Version of the study format.
 pub const STUDY_SCHEMA: i128 = 1;
@@ -96,6 +101,17 @@ pub enum StudyError {
     /// Problems in the study, its machine or its points file.
     #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
     Problems(Vec<Problems>),
+    /// A machine instead of a study.
+    #[error(
+        "{} is a machine file, not a study\n  one run of it: {}\n  a study names it by `machine`; a template: {}",
+        shown(path),
+        call::command([OsStr::new("simulate"), call::path_word(path).as_os_str()]),
+        call::command(["new", "study"])
+    )]
+    AMachine {
+        /// The file.
+        path: PathBuf,
+    },
     /// A file that cannot be read.
     #[error(transparent)]
     Input(#[from] InputError),

@@ -26,6 +26,7 @@ use crate::runtime::{self, Base, Runtime};
 use crate::shm::SHM;
 use crate::{ipc_domain, ipc_hub, limits, owner, shm};
 use bladeoff_system::files::FileError;
+use bladeoff_system::shown;
 
 /// First part of every name of ours.
 pub(crate) const PRODUCT: &str = "bladeoff";
@@ -99,7 +100,8 @@ pub enum DomainError {
     /// The base directory belongs to someone else or is open to others.
     #[error(
         "{} ({}) must be a directory of user {uid} that nobody else may enter, mode 700; it is {kind} of user {owner}, mode {mode:o}",
-        path.display(), runtime::RUNTIME_VARIABLE
+        shown(path),
+        runtime::RUNTIME_VARIABLE
     )]
     BaseUnsafe {
         /// The directory.
@@ -114,19 +116,19 @@ pub enum DomainError {
         mode: u32,
     },
     /// The base directory was named without a place.
-    #[error("{} must be an absolute path ({})", path.display(), runtime::RUNTIME_VARIABLE)]
+    #[error("{} must be an absolute path ({})", shown(path), runtime::RUNTIME_VARIABLE)]
     BaseRelative {
         /// The directory.
         path: PathBuf,
     },
     /// Every id was taken.
-    #[error("no name is free below {} and in {SHM}", base.display())]
+    #[error("no name is free below {} and in {SHM}", shown(base))]
     NoName {
         /// The base.
         base: PathBuf,
     },
     /// Socket paths would be too long.
-    #[error("{} is too long for Unix sockets: with the prefix {length} bytes, at most {LONGEST_ADDRESS}", path.display())]
+    #[error("{} is too long for Unix sockets: with the prefix {length} bytes, at most {LONGEST_ADDRESS}", shown(path))]
     PathTooLong {
         /// The root.
         path: PathBuf,
@@ -142,10 +144,10 @@ pub enum DomainError {
 #[derive(Debug, thiserror::Error)]
 pub enum Left {
     /// It could not be removed.
-    #[error("{} is left: {}", .0.path.display(), .0.source)]
+    #[error("{} is left: {}", shown(&.0.path), .0.source)]
     File(#[from] FileError),
     /// Somebody has made it under a name of ours.
-    #[error("{} is left: it belongs to user {owner}, who made it during the run", path.display())]
+    #[error("{} is left: it belongs to user {owner}, who made it during the run", shown(path))]
     Foreign {
         /// The file.
         path: PathBuf,
@@ -343,7 +345,7 @@ pub fn discard(address: &Address) -> Vec<Left> {
 pub fn foreign_files(prefix: &str) -> Vec<String> {
     let foreign = |path: PathBuf| {
         let owner = shm::owner_of(&path).ok()?.filter(|&owner| !shm::is_own(owner))?;
-        Some(format!("{} of user {owner}", path.display()))
+        Some(format!("{} of user {owner}", shown(&path)))
     };
     shm::files(prefix).into_iter().flatten().filter_map(|entry| foreign(entry.path())).collect()
 }
