@@ -177,7 +177,10 @@ impl CliError {
             CliError::History(
                 HistoryError::Extension { .. }
                 | HistoryError::Channel { .. }
+                | HistoryError::Missing { .. }
                 | HistoryError::NotAHistory { .. }
+                | HistoryError::Mcap { action: "read", .. }
+                | HistoryError::Table(TableError::Table { action: "read", .. } | TableError::Damaged { .. })
                 | HistoryError::Number { .. }
                 | HistoryError::NothingToRecover { .. },
             )

@@ -288,7 +288,12 @@ fn log(told: &mut Told, directory: &Path, sample: u64) {
     if skipped > 0 {
         told.line(
             "log",
-            format!("{} {} in {}", counted(skipped, "earlier line"), are(skipped), bladeoff_system::shown(directory.join(WORKER_LOG))),
+            format!(
+                "{} {} in {}",
+                counted(skipped, "earlier line"),
+                are(skipped),
+                bladeoff_system::shown(directory.join(WORKER_LOG))
+            ),
         );
     }
     shown.iter().for_each(|line| told.line("log", line));

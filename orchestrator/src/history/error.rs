@@ -4,7 +4,8 @@ use super::version::HISTORY_VERSION;
 use bladeoff_answers::tables::TableError;
 use bladeoff_system::files::FileError;
 use bladeoff_system::shown;
-use std::path::PathBuf;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
 
 /// A history that cannot be written, read or recovered.
 #[derive(Debug, thiserror::Error)]
@@ -12,6 +13,12 @@ pub enum HistoryError {
     /// The extension names no format.
     #[error("{}: the extension of a history is .mcap, .csv or .parquet", shown(path))]
     Extension {
+        /// The file.
+        path: PathBuf,
+    },
+    /// No such file.
+    #[error("there is no file {}", shown(path))]
+    Missing {
         /// The file.
         path: PathBuf,
     },
@@ -69,8 +76,21 @@ pub enum HistoryError {
 }
 
 impl HistoryError {
+    /// For `map_err` on what reads a file that somebody named: one that is not there is no fault of the disk.
+    pub(super) fn named(path: &Path) -> impl FnOnce(Self) -> Self {
+        let path = path.to_path_buf();
+        move |error| match &error {
+            HistoryError::File(file) | HistoryError::Table(TableError::File(file))
+                if matches!(file.source.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) =>
+            {
+                HistoryError::Missing { path }
+            }
+            _ => error,
+        }
+    }
+
     /// For `map_err` on the MCAP library.
-    pub(super) fn mcap(action: &'static str, path: &std::path::Path) -> impl FnOnce(mcap::McapError) -> Self {
+    pub(super) fn mcap(action: &'static str, path: &Path) -> impl FnOnce(mcap::McapError) -> Self {
         let path = path.to_path_buf();
         move |source| HistoryError::Mcap { action, path, source }
     }
