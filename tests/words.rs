@@ -84,7 +84,7 @@ fn a_result_directory_with_a_line_feed_is_named_in_one_line_and_its_commands_wor
     fs::rename(folder.path("small.toml"), &study).expect("renamed");
     // The end of a name is lost in a command substitution, if it is a line feed.
     let out = folder.name("out\nINJECTED\n");
-    let begun = in_its_line(&["run", &study, "--out", &out, "--max-failures", "0", "--limit", "4"]);
+    let begun = in_its_line(&["run", &study, "--out", &out, "--wall", "1 ms", "--limit", "4"]);
     assert!(begun.err.contains("results in ") && begun.err.contains("out\\u{a}INJECTED\\u{a}"), "{}", begun.err);
     assert_eq!(begun.code, 5, "{}", begun.err);
     // What goes on is pasted as it stands.
@@ -95,7 +95,7 @@ fn a_result_directory_with_a_line_feed_is_named_in_one_line_and_its_commands_wor
         said(shell.output().expect("bash"))
     };
     let status = in_its_line(&["status", &out]);
-    assert!(pasted(&status.out, "go on ").code == 5, "{}", status.out);
+    assert_eq!(pasted(&status.out, "go on ").code, 0, "{}", status.out);
     let done = in_its_line(&["run", &study, "--out", &out, "--limit", "4"]);
     assert!(done.code == 0 && done.out.contains("Table: "), "{}{}", done.out, done.err);
     let why = in_its_line(&["why", "0", "--dir", &out]);
@@ -209,7 +209,7 @@ fn a_start_beside_the_ring_has_its_place_and_what_is_allowed() {
     // Gravity bends the shaft by more than a gap that is all but none.
     let gap = ["--set", "contact.gap=1e-8", "--set", "rotor.gravity[1]=-9.81"];
     let said = say(&[&["simulate", &rig][..], &gap].concat());
-    tells(&said, &[&format!("rig.toml:{}:", line(&rig, "gap = ")), "contact.gap = 0.01 um"]);
+    tells(&said, &[&format!("rig.toml:{}:", line(&rig, "gap = ")), "contact.gap = 1e-8 m"]);
     let said = say(&["simulate", &rig, "--set", "contact.offset[0]=40 mm", "--set", "rotor.gravity[1]=-9.81"]);
     tells(&said, &["contact.offset[0] = 40 mm"]);
     // In a study: where it varies, otherwise in the machine.
@@ -302,7 +302,7 @@ fn check_says_what_samples_share_and_which_are_computed_twice() {
         "{told}"
     );
     assert!(told.contains("Each sample's time holds that of its own matrices and modes."), "{told}");
-    assert!(told.contains("Twins: 3 of 6 samples (twin_share 50 %) are computed twice"), "{told}");
+    assert!(told.contains("Twins: 4 of 6 samples (twin_share 50 %) are computed twice"), "{told}");
     assert!(told.contains("larger by 1e-6 of it"), "{told}");
     let told = check(&format!("[set]\n\"run.twin\" = 2e-6\n{gap}"));
     assert!(told.contains("Twins: every sample is computed twice (run.twin)") && told.contains("by 2e-6"), "{told}");
@@ -352,7 +352,7 @@ fn on_a_terminal_of_60_columns_lines_are_broken_between_words() {
         ("check small.toml", &["Structure: all samples share one;", "the whole study: about"]),
         ("run small.toml --out out --limit 4", &["largest bearing load", "  hyp1: ", "Table: out/results.parquet"]),
         ("simulate w.toml", &["is a study file"]),
-        ("why 0 --dir out", &["largest"]),
+        ("why 0 --dir out", &["max_bearing_load"]),
     ] {
         let text = on_terminal(args);
         for part in parts {

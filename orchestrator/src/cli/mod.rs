@@ -77,20 +77,19 @@ enum Command {
 pub fn main() -> ExitCode {
     bladeoff_worker::process::fail_writes_beyond_the_limit();
     // Its own worker process: started by `run`, not by people, hence not in the help.
-    let mut arguments = std::env::args_os().skip(1);
-    if arguments.next().is_some_and(|first| first == "worker") {
-        return bladeoff_worker::worker_main(arguments);
+    if std::env::args_os().nth(1).is_some_and(|first| first == "worker") {
+        return on_a_stack_of_its_own(|| bladeoff_worker::worker_main(std::env::args_os().skip(2)));
     }
     bladeoff_worker::process::survive_file_size_limit();
-    on_a_stack_of_its_own(command).into()
+    on_a_stack_of_its_own(|| command().into())
 }
 
-/// Stack of what a command does, whatever `ulimit -s` leaves the first thread: of 64 kB reading the command line alone takes more.
+/// Stack of what a command does, whatever `ulimit -s` leaves the first thread: reading the command line alone takes more than 64 kB.
 const STACK: usize = 8 << 20;
 
-fn on_a_stack_of_its_own(work: fn() -> Exit) -> Exit {
+fn on_a_stack_of_its_own(work: fn() -> ExitCode) -> ExitCode {
     match thread::Builder::new().name("main".to_owned()).stack_size(STACK).spawn(work) {
-        Ok(working) => working.join().unwrap_or(Exit::Bug),
+        Ok(working) => working.join().unwrap_or(Exit::Bug.into()),
         // No thread is to be had (ulimit -u): the first one does as well, nearly always.
         Err(_) => work(),
     }

@@ -70,7 +70,7 @@ pub struct Args {
     out: PathBuf,
 }
 
-/// A history with the name that its figures have as files, and the same as it is shown.
+/// A history and its name, which figures show as they show any text; and the same for messages.
 struct Named {
     name: String,
     shown: String,
@@ -154,12 +154,12 @@ fn together(histories: &[Named]) -> String {
 
 /// Title of a figure: the files, and for one file its machine, engine and detection where it says them.
 fn title(histories: &[Named]) -> String {
-    let names: Vec<&str> = histories.iter().map(|named| named.shown.as_str()).collect();
+    let names: Vec<&str> = histories.iter().map(|named| named.name.as_str()).collect();
     let [only] = histories else { return names.join(", ") };
     let about = |key: &str| only.history.about.get(key).cloned();
     let engine = about("engine").map(|engine| format!("{engine} engine"));
     let said: Vec<String> = [about("machine"), engine, about("detection")].into_iter().flatten().collect();
-    if said.is_empty() { names.join(", ") } else { format!("{}: {}", only.shown, said.join(", ")) }
+    if said.is_empty() { names.join(", ") } else { format!("{}: {}", only.name, said.join(", ")) }
 }
 
 fn time(text: Option<&String>, option: &str) -> Result<Option<f64>, CliError> {
@@ -225,7 +225,7 @@ fn over_time(args: &Args, histories: &[Named]) -> Result<Figure, CliError> {
     for named in histories {
         for channel in chosen(&named.history, &args.channels, &TIME_CHANNELS)? {
             let quantity = channel.name.rsplit('.').next().unwrap_or(&channel.name).to_owned();
-            let label = label(&channel.name, &named.shown, histories.len());
+            let label = label(&channel.name, &named.name, histories.len());
             match quantities.iter_mut().find(|(known, _)| *known == quantity) {
                 Some((_, lines)) => lines.push((label, &named.history, channel)),
                 None => quantities.push((quantity, vec![(label, &named.history, channel)])),
@@ -309,7 +309,7 @@ fn orbit(args: &Args, histories: &[Named]) -> Result<Vec<(String, Figure)>, CliE
         if instants.is_empty() {
             instants = [0.25, 0.5, 1.0].iter().map(|share| first + share * (last - first)).collect();
         }
-        let figure = orbits(&named.history, &named.shown, &instants)?
+        let figure = orbits(&named.history, &named.name, &instants)?
             .ok_or_else(|| unknown_in(&named.history, "contact.rotor_x_m"))?;
         match ring_of(&named.history) {
             Ring::Deformed => {}
@@ -337,8 +337,8 @@ fn maps(args: &Args, histories: &[Named]) -> Result<Vec<(String, Figure)>, CliEr
         }
         for channel in channels {
             let figure = match args.kind.as_str() {
-                "order" => order_map(&named.history, &named.shown, channel, args.top.unwrap_or(10.0))?,
-                _ => spectrogram(&named.history, &named.shown, channel, args.top)?,
+                "order" => order_map(&named.history, &named.name, channel, args.top.unwrap_or(10.0))?,
+                _ => spectrogram(&named.history, &named.name, channel, args.top)?,
             };
             let channel = plain_name(&channel.name, &channel.unit).replace(' ', "-");
             figures.push((format!("{}-{}-{channel}", named.name, args.kind), figure));

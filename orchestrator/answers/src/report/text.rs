@@ -133,7 +133,7 @@ fn broken(line: &str, width: usize) -> String {
     // Where the text of a line of name and text begins.
     let name = letters[own..].windows(2).position(|pair| pair == [' ', ' ']).map(|end| own + end);
     let begin = name.map(|end| end + letters[end..].iter().take_while(|letter| **letter == ' ').count());
-    let hanging = begin.filter(|begin| 2 * begin <= width).unwrap_or(own + 2);
+    let hanging = begin.filter(|begin| 3 * begin <= 2 * width).unwrap_or(own + 2);
     let (mut text, mut rest, mut indent) = (String::new(), &letters[..], 0);
     while indent + rest.len() > width {
         // The last blank that still stands within the width, and a word before it; a word that is longer goes to its end.
