@@ -193,7 +193,7 @@ fn mistakes_of_machine_study_and_points_are_told_at_once() {
     assert_eq!(said.code, 3);
     for part in [
         "s.toml:3:1: sed: unknown key",
-        "s.toml:5:1: set.run.end_tme = \"run.end_tme\": this machine, as far as it could be read, has no such parameter",
+        "s.toml:5:1: set.run.end_tme = \"0.1 s\": this machine, as far as it could be read, has no such parameter",
         "did you mean `run.end_time`?",
         "s.toml:6:14: set.run.step = \"1 kg\"",
         "s.toml:11:11: vary[0].values[0] = \"0 mm\": out of range",
@@ -212,7 +212,7 @@ fn mistakes_of_machine_study_and_points_are_told_at_once() {
     let said = say(&["check", &study]);
     for part in [
         "not valid TOML",
-        "set.run.end_tme = \"run.end_tme\": no machine has such a parameter",
+        "set.run.end_tme = \"0.1 s\": no machine has such a parameter",
         "contact.frictoin",
         "sed: unknown key",
     ] {

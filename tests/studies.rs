@@ -238,8 +238,8 @@ fn a_study_cannot_name_a_folder_or_file_elsewhere() {
 
 /// Names of this run's shared memory: its workers' command lines say them.
 fn shared_memory_prefix(pid: u32) -> String {
-    let children = fs::read_to_string(format!("/proc/{pid}/task/{pid}/children")).expect("Linux lists children");
-    let child = children.split_whitespace().next().expect("a worker runs");
+    let children = support::workers::children(pid);
+    let child = children.first().expect("a worker runs");
     let command = fs::read(format!("/proc/{child}/cmdline")).expect("of a living process");
     let arguments: Vec<String> =
         command.split(|byte| *byte == 0).map(|part| String::from_utf8_lossy(part).into_owned()).collect();

@@ -5,10 +5,15 @@
 //! one. What that misses ends in its row with status failed.
 
 use crate::engine::{self, EngineError};
+use crate::report::with_word;
+use bladeoff_answers::report::counted;
+use bladeoff_core::engine::StartError as NoStart;
 use bladeoff_core::structure::Structure;
 use bladeoff_model::document::Problems;
-use bladeoff_model::machine::MachineDef;
-use bladeoff_study::{Chosen, Samples};
+use bladeoff_model::document::units::format_digits;
+use bladeoff_model::machine::{Machine, MachineDef};
+use bladeoff_study::{Chosen, Samples, at_its_axis};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Most runs that are started.
 const MOST_STARTS: u64 = 300;
@@ -18,7 +23,7 @@ const MOST_STRUCTURES: usize = 16;
 /// Why the samples of a study cannot be run.
 #[derive(Debug, thiserror::Error)]
 pub enum StartError {
-    /// A machine that cannot be built.
+    /// A machine that cannot be built, or whose rotor begins outside its ring.
     #[error(transparent)]
     Machine(#[from] Problems),
     /// A sample whose run cannot start.
@@ -45,6 +50,15 @@ pub enum StartError {
 /// # Errors
 /// The first run that cannot start, or whose result would have other columns.
 pub fn check_starts(samples: &Samples) -> Result<(), StartError> {
+    let built = AtomicUsize::new(0);
+    let what = || match built.load(Ordering::Relaxed) {
+        0 => "checking that runs can start, which takes matrices and modes".to_owned(),
+        built => format!("checking that runs can start, with {} computed", counted(built as u64, "structure")),
+    };
+    with_word(what, || start_all(samples, &built))
+}
+
+fn start_all(samples: &Samples, built: &AtomicUsize) -> Result<(), StartError> {
     let mut structures: Vec<Structure> = Vec::new();
     let mut columns = None;
     for (definition, shown) in candidates(samples) {
@@ -56,18 +70,80 @@ pub fn check_starts(samples: &Samples) -> Result<(), StartError> {
             let column = differing.map_or_else(String::new, |column| column.name.clone());
             return Err(StartError::Columns { shown, column });
         }
-        let failed = |source| StartError::Start { shown: shown.clone(), source };
+        let varies = samples.parameters().next().is_some();
+        let is_varied = |path: &str| samples.parameters().any(|varied| varied.info.path == path);
+        let failed = |source| match placed(&source, &definition, &machine, is_varied) {
+            Some(problems) => StartError::Machine(at_its_axis(samples, with(problems, varies.then_some(&shown)))),
+            None => StartError::Start { shown: shown.clone(), source },
+        };
         let at = match structures.iter().position(|structure| structure.fits(&machine)) {
             Some(at) => at,
             None if structures.len() == MOST_STRUCTURES => continue,
             None => {
                 structures.push(engine::build(&machine).map_err(failed)?);
+                built.store(structures.len(), Ordering::Relaxed);
                 structures.len() - 1
             }
         };
         engine::try_start(&machine, &structures[at]).map_err(failed)?;
     }
     Ok(())
+}
+
+/// Names the sample that cannot start.
+fn with(mut problems: Problems, shown: Option<&String>) -> Problems {
+    if let Some(shown) = shown {
+        problems
+            .list
+            .iter_mut()
+            .for_each(|problem| problem.message.push_str(&format!("; the run with {shown} cannot start")));
+    }
+    problems
+}
+
+/// A rotor that begins where its ring is, as a problem of the value that puts it there: one that varies, where one of them does.
+#[must_use]
+pub fn placed(
+    error: &EngineError,
+    definition: &MachineDef,
+    machine: &Machine,
+    is_varied: impl Fn(&str) -> bool,
+) -> Option<Problems> {
+    let EngineError::Start(refusal) = error else { return None };
+    let (NoStart::StartsInContact { diaphragm, .. } | NoStart::StartsOutside { diaphragm, .. }) = refusal else {
+        return None;
+    };
+    let contact = &machine.diaphragms.iter().find(|known| known.name == *diaphragm)?.contact;
+    let largest = |vector: [f64; 2]| usize::from(vector[1].abs() > vector[0].abs());
+    let displacement = machine.rotor.initial.displacement;
+    // What is farther off than the gap is wide is what is wrong; otherwise it may be all of them together.
+    let beyond = |vector: [f64; 2]| vector[0].hypot(vector[1]) >= contact.gap;
+    let gap = format!("diaphragms.{diaphragm}.contact.gap");
+    let offset = format!("diaphragms.{diaphragm}.contact.offset[{}]", largest(contact.offset));
+    let start = format!("rotor.initial.displacement[{}]", largest(displacement));
+    let path = match [&gap, &offset, &start].into_iter().find(|path| is_varied(path)) {
+        Some(varied) => varied,
+        None if beyond(contact.offset) => &offset,
+        None if beyond(displacement) => &start,
+        None => &gap,
+    };
+    let off = match *refusal {
+        NoStart::StartsOutside { eccentricity, .. } => eccentricity,
+        NoStart::StartsInContact { gap, .. } => contact.gap - gap,
+        _ => return None,
+    };
+    let metres = |value: f64| format_digits(value, "m", 4);
+    let allowed = format!(
+        "at t = 0 the centres of rotor and ring closer than the gap of {}; they are {} apart (contact.offset ({}, {}), \
+         rotor.initial.displacement ({}, {}), and what gravity and unbalances bend)",
+        metres(contact.gap),
+        metres(off),
+        metres(contact.offset[0]),
+        metres(contact.offset[1]),
+        metres(displacement[0]),
+        metres(displacement[1])
+    );
+    Some(definition.refused(path, refusal.to_string(), allowed))
 }
 
 fn candidates(samples: &Samples) -> Vec<(MachineDef, String)> {

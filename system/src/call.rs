@@ -40,7 +40,7 @@ pub fn path_word(path: &Path) -> PathBuf {
     if path.as_os_str().as_bytes().starts_with(b"-") { Path::new(".").join(path) } else { path.to_path_buf() }
 }
 
-/// A word of a command line, quoted for a POSIX shell where it has to be.
+/// A word of a command line, quoted for a POSIX shell where it has to be; one that ends in a line feed takes bash, ksh or zsh.
 #[must_use]
 pub fn word(text: impl AsRef<OsStr>) -> String {
     let bytes = text.as_ref().as_bytes();
@@ -50,13 +50,14 @@ pub fn word(text: impl AsRef<OsStr>) -> String {
         Ok(text) if !text.chars().any(char::is_control) => format!("'{}'", text.replace('\'', "'\\''")),
         // What would change a terminal, or is no text, is spelled out.
         _ => {
-            let spelled = bytes.iter().enumerate().map(|(at, byte)| match byte {
-                b'%' => "%%".to_owned(),
+            let spelled = |(at, byte): (usize, &u8)| match byte {
                 b'-' if at == 0 => "\\055".to_owned(),
-                b' '..=b'~' if !b"\\'\"$`".contains(byte) => char::from(*byte).to_string(),
+                b' '..=b'~' if !b"\\'\"$`%".contains(byte) => char::from(*byte).to_string(),
                 _ => format!("\\{byte:03o}"),
-            });
-            format!("\"$(printf '{}')\"", spelled.collect::<String>())
+            };
+            let spelled: String = bytes.iter().enumerate().map(spelled).collect();
+            // The result of a command loses the line feeds at its end.
+            if bytes.ends_with(b"\n") { format!("$'{spelled}'") } else { format!("\"$(printf '{spelled}')\"") }
         }
     }
 }
@@ -105,13 +106,15 @@ mod tests {
     /// What a shell makes of each word is the word itself.
     #[test]
     fn a_shell_reads_every_word_back() {
-        let words: [&[u8]; 9] = [
+        let words: [&[u8]; 11] = [
             b"a b",
             b"it's",
             b"$HOME `id` \"x\"",
             b"a\\b*?[c]~#",
             b"-n",
             b"two\nlines",
+            b"last\n",
+            b"-'100 %'\n\n",
             b"-\x1b[31mred",
             b"%s\x07",
             b"not \xff text",
@@ -121,7 +124,8 @@ mod tests {
             let quoted = word(&name);
             assert!(!quoted.chars().any(char::is_control), "{quoted:?}");
             let script = format!("printf %s {quoted}");
-            let said = Command::new("sh").args(["-c", &script]).output().expect("a shell");
+            let shell = if bytes.ends_with(b"\n") { "bash" } else { "sh" };
+            let said = Command::new(shell).args(["-c", &script]).output().expect("a shell");
             assert_eq!(said.stdout, bytes, "{quoted}");
         }
     }

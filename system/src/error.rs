@@ -1,13 +1,13 @@
 //! A file operation that failed, and the one that files and places have in common.
 
-use bladeoff_model::document::visible;
+use crate::shown;
 use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 
 /// A file operation that failed, with the path it failed on.
 #[derive(Debug, thiserror::Error)]
-#[error("cannot {action} {}", visible(&path.to_string_lossy()))]
+#[error("cannot {action} {}", shown(path))]
 pub struct FileError {
     /// What was tried ("write", "create", ...).
     pub action: &'static str,

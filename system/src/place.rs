@@ -5,6 +5,7 @@
 //! follows no symbolic link, opening waits for nobody, and what was opened is a regular file, or it is not used. What is read
 //! whole has a limit; what is written in place has no second name.
 
+use crate::shown;
 use std::ffi::OsStr;
 use std::fmt;
 use std::fs::File;
@@ -348,7 +349,7 @@ impl Deref for Place {
 
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.path.display().fmt(f)
+        shown(&self.path).fmt(f)
     }
 }
 

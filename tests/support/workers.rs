@@ -223,10 +223,8 @@ pub fn recorded(dir: &Path) -> Vec<u64> {
 }
 
 pub fn children(pid: u32) -> Vec<u32> {
-    let path = format!("/proc/{pid}/task/{pid}/children");
-    let mut found: Vec<u32> =
-        std::fs::read_to_string(path).unwrap_or_default().split_whitespace().filter_map(|p| p.parse().ok()).collect();
-    // Workers are started by the thread that runs the test.
+    let mut found: Vec<u32> = Vec::new();
+    // Workers are started by the thread that works: that of the command, or of the test.
     for task in std::fs::read_dir(format!("/proc/{pid}/task")).into_iter().flatten().flatten() {
         let text = std::fs::read_to_string(task.path().join("children")).unwrap_or_default();
         found.extend(text.split_whitespace().filter_map(|p| p.parse::<u32>().ok()));

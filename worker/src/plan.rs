@@ -10,6 +10,7 @@ use bladeoff_model::machine::ParamValue;
 use bladeoff_system::files::{FileError, write_whole};
 use bladeoff_system::folder::Folder;
 use bladeoff_system::place::Place;
+use bladeoff_system::shown;
 use serde::{Deserialize, Serialize};
 
 /// Name of the plan in a result directory.
@@ -55,7 +56,7 @@ pub enum PlanFileError {
     #[error(transparent)]
     File(#[from] FileError),
     /// The file is not the one the run was started with.
-    #[error("{} has changed: blake3 {found}, expected {expected}", path.display())]
+    #[error("{} has changed: blake3 {found}, expected {expected}", shown(path))]
     Changed {
         /// The file.
         path: PathBuf,
@@ -65,7 +66,7 @@ pub enum PlanFileError {
         expected: String,
     },
     /// The file is not a plan of this version.
-    #[error("{} is not a {FORMAT} of version {VERSION}", path.display())]
+    #[error("{} is not a {FORMAT} of version {VERSION}", shown(path))]
     NotAPlan {
         /// The file.
         path: PathBuf,
@@ -74,7 +75,7 @@ pub enum PlanFileError {
         source: Option<serde_json::Error>,
     },
     /// A number in the plan cannot be read.
-    #[error("{}: {text:?} is not a number", path.display())]
+    #[error("{}: {text:?} is not a number", shown(path))]
     Number {
         /// The file.
         path: PathBuf,

@@ -41,7 +41,7 @@ pub enum StartError {
     /// The step is beyond the stability limit of central differences.
     #[error(
         "the step {} is too large for the {engine} engine: largest allowed {} = 2/omega_max, highest frequency of the model {}",
-        seconds(*.step), seconds(floor_to_digits(*.limit, 5)), hertz(*.hz)
+        seconds(*.step), seconds(below(*.limit)), hertz(*.hz)
     )]
     StepTooLarge {
         /// Asked for \[s\].
@@ -131,6 +131,12 @@ fn hertz(value: f64) -> String {
 }
 
 impl StepPlan {
+    /// The largest step that is allowed and can be written in five digits \[s\].
+    #[must_use]
+    pub fn largest_allowed(&self) -> f64 {
+        below(self.largest_step)
+    }
+
     /// Chooses or checks the step of a run.
     ///
     /// # Errors
@@ -260,6 +266,12 @@ fn rotor_limit(machine: &Machine, structure: &Structure) -> Result<f64, StartErr
     Ok(values.last().map_or(0.0, |square| square.max(0.0).sqrt()))
 }
 
+/// The limit of stability as a step that is allowed: the largest number of five digits below it, which itself is refused.
+fn below(limit: f64) -> f64 {
+    let floor = floor_to_digits(limit, 5);
+    if floor < limit { floor } else { floor_to_digits(limit * (1.0 - 1e-6), 5) }
+}
+
 /// A readable number no larger than `value`; as a step it also hides the last digits of the eigenvalue solver from the results, as a
 /// limit it is one that is allowed.
 fn floor_to_digits(value: f64, digits: i32) -> f64 {
@@ -281,6 +293,9 @@ mod tests {
         assert_eq!(floor_to_digits(3.5e-6, 2), 3.5e-6);
         assert_eq!(floor_to_digits(0.9, 2), 0.9);
         assert_eq!(floor_to_digits(6.951_987_654e-6, 5), 6.9519e-6);
+        assert_eq!(below(6.951_987_654e-6), 6.9519e-6);
+        // equality is refused
+        assert_eq!((below(2.0), below(1e-5)), (1.9999, 9.9999e-6));
     }
 
     #[test]

@@ -136,6 +136,12 @@ impl Structure {
     }
 }
 
+/// Whether two machines have one structure, as [`Structure::fits`] says it of a structure that is there.
+#[must_use]
+pub fn same_structure(one: &Machine, other: &Machine) -> bool {
+    structural(one) == structural(other)
+}
+
 fn ring_part(matrices: RingMatrices, modes: &ModeSet, reduced: bool, correct: bool) -> RingPart {
     let (a, b) = (matrices.mass_proportional, matrices.stiffness_proportional);
     let part = if reduced {

@@ -1,13 +1,17 @@
 //! What a storm found.
 
 use bladeoff_system::files::FileError;
+use bladeoff_system::shown;
 use std::path::PathBuf;
 
 /// What a storm found, or why it could not be raised.
 #[derive(Debug, thiserror::Error)]
 pub enum ChaosError {
     /// The table is not the undisturbed one.
-    #[error("study {study}: its table is not the undisturbed one; the result directory is kept as {}", directory.display())]
+    #[error(
+        "study {study}: its table is not the undisturbed one; the result directory is kept as {}",
+        shown(directory)
+    )]
     Differs {
         /// Number of the study in the storm, from 1.
         study: u64,
@@ -15,7 +19,7 @@ pub enum ChaosError {
         directory: PathBuf,
     },
     /// Something is left in shared memory or in the temporary folder.
-    #[error("study {study} has left {}", left.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", "))]
+    #[error("study {study} has left {}", left.iter().map(|path| shown(path)).collect::<Vec<_>>().join(", "))]
     Left {
         /// Number of the study in the storm, from 1.
         study: u64,

@@ -3,11 +3,13 @@
 use super::error::CliError;
 use super::estimate::estimate;
 use super::exit::Exit;
-use super::output::{print, remark};
+use super::output::{print, remark, tell, width};
 use super::run::PartArgs;
+use super::shared::shared;
 use bladeoff_answers::report::{Align, TextTable, counted};
 use bladeoff_model::machine::ParamValue;
 use bladeoff_study::{Axis, Samples, fixed_angle, show};
+use bladeoff_system::shown;
 use std::path::PathBuf;
 
 /// Check a study: what varies, how many samples, how long it will take
@@ -40,7 +42,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         list(&samples)?;
         return Ok(Exit::Ok);
     }
-    print(&describe(&samples))?;
+    tell(&describe(&samples))?;
     if let Some(found) = fixed_angle(&samples) {
         remark(&format!("\n{}\n", found.text()));
     }
@@ -51,7 +53,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
 fn describe(samples: &Samples) -> String {
     let study = samples.study();
     let mut text =
-        format!("{}: {} of machine {}\n\n", study.name, counted(samples.count(), "sample"), study.machine_file);
+        format!("{}: {} of machine {}\n\n", study.name, counted(samples.count(), "sample"), shown(&study.machine_file));
     let mut table = TextTable::new(&[("varies", Align::Left), ("points", Align::Right), ("values", Align::Left)]);
     for (axis, kept) in study.axes.iter().zip(samples.kept()) {
         for varied in &axis.varied {
@@ -66,13 +68,17 @@ fn describe(samples: &Samples) -> String {
     if study.axes.is_empty() {
         text.push_str("Nothing varies.\n");
     } else {
-        text.push_str(&table.render(""));
+        text.push_str(&table.fitting("", width()));
     }
     if !study.fixed.is_empty() {
         text.push_str("\nFixed by [set]:\n");
         for (info, value) in &study.fixed {
             text.push_str(&format!("  {} = {}\n", info.path, show(info, value)));
         }
+    }
+    let shared = shared(samples);
+    if !shared.is_empty() {
+        text.push_str(&format!("\n{shared}"));
     }
     text
 }

@@ -17,10 +17,11 @@ use bladeoff_study::design::DesignError;
 use bladeoff_study::{InputError, StudyError};
 use bladeoff_system::call;
 use bladeoff_system::files::FileError;
+use bladeoff_system::shown;
 use bladeoff_system::threads::ThreadsError;
 use std::ffi::OsStr;
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Why a subcommand did not do what was asked.
 #[derive(Debug, thiserror::Error)]
@@ -35,6 +36,14 @@ pub enum CliError {
         problems: Problems,
         /// The options.
         given: String,
+    },
+    /// A study instead of a machine.
+    #[error("{} is a study file, not a machine{}", shown(path), of_a_study(path, machine.as_deref()))]
+    AStudy {
+        /// The file.
+        path: PathBuf,
+        /// The machine that it names.
+        machine: Option<String>,
     },
     /// A study that cannot be run.
     #[error(transparent)]
@@ -80,7 +89,7 @@ pub enum CliError {
     #[error(transparent)]
     Replay(#[from] ReplayError),
     /// A file that is already there and is not overwritten.
-    #[error("{} is already there; it is not overwritten", path.display())]
+    #[error("{} is already there; it is not overwritten", shown(path))]
     Exists {
         /// The file.
         path: PathBuf,
@@ -90,9 +99,9 @@ pub enum CliError {
         "{}",
         if path.join(LEDGER).exists() {
             let status = call::command([OsStr::new("status"), call::path_word(path).as_os_str()]);
-            format!("{} has no table yet; how far it is and how to go on: {status}", path.display())
+            format!("{} has no table yet; how far it is and how to go on: {status}", shown(path))
         } else {
-            format!("{} is not a result directory: it has no results.parquet", path.display())
+            format!("{} is not a result directory: it has no results.parquet", shown(path))
         }
     )]
     NoResults {
@@ -100,7 +109,7 @@ pub enum CliError {
         path: PathBuf,
     },
     /// A directory that no study ran in.
-    #[error("{} is not a result directory: no study was run in it", path.display())]
+    #[error("{} is not a result directory: no study was run in it", shown(path))]
     NotARun {
         /// The directory.
         path: PathBuf,
@@ -148,6 +157,7 @@ impl CliError {
     pub fn exit(&self) -> Exit {
         match self {
             CliError::Machine(_)
+            | CliError::AStudy { .. }
             | CliError::Overridden { .. }
             | CliError::Argument { .. }
             | CliError::Exists { .. }
@@ -155,7 +165,7 @@ impl CliError {
             | CliError::NotARun { .. }
             | CliError::NoDirectory(_)
             | CliError::Why(_) => Exit::Input,
-            CliError::Study(StudyError::Problems(_)) | CliError::Start(_) => Exit::Input,
+            CliError::Study(StudyError::Problems(_) | StudyError::AMachine { .. }) | CliError::Start(_) => Exit::Input,
             CliError::Study(StudyError::Design(DesignError::Scale { .. })) => Exit::Usage,
             CliError::Study(StudyError::Design(_)) => Exit::Input,
             CliError::Study(StudyError::Threads(_)) | CliError::Threads(_) => Exit::Io,
@@ -167,7 +177,10 @@ impl CliError {
             CliError::History(
                 HistoryError::Extension { .. }
                 | HistoryError::Channel { .. }
+                | HistoryError::Missing { .. }
                 | HistoryError::NotAHistory { .. }
+                | HistoryError::Mcap { action: "read", .. }
+                | HistoryError::Table(TableError::Table { action: "read", .. } | TableError::Damaged { .. })
                 | HistoryError::Number { .. }
                 | HistoryError::NothingToRecover { .. },
             )
@@ -184,6 +197,17 @@ impl CliError {
             CliError::ReaderLeft => Exit::Ok,
         }
     }
+}
+
+/// What can be done with a study where a machine was asked for.
+fn of_a_study(path: &Path, machine: Option<&str>) -> String {
+    let command = |word: &str, path: &Path| call::command([OsStr::new(word), call::path_word(path).as_os_str()]);
+    let mut text = format!("\n  all its runs: {}\n  what it holds: {}", command("run", path), command("check", path));
+    if let Some(machine) = machine {
+        let machine = path.parent().unwrap_or(Path::new("")).join(machine);
+        text.push_str(&format!("\n  one run of its machine: {}", command("simulate", &machine)));
+    }
+    text
 }
 
 fn input_exit(error: &InputError) -> Exit {

@@ -1,10 +1,13 @@
 //! How long a study takes, from a few of its samples: spread over all axes, timed side by side, each within limits.
 
 use super::error::CliError;
-use super::output::{print, remark};
+use super::output::{remark, tell, width};
 use super::run::default_workers;
+use super::shared::structural;
 use crate::engine;
+use crate::report::{matrices_of, with_word};
 use bladeoff_answers::report::{Align, TextTable, counted, duration};
+use bladeoff_core::modal::Basis;
 use bladeoff_core::record::{Follower, Frame};
 use bladeoff_study::Samples;
 use bladeoff_worker::process::thread_cpu_time;
@@ -45,7 +48,8 @@ struct Timed {
 pub(super) fn estimate(samples: &Samples) -> Result<(), CliError> {
     let chosen = choose(samples);
     let begun = Instant::now();
-    let timed = time_all(samples, &chosen, begun)?;
+    let own = frozen_for_own(samples)?;
+    let timed = time_all(samples, &chosen, own.as_ref(), begun)?;
     let mut table =
         TextTable::new(&[("sample", Align::Right), ("CPU", Align::Right), ("", Align::Left), ("with", Align::Left)]);
     for one in &timed {
@@ -53,14 +57,21 @@ pub(super) fn estimate(samples: &Samples) -> Result<(), CliError> {
         let cpu = if one.cut { format!("about {cpu}") } else { cpu };
         table.row(vec![one.sample.to_string(), cpu, one.words.clone(), samples.describe(one.sample)]);
     }
-    let mut text =
-        format!("\ntimed {} of {}:\n{}\n", timed.len(), counted(samples.count(), "sample"), table.render("  "));
+    let mut text = format!(
+        "\ntimed {} of {}:\n{}\n",
+        timed.len(),
+        counted(samples.count(), "sample"),
+        table.fitting("  ", width())
+    );
     if timed.is_empty() {
         text.push_str(&format!(
             "no sample came to its first step within {}: how long the study takes is not known\n",
             duration(PATIENCE)
         ));
-        return print(&text);
+        return tell(&text);
+    }
+    if own.is_some() {
+        text.push_str("Each sample's time holds that of its own matrices and modes.\n");
     }
     if timed.iter().any(|one| one.cut) {
         text.push_str(&format!(
@@ -83,7 +94,7 @@ pub(super) fn estimate(samples: &Samples) -> Result<(), CliError> {
         range(wall),
         counted(workers as u64, "worker")
     ));
-    print(&text)
+    tell(&text)
 }
 
 fn range([low, high]: [f64; 2]) -> String {
@@ -140,7 +151,7 @@ fn choose(samples: &Samples) -> Vec<u64> {
 }
 
 /// Times samples on all cores; those that were not begun in time are left out.
-fn time_all(samples: &Samples, chosen: &[u64], begun: Instant) -> Result<Vec<Timed>, CliError> {
+fn time_all(samples: &Samples, chosen: &[u64], own: Option<&Basis>, begun: Instant) -> Result<Vec<Timed>, CliError> {
     let deadline = begun + PATIENCE;
     let next = AtomicUsize::new(0);
     let (send, receive) = channel();
@@ -150,7 +161,7 @@ fn time_all(samples: &Samples, chosen: &[u64], begun: Instant) -> Result<Vec<Tim
             let (send, next) = (send.clone(), &next);
             scope.spawn(move || {
                 while let Some(sample) = chosen.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    if Instant::now() >= deadline || send.send(time(samples, *sample, deadline)).is_err() {
+                    if Instant::now() >= deadline || send.send(time(samples, *sample, own, deadline)).is_err() {
                         break;
                     }
                 }
@@ -181,17 +192,33 @@ fn time_all(samples: &Samples, chosen: &[u64], begun: Instant) -> Result<Vec<Tim
     Ok(timed)
 }
 
+/// The basis that the run would freeze, of a study whose samples have structures of their own: a worker takes from it what it can for
+/// each of them. `None` where they share one.
+fn frozen_for_own(samples: &Samples) -> Result<Option<Basis>, CliError> {
+    if structural(samples).is_empty() {
+        return Ok(None);
+    }
+    let machine = samples.study().machine.build().or_else(|_| samples.machine(0).build())?;
+    let structure = with_word(|| matrices_of(&machine), || engine::build(&machine))?;
+    Ok(Some(structure.basis().clone()))
+}
+
 /// Times one sample; `None`: it did not come to a step in time.
-fn time(samples: &Samples, sample: u64, deadline: Instant) -> Result<Option<Timed>, CliError> {
+fn time(samples: &Samples, sample: u64, own: Option<&Basis>, deadline: Instant) -> Result<Option<Timed>, CliError> {
     let machine = samples.machine(sample).build()?;
-    let structure = engine::build(&machine)?;
+    let before = thread_cpu_time();
+    let frozen = own.and_then(|basis| engine::build_with(&machine, basis).ok());
+    let structure = frozen.map_or_else(|| engine::build(&machine), Ok)?;
+    // A structure that all samples share is no cost of one.
+    let set_up = if own.is_some() { thread_cpu_time().saturating_sub(before).as_secs_f64() } else { 0.0 };
     let plan = engine::step_plan(&machine, &structure)?;
     let mut watch = Watch { begun: thread_cpu_time(), deadline, steps: 0, cut: false };
     let outcome = engine::simulate_watched(&machine, &structure, &mut watch)?;
     let cpu = thread_cpu_time().saturating_sub(watch.begun).as_secs_f64();
     if !watch.cut {
         let cause = outcome.cause.map(|cause| format!(" ({})", cause.word())).unwrap_or_default();
-        return Ok(Some(Timed { sample, cpu, words: format!("{}{cause}", outcome.status.word()), cut: false }));
+        let words = format!("{}{cause}", outcome.status.word());
+        return Ok(Some(Timed { sample, cpu: cpu + set_up, words, cut: false }));
     }
     if watch.steps == 0 {
         return Ok(None);
@@ -203,7 +230,7 @@ fn time(samples: &Samples, sample: u64, deadline: Instant) -> Result<Option<Time
     let part = (watch.steps as f64 / steps).min(1.0);
     // A part below a hundredth of a per cent is no "0.00 %".
     let words = format!("stopped at {:.2e} of {steps:.2e} steps", watch.steps as f64);
-    Ok(Some(Timed { sample, cpu: cpu / part, words, cut: true }))
+    Ok(Some(Timed { sample, cpu: cpu / part + set_up, words, cut: true }))
 }
 
 /// Ends a run that takes too long.
@@ -286,13 +313,13 @@ mod tests {
     #[test]
     fn a_run_that_takes_too_long_is_cut_and_told_from_its_steps() {
         let all = samples("[set]\n\"run.step\" = 1e-10\n", None);
-        let one = time(&all, 0, Instant::now()).expect("it starts");
+        let one = time(&all, 0, None, Instant::now()).expect("it starts");
         assert!(one.is_none(), "no step within no time");
-        let one = time(&all, 0, Instant::now() + Duration::from_secs(3)).expect("it starts").expect("some steps");
+        let one = time(&all, 0, None, Instant::now() + Duration::from_secs(3)).expect("it starts").expect("some steps");
         assert!(one.cut && one.words.ends_with("of 6.00e9 steps") && one.cpu > 1000.0, "{} {}", one.words, one.cpu);
         // a twin takes as many again, and is cut off as well
         let all = samples("[set]\n\"run.step\" = 1e-10\n\"run.twin\" = 1e-6\n", None);
-        let one = time(&all, 0, Instant::now() + Duration::from_secs(3)).expect("it starts").expect("some steps");
+        let one = time(&all, 0, None, Instant::now() + Duration::from_secs(3)).expect("it starts").expect("some steps");
         assert!(one.cut && one.words.ends_with("of 1.20e10 steps"), "{}", one.words);
         let all = samples("[set]\n\"run.end_time\" = 1e-3\n\"run.twin\" = 1e-6\n", None);
         let mut watch = Watch { begun: thread_cpu_time(), deadline: Instant::now() + LONGEST, steps: 0, cut: false };

@@ -8,6 +8,7 @@ use crate::run::refuse_changed;
 use bladeoff_answers::tables::{TableError, export_csv};
 use bladeoff_model::document::visible_lines;
 use bladeoff_system::files::Pending;
+use bladeoff_system::shown;
 use std::io::{self, BufWriter, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
@@ -44,13 +45,13 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         remark(&format!(
             "warning: the study is incomplete; exporting the finished rows that are in {} (after a kill the record may have a few \
              more: `run` writes them)",
-            parts.display()
+            shown(&parts)
         ));
     }
     // Numbers that nobody computed are not written down anywhere else.
     let is_known = refuse_changed(&args.directory)?;
     if first.ends_with(RESULTS) && !is_known {
-        remark(&format!("warning: {} cannot be verified: {MANIFEST} has no checksum of it", first.display()));
+        remark(&format!("warning: {} cannot be verified: {MANIFEST} has no checksum of it", shown(first)));
     }
     match &args.out {
         Some(path) if path.symlink_metadata().is_ok() => return Err(CliError::Exists { path: path.clone() }),
@@ -58,7 +59,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
             let mut pending = Pending::create(path)?;
             export_csv(&files, path, BufWriter::new(pending.file()))?;
             pending.finish()?;
-            remark(&format!("wrote {}", path.display()));
+            remark(&format!("wrote {}", shown(path)));
         }
         None => {
             let stdout = io::stdout().lock();

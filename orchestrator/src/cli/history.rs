@@ -125,7 +125,7 @@ pub fn watched(
     let said = match recorder.finish(machine, &outcome) {
         Ok(written) => format!(
             "history {}: {} at {}, every {}{}",
-            written.path.display(),
+            bladeoff_system::shown(&written.path),
             counted(written.channels as u64, "channel"),
             counted(written.records, "instant"),
             format_quantity(written.every, "s"),

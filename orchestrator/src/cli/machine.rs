@@ -1,9 +1,9 @@
 //! A machine file and overrides of it, as several subcommands take them.
 
 use super::error::CliError;
-use bladeoff_model::document::MAX_FILE_BYTES;
-use bladeoff_model::machine::{Machine, MachineDef};
-use bladeoff_study::read_input;
+use bladeoff_model::document::{MAX_FILE_BYTES, Problems};
+use bladeoff_model::machine::{Machine, MachineDef, ValueError};
+use bladeoff_study::{FileKind, kind_of, read_input};
 use bladeoff_system::call::word;
 use std::path::PathBuf;
 
@@ -23,7 +23,11 @@ impl MachineArgs {
     /// The definition with its overrides.
     pub fn load(&self) -> Result<MachineDef, CliError> {
         let text = read_input(&self.machine, MAX_FILE_BYTES as u64)?;
-        let mut machine = MachineDef::parse(&self.machine.display().to_string(), &text)?;
+        let parsed = MachineDef::parse(&self.machine.to_string_lossy(), &text);
+        let mut machine = parsed.map_err(|problems| match kind_of(&text) {
+            Some(FileKind::Study(machine)) => CliError::AStudy { path: self.machine.clone(), machine },
+            _ => problems.into(),
+        })?;
         for argument in &self.set {
             let shown = format!("--set {argument}");
             let Some((path, value)) = argument.split_once('=') else {
@@ -45,14 +49,23 @@ impl MachineArgs {
 pub fn set(machine: &mut MachineDef, path: &str, value: &str, argument: &str) -> Result<(), CliError> {
     let refused = |message: String, allowed| CliError::Argument { argument: argument.to_owned(), message, allowed };
     let info = machine.resolve(path).map_err(|error| refused(error.to_string(), None))?;
-    let value = machine.parse_value(&info, value).map_err(|error| refused(error.to_string(), None))?;
+    let value = machine.parse_value(&info, value).map_err(|error| {
+        // The other kinds say it themselves.
+        let allowed = matches!(error, ValueError::Quantity { .. }).then(|| info.allowed.clone());
+        refused(error.to_string(), allowed)
+    })?;
     machine.set(&info, &value).map_err(|error| refused(error.to_string(), None))
 }
 
 /// The validated machine; `given`: options that stand in place of what its file says.
 pub fn build(machine: &MachineDef, given: &[String]) -> Result<Machine, CliError> {
-    machine.build().map_err(|problems| match given {
+    machine.build().map_err(|problems| refused(problems, given))
+}
+
+/// Problems of a machine, with the options that stand in place of what its file says.
+pub fn refused(problems: Problems, given: &[String]) -> CliError {
+    match given {
         [] => problems.into(),
         given => CliError::Overridden { problems, given: given.join(" ") },
-    })
+    }
 }

@@ -22,6 +22,7 @@ mod refusals;
 mod render;
 mod replay;
 mod run;
+mod shared;
 mod simulate;
 mod status;
 mod stop;
@@ -39,6 +40,7 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::panic;
 use std::process::ExitCode;
+use std::thread;
 
 /// Blade-off transients of turbine shaft lines with rub against flexible diaphragms.
 ///
@@ -75,11 +77,25 @@ enum Command {
 pub fn main() -> ExitCode {
     bladeoff_worker::process::fail_writes_beyond_the_limit();
     // Its own worker process: started by `run`, not by people, hence not in the help.
-    let mut arguments = std::env::args_os().skip(1);
-    if arguments.next().is_some_and(|first| first == "worker") {
-        return bladeoff_worker::worker_main(arguments);
+    if std::env::args_os().nth(1).is_some_and(|first| first == "worker") {
+        return on_a_stack_of_its_own(|| bladeoff_worker::worker_main(std::env::args_os().skip(2)));
     }
     bladeoff_worker::process::survive_file_size_limit();
+    on_a_stack_of_its_own(|| command().into())
+}
+
+/// Stack of what a command does, whatever `ulimit -s` leaves the first thread: reading the command line alone takes more than 64 kB.
+const STACK: usize = 8 << 20;
+
+fn on_a_stack_of_its_own(work: fn() -> ExitCode) -> ExitCode {
+    match thread::Builder::new().name("main".to_owned()).stack_size(STACK).spawn(work) {
+        Ok(working) => working.join().unwrap_or(Exit::Bug.into()),
+        // No thread is to be had (ulimit -u): the first one does as well, nearly always.
+        Err(_) => work(),
+    }
+}
+
+fn command() -> Exit {
     // clap ends the program itself: 0 after --help and --version, 2 after a wrong command line.
     let matches = command_line().try_get_matches().unwrap_or_else(|error| refuse(&error));
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| refuse(&error));
@@ -91,8 +107,7 @@ pub fn main() -> ExitCode {
             "internal error: {info}\nThis is a bug. Please report it with the command and its files."
         ));
     }));
-    let exit = panic::catch_unwind(|| dispatch(cli.command)).unwrap_or(Exit::Bug);
-    exit.into()
+    panic::catch_unwind(|| dispatch(cli.command)).unwrap_or(Exit::Bug)
 }
 
 /// What is understood, with examples that say how the program is called here, if not as they have it.

@@ -8,6 +8,7 @@ use super::output::{print, print_json, remark};
 use super::plot::{refuse_other_formats, save};
 use crate::engine;
 use crate::pictures::{campbell, campbell_speeds, ring_shapes, rotor_shapes, unbalance_response};
+use crate::report::{matrices_of, with_word};
 use bladeoff_answers::figures::{self, Figure};
 use bladeoff_answers::report::{Align, TextTable};
 use bladeoff_core::modal::{ModesReport, OVERDAMPED, OverdampedMode, SpeedModes, Whirl};
@@ -64,14 +65,14 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     }
     let machine = build(&args.machine.load()?, &args.machine.given())?;
     let speeds = speeds(args, &machine)?;
-    let report = engine::modes(&machine, &speeds)?;
+    let report = with_word(|| matrices_of(&machine), || engine::modes(&machine, &speeds))?;
     if args.json {
         print_json(&json(&machine, &report))?
     } else {
         print(&text(&machine, &report, args.count))?
     }
     if let Some(directory) = &args.figures {
-        remark(save(&figures(&machine)?, directory)?.trim_end());
+        remark(save(&with_word(|| format!("drawing {}", machine.name), || figures(&machine))?, directory)?.trim_end());
     }
     Ok(Exit::Ok)
 }

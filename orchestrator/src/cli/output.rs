@@ -2,8 +2,14 @@
 //! would act on a terminal: whatever came from files, their names and other programs is made visible here.
 
 use super::error::CliError;
+use bladeoff_answers::report::fitted;
 use bladeoff_model::document::{visible_json, visible_lines};
-use std::io::{self, Write};
+use bladeoff_system::call::program;
+use std::borrow::Cow;
+use std::io::{self, IsTerminal, Write};
+
+/// Fewest columns of a terminal that lines are broken for.
+const NARROWEST: usize = 20;
 
 /// Writes data to standard output.
 ///
@@ -11,6 +17,41 @@ use std::io::{self, Write};
 /// The reader's disk is full or the like; a reader that went away (`| head`) is [`CliError::ReaderLeft`].
 pub fn print(text: &str) -> Result<(), CliError> {
     write(&visible_lines(text))
+}
+
+/// Writes what a person reads to standard output: on a terminal in lines that fit it.
+///
+/// # Errors
+/// As [`print`].
+pub fn tell(text: &str) -> Result<(), CliError> {
+    write(&visible_lines(&for_terminal(text, width())))
+}
+
+/// Columns of the terminal that standard output is; `None` where it is none: whoever reads from a pipe wants lines, however long.
+#[must_use]
+pub fn width() -> Option<usize> {
+    columns(io::stdout())
+}
+
+/// The same of standard error.
+#[must_use]
+pub fn width_of_errors() -> Option<usize> {
+    columns(io::stderr())
+}
+
+fn columns(stream: impl IsTerminal + std::os::fd::AsFd) -> Option<usize> {
+    let size = Some(stream).filter(IsTerminal::is_terminal).and_then(terminal_size::terminal_size_of);
+    // A terminal of no width does not know it; in one of a few letters nothing can be done.
+    size.map(|(terminal_size::Width(columns), _)| usize::from(columns)).filter(|columns| *columns >= NARROWEST)
+}
+
+/// Lines that are broken between words where they are longer than a terminal is wide; a command stays a line, so that it can be
+/// pasted.
+pub fn for_terminal(text: &str, width: Option<usize>) -> Cow<'_, str> {
+    match width {
+        Some(width) => Cow::Owned(fitted(text, width, |line| line.contains(program()))),
+        None => Cow::Borrowed(text),
+    }
 }
 
 /// Writes JSON to standard output.
@@ -28,7 +69,7 @@ fn write(text: &str) -> Result<(), CliError> {
 
 /// Writes a remark to standard error; if nobody can read it, that is no reason to stop.
 pub fn remark(text: &str) {
-    let _ = writeln!(io::stderr(), "{}", visible_lines(text));
+    let _ = writeln!(io::stderr(), "{}", visible_lines(&for_terminal(text, width_of_errors())));
 }
 
 /// The same for an error as [`super::render::render`] made it, which has colours of its own and nothing else.

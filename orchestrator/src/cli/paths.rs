@@ -3,11 +3,10 @@
 use super::error::CliError;
 use super::exit::Exit;
 use super::machine::MachineArgs;
-use super::output::{print, print_json};
+use super::output::{print, print_json, width};
 use bladeoff_answers::report::{Align, TextTable, wrapped};
 use bladeoff_model::machine::{ParamValue, PathInfo, PathKind};
 use serde_json::{Value, json};
-use std::io::{self, IsTerminal};
 
 /// List every parameter path of a machine with its value, unit and meaning
 ///
@@ -42,10 +41,8 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         return Ok(Exit::Ok);
     }
     let table = table(&paths);
-    // Whoever reads from a pipe wants lines, however long.
-    let width = Some(io::stdout()).filter(IsTerminal::is_terminal).and_then(terminal_size::terminal_size_of);
-    print(&match width {
-        Some((terminal_size::Width(width), _)) => fitted(&table, &paths, width.into()),
+    print(&match width() {
+        Some(width) => fitted(&table, &paths, width),
         None => table,
     })?;
     Ok(Exit::Ok)

@@ -4,6 +4,7 @@ use super::output::remark;
 use super::refusals::NoDirectory;
 use crate::run::STATUS;
 use crate::run::directory::{LEDGER, LOCK};
+use bladeoff_system::shown;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
@@ -19,7 +20,7 @@ pub fn default_directory() -> Result<PathBuf, NoDirectory> {
     let entries = fs::read_dir("runs").map_err(|_| NoDirectory)?;
     let runs = entries.flatten().filter_map(|entry| Some((written(&entry.path())?, entry.path())));
     let (_, latest) = runs.max().ok_or(NoDirectory)?;
-    remark(&format!("in {}:", latest.display()));
+    remark(&format!("in {}:", shown(&latest)));
     Ok(latest)
 }
 

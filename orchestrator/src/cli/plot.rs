@@ -10,6 +10,7 @@ use bladeoff_answers::figures::{
 use bladeoff_answers::history::{History, Series};
 use bladeoff_model::document::units::{format_quantity, parse_bare_or_quantity};
 use bladeoff_system::files::FileError;
+use bladeoff_system::shown;
 use std::path::{Path, PathBuf};
 
 /// Draw histories: lines over time, orbits in the deformed ring, spectrograms, orders
@@ -69,9 +70,10 @@ pub struct Args {
     out: PathBuf,
 }
 
-/// A history and the name it is shown with.
+/// A history and its name, which figures show as they show any text; and the same for messages.
 struct Named {
     name: String,
+    shown: String,
     history: History,
 }
 
@@ -101,11 +103,11 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
                     (_, true) => asked(None, args.to.as_ref()),
                     _ => asked(args.from.as_ref(), args.to.as_ref()),
                 },
-                message: format!("{} has no instant there: it goes {}", path.display(), span(first, last)),
+                message: format!("{} has no instant there: it goes {}", shown(path), span(first, last)),
                 allowed: None,
             });
         }
-        histories.push(Named { name, history });
+        histories.push(Named { shown: shown(&name), name, history });
     }
     let figures = match args.kind.as_str() {
         "orbit" => orbit(args, &histories)?,
@@ -134,7 +136,7 @@ fn names(files: &[PathBuf]) -> Result<Vec<String>, CliError> {
         let alone = |count: &usize| !others().any(|other| named(other, *count) == named(own, *count));
         let Some(count) = (1..=own.len()).find(alone) else {
             return Err(CliError::Argument {
-                argument: files[at].display().to_string(),
+                argument: shown(&files[at]),
                 message: "is given twice, or differs from another file in its extension alone".to_owned(),
                 allowed: Some("files whose names without extension differ".to_owned()),
             });
@@ -298,7 +300,7 @@ fn orbit(args: &Args, histories: &[Named]) -> Result<Vec<(String, Figure)>, CliE
             if !(first - slack..=last + slack).contains(&instant) {
                 return Err(CliError::Argument {
                     argument: format!("--at {text}"),
-                    message: format!("{} has no instant there", named.name),
+                    message: format!("{} has no instant there", named.shown),
                     allowed: Some(span(first, last)),
                 });
             }
@@ -314,11 +316,11 @@ fn orbit(args: &Args, histories: &[Named]) -> Result<Vec<(String, Figure)>, CliE
             Ring::AtRest => remark(&format!(
                 "{}: without the channels of the ring the clearance is drawn at rest; record with --channels \
                  rotor,contact,ring",
-                named.name
+                named.shown
             )),
             Ring::Unknown => remark(&format!(
                 "{}: a CSV carries no geometry, so that no clearance is drawn; record .mcap or .parquet",
-                named.name
+                named.shown
             )),
         }
         figures.push((format!("{}-orbit", named.name), figure));
@@ -362,7 +364,7 @@ pub(super) fn refuse_other_formats(out: &Path, option: &str, may_be_one: bool) -
     if is_folder || may_be_one && is_figure(out) || !extension.starts_with(|c: char| c.is_alphabetic()) {
         return Ok(());
     }
-    let out = out.display();
+    let out = shown(out);
     let file = if may_be_one { "a file .svg or .png, or " } else { "" };
     let what = if may_be_one {
         "figures are not written as"
@@ -384,14 +386,14 @@ pub(super) fn save(figures: &[(String, Figure)], out: &Path) -> Result<String, C
     if is_figure(out) {
         if figures.len() != 1 {
             return Err(CliError::Argument {
-                argument: format!("--out {}", out.display()),
+                argument: format!("--out {}", shown(out)),
                 message: format!("{} figures do not go into one file", figures.len()),
                 allowed: Some("a directory".to_owned()),
             });
         }
         replaced(out);
         figures[0].1.write(out)?;
-        return Ok(format!("{}\n", out.display()));
+        return Ok(format!("{}\n", shown(out)));
     }
     std::fs::create_dir_all(out).map_err(FileError::at("create", out))?;
     let mut said = String::new();
@@ -400,7 +402,7 @@ pub(super) fn save(figures: &[(String, Figure)], out: &Path) -> Result<String, C
             let path = out.join(format!("{name}.{extension}"));
             replaced(&path);
             figure.write(&path)?;
-            said.push_str(&format!("{}\n", path.display()));
+            said.push_str(&format!("{}\n", shown(&path)));
         }
     }
     Ok(said)
@@ -409,6 +411,6 @@ pub(super) fn save(figures: &[(String, Figure)], out: &Path) -> Result<String, C
 /// Says that a figure takes the place of one that is there.
 fn replaced(path: &Path) {
     if path.exists() {
-        remark(&format!("{} is replaced", path.display()));
+        remark(&format!("{} is replaced", shown(path)));
     }
 }

@@ -6,6 +6,7 @@ use super::output::print;
 use crate::history::recover;
 use bladeoff_answers::report::counted;
 use bladeoff_model::document::units::format_quantity;
+use bladeoff_system::shown;
 use std::path::{Path, PathBuf};
 
 /// Make a whole MCAP file from one whose writer died
@@ -34,7 +35,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let saved = recover(&args.file, &out)?;
     let end = if saved.cut { "the rest was cut in the middle of a record" } else { "nothing was cut in the middle" };
     let (messages, last) = (counted(saved.messages, "message"), format_quantity(saved.last, "s"));
-    print(&format!("{}: {messages}, the last at {last}; {end}\n", out.display()))?;
+    print(&format!("{}: {messages}, the last at {last}; {end}\n", shown(&out)))?;
     Ok(Exit::Ok)
 }
 

@@ -3,6 +3,7 @@
 use bladeoff_answers::report::counted;
 use bladeoff_study::StudyError;
 use bladeoff_system::call;
+use bladeoff_system::shown;
 use bladeoff_worker::core_solver::SolverError;
 use bladeoff_worker::plan::PlanFileError;
 use std::ffi::OsStr;
@@ -25,7 +26,7 @@ pub enum WhyError {
         word: String,
     },
     /// Two directories.
-    #[error("the directory is given twice: {first} and {}", second.display())]
+    #[error("the directory is given twice: {} and {}", shown(first), shown(second))]
     Twice {
         /// Before the sample.
         first: String,
@@ -33,7 +34,7 @@ pub enum WhyError {
         second: PathBuf,
     },
     /// No such sample.
-    #[error("the study in {} has no sample {sample}; its samples are 0 to {}", directory.display(), count - 1)]
+    #[error("the study in {} has no sample {sample}; its samples are 0 to {}", shown(directory), count - 1)]
     Sample {
         /// The directory.
         directory: PathBuf,
@@ -43,7 +44,7 @@ pub enum WhyError {
         count: u64,
     },
     /// The study that was frozen in the directory.
-    #[error("the study frozen in {} cannot be read any more", directory.display())]
+    #[error("the study frozen in {} cannot be read any more", shown(directory))]
     Frozen {
         /// The directory.
         directory: PathBuf,
@@ -72,7 +73,7 @@ pub enum ReplayError {
         last: u64,
     },
     /// No such sample.
-    #[error("{} has no sample {sample}; it has {}", table.display(), counted(*rows as u64, "row"))]
+    #[error("{} has no sample {sample}; it has {}", shown(table), counted(*rows as u64, "row"))]
     Sample {
         /// The table, or the folder of its parts.
         table: PathBuf,
@@ -82,7 +83,7 @@ pub enum ReplayError {
         rows: usize,
     },
     /// No such column of numbers.
-    #[error("{} has no column {column:?} of numbers{}", table.display(), nearest.as_ref().map(|name| format!("; did you mean {name}?")).unwrap_or_default())]
+    #[error("{} has no column {column:?} of numbers{}", shown(table), nearest.as_ref().map(|name| format!("; did you mean {name}?")).unwrap_or_default())]
     Column {
         /// The table.
         table: PathBuf,
@@ -92,7 +93,7 @@ pub enum ReplayError {
         nearest: Option<String>,
     },
     /// Nothing in the column.
-    #[error("no row of {} that is ok has a value in {column}", table.display())]
+    #[error("no row of {} that is ok has a value in {column}", shown(table))]
     Empty {
         /// The table.
         table: PathBuf,
@@ -100,7 +101,7 @@ pub enum ReplayError {
         column: String,
     },
     /// The table does not say which plan it was computed from.
-    #[error("{} does not name the plan it was computed from", table.display())]
+    #[error("{} does not name the plan it was computed from", shown(table))]
     NoPlan {
         /// The table.
         table: PathBuf,
@@ -112,7 +113,7 @@ pub enum ReplayError {
     #[error("the sample cannot be computed")]
     Solver(#[from] SolverError),
     /// A parameter of the plan without a column.
-    #[error("{} has no column for the parameter {path}", table.display())]
+    #[error("{} has no column for the parameter {path}", shown(table))]
     Parameter {
         /// The table.
         table: PathBuf,

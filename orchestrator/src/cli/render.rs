@@ -2,6 +2,7 @@
 
 use super::error::CliError;
 use super::excerpt::Excerpt;
+use super::output::{for_terminal, width_of_errors};
 use crate::starts::StartError;
 use bladeoff_model::document::{Problem, Problems, visible, visible_lines};
 use bladeoff_study::StudyError;
@@ -23,8 +24,9 @@ pub fn render(error: &CliError) -> String {
         }
         CliError::Study(StudyError::Problems(files)) => render_problems(files),
         CliError::Argument { argument, message, allowed } => {
-            let allowed = allowed.as_ref().map(|allowed| format!("\n  allowed: {allowed}")).unwrap_or_default();
-            visible_lines(&format!("error: {}: {message}{allowed}\n", visible(argument))).into_owned()
+            let allowed = allowed.as_ref().map(|allowed| format!("\n  allowed: {}", visible(allowed)));
+            let text = format!("error: {}: {}{}\n", visible(argument), visible(message), allowed.unwrap_or_default());
+            for_terminal(&text, width_of_errors()).into_owned()
         }
         other => chain(other),
     }
@@ -43,16 +45,17 @@ fn chain(error: &dyn Error) -> String {
     if lacks_threads && !text.contains("ulimit -u") {
         text.push_str("  how many processes and threads a user may have is limited (ulimit -u, or the container)\n");
     }
-    visible_lines(&text).into_owned()
+    for_terminal(&visible_lines(&text), width_of_errors()).into_owned()
 }
 
 /// Every problem of every file, then how many there are.
 fn render_problems(files: &[Problems]) -> String {
     let handler = GraphicalReportHandler::new_themed(theme())
-        .with_width(120)
+        .with_width(width_of_errors().unwrap_or(120))
         .with_context_lines(1)
         .with_links(false)
-        .with_wrap_lines(false);
+        .with_wrap_lines(width_of_errors().is_some())
+        .with_break_words(false);
     let mut text = String::new();
     for problems in files {
         for problem in &problems.list {
@@ -68,7 +71,8 @@ fn render_problems(files: &[Problems]) -> String {
     let names: Vec<_> = files.iter().map(|problems| visible(&problems.file)).collect();
     let noun = if count == 1 { "problem" } else { "problems" };
     let hidden = if left_out > 0 { format!(", {left_out} of them not shown") } else { String::new() };
-    text.push_str(&format!("error: {count} {noun} in {}{hidden}\n", names.join(" and ")));
+    let last = format!("error: {count} {noun} in {}{hidden}\n", names.join(" and "));
+    text.push_str(&for_terminal(&last, width_of_errors()));
     text
 }
 

@@ -3,16 +3,17 @@
 use super::error::CliError;
 use super::exit::Exit;
 use super::history::{HistoryArgs, watched};
-use super::output::{print, remark};
+use super::output::{remark, tell};
 use super::place::default_directory;
 use super::refusals::ReplayError;
 use crate::engine;
-use crate::report::{OutcomeView, beyond_the_model, describe_outcome};
+use crate::report::{OutcomeView, beyond_the_model, describe_outcome, with_word};
 use crate::run::directory::{PARTS, RESULTS, read_current, row_files};
 use crate::run::refuse_changed;
 use bladeoff_answers::tables::{DETECTION, Table, TableError, TableSchema, read_metadata};
 use bladeoff_model::machine::{Machine, is_detection};
 use bladeoff_model::outcome::{Cause, Outcome};
+use bladeoff_system::shown;
 use bladeoff_worker::core_solver::CoreSolver;
 use bladeoff_worker::plan::WorkPlan;
 use std::path::{Path, PathBuf};
@@ -50,6 +51,9 @@ pub struct Args {
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
     let directory = args.directory.clone().map_or_else(default_directory, Ok)?;
+    if row_files(&directory).is_empty() {
+        return Err(CliError::NoResults { path: directory });
+    }
     let (table, path, sample) = read_current(&directory, row_files, |files| {
         refuse_changed(&directory)?;
         find(args, &directory, files)
@@ -59,14 +63,16 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let plan = WorkPlan::read(&directory, &hash).map_err(ReplayError::Plan)?;
     let mut solver = CoreSolver::new(&plan).map_err(ReplayError::Solver)?;
     let params = parameters(&plan, &solver, &table, &path)?;
+    let what = || format!("computing the matrices of sample {sample}");
+    with_word(what, || solver.prepare(&params).map(drop)).map_err(ReplayError::Solver)?;
     let (machine, structure) = solver.prepare(&params).map_err(ReplayError::Solver)?;
     let step = engine::step_plan(&machine, structure)?;
     let history = args.history.settings(&machine, &step)?;
     let (outcome, history) = watched(&machine, structure, &step, history.as_ref(), true)?;
     let columns = engine::columns(&machine);
-    print(&format!("{:<32} {sample} of {}\n", "sample", path.display()))?;
+    tell(&format!("{:<32} {sample} of {}\n", "sample", shown(&path)))?;
     let view = OutcomeView { columns: &columns, outcome: &outcome };
-    print(&describe_outcome(view))?;
+    tell(&describe_outcome(view))?;
     for note in beyond_the_model(&machine, structure, step.step, view).iter().chain(&history) {
         remark(note);
     }
@@ -160,7 +166,7 @@ fn parameters(plan: &WorkPlan, solver: &CoreSolver, row: &Table, path: &Path) ->
 fn verdict(row: &Table, machine: &Machine, outcome: &Outcome) -> Result<Exit, CliError> {
     let cause = row.words("cause").and_then(|words| words[0].as_deref()).and_then(Cause::from_word);
     if let Some(cause) = cause.filter(|cause| !cause.is_deterministic()) {
-        print(&format!("\nthe row is {}: there is nothing in it to compare\n", cause.word()))?;
+        tell(&format!("\nthe row is {}: there is nothing in it to compare\n", cause.word()))?;
         return Ok(Exit::Ok);
     }
     let mut differences = Vec::new();
@@ -191,10 +197,10 @@ fn verdict(row: &Table, machine: &Machine, outcome: &Outcome) -> Result<Exit, Cl
         }
     }
     if differences.is_empty() {
-        print(&format!("\nequal to the row in all {compared} columns, bit for bit\n"))?;
+        tell(&format!("\nequal to the row in all {compared} columns, bit for bit\n"))?;
         return Ok(Exit::Ok);
     }
-    print(&format!(
+    tell(&format!(
         "\ndifferent from the row in {} of {compared} columns\n{}\n",
         differences.len(),
         differences.join("\n")

@@ -3,7 +3,7 @@
 use super::budget::BudgetArgs;
 use super::error::CliError;
 use super::exit::Exit;
-use super::output::{print, remark};
+use super::output::{remark, tell, width, width_of_errors};
 use crate::dispatch::{Ended, time_left};
 use crate::run::directory::{LEDGER, row_files};
 use crate::run::{Finished, Request, Rerun, RunError, TRUST, go_on, own_columns, run};
@@ -13,6 +13,7 @@ use bladeoff_answers::report::{SUMMARY_COLUMNS, Summary, counted, duration};
 use bladeoff_answers::tables::Table;
 use bladeoff_model::outcome::{Cause, Status};
 use bladeoff_study::{Samples, Study, check_machines, load, parse_duration};
+use bladeoff_system::shown;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::thread;
@@ -189,9 +190,9 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         "{}: {} of {}, {}, results in {}",
         samples.study().name,
         counted(samples.count(), "sample"),
-        samples.study().machine_file,
+        shown(&samples.study().machine_file),
         counted(workers as u64, "worker"),
-        out.display()
+        shown(&out)
     ));
     let limits = args.budget.of_run();
     if let Some(until) = &limits.until {
@@ -224,19 +225,20 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         Ok(())
     })?;
     let incomplete = finished.ended != Ended::Complete;
+    let width = if args.json_events { width_of_errors() } else { width() };
     let mut text =
         format!("\n{}: {} of {}\n\n", samples.study().name, finished.tally.done(), counted(samples.count(), "sample"));
-    text.push_str(&summary.with_twin(samples.study().shift()).text());
+    text.push_str(&summary.with_twin(samples.study().shift()).text(width));
     let (what, all) = if incomplete { ("Finished rows", "/*.parquet") } else { ("Table", "") };
     if let Some(table) = &finished.table {
-        let table = table.display();
+        let table = shown(table);
         text.push_str(&format!("\n{what}: {table}{all}\n"));
     }
     let printed = if args.json_events {
         remark(text.trim_end());
         Ok(())
     } else {
-        print(&text)
+        tell(&text)
     };
     match printed {
         // The study is done and its table written: whoever does not read the summary changes nothing.

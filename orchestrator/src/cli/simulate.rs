@@ -4,10 +4,11 @@ use super::error::CliError;
 use super::exit::Exit;
 use super::history::{HistoryArgs, watched};
 use super::json::JsonObject;
-use super::machine::{MachineArgs, build, set};
-use super::output::{print, print_json, remark};
+use super::machine::{MachineArgs, build, refused, set};
+use super::output::{print_json, remark, tell};
 use crate::engine;
-use crate::report::{OutcomeView, beyond_the_model, cause_in_words, describe_outcome};
+use crate::report::{OutcomeView, beyond_the_model, cause_in_words, describe_outcome, matrices_of, with_word};
+use crate::starts::placed;
 use bladeoff_answers::report::duration;
 use bladeoff_answers::tables::{TableSchema, verdict_fields};
 use bladeoff_core::engine::StepPlan;
@@ -63,12 +64,21 @@ pub struct Args {
 
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
-    let machine = build(&definition(args)?, &given(args))?;
+    let definition = definition(args)?;
+    let machine = build(&definition, &given(args))?;
     let started = Instant::now();
-    let structure = engine::build(&machine)?;
+    let set_up = || engine::build(&machine);
+    let structure = if args.json { set_up() } else { with_word(|| matrices_of(&machine), set_up) }?;
     let plan = engine::step_plan(&machine, &structure)?;
     let history = args.history.settings(&machine, &plan)?;
-    let (outcome, history) = watched(&machine, &structure, &plan, history.as_ref(), !args.json)?;
+    let (outcome, history) =
+        watched(&machine, &structure, &plan, history.as_ref(), !args.json).map_err(|error| match error {
+            CliError::Engine(error) => match placed(&error, &definition, &machine, |_| false) {
+                Some(problems) => refused(problems, &given(args)),
+                None => error.into(),
+            },
+            other => other,
+        })?;
     let wall = started.elapsed();
     let columns = engine::columns(&machine);
     let view = OutcomeView { columns: &columns, outcome: &outcome };
@@ -78,7 +88,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         let mut text = heading(&machine, &plan);
         text.push_str(&describe_outcome(view));
         text.push_str(&format!("{:<32} {}\n", "computed in", duration(wall)));
-        print(&text)?;
+        tell(&text)?;
     }
     for note in beyond_the_model(&machine, &structure, plan.step, view).iter().chain(&history) {
         remark(note);
@@ -137,8 +147,8 @@ fn verdict(outcome: &Outcome) -> Exit {
 
 fn heading(machine: &Machine, plan: &StepPlan) -> String {
     let detection = engine::detection(machine).unwrap_or("no diaphragm");
-    let step =
-        format!("{} (largest allowed {})", format_quantity(plan.step, "s"), format_quantity(plan.largest_step, "s"));
+    let [step, largest] = [plan.step, plan.largest_allowed()].map(|step| format_quantity(step, "s"));
+    let step = format!("{step} (largest allowed {largest})");
     [
         ("machine", machine.name.clone()),
         ("engine", engine::engine_word(machine).to_owned()),

@@ -2,7 +2,7 @@
 
 use super::error::CliError;
 use super::exit::Exit;
-use super::output::{print, print_json};
+use super::output::{print_json, tell};
 use super::place::default_directory;
 use crate::report::Eta;
 use crate::run::{RunState, Seen, Verified, see, verify};
@@ -58,7 +58,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         }
         text = if args.json { verified_json(&text, &verified) } else { text + &verified_text(&verified) };
     }
-    if args.json { print_json(&text) } else { print(&text) }?;
+    if args.json { print_json(&text) } else { tell(&text) }?;
     Ok(exit)
 }
 

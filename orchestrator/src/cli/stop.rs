@@ -6,6 +6,7 @@ use crate::dispatch::{Signal, watch_afterwards};
 use crate::history::{Format, Recorder, left_behind};
 use bladeoff_core::record::{Follower, Frame};
 use bladeoff_system::call;
+use bladeoff_system::shown;
 use std::ffi::OsStr;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -59,9 +60,9 @@ pub(super) fn what_is_left(path: &Path) -> Option<String> {
     Some(match Format::of(path) {
         Ok(Format::Mcap) => {
             let recover = call::command([OsStr::new("recover"), call::path_word(&left).as_os_str()]);
-            format!("what was written until then is in {}; a whole file of it: {recover}", left.display())
+            format!("what was written until then is in {}; a whole file of it: {recover}", shown(&left))
         }
-        _ => format!("what was written until then is in {}", left.display()),
+        _ => format!("what was written until then is in {}", shown(&left)),
     })
 }
 

@@ -2,7 +2,7 @@
 
 use super::error::CliError;
 use super::exit::Exit;
-use super::output::print;
+use super::output::tell;
 use super::place::default_directory;
 use super::refusals::WhyError;
 use crate::engine;
@@ -19,6 +19,7 @@ use bladeoff_model::outcome::{Cause, CauseSet, ColumnKind, EndCause, Outcome, St
 use bladeoff_study::{FrozenFiles, Samples, load_frozen, show};
 use bladeoff_system::call;
 use bladeoff_system::place::Place;
+use bladeoff_system::shown;
 use serde_json::Value;
 use std::collections::VecDeque;
 use std::ffi::OsStr;
@@ -62,7 +63,7 @@ pub struct Args {
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
     let (directory, sample) = place(args)?;
-    print(&text(&directory, sample)?)?;
+    tell(&text(&directory, sample)?)?;
     Ok(Exit::Ok)
 }
 
@@ -77,7 +78,7 @@ pub fn text(directory: &Path, sample: u64) -> Result<String, CliError> {
         return Err(WhyError::Sample { directory: directory.to_path_buf(), sample, count: samples.count() }.into());
     }
     let mut told = Told::default();
-    told.line("sample", format!("{sample} of {} in {}", samples.count(), directory.display()));
+    told.line("sample", format!("{sample} of {} in {}", samples.count(), shown(directory)));
     for (varied, value) in samples.parameters().zip(samples.values(sample)) {
         told.line(&varied.info.path, show(&varied.info, &value));
     }
@@ -290,7 +291,7 @@ fn log(told: &mut Told, directory: &Path, sample: u64) {
                 "{} {} in {}",
                 counted(skipped, "earlier line"),
                 are(skipped),
-                directory.join(WORKER_LOG).display()
+                bladeoff_system::shown(directory.join(WORKER_LOG))
             ),
         );
     }

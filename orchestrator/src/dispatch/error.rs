@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use bladeoff_protocol::domain::DomainError;
 use bladeoff_protocol::link::LinkError;
+use bladeoff_system::shown;
 use bladeoff_worker::fault::FaultError;
 
 use super::api::SinkError;
@@ -57,7 +58,7 @@ pub enum DispatchError {
         last_words: String,
     },
     /// A worker process could not be started.
-    #[error("starting a worker ({}) failed", program.display())]
+    #[error("starting a worker ({}) failed", shown(program))]
     Spawn {
         /// The program.
         program: PathBuf,
@@ -82,7 +83,7 @@ pub enum DispatchError {
     #[error(transparent)]
     Sink(#[from] SinkError),
     /// The worker log could not be written.
-    #[error("writing {} failed", path.display())]
+    #[error("writing {} failed", shown(path))]
     Log {
         /// The file.
         path: PathBuf,

@@ -27,6 +27,7 @@ mod log;
 mod signals;
 mod start;
 
+use bladeoff_system::shown;
 use std::ffi::OsString;
 
 use bladeoff_protocol::domain::Domain;
@@ -90,7 +91,7 @@ pub fn run(
     // Made in this order and given back in the other: first processes, with the event loop, then the hub, then the shared memory.
     let (send, events) = unbounded_channel();
     let (domain, mut hub) = start::connect(options, settings.workers, &send)?;
-    log.line(None, &format!("run {} with shared memory in {}", domain.run(), domain.address().root.display()))?;
+    log.line(None, &format!("run {} with shared memory in {}", domain.run(), shown(&domain.address().root)))?;
     let runtime = start::event_loop()?;
     let result = {
         let _inside = runtime.enter();

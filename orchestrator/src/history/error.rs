@@ -3,14 +3,22 @@
 use super::version::HISTORY_VERSION;
 use bladeoff_answers::tables::TableError;
 use bladeoff_system::files::FileError;
-use std::path::PathBuf;
+use bladeoff_system::shown;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
 
 /// A history that cannot be written, read or recovered.
 #[derive(Debug, thiserror::Error)]
 pub enum HistoryError {
     /// The extension names no format.
-    #[error("{}: the extension of a history is .mcap, .csv or .parquet", path.display())]
+    #[error("{}: the extension of a history is .mcap, .csv or .parquet", shown(path))]
     Extension {
+        /// The file.
+        path: PathBuf,
+    },
+    /// No such file.
+    #[error("there is no file {}", shown(path))]
+    Missing {
         /// The file.
         path: PathBuf,
     },
@@ -31,7 +39,7 @@ pub enum HistoryError {
     #[error(transparent)]
     Table(#[from] TableError),
     /// The MCAP library.
-    #[error("cannot {action} {}", path.display())]
+    #[error("cannot {action} {}", shown(path))]
     Mcap {
         /// "write" or "read".
         action: &'static str,
@@ -42,7 +50,7 @@ pub enum HistoryError {
         source: mcap::McapError,
     },
     /// The file is whole but not one of ours.
-    #[error("{} is not a history of version {HISTORY_VERSION}: {detail}", path.display())]
+    #[error("{} is not a history of version {HISTORY_VERSION}: {detail}", shown(path))]
     NotAHistory {
         /// The file.
         path: PathBuf,
@@ -50,7 +58,7 @@ pub enum HistoryError {
         detail: &'static str,
     },
     /// A line of a CSV file that is not numbers.
-    #[error("{}, line {line}: {text:?} is not a number", path.display())]
+    #[error("{}, line {line}: {text:?} is not a number", shown(path))]
     Number {
         /// The file.
         path: PathBuf,
@@ -60,7 +68,7 @@ pub enum HistoryError {
         text: String,
     },
     /// Nothing could be recovered.
-    #[error("{} holds no complete message", path.display())]
+    #[error("{} holds no complete message", shown(path))]
     NothingToRecover {
         /// The file.
         path: PathBuf,
@@ -68,8 +76,21 @@ pub enum HistoryError {
 }
 
 impl HistoryError {
+    /// For `map_err` on what reads a file that somebody named: one that is not there is no fault of the disk.
+    pub(super) fn named(path: &Path) -> impl FnOnce(Self) -> Self {
+        let path = path.to_path_buf();
+        move |error| match &error {
+            HistoryError::File(file) | HistoryError::Table(TableError::File(file))
+                if matches!(file.source.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) =>
+            {
+                HistoryError::Missing { path }
+            }
+            _ => error,
+        }
+    }
+
     /// For `map_err` on the MCAP library.
-    pub(super) fn mcap(action: &'static str, path: &std::path::Path) -> impl FnOnce(mcap::McapError) -> Self {
+    pub(super) fn mcap(action: &'static str, path: &Path) -> impl FnOnce(mcap::McapError) -> Self {
         let path = path.to_path_buf();
         move |source| HistoryError::Mcap { action, path, source }
     }

@@ -20,11 +20,16 @@ pub(super) const MOST_HISTORY: u64 = 4 << 30;
 /// # Errors
 /// Not readable, not of a format or version that is known, or cut (then `bladeoff recover` helps).
 pub fn read(path: &Path) -> Result<History, HistoryError> {
-    let history = match Format::of(path)? {
-        Format::Mcap => read_mcap(path)?,
-        Format::Csv => return read_csv(path),
-        Format::Parquet => read_parquet(path)?,
+    let format = Format::of(path)?;
+    let read = match format {
+        Format::Mcap => read_mcap(path),
+        Format::Csv => read_csv(path),
+        Format::Parquet => read_parquet(path),
     };
+    let history = read.map_err(HistoryError::named(path))?;
+    if format == Format::Csv {
+        return Ok(history);
+    }
     let known = history.about.get("history_version").is_some_and(|found| *found == HISTORY_VERSION.to_string());
     if known { Ok(history) } else { Err(not_ours(path, "it does not say so")) }
 }

@@ -28,7 +28,8 @@ pub struct Recovered {
 /// # Errors
 /// `from` is not readable or has nothing in it; `to` cannot be written.
 pub fn recover(from: &Path, to: &Path) -> Result<Recovered, HistoryError> {
-    let bytes = Place::named(from).read(MOST_HISTORY)?;
+    let read = Place::named(from).read(MOST_HISTORY).map_err(HistoryError::from);
+    let bytes = read.map_err(HistoryError::named(from))?;
     let aside = temporary(to);
     // `recover x.mcap.tmp` would write over its own input
     let aside_is_input = aside == from;

@@ -3,6 +3,7 @@
 use super::layout::LEDGER_VERSION;
 use super::record::RecordError;
 use bladeoff_system::files::FileError;
+use bladeoff_system::shown;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -10,7 +11,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 pub enum LedgerError {
     /// The store failed.
-    #[error("cannot {action} the record of finished samples {}", path.display())]
+    #[error("cannot {action} the record of finished samples {}", shown(path))]
     Store {
         /// "create", "open", "write" or "read".
         action: &'static str,
@@ -21,7 +22,7 @@ pub enum LedgerError {
         source: Box<redb::Error>,
     },
     /// The file is no longer a whole store.
-    #[error("the record of finished samples {} is damaged: {detail}", path.display())]
+    #[error("the record of finished samples {} is damaged: {detail}", shown(path))]
     Damaged {
         /// The file.
         path: PathBuf,
@@ -32,7 +33,7 @@ pub enum LedgerError {
     #[error(
         "{} was written by another version of the program (its layout is {found}, this one's {LEDGER_VERSION}); choose another \
          --out",
-        path.display()
+        shown(path)
     )]
     Version {
         /// The file.
@@ -41,7 +42,7 @@ pub enum LedgerError {
         found: String,
     },
     /// An entry cannot be read.
-    #[error("sample {sample} in {} cannot be read", path.display())]
+    #[error("sample {sample} in {} cannot be read", shown(path))]
     Record {
         /// Its number.
         sample: u64,
@@ -52,7 +53,7 @@ pub enum LedgerError {
         source: RecordError,
     },
     /// A sample that was recorded is not there.
-    #[error("sample {sample} is missing in {}", path.display())]
+    #[error("sample {sample} is missing in {}", shown(path))]
     Missing {
         /// Its number.
         sample: u64,

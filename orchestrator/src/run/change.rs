@@ -8,6 +8,7 @@ use bladeoff_core::NUMERICS_VERSION;
 use bladeoff_model::machine::ParamValue;
 use bladeoff_study::{FrozenFiles, SampleKeys, Samples, Study, Varied, load_frozen, show};
 use bladeoff_system::folder::Folder;
+use bladeoff_system::shown;
 use bladeoff_worker::plan::{BASIS_FILE, MOST_BASIS};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -47,7 +48,7 @@ pub(super) fn changes(folder: &Folder, prepared: &Prepared<'_>, header: &BTreeMa
             }
         }
         Err(_) => found.push(Change {
-            key: directory.join(STUDY).display().to_string(),
+            key: shown(directory.join(STUDY)),
             from: "cannot be read any more".to_owned(),
             to: "compared by the keys of the samples alone".to_owned(),
         }),

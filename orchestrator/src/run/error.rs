@@ -9,6 +9,7 @@ use bladeoff_answers::report::{are, counted};
 use bladeoff_answers::tables::TableError;
 use bladeoff_model::document::Problems;
 use bladeoff_system::files::FileError;
+use bladeoff_system::shown;
 use bladeoff_worker::plan::PlanFileError;
 use std::ffi::OsString;
 use std::io;
@@ -42,7 +43,7 @@ pub enum RunError {
         "{} was computed with another study: {lost} of its {} {} not in this one\n{}\n\
          A study that only grows (more points, a larger --limit or run.step_limit, other [limits]) is continued. For this \
          one choose another --out, or remove the directory",
-        path.display(),
+        shown(path),
         counted(*total, "finished sample"),
         are(*lost),
         changes.iter().map(|change| format!("  {change}")).collect::<Vec<_>>().join("\n")
@@ -58,7 +59,7 @@ pub enum RunError {
         changes: Vec<Change>,
     },
     /// There is no run whose samples could be computed again.
-    #[error("{} has no finished samples to be computed again", path.display())]
+    #[error("{} has no finished samples to be computed again", shown(path))]
     NothingToRerun {
         /// The directory.
         path: PathBuf,
@@ -137,8 +138,8 @@ pub enum Lost {
     /// It is elsewhere.
     #[error(
         "{} was moved during the run, {}: the run has stopped; {} {} in it",
-        path.display(),
-        to.as_ref().map_or("nobody knows where to".to_owned(), |to| format!("to {}", to.display())),
+        shown(path),
+        to.as_ref().map_or("nobody knows where to".to_owned(), |to| format!("to {}", shown(to))),
         counted(*done, "finished sample"),
         are(*done)
     )]
@@ -151,7 +152,7 @@ pub enum Lost {
         done: u64,
     },
     /// It is gone, what was finished is not.
-    #[error("{what} {} was removed during the run: the run has stopped; {} {} kept in {}", path.display(), counted(*done, "finished sample"), are(*done), kept.display())]
+    #[error("{what} {} was removed during the run: the run has stopped; {} {} kept in {}", shown(path), counted(*done, "finished sample"), are(*done), shown(kept))]
     Kept {
         /// "the result directory" or the record in it.
         what: &'static str,
@@ -163,7 +164,7 @@ pub enum Lost {
         kept: PathBuf,
     },
     /// It is gone with what was finished.
-    #[error("{what} {} was removed during the run: the run has stopped; {} could not be kept", path.display(), counted(*done, "finished sample"))]
+    #[error("{what} {} was removed during the run: the run has stopped; {} could not be kept", shown(path), counted(*done, "finished sample"))]
     Gone {
         /// "the result directory" or the record in it.
         what: &'static str,

@@ -9,6 +9,7 @@ use super::stamp::{host, timestamp};
 use bladeoff_model::document::visible;
 use bladeoff_system::files::FileError;
 use bladeoff_system::folder::Folder;
+use bladeoff_system::shown;
 use serde_json::{Value, json};
 use std::fs::{File, TryLockError};
 use std::io;
@@ -49,7 +50,7 @@ impl std::fmt::Display for Holder {
 #[derive(Debug, thiserror::Error)]
 pub enum LockError {
     /// Another process has it.
-    #[error("another run works in {}: {}", directory.display(), holder.as_ref().map_or("unknown".to_owned(), ToString::to_string))]
+    #[error("another run works in {}: {}", shown(directory), holder.as_ref().map_or("unknown".to_owned(), ToString::to_string))]
     Held {
         /// The directory.
         directory: PathBuf,

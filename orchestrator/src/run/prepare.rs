@@ -6,6 +6,7 @@ use super::provenance::provenance;
 use super::work::work_plan;
 use crate::engine;
 use crate::ledger::Reader;
+use crate::report::{matrices_of, with_word};
 use bladeoff_core::NUMERICS_VERSION;
 use bladeoff_core::modal::Basis;
 use bladeoff_model::document::Problems;
@@ -72,11 +73,11 @@ fn basis(samples: &Samples, frozen: Option<Vec<u8>>, known: &[String]) -> Result
     for machine in basis_machines(samples) {
         let machine = machine?;
         if let (Some(bytes), Some(basis)) = (&frozen, &read)
-            && engine::build_with(&machine, basis).is_ok()
+            && with_word(|| matrices_of(&machine), || engine::build_with(&machine, basis)).is_ok()
         {
             return Ok(bytes.clone());
         }
-        match engine::build(&machine) {
+        match with_word(|| matrices_of(&machine), || engine::build(&machine)) {
             Ok(structure) => return Ok(as_known(structure.basis(), &machine, known)),
             Err(error) => last = Some(error),
         }

@@ -4,6 +4,7 @@
 use super::lock::LOCK;
 use bladeoff_system::files::FileError;
 use bladeoff_system::folder::Folder;
+use bladeoff_system::shown;
 use rustix::fs::{Access, AtFlags, accessat, fgetxattr};
 use rustix::io::Errno;
 use rustix::process::{getegid, geteuid};
@@ -17,7 +18,7 @@ pub enum Untrusted {
     #[error(
         "{} belongs to another user (uid {owner}), who could change what the run writes there; choose another --out, or say \
          --trust-dir if you trust them",
-        path.display()
+        shown(path)
     )]
     Owner {
         /// The directory.
@@ -29,7 +30,7 @@ pub enum Untrusted {
     #[error(
         "{} can be written by other users (mode {mode:04o}), who could change what the run writes there: `chmod go-w` it, choose \
          another --out, or say --trust-dir if you trust them",
-        path.display()
+        shown(path)
     )]
     Mode {
         /// The directory.

@@ -20,41 +20,39 @@ pub struct FixedAngle {
     pub because: Vec<String>,
     /// After this angle everything is as before \[rad\].
     pub period: f64,
-    /// After a turn of the whole rotor by this angle everything is as before \[rad\]; `None`: after any.
-    pub around: Option<f64>,
-    /// An angle that has several values, all of them whole periods apart.
-    pub repeated: Option<String>,
+    /// An angle that has several values, all of them whole periods apart, and its period \[rad\].
+    pub repeated: Option<(String, f64)>,
     /// The phase has a line in `[set]`.
     pub is_set: bool,
 }
 
 /// What a study says nothing about: `None` where an angle varies, nothing is released, or machine and surroundings are the same all
 /// round, so that the angle only turns the picture.
+///
+/// The release angle is that against what is not the same all round. So it varies with the phase of what is released, with the
+/// angle of the rotor at the start, and against the blades of a diaphragm with the angle of that diaphragm (against nothing else:
+/// offset, bearings and gravity stay where they are); against another unbalance with the phase of that one.
 #[must_use]
 pub fn fixed_angle(samples: &Samples) -> Option<FixedAngle> {
     if samples.count() == 0 {
         return None;
     }
+    let is_angle = |path: &str| path.ends_with(".phase") || path.ends_with(".angle");
+    let varied = samples.parameters().filter(|varied| is_angle(&varied.info.path));
+    let angles: Vec<Angle<'_>> =
+        varied.map(|varied| Angle { path: &varied.info.path, values: &varied.values }).collect();
     // The ends and the middle: where a parameter that varies takes the symmetry away, one of them has it.
     let machines = [0, samples.count() / 2, samples.count() - 1].map(|sample| samples.machine(sample).build());
-    let found = machines.iter().flatten().filter_map(of_machine);
+    let found = machines.iter().flatten().filter_map(|machine| of_machine(machine, &angles));
     let mut found = found.max_by(|a, b| a.period.total_cmp(&b.period))?;
     found.is_set = samples.study().fixed.iter().any(|(info, _)| info.path == found.path);
-    for varied in samples.parameters() {
-        let path = &varied.info.path;
-        // Phase of an unbalance, angle of the rotor at the start, angle of the stator.
-        let period = match path {
-            path if path.ends_with(".phase") => Some(found.period),
-            path if path.ends_with(".angle") => found.around,
-            _ => continue,
-        };
-        match period {
-            Some(period) if differs(&varied.values, period) => return None,
-            Some(_) if varied.values.len() > 1 => found.repeated = Some(path.clone()),
-            _ => {}
-        }
-    }
     Some(found)
+}
+
+/// An angle that a study gives values.
+struct Angle<'a> {
+    path: &'a str,
+    values: &'a ValueList,
 }
 
 /// Whether some of these angles are not whole periods apart.
@@ -67,47 +65,74 @@ fn differs(values: &ValueList, period: f64) -> bool {
     (1..values.len()).map(|position| turns(position) - first).any(|turns| (turns - turns.round()).abs() > ROUNDING)
 }
 
-fn of_machine(machine: &Machine) -> Option<FixedAngle> {
+fn of_machine(machine: &Machine, angles: &[Angle<'_>]) -> Option<FixedAngle> {
     let unbalances = machine.rotor.unbalances.iter().filter(|unbalance| unbalance.mass * unbalance.radius > 0.0);
     // What is released, rather than what was there before.
     let unbalance = unbalances.clone().min_by_key(|unbalance| unbalance.presence == Presence::Before)?;
     if machine.diaphragms.is_empty() {
         return None;
     }
+    // Whether an angle has values that differ where everything is as before after a period; several that do not are told.
+    let mut repeated = None;
+    let mut varies = |path: &str, period: f64| {
+        let Some(angle) = angles.iter().find(|angle| angle.path == path) else { return false };
+        let varies = differs(angle.values, period);
+        if !varies && angle.values.len() > 1 {
+            repeated = Some((path.to_owned(), period));
+        }
+        varies
+    };
+    let part = |order: usize| (order > 0).then(|| TAU / order as f64);
     let (mut because, mut order) = (Vec::new(), 0);
     // Everything is as before after a turn by the part of a circle that all of them share.
     let mut add = |what: String, turns: usize| {
         because.push(what);
         order = gcd(order, turns);
     };
+    // Of all that is around the rotor, whatever turns with it.
+    let mut all_around = 0;
     for diaphragm in &machine.diaphragms {
         if let DiaphragmKind::Flexible(stator) = &diaphragm.kind
             && let Some(blades) = &stator.blades
         {
-            add(format!("the {} blades of diaphragm {}", blades.count, diaphragm.name), blades.count);
+            all_around = gcd(all_around, blades.count);
+            if !part(blades.count).is_some_and(|period| varies(&format!("diaphragms.{}.angle", diaphragm.name), period))
+            {
+                add(format!("the {} blades of diaphragm {}", blades.count, diaphragm.name), blades.count);
+            }
         }
         if diaphragm.contact.offset != [0.0, 0.0] {
+            all_around = 1;
             add(format!("the offset of diaphragm {}", diaphragm.name), 1);
         }
     }
     for bearing in &machine.rotor.bearings {
         if !(is_isotropic(&bearing.stiffness) && is_isotropic(&bearing.damping)) {
+            all_around = gcd(all_around, 2);
             add(format!("bearing {}", bearing.name), 2);
         }
     }
     if machine.rotor.gravity != [0.0, 0.0] {
+        all_around = 1;
         add("gravity".to_owned(), 1);
     }
-    let part = |order: usize| (order > 0).then(|| TAU / order as f64);
-    let around = part(order);
+    // The angle of the whole rotor at the start.
+    if part(all_around).is_some_and(|period| varies("rotor.initial.angle", period)) {
+        return None;
+    }
     // The phase turns one unbalance against the others: as before after a whole turn only.
     for other in unbalances.filter(|other| other.name != unbalance.name) {
-        because.push(format!("unbalance {}", other.name));
-        order = 1;
+        if !varies(&format!("rotor.unbalances.{}.phase", other.name), TAU) {
+            because.push(format!("unbalance {}", other.name));
+            order = 1;
+        }
     }
     let path = format!("rotor.unbalances.{}.phase", unbalance.name);
     let period = part(order)?;
-    Some(FixedAngle { path, value: unbalance.phase, because, period, around, repeated: None, is_set: false })
+    if varies(&path, period) {
+        return None;
+    }
+    Some(FixedAngle { path, value: unbalance.phase, because, period, repeated, is_set: false })
 }
 
 /// Whether a 2 x 2 matrix is the same after any turn.
@@ -129,15 +154,15 @@ impl FixedAngle {
         let is = if self.because.len() == 1 && !self.because[0].contains("blades") { "is" } else { "are" };
         let said = match &self.repeated {
             None => format!("note: {} is {} deg in every sample.", self.path, degrees(self.value)),
-            Some(path) => {
+            Some((path, period)) => {
                 format!(
                     "note: all values of {path} are the same angle: whole periods of {} deg apart.",
-                    degrees(self.period)
+                    degrees(*period)
                 )
             }
         };
         let instead = match &self.repeated {
-            Some(path) if *path == self.path => "; instead of the values there are",
+            Some((path, _)) if *path == self.path => "; instead of the values there are",
             _ if self.is_set => "; instead of its line in [set]",
             _ => "",
         };
@@ -188,7 +213,7 @@ mod tests {
 
     #[test]
     fn the_angle_matters_where_something_is_not_the_same_all_round() {
-        let degrees = |machine: &Machine| of_machine(machine).map(|found| found.period.to_degrees().round());
+        let degrees = |machine: &Machine| of_machine(machine, &[]).map(|found| found.period.to_degrees().round());
         assert_eq!(degrees(&rig(&[])), Some(45.0), "eight blades");
         assert_eq!(degrees(&rig(&[FREE_RING])), None, "all round");
         let gravity = ("gravity = [0.0, 0.0]", "gravity = [0.0, \"-9.81 m/s2\"]");
@@ -212,15 +237,46 @@ mod tests {
 
     #[test]
     fn against_another_unbalance_the_phase_takes_the_whole_turn() {
-        let found = of_machine(&rig(&[BEFORE])).expect("it matters");
+        let found = of_machine(&rig(&[BEFORE]), &[]).expect("it matters");
         assert_eq!((found.path.as_str(), found.period), ("rotor.unbalances.blade_off.phase", TAU));
-        assert_eq!(found.around.map(|angle| angle.to_degrees().round()), Some(45.0), "of the whole rotor");
         let text = found.text();
         for part in ["The 8 blades of diaphragm seal and unbalance a_residual are", "to = \"300 deg\"", "count = 6"] {
             assert!(text.contains(part), "{part}: {text}");
         }
-        let round = of_machine(&rig(&[FREE_RING, BEFORE])).expect("it matters");
-        assert_eq!((round.period, round.around), (TAU, None));
+        let round = of_machine(&rig(&[FREE_RING, BEFORE]), &[]).expect("it matters");
+        assert_eq!(round.period, TAU);
+    }
+
+    #[test]
+    fn an_angle_counts_against_what_it_turns_against() {
+        let degrees = |list: &[f64]| ValueList::Numbers(list.iter().map(|angle| angle.to_radians()).collect());
+        // What is still fixed, with the period and the angle whose values repeat.
+        let fixed = |changes: &[(&str, &str)], path: &str, values: &[f64]| {
+            let values = degrees(values);
+            let found = of_machine(&rig(changes), &[Angle { path, values: &values }])?;
+            let repeated = found.repeated.map(|(path, period)| (path, period.to_degrees().round()));
+            Some((found.because.join(", "), found.period.to_degrees().round(), repeated))
+        };
+        let (seal, gravity) = ("diaphragms.seal.angle", ("gravity = [0.0, 0.0]", "gravity = [0.0, \"-9.81 m/s2\"]"));
+        let blades = "the 8 blades of diaphragm seal".to_owned();
+        // The diaphragm turns its blades and nothing else.
+        assert_eq!(fixed(&[], seal, &[0.0, 10.0]), None);
+        assert_eq!(fixed(&[], seal, &[0.0, 45.0]), Some((blades.clone(), 45.0, Some((seal.to_owned(), 45.0)))));
+        assert_eq!(fixed(&[gravity], seal, &[0.0, 10.0]), Some(("gravity".to_owned(), 360.0, None)));
+        assert_eq!(fixed(&[FREE_RING, gravity], seal, &[0.0, 10.0]), Some(("gravity".to_owned(), 360.0, None)));
+        let both = format!("{blades}, gravity");
+        assert_eq!(fixed(&[gravity], seal, &[0.0, 45.0]), Some((both, 360.0, Some((seal.to_owned(), 45.0)))));
+        // The rotor at the start turns against all of them.
+        let initial = "rotor.initial.angle";
+        assert_eq!(fixed(&[gravity], initial, &[0.0, 45.0]), None);
+        assert_eq!(fixed(&[], initial, &[0.0, 45.0]), Some((blades.clone(), 45.0, Some((initial.to_owned(), 45.0)))));
+        // The phase of another unbalance turns against that one alone.
+        let other = "rotor.unbalances.a_residual.phase";
+        assert_eq!(fixed(&[FREE_RING, BEFORE], other, &[0.0, 45.0]), None);
+        assert_eq!(fixed(&[BEFORE], other, &[0.0, 45.0]), Some((blades, 45.0, None)));
+        let own = "rotor.unbalances.blade_off.phase";
+        assert_eq!(fixed(&[BEFORE], own, &[0.0, 45.0]), None);
+        assert!(fixed(&[], own, &[0.0, 45.0]).is_some_and(|(_, _, repeated)| repeated.is_some()));
     }
 
     #[test]
@@ -233,7 +289,7 @@ mod tests {
 
     #[test]
     fn the_note_names_what_it_is_and_proposes_starts_within_the_period() {
-        let text = of_machine(&rig(&[("phase = \"0 deg\"", "phase = \"30 deg\"")])).expect("it matters").text();
+        let text = of_machine(&rig(&[("phase = \"0 deg\"", "phase = \"30 deg\"")]), &[]).expect("it matters").text();
         for part in [
             "rotor.unbalances.blade_off.phase is 30 deg in every sample",
             "The 8 blades of diaphragm seal are not the same all round",

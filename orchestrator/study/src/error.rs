@@ -4,6 +4,9 @@ use super::design::DesignError;
 use super::input::InputError;
 use bladeoff_model::document::Problems;
 use bladeoff_system::threads::ThreadsError;
+use bladeoff_system::{call, shown};
+use std::ffi::OsStr;
+use std::path::PathBuf;
 
 /// Why a study cannot be run as it is.
 #[derive(Debug, thiserror::Error)]
@@ -11,6 +14,17 @@ pub enum StudyError {
     /// Problems in the study, its machine or its points file.
     #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
     Problems(Vec<Problems>),
+    /// A machine instead of a study.
+    #[error(
+        "{} is a machine file, not a study\n  one run of it: {}\n  a study names it by `machine`; a template: {}",
+        shown(path),
+        call::command([OsStr::new("simulate"), call::path_word(path).as_os_str()]),
+        call::command(["new", "study"])
+    )]
+    AMachine {
+        /// The file.
+        path: PathBuf,
+    },
     /// A file that cannot be read.
     #[error(transparent)]
     Input(#[from] InputError),

@@ -107,6 +107,21 @@ fn report(
     problems.finish().expect_err("called with at least one finding")
 }
 
+/// The refusal of one sample where the study gives the parameter its values, otherwise at its place in the machine file.
+#[must_use]
+pub fn at_its_axis(samples: &Samples, refused: Problems) -> Problems {
+    let study = samples.study();
+    let axis = |problem: &Problem| samples.parameters().find(|varied| varied.info.path == problem.key);
+    let Some(varied) = refused.list.first().and_then(axis) else { return refused };
+    let mut problems = Collector::new(&study.file, &study.text);
+    for problem in &refused.list {
+        let at = problems.add(varied.place.clone(), &*problem.key, &*problem.message);
+        at.value.clone_from(&problem.value);
+        at.allowed.clone_from(&problem.allowed);
+    }
+    problems.into_problems()
+}
+
 /// Combinations of a study too large to try all: every value of every axis with the other axes at their first, then the
 /// corners. Like samples they are made from their number.
 pub struct Chosen<'a> {

@@ -2,6 +2,7 @@
 
 use bladeoff_model::document::cut;
 use bladeoff_system::place::{Place, Unfit};
+use bladeoff_system::shown;
 use std::io;
 use std::path::{Component, Path, PathBuf};
 
@@ -9,25 +10,25 @@ use std::path::{Component, Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 pub enum InputError {
     /// No such file.
-    #[error("there is no file {}", path.display())]
+    #[error("there is no file {}", shown(path))]
     Missing {
         /// The file.
         path: PathBuf,
     },
     /// A directory, device, pipe ...
-    #[error("{} is not a regular file", path.display())]
+    #[error("{} is not a regular file", shown(path))]
     NotAFile {
         /// The path.
         path: PathBuf,
     },
     /// A symbolic link in a result directory.
-    #[error("{} is a symbolic link, which is not followed in a result directory", path.display())]
+    #[error("{} is a symbolic link, which is not followed in a result directory", shown(path))]
     Link {
         /// The path.
         path: PathBuf,
     },
     /// Too large to be what it should be.
-    #[error("{} has {bytes} bytes; at most {limit} are read", path.display())]
+    #[error("{} has {bytes} bytes; at most {limit} are read", shown(path))]
     TooLarge {
         /// The file.
         path: PathBuf,
@@ -37,7 +38,7 @@ pub enum InputError {
         limit: u64,
     },
     /// Not text.
-    #[error("{} is neither UTF-8 text (byte {at}) nor UTF-16 with its byte order mark: save it as UTF-8", path.display())]
+    #[error("{} is neither UTF-8 text (byte {at}) nor UTF-16 with its byte order mark: save it as UTF-8", shown(path))]
     NotText {
         /// The file.
         path: PathBuf,
@@ -53,7 +54,7 @@ pub enum InputError {
         reason: &'static str,
     },
     /// The system refused.
-    #[error("cannot read {}", path.display())]
+    #[error("cannot read {}", shown(path))]
     Io {
         /// The file.
         path: PathBuf,

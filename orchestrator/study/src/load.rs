@@ -5,11 +5,12 @@ use super::carried::{Carried, Others, refuse_taken};
 use super::definition::Study;
 use super::error::StudyError;
 use super::input::{InputError, beside, read_frozen, read_input};
+use super::kind::{FileKind, kind_of};
 use super::limits::Limits;
 use super::points::{PointsFile, read_points};
 use super::table::{Keys, scalar_text, wrong_type};
 use super::twin::TwinShare;
-use super::vary::{PathTable, read_vary};
+use super::vary::{Given, PathTable, read_vary};
 use bladeoff_model::document::{Collector, Entry, MAX_FILE_BYTES, Node, Problems, Value, cut, parse_toml};
 use bladeoff_model::machine::{Machine, MachineDef, ParamValue, PathInfo, TWIN};
 use bladeoff_system::call::program;
@@ -55,7 +56,7 @@ pub fn load_frozen(path: &Path, files: FrozenFiles, taken: TakenNames) -> Result
 }
 
 fn load_with(path: &Path, frozen: Option<FrozenFiles>, taken: TakenNames) -> Result<Study, StudyError> {
-    let file = path.display().to_string();
+    let file = path.to_string_lossy().into_owned();
     let read = if frozen.is_some() { read_frozen } else { read_input };
     let text = read(path, MAX_FILE_BYTES as u64)?;
     let root = parse_toml(&file, &text).map_err(|problems| StudyError::Problems(vec![problems]))?;
@@ -68,6 +69,7 @@ fn load_with(path: &Path, frozen: Option<FrozenFiles>, taken: TakenNames) -> Res
     all.append(&mut loader.others);
     match study {
         Some(study) if all.is_empty() => Ok(study),
+        _ if kind_of(&text) == Some(FileKind::Machine) => Err(StudyError::AMachine { path: path.to_path_buf() }),
         _ => Err(StudyError::Problems(all)),
     }
 }
@@ -194,6 +196,12 @@ impl Loader<'_> {
         let (path, text) = self.file(entry, "machine", named, MAX_FILE_BYTES as u64)?;
         let (def, partly) = match MachineDef::parse_partly(&path, &text) {
             Ok(def) => (Some(def), false),
+            Err(_) if matches!(kind_of(&text), Some(FileKind::Study(_))) => {
+                let problem = self.problems.add(entry.node.span.clone(), "machine", "is a study file, not a machine");
+                problem.value = Some(format!("{:?}", cut(named, 120)));
+                problem.allowed = Some(allowed.to_owned());
+                return None;
+            }
             Err((def, problems)) => {
                 self.others.push(problems);
                 (def, true)
@@ -237,7 +245,7 @@ impl Loader<'_> {
                 Some(files) => files.points.clone(),
             };
             let text = if self.frozen.is_some() { read_frozen } else { read_input }(&found, limit)?;
-            Ok((found.display().to_string(), text))
+            Ok((found.to_string_lossy().into_owned(), text))
         };
         match read(self.path) {
             Ok(found) => Some(found),
@@ -281,7 +289,9 @@ impl Loader<'_> {
                 self.fixed_below(&path, inner, paths, found);
                 continue;
             }
-            let Some(info) = paths.resolve(&path, entry.name_span.clone(), &key, &mut self.problems) else { continue };
+            let value = Some(self.problems.excerpt(entry.node.span.clone()));
+            let at = Given { span: entry.name_span.clone(), key: &key, value };
+            let Some(info) = paths.resolve(&path, at, &mut self.problems) else { continue };
             paths.used(&info, entry.name_span.clone(), &key);
             let Some(text) = scalar_text(&entry.node.value) else {
                 wrong_type(&entry.node, &key, "a number, a string with a unit or a word", &mut self.problems);

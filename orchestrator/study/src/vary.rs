@@ -3,7 +3,6 @@
 use super::axis::{Axis, MOST_VARIED, Varied};
 use super::table::{Keys, scalar_text, wrong_type};
 use super::values::{Gathered, Mixed, ValueList};
-use bladeoff_model::document::units::QuantityError;
 use bladeoff_model::document::{Collector, Entry, Node, Value, cut};
 use bladeoff_model::machine::{
     MachineDef, ParamValue, PathError, PathInfo, PathKind, ValueError, is_of_the_format, some_of,
@@ -17,6 +16,14 @@ use std::ops::Range;
 pub(super) const MOST_POINTS: usize = 1_000_000;
 
 const KEYS: [&str; 7] = ["path", "from", "to", "count", "spacing", "values", "zip"];
+
+/// Where a study names a parameter, and what a message shows beside the key there: a name that is a value itself, or the value
+/// that its name is given.
+pub(super) struct Given<'a> {
+    pub span: Range<usize>,
+    pub key: &'a str,
+    pub value: Option<String>,
+}
 
 /// The paths of a study's machine, and which of them the study has used so far.
 pub(super) struct PathTable<'a> {
@@ -46,8 +53,11 @@ impl<'a> PathTable<'a> {
     pub fn column(&self, name: &str, span: Range<usize>, problems: &mut Collector<'_>) -> Option<PathInfo> {
         let key = cut(name, 80);
         let unknown = self.machine.filter(|_| !problems.is_full()).map(|machine| machine.resolve(name));
-        let Some(Err(PathError::Unknown { nearest, .. })) = unknown else {
-            return self.resolve(name, span, &key, problems);
+        let nearest = match unknown {
+            Some(Err(PathError::Unknown { nearest, .. })) => nearest,
+            // A column `name` is rather one of the points than that of the machine.
+            Some(Err(PathError::Text { .. })) => None,
+            _ => return self.resolve(name, Given { span, key: &key, value: None }, problems),
         };
         let (message, carry) = match name {
             "" => ("a column without a name (an index, as some programs write it?)", String::new()),
@@ -61,18 +71,12 @@ impl<'a> PathTable<'a> {
     }
 
     /// The parameter that `given`, a path or the end of one, names; a problem and `None` if it names none or several.
-    pub fn resolve(
-        &self,
-        given: &str,
-        span: Range<usize>,
-        key: &str,
-        problems: &mut Collector<'_>,
-    ) -> Option<PathInfo> {
+    pub fn resolve(&self, given: &str, at: Given<'_>, problems: &mut Collector<'_>) -> Option<PathInfo> {
+        let Given { span, key, value } = at;
         let Some(machine) = self.machine else {
             // Nothing of it could be read: what no machine has is wrong with any.
             if !is_of_the_format(given) {
-                let problem = problems.add(span, key, self.unknown());
-                problem.value = Some(format!("{:?}", cut(given, 80)));
+                problems.add(span, key, self.unknown()).value = value;
             }
             return None;
         };
@@ -81,15 +85,19 @@ impl<'a> PathTable<'a> {
             Err(_) if problems.is_full() => one_more(problems),
             Err(PathError::Ambiguous { candidates, .. }) => {
                 let problem = problems.add(span, key, format!("`{given}` is ambiguous: several parameters end so"));
-                problem.value = Some(format!("{given:?}"));
+                problem.value = value;
                 problem.allowed = Some(some_of(&candidates));
                 None
             }
             Err(PathError::Unknown { nearest, .. }) => {
                 let problem = problems.add(span, key, self.unknown());
-                problem.value = Some(format!("{:?}", cut(given, 80)));
+                problem.value = value;
                 problem.allowed = Some(format!("a path of `{} paths MACHINE`, or its ending", program()));
                 problem.nearest = nearest;
+                None
+            }
+            Err(text @ PathError::Text { .. }) => {
+                problems.add(span, key, text.to_string()).value = value;
                 None
             }
         }
@@ -167,10 +175,7 @@ fn one_more<T>(problems: &mut Collector<'_>) -> Option<T> {
 /// What is wrong with a value, and the word or unit most likely meant.
 fn refusal(error: ValueError) -> (String, Option<String>) {
     match error {
-        ValueError::Quantity { source: QuantityError::UnknownUnit { unit, nearest }, .. } => {
-            (format!("unknown unit `{unit}`"), nearest)
-        }
-        ValueError::Quantity { source, .. } => (source.to_string(), None),
+        ValueError::Quantity { source, .. } => source.parts(),
         ValueError::OutOfRange { .. } => ("out of range".to_owned(), None),
         ValueError::NotWhole { .. } => ("not a whole number".to_owned(), None),
         ValueError::NotAChoice { nearest, .. } => ("not one of its words".to_owned(), nearest),
@@ -234,7 +239,9 @@ fn read_member(item: &Node, key: &str, paths: &PathTable, problems: &mut Collect
     };
     let path = keys.require("path", "path = \"contact.gap\"", problems)?;
     let given = keys.text(path, problems)?;
-    let info = paths.resolve(given, path.node.span.clone(), &keys.key("path"), problems);
+    let at =
+        Given { span: path.node.span.clone(), key: &keys.key("path"), value: Some(format!("{:?}", cut(given, 80))) };
+    let info = paths.resolve(given, at, problems);
     if let Some(info) = &info {
         paths.used(info, path.node.span.clone(), &keys.key("path"));
     }

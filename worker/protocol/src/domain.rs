@@ -26,6 +26,7 @@ use crate::names::{ID_LENGTH, PRODUCT, SHM, prefix_of};
 use crate::runtime::{self, Base, Runtime};
 use crate::{ipc_domain, ipc_hub, limits, owner, shm};
 use bladeoff_system::files::FileError;
+use bladeoff_system::shown;
 
 pub use crate::domain_error::{DomainError, Left};
 pub use crate::names::Address;
@@ -218,7 +219,7 @@ pub fn discard(address: &Address) -> Vec<Left> {
 pub fn foreign_files(prefix: &str) -> Vec<String> {
     let foreign = |path: PathBuf| {
         let owner = shm::owner_of(&path).ok()?.filter(|&owner| !shm::is_own(owner))?;
-        Some(format!("{} of user {owner}", path.display()))
+        Some(format!("{} of user {owner}", shown(&path)))
     };
     shm::files(prefix).into_iter().flatten().filter_map(|entry| foreign(entry.path())).collect()
 }

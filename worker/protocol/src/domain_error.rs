@@ -1,5 +1,6 @@
 //! Why a run has no domain, or leaves some of it behind.
 
+use bladeoff_system::shown;
 use std::io;
 use std::path::PathBuf;
 
@@ -55,7 +56,8 @@ pub enum DomainError {
     /// The base directory belongs to someone else or is open to others.
     #[error(
         "{} ({}) must be a directory of user {uid} that nobody else may enter, mode 700; it is {kind} of user {owner}, mode {mode:o}",
-        path.display(), RUNTIME_VARIABLE
+        shown(path),
+        RUNTIME_VARIABLE
     )]
     BaseUnsafe {
         /// The directory.
@@ -70,19 +72,19 @@ pub enum DomainError {
         mode: u32,
     },
     /// The base directory was named without a place.
-    #[error("{} must be an absolute path ({})", path.display(), RUNTIME_VARIABLE)]
+    #[error("{} must be an absolute path ({})", shown(path), RUNTIME_VARIABLE)]
     BaseRelative {
         /// The directory.
         path: PathBuf,
     },
     /// Every id was taken.
-    #[error("no name is free below {} and in {SHM}", base.display())]
+    #[error("no name is free below {} and in {SHM}", shown(base))]
     NoName {
         /// The base.
         base: PathBuf,
     },
     /// Socket paths would be too long.
-    #[error("{} is too long for Unix sockets: with the prefix {length} bytes, at most {LONGEST_ADDRESS}", path.display())]
+    #[error("{} is too long for Unix sockets: with the prefix {length} bytes, at most {LONGEST_ADDRESS}", shown(path))]
     PathTooLong {
         /// The root.
         path: PathBuf,
@@ -98,10 +100,10 @@ pub enum DomainError {
 #[derive(Debug, thiserror::Error)]
 pub enum Left {
     /// It could not be removed.
-    #[error("{} is left: {}", .0.path.display(), .0.source)]
+    #[error("{} is left: {}", shown(&.0.path), .0.source)]
     File(#[from] FileError),
     /// Somebody has made it under a name of ours.
-    #[error("{} is left: it belongs to user {owner}, who made it during the run", path.display())]
+    #[error("{} is left: it belongs to user {owner}, who made it during the run", shown(path))]
     Foreign {
         /// The file.
         path: PathBuf,

@@ -8,7 +8,7 @@ use super::load::load;
 use super::model::Machine;
 use super::paths::PathInfo;
 use super::value::{self, ParamValue, ValueError};
-use crate::document::Problems;
+use crate::document::{Collector, Problems};
 
 /// A machine file: its text, and a value for every scalar and choice. Clones share all but the values, so that one per
 /// sample of a study is cheap.
@@ -93,7 +93,21 @@ impl MachineDef {
     /// # Errors
     /// Every check across keys that the present values break.
     pub fn build(&self) -> Result<Machine, Problems> {
-        build(&self.layout, &self.states, crate::document::Collector::new(&self.layout.file, &self.layout.text))
+        build(&self.layout, &self.states, Collector::new(&self.layout.file, &self.layout.text))
+    }
+
+    /// A problem that a run finds and no check of the file can: at the place of a parameter, with its present value.
+    #[must_use]
+    pub fn refused(&self, path: &str, message: String, allowed: String) -> Problems {
+        let mut problems = Collector::new(&self.layout.file, &self.layout.text);
+        let span = match self.layout.find(path) {
+            Some(index) => self.layout.slots[index].span.clone(),
+            None => self.layout.table_span(path),
+        };
+        let problem = problems.add(span, path, message);
+        problem.value = self.find(path).ok().map(|info| info.shown);
+        problem.allowed = Some(allowed);
+        problems.into_problems()
     }
 
     pub(super) fn index(&self, path: &PathInfo) -> Result<usize, ValueError> {

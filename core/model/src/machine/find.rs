@@ -3,7 +3,7 @@
 use super::def::MachineDef;
 use super::layout::{Origin, Scalar};
 use super::paths::{PathError, PathInfo, PathKind, bracketed};
-use super::schema::{Kind, Need};
+use super::schema::{Kind, Need, keys};
 use super::value::ParamValue;
 use crate::document::units::format_digits;
 use crate::document::{cut, nearest};
@@ -18,7 +18,7 @@ impl MachineDef {
     /// The parameter of a full path, or of an ending that only one path has (`contact.gap`).
     ///
     /// # Errors
-    /// [`PathError`]: several paths end so, or none does.
+    /// [`PathError`]: several paths end so, or none does; that of a text of the file.
     pub fn resolve(&self, path_or_ending: &str) -> Result<PathInfo, PathError> {
         resolve(self, path_or_ending)
     }
@@ -92,14 +92,31 @@ fn find(def: &MachineDef, given: &str) -> Result<PathInfo, PathError> {
     }
 }
 
-/// As [`find`]; an unknown path comes with the one most likely meant.
+/// As [`find`]; an unknown path comes with the one most likely meant, or is a text of the file.
 fn resolve(def: &MachineDef, given: &str) -> Result<PathInfo, PathError> {
     find(def, given).map_err(|error| match error {
         PathError::Unknown { given: shown, .. } => {
-            PathError::Unknown { given: shown, nearest: likely(def, &bracketed(given.trim())) }
+            let wanted = bracketed(given.trim());
+            text(def, &wanted).unwrap_or_else(|| PathError::Unknown { given: shown, nearest: likely(def, &wanted) })
         }
         other => other,
     })
+}
+
+/// The text that a path or an ending names, the first of several, whether the file has it or not.
+fn text(def: &MachineDef, wanted: &str) -> Option<PathError> {
+    let ends_so = |path: &str| path.strip_suffix(wanted).is_some_and(|rest| rest.is_empty() || rest.ends_with('.'));
+    let texts = keys().iter().filter(|key| key.kind == Kind::Text && !wanted.is_empty());
+    texts
+        .flat_map(|key| match key.path.split_once(".NAME.") {
+            None => vec![(key.path.to_owned(), key.meaning)],
+            Some((group, name)) => {
+                let tables = def.layout.group(group).iter();
+                tables.map(|table| (format!("{group}.{}.{name}", table.name), key.meaning)).collect()
+            }
+        })
+        .find(|(path, _)| ends_so(path))
+        .map(|(path, meaning)| PathError::Text { path, meaning })
 }
 
 /// The path whose ending of as many steps is nearest to the one given.

@@ -75,6 +75,18 @@ pub enum PathError {
         /// The path most likely meant.
         nearest: Option<String>,
     },
+    /// A text of the machine file, which is no parameter.
+    #[error(
+        "{path} is text ({meaning}) and no parameter: write `{} = \"...\"` {} of the machine file",
+        path.rsplit('.').next().unwrap_or(path),
+        path.rsplit_once('.').map_or_else(|| "at the top".to_owned(), |(table, _)| format!("in [{table}]"))
+    )]
+    Text {
+        /// Its full path.
+        path: String,
+        /// What it says.
+        meaning: &'static str,
+    },
 }
 
 /// Most candidates of an ambiguous path that are written out: a machine may have a thousand unbalances.

@@ -157,10 +157,13 @@ pub(super) fn from_node(slot: &Slot, node: &Node, problems: &mut Collector<'_>) 
         Err(error) => {
             let shown = problems.excerpt(node.span.clone());
             let (message, near) = match &error {
-                ValueError::Quantity { source: source @ QuantityError::UnknownUnit { nearest, .. }, .. } => {
-                    (format!("{source}, write {}", examples(slot.key.unit())), nearest.clone())
+                ValueError::Quantity { source, .. } => {
+                    let (message, meant) = source.clone().parts();
+                    let is_unknown = matches!(source, QuantityError::UnknownUnit { .. });
+                    let write =
+                        if is_unknown { format!(", write {}", examples(slot.key.unit())) } else { String::new() };
+                    (message + &write, meant)
                 }
-                ValueError::Quantity { source, .. } => (source.to_string(), None),
                 ValueError::NotAChoice { nearest, .. } => ("not one of its words".to_owned(), nearest.clone()),
                 ValueError::NotWhole { .. } => ("a whole number is expected".to_owned(), None),
                 ValueError::OutOfRange { .. } | ValueError::NoSuchParameter { .. } => ("out of range".to_owned(), None),

@@ -1,6 +1,7 @@
 //! Why a figure is not made.
 
 use bladeoff_system::files::FileError;
+use bladeoff_system::shown;
 use plotters::drawing::DrawingAreaErrorKind;
 use resvg::usvg;
 use std::io;
@@ -26,7 +27,7 @@ pub enum FigureError {
         height: u32,
     },
     /// The extension names no picture format.
-    #[error("{}: the extension of a figure is .svg or .png", path.display())]
+    #[error("{}: the extension of a figure is .svg or .png", shown(path))]
     Extension {
         /// The file.
         path: PathBuf,

@@ -2,7 +2,7 @@
 
 use super::style::{FINE, SMALL, TEXT, TITLE, tick, viridis};
 use super::{Figure, FigureError};
-use plotters::prelude::{BLACK, ChartBuilder, Color, IntoFont, LineSeries, Rectangle, WHITE};
+use plotters::prelude::{BLACK, ChartBuilder, Color, EmptyElement, IntoFont, LineSeries, Rectangle, Text, WHITE};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// Colours are drawn in so many steps, so that neighbours of one step become one rectangle.
@@ -16,6 +16,8 @@ pub(super) struct Map<'a> {
     pub z_label: &'a str,
     pub x_range: (f64, f64),
     pub y_range: (f64, f64),
+    /// Most numbers along y.
+    pub y_labels: usize,
     /// Values by column, then row.
     pub columns: &'a [Vec<f64>],
     pub z_range: (f64, f64),
@@ -53,12 +55,20 @@ pub(super) fn map(map: &Map<'_>) -> Result<Figure, FigureError> {
         }
         chart.draw_series(cells)?;
         for (name, points) in map.lines {
-            chart.draw_series(LineSeries::new(points.iter().copied(), WHITE.stroke_width(FINE)))?;
+            // dark below, so that line and name show on bright ground too
+            for (colour, width) in [(BLACK, 3 * FINE), (WHITE, FINE)] {
+                chart.draw_series(LineSeries::new(points.iter().copied(), colour.stroke_width(width)))?;
+            }
             if let Some(&last) = points.iter().rev().find(|point| point.1 < y.1) {
                 // above the line, at its beginning
                 let place = (x.0 + 0.012 * (x.1 - x.0), points[0].1.max(last.1) + 0.01 * (y.1 - y.0));
-                let style = SMALL.into_font().color(&WHITE).pos(Pos::new(HPos::Left, VPos::Bottom));
-                chart.draw_series([plotters::element::Text::new(name.clone(), place, style)])?;
+                let around = [(-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (-1, 1), (1, -1), (1, 1)];
+                let places = around.map(|place| (BLACK, place)).into_iter().chain([(WHITE, (0, 0))]);
+                for (colour, (right, down)) in places {
+                    let style = SMALL.into_font().color(&colour).pos(Pos::new(HPos::Left, VPos::Bottom));
+                    let off = (right * FINE as i32, down * FINE as i32);
+                    chart.draw_series([EmptyElement::at(place) + Text::new(name.clone(), off, style)])?;
+                }
             }
         }
         chart
@@ -67,7 +77,7 @@ pub(super) fn map(map: &Map<'_>) -> Result<Figure, FigureError> {
             .set_all_tick_mark_size(4 * FINE)
             .axis_style(BLACK.stroke_width(FINE))
             .x_labels(10)
-            .y_labels(8)
+            .y_labels(map.y_labels)
             .x_label_formatter(&|value| tick(*value))
             .y_label_formatter(&|value| tick(*value))
             .label_style(SMALL.into_font())
@@ -78,7 +88,8 @@ pub(super) fn map(map: &Map<'_>) -> Result<Figure, FigureError> {
         let mut bar = ChartBuilder::on(&right)
             .margin_top(8 * FINE)
             .margin_bottom(52 * FINE)
-            .margin_right(34 * FINE)
+            .margin_left(10 * FINE)
+            .margin_right(24 * FINE)
             .y_label_area_size(56 * FINE)
             .build_cartesian_2d(0.0..1.0, map.z_range.0..map.z_range.1)?;
         let height = (map.z_range.1 - map.z_range.0) / LEVELS;

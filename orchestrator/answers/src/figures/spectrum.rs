@@ -94,7 +94,7 @@ pub fn spectrogram(history: &History, name: &str, channel: &Series, top: Option<
     let x_range = (history.time[0] + half, history.time[records - 1] - half);
     let lines = synchronous(history, x_range, bins as f64 * resolution);
     let title = format!("{name}: spectrogram of {}", plain_name(&channel.name, &channel.unit));
-    draw(&stft, channel, bins, (&title, "frequency [Hz]"), x_range, bins as f64 * resolution, &lines)
+    draw(&stft, channel, bins, (&title, "frequency [Hz]", 8), x_range, bins as f64 * resolution, &lines)
 }
 
 /// The lines 1x, 2x, 3x of the spin over time.
@@ -157,14 +157,15 @@ pub fn order_map(history: &History, name: &str, channel: &Series, top: f64) -> R
         .collect();
     let even = Stft { columns: even, middles: Vec::new() };
     let title = format!("{name}: orders of {}", plain_name(&channel.name, &channel.unit));
-    draw(&even, channel, bins, (&title, "order [events per turn]"), x_range, bins as f64 / per_order, &[])
+    // a number at each order, as far as there is room
+    draw(&even, channel, bins, (&title, "order [events per turn]", 12), x_range, bins as f64 / per_order, &[])
 }
 
 fn draw(
     stft: &Stft,
     channel: &Series,
     bins: usize,
-    (title, y_label): (&str, &str),
+    (title, y_label, y_labels): (&str, &str, usize),
     x_range: (f64, f64),
     top: f64,
     lines: &[(String, Vec<(f64, f64)>)],
@@ -184,6 +185,7 @@ fn draw(
         z_label: &z_label,
         x_range,
         y_range: (0.0, top),
+        y_labels,
         columns: &columns,
         z_range: (-RANGE, 0.0),
         lines,

@@ -4,4 +4,4 @@ mod summary;
 mod text;
 
 pub use summary::{SUMMARY_COLUMNS, Summary, percent};
-pub use text::{Align, TextTable, are, counted, duration, wrapped};
+pub use text::{Align, TextTable, are, counted, duration, fitted, wrapped};

@@ -128,12 +128,12 @@ impl Summary {
         }
     }
 
-    /// The summary as text.
+    /// The summary as text, its tables within a width where there is one.
     #[must_use]
-    pub fn text(mut self) -> String {
-        let mut text = self.verdicts();
+    pub fn text(mut self, width: Option<usize>) -> String {
+        let mut text = self.verdicts(width);
         text.push('\n');
-        text.push_str(&self.statistics());
+        text.push_str(&self.statistics(width));
         text.push_str(&self.twins.text(self.rows));
         text
     }
@@ -147,7 +147,7 @@ impl Summary {
         self
     }
 
-    fn verdicts(&self) -> String {
+    fn verdicts(&self, width: Option<usize>) -> String {
         let mut text = TextTable::new(&[
             ("detection", Align::Left),
             ("samples", Align::Right),
@@ -166,10 +166,10 @@ impl Summary {
                 group.by_cause(&["failed", "quarantined"]),
             ]);
         }
-        text.render("")
+        text.fitting("", width)
     }
 
-    fn statistics(&mut self) -> String {
+    fn statistics(&mut self, width: Option<usize>) -> String {
         let mut header = vec![("median | worst (rows)", Align::Left)];
         header.extend(self.groups.keys().map(|name| (name.as_str(), Align::Right)));
         let mut text = TextTable::new(&header);
@@ -195,7 +195,7 @@ impl Summary {
             }
             text.row(cells);
         }
-        let mut text = text.render("");
+        let mut text = text.fitting("", width);
         text.push_str("Rows: those with status ok that have the quantity (no first contact without contact).");
         let left_out = |(name, group): (&String, &Group)| {
             let others = group.by_cause(&["invalid", "failed", "quarantined"]);
@@ -278,7 +278,7 @@ mod tests {
     fn summary(table: &Table) -> String {
         let mut summary = Summary::default();
         summary.add(table);
-        summary.text()
+        summary.text(None)
     }
 
     #[test]
@@ -308,7 +308,7 @@ mod tests {
             }
             let mut summary = Summary::default();
             summary.add(&Table::from_columns(4, columns));
-            summary.with_twin(2e-6).text()
+            summary.with_twin(2e-6).text(None)
         };
         let said = "Twin runs: 3 of 4 rows, 1 of them failed, bearing load moved by up to 6 % (median 3 %) for";
         let (own, machine) = (with(Some(1e-6)), with(None));

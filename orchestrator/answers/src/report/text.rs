@@ -35,6 +35,27 @@ impl TextTable {
         self.rows.push(cells);
     }
 
+    /// The lines where they fit into this width; otherwise a few for each row: its first cell, then each other one with its
+    /// title, all of which fit.
+    #[must_use]
+    pub fn fitting(&self, indent: &str, width: Option<usize>) -> String {
+        let whole = self.render(indent);
+        let Some(width) = width.filter(|width| whole.lines().any(|line| line.chars().count() > *width)) else {
+            return whole;
+        };
+        let (below, further) = (format!("{indent}  "), format!("{indent}      "));
+        let (titles, rows) = self.rows.split_first().expect("made with a header");
+        let mut text = String::new();
+        for row in rows {
+            text.push_str(&wrapped(&row[0], width, indent, &below));
+            for (title, cell) in titles.iter().zip(row).skip(1).filter(|(_, cell)| !cell.is_empty()) {
+                let told = if title.is_empty() { cell.clone() } else { format!("{title}: {cell}") };
+                text.push_str(&wrapped(&told, width, &below, &further));
+            }
+        }
+        text
+    }
+
     /// The lines, each behind `indent`.
     #[must_use]
     pub fn render(&self, indent: &str) -> String {
@@ -87,6 +108,55 @@ pub fn wrapped(text: &str, width: usize, first: &str, others: &str) -> String {
     lines
 }
 
+/// Text whose lines are at most `width` long, broken between words; the rest of a line stands below its words: behind the name of a
+/// line of name and text, otherwise a little farther in than the line. A line that `stays` (one that is pasted), one with tabs, and a
+/// longer word stay whole.
+#[must_use]
+pub fn fitted(text: &str, width: usize, stays: impl Fn(&str) -> bool) -> String {
+    let mut fitting = String::with_capacity(text.len());
+    for line in text.split_inclusive('\n') {
+        let bare = line.strip_suffix('\n').unwrap_or(line);
+        if bare.chars().count() <= width || bare.contains('\t') || stays(bare) {
+            fitting.push_str(line);
+            continue;
+        }
+        fitting.push_str(&broken(bare, width));
+        fitting.push_str(&line[bare.len()..]);
+    }
+    fitting
+}
+
+/// One line as several: blanks within them stay as they are.
+fn broken(line: &str, width: usize) -> String {
+    let letters: Vec<char> = line.chars().collect();
+    let own = letters.iter().take_while(|letter| **letter == ' ').count();
+    // Where the text of a line of name and text begins.
+    let name = letters[own..].windows(2).position(|pair| pair == [' ', ' ']).map(|end| own + end);
+    let begin = name.map(|end| end + letters[end..].iter().take_while(|letter| **letter == ' ').count());
+    let hanging = begin.filter(|begin| 3 * begin <= 2 * width).unwrap_or(own + 2);
+    let (mut text, mut rest, mut indent) = (String::new(), &letters[..], 0);
+    while indent + rest.len() > width {
+        // The last blank that still stands within the width, and a word before it; a word that is longer goes to its end.
+        let first_word = rest.iter().position(|letter| *letter != ' ').unwrap_or(0);
+        let room = width.saturating_sub(indent);
+        let within = (first_word + 1..=room.min(rest.len() - 1)).rev().find(|at| rest[*at] == ' ');
+        let Some(end) = within.or_else(|| (first_word + 1..rest.len()).find(|at| rest[*at] == ' ')) else { break };
+        text.extend(std::iter::repeat_n(' ', indent));
+        text.push_str(rest[..end].iter().collect::<String>().trim_end());
+        text.push('\n');
+        rest = &rest[end..];
+        rest = &rest[rest.iter().take_while(|letter| **letter == ' ').count()..];
+        indent = hanging;
+        if rest.is_empty() {
+            text.pop();
+            return text;
+        }
+    }
+    text.extend(std::iter::repeat_n(' ', indent));
+    text.extend(rest);
+    text
+}
+
 /// How many there are: "1 sample", "2 samples".
 #[must_use]
 pub fn counted(count: u64, one: &str) -> String {
@@ -129,6 +199,29 @@ mod tests {
         assert_eq!(wrapped("aa bb cc", 5, "", "  "), "aa bb\n  cc\n");
         assert_eq!(wrapped("toolong b", 3, "", " "), "toolong\n b\n");
         assert_eq!(wrapped("", 3, "-", " "), "-\n");
+    }
+
+    #[test]
+    fn lines_fit_and_lose_no_word() {
+        let say = |text: &str, width| fitted(text, width, |line| line.contains("run this"));
+        assert_eq!(say("aa bb cc dd\nee\n", 5), "aa bb\n  cc\n  dd\nee\n");
+        assert_eq!(say("  aa bb cc", 7), "  aa bb\n    cc");
+        assert_eq!(say("name  aa bb cc dd\n", 12), "name  aa bb\n      cc dd\n", "below its text");
+        assert_eq!(say("run this long command\na\tb c d e f g h\n", 5), "run this long command\na\tb c d e f g h\n");
+        assert_eq!(say("incomprehensible a b", 4), "incomprehensible\n  a\n  b");
+        assert_eq!(say("aaa bbb      ", 5), "aaa\n  bbb");
+        assert_eq!(say("", 5), "");
+    }
+
+    #[test]
+    fn a_table_that_is_too_wide_becomes_lines() {
+        let mut table = TextTable::new(&[("load", Align::Left), ("hyp1", Align::Right), ("", Align::Left)]);
+        table.row(vec!["largest".into(), "12 N | 13 N".into(), "ok".into()]);
+        table.row(vec!["end".into(), "7 N".into(), String::new()]);
+        let whole = table.render(" ");
+        assert_eq!((table.fitting(" ", None), table.fitting(" ", Some(40))), (whole.clone(), whole));
+        let lines = " largest\n   hyp1: 12 N |\n       13 N\n   ok\n end\n   hyp1: 7 N\n";
+        assert_eq!(table.fitting(" ", Some(15)), lines);
     }
 
     #[test]

@@ -1,8 +1,8 @@
 //! Why a table is not written or read.
 
 use super::schema::SCHEMA_VERSION;
-use bladeoff_model::document::visible;
 use bladeoff_system::files::FileError;
+use bladeoff_system::shown;
 use std::path::PathBuf;
 
 /// What can go wrong with a table.
@@ -12,7 +12,7 @@ pub enum TableError {
     #[error(transparent)]
     File(#[from] FileError),
     /// The table library refused to read or write.
-    #[error("cannot {action} {}", visible(&path.to_string_lossy()))]
+    #[error("cannot {action} {}", shown(path))]
     Table {
         /// "write", "read" or "export".
         action: &'static str,
@@ -23,7 +23,7 @@ pub enum TableError {
         source: polars::error::PolarsError,
     },
     /// The table library gave up on it.
-    #[error("{} is damaged", visible(&path.to_string_lossy()))]
+    #[error("{} is damaged", shown(path))]
     Damaged {
         /// The table.
         path: PathBuf,
@@ -32,7 +32,7 @@ pub enum TableError {
     #[error(
         "{} is damaged: it is not as it was written (its BLAKE3 is not the one in manifest.json); the `bladeoff run` that \
          made it makes it again from the record, and nothing is computed for that",
-        visible(&path.to_string_lossy())
+        shown(path)
     )]
     Changed {
         /// The table.
@@ -42,7 +42,7 @@ pub enum TableError {
     #[error(transparent)]
     Threads(#[from] bladeoff_system::threads::ThreadsError),
     /// The file has no schema version, or one that this program does not know.
-    #[error("{} is not a result table of schema version {SCHEMA_VERSION} (it says {found:?})", path.display())]
+    #[error("{} is not a result table of schema version {SCHEMA_VERSION} (it says {found:?})", shown(path))]
     Version {
         /// The table.
         path: PathBuf,

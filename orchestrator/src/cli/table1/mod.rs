@@ -12,6 +12,7 @@ use bladeoff_answers::table1::{Done, csv, report};
 use bladeoff_model::outcome::Status;
 use bladeoff_study::{Samples, load};
 use bladeoff_system::files::{FileError, write_whole};
+use bladeoff_system::shown;
 use std::path::PathBuf;
 
 /// The paper's comparison of the three contact detections, beside ours
@@ -57,7 +58,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let cases = runs::cases(&samples, &args.engine, args.scatter, args.end_time.as_deref())?;
     let starts = 1 + cases.iter().map(|case| case.start).max().unwrap_or(0);
     if (starts as u64) < args.scatter {
-        remark(&format!("{} has {starts} starts, not {}", args.study.display(), args.scatter));
+        remark(&format!("{} has {starts} starts, not {}", shown(&args.study), args.scatter));
     }
     std::fs::create_dir_all(&args.out).map_err(FileError::at("create", &args.out))?;
     remark(&format!("{} runs; then 3 more with their histories", cases.len()));

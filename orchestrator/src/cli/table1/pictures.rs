@@ -8,6 +8,7 @@ use crate::engine;
 use crate::history::{Decimation, Settings, read};
 use bladeoff_answers::figures::{COLOURS, Figure, FigureError, Line, Panel, Scale, panels};
 use bladeoff_answers::history::History;
+use bladeoff_system::shown;
 use std::path::Path;
 
 /// Recorded interval \[s\].
@@ -50,7 +51,7 @@ pub(super) fn draw(cases: &[Case], out: &Path) -> Result<String, CliError> {
     let mut section = "\n## Figures\n".to_owned();
     for picture in pictures(&histories, &format!("our turbine, {engine} engine")) {
         figure(&histories, &picture)?.write_both(out, picture.file)?;
-        remark(&out.join(format!("{}.png", picture.file)).display().to_string());
+        remark(&shown(out.join(format!("{}.png", picture.file))));
         section.push_str(&format!("\n![{}]({}.png)\n", picture.title, picture.file));
     }
     Ok(section)

@@ -13,6 +13,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::messages::{FromWorkerBlock, ToWorkerBlock, WorkerId};
+use bladeoff_system::shown;
 
 pub use faulty::{FaultCounts, FaultRates, FaultyHub};
 pub use memory::{MemoryHub, MemoryNet, MemoryWorker};
@@ -50,7 +51,7 @@ pub enum PortError {
     #[error("request {} is unknown, answered, or its worker is gone", .0.0)]
     UnknownTicket(Ticket),
     /// The directory of the run is not there.
-    #[error("{} is gone: the run has ended, or somebody cleaned that folder", root.display())]
+    #[error("{} is gone: the run has ended, or somebody cleaned that folder", shown(root))]
     RootGone {
         /// Where it was.
         root: PathBuf,
@@ -64,7 +65,7 @@ pub enum PortError {
         free: u64,
     },
     /// A file of ours that others may open, and that is none of those which are known to be so.
-    #[error("{} is open to other users, and should not be", path.display())]
+    #[error("{} is open to other users, and should not be", shown(path))]
     OpenToOthers {
         /// The file.
         path: PathBuf,

@@ -2,7 +2,8 @@
 
 use thiserror::Error;
 
-/// Why a text is not a quantity of the expected unit.
+/// Why a text is not a quantity of the expected unit. In words the unit most likely meant comes last ([`QuantityError::parts`]
+/// has it apart).
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum QuantityError {
     /// No number at the start.
@@ -36,7 +37,7 @@ pub enum QuantityError {
         examples: &'static str,
     },
     /// A symbol that the table does not have.
-    #[error("unknown unit `{unit}`")]
+    #[error("unknown unit `{unit}`{}", did_you_mean(nearest))]
     UnknownUnit {
         /// The symbol.
         unit: String,
@@ -58,7 +59,11 @@ pub enum QuantityError {
         reason: &'static str,
     },
     /// A unit of something else.
-    #[error("the unit `{unit}` does not fit: {}", if expected.is_empty() { format!("{examples} is expected") } else { format!("{expected} is expected, such as {examples}") })]
+    #[error(
+        "the unit `{unit}` does not fit: {}{}",
+        if expected.is_empty() { format!("{examples} is expected") } else { format!("{expected} is expected, such as {examples}") },
+        did_you_mean(nearest)
+    )]
     WrongDimension {
         /// The unit.
         unit: String,
@@ -66,5 +71,23 @@ pub enum QuantityError {
         expected: &'static str,
         /// What would be right.
         examples: &'static str,
+        /// The unit most likely meant.
+        nearest: Option<String>,
     },
+}
+
+fn did_you_mean(nearest: &Option<String>) -> String {
+    nearest.as_ref().map_or_else(String::new, |unit| format!("; did you mean `{unit}`?"))
+}
+
+impl QuantityError {
+    /// What is wrong, and apart from it the unit most likely meant.
+    #[must_use]
+    pub fn parts(mut self) -> (String, Option<String>) {
+        let meant = match &mut self {
+            Self::UnknownUnit { nearest, .. } | Self::WrongDimension { nearest, .. } => nearest.take(),
+            _ => None,
+        };
+        (self.to_string(), meant)
+    }
 }

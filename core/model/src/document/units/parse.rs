@@ -46,10 +46,22 @@ fn parse(text: &str, expected: &'static str, bare_is_si: bool) -> Result<f64, Qu
         parse_unit(unit_text).map_err(|error| with_nearest(error, unit_text, expected))?
     };
     if !dimension_of(expected).accepts(unit.dimension) {
-        let unit = cut(unit_text, 60);
-        return Err(QuantityError::WrongDimension { unit, expected, examples: examples(expected) });
+        let (unit, nearest) = (cut(unit_text, 60), as_force(unit_text, expected));
+        return Err(QuantityError::WrongDimension { unit, expected, examples: examples(expected), nearest });
     }
     number.in_si(unit).ok_or_else(|| QuantityError::NotFinite { given: given_shown() })
+}
+
+/// A unit in which pounds are taken for a force, where it is right with that: `lb/in` is `lbf/in`.
+fn as_force(unit_text: &str, expected: &'static str) -> Option<String> {
+    let pounds = unit_text.find("lb").filter(|_| unit_text.len() <= 60)?;
+    let (before, after) = (&unit_text[..pounds], &unit_text[pounds + 2..]);
+    let is_letter = |c: char| c.is_alphabetic();
+    if before.ends_with(is_letter) || after.starts_with(is_letter) {
+        return None;
+    }
+    let meant = format!("{before}lbf{after}");
+    parse_unit(&meant).is_ok_and(|found| dimension_of(expected).accepts(found.dimension)).then_some(meant)
 }
 
 /// Adds to an unknown symbol the likeliest known one with which the unit would be right.
@@ -176,7 +188,12 @@ fn parse_unit(text: &str) -> Result<Unit, QuantityError> {
                 if divided && !dividing {
                     return Err(malformed("write all factors before the division sign, or N/(m s)"));
                 }
-                let (symbol, power, after) = read_factor(rest).ok_or_else(|| malformed("a symbol is expected"))?;
+                let expected = match first {
+                    '.' => "a point is no product sign, write a space: N m",
+                    '"' => "inches are written `in`",
+                    _ => "a symbol is expected",
+                };
+                let (symbol, power, after) = read_factor(rest).ok_or_else(|| malformed(expected))?;
                 let power = power.ok_or_else(|| malformed("an exponent is a whole number from -9 to 9, not 0"))?;
                 let factor = look_up(symbol)?;
                 unit = unit

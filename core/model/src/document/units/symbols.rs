@@ -148,7 +148,60 @@ pub(super) fn look_up(name: &str) -> Result<Unit, QuantityError> {
     Err(QuantityError::UnknownUnit { unit: cut(name, 60), nearest: None })
 }
 
-/// Symbols that `name` may stand for, the likeliest first: another case ("mpa", "RPM"), then one edit away.
+/// Names that people write where a symbol is expected; in lower case and without the s of a plural.
+const NAMES: &[(&str, &str)] = &[
+    ("meter", "m"),
+    ("metre", "m"),
+    ("micron", "um"),
+    ("inch", "in"),
+    ("inche", "in"),
+    ("foot", "ft"),
+    ("feet", "ft"),
+    ("mil", "mil"),
+    ("thou", "mil"),
+    ("gram", "g"),
+    ("tonne", "t"),
+    ("ton", "t"),
+    ("pound", "lb"),
+    ("lb", "lb"),
+    ("lb", "lbf"),
+    ("second", "s"),
+    ("sec", "s"),
+    ("minute", "min"),
+    ("hour", "h"),
+    ("hr", "h"),
+    ("newton", "N"),
+    ("pascal", "Pa"),
+    ("joule", "J"),
+    ("watt", "W"),
+    ("degree", "deg"),
+    ("radian", "rad"),
+    ("revolution", "rev"),
+    ("turn", "rev"),
+    ("u", "rev"),
+    ("r", "rev"),
+    ("percent", "%"),
+];
+
+/// Prefixes in words.
+const PREFIXES: [(&str, &str); 7] =
+    [("milli", "m"), ("micro", "u"), ("nano", "n"), ("centi", "c"), ("kilo", "k"), ("mega", "M"), ("giga", "G")];
+
+/// The symbols of a unit written as a word: "inches", "kilogram", "usec".
+fn named(name: &str) -> Vec<String> {
+    let lower = name.to_lowercase();
+    let single = lower.strip_suffix('s').filter(|rest| !rest.is_empty()).unwrap_or(&lower);
+    let without = PREFIXES.iter().filter_map(|(word, letter)| Some((single.strip_prefix(word)?, *letter)));
+    let with_letter = ["m", "u", "n"].into_iter().filter_map(|letter| Some((single.strip_prefix(letter)?, letter)));
+    let mut readings = vec![(single, "")];
+    readings.extend(without.chain(with_letter));
+    let symbols = readings.into_iter().flat_map(|(word, letter)| {
+        NAMES.iter().filter(move |(known, _)| *known == word).map(move |(_, symbol)| format!("{letter}{symbol}"))
+    });
+    symbols.filter(|symbol| look_up(symbol).is_ok()).collect()
+}
+
+/// Symbols that `name` may stand for, the likeliest first: a word ("inches"), another case ("mpa", "RPM"), then one edit away.
 pub(super) fn similar(name: &str) -> Vec<String> {
     if name.len() > 16 {
         return Vec::new();
@@ -167,7 +220,7 @@ pub(super) fn similar(name: &str) -> Vec<String> {
         })
         .collect();
     ranked.sort_by_key(|(rank, _)| *rank);
-    ranked.into_iter().map(|(_, spelling)| spelling).collect()
+    named(name).into_iter().chain(ranked.into_iter().map(|(_, spelling)| spelling)).collect()
 }
 
 /// Spellings to show where a quantity of this SI unit is expected.

@@ -154,6 +154,51 @@ fn wrong_quantities_are_refused_with_their_reason() {
 }
 
 #[test]
+fn a_unit_as_people_write_it_is_told_as_it_is_written_here() {
+    let table = [
+        ("3 inch", "m", "in"),
+        ("3 inches", "m", "in"),
+        ("5 mils", "m", "mil"),
+        ("3 millimeters", "m", "mm"),
+        ("3 micron", "m", "um"),
+        ("3 metres", "m", "m"),
+        ("1 KG", "kg", "kg"),
+        ("1 kilogram", "kg", "kg"),
+        ("1 lbs", "kg", "lb"),
+        ("1 lbs", "N", "lbf"),
+        ("1 lbs/in", "N/m", "lbf"),
+        ("1 lb/in", "N/m", "lbf/in"),
+        ("5 NM", "N m", "Nm"),
+        ("5 newton m", "N m", "N"),
+        ("2 usec", "s", "us"),
+        ("2 milliseconds", "s", "ms"),
+        ("2 minutes", "s", "min"),
+        ("1500 RPM", "rad/s", "rpm"),
+        ("1500 U/min", "rad/s", "rev"),
+        ("1500 r/min", "rad/s", "rev"),
+        ("30 degrees", "rad", "deg"),
+        ("210 gigapascal", "Pa", "GPa"),
+    ];
+    for (text, si, meant) in table {
+        let error = parse_quantity(text, si).expect_err(text);
+        let (message, nearest) = error.clone().parts();
+        assert_eq!(nearest.as_deref(), Some(meant), "{text}");
+        assert_eq!(error.to_string(), format!("{message}; did you mean `{meant}`?"));
+        // What is proposed is right.
+        let unit = text.split_once(' ').expect("a unit").1;
+        let wrong = message.split('`').nth(1).expect("quoted");
+        assert!(parse_quantity(&format!("3 {}", unit.replacen(wrong, meant, 1)), si).is_ok(), "{text}");
+    }
+    // No word of another dimension.
+    for (text, si) in [("3 inch", "kg"), ("2 lb", "m"), ("2 lbx/in", "N/m"), ("1500 U", "rad/s")] {
+        assert_eq!(parse_quantity(text, si).expect_err(text).parts().1, None, "{text}");
+    }
+    let told = |text, si| parse_quantity(text, si).expect_err(text).to_string();
+    assert!(told("5 N.m", "N m").ends_with("write a space: N m"));
+    assert!(told("3\"", "m").ends_with("inches are written `in`"));
+}
+
+#[test]
 fn a_bare_number_is_si_where_there_are_no_quotes() {
     assert_eq!(parse_bare_or_quantity("0.008", "m"), Ok(0.008));
     assert_eq!(parse_bare_or_quantity("8 mm", "m"), Ok(0.008));

@@ -1,0 +1,48 @@
+//! Which kind of file a text is: for whoever was given the other kind.
+
+use bladeoff_model::document::{Value, parse_toml};
+
+/// A file of this program.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum FileKind {
+    /// A machine.
+    Machine,
+    /// A study, with the machine that it names, if it does.
+    Study(Option<String>),
+}
+
+/// What a text is by its outermost keys; `None`: it cannot be read, or might be either.
+#[must_use]
+pub fn kind_of(text: &str) -> Option<FileKind> {
+    let root = parse_toml("", text).ok()?;
+    let entries = root.value.as_table()?;
+    let has = |names: &[&str]| entries.iter().any(|entry| names.contains(&entry.name.as_str()));
+    match (has(&["rotor", "braking", "diaphragms"]), has(&["machine", "vary", "points", "set"])) {
+        (true, false) => Some(FileKind::Machine),
+        (false, true) => {
+            let named = entries.iter().find(|entry| entry.name == "machine").map(|entry| &entry.node.value);
+            Some(FileKind::Study(match named {
+                Some(Value::Text(machine)) => Some(machine.clone()),
+                _ => None,
+            }))
+        }
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{STUDY_MACHINE, STUDY_TEMPLATE};
+    use bladeoff_model::machine::machine_template;
+
+    #[test]
+    fn templates_are_what_they_are_and_other_texts_nothing() {
+        assert_eq!(kind_of(machine_template().as_ref()), Some(FileKind::Machine));
+        assert_eq!(kind_of(STUDY_TEMPLATE), Some(FileKind::Study(Some(STUDY_MACHINE.to_owned()))));
+        assert_eq!(kind_of("schema = 1\n[[vary]]\npath = \"x\""), Some(FileKind::Study(None)));
+        for neither in ["", "schema = 1\nname = \"x\"", "machine = \"m.toml\"\n[rotor]\n", "[rotor", "a,b\n1,2\n"] {
+            assert_eq!(kind_of(neither), None, "{neither}");
+        }
+    }
+}
