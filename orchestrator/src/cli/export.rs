@@ -43,7 +43,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         let parts = args.directory.join(PARTS);
         remark(&format!(
             "warning: the study is incomplete; exporting the finished rows that are in {} (after a kill the record may have a few \
-             more: `run` writes them)",
+             more: `run` writes them). Parts have no checksum: that they are as they were written cannot be verified",
             parts.display()
         ));
     }
@@ -57,7 +57,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         Some(path) => {
             let mut pending = Pending::create(path)?;
             export_csv(&files, path, BufWriter::new(pending.file()))?;
-            pending.finish()?;
+            pending.finish_new()?;
             remark(&format!("wrote {}", path.display()));
         }
         None => {

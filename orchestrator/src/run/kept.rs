@@ -3,7 +3,8 @@
 //! Every two seconds the run looks whether the directory that it holds open is the one at its path, and whether the record is
 //! still under its name; two looks have to agree. Then it stops. What was only moved is whole: nothing else is done. Of what
 //! was removed the record is still open, so its samples go, with inputs, plan and basis, to a new directory beside the old one
-//! (`DIR.kept`), from which a run goes on as from any other.
+//! (`DIR.kept`), from which a run goes on as from any other. One that was closed to its user (`chmod 0 DIR`) is opened again or not
+//! before the end: the record goes on in the open file; where tables cannot be written then, that is said.
 
 use super::RunError;
 use super::directory::{LEDGER, MANIFEST, RunDirectory};
@@ -54,6 +55,22 @@ pub enum Lost {
         /// Samples recorded in it.
         done: u64,
     },
+    /// It is where it was, and cannot be entered.
+    #[error(
+        "{} was closed to this user during the run; {} {} kept in it: open it (`chmod u+rwx`), and the same command goes on",
+        path.display(),
+        counted(*done, "finished sample"),
+        are(*done)
+    )]
+    Closed {
+        /// The directory.
+        path: PathBuf,
+        /// Samples recorded in it.
+        done: u64,
+        /// What could not be done.
+        #[source]
+        source: Box<RunError>,
+    },
     /// It is gone, what was finished is not.
     #[error("{what} {} was removed during the run: the run has stopped; {} {} kept in {}", path.display(), counted(*done, "finished sample"), are(*done), kept.display())]
     Kept {
@@ -88,6 +105,7 @@ impl Lost {
         match self {
             Self::Moved { to, .. } => to.as_deref(),
             Self::Kept { kept, .. } => Some(kept),
+            Self::Closed { path, .. } => Some(path),
             Self::Gone { .. } => None,
         }
     }
@@ -127,6 +145,12 @@ pub(super) fn loss(directory: &RunDirectory, ledger: &Ledger) -> Option<Loss> {
         (Standing::Moved(to), true) => Some(Loss::Moved(to)),
         (Standing::Here, true) => None,
     }
+}
+
+/// Whether the directory cannot be entered any more.
+pub(super) fn is_closed(directory: &RunDirectory) -> bool {
+    let record = directory.file(LEDGER).identity();
+    record.is_err_and(|error| error.kind() == io::ErrorKind::PermissionDenied)
 }
 
 /// Keeps what can be kept, and says how it stands. `manifest`: of the run so far.

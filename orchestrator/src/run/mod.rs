@@ -35,7 +35,7 @@ pub use checksums::{Verified, refuse_changed, refuse_changed_timings, verify};
 pub use columns::own_columns;
 pub use directory::STATUS;
 pub use kept::Lost;
-pub use lock::{Holder, LockError, Look, look};
+pub use lock::{Holder, Keeper, LockError, Look, look};
 pub use resume::Rerun;
 pub use status::{RunState, Seen, TRUST, go_on, see};
 pub use trust::Untrusted;
@@ -195,7 +195,7 @@ impl RunError {
                 | Self::NotADirectory { .. }
                 | Self::Changed { .. }
                 | Self::NothingToRerun { .. }
-                | Self::Lock(LockError::Held { .. })
+                | Self::Lock(LockError::Held { .. } | LockError::Theirs { .. })
                 | Self::Ledger(LedgerError::Version { .. })
                 | Self::Machine(_)
                 | Self::Engine(_)
@@ -284,8 +284,13 @@ fn open_and_compute(
 fn look_only(request: &Request, samples: &Samples, note: &dyn Fn(&str), error: RunError) -> Result<Finished, RunError> {
     let look = || -> Result<Option<Finished>, RunError> {
         let folder = Folder::open(&request.out).map_err(FileError::at("open", &request.out))?;
-        if let Look::Held(holder) = look(&folder, LOCK)? {
-            return Err(LockError::Held { directory: request.out.clone(), holder }.into());
+        let held = match look(&folder, LOCK)? {
+            Look::Held(by) => Some(by),
+            Look::Closed { by: Some(by), .. } => Some(Keeper::Process(by)),
+            Look::Closed { .. } | Look::Abandoned(_) | Look::Free => None,
+        };
+        if let Some(by) = held {
+            return Err(LockError::Held { directory: request.out.clone(), by }.into());
         }
         if !folder.place(LEDGER).exists() {
             return Ok(None);
@@ -454,7 +459,14 @@ fn compute_watched(
     let finished = match kept::loss(directory, &ledger) {
         Some(loss) => Err(lost(loss)),
         // It may be lost while the tables are written.
-        None => finish().map_err(|error| kept::loss(directory, &ledger).map_or(error, lost)),
+        None => finish().map_err(|error| match kept::loss(directory, &ledger) {
+            Some(loss) => lost(loss),
+            None if kept::is_closed(directory) => {
+                let (path, done) = (directory.path().to_path_buf(), durable.done());
+                Lost::Closed { path, done, source: Box::new(error) }.into()
+            }
+            None => error,
+        }),
     };
     dispatch::give_back(memory, observer);
     finished

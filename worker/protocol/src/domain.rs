@@ -25,6 +25,7 @@ use crate::messages::RunId;
 use crate::runtime::{self, Base, Runtime};
 use crate::shm::SHM;
 use crate::{ipc_domain, ipc_hub, limits, owner, shm};
+use bladeoff_model::document::visible;
 use bladeoff_system::files::FileError;
 
 /// First part of every name of ours.
@@ -113,8 +114,19 @@ pub enum DomainError {
         /// Its mode.
         mode: u32,
     },
+    /// The base directory has a name that the transport does not take.
+    #[error(
+        "{} ({}) has {sign} in its name; allowed are the printable signs of ASCII but {}",
+        visible(&path.to_string_lossy()), runtime::RUNTIME_VARIABLE, runtime::REFUSED_SIGNS
+    )]
+    BaseSigns {
+        /// The directory.
+        path: PathBuf,
+        /// What is not allowed in it.
+        sign: String,
+    },
     /// The base directory was named without a place.
-    #[error("{} must be an absolute path ({})", path.display(), runtime::RUNTIME_VARIABLE)]
+    #[error("{} must be an absolute path ({})", visible(&path.to_string_lossy()), runtime::RUNTIME_VARIABLE)]
     BaseRelative {
         /// The directory.
         path: PathBuf,
