@@ -125,6 +125,16 @@ fn who_reads_a_complete_run_of_somebody_else_is_told_all_of_it() {
     assert_eq!(other.say(&["export", other.out(), "--csv"]).out.lines().count(), 21);
     let replay = other.say(&["replay", other.out(), "--sample", "3"]);
     assert!(replay.code == 0 && replay.out.contains("bit for bit"), "{}{}", replay.out, replay.err);
+    // Of a directory that they may not enter nothing is said but that.
+    for closed in [0o700, 0o744] {
+        set(&other.out, closed);
+        for words in
+            [vec!["status"], vec!["why", "3", "--dir"], vec!["export", "--csv"], vec!["replay", "--sample", "3"]]
+        {
+            let said = other.say(&[&words[..], &[other.out()]].concat());
+            assert!(said.code == 6 && said.err.contains("Permission denied"), "{closed:o} {words:?}: {}", said.err);
+        }
+    }
 }
 
 #[test]

@@ -20,7 +20,7 @@ use bladeoff_system::files::FileError;
 use bladeoff_system::threads::ThreadsError;
 use std::ffi::OsStr;
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Why a subcommand did not do what was asked.
 #[derive(Debug, thiserror::Error)]
@@ -141,6 +141,17 @@ impl CliError {
     /// For `map_err` on writes to standard output.
     pub fn stdout(source: io::Error) -> Self {
         if source.kind() == io::ErrorKind::BrokenPipe { CliError::ReaderLeft } else { CliError::Stdout { source } }
+    }
+
+    /// Of a directory without a table, or one that cannot be entered.
+    #[must_use]
+    pub fn no_results(path: &Path) -> Self {
+        match path.join(LEDGER).symlink_metadata() {
+            Err(source) if source.kind() == io::ErrorKind::PermissionDenied => {
+                FileError::at("enter", path)(source).into()
+            }
+            _ => Self::NoResults { path: path.to_path_buf() },
+        }
     }
 
     /// The exit code.

@@ -38,7 +38,7 @@ pub struct Args {
 pub fn main(args: &Args) -> Result<Exit, CliError> {
     debug_assert!(args.csv, "the only format, and required");
     let files = row_files(&args.directory);
-    let Some(first) = files.first() else { return Err(CliError::NoResults { path: args.directory.clone() }) };
+    let Some(first) = files.first() else { return Err(CliError::no_results(&args.directory)) };
     if !first.ends_with(RESULTS) {
         let parts = args.directory.join(PARTS);
         remark(&format!(

@@ -255,7 +255,12 @@ pub fn see(directory: &Path) -> Result<Option<Seen>, FileError> {
         }
         Err(source) => return Err(FileError::at("open", directory)(source)),
     };
-    if !folder.place(LEDGER).exists() && !folder.place(LOCK).exists() {
+    // What cannot be looked at is an error: nothing is said of a directory that cannot be entered.
+    let is_there = |name| {
+        let place = folder.place(name);
+        place.identity().map(|found| found.is_some()).map_err(FileError::at("look at", &place))
+    };
+    if !is_there(LEDGER)? && !is_there(LOCK)? {
         return Ok(None);
     }
     loop {

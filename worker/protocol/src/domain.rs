@@ -100,7 +100,7 @@ pub enum DomainError {
     /// The base directory belongs to someone else or is open to others.
     #[error(
         "{} ({}) must be a directory of user {uid} that nobody else may enter, mode 700; it is {kind} of user {owner}, mode {mode:o}",
-        path.display(), runtime::RUNTIME_VARIABLE
+        visible(&path.to_string_lossy()), runtime::RUNTIME_VARIABLE
     )]
     BaseUnsafe {
         /// The directory.
@@ -138,7 +138,10 @@ pub enum DomainError {
         base: PathBuf,
     },
     /// Socket paths would be too long.
-    #[error("{} is too long for Unix sockets: with the prefix {length} bytes, at most {LONGEST_ADDRESS}", path.display())]
+    #[error(
+        "{} ({}) is too long for Unix sockets: with the prefix {length} bytes, at most {LONGEST_ADDRESS}",
+        visible(&path.to_string_lossy()), runtime::RUNTIME_VARIABLE
+    )]
     PathTooLong {
         /// The root.
         path: PathBuf,
