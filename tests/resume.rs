@@ -278,7 +278,7 @@ fn a_stopped_run_keeps_its_directory_and_a_killed_one_leaves_it_to_the_next() {
     // A lock file that only looks like one, of a process that does not exist: stale, not ours to respect.
     let third = run_well(&study, &out, &[]);
     assert!(third.err.contains(&format!("process {}", holder.id())), "{}", third.err);
-    assert!(third.err.contains("are there already"), "{}", third.err);
+    assert!(third.err.contains(" there already"), "{}", third.err);
     assert!(bytes(&out) == bytes(&calm));
     let seen = status(&out);
     assert_eq!((seen["state"].as_str(), seen["done"].as_u64()), (Some("complete"), Some(24)));

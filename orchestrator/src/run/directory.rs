@@ -400,6 +400,28 @@ mod tests {
     use super::*;
 
     #[test]
+    fn what_a_killed_run_was_writing_goes_and_nothing_else() {
+        let folder = tempfile::tempdir().expect("temporary directory");
+        let directory = RunDirectory::claim(folder.path(), false).expect("empty");
+        let path = |name: &str| folder.path().join(name);
+        let begun = [
+            "plan.json.0123abcd.tmp",
+            "parts.0123abcd.tmp",
+            "ledger.redb.0123abcd.tmp",
+            "manifest.json.tmp",
+            "ledger.redb.new",
+        ];
+        let others = ["plan.json.mine.tmp", "notes.txt.0123abcd.tmp", "plan.json"];
+        begun.iter().chain(&others).for_each(|name| fs::write(path(name), b"x").expect("written"));
+        fs::create_dir(path("study.toml.0123abcd.tmp")).expect("created");
+        std::os::unix::fs::symlink("notes.txt.0123abcd.tmp", path("machine.toml.0123abcd.tmp")).expect("linked");
+        directory.tidy().expect("writable");
+        let is_there = |name: &&str| fs::symlink_metadata(path(name)).is_ok();
+        assert!(!begun.iter().any(is_there) && others.iter().all(is_there));
+        assert!(["study.toml.0123abcd.tmp", "machine.toml.0123abcd.tmp"].iter().all(is_there), "no regular files");
+    }
+
+    #[test]
     fn what_somebody_puts_between_the_parts_stays() {
         let folder = tempfile::tempdir().expect("temporary directory");
         let directory = RunDirectory::claim(folder.path(), false).expect("empty");
