@@ -195,6 +195,9 @@ fn a_cut_file_is_recovered_up_to_the_cut() {
                 assert_eq!(history.about, reference.about);
                 shorter += usize::from(history.time.len() < reference.time.len());
                 assert!(cut.exists(), "the input is kept");
+                let again = recover(&cut, &to).expect_err("it is there").to_string();
+                assert!(again.contains("run.mcap"), "{again}");
+                std::fs::remove_file(&to).expect("there");
             }
             Err(HistoryError::NothingToRecover { .. }) => assert!(share < 0.1, "{share}"),
             Err(error) => panic!("{share}: {error}"),

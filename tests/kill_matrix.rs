@@ -3,6 +3,7 @@
 
 mod support;
 
+use bladeoff_system::files::is_temporary;
 use std::fs;
 use std::os::unix::process::ExitStatusExt;
 use std::time::Duration;
@@ -183,9 +184,14 @@ fn an_orchestrator_killed_while_a_grown_study_takes_over_its_record_is_continued
         assert!(run.end().success(), "{}", run.said());
         let mut run = matrix.start(&out, &format!("who=orchestrator,at=growing,sample={sample},do=kill"));
         assert_eq!((run.end().signal(), run.fired()), (Some(9), 1), "{}", run.said());
-        assert!(matrix.folder.path(&out).join("ledger.redb.new").exists(), "the new record lies aside");
+        let begun = || {
+            let names = std::fs::read_dir(matrix.folder.path(&out)).expect("readable").flatten();
+            names.filter(|entry| is_temporary(&entry.file_name(), "ledger.redb")).count()
+        };
+        assert_eq!(begun(), 1, "the new record lies aside");
         let mut again = matrix.start(&out, "");
         matrix.assert_undisturbed(&mut again, &out);
         assert_eq!(again.events()[0]["recorded"].as_u64(), Some(12), "what the small study had is used");
+        assert_eq!(begun(), 0, "what was begun is removed");
     }
 }

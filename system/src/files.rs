@@ -1,14 +1,23 @@
 //! Files that are either whole or absent: written aside, synced, renamed, the directory synced.
+//!
+//! Aside is a name that nobody can know before and that nothing has: `NAME.0123abcd.tmp`. So nothing of anybody is in the
+//! way, and nothing of anybody is removed.
 
+use std::ffi::OsStr;
 use std::fs::File;
-use std::io::Write;
+use std::hash::{BuildHasher, RandomState};
+use std::io::{self, Write};
 use std::path::Path;
 
 pub use crate::error::{FileError, sync_directory};
 use crate::place::Place;
 
-/// A file under construction: under another name (`NAME.tmp` beside its final place, if nothing else is said), removed if
-/// it is never finished.
+/// Names tried: each is one of four thousand millions.
+const MOST_NAMES: u32 = 16;
+/// How the name of a file ends that is not whole yet.
+const TEMPORARY: &str = ".tmp";
+
+/// A file under construction, beside its final place, removed if it is never finished.
 #[derive(Debug)]
 pub struct Pending {
     file: Option<File>,
@@ -23,18 +32,17 @@ impl Pending {
     /// The directory cannot be written.
     pub fn create(path: impl Into<Place>) -> Result<Self, FileError> {
         let path = path.into();
-        let temporary = path.with_suffix(".tmp");
-        Self::create_at(path, temporary)
+        let (file, temporary) = create_beside(&path, Place::create_new)?;
+        Ok(Self { file: Some(file), temporary, path })
     }
 
-    /// Starts a file that will be `path` and is written at `temporary`, on the same file system, in place of whatever has that
-    /// name.
+    /// Starts a file that will be `path` and is written beside another place, on the same file system, as if it would be that.
     ///
     /// # Errors
-    /// The directory of `temporary` cannot be written.
-    pub fn create_at(path: impl Into<Place>, temporary: impl Into<Place>) -> Result<Self, FileError> {
-        let (path, temporary) = (path.into(), temporary.into());
-        Ok(Self { file: Some(temporary.create_new()?), temporary, path })
+    /// The directory of that place cannot be written.
+    pub fn create_at(path: impl Into<Place>, beside: &Place) -> Result<Self, FileError> {
+        let (file, temporary) = create_beside(beside, Place::create_new)?;
+        Ok(Self { file: Some(file), temporary, path: path.into() })
     }
 
     /// The file to write to.
@@ -52,12 +60,33 @@ impl Pending {
     ///
     /// # Errors
     /// Disk full, or the rename or sync failed; nothing is left under the final name then.
-    pub fn finish(mut self) -> Result<(), FileError> {
+    pub fn finish(self) -> Result<(), FileError> {
+        self.finish_by(Place::rename_to)
+    }
+
+    /// The same, unless something has that name meanwhile.
+    ///
+    /// # Errors
+    /// As [`Pending::finish`]; something has the name.
+    pub fn finish_new(self) -> Result<(), FileError> {
+        self.finish_by(Place::rename_to_free)
+    }
+
+    fn finish_by(mut self, rename: fn(&Place, &Place) -> io::Result<()>) -> Result<(), FileError> {
         let file = self.file.take().expect("present until finish consumes self");
-        file.sync_all().map_err(FileError::at("write", &self.temporary))?;
+        file.sync_all().map_err(FileError::at("write", &self.path))?;
         drop(file);
-        self.temporary.rename_to(&self.path).map_err(FileError::at("rename to", &self.path))?;
+        rename(&self.temporary, &self.path).map_err(FileError::at("rename to", &self.path))?;
         self.path.sync_parent()
+    }
+
+    /// Gives it its final name without waiting for the disk: after a power cut the file may be the one before, or none.
+    ///
+    /// # Errors
+    /// The rename failed.
+    pub fn put_in_place(mut self) -> Result<(), FileError> {
+        self.file = None;
+        self.temporary.rename_to(&self.path).map_err(FileError::at("rename to", &self.path))
     }
 }
 
@@ -68,15 +97,58 @@ impl Drop for Pending {
     }
 }
 
+/// Makes a new file beside a place, by one of its functions, under a name of its own; gives that, too.
+///
+/// # Errors
+/// The directory cannot be written.
+pub fn create_beside(path: &Place, create: fn(&Place) -> Result<File, FileError>) -> Result<(File, Place), FileError> {
+    let mut last = io::ErrorKind::AlreadyExists.into();
+    for _ in 0..MOST_NAMES {
+        let temporary = path.with_suffix(&format!(".{}{TEMPORARY}", unguessable()));
+        match create(&temporary) {
+            Ok(file) => return Ok((file, temporary)),
+            Err(error) if error.source.kind() == io::ErrorKind::AlreadyExists => last = error.source,
+            Err(error) => return Err(FileError::at("create", path)(error.source)),
+        }
+    }
+    Err(FileError::at("create", path)(last))
+}
+
+/// Eight digits that nobody else can know before.
+#[must_use]
+pub fn unguessable() -> String {
+    // A keyed hash, the key being the system's random numbers.
+    format!("{:08x}", RandomState::new().hash_one(std::process::id()) >> 32)
+}
+
+/// Whether a name is one under which the file `of` was begun, by this build or an earlier one.
+#[must_use]
+pub fn is_temporary(name: &OsStr, of: &str) -> bool {
+    let rest = name.to_str().and_then(|name| name.strip_prefix(of)?.strip_suffix(TEMPORARY));
+    let is_digits = |text: &str| text.len() == 8 && text.bytes().all(|byte| byte.is_ascii_hexdigit());
+    rest.is_some_and(|rest| rest.is_empty() || rest.strip_prefix('.').is_some_and(is_digits))
+}
+
 /// Writes a whole file durably.
 ///
 /// # Errors
 /// As [`Pending::finish`].
 pub fn write_whole(path: impl Into<Place>, bytes: &[u8]) -> Result<(), FileError> {
-    let path = path.into();
+    written(path.into(), bytes)?.finish()
+}
+
+/// The same of a file that nothing has the name of.
+///
+/// # Errors
+/// As [`Pending::finish_new`].
+pub fn write_new(path: impl Into<Place>, bytes: &[u8]) -> Result<(), FileError> {
+    written(path.into(), bytes)?.finish_new()
+}
+
+fn written(path: Place, bytes: &[u8]) -> Result<Pending, FileError> {
     let mut pending = Pending::create(&path)?;
     pending.file().write_all(bytes).map_err(FileError::at("write", &path))?;
-    pending.finish()
+    Ok(pending)
 }
 
 #[cfg(test)]
@@ -90,10 +162,44 @@ mod tests {
         let path = directory.path().join("a.txt");
         let mut pending = Pending::create(&path).expect("create");
         pending.file().write_all(b"half").expect("write");
+        assert_eq!(fs::read_dir(directory.path()).expect("list").count(), 1);
         drop(pending);
         assert_eq!(fs::read_dir(directory.path()).expect("list").count(), 0);
         write_whole(&path, b"whole").expect("write");
         assert_eq!(fs::read(&path).expect("read"), b"whole");
         assert_eq!(fs::read_dir(directory.path()).expect("list").count(), 1);
+    }
+
+    #[test]
+    fn what_stands_beside_a_file_is_no_matter_and_stays() {
+        let directory = tempfile::tempdir().expect("temporary directory");
+        let path = directory.path().join("a.txt");
+        fs::write(directory.path().join("a.txt.tmp"), b"mine").expect("written");
+        let (first, second) = (Pending::create(&path).expect("create"), Pending::create(&path).expect("create"));
+        let names: Vec<_> = fs::read_dir(directory.path()).expect("list").flatten().map(|e| e.file_name()).collect();
+        assert_eq!(names.len(), 3, "{names:?}");
+        assert!(names.iter().all(|name| is_temporary(name, "a.txt")), "{names:?}");
+        first.finish().expect("free");
+        let taken = second.finish_new().expect_err("it is there");
+        assert_eq!(taken.source.kind(), io::ErrorKind::AlreadyExists);
+        assert!(write_new(&path, b"").is_err() && write_new(directory.path().join("b.txt"), b"").is_ok());
+        assert_eq!(fs::read(directory.path().join("a.txt.tmp")).expect("there"), b"mine");
+        assert_eq!(fs::read_dir(directory.path()).expect("list").count(), 3);
+    }
+
+    #[test]
+    fn names_under_which_a_file_is_begun_are_known() {
+        for (name, is_one) in [
+            ("a.toml.tmp", true),
+            ("a.toml.0123abcd.tmp", true),
+            ("a.toml", false),
+            ("a.toml.0123abcd", false),
+            ("a.toml.0123abc.tmp", false),
+            ("a.toml.0123abcx.tmp", false),
+            ("a.toml.old.tmp", false),
+            ("ba.toml.tmp", false),
+        ] {
+            assert_eq!(is_temporary(OsStr::new(name), "a.toml"), is_one, "{name}");
+        }
     }
 }

@@ -16,6 +16,7 @@ use std::sync::Arc;
 
 use rustix::fd::{AsFd, BorrowedFd, OwnedFd};
 use rustix::fs::{self, AtFlags, CWD, FileType, Mode, OFlags, RenameFlags, Stat};
+use rustix::process::geteuid;
 
 use crate::error::{FileError, sync_directory};
 
@@ -134,6 +135,12 @@ impl Place {
         found.is_ok_and(|found| FileType::from_raw_mode(found.st_mode) == FileType::Symlink)
     }
 
+    /// Whose it is that stands there, if anything does.
+    #[must_use]
+    pub fn owner(&self) -> Option<u32> {
+        self.stat().ok().map(|found| found.st_uid)
+    }
+
     /// Which file stands there; `None` if none does.
     ///
     /// # Errors
@@ -146,7 +153,7 @@ impl Place {
         }
     }
 
-    fn open_as(&self, flags: OFlags) -> Result<File, Unfit> {
+    fn open_as(&self, flags: OFlags, mode: Mode) -> Result<File, Unfit> {
         // Looked at before it is opened, which may do something to a device, and again after.
         match self.stat() {
             Ok(found) => fit(&found)?,
@@ -155,7 +162,7 @@ impl Place {
         }
         let follow = if self.follows { OFlags::empty() } else { OFlags::NOFOLLOW };
         let flags = flags | follow | OFlags::NONBLOCK | OFlags::NOCTTY | OFlags::CLOEXEC;
-        let file = match fs::openat(self.base(), &self.name, flags, FILE_MODE) {
+        let file = match fs::openat(self.base(), &self.name, flags, mode) {
             Err(rustix::io::Errno::LOOP) if !self.follows => return Err(Unfit::Link),
             opened => opened?,
         };
@@ -168,7 +175,7 @@ impl Place {
     /// # Errors
     /// It is not there, is something else, or may not be read.
     pub fn open(&self) -> Result<File, FileError> {
-        self.open_as(OFlags::RDONLY).map_err(|unfit| FileError::at("read", &self.path)(unfit.into()))
+        self.open_as(OFlags::RDONLY, FILE_MODE).map_err(|unfit| FileError::at("read", &self.path)(unfit.into()))
     }
 
     /// Opens a regular file that has no other name, to be read and written in place.
@@ -176,42 +183,55 @@ impl Place {
     /// # Errors
     /// As [`Place::open`]; it has another name.
     pub fn open_own(&self) -> Result<File, FileError> {
-        self.open_to("write", OFlags::RDWR)
+        self.open_to("write", OFlags::RDWR, FILE_MODE)
     }
 
-    /// The same; it is made if it is not there.
+    /// The same; it is made if it is not there. Closed to others: who may open a file may lock it, too.
     ///
     /// # Errors
     /// As [`Place::open_own`].
     pub fn open_or_create(&self) -> Result<File, FileError> {
-        self.open_to("create", OFlags::RDWR | OFlags::CREATE)
+        let file = self.open_to("create", OFlags::RDWR | OFlags::CREATE, CLOSED_MODE)?;
+        close_to_others(&file);
+        Ok(file)
     }
 
-    /// The same to be written to at its end only.
+    /// The same to be written to at its end only, for others to read.
     ///
     /// # Errors
     /// As [`Place::open_own`].
     pub fn append(&self) -> Result<File, FileError> {
-        self.open_to("create", OFlags::WRONLY | OFlags::APPEND | OFlags::CREATE)
+        self.open_to("create", OFlags::WRONLY | OFlags::APPEND | OFlags::CREATE, FILE_MODE)
     }
 
-    fn open_to(&self, action: &'static str, flags: OFlags) -> Result<File, FileError> {
+    fn open_to(&self, action: &'static str, flags: OFlags, mode: Mode) -> Result<File, FileError> {
         let open = || {
-            let file = self.open_as(flags)?;
+            let file = self.open_as(flags, mode)?;
             let links = links(&fs::fstat(&file)?);
             if links > 1 { Err(Unfit::Links { links }) } else { Ok(file) }
         };
         open().map_err(|unfit: Unfit| FileError::at(action, &self.path)(unfit.into()))
     }
 
-    /// Makes a new file to be read and written, in the place of whatever file, link, pipe or socket has the name.
+    /// Makes a new file to be read and written, for others to read.
     ///
     /// # Errors
-    /// A directory has the name; the directory it is in may not be written.
+    /// Something has the name; the directory it is in may not be written.
     pub fn create_new(&self) -> Result<File, FileError> {
-        self.remove()?;
+        self.create_with(FILE_MODE)
+    }
+
+    /// The same, closed to others.
+    ///
+    /// # Errors
+    /// As [`Place::create_new`].
+    pub fn create_closed(&self) -> Result<File, FileError> {
+        self.create_with(CLOSED_MODE)
+    }
+
+    fn create_with(&self, mode: Mode) -> Result<File, FileError> {
         let flags = OFlags::RDWR | OFlags::CREATE | OFlags::EXCL | OFlags::NOFOLLOW | OFlags::CLOEXEC;
-        let created = fs::openat(self.base(), &self.name, flags, FILE_MODE);
+        let created = fs::openat(self.base(), &self.name, flags, mode);
         created.map(File::from).map_err(|errno| FileError::at("create", &self.path)(errno.into()))
     }
 
@@ -220,7 +240,7 @@ impl Place {
     /// # Errors
     /// Why it is not read.
     pub fn read_checked(&self, limit: u64) -> Result<Vec<u8>, Unfit> {
-        let file = self.open_as(OFlags::RDONLY)?;
+        let file = self.open_as(OFlags::RDONLY, FILE_MODE)?;
         let bytes = file.metadata()?.len();
         if bytes > limit {
             return Err(Unfit::TooLarge { bytes, limit });
@@ -354,6 +374,18 @@ impl fmt::Display for Place {
 }
 
 const FILE_MODE: Mode = Mode::from_bits_truncate(0o644);
+/// Of files that nobody else may lock: whoever may open a file, be it to read, may do that.
+const CLOSED_MODE: Mode = Mode::from_bits_truncate(0o600);
+const OTHERS: Mode = Mode::from_bits_truncate(0o077);
+
+/// Takes from others what they may do with an open file of this user. A file system without permissions leaves it as it is.
+pub fn close_to_others(file: &File) {
+    let Ok(found) = fs::fstat(file) else { return };
+    let mode = Mode::from_raw_mode(found.st_mode);
+    if found.st_uid == geteuid().as_raw() && mode.intersects(OTHERS) {
+        let _ = fs::fchmod(file, mode - OTHERS);
+    }
+}
 
 /// Which file it is.
 #[must_use]
@@ -421,8 +453,7 @@ mod tests {
                 let error = opened.expect_err("not a file");
                 assert!(reason(&error).contains(why), "{name}: {}", reason(&error));
             }
-            // Their names can be taken, a directory's excepted.
-            assert_eq!(place.create_new().is_ok(), name != "folder", "{name}");
+            assert!(place.create_new().is_err() && place.exists(), "{name} is not removed");
         }
         assert_eq!(std::fs::read(directory.path().join("whole")).expect("there"), b"0123456789");
         assert!(!directory.path().join("nowhere").exists());
@@ -442,7 +473,24 @@ mod tests {
         for opened in [place.open_own(), place.open_or_create(), place.append()] {
             assert!(reason(&opened.expect_err("two names")).contains("2 hard links"));
         }
-        place.create_new().expect("in its place");
         assert_eq!(std::fs::read(directory.path().join("mine")).expect("there"), b"mine");
+    }
+
+    #[test]
+    fn what_may_be_locked_is_closed_to_others_from_its_making_and_when_it_is_opened_again() {
+        use std::os::unix::fs::{MetadataExt, PermissionsExt};
+        let directory = tempfile::tempdir().expect("temporary directory");
+        let folder = Folder::open(directory.path()).expect("opened");
+        let mode = |name: &str| std::fs::metadata(directory.path().join(name)).expect("there").mode() & 0o777;
+        folder.place("lock").open_or_create().expect("made");
+        folder.place("record").create_closed().expect("made");
+        assert_eq!((mode("lock"), mode("record")), (0o600, 0o600));
+        // As earlier builds made it.
+        let open = std::fs::Permissions::from_mode(0o664);
+        std::fs::set_permissions(directory.path().join("lock"), open).expect("opened to others");
+        folder.place("lock").open_or_create().expect("opened");
+        assert_eq!(mode("lock"), 0o600);
+        folder.place("log").append().expect("made");
+        assert_eq!(mode("log") & 0o600, 0o600);
     }
 }

@@ -152,6 +152,17 @@ impl CliError {
         if source.kind() == io::ErrorKind::BrokenPipe { CliError::ReaderLeft } else { CliError::Stdout { source } }
     }
 
+    /// Of a directory without a table, or one that cannot be entered.
+    #[must_use]
+    pub fn no_results(path: &Path) -> Self {
+        match path.join(LEDGER).symlink_metadata() {
+            Err(source) if source.kind() == io::ErrorKind::PermissionDenied => {
+                FileError::at("enter", path)(source).into()
+            }
+            _ => Self::NoResults { path: path.to_path_buf() },
+        }
+    }
+
     /// The exit code.
     #[must_use]
     pub fn exit(&self) -> Exit {

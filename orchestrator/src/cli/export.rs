@@ -39,13 +39,13 @@ pub struct Args {
 pub fn main(args: &Args) -> Result<Exit, CliError> {
     debug_assert!(args.csv, "the only format, and required");
     let files = row_files(&args.directory);
-    let Some(first) = files.first() else { return Err(CliError::NoResults { path: args.directory.clone() }) };
+    let Some(first) = files.first() else { return Err(CliError::no_results(&args.directory)) };
     if !first.ends_with(RESULTS) {
         let parts = args.directory.join(PARTS);
         remark(&format!(
             "warning: the study is incomplete; exporting the finished rows that are in {} (after a kill the record may have a few \
-             more: `run` writes them)",
-            shown(&parts)
+             more: `run` writes them). Parts have no checksum: that they are as they were written cannot be verified",
+            shown(parts)
         ));
     }
     // Numbers that nobody computed are not written down anywhere else.
@@ -58,7 +58,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         Some(path) => {
             let mut pending = Pending::create(path)?;
             export_csv(&files, path, BufWriter::new(pending.file()))?;
-            pending.finish()?;
+            pending.finish_new()?;
             remark(&format!("wrote {}", shown(path)));
         }
         None => {

@@ -1,8 +1,9 @@
 //! A history beside a run, as `simulate` and `replay` take it.
 
 use super::error::CliError;
+use super::output::remark;
 use super::run::at_least_one;
-use super::stop::{Stop, Stoppable, stopped, what_is_left};
+use super::stop::{Stop, Stoppable, recovering, stopped, what_is_left};
 use crate::engine::{self, EngineError};
 use crate::history::{Decimation, Recorder, Settings};
 use crate::report::RunWatch;
@@ -13,15 +14,15 @@ use bladeoff_core::structure::Structure;
 use bladeoff_model::document::units::{format_quantity, parse_bare_or_quantity};
 use bladeoff_model::machine::Machine;
 use bladeoff_model::outcome::Outcome;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Arguments of a history.
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "History")]
 pub struct HistoryArgs {
-    /// Write the run's history to FILE: .mcap (Foxglove, PlotJuggler), .csv or .parquet by its extension. A history that
-    /// cannot be written is a warning, never a failed run
+    /// Write the run's history to FILE: .mcap (Foxglove, PlotJuggler), .csv or .parquet by its extension. A file of that name is
+    /// replaced when the history is whole, which is said. A history that cannot be written is a warning, never a failed run
     #[arg(long = "history", value_name = "FILE")]
     history: Option<PathBuf>,
 
@@ -112,24 +113,32 @@ pub fn watched(
     shown: bool,
 ) -> Result<(Outcome, Option<String>), CliError> {
     let Some(settings) = settings else { return Ok((simulate(machine, structure, None, shown)?, None)) };
-    let stop = Stop::listen(&settings.path);
+    let stop = Stop::listen();
     let mut recorder = Recorder::new(settings, machine, structure, plan)?;
+    let temporary = recorder.temporary().map(Path::to_path_buf);
+    if let Some(temporary) = &temporary {
+        stop.writes(temporary);
+        if let Some(left) = recorder.in_its_way() {
+            remark(&announced(&left, temporary));
+        }
+    }
     let mut watching = Stoppable { recorder: &mut recorder, stop: &stop.is_told };
     let outcome = simulate(machine, structure, Some(&mut watching), shown)?;
     if let Some(signal) = stop.signal() {
         // what it holds goes to the file
         drop(recorder);
-        return Err(CliError::Stopped { signal, words: stopped(signal, &settings.path) });
+        return Err(CliError::Stopped { signal, words: stopped(signal, temporary.as_deref()) });
     }
     let started = Instant::now();
     let said = match recorder.finish(machine, &outcome) {
         Ok(written) => format!(
-            "history {}: {} at {}, every {}{}",
-            bladeoff_system::shown(&written.path),
+            "history {}: {} at {}, every {}{}{}",
+            shown(&written.path),
             counted(written.channels as u64, "channel"),
             counted(written.records, "instant"),
             format_quantity(written.every, "s"),
             slow(started),
+            if written.replaced { "; it took the place of the file that was there" } else { "" },
         ),
         Err(error) => {
             let mut text = format!("warning: there is no history: {error}");
@@ -138,11 +147,22 @@ pub fn watched(
                 text.push_str(&format!("\n  because: {cause}"));
                 source = cause.source();
             }
-            text.extend(what_is_left(&settings.path).map(|left| format!("\n  {left}")));
+            text.extend(temporary.as_deref().and_then(what_is_left).map(|left| format!("\n  {left}")));
             text
         }
     };
     Ok((outcome, Some(said)))
+}
+
+/// Says under which name a history is written because another file has the usual one.
+fn announced(left: &Path, temporary: &Path) -> String {
+    let recover = recovering(left).map(|command| format!(" (should a killed run have left it: {command})"));
+    format!(
+        "{} is there and is left as it is{}; until this history is whole it is written to {}",
+        shown(left),
+        recover.unwrap_or_default(),
+        shown(temporary)
+    )
 }
 
 /// How long the end of the file took, where that is worth a word.

@@ -5,7 +5,7 @@ use super::exit::Exit;
 use super::output::{print, remark};
 use bladeoff_model::machine::machine_template;
 use bladeoff_study::{STUDY_MACHINE, STUDY_TEMPLATE};
-use bladeoff_system::files::write_whole;
+use bladeoff_system::files::write_new;
 use bladeoff_system::shown;
 use std::path::PathBuf;
 
@@ -49,7 +49,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         None => print(text)?,
         Some(path) if path.symlink_metadata().is_ok() => return Err(CliError::Exists { path: path.clone() }),
         Some(path) => {
-            write_whole(path, text.as_bytes())?;
+            write_new(path, text.as_bytes())?;
             remark(&format!("wrote {}", shown(path)));
             if let What::Study = args.what
                 && !path.with_file_name(STUDY_MACHINE).exists()

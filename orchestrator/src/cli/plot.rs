@@ -391,8 +391,7 @@ pub(super) fn save(figures: &[(String, Figure)], out: &Path) -> Result<String, C
                 allowed: Some("a directory".to_owned()),
             });
         }
-        replaced(out);
-        figures[0].1.write(out)?;
+        replacing(out, || figures[0].1.write(out))?;
         return Ok(format!("{}\n", shown(out)));
     }
     std::fs::create_dir_all(out).map_err(FileError::at("create", out))?;
@@ -400,17 +399,22 @@ pub(super) fn save(figures: &[(String, Figure)], out: &Path) -> Result<String, C
     for (name, figure) in figures {
         for extension in ["svg", "png"] {
             let path = out.join(format!("{name}.{extension}"));
-            replaced(&path);
-            figure.write(&path)?;
-            said.push_str(&format!("{}\n", shown(&path)));
+            replacing(&path, || figure.write(&path))?;
+            said.push_str(&format!("{}\n", shown(path)));
         }
     }
     Ok(said)
 }
 
-/// Says that a figure takes the place of one that is there.
-fn replaced(path: &Path) {
-    if path.exists() {
+/// Writes a file; says afterwards if it took the place of one.
+///
+/// # Errors
+/// That of writing: then nothing was replaced.
+pub(super) fn replacing<E>(path: &Path, write: impl FnOnce() -> Result<(), E>) -> Result<(), E> {
+    let was_there = path.symlink_metadata().is_ok();
+    write()?;
+    if was_there {
         remark(&format!("{} is replaced", shown(path)));
     }
+    Ok(())
 }

@@ -29,7 +29,7 @@ pub struct Args {
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
     let out = args.out.clone().unwrap_or_else(|| beside(&args.file));
-    if out.exists() {
+    if out.symlink_metadata().is_ok() {
         return Err(CliError::Exists { path: out });
     }
     let saved = recover(&args.file, &out)?;

@@ -86,7 +86,7 @@ fn find(
     files: &[PathBuf],
 ) -> Result<Result<(Table, PathBuf, u64), CliError>, TableError> {
     let Some(table) = files.first() else {
-        return Ok(Err(CliError::NoResults { path: directory.to_path_buf() }));
+        return Ok(Err(CliError::no_results(directory)));
     };
     let sample = match (args.sample, &args.worst) {
         (Some(sample), _) => sample,

@@ -107,7 +107,7 @@ pub struct Args {
     refresh: Duration,
 
     /// Work in a result directory that belongs to another user or that others can write in: they could change what the run
-    /// writes and reads there
+    /// writes and reads there. A run that another user has begun stays theirs
     #[arg(long)]
     trust_dir: bool,
 

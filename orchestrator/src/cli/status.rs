@@ -21,7 +21,8 @@ use std::time::Duration;
 ///
 /// State is one of: running; stopped (the process is, by SIGSTOP or Ctrl-Z); killed (the last run did not end in order, or
 /// could not tell its end: finished samples are kept); ended (in order, before it was complete: interrupted, terminated, by
-/// wall, until or max_failures, or failed); complete. Samples count when they are on disk: those of a running study as of its
+/// wall, until or max_failures, or failed); complete; unknown (somebody else's run, whose lock may not be looked at, or a lock that
+/// no run holds: then its last word is told). Samples count when they are on disk: those of a running study as of its
 /// last word, otherwise those of the record.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
@@ -99,6 +100,11 @@ fn as_json(seen: Seen) -> String {
         let said = object.get("state").and_then(Value::as_str).map(str::to_owned);
         object.insert("ended".to_owned(), json!(said));
     }
+    if let RunState::Unknown { why } = &seen.state {
+        let said = object.get("state").and_then(Value::as_str).map(str::to_owned);
+        object.insert("last_state".to_owned(), json!(said));
+        object.insert("unknown".to_owned(), json!(why));
+    }
     object.insert("state".to_owned(), json!(seen.state.word()));
     let mut text = serde_json::to_string_pretty(&Value::Object(object)).unwrap_or_default();
     text.push('\n');
@@ -129,7 +135,9 @@ fn as_text(seen: &Seen) -> String {
             for worker in told.get("workers").and_then(Value::as_array).into_iter().flatten() {
                 lines.push(visible(worker["doing"].as_str().unwrap_or("worker")).into_owned());
             }
-        } else if let Some(command) = word("go_on").filter(|_| seen.state != RunState::Complete) {
+        } else if let Some(command) =
+            word("go_on").filter(|_| !matches!(seen.state, RunState::Complete | RunState::Unknown { .. }))
+        {
             line("go on", command.to_owned());
         }
     }
@@ -153,6 +161,13 @@ fn state<'a>(seen: &Seen, word: impl Fn(&str) -> Option<&'a str>) -> String {
             format!("killed or failed: it could not tell its end; finished samples are kept{}", last())
         }
         RunState::Complete => "complete".to_owned(),
+        RunState::Unknown { why } => {
+            let last = match (word("updated"), word("state")) {
+                (Some(time), Some(said)) => format!("its last word, at {time}, was: {said}"),
+                _ => "it has told nothing".to_owned(),
+            };
+            format!("unknown, whether a run lives: {why}; {last}")
+        }
         RunState::Ended => match (word("state"), word("error")) {
             (Some("failed"), Some(error)) => format!("ended: failed: {error}"),
             (Some("wall"), _) => "ended: by --wall".to_owned(),
@@ -168,8 +183,13 @@ fn done(seen: &Seen, told: &Map<String, Value>) -> String {
     let (done, total, reused) = (number(told, "done"), number(told, "total"), number(told, "reused"));
     let share = if total > 0.0 { 100.0 * done / total } else { 100.0 };
     // It may have recorded more than it had time to tell.
-    let is_known = seen.is_counted || matches!(seen.state, RunState::Running { .. });
-    let least = if is_known { "" } else { "(the record cannot be read) at least " };
+    let is_last = seen.state == RunState::Complete && told.get("state") == Some(&json!("complete"));
+    let is_known = seen.is_counted || is_last || matches!(seen.state, RunState::Running { .. });
+    let least = match &seen.state {
+        _ if is_known => "",
+        RunState::Unknown { .. } => "at least ",
+        _ => "(the record cannot be read) at least ",
+    };
     let earlier = if reused > 0.0 { format!(", {reused} of them in earlier runs") } else { String::new() };
     format!("{least}{done} of {} ({share:.1} %){earlier}", counted(total as u64, "sample"))
 }

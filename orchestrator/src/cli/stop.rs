@@ -3,12 +3,12 @@
 use super::exit::Exit;
 use super::output::remark;
 use crate::dispatch::{Signal, watch_afterwards};
-use crate::history::{Format, Recorder, left_behind};
+use crate::history::{Format, Recorder};
 use bladeoff_core::record::{Follower, Frame};
 use bladeoff_system::call;
 use bladeoff_system::shown;
 use std::ffi::OsStr;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
@@ -18,21 +18,28 @@ use std::time::Duration;
 pub(super) struct Stop {
     pub is_told: AtomicBool,
     signal: OnceLock<Signal>,
+    /// Where the history is written.
+    temporary: OnceLock<PathBuf>,
 }
 
 impl Stop {
     /// Listens from now on. A run that does not end between two steps (its file is being written) is left to itself.
-    pub fn listen(path: &Path) -> Arc<Self> {
+    pub fn listen() -> Arc<Self> {
         let stop = Arc::new(Self::default());
-        let (told, path) = (Arc::clone(&stop), path.to_path_buf());
+        let told = Arc::clone(&stop);
         watch_afterwards(move |signal| {
             let _ = told.signal.set(signal);
             told.is_told.store(true, Ordering::Relaxed);
             std::thread::sleep(PATIENCE);
-            remark(&format!("error: {}", stopped(signal, &path)));
+            remark(&format!("error: {}", stopped(signal, told.temporary.get().map(PathBuf::as_path))));
             std::process::exit(Exit::from(signal) as i32);
         });
         stop
+    }
+
+    /// A history is written there until it is whole.
+    pub fn writes(&self, temporary: &Path) {
+        let _ = self.temporary.set(temporary.to_path_buf());
     }
 
     /// The signal, if one came.
@@ -44,26 +51,29 @@ impl Stop {
 /// Time that a run has to end between two steps.
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// What is said of a run that was stopped, and of its history.
-pub(super) fn stopped(signal: Signal, path: &Path) -> String {
+/// What is said of a run that was stopped, and of its history, which lies there until it is whole.
+pub(super) fn stopped(signal: Signal, temporary: Option<&Path>) -> String {
     let by = match signal {
         Signal::Interrupt => "Ctrl-C",
         Signal::Terminate => "a signal",
     };
-    let left = what_is_left(path).unwrap_or_else(|| "nothing of its history is kept".to_owned());
+    let left = temporary.and_then(what_is_left).unwrap_or_else(|| "nothing of its history is kept".to_owned());
     format!("the run was ended by {by} before its end\n  {left}")
 }
 
 /// What can be done with the part of a history that is not whole, if there is any.
-pub(super) fn what_is_left(path: &Path) -> Option<String> {
-    let left = left_behind(path)?;
-    Some(match Format::of(path) {
-        Ok(Format::Mcap) => {
-            let recover = call::command([OsStr::new("recover"), call::path_word(&left).as_os_str()]);
-            format!("what was written until then is in {}; a whole file of it: {recover}", shown(&left))
-        }
-        _ => format!("what was written until then is in {}", shown(&left)),
-    })
+pub(super) fn what_is_left(temporary: &Path) -> Option<String> {
+    if !temporary.symlink_metadata().is_ok_and(|found| found.is_file() && found.len() > 0) {
+        return None;
+    }
+    let whole = recovering(temporary).map(|command| format!("; a whole file of it: {command}")).unwrap_or_default();
+    Some(format!("what was written until then is in {}{whole}", shown(temporary)))
+}
+
+/// The command that makes a whole file of what a run has left, of a format from which one can be made.
+pub(super) fn recovering(left: &Path) -> Option<String> {
+    let is_mcap = matches!(Format::of(&left.with_extension("")), Ok(Format::Mcap));
+    is_mcap.then(|| call::command([OsStr::new("recover"), call::path_word(left).as_os_str()]))
 }
 
 /// A recorder whose run ends when a signal comes.

@@ -251,6 +251,9 @@ fn unfinished(
             format!("not finished, or recorded by the run that was killed before it wrote a part of the table{go_on}")
         }
         RunState::Complete | RunState::Ended => format!("not finished{go_on}"),
+        RunState::Unknown { why } => {
+            format!("not finished, or not yet in a part of the table; whether a run lives is not known: {why}")
+        }
     }
 }
 

@@ -1,10 +1,10 @@
 //! CSV: a header of channel names, one line per instant, numbers in their shortest form that reads back as the same bits.
 
+use super::aside::Aside;
 use super::channels::Channel;
-use super::{HistoryError, Sink, publish, temporary};
+use super::{HistoryError, Sink};
 use bladeoff_answers::history::About;
 use bladeoff_system::files::FileError;
-use bladeoff_system::place::Place;
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -18,13 +18,14 @@ pub(super) struct CsvSink {
     path: PathBuf,
     file: BufWriter<File>,
     line: String,
+    /// Behind the file, which is written when it is dropped.
+    aside: Aside,
 }
 
 impl CsvSink {
     pub fn create(path: &Path, channels: &[Channel]) -> Result<Self, HistoryError> {
-        let temporary = temporary(path);
-        let file = Place::from(&temporary).create_new()?;
-        let mut sink = Self { path: path.to_path_buf(), file: BufWriter::new(file), line: TIME.to_owned() };
+        let (file, aside) = Aside::create(path)?;
+        let mut sink = Self { path: path.to_path_buf(), file: BufWriter::new(file), line: TIME.to_owned(), aside };
         for channel in channels {
             sink.line.push(',');
             sink.line.push_str(&channel.name());
@@ -51,6 +52,10 @@ impl Sink for CsvSink {
 
     fn finish(self: Box<Self>, _outcome: &About) -> Result<(), HistoryError> {
         let file = self.file.into_inner().map_err(|error| FileError::at("write", &self.path)(error.into_error()))?;
-        Ok(publish(file, &self.path)?)
+        Ok(self.aside.publish(file)?)
+    }
+
+    fn temporary(&self) -> Option<&Path> {
+        Some(self.aside.temporary())
     }
 }

@@ -1,10 +1,10 @@
 //! MCAP: one topic per group of channels, protobuf messages, simulated time as log time.
 
+use super::aside::Aside;
 use super::channels::Channel;
-use super::{HistoryError, Sink, proto, publish, temporary};
+use super::{HistoryError, Sink, proto};
 use bladeoff_answers::history::About;
 use bladeoff_system::files::FileError;
-use bladeoff_system::place::Place;
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{Compression, WriteOptions, Writer};
 use std::collections::BTreeMap;
@@ -29,6 +29,8 @@ pub(super) struct McapSink {
     topics: Vec<(u16, Range<usize>)>,
     sequence: u32,
     message: Vec<u8>,
+    /// Behind the writer, which writes when it is dropped.
+    aside: Aside,
 }
 
 pub(super) fn options() -> WriteOptions {
@@ -40,8 +42,7 @@ pub(super) fn options() -> WriteOptions {
 
 impl McapSink {
     pub fn create(path: &Path, channels: &[Channel], about: &About) -> Result<Self, HistoryError> {
-        let temporary = temporary(path);
-        let file = Place::from(&temporary).create_new()?;
+        let (file, aside) = Aside::create(path)?;
         let failed = || HistoryError::mcap("write", path);
         let mut writer = options().create(BufWriter::new(file)).map_err(failed())?;
         writer.write_metadata(&Metadata { name: ABOUT.to_owned(), metadata: about.clone() }).map_err(failed())?;
@@ -66,7 +67,7 @@ impl McapSink {
             topics.push((writer.add_channel(schema, &topic, "protobuf", &metadata).map_err(failed())?, from..to));
             from = to;
         }
-        Ok(Self { path: path.to_path_buf(), writer, topics, sequence: 0, message: Vec::new() })
+        Ok(Self { path: path.to_path_buf(), writer, topics, sequence: 0, message: Vec::new(), aside })
     }
 }
 
@@ -106,6 +107,10 @@ impl Sink for McapSink {
             .into_inner()
             .into_inner()
             .map_err(|error| FileError::at("write", &self.path)(error.into_error()))?;
-        Ok(publish(file, &self.path)?)
+        Ok(self.aside.publish(file)?)
+    }
+
+    fn temporary(&self) -> Option<&Path> {
+        Some(self.aside.temporary())
     }
 }

@@ -1,13 +1,14 @@
 //! Histories of one run: what is recorded, how often, into which file; and reading them back. The only place that names mcap.
 //!
 //! ```text
-//! simulate -> Recorder (decimates, evaluates channels) -> McapSink | CsvSink | ParquetSink -> FILE.tmp -> FILE
+//! simulate -> Recorder (decimates, evaluates channels) -> McapSink | CsvSink | ParquetSink -> FILE.tmp (Aside) -> FILE
 //! FILE -> read -> History (one time axis, named channels with units) -> figures
 //! FILE.mcap.tmp -> recover -> FILE.mcap       after a writer died
 //! ```
 //! A history never fails a run: the recorder keeps its first error, stops writing, and says so at the end.
 //! Format of the files: `docs/histories.md`.
 
+mod aside;
 mod channels;
 mod csv;
 mod error;
@@ -27,8 +28,7 @@ pub use recover::{Recovered, recover};
 pub use version::HISTORY_VERSION;
 
 use bladeoff_answers::history::About;
-use bladeoff_system::files::FileError;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// File formats, by extension.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -62,27 +62,6 @@ trait Sink {
     fn record(&mut self, time: f64, values: &[f64]) -> Result<(), HistoryError>;
     /// Ends the file; `outcome` is what came out of the run.
     fn finish(self: Box<Self>, outcome: &About) -> Result<(), HistoryError>;
-}
-
-/// The name under which a file is written before it is whole.
-fn temporary(path: &Path) -> PathBuf {
-    let mut name = path.as_os_str().to_owned();
-    name.push(".tmp");
-    PathBuf::from(name)
-}
-
-/// What a writer that failed or died has left of a history, if anything.
-#[must_use]
-pub fn left_behind(path: &Path) -> Option<PathBuf> {
-    let temporary = temporary(path);
-    std::fs::metadata(&temporary).is_ok_and(|about| about.is_file() && about.len() > 0).then_some(temporary)
-}
-
-/// Gives a whole file its final name, durably.
-fn publish(file: std::fs::File, path: &Path) -> Result<(), FileError> {
-    let temporary = temporary(path);
-    file.sync_all().map_err(FileError::at("write", &temporary))?;
-    drop(file);
-    std::fs::rename(&temporary, path).map_err(FileError::at("rename to", path))?;
-    bladeoff_system::files::sync_directory(path.parent().unwrap_or(Path::new(".")))
+    /// Where it lies until then, if it does.
+    fn temporary(&self) -> Option<&Path>;
 }

@@ -1,5 +1,6 @@
 //! The follower of a run that records a history.
 
+use super::aside::usual;
 use super::channels::{Channel, ContactForces, Context, catalogue, select};
 use super::csv::CsvSink;
 use super::mcap_file::McapSink;
@@ -12,7 +13,7 @@ use bladeoff_core::stress::ShaftStresses;
 use bladeoff_core::structure::Structure;
 use bladeoff_model::machine::{Detection, DiaphragmKind, Engine, Machine, RotorKind};
 use bladeoff_model::outcome::{ColumnKind, Outcome};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Interval between records unless one is asked for \[s\].
 const EVERY: f64 = 1e-4;
@@ -53,6 +54,8 @@ pub struct Written {
     pub records: u64,
     /// Interval \[s\].
     pub every: f64,
+    /// Whether it took the place of a file.
+    pub replaced: bool,
 }
 
 /// Records one run.
@@ -63,6 +66,8 @@ pub struct Recorder {
     /// `None` once it failed.
     sink: Option<Box<dyn Sink>>,
     failed: Option<HistoryError>,
+    /// Where it is written until it is whole.
+    temporary: Option<PathBuf>,
     every_steps: u64,
     step: f64,
     /// Of each diaphragm.
@@ -100,6 +105,7 @@ impl Recorder {
             Ok(sink) => (Some(sink), None),
             Err(error) => (None, Some(error)),
         };
+        let temporary = sink.as_ref().and_then(|sink| sink.temporary()).map(Path::to_path_buf);
         let shaft = match &machine.rotor.kind {
             RotorKind::Shaft(shaft) => Some(ShaftStresses::new(shaft)),
             RotorKind::PointMass(_) => None,
@@ -111,11 +117,25 @@ impl Recorder {
             shaft,
             sink,
             failed,
+            temporary,
             every_steps,
             step: plan.step,
             forces: machine.diaphragms.iter().map(|_| ContactForces::new(plan.step)).collect(),
             records: 0,
         })
+    }
+
+    /// Where the file is written until it is whole, and where it stays if it never is.
+    #[must_use]
+    pub fn temporary(&self) -> Option<&Path> {
+        self.temporary.as_deref()
+    }
+
+    /// What has the name under which it would be written otherwise, and is left.
+    #[must_use]
+    pub fn in_its_way(&self) -> Option<PathBuf> {
+        let usual = usual(&self.path);
+        self.temporary.as_ref().is_some_and(|temporary| *temporary != usual).then_some(usual)
     }
 
     /// Ends the file.
@@ -126,6 +146,7 @@ impl Recorder {
         if let Some(error) = self.failed.take() {
             return Err(error);
         }
+        let replaced = self.path.symlink_metadata().is_ok();
         if let Some(sink) = self.sink.take() {
             sink.finish(&outcome_of(machine, outcome))?;
         }
@@ -134,6 +155,7 @@ impl Recorder {
             channels: self.channels.len(),
             records: self.records,
             every: self.every_steps as f64 * self.step,
+            replaced,
         })
     }
 }

@@ -1,15 +1,14 @@
 //! A whole MCAP from what a writer that died left behind.
 
+use super::HistoryError;
 use super::mcap_file::options;
 use super::read::MOST_HISTORY;
-use super::{HistoryError, publish, temporary};
-use bladeoff_system::files::FileError;
+use bladeoff_system::files::{FileError, Pending};
 use bladeoff_system::place::Place;
 use mcap::read::{ChunkFlattener, Options};
 use mcap::records::Record;
 use std::collections::BTreeMap;
-use std::fs;
-use std::io::BufWriter;
+use std::io::{BufWriter, Write};
 use std::path::Path;
 
 /// What was saved.
@@ -23,32 +22,17 @@ pub struct Recovered {
     pub cut: bool,
 }
 
-/// Copies every complete record of `from`, up to where it breaks off, into a whole file `to`.
+/// Copies every complete record of `from`, up to where it breaks off, into a whole new file `to`.
 ///
 /// # Errors
-/// `from` is not readable or has nothing in it; `to` cannot be written.
+/// `from` is not readable or has nothing in it; `to` is there or cannot be written.
 pub fn recover(from: &Path, to: &Path) -> Result<Recovered, HistoryError> {
-    let read = Place::named(from).read(MOST_HISTORY).map_err(HistoryError::from);
-    let bytes = read.map_err(HistoryError::named(from))?;
-    let aside = temporary(to);
-    // `recover x.mcap.tmp` would write over its own input
-    let aside_is_input = aside == from;
-    let target = if aside_is_input { to.with_extension("recovered.mcap") } else { to.to_path_buf() };
-    let saved = copy(&bytes, from, &target)?;
-    if aside_is_input {
-        fs::rename(&target, to).map_err(FileError::at("rename to", to))?;
-        bladeoff_system::files::sync_directory(to.parent().unwrap_or(Path::new(".")))?;
-    }
-    Ok(saved)
-}
-
-fn copy(bytes: &[u8], from: &Path, to: &Path) -> Result<Recovered, HistoryError> {
-    let records = ChunkFlattener::new_with_options(bytes, Options::IgnoreEndMagic.into())
+    let bytes = Place::named(from).read(MOST_HISTORY)?;
+    let records = ChunkFlattener::new_with_options(&bytes, Options::IgnoreEndMagic.into())
         .map_err(HistoryError::mcap("read", from))?;
-    let aside = temporary(to);
-    let file = Place::from(&aside).create_new()?;
+    let mut pending = Pending::create(to)?;
     let failed = || HistoryError::mcap("write", to);
-    let mut writer = options().create(BufWriter::new(file)).map_err(failed())?;
+    let mut writer = options().create(BufWriter::new(pending.file())).map_err(failed())?;
     let mut saved = Recovered { messages: 0, last: 0.0, cut: false };
     // ids of the new file by those of the old
     let (mut schemas, mut channels) = (BTreeMap::new(), BTreeMap::new());
@@ -81,13 +65,10 @@ fn copy(bytes: &[u8], from: &Path, to: &Path) -> Result<Recovered, HistoryError>
         }
     }
     if saved.messages == 0 {
-        drop(writer);
-        // nothing is lost: it holds no message
-        let _ = fs::remove_file(&aside);
         return Err(HistoryError::NothingToRecover { path: from.to_path_buf() });
     }
     writer.finish().map_err(failed())?;
-    let file = writer.into_inner().into_inner().map_err(|error| FileError::at("write", to)(error.into_error()))?;
-    publish(file, to)?;
+    writer.into_inner().flush().map_err(FileError::at("write", to))?;
+    pending.finish_new()?;
     Ok(saved)
 }

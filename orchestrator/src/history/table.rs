@@ -48,4 +48,8 @@ impl Sink for ParquetSink {
         metadata.extend(prefixed(OUTCOME_PREFIX, outcome));
         Ok(write_numbers(&self.path, &self.columns, &metadata)?)
     }
+
+    fn temporary(&self) -> Option<&Path> {
+        None
+    }
 }

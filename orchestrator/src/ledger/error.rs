@@ -3,6 +3,8 @@
 use super::layout::LEDGER_VERSION;
 use super::record::RecordError;
 use bladeoff_system::files::FileError;
+use bladeoff_system::locks::{self, LockHolder};
+use bladeoff_system::place::Place;
 use bladeoff_system::shown;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -28,6 +30,18 @@ pub enum LedgerError {
         path: PathBuf,
         /// What is wrong with it.
         detail: String,
+    },
+    /// Another process has locked it.
+    #[error(
+        "the record of finished samples {} is locked by {}; when that has ended, the same command goes on",
+        shown(path),
+        by.as_ref().map_or("a process that this system does not name (it may be of another host or container)".to_owned(), ToString::to_string)
+    )]
+    Held {
+        /// The file.
+        path: PathBuf,
+        /// Who has it, if the system tells.
+        by: Option<LockHolder>,
     },
     /// A store of another version.
     #[error(
@@ -72,6 +86,11 @@ impl LedgerError {
         let is_reading = matches!(action, "open" | "read");
         match source {
             redb::Error::Corrupted(detail) => Self::Damaged { path, detail },
+            redb::Error::DatabaseAlreadyOpen => {
+                let file = Place::from(&path).identity().ok().flatten();
+                let by = file.and_then(|file| locks::holder(file, None).ok().flatten());
+                Self::Held { path, by }
+            }
             // What a cut or foreign file looks like to the store.
             redb::Error::Io(source)
                 if is_reading && matches!(source.kind(), io::ErrorKind::UnexpectedEof | io::ErrorKind::InvalidData) =>

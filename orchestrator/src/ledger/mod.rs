@@ -24,7 +24,7 @@ pub use record::{Entry, Head, RecordError};
 pub use salvage::Remains;
 
 use bladeoff_study::SampleKey;
-use bladeoff_system::files::FileError;
+use bladeoff_system::files::{FileError, create_beside};
 use bladeoff_system::place::{Identity, Place};
 use error::guarded;
 use layout::{CACHE_BYTES, HEADER, RESULTS, VERSION_KEY};
@@ -41,8 +41,21 @@ pub struct Ledger {
     reader: Reader,
     /// Which file it is, whatever becomes of its name.
     identity: Identity,
+    /// Its name until it is published.
+    aside: Option<Aside>,
     gathered: Vec<(u64, Vec<u8>)>,
     oldest: Option<Instant>,
+}
+
+/// The name of a store that is not published, removed with it.
+#[derive(Debug)]
+struct Aside(Place);
+
+impl Drop for Aside {
+    fn drop(&mut self) {
+        // Published, it has another name by now; on the error path it is of no use.
+        let _ = self.0.remove();
+    }
 }
 
 impl Ledger {
@@ -51,16 +64,19 @@ impl Ledger {
     /// Largest number of results of one group.
     pub const GROUP_SIZE: usize = 4096;
 
-    /// Creates a store aside; [`Ledger::publish`] gives it its name. `header`: what the entries depend on.
+    /// Creates a store aside, closed to others, who could lock it; [`Ledger::publish`] gives it its name. `header`: what the
+    /// entries depend on.
     ///
     /// # Errors
     /// The file cannot be created or written.
     pub fn create(path: impl Into<Place>, header: &[(String, String)]) -> Result<Self, LedgerError> {
         let path = path.into();
         let failed = |source| LedgerError::store("create", &path, source);
-        let ledger = Self::over(aside(&path).create_new()?, &path, failed)?;
+        let (file, aside) = create_beside(&path, Place::create_closed)?;
+        let aside = Aside(aside);
+        let ledger = Self::over(file, &path, failed)?;
         ledger.write_header(header).map_err(failed)?;
-        Ok(ledger)
+        Ok(Self { aside: Some(aside), ..ledger })
     }
 
     /// The store in a file that is open to be written.
@@ -69,7 +85,8 @@ impl Ledger {
         let created = Database::builder().set_cache_size(CACHE_BYTES).create_file(file);
         let database = created.map_err(|source| failed(source.into()))?;
         let reader = Reader { store: Arc::new(Store::new(database)), path: path.clone() };
-        Ok(Self { reader, identity: (about.dev(), about.ino()), gathered: Vec::new(), oldest: None })
+        let identity = (about.dev(), about.ino());
+        Ok(Self { reader, identity, aside: None, gathered: Vec::new(), oldest: None })
     }
 
     /// Whether its name is still its own; what cannot be looked at is taken to be.
@@ -85,7 +102,10 @@ impl Ledger {
     pub fn publish(&mut self) -> Result<(), LedgerError> {
         self.commit()?;
         let path = &self.reader.path;
-        aside(path).rename_to(path).map_err(FileError::at("rename to", path))?;
+        if let Some(aside) = &self.aside {
+            aside.0.rename_to(path).map_err(FileError::at("rename to", path))?;
+        }
+        self.aside = None;
         Ok(path.sync_parent()?)
     }
 
@@ -185,11 +205,6 @@ impl Ledger {
     pub fn reader(&self) -> &Reader {
         &self.reader
     }
-}
-
-/// Where a store is made before it has its name.
-fn aside(path: &Place) -> Place {
-    path.with_suffix(".new")
 }
 
 impl Reader {

@@ -9,7 +9,7 @@ use super::directory::{LEDGER, MACHINE, MANIFEST, PARTS, POINTS, RESULTS, STUDY,
 use super::manifest::{Checksums, provenance as told_inputs};
 use super::resume::of_record;
 use super::status::{RunState, see};
-use crate::ledger::Reader;
+use crate::ledger::{LedgerError, Reader};
 use bladeoff_answers::report::counted;
 use bladeoff_answers::tables::{Checksum, TableError, count_sound_rows};
 use bladeoff_system::files::FileError;
@@ -109,7 +109,7 @@ pub struct Verified {
 /// # Errors
 /// The directory cannot be looked at.
 pub fn verify(directory: &Path) -> Result<Vec<Verified>, FileError> {
-    let is_running = see(directory)?.is_some_and(|seen| matches!(seen.state, RunState::Running { .. }));
+    let state = see(directory)?.map(|seen| seen.state);
     let folder = open(directory)?;
     let manifest = folder.place(MANIFEST);
     let told = Checksums::told(&manifest);
@@ -136,7 +136,7 @@ pub fn verify(directory: &Path) -> Result<Vec<Verified>, FileError> {
         }
     }
     if folder.place(LEDGER).exists() {
-        all.push(record(&folder.place(LEDGER), is_running));
+        all.push(record(&folder.place(LEDGER), state.as_ref()));
     }
     if !folder.place(RESULTS).exists() {
         all.extend(parts(&row_files(directory), &timing_files(directory)));
@@ -150,16 +150,25 @@ fn in_words(name: &str, compared: Result<Compared, FileError>) -> Verified {
         Ok(Compared::Changed) => (Some(false), "damaged: not as it was written".to_owned()),
         Ok(Compared::Missing) => (Some(false), "missing".to_owned()),
         Ok(Compared::Unknown) => (None, format!("unknown: {MANIFEST} has no checksum of it")),
+        Err(error) if is_closed(&error) => (None, format!("unknown: {error}: {}", error.source)),
         Err(error) => (Some(false), format!("{error}: {}", error.source)),
     };
     Verified { name: name.to_owned(), is_whole, words }
 }
 
+/// Whether a file may not be read: then it is nobody's damage.
+fn is_closed(error: &FileError) -> bool {
+    error.source.kind() == io::ErrorKind::PermissionDenied
+}
+
 /// Every page and every entry of the record.
-fn record(path: &Place, is_running: bool) -> Verified {
+fn record(path: &Place, state: Option<&RunState>) -> Verified {
     let name = LEDGER.to_owned();
-    if is_running {
-        return Verified { name, is_whole: None, words: "unknown: the run writes it".to_owned() };
+    let unknown = |words: &str| Verified { name: name.clone(), is_whole: None, words: format!("unknown: {words}") };
+    match state {
+        Some(RunState::Running { .. }) => return unknown("the run writes it"),
+        Some(RunState::Unknown { .. }) => return unknown("whether a run writes it is not known"),
+        _ => {}
     }
     let (mut whole, mut damaged) = (0u64, 0u64);
     let read = Reader::open(path).and_then(|record| {
@@ -169,6 +178,7 @@ fn record(path: &Place, is_running: bool) -> Verified {
         Ok(()) if damaged == 0 && whole == 1 => (true, "its only entry is whole".to_owned()),
         Ok(()) if damaged == 0 => (true, format!("all its {whole} entries are whole")),
         Ok(()) => (false, format!("damaged: {damaged} of its {}", of_record(whole + damaged))),
+        Err(LedgerError::File(error)) if is_closed(&error) => return unknown("its user alone may read it"),
         Err(error) => (false, error.to_string()),
     };
     Verified { name, is_whole: Some(is_whole), words }

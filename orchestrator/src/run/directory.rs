@@ -2,15 +2,16 @@
 
 use super::error::RunError;
 pub use super::lock::LOCK;
-use super::lock::{Holder, Lock, Mark, mark};
+use super::lock::{Holder, Lock, Mark, mark, theirs};
 use super::trust::check;
 use crate::ledger::is_store;
 use bladeoff_answers::tables::TableError;
 use bladeoff_study::Study;
-use bladeoff_system::files::{FileError, sync_directory, write_whole};
+use bladeoff_system::files::{FileError, is_temporary, sync_directory, write_whole};
 use bladeoff_system::folder::Folder;
-use bladeoff_system::place::Place;
+use bladeoff_system::place::{Place, close_to_others};
 use bladeoff_worker::plan::{BASIS_FILE, PLAN_FILE};
+use rustix::process::geteuid;
 use std::ffi::OsStr;
 use std::fs;
 use std::os::unix::fs::DirBuilderExt;
@@ -38,6 +39,12 @@ pub const LEDGER: &str = "ledger.redb";
 pub const STATUS: &str = "status.json";
 /// Messages of the workers.
 pub const WORKER_LOG: &str = "workers.log";
+
+/// What is written aside and then gets its name.
+const WHOLE: [&str; 12] =
+    [RESULTS, TIMINGS, MANIFEST, STUDY, MACHINE, POINTS, PLAN_FILE, BASIS_FILE, STATUS, PARTS, TIMING_PARTS, LEDGER];
+/// What is there before the record is.
+const FIRST: [&str; 6] = [LOCK, STUDY, MACHINE, POINTS, BASIS_FILE, PLAN_FILE];
 
 /// A result directory that no other process works in. It is held open: what the run does in it, it does there, whatever
 /// becomes of the path.
@@ -74,10 +81,14 @@ impl RunDirectory {
         }
         let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
         let lock = Lock::take(&folder, LOCK)?;
+        // Of an earlier build: who may open the record may lock it. What cannot be opened is an error later.
+        if let Ok(record) = folder.place(LEDGER).open_own() {
+            close_to_others(&record);
+        }
         Ok(Self { folder, absolute, lock })
     }
 
-    /// Removes what a killed run was writing; nobody else writes here now.
+    /// Removes what a killed run was writing, by the names that it has then; nobody else writes here now.
     ///
     /// # Errors
     /// The directory cannot be written; something else stands in the place of a folder of parts.
@@ -95,12 +106,26 @@ impl RunDirectory {
     /// # Errors
     /// The directory cannot be written.
     pub fn tidy_files(&self) -> Result<(), FileError> {
-        for name in
-            [RESULTS, TIMINGS, MANIFEST, STUDY, MACHINE, POINTS, PLAN_FILE, BASIS_FILE, STATUS, PARTS, TIMING_PARTS]
-        {
-            self.remove(&format!("{name}.tmp"))?;
+        let names = self.folder.names().map_err(FileError::at("read", self.path()))?;
+        let is_begun = |name: &OsStr| {
+            // Earlier builds made a record under this name.
+            WHOLE.iter().any(|whole| is_temporary(name, whole)) || name.to_str() == Some(&format!("{LEDGER}.new"))
+        };
+        let mut is_changed = false;
+        for name in names.iter().filter(|name| is_begun(name)) {
+            let place = self.folder.place(name);
+            // Whatever else has such a name is in nobody's way.
+            if place.is_file() && self.is_own(&place) {
+                is_changed |= place.remove()?;
+            }
         }
-        self.remove(&format!("{LEDGER}.new"))
+        if is_changed { self.folder.sync() } else { Ok(()) }
+    }
+
+    /// Whether a file is this user's, or of whom the directory is.
+    fn is_own(&self, place: &Place) -> bool {
+        let own = [Some(geteuid().as_raw()), self.folder.stat().ok().map(|found| found.st_uid)];
+        place.owner().is_some_and(|owner| own.contains(&Some(owner)))
     }
 
     /// The run before, if it did not end in order.
@@ -348,12 +373,23 @@ pub fn read_current<T>(
 /// before anything else.
 fn refuse_foreign(folder: &Folder) -> Result<(), RunError> {
     let mark = mark(folder, LOCK);
+    if mark == Mark::Closed
+        && let Some(theirs) = theirs(folder, &folder.place(LOCK))
+    {
+        return Err(theirs.into());
+    }
     if mark == Mark::Run || is_store(&folder.place(LEDGER)) {
         return Ok(());
     }
     let names = folder.names().map_err(FileError::at("read", folder.path()))?;
-    // An empty lock: killed between making and writing it.
-    let is_begun = |name: &OsStr| mark == Mark::Empty && name == LOCK;
+    // An empty lock: killed between making and writing it; or the power went, or somebody emptied it, before there was a record.
+    // Then the inputs are there, and nothing but what a run writes before.
+    let has_inputs = mark == Mark::Empty && [STUDY, MACHINE].iter().all(|name| folder.place(name).is_file());
+    let is_first = |name: &OsStr| {
+        let is_temporary = || WHOLE.iter().any(|whole| is_temporary(name, whole));
+        FIRST.iter().any(|first| name == *first) || is_temporary()
+    };
+    let is_begun = |name: &OsStr| mark == Mark::Empty && name == LOCK || has_inputs && is_first(name);
     match names.into_iter().filter(|name| !is_begun(name)).min() {
         None => Ok(()),
         Some(name) => Err(RunError::Foreign { path: folder.path().to_path_buf(), file: name }),
@@ -363,6 +399,28 @@ fn refuse_foreign(folder: &Folder) -> Result<(), RunError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_a_killed_run_was_writing_goes_and_nothing_else() {
+        let folder = tempfile::tempdir().expect("temporary directory");
+        let directory = RunDirectory::claim(folder.path(), false).expect("empty");
+        let path = |name: &str| folder.path().join(name);
+        let begun = [
+            "plan.json.0123abcd.tmp",
+            "parts.0123abcd.tmp",
+            "ledger.redb.0123abcd.tmp",
+            "manifest.json.tmp",
+            "ledger.redb.new",
+        ];
+        let others = ["plan.json.mine.tmp", "notes.txt.0123abcd.tmp", "plan.json"];
+        begun.iter().chain(&others).for_each(|name| fs::write(path(name), b"x").expect("written"));
+        fs::create_dir(path("study.toml.0123abcd.tmp")).expect("created");
+        std::os::unix::fs::symlink("notes.txt.0123abcd.tmp", path("machine.toml.0123abcd.tmp")).expect("linked");
+        directory.tidy().expect("writable");
+        let is_there = |name: &&str| fs::symlink_metadata(path(name)).is_ok();
+        assert!(!begun.iter().any(is_there) && others.iter().all(is_there));
+        assert!(["study.toml.0123abcd.tmp", "machine.toml.0123abcd.tmp"].iter().all(is_there), "no regular files");
+    }
 
     #[test]
     fn what_somebody_puts_between_the_parts_stays() {

@@ -2,7 +2,7 @@
 //! directory that was taken from the run.
 
 use super::directory::{MANIFEST, PARTS, RESULTS, row_files};
-use super::error::RunError;
+use super::error::{Lost, RunError};
 use super::manifest::{Checksums, Course, manifest};
 use super::open::Session;
 use super::request::Finished;
@@ -69,7 +69,14 @@ pub(super) fn conclude(
     let finished = match loss::loss(directory, ledger) {
         Some(loss) => Err(lost(loss)),
         // It may be lost while the tables are written.
-        None => write().map_err(|error| loss::loss(directory, ledger).map_or(error, lost)),
+        None => write().map_err(|error| match loss::loss(directory, ledger) {
+            Some(loss) => lost(loss),
+            None if loss::is_closed(directory) => {
+                let (path, done) = (directory.path().to_path_buf(), durable.done());
+                Lost::Closed { path, done, source: Box::new(error) }.into()
+            }
+            None => error,
+        }),
     };
     dispatch::give_back(memory, telling);
     finished

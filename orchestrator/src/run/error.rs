@@ -107,7 +107,7 @@ impl RunError {
                 | Self::NotADirectory { .. }
                 | Self::Changed { .. }
                 | Self::NothingToRerun { .. }
-                | Self::Lock(LockError::Held { .. })
+                | Self::Lock(LockError::Held { .. } | LockError::Theirs { .. })
                 | Self::Ledger(LedgerError::Version { .. })
                 | Self::Machine(_)
                 | Self::Engine(_)
@@ -151,6 +151,22 @@ pub enum Lost {
         /// Samples recorded in it.
         done: u64,
     },
+    /// It is where it was, and cannot be entered.
+    #[error(
+        "{} was closed to this user during the run; {} {} kept in it: open it (`chmod u+rwx`), and the same command goes on",
+        shown(path),
+        counted(*done, "finished sample"),
+        are(*done)
+    )]
+    Closed {
+        /// The directory.
+        path: PathBuf,
+        /// Samples recorded in it.
+        done: u64,
+        /// What could not be done.
+        #[source]
+        source: Box<RunError>,
+    },
     /// It is gone, what was finished is not.
     #[error("{what} {} was removed during the run: the run has stopped; {} {} kept in {}", shown(path), counted(*done, "finished sample"), are(*done), shown(kept))]
     Kept {
@@ -185,6 +201,7 @@ impl Lost {
         match self {
             Self::Moved { to, .. } => to.as_deref(),
             Self::Kept { kept, .. } => Some(kept),
+            Self::Closed { path, .. } => Some(path),
             Self::Gone { .. } => None,
         }
     }

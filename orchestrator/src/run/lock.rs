@@ -4,12 +4,19 @@
 //! however the process ends, and a stopped process keeps it. An orderly end takes the holder out of the file, so that one
 //! with a holder and no lock tells of a run that was killed. The file is written before anything else in the directory, each
 //! time at once and over what was there: what it says tells a directory that a run began from one of somebody else.
+//!
+//! It is closed to others, who could lock it otherwise, if only to read. So they cannot look at the lock either; who holds one is told
+//! by the system (`/proc/locks`), and the file is believed only where that cannot be.
 
 use super::stamp::{host, timestamp};
 use bladeoff_model::document::visible;
 use bladeoff_system::files::FileError;
 use bladeoff_system::folder::Folder;
+use bladeoff_system::locks::{self, LockHolder};
+use bladeoff_system::place::{Identity, Place, identity};
 use bladeoff_system::shown;
+use rustix::fs::fstat;
+use rustix::process::geteuid;
 use serde_json::{Value, json};
 use std::fs::{File, TryLockError};
 use std::io;
@@ -24,6 +31,8 @@ pub const LOCK: &str = "run.lock";
 /// How long a lock is tried for: whoever only looks at it (`bladeoff status`) holds it for microseconds.
 const PATIENCE: Duration = Duration::from_millis(500);
 const STEP: Duration = Duration::from_millis(20);
+/// How long whoever looks gives a run to say that it has the lock.
+const SETTLING: Duration = Duration::from_millis(100);
 /// By which the file of a lock is known.
 const PROGRAM: &str = "bladeoff";
 /// Bytes that are written at once, more than what was said before.
@@ -46,16 +55,74 @@ impl std::fmt::Display for Holder {
     }
 }
 
+/// Who keeps a lock.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Keeper {
+    /// The run that its file tells of; the system says so, too.
+    Run(Holder),
+    /// The run that its file tells of, which cannot be looked at from here: it is on another host, or the system tells of no
+    /// locks.
+    Told(Holder),
+    /// A process of which its file does not tell.
+    Process(LockHolder),
+    /// Somebody whom this system does not show.
+    Unknown,
+}
+
+impl Keeper {
+    fn of(file: &File) -> Self {
+        let told = holder(file);
+        let pid = told.as_ref().map(|told| told.pid);
+        let found = fstat(file).map_err(io::Error::from).and_then(|found| locks::holder(identity(&found), pid));
+        let is_here = |told: &Holder| host().is_none_or(|host| host == told.host);
+        match (found, told) {
+            (Ok(Some(found)), Some(told)) if found.is(told.pid, is_here(&told)) => Self::Run(told),
+            (Ok(Some(found)), _) => Self::Process(found),
+            (Ok(None), Some(told)) if !is_here(&told) => Self::Told(told),
+            (Err(_), Some(told)) if !is_here(&told) || lives(told.pid) => Self::Told(told),
+            (Ok(None) | Err(_), _) => Self::Unknown,
+        }
+    }
+}
+
+impl std::fmt::Display for Keeper {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Run(holder) => holder.fmt(f),
+            Self::Told(holder) => write!(f, "{holder}, as {LOCK} says (it cannot be looked at from here)"),
+            Self::Process(holder) => holder.fmt(f),
+            Self::Unknown => {
+                f.write_str("a process that this system does not name (it may be of another host or container)")
+            }
+        }
+    }
+}
+
 /// Why a directory is not ours.
 #[derive(Debug, thiserror::Error)]
 pub enum LockError {
     /// Another process has it.
-    #[error("another run works in {}: {}", shown(directory), holder.as_ref().map_or("unknown".to_owned(), ToString::to_string))]
+    #[error(
+        "{} {}: {by}",
+        if matches!(by, Keeper::Run(_) | Keeper::Told(_)) { "another run works in" } else { "somebody keeps the lock (run.lock) of" },
+        shown(directory)
+    )]
     Held {
         /// The directory.
         directory: PathBuf,
-        /// Who has it; unknown in the moment in which it takes it.
-        holder: Option<Holder>,
+        /// Who has it.
+        by: Keeper,
+    },
+    /// A run of somebody else began the directory.
+    #[error(
+        "{} holds a run of another user (uid {owner}): its {LOCK} is theirs, and they alone can go on with it; choose another --out",
+        shown(directory)
+    )]
+    Theirs {
+        /// The directory.
+        directory: PathBuf,
+        /// Whose the run is.
+        owner: u32,
     },
     /// The lock file.
     #[error(transparent)]
@@ -76,7 +143,10 @@ impl Lock {
     /// Another process has it; the file cannot be written.
     pub fn take(directory: &Folder, name: &str) -> Result<Self, LockError> {
         let path = directory.place(name);
-        let file = path.open_or_create()?;
+        let file = match path.open_or_create() {
+            Err(error) => return Err(theirs(directory, &path).unwrap_or(error.into())),
+            Ok(file) => file,
+        };
         let mut waited = Duration::ZERO;
         loop {
             match file.try_lock() {
@@ -86,7 +156,7 @@ impl Lock {
                     waited += STEP;
                 }
                 Err(TryLockError::WouldBlock) => {
-                    return Err(LockError::Held { directory: directory.path().to_path_buf(), holder: holder(&file) });
+                    return Err(LockError::Held { directory: directory.path().to_path_buf(), by: Keeper::of(&file) });
                 }
                 Err(TryLockError::Error(source)) => return Err(FileError::at("lock", &path)(source).into()),
             }
@@ -119,11 +189,25 @@ impl Drop for Lock {
     }
 }
 
+/// The error of a lock that belongs to somebody else and may not be opened.
+pub(super) fn theirs(directory: &Folder, lock: &Place) -> Option<LockError> {
+    let owner = lock.owner().filter(|owner| *owner != geteuid().as_raw())?;
+    let is_closed = lock.open_own().is_err_and(|error| error.source.kind() == io::ErrorKind::PermissionDenied);
+    is_closed.then(|| LockError::Theirs { directory: directory.path().to_path_buf(), owner })
+}
+
 /// What a look at a lock tells.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Look {
     /// A living (or stopped) process has it.
-    Held(Option<Holder>),
+    Held(Keeper),
+    /// Its file may be read by its owner alone. Who keeps it, if the system tells.
+    Closed {
+        /// Whose it is.
+        owner: u32,
+        /// Who keeps it.
+        by: Option<LockHolder>,
+    },
     /// Its last holder was killed.
     Abandoned(Holder),
     /// Nobody has it.
@@ -139,13 +223,34 @@ pub fn look(directory: &Folder, name: &str) -> Result<Look, FileError> {
     let file = match path.open() {
         Ok(file) => file,
         Err(error) if error.source.kind() == io::ErrorKind::NotFound => return Ok(Look::Free),
+        Err(error) if error.source.kind() == io::ErrorKind::PermissionDenied => {
+            let by = |file: Identity| locks::holder(file, None).ok().flatten();
+            let found = path.owner().zip(path.identity().ok().flatten());
+            return found.map(|(owner, file)| Look::Closed { owner, by: by(file) }).ok_or(error);
+        }
         Err(error) => return Err(error),
     };
-    match file.try_lock_shared() {
-        Ok(()) => Ok(holder(&file).map_or(Look::Free, Look::Abandoned)),
-        Err(TryLockError::WouldBlock) => Ok(Look::Held(holder(&file))),
-        Err(TryLockError::Error(source)) => Err(FileError::at("lock", &path)(source)),
+    let mut waited = Duration::ZERO;
+    loop {
+        match file.try_lock_shared() {
+            Ok(()) => return Ok(holder(&file).map_or(Look::Free, Look::Abandoned)),
+            Err(TryLockError::WouldBlock) => {}
+            Err(TryLockError::Error(source)) => return Err(FileError::at("lock", &path)(source)),
+        }
+        match Keeper::of(&file) {
+            // A run that has it for a moment and has not said so yet, or gives it back.
+            Keeper::Process(_) | Keeper::Unknown if waited < SETTLING => {
+                thread::sleep(STEP);
+                waited += STEP;
+            }
+            by => return Ok(Look::Held(by)),
+        }
     }
+}
+
+/// Whether a process of this number is there.
+fn lives(pid: u32) -> bool {
+    std::path::Path::new("/proc").join(pid.to_string()).exists()
 }
 
 /// What the lock says of a directory.
@@ -155,13 +260,19 @@ pub(super) enum Mark {
     Run,
     /// Nothing: its file is empty.
     Empty,
+    /// Its file is not to be read: it is somebody else's.
+    Closed,
     /// There is none, or it is another program's.
     None,
 }
 
 /// Whether a run began a directory, by the file of its lock.
 pub(super) fn mark(directory: &Folder, name: &str) -> Mark {
-    let Ok(file) = directory.place(name).open() else { return Mark::None };
+    let file = match directory.place(name).open() {
+        Ok(file) => file,
+        Err(error) if error.source.kind() == io::ErrorKind::PermissionDenied => return Mark::Closed,
+        Err(_) => return Mark::None,
+    };
     if file.metadata().is_ok_and(|found| found.len() == 0) {
         return Mark::Empty;
     }
@@ -208,14 +319,43 @@ mod tests {
         assert_eq!(mark(&folder, "lock"), Mark::None);
         let first = take().expect("free");
         assert_eq!(first.left_by(), None);
-        let Err(LockError::Held { holder: Some(holder), .. }) = take() else { panic!("taken twice") };
+        let Err(LockError::Held { by: Keeper::Run(holder), .. }) = take() else { panic!("taken twice") };
         assert_eq!(holder.pid, std::process::id());
-        assert_eq!(look(&folder, "lock").expect("readable"), Look::Held(Some(holder)));
+        assert_eq!(look(&folder, "lock").expect("readable"), Look::Held(Keeper::Run(holder)));
         assert_eq!(mark(&folder, "lock"), Mark::Run);
         drop(first);
         assert_eq!(look(&folder, "lock").expect("readable"), Look::Free);
         assert_eq!(mark(&folder, "lock"), Mark::Run, "it remains the directory of a run");
         assert_eq!(take().expect("free again").left_by(), None);
+    }
+
+    #[test]
+    fn whoever_keeps_a_lock_is_named_and_nobody_else() {
+        let directory = tempfile::tempdir().expect("temporary directory");
+        let folder = Folder::open(directory.path()).expect("opened");
+        let here = host().expect("a name");
+        // What a killed run has left: its process is no more, or is another one by now.
+        let left_by = |host: &str| {
+            let text = json!({ "program": PROGRAM, "pid": 1, "host": host, "started": "2026" });
+            std::fs::write(directory.path().join("lock"), text.to_string()).expect("written");
+        };
+        left_by(&here);
+        let stranger = folder.place("lock").open_or_create().expect("there");
+        assert!(matches!(look(&folder, "lock").expect("readable"), Look::Abandoned(_)), "nobody has it");
+        for is_shared in [false, true] {
+            if is_shared { stranger.lock_shared() } else { stranger.lock() }.expect("free");
+            let Err(error @ LockError::Held { .. }) = Lock::take(&folder, "lock") else { panic!("it is held") };
+            let words = error.to_string();
+            let own = format!("process {} (", std::process::id());
+            assert!(words.contains("somebody keeps the lock") && words.contains(&own), "{words}");
+            stranger.unlock().expect("held");
+        }
+        stranger.lock().expect("free");
+        let looked = look(&folder, "lock").expect("readable");
+        assert!(matches!(&looked, Look::Held(Keeper::Process(found)) if found.pid == std::process::id()), "{looked:?}");
+        // The same word of another host could be a container's: this one sees who it is.
+        left_by("elsewhere");
+        assert!(matches!(look(&folder, "lock").expect("readable"), Look::Held(Keeper::Process(_))));
     }
 
     #[test]

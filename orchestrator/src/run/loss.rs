@@ -2,11 +2,13 @@
 //!
 //! Every two seconds the run looks whether the directory that it holds open is the one at its path, and whether the record is
 //! still under its name; two looks have to agree. Then it stops. What was only moved is whole: nothing else is done. What
-//! becomes of that which was removed: `kept`.
+//! becomes of that which was removed: `kept`. One that was closed to its user (`chmod 0 DIR`) is opened again or not before the
+//! end: the record goes on in the open file; where tables cannot be written then, that is said.
 
-use super::directory::RunDirectory;
+use super::directory::{LEDGER, RunDirectory};
 use crate::ledger::Ledger;
 use bladeoff_system::folder::Standing;
+use std::io;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -56,4 +58,10 @@ pub(super) fn loss(directory: &RunDirectory, ledger: &Ledger) -> Option<Loss> {
         (Standing::Moved(to), true) => Some(Loss::Moved(to)),
         (Standing::Here, true) => None,
     }
+}
+
+/// Whether the directory cannot be entered any more.
+pub(super) fn is_closed(directory: &RunDirectory) -> bool {
+    let record = directory.file(LEDGER).identity();
+    record.is_err_and(|error| error.kind() == io::ErrorKind::PermissionDenied)
 }

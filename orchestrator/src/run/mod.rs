@@ -43,7 +43,7 @@ pub use columns::own_columns;
 pub use directory::STATUS;
 pub use error::{Change, Lost, RunError};
 pub use events::EVENTS_VERSION;
-pub use lock::{Holder, LockError, Look, look};
+pub use lock::{Holder, Keeper, LockError, Look, look};
 pub use request::{Finished, Request};
 pub use resume::Rerun;
 pub use status::{RunState, Seen, TRUST, go_on, see};

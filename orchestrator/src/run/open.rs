@@ -4,7 +4,7 @@
 use super::checksums::refuse_changed;
 use super::directory::{LEDGER, LOCK, RESULTS, RunDirectory, TIMINGS};
 use super::error::RunError;
-use super::lock::{LockError, Look, look};
+use super::lock::{Keeper, LockError, Look, look};
 use super::prepare::{Prepared, frozen_basis, new_basis};
 use super::request::{Finished, Request};
 use super::resume::{self, Again, Opened};
@@ -96,8 +96,13 @@ pub(super) fn open<'a>(
 fn look_only(request: &Request, samples: &Samples, note: &dyn Fn(&str), error: RunError) -> Result<Finished, RunError> {
     let look = || -> Result<Option<Finished>, RunError> {
         let folder = Folder::open(&request.out).map_err(FileError::at("open", &request.out))?;
-        if let Look::Held(holder) = look(&folder, LOCK)? {
-            return Err(LockError::Held { directory: request.out.clone(), holder }.into());
+        let held = match look(&folder, LOCK)? {
+            Look::Held(by) => Some(by),
+            Look::Closed { by: Some(by), .. } => Some(Keeper::Process(by)),
+            Look::Closed { .. } | Look::Abandoned(_) | Look::Free => None,
+        };
+        if let Some(by) = held {
+            return Err(LockError::Held { directory: request.out.clone(), by }.into());
         }
         if !folder.place(LEDGER).exists() {
             return Ok(None);

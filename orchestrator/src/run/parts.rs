@@ -242,8 +242,7 @@ impl Writer<'_> {
     /// only.
     fn part(&self, number: u32, parts: &Folder, timings: &Folder) -> Result<RowsWriter<'_>, RunError> {
         let pending = |folder: &Folder, kind: &str| {
-            let temporary = self.directory.file(&format!("{kind}.tmp"));
-            Pending::create_at(folder.place(part_name(number)), temporary)
+            Pending::create_at(folder.place(part_name(number)), &self.directory.file(kind))
         };
         let more = [("incomplete", "true".to_owned()), ("part", number.to_string())];
         let more = more.map(|(key, value)| (key.to_owned(), value));

@@ -370,8 +370,9 @@ fn keep_aside(path: &place::Place) -> Result<place::Place, FileError> {
             Ok(()) => return Ok(kept),
             Err(source) if source.kind() == std::io::ErrorKind::AlreadyExists => {}
             // A file system without second names.
+            Err(_) if kept.exists() => {}
             Err(_) => {
-                let (mut from, mut to) = (path.open()?, kept.create_new()?);
+                let (mut from, mut to) = (path.open()?, kept.create_closed()?);
                 let copied = std::io::copy(&mut from, &mut to).and_then(|_| to.sync_all());
                 copied.map_err(FileError::at("write", &kept))?;
                 return Ok(kept);

@@ -5,7 +5,7 @@
 //! after a power cut it may be old or missing. Once nobody works in the directory the record says what is true.
 
 use super::directory::{LEDGER, LOCK, RESULTS, STATUS};
-use super::lock::{Holder, Look, look};
+use super::lock::{Holder, Keeper, Look, look};
 use super::stamp::{host, timestamp};
 use crate::ledger::Reader;
 use crate::report::{Eta, Tally};
@@ -14,8 +14,9 @@ use bladeoff_answers::report::{counted, duration};
 use bladeoff_model::outcome::{Cause, Status};
 use bladeoff_study::Samples;
 use bladeoff_system::call;
-use bladeoff_system::files::FileError;
+use bladeoff_system::files::{FileError, Pending};
 use bladeoff_system::folder::Folder;
+use bladeoff_system::locks::LockHolder;
 use bladeoff_system::place::Place;
 use serde_json::{Map, Value, json};
 use std::error::Error;
@@ -130,15 +131,16 @@ impl StatusWriter {
         }
     }
 
-    fn replace(&self, text: &str) -> std::io::Result<()> {
-        let aside = self.path.with_suffix(".tmp");
-        let create = || aside.create_new().map_err(|error| error.source);
-        let written = create().and_then(|mut file| file.write_all(text.as_bytes()));
-        let replaced = written.and_then(|()| aside.rename_to(&self.path));
-        if replaced.is_err() {
-            let _ = aside.remove();
-        }
-        replaced
+    /// Writes elsewhere: for tests.
+    #[cfg(test)]
+    pub fn written_to(&mut self, path: Place) {
+        self.path = path;
+    }
+
+    fn replace(&self, text: &str) -> Result<(), FileError> {
+        let mut pending = Pending::create(&self.path)?;
+        pending.file().write_all(text.as_bytes()).map_err(FileError::at("write", &self.path))?;
+        pending.put_in_place()
     }
 
     fn text(&self, state: &str, error: Option<&str>, snapshot: Option<&Snapshot>, tally: &Tally) -> String {
@@ -219,6 +221,11 @@ pub enum RunState {
     Complete,
     /// Ended in order before it was complete, or failed.
     Ended,
+    /// Whether somebody works in it cannot be found out.
+    Unknown {
+        /// Why not.
+        why: String,
+    },
 }
 
 impl RunState {
@@ -231,6 +238,7 @@ impl RunState {
             RunState::Killed(_) => "killed",
             RunState::Complete => "complete",
             RunState::Ended => "ended",
+            RunState::Unknown { .. } => "unknown",
         }
     }
 }
@@ -247,7 +255,12 @@ pub fn see(directory: &Path) -> Result<Option<Seen>, FileError> {
         }
         Err(source) => return Err(FileError::at("open", directory)(source)),
     };
-    if !folder.place(LEDGER).exists() && !folder.place(LOCK).exists() {
+    // What cannot be looked at is an error: nothing is said of a directory that cannot be entered.
+    let is_there = |name| {
+        let place = folder.place(name);
+        place.identity().map(|found| found.is_some()).map_err(FileError::at("look at", &place))
+    };
+    if !is_there(LEDGER)? && !is_there(LOCK)? {
         return Ok(None);
     }
     loop {
@@ -276,17 +289,29 @@ fn told(directory: &Folder) -> Option<Map<String, Value>> {
 fn see_locked(directory: &Folder, locked: &Look) -> Seen {
     let told = told(directory);
     let is_final = told.as_ref().is_none_or(|told| told.get("state") != Some(&json!("running")));
-    let state = match locked {
-        Look::Held(holder) => {
-            let stopped =
-                holder.as_ref().is_some_and(|holder| Some(&holder.host) == host().as_ref() && is_stopped(holder.pid));
-            RunState::Running { holder: holder.clone(), stopped }
+    let is_complete = || directory.place(RESULTS).is_file();
+    let running = |holder: Holder| {
+        let stopped = Some(&holder.host) == host().as_ref() && is_stopped(holder.pid);
+        RunState::Running { holder: Some(holder), stopped }
+    };
+    let living = match locked {
+        Look::Held(Keeper::Run(holder) | Keeper::Told(holder)) => Some(holder.clone()),
+        Look::Closed { by: Some(by), .. } => holder_told(told.as_ref(), by),
+        _ => None,
+    };
+    let state = match (living, locked) {
+        (Some(holder), _) => running(holder),
+        (_, Look::Abandoned(holder)) => RunState::Killed(Some(holder.clone())),
+        // A run removes the table before it computes.
+        _ if is_complete() => RunState::Complete,
+        (_, Look::Held(by)) => RunState::Unknown { why: format!("{LOCK} is locked by {by}") },
+        (_, Look::Closed { owner, by }) => {
+            let by = by.as_ref().map(|by| format!(", and is locked by {by}")).unwrap_or_default();
+            RunState::Unknown { why: format!("{LOCK} may be read by its user (uid {owner}) alone{by}") }
         }
-        Look::Abandoned(holder) => RunState::Killed(Some(holder.clone())),
-        Look::Free if directory.place(RESULTS).is_file() => RunState::Complete,
-        Look::Free if is_final => RunState::Ended,
+        (_, Look::Free) if is_final => RunState::Ended,
         // It ended without a word: its lock was removed, its directory moved, its disk full.
-        Look::Free => RunState::Killed(None),
+        (_, Look::Free) => RunState::Killed(None),
     };
     if let RunState::Running { holder, .. } = &state {
         // What the run before told says nothing of one that has just begun.
@@ -296,8 +321,25 @@ fn see_locked(directory: &Folder, locked: &Look) -> Seen {
         let told = told.filter(is_its_own).map(|told| with_command(directory.path(), told));
         return Seen { state, told, is_counted: false };
     }
+    if !matches!(locked, Look::Free | Look::Abandoned(_)) {
+        // A run that lives may be writing the record.
+        return Seen { state, told: told.map(|told| with_command(directory.path(), told)), is_counted: false };
+    }
     let (told, is_counted) = of_record(directory, told, is_final);
     Seen { state, told: told.map(|told| with_command(directory.path(), told)), is_counted }
+}
+
+/// The run that told of itself, if it is the process that keeps the lock.
+fn holder_told(told: Option<&Map<String, Value>>, by: &LockHolder) -> Option<Holder> {
+    let told = told?;
+    let text = |key: &str| told.get(key).and_then(Value::as_str).map(str::to_owned);
+    let holder = Holder {
+        pid: u32::try_from(told.get("pid")?.as_u64()?).ok()?,
+        host: text("host").unwrap_or_default(),
+        started: text("started")?,
+    };
+    let is_here = Some(&holder.host) == host().as_ref();
+    by.is(holder.pid, is_here).then_some(holder)
 }
 
 /// What was told with the counts of the record, and whether it has been read. `is_final`: it was told at an end, so that its

@@ -187,8 +187,11 @@ mod tests {
         let told = || serde_json::from_slice::<Value>(&fs::read(folder.path().join("status.json")).expect("told"));
         let value = told().expect("JSON");
         assert_eq!((&value["state"], &value["done"]), (&"running".into(), &1.into()));
-        // No new file can be made: the end is told in the old one, and nothing is left aside.
-        fs::create_dir(folder.path().join("status.json.tmp")).expect("in the way");
+        // No new file can be made beside a name of this length: the end is told in the old one, and nothing is left aside.
+        let longest = "s".repeat(250);
+        fs::rename(folder.path().join("status.json"), folder.path().join(&longest)).expect("renamed");
+        observer.status.written_to(Folder::open(folder.path()).expect("opened").place(&longest));
+        let told = || serde_json::from_slice::<Value>(&fs::read(folder.path().join(&longest)).expect("told"));
         let error = std::io::Error::other("no space");
         let durable = observer.durable();
         observer.status.finish("failed", Some(&error), &durable);

@@ -4,7 +4,7 @@ use bladeoff_system::shown;
 use std::io;
 use std::path::PathBuf;
 
-use crate::names::{LONGEST_ADDRESS, RUNTIME_VARIABLE, SHM};
+use crate::names::{LONGEST_ADDRESS, REFUSED_SIGNS, RUNTIME_VARIABLE, SHM};
 use bladeoff_system::files::FileError;
 
 /// Why a domain could not be made or removed.
@@ -71,6 +71,19 @@ pub enum DomainError {
         /// Its mode.
         mode: u32,
     },
+    /// The base directory has a name that the transport does not take.
+    #[error(
+        "{} ({}) has {sign} in its name; allowed are the printable signs of ASCII but {}",
+        shown(path),
+        RUNTIME_VARIABLE,
+        REFUSED_SIGNS
+    )]
+    BaseSigns {
+        /// The directory.
+        path: PathBuf,
+        /// What is not allowed in it.
+        sign: String,
+    },
     /// The base directory was named without a place.
     #[error("{} must be an absolute path ({})", shown(path), RUNTIME_VARIABLE)]
     BaseRelative {
@@ -84,7 +97,11 @@ pub enum DomainError {
         base: PathBuf,
     },
     /// Socket paths would be too long.
-    #[error("{} is too long for Unix sockets: with the prefix {length} bytes, at most {LONGEST_ADDRESS}", shown(path))]
+    #[error(
+        "{} ({}) is too long for Unix sockets: with the prefix {length} bytes, at most {LONGEST_ADDRESS}",
+        shown(path),
+        RUNTIME_VARIABLE
+    )]
     PathTooLong {
         /// The root.
         path: PathBuf,

@@ -6,6 +6,8 @@ use std::path::PathBuf;
 pub(crate) const PRODUCT: &str = "bladeoff";
 /// Environment variable that names the directory below which runs have their sockets.
 pub const RUNTIME_VARIABLE: &str = "BLADEOFF_RUNTIME_DIR";
+/// What the transport refuses in a path, of the printable signs of ASCII; it takes no others.
+pub(crate) const REFUSED_SIGNS: &str = "< > \" | ? *";
 /// Where iceoryx2 keeps memory on Linux.
 pub(crate) const SHM: &str = "/dev/shm";
 /// Longest root and prefix together: what is left of 108 bytes beside iceoryx2's part of a socket's name.

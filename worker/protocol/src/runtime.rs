@@ -12,13 +12,15 @@
 use std::ffi::OsStr;
 use std::fs::{self, DirBuilder, File, OpenOptions, Permissions};
 use std::io;
+use std::os::fd::AsRawFd;
+use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 
 use rustix::fs::OFlags;
 
 use crate::domain_error::DomainError;
-use crate::names::{ID_LENGTH, LONGEST_ADDRESS, PRODUCT, is_id, prefix_of};
+use crate::names::{ID_LENGTH, LONGEST_ADDRESS, PRODUCT, REFUSED_SIGNS, is_id, prefix_of};
 use bladeoff_system::files::FileError;
 
 pub use crate::names::RUNTIME_VARIABLE;
@@ -41,22 +43,24 @@ impl Base {
         if !dir.is_absolute() {
             return Err(DomainError::BaseRelative { path: dir.to_owned() });
         }
-        base.check_length()?;
+        base.check_name()?;
         make(dir)?;
         check(dir)?;
         Ok(base)
     }
 
-    /// A directory of ours at a place where there should be none of anybody else; closed to others.
+    /// A directory of ours at a place where there should be none of anybody else; closed to others, open to us.
     fn own(dir: PathBuf) -> Result<Self, DomainError> {
         let base = Self { dir, before: String::new() };
-        base.check_length()?;
+        base.check_name()?;
         make(&base.dir)?;
-        let file = open(&base.dir).map_err(FileError::at("open", &base.dir))?;
-        let found = file.metadata().map_err(FileError::at("read", &base.dir))?;
-        if found.uid() == uid() && found.mode() & 0o077 != 0 {
-            let closed = file.set_permissions(Permissions::from_mode(0o700));
-            closed.map_err(FileError::at("close to others", &base.dir))?;
+        let named = named(&base.dir).map_err(FileError::at("open", &base.dir))?;
+        let found = named.metadata().map_err(FileError::at("read", &base.dir))?;
+        if found.uid() == uid() && found.mode() & 0o777 != 0o700 {
+            // By the handle: its name could be somebody else's by now.
+            let handle = format!("/proc/self/fd/{}", named.as_raw_fd());
+            let made_ours = fs::set_permissions(handle, Permissions::from_mode(0o700));
+            made_ours.map_err(FileError::at("set the permissions of", &base.dir))?;
         }
         check(&base.dir)?;
         Ok(base)
@@ -72,7 +76,18 @@ impl Base {
         name.to_str()?.strip_prefix(&self.before).filter(|id| is_id(id))
     }
 
-    fn check_length(&self) -> Result<(), DomainError> {
+    /// Refuses what would be no address: the signs that the transport does not take, more than a socket's name has room for.
+    fn check_name(&self) -> Result<(), DomainError> {
+        let refused = || REFUSED_SIGNS.bytes().filter(|byte| *byte != b' ');
+        let is_refused = |byte: &u8| !matches!(byte, b' '..=b'~') || refused().any(|refused| refused == *byte);
+        if let Some(byte) = self.dir.as_os_str().as_bytes().iter().find(|byte| is_refused(byte)) {
+            let sign = match byte {
+                b' '..=b'~' => format!("{:?}", char::from(*byte)),
+                0x80.. => "a sign that is not ASCII".to_owned(),
+                _ => format!("the control character 0x{byte:02x}"),
+            };
+            return Err(DomainError::BaseSigns { path: self.dir.clone(), sign });
+        }
         let id = "0".repeat(ID_LENGTH);
         let length = self.root(&id).as_os_str().len() + prefix_of(&id).len();
         if length > LONGEST_ADDRESS {
@@ -145,11 +160,17 @@ pub(crate) fn open(dir: &Path) -> io::Result<File> {
     OpenOptions::new().read(true).custom_flags((OFlags::DIRECTORY | OFlags::NOFOLLOW).bits() as i32).open(dir)
 }
 
-/// Whether it is a directory of this user that nobody else may enter.
+/// Holds a directory by its name, not through a link, also one that may not be read.
+fn named(dir: &Path) -> io::Result<File> {
+    let flags = OFlags::PATH | OFlags::DIRECTORY | OFlags::NOFOLLOW;
+    OpenOptions::new().read(true).custom_flags(flags.bits() as i32).open(dir)
+}
+
+/// Whether it is a directory of this user, who may do everything in it, and that nobody else may enter.
 fn check(dir: &Path) -> Result<(), DomainError> {
     let found = fs::symlink_metadata(dir).map_err(FileError::at("read", dir))?;
     let (owner, mode) = (found.uid(), found.mode() & 0o777);
-    if found.is_dir() && owner == uid() && mode & 0o077 == 0 {
+    if found.is_dir() && owner == uid() && mode == 0o700 {
         return Ok(());
     }
     let kind = match found.file_type() {
@@ -216,6 +237,48 @@ mod tests {
     }
 
     #[test]
+    fn our_own_directory_is_made_ours_again() {
+        let tmp = folder();
+        let own = tmp.path().join(format!("bladeoff-{}", uid()));
+        fs::create_dir(&own).expect("created");
+        for mode in [0o500, 0o000, 0o300, 0o755, 0o777] {
+            fs::set_permissions(&own, Permissions::from_mode(mode)).expect("set");
+            assert_eq!(chosen(None, tmp.path()), own.join("0123456789"), "{mode:o}");
+            assert_eq!(fs::metadata(&own).expect("there").mode() & 0o777, 0o700, "{mode:o}");
+        }
+    }
+
+    #[test]
+    fn a_name_that_the_transport_does_not_take_is_refused_with_what_is_allowed() {
+        let dir = folder();
+        for (name, sign) in [
+            ("a\"b".as_bytes(), "'\"'"),
+            (b"a*", "'*'"),
+            (b"a\x01", "the control character 0x01"),
+            (b"a\x7f", "the control character 0x7f"),
+            (b"a\xff", "a sign that is not ASCII"),
+            ("\u{e9}".as_bytes(), "a sign that is not ASCII"),
+        ] {
+            let named = dir.path().join(OsStr::from_bytes(name));
+            let error = Runtime::within(&named).expect_err("refused");
+            let words = error.to_string();
+            assert!(matches!(error, DomainError::BaseSigns { .. }), "{words}");
+            assert!(words.contains(RUNTIME_VARIABLE) && words.contains(sign) && words.contains("printable"), "{words}");
+            assert!(words.chars().all(|sign| !sign.is_control()), "{words:?}");
+            assert!(!named.exists());
+            // A session's directory of such a name is not taken.
+            fs::DirBuilder::new().mode(0o700).create(&named).expect("created");
+            let in_tmp = dir.path().join(format!("bladeoff-{}/0123456789", uid()));
+            assert_eq!(chosen(Some(&named), dir.path()), in_tmp);
+        }
+        // What looks odd to a shell, and is taken by the transport.
+        for name in ["a b", "a'b", "a\\b", "a:b", "$a;b"] {
+            let domain = crate::domain::Domain::create_below(&dir.path().join(name), 1).expect(name);
+            assert!(domain.close().is_empty());
+        }
+    }
+
+    #[test]
     fn a_directory_that_was_named_is_used_or_refused_and_never_changed() {
         let dir = folder();
         let fresh = dir.path().join("b");
@@ -225,6 +288,9 @@ mod tests {
         let error = Runtime::within(&fresh).expect_err("open to others");
         assert!(matches!(error, DomainError::BaseUnsafe { mode: 0o755, .. }), "{error}");
         assert_eq!(fs::metadata(&fresh).expect("there").mode() & 0o777, 0o755);
+        fs::set_permissions(&fresh, Permissions::from_mode(0o500)).expect("closed to us, too");
+        let error = Runtime::within(&fresh).expect_err("nothing could be made there");
+        assert!(matches!(error, DomainError::BaseUnsafe { mode: 0o500, .. }), "{error}");
         assert!(matches!(Runtime::within(Path::new("b")), Err(DomainError::BaseRelative { .. })));
         let long = dir.path().join("a-name-that-takes-more-than-the-socket-path-allows");
         assert!(matches!(Runtime::within(&long), Err(DomainError::PathTooLong { .. })) && !long.exists());

@@ -6,7 +6,7 @@ mod runs;
 use super::error::CliError;
 use super::exit::Exit;
 use super::output::{print, remark};
-use super::plot::refuse_other_formats;
+use super::plot::{refuse_other_formats, replacing};
 use crate::run::own_columns;
 use bladeoff_answers::table1::{Done, csv, report};
 use bladeoff_model::outcome::Status;
@@ -65,8 +65,10 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let done = runs::compute(&cases)?;
     let text = report(&done);
     print(&text)?;
-    write_whole(args.out.join("table1.md"), text.as_bytes())?;
-    write_whole(args.out.join("runs.csv"), csv(&done).as_bytes())?;
+    for (name, text) in [("table1.md", text.as_str()), ("runs.csv", csv(&done).as_str())] {
+        let path = args.out.join(name);
+        replacing(&path, || write_whole(&path, text.as_bytes()))?;
+    }
     let figures = pictures::draw(&cases, &args.out)?;
     write_whole(args.out.join("table1.md"), (text + &figures).as_bytes())?;
     let finished = |run: &Done| matches!(run.status(), Status::Ok | Status::Invalid);

@@ -4,6 +4,7 @@ use super::runs::Case;
 use crate::cli::error::CliError;
 use crate::cli::history::watched;
 use crate::cli::output::remark;
+use crate::cli::plot::replacing;
 use crate::engine;
 use crate::history::{Decimation, Settings, read};
 use bladeoff_answers::figures::{COLOURS, Figure, FigureError, Line, Panel, Scale, panels};
@@ -50,8 +51,9 @@ pub(super) fn draw(cases: &[Case], out: &Path) -> Result<String, CliError> {
     }
     let mut section = "\n## Figures\n".to_owned();
     for picture in pictures(&histories, &format!("our turbine, {engine} engine")) {
-        figure(&histories, &picture)?.write_both(out, picture.file)?;
-        remark(&shown(out.join(format!("{}.png", picture.file))));
+        let (figure, png) = (figure(&histories, &picture)?, out.join(format!("{}.png", picture.file)));
+        replacing(&png, || figure.write_both(out, picture.file))?;
+        remark(&shown(&png));
         section.push_str(&format!("\n![{}]({}.png)\n", picture.title, picture.file));
     }
     Ok(section)

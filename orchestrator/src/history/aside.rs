@@ -1,0 +1,122 @@
+//! The name under which a history is written until it is whole.
+//!
+//! `FILE.tmp`, where `recover` finds what a run that was killed has left. If something has that name, it may be just that, or somebody
+//! else's: it is left, and the history is written under another name, of which nobody can know before (`run-0123abcd.mcap.tmp`); that is
+//! said.
+
+use bladeoff_system::files::{FileError, unguessable};
+use bladeoff_system::place::{Identity, Place};
+use std::fs::File;
+use std::io;
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+
+/// Names tried.
+const MOST_NAMES: u32 = 16;
+
+/// A history that is not whole. What was written of it stays when it fails; an empty file does not.
+#[derive(Debug)]
+pub(super) struct Aside {
+    temporary: Place,
+    path: PathBuf,
+    /// Which file it is.
+    identity: Identity,
+}
+
+impl Aside {
+    /// Makes the file.
+    ///
+    /// # Errors
+    /// The directory cannot be written.
+    pub fn create(path: &Path) -> Result<(File, Self), FileError> {
+        let mut temporary = usual(path);
+        for _ in 0..MOST_NAMES {
+            match Place::from(&temporary).create_new() {
+                Err(error) if error.source.kind() == io::ErrorKind::AlreadyExists => temporary = unusual(path),
+                Err(error) => return Err(FileError::at("create", path)(error.source)),
+                Ok(file) => {
+                    let about = file.metadata().map_err(FileError::at("read", &temporary))?;
+                    let identity = (about.dev(), about.ino());
+                    let aside = Self { temporary: temporary.into(), path: path.to_path_buf(), identity };
+                    return Ok((file, aside));
+                }
+            }
+        }
+        Err(FileError::at("create", path)(io::ErrorKind::AlreadyExists.into()))
+    }
+
+    /// Its name for the time being.
+    pub fn temporary(&self) -> &Path {
+        &self.temporary
+    }
+
+    /// Gives the whole file its final name, durably.
+    ///
+    /// # Errors
+    /// Disk full, or the rename failed: it stays under the name it has.
+    pub fn publish(self, file: File) -> Result<(), FileError> {
+        file.sync_all().map_err(FileError::at("write", &self.temporary))?;
+        drop(file);
+        let place = Place::from(&self.path);
+        self.temporary.rename_to(&place).map_err(FileError::at("rename to", &self.path))?;
+        place.sync_parent()
+    }
+}
+
+impl Drop for Aside {
+    fn drop(&mut self) {
+        // Published, it has another name.
+        let is_empty = || self.temporary.symlink_metadata().is_ok_and(|found| found.len() == 0);
+        if self.temporary.identity().is_ok_and(|found| found == Some(self.identity)) && is_empty() {
+            let _ = self.temporary.remove();
+        }
+    }
+}
+
+/// The name under which a history is written where nothing has it.
+pub(super) fn usual(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".tmp");
+    name.into()
+}
+
+/// One that nothing has: without `.tmp` it is the name of a history, too.
+fn unusual(path: &Path) -> PathBuf {
+    let mut name = path.file_stem().unwrap_or_default().to_owned();
+    name.push(format!("-{}", unguessable()));
+    if let Some(extension) = path.extension() {
+        name.push(".");
+        name.push(extension);
+    }
+    usual(&path.with_file_name(name))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+    use std::io::Write;
+
+    #[test]
+    fn what_stands_there_is_left_and_a_failed_history_keeps_what_it_has() {
+        let folder = tempfile::tempdir().expect("temporary directory");
+        let (path, taken) = (folder.path().join("run.mcap"), folder.path().join("run.mcap.tmp"));
+        let (mut file, first) = Aside::create(&path).expect("created");
+        assert_eq!(first.temporary(), taken);
+        file.write_all(b"half").expect("written");
+        drop(first);
+        assert_eq!(fs::read(&taken).expect("kept"), b"half");
+        let (mut file, second) = Aside::create(&path).expect("created");
+        let name = second.temporary().file_name().and_then(|name| name.to_str()).expect("UTF-8").to_owned();
+        assert!(name.starts_with("run-") && name.ends_with(".mcap.tmp") && name.len() == 21, "{name}");
+        file.write_all(b"whole").expect("written");
+        second.publish(file).expect("renamed");
+        assert_eq!(
+            (fs::read(&path).expect("whole"), fs::read(&taken).expect("left")),
+            (b"whole".to_vec(), b"half".to_vec())
+        );
+        let (_, empty) = Aside::create(&path).expect("created");
+        drop(empty);
+        assert_eq!(fs::read_dir(folder.path()).expect("listed").count(), 2, "nothing empty is left");
+    }
+}
