@@ -6,7 +6,7 @@ use bladeoff_core::record::NoHistory;
 use bladeoff_core::structure::Structure;
 use bladeoff_model::document::Problems;
 use bladeoff_model::machine::{Machine, MachineDef, ParamValue, PathError, PathInfo, ValueError};
-use bladeoff_model::outcome::{Cause, CauseSet, EndCause, Outcome, Status};
+use bladeoff_model::outcome::{Cause, Outcome};
 
 use crate::desk::{Desk, Sample, Stopped, failed};
 use crate::plan::WorkPlan;

@@ -14,6 +14,7 @@ use bladeoff_core::structure::Structure;
 use bladeoff_model::document::units::{format_quantity, parse_bare_or_quantity};
 use bladeoff_model::machine::Machine;
 use bladeoff_model::outcome::Outcome;
+use bladeoff_system::shown;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 

@@ -2,7 +2,6 @@
 
 use bladeoff_protocol::domain::{Domain, foreign_files};
 use bladeoff_protocol::messages::{MAX_PARAMS, batch_capacity};
-use bladeoff_system::shown;
 use tokio::runtime::Runtime;
 use tokio::sync::mpsc::UnboundedSender;
 

@@ -9,7 +9,6 @@ use super::status::StatusWriter;
 use crate::ledger::Ledger;
 use crate::report::Tally;
 use bladeoff_system::files::{FileError, write_whole};
-use bladeoff_system::shown;
 use std::ffi::OsStr;
 use std::fs;
 use std::io;

@@ -53,7 +53,6 @@ use crate::dispatch::{self, DispatchError, DispatchOptions, Ended};
 use crate::ledger;
 use bladeoff_study::Samples;
 use bladeoff_system::files::write_whole;
-use bladeoff_system::shown;
 use bladeoff_worker::fault::{Faults, Who};
 use bladeoff_worker::process::build_id;
 use directory::{MANIFEST, WORKER_LOG};

@@ -25,7 +25,6 @@ use crate::messages::RunId;
 use crate::names::{ID_LENGTH, PRODUCT, SHM, prefix_of};
 use crate::runtime::{self, Base, Runtime};
 use crate::{ipc_domain, ipc_hub, limits, owner, shm};
-use bladeoff_model::document::visible;
 use bladeoff_system::files::FileError;
 use bladeoff_system::shown;
 
