@@ -259,8 +259,11 @@ fn paths_resolve_in_full_and_by_unambiguous_ending() {
     ] {
         assert_eq!(full(given), Err(PathError::Unknown { given: given.into(), nearest: Some(meant.into()) }));
     }
-    for odd in ["", ".", "..", "[0]", "[", "0", "name", "schema", "µ", &"a.".repeat(100_000)] {
+    for odd in ["", ".", "..", "[0]", "[", "0", "schema", "µ", &"a.".repeat(100_000)] {
         assert!(matches!(full(odd), Err(PathError::Unknown { .. })), "{odd}");
+    }
+    for (text, path) in [("name", "name"), ("disc", "rotor.unbalances.blade_off.disc")] {
+        assert!(matches!(full(text), Err(PathError::Text { path: found, .. }) if found == path), "{text}");
     }
 }
 
