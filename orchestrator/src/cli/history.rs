@@ -91,9 +91,9 @@ fn simulate(
     machine: &Machine,
     structure: &Structure,
     recorder: Option<&mut dyn Follower>,
-    shown: bool,
+    is_shown: bool,
 ) -> Result<Outcome, EngineError> {
-    if !shown {
+    if !is_shown {
         return engine::simulate_watched(machine, structure, recorder.unwrap_or(&mut NoHistory));
     }
     let mut watch = RunWatch::new(machine, recorder);
@@ -102,7 +102,7 @@ fn simulate(
     outcome
 }
 
-/// A run, watched where a history is asked for, its progress `shown`; what to say about the history.
+/// A run, watched where a history is asked for, its progress on the screen if `is_shown`; what to say about the history.
 ///
 /// # Errors
 /// The run cannot start or was stopped, or the history asked for is wrong in itself.
@@ -111,9 +111,9 @@ pub fn watched(
     structure: &Structure,
     plan: &StepPlan,
     settings: Option<&Settings>,
-    shown: bool,
+    is_shown: bool,
 ) -> Result<(Outcome, Option<String>), CliError> {
-    let Some(settings) = settings else { return Ok((simulate(machine, structure, None, shown)?, None)) };
+    let Some(settings) = settings else { return Ok((simulate(machine, structure, None, is_shown)?, None)) };
     let stop = Stop::listen();
     let mut recorder = Recorder::new(settings, machine, structure, plan)?;
     let temporary = recorder.temporary().map(Path::to_path_buf);
@@ -124,7 +124,7 @@ pub fn watched(
         }
     }
     let mut watching = Stoppable { recorder: &mut recorder, stop: &stop.is_told };
-    let outcome = simulate(machine, structure, Some(&mut watching), shown)?;
+    let outcome = simulate(machine, structure, Some(&mut watching), is_shown)?;
     if let Some(signal) = stop.signal() {
         // what it holds goes to the file
         drop(recorder);

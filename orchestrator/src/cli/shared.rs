@@ -3,8 +3,7 @@
 use bladeoff_answers::report::counted;
 use bladeoff_core::structure::same_structure;
 use bladeoff_model::document::units::format_digits;
-use bladeoff_model::machine::ParamValue;
-use bladeoff_model::machine::TWIN;
+use bladeoff_model::machine::{ParamValue, TWIN};
 use bladeoff_study::{Samples, Varied};
 
 /// Samples up to which twins are counted; of more their share is told.
