@@ -19,7 +19,7 @@ pub enum ChaosError {
         directory: PathBuf,
     },
     /// Something is left in shared memory or in the temporary folder.
-    #[error("study {study} has left {}", left.iter().map(|path| shown(path)).collect::<Vec<_>>().join(", "))]
+    #[error("study {study} has left {}", left.iter().map(shown).collect::<Vec<_>>().join(", "))]
     Left {
         /// Number of the study in the storm, from 1.
         study: u64,

@@ -64,7 +64,7 @@ fn a_store_of_another_version_is_refused_by_name() {
     let directory = tempfile::tempdir().expect("temporary directory");
     let path = directory.path().join("ledger.redb");
     let ledger = store(&path, [1]);
-    let transaction = ledger.reader().database.begin_write().expect("writable");
+    let transaction = ledger.reader().store.begin_write().expect("writable");
     transaction.open_table(HEADER).expect("a table").insert(VERSION_KEY, "1").expect("written");
     transaction.commit().expect("committed");
     drop(ledger);

@@ -66,7 +66,9 @@ mod tests {
         let brief = Duration::from_millis(1);
         let result = watched(
             [brief, brief],
-            |elapsed| drop(said.send(elapsed)),
+            |elapsed| {
+                let _ = said.send(elapsed);
+            },
             || {
                 let [first, second] = [words.recv().expect("a word"), words.recv().expect("another")];
                 assert!(second > first && first >= brief);
