@@ -2,7 +2,7 @@
 
 mod support;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use support::{root, say};
@@ -182,6 +182,120 @@ fn packages_depend_in_one_direction() {
             assert!(dependencies(package).iter().any(|name| name == library), "{package} has no use for {library}");
         }
     }
+}
+
+/// The module of a file below a package's `src`: `run/open.rs` is `run::open`.
+fn module_of(file: &Path) -> Vec<String> {
+    let mut names: Vec<String> = file.iter().map(|name| name.to_string_lossy().into_owned()).collect();
+    let last = names.pop().expect("a file");
+    match last.trim_end_matches(".rs") {
+        "mod" | "lib" | "main" => {}
+        name => names.push(name.to_owned()),
+    }
+    names
+}
+
+/// The paths that a `use` tree or an expression names: `a::{b, c::d}` is `a::b` and `a::c::d`.
+fn leaves(tree: &str, before: &str, found: &mut Vec<String>) {
+    let Some((head, group)) = tree.split_once('{') else { return found.push(format!("{before}{}", tree.trim())) };
+    let (group, mut depth, mut from) = (group.strip_suffix('}').unwrap_or(group), 0, 0);
+    let before = format!("{before}{}", head.trim());
+    for (at, sign) in group.char_indices().chain([(group.len(), ',')]) {
+        match sign {
+            '{' => depth += 1,
+            '}' => depth -= 1,
+            ',' if depth == 0 => {
+                leaves(&group[from..at], &before, found);
+                from = at + 1;
+            }
+            _ => {}
+        }
+    }
+}
+
+/// What a file names by `super::` and `crate::`, its unit tests apart, as absolute paths.
+fn named_by(text: &str, module: &[String]) -> Vec<Vec<String>> {
+    let own = text.split("#[cfg(test)]\nmod tests").next().unwrap_or_default();
+    let code: Vec<&str> = own.lines().map(|line| line.split("//").next().unwrap_or_default()).collect();
+    let code = code.join(" ");
+    let mut found = Vec::new();
+    for start in ["super::", "crate::"] {
+        for (at, _) in code.match_indices(start).filter(|(at, _)| !code[..*at].ends_with("::")) {
+            let rest = &code[at..];
+            let (mut depth, mut end) = (0, rest.len());
+            for (at, sign) in rest.char_indices() {
+                match sign {
+                    '{' if rest[..at].trim_end().ends_with("::") || depth > 0 => depth += 1,
+                    '}' if depth > 0 => depth -= 1,
+                    ':' | '_' => {}
+                    _ if depth > 0 || sign.is_alphanumeric() => {}
+                    _ => {
+                        end = at;
+                        break;
+                    }
+                }
+            }
+            leaves(&rest[..end], "", &mut found);
+        }
+    }
+    let absolute = |path: String| {
+        let mut names: Vec<String> = path.split("::").map(|name| name.trim().to_owned()).collect();
+        let mut base = if names[0] == "crate" { Vec::new() } else { module.to_vec() };
+        if names[0] == "crate" {
+            names.remove(0);
+        }
+        while names.first().is_some_and(|name| name == "super") {
+            names.remove(0);
+            base.pop();
+        }
+        base.extend(names);
+        base
+    };
+    found.into_iter().map(absolute).collect()
+}
+
+/// Of two files or folders beside each other, at most one names the other, also through others between them.
+#[test]
+fn no_modules_name_each_other_in_a_circle() {
+    let mut seen = 0;
+    for package in PACKAGES {
+        let source = root().join(package).join("src");
+        let all: Vec<PathBuf> =
+            files(&source).into_iter().filter(|path| path.extension().is_some_and(|end| end == "rs")).collect();
+        let modules: BTreeSet<Vec<String>> =
+            all.iter().map(|path| module_of(path.strip_prefix(&source).expect("below"))).collect();
+        // By folder: which of its children names which other.
+        let mut edges: BTreeMap<Vec<String>, BTreeSet<(String, String)>> = BTreeMap::new();
+        for path in &all {
+            let module = module_of(path.strip_prefix(&source).expect("below"));
+            for named in named_by(&fs::read_to_string(path).expect("UTF-8"), &module) {
+                let Some(target) =
+                    (0..=named.len()).rev().map(|length| &named[..length]).find(|path| modules.contains(*path))
+                else {
+                    continue;
+                };
+                let common = module.iter().zip(target).take_while(|(a, b)| a == b).count();
+                if let (Some(from), Some(to)) = (module.get(common), target.get(common)) {
+                    edges.entry(module[..common].to_vec()).or_default().insert((from.clone(), to.clone()));
+                    seen += 1;
+                }
+            }
+        }
+        for (folder, edges) in edges {
+            let mut left = edges.clone();
+            // Who names nobody that is left is in no circle.
+            loop {
+                let naming: BTreeSet<String> = left.iter().map(|(from, _)| from.clone()).collect();
+                let before = left.len();
+                left.retain(|(_, to)| naming.contains(to));
+                if left.len() == before {
+                    break;
+                }
+            }
+            assert!(left.is_empty(), "{package}, {}: in a circle: {left:?}", folder.join("::"));
+        }
+    }
+    assert!(seen > 300, "names were found at all: {seen}");
 }
 
 #[test]

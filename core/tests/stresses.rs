@@ -271,7 +271,7 @@ fn word(row: &Row, name: &str) -> Option<&'static str> {
     row.get(name).map(|index| words[index as usize])
 }
 
-/// Dry backward whirl (validation.md): the regime is named. Everything in units of the Jeffcott rotor.
+/// Dry backward whirl (docs/verification.md): the regime is named. Everything in units of the Jeffcott rotor.
 #[test]
 fn dry_whip_is_backward_whirl() {
     let text = r#"

@@ -47,7 +47,7 @@ fn high_friction_invents_no_energy() {
     // what friction took was there: 1/2 J W^2 of 1500 rpm is 2.4e7 J
     assert!(several.value("friction_energy_J") > 2e7 && several.value("friction_energy_J") < 2.4e7);
     assert!(several.value("energy_error") < 1e-6);
-    // the ring is kept out of the rotor to the guard of physics.md section 3, 2 % of the gap; with one point it is not
+    // the ring is kept out of the rotor to the guard of docs/theory/03-contact.md, 2 % of the gap; with one point it is not
     assert!(several.value("residual_penetration_m") < 0.02 * 8e-3);
     assert!(one.value("residual_penetration_m") > 0.02 * 8e-3);
     // a rigid contact loses in impacts and as the step is finite, a share of a percent; it gives nothing

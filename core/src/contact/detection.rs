@@ -2,7 +2,7 @@
 //!
 //! The ring is sampled finer than its elements, every sampled local minimum that could be the global one is refined to the
 //! root of `d.P_alpha`, one-sided at element ends where the curvature of the cubic elements jumps (a minimum may stand in such
-//! a kink). Several minima exist in heavy rub; the lowest counts. Source: physics.md section 3, Hyp 2.
+//! a kink). Several minima exist in heavy rub; the lowest counts. Source: docs/theory/03-contact.md, Hyp 2.
 //! Verified by `detection_equals_brute_force_on_two_thousand_deformed_rings`, many with several minima
 //! (`tests/detection.rs`).
 

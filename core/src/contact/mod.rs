@@ -1,4 +1,4 @@
-//! Contact between the rigid rotor section and the diaphragm: gap, detection, multipliers, friction (physics.md section 3).
+//! Contact between the rigid rotor section and the diaphragm: gap, detection, multipliers, friction (docs/theory/03-contact.md).
 //!
 //! Everything here lives in the stator's frame: origin at the diaphragm's centre, turned by its angle. `P` is a point of the
 //! ring's contact surface, `x` the rotor centre, `d = P - x`, `n = d/|d|` (from the rotor to the ring), `t = e_z x n`.

@@ -4,7 +4,7 @@
 //! without contact, correct with contact, record, advance (`motion`). What moves: the `shaft_line`, and each ring with its contact, a
 //! `rub`. What a run is watched for is [`crate::record`]'s matter; `bearing_loads` and `works` find what that takes.
 //!
-//! Scheme: central differences with forward-increment Lagrange multipliers (paper, section 3; physics.md section 4), non-linear
+//! Scheme: central differences with forward-increment Lagrange multipliers (paper, section 3; docs/theory/04-time-integration.md), non-linear
 //! terms centred and iterated, over finite elements or over modes ([`crate::structure`]).
 
 mod bearing_loads;

@@ -1,7 +1,7 @@
 //! Eigenvalue problems, solved by faer without threads.
 //!
 //! faer picks its kernels by CPU: the last digits may differ between machines, which is why modes are computed once
-//! per study and frozen (architecture.md, decision 3).
+//! per study and frozen (ARCHITECTURE.md).
 
 use faer::{Mat, Side};
 

@@ -7,7 +7,7 @@ use bladeoff_model::machine::Braking;
 /// ```text
 /// T = -(c0 sign(W) + c1 W + c2 W|W|)       W inertia-weighted mean spin [rad/s]
 /// ```
-/// Source: physics.md section 1 (paper, section 3: aerodynamic and Newtonian fluid friction).
+/// Source: docs/theory/01-shaft-line.md (paper, section 3: aerodynamic and Newtonian fluid friction).
 /// It acts as `T s_i` on node i with the weights `s = j/J_t`, so that its power is `T W <= 0`.
 ///
 /// # Returns

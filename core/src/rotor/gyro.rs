@@ -6,7 +6,7 @@
 //! theta_v rows  - Omega_g H^T theta_u' - 1/2 Omega_g' H^T theta_u
 //! twist rows    + 1/2 (theta_u''^T H theta_v - theta_v''^T H^T theta_u), shared by the site's nodes
 //! ```
-//! Source: physics.md section 1. Deviation from the paper: its term `Omega theta_u' theta_v` is replaced by the symmetric
+//! Source: docs/theory/01-shaft-line.md. Deviation from the paper: its term `Omega theta_u' theta_v` is replaced by the symmetric
 //! form, equal to it to third order, because the paper's is not invariant under rotation of the frame.
 //! Written with the skew operator `S` of one site, (1) reads `1/2 Omega x'^T S x`, (2) `Omega S x' + 1/2 Omega' S x`.
 //! Verified by `the_operator_is_skew`, `forces_are_the_derivative_of_the_lagrangian` and the whirl frequencies of

@@ -1,7 +1,7 @@
 //! The shaft line: elements, discs, bearings assembled to finite-element matrices, gyroscopic sites, unbalance, braking.
 //!
 //! Lateral degrees of freedom stand plane by plane: `[u, theta_v]` of every node, then `[v, theta_u]` of every node (a
-//! point-mass rotor has `[u]`, `[v]`); use [`RotorMatrices::u`] and its siblings for places. Twist stands as one absolute angle `psi_i = phi + beta_i` per node, axial as one `w` per node (physics.md section 1).
+//! point-mass rotor has `[u]`, `[v]`); use [`RotorMatrices::u`] and its siblings for places. Twist stands as one absolute angle `psi_i = phi + beta_i` per node, axial as one `w` per node (docs/theory/01-shaft-line.md).
 
 mod assembly;
 mod braking;

@@ -10,7 +10,7 @@
 //! ```
 //! k is the node where the mass pulls, t the one with which it turns: the same, or that of a disc that carries it and stands elsewhere (a
 //! row of blades beside its hub). The arm does not tilt with the disc.
-//! Source: physics.md section 1. `m` is negative for a lost mass. The terms with constant coefficients (`m u''`, `m v''`,
+//! Source: docs/theory/01-shaft-line.md. `m` is negative for a lost mass. The terms with constant coefficients (`m u''`, `m v''`,
 //! `m d^2 psi''`) are part of the mass matrices of a run; the rest are forces, evaluated here.
 //!
 //! Over a step the mass is taken where it is, at `p = (u + d cos psi, v + d sin psi)`, and no derivative of psi is formed:

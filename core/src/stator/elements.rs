@@ -27,7 +27,7 @@ pub(super) fn hermite(xi: f64, l: f64) -> [[f64; 4]; 3] {
 /// 2V = E int [S (v/R + u_s)^2 + I_z (v/R^2 + v_ss)^2] ds         membrane, change of curvature
 /// 2T = rho int [S (u'^2 + v'^2) + I_z theta_z'^2] ds              theta_z = u/R - v_s
 /// ```
-/// Source: paper eqs (7), (8) with `w_c = theta_s = 0` and its letters u_c, v_c exchanged (erratum, physics.md section 2).
+/// Source: paper eqs (7), (8) with `w_c = theta_s = 0` and its letters u_c, v_c exchanged (erratum, docs/theory/02-diaphragm.md).
 /// Cubic Hermite for both fields, 4 Gauss points (degree 6 products: exact).
 ///
 /// # Units

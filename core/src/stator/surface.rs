@@ -4,7 +4,7 @@
 //! P(alpha) = (R_i + v) e_r + u_P e_theta
 //! u_P = c_u u + c_s v_s     mean line: c_u = 1, c_s = 0;  inner face: u - (R_c - R_i) theta_z, theta_z = u/R_c - v_s
 //! ```
-//! Source: physics.md section 3. The same `u_P` serves gap, slip and force.
+//! Source: docs/theory/03-contact.md. The same `u_P` serves gap, slip and force.
 //! Verified by `derivatives_along_the_ring_match_differences`, `contact::tests`.
 
 use super::elements::hermite;

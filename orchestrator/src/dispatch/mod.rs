@@ -5,7 +5,7 @@
 //! children            wait, heartbeats, stderr       ├─ events ─> loop ─> schedule ─> effects ─> hub, children, sink
 //! signals, timers     tokio                          ┘
 //! ```
-//! The loop takes no decisions: it tells [`schedule`](crate::schedule) what happened and does what it says. iceoryx2's ports
+//! The loop tells [`schedule`](crate::schedule) what happened and does what it says; of decisions it has only those of the clock on the wall (`--wall`, `--until`). iceoryx2's ports
 //! cannot leave the thread that made them, and releasing what a dead worker held takes some ten milliseconds, so they live
 //! on a thread of their own. Everything else runs on the calling thread, which must live as long as the run: the
 //! kernel kills workers with the thread that started them.

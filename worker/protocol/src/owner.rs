@@ -166,7 +166,7 @@ mod tests {
         rustix::fs::mknodat(rustix::fs::CWD, &pipe, rustix::fs::FileType::Fifo, 0o666.into(), 0).expect("a FIFO");
         std::os::unix::fs::symlink("/proc/self/mem", &link).expect("linked");
         File::create(&huge).and_then(|file| file.set_len(1 << 40)).expect("sparse");
-        // Opened for reading as it used to be, the FIFO would hold this thread for ever.
+        // Opened for reading, the FIFO would hold this thread for ever.
         let (done, is_done) = std::sync::mpsc::channel();
         let base = dir.path().to_owned();
         std::thread::spawn(move || {

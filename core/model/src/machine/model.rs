@@ -1,7 +1,7 @@
 //! The validated machine: every number SI, every reference resolved to a node, every default filled in.
 //!
 //! `MachineDef` (what a file says) becomes a [`Machine`] once all its checks hold; nothing behind it checks again.
-//! Angles in rad, speeds in rad/s. Frame OXYZ of `physics.md`: Z along the shaft, spin positive about +Z.
+//! Angles in rad, speeds in rad/s. Frame OXYZ of `docs/theory/01-shaft-line.md`: Z along the shaft, spin positive about +Z.
 
 /// One machine, ready for the solver.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,7 +36,7 @@ pub enum ForceLocation {
     Current,
 }
 
-/// Thresholds of the validity guard (physics.md section 3).
+/// Thresholds of the validity guard (docs/theory/03-contact.md).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Guard {
     /// Normal contact work over max(friction energy, 1e-3 of the initial energy) \[-\]; default 0.01.

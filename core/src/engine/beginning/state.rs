@@ -18,7 +18,7 @@ use bladeoff_model::machine::{Machine, Presence};
 /// steady     [K + K_skew - W^2 M + i W (C + W G)] X = F,   F_u = m d W^2 e^{i(a + phi0)}, F_v = -i F_u
 ///            q = Re X, q' = Re(i W X)
 /// ```
-/// Source: physics.md sections 1 (start), 4 (first step). The steady state is that of constant speed: the small ripple of
+/// Source: docs/theory/04-time-integration.md. The steady state is that of constant speed: the small ripple of
 /// speed and twist it would cause on an anisotropic support is not in it. Verified by `a_residual_unbalance_starts_steady`
 /// and the Jeffcott cases of `tests/jeffcott.rs`.
 ///

@@ -1,7 +1,7 @@
 //! The contact step of a stator that does not give way by itself: its force closes the gap at n+1.
 //!
 //! A contact is found on the predicted step (no contact force), then solved at one point (`one_point`). Without a fixed
-//! point (physics.md section 3) it is solved at several (`several`), or, where those do not exist, the predicted place is kept; the step
+//! point (docs/theory/03-contact.md) it is solved at several (`several`), or, where those do not exist, the predicted place is kept; the step
 //! is counted.
 
 use super::bodies::Bodies;

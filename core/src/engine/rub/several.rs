@@ -8,7 +8,7 @@
 //! that still penetrate are added, until none does. At a kept angle the distance `|P(alpha) - x|` and its gradient are exact,
 //! so no place has to be found and nothing alternates. The forces at the kept angles are those of
 //! [`complementarity`].
-//! Source: physics.md section 3 ("the true remedy ... several contact points per ring"); the exchange method for
+//! Source: docs/theory/03-contact.md ("the true remedy ... several contact points per ring"); the exchange method for
 //! semi-infinite conditions. Verified by `several_points_leave_no_penetration`, `high_friction_invents_no_energy`
 //! (`core/tests/whip.rs`).
 

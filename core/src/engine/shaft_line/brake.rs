@@ -12,7 +12,7 @@
 //! W makes a torque that gives W the other one. (1) says the same of the whole brake: centred, `c1 W` with `x > 1` would not stop a
 //! rotor but send it back as fast as it came. (3) is Newton's method for the braking alone, so that the rounds of a step settle
 //! whatever x is; they settle where `T = T(W)`.
-//! Source: Coulomb friction as in the contact's own stick, in the increments of physics.md section 4. Limits: torques of a
+//! Source: Coulomb friction as in the contact's own stick, in the increments of docs/theory/04-time-integration.md. Limits: torques of a
 //! contact act after it, so c0 holds them one step late; a rotor that stops within its first step has at t = 0 the kinetic
 //! energy of the fictitious step before, up to four times its own. Verified by `tests/outside.rs`: `a_braked_rotor_stops_*`,
 //! `a_rotor_at_rest_*`, `brakes_that_stop_a_rotor_within_a_step_*`.

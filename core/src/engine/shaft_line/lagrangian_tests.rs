@@ -1,4 +1,4 @@
-//! The equations of motion that the step loop evaluates are the derivative of the Lagrangian of physics.md section 1.
+//! The equations of motion that the step loop evaluates are the derivative of the Lagrangian of docs/theory/01-shaft-line.md.
 //!
 //! The Lagrangian is written here a second time, from the energies: shape functions from the differential equation of the
 //! beam, fields integrated along the shaft, unbalance masses as points. `d/dt dL/dq' - dL/dq` follows exactly from

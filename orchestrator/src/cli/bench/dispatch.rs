@@ -6,17 +6,17 @@ use super::super::output::{print, remark};
 use super::host::{Folder, load};
 use super::lengths;
 use super::stages::{Stages, peak_mb};
-use crate::dispatch::{self, Activity, DispatchOptions, Observer, Parameters, Sink, SinkError, Snapshot, Todo};
-use crate::ledger::{Entry, Ledger};
+use super::stand_in::{Nobody, Numbers, Record, options};
+use crate::dispatch::{self, Activity, Observer, Snapshot, Todo};
+use crate::ledger::Ledger;
 use crate::run::{RunError, order};
 use bladeoff_answers::report::{Align, TextTable};
-use bladeoff_study::SampleKey;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Overhead per durable sample, idle CPU, memory, start-up, resume and tables, with samples that compute nothing
 ///
@@ -122,39 +122,10 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
 }
 
 /// Samples of four parameters, as a study of four axes has.
-pub(super) struct Numbers;
-
-impl Parameters for Numbers {
-    fn params(&self, sample: u64, out: &mut Vec<f64>) {
-        out.extend([sample as f64, 0.25, -1.5, 3.0]);
-    }
-}
-
 struct Durable {
     micros: f64,
     start_s: f64,
     peak_mb: Option<f64>,
-}
-
-pub(super) struct Record(pub Ledger);
-
-impl Sink for Record {
-    fn record(&mut self, sample: u64, entry: Entry) -> Result<(), SinkError> {
-        self.0.put(sample, SampleKey(u128::from(sample)), &entry, Instant::now()).map_err(refused)
-    }
-    fn flush(&mut self) -> Result<(), SinkError> {
-        self.0.commit().map_err(refused)
-    }
-}
-
-fn refused(error: crate::ledger::LedgerError) -> SinkError {
-    SinkError { what: "results cannot be recorded".to_owned(), source: Some(Box::new(error)) }
-}
-
-pub(super) struct Nobody;
-
-impl Observer for Nobody {
-    fn progress(&mut self, _: &Snapshot) {}
 }
 
 fn measure_durable(folder: &Path, args: &Args) -> Result<Durable, CliError> {
@@ -221,13 +192,6 @@ fn cpu_seconds(pid: u32) -> f64 {
         text.split_whitespace().next()?.parse::<f64>().ok()
     };
     tasks.filter_map(|task| nanoseconds(task.path())).sum::<f64>() * 1e-9
-}
-
-pub(super) fn options(folder: &Path, workers: usize, busy: Duration) -> Result<DispatchOptions, CliError> {
-    let command = dispatch::self_command().map_err(RunError::from)?;
-    let mut options = DispatchOptions::new(workers, command, folder.to_path_buf(), "none".to_owned());
-    options.noop = Some(u64::try_from(busy.as_micros()).unwrap_or(u64::MAX));
-    Ok(options)
 }
 
 /// Microseconds per task of `concurrent.futures.ProcessPoolExecutor`; `None` where there is no python3.

@@ -1,7 +1,7 @@
 //! What batches are for: samples of several lengths in batches as a run makes them and one by one, side by side.
 
 use super::super::error::CliError;
-use super::dispatch::{Nobody, Numbers, Record, options};
+use super::stand_in::{Nobody, Numbers, Record, options};
 use crate::dispatch;
 use crate::ledger::Ledger;
 use crate::run::{RunError, order};

@@ -5,6 +5,7 @@ mod dispatch;
 mod host;
 mod lengths;
 mod stages;
+mod stand_in;
 
 use super::error::CliError;
 use super::exit::Exit;

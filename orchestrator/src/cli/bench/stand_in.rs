@@ -1,0 +1,49 @@
+//! What stands in for a study in measurements of the dispatch: samples that compute nothing, with a record as a run's.
+
+use super::super::error::CliError;
+use crate::dispatch::{self, DispatchOptions, Observer, Parameters, Sink, SinkError, Snapshot};
+use crate::ledger::{Entry, Ledger, LedgerError};
+use crate::run::RunError;
+use bladeoff_study::SampleKey;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// Four parameters a sample.
+pub(super) struct Numbers;
+
+impl Parameters for Numbers {
+    fn params(&self, sample: u64, out: &mut Vec<f64>) {
+        out.extend([sample as f64, 0.25, -1.5, 3.0]);
+    }
+}
+
+/// Every result recorded durably.
+pub(super) struct Record(pub Ledger);
+
+impl Sink for Record {
+    fn record(&mut self, sample: u64, entry: Entry) -> Result<(), SinkError> {
+        self.0.put(sample, SampleKey(u128::from(sample)), &entry, Instant::now()).map_err(refused)
+    }
+    fn flush(&mut self) -> Result<(), SinkError> {
+        self.0.commit().map_err(refused)
+    }
+}
+
+fn refused(error: LedgerError) -> SinkError {
+    SinkError { what: "results cannot be recorded".to_owned(), source: Some(Box::new(error)) }
+}
+
+/// Somebody who looks away.
+pub(super) struct Nobody;
+
+impl Observer for Nobody {
+    fn progress(&mut self, _: &Snapshot) {}
+}
+
+/// Workers that keep a core busy for this time with each sample.
+pub(super) fn options(folder: &Path, workers: usize, busy: Duration) -> Result<DispatchOptions, CliError> {
+    let command = dispatch::self_command().map_err(RunError::from)?;
+    let mut options = DispatchOptions::new(workers, command, folder.to_path_buf(), "none".to_owned());
+    options.noop = Some(u64::try_from(busy.as_micros()).unwrap_or(u64::MAX));
+    Ok(options)
+}
