@@ -2,6 +2,7 @@
 
 use super::ring::RingRecorders;
 use super::row::Row;
+use bladeoff_model::outcome::Group;
 
 /// Energies of one instant and the work done up to it \[J\].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -95,7 +96,7 @@ impl EnergyBalance {
             "work of the normal force that Hyp 1's approximate gap does not account for; null with other detections",
             models.then_some(self.now.model),
         );
-        row.real(
+        row.of(Group::Numerics).real(
             "energy_error",
             "",
             "largest error of the energy balance over the largest total energy",

@@ -39,7 +39,7 @@ use verdict::Verdict;
 
 use crate::structure::{RingPart, Structure};
 use bladeoff_model::machine::Machine;
-use bladeoff_model::outcome::{Column, Outcome};
+use bladeoff_model::outcome::{Column, Group, Outcome};
 
 /// The numeric columns of one machine's outcome, in table order. They depend on its bearing names and on the number of its
 /// shaft sections alone, never on what a study varies. Of the sections the first 12 have columns of their own, fewer where
@@ -48,7 +48,7 @@ use bladeoff_model::outcome::{Column, Outcome};
 pub fn columns(machine: &Machine) -> Vec<Column> {
     let mut columns = Vec::new();
     // neither a ring's matrices nor the step have a say in them
-    Recorders::new(machine, &[], 0.0).report(None, None, &mut Row::Columns(&mut columns));
+    Recorders::new(machine, &[], 0.0).report(None, None, &mut Row::columns(&mut columns));
     columns
 }
 
@@ -98,7 +98,7 @@ impl Recorders {
     /// Verdict and row of a run that has ended, after [`Recorders::finish`].
     pub fn outcome(&self, machine: &Machine, structure: &Structure, end: &End, twin: Option<&Twin>) -> Outcome {
         let mut values = Vec::new();
-        self.report(Some(end), twin, &mut Row::Values(&mut values));
+        self.report(Some(end), twin, &mut Row::values(&mut values));
         let Verdict { status, cause, causes } = self.verdict(machine, structure, end);
         Outcome { status, cause, causes, end_cause: end.cause, values }
     }
@@ -108,16 +108,16 @@ impl Recorders {
         // a machine without a ring has the columns of one, and no values in them
         let rings: Vec<Option<&RingRecorders>> =
             if self.rings.is_empty() { vec![None] } else { self.rings.iter().map(Some).collect() };
-        End::report(end, row);
+        End::report(end, row.of(Group::Course));
         rings.iter().for_each(|ring| RingRecorders::report_first_contact(*ring, row));
-        self.loads.report(row);
-        rings.iter().for_each(|ring| RingRecorders::report_contact(*ring, row));
-        self.energies.report(&self.rings, row);
-        rings.iter().for_each(|ring| RingRecorders::report_solves(*ring, row));
+        self.loads.report(row.of(Group::BearingLoads));
+        rings.iter().for_each(|ring| RingRecorders::report_contact(*ring, row.of(Group::Contact)));
+        self.energies.report(&self.rings, row.of(Group::Energy));
+        rings.iter().for_each(|ring| RingRecorders::report_solves(*ring, row.of(Group::Numerics)));
         self.steps.report(row);
-        End::report_stop(end, row);
-        Twin::report(twin, row);
-        rings.iter().for_each(|ring| RingRecorders::report_blades(*ring, row));
+        End::report_stop(end, row.of(Group::Course));
+        Twin::report(twin, row.of(Group::Numerics));
+        rings.iter().for_each(|ring| RingRecorders::report_blades(*ring, row.of(Group::Stresses)));
         self.stresses.report(row);
     }
 }

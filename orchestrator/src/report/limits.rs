@@ -79,7 +79,7 @@ fn bearings_without_inertia(machine: &Machine, structure: &Structure) -> Option<
 mod tests {
     use super::*;
     use bladeoff_model::machine::{MachineDef, ParamValue};
-    use bladeoff_model::outcome::{CauseSet, Column, ColumnKind, EndCause, Outcome, Status};
+    use bladeoff_model::outcome::{CauseSet, Column, ColumnKind, EndCause, Group, Outcome, Part, Status};
 
     fn turbine(changes: &[(&str, f64)]) -> (Machine, Structure) {
         let text = include_str!("../../../studies/machines/lp_turbine.toml");
@@ -101,6 +101,8 @@ mod tests {
             unit,
             kind: ColumnKind::Real,
             meaning: String::new(),
+            group: Group::Contact,
+            part: Part::Whole,
         });
         let noted = |eccentricity: f64, touched: Option<f64>, cause: Option<Cause>| {
             let mut causes = CauseSet::default();

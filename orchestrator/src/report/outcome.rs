@@ -3,7 +3,7 @@
 use bladeoff_answers::report::percent;
 use bladeoff_model::document::units::format_quantity;
 use bladeoff_model::machine::TWIN;
-use bladeoff_model::outcome::{Cause, Column, ColumnKind, EndCause, Outcome, Status};
+use bladeoff_model::outcome::{Cause, Column, ColumnKind, EndCause, Group, Outcome, Part, Status};
 use std::fmt::Write;
 
 /// An outcome with the columns that name its values.
@@ -19,8 +19,12 @@ impl OutcomeView<'_> {
     /// Value of a column; `None` if it is null or there is no such column.
     #[must_use]
     pub fn value(&self, name: &str) -> Option<f64> {
-        let at = self.columns.iter().position(|column| column.name == name)?;
-        self.outcome.values.get(at).copied().flatten()
+        self.at(self.columns.iter().position(|column| column.name == name)?)
+    }
+
+    /// Value of the column at a place.
+    fn at(&self, place: usize) -> Option<f64> {
+        self.outcome.values.get(place).copied().flatten()
     }
 }
 
@@ -158,47 +162,32 @@ pub fn describe_outcome(view: OutcomeView<'_>) -> String {
 #[must_use]
 pub fn describe_values(view: OutcomeView<'_>) -> String {
     let mut text = String::new();
-    for (number, heading) in GROUPS.iter().enumerate() {
-        let is_shown = |column: &&Column| {
-            let is_place = column.name.ends_with("_at_s") || column.name.ends_with("_at_rad_s");
-            !is_place && !OTHERWISE.contains(&column.name.as_str()) && group(&column.name) == number
+    for group in Group::ALL {
+        let heading = group.heading();
+        let is_shown = |(_, column): &(usize, &Column)| {
+            let is_whole = matches!(column.part, Part::Whole | Part::Peak);
+            is_whole && !OTHERWISE.contains(&column.name.as_str()) && column.group == group
         };
-        let columns: Vec<&Column> = view.columns.iter().filter(is_shown).collect();
+        let columns: Vec<(usize, &Column)> = view.columns.iter().enumerate().filter(is_shown).collect();
         if columns.is_empty() {
             continue;
         }
         // A machine without a diaphragm has no rub; that there was no contact and no stop is told all the same.
-        if number > 0 && columns.iter().all(|column| view.value(&column.name).is_none()) {
+        if group != Group::Course && columns.iter().all(|(place, _)| view.at(*place).is_none()) {
             text.push_str(&format!("\n{heading}: none\n"));
             continue;
         }
         text.push_str(&format!("\n{heading}\n"));
-        columns.into_iter().for_each(|column| line(&mut text, label(column), &shown(view, column)));
+        columns.into_iter().for_each(|(place, column)| line(&mut text, label(column), &shown(view, place)));
     }
     text
 }
 
-/// Groups of quantities, in the order in which they are shown.
-const GROUPS: [&str; 7] =
-    ["Course", "Bearing loads", "Contact and rub", "Energy", "Moments and stresses", "Numerics", "Other"];
-
-/// Which of them a column belongs to, by its name.
-fn group(name: &str) -> usize {
-    let begins = |starts: &[&str]| starts.iter().any(|start| name.starts_with(start));
-    match () {
-        () if begins(&["first_contact", "stop_time", "end_"]) => 0,
-        () if begins(&["max_bearing_load"]) => 1,
-        () if begins(&["twin", "energy_error", "step", "iterations"]) || name.ends_with("_steps") => 5,
-        () if begins(&["friction_energy", "normal_work", "model_work"]) => 3,
-        () if name.contains("stress") || name.contains("moment") => 4,
-        () if begins(&["contact", "stick", "impact", "rub", "whirl", "backward_whirl", "residual", "max_"]) => 2,
-        () => 6,
-    }
-}
-
 /// A value with its unit, and when and at which speed it was reached.
-fn shown(view: OutcomeView<'_>, column: &Column) -> String {
-    match view.value(&column.name) {
+fn shown(view: OutcomeView<'_>, place: usize) -> String {
+    let column = &view.columns[place];
+    let is_peak = column.part == Part::Peak;
+    match view.at(place) {
         None => "-".to_owned(),
         Some(value) if column.kind == ColumnKind::Count => format!("{value}"),
         Some(value) if matches!(column.kind, ColumnKind::Choice(_)) => word(column.kind, value).to_owned(),
@@ -207,19 +196,15 @@ fn shown(view: OutcomeView<'_>, column: &Column) -> String {
             format!("{} {more} in a run that starts by {TWIN} faster", percent(value.abs()))
         }
         // The place of a peak that never was is where it was looked for first.
-        Some(0.0) if at(view, column, "s").is_some() => "none".to_owned(),
+        Some(0.0) if is_peak => "none".to_owned(),
         Some(value) => {
-            let time = at(view, column, "s").map(|time| format!("  at {}", format_quantity(time, "s")));
-            let speed = at(view, column, "rad_s").map(|speed| format!(", {}", format_quantity(speed, "rad/s")));
+            let after = |by: usize| if is_peak { view.at(place + by) } else { None };
+            let time = after(1).map(|time| format!("  at {}", format_quantity(time, "s")));
+            let speed = after(2).map(|speed| format!(", {}", format_quantity(speed, "rad/s")));
             let (time, speed) = (time.unwrap_or_default(), speed.unwrap_or_default());
             format!("{}{time}{speed}", format_quantity(value, column.unit))
         }
     }
-}
-
-/// When (`s`), or at which speed (`rad_s`), a peak was reached.
-fn at(view: OutcomeView<'_>, column: &Column, suffix: &str) -> Option<f64> {
-    view.value(&format!("{}_at_{suffix}", label(column)))
 }
 
 fn word(kind: ColumnKind, index: f64) -> &'static str {
@@ -265,16 +250,23 @@ mod tests {
 
     #[test]
     fn a_peak_is_shown_with_its_time_and_a_null_as_a_dash() {
-        let column =
-            |name: &str, unit| Column { name: name.into(), unit, kind: ColumnKind::Real, meaning: String::new() };
+        let column = |name: &str, unit, group, part| Column {
+            name: name.into(),
+            unit,
+            kind: ColumnKind::Real,
+            meaning: String::new(),
+            group,
+            part,
+        };
         let columns = [
-            column("max_bearing_load_N", "N"),
-            column("max_bearing_load_at_s", "s"),
-            column("first_contact_s", "s"),
-            column("contact_impulse_Ns", "N s"),
-            column("max_blade_bending_stress_Pa", "Pa"),
-            column("max_blade_bending_stress_at_s", "s"),
-            column("max_blade_bending_stress_at_rad_s", "rad/s"),
+            column("max_bearing_load_N", "N", Group::BearingLoads, Part::Peak),
+            column("max_bearing_load_at_s", "s", Group::BearingLoads, Part::PeakTime),
+            column("max_bearing_load_at_rad_s", "rad/s", Group::BearingLoads, Part::PeakSpeed),
+            column("first_contact_s", "s", Group::Course, Part::Whole),
+            column("contact_impulse_Ns", "N s", Group::Contact, Part::Whole),
+            column("max_blade_bending_stress_Pa", "Pa", Group::Stresses, Part::Peak),
+            column("max_blade_bending_stress_at_s", "s", Group::Stresses, Part::PeakTime),
+            column("max_blade_bending_stress_at_rad_s", "rad/s", Group::Stresses, Part::PeakSpeed),
         ];
         let mut causes = CauseSet::default();
         causes.insert(Cause::SlipReversal);
@@ -283,7 +275,7 @@ mod tests {
             cause: Some(Cause::SlipReversal),
             causes,
             end_cause: EndCause::EndTime,
-            values: vec![Some(1500.0), Some(0.25), None, Some(2.0), Some(0.0), Some(0.0), Some(0.0)],
+            values: vec![Some(1500.0), Some(0.25), None, None, Some(2.0), Some(0.0), Some(0.0), Some(0.0)],
         };
         let text = describe_outcome(OutcomeView { columns: &columns, outcome: &outcome });
         let find = |start: &str| text.lines().find(|line| line.starts_with(start)).expect("the line").to_owned();
@@ -303,10 +295,10 @@ mod tests {
         let (status, end_cause, causes) = (Status::Ok, EndCause::EndTime, CauseSet::default());
         let outcome = Outcome { status, cause: None, causes, end_cause, values };
         let text = describe_values(OutcomeView { columns: &columns, outcome: &outcome });
-        for heading in &GROUPS[..6] {
-            assert_eq!(text.lines().filter(|line| line == heading).count(), 1, "{heading}: {text}");
+        let headings = Group::ALL.map(Group::heading);
+        for heading in headings {
+            assert_eq!(text.lines().filter(|line| *line == heading).count(), 1, "{heading}: {text}");
         }
-        assert!(!text.contains(GROUPS[6]), "{text}");
         let is_shown = |column: &&Column| !column.name.contains("_at_") && !OTHERWISE.contains(&column.name.as_str());
         for column in columns.iter().filter(is_shown) {
             let begins = |line: &&str| line.split_whitespace().next() == Some(label(column));
@@ -314,7 +306,7 @@ mod tests {
         }
         let under = |name: &str| {
             let at = text.lines().position(|line| line.split(' ').next() == Some(name)).expect("shown");
-            text.lines().take(at).filter(|line| GROUPS.contains(line)).last().expect("a heading")
+            text.lines().take(at).filter(|line| headings.contains(line)).last().expect("a heading")
         };
         for (name, heading) in [
             ("first_contact", "Course"),

@@ -14,6 +14,55 @@ pub enum ColumnKind {
     Choice(&'static [&'static str]),
 }
 
+/// What a column tells of: who shows a run shows the columns of a group together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Group {
+    /// How the run went and ended.
+    Course,
+    /// Loads of the bearings.
+    BearingLoads,
+    /// Contact, rub, whirl.
+    Contact,
+    /// Works and energies.
+    Energy,
+    /// Internal moments and stresses.
+    Stresses,
+    /// Steps, iterations, errors, twin runs.
+    Numerics,
+}
+
+impl Group {
+    /// Every group, in the order in which they are shown.
+    pub const ALL: [Group; 6] =
+        [Group::Course, Group::BearingLoads, Group::Contact, Group::Energy, Group::Stresses, Group::Numerics];
+
+    /// In words.
+    #[must_use]
+    pub fn heading(self) -> &'static str {
+        match self {
+            Group::Course => "Course",
+            Group::BearingLoads => "Bearing loads",
+            Group::Contact => "Contact and rub",
+            Group::Energy => "Energy",
+            Group::Stresses => "Moments and stresses",
+            Group::Numerics => "Numerics",
+        }
+    }
+}
+
+/// What a column is of its quantity.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// All of it.
+    Whole,
+    /// The value of a peak; the next column has its time, the one after that the speed.
+    Peak,
+    /// When the peak was reached.
+    PeakTime,
+    /// At which mean spin.
+    PeakSpeed,
+}
+
 /// One numeric column.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Column {
@@ -25,4 +74,8 @@ pub struct Column {
     pub kind: ColumnKind,
     /// What it means, one sentence.
     pub meaning: String,
+    /// What it tells of.
+    pub group: Group,
+    /// What it is of that quantity.
+    pub part: Part,
 }

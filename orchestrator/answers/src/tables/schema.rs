@@ -123,11 +123,18 @@ fn field(name: &str, kind: FieldKind, meaning: &str) -> Field {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use bladeoff_model::outcome::{Group, Part};
 
     #[test]
     fn parts_of_the_schema_are_found_again() {
-        let outcome =
-            [Column { name: "steps".into(), unit: "", kind: ColumnKind::Count, meaning: "time steps".into() }];
+        let outcome = [Column {
+            name: "steps".into(),
+            unit: "",
+            kind: ColumnKind::Count,
+            meaning: "time steps".into(),
+            group: Group::Numerics,
+            part: Part::Whole,
+        }];
         let gap = Field { name: "gap_m".into(), unit: "m".into(), meaning: "gap".into(), kind: FieldKind::Real };
         let schema = TableSchema::new(vec![gap.clone()], &outcome);
         assert_eq!(schema.parameters(), [gap]);
