@@ -7,13 +7,10 @@ use super::plan::{StartError, StepPlan};
 use super::rub::StepContact;
 use super::works::{add_works, write_stores};
 use crate::contact::Gap;
-use crate::record::{At, ContactFrame, End, Follower, Frame, Recorders, RingInstant};
+use crate::record::{At, ContactFrame, End, EnergyBalance, Follower, Frame, Instant, Recorders, RingInstant};
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
 use bladeoff_model::outcome::{Cause, EndCause};
-
-/// The energy balance is evaluated every so many steps (the works are summed at each), from the first on.
-const BALANCE_EVERY: u64 = 8;
 
 /// One run from its start to its end: what was recorded, and how it ended.
 ///
@@ -36,13 +33,9 @@ pub(super) fn run(
             Err(cause) => break (EndCause::Failure, Some(cause)),
         }
     };
-    let end = End { cause, time: run.motion.time, speed: run.motion.speed, failure };
-    // a run too short for a second balance has one at its last step
-    if failure.is_none() && run.motion.step <= BALANCE_EVERY {
-        run.recorders.energies.balance();
-    }
+    let Motion { time, speed, step: steps, .. } = run.motion;
+    let end = End { cause, time, speed, failure, steps, iterations: run.motion.iterations() };
     run.recorders.finish(&end);
-    run.recorders.steps.iterations = run.motion.iterations();
     run.show_end(failure, follower);
     Ok((run.recorders, end))
 }
@@ -84,7 +77,6 @@ impl<'a> Run<'a> {
         self.motion.settle();
         self.watch(follower)?;
         let stopped = self.motion.advance();
-        self.recorders.steps.done = self.motion.step;
         if self.motion.is_outside() {
             return Err(Cause::OutsideRing);
         }
@@ -121,28 +113,25 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Quantities and works of the step at n. An instant that is shown has the stores of its own step; the balance is judged
-    /// at the same steps whoever looks.
+    /// Quantities and works of the step at n. An instant that is shown has the stores of its own step.
     fn record(&mut self, shown: bool) {
         let (motion, recorders) = (&mut self.motion, &mut self.recorders);
         let at = At { time: motion.time, speed: motion.centred_spin() };
         self.loads.update(&motion.line, motion.pressed());
-        recorders.loads.see(self.loads.all(), at);
-        recorders.stresses.see(&motion.line.lateral.x, &motion.line.twist.x, at);
-        for ((ring, rub), contact) in recorders.rings.iter_mut().zip(&motion.rubs).zip(&motion.contacts) {
-            let (place, velocity) = rub.motion(&motion.line);
+        let line = &motion.line;
+        let (lateral, twist) = (&line.lateral.x, &line.twist.x);
+        let rings = motion.rubs.iter().zip(&motion.contacts).map(|(rub, contact)| {
+            let (place, velocity) = rub.motion(line);
             let touch = contact.as_ref().map(StepContact::touch);
-            let angle = motion.line.spin.angle;
-            ring.see(&RingInstant { angle, place, velocity, touch, ring: rub.ring_coordinates() }, at);
+            RingInstant { angle: line.spin.angle, place, velocity, touch, ring: rub.ring_coordinates() }
+        });
+        recorders.see(&Instant { at, loads: self.loads.all(), lateral, twist }, rings);
+        let (energies, step) = (&mut recorders.energies, motion.step);
+        add_works(&mut energies.now, motion);
+        if shown || EnergyBalance::wants_stores(step) {
+            write_stores(&mut energies.now, motion);
         }
-        add_works(&mut recorders.energies.now, motion);
-        let balanced = motion.step.is_multiple_of(BALANCE_EVERY);
-        if balanced || shown || motion.step < BALANCE_EVERY {
-            write_stores(&mut recorders.energies.now, motion);
-        }
-        if balanced {
-            recorders.energies.balance();
-        }
+        energies.see(step);
     }
 
     /// Hands the instant n to the follower.

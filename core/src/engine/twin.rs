@@ -28,13 +28,13 @@ pub(super) fn of(
         return None;
     }
     let machine = shifted(machine);
-    let mut unseen = Unseen { follower, before: own.steps.done };
+    let mut unseen = Unseen { follower, before: end.steps };
     let Ok((other, end)) = run(&machine, structure, plan, &mut unseen) else {
         // one that cannot start (it would begin inside the diaphragm) has failed
         return Some(Twin { load_change: None, status: Status::Failed });
     };
     let status = other.verdict(&machine, structure, &end).status;
-    let loads = own.loads.largest().zip(other.loads.largest());
+    let loads = own.largest_load().zip(other.largest_load());
     let change = loads.filter(|&(load, _)| load > 0.0).map(|(load, twin)| (twin - load) / load);
     Some(Twin { load_change: change.filter(|_| status != Status::Failed), status })
 }

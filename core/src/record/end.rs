@@ -12,6 +12,9 @@ pub(crate) struct End {
     pub speed: f64,
     /// Why it failed.
     pub failure: Option<Cause>,
+    /// Steps done, and iterations of the non-linear solve in them.
+    pub steps: u64,
+    pub iterations: u64,
 }
 
 impl End {
@@ -36,22 +39,21 @@ impl End {
     }
 }
 
-/// Counts the work of a run.
+/// The work of a run.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Steps {
-    pub done: u64,
+pub(super) struct Steps {
     /// Length \[s\].
-    pub step: f64,
-    pub iterations: u64,
+    pub length: f64,
 }
 
 impl Steps {
     /// Name of the column of steps done.
-    pub(super) const DONE: &str = "steps";
+    pub const DONE: &str = "steps";
 
-    pub(super) fn report(&self, row: &mut Row<'_>) {
-        row.count(Self::DONE, "time steps", self.done);
-        row.real("step_s", "s", "time step", self.step);
-        row.count("iterations", "iterations of the non-linear solve, all steps together", self.iterations);
+    pub fn report(self, end: Option<&End>, row: &mut Row<'_>) {
+        row.count(Self::DONE, "time steps", end.map(|end| end.steps));
+        row.real("step_s", "s", "time step", self.length);
+        let iterations = end.map(|end| end.iterations);
+        row.count("iterations", "iterations of the non-linear solve, all steps together", iterations);
     }
 }

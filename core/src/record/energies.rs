@@ -1,5 +1,6 @@
 //! Energies of a run: every store and every flow integrated on its own, so that their balance is a check and not a definition.
 
+use super::end::End;
 use super::ring::RingRecorders;
 use super::row::Row;
 use bladeoff_model::outcome::Group;
@@ -48,7 +49,11 @@ impl Energies {
     }
 }
 
-/// Keeps the balance of a run: an engine writes stores and works into `now`, whose first balance is the reference.
+/// The balance is evaluated every so many steps (the works are summed at each), from the first on.
+const EVERY: u64 = 8;
+
+/// Keeps the balance of a run: an engine adds works to `now` at each step, and writes the stores where they are wanted. The first
+/// balance is the reference.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct EnergyBalance {
     pub now: Energies,
@@ -59,8 +64,28 @@ pub(crate) struct EnergyBalance {
 }
 
 impl EnergyBalance {
+    /// Whether the stores of this step are needed: also of each of the first, one of which may be the last.
+    pub fn wants_stores(step: u64) -> bool {
+        step.is_multiple_of(EVERY) || step < EVERY
+    }
+
+    /// Takes a step, with its works added and its stores written where they are wanted. The balance is judged at the same steps whoever
+    /// looks.
+    pub fn see(&mut self, step: u64) {
+        if step.is_multiple_of(EVERY) {
+            self.balance();
+        }
+    }
+
+    /// Takes the end of the run: one too short for a second balance has it at its last step.
+    pub fn finish(&mut self, end: &End) {
+        if end.failure.is_none() && end.steps <= EVERY {
+            self.balance();
+        }
+    }
+
     /// The error of the balance, with stores and works of the same step.
-    pub fn balance(&mut self) {
+    fn balance(&mut self) {
         let total = self.now.stored();
         // the works before the first one are those of half a step before and after t = 0: they belong to the start
         let initial = *self.initial.get_or_insert(total + self.now.taken());

@@ -1,7 +1,7 @@
 //! What a run is watched for: recorders, each of one quantity of interest or a few, and the row of the table they make.
 //!
-//! A recorder is handed plain numbers of an instant (`At`, loads, displacements, `RingInstant`) and knows no engine: whichever
-//! finds the motion hands them in. It reports each of its columns together with its value, in one place (`Row`), so that
+//! An engine hands in an `Instant`, plain numbers that say what all recorders together need of the state, and a `RingInstant` for each
+//! diaphragm; of energies it adds the works of a step and writes the stores, as its scheme has them. A recorder knows no engine. It reports each of its columns together with its value, in one place (`Row`), so that
 //! [`columns`] and the values of an outcome cannot disagree. The order of the table is that of `Recorders::report`.
 //! Who follows the motion itself, for a history, is a [`Follower`].
 
@@ -25,12 +25,12 @@ pub use follow::{ContactFrame, Follower, Frame, NoHistory};
 
 pub(crate) use contact::Touch;
 pub(crate) use end::End;
+pub(crate) use energies::EnergyBalance;
 pub(crate) use peak::At;
 pub(crate) use ring::RingInstant;
 pub(crate) use twin::Twin;
 
 use end::Steps;
-use energies::EnergyBalance;
 use loads::LoadRecorder;
 use ring::RingRecorders;
 use row::Row;
@@ -58,15 +58,26 @@ pub fn place_of_steps(machine: &Machine) -> usize {
     columns(machine).iter().position(|column| column.name == Steps::DONE).expect("every run counts its steps")
 }
 
+/// One instant of the rotor, whichever engine found it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Instant<'a> {
+    pub at: At,
+    /// Loads of the bearings, in the machine's order \[N\].
+    pub loads: &'a [[f64; 2]],
+    /// Lateral coordinates and twist of the structure.
+    pub lateral: &'a [f64],
+    pub twist: &'a [f64],
+}
+
 /// The recorders of one run.
 #[derive(Debug, Clone)]
 pub(crate) struct Recorders {
-    pub loads: LoadRecorder,
-    pub stresses: StressRecorder,
     pub energies: EnergyBalance,
-    pub steps: Steps,
+    loads: LoadRecorder,
+    stresses: StressRecorder,
+    steps: Steps,
     /// One for each diaphragm, in the machine's order.
-    pub rings: Vec<RingRecorders>,
+    rings: Vec<RingRecorders>,
 }
 
 impl Recorders {
@@ -78,13 +89,28 @@ impl Recorders {
             loads: LoadRecorder::new(&machine.rotor.bearings),
             stresses: StressRecorder::new(&machine.rotor.kind),
             energies: EnergyBalance::default(),
-            steps: Steps { done: 0, step, iterations: 0 },
+            steps: Steps { length: step },
             rings: machine.diaphragms.iter().enumerate().map(ring).collect(),
         }
     }
 
+    /// Takes an instant, and that of each diaphragm in the machine's order; energies are taken by themselves, when the works of the step
+    /// are known.
+    #[inline]
+    pub fn see<'r>(&mut self, now: &Instant<'_>, rings: impl Iterator<Item = RingInstant<'r>>) {
+        self.loads.see(now.loads, now.at);
+        self.stresses.see(now.lateral, now.twist, now.at);
+        self.rings.iter_mut().zip(rings).for_each(|(recorders, ring)| recorders.see(&ring, now.at));
+    }
+
+    /// Largest load of all bearings \[N\]; `None` where none has been seen.
+    pub fn largest_load(&self) -> Option<f64> {
+        self.loads.largest()
+    }
+
     /// Takes the end of the run.
     pub fn finish(&mut self, end: &End) {
+        self.energies.finish(end);
         for ring in &mut self.rings {
             ring.contact.finish(At { time: end.time, speed: end.speed });
         }
@@ -114,7 +140,7 @@ impl Recorders {
         rings.iter().for_each(|ring| RingRecorders::report_contact(*ring, row.of(Group::Contact)));
         self.energies.report(&self.rings, row.of(Group::Energy));
         rings.iter().for_each(|ring| RingRecorders::report_solves(*ring, row.of(Group::Numerics)));
-        self.steps.report(row);
+        self.steps.report(end, row);
         End::report_stop(end, row.of(Group::Course));
         Twin::report(twin, row.of(Group::Numerics));
         rings.iter().for_each(|ring| RingRecorders::report_blades(*ring, row.of(Group::Stresses)));
