@@ -27,7 +27,8 @@ pub struct Recovered {
 /// # Errors
 /// `from` is not readable or has nothing in it; `to` is there or cannot be written.
 pub fn recover(from: &Path, to: &Path) -> Result<Recovered, HistoryError> {
-    let bytes = Place::named(from).read(MOST_HISTORY)?;
+    let read = Place::named(from).read(MOST_HISTORY).map_err(HistoryError::from);
+    let bytes = read.map_err(HistoryError::named(from))?;
     let records = ChunkFlattener::new_with_options(&bytes, Options::IgnoreEndMagic.into())
         .map_err(HistoryError::mcap("read", from))?;
     let mut pending = Pending::create(to)?;

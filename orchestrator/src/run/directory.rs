@@ -14,6 +14,7 @@ use bladeoff_worker::plan::{BASIS_FILE, PLAN_FILE};
 use rustix::process::geteuid;
 use std::ffi::OsStr;
 use std::fs;
+use std::io::ErrorKind;
 use std::os::unix::fs::DirBuilderExt;
 use std::path::{Path, PathBuf};
 
@@ -57,11 +58,12 @@ pub struct RunDirectory {
 }
 
 impl RunDirectory {
-    /// Makes the directory if it is not there and takes its lock; `trusts`: also of one that others could write in.
+    /// Makes the directory if it is not there and takes its lock; `trusts`: also of one that others could write in. `study`: whose inputs
+    /// a run that was killed at its very beginning may have left there.
     ///
     /// # Errors
     /// Another run works in it; it is not a directory of results; others could write in it; it cannot be written.
-    pub fn claim(path: &Path, trusts: bool) -> Result<Self, RunError> {
+    pub fn claim(path: &Path, trusts: bool, study: Option<&Study>) -> Result<Self, RunError> {
         if fs::metadata(path).is_ok_and(|found| !found.is_dir()) {
             return Err(RunError::NotADirectory { path: path.to_path_buf() });
         }
@@ -72,7 +74,7 @@ impl RunDirectory {
         }
         let folder = Folder::open(path).map_err(FileError::at("open", path))?;
         let trusted = || -> Result<(), RunError> { check(&folder, trusts)?.map_or(Ok(()), |doubt| Err(doubt.into())) };
-        if let Err(refused) = trusted().and_then(|()| refuse_foreign(&folder)) {
+        if let Err(refused) = trusted().and_then(|()| refuse_foreign(&folder, study)) {
             if is_new {
                 // Best effort: an empty directory is no harm.
                 let _ = fs::remove_dir(path);
@@ -139,9 +141,7 @@ impl RunDirectory {
     /// # Errors
     /// The directory cannot be written.
     pub fn write_inputs(&self, study: &Study) -> Result<(), FileError> {
-        let texts =
-            [(STUDY, Some(&study.text)), (MACHINE, Some(&study.machine_text)), (POINTS, study.points_text.as_ref())];
-        for (name, text) in texts {
+        for (name, text) in inputs(study) {
             let path = self.file(name);
             match text {
                 Some(text) if path.read(text.len() as u64).is_ok_and(|found| found == text.as_bytes()) => {}
@@ -286,6 +286,11 @@ impl RunDirectory {
     }
 }
 
+/// The inputs of a study as a directory keeps them.
+fn inputs(study: &Study) -> [(&'static str, Option<&String>); 3] {
+    [(STUDY, Some(&study.text)), (MACHINE, Some(&study.machine_text)), (POINTS, study.points_text.as_ref())]
+}
+
 /// Name of a folder on its way in or out.
 fn aside(folder: &str) -> String {
     format!("{folder}.aside")
@@ -371,20 +376,26 @@ pub fn read_current<T>(
 
 /// Refuses a directory that holds anything and was not begun by a run, whatever the names in it. A run writes its lock
 /// before anything else.
-fn refuse_foreign(folder: &Folder) -> Result<(), RunError> {
+fn refuse_foreign(folder: &Folder, study: Option<&Study>) -> Result<(), RunError> {
     let mark = mark(folder, LOCK);
-    if mark == Mark::Closed
-        && let Some(theirs) = theirs(folder, &folder.place(LOCK))
-    {
-        return Err(theirs.into());
+    if mark == Mark::Closed {
+        let lock = folder.place(LOCK);
+        return Err(match theirs(folder, &lock) {
+            Some(theirs) => theirs.into(),
+            None => FileError::at("open", &lock)(ErrorKind::PermissionDenied.into()).into(),
+        });
     }
     if mark == Mark::Run || is_store(&folder.place(LEDGER)) {
         return Ok(());
     }
     let names = folder.names().map_err(FileError::at("read", folder.path()))?;
     // An empty lock: killed between making and writing it; or the power went, or somebody emptied it, before there was a record.
-    // Then the inputs are there, and nothing but what a run writes before.
-    let has_inputs = mark == Mark::Empty && [STUDY, MACHINE].iter().all(|name| folder.place(name).is_file());
+    // Then the inputs of this study are there, byte for byte, and nothing but what a run writes before.
+    let is_there = |(name, text): (&str, Option<&String>)| match text {
+        Some(text) => folder.place(name).read(text.len() as u64).is_ok_and(|found| found == text.as_bytes()),
+        None => !folder.place(name).exists(),
+    };
+    let has_inputs = mark == Mark::Empty && study.is_some_and(|study| inputs(study).into_iter().all(is_there));
     let is_first = |name: &OsStr| {
         let is_temporary = || WHOLE.iter().any(|whole| is_temporary(name, whole));
         FIRST.iter().any(|first| name == *first) || is_temporary()
@@ -403,7 +414,7 @@ mod tests {
     #[test]
     fn what_a_killed_run_was_writing_goes_and_nothing_else() {
         let folder = tempfile::tempdir().expect("temporary directory");
-        let directory = RunDirectory::claim(folder.path(), false).expect("empty");
+        let directory = RunDirectory::claim(folder.path(), false, None).expect("empty");
         let path = |name: &str| folder.path().join(name);
         let begun = [
             "plan.json.0123abcd.tmp",
@@ -425,7 +436,7 @@ mod tests {
     #[test]
     fn what_somebody_puts_between_the_parts_stays() {
         let folder = tempfile::tempdir().expect("temporary directory");
-        let directory = RunDirectory::claim(folder.path(), false).expect("empty");
+        let directory = RunDirectory::claim(folder.path(), false, None).expect("empty");
         let put = |path: &Path, name: &str, text: &str| fs::write(path.join(name), text).expect("written");
         let parts = directory.file(PARTS);
         let names = || {

@@ -50,7 +50,7 @@ fn write_kept(
     ledger: &Ledger,
     manifest: &str,
 ) -> Result<RunDirectory, RunError> {
-    let directory = RunDirectory::claim(&new_directory(lost.absolute())?, false)?;
+    let directory = RunDirectory::claim(&new_directory(lost.absolute())?, false, None)?;
     prepared.write(&directory)?;
     write_whole(directory.file(MANIFEST), manifest.as_bytes())?;
     let mut copy = Ledger::create(directory.file(LEDGER), &prepared.header())?;

@@ -114,7 +114,7 @@ pub(super) fn manifest(
             "numerics_version": bladeoff_core::NUMERICS_VERSION,
             "build": build(),
         },
-        "command": std::env::args().collect::<Vec<_>>(),
+        "command": std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect::<Vec<_>>(),
         "study": study.name,
         "study_file": study.file,
         "machine_file": study.machine_file,

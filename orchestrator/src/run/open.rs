@@ -4,12 +4,13 @@
 use super::checksums::refuse_changed;
 use super::directory::{LEDGER, LOCK, RESULTS, RunDirectory, TIMINGS};
 use super::error::RunError;
-use super::lock::{Keeper, LockError, Look, look};
+use super::lock::{Keeper, LockError, Look, look, theirs};
 use super::prepare::{Prepared, frozen_basis, new_basis};
 use super::request::{Finished, Request};
 use super::resume::{self, Again, Opened};
 use super::{tables, upkeep};
 use crate::dispatch;
+use crate::report::Tally;
 use bladeoff_answers::report::{are, counted};
 use bladeoff_answers::tables::start_threads;
 use bladeoff_study::Samples;
@@ -46,7 +47,7 @@ pub(super) fn open<'a>(
     start_threads()?;
     let new_basis = if request.out.exists() { None } else { Some(new_basis(samples)?) };
     dispatch::preflight(request.workers)?;
-    let directory = match RunDirectory::claim(&request.out, request.trusts) {
+    let directory = match RunDirectory::claim(&request.out, request.trusts, Some(samples.study())) {
         Err(error) if error.is_write_protection() => {
             return look_only(request, samples, note, error).map(Opening::Complete);
         }
@@ -108,6 +109,16 @@ fn look_only(request: &Request, samples: &Samples, note: &dyn Fn(&str), error: R
             return Ok(None);
         }
         let prepared = Prepared::new(samples, frozen_basis(samples, &folder, note)?)?;
+        if let Some(theirs) = theirs(&folder, &folder.place(LOCK)) {
+            // Their record is closed to us. That of a complete study is not needed.
+            let is_current = tables::is_current(&request.out, RESULTS, &prepared.provenance);
+            let tally = if is_current { tables::tally(&request.out)? } else { Tally::default() };
+            if tally.done() < samples.count() {
+                return Err(theirs.into());
+            }
+            note("every sample is there already: nothing is computed (the directory is another user's)");
+            return Ok(Some(Finished::nothing_computed(&request.out, &tally)));
+        }
         let again = Again { rerun: request.rerun.as_ref(), suspects: false };
         let compared = resume::compare(&folder, &prepared, again)?;
         if tables::is_current(&request.out, RESULTS, &prepared.provenance)

@@ -28,7 +28,7 @@ pub struct ResumeTime {
 /// # Errors
 /// As [`run`](super::run).
 pub fn fill(path: &Path, samples: &Samples) -> Result<(), RunError> {
-    let directory = RunDirectory::claim(path, true)?;
+    let directory = RunDirectory::claim(path, true, None)?;
     let prepared = Prepared::new(samples, new_basis(samples)?)?;
     prepared.write(&directory)?;
     let mut ledger = Ledger::create(directory.file(LEDGER), &prepared.header())?;
@@ -44,7 +44,7 @@ pub fn fill(path: &Path, samples: &Samples) -> Result<(), RunError> {
 /// As [`run`](super::run).
 pub fn time_resume(path: &Path, samples: &Samples) -> Result<ResumeTime, RunError> {
     let begun = Instant::now();
-    let directory = RunDirectory::claim(path, true)?;
+    let directory = RunDirectory::claim(path, true, None)?;
     let basis = super::prepare::frozen_basis(samples, directory.open(), &|_| ())?;
     let keyed = Instant::now();
     let prepared = Prepared::new(samples, basis)?;
@@ -88,7 +88,7 @@ fn with_record<T>(
     samples: &Samples,
     work: impl FnOnce(&RunDirectory, &Prepared<'_>, &mut Ledger) -> Result<T, RunError>,
 ) -> Result<T, RunError> {
-    let directory = RunDirectory::claim(path, true)?;
+    let directory = RunDirectory::claim(path, true, None)?;
     let basis = super::prepare::frozen_basis(samples, directory.open(), &|_| ())?;
     let prepared = Prepared::new(samples, basis)?;
     let mut opened = resume::open(&directory, &prepared, resume::Again { rerun: None, suspects: true })?;

@@ -1,5 +1,6 @@
 //! From the record of finished samples to the tables.
 
+use super::checksums::refuse_changed;
 use super::columns::table_schema;
 use super::directory::{RESULTS, RunDirectory, TIMINGS};
 use super::error::RunError;
@@ -7,9 +8,11 @@ use super::manifest::Checksums;
 use super::prepare::Prepared;
 use crate::engine;
 use crate::ledger::{Entry, Reader};
+use crate::report::Tally;
 use bladeoff_answers::tables::{
-    Checksum, Provenance, ResultsWriter, Row, TableError, Timing, TimingsWriter, read_metadata,
+    Checksum, Provenance, ResultsWriter, Row, Table, TableError, Timing, TimingsWriter, read_metadata,
 };
+use bladeoff_model::outcome::{Cause, Status};
 use bladeoff_system::files::Pending;
 use std::path::Path;
 
@@ -81,6 +84,25 @@ impl<'a> RowsWriter<'a> {
         let timings = self.timings.finish()?;
         Ok(Checksums { results: Some(self.results.finish()?), timings: Some(timings) })
     }
+}
+
+/// What became of the samples of a complete table, by its rows.
+///
+/// # Errors
+/// The table is not as it was written, or cannot be read.
+pub(super) fn tally(directory: &Path) -> Result<Tally, RunError> {
+    refuse_changed(directory)?;
+    let mut tally = Tally::default();
+    Table::for_each_piece(&[directory.join(RESULTS)], &["status", "cause"], |piece| {
+        let (statuses, causes) = (piece.words("status").unwrap_or_default(), piece.words("cause").unwrap_or_default());
+        for (status, cause) in statuses.iter().zip(causes) {
+            if let Some(status) = status.as_deref().and_then(Status::from_word) {
+                tally.count(status, cause.as_deref().and_then(Cause::from_word));
+            }
+        }
+        Ok(())
+    })?;
+    Ok(tally)
 }
 
 /// Whether a table is there and comes from these inputs.
