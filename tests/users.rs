@@ -125,6 +125,15 @@ fn who_reads_a_complete_run_of_somebody_else_is_told_all_of_it() {
     assert_eq!(other.say(&["export", other.out(), "--csv"]).out.lines().count(), 21);
     let replay = other.say(&["replay", other.out(), "--sample", "3"]);
     assert!(replay.code == 0 && replay.out.contains("bit for bit"), "{}{}", replay.out, replay.err);
+    // Nothing is left to compute; where something is, it is not theirs to do.
+    let run = ["run", &other.study, "--out", other.out(), "--workers", "1"];
+    let again = other.say(&run);
+    assert!(again.code == 0 && again.err.contains("every sample is there already"), "{}", again.err);
+    let (table, away) = (other.out.join("results.parquet"), other.folder.path("away"));
+    fs::rename(&table, &away).expect("renamed");
+    let refused = other.say(&run);
+    assert!(refused.code == 3 && refused.err.contains("holds a run of another user (uid 0)"), "{}", refused.err);
+    fs::rename(&away, &table).expect("renamed");
     // Of a directory that they may not enter nothing is said but that.
     for closed in [0o700, 0o744] {
         set(&other.out, closed);
@@ -170,7 +179,7 @@ fn of_a_run_whose_lock_is_closed_nothing_is_claimed_that_is_not_known() {
     let own = say(&["status", other.out()]);
     assert!(own.out.contains("state      killed: process "), "{}", own.out);
     let told = other.say(&["run", &other.study, "--out", other.out(), "--workers", "1"]);
-    assert!(told.code == 6 && told.err.contains("Permission denied"), "{}: {}", told.code, told.err);
+    assert!(told.code == 3 && told.err.contains("holds a run of another user (uid 0)"), "{}: {}", told.code, told.err);
 }
 
 #[test]

@@ -97,10 +97,12 @@ pub fn build_id() -> u64 {
         .fold(0xcbf2_9ce4_8422_2325, |hash, word| (hash ^ word).wrapping_mul(0x0100_0000_01b3).rotate_left(23))
 }
 
-/// Sends a signal to this process.
+/// Sends a signal to this process, by the calling thread: that one has it on return. A stop sent to the process would be taken by its
+/// first thread, and the caller would go on until that one runs.
+#[expect(unsafe_code, reason = "neither the standard library nor rustix sends a signal to a thread")]
 pub fn signal_self(signal: Signal) {
-    // Cannot fail: the process exists and may signal itself.
-    let _ = rustix::process::kill_process(rustix::process::getpid(), signal);
+    // SAFETY: no memory is passed. Cannot fail: the thread exists and may signal itself.
+    unsafe { libc::raise(signal.as_raw()) };
 }
 
 /// Sends a signal to another process; says whether it was there.

@@ -52,7 +52,7 @@ pub struct Args {
 pub fn main(args: &Args) -> Result<Exit, CliError> {
     let directory = args.directory.clone().map_or_else(default_directory, Ok)?;
     if row_files(&directory).is_empty() {
-        return Err(CliError::NoResults { path: directory });
+        return Err(CliError::no_results(&directory));
     }
     let (table, path, sample) = read_current(&directory, row_files, |files| {
         refuse_changed(&directory)?;
