@@ -4,14 +4,16 @@
 mod support;
 
 use std::collections::BTreeSet;
+use std::ffi::OsStr;
 use std::fs::{self, Permissions};
+use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::Command;
 use support::faults::STUDY;
 use support::skipped::skipped;
-use support::{Folder, Said, said, say};
+use support::{Folder, Said, bladeoff, said, say};
 
 /// A user that nobody is.
 const OTHER: u32 = 54_324;
@@ -156,4 +158,20 @@ fn rows_without_a_checksum_are_said_to_have_none() {
     let exported = say(&["export", &out, "--csv"]);
     assert!(exported.code == 0 && exported.out.lines().count() > 1, "{}", exported.err);
     assert!(exported.err.contains("Parts have no checksum"), "{}", exported.err);
+}
+
+/// The manifest has the command; it panicked over one that is no text.
+#[test]
+fn a_directory_whose_name_is_no_text_is_worked_in() {
+    let case = Case::new();
+    let (study, out) = (case.0.name("s.toml"), case.0.path("").join(OsStr::from_bytes(b"out\xff")));
+    let run = || {
+        let mut command = bladeoff(&["run", &study, "--workers", "1", "--out"]);
+        let said = said(command.arg(&out).output().expect("it starts"));
+        assert_eq!(said.code, 0, "{}", said.err);
+        said
+    };
+    run();
+    assert!(out.join("results.parquet").exists());
+    assert!(run().err.contains("every sample is there already"));
 }

@@ -4,17 +4,15 @@
 mod support;
 
 use std::collections::BTreeMap;
-use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::io::Write;
-use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::{MetadataExt, PermissionsExt, chown, symlink};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use support::faults::{Running, STUDY, WATCHDOG, handed_out, signal, wait_until};
-use support::{Folder, Said, bladeoff, said, say};
+use support::{Folder, Said, bladeoff, say};
 
 /// Address space of a command; a huge file that is read whole does not fit.
 const MEMORY_KB: u64 = 8 << 20;
@@ -346,23 +344,6 @@ fn a_folder_that_no_run_began_is_never_taken_over_for_its_names() {
     let said = run();
     assert!(said.code == 3 && said.err.contains("is not a result directory"), "{}", said.err);
     assert_eq!(fs::read_to_string(out.join("study.toml")).expect("there"), "my study");
-}
-
-/// The manifest has the command; it panicked over one that is no text.
-#[test]
-fn a_directory_whose_name_is_no_text_is_worked_in() {
-    let _alone = alone();
-    let case = Case::new();
-    let out = case.folder.path("").join(OsStr::from_bytes(b"out\xff"));
-    let run = |what: &str| {
-        let mut command = bladeoff(&["run", &case.study, "--workers", "1", "--out"]);
-        let said = said(command.arg(&out).output().expect("it starts"));
-        assert_eq!(said.code, 0, "{what}: {}", said.err);
-        said
-    };
-    run("new");
-    assert!(out.join("results.parquet").exists());
-    assert!(run("again").err.contains("every sample is there already"));
 }
 
 #[test]
