@@ -182,8 +182,12 @@ impl EventStream {
         self.end("failed", json!({ "time": timestamp(SystemTime::now()), "error": text }));
     }
 
+    /// The last event, for which a reader that is slow has the same time as for all lines before it.
     fn end(&mut self, event: &str, fields: Value) {
-        self.emit(event, fields);
+        let begun = Instant::now();
+        while !self.is_taken(event, &fields) && begun.elapsed() < LAST_LINES {
+            std::thread::sleep(Duration::from_millis(1));
+        }
         self.queue = None;
         if let Err(RecvTimeoutError::Timeout) = self.written.recv_timeout(LAST_LINES) {
             // Nobody reads: the thread goes down with the process.
@@ -191,7 +195,13 @@ impl EventStream {
     }
 
     fn emit(&mut self, event: &str, fields: Value) {
-        let Some(queue) = &self.queue else { return };
+        self.lost += u64::from(!self.is_taken(event, &fields));
+    }
+
+    /// Hands an event to the thread, what was lost before it first; `false` where there is no room. Where nobody reads any more, it
+    /// is taken.
+    fn is_taken(&mut self, event: &str, fields: &Value) -> bool {
+        let Some(queue) = &self.queue else { return true };
         let line = |event: &str, mut fields: Value| {
             fields["event"] = event.into();
             // Milliseconds are enough, and short to read.
@@ -201,17 +211,17 @@ impl EventStream {
         if self.lost > 0 {
             match queue.try_send(line("lost", json!({ "events": self.lost }))) {
                 Ok(()) => self.lost = 0,
-                Err(TrySendError::Full(_)) => {
-                    self.lost += 1;
-                    return;
-                }
+                Err(TrySendError::Full(_)) => return false,
                 Err(TrySendError::Disconnected(_)) => {}
             }
         }
-        match queue.try_send(line(event, fields)) {
-            Ok(()) => {}
-            Err(TrySendError::Full(_)) => self.lost += 1,
-            Err(TrySendError::Disconnected(_)) => self.queue = None,
+        match queue.try_send(line(event, fields.clone())) {
+            Ok(()) => true,
+            Err(TrySendError::Full(_)) => false,
+            Err(TrySendError::Disconnected(_)) => {
+                self.queue = None;
+                true
+            }
         }
     }
 }

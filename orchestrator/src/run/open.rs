@@ -109,7 +109,9 @@ fn look_only(request: &Request, samples: &Samples, note: &dyn Fn(&str), error: R
             return Ok(None);
         }
         let prepared = Prepared::new(samples, frozen_basis(samples, &folder, note)?)?;
-        if let Some(theirs) = theirs(&folder, &folder.place(LOCK)) {
+        if folder.place(LEDGER).open().is_err()
+            && let Some(theirs) = theirs(&folder, &folder.place(LOCK))
+        {
             // Their record is closed to us. That of a complete study is not needed.
             let is_current = tables::is_current(&request.out, RESULTS, &prepared.provenance);
             let tally = if is_current { tables::tally(&request.out)? } else { Tally::default() };
