@@ -189,9 +189,14 @@ fn a_run_that_is_ended_leaves_all_that_is_finished_in_parts() {
     let out = calm.folder.name("out");
     // Whether parts are written meanwhile makes no difference.
     for (refresh, wall) in [("0", "0.8 s"), ("0.2", "1 s")] {
-        let mut command = bladeoff(&["run", &calm.study, "--out", &out, "--workers", "2"]);
-        let ran = said(command.args(["--refresh", refresh, "--wall", wall]).output().expect("it starts"));
-        assert_eq!(ran.code, 5, "{}", ran.err);
+        let run = |_| {
+            let mut command = bladeoff(&["run", &calm.study, "--out", &out, "--workers", "2"]);
+            let ran = said(command.args(["--refresh", refresh, "--wall", wall]).output().expect("it starts"));
+            assert_eq!(ran.code, 5, "{}", ran.err);
+            ran
+        };
+        // On a busy machine no sample may end in so short a time.
+        let ran = (0..20).map(run).find(|_| !row_files(Path::new(&out)).is_empty()).expect("a finished sample");
         assert!(ran.out.contains(&format!("{out}/{PARTS}/*.parquet")), "{}", ran.out);
         let status = say(&["status", &out, "--json"]);
         let status: serde_json::Value = serde_json::from_str(&status.out).expect("JSON");

@@ -432,7 +432,8 @@ fn assert_goes_on(study: &str, out: &Path, said: &str) {
     assert!(said.contains(&format!("bladeoff run {study} --out {out}\n")), "{said}");
     let again = say(&["run", study, "--out", out, "--workers", "1", "--wall", "0.1 s"]);
     assert_eq!(again.code, 5, "{}", again.err);
-    assert!(again.err.contains(" of 20 samples are there already"), "{}", again.err);
+    // One or several, as many as there was time for.
+    assert!(again.err.contains(" of 20 samples ") && again.err.contains(" there already, "), "{}", again.err);
 }
 
 #[test]
