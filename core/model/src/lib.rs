@@ -6,5 +6,6 @@
 //! forget a check, and all mistakes of a file come at once.
 
 pub mod document;
+pub mod formula;
 pub mod machine;
 pub mod outcome;

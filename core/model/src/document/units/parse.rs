@@ -21,6 +21,31 @@ pub fn parse_bare_or_quantity(text: &str, expected: &'static str) -> Result<f64,
     parse(text, expected, true)
 }
 
+/// Reads a number with any unit, or a bare number: in a formula nobody knows which dimension a factor has.
+///
+/// # Errors
+/// [`QuantityError`]: no number, an unknown unit, not finite.
+pub fn parse_any_quantity(text: &str) -> Result<f64, QuantityError> {
+    let given = text.trim();
+    let split = number_end(given);
+    let (number, unit_text) = (&given[..split], given[split..].trim());
+    let Some(number) = Decimal::read(number) else {
+        return Err(QuantityError::NotANumber { given: cut(given, 60), examples: examples("") });
+    };
+    let unit = if unit_text.is_empty() {
+        Unit::ONE
+    } else {
+        parse_unit(unit_text).map_err(|error| match error {
+            QuantityError::UnknownUnit { unit, .. } => {
+                let nearest = similar(&unit).into_iter().next();
+                QuantityError::UnknownUnit { unit, nearest }
+            }
+            other => other,
+        })?
+    };
+    number.in_si(unit).ok_or_else(|| QuantityError::NotFinite { given: cut(given, 60) })
+}
+
 fn parse(text: &str, expected: &'static str, bare_is_si: bool) -> Result<f64, QuantityError> {
     let given = text.trim();
     let given_shown = || given.chars().take(60).collect::<String>();

@@ -1,0 +1,246 @@
+//! A formula from its text: operators by how strongly they bind (V. Pratt, "Top down operator precedence", 1973), into a program for
+//! a stack.
+//!
+//! ```text
+//! or < and < not < comparisons (one) < + - < * / < sign < ^ (from the right)       -2^2 = -4, 2^3^2 = 512, 2^-1 = 0.5
+//! ```
+//! Numbers and truths are two kinds: `(a > 1) + 2` and `1 and 2` are refused.
+
+use super::FormulaError;
+use super::program::{Function, Instruction, Kind, Program};
+use super::token::{Token, tokens, wrong};
+use std::ops::Range;
+
+/// Brackets, signs and powers within one another at most.
+const DEEPEST: usize = 200;
+
+type Place = Range<usize>;
+
+struct Parser<'a> {
+    tokens: Vec<(Token, Place)>,
+    next: usize,
+    depth: usize,
+    end: usize,
+    known: &'a dyn Fn(&str) -> Option<usize>,
+    nearest: &'a dyn Fn(&str) -> Option<String>,
+    program: Vec<Instruction>,
+    names: Vec<usize>,
+}
+
+const FUNCTIONS: &[(&str, Function, usize)] = &[
+    ("abs", Function::Abs, 1),
+    ("sqrt", Function::Sqrt, 1),
+    ("exp", Function::Exp, 1),
+    ("ln", Function::Ln, 1),
+    ("log10", Function::Log10, 1),
+    ("sin", Function::Sin, 1),
+    ("cos", Function::Cos, 1),
+    ("tan", Function::Tan, 1),
+    ("asin", Function::Asin, 1),
+    ("acos", Function::Acos, 1),
+    ("atan", Function::Atan, 1),
+    ("atan2", Function::Atan2, 2),
+    ("hypot", Function::Hypot, 2),
+    ("floor", Function::Floor, 1),
+    ("min", Function::Min, 0),
+    ("max", Function::Max, 0),
+];
+
+/// Whether a name means something of its own: no variable may have it.
+#[must_use]
+pub fn is_reserved(name: &str) -> bool {
+    matches!(name, "pi" | "e" | "and" | "or" | "not" | "log" | "if") || FUNCTIONS.iter().any(|(known, ..)| *known == name)
+}
+
+/// A formula of the given kind. `known`: the number of a variable; `nearest`: the name that was meant.
+///
+/// # Errors
+/// The first mistake, with its place.
+pub fn parse(
+    text: &str,
+    kind: Kind,
+    known: &dyn Fn(&str) -> Option<usize>,
+    nearest: &dyn Fn(&str) -> Option<String>,
+) -> Result<Program, FormulaError> {
+    let tokens = tokens(text)?;
+    let mut parser = Parser {
+        tokens,
+        next: 0,
+        depth: 0,
+        end: text.len(),
+        known,
+        nearest,
+        program: Vec::new(),
+        names: Vec::new(),
+    };
+    if parser.tokens.is_empty() {
+        return wrong(0..text.len(), "there is no formula");
+    }
+    let found = parser.expression(0)?;
+    if let Some((token, place)) = parser.tokens.get(parser.next) {
+        let word = shown(token);
+        return wrong(place.clone(), format!("{word} is not expected here: an operator is missing before it"));
+    }
+    if found != kind {
+        return wrong(0..text.len(), match kind {
+            Kind::Truth => "this is a number; a condition such as `x > 1` is wanted",
+            Kind::Number => "this is a condition; a number is wanted",
+        });
+    }
+    parser.names.sort_unstable();
+    parser.names.dedup();
+    Ok(Program::new(parser.program, parser.names))
+}
+
+fn shown(token: &Token) -> String {
+    match token {
+        Token::Number(number) => format!("{number:?}"),
+        Token::Name(name) => format!("`{name}`"),
+        Token::Sign(sign) => format!("`{sign}`"),
+    }
+}
+
+impl Parser<'_> {
+    fn take(&mut self) -> Option<(Token, Place)> {
+        let found = self.tokens.get(self.next).cloned();
+        self.next += usize::from(found.is_some());
+        found
+    }
+
+    fn expect(&mut self, sign: &'static str, after: &str) -> Result<(), FormulaError> {
+        match self.take() {
+            Some((Token::Sign(found), _)) if found == sign => Ok(()),
+            Some((_, place)) => wrong(place, format!("`{sign}` is expected {after}")),
+            None => wrong(self.end..self.end, format!("`{sign}` is missing {after}")),
+        }
+    }
+
+    /// An expression whose operators bind at least so strongly.
+    fn expression(&mut self, least: u8) -> Result<Kind, FormulaError> {
+        self.depth += 1;
+        if self.depth > DEEPEST {
+            let place = self.tokens.get(self.next).map_or(self.end..self.end, |(_, place)| place.clone());
+            return wrong(place, format!("more than {DEEPEST} brackets or operators within one another"));
+        }
+        let mut kind = self.first()?;
+        loop {
+            let Some((token, place)) = self.tokens.get(self.next).cloned() else { break };
+            let operator = match &token {
+                Token::Sign(sign) => *sign,
+                Token::Name(name) if name == "and" || name == "or" => name.as_str(),
+                _ => break,
+            };
+            // (binds, its right side binds at least, takes, gives, does)
+            let (binds, right, takes, gives, does) = match operator {
+                "or" => (1, 2, Kind::Truth, Kind::Truth, Instruction::Or),
+                "and" => (3, 4, Kind::Truth, Kind::Truth, Instruction::And),
+                "<" => (7, 8, Kind::Number, Kind::Truth, Instruction::Less),
+                "<=" => (7, 8, Kind::Number, Kind::Truth, Instruction::AtMost),
+                ">" => (7, 8, Kind::Number, Kind::Truth, Instruction::More),
+                ">=" => (7, 8, Kind::Number, Kind::Truth, Instruction::AtLeast),
+                "==" => (7, 8, Kind::Number, Kind::Truth, Instruction::Equal),
+                "!=" => (7, 8, Kind::Number, Kind::Truth, Instruction::NotEqual),
+                "+" => (9, 10, Kind::Number, Kind::Number, Instruction::Add),
+                "-" => (9, 10, Kind::Number, Kind::Number, Instruction::Subtract),
+                "*" => (11, 12, Kind::Number, Kind::Number, Instruction::Multiply),
+                "/" => (11, 12, Kind::Number, Kind::Number, Instruction::Divide),
+                "^" => (15, 14, Kind::Number, Kind::Number, Instruction::Power),
+                _ => break,
+            };
+            if binds < least {
+                break;
+            }
+            self.next += 1;
+            let found = self.expression(right)?;
+            if kind != takes || found != takes {
+                return wrong(place, match takes {
+                    Kind::Number if binds == 7 => format!("`{operator}` compares two numbers, and once: write `a < b and b < c`"),
+                    Kind::Number => format!("`{operator}` takes numbers, not conditions"),
+                    Kind::Truth => format!("`{operator}` joins conditions such as `x > 1`, not numbers"),
+                });
+            }
+            kind = gives;
+            self.program.push(does);
+        }
+        self.depth -= 1;
+        Ok(kind)
+    }
+
+    fn first(&mut self) -> Result<Kind, FormulaError> {
+        let Some((token, place)) = self.take() else { return wrong(self.end..self.end, "the formula ends too early") };
+        match token {
+            Token::Number(number) => {
+                self.program.push(Instruction::Number(number));
+                Ok(Kind::Number)
+            }
+            Token::Sign("-") => self.signed(place, 13, Some(Instruction::Negate)),
+            Token::Sign("+") => self.signed(place, 13, None),
+            Token::Sign("(") => {
+                let kind = self.expression(0)?;
+                self.expect(")", "to close the bracket")?;
+                Ok(kind)
+            }
+            Token::Sign(sign) => wrong(place, format!("`{sign}` is not expected here: a value is missing before it")),
+            Token::Name(name) => self.named(&name, place),
+        }
+    }
+
+    fn signed(&mut self, place: Place, binds: u8, does: Option<Instruction>) -> Result<Kind, FormulaError> {
+        if self.expression(binds)? != Kind::Number {
+            return wrong(place, "a sign belongs to a number, not to a condition");
+        }
+        self.program.extend(does);
+        Ok(Kind::Number)
+    }
+
+    fn named(&mut self, name: &str, place: Place) -> Result<Kind, FormulaError> {
+        let is_call = matches!(self.tokens.get(self.next), Some((Token::Sign("("), _)));
+        if !is_call && let Some(number) = (self.known)(name) {
+            self.names.push(number);
+            self.program.push(Instruction::Variable(number));
+            return Ok(Kind::Number);
+        }
+        match name {
+            "not" => {
+                if self.expression(5)? != Kind::Truth {
+                    return wrong(place, "`not` takes a condition such as `x > 1`");
+                }
+                self.program.push(Instruction::Not);
+                return Ok(Kind::Truth);
+            }
+            "and" | "or" => return wrong(place, format!("a condition is missing before `{name}`")),
+            "pi" if !is_call => {
+                self.program.push(Instruction::Number(core::f64::consts::PI));
+                return Ok(Kind::Number);
+            }
+            "log" => return wrong(place, "`log` means two things: write `ln` or `log10`"),
+            _ => {}
+        }
+        let Some((_, function, arguments)) = FUNCTIONS.iter().find(|(known, ..)| *known == name) else {
+            let nearest = (self.nearest)(name).map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
+            let what = if is_call { "function" } else { "variable" };
+            return wrong(place, format!("there is no {what} `{name}`{nearest}"));
+        };
+        self.expect("(", &format!("after `{name}`"))?;
+        let mut count = 0;
+        loop {
+            let begins = self.tokens.get(self.next).map_or(self.end..self.end, |(_, place)| place.clone());
+            if self.expression(0)? != Kind::Number {
+                return wrong(begins, format!("`{name}` takes numbers, not conditions"));
+            }
+            count += 1;
+            match self.take() {
+                Some((Token::Sign(","), _)) => {}
+                Some((Token::Sign(")"), _)) => break,
+                Some((_, place)) => return wrong(place, format!("`,` or `)` is expected within `{name}(...)`")),
+                None => return wrong(self.end..self.end, format!("`)` is missing after `{name}(...`")),
+            }
+        }
+        if (*arguments > 0 && count != *arguments) || count > 64 {
+            let wanted = if *arguments == 0 { "up to 64".to_owned() } else { arguments.to_string() };
+            return wrong(place, format!("`{name}` takes {wanted} arguments, not {count}"));
+        }
+        self.program.push(Instruction::Call(*function, count as u8));
+        Ok(Kind::Number)
+    }
+}

@@ -1,0 +1,156 @@
+//! Words of a formula.
+//!
+//! ```text
+//! 12, 1.5e-3         a number; directly followed by a unit as in files: 8 mm, 2e6 N/m, 1500 rpm (a unit has no blanks in it)
+//! gap, max_load_N    a name; one with dots, hyphens or blanks in backquotes: `rotor.bearings.left.stiffness`
+//! + - * / ^ ( ) ,  < <= > >= == !=   and or not
+//! ```
+
+use super::FormulaError;
+use crate::document::units::{QuantityError, parse_any_quantity};
+use std::ops::Range;
+
+/// Most bytes of a formula.
+const LONGEST: usize = 10_000;
+
+/// One word.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Token {
+    /// In SI.
+    Number(f64),
+    /// Of a variable, a function, or `and`, `or`, `not`.
+    Name(String),
+    /// Operator or bracket.
+    Sign(&'static str),
+}
+
+/// A mistake at a place.
+pub(super) fn wrong<T>(place: Range<usize>, message: impl Into<String>) -> Result<T, FormulaError> {
+    Err(FormulaError { place, message: message.into() })
+}
+
+const SIGNS: [&str; 15] = ["<=", ">=", "==", "!=", "<", ">", "+", "-", "*", "/", "^", "(", ")", ",", "="];
+
+fn begins_name(c: char) -> bool {
+    c.is_alphabetic() || c == '_'
+}
+
+fn is_name(c: char) -> bool {
+    c.is_alphanumeric() || c == '_'
+}
+
+fn begins_unit(c: char) -> bool {
+    c.is_alphabetic() || c == '%' || c == '°'
+}
+
+/// The words of a text and where they stand.
+pub(super) fn tokens(text: &str) -> Result<Vec<(Token, Range<usize>)>, FormulaError> {
+    if text.len() > LONGEST {
+        return wrong(0..0, format!("longer than {LONGEST} bytes"));
+    }
+    let mut found = Vec::new();
+    let mut at = 0;
+    while let Some(c) = text[at..].chars().next() {
+        let rest = &text[at..];
+        if c.is_whitespace() {
+            at += c.len_utf8();
+        } else if c.is_ascii_digit() || (c == '.' && rest[1..].starts_with(|c: char| c.is_ascii_digit())) {
+            let length = number_length(rest);
+            let (number, taken) = quantity(rest, length).map_err(|(place, message)| FormulaError {
+                place: at + place.start..at + place.end,
+                message,
+            })?;
+            found.push((Token::Number(number), at..at + taken));
+            at += taken;
+        } else if begins_name(c) {
+            let length = rest.find(|c| !is_name(c)).unwrap_or(rest.len());
+            found.push((Token::Name(rest[..length].to_owned()), at..at + length));
+            at += length;
+        } else if c == '`' {
+            let Some(length) = rest[1..].find('`') else { return wrong(at..text.len(), "the backquote is not closed") };
+            if length == 0 {
+                return wrong(at..at + 2, "a name is missing between the backquotes");
+            }
+            found.push((Token::Name(rest[1..=length].to_owned()), at..at + length + 2));
+            at += length + 2;
+        } else if let Some(sign) = SIGNS.iter().find(|sign| rest.starts_with(**sign)) {
+            if *sign == "=" {
+                return wrong(at..at + 1, "`=` is no operator; write `==` to compare");
+            }
+            found.push((Token::Sign(sign), at..at + sign.len()));
+            at += sign.len();
+        } else {
+            return wrong(at..at + c.len_utf8(), format!("`{}` is no sign of a formula", c.escape_default()));
+        }
+    }
+    Ok(found)
+}
+
+/// The number of `length` bytes at the start of the text with the unit that follows, in SI, and how many bytes they take. The unit is the
+/// longest there is: in `3 N/m*x` the x is a variable.
+fn quantity(text: &str, length: usize) -> Result<(f64, usize), (Range<usize>, String)> {
+    let in_si = |taken: usize| parse_any_quantity(&text[..taken]);
+    let begins = length + text[length..].len() - text[length..].trim_start_matches(' ').len();
+    let word = &text[begins..begins + unit_length(&text[begins..])];
+    if word.is_empty() || matches!(word, "and" | "or" | "not") {
+        return in_si(length).map(|number| (number, length)).map_err(|error| (0..length, error.to_string()));
+    }
+    let mut unit = word;
+    loop {
+        let error = match in_si(begins + unit.len()) {
+            Ok(number) => return Ok((number, begins + unit.len())),
+            Err(error) => error,
+        };
+        match unit.rfind(['*', '/', '·']) {
+            Some(cut) => unit = &unit[..cut],
+            None => {
+                let nearest = match &error {
+                    QuantityError::UnknownUnit { nearest: Some(nearest), .. } => format!("; did you mean `{nearest}`?"),
+                    _ => String::new(),
+                };
+                return Err((begins..begins + word.len(), format!("{error}{nearest}")));
+            }
+        }
+    }
+}
+
+/// Digits, a point, digits, an exponent.
+fn number_length(text: &str) -> usize {
+    let digits = |from: usize| text[from..].find(|c: char| !c.is_ascii_digit()).map_or(text.len(), |length| from + length);
+    let mut end = digits(0);
+    if text[end..].starts_with('.') {
+        end = digits(end + 1);
+    }
+    if let Some(exponent) = text[end..].strip_prefix(['e', 'E']) {
+        let sign = usize::from(exponent.starts_with(['+', '-']));
+        let last = digits(end + 1 + sign);
+        if last > end + 1 + sign {
+            end = last;
+        }
+    }
+    end
+}
+
+/// Names joined by `/`, `*`, `^` and digits, without blanks: `N/m`, `kg*m^2`, `m^-1`. A `*` or `/` belongs to the unit where a letter
+/// follows.
+fn unit_length(text: &str) -> usize {
+    if !text.starts_with(begins_unit) {
+        return 0;
+    }
+    let chars: Vec<(usize, char)> = text.char_indices().collect();
+    let mut i = 0;
+    while i < chars.len() {
+        let (c, next) = (chars[i].1, chars.get(i + 1).map(|next| next.1));
+        let joins = match c {
+            '/' | '*' | '·' => next.is_some_and(begins_unit),
+            '^' => next.is_some_and(|next| next.is_ascii_digit() || next == '-'),
+            '-' => i > 0 && chars[i - 1].1 == '^',
+            c => begins_unit(c) || c.is_ascii_digit() || c == '²' || c == '³' || c == '_',
+        };
+        if !joins {
+            break;
+        }
+        i += 1;
+    }
+    chars.get(i).map_or(text.len(), |next| next.0)
+}
