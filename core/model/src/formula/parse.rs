@@ -49,7 +49,8 @@ const FUNCTIONS: &[(&str, Function, usize)] = &[
 /// Whether a name means something of its own: no variable may have it.
 #[must_use]
 pub fn is_reserved(name: &str) -> bool {
-    matches!(name, "pi" | "e" | "and" | "or" | "not" | "log" | "if") || FUNCTIONS.iter().any(|(known, ..)| *known == name)
+    matches!(name, "pi" | "e" | "and" | "or" | "not" | "log" | "if")
+        || FUNCTIONS.iter().any(|(known, ..)| *known == name)
 }
 
 /// A formula of the given kind. `known`: the number of a variable; `nearest`: the name that was meant.
@@ -63,16 +64,8 @@ pub fn parse(
     nearest: &dyn Fn(&str) -> Option<String>,
 ) -> Result<Program, FormulaError> {
     let tokens = tokens(text)?;
-    let mut parser = Parser {
-        tokens,
-        next: 0,
-        depth: 0,
-        end: text.len(),
-        known,
-        nearest,
-        program: Vec::new(),
-        names: Vec::new(),
-    };
+    let mut parser =
+        Parser { tokens, next: 0, depth: 0, end: text.len(), known, nearest, program: Vec::new(), names: Vec::new() };
     if parser.tokens.is_empty() {
         return wrong(0..text.len(), "there is no formula");
     }
@@ -82,10 +75,13 @@ pub fn parse(
         return wrong(place.clone(), format!("{word} is not expected here: an operator is missing before it"));
     }
     if found != kind {
-        return wrong(0..text.len(), match kind {
-            Kind::Truth => "this is a number; a condition such as `x > 1` is wanted",
-            Kind::Number => "this is a condition; a number is wanted",
-        });
+        return wrong(
+            0..text.len(),
+            match kind {
+                Kind::Truth => "this is a number; a condition such as `x > 1` is wanted",
+                Kind::Number => "this is a condition; a number is wanted",
+            },
+        );
     }
     parser.names.sort_unstable();
     parser.names.dedup();
@@ -153,11 +149,16 @@ impl Parser<'_> {
             self.next += 1;
             let found = self.expression(right)?;
             if kind != takes || found != takes {
-                return wrong(place, match takes {
-                    Kind::Number if binds == 7 => format!("`{operator}` compares two numbers, and once: write `a < b and b < c`"),
-                    Kind::Number => format!("`{operator}` takes numbers, not conditions"),
-                    Kind::Truth => format!("`{operator}` joins conditions such as `x > 1`, not numbers"),
-                });
+                return wrong(
+                    place,
+                    match takes {
+                        Kind::Number if binds == 7 => {
+                            format!("`{operator}` compares two numbers, and once: write `a < b and b < c`")
+                        }
+                        Kind::Number => format!("`{operator}` takes numbers, not conditions"),
+                        Kind::Truth => format!("`{operator}` joins conditions such as `x > 1`, not numbers"),
+                    },
+                );
             }
             kind = gives;
             self.program.push(does);

@@ -7,7 +7,7 @@
 //! ```
 
 use super::FormulaError;
-use crate::document::units::{QuantityError, parse_any_quantity};
+use crate::document::units::parse_any_quantity;
 use std::ops::Range;
 
 /// Most bytes of a formula.
@@ -56,10 +56,8 @@ pub(super) fn tokens(text: &str) -> Result<Vec<(Token, Range<usize>)>, FormulaEr
             at += c.len_utf8();
         } else if c.is_ascii_digit() || (c == '.' && rest[1..].starts_with(|c: char| c.is_ascii_digit())) {
             let length = number_length(rest);
-            let (number, taken) = quantity(rest, length).map_err(|(place, message)| FormulaError {
-                place: at + place.start..at + place.end,
-                message,
-            })?;
+            let (number, taken) = quantity(rest, length)
+                .map_err(|(place, message)| FormulaError { place: at + place.start..at + place.end, message })?;
             found.push((Token::Number(number), at..at + taken));
             at += taken;
         } else if begins_name(c) {
@@ -104,11 +102,7 @@ fn quantity(text: &str, length: usize) -> Result<(f64, usize), (Range<usize>, St
         match unit.rfind(['*', '/', '·']) {
             Some(cut) => unit = &unit[..cut],
             None => {
-                let nearest = match &error {
-                    QuantityError::UnknownUnit { nearest: Some(nearest), .. } => format!("; did you mean `{nearest}`?"),
-                    _ => String::new(),
-                };
-                return Err((begins..begins + word.len(), format!("{error}{nearest}")));
+                return Err((begins..begins + word.len(), error.to_string()));
             }
         }
     }
@@ -116,7 +110,8 @@ fn quantity(text: &str, length: usize) -> Result<(f64, usize), (Range<usize>, St
 
 /// Digits, a point, digits, an exponent.
 fn number_length(text: &str) -> usize {
-    let digits = |from: usize| text[from..].find(|c: char| !c.is_ascii_digit()).map_or(text.len(), |length| from + length);
+    let digits =
+        |from: usize| text[from..].find(|c: char| !c.is_ascii_digit()).map_or(text.len(), |length| from + length);
     let mut end = digits(0);
     if text[end..].starts_with('.') {
         end = digits(end + 1);
