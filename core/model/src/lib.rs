@@ -9,3 +9,4 @@ pub mod document;
 pub mod formula;
 pub mod machine;
 pub mod outcome;
+pub mod probability;

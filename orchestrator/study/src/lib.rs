@@ -6,26 +6,43 @@
 //! sample number --Design--> position on each axis --Axis--> values --MachineDef::set--> machine of that sample
 //! ```
 //! The format is described in `docs/studies.md`.
+//!
+//! What the samples of a `[design]` are, pure functions of (study, seed, index):
+//!
+//! ```text
+//! [design]            plan          index -> a coordinate in (0, 1) for each uncertain parameter, with its complement
+//! [[correlation]]     correlation   coordinates made dependent (Gaussian copula)
+//! [[uncertain]]       uncertain     coordinate -> value, by the quantile function
+//! [[derived]]         derived       values by formulas of other values
+//!                     drawing       all of it: index -> the values of all variables
+//! ```
+//! Both tails are carried all the way, so that neither loses digits. The same bytes everywhere: plain operations in their order and
+//! functions of `libm`.
 
 mod amount;
 mod angle;
 mod axis;
 mod carried;
+pub mod correlation;
 mod csv;
 mod definition;
+pub mod derived;
 pub mod design;
+pub mod drawing;
 mod error;
 mod feasible;
 mod input;
 mod kind;
 mod limits;
 mod load;
+pub mod plan;
 mod points;
 mod sample_keys;
 mod samples;
 mod table;
 mod template;
 mod twin;
+pub mod uncertain;
 mod values;
 mod vary;
 

@@ -8,9 +8,17 @@
 //!   selection   sample 0..n of the present study -> index; ascending, so that the table reads like the grid
 //! ```
 //! Nothing here holds the samples themselves: a sample is computed from its number whenever it is asked for.
+//!
+//! Points in the unit cube, of which `plan` makes designs of uncertain parameters, are such functions too: `random` (independent),
+//! `hypercube`, `sobol` and `halton` (even; scrambled by `owen` and their own permutations).
 
 mod grid;
+pub mod halton;
+pub mod hypercube;
+mod owen;
+pub mod random;
 mod shuffle;
+pub mod sobol;
 mod thin;
 
 pub use grid::Grid;

@@ -1,0 +1,31 @@
+//! Distribution functions and their inverses, of which studies make values and answers make limits.
+//!
+//! ```text
+//! saddle           terms of the gamma and beta densities without cancellation
+//!   beta, gamma    tails by series and fractions, quantiles by Newton's method (root)
+//!     student      by beta
+//! normal           on the error function of `libm`
+//! ```
+//! Both tails, p and q = 1 - p, go in and come out, so that neither loses digits. The same bytes everywhere: plain operations in their
+//! order, functions of `libm`.
+//!
+//! # Limits
+//! Parameters above 0 and finite; not checked. Quantiles are right to 1e-12 of themselves in both tails, down to
+//! probabilities of 1e-300, for parameters up to 1e6; beyond, fractions that begin next to 1 lose digits in proportion (Student's t of 1e8
+//! degrees of freedom: 2e-11).
+//! # Verified by
+//! `tests.rs`, against values of 60 digits
+
+mod beta;
+mod gamma;
+mod normal;
+mod root;
+mod saddle;
+mod student;
+#[cfg(test)]
+mod tests;
+
+pub use beta::{beta_quantile, beta_tails};
+pub use gamma::{gamma_quantile, gamma_tails};
+pub use normal::{normal_quantile, normal_tails};
+pub use student::student;

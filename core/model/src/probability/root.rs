@@ -1,0 +1,53 @@
+//! Root of a distribution function in the logarithm of its argument, by Newton's method on the logarithm of the smaller tail.
+//! A tail's logarithm is concave in that of the argument for the distributions here, so the steps do not oscillate; a bracket
+//! keeps them where the root is.
+
+/// Which tail is matched.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Tail {
+    /// ln p.
+    Lower(f64),
+    /// ln q.
+    Upper(f64),
+}
+
+impl Tail {
+    /// The smaller of both.
+    pub fn smaller(p: f64, q: f64) -> Self {
+        if p <= q { Self::Lower(libm::log(p)) } else { Self::Upper(libm::log(q)) }
+    }
+}
+
+/// Smallest logarithm of an argument: beyond that it is 0.
+const LEAST: f64 = -745.2;
+const ROUNDS: usize = 200;
+
+/// The t at most `top` for which the tail has its value; `tails`: ln of the lower tail, of the upper tail, and of dp/dt.
+pub(super) fn solve(tail: Tail, first: f64, top: f64, tails: impl Fn(f64) -> (f64, f64, f64)) -> f64 {
+    // the first guess is exact where the argument is that small
+    if first < LEAST {
+        return f64::NEG_INFINITY;
+    }
+    let (mut low, mut high) = (LEAST, top);
+    let mut t = first.clamp(low, high);
+    for _ in 0..ROUNDS {
+        let (lower, upper, slope) = tails(t);
+        // error of the logarithm, positive where t is too large, and its derivative
+        let (error, rise) = match tail {
+            Tail::Lower(ln) => (lower - ln, libm::exp(slope - lower)),
+            Tail::Upper(ln) => (ln - upper, libm::exp(slope - upper)),
+        };
+        if error > 0.0 {
+            high = high.min(t);
+        } else {
+            low = low.max(t);
+        }
+        let newton = t - error / rise;
+        let next = if newton >= low && newton <= high { newton } else { 0.5 * (low + high) };
+        if (next - t).abs() <= 1e-16 * t.abs().max(1.0) || error == 0.0 {
+            return next;
+        }
+        t = next;
+    }
+    t
+}

@@ -1,0 +1,59 @@
+//! Terms of the gamma and beta densities without cancellation, however large their parameters are.
+//!
+//! ```text
+//! delta(a) = ln Gamma(a + 1) - (a + 1/2) ln a + a - ln sqrt(2 pi)                      (1)
+//! D(x, m)  = x ln(x/m) + m - x >= 0                                                    (2)
+//! x^a e^-x / Gamma(a + 1)           = exp(-delta(a) - D(a, x)) / sqrt(2 pi a)           (3)
+//! x^a y^b / B(a, b), x + y = 1      = sqrt(a b n/(2 pi)) / n exp(delta(n) - delta(a) - delta(b) - D(a, n x) - D(b, n y)),
+//!                                     n = a + b                                         (4)
+//! ```
+//! From the logarithms of the gamma function, (4) would have 1e-9 of its digits wrong at n = 1e6.
+//! Source: C. Loader, "Fast and accurate computation of binomial probabilities" (2000). Verified by the quantiles in `tests.rs`.
+
+/// ln sqrt(2 pi).
+const LN_ROOT_TWO_PI: f64 = 0.918_938_533_204_672_8;
+/// From here on the series of (1) is exact to rounding.
+const LARGE: f64 = 16.0;
+
+/// (1), a > 0: what Stirling's formula leaves out.
+fn stirling_rest(a: f64) -> f64 {
+    if a < LARGE {
+        // what the logarithms of the gamma function lose here is below 1e-14
+        return libm::lgamma(a + 1.0) - (a + 0.5) * libm::log(a) + a - LN_ROOT_TWO_PI;
+    }
+    let square = a * a;
+    let series = [1.0 / 12.0, -1.0 / 360.0, 1.0 / 1260.0, -1.0 / 1680.0, 1.0 / 1188.0, -691.0 / 360_360.0, 1.0 / 156.0];
+    series.iter().rev().fold(0.0, |sum, term| sum / square + term) / a
+}
+
+/// (2): how far x is from its mean, x > 0, m > 0.
+fn deviance(x: f64, mean: f64) -> f64 {
+    let difference = x - mean;
+    if difference.abs() < 0.1 * (x + mean) {
+        // x ln((1 + v)/(1 - v)) with v = (x - m)/(x + m)
+        let v = difference / (x + mean);
+        let mut sum = difference * v;
+        let mut term = 2.0 * x * v;
+        for j in 1..1000 {
+            term *= v * v;
+            let next = sum + term / f64::from(2 * j + 1);
+            if next == sum {
+                return sum;
+            }
+            sum = next;
+        }
+    }
+    x * libm::log(x / mean) + mean - x
+}
+
+/// ln of (3).
+pub(super) fn ln_poisson(a: f64, x: f64) -> f64 {
+    -stirling_rest(a) - deviance(a, x) - LN_ROOT_TWO_PI - 0.5 * libm::log(a)
+}
+
+/// ln of (4).
+pub(super) fn ln_binomial(a: f64, b: f64, x: f64, y: f64) -> f64 {
+    let n = a + b;
+    let rest = stirling_rest(n) - stirling_rest(a) - stirling_rest(b);
+    rest - deviance(a, n * x) - deviance(b, n * y) - LN_ROOT_TWO_PI + 0.5 * (libm::log(a / n) + libm::log(b))
+}

@@ -1,0 +1,149 @@
+//! What is wrong with `[[correlation]]`.
+
+use thiserror::Error;
+
+/// A mistake; [`CorrelationError::pair`] says in which table.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum CorrelationError {
+    /// A parameter with itself.
+    #[error("`between` names {name} twice; allowed: two different parameters")]
+    Itself {
+        /// Which table.
+        pair: usize,
+        /// The parameter.
+        name: String,
+    },
+    /// The same two again.
+    #[error("the correlation of {a} and {b} is given by table {} already", first + 1)]
+    Repeated {
+        /// Which table.
+        pair: usize,
+        /// The earlier one.
+        first: usize,
+        /// The parameters.
+        a: String,
+        /// The other.
+        b: String,
+    },
+    /// Not between -1 and 1.
+    #[error(
+        "`{key}` = {given}; allowed: above -1 and below 1 (a parameter that follows another wholly is a [[derived]] one)"
+    )]
+    Value {
+        /// Which table.
+        pair: usize,
+        /// The key.
+        key: &'static str,
+        /// As given.
+        given: f64,
+    },
+    /// `rank` or `linear` of values that have no place in a continuous order.
+    #[error(
+        "`{key}` of {name}, which is {law}; allowed: `normal`, the correlation of the normal numbers behind the values"
+    )]
+    NotContinuous {
+        /// Which table.
+        pair: usize,
+        /// The key.
+        key: &'static str,
+        /// The parameter.
+        name: String,
+        /// Its kind.
+        law: &'static str,
+    },
+    /// These two laws cannot have such a linear correlation.
+    #[error(
+        "`linear` = {given}: the laws of {a} and {b} can have from {low:.6} to {high:.6}; allowed: between these, or `rank`"
+    )]
+    Unreachable {
+        /// Which table.
+        pair: usize,
+        /// As given.
+        given: f64,
+        /// The parameters.
+        a: String,
+        /// The other.
+        b: String,
+        /// The smallest.
+        low: f64,
+        /// The largest.
+        high: f64,
+    },
+    /// It could not be computed with the accuracy that is promised.
+    #[error(
+        "`linear` = {given} of {a} and {b} cannot be computed to 1e-8 (only to {bound:.0e}): {reason}; allowed: `rank`"
+    )]
+    Unresolved {
+        /// Which table.
+        pair: usize,
+        /// As given.
+        given: f64,
+        /// The parameters.
+        a: String,
+        /// The other.
+        b: String,
+        /// The accuracy that was reached.
+        bound: f64,
+        /// Why.
+        reason: &'static str,
+    },
+    /// Each pair could be, all together cannot.
+    #[error(
+        "these correlations cannot all be: their matrix is not positive definite (one parameter would be fixed by others); the nearest that can be: {}",
+        in_words(nearest)
+    )]
+    Impossible {
+        /// The first table of the pairs.
+        pair: usize,
+        /// The nearest possible correlations, those not given included where they would not be 0.
+        nearest: Vec<Possible>,
+    },
+}
+
+/// A pair of the nearest possible matrix.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Possible {
+    /// Its table, if it was given.
+    pub pair: Option<usize>,
+    /// The parameters.
+    pub names: [String; 2],
+    /// In which sense: `rank`, `linear` or `normal`.
+    pub key: &'static str,
+    /// As given.
+    pub given: Option<f64>,
+    /// What could be.
+    pub nearest: f64,
+}
+
+/// Most pairs that are written out.
+const SHOWN: usize = 20;
+
+fn in_words(nearest: &[Possible]) -> String {
+    let one = |pair: &Possible| {
+        let [a, b] = &pair.names;
+        let given = pair.given.map_or_else(|| "not given".to_owned(), |given| format!("given: {given}"));
+        format!("{a} and {b} {} = {} ({given})", pair.key, pair.nearest)
+    };
+    let shown: Vec<String> = nearest.iter().take(SHOWN).map(one).collect();
+    let more = match nearest.len().saturating_sub(SHOWN) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    shown.join(", ") + &more
+}
+
+impl CorrelationError {
+    /// The table at fault, in the order of the file.
+    #[must_use]
+    pub fn pair(&self) -> usize {
+        match self {
+            CorrelationError::Itself { pair, .. }
+            | CorrelationError::Repeated { pair, .. }
+            | CorrelationError::Value { pair, .. }
+            | CorrelationError::NotContinuous { pair, .. }
+            | CorrelationError::Unreachable { pair, .. }
+            | CorrelationError::Unresolved { pair, .. }
+            | CorrelationError::Impossible { pair, .. } => *pair,
+        }
+    }
+}

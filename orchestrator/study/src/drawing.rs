@@ -1,0 +1,95 @@
+//! The values of all variables of a sample: a pure function of (study, seed, index).
+//!
+//! ```text
+//! index -> coordinates (plan) -> dependent coordinates (correlation) -> values (uncertain), values of [[vary]] -> derived values
+//! ```
+//! The values of `[[vary]]` come from outside: the design is crossed with them, so that each of their combinations sees the same
+//! points. Nothing is kept between calls but scratch, so any thread draws any sample.
+
+use crate::correlation::Copula;
+use crate::derived::{Derived, NotFinite, Variable};
+use crate::plan::Plan;
+use crate::uncertain::Uncertain;
+use bladeoff_model::machine::ParamValue;
+
+/// How samples are drawn.
+#[derive(Debug, Clone)]
+pub struct Drawing {
+    laws: Vec<Uncertain>,
+    copula: Copula,
+    plan: Plan,
+    derived: Derived,
+}
+
+/// Room for one sample, used again for the next.
+#[derive(Debug, Clone, Default)]
+pub struct Scratch {
+    point: Vec<f64>,
+    coordinates: Vec<(f64, f64)>,
+    normals: Vec<f64>,
+    stack: Vec<f64>,
+}
+
+impl Drawing {
+    /// Of sound parts. The variables of `derived` are the uncertain ones, those of `[[vary]]`, the derived ones.
+    #[must_use]
+    pub fn new(laws: Vec<Uncertain>, copula: Copula, plan: Plan, derived: Derived) -> Self {
+        assert!(
+            laws.len() + derived.count() <= derived.variables().len(),
+            "the variables begin with the uncertain ones"
+        );
+        Self { laws, copula, plan, derived }
+    }
+
+    /// Where the points lie.
+    #[must_use]
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// The variables, in the order of the values.
+    #[must_use]
+    pub fn variables(&self) -> &[Variable] {
+        self.derived.variables()
+    }
+
+    /// Puts the values of all variables of a sample into `values`: numbers in SI, of words the place in their list. `varied`: the
+    /// values of `[[vary]]`.
+    ///
+    /// # Errors
+    /// A derived value that is not finite.
+    pub fn values(
+        &self,
+        index: u64,
+        varied: &[f64],
+        scratch: &mut Scratch,
+        values: &mut Vec<f64>,
+    ) -> Result<(), NotFinite> {
+        values.clear();
+        match self.plan.steps() {
+            Some(steps) => steps.values(index, values),
+            None => {
+                scratch.point.resize(self.laws.len(), 0.0);
+                self.plan.fill(index, &mut scratch.point);
+                scratch.coordinates.clear();
+                // exact but for Halton's sequence, whose cells are no powers of two
+                scratch.coordinates.extend(scratch.point.iter().map(|&p| (p, 1.0 - p)));
+                self.copula.apply(&mut scratch.coordinates, &mut scratch.normals);
+                // `+ 0.0`: -0 would print and hash unlike 0 and mean the same
+                let drawn = self.laws.iter().zip(&scratch.coordinates).map(|(law, &(p, q))| law.quantile(p, q) + 0.0);
+                values.extend(drawn);
+            }
+        }
+        values.extend_from_slice(varied);
+        self.derived.extend(values, &mut scratch.stack)
+    }
+
+    /// A drawn number as a parameter takes it.
+    #[must_use]
+    pub fn param(&self, variable: usize, value: f64) -> ParamValue {
+        match self.laws.get(variable).and_then(Uncertain::words) {
+            Some(words) => ParamValue::Choice(words[value as usize].clone()),
+            None => ParamValue::Number(value),
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! What `check` says of an uncertain parameter: "normal, mean 1 mm, sd 0.1 mm, cut at 0.7 mm and 1.3 mm: mean 1 mm, sd 98.66 um".
+
+use super::Uncertain;
+use super::keys::{Distribution, Holds, Values, Written};
+use bladeoff_model::document::units::{format_digits, format_quantity};
+
+/// Most values that are written out.
+const SHOWN: usize = 8;
+
+/// Name and keys of a law.
+pub(super) fn law_in_words(distribution: Distribution, written: &Written, unit: &str) -> String {
+    let shown = |key: &str, number: f64| {
+        format_quantity(number, if Distribution::holds(key) == Some(Holds::Quantity) { unit } else { "" })
+    };
+    let takes = distribution.takes();
+    let is_cut = |key: &str| takes.optional.contains(&key);
+    let mut said = distribution.word().to_owned();
+    if let (Distribution::Empirical, Some(Values::Numbers(numbers))) = (distribution, &written.values) {
+        let least = numbers.iter().fold(f64::INFINITY, |least, number| least.min(*number));
+        let most = numbers.iter().fold(f64::NEG_INFINITY, |most, number| most.max(*number));
+        let (least, most) = (format_quantity(least, unit), format_quantity(most, unit));
+        said += &format!(", {} values from {least} to {most}", numbers.len());
+    }
+    // in the order of the distribution's keys, whatever that of the file
+    for key in takes.needed.iter().copied().flatten() {
+        if let Some(number) = written.number(key) {
+            said += &format!(", {key} {}", shown(key, number));
+        }
+    }
+    let cut = |key: &str| written.number(key).filter(|_| is_cut(key)).map(|number| shown(key, number));
+    said + &match (cut("lower"), cut("upper")) {
+        (Some(lower), Some(upper)) => format!(", cut at {lower} and {upper}"),
+        (Some(lower), None) => format!(", cut below {lower}"),
+        (None, Some(upper)) => format!(", cut above {upper}"),
+        (None, None) => String::new(),
+    }
+}
+
+impl Uncertain {
+    /// One sentence: what was understood, then mean and standard deviation after truncation. `written` is what the law was made of.
+    #[must_use]
+    pub fn sentence(&self, written: &Written, unit: &str) -> String {
+        let said = match self {
+            Uncertain::Continuous(law) => law.said().to_owned(),
+            Uncertain::Empirical(_) => law_in_words(Distribution::Empirical, written, unit),
+            Uncertain::Periodic(..) => law_in_words(Distribution::Periodic, written, unit),
+            Uncertain::Discrete(law) => {
+                let (values, weights) = law.values();
+                let part = |weight: f64| format!("{} %", format_digits(100.0 * weight, "", 4));
+                let value = |place: usize| match values {
+                    Values::Numbers(numbers) => format_quantity(numbers[place], unit),
+                    Values::Words(words) => words[place].clone(),
+                };
+                let shown: Vec<String> = (0..weights.len().min(SHOWN))
+                    .map(|place| format!("{} ({})", value(place), part(weights[place])))
+                    .collect();
+                let more = match weights.len().saturating_sub(SHOWN) {
+                    0 => String::new(),
+                    more => format!(" and {more} more"),
+                };
+                format!("discrete, {}{more}", shown.join(", "))
+            }
+        };
+        match (self.moments(), self) {
+            (Some((mean, sd)), _) => {
+                format!("{said}: mean {}, sd {}", format_digits(mean, unit, 4), format_digits(sd, unit, 4))
+            }
+            (None, Uncertain::Periodic(..)) => format!("{said}: uniform, both ends are the same"),
+            (None, _) => said,
+        }
+    }
+}
