@@ -13,7 +13,7 @@ mod tests;
 mod token;
 
 pub use parse::{is_reserved, parse};
-pub use program::{Function, Instruction, Kind, Program};
+pub use program::{Function, Instruction, Kind, Program, call};
 
 use std::ops::Range;
 

@@ -159,7 +159,9 @@ fn pop(stack: &mut Vec<f64>) -> f64 {
     stack.pop().unwrap_or(f64::NAN)
 }
 
-fn call(function: Function, arguments: &[f64]) -> f64 {
+/// A function of numbers, at least one.
+#[must_use]
+pub fn call(function: Function, arguments: &[f64]) -> f64 {
     let (a, b) = (arguments[0], arguments[arguments.len() - 1]);
     // one that is no number makes the result none
     let fold = |pick: fn(f64, f64) -> f64| {

@@ -1,0 +1,274 @@
+//! Questions of a study: from the words of its file to what is asked of which columns.
+
+use crate::estimate::formula::{Formula, numbers};
+use crate::estimate::input::Label;
+use bladeoff_model::document::nearest;
+use bladeoff_model::formula::FormulaError;
+use std::ops::Range;
+
+/// Confidence where none is given.
+pub const CONFIDENCE: f64 = 0.95;
+
+/// A question as it stands in a study file.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct QuestionDef {
+    /// `[A-Za-z0-9_-]+`.
+    pub name: String,
+    /// A condition.
+    pub probability: Option<String>,
+    /// Between 0 and 1, with `of`.
+    pub quantile: Option<f64>,
+    /// A column.
+    pub of: Option<String>,
+    /// A column.
+    pub mean: Option<String>,
+    /// A column.
+    pub exceedance: Option<String>,
+    /// A varied or an uncertain parameter, with `probability`.
+    pub fragility: Option<String>,
+    /// Two values of `vary`, with a probability, a quantile or a mean.
+    pub difference: Option<[Label; 2]>,
+    /// A varied parameter.
+    pub vary: Option<String>,
+    /// Between 0 and 1.
+    pub confidence: Option<f64>,
+}
+
+/// Names that a question may use.
+#[derive(Debug, Clone, Default)]
+pub struct Names {
+    /// Columns of the table, parameters included, and whether they have numbers.
+    pub columns: Vec<(String, bool)>,
+    /// Those of uncertain parameters and variables.
+    pub uncertain: Vec<String>,
+    /// Crossed axes and their values.
+    pub varied: Vec<(String, Vec<Label>)>,
+}
+
+/// What is wrong with a question.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Problem {
+    /// Key of the question.
+    pub key: &'static str,
+    /// Where in its value (bytes), for a formula.
+    pub place: Option<Range<usize>>,
+    /// In words.
+    pub message: String,
+}
+
+/// One number about the runs.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Figure {
+    /// That a condition holds.
+    Probability(Formula),
+    /// The level that this part of a column's values does not exceed.
+    Quantile(f64, String),
+    /// Of a column.
+    Mean(String),
+}
+
+/// What is asked.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Ask {
+    /// One number.
+    One(Figure),
+    /// How probable it is that a column exceeds a level, for all levels.
+    Exceedance(String),
+    /// How probable a condition is, by a parameter.
+    Fragility(String, Formula),
+    /// A figure at the first value of a varied parameter, less that at the second.
+    Difference(Figure, String, [Label; 2]),
+}
+
+/// A question.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Question {
+    /// Its name.
+    pub name: String,
+    /// What is asked.
+    pub ask: Ask,
+    /// Of its interval.
+    pub confidence: f64,
+}
+
+impl Question {
+    /// The columns that it needs.
+    #[must_use]
+    pub fn columns(&self, names: &Names) -> Vec<String> {
+        let of = |figure: &Figure| match figure {
+            Figure::Probability(formula) => formula.columns.clone(),
+            Figure::Quantile(_, column) | Figure::Mean(column) => vec![column.clone()],
+        };
+        match &self.ask {
+            Ask::One(figure) | Ask::Difference(figure, ..) => of(figure),
+            Ask::Exceedance(column) => vec![column.clone()],
+            Ask::Fragility(path, formula) => {
+                let mut columns = formula.columns.clone();
+                if !names.varied.iter().any(|(axis, _)| axis == path) {
+                    columns.push(path.clone());
+                }
+                columns
+            }
+        }
+    }
+
+    /// From a file's words.
+    ///
+    /// # Errors
+    /// All that is wrong with it.
+    pub fn new(def: &QuestionDef, names: &Names) -> Result<Self, Vec<Problem>> {
+        let mut check = Check { names, problems: Vec::new() };
+        let ask = check.ask(def);
+        check.name(&def.name);
+        let confidence = check.part("confidence", def.confidence.unwrap_or(CONFIDENCE));
+        match (ask, confidence) {
+            (Some(ask), Some(confidence)) if check.problems.is_empty() => {
+                Ok(Self { name: def.name.clone(), ask, confidence })
+            }
+            _ => Err(check.problems),
+        }
+    }
+}
+
+struct Check<'a> {
+    names: &'a Names,
+    problems: Vec<Problem>,
+}
+
+impl Check<'_> {
+    fn wrong<T>(&mut self, key: &'static str, message: impl Into<String>) -> Option<T> {
+        self.problems.push(Problem { key, place: None, message: message.into() });
+        None
+    }
+
+    fn name(&mut self, name: &str) {
+        let allowed = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+        if name.is_empty() || !name.chars().all(allowed) {
+            self.wrong::<()>("name", "a name has letters, digits, `_` and `-`, and is a file's name");
+        } else if name.len() > 100 {
+            self.wrong::<()>("name", "a name has 100 characters at most");
+        }
+    }
+
+    fn part(&mut self, key: &'static str, value: f64) -> Option<f64> {
+        if value > 0.0 && value < 1.0 {
+            Some(value)
+        } else {
+            self.wrong(key, format!("{value} is not between 0 and 1"))
+        }
+    }
+
+    fn condition(&mut self, text: &str) -> Option<Formula> {
+        match Formula::condition(text, &self.names.columns) {
+            Ok(formula) => Some(formula),
+            Err(FormulaError { place, message }) => {
+                self.problems.push(Problem { key: "probability", place: Some(place), message });
+                None
+            }
+        }
+    }
+
+    fn column(&mut self, key: &'static str, name: &str) -> Option<String> {
+        match self.names.columns.iter().find(|(column, _)| column == name) {
+            Some((_, true)) => Some(name.to_owned()),
+            Some((_, false)) => self.wrong(key, format!("`{name}` is a column of words, not of numbers")),
+            None => {
+                let near = near(name, numbers(&self.names.columns));
+                self.wrong(key, format!("there is no column `{name}`{near}"))
+            }
+        }
+    }
+
+    /// The one thing that is asked for.
+    fn ask(&mut self, def: &QuestionDef) -> Option<Ask> {
+        let given = [
+            ("probability", def.probability.is_some()),
+            ("quantile", def.quantile.is_some()),
+            ("mean", def.mean.is_some()),
+            ("exceedance", def.exceedance.is_some()),
+        ];
+        let given: Vec<&'static str> = given.into_iter().filter(|(_, is)| *is).map(|(key, _)| key).collect();
+        if given.len() != 1 {
+            let all = "`probability`, `quantile` (with `of`), `mean` or `exceedance`";
+            let found = if given.is_empty() { "none".to_owned() } else { given.join(" and ") };
+            return self.wrong("name", format!("a question asks for one of {all}; here is {found}"));
+        }
+        if def.of.is_some() && def.quantile.is_none() {
+            self.wrong::<()>("of", "`of` belongs to `quantile`");
+        }
+        if def.vary.is_some() != def.difference.is_some() {
+            self.wrong::<()>("vary", "`difference = [a, b]` and `vary = PATH` belong together");
+        }
+        if let Some(column) = &def.exceedance {
+            if def.difference.is_some() || def.fragility.is_some() {
+                self.wrong::<()>("exceedance", "a curve has no difference and no fragility");
+            }
+            return self.column("exceedance", column).map(Ask::Exceedance);
+        }
+        if let Some(path) = &def.fragility {
+            if def.difference.is_some() {
+                self.wrong::<()>("fragility", "a fragility has no difference");
+            }
+            let path = self.parameter(path);
+            let Some(text) = &def.probability else {
+                return self.wrong("fragility", "`fragility` is that of a `probability`");
+            };
+            return Some(Ask::Fragility(path?, self.condition(text)?));
+        }
+        let figure = self.figure(def);
+        match (&def.difference, &def.vary) {
+            (Some(values), Some(path)) => {
+                let values = self.pair(values, path);
+                Some(Ask::Difference(figure?, path.clone(), values?))
+            }
+            _ => figure.map(Ask::One),
+        }
+    }
+
+    fn figure(&mut self, def: &QuestionDef) -> Option<Figure> {
+        if let Some(text) = &def.probability {
+            return self.condition(text).map(Figure::Probability);
+        }
+        if let Some(u) = def.quantile {
+            let u = self.part("quantile", u);
+            let Some(column) = &def.of else { return self.wrong("quantile", "`quantile` needs `of = COLUMN`") };
+            let column = self.column("of", column);
+            return Some(Figure::Quantile(u?, column?));
+        }
+        self.column("mean", def.mean.as_ref()?).map(Figure::Mean)
+    }
+
+    /// A parameter that is varied or uncertain.
+    fn parameter(&mut self, path: &str) -> Option<String> {
+        let mut all = self.names.varied.iter().map(|(axis, _)| axis).chain(&self.names.uncertain);
+        if all.clone().any(|name| name == path) {
+            return Some(path.to_owned());
+        }
+        let near = near(path, all.by_ref().map(String::as_str));
+        self.wrong("fragility", format!("`{path}` is neither varied nor uncertain{near}"))
+    }
+
+    fn pair(&mut self, values: &[Label; 2], path: &str) -> Option<[Label; 2]> {
+        let Some((_, known)) = self.names.varied.iter().find(|(axis, _)| axis == path) else {
+            let near = near(path, self.names.varied.iter().map(|(axis, _)| axis.as_str()));
+            return self.wrong("vary", format!("`{path}` is not varied{near}"));
+        };
+        if values[0] == values[1] {
+            self.wrong::<()>("difference", format!("both are {}", values[0]));
+        }
+        let words: Vec<String> = known.iter().map(ToString::to_string).collect();
+        let mut fine = true;
+        for value in values {
+            if !known.contains(value) {
+                fine = false;
+                let near = near(&value.to_string(), words.iter().map(String::as_str));
+                self.wrong::<()>("difference", format!("{value} is no value of `{path}`: {}{near}", words.join(", ")));
+            }
+        }
+        fine.then(|| values.clone())
+    }
+}
+
+fn near<'n>(given: &str, names: impl Iterator<Item = &'n str>) -> String {
+    nearest(given, names).map(|name| format!("; did you mean `{name}`?")).unwrap_or_default()
+}

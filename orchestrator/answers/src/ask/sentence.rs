@@ -1,0 +1,105 @@
+//! An answer in words.
+
+use super::answer::Answer;
+use crate::estimate::curve::CurvePoint;
+use crate::estimate::input::{Group, Label};
+use bladeoff_model::document::units::format_digits;
+
+/// A share as a person reads it.
+#[must_use]
+pub fn percent(share: f64) -> String {
+    format!("{} %", format_digits(100.0 * share, "", 2))
+}
+
+/// A count with its word.
+#[must_use]
+pub fn counted(count: u64, word: &str) -> String {
+    format!("{count} {word}{}", if count == 1 { "" } else { "s" })
+}
+
+/// "run.detection = hyp1, gap = 0.001: "; nothing for the one group of a study that varies nothing.
+#[must_use]
+pub fn prefix(group: &Group) -> String {
+    let said: Vec<String> = group.0.iter().map(|(path, label)| format!("{path} = {label}")).collect();
+    if said.is_empty() { String::new() } else { format!("{}: ", said.join(", ")) }
+}
+
+/// How a number of a question reads: a share, or in its unit.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Scale {
+    /// As per cent.
+    Share,
+    /// In the unit a person would choose, from this SI unit.
+    Unit(String),
+}
+
+impl Scale {
+    fn show(&self, value: f64) -> String {
+        match self {
+            Self::Share => percent(value),
+            Self::Unit(unit) => format_digits(value, unit, 4),
+        }
+    }
+}
+
+/// "P(max_bearing_load_N > 1.2 MN) = 0.43 % (95 %: 0.31 % to 0.58 %), 43 of 10000, 2 bad runs counted both ways".
+#[must_use]
+pub fn sentence(answer: &Answer, subject: &str, scale: &Scale, decided: u64) -> String {
+    let mut text = format!("{}{subject}", prefix(&answer.group));
+    let level = percent(answer.confidence);
+    let about = if answer.approximate { "about " } else { "" };
+    let none = answer.events == Some(0) && *scale == Scale::Share;
+    match (answer.estimate, answer.estimate_if_bad_harmful) {
+        (Some(_), Some(harmful)) if none && harmful == 0.0 => {
+            let limit = answer.high.map_or("no upper limit".to_owned(), |high| format!("at most {}", scale.show(high)));
+            return text + &format!(": no event in {}, {limit} ({about}{level})", counted(answer.n, "run"));
+        }
+        (Some(estimate), Some(harmful)) if estimate != harmful => {
+            text += &format!(" = {} to {}", scale.show(estimate), scale.show(harmful));
+        }
+        (Some(estimate), None) if answer.bad > 0 => {
+            text += &format!(" = {}, no number with bad runs harmful", scale.show(estimate));
+        }
+        (Some(estimate), _) => text += &format!(" = {}", scale.show(estimate)),
+        (None, Some(harmful)) => text += &format!(" is at most {}", scale.show(harmful)),
+        (None, None) => text += " has no number",
+    }
+    text += &match (answer.low, answer.high) {
+        (Some(low), Some(high)) => format!(" ({about}{level}: {} to {})", scale.show(low), scale.show(high)),
+        (Some(low), None) => format!(" ({about}{level}: from {}, no upper limit)", scale.show(low)),
+        (None, Some(high)) => format!(" ({about}{level}: up to {}, no lower limit)", scale.show(high)),
+        (None, None) => " (no interval)".to_owned(),
+    };
+    text += &match answer.events {
+        Some(events) => format!(", {events} of {}", answer.n),
+        None => format!(", {}", counted(answer.n, "run")),
+    };
+    let open = answer.bad - decided;
+    if open > 0 {
+        // a mean without limits is that of the others
+        let both = answer.low.is_some() || answer.high.is_some() || answer.estimate_if_bad_harmful.is_some();
+        text += &format!(", {}{}", counted(open, "bad run"), if both { " counted both ways" } else { "" });
+    }
+    if decided > 0 {
+        text += &format!(", {} by what was reached while all guards held", counted(decided, "bad run"));
+    }
+    text
+}
+
+/// "exceedance of max_bearing_load_N: 1000 levels from 1 MN to 3 MN, in 10000 runs".
+#[must_use]
+pub fn of_curve(answer: &Answer, subject: &str, points: &[CurvePoint], unit: &str, what: &str) -> String {
+    let mut text = format!("{}{subject}: {}", prefix(&answer.group), counted(points.len() as u64, what));
+    if let (Some(first), Some(last)) = (points.first(), points.last()) {
+        let show = |label: &Label| match label {
+            Label::Number(number) => format_digits(*number, unit, 4),
+            Label::Word(word) => word.clone(),
+        };
+        text += &format!(" from {} to {}", show(&first.at.0), show(&last.at.1));
+    }
+    text += &format!(", {}", counted(answer.n, "run"));
+    if answer.bad > 0 {
+        text += &format!(", {} counted both ways", counted(answer.bad, "bad run"));
+    }
+    text
+}

@@ -1,0 +1,72 @@
+//! How probable a condition is, by the value of a parameter.
+//!
+//! A varied parameter: each of its values, all points at each. An uncertain one: each of its values where they are few or words; else
+//! bins of equal count by rank, as many as have [`FEWEST_IN_BIN`] points each, 20 at most. The points of a bin are as independent as
+//! those of the study, so each bin has the interval of a probability, each by itself: the probability meant is that over the bin.
+//!
+//! Limits of an event whose probability varies within a bin are on the safe side: such counts scatter less than binomial ones
+//! (W. Hoeffding, 1956).
+
+use super::input::{Cells, InputError, Label, Study};
+use std::collections::BTreeMap;
+
+/// Points that a bin has at least, and bins at most.
+const FEWEST_IN_BIN: usize = 50;
+const MOST_BINS: usize = 20;
+
+/// A bin: from, to, points.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bin {
+    /// Least and largest value in it.
+    pub range: (Label, Label),
+    /// Numbers of its points, ascending.
+    pub points: Vec<u32>,
+}
+
+/// Bins of an uncertain parameter, in a group (every group has the same points); whether each is one value.
+///
+/// # Errors
+/// The study has no such column.
+pub fn bins(study: &Study<'_>, path: &str) -> Result<(Vec<Bin>, bool), InputError> {
+    let points = study.points();
+    match study.column(path)?.cells {
+        Cells::Words(words) => {
+            let mut by_word: BTreeMap<&str, Vec<u32>> = BTreeMap::new();
+            for point in 0..points {
+                // a point without a word is a value of its own
+                by_word.entry(words[study.row(point, 0)].as_deref().unwrap_or("")).or_default().push(point as u32);
+            }
+            let bin = |(word, points): (&str, _)| {
+                let label = Label::Word(word.to_owned());
+                Bin { range: (label.clone(), label), points }
+            };
+            Ok((by_word.into_iter().map(bin).collect(), true))
+        }
+        Cells::Numbers(values, _) => {
+            let value = |point: u32| values[study.row(point as usize, 0)].unwrap_or(f64::NAN);
+            let mut order: Vec<u32> = (0..points as u32).collect();
+            order.sort_unstable_by(|&a, &b| value(a).total_cmp(&value(b)).then(a.cmp(&b)));
+            let mut each: Vec<Vec<u32>> = Vec::new();
+            for &point in &order {
+                let known = each.len();
+                match each.last_mut() {
+                    Some(last) if value(last[0]).total_cmp(&value(point)).is_eq() => last.push(point),
+                    _ if known > MOST_BINS => break,
+                    _ => each.push(vec![point]),
+                }
+            }
+            let single = each.len() <= MOST_BINS;
+            if !single {
+                let count = (points / FEWEST_IN_BIN).clamp(1, MOST_BINS);
+                each = (0..count).map(|bin| order[bin * points / count..(bin + 1) * points / count].to_vec()).collect();
+            }
+            let bin = |mut points: Vec<u32>| {
+                let (first, last) = (value(points[0]), value(points[points.len() - 1]));
+                // read in their order in memory
+                points.sort_unstable();
+                Bin { range: (Label::Number(first), Label::Number(last)), points }
+            };
+            Ok((each.into_iter().map(bin).collect(), single))
+        }
+    }
+}

@@ -1,0 +1,258 @@
+//! What is asked: a study's columns in sample order, and the design that its points come from.
+//!
+//! The design is the slowest axis: row = point x groups + group, where a group is one combination of values of the crossed axes.
+
+use bladeoff_model::outcome::{CauseSet, Status};
+use serde::ser::{Serialize, SerializeMap, Serializer};
+use std::fmt;
+
+/// What a bad run says about a column of numbers.
+#[derive(Debug, Clone, Copy)]
+pub enum Nature<'a> {
+    /// All: it went into the run (parameters, variables, what was carried along).
+    Given,
+    /// At least what was reached while all guards held, `None` where nothing was: the column only grows during a run (peaks,
+    /// impulses, energies). No cells at all: nothing is known.
+    Grows(Option<&'a [Option<f64>]>),
+    /// Nothing.
+    Free,
+}
+
+/// Cells of a column.
+#[derive(Debug, Clone, Copy)]
+pub enum Cells<'a> {
+    /// Numbers; `None` where nothing of the kind happened.
+    Numbers(&'a [Option<f64>], Nature<'a>),
+    /// Words.
+    Words(&'a [Option<String>]),
+}
+
+impl Cells<'_> {
+    fn len(&self) -> usize {
+        match self {
+            Self::Numbers(values, _) => values.len(),
+            Self::Words(words) => words.len(),
+        }
+    }
+}
+
+/// A column.
+#[derive(Debug, Clone)]
+pub struct Column<'a> {
+    /// Its name.
+    pub name: String,
+    /// SI unit, "" for a pure number.
+    pub unit: String,
+    /// Its cells.
+    pub cells: Cells<'a>,
+}
+
+/// A value of a varied parameter.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[serde(untagged)]
+pub enum Label {
+    /// In SI.
+    Number(f64),
+    /// A word.
+    Word(String),
+}
+
+impl fmt::Display for Label {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Number(number) => write!(out, "{number}"),
+            Self::Word(word) => out.write_str(word),
+        }
+    }
+}
+
+/// One combination of values of the crossed axes: path and value, in the axes' order; empty where nothing is varied.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Group(pub Vec<(String, Label)>);
+
+impl Group {
+    /// Its value on an axis.
+    #[must_use]
+    pub fn label(&self, path: &str) -> Option<&Label> {
+        self.0.iter().find(|(axis, _)| axis == path).map(|(_, label)| label)
+    }
+
+    /// Without an axis.
+    #[must_use]
+    pub fn without(&self, path: &str) -> Self {
+        Self(self.0.iter().filter(|(axis, _)| axis != path).cloned().collect())
+    }
+}
+
+impl Serialize for Group {
+    fn serialize<S: Serializer>(&self, out: S) -> Result<S::Ok, S::Error> {
+        let mut map = out.serialize_map(Some(self.0.len()))?;
+        for (path, label) in &self.0 {
+            map.serialize_entry(path, label)?;
+        }
+        map.end()
+    }
+}
+
+/// How points are chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DesignKind {
+    /// Independent.
+    MonteCarlo,
+    /// One in each slice of every dimension.
+    LatinHypercube,
+    /// Sobol's sequence.
+    Sobol,
+    /// Halton's sequence.
+    Halton,
+    /// One parameter moved at a time: no sample of anything.
+    OneAtATime,
+}
+
+impl DesignKind {
+    /// Its word in study files.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::MonteCarlo => "monte-carlo",
+            Self::LatinHypercube => "latin-hypercube",
+            Self::Sobol => "sobol",
+            Self::Halton => "halton",
+            Self::OneAtATime => "one-at-a-time",
+        }
+    }
+}
+
+/// A design and how much of it is there.
+#[derive(Debug, Clone)]
+pub struct Design<'a> {
+    /// Its kind.
+    pub kind: DesignKind,
+    /// Whether its points are random where the kind has a plain form.
+    pub scrambled: bool,
+    /// Replicates of the whole design.
+    pub replicates: usize,
+    /// Replicate of each point.
+    pub replicate: &'a [u32],
+    /// Whether all its points are there, and not only the first ones.
+    pub complete: bool,
+}
+
+/// A study's rows.
+#[derive(Debug, Clone)]
+pub struct Study<'a> {
+    /// Columns that are asked for; others may be missing.
+    pub columns: Vec<Column<'a>>,
+    /// Of each row.
+    pub status: &'a [Status],
+    /// Every cause of each row, none of an ok one.
+    pub causes: &'a [CauseSet],
+    /// Groups, at least one.
+    pub groups: Vec<Group>,
+    /// Where the points come from.
+    pub design: Design<'a>,
+}
+
+/// Why no question can be put to these rows.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum InputError {
+    /// A column has another length.
+    #[error("column {name} has {found} cells, not {rows}")]
+    Length {
+        /// The column.
+        name: String,
+        /// Its cells.
+        found: usize,
+        /// Rows of the study.
+        rows: usize,
+    },
+    /// Rows are no whole number of points.
+    #[error("{rows} rows are not whole points of {groups} groups and {points} points")]
+    Points {
+        /// Rows.
+        rows: usize,
+        /// Groups.
+        groups: usize,
+        /// Points whose replicate is given.
+        points: usize,
+    },
+    /// A point's replicate is none of the design's.
+    #[error("point {point} is of replicate {found}, of {replicates}")]
+    Replicate {
+        /// The point.
+        point: usize,
+        /// Its replicate.
+        found: u32,
+        /// Replicates of the design.
+        replicates: usize,
+    },
+    /// A question needs a column that is not there.
+    #[error("the table has no column {0}")]
+    Missing(String),
+    /// A question needs numbers.
+    #[error("column {0} has words, not numbers")]
+    Words(String),
+}
+
+impl<'a> Study<'a> {
+    /// Points in all groups.
+    #[must_use]
+    pub fn points(&self) -> usize {
+        self.design.replicate.len()
+    }
+
+    /// Row of a point in a group.
+    #[must_use]
+    pub fn row(&self, point: usize, group: usize) -> usize {
+        point * self.groups.len() + group
+    }
+
+    /// # Errors
+    /// Columns, groups and points do not fit together.
+    pub fn check(&self) -> Result<(), InputError> {
+        let rows = self.status.len();
+        let length = |name: &str, found: usize| {
+            if found == rows { Ok(()) } else { Err(InputError::Length { name: name.to_owned(), found, rows }) }
+        };
+        length("causes", self.causes.len())?;
+        for column in &self.columns {
+            length(&column.name, column.cells.len())?;
+            if let Cells::Numbers(_, Nature::Grows(Some(held))) = column.cells {
+                length(&column.name, held.len())?;
+            }
+        }
+        if self.groups.is_empty() || rows != self.points() * self.groups.len() {
+            return Err(InputError::Points { rows, groups: self.groups.len(), points: self.points() });
+        }
+        let replicates = self.design.replicates;
+        match self.design.replicate.iter().position(|&replicate| replicate as usize >= replicates) {
+            Some(point) => Err(InputError::Replicate { point, found: self.design.replicate[point], replicates }),
+            None => Ok(()),
+        }
+    }
+
+    /// A column.
+    ///
+    /// # Errors
+    /// There is none of this name.
+    pub fn column(&self, name: &str) -> Result<&Column<'a>, InputError> {
+        self.columns.iter().find(|column| column.name == name).ok_or_else(|| InputError::Missing(name.to_owned()))
+    }
+
+    /// A column of numbers.
+    ///
+    /// # Errors
+    /// There is none of this name, or it has words.
+    pub fn numbers(&self, name: &str) -> Result<(&'a [Option<f64>], Nature<'a>), InputError> {
+        match self.column(name)?.cells {
+            Cells::Numbers(values, nature) => Ok((values, nature)),
+            Cells::Words(_) => Err(InputError::Words(name.to_owned())),
+        }
+    }
+
+    /// Rows of a group that are not ok.
+    #[must_use]
+    pub fn bad(&self, group: usize) -> u64 {
+        (0..self.points()).filter(|&point| self.status[self.row(point, group)] != Status::Ok).count() as u64
+    }
+}

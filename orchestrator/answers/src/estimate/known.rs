@@ -1,0 +1,120 @@
+//! What is known of each point of a group: whether a condition holds, or a column's value.
+//!
+//! ```text
+//! ok row                        the condition by its program, the value as it stands
+//! bad row, column given         the value
+//! bad row, column that grows    [what was reached while all guards held, no bound); where nothing but a step limit ended the run,
+//!                               that is the value as it stands
+//! bad row, any other column     nothing
+//! ```
+//! An empty cell of an ok row (nothing of the kind happened): no comparison with it holds but `!=`; it has no value, and is counted.
+
+use super::formula::Formula;
+use super::input::{InputError, Nature, Study};
+use super::span::Span;
+use super::truth::{Truth, truth};
+use bladeoff_model::outcome::{Cause, CauseSet, Status};
+
+/// Whether a condition holds at each point of a group.
+#[derive(Debug, Clone, Default)]
+pub struct Truths {
+    /// Of each point, in order.
+    pub of: Vec<Truth>,
+    /// Which points are bad.
+    pub bad: Vec<bool>,
+    /// Ok rows where a column of the condition is empty.
+    pub empty: u64,
+}
+
+impl Truths {
+    /// Bad rows, and how many of them are decided by what is known.
+    #[must_use]
+    pub fn bad_and_decided(&self) -> (u64, u64) {
+        let of_bad = self.of.iter().zip(&self.bad).filter(|(_, bad)| **bad);
+        of_bad.fold((0, 0), |(bad, decided), (truth, _)| (bad + 1, decided + u64::from(*truth != Truth::Open)))
+    }
+}
+
+/// Bounds of a column's values at the points of a group that have one.
+#[derive(Debug, Clone, Default)]
+pub struct Values {
+    /// Number of the point.
+    pub point: Vec<u32>,
+    /// Least value.
+    pub low: Vec<f64>,
+    /// Largest value.
+    pub high: Vec<f64>,
+    /// Bad rows.
+    pub bad: u64,
+    /// Ok rows without a value.
+    pub empty: u64,
+}
+
+/// A bad row's cell.
+fn span(value: Option<f64>, nature: Nature<'_>, row: usize, causes: CauseSet) -> Span {
+    match nature {
+        Nature::Given => value.map_or(Span::NONE, Span::point),
+        // sound as far as it went
+        Nature::Grows(_) if causes.iter().eq([Cause::StepLimit]) => value.map_or(Span::WHOLE, Span::from),
+        Nature::Grows(held) => held.and_then(|held| held[row]).map_or(Span::WHOLE, Span::from),
+        Nature::Free => Span::WHOLE,
+    }
+}
+
+/// Whether a condition holds, in a group.
+///
+/// # Errors
+/// The study lacks a column of it.
+pub fn truths(study: &Study<'_>, formula: &Formula, group: usize) -> Result<Truths, InputError> {
+    let columns: Vec<_> = formula.columns.iter().map(|name| study.numbers(name)).collect::<Result<_, _>>()?;
+    let points = study.points();
+    let mut found = Truths { of: Vec::with_capacity(points), bad: Vec::with_capacity(points), empty: 0 };
+    let (mut stack, mut spans) = (Vec::new(), Vec::new());
+    for point in 0..points {
+        let row = study.row(point, group);
+        let ok = study.status[row] == Status::Ok;
+        found.bad.push(!ok);
+        found.of.push(if ok {
+            found.empty += u64::from(columns.iter().any(|(values, _)| values[row].is_none()));
+            let value = formula.program.value(|number| columns[number].0[row].unwrap_or(f64::NAN), &mut stack);
+            Truth::of(value == 1.0)
+        } else {
+            let causes = study.causes[row];
+            let of = |number: usize| span(columns[number].0[row], columns[number].1, row, causes);
+            truth(&formula.program, of, &mut spans)
+        });
+    }
+    Ok(found)
+}
+
+/// Values of a column, in a group.
+///
+/// # Errors
+/// The study has no such column of numbers.
+pub fn values(study: &Study<'_>, column: &str, group: usize) -> Result<Values, InputError> {
+    let (cells, nature) = study.numbers(column)?;
+    let mut found = Values::default();
+    for point in 0..study.points() {
+        let row = study.row(point, group);
+        let span = if study.status[row] == Status::Ok {
+            let Some(value) = cells[row].filter(|value| !value.is_nan()) else {
+                found.empty += 1;
+                continue;
+            };
+            Span::point(value)
+        } else {
+            found.bad += 1;
+            let span = span(cells[row], nature, row, study.causes[row]);
+            // given, and there is none
+            if span == Span::NONE {
+                found.empty += 1;
+                continue;
+            }
+            span
+        };
+        found.point.push(point as u32);
+        found.low.push(span.lo);
+        found.high.push(span.hi);
+    }
+    Ok(found)
+}

@@ -1,0 +1,74 @@
+//! Limits of a probability and of a quantile from independent samples: exact, for whatever distribution the samples have.
+//!
+//! ```text
+//! Clopper-Pearson   lower: I_p(k, n - k + 1) = alpha (0 for k = 0),  upper: 1 - I_p(k + 1, n - k) = alpha (1 for k = n)
+//! order statistics  P(x_(j) <= x_u) = P(at least j of n below) = I_u(j, n - j + 1):  of the u-quantile
+//! Wilks             smallest n with P(x_(n - r + 1) >= x_u) >= confidence: 1 - I_u(n - r + 1, r) >= confidence
+//! DKW               |F_n - F| <= sqrt(ln(2/alpha)/(2 n)) everywhere (P. Massart 1990)
+//! ```
+//! Sources: C. J. Clopper, E. S. Pearson (1934); S. S. Wilks (1941); W. J. Conover, "Practical nonparametric statistics".
+//! Verified by the tests of `tests/uncertainty/limits.rs`.
+
+use bladeoff_model::probability::{beta_quantile, beta_tails};
+
+/// Lower limit of a probability that holds with 1 - alpha, from k events of n.
+#[must_use]
+pub fn lower_limit(k: u64, n: u64, alpha: f64) -> f64 {
+    if k == 0 {
+        return 0.0;
+    }
+    beta_quantile(k as f64, (n - k + 1) as f64, alpha, 1.0 - alpha).0
+}
+
+/// Upper limit of a probability that holds with 1 - alpha.
+#[must_use]
+pub fn upper_limit(k: u64, n: u64, alpha: f64) -> f64 {
+    if k >= n {
+        return 1.0;
+    }
+    if k == 0 {
+        // 1 - alpha^(1/n)
+        return -libm::expm1(libm::log(alpha) / n as f64);
+    }
+    beta_quantile((k + 1) as f64, (n - k) as f64, 1.0 - alpha, alpha).0
+}
+
+/// Number (from 1) of the largest order statistic that is at most the u-quantile with 1 - alpha; `None`: no sample is.
+#[must_use]
+pub fn lower_order(u: f64, n: u64, alpha: f64) -> Option<u64> {
+    // P(x_(j) > x_u) = P(fewer than j of n below) = 1 - I_u(j, n - j + 1), which grows with j
+    let (mut low, mut high) = (0, n + 1);
+    while high - low > 1 {
+        let j = low + (high - low) / 2;
+        if beta_tails(j as f64, (n - j + 1) as f64, u).1 <= alpha { low = j } else { high = j }
+    }
+    (low > 0).then_some(low)
+}
+
+/// Number of the smallest order statistic that is at least the u-quantile with 1 - alpha; `None`: no sample is.
+#[must_use]
+pub fn upper_order(u: f64, n: u64, alpha: f64) -> Option<u64> {
+    lower_order(1.0 - u, n, alpha).map(|j| n + 1 - j)
+}
+
+/// Samples of which the r-th largest is at least the u-quantile with this confidence.
+#[must_use]
+pub fn wilks(u: f64, confidence: f64, order: u64) -> u64 {
+    let holds = |n: u64| beta_tails((n - order + 1) as f64, order as f64, u).1 >= confidence;
+    let mut high = order.max(1);
+    while !holds(high) {
+        high *= 2;
+    }
+    let mut low = high / 2;
+    while high - low > 1 {
+        let n = low + (high - low) / 2;
+        if n >= order && holds(n) { high = n } else { low = n }
+    }
+    high
+}
+
+/// Half width of the band of Dvoretzky, Kiefer and Wolfowitz.
+#[must_use]
+pub fn band(n: u64, alpha: f64) -> f64 {
+    libm::sqrt(libm::log(2.0 / alpha) / (2.0 * n as f64)).min(1.0)
+}

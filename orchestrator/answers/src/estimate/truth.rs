@@ -1,0 +1,138 @@
+//! Conditions of which only bounds of the variables are known: certainly true, certainly false, or open.
+//!
+//! A condition that is true for every value of its variables is true. One that is open may still be decided by how its variables
+//! depend on one another (`x > 1 or x <= 1`): that is not seen, and it stays open, which is the safe side.
+//! Comparisons with no number do not hold but `!=`, as in [`bladeoff_model::formula::Program::value`].
+
+use super::span::Span;
+use bladeoff_model::formula::{Instruction, Program, call};
+
+/// What is known of a condition.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Truth {
+    /// It does not hold.
+    No,
+    /// It may hold.
+    Open,
+    /// It holds.
+    Yes,
+}
+
+impl Truth {
+    /// From a condition that is known.
+    #[must_use]
+    pub fn of(holds: bool) -> Self {
+        if holds { Self::Yes } else { Self::No }
+    }
+
+    /// Whether it counts where what is open does not.
+    #[must_use]
+    pub fn low(self) -> bool {
+        self == Self::Yes
+    }
+
+    /// Whether it counts where what is open does.
+    #[must_use]
+    pub fn high(self) -> bool {
+        self != Self::No
+    }
+}
+
+/// Whether a condition holds for variables within their spans. `stack` is scratch.
+pub fn truth(program: &Program, variables: impl Fn(usize) -> Span, stack: &mut Vec<Span>) -> Truth {
+    let found = span(program, variables, stack);
+    if found.hi == 0.0 {
+        Truth::No
+    } else if found.lo == 1.0 && !found.empty {
+        Truth::Yes
+    } else {
+        Truth::Open
+    }
+}
+
+/// The span of a formula's value; of a truth, 0 and 1 are its ends.
+pub fn span(program: &Program, variables: impl Fn(usize) -> Span, stack: &mut Vec<Span>) -> Span {
+    stack.clear();
+    for step in program.steps() {
+        let value = match *step {
+            Instruction::Number(number) => Span::point(number),
+            Instruction::Variable(number) => variables(number),
+            Instruction::Negate => pop(stack).negated(),
+            Instruction::Not => {
+                let a = pop(stack);
+                truths(a.hi == 0.0, a.lo == 1.0)
+            }
+            Instruction::Call(function, count) => {
+                let from = stack.len().saturating_sub(usize::from(count));
+                let arguments = &stack[from..];
+                let known: Option<Vec<f64>> = arguments.iter().map(|argument| argument.known()).collect();
+                let value = match known {
+                    Some(known) => Span::point(call(function, &known)),
+                    None => Span::of(function, arguments),
+                };
+                stack.truncate(from);
+                value
+            }
+            binary => {
+                let b = pop(stack);
+                let a = pop(stack);
+                of_two(binary, a, b)
+            }
+        };
+        stack.push(value);
+    }
+    pop(stack)
+}
+
+fn pop(stack: &mut Vec<Span>) -> Span {
+    stack.pop().unwrap_or(Span::NONE)
+}
+
+/// A truth that is certain, or certainly not, or neither.
+fn truths(yes: bool, no: bool) -> Span {
+    Span { lo: f64::from(u8::from(yes)), hi: f64::from(u8::from(!no)), empty: false }
+}
+
+fn of_two(instruction: Instruction, a: Span, b: Span) -> Span {
+    if let (Some(x), Some(y)) = (a.known(), b.known())
+        && let Some(value) = arithmetic(instruction, x, y)
+    {
+        return Span::point(value);
+    }
+    // neither may be no number; one of them has no value at all
+    let (full, none) = (!a.empty && !b.empty, a.lo > a.hi || b.lo > b.hi);
+    // certainly a < b, a <= b
+    let (below, at_most) = (a.hi < b.lo, a.hi <= b.lo);
+    let (above, at_least) = (a.lo > b.hi, a.lo >= b.hi);
+    match instruction {
+        Instruction::Add => a.plus(b),
+        Instruction::Subtract => a.plus(b.negated()),
+        Instruction::Multiply => a.times(b),
+        Instruction::Divide => a.over(b),
+        Instruction::Power => a.power(b),
+        Instruction::Less => truths(full && below, none || at_least),
+        Instruction::AtMost => truths(full && at_most, none || above),
+        Instruction::More => truths(full && above, none || at_most),
+        Instruction::AtLeast => truths(full && at_least, none || below),
+        Instruction::Equal => truths(same(a, b), none || below || above),
+        Instruction::NotEqual => truths(none || below || above, same(a, b)),
+        Instruction::And => truths(a.lo == 1.0 && b.lo == 1.0, a.hi == 0.0 || b.hi == 0.0),
+        // the other steps take one value
+        _ => truths(a.lo == 1.0 || b.lo == 1.0, a.hi == 0.0 && b.hi == 0.0),
+    }
+}
+
+fn same(a: Span, b: Span) -> bool {
+    a.known().is_some() && a.known() == b.known()
+}
+
+fn arithmetic(instruction: Instruction, x: f64, y: f64) -> Option<f64> {
+    match instruction {
+        Instruction::Add => Some(x + y),
+        Instruction::Subtract => Some(x - y),
+        Instruction::Multiply => Some(x * y),
+        Instruction::Divide => Some(x / y),
+        Instruction::Power => Some(libm::pow(x, y)),
+        _ => None,
+    }
+}

@@ -1,0 +1,164 @@
+//! What a gate decides in each group, and the sentence that says so.
+
+use super::look::{FIRST_LOOK, deciding, last_look};
+use super::require::Gate;
+use crate::ask::{counted, percent, prefix};
+use crate::estimate::input::{DesignKind, Group, InputError, Study};
+use crate::estimate::known::truths;
+use crate::estimate::limits::{lower_limit, upper_limit};
+use crate::estimate::proportion::{Tally, tallies};
+
+/// What a gate says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Verdict {
+    /// Exit code 0.
+    Passed,
+    /// Exit code 5.
+    Open,
+    /// Exit code 4.
+    Failed,
+}
+
+impl Verdict {
+    /// The exit code.
+    #[must_use]
+    pub fn code(self) -> u8 {
+        match self {
+            Self::Passed => 0,
+            Self::Failed => 4,
+            Self::Open => 5,
+        }
+    }
+}
+
+/// Of a gate in a group.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Decision {
+    /// The gate, as written.
+    pub gate: String,
+    /// The group.
+    pub group: Group,
+    /// What it says.
+    pub verdict: Verdict,
+    /// Points that are judged, with events and bad runs.
+    pub n: u64,
+    /// Events with bad runs harmless, harmful.
+    pub events: (u64, u64),
+    /// Bad runs.
+    pub bad: u64,
+    /// One-sided limits at `level`, bad runs harmless, harmful.
+    pub limits: (f64, f64),
+    /// Probability that each limit is wrong, at most.
+    pub level: f64,
+    /// Points more that would decide it at the present rates.
+    pub more: Option<u64>,
+    /// For a person.
+    pub sentence: String,
+}
+
+/// Why a gate is not judged.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum GateError {
+    /// The design has no exact limits.
+    #[error("a gate needs independent points for its limits to be exact: `kind = \"monte-carlo\"`, not {0:?}")]
+    Design(&'static str),
+    /// The rows do not fit.
+    #[error(transparent)]
+    Input(#[from] InputError),
+}
+
+impl Gate {
+    /// Judges every group; `study` has been checked. Half-way, by the prefix at the last look.
+    ///
+    /// # Errors
+    /// The design has no exact limits, or a column is missing.
+    pub fn judge(&self, study: &Study<'_>) -> Result<Vec<Decision>, GateError> {
+        if study.design.kind != DesignKind::MonteCarlo {
+            return Err(GateError::Design(study.design.kind.word()));
+        }
+        let (alpha, points) = (1.0 - self.confidence, study.points() as u64);
+        let look = if study.design.complete { Some((points, alpha)) } else { last_look(points, alpha) };
+        let one = |(at, group): (usize, &Group)| {
+            let mut truths = truths(study, &self.condition, at)?;
+            let (n, level) = look.unwrap_or((0, alpha));
+            truths.of.truncate(n as usize);
+            truths.bad.truncate(n as usize);
+            let tally = Tally::of_all(&tallies(&truths, 1, |_| 0));
+            let bad = truths.bad_and_decided().0;
+            let present = (points, study.design.complete);
+            Ok(self.decision(group.clone(), tally, bad, level, present))
+        };
+        study.groups.iter().enumerate().map(one).collect()
+    }
+
+    fn decision(&self, group: Group, tally: Tally, bad: u64, level: f64, present: (u64, bool)) -> Decision {
+        let Tally { n, low, high } = tally;
+        let limits = if n == 0 { (0.0, 1.0) } else { (lower_limit(low, n, level), upper_limit(high, n, level)) };
+        let verdict = if n > 0 && limits.1 < self.bound {
+            Verdict::Passed
+        } else if n > 0 && limits.0 >= self.bound {
+            Verdict::Failed
+        } else {
+            Verdict::Open
+        };
+        let mut decision = Decision {
+            gate: self.text.clone(),
+            group,
+            verdict,
+            n,
+            events: (low, high),
+            bad,
+            limits,
+            level,
+            more: None,
+            sentence: String::new(),
+        };
+        decision.sentence = self.words(&mut decision, present);
+        decision
+    }
+
+    /// The sentence; finds how many more points would decide.
+    fn words(&self, decision: &mut Decision, (points, complete): (u64, bool)) -> String {
+        let (n, (low, high)) = (decision.n, decision.events);
+        let mut text = format!("{}{}: ", prefix(&decision.group), self.text);
+        if n == 0 {
+            return text + &format!("open, the first look is at {FIRST_LOOK} points");
+        }
+        let (sure, bound) = (percent(1.0 - decision.level), percent(self.bound));
+        text += &match decision.verdict {
+            Verdict::Passed => format!("passed, at most {} ({sure})", percent(decision.limits.1)),
+            Verdict::Failed => format!("failed, at least {} ({sure})", percent(decision.limits.0)),
+            Verdict::Open => {
+                format!("open, {} to {} ({sure} each)", percent(decision.limits.0), percent(decision.limits.1))
+            }
+        };
+        text += &format!(", {low} of {n}");
+        if high > low {
+            text += &format!(", {high} if bad runs are harmful");
+        } else if decision.bad > 0 {
+            text += &format!(", {} decided by what they had reached", counted(decision.bad, "bad run"));
+        }
+        if decision.verdict == Verdict::Open {
+            let share = |events: u64| events as f64 / n as f64;
+            let alpha = 1.0 - self.confidence;
+            let needed = deciding((share(low), share(high)), self.bound, points, alpha, !complete);
+            decision.more = needed.map(|needed| needed - points);
+            text += &match decision.more {
+                Some(more) => format!("; at this rate {} more would decide", counted(more, "point")),
+                None if high > low && share(low) < self.bound && share(high) >= self.bound => {
+                    format!(
+                        "; the bad runs prevent a decision, not the number of points: with them the rate is on both sides of {bound}"
+                    )
+                }
+                None => "; the rate is at the bound, and no number of points decides".to_owned(),
+            };
+        }
+        text
+    }
+}
+
+/// Of several decisions: 4 before 5 before 0.
+#[must_use]
+pub fn verdict(decisions: &[Decision]) -> Verdict {
+    decisions.iter().map(|decision| decision.verdict).max().unwrap_or(Verdict::Open)
+}

@@ -1,0 +1,56 @@
+//! When a gate may be asked half-way, and how many points would decide it.
+//!
+//! ```text
+//! look k = 0, 1, ...   at the first 256 2^k points, at level alpha/2^(k+1):  the levels of all looks sum to less than alpha
+//! ```
+//! Whoever looks more often sees the same prefix again, so looking often does not cheat (J. L. Doob's union of the looks; the levels
+//! are those of a geometric spending of alpha).
+
+use crate::estimate::limits::{lower_limit, upper_limit};
+
+/// Points at the first look.
+pub const FIRST_LOOK: u64 = 256;
+
+/// Points that are never asked for.
+const MOST: u64 = 1 << 50;
+
+/// The last look within so many points: its points and its level; `None` before the first.
+#[must_use]
+pub fn last_look(points: u64, alpha: f64) -> Option<(u64, f64)> {
+    let looks = (points / FIRST_LOOK).checked_ilog2()?;
+    Some((FIRST_LOOK << looks, alpha / libm::exp2(f64::from(looks) + 1.0)))
+}
+
+/// More points than so many at which a gate would be decided at the rates that there are; `None`: at these rates never.
+///
+/// * `low`, `high` - share of events with bad runs harmless, harmful; `points` - those that there are; `half_way`: at a look.
+#[must_use]
+pub fn deciding((low, high): (f64, f64), bound: f64, points: u64, alpha: f64, half_way: bool) -> Option<u64> {
+    let events = |share: f64, n: u64| libm::rint(share * n as f64) as u64;
+    let decided = |n: u64, level: f64| {
+        (high < bound && upper_limit(events(high, n), n, level) < bound)
+            || (low > bound && lower_limit(events(low, n), n, level) >= bound)
+    };
+    if high >= bound && low <= bound {
+        return None;
+    }
+    if half_way {
+        let looks = (0..).map(|k| FIRST_LOOK << k).take_while(|look| *look <= MOST);
+        let mut next = looks.filter(|look| *look > points);
+        return next.find(|look| last_look(*look, alpha).is_some_and(|(n, level)| decided(n, level)));
+    }
+    let (mut below, mut step) = (points, 1);
+    while !decided(below + step, alpha) {
+        below += step;
+        step *= 2;
+        if below + step > MOST {
+            return None;
+        }
+    }
+    let mut top = below + step;
+    while top - below > 1 {
+        let middle = below + (top - below) / 2;
+        if decided(middle, alpha) { top = middle } else { below = middle }
+    }
+    Some(top)
+}

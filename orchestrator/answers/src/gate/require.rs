@@ -1,0 +1,94 @@
+//! A gate's words: `P(max_bearing_load_N > 1.2 MN) < 1e-2`.
+
+use crate::ask::{CONFIDENCE, Names, Problem};
+use crate::estimate::formula::Formula;
+use bladeoff_model::formula::{Kind, parse};
+
+/// `P(CONDITION) < BOUND`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Gate {
+    /// As written.
+    pub text: String,
+    /// The condition.
+    pub condition: Formula,
+    /// Above 0, at most 1.
+    pub bound: f64,
+    /// Of each decision.
+    pub confidence: f64,
+}
+
+impl Gate {
+    /// From its words: `P(max_bearing_load_N > 1.2e6) < 1e-2`.
+    ///
+    /// # Errors
+    /// What is wrong with it, with its place.
+    pub fn new(text: &str, confidence: Option<f64>, names: &Names) -> Result<Self, Vec<Problem>> {
+        let wrong = |place: std::ops::Range<usize>, message: String| {
+            Err(vec![Problem { key: "require", place: Some(place), message }])
+        };
+        const FORM: &str = "a gate is `P(CONDITION) < BOUND`, such as `P(max_bearing_load_N > 1.2 MN) < 1e-2`";
+        let start = text.len() - text.trim_start().len();
+        let rest = &text[start..];
+        let Some(open) = rest.strip_prefix('P').map(str::trim_start).filter(|rest| rest.starts_with('(')) else {
+            return wrong(0..text.len(), FORM.to_owned());
+        };
+        let from = text.len() - open.len() + 1;
+        let Some(length) = closing(&text[from..]) else {
+            return wrong(from - 1..text.len(), "`)` is missing after `P(...`".to_owned());
+        };
+        let (condition, after) = (&text[from..from + length], from + length + 1);
+        let sign = text[after..].trim_start();
+        let at = text.len() - sign.len();
+        if sign.starts_with("<=") {
+            return wrong(at..at + 2, "write `<`: a limit is never exactly at the bound".to_owned());
+        }
+        if sign.starts_with('>') {
+            let why = "a gate asks whether a probability is small enough; write `P(not (...)) < ...` for one that is to be large";
+            return wrong(at..at + 1, why.to_owned());
+        }
+        if !sign.starts_with('<') {
+            return wrong(at..text.len(), FORM.to_owned());
+        }
+        let end = &text[at + 1..];
+        if let Some((from, c)) =
+            end.char_indices().find(|(_, c)| (c.is_alphabetic() && !matches!(c, 'e' | 'E')) || *c == '°')
+        {
+            let place = at + 1 + from..at + 1 + from + c.len_utf8();
+            return wrong(place, "a bound is a plain number, or one with `%`".to_owned());
+        }
+        let number = parse(end, Kind::Number, &|_| None, &|_| None);
+        let bound = match number {
+            Ok(program) => program.value(|_| f64::NAN, &mut Vec::new()),
+            Err(error) => return wrong(error.place.start + at + 1..error.place.end + at + 1, error.message),
+        };
+        if !(bound > 0.0 && bound <= 1.0) {
+            return wrong(at + 1..text.len(), format!("a bound is above 0 and at most 1, not {bound}"));
+        }
+        let confidence = confidence.unwrap_or(CONFIDENCE);
+        if !(confidence > 0.0 && confidence < 1.0) {
+            let message = format!("{confidence} is not between 0 and 1");
+            return Err(vec![Problem { key: "confidence", place: None, message }]);
+        }
+        match Formula::condition(condition, &names.columns) {
+            Ok(condition) => Ok(Self { text: text.trim().to_owned(), condition, bound, confidence }),
+            Err(error) => wrong(error.place.start + from..error.place.end + from, error.message),
+        }
+    }
+}
+
+/// Length of what stands before the bracket that closes one already open; names in backquotes are passed over.
+fn closing(text: &str) -> Option<usize> {
+    let (mut depth, mut quoted) = (1, false);
+    for (at, c) in text.char_indices() {
+        match c {
+            '`' => quoted = !quoted,
+            '(' if !quoted => depth += 1,
+            ')' if !quoted => depth -= 1,
+            _ => {}
+        }
+        if depth == 0 {
+            return Some(at);
+        }
+    }
+    None
+}

@@ -1,0 +1,88 @@
+//! Runs that are not to be believed, and cells that are empty: none drops out.
+
+use crate::support::made::caused;
+use crate::support::{ask, exceedance, less, made, mean, one, probability, quantile, ramp};
+use bladeoff_answers::ask::Answer;
+
+#[test]
+fn bad_runs_are_counted_both_ways_but_for_what_they_had_reached() {
+    let mut study = ramp(100);
+    study.columns[0].nature = '>';
+    // 90 .. 99 are events; of the first eight, which failed
+    (0..8).for_each(|row| study.fail(row, "diverged"));
+    study.columns[0].held[0] = Some(95.0);
+    study.columns[0].held[1] = Some(20.0);
+    // what a failed row says beyond what was held counts for nothing, but where a step limit alone ended it
+    study.columns[0].cells[2] = Some(99.0);
+    study.columns[0].cells[3] = Some(99.0);
+    study.causes[3] = caused("step_limit");
+    study.columns[0].cells[4] = Some(99.0);
+    study.causes[4] = caused("step_limit,energy_balance");
+    let found = one(&study, probability("y >= 90"));
+    assert_eq!((found.n, found.events, found.bad), (100, Some(12), 8));
+    assert_eq!((found.estimate, found.estimate_if_bad_harmful), (Some(0.12), Some(0.18)));
+    let limits = |k: u64| one(&ramp(100), probability(&format!("y < {k}")));
+    assert_eq!((found.low, found.high), (limits(12).low, limits(18).high));
+    assert_eq!(
+        found.sentence,
+        "P(y >= 90) = 12 % to 18 % (95 %: 6.4 % to 27 %), 12 of 100, 6 bad runs counted both ways, \
+         2 bad runs by what was reached while all guards held"
+    );
+    // and the other way round: what has grown beyond a bound is not below it
+    let below = one(&study, probability("y < 50"));
+    assert_eq!((below.estimate, below.estimate_if_bad_harmful), (Some(0.42), Some(0.48)));
+    // parameters are known of bad runs too
+    let given = one(&study, probability("u < 4"));
+    assert_eq!((given.estimate, given.estimate_if_bad_harmful), (Some(0.04), Some(0.04)));
+    let both = one(&study, probability("u < 4 and y > 1000"));
+    assert_eq!((both.estimate, both.estimate_if_bad_harmful), (Some(0.0), Some(0.04)));
+}
+
+#[test]
+fn a_span_of_bad_runs_wider_than_the_statistical_one_is_said() {
+    let mut study = ramp(1000);
+    (0..10).for_each(|row| study.fail(row, "diverged"));
+    let said = |answer: &Answer| answer.notes.iter().any(|note| note.contains("find out why they fail"));
+    assert!(!said(&one(&study, probability("y > 500"))));
+    (0..100).for_each(|row| study.fail(row, "diverged"));
+    assert!(said(&one(&study, probability("y > 500"))));
+    // in a difference too, where bad runs of both may cancel in the figures
+    let found = one(&study.varied("way", &["a", "b"]), less(probability("y > 500")));
+    assert!(said(&found) && found.estimate == found.estimate_if_bad_harmful, "{found:?}");
+}
+
+#[test]
+fn empty_cells_compare_with_nothing_and_are_counted() {
+    let study = made(&[1.0, f64::NAN, 3.0, f64::NAN]);
+    let found = one(&study, probability("y > 0"));
+    assert_eq!((found.n, found.events), (4, Some(2)));
+    assert!(found.notes[0].contains("in 2 runs a column is empty"), "{:?}", found.notes);
+    assert_eq!(one(&study, probability("not y > 0")).events, Some(2));
+    let found = one(&study, mean());
+    assert_eq!((found.n, found.estimate), (2, Some(2.0)));
+    assert!(found.notes.iter().any(|note| note.contains("in 2 runs") && note.contains("left out")));
+    assert_eq!(one(&study, quantile(0.5)).n, 2);
+    // of all runs
+    let curve = ask(&study, exceedance()).curve.unwrap();
+    assert_eq!(curve.numbers("estimate").unwrap(), [Some(0.25), Some(0.0)]);
+}
+
+#[test]
+fn bad_runs_stand_at_both_ends_of_a_quantile() {
+    let mut study = ramp(1000);
+    (0..20).for_each(|row| study.fail(row, "diverged"));
+    let found = one(&study, quantile(0.95));
+    assert_eq!((found.n, found.bad), (1000, 20));
+    // 20 at the low end: as it was; at the high end the rest moves down by as many places
+    assert_eq!((found.estimate, found.estimate_if_bad_harmful), (Some(949.0), Some(969.0)));
+    assert!(found.low.unwrap() < 949.0 && found.high.unwrap() > 969.0);
+    (0..60).for_each(|row| study.fail(row, "diverged"));
+    let found = one(&study, quantile(0.95));
+    assert_eq!((found.estimate_if_bad_harmful, found.high), (None, None));
+    assert!(found.estimate.is_some() && found.low.is_some());
+    assert!(found.notes.iter().any(|note| note.contains("60 bad runs may have had")));
+    // what they had reached is a least value
+    study.columns[0].nature = '>';
+    (0..60).for_each(|row| study.columns[0].held[row] = Some(2000.0));
+    assert_eq!(one(&study, quantile(0.95)).estimate, Some(2000.0));
+}

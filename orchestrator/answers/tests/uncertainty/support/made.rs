@@ -1,0 +1,121 @@
+//! Studies made up for tests, with columns that are owned.
+use super::points::{Cube, Source, halton, primes, sobol};
+use bladeoff_answers::estimate::input::{Cells, Column, Design, DesignKind, Group, Label, Nature, Study};
+use bladeoff_model::outcome::{Cause, CauseSet, Status};
+
+/// A column that is owned: name, given or grows or free, cells, held.
+pub struct MadeColumn {
+    pub name: &'static str,
+    pub nature: char,
+    pub cells: Vec<Option<f64>>,
+    pub held: Vec<Option<f64>>,
+}
+
+pub struct Made {
+    pub columns: Vec<MadeColumn>,
+    pub status: Vec<Status>,
+    pub causes: Vec<CauseSet>,
+    pub groups: Vec<Group>,
+    pub kind: DesignKind,
+    pub scrambled: bool,
+    pub replicates: usize,
+    pub replicate: Vec<u32>,
+    pub complete: bool,
+}
+
+impl Made {
+    /// Ok rows of one group; the columns are free unless changed.
+    pub fn new(columns: Vec<(&'static str, Vec<Option<f64>>)>) -> Self {
+        let rows = columns[0].1.len();
+        let made = |(name, cells): (&'static str, Vec<Option<f64>>)| MadeColumn {
+            name,
+            nature: 'f',
+            cells,
+            held: vec![None; rows],
+        };
+        Self {
+            columns: columns.into_iter().map(made).collect(),
+            status: vec![Status::Ok; rows],
+            causes: vec![CauseSet::default(); rows],
+            groups: vec![Group::default()],
+            kind: DesignKind::MonteCarlo,
+            scrambled: true,
+            replicates: 1,
+            replicate: vec![0; rows],
+            complete: true,
+        }
+    }
+
+    /// The rows are of these values of an axis, in turn.
+    pub fn varied(mut self, path: &str, words: &[&str]) -> Self {
+        let group = |word: &&str| Group(vec![(path.to_owned(), Label::Word((*word).to_owned()))]);
+        self.groups = words.iter().map(group).collect();
+        self.replicate.truncate(self.status.len() / words.len());
+        self
+    }
+
+    /// A row fails, with these causes, joined by commas.
+    pub fn fail(&mut self, row: usize, cause: &str) {
+        self.status[row] = Status::Failed;
+        self.causes[row] = caused(cause);
+    }
+
+    pub fn study(&self) -> Study<'_> {
+        let column = |made: &'_ MadeColumn| -> Nature<'_> {
+            match made.nature {
+                'g' => Nature::Given,
+                _ => Nature::Free,
+            }
+        };
+        let columns = self.columns.iter().map(|made| {
+            let nature = if made.nature == '>' { Nature::Grows(Some(&made.held)) } else { column(made) };
+            Column { name: made.name.to_owned(), unit: String::new(), cells: Cells::Numbers(&made.cells, nature) }
+        });
+        Study {
+            columns: columns.collect(),
+            status: &self.status,
+            causes: &self.causes,
+            groups: self.groups.clone(),
+            design: Design {
+                kind: self.kind,
+                scrambled: self.scrambled,
+                replicates: self.replicates,
+                replicate: &self.replicate,
+                complete: self.complete,
+            },
+        }
+    }
+}
+
+/// A set of causes from its words.
+pub fn caused(words: &str) -> CauseSet {
+    let mut set = CauseSet::default();
+    words.split(',').for_each(|word| set.insert(Cause::from_word(word).expect("a cause")));
+    set
+}
+
+/// Points of a design, replicates interleaved: index = R j + r.
+pub fn points_of(kind: DesignKind, seed: u64, dimensions: usize, replicates: usize, samples: usize) -> Vec<Vec<f64>> {
+    let mut all = vec![vec![0.0; dimensions]; replicates * samples];
+    let primes = primes(dimensions);
+    for r in 0..replicates {
+        let source = Source::new(seed, kind.word(), r as u64);
+        let keys: Vec<u64> = (0..dimensions).map(|dimension| source.key(dimension)).collect();
+        let cubes: Vec<Cube> = keys.iter().map(|key| Cube::new(*key, samples as u64)).collect();
+        for j in 0..samples {
+            let point = &mut all[replicates * j + r];
+            if kind == DesignKind::MonteCarlo {
+                source.fill(j as u64, point);
+                continue;
+            }
+            for (d, x) in point.iter_mut().enumerate() {
+                *x = match kind {
+                    DesignKind::LatinHypercube => cubes[d].coordinate(j as u64),
+                    DesignKind::Halton => halton(j as u64, primes[d], keys[d]),
+                    _ => sobol(j as u64, d, keys[d]),
+                };
+            }
+        }
+    }
+    all
+}
