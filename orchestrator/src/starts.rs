@@ -70,8 +70,8 @@ fn start_all(samples: &Samples, built: &AtomicUsize) -> Result<(), StartError> {
             let column = differing.map_or_else(String::new, |column| column.name.clone());
             return Err(StartError::Columns { shown, column });
         }
-        let varies = samples.parameters().next().is_some();
-        let is_varied = |path: &str| samples.parameters().any(|varied| varied.info.path == path);
+        let varies = !samples.parameters().is_empty();
+        let is_varied = |path: &str| samples.parameters().iter().any(|varied| varied.info.path == path);
         let failed = |source| match placed(&source, &definition, &machine, is_varied) {
             Some(problems) => StartError::Machine(at_its_axis(samples, with(problems, varies.then_some(&shown)))),
             None => StartError::Start { shown: shown.clone(), source },
@@ -150,7 +150,7 @@ fn candidates(samples: &Samples) -> Vec<(MachineDef, String)> {
     if samples.count() <= MOST_STARTS {
         return (0..samples.count()).map(|sample| (samples.machine(sample), samples.describe(sample))).collect();
     }
-    let chosen = Chosen::new(samples);
+    let chosen = Chosen::new(samples, MOST_STARTS);
     // The corners stand at the end: a surplus is taken from the values along the first axes.
     let begin = chosen.count().saturating_sub(MOST_STARTS);
     (begin..chosen.count()).map(|at| (chosen.machine(at), chosen.describe(at))).collect()

@@ -53,7 +53,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
 fn describe(samples: &Samples) -> String {
     let study = samples.study();
     let mut text =
-        format!("{}: {} of machine {}\n\n", study.name, counted(samples.count(), "sample"), shown(&study.machine_file));
+        format!("{}: {} of {}\n\n", study.name, counted(samples.count(), "sample"), shown(study.subject_name()));
     let mut table = TextTable::new(&[("varies", Align::Left), ("points", Align::Right), ("values", Align::Left)]);
     for (axis, kept) in study.axes.iter().zip(samples.kept()) {
         for varied in &axis.varied {
@@ -70,9 +70,10 @@ fn describe(samples: &Samples) -> String {
     } else {
         text.push_str(&table.fitting("", width()));
     }
-    if !study.fixed.is_empty() {
+    let fixed = study.machine().map(|machine| machine.fixed.as_slice()).unwrap_or_default();
+    if !fixed.is_empty() {
         text.push_str("\nFixed by [set]:\n");
-        for (info, value) in &study.fixed {
+        for (info, value) in fixed {
             text.push_str(&format!("  {} = {}\n", info.path, show(info, value)));
         }
     }

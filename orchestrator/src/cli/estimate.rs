@@ -198,7 +198,8 @@ fn frozen_for_own(samples: &Samples) -> Result<Option<Basis>, CliError> {
     if structural(samples).is_empty() {
         return Ok(None);
     }
-    let machine = samples.study().machine.build().or_else(|_| samples.machine(0).build())?;
+    let without = samples.study().machine().and_then(|machine| machine.def.build().ok());
+    let machine = without.map_or_else(|| samples.machine(0).build(), Ok)?;
     let structure = with_word(|| matrices_of(&machine), || engine::build(&machine))?;
     Ok(Some(structure.basis().clone()))
 }

@@ -190,7 +190,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         "{}: {} of {}, {}, results in {}",
         samples.study().name,
         counted(samples.count(), "sample"),
-        shown(&samples.study().machine_file),
+        shown(samples.study().subject_name()),
         counted(workers as u64, "worker"),
         shown(&out)
     ));

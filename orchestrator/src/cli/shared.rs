@@ -4,27 +4,28 @@ use bladeoff_answers::report::counted;
 use bladeoff_core::structure::same_structure;
 use bladeoff_model::document::units::format_digits;
 use bladeoff_model::machine::{ParamValue, TWIN};
-use bladeoff_study::{Samples, Varied};
+use bladeoff_study::{Parameter, Samples};
 
 /// Samples up to which twins are counted; of more their share is told.
 const COUNTED: u64 = 1_000_000;
 
 /// The parameters that change matrices and modes from sample to sample.
-pub(super) fn structural(samples: &Samples) -> Vec<&Varied> {
+pub(super) fn structural(samples: &Samples) -> Vec<&Parameter> {
     if samples.count() < 2 {
         return Vec::new();
     }
     let base = samples.machine(0);
     let Ok(first) = base.build() else { return Vec::new() };
     // Each value differs from the others, or the parameter would not vary: its second, middle and last say whether that matters.
-    let differs = |varied: &&Varied, position: u64| {
+    let differs = |parameter: &Parameter, value: &ParamValue| {
         let mut other = base.clone();
-        let set = other.set(&varied.info, &varied.values.at(position)).is_ok();
+        let set = other.set(&parameter.info, value).is_ok();
         set && other.build().is_ok_and(|other| !same_structure(&first, &other))
     };
-    let ends = |varied: &Varied| [0, 1, varied.values.len() / 2, varied.values.len() - 1];
-    let of_its_own = |varied: &&Varied| varied.values.len() > 1 && ends(varied).iter().any(|at| differs(varied, *at));
-    samples.parameters().filter(of_its_own).collect()
+    let of_its_own = |(place, parameter): &(usize, &Parameter)| {
+        !parameter.is_variable && samples.some_values(*place).iter().any(|value| differs(parameter, value))
+    };
+    samples.parameters().iter().enumerate().filter(of_its_own).map(|(_, parameter)| parameter).collect()
 }
 
 /// Lines about structures and twins.
@@ -61,8 +62,8 @@ fn twins(samples: &Samples) -> Option<String> {
         let of = counted(samples.count(), "sample");
         return Some(format!("Twins: {count} of {of} (twin_share {share}) {are} computed twice, {second}.\n"));
     }
-    if let Some(varied) = samples.parameters().find(|varied| varied.info.path == TWIN) {
-        let has_some = (0..varied.values.len()).any(|at| varied.values.at(at) != ParamValue::Number(0.0));
+    if let Some(varied) = samples.parameters().iter().position(|one| one.info.path == TWIN) {
+        let has_some = samples.some_values(varied).iter().any(|value| *value != ParamValue::Number(0.0));
         return has_some.then(|| "Twins: a sample whose run.twin is above 0 is computed twice.\n".to_owned());
     }
     (study.shift() > 0.0).then(|| format!("Twins: every sample is computed twice (run.twin), {second}.\n"))

@@ -7,7 +7,7 @@ use super::place::default_directory;
 use super::refusals::WhyError;
 use crate::engine;
 use crate::report::{OutcomeView, advice, cause_in_words, describe_values, diverged_at, end_cause_in_words, mentions};
-use crate::run::directory::{MACHINE, MANIFEST, POINTS, STUDY, WORKER_LOG, read_current, row_files, timing_files};
+use crate::run::directory::{MANIFEST, WORKER_LOG, read_current, row_files, timing_files};
 use crate::run::{RunState, own_columns, refuse_changed, refuse_changed_timings, see};
 use bladeoff_answers::report::duration;
 use bladeoff_answers::report::{are, counted};
@@ -79,7 +79,7 @@ pub fn text(directory: &Path, sample: u64) -> Result<String, CliError> {
     }
     let mut told = Told::default();
     told.line("sample", format!("{sample} of {} in {}", samples.count(), shown(directory)));
-    for (varied, value) in samples.parameters().zip(samples.values(sample)) {
+    for (varied, value) in samples.parameters().iter().zip(samples.values(sample)) {
         told.line(&varied.info.path, show(&varied.info, &value));
     }
     for (name, value) in samples.carried(sample) {
@@ -116,7 +116,7 @@ pub fn text(directory: &Path, sample: u64) -> Result<String, CliError> {
 
 /// `run.twin` of a sample that has a twin, unless it varies and is shown with what does.
 fn twin(samples: &Samples, sample: u64) -> Option<String> {
-    if samples.parameters().any(|varied| varied.info.path == TWIN) {
+    if samples.parameters().iter().any(|varied| varied.info.path == TWIN) {
         return None;
     }
     let shift = samples.twin(sample).unwrap_or_else(|| samples.study().shift());
@@ -190,8 +190,7 @@ fn place(args: &Args) -> Result<(PathBuf, u64), CliError> {
 /// The study as it is frozen in the directory, with the part of it that was run.
 fn frozen(directory: &Path) -> Result<Samples, WhyError> {
     let failed = |source| WhyError::Frozen { directory: directory.to_path_buf(), source };
-    let files = FrozenFiles { machine: directory.join(MACHINE), points: directory.join(POINTS) };
-    let study = load_frozen(&directory.join(STUDY), files, own_columns).map_err(failed)?;
+    let study = load_frozen(FrozenFiles::of(directory), own_columns).map_err(failed)?;
     let manifest: Value = Place::from(&directory.join(MANIFEST))
         .read(MOST_MANIFEST)
         .ok()

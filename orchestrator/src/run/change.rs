@@ -1,12 +1,12 @@
 //! What differs between the study a directory was computed with and the present one, in words.
 
 use super::columns::own_columns;
-use super::directory::{MACHINE, POINTS, STUDY};
+use super::directory::STUDY;
 use super::error::Change;
 use super::prepare::{Prepared, SAMPLES_KEY};
 use bladeoff_core::NUMERICS_VERSION;
 use bladeoff_model::machine::ParamValue;
-use bladeoff_study::{FrozenFiles, SampleKeys, Samples, Study, Varied, load_frozen, show};
+use bladeoff_study::{FrozenFiles, Origin, SampleKeys, Samples, Study, Varied, load_frozen, show};
 use bladeoff_system::folder::Folder;
 use bladeoff_system::shown;
 use bladeoff_worker::plan::{BASIS_FILE, MOST_BASIS};
@@ -35,8 +35,7 @@ pub(super) fn changes(folder: &Folder, prepared: &Prepared<'_>, header: &BTreeMa
     if prepared.samples.limit().is_some() || header.contains_key("limit") {
         compare("seed", "seed");
     }
-    let files = FrozenFiles { machine: directory.join(MACHINE), points: directory.join(POINTS) };
-    match load_frozen(&directory.join(STUDY), files, own_columns) {
+    match load_frozen(FrozenFiles::of(directory), own_columns) {
         Ok(old) => {
             found.extend(parameter_changes(&old, prepared.samples));
             if has_other_keys(old, folder, header) {
@@ -68,7 +67,9 @@ pub(super) fn changes(folder: &Folder, prepared: &Prepared<'_>, header: &BTreeMa
 fn has_other_keys(old: Study, directory: &Folder, header: &BTreeMap<String, String>) -> bool {
     let says = |key: &str, value: String| header.get(key) == Some(&value);
     let is_its_study = says("study_blake3", blake3::hash(old.text.as_bytes()).to_hex().to_string())
-        && says("machine_blake3", blake3::hash(old.machine_text.as_bytes()).to_hex().to_string())
+        && old
+            .machine()
+            .is_none_or(|machine| says("machine_blake3", blake3::hash(machine.text.as_bytes()).to_hex().to_string()))
         && says("numerics_version", NUMERICS_VERSION.to_string());
     let part = |key: &str| header.get(key).map(String::as_str);
     let scale = part("scale").and_then(|scale| scale.parse().ok());
@@ -109,9 +110,23 @@ fn parameter_changes(old: &Study, samples: &Samples) -> Vec<Change> {
 
 /// Every parameter with its value or values.
 fn described(study: &Study) -> BTreeMap<String, String> {
-    let mut all: BTreeMap<String, String> =
-        study.machine.paths().into_iter().map(|info| (info.path, info.shown)).collect();
-    all.extend(study.machine.texts().map(|(path, text)| (path.to_owned(), text.to_owned())));
+    let mut all = BTreeMap::new();
+    if let Some(machine) = study.machine() {
+        all.extend(machine.def.paths().into_iter().map(|info| (info.path, info.shown)));
+        all.extend(machine.def.texts().map(|(path, text)| (path.to_owned(), text.to_owned())));
+    }
+    for (number, parameter) in study.parameters().iter().enumerate() {
+        match parameter.origin {
+            Origin::Uncertain(_) => {
+                let said = &study.drawn.understood[number].sentence;
+                all.insert(parameter.info.path.clone(), said.clone());
+            }
+            Origin::Derived(formula) => {
+                all.insert(parameter.info.path.clone(), study.drawn.formulas[formula].clone());
+            }
+            Origin::Varied(..) => {}
+        }
+    }
     for axis in &study.axes {
         for varied in &axis.varied {
             all.insert(varied.info.path.clone(), values(varied, axis.length));

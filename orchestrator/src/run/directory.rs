@@ -6,7 +6,9 @@ use super::lock::{Holder, Lock, Mark, mark, theirs};
 use super::trust::check;
 use crate::ledger::is_store;
 use bladeoff_answers::tables::TableError;
-use bladeoff_study::Study;
+use bladeoff_study::plan::MOST_PARAMETERS;
+pub use bladeoff_study::{MACHINE, POINTS, STUDY};
+use bladeoff_study::{Study, empirical, is_empirical};
 use bladeoff_system::files::{FileError, is_temporary, sync_directory, write_whole};
 use bladeoff_system::folder::Folder;
 use bladeoff_system::place::{Place, close_to_others};
@@ -28,12 +30,6 @@ pub const TIMINGS: &str = "timings.parquet";
 pub const TIMING_PARTS: &str = "timings-parts";
 /// Versions, build, host, dates, command.
 pub const MANIFEST: &str = "manifest.json";
-/// The study as it was, byte for byte.
-pub const STUDY: &str = "study.toml";
-/// The machine as it was, byte for byte.
-pub const MACHINE: &str = "machine.toml";
-/// The points file as it was, byte for byte.
-pub const POINTS: &str = "points.csv";
 /// Record of finished samples.
 pub const LEDGER: &str = "ledger.redb";
 /// Name of the file in a result directory.
@@ -111,7 +107,7 @@ impl RunDirectory {
         let names = self.folder.names().map_err(FileError::at("read", self.path()))?;
         let is_begun = |name: &OsStr| {
             // Earlier builds made a record under this name.
-            WHOLE.iter().any(|whole| is_temporary(name, whole)) || name.to_str() == Some(&format!("{LEDGER}.new"))
+            is_whole_begun(name) || name.to_str() == Some(&format!("{LEDGER}.new"))
         };
         let mut is_changed = false;
         for name in names.iter().filter(|name| is_begun(name)) {
@@ -141,12 +137,12 @@ impl RunDirectory {
     /// # Errors
     /// The directory cannot be written.
     pub fn write_inputs(&self, study: &Study) -> Result<(), FileError> {
-        for (name, text) in inputs(study) {
-            let path = self.file(name);
+        for (name, text) in study.inputs() {
+            let path = self.file(&name);
             match text {
                 Some(text) if path.read(text.len() as u64).is_ok_and(|found| found == text.as_bytes()) => {}
                 Some(text) => write_whole(&path, text.as_bytes())?,
-                None => self.remove(name)?,
+                None => self.remove(&name)?,
             }
         }
         Ok(())
@@ -286,11 +282,6 @@ impl RunDirectory {
     }
 }
 
-/// The inputs of a study as a directory keeps them.
-fn inputs(study: &Study) -> [(&'static str, Option<&String>); 3] {
-    [(STUDY, Some(&study.text)), (MACHINE, Some(&study.machine_text)), (POINTS, study.points_text.as_ref())]
-}
-
 /// Name of a folder on its way in or out.
 fn aside(folder: &str) -> String {
     format!("{folder}.aside")
@@ -374,6 +365,12 @@ pub fn read_current<T>(
     }
 }
 
+/// Whether this is what a run writes aside, before it gets its name.
+fn is_whole_begun(name: &OsStr) -> bool {
+    let begins = |whole: &str| is_temporary(name, whole);
+    WHOLE.into_iter().any(begins) || (0..MOST_PARAMETERS).any(|number| begins(&empirical(number)))
+}
+
 /// Refuses a directory that holds anything and was not begun by a run, whatever the names in it. A run writes its lock
 /// before anything else.
 fn refuse_foreign(folder: &Folder, study: Option<&Study>) -> Result<(), RunError> {
@@ -391,14 +388,13 @@ fn refuse_foreign(folder: &Folder, study: Option<&Study>) -> Result<(), RunError
     let names = folder.names().map_err(FileError::at("read", folder.path()))?;
     // An empty lock: killed between making and writing it; or the power went, or somebody emptied it, before there was a record.
     // Then the inputs of this study are there, byte for byte, and nothing but what a run writes before.
-    let is_there = |(name, text): (&str, Option<&String>)| match text {
-        Some(text) => folder.place(name).read(text.len() as u64).is_ok_and(|found| found == text.as_bytes()),
-        None => !folder.place(name).exists(),
+    let is_there = |(name, text): (String, Option<&str>)| match text {
+        Some(text) => folder.place(&name).read(text.len() as u64).is_ok_and(|found| found == text.as_bytes()),
+        None => !folder.place(&name).exists(),
     };
-    let has_inputs = mark == Mark::Empty && study.is_some_and(|study| inputs(study).into_iter().all(is_there));
+    let has_inputs = mark == Mark::Empty && study.is_some_and(|study| study.inputs().into_iter().all(is_there));
     let is_first = |name: &OsStr| {
-        let is_temporary = || WHOLE.iter().any(|whole| is_temporary(name, whole));
-        FIRST.iter().any(|first| name == *first) || is_temporary()
+        FIRST.iter().any(|first| name == *first) || name.to_str().is_some_and(is_empirical) || is_whole_begun(name)
     };
     let is_begun = |name: &OsStr| mark == Mark::Empty && name == LOCK || has_inputs && is_first(name);
     match names.into_iter().filter(|name| !is_begun(name)).min() {

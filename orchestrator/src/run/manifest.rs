@@ -117,7 +117,7 @@ pub(super) fn manifest(
         "command": std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect::<Vec<_>>(),
         "study": study.name,
         "study_file": study.file,
-        "machine_file": study.machine_file,
+        "machine_file": study.machine().map(|machine| &machine.file),
         "samples": samples.count(),
         "scale": samples.scale(),
         "limit": samples.limit(),

@@ -81,7 +81,7 @@ pub fn run(request: &Request, samples: &Samples, note: &dyn Fn(&str)) -> Result<
     let computed = begin(&session, &course, &mut telling).and_then(|(options, there)| {
         let (directory, prepared, opened) = (&session.directory, &session.prepared, &mut session.opened);
         let record = opened.ledger.reader().clone();
-        let todo = order::shuffled(std::mem::take(&mut opened.todo));
+        let todo = order::ordered(std::mem::take(&mut opened.todo), samples);
         parts::written_beside(request.refresh, (directory, prepared, &record), there, &faults, |parts| {
             let guard = Guard::new(directory);
             let mut sink = LedgerSink::new(&mut opened.ledger, &prepared.keys, &known, parts, guard);

@@ -5,6 +5,7 @@
 //! No result depends on the order.
 
 use crate::schedule::Todo;
+use bladeoff_study::Samples;
 use bladeoff_study::design::Shuffle;
 
 /// Blocks at most, each of successive missing samples. Up to so many samples are shuffled one by one; of more, neighbours stay
@@ -12,6 +13,13 @@ use bladeoff_study::design::Shuffle;
 const MOST_BLOCKS: u64 = 1024;
 /// One order for all studies: whatever happens once happens again.
 const SEED: u64 = 0;
+
+/// In which order the missing samples of a study are handed out: of a design as they are, so that half-way there is a beginning of its
+/// points (which are random already: what finishes first is not), otherwise shuffled.
+#[must_use]
+pub fn ordered(todo: Todo, samples: &Samples) -> Todo {
+    if samples.plan().is_some() { todo } else { shuffled(todo) }
+}
 
 /// The same samples in shuffled blocks of equal length; suspects stay at the end. The order depends on nothing but which samples they
 /// are.

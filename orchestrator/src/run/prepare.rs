@@ -34,7 +34,7 @@ pub(super) struct Prepared<'a> {
 /// The machines whose basis may be frozen, the best first: the study's without what varies, because it stays the same when
 /// the study grows; the first sample's where that is no machine or has no modes (it may need what varies).
 fn basis_machines(samples: &Samples) -> impl Iterator<Item = Result<Machine, Problems>> {
-    let without = samples.study().machine.build().ok().map(Ok);
+    let without = samples.study().machine().and_then(|machine| machine.def.build().ok()).map(Ok);
     without.into_iter().chain(std::iter::once_with(|| samples.machine(0).build()))
 }
 

@@ -16,17 +16,23 @@ pub(super) fn provenance(samples: &Samples, plan_hash: &str, basis: Option<&[u8]
         ("ledger_version", LEDGER_VERSION.to_string()),
         ("study", study.name.clone()),
         ("study_blake3", hash(&study.text)),
-        ("machine", study.machine_file.clone()),
-        ("machine_blake3", hash(&study.machine_text)),
         ("plan_blake3", plan_hash.to_owned()),
         ("seed", study.seed.to_string()),
         ("samples", samples.count().to_string()),
     ];
+    if let Some(machine) = study.machine() {
+        let after = pairs.iter().position(|(key, _)| *key == "plan_blake3").expect("it is there");
+        pairs.insert(after, ("machine", machine.file.clone()));
+        pairs.insert(after + 1, ("machine_blake3", hash(&machine.text)));
+    }
     if let Some(basis) = basis {
         pairs.push(("basis_blake3", blake3::hash(basis).to_hex().to_string()));
     }
     if let Some(points) = &study.points_text {
         pairs.push(("points_blake3", hash(points)));
+    }
+    if !study.empirical_texts.is_empty() {
+        pairs.push(("empirical_blake3", hash(&study.empirical_texts.concat())));
     }
     if let Some(scale) = samples.scale() {
         pairs.push(("scale", format!("{scale:?}")));

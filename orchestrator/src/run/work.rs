@@ -10,15 +10,17 @@ const _: () = assert!(MOST_VARIED == MAX_PARAMS, "what a study may vary fits int
 /// The plan that workers read: machine, overrides, what varies, basis.
 pub(super) fn work_plan(samples: &Samples, basis: Option<Vec<u8>>) -> WorkPlan {
     let study = samples.study();
-    let varied = samples.parameters().map(|varied| Varied {
+    let machine = study.machine().expect("a study with a machine");
+    let told = samples.parameters().iter().filter(|parameter| study.is_solved(parameter));
+    let varied = told.map(|varied| Varied {
         path: varied.info.path.clone(),
         choices: varied.words().map(|words| words.iter().map(|word| (*word).to_owned()).collect()),
     });
     let twin = study.twin.iter().map(|twin| Varied { path: twin.info.path.clone(), choices: None });
     WorkPlan {
-        machine_file: study.machine_file.clone(),
-        machine_toml: study.machine_text.clone(),
-        fixed: study.fixed.iter().map(|(info, value)| (info.path.clone(), value.clone())).collect(),
+        machine_file: machine.file.clone(),
+        machine_toml: machine.text.clone(),
+        fixed: machine.fixed.iter().map(|(info, value)| (info.path.clone(), value.clone())).collect(),
         varied: varied.chain(twin).collect(),
         basis,
     }

@@ -1,6 +1,6 @@
 //! Whether a study leaves the release angle at one value where it decides the loads.
 
-use super::{Samples, ValueList};
+use super::Samples;
 use bladeoff_model::machine::{DiaphragmKind, Machine, ParamValue, Presence};
 use std::f64::consts::TAU;
 
@@ -34,35 +34,36 @@ pub struct FixedAngle {
 /// offset, bearings and gravity stay where they are); against another unbalance with the phase of that one.
 #[must_use]
 pub fn fixed_angle(samples: &Samples) -> Option<FixedAngle> {
-    if samples.count() == 0 {
+    if samples.count() == 0 || samples.study().machine().is_none() {
         return None;
     }
     let is_angle = |path: &str| path.ends_with(".phase") || path.ends_with(".angle");
-    let varied = samples.parameters().filter(|varied| is_angle(&varied.info.path));
+    let varied = samples.parameters().iter().enumerate().filter(|(_, one)| is_angle(&one.info.path));
     let angles: Vec<Angle<'_>> =
-        varied.map(|varied| Angle { path: &varied.info.path, values: &varied.values }).collect();
+        varied.map(|(place, one)| Angle { path: &one.info.path, values: samples.all_or_some_values(place) }).collect();
     // The ends and the middle: where a parameter that varies takes the symmetry away, one of them has it.
     let machines = [0, samples.count() / 2, samples.count() - 1].map(|sample| samples.machine(sample).build());
     let found = machines.iter().flatten().filter_map(|machine| of_machine(machine, &angles));
     let mut found = found.max_by(|a, b| a.period.total_cmp(&b.period))?;
-    found.is_set = samples.study().fixed.iter().any(|(info, _)| info.path == found.path);
+    let machine = samples.study().machine()?;
+    found.is_set = machine.fixed.iter().any(|(info, _)| info.path == found.path);
     Some(found)
 }
 
 /// An angle that a study gives values.
 struct Angle<'a> {
     path: &'a str,
-    values: &'a ValueList,
+    values: Vec<ParamValue>,
 }
 
 /// Whether some of these angles are not whole periods apart.
-fn differs(values: &ValueList, period: f64) -> bool {
-    let turns = |position| match values.at(position) {
+fn differs(values: &[ParamValue], period: f64) -> bool {
+    let turns = |value: &ParamValue| match value {
         ParamValue::Number(angle) => angle / period,
         ParamValue::Choice(_) => 0.0,
     };
-    let first = turns(0);
-    (1..values.len()).map(|position| turns(position) - first).any(|turns| (turns - turns.round()).abs() > ROUNDING)
+    let first = turns(&values[0]);
+    values[1..].iter().map(|value| turns(value) - first).any(|turns| (turns - turns.round()).abs() > ROUNDING)
 }
 
 fn of_machine(machine: &Machine, angles: &[Angle<'_>]) -> Option<FixedAngle> {
@@ -76,7 +77,7 @@ fn of_machine(machine: &Machine, angles: &[Angle<'_>]) -> Option<FixedAngle> {
     let mut repeated = None;
     let mut varies = |path: &str, period: f64| {
         let Some(angle) = angles.iter().find(|angle| angle.path == path) else { return false };
-        let varies = differs(angle.values, period);
+        let varies = differs(&angle.values, period);
         if !varies && angle.values.len() > 1 {
             repeated = Some((path.to_owned(), period));
         }
@@ -281,7 +282,8 @@ mod tests {
 
     #[test]
     fn angles_whole_periods_apart_are_the_same_angle() {
-        let list = |degrees: &[f64]| ValueList::Numbers(degrees.iter().map(|angle| angle.to_radians()).collect());
+        let list =
+            |degrees: &[f64]| degrees.iter().map(|angle| ParamValue::Number(angle.to_radians())).collect::<Vec<_>>();
         assert!(!differs(&list(&[0.0, 360.0]), TAU) && !differs(&list(&[10.0, 55.0, -35.0]), TAU / 8.0));
         assert!(differs(&list(&[0.0, 45.0]), TAU) && differs(&list(&[0.0, 45.0, 46.0]), TAU / 8.0));
         assert!(!differs(&list(&[7.0]), TAU));

@@ -1,8 +1,9 @@
 //! One axis of a study: one parameter, or several that advance together.
 
 use super::ValueList;
+use super::parameter::{Origin, Parameter};
 use bladeoff_model::document::units::format_digits;
-use bladeoff_model::machine::{ParamValue, PathInfo, PathKind, is_detection};
+use bladeoff_model::machine::{ParamValue, PathInfo};
 use std::ops::Range;
 
 /// Most parameters that vary: a message to a worker has room for so many.
@@ -46,8 +47,12 @@ pub struct Column {
 /// A parameter and its values along an axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Varied {
-    /// The parameter.
+    /// The parameter; of a variable its name, in the place of a path, and any number.
     pub info: PathInfo,
+    /// `as`: a short name.
+    pub short: Option<String>,
+    /// Whether no machine has it: a variable of formulas.
+    pub is_variable: bool,
     /// Its value at each position.
     pub values: ValueList,
     /// Bytes of the study file that name it.
@@ -55,38 +60,17 @@ pub struct Varied {
 }
 
 impl Varied {
-    /// Whether its values are words.
+    /// As a parameter of the study.
     #[must_use]
-    pub fn has_words(&self) -> bool {
-        self.values.has_words()
-    }
-
-    /// The words it may be, where its values are words.
-    #[must_use]
-    pub fn words(&self) -> Option<&'static [&'static str]> {
-        match self.info.kind {
-            PathKind::Choice(words) | PathKind::NumberOrChoice(words) if self.has_words() => Some(words),
-            _ => None,
+    pub(super) fn parameter(&self, origin: Origin) -> Parameter {
+        Parameter {
+            info: self.info.clone(),
+            short: self.short.clone(),
+            has_words: self.values.has_words(),
+            is_variable: self.is_variable,
+            origin,
+            place: self.place.clone(),
         }
-    }
-
-    /// Whether it is the contact detection, whose column has a name of its own.
-    #[must_use]
-    pub fn is_detection(&self) -> bool {
-        is_detection(&self.info.path)
-    }
-
-    /// Its column of the result table.
-    #[must_use]
-    pub fn column(&self) -> Column {
-        let (unit, kind) = match self.info.kind {
-            _ if self.has_words() => ("", ColumnKind::Word),
-            PathKind::Count => ("", ColumnKind::Integer),
-            _ => (self.info.unit, ColumnKind::Real),
-        };
-        // A number-or-word parameter that holds words has no unit in its name.
-        let name = if kind == ColumnKind::Word { self.info.path.clone() } else { self.info.column() };
-        Column { name, unit: unit.to_owned(), meaning: self.info.meaning.to_owned(), kind }
     }
 }
 

@@ -1,7 +1,8 @@
 //! Columns of the points file that are no parameters: carried along into the table, or left out, as the study says.
 
-use super::axis::{Axis, Column, ColumnKind};
+use super::axis::{Column, ColumnKind};
 use super::csv::{Cell, Csv};
+use super::parameter::Parameter;
 use super::table::{Keys, wrong_type};
 use bladeoff_model::document::{Collector, Value, cut};
 use bladeoff_model::machine::ParamValue;
@@ -200,8 +201,13 @@ fn names(keys: &Keys<'_>, name: &str, problems: &mut Collector<'_>) -> Vec<(Stri
 }
 
 /// Refuses carried columns with the name of another column of the table.
-pub(super) fn refuse_taken(carried: &Others, axes: &[Axis], outcome: &[String], problems: &mut Collector<'_>) {
-    let parameters = axes.iter().flat_map(|axis| &axis.varied).map(|varied| varied.column().name);
+pub(super) fn refuse_taken(
+    carried: &Others,
+    parameters: &[Parameter],
+    outcome: &[String],
+    problems: &mut Collector<'_>,
+) {
+    let parameters = parameters.iter().map(|parameter| parameter.column().name);
     let taken: Vec<String> = parameters.chain(outcome.iter().cloned()).collect();
     for (name, span) in &carried.carry {
         if taken.contains(name) {

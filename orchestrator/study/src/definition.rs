@@ -2,9 +2,13 @@
 
 use super::axis::Axis;
 use super::carried::Carried;
+use super::drawn::Drawn;
+use super::function::FunctionModel;
 use super::limits::Limits;
+use super::parameter::Parameter;
 use super::twin::TwinShare;
 use bladeoff_model::machine::{MachineDef, ParamValue, PathInfo, TWIN};
+use std::ops::Range;
 
 /// A study whose every key was checked.
 #[derive(Debug, Clone)]
@@ -17,18 +21,18 @@ pub struct Study {
     pub name: String,
     /// Seed of everything that is drawn.
     pub seed: u64,
-    /// The machine file as the study names it.
-    pub machine_file: String,
-    /// Its text.
-    pub machine_text: String,
-    /// The machine with the overrides of `[set]`.
-    pub machine: MachineDef,
-    /// The overrides of `[set]`.
-    pub fixed: Vec<(PathInfo, ParamValue)>,
+    /// What each sample computes.
+    pub subject: Subject,
     /// What varies, the slowest axis first.
     pub axes: Vec<Axis>,
+    /// What differs from sample to sample, and how its values are drawn and derived.
+    pub drawn: Drawn,
+    /// Bytes of `[design]`.
+    pub design_place: Range<usize>,
     /// Text of the points file, to be kept beside the results.
     pub points_text: Option<String>,
+    /// Texts of the files of empirical laws, in the order of their tables, to be kept likewise.
+    pub empirical_texts: Vec<String>,
     /// Columns of the points file, which is the first axis, that stand in the table as they are.
     pub carried: Vec<Carried>,
     /// How many failed and invalid samples are acceptable.
@@ -37,11 +41,69 @@ pub struct Study {
     pub twin: Option<TwinShare>,
 }
 
+/// What each sample of a study computes.
+#[derive(Debug, Clone)]
+pub enum Subject {
+    /// The transient of a machine.
+    Machine(MachineSubject),
+    /// Formulas of its variables.
+    Function(FunctionModel),
+}
+
+/// The machine of a study.
+#[derive(Debug, Clone)]
+pub struct MachineSubject {
+    /// Its file as the study names it.
+    pub file: String,
+    /// Its text.
+    pub text: String,
+    /// The machine with the overrides of `[set]`.
+    pub def: MachineDef,
+    /// The overrides of `[set]`.
+    pub fixed: Vec<(PathInfo, ParamValue)>,
+}
+
 impl Study {
+    /// Its machine; `None`: it computes formulas.
+    #[must_use]
+    pub fn machine(&self) -> Option<&MachineSubject> {
+        match &self.subject {
+            Subject::Machine(machine) => Some(machine),
+            Subject::Function(_) => None,
+        }
+    }
+
+    /// What is computed, in a word: the machine's file as the study names it, or `function`.
+    #[must_use]
+    pub fn subject_name(&self) -> &str {
+        self.machine().map_or("function", |machine| &machine.file)
+    }
+
+    /// Its formulas; `None`: it has a machine.
+    #[must_use]
+    pub fn function(&self) -> Option<&FunctionModel> {
+        match &self.subject {
+            Subject::Machine(_) => None,
+            Subject::Function(function) => Some(function),
+        }
+    }
+
+    /// Everything that differs from sample to sample, in the order of the values of a sample: uncertain, varied, derived.
+    #[must_use]
+    pub fn parameters(&self) -> &[Parameter] {
+        &self.drawn.parameters
+    }
+
+    /// Whether the solver is told of a parameter: a machine knows no variables, a function knows nothing else.
+    #[must_use]
+    pub fn is_solved(&self, parameter: &Parameter) -> bool {
+        !parameter.is_variable || self.function().is_some()
+    }
+
     /// `run.twin` of its machine, before anything varies; 0: no twin runs.
     #[must_use]
     pub fn shift(&self) -> f64 {
-        match self.machine.resolve(TWIN).ok().and_then(|info| info.value) {
+        match self.machine().and_then(|machine| machine.def.resolve(TWIN).ok()).and_then(|info| info.value) {
             Some(ParamValue::Number(shift)) => shift,
             _ => 0.0,
         }

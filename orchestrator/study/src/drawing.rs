@@ -17,7 +17,8 @@ use bladeoff_model::machine::ParamValue;
 pub struct Drawing {
     laws: Vec<Uncertain>,
     copula: Copula,
-    plan: Plan,
+    /// None where nothing is uncertain.
+    plan: Option<Plan>,
     derived: Derived,
 }
 
@@ -33,7 +34,8 @@ pub struct Scratch {
 impl Drawing {
     /// Of sound parts. The variables of `derived` are the uncertain ones, those of `[[vary]]`, the derived ones.
     #[must_use]
-    pub fn new(laws: Vec<Uncertain>, copula: Copula, plan: Plan, derived: Derived) -> Self {
+    pub fn new(laws: Vec<Uncertain>, copula: Copula, plan: Option<Plan>, derived: Derived) -> Self {
+        assert_eq!(plan.is_none(), laws.is_empty(), "what is uncertain is planned");
         assert!(
             laws.len() + derived.count() <= derived.variables().len(),
             "the variables begin with the uncertain ones"
@@ -41,10 +43,23 @@ impl Drawing {
         Self { laws, copula, plan, derived }
     }
 
-    /// Where the points lie.
+    /// Where the points lie; `None` where nothing is uncertain.
     #[must_use]
-    pub fn plan(&self) -> &Plan {
-        &self.plan
+    pub fn plan(&self) -> Option<&Plan> {
+        self.plan.as_ref()
+    }
+
+    /// With the first points of each replicate, a part `factor` of them.
+    #[must_use]
+    pub fn scaled(mut self, factor: f64) -> Self {
+        self.plan = self.plan.map(|plan| plan.scaled(factor));
+        self
+    }
+
+    /// Whether any value is derived from others.
+    #[must_use]
+    pub fn derives(&self) -> bool {
+        self.derived.count() > 0
     }
 
     /// The variables, in the order of the values.
@@ -66,11 +81,12 @@ impl Drawing {
         values: &mut Vec<f64>,
     ) -> Result<(), NotFinite> {
         values.clear();
-        match self.plan.steps() {
-            Some(steps) => steps.values(index, values),
-            None => {
+        match self.plan.as_ref().map(|plan| (plan, plan.steps())) {
+            None => {}
+            Some((_, Some(steps))) => steps.values(index, values),
+            Some((plan, None)) => {
                 scratch.point.resize(self.laws.len(), 0.0);
-                self.plan.fill(index, &mut scratch.point);
+                plan.fill(index, &mut scratch.point);
                 scratch.coordinates.clear();
                 // exact but for Halton's sequence, whose cells are no powers of two
                 scratch.coordinates.extend(scratch.point.iter().map(|&p| (p, 1.0 - p)));

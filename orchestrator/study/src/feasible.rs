@@ -1,14 +1,20 @@
 //! Combinations that no machine can have are found before anything runs.
 //!
-//! Every value was checked by itself when the study was read; here whole machines are built, because some checks
+//! Every value of `[[vary]]` was checked by itself when the study was read; here whole machines are built, because some checks
 //! span several keys (an inner diameter and an outer one, a disc and the length of its shaft). Up to
 //! [`CHECKED_COMBINATIONS`] samples: all of them. Beyond: every value of every axis with the other axes at their
-//! first value, and every corner (all combinations of first and last values); what that misses fails in its sample.
+//! first value, and every corner (all combinations of first and last values); of a design so many points, evenly spread, and all
+//! of them where values are derived by formulas. What that misses fails in its sample.
+//!
+//! Drawn and derived values are looked at in every sample, whatever their number: a law was refused only where the machine refuses more
+//! than 1e-12 of it, and nobody knows what a formula gives.
 
+use super::axis::show;
 use super::error::StudyError;
+use super::parameter::{Origin, Parameter};
 use super::samples::Samples;
 use bladeoff_model::document::{Collector, Problem, Problems};
-use bladeoff_model::machine::MachineDef;
+use bladeoff_model::machine::{MachineDef, ParamValue, ValueError};
 use bladeoff_system::threads::in_parallel;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -31,8 +37,13 @@ struct Infeasible {
 /// # Errors
 /// Each way in which machines cannot be built, with the number of combinations and the first of them; threads that cannot be started.
 pub fn check_machines(samples: &Samples) -> Result<(), StudyError> {
-    let chosen = Chosen::new(samples);
-    let all = samples.count() <= CHECKED_COMBINATIONS;
+    if samples.study().machine().is_none() {
+        return Ok(());
+    }
+    check_values(samples)?;
+    let derives = samples.study().drawn.drawing.derives();
+    let chosen = Chosen::new(samples, CHECKED_COMBINATIONS);
+    let all = samples.count() <= CHECKED_COMBINATIONS || derives && samples.plan().is_some();
     let checked = if all { samples.count() } else { chosen.count() };
     let found = in_parallel(|| gather(checked, |at| if all { samples.machine(at) } else { chosen.machine(at) }))?;
     if found.is_empty() {
@@ -40,6 +51,68 @@ pub fn check_machines(samples: &Samples) -> Result<(), StudyError> {
     }
     let describe = |at| if all { samples.describe(at) } else { chosen.describe(at) };
     Err(StudyError::Problems(vec![report(samples, checked, found, describe)]))
+}
+
+/// Samples whose value of a parameter is wrong in the same way: how many, the first, and its value there.
+type Wrong = BTreeMap<(usize, &'static str), (u64, u64, ParamValue)>;
+
+/// Refuses drawn and derived values that are no values of their parameters.
+fn check_values(samples: &Samples) -> Result<(), StudyError> {
+    let study = samples.study();
+    let Some(machine) = study.machine() else { return Ok(()) };
+    let own: Vec<(usize, &Parameter)> =
+        samples.parameters().iter().enumerate().filter(|(_, one)| !matches!(one.origin, Origin::Varied(..))).collect();
+    if own.is_empty() {
+        return Ok(());
+    }
+    let refusal = |parameter: &Parameter, value: &ParamValue| match value {
+        ParamValue::Number(number) if !number.is_finite() => Some("not a finite number"),
+        _ if parameter.is_variable => None,
+        value => machine.def.identity_change(&parameter.info, value).err().map(|error| match error {
+            ValueError::NotWhole { .. } => "not a whole number",
+            _ => "out of range",
+        }),
+    };
+    let look = |mut wrong: Wrong, sample: u64| {
+        let values = samples.values(sample);
+        for &(place, parameter) in &own {
+            if let Some(what) = refusal(parameter, &values[place]) {
+                count_first(&mut wrong, (place, what), (1, sample, values[place].clone()));
+            }
+        }
+        wrong
+    };
+    let both = |mut wrong: Wrong, other: Wrong| {
+        other.into_iter().for_each(|(key, found)| count_first(&mut wrong, key, found));
+        wrong
+    };
+    let found = in_parallel(|| (0..samples.count()).into_par_iter().fold(Wrong::new, look).reduce(Wrong::new, both))?;
+    if found.is_empty() {
+        return Ok(());
+    }
+    let mut problems = Collector::new(&study.file, &study.text);
+    for ((place, what), (count, first, value)) in found {
+        let parameter = &samples.parameters()[place];
+        let message = format!("{what} in {count} of {} samples (first: {})", samples.count(), samples.describe(first));
+        let problem = problems.add(parameter.place.clone(), &*parameter.info.path, message);
+        problem.value = Some(show(&parameter.info, &value));
+        problem.allowed = Some(parameter.info.allowed.clone());
+    }
+    Err(StudyError::Problems(vec![problems.into_problems()]))
+}
+
+/// Counts a finding, and keeps the first sample that has it.
+fn count_first(wrong: &mut Wrong, key: (usize, &'static str), found: (u64, u64, ParamValue)) {
+    match wrong.get_mut(&key) {
+        None => drop(wrong.insert(key, found)),
+        Some(known) => {
+            let count = known.0 + found.0;
+            if found.1 < known.1 {
+                *known = found;
+            }
+            known.0 = count;
+        }
+    }
 }
 
 fn gather(count: u64, machine: impl Fn(u64) -> MachineDef + Sync) -> BTreeMap<(String, String), Infeasible> {
@@ -85,10 +158,10 @@ fn report(
     let study = samples.study();
     let mut problems = Collector::new(&study.file, &study.text);
     for infeasible in found.into_values() {
-        let varied = || study.axes.iter().flat_map(|axis| &axis.varied);
-        let place = varied().find(|varied| varied.info.path == infeasible.problem.key).or_else(|| varied().next());
-        let span = place.map_or(0..0, |varied| varied.place.clone());
-        let message = if study.axes.is_empty() {
+        let all = samples.parameters();
+        let place = all.iter().find(|one| one.info.path == infeasible.problem.key).or_else(|| all.first());
+        let span = place.map_or(0..0, |parameter| parameter.place.clone());
+        let message = if all.is_empty() {
             format!("the machine cannot be built: {}", infeasible.problem.message)
         } else {
             format!(
@@ -111,7 +184,7 @@ fn report(
 #[must_use]
 pub fn at_its_axis(samples: &Samples, refused: Problems) -> Problems {
     let study = samples.study();
-    let axis = |problem: &Problem| samples.parameters().find(|varied| varied.info.path == problem.key);
+    let axis = |problem: &Problem| samples.parameters().iter().find(|varied| varied.info.path == problem.key);
     let Some(varied) = refused.list.first().and_then(axis) else { return refused };
     let mut problems = Collector::new(&study.file, &study.text);
     for problem in &refused.list {
@@ -123,28 +196,31 @@ pub fn at_its_axis(samples: &Samples, refused: Problems) -> Problems {
 }
 
 /// Combinations of a study too large to try all: every value of every axis with the other axes at their first, then the
-/// corners. Like samples they are made from their number.
+/// corners; of a design samples of points that are evenly spread. Like samples they are made from their number.
 pub struct Chosen<'a> {
     samples: &'a Samples,
     /// Values of all axes together.
     edges: u64,
     /// Axes whose corners are made.
     cornered: usize,
+    /// Samples of a design.
+    spread: Option<u64>,
 }
 
 impl<'a> Chosen<'a> {
-    /// Those of this study.
+    /// Those of this study; of a design so many.
     #[must_use]
-    pub fn new(samples: &'a Samples) -> Self {
+    pub fn new(samples: &'a Samples, most: u64) -> Self {
         let axes = &samples.study().axes;
         let edges = axes.iter().map(|axis| axis.length).sum();
-        Self { samples, edges, cornered: axes.len().min(MOST_CORNER_AXES) }
+        let spread = samples.plan().map(|_| most.min(samples.count()));
+        Self { samples, edges, cornered: axes.len().min(MOST_CORNER_AXES), spread }
     }
 
     /// How many there are.
     #[must_use]
     pub fn count(&self) -> u64 {
-        self.edges + (1 << self.cornered)
+        self.spread.unwrap_or(self.edges + (1 << self.cornered))
     }
 
     fn positions(&self, at: u64) -> Vec<u64> {
@@ -165,16 +241,30 @@ impl<'a> Chosen<'a> {
         positions
     }
 
-    /// The machine definition of one of them.
+    fn values(&self, at: u64) -> Vec<ParamValue> {
+        match self.spread {
+            Some(most) => {
+                let sample = u128::from(at) * u128::from(self.samples.count()) / u128::from(most);
+                self.samples.values(u64::try_from(sample).expect("below the number of samples"))
+            }
+            None => self.samples.values_at(0, &self.positions(at)),
+        }
+    }
+
+    /// The machine definition of one of them, in a study that has a machine and whose values were checked.
+    ///
+    /// # Panics
+    /// The study has no machine.
     #[must_use]
     pub fn machine(&self, at: u64) -> MachineDef {
-        self.samples.machine_at(&self.positions(at))
+        let machine = self.samples.with_values(&self.values(at)).expect("every value was checked");
+        machine.expect("asked of a study with a machine only")
     }
 
     /// What varies in it.
     #[must_use]
     pub fn describe(&self, at: u64) -> String {
-        self.samples.describe_at(&self.positions(at))
+        self.samples.describe_values(&self.values(at))
     }
 }
 
@@ -194,7 +284,7 @@ mod tests {
         fs::write(folder.path().join("s.toml"), text).expect("written");
         let study = load(&folder.path().join("s.toml"), |_| Vec::new()).expect("valid");
         let samples = Samples::new(study, None, None).expect("small");
-        let chosen = Chosen::new(&samples);
+        let chosen = Chosen::new(&samples, 100);
         let all: Vec<Vec<u64>> = (0..chosen.count()).map(|at| chosen.positions(at)).collect();
         assert_eq!(all, [[0, 0], [1, 0], [0, 0], [0, 1], [0, 2], [0, 0], [1, 0], [0, 2], [1, 2]]);
         assert!(chosen.describe(8).ends_with("contact.gap = 2 mm, diaphragms.seal.contact.friction = 0.3"));

@@ -10,6 +10,7 @@
 //! What the samples of a `[design]` are, pure functions of (study, seed, index):
 //!
 //! ```text
+//! the tables          drawn         from the file to all that follows
 //! [design]            plan          index -> a coordinate in (0, 1) for each uncertain parameter, with its complement
 //! [[correlation]]     correlation   coordinates made dependent (Gaussian copula)
 //! [[uncertain]]       uncertain     coordinate -> value, by the quantile function
@@ -29,16 +30,22 @@ mod definition;
 pub mod derived;
 pub mod design;
 pub mod drawing;
+mod drawn;
 mod error;
 mod feasible;
+mod frozen;
+mod function;
 mod input;
 mod kind;
 mod limits;
 mod load;
+mod named;
+mod parameter;
 pub mod plan;
 mod points;
 mod sample_keys;
 mod samples;
+mod set;
 mod table;
 mod template;
 mod twin;
@@ -50,13 +57,17 @@ pub use amount::{parse_duration, parse_memory};
 pub use angle::{FixedAngle, fixed_angle};
 pub use axis::{Axis, Column, ColumnKind, MOST_VARIED, Varied, show};
 pub use carried::Carried;
-pub use definition::Study;
+pub use definition::{MachineSubject, Study, Subject};
+pub use drawn::{Drawn, Understood};
 pub use error::StudyError;
 pub use feasible::{CHECKED_COMBINATIONS, Chosen, at_its_axis, check_machines};
+pub use frozen::{FrozenFiles, MACHINE, POINTS, STUDY, empirical, is_empirical};
+pub use function::{FunctionError, FunctionModel, MOST_OUTPUTS, OWN_COLUMNS, Output};
 pub use input::{InputError, read_input};
 pub use kind::{FileKind, kind_of};
 pub use limits::{Limits, SampleLimits, Share};
-pub use load::{FrozenFiles, STUDY_SCHEMA, TakenNames, load, load_frozen};
+pub use load::{STUDY_SCHEMA, TakenNames, load, load_frozen};
+pub use parameter::{Origin, Parameter};
 pub use sample_keys::{SampleKey, SampleKeys};
 pub use samples::Samples;
 pub use template::{STUDY_MACHINE, STUDY_TEMPLATE};

@@ -2,19 +2,24 @@
 
 use super::axis::{Axis, MOST_VARIED};
 use super::carried::{Carried, Others, refuse_taken};
-use super::definition::Study;
+use super::definition::{MachineSubject, Study, Subject};
+use super::drawn::{self, Drawn, Files};
 use super::error::StudyError;
-use super::input::{InputError, beside, read_frozen, read_input};
+use super::frozen::FrozenFiles;
+use super::function::{FunctionError, FunctionModel, OWN_COLUMNS};
+use super::input::{read_frozen, read_input};
 use super::kind::{FileKind, kind_of};
 use super::limits::Limits;
+use super::named::{NamedFiles, Which};
+use super::parameter::Parameter;
 use super::points::{PointsFile, read_points};
-use super::table::{Keys, scalar_text, wrong_type};
+use super::set::read_set;
+use super::table::Keys;
 use super::twin::TwinShare;
-use super::vary::{Given, PathTable, read_vary};
+use super::vary::{PathTable, read_vary};
 use bladeoff_model::document::{Collector, Entry, MAX_FILE_BYTES, Node, Problems, Value, cut, parse_toml};
-use bladeoff_model::machine::{Machine, MachineDef, ParamValue, PathInfo, TWIN};
-use bladeoff_system::call::program;
-use std::path::{Path, PathBuf};
+use bladeoff_model::machine::{Machine, MachineDef, TWIN};
+use std::path::Path;
 
 /// Names of the columns that the table of this machine has whatever varies: no column that is carried along may have one of them.
 pub type TakenNames = fn(&Machine) -> Vec<String>;
@@ -25,10 +30,25 @@ pub const STUDY_SCHEMA: i128 = 1;
 /// Largest points file.
 const MAX_POINTS_BYTES: u64 = 256 << 20;
 
-/// Bytes of the longest path of `[set]`: a table of a long name would be repeated in each of its keys.
-const LONGEST_PATH: usize = 512;
-
-const KEYS: [&str; 9] = ["schema", "name", "machine", "seed", "set", "vary", "points", "limits", "twin_share"];
+const KEYS: [&str; 15] = [
+    "schema",
+    "name",
+    "model",
+    "machine",
+    "function",
+    "seed",
+    "set",
+    "vary",
+    "points",
+    "uncertain",
+    "correlation",
+    "derived",
+    "design",
+    "limits",
+    "twin_share",
+];
+/// What a study without a machine has no use for.
+const OF_MACHINES: [&str; 4] = ["machine", "set", "points", "twin_share"];
 
 /// Reads and checks a study with its machine and points files.
 ///
@@ -38,21 +58,12 @@ pub fn load(path: &Path, taken: TakenNames) -> Result<Study, StudyError> {
     load_with(path, None, taken)
 }
 
-/// Where the files are that a study froze beside itself.
-#[derive(Debug, Clone)]
-pub struct FrozenFiles {
-    /// The machine file.
-    pub machine: PathBuf,
-    /// The points file, if there is one.
-    pub points: PathBuf,
-}
-
 /// Reads a study as a result directory keeps it: its machine and points are the frozen ones, whatever it calls them.
 ///
 /// # Errors
 /// As [`load`].
-pub fn load_frozen(path: &Path, files: FrozenFiles, taken: TakenNames) -> Result<Study, StudyError> {
-    load_with(path, Some(files), taken)
+pub fn load_frozen(files: FrozenFiles, taken: TakenNames) -> Result<Study, StudyError> {
+    load_with(&files.study(), Some(files), taken)
 }
 
 fn load_with(path: &Path, frozen: Option<FrozenFiles>, taken: TakenNames) -> Result<Study, StudyError> {
@@ -60,7 +71,8 @@ fn load_with(path: &Path, frozen: Option<FrozenFiles>, taken: TakenNames) -> Res
     let read = if frozen.is_some() { read_frozen } else { read_input };
     let text = read(path, MAX_FILE_BYTES as u64)?;
     let root = parse_toml(&file, &text).map_err(|problems| StudyError::Problems(vec![problems]))?;
-    let mut loader = Loader { path, frozen, taken, problems: Collector::new(&file, &text), others: Vec::new() };
+    let files = NamedFiles { study: path, frozen };
+    let mut loader = Loader { path, files, taken, problems: Collector::new(&file, &text), others: Vec::new() };
     let study = loader.study(&file, &text, &root);
     let mut all = Vec::new();
     if let Err(problems) = loader.problems.finish() {
@@ -85,7 +97,7 @@ struct MachineFile {
 
 struct Loader<'a> {
     path: &'a Path,
-    frozen: Option<FrozenFiles>,
+    files: NamedFiles<'a>,
     taken: TakenNames,
     problems: Collector<'a>,
     /// Problems of the machine and the points file.
@@ -101,13 +113,18 @@ impl Loader<'_> {
         let name = self.name(&keys);
         let seed = keys.get("seed").map_or(Some(0), |entry| keys.whole(entry, 0, i64::MAX as u64, &mut self.problems));
         let limits = keys.get("limits").map(|entry| Limits::read(entry, &mut self.problems)).unwrap_or_default();
-        let machine = self.machine(&keys);
+        let is_function = self.is_function(&keys)?;
+        let machine = if is_function { None } else { self.machine(&keys) };
         let partly = machine.as_ref().is_some_and(|machine| machine.partly);
-        let paths = PathTable::new(machine.as_ref().map(|machine| &machine.def), partly);
-        let fixed = keys.get("set").map(|entry| self.fixed(entry, &paths)).unwrap_or_default();
+        let paths = match is_function {
+            true => PathTable::of_function(),
+            false => PathTable::new(machine.as_ref().map(|machine| &machine.def), partly),
+        };
+        let set = keys.get("set").filter(|_| !is_function);
+        let fixed = set.map(|entry| read_set(entry, &paths, &mut self.problems)).unwrap_or_default();
         let mut axes = Vec::new();
         let (mut points_text, mut carried, mut others) = (None, Vec::new(), Others::default());
-        if let Some(entry) = keys.get("points") {
+        if let Some(entry) = keys.get("points").filter(|_| !is_function) {
             let points = self.points(entry, &paths, &mut others);
             if let Some((axis, columns, text)) = points {
                 axes.push(axis);
@@ -118,47 +135,148 @@ impl Loader<'_> {
         if let Some(entry) = keys.get("vary") {
             axes.extend(read_vary(entry, &paths, &mut self.problems));
         }
+        drawn::needs(&keys, &mut self.problems);
+        let mut files = Files::new(&self.files, &mut self.others);
+        let drawn = drawn::read(&keys, &axes, seed.unwrap_or(0), &paths, &mut files, &mut self.problems);
+        let empirical_texts = files.texts;
         paths.refuse_repeated(&mut self.problems);
-        let varied: usize = axes.iter().map(|axis| axis.varied.len()).sum();
+        let function = if is_function { self.function(&keys, drawn.as_ref()) } else { None };
+        let parameters = drawn.as_ref().map(|drawn| drawn.parameters.as_slice()).unwrap_or_default();
+        let told = parameters.iter().filter(|parameter| is_function || !parameter.is_variable).count();
         // a share of twins is a parameter that varies
-        let varied = varied + usize::from(keys.get("twin_share").is_some());
-        if varied > MOST_VARIED {
-            let message = format!("{varied} parameters vary");
+        let told = told + usize::from(keys.get("twin_share").is_some());
+        if told > MOST_VARIED {
+            let message = format!("{told} parameters vary");
             self.problems.add(keys.span(), "vary", message).allowed = Some(format!("at most {MOST_VARIED}"));
         }
-        let mut machine = machine?;
-        for (info, value) in &fixed {
-            machine.def.set(info, value).expect("type and range were checked when the value was read");
-        }
-        let twin = keys.get("twin_share").and_then(|entry| {
-            if axes.iter().flat_map(|axis| &axis.varied).any(|varied| varied.info.path == TWIN) {
-                let message = format!("{TWIN} varies: each sample has its own already");
-                self.problems.add(entry.node.span.clone(), "twin_share", message).allowed =
-                    Some(format!("twin_share, or {TWIN} in [[vary]] or the points"));
-                return None;
+        let of_design = |name: &&str| !matches!(*name, "replicate" | "block") || keys.get("design").is_some();
+        let mut own: Vec<String> = OWN_COLUMNS.into_iter().filter(of_design).map(str::to_owned).collect();
+        let mut twin = None;
+        let subject = match function {
+            Some(function) => Subject::Function(function),
+            None => {
+                let mut machine = machine?;
+                for (info, value) in &fixed {
+                    machine.def.set(info, value).expect("type and range were checked when the value was read");
+                }
+                twin = keys.get("twin_share").and_then(|entry| self.twin(entry, parameters, &mut machine.def));
+                if let Ok(built) = machine.def.build() {
+                    own.extend((self.taken)(&built));
+                }
+                Subject::Machine(MachineSubject { file: machine.named, text: machine.text, def: machine.def, fixed })
             }
-            TwinShare::read(entry, &mut machine.def, &mut self.problems)
-        });
-        if !others.carry.is_empty()
-            && let Ok(built) = machine.def.build()
-        {
-            refuse_taken(&others, &axes, &(self.taken)(&built), &mut self.problems);
-        }
+        };
+        refuse_taken(&others, parameters, &own, &mut self.problems);
+        self.refuse_columns(parameters, &own);
         Some(Study {
             file: file.to_owned(),
             text: text.to_owned(),
             name: name?,
             seed: seed?,
-            machine_file: machine.named,
-            machine_text: machine.text,
-            machine: machine.def,
-            fixed,
+            subject,
             axes,
+            drawn: drawn?,
+            design_place: keys.get("design").map_or(0..0, |entry| entry.name_span.clone()),
             points_text,
+            empirical_texts,
             carried,
             limits,
             twin,
         })
+    }
+
+    /// `model`: whether the study computes formulas instead of a machine. `None`: the reason is among the problems.
+    fn is_function(&mut self, keys: &Keys<'_>) -> Option<bool> {
+        let is_function = match keys.get("model") {
+            None => false,
+            Some(entry) => match keys.text(entry, &mut self.problems)? {
+                "machine" => false,
+                "function" => true,
+                word => {
+                    let nearest = self.problems.nearest(word, ["machine", "function"]);
+                    let problem = self.problems.add(entry.node.span.clone(), "model", "not one of its words");
+                    problem.value = Some(format!("{:?}", cut(word, 80)));
+                    problem.allowed = Some("machine, function".to_owned());
+                    problem.nearest = nearest;
+                    return None;
+                }
+            },
+        };
+        if is_function {
+            for entry in OF_MACHINES.iter().filter_map(|name| keys.get(name)) {
+                let message = "belongs to a machine, and model = \"function\" has none";
+                self.problems.add(entry.name_span.clone(), &entry.name, message);
+            }
+        } else if let Some(entry) = keys.get("function") {
+            let message = "stands without model = \"function\"";
+            self.problems.add(entry.name_span.clone(), "function", message).allowed =
+                Some("model = \"function\" and [function], or `machine`".to_owned());
+        }
+        Some(is_function)
+    }
+
+    /// `[function]`: what is computed of the variables.
+    fn function(&mut self, keys: &Keys<'_>, drawn: Option<&Drawn>) -> Option<FunctionModel> {
+        let entry = keys.require("function", "[function] with g = \"3 - x\"", &mut self.problems)?;
+        let keys = Keys::of(entry, "function", &mut self.problems)?;
+        let mut outputs = Vec::new();
+        for entry in keys.entries() {
+            let text = keys.text(entry, &mut self.problems)?;
+            outputs.push((entry.name.clone(), text.to_owned()));
+        }
+        let variables = drawn?.drawing.variables();
+        match FunctionModel::new(&outputs, variables) {
+            Ok(function) => Some(function),
+            Err(errors) => {
+                for error in errors {
+                    let entry = error.output().and_then(|output| keys.entries().get(output));
+                    let (span, key) = match (entry, &error) {
+                        (Some(entry), FunctionError::Formula { output, place, .. }) => {
+                            let said = &outputs[*output].1;
+                            (self.problems.inside(&entry.node.span, said, place), keys.key(&cut(&entry.name, 80)))
+                        }
+                        (Some(entry), FunctionError::Words { .. }) => {
+                            (entry.node.span.clone(), keys.key(&cut(&entry.name, 80)))
+                        }
+                        (Some(entry), _) => (entry.name_span.clone(), keys.key(&cut(&entry.name, 80))),
+                        (None, _) => (keys.span(), "function".to_owned()),
+                    };
+                    self.problems.add(span, key, error.to_string());
+                }
+                None
+            }
+        }
+    }
+
+    /// `twin_share`; sets `run.twin` of the machine where it is 0.
+    fn twin(&mut self, entry: &Entry, parameters: &[Parameter], machine: &mut MachineDef) -> Option<TwinShare> {
+        if parameters.iter().any(|parameter| parameter.info.path == TWIN) {
+            let message = format!("{TWIN} varies: each sample has its own already");
+            self.problems.add(entry.node.span.clone(), "twin_share", message).allowed =
+                Some(format!("twin_share, or {TWIN} in [[vary]] or the points"));
+            return None;
+        }
+        TwinShare::read(entry, machine, &mut self.problems)
+    }
+
+    /// Refuses names that give a parameter the column of something else: paths cannot.
+    fn refuse_columns(&mut self, parameters: &[Parameter], own: &[String]) {
+        let columns: Vec<String> = parameters.iter().map(|parameter| parameter.column().name).collect();
+        for (number, parameter) in parameters.iter().enumerate() {
+            if !parameter.is_variable && parameter.short.is_none() {
+                continue;
+            }
+            let column = &columns[number];
+            let has = |other: &usize| *other != number && columns[*other] == *column;
+            let what = match (own.contains(column), (0..columns.len()).find(has)) {
+                (true, _) => "the table has a column of its own with this name".to_owned(),
+                (_, Some(other)) => format!("{} has the same column", parameters[other].info.path),
+                _ => continue,
+            };
+            let problem = self.problems.add(parameter.place.clone(), parameter.shown(), what);
+            problem.value = Some(format!("{column:?}"));
+            problem.allowed = Some("another name".to_owned());
+        }
     }
 
     fn schema(&mut self, keys: &Keys<'_>) {
@@ -193,7 +311,8 @@ impl Loader<'_> {
         let allowed = "machine = \"machines/NAME.toml\", relative to the study file";
         let entry = keys.require("machine", allowed, &mut self.problems)?;
         let named = keys.text(entry, &mut self.problems)?;
-        let (path, text) = self.file(entry, "machine", named, MAX_FILE_BYTES as u64)?;
+        let wanted = (Which::Machine, MAX_FILE_BYTES as u64);
+        let (path, text) = self.files.read(entry, ("machine", named), wanted, &mut self.problems)?;
         let (def, partly) = match MachineDef::parse_partly(&path, &text) {
             Ok(def) => (Some(def), false),
             Err(_) if matches!(kind_of(&text), Some(FileKind::Study(_))) => {
@@ -221,7 +340,8 @@ impl Loader<'_> {
         *others = Others::read(&keys, &mut self.problems);
         let file = keys.require("file", "file = \"points.csv\", relative to the study file", &mut self.problems)?;
         let named = keys.text(file, &mut self.problems)?;
-        let (path, text) = self.file(file, "points.file", named, MAX_POINTS_BYTES)?;
+        let wanted = (Which::Points, MAX_POINTS_BYTES);
+        let (path, text) = self.files.read(file, ("points.file", named), wanted, &mut self.problems)?;
         let place = file.node.span.clone();
         others.refuse_absent(&text, &mut self.problems);
         match read_points(&PointsFile { file: &path, named, place: place.clone(), text: &text, others }, paths) {
@@ -232,73 +352,6 @@ impl Loader<'_> {
             Err(problems) => {
                 self.others.push(problems);
                 None
-            }
-        }
-    }
-
-    /// A file named in the study: where it lies and what it says.
-    fn file(&mut self, entry: &Entry, key: &str, named: &str, limit: u64) -> Option<(String, String)> {
-        let read = |path: &Path| -> Result<_, InputError> {
-            let found = match &self.frozen {
-                None => beside(path, named)?,
-                Some(files) if key == "machine" => files.machine.clone(),
-                Some(files) => files.points.clone(),
-            };
-            let text = if self.frozen.is_some() { read_frozen } else { read_input }(&found, limit)?;
-            Ok((found.to_string_lossy().into_owned(), text))
-        };
-        match read(self.path) {
-            Ok(found) => Some(found),
-            Err(error) => {
-                let message = match std::error::Error::source(&error) {
-                    Some(source) => format!("{error}: {source}"),
-                    None => error.to_string(),
-                };
-                self.problems.add(entry.node.span.clone(), key, message).value = Some(format!("{:?}", cut(named, 120)));
-                None
-            }
-        }
-    }
-
-    /// `[set]`: quoted paths or nested tables, both mean the same.
-    fn fixed(&mut self, entry: &Entry, paths: &PathTable) -> Vec<(PathInfo, ParamValue)> {
-        let mut found = Vec::new();
-        if let Some(keys) = Keys::of(entry, "set", &mut self.problems) {
-            self.fixed_below("", keys.entries(), paths, &mut found);
-        }
-        found
-    }
-
-    /// The overrides of one table. The parser bounds how deep tables lie.
-    fn fixed_below(
-        &mut self,
-        above: &str,
-        entries: &[Entry],
-        paths: &PathTable,
-        found: &mut Vec<(PathInfo, ParamValue)>,
-    ) {
-        for entry in entries {
-            let path = if above.is_empty() { entry.name.clone() } else { format!("{above}.{}", entry.name) };
-            let key = format!("set.{}", cut(&path, 120));
-            if path.len() > LONGEST_PATH {
-                let problem = self.problems.add(entry.name_span.clone(), key, "longer than any parameter's path");
-                problem.allowed = Some(format!("a path of `{} paths MACHINE`, or its ending", program()));
-                continue;
-            }
-            if let Value::Table(inner) = &entry.node.value {
-                self.fixed_below(&path, inner, paths, found);
-                continue;
-            }
-            let value = Some(self.problems.excerpt(entry.node.span.clone()));
-            let at = Given { span: entry.name_span.clone(), key: &key, value };
-            let Some(info) = paths.resolve(&path, at, &mut self.problems) else { continue };
-            paths.used(&info, entry.name_span.clone(), &key);
-            let Some(text) = scalar_text(&entry.node.value) else {
-                wrong_type(&entry.node, &key, "a number, a string with a unit or a word", &mut self.problems);
-                continue;
-            };
-            if let Some(value) = paths.value(&info, &text, entry.node.span.clone(), &key, &mut self.problems) {
-                found.push((info, value));
             }
         }
     }

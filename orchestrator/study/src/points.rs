@@ -95,7 +95,8 @@ fn read(file: &PointsFile<'_>, paths: &PathTable, problems: &mut Collector<'_>) 
         match meaning {
             Meaning::Parameter(info, values) => {
                 if let Some(values) = one_kind(values, cell.span.clone(), &cell.text, problems) {
-                    varied.push(Varied { info, values, place: file.place.clone() });
+                    let place = file.place.clone();
+                    varied.push(Varied { info, short: None, is_variable: false, values, place });
                 }
             }
             Meaning::Carried(values) => carried.push(values.finish()),

@@ -4,14 +4,17 @@
 //! `run.step_limit`, which is a budget) together with the numerics version and the frozen basis. The same sample has the same key in a study with more points, another
 //! `--scale`, `--limit` or order of axes, and whether a parameter is varied or written in the machine file.
 
-use super::{Axis, Samples};
+use super::Samples;
+use super::definition::{Study, Subject};
+use super::function::FunctionModel;
+use super::parameter::{Origin, Parameter};
 use bladeoff_model::machine::{ParamValue, STEP_LIMIT};
 
 /// Identity of a sample's inputs: its machine, the numerics version and the basis. Equal keys, equal outcomes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct SampleKey(pub u128);
 
-/// Keys of all samples of a study: a sum of one term per axis each.
+/// Keys of all samples of a study: a sum of one term per axis, and one per drawn or derived value each.
 #[derive(Debug, Clone)]
 pub struct SampleKeys<'a> {
     samples: &'a Samples,
@@ -28,8 +31,8 @@ pub struct SampleKeys<'a> {
 enum StepLimit {
     /// The same for all.
     Fixed(Option<u64>),
-    /// It varies: number of its axis, and of it among what varies along that.
-    Varied(usize, usize),
+    /// It is a parameter with this place.
+    Varied(usize),
 }
 
 impl<'a> SampleKeys<'a> {
@@ -37,29 +40,34 @@ impl<'a> SampleKeys<'a> {
     #[must_use]
     pub fn new(samples: &'a Samples, numerics: u32, basis: &[u8]) -> Self {
         let study = samples.study();
-        let machine = &study.machine;
-        let term = |axis: &Axis, position: u64| {
-            axis.varied.iter().fold(0u128, |sum, varied| {
-                let change = machine.identity_change(&varied.info, &varied.values.at(position));
-                sum.wrapping_add(change.expect("type and range were checked when the study was read"))
-            })
+        let along = |axis: usize| {
+            let of_axis = move |parameter: &&Parameter| matches!(parameter.origin, Origin::Varied(of, _) if of == axis);
+            samples.parameters().iter().filter(of_axis)
         };
-        let axes = study.axes.iter().map(|axis| (0..axis.length).map(|position| term(axis, position)).collect());
-        let varied = study.axes.iter().enumerate().find_map(|(axis, along)| {
-            Some((axis, along.varied.iter().position(|varied| varied.info.path == STEP_LIMIT)?))
+        let axes = study.axes.iter().enumerate().map(|(number, axis)| {
+            let term = |position: u64| {
+                let pairs = along(number).zip(&axis.varied);
+                pairs.fold(0u128, |sum, (parameter, varied)| {
+                    sum.wrapping_add(term(study, parameter, &varied.values.at(position)))
+                })
+            };
+            (0..axis.length).map(term).collect()
         });
-        let limit =
-            varied.map_or(StepLimit::Fixed(machine.step_limit()), |(axis, varied)| StepLimit::Varied(axis, varied));
-        let alone = study
-            .twin
-            .as_ref()
-            .map_or(0, |twin| machine.identity_change(&twin.info, &ParamValue::Number(0.0)).expect("0 is no twin"));
+        let limit = samples.parameters().iter().position(|parameter| parameter.info.path == STEP_LIMIT);
+        let fixed = study.machine().and_then(|machine| machine.def.step_limit());
+        let alone = study.twin.as_ref().zip(study.machine()).map_or(0, |(twin, machine)| {
+            machine.def.identity_change(&twin.info, &ParamValue::Number(0.0)).expect("0 is no twin")
+        });
+        let identity = match &study.subject {
+            Subject::Machine(machine) => machine.def.identity(),
+            Subject::Function(function) => function.identity(),
+        };
         Self {
             samples,
             alone,
-            base: machine.identity().wrapping_add(solver(numerics, basis)),
+            base: identity.wrapping_add(solver(numerics, basis)),
             axes: axes.collect(),
-            limit,
+            limit: limit.map_or(StepLimit::Fixed(fixed), StepLimit::Varied),
         }
     }
 
@@ -68,13 +76,10 @@ impl<'a> SampleKeys<'a> {
     pub fn step_limit(&self, sample: u64) -> Option<u64> {
         match self.limit {
             StepLimit::Fixed(limit) => limit,
-            StepLimit::Varied(axis, varied) => {
-                let position = self.samples.positions(sample)[axis];
-                match self.samples.study().axes[axis].varied[varied].values.at(position) {
-                    ParamValue::Number(steps) => Some(steps as u64),
-                    ParamValue::Choice(_) => None,
-                }
-            }
+            StepLimit::Varied(place) => match self.samples.values(sample)[place] {
+                ParamValue::Number(steps) => Some(steps as u64),
+                ParamValue::Choice(_) => None,
+            },
         }
     }
 
@@ -87,7 +92,14 @@ impl<'a> SampleKeys<'a> {
             .iter()
             .zip(positions)
             .map(|(axis, position)| axis[usize::try_from(position).expect("a position indexes memory")]);
-        let key = terms.fold(self.base, u128::wrapping_add);
+        let mut key = terms.fold(self.base, u128::wrapping_add);
+        let is_own = |parameter: &Parameter| !matches!(parameter.origin, Origin::Varied(..));
+        let parameters = self.samples.parameters();
+        if parameters.iter().any(is_own) {
+            let pairs = parameters.iter().zip(self.samples.values(sample)).filter(|(parameter, _)| is_own(parameter));
+            key = pairs
+                .fold(key, |key, (parameter, value)| key.wrapping_add(term(self.samples.study(), parameter, &value)));
+        }
         let has_twin = self.samples.twin(sample).is_none_or(|shift| shift != 0.0);
         SampleKey(if has_twin { key } else { key.wrapping_add(self.alone) })
     }
@@ -111,6 +123,20 @@ impl<'a> SampleKeys<'a> {
             }
         });
         hasher.finalize().to_hex().to_string()
+    }
+}
+
+/// What a value adds; nothing where the solver is not told of it.
+fn term(study: &Study, parameter: &Parameter, value: &ParamValue) -> u128 {
+    match &study.subject {
+        // formulas may know it by its short name
+        Subject::Function(_) => match &parameter.short {
+            Some(short) => FunctionModel::identity_of(&format!("{} as {short}", parameter.info.path), value),
+            None => FunctionModel::identity_of(&parameter.info.path, value),
+        },
+        Subject::Machine(_) if parameter.is_variable => 0,
+        // what the machine refuses is refused before anything runs
+        Subject::Machine(machine) => machine.def.identity_change(&parameter.info, value).unwrap_or(0),
     }
 }
 

@@ -1,34 +1,55 @@
 //! The samples of a study after `--scale` and `--limit`: each computed from its number when asked for.
+//!
+//! ```text
+//! without [design]   sample = a combination of the positions on the axes           --limit: the first of a shuffle
+//! with [design]      sample = point x groups + group; a group is a combination     --limit: the first points, in every group
+//! ```
 
-use super::axis::{Axis, Column, ColumnKind, Varied, show};
+use super::axis::{Axis, Column, ColumnKind, show};
 use super::carried::Carried;
 use super::definition::Study;
+use super::drawing::{Drawing, Scratch};
 use super::error::StudyError;
+use super::parameter::{Origin, Parameter};
+use super::plan::Plan;
 use crate::design::{Design, DesignError, Thinned};
 use bladeoff_model::document::Collector;
-use bladeoff_model::machine::{MachineDef, ParamValue};
+use bladeoff_model::machine::{MachineDef, ParamValue, ValueError};
 
 /// A study and the part of it that is to be computed.
 #[derive(Debug, Clone)]
 pub struct Samples {
     study: Study,
     design: Design,
+    /// As the study's, with fewer points after `--scale`.
+    drawing: Drawing,
     scale: Option<f64>,
     limit: Option<u64>,
 }
 
 impl Samples {
-    /// All samples of the study, thinned by `scale`, of which `limit` are taken.
+    /// All samples of the study, thinned by `scale`, of which `limit` are taken; of a design so many points.
     ///
     /// # Errors
     /// Too many samples, or a scale outside (0, 1].
     pub fn new(study: Study, scale: Option<f64>, limit: Option<u64>) -> Result<Self, StudyError> {
         let lengths: Vec<u64> = study.axes.iter().map(|axis| axis.length).collect();
-        let design = Design::new(&lengths, study.seed, scale, limit).map_err(|error| match error {
+        // a scale out of range is refused below
+        let factor = scale.filter(|factor| *factor > 0.0 && *factor < 1.0);
+        let drawing =
+            factor.map_or_else(|| study.drawn.drawing.clone(), |factor| study.drawn.drawing.clone().scaled(factor));
+        let design = match drawing.plan() {
+            None => Design::new(&lengths, study.seed, scale, limit),
+            Some(plan) => {
+                let points = limit.map_or(plan.count(), |limit| plan.limited(limit));
+                Design::of_points(points, &lengths, scale)
+            }
+        };
+        let design = design.map_err(|error| match error {
             DesignError::TooMany { count, limit } => too_many(&study, scale, count, limit),
             error @ DesignError::Scale { .. } => error.into(),
         })?;
-        Ok(Self { study, design, scale, limit })
+        Ok(Self { study, design, drawing, scale, limit })
     }
 
     /// The study.
@@ -46,7 +67,7 @@ impl Samples {
     /// Points left of each axis.
     #[must_use]
     pub fn kept(&self) -> Vec<u64> {
-        self.design.kept()
+        self.design.kept()[self.before()..].to_vec()
     }
 
     /// `--scale` as given.
@@ -61,88 +82,183 @@ impl Samples {
         self.limit
     }
 
-    /// The varied parameters, in the order of the values of a sample.
-    pub fn parameters(&self) -> impl Iterator<Item = &Varied> {
-        self.study.axes.iter().flat_map(|axis| &axis.varied)
+    /// Where the points lie; `None` without a `[design]`.
+    #[must_use]
+    pub fn plan(&self) -> Option<&Plan> {
+        self.drawing.plan()
+    }
+
+    /// How many points of the design are taken; 0 without a `[design]`.
+    #[must_use]
+    pub fn points(&self) -> u64 {
+        if self.plan().is_some() { self.design.kept()[0] } else { 0 }
+    }
+
+    /// The point of a sample of a `[design]`.
+    #[must_use]
+    pub fn point(&self, sample: u64) -> Option<u64> {
+        self.plan().map(|_| self.design.positions(sample)[0])
+    }
+
+    /// The combinations of values of `[[vary]]`, in the order of the samples of a point: path or name, and value. One, which is empty,
+    /// where nothing varies; without a `[design]` none.
+    #[must_use]
+    pub fn groups(&self) -> Vec<Vec<(String, ParamValue)>> {
+        let Some(groups) = self.count().checked_div(self.points()) else { return Vec::new() };
+        let varied = |group: u64| {
+            let positions = self.positions(group);
+            let pairs = self.study.axes.iter().zip(positions);
+            let along = |(axis, position): (&Axis, u64)| {
+                let pair = |varied: &super::Varied| (varied.info.path.clone(), varied.values.at(position));
+                axis.varied.iter().map(pair).collect::<Vec<_>>()
+            };
+            pairs.flat_map(along).collect()
+        };
+        (0..groups).map(varied).collect()
+    }
+
+    /// Everything that differs from sample to sample, in the order of the values of a sample.
+    #[must_use]
+    pub fn parameters(&self) -> &[Parameter] {
+        self.study.parameters()
+    }
+
+    /// The axis of points stands before the others.
+    fn before(&self) -> usize {
+        usize::from(self.plan().is_some())
     }
 
     /// Position of a sample on each axis, in the numbering of the study file.
     #[must_use]
     pub fn positions(&self, sample: u64) -> Vec<u64> {
-        self.design.positions(sample)
+        let mut positions = self.design.positions(sample);
+        positions.drain(..self.before());
+        positions
     }
 
-    /// One value per varied parameter.
+    /// One value per parameter; a derived one that is not finite is NaN ([`super::check_machines`] refuses it where a machine takes it).
     #[must_use]
     pub fn values(&self, sample: u64) -> Vec<ParamValue> {
         let positions = self.design.positions(sample);
-        self.values_at(&positions).collect()
+        let point = self.plan().map_or(0, |_| positions[0]);
+        self.values_at(point, &positions[self.before()..])
     }
 
-    fn values_at(&self, positions: &[u64]) -> impl Iterator<Item = ParamValue> {
+    /// The same at any point and positions on the axes.
+    pub(super) fn values_at(&self, point: u64, positions: &[u64]) -> Vec<ParamValue> {
         let axes = self.study.axes.iter().zip(positions);
-        axes.flat_map(|(axis, &position)| axis.varied.iter().map(move |varied| varied.values.at(position)))
+        let varied = axes.flat_map(|(axis, &at)| axis.varied.iter().map(move |varied| varied.values.at(at)));
+        if self.plan().is_none() && !self.drawing.derives() {
+            return varied.collect();
+        }
+        let along = self.parameters().iter().filter(|parameter| matches!(parameter.origin, Origin::Varied(..)));
+        let varied: Vec<ParamValue> = varied.collect();
+        let numbers: Vec<f64> =
+            along.zip(&varied).map(|(parameter, value)| parameter.number(value).unwrap_or(f64::NAN)).collect();
+        let (mut scratch, mut values) = (Scratch::default(), Vec::new());
+        // what is not finite is NaN
+        let _ = self.drawing.values(point, &numbers, &mut scratch, &mut values);
+        let mut varied = varied.into_iter();
+        let value = |(place, parameter): (usize, &Parameter)| match parameter.origin {
+            Origin::Varied(..) => varied.next().expect("a value for each"),
+            _ => self.drawing.param(place, values[place]),
+        };
+        self.parameters().iter().enumerate().map(value).collect()
     }
 
     /// The numbers that say to a worker what varies in a sample, added to `out`: a word is its place among the words.
     pub fn params(&self, sample: u64, out: &mut Vec<f64>) {
-        let pairs = self.parameters().zip(self.values(sample));
-        out.extend(pairs.map(|(varied, value)| match value {
-            ParamValue::Number(number) => number,
-            ParamValue::Choice(word) => {
-                let words = varied.words().expect("a parameter with a word as value has words");
-                let index = words.iter().position(|known| *known == word).expect("checked when the study was read");
-                index as f64
-            }
+        let pairs = self.parameters().iter().zip(self.values(sample));
+        let told = pairs.filter(|(parameter, _)| self.study.is_solved(parameter));
+        out.extend(told.map(|(parameter, value)| {
+            parameter.number(&value).expect("a word of the parameter: checked when the study was read")
         }));
         out.extend(self.twin(sample));
     }
 
-    /// The machine definition of a sample.
-    #[must_use]
-    pub fn machine(&self, sample: u64) -> MachineDef {
-        let mut machine = self.machine_at(&self.design.positions(sample));
-        if let (Some(twin), Some(shift)) = (&self.study.twin, self.twin(sample)) {
+    /// The machine definition of a sample; of a study without a machine nothing.
+    ///
+    /// # Errors
+    /// A drawn or derived value that the machine refuses: of a study that is to run [`super::check_machines`] has found it.
+    pub fn try_machine(&self, sample: u64) -> Result<Option<MachineDef>, ValueError> {
+        let mut machine = self.with_values(&self.values(sample))?;
+        if let (Some(machine), Some(twin), Some(shift)) = (&mut machine, &self.study.twin, self.twin(sample)) {
             machine.set(&twin.info, &ParamValue::Number(shift)).expect("a shift the machine has, or none");
         }
-        machine
+        Ok(machine)
+    }
+
+    /// The machine definition of a sample of a study that has a machine and was checked.
+    ///
+    /// # Panics
+    /// The study computes formulas.
+    #[must_use]
+    pub fn machine(&self, sample: u64) -> MachineDef {
+        let machine = self.try_machine(sample).expect("every value was checked when the study was");
+        machine.expect("asked of a study with a machine only")
+    }
+
+    /// The machine with these values of all parameters.
+    pub(super) fn with_values(&self, values: &[ParamValue]) -> Result<Option<MachineDef>, ValueError> {
+        let Some(machine) = self.study.machine() else { return Ok(None) };
+        let mut machine = machine.def.clone();
+        for (parameter, value) in self.parameters().iter().zip(values).filter(|(parameter, _)| !parameter.is_variable) {
+            machine.set(&parameter.info, value)?;
+        }
+        Ok(Some(machine))
     }
 
     /// `run.twin` of a sample of a study with `twin_share`: by its number in the whole study.
     #[must_use]
     pub fn twin(&self, sample: u64) -> Option<f64> {
         let twin = self.study.twin.as_ref()?;
-        let positions = self.design.positions(sample);
-        let places = self.study.axes.iter().zip(positions);
-        let number = places.fold(0u64, |number, (axis, place)| number.wrapping_mul(axis.length).wrapping_add(place));
+        let places = self.study.axes.iter().zip(self.positions(sample));
+        let first = self.point(sample).unwrap_or(0);
+        let number = places.fold(first, |number, (axis, place)| number.wrapping_mul(axis.length).wrapping_add(place));
         Some(twin.shift_of(number))
-    }
-
-    /// The same at any positions on the axes.
-    pub(super) fn machine_at(&self, positions: &[u64]) -> MachineDef {
-        let mut machine = self.study.machine.clone();
-        for (varied, value) in self.parameters().zip(self.values_at(positions)) {
-            machine.set(&varied.info, &value).expect("type and range were checked when the study was read");
-        }
-        machine
     }
 
     /// What varies in a sample, as a person reads it: "diaphragms.seal.contact.gap = 0.4 mm, ...".
     #[must_use]
     pub fn describe(&self, sample: u64) -> String {
-        self.describe_at(&self.design.positions(sample))
+        self.describe_values(&self.values(sample))
     }
 
-    /// The same at any positions on the axes.
-    pub(super) fn describe_at(&self, positions: &[u64]) -> String {
-        let pairs = self.parameters().zip(self.values_at(positions));
-        let shown = pairs.map(|(varied, value)| format!("{} = {}", varied.info.path, show(&varied.info, &value)));
+    /// The same of any values.
+    pub(super) fn describe_values(&self, values: &[ParamValue]) -> String {
+        let pairs = self.parameters().iter().zip(values);
+        let shown = pairs.map(|(parameter, value)| format!("{} = {}", parameter.shown(), show(&parameter.info, value)));
         let shown = shown.collect::<Vec<_>>().join(", ");
         if shown.is_empty() { "nothing varied".to_owned() } else { shown }
     }
 
-    /// The columns of the varied parameters, then those that are carried along; the detection is not among them: it has a column
-    /// of its own.
+    /// Some values of a parameter, by its place: the first, the second, the middle and the last of its axis or of the points.
+    #[must_use]
+    pub fn some_values(&self, place: usize) -> Vec<ParamValue> {
+        let some = |length: u64| [0, 1.min(length - 1), length / 2, length - 1];
+        match self.parameters()[place].origin {
+            Origin::Varied(axis, member) => {
+                let axis = &self.study.axes[axis];
+                some(axis.length).map(|at| axis.varied[member].values.at(at)).to_vec()
+            }
+            _ => some(self.count()).map(|sample| self.values(sample)[place].clone()).to_vec(),
+        }
+    }
+
+    /// All values of a parameter along its axis, and of one that is drawn or derived [`Samples::some_values`].
+    #[must_use]
+    pub(super) fn all_or_some_values(&self, place: usize) -> Vec<ParamValue> {
+        match self.parameters()[place].origin {
+            Origin::Varied(axis, member) => {
+                let axis = &self.study.axes[axis];
+                (0..axis.length).map(|at| axis.varied[member].values.at(at)).collect()
+            }
+            _ => self.some_values(place),
+        }
+    }
+
+    /// The columns of replicate and block of a design, of everything that differs, then those that are carried along; the detection is
+    /// not among them: it has a column of its own.
     #[must_use]
     pub fn columns(&self) -> Vec<Column> {
         let twin = self.study.twin.iter().map(|twin| Column {
@@ -151,17 +267,36 @@ impl Samples {
             meaning: twin.info.meaning.to_owned(),
             kind: ColumnKind::Real,
         });
-        let varied = self.parameters().filter(|varied| !varied.is_detection()).map(Varied::column);
-        varied.chain(twin).chain(self.study.carried.iter().map(Carried::column)).collect()
+        let of_design =
+            [("replicate", "which of the independent designs"), ("block", "points that count as a whole only")];
+        let of_design = of_design.iter().filter(|_| self.plan().is_some()).map(|(name, meaning)| Column {
+            name: (*name).to_owned(),
+            unit: String::new(),
+            meaning: (*meaning).to_owned(),
+            kind: ColumnKind::Integer,
+        });
+        let varied = self.parameters().iter().filter(|parameter| !parameter.is_detection()).map(Parameter::column);
+        of_design.chain(varied).chain(twin).chain(self.study.carried.iter().map(Carried::column)).collect()
     }
 
     /// The cells of these columns for a sample; `None` is empty.
     #[must_use]
     pub fn cells(&self, sample: u64) -> Vec<Option<ParamValue>> {
-        let pairs = self.parameters().zip(self.values(sample));
-        let varied = pairs.filter(|(varied, _)| !varied.is_detection()).map(|(_, value)| Some(value));
+        let number = |number: u64| Some(ParamValue::Number(number as f64));
+        let design = self.plan().zip(self.point(sample));
+        let design = design.map(|(plan, point)| [number(plan.replicate(point)), number(plan.block(point))]);
+        let is_there = |value: &ParamValue| !matches!(value, ParamValue::Number(number) if !number.is_finite());
+        let pairs = self.parameters().iter().zip(self.values(sample));
+        let varied =
+            pairs.filter(|(parameter, _)| !parameter.is_detection()).map(|(_, value)| Some(value).filter(is_there));
         let twin = self.twin(sample).map(|shift| Some(ParamValue::Number(shift)));
-        varied.chain(twin).chain(self.carried(sample).map(|(_, value)| value)).collect()
+        design
+            .into_iter()
+            .flatten()
+            .chain(varied)
+            .chain(twin)
+            .chain(self.carried(sample).map(|(_, value)| value))
+            .collect()
     }
 
     /// What is carried along with a sample: names of columns, and cells.
@@ -174,23 +309,32 @@ impl Samples {
     /// The detection of a sample where it varies.
     #[must_use]
     pub fn detection(&self, sample: u64) -> Option<String> {
-        self.parameters().zip(self.values(sample)).find_map(|(varied, value)| match value {
-            ParamValue::Choice(word) if varied.is_detection() => Some(word),
-            _ => None,
-        })
+        let place = self.parameters().iter().position(Parameter::is_detection)?;
+        match self.values(sample).swap_remove(place) {
+            ParamValue::Choice(word) => Some(word),
+            ParamValue::Number(_) => None,
+        }
     }
 }
 
 /// The refusal at the longest axis, with the length and the line of each.
 fn too_many(study: &Study, scale: Option<f64>, count: u128, most: u64) -> StudyError {
-    let line = |axis: &Axis| 1 + study.text[..axis.varied[0].place.start].matches('\n').count();
+    let line_of = |place: usize| 1 + study.text[..place].matches('\n').count();
+    let line = |axis: &Axis| line_of(axis.varied[0].place.start);
     let kept = |axis: &Axis| Thinned::new(axis.length, scale.unwrap_or(1.0)).kept();
-    let factors = study.axes.iter().map(|axis| format!("{} of {} (line {})", kept(axis), axis.name, line(axis)));
-    let factors = factors.collect::<Vec<_>>().join(" x ");
-    let longest = study.axes.iter().rev().max_by_key(|axis| axis.length).expect("no axis is one sample");
+    let design = study.drawn.drawing.plan().map(|plan| {
+        let plan = plan.clone().scaled(scale.unwrap_or(1.0));
+        format!("{} points (line {})", plan.count(), line_of(study.design_place.start))
+    });
+    let axes = study.axes.iter().map(|axis| format!("{} of {} (line {})", kept(axis), axis.name, line(axis)));
+    let factors = design.into_iter().chain(axes).collect::<Vec<_>>().join(" x ");
+    let longest = study.axes.iter().rev().max_by_key(|axis| axis.length);
+    let (place, key) = match (study.drawn.drawing.plan(), longest) {
+        (None, Some(longest)) => (longest.varied[0].place.clone(), longest.name.clone()),
+        _ => (study.design_place.clone(), "design.samples".to_owned()),
+    };
     let mut problems = Collector::new(&study.file, &study.text);
     let message = format!("the study has {count} samples: {factors}");
-    problems.add(longest.varied[0].place.clone(), &*longest.name, message).allowed =
-        Some(format!("at most {most} samples: fewer values, or --scale"));
+    problems.add(place, key, message).allowed = Some(format!("at most {most} samples: fewer values, or --scale"));
     StudyError::Problems(vec![problems.into_problems()])
 }

@@ -1,8 +1,10 @@
 //! `[[vary]]`: one table per varied parameter; tables of the same `zip` group advance together.
 
 use super::axis::{Axis, MOST_VARIED, Varied};
+use super::parameter::variable_info;
 use super::table::{Keys, scalar_text, wrong_type};
 use super::values::{Gathered, Mixed, ValueList};
+use bladeoff_model::document::units::parse_any_quantity;
 use bladeoff_model::document::{Collector, Entry, Node, Value, cut};
 use bladeoff_model::machine::{
     MachineDef, ParamValue, PathError, PathInfo, PathKind, ValueError, is_of_the_format, some_of,
@@ -15,7 +17,7 @@ use std::ops::Range;
 /// Most points of one axis.
 pub(super) const MOST_POINTS: usize = 1_000_000;
 
-const KEYS: [&str; 7] = ["path", "from", "to", "count", "spacing", "values", "zip"];
+const KEYS: [&str; 9] = ["path", "name", "as", "from", "to", "count", "spacing", "values", "zip"];
 
 /// Where a study names a parameter, and what a message shows beside the key there: a name that is a value itself, or the value
 /// that its name is given.
@@ -31,13 +33,30 @@ pub(super) struct PathTable<'a> {
     machine: Option<&'a MachineDef>,
     /// Not all of the machine could be read.
     partly: bool,
+    /// The study has no machine: it computes formulas.
+    is_function: bool,
     used: RefCell<Vec<(String, Range<usize>, String)>>,
 }
 
 impl<'a> PathTable<'a> {
     /// For a machine, of which not all could be read if `partly`.
     pub fn new(machine: Option<&'a MachineDef>, partly: bool) -> Self {
-        Self { machine, partly, used: RefCell::new(Vec::new()) }
+        Self { machine, partly, is_function: false, used: RefCell::new(Vec::new()) }
+    }
+
+    /// Of a study without a machine: there are no paths.
+    pub fn of_function() -> Self {
+        Self { machine: None, partly: false, is_function: true, used: RefCell::new(Vec::new()) }
+    }
+
+    /// The parameter that the entry `path` of a table names, which is then used.
+    pub fn named(&self, path: &Entry, keys: &Keys<'_>, problems: &mut Collector<'_>) -> Option<PathInfo> {
+        let given = keys.text(path, problems)?;
+        let value = Some(format!("{:?}", cut(given, 80)));
+        let info =
+            self.resolve(given, Given { span: path.node.span.clone(), key: &keys.key("path"), value }, problems)?;
+        self.used(&info, path.node.span.clone(), &keys.key("path"));
+        Some(info)
     }
 
     /// That a path names nothing, as far as this is known.
@@ -73,6 +92,12 @@ impl<'a> PathTable<'a> {
     /// The parameter that `given`, a path or the end of one, names; a problem and `None` if it names none or several.
     pub fn resolve(&self, given: &str, at: Given<'_>, problems: &mut Collector<'_>) -> Option<PathInfo> {
         let Given { span, key, value } = at;
+        if self.is_function {
+            let problem = problems.add(span, key, "a study with model = \"function\" has no machine, and no paths");
+            problem.value = value;
+            problem.allowed = Some("name = \"x\": a variable of its formulas".to_owned());
+            return None;
+        }
         let Some(machine) = self.machine else {
             // Nothing of it could be read: what no machine has is wrong with any.
             if !is_of_the_format(given) {
@@ -127,6 +152,27 @@ impl<'a> PathTable<'a> {
                 let problem = problems.add(span, key, format!("{message} (for {})", info.path));
                 problem.value = Some(shown);
                 problem.allowed = Some(info.allowed.clone());
+                problem.nearest = nearest;
+                None
+            }
+        }
+    }
+
+    /// The number that `text` stands for as the value of a variable; a problem and `None` if it is none.
+    pub fn number(
+        &self,
+        text: &str,
+        span: Range<usize>,
+        key: &str,
+        problems: &mut Collector<'_>,
+    ) -> Option<ParamValue> {
+        match parse_any_quantity(text) {
+            Ok(number) => Some(ParamValue::Number(number)),
+            Err(error) => {
+                let value = problems.excerpt(span.clone());
+                let (message, nearest) = error.parts();
+                let problem = problems.add(span, key, message);
+                problem.value = Some(value);
                 problem.nearest = nearest;
                 None
             }
@@ -237,14 +283,23 @@ fn read_member(item: &Node, key: &str, paths: &PathTable, problems: &mut Collect
         Some(entry) => Some(keys.text(entry, problems)?.to_owned()),
         None => None,
     };
-    let path = keys.require("path", "path = \"contact.gap\"", problems)?;
-    let given = keys.text(path, problems)?;
-    let at =
-        Given { span: path.node.span.clone(), key: &keys.key("path"), value: Some(format!("{:?}", cut(given, 80))) };
-    let info = paths.resolve(given, at, problems);
-    if let Some(info) = &info {
-        paths.used(info, path.node.span.clone(), &keys.key("path"));
-    }
+    let short = match keys.get("as") {
+        Some(entry) => Some(keys.text(entry, problems)?.to_owned()),
+        None => None,
+    };
+    let (info, is_variable, place) = match (keys.get("path"), keys.get("name")) {
+        (None, Some(name)) => (keys.text(name, problems).map(variable_info), true, name.node.span.clone()),
+        (Some(_), Some(name)) => {
+            problems.add(name.name_span.clone(), keys.key("name"), "stands beside `path`").allowed =
+                Some("`path` of a parameter, or `name` of a variable for formulas; a short name is `as`".to_owned());
+            return None;
+        }
+        (_, None) => {
+            let path = keys.require("path", "path = \"contact.gap\"", problems)?;
+            (paths.named(path, &keys, problems), false, path.node.span.clone())
+        }
+    };
+    let target = Target { info: info.as_ref(), is_variable, paths };
     let range = ["from", "to", "count", "spacing"].into_iter().find_map(|name| keys.get(name));
     let values = match (keys.get("values"), range) {
         (Some(_), Some(other)) => {
@@ -252,28 +307,37 @@ fn read_member(item: &Node, key: &str, paths: &PathTable, problems: &mut Collect
                 Some("either `values`, or `from`, `to` and `count`".to_owned());
             None
         }
-        (Some(values), None) => read_list(values, &keys, info.as_ref()?, paths, problems),
-        (None, Some(_)) => read_range(&keys, info.as_ref(), paths, problems),
+        (Some(values), None) => read_list(values, &keys, &target, problems),
+        (None, Some(_)) => read_range(&keys, &target, problems),
         (None, None) => {
             problems.add(keys.span(), keys.key("values"), "missing").allowed =
                 Some("values = [...], or `from`, `to` and `count`".to_owned());
             None
         }
     };
-    Some(Member {
-        varied: Varied { info: info?, values: values?, place: path.node.span.clone() },
-        zip,
-        span: keys.span(),
-    })
+    Some(Member { varied: Varied { info: info?, short, is_variable, values: values?, place }, zip, span: keys.span() })
 }
 
-fn read_list(
-    entry: &Entry,
-    keys: &Keys<'_>,
-    info: &PathInfo,
-    paths: &PathTable,
-    problems: &mut Collector<'_>,
-) -> Option<ValueList> {
+/// What is to take values.
+struct Target<'a> {
+    /// `None`: its name was reported.
+    info: Option<&'a PathInfo>,
+    is_variable: bool,
+    paths: &'a PathTable<'a>,
+}
+
+impl Target<'_> {
+    fn value(&self, text: &str, span: Range<usize>, key: &str, problems: &mut Collector<'_>) -> Option<ParamValue> {
+        if self.is_variable {
+            self.paths.number(text, span, key, problems)
+        } else {
+            self.paths.value(self.info?, text, span, key, problems)
+        }
+    }
+}
+
+fn read_list(entry: &Entry, keys: &Keys<'_>, target: &Target<'_>, problems: &mut Collector<'_>) -> Option<ValueList> {
+    let info = target.info?;
     let Value::Array(items) = &entry.node.value else {
         wrong_type(&entry.node, &keys.key("values"), "an array of values", problems);
         return None;
@@ -288,7 +352,7 @@ fn read_list(
         let key = format!("{}[{position}]", keys.key("values"));
         match scalar_text(&item.value) {
             Some(text) => {
-                if let Some(value) = paths.value(info, &text, item.span.clone(), &key, problems) {
+                if let Some(value) = target.value(&text, item.span.clone(), &key, problems) {
                     values.push(&value);
                 }
             }
@@ -313,19 +377,14 @@ pub(super) fn one_kind(
     values.finish().map_err(mixed).ok()
 }
 
-fn read_range(
-    keys: &Keys<'_>,
-    info: Option<&PathInfo>,
-    paths: &PathTable,
-    problems: &mut Collector<'_>,
-) -> Option<ValueList> {
+fn read_range(keys: &Keys<'_>, target: &Target<'_>, problems: &mut Collector<'_>) -> Option<ValueList> {
     let count = keys
         .require("count", "count = 5", problems)
         .and_then(|entry| keys.whole(entry, 2, MOST_POINTS as u64, problems));
     let log = read_spacing(keys, problems);
     let from = keys.require("from", "from = \"1 mm\"", problems);
     let to = keys.require("to", "to = \"2 mm\"", problems);
-    let info = info?;
+    let info = target.info?;
     if !matches!(info.kind, PathKind::Number | PathKind::NumberOrChoice(_)) {
         problems.add(keys.span(), keys.key("from"), format!("{} has no range of real numbers", info.path)).allowed =
             Some("values = [...]".to_owned());
@@ -338,7 +397,7 @@ fn read_range(
             wrong_type(&entry.node, &key, "a number or a string with a unit", problems);
             return None;
         };
-        match paths.value(info, &text, entry.node.span.clone(), &key, problems)? {
+        match target.value(&text, entry.node.span.clone(), &key, problems)? {
             ParamValue::Number(value) => Some(value),
             ParamValue::Choice(word) => {
                 problems.add(entry.node.span.clone(), key, format!("`{word}` is a word, not a number"));

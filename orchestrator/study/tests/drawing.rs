@@ -60,7 +60,7 @@ fn drawing(kind: Kind, samples: u64, replicates: u64, seed: u64) -> Drawing {
     variables.extend(["total", "part"].map(|name| Variable::number(name, None, "")));
     let formulas = ["part*2 + x1".to_owned(), "x0*speed".to_owned()];
     let derived = Derived::new(variables, &formulas).expect("sound");
-    Drawing::new(laws, copula, plan, derived)
+    Drawing::new(laws, copula, Some(plan), derived)
 }
 
 fn values(drawing: &Drawing, index: u64, speed: f64) -> Vec<f64> {
@@ -85,7 +85,7 @@ proptest! {
     fn a_sample_alone_is_the_sample_in_order_whatever_was_drawn_before((kind, replicates) in kinds(), seed: u64) {
         let (drawing, larger) = (drawing(kind, 16, replicates, seed), drawing(kind, 64, replicates, seed));
         let (mut scratch, mut out) = (Scratch::default(), Vec::new());
-        let count = drawing.plan().count();
+        let count = drawing.plan().expect("a plan").count();
         let mut in_order = Vec::new();
         for index in 0..count {
             drawing.values(index, &[100.0], &mut scratch, &mut out).unwrap();

@@ -154,6 +154,18 @@ impl<'a> Collector<'a> {
         shown
     }
 
+    /// Bytes of a part of what a string says, which stands at `span`; all of it where escapes make it another length.
+    #[must_use]
+    pub fn inside(&self, span: &Range<usize>, said: &str, part: &Range<usize>) -> Range<usize> {
+        let written = self.text.get(span.clone()).unwrap_or("");
+        let is_plain = written.len() == said.len() + 2 && written.get(1..=said.len()) == Some(said);
+        if is_plain && part.end <= said.len() {
+            span.start + 1 + part.start..span.start + 1 + part.end
+        } else {
+            span.clone()
+        }
+    }
+
     /// `Ok` if nothing was wrong.
     ///
     /// # Errors

@@ -77,6 +77,19 @@ impl Design {
         Ok(Self { axes, grid, selected })
     }
 
+    /// `points` of a design of uncertain parameters as the slowest axis, which is taken as it is, before axes of these lengths, thinned.
+    ///
+    /// # Errors
+    /// As [`Design::new`].
+    pub fn of_points(points: u64, lengths: &[u64], scale: Option<f64>) -> Result<Self, DesignError> {
+        let mut design = Self::new(lengths, 0, scale, None)?;
+        design.axes.insert(0, Thinned::new(points, 1.0));
+        let kept = design.kept();
+        let limit = Self::LIMIT;
+        design.grid = Grid::new(&kept, limit).map_err(|count| DesignError::TooMany { count, limit })?;
+        Ok(design)
+    }
+
     /// Number of samples.
     #[must_use]
     pub fn count(&self) -> u64 {

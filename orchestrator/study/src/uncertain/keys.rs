@@ -102,6 +102,11 @@ impl Distribution {
         Self::ALL.iter().find(|(_, known)| *known == self).map_or("", |(word, _)| *word)
     }
 
+    /// The keys of all distributions.
+    pub fn keys() -> impl Iterator<Item = &'static str> {
+        KEYS.iter().map(|(key, _)| *key)
+    }
+
     /// What a key of any distribution holds; `None`: no distribution has it.
     #[must_use]
     pub fn holds(key: &str) -> Option<Holds> {

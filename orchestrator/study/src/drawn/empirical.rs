@@ -1,0 +1,115 @@
+//! `empirical`: the column of a CSV file, which is frozen beside the results like a points file.
+
+use super::super::csv::{Cell, Csv, DecimalSign};
+use super::super::named::{NamedFiles, Which};
+use super::super::table::Keys;
+use bladeoff_model::document::units::parse_bare_or_quantity;
+use bladeoff_model::document::{Collector, Entry, Problems, cut};
+
+/// Most values of a law: its kinks and moments are found from all of them.
+const MOST_VALUES: usize = 1_000_000;
+/// Largest file.
+const MOST_BYTES: u64 = 256 << 20;
+
+/// Where a law's values stand.
+pub(crate) struct Source<'a> {
+    pub file: &'a Entry,
+    pub column: &'a Entry,
+    pub keys: &'a Keys<'a>,
+    /// SI unit of the parameter.
+    pub unit: &'static str,
+}
+
+/// The files of the laws of a study.
+pub(crate) struct Files<'r, 'o> {
+    named: &'r NamedFiles<'r>,
+    /// Texts of those read, in the order of the tables.
+    pub texts: Vec<String>,
+    /// Mistakes in them.
+    others: &'o mut Vec<Problems>,
+}
+
+impl<'r, 'o> Files<'r, 'o> {
+    /// None yet.
+    pub fn new(named: &'r NamedFiles<'r>, others: &'o mut Vec<Problems>) -> Self {
+        Self { named, texts: Vec::new(), others }
+    }
+
+    /// The values of a column. `None`: the reason is among the problems.
+    pub(super) fn column(&mut self, source: &Source<'_>, problems: &mut Collector<'_>) -> Option<Vec<f64>> {
+        let named = source.keys.text(source.file, problems)?;
+        let column = source.keys.text(source.column, problems)?;
+        let key = source.keys.key("file");
+        let wanted = (Which::Empirical(self.texts.len()), MOST_BYTES);
+        let (path, text) = self.named.read(source.file, (&key, named), wanted, problems)?;
+        let mut found = Collector::new(&path, &text);
+        let values = values(&text, column, source.unit, &mut found);
+        if let Err(problems) = found.finish() {
+            self.others.push(problems);
+            return None;
+        }
+        self.texts.push(text);
+        let values = match values? {
+            Ok(values) => values,
+            Err(columns) => {
+                let nearest = problems.nearest(column, columns.iter().map(String::as_str));
+                let span = source.column.node.span.clone();
+                let problem = problems.add(span, source.keys.key("column"), "the file has no such column");
+                problem.value = Some(format!("{:?}", cut(column, 80)));
+                problem.allowed = Some(cut(&columns.join(", "), 300));
+                problem.nearest = nearest;
+                return None;
+            }
+        };
+        Some(values)
+    }
+}
+
+/// The values of a column, or the columns that there are instead.
+fn values(
+    text: &str,
+    column: &str,
+    unit: &'static str,
+    problems: &mut Collector<'_>,
+) -> Option<Result<Vec<f64>, Vec<String>>> {
+    let csv = Csv::new(text, problems)?;
+    let Some(header) = csv.lines().next() else {
+        problems.add(0..0, "", "there is no header line").allowed = Some("a line of column names".to_owned());
+        return None;
+    };
+    let header: Vec<Cell<'_>> = csv.cells(header).collect();
+    header.iter().for_each(|cell| cell.refuse_unsound(problems));
+    let Some(place) = header.iter().position(|cell| cell.text == column) else {
+        return Some(Err(header.iter().map(|cell| cut(&cell.text, 80)).collect()));
+    };
+    if let Some(surplus) = csv.lines().nth(1 + MOST_VALUES) {
+        problems.add(surplus, "", "too many values").allowed = Some(format!("at most {MOST_VALUES}"));
+        return None;
+    }
+    let (mut sign, mut values) = (DecimalSign::default(), Vec::new());
+    for line in csv.lines().skip(1) {
+        let cells: Vec<Cell<'_>> = csv.cells(line.clone()).collect();
+        if cells.len() != header.len() {
+            let message = format!("has {} cells, the header has {}", cells.len(), header.len());
+            problems.add(line, "", message);
+            continue;
+        }
+        let cell = &cells[place];
+        cell.refuse_unsound(problems);
+        let Some(shown) = sign.read(csv, cell, false, problems) else { continue };
+        match parse_bare_or_quantity(&shown, unit) {
+            Ok(number) => values.push(number),
+            Err(error) => {
+                let (message, nearest) = error.parts();
+                let problem = problems.add(cell.span.clone(), cut(column, 80), message);
+                problem.value = Some(format!("{:?}", cut(&shown, 80)));
+                problem.nearest = nearest;
+            }
+        }
+    }
+    sign.refuse_both(csv, problems);
+    if values.is_empty() {
+        problems.add(text.len()..text.len(), "", "there are no values below the header");
+    }
+    Some(Ok(values))
+}

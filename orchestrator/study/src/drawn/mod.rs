@@ -1,0 +1,123 @@
+//! The tables of a study whose samples are drawn: `[[uncertain]]`, `[[correlation]]`, `[design]`, `[[derived]]`.
+//!
+//! ```text
+//! file --uncertain--> laws   --correlation--> copula   --design--> plan   --derived--> formulas      Drawing: all of it
+//! ```
+//! Every mistake of all tables is reported at once, each at the key that is wrong.
+
+mod correlation;
+mod derived;
+mod design;
+mod empirical;
+mod uncertain;
+
+pub(super) use design::needs;
+pub(super) use empirical::Files;
+
+use super::axis::Axis;
+use super::derived::{NameError, Variable, name_mistakes};
+use super::drawing::Drawing;
+use super::parameter::{Origin, Parameter};
+use super::table::Keys;
+use super::uncertain::Uncertain;
+use super::vary::PathTable;
+use bladeoff_model::document::{Collector, Node, Value};
+
+/// What was understood of a table of `[[uncertain]]`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Understood {
+    /// What `check` says of it, mean and standard deviation after truncation included.
+    pub sentence: String,
+}
+
+/// What the tables of a study come to.
+#[derive(Debug, Clone)]
+pub struct Drawn {
+    /// Everything that differs from sample to sample, in the order of the values of a sample: uncertain, varied, derived.
+    pub parameters: Vec<Parameter>,
+    /// How its values are found.
+    pub drawing: Drawing,
+    /// Of each uncertain parameter.
+    pub understood: Vec<Understood>,
+    /// What a reader of the answers should know of the design.
+    pub notes: Vec<String>,
+    /// Texts of `[[derived]]`.
+    pub formulas: Vec<String>,
+}
+
+/// One table of `[[uncertain]]` as far as it could be read.
+struct Draft {
+    parameter: Option<Parameter>,
+    law: Option<Uncertain>,
+    sentence: String,
+}
+
+/// Reads the tables; `axes` are those of `[[vary]]` and `[points]`. `None`: the reason is among the problems.
+pub(super) fn read(
+    keys: &Keys<'_>,
+    axes: &[Axis],
+    seed: u64,
+    paths: &PathTable<'_>,
+    files: &mut Files<'_, '_>,
+    problems: &mut Collector<'_>,
+) -> Option<Drawn> {
+    let drafts = keys.get("uncertain").map(|entry| uncertain::read(&entry.node, paths, files, problems));
+    let drafts = drafts.unwrap_or_default();
+    let derived = keys.get("derived").map(|entry| derived::read(&entry.node, paths, problems)).unwrap_or_default();
+    let all_read = drafts.iter().all(|draft| draft.parameter.is_some()) && derived.iter().all(Option::is_some);
+    let derived: Vec<derived::Formula> = derived.into_iter().flatten().collect();
+    let varied = axes.iter().enumerate().flat_map(|(axis, along)| {
+        along.varied.iter().enumerate().map(move |(member, varied)| varied.parameter(Origin::Varied(axis, member)))
+    });
+    let mut parameters: Vec<Parameter> = drafts.iter().filter_map(|draft| draft.parameter.clone()).collect();
+    let uncertain = parameters.len();
+    parameters.extend(varied);
+    parameters.extend(derived.iter().map(|formula| formula.parameter.clone()));
+    let variables: Vec<Variable> = parameters.iter().map(Parameter::variable).collect();
+    refuse_names(&parameters, &variables, problems);
+    let laws: Option<Vec<Uncertain>> = drafts.iter().map(|draft| draft.law.clone()).collect();
+    let copula = correlation::read(keys, &variables[..uncertain], laws.as_deref().filter(|_| all_read), problems);
+    let drawn = laws.as_deref().zip(copula.as_ref()).filter(|_| all_read);
+    let plan = design::read(keys, &parameters[..uncertain], drawn, seed, problems);
+    // without all variables a formula would be blamed for names that are there
+    let formulas = if all_read { derived::formulas(variables, &derived, problems) } else { None };
+    let (laws, copula, plan) = (laws?, copula?, plan?);
+    let notes = plan.as_ref().map(|plan| plan.notes(laws.len(), &copula)).unwrap_or_default();
+    Some(Drawn {
+        parameters,
+        drawing: Drawing::new(laws, copula, plan, formulas?),
+        understood: drafts.into_iter().map(|Draft { sentence, .. }| Understood { sentence }).collect(),
+        notes,
+        formulas: derived.into_iter().map(|formula| formula.text).collect(),
+    })
+}
+
+/// Refuses names that cannot be words of formulas, or that two have.
+fn refuse_names(parameters: &[Parameter], variables: &[Variable], problems: &mut Collector<'_>) {
+    for error in name_mistakes(variables, |number| !parameters[number].is_variable) {
+        let (NameError::Letters { variable, .. }
+        | NameError::Reserved { variable, .. }
+        | NameError::Taken { variable, .. }) = &error;
+        // a path that is given twice is reported by the paths
+        let is_path = matches!(&error, NameError::Taken { name, .. } if name.contains('.'));
+        if !is_path {
+            let key = match parameters[*variable].origin {
+                Origin::Uncertain(table) => format!("uncertain[{table}]"),
+                Origin::Varied(..) => "vary".to_owned(),
+                Origin::Derived(table) => format!("derived[{table}]"),
+            };
+            problems.add(parameters[*variable].place.clone(), key, error.to_string());
+        }
+    }
+}
+
+/// The tables of an array of tables; a problem and none if it is something else.
+fn tables<'n>(node: &'n Node, key: &str, problems: &mut Collector<'_>) -> &'n [Node] {
+    match &node.value {
+        Value::Array(items) => items,
+        _ => {
+            super::table::wrong_type(node, key, &format!("an array of tables: [[{key}]]"), problems);
+            &[]
+        }
+    }
+}

@@ -1,0 +1,59 @@
+//! Files that a study names: beside it, or as a result directory keeps them.
+
+use super::frozen::FrozenFiles;
+use super::input::{InputError, beside, read_frozen, read_input};
+use bladeoff_model::document::{Collector, Entry, cut};
+use std::path::Path;
+
+/// Which file is wanted.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Which {
+    /// The machine.
+    Machine,
+    /// The points.
+    Points,
+    /// That of an empirical law, by its number.
+    Empirical(usize),
+}
+
+/// Where the files of a study lie.
+#[derive(Debug)]
+pub(super) struct NamedFiles<'a> {
+    /// The study file.
+    pub study: &'a Path,
+    /// Whether they are those that a result directory keeps, whatever the study calls them.
+    pub frozen: Option<FrozenFiles>,
+}
+
+impl NamedFiles<'_> {
+    /// Path and text of a file of at most so many bytes, named by an entry with this key and name. `None`: the reason is among the problems.
+    pub fn read(
+        &self,
+        entry: &Entry,
+        (key, named): (&str, &str),
+        (which, limit): (Which, u64),
+        problems: &mut Collector<'_>,
+    ) -> Option<(String, String)> {
+        let read = || -> Result<_, InputError> {
+            let found = match (&self.frozen, which) {
+                (None, _) => beside(self.study, named)?,
+                (Some(files), Which::Machine) => files.machine(),
+                (Some(files), Which::Points) => files.points(),
+                (Some(files), Which::Empirical(number)) => files.empirical(number),
+            };
+            let text = if self.frozen.is_some() { read_frozen } else { read_input }(&found, limit)?;
+            Ok((found.to_string_lossy().into_owned(), text))
+        };
+        match read() {
+            Ok(found) => Some(found),
+            Err(error) => {
+                let message = match std::error::Error::source(&error) {
+                    Some(source) => format!("{error}: {source}"),
+                    None => error.to_string(),
+                };
+                problems.add(entry.node.span.clone(), key, message).value = Some(format!("{:?}", cut(named, 120)));
+                None
+            }
+        }
+    }
+}

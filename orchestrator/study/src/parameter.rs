@@ -1,0 +1,102 @@
+//! What differs from sample to sample: parameters of the machine, and variables that only formulas know.
+
+use super::axis::{Column, ColumnKind};
+use super::derived::Variable;
+use bladeoff_model::machine::{self, ParamValue, PathInfo, PathKind, is_detection};
+use std::ops::Range;
+
+/// Where the values of a parameter come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Origin {
+    /// `[[uncertain]]`: number of the law.
+    Uncertain(usize),
+    /// `[[vary]]` or `[points]`: number of the axis, and of the parameter among what varies along that.
+    Varied(usize, usize),
+    /// `[[derived]]`: number of the formula.
+    Derived(usize),
+}
+
+/// A parameter or a variable that each sample has a value of.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameter {
+    /// The parameter; of a variable its name, in the place of a path, and any number.
+    pub info: PathInfo,
+    /// `as`: a short name.
+    pub short: Option<String>,
+    /// Whether its values are words.
+    pub has_words: bool,
+    /// Whether no machine has it: a variable of formulas.
+    pub is_variable: bool,
+    /// Where its values come from.
+    pub origin: Origin,
+    /// Bytes of the study file that name it.
+    pub place: Range<usize>,
+}
+
+/// A variable as if it were a parameter.
+#[must_use]
+pub(super) fn variable_info(name: &str) -> PathInfo {
+    PathInfo {
+        path: name.to_owned(),
+        unit: "",
+        kind: PathKind::Number,
+        value: None,
+        shown: String::new(),
+        meaning: "a variable of the study's formulas",
+        allowed: "a finite number".to_owned(),
+        range: machine::Range::ANY,
+        default: false,
+    }
+}
+
+impl Parameter {
+    /// The short name, or else path or name.
+    #[must_use]
+    pub fn shown(&self) -> &str {
+        self.short.as_deref().unwrap_or(&self.info.path)
+    }
+
+    /// The words it may be, where its values are words.
+    #[must_use]
+    pub fn words(&self) -> Option<&'static [&'static str]> {
+        match self.info.kind {
+            PathKind::Choice(words) | PathKind::NumberOrChoice(words) if self.has_words => Some(words),
+            _ => None,
+        }
+    }
+
+    /// Whether it is the contact detection, whose column has a name of its own.
+    #[must_use]
+    pub fn is_detection(&self) -> bool {
+        is_detection(&self.info.path)
+    }
+
+    /// What a formula sees of it.
+    #[must_use]
+    pub fn variable(&self) -> Variable {
+        let (name, short) = (self.info.path.clone(), self.short.clone());
+        Variable { name, short, unit: self.info.unit.to_owned(), has_words: self.has_words }
+    }
+
+    /// Its column of the result table.
+    #[must_use]
+    pub fn column(&self) -> Column {
+        let (unit, kind) = match self.info.kind {
+            _ if self.has_words => ("", ColumnKind::Word),
+            PathKind::Count => ("", ColumnKind::Integer),
+            _ => (self.info.unit, ColumnKind::Real),
+        };
+        // A number-or-word parameter that holds words has no unit in its name.
+        let name = self.variable().column();
+        Column { name, unit: unit.to_owned(), meaning: self.info.meaning.to_owned(), kind }
+    }
+
+    /// Its number, or the place of its word among the words, as a worker is told; `None`: a word that it does not have.
+    #[must_use]
+    pub fn number(&self, value: &ParamValue) -> Option<f64> {
+        match value {
+            ParamValue::Number(number) => Some(*number),
+            ParamValue::Choice(word) => Some(self.words()?.iter().position(|known| known == word)? as f64),
+        }
+    }
+}
