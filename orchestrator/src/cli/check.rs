@@ -6,9 +6,9 @@ use super::exit::Exit;
 use super::output::{print, remark, tell, width};
 use super::run::PartArgs;
 use super::shared::shared;
-use bladeoff_answers::report::{Align, TextTable, counted};
+use bladeoff_answers::report::{Align, TextTable, counted, wrapped};
 use bladeoff_model::machine::ParamValue;
-use bladeoff_study::{Axis, Samples, fixed_angle, show};
+use bladeoff_study::{Axis, Origin, Samples, fixed_angle, show};
 use bladeoff_system::shown;
 use std::path::PathBuf;
 
@@ -54,6 +54,7 @@ fn describe(samples: &Samples) -> String {
     let study = samples.study();
     let mut text =
         format!("{}: {} of {}\n\n", study.name, counted(samples.count(), "sample"), shown(study.subject_name()));
+    text.push_str(&drawn(samples));
     let mut table = TextTable::new(&[("varies", Align::Left), ("points", Align::Right), ("values", Align::Left)]);
     for (axis, kept) in study.axes.iter().zip(samples.kept()) {
         for varied in &axis.varied {
@@ -65,9 +66,9 @@ fn describe(samples: &Samples) -> String {
             table.row(vec![varied.info.path.clone(), points(axis, kept), values]);
         }
     }
-    if study.axes.is_empty() {
+    if study.parameters().is_empty() {
         text.push_str("Nothing varies.\n");
-    } else {
+    } else if !study.axes.is_empty() {
         text.push_str(&table.fitting("", width()));
     }
     let fixed = study.machine().map(|machine| machine.fixed.as_slice()).unwrap_or_default();
@@ -80,6 +81,46 @@ fn describe(samples: &Samples) -> String {
     let shared = shared(samples);
     if !shared.is_empty() {
         text.push_str(&format!("\n{shared}"));
+    }
+    text
+}
+
+/// The design, and what was understood of each uncertain and each derived parameter.
+fn drawn(samples: &Samples) -> String {
+    let study = samples.study();
+    let width = width().unwrap_or(usize::MAX);
+    let mut text = String::new();
+    if let Some(plan) = samples.plan() {
+        let (points, uncertain) = (counted(samples.points(), "point"), counted(study.drawn.understood.len() as u64, "uncertain parameter"));
+        text.push_str(&format!("Design: {}, {points} of {uncertain}", plan.kind().word()));
+        if plan.replicates() > 1 {
+            text.push_str(&format!(", in {}", counted(plan.replicates(), "replicate")));
+        }
+        let groups = samples.groups().len() as u64;
+        if groups > 1 {
+            text.push_str(&format!("; the same points in each of {}", counted(groups, "combination")));
+        }
+        text.push_str(".\n");
+        for note in &study.drawn.notes {
+            text.push_str(&wrapped(&format!("Note: {note}."), width, "", ""));
+        }
+        text.push('\n');
+    }
+    let mut lines = String::new();
+    for (number, parameter) in study.parameters().iter().enumerate() {
+        let said = match parameter.origin {
+            Origin::Uncertain(_) => study.drawn.understood[number].sentence.clone(),
+            Origin::Derived(formula) => format!("= {}", study.drawn.formulas[formula]),
+            Origin::Varied(..) => continue,
+        };
+        let name = match &parameter.short {
+            Some(short) => format!("{} ({short})", parameter.info.path),
+            None => parameter.info.path.clone(),
+        };
+        lines.push_str(&format!("{name}\n{}", wrapped(&said, width, "  ", "  ")));
+    }
+    if !lines.is_empty() {
+        text.push_str(&format!("{lines}\n"));
     }
     text
 }

@@ -94,6 +94,9 @@ pub enum CliError {
         /// The file.
         path: PathBuf,
     },
+    /// A machine has no kinds.
+    #[error("--kind is that of a study: new study --kind risk; of machines there is one template")]
+    NoKind,
     /// A directory without the table that is asked for.
     #[error(
         "{}",
@@ -177,7 +180,7 @@ impl CliError {
             | CliError::NoDirectory(_)
             | CliError::Why(_) => Exit::Input,
             CliError::Study(StudyError::Problems(_) | StudyError::AMachine { .. }) | CliError::Start(_) => Exit::Input,
-            CliError::Study(StudyError::Design(DesignError::Scale { .. })) => Exit::Usage,
+            CliError::NoKind | CliError::Study(StudyError::Design(DesignError::Scale { .. })) => Exit::Usage,
             CliError::Study(StudyError::Design(_)) => Exit::Input,
             CliError::Study(StudyError::Threads(_)) | CliError::Threads(_) => Exit::Io,
             CliError::Study(StudyError::Input(error)) | CliError::Input(error) => input_exit(error),

@@ -124,7 +124,9 @@ fn choose(samples: &Samples) -> Vec<u64> {
     if count <= TIMED {
         return (0..count).collect();
     }
-    let lengths: Vec<u64> = samples.study().axes.iter().map(|axis| axis.length).collect();
+    let axes = samples.study().axes.iter().map(|axis| axis.length);
+    let points = samples.plan().map(|_| samples.points());
+    let lengths: Vec<u64> = points.into_iter().chain(axes).collect();
     let place = |position: u64, length: u64| if length > 1 { position as f64 / (length - 1) as f64 } else { 0.0 };
     let wanted = |k: u64, axis: usize| ((k * (1 + axis as u64 % (TIMED - 1))) % TIMED) as f64 / (TIMED - 1) as f64;
     let candidates: Vec<(u64, Vec<f64>)> = (0..count.min(CANDIDATES))
@@ -133,7 +135,8 @@ fn choose(samples: &Samples) -> Vec<u64> {
             let scattered = i.wrapping_mul(0x9e37_79b9_7f4a_7c15);
             let sample =
                 if count <= CANDIDATES { i } else { ((u128::from(scattered) * u128::from(count)) >> 64) as u64 };
-            let places = samples.positions(sample).iter().zip(&lengths).map(|(p, length)| place(*p, *length)).collect();
+            let positions = samples.point(sample).into_iter().chain(samples.positions(sample));
+            let places = positions.zip(&lengths).map(|(position, length)| place(position, *length)).collect();
             (sample, places)
         })
         .collect();

@@ -4,7 +4,7 @@ use super::error::CliError;
 use super::exit::Exit;
 use super::output::{print, remark};
 use bladeoff_model::machine::machine_template;
-use bladeoff_study::{STUDY_MACHINE, STUDY_TEMPLATE};
+use bladeoff_study::{RISK_TEMPLATE, STUDY_MACHINE, STUDY_TEMPLATE};
 use bladeoff_system::files::write_new;
 use bladeoff_system::shown;
 use std::path::PathBuf;
@@ -15,12 +15,16 @@ use std::path::PathBuf;
 /// that is already there is not overwritten.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  bladeoff new machine --out studies/machines/my_rig.toml\n  bladeoff new study > studies/my-study.toml"
+    after_help = "Examples:\n  bladeoff new machine --out studies/machines/my_rig.toml\n  bladeoff new study > studies/my-study.toml\n  bladeoff new study --kind risk > studies/my-risk.toml"
 )]
 pub struct Args {
     /// What to write
     #[arg(value_enum)]
     what: What,
+
+    /// Which study: a `grid` of values, or uncertain parameters with the question of a `risk` [default: grid]
+    #[arg(long, value_enum)]
+    kind: Option<StudyKind>,
 
     /// Write to this file instead of standard output
     #[arg(long, value_name = "FILE")]
@@ -35,14 +39,26 @@ enum What {
     Study,
 }
 
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum StudyKind {
+    /// Values combined with one another
+    Grid,
+    /// Uncertain parameters, probabilities, a gate
+    Risk,
+}
+
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
+    if args.kind.is_some() && matches!(args.what, What::Machine) {
+        return Err(CliError::NoKind);
+    }
     let machine;
     let text: &str = match args.what {
         What::Machine => {
             machine = machine_template();
             machine.as_ref()
         }
+        What::Study if matches!(args.kind, Some(StudyKind::Risk)) => RISK_TEMPLATE,
         What::Study => STUDY_TEMPLATE,
     };
     match &args.out {

@@ -43,6 +43,12 @@ impl Drawing {
         Self { laws, copula, plan, derived }
     }
 
+    /// The laws of the uncertain ones.
+    #[must_use]
+    pub fn laws(&self) -> &[Uncertain] {
+        &self.laws
+    }
+
     /// Where the points lie; `None` where nothing is uncertain.
     #[must_use]
     pub fn plan(&self) -> Option<&Plan> {

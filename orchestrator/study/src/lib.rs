@@ -70,6 +70,6 @@ pub use load::{STUDY_SCHEMA, TakenNames, load, load_frozen};
 pub use parameter::{Origin, Parameter};
 pub use sample_keys::{SampleKey, SampleKeys};
 pub use samples::Samples;
-pub use template::{STUDY_MACHINE, STUDY_TEMPLATE};
+pub use template::{RISK_TEMPLATE, STUDY_MACHINE, STUDY_TEMPLATE};
 pub use twin::TwinShare;
 pub use values::ValueList;

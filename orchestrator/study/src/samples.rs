@@ -245,7 +245,7 @@ impl Samples {
         }
     }
 
-    /// All values of a parameter along its axis, and of one that is drawn or derived [`Samples::some_values`].
+    /// All values of a parameter along its axis, some of its law, and of one that is derived [`Samples::some_values`].
     #[must_use]
     pub(super) fn all_or_some_values(&self, place: usize) -> Vec<ParamValue> {
         match self.parameters()[place].origin {
@@ -253,7 +253,11 @@ impl Samples {
                 let axis = &self.study.axes[axis];
                 (0..axis.length).map(|at| axis.varied[member].values.at(at)).collect()
             }
-            _ => self.some_values(place),
+            Origin::Uncertain(law) => {
+                let law = &self.drawing.laws()[law];
+                [0.1, 0.35, 0.6, 0.85].map(|p| self.drawing.param(place, law.quantile(p, 1.0 - p))).to_vec()
+            }
+            Origin::Derived(_) => self.some_values(place),
         }
     }
 
