@@ -4,7 +4,7 @@ use bladeoff_core::engine::{self, StartError, StepPlan};
 use bladeoff_core::modal::{self, Basis, BasisError, ModesError, ModesReport, SpeedModes};
 use bladeoff_core::record::{Follower, NoHistory};
 use bladeoff_core::structure::Structure;
-use bladeoff_model::machine::{Detection, Engine, Machine};
+use bladeoff_model::machine::Machine;
 use bladeoff_model::outcome::{Column, Outcome};
 
 /// Why the solver refuses a machine before the first step.
@@ -103,21 +103,8 @@ pub fn place_of_steps(machine: &Machine) -> usize {
     bladeoff_core::record::place_of_steps(machine)
 }
 
-/// Word of the engine.
-#[must_use]
-pub fn engine_word(machine: &Machine) -> &'static str {
-    match machine.run.engine {
-        Engine::Reduced => "reduced",
-        Engine::Full => "full",
-    }
-}
-
 /// Word of the contact detection; `None` without a diaphragm.
 #[must_use]
 pub fn detection(machine: &Machine) -> Option<&'static str> {
-    machine.diaphragms.first().map(|diaphragm| match diaphragm.contact.detection {
-        Detection::Hyp1 => "hyp1",
-        Detection::Hyp2 => "hyp2",
-        Detection::Hyp2Frozen => "hyp2-frozen",
-    })
+    machine.diaphragms.first().map(|diaphragm| diaphragm.contact.detection.word())
 }

@@ -13,7 +13,7 @@ use bladeoff_answers::report::duration;
 use bladeoff_answers::tables::{TableSchema, verdict_fields};
 use bladeoff_core::engine::StepPlan;
 use bladeoff_model::document::units::format_quantity;
-use bladeoff_model::machine::{ENGINE, Machine, MachineDef, STEP, is_detection};
+use bladeoff_model::machine::{Detection, ENGINE, Engine, Machine, MachineDef, STEP, is_detection};
 use bladeoff_model::outcome::{Outcome, Status};
 use bladeoff_system::call::word;
 use std::time::Instant;
@@ -43,11 +43,11 @@ pub struct Args {
     machine: MachineArgs,
 
     /// Engine, instead of the machine's: modes of rotor and ring, or all finite-element degrees of freedom
-    #[arg(long, value_parser = ["full", "reduced"])]
+    #[arg(long, value_parser = Engine::WORDS)]
     engine: Option<String>,
 
     /// Contact detection, instead of the machine's
-    #[arg(long, value_parser = ["hyp1", "hyp2", "hyp2-frozen"])]
+    #[arg(long, value_parser = Detection::WORDS)]
     detection: Option<String>,
 
     /// Time step, in seconds or with a unit ("2 us"); refused with the largest allowed one when it is too large
@@ -151,7 +151,7 @@ fn heading(machine: &Machine, plan: &StepPlan) -> String {
     let step = format!("{step} (largest allowed {largest})");
     [
         ("machine", machine.name.clone()),
-        ("engine", engine::engine_word(machine).to_owned()),
+        ("engine", machine.run.engine.word().to_owned()),
         ("detection", detection.to_owned()),
         ("time step", step),
     ]
