@@ -85,7 +85,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     if args.json {
         print_json(&json(&machine, view))?;
     } else {
-        let mut text = heading(&machine, &plan);
+        let mut text = heading(&machine, &args.machine.changed(&definition), &plan);
         text.push_str(&describe_outcome(view));
         text.push_str(&format!("{:<32} {}\n", "computed in", duration(wall)));
         tell(&text)?;
@@ -145,19 +145,19 @@ fn verdict(outcome: &Outcome) -> Exit {
     }
 }
 
-fn heading(machine: &Machine, plan: &StepPlan) -> String {
+/// What is simulated; `changed`: what is not as its file says.
+fn heading(machine: &Machine, changed: &[(String, String)], plan: &StepPlan) -> String {
     let detection = engine::detection(machine).unwrap_or("no diaphragm");
     let [step, largest] = [plan.step, plan.largest_allowed()].map(|step| format_quantity(step, "s"));
     let step = format!("{step} (largest allowed {largest})");
-    [
-        ("machine", machine.name.clone()),
-        ("engine", machine.run.engine.word().to_owned()),
-        ("detection", detection.to_owned()),
-        ("time step", step),
-    ]
-    .into_iter()
-    .map(|(name, value)| format!("{name:<32} {value}\n"))
-    .collect()
+    let set = changed.iter().map(|(path, value)| ("set", format!("{path} = {value}")));
+    let rest =
+        [("engine", machine.run.engine.word().to_owned()), ("detection", detection.to_owned()), ("time step", step)];
+    std::iter::once(("machine", machine.name.clone()))
+        .chain(set)
+        .chain(rest)
+        .map(|(name, value)| format!("{name:<32} {value}\n"))
+        .collect()
 }
 
 fn json(machine: &Machine, view: OutcomeView<'_>) -> String {
