@@ -257,6 +257,13 @@ fn options_of_simulate_are_what_is_simulated() {
     assert!(line("detection").ends_with("hyp1"), "{}", said.out);
     assert!(line("time step").contains(" 2 us"), "{}", said.out);
     assert!(line("end ").contains("10 ms"), "{}", said.out);
+    let set: Vec<&str> = said.out.lines().filter(|line| line.starts_with("set ")).collect();
+    assert!(set.len() == 1 && set[0].ends_with(" run.end_time = 10 ms"), "{}", said.out);
+    let twice =
+        say(&["simulate", &rig, "--set", "end_time=1", "--set", "run.end_time=5e-3", "--set", "contact.friction=0"]);
+    let set: Vec<_> = twice.out.lines().filter(|line| line.starts_with("set ")).map(|line| line[3..].trim()).collect();
+    assert_eq!(set[0], "run.end_time = 5 ms", "{}", twice.out);
+    assert!(set.len() == 2 && set[1].ends_with(".contact.friction = 0"), "{}", twice.out);
     let said = say(&["simulate", &rig, "--set", "contact.gapp=1"]);
     assert_eq!(said.code, 3);
     assert!(said.err.contains("did you mean"), "{}", said.err);
@@ -372,4 +379,17 @@ fn a_full_disk_behind_standard_output_is_exit_6() {
     let full = std::fs::OpenOptions::new().write(true).open("/dev/full").expect("Linux has it");
     let output = bladeoff(&["new", "study"]).stdout(full).output().expect("the binary starts");
     assert_eq!(output.status.code(), Some(6));
+}
+
+#[test]
+fn a_word_too_many_is_refused_with_what_was_probably_meant() {
+    for (line, meant) in [
+        (&["new", "machine", "mine.toml"][..], "--out mine.toml"),
+        (&["simulate", "rig.toml", "run.step=1e-5"], "--set run.step=1e-5"),
+        (&["simulate", "rig.toml", "-set", "run.step=1e-5"], "two dashes: --set"),
+    ] {
+        let said = say(line);
+        assert_eq!(said.code, 2, "{}", said.err);
+        assert!(said.err.contains("unexpected argument") && said.err.contains(meant), "{}", said.err);
+    }
 }

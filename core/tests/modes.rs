@@ -2,7 +2,7 @@
 
 mod common;
 
-use bladeoff_core::modal::{OVERDAMPED, SpeedModes, Whirl, followed_modes, report};
+use bladeoff_core::modal::{ModesError, OVERDAMPED, SpeedModes, Whirl, followed_modes, report};
 use bladeoff_model::machine::Machine;
 use common::{machine, machine_with, study_machine};
 use std::f64::consts::PI;
@@ -228,4 +228,24 @@ fn an_overdamped_pair_is_listed_once_at_any_speed() {
     let found = followed_modes(&machine, &[1e-8, 1e-4, 1.0]).expect("solvable");
     let counts: Vec<usize> = found.iter().map(|speed| speed.overdamped.len()).collect();
     assert!(counts[0] > 0 && counts.iter().all(|count| *count == counts[0]), "{counts:?}");
+}
+
+/// A shaft of 25 m for one of 25 mm: every halving of the step was tried everywhere, for ten minutes.
+#[test]
+fn modes_that_cannot_be_followed_are_given_up_with_a_word() {
+    let metres = [0, 1, 2].map(|section| (format!("rotor.shaft[{section}].diameter"), "25 m"));
+    let thick = |sections: &[usize]| {
+        let sets: Vec<(&str, &str)> = sections.iter().map(|&at| (metres[at].0.as_str(), metres[at].1)).collect();
+        machine_with(&study_machine("lab_rig"), &sets)
+    };
+    for sections in [&[1][..], &[0, 1, 2]] {
+        let error = report(&thick(sections), &[0.0]).expect_err("not to be followed");
+        let ModesError::Unclear { looks, reached, wanted } = error else { panic!("{error}") };
+        assert!((1000..1100).contains(&looks) && reached < wanted && wanted > 0.0, "{looks} {reached} {wanted}");
+        assert!(error.to_string().contains("is a unit wrong"), "{error}");
+    }
+    // What is only asked for at speeds has the same limit, and at rest there is no way to follow.
+    let error = followed_modes(&thick(&[1]), &[0.0, 1e4]).expect_err("not to be followed");
+    assert!(matches!(error, ModesError::Unclear { wanted: 1e4, .. }), "{error}");
+    assert_eq!(followed_modes(&thick(&[1]), &[0.0]).expect("at rest").len(), 1);
 }

@@ -1,11 +1,10 @@
 //! The calls into the solver, in one place.
 
 use bladeoff_core::engine::{self, StartError, StepPlan};
-use bladeoff_core::linalg::EigenError;
-use bladeoff_core::modal::{self, Basis, BasisError, ModesReport, SpeedModes};
+use bladeoff_core::modal::{self, Basis, BasisError, ModesError, ModesReport, SpeedModes};
 use bladeoff_core::record::{Follower, NoHistory};
 use bladeoff_core::structure::Structure;
-use bladeoff_model::machine::{Detection, Engine, Machine};
+use bladeoff_model::machine::Machine;
 use bladeoff_model::outcome::{Column, Outcome};
 
 /// Why the solver refuses a machine before the first step.
@@ -19,7 +18,7 @@ pub enum EngineError {
     Start(StartError),
     /// Whirl frequencies.
     #[error("the modes cannot be computed")]
-    Modes(#[source] EigenError),
+    Modes(#[source] ModesError),
 }
 
 /// The structure of a machine: matrices and modes.
@@ -79,7 +78,7 @@ pub fn try_start(machine: &Machine, structure: &Structure) -> Result<(), EngineE
 /// Whirl, critical speeds and ring frequencies.
 ///
 /// # Errors
-/// An eigenvalue problem failed.
+/// An eigenvalue problem failed, or the modes cannot be followed.
 pub fn modes(machine: &Machine, speeds: &[f64]) -> Result<ModesReport, EngineError> {
     modal::report(machine, speeds).map_err(EngineError::Modes)
 }
@@ -87,7 +86,7 @@ pub fn modes(machine: &Machine, speeds: &[f64]) -> Result<ModesReport, EngineErr
 /// Modes at speeds \[rad/s\], followed from rest by their shapes.
 ///
 /// # Errors
-/// An eigenvalue problem failed.
+/// An eigenvalue problem failed, or the modes cannot be followed.
 pub fn followed_modes(machine: &Machine, speeds: &[f64]) -> Result<Vec<SpeedModes>, EngineError> {
     modal::followed_modes(machine, speeds).map_err(EngineError::Modes)
 }
@@ -104,21 +103,8 @@ pub fn place_of_steps(machine: &Machine) -> usize {
     bladeoff_core::record::place_of_steps(machine)
 }
 
-/// Word of the engine.
-#[must_use]
-pub fn engine_word(machine: &Machine) -> &'static str {
-    match machine.run.engine {
-        Engine::Reduced => "reduced",
-        Engine::Full => "full",
-    }
-}
-
 /// Word of the contact detection; `None` without a diaphragm.
 #[must_use]
 pub fn detection(machine: &Machine) -> Option<&'static str> {
-    machine.diaphragms.first().map(|diaphragm| match diaphragm.contact.detection {
-        Detection::Hyp1 => "hyp1",
-        Detection::Hyp2 => "hyp2",
-        Detection::Hyp2Frozen => "hyp2-frozen",
-    })
+    machine.diaphragms.first().map(|diaphragm| diaphragm.contact.detection.word())
 }

@@ -8,6 +8,7 @@ use bladeoff_protocol::ipc::IpcWorker;
 use bladeoff_protocol::link::WorkerLink;
 use bladeoff_protocol::messages::Hello;
 use bladeoff_protocol::transport::PortError;
+use bladeoff_system::with_causes;
 
 use crate::args::{ArgsError, WorkerArgs};
 use crate::core_solver::{CoreSolver, SolverError};
@@ -48,13 +49,7 @@ pub enum WorkerError {
 /// orchestrator collects.
 pub fn worker_main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
     let Err(error) = run(args) else { return ExitCode::SUCCESS };
-    let mut text = error.to_string();
-    let mut source = std::error::Error::source(&error);
-    while let Some(cause) = source {
-        text = format!("{text}: {cause}");
-        source = cause.source();
-    }
-    eprintln!("{text}");
+    eprintln!("{}", with_causes(&error));
     ExitCode::from(match error {
         WorkerError::Args(_) | WorkerError::Fault(_) => EXIT_USAGE,
         WorkerError::Plan(_) | WorkerError::Solver(_) => EXIT_PLAN,

@@ -4,7 +4,7 @@ use super::shaft_line::sites;
 use crate::linalg::{EigenError, Matrix, add_outer, symmetric_generalised};
 use crate::structure::Structure;
 use bladeoff_model::document::units::{format_digits, format_quantity};
-use bladeoff_model::machine::{DiaphragmKind, Engine, Machine, RotorKind, UnbalanceKind};
+use bladeoff_model::machine::{DiaphragmKind, Machine, RotorKind, UnbalanceKind};
 
 /// Fraction of the stability limit that is taken when the machine names no step.
 ///
@@ -160,10 +160,7 @@ impl StepPlan {
                     step,
                     limit: largest_step,
                     hz: highest_frequency / (2.0 * std::f64::consts::PI),
-                    engine: match machine.run.engine {
-                        Engine::Full => "full",
-                        Engine::Reduced => "reduced",
-                    },
+                    engine: machine.run.engine.word(),
                 });
             }
         };

@@ -2,11 +2,11 @@
 //!
 //! From speed to speed each mode goes on as the one that is most like it ([`Mode::alike`]). Where that is not clear, or one
 //! becomes overdamped or ceases to be, the step of the speed is halved. So lines cross where modes do and keep apart where they
-//! only come near. Verified by `tests/modes.rs`, critical speeds also by `tests/outside.rs`, `tests/linear_rotors.rs`.
+//! only come near. A way is worth only so many looks ([`Looks`]). Verified by `tests/modes.rs`, critical speeds also by `tests/outside.rs`, `tests/linear_rotors.rs`.
 
+use super::looks::{Looks, ModesError};
 use super::shape::Mode;
 use super::whirl::{APERIODIC, CriticalSpeed, Lateral, OVERDAMPED, OverdampedMode, SpeedModes};
-use crate::linalg::EigenError;
 
 /// Whirl modes at rest below which critical speeds are looked for, and whose way must be clear.
 const FOLLOWED: usize = 12;
@@ -36,7 +36,7 @@ fn whirls(mode: &Mode) -> bool {
 
 /// The way of all modes from rest through speeds.
 struct Way<'a> {
-    lateral: &'a Lateral,
+    looks: Looks<'a>,
     last: Instant,
     /// Number of each identity, 0 before it first whirls, and how many have one.
     numbers: Vec<usize>,
@@ -49,15 +49,16 @@ struct Way<'a> {
 }
 
 impl<'a> Way<'a> {
-    fn begin(lateral: &'a Lateral, crossings: Option<Vec<CriticalSpeed>>) -> Result<Self, EigenError> {
-        let mut modes = lateral.spectrum(0.0)?;
+    fn begin(lateral: &'a Lateral, crossings: Option<Vec<CriticalSpeed>>) -> Result<Self, ModesError> {
+        let looks = Looks::new(lateral);
+        let mut modes = looks.spectrum(0.0, 0.0)?;
         // whirl modes first: they are those that are followed
         modes.sort_by_key(|mode| !whirls(mode));
         let followed = modes.iter().filter(|mode| whirls(mode)).count().min(FOLLOWED);
         let top = modes[..followed].iter().map(|mode| mode.value[1]).fold(0.0, f64::max);
         let last = Instant { speed: 0.0, identity: (0..modes.len()).collect(), modes };
         let numbers = vec![0; last.modes.len()];
-        let mut way = Self { lateral, last, numbers, numbered: 0, followed, top, crossings };
+        let mut way = Self { looks, last, numbers, numbered: 0, followed, top, crossings };
         way.number();
         Ok(way)
     }
@@ -73,8 +74,8 @@ impl<'a> Way<'a> {
     }
 
     /// Goes on to a speed, in smaller steps where that is needed.
-    fn go_to(&mut self, speed: f64, halvings: usize) -> Result<(), EigenError> {
-        let modes = self.lateral.spectrum(speed)?;
+    fn go_to(&mut self, speed: f64, halvings: usize) -> Result<(), ModesError> {
+        let modes = self.looks.spectrum(speed, self.last.speed)?;
         let last = &self.last;
         let next = matched(&last.modes, &modes);
         let clear = |(from, to): (usize, &Option<(usize, f64)>)| {
@@ -95,7 +96,7 @@ impl<'a> Way<'a> {
                 && whirls(one)
                 && whirls(other)
             {
-                found.extend(crossing(self.lateral, (last.speed, one), (speed, other))?);
+                found.extend(crossing(&self.looks, (last.speed, one), (speed, other))?);
             }
         }
         let identity = identity.into_iter().map(|known| {
@@ -114,7 +115,7 @@ impl<'a> Way<'a> {
     fn here(&self) -> SpeedModes {
         let modes = || self.last.modes.iter().zip(&self.last.identity);
         let whirling = modes().filter(|(mode, _)| whirls(mode));
-        let shown = |mode| self.lateral.whirl(mode, self.last.speed);
+        let shown = |mode| self.looks.lateral.whirl(mode, self.last.speed);
         let mut whirl: Vec<_> = whirling.map(|(mode, &identity)| (self.numbers[identity], shown(mode))).collect();
         whirl.sort_by(|a, b| a.1.frequency.total_cmp(&b.1.frequency).then(a.0.cmp(&b.0)));
         let overdamped = modes().filter(|(mode, _)| !whirls(mode)).map(|(mode, _)| {
@@ -123,7 +124,7 @@ impl<'a> Way<'a> {
         });
         let mut overdamped: Vec<_> = overdamped.collect();
         overdamped.sort_by(|a, b| a.decay.total_cmp(&b.decay));
-        if !self.lateral.plane_motion(self.last.speed) {
+        if !self.looks.lateral.plane_motion(self.last.speed) {
             once(&mut overdamped);
         }
         SpeedModes { speed: self.last.speed, whirl, overdamped }
@@ -174,21 +175,29 @@ fn matched(from: &[Mode], to: &[Mode]) -> Vec<Option<(usize, f64)>> {
 /// Modes at speeds, in the order asked for.
 ///
 /// # Errors
-/// [`EigenError`].
-pub(super) fn follow(lateral: &Lateral, speeds: &[f64]) -> Result<Vec<SpeedModes>, EigenError> {
+/// [`ModesError`].
+pub(super) fn follow(lateral: &Lateral, speeds: &[f64]) -> Result<Vec<SpeedModes>, ModesError> {
     let mut way = Way::begin(lateral, None)?;
     let interval = 1.05 * way.top / INTERVALS as f64;
     let mut order: Vec<usize> = (0..speeds.len()).collect();
     order.sort_by(|&a, &b| speeds[a].total_cmp(&speeds[b]));
-    let mut found = vec![None; speeds.len()];
-    for at in order {
-        let (from, to) = (way.last.speed, speeds[at]);
-        if to > from {
+    let mut planned = 0.0_f64;
+    let parts: Vec<usize> = order
+        .iter()
+        .map(|&at| {
+            let (from, to) = (planned, speeds[at]);
+            planned = from.max(to);
             let parts = if interval > 0.0 { ((to - from) / interval).ceil().clamp(1.0, MOST) } else { 1.0 };
-            for part in 1..parts as usize {
-                way.go_to(from + (to - from) * part as f64 / parts, HALVINGS)?;
-            }
-            way.go_to(to, HALVINGS)?;
+            if to > from { parts as usize } else { 0 }
+        })
+        .collect();
+    way.looks.plan(planned, parts.iter().sum());
+    let mut found = vec![None; speeds.len()];
+    for (at, parts) in order.into_iter().zip(parts) {
+        let (from, to) = (way.last.speed, speeds[at]);
+        for part in 1..=parts {
+            let between = from + (to - from) * part as f64 / parts as f64;
+            way.go_to(if part == parts { to } else { between }, HALVINGS)?;
         }
         found[at] = Some(way.here());
     }
@@ -198,10 +207,11 @@ pub(super) fn follow(lateral: &Lateral, speeds: &[f64]) -> Result<Vec<SpeedModes
 /// Speeds at which a followed mode's frequency equals the speed, ascending.
 ///
 /// # Errors
-/// [`EigenError`].
-pub(super) fn critical_speeds(lateral: &Lateral) -> Result<Vec<CriticalSpeed>, EigenError> {
+/// [`ModesError`].
+pub(super) fn critical_speeds(lateral: &Lateral) -> Result<Vec<CriticalSpeed>, ModesError> {
     let mut way = Way::begin(lateral, Some(Vec::new()))?;
     let top = 1.05 * way.top;
+    way.looks.plan(top, INTERVALS);
     for interval in (1..=INTERVALS).filter(|_| top > 0.0) {
         way.go_to(top * interval as f64 / INTERVALS as f64, HALVINGS)?;
     }
@@ -212,10 +222,11 @@ pub(super) fn critical_speeds(lateral: &Lateral) -> Result<Vec<CriticalSpeed>, E
 
 /// Root of `omega(W) - W` of one mode in an interval, by regula falsi (Illinois); `None` if it has none.
 fn crossing(
-    lateral: &Lateral,
+    looks: &Looks<'_>,
     (mut a, first): (f64, &Mode),
     (mut b, last): (f64, &Mode),
-) -> Result<Option<CriticalSpeed>, EigenError> {
+) -> Result<Option<CriticalSpeed>, ModesError> {
+    let begin = a;
     let (mut fa, mut fb) = (first.value[1] - a, last.value[1] - b);
     if (fa > 0.0) == (fb > 0.0) {
         return Ok(None);
@@ -223,7 +234,7 @@ fn crossing(
     let mut side = 0;
     for _ in 0..80 {
         let c = (a * fb - b * fa) / (fb - fa);
-        let modes = lateral.spectrum(c)?;
+        let modes = looks.spectrum(c, begin)?;
         let alike = |mode: &Mode| mode.alike(first) + mode.alike(last);
         let whirling = modes.iter().filter(|mode| whirls(mode));
         let Some(mode) = whirling.max_by(|x, y| alike(x).total_cmp(&alike(y))) else { return Ok(None) };
@@ -234,7 +245,7 @@ fn crossing(
             return Ok(None);
         }
         if narrow || fc.abs() < 1e-12 * c {
-            let whirl = lateral.whirl(mode, c);
+            let whirl = looks.lateral.whirl(mode, c);
             return Ok(Some(CriticalSpeed { speed: c, damping_ratio: whirl.damping_ratio, whirl: whirl.whirl }));
         }
         if (fc > 0.0) == (fa > 0.0) {

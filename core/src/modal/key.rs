@@ -22,7 +22,8 @@
 
 use super::key_2::key_2;
 use bladeoff_model::machine::{
-    Bearing, Blades, DiaphragmKind, Disc, FlexibleStator, Machine, PointMass, Ring, RotorKind, Shaft, ShaftElement,
+    Bearing, Blades, Diaphragm, DiaphragmKind, Disc, FlexibleStator, Machine, PointMass, Ring, Rotor, RotorKind,
+    RunSettings, Shaft, ShaftElement,
 };
 
 /// The key of a machine's basis.
@@ -37,32 +38,64 @@ pub(crate) fn is_key_of(key: &[u8; 32], machine: &Machine) -> bool {
 }
 
 fn text(machine: &Machine) -> String {
+    let Machine { name: _, run, rotor, braking: _, diaphragms } = machine;
+    let Rotor {
+        kind,
+        initial_speed: _,
+        gravity: _,
+        speed_law: _,
+        initial: _,
+        bearings,
+        unbalances: _,
+        damping: _,
+        torsional_damping: _,
+    } = rotor;
     let mut text = Text("basis 3\n".to_owned());
-    match &machine.rotor.kind {
+    match kind {
         RotorKind::PointMass(PointMass { mass, polar_inertia }) => {
             text.word("point-mass").numbers(&[*mass, *polar_inertia]).end();
         }
         RotorKind::Shaft(shaft) => of_shaft(&mut text, shaft),
     }
-    for bearing in &machine.rotor.bearings {
+    for bearing in bearings {
         let Bearing { name: _, node, stiffness, damping: _, axial_stiffness: _ } = bearing;
         text.word("bearing").count(*node).numbers(stiffness.as_flattened()).end();
     }
-    for diaphragm in &machine.diaphragms {
-        match &diaphragm.kind {
+    for diaphragm in diaphragms {
+        let Diaphragm { name: _, kind, angle: _, contact: _ } = diaphragm;
+        match kind {
             DiaphragmKind::Flexible(stator) => of_ring(&mut text, stator),
             DiaphragmKind::Rigid | DiaphragmKind::RadialSpring { stiffness: _ } => {}
         }
     }
+    of_run(&mut text, run);
+    text.0
+}
+
+/// How many modes are kept.
+fn of_run(text: &mut Text, run: &RunSettings) {
+    let RunSettings {
+        end_time: _,
+        end_speed: _,
+        engine: _,
+        step: _,
+        force_location: _,
+        rotor_modes,
+        twist_modes,
+        ring_modes,
+        static_residual: _,
+        step_limit: _,
+        twin: _,
+        guard: _,
+    } = run;
     text.word("modes");
-    for modes in [machine.run.rotor_modes, machine.run.twist_modes, machine.run.ring_modes] {
+    for modes in [*rotor_modes, *twist_modes, *ring_modes] {
         match modes {
             Some(modes) => text.count(modes),
             None => text.word("-"),
         };
     }
     text.end();
-    text.0
 }
 
 fn of_shaft(text: &mut Text, shaft: &Shaft) {

@@ -1,6 +1,7 @@
 //! What is told of a machine's modes: whirl and critical speeds, twist, axial and ring frequencies of the full finite-element model.
 
 use super::follow::{critical_speeds, follow};
+use super::looks::ModesError;
 use super::whirl::{CriticalSpeed, Lateral, SpeedModes};
 use crate::linalg::{EigenError, Matrix, column_of, symmetric_generalised};
 use crate::stator::RingMatrices;
@@ -38,8 +39,8 @@ pub struct ModesReport {
 /// Source: conventions of the reference data (`tests/data`). Verified by `tests/linear_rotors.rs`, `tests/ring.rs`.
 ///
 /// # Errors
-/// [`EigenError`].
-pub fn report(machine: &Machine, speeds: &[f64]) -> Result<ModesReport, EigenError> {
+/// [`ModesError`].
+pub fn report(machine: &Machine, speeds: &[f64]) -> Result<ModesReport, ModesError> {
     let lateral = Lateral::new(machine);
     let rotor = &lateral.rotor;
     let (critical_speeds, speeds) = (critical_speeds(&lateral)?, follow(&lateral, speeds)?);
@@ -64,8 +65,8 @@ pub fn report(machine: &Machine, speeds: &[f64]) -> Result<ModesReport, EigenErr
 /// Modes of a machine at speeds \[rad/s\], followed from rest by their shapes, overdamped motions apart.
 ///
 /// # Errors
-/// [`EigenError`].
-pub fn followed_modes(machine: &Machine, speeds: &[f64]) -> Result<Vec<SpeedModes>, EigenError> {
+/// [`ModesError`].
+pub fn followed_modes(machine: &Machine, speeds: &[f64]) -> Result<Vec<SpeedModes>, ModesError> {
     follow(&Lateral::new(machine), speeds)
 }
 

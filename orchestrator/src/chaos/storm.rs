@@ -4,6 +4,7 @@ use super::disturbed::{Running, WATCHDOG, left_behind, lives, state};
 use super::error::ChaosError;
 use super::subject::{LAB_RIG, SAMPLES, STUDY};
 use bladeoff_system::files::FileError;
+use bladeoff_system::random::SplitMix;
 use bladeoff_worker::process::signal;
 use rustix::process::Signal;
 use std::collections::BTreeMap;
@@ -22,7 +23,7 @@ const STATES: [&str; 4] = ["claimed", "running", "sent", "recorded"];
 pub struct Storm {
     program: PathBuf,
     folder: PathBuf,
-    random: Random,
+    random: SplitMix,
     calm: Vec<u8>,
     figures: Figures,
 }
@@ -61,7 +62,7 @@ impl Storm {
         let mut storm = Self {
             program: program.to_path_buf(),
             folder: folder.to_path_buf(),
-            random: Random(seed),
+            random: SplitMix(seed),
             calm: Vec::new(),
             figures: Figures::default(),
         };
@@ -118,17 +119,17 @@ impl Storm {
         let random = &mut self.random;
         let mut planned = Vec::new();
         for _ in 0..random.below(3) {
-            let at = random.of(&STATES);
+            let at = one_of(random, &STATES);
             let (who, what) = match random.below(4) {
-                0 => ("orchestrator", random.of(&["kill", "stop"])),
-                1 => ("orchestrator", random.of(&["kill-worker", "stop-worker"])),
-                _ if at == "recorded" => ("orchestrator", random.of(&["kill-worker", "stop-worker"])),
-                _ => ("worker", random.of(&["kill", "stop"])),
+                0 => ("orchestrator", one_of(random, &["kill", "stop"])),
+                1 => ("orchestrator", one_of(random, &["kill-worker", "stop-worker"])),
+                _ if at == "recorded" => ("orchestrator", one_of(random, &["kill-worker", "stop-worker"])),
+                _ => ("worker", one_of(random, &["kill", "stop"])),
             };
             planned.push((who, what, at, random.below(SAMPLES).to_string()));
         }
         let kill_after = (random.below(3) == 0).then(|| Duration::from_millis(random.below(1500)));
-        let kill_what = random.of(&["orchestrator", "worker"]);
+        let kill_what = one_of(random, &["orchestrator", "worker"]);
         let which = random.below(u64::MAX);
         let faults: Vec<_> = planned.iter().map(|(w, d, a, s)| format!("who={w},at={a},sample={s},do={d}")).collect();
         let mut run = self.start(out, &format!("run-{}", self.figures.runs), &faults.join(";"))?;
@@ -218,20 +219,6 @@ fn table(out: &Path) -> Result<Vec<u8>, FileError> {
     fs::read(&path).map_err(FileError::at("read", &path))
 }
 
-/// splitmix64.
-#[derive(Debug, Clone)]
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, n: u64) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        (z ^ (z >> 31)) % n
-    }
-
-    fn of<'a>(&mut self, words: &[&'a str]) -> &'a str {
-        words[self.below(words.len() as u64) as usize]
-    }
+fn one_of<'a>(random: &mut SplitMix, words: &[&'a str]) -> &'a str {
+    words[random.below(words.len() as u64) as usize]
 }

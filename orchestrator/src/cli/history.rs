@@ -14,7 +14,7 @@ use bladeoff_core::structure::Structure;
 use bladeoff_model::document::units::{format_quantity, parse_bare_or_quantity};
 use bladeoff_model::machine::Machine;
 use bladeoff_model::outcome::Outcome;
-use bladeoff_system::shown;
+use bladeoff_system::{causes, shown};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -143,11 +143,7 @@ pub fn watched(
         ),
         Err(error) => {
             let mut text = format!("warning: there is no history: {error}");
-            let mut source = std::error::Error::source(&error);
-            while let Some(cause) = source {
-                text.push_str(&format!("\n  because: {cause}"));
-                source = cause.source();
-            }
+            text.extend(causes(&error).map(|cause| format!("\n  because: {cause}")));
             text.extend(temporary.as_deref().and_then(what_is_left).map(|left| format!("\n  {left}")));
             text
         }

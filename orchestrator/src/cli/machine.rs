@@ -3,7 +3,7 @@
 use super::error::CliError;
 use bladeoff_model::document::{MAX_FILE_BYTES, Problems};
 use bladeoff_model::machine::{Machine, MachineDef, ValueError};
-use bladeoff_study::{FileKind, kind_of, read_input};
+use bladeoff_study::{FileKind, kind_of, read_input, show};
 use bladeoff_system::call::word;
 use std::path::PathBuf;
 
@@ -37,6 +37,21 @@ impl MachineArgs {
             set(&mut machine, path.trim(), value.trim(), &shown)?;
         }
         Ok(machine)
+    }
+
+    /// What `--set` made of a machine that has it: path and value, of a path that is set twice the last.
+    pub fn changed(&self, machine: &MachineDef) -> Vec<(String, String)> {
+        let mut changed: Vec<(String, String)> = Vec::new();
+        for (path, value) in self.set.iter().filter_map(|argument| argument.split_once('=')) {
+            let (path, value) = (path.trim(), value.trim());
+            let known = machine.resolve(path).ok();
+            let known =
+                known.and_then(|info| Some((info.path.clone(), show(&info, &machine.parse_value(&info, value).ok()?))));
+            let (path, value) = known.unwrap_or_else(|| (path.to_owned(), value.to_owned()));
+            changed.retain(|(before, _)| *before != path);
+            changed.push((path, value));
+        }
+        changed
     }
 
     /// The overrides as given.

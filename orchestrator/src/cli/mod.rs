@@ -8,6 +8,7 @@ mod estimate;
 mod excerpt;
 mod exit;
 mod export;
+mod hints;
 mod history;
 mod json;
 mod machine;
@@ -149,8 +150,18 @@ fn refuse(error: &clap::Error) -> ! {
         output::remark(&format!("error: {word} is no option; a number stands without dashes: {number}"));
         std::process::exit(error.exit_code());
     }
+    let meant = match (error.kind(), error.get(ContextKind::InvalidArg)) {
+        (ErrorKind::UnknownArgument, Some(ContextValue::String(word))) => {
+            hints::hint(&command_line(), &arguments, &visible(word))
+        }
+        _ => None,
+    };
     match command_line().try_get_matches_from(arguments) {
-        Err(same) if same.kind() == error.kind() => same.exit(),
+        Err(same) if same.kind() == error.kind() => {
+            let (Some(meant), Ok(())) = (meant, same.print()) else { same.exit() };
+            output::remark(&meant);
+            std::process::exit(same.exit_code())
+        }
         _ => {
             output::remark(error.to_string().trim_end());
             std::process::exit(error.exit_code())

@@ -6,6 +6,7 @@ use super::output::{for_terminal, width_of_errors};
 use crate::starts::StartError;
 use bladeoff_model::document::{Problem, Problems, visible, visible_lines};
 use bladeoff_study::StudyError;
+use bladeoff_system::causes;
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, SourceCode};
 use std::error::Error;
 use std::fmt;
@@ -32,15 +33,13 @@ pub fn render(error: &CliError) -> String {
     }
 }
 
-fn chain(error: &dyn Error) -> String {
+fn chain(error: &(dyn Error + 'static)) -> String {
     let mut text = format!("error: {error}\n");
-    let mut source = error.source();
     let mut lacks_threads = false;
-    while let Some(cause) = source {
+    for cause in causes(error) {
         text.push_str(&format!("  because: {cause}\n"));
         let code = cause.downcast_ref::<std::io::Error>().and_then(std::io::Error::raw_os_error);
         lacks_threads |= code == Some(libc::EAGAIN);
-        source = cause.source();
     }
     if lacks_threads && !text.contains("ulimit -u") {
         text.push_str("  how many processes and threads a user may have is limited (ulimit -u, or the container)\n");

@@ -13,7 +13,7 @@ use bladeoff_answers::report::duration;
 use bladeoff_answers::tables::{TableSchema, verdict_fields};
 use bladeoff_core::engine::StepPlan;
 use bladeoff_model::document::units::format_quantity;
-use bladeoff_model::machine::{ENGINE, Machine, MachineDef, STEP, is_detection};
+use bladeoff_model::machine::{Detection, ENGINE, Engine, Machine, MachineDef, STEP, is_detection};
 use bladeoff_model::outcome::{Outcome, Status};
 use bladeoff_system::call::word;
 use std::time::Instant;
@@ -43,11 +43,11 @@ pub struct Args {
     machine: MachineArgs,
 
     /// Engine, instead of the machine's: modes of rotor and ring, or all finite-element degrees of freedom
-    #[arg(long, value_parser = ["full", "reduced"])]
+    #[arg(long, value_parser = Engine::WORDS)]
     engine: Option<String>,
 
     /// Contact detection, instead of the machine's
-    #[arg(long, value_parser = ["hyp1", "hyp2", "hyp2-frozen"])]
+    #[arg(long, value_parser = Detection::WORDS)]
     detection: Option<String>,
 
     /// Time step, in seconds or with a unit ("2 us"); refused with the largest allowed one when it is too large
@@ -85,7 +85,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     if args.json {
         print_json(&json(&machine, view))?;
     } else {
-        let mut text = heading(&machine, &plan);
+        let mut text = heading(&machine, &args.machine.changed(&definition), &plan);
         text.push_str(&describe_outcome(view));
         text.push_str(&format!("{:<32} {}\n", "computed in", duration(wall)));
         tell(&text)?;
@@ -145,19 +145,19 @@ fn verdict(outcome: &Outcome) -> Exit {
     }
 }
 
-fn heading(machine: &Machine, plan: &StepPlan) -> String {
+/// What is simulated; `changed`: what is not as its file says.
+fn heading(machine: &Machine, changed: &[(String, String)], plan: &StepPlan) -> String {
     let detection = engine::detection(machine).unwrap_or("no diaphragm");
     let [step, largest] = [plan.step, plan.largest_allowed()].map(|step| format_quantity(step, "s"));
     let step = format!("{step} (largest allowed {largest})");
-    [
-        ("machine", machine.name.clone()),
-        ("engine", engine::engine_word(machine).to_owned()),
-        ("detection", detection.to_owned()),
-        ("time step", step),
-    ]
-    .into_iter()
-    .map(|(name, value)| format!("{name:<32} {value}\n"))
-    .collect()
+    let set = changed.iter().map(|(path, value)| ("set", format!("{path} = {value}")));
+    let rest =
+        [("engine", machine.run.engine.word().to_owned()), ("detection", detection.to_owned()), ("time step", step)];
+    std::iter::once(("machine", machine.name.clone()))
+        .chain(set)
+        .chain(rest)
+        .map(|(name, value)| format!("{name:<32} {value}\n"))
+        .collect()
 }
 
 fn json(machine: &Machine, view: OutcomeView<'_>) -> String {

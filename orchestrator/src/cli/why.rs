@@ -6,7 +6,7 @@ use super::output::tell;
 use super::place::default_directory;
 use super::refusals::WhyError;
 use crate::engine;
-use crate::report::{OutcomeView, advice, cause_in_words, describe_values, diverged_at, end_cause_in_words, mentions};
+use crate::report::{advice, cause_in_words, describe_values, diverged_at, end_cause_in_words, mentions};
 use crate::run::directory::{MANIFEST, WORKER_LOG, read_current, row_files, timing_files};
 use crate::run::{RunState, own_columns, refuse_changed, refuse_changed_timings, see};
 use bladeoff_answers::report::duration;
@@ -15,7 +15,7 @@ use bladeoff_answers::tables::{Table, TableError, Timing};
 use bladeoff_model::document::units::{format_digits, format_quantity};
 use bladeoff_model::document::visible;
 use bladeoff_model::machine::{ParamValue, TWIN};
-use bladeoff_model::outcome::{Cause, CauseSet, ColumnKind, EndCause, Outcome, Status};
+use bladeoff_model::outcome::{Cause, ColumnKind, EndCause};
 use bladeoff_study::{FrozenFiles, Samples, load_frozen, show};
 use bladeoff_system::call;
 use bladeoff_system::place::Place;
@@ -153,9 +153,7 @@ fn values(row: &Table, samples: &Samples, sample: u64) -> String {
     if values.iter().all(Option::is_none) {
         return String::new();
     }
-    let outcome =
-        Outcome { status: Status::Ok, cause: None, causes: CauseSet::default(), end_cause: EndCause::EndTime, values };
-    describe_values(OutcomeView { columns: &columns, outcome: &outcome })
+    describe_values(&columns, &values)
 }
 
 /// Lines of name and text.

@@ -8,7 +8,7 @@ use bladeoff_protocol::domain::Domain;
 use bladeoff_system::place::Place;
 
 use crate::ledger::Entry;
-use crate::schedule::{KillReason, Settings, Snapshot};
+use crate::schedule::{Ended, KillReason, Settings, Snapshot};
 
 /// How a study is run.
 #[derive(Debug, Clone)]
@@ -156,45 +156,6 @@ pub enum Notice {
         /// What is left, and why.
         what: String,
     },
-}
-
-/// A signal that ended a run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Signal {
-    /// Ctrl-C.
-    Interrupt,
-    /// SIGTERM, or SIGHUP unless it is ignored.
-    Terminate,
-}
-
-/// Why a run ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ended {
-    /// Every sample is done.
-    Complete,
-    /// A signal came.
-    Signalled(Signal),
-    /// `wall` was reached.
-    Wall,
-    /// `until` was reached.
-    Until,
-    /// `max_failures` was exceeded.
-    TooManyFailures,
-}
-
-impl Ended {
-    /// The word of it, the same in events, status and manifest.
-    #[must_use]
-    pub fn word(self) -> &'static str {
-        match self {
-            Ended::Complete => "complete",
-            Ended::Signalled(Signal::Interrupt) => "interrupted",
-            Ended::Signalled(Signal::Terminate) => "terminated",
-            Ended::Wall => "wall",
-            Ended::Until => "until",
-            Ended::TooManyFailures => "max_failures",
-        }
-    }
 }
 
 /// How a run went.

@@ -1,72 +1,32 @@
 //! The loop itself: events in, effects out. What it needs is made in `start`.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
 use bladeoff_protocol::domain::Domain;
 use bladeoff_protocol::link::{Incoming, LinkError};
 use bladeoff_protocol::messages::{Batch, BatchId, Body, SampleReport, ToWorker, WorkerId};
-use bladeoff_protocol::transport::Ticket;
-use bladeoff_protocol::unfinished::Unfinished;
 use bladeoff_worker::WorkerArgs;
 use bladeoff_worker::fault::{At, Faults};
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender};
 
-use super::api::{DispatchOptions, DispatchReport, Ended, Notice, Observer, Parameters, Sink};
+use super::api::{DispatchOptions, DispatchReport, Notice, Observer, Parameters, Sink};
 use super::child::Child;
 use super::clock;
 use super::entries::entries;
 use super::error::DispatchError;
 use super::event::{ChildEvent, Event, HubEvent};
+use super::flushing::Flushing;
 use super::hub::{Command, Hub};
+use super::hub_watch::HubWatch;
 use super::log::Log;
-use crate::schedule::{Death, Effect, KillReason, Scheduler, Until};
+use super::processes::Processes;
+use crate::schedule::{Effect, Ended, KillReason, Scheduler};
 
 /// Time between looks at timers, progress and the sink.
 const TICK: Duration = Duration::from_millis(200);
 /// Events handled between two looks at the clock.
 const EVENTS_AT_ONCE: usize = 64;
-
-/// Ticks between two looks at unfinished memory and at the hub, about a second.
-const TICKS_PER_CHECK: u32 = 5;
-/// Ticks after which a hub that does not answer is given up, about a minute. Ticks do not pass while we are stopped.
-const STUCK_TICKS: u32 = 300;
-
-pub(super) struct Driver<'a> {
-    options: &'a DispatchOptions,
-    parameters: &'a dyn Parameters,
-    sink: &'a mut dyn Sink,
-    observer: &'a mut dyn Observer,
-    scheduler: Scheduler,
-    domain: &'a Domain,
-    hub: &'a Hub,
-    log: Log,
-    faults: Faults,
-    n_params: usize,
-    children: BTreeMap<WorkerId, Child>,
-    /// Ended workers whose last messages are still on their way, and how they ended.
-    exits: BTreeMap<WorkerId, (Death, String)>,
-    /// The open request of each worker.
-    tickets: BTreeMap<WorkerId, Ticket>,
-    begun: Instant,
-    flushed: Instant,
-    unflushed: u64,
-    /// Samples recorded since the last flush and their workers' processes, kept for fault hooks only.
-    not_durable: Vec<(u64, Option<u32>)>,
-    refused: u64,
-    first_ask: Option<Duration>,
-    until: Option<Until>,
-    ended: Option<Ended>,
-    /// How many workers in a row did not start, and what the last of them said.
-    gave_up: Option<(u32, String)>,
-    /// Workers last shown as stale.
-    stale: BTreeSet<u32>,
-    unfinished: Unfinished,
-    ticks: u32,
-    /// Tick at which the hub was asked for an answer that has not come yet.
-    pinged: Option<u32>,
-    send: UnboundedSender<Event>,
-}
 
 /// What a run is made of.
 pub(super) struct Parts<'a> {
@@ -82,37 +42,36 @@ pub(super) struct Parts<'a> {
     pub send: UnboundedSender<Event>,
 }
 
+/// Tells the scheduler what happens, and does what it says.
+pub(super) struct Driver<'a> {
+    parts: Parts<'a>,
+    scheduler: Scheduler,
+    processes: Processes,
+    flushing: Flushing,
+    hub_watch: HubWatch,
+    begun: Instant,
+    first_ask: Option<Duration>,
+    /// Messages that the hub refused.
+    refused: u64,
+    /// How many workers in a row did not start, and what the last of them said.
+    gave_up: Option<(u32, String)>,
+    /// Workers last shown as stale.
+    stale: BTreeSet<u32>,
+}
+
 impl<'a> Driver<'a> {
     pub fn new(parts: Parts<'a>, scheduler: Scheduler) -> Self {
-        let Parts { options, parameters, sink, observer, domain, hub, log, faults, n_params, send } = parts;
         Self {
-            options,
-            parameters,
-            sink,
-            observer,
             scheduler,
-            domain,
-            hub,
-            log,
-            faults,
-            n_params,
-            children: BTreeMap::new(),
-            exits: BTreeMap::new(),
-            tickets: BTreeMap::new(),
+            processes: Processes::default(),
+            flushing: Flushing::new(),
+            hub_watch: HubWatch::new(parts.domain),
             begun: Instant::now(),
-            flushed: Instant::now(),
-            unflushed: 0,
-            not_durable: Vec::new(),
-            refused: 0,
             first_ask: None,
-            until: options.schedule.run.until,
-            ended: None,
+            refused: 0,
             gave_up: None,
             stale: BTreeSet::new(),
-            unfinished: Unfinished::new(domain.address()),
-            ticks: 0,
-            pinged: None,
-            send,
+            parts,
         }
     }
 
@@ -143,7 +102,10 @@ impl<'a> Driver<'a> {
         self.show();
         match self.gave_up.take() {
             Some((deaths, last_words)) => Err(DispatchError::WorkersDoNotStart { deaths, last_words }),
-            None => Ok(self.report()),
+            None => {
+                let ended = self.scheduler.ended();
+                Ok(self.report(ended.expect("a run whose workers start is over when it is complete or was stopped")))
+            }
         }
     }
 
@@ -162,48 +124,46 @@ impl<'a> Driver<'a> {
         };
         match event {
             Event::Hub(HubEvent::Message(incoming)) => results = self.on_message(incoming, &mut effects)?,
-            Event::Hub(HubEvent::Pong) => self.pinged = None,
+            Event::Hub(HubEvent::Pong) => self.hub_watch.pong(),
             Event::Hub(HubEvent::Refused(refusal, count)) => {
                 self.refused += count;
-                self.log.dropped(count, &refusal)?;
+                self.parts.log.dropped(count, &refusal)?;
             }
             Event::Hub(HubEvent::Drained(worker)) => {
-                if let Some((death, how)) = self.exits.remove(&worker) {
-                    self.tickets.remove(&worker);
+                if let Some((death, how)) = self.processes.exits.remove(&worker) {
+                    self.processes.tickets.remove(&worker);
                     let before = self.scheduler.worker_deaths();
                     self.scheduler.on_exit(now, worker, death, &mut effects);
                     let died = self.scheduler.worker_deaths() > before;
-                    let said = self.log.last_words(worker).unwrap_or_else(|| how.clone());
+                    let said = self.parts.log.last_words(worker).unwrap_or_else(|| how.clone());
                     if let Some(Effect::GiveUp { deaths }) = effects.iter().find(|e| matches!(e, Effect::GiveUp { .. }))
                     {
                         self.gave_up = Some((*deaths, said));
                     }
-                    self.observer.noticed(&Notice::WorkerEnded { worker: worker.0, how, died });
+                    self.parts.observer.noticed(&Notice::WorkerEnded { worker: worker.0, how, died });
                 }
             }
             Event::Hub(HubEvent::Failed(error)) => return Err(LinkError::into(error)),
             Event::Child(worker, ChildEvent::Beat(beat)) => {
                 self.scheduler.on_beat(now, worker, beat);
                 if let Some(sample) = beat.sample {
-                    self.faults.reached(At::Running, sample, self.pid(worker));
+                    self.parts.faults.reached(At::Running, sample, self.processes.pid(worker));
                 }
             }
-            Event::Child(worker, ChildEvent::Line(text)) => self.log.line(Some(worker), &text)?,
+            Event::Child(worker, ChildEvent::Line(text)) => self.parts.log.line(Some(worker), &text)?,
             Event::Child(worker, ChildEvent::Exited(status, death)) => {
-                self.children.remove(&worker);
+                self.processes.children.remove(&worker);
                 if !status.success() {
                     let sample = self.scheduler.sample_of(worker);
                     let inside = sample.map(|sample| format!(" in sample {sample}")).unwrap_or_default();
-                    self.log.ended(worker, &format!("ended{inside}: {status}"))?;
+                    self.parts.log.ended(worker, &format!("ended{inside}: {status}"))?;
                 }
-                self.exits.insert(worker, (death, status.to_string()));
-                self.hub.send(Command::Drain(worker));
+                self.processes.exits.insert(worker, (death, status.to_string()));
+                self.parts.hub.send(Command::Drain(worker));
             }
-            Event::Signal(signal) => {
-                self.stop(Ended::Signalled(signal), &mut effects);
-            }
-            Event::Asked => self.observer.asked(&self.snapshot()),
-            Event::Typed => self.observer.typed(),
+            Event::Signal(signal) => self.scheduler.on_stop(now, signal, &mut effects),
+            Event::Asked => self.parts.observer.asked(&self.snapshot()),
+            Event::Typed => self.parts.observer.typed(),
         }
         self.carry_out(&mut effects, results)?;
         // Shown at once: what it says may be the last sample of all, and by the next tick it has left.
@@ -223,10 +183,10 @@ impl<'a> Driver<'a> {
         let (worker, ticket) = (incoming.message.worker, incoming.ticket);
         let mut results = Vec::new();
         let is_answered = match incoming.message.body {
-            Body::Hello(hello) if self.options.build.is_some_and(|build| build != hello.build) => {
+            Body::Hello(hello) if self.parts.options.build.is_some_and(|build| build != hello.build) => {
                 // It dies before it asked, which ends the run when it happens again and again.
-                self.log.line(Some(worker), "refused: it is another build of the program")?;
-                self.children.get(&worker).inspect(|child| child.kill());
+                self.parts.log.line(Some(worker), "refused: it is another build of the program")?;
+                self.processes.kill(worker);
                 false
             }
             Body::Hello(hello) => self.scheduler.on_hello(now, worker, hello.pid, effects),
@@ -234,9 +194,9 @@ impl<'a> Driver<'a> {
                 if report.asks {
                     self.first_ask.get_or_insert(now);
                 }
-                if !self.faults.is_empty() {
-                    let pid = self.pid(worker);
-                    report.samples.iter().for_each(|done| self.faults.reached(At::Sent, done.sample, pid));
+                if !self.parts.faults.is_empty() {
+                    let pid = self.processes.pid(worker);
+                    report.samples.iter().for_each(|done| self.parts.faults.reached(At::Sent, done.sample, pid));
                 }
                 let is_answered = self.scheduler.on_report(now, worker, &report, effects);
                 results = report.samples;
@@ -244,9 +204,9 @@ impl<'a> Driver<'a> {
             }
         };
         if is_answered {
-            self.tickets.insert(worker, ticket);
+            self.processes.tickets.insert(worker, ticket);
         } else {
-            self.hub.send(Command::Forget(ticket));
+            self.parts.hub.send(Command::Forget(ticket));
         }
         Ok(results)
     }
@@ -254,16 +214,11 @@ impl<'a> Driver<'a> {
     fn on_tick(&mut self) -> Result<(), DispatchError> {
         let now = self.now();
         let mut effects = Vec::new();
-        let is_past_wall = self.options.schedule.run.wall.is_some_and(|wall| now >= wall);
-        let is_past_until = self.until.as_mut().is_some_and(|until| until.is_reached(clock::now()));
-        if (is_past_wall || is_past_until) && self.ended.is_none() && !self.scheduler.is_complete() {
-            self.stop(if is_past_wall { Ended::Wall } else { Ended::Until }, &mut effects);
-        }
-        self.check_hub(now)?;
-        self.sink.check()?;
-        self.scheduler.on_tick(now, &mut effects);
+        self.hub_watch.tick(now, self.parts.hub, &mut self.parts.log)?;
+        self.parts.sink.check()?;
+        self.scheduler.on_tick(now, clock::now(), &mut effects);
         self.carry_out(&mut effects, Vec::new())?;
-        if self.unflushed > 0 && self.flushed.elapsed() >= self.options.flush_every {
+        if self.flushing.is_due(self.parts.options.flush_every) {
             self.flush()?;
         }
         self.show();
@@ -273,42 +228,13 @@ impl<'a> Driver<'a> {
     fn show(&mut self) {
         let snapshot = self.snapshot();
         self.stale = snapshot.workers.iter().filter(|worker| worker.stale).map(|worker| worker.worker).collect();
-        self.observer.progress(&snapshot);
+        self.parts.observer.progress(&snapshot);
     }
 
-    /// Stops the run in order; at once, if it is stopping already.
-    fn stop(&mut self, why: Ended, effects: &mut Vec<Effect>) {
-        self.scheduler.on_stop(self.now(), effects);
-        if self.ended.is_none() && !self.scheduler.is_complete() {
-            self.observer.noticed(&Notice::Stopping(why));
-        }
-        self.ended.get_or_insert(why);
-    }
-
-    /// Keeps the hub from waiting for the dead, and ends a run whose hub hangs all the same.
-    fn check_hub(&mut self, now: Duration) -> Result<(), DispatchError> {
-        self.ticks += 1;
-        if self.ticks.is_multiple_of(TICKS_PER_CHECK) {
-            let removed = self.unfinished.sweep(now);
-            if removed > 0 {
-                self.log.line(None, &format!("removed {removed} unfinished pieces of memory of dead workers"))?;
-            }
-            if self.pinged.is_none() {
-                self.pinged = Some(self.ticks);
-                self.hub.send(Command::Ping);
-            }
-        }
-        match self.pinged {
-            Some(since) if self.ticks - since > STUCK_TICKS => {
-                Err(DispatchError::Stuck { seconds: u64::from(STUCK_TICKS / TICKS_PER_CHECK) })
-            }
-            _ => Ok(()),
-        }
-    }
-
-    /// Does what the scheduler says: first what workers wait for, then the records, so that they compute meanwhile.
+    /// Does what the scheduler says: first what workers wait for, then the records, so that they compute meanwhile, at last what is told
+    /// after the samples that led to it.
     fn carry_out(&mut self, effects: &mut Vec<Effect>, results: Vec<SampleReport>) -> Result<(), DispatchError> {
-        let mut spawned = Vec::new();
+        let (mut spawned, mut stopping) = (Vec::new(), None);
         for effect in effects.iter_mut() {
             match effect {
                 Effect::Assign { worker, batch, attempt, samples } => {
@@ -320,23 +246,21 @@ impl<'a> Driver<'a> {
                 Effect::Stop(worker) => self.answer(*worker, ToWorker::Stop),
                 Effect::Spawn(worker) => spawned.push(*worker),
                 Effect::Kill { worker, why } => self.kill(*worker, *why)?,
+                Effect::Stopping(why) => stopping = Some(*why),
                 // Taken where the worker's end was told.
                 Effect::GiveUp { .. } | Effect::Record { .. } | Effect::Quarantine { .. } => {}
             }
         }
         self.record(effects, results)?;
         effects.clear();
-        if self.scheduler.has_too_many_failures() && self.ended.is_none() && !self.scheduler.is_complete() {
-            self.ended = Some(Ended::TooManyFailures);
-            self.observer.noticed(&Notice::Stopping(Ended::TooManyFailures));
+        if let Some(why) = stopping {
+            self.parts.observer.noticed(&Notice::Stopping(why));
         }
         spawned.into_iter().try_for_each(|worker| self.spawn(worker))
     }
 
     fn answer(&mut self, worker: WorkerId, message: ToWorker) {
-        if let Some(ticket) = self.tickets.remove(&worker) {
-            self.hub.send(Command::Answer(ticket, worker, message));
-        }
+        self.processes.answer(self.parts.hub, worker, message);
     }
 
     fn assign(
@@ -346,20 +270,20 @@ impl<'a> Driver<'a> {
         attempt: u32,
         samples: Vec<u64>,
     ) -> Result<(), DispatchError> {
-        let expected = self.n_params;
+        let expected = self.parts.n_params;
         let mut params = Vec::with_capacity(samples.len() * expected);
         for &sample in &samples {
             let before = params.len();
-            self.parameters.params(sample, &mut params);
+            self.parts.parameters.params(sample, &mut params);
             let found = params.len() - before;
             if found != expected {
                 return Err(DispatchError::Parameters { sample, found, expected });
             }
         }
-        let claimed = if self.faults.is_empty() { Vec::new() } else { samples.clone() };
+        let claimed = if self.parts.faults.is_empty() { Vec::new() } else { samples.clone() };
         self.answer(worker, ToWorker::Batch(Batch { batch, attempt, n_params: expected, samples, params }));
-        let pid = self.pid(worker);
-        claimed.into_iter().for_each(|sample| self.faults.reached(At::Claimed, sample, pid));
+        let pid = self.processes.pid(worker);
+        claimed.into_iter().for_each(|sample| self.parts.faults.reached(At::Claimed, sample, pid));
         Ok(())
     }
 
@@ -367,59 +291,48 @@ impl<'a> Driver<'a> {
     fn record(&mut self, effects: &[Effect], results: Vec<SampleReport>) -> Result<(), DispatchError> {
         for effect in effects {
             if let Effect::Quarantine { sample, cause, worker, .. } = effect {
-                self.log.line(Some(*worker), &format!("sample {sample} is quarantined: {}", cause.word()))?;
+                self.parts.log.line(Some(*worker), &format!("sample {sample} is quarantined: {}", cause.word()))?;
             }
         }
         let entries = entries(effects, results);
         if entries.is_empty() {
             return Ok(());
         }
-        if !self.faults.is_empty() {
-            let done: Vec<_> =
-                entries.iter().map(|(sample, entry)| (*sample, self.pid(WorkerId(entry.worker)))).collect();
-            self.not_durable.extend(done);
-        }
-        self.unflushed += entries.len() as u64;
-        Ok(self.sink.record_all(entries)?)
+        let pid = |worker| self.processes.pid(WorkerId(worker));
+        let samples = entries.iter().filter(|_| !self.parts.faults.is_empty());
+        self.flushing.recorded(entries.len(), samples.map(|(sample, entry)| (*sample, pid(entry.worker))));
+        Ok(self.parts.sink.record_all(entries)?)
     }
 
     fn flush(&mut self) -> Result<(), DispatchError> {
-        self.sink.flush()?;
-        self.unflushed = 0;
-        self.flushed = Instant::now();
-        for (sample, pid) in std::mem::take(&mut self.not_durable) {
-            self.faults.reached(At::Recorded, sample, pid);
-        }
+        self.parts.sink.flush()?;
+        self.flushing.flushed(&self.parts.faults);
         Ok(())
     }
 
     fn spawn(&mut self, worker: WorkerId) -> Result<(), DispatchError> {
         let args = WorkerArgs {
-            address: self.domain.address().clone(),
-            run: self.domain.run(),
+            address: self.parts.domain.address().clone(),
+            run: self.parts.domain.run(),
             worker,
             parent: Some(std::process::id()),
-            run_dir: self.options.run_dir.clone(),
-            plan_hash: self.options.plan_hash.clone(),
-            memory_limit: self.options.schedule.sample.memory,
-            noop: self.options.noop,
+            run_dir: self.parts.options.run_dir.clone(),
+            plan_hash: self.parts.options.plan_hash.clone(),
+            memory_limit: self.parts.options.schedule.sample.memory,
+            noop: self.parts.options.noop,
         };
-        let child = Child::start(self.options, &args, &self.send)?;
+        let child = Child::start(self.parts.options, &args, &self.parts.send)?;
         self.scheduler.on_spawned(self.now(), worker, child.pid);
-        self.observer.noticed(&Notice::WorkerStarted { worker: worker.0, pid: child.pid });
-        self.children.insert(worker, child);
+        self.parts.observer.noticed(&Notice::WorkerStarted { worker: worker.0, pid: child.pid });
+        self.processes.children.insert(worker, child);
         Ok(())
     }
 
     fn kill(&mut self, worker: WorkerId, why: KillReason) -> Result<(), DispatchError> {
-        self.observer.noticed(&Notice::WorkerKilled { worker: worker.0, why });
-        self.log.killed(worker, why)?;
-        self.children.get(&worker).inspect(|child| child.kill());
+        self.parts.observer.noticed(&Notice::WorkerKilled { worker: worker.0, why });
+        self.parts.log.killed(worker, why)?;
+        self.processes.kill(worker);
         Ok(())
-    }
-
-    fn pid(&self, worker: WorkerId) -> Option<u32> {
-        self.children.get(&worker).map(|child| child.pid)
     }
 
     fn snapshot(&self) -> crate::schedule::Snapshot {
@@ -428,9 +341,7 @@ impl<'a> Driver<'a> {
         snapshot
     }
 
-    fn report(&self) -> DispatchReport {
-        let ended =
-            if self.scheduler.is_complete() { Ended::Complete } else { self.ended.unwrap_or(Ended::TooManyFailures) };
+    fn report(&self, ended: Ended) -> DispatchReport {
         DispatchReport {
             done: self.scheduler.done(),
             ended,

@@ -6,8 +6,7 @@ use bladeoff_protocol::beat::Beat;
 use bladeoff_protocol::link::{Incoming, LinkError, Refusal};
 use bladeoff_protocol::messages::WorkerId;
 
-use super::api::Signal;
-use crate::schedule::Death;
+use crate::schedule::{Death, Signal};
 
 /// What happens to the loop.
 pub(super) enum Event {

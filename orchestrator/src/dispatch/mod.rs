@@ -5,7 +5,7 @@
 //! children            wait, heartbeats, stderr       ├─ events ─> loop ─> schedule ─> effects ─> hub, children, sink
 //! signals, timers     tokio                          ┘
 //! ```
-//! The loop tells [`schedule`](crate::schedule) what happened and does what it says; of decisions it has only those of the clock on the wall (`--wall`, `--until`). iceoryx2's ports
+//! The loop tells [`schedule`](crate::schedule) what happened and does what it says; it decides nothing. iceoryx2's ports
 //! cannot leave the thread that made them, and releasing what a dead worker held takes some ten milliseconds, so they live
 //! on a thread of their own. Everything else runs on the calling thread, which must live as long as the run: the
 //! kernel kills workers with the thread that started them.
@@ -21,9 +21,12 @@ mod driver;
 mod entries;
 mod error;
 mod event;
+mod flushing;
 mod hub;
+mod hub_watch;
 mod keyboard;
 mod log;
+mod processes;
 mod signals;
 mod start;
 
@@ -39,8 +42,10 @@ use driver::{Driver, Parts};
 use log::Log;
 use start::count_params;
 
-pub use crate::schedule::{Activity, KillReason, Snapshot, TimeOfDay, TimeOfDayError, Todo, Until, WorkerView};
-pub use api::{DispatchOptions, DispatchReport, Ended, Notice, Observer, Parameters, Signal, Sink, SinkError};
+pub use crate::schedule::{
+    Activity, Ended, KillReason, Signal, Snapshot, TimeOfDay, TimeOfDayError, Todo, Until, WorkerView,
+};
+pub use api::{DispatchOptions, DispatchReport, Notice, Observer, Parameters, Sink, SinkError};
 pub use clock::{left as time_left, next as next_time_of_day};
 pub use error::DispatchError;
 pub use signals::watch_afterwards;

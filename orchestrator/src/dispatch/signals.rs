@@ -3,9 +3,9 @@
 use tokio::signal::unix::{Signal as Stream, SignalKind, signal};
 use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 
-use super::api::Signal;
 use super::error::DispatchError;
 use super::event::Event;
+use crate::schedule::Signal;
 
 /// Turns SIGINT, SIGTERM, SIGHUP (unless it is ignored, as under nohup) and SIGUSR1 into events until the receiver is gone.
 pub(super) fn watch(events: &UnboundedSender<Event>) -> Result<(), DispatchError> {

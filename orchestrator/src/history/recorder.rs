@@ -11,7 +11,7 @@ use bladeoff_core::engine::StepPlan;
 use bladeoff_core::record::{Follower, Frame, columns};
 use bladeoff_core::stress::ShaftStresses;
 use bladeoff_core::structure::Structure;
-use bladeoff_model::machine::{Detection, DiaphragmKind, Engine, Machine, RotorKind};
+use bladeoff_model::machine::{DiaphragmKind, Machine, RotorKind};
 use bladeoff_model::outcome::{ColumnKind, Outcome};
 use std::path::{Path, PathBuf};
 
@@ -200,21 +200,12 @@ fn about(machine: &Machine, plan: &StepPlan, every_steps: u64) -> About {
     put("program", format!("bladeoff {}", env!("CARGO_PKG_VERSION")));
     put("numerics_version", bladeoff_core::NUMERICS_VERSION.to_string());
     put("machine", machine.name.clone());
-    let engine = match machine.run.engine {
-        Engine::Reduced => "reduced",
-        Engine::Full => "full",
-    };
-    put("engine", engine.to_owned());
+    put("engine", machine.run.engine.word().to_owned());
     put("step_s", number(plan.step));
     put("every_s", number(plan.step * every_steps as f64));
     for diaphragm in &machine.diaphragms {
         let contact = &diaphragm.contact;
-        let detection = match contact.detection {
-            Detection::Hyp1 => "hyp1",
-            Detection::Hyp2 => "hyp2",
-            Detection::Hyp2Frozen => "hyp2-frozen",
-        };
-        put("detection", detection.to_owned());
+        put("detection", contact.detection.word().to_owned());
         put("contact.rotor_radius_m", number(contact.rotor_radius));
         put("contact.gap_m", number(contact.gap));
         if let DiaphragmKind::Flexible(stator) = &diaphragm.kind {

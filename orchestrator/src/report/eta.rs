@@ -207,6 +207,7 @@ fn student(freedoms: f64) -> f64 {
 mod tests {
     use super::*;
     use bladeoff_study::design::Shuffle;
+    use bladeoff_system::random::SplitMix;
 
     /// A run of these costs in this order, without a process: who computes what from when to when \[s\].
     struct Run {
@@ -260,15 +261,6 @@ mod tests {
         }
     }
 
-    /// splitmix64 as a number from 0 to 1.
-    fn random(state: &mut u64) -> f64 {
-        *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = *state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
     /// Twenty gaps by twelve masses: the narrowest gap costs twenty times the widest.
     fn drifting(sample: u64) -> f64 {
         let gap = (sample / 12) as f64 / 19.0;
@@ -299,8 +291,8 @@ mod tests {
         // A third of the samples rubs and costs five times as much.
         let (mut hits, mut looks) = (0, 0);
         for seed in 0..200 {
-            let mut state = seed;
-            let run = Run::of((0..150).map(|_| if random(&mut state) < 0.33 { 5.0 } else { 1.0 }), 2);
+            let mut random = SplitMix(seed);
+            let run = Run::of((0..150).map(|_| if random.unit() < 0.33 { 5.0 } else { 1.0 }), 2);
             let (hit, look, _) = run.coverage();
             (hits, looks) = (hits + hit, looks + look);
         }
@@ -328,8 +320,8 @@ mod tests {
         assert_eq!(run.look(4.5).0, None, "three have ended");
         assert!(run.look(7.5).0.is_some());
         assert_eq!(run.look(run.end).0, None, "all have ended");
-        let mut state = 7;
-        let run = Run::of((0..4000).map(|_| if random(&mut state) < 0.33 { 5.0 } else { 1.0 }), 2);
+        let mut random = SplitMix(7);
+        let run = Run::of((0..4000).map(|_| if random.unit() < 0.33 { 5.0 } else { 1.0 }), 2);
         let relative = |part: f64| {
             let (eta, left) = run.look(run.end * part);
             let eta = eta.expect("known");

@@ -19,11 +19,7 @@ impl OutcomeView<'_> {
     /// Value of a column; `None` if it is null or there is no such column.
     #[must_use]
     pub fn value(&self, name: &str) -> Option<f64> {
-        self.at(self.columns.iter().position(|column| column.name == name)?)
-    }
-
-    /// Value of the column at a place.
-    fn at(&self, place: usize) -> Option<f64> {
+        let place = self.columns.iter().position(|column| column.name == name)?;
         self.outcome.values.get(place).copied().flatten()
     }
 }
@@ -154,13 +150,14 @@ pub fn describe_outcome(view: OutcomeView<'_>) -> String {
         _ => end_cause_in_words(outcome.end_cause).to_owned(),
     };
     line(&mut text, "end", &end);
-    text.push_str(&describe_values(view));
+    text.push_str(&describe_values(view.columns, &outcome.values));
     text
 }
 
 /// The quantities of a run in groups: a heading, then a line for each with its time and speed.
 #[must_use]
-pub fn describe_values(view: OutcomeView<'_>) -> String {
+pub fn describe_values(columns: &[Column], values: &[Option<f64>]) -> String {
+    let at = |place: usize| values.get(place).copied().flatten();
     let mut text = String::new();
     for group in Group::ALL {
         let heading = group.heading();
@@ -168,26 +165,27 @@ pub fn describe_values(view: OutcomeView<'_>) -> String {
             let is_whole = matches!(column.part, Part::Whole | Part::Peak);
             is_whole && !OTHERWISE.contains(&column.name.as_str()) && column.group == group
         };
-        let columns: Vec<(usize, &Column)> = view.columns.iter().enumerate().filter(is_shown).collect();
-        if columns.is_empty() {
+        let grouped: Vec<(usize, &Column)> = columns.iter().enumerate().filter(is_shown).collect();
+        if grouped.is_empty() {
             continue;
         }
         // A machine without a diaphragm has no rub; that there was no contact and no stop is told all the same.
-        if group != Group::Course && columns.iter().all(|(place, _)| view.at(*place).is_none()) {
+        if group != Group::Course && grouped.iter().all(|(place, _)| at(*place).is_none()) {
             text.push_str(&format!("\n{heading}: none\n"));
             continue;
         }
         text.push_str(&format!("\n{heading}\n"));
-        columns.into_iter().for_each(|(place, column)| line(&mut text, label(column), &shown(view, place)));
+        grouped
+            .into_iter()
+            .for_each(|(place, column)| line(&mut text, label(column), &shown(column, |by| at(place + by))));
     }
     text
 }
 
-/// A value with its unit, and when and at which speed it was reached.
-fn shown(view: OutcomeView<'_>, place: usize) -> String {
-    let column = &view.columns[place];
+/// A value with its unit, and when and at which speed it was reached. `after`: the value of the column so many places after this one.
+fn shown(column: &Column, after: impl Fn(usize) -> Option<f64>) -> String {
     let is_peak = column.part == Part::Peak;
-    match view.at(place) {
+    match after(0) {
         None => "-".to_owned(),
         Some(value) if column.kind == ColumnKind::Count => format!("{value}"),
         Some(value) if matches!(column.kind, ColumnKind::Choice(_)) => word(column.kind, value).to_owned(),
@@ -198,9 +196,9 @@ fn shown(view: OutcomeView<'_>, place: usize) -> String {
         // The place of a peak that never was is where it was looked for first.
         Some(0.0) if is_peak => "none".to_owned(),
         Some(value) => {
-            let after = |by: usize| if is_peak { view.at(place + by) } else { None };
-            let time = after(1).map(|time| format!("  at {}", format_quantity(time, "s")));
-            let speed = after(2).map(|speed| format!(", {}", format_quantity(speed, "rad/s")));
+            let of_peak = |by: usize| if is_peak { after(by) } else { None };
+            let time = of_peak(1).map(|time| format!("  at {}", format_quantity(time, "s")));
+            let speed = of_peak(2).map(|speed| format!(", {}", format_quantity(speed, "rad/s")));
             let (time, speed) = (time.unwrap_or_default(), speed.unwrap_or_default());
             format!("{}{time}{speed}", format_quantity(value, column.unit))
         }
@@ -291,10 +289,8 @@ mod tests {
         let text = include_str!("../../../studies/machines/lp_turbine.toml");
         let machine = bladeoff_model::machine::MachineDef::parse("lp_turbine.toml", text).expect("valid");
         let columns = bladeoff_core::record::columns(&machine.build().expect("valid"));
-        let values = (0..columns.len()).map(|_| Some(0.0)).collect();
-        let (status, end_cause, causes) = (Status::Ok, EndCause::EndTime, CauseSet::default());
-        let outcome = Outcome { status, cause: None, causes, end_cause, values };
-        let text = describe_values(OutcomeView { columns: &columns, outcome: &outcome });
+        let values = vec![Some(0.0); columns.len()];
+        let text = describe_values(&columns, &values);
         let headings = Group::ALL.map(Group::heading);
         for heading in headings {
             assert_eq!(text.lines().filter(|line| *line == heading).count(), 1, "{heading}: {text}");
@@ -319,8 +315,7 @@ mod tests {
             assert_eq!(under(name), heading, "{name}");
         }
         // Nothing of a group is one line.
-        let outcome = Outcome { values: vec![None; columns.len()], ..outcome };
-        let text = describe_values(OutcomeView { columns: &columns, outcome: &outcome });
+        let text = describe_values(&columns, &vec![None; columns.len()]);
         assert_eq!(text.lines().filter(|line| line.ends_with(": none")).count(), 5, "{text}");
     }
 

@@ -10,6 +10,7 @@ use crate::report::Eta;
 use crate::schedule::Snapshot;
 use bladeoff_model::document::visible_json;
 use bladeoff_model::outcome::{Cause, Status};
+use bladeoff_system::with_causes;
 use serde_json::{Value, json};
 use std::collections::{BTreeSet, VecDeque};
 use std::io::{self, BufWriter, Write};
@@ -172,14 +173,8 @@ impl EventStream {
     }
 
     /// The run ended by an error. Results that could not be made durable are never said.
-    pub fn failed(mut self, error: &dyn std::error::Error) {
-        let mut text = error.to_string();
-        let mut source = error.source();
-        while let Some(cause) = source {
-            text = format!("{text}: {cause}");
-            source = cause.source();
-        }
-        self.end("failed", json!({ "time": timestamp(SystemTime::now()), "error": text }));
+    pub fn failed(mut self, error: &(dyn std::error::Error + 'static)) {
+        self.end("failed", json!({ "time": timestamp(SystemTime::now()), "error": with_causes(error) }));
     }
 
     /// The last event, for which a reader that is slow has the same time as for all lines before it.

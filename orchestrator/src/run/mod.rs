@@ -5,7 +5,7 @@
 //! run:        -> workers through dispatch -> ledger, parts beside it
 //! ending:       -> tables, manifest
 //! ```
-//! [`run`] is the story; what it is made of stands aside: what is asked (`request`), what is told (`telling`), what goes wrong
+//! [`run`] is the story, read downwards; what it is made of stands aside: what is asked (`request`), what is told (`telling`), what goes wrong
 //! (`error`).
 
 mod change;
@@ -60,7 +60,10 @@ use ending::{Computed, conclude};
 use loss::Guard;
 use manifest::{Course, manifest};
 use open::{Opening, Session, open};
+use parts::Teller;
 use sink::LedgerSink;
+use std::cell::RefCell;
+use std::rc::Rc;
 use telling::{Known, Telling};
 
 /// Runs the samples that have no result yet and writes the result directory. `note` is told what the user should know;
@@ -71,40 +74,53 @@ use telling::{Known, Telling};
 pub fn run(request: &Request, samples: &Samples, note: &dyn Fn(&str)) -> Result<Finished, RunError> {
     let faults = Faults::from_environment(Who::Orchestrator).map_err(DispatchError::from)?;
     let known = Known::begin(request)?;
-    let mut session = match open(request, samples, note) {
-        Ok(Opening::Session(session)) => *session,
-        Ok(Opening::Complete(finished)) => return known.borrow_mut().end(Ok(finished), samples.count()),
-        Err(error) => return known.borrow_mut().end(Err(error), samples.count()),
-    };
-    let mut telling = Telling::begin(&session, &known);
-    let course = Course::begun(session.opened.tally.done());
-    let computed = begin(&session, &course, &mut telling).and_then(|(options, there)| {
-        let (directory, prepared, opened) = (&session.directory, &session.prepared, &mut session.opened);
-        let record = opened.ledger.reader().clone();
-        let todo = order::ordered(std::mem::take(&mut opened.todo), samples);
-        parts::written_beside(request.refresh, (directory, prepared, &record), there, &faults, |parts| {
-            let guard = Guard::new(directory);
-            let mut sink = LedgerSink::new(&mut opened.ledger, &prepared.keys, &known, parts, guard);
-            let report = dispatch::run(&options, samples, todo, &mut sink, &mut telling);
-            let committed = sink.close();
-            telling.progress.clear();
-            if let Ok(report) = &report {
-                let memory = report.memory.as_ref().map(|domain| domain.address().clone());
-                interrupt::end_at_once_when_told(matches!(report.ended, Ended::Signalled(_)), &faults, memory);
-            }
-            if telling.durable().done() < samples.count() {
-                parts.write_rest();
-            }
-            (report, committed)
-        })
+    let finished = open(request, samples, note).and_then(|opening| match opening {
+        Opening::Complete(finished) => Ok(finished),
+        Opening::Session(session) => complete(*session, &known, &faults),
     });
-    let finished = computed.and_then(|((report, committed), parts)| {
-        conclude(&session, Computed { report, committed, parts }, &course, &mut telling, &faults)
-    });
-    telling.end(&finished);
-    // From here on another run may work in the directory.
-    drop(session);
+    // The directory is left: another run may work in it.
     known.borrow_mut().end(finished, samples.count())
+}
+
+/// From a directory that is the run's to its tables. Whatever comes of it is told in the directory before that is left.
+fn complete(mut session: Session<'_>, known: &Rc<RefCell<Known>>, faults: &Faults) -> Result<Finished, RunError> {
+    let mut telling = Telling::begin(&session, known);
+    let course = Course::begun(session.opened.tally.done());
+    let computed = compute(&mut session, &course, &mut telling, faults);
+    let finished = computed.and_then(|computed| conclude(&session, computed, &course, &mut telling, faults));
+    telling.end(&finished);
+    finished
+}
+
+/// Has the missing samples computed, while parts of the table are written beside.
+fn compute(
+    session: &mut Session<'_>,
+    course: &Course,
+    telling: &mut Telling,
+    faults: &Faults,
+) -> Result<Computed, RunError> {
+    let (options, there) = begin(session, course, telling)?;
+    let Session { request, prepared, opened, directory } = session;
+    let (samples, known) = (prepared.samples, Rc::clone(&telling.known));
+    let todo = order::ordered(std::mem::take(&mut opened.todo), samples);
+    let record = opened.ledger.reader().clone();
+    let work = |parts: &Teller<'_>| {
+        let mut sink = LedgerSink::new(&mut opened.ledger, &prepared.keys, &known, parts, Guard::new(directory));
+        let report = dispatch::run(&options, samples, todo, &mut sink, telling);
+        let committed = sink.close();
+        telling.progress.clear();
+        if let Ok(report) = &report {
+            let memory = report.memory.as_ref().map(|domain| domain.address().clone());
+            interrupt::end_at_once_when_told(matches!(report.ended, Ended::Signalled(_)), faults, memory);
+        }
+        if telling.durable().done() < samples.count() {
+            parts.write_rest();
+        }
+        (report, committed)
+    };
+    let written = parts::written_beside(request.refresh, (directory, prepared, &record), there, faults, work);
+    let ((report, committed), parts) = written?;
+    Ok(Computed { report, committed, parts })
 }
 
 /// Tells that the run begins. How it is to be computed, and the rows that are there already, which become parts while it is.

@@ -18,6 +18,7 @@ use bladeoff_system::files::{FileError, Pending};
 use bladeoff_system::folder::Folder;
 use bladeoff_system::locks::LockHolder;
 use bladeoff_system::place::Place;
+use bladeoff_system::with_causes;
 use serde_json::{Map, Value, json};
 use std::error::Error;
 use std::ffi::OsString;
@@ -105,20 +106,12 @@ impl StatusWriter {
     }
 
     /// Writes the last state; `error`: why the run failed.
-    pub fn finish(&mut self, state: &str, error: Option<&dyn Error>, durable: &Tally) {
+    pub fn finish(&mut self, state: &str, error: Option<&(dyn Error + 'static)>, durable: &Tally) {
         let last = self.last.take();
         self.left = None;
         // What workers were doing a moment ago is no longer true.
         let last = last.map(|snapshot| Snapshot { workers: Vec::new(), rate: 0.0, ..snapshot });
-        let error = error.map(|error| {
-            let mut text = error.to_string();
-            let mut source = error.source();
-            while let Some(cause) = source {
-                text = format!("{text}: {cause}");
-                source = cause.source();
-            }
-            text
-        });
+        let error = error.map(with_causes);
         let text = self.text(state, error.as_deref(), last.as_ref(), durable);
         if self.replace(&text).is_err() {
             // On a full disk the old file has the room that a new one has not.

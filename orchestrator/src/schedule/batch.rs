@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use bladeoff_protocol::messages::BatchId;
+
 /// Computing time of a batch aimed at: long against the cost of a message, short against a second.
 pub const BATCH_TARGET: Duration = Duration::from_millis(75);
 /// Weight of the newest batch in the measured cost.
@@ -9,15 +11,23 @@ const NEWEST: f64 = 0.3;
 /// A batch is at most so many times as long as the one measured before.
 const GROWTH: usize = 4;
 
-/// Measures what samples cost and sizes the next batch by it.
+/// Measures what samples cost and sizes the next batch by it; numbers them.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct BatchSize {
+pub(super) struct Batches {
     /// Seconds per sample.
     cost: Option<f64>,
     measured: usize,
+    /// Batches made so far.
+    made: u64,
 }
 
-impl BatchSize {
+impl Batches {
+    /// The number of a new batch.
+    pub fn number(&mut self) -> BatchId {
+        self.made += 1;
+        BatchId(self.made)
+    }
+
     /// A batch of `size` samples took so long.
     pub fn measured(&mut self, size: usize, took: Duration) {
         let cost = took.as_secs_f64() / size.max(1) as f64;
@@ -41,7 +51,7 @@ mod tests {
 
     #[test]
     fn short_samples_are_batched_step_by_step_and_long_ones_are_not() {
-        let mut size = BatchSize::default();
+        let mut size = Batches::default();
         assert_eq!(size.next(256, 1_000_000, 2), 1);
         let mut seen = Vec::new();
         for _ in 0..5 {
@@ -56,7 +66,7 @@ mod tests {
 
     #[test]
     fn the_rest_is_shared_out_evenly() {
-        let mut size = BatchSize::default();
+        let mut size = Batches::default();
         size.measured(64, Duration::from_micros(64));
         assert_eq!(size.next(256, 8, 2), 2);
         assert_eq!(size.next(256, 1, 2), 1);

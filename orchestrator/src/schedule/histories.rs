@@ -1,8 +1,10 @@
 //! Random histories of the scheduler in worlds of different badness, played by `simulation`.
 
 use std::collections::BTreeSet;
+use std::time::Duration;
 
 use super::simulation::{Simulation, World};
+use super::{Ended, Moment, RunLimits, Signal, TimeOfDay, Until};
 
 const KIND: World = World { death: 0, silence: 0, lies: 0, doubles: 0, losses: 0, poison: 0, doom: 0 };
 
@@ -16,7 +18,7 @@ fn play_all(seeds: std::ops::Range<u64>, world: World) -> (u64, u64, u64) {
         }
         recorded += simulation.recorded.len() as u64;
         quarantined += simulation.quarantined.len() as u64;
-        dropped += simulation.scheduler.dropped;
+        dropped += simulation.scheduler.dropped();
     }
     (recorded, quarantined, dropped)
 }
@@ -35,7 +37,7 @@ fn what_is_taken_back_from_behind_long_samples_is_recorded_once() {
     for seed in 20_000..22_000 {
         let mut simulation = Simulation::new(seed, KIND);
         simulation.play();
-        assert!(simulation.scheduler.is_complete() && simulation.scheduler.dropped == 0, "seed {seed}");
+        assert!(simulation.scheduler.is_complete() && simulation.scheduler.dropped() == 0, "seed {seed}");
         relieved += simulation.relieved;
     }
     assert!(relieved > 40, "{relieved}");
@@ -106,7 +108,7 @@ fn a_stopped_run_ends_whatever_the_workers_do() {
             simulation.step();
         }
         let mut effects = Vec::new();
-        simulation.scheduler.on_stop(simulation.now, &mut effects);
+        simulation.scheduler.on_stop(simulation.now, Signal::Terminate, &mut effects);
         simulation.carry_out(effects, None);
         for _ in 0..2000 {
             if !simulation.scheduler.is_over() {
@@ -114,5 +116,103 @@ fn a_stopped_run_ends_whatever_the_workers_do() {
             }
         }
         assert!(simulation.scheduler.is_over(), "seed {seed}: {:?}", simulation.scheduler.snapshot(simulation.now));
+        let stopped = simulation.stopped.map(|(why, ..)| why);
+        assert!(stopped.is_none_or(|why| why == Ended::Signalled(Signal::Terminate)), "seed {seed}: {stopped:?}");
     }
+}
+
+/// Plays; whether the run was cut short, for which it then says the reason, once, and why it ended.
+fn play_to_its_end(simulation: &mut Simulation, reason: Ended) -> bool {
+    simulation.play();
+    let told = simulation.stopped.map(|(why, ..)| why);
+    assert!(told.is_none_or(|why| why == reason), "{told:?}");
+    if simulation.scheduler.is_complete() {
+        assert_eq!(simulation.scheduler.ended(), Some(Ended::Complete));
+        return false;
+    }
+    if !simulation.gave_up {
+        assert_eq!((told, simulation.scheduler.ended()), (Some(reason), Some(reason)));
+    }
+    told.is_some()
+}
+
+const ROUGH: World = World { death: 2, silence: 1, lies: 2, doubles: 5, losses: 2, poison: 5, doom: 5 };
+
+#[test]
+fn a_run_ends_at_the_first_tick_after_its_wall_time() {
+    let mut cut = 0;
+    for seed in 30_000..31_000 {
+        let wall = Duration::from_millis(seed % 20 * 500);
+        let limits = RunLimits { wall: Some(wall), ..RunLimits::default() };
+        let mut simulation = Simulation::limited(seed, ROUGH, limits);
+        cut += u32::from(play_to_its_end(&mut simulation, Ended::Wall));
+        if let Some((_, at, before)) = simulation.stopped {
+            assert!(at >= wall && (before < wall || before.is_zero()), "seed {seed}: {before:?}, {at:?}");
+        }
+    }
+    assert!((300..900).contains(&cut), "some end early, some do not: {cut}");
+}
+
+/// The clock on the wall may be set while the run goes on: then the new clock is believed.
+#[test]
+fn a_run_ends_at_the_first_tick_after_its_time_of_the_day() {
+    const DAY: i64 = 86_400_000;
+    fn zone(wall: i64, days: i32, time: TimeOfDay) -> i64 {
+        let of_day = (i64::from(time.hour) * 60 + i64::from(time.minute)) * 60_000;
+        (wall.div_euclid(DAY) + i64::from(days)) * DAY + of_day
+    }
+    let (mut cut, mut cut_by_setting) = (0, 0);
+    for seed in 40_000..41_000 {
+        let left = (seed % 20 * 500) as i64;
+        let wall = 20_000 * DAY + 390 * 60_000 - left;
+        let until = Until::next("06:30".parse().expect("a time"), Moment { boot: 0, wall: wall - 1 }, zone);
+        let limits = RunLimits { until: Some(until), ..RunLimits::default() };
+        let mut simulation = Simulation::limited(seed, ROUGH, limits);
+        let is_set = seed % 3 == 0;
+        // Set from just before 6:30 to 6:45: over at the first tick.
+        simulation.wall_clock = if is_set { wall + 15 * 60_000 } else { wall };
+        let was_cut = play_to_its_end(&mut simulation, Ended::Until);
+        *(if is_set { &mut cut_by_setting } else { &mut cut }) += u32::from(was_cut);
+        if let Some((_, at, before)) = simulation.stopped {
+            let end = if is_set { Duration::ZERO } else { Duration::from_millis(left as u64) };
+            assert!(at >= end && (before < end || before.is_zero()), "seed {seed}: {before:?}, {at:?}");
+        }
+    }
+    assert!((200..600).contains(&cut) && cut_by_setting > 300, "{cut} {cut_by_setting}");
+}
+
+#[test]
+fn a_run_with_too_many_failures_ends_with_the_one_too_many() {
+    let mut cut = 0;
+    for seed in 50_000..51_000 {
+        let most = seed % 4;
+        let limits = RunLimits { max_failures: Some(most), ..RunLimits::default() };
+        let mut simulation = Simulation::limited(seed, World { poison: 10, doubles: 5, ..KIND }, limits);
+        let was_cut = play_to_its_end(&mut simulation, Ended::TooManyFailures);
+        let failed = simulation.quarantined.len() as u64;
+        assert!(if was_cut { failed > most } else { failed <= most + 1 }, "seed {seed}: {failed} of {most}");
+        cut += u32::from(was_cut);
+    }
+    assert!((300..900).contains(&cut), "{cut}");
+}
+
+#[test]
+fn the_first_reason_to_stop_is_the_one_that_is_told() {
+    let limits = RunLimits { wall: Some(Duration::from_secs(1)), ..RunLimits::default() };
+    let mut signalled = 0;
+    for seed in 60_000..60_500 {
+        let mut simulation = Simulation::limited(seed, KIND, limits);
+        let mut effects = Vec::new();
+        simulation.scheduler.start(simulation.now, &mut effects);
+        simulation.scheduler.on_stop(simulation.now, Signal::Interrupt, &mut effects);
+        simulation.carry_out(effects, None);
+        while !simulation.scheduler.is_over() {
+            simulation.step();
+        }
+        if !simulation.scheduler.is_complete() {
+            assert_eq!(simulation.scheduler.ended(), Some(Ended::Signalled(Signal::Interrupt)), "seed {seed}");
+            signalled += u32::from(simulation.now > Duration::from_secs(1));
+        }
+    }
+    assert!(signalled > 50, "past their wall, too: {signalled}");
 }

@@ -13,7 +13,7 @@ use bladeoff_protocol::beat::Beat;
 use bladeoff_protocol::messages::{BatchId, Report, WorkerId};
 
 use super::simulation::result;
-use super::{Effect, Scheduler, Settings, Todo};
+use super::{Effect, Moment, Scheduler, Settings, Todo};
 
 const MESSAGE: Duration = Duration::from_micros(50);
 const TICK: Duration = Duration::from_millis(200);
@@ -150,7 +150,7 @@ impl Play<'_> {
         let mut effects = Vec::new();
         match event {
             Event::Tick => {
-                self.scheduler.on_tick(self.now, &mut effects);
+                self.scheduler.on_tick(self.now, Moment { boot: 0, wall: 0 }, &mut effects);
                 self.after(TICK, Event::Tick);
             }
             Event::Beat(worker) => {

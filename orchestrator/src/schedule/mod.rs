@@ -30,16 +30,19 @@
 //! that it waits while a batch of it is open has missed a message and is killed as well; that counts against nobody. A sample whose
 //! heartbeats show it in work for longer than the time limit has its worker killed, which counts like a death.
 //!
-//! **Ending.** When all samples are done, idle workers are told to stop. On a signal or at a limit of the run ([`RunLimits`]) no sample is
+//! **Ending.** When all samples are done, idle workers are told to stop. On a signal, at a limit of the run ([`RunLimits`]: time, clock, failures) no sample is
 //! assigned any more, reports are answered by the order to stop, and what is not finished after `grace` is killed.
 
 mod batch;
 mod clock;
+mod counts;
+mod ended;
 mod ending;
 #[cfg(test)]
 mod histories;
 #[cfg(test)]
 mod makespan;
+mod queue;
 mod rate;
 mod relief;
 mod scheduler;
@@ -52,6 +55,7 @@ mod todo;
 mod until;
 mod workers;
 
+pub use ended::{Ended, Signal};
 pub use scheduler::Scheduler;
 pub use settings::{RunLimits, Settings};
 pub use slot::{Death, Effect, KillReason, Trouble};

@@ -8,12 +8,24 @@ use std::time::Duration;
 pub(super) struct Rate {
     /// Times and counts, about one a second.
     points: VecDeque<(Duration, u64)>,
+    /// When samples were assigned first, in attended time.
+    begun: Option<Duration>,
 }
 
 /// Span of the rate, in points.
 const RATE_POINTS: usize = 15;
 
 impl Rate {
+    /// Samples are assigned; the first time counts.
+    pub fn begin(&mut self, now: Duration) {
+        self.begun.get_or_insert(now);
+    }
+
+    /// Time since samples were assigned first.
+    pub fn computing(&self, now: Duration) -> Duration {
+        self.begun.map_or(Duration::ZERO, |begun| now.saturating_sub(begun))
+    }
+
     /// So many samples are done at that time.
     pub fn note(&mut self, now: Duration, done: u64) {
         let is_due = self.points.back().is_none_or(|(last, _)| now.saturating_sub(*last) >= Duration::from_secs(1));

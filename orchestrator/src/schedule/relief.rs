@@ -18,8 +18,7 @@ impl Scheduler {
     /// Takes back what waits behind long samples, if somebody has nothing to do and there is nothing else to give.
     pub(super) fn relieve(&mut self) {
         let is_idle = self.slots.iter().any(|slot| matches!(slot.state, State::Idle) && slot.killed.is_none());
-        let is_nothing_else = self.retry.is_empty() && self.todo.left() == 0;
-        if !is_idle || !is_nothing_else || self.ending.is_some() {
+        if !is_idle || !self.queue.is_used_up() || self.ending.has_begun() {
             return;
         }
         let now = self.clock.now();
@@ -31,7 +30,7 @@ impl Scheduler {
             }
             let behind: Vec<u64> = work.left.iter().copied().filter(|&sample| sample != current).collect();
             work.left.retain(|&sample| sample == current);
-            self.todo.put_back(&behind);
+            self.queue.todo.put_back(&behind);
             work.taken_back.extend(behind);
         }
     }

@@ -8,23 +8,16 @@ use bladeoff_model::outcome::{Cause, CauseSet, EndCause, Outcome, Status};
 use bladeoff_protocol::beat::Beat;
 use bladeoff_protocol::messages::{BatchId, Report, SampleReport, WorkerId};
 use bladeoff_study::SampleLimits;
+use bladeoff_system::random::SplitMix;
 
 use super::slot::State;
-use super::{Death, Effect, KillReason, Scheduler, Settings, Todo};
+use super::{Death, Effect, Ended, KillReason, Moment, RunLimits, Scheduler, Settings, Todo};
 
-/// splitmix64.
-pub(super) struct Random(u64);
+pub(super) struct Random(SplitMix);
 
 impl Random {
-    fn word(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
     pub(super) fn below(&mut self, n: u64) -> u64 {
-        self.word() % n.max(1)
+        self.0.below(n)
     }
     fn happens(&mut self, percent: u64) -> bool {
         self.below(100) < percent
@@ -84,6 +77,11 @@ pub(super) struct Simulation {
     crash_limit: u32,
     kill_limit: u32,
     pub(super) gave_up: bool,
+    /// Why nothing is assigned any more, as it was told, when, and the tick before.
+    pub(super) stopped: Option<(Ended, Duration, Duration)>,
+    /// What the clock on the wall shows at the beginning \[ms\].
+    pub(super) wall_clock: i64,
+    last_tick: Duration,
     /// Workers told to leave what was taken back.
     pub(super) relieved: u64,
     /// Told to stop or killed, still there for a moment.
@@ -92,7 +90,12 @@ pub(super) struct Simulation {
 
 impl Simulation {
     pub(super) fn new(seed: u64, world: World) -> Self {
-        let mut random = Random(seed);
+        Self::limited(seed, world, RunLimits::default())
+    }
+
+    /// A run that has limits.
+    pub(super) fn limited(seed: u64, world: World, run: RunLimits) -> Self {
+        let mut random = Random(SplitMix(seed));
         let total = random.below(60);
         let (crash_limit, kill_limit) = (1 + random.below(3) as u32, 1 + random.below(6) as u32);
         let settings = Settings {
@@ -104,6 +107,7 @@ impl Simulation {
                 crashes: crash_limit,
                 kills: kill_limit,
             },
+            run,
             ..Settings::new(0)
         };
         let poisoned: BTreeSet<u64> = (0..total).filter(|_| random.happens(world.poison)).collect();
@@ -137,6 +141,9 @@ impl Simulation {
             crash_limit,
             kill_limit,
             gave_up: false,
+            stopped: None,
+            wall_clock: 0,
+            last_tick: Duration::ZERO,
             relieved: 0,
             dying: Vec::new(),
         }
@@ -151,6 +158,7 @@ impl Simulation {
                     self.scheduler.on_spawned(self.now, worker, worker.0 + 1000);
                 }
                 Effect::Assign { worker, batch, attempt, samples } => {
+                    assert!(self.stopped.is_none(), "work after the end: {:?}", self.stopped);
                     assert!(!samples.is_empty() && !self.dying.contains(&worker), "work for a worker on its way out");
                     for sample in &samples {
                         assert!(!self.recorded.contains_key(sample) && !self.quarantined.contains(sample));
@@ -202,6 +210,11 @@ impl Simulation {
                     let (deaths, limit) =
                         if cause == Cause::WorkerKilled { (kills, kill_limit) } else { (crashes, self.crash_limit) };
                     assert_eq!(deaths, limit, "blamed for {} too early or too late", cause.word());
+                }
+                Effect::Stopping(why) => {
+                    assert!(self.stopped.is_none(), "told twice: {:?}, {why:?}", self.stopped);
+                    assert!(!self.scheduler.is_complete(), "nothing is left to be stopped");
+                    self.stopped = Some((why, self.now, self.last_tick));
                 }
                 Effect::GiveUp { .. } => self.gave_up = true,
             }
@@ -278,8 +291,10 @@ impl Simulation {
             self.is_copy = false;
         }
         let mut effects = Vec::new();
-        self.scheduler.on_tick(self.now, &mut effects);
+        let boot = self.now.as_millis() as i64;
+        self.scheduler.on_tick(self.now, Moment { boot, wall: self.wall_clock + boot }, &mut effects);
         self.carry_out(effects, None);
+        self.last_tick = self.now;
     }
 
     /// A worker does something.
@@ -370,23 +385,23 @@ impl Simulation {
     fn check(&self) {
         let scheduler = &self.scheduler;
         let in_work: Vec<u64> = scheduler.slots.iter().filter_map(|p| p.work()).flat_map(|w| w.left.clone()).collect();
-        let waiting = scheduler.retry.iter().chain(&scheduler.suspects).copied();
+        let waiting = scheduler.queue.retry.iter().chain(&scheduler.queue.suspects).copied();
         let mut places: Vec<u64> = waiting.chain(in_work).collect();
         places.extend(self.recorded.keys().copied().chain(self.quarantined.iter().copied()));
         let known = places.len() as u64;
-        assert_eq!(known + scheduler.todo.left(), self.total, "a sample is lost or in two places");
+        assert_eq!(known + scheduler.queue.todo.left(), self.total, "a sample is lost or in two places");
         places.sort_unstable();
         places.dedup();
         assert_eq!(places.len() as u64, known, "a sample is in two places");
-        assert_eq!(scheduler.done, (self.recorded.len() + self.quarantined.len()) as u64);
+        assert_eq!(scheduler.counts.done, (self.recorded.len() + self.quarantined.len()) as u64);
         let living: BTreeSet<_> = scheduler.slots.iter().filter(|p| p.lives()).map(|p| p.worker).collect();
         assert_eq!(living.len(), scheduler.slots.iter().filter(|p| p.lives()).count(), "one worker, two slots");
         let idle_despite_work = scheduler.slots.iter().any(|slot| {
             matches!(slot.state, State::Idle)
                 && slot.killed.is_none()
-                && scheduler.todo.left() + scheduler.suspects.len() as u64 > 0
+                && scheduler.queue.todo.left() + scheduler.queue.suspects.len() as u64 > 0
         });
-        assert!(!idle_despite_work || scheduler.ending.is_some(), "a worker waits although there is work");
+        assert!(!idle_despite_work || scheduler.ending.has_begun(), "a worker waits although there is work");
     }
 
     /// Plays until everything is over; panics when it never is.

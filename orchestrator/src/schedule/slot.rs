@@ -6,6 +6,8 @@ use std::time::Duration;
 use bladeoff_model::outcome::Cause;
 use bladeoff_protocol::messages::{BatchId, WorkerId};
 
+use super::ended::Ended;
+
 /// What the dispatch loop has to do.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Effect {
@@ -55,6 +57,8 @@ pub enum Effect {
         /// Why.
         why: KillReason,
     },
+    /// Tell that no sample is assigned any more, though the run is not complete.
+    Stopping(Ended),
     /// Workers do not start: end the run.
     GiveUp {
         /// How many in a row died before they asked for work.
@@ -160,5 +164,21 @@ impl Slot {
     pub fn enter(&mut self, state: State, now: Duration) {
         self.state = state;
         self.since = now;
+    }
+}
+
+/// Processes that were started.
+#[derive(Debug, Default)]
+pub(super) struct Starts {
+    /// How many.
+    made: u32,
+    /// How many in a row died before they asked.
+    pub failed: u32,
+}
+
+impl Starts {
+    pub fn next(&mut self) -> WorkerId {
+        self.made += 1;
+        WorkerId(self.made)
     }
 }

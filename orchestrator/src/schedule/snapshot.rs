@@ -101,14 +101,14 @@ impl Scheduler {
         });
         Snapshot {
             elapsed: now,
-            computing: self.begun.map_or(Duration::ZERO, |begun| attended.saturating_sub(begun)),
-            total: self.total,
-            done: self.done,
-            by_status: self.by_status,
-            by_cause: self.by_cause,
-            rate: self.rate.per_second(now, self.done),
-            worker_deaths: self.worker_deaths,
-            dropped_messages: self.dropped,
+            computing: self.rate.computing(attended),
+            total: self.counts.total,
+            done: self.counts.done,
+            by_status: self.counts.by_status,
+            by_cause: self.counts.by_cause,
+            rate: self.rate.per_second(now, self.counts.done),
+            worker_deaths: self.counts.worker_deaths,
+            dropped_messages: self.counts.dropped,
             workers: workers.collect(),
         }
     }

@@ -8,6 +8,7 @@ use bladeoff_protocol::messages::{BatchId, WorkerId};
 
 use super::scheduler::Scheduler;
 use super::slot::{Death, Effect, KillReason, Slot, State};
+use super::until::Moment;
 
 /// How long heartbeats may say that a worker waits while a batch of it is open. An answer takes microseconds.
 const LOST_AFTER: Duration = Duration::from_secs(10);
@@ -21,19 +22,14 @@ impl Scheduler {
     /// The run begins: as many workers as there is use for.
     pub fn start(&mut self, now: Duration, effects: &mut Vec<Effect>) {
         let now = self.clock.advance(now);
-        let useful = usize::try_from(self.total).unwrap_or(usize::MAX);
+        let useful = usize::try_from(self.counts.total).unwrap_or(usize::MAX);
         for _ in 0..self.settings.workers.min(useful) {
-            let worker = self.new_worker();
+            let worker = self.starts.next();
             let state = State::Starting { greeted: false };
             let slot = Slot { worker, pid: None, state, since: now, heard: now, killed: None, deaths: 0 };
             self.slots.push(slot);
             effects.push(Effect::Spawn(worker));
         }
-    }
-
-    fn new_worker(&mut self) -> WorkerId {
-        self.next_worker += 1;
-        WorkerId(self.next_worker)
     }
 
     /// A worker's process was started.
@@ -50,14 +46,14 @@ impl Scheduler {
         let now = self.clock.advance(now);
         let found = self.slot_of(worker).filter(|&at| self.slots[at].pid == Some(pid));
         let Some(at) = found else {
-            self.dropped += 1;
+            self.counts.dropped += 1;
             return false;
         };
         self.slots[at].heard = now;
         match &mut self.slots[at].state {
             State::Starting { greeted } if !*greeted => {
                 *greeted = true;
-                if self.ending.is_some() {
+                if self.ending.has_begun() {
                     self.tell_to_stop(at, effects);
                 } else {
                     effects.push(Effect::Continue(worker));
@@ -65,7 +61,7 @@ impl Scheduler {
                 true
             }
             _ => {
-                self.dropped += 1;
+                self.counts.dropped += 1;
                 false
             }
         }
@@ -99,7 +95,7 @@ impl Scheduler {
             let was_alone = work.size == 1;
             let is_to_blame = was_alone && !was_told && killed != Some(KillReason::Lost);
             for sample in work.left {
-                self.send_back(sample);
+                self.queue.send_back(sample);
                 if is_to_blame {
                     let cause = match killed {
                         Some(KillReason::TimeLimit) => Cause::TimeLimit,
@@ -114,7 +110,7 @@ impl Scheduler {
             }
         }
         if !was_told {
-            self.worker_deaths += 1;
+            self.counts.worker_deaths += 1;
             let slot = &mut self.slots[at];
             let pause = match slot.deaths {
                 0 => Duration::ZERO,
@@ -124,15 +120,15 @@ impl Scheduler {
             slot.enter(State::Gone { due: now + pause }, now);
         }
         if failed_to_start {
-            self.failed_starts += 1;
+            self.starts.failed += 1;
             let too_many = FAILED_STARTS.max(2 * self.slots.len() as u32);
-            if self.failed_starts >= too_many && !self.has_given_up {
-                self.has_given_up = true;
-                effects.push(Effect::GiveUp { deaths: self.failed_starts });
+            if self.starts.failed >= too_many && !self.ending.has_given_up {
+                self.ending.has_given_up = true;
+                effects.push(Effect::GiveUp { deaths: self.starts.failed });
                 self.end_now(effects);
             }
         }
-        if self.ending.is_some() {
+        if self.ending.has_begun() {
             self.close_gone();
         }
         self.check_failures(effects);
@@ -143,25 +139,15 @@ impl Scheduler {
 
     /// A death counts against a sample that was alone with its worker.
     fn blame(&mut self, sample: u64, cause: Cause, worker: WorkerId, effects: &mut Vec<Effect>) {
-        let trouble = self.troubles.entry(sample).or_default();
-        let (deaths, limit) = match cause {
-            Cause::WorkerKilled => (&mut trouble.kills, self.settings.sample.kills),
-            _ => (&mut trouble.crashes, self.settings.sample.crashes),
-        };
-        *deaths += 1;
-        if *deaths < limit.max(1) {
-            return;
-        }
-        let attempt = trouble.attempts;
-        self.troubles.remove(&sample);
-        self.retry.retain(|&waiting| waiting != sample);
-        self.count_words(Status::Quarantined, Some(cause));
+        let Some(attempt) = self.queue.blame(sample, cause, &self.settings.sample) else { return };
+        self.counts.add(Status::Quarantined, Some(cause));
         effects.push(Effect::Quarantine { sample, cause, worker, attempt });
     }
 
-    /// Time passes; called several times a second.
-    pub fn on_tick(&mut self, now: Duration, effects: &mut Vec<Effect>) {
-        self.rate.note(now, self.done);
+    /// Time passes; called several times a second. `moment`: what the clocks of the system say.
+    pub fn on_tick(&mut self, now: Duration, moment: Moment, effects: &mut Vec<Effect>) {
+        self.rate.note(now, self.counts.done);
+        self.check_time(now, moment, effects);
         let now = self.clock.advance(now);
         for at in 0..self.slots.len() {
             let slot = &self.slots[at];
@@ -208,14 +194,14 @@ impl Scheduler {
     /// Starts the workers that are due.
     fn replace_dead(&mut self, effects: &mut Vec<Effect>) {
         let now = self.clock.now();
-        if self.ending.is_some() {
+        if self.ending.has_begun() {
             return;
         }
         for at in 0..self.slots.len() {
             if !matches!(self.slots[at].state, State::Gone { due } if due <= now) {
                 continue;
             }
-            let worker = self.new_worker();
+            let worker = self.starts.next();
             let slot = &mut self.slots[at];
             *slot = Slot { worker, pid: None, heard: now, killed: None, ..slot.clone() };
             slot.enter(State::Starting { greeted: false }, now);

@@ -254,7 +254,7 @@ mod tests {
         // What is still fixed, with the period and the angle whose values repeat.
         let fixed = |changes: &[(&str, &str)], path: &str, values: &[f64]| {
             let values = degrees(values);
-            let found = of_machine(&rig(changes), &[Angle { path, values: &values }])?;
+            let found = of_machine(&rig(changes), &[Angle { path, values }])?;
             let repeated = found.repeated.map(|(path, period)| (path, period.to_degrees().round()));
             Some((found.because.join(", "), found.period.to_degrees().round(), repeated))
         };

@@ -16,6 +16,7 @@ mod paths;
 mod schema;
 mod template;
 mod value;
+mod words;
 mod write;
 
 pub use build::{MOST_LOST, Overdrawn, overdrawn};

@@ -3,6 +3,7 @@
 use super::done::Done;
 use super::quantity::{CPU, DETECTIONS, FORCE, LOAD, MEAN_FORCE, PENETRATION, Quantity, digits, ratio, spreads};
 use super::separation::{Spread, Verdict};
+use bladeoff_model::machine::Engine;
 
 /// Penetration \[m\] that is rounding.
 const ROUNDING: f64 = 1e-12;
@@ -157,7 +158,8 @@ fn step(done: &[Done]) -> Vec<String> {
         .iter()
         .filter_map(|detection| {
             let both = |value: fn(&Done) -> Option<f64>| {
-                Some((median(done, "reduced", detection, value)?, median(done, "full", detection, value)?))
+                let of = |engine: Engine| median(done, engine.word(), detection, value);
+                Some((of(Engine::Reduced)?, of(Engine::Full)?))
             };
             let (coarse, fine) = both(step)?;
             let said: Vec<String> = [&LOAD, &MEAN_FORCE, &FORCE, &PENETRATION]

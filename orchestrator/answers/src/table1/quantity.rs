@@ -2,9 +2,10 @@
 
 use super::done::Done;
 use super::separation::Spread;
+use bladeoff_model::machine::Detection;
 
 /// The contact detections, in the order of the paper's columns.
-pub(super) const DETECTIONS: [&str; 3] = ["hyp1", "hyp2", "hyp2-frozen"];
+pub(super) const DETECTIONS: [&str; 3] = Detection::WORDS;
 
 /// A row of the table.
 pub(super) struct Quantity {

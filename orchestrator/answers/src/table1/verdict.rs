@@ -4,6 +4,7 @@ use super::causes::causes;
 use super::done::Done;
 use super::quantity::{CPU, DETECTIONS, FORCE, LOAD, MEAN_FORCE, PENETRATION, Quantity, digits, ratio, spreads};
 use super::separation::{CHANCE, Verdict, accident};
+use bladeoff_model::machine::Engine;
 
 /// Pairs of detections.
 const PAIRS: [(usize, usize); 3] = [(0, 1), (0, 2), (1, 2)];
@@ -23,7 +24,7 @@ const TABLE: [&Quantity; 7] = [
 #[must_use]
 pub fn report(done: &[Done]) -> String {
     let engines: Vec<&str> =
-        ["reduced", "full"].into_iter().filter(|engine| done.iter().any(|run| run.engine == *engine)).collect();
+        Engine::WORDS.into_iter().filter(|engine| done.iter().any(|run| run.engine == *engine)).collect();
     let starts = 1 + done.iter().map(|run| run.start).max().unwrap_or(0);
     let mut lines = vec![
         "# Table 1 of DETC2007-34625 beside ours".to_owned(),

@@ -9,6 +9,7 @@ use crate::engine;
 use crate::history::{Decimation, Settings, read};
 use bladeoff_answers::figures::{COLOURS, Figure, FigureError, Line, Panel, Scale, panels};
 use bladeoff_answers::history::History;
+use bladeoff_model::machine::Engine;
 use bladeoff_system::shown;
 use std::path::Path;
 
@@ -30,7 +31,7 @@ struct Picture {
 /// shows the figures.
 pub(super) fn draw(cases: &[Case], out: &Path) -> Result<String, CliError> {
     // the quick engine where both were run
-    let engine = cases.first().map_or("reduced", |case| case.engine);
+    let engine = cases.first().map_or(Engine::Reduced.word(), |case| case.engine);
     let mut histories = Vec::new();
     for case in cases.iter().filter(|case| case.engine == engine && case.start == 0) {
         let structure = engine::build(&case.machine)?;

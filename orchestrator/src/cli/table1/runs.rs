@@ -40,7 +40,7 @@ pub(super) fn cases(
         }
         let machine = def.build()?;
         let Some(detection) = engine::detection(&machine) else { continue };
-        let engine = engine::engine_word(&machine);
+        let engine = machine.run.engine.word();
         // what differs in more than engine and detection is another start
         let mut bare = machine.clone();
         bare.run.engine = Engine::Reduced;

@@ -6,6 +6,7 @@
 //!
 //! A number of 53 bits stands for the middle of its cell of width 2^-52, so that no coordinate is 0 or 1 and `1 - u` is exact.
 
+use bladeoff_system::random::finaliser;
 use blake3::Hasher;
 
 /// Bits of a coordinate.
@@ -58,13 +59,6 @@ impl Source {
 #[must_use]
 pub fn mixed(key: u64, node: u64) -> u64 {
     finaliser(finaliser(node.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ key).wrapping_add(key.rotate_left(32)))
-}
-
-#[inline]
-fn finaliser(mut z: u64) -> u64 {
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
 }
 
 #[cfg(test)]

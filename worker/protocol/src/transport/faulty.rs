@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use super::{HubPort, PortError, Request, Ticket, Waker};
 use crate::messages::{Block, FromWorkerBlock, ToWorkerBlock, WorkerId};
+use bladeoff_system::random::SplitMix;
 
 /// How often a block suffers each fault, from 0 to 1.
 #[derive(Debug, Clone, Copy, Default)]
@@ -37,7 +38,7 @@ pub struct FaultyHub<H> {
     inner: H,
     rates: FaultRates,
     counts: FaultCounts,
-    random: u64,
+    random: SplitMix,
     /// Requests held back, with the number of receives they still wait.
     held: VecDeque<(u32, Request, Box<FromWorkerBlock>)>,
     /// Tickets we made up for doubled requests: an answer goes to the original, once.
@@ -49,7 +50,7 @@ impl<H: HubPort> FaultyHub<H> {
     /// A faulty hub over a sound one.
     pub fn new(inner: H, rates: FaultRates, seed: u64) -> Self {
         let (held, doubles) = (VecDeque::new(), BTreeMap::new());
-        Self { inner, rates, counts: FaultCounts::default(), random: seed, held, doubles, next: 1 << 63 }
+        Self { inner, rates, counts: FaultCounts::default(), random: SplitMix(seed), held, doubles, next: 1 << 63 }
     }
 
     /// Faults done so far.
@@ -57,21 +58,12 @@ impl<H: HubPort> FaultyHub<H> {
         self.counts
     }
 
-    /// splitmix64.
-    fn word(&mut self) -> u64 {
-        self.random = self.random.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.random;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
     fn happens(&mut self, rate: f64) -> bool {
-        ((self.word() >> 11) as f64) < rate * (1_u64 << 53) as f64
+        self.random.unit() < rate
     }
 
     fn damage<const N: usize>(&mut self, block: &mut Block<N>) {
-        let bit = self.word() as usize % (block.used() * 64).max(1);
+        let bit = self.random.word() as usize % (block.used() * 64).max(1);
         block.words[bit / 64] ^= 1 << (bit % 64);
         self.counts.damaged += 1;
     }
@@ -96,7 +88,7 @@ impl<H: HubPort> HubPort for FaultyHub<H> {
                 self.next += 1;
                 self.doubles.insert(Ticket(self.next), request.ticket);
                 let double = Request { ticket: Ticket(self.next), ..request };
-                let wait = 1 + (self.word() % 4) as u32;
+                let wait = 1 + (self.random.word() % 4) as u32;
                 self.held.push_back((wait, double, Box::new(*block)));
                 self.counts.doubled += 1;
             }
@@ -104,7 +96,7 @@ impl<H: HubPort> HubPort for FaultyHub<H> {
                 self.damage(block);
             }
             if self.happens(self.rates.delay) {
-                let wait = 1 + (self.word() % 8) as u32;
+                let wait = 1 + (self.random.word() % 8) as u32;
                 self.held.push_back((wait, request, Box::new(*block)));
                 self.counts.delayed += 1;
                 continue;

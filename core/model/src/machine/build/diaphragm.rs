@@ -81,11 +81,7 @@ fn contact(reader: &mut Reader<'_>, nodes: Option<&Nodes>, table: &str) -> Optio
             "slip" => FrictionLaw::Slip,
             _ => FrictionLaw::StickSlip,
         },
-        detection: match reader.word(&below(table, "detection"))? {
-            "hyp1" => Detection::Hyp1,
-            "hyp2-frozen" => Detection::Hyp2Frozen,
-            _ => Detection::Hyp2,
-        },
+        detection: Detection::from_word(reader.word(&below(table, "detection"))?)?,
         points: match reader.word(&below(table, "points"))? {
             "one" => ContactPoints::One,
             _ => ContactPoints::Several,

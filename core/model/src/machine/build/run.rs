@@ -26,10 +26,7 @@ pub(super) fn run(reader: &mut Reader<'_>) -> Option<RunSettings> {
     Some(RunSettings {
         end_time: end_time?,
         end_speed: end_speed?,
-        engine: match reader.word(ENGINE)? {
-            "full" => Engine::Full,
-            _ => Engine::Reduced,
-        },
+        engine: Engine::from_word(reader.word(ENGINE)?)?,
         step,
         force_location: match reader.word("run.force_location")? {
             "current" => ForceLocation::Current,

@@ -2,6 +2,7 @@
 
 use super::key::{Key, Kind, Need, When};
 use super::range::Range;
+use crate::machine::model::{Detection, Engine};
 
 // Paths that others set or ask for.
 
@@ -53,7 +54,7 @@ pub(super) const KEYS: &[Key] = &[
         "the run ends at the step nearest to this time"),
     key("run.end_speed", Kind::Number("rad/s"), Need::Number(0.0), Range::NOT_NEGATIVE, When::Always,
         "the run ends once the mean spin falls to this speed"),
-    key(ENGINE, Kind::Choice(&["reduced", "full"]), Need::Word("reduced"), Range::ANY, When::Always,
+    key(ENGINE, Kind::Choice(&Engine::WORDS), Need::Word(Engine::Reduced.word()), Range::ANY, When::Always,
         "modes of rotor and ring, or all finite-element degrees of freedom"),
     key(STEP, Kind::Number("s"), Need::Optional("chosen from the highest frequency of the model"), Range::POSITIVE, When::Always,
         "time step"),
@@ -217,7 +218,7 @@ pub(super) const KEYS: &[Key] = &[
         "Coulomb friction coefficient"),
     key("diaphragms.NAME.contact.friction_law", Kind::Choice(&["stick-slip", "slip"]), Need::Word("stick-slip"), Range::ANY, When::Always,
         "Coulomb's law with stick, or sliding only (as the paper): then a run whose slip changes sign is invalid"),
-    key("diaphragms.NAME.contact.detection", Kind::Choice(&["hyp1", "hyp2", "hyp2-frozen"]), Need::Word("hyp2"), Range::ANY, When::Always,
+    key("diaphragms.NAME.contact.detection", Kind::Choice(&Detection::WORDS), Need::Word(Detection::Hyp2.word()), Range::ANY, When::Always,
         "contact place: at the rotor's angle, closest point, or closest point after the prediction"),
     key("diaphragms.NAME.contact.points", Kind::Choice(&["several", "one"]), Need::Word("several"), Range::ANY, When::Always,
         "hyp2, where one contact point has no fixed point: several points on the ring, or the predicted one (as the paper)"),

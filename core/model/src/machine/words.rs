@@ -1,0 +1,60 @@
+//! The words by which files, commands, tables and histories name engines and contact detections.
+
+use super::model::{Detection, Engine};
+
+impl Engine {
+    /// The words of all, the default first.
+    pub const WORDS: [&str; 2] = [Self::Reduced.word(), Self::Full.word()];
+
+    /// The word of it.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Reduced => "reduced",
+            Self::Full => "full",
+        }
+    }
+
+    /// The engine of a word.
+    #[must_use]
+    pub fn from_word(word: &str) -> Option<Self> {
+        [Self::Reduced, Self::Full].into_iter().find(|engine| engine.word() == word)
+    }
+}
+
+impl Detection {
+    /// The words of all, in the order of the paper.
+    pub const WORDS: [&str; 3] = [Self::Hyp1.word(), Self::Hyp2.word(), Self::Hyp2Frozen.word()];
+
+    /// The word of it.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Hyp1 => "hyp1",
+            Self::Hyp2 => "hyp2",
+            Self::Hyp2Frozen => "hyp2-frozen",
+        }
+    }
+
+    /// The detection of a word.
+    #[must_use]
+    pub fn from_word(word: &str) -> Option<Self> {
+        [Self::Hyp1, Self::Hyp2, Self::Hyp2Frozen].into_iter().find(|detection| detection.word() == word)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_word_is_that_of_what_it_names() {
+        for word in Engine::WORDS {
+            assert_eq!(Engine::from_word(word).map(Engine::word), Some(word));
+        }
+        for word in Detection::WORDS {
+            assert_eq!(Detection::from_word(word).map(Detection::word), Some(word));
+        }
+        assert_eq!((Engine::from_word("hyp2"), Detection::from_word("full")), (None, None));
+    }
+}

@@ -1,0 +1,38 @@
+//! When recorded results become durable, and the hooks of tests that wait for it.
+
+use std::time::{Duration, Instant};
+
+use bladeoff_worker::fault::{At, Faults};
+
+/// What has been recorded since the last flush.
+pub(super) struct Flushing {
+    last: Instant,
+    count: u64,
+    /// Samples and their workers' processes, kept for fault hooks only.
+    samples: Vec<(u64, Option<u32>)>,
+}
+
+impl Flushing {
+    pub fn new() -> Self {
+        Self { last: Instant::now(), count: 0, samples: Vec::new() }
+    }
+
+    /// So many samples were recorded; `samples`: which, where hooks are to be told.
+    pub fn recorded(&mut self, count: usize, samples: impl IntoIterator<Item = (u64, Option<u32>)>) {
+        self.count += count as u64;
+        self.samples.extend(samples);
+    }
+
+    /// Whether there is something to flush, and `every` has passed.
+    pub fn is_due(&self, every: Duration) -> bool {
+        self.count > 0 && self.last.elapsed() >= every
+    }
+
+    /// All of it is durable.
+    pub fn flushed(&mut self, faults: &Faults) {
+        (self.last, self.count) = (Instant::now(), 0);
+        for (sample, pid) in std::mem::take(&mut self.samples) {
+            faults.reached(At::Recorded, sample, pid);
+        }
+    }
+}
