@@ -15,6 +15,7 @@ use bladeoff_model::machine::MachineDef;
 use bladeoff_study::{Samples, load, parse_duration, parse_memory};
 use bladeoff_system::files::Pending;
 use bladeoff_worker::core_solver::CoreSolver;
+use bladeoff_worker::function_solver::FunctionSolver;
 use bladeoff_worker::plan::{BASIS_FILE, PLAN_FILE, WorkPlan};
 use cap::case;
 use proptest::prelude::*;
@@ -253,8 +254,12 @@ impl Directory {
             PLAN_FILE => {
                 // With its own hash, so that it is parsed and not refused for being another.
                 let hash = blake3::hash(bytes).to_hex().to_string();
-                if let Ok(plan) = WorkPlan::read(&self.out, &hash) {
-                    let _ = CoreSolver::new(&plan).map(|solver| solver.parameter_columns().count());
+                match WorkPlan::read(&self.out, &hash) {
+                    Ok(WorkPlan::Machine(plan)) => {
+                        let _ = CoreSolver::new(&plan).map(|solver| solver.parameter_columns().count());
+                    }
+                    Ok(WorkPlan::Function(plan)) => drop(FunctionSolver::new(&plan)),
+                    Err(_) => {}
                 }
             }
             BASIS_FILE => drop(Basis::from_bytes(bytes)),

@@ -1,5 +1,6 @@
 //! What all samples share: the frozen basis, the plan of the workers, where the table comes from.
 
+use super::columns::table_schema;
 use super::directory::{LEDGER, RunDirectory};
 use super::error::RunError;
 use super::provenance::provenance;
@@ -7,6 +8,7 @@ use super::work::work_plan;
 use crate::engine;
 use crate::ledger::Reader;
 use crate::report::{matrices_of, with_word};
+use bladeoff_answers::tables::TableSchema;
 use bladeoff_core::NUMERICS_VERSION;
 use bladeoff_core::modal::Basis;
 use bladeoff_model::document::Problems;
@@ -19,16 +21,18 @@ use bladeoff_worker::plan::{BASIS_FILE, MOST_BASIS, WorkPlan, planned_basis};
 #[derive(Debug)]
 pub(super) struct Prepared<'a> {
     pub samples: &'a Samples,
-    /// A machine of the study: it says which columns there are.
-    pub machine: Machine,
+    /// Columns of the table.
+    pub schema: TableSchema,
+    /// Contact detection of all samples, where it does not vary.
+    pub detection: Option<String>,
     pub plan: WorkPlan,
     pub plan_hash: String,
     pub provenance: Vec<(String, String)>,
     pub keys: SampleKeys<'a>,
     /// Hash of all keys in order.
     pub digest: String,
-    /// Which of an outcome's values is its number of steps.
-    pub steps: usize,
+    /// Which of an outcome's values is its number of steps; `None`: it has none.
+    pub steps: Option<usize>,
 }
 
 /// The machines whose basis may be frozen, the best first: the study's without what varies, because it stays the same when
@@ -95,13 +99,14 @@ fn as_known(basis: &Basis, machine: &Machine, known: &[String]) -> Vec<u8> {
 impl<'a> Prepared<'a> {
     pub(super) fn new(samples: &'a Samples, basis: Vec<u8>) -> Result<Self, RunError> {
         let machine = samples.machine(0).build()?;
+        let (schema, detection) = (table_schema(samples, &machine), engine::detection(&machine).map(str::to_owned));
+        let steps = Some(engine::place_of_steps(&machine));
         let keys = SampleKeys::new(samples, NUMERICS_VERSION, &basis);
         let plan = work_plan(samples, Some(basis));
         let plan_hash = plan.hash();
-        let provenance = provenance(samples, &plan_hash, plan.basis.as_deref());
+        let provenance = provenance(samples, &plan_hash, plan.basis());
         let digest = keys.digest();
-        let steps = engine::place_of_steps(&machine);
-        Ok(Self { samples, machine, plan, plan_hash, provenance, keys, digest, steps })
+        Ok(Self { samples, schema, detection, plan, plan_hash, provenance, keys, digest, steps })
     }
 
     /// Puts inputs, plan and basis into the directory.

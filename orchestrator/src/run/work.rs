@@ -3,7 +3,7 @@
 use crate::dispatch;
 use bladeoff_protocol::messages::MAX_PARAMS;
 use bladeoff_study::{MOST_VARIED, Samples};
-use bladeoff_worker::plan::{Varied, WorkPlan};
+use bladeoff_worker::plan::{MachinePlan, Varied, WorkPlan};
 
 const _: () = assert!(MOST_VARIED == MAX_PARAMS, "what a study may vary fits into a message");
 
@@ -17,13 +17,13 @@ pub(super) fn work_plan(samples: &Samples, basis: Option<Vec<u8>>) -> WorkPlan {
         choices: varied.words().map(|words| words.iter().map(|word| (*word).to_owned()).collect()),
     });
     let twin = study.twin.iter().map(|twin| Varied { path: twin.info.path.clone(), choices: None });
-    WorkPlan {
+    WorkPlan::Machine(MachinePlan {
         machine_file: machine.file.clone(),
         machine_toml: machine.text.clone(),
         fixed: machine.fixed.iter().map(|(info, value)| (info.path.clone(), value.clone())).collect(),
         varied: varied.chain(twin).collect(),
         basis,
-    }
+    })
 }
 
 impl dispatch::Parameters for Samples {
