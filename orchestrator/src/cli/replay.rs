@@ -9,7 +9,7 @@ use super::refusals::ReplayError;
 use crate::engine;
 use crate::report::{OutcomeView, beyond_the_model, describe_outcome, with_word};
 use crate::run::directory::{PARTS, RESULTS, read_current, row_files};
-use crate::run::refuse_changed;
+use crate::run::{is_of_formulas, refuse_changed};
 use bladeoff_answers::tables::{DETECTION, Table, TableError, TableSchema, read_metadata};
 use bladeoff_model::machine::{Machine, is_detection};
 use bladeoff_model::outcome::{Cause, Outcome};
@@ -91,6 +91,9 @@ fn find(
     let Some(table) = files.first() else {
         return Ok(Err(CliError::no_results(directory)));
     };
+    if is_of_formulas(table)? {
+        return Ok(Err(ReplayError::Function { directory: directory.to_path_buf() }.into()));
+    }
     let sample = match (args.sample, &args.worst) {
         (Some(sample), _) => sample,
         (None, Some(column)) => match worst(files, table, column)? {
