@@ -64,8 +64,8 @@ impl FunctionSolver {
         Ok(Self { n_variables: variables.len(), programs, stack: Vec::new() })
     }
 
-    /// The outcome of a sample with these values of the variables: a failure where a formula gives no finite number; those of the others
-    /// stay.
+    /// The outcome of a sample with these values of the variables: a failure where one of them, or what a formula gives, is no finite
+    /// number; what is finite stays.
     pub fn outcome(&mut self, params: &[f64]) -> Outcome {
         if params.len() != self.n_variables {
             eprintln!("{} parameters, the plan has {}", params.len(), self.n_variables);
@@ -75,7 +75,7 @@ impl FunctionSolver {
         let mut value = |program: &Program| Some(program.value(|number| params[number], stack));
         let values: Vec<Option<f64>> =
             self.programs.iter().map(|program| value(program).filter(|value| value.is_finite())).collect();
-        if values.contains(&None) {
+        if values.contains(&None) || params.iter().any(|param| !param.is_finite()) {
             return Outcome { values, ..failed(Cause::NonFinite) };
         }
         let (status, causes) = (Status::Ok, CauseSet::default());

@@ -68,6 +68,15 @@ fn a_value_that_is_not_finite_fails_its_sample_and_keeps_the_others() {
 }
 
 #[test]
+fn a_variable_that_is_no_number_fails_its_sample() {
+    let plan = plan(&["x", "none"], &[("g", "x + 1"), ("h", "none * 0")]);
+    let found = outcomes(&plan, &[0, 1], |sample| vec![1.0, [f64::NAN, 2.0][sample as usize]]);
+    assert_eq!((found[&0].status, found[&0].cause), (Status::Failed, Some(Cause::NonFinite)));
+    assert_eq!(found[&0].values, [Some(2.0), None]);
+    assert_eq!(found[&1].values, [Some(2.0), Some(0.0)]);
+}
+
+#[test]
 fn as_many_variables_as_a_message_holds() {
     let names: Vec<String> = (0..MAX_PARAMS).map(|i| format!("x{i}")).collect();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
