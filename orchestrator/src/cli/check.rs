@@ -5,7 +5,7 @@ use super::estimate::estimate;
 use super::exit::Exit;
 use super::functions;
 use super::output::{print, remark, tell, width};
-use super::run::PartArgs;
+use super::run::{PartArgs, default_workers};
 use super::shared::shared;
 use bladeoff_answers::report::{Align, TextTable, counted};
 use bladeoff_model::machine::ParamValue;
@@ -45,7 +45,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     }
     tell(&describe(&samples))?;
     if let Some(model) = samples.study().function() {
-        functions::estimate(&samples, model)?;
+        functions::estimate(&samples, model, default_workers())?;
         return Ok(Exit::Ok);
     }
     if let Some(found) = fixed_angle(&samples) {

@@ -2,7 +2,6 @@
 
 use super::error::CliError;
 use super::output::tell;
-use super::run::default_workers;
 use bladeoff_answers::report::{FunctionSummary, counted, duration};
 use bladeoff_answers::tables::Table;
 use bladeoff_model::formula::Program;
@@ -30,11 +29,11 @@ pub(super) fn described(model: &FunctionModel) -> String {
     format!("\nFormulas:\n{}", lines.collect::<String>())
 }
 
-/// Evaluates some samples and says how long all of them will take.
+/// Evaluates some samples and says how long all of them will take with so many workers.
 ///
 /// # Errors
 /// Standard output cannot be written.
-pub(super) fn estimate(samples: &Samples, model: &FunctionModel) -> Result<(), CliError> {
+pub(super) fn estimate(samples: &Samples, model: &FunctionModel, workers: usize) -> Result<(), CliError> {
     let count = samples.count();
     let some = count.min(EVALUATED);
     let begun = thread_cpu_time();
@@ -53,7 +52,6 @@ pub(super) fn estimate(samples: &Samples, model: &FunctionModel) -> Result<(), C
     for (output, failed) in model.outputs.iter().zip(failed).filter(|(_, failed)| *failed > 0) {
         text.push_str(&format!("  {}: no finite number in {failed} of {some}: such rows fail\n", output.name));
     }
-    let workers = default_workers();
     let [low, high] = RECORDING.map(|one| {
         let seconds = START + count as f64 * (one + each / workers as f64);
         duration(Duration::from_secs_f64(seconds.min(1e12)))
