@@ -15,6 +15,7 @@ use bladeoff_model::machine::MachineDef;
 use bladeoff_study::{Samples, load, parse_duration, parse_memory};
 use bladeoff_system::files::Pending;
 use bladeoff_worker::core_solver::CoreSolver;
+use bladeoff_worker::function_solver::FunctionSolver;
 use bladeoff_worker::plan::{BASIS_FILE, PLAN_FILE, WorkPlan};
 use cap::case;
 use proptest::prelude::*;
@@ -134,6 +135,9 @@ const STUDY: &str = "schema = 1\nname = \"f\"\nmachine = \"m.toml\"\nseed = 3\n[
     time_limit = \"10 min\"\nmemory_limit = \"2 GB\"\ncrash_limit = 3\n[set]\n\"run.end_time\" = \"0.1 s\"\n[points]\nfile = \"p.csv\"\ncarry = [\"id\", \"weight\"]\n\
     [[vary]]\npath = \"blade_off.mass\"\nfrom = \"3 g\"\nto = \"10 g\"\ncount = 8\nspacing = \"log\"\n\
     [[vary]]\npath = \"contact.detection\"\nvalues = [\"hyp1\", \"hyp2\"]\n";
+const FUNCTION: &str = "schema = 1\nmodel = \"function\"\n[function]\ng = \"max(x, 2 mm)^2 - ln(y) / d\"\nh = \"x + 1\"\n\
+    [[uncertain]]\nname = \"x\"\ndistribution = \"normal\"\nmean = 1\nsd = 0.5\nlower = 0\n[design]\nkind = \"sobol\"\nsamples = 32\n\
+    [[vary]]\nname = \"y\"\nvalues = [1, 2.5]\n[[derived]]\nname = \"d\"\nformula = \"x - 1\"\n";
 const POINTS: &str = "contact.gap, id, contact.friction, weight\n# a remark\n0.4 mm, a, 0.1, 1\n\n0.7 mm, b, 0.25, 2\n1e-3, c, 0.3, 0.5\n";
 
 /// A folder with a whole study, in which files are exchanged.
@@ -155,9 +159,18 @@ impl Files {
         let Ok(study) = load(&self.0.path().join("s.toml"), own_columns) else { return };
         let Ok(samples) = Samples::new(study, None, None) else { return };
         for sample in [0, samples.count().saturating_sub(1)].into_iter().take(samples.count().min(2) as usize) {
-            assert_eq!(samples.values(sample).len(), samples.parameters().count());
+            assert_eq!(samples.values(sample).len(), samples.parameters().len());
             assert_eq!(samples.cells(sample).len(), samples.columns().len());
-            let _ = samples.machine(sample).build();
+            if let Ok(Some(machine)) = samples.try_machine(sample) {
+                let _ = machine.build();
+            }
+            if let Some(model) = samples.study().function() {
+                let mut params = Vec::new();
+                samples.params(sample, &mut params);
+                model.outputs.iter().for_each(|output| {
+                    let _ = output.program.value(|number| params[number], &mut Vec::new());
+                });
+            }
         }
     }
 }
@@ -167,12 +180,16 @@ fn what_is_changed_is_valid_at_first() {
     let files = Files::new();
     let study = load(&files.0.path().join("s.toml"), own_columns).expect("valid");
     assert_eq!(Samples::new(study, None, None).expect("small").count(), 3 * 8 * 2);
+    files.put("s.toml", FUNCTION.as_bytes());
+    let study = load(&files.0.path().join("s.toml"), own_columns).expect("valid");
+    assert!(study.function().is_some());
+    assert_eq!(Samples::new(study, None, None).expect("small").count(), 32 * 2);
 }
 
 #[test]
 fn any_study_is_read_or_refused() {
     let files = Files::new();
-    proptest!(config(), |(bytes in mutant(STUDY.into()))| {
+    proptest!(config(), |(bytes in prop_oneof![mutant(STUDY.into()), mutant(FUNCTION.into())])| {
         files.put("s.toml", &bytes);
         case(MOST, || files.load());
     });
@@ -253,8 +270,12 @@ impl Directory {
             PLAN_FILE => {
                 // With its own hash, so that it is parsed and not refused for being another.
                 let hash = blake3::hash(bytes).to_hex().to_string();
-                if let Ok(plan) = WorkPlan::read(&self.out, &hash) {
-                    let _ = CoreSolver::new(&plan).map(|solver| solver.parameter_columns().count());
+                match WorkPlan::read(&self.out, &hash) {
+                    Ok(WorkPlan::Machine(plan)) => {
+                        let _ = CoreSolver::new(&plan).map(|solver| solver.parameter_columns().count());
+                    }
+                    Ok(WorkPlan::Function(plan)) => drop(FunctionSolver::new(&plan)),
+                    Err(_) => {}
                 }
             }
             BASIS_FILE => drop(Basis::from_bytes(bytes)),

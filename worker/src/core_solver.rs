@@ -9,7 +9,7 @@ use bladeoff_model::machine::{Machine, MachineDef, ParamValue, PathError, PathIn
 use bladeoff_model::outcome::{Cause, Outcome};
 
 use crate::desk::{Desk, Sample, Stopped, failed};
-use crate::plan::WorkPlan;
+use crate::plan::MachinePlan;
 use crate::solver::Solver;
 
 /// Computes samples of a plan.
@@ -70,7 +70,7 @@ impl CoreSolver {
     ///
     /// # Errors
     /// What is wrong with the plan.
-    pub fn new(plan: &WorkPlan) -> Result<Self, SolverError> {
+    pub fn new(plan: &MachinePlan) -> Result<Self, SolverError> {
         let mut def = MachineDef::parse(&plan.machine_file, &plan.machine_toml).map_err(SolverError::Machine)?;
         for (path, value) in &plan.fixed {
             let path = def.resolve(path).map_err(SolverError::Path)?;

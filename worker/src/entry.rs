@@ -13,6 +13,7 @@ use bladeoff_system::with_causes;
 use crate::args::{ArgsError, WorkerArgs};
 use crate::core_solver::{CoreSolver, SolverError};
 use crate::fault::{FaultError, Faults, Who};
+use crate::function_solver::{FunctionSolver, FunctionSolverError};
 use crate::noop::NoopSolver;
 use crate::plan::{PlanFileError, WorkPlan};
 use crate::process::{self, EXIT_CONNECTION, EXIT_PLAN, EXIT_USAGE, ProcessError};
@@ -37,6 +38,9 @@ pub enum WorkerError {
     /// The solver for the plan.
     #[error(transparent)]
     Solver(#[from] SolverError),
+    /// The solver of formulas for the plan.
+    #[error(transparent)]
+    Function(#[from] FunctionSolverError),
     /// The connection.
     #[error(transparent)]
     Connection(#[from] PortError),
@@ -52,7 +56,7 @@ pub fn worker_main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
     eprintln!("{}", with_causes(&error));
     ExitCode::from(match error {
         WorkerError::Args(_) | WorkerError::Fault(_) => EXIT_USAGE,
-        WorkerError::Plan(_) | WorkerError::Solver(_) => EXIT_PLAN,
+        WorkerError::Plan(_) | WorkerError::Solver(_) | WorkerError::Function(_) => EXIT_PLAN,
         WorkerError::Process(_) | WorkerError::Connection(_) | WorkerError::Serve(_) => EXIT_CONNECTION,
     })
 }
@@ -78,9 +82,17 @@ fn run(args: impl IntoIterator<Item = OsString>) -> Result<(), WorkerError> {
         serve(connect()?, hello, &mut solver, &pulse, &faults)?;
     } else {
         let plan = WorkPlan::read(&args.run_dir, &args.plan_hash)?;
-        let mut solver = CoreSolver::new(&plan)?;
-        drop(plan);
-        serve(connect()?, hello, &mut solver, &pulse, &faults)?;
+        match plan {
+            WorkPlan::Machine(plan) => {
+                let mut solver = CoreSolver::new(&plan)?;
+                drop(plan);
+                serve(connect()?, hello, &mut solver, &pulse, &faults)?;
+            }
+            WorkPlan::Function(plan) => {
+                let mut solver = FunctionSolver::new(&plan)?;
+                serve(connect()?, hello, &mut solver, &pulse, &faults)?;
+            }
+        }
     }
     Ok(())
 }

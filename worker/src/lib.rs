@@ -12,6 +12,7 @@ pub mod core_solver;
 pub mod desk;
 mod entry;
 pub mod fault;
+pub mod function_solver;
 pub mod noop;
 pub mod plan;
 pub mod process;

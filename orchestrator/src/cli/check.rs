@@ -3,8 +3,9 @@
 use super::error::CliError;
 use super::estimate::estimate;
 use super::exit::Exit;
+use super::functions;
 use super::output::{print, remark, tell, width};
-use super::run::PartArgs;
+use super::run::{PartArgs, default_workers};
 use super::shared::shared;
 use bladeoff_answers::report::{Align, TextTable, counted, wrapped};
 use bladeoff_model::machine::ParamValue;
@@ -43,6 +44,10 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         return Ok(Exit::Ok);
     }
     tell(&describe(&samples))?;
+    if let Some(model) = samples.study().function() {
+        functions::estimate(&samples, model, default_workers())?;
+        return Ok(Exit::Ok);
+    }
     if let Some(found) = fixed_angle(&samples) {
         remark(&format!("\n{}\n", found.text()));
     }
@@ -52,8 +57,15 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
 
 fn describe(samples: &Samples) -> String {
     let study = samples.study();
-    let mut text =
-        format!("{}: {} of {}\n\n", study.name, counted(samples.count(), "sample"), shown(study.subject_name()));
+    let mut text = format!(
+        "{}: {} of {}\n\n",
+        study.name,
+        counted(samples.count(), "sample"),
+        match study.function() {
+            Some(model) => functions::formulas(model),
+            None => format!("machine {}", shown(study.subject_name())),
+        }
+    );
     text.push_str(&drawn(samples));
     let mut table = TextTable::new(&[("varies", Align::Left), ("points", Align::Right), ("values", Align::Left)]);
     for (axis, kept) in study.axes.iter().zip(samples.kept()) {
@@ -77,6 +89,9 @@ fn describe(samples: &Samples) -> String {
         for (info, value) in fixed {
             text.push_str(&format!("  {} = {}\n", info.path, show(info, value)));
         }
+    }
+    if let Some(model) = study.function() {
+        return text + &functions::described(model);
     }
     let shared = shared(samples);
     if !shared.is_empty() {

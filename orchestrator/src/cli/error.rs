@@ -45,6 +45,14 @@ pub enum CliError {
         /// The machine that it names.
         machine: Option<String>,
     },
+    /// A study of formulas where one of a machine was asked for.
+    #[error("{what}: {} has model = \"function\" and no machine", shown(path))]
+    Formulas {
+        /// The file.
+        path: PathBuf,
+        /// What is asked for.
+        what: &'static str,
+    },
     /// A study that cannot be run.
     #[error(transparent)]
     Study(#[from] StudyError),
@@ -172,6 +180,7 @@ impl CliError {
         match self {
             CliError::Machine(_)
             | CliError::AStudy { .. }
+            | CliError::Formulas { .. }
             | CliError::Overridden { .. }
             | CliError::Argument { .. }
             | CliError::Exists { .. }

@@ -8,6 +8,7 @@ mod estimate;
 mod excerpt;
 mod exit;
 mod export;
+mod functions;
 mod hints;
 mod history;
 mod json;

@@ -106,6 +106,15 @@ pub enum ReplayError {
         /// The table.
         table: PathBuf,
     },
+    /// There is no transient.
+    #[error(
+        "replay follows a transient: the study in {} has model = \"function\", whose rows are all there is to see (`why`, `export`)",
+        shown(directory)
+    )]
+    Function {
+        /// The directory.
+        directory: PathBuf,
+    },
     /// The plan.
     #[error(transparent)]
     Plan(#[from] PlanFileError),

@@ -9,13 +9,13 @@ use super::refusals::ReplayError;
 use crate::engine;
 use crate::report::{OutcomeView, beyond_the_model, describe_outcome, with_word};
 use crate::run::directory::{PARTS, RESULTS, read_current, row_files};
-use crate::run::refuse_changed;
+use crate::run::{is_of_formulas, refuse_changed};
 use bladeoff_answers::tables::{DETECTION, Table, TableError, TableSchema, read_metadata};
 use bladeoff_model::machine::{Machine, is_detection};
 use bladeoff_model::outcome::{Cause, Outcome};
 use bladeoff_system::shown;
 use bladeoff_worker::core_solver::CoreSolver;
-use bladeoff_worker::plan::WorkPlan;
+use bladeoff_worker::plan::{MachinePlan, WorkPlan};
 use std::path::{Path, PathBuf};
 
 /// Compute one sample of a study again and compare it with its row
@@ -60,7 +60,10 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     })??;
     let hash = read_metadata(&path)?.into_iter().find(|(key, _)| key == "bladeoff.plan_blake3").map(|(_, hash)| hash);
     let hash = hash.ok_or_else(|| ReplayError::NoPlan { table: path.clone() })?;
-    let plan = WorkPlan::read(&directory, &hash).map_err(ReplayError::Plan)?;
+    let plan = match WorkPlan::read(&directory, &hash).map_err(ReplayError::Plan)? {
+        WorkPlan::Machine(plan) => plan,
+        WorkPlan::Function(_) => return Err(ReplayError::Function { directory }.into()),
+    };
     let mut solver = CoreSolver::new(&plan).map_err(ReplayError::Solver)?;
     let params = parameters(&plan, &solver, &table, &path)?;
     let what = || format!("computing the matrices of sample {sample}");
@@ -88,6 +91,9 @@ fn find(
     let Some(table) = files.first() else {
         return Ok(Err(CliError::no_results(directory)));
     };
+    if is_of_formulas(table)? {
+        return Ok(Err(ReplayError::Function { directory: directory.to_path_buf() }.into()));
+    }
     let sample = match (args.sample, &args.worst) {
         (Some(sample), _) => sample,
         (None, Some(column)) => match worst(files, table, column)? {
@@ -144,7 +150,7 @@ fn worst(files: &[PathBuf], table: &Path, column: &str) -> Result<Result<u64, Re
 }
 
 /// The parameters of a row, as a worker gets them.
-fn parameters(plan: &WorkPlan, solver: &CoreSolver, row: &Table, path: &Path) -> Result<Vec<f64>, ReplayError> {
+fn parameters(plan: &MachinePlan, solver: &CoreSolver, row: &Table, path: &Path) -> Result<Vec<f64>, ReplayError> {
     let missing = |name: &str| ReplayError::Parameter { table: path.to_path_buf(), path: name.to_owned() };
     plan.varied
         .iter()

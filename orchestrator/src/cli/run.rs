@@ -3,6 +3,7 @@
 use super::budget::BudgetArgs;
 use super::error::CliError;
 use super::exit::Exit;
+use super::functions;
 use super::output::{remark, tell, width, width_of_errors};
 use crate::dispatch::{Ended, time_left};
 use crate::run::directory::{LEDGER, row_files};
@@ -168,8 +169,10 @@ impl PartArgs {
     /// The checked samples of a study file.
     pub fn load(&self, study: &std::path::Path) -> Result<Samples, CliError> {
         let samples = Samples::new(load(study, own_columns)?, self.scale, self.limit)?;
-        check_machines(&samples)?;
-        check_starts(&samples)?;
+        if samples.study().function().is_none() {
+            check_machines(&samples)?;
+            check_starts(&samples)?;
+        }
         Ok(samples)
     }
 }
@@ -190,7 +193,10 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         "{}: {} of {}, {}, results in {}",
         samples.study().name,
         counted(samples.count(), "sample"),
-        shown(samples.study().subject_name()),
+        samples
+            .study()
+            .function()
+            .map_or_else(|| shown(samples.study().subject_name()).to_string(), functions::formulas),
         counted(workers as u64, "worker"),
         shown(&out)
     ));
@@ -219,16 +225,11 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
             go_on();
         }
     })?;
-    let mut summary = Summary::default();
-    Table::for_each_piece(&row_files(&out), &SUMMARY_COLUMNS, |piece| {
-        summary.add(piece);
-        Ok(())
-    })?;
     let incomplete = finished.ended != Ended::Complete;
     let width = if args.json_events { width_of_errors() } else { width() };
     let mut text =
         format!("\n{}: {} of {}\n\n", samples.study().name, finished.tally.done(), counted(samples.count(), "sample"));
-    text.push_str(&summary.with_twin(samples.study().shift()).text(width));
+    text.push_str(&summary(samples.study(), &out, width)?);
     let (what, all) = if incomplete { ("Finished rows", "/*.parquet") } else { ("Table", "") };
     if let Some(table) = &finished.table {
         let table = shown(table);
@@ -250,6 +251,19 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         go_on();
     }
     Ok(verdict(samples.study(), &finished, samples.count()))
+}
+
+/// What the rows so far say.
+fn summary(study: &Study, out: &Path, width: Option<usize>) -> Result<String, CliError> {
+    if let Some(model) = study.function() {
+        return functions::summary(model, &row_files(out), width);
+    }
+    let mut summary = Summary::default();
+    Table::for_each_piece(&row_files(out), &SUMMARY_COLUMNS, |piece| {
+        summary.add(piece);
+        Ok(())
+    })?;
+    Ok(summary.with_twin(study.shift()).text(width))
 }
 
 /// Why the run ended before it was complete.

@@ -8,7 +8,7 @@ use super::refusals::WhyError;
 use crate::engine;
 use crate::report::{advice, cause_in_words, describe_values, diverged_at, end_cause_in_words, mentions};
 use crate::run::directory::{MANIFEST, WORKER_LOG, read_current, row_files, timing_files};
-use crate::run::{RunState, own_columns, refuse_changed, refuse_changed_timings, see};
+use crate::run::{RunState, function_columns, own_columns, refuse_changed, refuse_changed_timings, see};
 use bladeoff_answers::report::duration;
 use bladeoff_answers::report::{are, counted};
 use bladeoff_answers::tables::{Table, TableError, Timing};
@@ -99,6 +99,9 @@ pub fn text(directory: &Path, sample: u64) -> Result<String, CliError> {
     })?;
     let row = row.map(|(row, _)| row);
     match &row {
+        Some(row) if samples.study().function().is_some() && is_not_finite(row) => {
+            told.line("status", "failed: a formula gave no finite number (non_finite); what the others gave is kept");
+        }
         Some(row) => finished(&mut told, row, go_on.as_deref()),
         None => {
             told.line("status", unfinished(&seen.state, seen.told.as_ref(), sample, go_on.as_deref()));
@@ -108,7 +111,9 @@ pub fn text(directory: &Path, sample: u64) -> Result<String, CliError> {
     log(&mut told, directory, sample);
     if let Some(row) = &row {
         // What has no row yet is computed by the study.
-        told.line("compute it", compute_it(directory, sample));
+        if samples.study().function().is_none() {
+            told.line("compute it", compute_it(directory, sample));
+        }
         told.0.push_str(&values(row, &samples, sample));
     }
     Ok(told.0)
@@ -140,8 +145,13 @@ fn compute_it(directory: &Path, sample: u64) -> String {
 
 /// What came out, as `simulate` shows it; nothing of a row without values, nor of a machine that cannot be built any more.
 fn values(row: &Table, samples: &Samples, sample: u64) -> String {
-    let Ok(machine) = samples.machine(sample).build() else { return String::new() };
-    let columns = engine::columns(&machine);
+    let columns = match samples.study().function() {
+        Some(model) => function_columns(model),
+        None => match samples.machine(sample).build() {
+            Ok(machine) => engine::columns(&machine),
+            Err(_) => return String::new(),
+        },
+    };
     let value = |name: &str, kind: ColumnKind| match kind {
         ColumnKind::Choice(words) => {
             let word = row.words(name).and_then(|words| words[0].clone())?;
@@ -226,6 +236,10 @@ fn finished(told: &mut Told, row: &Table, go_on: Option<&str>) {
         let spin = number("end_speed_rad_s").map(|spin| format!(", spin {}", format_quantity(spin, "rad/s")));
         told.line("end", format!("{}{at}{}", end_cause_in_words(end), spin.unwrap_or_default()));
     }
+}
+
+fn is_not_finite(row: &Table) -> bool {
+    row.words("cause").is_some_and(|words| words[0].as_deref() == Some(Cause::NonFinite.word()))
 }
 
 fn unfinished(

@@ -125,6 +125,7 @@ pub fn end_cause_in_words(cause: EndCause) -> &'static str {
         EndCause::EndTime => "`run.end_time` was reached",
         EndCause::EndSpeed => "the spin fell to `run.end_speed`",
         EndCause::Failure => "the run failed",
+        EndCause::Evaluated => "the formulas were evaluated",
     }
 }
 
@@ -170,7 +171,9 @@ pub fn describe_values(columns: &[Column], values: &[Option<f64>]) -> String {
             continue;
         }
         // A machine without a diaphragm has no rub; that there was no contact and no stop is told all the same.
-        if group != Group::Course && grouped.iter().all(|(place, _)| at(*place).is_none()) {
+        if !matches!(group, Group::Course | Group::Functions)
+            && grouped.iter().all(|(place, _)| at(*place).is_none())
+        {
             text.push_str(&format!("\n{heading}: none\n"));
             continue;
         }

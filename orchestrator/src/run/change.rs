@@ -66,6 +66,9 @@ pub(super) fn changes(folder: &Folder, prepared: &Prepared<'_>, header: &BTreeMa
 /// Whether the record of this very study has other keys than this build gives its samples.
 fn has_other_keys(old: Study, directory: &Folder, header: &BTreeMap<String, String>) -> bool {
     let says = |key: &str, value: String| header.get(key) == Some(&value);
+    if old.function().is_some() {
+        return false;
+    }
     let is_its_study = says("study_blake3", blake3::hash(old.text.as_bytes()).to_hex().to_string())
         && old
             .machine()
@@ -114,6 +117,9 @@ fn described(study: &Study) -> BTreeMap<String, String> {
     if let Some(machine) = study.machine() {
         all.extend(machine.def.paths().into_iter().map(|info| (info.path, info.shown)));
         all.extend(machine.def.texts().map(|(path, text)| (path.to_owned(), text.to_owned())));
+    }
+    if let Some(model) = study.function() {
+        all.extend(model.outputs.iter().map(|output| (format!("function.{}", output.name), output.text.clone())));
     }
     for (number, parameter) in study.parameters().iter().enumerate() {
         match parameter.origin {

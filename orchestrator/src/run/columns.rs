@@ -3,11 +3,32 @@
 use crate::engine;
 use bladeoff_answers::tables::{Field, FieldKind, TableSchema};
 use bladeoff_model::machine::Machine;
+use bladeoff_model::outcome::{Column as OutcomeColumn, ColumnKind as OutcomeKind, Group, Part};
 use bladeoff_study::{Column, ColumnKind, Samples};
+use bladeoff_study::{FunctionModel, Output};
 
 /// All columns of the table of these samples; `machine`: one of theirs.
 pub(super) fn table_schema(samples: &Samples, machine: &Machine) -> TableSchema {
     TableSchema::new(samples.columns().into_iter().map(field).collect(), &engine::columns(machine))
+}
+
+/// The same of a study of formulas.
+pub(super) fn function_schema(samples: &Samples, model: &FunctionModel) -> TableSchema {
+    TableSchema::of_formulas(samples.columns().into_iter().map(field).collect(), &function_columns(model))
+}
+
+/// What a study of formulas gives: a pure number for each, by its name.
+#[must_use]
+pub fn function_columns(model: &FunctionModel) -> Vec<OutcomeColumn> {
+    let column = |output: &Output| OutcomeColumn {
+        name: output.name.clone(),
+        unit: "",
+        kind: OutcomeKind::Real,
+        meaning: output.text.clone(),
+        group: Group::Functions,
+        part: Part::Whole,
+    };
+    model.outputs.iter().map(column).collect()
 }
 
 fn field(column: Column) -> Field {

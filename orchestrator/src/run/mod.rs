@@ -39,11 +39,12 @@ mod upkeep;
 mod work;
 
 pub use checksums::{Verified, refuse_changed, refuse_changed_timings, verify};
-pub use columns::own_columns;
+pub use columns::{function_columns, own_columns};
 pub use directory::STATUS;
 pub use error::{Change, Lost, RunError};
 pub use events::EVENTS_VERSION;
 pub use lock::{Holder, Keeper, LockError, Look, look};
+pub use provenance::is_of_formulas;
 pub use request::{Finished, Request};
 pub use resume::Rerun;
 pub use status::{RunState, Seen, TRUST, go_on, see};

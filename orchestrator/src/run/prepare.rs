@@ -1,5 +1,6 @@
 //! What all samples share: the frozen basis, the plan of the workers, where the table comes from.
 
+use super::columns::{function_schema, table_schema};
 use super::directory::{LEDGER, RunDirectory};
 use super::error::RunError;
 use super::provenance::provenance;
@@ -7,6 +8,7 @@ use super::work::work_plan;
 use crate::engine;
 use crate::ledger::Reader;
 use crate::report::{matrices_of, with_word};
+use bladeoff_answers::tables::TableSchema;
 use bladeoff_core::NUMERICS_VERSION;
 use bladeoff_core::modal::Basis;
 use bladeoff_model::document::Problems;
@@ -19,16 +21,18 @@ use bladeoff_worker::plan::{BASIS_FILE, MOST_BASIS, WorkPlan, planned_basis};
 #[derive(Debug)]
 pub(super) struct Prepared<'a> {
     pub samples: &'a Samples,
-    /// A machine of the study: it says which columns there are.
-    pub machine: Machine,
+    /// Columns of the table.
+    pub schema: TableSchema,
+    /// Contact detection of all samples, where it does not vary.
+    pub detection: Option<String>,
     pub plan: WorkPlan,
     pub plan_hash: String,
     pub provenance: Vec<(String, String)>,
     pub keys: SampleKeys<'a>,
     /// Hash of all keys in order.
     pub digest: String,
-    /// Which of an outcome's values is its number of steps.
-    pub steps: usize,
+    /// Which of an outcome's values is its number of steps; `None`: it has none.
+    pub steps: Option<usize>,
 }
 
 /// The machines whose basis may be frozen, the best first: the study's without what varies, because it stays the same when
@@ -38,15 +42,24 @@ fn basis_machines(samples: &Samples) -> impl Iterator<Item = Result<Machine, Pro
     without.into_iter().chain(std::iter::once_with(|| samples.machine(0).build()))
 }
 
+/// The basis of a study as bytes; `None`: it needs none, having no machine.
+pub(super) type Frozen = Option<Vec<u8>>;
+
 /// The basis of a study that has no directory yet.
-pub(super) fn new_basis(samples: &Samples) -> Result<Vec<u8>, RunError> {
-    basis(samples, None, &[])
+pub(super) fn new_basis(samples: &Samples) -> Result<Frozen, RunError> {
+    if samples.study().function().is_some() {
+        return Ok(None);
+    }
+    basis(samples, None, &[]).map(Some)
 }
 
 /// The basis that is frozen in the directory, if it serves this study; a new one otherwise. Another processor may compute
 /// other last digits, so what is frozen is never computed again, unless it is not what was frozen: record and plan both have
 /// its hash, and a flipped bit would make another study of it.
-pub(super) fn frozen_basis(samples: &Samples, directory: &Folder, note: &dyn Fn(&str)) -> Result<Vec<u8>, RunError> {
+pub(super) fn frozen_basis(samples: &Samples, directory: &Folder, note: &dyn Fn(&str)) -> Result<Frozen, RunError> {
+    if samples.study().function().is_some() {
+        return Ok(None);
+    }
     let frozen = directory.place(BASIS_FILE).read(MOST_BASIS).ok();
     let recorded = Reader::peek(directory.place(LEDGER)).ok().and_then(|record| record.header().ok());
     let recorded = recorded.and_then(|mut header| header.remove("basis_blake3"));
@@ -60,6 +73,7 @@ pub(super) fn frozen_basis(samples: &Samples, directory: &Folder, note: &dyn Fn(
         }
         frozen => basis(samples, frozen, &known),
     }
+    .map(Some)
 }
 
 fn hash(bytes: &[u8]) -> String {
@@ -93,15 +107,21 @@ fn as_known(basis: &Basis, machine: &Machine, known: &[String]) -> Vec<u8> {
 }
 
 impl<'a> Prepared<'a> {
-    pub(super) fn new(samples: &'a Samples, basis: Vec<u8>) -> Result<Self, RunError> {
-        let machine = samples.machine(0).build()?;
-        let keys = SampleKeys::new(samples, NUMERICS_VERSION, &basis);
-        let plan = work_plan(samples, Some(basis));
+    pub(super) fn new(samples: &'a Samples, basis: Frozen) -> Result<Self, RunError> {
+        let (schema, detection, steps) = match samples.study().function() {
+            Some(model) => (function_schema(samples, model), None, None),
+            None => {
+                let machine = samples.machine(0).build()?;
+                let detection = engine::detection(&machine).map(str::to_owned);
+                (table_schema(samples, &machine), detection, Some(engine::place_of_steps(&machine)))
+            }
+        };
+        let keys = SampleKeys::new(samples, NUMERICS_VERSION, basis.as_deref().unwrap_or_default());
+        let plan = work_plan(samples, basis);
         let plan_hash = plan.hash();
-        let provenance = provenance(samples, &plan_hash, plan.basis.as_deref());
+        let provenance = provenance(samples, &plan_hash, plan.basis());
         let digest = keys.digest();
-        let steps = engine::place_of_steps(&machine);
-        Ok(Self { samples, machine, plan, plan_hash, provenance, keys, digest, steps })
+        Ok(Self { samples, schema, detection, plan, plan_hash, provenance, keys, digest, steps })
     }
 
     /// Puts inputs, plan and basis into the directory.

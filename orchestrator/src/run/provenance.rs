@@ -2,8 +2,23 @@
 //! between equal runs.
 
 use crate::ledger::LEDGER_VERSION;
-use bladeoff_answers::tables::SCHEMA_VERSION;
-use bladeoff_study::Samples;
+use bladeoff_answers::tables::{SCHEMA_VERSION, TableError, read_metadata};
+use bladeoff_study::{Samples, Subject};
+use std::path::Path;
+
+/// Key that says what a study without a machine computes.
+const MODEL: &str = "model";
+/// What it says.
+const FUNCTION: &str = "function";
+
+/// Whether the table in this file is that of a study of formulas.
+///
+/// # Errors
+/// The table cannot be read.
+pub fn is_of_formulas(table: &Path) -> Result<bool, TableError> {
+    let key = format!("bladeoff.{MODEL}");
+    Ok(read_metadata(table)?.iter().any(|(name, value)| *name == key && value == FUNCTION))
+}
 
 /// Key-value pairs in fixed order.
 pub(super) fn provenance(samples: &Samples, plan_hash: &str, basis: Option<&[u8]>) -> Vec<(String, String)> {
@@ -16,15 +31,17 @@ pub(super) fn provenance(samples: &Samples, plan_hash: &str, basis: Option<&[u8]
         ("ledger_version", LEDGER_VERSION.to_string()),
         ("study", study.name.clone()),
         ("study_blake3", hash(&study.text)),
-        ("plan_blake3", plan_hash.to_owned()),
-        ("seed", study.seed.to_string()),
-        ("samples", samples.count().to_string()),
     ];
-    if let Some(machine) = study.machine() {
-        let after = pairs.iter().position(|(key, _)| *key == "plan_blake3").expect("it is there");
-        pairs.insert(after, ("machine", machine.file.clone()));
-        pairs.insert(after + 1, ("machine_blake3", hash(&machine.text)));
+    match &study.subject {
+        Subject::Machine(machine) => {
+            pairs.push(("machine", machine.file.clone()));
+            pairs.push(("machine_blake3", hash(&machine.text)));
+        }
+        Subject::Function(_) => pairs.push((MODEL, FUNCTION.to_owned())),
     }
+    pairs.push(("plan_blake3", plan_hash.to_owned()));
+    pairs.push(("seed", study.seed.to_string()));
+    pairs.push(("samples", samples.count().to_string()));
     if let Some(basis) = basis {
         pairs.push(("basis_blake3", blake3::hash(basis).to_hex().to_string()));
     }

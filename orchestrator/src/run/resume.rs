@@ -109,7 +109,7 @@ pub(super) fn compare(directory: &Folder, prepared: &Prepared<'_>, again: Again<
     }
     match compare_store(&path, directory, prepared, again) {
         Err(RunError::Ledger(LedgerError::Damaged { detail, .. })) => {
-            let remains = Remains::read(&path, Some(prepared.steps))?;
+            let remains = Remains::read(&path, prepared.steps)?;
             let whole = remains.entries().len() as u64;
             let note = format!(
                 "the record of finished samples is damaged ({detail}): {} in it {} whole and kept, the rest is computed again",
@@ -136,7 +136,7 @@ fn compare_store(
     if is_same_study {
         let mut found = Found::default();
         let mut unfit = 0u64;
-        reader.for_each_head(Some(prepared.steps), |sample, head| match head {
+        reader.for_each_head(prepared.steps, |sample, head| match head {
             Ok(head) if head.key != prepared.keys.key(sample) => unfit += 1,
             Ok(head) if again.takes(&head) || again.tries(&head) => unfit += 1,
             Ok(head) => found.add(sample, head.status, head.cause),
@@ -175,7 +175,7 @@ impl Old {
         let mut damaged = 0;
         let mut add = |head: Head, place| index.push(Candidate { head, place, used: false });
         match self {
-            Old::Store(reader, _) => reader.for_each_head(Some(prepared.steps), |sample, head| match head {
+            Old::Store(reader, _) => reader.for_each_head(prepared.steps, |sample, head| match head {
                 Ok(head) => add(head, sample),
                 Err(_) => damaged += 1,
             })?,

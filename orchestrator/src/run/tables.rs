@@ -1,12 +1,10 @@
 //! From the record of finished samples to the tables.
 
 use super::checksums::refuse_changed;
-use super::columns::table_schema;
 use super::directory::{RESULTS, RunDirectory, TIMINGS};
 use super::error::RunError;
 use super::manifest::Checksums;
 use super::prepare::Prepared;
-use crate::engine;
 use crate::ledger::{Entry, Reader};
 use crate::report::Tally;
 use bladeoff_answers::tables::{
@@ -42,8 +40,6 @@ pub(super) fn write_timings(directory: &RunDirectory, record: &Reader) -> Result
 /// Rows and their timings, under construction side by side.
 pub(super) struct RowsWriter<'a> {
     prepared: &'a Prepared<'a>,
-    /// Where it does not vary.
-    detection: Option<String>,
     results: ResultsWriter,
     timings: TimingsWriter,
 }
@@ -56,12 +52,10 @@ impl<'a> RowsWriter<'a> {
         timings: Pending,
         more: &[(String, String)],
     ) -> Result<Self, TableError> {
-        let schema = table_schema(prepared.samples, &prepared.machine);
         let provenance = Provenance([&prepared.provenance, more].concat());
         Ok(Self {
             prepared,
-            detection: engine::detection(&prepared.machine).map(str::to_owned),
-            results: ResultsWriter::create(results, &schema, &provenance)?,
+            results: ResultsWriter::create(results, &prepared.schema, &provenance)?,
             timings: TimingsWriter::create(timings)?,
         })
     }
@@ -74,7 +68,7 @@ impl<'a> RowsWriter<'a> {
         self.results.push(Row {
             sample,
             parameters: samples.cells(sample),
-            detection: samples.detection(sample).or_else(|| self.detection.clone()),
+            detection: samples.detection(sample).or_else(|| self.prepared.detection.clone()),
             outcome,
         })
     }

@@ -7,7 +7,7 @@ use bladeoff_model::machine::{ParamValue, PathInfo};
 use std::ops::Range;
 
 /// Most parameters that vary: a message to a worker has room for so many.
-pub const MOST_VARIED: usize = 64;
+pub const MOST_VARIED: usize = 128;
 
 /// Parameters that advance together, position by position.
 #[derive(Debug, Clone, PartialEq)]

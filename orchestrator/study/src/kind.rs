@@ -17,7 +17,10 @@ pub fn kind_of(text: &str) -> Option<FileKind> {
     let root = parse_toml("", text).ok()?;
     let entries = root.value.as_table()?;
     let has = |names: &[&str]| entries.iter().any(|entry| names.contains(&entry.name.as_str()));
-    match (has(&["rotor", "braking", "diaphragms"]), has(&["machine", "vary", "points", "set"])) {
+    match (
+        has(&["rotor", "braking", "diaphragms"]),
+        has(&["machine", "model", "function", "vary", "points", "set", "uncertain", "design"]),
+    ) {
         (true, false) => Some(FileKind::Machine),
         (false, true) => {
             let named = entries.iter().find(|entry| entry.name == "machine").map(|entry| &entry.node.value);
@@ -40,7 +43,11 @@ mod tests {
     fn templates_are_what_they_are_and_other_texts_nothing() {
         assert_eq!(kind_of(machine_template().as_ref()), Some(FileKind::Machine));
         assert_eq!(kind_of(STUDY_TEMPLATE), Some(FileKind::Study(Some(STUDY_MACHINE.to_owned()))));
-        assert_eq!(kind_of("schema = 1\n[[vary]]\npath = \"x\""), Some(FileKind::Study(None)));
+        for study in
+            ["[[vary]]\npath = \"x\"", "model = \"function\"", "[[uncertain]]\nname = \"x\"", "[design]\nsamples = 3"]
+        {
+            assert_eq!(kind_of(&format!("schema = 1\n{study}")), Some(FileKind::Study(None)), "{study}");
+        }
         for neither in ["", "schema = 1\nname = \"x\"", "machine = \"m.toml\"\n[rotor]\n", "[rotor", "a,b\n1,2\n"] {
             assert_eq!(kind_of(neither), None, "{neither}");
         }

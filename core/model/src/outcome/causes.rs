@@ -97,6 +97,8 @@ words! {
         EndSpeed = 2, "end_speed";
         /// The run failed; see `cause`.
         Failure = 3, "failure";
+        /// The formulas of a study without a machine were evaluated.
+        Evaluated = 4, "evaluated";
     }
 }
 
@@ -178,7 +180,7 @@ mod tests {
             (13, "worker_crashed"),
             (14, "modal_basis"),
         ];
-        let end_causes = [(0, "stopped"), (1, "end_time"), (2, "end_speed"), (3, "failure")];
+        let end_causes = [(0, "stopped"), (1, "end_time"), (2, "end_speed"), (3, "failure"), (4, "evaluated")];
         assert_eq!(statuses.map(|(code, _)| Status::from_code(code).map(Status::word)), statuses.map(|(_, w)| Some(w)));
         assert_eq!(causes.map(|(code, _)| Cause::from_code(code).map(Cause::word)), causes.map(|(_, w)| Some(w)));
         let ends = end_causes.map(|(code, _)| EndCause::from_code(code).map(EndCause::word));
@@ -194,7 +196,7 @@ mod tests {
             assert_eq!((set.words().as_deref(), set.bits()), (Some(word), 1 << code));
         }
         // One that a newer build may have given is none of ours.
-        assert_eq!((Status::from_code(4), Cause::from_code(15), EndCause::from_code(4)), (None, None, None));
+        assert_eq!((Status::from_code(4), Cause::from_code(15), EndCause::from_code(5)), (None, None, None));
         assert_eq!(CauseSet::from_bits(1 << 15), None);
     }
 

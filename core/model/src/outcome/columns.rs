@@ -29,12 +29,21 @@ pub enum Group {
     Stresses,
     /// Steps, iterations, errors, twin runs.
     Numerics,
+    /// Outputs of a study without a machine.
+    Functions,
 }
 
 impl Group {
     /// Every group, in the order in which they are shown.
-    pub const ALL: [Group; 6] =
-        [Group::Course, Group::BearingLoads, Group::Contact, Group::Energy, Group::Stresses, Group::Numerics];
+    pub const ALL: [Group; 7] = [
+        Group::Course,
+        Group::BearingLoads,
+        Group::Contact,
+        Group::Energy,
+        Group::Stresses,
+        Group::Numerics,
+        Group::Functions,
+    ];
 
     /// In words.
     #[must_use]
@@ -46,6 +55,7 @@ impl Group {
             Group::Energy => "Energy",
             Group::Stresses => "Moments and stresses",
             Group::Numerics => "Numerics",
+            Group::Functions => "Functions",
         }
     }
 }

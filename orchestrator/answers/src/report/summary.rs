@@ -3,6 +3,7 @@
 //! Statistics are over `ok` rows that have the quantity; how many those are stands beside them, and what they leave
 //! out is listed. A failed or invalid row never drops out without a word.
 
+use super::counts::Counts;
 use super::text::{Align, TextTable, counted};
 use crate::tables::{DETECTION, Table};
 use bladeoff_model::document::units::format_digits;
@@ -72,31 +73,9 @@ struct Group {
     rows: u64,
     with_contact: u64,
     /// By status and cause.
-    counts: BTreeMap<(String, String), u64>,
+    counts: Counts,
     /// Of the rows that are ok and have the quantity.
     values: [Vec<f64>; QUANTITIES.len()],
-}
-
-impl Group {
-    /// "2 (2 slip_reversal)" of the rows of these statuses.
-    fn by_cause(&self, statuses: &[&str]) -> String {
-        let mut causes: BTreeMap<&str, u64> = BTreeMap::new();
-        for ((status, cause), count) in &self.counts {
-            if statuses.contains(&status.as_str()) {
-                *causes.entry(cause).or_default() += count;
-            }
-        }
-        let total: u64 = causes.values().sum();
-        if total == 0 {
-            return "0".to_owned();
-        }
-        let named: Vec<String> = causes.iter().map(|(cause, count)| format!("{count} {cause}")).collect();
-        format!("{total} ({})", named.join(", "))
-    }
-
-    fn ok(&self) -> u64 {
-        self.counts.iter().filter(|((status, _), _)| status == "ok").map(|(_, count)| count).sum()
-    }
 }
 
 impl Summary {
@@ -123,8 +102,7 @@ impl Summary {
                     values.extend(column.and_then(|column| column[row]));
                 }
             }
-            let cause = word(cause, row).unwrap_or_else(|| "no cause".to_owned());
-            *group.counts.entry((status, cause)).or_default() += 1;
+            group.counts.add(status, word(cause, row));
         }
     }
 
@@ -161,9 +139,9 @@ impl Summary {
                 name.clone(),
                 group.rows.to_string(),
                 group.with_contact.to_string(),
-                group.ok().to_string(),
-                group.by_cause(&["invalid"]),
-                group.by_cause(&["failed", "quarantined"]),
+                group.counts.ok().to_string(),
+                group.counts.by_cause(&["invalid"]),
+                group.counts.by_cause(&["failed", "quarantined"]),
             ]);
         }
         text.fitting("", width)
@@ -198,7 +176,7 @@ impl Summary {
         let mut text = text.fitting("", width);
         text.push_str("Rows: those with status ok that have the quantity (no first contact without contact).");
         let left_out = |(name, group): (&String, &Group)| {
-            let others = group.by_cause(&["invalid", "failed", "quarantined"]);
+            let others = group.counts.by_cause(&["invalid", "failed", "quarantined"]);
             (others != "0").then(|| format!("{name} {others}"))
         };
         let left_out: Vec<String> = self.groups.iter().filter_map(left_out).collect();
@@ -251,7 +229,7 @@ pub fn percent(share: f64) -> String {
 }
 
 /// Median of sorted numbers, at least one.
-fn median(sorted: &[f64]) -> f64 {
+pub(super) fn median(sorted: &[f64]) -> f64 {
     let middle = sorted.len() / 2;
     if sorted.len() % 2 == 1 { sorted[middle] } else { (sorted[middle - 1] + sorted[middle]) / 2.0 }
 }

@@ -76,7 +76,9 @@ fn frame(schema: &TableSchema, rows: &[Row]) -> Result<DataFrame, PolarsError> {
     for (position, field) in schema.parameters().iter().enumerate() {
         columns.push(parameter(field, rows.iter().map(|row| &row.parameters[position])));
     }
-    columns.push(words("detection", rows.iter().map(|row| row.detection.clone())));
+    if schema.has_detection() {
+        columns.push(words("detection", rows.iter().map(|row| row.detection.clone())));
+    }
     columns.push(words("status", rows.iter().map(|row| Some(row.outcome.status.word().to_owned()))));
     columns.push(words("cause", rows.iter().map(|row| row.outcome.cause.map(|cause| cause.word().to_owned()))));
     columns.push(words("causes", rows.iter().map(|row| row.outcome.causes.words())));

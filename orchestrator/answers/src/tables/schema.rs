@@ -3,7 +3,8 @@
 //! ```text
 //! sample | each varied parameter | detection | status cause causes end_cause | outcome columns of core
 //! ```
-//! The varied detection is the column `detection`, which is there in every table; it has no second column.
+//! The varied detection is the column `detection`, which is there in the table of every study of a machine; it has no second column.
+//! A study of formulas has no such column.
 
 use bladeoff_model::outcome::{Column, ColumnKind};
 
@@ -54,20 +55,38 @@ pub struct Field {
 pub struct TableSchema {
     fields: Vec<Field>,
     parameters: usize,
+    has_detection: bool,
 }
 
 /// Name of the column of the contact detection.
 pub const DETECTION: &str = "detection";
+const END_CAUSE: &str = "end_cause";
 
 impl TableSchema {
     /// Columns of a study that varies `parameters` (the detection not among them) on a machine whose outcome has
     /// these columns.
     #[must_use]
     pub fn new(parameters: Vec<Field>, outcome: &[Column]) -> Self {
+        Self::with(parameters, verdict_fields(), outcome)
+    }
+
+    /// Columns of a study of formulas: their variables, and what they give.
+    #[must_use]
+    pub fn of_formulas(variables: Vec<Field>, outcome: &[Column]) -> Self {
+        let mut verdict = verdict_fields();
+        verdict.retain(|field| field.name != DETECTION);
+        verdict.iter_mut().filter(|field| field.name == END_CAUSE).for_each(|field| {
+            field.meaning = "evaluated, or failure (a formula gave no finite number)".to_owned();
+        });
+        Self::with(variables, verdict, outcome)
+    }
+
+    fn with(parameters: Vec<Field>, verdict: Vec<Field>, outcome: &[Column]) -> Self {
         let count = parameters.len();
+        let has_detection = verdict.iter().any(|field| field.name == DETECTION);
         let mut fields = vec![field("sample", FieldKind::Count, "row number in the study, from 0")];
         fields.extend(parameters);
-        fields.extend(verdict_fields());
+        fields.extend(verdict);
         fields.extend(outcome.iter().map(|column| Field {
             name: column.name.clone(),
             unit: column.unit.to_owned(),
@@ -78,7 +97,7 @@ impl TableSchema {
                 ColumnKind::Choice(words) => FieldKind::Choice(words),
             },
         }));
-        Self { fields, parameters: count }
+        Self { fields, parameters: count, has_detection }
     }
 
     /// All fields in order.
@@ -96,7 +115,13 @@ impl TableSchema {
     /// The fields of the numeric outcome.
     #[must_use]
     pub fn outcome(&self) -> &[Field] {
-        &self.fields[1 + self.parameters + verdict_fields().len()..]
+        &self.fields[1 + self.parameters + verdict_fields().len() - usize::from(!self.has_detection)..]
+    }
+
+    /// Whether there is a column of the contact detection.
+    #[must_use]
+    pub fn has_detection(&self) -> bool {
+        self.has_detection
     }
 }
 
@@ -112,7 +137,7 @@ pub fn verdict_fields() -> Vec<Field> {
         ),
         field("cause", FieldKind::Word, "first cause why the status is not ok; null when it is"),
         field("causes", FieldKind::Word, "every cause that holds, joined by commas; null when the status is ok"),
-        field("end_cause", FieldKind::Word, "why the run ended: stopped, end_time, end_speed or failure"),
+        field(END_CAUSE, FieldKind::Word, "why the run ended: stopped, end_time, end_speed or failure"),
     ]
 }
 
@@ -140,5 +165,9 @@ mod tests {
         assert_eq!(schema.parameters(), [gap]);
         assert_eq!(schema.outcome()[0].name, "steps");
         assert_eq!(schema.fields().len(), 1 + 1 + 5 + 1);
+        let formulas = TableSchema::of_formulas(vec![gap.clone()], &outcome);
+        assert_eq!((formulas.parameters(), formulas.outcome()), (schema.parameters(), schema.outcome()));
+        let names: Vec<&str> = formulas.fields().iter().map(|field| field.name.as_str()).collect();
+        assert_eq!(names, ["sample", "gap_m", "status", "cause", "causes", "end_cause", "steps"]);
     }
 }

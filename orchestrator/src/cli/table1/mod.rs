@@ -55,6 +55,9 @@ pub struct Args {
 pub fn main(args: &Args) -> Result<Exit, CliError> {
     refuse_other_formats(&args.out, "--out", false)?;
     let samples = Samples::new(load(&args.study, own_columns)?, None, None)?;
+    if samples.study().function().is_some() {
+        return Err(CliError::Formulas { path: args.study.clone(), what: "table1 compares contact detections" });
+    }
     let cases = runs::cases(&samples, &args.engine, args.scatter, args.end_time.as_deref())?;
     let starts = 1 + cases.iter().map(|case| case.start).max().unwrap_or(0);
     if (starts as u64) < args.scatter {

@@ -19,11 +19,11 @@ pub use from_worker::{Body, FromWorker, FromWorkerBlock, Hello, Report, SampleRe
 pub use to_worker::{Batch, ToWorker, ToWorkerBlock};
 
 /// Version of the message format; a reader refuses any other.
-pub const PROTOCOL_VERSION: u64 = 2;
+pub const PROTOCOL_VERSION: u64 = 3;
 /// Most samples in one batch.
 pub const MAX_BATCH: usize = 256;
 /// Most parameters of one sample.
-pub const MAX_PARAMS: usize = 64;
+pub const MAX_PARAMS: usize = 128;
 /// Most parameter values in one batch, all samples together.
 pub const MAX_BATCH_VALUES: usize = 4096;
 /// Most result values of one sample.
@@ -31,7 +31,7 @@ pub const MAX_VALUES: usize = 256;
 /// Most sample reports in one message.
 pub const MAX_REPORTS: usize = 256;
 
-/// Samples that fit one batch when each has `n_params` parameters; at least 64.
+/// Samples that fit one batch when each has `n_params` parameters; at least 32.
 #[must_use]
 pub fn batch_capacity(n_params: usize) -> usize {
     MAX_BATCH_VALUES.checked_div(n_params).unwrap_or(MAX_BATCH).min(MAX_BATCH)

@@ -23,7 +23,7 @@ pub struct Batch {
     pub n_params: usize,
     /// Sample numbers, at least one.
     pub samples: Vec<u64>,
-    /// Parameter values, sample by sample; every one finite.
+    /// Parameter values, sample by sample: finite, or NaN for a value that the sample has not (a formula gave none).
     pub params: Vec<f64>,
 }
 
@@ -52,7 +52,7 @@ impl ToWorker {
     /// Writes the message.
     ///
     /// # Errors
-    /// A batch beyond the limits of [`super`], or with a value that is not finite.
+    /// A batch beyond the limits of [`super`], or with a value that is infinite.
     pub fn encode(&self, run: RunId, worker: WorkerId, block: &mut ToWorkerBlock) -> Result<(), MessageError> {
         let header = |kind| Header { run, kind, worker: worker.0, batch: 0, attempt: 0, items: 0, extra: 0 };
         match self {
@@ -122,7 +122,7 @@ fn check(batch: &Batch) -> Result<(), MessageError> {
     if batch.params.len() != batch.samples.len() * batch.n_params {
         return Err(MessageError::Contradiction { what: "number of values is not samples x parameters" });
     }
-    match batch.params.iter().position(|value| !value.is_finite()) {
+    match batch.params.iter().position(|value| value.is_infinite()) {
         None => Ok(()),
         Some(at) => {
             Err(MessageError::NotFinite { sample: batch.samples[at / batch.n_params], index: at % batch.n_params })

@@ -1,0 +1,80 @@
+//! Studies of formulas on the command line: what `check` says of them, and the summary at the end of `run`.
+
+use super::error::CliError;
+use super::output::tell;
+use bladeoff_answers::report::{FunctionSummary, counted, duration};
+use bladeoff_answers::tables::Table;
+use bladeoff_model::formula::Program;
+use bladeoff_study::FunctionModel;
+use bladeoff_study::Samples;
+use bladeoff_worker::process::thread_cpu_time;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Samples that are evaluated to tell their cost, evenly spread over the study.
+const EVALUATED: u64 = 1000;
+/// CPU time of handing out, taking, recording and writing a sample \[s\], from and to (docs/benchmarks.md).
+const RECORDING: [f64; 2] = [10e-6, 40e-6];
+/// Beginning and end of a run \[s\].
+const START: f64 = 0.5;
+
+/// "2 formulas".
+pub(super) fn formulas(model: &FunctionModel) -> String {
+    counted(model.outputs.len() as u64, "formula")
+}
+
+/// The formulas, a line for each.
+pub(super) fn described(model: &FunctionModel) -> String {
+    let lines = model.outputs.iter().map(|output| format!("  {} = {}\n", output.name, output.text.trim()));
+    format!("\nFormulas:\n{}", lines.collect::<String>())
+}
+
+/// Evaluates some samples and says how long all of them will take with so many workers.
+///
+/// # Errors
+/// Standard output cannot be written.
+pub(super) fn estimate(samples: &Samples, model: &FunctionModel, workers: usize) -> Result<(), CliError> {
+    let count = samples.count();
+    let some = count.min(EVALUATED);
+    let begun = thread_cpu_time();
+    let (mut params, mut stack, mut failed) = (Vec::new(), Vec::new(), vec![0u64; model.outputs.len()]);
+    for k in 0..some {
+        let sample = (u128::from(k) * u128::from(count) / u128::from(some)) as u64;
+        params.clear();
+        samples.params(sample, &mut params);
+        let mut value = |program: &Program| program.value(|number| params[number], &mut stack);
+        for (failed, output) in failed.iter_mut().zip(&model.outputs) {
+            *failed += u64::from(!value(&output.program).is_finite());
+        }
+    }
+    let each = thread_cpu_time().saturating_sub(begun).as_secs_f64() / some.max(1) as f64;
+    let mut text = format!("\nevaluated {some} of {}: {:.1} us each\n", counted(count, "sample"), 1e6 * each);
+    for (output, failed) in model.outputs.iter().zip(failed).filter(|(_, failed)| *failed > 0) {
+        text.push_str(&format!("  {}: no finite number in {failed} of {some}: such rows fail\n", output.name));
+    }
+    let [low, high] = RECORDING.map(|one| {
+        let seconds = START + count as f64 * (one + each / workers as f64);
+        duration(Duration::from_secs_f64(seconds.min(1e12)))
+    });
+    let span = if low == high { low } else { format!("{low} to {high}") };
+    text.push_str(&format!(
+        "the whole study: about {span} with {}: most of it goes into the record of each sample\n",
+        counted(workers as u64, "worker")
+    ));
+    tell(&text)
+}
+
+/// The summary of the rows in these files.
+///
+/// # Errors
+/// A table that cannot be read.
+pub(super) fn summary(model: &FunctionModel, files: &[PathBuf], width: Option<usize>) -> Result<String, CliError> {
+    let mut summary = FunctionSummary::new(model.outputs.iter().map(|output| output.name.clone()));
+    let columns = summary.columns();
+    let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
+    Table::for_each_piece(files, &columns, |piece| {
+        summary.add(piece);
+        Ok(())
+    })?;
+    Ok(summary.text(width))
+}
