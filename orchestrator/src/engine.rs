@@ -113,12 +113,14 @@ pub fn engine_word(machine: &Machine) -> &'static str {
     }
 }
 
-/// Word of the contact detection; `None` without a diaphragm.
+/// Word of the contact detection that all diaphragms have; `None` without one, or where they differ.
 #[must_use]
 pub fn detection(machine: &Machine) -> Option<&'static str> {
-    machine.diaphragms.first().map(|diaphragm| match diaphragm.contact.detection {
+    let mut words = machine.diaphragms.iter().map(|diaphragm| match diaphragm.contact.detection {
         Detection::Hyp1 => "hyp1",
         Detection::Hyp2 => "hyp2",
         Detection::Hyp2Frozen => "hyp2-frozen",
-    })
+    });
+    let first = words.next()?;
+    words.all(|word| word == first).then_some(first)
 }
