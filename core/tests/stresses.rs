@@ -3,7 +3,8 @@
 mod common;
 
 use bladeoff_core::record::columns;
-use bladeoff_model::outcome::{ColumnKind, MAX_COLUMNS, Status};
+use bladeoff_model::machine::Machine;
+use bladeoff_model::outcome::{Column, ColumnKind, MAX_COLUMNS, Part, Status};
 use common::{Every, Row, close, machine, machine_with, run, run_seen, study_machine};
 
 /// A disc amid a simply supported light shaft, heavy under gravity, not spinning.
@@ -307,22 +308,26 @@ detection = "hyp1"
     assert!(row.value("backward_whirl_time_s") > 10.0);
 }
 
-#[test]
-fn a_shaft_of_many_sections_keeps_its_columns_within_a_message() {
+/// A shaft of 30 sections on so many bearings.
+fn long_shaft(bearings: u32) -> Machine {
     let section = "[[rotor.shaft]]\nlength = \"0.1 m\"\ndiameter = \"50 mm\"\nelements = 1\n";
-    let mut bearings = String::new();
-    for k in 0..30 {
-        bearings.push_str(&format!(
+    let mut text = format!(
+        "schema = 1\nname = \"long\"\n[rotor]\ninitial_speed = 1.0\n[rotor.material]\nyoung_modulus = 2.1e11\n\
+         poisson_ratio = 0.3\ndensity = 7850.0\nshear_coefficient = 0.9\n{}[run]\nend_time = 0.001\n",
+        section.repeat(30)
+    );
+    for k in 0..bearings {
+        text.push_str(&format!(
             "[rotor.bearings.b{k}]\nposition = {}\nstiffness = 1e8\ndamping = 10.0\naxial_stiffness = 1e6\n",
             f64::from(k) / 10.0
         ));
     }
-    let text = format!(
-        "schema = 1\nname = \"long\"\n[rotor]\ninitial_speed = 1.0\n[rotor.material]\nyoung_modulus = 2.1e11\n\
-         poisson_ratio = 0.3\ndensity = 7850.0\nshear_coefficient = 0.9\n{}{bearings}[run]\nend_time = 0.001\n",
-        section.repeat(30)
-    );
-    let machine = machine(&text);
+    machine(&text)
+}
+
+#[test]
+fn a_shaft_of_many_sections_keeps_its_columns_within_a_message() {
+    let machine = long_shaft(30);
     let columns = columns(&machine);
     assert!(columns.len() <= MAX_COLUMNS, "{}", columns.len());
     let named = |name: &str| columns.iter().any(|column| column.name == name);
@@ -330,4 +335,36 @@ fn a_shaft_of_many_sections_keeps_its_columns_within_a_message() {
     assert!(!named("max_bending_stress_section12_Pa"), "the first twelve at most");
     let row = run(machine);
     assert_eq!(row.outcome.values.len(), columns.len());
+}
+
+/// What was reached while guards held has the room that is left: first that of the whole machine, then that of single bearings, then that
+/// of sections.
+#[test]
+fn guarded_columns_of_single_places_give_way_first() {
+    let mut found = Vec::new();
+    for bearings in [2, 12, 24, 30] {
+        let columns = columns(&long_shaft(bearings));
+        assert!(columns.len() <= MAX_COLUMNS, "{bearings}: {}", columns.len());
+        let peaks = || columns.iter().filter(|column| column.part == Part::Peak || column.name == "contact_impulse_Ns");
+        let is_section = |column: &Column| column.name.contains("_section");
+        let is_bearing = |column: &Column| column.name.starts_with("max_bearing_load_b");
+        let count = |of: &dyn Fn(&Column) -> bool| {
+            let (with, all): (Vec<_>, Vec<_>) =
+                peaks().filter(|column| of(column)).partition(|c| c.guarded().is_some());
+            assert!(
+                all.is_empty() || columns.len() == MAX_COLUMNS,
+                "{bearings}: nothing gives way where there is room"
+            );
+            [with.len(), with.len() + all.len()]
+        };
+        found.push([count(&|c| !is_section(c) && !is_bearing(c)), count(&is_bearing), count(&is_section)]);
+    }
+    // kept of all: whole machine, bearings, sections
+    let expected = [
+        [[10, 10], [2, 2], [36, 36]],
+        [[10, 10], [12, 12], [36, 36]],
+        [[10, 10], [15, 24], [0, 36]],
+        [[7, 10], [0, 30], [0, 36]],
+    ];
+    assert_eq!(found, expected);
 }

@@ -103,8 +103,10 @@ pub fn place_of_steps(machine: &Machine) -> usize {
     bladeoff_core::record::place_of_steps(machine)
 }
 
-/// Word of the contact detection; `None` without a diaphragm.
+/// Word of the contact detection that all diaphragms have; `None` without one, or where they differ.
 #[must_use]
 pub fn detection(machine: &Machine) -> Option<&'static str> {
-    machine.diaphragms.first().map(|diaphragm| diaphragm.contact.detection.word())
+    let mut words = machine.diaphragms.iter().map(|diaphragm| diaphragm.contact.detection.word());
+    let first = words.next()?;
+    words.all(|word| word == first).then_some(first)
 }

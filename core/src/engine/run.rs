@@ -35,7 +35,7 @@ pub(super) fn run(
     };
     let Motion { time, speed, step: steps, .. } = run.motion;
     let end = End { cause, time, speed, failure, steps, iterations: run.motion.iterations() };
-    run.recorders.finish(&end);
+    run.recorders.finish(&end, machine, structure);
     run.show_end(failure, follower);
     Ok((run.recorders, end))
 }
@@ -43,6 +43,7 @@ pub(super) fn run(
 /// A run under way.
 struct Run<'a> {
     machine: &'a Machine,
+    structure: &'a Structure,
     motion: Motion<'a>,
     recorders: Recorders,
     loads: BearingLoads,
@@ -57,6 +58,7 @@ impl<'a> Run<'a> {
         let (motion, unsettled) = begin(machine, structure, dt)?;
         Ok(Self {
             machine,
+            structure,
             recorders: Recorders::new(machine, &structure.rings, dt),
             loads: BearingLoads::new(structure, &motion.line),
             end_shown: false,
@@ -76,10 +78,12 @@ impl<'a> Run<'a> {
         self.motion.solve()?;
         self.motion.settle();
         self.watch(follower)?;
+        let step = self.motion.step;
         let stopped = self.motion.advance();
         if self.motion.is_outside() {
             return Err(Cause::OutsideRing);
         }
+        self.recorders.guard(step, self.machine, self.structure);
         Ok(if stopped { Some(EndCause::Stopped) } else { self.ended() })
     }
 

@@ -1,7 +1,7 @@
 //! What the contact with one ring did: forces, impulse, impacts, what it left, how it was solved.
 
 use super::filter::{FILTER, LastMillisecond};
-use super::peak::{At, Peak};
+use super::peak::{At, Peak, Sum};
 use super::row::Row;
 use bladeoff_model::machine::{Contact, Detection};
 
@@ -39,7 +39,7 @@ pub(crate) struct ContactRecorder {
     left: Option<f64>,
     first: Option<f64>,
     last: Option<f64>,
-    impulse: f64,
+    impulse: Sum,
     time: f64,
     stick_time: f64,
     impacts: u64,
@@ -50,6 +50,9 @@ pub(crate) struct ContactRecorder {
 }
 
 impl ContactRecorder {
+    /// Name of the column of the first contact.
+    pub const FIRST: &str = "first_contact_s";
+
     pub fn new(contact: &Contact, dt: f64) -> Self {
         Self {
             dt,
@@ -61,7 +64,7 @@ impl ContactRecorder {
             left: None,
             first: None,
             last: None,
-            impulse: 0.0,
+            impulse: Sum::default(),
             time: 0.0,
             stick_time: 0.0,
             impacts: 0,
@@ -87,7 +90,7 @@ impl ContactRecorder {
             self.impacts += 1;
         }
         self.last = Some(at.time);
-        self.impulse += force * self.dt;
+        self.impulse.value += force * self.dt;
         self.time += self.dt;
         if touch.sticks {
             self.stick_time += self.dt;
@@ -107,6 +110,14 @@ impl ContactRecorder {
         }
     }
 
+    /// All guards hold.
+    pub fn hold(&mut self) {
+        self.force.hold();
+        self.filtered.hold();
+        self.penetration.hold();
+        self.impulse.hold();
+    }
+
     /// Whether there was contact.
     pub fn touched(&self) -> bool {
         self.first.is_some()
@@ -117,9 +128,9 @@ impl ContactRecorder {
         self.polar && self.touched()
     }
 
-    /// Largest penetration that a contact left \[m\].
+    /// Largest penetration that a contact left, that of the last step included, which is left only at its end \[m\].
     pub fn penetration(&self) -> Option<f64> {
-        self.penetration.value
+        self.penetration.value.into_iter().chain(self.left).reduce(f64::max)
     }
 
     /// Steps whose slip velocity changed sign.
@@ -129,7 +140,7 @@ impl ContactRecorder {
 
     pub(super) fn report_first(of: Option<&Self>, row: &mut Row<'_>) {
         let first = of.and_then(|contact| contact.first);
-        row.real("first_contact_s", "s", "time of the first contact; null without contact", first);
+        row.real(Self::FIRST, "s", "time of the first contact; null without contact", first);
     }
 
     pub(super) fn report_forces(of: Option<&Self>, row: &mut Row<'_>) {
@@ -146,9 +157,9 @@ impl ContactRecorder {
             of.map(|contact| contact.filtered),
         );
         let impulse = of.map(|contact| contact.impulse);
-        row.real("contact_impulse_Ns", "N s", "time integral of the normal contact force", impulse);
-        row.real("contact_time_s", "s", "time with a contact force", of.map(|contact| contact.time));
-        row.real("stick_time_s", "s", "time in contact without slip", of.map(|contact| contact.stick_time));
+        row.sum("contact_impulse_Ns", "N s", "time integral of the normal contact force", impulse);
+        row.growing("contact_time_s", "s", "time with a contact force", of.map(|contact| contact.time));
+        row.growing("stick_time_s", "s", "time in contact without slip", of.map(|contact| contact.stick_time));
         let impacts = of.map(|contact| contact.impacts);
         row.count("impacts", "impacts; one ends when the gap has stayed open for 1 ms", impacts);
     }

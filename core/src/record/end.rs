@@ -18,8 +18,13 @@ pub(crate) struct End {
 }
 
 impl End {
+    /// Whether the run ended between two whole steps: at its end, or by a budget. All of its values are then of steps that were solved.
+    pub fn is_between_steps(&self) -> bool {
+        matches!(self.failure, None | Some(Cause::StepLimit))
+    }
+
     pub(super) fn report(of: Option<&Self>, row: &mut Row<'_>) {
-        row.real("end_time_s", "s", "simulated time at which the run ended", of.map(|end| end.time));
+        row.growing("end_time_s", "s", "simulated time at which the run ended", of.map(|end| end.time));
         row.real(
             "end_speed_rad_s",
             "rad/s",

@@ -69,10 +69,14 @@ impl EnergyBalance {
         step.is_multiple_of(EVERY) || step < EVERY
     }
 
-    /// Takes a step, with its works added and its stores written where they are wanted. The balance is judged at the same steps whoever
-    /// looks.
+    /// Whether the balance is judged with this step: at the same steps whoever looks.
+    pub fn judges(step: u64) -> bool {
+        step.is_multiple_of(EVERY)
+    }
+
+    /// Takes a step, with its works added and its stores written where they are wanted.
     pub fn see(&mut self, step: u64) {
-        if step.is_multiple_of(EVERY) {
+        if Self::judges(step) {
             self.balance();
         }
     }
@@ -101,6 +105,11 @@ impl EnergyBalance {
     /// Largest balance error over the largest total energy.
     pub fn relative_error(&self) -> f64 {
         if self.largest > 0.0 { self.largest_error / self.largest } else { 0.0 }
+    }
+
+    /// Whether all is finite: comparisons and largest values pass over what is no number.
+    pub fn is_finite(&self) -> bool {
+        (self.now.stored() + self.now.taken() + self.largest + self.largest_error).is_finite()
     }
 
     /// Works of contact are null without a ring.

@@ -27,6 +27,12 @@ impl LoadRecorder {
         }
     }
 
+    /// All guards hold.
+    pub fn hold(&mut self) {
+        self.bearings.iter_mut().for_each(|(_, peak)| peak.hold());
+        self.any.hold();
+    }
+
     /// Largest load of all bearings \[N\]; `None` where none has been seen.
     pub fn largest(&self) -> Option<f64> {
         self.any.map(f64::sqrt).value.filter(|load| load.is_finite())
@@ -37,14 +43,14 @@ impl LoadRecorder {
             "max_bearing_load",
             "N",
             "largest bearing load of all bearings, norm in the X-Y plane",
-            self.any.map(f64::sqrt),
+            (!self.bearings.is_empty()).then(|| self.any.map(f64::sqrt)),
         );
         for (name, peak) in &self.bearings {
-            row.peak(
+            row.peak_of_one(
                 format_args!("max_bearing_load_{name}"),
                 "N",
                 format_args!("largest load of bearing {name}, norm in the X-Y plane"),
-                peak.map(f64::sqrt),
+                Some(peak.map(f64::sqrt)),
             );
         }
     }

@@ -22,6 +22,7 @@ mod whirl;
 pub use energies::Energies;
 pub use filter::LastMillisecond;
 pub use follow::{ContactFrame, Follower, Frame, NoHistory};
+pub use ring::pushed;
 
 pub(crate) use contact::Touch;
 pub(crate) use end::End;
@@ -35,20 +36,24 @@ use loads::LoadRecorder;
 use ring::RingRecorders;
 use row::Row;
 use stresses::StressRecorder;
-use verdict::Verdict;
+use verdict::{Guards, Verdict};
 
 use crate::structure::{RingPart, Structure};
 use bladeoff_model::machine::Machine;
-use bladeoff_model::outcome::{Column, Group, Outcome};
+use bladeoff_model::outcome::{Column, Group, Outcome, Status};
 
 /// The numeric columns of one machine's outcome, in table order. They depend on its bearing names and on the number of its
 /// shaft sections alone, never on what a study varies. Of the sections the first 12 have columns of their own, fewer where
-/// many bearings would bring the columns above [`bladeoff_model::outcome::MAX_COLUMNS`].
+/// many bearings would bring the columns above [`bladeoff_model::outcome::MAX_COLUMNS`]. The last ones have what was reached while all guards
+/// held ([`Column::guarded`]): of the whole machine first, of single bearings and sections as far as there is room.
 #[must_use]
 pub fn columns(machine: &Machine) -> Vec<Column> {
     let mut columns = Vec::new();
     // neither a ring's matrices nor the step have a say in them
-    Recorders::new(machine, &[], 0.0).report(None, None, &mut Row::columns(&mut columns));
+    let recorders = Recorders::new(machine, &[], 0.0);
+    let mut row = Row::columns(&mut columns);
+    recorders.report(None, None, &mut row);
+    row.end(true);
     columns
 }
 
@@ -78,19 +83,22 @@ pub(crate) struct Recorders {
     steps: Steps,
     /// One for each diaphragm, in the machine's order.
     rings: Vec<RingRecorders>,
+    guards: Guards,
 }
 
 impl Recorders {
     /// For a run in steps of `step` \[s\] with the structure's flexible rings.
     pub fn new(machine: &Machine, rings: &[Option<RingPart>], step: f64) -> Self {
         let part = |i: usize| rings.get(i).and_then(Option::as_ref);
-        let ring = |(i, diaphragm)| RingRecorders::new(diaphragm, part(i), step);
+        let ring =
+            |(i, diaphragm)| RingRecorders::new(diaphragm, ring::diaphragm_name(machine, diaphragm), part(i), step);
         Self {
             loads: LoadRecorder::new(&machine.rotor.bearings),
             stresses: StressRecorder::new(&machine.rotor.kind),
             energies: EnergyBalance::default(),
             steps: Steps { length: step },
             rings: machine.diaphragms.iter().enumerate().map(ring).collect(),
+            guards: Guards::default(),
         }
     }
 
@@ -103,16 +111,37 @@ impl Recorders {
         self.rings.iter_mut().zip(rings).for_each(|(recorders, ring)| recorders.see(&ring, now.at));
     }
 
+    /// Judges the run with its step at n, from which it can go on. As long as all guards hold, what has been reached counts as reached
+    /// while they did. Judged with the energy balance, every few steps: what was reached since the last time is left out where a guard breaks.
+    #[inline]
+    pub fn guard(&mut self, step: u64, machine: &Machine, structure: &Structure) {
+        if EnergyBalance::judges(step) {
+            self.judge(machine, structure);
+        }
+    }
+
+    fn judge(&mut self, machine: &Machine, structure: &Structure) {
+        if self.guards.hold(&self.energies, &self.rings, machine, structure) {
+            self.loads.hold();
+            self.stresses.hold();
+            self.rings.iter_mut().for_each(RingRecorders::hold);
+        }
+    }
+
     /// Largest load of all bearings \[N\]; `None` where none has been seen.
     pub fn largest_load(&self) -> Option<f64> {
         self.loads.largest()
     }
 
     /// Takes the end of the run.
-    pub fn finish(&mut self, end: &End) {
+    pub fn finish(&mut self, end: &End, machine: &Machine, structure: &Structure) {
         self.energies.finish(end);
         for ring in &mut self.rings {
             ring.contact.finish(At { time: end.time, speed: end.speed });
+        }
+        // a step that could not be gone on from says nothing that may be believed
+        if end.is_between_steps() {
+            self.judge(machine, structure);
         }
     }
 
@@ -123,27 +152,26 @@ impl Recorders {
 
     /// Verdict and row of a run that has ended, after [`Recorders::finish`].
     pub fn outcome(&self, machine: &Machine, structure: &Structure, end: &End, twin: Option<&Twin>) -> Outcome {
-        let mut values = Vec::new();
-        self.report(Some(end), twin, &mut Row::values(&mut values));
         let Verdict { status, cause, causes } = self.verdict(machine, structure, end);
+        let mut values = Vec::new();
+        let mut row = Row::values(&mut values);
+        self.report(Some(end), twin, &mut row);
+        row.end(status == Status::Ok);
         Outcome { status, cause, causes, end_cause: end.cause, values }
     }
 
     /// Every column with its value, in table order.
     fn report(&self, end: Option<&End>, twin: Option<&Twin>, row: &mut Row<'_>) {
-        // a machine without a ring has the columns of one, and no values in them
-        let rings: Vec<Option<&RingRecorders>> =
-            if self.rings.is_empty() { vec![None] } else { self.rings.iter().map(Some).collect() };
         End::report(end, row.of(Group::Course));
-        rings.iter().for_each(|ring| RingRecorders::report_first_contact(*ring, row));
+        RingRecorders::report(&self.rings, row, RingRecorders::report_first_contact);
         self.loads.report(row.of(Group::BearingLoads));
-        rings.iter().for_each(|ring| RingRecorders::report_contact(*ring, row.of(Group::Contact)));
+        RingRecorders::report(&self.rings, row.of(Group::Contact), RingRecorders::report_contact);
         self.energies.report(&self.rings, row.of(Group::Energy));
-        rings.iter().for_each(|ring| RingRecorders::report_solves(*ring, row.of(Group::Numerics)));
+        RingRecorders::report(&self.rings, row.of(Group::Numerics), RingRecorders::report_solves);
         self.steps.report(end, row);
         End::report_stop(end, row.of(Group::Course));
         Twin::report(twin, row.of(Group::Numerics));
-        rings.iter().for_each(|ring| RingRecorders::report_blades(*ring, row.of(Group::Stresses)));
+        RingRecorders::report(&self.rings, row.of(Group::Stresses), RingRecorders::report_blades);
         self.stresses.report(row);
     }
 }

@@ -2,11 +2,11 @@
 
 use super::contact::{ContactRecorder, Touch};
 use super::peak::{At, Peak};
-use super::row::Row;
+use super::row::{Row, of_ring};
 use super::stresses::BladeRecorder;
 use super::whirl::{Motion, WhirlRecorder};
 use crate::structure::RingPart;
-use bladeoff_model::machine::Diaphragm;
+use bladeoff_model::machine::{Diaphragm, Machine};
 
 /// One instant of a diaphragm and of the rotor in it, in the diaphragm's frame.
 #[derive(Debug, Clone, Copy)]
@@ -22,9 +22,35 @@ pub(crate) struct RingInstant<'a> {
     pub ring: Option<&'a [f64]>,
 }
 
+/// Quantity whose largest value tells how far a ring was pushed.
+const ECCENTRICITY: &str = "max_eccentricity";
+
+/// How far the rotor pushed each diaphragm out \[m\], in the machine's order, by the values of an outcome: its largest eccentricity beyond
+/// the gap. `None` where it never touched.
+#[must_use]
+pub fn pushed(machine: &Machine, values: &[Option<f64>]) -> Vec<Option<f64>> {
+    let columns = super::columns(machine);
+    let of = |diaphragm: &Diaphragm| {
+        let value = |name: String| {
+            let name = of_ring(diaphragm_name(machine, diaphragm), name);
+            *values.get(columns.iter().position(|column| column.name == name)?)?
+        };
+        value(ContactRecorder::FIRST.to_owned())?;
+        Some(value(format!("{ECCENTRICITY}_m"))? - diaphragm.contact.gap)
+    };
+    machine.diaphragms.iter().map(of).collect()
+}
+
+/// What tells the columns of this diaphragm from those of the others.
+pub(super) fn diaphragm_name<'a>(machine: &Machine, diaphragm: &'a Diaphragm) -> Option<&'a str> {
+    (machine.diaphragms.len() > 1).then_some(&*diaphragm.name)
+}
+
 /// Recorders of one diaphragm.
 #[derive(Debug, Clone)]
 pub(crate) struct RingRecorders {
+    /// Name of the diaphragm, where there are several.
+    name: Option<String>,
     pub contact: ContactRecorder,
     whirl: WhirlRecorder,
     /// Squared (one root at the end) \[m2\].
@@ -33,8 +59,10 @@ pub(crate) struct RingRecorders {
 }
 
 impl RingRecorders {
-    pub fn new(diaphragm: &Diaphragm, part: Option<&RingPart>, step: f64) -> Self {
+    /// `name`: where the machine has several diaphragms.
+    pub fn new(diaphragm: &Diaphragm, name: Option<&str>, part: Option<&RingPart>, step: f64) -> Self {
         Self {
+            name: name.map(str::to_owned),
             contact: ContactRecorder::new(&diaphragm.contact, step),
             whirl: WhirlRecorder::new(step),
             eccentricity: Peak::default(),
@@ -55,6 +83,25 @@ impl RingRecorders {
         }
     }
 
+    /// All guards hold.
+    pub fn hold(&mut self) {
+        self.eccentricity.hold();
+        self.contact.hold();
+        self.blades.hold();
+    }
+
+    /// Has each ring report its columns, in the machine's order. A machine without a ring has the columns of one, and no values in them.
+    pub(super) fn report(rings: &[Self], row: &mut Row<'_>, columns: fn(Option<&Self>, &mut Row<'_>)) {
+        if rings.is_empty() {
+            columns(None, row);
+        }
+        for ring in rings {
+            row.of_ring(ring.name.as_deref());
+            columns(Some(ring), row);
+        }
+        row.of_ring(None);
+    }
+
     pub(super) fn report_first_contact(of: Option<&Self>, row: &mut Row<'_>) {
         ContactRecorder::report_first(of.map(|ring| &ring.contact), row);
     }
@@ -65,7 +112,7 @@ impl RingRecorders {
         WhirlRecorder::report(of.map(|ring| &ring.whirl), row);
         ContactRecorder::report_penetration(contact, row);
         row.peak(
-            "max_eccentricity",
+            ECCENTRICITY,
             "m",
             "largest distance of the rotor centre from the diaphragm's centre at the contact section",
             of.map(|ring| ring.eccentricity.map(f64::sqrt)),

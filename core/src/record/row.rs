@@ -1,13 +1,16 @@
 //! One row of the table: columns and values, reported together.
 
-use super::peak::Peak;
-use bladeoff_model::outcome::{Column, ColumnKind, Group, Part};
+use super::peak::{Peak, Sum};
+use bladeoff_model::outcome::{Column, ColumnKind, Group, Growth, MAX_COLUMNS, Part};
 use std::fmt::Display;
 
 /// Takes what recorders report, in table order, and keeps one half of it: what the columns are, or what they hold.
 pub(super) struct Row<'a> {
     kept: Kept<'a>,
     group: Group,
+    /// Diaphragm that the next columns tell of, where there are several.
+    ring: Option<String>,
+    guarded: Vec<Guarded>,
 }
 
 enum Kept<'a> {
@@ -15,21 +18,63 @@ enum Kept<'a> {
     Values(&'a mut Vec<Option<f64>>),
 }
 
+/// What a column had reached while all guards held: a column at the end of the row.
+struct Guarded {
+    /// Place of that column.
+    of: usize,
+    /// It tells of one bearing or section of several.
+    of_one: bool,
+    value: Option<f64>,
+}
+
+/// What a column is, its words apart.
+#[derive(Clone, Copy)]
+struct Kind {
+    unit: &'static str,
+    kind: ColumnKind,
+    part: Part,
+    growth: Growth,
+}
+
+impl Kind {
+    fn real(unit: &'static str, part: Part, growth: Growth) -> Self {
+        Self { unit, kind: ColumnKind::Real, part, growth }
+    }
+}
+
+/// Name of a column of one diaphragm, named where there are several.
+pub(super) fn of_ring(ring: Option<&str>, name: String) -> String {
+    match ring {
+        Some(ring) => format!("{ring}.{name}"),
+        None => name,
+    }
+}
+
 impl<'a> Row<'a> {
     /// Keeps what the columns are.
     pub fn columns(columns: &'a mut Vec<Column>) -> Self {
-        Self { kept: Kept::Columns(columns), group: Group::Course }
+        Self::keeping(Kept::Columns(columns))
     }
 
     /// Keeps what they hold.
     pub fn values(values: &'a mut Vec<Option<f64>>) -> Self {
-        Self { kept: Kept::Values(values), group: Group::Course }
+        Self::keeping(Kept::Values(values))
+    }
+
+    fn keeping(kept: Kept<'a>) -> Self {
+        Self { kept, group: Group::Course, ring: None, guarded: Vec::new() }
     }
 
     /// What the next columns tell of.
     pub fn of(&mut self, group: Group) -> &mut Self {
         self.group = group;
         self
+    }
+
+    /// Which diaphragm the next columns tell of: where there are several, their names begin with its own and a full stop, which no
+    /// name of a machine file has.
+    pub fn of_ring(&mut self, ring: Option<&str>) {
+        self.ring = ring.map(str::to_owned);
     }
 
     /// Columns so far.
@@ -48,51 +93,113 @@ impl<'a> Row<'a> {
         meaning: impl Display,
         value: impl Into<Option<f64>>,
     ) {
-        self.add(value.into(), unit, ColumnKind::Real, Part::Whole, || (name.to_string(), meaning.to_string()));
+        let kind = Kind::real(unit, Part::Whole, Growth::Free);
+        self.add(value.into(), kind, || (name.to_string(), meaning.to_string()));
+    }
+
+    /// One that only grows during a run.
+    pub fn growing(&mut self, name: &str, unit: &'static str, meaning: &str, value: impl Into<Option<f64>>) {
+        let kind = Kind::real(unit, Part::Whole, Growth::Grows);
+        self.add(value.into(), kind, || (name.to_owned(), meaning.to_owned()));
+    }
+
+    /// A sum, and what it was while all guards held.
+    pub fn sum(&mut self, name: &str, unit: &'static str, meaning: &str, sum: Option<Sum>) {
+        self.guarded.push(Guarded { of: self.len(), of_one: false, value: sum.map(|sum| sum.guarded) });
+        self.growing(name, unit, meaning, sum.map(|sum| sum.value));
     }
 
     /// A count.
     pub fn count(&mut self, name: &str, meaning: &str, value: impl Into<Option<u64>>) {
         let value = value.into().map(|count| count as f64);
-        self.add(value, "", ColumnKind::Count, Part::Whole, || (name.to_owned(), meaning.to_owned()));
+        let kind = Kind { unit: "", kind: ColumnKind::Count, part: Part::Whole, growth: Growth::Grows };
+        self.add(value, kind, || (name.to_owned(), meaning.to_owned()));
     }
 
     /// One of the words, by its place among them.
     pub fn choice(&mut self, name: &str, words: &'static [&'static str], meaning: &str, value: Option<usize>) {
         let value = value.map(|at| at as f64);
-        self.add(value, "", ColumnKind::Choice(words), Part::Whole, || (name.to_owned(), meaning.to_owned()));
+        let kind = Kind { unit: "", kind: ColumnKind::Choice(words), part: Part::Whole, growth: Growth::Free };
+        self.add(value, kind, || (name.to_owned(), meaning.to_owned()));
     }
 
-    /// A peak, and time and speed at which it was reached.
-    pub fn peak(
+    /// A peak, time and speed at which it was reached, and what it was while all guards held. `None` where the machine has no such
+    /// quantity.
+    pub fn peak(&mut self, name: impl Display, unit: &'static str, meaning: impl Display, peak: Option<Peak>) {
+        self.add_peak(false, &name, unit, &meaning, peak);
+    }
+
+    /// The same of one bearing or section of several.
+    pub fn peak_of_one(&mut self, name: impl Display, unit: &'static str, meaning: impl Display, peak: Option<Peak>) {
+        self.add_peak(true, &name, unit, &meaning, peak);
+    }
+
+    fn add_peak(
         &mut self,
-        name: impl Display,
+        of_one: bool,
+        name: &dyn Display,
         unit: &'static str,
-        meaning: impl Display,
-        peak: impl Into<Option<Peak>>,
+        meaning: &dyn Display,
+        peak: Option<Peak>,
     ) {
-        let Peak { value, at } = peak.into().unwrap_or_default();
+        self.guarded.push(Guarded { of: self.len(), of_one, value: peak.map(|peak| peak.guarded) });
+        let Peak { value, at, .. } = peak.unwrap_or_default();
         let column = || format!("{name}_{}", unit.replace(' ', ""));
-        self.add(value, unit, ColumnKind::Real, Part::Peak, || (column(), meaning.to_string()));
-        let time = || (format!("{name}_at_s"), format!("time of {}", column()));
-        self.add(value.map(|_| at.time), "s", ColumnKind::Real, Part::PeakTime, time);
+        let kind = Kind::real(unit, Part::Peak, Growth::Grows);
+        self.add(value, kind, || (column(), meaning.to_string()));
+        let kind = Kind::real("s", Part::PeakTime, Growth::Free);
+        self.add(value.map(|_| at.time), kind, || (format!("{name}_at_s"), format!("time of {}", column())));
         let speed = || (format!("{name}_at_rad_s"), format!("mean spin at the time of {}", column()));
-        self.add(value.map(|_| at.speed), "rad/s", ColumnKind::Real, Part::PeakSpeed, speed);
+        self.add(value.map(|_| at.speed), Kind::real("rad/s", Part::PeakSpeed, Growth::Free), speed);
+    }
+
+    /// Ends the row with what was reached while all guards held; null in a row that `is_ok`, whose values stand. They stand behind all
+    /// others, so that rows of builds without them are the beginning of a row. Where a message has no room for all, those of single
+    /// bearings and sections give way first, the last ones before the first.
+    pub fn end(mut self, is_ok: bool) {
+        let guarded = std::mem::take(&mut self.guarded);
+        let room = MAX_COLUMNS.saturating_sub(self.len());
+        let mut left_of_all = guarded.iter().filter(|guarded| !guarded.of_one).count().min(room);
+        let mut left_of_one = room - left_of_all;
+        for Guarded { of, of_one, value } in guarded {
+            let left = if of_one { &mut left_of_one } else { &mut left_of_all };
+            if *left == 0 {
+                continue;
+            }
+            *left -= 1;
+            match &mut self.kept {
+                Kept::Columns(columns) => {
+                    columns[of].growth = Growth::Guarded;
+                    let (other, name) = (&columns[of], columns[of].guarded());
+                    let column = Column {
+                        name: name.expect("it is said to have one"),
+                        meaning: format!(
+                            "what {} had reached while all guards of the run held; null where the status is ok",
+                            other.name
+                        ),
+                        part: Part::Guarded,
+                        growth: Growth::Free,
+                        ..other.clone()
+                    };
+                    columns.push(column);
+                }
+                Kept::Values(values) => values.push(value.filter(|value| !is_ok && value.is_finite())),
+            }
+        }
     }
 
     /// `words`: name and meaning, made only where they are kept.
-    fn add(
-        &mut self,
-        value: Option<f64>,
-        unit: &'static str,
-        kind: ColumnKind,
-        part: Part,
-        words: impl FnOnce() -> (String, String),
-    ) {
+    fn add(&mut self, value: Option<f64>, of: Kind, words: impl FnOnce() -> (String, String)) {
+        let Kind { unit, kind, part, growth } = of;
         match &mut self.kept {
             Kept::Columns(columns) => {
                 let (name, meaning) = words();
-                columns.push(Column { name, unit, kind, meaning, group: self.group, part });
+                let meaning = match &self.ring {
+                    Some(ring) => format!("diaphragm {ring}: {meaning}"),
+                    None => meaning,
+                };
+                let name = of_ring(self.ring.as_deref(), name);
+                columns.push(Column { name, unit, kind, meaning, group: self.group, part, growth });
             }
             Kept::Values(values) => values.push(value.filter(|value| value.is_finite())),
         }

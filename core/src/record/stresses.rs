@@ -6,7 +6,6 @@ use crate::stress::{BladeStresses, ShaftStresses};
 use crate::structure::RingPart;
 use bladeoff_model::machine::{DiaphragmKind, RotorKind};
 use bladeoff_model::outcome::MAX_COLUMNS;
-use std::fmt::Display;
 
 /// Shaft sections with columns of their own at most; the largest over all sections is always there.
 const REPORTED_SECTIONS: usize = 12;
@@ -51,6 +50,11 @@ impl StressRecorder {
         }
     }
 
+    /// All guards hold.
+    pub fn hold(&mut self) {
+        self.torsion.iter_mut().chain(&mut self.bending).for_each(Peak::hold);
+    }
+
     /// Of each section.
     fn sections(&self) -> Vec<Stresses> {
         let of = |shaft: &ShaftStresses, section: usize| {
@@ -73,40 +77,37 @@ impl StressRecorder {
                 (&mut all.shear, &section.shear),
                 (&mut all.bending, &section.bending),
             ] {
-                if let Some(value) = peak.value {
-                    largest.see(value, peak.at);
-                }
+                largest.include(peak);
             }
         }
-        all.report("", "the shaft", row);
+        let all = self.shaft.as_ref().map(|_| &all);
+        Stresses::report(all, None, row);
         let room = MAX_COLUMNS.saturating_sub(row.len()) / SECTION_COLUMNS;
         for (i, section) in sections.iter().take(REPORTED_SECTIONS.min(room)).enumerate() {
-            let of = format_args!("shaft section {i} (from 0, in the order of the file)");
-            section.report(format_args!("_section{i}"), of, row);
+            Stresses::report(Some(section), Some(i), row);
         }
     }
 }
 
 impl Stresses {
-    fn report(&self, place: impl Display, of: impl Display, row: &mut Row<'_>) {
-        row.peak(
-            format_args!("max_torsional_moment{place}"),
-            "N m",
-            format_args!("largest torsional moment in {of}"),
-            self.moment,
-        );
-        row.peak(
-            format_args!("max_shear_stress{place}"),
-            "Pa",
-            format_args!("largest torsional shear stress at the surface of {of}, nominal"),
-            self.shear,
-        );
-        row.peak(
-            format_args!("max_bending_stress{place}"),
-            "Pa",
-            format_args!("largest bending stress at the surface of {of}, nominal"),
-            self.bending,
-        );
+    /// Of the whole shaft, or of one section; `of` is `None` for a rotor without any.
+    fn report(of: Option<&Self>, section: Option<usize>, row: &mut Row<'_>) {
+        let (suffix, place) = match section {
+            None => (String::new(), "the shaft".to_owned()),
+            Some(i) => (format!("_section{i}"), format!("shaft section {i} (from 0, in the order of the file)")),
+        };
+        let surface = format!("at the surface of {place}, nominal");
+        for (name, unit, meaning, peak) in [
+            ("torsional_moment", "N m", format!("largest torsional moment in {place}"), of.map(|s| s.moment)),
+            ("shear_stress", "Pa", format!("largest torsional shear stress {surface}"), of.map(|s| s.shear)),
+            ("bending_stress", "Pa", format!("largest bending stress {surface}"), of.map(|s| s.bending)),
+        ] {
+            let name = format!("max_{name}{suffix}");
+            match section {
+                None => row.peak(name, unit, meaning, peak),
+                Some(_) => row.peak_of_one(name, unit, meaning, peak),
+            }
+        }
     }
 }
 
@@ -137,12 +138,17 @@ impl BladeRecorder {
         }
     }
 
+    /// All guards hold.
+    pub fn hold(&mut self) {
+        self.stress.hold();
+    }
+
     pub(super) fn report(of: Option<&Self>, row: &mut Row<'_>) {
         row.peak(
             "max_blade_bending_stress",
             "Pa",
             "largest bending stress in a blade of the diaphragm, nominal",
-            of.map(|blades| blades.stress),
+            of.filter(|blades| blades.blades.is_some()).map(|blades| blades.stress),
         );
     }
 }

@@ -24,31 +24,12 @@ impl Verdict {
         structure: &Structure,
         end: &End,
     ) -> Self {
-        let mut causes = CauseSet::default();
-        let guard = &machine.run.guard;
+        let mut causes = broken(energies, rings, machine);
         let failure = end.failure;
         if let Some(cause) = failure {
             causes.insert(cause);
         }
-        if energies.relative_error() > guard.energy_balance {
-            causes.insert(Cause::EnergyBalance);
-        }
-        let works = &energies.now;
-        let reference = works.friction.max(1e-3 * energies.initial().abs());
-        if works.normal.abs() > guard.normal_work * reference {
-            causes.insert(Cause::NormalWork);
-        }
-        for (diaphragm, ring) in machine.diaphragms.iter().zip(rings) {
-            let contact = &diaphragm.contact;
-            if ring.contact.penetration().is_some_and(|depth| depth > guard.penetration * contact.gap) {
-                causes.insert(Cause::Penetration);
-            }
-            if ring.contact.reversals() > 0 && contact.friction_law == FrictionLaw::Slip {
-                causes.insert(Cause::SlipReversal);
-            }
-        }
-        let touched = rings.iter().any(|ring| ring.contact.touched());
-        if touched && structure.lag_at_contact(machine) > MODAL_LAG {
+        if touched(rings) && structure.lag_at_contact(machine) > MODAL_LAG {
             causes.insert(Cause::ModalBasis);
         }
         let cause = failure.or_else(|| causes.iter().next());
@@ -59,4 +40,64 @@ impl Verdict {
         };
         Verdict { status, cause, causes }
     }
+}
+
+/// Watches whether all guards have held so far, of a run under way.
+///
+/// What is judged is what is known: each guard of `run.guard` by the values up to the present step, and the modal basis from the first contact
+/// on. A guard that breaks stays broken here, also where the end of the run has it hold again (the largest total energy may grow, a
+/// normal work come back), so that what counts as guarded is never more than what is.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Guards {
+    broken: bool,
+    /// Whether the modes kept carry the contact; `None` before the first one.
+    carried: Option<bool>,
+}
+
+impl Guards {
+    /// Whether all guards hold, and always have.
+    pub fn hold(
+        &mut self,
+        energies: &EnergyBalance,
+        rings: &[RingRecorders],
+        machine: &Machine,
+        structure: &Structure,
+    ) -> bool {
+        if self.broken {
+            return false;
+        }
+        let carried = || structure.lag_at_contact(machine) <= MODAL_LAG;
+        self.broken = broken(energies, rings, machine).bits() != 0
+            || !energies.is_finite()
+            || touched(rings) && !*self.carried.get_or_insert_with(carried);
+        !self.broken
+    }
+}
+
+fn touched(rings: &[RingRecorders]) -> bool {
+    rings.iter().any(|ring| ring.contact.touched())
+}
+
+/// The guards that what is recorded breaks; that of the modal basis is no matter of values.
+fn broken(energies: &EnergyBalance, rings: &[RingRecorders], machine: &Machine) -> CauseSet {
+    let mut causes = CauseSet::default();
+    let guard = &machine.run.guard;
+    if energies.relative_error() > guard.energy_balance {
+        causes.insert(Cause::EnergyBalance);
+    }
+    let works = &energies.now;
+    let reference = works.friction.max(1e-3 * energies.initial().abs());
+    if works.normal.abs() > guard.normal_work * reference {
+        causes.insert(Cause::NormalWork);
+    }
+    for (diaphragm, ring) in machine.diaphragms.iter().zip(rings) {
+        let contact = &diaphragm.contact;
+        if ring.contact.penetration().is_some_and(|depth| depth > guard.penetration * contact.gap) {
+            causes.insert(Cause::Penetration);
+        }
+        if ring.contact.reversals() > 0 && contact.friction_law == FrictionLaw::Slip {
+            causes.insert(Cause::SlipReversal);
+        }
+    }
+    causes
 }

@@ -159,7 +159,7 @@ impl WhirlRecorder {
              the spin: forward or backward, otherwise mixed; null without contact",
             of.and_then(Self::whirl),
         );
-        row.real(
+        row.growing(
             "backward_whirl_time_s",
             "s",
             "time in contact with the rotor centre turning against the spin",

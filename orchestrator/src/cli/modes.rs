@@ -92,10 +92,13 @@ fn figures(machine: &Machine) -> Result<Vec<(String, Figure)>, CliError> {
     let drawn = [
         ("machine", figures::machine(machine)?),
         ("mode-shapes", rotor_shapes(machine, &structure)?),
-        ("ring-modes", ring_shapes(machine, &structure, &report)?),
         ("unbalance-response", unbalance_response(machine, critical, top)?),
     ];
     all.extend(drawn.into_iter().filter_map(|(name, figure)| Some((name.to_owned(), figure?))));
+    let rings = ring_shapes(machine, &structure, &report)?;
+    let several = rings.len() > 1;
+    let file = |name: String| if several { format!("ring-modes-{name}") } else { "ring-modes".to_owned() };
+    all.extend(rings.into_iter().map(|(name, figure)| (file(name), figure)));
     Ok(all)
 }
 

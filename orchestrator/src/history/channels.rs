@@ -8,7 +8,7 @@ use bladeoff_answers::history::{History, matches};
 use bladeoff_core::record::{ContactFrame, Energies, Frame, LastMillisecond};
 use bladeoff_core::stress::ShaftStresses;
 use bladeoff_core::structure::Structure;
-use bladeoff_model::machine::{DiaphragmKind, Machine, RotorKind};
+use bladeoff_model::machine::{Diaphragm, DiaphragmKind, Machine, RotorKind};
 
 /// One scalar over time.
 #[derive(Debug, Clone)]
@@ -201,8 +201,8 @@ pub fn catalogue(machine: &Machine, structure: &Structure) -> Vec<Channel> {
             .add("load_y_N", "N", Source::Load { bearing: i, axis: 1 }, "bearing load along Y")
             .add("load_N", "N", Source::LoadNorm(i), "bearing load, norm in the X-Y plane");
     }
-    for diaphragm in 0..machine.diaphragms.len() {
-        list.group("contact", true);
+    for (diaphragm, found) in machine.diaphragms.iter().enumerate() {
+        list.group(&of_ring("contact", machine, found), true);
         for (field, unit, read, meaning) in CONTACT {
             list.add(field, unit, Source::Contact { diaphragm, read }, meaning);
         }
@@ -239,7 +239,7 @@ pub fn catalogue(machine: &Machine, structure: &Structure) -> Vec<Channel> {
     }
     for (diaphragm, found) in machine.diaphragms.iter().enumerate() {
         let DiaphragmKind::Flexible(stator) = &found.kind else { continue };
-        list.group("ring", false);
+        list.group(&of_ring("ring", machine, found), false);
         for node in 0..stator.ring.elements {
             list.add(
                 &format!("radial{node:03}_m"),
@@ -256,6 +256,11 @@ pub fn catalogue(machine: &Machine, structure: &Structure) -> Vec<Channel> {
         }
     }
     list.channels
+}
+
+/// Group of one diaphragm, which is named where there are several.
+pub(super) fn of_ring(group: &str, machine: &Machine, diaphragm: &Diaphragm) -> String {
+    if machine.diaphragms.len() > 1 { format!("{group}.{}", plain(&diaphragm.name)) } else { group.to_owned() }
 }
 
 /// A name of the machine file as a part of a topic and of an identifier.

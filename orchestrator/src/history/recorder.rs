@@ -1,7 +1,7 @@
 //! The follower of a run that records a history.
 
 use super::aside::usual;
-use super::channels::{Channel, ContactForces, Context, catalogue, select};
+use super::channels::{Channel, ContactForces, Context, catalogue, of_ring, select};
 use super::csv::CsvSink;
 use super::mcap_file::McapSink;
 use super::table::ParquetSink;
@@ -203,16 +203,22 @@ fn about(machine: &Machine, plan: &StepPlan, every_steps: u64) -> About {
     put("engine", machine.run.engine.word().to_owned());
     put("step_s", number(plan.step));
     put("every_s", number(plan.step * every_steps as f64));
+    if let Some(detection) = crate::engine::detection(machine) {
+        put("detection", detection.to_owned());
+    }
     for diaphragm in &machine.diaphragms {
         let contact = &diaphragm.contact;
-        put("detection", contact.detection.word().to_owned());
-        put("contact.rotor_radius_m", number(contact.rotor_radius));
-        put("contact.gap_m", number(contact.gap));
+        let mut put = |group: &str, key: &str, value: String| {
+            put(&format!("{}.{key}", of_ring(group, machine, diaphragm)), value);
+        };
+        put("contact", "rotor_radius_m", number(contact.rotor_radius));
+        put("contact", "gap_m", number(contact.gap));
         if let DiaphragmKind::Flexible(stator) = &diaphragm.kind {
-            put("ring.nodes", stator.ring.elements.to_string());
-            put("ring.mean_radius_m", number(stator.ring.mean_radius));
-            put("ring.thickness_m", number(stator.ring.thickness));
-            put("ring.blades", stator.blades.map_or(0, |blades| blades.count).to_string());
+            put("ring", "nodes", stator.ring.elements.to_string());
+            put("ring", "mean_radius_m", number(stator.ring.mean_radius));
+            put("ring", "thickness_m", number(stator.ring.thickness));
+            let blades = stator.blades.map_or(0, |blades| blades.count);
+            put("ring", "blades", blades.to_string());
         }
     }
     about

@@ -5,6 +5,8 @@
 //! b"bOfL" | u32 length of all | u128 key | u8 version | u8 status | u8 cause (255: none) | u8 end cause | u32 causes
 //! u32 attempt | u32 worker | f64 cpu_s | u16 n | n x f64 (the all-ones bit pattern: null) | 8 bytes of blake3 of all before
 //! ```
+//! The n values are the first of a row; what follows them is null. So what ends in nulls is short, and an entry stays whole when a later
+//! build has more columns behind its own.
 
 use bladeoff_model::outcome::{Cause, CauseSet, EndCause, Outcome, Status};
 use bladeoff_study::SampleKey;
@@ -24,7 +26,7 @@ pub(super) const LEAST: usize = 4 + 4 + FIXED + CHECKSUM;
 /// A finished sample.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Entry {
-    /// What came out: the part that belongs to the results.
+    /// What came out: the part that belongs to the results. Values that are null at the end of a row may be missing.
     pub outcome: Outcome,
     /// CPU time of the attempt that counted \[s\].
     pub cpu_s: f64,
@@ -85,7 +87,9 @@ impl Entry {
     #[must_use]
     pub fn encode(&self, key: SampleKey) -> Vec<u8> {
         let outcome = &self.outcome;
-        let length = LEAST + 8 * outcome.values.len();
+        let count = outcome.values.iter().rposition(Option::is_some).map_or(0, |last| last + 1);
+        let values = &outcome.values[..count];
+        let length = LEAST + 8 * count;
         let mut bytes = Vec::with_capacity(length);
         bytes.extend(MAGIC);
         bytes.extend(u32::try_from(length).expect("a message holds at most 256 values").to_le_bytes());
@@ -98,9 +102,9 @@ impl Entry {
         bytes.extend(self.attempt.to_le_bytes());
         bytes.extend(self.worker.to_le_bytes());
         bytes.extend(self.cpu_s.to_le_bytes());
-        let count = u16::try_from(outcome.values.len()).expect("a message holds at most 256 values");
+        let count = u16::try_from(count).expect("a message holds at most 256 values");
         bytes.extend(count.to_le_bytes());
-        for value in &outcome.values {
+        for value in values {
             bytes.extend(value.map_or(NULL, f64::to_bits).to_le_bytes());
         }
         bytes.extend(checksum(&bytes));
@@ -264,11 +268,37 @@ mod tests {
         }
     }
 
+    /// Without the nulls that its values end in.
+    fn short(mut entry: Entry) -> Entry {
+        while entry.outcome.values.last().is_some_and(Option::is_none) {
+            entry.outcome.values.pop();
+        }
+        entry
+    }
+
+    #[test]
+    fn nulls_at_the_end_of_a_row_take_no_room() {
+        let entry = |values: &[Option<f64>]| {
+            let outcome = Outcome {
+                status: Status::Ok,
+                cause: None,
+                causes: CauseSet::default(),
+                end_cause: EndCause::EndTime,
+                values: values.to_vec(),
+            };
+            Entry { outcome, cpu_s: 1.0, worker: 1, attempt: 1 }.encode(SampleKey(1))
+        };
+        assert_eq!(entry(&[Some(1.0), None, Some(2.0), None, None]), entry(&[Some(1.0), None, Some(2.0)]));
+        assert_eq!(entry(&[None, None]).len(), LEAST);
+        assert_eq!(entry(&[Some(1.0), None, Some(2.0)]).len(), LEAST + 24);
+    }
+
     proptest! {
         #[test]
         fn an_entry_survives_its_bytes(entry in any_entry(), key: u128) {
             let key = SampleKey(key);
             let bytes = entry.encode(key);
+            let entry = short(entry);
             let head = Head { key, status: entry.outcome.status, cause: entry.outcome.cause, count: None };
             prop_assert_eq!(Head::decode(&bytes, None), Ok(head));
             prop_assert_eq!(Head::decode(&bytes, Some(entry.outcome.values.len())), Ok(head), "no such value");

@@ -2,7 +2,7 @@
 
 use bladeoff_answers::figures::{Figure, FigureError, GREY, Line, Mark, Panel, RingShape, panels, rings};
 use bladeoff_core::linalg::column_of;
-use bladeoff_core::modal::ModesReport;
+use bladeoff_core::modal::{ModeSet, ModesReport};
 use bladeoff_core::rotor::deflection;
 use bladeoff_core::structure::{RingPart, Structure};
 use bladeoff_model::machine::{DiaphragmKind, FlexibleStator, Machine, RotorKind, Shaft};
@@ -65,7 +65,7 @@ fn bent(shaft: &Shaft, plane: &[f64]) -> Vec<(f64, f64)> {
     points
 }
 
-/// Shapes of the first flexible ring, with the nodal diameters that the report counts; `None` without one.
+/// Shapes of each flexible ring, with the nodal diameters that the report counts, and the name of its diaphragm.
 ///
 /// # Errors
 /// The plotting library failed.
@@ -73,27 +73,38 @@ pub fn ring_shapes(
     machine: &Machine,
     structure: &Structure,
     report: &ModesReport,
-) -> Result<Option<Figure>, FigureError> {
-    let Some((diaphragm, ring)) =
-        machine.diaphragms.iter().zip(&structure.rings).find_map(|(d, ring)| Some((d, ring.as_ref()?)))
-    else {
-        return Ok(None);
-    };
-    let DiaphragmKind::Flexible(stator) = &diaphragm.kind else { return Ok(None) };
-    let Some(set) = structure.basis().rings.first() else { return Ok(None) };
+) -> Result<Vec<(String, Figure)>, FigureError> {
+    let flexible = machine.diaphragms.iter().zip(&structure.rings).filter_map(|(diaphragm, ring)| {
+        let DiaphragmKind::Flexible(stator) = &diaphragm.kind else { return None };
+        Some((&*diaphragm.name, stator, ring.as_ref()?))
+    });
+    // the basis has the modes of the flexible ones alone
+    let drawn = flexible
+        .zip(&structure.basis().rings)
+        .map(|((name, stator, ring), set)| Ok((name.to_owned(), ring_figure(name, stator, ring, set, report)?)));
+    drawn.collect()
+}
+
+fn ring_figure(
+    name: &str,
+    stator: &FlexibleStator,
+    ring: &RingPart,
+    set: &ModeSet,
+    report: &ModesReport,
+) -> Result<Figure, FigureError> {
     let diameters: Vec<usize> = report
         .rings
         .iter()
-        .find(|(name, _)| *name == diaphragm.name)
+        .find(|(of, _)| of == name)
         .map_or_else(Vec::new, |(_, modes)| modes.iter().map(|mode| mode.nodal_diameters).collect());
     let shown = set.omega_squared.iter().take(RING).enumerate().map(|(mode, square)| {
         let hertz = square.max(0.0).sqrt() / (2.0 * PI);
         let n = diameters.get(mode).map_or_else(String::new, |n| format!(", n = {n}"));
         displaced(format!("mode {}: {hertz:.1} Hz{n}", mode + 1), stator, ring, column_of(&set.shapes, mode))
     });
-    let title = format!("Modes of diaphragm {} (displacements enlarged)", diaphragm.name);
+    let title = format!("Modes of diaphragm {name} (displacements enlarged)");
     let note = "grey: at rest; dots: blade feet, from their places at rest; n: nodal diameters of the largest harmonic";
-    rings(&title, note, &shown.collect::<Vec<_>>()).map(Some)
+    rings(&title, note, &shown.collect::<Vec<_>>())
 }
 
 /// A ring and its blade feet in one of its shapes.

@@ -2,6 +2,7 @@
 
 use super::OutcomeView;
 use bladeoff_core::engine::{UnresolvedDamping, unresolved_damping};
+use bladeoff_core::record::pushed;
 use bladeoff_core::structure::Structure;
 use bladeoff_model::document::units::format_quantity;
 use bladeoff_model::machine::{Diaphragm, DiaphragmKind, Machine};
@@ -16,7 +17,10 @@ const WITHOUT_INERTIA: f64 = 0.05;
 #[must_use]
 pub fn beyond_the_model(machine: &Machine, structure: &Structure, step: f64, view: OutcomeView<'_>) -> Vec<String> {
     let damping = unresolved_damping(machine, structure, step);
-    let pushed = machine.diaphragms.iter().filter_map(|diaphragm| ring_pushed(diaphragm, view));
+    let places = pushed(machine, &view.outcome.values);
+    let inside = !view.outcome.causes.contains(Cause::OutsideRing);
+    let pushed = machine.diaphragms.iter().zip(places).filter(|_| inside);
+    let pushed = pushed.filter_map(|(diaphragm, pushed)| ring_pushed(diaphragm, pushed?));
     pushed.chain(bearings_without_inertia(machine, structure)).chain(damping.map(ringing)).collect()
 }
 
@@ -33,11 +37,9 @@ fn ringing(found: UnresolvedDamping) -> String {
 }
 
 /// The rotor pushed a flexible ring further than its equations hold (`docs/theory/03-contact.md`). Only a ring that was touched was
-/// pushed, and only by a rotor that is inside it.
-fn ring_pushed(diaphragm: &Diaphragm, view: OutcomeView<'_>) -> Option<String> {
+/// pushed, and only by a rotor that is inside it. `pushed` \[m\].
+fn ring_pushed(diaphragm: &Diaphragm, pushed: f64) -> Option<String> {
     let DiaphragmKind::Flexible(stator) = &diaphragm.kind else { return None };
-    view.value("first_contact_s").filter(|_| !view.outcome.causes.contains(Cause::OutsideRing))?;
-    let pushed = view.value("max_eccentricity_m")? - diaphragm.contact.gap;
     let share = pushed / stator.ring.mean_radius;
     (share > SMALL).then(|| {
         format!(
@@ -79,7 +81,7 @@ fn bearings_without_inertia(machine: &Machine, structure: &Structure) -> Option<
 mod tests {
     use super::*;
     use bladeoff_model::machine::{MachineDef, ParamValue};
-    use bladeoff_model::outcome::{CauseSet, Column, ColumnKind, EndCause, Group, Outcome, Part, Status};
+    use bladeoff_model::outcome::{CauseSet, EndCause, Outcome, Status};
 
     fn turbine(changes: &[(&str, f64)]) -> (Machine, Structure) {
         let text = include_str!("../../../studies/machines/lp_turbine.toml");
@@ -96,23 +98,19 @@ mod tests {
     #[test]
     fn a_ring_pushed_too_far_is_said() {
         let (machine, structure) = turbine(&[]);
-        let columns = [("max_eccentricity_m", "m"), ("first_contact_s", "s")].map(|(name, unit)| Column {
-            name: name.into(),
-            unit,
-            kind: ColumnKind::Real,
-            meaning: String::new(),
-            group: Group::Contact,
-            part: Part::Whole,
-        });
+        let columns = bladeoff_core::record::columns(&machine);
+        let at = |name: &str| columns.iter().position(|column| column.name == name).expect("a column");
         let noted = |eccentricity: f64, touched: Option<f64>, cause: Option<Cause>| {
             let mut causes = CauseSet::default();
             cause.into_iter().for_each(|cause| causes.insert(cause));
+            let mut values = vec![None; columns.len()];
+            (values[at("max_eccentricity_m")], values[at("first_contact_s")]) = (Some(eccentricity), touched);
             let outcome = Outcome {
                 status: if cause.is_some() { Status::Failed } else { Status::Ok },
                 cause,
                 causes,
                 end_cause: EndCause::EndTime,
-                values: vec![Some(eccentricity), touched],
+                values,
             };
             beyond_the_model(&machine, &structure, 1e-5, OutcomeView { columns: &columns, outcome: &outcome })
         };

@@ -171,22 +171,22 @@ pub fn describe_values(columns: &[Column], values: &[Option<f64>]) -> String {
             continue;
         }
         // A machine without a diaphragm has no rub; that there was no contact and no stop is told all the same.
-        if !matches!(group, Group::Course | Group::Functions)
-            && grouped.iter().all(|(place, _)| at(*place).is_none())
-        {
+        if !matches!(group, Group::Course | Group::Functions) && grouped.iter().all(|(place, _)| at(*place).is_none()) {
             text.push_str(&format!("\n{heading}: none\n"));
             continue;
         }
         text.push_str(&format!("\n{heading}\n"));
-        grouped
-            .into_iter()
-            .for_each(|(place, column)| line(&mut text, label(column), &shown(column, |by| at(place + by))));
+        grouped.into_iter().for_each(|(place, column)| {
+            let guarded = column.guarded().and_then(|name| at(columns.iter().position(|other| other.name == name)?));
+            line(&mut text, label(column), &shown(column, guarded, |by| at(place + by)));
+        });
     }
     text
 }
 
-/// A value with its unit, and when and at which speed it was reached. `after`: the value of the column so many places after this one.
-fn shown(column: &Column, after: impl Fn(usize) -> Option<f64>) -> String {
+/// A value with its unit, and when and at which speed it was reached. `guarded`: what it was while all guards held; `after`: the value of
+/// the column so many places after this one.
+fn shown(column: &Column, guarded: Option<f64>, after: impl Fn(usize) -> Option<f64>) -> String {
     let is_peak = column.part == Part::Peak;
     match after(0) {
         None => "-".to_owned(),
@@ -199,11 +199,13 @@ fn shown(column: &Column, after: impl Fn(usize) -> Option<f64>) -> String {
         // The place of a peak that never was is where it was looked for first.
         Some(0.0) if is_peak => "none".to_owned(),
         Some(value) => {
+            let guarded =
+                guarded.map(|value| format!("  ({} while all guards held)", format_quantity(value, column.unit)));
             let of_peak = |by: usize| if is_peak { after(by) } else { None };
             let time = of_peak(1).map(|time| format!("  at {}", format_quantity(time, "s")));
             let speed = of_peak(2).map(|speed| format!(", {}", format_quantity(speed, "rad/s")));
             let (time, speed) = (time.unwrap_or_default(), speed.unwrap_or_default());
-            format!("{}{time}{speed}", format_quantity(value, column.unit))
+            format!("{}{time}{speed}{}", format_quantity(value, column.unit), guarded.unwrap_or_default())
         }
     }
 }
@@ -240,7 +242,7 @@ fn line(text: &mut String, name: &str, value: &str) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bladeoff_model::outcome::CauseSet;
+    use bladeoff_model::outcome::{CauseSet, Growth};
 
     #[test]
     fn a_line_is_about_the_sample_it_names_in_full() {
@@ -258,6 +260,7 @@ mod tests {
             meaning: String::new(),
             group,
             part,
+            growth: if part == Part::Peak { Growth::Guarded } else { Growth::Free },
         };
         let columns = [
             column("max_bearing_load_N", "N", Group::BearingLoads, Part::Peak),
@@ -268,6 +271,7 @@ mod tests {
             column("max_blade_bending_stress_Pa", "Pa", Group::Stresses, Part::Peak),
             column("max_blade_bending_stress_at_s", "s", Group::Stresses, Part::PeakTime),
             column("max_blade_bending_stress_at_rad_s", "rad/s", Group::Stresses, Part::PeakSpeed),
+            column("guarded_max_bearing_load_N", "N", Group::BearingLoads, Part::Guarded),
         ];
         let mut causes = CauseSet::default();
         causes.insert(Cause::SlipReversal);
@@ -276,11 +280,12 @@ mod tests {
             cause: Some(Cause::SlipReversal),
             causes,
             end_cause: EndCause::EndTime,
-            values: vec![Some(1500.0), Some(0.25), None, None, Some(2.0), Some(0.0), Some(0.0), Some(0.0)],
+            values: vec![Some(1500.0), Some(0.25), None, None, Some(2.0), Some(0.0), Some(0.0), Some(0.0), Some(80.0)],
         };
         let text = describe_outcome(OutcomeView { columns: &columns, outcome: &outcome });
         let find = |start: &str| text.lines().find(|line| line.starts_with(start)).expect("the line").to_owned();
-        assert!(find("max_bearing_load ").ends_with("1.5 kN  at 0.25 s"), "{text}");
+        assert!(find("max_bearing_load ").ends_with("1.5 kN  at 0.25 s  (80 N while all guards held)"), "{text}");
+        assert!(!text.contains("guarded_"), "shown beside what it belongs to: {text}");
         assert!(find("first_contact ").ends_with('-'), "{text}");
         assert!(find("contact_impulse ").ends_with("2 N s"), "{text}");
         assert_eq!(find("max_blade_bending_stress ").split_whitespace().last(), Some("none"), "never stressed: {text}");
@@ -298,7 +303,9 @@ mod tests {
         for heading in headings {
             assert_eq!(text.lines().filter(|line| *line == heading).count(), 1, "{heading}: {text}");
         }
-        let is_shown = |column: &&Column| !column.name.contains("_at_") && !OTHERWISE.contains(&column.name.as_str());
+        let is_shown = |column: &&Column| {
+            !column.name.contains("_at_") && column.part != Part::Guarded && !OTHERWISE.contains(&column.name.as_str())
+        };
         for column in columns.iter().filter(is_shown) {
             let begins = |line: &&str| line.split_whitespace().next() == Some(label(column));
             assert_eq!(text.lines().filter(begins).count(), 1, "{}", column.name);

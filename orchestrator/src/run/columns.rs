@@ -3,7 +3,7 @@
 use crate::engine;
 use bladeoff_answers::tables::{Field, FieldKind, TableSchema};
 use bladeoff_model::machine::Machine;
-use bladeoff_model::outcome::{Column as OutcomeColumn, ColumnKind as OutcomeKind, Group, Part};
+use bladeoff_model::outcome::{Column as OutcomeColumn, ColumnKind as OutcomeKind, Group, Growth, Part};
 use bladeoff_study::{Column, ColumnKind, Samples};
 use bladeoff_study::{FunctionModel, Output};
 
@@ -27,6 +27,7 @@ pub fn function_columns(model: &FunctionModel) -> Vec<OutcomeColumn> {
         meaning: output.text.clone(),
         group: Group::Functions,
         part: Part::Whole,
+        growth: Growth::Free,
     };
     model.outputs.iter().map(column).collect()
 }

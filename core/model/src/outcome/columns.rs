@@ -71,7 +71,23 @@ pub enum Part {
     PeakTime,
     /// At which mean spin.
     PeakSpeed,
+    /// Of a row that is not `ok`, what another column had reached while all guards held ([`Column::guarded`]); null in one that is.
+    Guarded,
 }
+
+/// How a column's quantity goes during a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Growth {
+    /// Up and down, or known at the end only.
+    Free,
+    /// It only grows: what it has reached stays reached, however the run goes on.
+    Grows,
+    /// It only grows, and a further column has what it had reached while all guards held.
+    Guarded,
+}
+
+/// How the name of a column of what was reached while all guards held begins; the other column's name follows. No other column begins so.
+const GUARDED: &str = "guarded_";
 
 /// One numeric column.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -88,4 +104,22 @@ pub struct Column {
     pub group: Group,
     /// What it is of that quantity.
     pub part: Part,
+    /// How its quantity goes during a run.
+    pub growth: Growth,
+}
+
+impl Column {
+    /// Whether its quantity only grows during a run, as a largest value, an impulse or a count does: the value of a run that ended early
+    /// is a lower bound of what the whole run would have reached.
+    #[must_use]
+    pub fn grows(&self) -> bool {
+        self.growth != Growth::Free
+    }
+
+    /// Name of the column that has, of a row that is not `ok`, what this one had reached while all guards held; `None` where there is
+    /// none. It is null in a row that is `ok` (whose value stands) and in rows of builds that did not keep it.
+    #[must_use]
+    pub fn guarded(&self) -> Option<String> {
+        (self.growth == Growth::Guarded).then(|| format!("{GUARDED}{}", self.name))
+    }
 }

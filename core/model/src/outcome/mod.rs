@@ -5,7 +5,7 @@ mod causes;
 mod columns;
 
 pub use causes::{Cause, CauseSet, EndCause, Status};
-pub use columns::{Column, ColumnKind, Group, MAX_COLUMNS, Part};
+pub use columns::{Column, ColumnKind, Group, Growth, MAX_COLUMNS, Part};
 
 /// The outcome of one run: a row of the result table without its sample number and parameters.
 #[derive(Debug, Clone, PartialEq)]

@@ -148,7 +148,7 @@ fn field(name: &str, kind: FieldKind, meaning: &str) -> Field {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bladeoff_model::outcome::{Group, Part};
+    use bladeoff_model::outcome::{Group, Growth, Part};
 
     #[test]
     fn parts_of_the_schema_are_found_again() {
@@ -159,6 +159,7 @@ mod tests {
             meaning: "time steps".into(),
             group: Group::Numerics,
             part: Part::Whole,
+            growth: Growth::Grows,
         }];
         let gap = Field { name: "gap_m".into(), unit: "m".into(), meaning: "gap".into(), kind: FieldKind::Real };
         let schema = TableSchema::new(vec![gap.clone()], &outcome);
