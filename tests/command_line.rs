@@ -391,5 +391,6 @@ fn a_word_too_many_is_refused_with_what_was_probably_meant() {
         let said = say(line);
         assert_eq!(said.code, 2, "{}", said.err);
         assert!(said.err.contains("unexpected argument") && said.err.contains(meant), "{}", said.err);
+        assert!(!said.err.contains("tip:"), "one hint: {}", said.err);
     }
 }

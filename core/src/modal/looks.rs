@@ -15,7 +15,7 @@ pub enum ModesError {
     Eigen(#[from] EigenError),
     /// From one speed to the next they change so much that it is not clear which is which, however small the steps.
     #[error(
-        "the modes change too much with the speed to be followed: after a look at {looks} speeds at {} of {}; is a unit wrong, \
+        "the modes change too much with the speed to be followed: after a look at {looks} speeds they are followed up to {} of {}; is a unit wrong, \
          such as a diameter of 25 m instead of 25 mm?",
         speed(*.reached), speed(*.wanted)
     )]

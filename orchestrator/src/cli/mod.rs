@@ -158,8 +158,11 @@ fn refuse(error: &clap::Error) -> ! {
         _ => None,
     };
     match command_line().try_get_matches_from(arguments) {
-        Err(same) if same.kind() == error.kind() => {
-            let (Some(meant), Ok(())) = (meant, same.print()) else { same.exit() };
+        Err(mut same) if same.kind() == error.kind() => {
+            let Some(meant) = meant else { same.exit() };
+            // Ours stands in place of clap's.
+            same.insert(ContextKind::Suggested, ContextValue::None);
+            let _ = same.print();
             output::remark(&meant);
             std::process::exit(same.exit_code())
         }
