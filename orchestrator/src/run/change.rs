@@ -66,13 +66,10 @@ pub(super) fn changes(folder: &Folder, prepared: &Prepared<'_>, header: &BTreeMa
 /// Whether the record of this very study has other keys than this build gives its samples.
 fn has_other_keys(old: Study, directory: &Folder, header: &BTreeMap<String, String>) -> bool {
     let says = |key: &str, value: String| header.get(key) == Some(&value);
-    if old.function().is_some() {
-        return false;
-    }
     let is_its_study = says("study_blake3", blake3::hash(old.text.as_bytes()).to_hex().to_string())
         && old
             .machine()
-            .is_none_or(|machine| says("machine_blake3", blake3::hash(machine.text.as_bytes()).to_hex().to_string()))
+            .is_some_and(|machine| says("machine_blake3", blake3::hash(machine.text.as_bytes()).to_hex().to_string()))
         && says("numerics_version", NUMERICS_VERSION.to_string());
     let part = |key: &str| header.get(key).map(String::as_str);
     let scale = part("scale").and_then(|scale| scale.parse().ok());
