@@ -114,6 +114,16 @@ fn a_normal_work_that_breaks_leaves_what_was_reached_before() {
 }
 
 #[test]
+fn with_modes_that_cannot_carry_a_contact_nothing_counts_from_the_first_one_on() {
+    let row = rig(&[("run.rotor_modes", "4")]);
+    assert!(row.outcome.causes.contains(Cause::ModalBasis) && row.value("contact_impulse_Ns") > 0.0);
+    for name in ["max_contact_force_N", "max_filtered_contact_force_N", "contact_impulse_Ns"] {
+        assert_eq!(row.get(&format!("guarded_{name}")), Some(0.0), "{name}");
+    }
+    assert!(below(&row) > 4 && row.value("guarded_max_bearing_load_N") > 0.0);
+}
+
+#[test]
 fn a_run_that_is_ok_has_none_of_it() {
     let row = rig(&[]);
     assert_eq!(row.outcome.status, Status::Ok);

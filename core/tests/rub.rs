@@ -279,6 +279,8 @@ fn slip_without_stick_is_invalid_where_rolling_would_begin() {
     assert!(row.value("slip_reversal_steps") > 0.0);
     assert!(row.outcome.causes.contains(bladeoff_model::outcome::Cause::SlipReversal));
     assert_ne!(row.outcome.status, Status::Ok);
+    let (impulse, guarded) = (row.value("contact_impulse_Ns"), row.value("guarded_contact_impulse_Ns"));
+    assert!(0.0 < guarded && guarded < impulse, "what came before the reversal: {guarded} of {impulse}");
 }
 
 #[test]

@@ -191,3 +191,37 @@ impl ContactRecorder {
         row.count("slip_reversal_steps", "contact steps whose slip velocity changed sign", reversals);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bladeoff_model::machine::MachineDef;
+
+    /// The next step shows what a contact left; the guard knows before.
+    #[test]
+    fn what_the_last_step_left_counts_at_once() {
+        let text = include_str!("../../../studies/machines/lab_rig.toml");
+        let machine = MachineDef::parse("rig.toml", text).expect("a machine").build().expect("a machine");
+        let mut contact = ContactRecorder::new(&machine.diaphragms[0].contact, 1e-5);
+        let touch = |gap: f64| Touch {
+            normal: 1.0,
+            sticks: false,
+            gap,
+            points: 1,
+            reversed: false,
+            no_fixed_point: false,
+            several_minima: false,
+        };
+        let at = |step: f64| At { time: 1e-5 * step, speed: 100.0 };
+        assert_eq!(contact.penetration(), None);
+        contact.see(Some(&touch(-2e-6)), at(1.0));
+        assert_eq!((contact.penetration(), contact.penetration.value), (Some(2e-6), None));
+        contact.see(Some(&touch(-1e-6)), at(2.0));
+        assert_eq!((contact.penetration(), contact.penetration.value), (Some(2e-6), Some(2e-6)));
+        contact.see(Some(&touch(-3e-6)), at(3.0));
+        contact.hold();
+        assert_eq!((contact.penetration(), contact.penetration.guarded), (Some(3e-6), 2e-6));
+        contact.finish(at(4.0));
+        assert_eq!((contact.penetration.value, contact.penetration.at.time), (Some(3e-6), at(4.0).time));
+    }
+}

@@ -332,3 +332,45 @@ pub fn unknown_in(history: &History, pattern: &str) -> HistoryError {
     let names: Vec<String> = history.channels.iter().map(|channel| channel.name.clone()).collect();
     unknown(pattern, &names)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bladeoff_model::machine::{Detection, MachineDef};
+    use std::collections::BTreeSet;
+
+    /// With several diaphragms no channel, picture or word is that of two.
+    #[test]
+    fn several_rings_carry_their_names() {
+        let text = include_str!("../../../studies/machines/lab_rig.toml");
+        let mut machine = MachineDef::parse("rig.toml", text).expect("a machine").build().expect("a machine");
+        let names = |machine: &Machine| {
+            let structure = Structure::build(machine, None).expect("modes");
+            let report = crate::engine::modes(machine, &[]).expect("modes");
+            let pictures = crate::pictures::ring_shapes(machine, &structure, &report).expect("drawn");
+            let channels = catalogue(machine, &structure).iter().map(Channel::name).collect::<Vec<_>>();
+            (channels, pictures.into_iter().map(|(name, _)| name).collect::<Vec<_>>())
+        };
+        let (alone, pictures) = names(&machine);
+        assert!(
+            alone.iter().any(|name| name == "contact.gap_m") && alone.iter().any(|name| name == "ring.radial000_m")
+        );
+        let own = machine.diaphragms[0].name.clone();
+        assert_eq!(pictures, [own.as_str()]);
+        let detection = crate::engine::detection(&machine);
+        assert!(detection.is_some());
+        let mut other = machine.diaphragms[0].clone();
+        other.name = "wide-one".to_owned();
+        machine.diaphragms.push(other);
+        let (both, pictures) = names(&machine);
+        assert_eq!(both.iter().collect::<BTreeSet<_>>().len(), both.len(), "no name stands twice");
+        assert_eq!(pictures, [own.as_str(), "wide-one"]);
+        for name in [format!("contact.{own}.gap_m"), "ring.wide_one.radial000_m".to_owned()] {
+            assert!(both.contains(&name), "{name}: {both:?}");
+        }
+        assert_eq!(crate::engine::detection(&machine), detection);
+        let hyp1 = machine.diaphragms[1].contact.detection == Detection::Hyp1;
+        machine.diaphragms[1].contact.detection = if hyp1 { Detection::Hyp2 } else { Detection::Hyp1 };
+        assert_eq!(crate::engine::detection(&machine), None, "no word for two of them");
+    }
+}
