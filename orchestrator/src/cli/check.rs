@@ -106,7 +106,8 @@ fn drawn(samples: &Samples) -> String {
     let width = width().unwrap_or(usize::MAX);
     let mut text = String::new();
     if let Some(plan) = samples.plan() {
-        let (points, uncertain) = (counted(samples.points(), "point"), counted(study.drawn.understood.len() as u64, "uncertain parameter"));
+        let (points, uncertain) =
+            (counted(samples.points(), "point"), counted(study.drawn.understood.len() as u64, "uncertain parameter"));
         text.push_str(&format!("Design: {}, {points} of {uncertain}", plan.kind().word()));
         if plan.replicates() > 1 {
             text.push_str(&format!(", in {}", counted(plan.replicates(), "replicate")));

@@ -171,9 +171,7 @@ pub fn describe_values(columns: &[Column], values: &[Option<f64>]) -> String {
             continue;
         }
         // A machine without a diaphragm has no rub; that there was no contact and no stop is told all the same.
-        if !matches!(group, Group::Course | Group::Functions)
-            && grouped.iter().all(|(place, _)| at(*place).is_none())
-        {
+        if !matches!(group, Group::Course | Group::Functions) && grouped.iter().all(|(place, _)| at(*place).is_none()) {
             text.push_str(&format!("\n{heading}: none\n"));
             continue;
         }

@@ -250,7 +250,8 @@ mod tests {
 
     #[test]
     fn an_angle_counts_against_what_it_turns_against() {
-        let degrees = |list: &[f64]| list.iter().map(|angle| ParamValue::Number(angle.to_radians())).collect::<Vec<_>>();
+        let degrees =
+            |list: &[f64]| list.iter().map(|angle| ParamValue::Number(angle.to_radians())).collect::<Vec<_>>();
         // What is still fixed, with the period and the angle whose values repeat.
         let fixed = |changes: &[(&str, &str)], path: &str, values: &[f64]| {
             let values = degrees(values);

@@ -69,7 +69,7 @@ impl Gate {
             let message = format!("{confidence} is not between 0 and 1");
             return Err(vec![Problem { key: "confidence", place: None, message }]);
         }
-        match Formula::condition(condition, &names.columns) {
+        match Formula::condition(condition, &names.known) {
             Ok(condition) => Ok(Self { text: text.trim().to_owned(), condition, bound, confidence }),
             Err(error) => wrong(error.place.start + from..error.place.end + from, error.message),
         }
