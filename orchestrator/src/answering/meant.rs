@@ -52,7 +52,7 @@ pub fn meant(samples: &Samples, source: Source<'_>) -> Result<Meant, Problems> {
 
 /// Checks questions and gates of a file that was just read; a [`bladeoff_study::CheckAsked`].
 pub fn check_asked(to_check: &ToCheck<'_>, problems: &mut Collector<'_>) {
-    let &ToCheck { asked, study, machine, names, has_design } = to_check;
+    let &ToCheck { asked, study, machine, is_function, names, has_design } = to_check;
     if !has_design {
         needs_design(asked, problems);
         return;
@@ -75,7 +75,7 @@ pub fn check_asked(to_check: &ToCheck<'_>, problems: &mut Collector<'_>) {
         vocabulary.mention(names);
     }
     // without a machine no name of a column is known
-    if machine.is_some() || study.is_some() {
+    if machine.is_some() || is_function {
         understand(&vocabulary, asked, problems);
     }
 }

@@ -35,6 +35,8 @@ pub struct ToCheck<'a> {
     pub study: Option<&'a Study>,
     /// Its machine, as far as that could be read.
     pub machine: Option<&'a MachineDef>,
+    /// It computes formulas and needs no machine.
+    pub is_function: bool,
     /// Names that the file gives to what differs from sample to sample and to what is computed, whether or not the rest could be read.
     pub names: &'a [String],
     /// Whether there is a `[design]`, be it a wrong one.

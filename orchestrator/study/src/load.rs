@@ -91,10 +91,10 @@ fn load_with(
     let (problems, others, seen) = (Collector::new(&file, &text), Vec::new(), Seen::default());
     let mut loader = Loader { path, files, taken, problems, others, seen };
     let study = loader.study(&file, &text, &root);
-    let Seen { asked, machine, names, has_design } = std::mem::take(&mut loader.seen);
+    let Seen { asked, machine, is_function, names, has_design } = std::mem::take(&mut loader.seen);
     if !asked.is_empty() {
         let (study, machine) = (study.as_ref(), machine.as_ref());
-        let to_check = ToCheck { asked: &asked, study, machine, names: &names, has_design };
+        let to_check = ToCheck { asked: &asked, study, machine, is_function, names: &names, has_design };
         check(&to_check, &mut loader.problems);
     }
     let mut all = Vec::new();
@@ -133,6 +133,7 @@ struct Loader<'a> {
 struct Seen {
     asked: Asked,
     machine: Option<MachineDef>,
+    is_function: bool,
     names: Vec<String>,
     has_design: bool,
 }
@@ -147,13 +148,14 @@ impl Loader<'_> {
         let seed = keys.get("seed").map_or(Some(0), |entry| keys.whole(entry, 0, i64::MAX as u64, &mut self.problems));
         let asked = Asked::read(&keys, &mut self.problems);
         let has_design = keys.get("design").is_some();
-        self.seen = Seen { asked: asked.clone(), machine: None, names: names(&keys), has_design };
+        self.seen = Seen { asked: asked.clone(), names: names(&keys), has_design, ..Seen::default() };
         let limits = match keys.get("limits") {
             Some(entry) => Limits::read(entry, !asked.is_empty(), &mut self.problems),
             None => Limits::of(!asked.is_empty()),
         };
         let is_function = self.is_function(&keys)?;
         let machine = if is_function { None } else { self.machine(&keys) };
+        self.seen.is_function = is_function;
         self.seen.machine = machine.as_ref().filter(|_| !asked.is_empty()).map(|machine| machine.def.clone());
         let partly = machine.as_ref().is_some_and(|machine| machine.partly);
         let paths = match is_function {

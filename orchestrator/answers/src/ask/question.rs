@@ -215,7 +215,8 @@ impl Check<'_> {
             let Some(text) = &def.probability else {
                 return self.wrong("fragility", "`fragility` is that of a `probability`");
             };
-            return Some(Ask::Fragility(path?, self.condition(text)?));
+            let condition = self.condition(text);
+            return Some(Ask::Fragility(path?, condition?));
         }
         let figure = self.figure(def);
         match (&def.difference, &def.vary) {
