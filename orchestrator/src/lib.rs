@@ -5,6 +5,7 @@
 //! [`bladeoff_answers`] writes the table and says what came out, [`report`] shows how far it is, [`chaos`] tries whether all that
 //! survives the night. [`cli`] is the way in.
 
+pub mod answering;
 pub mod chaos;
 pub mod cli;
 pub mod dispatch;

@@ -3,7 +3,7 @@
 
 #![allow(clippy::print_stdout, reason = "the measurements are its output")]
 
-use bladeoff_answers::ask::{Names, Question, QuestionDef, answer, answer_all};
+use bladeoff_answers::ask::{Known, Names, Question, QuestionDef, answer, answer_all};
 use bladeoff_answers::estimate::input::{Cells, Column, Design, DesignKind, Group, Label, Nature, Study};
 use bladeoff_answers::gate::Gate;
 use bladeoff_model::outcome::{Cause, CauseSet, Status};
@@ -51,7 +51,7 @@ fn questions(names: &Names) -> Vec<Question> {
 
 fn main() {
     let names = Names {
-        columns: vec![("y".to_owned(), true), ("u".to_owned(), true)],
+        known: Known { columns: vec![("y".to_owned(), true), ("u".to_owned(), true)], ..Known::default() },
         uncertain: vec!["u".to_owned()],
         varied: vec![("way".to_owned(), WAYS.map(label).to_vec())],
     };

@@ -1,7 +1,8 @@
 //! Every way a subcommand can end badly, with its exit code.
 
 use super::exit::Exit;
-use super::refusals::{NoDirectory, ReplayError, WhyError};
+use super::refusals::{NoDirectory, NotAsked, ReplayError, WhyError};
+use crate::answering::AnsweringError;
 use crate::chaos::ChaosError;
 use crate::dispatch::Signal;
 use crate::engine::EngineError;
@@ -128,6 +129,12 @@ pub enum CliError {
     /// No directory is named and none is there to be taken.
     #[error(transparent)]
     NoDirectory(#[from] NoDirectory),
+    /// Questions that are not answered.
+    #[error(transparent)]
+    Answering(#[from] AnsweringError),
+    /// Nothing is asked.
+    #[error(transparent)]
+    NotAsked(#[from] NotAsked),
     /// A sample of which nothing can be said.
     #[error(transparent)]
     Why(#[from] WhyError),
@@ -211,6 +218,11 @@ impl CliError {
             | CliError::Replay(_) => Exit::Input,
             CliError::Figure(_) => Exit::Io,
             CliError::History(_) => Exit::Io,
+            CliError::NotAsked(NotAsked::Questions { .. }) => Exit::Input,
+            CliError::NotAsked(NotAsked::Gates { .. }) => Exit::Usage,
+            CliError::Answering(AnsweringError::Table(TableError::Version { .. })) => Exit::Input,
+            CliError::Answering(AnsweringError::Table(_) | AnsweringError::Row { .. }) => Exit::Io,
+            CliError::Answering(_) => Exit::Input,
             CliError::Table(TableError::Version { .. }) => Exit::Input,
             CliError::Table(_) | CliError::File(_) | CliError::Ledger(_) | CliError::Stdout { .. } => Exit::Io,
             CliError::Chaos(ChaosError::File(_)) => Exit::Io,

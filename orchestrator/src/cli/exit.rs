@@ -15,9 +15,9 @@ pub enum Exit {
     Usage = 2,
     /// A machine, study or result that cannot be used as it is.
     Input = 3,
-    /// Complete, with more failed or invalid samples than the study allows; a failed `simulate`.
+    /// Complete, with more failed or invalid samples than the study allows; a failed `simulate`; a gate that failed.
     Failures = 4,
-    /// Not all samples were computed.
+    /// Not all samples were computed; a gate that is open.
     Incomplete = 5,
     /// A file, the disk, shared memory or a process failed.
     Io = 6,
@@ -49,7 +49,7 @@ Exit codes:
   1    internal error (a bug: please report it)
   2    wrong command line
   3    bad input: a machine, study or result directory that cannot be used as it is
-  4    complete, but with more failed or invalid samples than the study allows
-  5    incomplete: some samples were not computed
+  4    complete, but with more failed or invalid samples than the study allows; a gate that failed
+  5    incomplete: some samples were not computed; a gate that is open
   6    a file, the disk, shared memory or a process failed
   130  ended by Ctrl-C; 143 by SIGTERM; finished samples are kept";

@@ -1,5 +1,6 @@
 //! The command line: one file per subcommand, errors and exit codes in one place.
 
+mod answer;
 mod bench;
 mod budget;
 mod check;
@@ -9,6 +10,7 @@ mod excerpt;
 mod exit;
 mod export;
 mod functions;
+mod gate;
 mod hints;
 mod history;
 mod json;
@@ -65,6 +67,8 @@ enum Command {
     Modes(modes::Args),
     Paths(paths::Args),
     New(new::Args),
+    Answer(answer::Args),
+    Gate(gate::Args),
     Export(export::Args),
     Verify(verify::Args),
     Replay(replay::Args),
@@ -183,6 +187,8 @@ fn dispatch(command: Command) -> Exit {
         Command::Modes(args) => modes::main(&args),
         Command::Paths(args) => paths::main(&args),
         Command::New(args) => new::main(&args),
+        Command::Answer(args) => answer::main(&args),
+        Command::Gate(args) => gate::main(&args),
         Command::Export(args) => export::main(&args),
         Command::Verify(args) => verify::main(&args),
         Command::Replay(args) => replay::main(&args),

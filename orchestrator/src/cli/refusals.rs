@@ -14,6 +14,37 @@ use std::path::{Path, PathBuf};
 #[error("there is no result directory here nor below runs/; name one")]
 pub struct NoDirectory;
 
+/// Why nothing is answered: nothing is asked.
+#[derive(Debug, thiserror::Error)]
+pub enum NotAsked {
+    /// No question.
+    #[error(
+        "{} asks no question; a [[question]] in a study file does, and `--study FILE` takes those of another file",
+        shown(file)
+    )]
+    Questions {
+        /// The study file.
+        file: PathBuf,
+    },
+    /// No gate.
+    #[error(
+        "no gate: {} has none, and no --require is given; such as\n  {}",
+        shown(file),
+        call::command([
+            OsStr::new("gate"),
+            call::path_word(directory).as_os_str(),
+            OsStr::new("--require"),
+            OsStr::new("P(max_bearing_load_N > 1.2 MN) < 1e-2")
+        ])
+    )]
+    Gates {
+        /// The study file.
+        file: PathBuf,
+        /// The result directory.
+        directory: PathBuf,
+    },
+}
+
 /// Why nothing can be said of a sample.
 #[derive(Debug, thiserror::Error)]
 pub enum WhyError {

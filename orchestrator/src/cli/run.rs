@@ -1,10 +1,12 @@
 //! `bladeoff run`: a study on all cores.
 
+use super::answer::answers_of_run;
 use super::budget::BudgetArgs;
 use super::error::CliError;
 use super::exit::Exit;
 use super::functions;
 use super::output::{remark, tell, width, width_of_errors};
+use crate::answering::check_asked;
 use crate::dispatch::{Ended, time_left};
 use crate::run::directory::{LEDGER, row_files};
 use crate::run::{Finished, Request, Rerun, RunError, TRUST, go_on, own_columns, run};
@@ -13,7 +15,7 @@ use bladeoff_answers::report::are;
 use bladeoff_answers::report::{SUMMARY_COLUMNS, Summary, counted, duration};
 use bladeoff_answers::tables::Table;
 use bladeoff_model::outcome::{Cause, Status};
-use bladeoff_study::{Samples, Study, check_machines, load, parse_duration};
+use bladeoff_study::{Samples, Study, check_machines, load_checked, parse_duration};
 use bladeoff_system::shown;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -33,6 +35,9 @@ end there is a summary, and in the result directory:
   study.toml, machine.toml, points.csv
                     the inputs as they were
   timings.parquet   CPU time, worker, attempt of each sample
+  answers.json, answers/NAME.parquet
+                    answers to the [[question]]s of the study,
+                    and their curves
   manifest.json     versions, build, host, dates, command,
                     BLAKE3 of the tables
   status.json       what `status` shows
@@ -81,7 +86,7 @@ Examples:
   bladeoff run studies/first-look.toml --json-events | jq .
 
 The exit code is 5 when a budget ended the run, 4 when more samples failed or were invalid than [limits] of the study allows (default: \
-no sample may fail, any number may be invalid).";
+no sample may fail, any number may be invalid; of a study with questions or gates any number may fail, their answers carry them).";
 
 /// Compute a study on all cores and write its result directory
 #[derive(Debug, clap::Args)]
@@ -168,7 +173,7 @@ fn scale(text: &str) -> Result<f64, String> {
 impl PartArgs {
     /// The checked samples of a study file.
     pub fn load(&self, study: &std::path::Path) -> Result<Samples, CliError> {
-        let samples = Samples::new(load(study, own_columns)?, self.scale, self.limit)?;
+        let samples = Samples::new(load_checked(study, own_columns, check_asked)?, self.scale, self.limit)?;
         if samples.study().function().is_none() {
             check_machines(&samples)?;
             check_starts(&samples)?;
@@ -235,6 +240,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         let table = shown(table);
         text.push_str(&format!("\n{what}: {table}{all}\n"));
     }
+    text.push_str(&answers_of_run(&out, &samples, args.trust_dir)?);
     let printed = if args.json_events {
         remark(text.trim_end());
         Ok(())

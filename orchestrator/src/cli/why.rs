@@ -196,7 +196,7 @@ fn place(args: &Args) -> Result<(PathBuf, u64), CliError> {
 }
 
 /// The study as it is frozen in the directory, with the part of it that was run.
-fn frozen(directory: &Path) -> Result<Samples, WhyError> {
+pub(super) fn frozen(directory: &Path) -> Result<Samples, WhyError> {
     let failed = |source| WhyError::Frozen { directory: directory.to_path_buf(), source };
     let study = load_frozen(FrozenFiles::of(directory), own_columns).map_err(failed)?;
     let manifest: Value = Place::from(&directory.join(MANIFEST))

@@ -32,6 +32,53 @@ pub fn function_columns(model: &FunctionModel) -> Vec<OutcomeColumn> {
     model.outputs.iter().map(column).collect()
 }
 
+/// What a column of a table says of a run that is not ok.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Told {
+    /// All: it went into the run.
+    Given,
+    /// What was reached at least, in the column of this name; the quantity only grows.
+    Grown(Option<String>),
+    /// Nothing.
+    Found,
+}
+
+/// A column of a study's table.
+#[derive(Debug, Clone)]
+pub struct TableColumn {
+    /// Name, unit, storage.
+    pub field: Field,
+    /// Of runs that are not ok.
+    pub told: Told,
+}
+
+/// All columns of the table of these samples; `None`: their machine cannot be built.
+#[must_use]
+pub fn columns_of(samples: &Samples) -> Option<Vec<TableColumn>> {
+    if let Some(model) = samples.study().function() {
+        return Some(told(&function_schema(samples, model), function_columns(model).len()));
+    }
+    let machine = samples.try_machine(0).ok()??.build().ok()?;
+    Some(told(&table_schema(samples, &machine), engine::columns(&machine).len()))
+}
+
+/// Those of a study of this machine in which nothing varies.
+#[must_use]
+pub fn columns_without(machine: &Machine) -> Vec<TableColumn> {
+    let outcome = engine::columns(machine);
+    told(&TableSchema::new(Vec::new(), &outcome), outcome.len())
+}
+
+/// `found`: how many of the last columns the solver fills.
+fn told(schema: &TableSchema, found: usize) -> Vec<TableColumn> {
+    let given = schema.fields().len() - found;
+    let columns = schema.fields().iter().enumerate().map(|(at, field)| {
+        let told = if at < given { Told::Given } else { Told::Found };
+        TableColumn { field: field.clone(), told }
+    });
+    columns.collect()
+}
+
 fn field(column: Column) -> Field {
     let kind = match column.kind {
         ColumnKind::Real => FieldKind::Real,

@@ -34,12 +34,29 @@ pub const MANIFEST: &str = "manifest.json";
 pub const LEDGER: &str = "ledger.redb";
 /// Name of the file in a result directory.
 pub const STATUS: &str = "status.json";
+/// Answers to the questions of a complete study.
+pub const ANSWERS: &str = "answers.json";
+/// Folder of their curves: a Parquet file for each question that has one.
+pub const CURVES: &str = "answers";
 /// Messages of the workers.
 pub const WORKER_LOG: &str = "workers.log";
 
 /// What is written aside and then gets its name.
-const WHOLE: [&str; 12] =
-    [RESULTS, TIMINGS, MANIFEST, STUDY, MACHINE, POINTS, PLAN_FILE, BASIS_FILE, STATUS, PARTS, TIMING_PARTS, LEDGER];
+const WHOLE: [&str; 13] = [
+    RESULTS,
+    TIMINGS,
+    MANIFEST,
+    STUDY,
+    MACHINE,
+    POINTS,
+    PLAN_FILE,
+    BASIS_FILE,
+    STATUS,
+    PARTS,
+    TIMING_PARTS,
+    LEDGER,
+    ANSWERS,
+];
 /// What is there before the record is.
 const FIRST: [&str; 6] = [LOCK, STUDY, MACHINE, POINTS, BASIS_FILE, PLAN_FILE];
 

@@ -25,6 +25,7 @@ pub mod order;
 mod parts;
 mod prepare;
 mod provenance;
+mod questions;
 pub mod rehearsal;
 mod request;
 mod resume;
@@ -39,7 +40,7 @@ mod upkeep;
 mod work;
 
 pub use checksums::{Verified, refuse_changed, refuse_changed_timings, verify};
-pub use columns::{function_columns, own_columns};
+pub use columns::{TableColumn, Told, columns_of, columns_without, function_columns, own_columns};
 pub use directory::STATUS;
 pub use error::{Change, Lost, RunError};
 pub use events::EVENTS_VERSION;
@@ -49,6 +50,7 @@ pub use request::{Finished, Request};
 pub use resume::Rerun;
 pub use status::{RunState, Seen, TRUST, go_on, see};
 pub use trust::Untrusted;
+pub(crate) use trust::check as check_trust;
 
 use crate::dispatch::{self, DispatchError, DispatchOptions, Ended};
 use crate::ledger;

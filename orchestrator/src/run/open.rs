@@ -9,6 +9,7 @@ use super::prepare::{Prepared, frozen_basis, new_basis};
 use super::request::{Finished, Request};
 use super::resume::{self, Again, Opened};
 use super::{tables, upkeep};
+use crate::answering::forget;
 use crate::dispatch;
 use crate::report::Tally;
 use bladeoff_answers::report::{are, counted};
@@ -87,9 +88,10 @@ pub(super) fn open<'a>(
             are(opened.todo.total())
         ));
     }
-    // A table of what was there would look like that of the whole.
+    // A table of what was there would look like that of the whole, and so would its answers.
     directory.remove(RESULTS)?;
     directory.remove(TIMINGS)?;
+    forget(directory.open())?;
     Ok(Opening::Session(Box::new(Session { request, prepared, opened, directory })))
 }
 

@@ -5,6 +5,7 @@ use super::directory::{RESULTS, RunDirectory, TIMINGS};
 use super::error::RunError;
 use super::manifest::Checksums;
 use super::prepare::Prepared;
+use super::questions::questions;
 use crate::ledger::{Entry, Reader};
 use crate::report::Tally;
 use bladeoff_answers::tables::{
@@ -52,7 +53,8 @@ impl<'a> RowsWriter<'a> {
         timings: Pending,
         more: &[(String, String)],
     ) -> Result<Self, TableError> {
-        let provenance = Provenance([&prepared.provenance, more].concat());
+        let asked = questions(&prepared.samples.study().asked);
+        let provenance = Provenance([&prepared.provenance, &asked[..], more].concat());
         Ok(Self {
             prepared,
             results: ResultsWriter::create(results, &prepared.schema, &provenance)?,

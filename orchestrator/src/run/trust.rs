@@ -43,7 +43,7 @@ pub enum Untrusted {
 /// Why a directory is not to be trusted: others could write in it, and the user does not trust them (`trusts`). That of a group which is only the
 /// user's own, by its number, is the user's: many systems make new directories so (umask 002). One of somebody else in which
 /// nothing can be written is that error: it may still be read.
-pub(super) fn check(folder: &Folder, trusts: bool) -> Result<Option<Untrusted>, FileError> {
+pub(crate) fn check(folder: &Folder, trusts: bool) -> Result<Option<Untrusted>, FileError> {
     let path = || folder.path().to_path_buf();
     let found = folder.stat().map_err(FileError::at("read", folder.path()))?;
     let (user, group) = (geteuid().as_raw(), getegid().as_raw());

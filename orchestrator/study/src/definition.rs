@@ -1,5 +1,6 @@
 //! A study as read from its file.
 
+use super::asked::Asked;
 use super::axis::Axis;
 use super::carried::Carried;
 use super::drawn::Drawn;
@@ -37,6 +38,8 @@ pub struct Study {
     pub carried: Vec<Carried>,
     /// How many failed and invalid samples are acceptable.
     pub limits: Limits,
+    /// Questions and gates, which are no part of what is computed.
+    pub asked: Asked,
     /// Which samples have a twin run; `None`: as the machine says.
     pub twin: Option<TwinShare>,
 }

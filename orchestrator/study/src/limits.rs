@@ -8,7 +8,8 @@ use std::time::Duration;
 /// The policy of a study.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
-    /// Largest share of samples that failed or were quarantined; default 0 %.
+    /// Largest share of samples that failed or were quarantined; default 0 %, of a study with questions or gates 100 %: their answers
+    /// carry such samples.
     pub max_failed: Share,
     /// Largest share of invalid samples; default 100 %.
     pub max_invalid: Share,
@@ -75,9 +76,15 @@ const KEYS: [&str; 6] = ["max_failed", "max_invalid", "time_limit", "memory_limi
 const ALLOWED: &str = "a number of samples such as 3, or a share such as \"5 %\"";
 
 impl Limits {
-    /// From `[limits]`; problems go to `problems`.
-    pub(super) fn read(entry: &Entry, problems: &mut Collector<'_>) -> Self {
-        let mut limits = Self::default();
+    /// Of a study without `[limits]`.
+    pub(super) fn of(is_asked: bool) -> Self {
+        let all = Share::Percent(100.0);
+        if is_asked { Self { max_failed: all, ..Self::default() } } else { Self::default() }
+    }
+
+    /// From `[limits]`; `is_asked`: the study has questions or gates. Problems go to `problems`.
+    pub(super) fn read(entry: &Entry, is_asked: bool, problems: &mut Collector<'_>) -> Self {
+        let mut limits = Self::of(is_asked);
         let Some(keys) = Keys::of(entry, "limits", problems) else { return limits };
         keys.refuse_unknown(&KEYS, problems);
         if let Some(share) = keys.get("max_failed").and_then(|entry| read_share(entry, "limits.max_failed", problems)) {

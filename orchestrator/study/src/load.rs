@@ -1,5 +1,6 @@
 //! A study file from its text: every key, path and value checked, all problems of all its files at once.
 
+use super::asked::{Asked, CheckAsked, ToCheck, names};
 use super::axis::{Axis, MOST_VARIED};
 use super::carried::{Carried, Others, refuse_taken};
 use super::definition::{MachineSubject, Study, Subject};
@@ -30,7 +31,7 @@ pub const STUDY_SCHEMA: i128 = 1;
 /// Largest points file.
 const MAX_POINTS_BYTES: u64 = 256 << 20;
 
-const KEYS: [&str; 15] = [
+const KEYS: [&str; 17] = [
     "schema",
     "name",
     "model",
@@ -46,6 +47,8 @@ const KEYS: [&str; 15] = [
     "design",
     "limits",
     "twin_share",
+    "question",
+    "gate",
 ];
 /// What a study without a machine has no use for.
 const OF_MACHINES: [&str; 4] = ["machine", "set", "points", "twin_share"];
@@ -55,7 +58,15 @@ const OF_MACHINES: [&str; 4] = ["machine", "set", "points", "twin_share"];
 /// # Errors
 /// The study file cannot be read; or every problem found in the study, the machine and the points file.
 pub fn load(path: &Path, taken: TakenNames) -> Result<Study, StudyError> {
-    load_with(path, None, taken)
+    load_with(path, None, taken, |_, _| {})
+}
+
+/// As [`load`], with what is asked of the study checked as well.
+///
+/// # Errors
+/// As [`load`]; what is wrong with its questions and gates is among the problems.
+pub fn load_checked(path: &Path, taken: TakenNames, check: CheckAsked) -> Result<Study, StudyError> {
+    load_with(path, None, taken, check)
 }
 
 /// Reads a study as a result directory keeps it: its machine and points are the frozen ones, whatever it calls them.
@@ -63,17 +74,29 @@ pub fn load(path: &Path, taken: TakenNames) -> Result<Study, StudyError> {
 /// # Errors
 /// As [`load`].
 pub fn load_frozen(files: FrozenFiles, taken: TakenNames) -> Result<Study, StudyError> {
-    load_with(&files.study(), Some(files), taken)
+    load_with(&files.study(), Some(files), taken, |_, _| {})
 }
 
-fn load_with(path: &Path, frozen: Option<FrozenFiles>, taken: TakenNames) -> Result<Study, StudyError> {
+fn load_with(
+    path: &Path,
+    frozen: Option<FrozenFiles>,
+    taken: TakenNames,
+    check: CheckAsked,
+) -> Result<Study, StudyError> {
     let file = path.to_string_lossy().into_owned();
     let read = if frozen.is_some() { read_frozen } else { read_input };
     let text = read(path, MAX_FILE_BYTES as u64)?;
     let root = parse_toml(&file, &text).map_err(|problems| StudyError::Problems(vec![problems]))?;
     let files = NamedFiles { study: path, frozen };
-    let mut loader = Loader { path, files, taken, problems: Collector::new(&file, &text), others: Vec::new() };
+    let (problems, others, seen) = (Collector::new(&file, &text), Vec::new(), Seen::default());
+    let mut loader = Loader { path, files, taken, problems, others, seen };
     let study = loader.study(&file, &text, &root);
+    let Seen { asked, machine, is_function, names, has_design } = std::mem::take(&mut loader.seen);
+    if !asked.is_empty() {
+        let (study, machine) = (study.as_ref(), machine.as_ref());
+        let to_check = ToCheck { asked: &asked, study, machine, is_function, names: &names, has_design };
+        check(&to_check, &mut loader.problems);
+    }
     let mut all = Vec::new();
     if let Err(problems) = loader.problems.finish() {
         all.push(problems);
@@ -102,6 +125,17 @@ struct Loader<'a> {
     problems: Collector<'a>,
     /// Problems of the machine and the points file.
     others: Vec<Problems>,
+    seen: Seen,
+}
+
+/// What was read, whatever becomes of the study.
+#[derive(Default)]
+struct Seen {
+    asked: Asked,
+    machine: Option<MachineDef>,
+    is_function: bool,
+    names: Vec<String>,
+    has_design: bool,
 }
 
 impl Loader<'_> {
@@ -112,9 +146,17 @@ impl Loader<'_> {
         self.schema(&keys);
         let name = self.name(&keys);
         let seed = keys.get("seed").map_or(Some(0), |entry| keys.whole(entry, 0, i64::MAX as u64, &mut self.problems));
-        let limits = keys.get("limits").map(|entry| Limits::read(entry, &mut self.problems)).unwrap_or_default();
+        let asked = Asked::read(&keys, &mut self.problems);
+        let has_design = keys.get("design").is_some();
+        self.seen = Seen { asked: asked.clone(), names: names(&keys), has_design, ..Seen::default() };
+        let limits = match keys.get("limits") {
+            Some(entry) => Limits::read(entry, !asked.is_empty(), &mut self.problems),
+            None => Limits::of(!asked.is_empty()),
+        };
         let is_function = self.is_function(&keys)?;
         let machine = if is_function { None } else { self.machine(&keys) };
+        self.seen.is_function = is_function;
+        self.seen.machine = machine.as_ref().filter(|_| !asked.is_empty()).map(|machine| machine.def.clone());
         let partly = machine.as_ref().is_some_and(|machine| machine.partly);
         let paths = match is_function {
             true => PathTable::of_function(),
@@ -181,6 +223,7 @@ impl Loader<'_> {
             empirical_texts,
             carried,
             limits,
+            asked,
             twin,
         })
     }

@@ -118,6 +118,12 @@ impl<'a> Collector<'a> {
         self.list.is_empty()
     }
 
+    /// Problems so far, those included that are only counted.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.list.len() + self.left_out
+    }
+
     /// Whether further problems are only counted: nobody reads what is said of them, so it need not be found out.
     #[must_use]
     pub fn is_full(&self) -> bool {

@@ -81,6 +81,12 @@ fn subject(figure: &Figure) -> String {
     }
 }
 
+/// A column's name ends in its unit.
+fn with_unit(name: &str, unit: &str) -> String {
+    let unit = unit.replace(' ', "").replace('/', "_");
+    if unit.is_empty() { name.to_owned() } else { format!("{name}_{unit}") }
+}
+
 /// Rows without a value, in words.
 fn note_empty(notes: &mut Vec<String>, empty: u64, what: &str) {
     if empty > 0 {
@@ -157,6 +163,7 @@ impl Asked<'_> {
     }
 
     fn exceedance(&self, column: &str) -> Result<Answered, InputError> {
+        let unit = &self.study.column(column)?.unit;
         let (mut answers, mut curves) = (Vec::new(), Vec::new());
         let mut points = vec![0; self.scheme.parts()];
         (0..self.study.points()).for_each(|point| points[self.part()(point)] += 1);
@@ -170,12 +177,11 @@ impl Asked<'_> {
                 answer.notes.push("the limits hold for each level by itself".to_owned());
             }
             note_empty(&mut answer.notes, values.empty, NO_LEVEL);
-            let unit = &self.study.column(column)?.unit;
             answer.sentence = of_curve(&answer, &format!("exceedance of {column}"), &curve, unit, "level");
             answers.push(answer);
             curves.push((group.clone(), curve));
         }
-        Ok(Answered { answers, curve: Some(Curve::of(&curves, &["level"])) })
+        Ok(Answered { answers, curve: Some(Curve::of(&curves, &[&with_unit("level", unit)])) })
     }
 
     /// Groups that differ on an axis alone, with their values on it.
@@ -248,7 +254,7 @@ impl Asked<'_> {
             answers.push(answer);
             curves.push((group, curve));
         }
-        Ok(Answered { answers, curve: Some(Curve::of(&curves, &["from", "to"])) })
+        Ok(Answered { answers, curve: Some(Curve::of(&curves, &[&with_unit("from", &unit), &with_unit("to", &unit)])) })
     }
 
     fn difference(&self, figure: &Figure, path: &str, labels: &[Label; 2]) -> Result<Answered, InputError> {

@@ -10,6 +10,7 @@ mod asked;
 mod question;
 mod sentence;
 
+pub use crate::estimate::formula::Known;
 pub use answer::{Answer, Answers, SCHEMA};
 pub use asked::{Answered, answer, answer_all};
 pub use question::{Ask, CONFIDENCE, Figure, Names, Problem, Question, QuestionDef};

@@ -1,6 +1,6 @@
 //! Questions of a study: from the words of its file to what is asked of which columns.
 
-use crate::estimate::formula::{Formula, numbers};
+use crate::estimate::formula::{Formula, Known};
 use crate::estimate::input::Label;
 use bladeoff_model::document::nearest;
 use bladeoff_model::formula::FormulaError;
@@ -37,11 +37,11 @@ pub struct QuestionDef {
 /// Names that a question may use.
 #[derive(Debug, Clone, Default)]
 pub struct Names {
-    /// Columns of the table, parameters included, and whether they have numbers.
-    pub columns: Vec<(String, bool)>,
-    /// Those of uncertain parameters and variables.
+    /// Columns of the table.
+    pub known: Known,
+    /// Columns of uncertain parameters and variables.
     pub uncertain: Vec<String>,
-    /// Crossed axes and their values.
+    /// Columns of crossed axes, and their values; none: of which nothing more is known.
     pub varied: Vec<(String, Vec<Label>)>,
 }
 
@@ -159,7 +159,7 @@ impl Check<'_> {
     }
 
     fn condition(&mut self, text: &str) -> Option<Formula> {
-        match Formula::condition(text, &self.names.columns) {
+        match Formula::condition(text, &self.names.known) {
             Ok(formula) => Some(formula),
             Err(FormulaError { place, message }) => {
                 self.problems.push(Problem { key: "probability", place: Some(place), message });
@@ -169,13 +169,15 @@ impl Check<'_> {
     }
 
     fn column(&mut self, key: &'static str, name: &str) -> Option<String> {
-        match self.names.columns.iter().find(|(column, _)| column == name) {
-            Some((_, true)) => Some(name.to_owned()),
-            Some((_, false)) => self.wrong(key, format!("`{name}` is a column of words, not of numbers")),
-            None => {
-                let near = near(name, numbers(&self.names.columns));
+        let known = &self.names.known;
+        match known.meant(name)[..] {
+            [column] if known.is_number(column) => Some(column.to_owned()),
+            [column] => self.wrong(key, format!("`{column}` is a column of words, not of numbers")),
+            [] => {
+                let near = known.near(name).map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
                 self.wrong(key, format!("there is no column `{name}`{near}"))
             }
+            ref several => self.wrong(key, format!("`{name}` could be {}", several.join(" or "))),
         }
     }
 
@@ -213,13 +215,15 @@ impl Check<'_> {
             let Some(text) = &def.probability else {
                 return self.wrong("fragility", "`fragility` is that of a `probability`");
             };
-            return Some(Ask::Fragility(path?, self.condition(text)?));
+            let condition = self.condition(text);
+            return Some(Ask::Fragility(path?, condition?));
         }
         let figure = self.figure(def);
         match (&def.difference, &def.vary) {
             (Some(values), Some(path)) => {
                 let values = self.pair(values, path);
-                Some(Ask::Difference(figure?, path.clone(), values?))
+                let (axis, values) = values?;
+                Some(Ask::Difference(figure?, axis, values))
             }
             _ => figure.map(Ask::One),
         }
@@ -240,32 +244,57 @@ impl Check<'_> {
 
     /// A parameter that is varied or uncertain.
     fn parameter(&mut self, path: &str) -> Option<String> {
-        let mut all = self.names.varied.iter().map(|(axis, _)| axis).chain(&self.names.uncertain);
-        if all.clone().any(|name| name == path) {
-            return Some(path.to_owned());
+        let all = self.names.varied.iter().map(|(axis, _)| axis).chain(&self.names.uncertain);
+        let all: Vec<&str> = all.map(String::as_str).collect();
+        match self.one_of(path, &all)[..] {
+            [column] => Some(column.to_owned()),
+            [] => {
+                let near = self.near(path, &all);
+                self.wrong("fragility", format!("`{path}` is neither varied nor uncertain{near}"))
+            }
+            ref several => self.wrong("fragility", format!("`{path}` could be {}", several.join(" or "))),
         }
-        let near = near(path, all.by_ref().map(String::as_str));
-        self.wrong("fragility", format!("`{path}` is neither varied nor uncertain{near}"))
     }
 
-    fn pair(&mut self, values: &[Label; 2], path: &str) -> Option<[Label; 2]> {
-        let Some((_, known)) = self.names.varied.iter().find(|(axis, _)| axis == path) else {
-            let near = near(path, self.names.varied.iter().map(|(axis, _)| axis.as_str()));
-            return self.wrong("vary", format!("`{path}` is not varied{near}"));
+    /// Which of these columns a name could be.
+    fn one_of<'n>(&self, name: &str, columns: &[&'n str]) -> Vec<&'n str> {
+        let meant = self.names.known.meant(name);
+        columns.iter().copied().filter(|column| *column == name || meant.contains(column)).collect()
+    }
+
+    /// One of these columns that may be meant, by any of its names.
+    fn near(&self, name: &str, columns: &[&str]) -> String {
+        let aliases = self.names.known.aliases.iter().filter(|(_, column)| columns.contains(&column.as_str()));
+        near(name, columns.iter().copied().chain(aliases.map(|(alias, _)| alias.as_str())))
+    }
+
+    fn pair(&mut self, values: &[Label; 2], path: &str) -> Option<(String, [Label; 2])> {
+        let names = self.names;
+        let all: Vec<&str> = names.varied.iter().map(|(axis, _)| axis.as_str()).collect();
+        let axis = match self.one_of(path, &all)[..] {
+            [axis] => axis,
+            [] => {
+                let near = self.near(path, &all);
+                return self.wrong("vary", format!("`{path}` is not varied{near}"));
+            }
+            ref several => return self.wrong("vary", format!("`{path}` could be {}", several.join(" or "))),
         };
+        let known = names.varied.iter().find(|(name, _)| name == axis).map(|(_, known)| known.as_slice());
+        let known = known.unwrap_or_default();
         if values[0] == values[1] {
             self.wrong::<()>("difference", format!("both are {}", values[0]));
         }
         let words: Vec<String> = known.iter().map(ToString::to_string).collect();
         let mut fine = true;
         for value in values {
-            if !known.contains(value) {
+            // none are known of an axis that could not be read
+            if !known.is_empty() && !known.contains(value) {
                 fine = false;
                 let near = near(&value.to_string(), words.iter().map(String::as_str));
                 self.wrong::<()>("difference", format!("{value} is no value of `{path}`: {}{near}", words.join(", ")));
             }
         }
-        fine.then(|| values.clone())
+        fine.then(|| (axis.to_owned(), values.clone()))
     }
 }
 

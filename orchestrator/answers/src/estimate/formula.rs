@@ -4,6 +4,59 @@ use bladeoff_model::document::nearest;
 use bladeoff_model::formula::{FormulaError, Kind, Program, parse};
 use std::cell::RefCell;
 
+/// Columns of a table, and what else they are called.
+#[derive(Debug, Clone, Default)]
+pub struct Known {
+    /// Names, parameters included, and whether they have numbers.
+    pub columns: Vec<(String, bool)>,
+    /// Another name and the column that it stands for: paths, their endings, short names. A name that could be several columns stands
+    /// here with each of them.
+    pub aliases: Vec<(String, String)>,
+}
+
+impl Known {
+    /// The columns that a name could be: one if it is clear, none if it is unknown.
+    #[must_use]
+    pub fn meant(&self, name: &str) -> Vec<&str> {
+        if let Some((column, _)) = self.columns.iter().find(|(column, _)| column == name) {
+            return vec![column];
+        }
+        self.aliases.iter().filter(|(alias, _)| alias == name).map(|(_, column)| column.as_str()).collect()
+    }
+
+    /// Whether a column has numbers.
+    #[must_use]
+    pub fn is_number(&self, column: &str) -> bool {
+        self.columns.iter().any(|(name, is_number)| name == column && *is_number)
+    }
+
+    /// The column of numbers that a name means.
+    fn number(&self, name: &str) -> Option<&str> {
+        match self.meant(name)[..] {
+            [column] if self.is_number(column) => Some(column),
+            _ => None,
+        }
+    }
+
+    /// The name of numbers that was meant by one that names nothing.
+    #[must_use]
+    pub fn near(&self, name: &str) -> Option<&str> {
+        let columns = self.columns.iter().filter(|(_, is_number)| *is_number).map(|(column, _)| column.as_str());
+        let others = self.aliases.iter().filter(|(_, column)| self.is_number(column)).map(|(alias, _)| alias.as_str());
+        nearest(name, columns.chain(others))
+    }
+
+    /// Why a name that could be something is no column of numbers.
+    #[must_use]
+    pub fn why_not(&self, name: &str) -> Option<String> {
+        match self.meant(name)[..] {
+            [] => None,
+            [_] => Some(format!("`{name}` is a column of words; a formula takes columns of numbers")),
+            ref several => Some(format!("`{name}` could be {}", several.join(" or "))),
+        }
+    }
+}
+
 /// A formula and the columns that it needs: the n-th is variable n of the program.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Formula {
@@ -16,36 +69,29 @@ pub struct Formula {
 }
 
 impl Formula {
-    /// A condition; `known`: columns of the table, and whether they have numbers.
+    /// A condition over the columns of a table.
     ///
     /// # Errors
     /// The first mistake, with its place.
-    pub fn condition(text: &str, known: &[(String, bool)]) -> Result<Self, FormulaError> {
+    pub fn condition(text: &str, known: &Known) -> Result<Self, FormulaError> {
         let columns = RefCell::new(Vec::<String>::new());
         let number = |name: &str| {
-            known.iter().find(|(column, is_number)| column == name && *is_number)?;
+            let name = known.number(name)?;
             let mut columns = columns.borrow_mut();
             Some(columns.iter().position(|column| column == name).unwrap_or_else(|| {
                 columns.push(name.to_owned());
                 columns.len() - 1
             }))
         };
-        let near = |name: &str| nearest(name, numbers(known)).map(str::to_owned);
-        let program = parse(text, Kind::Truth, &number, &near).map_err(|error| with_words(error, text, known))?;
+        let near = |name: &str| known.near(name).map(str::to_owned);
+        let program = parse(text, Kind::Truth, &number, &near).map_err(|mut error| {
+            let name = text.get(error.place.clone()).unwrap_or("").trim_matches('`');
+            // what is there is not said to be unknown
+            if let Some(why) = known.why_not(name).filter(|_| known.number(name).is_none()) {
+                error.message = why;
+            }
+            error
+        })?;
         Ok(Self { text: text.trim().to_owned(), program, columns: columns.into_inner() })
     }
-}
-
-/// A column of words is no variable: it is said to be there.
-fn with_words(mut error: FormulaError, text: &str, known: &[(String, bool)]) -> FormulaError {
-    let name = text.get(error.place.clone()).unwrap_or("").trim_matches('`');
-    if known.iter().any(|(column, is_number)| column == name && !is_number) {
-        error.message = format!("`{name}` is a column of words; a formula takes columns of numbers");
-    }
-    error
-}
-
-/// Names of the columns of numbers.
-pub fn numbers(known: &[(String, bool)]) -> impl Iterator<Item = &str> {
-    known.iter().filter(|(_, is_number)| *is_number).map(|(name, _)| name.as_str())
 }

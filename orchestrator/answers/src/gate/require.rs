@@ -56,22 +56,31 @@ impl Gate {
             let place = at + 1 + from..at + 1 + from + c.len_utf8();
             return wrong(place, "a bound is a plain number, or one with `%`".to_owned());
         }
-        let number = parse(end, Kind::Number, &|_| None, &|_| None);
-        let bound = match number {
+        // the three parts, each for itself
+        let mut problems = Vec::new();
+        let mut say = |place, message| problems.push(Problem { key: "require", place: Some(place), message });
+        let found = Formula::condition(condition, &names.known)
+            .map_err(|error| say(error.place.start + from..error.place.end + from, error.message));
+        let bound = match parse(end, Kind::Number, &|_| None, &|_| None) {
             Ok(program) => program.value(|_| f64::NAN, &mut Vec::new()),
-            Err(error) => return wrong(error.place.start + at + 1..error.place.end + at + 1, error.message),
+            Err(error) => {
+                say(error.place.start + at + 1..error.place.end + at + 1, error.message);
+                1.0
+            }
         };
         if !(bound > 0.0 && bound <= 1.0) {
-            return wrong(at + 1..text.len(), format!("a bound is above 0 and at most 1, not {bound}"));
+            say(at + 1..text.len(), format!("a bound is above 0 and at most 1, not {bound}"));
         }
         let confidence = confidence.unwrap_or(CONFIDENCE);
         if !(confidence > 0.0 && confidence < 1.0) {
             let message = format!("{confidence} is not between 0 and 1");
-            return Err(vec![Problem { key: "confidence", place: None, message }]);
+            problems.push(Problem { key: "confidence", place: None, message });
         }
-        match Formula::condition(condition, &names.columns) {
-            Ok(condition) => Ok(Self { text: text.trim().to_owned(), condition, bound, confidence }),
-            Err(error) => wrong(error.place.start + from..error.place.end + from, error.message),
+        match found {
+            Ok(condition) if problems.is_empty() => {
+                Ok(Self { text: text.trim().to_owned(), condition, bound, confidence })
+            }
+            _ => Err(problems),
         }
     }
 }

@@ -3,6 +3,7 @@
 //! `results.parquet` holds nothing about time, host or worker: the same study gives the same bytes. Row groups are
 //! cut by row number, never by arrival; the writer, its settings and their order are fixed here.
 
+mod curve;
 mod error;
 mod export;
 mod grouped;
@@ -14,6 +15,7 @@ mod stream;
 mod threads;
 mod timings;
 
+pub use curve::{QUESTION_KEY, write_curve};
 pub use error::TableError;
 pub use export::export_csv;
 pub use parquet::{Provenance, ResultsWriter, Row};

@@ -1,17 +1,20 @@
 //! What a question file may say, and what it is told.
 
 use crate::support::names;
-use bladeoff_answers::ask::{Ask, Figure, Names, Problem, Question, QuestionDef};
+use bladeoff_answers::ask::{Ask, Figure, Known, Names, Problem, Question, QuestionDef};
 use bladeoff_answers::estimate::input::Label;
 use bladeoff_answers::gate::Gate;
 
 fn columns() -> Names {
     let axis = ("way".to_owned(), vec![Label::Word("hyp1".into()), Label::Word("hyp2".into())]);
-    Names {
-        columns: vec![("max_bearing_load_N".into(), true), ("end_speed_rad_s".into(), true), ("status".into(), false)],
-        uncertain: vec!["gap".into()],
-        varied: vec![axis],
-    }
+    let columns = ["max_bearing_load_N", "end_speed_rad_s", "seal.gap_m", "way", "status"];
+    let aliases = [("gap", "seal.gap_m"), ("seal.gap", "seal.gap_m"), ("contact.way", "way"), ("word", "status")];
+    let aliases = aliases.into_iter().chain([("load", "max_bearing_load_N"), ("load", "end_speed_rad_s")]);
+    let known = Known {
+        columns: columns.map(|name| (name.to_owned(), !["way", "status"].contains(&name))).to_vec(),
+        aliases: aliases.map(|(alias, column)| (alias.to_owned(), column.to_owned())).collect(),
+    };
+    Names { known, uncertain: vec!["seal.gap_m".into()], varied: vec![axis] }
 }
 
 fn read(def: QuestionDef) -> Result<Question, Vec<String>> {
@@ -36,6 +39,35 @@ fn a_question_knows_its_columns() {
     let Ask::One(Figure::Probability(formula)) = question.ask else { panic!("a probability") };
     assert_eq!(formula.program.value(|number| [1.3e6, 40.0][number], &mut Vec::new()), 1.0);
     assert_eq!(formula.program.value(|number| [1.1e6, 40.0][number], &mut Vec::new()), 0.0);
+}
+
+#[test]
+fn other_names_of_a_column_mean_it() {
+    let question = read(QuestionDef { probability: Some("gap < 1 mm and `seal.gap` > 0".into()), ..base() });
+    assert_eq!(question.expect("a question").columns(&columns()), ["seal.gap_m"]);
+    let text = Some("end_speed_rad_s < 1".to_owned());
+    let over = |path: &str| read(QuestionDef { fragility: Some(path.into()), probability: text.clone(), ..base() });
+    let asked = |question: Question| match question.ask {
+        Ask::Fragility(column, _) | Ask::Difference(_, column, _) => column,
+        other => panic!("{other:?}"),
+    };
+    for (name, column) in [("gap", "seal.gap_m"), ("seal.gap_m", "seal.gap_m"), ("contact.way", "way")] {
+        assert_eq!(asked(over(name).expect("a question")), column, "{name}");
+    }
+    let values = ["hyp1", "hyp2"].map(|word| Label::Word(word.into()));
+    let less =
+        QuestionDef { difference: Some(values), vary: Some("contact.way".into()), mean: Some("gap".into()), ..base() };
+    assert_eq!(asked(read(less).expect("a question")), "way");
+    let one = |def: QuestionDef| read(def).expect_err("a mistake").join("\n");
+    let told = one(QuestionDef { mean: Some("load".into()), ..base() });
+    assert!(told.contains("`load` could be max_bearing_load_N or end_speed_rad_s"), "{told}");
+    let told = one(QuestionDef { probability: Some("load > 1".into()), ..base() });
+    assert!(told.contains("`load` could be max_bearing_load_N or end_speed_rad_s"), "{told}");
+    let told = one(QuestionDef { probability: Some("word > 1".into()), ..base() });
+    assert!(told.contains("`word` is a column of words"), "{told}");
+    let told =
+        one(QuestionDef { fragility: Some("contact.wey".into()), probability: Some("gap > 1".into()), ..base() });
+    assert!(told.contains("neither varied nor uncertain; did you mean `contact.way`?"), "{told}");
 }
 
 #[test]

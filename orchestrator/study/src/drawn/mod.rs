@@ -82,6 +82,10 @@ pub(super) fn read(
     // without all variables a formula would be blamed for names that are there
     let formulas = if all_read { derived::formulas(variables, &derived, problems) } else { None };
     let (laws, copula, plan) = (laws?, copula?, plan?);
+    // what is uncertain needs a design, which was said
+    if plan.is_none() && !laws.is_empty() {
+        return None;
+    }
     let notes = plan.as_ref().map(|plan| plan.notes(laws.len(), &copula)).unwrap_or_default();
     Some(Drawn {
         parameters,

@@ -112,6 +112,12 @@ impl Plan {
         self.kind
     }
 
+    /// Whether its points are random where the kind has a plain form.
+    #[must_use]
+    pub fn is_scrambled(&self) -> bool {
+        !matches!(&self.points, Points::Sobol(_, keys) | Points::Halton(_, keys) if keys.is_empty())
+    }
+
     /// Number of replicates.
     #[must_use]
     pub fn replicates(&self) -> u64 {

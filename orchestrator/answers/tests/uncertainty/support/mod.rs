@@ -3,14 +3,15 @@
 pub mod made;
 pub mod points;
 
-use bladeoff_answers::ask::{Answer, Answered, Names, Question, QuestionDef, answer};
+use bladeoff_answers::ask::{Answer, Answered, Known, Names, Question, QuestionDef, answer};
 use bladeoff_answers::estimate::input::{DesignKind, Label};
 use made::Made;
 
 /// Of the studies here: y, u, and the axis `way`.
 pub fn names() -> Names {
     let axis = ("way".to_owned(), vec![Label::Word("a".into()), Label::Word("b".into())]);
-    Names { columns: vec![("y".into(), true), ("u".into(), true)], uncertain: vec!["u".into()], varied: vec![axis] }
+    let known = Known { columns: vec![("y".into(), true), ("u".into(), true)], ..Known::default() };
+    Names { known, uncertain: vec!["u".into()], varied: vec![axis] }
 }
 
 pub fn asked(def: QuestionDef) -> Question {

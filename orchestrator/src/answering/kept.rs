@@ -1,0 +1,189 @@
+//! `answers.json` and `answers/NAME.parquet` in a result directory: written whole, never through links. Curves of questions that are
+//! gone are removed; what somebody else has put between them stays.
+
+use super::Answering;
+use crate::run::directory::{ANSWERS, CURVES};
+use crate::run::{Untrusted, check_trust};
+use bladeoff_answers::tables::{QUESTION_KEY, TableError, read_metadata, write_curve};
+use bladeoff_system::files::{FileError, Pending, is_temporary, write_whole};
+use bladeoff_system::folder::Folder;
+use bladeoff_system::place::Place;
+use std::ffi::OsStr;
+use std::io::ErrorKind;
+use std::path::Path;
+
+/// Why answers are not kept.
+#[derive(Debug, thiserror::Error)]
+pub enum KeepError {
+    /// A file.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// A curve.
+    #[error(transparent)]
+    Table(#[from] TableError),
+    /// Others could write in the directory.
+    #[error(transparent)]
+    Untrusted(#[from] Untrusted),
+    /// The answers have no JSON form.
+    #[error(transparent)]
+    Json(#[from] serde_json::Error),
+}
+
+/// Writes the answers of a complete study into its directory; `trusts`: also where others could write.
+///
+/// # Errors
+/// They cannot be written; what was there of another study or of other questions may be there still.
+pub fn keep(directory: &Path, answering: &Answering, trusts: bool) -> Result<(), KeepError> {
+    let folder = Folder::open(directory).map_err(FileError::at("open", directory))?;
+    if let Some(doubt) = check_trust(&folder, trusts)? {
+        return Err(doubt.into());
+    }
+    let text = answering.answers.json()?;
+    let place = folder.place(ANSWERS);
+    if !answering.curves.is_empty() {
+        let curves = curves(&folder)?;
+        for (name, curve) in &answering.curves {
+            write_curve(Pending::create(curves.place(file(name)))?, curve, name)?;
+        }
+    }
+    if !place.read(text.len() as u64).is_ok_and(|found| found == text.as_bytes()) {
+        write_whole(&place, text.as_bytes())?;
+    }
+    Ok(remove_curves(&folder, |name| answering.curves.iter().any(|(known, _)| name == file(known)))?)
+}
+
+/// Removes what [`keep`] has written: the table that it is about is no longer that of the study.
+///
+/// # Errors
+/// The directory cannot be written.
+pub fn forget(folder: &Folder) -> Result<(), FileError> {
+    if folder.place(ANSWERS).remove()? {
+        folder.sync()?;
+    }
+    remove_curves(folder, |_| false)
+}
+
+fn file(question: &str) -> String {
+    format!("{question}.parquet")
+}
+
+/// The folder of curves, made if it is not there.
+fn curves(folder: &Folder) -> Result<Folder, FileError> {
+    let place = folder.place(CURVES);
+    match folder.folder(CURVES) {
+        Err(source) if source.kind() == ErrorKind::NotFound => {
+            let made = place.create_folder().and_then(|()| folder.folder(CURVES));
+            let made = made.map_err(FileError::at("create", &place))?;
+            folder.sync()?;
+            Ok(made)
+        }
+        found => found.map_err(FileError::at("use", &place)),
+    }
+}
+
+/// Removes curves that are not wanted, and the folder where nothing is left in it.
+fn remove_curves(folder: &Folder, is_wanted: impl Fn(&str) -> bool) -> Result<(), FileError> {
+    // what cannot be opened holds nothing of ours
+    let Ok(curves) = folder.folder(CURVES) else { return Ok(()) };
+    let names = curves.names().map_err(FileError::at("read", curves.path()))?;
+    let mut left = names.len();
+    for name in &names {
+        let place = curves.place(name);
+        let is_stale = name.to_str().is_some_and(|name| !is_wanted(name)) && is_curve(&place, name);
+        if is_stale && place.remove()? {
+            left -= 1;
+        }
+    }
+    if left < names.len() {
+        curves.sync()?;
+    }
+    if left == 0 && folder.place(CURVES).remove_folder().is_ok() {
+        folder.sync()?;
+    }
+    Ok(())
+}
+
+/// Whether a file is a curve by its name and by what it says, or one that a killed program was writing.
+fn is_curve(place: &Place, name: &OsStr) -> bool {
+    let text = name.to_string_lossy();
+    let question = |stem: &str| stem.bytes().all(|c| c.is_ascii_alphanumeric() || c == b'_' || c == b'-');
+    if !place.is_file() {
+        return false;
+    }
+    if let Some(begun) = text.find(".parquet.").map(|dot| &text[..dot + ".parquet".len()]) {
+        return is_temporary(name, begun);
+    }
+    let Some(stem) = text.strip_suffix(".parquet").filter(|stem| question(stem)) else { return false };
+    let says =
+        |metadata: Vec<(String, String)>| metadata.iter().any(|(key, value)| key == QUESTION_KEY && value == stem);
+    read_metadata(place).is_ok_and(says)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bladeoff_answers::ask::{Answers, SCHEMA};
+    use bladeoff_answers::estimate::curve::{Curve, CurveCells};
+    use std::fs;
+    use std::os::unix::fs::symlink;
+
+    fn answering(curves: &[&str]) -> Answering {
+        let curve = Curve { columns: vec![("level".to_owned(), CurveCells::Numbers(vec![Some(1.0)]))] };
+        Answering {
+            answers: Answers { schema: SCHEMA, complete: true, answers: Vec::new() },
+            curves: curves.iter().map(|name| ((*name).to_owned(), curve.clone())).collect(),
+            points: 1,
+            of: 1,
+            is_known: true,
+        }
+    }
+
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+        let mut names: Vec<String> = entries.map(|entry| entry.file_name().into_string().expect("UTF-8")).collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn curves_of_questions_that_are_gone_go_and_nothing_else() {
+        let folder = tempfile::tempdir().expect("temporary directory");
+        let (root, curves) = (folder.path(), folder.path().join(CURVES));
+        keep(root, &answering(&["a", "b"]), false).expect("writable");
+        assert_eq!(
+            (names(root), names(&curves)),
+            (vec!["answers".into(), ANSWERS.to_owned()], vec!["a.parquet".into(), "b.parquet".into()])
+        );
+        // of somebody else, and of a program that was killed
+        fs::write(curves.join("mine.parquet"), "mine").expect("written");
+        fs::copy(curves.join("a.parquet"), curves.join("copy.parquet")).expect("copied");
+        fs::write(curves.join("a.parquet.0123abcd.tmp"), "begun").expect("written");
+        keep(root, &answering(&["b"]), false).expect("writable");
+        assert_eq!(names(&curves), ["b.parquet", "copy.parquet", "mine.parquet"]);
+        forget(&Folder::open(root).expect("there")).expect("writable");
+        assert_eq!(
+            (names(root), names(&curves)),
+            (vec!["answers".to_owned()], vec!["copy.parquet".into(), "mine.parquet".into()])
+        );
+        fs::remove_dir_all(&curves).expect("removed");
+        keep(root, &answering(&["b"]), false).expect("writable");
+        forget(&Folder::open(root).expect("there")).expect("writable");
+        assert!(names(root).is_empty(), "{:?}", names(root));
+    }
+
+    #[test]
+    fn nothing_is_written_through_a_link() {
+        let folder = tempfile::tempdir().expect("temporary directory");
+        let (root, other) = (folder.path().join("run"), folder.path().join("other"));
+        [&root, &other].iter().for_each(|path| fs::create_dir(path).expect("created"));
+        fs::write(other.join("kept"), "kept").expect("written");
+        symlink(&other, root.join(CURVES)).expect("linked");
+        assert!(keep(&root, &answering(&["a"]), false).is_err());
+        assert_eq!(names(&other), ["kept"]);
+        // a link under the name of the file is replaced, not followed
+        symlink(other.join("kept"), root.join(ANSWERS)).expect("linked");
+        keep(&root, &answering(&[]), false).expect("no curves, no folder");
+        assert_eq!(fs::read_to_string(other.join("kept")).expect("there"), "kept");
+        assert!(fs::symlink_metadata(root.join(ANSWERS)).expect("there").is_file());
+    }
+}

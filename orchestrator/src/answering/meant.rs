@@ -1,0 +1,241 @@
+//! From the words of a study file to questions and gates; whatever is wrong with them is told at its place in the file.
+
+use super::vocabulary::{Vocabulary, column_of, label};
+use bladeoff_answers::ask::{Problem, Question, QuestionDef};
+use bladeoff_answers::estimate::input::Label;
+use bladeoff_answers::gate::Gate;
+use bladeoff_model::document::{Collector, Problems};
+use bladeoff_study::plan::{Kind, Plan};
+use bladeoff_study::{Asked, AskedGate, AskedQuestion, Parameter, Placed, Samples, ToCheck};
+use std::ops::Range;
+
+/// Questions and gates that were understood.
+#[derive(Debug, Clone, Default)]
+pub struct Meant {
+    /// In the order of the file.
+    pub questions: Vec<Question>,
+    /// Likewise.
+    pub gates: Vec<Gate>,
+}
+
+/// A file of questions.
+#[derive(Debug, Clone, Copy)]
+pub struct Source<'a> {
+    /// Its name.
+    pub file: &'a str,
+    /// Its text.
+    pub text: &'a str,
+    /// What it asks.
+    pub asked: &'a Asked,
+}
+
+/// A number that a range comes out with is as near as this to the one that is written.
+const SAME: f64 = 1e-9;
+
+/// What a file asks of these samples.
+///
+/// # Errors
+/// Everything that is wrong with it.
+pub fn meant(samples: &Samples, source: Source<'_>) -> Result<Meant, Problems> {
+    let mut problems = Collector::new(source.file, source.text);
+    let mut found = Meant::default();
+    match (samples.plan(), Vocabulary::of(samples)) {
+        (None, _) => needs_design(source.asked, &mut problems),
+        (Some(plan), Some(vocabulary)) => {
+            refuse_inexact(plan, source.asked, &mut problems);
+            found = understand(&vocabulary, source.asked, &mut problems);
+        }
+        (Some(_), None) => {}
+    }
+    problems.finish().map(|()| found)
+}
+
+/// Checks questions and gates of a file that was just read; a [`bladeoff_study::CheckAsked`].
+pub fn check_asked(to_check: &ToCheck<'_>, problems: &mut Collector<'_>) {
+    let &ToCheck { asked, study, machine, is_function, names, has_design } = to_check;
+    if !has_design {
+        needs_design(asked, problems);
+        return;
+    }
+    let is_partly = study.is_none() || !problems.is_empty();
+    // too many samples: said when the study is to be run
+    let samples = study.and_then(|study| Samples::new(study.clone(), None, None).ok());
+    let whole = samples.as_ref().and_then(Vocabulary::of);
+    if let (Some(samples), Some(_)) = (&samples, &whole)
+        && let Some(plan) = samples.plan()
+    {
+        refuse_inexact(plan, asked, problems);
+    }
+    if whole.is_none() && !is_partly {
+        // the machine of the samples cannot be built, which is said with its problems
+        return;
+    }
+    let mut vocabulary = whole.unwrap_or_else(|| Vocabulary::of_machine(machine));
+    if is_partly {
+        vocabulary.mention(names);
+    }
+    // without a machine no name of a column is known
+    if machine.is_some() || is_function {
+        understand(&vocabulary, asked, problems);
+    }
+}
+
+fn needs_design(asked: &Asked, problems: &mut Collector<'_>) {
+    let first = asked.questions.first().map(|question| ("question[0]", question.span.clone()));
+    let first = first.or(asked.gates.first().map(|gate| ("gate[0].require", gate.require.span.clone())));
+    if let Some((key, span)) = first {
+        let message = "questions and gates are about random points: they need a [design]";
+        problems.add(span, key, message).allowed =
+            Some("[design] with kind = \"monte-carlo\" and samples = 1000, and [[uncertain]] parameters".to_owned());
+    }
+}
+
+/// Refuses gates where the points have no exact limits.
+fn refuse_inexact(plan: &Plan, asked: &Asked, problems: &mut Collector<'_>) {
+    if plan.kind() == Kind::MonteCarlo {
+        return;
+    }
+    for (position, gate) in asked.gates.iter().enumerate() {
+        let message = format!("a gate needs exact limits, and points of kind {:?} have none", plan.kind().word());
+        problems.add(gate.require.span.clone(), format!("gate[{position}].require"), message).allowed =
+            Some(format!("kind = {:?} in [design]", Kind::MonteCarlo.word()));
+    }
+}
+
+fn understand(vocabulary: &Vocabulary<'_>, asked: &Asked, problems: &mut Collector<'_>) -> Meant {
+    let mut found = Meant::default();
+    let mut reader = Reader { vocabulary, problems };
+    for (position, question) in asked.questions.iter().enumerate() {
+        found.questions.extend(reader.question(&format!("question[{position}]"), question));
+    }
+    for (position, gate) in asked.gates.iter().enumerate() {
+        found.gates.extend(reader.gate(&format!("gate[{position}]"), gate));
+    }
+    found
+}
+
+struct Reader<'a, 't> {
+    vocabulary: &'a Vocabulary<'a>,
+    problems: &'a mut Collector<'t>,
+}
+
+impl Reader<'_, '_> {
+    fn question(&mut self, key: &str, asked: &AskedQuestion) -> Option<Question> {
+        let text = |placed: &Option<Placed<String>>| placed.as_ref().map(|placed| placed.value.clone());
+        let number = |placed: &Option<Placed<f64>>| placed.as_ref().map(|placed| placed.value);
+        let difference = match &asked.difference {
+            Some(placed) => Some(self.values(key, placed, asked.vary.as_ref())),
+            None => None,
+        };
+        let is_misread = matches!(difference, Some(None));
+        let def = QuestionDef {
+            // one that could not be read is another problem
+            name: text(&asked.name).unwrap_or_else(|| "unnamed".to_owned()),
+            probability: text(&asked.probability),
+            quantile: number(&asked.quantile),
+            of: text(&asked.of),
+            mean: text(&asked.mean),
+            exceedance: text(&asked.exceedance),
+            fragility: text(&asked.fragility),
+            difference: difference.flatten(),
+            // alone it would be said to need what could not be read
+            vary: text(&asked.vary).filter(|_| !is_misread && (asked.difference.is_some() || !asked.is_partly)),
+            confidence: number(&asked.confidence),
+        };
+        match Question::new(&def, &self.vocabulary.names) {
+            Ok(question) => (!asked.is_partly && !is_misread).then_some(question),
+            Err(told) => {
+                for problem in told {
+                    // what is missing may be what could not be read
+                    if asked.is_partly && problem.place.is_none() && ["name", "vary", "quantile"].contains(&problem.key)
+                    {
+                        continue;
+                    }
+                    let formula = asked.probability.as_ref().filter(|_| problem.key == "probability");
+                    let span = match (&problem.place, formula) {
+                        (Some(place), Some(Placed { value, span })) => self.problems.inside(span, value, place),
+                        _ => asked.place(problem.key),
+                    };
+                    self.add(key, &problem, span);
+                }
+                None
+            }
+        }
+    }
+
+    fn gate(&mut self, key: &str, asked: &AskedGate) -> Option<Gate> {
+        let AskedGate { require: Placed { value, span }, confidence } = asked;
+        let told = match Gate::new(value, confidence.as_ref().map(|placed| placed.value), &self.vocabulary.names) {
+            Ok(gate) => return Some(gate),
+            Err(told) => told,
+        };
+        for problem in told {
+            let span = match (&problem.place, confidence) {
+                (Some(place), _) => self.problems.inside(span, value, place),
+                (None, Some(confidence)) => confidence.span.clone(),
+                (None, None) => span.clone(),
+            };
+            self.add(key, &problem, span);
+        }
+        None
+    }
+
+    fn add(&mut self, key: &str, problem: &Problem, span: Range<usize>) {
+        let value = self.problems.excerpt(span.clone());
+        let is_header = value.starts_with("[[");
+        let told = self.problems.add(span, format!("{key}.{}", problem.key), &problem.message);
+        told.value = Some(value.trim().to_owned()).filter(|_| !is_header);
+    }
+
+    /// The values of a difference, as the parameter that varies takes them; `None` where one is none of its.
+    fn values(&mut self, key: &str, placed: &Placed<[String; 2]>, vary: Option<&Placed<String>>) -> Option<[Label; 2]> {
+        let names = &self.vocabulary.names;
+        let meant = vary.map(|vary| names.known.meant(&vary.value)).unwrap_or_default();
+        let axis = names.varied.iter().find(|(column, _)| meant.contains(&column.as_str()));
+        let known = axis.map(|(_, known)| known.as_slice()).unwrap_or_default();
+        let of_axis = |parameter: &&Parameter| axis.is_some_and(|(column, _)| column_of(parameter) == *column);
+        let parameter = self.vocabulary.parameters.iter().find(of_axis);
+        let machine = self.vocabulary.machine.zip(parameter.filter(|parameter| !parameter.is_variable));
+        let mut labels = Vec::new();
+        for text in &placed.value {
+            let parsed = match machine {
+                Some((machine, parameter)) => {
+                    machine.parse_value(&parameter.info, text).map(label).map_err(|error| error.to_string())
+                }
+                None => Ok(text.trim().parse().map_or_else(|_| Label::Word(text.clone()), Label::Number)),
+            };
+            match parsed {
+                Ok(Label::Number(number)) => {
+                    let near = |other: &&Label| matches!(other, Label::Number(other) if (other - number).abs() <= SAME * number.abs());
+                    labels.push(known.iter().find(near).cloned().unwrap_or(Label::Number(number)));
+                }
+                Ok(word) => labels.push(word),
+                Err(message) => {
+                    let value = self.problems.excerpt(placed.span.clone());
+                    self.problems.add(placed.span.clone(), format!("{key}.difference"), message).value = Some(value);
+                }
+            }
+        }
+        labels.try_into().ok()
+    }
+}
+
+/// Gates by words of the command line.
+///
+/// # Errors
+/// What is wrong with each, in its words.
+pub fn only_gates(samples: &Samples, texts: &[String], confidence: Option<f64>) -> Result<Vec<Gate>, (String, String)> {
+    let Some(vocabulary) = Vocabulary::of(samples) else { return Ok(Vec::new()) };
+    let one = |text: &String| {
+        Gate::new(text, confidence, &vocabulary.names).map_err(|told| {
+            let words = told.into_iter().map(|problem| match problem.place {
+                Some(place) if !place.is_empty() && place != (0..text.len()) => {
+                    format!("at `{}`: {}", text.get(place).unwrap_or(text), problem.message)
+                }
+                _ => problem.message,
+            });
+            (text.clone(), words.collect::<Vec<_>>().join("; "))
+        })
+    };
+    texts.iter().map(one).collect()
+}

@@ -1,0 +1,100 @@
+//! Questions and gates of a study file, put to its table.
+//!
+//! ```text
+//! the file's words --meant--> questions, gates         by the names of the table's columns (vocabulary)
+//! results.parquet or parts --rows--> points in order     the columns that are asked for, the complete prefix of the points
+//!   --answer--> answers.json, answers/NAME.parquet (kept), words (told)     --judge--> decisions of gates
+//! ```
+//! What figures are, [`bladeoff_answers`] knows; what a study file may say, [`bladeoff_study`]. Nothing here is part of what a study is.
+
+mod kept;
+mod meant;
+mod rows;
+mod told;
+mod vocabulary;
+
+pub(crate) use kept::forget;
+pub use kept::{KeepError, keep};
+pub use meant::{Meant, Source, check_asked, meant, only_gates};
+pub use rows::AnsweringError;
+pub use told::{decided, told};
+
+use crate::run::directory::{RESULTS, read_current, row_files};
+use crate::run::refuse_changed;
+use bladeoff_answers::ask::{Answers, Question, SCHEMA, answer_all};
+use bladeoff_answers::estimate::curve::Curve;
+use bladeoff_answers::gate::{Decision, Gate};
+use bladeoff_study::Samples;
+use rows::Rows;
+use std::path::Path;
+use vocabulary::Vocabulary;
+
+/// What a study answers so far.
+#[derive(Debug, Clone)]
+pub struct Answering {
+    /// For `answers.json`.
+    pub answers: Answers,
+    /// For `answers/NAME.parquet`.
+    pub curves: Vec<(String, Curve)>,
+    /// Points that are counted: the first ones.
+    pub points: u64,
+    /// Points of the study.
+    pub of: u64,
+    /// The table has a checksum, or is no finished one.
+    pub is_known: bool,
+}
+
+/// Answers questions from what a directory has of these samples.
+///
+/// # Errors
+/// The table is not as it was written, cannot be read, or has not what is asked for.
+pub fn answer(directory: &Path, samples: &Samples, questions: &[Question]) -> Result<Answering, AnsweringError> {
+    let vocabulary = Vocabulary::of(samples).ok_or(AnsweringError::Unread)?;
+    let mut columns: Vec<String> = questions.iter().flat_map(|question| question.columns(&vocabulary.names)).collect();
+    // the unit of an axis that a curve goes along
+    columns.extend(questions.iter().filter_map(|question| vocabulary.axis_of(question)));
+    let (rows, is_known) = read(directory, samples, &vocabulary, columns)?;
+    let (answers, curves) = match rows.points() {
+        0 => (Answers { schema: SCHEMA, complete: false, answers: Vec::new() }, Vec::new()),
+        _ => answer_all(&rows.study(), questions)?,
+    };
+    Ok(Answering { answers, curves, points: rows.points(), of: rows.of(), is_known })
+}
+
+/// Judges gates by what a directory has of these samples; the points that count, and those of the study.
+///
+/// # Errors
+/// As [`answer`]; the points are not independent.
+pub fn judge(directory: &Path, samples: &Samples, gates: &[Gate]) -> Result<(Vec<Decision>, u64, u64), AnsweringError> {
+    let vocabulary = Vocabulary::of(samples).ok_or(AnsweringError::Unread)?;
+    let columns = gates.iter().flat_map(|gate| gate.condition.columns.clone()).collect();
+    let (rows, _) = read(directory, samples, &vocabulary, columns)?;
+    let study = rows.study();
+    study.check()?;
+    let mut decisions = Vec::new();
+    for gate in gates {
+        decisions.extend(gate.judge(&study)?);
+    }
+    Ok((decisions, rows.points(), rows.of()))
+}
+
+/// The rows that count, and whether their table is known to be as it was written.
+fn read(
+    directory: &Path,
+    samples: &Samples,
+    vocabulary: &Vocabulary<'_>,
+    mut columns: Vec<String>,
+) -> Result<(Rows, bool), AnsweringError> {
+    columns.sort();
+    columns.dedup();
+    let mut rows = None;
+    let mut is_known = true;
+    read_current(directory, row_files, |files| {
+        let is_table = files.first().is_some_and(|first| first.ends_with(RESULTS));
+        is_known = refuse_changed(directory)? || !is_table;
+        rows = Some(Rows::read(files, samples, vocabulary, &columns)?);
+        Ok(())
+    })?;
+    let rows = rows.expect("set where reading did not fail")?;
+    Ok((rows, is_known))
+}

@@ -1,0 +1,231 @@
+//! The rows that questions are put to: of a table, or of the parts of one, the columns that are asked for, in the order of the samples.
+//!
+//! Half-way, rows are there in whatever order they were finished; only points before the first one that is not there in every group
+//! count. What finishes first is not random.
+
+use super::vocabulary::Vocabulary;
+use crate::run::Told;
+use bladeoff_answers::estimate::input::{Cells, Column, Design, DesignKind, Group, InputError, Nature, Study};
+use bladeoff_answers::gate::GateError;
+use bladeoff_answers::tables::{Table, TableError};
+use bladeoff_model::outcome::{Cause, CauseSet, Status};
+use bladeoff_study::Samples;
+use bladeoff_study::plan::{Kind, Plan};
+use std::path::PathBuf;
+
+/// Why a study answers nothing.
+#[derive(Debug, thiserror::Error)]
+pub enum AnsweringError {
+    /// The table.
+    #[error(transparent)]
+    Table(#[from] TableError),
+    /// The table lacks what is asked for.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// The points allow no gate.
+    #[error(transparent)]
+    Gate(#[from] GateError),
+    /// A study without random points.
+    #[error("the study has no [design]: its samples are no random points, and answer no question")]
+    NoDesign,
+    /// The machine cannot be built, so that the columns of its table are not known.
+    #[error("the machine of the study cannot be built any more")]
+    Unread,
+    /// A row that no study of these samples has.
+    #[error(
+        "{}: sample {sample} is none of the study's, or its status or causes cannot be read",
+        bladeoff_system::shown(path)
+    )]
+    Row {
+        /// The file.
+        path: PathBuf,
+        /// The number.
+        sample: f64,
+    },
+}
+
+/// What is known of a column beside its numbers.
+enum Known {
+    Given,
+    Free,
+    /// It grows; the place of the column with what was reached while all guards held.
+    Grows(Option<usize>),
+}
+
+struct Gathered {
+    name: String,
+    unit: String,
+    known: Known,
+    cells: Vec<Option<f64>>,
+    is_there: bool,
+}
+
+/// Rows of the first points.
+pub(super) struct Rows {
+    columns: Vec<Gathered>,
+    status: Vec<Status>,
+    causes: Vec<CauseSet>,
+    replicate: Vec<u32>,
+    groups: Vec<Group>,
+    kind: DesignKind,
+    scrambled: bool,
+    replicates: u64,
+    of: u64,
+}
+
+impl Rows {
+    /// Reads columns of these files. The outer error is that of files, which may have been replaced meanwhile.
+    pub fn read(
+        files: &[PathBuf],
+        samples: &Samples,
+        vocabulary: &Vocabulary<'_>,
+        columns: &[String],
+    ) -> Result<Result<Self, AnsweringError>, TableError> {
+        let Some(plan) = samples.plan() else { return Ok(Err(AnsweringError::NoDesign)) };
+        let (groups, of) = (vocabulary.groups.clone(), samples.points());
+        let count = usize::try_from(of).unwrap_or(usize::MAX).saturating_mul(groups.len());
+        let mut gathered = gathered(vocabulary, columns, count);
+        let mut status: Vec<Option<Status>> = vec![None; count];
+        let mut causes = vec![CauseSet::default(); count];
+        let mut odd = None;
+        let wanted: Vec<String> = gathered.iter().map(|column| column.name.clone()).collect();
+        let names: Vec<&str> =
+            ["sample", "status", "causes"].into_iter().chain(wanted.iter().map(String::as_str)).collect();
+        for path in files {
+            Table::for_each_piece(std::slice::from_ref(path), &names, |piece| {
+                let numbers = piece.numbers("sample").unwrap_or_default();
+                let (words, all) = (piece.words("status"), piece.words("causes"));
+                let at: Vec<Option<usize>> = numbers.iter().map(|number| row(*number, count)).collect();
+                for (row, at) in at.iter().enumerate() {
+                    let said = words.and_then(|words| Status::from_word(words[row].as_deref()?));
+                    let why = all.and_then(|all| caused(all[row].as_deref()));
+                    match (at, said, why) {
+                        (Some(at), Some(said), Some(why)) => (status[*at], causes[*at]) = (Some(said), why),
+                        _ => odd = odd.clone().or(Some((path.clone(), numbers[row].unwrap_or(f64::NAN)))),
+                    }
+                }
+                for column in &mut gathered {
+                    let Some(cells) = piece.numbers(&column.name) else { continue };
+                    column.is_there = true;
+                    for (at, cell) in at.iter().zip(cells) {
+                        if let Some(at) = at {
+                            column.cells[*at] = *cell;
+                        }
+                    }
+                }
+                Ok(())
+            })?;
+        }
+        if let Some((path, sample)) = odd {
+            return Ok(Err(AnsweringError::Row { path, sample }));
+        }
+        let done = status.iter().take_while(|status| status.is_some()).count() / groups.len();
+        let rows = done * groups.len();
+        let lost = gathered.iter().take(columns.len()).find(|column| !column.is_there && rows > 0);
+        if let Some(column) = lost {
+            return Ok(Err(InputError::Missing(column.name.clone()).into()));
+        }
+        gathered.iter_mut().for_each(|column| column.cells.truncate(rows));
+        causes.truncate(rows);
+        Ok(Ok(Self {
+            columns: gathered,
+            status: status.into_iter().map_while(|status| status).take(rows).collect(),
+            causes,
+            replicate: (0..done as u64).map(|point| plan.replicate(point) as u32).collect(),
+            groups,
+            kind: kind(plan),
+            scrambled: plan.is_scrambled(),
+            replicates: plan.replicates(),
+            of,
+        }))
+    }
+
+    /// Points that count.
+    pub fn points(&self) -> u64 {
+        self.replicate.len() as u64
+    }
+
+    /// Points of the study.
+    pub fn of(&self) -> u64 {
+        self.of
+    }
+
+    fn column<'a>(&'a self, column: &'a Gathered) -> Column<'a> {
+        let nature = match &column.known {
+            Known::Given => Nature::Given,
+            Known::Free => Nature::Free,
+            // a table of an earlier build has no such column
+            Known::Grows(held) => {
+                let held = held.map(|at| &self.columns[at]).filter(|held| held.is_there);
+                Nature::Grows(held.map(|held| held.cells.as_slice()))
+            }
+        };
+        Column { name: column.name.clone(), unit: column.unit.clone(), cells: Cells::Numbers(&column.cells, nature) }
+    }
+
+    /// As the estimators take them.
+    pub fn study(&self) -> Study<'_> {
+        Study {
+            columns: self.columns.iter().map(|column| self.column(column)).collect(),
+            status: &self.status,
+            causes: &self.causes,
+            groups: self.groups.clone(),
+            design: Design {
+                kind: self.kind,
+                scrambled: self.scrambled,
+                replicates: self.replicates as usize,
+                replicate: &self.replicate,
+                complete: self.points() == self.of,
+            },
+        }
+    }
+}
+
+/// Columns that are asked for, then those that say what was held of them.
+fn gathered(vocabulary: &Vocabulary<'_>, columns: &[String], count: usize) -> Vec<Gathered> {
+    let mut held: Vec<String> = Vec::new();
+    let empty = |name: &str, unit: &str, known| {
+        let (name, unit) = (name.to_owned(), unit.to_owned());
+        Gathered { name, unit, known, cells: vec![None; count], is_there: false }
+    };
+    let mut all: Vec<Gathered> = Vec::new();
+    for name in columns {
+        let found = vocabulary.columns.iter().find(|column| column.field.name == *name);
+        let known = match found.map(|found| &found.told) {
+            Some(Told::Given) => Known::Given,
+            Some(Told::Grown(None)) => Known::Grows(None),
+            Some(Told::Grown(Some(guarded))) => {
+                held.push(guarded.clone());
+                Known::Grows(Some(columns.len() + held.len() - 1))
+            }
+            Some(Told::Found) | None => Known::Free,
+        };
+        all.push(empty(name, found.map_or("", |found| found.field.unit.as_str()), known));
+    }
+    all.extend(held.iter().map(|name| empty(name, "", Known::Free)));
+    all
+}
+
+/// The place of a sample.
+fn row(number: Option<f64>, count: usize) -> Option<usize> {
+    number.map(|number| number as usize).filter(|row| *row < count)
+}
+
+/// Causes from their words.
+fn caused(words: Option<&str>) -> Option<CauseSet> {
+    let mut causes = CauseSet::default();
+    for word in words.unwrap_or("").split(',').filter(|word| !word.is_empty()) {
+        causes.insert(Cause::from_word(word)?);
+    }
+    Some(causes)
+}
+
+fn kind(plan: &Plan) -> DesignKind {
+    match plan.kind() {
+        Kind::MonteCarlo => DesignKind::MonteCarlo,
+        Kind::LatinHypercube => DesignKind::LatinHypercube,
+        Kind::Sobol => DesignKind::Sobol,
+        Kind::Halton => DesignKind::Halton,
+        Kind::OneAtATime => DesignKind::OneAtATime,
+    }
+}

@@ -1,0 +1,54 @@
+//! Answers and decisions for a person.
+
+use super::Answering;
+use bladeoff_answers::ask::Answer;
+use bladeoff_answers::gate::Decision;
+use bladeoff_answers::report::counted;
+
+/// Answers by question, each in a sentence, with what has to be known of it below.
+#[must_use]
+pub fn told(answering: &Answering) -> String {
+    let Answering { answers, points, of, .. } = answering;
+    let mut text = head("Answers", *points, *of);
+    let mut last: Option<&Answer> = None;
+    for answer in &answers.answers {
+        if last.is_none_or(|last| last.name != answer.name) {
+            text.push_str(&format!("\n{}\n", answer.name));
+        }
+        text.push_str(&format!("  {}\n", answer.sentence));
+        // what holds for every group is told once
+        let is_new = |note: &&String| last.is_none_or(|last| last.name != answer.name || !last.notes.contains(note));
+        answer.notes.iter().filter(is_new).for_each(|note| text.push_str(&format!("    {note}\n")));
+        last = Some(answer);
+    }
+    text
+}
+
+/// Decisions of gates, each in a sentence.
+#[must_use]
+pub fn decided(decisions: &[Decision], points: u64, of: u64) -> String {
+    let mut text = head("Gates", points, of);
+    text.push('\n');
+    decisions.iter().for_each(|decision| text.push_str(&format!("{}\n", decision.sentence)));
+    text
+}
+
+fn head(what: &str, points: u64, of: u64) -> String {
+    match points {
+        0 => format!("{what}: none yet, not one of {} is there in every group\n", counted(of, "point")),
+        _ if points == of => format!("{what}, of {}:\n", counted(of, "point")),
+        _ => format!("{what} so far, of the first {points} of {}:\n", counted(of, "point")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_head_says_how_far_it_is() {
+        assert_eq!(head("Answers", 0, 1000), "Answers: none yet, not one of 1000 points is there in every group\n");
+        assert_eq!(head("Answers", 7, 1000), "Answers so far, of the first 7 of 1000 points:\n");
+        assert_eq!(head("Gates", 1, 1), "Gates, of 1 point:\n");
+    }
+}

@@ -1,0 +1,129 @@
+//! The names that questions of a study may use: columns of its table, and what else they are called.
+
+use crate::run::{TableColumn, columns_of, columns_without};
+use bladeoff_answers::ask::{Ask, Known, Names, Question};
+use bladeoff_answers::estimate::input::{Group, Label};
+use bladeoff_answers::tables::{DETECTION, FieldKind};
+use bladeoff_model::machine::{MachineDef, ParamValue};
+use bladeoff_study::{Origin, Parameter, Samples};
+
+/// Names and columns of a study's table.
+pub(super) struct Vocabulary<'a> {
+    pub names: Names,
+    pub columns: Vec<TableColumn>,
+    /// The combinations of the values of `[[vary]]`, by the names of their columns.
+    pub groups: Vec<Group>,
+    /// What differs from sample to sample.
+    pub parameters: &'a [Parameter],
+    pub machine: Option<&'a MachineDef>,
+}
+
+impl<'a> Vocabulary<'a> {
+    /// `None`: the machine cannot be built, which is said elsewhere.
+    pub fn of(samples: &'a Samples) -> Option<Self> {
+        let columns = columns_of(samples)?;
+        let parameters = samples.parameters();
+        let column = |name: &str| {
+            let found = parameters.iter().find(|parameter| parameter.info.path == name);
+            found.map_or_else(|| name.to_owned(), column_of)
+        };
+        let group = |values: Vec<(String, ParamValue)>| {
+            Group(values.into_iter().map(|(name, value)| (column(&name), label(value))).collect())
+        };
+        let groups: Vec<Group> = samples.groups().into_iter().map(group).collect();
+        let is_uncertain = |parameter: &&Parameter| matches!(parameter.origin, Origin::Uncertain(_));
+        let is_varied = |parameter: &&Parameter| matches!(parameter.origin, Origin::Varied(..));
+        let values = |parameter: &Parameter| {
+            let mut values: Vec<Label> = Vec::new();
+            let column = column_of(parameter);
+            for label in groups.iter().filter_map(|group| group.label(&column)) {
+                if !values.contains(label) {
+                    values.push(label.clone());
+                }
+            }
+            (column, values)
+        };
+        let known = Known {
+            columns: columns.iter().map(|column| (column.field.name.clone(), is_number(column.field.kind))).collect(),
+            aliases: aliases(parameters),
+        };
+        let names = Names {
+            known,
+            uncertain: parameters.iter().filter(is_uncertain).map(column_of).collect(),
+            varied: parameters.iter().filter(is_varied).map(values).collect(),
+        };
+        let machine = samples.study().machine().map(|machine| &machine.def);
+        Some(Self { names, columns, groups, parameters, machine })
+    }
+
+    /// Of a study with mistakes, of which there may be nothing but its machine.
+    pub fn of_machine(machine: Option<&'a MachineDef>) -> Self {
+        let built = machine.and_then(|machine| machine.build().ok());
+        let columns = built.map(|machine| columns_without(&machine)).unwrap_or_default();
+        let known = columns.iter().map(|column| (column.field.name.clone(), is_number(column.field.kind))).collect();
+        let names = Names { known: Known { columns: known, aliases: Vec::new() }, ..Names::default() };
+        Self { names, columns, groups: Vec::new(), parameters: &[], machine }
+    }
+
+    /// Names that the file gives to something that could not be read: they are not blamed.
+    pub fn mention(&mut self, names: &[String]) {
+        for name in names {
+            if !self.names.known.meant(name).is_empty() {
+                continue;
+            }
+            let path = self.machine.and_then(|machine| machine.find(name).ok());
+            let endings = name.match_indices('.').map(|(dot, _)| name[dot + 1..].to_owned());
+            let aliases = endings.chain(path.iter().flat_map(|info| [info.column(), info.path.clone()]));
+            self.names.known.aliases.extend(aliases.map(|alias| (alias, name.clone())));
+            self.names.known.columns.push((name.clone(), true));
+            self.names.uncertain.push(name.clone());
+            self.names.varied.push((name.clone(), Vec::new()));
+        }
+    }
+
+    /// A column of numbers that a curve goes along.
+    pub fn axis_of(&self, question: &Question) -> Option<String> {
+        let Ask::Fragility(column, _) = &question.ask else { return None };
+        self.names.known.is_number(column).then(|| column.clone())
+    }
+}
+
+fn is_number(kind: FieldKind) -> bool {
+    matches!(kind, FieldKind::Real | FieldKind::Count | FieldKind::Integer)
+}
+
+/// A value as the answers package has it.
+pub(super) fn label(value: ParamValue) -> Label {
+    match value {
+        ParamValue::Number(number) => Label::Number(number),
+        ParamValue::Choice(word) => Label::Word(word),
+    }
+}
+
+/// The column of a parameter in the table.
+pub(super) fn column_of(parameter: &Parameter) -> String {
+    if parameter.is_detection() { DETECTION.to_owned() } else { parameter.column().name }
+}
+
+/// Short names, paths, and the endings of paths and columns at a dot.
+fn aliases(parameters: &[Parameter]) -> Vec<(String, String)> {
+    let mut aliases: Vec<(String, String)> = Vec::new();
+    // a whole name is that of its parameter, whatever others end with it
+    let whole =
+        |name: &str| parameters.iter().any(|other| other.info.path == name || other.short.as_deref() == Some(name));
+    for parameter in parameters {
+        let column = column_of(parameter);
+        let mut add = |alias: &str| {
+            let pair = (alias.to_owned(), column.clone());
+            if !aliases.contains(&pair) {
+                aliases.push(pair);
+            }
+        };
+        parameter.short.iter().chain([&parameter.info.path]).for_each(|name| add(name));
+        for name in [&parameter.info.path, &column] {
+            let endings = name.match_indices('.').map(|(dot, _)| &name[dot + 1..]);
+            endings.filter(|ending| !whole(ending)).for_each(&mut add);
+        }
+    }
+    aliases
+}

@@ -1,0 +1,95 @@
+//! `bladeoff gate`: whether probabilities are below their bounds, as an exit code.
+
+use super::answer::asked_of;
+use super::error::CliError;
+use super::exit::Exit;
+use super::output::{remark, tell};
+use super::place::default_directory;
+use super::refusals::NotAsked;
+use crate::answering::{decided, judge, only_gates};
+use crate::run::see;
+use bladeoff_answers::gate::{Verdict, junit, verdict};
+use bladeoff_study::Samples;
+use bladeoff_system::files::write_whole;
+use bladeoff_system::shown;
+use std::path::{Path, PathBuf};
+
+/// Say by the exit code whether probabilities are small enough
+///
+/// A gate is `P(CONDITION) < BOUND`. It passes where the upper limit of the probability, bad runs counted as harmful, is below the bound; it
+/// fails where the lower limit, bad runs counted as harmless, is at or above it; otherwise it is open, and how many more points would
+/// decide it is said, or that bad runs prevent a decision. Limits are exact and one-sided, so the design has to be "monte-carlo". Every
+/// group of values of [[vary]] has to pass; of several gates and groups a failed one goes before an open one.
+///
+/// While a study is not complete, the first 256, 512, 1024 ... points are judged, each look at a stricter level: looking often does not
+/// make it likelier to pass.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  bladeoff run studies/ci-night.toml && bladeoff gate runs/ci-night
+  bladeoff gate runs/ci-night --junit gate.xml
+  bladeoff gate runs/ci-night \\
+    --require \"P(max_bearing_load_N > 1.2 MN) < 1e-2\" --confidence 0.99
+
+Exit codes: 0 every gate passed, 4 one failed, 5 none failed and one is open.")]
+pub struct Args {
+    /// Result directory of `bladeoff run` [default: the current one if a study was run there, otherwise the one below runs/
+    /// that was written to last]
+    directory: Option<PathBuf>,
+
+    /// A gate, in place of the [[gate]]s of the study; may be given several times
+    #[arg(long, value_name = "GATE", conflicts_with = "study")]
+    require: Vec<String>,
+
+    /// Confidence of the gates of --require [default: 0.95]
+    #[arg(long, value_name = "NUMBER", requires = "require", value_parser = part)]
+    confidence: Option<f64>,
+
+    /// Also write the decisions to this file, as JUnit's XML: a testcase for each gate and group; a file that is there is replaced
+    #[arg(long, value_name = "FILE")]
+    junit: Option<PathBuf>,
+
+    /// Take the [[gate]]s of this study file instead of those of the directory
+    #[arg(long, value_name = "FILE")]
+    study: Option<PathBuf>,
+}
+
+fn part(text: &str) -> Result<f64, String> {
+    let number: Option<f64> = text.parse().ok();
+    number.filter(|number| *number > 0.0 && *number < 1.0).ok_or_else(|| "must be between 0 and 1".to_owned())
+}
+
+/// Runs the subcommand.
+pub fn main(args: &Args) -> Result<Exit, CliError> {
+    let directory = args.directory.clone().map_or_else(default_directory, Ok)?;
+    let (samples, file, asked) = asked_of(&directory, args.study.as_deref())?;
+    let gates = if args.require.is_empty() {
+        asked.gates
+    } else {
+        only_gates(&samples, &args.require, args.confidence).map_err(|(text, message)| CliError::Argument {
+            argument: format!("--require {text:?}"),
+            message,
+            allowed: None,
+        })?
+    };
+    if gates.is_empty() {
+        return Err(NotAsked::Gates { file, directory }.into());
+    }
+    let (decisions, points, of) = judge(&directory, &samples, &gates)?;
+    if let Some(path) = &args.junit {
+        write_whole(path, junit(&name(&directory, &samples), &decisions).as_bytes())?;
+        remark(&format!("wrote {}", shown(path)));
+    }
+    tell(&decided(&decisions, points, of))?;
+    Ok(match verdict(&decisions) {
+        Verdict::Passed => Exit::Ok,
+        Verdict::Failed => Exit::Failures,
+        Verdict::Open => Exit::Incomplete,
+    })
+}
+
+/// The study's name: a frozen file no longer has its own, by which a study without `name` is called.
+fn name(directory: &Path, samples: &Samples) -> String {
+    let told = see(directory).ok().flatten().and_then(|seen| seen.told);
+    let name = told.as_ref().and_then(|told| told.get("study")).and_then(|name| name.as_str());
+    name.unwrap_or(&samples.study().name).to_owned()
+}
