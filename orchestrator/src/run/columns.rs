@@ -62,10 +62,10 @@ pub fn columns_of(samples: &Samples) -> Option<Vec<TableColumn>> {
     Some(told(&table_schema(samples, &machine), engine::columns(&machine).len()))
 }
 
-/// Those of a study of this machine in which nothing varies.
+/// Those of a study of this machine, or of formulas that are not known, in which nothing varies.
 #[must_use]
-pub fn columns_without(machine: &Machine) -> Vec<TableColumn> {
-    let outcome = engine::columns(machine);
+pub fn columns_without(machine: Option<&Machine>) -> Vec<TableColumn> {
+    let outcome = machine.map(engine::columns).unwrap_or_default();
     told(&TableSchema::new(Vec::new(), &outcome), outcome.len())
 }
 
