@@ -333,3 +333,49 @@ probability = "max_bearing_load_N > 0"
     assert_eq!((figure(0), figure(2)), (Some(1.0), Some(0.0)), "the rig rubs at 0.5 mm; 0.9 mm is above 0.7 mm");
     assert!(ran.out.contains("0.0009 less 0.0005"), "{}", ran.out);
 }
+
+/// Runs that fail are what they had reached while all guards held: the energy balance of these breaks.
+#[test]
+fn a_failed_run_counts_by_what_it_had_reached() {
+    let folder = Folder::new();
+    let text = r#"schema = 1
+machine = "machines/rig.toml"
+seed = 3
+
+[set]
+"run.guard.energy_balance" = 1e-11
+
+[[uncertain]]
+path = "contact.friction"
+distribution = "uniform"
+lower = 0.05
+upper = 0.25
+
+[design]
+kind = "monte-carlo"
+samples = 4
+
+[[question]]
+name = "any"
+probability = "max_bearing_load_N >= 0"
+
+[[question]]
+name = "huge"
+probability = "max_bearing_load_N > 1 GN"
+"#;
+    let out = folder.name("out");
+    let ran = say(&["run", &folder.write("s.toml", text), "--out", &out]);
+    assert_eq!(ran.code, 0, "{}", ran.err);
+    let (header, rows) = support::table(&out);
+    let place = |name: &str| header.iter().position(|column| column == name).expect("a column");
+    assert!(rows.iter().all(|row| row[place("status")] == "invalid"), "{rows:?}");
+    assert!(rows.iter().all(|row| !row[place("guarded_max_bearing_load_N")].is_empty()), "{rows:?}");
+    let answers = json(&fs::read_to_string(folder.path("out/answers.json")).expect("written"));
+    let figures = |at: usize| {
+        let answer = &answers["answers"][at];
+        ["bad", "events", "estimate", "estimate_if_bad_harmful"].map(|key| answer[key].as_f64().expect("a number"))
+    };
+    // certain by what was reached; what would have come is not known
+    assert_eq!(figures(0), [4.0, 4.0, 1.0, 1.0]);
+    assert_eq!(figures(1), [4.0, 0.0, 0.0, 1.0]);
+}

@@ -66,18 +66,13 @@ pub fn check_asked(to_check: &ToCheck<'_>, problems: &mut Collector<'_>) {
     {
         refuse_inexact(plan, asked, problems);
     }
-    if whole.is_none() && !is_partly {
-        // the machine of the samples cannot be built, which is said with its problems
-        return;
-    }
-    let mut vocabulary = whole.unwrap_or_else(|| Vocabulary::of_machine(machine));
+    // without problems a machine that cannot be built is one of the samples, and said with them
+    let of_machine = || Vocabulary::of_machine(machine).filter(|_| is_partly && (machine.is_some() || is_function));
+    let Some(mut vocabulary) = whole.or_else(of_machine) else { return };
     if is_partly {
         vocabulary.mention(names);
     }
-    // without a machine no name of a column is known
-    if machine.is_some() || is_function {
-        understand(&vocabulary, asked, problems);
-    }
+    understand(&vocabulary, asked, problems);
 }
 
 fn needs_design(asked: &Asked, problems: &mut Collector<'_>) {

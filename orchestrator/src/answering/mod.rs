@@ -13,7 +13,6 @@ mod rows;
 mod told;
 mod vocabulary;
 
-pub(crate) use kept::forget;
 pub use kept::{KeepError, keep};
 pub use meant::{Meant, Source, check_asked, meant, only_gates};
 pub use rows::AnsweringError;

@@ -56,13 +56,16 @@ impl<'a> Vocabulary<'a> {
         Some(Self { names, columns, groups, parameters, machine })
     }
 
-    /// Of a study with mistakes, of which there may be nothing but its machine.
-    pub fn of_machine(machine: Option<&'a MachineDef>) -> Self {
-        let built = machine.and_then(|machine| machine.build().ok());
-        let columns = built.map(|machine| columns_without(&machine)).unwrap_or_default();
+    /// Of a study with mistakes, of which there may be nothing but its machine; of formulas there is none. `None`: the machine cannot be
+    /// built either, so that no column is known.
+    pub fn of_machine(machine: Option<&'a MachineDef>) -> Option<Self> {
+        let columns = match machine {
+            Some(machine) => columns_without(Some(&machine.build().ok()?)),
+            None => columns_without(None),
+        };
         let known = columns.iter().map(|column| (column.field.name.clone(), is_number(column.field.kind))).collect();
         let names = Names { known: Known { columns: known, aliases: Vec::new() }, ..Names::default() };
-        Self { names, columns, groups: Vec::new(), parameters: &[], machine }
+        Some(Self { names, columns, groups: Vec::new(), parameters: &[], machine })
     }
 
     /// Names that the file gives to something that could not be read: they are not blamed.

@@ -1,7 +1,7 @@
 //! Every way a subcommand can end badly, with its exit code.
 
 use super::exit::Exit;
-use super::refusals::{NoDirectory, NotAsked, ReplayError, WhyError};
+use super::refusals::{DesignExportError, NoDirectory, NotAsked, ReplayError, WhyError};
 use crate::answering::AnsweringError;
 use crate::chaos::ChaosError;
 use crate::dispatch::Signal;
@@ -132,6 +132,9 @@ pub enum CliError {
     /// Questions that are not answered.
     #[error(transparent)]
     Answering(#[from] AnsweringError),
+    /// A design that is not written.
+    #[error(transparent)]
+    Design(#[from] DesignExportError),
     /// Nothing is asked.
     #[error(transparent)]
     NotAsked(#[from] NotAsked),
@@ -218,7 +221,7 @@ impl CliError {
             | CliError::Replay(_) => Exit::Input,
             CliError::Figure(_) => Exit::Io,
             CliError::History(_) => Exit::Io,
-            CliError::NotAsked(NotAsked::Questions { .. }) => Exit::Input,
+            CliError::Design(_) | CliError::NotAsked(NotAsked::Questions { .. }) => Exit::Input,
             CliError::NotAsked(NotAsked::Gates { .. }) => Exit::Usage,
             CliError::Answering(AnsweringError::Table(TableError::Version { .. })) => Exit::Input,
             CliError::Answering(AnsweringError::Table(_) | AnsweringError::Row { .. }) => Exit::Io,

@@ -56,7 +56,7 @@ mod vary;
 
 pub use amount::{parse_duration, parse_memory};
 pub use angle::{FixedAngle, fixed_angle};
-pub use asked::{Asked, AskedGate, AskedQuestion, CheckAsked, Placed, ToCheck, read_asked};
+pub use asked::{Asked, AskedGate, AskedQuestion, Placed, read_asked};
 pub use axis::{Axis, Column, ColumnKind, MOST_VARIED, Varied, show};
 pub use carried::Carried;
 pub use definition::{MachineSubject, Study, Subject};
@@ -68,7 +68,7 @@ pub use function::{FunctionError, FunctionModel, MOST_OUTPUTS, OWN_COLUMNS, Outp
 pub use input::{InputError, read_input};
 pub use kind::{FileKind, kind_of};
 pub use limits::{Limits, SampleLimits, Share};
-pub use load::{STUDY_SCHEMA, TakenNames, load, load_checked, load_frozen};
+pub use load::{CheckAsked, STUDY_SCHEMA, TakenNames, ToCheck, load, load_checked, load_frozen};
 pub use parameter::{Origin, Parameter};
 pub use sample_keys::{SampleKey, SampleKeys};
 pub use samples::Samples;

@@ -1,6 +1,6 @@
 //! A study file from its text: every key, path and value checked, all problems of all its files at once.
 
-use super::asked::{Asked, CheckAsked, ToCheck, names};
+use super::asked::{Asked, names};
 use super::axis::{Axis, MOST_VARIED};
 use super::carried::{Carried, Others, refuse_taken};
 use super::definition::{MachineSubject, Study, Subject};
@@ -24,6 +24,26 @@ use std::path::Path;
 
 /// Names of the columns that the table of this machine has whatever varies: no column that is carried along may have one of them.
 pub type TakenNames = fn(&Machine) -> Vec<String>;
+
+/// What questions and gates are checked by.
+#[derive(Debug)]
+pub struct ToCheck<'a> {
+    /// What is asked.
+    pub asked: &'a Asked,
+    /// The study; `None`: so much in its file is wrong that there is none.
+    pub study: Option<&'a Study>,
+    /// Its machine, as far as that could be read.
+    pub machine: Option<&'a MachineDef>,
+    /// It computes formulas and needs no machine.
+    pub is_function: bool,
+    /// Names that the file gives to what differs from sample to sample and to what is computed, whether or not the rest could be read.
+    pub names: &'a [String],
+    /// Whether there is a `[design]`, be it a wrong one.
+    pub has_design: bool,
+}
+
+/// Adds what is wrong with questions and gates: by who knows the table of a study.
+pub type CheckAsked = fn(to_check: &ToCheck<'_>, problems: &mut Collector<'_>);
 
 /// Version of the study format.
 pub const STUDY_SCHEMA: i128 = 1;

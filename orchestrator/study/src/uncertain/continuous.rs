@@ -41,6 +41,16 @@ impl Continuous {
         }
     }
 
+    /// The law before truncation.
+    pub(super) fn law(&self) -> &Law {
+        &self.law
+    }
+
+    /// Where it is truncated.
+    pub(super) fn cut(&self) -> [Option<f64>; 2] {
+        [self.lower, self.upper]
+    }
+
     /// Its name and keys in words.
     pub(super) fn said(&self) -> &str {
         &self.said
