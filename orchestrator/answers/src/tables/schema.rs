@@ -162,7 +162,7 @@ mod tests {
             growth: Growth::Grows,
         }];
         let gap = Field { name: "gap_m".into(), unit: "m".into(), meaning: "gap".into(), kind: FieldKind::Real };
-        let schema = TableSchema::new(vec![gap.clone()], &outcome);
+        let schema = TableSchema::new(vec!std::slice::from_ref(&gap), &outcome);
         assert_eq!(schema.parameters(), [gap.clone()]);
         assert_eq!(schema.outcome()[0].name, "steps");
         assert_eq!(schema.fields().len(), 1 + 1 + 5 + 1);
