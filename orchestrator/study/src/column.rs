@@ -1,6 +1,6 @@
 //! A column that a study gives to a table.
 
-/// What a column of the study holds in a table; whole numbers, words and texts come as [`ParamValue`], too.
+/// What a column of the study holds in a table; whole numbers, words and texts come as [`ParamValue`](bladeoff_model::machine::ParamValue), too.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ColumnKind {
     /// Numbers.
