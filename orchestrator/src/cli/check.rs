@@ -1,5 +1,6 @@
 //! `bladeoff check`: everything about a study except its results.
 
+use super::answer::asked_in_words;
 use super::error::CliError;
 use super::estimate::estimate;
 use super::exit::Exit;
@@ -43,7 +44,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         list(&samples)?;
         return Ok(Exit::Ok);
     }
-    tell(&describe(&samples))?;
+    tell(&(describe(&samples) + &asked_in_words(&samples)?))?;
     if let Some(model) = samples.study().function() {
         functions::estimate(&samples, model, default_workers())?;
         return Ok(Exit::Ok);

@@ -73,6 +73,20 @@ fn kind(figure: &Figure) -> &'static str {
     }
 }
 
+/// What a question asks, in words: "load-95: 95 % quantile of max_bearing_load_N (95 %)".
+#[must_use]
+pub fn in_words(question: &Question) -> String {
+    let what = match &question.ask {
+        Ask::One(figure) => subject(figure),
+        Ask::Exceedance(column) => format!("exceedance of {column}"),
+        Ask::Fragility(path, formula) => format!("P({}) over {path}", formula.text),
+        Ask::Difference(figure, path, [a, b]) => {
+            format!("{} at {path} = {a} less that at {b}, paired", subject(figure))
+        }
+    };
+    format!("{}: {what} (confidence {})", question.name, percent(question.confidence))
+}
+
 fn subject(figure: &Figure) -> String {
     match figure {
         Figure::Probability(formula) => format!("P({})", formula.text),
