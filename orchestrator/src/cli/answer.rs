@@ -86,6 +86,12 @@ fn understood(samples: &Samples, file: &str, text: &str, asked: &Asked) -> Resul
     found.map_err(|problems| StudyError::Problems(vec![problems]).into())
 }
 
+/// Refuses questions and gates that these samples cannot answer.
+pub(super) fn check_questions(samples: &Samples) -> Result<(), CliError> {
+    let study = samples.study();
+    understood(samples, &study.file, &study.text, &study.asked).map(|_| ())
+}
+
 /// What `run` says of the questions of its study at its end; those of a complete one are written into the directory.
 pub(super) fn answers_of_run(directory: &Path, samples: &Samples, trusts: bool) -> Result<String, CliError> {
     let study = samples.study();

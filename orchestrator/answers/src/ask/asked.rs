@@ -2,7 +2,7 @@
 
 use super::answer::{Answer, Answers, SCHEMA};
 use super::question::{Ask, Figure, Question};
-use super::sentence::{Scale, of_curve, percent, sentence};
+use super::sentence::{Scale, of_curve, percent_given, sentence};
 use crate::estimate::curve::{Curve, CurvePoint};
 use crate::estimate::exceedance::exceedance;
 use crate::estimate::figures::{Figures, Method};
@@ -76,7 +76,7 @@ fn kind(figure: &Figure) -> &'static str {
 fn subject(figure: &Figure) -> String {
     match figure {
         Figure::Probability(formula) => format!("P({})", formula.text),
-        Figure::Quantile(u, column) => format!("{} quantile of {column}", percent(*u)),
+        Figure::Quantile(u, column) => format!("{} quantile of {column}", percent_given(*u)),
         Figure::Mean(column) => format!("mean of {column}"),
     }
 }

@@ -14,4 +14,4 @@ pub use crate::estimate::formula::Known;
 pub use answer::{Answer, Answers, SCHEMA};
 pub use asked::{Answered, answer, answer_all};
 pub use question::{Ask, CONFIDENCE, Figure, Names, Problem, Question, QuestionDef};
-pub(crate) use sentence::{counted, percent, prefix};
+pub(crate) use sentence::{counted, percent, percent_given, prefix};
