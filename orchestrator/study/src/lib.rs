@@ -70,7 +70,7 @@ pub use function::{FunctionError, FunctionModel, MOST_OUTPUTS, OWN_COLUMNS, Outp
 pub use input::{InputError, read_input};
 pub use kind::{FileKind, kind_of};
 pub use limits::{Limits, SampleLimits, Share};
-pub use load::{CheckAsked, STUDY_SCHEMA, TakenNames, ToCheck, load, load_checked, load_frozen};
+pub use load::{CheckAsked, STUDY_SCHEMA, TakenNames, ToCheck, load, load_checked, load_frozen, load_text};
 pub use parameter::{Origin, Parameter};
 pub use sample_keys::{SampleKey, SampleKeys};
 pub use samples::Samples;
