@@ -3,9 +3,9 @@
 use super::super::error::CliError;
 use super::super::exit::Exit;
 use super::super::output::{print, remark};
+use super::cost::measure;
 use super::figures::{self, Figure};
 use super::host::{Folder, load};
-use super::stages::measure;
 use crate::answering::{Meant, Source, answer as answers_of, decided, judge, meant, told};
 use bladeoff_study::{Samples, StudyError};
 use bladeoff_system::files::FileError;

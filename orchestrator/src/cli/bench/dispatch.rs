@@ -3,10 +3,11 @@
 use super::super::error::CliError;
 use super::super::exit::Exit;
 use super::super::output::{print, remark};
+use super::cost::peak_mb;
 use super::figures;
 use super::host::{Folder, load};
 use super::lengths;
-use super::stages::{Stages, peak_mb};
+use super::stages::Stages;
 use super::stand_in::{Nobody, Numbers, Record, options};
 use crate::dispatch::{self, Activity, Observer, Snapshot, Todo};
 use crate::ledger::Ledger;

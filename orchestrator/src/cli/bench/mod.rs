@@ -2,6 +2,7 @@
 
 mod answers;
 mod chaos;
+mod cost;
 mod dispatch;
 mod figures;
 mod host;

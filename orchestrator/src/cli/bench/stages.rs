@@ -5,6 +5,7 @@ use super::super::error::CliError;
 use super::super::exit::Exit;
 use super::super::output::print;
 use super::answers;
+use super::cost::{Cost, measure, peak_mb};
 use crate::chaos::LAB_RIG;
 use crate::run::directory::row_files;
 use crate::run::{own_columns, rehearsal};
@@ -13,10 +14,9 @@ use bladeoff_answers::tables::Table;
 use bladeoff_study::{Samples, load};
 use bladeoff_system::files::FileError;
 use bladeoff_worker::process::process_cpu_time;
-use serde_json::{Value, json};
+use serde_json::json;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
 use std::time::Instant;
 
 /// One stage, for `bench dispatch` and `bench answers`.
@@ -43,14 +43,6 @@ enum What {
 pub struct Stages {
     folder: PathBuf,
     counts: (u64, u64),
-}
-
-/// What a stage took.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Cost {
-    pub seconds: f64,
-    pub cpu_s: Option<f64>,
-    pub peak_mb: Option<f64>,
 }
 
 impl Stages {
@@ -81,22 +73,6 @@ impl Stages {
         let path = self.folder.join(name);
         fs::write(&path, text).map_err(FileError::at("write", &path))
     }
-}
-
-/// One stage of a study in a directory, in a process of its own.
-pub(super) fn measure(what: &str, study: &Path, directory: &Path) -> Result<Cost, CliError> {
-    let mut command = Command::new("/proc/self/exe");
-    command.args(["bench", "stage", what]).arg(study).arg(directory);
-    let failed = FileError::at("measure", directory);
-    let output = match command.stderr(Stdio::inherit()).output() {
-        Ok(output) => output,
-        Err(source) => return Err(failed(source).into()),
-    };
-    let said: Value = serde_json::from_slice(&output.stdout).unwrap_or_default();
-    let Some(seconds) = said["seconds"].as_f64().filter(|_| output.status.success()) else {
-        return Err(failed(std::io::Error::other(format!("stage {what}: {}", output.status))).into());
-    };
-    Ok(Cost { seconds, cpu_s: said["cpu_s"].as_f64(), peak_mb: said["peak_mb"].as_f64() })
 }
 
 fn study(rows: u64, columns: u64) -> String {
@@ -135,11 +111,4 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let cpu_s = process_cpu_time().as_secs_f64();
     print(&format!("{}\n", json!({ "seconds": time.as_secs_f64(), "cpu_s": cpu_s, "peak_mb": peak_mb() })))?;
     Ok(Exit::Ok)
-}
-
-/// Largest memory that this process has had \[MB\].
-pub fn peak_mb() -> Option<f64> {
-    let status = fs::read_to_string("/proc/self/status").ok()?;
-    let kilobytes = status.lines().find_map(|line| line.strip_prefix("VmHWM:")?.trim().strip_suffix(" kB"))?;
-    Some(kilobytes.parse::<f64>().ok()? / 1e3)
 }
