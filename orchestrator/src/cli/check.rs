@@ -15,7 +15,8 @@ use std::path::PathBuf;
 
 /// Check a study: what varies, how many samples, how long it will take
 ///
-/// Reads study, machine and points file and reports every problem in them with its place. Builds the machine of every
+/// Reads study, machine and points file and reports every problem in them with its place. Says in words what was understood
+/// of each uncertain parameter, with mean and standard deviation after truncation. Builds the machine of every
 /// sample (of studies above 100000 samples: of every value and every corner), so that impossible combinations are
 /// found before anything runs. Then computes up to seven samples, spread over all axes and each for at most 20 s of CPU time (all
 /// together 90 s), to tell the time of the whole as a range: CPU time, and what that is with a worker on each
@@ -91,13 +92,27 @@ fn describe(samples: &Samples) -> String {
         }
     }
     if let Some(model) = study.function() {
-        return text + &functions::described(model);
+        return text + &functions::described(model) + &asked(samples);
     }
     let shared = shared(samples);
     if !shared.is_empty() {
         text.push_str(&format!("\n{shared}"));
     }
-    text
+    text + &asked(samples)
+}
+
+/// "Asks: overload, load-95. Gates: P(...) < 0.01."
+fn asked(samples: &Samples) -> String {
+    let asked = &samples.study().asked;
+    let names: Vec<&str> =
+        asked.questions.iter().flat_map(|question| &question.name).map(|name| &*name.value).collect();
+    let gates: Vec<&str> = asked.gates.iter().map(|gate| &*gate.require.value).collect();
+    let width = width().unwrap_or(usize::MAX);
+    let line = |word: &str, said: String| match said.is_empty() {
+        true => String::new(),
+        false => format!("\n{}", wrapped(&format!("{word}: {said}."), width, "", "  ")),
+    };
+    line("Asks", names.join(", ")) + &line("Gates", gates.join("; "))
 }
 
 /// The design, and what was understood of each uncertain and each derived parameter.
@@ -135,8 +150,14 @@ fn drawn(samples: &Samples) -> String {
         };
         lines.push_str(&format!("{name}\n{}", wrapped(&said, width, "  ", "  ")));
     }
+    for said in &study.drawn.correlated {
+        lines.push_str(&wrapped(said, width, "", "  "));
+    }
     if !lines.is_empty() {
-        text.push_str(&format!("{lines}\n"));
+        text.push_str(&lines);
+        if !study.axes.is_empty() {
+            text.push('\n');
+        }
     }
     text
 }
