@@ -3,6 +3,7 @@
 mod support;
 
 use std::fs;
+use std::os::unix::fs::PermissionsExt;
 use support::{Folder, say};
 
 /// 2000 points of a standard normal number and its double: P(g < 0) = 0.0228.
@@ -378,4 +379,18 @@ probability = "max_bearing_load_N > 1 GN"
     // certain by what was reached; what would have come is not known
     assert_eq!(figures(0), [4.0, 4.0, 1.0, 1.0]);
     assert_eq!(figures(1), [4.0, 0.0, 0.0, 1.0]);
+}
+
+#[test]
+fn where_others_could_write_answers_are_only_told() {
+    let folder = Folder::new();
+    let (study, out) = (folder.write("s.toml", &format!("{STUDY}{QUESTIONS}")), folder.name("out"));
+    assert_eq!(say(&["run", &study, "--out", &out]).code, 0);
+    fs::remove_file(folder.path("out/answers.json")).expect("removed");
+    fs::set_permissions(folder.path("out"), fs::Permissions::from_mode(0o777)).expect("own");
+    let said = say(&["answer", &out]);
+    assert!(said.code == 0 && said.out.contains("w = 1: P(g < 0) = 2"), "{} {}", said.code, said.err);
+    assert!(said.err.contains("the answers are not written: ") && said.err.contains("mode 0777"), "{}", said.err);
+    assert!(!folder.path("out/answers.json").exists() && !said.out.contains("answers.json"));
+    assert_eq!(say(&["gate", &out]).code, 0);
 }

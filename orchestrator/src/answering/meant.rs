@@ -118,10 +118,7 @@ impl Reader<'_, '_> {
     fn question(&mut self, key: &str, asked: &AskedQuestion) -> Option<Question> {
         let text = |placed: &Option<Placed<String>>| placed.as_ref().map(|placed| placed.value.clone());
         let number = |placed: &Option<Placed<f64>>| placed.as_ref().map(|placed| placed.value);
-        let difference = match &asked.difference {
-            Some(placed) => Some(self.values(key, placed, asked.vary.as_ref())),
-            None => None,
-        };
+        let difference = asked.difference.as_ref().map(|placed| self.values(key, placed, asked.vary.as_ref()));
         let is_misread = matches!(difference, Some(None));
         let def = QuestionDef {
             // one that could not be read is another problem

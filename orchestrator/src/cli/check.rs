@@ -1,5 +1,6 @@
 //! `bladeoff check`: everything about a study except its results.
 
+use super::answer::asked_in_words;
 use super::error::CliError;
 use super::estimate::estimate;
 use super::exit::Exit;
@@ -44,7 +45,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         list(&samples)?;
         return Ok(Exit::Ok);
     }
-    tell(&describe(&samples))?;
+    tell(&(describe(&samples) + &asked_in_words(&samples)?))?;
     if let Some(model) = samples.study().function() {
         functions::estimate(&samples, model, default_workers())?;
         return Ok(Exit::Ok);
@@ -92,27 +93,13 @@ fn describe(samples: &Samples) -> String {
         }
     }
     if let Some(model) = study.function() {
-        return text + &functions::described(model) + &asked(samples);
+        return text + &functions::described(model);
     }
     let shared = shared(samples);
     if !shared.is_empty() {
         text.push_str(&format!("\n{shared}"));
     }
-    text + &asked(samples)
-}
-
-/// "Asks: overload, load-95. Gates: P(...) < 0.01."
-fn asked(samples: &Samples) -> String {
-    let asked = &samples.study().asked;
-    let names: Vec<&str> =
-        asked.questions.iter().flat_map(|question| &question.name).map(|name| &*name.value).collect();
-    let gates: Vec<&str> = asked.gates.iter().map(|gate| &*gate.require.value).collect();
-    let width = width().unwrap_or(usize::MAX);
-    let line = |word: &str, said: String| match said.is_empty() {
-        true => String::new(),
-        false => format!("\n{}", wrapped(&format!("{word}: {said}."), width, "", "  ")),
-    };
-    line("Asks", names.join(", ")) + &line("Gates", gates.join("; "))
+    text
 }
 
 /// The design, and what was understood of each uncertain and each derived parameter.

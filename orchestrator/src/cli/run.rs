@@ -1,6 +1,6 @@
 //! `bladeoff run`: a study on all cores.
 
-use super::answer::answers_of_run;
+use super::answer::{answers_of_run, check_questions};
 use super::budget::BudgetArgs;
 use super::error::CliError;
 use super::exit::Exit;
@@ -176,6 +176,11 @@ impl PartArgs {
     /// The checked samples of a study file.
     pub fn load(&self, study: &std::path::Path) -> Result<Samples, CliError> {
         let samples = Samples::new(load_checked(study, own_columns, check_asked)?, self.scale, self.limit)?;
+        if self.scale.is_some() {
+            // an axis has lost values, and a question may have named one
+            check_questions(&samples)
+                .inspect_err(|_| remark("a part of the values of each axis is left by --scale"))?;
+        }
         if samples.study().function().is_none() {
             check_machines(&samples)?;
             check_starts(&samples)?;

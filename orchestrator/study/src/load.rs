@@ -89,6 +89,14 @@ pub fn load_checked(path: &Path, taken: TakenNames, check: CheckAsked) -> Result
     load_with(path, None, taken, check)
 }
 
+/// A study by its text. Files that it names lie around `file`.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_text(file: &str, text: &str, taken: TakenNames) -> Result<Study, StudyError> {
+    read_text(Path::new(file), text, None, taken, |_, _| {})
+}
+
 /// Reads a study as a result directory keeps it: its machine and points are the frozen ones, whatever it calls them.
 ///
 /// # Errors
@@ -103,14 +111,24 @@ fn load_with(
     taken: TakenNames,
     check: CheckAsked,
 ) -> Result<Study, StudyError> {
-    let file = path.to_string_lossy().into_owned();
     let read = if frozen.is_some() { read_frozen } else { read_input };
     let text = read(path, MAX_FILE_BYTES as u64)?;
-    let root = parse_toml(&file, &text).map_err(|problems| StudyError::Problems(vec![problems]))?;
+    read_text(path, &text, frozen, taken, check)
+}
+
+fn read_text(
+    path: &Path,
+    text: &str,
+    frozen: Option<FrozenFiles>,
+    taken: TakenNames,
+    check: CheckAsked,
+) -> Result<Study, StudyError> {
+    let file = path.to_string_lossy().into_owned();
+    let root = parse_toml(&file, text).map_err(|problems| StudyError::Problems(vec![problems]))?;
     let files = NamedFiles { study: path, frozen };
-    let (problems, others, seen) = (Collector::new(&file, &text), Vec::new(), Seen::default());
+    let (problems, others, seen) = (Collector::new(&file, text), Vec::new(), Seen::default());
     let mut loader = Loader { path, files, taken, problems, others, seen };
-    let study = loader.study(&file, &text, &root);
+    let study = loader.study(&file, text, &root);
     let Seen { asked, machine, is_function, names, has_design } = std::mem::take(&mut loader.seen);
     if !asked.is_empty() {
         let (study, machine) = (study.as_ref(), machine.as_ref());
@@ -124,7 +142,7 @@ fn load_with(
     all.append(&mut loader.others);
     match study {
         Some(study) if all.is_empty() => Ok(study),
-        _ if kind_of(&text) == Some(FileKind::Machine) => Err(StudyError::AMachine { path: path.to_path_buf() }),
+        _ if kind_of(text) == Some(FileKind::Machine) => Err(StudyError::AMachine { path: path.to_path_buf() }),
         _ => Err(StudyError::Problems(all)),
     }
 }

@@ -5,8 +5,9 @@
 //! with [design]      sample = point x groups + group; a group is a combination     --limit: the first points, in every group
 //! ```
 
-use super::axis::{Axis, Column, ColumnKind, show};
+use super::axis::{Axis, show};
 use super::carried::Carried;
+use super::column::{Column, ColumnKind};
 use super::definition::Study;
 use super::drawing::{Drawing, Scratch};
 use super::error::StudyError;

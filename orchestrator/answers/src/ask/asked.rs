@@ -2,7 +2,7 @@
 
 use super::answer::{Answer, Answers, SCHEMA};
 use super::question::{Ask, Figure, Question};
-use super::sentence::{Scale, of_curve, percent, sentence};
+use super::sentence::{Scale, of_curve, percent_given, sentence};
 use crate::estimate::curve::{Curve, CurvePoint};
 use crate::estimate::exceedance::exceedance;
 use crate::estimate::figures::{Figures, Method};
@@ -73,10 +73,24 @@ fn kind(figure: &Figure) -> &'static str {
     }
 }
 
+/// What a question asks, in words: "load-95: 95 % quantile of max_bearing_load_N (95 %)".
+#[must_use]
+pub fn in_words(question: &Question) -> String {
+    let what = match &question.ask {
+        Ask::One(figure) => subject(figure),
+        Ask::Exceedance(column) => format!("exceedance of {column}"),
+        Ask::Fragility(path, formula) => format!("P({}) over {path}", formula.text),
+        Ask::Difference(figure, path, [a, b]) => {
+            format!("{} at {path} = {a} less that at {b}, paired", subject(figure))
+        }
+    };
+    format!("{}: {what} (confidence {})", question.name, percent_given(question.confidence))
+}
+
 fn subject(figure: &Figure) -> String {
     match figure {
         Figure::Probability(formula) => format!("P({})", formula.text),
-        Figure::Quantile(u, column) => format!("{} quantile of {column}", percent(*u)),
+        Figure::Quantile(u, column) => format!("{} quantile of {column}", percent_given(*u)),
         Figure::Mean(column) => format!("mean of {column}"),
     }
 }

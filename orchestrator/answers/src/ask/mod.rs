@@ -12,6 +12,7 @@ mod sentence;
 
 pub use crate::estimate::formula::Known;
 pub use answer::{Answer, Answers, SCHEMA};
-pub use asked::{Answered, answer, answer_all};
+pub use asked::{Answered, answer, answer_all, in_words};
 pub use question::{Ask, CONFIDENCE, Figure, Names, Problem, Question, QuestionDef};
+pub use sentence::percent_given;
 pub(crate) use sentence::{counted, percent, prefix};

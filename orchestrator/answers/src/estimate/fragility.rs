@@ -1,7 +1,7 @@
 //! How probable a condition is, by the value of a parameter.
 //!
 //! A varied parameter: each of its values, all points at each. An uncertain one: each of its values where they are few or words; else
-//! bins of equal count by rank, as many as have [`FEWEST_IN_BIN`] points each, 20 at most. The points of a bin are as independent as
+//! bins of equal count by rank, as many as have `FEWEST_IN_BIN` points each, 20 at most. The points of a bin are as independent as
 //! those of the study, so each bin has the interval of a probability, each by itself: the probability meant is that over the bin.
 //!
 //! Limits of an event whose probability varies within a bin are on the safe side: such counts scatter less than binomial ones

@@ -2,7 +2,7 @@
 
 use super::look::{FIRST_LOOK, deciding, last_look};
 use super::require::Gate;
-use crate::ask::{counted, percent, prefix};
+use crate::ask::{counted, percent, percent_given, prefix};
 use crate::estimate::input::{DesignKind, Group, InputError, Study};
 use crate::estimate::known::truths;
 use crate::estimate::limits::{lower_limit, upper_limit};
@@ -124,7 +124,7 @@ impl Gate {
         if n == 0 {
             return text + &format!("open, the first look is at {FIRST_LOOK} points");
         }
-        let (sure, bound) = (percent(1.0 - decision.level), percent(self.bound));
+        let (sure, bound) = (percent(1.0 - decision.level), percent_given(self.bound));
         text += &match decision.verdict {
             Verdict::Passed => format!("passed, at most {} ({sure})", percent(decision.limits.1)),
             Verdict::Failed => format!("failed, at least {} ({sure})", percent(decision.limits.0)),

@@ -4,6 +4,7 @@
 use super::super::error::CliError;
 use super::super::exit::Exit;
 use super::super::output::print;
+use super::answers;
 use crate::chaos::LAB_RIG;
 use crate::run::directory::row_files;
 use crate::run::{own_columns, rehearsal};
@@ -11,13 +12,14 @@ use bladeoff_answers::report::{SUMMARY_COLUMNS, Summary};
 use bladeoff_answers::tables::Table;
 use bladeoff_study::{Samples, load};
 use bladeoff_system::files::FileError;
+use bladeoff_worker::process::process_cpu_time;
 use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
-/// One stage, for `bench dispatch`.
+/// One stage, for `bench dispatch` and `bench answers`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     what: What,
@@ -33,6 +35,8 @@ enum What {
     Tables,
     Summary,
     Growth,
+    Tabulate,
+    Answer,
 }
 
 /// A study with no-op results of all samples but the last.
@@ -45,6 +49,7 @@ pub struct Stages {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cost {
     pub seconds: f64,
+    pub cpu_s: Option<f64>,
     pub peak_mb: Option<f64>,
 }
 
@@ -69,24 +74,29 @@ impl Stages {
     /// One stage, in a process of its own.
     pub fn measure(&self, what: &str) -> Result<Cost, CliError> {
         let study = if what == "growth" { "growth.toml" } else { "study.toml" };
-        let mut command = Command::new("/proc/self/exe");
-        command.args(["bench", "stage", what]).arg(self.folder.join(study)).arg(self.folder.join("stages"));
-        let failed = FileError::at("measure", &self.folder);
-        let output = match command.stderr(Stdio::inherit()).output() {
-            Ok(output) => output,
-            Err(source) => return Err(failed(source).into()),
-        };
-        let said: Value = serde_json::from_slice(&output.stdout).unwrap_or_default();
-        let Some(seconds) = said["seconds"].as_f64().filter(|_| output.status.success()) else {
-            return Err(failed(std::io::Error::other(format!("stage {what}: {}", output.status))).into());
-        };
-        Ok(Cost { seconds, peak_mb: said["peak_mb"].as_f64() })
+        measure(what, &self.folder.join(study), &self.folder.join("stages"))
     }
 
     fn write(&self, name: &str, text: &str) -> Result<(), FileError> {
         let path = self.folder.join(name);
         fs::write(&path, text).map_err(FileError::at("write", &path))
     }
+}
+
+/// One stage of a study in a directory, in a process of its own.
+pub(super) fn measure(what: &str, study: &Path, directory: &Path) -> Result<Cost, CliError> {
+    let mut command = Command::new("/proc/self/exe");
+    command.args(["bench", "stage", what]).arg(study).arg(directory);
+    let failed = FileError::at("measure", directory);
+    let output = match command.stderr(Stdio::inherit()).output() {
+        Ok(output) => output,
+        Err(source) => return Err(failed(source).into()),
+    };
+    let said: Value = serde_json::from_slice(&output.stdout).unwrap_or_default();
+    let Some(seconds) = said["seconds"].as_f64().filter(|_| output.status.success()) else {
+        return Err(failed(std::io::Error::other(format!("stage {what}: {}", output.status))).into());
+    };
+    Ok(Cost { seconds, cpu_s: said["cpu_s"].as_f64(), peak_mb: said["peak_mb"].as_f64() })
 }
 
 fn study(rows: u64, columns: u64) -> String {
@@ -116,8 +126,14 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
             std::hint::black_box(summary.text(None));
             begun.elapsed()
         }
+        What::Tabulate => rehearsal::tabulate(directory, &samples).map(|()| begun.elapsed())?,
+        What::Answer => {
+            std::hint::black_box(answers::answer(directory, &samples)?);
+            begun.elapsed()
+        }
     };
-    print(&format!("{}\n", json!({ "seconds": time.as_secs_f64(), "peak_mb": peak_mb() })))?;
+    let cpu_s = process_cpu_time().as_secs_f64();
+    print(&format!("{}\n", json!({ "seconds": time.as_secs_f64(), "cpu_s": cpu_s, "peak_mb": peak_mb() })))?;
     Ok(Exit::Ok)
 }
 
