@@ -131,11 +131,13 @@ pub struct Args {
 /// Which part of a study.
 #[derive(Debug, clap::Args)]
 pub struct PartArgs {
-    /// Take N samples only: the first N of a shuffle that depends on the study's seed
+    /// Take N samples only: the first N of a shuffle that depends on the study's seed; of a [design] its first N points, with all
+    /// combinations of [[vary]] at each
     #[arg(long, value_name = "N", value_parser = at_least_one)]
     limit: Option<u64>,
 
-    /// Thin every axis to this part of its points, at least two; its end points are kept
+    /// Thin every axis to this part of its points, at least two; its end points are kept. A [design] keeps this part of its points, a
+    /// power of two where it needs one
     #[arg(long, value_name = "F", value_parser = scale)]
     scale: Option<f64>,
 }

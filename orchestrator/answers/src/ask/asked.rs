@@ -273,8 +273,10 @@ impl Asked<'_> {
             let mut answer = self.curved("fragility", &group, bad, n, method.unwrap_or(Method::Without));
             let what = if single { "value" } else { "bin" };
             if !single {
-                let count = curve.len();
-                answer.notes.push(format!("{count} bins of equal count: the probability is that over the bin"));
+                answer.notes.push(match curve.len() {
+                    1 => "one bin holds all: a bin has at least 50 points".to_owned(),
+                    count => format!("{count} bins of equal count: the probability is that over the bin"),
+                });
             }
             answer.notes.push(format!("the limits hold for each {what} by itself"));
             note_empty(&mut answer.notes, empty, CONDITION);

@@ -41,6 +41,8 @@ pub struct Drawn {
     pub understood: Vec<Understood>,
     /// What a reader of the answers should know of the design.
     pub notes: Vec<String>,
+    /// What `check` says of each `[[correlation]]`.
+    pub correlated: Vec<String>,
     /// Texts of `[[derived]]`.
     pub formulas: Vec<String>,
 }
@@ -109,6 +111,7 @@ impl Tables {
         let Self { drafts, derived, parameters, variables, uncertain, is_whole: all_read } = self;
         let laws: Option<Vec<Uncertain>> = drafts.iter().map(|draft| draft.law.clone()).collect();
         let copula = correlation::read(keys, &variables[..uncertain], laws.as_deref().filter(|_| all_read), problems);
+        let (copula, correlated) = copula.unzip();
         let drawn = laws.as_deref().zip(copula.as_ref()).filter(|_| all_read);
         let plan = design::read(keys, &parameters[..uncertain], drawn, seed, problems);
         // without all variables a formula would be blamed for names that are there
@@ -124,6 +127,7 @@ impl Tables {
             drawing: Drawing::new(laws, copula, plan, formulas?),
             understood: drafts.into_iter().map(|Draft { sentence, .. }| Understood { sentence }).collect(),
             notes,
+            correlated: correlated.unwrap_or_default(),
             formulas: derived.into_iter().map(|formula| formula.text).collect(),
         })
     }
