@@ -19,7 +19,7 @@ seed = 22
 
 [design]
 kind = "monte-carlo"
-samples = 262144
+samples = 131072
 
 [function]
 rp22 = "2.5 - (x1 + x2)/sqrt(2) + 0.1*(x1 - x2)^2"
@@ -175,7 +175,7 @@ mod tests {
         assert_eq!(checks.len(), 5);
         for mut check in checks {
             println!("{check:?}: {:?}", check.error());
-            assert!(check.holds() && check.tolerance < 0.2, "{check:?}");
+            assert!(check.holds() && check.tolerance < 0.25, "{check:?}");
             // a reference half as large again is seen to be another one
             check.reference *= 1.5;
             assert!(!check.holds(), "{check:?}");

@@ -12,7 +12,7 @@ use bladeoff_core::verification::{Check, verify};
 ///
 /// Whirl frequencies, critical speeds and unbalance responses of published rotors, ring frequencies, passages through
 /// resonance with prescribed and with free spin, rub closed forms, small probabilities: each beside its reference, with the tolerance that the
-/// source supports (of a probability: four standard errors of 262 144 points). No file is read; it takes some seconds on one core.
+/// source supports (of a probability: four standard errors of 131 072 points). No file is read; it takes some seconds on one core.
 ///
 /// Exit code 0 if every case holds, else 1.
 #[derive(Debug, clap::Args)]
