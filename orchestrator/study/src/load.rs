@@ -4,7 +4,8 @@ use super::asked::{Asked, names};
 use super::axis::{Axis, MOST_VARIED};
 use super::carried::{Carried, Others, refuse_taken};
 use super::definition::{MachineSubject, Study, Subject};
-use super::drawn::{self, Drawn, Files};
+use super::derived::Variable;
+use super::drawn::{self, Files};
 use super::error::StudyError;
 use super::frozen::FrozenFiles;
 use super::function::{FunctionError, FunctionModel, OWN_COLUMNS};
@@ -217,10 +218,10 @@ impl Loader<'_> {
         }
         drawn::needs(&keys, &mut self.problems);
         let mut files = Files::new(&self.files, &mut self.others);
-        let drawn = drawn::read(&keys, &axes, seed.unwrap_or(0), &paths, &mut files, &mut self.problems);
+        let (drawn, variables) = drawn::read(&keys, &axes, seed.unwrap_or(0), &paths, &mut files, &mut self.problems);
         let empirical_texts = files.texts;
         paths.refuse_repeated(&mut self.problems);
-        let function = if is_function { self.function(&keys, drawn.as_ref()) } else { None };
+        let function = if is_function { self.function(&keys, variables.as_deref()) } else { None };
         let parameters = drawn.as_ref().map(|drawn| drawn.parameters.as_slice()).unwrap_or_default();
         let told = parameters.iter().filter(|parameter| is_function || !parameter.is_variable).count();
         // a share of twins is a parameter that varies
@@ -297,7 +298,7 @@ impl Loader<'_> {
     }
 
     /// `[function]`: what is computed of the variables.
-    fn function(&mut self, keys: &Keys<'_>, drawn: Option<&Drawn>) -> Option<FunctionModel> {
+    fn function(&mut self, keys: &Keys<'_>, variables: Option<&[Variable]>) -> Option<FunctionModel> {
         let entry = keys.require("function", "[function] with g = \"3 - x\"", &mut self.problems)?;
         let keys = Keys::of(entry, "function", &mut self.problems)?;
         let mut outputs = Vec::new();
@@ -305,8 +306,7 @@ impl Loader<'_> {
             let text = keys.text(entry, &mut self.problems)?;
             outputs.push((entry.name.clone(), text.to_owned()));
         }
-        let variables = drawn?.drawing.variables();
-        match FunctionModel::new(&outputs, variables) {
+        match FunctionModel::new(&outputs, variables?) {
             Ok(function) => Some(function),
             Err(errors) => {
                 for error in errors {
@@ -349,7 +349,8 @@ impl Loader<'_> {
             }
             let column = &columns[number];
             let has = |other: &usize| *other != number && columns[*other] == *column;
-            let what = match (own.contains(column), (0..columns.len()).find(has)) {
+            let is_own = own.contains(column) || parameter.short.as_ref().is_some_and(|short| own.contains(short));
+            let what = match (is_own, (0..columns.len()).find(has)) {
                 (true, _) => "the table has a column of its own with this name".to_owned(),
                 (_, Some(other)) => format!("{} has the same column", parameters[other].info.path),
                 _ => continue,

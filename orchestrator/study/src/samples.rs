@@ -256,10 +256,8 @@ impl Samples {
             }
             Origin::Uncertain(law) => {
                 let law = &self.drawing.laws()[law];
-                // multiples of the golden section: a quarter of a turn apart they were whole periods apart for 4, 8, 12 ... blades
-                [0.090_17, 0.381_97, 0.618_03, 0.854_1]
-                    .map(|p| self.drawing.param(place, law.quantile(p, 1.0 - p)))
-                    .to_vec()
+                // whose differences are no whole parts of anything
+                [0.1, 0.3217, 0.6071, 0.8713].map(|p| self.drawing.param(place, law.quantile(p, 1.0 - p))).to_vec()
             }
             Origin::Derived(_) => self.some_values(place),
         }

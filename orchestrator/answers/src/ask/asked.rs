@@ -2,16 +2,16 @@
 
 use super::answer::{Answer, Answers, SCHEMA};
 use super::question::{Ask, Figure, Question};
-use super::sentence::{Scale, of_curve, percent_given, sentence};
+use super::sentence::{Scale, counted, of_curve, percent_given, sentence};
 use crate::estimate::curve::{Curve, CurvePoint};
 use crate::estimate::exceedance::exceedance;
 use crate::estimate::figures::{Figures, Method};
 use crate::estimate::formula::Formula;
 use crate::estimate::fragility::bins;
 use crate::estimate::input::{Group, InputError, Label, Study};
-use crate::estimate::known::{Truths, Values, truths, values};
+use crate::estimate::known::{Truths, Values, reached, truths, values};
 use crate::estimate::mean::mean;
-use crate::estimate::proportion::{Tally, proportion_by, tallies};
+use crate::estimate::proportion::{Tally, none_seen, proportion_by, tallies};
 use crate::estimate::scheme::Scheme;
 use crate::estimate::{difference, quantile};
 
@@ -101,6 +101,16 @@ fn with_unit(name: &str, unit: &str) -> String {
     if unit.is_empty() { name.to_owned() } else { format!("{name}_{unit}") }
 }
 
+/// Ok rows of which a condition says nothing, in words.
+fn note_undefined(notes: &mut Vec<String>, undefined: u64) {
+    if undefined > 0 {
+        let runs = counted(undefined, "run");
+        notes.push(format!(
+            "in {runs} the condition has no value (such as the root of a negative number): counted both ways"
+        ));
+    }
+}
+
 /// Rows without a value, in words.
 fn note_empty(notes: &mut Vec<String>, empty: u64, what: &str) {
     if empty > 0 {
@@ -132,6 +142,11 @@ impl Asked<'_> {
         let tallies = tallies(truths, self.scheme.parts(), self.part());
         let mut figures = proportion_by(&tallies, &self.scheme, self.alpha, self.t);
         note_empty(&mut figures.notes, truths.empty, CONDITION);
+        note_undefined(&mut figures.notes, truths.undefined);
+        // points that are random after all, only too few replicates of them
+        if matches!(self.scheme, Scheme::Without(_)) && self.study.design.is_random() {
+            none_seen(&Tally::of_all(&tallies), self.alpha, &mut figures);
+        }
         figures
     }
 
@@ -182,7 +197,7 @@ impl Asked<'_> {
         let mut points = vec![0; self.scheme.parts()];
         (0..self.study.points()).for_each(|point| points[self.part()(point)] += 1);
         for (at, group) in self.study.groups.iter().enumerate() {
-            let values = values(self.study, column, at)?;
+            let values = reached(self.study, column, at)?;
             let (curve, method) = exceedance(&values, &self.scheme, &points, self.part(), self.alpha);
             let mut answer = self.curved("exceedance", group, values.bad, self.study.points() as u64, method);
             if method == Method::Band {

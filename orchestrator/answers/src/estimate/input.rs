@@ -138,6 +138,18 @@ pub struct Design<'a> {
     pub complete: bool,
 }
 
+impl Design<'_> {
+    /// Whether its points are drawn, so that they tell of others.
+    #[must_use]
+    pub fn is_random(&self) -> bool {
+        match self.kind {
+            DesignKind::OneAtATime => false,
+            DesignKind::Sobol | DesignKind::Halton => self.scrambled,
+            DesignKind::MonteCarlo | DesignKind::LatinHypercube => true,
+        }
+    }
+}
+
 /// A study's rows.
 #[derive(Debug, Clone)]
 pub struct Study<'a> {

@@ -53,6 +53,17 @@ pub fn tallies(truths: &Truths, parts: usize, part: impl Fn(usize) -> usize) -> 
     tallies
 }
 
+/// The upper limit of an event that was not seen, by as many independent points: that it was not seen is never a probability of 0.
+pub fn none_seen(all: &Tally, alpha: f64, found: &mut Figures) {
+    if all.low == 0 && all.n > 0 {
+        found.low = Some(0.0);
+        found.high = Some(upper_limit(all.high, all.n, alpha / 2.0));
+        found.statistical = Some(upper_limit(0, all.n, alpha / 2.0));
+        (found.method, found.approximate) = (Method::ClopperPearson, true);
+        found.notes.push("no event: the upper limit of as many independent points".to_owned());
+    }
+}
+
 /// The probability; `tallies` by part of the scheme, `alpha` = 1 - confidence.
 #[must_use]
 pub fn proportion(tallies: &[Tally], scheme: &Scheme, alpha: f64) -> Figures {

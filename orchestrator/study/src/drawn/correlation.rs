@@ -41,12 +41,17 @@ pub(super) fn read(
             _ => sound = false,
         }
     }
-    let (laws, true) = (laws?, sound) else { return None };
+    let laws = laws?;
     let names: Vec<String> = variables.iter().map(|variable| variable.shown().to_owned()).collect();
     match Copula::new(&names, laws, &pairs) {
-        Ok(copula) => Some((copula, pairs.iter().map(|pair| sentence(pair, &names)).collect())),
+        Ok(copula) if sound => Some((copula, pairs.iter().map(|pair| sentence(pair, &names)).collect())),
+        Ok(_) => None,
         Err(errors) => {
             for error in errors {
+                // a table that could not be read may have made them possible
+                if !sound && matches!(error, CorrelationError::Impossible { .. }) {
+                    continue;
+                }
                 let (span, key): &(Range<usize>, String) = &places[error.pair()];
                 let key = match &error {
                     CorrelationError::Itself { .. } | CorrelationError::Repeated { .. } => format!("{key}.between"),
