@@ -8,7 +8,7 @@ use crate::estimate::exceedance::exceedance;
 use crate::estimate::figures::{Figures, Method};
 use crate::estimate::formula::Formula;
 use crate::estimate::fragility::bins;
-use crate::estimate::input::{Group, InputError, Label, Study};
+use crate::estimate::input::{Group, InputError, Label, Nature, Study};
 use crate::estimate::known::{Truths, Values, truths, values};
 use crate::estimate::mean::mean;
 use crate::estimate::proportion::{Tally, proportion_by, tallies};
@@ -27,16 +27,38 @@ pub struct Answered {
 /// Answers of all questions, and their curves by name.
 ///
 /// # Errors
-/// Columns are missing or do not fit together.
+/// Columns do not fit together; a question whose columns are missing is told so in its answer.
 pub fn answer_all(study: &Study<'_>, questions: &[Question]) -> Result<(Answers, Vec<(String, Curve)>), InputError> {
     study.check()?;
     let (mut answers, mut curves) = (Vec::new(), Vec::new());
     for question in questions {
-        let answered = answer(study, question)?;
+        let answered = match answer(study, question) {
+            Ok(answered) => answered,
+            // the others are answered all the same
+            Err(why) => {
+                answers.push(unanswered(study, question, &why));
+                continue;
+            }
+        };
         answers.extend(answered.answers);
         curves.extend(answered.curve.map(|curve| (question.name.clone(), curve)));
     }
     Ok((Answers { schema: SCHEMA, complete: study.design.complete, answers }, curves))
+}
+
+/// The answer to a question that these rows cannot answer: no number, and why.
+fn unanswered(study: &Study<'_>, question: &Question, why: &InputError) -> Answer {
+    let kind = match &question.ask {
+        Ask::One(figure) => kind(figure),
+        Ask::Exceedance(_) => "exceedance",
+        Ask::Fragility(..) => "fragility",
+        Ask::Difference(..) => "difference",
+    };
+    let figures = Figures::over(study.points() as u64);
+    let mut answer = Answer::of(&question.name, kind, Group::default(), 0, question.confidence, figures);
+    answer.sentence = format!("not answered: {why}");
+    answer.notes.push(answer.sentence.clone());
+    answer
 }
 
 /// Answers of one question; the study has been checked.
@@ -124,6 +146,18 @@ impl Asked<'_> {
         })
     }
 
+    /// What decides a bad run of a probability.
+    fn decided_by(&self, figure: &Figure) -> &'static str {
+        let Figure::Probability(formula) = figure else { return "" };
+        let grows =
+            |name: &String| self.study.numbers(name).is_ok_and(|(_, nature)| matches!(nature, Nature::Grows(_)));
+        if formula.columns.iter().any(grows) {
+            "by what was reached while all guards held"
+        } else {
+            "decided by its inputs"
+        }
+    }
+
     fn told(&self, kind: &'static str, group: Group, bad: u64, figures: Figures) -> Answer {
         Answer::of(&self.question.name, kind, group, bad, self.question.confidence, figures)
     }
@@ -159,7 +193,7 @@ impl Asked<'_> {
                 }
             };
             let mut answer = self.told(kind(figure), group.clone(), bad, figures);
-            answer.sentence = sentence(&answer, &subject(figure), &scale, decided);
+            answer.sentence = sentence(&answer, &subject(figure), &scale, (decided, self.decided_by(figure)));
             answers.push(answer);
         }
         Ok(Answered { answers, curve: None })
@@ -258,8 +292,11 @@ impl Asked<'_> {
             let mut answer = self.curved("fragility", &group, bad, n, method.unwrap_or(Method::Without));
             let what = if single { "value" } else { "bin" };
             if !single {
-                let count = curve.len();
-                answer.notes.push(format!("{count} bins of equal count: the probability is that over the bin"));
+                let count = match curve.len() {
+                    1 => "1 bin of all points".to_owned(),
+                    count => format!("{count} bins of equal count"),
+                };
+                answer.notes.push(format!("{count}: the probability is that over the bin"));
             }
             answer.notes.push(format!("the limits hold for each {what} by itself"));
             note_empty(&mut answer.notes, empty, CONDITION);
@@ -299,7 +336,7 @@ impl Asked<'_> {
             };
             let mut answer = self.told("difference", group, bad, figures);
             let of = format!("{}, {path} = {} less {}", subject(figure), labels[0], labels[1]);
-            answer.sentence = sentence(&answer, &of, &scale, decided);
+            answer.sentence = sentence(&answer, &of, &scale, (decided, self.decided_by(figure)));
             answers.push(answer);
         }
         Ok(Answered { answers, curve: None })
