@@ -394,3 +394,102 @@ fn where_others_could_write_answers_are_only_told() {
     assert!(!folder.path("out/answers.json").exists() && !said.out.contains("answers.json"));
     assert_eq!(say(&["gate", &out]).code, 0);
 }
+
+#[test]
+fn a_fragility_has_a_bin_for_each_word_in_the_order_of_its_list() {
+    let folder = Folder::new();
+    let words = "\n[[uncertain]]\nname = \"way\"\ndistribution = \"discrete\"\nvalues = [\"soft\", \"never\", \"hard\"]\nweights = [3, 0, 1]\n";
+    let question = "\n[[question]]\nname = \"by-way\"\nfragility = \"way\"\nprobability = \"g < 0\"\n";
+    let study = folder.write("s.toml", &format!("{STUDY}{words}{QUESTIONS}{question}"));
+    let out = folder.name("out");
+    let ran = say(&["run", &study, "--out", &out]);
+    assert_eq!(ran.code, 0, "{}", ran.err);
+    assert!(ran.out.contains("w = 1: P(g < 0) over way: 3 values from soft to hard, 2000 runs"), "{}", ran.out);
+    assert!(ran.out.contains("w = 1: P(g < 0) = 2"), "{}", ran.out);
+    let curve = bladeoff_answers::tables::read_numbers(&folder.path("out/answers/by-way.parquet")).expect("a curve");
+    let numbers = |name: &str| &curve.0.iter().find(|column| column.name == name).expect("a column").values;
+    let n: Vec<u64> = numbers("n").iter().map(|n| *n as u64).collect();
+    assert!(n.len() == 6 && n[1] == 0 && n[0] + n[2] == 2000 && (1400..1600).contains(&n[0]), "{n:?}");
+    // a bin nobody was drawn in has no number; the others have, in both groups
+    assert_eq!(
+        numbers("estimate").iter().map(|share| share.is_finite()).collect::<Vec<_>>(),
+        [true, false, true].repeat(2)
+    );
+    // of a machine: the detection has a column of its own name
+    let text = r#"schema = 1
+machine = "machines/rig.toml"
+
+[set]
+"run.end_time" = "2 ms"
+
+[[uncertain]]
+path = "contact.detection"
+distribution = "discrete"
+values = ["hyp2", "hyp1"]
+
+[design]
+kind = "monte-carlo"
+samples = 6
+
+[[question]]
+name = "ok"
+probability = "max_bearing_load_N >= 0"
+
+[[question]]
+name = "f"
+fragility = "contact.detection"
+probability = "max_bearing_load_N >= 0"
+"#;
+    let out = folder.name("rig");
+    let ran = say(&["run", &folder.write("rig.toml", text), "--out", &out]);
+    assert_eq!(ran.code, 0, "{}", ran.err);
+    assert!(ran.out.contains("over detection: 2 values from hyp2 to hyp1, 6 runs"), "{}", ran.out);
+    assert!(ran.out.contains("P(max_bearing_load_N >= 0) = 100 %"), "{}", ran.out);
+}
+
+#[test]
+fn what_bad_runs_leave_open_is_told_of_each_group() {
+    let folder = Folder::new();
+    let (text, out) = (fs::read_to_string(failing(&folder)).expect("written"), folder.name("out"));
+    let asks = "\n[[question]]\nname = \"given\"\nprobability = \"x > 1.28\"\n";
+    let ran = say(&["run", &folder.write("s.toml", &format!("{text}{asks}")), "--out", &out]);
+    assert_eq!(ran.code, 0, "{}", ran.err);
+    let part = |from: &str, to: &str| {
+        let rest = ran.out.split_once(from).expect(from).1;
+        rest.split_once(to).map_or(rest, |(part, _)| part).to_owned()
+    };
+    let fails = part("\nfails\n", "\ncurve\n");
+    assert_eq!(fails.matches("what the bad runs leave open is wider").count(), 2, "{fails}");
+    // formulas have no guards
+    let given = part("\ngiven\n", "\nAnswers: ");
+    assert!(given.contains(" bad runs decided by their inputs") && !given.contains("guards"), "{given}");
+}
+
+#[test]
+fn every_gate_of_the_command_line_is_told_its_mistakes() {
+    let folder = Folder::new();
+    let (study, out) = (folder.write("s.toml", &format!("{STUDY}{QUESTIONS}")), folder.name("out"));
+    assert_eq!(say(&["run", &study, "--out", &out]).code, 0);
+    let said = say(&["gate", &out, "--require", "P(gg < 0) < 5 %", "--require", "P(g < 0) < 2", "--require", "Q"]);
+    assert_eq!(said.code, 3, "{}", said.err);
+    for part in
+        ["--require \"P(gg < 0) < 5 %\": at `gg`: there is no variable", "a bound is above 0", "\"Q\": a gate is"]
+    {
+        assert!(said.err.contains(part), "{part}\nin\n{}", said.err);
+    }
+}
+
+#[test]
+fn one_mistake_is_told_once() {
+    let folder = Folder::new();
+    let twice = format!("{STUDY}\n[[derived]]\nname = \"x\"\nformula = \"w\"\n{QUESTIONS}");
+    let told = say(&["check", &folder.write("s.toml", &twice)]);
+    assert!(told.code == 3 && told.err.contains("`x` names x already"), "{}", told.err);
+    assert_eq!(told.err.matches("s.toml:").count(), 1, "{}", told.err);
+    assert!(told.err.contains("s.toml:24:8: derived[0]"), "{}", told.err);
+    // a parameter that is there by two tables with mistakes elsewhere is one
+    let other = STUDY.replace("sd = 1\n", "sd = -1\n")
+        + "\n[[question]]\nname = \"f\"\nfragility = \"x\"\nprobability = \"g < 0\"\n";
+    let told = say(&["check", &folder.write("s.toml", &other)]);
+    assert!(told.err.contains("uncertain[0].sd") && !told.err.contains("could be"), "{}", told.err);
+}

@@ -215,19 +215,29 @@ impl Reader<'_, '_> {
 /// Gates by words of the command line.
 ///
 /// # Errors
-/// What is wrong with each, in its words.
-pub fn only_gates(samples: &Samples, texts: &[String], confidence: Option<f64>) -> Result<Vec<Gate>, (String, String)> {
+/// Of each that is wrong its text, and what is wrong with it.
+pub fn only_gates(
+    samples: &Samples,
+    texts: &[String],
+    confidence: Option<f64>,
+) -> Result<Vec<Gate>, Vec<(String, String)>> {
     let Some(vocabulary) = Vocabulary::of(samples) else { return Ok(Vec::new()) };
-    let one = |text: &String| {
-        Gate::new(text, confidence, &vocabulary.names).map_err(|told| {
-            let words = told.into_iter().map(|problem| match problem.place {
-                Some(place) if !place.is_empty() && place != (0..text.len()) => {
-                    format!("at `{}`: {}", text.get(place).unwrap_or(text), problem.message)
-                }
-                _ => problem.message,
-            });
-            (text.clone(), words.collect::<Vec<_>>().join("; "))
-        })
-    };
-    texts.iter().map(one).collect()
+    let (mut gates, mut wrong) = (Vec::new(), Vec::new());
+    for text in texts {
+        let told = match Gate::new(text, confidence, &vocabulary.names) {
+            Ok(gate) => {
+                gates.push(gate);
+                continue;
+            }
+            Err(told) => told,
+        };
+        let words = told.into_iter().map(|problem| match problem.place {
+            Some(place) if !place.is_empty() && place != (0..text.len()) => {
+                format!("at `{}`: {}", text.get(place).unwrap_or(text), problem.message)
+            }
+            _ => problem.message,
+        });
+        wrong.push((text.clone(), words.collect::<Vec<_>>().join("; ")));
+    }
+    if wrong.is_empty() { Ok(gates) } else { Err(wrong) }
 }

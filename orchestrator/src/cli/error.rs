@@ -73,6 +73,9 @@ pub enum CliError {
         /// What would be right.
         allowed: Option<String>,
     },
+    /// Gates of the command line that are none, each with what is wrong with it.
+    #[error("{0}")]
+    Gates(String),
     /// The solver refused the machine before the first step.
     #[error(transparent)]
     Engine(#[from] EngineError),
@@ -193,6 +196,7 @@ impl CliError {
             | CliError::Formulas { .. }
             | CliError::Overridden { .. }
             | CliError::Argument { .. }
+            | CliError::Gates(_)
             | CliError::Exists { .. }
             | CliError::NoResults { .. }
             | CliError::NotARun { .. }

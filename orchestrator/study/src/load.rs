@@ -348,7 +348,14 @@ impl Loader<'_> {
                 continue;
             }
             let column = &columns[number];
-            let has = |other: &usize| *other != number && columns[*other] == *column;
+            // at the later of two, or at the one that has a name to change; two of one name were told of
+            let named = |of: usize| parameters[of].is_variable || parameters[of].short.is_some();
+            let is_told = |of: usize| parameters[of].shown() == parameter.shown();
+            let has = |other: &usize| {
+                columns[*other] == *column
+                    && !is_told(*other)
+                    && (*other < number || (*other > number && !named(*other)))
+            };
             let is_own = own.contains(column) || parameter.short.as_ref().is_some_and(|short| own.contains(short));
             let what = match (is_own, (0..columns.len()).find(has)) {
                 (true, _) => "the table has a column of its own with this name".to_owned(),

@@ -8,7 +8,7 @@ use crate::estimate::exceedance::exceedance;
 use crate::estimate::figures::{Figures, Method};
 use crate::estimate::formula::Formula;
 use crate::estimate::fragility::bins;
-use crate::estimate::input::{Group, InputError, Label, Study};
+use crate::estimate::input::{Group, InputError, Label, Nature, Study};
 use crate::estimate::known::{Truths, Values, reached, truths, values};
 use crate::estimate::mean::mean;
 use crate::estimate::proportion::{Tally, none_seen, proportion_by, tallies};
@@ -27,16 +27,38 @@ pub struct Answered {
 /// Answers of all questions, and their curves by name.
 ///
 /// # Errors
-/// Columns are missing or do not fit together.
+/// Columns do not fit together; a question whose columns are missing is told so in its answer.
 pub fn answer_all(study: &Study<'_>, questions: &[Question]) -> Result<(Answers, Vec<(String, Curve)>), InputError> {
     study.check()?;
     let (mut answers, mut curves) = (Vec::new(), Vec::new());
     for question in questions {
-        let answered = answer(study, question)?;
+        let answered = match answer(study, question) {
+            Ok(answered) => answered,
+            // the others are answered all the same
+            Err(why) => {
+                answers.push(unanswered(study, question, &why));
+                continue;
+            }
+        };
         answers.extend(answered.answers);
         curves.extend(answered.curve.map(|curve| (question.name.clone(), curve)));
     }
     Ok((Answers { schema: SCHEMA, complete: study.design.complete, answers }, curves))
+}
+
+/// The answer to a question that these rows cannot answer: no number, and why.
+fn unanswered(study: &Study<'_>, question: &Question, why: &InputError) -> Answer {
+    let kind = match &question.ask {
+        Ask::One(figure) => kind(figure),
+        Ask::Exceedance(_) => "exceedance",
+        Ask::Fragility(..) => "fragility",
+        Ask::Difference(..) => "difference",
+    };
+    let figures = Figures::over(study.points() as u64);
+    let mut answer = Answer::of(&question.name, kind, Group::default(), 0, question.confidence, figures);
+    answer.sentence = format!("not answered: {why}");
+    answer.notes.push(answer.sentence.clone());
+    answer
 }
 
 /// Answers of one question; the study has been checked.
@@ -134,6 +156,18 @@ impl Asked<'_> {
         })
     }
 
+    /// What decides a bad run of a probability.
+    fn decided_by(&self, figure: &Figure) -> &'static str {
+        let Figure::Probability(formula) = figure else { return "" };
+        let grows =
+            |name: &String| self.study.numbers(name).is_ok_and(|(_, nature)| matches!(nature, Nature::Grows(_)));
+        if formula.columns.iter().any(grows) {
+            "by what was reached while all guards held"
+        } else {
+            "decided by its inputs"
+        }
+    }
+
     fn told(&self, kind: &'static str, group: Group, bad: u64, figures: Figures) -> Answer {
         Answer::of(&self.question.name, kind, group, bad, self.question.confidence, figures)
     }
@@ -174,7 +208,7 @@ impl Asked<'_> {
                 }
             };
             let mut answer = self.told(kind(figure), group.clone(), bad, figures);
-            answer.sentence = sentence(&answer, &subject(figure), &scale, decided);
+            answer.sentence = sentence(&answer, &subject(figure), &scale, (decided, self.decided_by(figure)));
             answers.push(answer);
         }
         Ok(Answered { answers, curve: None })
@@ -316,7 +350,7 @@ impl Asked<'_> {
             };
             let mut answer = self.told("difference", group, bad, figures);
             let of = format!("{}, {path} = {} less {}", subject(figure), labels[0], labels[1]);
-            answer.sentence = sentence(&answer, &of, &scale, decided);
+            answer.sentence = sentence(&answer, &of, &scale, (decided, self.decided_by(figure)));
             answers.push(answer);
         }
         Ok(Answered { answers, curve: None })

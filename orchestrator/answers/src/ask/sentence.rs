@@ -54,9 +54,10 @@ impl Scale {
     }
 }
 
+/// `decided`: bad runs of which it is known, and by what.
 /// "P(max_bearing_load_N > 1.2 MN) = 0.43 % (95 %: 0.31 % to 0.58 %), 43 of 10000, 2 bad runs counted both ways".
 #[must_use]
-pub fn sentence(answer: &Answer, subject: &str, scale: &Scale, decided: u64) -> String {
+pub fn sentence(answer: &Answer, subject: &str, scale: &Scale, (decided, by): (u64, &str)) -> String {
     let mut text = format!("{}{subject}", prefix(&answer.group));
     let level = percent_given(answer.confidence);
     let about = if answer.approximate { "about " } else { "" };
@@ -93,7 +94,8 @@ pub fn sentence(answer: &Answer, subject: &str, scale: &Scale, decided: u64) -> 
         text += &format!(", {}{}", counted(open, "bad run"), if both { " counted both ways" } else { "" });
     }
     if decided > 0 {
-        text += &format!(", {} by what was reached while all guards held", counted(decided, "bad run"));
+        let by = if decided == 1 { by.to_owned() } else { by.replace("its", "their") };
+        text += &format!(", {} {by}", counted(decided, "bad run"));
     }
     text
 }
