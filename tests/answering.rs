@@ -398,24 +398,6 @@ fn where_others_could_write_answers_are_only_told() {
 #[test]
 fn a_fragility_has_a_bin_for_each_word_in_the_order_of_its_list() {
     let folder = Folder::new();
-    let words = "\n[[uncertain]]\nname = \"way\"\ndistribution = \"discrete\"\nvalues = [\"soft\", \"never\", \"hard\"]\nweights = [3, 0, 1]\n";
-    let question = "\n[[question]]\nname = \"by-way\"\nfragility = \"way\"\nprobability = \"g < 0\"\n";
-    let study = folder.write("s.toml", &format!("{STUDY}{words}{QUESTIONS}{question}"));
-    let out = folder.name("out");
-    let ran = say(&["run", &study, "--out", &out]);
-    assert_eq!(ran.code, 0, "{}", ran.err);
-    assert!(ran.out.contains("w = 1: P(g < 0) over way: 3 values from soft to hard, 2000 runs"), "{}", ran.out);
-    assert!(ran.out.contains("w = 1: P(g < 0) = 2"), "{}", ran.out);
-    let curve = bladeoff_answers::tables::read_numbers(&folder.path("out/answers/by-way.parquet")).expect("a curve");
-    let numbers = |name: &str| &curve.0.iter().find(|column| column.name == name).expect("a column").values;
-    let n: Vec<u64> = numbers("n").iter().map(|n| *n as u64).collect();
-    assert!(n.len() == 6 && n[1] == 0 && n[0] + n[2] == 2000 && (1400..1600).contains(&n[0]), "{n:?}");
-    // a bin nobody was drawn in has no number; the others have, in both groups
-    assert_eq!(
-        numbers("estimate").iter().map(|share| share.is_finite()).collect::<Vec<_>>(),
-        [true, false, true].repeat(2)
-    );
-    // of a machine: the detection has a column of its own name
     let text = r#"schema = 1
 machine = "machines/rig.toml"
 
@@ -426,6 +408,12 @@ machine = "machines/rig.toml"
 path = "contact.detection"
 distribution = "discrete"
 values = ["hyp2", "hyp1"]
+
+[[uncertain]]
+path = "run.engine"
+distribution = "discrete"
+values = ["reduced", "full"]
+weights = [1, 0]
 
 [design]
 kind = "monte-carlo"
@@ -439,12 +427,27 @@ probability = "max_bearing_load_N >= 0"
 name = "f"
 fragility = "contact.detection"
 probability = "max_bearing_load_N >= 0"
+
+[[question]]
+name = "engine"
+fragility = "run.engine"
+probability = "max_bearing_load_N >= 0"
 "#;
     let out = folder.name("rig");
     let ran = say(&["run", &folder.write("rig.toml", text), "--out", &out]);
     assert_eq!(ran.code, 0, "{}", ran.err);
     assert!(ran.out.contains("over detection: 2 values from hyp2 to hyp1, 6 runs"), "{}", ran.out);
     assert!(ran.out.contains("P(max_bearing_load_N >= 0) = 100 %"), "{}", ran.out);
+    let bins = |name: &str, column: &str| {
+        let curve = bladeoff_answers::tables::read_numbers(&folder.path("rig/answers").join(name)).expect("a curve");
+        curve.0.iter().find(|found| found.name == column).expect("a column").values.clone()
+    };
+    let n = bins("f.parquet", "n");
+    assert!(n.len() == 2 && n[0] > 0.0 && n[1] > 0.0 && n[0] + n[1] == 6.0, "{n:?}");
+    // a word that is never drawn has a bin without a number
+    assert_eq!(bins("engine.parquet", "n"), [6.0, 0.0]);
+    let share = bins("engine.parquet", "estimate");
+    assert!(share[0] == 1.0 && !share[1].is_finite(), "{share:?}");
 }
 
 #[test]
@@ -485,7 +488,7 @@ fn one_mistake_is_told_once() {
     let twice = format!("{STUDY}\n[[derived]]\nname = \"x\"\nformula = \"w\"\n{QUESTIONS}");
     let told = say(&["check", &folder.write("s.toml", &twice)]);
     assert!(told.code == 3 && told.err.contains("`x` names x already"), "{}", told.err);
-    assert_eq!(told.err.matches("s.toml:").count(), 1, "{}", told.err);
+    assert_eq!(told.err.matches("  × ").count(), 1, "{}", told.err);
     assert!(told.err.contains("s.toml:24:8: derived[0]"), "{}", told.err);
     // a parameter that is there by two tables with mistakes elsewhere is one
     let other = STUDY.replace("sd = 1\n", "sd = -1\n")
