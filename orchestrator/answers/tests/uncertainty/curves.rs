@@ -38,7 +38,7 @@ fn a_fragility_has_bins_of_equal_count_or_each_value() {
     assert!(curve.numbers("high").unwrap()[0].unwrap() > 0.05, "no event bounds");
     assert!(answered.answers[0].notes[0].contains("20 bins of equal count"));
     let one = ask(&ramp(60), def("u"));
-    assert_eq!(one.answers[0].notes[0], "1 bin of all points: the probability is that over the bin");
+    assert_eq!(one.answers[0].notes[0], "one bin holds all: a bin has at least 50 points");
     // few values
     let mut study = ramp(1000);
     study.columns[1].cells = (0..1000).map(|row| Some((row % 4) as f64)).collect();
