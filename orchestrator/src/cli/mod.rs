@@ -26,6 +26,7 @@ mod recover;
 mod refusals;
 mod render;
 mod replay;
+mod report;
 mod run;
 mod shared;
 mod simulate;
@@ -70,6 +71,7 @@ enum Command {
     New(new::Args),
     Answer(answer::Args),
     Gate(gate::Args),
+    Report(report::Args),
     Design(design::Args),
     Export(export::Args),
     Verify(verify::Args),
@@ -191,6 +193,7 @@ fn dispatch(command: Command) -> Exit {
         Command::New(args) => new::main(&args),
         Command::Answer(args) => answer::main(&args),
         Command::Gate(args) => gate::main(&args),
+        Command::Report(args) => report::main(&args),
         Command::Design(args) => design::main(&args),
         Command::Export(args) => export::main(&args),
         Command::Verify(args) => verify::main(&args),

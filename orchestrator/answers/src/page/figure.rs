@@ -31,6 +31,8 @@ pub enum Plot {
 pub struct Explorer {
     /// Label and values of each coordinate.
     pub columns: Vec<(String, Vec<Option<f64>>)>,
+    /// Names of 0, 1, ... of a coordinate that has words; none: numbers.
+    pub words: Vec<Vec<String>>,
     /// Number of the sample of each point.
     pub samples: Vec<u64>,
     /// Which of `kinds` each point is.
@@ -51,6 +53,7 @@ impl Plot {
                 json!({ "explorer": {
                     "labels": columns.clone().map(|(label, _)| label).collect::<Vec<_>>(),
                     "columns": columns.map(|(_, values)| values.iter().map(|value| value.map(short)).collect::<Vec<_>>()).collect::<Vec<_>>(),
+                    "words": explorer.words,
                     "samples": explorer.samples,
                     "kind": explorer.kind,
                     "kinds": explorer.kinds,

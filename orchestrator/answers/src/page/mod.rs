@@ -10,6 +10,7 @@
 //! results give the same bytes.
 
 mod block;
+pub mod chart;
 mod escape;
 mod figure;
 mod shell;

@@ -3,7 +3,8 @@
   const root = document.documentElement;
   const figures = JSON.parse(document.getElementById('figures').textContent);
   const config = { displaylogo: false, responsive: true, doubleClick: 'reset+autosize',
-    modeBarButtonsToRemove: ['select2d', 'lasso2d', 'autoScale2d'], toImageButtonOptions: { format: 'svg' } };
+    showSendToCloud: false,
+    modeBarButtonsToRemove: ['select2d', 'lasso2d', 'autoScale2d', 'sendChartToCloud', 'sendDataToCloud'], toImageButtonOptions: { format: 'svg' } };
 
   // "@c0" and "@c0/0.2" are colours of the page: they change with light and dark.
   const colour = (text) => {
@@ -25,7 +26,7 @@
     const axes = Object.keys(own).filter((key) => /^[xy]axis/.test(key));
     const all = { paper_bgcolor: '@paper', plot_bgcolor: '@paper', font: { color: '@ink', family: 'system-ui, sans-serif', size: 13 },
       margin: { l: 64, r: 16, t: 12, b: 48 }, hovermode: 'closest', dragmode: 'zoom', height: 400,
-      legend: { orientation: 'h', y: -0.2, yanchor: 'top' }, hoverlabel: { namelength: -1 }, ...own };
+      legend: { orientation: 'h', yanchor: 'top', y: -52 / ((own.height || 400) - 110) }, hoverlabel: { namelength: -1 }, ...own };
     for (const key of new Set(['xaxis', 'yaxis', ...axes])) all[key] = axis(own[key] || {});
     return coloured(all);
   };
@@ -42,7 +43,11 @@
         hovertemplate: '%{x}, %{y}<br>sample %{customdata}', marker: { symbol: symbols[good ? 0 : 1 + ((kind - 1) % 7)], size: good ? 5 : 9,
           color: good ? '@quiet/0.45' : `@c${[1, 0, 2, 3, 5, 4, 6][(kind - 1) % 7]}` } };
     });
-    const title = (at) => ({ title: { text: safe(data.labels[at]) } });
+    const title = (at) => {
+      const words = data.words[at].map(safe);
+      const ticks = words.length ? { tickvals: words.map((_, place) => place), ticktext: words } : {};
+      return { title: { text: safe(data.labels[at]) }, ...ticks };
+    };
     return { traces, layout: { xaxis: title(x), yaxis: title(y), height: 460 } };
   };
   const chooser = (figure, plot, data) => {
