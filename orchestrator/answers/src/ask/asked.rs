@@ -187,7 +187,7 @@ impl Asked<'_> {
     fn of_values(&self, figure: &Figure, values: &Values) -> Figures {
         let mut figures = match figure {
             Figure::Quantile(u, _) => quantile::quantile(values, *u, &self.scheme, self.part(), self.alpha),
-            _ => mean(values, &self.scheme, self.part(), self.alpha, true),
+            _ => mean(values, &self.scheme, self.part(), self.alpha),
         };
         note_empty(&mut figures.notes, values.empty, LEFT_OUT);
         figures

@@ -196,10 +196,6 @@ fn table(repeats: u32, each: &mut dyn FnMut(&Line)) -> Vec<Line> {
                 counter.count(&format!("{word}: quantile {u}"), make(false), quantile(u), within(truth));
             }
             counter.count(&format!("{word}: mean"), make(false), mean(), within(2.0));
-            if failing.is_some() {
-                let make = |seed| study(kind, seed, replicates, samples, false, Some(1.0));
-                counter.count(&format!("{word}, all held: mean"), make, mean(), within(2.0));
-            }
             let all = kind == MonteCarlo;
             let probe = level(y_above, 0.2);
             counter.count(&format!("{word}: exceedance"), make(false), curve(), at_levels(all, probe));
