@@ -75,7 +75,9 @@ pub fn mean(values: &Values, scheme: &Scheme, part: impl Fn(usize) -> usize, alp
         found.high = half.and_then(|half| finite(mean + half));
     }
     if !(below && above) {
-        found.notes.push("bad runs may have had any value: no limits; the estimate is that of the other runs".to_owned());
+        found
+            .notes
+            .push("bad runs may have had any value: no limits; the estimate is that of the other runs".to_owned());
     }
     if found.low.is_none() && found.high.is_none() {
         found.method = Method::Without;
