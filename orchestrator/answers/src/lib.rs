@@ -14,5 +14,7 @@ pub mod figures;
 pub mod gate;
 pub mod history;
 pub mod report;
+pub mod sensitivity;
+pub mod stop;
 pub mod table1;
 pub mod tables;

@@ -227,5 +227,7 @@ fn kind(plan: &Plan) -> DesignKind {
         Kind::Sobol => DesignKind::Sobol,
         Kind::Halton => DesignKind::Halton,
         Kind::OneAtATime => DesignKind::OneAtATime,
+        Kind::Morris => DesignKind::Morris,
+        Kind::Saltelli => DesignKind::Saltelli,
     }
 }

@@ -107,6 +107,10 @@ pub enum DesignKind {
     Halton,
     /// One parameter moved at a time: no sample of anything.
     OneAtATime,
+    /// Trajectories of one parameter at a time: no sample of anything.
+    Morris,
+    /// Pairs of points with parameters exchanged between them: points of a block depend on one another.
+    Saltelli,
 }
 
 impl DesignKind {
@@ -119,6 +123,8 @@ impl DesignKind {
             Self::Sobol => "sobol",
             Self::Halton => "halton",
             Self::OneAtATime => "one-at-a-time",
+            Self::Morris => "morris",
+            Self::Saltelli => "saltelli",
         }
     }
 }
