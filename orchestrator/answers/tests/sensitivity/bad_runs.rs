@@ -12,7 +12,8 @@ fn a_bad_run_takes_its_base_point_out() {
         rows[row] = None;
     }
     let found = sobol(&names(3), &rows, false, 0.05).expect("indices");
-    let kept: Vec<Vec<f64>> = base.iter().enumerate().filter(|(j, _)| ![0, 17, 39].contains(j)).map(|(_, p)| p.clone()).collect();
+    let kept: Vec<Vec<f64>> =
+        base.iter().enumerate().filter(|(j, _)| ![0, 17, 39].contains(j)).map(|(_, p)| p.clone()).collect();
     let clean = sobol(&names(3), &saltelli(ishigami, &kept, false), false, 0.05).expect("indices");
     assert_eq!((found.n, found.left_out, clean.left_out), (37, 3, 0));
     assert_eq!(found.of, clean.of);
@@ -52,10 +53,12 @@ fn a_bad_row_of_a_random_table_is_left_out() {
         given_data(&Given { inputs, output, parts: Parts::Independent }, 0.05).expect("figures")
     };
     let found = given(&columns, &output);
-    let kept = |list: &[f64]| list.iter().enumerate().filter(|(row, _)| ![7, 399].contains(row)).map(|(_, x)| *x).collect();
+    let kept =
+        |list: &[f64]| list.iter().enumerate().filter(|(row, _)| ![7, 399].contains(row)).map(|(_, x)| *x).collect();
     let columns: Vec<Vec<f64>> = columns.iter().map(|list| kept(list)).collect();
     let output: Vec<Option<f64>> = base.iter().map(|u| Some(ishigami(u))).collect();
-    let output: Vec<Option<f64>> = output.into_iter().enumerate().filter(|(row, _)| ![7, 399].contains(row)).map(|(_, y)| y).collect();
+    let output: Vec<Option<f64>> =
+        output.into_iter().enumerate().filter(|(row, _)| ![7, 399].contains(row)).map(|(_, y)| y).collect();
     let clean = given(&columns, &output);
     assert_eq!((found.n, found.left_out), (398, 2));
     assert_eq!((found.of, found.r2), (clean.of, clean.r2));

@@ -1,8 +1,8 @@
 //! Morris and Sobol against closed forms and published numbers.
 
 use crate::support::{
-    DELTA, G, ISHIGAMI, figure, g_function, holds, ishigami, names, near, of_g, points, saltelli, sobol_points, trajectories,
-    trajectory,
+    DELTA, G, ISHIGAMI, figure, g_function, holds, ishigami, names, near, of_g, points, saltelli, sobol_points,
+    trajectories, trajectory,
 };
 use bladeoff_answers::sensitivity::{Index, Moved, SensitivityError, morris, sobol};
 
@@ -12,11 +12,9 @@ fn sobol_gives_the_published_estimates_of_plain_points() {
     let rows = saltelli(ishigami, &sobol_points(1024, [0; 6]), false);
     let found = sobol(&names(3), &rows, false, 0.05).expect("indices");
     assert_eq!((found.n, found.left_out, found.interval), (1024, 0, "bootstrap"));
-    for (i, first, total) in [
-        (0, 0.332739378383, 0.558179045711),
-        (1, 0.441313938544, 0.443284584030),
-        (2, 0.018399909008, 0.242149373355),
-    ] {
+    for (i, first, total) in
+        [(0, 0.332739378383, 0.558179045711), (1, 0.441313938544, 0.443284584030), (2, 0.018399909008, 0.242149373355)]
+    {
         near(figure(&found, i, |of| of.first), first, 2e-12);
         near(figure(&found, i, |of| of.total), total, 2e-12);
         holds(figure(&found, i, |of| of.first), ISHIGAMI[i].0);
@@ -28,7 +26,8 @@ fn sobol_gives_the_published_estimates_of_plain_points() {
 #[test]
 fn sobol_comes_to_the_exact_indices() {
     let shift = [0x1234_5678, 0x9abc_def0, 0x0f1e_2d3c, 0x5a69_7887, 0x7766_5544, 0x0bad_cafe];
-    let found = sobol(&names(3), &saltelli(ishigami, &sobol_points(1 << 15, shift), true), true, 0.05).expect("indices");
+    let found =
+        sobol(&names(3), &saltelli(ishigami, &sobol_points(1 << 15, shift), true), true, 0.05).expect("indices");
     for (i, (first, total)) in ISHIGAMI.into_iter().enumerate() {
         near(figure(&found, i, |of| of.first), first, 4e-3);
         near(figure(&found, i, |of| of.total), total, 4e-3);
@@ -103,16 +102,18 @@ fn morris_of_all_trajectories_is_exact() {
     let found = morris(&names(3), &rows, &moves, DELTA, 0.05).expect("effects");
     let n = 384.0f64;
     assert_eq!(found.n, 384);
-    for (i, mu_star, mu, sigma) in [
-        (0, 7.7040541116, 7.7040541116, 6.2487961033),
-        (1, 7.875, 0.0, 7.875),
-        (2, 6.2487961033, 0.0, 8.8371321978),
-    ] {
+    for (i, mu_star, mu, sigma) in
+        [(0, 7.7040541116, 7.7040541116, 6.2487961033), (1, 7.875, 0.0, 7.875), (2, 6.2487961033, 0.0, 8.8371321978)]
+    {
         near(figure(&found, i, |of| of.mu_star), mu_star, 1e-9);
         near(figure(&found, i, |of| of.mu), mu, 1e-9);
         near(figure(&found, i, |of| of.sigma), sigma * (n / (n - 1.0)).sqrt(), 1e-9);
-        holds(figure(&found, i, |of| of.mu_star), mu_star);
+        holds(figure(&found, i, |of| of.mu), mu);
     }
+    // every effect of the second has one magnitude
+    let star = figure(&found, 1, |of| of.mu_star);
+    assert!(star.high.unwrap() - star.low.unwrap() < 1e-12);
+    holds(figure(&found, 0, |of| of.mu_star), 7.7040541116);
 }
 
 #[test]

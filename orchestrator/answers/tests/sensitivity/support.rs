@@ -3,7 +3,7 @@
 //! The designs of studies are elsewhere and are tested there; answers know none of them.
 
 use bladeoff_answers::sensitivity::{Index, Indices, Moved, OfParameter};
-use bladeoff_system::random::SplitMix;
+use bladeoff_system::random::{SplitMix, finaliser};
 use std::f64::consts::PI;
 
 /// Of a = 7, b = 0.1, over the unit cube.
@@ -36,8 +36,13 @@ pub fn names(count: usize) -> Vec<String> {
     (0..count).map(|i| format!("x{i}")).collect()
 }
 
+/// Numbers that have nothing to do with those of other seeds: successive states of the generator are one stream.
+fn stream(seed: u64) -> SplitMix {
+    SplitMix(finaliser(finaliser(seed.wrapping_add(0x5eed)) ^ seed))
+}
+
 pub fn points(seed: u64, count: usize, dimensions: usize) -> Vec<Vec<f64>> {
-    let mut random = SplitMix(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));
+    let mut random = stream(seed);
     (0..count).map(|_| (0..dimensions).map(|_| random.unit()).collect()).collect()
 }
 
@@ -68,7 +73,8 @@ pub fn sobol_points(count: usize, shift: [u64; 6]) -> Vec<Vec<f64>> {
         .collect();
     let coordinate = |index: usize, dimension: usize| {
         let gray = index ^ index >> 1;
-        let bits = (0..BITS).filter(|k| gray >> k & 1 == 1).fold(shift[dimension], |bits, k| bits ^ directions[dimension][k]);
+        let bits =
+            (0..BITS).filter(|k| gray >> k & 1 == 1).fold(shift[dimension], |bits, k| bits ^ directions[dimension][k]);
         bits as f64 / (1u64 << BITS) as f64
     };
     (0..count).map(|index| (0..6).map(|dimension| coordinate(index, dimension)).collect()).collect()
@@ -121,7 +127,7 @@ pub fn trajectories(
     count: usize,
     parameters: usize,
 ) -> (Vec<Option<f64>>, Vec<Option<Moved>>) {
-    let mut random = SplitMix(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));
+    let mut random = stream(seed);
     let (mut rows, mut moves) = (Vec::new(), Vec::new());
     for _ in 0..count {
         let starts: Vec<usize> = (0..parameters).map(|_| random.below(4) as usize).collect();
