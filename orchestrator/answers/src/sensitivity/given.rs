@@ -165,7 +165,7 @@ fn ranked(
     notes: &mut Vec<String>,
 ) -> Option<Index> {
     let places: Vec<usize> = (0..inputs.len()).filter(|place| !given.inputs[*place].has_words).collect();
-    let all: Vec<Ordered<'_>> = places.iter().map(|place| Ordered::new(inputs[*place].values())).collect();
+    let all: Vec<&Ordered<'_>> = places.iter().map(|place| &inputs[*place]).collect();
     if places.len() < inputs.len() {
         notes.push("parameters of words have no order: they are no part of the regression".to_owned());
     }

@@ -20,11 +20,6 @@ impl<'a> Ordered<'a> {
         Self { values, order }
     }
 
-    /// The values, row by row.
-    pub(super) fn values(&self) -> &'a [f64] {
-        self.values
-    }
-
     /// The rows by value.
     pub(super) fn order(&self) -> impl Iterator<Item = usize> + '_ {
         self.order.iter().map(|&row| row as usize)
@@ -37,7 +32,7 @@ impl<'a> Ordered<'a> {
     }
 
     /// Ranks among the rows that are kept, from their mean; 0 where a row is not kept, so that sums of products need no other mark.
-    pub(super) fn from_mean(&self, keep: impl Fn(usize) -> bool) -> Vec<f64> {
+    pub(super) fn centred(&self, keep: impl Fn(usize) -> bool) -> Vec<f64> {
         let kept: Vec<usize> = self.order().filter(|row| keep(*row)).collect();
         let middle = 0.5 * (kept.len() as f64 + 1.0);
         let mut ranks = vec![0.0; self.values.len()];
@@ -62,13 +57,13 @@ pub(super) fn product(a: &[f64], b: &[f64]) -> f64 {
 #[must_use]
 pub fn midranks(values: &[f64]) -> Vec<f64> {
     let middle = 0.5 * (values.len() as f64 + 1.0);
-    Ordered::new(values).from_mean(|_| true).into_iter().map(|rank| rank + middle).collect()
+    Ordered::new(values).centred(|_| true).into_iter().map(|rank| rank + middle).collect()
 }
 
 /// Correlation of the ranks; `None` where one of both does not vary.
 #[must_use]
 pub fn spearman(x: &[f64], y: &[f64]) -> Option<f64> {
-    let (x, y) = (Ordered::new(x).from_mean(|_| true), Ordered::new(y).from_mean(|_| true));
+    let (x, y) = (Ordered::new(x).centred(|_| true), Ordered::new(y).centred(|_| true));
     let found = product(&x, &y) / libm::sqrt(product(&x, &x) * product(&y, &y));
     found.is_finite().then_some(found)
 }

@@ -7,6 +7,7 @@
 use super::given::{Given, Input, Parts, given_data};
 use super::indices::{Indices, SensitivityError};
 use crate::ask::percent;
+use std::collections::BTreeMap;
 
 /// Rows and share of rows from which on a regime counts.
 const FEWEST: usize = 32;
@@ -26,15 +27,12 @@ pub struct Regime {
 /// Regimes that are large enough, the largest first (of equal ones by their words); rows without a number or a word are in none.
 #[must_use]
 pub fn regimes(words: &[Option<String>], output: &[Option<f64>]) -> Vec<Regime> {
-    let mut found: Vec<(&str, Vec<usize>)> = Vec::new();
+    let mut found: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
     let mut all = 0usize;
     for (row, (word, value)) in words.iter().zip(output).enumerate() {
         let (Some(word), Some(_)) = (word, super::blocks::number(*value)) else { continue };
         all += 1;
-        match found.iter_mut().find(|(known, _)| known == word) {
-            Some((_, rows)) => rows.push(row),
-            None => found.push((word, vec![row])),
-        }
+        found.entry(word).or_default().push(row);
     }
     let regime = |(word, rows): (&str, Vec<usize>)| Regime {
         word: word.to_owned(),

@@ -22,16 +22,16 @@ pub struct Regression {
 }
 
 /// Of the rows that are kept.
-pub(super) fn of_ranks(inputs: &[Ordered<'_>], output: &Ordered<'_>, keep: impl Fn(usize) -> bool) -> Regression {
+pub(super) fn of_ranks(inputs: &[&Ordered<'_>], output: &Ordered<'_>, keep: impl Fn(usize) -> bool) -> Regression {
     let standard = |column: &Ordered<'_>| {
-        let mut ranks = column.from_mean(&keep);
+        let mut ranks = column.centred(&keep);
         let length = libm::sqrt(product(&ranks, &ranks));
         (length > 0.0).then(|| {
             ranks.iter_mut().for_each(|rank| *rank /= length);
             ranks
         })
     };
-    let columns: Vec<Option<Vec<f64>>> = inputs.iter().map(standard).collect();
+    let columns: Vec<Option<Vec<f64>>> = inputs.iter().map(|column| standard(column)).collect();
     let Some(output) = standard(output) else {
         return Regression { spearman: vec![None; inputs.len()], coefficients: None };
     };
@@ -80,5 +80,5 @@ fn solve(mut lower: Vec<Vec<f64>>, right: &[f64]) -> Option<Vec<f64>> {
 #[must_use]
 pub fn rank_regression(inputs: &[&[f64]], output: &[f64]) -> Regression {
     let inputs: Vec<Ordered<'_>> = inputs.iter().map(|values| Ordered::new(values)).collect();
-    of_ranks(&inputs, &Ordered::new(output), |_| true)
+    of_ranks(&inputs.iter().collect::<Vec<_>>(), &Ordered::new(output), |_| true)
 }

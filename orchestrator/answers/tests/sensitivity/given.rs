@@ -66,7 +66,7 @@ fn hsic_has_the_moments_of_all_permutations() {
     for similar in [Similar::Near, Similar::Same] {
         let x = if similar == Similar::Same { [0.0, 1.0, 1.0, 2.0, 0.0, 1.0, 0.0] } else { x };
         let mut all = Vec::new();
-        permute(&mut y.to_vec(), 0, &mut |y| all.push(dependence(&x, similar, y).expect("a dependence").hsic));
+        permute(&mut y.clone(), 0, &mut |y| all.push(dependence(&x, similar, y).expect("a dependence").hsic));
         assert_eq!(all.len(), 5040);
         let mean = all.iter().sum::<f64>() / 5040.0;
         let variance = all.iter().map(|one| (one - mean) * (one - mean)).sum::<f64>() / 5040.0;
@@ -77,7 +77,7 @@ fn hsic_has_the_moments_of_all_permutations() {
     assert_eq!(dependence(&x[..3], Similar::Near, &y[..3]), None);
 }
 
-fn permute(values: &mut Vec<f64>, from: usize, see: &mut dyn FnMut(&[f64])) {
+fn permute(values: &mut [f64], from: usize, see: &mut dyn FnMut(&[f64])) {
     if from == values.len() {
         return see(values);
     }
