@@ -1,6 +1,6 @@
 //! Blocks of rows that count as a whole: a run without a number takes its block out.
 
-use crate::ask::percent;
+use bladeoff_model::document::units::format_digits;
 
 /// The blocks whose every row has a number.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -11,6 +11,12 @@ pub struct Blocks {
     pub of: usize,
     /// Rows of these blocks that have no number.
     pub lost: usize,
+}
+
+/// A share as a person reads it.
+#[must_use]
+pub(super) fn percent(share: f64) -> String {
+    format!("{} %", format_digits(100.0 * share, "", 2))
 }
 
 /// A number that can be calculated with.

@@ -4,9 +4,9 @@
 //! regime parameters are no longer independent of one another, for the regime was not chosen: only what needs no design is made of its
 //! rows, and it describes them. Trajectories and base points are not split: what is left of their blocks would be no sample of effects.
 
+use super::blocks::percent;
 use super::given::{Given, Input, Parts, given_data};
 use super::indices::{Indices, SensitivityError};
-use crate::ask::percent;
 use std::collections::BTreeMap;
 
 /// Rows and share of rows from which on a regime counts.
