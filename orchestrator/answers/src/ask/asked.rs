@@ -2,6 +2,7 @@
 
 use super::answer::{Answer, Answers, SCHEMA};
 use super::question::{Ask, Figure, Question};
+use super::sensitive::sensitivities;
 use super::sentence::{Scale, counted, of_curve, percent_given, sentence};
 use crate::estimate::curve::{Curve, CurvePoint};
 use crate::estimate::exceedance::exceedance;
@@ -53,6 +54,7 @@ fn unanswered(study: &Study<'_>, question: &Question, why: &InputError) -> Answe
         Ask::Exceedance(_) => "exceedance",
         Ask::Fragility(..) => "fragility",
         Ask::Difference(..) => "difference",
+        Ask::Sensitivity(_) => "sensitivity",
     };
     let figures = Figures::over(study.points() as u64);
     let mut answer = Answer::of(&question.name, kind, Group::default(), 0, question.confidence, figures);
@@ -73,6 +75,10 @@ pub fn answer(study: &Study<'_>, question: &Question) -> Result<Answered, InputE
         Ask::Exceedance(column) => asked.exceedance(column),
         Ask::Fragility(path, formula) => asked.fragility(path, formula),
         Ask::Difference(figure, path, values) => asked.difference(figure, path, values),
+        Ask::Sensitivity(wanted) => {
+            let answers = sensitivities(study, question, wanted, &asked.scheme)?;
+            Ok(Answered { answers, curve: None })
+        }
     }
 }
 
@@ -105,6 +111,7 @@ pub fn in_words(question: &Question) -> String {
         Ask::Difference(figure, path, [a, b]) => {
             format!("{} at {path} = {a} less that at {b}, paired", subject(figure))
         }
+        Ask::Sensitivity(wanted) => format!("sensitivity of {} by {}", wanted.output, wanted.method.word()),
     };
     format!("{}: {what} (confidence {})", question.name, percent_given(question.confidence))
 }
@@ -169,7 +176,9 @@ impl Asked<'_> {
     }
 
     fn told(&self, kind: &'static str, group: Group, bad: u64, figures: Figures) -> Answer {
-        Answer::of(&self.question.name, kind, group, bad, self.question.confidence, figures)
+        let mut answer = Answer::of(&self.question.name, kind, group, bad, self.question.confidence, figures.clone());
+        answer.figures.push(figures);
+        answer
     }
 
     fn probability(&self, truths: &Truths) -> Figures {
@@ -222,7 +231,7 @@ impl Asked<'_> {
         if let Scheme::Without(why) = &self.scheme {
             figures.notes.push(why.clone());
         }
-        self.told(kind, group.clone(), bad, figures)
+        Answer { figures: Vec::new(), ..self.told(kind, group.clone(), bad, figures) }
     }
 
     fn exceedance(&self, column: &str) -> Result<Answered, InputError> {

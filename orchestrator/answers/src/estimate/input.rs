@@ -2,6 +2,7 @@
 //!
 //! The design is the slowest axis: row = point x groups + group, where a group is one combination of values of the crossed axes.
 
+use crate::sensitivity::{Moved, SensitivityError};
 use bladeoff_model::outcome::{CauseSet, Status};
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use std::fmt;
@@ -142,6 +143,22 @@ pub struct Design<'a> {
     pub replicate: &'a [u32],
     /// Whether all its points are there, and not only the first ones.
     pub complete: bool,
+    /// What points of a block are to one another.
+    pub layout: Layout<'a>,
+}
+
+/// What points of a block are to one another.
+#[derive(Debug, Clone, Copy)]
+pub enum Layout<'a> {
+    /// Nothing that an estimator uses.
+    Points,
+    /// Trajectories: the move that leads to each point, and how far it goes.
+    Trajectories(&'a [Option<Moved>], f64),
+    /// A, AB_1 .. AB_d, BA_1 .. BA_d where `second_order`, B.
+    Saltelli {
+        /// Whether every BA_i is there.
+        second_order: bool,
+    },
 }
 
 impl Design<'_> {
@@ -210,6 +227,12 @@ pub enum InputError {
     /// A question needs numbers.
     #[error("column {0} has words, not numbers")]
     Words(String),
+    /// A method that makes nothing of these points.
+    #[error("{0}")]
+    Method(String),
+    /// Rows are not those of the design.
+    #[error(transparent)]
+    Sensitivity(#[from] SensitivityError),
 }
 
 impl<'a> Study<'a> {
