@@ -3,9 +3,8 @@
 use bladeoff_answers::estimate::figures::{Figures, Method};
 use bladeoff_answers::estimate::proportion::{Tally, proportion};
 use bladeoff_answers::estimate::scheme::Scheme;
-use bladeoff_answers::stop::{Decision, Look, Precision, StopError, StopRule, decide, expected, half_width, looks};
+use bladeoff_answers::stop::{Look, Precision, StopRule, expected, half_width, looks};
 use bladeoff_system::random::{SplitMix, finaliser};
-use std::convert::Infallible;
 
 const RELATIVE: StopRule = StopRule { half_width: None, relative: Some(0.1), samples: None };
 
@@ -14,16 +13,21 @@ fn share(n: u64, events: u64, bad: u64, alpha: f64) -> Figures {
     proportion(&[Tally { n, low: events, high: events + bad }], &Scheme::Independent, alpha)
 }
 
-/// Where a study of these events stands with so many points done; what was looked at.
-fn stand(rule: &StopRule, events: &[bool], done: u64) -> (Decision, Vec<u64>) {
+/// The look at which a study of these events ends with so many points done, and whether it is precise enough there; `None`: it goes on.
+/// What was looked at.
+fn stand(rule: &StopRule, events: &[bool], done: u64) -> (Option<(Look, bool)>, Vec<u64>) {
     let mut seen = Vec::new();
-    let looks = looks(rule.end(events.len() as u64), 0.05);
-    let decision = decide(rule, &looks, done, |look| {
-        seen.push(look.points);
+    for look in looks(rule.end(events.len() as u64), 0.05).into_iter().take_while(|look| look.points <= done) {
         let count = events[..look.points as usize].iter().filter(|event| **event).count();
-        Ok::<_, Infallible>(vec![share(look.points, count as u64, 0, look.alpha)])
-    });
-    (decision.expect("no failure"), seen)
+        let enough = rule.asks_for_width() && {
+            seen.push(look.points);
+            rule.is_enough(&[share(look.points, count as u64, 0, look.alpha)])
+        };
+        if enough || look.is_last {
+            return (Some((look, enough)), seen);
+        }
+    }
+    (None, seen)
 }
 
 fn events(seed: u64, count: usize, p: f64) -> Vec<bool> {
@@ -46,21 +50,14 @@ fn looks_double_and_spend_alpha_once() {
 }
 
 #[test]
-fn the_first_look_that_is_precise_enough_decides_whoever_looks() {
+fn the_first_look_that_is_precise_enough_decides_whatever_is_done_beyond() {
     let events = events(5, 1 << 15, 0.3);
-    let Decision::Met(end) = stand(&RELATIVE, &events, 1 << 15).0 else { panic!("precise enough") };
+    let (Some((end, true)), _) = stand(&RELATIVE, &events, 1 << 15) else { panic!("precise enough") };
     assert!(end.points > 512 && end.points < 1 << 14 && !end.is_last, "{end:?}");
-    // before it is done it is open, whatever is done beyond changes nothing
     for done in (0..1u64 << 15).step_by(301) {
         let (found, seen) = stand(&RELATIVE, &events, done);
-        if done >= end.points {
-            assert_eq!(found, Decision::Met(end));
-            assert_eq!(seen.last(), Some(&end.points), "later looks are not looked at");
-        } else {
-            let Decision::Open { next, last } = found else { panic!("{found:?} with {done}") };
-            assert!(next.points > done && next.points <= end.points);
-            assert_eq!(last.map(|(look, _)| look.points), seen.last().copied());
-        }
+        assert_eq!(found, (done >= end.points).then_some((end, true)), "{done}");
+        assert!(seen.iter().all(|points| *points <= end.points), "later looks are not looked at");
     }
     // the interval is as narrow as asked, at its own level
     let count = events[..end.points as usize].iter().filter(|event| **event).count() as u64;
@@ -84,14 +81,13 @@ fn every_width_that_is_given_holds_and_samples_end_it() {
     let tight = StopRule { half_width: Some(1e-6), relative: None, samples: Some(1000) };
     let (found, seen) = stand(&tight, &events, 4000);
     assert_eq!(seen, [256, 512, 1000]);
-    assert!(
-        matches!(&found, Decision::Ended(look, why) if look.points == 1000 && look.is_last && matches!(why[0], Precision::Wide { .. }))
-    );
+    assert!(matches!(found, Some((look, false)) if look.points == 1000 && look.is_last));
     let only = StopRule { samples: Some(700), ..StopRule::default() };
     let (found, seen) = stand(&only, &events, 4000);
-    assert!(matches!(found, Decision::Ended(look, _) if look.points == 700) && seen == [700], "{seen:?}");
-    assert!(matches!(stand(&only, &events, 699).0, Decision::Open { next, .. } if next.points == 700));
+    assert!(matches!(found, Some((look, false)) if look.points == 700) && seen.is_empty(), "{seen:?}");
+    assert_eq!(stand(&only, &events, 699).0, None);
     assert_eq!(stand(&StopRule { half_width: Some(0.4), ..StopRule::default() }, &events, 300).1, [256]);
+    assert!(!only.is_enough(&[]), "nothing is not precise");
 }
 
 #[test]
@@ -105,18 +101,6 @@ fn bad_runs_and_figures_without_an_interval_are_told_apart() {
     assert_eq!(rule.precision(&open), Precision::BadRuns);
     // a figure of 0 has no part of itself
     assert!(matches!(RELATIVE.precision(&share(4000, 0, 0, 0.05)), Precision::Wide { wanted: 0.0, .. }));
-}
-
-#[test]
-fn a_rule_that_cannot_be_meant_is_refused() {
-    assert_eq!(StopRule::default().check(false), Err(vec![StopError::Nothing]));
-    assert_eq!(StopRule::default().check(true), Ok(()));
-    let wrong = StopRule { half_width: Some(f64::NAN), relative: Some(0.0), samples: Some(0) };
-    let told: Vec<String> = wrong.check(false).unwrap_err().iter().map(ToString::to_string).collect();
-    assert_eq!(told.len(), 3);
-    assert_eq!(told[1], "`relative` = 0; allowed: above 0");
-    assert!(StopError::Nothing.to_string().contains("`half_width`, `relative`, `samples`, `wall`"));
-    assert_eq!(RELATIVE.check(false), Ok(()));
 }
 
 #[test]
@@ -154,7 +138,7 @@ fn the_look_that_is_expected_is_about_the_one_that_comes() {
     for seed in 0..20 {
         let events = events(100 + seed, 1 << 16, 0.05);
         let all = looks(1 << 16, 0.05);
-        let Decision::Met(end) = stand(&RELATIVE, &events, 1 << 16).0 else { panic!("precise enough") };
+        let Some((end, true)) = stand(&RELATIVE, &events, 1 << 16).0 else { panic!("precise enough") };
         let now = all[3];
         let count = events[..2048].iter().filter(|event| **event).count() as u64;
         let found = expected(&RELATIVE, &[share(2048, count, 0, now.alpha)], &now, &all).expect("a look");
@@ -173,9 +157,7 @@ fn intervals_at_the_end_hold_as_often_as_they_say() {
     let (mut held, repeats) = (0u32, 400u32);
     for seed in 0..repeats {
         let events = events(10_000 + u64::from(seed), 1 << 13, 0.2);
-        let (Decision::Met(end) | Decision::Ended(end, _)) = stand(&RELATIVE, &events, 1 << 13).0 else {
-            panic!("an end")
-        };
+        let Some((end, _)) = stand(&RELATIVE, &events, 1 << 13).0 else { panic!("an end") };
         let count = events[..end.points as usize].iter().filter(|event| **event).count() as u64;
         let found = share(end.points, count, 0, end.alpha);
         held += u32::from(found.low.unwrap() <= 0.2 && 0.2 <= found.high.unwrap());

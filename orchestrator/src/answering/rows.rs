@@ -4,7 +4,7 @@
 //! count. What finishes first is not random.
 
 use super::vocabulary::Vocabulary;
-use crate::run::Told;
+use crate::run::{TableEnd, Told};
 use bladeoff_answers::estimate::input::{Cells, Column, Design, DesignKind, Group, InputError, Layout, Nature, Study};
 use bladeoff_answers::gate::GateError;
 use bladeoff_answers::sensitivity::Moved;
@@ -104,6 +104,7 @@ pub(super) struct Rows {
     replicates: u64,
     layout: Blocks,
     of: u64,
+    share: f64,
 }
 
 /// What points of a block are to one another.
@@ -126,15 +127,15 @@ impl Blocks {
 }
 
 impl Rows {
-    /// Reads columns of these files. The outer error is that of files, which may have been replaced meanwhile.
+    /// Reads columns of these files; `end`: of the table, if `[stop]` ends it. The outer error is that of files, which may have been replaced meanwhile.
     pub fn read(
         files: &[PathBuf],
         samples: &Samples,
         vocabulary: &Vocabulary<'_>,
-        columns: &[String],
+        (columns, end): (&[String], Option<TableEnd>),
     ) -> Result<Result<Self, AnsweringError>, TableError> {
         let Some(plan) = samples.plan() else { return Ok(Err(AnsweringError::NoDesign)) };
-        let (groups, of) = (vocabulary.groups.clone(), samples.points());
+        let (groups, of) = (vocabulary.groups.clone(), end.map_or(samples.points(), |end| end.points));
         let count = usize::try_from(of).unwrap_or(usize::MAX).saturating_mul(groups.len());
         let mut gathered = gathered(vocabulary, columns, count);
         let mut status: Vec<Option<Status>> = vec![None; count];
@@ -180,6 +181,7 @@ impl Rows {
             scrambled: plan.is_scrambled(),
             replicates: plan.replicates(),
             of,
+            share: end.map_or(1.0, |end| end.share),
         }))
     }
 
@@ -231,6 +233,7 @@ impl Rows {
                     Blocks::Trajectories(moves, delta) => Layout::Trajectories(moves, *delta),
                     Blocks::Saltelli { second_order } => Layout::Saltelli { second_order: *second_order },
                 },
+                share: self.share,
             },
         }
     }

@@ -156,6 +156,7 @@ fn estimates() -> Option<Vec<(u64, Option<f64>)>> {
             replicate: &replicate,
             complete: true,
             layout: Layout::Points,
+            share: 1.0,
         },
     };
     study.check().ok()?;

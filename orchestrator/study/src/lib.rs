@@ -48,6 +48,7 @@ mod points;
 mod sample_keys;
 mod samples;
 mod set;
+mod stop;
 mod table;
 mod template;
 mod twin;
@@ -74,6 +75,7 @@ pub use load::{CheckAsked, STUDY_SCHEMA, TakenNames, ToCheck, load, load_checked
 pub use parameter::{Origin, Parameter};
 pub use sample_keys::{SampleKey, SampleKeys};
 pub use samples::Samples;
+pub use stop::{FIRST_LOOK, StopDef, is_blocked};
 pub use template::{RISK_TEMPLATE, STUDY_MACHINE, STUDY_TEMPLATE};
 pub use twin::TwinShare;
 pub use values::ValueList;

@@ -68,18 +68,28 @@ fn unanswered(study: &Study<'_>, question: &Question, why: &InputError) -> Answe
 /// # Errors
 /// It lacks a column.
 pub fn answer(study: &Study<'_>, question: &Question) -> Result<Answered, InputError> {
-    let (scheme, alpha) = (Scheme::of(&study.design), 1.0 - question.confidence);
+    let (scheme, alpha) = (Scheme::of(&study.design), (1.0 - question.confidence) * study.design.share);
     let asked = Asked { study, question, t: scheme.t(alpha), scheme, alpha };
-    match &question.ask {
+    let mut answered = match &question.ask {
         Ask::One(figure) => asked.one(figure),
         Ask::Exceedance(column) => asked.exceedance(column),
         Ask::Fragility(path, formula) => asked.fragility(path, formula),
         Ask::Difference(figure, path, values) => asked.difference(figure, path, values),
         Ask::Sensitivity(wanted) => {
-            let answers = sensitivities(study, question, wanted, &asked.scheme)?;
+            let answers = sensitivities(study, question, wanted, (&asked.scheme, alpha))?;
             Ok(Answered { answers, curve: None })
         }
+    }?;
+    if study.design.share < 1.0 {
+        let one = percent_given(1.0 - alpha);
+        let note = format!(
+            "one of several looks of [stop]: its limits hold with {one}, so that those of all looks hold together with {}",
+            percent_given(question.confidence)
+        );
+        let has_limits = |answer: &&mut Answer| answer.method != Method::Without;
+        answered.answers.iter_mut().filter(has_limits).for_each(|answer| answer.notes.push(note.clone()));
     }
+    Ok(answered)
 }
 
 struct Asked<'a> {

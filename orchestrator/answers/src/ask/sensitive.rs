@@ -27,12 +27,12 @@ pub(super) fn sensitivities(
     study: &Study<'_>,
     question: &Question,
     wanted: &Sensitivity,
-    scheme: &Scheme,
+    (scheme, alpha): (&Scheme, f64),
 ) -> Result<Vec<Answer>, InputError> {
     wanted.method.check(study.design.kind).map_err(InputError::Method)?;
     let unit = study.column(&wanted.output)?.unit.clone();
     let groups = study.groups.iter().enumerate();
-    let rows = Rows { study, wanted, scheme, alpha: 1.0 - question.confidence };
+    let rows = Rows { study, wanted, scheme, alpha };
     groups.map(|(at, group)| rows.group(at, group, question, &unit)).collect()
 }
 

@@ -145,6 +145,9 @@ pub struct Design<'a> {
     pub complete: bool,
     /// What points of a block are to one another.
     pub layout: Layout<'a>,
+    /// Part of 1 - confidence that intervals may spend: 1 where these points are looked at once; less where `[stop]` looked at fewer of
+    /// them before, so that all looks together spend the whole.
+    pub share: f64,
 }
 
 /// What points of a block are to one another.

@@ -15,4 +15,4 @@ mod rule;
 
 pub use forecast::{expected, half_width};
 pub use look::{Look, looks};
-pub use rule::{Decision, Precision, StopError, StopRule, decide};
+pub use rule::{Precision, StopRule};

@@ -83,6 +83,7 @@ impl Made {
                 replicate: &self.replicate,
                 complete: self.complete,
                 layout: Layout::Points,
+                share: 1.0,
             },
         }
     }
