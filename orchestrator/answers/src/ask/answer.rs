@@ -2,6 +2,7 @@
 
 use crate::estimate::figures::{Figures, Method};
 use crate::estimate::input::Group;
+use crate::map::Map;
 use serde::Serialize;
 
 /// Version of the layout of `answers.json`.
@@ -16,7 +17,7 @@ pub const LEFT_WIDE: &str =
 pub struct Answer {
     /// The question's.
     pub name: String,
-    /// `probability`, `quantile`, `mean`, `exceedance`, `fragility`, `difference`.
+    /// `probability`, `quantile`, `mean`, `exceedance`, `fragility`, `difference`, `map`.
     pub kind: &'static str,
     /// Its values on the crossed axes.
     pub group: Group,
@@ -42,6 +43,9 @@ pub struct Answer {
     pub approximate: bool,
     /// What a reader has to know.
     pub notes: Vec<String>,
+    /// Of a map: its cells.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub map: Option<Box<Map>>,
     /// For a person.
     #[serde(skip)]
     pub sentence: String,
@@ -86,6 +90,7 @@ impl Answer {
             method: figures.method,
             approximate: figures.approximate,
             notes,
+            map: None,
             sentence: String::new(),
         }
     }

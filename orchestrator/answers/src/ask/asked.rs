@@ -1,6 +1,7 @@
 //! Puts questions to a study.
 
 use super::answer::{Answer, Answers, SCHEMA};
+use super::mapped::{answers_of, map_in_words};
 use super::question::{Ask, Figure, Question};
 use super::sentence::{Scale, counted, of_curve, percent_given, sentence};
 use crate::estimate::curve::{Curve, CurvePoint};
@@ -14,6 +15,7 @@ use crate::estimate::mean::mean;
 use crate::estimate::proportion::{Tally, none_seen, proportion_by, tallies};
 use crate::estimate::scheme::Scheme;
 use crate::estimate::{difference, quantile};
+use crate::map::maps;
 
 /// Answers to a question, one for each group, and its curve.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,6 +55,7 @@ fn unanswered(study: &Study<'_>, question: &Question, why: &InputError) -> Answe
         Ask::Exceedance(_) => "exceedance",
         Ask::Fragility(..) => "fragility",
         Ask::Difference(..) => "difference",
+        Ask::Map(_) => "map",
     };
     let figures = Figures::over(study.points() as u64);
     let mut answer = Answer::of(&question.name, kind, Group::default(), 0, question.confidence, figures);
@@ -73,6 +76,9 @@ pub fn answer(study: &Study<'_>, question: &Question) -> Result<Answered, InputE
         Ask::Exceedance(column) => asked.exceedance(column),
         Ask::Fragility(path, formula) => asked.fragility(path, formula),
         Ask::Difference(figure, path, values) => asked.difference(figure, path, values),
+        Ask::Map(wanted) => {
+            Ok(Answered { answers: answers_of(&question.name, maps(study, wanted, alpha)?), curve: None })
+        }
     }
 }
 
@@ -105,6 +111,7 @@ pub fn in_words(question: &Question) -> String {
         Ask::Difference(figure, path, [a, b]) => {
             format!("{} at {path} = {a} less that at {b}, paired", subject(figure))
         }
+        Ask::Map(wanted) => map_in_words(wanted),
     };
     format!("{}: {what} (confidence {})", question.name, percent_given(question.confidence))
 }

@@ -1,13 +1,17 @@
 //! Questions of a study: from the words of its file to what is asked of which columns.
 
-use crate::estimate::formula::{Formula, Known};
+use crate::estimate::formula::{Formula, Known, closing};
 use crate::estimate::input::Label;
+use crate::map::{Of, REGIME, Wanted};
 use bladeoff_model::document::nearest;
 use bladeoff_model::formula::FormulaError;
 use std::ops::Range;
 
 /// Confidence where none is given.
 pub const CONFIDENCE: f64 = 0.95;
+
+/// Panels of a map, at most.
+const MOST_PANELS: usize = 24;
 
 /// A question as it stands in a study file.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -18,8 +22,10 @@ pub struct QuestionDef {
     pub probability: Option<String>,
     /// Between 0 and 1, with `of`.
     pub quantile: Option<f64>,
-    /// A column.
+    /// A column; of a map also `P(CONDITION)` or a condition.
     pub of: Option<String>,
+    /// Two parameters, with `of`.
+    pub map: Option<[String; 2]>,
     /// A column.
     pub mean: Option<String>,
     /// A column.
@@ -43,6 +49,21 @@ pub struct Names {
     pub uncertain: Vec<String>,
     /// Columns of crossed axes, and their values; none: of which nothing more is known.
     pub varied: Vec<(String, Vec<Label>)>,
+    /// What goes into a run.
+    pub given: Vec<Given>,
+}
+
+/// A parameter or a variable of a study.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Given {
+    /// Its column.
+    pub column: String,
+    /// The axis of `[[vary]]` or `[points]` that it lies on.
+    pub axis: Option<usize>,
+    /// It is a release angle, of which only the starts of a cell differ.
+    pub is_angle: bool,
+    /// It is the contact detection, whose values are compared.
+    pub is_detection: bool,
 }
 
 /// What is wrong with a question.
@@ -78,6 +99,8 @@ pub enum Ask {
     Fragility(String, Formula),
     /// A figure at the first value of a varied parameter, less that at the second.
     Difference(Figure, String, [Label; 2]),
+    /// A column or a probability over two parameters.
+    Map(Wanted),
 }
 
 /// A question.
@@ -102,6 +125,17 @@ impl Question {
         match &self.ask {
             Ask::One(figure) | Ask::Difference(figure, ..) => of(figure),
             Ask::Exceedance(column) => vec![column.clone()],
+            Ask::Map(wanted) => {
+                let mut columns = vec![wanted.x.clone(), wanted.y.clone()];
+                match &wanted.of {
+                    Of::Value(column) => columns.push(column.clone()),
+                    Of::Probability(formula) => columns.extend(formula.columns.iter().cloned()),
+                }
+                columns.extend(wanted.panels.iter().chain(&wanted.starts).cloned());
+                columns
+                    .extend(names.known.columns.iter().map(|(name, _)| name).filter(|name| *name == REGIME).cloned());
+                columns
+            }
             Ask::Fragility(path, formula) => {
                 let mut columns = formula.columns.clone();
                 if !names.varied.iter().any(|(axis, _)| axis == path) {
@@ -159,10 +193,15 @@ impl Check<'_> {
     }
 
     fn condition(&mut self, text: &str) -> Option<Formula> {
+        self.condition_in("probability", text, 0)
+    }
+
+    /// A condition that stands so many bytes behind the beginning of a key's value.
+    fn condition_in(&mut self, key: &'static str, text: &str, from: usize) -> Option<Formula> {
         match Formula::condition(text, &self.names.known) {
             Ok(formula) => Some(formula),
             Err(FormulaError { place, message }) => {
-                self.problems.push(Problem { key: "probability", place: Some(place), message });
+                self.problems.push(Problem { key, place: Some(place.start + from..place.end + from), message });
                 None
             }
         }
@@ -188,18 +227,22 @@ impl Check<'_> {
             ("quantile", def.quantile.is_some()),
             ("mean", def.mean.is_some()),
             ("exceedance", def.exceedance.is_some()),
+            ("map", def.map.is_some()),
         ];
         let given: Vec<&'static str> = given.into_iter().filter(|(_, is)| *is).map(|(key, _)| key).collect();
         if given.len() != 1 {
-            let all = "`probability`, `quantile` (with `of`), `mean` or `exceedance`";
+            let all = "`probability`, `quantile` (with `of`), `mean`, `exceedance` or `map` (with `of`)";
             let found = if given.is_empty() { "none".to_owned() } else { given.join(" and ") };
             return self.wrong("name", format!("a question asks for one of {all}; here is {found}"));
         }
-        if def.of.is_some() && def.quantile.is_none() {
-            self.wrong::<()>("of", "`of` belongs to `quantile`");
+        if def.of.is_some() && def.quantile.is_none() && def.map.is_none() {
+            self.wrong::<()>("of", "`of` belongs to `quantile` and `map`");
         }
         if def.vary.is_some() != def.difference.is_some() {
             self.wrong::<()>("vary", "`difference = [a, b]` and `vary = PATH` belong together");
+        }
+        if let Some(axes) = &def.map {
+            return self.map(def, axes).map(Ask::Map);
         }
         if let Some(column) = &def.exceedance {
             if def.difference.is_some() || def.fragility.is_some() {
@@ -227,6 +270,103 @@ impl Check<'_> {
             }
             _ => figure.map(Ask::One),
         }
+    }
+
+    fn map(&mut self, def: &QuestionDef, axes: &[String; 2]) -> Option<Wanted> {
+        if def.fragility.is_some() {
+            self.wrong::<()>("fragility", "a map has no fragility: it is that of a `probability`");
+        }
+        let [x, y] = [self.map_axis(&axes[0]), self.map_axis(&axes[1])];
+        let of = match &def.of {
+            Some(text) => self.map_of(text),
+            None => self.wrong("map", "`map = [X, Y]` needs `of = COLUMN`, or `of = \"P(CONDITION)\"`"),
+        };
+        let asked = match (&def.difference, &def.vary) {
+            (Some(values), Some(path)) => Some(self.pair(values, path)?),
+            _ => None,
+        };
+        let (x, y, of) = (x?, y?, of?);
+        if x.column == y.column {
+            return self.wrong("map", format!("both axes are `{}`", x.column));
+        }
+        let given = &self.names.given;
+        let apart: Vec<&Given> =
+            given.iter().filter(|one| one.axis.is_some() && one.axis != x.axis && one.axis != y.axis).collect();
+        let (starts, panels): (Vec<&Given>, Vec<&Given>) = apart.into_iter().partition(|one| one.is_angle);
+        let values = |column: &str| {
+            let found = self.names.varied.iter().find(|(name, _)| name == column);
+            found.map(|(_, values)| values.as_slice()).unwrap_or_default()
+        };
+        // parameters that lie on one axis have their values together
+        let mut lengths: Vec<(Option<usize>, usize)> = Vec::new();
+        for one in &panels {
+            let count = values(&one.column).len().max(1);
+            match lengths.iter_mut().find(|(axis, _)| *axis == one.axis) {
+                Some((_, known)) => *known = count.max(*known),
+                None => lengths.push((one.axis, count)),
+            }
+        }
+        let count = lengths.iter().fold(1usize, |all, (_, count)| all.saturating_mul(*count));
+        let names = |of: &[&Given]| of.iter().map(|one| one.column.clone()).collect::<Vec<_>>();
+        if count > MOST_PANELS {
+            let which = names(&panels).join(", ");
+            return self
+                .wrong("map", format!("each value of {which} has a panel: {count} are more than {MOST_PANELS}"));
+        }
+        let paired = match asked {
+            Some((column, _)) if !panels.iter().any(|one| one.column == column) => {
+                return self
+                    .wrong("vary", format!("`{column}` is along the map or a start of its cells: it has no panels"));
+            }
+            Some((column, pair)) => Some((column, vec![pair])),
+            None => panels.iter().find(|one| one.is_detection).map(|one| {
+                let values = values(&one.column);
+                let less = |value: &Label| [value.clone(), values[0].clone()];
+                (one.column.clone(), values.iter().skip(1).map(less).collect())
+            }),
+        };
+        Some(Wanted {
+            is_grid: x.axis.is_some() && y.axis.is_some() && x.axis != y.axis,
+            x: x.column,
+            y: y.column,
+            of,
+            starts: names(&starts),
+            panels: names(&panels),
+            paired,
+        })
+    }
+
+    /// A parameter of numbers along an axis of a map.
+    fn map_axis(&mut self, name: &str) -> Option<Given> {
+        let all: Vec<&str> = self.names.given.iter().map(|given| given.column.as_str()).collect();
+        match self.one_of(name, &all)[..] {
+            [column] if self.names.known.is_number(column) => {
+                self.names.given.iter().find(|given| given.column == column).cloned()
+            }
+            [column] => self.wrong("map", format!("`{column}` has words; a map is over two parameters of numbers")),
+            [] => {
+                let near = self.near(name, &all);
+                self.wrong("map", format!("`{name}` is no parameter or variable of this study that varies{near}"))
+            }
+            ref several => self.wrong("map", format!("`{name}` could be {}", several.join(" or "))),
+        }
+    }
+
+    /// `COLUMN`, `P(CONDITION)` or a condition.
+    fn map_of(&mut self, text: &str) -> Option<Of> {
+        let start = text.len() - text.trim_start().len();
+        let inner = text[start..].strip_prefix('P').map(str::trim_start).and_then(|rest| rest.strip_prefix('('));
+        if let Some(inner) = inner
+            && let Some(length) = closing(inner)
+            && inner[length + 1..].trim().is_empty()
+        {
+            return self.condition_in("of", &inner[..length], text.len() - inner.len()).map(Of::Probability);
+        }
+        let is_condition = text.contains(['<', '>', '=', '!']) && self.names.known.meant(text.trim()).is_empty();
+        if is_condition {
+            return self.condition_in("of", text, 0).map(Of::Probability);
+        }
+        self.column("of", text.trim()).map(Of::Value)
     }
 
     fn figure(&mut self, def: &QuestionDef) -> Option<Figure> {

@@ -107,6 +107,8 @@ pub enum DesignKind {
     Halton,
     /// One parameter moved at a time: no sample of anything.
     OneAtATime,
+    /// No design at all: combinations of chosen values, or the lines of a points file. Each row is a point of its own.
+    Chosen,
 }
 
 impl DesignKind {
@@ -119,6 +121,7 @@ impl DesignKind {
             Self::Sobol => "sobol",
             Self::Halton => "halton",
             Self::OneAtATime => "one-at-a-time",
+            Self::Chosen => "chosen",
         }
     }
 }
@@ -143,7 +146,7 @@ impl Design<'_> {
     #[must_use]
     pub fn is_random(&self) -> bool {
         match self.kind {
-            DesignKind::OneAtATime => false,
+            DesignKind::OneAtATime | DesignKind::Chosen => false,
             DesignKind::Sobol | DesignKind::Halton => self.scrambled,
             DesignKind::MonteCarlo | DesignKind::LatinHypercube => true,
         }

@@ -14,7 +14,7 @@ fn columns() -> Names {
         columns: columns.map(|name| (name.to_owned(), !["way", "status"].contains(&name))).to_vec(),
         aliases: aliases.map(|(alias, column)| (alias.to_owned(), column.to_owned())).collect(),
     };
-    Names { known, uncertain: vec!["seal.gap_m".into()], varied: vec![axis] }
+    Names { known, uncertain: vec!["seal.gap_m".into()], varied: vec![axis], ..Names::default() }
 }
 
 fn read(def: QuestionDef) -> Result<Question, Vec<String>> {
