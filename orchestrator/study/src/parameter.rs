@@ -82,6 +82,12 @@ impl Parameter {
         is_detection(&self.info.path)
     }
 
+    /// Whether it is an angle of a machine: what is released, the rotor at the start, a diaphragm.
+    #[must_use]
+    pub fn is_angle(&self) -> bool {
+        !self.is_variable && (self.info.path.ends_with(".phase") || self.info.path.ends_with(".angle"))
+    }
+
     /// What a formula sees of it.
     #[must_use]
     pub fn variable(&self) -> Variable {

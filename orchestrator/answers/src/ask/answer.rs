@@ -2,6 +2,7 @@
 
 use crate::estimate::figures::{Figures, Method};
 use crate::estimate::input::Group;
+use crate::map::Map;
 use crate::sensitivity::{Index, Indices, Pair};
 use serde::Serialize;
 
@@ -17,7 +18,7 @@ pub const LEFT_WIDE: &str =
 pub struct Answer {
     /// The question's.
     pub name: String,
-    /// `probability`, `quantile`, `mean`, `exceedance`, `fragility`, `difference`, `sensitivity`.
+    /// `probability`, `quantile`, `mean`, `exceedance`, `fragility`, `difference`, `sensitivity`, `map`.
     pub kind: &'static str,
     /// Its values on the crossed axes.
     pub group: Group,
@@ -46,6 +47,9 @@ pub struct Answer {
     /// Of a sensitivity.
     #[serde(flatten)]
     pub sensitivity: Option<Sensitivities>,
+    /// Of a map: its cells.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub map: Option<Box<Map>>,
     /// For a person.
     #[serde(skip)]
     pub sentence: String,
@@ -132,6 +136,7 @@ impl Answer {
             approximate: figures.approximate,
             notes,
             sensitivity: None,
+            map: None,
             sentence: String::new(),
             lines: Vec::new(),
             figures: Vec::new(),

@@ -1,6 +1,7 @@
 //! Puts questions to a study.
 
 use super::answer::{Answer, Answers, SCHEMA};
+use super::mapped::{answers_of, map_in_words};
 use super::question::{Ask, Figure, Question};
 use super::sensitive::sensitivities;
 use super::sentence::{Scale, counted, of_curve, percent_given, sentence};
@@ -15,6 +16,7 @@ use crate::estimate::mean::mean;
 use crate::estimate::proportion::{Tally, none_seen, proportion_by, tallies};
 use crate::estimate::scheme::Scheme;
 use crate::estimate::{difference, quantile};
+use crate::map::maps;
 
 /// Answers to a question, one for each group, and its curve.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,6 +57,7 @@ fn unanswered(study: &Study<'_>, question: &Question, why: &InputError) -> Answe
         Ask::Fragility(..) => "fragility",
         Ask::Difference(..) => "difference",
         Ask::Sensitivity(_) => "sensitivity",
+        Ask::Map(_) => "map",
     };
     let figures = Figures::over(study.points() as u64);
     let mut answer = Answer::of(&question.name, kind, Group::default(), 0, question.confidence, figures);
@@ -78,6 +81,9 @@ pub fn answer(study: &Study<'_>, question: &Question) -> Result<Answered, InputE
         Ask::Sensitivity(wanted) => {
             let answers = sensitivities(study, question, wanted, (&asked.scheme, alpha))?;
             Ok(Answered { answers, curve: None })
+        }
+        Ask::Map(wanted) => {
+            Ok(Answered { answers: answers_of(&question.name, maps(study, wanted, alpha)?), curve: None })
         }
     }?;
     if study.design.share < 1.0 {
@@ -122,6 +128,7 @@ pub fn in_words(question: &Question) -> String {
             format!("{} at {path} = {a} less that at {b}, paired", subject(figure))
         }
         Ask::Sensitivity(wanted) => format!("sensitivity of {} by {}", wanted.output, wanted.method.word()),
+        Ask::Map(wanted) => map_in_words(wanted),
     };
     format!("{}: {what} (confidence {})", question.name, percent_given(question.confidence))
 }

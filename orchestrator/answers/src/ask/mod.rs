@@ -7,6 +7,7 @@
 
 mod answer;
 mod asked;
+mod mapped;
 mod method;
 mod question;
 mod sensitive;
@@ -16,6 +17,6 @@ pub use crate::estimate::formula::Known;
 pub use answer::{Answer, Answers, LEFT_WIDE, OfRegime, SCHEMA, Sensitivities};
 pub use asked::{Answered, answer, answer_all, in_words};
 pub use method::{Sensitivity, SensitivityMethod};
-pub use question::{Ask, CONFIDENCE, Figure, Names, Problem, Question, QuestionDef};
+pub use question::{Ask, CONFIDENCE, Figure, Given, Names, Problem, Question, QuestionDef};
 pub use sentence::percent_given;
 pub(crate) use sentence::{counted, percent, prefix};

@@ -104,3 +104,20 @@ impl Formula {
         Ok(Self { text: text.trim().to_owned(), program, columns: columns.into_inner() })
     }
 }
+
+/// Length of what stands before the bracket that closes one already open; names in backquotes are passed over.
+pub(crate) fn closing(text: &str) -> Option<usize> {
+    let (mut depth, mut quoted) = (1, false);
+    for (at, c) in text.char_indices() {
+        match c {
+            '`' => quoted = !quoted,
+            '(' if !quoted => depth += 1,
+            ')' if !quoted => depth -= 1,
+            _ => {}
+        }
+        if depth == 0 {
+            return Some(at);
+        }
+    }
+    None
+}

@@ -112,6 +112,8 @@ pub enum DesignKind {
     Morris,
     /// Pairs of points with parameters exchanged between them: points of a block depend on one another.
     Saltelli,
+    /// No design at all: combinations of chosen values, or the lines of a points file. Each row is a point of its own.
+    Chosen,
 }
 
 impl DesignKind {
@@ -126,6 +128,7 @@ impl DesignKind {
             Self::OneAtATime => "one-at-a-time",
             Self::Morris => "morris",
             Self::Saltelli => "saltelli",
+            Self::Chosen => "chosen",
         }
     }
 }
@@ -169,7 +172,7 @@ impl Design<'_> {
     #[must_use]
     pub fn is_random(&self) -> bool {
         match self.kind {
-            DesignKind::OneAtATime | DesignKind::Morris | DesignKind::Saltelli => false,
+            DesignKind::OneAtATime | DesignKind::Morris | DesignKind::Saltelli | DesignKind::Chosen => false,
             DesignKind::Sobol | DesignKind::Halton => self.scrambled,
             DesignKind::MonteCarlo | DesignKind::LatinHypercube => true,
         }

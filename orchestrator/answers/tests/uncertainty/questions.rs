@@ -15,7 +15,7 @@ fn columns() -> Names {
         aliases: aliases.map(|(alias, column)| (alias.to_owned(), column.to_owned())).collect(),
         ..Known::default()
     };
-    Names { known, uncertain: vec!["seal.gap_m".into()], varied: vec![axis] }
+    Names { known, uncertain: vec!["seal.gap_m".into()], varied: vec![axis], ..Names::default() }
 }
 
 fn read(def: QuestionDef) -> Result<Question, Vec<String>> {
