@@ -47,11 +47,15 @@ pub fn answer_at_looks(
     let mut columns: Vec<String> = questions.iter().flat_map(|question| question.columns(&vocabulary.names)).collect();
     columns.extend(questions.iter().filter_map(|question| vocabulary.axis_of(question)));
     columns.extend(gates.iter().flat_map(|gate| gate.condition.columns.clone()));
+    let is_design = samples.plan().is_some();
+    if !is_design && (!gates.is_empty() || questions.iter().any(|question| !matches!(question.ask, Ask::Map(_)))) {
+        return Err(AnsweringError::NoDesign);
+    }
     let (rows, is_known) = read(directory, samples, &vocabulary, columns)?;
     let (points, of) = (rows.points(), rows.of());
     if points == 0 {
         let answers = Answers { schema: SCHEMA, complete: false, answers: Vec::new() };
-        let answering = Answering { answers, curves: Vec::new(), points, of, is_known };
+        let answering = Answering { answers, curves: Vec::new(), points, of, is_design, is_known };
         return Ok(Looked { answering, looks: Vec::new(), decisions: Vec::new() });
     }
     let study = rows.study();
@@ -79,7 +83,7 @@ pub fn answer_at_looks(
     }
     let is_number = |answer: &&Answer| numbers.iter().any(|question| question.name == answer.name);
     looks.push((points, answers.answers.iter().filter(is_number).cloned().collect()));
-    Ok(Looked { answering: Answering { answers, curves, points, of, is_known }, looks, decisions })
+    Ok(Looked { answering: Answering { answers, curves, points, of, is_design, is_known }, looks, decisions })
 }
 
 /// The first points of a study.

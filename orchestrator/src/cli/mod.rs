@@ -16,6 +16,7 @@ mod hints;
 mod history;
 mod json;
 mod machine;
+mod map;
 mod modes;
 mod new;
 mod output;
@@ -70,6 +71,7 @@ enum Command {
     Paths(paths::Args),
     New(new::Args),
     Answer(answer::Args),
+    Map(map::Args),
     Gate(gate::Args),
     Report(report::Args),
     Design(design::Args),
@@ -192,6 +194,7 @@ fn dispatch(command: Command) -> Exit {
         Command::Paths(args) => paths::main(&args),
         Command::New(args) => new::main(&args),
         Command::Answer(args) => answer::main(&args),
+        Command::Map(args) => map::main(&args),
         Command::Gate(args) => gate::main(&args),
         Command::Report(args) => report::main(&args),
         Command::Design(args) => design::main(&args),

@@ -1,12 +1,14 @@
 //! Answers, decisions, and how they came about.
 
 use super::words::{Quantity, group, group_or_all, numbers};
+use super::{curves, sensitivity};
 use crate::answering::Answering;
 use crate::run::TableColumn;
 use bladeoff_answers::ask::{Answer, Ask, Question, in_words};
 use bladeoff_answers::gate::{Decision, Verdict};
+use bladeoff_answers::map::Map;
 use bladeoff_answers::page::chart::{Axis, COLOURS, Chart, Series, Shape, Symbol};
-use bladeoff_answers::page::{Block, Table};
+use bladeoff_answers::page::{self, Block, Table};
 
 /// Groups of a question that a chart shows.
 const MOST_GROUPS: usize = 24;
@@ -22,7 +24,10 @@ pub(super) fn answers(answering: &Answering, questions: &[Question], columns: &[
             blocks.push(Block::Text("No answer yet: no point is there in every group.".to_owned()));
             continue;
         }
-        blocks.push(Block::List(of.iter().map(|answer| answer.sentence.clone()).collect()));
+        match &of[..] {
+            [one] => blocks.push(Block::Text(one.sentence.clone())),
+            several => blocks.push(Block::List(several.iter().map(|answer| answer.sentence.clone()).collect())),
+        }
         let mut notes: Vec<&String> = Vec::new();
         of.iter().flat_map(|answer| &answer.notes).for_each(|note| {
             if !notes.contains(&note) {
@@ -30,11 +35,24 @@ pub(super) fn answers(answering: &Answering, questions: &[Question], columns: &[
             }
         });
         blocks.extend(notes.into_iter().map(|note| Block::Note(note.clone())));
+        blocks.extend(curves::curve(answering, question, columns));
+        blocks.extend(sensitivity::sensitivity(question, &of));
+        blocks.extend(maps(question, &of));
         if of.len() > 1 && of.len() <= MOST_GROUPS {
             blocks.extend(side_by_side(question, columns, &of));
         }
     }
     blocks
+}
+
+/// Maps of a question.
+fn maps(question: &Question, answers: &[&Answer]) -> Option<Block> {
+    let maps: Vec<Map> = answers.iter().filter_map(|answer| answer.map.as_deref().cloned()).collect();
+    if maps.is_empty() {
+        return None;
+    }
+    let made = page::maps(&question.name, &maps);
+    Some(made.map_or_else(|error| Block::Warning(format!("the map could not be drawn: {error}")), Block::from))
 }
 
 /// Estimates of all groups with their intervals.
@@ -163,13 +181,16 @@ pub(super) fn precision(looks: &[(u64, Vec<Answer>)], questions: &[Question], co
         }
         let values = all.iter().flat_map(|answer| numbers(answer)).map(|value| quantity.show(value));
         let chart = Chart {
-            x: Axis::log("points", steps.iter().map(|(points, _)| *points as f64)),
-            y: Axis::numbers(quantity.label(), values),
+            x: Axis::log("points", steps.iter().map(|(points, _)| *points as f64))
+                .at(steps.iter().map(|(points, _)| *points as f64).collect()),
+            y: Axis::numbers(quantity.short(), values),
             series,
             height: 220,
         };
-        let caption =
-            format!("{}: estimate and interval after the first 256, 512, ... points and after all.", question.name);
+        let caption = format!(
+            "{}: {} and its interval after the first 256, 512, ... points and after all.",
+            question.name, quantity.name
+        );
         let table = (groups == 1).then(|| numbers_of(&steps, &quantity));
         blocks.push(chart.figure(caption, table).into());
         if groups > MOST_CURVES {

@@ -12,6 +12,8 @@ use bladeoff_answers::page::chart::{Axis, COLOURS, Chart, Series, Shape, Symbol}
 /// Groups that are drawn, and points of a curve.
 const MOST_CURVES: usize = 6;
 const MOST_POINTS: usize = 400;
+/// Points of a curve that are drawn one by one.
+const MOST_WHISKERS: usize = 12;
 
 /// A point of a curve as it is drawn.
 struct Drawn {
@@ -24,25 +26,21 @@ struct Drawn {
     high: Option<f64>,
 }
 
-/// Every curve of the answers.
-pub(super) fn curves(answering: &Answering, questions: &[Question], columns: &[TableColumn]) -> Vec<Block> {
-    let mut blocks = Vec::new();
-    for question in questions {
-        let Some((_, curve)) = answering.curves.iter().find(|(name, _)| *name == question.name) else { continue };
-        match &question.ask {
-            Ask::Exceedance(column) => blocks.extend(exceedance(question, column, curve, columns)),
-            Ask::Fragility(path, formula) => blocks.extend(fragility(question, path, &formula.text, curve, columns)),
-            _ => {}
-        }
+/// The curve of a question that has one.
+pub(super) fn curve(answering: &Answering, question: &Question, columns: &[TableColumn]) -> Option<Block> {
+    let (_, curve) = answering.curves.iter().find(|(name, _)| *name == question.name)?;
+    match &question.ask {
+        Ask::Exceedance(column) => exceedance(question, column, curve, columns),
+        Ask::Fragility(path, formula) => fragility(question, path, &formula.text, curve, columns),
+        _ => None,
     }
-    blocks
 }
 
 fn cells<'a>(curve: &'a Curve, name: &str) -> &'a [Option<f64>] {
     curve.numbers(name).unwrap_or_default()
 }
 
-/// Rows of each group, in order: columns before the `at` first ones that say where a point is are those of the group.
+/// Rows of each group, in order; the first `axes` columns are those of the group.
 fn groups(curve: &Curve, axes: usize) -> Vec<(Group, Vec<usize>)> {
     let rows = cells(curve, "estimate").len();
     let label = |(name, cells): &(String, CurveCells), row: usize| {
@@ -165,7 +163,24 @@ fn fragility(question: &Question, path: &str, event: &str, curve: &Curve, column
     for (at, (of, rows)) in groups.iter().take(MOST_CURVES).enumerate() {
         let points = drawn(curve, rows, |row| (end(from, row), end(to, row)));
         across.extend(points.iter().flat_map(|point| [point.ends.0, point.ends.1]));
-        lines(&mut series, COLOURS[at], &group(of), &points, |share| 100.0 * share);
+        // a few chosen values have nothing between them
+        if points.iter().all(|point| point.ends.0 == point.ends.1) && points.len() <= MOST_WHISKERS {
+            let intervals = points
+                .iter()
+                .map(|point| (point.x, point.low.map(|low| 100.0 * low), point.high.map(|high| 100.0 * high)));
+            let intervals = Shape::Upright(intervals.collect());
+            let of = group(of);
+            let name = if of.is_empty() { "limits".to_owned() } else { of };
+            series.push(Series { name, colour: COLOURS[at], shape: intervals });
+            let harmful = points.iter().filter(|point| point.harmful != point.estimate);
+            let harmful: Vec<_> = harmful.filter_map(|point| Some((point.x, 100.0 * point.harmful?))).collect();
+            if !harmful.is_empty() {
+                let shape = Shape::Dots(harmful, Vec::new(), Symbol::Ring);
+                series.push(Series { name: "if bad runs are harmful".into(), colour: COLOURS[at], shape });
+            }
+        } else {
+            lines(&mut series, COLOURS[at], &group(of), &points, |share| 100.0 * share);
+        }
         let dots: Vec<(f64, f64)> =
             points.iter().filter_map(|point| Some((point.x, 100.0 * point.estimate?))).collect();
         let said = points.iter().filter(|point| point.estimate.is_some()).map(|point| {

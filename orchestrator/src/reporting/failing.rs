@@ -45,7 +45,12 @@ fn causes(bad: &[&OfKind], seen: &Seen, subject: Subject<'_>) -> Table {
     let head = ["status", "cause", "runs", "share", "what it means, what to try", "all that is known of the first"];
     let rows = bad.iter().map(|OfKind { kind: (status, cause), count, first }| {
         let known = Cause::from_word(cause);
-        let means = known.map_or(String::new(), |cause| format!("{}. Try: {}", cause_in_words(cause), advice(cause)));
+        let is_function = subject.samples.study().function().is_some();
+        let means = match known {
+            _ if is_function => "a formula has no finite value there".to_owned(),
+            Some(cause) => format!("{}. Try: {}", cause_in_words(cause), advice(cause)),
+            None => String::new(),
+        };
         let why = command("why", subject.directory, &[&first.to_string()]);
         vec![status.clone(), cause.clone(), count.to_string(), percent(*count as f64 / seen.rows as f64), means, why]
     });
@@ -230,7 +235,7 @@ pub(super) fn regimes(seen: &Seen) -> Vec<Block> {
         let chart = Chart {
             x: Axis::numbers("share of the ok runs [%]", bars.iter().map(|bar| bar.1).chain([0.0])),
             y: Axis::words(names.iter().map(label).collect()),
-            series: vec![Series { name: String::new(), colour: "c0", shape: Shape::Bars(bars) }],
+            series: vec![Series { name: String::new(), colour: "c0", shape: Shape::Bars(bars, 0.64) }],
             height: 20 + 24 * names.len() as u32,
         };
         let table = Table { head, rows, verbatim: Vec::new() };

@@ -11,6 +11,7 @@ mod curves;
 mod failing;
 mod provenance;
 mod rows;
+mod sensitivity;
 mod words;
 mod worst;
 
@@ -60,9 +61,9 @@ pub fn report(subject: Subject<'_>) -> Result<Report, AnsweringError> {
     let Subject { directory, samples, questions, gates, .. } = subject;
     let columns = columns_of(samples).ok_or(AnsweringError::Unread)?;
     let coordinates = rows::coordinates(samples, &columns, &columns_asked(samples, questions, gates));
-    let mut is_known = true;
+    let (mut is_known, mut is_table) = (true, false);
     let (seen, summary) = read_current(directory, row_files, |files| {
-        let is_table = files.first().is_some_and(|first| first.ends_with(RESULTS));
+        is_table = files.first().is_some_and(|first| first.ends_with(RESULTS));
         is_known = refuse_changed(directory)? || !is_table;
         Ok((rows::read(files, coordinates.clone(), &columns)?, summary(samples, files)?))
     })?;
@@ -71,7 +72,8 @@ pub fn report(subject: Subject<'_>) -> Result<Report, AnsweringError> {
     } else {
         Some(answer_at_looks(directory, samples, questions, gates)?)
     };
-    let of = samples.count();
+    // a table is whole: one that [stop] ends, too
+    let of = if is_table { seen.rows } else { samples.count() };
     let mut sections = Vec::new();
     let mut add = |id, heading: &str, blocks: Vec<Block>| {
         if !blocks.is_empty() {
@@ -79,9 +81,8 @@ pub fn report(subject: Subject<'_>) -> Result<Report, AnsweringError> {
         }
     };
     if let Some(Looked { answering, looks, decisions }) = &looked {
-        add("answers", "Answers", answered::answers(answering, questions, &columns));
         add("gates", "Decisions", answered::decisions(decisions, answering));
-        add("curves", "Curves", curves::curves(answering, questions, &columns));
+        add("answers", "Answers", answered::answers(answering, questions, &columns));
         add("precision", "Precision over samples", answered::precision(looks, questions, &columns));
     }
     add("results", "What came out", came_out(summary));

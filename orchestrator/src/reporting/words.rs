@@ -34,19 +34,21 @@ pub(super) fn unit_of<'a>(columns: &'a [TableColumn], name: &str) -> &'a str {
 /// What the figure of a question is, and how its numbers are shown.
 pub(super) struct Quantity {
     pub name: String,
+    /// In a word.
+    pub what: &'static str,
     pub scale: Scale,
 }
 
 impl Quantity {
     /// A share, in per cent.
     pub fn share(name: impl Into<String>) -> Self {
-        Self { name: name.into(), scale: Scale { factor: 100.0, unit: "%".to_owned() } }
+        Self { name: name.into(), what: "probability", scale: Scale { factor: 100.0, unit: "%".to_owned() } }
     }
 
     /// A column whose largest value is this.
     pub fn column(columns: &[TableColumn], column: &str, name: Option<String>, largest: f64) -> Self {
         let unit = unit_of(columns, column);
-        Self { name: name.unwrap_or_else(|| plain_name(column, unit)), scale: Scale::of(unit, largest) }
+        Self { name: name.unwrap_or_else(|| plain_name(column, unit)), what: "value", scale: Scale::of(unit, largest) }
     }
 
     /// Of a question for one number.
@@ -73,10 +75,21 @@ impl Quantity {
             }
             Figure::Mean(column) => of("mean".to_owned(), column),
         };
+        match figure {
+            Figure::Probability(_) => {}
+            Figure::Quantile(..) => found.what = "quantile",
+            Figure::Mean(_) => found.what = "mean",
+        }
         if is_difference {
             found.name = format!("difference of {}", found.name);
+            found.what = "difference";
         }
         Some(found)
+    }
+
+    /// For an upright axis.
+    pub fn short(&self) -> String {
+        self.scale.label(self.what)
     }
 
     pub fn label(&self) -> String {

@@ -1,7 +1,9 @@
 //! Puts questions to a study.
 
 use super::answer::{Answer, Answers, SCHEMA};
+use super::mapped::{answers_of, map_in_words};
 use super::question::{Ask, Figure, Question};
+use super::sensitive::sensitivities;
 use super::sentence::{Scale, counted, of_curve, percent_given, sentence};
 use crate::estimate::curve::{Curve, CurvePoint};
 use crate::estimate::exceedance::exceedance;
@@ -14,6 +16,7 @@ use crate::estimate::mean::mean;
 use crate::estimate::proportion::{Tally, none_seen, proportion_by, tallies};
 use crate::estimate::scheme::Scheme;
 use crate::estimate::{difference, quantile};
+use crate::map::maps;
 
 /// Answers to a question, one for each group, and its curve.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,6 +56,8 @@ fn unanswered(study: &Study<'_>, question: &Question, why: &InputError) -> Answe
         Ask::Exceedance(_) => "exceedance",
         Ask::Fragility(..) => "fragility",
         Ask::Difference(..) => "difference",
+        Ask::Sensitivity(_) => "sensitivity",
+        Ask::Map(_) => "map",
     };
     let figures = Figures::over(study.points() as u64);
     let mut answer = Answer::of(&question.name, kind, Group::default(), 0, question.confidence, figures);
@@ -66,14 +71,31 @@ fn unanswered(study: &Study<'_>, question: &Question, why: &InputError) -> Answe
 /// # Errors
 /// It lacks a column.
 pub fn answer(study: &Study<'_>, question: &Question) -> Result<Answered, InputError> {
-    let (scheme, alpha) = (Scheme::of(&study.design), 1.0 - question.confidence);
+    let (scheme, alpha) = (Scheme::of(&study.design), (1.0 - question.confidence) * study.design.share);
     let asked = Asked { study, question, t: scheme.t(alpha), scheme, alpha };
-    match &question.ask {
+    let mut answered = match &question.ask {
         Ask::One(figure) => asked.one(figure),
         Ask::Exceedance(column) => asked.exceedance(column),
         Ask::Fragility(path, formula) => asked.fragility(path, formula),
         Ask::Difference(figure, path, values) => asked.difference(figure, path, values),
+        Ask::Sensitivity(wanted) => {
+            let answers = sensitivities(study, question, wanted, (&asked.scheme, alpha))?;
+            Ok(Answered { answers, curve: None })
+        }
+        Ask::Map(wanted) => {
+            Ok(Answered { answers: answers_of(&question.name, maps(study, wanted, alpha)?), curve: None })
+        }
+    }?;
+    if study.design.share < 1.0 {
+        let one = percent_given(1.0 - alpha);
+        let note = format!(
+            "one of several looks of [stop]: its limits hold with {one}, so that those of all looks hold together with {}",
+            percent_given(question.confidence)
+        );
+        let has_limits = |answer: &&mut Answer| answer.method != Method::Without;
+        answered.answers.iter_mut().filter(has_limits).for_each(|answer| answer.notes.push(note.clone()));
     }
+    Ok(answered)
 }
 
 struct Asked<'a> {
@@ -105,6 +127,8 @@ pub fn in_words(question: &Question) -> String {
         Ask::Difference(figure, path, [a, b]) => {
             format!("{} at {path} = {a} less that at {b}, paired", subject(figure))
         }
+        Ask::Sensitivity(wanted) => format!("sensitivity of {} by {}", wanted.output, wanted.method.word()),
+        Ask::Map(wanted) => map_in_words(wanted),
     };
     format!("{}: {what} (confidence {})", question.name, percent_given(question.confidence))
 }
@@ -169,7 +193,9 @@ impl Asked<'_> {
     }
 
     fn told(&self, kind: &'static str, group: Group, bad: u64, figures: Figures) -> Answer {
-        Answer::of(&self.question.name, kind, group, bad, self.question.confidence, figures)
+        let mut answer = Answer::of(&self.question.name, kind, group, bad, self.question.confidence, figures.clone());
+        answer.figures.push(figures);
+        answer
     }
 
     fn probability(&self, truths: &Truths) -> Figures {
@@ -187,7 +213,7 @@ impl Asked<'_> {
     fn of_values(&self, figure: &Figure, values: &Values) -> Figures {
         let mut figures = match figure {
             Figure::Quantile(u, _) => quantile::quantile(values, *u, &self.scheme, self.part(), self.alpha),
-            _ => mean(values, &self.scheme, self.part(), self.alpha, true),
+            _ => mean(values, &self.scheme, self.part(), self.alpha),
         };
         note_empty(&mut figures.notes, values.empty, LEFT_OUT);
         figures
@@ -222,7 +248,7 @@ impl Asked<'_> {
         if let Scheme::Without(why) = &self.scheme {
             figures.notes.push(why.clone());
         }
-        self.told(kind, group.clone(), bad, figures)
+        Answer { figures: Vec::new(), ..self.told(kind, group.clone(), bad, figures) }
     }
 
     fn exceedance(&self, column: &str) -> Result<Answered, InputError> {

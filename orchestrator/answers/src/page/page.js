@@ -26,7 +26,7 @@
     const axes = Object.keys(own).filter((key) => /^[xy]axis/.test(key));
     const all = { paper_bgcolor: '@paper', plot_bgcolor: '@paper', font: { color: '@ink', family: 'system-ui, sans-serif', size: 13 },
       margin: { l: 64, r: 16, t: 12, b: 48 }, hovermode: 'closest', dragmode: 'zoom', height: 400,
-      legend: { orientation: 'h', yanchor: 'top', y: -52 / ((own.height || 400) - 110) }, hoverlabel: { namelength: -1 }, ...own };
+      hoverlabel: { namelength: -1 }, ...own };
     for (const key of new Set(['xaxis', 'yaxis', ...axes])) all[key] = axis(own[key] || {});
     return coloured(all);
   };
@@ -48,7 +48,8 @@
       const ticks = words.length ? { tickvals: words.map((_, place) => place), ticktext: words } : {};
       return { title: { text: safe(data.labels[at]) }, ...ticks };
     };
-    return { traces, layout: { xaxis: title(x), yaxis: title(y), height: 460 } };
+    return { traces, layout: { xaxis: title(x), yaxis: title(y), height: 460, margin: { l: 64, r: 16, t: 12, b: 96 },
+      legend: { orientation: 'h', yanchor: 'top', x: 0, y: -52 / 352 } } };
   };
   const chooser = (figure, plot, data) => {
     const shown = [...data.first];

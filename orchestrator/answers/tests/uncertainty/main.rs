@@ -10,6 +10,7 @@ mod differences;
 mod figures;
 mod gates;
 mod limits;
+mod maps;
 mod published;
 mod questions;
 mod spans;

@@ -13,32 +13,41 @@ pub struct Axis {
     pub(super) log: bool,
     /// Names at 0, 1, ... from the top; none: numbers.
     pub(super) words: Vec<String>,
+    /// Where ticks are; none: where they are round.
+    pub(super) at: Vec<f64>,
 }
 
 impl Axis {
     /// Of numbers, with room around these values.
     #[must_use]
     pub fn numbers(label: impl Into<String>, values: impl Iterator<Item = f64>) -> Self {
-        Self { label: label.into(), range: roomy(values), log: false, words: Vec::new() }
+        Self { label: label.into(), range: roomy(values), log: false, words: Vec::new(), at: Vec::new() }
     }
 
     /// Of numbers above zero, by their powers of ten.
     #[must_use]
     pub fn log(label: impl Into<String>, values: impl Iterator<Item = f64>) -> Self {
         let powers = values.filter(|value| *value > 0.0).map(libm::log10);
-        Self { label: label.into(), range: roomy(powers), log: true, words: Vec::new() }
+        Self { label: label.into(), range: roomy(powers), log: true, words: Vec::new(), at: Vec::new() }
     }
 
     /// Of names, the first at the top.
     #[must_use]
     pub fn words(words: Vec<String>) -> Self {
-        Self { label: String::new(), range: (words.len() as f64 - 0.4, -0.6), log: false, words }
+        Self { label: String::new(), range: (words.len() as f64 - 0.4, -0.6), log: false, words, at: Vec::new() }
     }
 
     /// The same showing exactly this.
     #[must_use]
     pub fn from_to(mut self, low: f64, high: f64) -> Self {
         self.range = if self.log { (libm::log10(low), libm::log10(high)) } else { (low, high) };
+        self
+    }
+
+    /// The same with ticks there.
+    #[must_use]
+    pub fn at(mut self, values: Vec<f64>) -> Self {
+        self.at = values;
         self
     }
 
@@ -59,6 +68,9 @@ impl Axis {
     pub(super) fn ticks(&self) -> Vec<(f64, String)> {
         if !self.words.is_empty() {
             return self.words.iter().enumerate().map(|(at, word)| (at as f64, word.clone())).collect();
+        }
+        if !self.at.is_empty() {
+            return self.at.iter().map(|value| (*value, shown(*value))).collect();
         }
         let (low, high) = (self.range.0.min(self.range.1), self.range.0.max(self.range.1));
         if self.log {

@@ -102,7 +102,7 @@ fn axes(out: &mut String, frame: &Frame<'_>) {
     let y = TOP + frame.height / 2.0;
     put(format_args!(
         "<text transform=\"translate(14 {y:.1}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
-        html(&frame.y.label)
+        html(&cut(&frame.y.label, (frame.height / LETTER).max(8.0) as usize))
     ));
 }
 
@@ -133,10 +133,10 @@ fn draw(out: &mut String, frame: &Frame<'_>, series: &Series) {
             };
             put(format_args!("<path class=\"{class} {colour}\" d=\"{path}\"/>\n"));
         }
-        Shape::Bars(bars) => {
+        Shape::Bars(bars, thick) => {
             for (y, value) in bars {
                 let (Some(zero), Some(end), Some(up), Some(down)) =
-                    (frame.across(0.0), frame.across(*value), frame.up(y - 0.32), frame.up(y + 0.32))
+                    (frame.across(0.0), frame.across(*value), frame.up(y - thick / 2.0), frame.up(y + thick / 2.0))
                 else {
                     continue;
                 };
@@ -145,6 +145,16 @@ fn draw(out: &mut String, frame: &Frame<'_>, series: &Series) {
                 put(format_args!(
                     "<rect class=\"bar {colour}\" x=\"{x:.1}\" y=\"{up:.1}\" width=\"{width:.1}\" height=\"{height:.1}\"/>\n"
                 ));
+            }
+        }
+        Shape::Labels(labels) => {
+            for (x, y, text) in labels {
+                let Some((x, y)) = frame.place((*x, *y)) else { continue };
+                // what stands at the right edge goes to the left
+                let (x, anchor) =
+                    if x > frame.left + 0.75 * frame.width { (x - 8.0, "end") } else { (x + 8.0, "start") };
+                let text = html(&cut(text, MOST_LETTERS));
+                put(format_args!("<text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"{anchor}\">{text}</text>\n", y - 7.0));
             }
         }
         Shape::Across(intervals) => {
@@ -207,7 +217,8 @@ pub(super) fn legend(out: &mut String, series: &[Series], top: f64, left: f64) -
             Shape::Across(_) | Shape::Upright(_) => {
                 format!("<path class=\"whisker {}\" d=\"M{x:.1},{y:.1}h20\"/>", series.colour)
             }
-            Shape::Band(_) | Shape::Bars(_) => {
+            Shape::Labels(_) => continue,
+            Shape::Band(_) | Shape::Bars(..) => {
                 let class = if matches!(series.shape, Shape::Band(_)) { "band" } else { "bar" };
                 format!(
                     "<rect class=\"{class} {}\" x=\"{x:.1}\" y=\"{:.1}\" width=\"20\" height=\"10\"/>",

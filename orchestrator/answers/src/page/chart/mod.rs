@@ -47,8 +47,10 @@ pub enum Shape {
     Band(Vec<(f64, f64, f64)>),
     /// Points, each with words of its own (none: its numbers).
     Dots(Vec<(f64, f64)>, Vec<String>, Symbol),
-    /// Bars from zero along x, at these places of y.
-    Bars(Vec<(f64, f64)>),
+    /// Bars from zero along x, at these places of y; how thick they are.
+    Bars(Vec<(f64, f64)>, f64),
+    /// Words at places, above and to the right.
+    Labels(Vec<(f64, f64, String)>),
     /// Intervals along x: y, lower, upper; `None`: no limit.
     Across(Vec<(f64, Option<f64>, Option<f64>)>),
     /// Intervals along y: x, lower, upper.
@@ -90,7 +92,11 @@ mod tests {
             x: Axis::numbers("load [kN]", [0.0, 2.5].into_iter()),
             y: Axis::words(names),
             series: vec![
-                Series { name: "bars & all".into(), colour: "c0", shape: Shape::Bars(vec![(0.0, 1.0), (1.0, 2.0)]) },
+                Series {
+                    name: "bars & all".into(),
+                    colour: "c0",
+                    shape: Shape::Bars(vec![(0.0, 1.0), (1.0, 2.0)], 0.6),
+                },
                 Series { name: String::new(), colour: "ink", shape: Shape::Across(vec![(0.0, Some(0.5), None)]) },
                 Series {
                     name: "dots".into(),

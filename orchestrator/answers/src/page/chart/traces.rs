@@ -9,9 +9,16 @@ impl Chart {
     /// Traces and layout.
     pub(super) fn traces(&self) -> (Value, Value) {
         let traces: Vec<Value> = self.series.iter().flat_map(|series| self.series_traces(series)).collect();
-        let height = self.height + 110;
-        let layout =
-            json!({ "xaxis": layout(&self.x), "yaxis": layout(&self.y), "height": height, "barmode": "overlay" });
+        let names: Vec<usize> =
+            self.series.iter().map(|series| series.name.chars().count()).filter(|count| *count > 0).collect();
+        // the library sets names in columns as wide as the longest
+        let columns = (820 / (56 + 7 * names.iter().max().copied().unwrap_or(0))).max(1);
+        let bottom = 58 + 20 * names.len().div_ceil(columns);
+        let legend = json!({ "orientation": "h", "yanchor": "top", "x": 0, "y": -52.0 / f64::from(self.height) });
+        let layout = json!({
+            "xaxis": layout(&self.x), "yaxis": layout(&self.y), "barmode": "overlay", "legend": legend,
+            "height": self.height as usize + 12 + bottom, "margin": { "l": 64, "r": 16, "t": 12, "b": bottom },
+        });
         (Value::Array(traces), layout)
     }
 
@@ -58,9 +65,14 @@ impl Chart {
                 }
                 vec![trace]
             }
-            Shape::Bars(bars) => vec![json!({
-                "type": "bar", "orientation": "h", "name": name, "showlegend": legend, "width": 0.64, "marker": { "color": colour },
+            Shape::Bars(bars, thick) => vec![json!({
+                "type": "bar", "orientation": "h", "name": name, "showlegend": legend, "width": thick, "marker": { "color": colour },
                 "x": numbers(&mut bars.iter().map(|bar| bar.1)), "y": numbers(&mut bars.iter().map(|bar| bar.0)),
+            })],
+            Shape::Labels(labels) => vec![json!({
+                "type": "scatter", "mode": "text", "showlegend": false, "hoverinfo": "skip", "textposition": "top right",
+                "x": numbers(&mut labels.iter().map(|label| label.0)), "y": numbers(&mut labels.iter().map(|label| label.1)),
+                "text": labels.iter().map(|label| plain(&label.2)).collect::<Vec<_>>(),
             })],
             Shape::Across(intervals) => {
                 let ends = self.x.ends();
@@ -111,6 +123,13 @@ fn layout(axis: &Axis) -> Value {
         json!({ "title": { "text": plain(&axis.label) }, "range": [short(axis.range.0), short(axis.range.1)] });
     if axis.log {
         layout["type"] = json!("log");
+        if axis.range.1 - axis.range.0 >= 2.0 {
+            layout["dtick"] = json!(1);
+        }
+    }
+    if !axis.at.is_empty() {
+        layout["tickvals"] = json!(axis.at);
+        layout["ticktext"] = axis.ticks().into_iter().map(|(_, text)| text).collect();
     }
     if !axis.words.is_empty() {
         layout["tickvals"] = (0..axis.words.len()).collect();

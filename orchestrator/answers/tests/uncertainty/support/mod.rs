@@ -11,7 +11,7 @@ use made::Made;
 pub fn names() -> Names {
     let axis = ("way".to_owned(), vec![Label::Word("a".into()), Label::Word("b".into())]);
     let known = Known { columns: vec![("y".into(), true), ("u".into(), true)], ..Known::default() };
-    Names { known, uncertain: vec!["u".into()], varied: vec![axis] }
+    Names { known, uncertain: vec!["u".into()], varied: vec![axis], ..Names::default() }
 }
 
 pub fn asked(def: QuestionDef) -> Question {
