@@ -383,6 +383,6 @@ fn the_benchmark_of_answers_measures_every_figure() {
     let found: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
     assert_eq!(found["rows"].to_string(), "[4000,4096]");
     let figures = found["figures"].as_array().expect("figures");
-    assert_eq!(figures.len(), 6);
+    assert_eq!(figures.len(), 8);
     assert!(figures.iter().all(|figure| figure["value"].as_f64().is_some_and(|value| value > 0.0)), "{}", said.out);
 }
