@@ -4,6 +4,7 @@
 //! rows --tables--> results.parquet --tables--> columns --report--> summary as text
 //! history of a run, machine, lines --figures--> SVG, PNG
 //! columns of a random design --estimate--> figures with intervals --ask--> answers, --gate--> 0, 4 or 5
+//! text, tables, figures --page--> one HTML page
 //! columns --sensitivity--> which parameter decides; figures at looks --stop--> whether they are precise enough
 //! columns over two parameters --map--> cells, smoothed where samples are scattered --ask--> answers, --figures--> pictures
 //! runs of the paper's comparison --table1--> the paper's table beside ours
@@ -16,6 +17,7 @@ pub mod figures;
 pub mod gate;
 pub mod history;
 pub mod map;
+pub mod page;
 pub mod report;
 pub mod sensitivity;
 pub mod stop;
