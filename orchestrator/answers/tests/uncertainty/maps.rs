@@ -401,7 +401,7 @@ fn a_map_answers_in_a_sentence_and_as_json() {
     let found = answer(&study, &Question::new(&def, &names).expect("a map")).expect("answered").answers.remove(0);
     assert!(
         found.sentence.contains(
-            "P(z > 8.5) over x and y: at most 100 %, at 3 m and 3; at least 0 %; half or more in 20 % of the cells"
+            "P(z > 8.5) over x and y: at most 100 %, at 4 m and 3; at least 0 %; half or more in 15 % of the cells"
         ),
         "{}",
         found.sentence
