@@ -60,6 +60,11 @@ impl<'a> Vocabulary<'a> {
         let known = Known {
             columns: columns.iter().map(|column| (column.field.name.clone(), is_number(column.field.kind))).collect(),
             aliases: aliases(parameters),
+            units: units(&columns, |name| {
+                let is_it = |parameter: &&Parameter| column_of(parameter) == name;
+                let found = parameters.iter().find(is_it);
+                samples.study().machine().is_none() || found.is_some_and(|parameter| parameter.is_variable)
+            }),
         };
         let names = Names {
             known,
@@ -85,7 +90,10 @@ impl<'a> Vocabulary<'a> {
             None => columns_without(None),
         };
         let known = columns.iter().map(|column| (column.field.name.clone(), is_number(column.field.kind))).collect();
-        let names = Names { known: Known { columns: known, aliases: Vec::new() }, ..Names::default() };
+        let names = Names {
+            known: Known { columns: known, units: units(&columns, |_| false), ..Known::default() },
+            ..Names::default()
+        };
         Some(Self { names, columns, groups: Vec::new(), parameters: &[], machine, words: Vec::new() })
     }
 
@@ -144,6 +152,13 @@ fn given(parameter: &Parameter) -> Given {
         is_angle: parameter.is_angle(),
         is_detection: parameter.is_detection(),
     }
+}
+
+/// Units of columns of numbers but of those that have none to speak of.
+fn units(columns: &[TableColumn], has_none: impl Fn(&str) -> bool) -> Vec<(String, String)> {
+    let fields = columns.iter().map(|column| &column.field).filter(|field| is_number(field.kind));
+    let with = fields.filter(|field| !has_none(&field.name));
+    with.map(|field| (field.name.clone(), field.unit.clone())).collect()
 }
 
 /// A value as the answers package has it.

@@ -11,13 +11,15 @@ use std::path::Path;
 /// Most questions, and most gates, of a study.
 const MOST: usize = 200;
 
-const QUESTION: [&str; 11] = [
+const QUESTION: [&str; 13] = [
     "name",
     "probability",
     "quantile",
     "of",
     "mean",
     "exceedance",
+    "sensitivity",
+    "method",
     "fragility",
     "map",
     "difference",
@@ -54,6 +56,10 @@ pub struct AskedQuestion {
     pub mean: Option<Placed<String>>,
     /// `exceedance`.
     pub exceedance: Option<Placed<String>>,
+    /// `sensitivity`.
+    pub sensitivity: Option<Placed<String>>,
+    /// `method`.
+    pub method: Option<Placed<String>>,
     /// `fragility`.
     pub fragility: Option<Placed<String>>,
     /// `map`: two parameters.
@@ -79,6 +85,8 @@ impl AskedQuestion {
             "of" => text(&self.of),
             "mean" => text(&self.mean),
             "exceedance" => text(&self.exceedance),
+            "sensitivity" => text(&self.sensitivity),
+            "method" => text(&self.method),
             "fragility" => text(&self.fragility),
             "difference" => self.difference.as_ref().map(|placed| placed.span.clone()),
             "map" => self.map.as_ref().map(|placed| placed.span.clone()),
@@ -204,6 +212,8 @@ fn question(keys: &Keys<'_>, problems: &mut Collector<'_>) -> AskedQuestion {
         of: words("of"),
         mean: words("mean"),
         exceedance: words("exceedance"),
+        sensitivity: words("sensitivity"),
+        method: words("method"),
         fragility: words("fragility"),
         vary: words("vary"),
         ..AskedQuestion::default()

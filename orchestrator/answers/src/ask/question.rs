@@ -1,6 +1,7 @@
 //! Questions of a study: from the words of its file to what is asked of which columns.
 
-use crate::estimate::formula::{Formula, Known, closing};
+use super::method::{Sensitivity, SensitivityMethod};
+use crate::estimate::formula::{Formula, Known};
 use crate::estimate::input::Label;
 use crate::map::{Of, REGIME, Wanted};
 use bladeoff_model::document::nearest;
@@ -9,9 +10,6 @@ use std::ops::Range;
 
 /// Confidence where none is given.
 pub const CONFIDENCE: f64 = 0.95;
-
-/// Panels of a map, at most.
-const MOST_PANELS: usize = 24;
 
 /// A question as it stands in a study file.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -30,6 +28,10 @@ pub struct QuestionDef {
     pub mean: Option<String>,
     /// A column.
     pub exceedance: Option<String>,
+    /// A column, with `method`.
+    pub sensitivity: Option<String>,
+    /// One of [`SensitivityMethod::ALL`].
+    pub method: Option<String>,
     /// A varied or an uncertain parameter, with `probability`.
     pub fragility: Option<String>,
     /// Two values of `vary`, with a probability, a quantile or a mean.
@@ -101,6 +103,8 @@ pub enum Ask {
     Difference(Figure, String, [Label; 2]),
     /// A column or a probability over two parameters.
     Map(Wanted),
+    /// Which uncertain parameter decides a column.
+    Sensitivity(Sensitivity),
 }
 
 /// A question.
@@ -136,6 +140,10 @@ impl Question {
                     .extend(names.known.columns.iter().map(|(name, _)| name).filter(|name| *name == REGIME).cloned());
                 columns
             }
+            Ask::Sensitivity(Sensitivity { output, method, parameters, regime }) => {
+                let given = parameters.iter().filter(|_| *method == SensitivityMethod::GivenData);
+                [output].into_iter().chain(given).chain(regime).cloned().collect()
+            }
             Ask::Fragility(path, formula) => {
                 let mut columns = formula.columns.clone();
                 if !names.varied.iter().any(|(axis, _)| axis == path) {
@@ -164,13 +172,13 @@ impl Question {
     }
 }
 
-struct Check<'a> {
-    names: &'a Names,
+pub(super) struct Check<'a> {
+    pub names: &'a Names,
     problems: Vec<Problem>,
 }
 
 impl Check<'_> {
-    fn wrong<T>(&mut self, key: &'static str, message: impl Into<String>) -> Option<T> {
+    pub(super) fn wrong<T>(&mut self, key: &'static str, message: impl Into<String>) -> Option<T> {
         self.problems.push(Problem { key, place: None, message: message.into() });
         None
     }
@@ -197,7 +205,7 @@ impl Check<'_> {
     }
 
     /// A condition that stands so many bytes behind the beginning of a key's value.
-    fn condition_in(&mut self, key: &'static str, text: &str, from: usize) -> Option<Formula> {
+    pub(super) fn condition_in(&mut self, key: &'static str, text: &str, from: usize) -> Option<Formula> {
         match Formula::condition(text, &self.names.known) {
             Ok(formula) => Some(formula),
             Err(FormulaError { place, message }) => {
@@ -207,7 +215,7 @@ impl Check<'_> {
         }
     }
 
-    fn column(&mut self, key: &'static str, name: &str) -> Option<String> {
+    pub(super) fn column(&mut self, key: &'static str, name: &str) -> Option<String> {
         let known = &self.names.known;
         match known.meant(name)[..] {
             [column] if known.is_number(column) => Some(column.to_owned()),
@@ -228,10 +236,11 @@ impl Check<'_> {
             ("mean", def.mean.is_some()),
             ("exceedance", def.exceedance.is_some()),
             ("map", def.map.is_some()),
+            ("sensitivity", def.sensitivity.is_some()),
         ];
         let given: Vec<&'static str> = given.into_iter().filter(|(_, is)| *is).map(|(key, _)| key).collect();
         if given.len() != 1 {
-            let all = "`probability`, `quantile` (with `of`), `mean`, `exceedance` or `map` (with `of`)";
+            let all = "`probability`, `quantile` (with `of`), `mean`, `exceedance`, `sensitivity` (with `method`) or `map` (with `of`)";
             let found = if given.is_empty() { "none".to_owned() } else { given.join(" and ") };
             return self.wrong("name", format!("a question asks for one of {all}; here is {found}"));
         }
@@ -243,6 +252,12 @@ impl Check<'_> {
         }
         if let Some(axes) = &def.map {
             return self.map(def, axes).map(Ask::Map);
+        }
+        if let Some(column) = &def.sensitivity {
+            return self.sensitivity(def, column).map(Ask::Sensitivity);
+        }
+        if def.method.is_some() {
+            self.wrong::<()>("method", "`method` belongs to `sensitivity`");
         }
         if let Some(column) = &def.exceedance {
             if def.difference.is_some() || def.fragility.is_some() {
@@ -272,101 +287,38 @@ impl Check<'_> {
         }
     }
 
-    fn map(&mut self, def: &QuestionDef, axes: &[String; 2]) -> Option<Wanted> {
-        if def.fragility.is_some() {
-            self.wrong::<()>("fragility", "a map has no fragility: it is that of a `probability`");
-        }
-        let [x, y] = [self.map_axis(&axes[0]), self.map_axis(&axes[1])];
-        let of = match &def.of {
-            Some(text) => self.map_of(text),
-            None => self.wrong("map", "`map = [X, Y]` needs `of = COLUMN`, or `of = \"P(CONDITION)\"`"),
-        };
-        let asked = match (&def.difference, &def.vary) {
-            (Some(values), Some(path)) => Some(self.pair(values, path)?),
-            _ => None,
-        };
-        let (x, y, of) = (x?, y?, of?);
-        if x.column == y.column {
-            return self.wrong("map", format!("both axes are `{}`", x.column));
-        }
-        let given = &self.names.given;
-        let apart: Vec<&Given> =
-            given.iter().filter(|one| one.axis.is_some() && one.axis != x.axis && one.axis != y.axis).collect();
-        let (starts, panels): (Vec<&Given>, Vec<&Given>) = apart.into_iter().partition(|one| one.is_angle);
-        let values = |column: &str| {
-            let found = self.names.varied.iter().find(|(name, _)| name == column);
-            found.map(|(_, values)| values.as_slice()).unwrap_or_default()
-        };
-        // parameters that lie on one axis have their values together
-        let mut lengths: Vec<(Option<usize>, usize)> = Vec::new();
-        for one in &panels {
-            let count = values(&one.column).len().max(1);
-            match lengths.iter_mut().find(|(axis, _)| *axis == one.axis) {
-                Some((_, known)) => *known = count.max(*known),
-                None => lengths.push((one.axis, count)),
+    fn sensitivity(&mut self, def: &QuestionDef, column: &str) -> Option<Sensitivity> {
+        for (key, is) in [("difference", def.difference.is_some()), ("fragility", def.fragility.is_some())] {
+            if is {
+                self.wrong::<()>(key, format!("a sensitivity has no {key}"));
             }
         }
-        let count = lengths.iter().fold(1usize, |all, (_, count)| all.saturating_mul(*count));
-        let names = |of: &[&Given]| of.iter().map(|one| one.column.clone()).collect::<Vec<_>>();
-        if count > MOST_PANELS {
-            let which = names(&panels).join(", ");
-            return self
-                .wrong("map", format!("each value of {which} has a panel: {count} are more than {MOST_PANELS}"));
-        }
-        let paired = match asked {
-            Some((column, _)) if !panels.iter().any(|one| one.column == column) => {
-                return self
-                    .wrong("vary", format!("`{column}` is along the map or a start of its cells: it has no panels"));
-            }
-            Some((column, pair)) => Some((column, vec![pair])),
-            None => panels.iter().find(|one| one.is_detection).map(|one| {
-                let values = values(&one.column);
-                let less = |value: &Label| [value.clone(), values[0].clone()];
-                (one.column.clone(), values.iter().skip(1).map(less).collect())
-            }),
+        let all = SensitivityMethod::ALL;
+        let words = all.map(|(word, _)| format!("{word:?}")).join(", ");
+        let method = match &def.method {
+            None => self.wrong("method", format!("`sensitivity` needs `method`: one of {words}")),
+            Some(given) => match all.iter().find(|(word, _)| word == given) {
+                Some((_, method)) => Some(*method),
+                None => {
+                    let near = near(given, all.iter().map(|(word, _)| *word));
+                    self.wrong("method", format!("{given:?} is none of {words}{near}"))
+                }
+            },
         };
-        Some(Wanted {
-            is_grid: x.axis.is_some() && y.axis.is_some() && x.axis != y.axis,
-            x: x.column,
-            y: y.column,
-            of,
-            starts: names(&starts),
-            panels: names(&panels),
-            paired,
+        let output = self.column("sensitivity", column);
+        if let Some(output) = output.as_ref().filter(|output| self.names.uncertain.contains(output)) {
+            self.wrong::<()>(
+                "sensitivity",
+                format!("`{output}` is uncertain itself: it is drawn, and decided by nothing"),
+            );
+        }
+        let regime = self.names.known.columns.iter().find(|(name, is_number)| name == REGIME && !is_number);
+        Some(Sensitivity {
+            output: output?,
+            method: method?,
+            parameters: self.names.uncertain.clone(),
+            regime: regime.map(|(name, _)| name.clone()),
         })
-    }
-
-    /// A parameter of numbers along an axis of a map.
-    fn map_axis(&mut self, name: &str) -> Option<Given> {
-        let all: Vec<&str> = self.names.given.iter().map(|given| given.column.as_str()).collect();
-        match self.one_of(name, &all)[..] {
-            [column] if self.names.known.is_number(column) => {
-                self.names.given.iter().find(|given| given.column == column).cloned()
-            }
-            [column] => self.wrong("map", format!("`{column}` has words; a map is over two parameters of numbers")),
-            [] => {
-                let near = self.near(name, &all);
-                self.wrong("map", format!("`{name}` is no parameter or variable of this study that varies{near}"))
-            }
-            ref several => self.wrong("map", format!("`{name}` could be {}", several.join(" or "))),
-        }
-    }
-
-    /// `COLUMN`, `P(CONDITION)` or a condition.
-    fn map_of(&mut self, text: &str) -> Option<Of> {
-        let start = text.len() - text.trim_start().len();
-        let inner = text[start..].strip_prefix('P').map(str::trim_start).and_then(|rest| rest.strip_prefix('('));
-        if let Some(inner) = inner
-            && let Some(length) = closing(inner)
-            && inner[length + 1..].trim().is_empty()
-        {
-            return self.condition_in("of", &inner[..length], text.len() - inner.len()).map(Of::Probability);
-        }
-        let is_condition = text.contains(['<', '>', '=', '!']) && self.names.known.meant(text.trim()).is_empty();
-        if is_condition {
-            return self.condition_in("of", text, 0).map(Of::Probability);
-        }
-        self.column("of", text.trim()).map(Of::Value)
     }
 
     fn figure(&mut self, def: &QuestionDef) -> Option<Figure> {
@@ -400,18 +352,18 @@ impl Check<'_> {
     }
 
     /// Which of these columns a name could be.
-    fn one_of<'n>(&self, name: &str, columns: &[&'n str]) -> Vec<&'n str> {
+    pub(super) fn one_of<'n>(&self, name: &str, columns: &[&'n str]) -> Vec<&'n str> {
         let meant = self.names.known.meant(name);
         columns.iter().copied().filter(|column| *column == name || meant.contains(column)).collect()
     }
 
     /// One of these columns that may be meant, by any of its names.
-    fn near(&self, name: &str, columns: &[&str]) -> String {
+    pub(super) fn near(&self, name: &str, columns: &[&str]) -> String {
         let aliases = self.names.known.aliases.iter().filter(|(_, column)| columns.contains(&column.as_str()));
         near(name, columns.iter().copied().chain(aliases.map(|(alias, _)| alias.as_str())))
     }
 
-    fn pair(&mut self, values: &[Label; 2], path: &str) -> Option<(String, [Label; 2])> {
+    pub(super) fn pair(&mut self, values: &[Label; 2], path: &str) -> Option<(String, [Label; 2])> {
         let names = self.names;
         let all: Vec<&str> = names.varied.iter().map(|(axis, _)| axis.as_str()).collect();
         let axis = match self.one_of(path, &all)[..] {

@@ -2,7 +2,7 @@
 
 use bladeoff_answers::ask::{Given, Known, Names, Question, QuestionDef, answer};
 use bladeoff_answers::estimate::formula::Formula;
-use bladeoff_answers::estimate::input::{Cells, Column, Design, DesignKind, Group, Label, Nature, Study};
+use bladeoff_answers::estimate::input::{Cells, Column, Design, DesignKind, Group, Label, Layout, Nature, Study};
 use bladeoff_answers::figures;
 use bladeoff_answers::map::contour::{boundary, contour};
 use bladeoff_answers::map::{Map, Of, REGIME, Shows, Wanted, maps};
@@ -60,6 +60,8 @@ impl Rows {
                 replicates: 1,
                 replicate: &replicate,
                 complete: true,
+                layout: Layout::Points,
+                share: 1.0,
             },
         };
         study.check().expect("a study");
@@ -69,7 +71,7 @@ impl Rows {
 
 fn known() -> Known {
     let columns = ["x", "y", "start", "z"].map(|name| (name.to_owned(), true));
-    Known { columns: columns.into_iter().chain([("way".to_owned(), false)]).collect(), aliases: Vec::new() }
+    Known { columns: columns.into_iter().chain([("way".to_owned(), false)]).collect(), ..Known::default() }
 }
 
 fn of_z(is_grid: bool) -> Wanted {
@@ -380,6 +382,8 @@ fn a_map_answers_in_a_sentence_and_as_json() {
             replicates: 1,
             replicate: &replicate,
             complete: true,
+            layout: Layout::Points,
+            share: 1.0,
         },
     };
     let names = Names {

@@ -1,6 +1,6 @@
 //! Studies made up for tests, with columns that are owned.
 use super::points::{Cube, Source, halton, primes, sobol};
-use bladeoff_answers::estimate::input::{Cells, Column, Design, DesignKind, Group, Label, Nature, Study};
+use bladeoff_answers::estimate::input::{Cells, Column, Design, DesignKind, Group, Label, Layout, Nature, Study};
 use bladeoff_model::outcome::{Cause, CauseSet, Status};
 
 /// A column that is owned: name, given or grows or free, cells, held.
@@ -82,6 +82,8 @@ impl Made {
                 replicates: self.replicates,
                 replicate: &self.replicate,
                 complete: self.complete,
+                layout: Layout::Points,
+                share: 1.0,
             },
         }
     }
