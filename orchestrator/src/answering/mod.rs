@@ -8,6 +8,7 @@
 //! What figures are, [`bladeoff_answers`] knows; what a study file may say, [`bladeoff_study`]. Nothing here is part of what a study is.
 
 mod kept;
+mod looks;
 mod meant;
 mod rows;
 mod told;
@@ -16,6 +17,7 @@ mod vocabulary;
 mod waiting;
 
 pub use kept::{KeepError, keep};
+pub use looks::{Looked, answer_at_looks, columns_asked};
 pub use meant::{Meant, Source, check_asked, meant, only_gates};
 pub use rows::AnsweringError;
 pub use told::{decided, told};

@@ -27,6 +27,7 @@ mod recover;
 mod refusals;
 mod render;
 mod replay;
+mod report;
 mod run;
 mod shared;
 mod simulate;
@@ -72,6 +73,7 @@ enum Command {
     Answer(answer::Args),
     Map(map::Args),
     Gate(gate::Args),
+    Report(report::Args),
     Design(design::Args),
     Export(export::Args),
     Verify(verify::Args),
@@ -194,6 +196,7 @@ fn dispatch(command: Command) -> Exit {
         Command::Answer(args) => answer::main(&args),
         Command::Map(args) => map::main(&args),
         Command::Gate(args) => gate::main(&args),
+        Command::Report(args) => report::main(&args),
         Command::Design(args) => design::main(&args),
         Command::Export(args) => export::main(&args),
         Command::Verify(args) => verify::main(&args),
