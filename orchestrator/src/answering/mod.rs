@@ -7,6 +7,7 @@
 //! ```
 //! What figures are, [`bladeoff_answers`] knows; what a study file may say, [`bladeoff_study`]. Nothing here is part of what a study is.
 
+mod drawn;
 mod kept;
 mod meant;
 mod rows;
@@ -14,6 +15,7 @@ mod told;
 mod verified;
 mod vocabulary;
 
+pub use drawn::drawn;
 pub use kept::{KeepError, keep};
 pub use meant::{Meant, Source, check_asked, meant, only_gates};
 pub use rows::AnsweringError;

@@ -252,7 +252,7 @@ fn caused(words: Option<&str>) -> Option<CauseSet> {
     Some(causes)
 }
 
-fn kind(plan: &Plan) -> DesignKind {
+pub(super) fn kind(plan: &Plan) -> DesignKind {
     match plan.kind() {
         Kind::MonteCarlo => DesignKind::MonteCarlo,
         Kind::LatinHypercube => DesignKind::LatinHypercube,

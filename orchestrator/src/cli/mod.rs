@@ -4,6 +4,8 @@ mod answer;
 mod bench;
 mod budget;
 mod check;
+mod compare;
+mod compared;
 mod design;
 mod error;
 mod estimate;
@@ -70,6 +72,7 @@ enum Command {
     New(new::Args),
     Answer(answer::Args),
     Gate(gate::Args),
+    Compare(compare::Args),
     Design(design::Args),
     Export(export::Args),
     Verify(verify::Args),
@@ -191,6 +194,7 @@ fn dispatch(command: Command) -> Exit {
         Command::New(args) => new::main(&args),
         Command::Answer(args) => answer::main(&args),
         Command::Gate(args) => gate::main(&args),
+        Command::Compare(args) => compare::main(&args),
         Command::Design(args) => design::main(&args),
         Command::Export(args) => export::main(&args),
         Command::Verify(args) => verify::main(&args),
