@@ -25,6 +25,8 @@ mod notes;
 mod paired;
 mod side;
 mod sources;
+#[cfg(test)]
+mod tests;
 mod told;
 mod tolerance;
 mod whole;

@@ -4,12 +4,14 @@ use super::error::CompareError;
 use super::tolerance::Tolerance;
 use super::whole::Asked;
 use crate::tables::{ColumnHead, DETECTION, HeadKind};
-use bladeoff_model::document::{cut, nearest};
+use bladeoff_model::document::{cut, nearest, visible};
 use bladeoff_model::machine::is_detection;
 use std::path::Path;
 
 const SAMPLE: &str = "sample";
 const STATUS: &str = "status";
+/// Which part of its design a point is of: no input of a run.
+const OF_DESIGN: [&str; 2] = ["replicate", "block"];
 /// What a row's verdict is made of; the rest behind it are results.
 const VERDICT: [&str; 3] = [STATUS, "cause", "causes"];
 
@@ -27,7 +29,11 @@ impl Columns {
         let at = |name: &str| heads.iter().position(|head| head.name == name);
         let status = at(STATUS).ok_or_else(|| no(STATUS))?;
         at(SAMPLE).filter(|sample| *sample < status).ok_or_else(|| no(SAMPLE))?;
-        let inputs = heads[..status].iter().filter(|head| head.name != SAMPLE).cloned().collect();
+        let inputs = heads[..status]
+            .iter()
+            .filter(|head| head.name != SAMPLE && !OF_DESIGN.contains(&head.name.as_str()))
+            .cloned()
+            .collect();
         let results = heads[status..].iter().filter(|head| !VERDICT.contains(&head.name.as_str())).cloned().collect();
         Ok(Self { inputs, results })
     }
@@ -67,7 +73,7 @@ impl Names {
             match ignored(name, &found.inputs, a, b) {
                 Ok(column) if found.ignored.contains(&column) => {}
                 Ok(column) => found.ignored.push(column),
-                Err(why) => wrong.push(format!("--ignore {:?}: {why}", cut(name, 80))),
+                Err(why) => wrong.push(line("--ignore", name, &why)),
             }
         }
         let is_matched = |head: &&ColumnHead| !found.ignored.contains(&head.name);
@@ -89,11 +95,16 @@ impl Names {
         for text in asked.tolerances {
             match Tolerance::read(text, &found) {
                 Ok(tolerance) => found.tolerances.push(tolerance),
-                Err(why) => wrong.push(format!("--tolerance {:?}: {why}", cut(text, 80))),
+                Err(why) => wrong.push(line("--tolerance", text, &why)),
             }
         }
         if wrong.is_empty() { Ok(found) } else { Err(CompareError::Asked(wrong)) }
     }
+}
+
+/// What is wrong with an option, in one line.
+fn line(option: &str, given: &str, why: &str) -> String {
+    visible(&format!("{option} {:?}: {why}", cut(given, 80))).into_owned()
 }
 
 /// The input that a name means: its column, the column without its unit, or an ending of either behind a dot.
@@ -103,6 +114,9 @@ fn ignored(name: &str, inputs: &[ColumnHead], a: &Columns, b: &Columns) -> Resul
     }
     if name == SAMPLE {
         return Err("the number of a sample is no input: rows never match by it".to_owned());
+    }
+    if OF_DESIGN.contains(&name) {
+        return Err("that is a place in the design and no input: rows never match by it".to_owned());
     }
     if a.results.iter().chain(&b.results).any(|head| head.name == name) || VERDICT.contains(&name) {
         return Err("that is a result, and rows match by inputs alone".to_owned());

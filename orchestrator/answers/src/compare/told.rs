@@ -3,8 +3,9 @@
 use super::found::{Apart, Compared, Difference, Differs, Interval, Judged, Mover, Pair};
 use crate::ask::{counted, percent_given};
 use crate::report::{Align, TextTable};
-use bladeoff_model::document::cut;
 use bladeoff_model::document::units::format_digits;
+use bladeoff_model::document::{cut, visible};
+use std::borrow::Cow;
 
 /// Digits of values.
 const DIGITS: usize = 5;
@@ -16,10 +17,13 @@ const NAMED: usize = 3;
 const COLUMNS: usize = 3;
 /// Letters of a value of what differs.
 const LONGEST: usize = 100;
+/// Letters of a hash.
+const HASH: usize = 12;
 
 /// All of it, for a terminal of this width or for a file.
 #[must_use]
 pub fn told(found: &Compared, width: Option<usize>) -> String {
+    let found = &in_lines(found);
     let mut text = String::new();
     for (name, side) in [("A", &found.a), ("B", &found.b)] {
         text.push_str(&format!("{name}: {}, {}, {} ok\n", side.name, counted(side.rows, "row"), side.ok));
@@ -36,12 +40,62 @@ pub fn told(found: &Compared, width: Option<usize>) -> String {
     text
 }
 
+/// The same with every name and value from outside in one line.
+fn in_lines(found: &Compared) -> Compared {
+    fn line(text: &mut String) {
+        if let Cow::Owned(shown) = visible(text) {
+            *text = shown;
+        }
+    }
+    fn pair(pair: &mut Pair) {
+        pair.inputs.0.iter_mut().flat_map(|(column, value)| [column, value]).for_each(line);
+    }
+    let mut found = found.clone();
+    [&mut found.a.name, &mut found.b.name].into_iter().for_each(line);
+    for one in &mut found.differs {
+        [Some(&mut one.what), one.a.as_mut(), one.b.as_mut()].into_iter().flatten().for_each(line);
+    }
+    for list in [
+        &mut found.inputs,
+        &mut found.ignored,
+        &mut found.only_in_a,
+        &mut found.only_in_b,
+        &mut found.unlike,
+        &mut found.notes,
+    ] {
+        list.iter_mut().for_each(line);
+    }
+    for change in &mut found.status.changes {
+        [&mut change.from, &mut change.to].into_iter().for_each(line);
+        change.pairs.iter_mut().for_each(pair);
+    }
+    for one in &mut found.paired {
+        [&mut one.column, &mut one.unit].into_iter().for_each(line);
+        one.movers.iter_mut().chain(&mut one.one_sided).for_each(|mover| pair(&mut mover.pair));
+    }
+    for one in &mut found.words {
+        line(&mut one.column);
+        one.changes.iter_mut().flat_map(|(a, b, _)| [a.as_mut(), b.as_mut()]).flatten().for_each(line);
+        one.first.iter_mut().for_each(pair);
+    }
+    found.apart.iter_mut().flat_map(|one| [&mut one.column, &mut one.unit]).for_each(line);
+    for one in &mut found.tolerances {
+        [&mut one.tolerance, &mut one.column].into_iter().for_each(line);
+        one.worst.iter_mut().for_each(|worst| pair(&mut worst.pair));
+    }
+    found
+}
+
 fn sources(differs: &[Differs]) -> String {
     if differs.is_empty() {
         return "They say the same of where they come from.\n".to_owned();
     }
-    let shown = |value: &Option<String>| value.as_deref().map_or("nothing".to_owned(), |value| cut(value, LONGEST));
-    let lines = differs.iter().map(|one| format!("  {}: {} in A, {} in B\n", one.what, shown(&one.a), shown(&one.b)));
+    let shown = |one: &Differs, value: &Option<String>| {
+        let longest = if one.what.ends_with("_blake3") { HASH } else { LONGEST };
+        value.as_deref().map_or("nothing".to_owned(), |value| cut(value, longest))
+    };
+    let lines =
+        differs.iter().map(|one| format!("  {}: {} in A, {} in B\n", one.what, shown(one, &one.a), shown(one, &one.b)));
     format!("\nThey come from different studies or programs:\n{}", lines.collect::<String>())
 }
 
@@ -142,7 +196,7 @@ fn paired(found: &Compared, width: Option<usize>) -> String {
     let mut text = String::new();
     if !moved.is_empty() {
         let level = percent_given(found.confidence);
-        text.push_str(&format!("\nB - A, over {}:\n", counted(found.status.ok, "pair")));
+        text.push_str(&format!("\nB - A, over {} that are ok in both:\n", counted(found.status.ok, "pair")));
         let titles = ["column", "pairs", "moved", "mean of A", "mean of B - A", &level, "farthest", "sample of A"];
         let aligned = titles.iter().enumerate();
         let header: Vec<_> =

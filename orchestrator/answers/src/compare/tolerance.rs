@@ -14,6 +14,9 @@ use bladeoff_model::document::{cut, nearest};
 /// Part of the allowed difference that is left to rounding.
 const ROUNDING: f64 = 1e-9;
 
+/// Columns that are told where none is like the one that was named.
+const FEW: usize = 8;
+
 /// Units of results, as the parser of quantities knows them.
 const UNITS: [&str; 17] =
     ["", "m", "kg", "s", "rad", "rad/s", "rad/s2", "m/s", "m/s2", "N", "N m", "N s", "N/m", "J", "Pa", "Hz", "1/s"];
@@ -102,9 +105,14 @@ fn column<'n>(name: &str, names: &'n Names) -> Result<&'n ColumnHead, String> {
         return Err(format!("{name} holds something else in A than in B, or in another unit"));
     }
     let numbers = names.results.iter().filter(|head| head.kind == HeadKind::Numbers);
-    let near = nearest(name, numbers.map(|head| head.name.as_str()));
-    let near = near.map(|near| format!("; did you mean {near}?")).unwrap_or_default();
-    Err(format!("there is no column {}{near}", cut(name, 60)))
+    let numbers: Vec<&str> = numbers.map(|head| head.name.as_str()).collect();
+    let hint = match nearest(name, numbers.iter().copied()) {
+        Some(near) => format!("; did you mean {near}?"),
+        None if numbers.is_empty() => "; the two have no results of numbers in common".to_owned(),
+        None if numbers.len() <= FEW => format!("; there are {}", numbers.join(", ")),
+        None => String::new(),
+    };
+    Err(format!("there is no column {}{hint}", cut(name, 60)))
 }
 
 fn plain(text: &str) -> Result<f64, String> {
