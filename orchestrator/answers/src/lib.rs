@@ -7,11 +7,13 @@
 //! columns over two parameters --map--> cells, smoothed where samples are scattered --ask--> answers, --figures--> pictures
 //! columns --sensitivity--> which parameter decides; figures at looks --stop--> whether they are precise enough
 //! text, tables, figures --page--> one HTML page
+//! two tables --compare--> what moved between them
 //! runs of the paper's comparison --table1--> the paper's table beside ours
 //! ```
 //! What a study is, its table says: nothing here knows study files, workers or records.
 
 pub mod ask;
+pub mod compare;
 pub mod estimate;
 pub mod figures;
 pub mod gate;

@@ -7,6 +7,7 @@
 //! ```
 //! What figures are, [`bladeoff_answers`] knows; what a study file may say, [`bladeoff_study`]. Nothing here is part of what a study is.
 
+mod drawn;
 mod kept;
 mod looks;
 mod meant;
@@ -16,6 +17,7 @@ mod verified;
 mod vocabulary;
 mod waiting;
 
+pub use drawn::drawn;
 pub use kept::{KeepError, keep};
 pub use looks::{Looked, answer_at_looks, columns_asked};
 pub use meant::{Meant, Source, check_asked, meant, only_gates};
