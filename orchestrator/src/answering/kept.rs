@@ -80,6 +80,7 @@ mod tests {
             curves: curves.iter().map(|name| ((*name).to_owned(), curve.clone())).collect(),
             points: 1,
             of: 1,
+            design: 1,
             is_known: true,
         }
     }

@@ -7,6 +7,7 @@
 //! ```
 //! What figures are, [`bladeoff_answers`] knows; what a study file may say, [`bladeoff_study`]. Nothing here is part of what a study is.
 
+mod forecast;
 mod kept;
 mod meant;
 mod rows;
@@ -15,6 +16,7 @@ mod verified;
 mod vocabulary;
 mod waiting;
 
+pub use forecast::{Forecast, Forecasts, forecasts, pace};
 pub use kept::{KeepError, keep};
 pub use meant::{Meant, Source, check_asked, meant, only_gates};
 pub use rows::AnsweringError;
@@ -41,8 +43,10 @@ pub struct Answering {
     pub curves: Vec<(String, Curve)>,
     /// Points that are counted: the first ones.
     pub points: u64,
-    /// Points of the study.
+    /// Points that there will be: those of the study, or up to its end by `[stop]`.
     pub of: u64,
+    /// Points of the design.
+    pub design: u64,
     /// The table has a checksum, or is no finished one.
     pub is_known: bool,
 }
@@ -61,7 +65,7 @@ pub fn answer(directory: &Path, samples: &Samples, questions: &[Question]) -> Re
         0 => (Answers { schema: SCHEMA, complete: false, answers: Vec::new() }, Vec::new()),
         _ => answer_all(&rows.study(), questions)?,
     };
-    Ok(Answering { answers, curves, points: rows.points(), of: rows.of(), is_known })
+    Ok(Answering { answers, curves, points: rows.points(), of: rows.of(), design: samples.points(), is_known })
 }
 
 /// Judges gates by what a directory has of these samples; the points that count, and those of the study.

@@ -1,5 +1,6 @@
 //! Answers as they are written: `answers.json`.
 
+use super::scale::Scale;
 use crate::estimate::figures::{Figures, Method};
 use crate::estimate::input::Group;
 use crate::sensitivity::{Index, Indices, Pair};
@@ -55,6 +56,9 @@ pub struct Answer {
     /// Every number with its interval, for who waits for intervals to become narrow; none of a curve.
     #[serde(skip)]
     pub figures: Vec<Figures>,
+    /// How these numbers read.
+    #[serde(skip)]
+    pub scale: Scale,
 }
 
 /// What a sensitivity has beside what every answer has; keys that a method does not fill are not there.
@@ -135,6 +139,7 @@ impl Answer {
             sentence: String::new(),
             lines: Vec::new(),
             figures: Vec::new(),
+            scale: Scale::Share,
         }
     }
 }
