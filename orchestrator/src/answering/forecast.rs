@@ -4,7 +4,7 @@ use super::Answering;
 use bladeoff_answers::ask::{Answer, Scale};
 use bladeoff_answers::estimate::figures::Figures;
 use bladeoff_answers::report::{counted, duration};
-use bladeoff_answers::stop::{Look, StopRule, expected, half_width, looks};
+use bladeoff_answers::stop::{Look, StopRule, expected, half_width};
 use serde_json::{Map, Value, json};
 use std::time::Duration;
 
@@ -39,6 +39,17 @@ pub struct Forecasts {
     pub ends: Option<u64>,
 }
 
+/// What `[stop]` of a study waits for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Awaited {
+    /// The widths.
+    pub rule: StopRule,
+    /// Names of the questions.
+    pub names: Vec<String>,
+    /// Where it looks, at the levels of 95 %.
+    pub looks: Vec<Look>,
+}
+
 /// Points and time from which on a pace says something.
 const FEWEST: (f64, f64) = (8.0, 1.0);
 
@@ -56,14 +67,14 @@ pub fn pace(told: &Map<String, Value>) -> Option<f64> {
 
 /// Forecasts of answers at so many samples of a second; `None`: there is nothing to tell.
 ///
-/// * `groups` - samples of a point; `rule` - of `[stop]`, with the points that the design has.
+/// * `groups` - samples of a point; `awaited` - by `[stop]`.
 #[must_use]
-pub fn forecasts(answering: &Answering, pace: f64, groups: usize, rule: Option<&StopRule>) -> Option<Forecasts> {
+pub fn forecasts(answering: &Answering, pace: f64, groups: usize, awaited: Option<&Awaited>) -> Option<Forecasts> {
     let (points, of) = (answering.points, answering.design);
     let per_s = pace / groups.max(1) as f64;
     let now = Look { points, alpha: 0.05, is_last: false };
     // the level stays what it is, whichever it is
-    let later = |seconds: u64| Look { points: points + (per_s * seconds as f64) as u64, ..now };
+    let later = |seconds: u64| Look { points: points + (per_s * seconds as f64).round() as u64, ..now };
     let widest = |figures: &[Figures], then: &Look| {
         let halves: Option<Vec<f64>> = figures.iter().map(|one| half_width(one, &now, then)).collect();
         halves?.into_iter().reduce(f64::max)
@@ -84,10 +95,11 @@ pub fn forecasts(answering: &Answering, pace: f64, groups: usize, rule: Option<&
     if points == 0 || per_s <= 0.0 || found.is_empty() {
         return None;
     }
-    let met = rule.filter(|rule| rule.asks_for_width() && !answering.answers.complete).and_then(|rule| {
-        let figures: Vec<Figures> = answers.iter().flat_map(|answer| answer.figures.iter().cloned()).collect();
-        let levels = looks(rule.end(of), 0.05);
-        let look = expected(rule, &figures, &now, &levels)?;
+    let is_open = |awaited: &&Awaited| awaited.rule.asks_for_width() && !answering.answers.complete;
+    let met = awaited.filter(is_open).and_then(|awaited| {
+        let asked = answers.iter().filter(|answer| awaited.names.contains(&answer.name));
+        let figures: Vec<Figures> = asked.flat_map(|answer| answer.figures.iter().cloned()).collect();
+        let look = expected(&awaited.rule, &figures, &now, &awaited.looks).filter(|_| !figures.is_empty())?;
         Some((look.points, Duration::try_from_secs_f64((look.points - points) as f64 / per_s).ok()?))
     });
     let ends = (later(AHEAD[1].1).points > of).then_some(of);
@@ -152,6 +164,7 @@ mod tests {
     use bladeoff_answers::ask::{Answers, SCHEMA};
     use bladeoff_answers::estimate::figures::Method;
     use bladeoff_answers::estimate::input::Group;
+    use bladeoff_answers::stop::looks;
 
     fn told(values: &Value) -> Option<f64> {
         pace(values.as_object().expect("an object"))
@@ -186,15 +199,17 @@ mod tests {
         let answers = Answers { schema: SCHEMA, complete: false, answers: vec![answer] };
         let answering = Answering { answers, curves: Vec::new(), points: 1000, of: 1500, design: 1500, is_known: true };
         // two groups: 3000 points an hour
-        let rule = StopRule { half_width: Some(0.5), ..StopRule::default() };
-        let found = forecasts(&answering, 6000.0 / 3600.0, 2, Some(&rule)).expect("a forecast");
+        let rule = StopRule { half_width: Some(0.45), ..StopRule::default() };
+        let awaited = |end: u64| Awaited { rule, names: vec!["load".to_owned()], looks: looks(end, 0.05) };
+        let found = forecasts(&answering, 6000.0 / 3600.0, 2, Some(&awaited(1500))).expect("a forecast");
         assert!((found.per_hour - 3000.0).abs() < 1e-9 && (found.of[0].later[0] - 0.5).abs() < 1e-3, "{found:?}");
         assert!((found.of[0].later[1] - 0.2).abs() < 1e-3, "{found:?}");
         assert_eq!((found.ends, found.met), (Some(1500), None), "the design ends before it is precise enough");
         let text = found.lines().join("\n");
         assert!(text.contains("load: half of its interval is 1 N now, 0.5 N after another hour"), "{text}");
         let wider = Answering { design: 1 << 20, ..answering.clone() };
-        let met = forecasts(&wider, 6000.0 / 3600.0, 2, Some(&rule)).expect("a forecast").met.expect("some time");
+        let met = forecasts(&wider, 6000.0 / 3600.0, 2, Some(&awaited(1 << 20)));
+        let met = met.expect("a forecast").met.expect("some time");
         assert!(met.0 >= 8192 && met.1 > Duration::from_secs(3600), "{met:?}");
         let nothing = Answering { points: 0, ..answering };
         assert_eq!(forecasts(&nothing, 1.0, 1, None), None);

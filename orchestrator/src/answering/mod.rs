@@ -16,7 +16,7 @@ mod verified;
 mod vocabulary;
 mod waiting;
 
-pub use forecast::{Forecast, Forecasts, forecasts, pace};
+pub use forecast::{Awaited, Forecast, Forecasts, forecasts, pace};
 pub use kept::{KeepError, keep};
 pub use meant::{Meant, Source, check_asked, meant, only_gates};
 pub use rows::AnsweringError;

@@ -1,5 +1,6 @@
 //! `[stop]` of a study: whether the rows of a stage answer its questions precisely enough.
 
+use super::forecast::Awaited;
 use super::meant::Meant;
 use super::rows::{AnsweringError, Rows};
 use super::vocabulary::Vocabulary;
@@ -54,10 +55,20 @@ impl Waiting {
         Some(Self { samples: samples.clone(), questions, def, stages })
     }
 
-    /// The rule as figures are asked by it.
+    /// For forecasts.
     #[must_use]
-    pub fn rule(&self) -> StopRule {
-        rule(&self.def)
+    pub fn awaited(&self) -> Awaited {
+        let last = self.stages.len() - 1;
+        let look = |(at, stage): (usize, &Stage)| Look {
+            points: stage.points,
+            alpha: 0.05 * stage.share,
+            is_last: at == last,
+        };
+        Awaited {
+            rule: rule(&self.def),
+            names: self.questions.iter().map(|question| question.name.clone()).collect(),
+            looks: self.stages.iter().enumerate().map(look).collect(),
+        }
     }
 
     /// Every number that is waited for, of the rows of a stage.

@@ -69,8 +69,8 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
 /// What more time would narrow the intervals of these answers to; `None`: no pace is known, or there is no interval.
 pub(super) fn forecast_of(directory: &Path, samples: &Samples, answering: &Answering) -> Option<Forecasts> {
     let pace = pace(&see(directory).ok()??.told?)?;
-    let rule = waiting(samples).ok()?.map(|waiting| waiting.rule());
-    forecasts(answering, pace, samples.groups().len(), rule.as_ref())
+    let awaited = waiting(samples).ok()?.map(|waiting| waiting.awaited());
+    forecasts(answering, pace, samples.groups().len(), awaited.as_ref())
 }
 
 fn ahead_in_words(ahead: &Forecasts) -> String {

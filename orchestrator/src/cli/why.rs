@@ -8,7 +8,9 @@ use super::refusals::WhyError;
 use crate::engine;
 use crate::report::{advice, cause_in_words, describe_values, diverged_at, end_cause_in_words, mentions};
 use crate::run::directory::{MANIFEST, RESULTS, WORKER_LOG, read_current, row_files, timing_files};
-use crate::run::{RunState, TableEnd, end_of_table, function_columns, own_columns, refuse_changed, refuse_changed_timings, see};
+use crate::run::{
+    RunState, TableEnd, end_of_table, function_columns, own_columns, refuse_changed, refuse_changed_timings, see,
+};
 use bladeoff_answers::report::duration;
 use bladeoff_answers::report::{are, counted};
 use bladeoff_answers::tables::{Table, TableError, Timing};
@@ -105,7 +107,10 @@ pub fn text(directory: &Path, sample: u64) -> Result<String, CliError> {
         Some(row) => finished(&mut told, row, go_on.as_deref()),
         None if let Some(end) = end_before(directory, sample) => {
             let words = end.words(samples.points());
-            told.line("status", format!("beyond the end of the table: {words}; it may be in the record, but has no row"));
+            told.line(
+                "status",
+                format!("beyond the end of the table: {words}; it may be in the record, but has no row"),
+            );
         }
         None => {
             told.line("status", unfinished(&seen.state, seen.told.as_ref(), sample, go_on.as_deref()));
