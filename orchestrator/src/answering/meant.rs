@@ -1,7 +1,8 @@
 //! From the words of a study file to questions and gates; whatever is wrong with them is told at its place in the file.
 
+use super::rows::design_kind;
 use super::vocabulary::{Vocabulary, column_of, label};
-use bladeoff_answers::ask::{Problem, Question, QuestionDef};
+use bladeoff_answers::ask::{Problem, Question, QuestionDef, SensitivityMethod};
 use bladeoff_answers::estimate::input::Label;
 use bladeoff_answers::gate::Gate;
 use bladeoff_model::document::{Collector, Problems};
@@ -43,6 +44,7 @@ pub fn meant(samples: &Samples, source: Source<'_>) -> Result<Meant, Problems> {
         (None, _) => needs_design(source.asked, &mut problems),
         (Some(plan), Some(vocabulary)) => {
             refuse_inexact(plan, source.asked, &mut problems);
+            refuse_methods(plan, source.asked, &mut problems);
             found = understand(&vocabulary, source.asked, &mut problems);
         }
         (Some(_), None) => {}
@@ -65,6 +67,7 @@ pub fn check_asked(to_check: &ToCheck<'_>, problems: &mut Collector<'_>) {
         && let Some(plan) = samples.plan()
     {
         refuse_inexact(plan, asked, problems);
+        refuse_methods(plan, asked, problems);
     }
     // without problems a machine that cannot be built is one of the samples, and said with them
     let of_machine = || Vocabulary::of_machine(machine).filter(|_| is_partly && (machine.is_some() || is_function));
@@ -94,6 +97,26 @@ fn refuse_inexact(plan: &Plan, asked: &Asked, problems: &mut Collector<'_>) {
         let message = format!("a gate needs exact limits, and points of kind {:?} have none", plan.kind().word());
         problems.add(gate.require.span.clone(), format!("gate[{position}].require"), message).allowed =
             Some(format!("kind = {:?} in [design]", Kind::MonteCarlo.word()));
+    }
+}
+
+/// Refuses sensitivities by a method that makes nothing of these points.
+fn refuse_methods(plan: &Plan, asked: &Asked, problems: &mut Collector<'_>) {
+    for (position, question) in asked.questions.iter().enumerate() {
+        let Some(Placed { value, span }) = question.method.as_ref().filter(|_| question.sensitivity.is_some()) else {
+            continue;
+        };
+        // another word is refused as such
+        let method = SensitivityMethod::ALL.iter().find(|(word, _)| word == value).map(|(_, method)| *method);
+        let Some(Err(message)) = method.map(|method| method.check(design_kind(plan))) else { continue };
+        let fit = SensitivityMethod::ALL.iter().filter(|(_, method)| method.check(design_kind(plan)).is_ok());
+        let fit: Vec<String> = fit.map(|(word, _)| format!("{word:?}")).collect();
+        let told = problems.add(span.clone(), format!("question[{position}].method"), message);
+        told.value = Some(format!("{value:?}"));
+        told.allowed = Some(match fit.first() {
+            Some(_) => format!("method = {} with this [design]", fit.join(" or ")),
+            None => "another kind in [design]".to_owned(),
+        });
     }
 }
 
@@ -128,6 +151,8 @@ impl Reader<'_, '_> {
             of: text(&asked.of),
             mean: text(&asked.mean),
             exceedance: text(&asked.exceedance),
+            sensitivity: text(&asked.sensitivity),
+            method: text(&asked.method),
             fragility: text(&asked.fragility),
             difference: difference.flatten(),
             // alone it would be said to need what could not be read
@@ -139,7 +164,9 @@ impl Reader<'_, '_> {
             Err(told) => {
                 for problem in told {
                     // what is missing may be what could not be read
-                    if asked.is_partly && problem.place.is_none() && ["name", "vary", "quantile"].contains(&problem.key)
+                    if asked.is_partly
+                        && problem.place.is_none()
+                        && ["name", "vary", "quantile", "method"].contains(&problem.key)
                     {
                         continue;
                     }

@@ -13,15 +13,17 @@ mod rows;
 mod told;
 mod verified;
 mod vocabulary;
+mod waiting;
 
 pub use kept::{KeepError, keep};
 pub use meant::{Meant, Source, check_asked, meant, only_gates};
 pub use rows::AnsweringError;
 pub use told::{decided, told};
 pub use verified::known_probabilities;
+pub use waiting::Waiting;
 
 use crate::run::directory::{RESULTS, read_current, row_files};
-use crate::run::refuse_changed;
+use crate::run::{end_of_table, refuse_changed};
 use bladeoff_answers::ask::{Answers, Question, SCHEMA, answer_all};
 use bladeoff_answers::estimate::curve::Curve;
 use bladeoff_answers::gate::{Decision, Gate};
@@ -93,7 +95,8 @@ fn read(
     read_current(directory, row_files, |files| {
         let is_table = files.first().is_some_and(|first| first.ends_with(RESULTS));
         is_known = refuse_changed(directory)? || !is_table;
-        rows = Some(Rows::read(files, samples, vocabulary, &columns)?);
+        let end = files.first().filter(|_| is_table).map(|table| end_of_table(table)).transpose()?.flatten();
+        rows = Some(Rows::read(files, samples, vocabulary, (&columns, end))?);
         Ok(())
     })?;
     let rows = rows.expect("set where reading did not fail")?;

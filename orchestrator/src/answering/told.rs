@@ -16,6 +16,7 @@ pub fn told(answering: &Answering) -> String {
             text.push_str(&format!("\n{}\n", answer.name));
         }
         text.push_str(&format!("  {}\n", answer.sentence));
+        answer.lines.iter().for_each(|line| text.push_str(&format!("    {line}\n")));
         // what holds for every group is told once, but bad runs are those of a group
         let is_general = |note: &String| {
             let mut all = answers.answers.iter().filter(|other| other.name == answer.name);

@@ -6,7 +6,7 @@ use super::output::{print_json, remark, tell};
 use super::place::default_directory;
 use super::refusals::NotAsked;
 use super::why::frozen;
-use crate::answering::{Answering, Meant, Source, answer, keep, meant, told};
+use crate::answering::{Answering, Meant, Source, Waiting, answer, keep, meant, told};
 use crate::run::directory::{ANSWERS, CURVES, MANIFEST, RESULTS, STUDY};
 use crate::run::see;
 use bladeoff_answers::ask::{in_words, percent_given};
@@ -113,7 +113,17 @@ pub(super) fn asked_in_words(samples: &Samples) -> Result<String, CliError> {
             ));
         }
     }
+    if let Some(waiting) = waiting(samples)? {
+        let lines = waiting.in_words().iter().map(|line| format!("  {line}\n")).collect::<String>();
+        text.push_str(&format!("\nStop:\n{lines}"));
+    }
     Ok(text)
+}
+
+/// Where a study may end before its design does.
+pub(super) fn waiting(samples: &Samples) -> Result<Option<Waiting>, CliError> {
+    let study = samples.study();
+    Ok(Waiting::of(samples, &understood(samples, &study.file, &study.text, &study.asked)?))
 }
 
 /// What `run` says of the questions of its study at its end; those of a complete one are written into the directory.

@@ -1,6 +1,6 @@
 //! `bladeoff run`: a study on all cores.
 
-use super::answer::{answers_of_run, check_questions};
+use super::answer::{answers_of_run, check_questions, waiting};
 use super::budget::BudgetArgs;
 use super::error::CliError;
 use super::exit::Exit;
@@ -9,7 +9,7 @@ use super::output::{remark, tell, width, width_of_errors};
 use crate::answering::check_asked;
 use crate::dispatch::{Ended, time_left, watch_before};
 use crate::run::directory::{LEDGER, row_files};
-use crate::run::{Finished, Request, Rerun, RunError, TRUST, go_on, own_columns, run};
+use crate::run::{Finished, Looking, Request, Rerun, RunError, TRUST, go_on, own_columns, run};
 use crate::starts::check_starts;
 use bladeoff_answers::report::are;
 use bladeoff_answers::report::{SUMMARY_COLUMNS, Summary, counted, duration};
@@ -19,6 +19,7 @@ use bladeoff_study::{Samples, Study, check_machines, load_checked, parse_duratio
 use bladeoff_system::shown;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 use std::thread;
 use std::time::Duration;
 
@@ -228,6 +229,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         trusts: args.trust_dir,
         workers,
         rerun: args.rerun.clone(),
+        looking: waiting(&samples)?.map(|waiting| Rc::new(waiting) as Rc<dyn Looking>),
         refresh: args.refresh,
         sample: args.budget.of_sample(samples.study().limits.sample),
         limits,
@@ -244,10 +246,13 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
             go_on();
         }
     })?;
-    let incomplete = finished.ended != Ended::Complete;
+    let incomplete = !finished.ended.is_complete();
     let width = if args.json_events { width_of_errors() } else { width() };
     let mut text =
         format!("\n{}: {} of {}\n\n", samples.study().name, finished.tally.done(), counted(samples.count(), "sample"));
+    if let Some(end) = &finished.end {
+        text.push_str(&format!("{}\n\n", end.words(samples.points())));
+    }
     text.push_str(&summary(samples.study(), &out, width)?);
     let (what, all) = if incomplete { ("Finished rows", "/*.parquet") } else { ("Table", "") };
     if let Some(table) = &finished.table {
@@ -289,7 +294,7 @@ fn summary(study: &Study, out: &Path, width: Option<usize>) -> Result<String, Cl
 /// Why the run ended before it was complete.
 fn why_it_ended(finished: &Finished, total: u64) -> String {
     let why = match finished.ended {
-        Ended::Complete => "complete",
+        Ended::Complete | Ended::Stop => "complete",
         Ended::Signalled(_) => finished.ended.word(),
         Ended::Wall => "ended by --wall",
         Ended::Until => "ended by --until",
@@ -303,8 +308,9 @@ fn verdict(study: &Study, finished: &Finished, total: u64) -> Exit {
     match finished.ended {
         Ended::Signalled(signal) => return signal.into(),
         Ended::Wall | Ended::Until | Ended::TooManyFailures => return Exit::Incomplete,
-        Ended::Complete => {}
+        Ended::Complete | Ended::Stop => {}
     }
+    let total = finished.end.map_or(total, |end| end.samples);
     let failed = finished.tally.failed();
     let invalid = finished.tally.of(Status::Invalid);
     let limits = study.limits;

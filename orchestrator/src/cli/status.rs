@@ -5,7 +5,7 @@ use super::exit::Exit;
 use super::output::{print_json, tell};
 use super::place::default_directory;
 use crate::report::Eta;
-use crate::run::{RunState, Seen, Verified, see, verify};
+use crate::run::{RunState, Seen, TableEnd, Verified, see, verify};
 use bladeoff_answers::report::{Align, TextTable, counted};
 use bladeoff_model::document::visible;
 use serde_json::{Map, Value, json};
@@ -160,7 +160,10 @@ fn state<'a>(seen: &Seen, word: impl Fn(&str) -> Option<&'a str>) -> String {
         RunState::Killed(None) => {
             format!("killed or failed: it could not tell its end; finished samples are kept{}", last())
         }
-        RunState::Complete => "complete".to_owned(),
+        RunState::Complete => match end_told(seen) {
+            Some(end) => format!("complete: {end}"),
+            None => "complete".to_owned(),
+        },
         RunState::Unknown { why } => {
             let last = match (word("updated"), word("state")) {
                 (Some(time), Some(said)) => format!("its last word, at {time}, was: {said}"),
@@ -177,6 +180,12 @@ fn state<'a>(seen: &Seen, word: impl Fn(&str) -> Option<&'a str>) -> String {
             (Some(said), _) => format!("ended: {said}"),
         },
     }
+}
+
+/// Where the table ends, in words, if `[stop]` says so.
+fn end_told(seen: &Seen) -> Option<String> {
+    let told = seen.told.as_ref()?;
+    TableEnd::of_json(told.get("stop")?).map(|end| end.words(told.get("points").and_then(Value::as_u64).unwrap_or(0)))
 }
 
 fn done(seen: &Seen, told: &Map<String, Value>) -> String {

@@ -28,6 +28,8 @@ pub const PARTS: &str = "parts";
 pub const TIMINGS: &str = "timings.parquet";
 /// The same for the rows in [`PARTS`], in files of the same names.
 pub const TIMING_PARTS: &str = "timings-parts";
+/// Rows of a beginning of a study while it is looked at.
+pub(super) const LOOK: &str = "look.parquet";
 /// Versions, build, host, dates, command.
 pub const MANIFEST: &str = "manifest.json";
 /// Record of finished samples.
@@ -42,8 +44,9 @@ pub const CURVES: &str = "answers";
 pub const WORKER_LOG: &str = "workers.log";
 
 /// What is written aside and then gets its name.
-const WHOLE: [&str; 13] = [
+const WHOLE: [&str; 14] = [
     RESULTS,
+    LOOK,
     TIMINGS,
     MANIFEST,
     STUDY,

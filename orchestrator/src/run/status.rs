@@ -5,11 +5,12 @@
 //! after a power cut it may be old or missing. Once nobody works in the directory the record says what is true.
 
 use super::directory::{LEDGER, LOCK, RESULTS, STATUS};
+use super::end::TableEnd;
 use super::lock::{Holder, Keeper, Look, look};
 use super::stamp::{host, timestamp};
 use crate::ledger::Reader;
 use crate::report::{Eta, Tally};
-use crate::schedule::{Activity, Snapshot, WorkerView};
+use crate::schedule::{Activity, Ended, Snapshot, WorkerView};
 use bladeoff_answers::report::{counted, duration};
 use bladeoff_model::outcome::{Cause, Status};
 use bladeoff_study::Samples;
@@ -59,6 +60,7 @@ impl StatusWriter {
             "host": host(),
             "started": timestamp(SystemTime::now()),
             "total": samples.count(),
+            "points": samples.points(),
             "reused": reused,
             "go_on": go_on(directory, samples),
             "study_file": samples.study().file,
@@ -103,6 +105,12 @@ impl StatusWriter {
         self.written = Some(now);
         self.left = left;
         let _ = self.replace(&self.text("running", None, Some(snapshot), durable));
+    }
+
+    /// What is told with the last state: why the run ended, and where the table ends if that is not where its design does.
+    pub fn tell_end(&mut self, ended: Ended, end: Option<TableEnd>) {
+        self.fixed.insert("ended".to_owned(), json!(ended.word()));
+        self.fixed.insert("stop".to_owned(), json!(end.map(|end| end.json())));
     }
 
     /// Writes the last state; `error`: why the run failed.

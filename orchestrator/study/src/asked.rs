@@ -11,8 +11,20 @@ use std::path::Path;
 /// Most questions, and most gates, of a study.
 const MOST: usize = 200;
 
-const QUESTION: [&str; 10] =
-    ["name", "probability", "quantile", "of", "mean", "exceedance", "fragility", "difference", "vary", "confidence"];
+const QUESTION: [&str; 12] = [
+    "name",
+    "probability",
+    "quantile",
+    "of",
+    "mean",
+    "exceedance",
+    "sensitivity",
+    "method",
+    "fragility",
+    "difference",
+    "vary",
+    "confidence",
+];
 const GATE: [&str; 2] = ["require", "confidence"];
 
 /// A value and where it stands in the study file.
@@ -43,6 +55,10 @@ pub struct AskedQuestion {
     pub mean: Option<Placed<String>>,
     /// `exceedance`.
     pub exceedance: Option<Placed<String>>,
+    /// `sensitivity`.
+    pub sensitivity: Option<Placed<String>>,
+    /// `method`.
+    pub method: Option<Placed<String>>,
     /// `fragility`.
     pub fragility: Option<Placed<String>>,
     /// `difference`, as texts.
@@ -66,6 +82,8 @@ impl AskedQuestion {
             "of" => text(&self.of),
             "mean" => text(&self.mean),
             "exceedance" => text(&self.exceedance),
+            "sensitivity" => text(&self.sensitivity),
+            "method" => text(&self.method),
             "fragility" => text(&self.fragility),
             "difference" => self.difference.as_ref().map(|placed| placed.span.clone()),
             "vary" => text(&self.vary),
@@ -190,6 +208,8 @@ fn question(keys: &Keys<'_>, problems: &mut Collector<'_>) -> AskedQuestion {
         of: words("of"),
         mean: words("mean"),
         exceedance: words("exceedance"),
+        sensitivity: words("sensitivity"),
+        method: words("method"),
         fragility: words("fragility"),
         vary: words("vary"),
         ..AskedQuestion::default()

@@ -49,6 +49,7 @@ mod points;
 mod sample_keys;
 mod samples;
 mod set;
+mod stop;
 mod table;
 mod template;
 mod twin;
@@ -75,6 +76,7 @@ pub use load::{CheckAsked, STUDY_SCHEMA, TakenNames, ToCheck, load, load_checked
 pub use parameter::{Origin, Parameter};
 pub use sample_keys::{SampleKey, SampleKeys};
 pub use samples::Samples;
+pub use stop::{FIRST_LOOK, StopDef, is_blocked};
 pub use template::{RISK_TEMPLATE, STUDY_MACHINE, STUDY_TEMPLATE};
 pub use twin::TwinShare;
 pub use values::ValueList;

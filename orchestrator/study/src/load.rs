@@ -16,6 +16,7 @@ use super::named::{NamedFiles, Which};
 use super::parameter::{Parameter, refuse_same};
 use super::points::{PointsFile, read_points};
 use super::set::read_set;
+use super::stop::StopDef;
 use super::table::Keys;
 use super::twin::TwinShare;
 use super::vary::{PathTable, read_vary};
@@ -52,7 +53,7 @@ pub const STUDY_SCHEMA: i128 = 1;
 /// Largest points file.
 const MAX_POINTS_BYTES: u64 = 256 << 20;
 
-const KEYS: [&str; 17] = [
+const KEYS: [&str; 18] = [
     "schema",
     "name",
     "model",
@@ -70,7 +71,9 @@ const KEYS: [&str; 17] = [
     "twin_share",
     "question",
     "gate",
+    "stop",
 ];
+
 /// Reads and checks a study with its machine and points files.
 ///
 /// # Errors
@@ -217,6 +220,10 @@ impl Loader<'_> {
         let mut files = Files::new(&self.files, &mut self.others);
         let (drawn, variables) = drawn::read(&keys, &axes, seed.unwrap_or(0), &paths, &mut files, &mut self.problems);
         let empirical_texts = files.texts;
+        let stop = keys.get("stop").and_then(|entry| {
+            let plan = drawn.as_ref().and_then(|drawn| drawn.drawing.plan());
+            StopDef::read(entry, &asked, (has_design, plan), &mut self.problems)
+        });
         paths.refuse_repeated(&mut self.problems);
         let function = if is_function { read_function(&keys, variables.as_deref(), &mut self.problems) } else { None };
         let parameters = drawn.as_ref().map(|drawn| drawn.parameters.as_slice()).unwrap_or_default();
@@ -273,6 +280,7 @@ impl Loader<'_> {
             carried,
             limits,
             asked,
+            stop,
             twin,
         })
     }

@@ -156,7 +156,10 @@ fn unscrambled_point_0_is_refused_where_it_would_be_infinite() {
     assert_eq!(Plan::new(&plain, 7, &names(2), &cut, &copula).unwrap_err(), [PlanError::UnboundedByCorrelation]);
     assert!(Plan::new(&def(Kind::Sobol, 8, 1), 7, &names(2), &cut, &copula).is_ok());
     let steps = PlanDef::new(Kind::OneAtATime);
-    assert_eq!(Plan::new(&steps, 7, &names(2), &cut, &copula).unwrap_err(), [PlanError::Correlated]);
+    assert_eq!(
+        Plan::new(&steps, 7, &names(2), &cut, &copula).unwrap_err(),
+        [PlanError::Correlated { kind: Kind::OneAtATime }]
+    );
 }
 
 #[test]
@@ -168,7 +171,7 @@ fn keys_that_do_not_go_together_are_refused_all_at_once() {
         scramble: Some(true),
         base: Some(Base::Median),
         quantiles: Some(vec![0.1]),
-        kind: Kind::MonteCarlo,
+        ..PlanDef::new(Kind::MonteCarlo)
     };
     let found = keys(&all, &laws);
     assert_eq!(found.iter().map(|(key, _)| *key).collect::<Vec<_>>(), ["replicates", "scramble", "base", "quantiles"]);

@@ -2,6 +2,7 @@
 
 use crate::estimate::figures::{Figures, Method};
 use crate::estimate::input::Group;
+use crate::sensitivity::{Index, Indices, Pair};
 use serde::Serialize;
 
 /// Version of the layout of `answers.json`.
@@ -16,11 +17,11 @@ pub const LEFT_WIDE: &str =
 pub struct Answer {
     /// The question's.
     pub name: String,
-    /// `probability`, `quantile`, `mean`, `exceedance`, `fragility`, `difference`.
+    /// `probability`, `quantile`, `mean`, `exceedance`, `fragility`, `difference`, `sensitivity`.
     pub kind: &'static str,
     /// Its values on the crossed axes.
     pub group: Group,
-    /// Points that it is over.
+    /// Points that it is over; of a sensitivity by blocks of points, blocks.
     pub n: u64,
     /// Points where the event happened for certain; null but for a probability.
     pub events: Option<u64>,
@@ -42,9 +43,53 @@ pub struct Answer {
     pub approximate: bool,
     /// What a reader has to know.
     pub notes: Vec<String>,
+    /// Of a sensitivity.
+    #[serde(flatten)]
+    pub sensitivity: Option<Sensitivities>,
     /// For a person.
     #[serde(skip)]
     pub sentence: String,
+    /// Lines below the sentence.
+    #[serde(skip)]
+    pub lines: Vec<String>,
+    /// Every number with its interval, for who waits for intervals to become narrow; none of a curve.
+    #[serde(skip)]
+    pub figures: Vec<Figures>,
+}
+
+/// What a sensitivity has beside what every answer has; keys that a method does not fill are not there.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Sensitivities {
+    /// The column that is decided.
+    pub output: String,
+    /// `morris`, `sobol`, `given-data`.
+    pub estimator: &'static str,
+    /// By parameter.
+    pub indices: Indices,
+    /// Of pairs of parameters, what they make together beyond each alone.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub second_order: Vec<Pair>,
+    /// Part of the variance of the ranks that the regression makes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub r2: Option<Index>,
+    /// Blocks, or rows, that are out because a run has no number.
+    pub left_out: u64,
+    /// Of each regime, where there are several and the method allows it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub regimes: Vec<OfRegime>,
+}
+
+/// Sensitivities of the runs of a regime.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OfRegime {
+    /// Its word.
+    pub regime: String,
+    /// Its part of all runs with a number.
+    pub share: f64,
+    /// Its runs.
+    pub n: u64,
+    /// By parameter.
+    pub indices: Indices,
 }
 
 /// `answers.json`.
@@ -86,7 +131,10 @@ impl Answer {
             method: figures.method,
             approximate: figures.approximate,
             notes,
+            sensitivity: None,
             sentence: String::new(),
+            lines: Vec::new(),
+            figures: Vec::new(),
         }
     }
 }

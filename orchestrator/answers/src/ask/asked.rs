@@ -2,6 +2,7 @@
 
 use super::answer::{Answer, Answers, SCHEMA};
 use super::question::{Ask, Figure, Question};
+use super::sensitive::sensitivities;
 use super::sentence::{Scale, counted, of_curve, percent_given, sentence};
 use crate::estimate::curve::{Curve, CurvePoint};
 use crate::estimate::exceedance::exceedance;
@@ -53,6 +54,7 @@ fn unanswered(study: &Study<'_>, question: &Question, why: &InputError) -> Answe
         Ask::Exceedance(_) => "exceedance",
         Ask::Fragility(..) => "fragility",
         Ask::Difference(..) => "difference",
+        Ask::Sensitivity(_) => "sensitivity",
     };
     let figures = Figures::over(study.points() as u64);
     let mut answer = Answer::of(&question.name, kind, Group::default(), 0, question.confidence, figures);
@@ -66,14 +68,28 @@ fn unanswered(study: &Study<'_>, question: &Question, why: &InputError) -> Answe
 /// # Errors
 /// It lacks a column.
 pub fn answer(study: &Study<'_>, question: &Question) -> Result<Answered, InputError> {
-    let (scheme, alpha) = (Scheme::of(&study.design), 1.0 - question.confidence);
+    let (scheme, alpha) = (Scheme::of(&study.design), (1.0 - question.confidence) * study.design.share);
     let asked = Asked { study, question, t: scheme.t(alpha), scheme, alpha };
-    match &question.ask {
+    let mut answered = match &question.ask {
         Ask::One(figure) => asked.one(figure),
         Ask::Exceedance(column) => asked.exceedance(column),
         Ask::Fragility(path, formula) => asked.fragility(path, formula),
         Ask::Difference(figure, path, values) => asked.difference(figure, path, values),
+        Ask::Sensitivity(wanted) => {
+            let answers = sensitivities(study, question, wanted, (&asked.scheme, alpha))?;
+            Ok(Answered { answers, curve: None })
+        }
+    }?;
+    if study.design.share < 1.0 {
+        let one = percent_given(1.0 - alpha);
+        let note = format!(
+            "one of several looks of [stop]: its limits hold with {one}, so that those of all looks hold together with {}",
+            percent_given(question.confidence)
+        );
+        let has_limits = |answer: &&mut Answer| answer.method != Method::Without;
+        answered.answers.iter_mut().filter(has_limits).for_each(|answer| answer.notes.push(note.clone()));
     }
+    Ok(answered)
 }
 
 struct Asked<'a> {
@@ -105,6 +121,7 @@ pub fn in_words(question: &Question) -> String {
         Ask::Difference(figure, path, [a, b]) => {
             format!("{} at {path} = {a} less that at {b}, paired", subject(figure))
         }
+        Ask::Sensitivity(wanted) => format!("sensitivity of {} by {}", wanted.output, wanted.method.word()),
     };
     format!("{}: {what} (confidence {})", question.name, percent_given(question.confidence))
 }
@@ -169,7 +186,9 @@ impl Asked<'_> {
     }
 
     fn told(&self, kind: &'static str, group: Group, bad: u64, figures: Figures) -> Answer {
-        Answer::of(&self.question.name, kind, group, bad, self.question.confidence, figures)
+        let mut answer = Answer::of(&self.question.name, kind, group, bad, self.question.confidence, figures.clone());
+        answer.figures.push(figures);
+        answer
     }
 
     fn probability(&self, truths: &Truths) -> Figures {
@@ -187,7 +206,7 @@ impl Asked<'_> {
     fn of_values(&self, figure: &Figure, values: &Values) -> Figures {
         let mut figures = match figure {
             Figure::Quantile(u, _) => quantile::quantile(values, *u, &self.scheme, self.part(), self.alpha),
-            _ => mean(values, &self.scheme, self.part(), self.alpha, true),
+            _ => mean(values, &self.scheme, self.part(), self.alpha),
         };
         note_empty(&mut figures.notes, values.empty, LEFT_OUT);
         figures
@@ -222,7 +241,7 @@ impl Asked<'_> {
         if let Scheme::Without(why) = &self.scheme {
             figures.notes.push(why.clone());
         }
-        self.told(kind, group.clone(), bad, figures)
+        Answer { figures: Vec::new(), ..self.told(kind, group.clone(), bad, figures) }
     }
 
     fn exceedance(&self, column: &str) -> Result<Answered, InputError> {

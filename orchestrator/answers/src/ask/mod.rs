@@ -7,12 +7,15 @@
 
 mod answer;
 mod asked;
+mod method;
 mod question;
+mod sensitive;
 mod sentence;
 
 pub use crate::estimate::formula::Known;
-pub use answer::{Answer, Answers, LEFT_WIDE, SCHEMA};
+pub use answer::{Answer, Answers, LEFT_WIDE, OfRegime, SCHEMA, Sensitivities};
 pub use asked::{Answered, answer, answer_all, in_words};
+pub use method::{Sensitivity, SensitivityMethod};
 pub use question::{Ask, CONFIDENCE, Figure, Names, Problem, Question, QuestionDef};
 pub use sentence::percent_given;
 pub(crate) use sentence::{counted, percent, prefix};

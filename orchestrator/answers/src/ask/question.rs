@@ -1,5 +1,6 @@
 //! Questions of a study: from the words of its file to what is asked of which columns.
 
+use super::method::{REGIME, Sensitivity, SensitivityMethod};
 use crate::estimate::formula::{Formula, Known};
 use crate::estimate::input::Label;
 use bladeoff_model::document::nearest;
@@ -24,6 +25,10 @@ pub struct QuestionDef {
     pub mean: Option<String>,
     /// A column.
     pub exceedance: Option<String>,
+    /// A column, with `method`.
+    pub sensitivity: Option<String>,
+    /// One of [`SensitivityMethod::ALL`].
+    pub method: Option<String>,
     /// A varied or an uncertain parameter, with `probability`.
     pub fragility: Option<String>,
     /// Two values of `vary`, with a probability, a quantile or a mean.
@@ -78,6 +83,8 @@ pub enum Ask {
     Fragility(String, Formula),
     /// A figure at the first value of a varied parameter, less that at the second.
     Difference(Figure, String, [Label; 2]),
+    /// Which uncertain parameter decides a column.
+    Sensitivity(Sensitivity),
 }
 
 /// A question.
@@ -102,6 +109,10 @@ impl Question {
         match &self.ask {
             Ask::One(figure) | Ask::Difference(figure, ..) => of(figure),
             Ask::Exceedance(column) => vec![column.clone()],
+            Ask::Sensitivity(Sensitivity { output, method, parameters, regime }) => {
+                let given = parameters.iter().filter(|_| *method == SensitivityMethod::GivenData);
+                [output].into_iter().chain(given).chain(regime).cloned().collect()
+            }
             Ask::Fragility(path, formula) => {
                 let mut columns = formula.columns.clone();
                 if !names.varied.iter().any(|(axis, _)| axis == path) {
@@ -188,10 +199,11 @@ impl Check<'_> {
             ("quantile", def.quantile.is_some()),
             ("mean", def.mean.is_some()),
             ("exceedance", def.exceedance.is_some()),
+            ("sensitivity", def.sensitivity.is_some()),
         ];
         let given: Vec<&'static str> = given.into_iter().filter(|(_, is)| *is).map(|(key, _)| key).collect();
         if given.len() != 1 {
-            let all = "`probability`, `quantile` (with `of`), `mean` or `exceedance`";
+            let all = "`probability`, `quantile` (with `of`), `mean`, `exceedance` or `sensitivity` (with `method`)";
             let found = if given.is_empty() { "none".to_owned() } else { given.join(" and ") };
             return self.wrong("name", format!("a question asks for one of {all}; here is {found}"));
         }
@@ -200,6 +212,12 @@ impl Check<'_> {
         }
         if def.vary.is_some() != def.difference.is_some() {
             self.wrong::<()>("vary", "`difference = [a, b]` and `vary = PATH` belong together");
+        }
+        if let Some(column) = &def.sensitivity {
+            return self.sensitivity(def, column).map(Ask::Sensitivity);
+        }
+        if def.method.is_some() {
+            self.wrong::<()>("method", "`method` belongs to `sensitivity`");
         }
         if let Some(column) = &def.exceedance {
             if def.difference.is_some() || def.fragility.is_some() {
@@ -227,6 +245,40 @@ impl Check<'_> {
             }
             _ => figure.map(Ask::One),
         }
+    }
+
+    fn sensitivity(&mut self, def: &QuestionDef, column: &str) -> Option<Sensitivity> {
+        for (key, is) in [("difference", def.difference.is_some()), ("fragility", def.fragility.is_some())] {
+            if is {
+                self.wrong::<()>(key, format!("a sensitivity has no {key}"));
+            }
+        }
+        let all = SensitivityMethod::ALL;
+        let words = all.map(|(word, _)| format!("{word:?}")).join(", ");
+        let method = match &def.method {
+            None => self.wrong("method", format!("`sensitivity` needs `method`: one of {words}")),
+            Some(given) => match all.iter().find(|(word, _)| word == given) {
+                Some((_, method)) => Some(*method),
+                None => {
+                    let near = near(given, all.iter().map(|(word, _)| *word));
+                    self.wrong("method", format!("{given:?} is none of {words}{near}"))
+                }
+            },
+        };
+        let output = self.column("sensitivity", column);
+        if let Some(output) = output.as_ref().filter(|output| self.names.uncertain.contains(output)) {
+            self.wrong::<()>(
+                "sensitivity",
+                format!("`{output}` is uncertain itself: it is drawn, and decided by nothing"),
+            );
+        }
+        let regime = self.names.known.columns.iter().find(|(name, is_number)| name == REGIME && !is_number);
+        Some(Sensitivity {
+            output: output?,
+            method: method?,
+            parameters: self.names.uncertain.clone(),
+            regime: regime.map(|(name, _)| name.clone()),
+        })
     }
 
     fn figure(&mut self, def: &QuestionDef) -> Option<Figure> {

@@ -79,7 +79,7 @@ impl Gate {
         if study.design.kind != DesignKind::MonteCarlo {
             return Err(GateError::Design(study.design.kind.word()));
         }
-        let (alpha, points) = (1.0 - self.confidence, study.points() as u64);
+        let (alpha, points) = ((1.0 - self.confidence) * study.design.share, study.points() as u64);
         let look = if study.design.complete { Some((points, alpha)) } else { last_look(points, alpha) };
         let one = |(at, group): (usize, &Group)| {
             let mut truths = truths(study, &self.condition, at)?;
@@ -89,7 +89,7 @@ impl Gate {
             let tally = Tally::of_all(&tallies(&truths, 1, |_| 0));
             let bad = truths.bad_and_decided().0;
             let undefined = truths.of.iter().zip(&truths.bad).filter(|(of, bad)| !**bad && **of == Truth::Open).count();
-            let present = (points, study.design.complete);
+            let present = (points, study.design.complete, alpha);
             Ok(self.decision(group.clone(), tally, (bad, undefined as u64), level, present))
         };
         study.groups.iter().enumerate().map(one).collect()
@@ -101,7 +101,7 @@ impl Gate {
         tally: Tally,
         (bad, undefined): (u64, u64),
         level: f64,
-        present: (u64, bool),
+        present: (u64, bool, f64),
     ) -> Decision {
         let Tally { n, low, high } = tally;
         let limits = if n == 0 { (0.0, 1.0) } else { (lower_limit(low, n, level), upper_limit(high, n, level)) };
@@ -130,7 +130,7 @@ impl Gate {
     }
 
     /// The sentence; finds how many more points would decide.
-    fn words(&self, decision: &mut Decision, (points, complete): (u64, bool)) -> String {
+    fn words(&self, decision: &mut Decision, (points, complete, alpha): (u64, bool, f64)) -> String {
         let (n, (low, high)) = (decision.n, decision.events);
         let mut text = format!("{}{}: ", prefix(&decision.group), self.text);
         if n == 0 {
@@ -157,7 +157,6 @@ impl Gate {
         }
         if decision.verdict == Verdict::Open {
             let share = |events: u64| events as f64 / n as f64;
-            let alpha = 1.0 - self.confidence;
             let needed = deciding((share(low), share(high)), self.bound, points, alpha, !complete);
             decision.more = needed.map(|needed| needed - points);
             text += &match decision.more {

@@ -1,5 +1,5 @@
 //! Studies made up for tests, with columns that are owned.
-use bladeoff_answers::estimate::input::{Cells, Column, Design, DesignKind, Group, Label, Nature, Study};
+use bladeoff_answers::estimate::input::{Cells, Column, Design, DesignKind, Group, Label, Layout, Nature, Study};
 use bladeoff_model::outcome::{Cause, CauseSet, Status};
 
 /// A column that is owned: name, given or grows or free, cells, held.
@@ -81,6 +81,8 @@ impl Made {
                 replicates: self.replicates,
                 replicate: &self.replicate,
                 complete: self.complete,
+                layout: Layout::Points,
+                share: 1.0,
             },
         }
     }
