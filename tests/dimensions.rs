@@ -52,9 +52,9 @@ require = "P(1 mm + 1 kg > max_bearing_load_N) < 0.5"
     let told = say(&["check", &folder.write("s.toml", &format!("{STUDY}{asks}"))]);
     assert_eq!(told.code, 3, "{}", told.err);
     for part in [
-        "the unit `kg` does not fit: `max_bearing_load_N` is in N; did you mean `kN`?",
-        "the unit `N` does not fit: `contact.gap` is in m",
-        "a sum of two dimensions: `1 mm` is in mm, and `1 kg` is in kg",
+        "s.toml:30:37: question[0].probability = 1 kg: the unit `kg` does not fit: `max_bearing_load_N` is in N; did you mean `kN`?",
+        "s.toml:35:45: question[1].probability = 1 N: the unit `N` does not fit: `contact.gap` is in m",
+        "s.toml:38:19: gate[0].require = +: a sum of two dimensions: `1 mm` is in mm, and `1 kg` is in kg",
     ] {
         assert!(told.err.contains(part), "{part}\nin\n{}", told.err);
     }

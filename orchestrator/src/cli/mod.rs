@@ -4,6 +4,8 @@ mod answer;
 mod bench;
 mod budget;
 mod check;
+mod compare;
+mod compared;
 mod design;
 mod error;
 mod estimate;
@@ -74,6 +76,7 @@ enum Command {
     Map(map::Args),
     Gate(gate::Args),
     Report(report::Args),
+    Compare(compare::Args),
     Design(design::Args),
     Export(export::Args),
     Verify(verify::Args),
@@ -197,6 +200,7 @@ fn dispatch(command: Command) -> Exit {
         Command::Map(args) => map::main(&args),
         Command::Gate(args) => gate::main(&args),
         Command::Report(args) => report::main(&args),
+        Command::Compare(args) => compare::main(&args),
         Command::Design(args) => design::main(&args),
         Command::Export(args) => export::main(&args),
         Command::Verify(args) => verify::main(&args),

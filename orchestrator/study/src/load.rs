@@ -73,6 +73,7 @@ const KEYS: [&str; 18] = [
     "gate",
     "stop",
 ];
+
 /// Reads and checks a study with its machine and points files.
 ///
 /// # Errors
@@ -243,6 +244,9 @@ impl Loader<'_> {
         }
         let of_design = |name: &&str| !matches!(*name, "replicate" | "block") || keys.get("design").is_some();
         let mut own: Vec<String> = OWN_COLUMNS.into_iter().filter(of_design).map(str::to_owned).collect();
+        if is_function {
+            refuse_same(parameters, &own, &mut self.problems);
+        }
         let mut twin = None;
         let subject = match function {
             Some(function) => Subject::Function(function),
@@ -259,7 +263,9 @@ impl Loader<'_> {
             }
         };
         refuse_taken(&others, parameters, &own, &mut self.problems);
-        refuse_same(parameters, &own, &mut self.problems);
+        if !is_function {
+            refuse_same(parameters, &own, &mut self.problems);
+        }
         Some(Study {
             file: file.to_owned(),
             text: text.to_owned(),

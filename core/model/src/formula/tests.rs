@@ -123,7 +123,7 @@ fn dimensions_that_differ_are_not_compared_or_added() {
         ("x + 1 mm > x - 1 kg", ">: a comparison of two dimensions: `x + 1 mm` is in mm, and `x - 1 kg` is in kg"),
         ("gap - speed > 0", "-: a difference of two dimensions: `gap` is in m, and `speed` is in rad/s"),
         ("x > 0 and gap == mu", "==: a comparison of two dimensions: `gap` is in m, and `mu` is a pure number"),
-        ("load*gap <= 3 N", "3 N: the unit `N` does not fit: `load*gap` is in N m; did you mean `Nm`?"),
+        ("load*gap <= 3 N", "3 N: the unit `N` does not fit: `load*gap` is in N m"),
         ("2 s > (gap + 1 mm)*gap", "2 s: the unit `s` does not fit: `(gap + 1 mm)*gap` is in m^2"),
         ("gap^2 < 1 mm", "1 mm: the unit `mm` does not fit: `gap^2` is in m^2"),
         ("sqrt(gap*gap) < 1 kg", "1 kg: the unit `kg` does not fit: `sqrt(gap*gap)` is in m; did you mean `km`?"),

@@ -62,8 +62,9 @@ pub fn bins(study: &Study<'_>, path: &str) -> Result<(Vec<Bin>, bool), InputErro
                     _ => each.push(vec![point]),
                 }
             }
-            // of a few points each has a value of its own, however many there could be
-            let single = each.len() <= MOST_BINS && each.len() < points;
+            // each of a few points has a value of its own, however many values there are
+            let all_differ = points > 0 && each.len() == points;
+            let single = each.len() <= MOST_BINS && !all_differ;
             if !single {
                 let count = (points / FEWEST_IN_BIN).clamp(1, MOST_BINS);
                 each = (0..count).map(|bin| order[bin * points / count..(bin + 1) * points / count].to_vec()).collect();

@@ -1,6 +1,7 @@
 //! What a page is made of.
 
 use super::figure::Figure;
+use super::table::Table;
 
 /// A page.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -45,17 +46,6 @@ pub enum Block {
     Figure(Box<Figure>),
     /// Shown when it is asked for, and in print; a summary and what it opens.
     Details(String, Vec<Block>),
-}
-
-/// A table in words.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Table {
-    /// Names of its columns.
-    pub head: Vec<String>,
-    /// Their cells; numbers are recognised and set to the right.
-    pub rows: Vec<Vec<String>>,
-    /// Columns whose cells are commands or names, set as such.
-    pub verbatim: Vec<usize>,
 }
 
 impl From<Figure> for Block {

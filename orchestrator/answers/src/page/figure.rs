@@ -1,6 +1,6 @@
 //! A picture in a page: drawn once for all, and by the chart library where scripts run.
 
-use super::block::Table;
+use super::table::Table;
 use serde_json::{Value, json};
 
 /// A picture.

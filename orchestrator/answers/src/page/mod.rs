@@ -15,8 +15,10 @@ mod escape;
 mod figure;
 mod heat;
 mod shell;
+mod table;
 
-pub use block::{Block, Page, Section, Table};
+pub use block::{Block, Page, Section};
 pub use escape::plain;
 pub use figure::{Explorer, Figure, Plot};
 pub use heat::maps;
+pub use table::Table;

@@ -1,8 +1,9 @@
 //! A page as HTML.
 
-use super::block::{Block, Page, Section, Table};
+use super::block::{Block, Page, Section};
 use super::escape::{html, json};
 use super::figure::Figure;
+use super::table::Table;
 use serde_json::{Map, Value};
 
 /// Plotly 4.1.1, cartesian bundle, as published on npm (`plotly.js-cartesian-dist-min`).

@@ -94,7 +94,9 @@ fn as_force(unit_text: &str, fits: &dyn Fn(Dimension) -> bool) -> Option<String>
 #[must_use]
 pub fn nearest_unit(unit: &str, fits: &dyn Fn(Dimension) -> bool) -> Option<String> {
     let is_right = |candidate: &String| Dimension::of_unit(candidate).is_some_and(fits);
-    as_force(unit, fits).or_else(|| similar(unit).into_iter().find(is_right))
+    // every letter is one edit away from every other
+    let similar = if unit.len() > 1 { similar(unit) } else { Vec::new() };
+    as_force(unit, fits).or_else(|| similar.into_iter().find(is_right))
 }
 
 /// Adds to an unknown symbol the likeliest known one with which the unit would be right.

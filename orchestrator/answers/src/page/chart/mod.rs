@@ -11,8 +11,8 @@ mod traces;
 pub use axis::{Axis, shown};
 pub use parallel::{Coordinate, parallel};
 
-use super::block::Table;
 use super::figure::{Figure, Plot};
+use super::table::Table;
 
 /// A chart.
 #[derive(Debug, Clone, PartialEq)]

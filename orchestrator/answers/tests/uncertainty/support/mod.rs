@@ -1,7 +1,6 @@
 //! Small studies that are made up, and what is asked of them.
 
 pub mod made;
-pub mod points;
 
 use bladeoff_answers::ask::{Answer, Answered, Known, Names, Question, QuestionDef, answer};
 use bladeoff_answers::estimate::input::{DesignKind, Label};
