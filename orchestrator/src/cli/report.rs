@@ -1,6 +1,6 @@
 //! `bladeoff report`: one page about a study, to hand over.
 
-use super::answer::asked_of;
+use super::answer::{asked_of, forecast_of};
 use super::error::CliError;
 use super::exit::Exit;
 use super::gate::name;
@@ -53,7 +53,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let name = name(&directory, &samples);
     let subject =
         Subject { directory: &directory, samples: &samples, name: &name, questions: &questions, gates: &gates };
-    let made = report(subject)?;
+    let made = report(subject, |answering| forecast_of(&directory, &samples, answering))?;
     if !made.is_known {
         let table = shown(directory.join(RESULTS));
         remark(&format!("warning: {table} cannot be verified: {MANIFEST} has no checksum of it"));

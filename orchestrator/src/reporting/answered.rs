@@ -2,7 +2,7 @@
 
 use super::words::{Quantity, group, group_or_all, numbers};
 use super::{curves, sensitivity};
-use crate::answering::Answering;
+use crate::answering::{Answering, Forecasts};
 use crate::run::TableColumn;
 use bladeoff_answers::ask::{Answer, Ask, Question, in_words};
 use bladeoff_answers::gate::{Decision, Verdict};
@@ -123,12 +123,16 @@ pub(super) fn decisions(decisions: &[Decision], answering: &Answering) -> Vec<Bl
 }
 
 /// How each number and its interval came about with the points.
-pub(super) fn precision(looks: &[(u64, Vec<Answer>)], questions: &[Question], columns: &[TableColumn]) -> Vec<Block> {
+pub(super) fn precision(
+    looks: &[(u64, Vec<Answer>)],
+    questions: &[Question],
+    columns: &[TableColumn],
+    ahead: Option<&Forecasts>,
+) -> Vec<Block> {
     let mut blocks = Vec::new();
-    if looks.len() < 2 {
-        return blocks;
-    }
-    for question in questions {
+    // one look is no course
+    let shown = if looks.len() < 2 { &[] } else { questions };
+    for question in shown {
         let of = |answers: &'_ [Answer]| {
             answers.iter().filter(|answer| answer.name == question.name).cloned().collect::<Vec<_>>()
         };
@@ -202,6 +206,10 @@ pub(super) fn precision(looks: &[(u64, Vec<Answer>)], questions: &[Question], co
             0,
             Block::Text("Four times the points halve an interval; what bad runs leave open stays.".to_owned()),
         );
+    }
+    if let Some(ahead) = ahead {
+        blocks.push(Block::Heading(ahead.head()));
+        blocks.push(Block::List(ahead.lines()));
     }
     blocks
 }

@@ -15,7 +15,7 @@ mod sensitivity;
 mod words;
 mod worst;
 
-use crate::answering::{AnsweringError, Looked, answer_at_looks, columns_asked};
+use crate::answering::{Answering, AnsweringError, Forecasts, Looked, answer_at_looks, columns_asked};
 use crate::run::directory::{RESULTS, read_current, row_files};
 use crate::run::{columns_of, refuse_changed};
 use bladeoff_answers::ask::Question;
@@ -54,11 +54,11 @@ pub struct Report {
     pub is_known: bool,
 }
 
-/// Makes the report.
+/// Makes the report; `ahead`: what more time would narrow intervals to, where that is known.
 ///
 /// # Errors
 /// The table is not as it was written, cannot be read, or has not what is asked for.
-pub fn report(subject: Subject<'_>) -> Result<Report, AnsweringError> {
+pub fn report(subject: Subject<'_>, ahead: impl Fn(&Answering) -> Option<Forecasts>) -> Result<Report, AnsweringError> {
     let Subject { directory, samples, questions, gates, .. } = subject;
     let columns = columns_of(samples).ok_or(AnsweringError::Unread)?;
     let coordinates = rows::coordinates(samples, &columns, &columns_asked(samples, questions, gates));
@@ -84,7 +84,11 @@ pub fn report(subject: Subject<'_>) -> Result<Report, AnsweringError> {
     if let Some(Looked { answering, looks, decisions }) = &looked {
         add("gates", "Decisions", answered::decisions(decisions, answering));
         add("answers", "Answers", answered::answers(answering, questions, &columns));
-        add("precision", "Precision over samples", answered::precision(looks, questions, &columns));
+        add(
+            "precision",
+            "Precision over samples",
+            answered::precision(looks, questions, &columns, ahead(answering).as_ref()),
+        );
     }
     add("results", "What came out", came_out(summary));
     add("regimes", "Regimes", failing::regimes(&seen));
