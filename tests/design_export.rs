@@ -3,7 +3,7 @@
 mod support;
 
 use std::fs;
-use support::{Folder, say, table};
+use support::{Folder, json, say, table};
 
 const STUDY: &str = r#"schema = 1
 model = "function"
@@ -71,7 +71,7 @@ fn a_design_is_written_as_salib_and_dakota_have_it() {
     assert_eq!(said.code, 0, "{}", said.err);
     assert!(said.err.contains("left out of the SALib problem: f: SALib has no such distribution"), "{}", said.err);
     let text = fs::read_to_string(folder.path("design/salib-problem.json")).expect("written");
-    let problem: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let problem = json(&text);
     assert_eq!(problem["num_vars"], 5);
     assert_eq!(problem["names"], serde_json::json!(["a", "b", "c", "d", "t"]));
     assert_eq!(problem["dists"], serde_json::json!(["unif", "norm", "truncnorm", "lognorm", "triang"]));

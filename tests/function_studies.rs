@@ -7,7 +7,7 @@ use std::fs;
 use std::os::unix::process::ExitStatusExt;
 use std::time::Instant;
 use support::faults::{Running, left_behind, lives, wait_until};
-use support::{Folder, say, table};
+use support::{Folder, json, say, table};
 
 const GRID: &str = r#"schema = 1
 name = "grid"
@@ -380,9 +380,29 @@ fn a_parameter_of_a_file_with_another_mistake_is_one_parameter() {
 fn the_benchmark_of_answers_measures_every_figure() {
     let said = say(&["bench", "answers", "--rows", "4000", "--json"]);
     assert_eq!(said.code, 0, "{}", said.err);
-    let found: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
+    let found = json(&said.out);
     assert_eq!(found["rows"].to_string(), "[4000,4096]");
     let figures = found["figures"].as_array().expect("figures");
     assert_eq!(figures.len(), 6);
     assert!(figures.iter().all(|figure| figure["value"].as_f64().is_some_and(|value| value > 0.0)), "{}", said.out);
+}
+
+#[test]
+fn parameters_that_clash_or_are_too_many_are_told_at_their_own_key() {
+    let folder = Folder::new();
+    let vary = |name: &str| format!("\n[[vary]]\nname = \"{name}\"\nvalues = [1]\n");
+    let many: String = (0..97).map(|n| vary(&format!("v{n}"))).collect();
+    let more: String = (0..30).map(|n| format!("\n[[derived]]\nname = \"d{n}\"\nformula = \"1\"\n")).collect();
+    let text = format!("{GRID}{}{many}{more}", vary("sample"));
+    let said = say(&["check", &folder.write("grid.toml", &text)]);
+    assert_eq!(said.code, 3, "{}", said.err);
+    let at = |line: &str| 1 + text.lines().position(|found| found == line).expect("the line");
+    for part in [
+        format!("grid.toml:{}:8: vary = \"sample\": the table has a column of its own", at("name = \"sample\"")),
+        // the 129th
+        format!("grid.toml:{}:8: derived[28]: 130 parameters differ from sample to sample", at("name = \"d28\"")),
+        "2 problems in".to_owned(),
+    ] {
+        assert!(said.err.contains(&part), "{part}\nin\n{}", said.err);
+    }
 }

@@ -197,7 +197,15 @@ mod tests {
         let mut answer = Answer::of("load", "mean", Group::default(), 0, 0.95, figures.clone());
         (answer.figures, answer.scale) = (vec![figures], Scale::Unit("N".to_owned()));
         let answers = Answers { schema: SCHEMA, complete: false, answers: vec![answer] };
-        let answering = Answering { answers, curves: Vec::new(), points: 1000, of: 1500, design: 1500, is_known: true };
+        let answering = Answering {
+            answers,
+            curves: Vec::new(),
+            points: 1000,
+            of: 1500,
+            design: 1500,
+            is_design: true,
+            is_known: true,
+        };
         // two groups: 3000 points an hour
         let rule = StopRule { half_width: Some(0.45), ..StopRule::default() };
         let awaited = |end: u64| Awaited { rule, names: vec!["load".to_owned()], looks: looks(end, 0.05) };

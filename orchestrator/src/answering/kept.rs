@@ -81,6 +81,7 @@ mod tests {
             points: 1,
             of: 1,
             design: 1,
+            is_design: true,
             is_known: true,
         }
     }

@@ -76,12 +76,25 @@ impl Found {
         }
     }
 
+    fn keep(&mut self, is_kept: &[bool]) {
+        match self {
+            Self::Numbers(cells) => keep(cells, is_kept),
+            Self::Words(cells, _) => keep(cells, is_kept),
+        }
+    }
+
     fn truncate(&mut self, rows: usize) {
         match self {
             Self::Numbers(cells) => cells.truncate(rows),
             Self::Words(cells, _) => cells.truncate(rows),
         }
     }
+}
+
+/// Leaves out what is not kept.
+fn keep<T>(cells: &mut Vec<T>, is_kept: &[bool]) {
+    let mut is_kept = is_kept.iter();
+    cells.retain(|_| is_kept.next() == Some(&true));
 }
 
 struct Gathered {
@@ -134,8 +147,10 @@ impl Rows {
         vocabulary: &Vocabulary<'_>,
         (columns, end): (&[String], Option<TableEnd>),
     ) -> Result<Result<Self, AnsweringError>, TableError> {
-        let Some(plan) = samples.plan() else { return Ok(Err(AnsweringError::NoDesign)) };
-        let (groups, of) = (vocabulary.groups.clone(), end.map_or(samples.points(), |end| end.points));
+        let plan = samples.plan();
+        // without a design each sample is a point
+        let of = end.map_or(plan.map_or(samples.count(), |_| samples.points()), |end| end.points);
+        let groups = vocabulary.groups.clone();
         let count = usize::try_from(of).unwrap_or(usize::MAX).saturating_mul(groups.len());
         let mut gathered = gathered(vocabulary, columns, count);
         let mut status: Vec<Option<Status>> = vec![None; count];
@@ -166,6 +181,28 @@ impl Rows {
         if let Some((path, sample)) = odd {
             return Ok(Err(AnsweringError::Row { path, sample }));
         }
+        let Some(plan) = plan else {
+            // chosen values: what is there is there, whatever was finished first
+            let is_there: Vec<bool> = status.iter().map(Option::is_some).collect();
+            gathered.iter_mut().for_each(|column| column.cells.keep(&is_there));
+            keep(&mut causes, &is_there);
+            let status: Vec<Status> = status.into_iter().flatten().collect();
+            let replicate = vec![0; status.len()];
+            let (kind, scrambled, replicates) = (DesignKind::Chosen, false, 1);
+            return Ok(Ok(Self {
+                columns: gathered,
+                status,
+                causes,
+                replicate,
+                groups,
+                kind,
+                layout: Blocks::Points,
+                scrambled,
+                replicates,
+                of,
+                share: 1.0,
+            }));
+        };
         let done = status.iter().take_while(|status| status.is_some()).count() / groups.len();
         let rows = done * groups.len();
         gathered.iter_mut().for_each(|column| column.cells.truncate(rows));

@@ -9,7 +9,7 @@ use bladeoff_answers::report::counted;
 #[must_use]
 pub fn told(answering: &Answering) -> String {
     let Answering { answers, points, of, .. } = answering;
-    let mut text = head("Answers", *points, *of);
+    let mut text = if answering.is_design { head("Answers", *points, *of) } else { head_of_samples(*points, *of) };
     let mut last: Option<&Answer> = None;
     for answer in &answers.answers {
         if last.is_none_or(|last| last.name != answer.name) {
@@ -44,6 +44,15 @@ fn head(what: &str, points: u64, of: u64) -> String {
         0 => format!("{what}: none yet, not one of {} is there in every group\n", counted(of, "point")),
         _ if points == of => format!("{what}, of {}:\n", counted(of, "point")),
         _ => format!("{what} so far, of the first {points} of {}:\n", counted(of, "point")),
+    }
+}
+
+/// Where each sample is a point of its own.
+fn head_of_samples(samples: u64, of: u64) -> String {
+    match samples {
+        0 => format!("Answers: none yet, not one of {} is there\n", counted(of, "sample")),
+        _ if samples == of => format!("Answers, of {}:\n", counted(of, "sample")),
+        _ => format!("Answers so far, of {samples} of {}:\n", counted(of, "sample")),
     }
 }
 

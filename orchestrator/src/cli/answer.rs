@@ -100,7 +100,8 @@ pub(super) fn asked_of(directory: &Path, other: Option<&Path>) -> Result<(Sample
     Ok((samples, file, meant))
 }
 
-fn understood(samples: &Samples, file: &str, text: &str, asked: &Asked) -> Result<Meant, CliError> {
+/// What a file asks of these samples.
+pub(in crate::cli) fn understood(samples: &Samples, file: &str, text: &str, asked: &Asked) -> Result<Meant, CliError> {
     if asked.is_empty() {
         return Ok(Meant::default());
     }

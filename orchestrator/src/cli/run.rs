@@ -7,7 +7,7 @@ use super::exit::Exit;
 use super::functions;
 use super::output::{remark, tell, width, width_of_errors};
 use crate::answering::check_asked;
-use crate::dispatch::{Ended, time_left};
+use crate::dispatch::{Ended, time_left, watch_before};
 use crate::run::directory::{LEDGER, row_files};
 use crate::run::{Finished, Looking, Request, Rerun, RunError, TRUST, go_on, own_columns, run};
 use crate::starts::check_starts;
@@ -198,6 +198,13 @@ pub fn default_workers() -> usize {
 
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
+    // a design of millions is prepared for a while
+    watch_before(|signal| {
+        remark(
+            "ended before the first sample was handed out; the same command begins again, and keeps what was finished before",
+        );
+        std::process::exit(Exit::from(signal) as i32);
+    });
     let samples = args.part.load(&args.study)?;
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(&samples.study().name));
     let workers = args.workers.map_or_else(default_workers, NonZeroUsize::get);

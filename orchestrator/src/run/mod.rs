@@ -8,6 +8,7 @@
 //! [`run`] is the story, read downwards; what it is made of stands aside: what is asked (`request`), what is told (`telling`), what goes wrong
 //! (`error`).
 
+mod aside;
 mod change;
 mod checksums;
 mod columns;

@@ -11,7 +11,7 @@ use std::path::Path;
 /// Most questions, and most gates, of a study.
 const MOST: usize = 200;
 
-const QUESTION: [&str; 12] = [
+const QUESTION: [&str; 13] = [
     "name",
     "probability",
     "quantile",
@@ -21,6 +21,7 @@ const QUESTION: [&str; 12] = [
     "sensitivity",
     "method",
     "fragility",
+    "map",
     "difference",
     "vary",
     "confidence",
@@ -61,6 +62,8 @@ pub struct AskedQuestion {
     pub method: Option<Placed<String>>,
     /// `fragility`.
     pub fragility: Option<Placed<String>>,
+    /// `map`: two parameters.
+    pub map: Option<Placed<[String; 2]>>,
     /// `difference`, as texts.
     pub difference: Option<Placed<[String; 2]>>,
     /// `vary`.
@@ -86,6 +89,7 @@ impl AskedQuestion {
             "method" => text(&self.method),
             "fragility" => text(&self.fragility),
             "difference" => self.difference.as_ref().map(|placed| placed.span.clone()),
+            "map" => self.map.as_ref().map(|placed| placed.span.clone()),
             "vary" => text(&self.vary),
             _ => number(&self.confidence),
         };
@@ -216,7 +220,8 @@ fn question(keys: &Keys<'_>, problems: &mut Collector<'_>) -> AskedQuestion {
     };
     question.quantile = placed_number(keys, "quantile", problems);
     question.confidence = placed_number(keys, "confidence", problems);
-    question.difference = pair(keys, problems);
+    question.difference = pair(keys, "difference", "two values of what `vary` names: [\"a\", \"b\"]", problems);
+    question.map = pair(keys, "map", "two parameters: [\"contact.gap\", \"contact.friction\"]", problems);
     question.is_partly = problems.count() > before;
     question
 }
@@ -247,9 +252,9 @@ fn placed_number(keys: &Keys<'_>, name: &str, problems: &mut Collector<'_>) -> O
     }
 }
 
-/// `difference`: two values of a parameter.
-fn pair(keys: &Keys<'_>, problems: &mut Collector<'_>) -> Option<Placed<[String; 2]>> {
-    let entry = keys.get("difference")?;
+/// Two values, as texts: of a parameter (`difference`), or names (`map`).
+fn pair(keys: &Keys<'_>, name: &str, allowed: &str, problems: &mut Collector<'_>) -> Option<Placed<[String; 2]>> {
+    let entry = keys.get(name)?;
     let texts: Vec<String> = match &entry.node.value {
         Value::Array(items) => items.iter().map_while(|item| scalar_text(&item.value)).collect(),
         _ => Vec::new(),
@@ -258,12 +263,7 @@ fn pair(keys: &Keys<'_>, problems: &mut Collector<'_>) -> Option<Placed<[String;
     match <[String; 2]>::try_from(texts) {
         Ok(value) if given == 2 => Some(Placed { value, span: entry.node.span.clone() }),
         _ => {
-            wrong_type(
-                &entry.node,
-                &keys.key("difference"),
-                "two values of what `vary` names: [\"a\", \"b\"]",
-                problems,
-            );
+            wrong_type(&entry.node, &keys.key(name), allowed, problems);
             None
         }
     }

@@ -41,6 +41,7 @@ mod input;
 mod kind;
 mod limits;
 mod load;
+mod model;
 mod named;
 mod parameter;
 pub mod plan;

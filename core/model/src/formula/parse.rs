@@ -7,6 +7,7 @@
 //! Numbers and truths are two kinds: `(a > 1) + 2` and `1 and 2` are refused.
 
 use super::FormulaError;
+use super::measure::{Mark, Measure, measure};
 use super::program::{Function, Instruction, Kind, Program};
 use super::token::{Token, tokens, wrong};
 use std::ops::Range;
@@ -24,6 +25,8 @@ struct Parser<'a> {
     known: &'a dyn Fn(&str) -> Option<usize>,
     nearest: &'a dyn Fn(&str) -> Option<String>,
     program: Vec<Instruction>,
+    /// One of each step.
+    marks: Vec<Mark>,
     names: Vec<usize>,
 }
 
@@ -53,7 +56,7 @@ pub fn is_reserved(name: &str) -> bool {
         || FUNCTIONS.iter().any(|(known, ..)| *known == name)
 }
 
-/// A formula of the given kind. `known`: the number of a variable; `nearest`: the name that was meant.
+/// A formula of the given kind, of variables without units. `known`: the number of a variable; `nearest`: the name that was meant.
 ///
 /// # Errors
 /// The first mistake, with its place.
@@ -63,9 +66,23 @@ pub fn parse(
     known: &dyn Fn(&str) -> Option<usize>,
     nearest: &dyn Fn(&str) -> Option<String>,
 ) -> Result<Program, FormulaError> {
+    parse_measured(text, kind, known, nearest, &|_| None).map(|(program, _)| program)
+}
+
+/// As [`parse`], of variables whose dimension is that of `unit` where it is known; with the dimension of what the formula gives.
+///
+/// # Errors
+/// As [`parse`].
+pub fn parse_measured(
+    text: &str,
+    kind: Kind,
+    known: &dyn Fn(&str) -> Option<usize>,
+    nearest: &dyn Fn(&str) -> Option<String>,
+    unit: &dyn Fn(usize) -> Option<Measure>,
+) -> Result<(Program, Option<Measure>), FormulaError> {
     let tokens = tokens(text)?;
-    let mut parser =
-        Parser { tokens, next: 0, depth: 0, end: text.len(), known, nearest, program: Vec::new(), names: Vec::new() };
+    let (program, marks, names) = (Vec::new(), Vec::new(), Vec::new());
+    let mut parser = Parser { tokens, next: 0, depth: 0, end: text.len(), known, nearest, program, marks, names };
     if parser.tokens.is_empty() {
         return wrong(0..text.len(), "there is no formula");
     }
@@ -85,12 +102,14 @@ pub fn parse(
     }
     parser.names.sort_unstable();
     parser.names.dedup();
-    Ok(Program::new(parser.program, parser.names))
+    let program = Program::new(parser.program, parser.names);
+    let measure = measure(text, &program, &parser.marks, unit)?;
+    Ok((program, measure))
 }
 
 fn shown(token: &Token) -> String {
     match token {
-        Token::Number(number) => format!("{number:?}"),
+        Token::Number(number, _) => format!("{number:?}"),
         Token::Name(name) => format!("`{name}`"),
         Token::Sign(sign) => format!("`{sign}`"),
     }
@@ -101,6 +120,16 @@ impl Parser<'_> {
         let found = self.tokens.get(self.next).cloned();
         self.next += usize::from(found.is_some());
         found
+    }
+
+    fn push(&mut self, does: Instruction, place: Place) {
+        self.program.push(does);
+        self.marks.push(Mark { place, unit: String::new(), brackets: None });
+    }
+
+    /// Where the last word ends.
+    fn behind(&self) -> usize {
+        self.next.checked_sub(1).and_then(|last| self.tokens.get(last)).map_or(self.end, |(_, place)| place.end)
     }
 
     fn expect(&mut self, sign: &'static str, after: &str) -> Result<(), FormulaError> {
@@ -160,7 +189,7 @@ impl Parser<'_> {
                 );
             }
             kind = gives;
-            self.program.push(does);
+            self.push(does, place);
         }
         self.depth -= 1;
         Ok(kind)
@@ -169,8 +198,9 @@ impl Parser<'_> {
     fn first(&mut self) -> Result<Kind, FormulaError> {
         let Some((token, place)) = self.take() else { return wrong(self.end..self.end, "the formula ends too early") };
         match token {
-            Token::Number(number) => {
+            Token::Number(number, unit) => {
                 self.program.push(Instruction::Number(number));
+                self.marks.push(Mark { place, unit, brackets: None });
                 Ok(Kind::Number)
             }
             Token::Sign("-") => self.signed(place, 13, Some(Instruction::Negate)),
@@ -178,6 +208,10 @@ impl Parser<'_> {
             Token::Sign("(") => {
                 let kind = self.expression(0)?;
                 self.expect(")", "to close the bracket")?;
+                let all = place.start..self.behind();
+                if let Some(mark) = self.marks.last_mut() {
+                    mark.brackets = Some(all);
+                }
                 Ok(kind)
             }
             Token::Sign(sign) => wrong(place, format!("`{sign}` is not expected here: a value is missing before it")),
@@ -189,7 +223,9 @@ impl Parser<'_> {
         if self.expression(binds)? != Kind::Number {
             return wrong(place, "a sign belongs to a number, not to a condition");
         }
-        self.program.extend(does);
+        if let Some(does) = does {
+            self.push(does, place);
+        }
         Ok(Kind::Number)
     }
 
@@ -197,7 +233,7 @@ impl Parser<'_> {
         let is_call = matches!(self.tokens.get(self.next), Some((Token::Sign("("), _)));
         if !is_call && let Some(number) = (self.known)(name) {
             self.names.push(number);
-            self.program.push(Instruction::Variable(number));
+            self.push(Instruction::Variable(number), place);
             return Ok(Kind::Number);
         }
         match name {
@@ -205,12 +241,12 @@ impl Parser<'_> {
                 if self.expression(5)? != Kind::Truth {
                     return wrong(place, "`not` takes a condition such as `x > 1`");
                 }
-                self.program.push(Instruction::Not);
+                self.push(Instruction::Not, place);
                 return Ok(Kind::Truth);
             }
             "and" | "or" => return wrong(place, format!("a condition is missing before `{name}`")),
             "pi" if !is_call => {
-                self.program.push(Instruction::Number(core::f64::consts::PI));
+                self.push(Instruction::Number(core::f64::consts::PI), place);
                 return Ok(Kind::Number);
             }
             "log" => return wrong(place, "`log` means two things: write `ln` or `log10`"),
@@ -240,7 +276,8 @@ impl Parser<'_> {
             let wanted = if *arguments == 0 { "up to 64".to_owned() } else { arguments.to_string() };
             return wrong(place, format!("`{name}` takes {wanted} arguments, not {count}"));
         }
-        self.program.push(Instruction::Call(*function, count as u8));
+        let all = place.start..self.behind();
+        self.push(Instruction::Call(*function, count as u8), all);
         Ok(Kind::Number)
     }
 }

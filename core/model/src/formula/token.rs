@@ -16,8 +16,8 @@ const LONGEST: usize = 10_000;
 /// One word.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Token {
-    /// In SI.
-    Number(f64),
+    /// In SI, and the unit that it was written with, "" for none.
+    Number(f64, String),
     /// Of a variable, a function, or `and`, `or`, `not`.
     Name(String),
     /// Operator or bracket.
@@ -58,7 +58,8 @@ pub(super) fn tokens(text: &str) -> Result<Vec<(Token, Range<usize>)>, FormulaEr
             let length = number_length(rest);
             let (number, taken) = quantity(rest, length)
                 .map_err(|(place, message)| FormulaError { place: at + place.start..at + place.end, message })?;
-            found.push((Token::Number(number), at..at + taken));
+            let unit = rest[length..taken].trim().to_owned();
+            found.push((Token::Number(number, unit), at..at + taken));
             at += taken;
         } else if begins_name(c) {
             let length = rest.find(|c| !is_name(c)).unwrap_or(rest.len());

@@ -3,6 +3,7 @@
 use super::scale::Scale;
 use crate::estimate::figures::{Figures, Method};
 use crate::estimate::input::Group;
+use crate::map::Map;
 use crate::sensitivity::{Index, Indices, Pair};
 use serde::Serialize;
 
@@ -18,7 +19,7 @@ pub const LEFT_WIDE: &str =
 pub struct Answer {
     /// The question's.
     pub name: String,
-    /// `probability`, `quantile`, `mean`, `exceedance`, `fragility`, `difference`, `sensitivity`.
+    /// `probability`, `quantile`, `mean`, `exceedance`, `fragility`, `difference`, `sensitivity`, `map`.
     pub kind: &'static str,
     /// Its values on the crossed axes.
     pub group: Group,
@@ -44,6 +45,9 @@ pub struct Answer {
     pub approximate: bool,
     /// What a reader has to know.
     pub notes: Vec<String>,
+    /// Of a map: its cells.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub map: Option<Box<Map>>,
     /// Of a sensitivity.
     #[serde(flatten)]
     pub sensitivity: Option<Sensitivities>,
@@ -135,6 +139,7 @@ impl Answer {
             method: figures.method,
             approximate: figures.approximate,
             notes,
+            map: None,
             sensitivity: None,
             sentence: String::new(),
             lines: Vec::new(),

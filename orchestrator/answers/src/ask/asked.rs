@@ -1,6 +1,7 @@
 //! Puts questions to a study.
 
 use super::answer::{Answer, Answers, SCHEMA};
+use super::mapped::{answers_of, map_in_words};
 use super::question::{Ask, Figure, Question};
 use super::scale::{Scale, percent, percent_given};
 use super::sensitive::sensitivities;
@@ -16,6 +17,7 @@ use crate::estimate::mean::mean;
 use crate::estimate::proportion::{Tally, none_seen, proportion_by, tallies};
 use crate::estimate::scheme::Scheme;
 use crate::estimate::{difference, quantile};
+use crate::map::maps;
 
 /// Answers to a question, one for each group, and its curve.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,6 +57,7 @@ fn unanswered(study: &Study<'_>, question: &Question, why: &InputError) -> Answe
         Ask::Exceedance(_) => "exceedance",
         Ask::Fragility(..) => "fragility",
         Ask::Difference(..) => "difference",
+        Ask::Map(_) => "map",
         Ask::Sensitivity(_) => "sensitivity",
     };
     let figures = Figures::over(study.points() as u64);
@@ -76,6 +79,9 @@ pub fn answer(study: &Study<'_>, question: &Question) -> Result<Answered, InputE
         Ask::Exceedance(column) => asked.exceedance(column),
         Ask::Fragility(path, formula) => asked.fragility(path, formula),
         Ask::Difference(figure, path, values) => asked.difference(figure, path, values),
+        Ask::Map(wanted) => {
+            Ok(Answered { answers: answers_of(&question.name, maps(study, wanted, alpha)?), curve: None })
+        }
         Ask::Sensitivity(wanted) => {
             let answers = sensitivities(study, question, wanted, (&asked.scheme, alpha))?;
             Ok(Answered { answers, curve: None })
@@ -122,6 +128,7 @@ pub fn in_words(question: &Question) -> String {
         Ask::Difference(figure, path, [a, b]) => {
             format!("{} at {path} = {a} less that at {b}, paired", subject(figure))
         }
+        Ask::Map(wanted) => map_in_words(wanted),
         Ask::Sensitivity(wanted) => format!("sensitivity of {} by {}", wanted.output, wanted.method.word()),
     };
     format!("{}: {what} (confidence {})", question.name, percent_given(question.confidence))
@@ -207,7 +214,7 @@ impl Asked<'_> {
     fn of_values(&self, figure: &Figure, values: &Values) -> Figures {
         let mut figures = match figure {
             Figure::Quantile(u, _) => quantile::quantile(values, *u, &self.scheme, self.part(), self.alpha),
-            _ => mean(values, &self.scheme, self.part(), self.alpha, true),
+            _ => mean(values, &self.scheme, self.part(), self.alpha),
         };
         note_empty(&mut figures.notes, values.empty, LEFT_OUT);
         figures

@@ -55,6 +55,3 @@ pub struct Sensitivity {
     /// The column of words that parts runs into regimes, where there is one.
     pub regime: Option<String>,
 }
-
-/// Column of the regime of a run.
-pub(super) const REGIME: &str = "rub_regime";

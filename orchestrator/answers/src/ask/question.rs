@@ -1,8 +1,9 @@
 //! Questions of a study: from the words of its file to what is asked of which columns.
 
-use super::method::{REGIME, Sensitivity, SensitivityMethod};
+use super::method::{Sensitivity, SensitivityMethod};
 use crate::estimate::formula::{Formula, Known};
 use crate::estimate::input::Label;
+use crate::map::{Of, REGIME, Wanted};
 use bladeoff_model::document::nearest;
 use bladeoff_model::formula::FormulaError;
 use std::ops::Range;
@@ -19,8 +20,10 @@ pub struct QuestionDef {
     pub probability: Option<String>,
     /// Between 0 and 1, with `of`.
     pub quantile: Option<f64>,
-    /// A column.
+    /// A column; of a map also `P(CONDITION)` or a condition.
     pub of: Option<String>,
+    /// Two parameters, with `of`.
+    pub map: Option<[String; 2]>,
     /// A column.
     pub mean: Option<String>,
     /// A column.
@@ -48,6 +51,21 @@ pub struct Names {
     pub uncertain: Vec<String>,
     /// Columns of crossed axes, and their values; none: of which nothing more is known.
     pub varied: Vec<(String, Vec<Label>)>,
+    /// What goes into a run.
+    pub given: Vec<Given>,
+}
+
+/// A parameter or a variable of a study.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Given {
+    /// Its column.
+    pub column: String,
+    /// The axis of `[[vary]]` or `[points]` that it lies on.
+    pub axis: Option<usize>,
+    /// It is a release angle, of which only the starts of a cell differ.
+    pub is_angle: bool,
+    /// It is the contact detection, whose values are compared.
+    pub is_detection: bool,
 }
 
 /// What is wrong with a question.
@@ -83,6 +101,8 @@ pub enum Ask {
     Fragility(String, Formula),
     /// A figure at the first value of a varied parameter, less that at the second.
     Difference(Figure, String, [Label; 2]),
+    /// A column or a probability over two parameters.
+    Map(Wanted),
     /// Which uncertain parameter decides a column.
     Sensitivity(Sensitivity),
 }
@@ -109,6 +129,17 @@ impl Question {
         match &self.ask {
             Ask::One(figure) | Ask::Difference(figure, ..) => of(figure),
             Ask::Exceedance(column) => vec![column.clone()],
+            Ask::Map(wanted) => {
+                let mut columns = vec![wanted.x.clone(), wanted.y.clone()];
+                match &wanted.of {
+                    Of::Value(column) => columns.push(column.clone()),
+                    Of::Probability(formula) => columns.extend(formula.columns.iter().cloned()),
+                }
+                columns.extend(wanted.panels.iter().chain(&wanted.starts).cloned());
+                columns
+                    .extend(names.known.columns.iter().map(|(name, _)| name).filter(|name| *name == REGIME).cloned());
+                columns
+            }
             Ask::Sensitivity(Sensitivity { output, method, parameters, regime }) => {
                 let given = parameters.iter().filter(|_| *method == SensitivityMethod::GivenData);
                 [output].into_iter().chain(given).chain(regime).cloned().collect()
@@ -141,13 +172,13 @@ impl Question {
     }
 }
 
-struct Check<'a> {
-    names: &'a Names,
+pub(super) struct Check<'a> {
+    pub names: &'a Names,
     problems: Vec<Problem>,
 }
 
 impl Check<'_> {
-    fn wrong<T>(&mut self, key: &'static str, message: impl Into<String>) -> Option<T> {
+    pub(super) fn wrong<T>(&mut self, key: &'static str, message: impl Into<String>) -> Option<T> {
         self.problems.push(Problem { key, place: None, message: message.into() });
         None
     }
@@ -170,16 +201,21 @@ impl Check<'_> {
     }
 
     fn condition(&mut self, text: &str) -> Option<Formula> {
+        self.condition_in("probability", text, 0)
+    }
+
+    /// A condition that stands so many bytes behind the beginning of a key's value.
+    pub(super) fn condition_in(&mut self, key: &'static str, text: &str, from: usize) -> Option<Formula> {
         match Formula::condition(text, &self.names.known) {
             Ok(formula) => Some(formula),
             Err(FormulaError { place, message }) => {
-                self.problems.push(Problem { key: "probability", place: Some(place), message });
+                self.problems.push(Problem { key, place: Some(place.start + from..place.end + from), message });
                 None
             }
         }
     }
 
-    fn column(&mut self, key: &'static str, name: &str) -> Option<String> {
+    pub(super) fn column(&mut self, key: &'static str, name: &str) -> Option<String> {
         let known = &self.names.known;
         match known.meant(name)[..] {
             [column] if known.is_number(column) => Some(column.to_owned()),
@@ -199,19 +235,23 @@ impl Check<'_> {
             ("quantile", def.quantile.is_some()),
             ("mean", def.mean.is_some()),
             ("exceedance", def.exceedance.is_some()),
+            ("map", def.map.is_some()),
             ("sensitivity", def.sensitivity.is_some()),
         ];
         let given: Vec<&'static str> = given.into_iter().filter(|(_, is)| *is).map(|(key, _)| key).collect();
         if given.len() != 1 {
-            let all = "`probability`, `quantile` (with `of`), `mean`, `exceedance` or `sensitivity` (with `method`)";
+            let all = "`probability`, `quantile` (with `of`), `mean`, `exceedance`, `sensitivity` (with `method`) or `map` (with `of`)";
             let found = if given.is_empty() { "none".to_owned() } else { given.join(" and ") };
             return self.wrong("name", format!("a question asks for one of {all}; here is {found}"));
         }
-        if def.of.is_some() && def.quantile.is_none() {
-            self.wrong::<()>("of", "`of` belongs to `quantile`");
+        if def.of.is_some() && def.quantile.is_none() && def.map.is_none() {
+            self.wrong::<()>("of", "`of` belongs to `quantile` and `map`");
         }
         if def.vary.is_some() != def.difference.is_some() {
             self.wrong::<()>("vary", "`difference = [a, b]` and `vary = PATH` belong together");
+        }
+        if let Some(axes) = &def.map {
+            return self.map(def, axes).map(Ask::Map);
         }
         if let Some(column) = &def.sensitivity {
             return self.sensitivity(def, column).map(Ask::Sensitivity);
@@ -247,40 +287,6 @@ impl Check<'_> {
         }
     }
 
-    fn sensitivity(&mut self, def: &QuestionDef, column: &str) -> Option<Sensitivity> {
-        for (key, is) in [("difference", def.difference.is_some()), ("fragility", def.fragility.is_some())] {
-            if is {
-                self.wrong::<()>(key, format!("a sensitivity has no {key}"));
-            }
-        }
-        let all = SensitivityMethod::ALL;
-        let words = all.map(|(word, _)| format!("{word:?}")).join(", ");
-        let method = match &def.method {
-            None => self.wrong("method", format!("`sensitivity` needs `method`: one of {words}")),
-            Some(given) => match all.iter().find(|(word, _)| word == given) {
-                Some((_, method)) => Some(*method),
-                None => {
-                    let near = near(given, all.iter().map(|(word, _)| *word));
-                    self.wrong("method", format!("{given:?} is none of {words}{near}"))
-                }
-            },
-        };
-        let output = self.column("sensitivity", column);
-        if let Some(output) = output.as_ref().filter(|output| self.names.uncertain.contains(output)) {
-            self.wrong::<()>(
-                "sensitivity",
-                format!("`{output}` is uncertain itself: it is drawn, and decided by nothing"),
-            );
-        }
-        let regime = self.names.known.columns.iter().find(|(name, is_number)| name == REGIME && !is_number);
-        Some(Sensitivity {
-            output: output?,
-            method: method?,
-            parameters: self.names.uncertain.clone(),
-            regime: regime.map(|(name, _)| name.clone()),
-        })
-    }
-
     fn figure(&mut self, def: &QuestionDef) -> Option<Figure> {
         if let Some(text) = &def.probability {
             return self.condition(text).map(Figure::Probability);
@@ -312,18 +318,18 @@ impl Check<'_> {
     }
 
     /// Which of these columns a name could be.
-    fn one_of<'n>(&self, name: &str, columns: &[&'n str]) -> Vec<&'n str> {
+    pub(super) fn one_of<'n>(&self, name: &str, columns: &[&'n str]) -> Vec<&'n str> {
         let meant = self.names.known.meant(name);
         columns.iter().copied().filter(|column| *column == name || meant.contains(column)).collect()
     }
 
     /// One of these columns that may be meant, by any of its names.
-    fn near(&self, name: &str, columns: &[&str]) -> String {
+    pub(super) fn near(&self, name: &str, columns: &[&str]) -> String {
         let aliases = self.names.known.aliases.iter().filter(|(_, column)| columns.contains(&column.as_str()));
         near(name, columns.iter().copied().chain(aliases.map(|(alias, _)| alias.as_str())))
     }
 
-    fn pair(&mut self, values: &[Label; 2], path: &str) -> Option<(String, [Label; 2])> {
+    pub(super) fn pair(&mut self, values: &[Label; 2], path: &str) -> Option<(String, [Label; 2])> {
         let names = self.names;
         let all: Vec<&str> = names.varied.iter().map(|(axis, _)| axis.as_str()).collect();
         let axis = match self.one_of(path, &all)[..] {
@@ -353,6 +359,6 @@ impl Check<'_> {
     }
 }
 
-fn near<'n>(given: &str, names: impl Iterator<Item = &'n str>) -> String {
+pub(super) fn near<'n>(given: &str, names: impl Iterator<Item = &'n str>) -> String {
     nearest(given, names).map(|name| format!("; did you mean `{name}`?")).unwrap_or_default()
 }

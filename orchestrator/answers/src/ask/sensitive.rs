@@ -1,16 +1,17 @@
-//! Which parameter decides an output: from rows to indices in every group, and in words.
+//! Which parameter decides an output: what is asked for, from rows to indices in every group, and in words.
 //!
 //! A run that is not ok, or in which nothing of the kind happened, has no number: what becomes of its block, and of the share that is
 //! out, is said by [`crate::sensitivity`].
 
 use super::answer::{Answer, OfRegime, Sensitivities};
 use super::method::{Sensitivity, SensitivityMethod};
-use super::question::Question;
+use super::question::{Check, Question, QuestionDef, near};
 use super::scale::{Scale, percent, percent_given};
 use super::sentence::{counted, prefix};
 use crate::estimate::figures::{Figures, Method};
 use crate::estimate::input::{Cells, Design, Group, InputError, Layout, Study};
 use crate::estimate::scheme::Scheme;
+use crate::map::REGIME;
 use crate::sensitivity::{
     Given, Index, Indices, Input, OfParameter, Parts, Regime, by_regime, given_data, morris, regimes, sobol, warning,
 };
@@ -325,4 +326,41 @@ fn aligned(rows: &[Vec<String>]) -> Vec<String> {
         cells.collect::<Vec<_>>().join("  ").trim_end().to_owned()
     };
     rows.iter().map(line).collect()
+}
+
+impl Check<'_> {
+    /// A sensitivity is asked for.
+    pub(super) fn sensitivity(&mut self, def: &QuestionDef, column: &str) -> Option<Sensitivity> {
+        for (key, is) in [("difference", def.difference.is_some()), ("fragility", def.fragility.is_some())] {
+            if is {
+                self.wrong::<()>(key, format!("a sensitivity has no {key}"));
+            }
+        }
+        let all = SensitivityMethod::ALL;
+        let words = all.map(|(word, _)| format!("{word:?}")).join(", ");
+        let method = match &def.method {
+            None => self.wrong("method", format!("`sensitivity` needs `method`: one of {words}")),
+            Some(given) => match all.iter().find(|(word, _)| word == given) {
+                Some((_, method)) => Some(*method),
+                None => {
+                    let near = near(given, all.iter().map(|(word, _)| *word));
+                    self.wrong("method", format!("{given:?} is none of {words}{near}"))
+                }
+            },
+        };
+        let output = self.column("sensitivity", column);
+        if let Some(output) = output.as_ref().filter(|output| self.names.uncertain.contains(output)) {
+            self.wrong::<()>(
+                "sensitivity",
+                format!("`{output}` is uncertain itself: it is drawn, and decided by nothing"),
+            );
+        }
+        let regime = self.names.known.columns.iter().find(|(name, is_number)| name == REGIME && !is_number);
+        Some(Sensitivity {
+            output: output?,
+            method: method?,
+            parameters: self.names.uncertain.clone(),
+            regime: regime.map(|(name, _)| name.clone()),
+        })
+    }
 }

@@ -152,7 +152,7 @@ pub fn of_means(a: &Values, b: &Values, scheme: &Scheme, part: impl Fn(usize) ->
         }
     }
     let lone = a.point.len() + b.point.len() - 2 * pairs.point.len();
-    let mut found = mean(&pairs, scheme, part, alpha, false);
+    let mut found = mean(&pairs, scheme, part, alpha);
     if lone > 0 {
         found.notes.push(format!("at {lone} points only one of both has a value: they are left out"));
     }

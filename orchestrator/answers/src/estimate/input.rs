@@ -108,6 +108,8 @@ pub enum DesignKind {
     Halton,
     /// One parameter moved at a time: no sample of anything.
     OneAtATime,
+    /// No design at all: combinations of chosen values, or the lines of a points file. Each row is a point of its own.
+    Chosen,
     /// Trajectories of one parameter at a time: no sample of anything.
     Morris,
     /// Pairs of points with parameters exchanged between them: points of a block depend on one another.
@@ -124,6 +126,7 @@ impl DesignKind {
             Self::Sobol => "sobol",
             Self::Halton => "halton",
             Self::OneAtATime => "one-at-a-time",
+            Self::Chosen => "chosen",
             Self::Morris => "morris",
             Self::Saltelli => "saltelli",
         }
@@ -169,7 +172,7 @@ impl Design<'_> {
     #[must_use]
     pub fn is_random(&self) -> bool {
         match self.kind {
-            DesignKind::OneAtATime | DesignKind::Morris | DesignKind::Saltelli => false,
+            DesignKind::OneAtATime | DesignKind::Morris | DesignKind::Saltelli | DesignKind::Chosen => false,
             DesignKind::Sobol | DesignKind::Halton => self.scrambled,
             DesignKind::MonteCarlo | DesignKind::LatinHypercube => true,
         }

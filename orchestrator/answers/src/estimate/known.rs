@@ -71,12 +71,23 @@ fn span(value: Option<f64>, nature: Nature<'_>, row: usize, causes: CauseSet) ->
 /// # Errors
 /// The study lacks a column of it.
 pub fn truths(study: &Study<'_>, formula: &Formula, group: usize) -> Result<Truths, InputError> {
+    truths_at(study, formula, (0..study.points()).map(|point| study.row(point, group)))
+}
+
+/// The same of any rows, in their order.
+///
+/// # Errors
+/// As [`truths`].
+pub fn truths_at(
+    study: &Study<'_>,
+    formula: &Formula,
+    rows: impl ExactSizeIterator<Item = usize>,
+) -> Result<Truths, InputError> {
     let columns: Vec<_> = formula.columns.iter().map(|name| study.numbers(name)).collect::<Result<_, _>>()?;
-    let points = study.points();
+    let points = rows.len();
     let mut found = Truths { of: Vec::with_capacity(points), bad: Vec::with_capacity(points), ..Truths::default() };
     let (mut known, mut spans) = (Vec::new(), Vec::new());
-    for point in 0..points {
-        let row = study.row(point, group);
+    for row in rows {
         let ok = study.status[row] == Status::Ok;
         found.bad.push(!ok);
         found.of.push(if ok {
@@ -99,9 +110,21 @@ pub fn truths(study: &Study<'_>, formula: &Formula, group: usize) -> Result<Trut
 /// # Errors
 /// The study has no such column of numbers.
 pub fn values(study: &Study<'_>, column: &str, group: usize) -> Result<Values, InputError> {
+    values_at(study, column, of_group(study, group))
+}
+
+/// The same of any rows, each with the number of its point.
+///
+/// # Errors
+/// As [`values`].
+pub fn values_at(
+    study: &Study<'_>,
+    column: &str,
+    rows: impl Iterator<Item = (usize, usize)>,
+) -> Result<Values, InputError> {
     let (_, nature) = study.numbers(column)?;
     let nature = if matches!(nature, Nature::Given) { nature } else { Nature::Free };
-    values_as(study, column, group, nature)
+    values_as(study, column, rows, nature)
 }
 
 /// The same, where a bad row's is at least what was reached while all guards held: it exceeds the levels below in any case.
@@ -110,14 +133,23 @@ pub fn values(study: &Study<'_>, column: &str, group: usize) -> Result<Values, I
 /// As [`values`].
 pub fn reached(study: &Study<'_>, column: &str, group: usize) -> Result<Values, InputError> {
     let (_, nature) = study.numbers(column)?;
-    values_as(study, column, group, nature)
+    values_as(study, column, of_group(study, group), nature)
 }
 
-fn values_as(study: &Study<'_>, column: &str, group: usize, nature: Nature<'_>) -> Result<Values, InputError> {
+/// Points and rows of a group.
+fn of_group(study: &Study<'_>, group: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..study.points()).map(move |point| (point, study.row(point, group)))
+}
+
+fn values_as(
+    study: &Study<'_>,
+    column: &str,
+    rows: impl Iterator<Item = (usize, usize)>,
+    nature: Nature<'_>,
+) -> Result<Values, InputError> {
     let (cells, _) = study.numbers(column)?;
     let mut found = Values::default();
-    for point in 0..study.points() {
-        let row = study.row(point, group);
+    for (point, row) in rows {
         let span = if study.status[row] == Status::Ok {
             let Some(value) = cells[row].filter(|value| !value.is_nan()) else {
                 found.empty += 1;

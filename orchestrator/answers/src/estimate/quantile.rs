@@ -92,10 +92,8 @@ pub fn quantile(values: &Values, u: f64, scheme: &Scheme, part: impl Fn(usize) -
         }
     }
     if values.bad > 0 && (found.low.is_none() || found.high.is_none()) {
-        let count = values.bad;
-        found.notes.push(format!(
-            "{count} bad runs may have had any larger or smaller value, and reach across a limit that is missing"
-        ));
+        let note = "bad runs may have had any value, larger or smaller, and reach across a limit that is missing";
+        found.notes.push(note.to_owned());
     }
     found
 }

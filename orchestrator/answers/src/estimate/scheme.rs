@@ -33,7 +33,7 @@ impl Scheme {
         let without = |why: String| Self::Without(why);
         match design.kind {
             DesignKind::MonteCarlo => return Self::Independent,
-            DesignKind::OneAtATime | DesignKind::Morris => {
+            DesignKind::OneAtATime | DesignKind::Morris | DesignKind::Chosen => {
                 return without(format!(
                     "{kind} points are no sample: the figure describes these runs, and has no interval"
                 ));

@@ -1,13 +1,14 @@
 //! `bladeoff bench answers`: what all figures of a large table cost, measured on this machine.
 
+use super::super::answer::understood;
 use super::super::error::CliError;
 use super::super::exit::Exit;
 use super::super::output::{print, remark};
 use super::cost::measure;
 use super::figures::{self, Figure};
 use super::host::{Folder, load};
-use crate::answering::{Meant, Source, answer as answers_of, decided, judge, meant, told};
-use bladeoff_study::{Samples, StudyError};
+use crate::answering::{Meant, answer as answers_of, decided, judge, told};
+use bladeoff_study::Samples;
 use bladeoff_system::files::FileError;
 use serde_json::json;
 use std::fs;
@@ -166,8 +167,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
 /// Everything that a study asks of its directory, in words.
 pub(super) fn answer(directory: &Path, samples: &Samples) -> Result<String, CliError> {
     let study = samples.study();
-    let source = Source { file: &study.file, text: &study.text, asked: &study.asked };
-    let Meant { questions, gates } = meant(samples, source).map_err(|problems| StudyError::Problems(vec![problems]))?;
+    let Meant { questions, gates } = understood(samples, &study.file, &study.text, &study.asked)?;
     let answering = answers_of(directory, samples, &questions)?;
     let mut text = told(&answering) + &answering.answers.json().map_err(|error| CliError::stdout(error.into()))?;
     if !gates.is_empty() {
