@@ -80,8 +80,8 @@ mod tests {
             curves: curves.iter().map(|name| ((*name).to_owned(), curve.clone())).collect(),
             points: 1,
             of: 1,
-            is_design: true,
             design: 1,
+            is_design: true,
             is_known: true,
         }
     }

@@ -68,7 +68,8 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
 
 /// What more time would narrow the intervals of these answers to; `None`: no pace is known, or there is no interval.
 pub(super) fn forecast_of(directory: &Path, samples: &Samples, answering: &Answering) -> Option<Forecasts> {
-    let pace = pace(&see(directory).ok()??.told?)?;
+    // what [stop] has ended is precise enough
+    let pace = pace(&see(directory).ok()??.told?).filter(|_| answering.of == answering.design)?;
     let awaited = waiting(samples).ok()?.map(|waiting| waiting.awaited());
     forecasts(answering, pace, samples.groups().len(), awaited.as_ref())
 }
