@@ -7,7 +7,9 @@
 //! ```
 //! What figures are, [`bladeoff_answers`] knows; what a study file may say, [`bladeoff_study`]. Nothing here is part of what a study is.
 
+mod drawn;
 mod kept;
+mod looks;
 mod meant;
 mod rows;
 mod told;
@@ -15,7 +17,9 @@ mod verified;
 mod vocabulary;
 mod waiting;
 
+pub use drawn::drawn;
 pub use kept::{KeepError, keep};
+pub use looks::{Looked, answer_at_looks, columns_asked};
 pub use meant::{Meant, Source, check_asked, meant, only_gates};
 pub use rows::AnsweringError;
 pub use told::{decided, told};

@@ -150,10 +150,8 @@ impl Rows {
     ) -> Result<Result<Self, AnsweringError>, TableError> {
         let plan = samples.plan();
         // without a design each sample is a point
-        let (groups, of) = (
-            vocabulary.groups.clone(),
-            plan.map_or(samples.count(), |_| end.map_or(samples.points(), |end| end.points)),
-        );
+        let of = end.map_or(plan.map_or(samples.count(), |_| samples.points()), |end| end.points);
+        let groups = vocabulary.groups.clone();
         let count = usize::try_from(of).unwrap_or(usize::MAX).saturating_mul(groups.len());
         let mut gathered = gathered(vocabulary, columns, count);
         let mut status: Vec<Option<Status>> = vec![None; count];

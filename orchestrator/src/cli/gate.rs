@@ -91,7 +91,7 @@ fn refused(wrong: Vec<(String, String)>) -> CliError {
 }
 
 /// The study's name: a frozen file no longer has its own, by which a study without `name` is called.
-fn name(directory: &Path, samples: &Samples) -> String {
+pub(super) fn name(directory: &Path, samples: &Samples) -> String {
     let told = see(directory).ok().flatten().and_then(|seen| seen.told);
     let name = told.as_ref().and_then(|told| told.get("study")).and_then(|name| name.as_str());
     name.unwrap_or(&samples.study().name).to_owned()

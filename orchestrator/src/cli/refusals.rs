@@ -1,6 +1,8 @@
 //! Why commands about a result directory do not do what is asked.
 
+use bladeoff_answers::compare::CompareError;
 use bladeoff_answers::report::counted;
+use bladeoff_answers::tables::TableError;
 use bladeoff_study::StudyError;
 use bladeoff_system::call;
 use bladeoff_system::shown;
@@ -62,6 +64,32 @@ pub enum DesignExportError {
         /// What is wrong with it.
         why: String,
     },
+}
+
+/// Why two tables are not compared.
+#[derive(Debug, thiserror::Error)]
+pub enum NotCompared {
+    /// Nothing stands under the name.
+    #[error("{} is not there: a result directory, or a table of one, is what can be compared", shown(path))]
+    Missing {
+        /// The name.
+        path: PathBuf,
+    },
+    /// A file that is no table.
+    #[error("{} is no result table", shown(path))]
+    NoTable {
+        /// The file.
+        path: PathBuf,
+        /// What was found.
+        #[source]
+        source: TableError,
+    },
+    /// The comparison.
+    #[error(transparent)]
+    Compare(#[from] CompareError),
+    /// Files are replaced again and again.
+    #[error("the tables are replaced while they are read, again and again: a run writes them")]
+    Changing,
 }
 
 /// Why nothing can be said of a sample.

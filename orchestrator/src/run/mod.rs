@@ -43,6 +43,7 @@ mod trust;
 mod upkeep;
 mod work;
 
+pub use change::study_changes;
 pub use checksums::{Verified, refuse_changed, refuse_changed_timings, verify};
 pub use columns::{TableColumn, Told, columns_of, columns_without, function_columns, own_columns};
 #[cfg(test)]

@@ -44,12 +44,12 @@ pub struct Answer {
     pub approximate: bool,
     /// What a reader has to know.
     pub notes: Vec<String>,
-    /// Of a sensitivity.
-    #[serde(flatten)]
-    pub sensitivity: Option<Sensitivities>,
     /// Of a map: its cells.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub map: Option<Box<Map>>,
+    /// Of a sensitivity.
+    #[serde(flatten)]
+    pub sensitivity: Option<Sensitivities>,
     /// For a person.
     #[serde(skip)]
     pub sentence: String,
@@ -135,8 +135,8 @@ impl Answer {
             method: figures.method,
             approximate: figures.approximate,
             notes,
-            sensitivity: None,
             map: None,
+            sensitivity: None,
             sentence: String::new(),
             lines: Vec::new(),
             figures: Vec::new(),

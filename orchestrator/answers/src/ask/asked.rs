@@ -56,8 +56,8 @@ fn unanswered(study: &Study<'_>, question: &Question, why: &InputError) -> Answe
         Ask::Exceedance(_) => "exceedance",
         Ask::Fragility(..) => "fragility",
         Ask::Difference(..) => "difference",
-        Ask::Sensitivity(_) => "sensitivity",
         Ask::Map(_) => "map",
+        Ask::Sensitivity(_) => "sensitivity",
     };
     let figures = Figures::over(study.points() as u64);
     let mut answer = Answer::of(&question.name, kind, Group::default(), 0, question.confidence, figures);
@@ -78,12 +78,12 @@ pub fn answer(study: &Study<'_>, question: &Question) -> Result<Answered, InputE
         Ask::Exceedance(column) => asked.exceedance(column),
         Ask::Fragility(path, formula) => asked.fragility(path, formula),
         Ask::Difference(figure, path, values) => asked.difference(figure, path, values),
+        Ask::Map(wanted) => {
+            Ok(Answered { answers: answers_of(&question.name, maps(study, wanted, alpha)?), curve: None })
+        }
         Ask::Sensitivity(wanted) => {
             let answers = sensitivities(study, question, wanted, (&asked.scheme, alpha))?;
             Ok(Answered { answers, curve: None })
-        }
-        Ask::Map(wanted) => {
-            Ok(Answered { answers: answers_of(&question.name, maps(study, wanted, alpha)?), curve: None })
         }
     }?;
     if study.design.share < 1.0 {
@@ -127,8 +127,8 @@ pub fn in_words(question: &Question) -> String {
         Ask::Difference(figure, path, [a, b]) => {
             format!("{} at {path} = {a} less that at {b}, paired", subject(figure))
         }
-        Ask::Sensitivity(wanted) => format!("sensitivity of {} by {}", wanted.output, wanted.method.word()),
         Ask::Map(wanted) => map_in_words(wanted),
+        Ask::Sensitivity(wanted) => format!("sensitivity of {} by {}", wanted.output, wanted.method.word()),
     };
     format!("{}: {what} (confidence {})", question.name, percent_given(question.confidence))
 }

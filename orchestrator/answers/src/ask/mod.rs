@@ -8,6 +8,7 @@
 mod answer;
 mod asked;
 mod mapped;
+mod mapping;
 mod method;
 mod question;
 mod sensitive;

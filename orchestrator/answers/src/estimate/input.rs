@@ -110,12 +110,12 @@ pub enum DesignKind {
     Halton,
     /// One parameter moved at a time: no sample of anything.
     OneAtATime,
+    /// No design at all: combinations of chosen values, or the lines of a points file. Each row is a point of its own.
+    Chosen,
     /// Trajectories of one parameter at a time: no sample of anything.
     Morris,
     /// Pairs of points with parameters exchanged between them: points of a block depend on one another.
     Saltelli,
-    /// No design at all: combinations of chosen values, or the lines of a points file. Each row is a point of its own.
-    Chosen,
 }
 
 impl DesignKind {
@@ -128,9 +128,9 @@ impl DesignKind {
             Self::Sobol => "sobol",
             Self::Halton => "halton",
             Self::OneAtATime => "one-at-a-time",
+            Self::Chosen => "chosen",
             Self::Morris => "morris",
             Self::Saltelli => "saltelli",
-            Self::Chosen => "chosen",
         }
     }
 }

@@ -87,8 +87,9 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
             estimate: Some(estimate),
             // where no bad run is near, it is the same
             estimate_if_bad_harmful: Some(harmful).filter(|_| is_share || bad == 0),
-            low: Some(low),
-            high: Some(high),
+            // at the ends of shares rounding parts what is the same
+            low: Some(low.min(estimate)),
+            high: Some(high.max(harmful)),
             upper: None,
             upper_if_bad_harmful: None,
             regime: regime(items, place, here, width, &map.regimes),

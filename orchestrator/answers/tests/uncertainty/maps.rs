@@ -62,6 +62,8 @@ impl Rows {
                 replicates: 1,
                 replicate: &replicate,
                 complete: true,
+                layout: Layout::Points,
+                share: 1.0,
             },
         };
         study.check().expect("a study");
@@ -384,6 +386,8 @@ fn a_map_answers_in_a_sentence_and_as_json() {
             replicates: 1,
             replicate: &replicate,
             complete: true,
+            layout: Layout::Points,
+            share: 1.0,
         },
     };
     let names = Names {
@@ -405,7 +409,7 @@ fn a_map_answers_in_a_sentence_and_as_json() {
     let found = answer(&study, &Question::new(&def, &names).expect("a map")).expect("answered").answers.remove(0);
     assert!(
         found.sentence.contains(
-            "P(z > 8.5) over x and y: at most 100 %, at 3 m and 3; at least 0 %; half or more in 20 % of the cells"
+            "P(z > 8.5) over x and y: at most 100 %, at 4 m and 3; at least 0 %; half or more in 15 % of the cells"
         ),
         "{}",
         found.sentence
