@@ -95,6 +95,7 @@ mod tests {
             points: 1,
             of: 1,
             is_design: true,
+            design: 1,
             is_known: true,
         }
     }

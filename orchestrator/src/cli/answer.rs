@@ -6,7 +6,7 @@ use super::output::{print_json, remark, tell};
 use super::place::default_directory;
 use super::refusals::NotAsked;
 use super::why::{frozen, go_on};
-use crate::answering::{Answering, Meant, Source, Waiting, answer, keep, meant, told};
+use crate::answering::{Answering, Forecasts, Meant, Source, Waiting, answer, forecasts, keep, meant, pace, told};
 use crate::run::directory::{ANSWERS, CURVES, MANIFEST, RESULTS, STUDY, read_current, row_files};
 use crate::run::see;
 use bladeoff_answers::ask::{in_words, percent_given};
@@ -68,7 +68,9 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     if args.json {
         print_json(&answering.answers.json().map_err(|error| CliError::stdout(error.into()))?)?;
     } else {
-        tell(&(told(&answering) + &files(&directory, &answering, is_kept)))?;
+        let ahead =
+            forecast_of(&directory, &samples, &answering).map(|ahead| ahead_in_words(&ahead)).unwrap_or_default();
+        tell(&(told(&answering) + &ahead + &files(&directory, &answering, is_kept)))?;
     }
     Ok(exit)
 }
@@ -88,6 +90,25 @@ pub(super) fn remark_unwritten(directory: &Path) -> Result<(), CliError> {
         ));
     }
     Ok(())
+}
+
+/// What more time would narrow the intervals of these answers to; `None`: no pace is known, or there is no interval.
+pub(super) fn forecast_of(directory: &Path, samples: &Samples, answering: &Answering) -> Option<Forecasts> {
+    let pace = pace(&see(directory).ok()??.told?)?;
+    let awaited = waiting(samples).ok()?.map(|waiting| waiting.awaited());
+    forecasts(answering, pace, samples.groups().len(), awaited.as_ref())
+}
+
+fn ahead_in_words(ahead: &Forecasts) -> String {
+    let lines: String = ahead.lines().iter().map(|line| format!("  {line}\n")).collect();
+    format!("\n{}:\n{lines}", ahead.head())
+}
+
+/// The same of a directory of which the answers are not asked for: its own questions.
+pub(super) fn forecast_in(directory: &Path) -> Option<Forecasts> {
+    let (samples, _, asked) = asked_of(directory, None).ok()?;
+    let answering = answer(directory, &samples, &asked.questions).ok().filter(|_| !asked.questions.is_empty())?;
+    forecast_of(directory, &samples, &answering)
 }
 
 /// The study of a directory, and what its file or another one asks of it; the name of that file.

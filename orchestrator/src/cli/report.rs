@@ -6,13 +6,14 @@ use super::exit::Exit;
 use super::gate::name;
 use super::output::remark;
 use super::place::default_directory;
+use super::plot::replacing;
 use crate::answering::Meant;
 use crate::reporting::{Subject, report};
 use crate::run::directory::{MANIFEST, RESULTS, row_files};
 use bladeoff_answers::report::counted;
 use bladeoff_system::files::write_whole;
 use bladeoff_system::shown;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Write one HTML page about a study, to hand over
 ///
@@ -43,6 +44,7 @@ pub struct Args {
 
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
+    refuse_other_formats(&args.out)?;
     let directory = args.directory.clone().map_or_else(default_directory, Ok)?;
     let (samples, _, Meant { questions, gates }) = asked_of(&directory, args.study.as_deref())?;
     if row_files(&directory).is_empty() {
@@ -56,9 +58,22 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         let table = shown(directory.join(RESULTS));
         remark(&format!("warning: {table} cannot be verified: {MANIFEST} has no checksum of it"));
     }
-    write_whole(&args.out, made.page.html().as_bytes())?;
+    replacing(&args.out, || write_whole(args.out.as_path(), made.page.html().as_bytes()))?;
     let (rows, of) = made.rows;
     let so_far = if rows < of { format!(", of the {rows} that have ended so far") } else { String::new() };
     remark(&format!("wrote {} about {}{so_far}", shown(&args.out), counted(of, "run")));
     Ok(Exit::Ok)
+}
+
+/// A page is no table: whoever names one by mistake keeps it.
+fn refuse_other_formats(out: &Path) -> Result<(), CliError> {
+    let extension = out.extension().and_then(|extension| extension.to_str());
+    if matches!(extension, Some("html" | "htm")) && !out.is_dir() {
+        return Ok(());
+    }
+    Err(CliError::Argument {
+        argument: format!("--out {}", shown(out)),
+        message: "a report is one HTML page".to_owned(),
+        allowed: Some("a file that ends in .html".to_owned()),
+    })
 }

@@ -7,8 +7,10 @@ use super::place::default_directory;
 use super::refusals::WhyError;
 use crate::engine;
 use crate::report::{advice, cause_in_words, describe_values, diverged_at, end_cause_in_words, mentions};
-use crate::run::directory::{LEDGER, MANIFEST, WORKER_LOG, read_current, row_files, timing_files};
-use crate::run::{RunState, Seen, function_columns, own_columns, refuse_changed, refuse_changed_timings, see};
+use crate::run::directory::{LEDGER, MANIFEST, RESULTS, WORKER_LOG, read_current, row_files, timing_files};
+use crate::run::{
+    RunState, Seen, TableEnd, end_of_table, function_columns, own_columns, refuse_changed, refuse_changed_timings, see,
+};
 use bladeoff_answers::report::duration;
 use bladeoff_answers::report::{are, counted};
 use bladeoff_answers::tables::{Table, TableError, Timing};
@@ -103,6 +105,13 @@ pub fn text(directory: &Path, sample: u64) -> Result<String, CliError> {
             told.line("status", "failed: a formula gave no finite number (non_finite); what the others gave is kept");
         }
         Some(row) => finished(&mut told, row, go_on.as_deref()),
+        None if let Some(end) = end_before(directory, sample) => {
+            let words = end.words(samples.points());
+            told.line(
+                "status",
+                format!("beyond the end of the table: {words}; it may be in the record, but has no row"),
+            );
+        }
         None => {
             told.line("status", unfinished(&seen.state, seen.told.as_ref(), sample, go_on.as_deref()));
         }
@@ -117,6 +126,12 @@ pub fn text(directory: &Path, sample: u64) -> Result<String, CliError> {
         told.0.push_str(&values(row, &samples, sample));
     }
     Ok(told.0)
+}
+
+/// The end of the table, where that is before this sample.
+fn end_before(directory: &Path, sample: u64) -> Option<TableEnd> {
+    let end = end_of_table(&directory.join(RESULTS)).ok().flatten();
+    end.filter(|end| sample >= end.samples)
 }
 
 /// `run.twin` of a sample that has a twin, unless it varies and is shown with what does.

@@ -24,6 +24,7 @@ use bladeoff_answers::page::{Block, Page, Section};
 use bladeoff_answers::report::{FunctionSummary, SUMMARY_COLUMNS, Summary, counted};
 use bladeoff_answers::tables::{Table, TableError};
 use bladeoff_study::Samples;
+pub use provenance::LIMITS;
 use rows::Seen;
 use std::path::{Path, PathBuf};
 

@@ -1,5 +1,6 @@
 //! Answers as they are written: `answers.json`.
 
+use super::scale::Scale;
 use crate::estimate::figures::{Figures, Method};
 use crate::estimate::input::Group;
 use crate::map::Map;
@@ -59,6 +60,9 @@ pub struct Answer {
     /// Every number with its interval, for who waits for intervals to become narrow; none of a curve.
     #[serde(skip)]
     pub figures: Vec<Figures>,
+    /// How these numbers read.
+    #[serde(skip)]
+    pub scale: Scale,
 }
 
 /// What a sensitivity has beside what every answer has; keys that a method does not fill are not there.
@@ -140,6 +144,7 @@ impl Answer {
             sentence: String::new(),
             lines: Vec::new(),
             figures: Vec::new(),
+            scale: Scale::Share,
         }
     }
 }

@@ -3,8 +3,9 @@
 use super::answer::{Answer, Answers, SCHEMA};
 use super::mapped::{answers_of, map_in_words};
 use super::question::{Ask, Figure, Question};
+use super::scale::{Scale, percent, percent_given};
 use super::sensitive::sensitivities;
-use super::sentence::{Scale, counted, of_curve, percent_given, sentence};
+use super::sentence::{counted, of_curve, sentence};
 use crate::estimate::curve::{Curve, CurvePoint};
 use crate::estimate::exceedance::exceedance;
 use crate::estimate::figures::{Figures, Method};
@@ -87,7 +88,7 @@ pub fn answer(study: &Study<'_>, question: &Question) -> Result<Answered, InputE
         }
     }?;
     if study.design.share < 1.0 {
-        let one = percent_given(1.0 - alpha);
+        let one = percent(1.0 - alpha);
         let note = format!(
             "one of several looks of [stop]: its limits hold with {one}, so that those of all looks hold together with {}",
             percent_given(question.confidence)
@@ -236,6 +237,7 @@ impl Asked<'_> {
             };
             let mut answer = self.told(kind(figure), group.clone(), bad, figures);
             answer.sentence = sentence(&answer, &subject(figure), &scale, (decided, self.decided_by(figure)));
+            answer.scale = scale.clone();
             answers.push(answer);
         }
         Ok(Answered { answers, curve: None })
@@ -378,6 +380,7 @@ impl Asked<'_> {
             let mut answer = self.told("difference", group, bad, figures);
             let of = format!("{}, {path} = {} less {}", subject(figure), labels[0], labels[1]);
             answer.sentence = sentence(&answer, &of, &scale, (decided, self.decided_by(figure)));
+            answer.scale = scale.clone();
             answers.push(answer);
         }
         Ok(Answered { answers, curve: None })

@@ -1,7 +1,8 @@
 //! A map in words: where it is worst, how much of it an event reaches.
 
 use super::answer::Answer;
-use super::sentence::{counted, percent, prefix};
+use super::scale::percent;
+use super::sentence::{counted, prefix};
 use crate::estimate::figures::{Figures, Method};
 use crate::map::{Cell, Map, Of, Shows, Wanted};
 use bladeoff_model::document::units::format_digits;

@@ -6,7 +6,7 @@
 
 use super::draw::Clusters;
 use super::found::{Apart, Interval, QuantileApart};
-use super::whole::CONFIDENCE;
+use crate::ask::CONFIDENCE;
 use crate::estimate::difference::of_two;
 use crate::estimate::figures::Figures;
 use crate::estimate::known::Values;

@@ -14,6 +14,7 @@
 //! An interval stands only where a whole study was drawn at random, as everywhere in this package ([`crate::estimate::scheme`]).
 
 mod apart;
+mod asked;
 mod draw;
 mod error;
 mod found;
@@ -32,6 +33,7 @@ mod tolerance;
 mod whole;
 
 pub use crate::ask::CONFIDENCE;
+pub use asked::{Asked, Source};
 pub use draw::Draw;
 pub use error::CompareError;
 pub use found::{
@@ -39,4 +41,4 @@ pub use found::{
     SCHEMA, Sided, Statuses, WordChange,
 };
 pub use told::told;
-pub use whole::{Asked, Source, compare};
+pub use whole::compare;

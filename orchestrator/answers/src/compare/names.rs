@@ -1,8 +1,8 @@
 //! Which columns two tables match by, and which are compared; names of the command line are found or refused, all at once.
 
+use super::asked::Asked;
 use super::error::CompareError;
-use super::tolerance::Tolerance;
-use super::whole::Asked;
+use super::tolerance::{self, Tolerance};
 use crate::tables::{ColumnHead, DETECTION, HeadKind};
 use bladeoff_model::document::{cut, nearest, visible};
 use bladeoff_model::machine::is_detection;
@@ -93,7 +93,13 @@ impl Names {
         let of_b = b.results.iter().filter(|head| !a.results.iter().any(|other| other.name == head.name));
         found.only.1 = of_b.map(|head| head.name.clone()).collect();
         for text in asked.tolerances {
-            match Tolerance::read(text, &found) {
+            let columns = tolerance::Columns {
+                results: &found.results,
+                inputs: &found.inputs,
+                only: (&found.only.0, &found.only.1),
+                unlike: &found.unlike,
+            };
+            match Tolerance::read(text, columns) {
                 Ok(tolerance) => found.tolerances.push(tolerance),
                 Err(why) => wrong.push(line("--tolerance", text, &why)),
             }

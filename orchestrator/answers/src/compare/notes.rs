@@ -1,10 +1,10 @@
 //! What a reader has to know of the matching: why rows have no partner, and what would give them one.
 
+use super::asked::Source;
 use super::error::CompareError;
 use super::matching::Matching;
 use super::names::Names;
 use super::side::{Side, cells, hash, push};
-use super::whole::Source;
 use crate::tables::{ColumnHead, Table, TableError};
 use std::collections::HashSet;
 

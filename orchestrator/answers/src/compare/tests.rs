@@ -88,7 +88,7 @@ fn two_samples_are_held_however_they_depend_on_one_another() {
     let independent = |numbers: &mut Numbers| (alone(numbers), alone(numbers));
     let opposed = |numbers: &mut Numbers| {
         let a = alone(numbers);
-        let b = a.iter().map(|a| -a).collect();
+        let b: Vec<f64> = a.iter().map(|a| -a).collect();
         (a, b)
     };
     let share = coverage(0.0, |numbers| {

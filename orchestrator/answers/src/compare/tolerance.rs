@@ -6,7 +6,6 @@
 //! A decimal has no exact double, so what is at the bound as it is written may come out an ulp beyond: a part of 1e-9 of what is allowed is
 //! left to that. A tolerance of 0 leaves nothing: bits have to be the same.
 
-use super::names::Names;
 use crate::tables::{ColumnHead, HeadKind};
 use bladeoff_model::document::units::parse_bare_or_quantity;
 use bladeoff_model::document::{cut, nearest};
@@ -18,8 +17,8 @@ const ROUNDING: f64 = 1e-9;
 const FEW: usize = 8;
 
 /// Units of results, as the parser of quantities knows them.
-const UNITS: [&str; 17] =
-    ["", "m", "kg", "s", "rad", "rad/s", "rad/s2", "m/s", "m/s2", "N", "N m", "N s", "N/m", "J", "Pa", "Hz", "1/s"];
+const UNITS: [&str; 16] =
+    ["", "m", "kg", "s", "rad", "rad/s", "rad/s2", "m/s", "m/s2", "N", "N m", "N s", "N/m", "J", "Pa", "1/s"];
 
 /// What may be between A and B.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,6 +27,19 @@ enum Limit {
     Absolute(f64),
     /// Of the value of A.
     Share(f64),
+}
+
+/// Columns that a name may mean, or that say why it means none.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Columns<'a> {
+    /// Results of both.
+    pub results: &'a [ColumnHead],
+    /// Inputs of either.
+    pub inputs: &'a [ColumnHead],
+    /// Results of A alone, of B alone.
+    pub only: (&'a [String], &'a [String]),
+    /// Results of both that hold other things.
+    pub unlike: &'a [String],
 }
 
 /// A column that may move so far and no farther.
@@ -43,11 +55,11 @@ pub(super) struct Tolerance {
 impl Tolerance {
     /// # Errors
     /// What is wrong with it.
-    pub fn read(text: &str, names: &Names) -> Result<Self, String> {
+    pub fn read(text: &str, columns: Columns<'_>) -> Result<Self, String> {
         let text = text.trim();
         let (name, value) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
         let value = value.trim();
-        let head = column(name, names)?;
+        let head = column(name, columns)?;
         if value.is_empty() {
             return Err(format!("it says no value; such as \"{name} 1 %\""));
         }
@@ -79,8 +91,8 @@ impl Tolerance {
 }
 
 /// The result that is named.
-fn column<'n>(name: &str, names: &'n Names) -> Result<&'n ColumnHead, String> {
-    let found = names.results.iter().find(|head| head.name == name);
+fn column<'n>(name: &str, columns: Columns<'n>) -> Result<&'n ColumnHead, String> {
+    let found = columns.results.iter().find(|head| head.name == name);
     match found {
         Some(head) if head.kind == HeadKind::Words => {
             return Err(format!("{name} holds words, which have no distance"));
@@ -91,20 +103,20 @@ fn column<'n>(name: &str, names: &'n Names) -> Result<&'n ColumnHead, String> {
     if name.is_empty() {
         return Err("it names no column; such as \"max_bearing_load_N 1 %\"".to_owned());
     }
-    if names.inputs.iter().any(|head| head.name == name) {
+    if columns.inputs.iter().any(|head| head.name == name) {
         return Err(format!("{name} is an input; what is compared are results"));
     }
     let is = |list: &[String]| list.iter().any(|column| column == name);
-    if is(&names.only.0) {
+    if is(columns.only.0) {
         return Err(format!("B has no column {name}"));
     }
-    if is(&names.only.1) {
+    if is(columns.only.1) {
         return Err(format!("A has no column {name}"));
     }
-    if is(&names.unlike) {
+    if is(columns.unlike) {
         return Err(format!("{name} holds something else in A than in B, or in another unit"));
     }
-    let numbers = names.results.iter().filter(|head| head.kind == HeadKind::Numbers);
+    let numbers = columns.results.iter().filter(|head| head.kind == HeadKind::Numbers);
     let numbers: Vec<&str> = numbers.map(|head| head.name.as_str()).collect();
     let hint = match nearest(name, numbers.iter().copied()) {
         Some(near) => format!("; did you mean {near}?"),
@@ -136,24 +148,22 @@ fn amount(text: &str, head: &ColumnHead) -> Result<f64, String> {
 mod tests {
     use super::*;
 
-    fn names() -> Names {
+    fn read(text: &str) -> Result<Tolerance, String> {
         let head = |name: &str, unit: &str, kind| ColumnHead { name: name.into(), unit: unit.into(), kind };
-        Names {
-            results: vec![
-                head("load_N", "N", HeadKind::Numbers),
-                head("g", "", HeadKind::Numbers),
-                head("odd", "furlong", HeadKind::Numbers),
-                head("end_cause", "", HeadKind::Words),
-            ],
-            inputs: vec![head("gap_m", "m", HeadKind::Numbers)],
-            only: (vec!["old".into()], vec!["new".into()]),
-            ..Names::default()
-        }
+        let results = [
+            head("load_N", "N", HeadKind::Numbers),
+            head("g", "", HeadKind::Numbers),
+            head("odd", "furlong", HeadKind::Numbers),
+            head("end_cause", "", HeadKind::Words),
+        ];
+        let inputs = [head("gap_m", "m", HeadKind::Numbers)];
+        let (old, new) = (["old".to_owned()], ["new".to_owned()]);
+        Tolerance::read(text, Columns { results: &results, inputs: &inputs, only: (&old, &new), unlike: &[] })
     }
 
     #[test]
     fn values_are_in_units_or_per_cent() {
-        let allowed = |text: &str| Tolerance::read(text, &names()).expect(text).allowed(-200.0);
+        let allowed = |text: &str| read(text).expect(text).allowed(-200.0);
         assert_eq!(
             ["load_N 1 %", "load_N 1%", "load_N 1 kN", "load_N 1kN", "load_N 5", "g 0.5", "g 1 %", "odd 3"]
                 .map(allowed),
@@ -175,21 +185,21 @@ mod tests {
             ("load_N one", "one"),
             ("load_N nan", "nan"),
             ("load_N inf %", "inf"),
-            ("load_N 1 % 2", "1"),
+            ("load_N 1 % 2", "cannot be read"),
             ("end_cause 1", "holds words"),
             ("gap_m 1 mm", "is an input"),
             ("old 1", "B has no column old"),
             ("new 1", "A has no column new"),
             ("odd 3 m", "a bare number in furlong"),
         ] {
-            let why = Tolerance::read(text, &names()).expect_err(text);
+            let why = read(text).expect_err(text);
             assert!(why.contains(told), "{text}: {why}");
         }
     }
 
     #[test]
     fn the_bound_is_within_and_an_ulp_beyond_is_not_where_nothing_is_allowed() {
-        let of = |text: &str| Tolerance::read(text, &names()).expect(text);
+        let of = |text: &str| read(text).expect(text);
         let one = of("g 1 %");
         for (a, b) in [(100.0, 101.0), (0.7, 0.707), (-0.7, -0.693), (1e-300, 1.01e-300), (3e200, 3.03e200), (0.0, 0.0)]
         {

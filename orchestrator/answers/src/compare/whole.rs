@@ -1,6 +1,7 @@
 //! The comparison, read downwards: names, rows, partners, then some columns at a time.
 
 use super::apart::{Rest, apart};
+use super::asked::{Asked, Source};
 use super::draw::{Clusters, Draw};
 use super::error::CompareError;
 use super::found::{Change, Compared, Inputs, Judged, Matched, Pair, SCHEMA, Sided, Statuses};
@@ -11,33 +12,12 @@ use super::paired::{Pairs, difference, judge, words};
 use super::side::{Side, Verdicts};
 use super::sources::differing;
 use super::{inputs, notes};
-pub use crate::ask::CONFIDENCE;
+use crate::ask::CONFIDENCE;
 use crate::tables::column_heads;
 use std::collections::BTreeMap;
-use std::path::PathBuf;
 
 /// Pairs that are told of a change of status.
 const MOST_CHANGED: usize = 100;
-
-/// A table.
-#[derive(Debug, Clone)]
-pub struct Source<'a> {
-    /// What it is called.
-    pub name: String,
-    /// Its files, at least one.
-    pub files: &'a [PathBuf],
-    /// How its rows were drawn.
-    pub draw: &'a Draw,
-}
-
-/// What is asked.
-#[derive(Debug, Clone, Copy)]
-pub struct Asked<'a> {
-    /// `COLUMN VALUE`, each.
-    pub tolerances: &'a [String],
-    /// Inputs that rows do not match by.
-    pub ignore: &'a [String],
-}
 
 /// Compares B with A.
 ///
