@@ -214,7 +214,9 @@ fn repeats_match_in_order_and_ignored_inputs_are_told_of_both() {
 #[test]
 fn what_is_named_wrongly_is_told_all_at_once() {
     let folder = Folder::new();
-    let a = grid(&folder, "a", "x");
+    let vary = "[[vary]]\nname = \"speed\"\nvalues = [1, 2, 3]\n";
+    let study = format!("schema = 1\nmodel = \"function\"\n[function]\nload = \"speed\"\n{vary}");
+    let a = run(&folder, "a", &study);
     let said = say(&[
         "compare",
         &a,
@@ -279,7 +281,10 @@ fn names_and_values_from_outside_stay_in_their_line() {
     let out = |name: &str, end: &str| {
         folder.write("rig.toml", &rig.replace("\"0.17 s\"", end));
         let study = "schema = 1\nmachine = \"rig.toml\"\n[points]\nfile = \"points.csv\"\ncarry = [\"id\"]\n";
-        run(&folder, &format!("{name}\nINJECTED"), study)
+        let (file, out) = (folder.write(&format!("{name}.toml"), study), folder.name(&format!("{name}\nINJECTED")));
+        let ran = say(&["run", &file, "--out", &out]);
+        assert_eq!(ran.code, 0, "{}", ran.err);
+        out
     };
     let (a, b) = (out("a", "\"0.01 s\""), out("b", "\"0.012 s\""));
     let said = say(&["compare", &a, &b, "--tolerance", "max_bearing_load_N 0"]);

@@ -175,8 +175,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
 /// The page about a directory, beside it.
 pub(super) fn report(directory: &Path, samples: &Samples) -> Result<(), CliError> {
     let study = samples.study();
-    let source = Source { file: &study.file, text: &study.text, asked: &study.asked };
-    let Meant { questions, gates } = meant(samples, source).map_err(|problems| StudyError::Problems(vec![problems]))?;
+    let Meant { questions, gates } = understood(samples, &study.file, &study.text, &study.asked)?;
     let subject = Subject { directory, samples, name: &study.name, questions: &questions, gates: &gates };
     let page = page_of(subject)?.page.html();
     let path = directory.with_extension("html");
