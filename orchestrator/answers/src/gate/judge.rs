@@ -153,7 +153,7 @@ impl Gate {
             };
             text += &format!(", {high} if {open} are harmful");
         } else if decision.bad > 0 {
-            text += &format!(", {} decided by what they had reached", counted(decision.bad, "bad run"));
+            text += &format!(", {} decided by what is known of them", counted(decision.bad, "bad run"));
         }
         if decision.verdict == Verdict::Open {
             let share = |events: u64| events as f64 / n as f64;
