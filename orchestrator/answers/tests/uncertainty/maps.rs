@@ -55,8 +55,6 @@ impl Rows {
                 .map(|at| Group(vec![("g".into(), Label::Number(at as f64))]))
                 .collect(),
             design: Design {
-                layout: Layout::Points,
-                share: 1.0,
                 kind: if self.points.is_some() { DesignKind::MonteCarlo } else { DesignKind::Chosen },
                 scrambled: true,
                 replicates: 1,
@@ -379,8 +377,6 @@ fn a_map_answers_in_a_sentence_and_as_json() {
         causes: &causes,
         groups: vec![Group::default()],
         design: Design {
-            layout: Layout::Points,
-            share: 1.0,
             kind: DesignKind::Chosen,
             scrambled: false,
             replicates: 1,
