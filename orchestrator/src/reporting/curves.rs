@@ -126,7 +126,7 @@ fn caption(question: &Question, what: &str, groups: usize) -> String {
     } else {
         String::new()
     };
-    format!("{}: {what}. Shaded: {percent} limits.{cut}", question.name)
+    format!("{}: {what}. With {percent} limits.{cut}", question.name)
 }
 
 /// Band, estimate, and the estimate with bad runs harmful where that is another.
@@ -150,8 +150,11 @@ fn fragility(question: &Question, path: &str, event: &str, curve: &Curve, column
     let [(_, from), (_, to)] = curve.columns.get(axes..axes + 2)? else { return None };
     let groups = groups(curve, axes);
     let what = format!("how probable {event} is, by {path}");
+    // as high as the limits are: 3 % of 100 % is nothing to see
+    let shares = ["estimate", "estimate_if_bad_harmful", "high"].into_iter().flat_map(|name| cells(curve, name));
+    let most = shares.flatten().fold(0.0_f64, |most, share| most.max(100.0 * share));
     let y =
-        |series, x, height| Chart { x, y: Axis::numbers("probability [%]", [0.0, 100.0].into_iter()), series, height };
+        |series, x, height| Chart { x, y: Axis::numbers("probability [%]", [0.0, most].into_iter()), series, height };
     let (CurveCells::Numbers(from), CurveCells::Numbers(to)) = (from, to) else {
         return by_words(question, &what, curve, from, &groups);
     };

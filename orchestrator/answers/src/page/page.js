@@ -21,7 +21,8 @@
     return Object.fromEntries(Object.entries(value).map(([key, inner]) => [key, coloured(inner)]));
   };
   const axis = (own) => ({ gridcolor: '@grid', linecolor: '@line', zerolinecolor: '@line', showline: true, ticks: 'outside',
-    tickcolor: '@line', automargin: true, exponentformat: 'power', ...own });
+    tickcolor: '@line', automargin: true, exponentformat: 'power', ...own,
+    title: { standoff: 8, ...own.title } });
   const layout = (own) => {
     const axes = Object.keys(own).filter((key) => /^[xy]axis/.test(key));
     const all = { paper_bgcolor: '@paper', plot_bgcolor: '@paper', font: { color: '@ink', family: 'system-ui, sans-serif', size: 13 },
@@ -49,7 +50,7 @@
       return { title: { text: safe(data.labels[at]) }, ...ticks };
     };
     return { traces, layout: { xaxis: title(x), yaxis: title(y), height: 460, margin: { l: 64, r: 16, t: 12, b: 96 },
-      legend: { orientation: 'h', yanchor: 'top', x: 0, y: -52 / 352 } } };
+      legend: { orientation: 'h', x: 0, yref: 'container', y: 0, yanchor: 'bottom' } } };
   };
   const chooser = (figure, plot, data) => {
     const shown = [...data.first];

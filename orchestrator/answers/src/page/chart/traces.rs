@@ -13,8 +13,8 @@ impl Chart {
             self.series.iter().map(|series| series.name.chars().count()).filter(|count| *count > 0).collect();
         // the library sets names in columns as wide as the longest
         let columns = (820 / (56 + 7 * names.iter().max().copied().unwrap_or(0))).max(1);
-        let bottom = 58 + 20 * names.len().div_ceil(columns);
-        let legend = json!({ "orientation": "h", "yanchor": "top", "x": 0, "y": -52.0 / f64::from(self.height) });
+        let bottom = 54 + 20 * names.len().div_ceil(columns);
+        let legend = json!({ "orientation": "h", "x": 0, "yref": "container", "y": 0, "yanchor": "bottom" });
         let layout = json!({
             "xaxis": layout(&self.x), "yaxis": layout(&self.y), "barmode": "overlay", "legend": legend,
             "height": self.height as usize + 12 + bottom, "margin": { "l": 64, "r": 16, "t": 12, "b": bottom },
