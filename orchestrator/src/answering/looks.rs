@@ -48,10 +48,10 @@ pub fn answer_at_looks(
     columns.extend(questions.iter().filter_map(|question| vocabulary.axis_of(question)));
     columns.extend(gates.iter().flat_map(|gate| gate.condition.columns.clone()));
     let (rows, is_known) = read(directory, samples, &vocabulary, columns)?;
-    let (points, of) = (rows.points(), rows.of());
+    let (points, of, is_design) = (rows.points(), rows.of(), samples.plan().is_some());
     if points == 0 {
         let answers = Answers { schema: SCHEMA, complete: false, answers: Vec::new() };
-        let answering = Answering { answers, curves: Vec::new(), points, of, is_known };
+        let answering = Answering { answers, curves: Vec::new(), points, of, is_design, is_known };
         return Ok(Looked { answering, looks: Vec::new(), decisions: Vec::new() });
     }
     let study = rows.study();
@@ -79,7 +79,7 @@ pub fn answer_at_looks(
     }
     let is_number = |answer: &&Answer| numbers.iter().any(|question| question.name == answer.name);
     looks.push((points, answers.answers.iter().filter(is_number).cloned().collect()));
-    Ok(Looked { answering: Answering { answers, curves, points, of, is_known }, looks, decisions })
+    Ok(Looked { answering: Answering { answers, curves, points, of, is_design, is_known }, looks, decisions })
 }
 
 /// The first points of a study.

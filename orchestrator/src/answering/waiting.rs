@@ -43,7 +43,7 @@ impl Waiting {
         let stages = looks(end, 1.0).iter().map(stage).collect();
         let waited_for = |question: &&Question| match &question.ask {
             Ask::One(_) | Ask::Difference(..) => !is_blocked(plan),
-            Ask::Exceedance(_) | Ask::Fragility(..) => false,
+            Ask::Exceedance(_) | Ask::Fragility(..) | Ask::Map(_) => false,
             Ask::Sensitivity(_) => true,
         };
         let questions = meant.questions.iter().filter(waited_for).cloned().collect();

@@ -30,7 +30,7 @@ pub(super) fn answers(answering: &Answering, questions: &[Question], columns: &[
             }
         });
         blocks.extend(notes.into_iter().map(|note| Block::Note(note.clone())));
-        if of.len() > 1 && of.len() <= MOST_GROUPS {
+        if of.len() > 1 && of.len() <= MOST_GROUPS && !matches!(question.ask, Ask::Map(_)) {
             blocks.extend(side_by_side(question, columns, &of));
         }
     }

@@ -14,7 +14,7 @@ mod rows;
 mod words;
 mod worst;
 
-use crate::answering::{AnsweringError, Looked, answer_at_looks, columns_asked};
+use crate::answering::{Answering, AnsweringError, Looked, answer_at_looks, columns_asked};
 use crate::run::directory::{RESULTS, read_current, row_files};
 use crate::run::{columns_of, refuse_changed};
 use bladeoff_answers::ask::Question;
@@ -82,6 +82,7 @@ pub fn report(subject: Subject<'_>) -> Result<Report, AnsweringError> {
         add("answers", "Answers", answered::answers(answering, questions, &columns));
         add("gates", "Decisions", answered::decisions(decisions, answering));
         add("curves", "Curves", curves::curves(answering, questions, &columns));
+        add("maps", "Maps", maps(answering));
         add("precision", "Precision over samples", answered::precision(looks, questions, &columns));
     }
     add("results", "What came out", came_out(summary));
@@ -92,6 +93,13 @@ pub fn report(subject: Subject<'_>) -> Result<Report, AnsweringError> {
     add("limits", "What it cannot tell", provenance::limits(samples));
     let page = Page { title: subject.name.to_owned(), lead: lead(&seen, of, looked.as_ref()), sections };
     Ok(Report { page, rows: (seen.rows, of), is_known })
+}
+
+/// Every map of the answers.
+fn maps(answering: &Answering) -> Vec<Block> {
+    let of_answers = answering.answers.answers.iter();
+    let maps = of_answers.filter_map(|answer| Some((answer.name.as_str(), answer.map.as_deref()?)));
+    maps.filter_map(|(name, map)| Some(Block::from(bladeoff_answers::page::map_figure(name, map).ok()?))).collect()
 }
 
 /// What has to be known first.

@@ -13,8 +13,10 @@ mod block;
 pub mod chart;
 mod escape;
 mod figure;
+mod maps;
 mod shell;
 
 pub use block::{Block, Page, Section, Table};
 pub use escape::plain;
 pub use figure::{Explorer, Figure, Plot};
+pub use maps::map_figure;
