@@ -144,7 +144,7 @@ fn what_is_wrong_with_a_map_is_told() {
         (vec!["--question", "oper"], "asks for no map of this name"),
         (vec![], "asks for 2 maps"),
         (vec!["--x", "x"], "--y"),
-        (vec!["--out", pdf.as_str()], ".svg or .png"),
+        (vec!["--out", pdf.as_str()], ".svg, .png or .html"),
     ] {
         let mut all = vec!["map", out.as_str()];
         if !words.contains(&"--out") {
@@ -187,6 +187,11 @@ fn a_hostile_name_stays_text() {
     let of = "P(z > 0.5 and 1 < 2)";
     let drawn = say(&["map", &out, "--x", "x", "--y", "y", "--of", of, "--out", &file]);
     assert_eq!(drawn.code, 0, "{}", drawn.err);
+    let page = folder.name("m.html");
+    let drawn = say(&["map", &out, "--x", "x", "--y", "y", "--of", of, "--out", &page]);
+    assert_eq!(drawn.code, 0, "{}", drawn.err);
+    let html = fs::read_to_string(&page).expect("written");
+    assert!(html.contains("\"heatmap\"") && html.contains("P(z &gt; 0.5 and 1 &lt; 2)") && !html.contains("1 < 2"));
     let svg = fs::read_to_string(&file).expect("written");
     assert!(svg.contains("1 &lt; 2") && !svg.contains("1 < 2") && svg.contains("w 1: share"), "{svg}");
 }

@@ -50,6 +50,9 @@ pub struct Awaited {
     pub looks: Vec<Look>,
 }
 
+/// Points that are never forecast.
+const MOST: f64 = 1e15;
+
 /// Points and time from which on a pace says something.
 const FEWEST: (f64, f64) = (8.0, 1.0);
 
@@ -73,20 +76,21 @@ pub fn forecasts(answering: &Answering, pace: f64, groups: usize, awaited: Optio
     let (points, of) = (answering.points, answering.design);
     let per_s = pace / groups.max(1) as f64;
     let now = Look { points, alpha: 0.05, is_last: false };
-    // the level stays what it is, whichever it is
-    let later = |seconds: u64| Look { points: points + (per_s * seconds as f64).round() as u64, ..now };
-    let widest = |figures: &[Figures], then: &Look| {
-        let halves: Option<Vec<f64>> = figures.iter().map(|one| half_width(one, &now, then)).collect();
-        halves?.into_iter().reduce(f64::max)
-    };
+    let later =
+        |seconds: u64| Look { points: points.saturating_add((per_s * seconds as f64).round().min(MOST) as u64), ..now };
     let one = |answer: &Answer| {
-        let figures = answer.figures.as_slice();
+        let level = |look: &Look| Look { alpha: 1.0 - answer.confidence, ..*look };
+        let widest = |then: Look| {
+            let half = |one: &Figures| half_width(one, &level(&now), &level(&then));
+            let halves: Option<Vec<f64>> = answer.figures.iter().map(half).collect();
+            halves?.into_iter().reduce(f64::max)
+        };
         let group: Vec<String> = answer.group.0.iter().map(|(path, label)| format!("{path} = {label}")).collect();
         Some(Forecast {
             name: answer.name.clone(),
             group: group.join(", "),
-            now: widest(figures, &now)?,
-            later: [widest(figures, &later(AHEAD[0].1))?, widest(figures, &later(AHEAD[1].1))?],
+            now: widest(now)?,
+            later: [widest(later(AHEAD[0].1))?, widest(later(AHEAD[1].1))?],
             scale: answer.scale.clone(),
         })
     };
@@ -197,7 +201,15 @@ mod tests {
         let mut answer = Answer::of("load", "mean", Group::default(), 0, 0.95, figures.clone());
         (answer.figures, answer.scale) = (vec![figures], Scale::Unit("N".to_owned()));
         let answers = Answers { schema: SCHEMA, complete: false, answers: vec![answer] };
-        let answering = Answering { answers, curves: Vec::new(), points: 1000, of: 1500, design: 1500, is_known: true };
+        let answering = Answering {
+            answers,
+            curves: Vec::new(),
+            points: 1000,
+            of: 1500,
+            design: 1500,
+            is_design: true,
+            is_known: true,
+        };
         // two groups: 3000 points an hour
         let rule = StopRule { half_width: Some(0.45), ..StopRule::default() };
         let awaited = |end: u64| Awaited { rule, names: vec!["load".to_owned()], looks: looks(end, 0.05) };

@@ -49,10 +49,10 @@ pub struct Answering {
     pub points: u64,
     /// Points that there will be: those of the study, or up to its end by `[stop]`.
     pub of: u64,
-    /// They are those of a design; else each sample is one, and all that are there are counted.
-    pub is_design: bool,
     /// Points of the design.
     pub design: u64,
+    /// They are those of a design; else each sample is one, and all that are there are counted.
+    pub is_design: bool,
     /// The table has a checksum, or is no finished one.
     pub is_known: bool,
 }

@@ -48,6 +48,7 @@ pub enum AnsweringError {
 /// What is known of a column beside its numbers.
 enum Known {
     Given,
+    Once,
     Free,
     /// It grows; the place of the column with what was reached while all guards held.
     Grows(Option<usize>),
@@ -236,6 +237,7 @@ impl Rows {
         let cells = match (&column.cells, &column.known) {
             (Found::Words(words, list), _) => Cells::Words(words, list),
             (Found::Numbers(cells), Known::Given) => Cells::Numbers(cells, Nature::Given),
+            (Found::Numbers(cells), Known::Once) => Cells::Numbers(cells, Nature::Once),
             (Found::Numbers(cells), Known::Free) => Cells::Numbers(cells, Nature::Free),
             // a table of an earlier build has no such column
             (Found::Numbers(cells), Known::Grows(held)) => {
@@ -302,6 +304,7 @@ fn gathered(vocabulary: &Vocabulary<'_>, columns: &[String], count: usize) -> Ve
                 held.push(guarded.clone());
                 Known::Grows(Some(columns.len() + held.len() - 1))
             }
+            Some(Told::Once) => Known::Once,
             Some(Told::Found) | None => Known::Free,
         };
         all.push(empty(name, found.map_or("", |found| found.field.unit.as_str()), known));

@@ -10,11 +10,12 @@ use bladeoff_answers::estimate::figures::Figures;
 use bladeoff_answers::gate;
 use bladeoff_answers::report::duration;
 use bladeoff_answers::stop::{Look, StopRule, looks};
-use bladeoff_study::plan::Kind;
+use bladeoff_study::plan::{Kind, MOST_POINTS};
 use bladeoff_study::{FIRST_LOOK, Samples, StopDef, is_blocked};
 use std::path::Path;
 use std::time::Duration;
 
+const _: () = assert!(MOST_POINTS == gate::MOST_POINTS, "no gate waits for more points than a study may have");
 const _: () = assert!(FIRST_LOOK == gate::FIRST_LOOK, "what a study file is checked by is where it is looked at");
 
 /// What is waited for.

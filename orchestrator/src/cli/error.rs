@@ -205,7 +205,9 @@ impl CliError {
             | CliError::NoResults { .. }
             | CliError::NotARun { .. }
             | CliError::NoDirectory(_)
-            | CliError::Why(_) => Exit::Input,
+            | CliError::NotAsked(_) => Exit::Input,
+            CliError::Why(WhyError::Beginning { .. }) => Exit::Incomplete,
+            CliError::Why(_) => Exit::Input,
             CliError::Study(StudyError::Problems(_) | StudyError::AMachine { .. }) | CliError::Start(_) => Exit::Input,
             CliError::NoKind | CliError::Study(StudyError::Design(DesignError::Scale { .. })) => Exit::Usage,
             CliError::Study(StudyError::Design(_)) => Exit::Input,
@@ -229,8 +231,7 @@ impl CliError {
             | CliError::Replay(_) => Exit::Input,
             CliError::Figure(_) => Exit::Io,
             CliError::History(_) => Exit::Io,
-            CliError::Design(_) | CliError::NotAsked(NotAsked::Questions { .. }) => Exit::Input,
-            CliError::NotAsked(NotAsked::Gates { .. }) => Exit::Usage,
+            CliError::Design(_) => Exit::Input,
             CliError::Answering(AnsweringError::Table(TableError::Version { .. })) => Exit::Input,
             CliError::Answering(AnsweringError::Table(_) | AnsweringError::Row { .. }) => Exit::Io,
             CliError::Answering(_) => Exit::Input,

@@ -121,11 +121,23 @@ pub enum WhyError {
         /// Samples there are.
         count: u64,
     },
+    /// A run that has not written down yet what it computes.
+    #[error("the run in {} is just beginning: its study is not written there yet", shown(directory))]
+    Beginning {
+        /// The directory.
+        directory: PathBuf,
+    },
     /// The study that was frozen in the directory.
-    #[error("the study frozen in {} cannot be read any more", shown(directory))]
+    #[error(
+        "the study frozen in {} cannot be read any more{}",
+        shown(directory),
+        again.as_ref().map(|command| format!("; this writes it there again: {command}")).unwrap_or_default()
+    )]
     Frozen {
         /// The directory.
         directory: PathBuf,
+        /// The command that writes it again, where it is gone.
+        again: Option<String>,
         /// Why.
         #[source]
         source: StudyError,

@@ -6,7 +6,6 @@ use crate::answering::{Answering, Forecasts};
 use crate::run::TableColumn;
 use bladeoff_answers::ask::{Answer, Ask, Question, in_words};
 use bladeoff_answers::gate::{Decision, Verdict};
-use bladeoff_answers::map::Map;
 use bladeoff_answers::page::chart::{Axis, COLOURS, Chart, Series, Shape, Symbol};
 use bladeoff_answers::page::{self, Block, Table};
 
@@ -38,21 +37,19 @@ pub(super) fn answers(answering: &Answering, questions: &[Question], columns: &[
         blocks.extend(curves::curve(answering, question, columns));
         blocks.extend(sensitivity::sensitivity(question, &of));
         blocks.extend(maps(question, &of));
-        if of.len() > 1 && of.len() <= MOST_GROUPS {
+        if of.len() > 1 && of.len() <= MOST_GROUPS && !matches!(question.ask, Ask::Map(_)) {
             blocks.extend(side_by_side(question, columns, &of));
         }
     }
     blocks
 }
 
-/// Maps of a question.
-fn maps(question: &Question, answers: &[&Answer]) -> Option<Block> {
-    let maps: Vec<Map> = answers.iter().filter_map(|answer| answer.map.as_deref().cloned()).collect();
-    if maps.is_empty() {
-        return None;
-    }
-    let made = page::maps(&question.name, &maps);
-    Some(made.map_or_else(|error| Block::Warning(format!("the map could not be drawn: {error}")), Block::from))
+/// A picture for each panel and difference of a map.
+fn maps<'a>(question: &'a Question, answers: &'a [&Answer]) -> impl Iterator<Item = Block> + 'a {
+    answers.iter().filter_map(|answer| answer.map.as_deref()).map(|map| {
+        let made = page::map_figure(&question.name, map);
+        made.map_or_else(|error| Block::Warning(format!("the map could not be drawn: {error}")), Block::from)
+    })
 }
 
 /// Estimates of all groups with their intervals.

@@ -116,13 +116,13 @@ impl Answer {
     #[must_use]
     pub fn of(name: &str, kind: &'static str, group: Group, bad: u64, confidence: f64, figures: Figures) -> Self {
         let mut notes = figures.notes.clone();
-        // by how much bad runs widen the interval; where it has no ends, by how much they move the figure
-        let widened =
-            figures.high.zip(figures.low).zip(figures.statistical).map(|((high, low), width)| high - low - width);
-        if let (Some(open), Some(width)) = (widened.or(figures.left_open()), figures.statistical)
-            && open.abs() > width
-        {
-            notes.push(LEFT_WIDE.to_owned());
+        // how far bad runs move the figure, and by how much they widen the interval: next to 0 and 1 its ends have no room, and in a
+        // difference the figures may stand still
+        if let Some(width) = figures.statistical {
+            let widened = figures.high.zip(figures.low).map(|(high, low)| high - low - width);
+            if [widened, figures.left_open()].iter().flatten().any(|open| open.abs() > width) {
+                notes.push(LEFT_WIDE.to_owned());
+            }
         }
         Self {
             name: name.to_owned(),

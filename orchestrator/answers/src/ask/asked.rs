@@ -184,9 +184,10 @@ impl Asked<'_> {
     /// What decides a bad run of a probability.
     fn decided_by(&self, figure: &Figure) -> &'static str {
         let Figure::Probability(formula) = figure else { return "" };
-        let grows =
-            |name: &String| self.study.numbers(name).is_ok_and(|(_, nature)| matches!(nature, Nature::Grows(_)));
-        if formula.columns.iter().any(grows) {
+        let is_reached = |name: &String| {
+            self.study.numbers(name).is_ok_and(|(_, nature)| matches!(nature, Nature::Grows(_) | Nature::Once))
+        };
+        if formula.columns.iter().any(is_reached) {
             "by what was reached while all guards held"
         } else {
             "decided by its inputs"

@@ -11,13 +11,24 @@ pub fn percent(share: f64) -> String {
     }
     let places = 1 + usize::try_from(-libm::floor(libm::log10(rest)) as i32).unwrap_or(0);
     let text = format!("{:.*}", places.min(12), 100.0 * share);
-    format!("{} %", text.trim_end_matches('0').trim_end_matches('.'))
+    format!("{} %", not_all(text.trim_end_matches('0').trim_end_matches('.'), share))
+}
+
+/// The digits of a share in per cent, but for one that they would round to all: that with every digit it has.
+fn not_all(text: &str, share: f64) -> String {
+    let shortest = format!("{}", share.abs());
+    match shortest.strip_prefix("0.").and_then(|digits| digits.split_at_checked(2)) {
+        Some((whole, rest)) if text.trim_start_matches('-') == "100" && share.abs() < 1.0 => {
+            format!("{}{whole}.{rest}", if share < 0.0 { "-" } else { "" })
+        }
+        _ => text.to_owned(),
+    }
 }
 
 /// A share that somebody gave, with its digits: 0.975 is not 98 %.
 #[must_use]
 pub fn percent_given(share: f64) -> String {
-    format!("{} %", format_digits(100.0 * share, "", 12))
+    format!("{} %", not_all(&format_digits(100.0 * share, "", 12), share))
 }
 
 /// How a number of a question reads: a share, or in its unit.
@@ -48,6 +59,9 @@ mod tests {
     fn a_share_next_to_all_is_not_all() {
         let shown = [0.9963, 0.999_975_6, -0.985, 0.95, 0.57, 0.0042, 1.0, 0.0].map(percent);
         assert_eq!(shown, ["99.63 %", "99.9976 %", "-98.5 %", "95 %", "57 %", "0.42 %", "100 %", "0 %"]);
+        let nearly = 1.0 - f64::EPSILON / 2.0;
+        let shown = [percent(nearly), percent_given(nearly), percent(-nearly)];
+        assert_eq!(shown, ["99.99999999999999 %", "99.99999999999999 %", "-99.99999999999999 %"]);
         assert_eq!([0.975, 0.999, 0.999_999, 0.07].map(percent_given), ["97.5 %", "99.9 %", "99.9999 %", "7 %"]);
     }
 }

@@ -32,6 +32,11 @@ pub fn sentence(answer: &Answer, subject: &str, scale: &Scale, (decided, by): (u
             let limit = answer.high.map_or("no upper limit".to_owned(), |high| format!("at most {}", scale.show(high)));
             return text + &format!(": no event in {}, {limit} ({about}{level})", counted(answer.n, "run"));
         }
+        // those of both: the figures of one harmless and of the other harmful lie outside of these
+        (Some(estimate), Some(harmful)) if estimate != harmful && answer.kind == "difference" => {
+            let (estimate, harmful) = (scale.show(estimate), scale.show(harmful));
+            text += &format!(" = {estimate} with bad runs harmless, {harmful} with bad runs harmful");
+        }
         (Some(estimate), Some(harmful)) if estimate != harmful => {
             text += &format!(" = {} to {}", scale.show(estimate), scale.show(harmful));
         }

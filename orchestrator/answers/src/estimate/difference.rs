@@ -9,7 +9,8 @@
 //! ```
 //! The first is zero-free exactly where the exact test of McNemar (1947) at alpha/2 says that a and b differ; it is wider than the
 //! usual approximations (measured: coverage 0.96 to 1.00), which cover too little where few points differ.
-//! Bad runs: low with those of a harmless and those of b harmful, high the other way round.
+//! Bad runs: the figures with those of both harmless, and with those of both harmful; the lower limit with those of a harmless and those
+//! of b harmful, the upper one the other way round, so that every combination lies between.
 
 use super::figures::{Figures, Method, ratio_of_counts};
 use super::known::{Truths, Values};

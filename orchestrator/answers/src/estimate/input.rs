@@ -10,8 +10,10 @@ use std::fmt;
 /// What a bad run says about a column of numbers.
 #[derive(Debug, Clone, Copy)]
 pub enum Nature<'a> {
-    /// All: it went into the run (parameters, variables, what was carried along).
+    /// All: it went into the run (parameters, variables, what was carried along). Where there is none, it could not be derived.
     Given,
+    /// What happened once and for all (the time of a first event), where nothing but a step limit ended the run; else nothing.
+    Once,
     /// At least what was reached while all guards held, `None` where nothing was: the column only grows during a run (peaks,
     /// impulses, energies). No cells at all: nothing is known.
     Grows(Option<&'a [Option<f64>]>),

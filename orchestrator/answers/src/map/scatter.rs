@@ -51,6 +51,10 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
     let samples = items.list.len() as f64 / columns as f64;
     let reach = if columns > 1 { 4.0 / samples } else { 1.75 / samples.sqrt() }.max(0.012);
     map.notes.push(told(is_share, width, reach));
+    if !frame.study.design.is_random() {
+        map.notes
+            .push("the samples are chosen, not drawn: limits tell how they scatter around what is smoothed".to_owned());
+    }
     if !is_share && map.bad > 0 {
         map.notes.push(format!("{} bad runs have no value and stand in no mean; crosses show where they are", map.bad));
     }

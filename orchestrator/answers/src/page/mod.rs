@@ -13,12 +13,12 @@ mod block;
 pub mod chart;
 mod escape;
 mod figure;
-mod heat;
+mod maps;
 mod shell;
 mod table;
 
 pub use block::{Block, Page, Section};
 pub use escape::plain;
 pub use figure::{Explorer, Figure, Plot};
-pub use heat::maps;
+pub use maps::map_figure;
 pub use table::Table;
