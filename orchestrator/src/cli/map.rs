@@ -3,6 +3,7 @@
 use super::answer::asked_of;
 use super::error::CliError;
 use super::exit::Exit;
+use super::gate::name;
 use super::output::{remark, tell};
 use super::place::default_directory;
 use super::plot::replacing;
@@ -88,11 +89,8 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
             allowed: None,
         });
     }
-    let title = if args.question.is_none() && args.x.is_some() {
-        format!("{}: {}", name_of(&samples), maps[0].of)
-    } else {
-        format!("{}: {}", name_of(&samples), question.name)
-    };
+    let is_worded = args.question.is_none() && args.x.is_some();
+    let title = format!("{}: {}", name(&directory, &samples), if is_worded { &maps[0].of } else { &question.name });
     if args.out.extension().is_some_and(|extension| extension == "html") {
         let page = page(&title, &question.name, &maps, &told(&answering))?;
         replacing(&args.out, || write_whole(&args.out, page.html().as_bytes()))?;
@@ -112,10 +110,6 @@ fn page(title: &str, name: &str, maps: &[Map], said: &str) -> Result<Page, CliEr
     }
     let section = Section { id: "maps", heading: "Maps".to_owned(), blocks };
     Ok(Page { title: title.to_owned(), lead: Vec::new(), sections: vec![section] })
-}
-
-fn name_of(samples: &Samples) -> &str {
-    &samples.study().name
 }
 
 fn refuse_other_formats(out: &Path) -> Result<(), CliError> {

@@ -19,7 +19,7 @@ mod style;
 
 pub use error::{FigureError, SpectrumError};
 pub use machine::machine;
-pub use maps::maps;
+pub use maps::{maps, of_in_words};
 pub use orbit::{Ring, orbits, ring_of};
 pub use panels::{Line, Mark, Panel, panels, tall_panel};
 pub use rings::{RingShape, rings};

@@ -2,7 +2,7 @@
 
 use super::escape::plain;
 use super::figure::{Figure, Plot, short};
-use crate::figures::{self, FigureError, Scale, plain_name};
+use crate::figures::{self, FigureError, Scale, of_in_words, plain_name};
 use crate::map::{Axis, Cell, Map, Shows};
 use bladeoff_model::document::cut;
 use serde_json::{Value, json};
@@ -89,7 +89,7 @@ fn cells(map: &Map, what: &str, pick: Pick, number: &str, end: f64) -> Vec<Value
     let value = |cell: Option<&Cell>| json!(cell.and_then(pick).map(|value| short(value * scale.factor)));
     let told = |cell: Option<&Cell>| json!(cell.map_or(String::new(), |cell| plain(&words(cell, &scale))));
     let along = |axis: &Axis, factor: f64| axis.at.iter().map(|value| short(value * factor)).collect::<Vec<_>>();
-    let name = if what.is_empty() { plain_name(&map.of, &map.unit) } else { what.to_owned() };
+    let name = if what.is_empty() { of_in_words(map) } else { what.to_owned() };
     let mut heat = json!({
         "type": "heatmap", "x": along(&map.x, x.0), "y": along(&map.y, y.0), "z": by_rows(&value), "text": by_rows(&told),
         "hoverinfo": "x+y+text", "xaxis": format!("x{number}"), "yaxis": format!("y{number}"), "name": plain(&name),

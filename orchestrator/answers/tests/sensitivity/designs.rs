@@ -4,7 +4,7 @@ use crate::support::{
     DELTA, G, ISHIGAMI, figure, g_function, holds, ishigami, names, near, of_g, points, saltelli, sobol_points,
     trajectories, trajectory,
 };
-use bladeoff_answers::sensitivity::{Index, Moved, SensitivityError, morris, sobol};
+use bladeoff_answers::sensitivity::{Index, Indices, Moved, SensitivityError, morris, sobol};
 
 /// Numbers of another program: Joe-Kuo points from index 0, A, AB_i, B, N = 1024.
 #[test]
@@ -141,8 +141,13 @@ fn what_has_no_scatter_has_no_interval() {
     let one = morris(&names(3), &rows[..4], &moves[..4], DELTA, 0.05).expect("effects");
     assert_eq!(figure(&one, 0, |of| of.sigma).estimate, None);
     let (rows, moves) = trajectories(&ishigami, 4, 20, 3);
-    let sure = morris(&names(3), &rows, &moves, DELTA, 0.001).expect("effects");
-    assert!(sure.interval == "none" && sure.notes[0].contains("99.8 %"), "{:?}", sure.notes);
+    let sure = morris(&names(3), &rows, &moves, DELTA, 1e-3).expect("effects");
+    let usual = morris(&names(3), &rows, &moves, DELTA, 0.05).expect("effects");
+    let width =
+        |of: &Indices| figure(of, 0, |of| of.mu_star).high.zip(figure(of, 0, |of| of.mu_star).low).map(|(h, l)| h - l);
+    assert!(sure.interval == "bootstrap" && width(&sure) > width(&usual), "more resamples: {:?}", sure.notes);
+    let surest = morris(&names(3), &rows, &moves, DELTA, 1e-6).expect("effects");
+    assert!(surest.interval == "none" && surest.notes[0].contains("limits that rare"), "{:?}", surest.notes);
 }
 
 #[test]

@@ -86,6 +86,14 @@ fn half_width(cell: &Cell) -> (Option<f64>, Option<f64>) {
     (half, half)
 }
 
+/// What a map is of: a column in words, a condition as it was written.
+pub fn of_in_words(map: &Map) -> String {
+    match map.shows {
+        Shows::Probability | Shows::SmoothedProbability => map.of.clone(),
+        Shows::Value | Shows::Median | Shows::SmoothedMean => plain_name(&map.of, &map.unit),
+    }
+}
+
 fn pictures_of(map: &Map) -> Vec<Picture<'_>> {
     let less = match &map.difference {
         None => String::new(),
@@ -97,7 +105,7 @@ fn pictures_of(map: &Map) -> Vec<Picture<'_>> {
         cut(&text, NAME)
     };
     let kind = if map.difference.is_some() { Kind::Difference } else { Kind::Value };
-    let of = cut(&plain_name(&map.of, &map.unit), NAME / 2);
+    let of = cut(&of_in_words(map), NAME / 2);
     let picture =
         |what: &str, kind: Kind, pick: Pick, name: String| Picture { title: title(what), map, pick, kind, name };
     match map.shows {
