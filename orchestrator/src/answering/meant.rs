@@ -1,5 +1,6 @@
 //! From the words of a study file to questions and gates; whatever is wrong with them is told at its place in the file.
 
+use super::refining::Refinement;
 use super::rows::design_kind;
 use super::vocabulary::{Vocabulary, column_of, label};
 use bladeoff_answers::ask::{Problem, Question, QuestionDef, SensitivityMethod};
@@ -82,7 +83,12 @@ pub fn check_asked(to_check: &ToCheck<'_>, problems: &mut Collector<'_>) {
     if is_partly {
         vocabulary.mention(names);
     }
-    understand(&vocabulary, asked, has_design, problems);
+    let meant = understand(&vocabulary, asked, has_design, problems);
+    if let (Some(samples), true) = (&samples, problems.is_empty())
+        && let Err(unrefined) = Refinement::of(samples, &meant)
+    {
+        unrefined.tell(samples, problems);
+    }
 }
 
 fn needs_design(asked: &Asked, problems: &mut Collector<'_>) {

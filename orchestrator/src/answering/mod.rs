@@ -12,6 +12,7 @@ mod forecast;
 mod kept;
 mod looks;
 mod meant;
+mod refining;
 mod rows;
 mod told;
 mod verified;
@@ -23,13 +24,14 @@ pub use forecast::{Awaited, Forecast, Forecasts, forecasts, pace};
 pub use kept::{KeepError, keep};
 pub use looks::{Looked, answer_at_looks, columns_asked};
 pub use meant::{Meant, Source, check_asked, meant, only_gates};
+pub use refining::{Refinement, Unrefined};
 pub use rows::AnsweringError;
 pub use told::{decided, told};
 pub use verified::known_probabilities;
 pub use waiting::Waiting;
 
 use crate::run::directory::{RESULTS, read_current, row_files};
-use crate::run::{end_of_table, refuse_changed};
+use crate::run::{chosen_of_table, end_of_table, refuse_changed};
 use bladeoff_answers::ask::{Answers, Ask, Problem, Question, QuestionDef, SCHEMA, answer_all};
 use bladeoff_answers::estimate::curve::Curve;
 use bladeoff_answers::gate::{Decision, Gate};
@@ -130,7 +132,9 @@ fn read(
         let is_table = files.first().is_some_and(|first| first.ends_with(RESULTS));
         is_known = refuse_changed(directory)? || !is_table;
         let end = files.first().filter(|_| is_table).map(|table| end_of_table(table)).transpose()?.flatten();
-        rows = Some(Rows::read(files, samples, vocabulary, (&columns, end))?);
+        let table = files.first().filter(|_| is_table);
+        let chosen = table.map(|table| chosen_of_table(table, samples)).transpose()?.flatten();
+        rows = Some(Rows::read(files, samples, vocabulary, (&columns, end, chosen.as_ref()))?);
         Ok(())
     })?;
     let rows = rows.expect("set where reading did not fail")?;

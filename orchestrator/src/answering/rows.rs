@@ -4,7 +4,7 @@
 //! count. What finishes first is not random.
 
 use super::vocabulary::Vocabulary;
-use crate::run::{TableEnd, Told};
+use crate::run::{Chosen, TableEnd, Told};
 use bladeoff_answers::estimate::input::{Cells, Column, Design, DesignKind, Group, InputError, Layout, Nature, Study};
 use bladeoff_answers::gate::GateError;
 use bladeoff_answers::sensitivity::Moved;
@@ -141,18 +141,28 @@ impl Blocks {
 }
 
 impl Rows {
-    /// Reads columns of these files; `end`: of the table, if `[stop]` ends it. The outer error is that of files, which may have been replaced meanwhile.
+    /// Reads columns of these files; `end`: of the table, if `[stop]` ends it; `chosen`: the combinations that it has, if `[refine]` chooses
+    /// them: of a design these groups alone. The outer error is that of files, which may have been replaced meanwhile.
     pub fn read(
         files: &[PathBuf],
         samples: &Samples,
         vocabulary: &Vocabulary<'_>,
-        (columns, end): (&[String], Option<TableEnd>),
+        (columns, end, chosen): (&[String], Option<TableEnd>, Option<&Chosen>),
     ) -> Result<Result<Self, AnsweringError>, TableError> {
         let plan = samples.plan();
         // without a design each sample is a point
         let of = end.map_or(plan.map_or(samples.count(), |_| samples.points()), |end| end.points);
-        let groups = vocabulary.groups.clone();
-        let count = usize::try_from(of).unwrap_or(usize::MAX).saturating_mul(groups.len());
+        let all = vocabulary.groups.len();
+        let is_kept = |group: &usize| plan.is_none() || chosen.is_none_or(|chosen| chosen.has(samples, *group as u64));
+        let kept: Vec<usize> = (0..all).filter(is_kept).collect();
+        let groups: Vec<Group> = kept.iter().map(|group| vocabulary.groups[*group].clone()).collect();
+        // without a design places are numbers of samples, whichever are there
+        let points = if plan.is_some() { of } else { samples.count() };
+        let count = usize::try_from(points).unwrap_or(usize::MAX).saturating_mul(groups.len());
+        let place = |number: f64| {
+            let (point, group) = (number as usize / all, number as usize % all);
+            Some(point * kept.len() + kept.binary_search(&group).ok()?).filter(|row| *row < count)
+        };
         let mut gathered = gathered(vocabulary, columns, count);
         let mut status: Vec<Option<Status>> = vec![None; count];
         let mut causes = vec![CauseSet::default(); count];
@@ -164,7 +174,7 @@ impl Rows {
             Table::for_each_piece(std::slice::from_ref(path), &names, |piece| {
                 let numbers = piece.numbers("sample").unwrap_or_default();
                 let (words, all) = (piece.words("status"), piece.words("causes"));
-                let at: Vec<Option<usize>> = numbers.iter().map(|number| row(*number, count)).collect();
+                let at: Vec<Option<usize>> = numbers.iter().map(|number| place((*number)?)).collect();
                 for (row, at) in at.iter().enumerate() {
                     let said = words.and_then(|words| Status::from_word(words[row].as_deref()?));
                     let why = all.and_then(|all| caused(all[row].as_deref()));
@@ -311,11 +321,6 @@ fn gathered(vocabulary: &Vocabulary<'_>, columns: &[String], count: usize) -> Ve
     }
     all.extend(held.iter().map(|name| empty(name, "", Known::Free)));
     all
-}
-
-/// The place of a sample.
-fn row(number: Option<f64>, count: usize) -> Option<usize> {
-    number.map(|number| number as usize).filter(|row| *row < count)
 }
 
 /// Causes from their words.

@@ -81,7 +81,7 @@ impl Waiting {
         columns.dedup();
         let &Stage { points, samples, share } = stage;
         let end = TableEnd { points, samples, share, why: EndWhy::Design };
-        let rows = Rows::read(&[table.to_path_buf()], &self.samples, &vocabulary, (&columns, Some(end)))??;
+        let rows = Rows::read(&[table.to_path_buf()], &self.samples, &vocabulary, (&columns, Some(end), None))??;
         let (answers, _) = answer_all(&rows.study(), &self.questions)?;
         let figures = |mut answer: Answer| match answer.figures.is_empty() {
             // one that cannot be answered is not precise

@@ -6,12 +6,13 @@ use super::output::{print_json, remark, tell};
 use super::place::default_directory;
 use super::refusals::NotAsked;
 use super::why::{frozen, go_on};
-use crate::answering::{Answering, Forecasts, Meant, Source, Waiting, answer, forecasts, keep, meant, pace, told};
+use crate::answering::{Answering, Forecasts, Meant, Refinement, Source, Waiting, answer, forecasts, keep, meant, pace, told};
 use crate::run::directory::{ANSWERS, CURVES, MANIFEST, RESULTS, STUDY, read_current, row_files};
 use crate::run::see;
 use bladeoff_answers::ask::{in_words, percent_given};
 use bladeoff_answers::report::counted;
 use bladeoff_answers::tables::Table;
+use bladeoff_model::document::Collector;
 use bladeoff_study::{Asked, Samples, StudyError, read_asked};
 use bladeoff_system::shown;
 use serde_json::Value;
@@ -165,6 +166,10 @@ pub(super) fn asked_in_words(samples: &Samples) -> Result<String, CliError> {
         let lines = waiting.in_words().iter().map(|line| format!("  {line}\n")).collect::<String>();
         text.push_str(&format!("\nStop:\n{lines}"));
     }
+    if let Some(refinement) = refinement(samples)? {
+        let lines = refinement.in_words().iter().map(|line| format!("  {line}\n")).collect::<String>();
+        text.push_str(&format!("\nRefine:\n{lines}"));
+    }
     Ok(text)
 }
 
@@ -172,6 +177,17 @@ pub(super) fn asked_in_words(samples: &Samples) -> Result<String, CliError> {
 pub(super) fn waiting(samples: &Samples) -> Result<Option<Waiting>, CliError> {
     let study = samples.study();
     Ok(Waiting::of(samples, &understood(samples, &study.file, &study.text, &study.asked)?))
+}
+
+/// Which samples the map of a study takes that is refined.
+pub(super) fn refinement(samples: &Samples) -> Result<Option<Refinement>, CliError> {
+    let study = samples.study();
+    let meant = understood(samples, &study.file, &study.text, &study.asked)?;
+    Refinement::of(samples, &meant).map_err(|unrefined| {
+        let mut problems = Collector::new(&study.file, &study.text);
+        unrefined.tell(samples, &mut problems);
+        StudyError::Problems(vec![problems.into_problems()]).into()
+    })
 }
 
 /// What `run` says of the questions of its study at its end; those of a complete one are written into the directory. How `run` ends where

@@ -1,6 +1,6 @@
 //! `bladeoff run`: a study on all cores.
 
-use super::answer::{answers_of_run, check_questions, waiting};
+use super::answer::{answers_of_run, check_questions, refinement, waiting};
 use super::budget::BudgetArgs;
 use super::error::CliError;
 use super::exit::Exit;
@@ -9,7 +9,7 @@ use super::output::{remark, tell, width, width_of_errors};
 use crate::answering::check_asked;
 use crate::dispatch::{Ended, time_left, watch_before};
 use crate::run::directory::{LEDGER, row_files};
-use crate::run::{Finished, Looking, Request, Rerun, RunError, TRUST, go_on, own_columns, run};
+use crate::run::{Finished, Looking, Refining, Request, Rerun, RunError, TRUST, go_on, own_columns, run};
 use crate::starts::check_starts;
 use bladeoff_answers::report::are;
 use bladeoff_answers::report::{SUMMARY_COLUMNS, Summary, counted, duration};
@@ -230,6 +230,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         workers,
         rerun: args.rerun.clone(),
         looking: waiting(&samples)?.map(|waiting| Rc::new(waiting) as Rc<dyn Looking>),
+        refining: refinement(&samples)?.map(|refinement| Rc::new(refinement) as Rc<dyn Refining>),
         refresh: args.refresh,
         sample: args.budget.of_sample(samples.study().limits.sample),
         limits,

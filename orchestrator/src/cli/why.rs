@@ -9,7 +9,7 @@ use crate::engine;
 use crate::report::{advice, cause_in_words, describe_values, diverged_at, end_cause_in_words, mentions};
 use crate::run::directory::{LEDGER, MANIFEST, RESULTS, WORKER_LOG, read_current, row_files, timing_files};
 use crate::run::{
-    RunState, Seen, TableEnd, end_of_table, function_columns, own_columns, refuse_changed, refuse_changed_timings, see,
+    EndWhy, RunState, Seen, TableEnd, end_of_table, function_columns, own_columns, refuse_changed, refuse_changed_timings, see,
 };
 use bladeoff_answers::report::duration;
 use bladeoff_answers::report::{are, counted};
@@ -131,7 +131,8 @@ pub fn text(directory: &Path, sample: u64) -> Result<String, CliError> {
 /// The end of the table, where that is before this sample.
 fn end_before(directory: &Path, sample: u64) -> Option<TableEnd> {
     let end = end_of_table(&directory.join(RESULTS)).ok().flatten();
-    end.filter(|end| sample >= end.samples)
+    // what [refine] has not chosen lies anywhere
+    end.filter(|end| sample >= end.samples || end.why == EndWhy::Refined)
 }
 
 /// `run.twin` of a sample that has a twin, unless it varies and is shown with what does.

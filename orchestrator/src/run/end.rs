@@ -22,11 +22,18 @@ pub enum EndWhy {
     Wall,
     /// The design has no more points; the intervals are not narrow enough.
     Design,
+    /// It has the combinations of a map that `[refine]` has chosen.
+    Refined,
 }
 
 impl EndWhy {
-    const ALL: [(&'static str, Self); 4] =
-        [("precision", Self::Precision), ("samples", Self::Samples), ("wall", Self::Wall), ("design", Self::Design)];
+    const ALL: [(&'static str, Self); 5] = [
+        ("precision", Self::Precision),
+        ("samples", Self::Samples),
+        ("wall", Self::Wall),
+        ("design", Self::Design),
+        ("refined", Self::Refined),
+    ];
 
     fn word(self) -> &'static str {
         Self::ALL.iter().find(|(_, why)| *why == self).map_or("", |(word, _)| *word)
@@ -70,6 +77,7 @@ impl TableEnd {
             EndWhy::Precision => format!("precise enough at {points} of {of} points ([stop])"),
             EndWhy::Samples => format!("ended at {points} of {of} points by `samples` of [stop]"),
             EndWhy::Wall => format!("ended at {points} of {of} points by `wall` of [stop]"),
+            EndWhy::Refined => format!("{} samples, chosen where the map changes ([refine])", self.samples),
             EndWhy::Design => format!("all {of} points are done, and not every interval is as narrow as [stop] asks"),
         }
     }

@@ -2,6 +2,7 @@
 //! directory that was taken from the run.
 
 use super::directory::{MANIFEST, PARTS, RESULTS, row_files};
+use super::chosen::Chosen;
 use super::end::TableEnd;
 use super::error::{Lost, RunError};
 use super::manifest::{Checksums, Course, manifest};
@@ -21,6 +22,8 @@ pub(super) struct Computed {
     pub report: Result<DispatchReport, DispatchError>,
     /// Where the table ends, if `[stop]` says so.
     pub end: Result<Option<TableEnd>, RunError>,
+    /// The combinations of a map that the table has, if `[refine]` chooses them.
+    pub chosen: Option<Chosen>,
     /// Whether the last results have become durable.
     pub committed: Result<(), LedgerError>,
     /// Whether all that is durable is in parts, where that was wanted.
@@ -40,7 +43,7 @@ pub(super) fn conclude(
 ) -> Result<Finished, RunError> {
     let Session { request, prepared, opened, directory } = session;
     let (samples, ledger) = (prepared.samples, &opened.ledger);
-    let Computed { mut report, end, committed, parts } = computed;
+    let Computed { mut report, end, chosen, committed, parts } = computed;
     // Shared memory is given back when everything is written: nothing about it is a matter of the results.
     let memory = report.as_mut().ok().and_then(|report| report.memory.take());
     // Taken but not recorded is computed again: it does not count.
@@ -55,7 +58,8 @@ pub(super) fn conclude(
         let end = end?;
         let mut tally = durable.clone();
         let (table, tables) = if end.is_some() || durable.done() == samples.count() {
-            let (tables, of_table) = tables::write_tables(directory, prepared, ledger.reader(), end.as_ref())?;
+            let which = (end.as_ref(), chosen.as_ref().filter(|_| end.is_some()));
+            let (tables, of_table) = tables::write_tables(directory, prepared, ledger.reader(), which)?;
             tally = of_table;
             faults.reached(At::Retiring, 0, None);
             directory.remove_parts()?;

@@ -11,6 +11,7 @@
 mod aside;
 mod change;
 mod checksums;
+mod chosen;
 mod columns;
 mod curves;
 pub mod directory;
@@ -29,6 +30,7 @@ mod parts;
 mod prepare;
 mod provenance;
 mod questions;
+mod refined;
 pub mod rehearsal;
 mod request;
 mod resume;
@@ -45,6 +47,7 @@ mod work;
 
 pub use change::study_changes;
 pub use checksums::{Verified, refuse_changed, refuse_changed_timings, verify};
+pub use chosen::{Chosen, Refining, chosen_of_table};
 pub use columns::{TableColumn, Told, columns_of, columns_without, function_columns, own_columns};
 #[cfg(test)]
 pub(crate) use curves::forget_answers;
@@ -73,6 +76,7 @@ use loss::Guard;
 use manifest::{Course, manifest};
 use open::{Opening, Session, open};
 use parts::Teller;
+use refined::Refined;
 use sink::LedgerSink;
 use stages::Staged;
 use std::cell::RefCell;
@@ -119,12 +123,19 @@ fn compute(
     let record = opened.ledger.reader().clone();
     let work = |parts: &Teller<'_>| {
         let mut sink = LedgerSink::new(&mut opened.ledger, &prepared.keys, &known, parts, Guard::new(directory));
-        let (report, end) = match &request.looking {
-            Some(looking) => {
+        let mut chosen = None;
+        let (report, end) = match (&request.looking, &request.refining) {
+            (_, Some(refining)) => {
+                let refined = Refined { refining: &**refining, directory, prepared, record: &record, faults };
+                let (course, cells) = refined.compute(options, todo, &mut sink, telling);
+                chosen = Some(cells);
+                course
+            }
+            (Some(looking), None) => {
                 let staged = Staged { looking: &**looking, directory, prepared, record: &record, faults };
                 staged.compute(options, todo, &mut sink, telling)
             }
-            None => (dispatch::run(&options, samples, todo, &mut sink, telling), Ok(None)),
+            (None, None) => (dispatch::run(&options, samples, todo, &mut sink, telling), Ok(None)),
         };
         let committed = sink.close();
         telling.progress.clear();
@@ -135,11 +146,11 @@ fn compute(
         if telling.durable().done() < samples.count() && !matches!(end, Ok(Some(_))) {
             parts.write_rest();
         }
-        (report, end, committed)
+        (report, end, chosen, committed)
     };
     let written = parts::written_beside(request.refresh, (directory, prepared, &record), there, faults, work);
-    let ((report, end, committed), parts) = written?;
-    Ok(Computed { report, end, committed, parts })
+    let ((report, end, chosen, committed), parts) = written?;
+    Ok(Computed { report, end, chosen, committed, parts })
 }
 
 /// Tells that the run begins. How it is to be computed, and the rows that are there already, which become parts while it is.

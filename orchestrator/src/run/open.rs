@@ -2,9 +2,10 @@
 //! already is put in order and left.
 
 use super::checksums::refuse_changed;
+use super::chosen::{Chosen, chosen_of_table};
 use super::curves::forget_answers;
 use super::directory::{LEDGER, LOCK, LOOK, RESULTS, RunDirectory, TIMINGS};
-use super::end::{TableEnd, end_of_table};
+use super::end::{EndWhy, TableEnd, end_of_table};
 use super::error::RunError;
 use super::lock::{Keeper, LockError, Look, look, theirs};
 use super::prepare::{Prepared, frozen_basis, new_basis};
@@ -67,17 +68,18 @@ pub(super) fn open<'a>(
         compared = resume::compare(directory.open(), &prepared, again(false))?;
     }
     compared.notes().iter().for_each(|text| note(text));
-    let end = end_told(request);
+    let (end, chosen) = (end_told(request), chosen_told(request, samples));
+    let which = (end.as_ref(), chosen.as_ref());
     if tables::is_current(&request.out, RESULTS, &prepared.provenance)
-        && let Some((record, tally)) = compared.complete(&prepared, end.as_ref())
+        && let Some((record, tally)) = compared.complete(&prepared, which)
     {
         note(there_already(end.as_ref()));
-        upkeep::put_in_order(request, &directory, &prepared, (record, tally, end), note)?;
+        upkeep::put_in_order(request, &directory, &prepared, (record, tally), (end, chosen.as_ref()), note)?;
         // of its rows, not of what the record holds beyond
         let tally = if end.is_some() { &tables::tally(&request.out)? } else { tally };
         return Ok(Opening::Complete(Finished::nothing_computed(&request.out, tally, end)));
     }
-    if compared.complete(&prepared, end.as_ref()).is_some() && refuse_changed(directory.path()).is_err() {
+    if compared.complete(&prepared, which).is_some() && refuse_changed(directory.path()).is_err() {
         note(&format!("{RESULTS} is damaged: it is made again from the record"));
     }
     let opened = compared.go_on(&directory, &prepared)?;
@@ -88,7 +90,7 @@ pub(super) fn open<'a>(
             "{reused} of {} {} there already, {}{} {} computed",
             counted(samples.count(), "sample"),
             are(reused),
-            if request.looking.is_some() { "at most " } else { "" },
+            if request.looking.is_some() || request.refining.is_some() { "at most " } else { "" },
             opened.todo.total(),
             are(opened.todo.total())
         ));
@@ -106,8 +108,16 @@ fn end_told(request: &Request) -> Option<TableEnd> {
     end_of_table(&request.out.join(RESULTS)).ok().flatten()
 }
 
+/// The combinations that the table of a study with `[refine]` tells of, likewise.
+fn chosen_told(request: &Request, samples: &Samples) -> Option<Chosen> {
+    chosen_of_table(&request.out.join(RESULTS), samples).ok().flatten()
+}
+
 fn there_already(end: Option<&TableEnd>) -> &'static str {
     match end {
+        Some(end) if end.why == EndWhy::Refined => {
+            "every sample that [refine] has chosen is there already: nothing is computed"
+        }
         Some(end) if end.is_early() => "every sample up to the end by [stop] is there already: nothing is computed",
         _ => "every sample is there already: nothing is computed",
     }
@@ -145,8 +155,8 @@ fn look_only(request: &Request, samples: &Samples, note: &dyn Fn(&str), error: R
         let again = Again { rerun: request.rerun.as_ref(), suspects: false };
         let compared = resume::compare(&folder, &prepared, again)?;
         if tables::is_current(&request.out, RESULTS, &prepared.provenance)
-            && let end = end_told(request)
-            && let Some((_, tally)) = compared.complete(&prepared, end.as_ref())
+            && let (end, chosen) = (end_told(request), chosen_told(request, samples))
+            && let Some((_, tally)) = compared.complete(&prepared, (end.as_ref(), chosen.as_ref()))
         {
             if let Err(damage) = refuse_changed(&request.out) {
                 note(&damage.to_string());

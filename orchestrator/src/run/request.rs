@@ -1,6 +1,7 @@
 //! What is asked of a run, and what it answers.
 
 use super::directory::RESULTS;
+use super::chosen::Refining;
 use super::end::{Looking, TableEnd};
 use super::resume::Rerun;
 use crate::dispatch::Ended;
@@ -30,6 +31,8 @@ pub struct Request {
     pub rerun: Option<Rerun>,
     /// Where the study may end before its design does.
     pub looking: Option<Rc<dyn Looking>>,
+    /// Which of its samples a map takes.
+    pub refining: Option<Rc<dyn Refining>>,
     /// Time between two parts of finished rows; zero: only when there are many.
     pub refresh: Duration,
 }

@@ -12,6 +12,7 @@
 //! [`compare`] decides which, and reads only: whatever is refused has been touched by nobody. [`Comparison::go_on`] does it.
 
 use super::change::changes;
+use super::chosen::Chosen;
 use super::directory::{LEDGER, RunDirectory};
 use super::end::TableEnd;
 use super::error::RunError;
@@ -302,11 +303,20 @@ impl Comparison {
         self.found.tally.failed()
     }
 
-    /// The record and its counts, where it holds every sample, or those up to the end of the table, and needs no change.
-    pub fn complete(&self, prepared: &Prepared<'_>, end: Option<&TableEnd>) -> Option<(&Reader, &Tally)> {
-        let wanted = end.map_or(prepared.samples.count(), |end| end.samples);
+    /// The record and its counts, where it holds every sample, or those up to the end of the table, or those that are chosen, and needs
+    /// no change.
+    pub fn complete(
+        &self,
+        prepared: &Prepared<'_>,
+        (end, chosen): (Option<&TableEnd>, Option<&Chosen>),
+    ) -> Option<(&Reader, &Tally)> {
+        let count = prepared.samples.count();
+        let has_all = || match chosen {
+            Some(chosen) => self.found.lacks(count, |sample| chosen.has(prepared.samples, sample)).is_none(),
+            None => self.found.has_all(end.map_or(count, |end| end.samples)),
+        };
         match &self.record {
-            Record::Same(reader, _) if self.found.has_all(wanted) => Some((reader, &self.found.tally)),
+            Record::Same(reader, _) if has_all() => Some((reader, &self.found.tally)),
             _ => None,
         }
     }
@@ -410,6 +420,12 @@ impl Found {
         self.next >= first && self.suspects.is_empty() && self.gaps.first().is_none_or(|gap| gap.start >= first)
     }
 
+    /// The first of `count` samples that is wanted and not there.
+    fn lacks(&self, count: u64, is_wanted: impl Fn(u64) -> bool) -> Option<u64> {
+        let missing = self.gaps.iter().cloned().chain(std::iter::once(self.next..count)).flatten();
+        missing.chain(self.suspects.iter().copied()).find(|sample| is_wanted(*sample))
+    }
+
     fn pass(&mut self, sample: u64) {
         if sample > self.next {
             self.gaps.push(self.next..sample);
@@ -444,6 +460,8 @@ mod tests {
         assert_eq!(Found::default().rest(2).0.left(), 2);
         let mut found = Found::default();
         [0, 1, 3].into_iter().for_each(|sample| found.add(sample, Status::Ok, None));
+        assert_eq!([5, 3].map(|count| found.lacks(count, |_| true)), [Some(2), Some(2)]);
+        assert_eq!([5, 4].map(|count| found.lacks(count, |sample| sample != 2)), [Some(4), None]);
         assert!(found.has_all(0) && found.has_all(2) && !found.has_all(3) && !found.has_all(5));
     }
 }

@@ -101,7 +101,7 @@ impl Staged<'_> {
     /// Whether a stage is precise enough.
     fn look(&self, stage: &Stage) -> Result<bool, RunError> {
         let place = self.directory.file(LOOK);
-        write_rows(&place, self.prepared, self.record, stage.samples)?;
+        write_rows(&place, self.prepared, self.record, &(0..stage.samples).collect::<Vec<_>>())?;
         self.faults.reached(At::Looking, stage.samples, None);
         let said = self.looking.is_enough(stage, &place.to_path_buf());
         self.directory.remove(LOOK)?;
@@ -135,7 +135,7 @@ fn whole_points(samples: &Samples, first: u64) -> u64 {
 }
 
 /// Adds what a further stage came to.
-fn add(all: &mut DispatchReport, report: DispatchReport, telling: &mut Telling) {
+pub(super) fn add(all: &mut DispatchReport, report: DispatchReport, telling: &mut Telling) {
     let DispatchReport { done, ended, worker_deaths, dropped_messages, wall_s, first_ask_s, memory } = report;
     dispatch::give_back(std::mem::replace(&mut all.memory, memory), telling);
     if all.done == 0 {
@@ -149,7 +149,7 @@ fn add(all: &mut DispatchReport, report: DispatchReport, telling: &mut Telling) 
 }
 
 /// A signal that comes while nothing is computed, which nobody else would hear.
-fn signals_between() -> Arc<Mutex<Option<Signal>>> {
+pub(super) fn signals_between() -> Arc<Mutex<Option<Signal>>> {
     let told = Arc::new(Mutex::new(None));
     let heard = Arc::clone(&told);
     dispatch::watch_afterwards(move |signal| {

@@ -1,6 +1,7 @@
 //! From the record of finished samples to the tables.
 
 use super::checksums::refuse_changed;
+use super::chosen::{Chosen, REFINED};
 use super::directory::{RESULTS, RunDirectory, TIMINGS};
 use super::end::{STOP, TableEnd};
 use super::error::RunError;
@@ -13,24 +14,26 @@ use bladeoff_answers::tables::{
     Checksum, Provenance, ResultsWriter, Row, Table, TableError, Timing, TimingsWriter, read_metadata,
 };
 use bladeoff_model::outcome::{Cause, Outcome, Status};
+use bladeoff_study::Samples;
 use bladeoff_system::files::Pending;
 use bladeoff_system::place::Place;
 use std::path::Path;
 
-/// Writes `results.parquet` and `timings.parquet` of a study whose samples are all recorded, or those up to the table's end, one entry
-/// at a time: the writers hold one row group. Gives their checksums, and what became of these samples.
+/// Writes `results.parquet` and `timings.parquet` of a study whose samples are all recorded, or those up to the table's end, or those
+/// that are chosen, one entry at a time: the writers hold one row group. Gives their checksums, and what became of these samples.
 pub(super) fn write_tables(
     directory: &RunDirectory,
     prepared: &Prepared<'_>,
     record: &Reader,
-    end: Option<&TableEnd>,
+    (end, chosen): (Option<&TableEnd>, Option<&Chosen>),
 ) -> Result<(Checksums, Tally), RunError> {
     let (results, timings) = (directory.file(RESULTS), directory.file(TIMINGS));
-    let more: Vec<(String, String)> = end.map(|end| (STOP.to_owned(), end.json().to_string())).into_iter().collect();
+    let mut more: Vec<(String, String)> = end.map(|end| (STOP.to_owned(), end.json().to_string())).into_iter().collect();
+    more.extend(chosen.map(|chosen| (REFINED.to_owned(), chosen.json().to_string())));
     let mut rows = RowsWriter::create(prepared, Pending::create(results)?, Pending::create(timings)?, &more)?;
     let mut tally = Tally::default();
     record.for_each(|sample, entry| {
-        if is_in(end, sample) {
+        if is_in((end, chosen), prepared.samples, sample) {
             tally.add(&entry.outcome);
             rows.push(sample, entry)?;
         }
@@ -39,21 +42,25 @@ pub(super) fn write_tables(
     Ok((rows.finish()?, tally))
 }
 
-fn is_in(end: Option<&TableEnd>, sample: u64) -> bool {
-    end.is_none_or(|end| sample < end.samples)
+/// Whether a table has a sample.
+fn is_in((end, chosen): (Option<&TableEnd>, Option<&Chosen>), samples: &Samples, sample: u64) -> bool {
+    match chosen {
+        Some(chosen) => sample < samples.count() && chosen.has(samples, sample),
+        None => end.is_none_or(|end| sample < end.samples),
+    }
 }
 
-/// Writes the rows of the first samples, all of which are recorded, as a table aside.
+/// Writes the rows of these samples, in ascending order and all of them recorded, as a table aside.
 pub(super) fn write_rows(
     place: &Place,
     prepared: &Prepared<'_>,
     record: &Reader,
-    samples: u64,
+    samples: &[u64],
 ) -> Result<(), RunError> {
     let provenance = Provenance(prepared.provenance.clone());
     let mut rows = ResultsWriter::create(Pending::create(place)?, &prepared.schema, &provenance)?;
     // no more than these, however many there are
-    record.view()?.for_each_of(&(0..samples).collect::<Vec<_>>(), |sample, entry| {
+    record.view()?.for_each_of(samples, |sample, entry| {
         rows.push(row(prepared, sample, entry.outcome)).map_err(RunError::from)
     })?;
     rows.finish()?;
@@ -63,13 +70,14 @@ pub(super) fn write_rows(
 /// Writes `timings.parquet` alone, again.
 pub(super) fn write_timings(
     directory: &RunDirectory,
+    samples: &Samples,
     record: &Reader,
-    end: Option<&TableEnd>,
+    which: (Option<&TableEnd>, Option<&Chosen>),
 ) -> Result<Checksum, RunError> {
     let mut timings = TimingsWriter::create(Pending::create(directory.file(TIMINGS))?)?;
     record.for_each(|sample, entry| {
         let Entry { cpu_s, worker, attempt, .. } = entry;
-        if is_in(end, sample) {
+        if is_in(which, samples, sample) {
             timings.push(Timing { sample, cpu_s, worker, attempt })?;
         }
         Ok::<_, RunError>(())

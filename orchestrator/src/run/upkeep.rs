@@ -1,6 +1,7 @@
 //! A complete directory kept in order: whatever of it is missing or not as it was written is made again from the record.
 
 use super::checksums::{Compared, compare};
+use super::chosen::Chosen;
 use super::directory::{MANIFEST, RESULTS, RunDirectory, TIMINGS};
 use super::end::TableEnd;
 use super::error::RunError;
@@ -20,7 +21,8 @@ pub(super) fn put_in_order(
     request: &Request,
     directory: &RunDirectory,
     prepared: &Prepared<'_>,
-    (record, tally, end): (&Reader, &Tally, Option<TableEnd>),
+    (record, tally): (&Reader, &Tally),
+    (end, chosen): (Option<TableEnd>, Option<&Chosen>),
     note: &dyn Fn(&str),
 ) -> Result<(), RunError> {
     let samples = prepared.samples;
@@ -39,9 +41,9 @@ pub(super) fn put_in_order(
     let mut tables = told;
     if results != Compared::Whole {
         note(&format!("{RESULTS} {}: it is made again from the record", what(results)));
-        (tables, _) = write_tables(directory, prepared, record, end.as_ref())?;
+        (tables, _) = write_tables(directory, prepared, record, (end.as_ref(), chosen))?;
     } else if timings != Compared::Whole {
-        tables.timings = Some(write_timings(directory, record, end.as_ref())?);
+        tables.timings = Some(write_timings(directory, samples, record, (end.as_ref(), chosen))?);
     }
     if is_lost {
         note(&format!("{TIMINGS} was missing or damaged: it is made again from the record"));

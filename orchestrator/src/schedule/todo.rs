@@ -64,6 +64,21 @@ impl Todo {
         found.with_suspects(suspects)
     }
 
+    /// Takes all samples of a kind, in their order.
+    pub fn those(&mut self, is_one: impl Fn(u64) -> bool) -> Self {
+        let (mut taken, mut left): (Vec<Range<u64>>, Vec<Range<u64>>) = (Vec::new(), Vec::new());
+        for sample in self.ranges.iter().cloned().flatten() {
+            let ranges = if is_one(sample) { &mut taken } else { &mut left };
+            match ranges.last_mut() {
+                Some(range) if range.end == sample => range.end += 1,
+                _ => ranges.push(sample..sample + 1),
+            }
+        }
+        let (suspects, rest) = std::mem::take(&mut self.suspects).into_iter().partition(|sample| is_one(*sample));
+        *self = Self::from_iter(left).with_suspects(rest);
+        Self::from_iter(taken).with_suspects(suspects)
+    }
+
     /// Takes up to `n` samples from the front, as ranges.
     pub fn cut(&mut self, n: u64) -> Vec<Range<u64>> {
         let mut cut = Vec::new();
@@ -114,6 +129,10 @@ mod tests {
         let mut todo = Todo::from_iter([2..5, 7..9, 11..12]).with_suspects(vec![1, 10]);
         assert_eq!(todo.below(8), Todo::from_iter([2..5, 7..8]).with_suspects(vec![1]));
         assert_eq!((todo.below(8).total(), todo.below(9).take(9), todo.total()), (0, vec![8], 2));
+        let mut todo = Todo::from_iter([2..5, 9..11, 6..8]).with_suspects(vec![1, 12]);
+        let even = todo.those(|sample| sample % 2 == 0);
+        assert_eq!(even, Todo::from_iter([2..3, 4..5, 10..11, 6..7]).with_suspects(vec![12]));
+        assert_eq!(todo, Todo::from_iter([3..4, 9..10, 7..8]).with_suspects(vec![1]));
         let mut todo = Todo::from_iter([7..9, 0..2]);
         let taken = todo.take(3);
         todo.put_back(&taken[1..]);

@@ -14,6 +14,7 @@ use super::limits::Limits;
 use super::model::{is_function, read_function};
 use super::named::{NamedFiles, Which};
 use super::parameter::{Parameter, refuse_same};
+use super::refine::RefineDef;
 use super::points::{PointsFile, read_points};
 use super::set::read_set;
 use super::stop::StopDef;
@@ -53,7 +54,7 @@ pub const STUDY_SCHEMA: i128 = 1;
 /// Largest points file.
 const MAX_POINTS_BYTES: u64 = 256 << 20;
 
-const KEYS: [&str; 18] = [
+const KEYS: [&str; 19] = [
     "schema",
     "name",
     "model",
@@ -72,6 +73,7 @@ const KEYS: [&str; 18] = [
     "question",
     "gate",
     "stop",
+    "refine",
 ];
 
 /// Reads and checks a study with its machine and points files.
@@ -224,6 +226,9 @@ impl Loader<'_> {
             let plan = drawn.as_ref().and_then(|drawn| drawn.drawing.plan());
             StopDef::read(entry, &asked, (has_design, plan), &mut self.problems)
         });
+        let refine = keys.get("refine").and_then(|entry| {
+            RefineDef::read(entry, &asked, keys.get("stop").is_some(), &mut self.problems)
+        });
         paths.refuse_repeated(&mut self.problems);
         let function = if is_function { read_function(&keys, variables.as_deref(), &mut self.problems) } else { None };
         let parameters = drawn.as_ref().map(|drawn| drawn.parameters.as_slice()).unwrap_or_default();
@@ -281,6 +286,7 @@ impl Loader<'_> {
             limits,
             asked,
             stop,
+            refine,
             twin,
         })
     }

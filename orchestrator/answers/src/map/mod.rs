@@ -5,6 +5,7 @@
 //!   both axes have given values   --grid-->     a cell for each combination: median and 95 % value of its starts, probability of its starts
 //!   otherwise                     --scatter-->  a raster, smoothed (smooth), with the uncertainty of each value
 //!   --> Map: cells as answers.json has them; contour lines (contour) and the boundary of regimes for pictures
+//!       of some of the given values --refine--> the combinations to be computed next
 //! ```
 //! A bad run stays in its cell: it is counted, and each figure is that with bad runs harmless and with bad runs harmful, as in
 //! [`crate::estimate`]. Where no sample is, there is no cell.
@@ -15,6 +16,7 @@ pub mod contour;
 mod grid;
 mod pairs;
 mod place;
+pub mod refine;
 mod scatter;
 mod smooth;
 

@@ -1,0 +1,181 @@
+//! `[refine]` of a study: which combinations of its map come next, by the rows of those that are chosen so far.
+
+use super::meant::Meant;
+use super::rows::{AnsweringError, Rows};
+use super::vocabulary::{Vocabulary, column_of};
+use crate::run::{Chosen, EndWhy, LookingError, Refining, TableEnd};
+use bladeoff_answers::ask::{Ask, Question};
+use bladeoff_answers::map::refine::{Grid, kinds};
+use bladeoff_answers::map::{Of, REGIME, Wanted, maps};
+use bladeoff_model::document::Collector;
+use bladeoff_model::machine::ParamValue;
+use bladeoff_study::{Origin, Samples};
+use std::collections::BTreeSet;
+use std::path::Path;
+
+/// Every so-manieth value comes first.
+const EVERY: usize = 4;
+
+/// A map that is refined.
+#[derive(Debug, Clone)]
+pub struct Refinement {
+    samples: Samples,
+    question: Question,
+    wanted: Wanted,
+    along: [Along; 2],
+    grid: Grid,
+    max_samples: u64,
+    /// Samples of a combination.
+    each: u64,
+}
+
+/// An axis of the map: its place among those of the study, and its values in ascending order with their positions.
+#[derive(Debug, Clone)]
+struct Along {
+    axis: usize,
+    values: Vec<f64>,
+    positions: Vec<u64>,
+}
+
+/// Why a map is not refined: what is wrong, and what is allowed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Unrefined(String, String);
+
+impl Unrefined {
+    fn new(message: impl Into<String>, allowed: impl Into<String>) -> Self {
+        Self(message.into(), allowed.into())
+    }
+
+    /// At its place in the study file.
+    pub fn tell(self, samples: &Samples, problems: &mut Collector<'_>) {
+        let place = samples.study().refine.as_ref().map_or(0..0, |def| def.span.clone());
+        problems.add(place, "refine", self.0).allowed = Some(self.1);
+    }
+}
+
+impl Refinement {
+    /// Of a study with `[refine]`; `None` without, and where there is too little of it to choose from: of a part (`--scale`, `--limit`).
+    ///
+    /// # Errors
+    /// Its map cannot be refined.
+    pub fn of(samples: &Samples, meant: &Meant) -> Result<Option<Self>, Unrefined> {
+        let study = samples.study();
+        let Some(def) = &study.refine else { return Ok(None) };
+        let is_part = samples.scale().is_some() || samples.limit().is_some();
+        if samples.plan().is_none() && samples.limit().is_some() {
+            return Ok(None);
+        }
+        let name = study.asked.questions.get(def.question).and_then(|asked| asked.name.as_ref());
+        let question = name.and_then(|name| meant.questions.iter().find(|question| question.name == name.value));
+        let Some((question, Ask::Map(wanted))) = question.map(|question| (question, &question.ask)) else {
+            // it could not be understood, which was said
+            return Ok(None);
+        };
+        if matches!(wanted.of, Of::Value(_)) && Vocabulary::of(samples).is_none_or(|known| !has_regimes(&known)) {
+            let message = format!("nothing of the map of {} changes from here to there: it has no {REGIME}", question.name);
+            return Err(Unrefined::new(message, "a map of the probability of an event: of = \"P(...)\""));
+        }
+        let along = [Along::of(samples, &wanted.x)?, Along::of(samples, &wanted.y)?];
+        if along[0].axis == along[1].axis {
+            let message = format!("{} and {} advance together", wanted.x, wanted.y);
+            return Err(Unrefined::new(message, "a map over two [[vary]]"));
+        }
+        let lengths = [0, 1].map(|axis: usize| along[axis].values.len());
+        let asked = def.first.map(|first| first.map(|count| usize::try_from(count).unwrap_or(usize::MAX)));
+        // of a part no more than there are
+        let first = asked.filter(|first| !is_part || (0..2).all(|axis| first[axis] <= lengths[axis]));
+        let first = first.unwrap_or(lengths.map(|length| (length.max(1) - 1).div_ceil(EVERY) + 1));
+        let Some(grid) = Grid::new(lengths, first) else {
+            let message = format!("{} and {} values come first, of {} and {}", first[0], first[1], lengths[0], lengths[1]);
+            let refused = Unrefined::new(message, "at least 2 values of each, and at most as many as there are");
+            return if is_part { Ok(None) } else { Err(refused) };
+        };
+        let each = samples.count() / (lengths[0] * lengths[1]) as u64;
+        let begun = grid.first().len() as u64 * each;
+        if begun > def.max_samples && !is_part {
+            let message = format!("{begun} samples come first, and at most {} are wanted", def.max_samples);
+            return Err(Unrefined::new(message, "a larger max_samples, or fewer values with `first`"));
+        }
+        // differences between panels are no matter
+        let wanted = Wanted { paired: None, ..wanted.clone() };
+        let (samples, question, max_samples) = (samples.clone(), question.clone(), def.max_samples);
+        Ok(Some(Self { samples, question, wanted, along, grid, max_samples, each }))
+    }
+
+    /// What is refined, in words.
+    #[must_use]
+    pub fn in_words(&self) -> Vec<String> {
+        let [x, y] = self.along.each_ref().map(|along| along.values.len() as u64);
+        let (first, each) = (self.grid.first().len() as u64, self.each);
+        vec![
+            format!("{first} of the {} combinations of {} come first: {} samples", x * y, self.question.name, first * each),
+            format!("others where its regime or event changes: {} samples in all, at most", self.max_samples.min(x * y * each)),
+        ]
+    }
+
+    /// Positions of places on the map.
+    fn cells(&self, places: impl IntoIterator<Item = (usize, usize)>) -> Vec<[u64; 2]> {
+        let [x, y] = &self.along;
+        places.into_iter().map(|place| [x.positions[place.0], y.positions[place.1]]).collect()
+    }
+
+    fn wanted_next(&self, chosen: &Chosen, table: &Path) -> Result<(Vec<[u64; 2]>, bool), AnsweringError> {
+        let vocabulary = Vocabulary::of(&self.samples).ok_or(AnsweringError::Unread)?;
+        let mut columns = self.question.columns(&vocabulary.names);
+        columns.sort();
+        columns.dedup();
+        let count = chosen.cells.len() as u64 * self.each;
+        let points = if self.samples.plan().is_some() { self.samples.points() } else { count };
+        let end = TableEnd { points, samples: count, share: 1.0, why: EndWhy::Refined };
+        let which = (columns.as_slice(), Some(end), Some(chosen));
+        let rows = Rows::read(&[table.to_path_buf()], &self.samples, &vocabulary, which)??;
+        let found = maps(&rows.study(), &self.wanted, 1.0 - self.question.confidence)?;
+        let known = kinds(&found, self.along.each_ref().map(|along| along.values.as_slice()));
+        let room = self.max_samples.saturating_sub(count) / self.each;
+        let next = self.grid.next(&known, usize::try_from(room).unwrap_or(usize::MAX));
+        Ok((self.cells(next.places), next.is_all))
+    }
+}
+
+impl Refining for Refinement {
+    fn first(&self) -> Chosen {
+        let axes = self.along.each_ref().map(|along| along.axis);
+        Chosen { axes, cells: self.cells(self.grid.first()).into_iter().collect() }
+    }
+
+    fn next(&self, chosen: &Chosen, table: &Path) -> Result<(Vec<[u64; 2]>, bool), LookingError> {
+        self.wanted_next(chosen, table).map_err(|error| LookingError(Box::new(error)))
+    }
+}
+
+fn has_regimes(vocabulary: &Vocabulary<'_>) -> bool {
+    vocabulary.columns.iter().any(|column| column.field.name == REGIME)
+}
+
+impl Along {
+    /// The axis of a column.
+    fn of(samples: &Samples, column: &str) -> Result<Self, Unrefined> {
+        let parameter = samples.parameters().iter().find(|parameter| column_of(parameter) == column);
+        let allowed = "a map over two [[vary]] of numbers";
+        let Some(Origin::Varied(axis, member)) = parameter.map(|parameter| parameter.origin) else {
+            return Err(Unrefined::new(format!("{column} has no given values to choose from"), allowed));
+        };
+        let list = &samples.study().axes[axis].varied[member].values;
+        let rows = if samples.plan().is_some() { samples.count() / samples.points().max(1) } else { samples.count() };
+        let kept: BTreeSet<u64> = (0..rows).map(|sample| samples.positions(sample)[axis]).collect();
+        let mut found: Vec<(f64, u64)> = Vec::new();
+        for position in kept {
+            match list.at(position) {
+                // as maps have it: one zero
+                ParamValue::Number(number) => found.push((number + 0.0, position)),
+                ParamValue::Choice(_) => return Err(Unrefined::new(format!("values of {column} are words"), allowed)),
+            }
+        }
+        found.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        if let Some(pair) = found.windows(2).find(|pair| pair[0].0 == pair[1].0) {
+            return Err(Unrefined::new(format!("{column} has the value {} twice", pair[0].0), "each value once"));
+        }
+        let (values, positions) = found.into_iter().unzip();
+        Ok(Self { axis, values, positions })
+    }
+}

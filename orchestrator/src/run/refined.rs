@@ -1,0 +1,105 @@
+//! A study whose map is refined: the first combinations, all of their samples, a look at their rows, the combinations that come next, ...
+//!
+//! ```text
+//! missing samples of what is chosen -> workers -> record -> rows aside -> what comes next? -> nothing: the table has what is chosen
+//!                                                                         more is chosen: on
+//! ```
+//! A look sees the rows of what is chosen and nothing else, all of them, and what comes next is a function of them. So every run begins with
+//! the first combinations again and comes by the same looks to where an earlier one was; what is recorded is not computed again. What
+//! the record holds beyond (of a run with another rule) stays there.
+
+use super::chosen::{Chosen, Refining};
+use super::directory::{LOOK, RunDirectory};
+use super::end::{EndWhy, TableEnd};
+use super::error::RunError;
+use super::prepare::Prepared;
+use super::sink::LedgerSink;
+use super::stages::{Course, add, signals_between};
+use super::tables::write_rows;
+use super::telling::Telling;
+use crate::dispatch::{self, DispatchOptions, DispatchReport, Ended, Sink};
+use crate::ledger::Reader;
+use crate::schedule::Todo;
+use bladeoff_study::Samples;
+use bladeoff_worker::fault::{At, Faults};
+use std::sync::PoisonError;
+use std::time::{Duration, Instant};
+
+/// What a run that refines works with.
+pub(super) struct Refined<'a> {
+    pub refining: &'a dyn Refining,
+    pub directory: &'a RunDirectory,
+    pub prepared: &'a Prepared<'a>,
+    pub record: &'a Reader,
+    pub faults: &'a Faults,
+}
+
+impl Refined<'_> {
+    /// Has the samples computed, look by look; and what is chosen at the end.
+    pub fn compute(
+        &self,
+        mut options: DispatchOptions,
+        mut todo: Todo,
+        sink: &mut LedgerSink<'_>,
+        telling: &mut Telling,
+    ) -> (Course, Chosen) {
+        let (begun, wall) = (Instant::now(), options.schedule.run.wall);
+        let samples = self.prepared.samples;
+        let told = signals_between();
+        let mut all = DispatchReport::nothing(Ended::Complete);
+        let (mut chosen, mut goes_on) = (self.refining.first(), true);
+        loop {
+            let part = todo.those(|sample| chosen.has(samples, sample));
+            if part.total() > 0 {
+                options.schedule.run.wall = wall.map(|limit: Duration| limit.saturating_sub(begun.elapsed()));
+                options.schedule.failed_before = telling.known.borrow().taken.failed();
+                match dispatch::run(&options, samples, part, sink, telling) {
+                    Ok(report) => add(&mut all, report, telling),
+                    Err(error) => return ((Err(error), Ok(None)), chosen),
+                }
+            }
+            if let Err(error) = sink.flush() {
+                return ((Err(error.into()), Ok(None)), chosen);
+            }
+            if all.ended == Ended::Complete {
+                let signal = told.lock().unwrap_or_else(PoisonError::into_inner).take();
+                all.ended = signal.map_or(all.ended, Ended::Signalled);
+            }
+            if all.ended != Ended::Complete {
+                return ((Ok(all), Ok(None)), chosen);
+            }
+            if !goes_on {
+                break;
+            }
+            match self.look(&chosen) {
+                Ok((more, _)) if more.is_empty() => break,
+                Ok((more, others)) => {
+                    chosen.cells.extend(more);
+                    goes_on = others;
+                }
+                Err(error) => return ((Ok(all), Err(error)), chosen),
+            }
+        }
+        let end = end(&chosen, samples);
+        all.ended = Ended::Stop;
+        ((Ok(all), Ok(Some(end))), chosen)
+    }
+
+    /// What comes next.
+    fn look(&self, chosen: &Chosen) -> Result<(Vec<[u64; 2]>, bool), RunError> {
+        let place = self.directory.file(LOOK);
+        let rows: Vec<u64> = chosen.samples(self.prepared.samples).collect();
+        write_rows(&place, self.prepared, self.record, &rows)?;
+        self.faults.reached(At::Looking, rows.len() as u64, None);
+        let said = self.refining.next(chosen, &place.to_path_buf());
+        self.directory.remove(LOOK)?;
+        Ok(said?)
+    }
+}
+
+/// The end of a table of what is chosen.
+fn end(chosen: &Chosen, samples: &Samples) -> TableEnd {
+    let count = chosen.samples(samples).count() as u64;
+    let points = if samples.plan().is_some() { samples.points() } else { count };
+    TableEnd { points, samples: count, share: 1.0, why: EndWhy::Refined }
+}

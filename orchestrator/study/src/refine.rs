@@ -1,0 +1,106 @@
+//! `[refine]`: a map of chosen combinations, to which those are added where it changes. No part of what a study is, as `[stop]`: another
+//! rule makes another table of the same samples.
+
+use super::asked::Asked;
+use super::table::{Keys, wrong_type};
+use bladeoff_model::document::{Collector, Entry, Value};
+use std::ops::Range;
+
+const KEYS: [&str; 3] = ["max_samples", "of", "first"];
+
+/// What `[refine]` asks for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RefineDef {
+    /// Which question of the file has the map.
+    pub question: usize,
+    /// Samples of the table at most.
+    pub max_samples: u64,
+    /// How many values of each axis come first, evenly spread; `None`: every fourth.
+    pub first: Option<[u64; 2]>,
+    /// Bytes of the table's header.
+    pub span: Range<usize>,
+}
+
+impl RefineDef {
+    /// From `[refine]` of a study; problems go to `problems`.
+    pub(super) fn read(entry: &Entry, asked: &Asked, has_stop: bool, problems: &mut Collector<'_>) -> Option<Self> {
+        let keys = Keys::of(entry, "refine", problems)?;
+        let before = problems.count();
+        keys.refuse_unknown(&KEYS, problems);
+        if has_stop {
+            let message = "[stop] ends a study after so many of its points, [refine] takes all of them where a map changes";
+            problems.add(entry.name_span.clone(), "refine", message).allowed = Some("one of both".to_owned());
+        }
+        let allowed = "max_samples = 2000: of the table, at most";
+        let most = keys.require("max_samples", allowed, problems);
+        let most = most.and_then(|entry| keys.whole(entry, 1, i64::MAX as u64, problems));
+        let first = keys.get("first").and_then(|entry| first(entry, problems));
+        let question = question(&keys, asked, problems);
+        let def = Self { question: question?, max_samples: most?, first, span: entry.name_span.clone() };
+        (problems.count() == before).then_some(def)
+    }
+}
+
+/// The question with the map: the one that is named, or the only one.
+fn question(keys: &Keys<'_>, asked: &Asked, problems: &mut Collector<'_>) -> Option<usize> {
+    let maps: Vec<(usize, &str)> = asked
+        .questions
+        .iter()
+        .enumerate()
+        .filter(|(_, question)| question.map.is_some())
+        .filter_map(|(at, question)| Some((at, question.name.as_ref()?.value.as_str())))
+        .collect();
+    let names = maps.iter().map(|(_, name)| format!("of = {name:?}")).collect::<Vec<_>>().join(", ");
+    let allowed = if names.is_empty() { "a [[question]] with `map`".to_owned() } else { names };
+    let named = match keys.get("of") {
+        Some(entry) => Some((entry, keys.text(entry, problems)?)),
+        None => None,
+    };
+    let found = match (named, maps.as_slice()) {
+        (None, &[(at, _)]) => return Some(at),
+        (Some((_, named)), maps) => maps.iter().find(|(_, name)| *name == named),
+        (None, _) => None,
+    };
+    if let Some((at, _)) = found {
+        return Some(*at);
+    }
+    if asked.questions.iter().any(|question| question.is_partly) {
+        // what could not be read is another problem
+        return None;
+    }
+    match named {
+        Some((entry, named)) => {
+            let nearest = problems.nearest(named, maps.iter().map(|(_, name)| *name));
+            let problem = problems.add(entry.node.span.clone(), "refine.of", "is no question with a map");
+            (problem.allowed, problem.nearest) = (Some(allowed), nearest);
+        }
+        None => {
+            let message = if maps.is_empty() { "is about a map, and none is asked for" } else { "does not say which map" };
+            problems.add(keys.span(), "refine.of", message).allowed = Some(allowed);
+        }
+    }
+    None
+}
+
+/// Two whole numbers from 2 on.
+fn first(entry: &Entry, problems: &mut Collector<'_>) -> Option<[u64; 2]> {
+    let Value::Array(items) = &entry.node.value else {
+        wrong_type(&entry.node, "refine.first", "how many values of each axis come first: [9, 7]", problems);
+        return None;
+    };
+    let number = |value: &Value| match value {
+        Value::Integer(number) => u64::try_from(*number).ok().filter(|number| *number >= 2),
+        _ => None,
+    };
+    let numbers: Vec<u64> = items.iter().filter_map(|item| number(&item.value)).collect();
+    match <[u64; 2]>::try_from(numbers) {
+        Ok(first) if items.len() == 2 => Some(first),
+        _ => {
+            let value = problems.excerpt(entry.node.span.clone());
+            let problem = problems.add(entry.node.span.clone(), "refine.first", "is not two whole numbers from 2 on");
+            problem.value = Some(value);
+            problem.allowed = Some("how many values of each axis come first: [9, 7]".to_owned());
+            None
+        }
+    }
+}
