@@ -103,7 +103,7 @@ impl Staged<'_> {
         let place = self.directory.file(LOOK);
         write_rows(&place, self.prepared, self.record, stage.samples)?;
         self.faults.reached(At::Looking, stage.samples, None);
-        let said = self.looking.is_enough(stage, &place.to_path_buf());
+        let said = self.looking.is_enough(stage, &place);
         self.directory.remove(LOOK)?;
         Ok(said?)
     }
