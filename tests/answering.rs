@@ -126,7 +126,7 @@ fn other_questions_compute_nothing_and_are_taken_over() {
     let asked = say(&["answer", &out]);
     assert!(asked.code == 3 && asked.err.contains("asks no question"), "{} {}", asked.code, asked.err);
     let asked = say(&["gate", &out]);
-    assert!(asked.code == 2 && asked.err.contains("--require"), "{} {}", asked.code, asked.err);
+    assert!(asked.code == 3 && asked.err.contains("--require"), "{} {}", asked.code, asked.err);
 }
 
 /// Ten of hundred points fail.

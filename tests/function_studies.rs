@@ -383,7 +383,7 @@ fn the_benchmark_of_answers_measures_every_figure() {
     let found = json(&said.out);
     assert_eq!(found["rows"].to_string(), "[4000,4096]");
     let figures = found["figures"].as_array().expect("figures");
-    assert_eq!(figures.len(), 6);
+    assert_eq!(figures.len(), 8);
     assert!(figures.iter().all(|figure| figure["value"].as_f64().is_some_and(|value| value > 0.0)), "{}", said.out);
 }
 

@@ -7,7 +7,10 @@
 //! ```
 //! What figures are, [`bladeoff_answers`] knows; what a study file may say, [`bladeoff_study`]. Nothing here is part of what a study is.
 
+mod drawn;
+mod forecast;
 mod kept;
+mod looks;
 mod meant;
 mod rows;
 mod told;
@@ -15,7 +18,10 @@ mod verified;
 mod vocabulary;
 mod waiting;
 
+pub use drawn::drawn;
+pub use forecast::{Awaited, Forecast, Forecasts, forecasts, pace};
 pub use kept::{KeepError, keep};
+pub use looks::{Looked, answer_at_looks, columns_asked};
 pub use meant::{Meant, Source, check_asked, meant, only_gates};
 pub use rows::AnsweringError;
 pub use told::{decided, told};
@@ -41,8 +47,10 @@ pub struct Answering {
     pub curves: Vec<(String, Curve)>,
     /// Points that are counted: the first ones.
     pub points: u64,
-    /// Points of the study.
+    /// Points that there will be: those of the study, or up to its end by `[stop]`.
     pub of: u64,
+    /// Points of the design.
+    pub design: u64,
     /// They are those of a design; else each sample is one, and all that are there are counted.
     pub is_design: bool,
     /// The table has a checksum, or is no finished one.
@@ -67,7 +75,15 @@ pub fn answer(directory: &Path, samples: &Samples, questions: &[Question]) -> Re
         0 => (Answers { schema: SCHEMA, complete: false, answers: Vec::new() }, Vec::new()),
         _ => answer_all(&rows.study(), questions)?,
     };
-    Ok(Answering { answers, curves, points: rows.points(), of: rows.of(), is_design, is_known })
+    Ok(Answering {
+        answers,
+        curves,
+        points: rows.points(),
+        of: rows.of(),
+        design: samples.points(),
+        is_design,
+        is_known,
+    })
 }
 
 /// A question that is asked of these samples by its words, and by no file.

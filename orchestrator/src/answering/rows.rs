@@ -48,6 +48,7 @@ pub enum AnsweringError {
 /// What is known of a column beside its numbers.
 enum Known {
     Given,
+    Once,
     Free,
     /// It grows; the place of the column with what was reached while all guards held.
     Grows(Option<usize>),
@@ -149,10 +150,8 @@ impl Rows {
     ) -> Result<Result<Self, AnsweringError>, TableError> {
         let plan = samples.plan();
         // without a design each sample is a point
-        let (groups, of) = (
-            vocabulary.groups.clone(),
-            plan.map_or(samples.count(), |_| end.map_or(samples.points(), |end| end.points)),
-        );
+        let of = end.map_or(plan.map_or(samples.count(), |_| samples.points()), |end| end.points);
+        let groups = vocabulary.groups.clone();
         let count = usize::try_from(of).unwrap_or(usize::MAX).saturating_mul(groups.len());
         let mut gathered = gathered(vocabulary, columns, count);
         let mut status: Vec<Option<Status>> = vec![None; count];
@@ -238,6 +237,7 @@ impl Rows {
         let cells = match (&column.cells, &column.known) {
             (Found::Words(words, list), _) => Cells::Words(words, list),
             (Found::Numbers(cells), Known::Given) => Cells::Numbers(cells, Nature::Given),
+            (Found::Numbers(cells), Known::Once) => Cells::Numbers(cells, Nature::Once),
             (Found::Numbers(cells), Known::Free) => Cells::Numbers(cells, Nature::Free),
             // a table of an earlier build has no such column
             (Found::Numbers(cells), Known::Grows(held)) => {
@@ -304,6 +304,7 @@ fn gathered(vocabulary: &Vocabulary<'_>, columns: &[String], count: usize) -> Ve
                 held.push(guarded.clone());
                 Known::Grows(Some(columns.len() + held.len() - 1))
             }
+            Some(Told::Once) => Known::Once,
             Some(Told::Found) | None => Known::Free,
         };
         all.push(empty(name, found.map_or("", |found| found.field.unit.as_str()), known));

@@ -144,13 +144,6 @@ fn is_number(kind: FieldKind) -> bool {
     matches!(kind, FieldKind::Real | FieldKind::Count | FieldKind::Integer)
 }
 
-/// Units of columns of numbers but of those that have none to speak of.
-fn units(columns: &[TableColumn], has_none: impl Fn(&str) -> bool) -> Vec<(String, String)> {
-    let fields = columns.iter().map(|column| &column.field).filter(|field| is_number(field.kind));
-    let with = fields.filter(|field| !has_none(&field.name));
-    with.map(|field| (field.name.clone(), field.unit.clone())).collect()
-}
-
 /// Zipped parameters whose values recur, and what is said of them.
 fn recurring(samples: &Samples, groups: &[Group]) -> Vec<(String, String)> {
     let zipped = samples.study().axes.iter().filter(|axis| axis.varied.len() > 1 && samples.plan().is_some());
@@ -170,6 +163,13 @@ fn given(parameter: &Parameter) -> Given {
         is_angle: parameter.is_angle(),
         is_detection: parameter.is_detection(),
     }
+}
+
+/// Units of columns of numbers but of those that have none to speak of.
+fn units(columns: &[TableColumn], has_none: impl Fn(&str) -> bool) -> Vec<(String, String)> {
+    let fields = columns.iter().map(|column| &column.field).filter(|field| is_number(field.kind));
+    let with = fields.filter(|field| !has_none(&field.name));
+    with.map(|field| (field.name.clone(), field.unit.clone())).collect()
 }
 
 /// A value as the answers package has it.

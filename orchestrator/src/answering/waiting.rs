@@ -1,17 +1,21 @@
 //! `[stop]` of a study: whether the rows of a stage answer its questions precisely enough.
 
+use super::forecast::Awaited;
 use super::meant::Meant;
 use super::rows::{AnsweringError, Rows};
 use super::vocabulary::Vocabulary;
 use crate::run::{EndWhy, Looking, LookingError, Stage, TableEnd};
-use bladeoff_answers::ask::{Ask, Question, answer_all};
+use bladeoff_answers::ask::{Answer, Ask, Question, answer_all, percent_given};
 use bladeoff_answers::estimate::figures::Figures;
 use bladeoff_answers::gate;
-use bladeoff_answers::stop::{StopRule, looks};
+use bladeoff_answers::report::duration;
+use bladeoff_answers::stop::{Look, StopRule, looks};
+use bladeoff_study::plan::{Kind, MOST_POINTS};
 use bladeoff_study::{FIRST_LOOK, Samples, StopDef, is_blocked};
 use std::path::Path;
 use std::time::Duration;
 
+const _: () = assert!(MOST_POINTS == gate::MOST_POINTS, "no gate waits for more points than a study may have");
 const _: () = assert!(FIRST_LOOK == gate::FIRST_LOOK, "what a study file is checked by is where it is looked at");
 
 /// What is waited for.
@@ -23,7 +27,7 @@ pub struct Waiting {
     stages: Vec<Stage>,
 }
 
-/// The rule as the figures are asked by.
+/// The rule as figures are asked by it.
 fn rule(def: &StopDef) -> StopRule {
     StopRule { half_width: def.half_width, relative: def.relative, samples: def.samples }
 }
@@ -33,14 +37,16 @@ impl Waiting {
     #[must_use]
     pub fn of(samples: &Samples, meant: &Meant) -> Option<Self> {
         let (def, plan) = (samples.study().stop?, samples.plan()?);
-        let (each, groups) = (if is_blocked(plan) { plan.rows() } else { 1 }, samples.groups().len() as u64);
-        let end = rule(&def).end(samples.points() / each);
-        let stage = |look: &bladeoff_answers::stop::Look| Stage {
-            points: look.points * each,
-            samples: look.points * each * groups,
-            share: if def.asks_for_width() { look.alpha } else { 1.0 },
+        // base points are counted, since their sequence is even at powers of two; of trajectories the points
+        let base = if plan.kind() == Kind::Saltelli { plan.rows() } else { 1 };
+        let each = if is_blocked(plan) { plan.rows() } else { 1 };
+        let end = rule(&def).end(samples.points() / each) * each;
+        let stage = |look: &Look| {
+            let points = plan.limited(look.points * base);
+            let share = if def.asks_for_width() { look.alpha } else { 1.0 };
+            Stage { points, samples: points * samples.groups().len() as u64, share }
         };
-        let stages = looks(end, 1.0).iter().map(stage).collect();
+        let stages = looks(end / base, 1.0).iter().map(stage).collect();
         let waited_for = |question: &&Question| match &question.ask {
             Ask::One(_) | Ask::Difference(..) => !is_blocked(plan),
             Ask::Exceedance(_) | Ask::Fragility(..) | Ask::Map(_) => false,
@@ -48,6 +54,22 @@ impl Waiting {
         };
         let questions = meant.questions.iter().filter(waited_for).cloned().collect();
         Some(Self { samples: samples.clone(), questions, def, stages })
+    }
+
+    /// For forecasts.
+    #[must_use]
+    pub fn awaited(&self) -> Awaited {
+        let last = self.stages.len() - 1;
+        let look = |(at, stage): (usize, &Stage)| Look {
+            points: stage.points,
+            alpha: 0.05 * stage.share,
+            is_last: at == last,
+        };
+        Awaited {
+            rule: rule(&self.def),
+            names: self.questions.iter().map(|question| question.name.clone()).collect(),
+            looks: self.stages.iter().enumerate().map(look).collect(),
+        }
     }
 
     /// Every number that is waited for, of the rows of a stage.
@@ -61,7 +83,7 @@ impl Waiting {
         let end = TableEnd { points, samples, share, why: EndWhy::Design };
         let rows = Rows::read(&[table.to_path_buf()], &self.samples, &vocabulary, (&columns, Some(end)))??;
         let (answers, _) = answer_all(&rows.study(), &self.questions)?;
-        let figures = |mut answer: bladeoff_answers::ask::Answer| match answer.figures.is_empty() {
+        let figures = |mut answer: Answer| match answer.figures.is_empty() {
             // one that cannot be answered is not precise
             true => vec![Figures::over(0)],
             false => std::mem::take(&mut answer.figures),
@@ -76,7 +98,7 @@ impl Waiting {
         let mut lines = Vec::new();
         let mut widths = Vec::new();
         widths.extend(half_width.map(|width| format!("{width} (SI)")));
-        widths.extend(relative.map(|part| format!("{} of its figure", bladeoff_answers::ask::percent_given(part))));
+        widths.extend(relative.map(|part| format!("{} of its figure", percent_given(part))));
         let points: Vec<String> = self.stages.iter().map(|stage| stage.points.to_string()).collect();
         if !widths.is_empty() {
             let names: Vec<&str> = self.questions.iter().map(|question| question.name.as_str()).collect();
@@ -85,12 +107,13 @@ impl Waiting {
         }
         if let Some(samples) = samples {
             let what = match self.samples.plan() {
-                Some(plan) if is_blocked(plan) => "blocks",
+                Some(plan) if plan.kind() == Kind::Morris => "trajectories",
+                Some(plan) if is_blocked(plan) => "base points",
                 _ => "points",
             };
             lines.push(format!("{samples} {what} at most"));
         }
-        lines.extend(wall.map(|wall| format!("{} at most", bladeoff_answers::report::duration(wall))));
+        lines.extend(wall.map(|wall| format!("{} at most", duration(wall))));
         lines
     }
 }

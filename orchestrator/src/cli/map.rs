@@ -1,4 +1,4 @@
-//! `bladeoff map`: a column, or the probability of an event, over two parameters, as a picture.
+//! `bladeoff map`: a column, or the probability of an event, over two parameters, as a picture or a page.
 
 use super::answer::asked_of;
 use super::error::CliError;
@@ -11,7 +11,9 @@ use crate::run::directory::{MANIFEST, RESULTS};
 use bladeoff_answers::ask::{Ask, Question, QuestionDef};
 use bladeoff_answers::figures;
 use bladeoff_answers::map::Map;
+use bladeoff_answers::page::{Block, Page, Section, map_figure};
 use bladeoff_study::Samples;
+use bladeoff_system::files::write_whole;
 use bladeoff_system::shown;
 use std::path::{Path, PathBuf};
 
@@ -58,7 +60,7 @@ pub struct Args {
     #[arg(long, value_name = "NUMBER", requires = "x", default_value_t = 0.95)]
     confidence: f64,
 
-    /// File: .svg or .png
+    /// File: .svg, .png, or .html with zoom and the numbers of each cell; one that is there is replaced
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
 }
@@ -91,10 +93,25 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     } else {
         format!("{}: {}", name_of(&samples), question.name)
     };
-    let figure = figures::maps(&title, &maps)?;
-    replacing(&args.out, || figure.write(&args.out))?;
+    if args.out.extension().is_some_and(|extension| extension == "html") {
+        let page = page(&title, &question.name, &maps, &told(&answering))?;
+        replacing(&args.out, || write_whole(&args.out, page.html().as_bytes()))?;
+    } else {
+        let figure = figures::maps(&title, &maps)?;
+        replacing(&args.out, || figure.write(&args.out))?;
+    }
     tell(&format!("{}\nMap: {}\n", told(&answering), shown(&args.out)))?;
     Ok(Exit::Ok)
+}
+
+/// The same as a page that needs nothing else: zoom, and the numbers of each cell.
+fn page(title: &str, name: &str, maps: &[Map], said: &str) -> Result<Page, CliError> {
+    let mut blocks = vec![Block::Verbatim(said.to_owned())];
+    for map in maps {
+        blocks.push(map_figure(name, map)?.into());
+    }
+    let section = Section { id: "maps", heading: "Maps".to_owned(), blocks };
+    Ok(Page { title: title.to_owned(), lead: Vec::new(), sections: vec![section] })
 }
 
 fn name_of(samples: &Samples) -> &str {
@@ -103,13 +120,13 @@ fn name_of(samples: &Samples) -> &str {
 
 fn refuse_other_formats(out: &Path) -> Result<(), CliError> {
     let extension = out.extension().and_then(|extension| extension.to_str());
-    if matches!(extension, Some("svg" | "png")) && !out.is_dir() {
+    if matches!(extension, Some("svg" | "png" | "html")) && !out.is_dir() {
         return Ok(());
     }
     Err(CliError::Argument {
         argument: format!("--out {}", shown(out)),
-        message: "a map is one file, a picture by its ending".to_owned(),
-        allowed: Some(".svg or .png".to_owned()),
+        message: "a map is one file, of a kind that its ending says".to_owned(),
+        allowed: Some(".svg, .png or .html".to_owned()),
     })
 }
 

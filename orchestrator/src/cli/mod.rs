@@ -4,6 +4,8 @@ mod answer;
 mod bench;
 mod budget;
 mod check;
+mod compare;
+mod compared;
 mod design;
 mod error;
 mod estimate;
@@ -27,6 +29,7 @@ mod recover;
 mod refusals;
 mod render;
 mod replay;
+mod report;
 mod run;
 mod shared;
 mod simulate;
@@ -72,6 +75,8 @@ enum Command {
     Answer(answer::Args),
     Map(map::Args),
     Gate(gate::Args),
+    Report(report::Args),
+    Compare(compare::Args),
     Design(design::Args),
     Export(export::Args),
     Verify(verify::Args),
@@ -194,6 +199,8 @@ fn dispatch(command: Command) -> Exit {
         Command::Answer(args) => answer::main(&args),
         Command::Map(args) => map::main(&args),
         Command::Gate(args) => gate::main(&args),
+        Command::Report(args) => report::main(&args),
+        Command::Compare(args) => compare::main(&args),
         Command::Design(args) => design::main(&args),
         Command::Export(args) => export::main(&args),
         Command::Verify(args) => verify::main(&args),

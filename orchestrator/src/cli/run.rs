@@ -279,7 +279,8 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         let table = shown(table);
         text.push_str(&format!("\n{what}: {table}{all}\n"));
     }
-    text.push_str(&answers_of_run(&out, &samples, args.trust_dir)?);
+    let (answers, exit_of_answers) = answers_of_run(&out, &samples, args.trust_dir)?;
+    text.push_str(&answers);
     let printed = if args.json_events {
         remark(text.trim_end());
         Ok(())
@@ -295,7 +296,10 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         remark(&why_it_ended(&finished, samples.count()));
         go_on();
     }
-    Ok(verdict(samples.study(), &finished, samples.count()))
+    Ok(match verdict(samples.study(), &finished, samples.count()) {
+        Exit::Ok => exit_of_answers,
+        exit => exit,
+    })
 }
 
 /// What the rows so far say.

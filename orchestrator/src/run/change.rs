@@ -38,7 +38,7 @@ pub(super) fn changes(folder: &Folder, prepared: &Prepared<'_>, header: &BTreeMa
     }
     match load_frozen(FrozenFiles::of(directory), own_columns) {
         Ok(old) => {
-            found.extend(parameter_changes(&old, prepared.samples));
+            found.extend(study_changes(&old, prepared.samples.study()));
             found.extend(fewer_points(&old, prepared.samples.study()));
             if has_other_keys(old, folder, header) {
                 found.push(Change {
@@ -112,8 +112,8 @@ fn compare_rest(found: &mut Vec<Change>, header: &BTreeMap<String, String>, pres
 }
 
 /// Parameters whose value, or values along their axis, differ.
-fn parameter_changes(old: &Study, samples: &Samples) -> Vec<Change> {
-    let new = samples.study();
+#[must_use]
+pub fn study_changes(old: &Study, new: &Study) -> Vec<Change> {
     let (then, now) = (described(old), described(new));
     let paths: BTreeSet<&String> = then.keys().chain(now.keys()).collect();
     let text = |values: &BTreeMap<String, String>, path: &String| {

@@ -43,6 +43,7 @@ mod trust;
 mod upkeep;
 mod work;
 
+pub use change::study_changes;
 pub use checksums::{Verified, refuse_changed, refuse_changed_timings, verify};
 pub use columns::{TableColumn, Told, columns_of, columns_without, function_columns, own_columns};
 #[cfg(test)]
@@ -120,7 +121,7 @@ fn compute(
         let mut sink = LedgerSink::new(&mut opened.ledger, &prepared.keys, &known, parts, Guard::new(directory));
         let (report, end) = match &request.looking {
             Some(looking) => {
-                let staged = Staged { looking: &**looking, directory, prepared, record: &record };
+                let staged = Staged { looking: &**looking, directory, prepared, record: &record, faults };
                 staged.compute(options, todo, &mut sink, telling)
             }
             None => (dispatch::run(&options, samples, todo, &mut sink, telling), Ok(None)),

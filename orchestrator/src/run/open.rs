@@ -85,9 +85,10 @@ pub(super) fn open<'a>(
     let reused = opened.tally.done();
     if reused > 0 {
         note(&format!(
-            "{reused} of {} {} there already, {} {} computed",
+            "{reused} of {} {} there already, {}{} {} computed",
             counted(samples.count(), "sample"),
             are(reused),
+            if request.looking.is_some() { "at most " } else { "" },
             opened.todo.total(),
             are(opened.todo.total())
         ));

@@ -18,6 +18,7 @@ use crate::dispatch::{self, DispatchError, DispatchOptions, DispatchReport, Ende
 use crate::ledger::Reader;
 use crate::schedule::Todo;
 use bladeoff_study::Samples;
+use bladeoff_worker::fault::{At, Faults};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -27,6 +28,7 @@ pub(super) struct Staged<'a> {
     pub directory: &'a RunDirectory,
     pub prepared: &'a Prepared<'a>,
     pub record: &'a Reader,
+    pub faults: &'a Faults,
 }
 
 /// How the stages fared, and where the table ends, if that is known.
@@ -100,6 +102,7 @@ impl Staged<'_> {
     fn look(&self, stage: &Stage) -> Result<bool, RunError> {
         let place = self.directory.file(LOOK);
         write_rows(&place, self.prepared, self.record, stage.samples)?;
+        self.faults.reached(At::Looking, stage.samples, None);
         let said = self.looking.is_enough(stage, &place.to_path_buf());
         self.directory.remove(LOOK)?;
         Ok(said?)

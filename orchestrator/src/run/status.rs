@@ -48,6 +48,8 @@ pub(super) struct StatusWriter {
     written: Option<Instant>,
     last: Option<Snapshot>,
     left: Option<Eta>,
+    begun: Instant,
+    elapsed: Duration,
 }
 
 impl StatusWriter {
@@ -78,6 +80,8 @@ impl StatusWriter {
             written: None,
             last: None,
             left: None,
+            begun: Instant::now(),
+            elapsed: Duration::ZERO,
         }
     }
 
@@ -99,6 +103,8 @@ impl StatusWriter {
     pub fn update(&mut self, snapshot: &Snapshot, left: Option<Eta>, durable: &Tally, now: Instant) {
         // What is told at the end is the last that was seen, written or not.
         self.last = Some(snapshot.clone());
+        // of all stages of a run, of which the snapshot knows the present one
+        self.elapsed = now.saturating_duration_since(self.begun);
         if self.written.is_some_and(|written| now.duration_since(written) < EVERY) {
             return;
         }
@@ -151,7 +157,7 @@ impl StatusWriter {
         put("error", json!(error));
         put("updated", json!(timestamp(SystemTime::now())));
         let none = Vec::new();
-        put("elapsed_s", json!(snapshot.map(|snapshot| snapshot.elapsed.as_secs_f64())));
+        put("elapsed_s", json!(snapshot.map(|_| self.elapsed.as_secs_f64())));
         put("rate_per_s", json!(snapshot.map(|snapshot| snapshot.rate)));
         put("left_from_s", json!(self.left.map(|left| left.low.as_secs_f64())));
         put("left_to_s", json!(self.left.map(|left| left.high.as_secs_f64())));

@@ -73,6 +73,7 @@ const KEYS: [&str; 18] = [
     "gate",
     "stop",
 ];
+
 /// Reads and checks a study with its machine and points files.
 ///
 /// # Errors

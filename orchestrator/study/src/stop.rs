@@ -120,7 +120,7 @@ pub fn is_blocked(plan: &Plan) -> bool {
 
 fn has_figure(question: &AskedQuestion) -> bool {
     // what could not be read is another problem
-    question.is_partly || question.exceedance.is_none() && question.fragility.is_none()
+    question.is_partly || question.exceedance.is_none() && question.fragility.is_none() && question.map.is_none()
 }
 
 fn is_sensitivity(question: &AskedQuestion) -> bool {

@@ -1,5 +1,6 @@
 //! Answers as they are written: `answers.json`.
 
+use super::scale::Scale;
 use crate::estimate::figures::{Figures, Method};
 use crate::estimate::input::Group;
 use crate::map::Map;
@@ -44,12 +45,12 @@ pub struct Answer {
     pub approximate: bool,
     /// What a reader has to know.
     pub notes: Vec<String>,
-    /// Of a sensitivity.
-    #[serde(flatten)]
-    pub sensitivity: Option<Sensitivities>,
     /// Of a map: its cells.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub map: Option<Box<Map>>,
+    /// Of a sensitivity.
+    #[serde(flatten)]
+    pub sensitivity: Option<Sensitivities>,
     /// For a person.
     #[serde(skip)]
     pub sentence: String,
@@ -59,6 +60,9 @@ pub struct Answer {
     /// Every number with its interval, for who waits for intervals to become narrow; none of a curve.
     #[serde(skip)]
     pub figures: Vec<Figures>,
+    /// How these numbers read.
+    #[serde(skip)]
+    pub scale: Scale,
 }
 
 /// What a sensitivity has beside what every answer has; keys that a method does not fill are not there.
@@ -112,13 +116,13 @@ impl Answer {
     #[must_use]
     pub fn of(name: &str, kind: &'static str, group: Group, bad: u64, confidence: f64, figures: Figures) -> Self {
         let mut notes = figures.notes.clone();
-        // by how much bad runs widen the interval; where it has no ends, by how much they move the figure
-        let widened =
-            figures.high.zip(figures.low).zip(figures.statistical).map(|((high, low), width)| high - low - width);
-        if let (Some(open), Some(width)) = (widened.or(figures.left_open()), figures.statistical)
-            && open.abs() > width
-        {
-            notes.push(LEFT_WIDE.to_owned());
+        // how far bad runs move the figure, and by how much they widen the interval: next to 0 and 1 its ends have no room, and in a
+        // difference the figures may stand still
+        if let Some(width) = figures.statistical {
+            let widened = figures.high.zip(figures.low).map(|(high, low)| high - low - width);
+            if [widened, figures.left_open()].iter().flatten().any(|open| open.abs() > width) {
+                notes.push(LEFT_WIDE.to_owned());
+            }
         }
         Self {
             name: name.to_owned(),
@@ -135,11 +139,12 @@ impl Answer {
             method: figures.method,
             approximate: figures.approximate,
             notes,
-            sensitivity: None,
             map: None,
+            sensitivity: None,
             sentence: String::new(),
             lines: Vec::new(),
             figures: Vec::new(),
+            scale: Scale::Share,
         }
     }
 }

@@ -3,8 +3,9 @@
 use super::answer::{Answer, Answers, SCHEMA};
 use super::mapped::{answers_of, map_in_words};
 use super::question::{Ask, Figure, Question};
+use super::scale::{Scale, percent, percent_given};
 use super::sensitive::sensitivities;
-use super::sentence::{Scale, counted, of_curve, percent_given, sentence};
+use super::sentence::{counted, of_curve, sentence};
 use crate::estimate::along::{Family, families, together};
 use crate::estimate::curve::{Curve, CurvePoint};
 use crate::estimate::exceedance::exceedance;
@@ -57,8 +58,8 @@ fn unanswered(study: &Study<'_>, question: &Question, why: &InputError) -> Answe
         Ask::Exceedance(_) => "exceedance",
         Ask::Fragility(..) => "fragility",
         Ask::Difference(..) => "difference",
-        Ask::Sensitivity(_) => "sensitivity",
         Ask::Map(_) => "map",
+        Ask::Sensitivity(_) => "sensitivity",
     };
     let figures = Figures::over(study.points() as u64);
     let mut answer = Answer::of(&question.name, kind, Group::default(), 0, question.confidence, figures);
@@ -79,16 +80,16 @@ pub fn answer(study: &Study<'_>, question: &Question) -> Result<Answered, InputE
         Ask::Exceedance(column) => asked.exceedance(column),
         Ask::Fragility(path, formula) => asked.fragility(path, formula),
         Ask::Difference(figure, path, values) => asked.difference(figure, path, values),
+        Ask::Map(wanted) => {
+            Ok(Answered { answers: answers_of(&question.name, maps(study, wanted, alpha)?), curve: None })
+        }
         Ask::Sensitivity(wanted) => {
             let answers = sensitivities(study, question, wanted, (&asked.scheme, alpha))?;
             Ok(Answered { answers, curve: None })
         }
-        Ask::Map(wanted) => {
-            Ok(Answered { answers: answers_of(&question.name, maps(study, wanted, alpha)?), curve: None })
-        }
     }?;
     if study.design.share < 1.0 {
-        let one = percent_given(1.0 - alpha);
+        let one = percent(1.0 - alpha);
         let note = format!(
             "one of several looks of [stop]: its limits hold with {one}, so that those of all looks hold together with {}",
             percent_given(question.confidence)
@@ -128,8 +129,8 @@ pub fn in_words(question: &Question) -> String {
         Ask::Difference(figure, path, [a, b]) => {
             format!("{} at {path} = {a} less that at {b}, paired", subject(figure))
         }
-        Ask::Sensitivity(wanted) => format!("sensitivity of {} by {}", wanted.output, wanted.method.word()),
         Ask::Map(wanted) => map_in_words(wanted),
+        Ask::Sensitivity(wanted) => format!("sensitivity of {} by {}", wanted.output, wanted.method.word()),
     };
     format!("{}: {what} (confidence {})", question.name, percent_given(question.confidence))
 }
@@ -184,9 +185,10 @@ impl Asked<'_> {
     /// What decides a bad run of a probability.
     fn decided_by(&self, figure: &Figure) -> &'static str {
         let Figure::Probability(formula) = figure else { return "" };
-        let grows =
-            |name: &String| self.study.numbers(name).is_ok_and(|(_, nature)| matches!(nature, Nature::Grows(_)));
-        if formula.columns.iter().any(grows) {
+        let is_reached = |name: &String| {
+            self.study.numbers(name).is_ok_and(|(_, nature)| matches!(nature, Nature::Grows(_) | Nature::Once))
+        };
+        if formula.columns.iter().any(is_reached) {
             "by what was reached while all guards held"
         } else {
             "decided by its inputs"
@@ -236,6 +238,7 @@ impl Asked<'_> {
             };
             let mut answer = self.told(kind(figure), group.clone(), bad, figures);
             answer.sentence = sentence(&answer, &subject(figure), &scale, (decided, self.decided_by(figure)));
+            answer.scale = scale.clone();
             answers.push(answer);
         }
         Ok(Answered { answers, curve: None })
@@ -374,6 +377,7 @@ impl Asked<'_> {
             self.note_along(path, &mut answer.notes);
             let of = format!("{}, {path} = {} less {}", subject(figure), labels[0], labels[1]);
             answer.sentence = sentence(&answer, &of, &scale, (decided, self.decided_by(figure)));
+            answer.scale = scale.clone();
             answers.push(answer);
         }
         Ok(Answered { answers, curve: None })

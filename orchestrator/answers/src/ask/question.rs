@@ -11,9 +11,6 @@ use std::ops::Range;
 /// Confidence where none is given.
 pub const CONFIDENCE: f64 = 0.95;
 
-/// Panels of a map, at most.
-pub(super) const MOST_PANELS: usize = 24;
-
 /// A question as it stands in a study file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct QuestionDef {
@@ -106,10 +103,10 @@ pub enum Ask {
     Fragility(String, Formula),
     /// A figure at the first value of a varied parameter, less that at the second.
     Difference(Figure, String, [Label; 2]),
-    /// Which uncertain parameter decides a column.
-    Sensitivity(Sensitivity),
     /// A column or a probability over two parameters.
     Map(Wanted),
+    /// Which uncertain parameter decides a column.
+    Sensitivity(Sensitivity),
 }
 
 /// A question.
@@ -134,10 +131,6 @@ impl Question {
         match &self.ask {
             Ask::One(figure) | Ask::Difference(figure, ..) => of(figure),
             Ask::Exceedance(column) => vec![column.clone()],
-            Ask::Sensitivity(Sensitivity { output, method, parameters, regime }) => {
-                let given = parameters.iter().filter(|_| *method == SensitivityMethod::GivenData);
-                [output].into_iter().chain(given).chain(regime).cloned().collect()
-            }
             Ask::Map(wanted) => {
                 let mut columns = vec![wanted.x.clone(), wanted.y.clone()];
                 match &wanted.of {
@@ -148,6 +141,10 @@ impl Question {
                 columns
                     .extend(names.known.columns.iter().map(|(name, _)| name).filter(|name| *name == REGIME).cloned());
                 columns
+            }
+            Ask::Sensitivity(Sensitivity { output, method, parameters, regime }) => {
+                let given = parameters.iter().filter(|_| *method == SensitivityMethod::GivenData);
+                [output].into_iter().chain(given).chain(regime).cloned().collect()
             }
             Ask::Fragility(path, formula) => {
                 let mut columns = formula.columns.clone();
@@ -178,7 +175,7 @@ impl Question {
 }
 
 pub(super) struct Check<'a> {
-    pub(super) names: &'a Names,
+    pub names: &'a Names,
     problems: Vec<Problem>,
 }
 
@@ -240,8 +237,8 @@ impl Check<'_> {
             ("quantile", def.quantile.is_some()),
             ("mean", def.mean.is_some()),
             ("exceedance", def.exceedance.is_some()),
-            ("sensitivity", def.sensitivity.is_some()),
             ("map", def.map.is_some()),
+            ("sensitivity", def.sensitivity.is_some()),
         ];
         let given: Vec<&'static str> = given.into_iter().filter(|(_, is)| *is).map(|(key, _)| key).collect();
         if given.len() != 1 {
@@ -255,14 +252,14 @@ impl Check<'_> {
         if def.vary.is_some() != def.difference.is_some() {
             self.wrong::<()>("vary", "`difference = [a, b]` and `vary = PATH` belong together");
         }
+        if let Some(axes) = &def.map {
+            return self.map(def, axes).map(Ask::Map);
+        }
         if let Some(column) = &def.sensitivity {
             return self.sensitivity(def, column).map(Ask::Sensitivity);
         }
         if def.method.is_some() {
             self.wrong::<()>("method", "`method` belongs to `sensitivity`");
-        }
-        if let Some(axes) = &def.map {
-            return self.map(def, axes).map(Ask::Map);
         }
         if let Some(column) = &def.exceedance {
             if def.difference.is_some() || def.fragility.is_some() {

@@ -6,7 +6,8 @@
 use super::answer::{Answer, OfRegime, Sensitivities};
 use super::method::{Sensitivity, SensitivityMethod};
 use super::question::{Check, Question, QuestionDef, near};
-use super::sentence::{counted, percent, percent_given, prefix};
+use super::scale::{Scale, percent, percent_given};
+use super::sentence::{counted, prefix};
 use crate::estimate::figures::{Figures, Method};
 use crate::estimate::input::{Cells, Design, Group, InputError, Layout, Study};
 use crate::estimate::scheme::Scheme;
@@ -66,6 +67,9 @@ impl Rows<'_> {
         for (regime, indices) in &of_regimes {
             lines.push(format!("of the {} in regime {}:", counted(regime.rows.len() as u64, "run"), regime.word));
             lines.extend(words.table(indices));
+        }
+        if self.wanted.method == SensitivityMethod::Morris {
+            answer.scale = Scale::Unit(unit.to_owned());
         }
         answer.figures = waited_for(self.wanted.method, &indices, answer.method);
         (answer.sentence, answer.lines) = (sentence, lines);

@@ -10,8 +10,10 @@ use std::fmt;
 /// What a bad run says about a column of numbers.
 #[derive(Debug, Clone, Copy)]
 pub enum Nature<'a> {
-    /// All: it went into the run (parameters, variables, what was carried along).
+    /// All: it went into the run (parameters, variables, what was carried along). Where there is none, it could not be derived.
     Given,
+    /// What happened once and for all (the time of a first event), where nothing but a step limit ended the run; else nothing.
+    Once,
     /// At least what was reached while all guards held, `None` where nothing was: the column only grows during a run (peaks,
     /// impulses, energies). No cells at all: nothing is known.
     Grows(Option<&'a [Option<f64>]>),
@@ -108,12 +110,12 @@ pub enum DesignKind {
     Halton,
     /// One parameter moved at a time: no sample of anything.
     OneAtATime,
+    /// No design at all: combinations of chosen values, or the lines of a points file. Each row is a point of its own.
+    Chosen,
     /// Trajectories of one parameter at a time: no sample of anything.
     Morris,
     /// Pairs of points with parameters exchanged between them: points of a block depend on one another.
     Saltelli,
-    /// No design at all: combinations of chosen values, or the lines of a points file. Each row is a point of its own.
-    Chosen,
 }
 
 impl DesignKind {
@@ -126,9 +128,9 @@ impl DesignKind {
             Self::Sobol => "sobol",
             Self::Halton => "halton",
             Self::OneAtATime => "one-at-a-time",
+            Self::Chosen => "chosen",
             Self::Morris => "morris",
             Self::Saltelli => "saltelli",
-            Self::Chosen => "chosen",
         }
     }
 }

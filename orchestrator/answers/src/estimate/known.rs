@@ -1,14 +1,15 @@
 //! What is known of each point of a group: whether a condition holds, or a column's value.
 //!
 //! ```text
-//! ok row                        the condition by its program, the value as it stands
-//! bad row, column given         the value
-//! bad row, column that grows    [what was reached while all guards held, no bound); where nothing but a step limit ended the run,
-//!                               that is the value as it stands
-//! bad row, any other column     nothing
+//! ok row                          the condition by its program, the value as it stands
+//! bad row, column given           the value; where there is none, it was to be derived and does not exist: nothing
+//! bad row, column that grows      [what was reached while all guards held, no bound); where nothing but a step limit ended the run,
+//!                                 that is the value as it stands
+//! bad row, time of a first event  the value, where it happened and nothing but a step limit ended the run; else nothing
+//! bad row, any other column       nothing
 //! ```
 //! An empty cell of an ok row (nothing of the kind happened): no comparison with it holds but `!=`; it has no value, and is counted.
-//! A condition of an ok row that has no value itself (the square root of a negative number) is as little known as that of a bad row.
+//! A condition that has no value itself (the square root of a negative number) is not known, in an ok row as in a bad one.
 //!
 //! Quantiles and means take a bad row's value as anything at all, also where a part of it was reached: what it would have been is not known.
 
@@ -57,12 +58,14 @@ pub struct Values {
 
 /// A bad row's cell.
 fn span(value: Option<f64>, nature: Nature<'_>, row: usize, causes: CauseSet) -> Span {
+    let is_cut_off = || causes.iter().eq([Cause::StepLimit]);
     match nature {
-        Nature::Given => value.map_or(Span::NONE, Span::point),
+        Nature::Given => value.map_or(Span::LOST, Span::point),
+        Nature::Once if is_cut_off() => value.map_or(Span::WHOLE, Span::point),
         // sound as far as it went
-        Nature::Grows(_) if causes.iter().eq([Cause::StepLimit]) => value.map_or(Span::WHOLE, Span::from),
+        Nature::Grows(_) if is_cut_off() => value.map_or(Span::WHOLE, Span::from),
         Nature::Grows(held) => held.and_then(|held| held[row]).map_or(Span::WHOLE, Span::from),
-        Nature::Free => Span::WHOLE,
+        Nature::Once | Nature::Free => Span::WHOLE,
     }
 }
 
@@ -158,13 +161,7 @@ fn values_as(
             Span::point(value)
         } else {
             found.bad += 1;
-            let span = span(cells[row], nature, row, study.causes[row]);
-            // given, and there is none
-            if span == Span::NONE {
-                found.empty += 1;
-                continue;
-            }
-            span
+            span(cells[row], nature, row, study.causes[row])
         };
         found.point.push(point as u32);
         found.low.push(span.lo);

@@ -13,6 +13,8 @@ const FEWEST_PLACES: f64 = 8.0;
 
 /// Values of a varied axis that are drawn each by itself although the other axis is smoothed.
 const MOST_SINGLE: usize = 20;
+/// Samples that each of them has, on average.
+const EACH: usize = 4;
 
 /// Where everything lies.
 pub(super) struct Places {
@@ -76,23 +78,18 @@ pub(super) fn codes(study: &Study<'_>, column: &str) -> Result<(Vec<u32>, Vec<La
     let of_rows: Vec<u32> = match study.column(column)?.cells {
         Cells::Numbers(values, _) => {
             let mut known: BTreeMap<u64, u32> = BTreeMap::new();
-            let number = |value: &Option<f64>| value.unwrap_or(f64::NAN) + 0.0;
-            let code =
-                |value| *known.entry(number(value).to_bits()).or_insert_with(|| next(Label::Number(number(value))));
-            values.iter().map(code).collect()
+            let numbers = values.iter().map(|value| value.unwrap_or(f64::NAN) + 0.0);
+            numbers
+                .map(|number| *known.entry(number.to_bits()).or_insert_with(|| next(Label::Number(number))))
+                .collect()
         }
         Cells::Words(words, _) => {
             let mut known: BTreeMap<&str, u32> = BTreeMap::new();
-            let word = |word: &'_ Option<String>| word.as_deref().unwrap_or("").to_owned();
-            let code = |cell| *known.entry(as_text(cell)).or_insert_with(|| next(Label::Word(word(cell))));
-            words.iter().map(code).collect()
+            let words = words.iter().map(|word| word.as_deref().unwrap_or(""));
+            words.map(|word| *known.entry(word).or_insert_with(|| next(Label::Word(word.to_owned())))).collect()
         }
     };
     Ok((of_rows, labels))
-}
-
-fn as_text(cell: &Option<String>) -> &str {
-    cell.as_deref().unwrap_or("")
 }
 
 impl Places {
@@ -114,12 +111,14 @@ impl Places {
         // as many combinations as there are points at most: each has some of them
         let few = all_x.len().saturating_mul(all_y.len()) <= study.points().max(1);
         let is_grid = wanted.is_grid || few;
-        let single = if is_grid {
-            (true, true)
-        } else {
-            (all_x.len() <= MOST_SINGLE.min(all_y.len()), all_y.len() <= MOST_SINGLE && all_y.len() < all_x.len())
-        };
         let most = panels.iter().map(|(_, rows)| rows.len()).max().unwrap_or(0);
+        // a few values that come again and again are not smoothed over
+        let has_few = |all: &[f64]| all.len() <= MOST_SINGLE && all.len() * EACH <= most;
+        let single = match (has_few(&all_x), has_few(&all_y)) {
+            _ if is_grid => (true, true),
+            (true, true) => (all_x.len() <= all_y.len(), all_y.len() < all_x.len()),
+            single => single,
+        };
         let axis = |column: &str, all: Vec<f64>, is_single: bool| -> Result<Axis, InputError> {
             let at = if is_single { all } else { raster(&all, most) };
             Ok(Axis { column: column.to_owned(), unit: study.column(column)?.unit.clone(), at })

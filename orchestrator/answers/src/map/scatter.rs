@@ -51,6 +51,10 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
     let samples = items.list.len() as f64 / columns as f64;
     let reach = if columns > 1 { 4.0 / samples } else { 1.75 / samples.sqrt() }.max(0.012);
     map.notes.push(told(is_share, width, reach));
+    if !frame.study.design.is_random() {
+        map.notes
+            .push("the samples are chosen, not drawn: limits tell how they scatter around what is smoothed".to_owned());
+    }
     if !is_share && map.bad > 0 {
         map.notes.push(format!("{} bad runs have no value and stand in no mean; crosses show where they are", map.bad));
     }
@@ -87,8 +91,9 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
             estimate: Some(estimate),
             // where no bad run is near, it is the same
             estimate_if_bad_harmful: Some(harmful).filter(|_| is_share || bad == 0),
-            low: Some(low),
-            high: Some(high),
+            // at the ends of shares rounding parts what is the same
+            low: Some(low.min(estimate)),
+            high: Some(high.max(harmful)),
             upper: None,
             upper_if_bad_harmful: None,
             regime: regime(items, place, here, width, &map.regimes),

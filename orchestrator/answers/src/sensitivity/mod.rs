@@ -33,6 +33,6 @@ pub use morris::{Moved, morris};
 pub use ranks::{midranks, spearman};
 pub use regimes::{Regime, by_regime, regimes, warning};
 pub use regression::{Regression, rank_regression};
-pub use resample::{FEWEST_BLOCKS, RESAMPLES};
+pub use resample::FEWEST_BLOCKS;
 pub use sobol::{CENTRED_FROM, sobol};
 pub use successor::{FEWEST_FOR_SUCCESSORS, first_order_by_ranks};

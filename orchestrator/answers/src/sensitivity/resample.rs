@@ -1,9 +1,10 @@
 //! Percentile intervals by the bootstrap, over blocks.
 //!
 //! ```text
-//! sums of each group of successive blocks (at most 1024 groups)  ->  999 times: as many groups drawn with replacement, their sums,
-//! the figures of these  ->  low, high: the figures number 1000 alpha/2 and 1000 (1 - alpha/2) in order
+//! sums of each group of successive blocks (at most 1024 groups)  ->  R times: as many groups drawn with replacement, their sums,
+//! the figures of these  ->  low, high: the figures number (R + 1) alpha/2 and (R + 1) (1 - alpha/2) in order
 //! ```
+//! R = 999, and so many more that five figures lie beyond each limit, up to 99 999.
 //! Blocks are taken as independent. Those of a scrambled sequence are spread more evenly than that: their intervals are too wide
 //! rather than too narrow. Coverage of 95 % intervals, Ishigami's function, 300 studies each, the least and the most of its parameters:
 //!
@@ -21,8 +22,20 @@
 use super::indices::Index;
 use bladeoff_system::random::SplitMix;
 
-/// Resamples.
-pub const RESAMPLES: usize = 999;
+/// Fewest and most resamples.
+const RESAMPLES: [usize; 2] = [999, 99_999];
+
+/// Figures beyond each limit, at least.
+const BEYOND: f64 = 5.0;
+
+/// Resamples for limits of this level, and the number of the lower limit among their figures in order; 0: it lies beyond them.
+fn resamples(alpha: f64) -> (usize, usize) {
+    let [fewest, most] = RESAMPLES;
+    // the epsilons: 0.05/2 of 1000 is 25, whatever 1 - 0.95 rounds to
+    let wanted = libm::ceil(2.0 * BEYOND / alpha - 1e-6).min(most as f64) as usize;
+    let count = wanted.saturating_sub(1).clamp(fewest, most);
+    (count, libm::floor(alpha / 2.0 * (count + 1) as f64 + 1e-9) as usize)
+}
 
 /// Fewest blocks that say anything of their scatter.
 pub const FEWEST_BLOCKS: usize = 10;
@@ -65,15 +78,14 @@ impl Sums {
         let estimates = figures(&self.total());
         let alone = |estimate: &f64| Index::alone(estimate.is_finite().then_some(*estimate));
         let mut found: Vec<Index> = estimates.iter().map(alone).collect();
-        // the epsilon: 0.05/2 of 1000 is 25, whatever 1 - 0.95 rounds to
-        let place = libm::floor(alpha / 2.0 * (RESAMPLES + 1) as f64 + 1e-9) as usize;
+        let (count, place) = resamples(alpha);
         if blocks < FEWEST_BLOCKS || place == 0 {
             return found;
         }
         let mut random = SplitMix(SEED);
-        let mut drawn: Vec<Vec<f64>> = vec![Vec::with_capacity(RESAMPLES); found.len()];
+        let mut drawn: Vec<Vec<f64>> = vec![Vec::with_capacity(count); found.len()];
         let mut sums = vec![0.0; self.width];
-        for _ in 0..RESAMPLES {
+        for _ in 0..count {
             sums.fill(0.0);
             for _ in 0..self.count {
                 let from = random.below(self.count as u64) as usize * self.width;
@@ -85,7 +97,7 @@ impl Sums {
         for (index, mut all) in found.iter_mut().zip(drawn) {
             if index.estimate.is_some() && all.iter().all(|figure| figure.is_finite()) {
                 all.sort_unstable_by(f64::total_cmp);
-                (index.low, index.high) = (Some(all[place - 1]), Some(all[RESAMPLES - place]));
+                (index.low, index.high) = (Some(all[place - 1]), Some(all[count - place]));
             }
         }
         found
@@ -98,8 +110,9 @@ pub(super) fn told(blocks: usize, alpha: f64, name: &str, notes: &mut Vec<String
         notes.push(format!("no interval: {blocks} {name}, {FEWEST_BLOCKS} say something of their scatter"));
         return "none";
     }
-    if alpha / 2.0 * (RESAMPLES + 1) as f64 + 1e-9 < 1.0 {
-        notes.push(format!("no interval: {RESAMPLES} resamples tell nothing beyond a confidence of 99.8 %"));
+    let (count, place) = resamples(alpha);
+    if place == 0 {
+        notes.push(format!("no interval: {count} resamples tell nothing of limits that rare"));
         return "none";
     }
     "bootstrap"

@@ -55,13 +55,13 @@ impl Rows {
                 .map(|at| Group(vec![("g".into(), Label::Number(at as f64))]))
                 .collect(),
             design: Design {
-                layout: Layout::Points,
-                share: 1.0,
                 kind: if self.points.is_some() { DesignKind::MonteCarlo } else { DesignKind::Chosen },
                 scrambled: true,
                 replicates: 1,
                 replicate: &replicate,
                 complete: true,
+                layout: Layout::Points,
+                share: 1.0,
             },
         };
         study.check().expect("a study");
@@ -246,7 +246,30 @@ fn a_smoothed_plane_is_the_plane() {
         let off = cell.estimate.expect("a number") - (3.0 * cell.x - 2.0 * cell.y);
         assert!(off.abs() < 1e-9, "{cell:?}");
     }
-    assert_eq!(map.cells.iter().map(|cell| cell.n).sum::<u64>() <= 400, true);
+    assert!(map.cells.iter().map(|cell| cell.n).sum::<u64>() <= 400);
+}
+
+#[test]
+fn a_few_values_are_columns_and_few_samples_are_not_smoothed() {
+    // five values along x, any along y: each value by itself, a step between them stays a step
+    let mut rows = scattered(400, |_, _, _| 0.0);
+    for row in 0..400 {
+        let x = f64::from((row % 5) as u32);
+        rows.x[row] = Some(x);
+        rows.z[row] = Some(if x > 2.5 { 10.0 } else { 0.0 } + rows.y[row].expect("a number"));
+    }
+    let map = &rows.maps(&of_z(false))[0];
+    assert_eq!(map.x.at, [0.0, 1.0, 2.0, 3.0, 4.0]);
+    assert!(map.cells.len() > 150, "{}", map.cells.len());
+    for cell in &map.cells {
+        let expected = if cell.x > 2.5 { 10.0 } else { 0.0 } + cell.y;
+        assert!((cell.estimate.expect("a number") - expected).abs() < 1e-9, "{cell:?}");
+    }
+    let map = &scattered(12, |x, y, _| x + y).maps(&of_z(false))[0];
+    assert!(map.x.at.len() == 8 && !map.cells.is_empty());
+    let map = &scattered(6, |x, y, _| x + y).maps(&of_z(false))[0];
+    assert!(map.cells.is_empty() && map.notes.iter().any(|note| note.contains("fewer than 10")), "{:?}", map.notes);
+    assert!(figures::maps("m", std::slice::from_ref(map)).expect("drawn").svg().contains("no cell has a sample"));
 }
 
 #[test]
@@ -377,13 +400,13 @@ fn a_map_answers_in_a_sentence_and_as_json() {
         causes: &causes,
         groups: vec![Group::default()],
         design: Design {
-            layout: Layout::Points,
-            share: 1.0,
             kind: DesignKind::Chosen,
             scrambled: false,
             replicates: 1,
             replicate: &replicate,
             complete: true,
+            layout: Layout::Points,
+            share: 1.0,
         },
     };
     let names = Names {
@@ -405,7 +428,7 @@ fn a_map_answers_in_a_sentence_and_as_json() {
     let found = answer(&study, &Question::new(&def, &names).expect("a map")).expect("answered").answers.remove(0);
     assert!(
         found.sentence.contains(
-            "P(z > 8.5) over x and y: at most 100 %, at 3 m and 3; at least 0 %; half or more in 20 % of the cells"
+            "P(z > 8.5) over x and y: at most 100 %, at 4 m and 3; at least 0 %; half or more in 15 % of the cells"
         ),
         "{}",
         found.sentence
