@@ -287,6 +287,28 @@ impl Place {
         Ok(fs::mkdirat(self.base(), &self.name, Mode::from_bits_truncate(0o755))?)
     }
 
+    /// Whether a file that a user names may be replaced by a new one: nothing stands there, or a regular file, or a link to one. A device, a
+    /// pipe or what stands for an open file (`/dev/stdout`) would be lost to everybody who uses it.
+    ///
+    /// # Errors
+    /// Something else stands there.
+    pub fn may_be_replaced(&self) -> Result<(), FileError> {
+        if self.base.is_some() {
+            return Ok(());
+        }
+        let refused = |unfit: Unfit| FileError::at("replace", &self.path)(unfit.into());
+        if self.is_link() {
+            let target = fs::readlinkat(self.base(), &self.name, Vec::new()).map_err(|errno| refused(errno.into()))?;
+            if target.as_bytes().starts_with(b"/proc/") {
+                return Err(refused(Unfit::Kind("the name of an open file")));
+            }
+        }
+        match fs::stat(&self.name) {
+            Ok(found) => fit(&found).map_err(refused),
+            Err(_) => Ok(()),
+        }
+    }
+
     /// Gives what has this name another one, in place of what has that.
     ///
     /// # Errors
