@@ -57,6 +57,13 @@ pub struct Names {
     pub given: Vec<Given>,
 }
 
+impl Names {
+    /// Whether a column is drawn. What the file names without its being understood stands on every list, and is not blamed.
+    pub(super) fn is_drawn(&self, column: &String) -> bool {
+        self.uncertain.contains(column) && !self.varied.iter().any(|(axis, _)| axis == column)
+    }
+}
+
 /// A parameter or a variable of a study.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Given {
