@@ -90,7 +90,13 @@ fn straight((x, y): Place) -> Option<usize> {
 /// Three regimes in rings.
 fn rings((x, y): Place) -> Option<usize> {
     let square = x * x + y * y;
-    Some(if square < 13 * 13 { 0 } else if square < 25 * 25 { 1 } else { 2 })
+    Some(if square < 13 * 13 {
+        0
+    } else if square < 25 * 25 {
+        1
+    } else {
+        2
+    })
 }
 
 #[test]
@@ -101,12 +107,16 @@ fn every_square_that_a_boundary_crosses_is_computed_and_little_else() {
         let crossed = crossed(33, regime);
         assert!(crossed.len() > 30, "{name}: the boundary crosses {} squares", crossed.len());
         for corners in &crossed {
-            assert!(corners.iter().all(|place| places.contains(place)), "{name}: {corners:?} is crossed and not computed");
+            assert!(
+                corners.iter().all(|place| places.contains(place)),
+                "{name}: {corners:?} is crossed and not computed"
+            );
         }
         assert!(places.len() < 33 * 33 / 2, "{name}: {} of {}", places.len(), 33 * 33);
         assert_eq!(looks[0].len(), 25, "first every eighth value");
         // far from the boundary nothing is added
-        let is_near = |place: &Place| crossed.iter().any(|[a, ..]| a.0.abs_diff(place.0) <= 8 && a.1.abs_diff(place.1) <= 8);
+        let is_near =
+            |place: &Place| crossed.iter().any(|[a, ..]| a.0.abs_diff(place.0) <= 8 && a.1.abs_diff(place.1) <= 8);
         assert!(looks[1..].iter().flatten().all(is_near), "{name}");
     }
 }
@@ -187,7 +197,8 @@ fn bad_runs_that_decide_the_event_and_cells_of_bad_runs_alone_make_no_boundary()
     let all = axis(3);
     let next = |shows: Shows, cells: [(Option<usize>, [f64; 2]); 4]| {
         let mut map = panel(shows);
-        map.cells = grid.first().into_iter().zip(cells).map(|(place, (regime, shares))| cell(place, regime, shares)).collect();
+        map.cells =
+            grid.first().into_iter().zip(cells).map(|(place, (regime, shares))| cell(place, regime, shares)).collect();
         grid.next(&kinds(&[map], [&all, &all]), 9).places.len()
     };
     let (no, yes, open) = ([0.1, 0.2], [0.5, 0.8], [0.4, 0.6]);
@@ -206,7 +217,8 @@ fn one_panel_that_changes_is_enough() {
     let all = axis(3);
     let of = |regimes: [usize; 4]| {
         let mut map = panel(Shows::Median);
-        map.cells = grid.first().into_iter().zip(regimes).map(|(place, regime)| cell(place, Some(regime), [0.0; 2])).collect();
+        map.cells =
+            grid.first().into_iter().zip(regimes).map(|(place, regime)| cell(place, Some(regime), [0.0; 2])).collect();
         map
     };
     // panels that differ from each other but not along the map

@@ -33,7 +33,7 @@ pub struct Forecasts {
     pub per_hour: f64,
     /// Of each answer with an interval, in their order.
     pub of: Vec<Forecast>,
-    /// Points at which [stop] is expected to be met, and the time to there.
+    /// Points at which `[stop]` is expected to be met, and the time to there.
     pub met: Option<(u64, Duration)>,
     /// Points of the design, where a night computes more.
     pub ends: Option<u64>,

@@ -72,7 +72,8 @@ impl Refinement {
             return Ok(None);
         };
         if matches!(wanted.of, Of::Value(_)) && Vocabulary::of(samples).is_none_or(|known| !has_regimes(&known)) {
-            let message = format!("nothing of the map of {} changes from here to there: it has no {REGIME}", question.name);
+            let message =
+                format!("nothing of the map of {} changes from here to there: it has no {REGIME}", question.name);
             return Err(Unrefined::new(message, "a map of the probability of an event: of = \"P(...)\""));
         }
         let along = [Along::of(samples, &wanted.x)?, Along::of(samples, &wanted.y)?];
@@ -86,7 +87,8 @@ impl Refinement {
         let first = asked.filter(|first| !is_part || (0..2).all(|axis| first[axis] <= lengths[axis]));
         let first = first.unwrap_or(lengths.map(|length| (length.max(1) - 1).div_ceil(EVERY) + 1));
         let Some(grid) = Grid::new(lengths, first) else {
-            let message = format!("{} and {} values come first, of {} and {}", first[0], first[1], lengths[0], lengths[1]);
+            let message =
+                format!("{} and {} values come first, of {} and {}", first[0], first[1], lengths[0], lengths[1]);
             let refused = Unrefined::new(message, "at least 2 values of each, and at most as many as there are");
             return if is_part { Ok(None) } else { Err(refused) };
         };
@@ -108,8 +110,16 @@ impl Refinement {
         let [x, y] = self.along.each_ref().map(|along| along.values.len() as u64);
         let (first, each) = (self.grid.first().len() as u64, self.each);
         vec![
-            format!("{first} of the {} combinations of {} come first: {} samples", x * y, self.question.name, first * each),
-            format!("others where its regime or event changes: {} samples in all, at most", self.max_samples.min(x * y * each)),
+            format!(
+                "{first} of the {} combinations of {} come first: {} samples",
+                x * y,
+                self.question.name,
+                first * each
+            ),
+            format!(
+                "others where its regime or event changes: {} samples in all, at most",
+                self.max_samples.min(x * y * each)
+            ),
         ]
     }
 

@@ -2,6 +2,7 @@
 
 use crate::run::{TableColumn, columns_of, columns_without};
 use bladeoff_answers::ask::{Ask, Given, Known, Names, Question};
+use bladeoff_answers::estimate::along::families;
 use bladeoff_answers::estimate::input::{Group, Label};
 use bladeoff_answers::tables::{DETECTION, FieldKind};
 use bladeoff_model::machine::{MachineDef, ParamValue};
@@ -70,6 +71,7 @@ impl<'a> Vocabulary<'a> {
             known,
             uncertain: parameters.iter().filter(is_uncertain).map(column_of).collect(),
             varied: parameters.iter().filter(is_varied).map(values).collect(),
+            recurring: recurring(samples, &groups),
             given: parameters.iter().map(given).collect(),
         };
         let machine = samples.study().machine().map(|machine| &machine.def);
@@ -140,6 +142,15 @@ impl<'a> Vocabulary<'a> {
 
 fn is_number(kind: FieldKind) -> bool {
     matches!(kind, FieldKind::Real | FieldKind::Count | FieldKind::Integer)
+}
+
+/// Zipped parameters whose values recur, and what is said of them.
+fn recurring(samples: &Samples, groups: &[Group]) -> Vec<(String, String)> {
+    let zipped = samples.study().axes.iter().filter(|axis| axis.varied.len() > 1 && samples.plan().is_some());
+    let of_axis = |path: &String| samples.parameters().iter().find(|parameter| parameter.info.path == *path);
+    let columns = zipped.flat_map(|axis| axis.varied.iter().map(|varied| &varied.info.path)).filter_map(of_axis);
+    let why = |column: String| families(groups, &column).err().map(|why| (column, why.to_string()));
+    columns.map(column_of).filter_map(why).collect()
 }
 
 /// Values of an axis that are told apart without a design, at most: more have no panels.

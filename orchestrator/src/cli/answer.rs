@@ -6,7 +6,9 @@ use super::output::{print_json, remark, tell};
 use super::place::default_directory;
 use super::refusals::NotAsked;
 use super::why::{frozen, go_on};
-use crate::answering::{Answering, Forecasts, Meant, Refinement, Source, Waiting, answer, forecasts, keep, meant, pace, told};
+use crate::answering::{
+    Answering, Forecasts, Meant, Refinement, Source, Waiting, answer, forecasts, keep, meant, pace, told,
+};
 use crate::run::directory::{ANSWERS, CURVES, MANIFEST, RESULTS, STUDY, read_current, row_files};
 use crate::run::see;
 use bladeoff_answers::ask::{in_words, percent_given};
@@ -81,7 +83,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
 pub(super) fn remark_unwritten(directory: &Path) -> Result<(), CliError> {
     let Some(seen) = see(directory)?.filter(|seen| seen.is_counted) else { return Ok(()) };
     let done = seen.told.as_ref().and_then(|told| told.get("done")).and_then(Value::as_u64).unwrap_or(0);
-    let rows = read_current(directory, row_files, |files| Table::count_rows(files))? as u64;
+    let rows = read_current(directory, row_files, Table::count_rows)? as u64;
     if done > rows {
         let how = go_on(&seen).map(|command| format!("; this writes them and goes on: {command}")).unwrap_or_default();
         let samples = counted(done - rows, "sample");

@@ -5,7 +5,7 @@ use super::refusals::NotCompared;
 use super::why::frozen;
 use crate::answering::drawn;
 use crate::run::directory::{MANIFEST, RESULTS, row_files};
-use crate::run::{refuse_changed, see};
+use crate::run::{end_of_table, refuse_changed, see};
 use bladeoff_answers::compare::Draw;
 use bladeoff_answers::tables::{Table, TableError, column_heads};
 use bladeoff_study::Samples;
@@ -107,10 +107,16 @@ fn of_directory(directory: &Path, path: &Path) -> Result<Opened, CliError> {
     opened.commit = manifest.and_then(|told| Some(told["program"]["commit"].as_str()?.to_owned()));
     match frozen(directory) {
         Ok(samples) => {
-            opened.draw = if is_whole && Table::count_rows(&opened.files)? as u64 == samples.count() {
-                drawn(&samples)
-            } else {
+            let end = opened.files.first().filter(|_| is_whole).map(|table| end_of_table(table)).transpose()?.flatten();
+            let (points, rows) = end.map_or((samples.points(), samples.count()), |end| (end.points, end.samples));
+            opened.draw = if !is_whole || Table::count_rows(&opened.files)? as u64 != rows {
                 Draw::without("no interval: of a study that is not complete, what finished first is not random")
+            } else if end.is_some_and(|end| end.share < 1.0) {
+                Draw::without(
+                    "no interval: the study ended at one of several looks, because its answers were precise enough there ([stop])",
+                )
+            } else {
+                drawn(&samples, points)
             };
             opened.samples = Some(samples);
         }

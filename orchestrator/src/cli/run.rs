@@ -15,6 +15,7 @@ use bladeoff_answers::report::are;
 use bladeoff_answers::report::{SUMMARY_COLUMNS, Summary, counted, duration};
 use bladeoff_answers::tables::Table;
 use bladeoff_model::outcome::{Cause, Status};
+use bladeoff_study::plan::Kind;
 use bladeoff_study::{Samples, Study, check_machines, load_checked, parse_duration};
 use bladeoff_system::shown;
 use std::num::NonZeroUsize;
@@ -182,12 +183,31 @@ impl PartArgs {
             check_questions(&samples)
                 .inspect_err(|_| remark("a part of the values of each axis is left by --scale"))?;
         }
+        if let Some(told) = self.limit.and_then(|limit| limited(&samples, limit)) {
+            remark(&told);
+        }
         if samples.study().function().is_none() {
             check_machines(&samples)?;
             check_starts(&samples)?;
         }
         Ok(samples)
     }
+}
+
+/// Where a limit takes another number of points than it says: what it takes, and why.
+fn limited(samples: &Samples, limit: u64) -> Option<String> {
+    let (plan, points) = (samples.plan()?, samples.points());
+    if points == limit.min(plan.count()) {
+        return None;
+    }
+    let why = match plan.kind() {
+        Kind::LatinHypercube | Kind::Sobol => {
+            format!(": {} in each replicate, a power of two", points / plan.replicates())
+        }
+        _ if plan.rows() > 1 => format!(", in whole blocks of {}", plan.rows()),
+        _ => String::new(),
+    };
+    Some(format!("--limit {limit} takes the first {}{why}", counted(points, "point")))
 }
 
 /// Number of worker processes where none is given.

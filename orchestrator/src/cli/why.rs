@@ -9,7 +9,8 @@ use crate::engine;
 use crate::report::{advice, cause_in_words, describe_values, diverged_at, end_cause_in_words, mentions};
 use crate::run::directory::{LEDGER, MANIFEST, RESULTS, WORKER_LOG, read_current, row_files, timing_files};
 use crate::run::{
-    EndWhy, RunState, Seen, TableEnd, end_of_table, function_columns, own_columns, refuse_changed, refuse_changed_timings, see,
+    EndWhy, RunState, Seen, TableEnd, end_of_table, function_columns, own_columns, refuse_changed,
+    refuse_changed_timings, see,
 };
 use bladeoff_answers::report::duration;
 use bladeoff_answers::report::{are, counted};

@@ -221,7 +221,7 @@ fn hash(sample: u64) -> u64 {
 
 impl Reading {
     fn add(&mut self, piece: &Table, coordinates: &[Coordinate], regimes: &[&str]) {
-        fn word<'a>(words: Option<&'a [Option<String>]>, row: usize) -> &'a str {
+        fn word(words: Option<&[Option<String>]>, row: usize) -> &str {
             words.and_then(|words| words[row].as_deref()).unwrap_or("")
         }
         let numbers: Vec<Option<&[Option<f64>]>> =

@@ -69,7 +69,7 @@ impl TableEnd {
         Some(Self { points, samples, share, why })
     }
 
-    /// In words: "precise enough at 512 of 4096 points ([stop])".
+    /// In words: "precise enough at 512 of 4096 points (`[stop]`)".
     #[must_use]
     pub fn words(&self, of: u64) -> String {
         let points = self.points;

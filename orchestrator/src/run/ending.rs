@@ -1,8 +1,8 @@
 //! The end of a run, whatever came of it: tables where every sample is there, parts of the rows where not, and what can be kept of a
 //! directory that was taken from the run.
 
-use super::directory::{MANIFEST, PARTS, RESULTS, row_files};
 use super::chosen::Chosen;
+use super::directory::{MANIFEST, PARTS, RESULTS, row_files};
 use super::end::TableEnd;
 use super::error::{Lost, RunError};
 use super::manifest::{Checksums, Course, manifest};

@@ -47,17 +47,21 @@ impl Refined<'_> {
         let samples = self.prepared.samples;
         let told = signals_between();
         let mut all = DispatchReport::nothing(Ended::Complete);
-        let (mut chosen, mut goes_on) = (self.refining.first(), true);
+        let (mut chosen, mut goes_on, mut is_first) = (self.refining.first(), true, true);
         loop {
             let part = todo.those(|sample| chosen.has(samples, sample));
-            if part.total() > 0 {
+            // the first in any case: it cleans up after a run that was killed
+            if part.total() > 0 || is_first {
+                is_first = false;
                 options.schedule.run.wall = wall.map(|limit: Duration| limit.saturating_sub(begun.elapsed()));
                 options.schedule.failed_before = telling.known.borrow().taken.failed();
                 match dispatch::run(&options, samples, part, sink, telling) {
-                    Ok(report) => add(&mut all, report, telling),
+                    Ok(report) => add(&mut all, report),
                     Err(error) => return ((Err(error), Ok(None)), chosen),
                 }
             }
+            // before the look, so that a kill in it leaves nothing
+            dispatch::give_back(all.memory.take(), telling);
             if let Err(error) = sink.flush() {
                 return ((Err(error.into()), Ok(None)), chosen);
             }
@@ -91,7 +95,7 @@ impl Refined<'_> {
         let rows: Vec<u64> = chosen.samples(self.prepared.samples).collect();
         write_rows(&place, self.prepared, self.record, &rows)?;
         self.faults.reached(At::Looking, rows.len() as u64, None);
-        let said = self.refining.next(chosen, &place.to_path_buf());
+        let said = self.refining.next(chosen, &place);
         self.directory.remove(LOOK)?;
         Ok(said?)
     }

@@ -1,7 +1,7 @@
 //! What is asked of a run, and what it answers.
 
-use super::directory::RESULTS;
 use super::chosen::Refining;
+use super::directory::RESULTS;
 use super::end::{Looking, TableEnd};
 use super::resume::Rerun;
 use crate::dispatch::Ended;

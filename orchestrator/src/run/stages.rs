@@ -47,17 +47,20 @@ impl Staged<'_> {
         let told = signals_between();
         let mut all = DispatchReport::nothing(Ended::Complete);
         let mut last: Option<&Stage> = None;
-        for stage in self.looking.stages() {
+        for (number, stage) in self.looking.stages().iter().enumerate() {
             let part = todo.below(stage.samples);
-            if part.total() > 0 {
+            // the first in any case: it cleans up after a run that was killed
+            if part.total() > 0 || number == 0 {
                 let left = |limit: Duration| limit.saturating_sub(begun.elapsed());
                 options.schedule.run.wall = wall.into_iter().chain(own).map(left).min();
                 options.schedule.failed_before = telling.known.borrow().taken.failed();
                 match dispatch::run(&options, self.prepared.samples, part, sink, telling) {
-                    Ok(report) => add(&mut all, report, telling),
+                    Ok(report) => add(&mut all, report),
                     Err(error) => return (Err(error), Ok(None)),
                 }
             }
+            // before the look, so that a kill in it leaves nothing
+            dispatch::give_back(all.memory.take(), telling);
             if let Err(error) = sink.flush() {
                 return (Err(error.into()), Ok(None));
             }
@@ -103,7 +106,7 @@ impl Staged<'_> {
         let place = self.directory.file(LOOK);
         write_rows(&place, self.prepared, self.record, &(0..stage.samples).collect::<Vec<_>>())?;
         self.faults.reached(At::Looking, stage.samples, None);
-        let said = self.looking.is_enough(stage, &place.to_path_buf());
+        let said = self.looking.is_enough(stage, &place);
         self.directory.remove(LOOK)?;
         Ok(said?)
     }
@@ -135,9 +138,9 @@ fn whole_points(samples: &Samples, first: u64) -> u64 {
 }
 
 /// Adds what a further stage came to.
-pub(super) fn add(all: &mut DispatchReport, report: DispatchReport, telling: &mut Telling) {
+pub(super) fn add(all: &mut DispatchReport, report: DispatchReport) {
     let DispatchReport { done, ended, worker_deaths, dropped_messages, wall_s, first_ask_s, memory } = report;
-    dispatch::give_back(std::mem::replace(&mut all.memory, memory), telling);
+    all.memory = memory;
     if all.done == 0 {
         all.first_ask_s = first_ask_s;
     }

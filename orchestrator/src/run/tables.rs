@@ -28,7 +28,8 @@ pub(super) fn write_tables(
     (end, chosen): (Option<&TableEnd>, Option<&Chosen>),
 ) -> Result<(Checksums, Tally), RunError> {
     let (results, timings) = (directory.file(RESULTS), directory.file(TIMINGS));
-    let mut more: Vec<(String, String)> = end.map(|end| (STOP.to_owned(), end.json().to_string())).into_iter().collect();
+    let mut more: Vec<(String, String)> =
+        end.map(|end| (STOP.to_owned(), end.json().to_string())).into_iter().collect();
     more.extend(chosen.map(|chosen| (REFINED.to_owned(), chosen.json().to_string())));
     let mut rows = RowsWriter::create(prepared, Pending::create(results)?, Pending::create(timings)?, &more)?;
     let mut tally = Tally::default();

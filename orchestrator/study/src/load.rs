@@ -14,8 +14,8 @@ use super::limits::Limits;
 use super::model::{is_function, read_function};
 use super::named::{NamedFiles, Which};
 use super::parameter::{Parameter, refuse_same};
-use super::refine::RefineDef;
 use super::points::{PointsFile, read_points};
+use super::refine::RefineDef;
 use super::set::read_set;
 use super::stop::StopDef;
 use super::table::Keys;
@@ -226,9 +226,9 @@ impl Loader<'_> {
             let plan = drawn.as_ref().and_then(|drawn| drawn.drawing.plan());
             StopDef::read(entry, &asked, (has_design, plan), &mut self.problems)
         });
-        let refine = keys.get("refine").and_then(|entry| {
-            RefineDef::read(entry, &asked, keys.get("stop").is_some(), &mut self.problems)
-        });
+        let refine = keys
+            .get("refine")
+            .and_then(|entry| RefineDef::read(entry, &asked, keys.get("stop").is_some(), &mut self.problems));
         paths.refuse_repeated(&mut self.problems);
         let function = if is_function { read_function(&keys, variables.as_deref(), &mut self.problems) } else { None };
         let parameters = drawn.as_ref().map(|drawn| drawn.parameters.as_slice()).unwrap_or_default();

@@ -28,7 +28,8 @@ impl RefineDef {
         let before = problems.count();
         keys.refuse_unknown(&KEYS, problems);
         if has_stop {
-            let message = "[stop] ends a study after so many of its points, [refine] takes all of them where a map changes";
+            let message =
+                "[stop] ends a study after so many of its points, [refine] takes all of them where a map changes";
             problems.add(entry.name_span.clone(), "refine", message).allowed = Some("one of both".to_owned());
         }
         let allowed = "max_samples = 2000: of the table, at most";
@@ -75,7 +76,8 @@ fn question(keys: &Keys<'_>, asked: &Asked, problems: &mut Collector<'_>) -> Opt
             (problem.allowed, problem.nearest) = (Some(allowed), nearest);
         }
         None => {
-            let message = if maps.is_empty() { "is about a map, and none is asked for" } else { "does not say which map" };
+            let message =
+                if maps.is_empty() { "is about a map, and none is asked for" } else { "does not say which map" };
             problems.add(keys.span(), "refine.of", message).allowed = Some(allowed);
         }
     }

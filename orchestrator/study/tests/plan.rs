@@ -101,7 +101,14 @@ proptest! {
         let count = plan.limited(limit);
         prop_assert!(count >= replicates && count <= plan.count() && count.is_multiple_of(replicates));
         prop_assert!(count <= limit.max(replicates));
-        prop_assert!(count + replicates > limit.min(plan.count()));
+        match kind {
+            // replicates of a power of two, for which there is an interval
+            Kind::LatinHypercube | Kind::Sobol => {
+                prop_assert!((count / replicates).is_power_of_two() && 2 * count > limit.min(plan.count()));
+                prop_assert_eq!(plan.whole(count), count);
+            }
+            _ => prop_assert!(count + replicates > limit.min(plan.count())),
+        }
         prop_assert!(plan.whole(count) <= count && plan.whole(plan.whole(count)) == plan.whole(count));
     }
 }

@@ -153,8 +153,8 @@ pub(super) fn measure(
         let taken = stack.split_off(stack.len().saturating_sub(count));
         let (measure, constant) = result(text, step, mark, &taken, of)?;
         let unit = Some(mark.unit.clone()).filter(|unit| !unit.is_empty());
-        let extents = taken.iter().map(|seen| &seen.extent).chain([&mark.place]);
-        let ends = extents.fold(usize::MAX..0, |all, one| all.start.min(one.start)..all.end.max(one.end));
+        let extents = taken.iter().map(|seen| &seen.extent);
+        let ends = extents.fold(mark.place.clone(), |all, one| all.start.min(one.start)..all.end.max(one.end));
         let extent = mark.brackets.clone().unwrap_or(ends);
         stack.push(Seen { measure, constant, unit, extent });
     }

@@ -9,7 +9,8 @@
 use super::FormulaError;
 use super::measure::{Mark, Measure, measure};
 use super::program::{Function, Instruction, Kind, Program};
-use super::token::{Token, tokens, wrong};
+use super::token::{Token, is_name, tokens, wrong};
+use crate::document::nearest;
 use std::ops::Range;
 
 /// Brackets, signs and powers within one another at most.
@@ -88,7 +89,11 @@ pub fn parse_measured(
     }
     let found = parser.expression(0)?;
     if let Some((token, place)) = parser.tokens.get(parser.next) {
-        let word = shown(token);
+        let word = match token {
+            Token::Number(..) => format!("`{}`", &text[place.clone()]),
+            Token::Name(name) => format!("`{name}`"),
+            Token::Sign(sign) => format!("`{sign}`"),
+        };
         return wrong(place.clone(), format!("{word} is not expected here: an operator is missing before it"));
     }
     if found != kind {
@@ -107,12 +112,15 @@ pub fn parse_measured(
     Ok((program, measure))
 }
 
-fn shown(token: &Token) -> String {
-    match token {
-        Token::Number(number, _) => format!("{number:?}"),
-        Token::Name(name) => format!("`{name}`"),
-        Token::Sign(sign) => format!("`{sign}`"),
-    }
+fn no_function(name: &str) -> String {
+    let known = || FUNCTIONS.iter().map(|(known, ..)| *known);
+    let meant = match name {
+        "pow" | "power" => Some("a^b".to_owned()),
+        "ceil" => Some("-floor(-x)".to_owned()),
+        _ => nearest(name, known()).map(str::to_owned),
+    };
+    let meant = meant.map(|meant| format!("; did you mean `{meant}`?")).unwrap_or_default();
+    format!("there is no function `{name}`, but {}{meant}", known().collect::<Vec<_>>().join(", "))
 }
 
 impl Parser<'_> {
@@ -199,6 +207,7 @@ impl Parser<'_> {
         let Some((token, place)) = self.take() else { return wrong(self.end..self.end, "the formula ends too early") };
         match token {
             Token::Number(number, unit) => {
+                self.refuse_variables_in(&unit, &place)?;
                 self.program.push(Instruction::Number(number));
                 self.marks.push(Mark { place, unit, brackets: None });
                 Ok(Kind::Number)
@@ -219,6 +228,26 @@ impl Parser<'_> {
         }
     }
 
+    /// Refuses a variable's name behind a `/` or `*` of a unit: either could be meant.
+    fn refuse_variables_in(&self, unit: &str, place: &Place) -> Result<(), FormulaError> {
+        let (begins, mut at) = (place.end - unit.len(), 0);
+        for word in unit.split(|c| !is_name(c)) {
+            let sign =
+                unit[..at].trim_end_matches('(').chars().next_back().filter(|sign| ['/', '*', '·'].contains(sign));
+            if let (Some(sign), Some(_)) = (sign, (self.known)(word)) {
+                return wrong(
+                    begins + at..begins + at + word.len(),
+                    format!(
+                        "`{word}` is a unit here and a variable: with blanks, ` {sign} {word}`, it is the variable; for the unit \
+                         give the variable another name"
+                    ),
+                );
+            }
+            at += word.len() + unit[at + word.len()..].chars().next().map_or(0, char::len_utf8);
+        }
+        Ok(())
+    }
+
     fn signed(&mut self, place: Place, binds: u8, does: Option<Instruction>) -> Result<Kind, FormulaError> {
         if self.expression(binds)? != Kind::Number {
             return wrong(place, "a sign belongs to a number, not to a condition");
@@ -227,6 +256,17 @@ impl Parser<'_> {
             self.push(does, place);
         }
         Ok(Kind::Number)
+    }
+
+    fn no_variable(&self, name: &str) -> String {
+        let meant = match (self.nearest)(name) {
+            Some(near) => format!("; did you mean `{near}`?"),
+            None if Measure::of_unit(name).is_some() => {
+                "; a unit stands behind a number, with no blanks around its `/` and `*`: `2 N/m`".to_owned()
+            }
+            None => String::new(),
+        };
+        format!("there is no variable `{name}`{meant}")
     }
 
     fn named(&mut self, name: &str, place: Place) -> Result<Kind, FormulaError> {
@@ -253,9 +293,7 @@ impl Parser<'_> {
             _ => {}
         }
         let Some((_, function, arguments)) = FUNCTIONS.iter().find(|(known, ..)| *known == name) else {
-            let nearest = (self.nearest)(name).map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
-            let what = if is_call { "function" } else { "variable" };
-            return wrong(place, format!("there is no {what} `{name}`{nearest}"));
+            return wrong(place, if is_call { no_function(name) } else { self.no_variable(name) });
         };
         self.expect("(", &format!("after `{name}`"))?;
         let mut count = 0;
@@ -273,8 +311,12 @@ impl Parser<'_> {
             }
         }
         if (*arguments > 0 && count != *arguments) || count > 64 {
-            let wanted = if *arguments == 0 { "up to 64".to_owned() } else { arguments.to_string() };
-            return wrong(place, format!("`{name}` takes {wanted} arguments, not {count}"));
+            let wanted = match arguments {
+                0 => "up to 64 arguments".to_owned(),
+                1 => "1 argument".to_owned(),
+                several => format!("{several} arguments"),
+            };
+            return wrong(place, format!("`{name}` takes {wanted}, not {count}"));
         }
         let all = place.start..self.behind();
         self.push(Instruction::Call(*function, count as u8), all);

@@ -72,7 +72,7 @@ fn a_mistake_is_told_with_its_place() {
         ("x and y", 2..5, "joins conditions"),
         ("not x", 0..3, "takes a condition"),
         ("min()", 4..5, "is not expected here"),
-        ("sqrt(1, 2)", 0..4, "takes 1 arguments, not 2"),
+        ("sqrt(1, 2)", 0..4, "takes 1 argument, not 2"),
         ("x = 2", 2..3, "write `==`"),
         ("2mmm", 1..4, "unknown unit `mmm`"),
         ("x $ 2", 2..3, "no sign of a formula"),
@@ -91,6 +91,56 @@ fn a_mistake_is_told_with_its_place() {
         assert_eq!(error.place, place, "{text}: {error}");
     }
     assert!(evaluate("x + 1", Kind::Truth).expect_err("a number").message.contains("a condition such as"));
+}
+
+#[test]
+fn units_are_those_of_files() {
+    let second = ["s", "m", "h", "x"];
+    let known = |name: &str| second.iter().position(|known| *known == name);
+    let value = |text: &str| {
+        let program = parse(text, Kind::Number, &known, &|_| None)?;
+        Ok::<f64, FormulaError>(program.value(|variable| [4.0, 2.0, 5.0, 3.0][variable], &mut Vec::new()))
+    };
+    // a product with blanks, and what begins with a 1
+    for (text, found) in [
+        ("2 N m", 2.0),
+        ("6e5 kN t", 6e11),
+        ("2 1/min", 2.0 / 60.0),
+        ("3 N mm^2*x", 9e-6),
+        ("2 kg/(mm t)*x", 6.0),
+        ("2 N kg/(x + 1)", 0.5),
+        ("2 s", 2.0),
+        ("8 mm / s", 2e-3),
+        ("2 km * h", 1e4),
+        ("x*2 N m", 6.0),
+    ] {
+        assert_eq!(value(text), Ok(found), "{text}");
+    }
+    // either the unit or the variable could be meant
+    for (text, place, name) in
+        [("1 mm/s", 5..6, "s"), ("2 m*h", 4..5, "h"), ("x + 2 N/(m s)", 9..10, "m"), ("3 N/m^2", 4..5, "m")]
+    {
+        let error = value(text).expect_err(text);
+        assert!(error.message.starts_with(&format!("`{name}` is a unit here and a variable")), "{text}: {error}");
+        assert_eq!(error.place, place, "{text}");
+    }
+    // no unit begins with this 1, and what no operator joins is no factor
+    for (text, place, said) in [
+        ("2 1/x", 2..3, "`1` is not expected here: an operator is missing"),
+        ("2 N x", 4..5, "`x` is not expected here: an operator is missing"),
+        ("x 2.50", 2..6, "`2.50` is not expected here"),
+        ("2 N / kg", 6..8, "a unit stands behind a number"),
+        ("2 K", 2..3, "unknown unit `K`"),
+        ("x**2", 1..3, "write `^`"),
+        ("pow(x, 2)", 0..3, "did you mean `a^b`?"),
+        ("ceil(x)", 0..4, "did you mean `-floor(-x)`?"),
+        ("sqr(x)", 0..3, "atan2, hypot, floor, min, max; did you mean `sqrt`?"),
+    ] {
+        let error = value(text).expect_err(text);
+        assert!(error.message.contains(said), "{text}: {error}");
+        assert_eq!(error.place, place, "{text}: {error}");
+    }
+    assert_eq!(value("2 K").expect_err("no kelvin").message, "unknown unit `K`");
 }
 
 #[test]

@@ -6,6 +6,7 @@ use super::question::{Ask, Figure, Question};
 use super::scale::{Scale, percent, percent_given};
 use super::sensitive::sensitivities;
 use super::sentence::{counted, of_curve, sentence};
+use crate::estimate::along::{Family, families, together};
 use crate::estimate::curve::{Curve, CurvePoint};
 use crate::estimate::exceedance::exceedance;
 use crate::estimate::figures::{Figures, Method};
@@ -276,26 +277,20 @@ impl Asked<'_> {
         Ok(Answered { answers, curve: Some(Curve::of(&curves, &[&with_unit("level", unit)])) })
     }
 
-    /// Groups that differ on an axis alone, with their values on it.
-    fn families(&self, path: &str) -> Vec<(Group, Vec<(Label, usize)>)> {
-        let mut families: Vec<(Group, Vec<(Label, usize)>)> = Vec::new();
-        for (at, group) in self.study.groups.iter().enumerate() {
-            let Some(label) = group.label(path) else { continue };
-            let rest = group.without(path);
-            match families.iter_mut().find(|(known, _)| *known == rest) {
-                Some((_, members)) => members.push((label.clone(), at)),
-                None => families.push((rest, vec![(label.clone(), at)])),
-            }
+    /// What goes with a varied parameter, in words.
+    fn note_along(&self, path: &str, notes: &mut Vec<String>) {
+        let along = together(&self.study.groups, path);
+        if !along.is_empty() {
+            notes.push(format!("{} goes with {path} (zip)", along.join(", ")));
         }
-        families
     }
 
     fn fragility(&self, path: &str, formula: &Formula) -> Result<Answered, InputError> {
-        let families = self.families(path);
+        let families = families(&self.study.groups, path)?;
         let (varied, mut all) = (!families.is_empty(), Vec::new());
         let mut single = true;
         if varied {
-            for (group, members) in families {
+            for Family { rest: group, members } in families {
                 let (mut curve, mut empty) = (Vec::new(), 0);
                 for (label, at) in members {
                     let truths = truths(self.study, formula, at)?;
@@ -343,6 +338,7 @@ impl Asked<'_> {
             }
             answer.notes.push(format!("the limits hold for each {what} by itself"));
             note_empty(&mut answer.notes, empty, CONDITION);
+            self.note_along(path, &mut answer.notes);
             let subject = format!("P({}) over {path}", formula.text);
             answer.sentence = of_curve(&answer, &subject, &curve, &unit, what);
             answers.push(answer);
@@ -353,7 +349,7 @@ impl Asked<'_> {
 
     fn difference(&self, figure: &Figure, path: &str, labels: &[Label; 2]) -> Result<Answered, InputError> {
         let (scale, mut answers) = (self.scale(figure)?, Vec::new());
-        for (group, members) in self.families(path) {
+        for Family { rest: group, members } in families(&self.study.groups, path)? {
             let place = |label: &Label| members.iter().find(|(known, _)| known == label).map(|(_, at)| *at);
             let (Some(a), Some(b)) = (place(&labels[0]), place(&labels[1])) else {
                 return Err(InputError::Missing(format!("{path} = {} or {}", labels[0], labels[1])));
@@ -378,6 +374,7 @@ impl Asked<'_> {
                 }
             };
             let mut answer = self.told("difference", group, bad, figures);
+            self.note_along(path, &mut answer.notes);
             let of = format!("{}, {path} = {} less {}", subject(figure), labels[0], labels[1]);
             answer.sentence = sentence(&answer, &of, &scale, (decided, self.decided_by(figure)));
             answer.scale = scale.clone();

@@ -42,14 +42,16 @@ fn sentence(map: &Map) -> String {
     let what = match map.shows {
         Shows::Value | Shows::Probability => map.of.clone(),
         Shows::Median => format!("median of {}", map.of),
-        Shows::SmoothedMean | Shows::SmoothedProbability => format!("{}, smoothed,", map.of),
+        Shows::SmoothedMean | Shows::SmoothedProbability => format!("{} (smoothed)", map.of),
     };
     let less = map.difference.as_ref().map_or(String::new(), |(column, [a, b])| format!(", {column} = {a} less {b},"));
     let mut text = format!("{what}{less} over {} and {}: ", map.x.column, map.y.column);
-    let value = |cell: &Cell| cell.estimate_if_bad_harmful.or(cell.estimate);
-    let known = || map.cells.iter().filter_map(|cell| Some((value(cell)?, cell)));
-    let highest = known().max_by(|a, b| a.0.total_cmp(&b.0));
-    let lowest = known().min_by(|a, b| a.0.total_cmp(&b.0));
+    // the most with bad runs harmful, the least with them harmless
+    let known = |of: fn(&Cell) -> Option<f64>| map.cells.iter().filter_map(move |cell| Some((of(cell)?, cell)));
+    let harmful: fn(&Cell) -> Option<f64> = |cell| cell.estimate_if_bad_harmful.or(cell.estimate);
+    let harmless: fn(&Cell) -> Option<f64> = |cell| cell.estimate.or(cell.estimate_if_bad_harmful);
+    let highest = known(harmful).max_by(|a, b| a.0.total_cmp(&b.0));
+    let lowest = known(harmless).min_by(|a, b| a.0.total_cmp(&b.0));
     let (Some(highest), Some(lowest)) = (highest, lowest) else {
         return text + &format!("no cell has a number, {}", counted(map.n, "run")) + &bad(map);
     };
@@ -65,9 +67,17 @@ fn sentence(map: &Map) -> String {
     }
     let cells = map.cells.len();
     if map.is_share() && map.difference.is_none() {
-        let more = known().filter(|(share, _)| *share >= 0.5).count();
-        let some = known().filter(|(share, _)| *share > 0.0).count();
-        text += &format!("; half or more in {}, above 0 in {}", part(more, cells), part(some, cells));
+        let counts = |is: fn(f64) -> bool| {
+            let [least, most] = [harmless, harmful].map(|of| known(of).filter(|(share, _)| is(*share)).count());
+            let from = if least == most {
+                String::new()
+            } else {
+                format!("{} to ", percent(least as f64 / cells.max(1) as f64))
+            };
+            from + &part(most, cells)
+        };
+        text +=
+            &format!("; half or more in {}, above 0 in {}", counts(|share| share >= 0.5), counts(|share| share > 0.0));
     }
     let regimes = map.regimes.iter().filter_map(|word| {
         let count = map.cells.iter().filter(|cell| cell.regime.as_ref() == Some(word)).count();
@@ -88,6 +98,9 @@ fn part(count: usize, of: usize) -> String {
 fn bad(map: &Map) -> String {
     if map.bad == 0 {
         return String::new();
+    }
+    if map.is_smoothed() {
+        return format!(", {}", counted(map.bad, "bad run"));
     }
     let cells = map.cells.iter().filter(|cell| cell.bad > 0).count() as u64;
     format!(", {} in {}", counted(map.bad, "bad run"), counted(cells, "cell"))

@@ -51,8 +51,17 @@ pub struct Names {
     pub uncertain: Vec<String>,
     /// Columns of crossed axes, and their values; none: of which nothing more is known.
     pub varied: Vec<(String, Vec<Label>)>,
+    /// Columns along which nothing can be compared, and why: zipped ones whose values recur.
+    pub recurring: Vec<(String, String)>,
     /// What goes into a run.
     pub given: Vec<Given>,
+}
+
+impl Names {
+    /// Whether a column is drawn. What the file names without its being understood stands on every list, and is not blamed.
+    pub(super) fn is_drawn(&self, column: &String) -> bool {
+        self.uncertain.contains(column) && !self.varied.iter().any(|(axis, _)| axis == column)
+    }
 }
 
 /// A parameter or a variable of a study.
@@ -240,7 +249,7 @@ impl Check<'_> {
         ];
         let given: Vec<&'static str> = given.into_iter().filter(|(_, is)| *is).map(|(key, _)| key).collect();
         if given.len() != 1 {
-            let all = "`probability`, `quantile` (with `of`), `mean`, `exceedance`, `sensitivity` (with `method`) or `map` (with `of`)";
+            let all = "`probability`, `quantile` (with `of`), `mean`, `exceedance`, `sensitivity` (with `method`) or `map` (with `of`), the first with `fragility`, the first three with `difference` and `vary`";
             let found = if given.is_empty() { "none".to_owned() } else { given.join(" and ") };
             return self.wrong("name", format!("a question asks for one of {all}; here is {found}"));
         }
@@ -274,6 +283,7 @@ impl Check<'_> {
                 return self.wrong("fragility", "`fragility` is that of a `probability`");
             };
             let condition = self.condition(text);
+            let path = self.comparable("fragility", path?);
             return Some(Ask::Fragility(path?, condition?));
         }
         let figure = self.figure(def);
@@ -281,7 +291,8 @@ impl Check<'_> {
             (Some(values), Some(path)) => {
                 let values = self.pair(values, path);
                 let (axis, values) = values?;
-                Some(Ask::Difference(figure?, axis, values))
+                let axis = self.comparable("vary", axis);
+                Some(Ask::Difference(figure?, axis?, values))
             }
             _ => figure.map(Ask::One),
         }
@@ -314,6 +325,14 @@ impl Check<'_> {
                 self.wrong("fragility", format!("`{path}` is neither varied nor uncertain{near}"))
             }
             ref several => self.wrong("fragility", format!("`{path}` could be {}", several.join(" or "))),
+        }
+    }
+
+    /// A parameter along which groups can be compared.
+    fn comparable(&mut self, key: &'static str, column: String) -> Option<String> {
+        match self.names.recurring.iter().find(|(name, _)| *name == column) {
+            Some((_, why)) => self.wrong(key, why),
+            None => Some(column),
         }
     }
 

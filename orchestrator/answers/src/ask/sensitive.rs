@@ -349,7 +349,7 @@ impl Check<'_> {
             },
         };
         let output = self.column("sensitivity", column);
-        if let Some(output) = output.as_ref().filter(|output| self.names.uncertain.contains(output)) {
+        if let Some(output) = output.as_ref().filter(|output| self.names.is_drawn(output)) {
             self.wrong::<()>(
                 "sensitivity",
                 format!("`{output}` is uncertain itself: it is drawn, and decided by nothing"),

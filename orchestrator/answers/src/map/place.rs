@@ -173,18 +173,15 @@ pub(super) fn items(frame: &Frame<'_>, rows: &[usize]) -> Result<Items, InputErr
     let (xs, _) = study.numbers(&wanted.x)?;
     let (ys, _) = study.numbers(&wanted.y)?;
     let regime = regime_of(study, &frame.regimes);
-    let mut found = Items::default();
-    found.list = rows
-        .iter()
-        .map(|&row| Item {
-            x: xs[row].unwrap_or(f64::NAN) + 0.0,
-            y: ys[row].unwrap_or(f64::NAN) + 0.0,
-            row,
-            bad: study.status[row] != Status::Ok,
-            regime: regime(row),
-            seen: Seen::Empty,
-        })
-        .collect();
+    let item = |&row: &usize| Item {
+        x: xs[row].unwrap_or(f64::NAN) + 0.0,
+        y: ys[row].unwrap_or(f64::NAN) + 0.0,
+        row,
+        bad: study.status[row] != Status::Ok,
+        regime: regime(row),
+        seen: Seen::Empty,
+    };
+    let mut found = Items { list: rows.iter().map(item).collect(), ..Items::default() };
     match &wanted.of {
         Of::Probability(formula) => {
             let truths = truths_at(study, formula, rows.iter().copied())?;

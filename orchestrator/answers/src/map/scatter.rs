@@ -56,7 +56,8 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
             .push("the samples are chosen, not drawn: limits tell how they scatter around what is smoothed".to_owned());
     }
     if !is_share && map.bad > 0 {
-        map.notes.push(format!("{} bad runs have no value and stand in no mean; crosses show where they are", map.bad));
+        map.notes
+            .push(format!("bad runs ({}) have no value and stand in no mean; crosses show where they are", map.bad));
     }
     let (xs, ys) = (map.x.edges(), map.y.edges());
     let index =

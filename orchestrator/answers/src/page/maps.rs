@@ -9,6 +9,8 @@ use serde_json::{Value, json};
 
 /// Characters of a name from outside, at most.
 const NAME: usize = 60;
+/// Colour of cells that have no one number.
+const GREY: &str = "rgb(150,150,150)";
 
 /// A panel as a figure of a page; `name`: of the question.
 ///
@@ -72,6 +74,11 @@ fn axis(axis: &Axis) -> (f64, String) {
     (scale.factor, label)
 }
 
+/// Whether bad runs leave the figure of a cell open.
+fn is_open(cell: &Cell) -> bool {
+    cell.estimate != cell.estimate_if_bad_harmful || cell.upper != cell.upper_if_bad_harmful
+}
+
 /// Cells, and crosses where bad runs are.
 fn cells(map: &Map, what: &str, pick: Pick, number: &str, end: f64) -> Vec<Value> {
     let table = map.table();
@@ -86,7 +93,10 @@ fn cells(map: &Map, what: &str, pick: Pick, number: &str, end: f64) -> Vec<Value
     let by_rows = |of: &dyn Fn(Option<&Cell>) -> Value| -> Vec<Vec<Value>> {
         (0..map.y.at.len()).map(|j| columns.clone().map(|i| of(table[i][j])).collect()).collect()
     };
-    let value = |cell: Option<&Cell>| json!(cell.and_then(pick).map(|value| short(value * scale.factor)));
+    // one colour cannot say two things: what bad runs leave open is grey, as is what has no number
+    let shown = |cell: &Cell| if is_open(cell) { None } else { pick(cell) };
+    let value = |cell: Option<&Cell>| json!(cell.and_then(shown).map(|value| short(value * scale.factor)));
+    let grey = |cell: Option<&Cell>| json!(cell.filter(|cell| shown(cell).is_none()).map(|_| 0));
     let told = |cell: Option<&Cell>| json!(cell.map_or(String::new(), |cell| plain(&words(cell, &scale))));
     let along = |axis: &Axis, factor: f64| axis.at.iter().map(|value| short(value * factor)).collect::<Vec<_>>();
     let name = if what.is_empty() { of_in_words(map) } else { what.to_owned() };
@@ -102,14 +112,18 @@ fn cells(map: &Map, what: &str, pick: Pick, number: &str, end: f64) -> Vec<Value
         heat["colorscale"] = json!("Viridis");
     }
     let bad: Vec<&Cell> = map.cells.iter().filter(|cell| cell.bad > 0).collect();
-    let mut traces = vec![heat];
+    let grey = json!({
+        "type": "heatmap", "x": heat["x"], "y": heat["y"], "z": by_rows(&grey), "text": heat["text"], "hoverinfo": "x+y+text",
+        "xaxis": heat["xaxis"], "yaxis": heat["yaxis"], "showscale": false, "colorscale": [[0, GREY], [1, GREY]],
+    });
+    let mut traces = vec![heat, grey];
     if !bad.is_empty() {
         traces.push(json!({
             "type": "scatter", "mode": "markers", "name": "bad runs", "showlegend": number.is_empty(), "hoverinfo": "skip",
             "x": bad.iter().map(|cell| short(cell.x * x.0)).collect::<Vec<_>>(),
             "y": bad.iter().map(|cell| short(cell.y * y.0)).collect::<Vec<_>>(),
             "xaxis": format!("x{number}"), "yaxis": format!("y{number}"),
-            "marker": { "symbol": "x-thin", "size": 8, "line": { "width": 2, "color": "rgb(0,0,0)" } },
+            "marker": { "symbol": "x", "size": 8, "color": "rgb(255,255,255)", "line": { "width": 1, "color": "rgb(0,0,0)" } },
         }));
     }
     traces

@@ -9,6 +9,7 @@ mod correlation;
 mod derived;
 mod design;
 mod empirical;
+mod quantity;
 mod uncertain;
 
 pub(super) use design::needs;

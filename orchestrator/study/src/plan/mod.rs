@@ -9,7 +9,8 @@
 //! all are done first; another number of replicates is another design, though each replicate stays what it is.
 //!
 //! A block is the smallest set of points that is of use only as a whole: a point of each replicate. A replicate of a hypercube or of
-//! Sobol's sequence is what it should be at powers of two only; between them there is no interval ([`Plan::standing`]).
+//! Sobol's sequence is what it should be at powers of two only; between them there is no interval ([`Plan::standing`]), and no limit
+//! cuts there ([`Plan::limited`]).
 
 mod def;
 mod mistakes;
@@ -174,7 +175,8 @@ impl Plan {
         self
     }
 
-    /// How many points the first `limit` points are, in whole blocks; the first block in any case.
+    /// How many points the first `limit` points are, in whole blocks; the first block in any case. A replicate of a hypercube or of
+    /// Sobol's sequence is cut at a power of two: it would be nothing that an interval can be made of.
     #[must_use]
     pub fn limited(&self, limit: u64) -> u64 {
         let limit = limit.clamp(1, self.count());
@@ -183,7 +185,8 @@ impl Plan {
                 let next = |index: u64| index < steps.count() && steps.block(index) == steps.block(index - 1);
                 (1..=limit).rev().find(|&index| !next(index)).unwrap_or(1)
             }
-            _ => (limit - limit % self.rows()).max(self.rows()),
+            _ if limit == self.count() => limit,
+            _ => self.whole(limit).max(self.rows()),
         }
     }
 
@@ -233,22 +236,23 @@ impl Plan {
         }
     }
 
+    /// Why the first `count` points have no interval, in words.
+    #[must_use]
+    pub fn without_interval(&self, count: u64) -> Option<String> {
+        let Standing::NoInterval(reason) = self.standing(count) else { return None };
+        Some(match reason {
+            "fewer than 16 replicates" => {
+                let s = if self.replicates == 1 { "" } else { "s" };
+                format!("answers have no interval: {} replicate{s}, {FEWEST_REPLICATES} are needed", self.replicates)
+            }
+            reason => format!("answers have no interval: {reason}"),
+        })
+    }
+
     /// What `check` says beside the numbers.
     #[must_use]
     pub fn notes(&self, dimensions: usize, copula: &Copula) -> Vec<String> {
-        let mut notes = Vec::new();
-        if let Standing::NoInterval(reason) = self.standing(self.count()) {
-            notes.push(match reason {
-                "fewer than 16 replicates" => {
-                    let s = if self.replicates == 1 { "" } else { "s" };
-                    format!(
-                        "answers have no interval: {} replicate{s}, {FEWEST_REPLICATES} are needed",
-                        self.replicates
-                    )
-                }
-                reason => format!("answers have no interval: {reason}"),
-            });
-        }
+        let mut notes: Vec<String> = self.without_interval(self.count()).into_iter().collect();
         let sequence = matches!(self.kind, Kind::Sobol | Kind::Halton | Kind::Saltelli);
         if sequence && dimensions > MANY_PARAMETERS {
             notes.push(format!(

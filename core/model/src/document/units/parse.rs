@@ -30,8 +30,16 @@ pub fn parse_any_quantity(text: &str) -> Result<f64, QuantityError> {
     let split = number_end(given);
     let (number, unit_text) = (&given[..split], given[split..].trim());
     let Some(number) = Decimal::read(number) else {
-        return Err(QuantityError::NotANumber { given: cut(given, 60), examples: examples("") });
+        let word = given.trim_start_matches(['+', '-']).to_ascii_lowercase();
+        return Err(if word.starts_with("inf") || word.starts_with("nan") {
+            QuantityError::NotFinite { given: cut(given, 60) }
+        } else {
+            QuantityError::NotANumber { given: cut(given, 60), examples: examples("") }
+        });
     };
+    if unit_text.starts_with(',') {
+        return Err(QuantityError::Comma { given: cut(given, 60) });
+    }
     let unit = if unit_text.is_empty() {
         Unit::ONE
     } else {
@@ -44,6 +52,13 @@ pub fn parse_any_quantity(text: &str) -> Result<f64, QuantityError> {
         })?
     };
     number.in_si(unit).ok_or_else(|| QuantityError::NotFinite { given: cut(given, 60) })
+}
+
+/// The unit that a quantity is written with, "" for none.
+#[must_use]
+pub fn unit_of(text: &str) -> &str {
+    let given = text.trim();
+    given[number_end(given)..].trim()
 }
 
 fn parse(text: &str, expected: &'static str, bare_is_si: bool) -> Result<f64, QuantityError> {
@@ -94,9 +109,7 @@ fn as_force(unit_text: &str, fits: &dyn Fn(Dimension) -> bool) -> Option<String>
 #[must_use]
 pub fn nearest_unit(unit: &str, fits: &dyn Fn(Dimension) -> bool) -> Option<String> {
     let is_right = |candidate: &String| Dimension::of_unit(candidate).is_some_and(fits);
-    // every letter is one edit away from every other
-    let similar = if unit.len() > 1 { similar(unit) } else { Vec::new() };
-    as_force(unit, fits).or_else(|| similar.into_iter().find(is_right))
+    as_force(unit, fits).or_else(|| similar(unit).into_iter().find(is_right))
 }
 
 /// Adds to an unknown symbol the likeliest known one with which the unit would be right.

@@ -70,7 +70,7 @@ impl Axis {
             return self.words.iter().enumerate().map(|(at, word)| (at as f64, word.clone())).collect();
         }
         if !self.at.is_empty() {
-            return self.at.iter().map(|value| (*value, shown(*value))).collect();
+            return self.at.iter().map(|value| (*value, exact(*value))).collect();
         }
         let (low, high) = (self.range.0.min(self.range.1), self.range.0.max(self.range.1));
         if self.log {
@@ -99,6 +99,11 @@ impl Axis {
             .map(|value| (value, shown(value)))
             .collect()
     }
+}
+
+/// Given values are shown as they are given: 16384 points are not 16380.
+fn exact(value: f64) -> String {
+    if value.fract() == 0.0 && value.abs() < 1e9 { format!("{value}") } else { shown(value) }
 }
 
 fn power_of_ten(power: i32) -> String {
