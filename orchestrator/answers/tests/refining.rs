@@ -28,6 +28,7 @@ fn panel(shows: Shows) -> Map {
         n: 0,
         bad: 0,
         bad_at: Vec::new(),
+        refined: true,
         notes: Vec::new(),
         cells: Vec::new(),
     }

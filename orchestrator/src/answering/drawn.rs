@@ -21,6 +21,7 @@ pub fn drawn(samples: &Samples, points: u64) -> Draw {
         complete: points == samples.points(),
         layout: Layout::Points,
         share: 1.0,
+        refined: false,
     };
     let rows_per_point = samples.count() / samples.points().max(1);
     Draw::whole(Scheme::of(&design), rows_per_point, replicate)

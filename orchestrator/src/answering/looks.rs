@@ -52,10 +52,10 @@ pub fn answer_at_looks(
         return Err(AnsweringError::NoDesign);
     }
     let (rows, is_known) = read(directory, samples, &vocabulary, columns)?;
-    let (points, of, design) = (rows.points(), rows.of(), samples.points());
+    let (points, of, design, is_open) = (rows.points(), rows.of(), samples.points(), rows.are_open());
     if points == 0 {
         let answers = Answers { schema: SCHEMA, complete: false, answers: Vec::new() };
-        let answering = Answering { answers, curves: Vec::new(), points, of, design, is_design, is_known };
+        let answering = Answering { answers, curves: Vec::new(), points, of, design, is_open, is_design, is_known };
         return Ok(Looked { answering, looks: Vec::new(), decisions: Vec::new() });
     }
     let study = rows.study();
@@ -83,7 +83,11 @@ pub fn answer_at_looks(
     }
     let is_number = |answer: &&Answer| numbers.iter().any(|question| question.name == answer.name);
     looks.push((points, answers.answers.iter().filter(is_number).cloned().collect()));
-    Ok(Looked { answering: Answering { answers, curves, points, of, design, is_design, is_known }, looks, decisions })
+    Ok(Looked {
+        answering: Answering { answers, curves, points, of, design, is_open, is_design, is_known },
+        looks,
+        decisions,
+    })
 }
 
 /// The first points of a study.

@@ -53,6 +53,8 @@ pub struct Answering {
     pub of: u64,
     /// Points of the design.
     pub design: u64,
+    /// `[refine]` goes on: other combinations may be added to those that are there.
+    pub is_open: bool,
     /// They are those of a design; else each sample is one, and all that are there are counted.
     pub is_design: bool,
     /// The table has a checksum, or is no finished one.
@@ -83,6 +85,7 @@ pub fn answer(directory: &Path, samples: &Samples, questions: &[Question]) -> Re
         points: rows.points(),
         of: rows.of(),
         design: samples.points(),
+        is_open: rows.are_open(),
         is_design,
         is_known,
     })
@@ -108,6 +111,9 @@ pub fn judge(directory: &Path, samples: &Samples, gates: &[Gate]) -> Result<(Vec
     let vocabulary = Vocabulary::of(samples).ok_or(AnsweringError::Unread)?;
     let columns = gates.iter().flat_map(|gate| gate.condition.columns.clone()).collect();
     let (rows, _) = read(directory, samples, &vocabulary, columns)?;
+    if rows.are_refined() {
+        return Err(AnsweringError::Refined);
+    }
     let study = rows.study();
     study.check()?;
     let mut decisions = Vec::new();
@@ -133,6 +139,11 @@ fn read(
         is_known = refuse_changed(directory)? || !is_table;
         let end = files.first().filter(|_| is_table).map(|table| end_of_table(table)).transpose()?.flatten();
         let table = files.first().filter(|_| is_table);
+        let refinement = if is_table { None } else { Refinement::of_study(samples) };
+        if let Some(refinement) = refinement {
+            rows = Some(refinement.so_far(files, vocabulary, &columns)?);
+            return Ok(());
+        }
         let chosen = table.map(|table| chosen_of_table(table, samples)).transpose()?.flatten();
         rows = Some(Rows::read(files, samples, vocabulary, (&columns, end, chosen.as_ref()))?);
         Ok(())

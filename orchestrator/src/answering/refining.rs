@@ -1,17 +1,18 @@
 //! `[refine]` of a study: which combinations of its map come next, by the rows of those that are chosen so far.
 
-use super::meant::Meant;
+use super::meant::{Meant, Source, meant};
 use super::rows::{AnsweringError, Rows};
 use super::vocabulary::{Vocabulary, column_of};
 use crate::run::{Chosen, EndWhy, LookingError, Refining, TableEnd};
 use bladeoff_answers::ask::{Ask, Question};
 use bladeoff_answers::map::refine::{Grid, kinds};
 use bladeoff_answers::map::{Of, REGIME, Wanted, maps};
+use bladeoff_answers::tables::TableError;
 use bladeoff_model::document::Collector;
 use bladeoff_model::machine::ParamValue;
 use bladeoff_study::{Origin, Samples};
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Every so-manieth value comes first.
 const EVERY: usize = 4;
@@ -84,7 +85,8 @@ impl Refinement {
         let lengths = [0, 1].map(|axis: usize| along[axis].values.len());
         let asked = def.first.map(|first| first.map(|count| usize::try_from(count).unwrap_or(usize::MAX)));
         // of a part no more than there are
-        let first = asked.filter(|first| !is_part || (0..2).all(|axis| first[axis] <= lengths[axis]));
+        let fitting = |axis: usize, first: usize| if is_part { first.min(lengths[axis]) } else { first };
+        let first = asked.map(|first| [fitting(0, first[0]), fitting(1, first[1])]);
         let first = first.unwrap_or(lengths.map(|length| (length.max(1) - 1).div_ceil(EVERY) + 1));
         let Some(grid) = Grid::new(lengths, first) else {
             let message =
@@ -94,14 +96,25 @@ impl Refinement {
         };
         let each = samples.count() / (lengths[0] * lengths[1]) as u64;
         let begun = grid.first().len() as u64 * each;
-        if begun > def.max_samples && !is_part {
-            let message = format!("{begun} samples come first, and at most {} are wanted", def.max_samples);
+        if begun > def.max_samples {
+            let message = format!("{begun} samples come first, and max_samples = {} is all", def.max_samples);
             return Err(Unrefined::new(message, "a larger max_samples, or fewer values with `first`"));
         }
         // differences between panels are no matter
         let wanted = Wanted { paired: None, ..wanted.clone() };
         let (samples, question, max_samples) = (samples.clone(), question.clone(), def.max_samples);
         Ok(Some(Self { samples, question, wanted, along, grid, max_samples, each }))
+    }
+
+    /// Why every sample of a part (`--scale`, `--limit`) is computed, of a study with `[refine]`.
+    #[must_use]
+    pub fn whole_part(samples: &Samples) -> Option<&'static str> {
+        let why = if samples.plan().is_none() && samples.limit().is_some() {
+            "--limit takes the first samples, wherever they are on the map: [refine] leaves none of them out"
+        } else {
+            "so small a part has less than two values along an axis of the map: [refine] leaves nothing of it out"
+        };
+        samples.study().refine.as_ref().map(|_| why)
     }
 
     /// What is refined, in words.
@@ -129,21 +142,77 @@ impl Refinement {
         places.into_iter().map(|place| [x.positions[place.0], y.positions[place.1]]).collect()
     }
 
-    fn wanted_next(&self, chosen: &Chosen, table: &Path) -> Result<(Vec<[u64; 2]>, bool), AnsweringError> {
-        let vocabulary = Vocabulary::of(&self.samples).ok_or(AnsweringError::Unread)?;
+    /// Of a study as it stands in its directory; `None`: nothing is refined.
+    pub(super) fn of_study(samples: &Samples) -> Option<Self> {
+        let study = samples.study();
+        study.refine.as_ref()?;
+        let meant = meant(samples, Source { file: &study.file, text: &study.text, asked: &study.asked }).ok()?;
+        Self::of(samples, &meant).ok()?
+    }
+
+    /// What there is half-way, in parts. Of points of a design all in the combinations of the last look at which all were there, before
+    /// the first one the first points in the first combinations; of chosen values whatever is there.
+    pub(super) fn so_far(
+        &self,
+        parts: &[PathBuf],
+        vocabulary: &Vocabulary<'_>,
+        columns: &[String],
+    ) -> Result<Result<Rows, AnsweringError>, TableError> {
+        let mut there = None;
+        if self.samples.plan().is_some() {
+            let (mut chosen, mut goes_on) = (self.first(), true);
+            loop {
+                let rows = match self.rows(parts, &chosen)? {
+                    Ok(rows) => rows,
+                    Err(error) => return Ok(Err(error)),
+                };
+                if rows.points() < self.samples.points() {
+                    break;
+                }
+                there = Some(chosen.clone());
+                let (more, others) = match self.after(&rows, &chosen) {
+                    Ok(next) if goes_on && !next.0.is_empty() => next,
+                    Ok(_) => break,
+                    Err(error) => return Ok(Err(error)),
+                };
+                chosen.cells.extend(more);
+                goes_on = others;
+            }
+            there = there.or_else(|| Some(self.first()));
+        }
+        let rows = Rows::read(parts, &self.samples, vocabulary, (columns, None, there.as_ref()))?;
+        Ok(rows.map(Rows::half_way))
+    }
+
+    /// The rows that decide what comes next.
+    fn rows(&self, files: &[PathBuf], chosen: &Chosen) -> Result<Result<Rows, AnsweringError>, TableError> {
+        let Some(vocabulary) = Vocabulary::of(&self.samples) else { return Ok(Err(AnsweringError::Unread)) };
         let mut columns = self.question.columns(&vocabulary.names);
         columns.sort();
         columns.dedup();
-        let count = chosen.cells.len() as u64 * self.each;
+        let count = self.count(chosen);
         let points = if self.samples.plan().is_some() { self.samples.points() } else { count };
         let end = TableEnd { points, samples: count, share: 1.0, why: EndWhy::Refined };
-        let which = (columns.as_slice(), Some(end), Some(chosen));
-        let rows = Rows::read(&[table.to_path_buf()], &self.samples, &vocabulary, which)??;
+        Rows::read(files, &self.samples, &vocabulary, (&columns, Some(end), Some(chosen)))
+    }
+
+    /// Samples in chosen combinations.
+    fn count(&self, chosen: &Chosen) -> u64 {
+        chosen.cells.len() as u64 * self.each
+    }
+
+    /// What comes after these rows, and whether others may come after that.
+    fn after(&self, rows: &Rows, chosen: &Chosen) -> Result<(Vec<[u64; 2]>, bool), AnsweringError> {
         let found = maps(&rows.study(), &self.wanted, 1.0 - self.question.confidence)?;
         let known = kinds(&found, self.along.each_ref().map(|along| along.values.as_slice()));
-        let room = self.max_samples.saturating_sub(count) / self.each;
+        let room = self.max_samples.saturating_sub(self.count(chosen)) / self.each;
         let next = self.grid.next(&known, usize::try_from(room).unwrap_or(usize::MAX));
         Ok((self.cells(next.places), next.is_all))
+    }
+
+    fn wanted_next(&self, chosen: &Chosen, table: &Path) -> Result<(Vec<[u64; 2]>, bool), AnsweringError> {
+        let rows = self.rows(&[table.to_path_buf()], chosen)??;
+        self.after(&rows, chosen)
     }
 }
 

@@ -29,6 +29,9 @@ pub enum AnsweringError {
     /// A study without random points.
     #[error("the study has no [design]: its samples are no random points, and answer no question")]
     NoDesign,
+    /// A gate of a study that refines.
+    #[error("[refine] chose which combinations are there by their results: a gate would say nothing of the others")]
+    Refined,
     /// The machine cannot be built, so that the columns of its table are not known.
     #[error("the machine of the study cannot be built any more")]
     Unread,
@@ -119,6 +122,10 @@ pub(super) struct Rows {
     layout: Blocks,
     of: u64,
     share: f64,
+    /// Its combinations were chosen by results.
+    refined: bool,
+    /// `[refine]` goes on: whether others are added is not known yet.
+    is_open: bool,
 }
 
 /// What points of a block are to one another.
@@ -180,6 +187,8 @@ impl Rows {
                     let why = all.and_then(|all| caused(all[row].as_deref()));
                     match (at, said, why) {
                         (Some(at), Some(said), Some(why)) => (status[*at], causes[*at]) = (Some(said), why),
+                        // of parts: recorded by a run with another rule
+                        (None, Some(_), Some(_)) if chosen.is_some() && is_of(samples, numbers[row]) => {}
                         _ => odd = odd.clone().or(Some((path.clone(), numbers[row].unwrap_or(f64::NAN)))),
                     }
                 }
@@ -212,6 +221,8 @@ impl Rows {
                 replicates,
                 of,
                 share: 1.0,
+                refined: chosen.is_some(),
+                is_open: false,
             }));
         };
         let done = status.iter().take_while(|status| status.is_some()).count() / groups.len();
@@ -230,7 +241,24 @@ impl Rows {
             replicates: plan.replicates(),
             of,
             share: end.map_or(1.0, |end| end.share),
+            refined: chosen.is_some(),
+            is_open: false,
         }))
+    }
+
+    /// Of a study whose combinations are still being chosen.
+    pub fn half_way(self) -> Self {
+        Self { refined: true, is_open: true, ..self }
+    }
+
+    /// Whether their combinations were chosen by results.
+    pub fn are_refined(&self) -> bool {
+        self.refined
+    }
+
+    /// Whether combinations may be added to theirs.
+    pub fn are_open(&self) -> bool {
+        self.is_open
     }
 
     /// Points that count.
@@ -276,16 +304,21 @@ impl Rows {
                 scrambled: self.scrambled,
                 replicates: self.replicates as usize,
                 replicate: &self.replicate,
-                complete: self.points() == self.of,
+                complete: self.points() == self.of && !self.is_open,
                 layout: match &self.layout {
                     Blocks::Points => Layout::Points,
                     Blocks::Trajectories(moves, delta) => Layout::Trajectories(moves, *delta),
                     Blocks::Saltelli { second_order } => Layout::Saltelli { second_order: *second_order },
                 },
                 share: self.share,
+                refined: self.refined,
             },
         }
     }
+}
+
+fn is_of(samples: &Samples, number: Option<f64>) -> bool {
+    number.is_some_and(|number| (0.0..samples.count() as f64).contains(&number))
 }
 
 /// Columns that are asked for, then those that say what was held of them.

@@ -9,7 +9,14 @@ use bladeoff_answers::report::counted;
 #[must_use]
 pub fn told(answering: &Answering) -> String {
     let Answering { answers, points, of, .. } = answering;
-    let mut text = if answering.is_design { head("Answers", *points, *of) } else { head_of_samples(*points, *of) };
+    let mut text = match (answering.is_design, answering.is_open && points == of) {
+        (true, true) => format!(
+            "Answers so far, of all {} in the combinations of the last look; [refine] may add others:\n",
+            counted(*of, "point")
+        ),
+        (true, false) => head("Answers", *points, *of),
+        (false, _) => head_of_samples(*points, *of),
+    };
     let mut last: Option<&Answer> = None;
     for answer in &answers.answers {
         if last.is_none_or(|last| last.name != answer.name) {

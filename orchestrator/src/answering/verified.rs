@@ -157,6 +157,7 @@ fn estimates() -> Option<Vec<(u64, Option<f64>)>> {
             complete: true,
             layout: Layout::Points,
             share: 1.0,
+            refined: false,
         },
     };
     study.check().ok()?;

@@ -98,6 +98,10 @@ pub(super) fn remark_unwritten(directory: &Path) -> Result<(), CliError> {
 /// What more time would narrow the intervals of these answers to; `None`: no pace is known, or there is no interval.
 pub(super) fn forecast_of(directory: &Path, samples: &Samples, answering: &Answering) -> Option<Forecasts> {
     // what [stop] has ended is precise enough
+    // how many combinations there will be is not known
+    if samples.study().refine.is_some() {
+        return None;
+    }
     let pace = pace(&see(directory).ok()??.told?).filter(|_| answering.of == answering.design)?;
     let awaited = waiting(samples).ok()?.map(|waiting| waiting.awaited());
     forecasts(answering, pace, samples.groups().len(), awaited.as_ref())
@@ -171,6 +175,8 @@ pub(super) fn asked_in_words(samples: &Samples) -> Result<String, CliError> {
     if let Some(refinement) = refinement(samples)? {
         let lines = refinement.in_words().iter().map(|line| format!("  {line}\n")).collect::<String>();
         text.push_str(&format!("\nRefine:\n{lines}"));
+    } else if let Some(why) = Refinement::whole_part(samples) {
+        text.push_str(&format!("\nRefine:\n  {why}\n"));
     }
     Ok(text)
 }

@@ -111,6 +111,8 @@ fn of_directory(directory: &Path, path: &Path) -> Result<Opened, CliError> {
             let (points, rows) = end.map_or((samples.points(), samples.count()), |end| (end.points, end.samples));
             opened.draw = if !is_whole || Table::count_rows(&opened.files)? as u64 != rows {
                 Draw::without("no interval: of a study that is not complete, what finished first is not random")
+            } else if end.is_some_and(|end| end.is_chosen()) {
+                Draw::without("no interval: which combinations are there was chosen by their results ([refine])")
             } else if end.is_some_and(|end| end.share < 1.0) {
                 Draw::without(
                     "no interval: the study ended at one of several looks, because its answers were precise enough there ([stop])",

@@ -6,7 +6,7 @@ use super::error::CliError;
 use super::exit::Exit;
 use super::functions;
 use super::output::{remark, tell, width, width_of_errors};
-use crate::answering::check_asked;
+use crate::answering::{Refinement, check_asked};
 use crate::dispatch::{Ended, time_left, watch_before};
 use crate::run::directory::{LEDGER, row_files};
 use crate::run::{Finished, Looking, Refining, Request, Rerun, RunError, TRUST, go_on, own_columns, run};
@@ -244,13 +244,17 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     if let Some(until) = &limits.until {
         remark(&format!("until {}, in {}", until.time(), duration(time_left(until))));
     }
+    let refinement = refinement(&samples)?;
+    if let (None, Some(why)) = (&refinement, Refinement::whole_part(&samples)) {
+        remark(why);
+    }
     let request = Request {
         out: out.clone(),
         trusts: args.trust_dir,
         workers,
         rerun: args.rerun.clone(),
         looking: waiting(&samples)?.map(|waiting| Rc::new(waiting) as Rc<dyn Looking>),
-        refining: refinement(&samples)?.map(|refinement| Rc::new(refinement) as Rc<dyn Refining>),
+        refining: refinement.map(|refinement| Rc::new(refinement) as Rc<dyn Refining>),
         refresh: args.refresh,
         sample: args.budget.of_sample(samples.study().limits.sample),
         limits,

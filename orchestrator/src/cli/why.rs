@@ -9,8 +9,7 @@ use crate::engine;
 use crate::report::{advice, cause_in_words, describe_values, diverged_at, end_cause_in_words, mentions};
 use crate::run::directory::{LEDGER, MANIFEST, RESULTS, WORKER_LOG, read_current, row_files, timing_files};
 use crate::run::{
-    EndWhy, RunState, Seen, TableEnd, end_of_table, function_columns, own_columns, refuse_changed,
-    refuse_changed_timings, see,
+    RunState, Seen, TableEnd, end_of_table, function_columns, own_columns, refuse_changed, refuse_changed_timings, see,
 };
 use bladeoff_answers::report::duration;
 use bladeoff_answers::report::{are, counted};
@@ -108,10 +107,8 @@ pub fn text(directory: &Path, sample: u64) -> Result<String, CliError> {
         Some(row) => finished(&mut told, row, go_on.as_deref()),
         None if let Some(end) = end_before(directory, sample) => {
             let words = end.words(samples.points());
-            told.line(
-                "status",
-                format!("beyond the end of the table: {words}; it may be in the record, but has no row"),
-            );
+            let why = if end.is_chosen() { "not among those of the table" } else { "beyond the end of the table" };
+            told.line("status", format!("{why}: {words}; it may be in the record, but has no row"));
         }
         None => {
             told.line("status", unfinished(&seen.state, seen.told.as_ref(), sample, go_on.as_deref()));
@@ -133,7 +130,7 @@ pub fn text(directory: &Path, sample: u64) -> Result<String, CliError> {
 fn end_before(directory: &Path, sample: u64) -> Option<TableEnd> {
     let end = end_of_table(&directory.join(RESULTS)).ok().flatten();
     // what [refine] has not chosen lies anywhere
-    end.filter(|end| sample >= end.samples || end.why == EndWhy::Refined)
+    end.filter(|end| sample >= end.samples || end.is_chosen())
 }
 
 /// `run.twin` of a sample that has a twin, unless it varies and is shown with what does.

@@ -1,8 +1,10 @@
-//! Where a table ends that ends before its design does, or of which less was asked at several looks: `[stop]`.
+//! Where a table ends that ends before its design does, or of which less was asked at several looks: `[stop]`; or that has what `[refine]`
+//! has chosen.
 //!
 //! It stands in the table's own metadata, so that whoever reads the rows knows how many there should be and what their intervals may
 //! spend; the manifest and the status repeat it for whoever reads those.
 
+use bladeoff_answers::report::counted;
 use bladeoff_answers::tables::{TableError, read_metadata};
 use serde_json::{Value, json};
 use std::path::Path;
@@ -22,17 +24,23 @@ pub enum EndWhy {
     Wall,
     /// The design has no more points; the intervals are not narrow enough.
     Design,
-    /// It has the combinations of a map that `[refine]` has chosen.
+    /// `[refine]` has added what lies between unlike combinations of a map.
     Refined,
+    /// The map of `[refine]` changes nowhere between the first combinations.
+    Unchanged,
+    /// `max_samples` of `[refine]`.
+    MaxSamples,
 }
 
 impl EndWhy {
-    const ALL: [(&'static str, Self); 5] = [
+    const ALL: [(&'static str, Self); 7] = [
         ("precision", Self::Precision),
         ("samples", Self::Samples),
         ("wall", Self::Wall),
         ("design", Self::Design),
         ("refined", Self::Refined),
+        ("unchanged", Self::Unchanged),
+        ("max_samples", Self::MaxSamples),
     ];
 
     fn word(self) -> &'static str {
@@ -77,9 +85,28 @@ impl TableEnd {
             EndWhy::Precision => format!("precise enough at {points} of {of} points ([stop])"),
             EndWhy::Samples => format!("ended at {points} of {of} points by `samples` of [stop]"),
             EndWhy::Wall => format!("ended at {points} of {of} points by `wall` of [stop]"),
-            EndWhy::Refined => format!("{} samples, chosen where the map changes ([refine])", self.samples),
+            EndWhy::Refined => {
+                format!("{}: the map is as fine as its values where it changes ([refine])", self.chosen())
+            }
+            EndWhy::Unchanged => {
+                let first = counted(self.samples, "sample");
+                format!("{first}: the map changes nowhere between its first combinations, so none is added ([refine])")
+            }
+            EndWhy::MaxSamples => {
+                format!("{}: no more by `max_samples` of [refine], which wanted others", self.chosen())
+            }
             EndWhy::Design => format!("all {of} points are done, and not every interval is as narrow as [stop] asks"),
         }
+    }
+
+    fn chosen(&self) -> String {
+        format!("{}, chosen where the map changes", counted(self.samples, "sample"))
+    }
+
+    /// Whether the table has what `[refine]` has chosen.
+    #[must_use]
+    pub fn is_chosen(&self) -> bool {
+        matches!(self.why, EndWhy::Refined | EndWhy::Unchanged | EndWhy::MaxSamples)
     }
 
     /// Whether the study ended before its design did.

@@ -5,7 +5,7 @@ use super::checksums::refuse_changed;
 use super::chosen::{Chosen, chosen_of_table};
 use super::curves::forget_answers;
 use super::directory::{LEDGER, LOCK, LOOK, RESULTS, RunDirectory, TIMINGS};
-use super::end::{EndWhy, TableEnd, end_of_table};
+use super::end::{TableEnd, end_of_table};
 use super::error::RunError;
 use super::lock::{Keeper, LockError, Look, look, theirs};
 use super::prepare::{Prepared, frozen_basis, new_basis};
@@ -115,9 +115,7 @@ fn chosen_told(request: &Request, samples: &Samples) -> Option<Chosen> {
 
 fn there_already(end: Option<&TableEnd>) -> &'static str {
     match end {
-        Some(end) if end.why == EndWhy::Refined => {
-            "every sample that [refine] has chosen is there already: nothing is computed"
-        }
+        Some(end) if end.is_chosen() => "every sample that [refine] has chosen is there already: nothing is computed",
         Some(end) if end.is_early() => "every sample up to the end by [stop] is there already: nothing is computed",
         _ => "every sample is there already: nothing is computed",
     }

@@ -76,15 +76,22 @@ impl Refined<'_> {
                 break;
             }
             match self.look(&chosen) {
-                Ok((more, _)) if more.is_empty() => break,
                 Ok((more, others)) => {
-                    chosen.cells.extend(more);
                     goes_on = others;
+                    if more.is_empty() {
+                        break;
+                    }
+                    chosen.cells.extend(more);
                 }
                 Err(error) => return ((Ok(all), Err(error)), chosen),
             }
         }
-        let end = end(&chosen, samples);
+        let why = match (goes_on, chosen == self.refining.first()) {
+            (false, _) => EndWhy::MaxSamples,
+            (true, true) => EndWhy::Unchanged,
+            (true, false) => EndWhy::Refined,
+        };
+        let end = end(&chosen, samples, why);
         all.ended = Ended::Stop;
         ((Ok(all), Ok(Some(end))), chosen)
     }
@@ -102,8 +109,8 @@ impl Refined<'_> {
 }
 
 /// The end of a table of what is chosen.
-fn end(chosen: &Chosen, samples: &Samples) -> TableEnd {
+fn end(chosen: &Chosen, samples: &Samples, why: EndWhy) -> TableEnd {
     let count = chosen.samples(samples).count() as u64;
     let points = if samples.plan().is_some() { samples.points() } else { count };
-    TableEnd { points, samples: count, share: 1.0, why: EndWhy::Refined }
+    TableEnd { points, samples: count, share: 1.0, why }
 }

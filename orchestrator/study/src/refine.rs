@@ -32,6 +32,10 @@ impl RefineDef {
                 "[stop] ends a study after so many of its points, [refine] takes all of them where a map changes";
             problems.add(entry.name_span.clone(), "refine", message).allowed = Some("one of both".to_owned());
         }
+        if !asked.gates.is_empty() {
+            let message = "leaves combinations out by their results, and a [[gate]] would say nothing of them";
+            problems.add(entry.name_span.clone(), "refine", message).allowed = Some("one of both".to_owned());
+        }
         let allowed = "max_samples = 2000: of the table, at most";
         let most = keys.require("max_samples", allowed, problems);
         let most = most.and_then(|entry| keys.whole(entry, 1, i64::MAX as u64, problems));

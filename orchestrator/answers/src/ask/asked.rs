@@ -68,6 +68,14 @@ fn unanswered(study: &Study<'_>, question: &Question, why: &InputError) -> Answe
     answer
 }
 
+/// Said of every answer from combinations that were chosen by their results.
+const REFINED: &str = "[refine] chose which combinations are there by their results, more where they change: they are no sample, and no \
+                       share of them is one of the map";
+
+/// Said where such an answer has limits.
+const REFINED_LIMITS: &str = "limits hold for a combination that is named beforehand; results of the same points led to those that were added, \
+                              of which more may be missed";
+
 /// Answers of one question; the study has been checked.
 ///
 /// # Errors
@@ -96,6 +104,14 @@ pub fn answer(study: &Study<'_>, question: &Question) -> Result<Answered, InputE
         );
         let has_limits = |answer: &&mut Answer| answer.method != Method::Without;
         answered.answers.iter_mut().filter(has_limits).for_each(|answer| answer.notes.push(note.clone()));
+    }
+    if study.design.refined {
+        answered.answers.iter_mut().for_each(|answer| answer.notes.push(REFINED.to_owned()));
+        let has_limits = |answer: &&mut Answer| match &answer.map {
+            Some(map) => map.cells.iter().any(|cell| cell.low.is_some()),
+            None => answer.method != Method::Without,
+        };
+        answered.answers.iter_mut().filter(has_limits).for_each(|answer| answer.notes.push(REFINED_LIMITS.to_owned()));
     }
     Ok(answered)
 }

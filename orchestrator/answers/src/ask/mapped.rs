@@ -69,19 +69,19 @@ fn sentence(map: &Map) -> String {
     if map.is_share() && map.difference.is_none() {
         let counts = |is: fn(f64) -> bool| {
             let [least, most] = [harmless, harmful].map(|of| known(of).filter(|(share, _)| is(*share)).count());
-            let from = if least == most {
-                String::new()
-            } else {
-                format!("{} to ", percent(least as f64 / cells.max(1) as f64))
+            let from = match (least == most, map.refined) {
+                (true, _) => String::new(),
+                (false, true) => format!("{least} to "),
+                (false, false) => format!("{} to ", percent(least as f64 / cells.max(1) as f64)),
             };
-            from + &part(most, cells)
+            from + &part(most, cells, map.refined)
         };
         text +=
             &format!("; half or more in {}, above 0 in {}", counts(|share| share >= 0.5), counts(|share| share > 0.0));
     }
     let regimes = map.regimes.iter().filter_map(|word| {
         let count = map.cells.iter().filter(|cell| cell.regime.as_ref() == Some(word)).count();
-        (count > 0).then(|| format!("{word} in {}", part(count, cells)))
+        (count > 0).then(|| format!("{word} in {}", part(count, cells, map.refined)))
     });
     let regimes: Vec<String> = regimes.collect();
     if !regimes.is_empty() {
@@ -91,7 +91,11 @@ fn sentence(map: &Map) -> String {
     text + &format!("; {}, {}", counted(cells as u64, "cell"), counted(map.n, runs)) + &bad(map)
 }
 
-fn part(count: usize, of: usize) -> String {
+/// So many of the cells; of chosen ones no share, which would be none of the map.
+fn part(count: usize, of: usize, is_refined: bool) -> String {
+    if is_refined {
+        return format!("{count} cells");
+    }
     percent(count as f64 / of.max(1) as f64) + " of the cells"
 }
 

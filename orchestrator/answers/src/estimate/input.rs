@@ -153,6 +153,8 @@ pub struct Design<'a> {
     /// Part of 1 - confidence that intervals may spend: 1 where these points are looked at once; less where `[stop]` looked at fewer of
     /// them before, so that all looks together spend the whole.
     pub share: f64,
+    /// Whether the combinations that are there were chosen by their results (`[refine]`), so that together they are no sample of all.
+    pub refined: bool,
 }
 
 /// What points of a block are to one another.

@@ -170,6 +170,9 @@ pub struct Map {
     /// Where bad runs are.
     #[serde(skip)]
     pub bad_at: Vec<(f64, f64)>,
+    /// Its cells were chosen by their results.
+    #[serde(skip)]
+    pub refined: bool,
     /// What a reader has to know.
     pub notes: Vec<String>,
     /// Cells that have samples, by rows of the first axis.
@@ -278,6 +281,7 @@ impl Frame<'_> {
             n: items.list.len() as u64,
             bad: items.list.iter().filter(|item| item.bad).count() as u64,
             bad_at: items.list.iter().filter(|item| item.bad).map(|item| (item.x, item.y)).collect(),
+            refined: self.study.design.refined,
             notes: Vec::new(),
             cells: Vec::new(),
         };

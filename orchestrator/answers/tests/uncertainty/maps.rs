@@ -62,6 +62,7 @@ impl Rows {
                 complete: true,
                 layout: Layout::Points,
                 share: 1.0,
+                refined: false,
             },
         };
         study.check().expect("a study");
@@ -407,6 +408,7 @@ fn a_map_answers_in_a_sentence_and_as_json() {
             complete: true,
             layout: Layout::Points,
             share: 1.0,
+            refined: false,
         },
     };
     let names = Names {

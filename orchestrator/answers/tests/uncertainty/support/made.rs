@@ -83,6 +83,7 @@ impl Made {
                 complete: self.complete,
                 layout: Layout::Points,
                 share: 1.0,
+                refined: false,
             },
         }
     }
