@@ -86,7 +86,7 @@ impl TableEnd {
             EndWhy::Samples => format!("ended at {points} of {of} points by `samples` of [stop]"),
             EndWhy::Wall => format!("ended at {points} of {of} points by `wall` of [stop]"),
             EndWhy::Refined => {
-                format!("{}: the map is as fine as its values where it changes ([refine])", self.chosen())
+                format!("{}; there it is as fine as its values ([refine])", self.chosen())
             }
             EndWhy::Unchanged => {
                 let first = counted(self.samples, "sample");
