@@ -1,6 +1,5 @@
 //! From the words of a study file to questions and gates; whatever is wrong with them is told at its place in the file.
 
-use super::refining::Refinement;
 use super::rows::design_kind;
 use super::vocabulary::{Vocabulary, column_of, label};
 use bladeoff_answers::ask::{Problem, Question, QuestionDef, SensitivityMethod};
@@ -58,13 +57,13 @@ pub fn meant(samples: &Samples, source: Source<'_>) -> Result<Meant, Problems> {
     problems.finish().map(|()| found)
 }
 
-/// Checks questions and gates of a file that was just read; a [`bladeoff_study::CheckAsked`].
-pub fn check_asked(to_check: &ToCheck<'_>, problems: &mut Collector<'_>) {
+/// Checks questions and gates of a file that was just read; its samples and what it asks, where both are understood.
+pub(super) fn check_questions(to_check: &ToCheck<'_>, problems: &mut Collector<'_>) -> Option<(Samples, Meant)> {
     let &ToCheck { asked, study, machine, is_function, names, has_design } = to_check;
     if !has_design {
         needs_design(asked, problems);
         if !asked.questions.iter().any(|question| question.map.is_some()) {
-            return;
+            return None;
         }
     }
     let is_partly = study.is_none() || !problems.is_empty();
@@ -79,16 +78,13 @@ pub fn check_asked(to_check: &ToCheck<'_>, problems: &mut Collector<'_>) {
     }
     // without problems a machine that cannot be built is one of the samples, and said with them
     let of_machine = || Vocabulary::of_machine(machine).filter(|_| is_partly && (machine.is_some() || is_function));
-    let Some(mut vocabulary) = whole.or_else(of_machine) else { return };
+    let Some(mut vocabulary) = whole.or_else(of_machine) else { return None };
     if is_partly {
         vocabulary.mention(names);
     }
     let meant = understand(&vocabulary, asked, has_design, problems);
-    if let (Some(samples), true) = (&samples, problems.is_empty())
-        && let Err(unrefined) = Refinement::of(samples, &meant)
-    {
-        unrefined.tell(samples, problems);
-    }
+    drop(vocabulary);
+    samples.filter(|_| problems.is_empty()).map(|samples| (samples, meant))
 }
 
 fn needs_design(asked: &Asked, problems: &mut Collector<'_>) {

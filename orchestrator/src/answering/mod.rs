@@ -7,6 +7,7 @@
 //! ```
 //! What figures are, [`bladeoff_answers`] knows; what a study file may say, [`bladeoff_study`]. Nothing here is part of what a study is.
 
+mod checked;
 mod drawn;
 mod forecast;
 mod kept;
@@ -19,11 +20,12 @@ mod verified;
 mod vocabulary;
 mod waiting;
 
+pub use checked::check_asked;
 pub use drawn::drawn;
 pub use forecast::{Awaited, Forecast, Forecasts, forecasts, pace};
 pub use kept::{KeepError, keep};
 pub use looks::{Looked, answer_at_looks, columns_asked};
-pub use meant::{Meant, Source, check_asked, meant, only_gates};
+pub use meant::{Meant, Source, meant, only_gates};
 pub use refining::{Refinement, Unrefined};
 pub use rows::AnsweringError;
 pub use told::{decided, told};

@@ -73,8 +73,7 @@ impl Refinement {
             return Ok(None);
         };
         if matches!(wanted.of, Of::Value(_)) && Vocabulary::of(samples).is_none_or(|known| !has_regimes(&known)) {
-            let message =
-                format!("nothing of the map of {} changes from here to there: it has no {REGIME}", question.name);
+            let message = format!("formulas have no regime ({REGIME}), and the map {} is of no event", question.name);
             return Err(Unrefined::new(message, "a map of the probability of an event: of = \"P(...)\""));
         }
         let along = [Along::of(samples, &wanted.x)?, Along::of(samples, &wanted.y)?];

@@ -127,6 +127,21 @@ fn in_words(group: &Group) -> String {
     said.join(", ")
 }
 
+/// Characters of a line below one panel.
+const CHARACTERS: usize = 95;
+
+/// Marks in as few lines as they fit in.
+fn in_lines(marks: &[String]) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for mark in marks {
+        match lines.last_mut() {
+            Some(line) if line.len() + 2 + mark.len() <= CHARACTERS => *line += &format!("; {mark}"),
+            _ => lines.push(mark.clone()),
+        }
+    }
+    lines
+}
+
 /// What the marks mean, and what has to be known.
 fn explanation(maps: &[Map]) -> Vec<String> {
     let any = |is: fn(&Map) -> bool| maps.iter().any(is);
@@ -143,7 +158,7 @@ fn explanation(maps: &[Map]) -> Vec<String> {
     if any(|map| map.cells.len() < map.x.at.len() * map.y.at.len()) {
         marks.push("hatched: no sample".to_owned());
     }
-    let mut told = vec![marks.join("; ")];
+    let mut told = in_lines(&marks);
     if let Some(map) = maps.iter().find(|map| map.is_smoothed()) {
         told.extend(map.width.map(|width| {
             format!(
