@@ -128,7 +128,7 @@ fn in_words(group: &Group) -> String {
 }
 
 /// Characters of a line below one panel.
-const CHARACTERS: usize = 95;
+const CHARACTERS: usize = 85;
 
 /// Marks in as few lines as they fit in.
 fn in_lines(marks: &[String]) -> Vec<String> {
