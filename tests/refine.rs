@@ -446,9 +446,14 @@ fn what_cannot_be_refined_is_refused() {
     assert!(with(&two).contains("does not say which map"), "{}", with(&two));
     let plain = format!("{}of = \"g\"\n", &DISC[..of]);
     assert!(with(&plain).contains("formulas have no regime"), "{}", with(&plain));
-    let together = DISC.replace("[[vary]]\nname = \"y\"\nfrom = 0\nto = 1\ncount = 33\n", "");
-    let together = together.replace("g = \"x * x + y * y\"", "g = \"x * x\"");
-    assert!(!with(&together).is_empty());
+    let together = DISC.replace("count = 33", "count = 33\nzip = \"pair\"");
+    assert!(with(&together).contains("x and y advance together"), "{}", with(&together));
+    let twice = DISC.replacen("from = 0\nto = 1\ncount = 33", "values = [0, 1, 1]", 1);
+    assert!(with(&twice).contains("x has the value 1 twice"), "{}", with(&twice));
+    folder.write("points.csv", "contact.gap,contact.friction\n5e-4,0.1\n5e-4,0.2\n9e-4,0.1\n9e-4,0.2\n");
+    let of_points = "schema = 1\nname = \"p\"\nmachine = \"machines/rig.toml\"\n[points]\nfile = \"points.csv\"\n[[question]]\n\
+                     name = \"loads\"\nmap = [\"contact.gap\", \"contact.friction\"]\nof = \"max_bearing_load_N\"\n";
+    assert!(with(of_points).contains("contact.friction advance together"), "{}", with(of_points));
     let uncertain = BLURRED.replace("map = [\"x\", \"y\"]", "map = [\"u\", \"y\"]");
     assert!(with(&uncertain).contains("u has no given values to choose from"), "{}", with(&uncertain));
     let gated = BLURRED.to_owned() + "\n[[gate]]\nrequire = \"P(g < 0.49) < 0.9\"\n";

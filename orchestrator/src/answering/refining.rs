@@ -81,6 +81,11 @@ impl Refinement {
             let message = format!("{} and {} advance together", wanted.x, wanted.y);
             return Err(Unrefined::new(message, "a map over two [[vary]]"));
         }
+        for (along, column) in along.iter().zip([&wanted.x, &wanted.y]) {
+            if let Some(pair) = along.values.windows(2).find(|pair| pair[0] == pair[1]) {
+                return Err(Unrefined::new(format!("{column} has the value {} twice", pair[0]), "each value once"));
+            }
+        }
         let lengths = [0, 1].map(|axis: usize| along[axis].values.len());
         let asked = def.first.map(|first| first.map(|count| usize::try_from(count).unwrap_or(usize::MAX)));
         // of a part no more than there are
@@ -250,9 +255,6 @@ impl Along {
             }
         }
         found.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
-        if let Some(pair) = found.windows(2).find(|pair| pair[0].0 == pair[1].0) {
-            return Err(Unrefined::new(format!("{column} has the value {} twice", pair[0].0), "each value once"));
-        }
         let (values, positions) = found.into_iter().unzip();
         Ok(Self { axis, values, positions })
     }
