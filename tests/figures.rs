@@ -400,6 +400,36 @@ fn the_paper_s_table_is_computed_and_claims_nothing_without_a_range() {
     assert_eq!(runs.lines().count(), 4);
 }
 
+/// Columns with short names (`as`), of numbers and of words, and a parameter by a formula.
+#[test]
+fn a_replayed_sample_of_a_design_is_equal_to_its_row() {
+    let folder = Folder::new();
+    let study = folder.write(
+        "study.toml",
+        "schema = 1\nname = \"small\"\nmachine = \"machines/rig.toml\"\n[set]\n\"run.end_time\" = \"0.06 s\"\n\
+         [design]\nkind = \"monte-carlo\"\nsamples = 4\n\
+         [[uncertain]]\npath = \"blade_off.mass\"\nas = \"lost\"\ndistribution = \"uniform\"\nlower = \"12 g\"\nupper = \"14 g\"\n\
+         [[uncertain]]\npath = \"contact.friction_law\"\nas = \"law\"\ndistribution = \"discrete\"\nvalues = [\"slip\", \"stick-slip\"]\n\
+         [[derived]]\npath = \"contact.gap\"\nas = \"gap\"\nformula = \"0.4 mm + 1 mm * (lost - 12 g) / 100 g\"\n",
+    );
+    let out = text(&folder.path("run"));
+    let said = say(&["run", &study, "--out", &out, "--workers", "2"]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    let (header, rows) = support::table(&out);
+    for name in ["lost_kg", "law", "gap_m"] {
+        assert!(header.iter().any(|found| found == name), "{name} of {header:?}");
+    }
+    let law = header.iter().position(|name| name == "law").expect("the words");
+    assert!(rows.iter().any(|row| row[law] != rows[0][law]), "both laws are among them");
+    let touched = header.iter().position(|name| name == "first_contact_s").expect("there");
+    assert!(rows.iter().all(|row| !row[touched].is_empty()), "contact happened");
+    for sample in 0..rows.len() {
+        let said = say(&["replay", &out, "--sample", &sample.to_string()]);
+        assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+        assert!(said.out.contains("equal to the row in all"), "{}", said.out);
+    }
+}
+
 /// Every command of the page, as written but for its length: in the page's order, in one folder. What the page shows of
 /// their output they print, and the figures it shows they draw.
 #[test]
