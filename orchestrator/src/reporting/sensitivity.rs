@@ -21,6 +21,11 @@ pub(super) fn sensitivity(question: &Question, answers: &[&Answer]) -> Vec<Block
             "sobol" => &[("first order", "c0", |of| of.first), ("total", "c1", |of| of.total)],
             _ => &[("first order, by ranks", "c0", |of| of.first), ("rank correlation", "c1", |of| of.spearman)],
         };
+        // of an output that does not vary there is nothing to draw
+        let is_there = |index: Option<Index>| index.is_some_and(|index| index.estimate.is_some());
+        if !found.indices.of.iter().any(|(_, of)| kinds.iter().any(|(.., index)| is_there(index(of)))) {
+            continue;
+        }
         blocks.push(bars(&name, found, kinds));
         if found.estimator == "morris" {
             blocks.extend(plot(&name, found));
@@ -33,11 +38,12 @@ pub(super) fn sensitivity(question: &Question, answers: &[&Answer]) -> Vec<Block
     blocks
 }
 
-/// The largest of the first kind on top.
+/// The most decisive on top, as sentences rank them: by the total order, otherwise by the first of the kinds.
 fn bars(name: &str, found: &Sensitivities, kinds: &[Kind]) -> Block {
     let size = |of: &OfParameter| {
-        let last = kinds.last().and_then(|(.., index)| index(of)).and_then(|index| index.estimate);
-        last.map_or(f64::NEG_INFINITY, f64::abs)
+        let kind = if found.estimator == "sobol" { kinds.last() } else { kinds.first() };
+        let leading = kind.and_then(|(.., index)| index(of)).and_then(|index| index.estimate);
+        leading.unwrap_or(f64::NEG_INFINITY)
     };
     let mut parameters: Vec<&(String, OfParameter)> = found.indices.of.iter().collect();
     parameters.sort_by(|a, b| size(&b.1).total_cmp(&size(&a.1)));

@@ -5,6 +5,9 @@ use crate::page::escape::plain;
 use crate::page::figure::short;
 use serde_json::{Value, json};
 
+/// Room above the frame, where the library has its tools.
+const TOOLS: usize = 34;
+
 impl Chart {
     /// Traces and layout.
     pub(super) fn traces(&self) -> (Value, Value) {
@@ -17,7 +20,7 @@ impl Chart {
         let legend = json!({ "orientation": "h", "x": 0, "yref": "container", "y": 0, "yanchor": "bottom" });
         let layout = json!({
             "xaxis": layout(&self.x), "yaxis": layout(&self.y), "barmode": "overlay", "legend": legend,
-            "height": self.height as usize + 12 + bottom, "margin": { "l": 64, "r": 16, "t": 12, "b": bottom },
+            "height": self.height as usize + TOOLS + bottom, "margin": { "l": 64, "r": 16, "t": TOOLS, "b": bottom },
         });
         (Value::Array(traces), layout)
     }
