@@ -233,16 +233,13 @@ fn a_time_ends_a_study_at_its_last_look_and_wall_of_the_command_leaves_it_open()
     );
     // it is open: what another hour brings is told, of what was measured
     let status = say(&["status", &folder.name("open")]);
-    assert!(
-        status.out.contains("forecast") && status.out.contains(": half of its interval is "),
-        "{}",
-        status.out
-    );
+    assert!(status.out.contains("forecast") && status.out.contains(": half of its interval is "), "{}", status.out);
     let told: Value = serde_json::from_str(&say(&["status", &folder.name("open"), "--json"]).out).expect("JSON");
     let of = &told["forecast"]["of"][0];
     let list = |value: &Value| value.as_array().expect("a list").clone();
     let (later, halves) = (list(&told["forecast"]["later"]), list(&of["later"]));
-    let (now, end) = (of["half_width"].as_f64().expect("a number"), halves[later.len() - 1].as_f64().expect("a number"));
+    let (now, end) =
+        (of["half_width"].as_f64().expect("a number"), halves[later.len() - 1].as_f64().expect("a number"));
     // however fast the machine is, nothing is forecast beyond the design
     assert!(later.iter().all(|later| later["points"].as_u64() <= Some(4_000_000)), "{told}");
     assert!(end < 0.5 * now && told["forecast"]["points_per_hour"].as_f64() > Some(1e4), "{told}");

@@ -35,7 +35,7 @@ pub(super) fn answers(answering: &Answering, questions: &[Question], columns: &[
         });
         blocks.extend(notes.into_iter().map(|note| Block::Note(note.clone())));
         blocks.extend(curves::curve(answering, question, columns));
-        blocks.extend(sensitivity::sensitivity(question, &of));
+        blocks.extend(sensitivity::sensitivity(question, &of, columns));
         blocks.extend(maps(question, &of));
         if of.len() > 1 && of.len() <= MOST_GROUPS && !matches!(question.ask, Ask::Map(_)) {
             blocks.extend(side_by_side(question, columns, &of));

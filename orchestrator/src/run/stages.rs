@@ -87,11 +87,11 @@ impl Staged<'_> {
                     }
                     // where it is so first, not at every look again
                     Ok(Looked { hindered, .. }) => {
-                        for (name, why) in
-                            hindered.into_iter().filter(|(name, _)| !known.contains(name)).collect::<Vec<_>>()
-                        {
-                            telling.progress.note(&format!("[stop] after {} points: {name}: {why}", stage.points));
-                            known.push(name);
+                        for (name, why) in hindered {
+                            if !known.contains(&name) {
+                                telling.progress.note(&format!("[stop] after {} points: {name}: {why}", stage.points));
+                                known.push(name);
+                            }
                         }
                     }
                     Err(error) => return (Ok(all), Err(error)),

@@ -19,9 +19,8 @@ mod scatter;
 mod smooth;
 
 use crate::estimate::formula::Formula;
-use crate::estimate::input::{DesignKind, Group, InputError, Label, Study};
+use crate::estimate::input::{DesignKind, Group, InputError, Label, Study, plain_name};
 use crate::estimate::scheme::Scheme;
-use crate::figures::plain_name;
 use bladeoff_model::document::units::format_digits;
 use place::{Items, Places, items};
 use serde::Serialize;

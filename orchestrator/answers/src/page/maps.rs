@@ -158,18 +158,13 @@ fn cells(map: &Map, what: &str, pick: Pick, number: &str) -> (Vec<Value>, Value,
     });
     let mut traces = vec![heat, grey];
     // where they are, or in which cells
-    let mut bad: Vec<(f64, f64)> = if map.is_smoothed() {
-        map.bad_at.clone()
+    let bad: Vec<(f64, f64)> = if map.is_smoothed() {
+        let step = map.bad_at.len().div_ceil(MOST_CROSSES).max(1);
+        map.bad_at.iter().copied().step_by(step).collect()
     } else {
         map.cells.iter().filter(|cell| cell.bad > 0).map(|cell| (cell.x, cell.y)).collect()
     };
     if !bad.is_empty() {
-        let mut kept = (0..)
-            .map(|at: usize| at.is_multiple_of(bad.len().div_ceil(MOST_CROSSES)))
-            .take(bad.len())
-            .collect::<Vec<_>>()
-            .into_iter();
-        bad.retain(|_| kept.next() == Some(true));
         traces.push(json!({
             "type": "scatter", "mode": "markers", "hoverinfo": "skip",
             "x": bad.iter().map(|place| short(place.0 * x.0)).collect::<Vec<_>>(),

@@ -5,6 +5,7 @@
 
 mod axis;
 mod drawing;
+mod labels;
 mod parallel;
 mod traces;
 

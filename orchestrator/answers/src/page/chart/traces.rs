@@ -1,5 +1,7 @@
 //! A chart for the chart library.
 
+use super::drawing::{MOST_LETTERS, cut};
+use super::labels::Corner;
 use super::{Axis, Chart, Series, Shape, Symbol};
 use crate::page::escape::plain;
 use crate::page::figure::short;
@@ -72,11 +74,22 @@ impl Chart {
                 "type": "bar", "orientation": "h", "name": name, "showlegend": legend, "width": thick, "marker": { "color": colour },
                 "x": numbers(&mut bars.iter().map(|bar| bar.1)), "y": numbers(&mut bars.iter().map(|bar| bar.0)),
             })],
-            Shape::Labels(labels) => vec![json!({
-                "type": "scatter", "mode": "text", "showlegend": false, "hoverinfo": "skip", "textposition": "top right",
-                "x": numbers(&mut labels.iter().map(|label| label.0)), "y": numbers(&mut labels.iter().map(|label| label.1)),
-                "text": labels.iter().map(|label| plain(&label.2)).collect::<Vec<_>>(),
-            })],
+            Shape::Labels(labels) => {
+                let position = |corner: Corner| match (corner.below, corner.left) {
+                    (false, false) => "top right",
+                    (false, true) => "top left",
+                    (true, false) => "bottom right",
+                    (true, true) => "bottom left",
+                };
+                vec![json!({
+                    // markers that are not seen keep names off the points
+                    "type": "scatter", "mode": "markers+text", "showlegend": false, "hoverinfo": "skip", "cliponaxis": false,
+                    "marker": { "size": 9, "color": "rgba(0,0,0,0)" },
+                    "textposition": self.corners(labels).into_iter().map(position).collect::<Vec<_>>(),
+                    "x": numbers(&mut labels.iter().map(|label| label.0)), "y": numbers(&mut labels.iter().map(|label| label.1)),
+                    "text": labels.iter().map(|label| plain(&cut(&label.2, MOST_LETTERS))).collect::<Vec<_>>(),
+                })]
+            }
             Shape::Across(intervals) => {
                 let ends = self.x.ends();
                 self.intervals(series, intervals, ends, |along, at| (along, at))
