@@ -170,6 +170,37 @@ fn another_rule_ends_the_table_elsewhere_and_computes_what_is_missing_alone() {
     assert_eq!(run(&folder, &fresh, "fresh", &[]).code, 0);
     let rows = |out: &str| support::table(&folder.name(out));
     assert_eq!(rows("out"), rows("fresh"));
+    // the surplus counts apart, also where the last word was lost
+    let table_has = 2 * points;
+    let counted = |value: &Value| {
+        let number = |key: &str| value[key].as_u64().expect("a number");
+        assert_eq!((number("done"), number("surplus"), number("left")), (table_has, 6000 - table_has, 0), "{value}");
+        assert_eq!(value["by_status"]["ok"].as_u64(), Some(table_has), "{value}");
+    };
+    let told = || serde_json::from_str::<Value>(&say(&["status", &folder.name("out"), "--json"]).out).expect("JSON");
+    counted(&told());
+    assert_eq!(json(&folder, "out", "manifest.json")["done"].as_u64(), Some(table_has));
+    fs::remove_file(folder.path("out/status.json")).expect("there");
+    counted(&told());
+    let status = say(&["status", &folder.name("out")]).out;
+    let more = format!("{} more in the record, beyond the end of the table", 6000 - table_has);
+    assert!(status.contains(&format!("done       {table_has} of 40000")) && status.contains(&more), "{status}");
+    assert_eq!(run(&folder, &study, "out", &[]).code, 0);
+    counted(&json(&folder, "out", "status.json"));
+    // what differs from the other end is said in words, and so is it in a page to hand over
+    folder.write("s.toml", &with("\n[stop]\nsamples = 3000\n"));
+    assert_eq!(run(&folder, &study, "longer", &[]).code, 0);
+    let compared = say(&["compare", &folder.name("longer"), &folder.name("out")]);
+    let ends = format!("end by [stop]: 3000 points, by `samples` in A, {points} points, precise enough in B");
+    assert!(compared.code == 0 && compared.out.contains(&ends), "{}{}", compared.out, compared.err);
+    let page = folder.name("page.html");
+    assert_eq!(say(&["report", &folder.name("out"), "--out", &page]).code, 0);
+    let page = fs::read_to_string(page).expect("written");
+    let ended = format!("precise enough at {points} of 20000 points ([stop])");
+    assert!(page.contains(&format!("<p>The study ended: {ended}.</p>")), "in the lead");
+    assert!(
+        page.contains(&format!("<td>end of the table</td><td>{ended}</td>")) && !page.contains("&quot;share&quot;")
+    );
     // back, and then to the whole design
     let (said, found) = run_with("\n[stop]\nsamples = 3000\n");
     assert!(found.0 == 3000 && said.err.contains("6000 of 40000 samples are there already"), "{}", said.err);
@@ -195,13 +226,23 @@ fn a_time_ends_a_study_at_its_last_look_and_wall_of_the_command_leaves_it_open()
     assert_eq!(open.code, 5, "{}{}", open.out, open.err);
     assert!(!folder.path("open/results.parquet").exists());
     assert_eq!(json(&folder, "open", "manifest.json")["state"], "wall");
+    let answer = say(&["answer", &folder.name("open")]).out;
+    assert!(
+        answer.contains("half-way: its limits hold with 95 % by themselves; [stop] judges by wider ones"),
+        "{answer}"
+    );
     // it is open: what another hour brings is told, of what was measured
     let status = say(&["status", &folder.name("open")]);
-    assert!(status.out.contains("forecast") && status.out.contains("after another hour"), "{}", status.out);
+    assert!(status.out.contains("forecast") && status.out.contains(": half of its interval is "), "{}", status.out);
     let told: Value = serde_json::from_str(&say(&["status", &folder.name("open"), "--json"]).out).expect("JSON");
     let of = &told["forecast"]["of"][0];
-    let [now, hour] = ["half_width", "after_an_hour"].map(|key| of[key].as_f64().expect("a number"));
-    assert!(hour < 0.2 * now && told["forecast"]["points_per_hour"].as_f64() > Some(1e4), "{told}");
+    let list = |value: &Value| value.as_array().expect("a list").clone();
+    let (later, halves) = (list(&told["forecast"]["later"]), list(&of["later"]));
+    let (now, end) =
+        (of["half_width"].as_f64().expect("a number"), halves[later.len() - 1].as_f64().expect("a number"));
+    // however fast the machine is, nothing is forecast beyond the design
+    assert!(later.iter().all(|later| later["points"].as_u64() <= Some(4_000_000)), "{told}");
+    assert!(end < 0.5 * now && told["forecast"]["points_per_hour"].as_f64() > Some(1e4), "{told}");
 }
 
 #[test]
@@ -216,6 +257,50 @@ fn a_design_that_ends_first_is_complete_and_says_so() {
         said.out
     );
     assert_eq!(end(&folder, "out"), (600, "design".to_owned(), "complete".to_owned()));
+}
+
+#[test]
+fn what_no_further_point_makes_precise_is_named_at_the_first_look_and_at_the_end() {
+    let folder = Folder::new();
+    // about one run in thirty fails
+    let text = STUDY
+        .replace("g = \"x * k\"", "g = \"x * k + 0*ln(x - 0.03)\"\nflat = \"0*x\"")
+        .replace("samples = 20000", "samples = 1200")
+        + "\n[[question]]\nname = \"unlimited\"\nmean = \"g\"\n"
+        + "\n[[question]]\nname = \"nothing\"\nsensitivity = \"flat\"\nmethod = \"given-data\"\n"
+        + "\n[stop]\nrelative = \"10 %\"\n";
+    let study = folder.write("s.toml", &text);
+    let said = run(&folder, &study, "out", &[]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert_eq!(end(&folder, "out").1, "design");
+    let bad = json(&folder, "out", "status.json")["by_cause"]["non_finite"].as_u64().expect("some fail");
+    assert!((40..140).contains(&bad), "{bad}");
+    let first = |name: &str| {
+        let line = format!("[stop] after 256 points: {name}: ");
+        let told: Vec<&str> = said.err.lines().filter(|line| line.contains(&format!(" points: {name}: "))).collect();
+        assert!(told.len() == 1 && told[0].starts_with(&line), "once, at the first look: {told:?}\n{}", said.err);
+        told[0][line.len()..].to_owned()
+    };
+    let unlimited = first("unlimited (k = 1)");
+    assert!(unlimited.contains("bad runs leave it without a limit: more points do not narrow that"), "{unlimited}");
+    let nothing = first("nothing (k = 1), first order of x");
+    assert_eq!(nothing, "it has no number: the output does not vary");
+    assert!(said.out.contains("sensitivity of flat has no number: the output does not vary"), "{}", said.out);
+    let (_, short) = said.out.split_once("Not as precise as [stop] asks:\n").expect("a list");
+    for part in ["unlimited (k = 1): ", "nothing (k = 1.25), first order of x: it has no number", "high (k = 1): "] {
+        assert!(short.contains(part), "{part}: {short}");
+    }
+    assert!(say(&["answer", &folder.name("out")]).out.contains("Not as precise as [stop] asks:\n"));
+    let page = folder.name("page.html");
+    assert_eq!(say(&["report", &folder.name("out"), "--out", &page]).code, 0);
+    assert!(fs::read_to_string(page).expect("written").contains("<h3>Not as precise as [stop] asks</h3>"));
+    // alone it is 0: the rule waits for a part of that
+    let never = folder
+        .write("never.toml", &(STUDY.replace("g > 0.9", "g > 2").replace("samples = 20000", "samples = 600") + TENTH));
+    let said = run(&folder, &never, "never", &[]);
+    let zero = "high (k = 1): it is 0, and of 0 `relative` leaves no width: `half_width` asks for one";
+    assert!(said.err.contains(&format!("[stop] after 256 points: {zero}")), "{}", said.err);
+    assert!(said.out.contains(zero), "{}", said.out);
 }
 
 #[test]

@@ -195,5 +195,5 @@ fn a_hostile_name_stays_text() {
     let html = fs::read_to_string(&page).expect("written");
     assert!(html.contains("\"heatmap\"") && html.contains("P(z &gt; 0.5 and 1 &lt; 2)") && !html.contains("1 < 2"));
     let svg = fs::read_to_string(&file).expect("written");
-    assert!(svg.contains("1 &lt; 2") && !svg.contains("1 < 2") && svg.contains("w 1: share"), "{svg}");
+    assert!(svg.contains("1 &lt; 2") && !svg.contains("1 < 2") && svg.contains("w = 1: share"), "{svg}");
 }

@@ -11,7 +11,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::{Arc, Mutex, PoisonError};
 use support::faults::{STUDY, wait_until};
 use support::screen::screen;
-use support::{Folder, Said, bladeoff, said, say};
+use support::{Folder, Said, bladeoff, root, said, say};
 
 const BINARY: &str = env!("CARGO_BIN_EXE_bladeoff");
 
@@ -303,6 +303,32 @@ fn a_study_that_cannot_start_says_so_once_and_what_is_allowed() {
     let rig = folder.name("machines/rig.toml");
     let said = say(&["simulate", &rig, "--set", "run.end_time=1 ms", "--step", limit]);
     assert!(!said.err.contains("too large"), "{limit}: {}", said.err);
+}
+
+/// Eight blades: half a turn, which a trajectory moves by over the whole turn, is four times the angle between two.
+#[test]
+fn levels_of_an_angle_that_are_one_start_are_said() {
+    let folder = Folder::new();
+    let rig = fs::read_to_string(root().join("studies/machines/lab_rig.toml")).expect("the rig");
+    folder.write("machines/lab_rig.toml", &rig);
+    let text = fs::read_to_string(root().join("studies/sensitivity.toml")).expect("the study");
+    let text = text.replace("\"0.3 s\"", "\"1 ms\"");
+    let check = |text: &str| {
+        let said = say(&["check", &folder.write("s.toml", text)]);
+        assert_eq!(said.code, 0, "{}", said.err);
+        said.err
+    };
+    assert!(!check(&text).contains("warning"), "as it is shipped");
+    let whole = text.replace("upper = \"45 deg\"", "upper = \"360 deg\"");
+    assert_ne!(whole, text);
+    let said = check(&whole);
+    assert!(said.contains("rotor.unbalances.blade_off.phase moves by 180 deg, whole periods of 45 deg"), "{said}");
+    assert!(said.contains("exactly 0") && said.contains("to 45 deg, `periodic`"), "{said}");
+    let said = check(&whole.replace("\"periodic\"", "\"uniform\""));
+    assert!(
+        said.contains("the first and the last level of rotor.unbalances.blade_off.phase are the same angle"),
+        "{said}"
+    );
 }
 
 #[test]

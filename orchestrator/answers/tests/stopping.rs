@@ -3,7 +3,7 @@
 use bladeoff_answers::estimate::figures::{Figures, Method};
 use bladeoff_answers::estimate::proportion::{Tally, proportion};
 use bladeoff_answers::estimate::scheme::Scheme;
-use bladeoff_answers::stop::{Look, Precision, StopRule, expected, half_width, looks};
+use bladeoff_answers::stop::{Hindrance, Look, Precision, StopRule, expected, half_width, looks};
 use bladeoff_system::random::{SplitMix, finaliser};
 
 const RELATIVE: StopRule = StopRule { half_width: None, relative: Some(0.1), samples: None };
@@ -101,6 +101,38 @@ fn bad_runs_and_figures_without_an_interval_are_told_apart() {
     assert_eq!(rule.precision(&open), Precision::BadRuns);
     // a figure of 0 has no part of itself
     assert!(matches!(RELATIVE.precision(&share(4000, 0, 0, 0.05)), Precision::Wide { wanted: 0.0, .. }));
+}
+
+#[test]
+fn what_no_further_point_makes_precise_is_told_from_what_is_only_wide() {
+    let rule = StopRule { half_width: Some(0.02), ..StopRule::default() };
+    assert_eq!(rule.hindrance(&share(4000, 400, 0, 0.05), 0), None, "precise enough");
+    assert_eq!(
+        rule.hindrance(&share(100, 10, 1, 0.05), 1),
+        None,
+        "wide, and one bad run in a hundred leaves half a per cent"
+    );
+    let Some(Hindrance::BadRuns { open: Some(open), wanted: 0.02 }) = rule.hindrance(&share(400, 40, 40, 0.05), 40)
+    else {
+        panic!("a tenth of the runs is bad")
+    };
+    assert!((open - 0.05).abs() < 0.01, "{open}");
+    // a mean without limits; the same figure without bad runs only has no interval yet
+    let mean = Figures { estimate: Some(1.0), statistical: Some(0.5), ..Figures::over(100) };
+    assert_eq!(rule.hindrance(&mean, 1), Some(Hindrance::BadRuns { open: None, wanted: 0.02 }));
+    assert_eq!(rule.hindrance(&mean, 0), None);
+    assert_eq!(rule.hindrance(&Figures::over(100), 0), Some(Hindrance::NoNumber));
+    assert_eq!(RELATIVE.hindrance(&share(4000, 0, 0, 0.05), 0), Some(Hindrance::Zero));
+    // of a parameter that does nothing an index is 0 in every resample: as precise as can be
+    let index = Figures {
+        estimate: Some(0.0),
+        harmful: Some(0.0),
+        low: Some(0.0),
+        high: Some(0.0),
+        statistical: Some(0.0),
+        ..Figures::over(64)
+    };
+    assert_eq!(RELATIVE.hindrance(&index, 0), None);
 }
 
 #[test]

@@ -1,4 +1,5 @@
-//! What another hour or night narrows intervals to, at the pace of the run: the scatter so far taken for that to come.
+//! What more points narrow intervals to, the scatter so far taken for that to come: another hour and night at the pace of the run, up to
+//! the end of the design; of a complete study, what four times its points would do.
 
 use super::Answering;
 use bladeoff_answers::ask::{Answer, Scale};
@@ -9,7 +10,18 @@ use serde_json::{Map, Value, json};
 use std::time::Duration;
 
 /// Times that are looked ahead, with their names.
-const AHEAD: [(&str, u64); 2] = [("hour", 3600), ("night (8 h)", 8 * 3600)];
+const AHEAD: [(&str, u64); 2] = [("another hour", 3600), ("another night (8 h)", 8 * 3600)];
+/// Times the points of a complete study.
+const MORE: u64 = 4;
+
+/// Points that will be there, and when.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Later {
+    /// "after another hour".
+    pub when: String,
+    /// Points by then.
+    pub points: u64,
+}
 
 /// The widest interval of an answer, now and later.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,8 +32,8 @@ pub struct Forecast {
     pub group: String,
     /// Half of it now.
     pub now: f64,
-    /// After another hour, after another night.
-    pub later: [f64; 2],
+    /// At each of [`Forecasts::later`].
+    pub later: Vec<f64>,
     /// How it reads.
     pub scale: Scale,
 }
@@ -31,12 +43,12 @@ pub struct Forecast {
 pub struct Forecasts {
     /// Points of an hour.
     pub per_hour: f64,
+    /// What is looked ahead to.
+    pub later: Vec<Later>,
     /// Of each answer with an interval, in their order.
     pub of: Vec<Forecast>,
     /// Points at which `[stop]` is expected to be met, and the time to there.
     pub met: Option<(u64, Duration)>,
-    /// Points of the design, where a night computes more.
-    pub ends: Option<u64>,
 }
 
 /// What `[stop]` of a study waits for.
@@ -73,14 +85,19 @@ pub fn pace(told: &Map<String, Value>) -> Option<f64> {
 /// * `groups` - samples of a point; `awaited` - by `[stop]`.
 #[must_use]
 pub fn forecasts(answering: &Answering, pace: f64, groups: usize, awaited: Option<&Awaited>) -> Option<Forecasts> {
-    let (points, of) = (answering.points, answering.design);
+    let points = answering.points;
     let per_s = pace / groups.max(1) as f64;
+    if points == 0 || per_s <= 0.0 {
+        return None;
+    }
     let now = Look { points, alpha: 0.05, is_last: false };
-    let later =
-        |seconds: u64| Look { points: points.saturating_add((per_s * seconds as f64).round().min(MOST) as u64), ..now };
+    // `[stop]` may end it before its design does
+    let end = awaited.and_then(|awaited| awaited.looks.last()).map_or(answering.design, |last| last.points);
+    let later = later(points, end, per_s);
     let one = |answer: &Answer| {
         let level = |look: &Look| Look { alpha: 1.0 - answer.confidence, ..*look };
-        let widest = |then: Look| {
+        let widest = |points: u64| {
+            let then = Look { points, ..now };
             let half = |one: &Figures| half_width(one, &level(&now), &level(&then));
             let halves: Option<Vec<f64>> = answer.figures.iter().map(half).collect();
             halves?.into_iter().reduce(f64::max)
@@ -89,14 +106,14 @@ pub fn forecasts(answering: &Answering, pace: f64, groups: usize, awaited: Optio
         Some(Forecast {
             name: answer.name.clone(),
             group: group.join(", "),
-            now: widest(now)?,
-            later: [widest(later(AHEAD[0].1))?, widest(later(AHEAD[1].1))?],
+            now: widest(points)?,
+            later: later.iter().map(|later| widest(later.points)).collect::<Option<_>>()?,
             scale: answer.scale.clone(),
         })
     };
     let answers = &answering.answers.answers;
     let found: Vec<Forecast> = answers.iter().filter_map(one).collect();
-    if points == 0 || per_s <= 0.0 || found.is_empty() {
+    if found.is_empty() {
         return None;
     }
     let is_open = |awaited: &&Awaited| awaited.rule.asks_for_width() && !answering.answers.complete;
@@ -106,8 +123,31 @@ pub fn forecasts(answering: &Answering, pace: f64, groups: usize, awaited: Optio
         let look = expected(&awaited.rule, &figures, &now, &awaited.looks).filter(|_| !figures.is_empty())?;
         Some((look.points, Duration::try_from_secs_f64((look.points - points) as f64 / per_s).ok()?))
     });
-    let ends = (later(AHEAD[1].1).points > of).then_some(of);
-    Some(Forecasts { per_hour: 3600.0 * per_s, of: found, met, ends })
+    Some(Forecasts { per_hour: 3600.0 * per_s, later, of: found, met })
+}
+
+/// What is looked ahead to: the times that the design lasts for, and its end where it comes before the last of them; beyond the end of one
+/// that is there whole what more points would do.
+fn later(points: u64, end: u64, per_s: f64) -> Vec<Later> {
+    let time = |points: u64| {
+        let time = Duration::try_from_secs_f64(points as f64 / per_s);
+        time.map_or(String::new(), |time| format!(", in about {}", duration(time)))
+    };
+    if points >= end {
+        let more = points.saturating_mul(MORE);
+        return vec![Later { when: format!("with {more} points{}", time(more - points)), points: more }];
+    }
+    let mut all: Vec<Later> = Vec::new();
+    for (what, seconds) in AHEAD {
+        let more = points.saturating_add((per_s * seconds as f64).round().min(MOST) as u64);
+        if more >= end {
+            let when = format!("at the end, {end} points{}", time(end - points));
+            all.push(Later { when, points: end });
+            break;
+        }
+        all.push(Later { when: format!("after {what}"), points: more });
+    }
+    all
 }
 
 impl Forecasts {
@@ -118,18 +158,14 @@ impl Forecasts {
             let Forecast { name, group, now, later, scale } = forecast;
             let group = if group.is_empty() { String::new() } else { format!(" ({group})") };
             let show = |half: f64| scale.show(half);
-            let later: Vec<String> = AHEAD
-                .iter()
-                .zip(later)
-                .map(|((what, _), half)| format!("{} after another {what}", show(*half)))
-                .collect();
+            let later: Vec<String> =
+                self.later.iter().zip(later).map(|(later, half)| format!("{} {}", show(*half), later.when)).collect();
             format!("{name}{group}: half of its interval is {} now, {}", show(*now), later.join(", "))
         };
         let mut lines: Vec<String> = self.of.iter().map(one).collect();
         lines.extend(self.met.map(|(points, time)| {
             format!("precise enough, as [stop] asks, is expected at {points} points, in about {}", duration(time))
         }));
-        lines.extend(self.ends.map(|of| format!("the design has {of} points: for more it needs more of them")));
         lines
     }
 
@@ -149,12 +185,13 @@ impl Forecasts {
                 "name": forecast.name,
                 "group": forecast.group,
                 "half_width": forecast.now,
-                "after_an_hour": forecast.later[0],
-                "after_a_night": forecast.later[1],
+                "later": forecast.later,
             })
         };
+        let later = |later: &Later| json!({ "when": later.when, "points": later.points });
         json!({
             "points_per_hour": self.per_hour,
+            "later": self.later.iter().map(later).collect::<Vec<_>>(),
             "of": self.of.iter().map(one).collect::<Vec<_>>(),
             "stop_at_points": self.met.map(|(points, _)| points),
             "stop_in_s": self.met.map(|(_, time)| time.as_secs_f64()),
@@ -213,16 +250,42 @@ mod tests {
         // two groups: 3000 points an hour
         let rule = StopRule { half_width: Some(0.45), ..StopRule::default() };
         let awaited = |end: u64| Awaited { rule, names: vec!["load".to_owned()], looks: looks(end, 0.05) };
-        let found = forecasts(&answering, 6000.0 / 3600.0, 2, Some(&awaited(1500))).expect("a forecast");
+        let ahead = |answering: &Answering, end: u64| {
+            forecasts(answering, 6000.0 / 3600.0, 2, Some(&awaited(end))).expect("a forecast")
+        };
+        let wide = Answering { design: 1 << 20, ..answering.clone() };
+        let found = ahead(&wide, 1 << 20);
         assert!((found.per_hour - 3000.0).abs() < 1e-9 && (found.of[0].later[0] - 0.5).abs() < 1e-3, "{found:?}");
         assert!((found.of[0].later[1] - 0.2).abs() < 1e-3, "{found:?}");
-        assert_eq!((found.ends, found.met), (Some(1500), None), "the design ends before it is precise enough");
         let text = found.lines().join("\n");
-        assert!(text.contains("load: half of its interval is 1 N now, 0.5 N after another hour"), "{text}");
-        let wider = Answering { design: 1 << 20, ..answering.clone() };
-        let met = forecasts(&wider, 6000.0 / 3600.0, 2, Some(&awaited(1 << 20)));
-        let met = met.expect("a forecast").met.expect("some time");
+        assert!(
+            text.contains("load: half of its interval is 1 N now, 0.5 N after another hour, 0.2 N after another night"),
+            "{text}"
+        );
+        let met = found.met.expect("some time");
         assert!(met.0 >= 8192 && met.1 > Duration::from_secs(3600), "{met:?}");
+        // the design, or [stop], ends before
+        let short = Answering { design: 16_000, ..answering.clone() };
+        let found = ahead(&short, 16_000);
+        assert!(
+            found.of[0].later.len() == 2 && found.lines()[0].contains("0.25 N at the end, 16000 points, in about 5 h"),
+            "{:?}",
+            found.lines()
+        );
+        let found = ahead(&short, 1500);
+        assert!(
+            (found.of[0].later.len(), found.met) == (1, None)
+                && found.lines()[0].contains("0.8165 N at the end, 1500 points"),
+            "{:?}",
+            found.lines()
+        );
+        // it is there: what would help
+        let whole = Answering { design: 1000, of: 1000, ..answering.clone() };
+        let found = ahead(&whole, 1000);
+        assert_eq!(
+            found.lines(),
+            ["load: half of its interval is 1 N now, 0.5 N with 4000 points, in about 1 h 00 min"]
+        );
         let nothing = Answering { points: 0, ..answering };
         assert_eq!(forecasts(&nothing, 1.0, 1, None), None);
     }

@@ -1,7 +1,7 @@
 //! What a report needs of questions beyond their answers: how each figure came about, from the first points to all.
 
 use super::vocabulary::Vocabulary;
-use super::{Answering, AnsweringError, read};
+use super::{Answering, AnsweringError, note_half_way, read};
 use bladeoff_answers::ask::{Answer, Answers, Ask, Question, SCHEMA, answer, answer_all};
 use bladeoff_answers::estimate::input::{Cells, Column, Design, Nature, Study};
 use bladeoff_answers::gate::{Decision, FIRST_LOOK, Gate};
@@ -59,7 +59,8 @@ pub fn answer_at_looks(
         return Ok(Looked { answering, looks: Vec::new(), decisions: Vec::new() });
     }
     let study = rows.study();
-    let (answers, curves) = answer_all(&study, questions)?;
+    let (mut answers, curves) = answer_all(&study, questions)?;
+    note_half_way(samples, &mut answers);
     let mut decisions = Vec::new();
     for gate in gates {
         decisions.extend(gate.judge(&study)?);

@@ -15,6 +15,7 @@ mod looks;
 mod meant;
 mod refining;
 mod rows;
+mod short;
 mod told;
 mod verified;
 mod vocabulary;
@@ -22,7 +23,7 @@ mod waiting;
 
 pub use checked::check_asked;
 pub use drawn::drawn;
-pub use forecast::{Awaited, Forecast, Forecasts, forecasts, pace};
+pub use forecast::{Awaited, Forecast, Forecasts, Later, forecasts, pace};
 pub use kept::{KeepError, keep};
 pub use looks::{Looked, answer_at_looks, columns_asked};
 pub use meant::{Meant, Source, meant, only_gates};
@@ -34,8 +35,9 @@ pub use waiting::Waiting;
 
 use crate::run::directory::{RESULTS, read_current, row_files};
 use crate::run::{chosen_of_table, end_of_table, refuse_changed};
-use bladeoff_answers::ask::{Answers, Ask, Problem, Question, QuestionDef, SCHEMA, answer_all};
+use bladeoff_answers::ask::{Answers, Ask, Problem, Question, QuestionDef, SCHEMA, answer_all, percent_given};
 use bladeoff_answers::estimate::curve::Curve;
+use bladeoff_answers::estimate::figures::Method;
 use bladeoff_answers::gate::{Decision, Gate};
 use bladeoff_study::Samples;
 use rows::Rows;
@@ -77,10 +79,11 @@ pub fn answer(directory: &Path, samples: &Samples, questions: &[Question]) -> Re
         return Err(AnsweringError::NoDesign);
     }
     let (rows, is_known) = read(directory, samples, &vocabulary, columns)?;
-    let (answers, curves) = match rows.points() {
+    let (mut answers, curves) = match rows.points() {
         0 => (Answers { schema: SCHEMA, complete: false, answers: Vec::new() }, Vec::new()),
         _ => answer_all(&rows.study(), questions)?,
     };
+    note_half_way(samples, &mut answers);
     Ok(Answering {
         answers,
         curves,
@@ -91,6 +94,19 @@ pub fn answer(directory: &Path, samples: &Samples, questions: &[Question]) -> Re
         is_design,
         is_known,
     })
+}
+
+/// Says of answers before the end of a study with `[stop]` that its looks judge by wider limits than theirs.
+fn note_half_way(samples: &Samples, answers: &mut Answers) {
+    if answers.complete || !samples.study().stop.is_some_and(|stop| stop.asks_for_width()) {
+        return;
+    }
+    for answer in answers.answers.iter_mut().filter(|answer| answer.method != Method::Without) {
+        let level = percent_given(answer.confidence);
+        answer.notes.push(format!(
+            "half-way: its limits hold with {level} by themselves; [stop] judges by wider ones, so that those of all its looks hold together with {level}"
+        ));
+    }
 }
 
 /// A question that is asked of these samples by its words, and by no file.

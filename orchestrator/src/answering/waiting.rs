@@ -3,8 +3,9 @@
 use super::forecast::Awaited;
 use super::meant::Meant;
 use super::rows::{AnsweringError, Rows};
+use super::short::short_of;
 use super::vocabulary::Vocabulary;
-use crate::run::{EndWhy, Looking, LookingError, Stage, TableEnd};
+use crate::run::{EndWhy, Looked, Looking, LookingError, Stage, TableEnd};
 use bladeoff_answers::ask::{Answer, Ask, Question, answer_all, percent_given};
 use bladeoff_answers::estimate::figures::Figures;
 use bladeoff_answers::gate;
@@ -72,8 +73,8 @@ impl Waiting {
         }
     }
 
-    /// Every number that is waited for, of the rows of a stage.
-    fn figures(&self, stage: &Stage, table: &Path) -> Result<Vec<Figures>, AnsweringError> {
+    /// The answers that are waited for, of the rows of a stage.
+    fn answers(&self, stage: &Stage, table: &Path) -> Result<Vec<Answer>, AnsweringError> {
         let vocabulary = Vocabulary::of(&self.samples).ok_or(AnsweringError::Unread)?;
         let mut columns: Vec<String> =
             self.questions.iter().flat_map(|question| question.columns(&vocabulary.names)).collect();
@@ -82,13 +83,23 @@ impl Waiting {
         let &Stage { points, samples, share } = stage;
         let end = TableEnd { points, samples, share, why: EndWhy::Design };
         let rows = Rows::read(&[table.to_path_buf()], &self.samples, &vocabulary, (&columns, Some(end), None))??;
-        let (answers, _) = answer_all(&rows.study(), &self.questions)?;
-        let figures = |mut answer: Answer| match answer.figures.is_empty() {
-            // one that cannot be answered is not precise
-            true => vec![Figures::over(0)],
-            false => std::mem::take(&mut answer.figures),
-        };
-        Ok(answers.answers.into_iter().flat_map(figures).collect())
+        let (mut answers, _) = answer_all(&rows.study(), &self.questions)?;
+        // one that cannot be answered is not precise
+        answers.answers.iter_mut().filter(|answer| answer.figures.is_empty()).for_each(|answer| {
+            answer.figures = vec![Figures::over(0)];
+        });
+        Ok(answers.answers)
+    }
+
+    /// What of these answers is not as precise as is asked, and why; `only_hindered`: what no further point makes so.
+    #[must_use]
+    pub fn short_of(&self, answers: &[Answer], only_hindered: bool) -> Vec<(String, String)> {
+        let is_asked = |answer: &&Answer| self.questions.iter().any(|question| question.name == answer.name);
+        let rule = rule(&self.def);
+        if !rule.asks_for_width() {
+            return Vec::new();
+        }
+        answers.iter().filter(is_asked).flat_map(|answer| short_of(&rule, answer, only_hindered)).collect()
     }
 
     /// What is waited for, in words: "half of every interval at most 5 % of its figure; looks after 256, 512 ... points; 8 h".
@@ -131,8 +142,9 @@ impl Looking for Waiting {
         self.def.wall
     }
 
-    fn is_enough(&self, stage: &Stage, table: &Path) -> Result<bool, LookingError> {
-        let figures = self.figures(stage, table).map_err(|error| LookingError(Box::new(error)))?;
-        Ok(rule(&self.def).is_enough(&figures))
+    fn look(&self, stage: &Stage, table: &Path) -> Result<Looked, LookingError> {
+        let answers = self.answers(stage, table).map_err(|error| LookingError(Box::new(error)))?;
+        let figures: Vec<Figures> = answers.iter().flat_map(|answer| answer.figures.iter().cloned()).collect();
+        Ok(Looked { is_enough: rule(&self.def).is_enough(&figures), hindered: self.short_of(&answers, true) })
     }
 }

@@ -20,6 +20,9 @@ use bladeoff_system::shown;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
+/// Lines of what is not precise enough, at most.
+const MOST_SHORT: usize = 8;
+
 /// Answer the questions of a study from its results
 ///
 /// A study with a `[design]` has random points; its `[[question]]`s ask for probabilities, quantiles, means, exceedance and fragility curves,
@@ -73,7 +76,8 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     } else {
         let ahead =
             forecast_of(&directory, &samples, &answering).map(|ahead| ahead_in_words(&ahead)).unwrap_or_default();
-        tell(&(told(&answering) + &ahead + &files(&directory, &answering, is_kept)))?;
+        let short = if args.study.is_none() { short_in_words(&samples, &answering) } else { String::new() };
+        tell(&(told(&answering) + &short + &ahead + &files(&directory, &answering, is_kept)))?;
     }
     Ok(exit)
 }
@@ -105,6 +109,23 @@ pub(super) fn forecast_of(directory: &Path, samples: &Samples, answering: &Answe
     let pace = pace(&see(directory).ok()??.told?).filter(|_| answering.of == answering.design)?;
     let awaited = waiting(samples).ok()?.map(|waiting| waiting.awaited());
     forecasts(answering, pace, samples.groups().len(), awaited.as_ref())
+}
+
+/// What of these answers is not as precise as `[stop]` asks; of a study that is not complete what no further point makes so.
+pub(super) fn short_of(samples: &Samples, answering: &Answering) -> Vec<String> {
+    let waiting = waiting(samples).ok().flatten().filter(|_| answering.points > 0);
+    let short = waiting.map(|waiting| waiting.short_of(&answering.answers.answers, !answering.answers.complete));
+    let mut lines: Vec<String> =
+        short.unwrap_or_default().into_iter().map(|(name, why)| format!("{name}: {why}")).collect();
+    let more = lines.len().saturating_sub(MOST_SHORT);
+    lines.truncate(MOST_SHORT);
+    lines.extend((more > 0).then(|| format!("and {more} more")));
+    lines
+}
+
+fn short_in_words(samples: &Samples, answering: &Answering) -> String {
+    let lines: String = short_of(samples, answering).iter().map(|line| format!("  {line}\n")).collect();
+    if lines.is_empty() { lines } else { format!("\nNot as precise as [stop] asks:\n{lines}") }
 }
 
 fn ahead_in_words(ahead: &Forecasts) -> String {
@@ -208,7 +229,8 @@ pub(super) fn answers_of_run(directory: &Path, samples: &Samples, trusts: bool) 
     }
     let answering = answer(directory, samples, &questions)?;
     let (is_kept, exit) = kept(directory, &answering, trusts);
-    Ok((format!("\n{}{}", told(&answering), files(directory, &answering, is_kept)), exit))
+    let short = short_in_words(samples, &answering);
+    Ok((format!("\n{}{short}{}", told(&answering), files(directory, &answering, is_kept)), exit))
 }
 
 /// Writes the answers of a complete study; says why not. Whether they are written, and how a command ends that has nothing else to say: to

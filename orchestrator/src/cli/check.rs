@@ -10,7 +10,7 @@ use super::run::{PartArgs, default_workers};
 use super::shared::shared;
 use bladeoff_answers::report::{Align, TextTable, counted, wrapped};
 use bladeoff_model::machine::ParamValue;
-use bladeoff_study::{Axis, Origin, Samples, fixed_angle, show};
+use bladeoff_study::{Axis, Origin, Samples, fixed_angle, idle_levels, show};
 use bladeoff_system::shown;
 use std::path::PathBuf;
 
@@ -49,6 +49,9 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     if let Some(model) = samples.study().function() {
         functions::estimate(&samples, model, default_workers())?;
         return Ok(Exit::Ok);
+    }
+    for said in idle_levels(&samples) {
+        remark(&format!("\n{said}\n"));
     }
     if let Some(found) = fixed_angle(&samples) {
         remark(&format!("\n{}\n", found.text()));

@@ -5,7 +5,7 @@ use super::error::CliError;
 use super::exit::Exit;
 use super::output::{print_json, remark, tell, width};
 use super::refusals::NotCompared;
-use crate::run::study_changes;
+use crate::run::{STOP, TableEnd, study_changes};
 use bladeoff_answers::compare::{Asked, CompareError, Compared, Differs, Source, compare, told};
 use std::path::PathBuf;
 
@@ -77,10 +77,21 @@ fn compared(args: &Args) -> Result<Compared, CliError> {
         [("A", &a), ("B", &b)].into_iter().for_each(|(side, opened)| {
             opened.remarks.iter().for_each(|text| remark(&format!("warning: {side}: {text}")));
         });
+        found.differs.iter_mut().filter(|one| one.what == STOP).for_each(in_words);
         found.differs.extend(differing(&a, &b));
         return Ok(found);
     }
     Err(NotCompared::Changing.into())
+}
+
+/// Where `[stop]` ended a table, as a person reads it.
+fn in_words(one: &mut Differs) {
+    one.what = "end by [stop]".to_owned();
+    for said in [&mut one.a, &mut one.b].into_iter().flatten() {
+        if let Some(end) = serde_json::from_str(said).ok().and_then(|value| TableEnd::of_json(&value)) {
+            *said = end.brief();
+        }
+    }
 }
 
 /// What directories know beyond their tables: the program's commit, and every parameter.

@@ -1,6 +1,6 @@
 //! `bladeoff report`: one page about a study, to hand over.
 
-use super::answer::{asked_of, forecast_of};
+use super::answer::{asked_of, forecast_of, short_of};
 use super::error::CliError;
 use super::exit::Exit;
 use super::gate::name;
@@ -8,7 +8,7 @@ use super::output::remark;
 use super::place::default_directory;
 use super::plot::replacing;
 use crate::answering::Meant;
-use crate::reporting::{Subject, report};
+use crate::reporting::{Ahead, Subject, report};
 use crate::run::directory::{MANIFEST, RESULTS, row_files};
 use bladeoff_answers::report::counted;
 use bladeoff_system::files::write_whole;
@@ -53,7 +53,11 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let name = name(&directory, &samples);
     let subject =
         Subject { directory: &directory, samples: &samples, name: &name, questions: &questions, gates: &gates };
-    let made = report(subject, |answering| forecast_of(&directory, &samples, answering))?;
+    let made = report(subject, |answering| Ahead {
+        forecasts: forecast_of(&directory, &samples, answering),
+        // other questions are not what was waited for
+        short: if args.study.is_none() { short_of(&samples, answering) } else { Vec::new() },
+    })?;
     if !made.is_known {
         let table = shown(directory.join(RESULTS));
         remark(&format!("warning: {table} cannot be verified: {MANIFEST} has no checksum of it"));

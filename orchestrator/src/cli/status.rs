@@ -210,7 +210,12 @@ fn done(seen: &Seen, told: &Map<String, Value>) -> String {
         RunState::Unknown { .. } => "at least ",
         _ => "(the record cannot be read) at least ",
     };
-    let earlier = if reused > 0.0 { format!(", {reused} of them in earlier runs") } else { String::new() };
+    let surplus = number(told, "surplus");
+    let earlier = match (reused > 0.0, surplus > 0.0) {
+        (false, false) => String::new(),
+        (true, false) => format!(", {reused} of them in earlier runs"),
+        (_, true) => format!("; {surplus} more in the record, beyond the end of the table"),
+    };
     format!("{least}{done} of {} ({share:.1} %){earlier}", counted(total as u64, "sample"))
 }
 

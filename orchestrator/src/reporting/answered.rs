@@ -1,8 +1,8 @@
 //! Answers, decisions, and how they came about.
 
 use super::words::{Quantity, group, group_or_all, numbers};
-use super::{curves, sensitivity};
-use crate::answering::{Answering, Forecasts};
+use super::{Ahead, curves, sensitivity};
+use crate::answering::Answering;
 use crate::run::TableColumn;
 use bladeoff_answers::ask::{Answer, Ask, Question, in_words};
 use bladeoff_answers::gate::{Decision, Verdict};
@@ -35,7 +35,7 @@ pub(super) fn answers(answering: &Answering, questions: &[Question], columns: &[
         });
         blocks.extend(notes.into_iter().map(|note| Block::Note(note.clone())));
         blocks.extend(curves::curve(answering, question, columns));
-        blocks.extend(sensitivity::sensitivity(question, &of));
+        blocks.extend(sensitivity::sensitivity(question, &of, columns));
         blocks.extend(maps(question, &of));
         if of.len() > 1 && of.len() <= MOST_GROUPS && !matches!(question.ask, Ask::Map(_)) {
             blocks.extend(side_by_side(question, columns, &of));
@@ -124,7 +124,7 @@ pub(super) fn precision(
     looks: &[(u64, Vec<Answer>)],
     questions: &[Question],
     columns: &[TableColumn],
-    ahead: Option<&Forecasts>,
+    Ahead { forecasts, short }: &Ahead,
 ) -> Vec<Block> {
     let mut blocks = Vec::new();
     // one look is no course
@@ -204,7 +204,11 @@ pub(super) fn precision(
             Block::Text("Four times the points halve an interval; what bad runs leave open stays.".to_owned()),
         );
     }
-    if let Some(ahead) = ahead {
+    if !short.is_empty() {
+        blocks.push(Block::Heading("Not as precise as [stop] asks".to_owned()));
+        blocks.push(Block::List(short.clone()));
+    }
+    if let Some(ahead) = forecasts {
         blocks.push(Block::Heading(ahead.head()));
         blocks.push(Block::List(ahead.lines()));
     }

@@ -17,7 +17,7 @@ mod worst;
 
 use crate::answering::{Answering, AnsweringError, Forecasts, Looked, answer_at_looks, columns_asked};
 use crate::run::directory::{RESULTS, read_current, row_files};
-use crate::run::{columns_of, refuse_changed};
+use crate::run::{columns_of, end_of_table, refuse_changed};
 use bladeoff_answers::ask::Question;
 use bladeoff_answers::gate::Gate;
 use bladeoff_answers::page::{Block, Page, Section};
@@ -54,18 +54,28 @@ pub struct Report {
     pub is_known: bool,
 }
 
-/// Makes the report; `ahead`: what more time would narrow intervals to, where that is known.
+/// What is known of a study's precision beside its intervals.
+#[derive(Debug, Clone, Default)]
+pub struct Ahead {
+    /// What more points would narrow intervals to.
+    pub forecasts: Option<Forecasts>,
+    /// What is not as precise as `[stop]` asks, and why.
+    pub short: Vec<String>,
+}
+
+/// Makes the report.
 ///
 /// # Errors
 /// The table is not as it was written, cannot be read, or has not what is asked for.
-pub fn report(subject: Subject<'_>, ahead: impl Fn(&Answering) -> Option<Forecasts>) -> Result<Report, AnsweringError> {
+pub fn report(subject: Subject<'_>, ahead: impl Fn(&Answering) -> Ahead) -> Result<Report, AnsweringError> {
     let Subject { directory, samples, questions, gates, .. } = subject;
     let columns = columns_of(samples).ok_or(AnsweringError::Unread)?;
     let coordinates = rows::coordinates(samples, &columns, &columns_asked(samples, questions, gates));
-    let (mut is_known, mut is_table) = (true, false);
+    let (mut is_known, mut is_table, mut end) = (true, false, None);
     let (seen, summary) = read_current(directory, row_files, |files| {
         is_table = files.first().is_some_and(|first| first.ends_with(RESULTS));
         is_known = refuse_changed(directory)? || !is_table;
+        end = files.first().filter(|_| is_table).map(|table| end_of_table(table)).transpose()?.flatten();
         Ok((rows::read(files, coordinates.clone(), &columns)?, summary(samples, files)?))
     })?;
     let looked = if questions.is_empty() && gates.is_empty() {
@@ -84,11 +94,7 @@ pub fn report(subject: Subject<'_>, ahead: impl Fn(&Answering) -> Option<Forecas
     if let Some(Looked { answering, looks, decisions }) = &looked {
         add("gates", "Decisions", answered::decisions(decisions, answering));
         add("answers", "Answers", answered::answers(answering, questions, &columns));
-        add(
-            "precision",
-            "Precision over samples",
-            answered::precision(looks, questions, &columns, ahead(answering).as_ref()),
-        );
+        add("precision", "Precision over samples", answered::precision(looks, questions, &columns, &ahead(answering)));
     }
     add("results", "What came out", came_out(summary));
     add("regimes", "Regimes", failing::regimes(&seen));
@@ -96,13 +102,15 @@ pub fn report(subject: Subject<'_>, ahead: impl Fn(&Answering) -> Option<Forecas
     add("worst", "The worst runs", worst::worst(&seen, subject));
     add("provenance", "Where it comes from", provenance::provenance(subject));
     add("limits", "What it cannot tell", provenance::limits(samples));
-    let page = Page { title: subject.name.to_owned(), lead: lead(&seen, of, looked.as_ref()), sections };
+    let ended = end.map(|end| end.words(samples.points()));
+    let page = Page { title: subject.name.to_owned(), lead: lead(&seen, of, looked.as_ref(), ended), sections };
     Ok(Report { page, rows: (seen.rows, of), is_known })
 }
 
 /// What has to be known first.
-fn lead(seen: &Seen, of: u64, looked: Option<&Looked>) -> Vec<Block> {
-    let mut blocks = Vec::new();
+fn lead(seen: &Seen, of: u64, looked: Option<&Looked>, ended: Option<String>) -> Vec<Block> {
+    let mut blocks: Vec<Block> =
+        ended.map(|ended| Block::Text(format!("The study ended: {ended}."))).into_iter().collect();
     if seen.rows < of {
         let mut text = format!("This study is not complete: {} of {} have ended.", seen.rows, counted(of, "run"));
         if let Some(Looked { answering, .. }) = looked {

@@ -2,6 +2,7 @@
 
 use super::Subject;
 use crate::run::directory::{MACHINE, MANIFEST, RESULTS, row_files};
+use crate::run::{STOP, TableEnd};
 use bladeoff_answers::page::{Block, Table};
 use bladeoff_answers::tables::read_metadata;
 use bladeoff_study::Samples;
@@ -63,7 +64,11 @@ pub(super) fn provenance(subject: Subject<'_>) -> Vec<Block> {
     let metadata = row_files(directory).first().and_then(|file| read_metadata(file).ok()).unwrap_or_default();
     for (key, value) in &metadata {
         if let Some(name) = key.strip_prefix("bladeoff.").filter(|name| *name != "schema_version") {
-            put(&name.replace("_blake3", " (BLAKE3)").replace('_', " "), value.clone());
+            match serde_json::from_str(value).ok().and_then(|value| TableEnd::of_json(&value)).filter(|_| name == STOP)
+            {
+                Some(end) => put("end of the table", end.words(samples.points())),
+                None => put(&name.replace("_blake3", " (BLAKE3)").replace('_', " "), value.clone()),
+            }
         }
     }
     put("table (BLAKE3)", word(&manifest["tables"][RESULTS]["blake3"]));

@@ -1,7 +1,9 @@
 //! Which parameter decides: bars of indices with their intervals, and Morris's plot.
 
-use super::words::group;
+use super::words::{group, unit_of};
+use crate::run::TableColumn;
 use bladeoff_answers::ask::{Answer, Question, Sensitivities};
+use bladeoff_answers::figures::Scale;
 use bladeoff_answers::page::chart::{Axis, Chart, Series, Shape, Symbol, shown};
 use bladeoff_answers::page::{Block, Table};
 use bladeoff_answers::sensitivity::{Index, OfParameter};
@@ -10,7 +12,7 @@ use bladeoff_answers::sensitivity::{Index, OfParameter};
 type Kind = (&'static str, &'static str, fn(&OfParameter) -> Option<Index>);
 
 /// Charts of every group.
-pub(super) fn sensitivity(question: &Question, answers: &[&Answer]) -> Vec<Block> {
+pub(super) fn sensitivity(question: &Question, answers: &[&Answer], columns: &[TableColumn]) -> Vec<Block> {
     let mut blocks = Vec::new();
     for answer in answers {
         let Some(found) = &answer.sensitivity else { continue };
@@ -21,9 +23,21 @@ pub(super) fn sensitivity(question: &Question, answers: &[&Answer]) -> Vec<Block
             "sobol" => &[("first order", "c0", |of| of.first), ("total", "c1", |of| of.total)],
             _ => &[("first order, by ranks", "c0", |of| of.first), ("rank correlation", "c1", |of| of.spearman)],
         };
-        blocks.push(bars(&name, found, kinds));
+        // of an output that does not vary there is nothing to draw
+        let is_there =
+            |index: Option<Index>| index.and_then(|index| index.estimate).is_some_and(|estimate| estimate != 0.0);
+        if !found.indices.of.iter().any(|(_, of)| kinds.iter().any(|(.., index)| is_there(index(of)))) {
+            continue;
+        }
+        let what = match found.estimator {
+            "morris" => "mean size of its effects: mu*",
+            "sobol" => "part of the variance: first order, total",
+            _ => "first order by ranks (part of the variance); rank correlation",
+        };
+        let scale = scale(found, columns);
+        blocks.push(bars(&name, found, (kinds, what), &scale));
         if found.estimator == "morris" {
-            blocks.extend(plot(&name, found));
+            blocks.extend(plot(&name, found, &scale));
         }
         if !answer.lines.is_empty() {
             let text: String = answer.lines.iter().map(|line| format!("{line}\n")).collect();
@@ -33,11 +47,27 @@ pub(super) fn sensitivity(question: &Question, answers: &[&Answer]) -> Vec<Block
     blocks
 }
 
-/// The largest of the first kind on top.
-fn bars(name: &str, found: &Sensitivities, kinds: &[Kind]) -> Block {
+/// Effects have the unit of the output; the others are parts of one.
+fn scale(found: &Sensitivities, columns: &[TableColumn]) -> Scale {
+    if found.estimator != "morris" {
+        return Scale { factor: 1.0, unit: String::new() };
+    }
+    let effects = found.indices.of.iter().filter_map(|(_, of)| of.mu_star?.estimate);
+    Scale::of(unit_of(columns, &found.output), effects.fold(0.0_f64, f64::max))
+}
+
+/// An index in the unit of its scale.
+fn scaled(index: Index, scale: &Scale) -> Index {
+    let of = |value: Option<f64>| value.map(|value| value * scale.factor);
+    Index { estimate: of(index.estimate), low: of(index.low), high: of(index.high) }
+}
+
+/// The most decisive on top, as sentences rank them: by the total order, otherwise by the first of the kinds.
+fn bars(name: &str, found: &Sensitivities, (kinds, what): (&[Kind], &str), scale: &Scale) -> Block {
     let size = |of: &OfParameter| {
-        let last = kinds.last().and_then(|(.., index)| index(of)).and_then(|index| index.estimate);
-        last.map_or(f64::NEG_INFINITY, f64::abs)
+        let kind = if found.estimator == "sobol" { kinds.last() } else { kinds.first() };
+        let leading = kind.and_then(|(.., index)| index(of)).and_then(|index| index.estimate);
+        leading.unwrap_or(f64::NEG_INFINITY)
     };
     let mut parameters: Vec<&(String, OfParameter)> = found.indices.of.iter().collect();
     parameters.sort_by(|a, b| size(&b.1).total_cmp(&size(&a.1)));
@@ -48,7 +78,7 @@ fn bars(name: &str, found: &Sensitivities, kinds: &[Kind]) -> Block {
     table.rows = parameters.iter().map(|(parameter, _)| vec![parameter.clone()]).collect();
     for (at, (kind, colour, index)) in kinds.iter().enumerate() {
         let off = thick * (at as f64 - (kinds.len() as f64 - 1.0) / 2.0);
-        let of = || parameters.iter().enumerate().filter_map(|(row, (_, of))| Some((row, index(of)?)));
+        let of = || parameters.iter().enumerate().filter_map(|(row, (_, of))| Some((row, scaled(index(of)?, scale))));
         let bars = of().filter_map(|(row, index)| Some((row as f64 + off, index.estimate?))).collect();
         let whiskers = of().filter(|(_, index)| index.low.is_some() || index.high.is_some());
         let whiskers = whiskers.map(|(row, index)| (row as f64 + off, index.low, index.high)).collect();
@@ -56,15 +86,15 @@ fn bars(name: &str, found: &Sensitivities, kinds: &[Kind]) -> Block {
         series.push(Series { name: (*kind).to_owned(), colour, shape: Shape::Bars(bars, 0.9 * thick) });
         let interval = if at == 0 { "interval" } else { "" };
         series.push(Series { name: interval.to_owned(), colour: "ink", shape: Shape::Across(whiskers) });
-        table.head.extend([(*kind).to_owned(), "from".to_owned(), "to".to_owned()]);
+        table.head.extend([scale.label(kind), "from".to_owned(), "to".to_owned()]);
         for (row, (_, of)) in parameters.iter().enumerate() {
             let cell = |value: Option<f64>| value.map_or(String::new(), shown);
-            let index = index(of).unwrap_or_default();
+            let index = scaled(index(of).unwrap_or_default(), scale);
             table.rows[row].extend([cell(index.estimate), cell(index.low), cell(index.high)]);
         }
     }
     let chart = Chart {
-        x: Axis::numbers(kinds.iter().map(|(kind, ..)| *kind).collect::<Vec<_>>().join(", "), values.into_iter()),
+        x: Axis::numbers(scale.label(what), values.into_iter()),
         y: Axis::words(parameters.iter().map(|(parameter, _)| parameter.clone()).collect()),
         series,
         height: 30 + 34 * parameters.len() as u32,
@@ -73,8 +103,10 @@ fn bars(name: &str, found: &Sensitivities, kinds: &[Kind]) -> Block {
 }
 
 /// mu* against sigma: to the right what matters, upwards what does so not in proportion or not alone.
-fn plot(name: &str, found: &Sensitivities) -> Option<Block> {
-    let of = |(parameter, of): &(String, OfParameter)| Some((parameter.clone(), of.mu_star?, of.sigma?));
+fn plot(name: &str, found: &Sensitivities, scale: &Scale) -> Option<Block> {
+    let of = |(parameter, of): &(String, OfParameter)| {
+        Some((parameter.clone(), scaled(of.mu_star?, scale), scaled(of.sigma?, scale)))
+    };
     let all: Vec<(String, Index, Index)> = found.indices.of.iter().filter_map(of).collect();
     let place = |(_, mu, sigma): &(String, Index, Index)| Some((mu.estimate?, sigma.estimate?));
     let points: Vec<(f64, f64)> = all.iter().filter_map(place).collect();
@@ -92,8 +124,8 @@ fn plot(name: &str, found: &Sensitivities) -> Option<Block> {
     };
     let most = points.iter().fold(0.0_f64, |most, (x, y)| most.max(*x).max(*y));
     let chart = Chart {
-        x: Axis::numbers("mu*: how much it matters", ends(|one| one.1)),
-        y: Axis::numbers("sigma", ends(|one| one.2)),
+        x: Axis::numbers(scale.label("mu*: how much it matters"), ends(|one| one.1)),
+        y: Axis::numbers(scale.label("sigma"), ends(|one| one.2)),
         series: vec![
             Series {
                 name: "sigma = mu*".into(),

@@ -11,7 +11,7 @@ use std::path::Path;
 use std::time::Duration;
 
 /// Key of the metadata, without the prefix of all.
-pub(super) const STOP: &str = "stop";
+pub const STOP: &str = "stop";
 
 /// Why a table ends where it does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -75,6 +75,21 @@ impl TableEnd {
         let (points, samples) = (said["points"].as_u64()?, said["samples"].as_u64()?);
         let share = said["share"].as_f64().filter(|share| *share > 0.0 && *share <= 1.0)?;
         Some(Self { points, samples, share, why })
+    }
+
+    /// The same where the points of the design are not known: "512 points, precise enough".
+    #[must_use]
+    pub fn brief(&self) -> String {
+        let why = match self.why {
+            EndWhy::Refined => return format!("{} samples, as fine as its values", self.samples),
+            EndWhy::Unchanged => return format!("{} samples, the map changes nowhere", self.samples),
+            EndWhy::MaxSamples => return format!("{} samples, by `max_samples`", self.samples),
+            EndWhy::Precision => "precise enough",
+            EndWhy::Samples => "by `samples`",
+            EndWhy::Wall => "by `wall`",
+            EndWhy::Design => "all of the design, not as precise as asked",
+        };
+        format!("{} points, {why}", self.points)
     }
 
     /// In words: "precise enough at 512 of 4096 points (`[stop]`)".
@@ -148,11 +163,20 @@ pub trait Looking: std::fmt::Debug {
     /// Time of a run at most.
     fn wall(&self) -> Option<Duration>;
 
-    /// Whether the rows of a stage, in this table, are precise enough.
+    /// What the rows of a stage, in this table, come to.
     ///
     /// # Errors
     /// The table cannot be read, or does not hold what is asked for.
-    fn is_enough(&self, stage: &Stage, table: &Path) -> Result<bool, LookingError>;
+    fn look(&self, stage: &Stage, table: &Path) -> Result<Looked, LookingError>;
+}
+
+/// What a look found.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Looked {
+    /// The rows are precise enough.
+    pub is_enough: bool,
+    /// What is asked for and no further sample makes precise enough: a name of it, the same at every look, and why.
+    pub hindered: Vec<(String, String)>,
 }
 
 /// Why nothing can be said of a stage.

@@ -71,7 +71,9 @@ pub(super) fn conclude(
         };
         let (worker_deaths, dropped_messages) = (report.worker_deaths, report.dropped_messages);
         let why = Some(report.ended.word());
-        let course = Course { worker_deaths, dropped_messages, tables, ended: why, end, ..ended(report.ended.state()) };
+        // those of the table, not what the record holds beyond its end
+        let (state, done) = (report.ended.state(), tally.done());
+        let course = Course { worker_deaths, dropped_messages, tables, ended: why, end, done, ..ended(state) };
         write_whole(directory.file(MANIFEST), manifest(&course).as_bytes())?;
         Ok(Finished { tally, reused: begun.reused, ended: report.ended, end, table })
     };

@@ -35,7 +35,7 @@ pub(super) fn keep(
             match write_kept(directory, prepared, ledger, manifest) {
                 Ok(directory) => {
                     let lost = kept(directory.path().to_path_buf());
-                    StatusWriter::new(directory.open(), prepared.samples, done).finish("failed", Some(&lost), tally);
+                    StatusWriter::new(directory.open(), prepared.samples, done).finish("failed", Some(&lost), tally, 0);
                     lost
                 }
                 Err(source) => Lost::Gone { what, path, done, source: Box::new(source) },

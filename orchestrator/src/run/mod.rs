@@ -53,7 +53,7 @@ pub use columns::{TableColumn, Told, columns_of, columns_without, function_colum
 pub(crate) use curves::forget_answers;
 pub(crate) use curves::{curve_file, remove_curves};
 pub use directory::STATUS;
-pub use end::{EndWhy, Looking, LookingError, Stage, TableEnd, end_of_table};
+pub use end::{EndWhy, Looked, Looking, LookingError, STOP, Stage, TableEnd, end_of_table};
 pub use error::{Change, Lost, RunError};
 pub use events::EVENTS_VERSION;
 pub use lock::{Holder, Keeper, LockError, Look, look};

@@ -8,7 +8,7 @@
 //! on kills, nor on how often somebody looked. What the record holds beyond (of a run with another rule) stays there.
 
 use super::directory::{LOOK, RunDirectory};
-use super::end::{EndWhy, Looking, Stage, TableEnd};
+use super::end::{EndWhy, Looked, Looking, Stage, TableEnd};
 use super::error::RunError;
 use super::prepare::Prepared;
 use super::sink::LedgerSink;
@@ -47,6 +47,7 @@ impl Staged<'_> {
         let told = signals_between();
         let mut all = DispatchReport::nothing(Ended::Complete);
         let mut last: Option<&Stage> = None;
+        let mut known: Vec<String> = Vec::new();
         for (number, stage) in self.looking.stages().iter().enumerate() {
             let part = todo.below(stage.samples);
             // the first in any case: it cleans up after a run that was killed
@@ -80,10 +81,18 @@ impl Staged<'_> {
             }
             if self.looking.looks() {
                 match self.look(stage) {
-                    Ok(false) => {}
-                    Ok(true) => {
+                    Ok(Looked { is_enough: true, .. }) => {
                         all.ended = Ended::Stop;
                         return (Ok(all), Ok(Some(ended(stage, EndWhy::Precision))));
+                    }
+                    // where it is so first, not at every look again
+                    Ok(Looked { hindered, .. }) => {
+                        for (name, why) in hindered {
+                            if !known.contains(&name) {
+                                telling.progress.note(&format!("[stop] after {} points: {name}: {why}", stage.points));
+                                known.push(name);
+                            }
+                        }
                     }
                     Err(error) => return (Ok(all), Err(error)),
                 }
@@ -101,12 +110,12 @@ impl Staged<'_> {
         (Ok(all), Ok(end))
     }
 
-    /// Whether a stage is precise enough.
-    fn look(&self, stage: &Stage) -> Result<bool, RunError> {
+    /// What a stage comes to.
+    fn look(&self, stage: &Stage) -> Result<Looked, RunError> {
         let place = self.directory.file(LOOK);
         write_rows(&place, self.prepared, self.record, &(0..stage.samples).collect::<Vec<_>>())?;
         self.faults.reached(At::Looking, stage.samples, None);
-        let said = self.looking.is_enough(stage, &place);
+        let said = self.looking.look(stage, &place);
         self.directory.remove(LOOK)?;
         Ok(said?)
     }

@@ -5,7 +5,7 @@
 //! after a power cut it may be old or missing. Once nobody works in the directory the record says what is true.
 
 use super::directory::{LEDGER, LOCK, RESULTS, STATUS};
-use super::end::TableEnd;
+use super::end::{TableEnd, end_of_table};
 use super::lock::{Holder, Keeper, Look, look};
 use super::stamp::{host, timestamp};
 use crate::ledger::Reader;
@@ -45,6 +45,8 @@ pub(super) struct StatusWriter {
     fixed: Map<String, Value>,
     reused: u64,
     total: u64,
+    /// Samples in the record beyond the end of the table.
+    surplus: u64,
     written: Option<Instant>,
     last: Option<Snapshot>,
     left: Option<Eta>,
@@ -77,6 +79,7 @@ impl StatusWriter {
             fixed,
             reused,
             total: samples.count(),
+            surplus: 0,
             written: None,
             last: None,
             left: None,
@@ -119,14 +122,15 @@ impl StatusWriter {
         self.fixed.insert("stop".to_owned(), json!(end.map(|end| end.json())));
     }
 
-    /// Writes the last state; `error`: why the run failed.
-    pub fn finish(&mut self, state: &str, error: Option<&(dyn Error + 'static)>, durable: &Tally) {
+    /// Writes the last state; `error`: why the run failed. `tally`: of the table, `surplus` what the record holds beyond its end.
+    pub fn finish(&mut self, state: &str, error: Option<&(dyn Error + 'static)>, tally: &Tally, surplus: u64) {
+        self.surplus = surplus;
         let last = self.last.take();
         self.left = None;
         // What workers were doing a moment ago is no longer true.
         let last = last.map(|snapshot| Snapshot { workers: Vec::new(), rate: 0.0, ..snapshot });
         let error = error.map(with_causes);
-        let text = self.text(state, error.as_deref(), last.as_ref(), durable);
+        let text = self.text(state, error.as_deref(), last.as_ref(), tally);
         if self.replace(&text).is_err() {
             // On a full disk the old file has the room that a new one has not.
             let over = || {
@@ -167,24 +171,27 @@ impl StatusWriter {
             json!({ "worker": worker.worker, "pid": worker.pid, "silent": worker.stale, "doing": describe(worker) })
         });
         put("workers", workers.collect());
-        put_counts(&mut status, tally, self.total, self.reused);
+        let ends_early = self.fixed.get("stop").is_some_and(|stop| !stop.is_null());
+        put_counts(&mut status, tally, (self.total, self.reused), ends_early.then_some(self.surplus));
         let mut text = serde_json::to_string_pretty(&Value::Object(status)).unwrap_or_default();
         text.push('\n');
         text
     }
 }
 
-/// Puts the counts of finished samples; `reused`: those of earlier runs.
-fn put_counts(status: &mut Map<String, Value>, tally: &Tally, total: u64, reused: u64) {
+/// Puts the counts of finished samples; `reused`: those of earlier runs. `beyond`: samples in the record beyond the end of a table that
+/// `[stop]` ends, of which nothing is left to compute.
+fn put_counts(status: &mut Map<String, Value>, tally: &Tally, (total, reused): (u64, u64), beyond: Option<u64>) {
     let mut put = |key: &str, value: Value| drop(status.insert(key.to_owned(), value));
     put("done", json!(tally.done()));
-    put("left", json!(total.saturating_sub(tally.done())));
+    put("surplus", json!(beyond.unwrap_or(0)));
+    put("left", json!(beyond.map_or(total.saturating_sub(tally.done()), |_| 0)));
     let by_status = Status::ALL.iter().map(|status| (status.word().to_owned(), json!(tally.of(*status))));
     put("by_status", Value::Object(by_status.collect()));
     let causes = Cause::ALL.iter().map(|cause| (cause.word().to_owned(), tally.of_cause(*cause)));
     let causes = causes.filter(|(_, count)| *count > 0).map(|(word, count)| (word, json!(count)));
     put("by_cause", Value::Object(causes.collect()));
-    put("computed", json!(tally.done().saturating_sub(reused)));
+    put("computed", json!((tally.done() + beyond.unwrap_or(0)).saturating_sub(reused)));
 }
 
 /// The command that continues a study, as this program is called.
@@ -360,16 +367,20 @@ fn of_record(
         let record = Reader::peek(directory.place(LEDGER)).ok()?;
         let header = record.header().ok()?;
         let total = header.get("samples")?.parse().ok()?;
-        let has = |key: &str, number: u64| told.as_ref().is_some_and(|told| told.get(key) == Some(&json!(number)));
-        if is_final && has("done", record.len().ok()?) && has("total", total) {
+        let number = |key: &str| told.as_ref().and_then(|told| told.get(key)).and_then(Value::as_u64);
+        let recorded = number("done").map(|done| done + number("surplus").unwrap_or(0));
+        if is_final && recorded == Some(record.len().ok()?) && number("total") == Some(total) {
             return told.clone();
         }
-        let mut tally = Tally::default();
-        let counted = record.for_each_head(None, |_, head| {
+        // of a table that [stop] ends those up to its end count
+        let table = directory.place(RESULTS);
+        let end = table.is_file().then(|| end_of_table(&directory.path().join(RESULTS)).ok().flatten()).flatten();
+        let (mut tally, mut surplus) = (Tally::default(), 0);
+        let counted = record.for_each_head(None, |sample, head| match head {
+            _ if end.is_some_and(|end| sample >= end.samples) => surplus += 1,
+            Ok(head) => tally.count(head.status, head.cause),
             // What is damaged is computed again.
-            if let Ok(head) = head {
-                tally.count(head.status, head.cause);
-            }
+            Err(_) => {}
         });
         counted.ok()?;
         let mut told = told.clone().unwrap_or_default();
@@ -377,7 +388,10 @@ fn of_record(
         told.insert("study".to_owned(), json!(header.get("study")));
         told.insert("total".to_owned(), json!(total));
         let reused = told.get("reused").and_then(Value::as_u64).unwrap_or(0);
-        put_counts(&mut told, &tally, total, reused);
+        if let Some(end) = end {
+            told.insert("stop".to_owned(), end.json());
+        }
+        put_counts(&mut told, &tally, (total, reused), end.map(|_| surplus));
         Some(told)
     };
     match read() {

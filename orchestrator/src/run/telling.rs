@@ -97,9 +97,10 @@ impl Telling {
         match finished {
             Ok(finished) => {
                 self.status.tell_end(finished.ended, finished.end);
-                self.status.finish(finished.ended.state(), None, &durable);
+                let surplus = durable.done().saturating_sub(finished.tally.done());
+                self.status.finish(finished.ended.state(), None, &finished.tally, surplus);
             }
-            Err(error) => self.status.finish("failed", Some(error), &durable),
+            Err(error) => self.status.finish("failed", Some(error), &durable, 0),
         }
     }
 }
@@ -197,7 +198,7 @@ mod tests {
         let told = || serde_json::from_slice::<Value>(&fs::read(folder.path().join(&longest)).expect("told"));
         let error = std::io::Error::other("no space");
         let durable = observer.durable();
-        observer.status.finish("failed", Some(&error), &durable);
+        observer.status.finish("failed", Some(&error), &durable, 0);
         let value = told().expect("JSON");
         assert_eq!((&value["state"], &value["error"]), (&"failed".into(), &"no space".into()));
     }

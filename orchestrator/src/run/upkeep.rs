@@ -9,7 +9,7 @@ use super::manifest::{Checksums, Course, manifest, mended, tells_complete};
 use super::prepare::Prepared;
 use super::request::Request;
 use super::status::{self, StatusWriter};
-use super::tables::{write_tables, write_timings};
+use super::tables::{tally, write_tables, write_timings};
 use crate::ledger::Reader;
 use crate::report::Tally;
 use crate::schedule::Ended;
@@ -21,7 +21,7 @@ pub(super) fn put_in_order(
     request: &Request,
     directory: &RunDirectory,
     prepared: &Prepared<'_>,
-    (record, tally): (&Reader, &Tally),
+    (record, recorded): (&Reader, &Tally),
     (end, chosen): (Option<TableEnd>, Option<&Chosen>),
     note: &dyn Fn(&str),
 ) -> Result<(), RunError> {
@@ -48,6 +48,9 @@ pub(super) fn put_in_order(
     if is_lost {
         note(&format!("{TIMINGS} was missing or damaged: it is made again from the record"));
     }
+    // of its rows, not of what the record holds beyond
+    let of_table = if end.is_some() { Some(tally(directory.path())?) } else { None };
+    let tally = of_table.as_ref().unwrap_or(recorded);
     if !tells_complete(&path) {
         let begun = Course::begun(tally.done());
         let ended = Some(why_ended(end).word());
@@ -62,9 +65,9 @@ pub(super) fn put_in_order(
         }
     }
     if !status::tells_complete(directory.open()) {
-        let mut status = StatusWriter::new(directory.open(), samples, tally.done()).trusting(request.trusts);
+        let mut status = StatusWriter::new(directory.open(), samples, recorded.done()).trusting(request.trusts);
         status.tell_end(why_ended(end), end);
-        status.finish("complete", None, tally);
+        status.finish("complete", None, tally, recorded.done().saturating_sub(tally.done()));
     }
     for left in directory.try_to_remove_parts() {
         note(&format!("{left} ({}): it is left as it is, every row is in {RESULTS}", left.source));

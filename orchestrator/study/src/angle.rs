@@ -65,6 +65,16 @@ fn differs(values: &[ParamValue], period: f64) -> bool {
     values[1..].iter().map(|value| turns(value) - first).any(|turns| (turns - turns.round()).abs() > ROUNDING)
 }
 
+/// After how much an angle of this machine is as before, if two values of it are the same start.
+pub(crate) fn period_between(machine: &Machine, path: &str, values: [f64; 2]) -> Option<f64> {
+    let whole = (values[1] - values[0]) / TAU;
+    if (whole - whole.round()).abs() <= ROUNDING {
+        return Some(TAU);
+    }
+    let angle = Angle { path, values: values.map(ParamValue::Number).to_vec() };
+    of_machine(machine, &[angle])?.repeated.filter(|(found, _)| found == path).map(|(_, period)| period)
+}
+
 fn of_machine(machine: &Machine, angles: &[Angle<'_>]) -> Option<FixedAngle> {
     let unbalances = machine.rotor.unbalances.iter().filter(|unbalance| unbalance.mass * unbalance.radius > 0.0);
     // What is released, rather than what was there before.

@@ -13,6 +13,7 @@ use super::drawing::{Drawing, Scratch};
 use super::error::StudyError;
 use super::parameter::{Origin, Parameter};
 use super::plan::Plan;
+use super::uncertain::Uncertain;
 use crate::design::{Design, DesignError, Thinned};
 use bladeoff_model::document::Collector;
 use bladeoff_model::machine::{MachineDef, ParamValue, ValueError};
@@ -263,6 +264,11 @@ impl Samples {
             }
             Origin::Derived(_) => self.some_values(place),
         }
+    }
+
+    /// The law of an uncertain parameter, by its number.
+    pub(super) fn law(&self, number: usize) -> Option<&Uncertain> {
+        self.drawing.laws().get(number)
     }
 
     /// The columns of replicate and block of a design, of everything that differs, then those that are carried along; the detection is

@@ -149,6 +149,23 @@ impl Answer {
     }
 }
 
+impl Answer {
+    /// What the number at this place of [`Answer::figures`] is, where there are several: "first order of gap".
+    #[must_use]
+    pub fn figure_name(&self, at: usize) -> String {
+        let Some(found) = self.sensitivity.as_ref().filter(|found| !found.indices.of.is_empty()) else {
+            return String::new();
+        };
+        let each = (self.figures.len() / found.indices.of.len()).max(1);
+        let what = match (found.estimator, at % each) {
+            ("morris", _) => "mu*",
+            ("sobol", 1) => "total order",
+            _ => "first order",
+        };
+        found.indices.of.get(at / each).map_or(String::new(), |(name, _)| format!("{what} of {name}"))
+    }
+}
+
 impl Answers {
     /// The text of the file.
     ///

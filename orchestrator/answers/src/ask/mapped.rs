@@ -1,8 +1,8 @@
 //! A map in words: where it is worst, how much of it an event reaches.
 
 use super::answer::Answer;
-use super::scale::percent;
-use super::sentence::{counted, prefix};
+use super::scale::{Scale, percent};
+use super::sentence::counted;
 use crate::estimate::figures::{Figures, Method};
 use crate::map::{Cell, Map, Of, Shows, Wanted};
 use bladeoff_model::document::units::format_digits;
@@ -31,7 +31,8 @@ pub(super) fn answers_of(name: &str, maps: Vec<Map>) -> Vec<Answer> {
         figures.approximate = map.is_smoothed();
         figures.notes.clone_from(&map.notes);
         let mut answer = Answer::of(name, "map", map.group.clone(), map.bad, map.confidence, figures);
-        answer.sentence = prefix(&map.group) + &sentence(&map);
+        let panel = if map.panel.is_empty() { String::new() } else { format!("{}: ", map.panel) };
+        answer.sentence = panel + &sentence(&map);
         answer.map = Some(Box::new(map));
         answer
     };
@@ -44,7 +45,7 @@ fn sentence(map: &Map) -> String {
         Shows::Median => format!("median of {}", map.of),
         Shows::SmoothedMean | Shows::SmoothedProbability => format!("{} (smoothed)", map.of),
     };
-    let less = map.difference.as_ref().map_or(String::new(), |(column, [a, b])| format!(", {column} = {a} less {b},"));
+    let less = if map.less.is_empty() { String::new() } else { format!(", {},", map.less) };
     let mut text = format!("{what}{less} over {} and {}: ", map.x.column, map.y.column);
     // the most with bad runs harmful, the least with them harmless
     let known = |of: fn(&Cell) -> Option<f64>| map.cells.iter().filter_map(move |cell| Some((of(cell)?, cell)));
@@ -69,12 +70,15 @@ fn sentence(map: &Map) -> String {
     if map.is_share() && map.difference.is_none() {
         let counts = |is: fn(f64) -> bool| {
             let [least, most] = [harmless, harmful].map(|of| known(of).filter(|(share, _)| is(*share)).count());
-            let from = match (least == most, map.refined) {
-                (true, _) => String::new(),
-                (false, true) => format!("{least} to "),
-                (false, false) => format!("{} to ", percent(least as f64 / cells.max(1) as f64)),
-            };
-            from + &part(most, cells, map.refined)
+            let share = |count: usize| count as f64 / cells.max(1) as f64;
+            if least == most {
+                return part(most, cells, map.refined);
+            }
+            if map.refined {
+                return format!("{least} to {most} cells");
+            }
+            let (least, most) = Scale::Share.show_both(share(least), share(most));
+            format!("{least} to {most} of the cells")
         };
         text +=
             &format!("; half or more in {}, above 0 in {}", counts(|share| share >= 0.5), counts(|share| share > 0.0));

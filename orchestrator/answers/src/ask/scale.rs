@@ -2,14 +2,22 @@
 
 use bladeoff_model::document::units::format_digits;
 
+/// Digits of a value in a unit; and so many more at most where two would read the same.
+const DIGITS: usize = 4;
+const MOST_MORE: usize = 5;
+
 /// A share as a person reads it: two digits of what it is away from 0 or from 1, whichever is less, so that 0.9963 is not 100 %.
 #[must_use]
 pub fn percent(share: f64) -> String {
+    percent_with(share, 2)
+}
+
+fn percent_with(share: f64, digits: usize) -> String {
     let rest = 100.0 * (1.0 - share.abs());
     if rest <= 0.0 || rest >= 10.0 {
-        return format!("{} %", format_digits(100.0 * share, "", 2));
+        return format!("{} %", format_digits(100.0 * share, "", digits));
     }
-    let places = 1 + usize::try_from(-libm::floor(libm::log10(rest)) as i32).unwrap_or(0);
+    let places = digits - 1 + usize::try_from(-libm::floor(libm::log10(rest)) as i32).unwrap_or(0);
     let text = format!("{:.*}", places.min(12), 100.0 * share);
     format!("{} %", not_all(text.trim_end_matches('0').trim_end_matches('.'), share))
 }
@@ -46,8 +54,19 @@ impl Scale {
     pub fn show(&self, value: f64) -> String {
         match self {
             Self::Share => percent(value),
-            Self::Unit(unit) => format_digits(value, unit, 4),
+            Self::Unit(unit) => format_digits(value, unit, DIGITS),
         }
+    }
+
+    /// Two values that differ as they read apart: "24.9 %" and "25.3 %" rather than "25 %" twice.
+    #[must_use]
+    pub fn show_both(&self, a: f64, b: f64) -> (String, String) {
+        let with = |more: usize| match self {
+            Self::Share => (percent_with(a, 2 + more), percent_with(b, 2 + more)),
+            Self::Unit(unit) => (format_digits(a, unit, DIGITS + more), format_digits(b, unit, DIGITS + more)),
+        };
+        // what differs by rounding alone is the same
+        (0..MOST_MORE).map(with).find(|(a, b)| a != b).unwrap_or_else(|| with(0))
     }
 }
 
@@ -62,6 +81,12 @@ mod tests {
         let nearly = 1.0 - f64::EPSILON / 2.0;
         let shown = [percent(nearly), percent_given(nearly), percent(-nearly)];
         assert_eq!(shown, ["99.99999999999999 %", "99.99999999999999 %", "-99.99999999999999 %"]);
+        let both = |a: f64, b: f64| Scale::Share.show_both(a, b);
+        assert_eq!(both(0.2493, 0.2534), ("24.9 %".to_owned(), "25.3 %".to_owned()));
+        assert_eq!(both(0.25, 0.25), ("25 %".to_owned(), "25 %".to_owned()));
+        assert_eq!(both(0.1, 0.3), ("10 %".to_owned(), "30 %".to_owned()));
+        let unit = Scale::Unit("N".to_owned());
+        assert_eq!(unit.show_both(1_234_567.0, 1_234_612.0), ("1.23457 MN".to_owned(), "1.23461 MN".to_owned()));
         assert_eq!([0.975, 0.999, 0.999_999, 0.07].map(percent_given), ["97.5 %", "99.9 %", "99.9999 %", "7 %"]);
     }
 }

@@ -234,8 +234,14 @@ impl Words<'_> {
         for (name, of) in &ranked {
             let Some(Index { estimate: Some(estimate), low, high }) = leading(wanted.method, of) else { continue };
             let interval = match (low, high, told.is_empty()) {
-                (Some(low), Some(high), true) => format!(" ({about}{level}: {} to {})", show(low), show(high)),
-                (Some(low), Some(high), false) => format!(" ({} to {})", show(low), show(high)),
+                (Some(low), Some(high), is_first) => {
+                    let level = if is_first { format!("{about}{level}: ") } else { String::new() };
+                    let (low, high) = match (has_unit, Scale::Share.show_both(low, high)) {
+                        (true, _) => (show(low), show(high)),
+                        (false, both) => both,
+                    };
+                    format!(" ({level}{low} to {high})")
+                }
                 _ => " (no interval)".to_owned(),
             };
             told.push(format!("{name} {}{interval}", show(estimate)));
@@ -245,6 +251,7 @@ impl Words<'_> {
         let mut text = format!("{}sensitivity of {}", prefix(&answer.group), wanted.output);
         if told.is_empty() {
             text += " has no number";
+            text += &indices.without.map_or(String::new(), |why| format!(": {why}"));
         } else {
             text += &format!(", {what}: {}", told.join(", "));
         }

@@ -34,11 +34,12 @@ pub fn sentence(answer: &Answer, subject: &str, scale: &Scale, (decided, by): (u
         }
         // those of both: the figures of one harmless and of the other harmful lie outside of these
         (Some(estimate), Some(harmful)) if estimate != harmful && answer.kind == "difference" => {
-            let (estimate, harmful) = (scale.show(estimate), scale.show(harmful));
+            let (estimate, harmful) = scale.show_both(estimate, harmful);
             text += &format!(" = {estimate} with bad runs harmless, {harmful} with bad runs harmful");
         }
         (Some(estimate), Some(harmful)) if estimate != harmful => {
-            text += &format!(" = {} to {}", scale.show(estimate), scale.show(harmful));
+            let (estimate, harmful) = scale.show_both(estimate, harmful);
+            text += &format!(" = {estimate} to {harmful}");
         }
         (Some(estimate), None) if answer.bad > 0 => {
             text += &format!(" = {}, no number with bad runs harmful", scale.show(estimate));
@@ -48,7 +49,10 @@ pub fn sentence(answer: &Answer, subject: &str, scale: &Scale, (decided, by): (u
         (None, None) => text += " has no number",
     }
     text += &match (answer.low, answer.high) {
-        (Some(low), Some(high)) => format!(" ({about}{level}: {} to {})", scale.show(low), scale.show(high)),
+        (Some(low), Some(high)) => {
+            let (low, high) = scale.show_both(low, high);
+            format!(" ({about}{level}: {low} to {high})")
+        }
         (Some(low), None) => format!(" ({about}{level}: from {}, no upper limit)", scale.show(low)),
         (None, Some(high)) => format!(" ({about}{level}: up to {}, no lower limit)", scale.show(high)),
         (None, None) => " (no interval)".to_owned(),

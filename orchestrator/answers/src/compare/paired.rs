@@ -180,8 +180,8 @@ mod tests {
         assert_eq!(movers, [(4, Some(-2.0)), (5, Some(0.5))]);
         let sided: Vec<u64> = found.one_sided.iter().map(|one| one.pair.a).collect();
         assert_eq!(sided, [2, 3]);
-        // mean -0.5, sd sqrt(7/4) of 3 values, t = 4.3027
-        let half = 4.302_652_729_696_142 * libm::sqrt(1.75 / 3.0);
+        // mean -0.5, sd sqrt(7/4) of 3 values; t of two degrees of freedom in closed form
+        let half = 0.95 * libm::sqrt(2.0 / (4.0 * 0.975 * 0.025)) * libm::sqrt(1.75 / 3.0);
         let (low, high) = (found.mean.low.expect("three"), found.mean.high.expect("three"));
         assert!((low + 0.5 + half).abs() < 1e-12 && (high + 0.5 - half).abs() < 1e-12, "{low} {high} {half}");
     }

@@ -50,6 +50,13 @@ pub struct Column<'a> {
     pub cells: Cells<'a>,
 }
 
+/// Name of a column or channel as a person reads it: `bearing.front.load_N` -> "bearing front load".
+#[must_use]
+pub fn plain_name(channel: &str, unit: &str) -> String {
+    let suffix = format!("_{}", unit.replace(' ', "").replace('/', "_"));
+    channel.strip_suffix(&suffix).unwrap_or(channel).replace(['.', '_'], " ")
+}
+
 /// A value of a varied parameter.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 #[serde(untagged)]

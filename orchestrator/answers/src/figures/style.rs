@@ -1,5 +1,6 @@
 //! Colours, numbers on axes, and the unit a reader wants to see.
 
+pub use crate::estimate::input::plain_name;
 use plotters::style::RGBColor;
 
 /// Okabe-Ito, without its yellow, which is too light for lines.
@@ -84,13 +85,6 @@ pub(super) fn tick(value: f64) -> String {
     let text = format!("{value:.decimals$}");
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
     text.replace('-', "−")
-}
-
-/// Name of a channel as a person reads it: `bearing.front.load_N` -> "bearing front load".
-#[must_use]
-pub fn plain_name(channel: &str, unit: &str) -> String {
-    let suffix = format!("_{}", unit.replace(' ', "").replace('/', "_"));
-    channel.strip_suffix(&suffix).unwrap_or(channel).replace(['.', '_'], " ")
 }
 
 /// A range with some room around the values; never empty.

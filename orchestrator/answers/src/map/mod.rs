@@ -21,8 +21,9 @@ mod scatter;
 mod smooth;
 
 use crate::estimate::formula::Formula;
-use crate::estimate::input::{DesignKind, Group, InputError, Label, Study};
+use crate::estimate::input::{DesignKind, Group, InputError, Label, Study, plain_name};
 use crate::estimate::scheme::Scheme;
+use bladeoff_model::document::units::format_digits;
 use place::{Items, Places, items};
 use serde::Serialize;
 
@@ -142,6 +143,12 @@ pub struct Map {
     /// Its values on the axes that have panels.
     #[serde(skip)]
     pub group: Group,
+    /// The same as a person reads them: "contact gap = 0.4 mm".
+    #[serde(skip)]
+    pub panel: String,
+    /// Of a difference what it is between, likewise: "detection = hyp1 less hyp2".
+    #[serde(skip)]
+    pub less: String,
     /// First axis.
     pub x: Axis,
     /// Second axis.
@@ -260,11 +267,35 @@ pub fn maps(study: &Study<'_>, wanted: &Wanted, alpha: f64) -> Result<Vec<Map>, 
 }
 
 impl Frame<'_> {
+    fn unit(&self, column: &str) -> &str {
+        self.study.column(column).map_or("", |column| column.unit.as_str())
+    }
+
+    /// A column without its unit.
+    fn named(&self, column: &str) -> String {
+        plain_name(column, self.unit(column))
+    }
+
+    /// One of its values with the unit that a person would choose.
+    fn shown(&self, column: &str, label: &Label) -> String {
+        match label {
+            Label::Number(number) => format_digits(*number, self.unit(column), 4),
+            Label::Word(word) => word.clone(),
+        }
+    }
+
     fn map(&self, group: Group, difference: Option<(String, [Label; 2])>, items: &Items) -> Map {
         let wanted = self.wanted;
         let (x, y) = (&self.places.x, &self.places.y);
         let is_share = matches!(wanted.of, Of::Probability(_));
+        let said =
+            group.0.iter().map(|(column, label)| format!("{} = {}", self.named(column), self.shown(column, label)));
+        let less = difference.as_ref().map_or(String::new(), |(column, [a, b])| {
+            format!("{} = {} less {}", self.named(column), self.shown(column, a), self.shown(column, b))
+        });
         let mut map = Map {
+            panel: said.collect::<Vec<_>>().join(", "),
+            less,
             group,
             x: x.clone(),
             y: y.clone(),

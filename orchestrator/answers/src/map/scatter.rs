@@ -9,6 +9,9 @@ use bladeoff_model::probability::normal_quantile;
 /// Values of an axis that are drawn each by itself are as far apart as no width reaches.
 const APART: f64 = 10.0;
 
+/// Standard errors below this part of the largest value are those of the arithmetic.
+const ROUNDING: f64 = 1e-10;
+
 /// What is smoothed: values of ok runs; or shares with open ones harmless, harmful, and their least and most.
 struct Series {
     middle: Smoother,
@@ -68,6 +71,7 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
         *count = (count.0 + 1, count.1 + u64::from(item.bad));
     }
     let z = normal_quantile(1.0 - frame.alpha / 2.0, frame.alpha / 2.0);
+    let largest = items.list.iter().map(size).fold(0.0_f64, f64::max);
     let is_pair = map.difference.is_some();
     for (at, (n, bad)) in counts.into_iter().enumerate() {
         let (i, j) = (at / map.y.at.len(), at % map.y.at.len());
@@ -76,6 +80,10 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
             continue;
         }
         let Some(mut found) = series.middle.at(here) else { continue };
+        // what an exact plane is off by is rounding, not scatter
+        if found.error < ROUNDING * largest {
+            found.error = 0.0;
+        }
         if is_share && !is_pair {
             // a sum of weights may be a bit more than 1
             found.value = found.value.clamp(0.0, 1.0);
@@ -99,6 +107,13 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
             upper_if_bad_harmful: None,
             regime: regime(items, place, here, width, &map.regimes),
         });
+    }
+}
+
+fn size(item: &Item) -> f64 {
+    match item.seen {
+        Seen::Value(low, high) if low == high => low.abs(),
+        _ => 0.0,
     }
 }
 

@@ -9,6 +9,10 @@ use serde_json::{Value, json};
 
 /// Characters of a name from outside, at most.
 const NAME: usize = 60;
+/// What the second panel of a smoothed map is of.
+const HALF_WIDTH: &str = "half width of its limits";
+/// Crosses of bad runs, at most.
+const MOST_CROSSES: usize = 400;
 /// Colour of cells that have no one number.
 const GREY: &str = "rgb(150,150,150)";
 
@@ -17,13 +21,15 @@ const GREY: &str = "rgb(150,150,150)";
 /// # Errors
 /// The plotting library failed.
 pub fn map_figure(name: &str, map: &Map) -> Result<Figure, FigureError> {
-    let group: Vec<String> = map.group.0.iter().map(|(path, label)| format!("{path} = {label}")).collect();
     let mut caption = format!("{}: {} over {} and {}", cut(name, NAME), cut(&map.of, NAME), map.x.column, map.y.column);
-    if !group.is_empty() {
-        caption += &format!(", {}", group.join(", "));
+    for said in [&map.panel, &map.less].into_iter().filter(|said| !said.is_empty()) {
+        caption += &format!(", {said}");
     }
-    if let Some((column, [a, b])) = &map.difference {
-        caption += &format!(", {column} = {a} less {b}");
+    if let Some(width) = map.width {
+        caption += &format!("; smoothed over {width:.2} of the range of both axes, a width of this panel's own");
+    }
+    if map.bad > 0 {
+        caption += "; crosses: bad runs";
     }
     // the caption says what it is
     let drawing = figures::maps("", std::slice::from_ref(map))?.svg().to_owned();
@@ -42,27 +48,56 @@ fn plot(map: &Map) -> Plot {
         Shows::Probability => vec![("", middle)],
         Shows::Median => vec![("median", middle), ("95 % value", upper)],
         Shows::SmoothedMean | Shows::SmoothedProbability => {
-            vec![("smoothed", middle), ("half width of its limits", half)]
+            vec![("smoothed", middle), (HALF_WIDTH, half)]
         }
     };
-    let count = shown.len() as f64;
-    let (mut traces, mut layout) = (Vec::new(), json!({ "height": 480, "annotations": [] }));
+    let count = shown.len();
+    let (x, y) = (axis(&map.x), axis(&map.y));
+    let mut traces = Vec::new();
+    let mut layout = json!({ "height": 470, "margin": { "l": 64, "r": 64, "t": 60, "b": 48 }, "annotations": [], "showlegend": false });
+    // side by side there is no room on a telephone
+    let mut narrow =
+        json!({ "height": 60 + 410 * count, "margin": { "l": 56, "r": 56, "t": 60, "b": 48 }, "annotations": [] });
     for (at, (what, pick)) in shown.into_iter().enumerate() {
         let number = if at == 0 { String::new() } else { (at + 1).to_string() };
-        let (from, to) = (at as f64 / count, (at as f64 + 0.8) / count);
-        traces.extend(cells(map, what, pick, &number, to));
-        let (x, y) = (axis(&map.x), axis(&map.y));
-        layout[format!("xaxis{number}")] = json!({
-            "title": { "text": plain(&x.1) }, "domain": [from, to], "anchor": format!("y{number}"), "zeroline": false,
-        });
-        layout[format!("yaxis{number}")] = json!({
-            "title": { "text": plain(&y.1) }, "anchor": format!("x{number}"), "zeroline": false,
-        });
-        if at > 0 {
-            layout[format!("xaxis{number}")]["matches"] = json!("x");
-            layout[format!("yaxis{number}")]["matches"] = json!("y");
+        let (drawn, colours, title) = cells(map, what, pick, &number);
+        traces.extend(drawn);
+        let wide = match (at, count) {
+            (_, 1) => (0.0, 0.94),
+            (0, _) => (0.0, 0.4),
+            _ => (0.57, 0.97),
+        };
+        // room for the title and the labels between two
+        let stacked = match (at, count) {
+            (_, 1) => (0.0, 1.0),
+            (0, _) => (0.575, 1.0),
+            _ => (0.0, 0.425),
+        };
+        for (layout, across, up) in [(&mut layout, wide, (0.0, 1.0)), (&mut narrow, (0.0, 0.94), stacked)] {
+            layout[format!("xaxis{number}")] = json!({
+                "title": { "text": plain(&x.1) }, "domain": [across.0, across.1], "anchor": format!("y{number}"), "zeroline": false,
+            });
+            layout[format!("yaxis{number}")] = json!({
+                "title": { "text": plain(&y.1) }, "domain": [up.0, up.1], "anchor": format!("x{number}"), "zeroline": false,
+            });
+            if at > 0 {
+                layout[format!("xaxis{number}")]["matches"] = json!("x");
+                layout[format!("yaxis{number}")]["matches"] = json!("y");
+            }
+            let mut colours = colours.clone();
+            colours["colorbar"] = json!({
+                "x": across.1 + 0.01, "xanchor": "left", "xpad": 0, "y": 0.5 * (up.0 + up.1), "yanchor": "middle", "ypad": 0,
+                "len": up.1 - up.0, "thickness": 12, "exponentformat": "power", "outlinewidth": 0,
+            });
+            layout[format!("coloraxis{number}")] = colours;
+            let title = json!({
+                "text": plain(&title), "xref": "paper", "yref": "paper", "x": across.0, "xanchor": "left", "y": up.1, "yanchor": "bottom",
+                "yshift": 4, "showarrow": false, "align": "left",
+            });
+            layout["annotations"].as_array_mut().expect("made as one").push(title);
         }
     }
+    layout["narrow"] = narrow;
     Plot::Traces(Value::Array(traces), layout)
 }
 
@@ -79,8 +114,8 @@ fn is_open(cell: &Cell) -> bool {
     cell.estimate != cell.estimate_if_bad_harmful || cell.upper != cell.upper_if_bad_harmful
 }
 
-/// Cells, and crosses where bad runs are.
-fn cells(map: &Map, what: &str, pick: Pick, number: &str, end: f64) -> Vec<Value> {
+/// Cells, and crosses where bad runs are; their colours; what they are, with the unit of the colours.
+fn cells(map: &Map, what: &str, pick: Pick, number: &str) -> (Vec<Value>, Value, String) {
     let table = map.table();
     let (x, y) = (axis(&map.x), axis(&map.y));
     let scale = if map.is_share() {
@@ -100,33 +135,50 @@ fn cells(map: &Map, what: &str, pick: Pick, number: &str, end: f64) -> Vec<Value
     let told = |cell: Option<&Cell>| json!(cell.map_or(String::new(), |cell| plain(&words(cell, &scale))));
     let along = |axis: &Axis, factor: f64| axis.at.iter().map(|value| short(value * factor)).collect::<Vec<_>>();
     let name = if what.is_empty() { of_in_words(map) } else { what.to_owned() };
-    let mut heat = json!({
+    let heat = json!({
         "type": "heatmap", "x": along(&map.x, x.0), "y": along(&map.y, y.0), "z": by_rows(&value), "text": by_rows(&told),
         "hoverinfo": "x+y+text", "xaxis": format!("x{number}"), "yaxis": format!("y{number}"), "name": plain(&name),
-        "colorbar": { "title": { "text": plain(&scale.label(&cut(&name, NAME))), "side": "right" }, "x": end + 0.005, "thickness": 12 },
+        "coloraxis": format!("coloraxis{number}"),
     });
-    if map.difference.is_some() && what != "half width of its limits" {
-        heat["colorscale"] = json!([[0, "rgb(0,114,178)"], [0.5, "rgb(247,247,247)"], [1, "rgb(213,94,0)"]]);
-        heat["zmid"] = json!(0);
+    let is_width = what == HALF_WIDTH;
+    let mut colours = if map.difference.is_some() && !is_width {
+        json!({ "colorscale": [[0, "rgb(0,114,178)"], [0.5, "rgb(247,247,247)"], [1, "rgb(213,94,0)"]], "cmid": 0 })
     } else {
-        heat["colorscale"] = json!("Viridis");
+        json!({ "colorscale": "Viridis" })
+    };
+    let largest = map.cells.iter().filter_map(shown).fold(0.0_f64, |most, value| most.max(value.abs()));
+    if is_width {
+        // nothing is uncertain: one colour
+        let high = if largest == 0.0 { 1.0 } else { largest };
+        (colours["cmin"], colours["cmax"]) = (json!(0), json!(short(high * scale.factor)));
     }
-    let bad: Vec<&Cell> = map.cells.iter().filter(|cell| cell.bad > 0).collect();
     let grey = json!({
         "type": "heatmap", "x": heat["x"], "y": heat["y"], "z": by_rows(&grey), "text": heat["text"], "hoverinfo": "x+y+text",
         "xaxis": heat["xaxis"], "yaxis": heat["yaxis"], "showscale": false, "colorscale": [[0, GREY], [1, GREY]],
     });
     let mut traces = vec![heat, grey];
+    // where they are, or in which cells
+    let bad: Vec<(f64, f64)> = if map.is_smoothed() {
+        let step = map.bad_at.len().div_ceil(MOST_CROSSES).max(1);
+        map.bad_at.iter().copied().step_by(step).collect()
+    } else {
+        map.cells.iter().filter(|cell| cell.bad > 0).map(|cell| (cell.x, cell.y)).collect()
+    };
     if !bad.is_empty() {
         traces.push(json!({
-            "type": "scatter", "mode": "markers", "name": "bad runs", "showlegend": number.is_empty(), "hoverinfo": "skip",
-            "x": bad.iter().map(|cell| short(cell.x * x.0)).collect::<Vec<_>>(),
-            "y": bad.iter().map(|cell| short(cell.y * y.0)).collect::<Vec<_>>(),
+            "type": "scatter", "mode": "markers", "hoverinfo": "skip",
+            "x": bad.iter().map(|place| short(place.0 * x.0)).collect::<Vec<_>>(),
+            "y": bad.iter().map(|place| short(place.1 * y.0)).collect::<Vec<_>>(),
             "xaxis": format!("x{number}"), "yaxis": format!("y{number}"),
             "marker": { "symbol": "x", "size": 8, "color": "rgb(255,255,255)", "line": { "width": 1, "color": "rgb(0,0,0)" } },
         }));
     }
-    traces
+    // the uncertainty has the name of no quantity
+    let title = match what {
+        "" | HALF_WIDTH => name,
+        what => format!("{}, {what}", of_in_words(map)),
+    };
+    (traces, colours, scale.label(&cut(&title, NAME)))
 }
 
 /// The numbers of a cell.

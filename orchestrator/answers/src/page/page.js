@@ -26,8 +26,8 @@
   const layout = (own) => {
     const axes = Object.keys(own).filter((key) => /^[xy]axis/.test(key));
     const all = { paper_bgcolor: '@paper', plot_bgcolor: '@paper', font: { color: '@ink', family: 'system-ui, sans-serif', size: 13 },
-      margin: { l: 64, r: 16, t: 12, b: 48 }, hovermode: 'closest', dragmode: 'zoom', height: 400,
-      hoverlabel: { namelength: -1 }, ...own };
+      margin: { l: 64, r: 16, t: 34, b: 48 }, hovermode: 'closest', dragmode: 'zoom', height: 400,
+      hoverlabel: { namelength: -1 }, modebar: { bgcolor: 'rgba(0,0,0,0)', color: '@quiet', activecolor: '@ink' }, ...own };
     for (const key of new Set(['xaxis', 'yaxis', ...axes])) all[key] = axis(own[key] || {});
     return coloured(all);
   };
@@ -49,7 +49,7 @@
       const ticks = words.length ? { tickvals: words.map((_, place) => place), ticktext: words } : {};
       return { title: { text: safe(data.labels[at]) }, ...ticks };
     };
-    return { traces, layout: { xaxis: title(x), yaxis: title(y), height: 460, margin: { l: 64, r: 16, t: 12, b: 96 },
+    return { traces, layout: { xaxis: title(x), yaxis: title(y), height: 482, margin: { l: 64, r: 16, t: 34, b: 96 },
       legend: { orientation: 'h', x: 0, yref: 'container', y: 0, yanchor: 'bottom' } } };
   };
   const chooser = (figure, plot, data) => {
@@ -88,10 +88,15 @@
     Plotly.relayout(plot, change);
   };
 
+  // What stands side by side stands below one another where there is no room.
+  const NARROW = 760;
+  const isNarrow = () => document.body.clientWidth < NARROW;
   const sources = new Map();
   const draw = (figure) => {
     const data = sources.get(figure)();
-    return Plotly.react(figure.querySelector('.plot'), coloured(data.traces), layout(data.layout), config);
+    const { narrow, ...wide } = data.layout;
+    const own = narrow && isNarrow() ? { ...wide, ...narrow } : wide;
+    return Plotly.react(figure.querySelector('.plot'), coloured(data.traces), layout(own), config);
   };
   root.classList.add('scripts');
   let drawn = 0;
@@ -114,6 +119,12 @@
   });
   Promise.all(all).then(() => { root.dataset.drawn = `${drawn} of ${all.length}`; });
   matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => sources.forEach((_, figure) => draw(figure)));
+  let was = isNarrow();
+  addEventListener('resize', () => {
+    if (was === isNarrow()) return;
+    was = isNarrow();
+    sources.forEach((_, figure) => draw(figure));
+  });
   const open = (is) => document.querySelectorAll('main details').forEach((details) => { details.open = is; });
   addEventListener('beforeprint', () => open(true));
   addEventListener('afterprint', () => open(false));

@@ -13,7 +13,7 @@ const SCRIPT: &str = include_str!("page.js");
 const STYLE: &str = include_str!("page.css");
 /// SHA-256 of both scripts as the page's policy names them; a test compares.
 const HASHES: [&str; 2] =
-    ["eVQhUIVaUsVnJg4xNwldvit0Tm1wKlyr5n2iRpQvuno=", "LJNQRQOKol8WGA6L68yCoVi54Ra+S6Zw2SpdMJySUjc="];
+    ["eVQhUIVaUsVnJg4xNwldvit0Tm1wKlyr5n2iRpQvuno=", "yF1BveTqlfOwESuUj5TGpI7KWKfao7Uksyp31IuUZA4="];
 
 impl Page {
     /// The text of the file.

@@ -112,8 +112,11 @@ pub fn given_data(given: &Given<'_>, alpha: f64) -> Result<Indices, SensitivityE
     let inputs: Vec<Ordered<'_>> = columns.iter().map(|values| Ordered::new(values)).collect();
     let output = Ordered::new(&y);
     let mut found = vec![OfParameter::default(); inputs.len()];
-    let mut r2 = None;
-    if output.is_constant() {
+    let (mut r2, mut without) = (None, None);
+    if n == 0 {
+        without = Some("no row has a value");
+    } else if output.is_constant() {
+        without = Some("the output does not vary");
         notes.push("the output does not vary: nothing decides it".to_owned());
     } else {
         r2 = ranked(given, (&inputs, &output), (&part, scatter.as_ref()), &mut found, &mut notes);
@@ -130,6 +133,7 @@ pub fn given_data(given: &Given<'_>, alpha: f64) -> Result<Indices, SensitivityE
         interval: if scatter.is_some() { "replicates-t" } else { "none" },
         n: n as u64,
         left_out: (of - n) as u64,
+        without,
         notes,
     })
 }

@@ -83,6 +83,8 @@ pub struct Indices {
     pub n: u64,
     /// Blocks left out because a run of theirs has no number.
     pub left_out: u64,
+    /// Why there is no number at all.
+    pub without: Option<&'static str>,
     /// What a reader has to know.
     pub notes: Vec<String>,
 }

@@ -104,6 +104,7 @@ pub fn morris(
         interval,
         n: count as u64,
         left_out: blocks.left_out() as u64,
+        without: (count == 0).then_some("no trajectory is whole"),
         notes,
     })
 }

@@ -54,6 +54,7 @@ pub fn sobol(
     let (mean, deviation) = moments(&blocks, values, rows);
     // rounding of a constant is no variance
     let varies = count > 0 && deviation > 1e-13 * mean.abs();
+    let mut without = None;
     let found = if varies {
         let centred = mean.abs() > CENTRED_FROM * deviation;
         if centred {
@@ -91,9 +92,9 @@ pub fn sobol(
         };
         sums.indices(count, alpha, figures)
     } else {
-        let why =
-            if count == 0 { "no base point is whole" } else { "the output does not vary: it has no variance to share" };
-        notes.push(why.to_owned());
+        let why = if count == 0 { "no base point is whole" } else { "the output does not vary" };
+        without = Some(why);
+        notes.push(if count == 0 { why.to_owned() } else { format!("{why}: it has no variance to share") });
         vec![Index::default(); 2 * d + pairs.len()]
     };
     let interval = if varies { told(count, alpha, "base points", &mut notes) } else { "none" };
@@ -112,6 +113,7 @@ pub fn sobol(
         interval,
         n: count as u64,
         left_out: blocks.left_out() as u64,
+        without,
         notes,
     })
 }

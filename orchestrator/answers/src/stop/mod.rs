@@ -15,4 +15,4 @@ mod rule;
 
 pub use forecast::{expected, half_width};
 pub use look::{Look, looks};
-pub use rule::{Precision, StopRule};
+pub use rule::{Hindrance, Precision, StopRule};

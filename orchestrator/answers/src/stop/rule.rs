@@ -31,6 +31,22 @@ pub enum Precision {
     NoInterval,
 }
 
+/// What keeps a figure from ever becoming precise enough, as far as its rows tell.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Hindrance {
+    /// What bad runs leave open is wider by itself, and more points do not narrow it.
+    BadRuns {
+        /// Half of that; `None`: they leave no limit at all.
+        open: Option<f64>,
+        /// Half of the interval at most.
+        wanted: f64,
+    },
+    /// A part of a figure that is 0 is asked for.
+    Zero,
+    /// There is no figure.
+    NoNumber,
+}
+
 impl StopRule {
     /// Half of an interval of this estimate at most; `None`: any.
     #[must_use]
@@ -54,6 +70,30 @@ impl StopRule {
             Some(half) => Precision::Wide { half, wanted },
             None => Precision::NoInterval,
         }
+    }
+
+    /// What keeps a figure from becoming precise enough however many points there will be, if its runs go on as they have; `None`:
+    /// nothing, or it is precise enough.
+    ///
+    /// * `bad` - runs of its group that are.
+    #[must_use]
+    pub fn hindrance(&self, figures: &Figures, bad: u64) -> Option<Hindrance> {
+        if self.precision(figures) == Precision::Enough {
+            return None;
+        }
+        let Some(estimate) = figures.estimate else { return Some(Hindrance::NoNumber) };
+        let wanted = self.wanted(estimate)?;
+        if wanted == 0.0 {
+            return Some(Hindrance::Zero);
+        }
+        if bad > 0 && figures.harmful.is_none() {
+            return Some(Hindrance::BadRuns { open: None, wanted });
+        }
+        let (low, high, statistical) = (figures.low?, figures.high?, figures.statistical?);
+        let open = 0.5 * (high - low - statistical);
+        // rounding is no width
+        let is_open = bad > 0 && open >= wanted && open > 1e-9 * statistical;
+        is_open.then_some(Hindrance::BadRuns { open: Some(open), wanted })
     }
 
     /// Whether all of these are precise enough; nothing is not.

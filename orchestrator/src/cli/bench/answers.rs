@@ -8,7 +8,7 @@ use super::cost::measure;
 use super::figures::{self, Figure};
 use super::host::{Folder, load};
 use crate::answering::{Meant, answer as answers_of, decided, judge, told};
-use crate::reporting::{Subject, report as page_of};
+use crate::reporting::{Ahead, Subject, report as page_of};
 use bladeoff_study::Samples;
 use bladeoff_system::files::FileError;
 use serde_json::json;
@@ -177,7 +177,7 @@ pub(super) fn report(directory: &Path, samples: &Samples) -> Result<(), CliError
     let study = samples.study();
     let Meant { questions, gates } = understood(samples, &study.file, &study.text, &study.asked)?;
     let subject = Subject { directory, samples, name: &study.name, questions: &questions, gates: &gates };
-    let page = page_of(subject, |_| None)?.page.html();
+    let page = page_of(subject, |_| Ahead::default())?.page.html();
     let path = directory.with_extension("html");
     fs::write(&path, page).map_err(FileError::at("write", &path))?;
     Ok(())

@@ -94,6 +94,11 @@ impl Trajectories {
         Some(Move { parameter, up: self.is_low(starts[parameter]) })
     }
 
+    /// Coordinates of the levels of a parameter, in order; a move leads from one to that half of their number further on, or back.
+    pub(crate) fn levels(&self, parameter: usize) -> Vec<f64> {
+        (0..self.levels).map(|level| self.coordinate(level, self.courses[parameter])).collect()
+    }
+
     fn coordinate(&self, level: u64, course: Course) -> f64 {
         let (level, last) = (level as f64, (self.levels - 1) as f64);
         match course {

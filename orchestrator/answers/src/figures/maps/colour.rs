@@ -50,8 +50,18 @@ impl Colours {
             Kind::Value => {}
         }
         let is_logarithmic = kind == Kind::Value && unit.is_some() && low > 0.0 && high / low > DECADES;
-        let levels = if is_logarithmic { decades(low, high) } else { even(low, high) };
-        if high - low <= 1e-12 * high.abs() {
+        let is_nothing = kind == Kind::Width && high == 0.0;
+        let levels = if is_nothing {
+            vec![0.0]
+        } else if is_logarithmic {
+            decades(low, high)
+        } else {
+            even(low, high)
+        };
+        if kind == Kind::Width && high == 0.0 {
+            // nothing is uncertain: one colour, and a scale that says so
+            high = if unit.is_none() { 0.01 } else { 1.0 };
+        } else if high - low <= 1e-12 * high.abs() {
             let room = 0.05 * high.abs().max(1e-9);
             (low, high) = (low - room, high + room);
         }

@@ -12,7 +12,6 @@ mod picture;
 
 use super::style::{FINE, SMALL, TITLE, plain_name};
 use super::{Area, Figure, FigureError};
-use crate::estimate::input::Group;
 use crate::map::{Cell, Map, Shows};
 use bladeoff_model::document::cut;
 use colour::{Colours, Kind};
@@ -95,15 +94,13 @@ pub fn of_in_words(map: &Map) -> String {
 }
 
 fn pictures_of(map: &Map) -> Vec<Picture<'_>> {
-    let less = match &map.difference {
-        None => String::new(),
-        Some((column, [a, b])) => format!(", {} {a} less {b}", plain_name(column, "")),
-    };
-    let said = in_words(&map.group);
+    // which panel first: what is cut off then is the same in all of them
+    let parts = || [&map.panel, &map.less].into_iter().filter(|part| !part.is_empty()).cloned();
     let title = |what: &str| {
-        let text = if said.is_empty() { format!("{what}{less}") } else { format!("{said}: {what}{less}") };
-        cut(&text, NAME)
+        let text = parts().chain([what.to_owned()]).collect::<Vec<_>>();
+        cut(&text.join(": "), NAME)
     };
+    let width = map.width.map_or(String::new(), |width| format!(" over {width:.2}"));
     let kind = if map.difference.is_some() { Kind::Difference } else { Kind::Value };
     let of = cut(&of_in_words(map), NAME / 2);
     let picture =
@@ -116,15 +113,10 @@ fn pictures_of(map: &Map) -> Vec<Picture<'_>> {
             picture("95 % value of the starts of a cell", kind, upper, of),
         ],
         Shows::SmoothedMean | Shows::SmoothedProbability => vec![
-            picture("smoothed", kind, middle, of),
+            picture(&format!("smoothed{width}"), kind, middle, of),
             picture("half width of its limits", Kind::Width, half_width, "half width".to_owned()),
         ],
     }
-}
-
-fn in_words(group: &Group) -> String {
-    let said: Vec<String> = group.0.iter().map(|(path, label)| format!("{} {label}", plain_name(path, ""))).collect();
-    said.join(", ")
 }
 
 /// Characters of a line below one panel.
@@ -159,12 +151,11 @@ fn explanation(maps: &[Map]) -> Vec<String> {
         marks.push("hatched: no sample".to_owned());
     }
     let mut told = in_lines(&marks);
-    if let Some(map) = maps.iter().find(|map| map.is_smoothed()) {
-        told.extend(map.width.map(|width| {
-            format!(
-                "smoothed over {width:.2} of the range of both axes (first panel), chosen by leaving each sample out"
-            )
-        }));
+    if maps.iter().any(|map| map.width.is_some()) {
+        told.push(
+            "smoothed over so much of the range of both axes, chosen by leaving each sample out: by itself for each panel and difference"
+                .to_owned(),
+        );
     }
     let runs: u64 = maps.iter().filter(|map| map.difference.is_none()).map(|map| map.n).sum();
     let bad: u64 = maps.iter().filter(|map| map.difference.is_none()).map(|map| map.bad).sum();

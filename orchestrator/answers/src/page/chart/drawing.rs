@@ -1,5 +1,6 @@
 //! A chart as SVG.
 
+use super::labels::{Corner, placed};
 use super::{Axis, Chart, Series, Shape, Symbol};
 use crate::page::escape::html;
 use std::fmt::Write;
@@ -12,7 +13,7 @@ const TOP: f64 = 10.0;
 const LETTER: f64 = 7.0;
 const LINE: f64 = 18.0;
 /// Letters of a name at an axis.
-const MOST_LETTERS: usize = 44;
+pub(super) const MOST_LETTERS: usize = 44;
 
 /// Where the frame is.
 struct Frame<'a> {
@@ -42,13 +43,35 @@ impl Frame<'_> {
     }
 }
 
+impl Frame<'_> {
+    fn corners(&self, there: &[((f64, f64), String)]) -> Vec<Corner> {
+        let points: Vec<(f64, f64)> = there.iter().map(|(point, _)| *point).collect();
+        let letters: Vec<usize> = there.iter().map(|(_, text)| text.chars().count()).collect();
+        placed(&points, &letters, [self.left, TOP, self.left + self.width, TOP + self.height])
+    }
+}
+
 impl Chart {
+    fn frame(&self) -> Frame<'_> {
+        let longest = self.y.ticks().iter().map(|(_, text)| text.chars().count().min(MOST_LETTERS)).max().unwrap_or(0);
+        let left = 14.0 + LETTER * longest as f64 + if self.y.label.is_empty() { 4.0 } else { 24.0 };
+        Frame { x: &self.x, y: &self.y, left, width: WIDTH - left - RIGHT, height: f64::from(self.height) }
+    }
+
+    /// Where the drawing has the names of points.
+    pub(super) fn corners(&self, labels: &[(f64, f64, String)]) -> Vec<Corner> {
+        let frame = self.frame();
+        let place = |(x, y, text): &(f64, f64, String)| {
+            (frame.place((*x, *y)).unwrap_or((-WIDTH, -WIDTH)), cut(text, MOST_LETTERS))
+        };
+        frame.corners(&labels.iter().map(place).collect::<Vec<_>>())
+    }
+
     /// The drawing.
     pub(super) fn svg(&self) -> String {
         let height = f64::from(self.height);
-        let longest = self.y.ticks().iter().map(|(_, text)| text.chars().count().min(MOST_LETTERS)).max().unwrap_or(0);
-        let left = 14.0 + LETTER * longest as f64 + if self.y.label.is_empty() { 4.0 } else { 24.0 };
-        let frame = Frame { x: &self.x, y: &self.y, left, width: WIDTH - left - RIGHT, height };
+        let frame = self.frame();
+        let left = frame.left;
         let mut out = String::new();
         axes(&mut out, &frame);
         out.push_str(&format!(
@@ -148,13 +171,17 @@ fn draw(out: &mut String, frame: &Frame<'_>, series: &Series) {
             }
         }
         Shape::Labels(labels) => {
-            for (x, y, text) in labels {
-                let Some((x, y)) = frame.place((*x, *y)) else { continue };
-                // what stands at the right edge goes to the left
-                let (x, anchor) =
-                    if x > frame.left + 0.75 * frame.width { (x - 8.0, "end") } else { (x + 8.0, "start") };
-                let text = html(&cut(text, MOST_LETTERS));
-                put(format_args!("<text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"{anchor}\">{text}</text>\n", y - 7.0));
+            let there: Vec<((f64, f64), String)> = labels
+                .iter()
+                .filter_map(|(x, y, text)| Some((frame.place((*x, *y))?, cut(text, MOST_LETTERS))))
+                .collect();
+            for (((x, y), text), corner) in there.iter().zip(frame.corners(&there)) {
+                let (x, y) = corner.place((*x, *y));
+                let anchor = if corner.left { "end" } else { "start" };
+                let text = html(text);
+                put(format_args!(
+                    "<text class=\"name\" x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{text}</text>\n"
+                ));
             }
         }
         Shape::Across(intervals) => {

@@ -5,6 +5,7 @@
 
 mod axis;
 mod drawing;
+mod labels;
 mod parallel;
 mod traces;
 
@@ -120,7 +121,11 @@ mod tests {
         assert!(figure.drawing.contains("dashed"), "no upper limit: {}", figure.drawing);
         assert!(!figure.drawing.contains("NaN") && !figure.drawing.contains("inf"), "{}", figure.drawing);
         let Some(Plot::Traces(traces, layout)) = figure.plot else { panic!("a plot") };
-        assert_eq!(traces.as_array().map(Vec::len), Some(4), "bars, interval and its open end, dots: {traces}");
+        assert_eq!(
+            traces.as_array().map(Vec::len),
+            Some(3),
+            "bars, an interval without an upper limit, dots: {traces}"
+        );
         assert_eq!(traces[0]["name"], "bars &amp; all");
         assert_eq!(layout["yaxis"]["ticktext"][0], "a &lt;b&gt;");
     }

@@ -1,9 +1,14 @@
 //! A chart for the chart library.
 
+use super::drawing::{MOST_LETTERS, cut};
+use super::labels::Corner;
 use super::{Axis, Chart, Series, Shape, Symbol};
 use crate::page::escape::plain;
 use crate::page::figure::short;
 use serde_json::{Value, json};
+
+/// Room above the frame, where the library has its tools.
+const TOOLS: usize = 34;
 
 impl Chart {
     /// Traces and layout.
@@ -17,7 +22,7 @@ impl Chart {
         let legend = json!({ "orientation": "h", "x": 0, "yref": "container", "y": 0, "yanchor": "bottom" });
         let layout = json!({
             "xaxis": layout(&self.x), "yaxis": layout(&self.y), "barmode": "overlay", "legend": legend,
-            "height": self.height as usize + 12 + bottom, "margin": { "l": 64, "r": 16, "t": 12, "b": bottom },
+            "height": self.height as usize + TOOLS + bottom, "margin": { "l": 64, "r": 16, "t": TOOLS, "b": bottom },
         });
         (Value::Array(traces), layout)
     }
@@ -69,11 +74,22 @@ impl Chart {
                 "type": "bar", "orientation": "h", "name": name, "showlegend": legend, "width": thick, "marker": { "color": colour },
                 "x": numbers(&mut bars.iter().map(|bar| bar.1)), "y": numbers(&mut bars.iter().map(|bar| bar.0)),
             })],
-            Shape::Labels(labels) => vec![json!({
-                "type": "scatter", "mode": "text", "showlegend": false, "hoverinfo": "skip", "textposition": "top right",
-                "x": numbers(&mut labels.iter().map(|label| label.0)), "y": numbers(&mut labels.iter().map(|label| label.1)),
-                "text": labels.iter().map(|label| plain(&label.2)).collect::<Vec<_>>(),
-            })],
+            Shape::Labels(labels) => {
+                let position = |corner: Corner| match (corner.below, corner.left) {
+                    (false, false) => "top right",
+                    (false, true) => "top left",
+                    (true, false) => "bottom right",
+                    (true, true) => "bottom left",
+                };
+                vec![json!({
+                    // markers that are not seen keep names off the points
+                    "type": "scatter", "mode": "markers+text", "showlegend": false, "hoverinfo": "skip", "cliponaxis": false,
+                    "marker": { "size": 9, "color": "rgba(0,0,0,0)" },
+                    "textposition": self.corners(labels).into_iter().map(position).collect::<Vec<_>>(),
+                    "x": numbers(&mut labels.iter().map(|label| label.0)), "y": numbers(&mut labels.iter().map(|label| label.1)),
+                    "text": labels.iter().map(|label| plain(&cut(&label.2, MOST_LETTERS))).collect::<Vec<_>>(),
+                })]
+            }
             Shape::Across(intervals) => {
                 let ends = self.x.ends();
                 self.intervals(series, intervals, ends, |along, at| (along, at))

@@ -1,0 +1,70 @@
+//! Why an answer is not as precise as `[stop]` asks, in words.
+
+use bladeoff_answers::ask::Answer;
+use bladeoff_answers::estimate::figures::Figures;
+use bladeoff_answers::report::counted;
+use bladeoff_answers::stop::{Hindrance, Precision, StopRule};
+
+/// The numbers of an answer that are not precise enough, and why; `only_hindered`: those that no further point makes so.
+pub(super) fn short_of(rule: &StopRule, answer: &Answer, only_hindered: bool) -> Vec<(String, String)> {
+    let group: Vec<String> = answer.group.0.iter().map(|(path, label)| format!("{path} = {label}")).collect();
+    let group = if group.is_empty() { String::new() } else { format!(" ({})", group.join(", ")) };
+    let of = |(at, figures): (usize, &Figures)| {
+        let why = match rule.hindrance(figures, answer.bad) {
+            Some(hindrance) => hindered(&hindrance, answer),
+            None if only_hindered => return None,
+            None => wide(rule, figures, answer)?,
+        };
+        let number = answer.figure_name(at);
+        let number = if number.is_empty() { number } else { format!(", {number}") };
+        Some((format!("{}{group}{number}", answer.name), why))
+    };
+    answer.figures.iter().enumerate().filter_map(of).collect()
+}
+
+fn hindered(hindrance: &Hindrance, answer: &Answer) -> String {
+    match hindrance {
+        Hindrance::BadRuns { open, wanted } => {
+            let (bad, wanted) = (counted(answer.bad, "bad run"), answer.scale.show(*wanted));
+            let s = if answer.bad == 1 { "s" } else { "" };
+            let open = match open {
+                Some(open) => format!(
+                    "alone make{s} half of its interval {}, and {wanted} is asked for",
+                    answer.scale.show(*open)
+                ),
+                None => format!("leave{s} it without a limit"),
+            };
+            format!("{bad} {open}: more points do not narrow that, find out why they fail")
+        }
+        Hindrance::Zero => "it is 0, and of 0 `relative` leaves no width: `half_width` asks for one".to_owned(),
+        Hindrance::NoNumber => {
+            let why = answer.sensitivity.as_ref().and_then(|found| found.indices.without);
+            format!("it has no number{}", why.map_or(String::new(), |why| format!(": {why}")))
+        }
+    }
+}
+
+/// `None`: it is precise enough.
+fn wide(rule: &StopRule, figures: &Figures, answer: &Answer) -> Option<String> {
+    let show = |value: f64| answer.scale.show(value);
+    match rule.precision(figures) {
+        Precision::Enough => None,
+        Precision::Wide { half, wanted } => {
+            let holds_zero = figures.low.is_some_and(|low| low <= 0.0) && figures.high.is_some_and(|high| high >= 0.0);
+            let near = if rule.relative.is_some() && holds_zero {
+                "; it may be 0, of which `relative` leaves no width"
+            } else {
+                ""
+            };
+            Some(format!("half of its interval is {}, {} is asked for{near}", show(half), show(wanted)))
+        }
+        Precision::BadRuns => {
+            let half = figures.high.zip(figures.low).map(|(high, low)| 0.5 * (high - low));
+            let wanted = figures.estimate.and_then(|estimate| rule.wanted(estimate));
+            let (half, wanted) = (half.map_or("without a limit".to_owned(), show), wanted.map_or(String::new(), show));
+            let bad = counted(answer.bad, "bad run");
+            Some(format!("half of its interval is {half} for what {bad} may have been, {wanted} is asked for"))
+        }
+        Precision::NoInterval => Some("it has no interval".to_owned()),
+    }
+}
