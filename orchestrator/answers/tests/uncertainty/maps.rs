@@ -187,6 +187,19 @@ fn bad_runs_stay_in_their_cells() {
 }
 
 #[test]
+fn a_panel_is_named_in_the_unit_of_its_axis() {
+    let mut rows = Rows::default();
+    for (x, start, y) in [(4e-4, 0.0, 0.0), (4e-4, 1.0, 1.0), (1e-3, 0.0, 0.0), (1e-3, 1.0, 1.0)] {
+        rows.add((x, y), start, "a", 1.0);
+    }
+    let wanted = Wanted { x: "start".into(), panels: vec!["x".into()], ..of_z(true) };
+    let found = rows.maps(&wanted);
+    assert_eq!([&found[0].panel, &found[1].panel], ["x = 0.4 mm", "x = 1 mm"]);
+    let drawn = figures::maps("m", &found).expect("drawn");
+    assert!(drawn.svg().contains("x = 0.4 mm: one run a cell"), "{}", drawn.svg());
+}
+
+#[test]
 fn a_difference_is_that_of_runs_with_the_same_inputs() {
     let mut rows = Rows::default();
     for (x, y) in [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)] {
@@ -207,6 +220,7 @@ fn a_difference_is_that_of_runs_with_the_same_inputs() {
     assert_eq!(found.len(), 3);
     assert_eq!(found[0].group, Group(vec![("way".into(), Label::Word("a".into()))]));
     let less = &found[2];
+    assert_eq!((found[0].panel.as_str(), less.less.as_str()), ("way = a", "way = b less a"));
     assert!(less.difference.is_some() && less.n == 12);
     for cell in &less.cells {
         let expected = 3.0 + 5.0 * cell.y - cell.x;
@@ -246,6 +260,8 @@ fn a_smoothed_plane_is_the_plane() {
     for cell in &map.cells {
         let off = cell.estimate.expect("a number") - (3.0 * cell.x - 2.0 * cell.y);
         assert!(off.abs() < 1e-9, "{cell:?}");
+        // rounding is no uncertainty
+        assert_eq!((cell.low, cell.high), (cell.estimate, cell.estimate));
     }
     assert!(map.cells.iter().map(|cell| cell.n).sum::<u64>() <= 400);
 }
