@@ -9,8 +9,8 @@ use support::{Folder, SMALL_STUDY, bladeoff, said, say};
 #[test]
 fn every_subcommand_has_help_with_examples() {
     for command in [
-        "run", "check", "simulate", "modes", "paths", "new", "export", "replay", "recover", "plot", "table1", "status",
-        "bench", "why",
+        "run", "submit", "merge", "check", "simulate", "modes", "paths", "new", "export", "replay", "recover", "plot",
+        "table1", "status", "bench", "why",
     ] {
         let help = say(&[command, "--help"]);
         assert_eq!(help.code, 0);

@@ -17,8 +17,8 @@ const BINARY: &str = env!("CARGO_BIN_EXE_bladeoff");
 
 /// Subcommands with help of their own.
 const COMMANDS: [&str; 15] = [
-    "run", "status", "why", "check", "simulate", "modes", "paths", "new", "export", "verify", "replay", "plot",
-    "table1", "recover", "bench",
+    "run", "submit", "merge", "status", "why", "check", "simulate", "modes", "paths", "new", "export", "verify",
+    "replay", "plot", "table1", "recover", "bench",
 ];
 
 #[test]

@@ -17,4 +17,5 @@ pub mod report;
 pub mod run;
 pub mod schedule;
 pub mod starts;
+pub mod submit;
 pub mod version;

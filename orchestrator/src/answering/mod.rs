@@ -20,8 +20,9 @@ pub use rows::AnsweringError;
 pub use told::{decided, told};
 pub use verified::known_probabilities;
 
-use crate::run::directory::{RESULTS, read_current, row_files};
+use crate::run::directory::{RESULTS, read_current};
 use crate::run::refuse_changed;
+use crate::run::shards::row_files;
 use bladeoff_answers::ask::{Answers, Question, SCHEMA, answer_all};
 use bladeoff_answers::estimate::curve::Curve;
 use bladeoff_answers::gate::{Decision, Gate};

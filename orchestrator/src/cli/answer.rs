@@ -8,7 +8,7 @@ use super::refusals::NotAsked;
 use super::why::frozen;
 use crate::answering::{Answering, Meant, Source, answer, keep, meant, told};
 use crate::run::directory::{ANSWERS, CURVES, MANIFEST, RESULTS, STUDY};
-use crate::run::see;
+use crate::run::shards::see;
 use bladeoff_answers::ask::{in_words, percent_given};
 use bladeoff_study::{Asked, Samples, StudyError, read_asked};
 use bladeoff_system::shown;

@@ -4,8 +4,11 @@ use super::error::CliError;
 use super::exit::Exit;
 use super::output::{print_json, tell};
 use super::place::default_directory;
+use super::shards;
 use crate::report::Eta;
+use crate::run::shards::see_shards;
 use crate::run::{RunState, Seen, Verified, see, verify};
+use crate::submit::scheduler_says;
 use bladeoff_answers::report::{Align, TextTable, counted};
 use bladeoff_model::document::visible;
 use serde_json::{Map, Value, json};
@@ -51,7 +54,18 @@ pub struct Args {
 pub fn main(args: &Args) -> Result<Exit, CliError> {
     let directory = args.directory.clone().map_or_else(default_directory, Ok)?;
     let mut text = text(&directory, args.json)?;
+    if !args.json
+        && let Some(says) = scheduler_says(&directory)
+    {
+        text.push_str(&format!("{:<10} {}\n", "scheduler", visible(&says)));
+    }
     let mut exit = Exit::Ok;
+    if args.verify
+        && let Some((words, is_damaged)) = shards::verified(&directory)?
+    {
+        text = if args.json { chunks_json(&text, &words) } else { text + &words };
+        exit = if is_damaged { Exit::Io } else { exit };
+    }
     if args.verify {
         let verified = verify(&directory)?;
         if verified.iter().any(|file| file.is_whole == Some(false)) {
@@ -68,6 +82,9 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
 /// # Errors
 /// No study was run in it, or it cannot be read.
 pub fn text(directory: &Path, json: bool) -> Result<String, CliError> {
+    if let Some(seen) = see_shards(directory)? {
+        return Ok(if json { pretty(&shards::as_json(directory, &seen)) } else { shards::as_text(directory, &seen) });
+    }
     let seen = see(directory)?.ok_or_else(|| CliError::NotARun { path: directory.to_path_buf() })?;
     Ok(if json { as_json(seen) } else { as_text(&seen) })
 }
@@ -78,6 +95,19 @@ fn verified_text(verified: &[Verified]) -> String {
         table.row(vec![file.name.clone(), visible(&file.words).into_owned()]);
     }
     format!("\n{}", table.render(""))
+}
+
+fn pretty(value: &Value) -> String {
+    let mut text = serde_json::to_string_pretty(value).unwrap_or_default();
+    text.push('\n');
+    text
+}
+
+/// The object with what was found of chunks.
+fn chunks_json(status: &str, words: &str) -> String {
+    let mut object: Map<String, Value> = serde_json::from_str(status).unwrap_or_default();
+    object.insert("chunks".to_owned(), json!(words.trim().lines().collect::<Vec<_>>()));
+    pretty(&Value::Object(object))
 }
 
 /// The object with the key `verified`: for each file whether it is whole (null: not known) and the same in words.

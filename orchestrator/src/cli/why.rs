@@ -7,8 +7,9 @@ use super::place::default_directory;
 use super::refusals::WhyError;
 use crate::engine;
 use crate::report::{advice, cause_in_words, describe_values, diverged_at, end_cause_in_words, mentions};
-use crate::run::directory::{MANIFEST, WORKER_LOG, read_current, row_files, timing_files};
-use crate::run::{RunState, function_columns, own_columns, refuse_changed, refuse_changed_timings, see};
+use crate::run::directory::{MANIFEST, WORKER_LOG, read_current};
+use crate::run::shards::{row_files, samples_of, see, timing_files};
+use crate::run::{RunState, function_columns, own_columns, refuse_changed, refuse_changed_timings};
 use bladeoff_answers::report::duration;
 use bladeoff_answers::report::{are, counted};
 use bladeoff_answers::tables::{Table, TableError, Timing};
@@ -196,7 +197,10 @@ fn place(args: &Args) -> Result<(PathBuf, u64), CliError> {
 }
 
 /// The study as it is frozen in the directory, with the part of it that was run.
-pub(super) fn frozen(directory: &Path) -> Result<Samples, WhyError> {
+pub(super) fn frozen(directory: &Path) -> Result<Samples, CliError> {
+    if let Some(samples) = samples_of(directory)? {
+        return Ok(samples);
+    }
     let failed = |source| WhyError::Frozen { directory: directory.to_path_buf(), source };
     let study = load_frozen(FrozenFiles::of(directory), own_columns).map_err(failed)?;
     let manifest: Value = Place::from(&directory.join(MANIFEST))
@@ -204,7 +208,7 @@ pub(super) fn frozen(directory: &Path) -> Result<Samples, WhyError> {
         .ok()
         .and_then(|text| serde_json::from_slice(&text).ok())
         .unwrap_or_default();
-    Samples::new(study, manifest["scale"].as_f64(), manifest["limit"].as_u64()).map_err(failed)
+    Ok(Samples::new(study, manifest["scale"].as_f64(), manifest["limit"].as_u64()).map_err(failed)?)
 }
 
 fn finished(told: &mut Told, row: &Table, go_on: Option<&str>) {
