@@ -324,6 +324,13 @@ fn what_cannot_be_meant_is_refused_and_nothing_is_touched() {
     refused(3, "--trust-dir", world.shard("d", "0/1", &[]));
     assert_eq!(world.shard("d", "0/1", &["--trust-dir"]).code, 0);
     refused(3, "--trust-dir", world.merge("d"));
+    // A group is usual on clusters: a word.
+    if rustix::process::geteuid().is_root() {
+        std::os::unix::fs::chown(world.folder.path("d"), None, Some(12_345)).expect("root may");
+        mode(0o775);
+        let said = world.shard("d", "0/1", &[]);
+        assert!(said.code == 0 && said.err.contains("can be written by its group (mode 0775)"), "{}", said.err);
+    }
     mode(0o755);
     world.merged_is_that_of_one_machine("d");
 }
@@ -376,4 +383,64 @@ fn a_grown_study_takes_over_what_is_there_of_a_run_or_of_shards() {
     }
     let none = world.shard("c", "0/1", &["--reuse", &world.folder.name("machines")]);
     assert!(none.code == 3 && none.err.contains("no directory of shards"), "{}", none.err);
+}
+
+/// Many points, an event in three of ten.
+fn stopping(stop: &str) -> World {
+    let folder = Folder::new();
+    let study = FUNCTION.replace("samples = 60", "samples = 20000").replace("mean = 3", "mean = 2.5");
+    let study = folder.write("f.toml", &format!("{study}\n[stop]\n{stop}\n"));
+    World::of(folder, study)
+}
+
+fn end(world: &World, out: &str) -> Value {
+    let manifest: Value = serde_json::from_slice(&world.bytes(&format!("{out}/manifest.json"))).expect("JSON");
+    assert_eq!(manifest["state"], "complete");
+    manifest["stop"].clone()
+}
+
+#[test]
+fn where_a_study_ends_by_its_precision_is_decided_at_merge_by_the_looks_of_one_machine() {
+    let world = stopping("relative = \"15 %\"");
+    let points = end(&world, "one")["points"].as_u64().expect("it ended early");
+    assert!((512..20000).contains(&points), "{points}");
+    let run = world.shard("d", "0/1", &["--chunk", "100"]);
+    assert!(run.code == 0 && run.err.contains("decided by `bladeoff merge`"), "{}", run.err);
+    // Only what is before the look counts; without it there is none.
+    let last = 2 * points / 100;
+    for chunk in last + 1..400 {
+        fs::remove_file(world.chunk("d", chunk)).expect("it was there");
+    }
+    let aside = world.folder.path("aside");
+    fs::rename(world.chunk("d", 3), &aside).expect("it was there");
+    let merged = world.merge("d");
+    assert!(merged.code == 5 && merged.err.contains("missing: 3"), "{}", merged.err);
+    fs::rename(&aside, world.chunk("d", 3)).expect("back");
+    let status = say(&["status", &world.folder.name("d")]);
+    assert!(status.out.contains(&format!("the look after {points} points can be taken")), "{}", status.out);
+    let merged = world.merged_is_that_of_one_machine("d");
+    assert!(merged.out.contains(&format!("precise enough at {points} of 20000 points")), "{}", merged.out);
+    assert_eq!(end(&world, "d"), end(&world, "one"));
+    assert!(world.bytes("one/answers.json") == world.bytes("d/answers.json"), "other answers");
+    let more = world.shard("d", "0/1", &[]);
+    assert!(more.code == 0 && more.err.contains("merged already, by its [stop]"), "{}", more.err);
+    assert!(world.merge("d").err.contains("merged already"));
+}
+
+#[test]
+fn samples_of_stop_are_all_that_shards_compute_and_its_wall_ends_them() {
+    let world = stopping("samples = 300");
+    let run = world.shard("d", "0/1", &["--chunk", "100"]);
+    assert!(run.code == 0 && run.err.contains("6 of 6 chunks published here"), "{}", run.err);
+    world.merged_is_that_of_one_machine("d");
+    assert_eq!(end(&world, "d")["why"], "samples");
+    let world = stopping("relative = 1e-9\nwall = \"1 s\"");
+    let run = world.shard("d", "0/1", &["--chunk", "2", "--wall", "1 h"]);
+    assert!(run.code == 0 && run.err.contains("stop: "), "{}", run.err);
+    let merged = world.merge("d");
+    assert_eq!(merged.code, 0, "{}", merged.err);
+    let found = end(&world, "d");
+    assert!(["wall", "design"].contains(&found["why"].as_str().expect("a word")), "{found}");
+    let rows = say(&["export", &world.folder.name("d"), "--csv"]).out.lines().count() as u64 - 1;
+    assert_eq!(Some(rows), found["samples"].as_u64());
 }

@@ -153,7 +153,8 @@ impl Slurm {
     }
 
     fn attempts(&self, out: &str) -> Vec<Value> {
-        let entries = fs::read_dir(self.world.path(out).join("attempts")).into_iter().flatten().flatten();
+        let folders = fs::read_dir(self.world.path(out).join("attempts")).into_iter().flatten().flatten();
+        let entries = folders.flat_map(|folder| fs::read_dir(folder.path()).into_iter().flatten().flatten());
         entries.filter_map(|entry| serde_json::from_slice(&fs::read(entry.path()).ok()?).ok()).collect()
     }
 

@@ -59,7 +59,7 @@ impl ShardArgs {
         })?;
         remark(&in_words(&finished));
         Ok(match finished.ended {
-            Ended::Complete => Exit::Ok,
+            Ended::Complete | Ended::Stop => Exit::Ok,
             Ended::Signalled(signal) => signal.into(),
             Ended::Wall | Ended::Until | Ended::TooManyFailures => {
                 remark(&format!("some of its chunks are missing; go on with: {again}"));

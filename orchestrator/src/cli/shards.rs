@@ -1,7 +1,9 @@
 //! What `status` shows of a directory of shards.
 
 use super::error::CliError;
+use crate::run::Stage;
 use crate::run::shards::{AttemptSeen, ShardsSeen, verify_chunks};
+use crate::submit::scheduler_says;
 use bladeoff_answers::report::{counted, duration};
 use bladeoff_model::document::visible;
 use bladeoff_system::call;
@@ -12,8 +14,14 @@ use std::path::Path;
 /// Attempts that are shown.
 const SHOWN: usize = 40;
 
-/// In words.
-pub(super) fn as_text(directory: &Path, seen: &ShardsSeen) -> String {
+/// The last look of `[stop]` that a merge could take: all its samples are there.
+pub(super) fn look_at_hand<'a>(seen: &ShardsSeen, stages: &'a [Stage]) -> Option<&'a Stage> {
+    let there = seen.first_missing.map_or(seen.samples, |chunk| chunk * seen.chunk);
+    stages.iter().rfind(|stage| stage.samples <= there)
+}
+
+/// In words. `ahead`: the last look of its `[stop]` that a merge could take.
+pub(super) fn as_text(directory: &Path, seen: &ShardsSeen, ahead: Option<&Stage>) -> String {
     let living = seen.attempts.iter().filter(|attempt| attempt.lives).count();
     let state = match (seen.is_merged, seen.there == seen.chunks, living) {
         (true, _, _) => "complete".to_owned(),
@@ -32,6 +40,10 @@ pub(super) fn as_text(directory: &Path, seen: &ShardsSeen) -> String {
     line("chunks", format!("{} of {} of {} each", seen.there, seen.chunks, counted(seen.chunk, "sample")));
     if seen.there < seen.chunks {
         line("missing", seen.missing.clone());
+    }
+    if let Some(stage) = ahead {
+        let merge = call::command([OsStr::new("merge"), call::path_word(directory).as_os_str()]);
+        line("stop", format!("the look after {} can be taken: {merge}", counted(stage.points, "point")));
     }
     for attempt in seen.attempts.iter().take(SHOWN) {
         line("attempt", of_attempt(attempt));
@@ -119,6 +131,7 @@ pub(super) fn as_json(directory: &Path, seen: &ShardsSeen) -> Value {
             "there": seen.there,
             "missing": seen.missing,
             "attempts": attempts.collect::<Vec<_>>(),
+            "scheduler": scheduler_says(directory),
         },
     })
 }

@@ -1,5 +1,6 @@
 //! `bladeoff submit`: the shards of a study to a scheduler.
 
+use super::answer::last_needed;
 use super::error::CliError;
 use super::exit::Exit;
 use super::output::{remark, tell};
@@ -118,7 +119,8 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     begin(&args.out, args.trust_dir, &samples, (args.chunk, cores, args.shards), args.reuse.as_deref(), &|text| {
         remark(text)
     })?;
-    let todo = shards_to_do(&args.out, args.shards)?;
+    let last = last_needed(&samples)?;
+    let todo = shards_to_do(&args.out, args.shards, last)?;
     let job = job(args, samples.study().name.clone(), todo)?;
     let kept = write_scripts(&job, args.scheduler)?;
     for name in kept {

@@ -19,7 +19,11 @@ pub(super) fn scripts(job: &Job) -> Vec<Script> {
         "--open-mode=append".to_owned(),
         format!("--output={}", word(log(job, "shard-%a.log"))),
     ];
-    options.extend(job.cpus.map(|cpus| format!("--cpus-per-task={cpus}")));
+    match job.cpus {
+        Some(cpus) => options.push(format!("--cpus-per-task={cpus}")),
+        // One core is what Slurm gives otherwise.
+        None => options.extend(["--exclusive", "--mem=0"].map(str::to_owned)),
+    }
     options.extend(job.time.map(|time| format!("--time={}", minutes(time))));
     let mut last = vec![
         format!("--job-name={}-merge", job.study),
@@ -43,7 +47,8 @@ pub(super) fn scripts(job: &Job) -> Vec<Script> {
         "#!/bin/bash
 {}
 # One task of the array: one shard of the study, on one node, with the cores that the task was given. It may be killed and started again at
-# any time: what it has published is kept, and nothing is computed twice but unfinished chunks.
+# any time: what it has published is kept, and nothing is computed twice but unfinished chunks. Without --cpus a task has the node (--exclusive)
+# and its memory (--mem=0).
 set -u
 task=${{SLURM_ARRAY_TASK_ID:?is set for the tasks of an array}}
 {} &
@@ -53,7 +58,7 @@ trap 'kill -TERM \"$run\" 2>/dev/null' TERM
 wait \"$run\"; code=$?
 while kill -0 \"$run\" 2>/dev/null; do wait \"$run\"; code=$?; done
 
-again() {{ scontrol requeue \"${{SLURM_ARRAY_JOB_ID}}_$task\"; exit 0; }}
+again() {{ scontrol requeue \"${{SLURM_ARRAY_JOB_ID}}_$task\" && exit 0; }}
 failures={}/failures-$SLURM_ARRAY_JOB_ID-$task
 case $code in
 {again}  6) # a file, a disk or a process failed: three more times

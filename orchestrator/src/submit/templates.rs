@@ -10,12 +10,12 @@ const MERGE: &str = "merge.sh";
 /// PBS Pro, OpenPBS. An array has one range and at least two tasks: there is a job for each range.
 pub(super) fn pbs(job: &Job) -> Vec<Script> {
     let mut options = vec!["-r y".to_owned(), "-j oe".to_owned(), format!("-o {}", job.path(""))];
-    let cpus = job.cpus.map(|cpus| format!(":ncpus={cpus}")).unwrap_or_default();
-    options.push(format!("-l select=1{cpus}"));
+    options.push(
+        job.cpus.map_or_else(|| "-l select=1 -l place=excl".to_owned(), |cpus| format!("-l select=1:ncpus={cpus}")),
+    );
     options.extend(job.time.map(|time| format!("-l walltime={}", hours(time))));
     let last = vec!["-j oe".to_owned(), format!("-o {}", job.path("merge.log"))];
-    let shard = format!("task=${{PBS_ARRAY_INDEX:-$SHARD}}\n{}", job.shard("\"$task\""));
-    scripts(job, "#PBS", ("-N", "-q", "-A"), (&options, &last), &shard)
+    scripts(job, "#PBS", ("-N", "-q", "-A"), (&options, &last), "task=${PBS_ARRAY_INDEX:-$SHARD}")
 }
 
 pub(super) fn pbs_commands(job: &Job) -> Vec<Command> {
@@ -53,14 +53,13 @@ pub(super) fn lsf(job: &Job) -> Vec<Script> {
     let mut options = vec![format!("-J \"{}[{}]\"", job.study, one_more.join(",")), "-r".to_owned()];
     options.push(format!("-o {}", job.path("shard-%I.log")));
     options.push("-R \"span[hosts=1]\"".to_owned());
-    options.extend(job.cpus.map(|cpus| format!("-n {cpus}")));
+    options.push(job.cpus.map_or_else(|| "-x".to_owned(), |cpus| format!("-n {cpus}")));
     options.extend(job.time.map(|time| format!("-W {}", time.as_secs().div_ceil(60).max(1))));
     let mut last = vec![format!("-J {}-merge", job.study), format!("-o {}", job.path("merge.log"))];
     if !job.todo.is_empty() {
         last.push(format!("-w \"ended({})\"", job.study));
     }
-    let shard = format!("task=$((LSB_JOBINDEX - 1))\n{}", job.shard("\"$task\""));
-    scripts(job, "#BSUB", ("", "-q", "-P"), (&options, &last), &shard)
+    scripts(job, "#BSUB", ("", "-q", "-P"), (&options, &last), "task=$((LSB_JOBINDEX - 1))")
 }
 
 pub(super) fn lsf_commands(job: &Job) -> Vec<Command> {
@@ -78,10 +77,9 @@ pub(super) fn hyperqueue(job: &Job) -> Vec<Script> {
         job.path("shard-%{TASK_ID}.log"),
         job.path("shard-%{TASK_ID}.err")
     ));
-    options.extend(job.cpus.map(|cpus| format!("--cpus {cpus}")));
+    options.push(job.cpus.map_or_else(|| "--cpus all".to_owned(), |cpus| format!("--cpus {cpus}")));
     options.extend(job.time.map(|time| format!("--time-limit {}s", time.as_secs())));
-    let shard = format!("task=$HQ_TASK_ID\n{}", job.shard("\"$task\""));
-    let mut all = scripts(job, "#HQ", ("", "", ""), (&options, &[]), &shard);
+    let mut all = scripts(job, "#HQ", ("", "", ""), (&options, &[]), "task=$HQ_TASK_ID");
     all.truncate(1);
     all
 }
@@ -95,13 +93,13 @@ pub(super) fn hyperqueue_commands(job: &Job) -> Vec<Command> {
     commands
 }
 
-/// Both scripts of a scheduler. `named`: its options for the name, the queue and the account.
+/// Both scripts of a scheduler. `named`: its options for the name, the queue and the account; `task`: how a task learns its number.
 fn scripts(
     job: &Job,
     mark: &str,
     named: (&str, &str, &str),
     (options, last): (&[String], &[String]),
-    shard: &str,
+    task: &str,
 ) -> Vec<Script> {
     let (name, queue, account) = named;
     let lines = |options: &[String], called: &str| {
@@ -118,9 +116,16 @@ fn scripts(
 {}
 # A template that was reviewed and not run by us: read it before you hand it in. One task: one shard of the study, on one node. It may be
 # killed and started again at any time: what it has published is kept. Exit code 5: its time was over; `bladeoff submit` again goes on.
-{shard}
+{}
+for _ in 1 2 3 4; do
+  {}; code=$?
+  [ \"$code\" = 6 ] || break # a file, a disk or a process failed: three more times
+done
+exit \"$code\"
 ",
-        lines(options, &job.study)
+        lines(options, &job.study),
+        task,
+        job.shard("\"$task\"")
     );
     let merge = format!(
         "#!/bin/bash

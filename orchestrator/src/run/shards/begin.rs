@@ -34,16 +34,16 @@ pub fn begin(
     Ok(())
 }
 
-/// The shards, of so many, of which a chunk is missing.
+/// The shards, of so many, of which a chunk is missing. `last`: samples that a study needs at most, by its `[stop]`.
 ///
 /// # Errors
 /// The directory cannot be read.
-pub fn shards_to_do(path: &Path, shards: u64) -> Result<Vec<u64>, ShardError> {
+pub fn shards_to_do(path: &Path, shards: u64, last: Option<u64>) -> Result<Vec<u64>, ShardError> {
     let none = || ShardError::None { path: path.to_path_buf() };
     let shared = Shared::open(path)?.ok_or_else(none)?;
     let frozen = Frozen::read(&shared)?.ok_or_else(none)?;
     let mut found = BTreeSet::new();
-    each_missing(&shared, &frozen, |chunk| {
+    each_missing(&shared, &frozen.needed(last), |chunk| {
         found.insert(chunk % shards.max(1));
     })?;
     Ok(found.into_iter().collect())

@@ -72,6 +72,11 @@ impl Frozen {
         Ok(Some(Self { hash: blake3::hash(&bytes).to_hex().to_string(), said, chunks }))
     }
 
+    /// Those of which samples are needed at most; `last`: by `[stop]`.
+    pub fn needed(&self, last: Option<u64>) -> Chunks {
+        last.map_or(self.chunks, |last| self.chunks.up_to(last))
+    }
+
     /// Whether the directory is still the one that was begun so.
     ///
     /// # Errors
@@ -289,7 +294,11 @@ fn known<'a>(shared: &Shared, samples: &'a Samples, frozen: &Frozen) -> Result<P
         && frozen.program().as_deref() == Some(VERSION.as_str());
     // The keys of the same inputs under the same program are the same: they need not be computed again, a hundred million of them.
     let digest = if is_same { frozen.digest() } else { None };
-    let basis = if is_same { read_basis(shared, samples)? } else { new_basis(samples)? };
+    let basis = match read_basis(shared, samples) {
+        // Of another machine: what differs is said below.
+        Err(_) if !is_same => new_basis(samples)?,
+        found => found?,
+    };
     let prepared = Prepared::with_digest(samples, basis, digest)?;
     frozen.check(shared, &said(&prepared, frozen))?;
     Ok(prepared)

@@ -72,6 +72,15 @@ impl Chunks {
         sample / self.size
     }
 
+    /// Those that hold the first samples, up to `last`: where `[stop]` ends a study at the latest.
+    #[must_use]
+    pub fn up_to(&self, last: u64) -> Self {
+        Self {
+            samples: last.clamp(1, self.samples).div_ceil(self.size).saturating_mul(self.size).min(self.samples),
+            ..*self
+        }
+    }
+
     /// The numbers of the folders that chunks lie in.
     #[must_use]
     pub fn folders(&self) -> Range<u64> {
@@ -108,6 +117,13 @@ pub fn hint_name(chunk: u64) -> String {
 pub fn chunk_of(name: &OsStr) -> Option<u64> {
     let number = name.to_str()?.strip_prefix("chunk-")?.strip_suffix(".bin")?.parse().ok()?;
     (*chunk_name(number) == *name).then_some(number)
+}
+
+/// The chunk whose hint has this name.
+#[must_use]
+pub fn hinted(name: &OsStr) -> Option<u64> {
+    let number = name.to_str()?.strip_prefix("chunk-")?.parse().ok()?;
+    (*hint_name(number) == *name).then_some(number)
 }
 
 /// One of `of` shards.
@@ -151,11 +167,15 @@ mod tests {
 
     proptest! {
         #[test]
-        fn every_sample_is_in_one_chunk_and_every_chunk_of_one_shard(samples in 1u64..5000, size in 1u64..700, of in 1u64..40) {
+        fn every_sample_is_in_one_chunk_and_every_chunk_of_one_shard(samples in 1u64..5000, size in 1u64..700, of in 1u64..40, last in 1u64..6000) {
             let chunks = Chunks::new(samples, size);
             let all: Vec<u64> = (0..chunks.count()).flat_map(|chunk| chunks.range(chunk)).collect();
             prop_assert!(all.iter().copied().eq(0..samples));
             prop_assert!(all.iter().all(|sample| chunks.range(chunks.of(*sample)).contains(sample)));
+            let part = chunks.up_to(last);
+            prop_assert!((last.min(samples)..=samples).contains(&part.samples()));
+            prop_assert_eq!(part.count(), chunks.of(last.min(samples) - 1) + 1);
+            prop_assert_eq!(part.range(part.count() - 1), chunks.range(part.count() - 1));
             for chunk in 0..chunks.count() {
                 prop_assert_eq!((0..of).filter(|number| Shard { number: *number, of }.owns(chunk)).count(), 1);
                 prop_assert!(chunks.folders().contains(&folder_of(chunk)));
@@ -167,6 +187,7 @@ mod tests {
     fn names_and_words_are_read_back_and_others_are_none() {
         for chunk in [0, 999, 1_000_000, 12_345_678] {
             assert_eq!(chunk_of(OsStr::new(&chunk_name(chunk))), Some(chunk));
+            assert_eq!(hinted(OsStr::new(&hint_name(chunk))), Some(chunk));
         }
         for name in ["chunk-1.bin", "chunk-000001.bin.0123abcd.tmp", "chunk-000001", "chunk-+00001.bin", "x"] {
             assert_eq!(chunk_of(OsStr::new(name)), None, "{name}");

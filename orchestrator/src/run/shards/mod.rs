@@ -29,13 +29,15 @@ mod shard;
 mod shared;
 #[cfg(test)]
 mod simulation;
+mod stop;
 mod takeover;
 
+pub use attempt::AttemptSeen;
 pub use begin::{begin, shards_to_do};
 pub use error::ShardError;
 pub use given::{cores, memory_of_worker};
 pub use layout::{MOST_SHARDS, SCHEDULER, SHARDS, Shard};
 pub use merge::{Merged, merge};
 pub use rows::{forget, is_unmerged, row_files, timing_files, unread};
-pub use see::{AttemptSeen, ShardsSeen, samples_of, see, see_shards, verify_chunks};
+pub use see::{ShardsSeen, samples_of, see, see_shards, verify_chunks};
 pub use shard::{ShardFinished, ShardRequest, run_shard};

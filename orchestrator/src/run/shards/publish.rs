@@ -1,11 +1,13 @@
 //! A file that is there once, whole, by whoever comes first: written under a name of its own, synced, given its name by `link(2)`.
 //!
 //! A name is taken by one link at most, on local and on network file systems alike; no lock is needed. A network file system may send the
-//! request twice and answer that the name is taken by what it has just linked itself: which file has the name decides, not the answer.
+//! request twice and answer that the name is taken by what it has just linked itself: how many names the file has decides, and which file
+//! has the name, not the answer.
 
 use bladeoff_system::files::{FileError, create_beside};
 use bladeoff_system::folder::Folder;
 use bladeoff_system::place::Place;
+use std::fs::File;
 use std::io::{self, Write};
 use std::os::unix::fs::MetadataExt;
 
@@ -36,12 +38,10 @@ fn put_once_by(
     let (mut file, aside) = create_beside(&place, Place::create_new)?;
     let aside = Aside(aside);
     file.write_all(bytes).and_then(|()| file.sync_all()).map_err(FileError::at("write", &place))?;
-    let own = file.metadata().map_err(FileError::at("read", &place))?;
     let put = match link(&aside.0, &place) {
         Ok(()) => Put::Won,
-        Err(error) => match place.identity() {
-            Ok(Some(found)) if found == (own.dev(), own.ino()) => Put::Won,
-            Ok(Some(_)) => Put::Lost,
+        Err(error) => match has_the_name(&file, &place) {
+            Ok(Some(put)) => put,
             Ok(None) | Err(_) => return Err(FileError::at("publish", &place)(error)),
         },
     };
@@ -49,6 +49,17 @@ fn put_once_by(
     // Also of another's: who leaves his own work for it has to be sure of it.
     folder.sync()?;
     Ok(put)
+}
+
+/// Whose file has a name, after a link that was answered by an error; `None`: nobody's.
+fn has_the_name(own: &File, place: &Place) -> io::Result<Option<Put>> {
+    let own = own.metadata()?;
+    // Its name aside and this one: nobody else links it.
+    if own.nlink() > 1 {
+        return Ok(Some(Put::Won));
+    }
+    // A name may be seen before the count is.
+    Ok(place.identity()?.map(|found| if found == (own.dev(), own.ino()) { Put::Won } else { Put::Lost }))
 }
 
 /// The name that a file has first, removed in the end.

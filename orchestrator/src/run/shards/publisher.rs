@@ -6,14 +6,15 @@
 //!                       more? ─> publisher: next missing chunk, hint ─> samples that its record does not have yet
 //! ```
 
+use super::super::directory::RESULTS;
 use super::super::prepare::Prepared;
 use super::super::sink::Hears;
-use super::attempt::{Attempt, BEAT, Counts, is_at};
-use super::choose::{Choice, Chooser, State};
+use super::attempt::{Attempt, Counts, RUNNING, beat, hints_in, is_at};
+use super::choose::{Choice, Chooser, Look, State};
 use super::chunk::encode;
 use super::error::ShardError;
 use super::frozen::Frozen;
-use super::layout::{CHUNKS, SHARDS, chunk_name, folder_of};
+use super::layout::{CHUNKS, Chunks, SHARDS, chunk_name, folder_of};
 use super::patience::Patience;
 use super::publish::{Put, put_once};
 use super::shared::Shared;
@@ -116,6 +117,10 @@ pub(super) struct Parts<'a> {
     pub prepared: &'a Prepared<'a>,
     pub record: &'a Reader,
     pub attempt: &'a Attempt,
+    /// Chunks that are needed at most.
+    pub needed: Chunks,
+    /// A merge may end the study before they are there.
+    pub may_end: bool,
     pub patience: Duration,
     pub note: &'a (dyn Fn(&str) + Sync),
 }
@@ -168,21 +173,24 @@ struct Publisher<'a> {
     /// Chunks under way.
     under_way: BTreeMap<u64, UnderWay>,
     counts: Counts,
+    /// How often it says that it lives.
+    every: Duration,
     /// When it has said last that it lives: by this clock, and by that of the file server.
     beat: Option<(Instant, SystemTime)>,
     /// The own record may have been begun by an earlier attempt on this node.
     has_earlier: bool,
-    /// The folder of chunks that was listed last, of those of others.
-    listed: Option<(u64, BTreeSet<u64>)>,
+    /// The folder that was listed last, of chunks of others.
+    listed: Option<Listed>,
 }
 
 impl<'a> Publisher<'a> {
     fn new(parts: &'a Parts<'a>) -> Self {
         Self {
             patience: Patience::new(parts.shared, parts.patience, parts.note),
-            chooser: Chooser::new(parts.attempt.shard, parts.frozen.chunks.count()),
+            chooser: Chooser::new(parts.attempt.shard, parts.needed.count()),
             under_way: BTreeMap::new(),
             counts: Counts::default(),
+            every: beat(parts.attempt.shard.of),
             beat: None,
             has_earlier: parts.record.is_empty().is_ok_and(|is_empty| !is_empty),
             listed: None,
@@ -194,7 +202,7 @@ impl<'a> Publisher<'a> {
         let mut wants = false;
         self.beat()?;
         loop {
-            match told.recv_timeout(if wants { LOOK } else { BEAT }) {
+            match told.recv_timeout(if wants { LOOK } else { self.every }) {
                 Ok(Told::Durable(samples)) => self.durable(&samples)?,
                 Ok(Told::Wants) => wants = true,
                 Err(RecvTimeoutError::Timeout) => {}
@@ -227,12 +235,12 @@ impl<'a> Publisher<'a> {
 
     /// Says that it lives, if it is time to.
     fn beat(&mut self) -> Result<(), ShardError> {
-        if self.beat.is_some_and(|(said, _)| said.elapsed() < BEAT) {
+        if self.beat.is_some_and(|(said, _)| said.elapsed() < self.every) {
             return Ok(());
         }
         let Parts { attempt, shared, .. } = self.parts;
         let counts = self.counts;
-        let now = self.patience.tried(|| attempt.say(shared, "running", counts))?;
+        let now = self.patience.tried(|| attempt.say(shared, RUNNING, counts))?;
         self.beat = Some((Instant::now(), now));
         Ok(())
     }
@@ -246,16 +254,22 @@ impl<'a> Publisher<'a> {
 
     fn choose(&mut self) -> Result<Choice, ShardError> {
         let Parts { attempt, shared, .. } = self.parts;
+        if self.parts.may_end && shared.folder().place(RESULTS).is_file() {
+            (self.parts.note)("merged already, by its [stop]: nothing more is computed here");
+            return Ok(Choice::Nothing);
+        }
         let now = self.beat.map_or_else(SystemTime::now, |(said, now)| now + said.elapsed());
         let (chooser, patience, listed) = (&mut self.chooser, &self.patience, &mut self.listed);
         patience.tried(|| {
-            chooser.choose(|chunk| {
-                if !attempt.shard.owns(chunk) && is_listed(listed, shared, chunk)? {
-                    return Ok(State::There);
+            chooser.choose(|chunk, look| {
+                if look == Look::Listed
+                    && let Some(found) = listed_as(listed, shared, chunk)?
+                {
+                    return Ok(found);
                 }
                 Ok(match is_there(shared, chunk)? {
                     true => State::There,
-                    false if is_at(shared, chunk, attempt.shard, now) => State::Taken,
+                    false if is_at(shared, chunk, attempt, now) => State::Taken,
                     false => State::Missing,
                 })
             })
@@ -343,17 +357,28 @@ impl<'a> Publisher<'a> {
     }
 }
 
-/// Whether a chunk of others was there when its folder was listed. Who helps looks at thousands that are: one list instead of a question for
-/// each.
-fn is_listed(listed: &mut Option<(u64, BTreeSet<u64>)>, shared: &Shared, chunk: u64) -> Result<bool, FileError> {
-    let folder = folder_of(chunk);
-    let names = match listed.take().filter(|(known, _)| *known == folder) {
-        Some((_, names)) => names,
-        None => shared.names_in(folder)?,
+/// A folder of chunks as it was.
+struct Listed {
+    number: u64,
+    there: BTreeSet<u64>,
+    hinted: BTreeSet<u64>,
+}
+
+/// Whether a chunk was there, or had a hint, when its folder was listed. Who helps looks at thousands that are: two lists instead of questions
+/// for each.
+fn listed_as(listed: &mut Option<Listed>, shared: &Shared, chunk: u64) -> Result<Option<State>, FileError> {
+    let number = folder_of(chunk);
+    let list = match listed.take().filter(|list| list.number == number) {
+        Some(list) => list,
+        None => Listed { number, there: shared.names_in(number)?, hinted: hints_in(shared, number) },
     };
-    let is_there = names.contains(&chunk);
-    *listed = Some((folder, names));
-    Ok(is_there)
+    let found = match (list.there.contains(&chunk), list.hinted.contains(&chunk)) {
+        (true, _) => Some(State::There),
+        (false, true) => Some(State::Taken),
+        (false, false) => None,
+    };
+    *listed = Some(list);
+    Ok(found)
 }
 
 /// Whether a chunk is published.

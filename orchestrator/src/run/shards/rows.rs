@@ -16,17 +16,19 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::os::unix::fs::DirBuilderExt;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
-/// Rows of the directories that were looked at, by their path; removed with the last of them.
+/// Rows of the directories that were looked at, by their path; [`forget`] removes them.
 static LOOKED: Mutex<BTreeMap<PathBuf, Looked>> = Mutex::new(BTreeMap::new());
 
-#[derive(Debug, Clone, Default)]
+#[derive(Clone, Default)]
 struct Looked {
     rows: Vec<PathBuf>,
     timings: Vec<PathBuf>,
     /// Chunks that are not as they were written.
     damaged: Vec<String>,
+    /// Where they are.
+    folder: Option<Arc<OwnFolder>>,
 }
 
 /// Whether a directory holds shards that are not merged.
@@ -55,12 +57,33 @@ pub fn unread(directory: &Path) -> Vec<String> {
 
 /// Removes what was converted: before the program ends.
 pub fn forget() {
-    let mut all = LOOKED.lock().unwrap_or_else(PoisonError::into_inner);
-    for looked in std::mem::take(&mut *all).into_values() {
-        if let Some(folder) = looked.rows.first().and_then(|file| file.parent()?.parent()) {
-            let _ = fs::remove_dir_all(folder);
-        }
+    LOOKED.lock().unwrap_or_else(PoisonError::into_inner).clear();
+}
+
+/// A folder that nobody else may look into, removed with it.
+pub(super) struct OwnFolder(PathBuf);
+
+impl OwnFolder {
+    pub fn new() -> Result<Self, FileError> {
+        let own = std::env::temp_dir().join(format!("bladeoff-look-{}-{}", std::process::id(), unguessable()));
+        make(&own)?;
+        Ok(Self(own))
     }
+
+    pub fn path(&self) -> &Path {
+        &self.0
+    }
+}
+
+impl Drop for OwnFolder {
+    fn drop(&mut self) {
+        // A leftover is in nobody's way.
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+fn make(folder: &Path) -> Result<(), FileError> {
+    fs::DirBuilder::new().mode(0o700).create(folder).map_err(FileError::at("create", folder))
 }
 
 fn looked(directory: &Path) -> Looked {
@@ -81,11 +104,10 @@ fn convert(path: &Path) -> Result<Looked, ShardError> {
     let Some(frozen) = Frozen::read(&shared)? else { return Ok(Looked::default()) };
     let samples = frozen.samples(&shared)?;
     let prepared = frozen.prepared(&shared, &samples)?;
-    let own = std::env::temp_dir().join(format!("bladeoff-look-{}-{}", std::process::id(), unguessable()));
-    let (rows, timings) = (own.join("parts"), own.join("timings-parts"));
-    for folder in [&own, &rows, &timings] {
-        fs::DirBuilder::new().mode(0o700).create(folder).map_err(FileError::at("create", folder))?;
-    }
+    let own = OwnFolder::new()?;
+    let (rows, timings) = (own.path().join("parts"), own.path().join("timings-parts"));
+    make(&rows)?;
+    make(&timings)?;
     let mut looked = Looked::default();
     let mut open: Option<RowsWriter<'_>> = None;
     let mut count = 0;
@@ -127,8 +149,6 @@ fn convert(path: &Path) -> Result<Looked, ShardError> {
     if let Some(part) = open {
         part.finish()?;
     }
-    if looked.rows.is_empty() {
-        let _ = fs::remove_dir_all(&own);
-    }
+    looked.folder = Some(Arc::new(own));
     Ok(looked)
 }

@@ -2,7 +2,7 @@
 
 use super::super::directory::RESULTS;
 use super::super::status::{RunState, Seen, see as see_run};
-use super::attempt::{FRESH, all};
+use super::attempt::{AttemptSeen, all};
 use super::chunk::read;
 use super::error::ShardError;
 use super::frozen::Frozen;
@@ -12,24 +12,12 @@ use super::shared::Shared;
 use bladeoff_study::Samples;
 use bladeoff_system::call;
 use bladeoff_system::files::FileError;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 use std::ffi::OsStr;
 use std::path::Path;
-use std::time::{Duration, SystemTime};
 
 /// Missing chunks that are kept to be listed.
 const KEPT: usize = 10_000;
-
-/// An attempt by what it has said last.
-#[derive(Debug, Clone, PartialEq)]
-pub struct AttemptSeen {
-    /// All that it says.
-    pub said: Map<String, Value>,
-    /// How long ago, if the clocks agree.
-    pub silent: Option<Duration>,
-    /// Whether it is thought to live.
-    pub lives: bool,
-}
 
 /// A directory of shards.
 #[derive(Debug, Clone)]
@@ -48,6 +36,8 @@ pub struct ShardsSeen {
     pub there: u64,
     /// Samples in them.
     pub done: u64,
+    /// The first that is not.
+    pub first_missing: Option<u64>,
     /// Which are not, in words.
     pub missing: String,
     /// Whether its table is there.
@@ -60,28 +50,24 @@ pub struct ShardsSeen {
     pub attempts: Vec<AttemptSeen>,
 }
 
-/// Looks at a directory of shards; `None`: it is none.
+/// Looks at a directory of shards; `None`: it is none. `last`: samples that it needs at most, by its `[stop]`.
 ///
 /// # Errors
 /// It cannot be read.
-pub fn see_shards(directory: &Path) -> Result<Option<ShardsSeen>, ShardError> {
+pub fn see_shards(directory: &Path, last: Option<u64>) -> Result<Option<ShardsSeen>, ShardError> {
     let Some(shared) = Shared::open(directory)? else { return Ok(None) };
     let Some(frozen) = Frozen::read(&shared)? else { return Ok(None) };
     let mut missing = Vec::new();
     let mut lacking = 0;
-    let there = each_missing(&shared, &frozen, |chunk| {
+    let needed = frozen.needed(last);
+    let there = each_missing(&shared, &needed, |chunk| {
         let range = frozen.chunks.range(chunk);
         lacking += range.end - range.start;
         if missing.len() < KEPT {
             missing.push(chunk);
         }
     })?;
-    let attempt = |(said, silent): (Map<String, Value>, Option<Duration>)| {
-        let is_fresh = silent.is_none_or(|silent| silent < FRESH);
-        let lives = is_fresh && said.get("state") == Some(&json!("running"));
-        AttemptSeen { said, silent, lives }
-    };
-    let mut attempts: Vec<AttemptSeen> = all(&shared, Some(SystemTime::now())).into_iter().map(attempt).collect();
+    let mut attempts = all(&shared);
     let order = |seen: &AttemptSeen| {
         (!seen.lives, seen.said.get("started").map(Value::to_string), seen.said["attempt"].to_string())
     };
@@ -89,11 +75,12 @@ pub fn see_shards(directory: &Path) -> Result<Option<ShardsSeen>, ShardError> {
     Ok(Some(ShardsSeen {
         study: frozen.study(),
         study_file: frozen.study_file(),
-        samples: frozen.chunks.samples(),
-        chunk: frozen.chunks.size(),
-        chunks: frozen.chunks.count(),
+        samples: needed.samples(),
+        chunk: needed.size(),
+        chunks: needed.count(),
         there,
-        done: frozen.chunks.samples() - lacking,
+        done: needed.samples() - lacking,
+        first_missing: missing.first().copied(),
         missing: in_words(&missing),
         is_merged: shared.folder().place(RESULTS).is_file(),
         program: frozen.program().unwrap_or_default(),
@@ -107,7 +94,7 @@ pub fn see_shards(directory: &Path) -> Result<Option<ShardsSeen>, ShardError> {
 /// # Errors
 /// It cannot be read.
 pub fn see(directory: &Path) -> Result<Option<Seen>, FileError> {
-    let seen = match see_shards(directory) {
+    let seen = match see_shards(directory, None) {
         Ok(Some(seen)) => seen,
         // What is wrong with it is said by who reads it.
         Ok(None) | Err(_) => return see_run(directory),

@@ -15,10 +15,10 @@ use super::super::resume::{Again, Opened, compare};
 use super::super::sink::LedgerSink;
 use super::super::telling::{Known, Telling};
 use super::super::{interrupt, options};
-use super::attempt::{Attempt, Counts};
+use super::attempt::{Attempt, Counts, TIME_WAS_OVER};
 use super::error::ShardError;
 use super::frozen::{Frozen, freeze};
-use super::layout::Shard;
+use super::layout::{Chunks, Shard};
 use super::measure::chunk_size;
 use super::publisher::{Parts, Post, published_beside};
 use super::shared::Shared;
@@ -88,28 +88,41 @@ pub fn run_shard(
     let (frozen, prepared) = freeze(&shared, samples, (request.chunk, request.reuse.as_deref()), |prepared| {
         chunk_size(prepared, workers, request.shard.of)
     })?;
-    let chunks = frozen.chunks;
+    let last = request.run.looking.as_ref().and_then(|looking| Some(looking.stages().last()?.samples));
+    let chunks = frozen.needed(last);
     note(&format!(
         "shard {} of {} in chunks of {}",
         request.shard,
         counted(chunks.count(), "chunk"),
         counted(chunks.size(), "sample")
     ));
+    if request.run.looking.is_some() {
+        note("where the study ends by its [stop] is decided by `bladeoff merge`, which may be tried at any time");
+    }
     let attempt = Attempt::begin(request.shard, workers)?;
     if let Some(old) = &request.reuse {
         take_over(old, &shared, (&frozen, &prepared), &attempt, note)?;
     }
     let (directory, opened) = scratch(request, &frozen, &prepared)?;
-    let own = Request { out: directory.path().to_path_buf(), ..request.run.clone() };
+    let mut own = Request { out: directory.path().to_path_buf(), ..request.run.clone() };
+    let wall = request.run.looking.as_ref().and_then(|looking| looking.wall());
+    let is_by_stop = wall.is_some_and(|wall| own.limits.wall.is_none_or(|asked| wall < asked));
+    own.limits.wall = own.limits.wall.into_iter().chain(wall).min();
     let mut session = Session { request: &own, prepared, opened, directory };
     let found = session.opened.tally.done();
     if found > 0 {
         let found = counted(found, "sample");
         note(&format!("{found} of an earlier attempt on this node, in {}", shown(session.directory.path())));
     }
-    let (report, counts) = compute(&mut session, request, (&shared, &frozen, &attempt), &faults, note)?;
+    let (report, counts) = compute(&mut session, (request, chunks), (&shared, &frozen, &attempt), &faults, note)?;
+    let mut ended = report.ended;
+    if ended == Ended::Wall && is_by_stop {
+        ended = Ended::Stop;
+        // The merge waits for nobody then.
+        attempt.say(&shared, TIME_WAS_OVER, counts)?;
+    }
     let finished = ShardFinished {
-        ended: report.ended,
+        ended,
         published: counts.published,
         helped: counts.helped,
         lost: counts.lost,
@@ -159,7 +172,7 @@ fn scratch(
 /// Has the samples computed that the shared directory lacks.
 fn compute(
     session: &mut Session<'_>,
-    request: &ShardRequest,
+    (request, needed): (&ShardRequest, Chunks),
     (shared, frozen, attempt): (&Shared, &Frozen, &Attempt),
     faults: &Faults,
     note: &(dyn Fn(&str) + Sync),
@@ -174,7 +187,8 @@ fn compute(
     telling.started(session);
     let record = session.opened.ledger.reader().clone();
     let Session { prepared, opened, directory, .. } = session;
-    let parts = Parts { shared, frozen, prepared, record: &record, attempt, patience: request.patience, note };
+    let (may_end, patience) = (request.run.looking.is_some(), request.patience);
+    let parts = Parts { shared, frozen, prepared, record: &record, attempt, needed, may_end, patience, note };
     let work = |post: &Post| {
         let known = Rc::clone(&telling.known);
         let mut sink = LedgerSink::new(&mut opened.ledger, &prepared.keys, &known, post, Guard::new(directory));

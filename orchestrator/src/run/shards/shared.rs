@@ -93,20 +93,20 @@ impl Shared {
         self.0.standing() == Standing::Removed
     }
 
-    /// A folder in it, made if it is not there.
-    ///
-    /// # Errors
-    /// The system refused; something else has the name.
-    pub fn made(&self, name: &str) -> Result<Folder, FileError> {
-        made_in(&self.0, name)
-    }
-
     /// The folder of chunks, or of hints, of this number, made if it is not there.
     ///
     /// # Errors
-    /// As [`Shared::made`].
+    /// As [`Shared::made_below`].
     pub fn numbered(&self, kind: &str, number: u64) -> Result<Folder, FileError> {
-        made_in(&made_in(&self.0, kind)?, &folder_name(number))
+        self.made_below(kind, &folder_name(number))
+    }
+
+    /// A folder in one of these folders, made if it is not there.
+    ///
+    /// # Errors
+    /// The system refused; something else has the name.
+    pub fn made_below(&self, kind: &str, name: &str) -> Result<Folder, FileError> {
+        made_in(&made_in(&self.0, kind)?, name)
     }
 
     /// The folder of chunks of this number, if it is there.

@@ -150,7 +150,7 @@ pub(super) fn take_over(
 ) -> Result<(), ShardError> {
     let mut source = Old::open(old)?;
     let mut missing = Vec::new();
-    each_missing(shared, frozen, |chunk| missing.push(chunk))?;
+    each_missing(shared, &frozen.chunks, |chunk| missing.push(chunk))?;
     let (mut samples, mut whole) = (0u64, 0u64);
     for chunk in missing {
         let range = frozen.chunks.range(chunk);
