@@ -89,27 +89,16 @@ impl Slurm {
 
     /// Submits the study; `faults` as of `BLADEOFF_FAULT`, without their folder, which is given back. The number of the array.
     fn submit(&self, out: &str, shards: &str, faults: &[String]) -> (String, PathBuf) {
+        self.submit_with(out, &["--shards", shards, "--cpus", "1", "--time", "20min"], faults)
+    }
+
+    fn submit_with(&self, out: &str, more: &[&str], faults: &[String]) -> (String, PathBuf) {
         let fired = tempfile::tempdir_in(self.world.path("")).expect("a folder").keep();
         let (out, scratch) = (self.world.name(out), self.world.name("slurm/local"));
         let chunk = CHUNK.to_string();
-        let mut command = bladeoff(&[
-            "submit",
-            &self.study,
-            "--scheduler",
-            "slurm",
-            "--shards",
-            shards,
-            "--out",
-            &out,
-            "--chunk",
-            &chunk,
-            "--cpus",
-            "1",
-            "--time",
-            "20min",
-            "--scratch",
-            &scratch,
-        ]);
+        let own =
+            ["submit", &self.study, "--scheduler", "slurm", "--out", &out, "--chunk", &chunk, "--scratch", &scratch];
+        let mut command = bladeoff(&[&own, more].concat());
         command.env("SLURM_CONF", self.dir().join("slurm.conf")).env_remove("BLADEOFF_RUNTIME_DIR");
         let faults: Vec<String> = faults.iter().map(|fault| format!("{fault},dir={}", fired.display())).collect();
         // Slurm splits what it is told to export at commas, but not what it finds.
@@ -177,6 +166,11 @@ fn holding(sample: u64) -> String {
     format!("who=orchestrator,at=sent,sample={sample},do=stop")
 }
 
+/// The worker that begins this sample hangs, once.
+fn hanging(sample: u64) -> String {
+    format!("who=worker,at=running,sample={sample},do=hang")
+}
+
 fn fired(folder: &Path) -> usize {
     fs::read_dir(folder).map_or(0, Iterator::count)
 }
@@ -196,10 +190,34 @@ fn stopped(out: &str) -> Vec<u32> {
 #[test]
 fn a_study_on_a_real_slurm_is_that_of_one_machine_whatever_happens_to_nodes_controller_and_tasks() {
     let Some(slurm) = Slurm::start() else { return };
+    // It takes a minute, of which the next one makes use.
+    let over = time_is_over(&slurm);
+    half_is_cancelled(&slurm);
+    is_requeued(&slurm, &over);
     node_dies(&slurm);
     node_is_cut_off(&slurm);
-    half_is_cancelled(&slurm);
     controller_is_killed(&slurm);
+}
+
+/// A task whose time is over in the middle of a chunk. Where its fault fires.
+fn time_is_over(slurm: &Slurm) -> PathBuf {
+    // One worker, which hangs: nothing but the time ends it.
+    let more = ["--shards", "2", "--cpus", "1", "--time", "1min"];
+    let (_, fires) = slurm.submit_with("over", &more, &[hanging(CHUNK + 1)]);
+    slurm.wait("over", "shard 1 is in the middle of a chunk", || fired(&fires) == 1);
+    fires
+}
+
+/// It has ended a little before that, and was requeued.
+fn is_requeued(slurm: &Slurm, fires: &Path) {
+    slurm.is_merged_and_that_of_one_machine("over");
+    assert_eq!(fired(fires), 1, "once");
+    let log = fs::read_to_string(slurm.world.path("over/scheduler/shard-1.log")).expect("written");
+    let (first, second) = (log.find("\nwall: "), log.rfind("\ncomplete: "));
+    assert!(first.is_some() && first < second, "{log}");
+    let attempts = slurm.attempts("over").len();
+    assert!(attempts > 2, "more attempts than shards: {attempts}");
+    println!("time over in mid-chunk: requeued, {attempts} attempts at 2 shards");
 }
 
 /// Power failure of a node in mid-shard: Slurm gives its tasks to others.
@@ -240,8 +258,11 @@ fn node_is_cut_off(slurm: &Slurm) {
 
 /// Half of the array is cancelled; the merge names what is missing; another number of shards does it.
 fn half_is_cancelled(slurm: &Slurm) {
-    let (job, fires) = slurm.submit("half", "8", &[holding(CHUNK + 1), holding(2 * CHUNK + 1)]);
-    slurm.wait("half", "two shards are held in the middle of a chunk", || fired(&fires) == 2);
+    let (job, fires) = slurm.submit("half", "8", &[hanging(CHUNK + 1), hanging(2 * CHUNK + 1)]);
+    slurm.wait("half", "two shards are in the middle of a chunk", || fired(&fires) == 2);
+    // As long as others compute they would help.
+    let ended = || slurm.attempts("half").iter().filter(|attempt| attempt["state"] == "ended").count();
+    slurm.wait("half", "the others have done their work", || ended() == 6);
     let cancelled = slurm.asks("scancel", &[&format!("{job}_[0-3]")]);
     assert!(cancelled.status.success(), "{}", String::from_utf8_lossy(&cancelled.stderr));
     let log = slurm.world.path("half/scheduler/merge.log");
@@ -251,7 +272,8 @@ fn half_is_cancelled(slurm: &Slurm) {
     assert!(!slurm.world.path("half/results.parquet").exists());
     let kept = slurm.chunks("half");
     assert!(kept >= 1, "the others have published");
-    slurm.submit("half", "3", &[]);
+    // Whole nodes, as where nobody says how many cores.
+    slurm.submit_with("half", &["--shards", "3"], &[]);
     slurm.is_merged_and_that_of_one_machine("half");
     let attempts = slurm.attempts("half");
     let other =

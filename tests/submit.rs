@@ -91,12 +91,17 @@ fn what_is_handed_in_again_are_the_shards_that_lack_a_chunk() {
     let dry =
         |more: &[&str]| said(submit(&folder, "slurm", &[&["--dry-run"], more].concat()).output().expect("starts"));
     let first = dry(&["--shards", "16"]);
-    assert!(first.code == 0 && first.out.contains("sbatch --parsable --array=0-11 "), "{}{}", first.out, first.err);
-    assert!(first.out.contains("--dependency=afterany:"), "{}", first.out);
+    assert!(
+        first.code == 0 && first.out.contains("job0=$(sbatch --parsable --array=0-11 "),
+        "{}{}",
+        first.out,
+        first.err
+    );
+    assert!(first.out.contains("\"--dependency=afterany:$job0\""), "{}", first.out);
     // A task has as many workers as it was given cores.
     let mut shard = bladeoff(&["run", &study, "--out", &out, "--shard", "0/1", "--scratch", &scratch]);
     let shard = said(shard.env("SLURM_CPUS_ON_NODE", "1").output().expect("it starts"));
-    assert!(shard.code == 0 && shard.err.contains("120 samples of g, 1 worker"), "{}", shard.err);
+    assert!(shard.code == 0 && shard.err.contains("120 samples of 1 formula, 1 worker"), "{}", shard.err);
     for chunk in ["chunk-000001.bin", "chunk-000005.bin"] {
         fs::remove_file(folder.path("out/chunks/000").join(chunk)).expect("it was there");
     }
@@ -108,7 +113,12 @@ fn what_is_handed_in_again_are_the_shards_that_lack_a_chunk() {
     let hosts = dry(&["--shards", "3", "--hosts", "a"]);
     assert!(hosts.code == 2 && hosts.err.contains("--scheduler parallel"), "{}", hosts.err);
     let pbs = said(submit(&folder, "pbs", &["--shards", "3"]).output().expect("it starts"));
-    assert!(pbs.code == 0 && pbs.err.contains("not run by us") && pbs.out.contains("qsub"), "{}{}", pbs.out, pbs.err);
+    assert!(
+        pbs.code == 0 && pbs.err.contains("not run by us") && pbs.out.contains("job0=$(qsub -J 0-2 "),
+        "{}{}",
+        pbs.out,
+        pbs.err
+    );
 }
 
 #[test]

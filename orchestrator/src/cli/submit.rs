@@ -7,7 +7,7 @@ use super::output::{remark, tell};
 use super::run::{PartArgs, at_least_one, default_workers};
 use crate::run::TRUST;
 use crate::run::shards::{MOST_SHARDS, begin, shards_to_do};
-use crate::submit::{Job, Scheduler, hand_in, write_scripts};
+use crate::submit::{Job, Scheduler, as_shell, hand_in, write_scripts};
 use bladeoff_answers::report::counted;
 use bladeoff_study::parse_duration;
 use bladeoff_system::files::FileError;
@@ -146,9 +146,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
                 args.scheduler
             ));
         }
-        let commands = job.commands(args.scheduler);
-        let text: String = commands.iter().map(|command| format!("{}\n", command.text())).collect();
-        tell(&text)?;
+        tell(&as_shell(&job.commands(args.scheduler)))?;
         return Ok(Exit::Ok);
     }
     let handed = hand_in(&job, args.scheduler)?;

@@ -1,6 +1,6 @@
 //! Scripts into their folder, commands to the scheduler, and what it says afterwards. Whatever a scheduler does takes seconds, or is given up.
 
-use super::{Command, Job, Scheduler, Script};
+use super::{Command, Job, Scheduler, Script, depends, filled};
 use crate::run::shards::SCHEDULER;
 use bladeoff_system::files::{FileError, write_whole};
 use bladeoff_system::folder::Folder;
@@ -116,7 +116,7 @@ fn is_edited(found: &[u8]) -> bool {
 pub fn hand_in(job: &Job, scheduler: Scheduler) -> Result<Handed, SubmitError> {
     let mut handed = Handed { jobs: Vec::new(), code: None };
     for command in job.commands(scheduler) {
-        let words = filled(&command, &handed.jobs);
+        let words = words_of(&command, &handed.jobs);
         if scheduler == Scheduler::Parallel {
             handed.code = Some(in_front(scheduler, &words)?);
             continue;
@@ -131,11 +131,8 @@ pub fn hand_in(job: &Job, scheduler: Scheduler) -> Result<Handed, SubmitError> {
 }
 
 /// With the numbers that earlier commands have printed.
-fn filled(command: &Command, jobs: &[String]) -> Vec<String> {
-    let numbers = jobs.iter().enumerate();
-    let fill =
-        |word: &String| numbers.clone().fold(word.clone(), |word, (at, job)| word.replace(&format!("{{{at}}}"), job));
-    command.0.iter().map(fill).collect()
+fn words_of(command: &Command, jobs: &[String]) -> Vec<String> {
+    command.0.iter().map(|word| if depends(word) { filled(word, jobs) } else { word.clone() }).collect()
 }
 
 fn remember(job: &Job, scheduler: Scheduler, jobs: &[String]) -> Result<(), FileError> {
@@ -152,7 +149,7 @@ fn in_front(scheduler: Scheduler, words: &[String]) -> Result<i32, SubmitError> 
 }
 
 fn text_of(words: &[String]) -> String {
-    Command(words.to_vec()).text()
+    Command(words.to_vec()).text(&[], |word| word.to_owned())
 }
 
 /// What a command prints within a time; a failure is one of it.

@@ -121,7 +121,7 @@ pub struct Script {
     pub text: String,
 }
 
-/// A command that hands something in; in the words of later ones `{0}` is the number that the first one printed.
+/// A command that hands something in; behind `afterany:` in a word of later ones `{0}` is the number that the first one printed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Command(pub Vec<String>);
 
@@ -130,11 +130,37 @@ impl Command {
         Self(words.iter().map(|word| (*word).to_owned()).collect())
     }
 
-    /// For a shell.
-    #[must_use]
-    pub fn text(&self) -> String {
-        self.0.iter().map(|one| word(one).to_string()).collect::<Vec<_>>().join(" ")
+    /// For a shell, with these words instead of the numbers that earlier ones print, quoted by `quoted`.
+    fn text(&self, numbers: &[String], quoted: impl Fn(&str) -> String) -> String {
+        let one = |one: &String| if depends(one) { quoted(&filled(one, numbers)) } else { word(one) };
+        self.0.iter().map(one).collect::<Vec<_>>().join(" ")
     }
+}
+
+/// Whether a word names what a job waits for.
+fn depends(word: &str) -> bool {
+    ["--dependency=afterany:", "depend=afterany:"].iter().any(|before| word.starts_with(before))
+}
+
+/// A word with the numbers that earlier commands have printed.
+fn filled(word: &str, numbers: &[String]) -> String {
+    let all = numbers.iter().enumerate();
+    all.fold(word.to_owned(), |word, (at, number)| word.replace(&format!("{{{at}}}"), number))
+}
+
+/// All of them as lines for a shell.
+#[must_use]
+pub fn as_shell(commands: &[Command]) -> String {
+    let numbers: Vec<String> = (0..commands.len()).map(|at| format!("$job{at}")).collect();
+    let is_used = |at: usize| {
+        let number = format!("{{{at}}}");
+        commands.iter().flat_map(|command| &command.0).any(|word| depends(word) && word.contains(&number))
+    };
+    let line = |(at, command): (usize, &Command)| {
+        let text = command.text(&numbers, |word| format!("\"{word}\""));
+        if is_used(at) { format!("job{at}=$({text})\n") } else { format!("{text}\n") }
+    };
+    commands.iter().enumerate().map(line).collect()
 }
 
 impl Job {
@@ -254,7 +280,7 @@ mod tests {
                 text.push_str(&format!("==> {} <==\n{}\n", script.name, script.text));
             }
             text.push_str("==> handed in by <==\n");
-            job().commands(scheduler).iter().for_each(|command| text.push_str(&format!("{}\n", command.text())));
+            text.push_str(&as_shell(&job().commands(scheduler)));
             let golden = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
                 .join(format!("../tests/fixtures/submit/{scheduler}.txt"));
             if std::env::var_os("BLADEOFF_WRITE_DOCS").is_some() {

@@ -15,10 +15,10 @@ use super::error::ShardError;
 use super::layout::{Chunks, MOST_CHUNKS, MOST_OF_CHUNK, SHARDS};
 use super::publish::put_once;
 use super::shared::Shared;
-use super::takeover::basis_of;
 use crate::version::VERSION;
 use bladeoff_study::{FrozenFiles, Samples, load_frozen};
 use bladeoff_system::files::FileError;
+use bladeoff_system::place::Place;
 use bladeoff_worker::plan::{BASIS_FILE, MOST_BASIS, PLAN_FILE};
 use serde_json::{Map, Value, json};
 use std::io;
@@ -227,6 +227,16 @@ fn read_basis(shared: &Shared, samples: &Samples) -> Result<Bytes, ShardError> {
         return Err(ShardError::Damaged { path: place.to_path_buf(), why });
     }
     Ok(taken)
+}
+
+/// The basis of an old directory, if it has one.
+fn basis_of(old: &Path) -> Result<Option<Vec<u8>>, FileError> {
+    let place = Place::from(&old.join(BASIS_FILE));
+    match place.read(MOST_BASIS) {
+        Ok(bytes) => Ok(Some(bytes)),
+        Err(error) if error.source.kind() == io::ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(error),
+    }
 }
 
 /// The basis of who is first: that of an old directory whose samples are taken over, if it serves this study, or a new one.

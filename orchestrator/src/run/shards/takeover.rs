@@ -23,23 +23,11 @@ use bladeoff_study::SampleKey;
 use bladeoff_system::files::FileError;
 use bladeoff_system::folder::Folder;
 use bladeoff_system::shown;
-use bladeoff_worker::plan::{BASIS_FILE, MOST_BASIS};
 use std::collections::BTreeMap;
-use std::io;
 use std::path::Path;
 
 /// Largest chunk of an old directory that is read.
 const MOST: u64 = 512 << 20;
-
-/// The basis of an old directory, if it has one.
-pub(super) fn basis_of(old: &Path) -> Result<Option<Vec<u8>>, FileError> {
-    let place = bladeoff_system::place::Place::from(&old.join(BASIS_FILE));
-    match place.read(MOST_BASIS) {
-        Ok(bytes) => Ok(Some(bytes)),
-        Err(error) if error.source.kind() == io::ErrorKind::NotFound => Ok(None),
-        Err(error) => Err(error),
-    }
-}
 
 /// The samples of an old directory by their keys, and where their entries are.
 struct Old {
