@@ -216,6 +216,8 @@ fn a_killed_attempt_loses_an_unfinished_chunk_at_most_and_one_on_the_same_node_n
     assert_eq!(child.wait().expect("it ends").code(), None, "it was killed");
     assert_eq!(world.json("d")["state"], "running", "nobody can know yet that it is dead");
     assert!(!world.chunk("d", 1).exists());
+    let replay = say(&["replay", &world.folder.name("d"), "--sample", "1"]);
+    assert!(replay.code == 0 && replay.out.contains("bit for bit"), "{}{}", replay.out, replay.err);
     // The same shard ignores the hint of its dead predecessor, and takes up its record.
     let run = world.shard("d", "0/1", &[]);
     assert!(run.code == 0 && run.err.contains("of an earlier attempt on this node"), "{}", run.err);

@@ -130,6 +130,14 @@ impl Slurm {
         }
     }
 
+    /// What `status` says of chunks, and of what the scheduler says.
+    fn status(&self, out: &str) -> String {
+        let mut command = bladeoff(&["status", &self.world.name(out)]);
+        let output = command.env("SLURM_CONF", self.dir().join("slurm.conf")).output().expect("it starts");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    }
+
     fn logs(&self, out: &str) -> Vec<PathBuf> {
         let entries = fs::read_dir(self.world.path(out).join("scheduler")).into_iter().flatten().flatten();
         entries.map(|entry| entry.path()).filter(|path| path.extension().is_some_and(|end| end == "log")).collect()
@@ -271,6 +279,8 @@ fn half_is_cancelled(slurm: &Slurm) {
     });
     assert!(!slurm.world.path("half/results.parquet").exists());
     let kept = slurm.chunks("half");
+    let status = slurm.status("half");
+    assert!(status.contains(&format!("{kept} of 20 of 3 samples")) && status.contains("cancelled"), "{status}");
     assert!(kept >= 1, "the others have published");
     // Whole nodes, as where nobody says how many cores.
     slurm.submit_with("half", &["--shards", "3"], &[]);
@@ -288,8 +298,8 @@ fn controller_is_killed(slurm: &Slurm) {
     slurm.wait("controller", "shard 5 is in the middle of a chunk", || fired(&fires) == 1);
     slurm.does(&["crash"]);
     assert!(!slurm.asks("squeue", &[]).status.success(), "the controller is dead");
-    let says = say(&["status", &slurm.world.name("controller")]);
-    assert!(says.code == 0, "{}", says.err);
+    let status = slurm.status("controller");
+    assert!(status.contains(" of 20 of 3 samples") && status.contains("unknown"), "{status}");
     stopped(&slurm.world.name("controller")).iter().for_each(|pid| assert!(signal(*pid, "CONT")));
     let all = (60 / CHUNK) as usize;
     slurm.does(&["start"]);
