@@ -28,7 +28,7 @@ use crate::schedule::Todo;
 use bladeoff_answers::report::counted;
 use bladeoff_answers::tables::start_threads;
 use bladeoff_study::Samples;
-use bladeoff_system::files::write_whole;
+use bladeoff_system::files::{unguessable, write_whole};
 use bladeoff_system::shown;
 use bladeoff_worker::fault::{Faults, Who};
 use std::fs;
@@ -129,12 +129,22 @@ pub fn run_shard(
         chunks: chunks.count(),
     };
     if finished.ended == Ended::Complete {
-        let path = session.directory.absolute().to_path_buf();
-        drop(session);
-        // Everything in it is published.
-        let _ = fs::remove_dir_all(path);
+        let Session { directory, opened, .. } = session;
+        drop(opened);
+        remove(directory);
     }
     Ok(finished)
+}
+
+/// Removes a scratch directory of which everything is published. It has another name and no files before its lock is given back: another
+/// attempt on this node begins in one of its own, and never in this.
+fn remove(directory: RunDirectory) {
+    let path = directory.absolute().to_path_buf();
+    let mut aside = path.clone().into_os_string();
+    aside.push(format!(".done-{}", unguessable()));
+    // A leftover is in nobody's way.
+    let _ = fs::rename(&path, &aside).and_then(|()| fs::remove_dir_all(&aside));
+    drop(directory);
 }
 
 /// A directory of its own on the node, with the record of an earlier attempt if there is one that nobody works in.
@@ -164,6 +174,8 @@ fn scratch(
                 | RunError::Changed { .. }
                 | RunError::Ledger(_),
             ) if number < MOST_SCRATCH => {}
+            // Who has published everything in it has just removed it.
+            Err(_) if number < MOST_SCRATCH && !path.exists() => {}
             found => return Ok(found?),
         }
     }
