@@ -16,7 +16,7 @@ use support::{Folder, Said, bladeoff, said, say};
 const BINARY: &str = env!("CARGO_BIN_EXE_bladeoff");
 
 /// Subcommands with help of their own.
-const COMMANDS: [&str; 15] = [
+const COMMANDS: [&str; 17] = [
     "run", "submit", "merge", "status", "why", "check", "simulate", "modes", "paths", "new", "export", "verify",
     "replay", "plot", "table1", "recover", "bench",
 ];
