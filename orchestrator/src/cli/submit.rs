@@ -27,7 +27,9 @@ use std::time::Duration;
 /// slurm and parallel (GNU parallel, over ssh with --hosts) are run in our tests. pbs, lsf and hyperqueue are templates: they are written,
 /// and the commands that hand them in are printed.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:
+#[command(
+    override_usage = "bladeoff submit [OPTIONS] --scheduler <NAME>\n       --shards <N> --out <DIR> <STUDY>",
+    after_help = "Examples:
   bladeoff submit studies/gap-friction-map.toml \\
     --scheduler slurm --shards 16 --out runs/night \\
     --time 8h --partition long --account turbines
@@ -39,7 +41,8 @@ use std::time::Duration;
   Four workstations:
   bladeoff submit studies/gap-friction-map.toml \\
     --scheduler parallel --shards 16 --out runs/night \\
-    --hosts blue,red,green,black")]
+    --hosts blue,red,green,black"
+)]
 pub struct Args {
     /// Study file; every node must see it under this name
     study: PathBuf,
