@@ -16,9 +16,9 @@ use support::{Folder, Said, bladeoff, root, said, say};
 const BINARY: &str = env!("CARGO_BIN_EXE_bladeoff");
 
 /// Subcommands with help of their own.
-const COMMANDS: [&str; 15] = [
-    "run", "status", "why", "check", "simulate", "modes", "paths", "new", "export", "verify", "replay", "plot",
-    "table1", "recover", "bench",
+const COMMANDS: [&str; 17] = [
+    "run", "submit", "merge", "status", "why", "check", "simulate", "modes", "paths", "new", "export", "verify",
+    "replay", "plot", "table1", "recover", "bench",
 ];
 
 #[test]

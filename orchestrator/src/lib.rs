@@ -18,4 +18,5 @@ pub mod reporting;
 pub mod run;
 pub mod schedule;
 pub mod starts;
+pub mod submit;
 pub mod version;

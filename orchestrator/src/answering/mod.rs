@@ -33,7 +33,8 @@ pub use told::{decided, told};
 pub use verified::known_probabilities;
 pub use waiting::Waiting;
 
-use crate::run::directory::{RESULTS, read_current, row_files};
+use crate::run::directory::{RESULTS, read_current};
+use crate::run::shards::row_files;
 use crate::run::{chosen_of_table, end_of_table, refuse_changed};
 use bladeoff_answers::ask::{Answers, Ask, Problem, Question, QuestionDef, SCHEMA, answer_all, percent_given};
 use bladeoff_answers::estimate::curve::Curve;

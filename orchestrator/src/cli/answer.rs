@@ -9,8 +9,9 @@ use super::why::{frozen, go_on};
 use crate::answering::{
     Answering, Forecasts, Meant, Refinement, Source, Waiting, answer, forecasts, keep, meant, pace, told,
 };
-use crate::run::directory::{ANSWERS, CURVES, MANIFEST, RESULTS, STUDY, read_current, row_files};
-use crate::run::see;
+use crate::run::Looking;
+use crate::run::directory::{ANSWERS, CURVES, MANIFEST, RESULTS, STUDY, read_current};
+use crate::run::shards::{row_files, see};
 use bladeoff_answers::ask::{in_words, percent_given};
 use bladeoff_answers::report::counted;
 use bladeoff_answers::tables::Table;
@@ -217,6 +218,11 @@ pub(super) fn refinement(samples: &Samples) -> Result<Option<Refinement>, CliErr
         unrefined.tell(samples, &mut problems);
         StudyError::Problems(vec![problems.into_problems()]).into()
     })
+}
+
+/// Samples that a study needs at most, by its `[stop]`; `None`: all.
+pub(super) fn last_needed(samples: &Samples) -> Result<Option<u64>, CliError> {
+    Ok(waiting(samples)?.and_then(|waiting| Some(waiting.stages().last()?.samples)))
 }
 
 /// What `run` says of the questions of its study at its end; those of a complete one are written into the directory. How `run` ends where

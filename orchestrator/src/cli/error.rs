@@ -10,7 +10,9 @@ use crate::history::HistoryError;
 use crate::ledger::LedgerError;
 use crate::run::RunError;
 use crate::run::directory::LEDGER;
+use crate::run::shards::ShardError;
 use crate::starts::StartError;
+use crate::submit::SubmitError;
 use bladeoff_answers::compare::CompareError;
 use bladeoff_answers::figures::FigureError;
 use bladeoff_answers::tables::TableError;
@@ -83,6 +85,27 @@ pub enum CliError {
     /// A study could not be run to its end.
     #[error(transparent)]
     Run(#[from] RunError),
+    /// A run of one machine where shards are.
+    #[error(
+        "{} holds shards: `run --shard 0/1` computes what is missing there, `merge` makes the table; for a run of its own choose another --out",
+        shown(path)
+    )]
+    OfShards {
+        /// The directory.
+        path: PathBuf,
+    },
+    /// Options that cannot be meant together.
+    #[error("{what}")]
+    Unmeant {
+        /// Why not.
+        what: String,
+    },
+    /// Shards are not handed in.
+    #[error(transparent)]
+    Submit(#[from] SubmitError),
+    /// Shards.
+    #[error(transparent)]
+    Shard(#[from] ShardError),
     /// A table.
     #[error(transparent)]
     Table(#[from] TableError),
@@ -204,18 +227,24 @@ impl CliError {
             | CliError::Exists { .. }
             | CliError::NoResults { .. }
             | CliError::NotARun { .. }
+            | CliError::OfShards { .. }
             | CliError::NoDirectory(_)
             | CliError::NotAsked(_) => Exit::Input,
             CliError::Why(WhyError::Beginning { .. }) => Exit::Incomplete,
             CliError::Why(_) => Exit::Input,
             CliError::Study(StudyError::Problems(_) | StudyError::AMachine { .. }) | CliError::Start(_) => Exit::Input,
-            CliError::NoKind | CliError::Study(StudyError::Design(DesignError::Scale { .. })) => Exit::Usage,
+            CliError::Unmeant { .. }
+            | CliError::NoKind
+            | CliError::Study(StudyError::Design(DesignError::Scale { .. })) => Exit::Usage,
             CliError::Study(StudyError::Design(_)) => Exit::Input,
             CliError::Study(StudyError::Threads(_)) | CliError::Threads(_) => Exit::Io,
             CliError::Study(StudyError::Input(error)) | CliError::Input(error) => input_exit(error),
             CliError::Engine(_) => Exit::Input,
             CliError::Replay(ReplayError::Which { .. }) => Exit::Usage,
             CliError::Run(error) if error.is_refusal() => Exit::Input,
+            CliError::Shard(ShardError::Missing { .. }) => Exit::Incomplete,
+            CliError::Shard(error) if error.is_refusal() => Exit::Input,
+            CliError::Shard(_) | CliError::Submit(_) => Exit::Io,
             CliError::Run(_) => Exit::Io,
             CliError::History(
                 HistoryError::Extension { .. }

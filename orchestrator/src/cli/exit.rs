@@ -28,6 +28,16 @@ pub enum Exit {
     Terminated = 143,
 }
 
+impl Exit {
+    /// By the exit code of a merge that another process has made.
+    #[must_use]
+    pub fn of_merge(code: i32) -> Self {
+        let known =
+            [Self::Ok, Self::Input, Self::Failures, Self::Incomplete, Self::Io, Self::Interrupted, Self::Terminated];
+        known.into_iter().find(|exit| *exit as i32 == code).unwrap_or(Self::Io)
+    }
+}
+
 impl From<Signal> for Exit {
     fn from(signal: Signal) -> Self {
         match signal {

@@ -3,12 +3,15 @@
 use super::error::CliError;
 use super::exit::Exit;
 use super::output::remark;
-use crate::run::directory::{MANIFEST, PARTS, RESULTS, row_files};
+use crate::run::directory::{MANIFEST, PARTS, RESULTS};
 use crate::run::refuse_changed;
+use crate::run::shards::{is_unmerged, row_files, unread};
 use bladeoff_answers::tables::{TableError, export_csv};
 use bladeoff_model::document::visible_lines;
+use bladeoff_system::call;
 use bladeoff_system::files::Pending;
 use bladeoff_system::shown;
+use std::ffi::OsStr;
 use std::io::{self, BufWriter, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
@@ -40,7 +43,11 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     debug_assert!(args.csv, "the only format, and required");
     let files = row_files(&args.directory);
     let Some(first) = files.first() else { return Err(CliError::no_results(&args.directory)) };
-    if !first.ends_with(RESULTS) {
+    if is_unmerged(&args.directory) {
+        unread(&args.directory).iter().for_each(|what| remark(&format!("warning: {what}")));
+        let merge = call::command([OsStr::new("merge"), call::path_word(&args.directory).as_os_str()]);
+        remark(&format!("warning: the shards are not merged ({merge}); exporting what their chunks hold"));
+    } else if !first.ends_with(RESULTS) {
         let parts = args.directory.join(PARTS);
         remark(&format!(
             "warning: the study is incomplete; exporting the finished rows that are in {} (after a kill the record may have a few \

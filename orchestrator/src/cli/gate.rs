@@ -7,7 +7,7 @@ use super::output::{remark, tell};
 use super::place::default_directory;
 use super::refusals::NotAsked;
 use crate::answering::{decided, judge, only_gates};
-use crate::run::see;
+use crate::run::shards::see;
 use bladeoff_answers::gate::{Verdict, junit, verdict};
 use bladeoff_study::Samples;
 use bladeoff_system::files::write_whole;

@@ -19,6 +19,7 @@ mod history;
 mod json;
 mod machine;
 mod map;
+mod merge;
 mod modes;
 mod new;
 mod output;
@@ -31,10 +32,13 @@ mod render;
 mod replay;
 mod report;
 mod run;
+mod shard;
+mod shards;
 mod shared;
 mod simulate;
 mod status;
 mod stop;
+mod submit;
 mod table1;
 mod verify;
 mod why;
@@ -65,6 +69,8 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Run(run::Args),
+    Submit(submit::Args),
+    Merge(merge::Args),
     Status(status::Args),
     Why(why::Args),
     Check(check::Args),
@@ -189,6 +195,8 @@ fn refuse(error: &clap::Error) -> ! {
 fn dispatch(command: Command) -> Exit {
     let result = match command {
         Command::Run(args) => run::main(&args),
+        Command::Submit(args) => submit::main(&args),
+        Command::Merge(args) => merge::main(&args),
         Command::Status(args) => status::main(&args),
         Command::Why(args) => why::main(&args),
         Command::Check(args) => check::main(&args),
@@ -210,6 +218,8 @@ fn dispatch(command: Command) -> Exit {
         Command::Recover(args) => recover::main(&args),
         Command::Bench(args) => bench::main(&args),
     };
+    // Of shards that are not merged, rows were converted.
+    crate::run::shards::forget();
     result.unwrap_or_else(|error| {
         if !matches!(error, CliError::ReaderLeft) {
             output::rendered(&render::render(&error));

@@ -4,6 +4,7 @@ use super::output::remark;
 use super::refusals::NoDirectory;
 use crate::run::STATUS;
 use crate::run::directory::{LEDGER, LOCK};
+use crate::run::shards::SHARDS;
 use bladeoff_system::shown;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -28,6 +29,6 @@ pub fn default_directory() -> Result<PathBuf, NoDirectory> {
 fn written(directory: &Path) -> Option<SystemTime> {
     let modified = |name: &str| fs::symlink_metadata(directory.join(name)).and_then(|found| found.modified()).ok();
     // A run that has just begun has its lock before its record; without either `status` and `why` know of no run.
-    let begun = [LEDGER, LOCK].into_iter().filter_map(modified).max()?;
+    let begun = [LEDGER, LOCK, SHARDS].into_iter().filter_map(modified).max()?;
     Some(modified(STATUS).map_or(begun, |told| told.max(begun)))
 }

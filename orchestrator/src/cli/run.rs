@@ -6,9 +6,12 @@ use super::error::CliError;
 use super::exit::Exit;
 use super::functions;
 use super::output::{remark, tell, width, width_of_errors};
+use super::shard::ShardArgs;
 use crate::answering::{Refinement, check_asked};
 use crate::dispatch::{Ended, time_left, watch_before};
-use crate::run::directory::{LEDGER, row_files};
+use crate::report::Tally;
+use crate::run::directory::LEDGER;
+use crate::run::shards::{SHARDS, cores, row_files};
 use crate::run::{Finished, Looking, Refining, Request, Rerun, RunError, TRUST, go_on, own_columns, run};
 use crate::starts::check_starts;
 use bladeoff_answers::report::are;
@@ -125,6 +128,9 @@ pub struct Args {
     #[command(flatten)]
     budget: BudgetArgs,
 
+    #[command(flatten)]
+    shard: ShardArgs,
+
     /// Say what happens on standard output, one JSON object per line (docs/events.md); the summary goes to standard error
     #[arg(long)]
     json_events: bool,
@@ -175,6 +181,17 @@ fn scale(text: &str) -> Result<f64, String> {
 }
 
 impl PartArgs {
+    /// The same options again, each with a blank before it.
+    pub fn words(&self) -> String {
+        let scale = self.scale.map(|scale| format!(" --scale {scale}")).unwrap_or_default();
+        scale + &self.limit.map(|limit| format!(" --limit {limit}")).unwrap_or_default()
+    }
+
+    /// The samples of a study file whose samples were checked when a directory of shards was begun with it.
+    pub fn load_known(&self, study: &Path) -> Result<Samples, CliError> {
+        Ok(Samples::new(load_checked(study, own_columns, check_asked)?, self.scale, self.limit)?)
+    }
+
     /// The checked samples of a study file.
     pub fn load(&self, study: &std::path::Path) -> Result<Samples, CliError> {
         let samples = Samples::new(load_checked(study, own_columns, check_asked)?, self.scale, self.limit)?;
@@ -225,9 +242,16 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         );
         std::process::exit(Exit::from(signal) as i32);
     });
-    let samples = args.part.load(&args.study)?;
+    let samples = match args.shard.begun(args.out.as_deref()) {
+        true => args.part.load_known(&args.study)?,
+        false => args.part.load(&args.study)?,
+    };
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(&samples.study().name));
-    let workers = args.workers.map_or_else(default_workers, NonZeroUsize::get);
+    if args.shard.shard.is_none() && out.join(SHARDS).is_file() {
+        return Err(CliError::OfShards { path: out });
+    }
+    let own = || if args.shard.shard.is_some() { cores(default_workers()) } else { default_workers() };
+    let workers = args.workers.map_or_else(own, NonZeroUsize::get);
     let workers = workers.min(usize::try_from(samples.count()).unwrap_or(usize::MAX));
     remark(&format!(
         "{}: {} of {}, {}, results in {}",
@@ -260,6 +284,9 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         limits,
         json_events: args.json_events,
     };
+    if let Some(shard) = args.shard.shard {
+        return args.shard.run(shard, request, &samples);
+    }
     let trust = if args.trust_dir { TRUST } else { "" };
     let go_on_in =
         |out: &Path| remark(&format!("what is finished is kept; go on with: {}{trust}", go_on(out, &samples)));
@@ -308,7 +335,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
 }
 
 /// What the rows so far say.
-fn summary(study: &Study, out: &Path, width: Option<usize>) -> Result<String, CliError> {
+pub(super) fn summary(study: &Study, out: &Path, width: Option<usize>) -> Result<String, CliError> {
     if let Some(model) = study.function() {
         return functions::summary(model, &row_files(out), width);
     }
@@ -340,8 +367,13 @@ fn verdict(study: &Study, finished: &Finished, total: u64) -> Exit {
         Ended::Complete | Ended::Stop => {}
     }
     let total = finished.end.map_or(total, |end| end.samples);
-    let failed = finished.tally.failed();
-    let invalid = finished.tally.of(Status::Invalid);
+    verdict_of(study, &finished.tally, total)
+}
+
+/// Whether more samples of a complete study failed or were invalid than it allows.
+pub(super) fn verdict_of(study: &Study, tally: &Tally, total: u64) -> Exit {
+    let failed = tally.failed();
+    let invalid = tally.of(Status::Invalid);
     let limits = study.limits;
     let mut exit = Exit::Ok;
     for (what, count, share) in [("failed", failed, limits.max_failed), ("invalid", invalid, limits.max_invalid)] {

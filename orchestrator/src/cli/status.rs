@@ -1,13 +1,16 @@
 //! `bladeoff status`: how far a study is, while it runs and afterwards.
 
-use super::answer::forecast_in;
+use super::answer::{forecast_in, waiting};
 use super::error::CliError;
 use super::exit::Exit;
 use super::output::{print_json, tell};
 use super::place::default_directory;
+use super::shards;
 use crate::answering::Forecasts;
 use crate::report::Eta;
-use crate::run::{RunState, Seen, TableEnd, Verified, see, verify};
+use crate::run::shards::{samples_of, see_shards};
+use crate::run::{Looking, RunState, Seen, TableEnd, Verified, see, verify};
+use crate::submit::scheduler_says;
 use bladeoff_answers::report::{Align, TextTable, counted};
 use bladeoff_model::document::visible;
 use serde_json::{Map, Value, json};
@@ -53,7 +56,18 @@ pub struct Args {
 pub fn main(args: &Args) -> Result<Exit, CliError> {
     let directory = args.directory.clone().map_or_else(default_directory, Ok)?;
     let mut text = text(&directory, args.json)?;
+    if !args.json
+        && let Some(says) = scheduler_says(&directory)
+    {
+        text.push_str(&format!("{:<10} {}\n", "scheduler", visible(&says)));
+    }
     let mut exit = Exit::Ok;
+    if args.verify
+        && let Some((words, is_damaged)) = shards::verified(&directory)?
+    {
+        text = if args.json { chunks_json(&text, &words) } else { text + &words };
+        exit = if is_damaged { Exit::Io } else { exit };
+    }
     if args.verify {
         let verified = verify(&directory)?;
         if verified.iter().any(|file| file.is_whole == Some(false)) {
@@ -70,6 +84,17 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
 /// # Errors
 /// No study was run in it, or it cannot be read.
 pub fn text(directory: &Path, json: bool) -> Result<String, CliError> {
+    if let Some(samples) = samples_of(directory)? {
+        let waiting = waiting(&samples)?;
+        let stages = waiting.as_ref().map_or(&[][..], |waiting| waiting.stages());
+        if let Some(seen) = see_shards(directory, stages.last().map(|stage| stage.samples))? {
+            let ahead = if seen.is_merged { None } else { shards::look_at_hand(&seen, stages) };
+            return Ok(match json {
+                true => pretty(&shards::as_json(directory, &seen)),
+                false => shards::as_text(directory, &seen, ahead),
+            });
+        }
+    }
     let seen = see(directory)?.ok_or_else(|| CliError::NotARun { path: directory.to_path_buf() })?;
     // of a complete study it is told with the answers
     let ahead = match seen.state {
@@ -85,6 +110,19 @@ fn verified_text(verified: &[Verified]) -> String {
         table.row(vec![file.name.clone(), visible(&file.words).into_owned()]);
     }
     format!("\n{}", table.render(""))
+}
+
+fn pretty(value: &Value) -> String {
+    let mut text = serde_json::to_string_pretty(value).unwrap_or_default();
+    text.push('\n');
+    text
+}
+
+/// The object with what was found of chunks.
+fn chunks_json(status: &str, words: &str) -> String {
+    let mut object: Map<String, Value> = serde_json::from_str(status).unwrap_or_default();
+    object.insert("chunks".to_owned(), json!(words.trim().lines().collect::<Vec<_>>()));
+    pretty(&Value::Object(object))
 }
 
 /// The object with the key `verified`: for each file whether it is whole (null: not known) and the same in words.

@@ -7,9 +7,10 @@ use super::place::default_directory;
 use super::refusals::WhyError;
 use crate::engine;
 use crate::report::{advice, cause_in_words, describe_values, diverged_at, end_cause_in_words, mentions};
-use crate::run::directory::{LEDGER, MANIFEST, RESULTS, WORKER_LOG, read_current, row_files, timing_files};
+use crate::run::directory::{LEDGER, MANIFEST, RESULTS, WORKER_LOG, read_current};
+use crate::run::shards::{row_files, samples_of, see, timing_files};
 use crate::run::{
-    RunState, Seen, TableEnd, end_of_table, function_columns, own_columns, refuse_changed, refuse_changed_timings, see,
+    RunState, Seen, TableEnd, end_of_table, function_columns, own_columns, refuse_changed, refuse_changed_timings,
 };
 use bladeoff_answers::report::duration;
 use bladeoff_answers::report::{are, counted};
@@ -210,7 +211,10 @@ fn place(args: &Args) -> Result<(PathBuf, u64), CliError> {
 }
 
 /// The study as it is frozen in the directory, with the part of it that was run.
-pub(super) fn frozen(directory: &Path) -> Result<Samples, WhyError> {
+pub(super) fn frozen(directory: &Path) -> Result<Samples, CliError> {
+    if let Some(samples) = samples_of(directory)? {
+        return Ok(samples);
+    }
     let failed = |source| unread(directory, source);
     let study = load_frozen(FrozenFiles::of(directory), own_columns).map_err(failed)?;
     let manifest: Value = Place::from(&directory.join(MANIFEST))
@@ -218,7 +222,7 @@ pub(super) fn frozen(directory: &Path) -> Result<Samples, WhyError> {
         .ok()
         .and_then(|text| serde_json::from_slice(&text).ok())
         .unwrap_or_default();
-    Samples::new(study, manifest["scale"].as_f64(), manifest["limit"].as_u64()).map_err(failed)
+    Ok(Samples::new(study, manifest["scale"].as_f64(), manifest["limit"].as_u64()).map_err(failed)?)
 }
 
 /// Why a frozen study is not there to be read: its run has not come to writing it, or somebody has removed it.

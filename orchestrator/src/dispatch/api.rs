@@ -8,7 +8,7 @@ use bladeoff_protocol::domain::Domain;
 use bladeoff_system::place::Place;
 
 use crate::ledger::Entry;
-use crate::schedule::{Ended, KillReason, Settings, Snapshot};
+use crate::schedule::{Ended, KillReason, Settings, Snapshot, Todo};
 
 /// How a study is run.
 #[derive(Debug, Clone)]
@@ -72,6 +72,17 @@ pub struct SinkError {
     pub source: Option<Box<dyn std::error::Error + Send + Sync>>,
 }
 
+/// What there is to do beyond what was given at first.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum More {
+    /// These samples, none of which was given before.
+    Samples(Todo),
+    /// Not known yet: to be asked again.
+    Later,
+    /// Nothing any more.
+    Nothing,
+}
+
 /// Where results go. Every sample is recorded exactly once.
 pub trait Sink {
     /// Takes the end of one sample; it counts once [`flush`](Sink::flush) has returned. Of a quarantined one: status, cause, no values,
@@ -94,6 +105,14 @@ pub trait Sink {
     /// # Errors
     /// Ends the run.
     fn flush(&mut self) -> Result<(), SinkError>;
+
+    /// Asked where [`Settings::is_fed`](crate::schedule::Settings::is_fed) says so, when what waits is done within moments. Does not wait.
+    ///
+    /// # Errors
+    /// Ends the run.
+    fn more(&mut self) -> Result<More, SinkError> {
+        Ok(More::Nothing)
+    }
 
     /// Called five times a second: whether results still have a place to go to.
     ///

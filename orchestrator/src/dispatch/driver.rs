@@ -10,7 +10,7 @@ use bladeoff_worker::WorkerArgs;
 use bladeoff_worker::fault::{At, Faults};
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender};
 
-use super::api::{DispatchOptions, DispatchReport, Notice, Observer, Parameters, Sink};
+use super::api::{DispatchOptions, DispatchReport, More, Notice, Observer, Parameters, Sink};
 use super::child::Child;
 use super::clock;
 use super::entries::entries;
@@ -79,6 +79,7 @@ impl<'a> Driver<'a> {
         let mut effects = Vec::new();
         self.scheduler.start(self.now(), &mut effects);
         self.carry_out(&mut effects, Vec::new())?;
+        self.feed()?;
         let mut tick = tokio::time::interval(TICK);
         tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
         while !self.scheduler.is_over() {
@@ -166,6 +167,7 @@ impl<'a> Driver<'a> {
             Event::Typed => self.parts.observer.typed(),
         }
         self.carry_out(&mut effects, results)?;
+        self.feed()?;
         // Shown at once: what it says may be the last sample of all, and by the next tick it has left.
         if heard.is_some_and(|worker| self.stale.contains(&worker.0)) {
             self.show();
@@ -218,10 +220,30 @@ impl<'a> Driver<'a> {
         self.parts.sink.check()?;
         self.scheduler.on_tick(now, clock::now(), &mut effects);
         self.carry_out(&mut effects, Vec::new())?;
+        self.feed()?;
         if self.flushing.is_due(self.parts.options.flush_every) {
             self.flush()?;
         }
         self.show();
+        Ok(())
+    }
+
+    /// Gets more samples, where they are wanted and there are some.
+    fn feed(&mut self) -> Result<(), DispatchError> {
+        while self.scheduler.wants_more() {
+            let (now, mut effects) = (self.now(), Vec::new());
+            let more = self.parts.sink.more()?;
+            let is_over = !matches!(more, More::Samples(_));
+            match more {
+                More::Samples(more) => self.scheduler.on_more(now, more, &mut effects),
+                More::Nothing => self.scheduler.on_no_more(now, &mut effects),
+                More::Later => {}
+            }
+            self.carry_out(&mut effects, Vec::new())?;
+            if is_over {
+                break;
+            }
+        }
         Ok(())
     }
 

@@ -45,7 +45,7 @@ use start::count_params;
 pub use crate::schedule::{
     Activity, Ended, KillReason, Signal, Snapshot, TimeOfDay, TimeOfDayError, Todo, Until, WorkerView,
 };
-pub use api::{DispatchOptions, DispatchReport, Notice, Observer, Parameters, Sink, SinkError};
+pub use api::{DispatchOptions, DispatchReport, More, Notice, Observer, Parameters, Sink, SinkError};
 pub use clock::{left as time_left, next as next_time_of_day};
 pub use error::DispatchError;
 pub use signals::{watch_afterwards, watch_before};
@@ -86,11 +86,13 @@ pub fn run(
     observer: &mut dyn Observer,
 ) -> Result<DispatchReport, DispatchError> {
     let todo = todo.into();
-    if todo.total() > 0 && options.schedule.run.are_too_many(options.schedule.failed_before) {
+    let begins = todo.total() > 0 || options.schedule.is_fed;
+    if begins && options.schedule.run.are_too_many(options.schedule.failed_before) {
         return Ok(DispatchReport::nothing(Ended::TooManyFailures));
     }
     let faults = Faults::from_environment(Who::Orchestrator)?;
-    let n_params = count_params(parameters, &todo)?;
+    let first = if options.schedule.is_fed { Some(0) } else { todo.first() };
+    let n_params = count_params(parameters, first)?;
     let settings = start::settings(options, n_params);
     let mut log = Log::open(&options.worker_log)?;
     // Made in this order and given back in the other: first processes, with the event loop, then the hub, then the shared memory.

@@ -9,7 +9,7 @@ use super::api::{DispatchOptions, Parameters};
 use super::error::DispatchError;
 use super::event::Event;
 use super::hub::Hub;
-use crate::schedule::{Settings, Todo};
+use crate::schedule::Settings;
 
 /// Names that are tried where somebody takes them.
 const TRIES: u32 = 20;
@@ -60,8 +60,8 @@ pub(super) fn settings(options: &DispatchOptions, n_params: usize) -> Settings {
 }
 
 /// Number of parameters of every sample, from the first.
-pub(super) fn count_params(parameters: &dyn Parameters, todo: &Todo) -> Result<usize, DispatchError> {
-    let Some(sample) = todo.first() else { return Ok(0) };
+pub(super) fn count_params(parameters: &dyn Parameters, first: Option<u64>) -> Result<usize, DispatchError> {
+    let Some(sample) = first else { return Ok(0) };
     let mut params = Vec::new();
     parameters.params(sample, &mut params);
     let found = params.len();

@@ -111,6 +111,18 @@ impl Entry {
         bytes
     }
 
+    /// The entry at the beginning of `bytes`, and what stands behind it.
+    ///
+    /// # Errors
+    /// As [`Entry::decode`].
+    pub fn first_of(bytes: &[u8]) -> Result<(SampleKey, Self, &[u8]), RecordError> {
+        let length = length_at(bytes).ok_or(RecordError::Checksum)?;
+        let cut = RecordError::Length { found: bytes.len(), wanted: length };
+        let (entry, rest) = bytes.split_at_checked(length).ok_or(cut)?;
+        let (key, entry) = Self::decode(entry)?;
+        Ok((key, entry, rest))
+    }
+
     /// From bytes.
     ///
     /// # Errors
@@ -307,7 +319,9 @@ mod tests {
                 prop_assert_eq!(Head::decode(&bytes, Some(at)), Ok(Head { count, ..head }));
             }
             prop_assert_eq!(length_at(&bytes), Some(bytes.len()));
-            prop_assert_eq!(Entry::decode(&bytes), Ok((key, entry)));
+            prop_assert_eq!(Entry::decode(&bytes), Ok((key, entry.clone())));
+            let two = [bytes.as_slice(), b"rest"].concat();
+            prop_assert_eq!(Entry::first_of(&two), Ok((key, entry, &b"rest"[..])));
         }
 
         #[test]

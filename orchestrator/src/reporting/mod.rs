@@ -16,7 +16,8 @@ mod words;
 mod worst;
 
 use crate::answering::{Answering, AnsweringError, Forecasts, Looked, answer_at_looks, columns_asked};
-use crate::run::directory::{RESULTS, read_current, row_files};
+use crate::run::directory::{RESULTS, read_current};
+use crate::run::shards::row_files;
 use crate::run::{columns_of, end_of_table, refuse_changed};
 use bladeoff_answers::ask::Question;
 use bladeoff_answers::gate::Gate;

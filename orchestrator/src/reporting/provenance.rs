@@ -1,7 +1,8 @@
 //! Where results come from, and what they cannot tell.
 
 use super::Subject;
-use crate::run::directory::{MACHINE, MANIFEST, RESULTS, row_files};
+use crate::run::directory::{MACHINE, MANIFEST, RESULTS};
+use crate::run::shards::row_files;
 use crate::run::{STOP, TableEnd};
 use bladeoff_answers::page::{Block, Table};
 use bladeoff_answers::tables::read_metadata;

@@ -35,6 +35,7 @@ pub mod rehearsal;
 mod request;
 mod resume;
 mod reuse;
+pub mod shards;
 mod sink;
 mod stages;
 mod stamp;
@@ -153,15 +154,9 @@ fn compute(
     Ok(Computed { report, end, chosen, committed, parts })
 }
 
-/// Tells that the run begins. How it is to be computed, and the rows that are there already, which become parts while it is.
-fn begin(
-    session: &Session<'_>,
-    course: &Course,
-    telling: &mut Telling,
-) -> Result<(DispatchOptions, Option<ledger::View>), RunError> {
+/// How the samples of a session are to be computed.
+fn options(session: &Session<'_>) -> Result<DispatchOptions, RunError> {
     let Session { request, prepared, opened, directory } = session;
-    let manifest = manifest(request, prepared.samples, &prepared.provenance, course);
-    write_whole(directory.file(MANIFEST), manifest.as_bytes())?;
     let (command, plan) = (dispatch::self_command()?, prepared.plan_hash.clone());
     let mut options = DispatchOptions::new(request.workers, command, directory.path().to_path_buf(), plan);
     // Another build may compute other numbers.
@@ -171,6 +166,19 @@ fn begin(
     options.schedule.failed_before = opened.tally.failed();
     options.keyboard = true;
     options.worker_log = directory.file(WORKER_LOG);
+    Ok(options)
+}
+
+/// Tells that the run begins. How it is to be computed, and the rows that are there already, which become parts while it is.
+fn begin(
+    session: &Session<'_>,
+    course: &Course,
+    telling: &mut Telling,
+) -> Result<(DispatchOptions, Option<ledger::View>), RunError> {
+    let Session { request, prepared, opened, directory } = session;
+    let manifest = manifest(request, prepared.samples, &prepared.provenance, course);
+    write_whole(directory.file(MANIFEST), manifest.as_bytes())?;
+    let options = options(session)?;
     telling.started(session);
     let has_both = opened.tally.done() > 0 && opened.todo.total() > 0;
     let there = if has_both { Some(opened.ledger.reader().view()?) } else { None };

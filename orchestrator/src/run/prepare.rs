@@ -53,6 +53,11 @@ pub(super) fn new_basis(samples: &Samples) -> Result<Frozen, RunError> {
     basis(samples, None, &[]).map(Some)
 }
 
+/// The basis that others have frozen for this study, whatever this processor would compute; whether it serves is tried.
+pub(super) fn basis_of_others(samples: &Samples, bytes: Vec<u8>) -> Result<Frozen, RunError> {
+    basis(samples, Some(bytes), &[]).map(Some)
+}
+
 /// The basis that is frozen in the directory, if it serves this study; a new one otherwise. Another processor may compute
 /// other last digits, so what is frozen is never computed again, unless it is not what was frozen: record and plan both have
 /// its hash, and a flipped bit would make another study of it.
@@ -108,6 +113,11 @@ fn as_known(basis: &Basis, machine: &Machine, known: &[String]) -> Vec<u8> {
 
 impl<'a> Prepared<'a> {
     pub(super) fn new(samples: &'a Samples, basis: Frozen) -> Result<Self, RunError> {
+        Self::with_digest(samples, basis, None)
+    }
+
+    /// `digest`: that of the keys, where it is known of these very inputs. To compute it takes a key of every sample.
+    pub(super) fn with_digest(samples: &'a Samples, basis: Frozen, digest: Option<String>) -> Result<Self, RunError> {
         let (schema, detection, steps) = match samples.study().function() {
             Some(model) => (function_schema(samples, model), None, None),
             None => {
@@ -120,7 +130,7 @@ impl<'a> Prepared<'a> {
         let plan = work_plan(samples, basis);
         let plan_hash = plan.hash();
         let provenance = provenance(samples, &plan_hash, plan.basis());
-        let digest = keys.digest();
+        let digest = digest.unwrap_or_else(|| keys.digest());
         Ok(Self { samples, schema, detection, plan, plan_hash, provenance, keys, digest, steps })
     }
 

@@ -3,13 +3,35 @@
 use super::loss::Guard;
 use super::parts::Teller;
 use super::telling::Known;
-use crate::dispatch::{Sink, SinkError};
+use crate::dispatch::{More, Sink, SinkError};
 use crate::ledger::{Entry, Ledger, LedgerError};
 use bladeoff_model::outcome::Status;
 use bladeoff_study::SampleKeys;
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::Instant;
+
+/// Who hears what has become durable, and may have more to do.
+pub(super) trait Hears {
+    /// These samples have become durable.
+    fn durable(&self, samples: Vec<u64>);
+
+    /// As [`Sink::more`].
+    fn more(&self) -> Result<More, SinkError> {
+        Ok(More::Nothing)
+    }
+
+    /// As [`Sink::check`].
+    fn check(&self) -> Result<(), SinkError> {
+        Ok(())
+    }
+}
+
+impl Hears for Teller<'_> {
+    fn durable(&self, samples: Vec<u64>) {
+        self.durable(samples);
+    }
+}
 
 /// Records results and counts them.
 pub(super) struct LedgerSink<'a> {
@@ -18,8 +40,8 @@ pub(super) struct LedgerSink<'a> {
     known: Rc<RefCell<Known>>,
     /// Taken and not durable yet.
     gathered: Vec<u64>,
-    /// Who writes rows once they are.
-    parts: &'a Teller<'a>,
+    /// Who is told once they are.
+    hears: &'a dyn Hears,
     /// Looks after the directory.
     guard: Guard<'a>,
 }
@@ -29,10 +51,10 @@ impl<'a> LedgerSink<'a> {
         ledger: &'a mut Ledger,
         keys: &'a SampleKeys<'a>,
         known: &Rc<RefCell<Known>>,
-        parts: &'a Teller<'a>,
+        hears: &'a dyn Hears,
         guard: Guard<'a>,
     ) -> Self {
-        Self { ledger, keys, known: Rc::clone(known), gathered: Vec::new(), parts, guard }
+        Self { ledger, keys, known: Rc::clone(known), gathered: Vec::new(), hears, guard }
     }
 
     /// Whatever a commit has made durable counts from now on, and only that: a commit that fails leaves it all gathered.
@@ -40,7 +62,7 @@ impl<'a> LedgerSink<'a> {
         if self.ledger.gathered() == 0 && !self.gathered.is_empty() {
             let known = &mut *self.known.borrow_mut();
             known.durable = known.taken.clone();
-            self.parts.durable(std::mem::take(&mut self.gathered));
+            self.hears.durable(std::mem::take(&mut self.gathered));
             known.events.iter_mut().for_each(|events| events.durable());
         }
     }
@@ -82,7 +104,12 @@ impl Sink for LedgerSink<'_> {
         Ok(())
     }
 
+    fn more(&mut self) -> Result<More, SinkError> {
+        self.hears.more()
+    }
+
     fn check(&mut self) -> Result<(), SinkError> {
+        self.hears.check()?;
         if self.guard.finds_loss(self.ledger) {
             // Why is found out again, and told, when the run has stopped.
             return Err(SinkError {

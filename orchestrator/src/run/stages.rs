@@ -99,14 +99,10 @@ impl Staged<'_> {
             }
             last = Some(stage);
         }
-        let is_early = |stage: &&Stage| stage.samples < self.prepared.samples.count();
-        let end = match last {
-            Some(stage) if is_early(&stage) => {
-                all.ended = Ended::Stop;
-                Some(ended(stage, EndWhy::Samples))
-            }
-            last => last.filter(|_| self.looking.looks()).map(|stage| ended(stage, EndWhy::Design)),
-        };
+        let end = last.and_then(|stage| at_the_last(stage, self.looking, self.prepared.samples));
+        if end.is_some_and(|end| end.is_early()) {
+            all.ended = Ended::Stop;
+        }
         (Ok(all), Ok(end))
     }
 
@@ -127,14 +123,27 @@ impl Staged<'_> {
         }
         let mut next = 0;
         self.record.for_each_head(None, |sample, _| next += u64::from(sample == next))?;
-        let points = whole_points(self.prepared.samples, next);
-        let groups = self.prepared.samples.groups().len() as u64;
-        let stage = Stage { points, samples: points * groups, share: 1.0 };
-        Ok((points > 0).then(|| ended(&stage, EndWhy::Wall)))
+        Ok(before_any_look(self.prepared.samples, next))
     }
 }
 
-fn ended(stage: &Stage, why: EndWhy) -> TableEnd {
+/// Where a study ends of which the last stage is done, and was not precise enough; `None`: with its design, and nobody looked.
+pub(super) fn at_the_last(last: &Stage, looking: &dyn Looking, samples: &Samples) -> Option<TableEnd> {
+    if last.samples < samples.count() {
+        return Some(ended(last, EndWhy::Samples));
+    }
+    looking.looks().then(|| ended(last, EndWhy::Design))
+}
+
+/// Where a study ends whose time was up before its first look, of which the first samples are done: with the last whole block of points.
+pub(super) fn before_any_look(samples: &Samples, first: u64) -> Option<TableEnd> {
+    let points = whole_points(samples, first);
+    let stage = Stage { points, samples: points * samples.groups().len() as u64, share: 1.0 };
+    (points > 0).then(|| ended(&stage, EndWhy::Wall))
+}
+
+/// The end at a stage.
+pub(super) fn ended(stage: &Stage, why: EndWhy) -> TableEnd {
     let &Stage { points, samples, share } = stage;
     TableEnd { points, samples, share, why }
 }

@@ -28,8 +28,7 @@ pub(super) fn write_tables(
     (end, chosen): (Option<&TableEnd>, Option<&Chosen>),
 ) -> Result<(Checksums, Tally), RunError> {
     let (results, timings) = (directory.file(RESULTS), directory.file(TIMINGS));
-    let mut more: Vec<(String, String)> =
-        end.map(|end| (STOP.to_owned(), end.json().to_string())).into_iter().collect();
+    let mut more = told(end);
     more.extend(chosen.map(|chosen| (REFINED.to_owned(), chosen.json().to_string())));
     let mut rows = RowsWriter::create(prepared, Pending::create(results)?, Pending::create(timings)?, &more)?;
     let mut tally = Tally::default();
@@ -41,6 +40,11 @@ pub(super) fn write_tables(
         Ok::<_, RunError>(())
     })?;
     Ok((rows.finish()?, tally))
+}
+
+/// What a table says of its end.
+pub(super) fn told(end: Option<&TableEnd>) -> Vec<(String, String)> {
+    end.map(|end| (STOP.to_owned(), end.json().to_string())).into_iter().collect()
 }
 
 /// Whether a table has a sample.
@@ -58,14 +62,32 @@ pub(super) fn write_rows(
     record: &Reader,
     samples: &[u64],
 ) -> Result<(), RunError> {
-    let provenance = Provenance(prepared.provenance.clone());
-    let mut rows = ResultsWriter::create(Pending::create(place)?, &prepared.schema, &provenance)?;
+    let mut rows = LookWriter::create(prepared, Pending::create(place)?)?;
     // no more than these, however many there are
-    record.view()?.for_each_of(samples, |sample, entry| {
-        rows.push(row(prepared, sample, entry.outcome)).map_err(RunError::from)
-    })?;
-    rows.finish()?;
-    Ok(())
+    record.view()?.for_each_of(samples, |sample, entry| rows.push(sample, entry).map_err(RunError::from))?;
+    Ok(rows.finish()?)
+}
+
+/// Rows to be looked at, under construction.
+pub(super) struct LookWriter<'a> {
+    prepared: &'a Prepared<'a>,
+    rows: ResultsWriter,
+}
+
+impl<'a> LookWriter<'a> {
+    pub fn create(prepared: &'a Prepared<'a>, place: Pending) -> Result<Self, TableError> {
+        let provenance = Provenance(prepared.provenance.clone());
+        Ok(Self { prepared, rows: ResultsWriter::create(place, &prepared.schema, &provenance)? })
+    }
+
+    /// Takes a finished sample; they come in ascending order.
+    pub fn push(&mut self, sample: u64, entry: Entry) -> Result<(), TableError> {
+        self.rows.push(row(self.prepared, sample, entry.outcome))
+    }
+
+    pub fn finish(self) -> Result<(), TableError> {
+        self.rows.finish().map(|_| ())
+    }
 }
 
 /// Writes `timings.parquet` alone, again.

@@ -35,6 +35,11 @@ impl Batches {
         self.measured = size;
     }
 
+    /// How many samples a worker computes in this time: two at least, by what samples cost so far.
+    pub fn within(&self, time: Duration) -> u64 {
+        self.cost.map_or(2, |cost| ((time.as_secs_f64() / cost.max(1e-9)) as u64).max(2))
+    }
+
     /// Size of the next batch: at least 1, at most `most`, and no more than a fair half of what is left.
     pub fn next(&self, most: usize, left: u64, workers: usize) -> usize {
         let Some(cost) = self.cost else { return 1 };

@@ -30,6 +30,9 @@
 //! that it waits while a batch of it is open has missed a message and is killed as well; that counts against nobody. A sample whose
 //! heartbeats show it in work for longer than the time limit has its worker killed, which counts like a death.
 //!
+//! **More.** A run that is fed gets its samples bit by bit: it asks for more when what waits is done within moments, and is complete when there
+//! are no more (`feeding`).
+//!
 //! **Ending.** When all samples are done, idle workers are told to stop. On a signal, at a limit of the run ([`RunLimits`]: time, clock, failures) no sample is
 //! assigned any more, reports are answered by the order to stop, and what is not finished after `grace` is killed.
 
@@ -38,6 +41,7 @@ mod clock;
 mod counts;
 mod ended;
 mod ending;
+mod feeding;
 #[cfg(test)]
 mod histories;
 #[cfg(test)]

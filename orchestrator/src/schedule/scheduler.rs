@@ -52,10 +52,10 @@ impl Scheduler {
         self.slots.iter().all(|slot| matches!(slot.state, State::Closed))
     }
 
-    /// Whether every sample is done.
+    /// Whether every sample is done, and no more come.
     #[must_use]
     pub fn is_complete(&self) -> bool {
-        self.counts.done == self.counts.total
+        self.counts.done == self.counts.total && !self.settings.is_fed
     }
 
     /// Samples done.

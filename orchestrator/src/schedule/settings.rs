@@ -39,6 +39,8 @@ pub struct Settings {
     pub run: RunLimits,
     /// Samples of the study that have failed before this run.
     pub failed_before: u64,
+    /// More samples come while the run goes on.
+    pub is_fed: bool,
     /// Silence of a worker after which it is shown as stale.
     pub stale_after: Duration,
     /// Silence of a worker after which it is replaced.
@@ -57,6 +59,7 @@ impl Settings {
             sample: SampleLimits::default(),
             run: RunLimits::default(),
             failed_before: 0,
+            is_fed: false,
             stale_after: Duration::from_secs(5),
             replace_after: Duration::from_secs(30),
             grace: Duration::from_secs(2),

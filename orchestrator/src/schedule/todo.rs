@@ -38,6 +38,12 @@ impl Todo {
         self
     }
 
+    /// Adds samples behind the others, none of which is among them; suspects are none of them.
+    pub fn append(&mut self, mut more: Self) {
+        self.left += more.left;
+        self.ranges.append(&mut more.ranges);
+    }
+
     /// Takes the suspects.
     pub fn take_suspects(&mut self) -> Vec<u64> {
         std::mem::take(&mut self.suspects)
@@ -137,5 +143,8 @@ mod tests {
         let taken = todo.take(3);
         todo.put_back(&taken[1..]);
         assert_eq!((todo.left(), todo.take(2), todo.take(9)), (3, vec![8, 0], vec![1]));
+        let mut todo = Todo::from_iter([7..9]);
+        todo.append(Todo::from_iter([0..2]));
+        assert_eq!((todo.left(), todo.take(9)), (4, vec![7, 8, 0, 1]));
     }
 }

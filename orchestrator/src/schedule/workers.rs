@@ -22,7 +22,8 @@ impl Scheduler {
     /// The run begins: as many workers as there is use for.
     pub fn start(&mut self, now: Duration, effects: &mut Vec<Effect>) {
         let now = self.clock.advance(now);
-        let useful = usize::try_from(self.counts.total).unwrap_or(usize::MAX);
+        let useful = if self.settings.is_fed { u64::MAX } else { self.counts.total };
+        let useful = usize::try_from(useful).unwrap_or(usize::MAX);
         for _ in 0..self.settings.workers.min(useful) {
             let worker = self.starts.next();
             let state = State::Starting { greeted: false };

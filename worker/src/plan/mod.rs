@@ -98,7 +98,9 @@ impl WorkPlan {
         hash(self.text().as_bytes())
     }
 
-    fn text(&self) -> String {
+    /// What [`write`](WorkPlan::write) puts into the file.
+    #[must_use]
+    pub fn text(&self) -> String {
         match self {
             WorkPlan::Machine(plan) => plan.text(),
             WorkPlan::Function(plan) => plan.text(),

@@ -12,7 +12,7 @@ use crate::estimate::limits::{lower_limit, upper_limit};
 pub const FIRST_LOOK: u64 = 256;
 
 /// Points of a study at most; more are not asked for.
-pub const MOST_POINTS: u64 = 10_000_000;
+pub const MOST_POINTS: u64 = 100_000_000;
 
 /// The last look within so many points: its points and its level; `None` before the first.
 #[must_use]

@@ -53,8 +53,8 @@ pub enum DesignError {
 }
 
 impl Design {
-    /// Most samples of one study: the table is sorted and written in one piece.
-    pub const LIMIT: u64 = 10_000_000;
+    /// Most samples of one study: those of a million core-hours, half a minute each.
+    pub const LIMIT: u64 = 100_000_000;
 
     /// The design of axes of these lengths (each >= 1), thinned by `scale`, of which `limit` samples are taken.
     ///
@@ -159,7 +159,7 @@ mod tests {
     #[test]
     fn a_grid_of_a_million_millions_is_refused_with_its_count() {
         let error = Design::new(&[1_000_000, 1_000_000], 0, None, None).expect_err("too many");
-        assert_eq!(error.to_string(), "the study has 1000000000000 samples; at most 10000000 are allowed");
+        assert_eq!(error.to_string(), "the study has 1000000000000 samples; at most 100000000 are allowed");
         let error = Design::new(&[u64::MAX; 12], 0, None, None).expect_err("too many for u128, too");
         assert!(matches!(error, DesignError::TooMany { .. }));
     }

@@ -1,0 +1,68 @@
+//! `bladeoff merge`: the table of a study that was computed in shards.
+
+use super::answer::{answers_of_run, waiting};
+use super::error::CliError;
+use super::exit::Exit;
+use super::output::{remark, tell, width};
+use super::run::{summary, verdict_of};
+use crate::run::Looking;
+use crate::run::shards::{ShardError, merge, samples_of};
+use bladeoff_answers::report::counted;
+use bladeoff_system::shown;
+use std::path::PathBuf;
+
+/// Make the table of a study that was computed in shards
+///
+/// Checks that every sample is there once and that all of them come from one study, program and basis, writes results.parquet,
+/// timings.parquet and manifest.json (with the nodes and attempts) into the directory, and ends as `run` does: with the summary, the
+/// answers, and its exit codes. The table is, byte for byte, the one that one machine would have written with the same basis.
+///
+/// If chunks are missing it says which, and the exit code is 5: run the shards again (`bladeoff submit` again submits what is missing). A
+/// damaged chunk is put aside and counts as missing. Where a study with `[stop]` ends is decided here, at the looks of one machine: as soon as
+/// the chunks up to a look are there that is precise enough, the others are not needed. Until then `status`, `why`, `answer`, `gate`, `replay` and `export` work with what is
+/// there.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  bladeoff merge runs/night")]
+pub struct Args {
+    /// Directory that the shards share
+    directory: PathBuf,
+
+    /// Work in a directory that belongs to another user or that others can write in
+    #[arg(long)]
+    trust_dir: bool,
+}
+
+/// Runs the subcommand.
+pub fn main(args: &Args) -> Result<Exit, CliError> {
+    let none = || ShardError::None { path: args.directory.clone() };
+    let samples = samples_of(&args.directory)?.ok_or_else(none)?;
+    let waiting = waiting(&samples)?;
+    let looking = waiting.as_ref().map(|waiting| waiting as &dyn Looking);
+    let merged = merge(&args.directory, args.trust_dir, &samples, looking, &|text| remark(text))?;
+    if merged.attempts > 0 {
+        remark(&format!(
+            "{} of {} on {} merged",
+            counted(merged.chunks, "chunk"),
+            counted(merged.attempts, "attempt"),
+            counted(merged.nodes, "node")
+        ));
+    }
+    let (study, total) = (samples.study(), samples.count());
+    let mut text = format!("\n{}: {} of {}\n\n", study.name, merged.tally.done(), counted(total, "sample"));
+    if let Some(end) = &merged.end {
+        text.push_str(&format!("{}\n\n", end.words(samples.points())));
+    }
+    text.push_str(&summary(study, &args.directory, width())?);
+    text.push_str(&format!("\nTable: {}\n", shown(&merged.table)));
+    let (answers, exit_of_answers) = answers_of_run(&args.directory, &samples, args.trust_dir)?;
+    text.push_str(&answers);
+    match tell(&text) {
+        // The table is written: whoever does not read the summary changes nothing.
+        Ok(()) | Err(CliError::ReaderLeft) => {}
+        Err(error) => return Err(error),
+    }
+    Ok(match verdict_of(study, &merged.tally, merged.end.map_or(total, |end| end.samples)) {
+        Exit::Ok => exit_of_answers,
+        exit => exit,
+    })
+}

@@ -1,0 +1,146 @@
+//! What `status` shows of a directory of shards.
+
+use super::error::CliError;
+use crate::run::Stage;
+use crate::run::shards::{AttemptSeen, ShardsSeen, verify_chunks};
+use crate::submit::scheduler_says;
+use bladeoff_answers::report::{counted, duration};
+use bladeoff_model::document::visible;
+use bladeoff_system::call;
+use serde_json::{Value, json};
+use std::ffi::OsStr;
+use std::path::Path;
+
+/// Attempts that are shown.
+const SHOWN: usize = 40;
+
+/// The last look of `[stop]` that a merge could take: all its samples are there.
+pub(super) fn look_at_hand<'a>(seen: &ShardsSeen, stages: &'a [Stage]) -> Option<&'a Stage> {
+    let there = seen.first_missing.map_or(seen.samples, |chunk| chunk * seen.chunk);
+    stages.iter().rfind(|stage| stage.samples <= there)
+}
+
+/// In words. `ahead`: the last look of its `[stop]` that a merge could take.
+pub(super) fn as_text(directory: &Path, seen: &ShardsSeen, ahead: Option<&Stage>) -> String {
+    let living = seen.attempts.iter().filter(|attempt| attempt.lives).count();
+    let state = match (seen.is_merged, seen.there == seen.chunks, living) {
+        (true, _, _) => "complete".to_owned(),
+        (false, true, _) => "all chunks are there, not merged".to_owned(),
+        (false, false, 0) => {
+            "nobody computes: the attempts that began have ended, or are not heard of any more".to_owned()
+        }
+        (false, false, _) => format!("running: {}", counted(living as u64, "attempt")),
+    };
+    let mut lines = Vec::new();
+    let mut line = |name: &str, text: String| lines.push(format!("{name:<10} {}", visible(&text)));
+    line("state", state);
+    line("study", seen.study.clone());
+    let share = 100.0 * seen.done as f64 / seen.samples.max(1) as f64;
+    line("done", format!("{} of {} ({share:.1} %)", seen.done, counted(seen.samples, "sample")));
+    line("chunks", format!("{} of {} of {} each", seen.there, seen.chunks, counted(seen.chunk, "sample")));
+    if seen.there < seen.chunks {
+        line("missing", seen.missing.clone());
+    }
+    if let Some(stage) = ahead {
+        let merge = call::command([OsStr::new("merge"), call::path_word(directory).as_os_str()]);
+        line("stop", format!("the look after {} can be taken: {merge}", counted(stage.points, "point")));
+    }
+    for attempt in seen.attempts.iter().take(SHOWN) {
+        line("attempt", of_attempt(attempt));
+    }
+    if seen.attempts.len() > SHOWN {
+        line("attempt", format!("and {} more", seen.attempts.len() - SHOWN));
+    }
+    if !seen.is_merged {
+        line("go on", go_on(directory, seen));
+    }
+    lines.push(String::new());
+    lines.join("\n")
+}
+
+/// Merge, or compute what is missing.
+fn go_on(directory: &Path, seen: &ShardsSeen) -> String {
+    let directory = call::path_word(directory);
+    if seen.there == seen.chunks {
+        return call::command([OsStr::new("merge"), directory.as_os_str()]);
+    }
+    let study = call::path_word(Path::new(&seen.study_file));
+    let words: [&OsStr; 6] = [
+        "run".as_ref(),
+        study.as_os_str(),
+        "--out".as_ref(),
+        directory.as_os_str(),
+        "--shard".as_ref(),
+        "0/1".as_ref(),
+    ];
+    let mut command = call::command(words);
+    let (scale, limit) = seen.part;
+    scale.iter().for_each(|scale| command.push_str(&format!(" --scale {scale}")));
+    limit.iter().for_each(|limit| command.push_str(&format!(" --limit {limit}")));
+    format!("{command} (or with other shards, or `submit` again)")
+}
+
+fn of_attempt(attempt: &AttemptSeen) -> String {
+    let word = |key: &str| attempt.said.get(key).and_then(Value::as_str);
+    let number = |key: &str| attempt.said.get(key).and_then(Value::as_u64).unwrap_or(0);
+    let state = match (word("state"), attempt.lives, attempt.silent) {
+        (_, true, _) => "computes".to_owned(),
+        (Some("running"), false, Some(silent)) => format!("not heard of for {}", duration(silent)),
+        (said, _, _) => said.unwrap_or("unknown").to_owned(),
+    };
+    let job = word("job").map(|job| format!(", job {job}")).unwrap_or_default();
+    let lost = match number("lost") {
+        0 => String::new(),
+        lost => format!(", {lost} had been published by others before"),
+    };
+    format!(
+        "shard {} on {}{job}, since {}: {state}; {} published{lost}",
+        word("shard").unwrap_or("unknown"),
+        word("host").unwrap_or("an unknown host"),
+        word("started").unwrap_or("unknown"),
+        counted(number("published"), "chunk")
+    )
+}
+
+/// For programs.
+pub(super) fn as_json(directory: &Path, seen: &ShardsSeen) -> Value {
+    let living = seen.attempts.iter().any(|attempt| attempt.lives);
+    let state = match (seen.is_merged, living) {
+        (true, _) => "complete",
+        (false, true) => "running",
+        (false, false) => "ended",
+    };
+    let attempts = seen.attempts.iter().map(|attempt| {
+        let mut said = attempt.said.clone();
+        said.insert("lives".to_owned(), json!(attempt.lives));
+        said.insert("silent_s".to_owned(), json!(attempt.silent.map(|silent| silent.as_secs_f64())));
+        Value::Object(said)
+    });
+    json!({
+        "schema": 1,
+        "state": state,
+        "study": seen.study,
+        "program": seen.program,
+        "total": seen.samples,
+        "done": seen.done,
+        "left": seen.samples - seen.done,
+        "go_on": if seen.is_merged { Value::Null } else { json!(go_on(directory, seen)) },
+        "shards": {
+            "chunk": seen.chunk,
+            "chunks": seen.chunks,
+            "there": seen.there,
+            "missing": seen.missing,
+            "attempts": attempts.collect::<Vec<_>>(),
+            "scheduler": scheduler_says(directory),
+        },
+    })
+}
+
+/// What `--verify` says of chunks: in words, and whether one of them is damaged.
+pub(super) fn verified(directory: &Path) -> Result<Option<(String, bool)>, CliError> {
+    Ok(verify_chunks(directory)?.map(|(whole, damaged)| {
+        let mut text = format!("\n{} {} as written\n", counted(whole, "chunk"), bladeoff_answers::report::are(whole));
+        damaged.iter().for_each(|one| text.push_str(&format!("{}\n", visible(one))));
+        (text, !damaged.is_empty())
+    }))
+}

@@ -1,0 +1,181 @@
+//! `bladeoff submit`: the shards of a study to a scheduler.
+
+use super::answer::last_needed;
+use super::error::CliError;
+use super::exit::Exit;
+use super::output::{remark, tell};
+use super::run::{PartArgs, at_least_one, default_workers};
+use crate::run::TRUST;
+use crate::run::shards::{MOST_SHARDS, begin, shards_to_do};
+use crate::submit::{Job, Scheduler, as_shell, hand_in, write_scripts};
+use bladeoff_answers::report::counted;
+use bladeoff_study::parse_duration;
+use bladeoff_system::files::FileError;
+use bladeoff_system::shown;
+use std::path::{Path, PathBuf, absolute};
+use std::time::Duration;
+
+/// Hand the shards of a study to a scheduler
+///
+/// Checks the study whole, begins the directory that the shards share (study, plan, basis, chunks), writes the scripts into
+/// DIR/scheduler and hands them in: a task for each shard that has something to do, then the merge. Each task is an ordinary
+/// `bladeoff run --shard` on one node; the scripts are made to be read and edited, and one that was edited is kept.
+///
+/// Submitting again submits what is missing, with any number of shards: everything that is published is used.
+/// `bladeoff status DIR` shows chunks and attempts, and what the scheduler says. docs/cluster.md leads from one machine to sixteen.
+///
+/// slurm and parallel (GNU parallel, over ssh with --hosts) are run in our tests. pbs, lsf and hyperqueue are templates: they are written,
+/// and the commands that hand them in are printed.
+#[derive(Debug, clap::Args)]
+#[command(
+    override_usage = "bladeoff submit [OPTIONS] --scheduler <NAME>\n       --shards <N> --out <DIR> <STUDY>",
+    after_help = "Examples:
+  bladeoff submit studies/gap-friction-map.toml \\
+    --scheduler slurm --shards 16 --out runs/night \\
+    --time 8h --partition long --account turbines
+
+  The same, to be read first:
+  bladeoff submit studies/gap-friction-map.toml \\
+    --scheduler slurm --shards 16 --out runs/night --dry-run
+
+  Four workstations:
+  bladeoff submit studies/gap-friction-map.toml \\
+    --scheduler parallel --shards 16 --out runs/night \\
+    --hosts blue,red,green,black"
+)]
+pub struct Args {
+    /// Study file; every node must see it under this name
+    study: PathBuf,
+
+    /// Who runs the tasks: slurm, parallel, pbs, lsf, hyperqueue
+    #[arg(long, value_name = "NAME")]
+    scheduler: Scheduler,
+
+    /// Number of shards: about as many as nodes, or a small multiple of them
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MOST_SHARDS))]
+    shards: u64,
+
+    /// Directory that the shards share
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+
+    /// Wall time of a task, such as 8h: a little before it ends, the task publishes what it has, and is submitted again (slurm)
+    #[arg(long, value_name = "TIME", value_parser = parse_duration)]
+    time: Option<Duration>,
+
+    /// Partition or queue
+    #[arg(long, value_name = "NAME", value_parser = plain)]
+    partition: Option<String>,
+
+    /// Account or project
+    #[arg(long, value_name = "NAME", value_parser = plain)]
+    account: Option<String>,
+
+    /// Cores of a task [default: what the scheduler gives]
+    #[arg(long, value_name = "N", value_parser = at_least_one)]
+    cpus: Option<u64>,
+
+    /// Hosts of GNU parallel, with commas between [default: this one]
+    #[arg(long, value_name = "HOSTS", value_parser = plain, value_delimiter = ',')]
+    hosts: Vec<String>,
+
+    /// Samples of a chunk, the unit that is published; fixed when the directory is begun [default: about a minute of a node]
+    #[arg(long, value_name = "N", value_parser = at_least_one)]
+    chunk: Option<u64>,
+
+    /// Take over what this result directory, or directory of shards, has of the study, by the keys of its samples: of a study that has grown
+    #[arg(long, value_name = "OLD")]
+    reuse: Option<PathBuf>,
+
+    /// Where the record of a shard lies on its node [default: $TMPDIR, or /tmp, of the node]
+    #[arg(long, value_name = "DIR")]
+    scratch: Option<PathBuf>,
+
+    #[command(flatten)]
+    part: PartArgs,
+
+    /// Work in a directory that belongs to another user or that others can write in
+    #[arg(long)]
+    trust_dir: bool,
+
+    /// Write the scripts, print the commands, and hand nothing in
+    #[arg(long)]
+    dry_run: bool,
+}
+
+/// A word that means nothing to a shell or a scheduler.
+fn plain(text: &str) -> Result<String, String> {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-.:@/+".contains(c);
+    let is_one = !text.is_empty() && !text.starts_with('-') && text.chars().all(is_plain);
+    if is_one { Ok(text.to_owned()) } else { Err("must be of letters, digits and _ - . : @ / +".to_owned()) }
+}
+
+/// Runs the subcommand.
+pub fn main(args: &Args) -> Result<Exit, CliError> {
+    if !args.hosts.is_empty() && args.scheduler != Scheduler::Parallel {
+        return Err(CliError::Unmeant {
+            what: "--hosts is for --scheduler parallel; other schedulers choose nodes themselves".to_owned(),
+        });
+    }
+    let samples = args.part.load(&args.study)?;
+    let cores = args.cpus.and_then(|cpus| usize::try_from(cpus).ok()).unwrap_or_else(default_workers);
+    begin(&args.out, args.trust_dir, &samples, (args.chunk, cores, args.shards), args.reuse.as_deref(), &|text| {
+        remark(text)
+    })?;
+    let last = last_needed(&samples)?;
+    let todo = shards_to_do(&args.out, args.shards, last)?;
+    let job = job(args, samples.study().name.clone(), todo)?;
+    let kept = write_scripts(&job, args.scheduler)?;
+    for name in kept {
+        remark(&format!(
+            "{} was edited and is kept as it is; remove it to have it written anew",
+            shown(&job.directory.join("scheduler").join(name))
+        ));
+    }
+    let of = counted(args.shards, "shard");
+    remark(&if job.todo.is_empty() {
+        "every chunk is there: the merge alone is left".to_owned()
+    } else {
+        format!(
+            "{} of {of} have something to do; scripts in {}",
+            job.todo.len(),
+            shown(job.directory.join("scheduler"))
+        )
+    });
+    if args.dry_run || !args.scheduler.is_tested() {
+        if !args.scheduler.is_tested() && !args.dry_run {
+            remark(&format!(
+                "the scripts of {} are templates that were reviewed and not run by us: read them, then hand them in by these commands",
+                args.scheduler
+            ));
+        }
+        tell(&as_shell(&job.commands(args.scheduler)))?;
+        return Ok(Exit::Ok);
+    }
+    let handed = hand_in(&job, args.scheduler)?;
+    if let Some(code) = handed.code {
+        return Ok(Exit::of_merge(code));
+    }
+    tell(&format!("{}: handed in as {}\n", args.scheduler, handed.jobs.join(", ")))?;
+    Ok(Exit::Ok)
+}
+
+fn job(args: &Args, study: String, todo: Vec<u64>) -> Result<Job, CliError> {
+    let whole = |path: &Path| absolute(path).map_err(FileError::at("find", path));
+    let program = std::env::current_exe().map_err(FileError::at("find", Path::new("/proc/self/exe")))?;
+    Ok(Job {
+        study,
+        program,
+        file: whole(&args.study)?,
+        directory: whole(&args.out)?,
+        shards: args.shards,
+        todo,
+        more: args.part.words() + if args.trust_dir { TRUST } else { "" },
+        time: args.time,
+        partition: args.partition.clone(),
+        account: args.account.clone(),
+        cpus: args.cpus,
+        hosts: args.hosts.clone(),
+        scratch: args.scratch.as_deref().map(whole).transpose()?,
+    })
+}

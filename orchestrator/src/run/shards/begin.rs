@@ -1,0 +1,51 @@
+//! What `submit` does before anybody computes: begins the directory, and finds out who has something to do.
+
+use super::attempt::Attempt;
+use super::error::ShardError;
+use super::frozen::{Frozen, freeze, refuse_refined};
+use super::layout::Shard;
+use super::measure::chunk_size;
+use super::merge::each_missing;
+use super::shared::Shared;
+use super::takeover::take_over;
+use bladeoff_study::Samples;
+use std::collections::BTreeSet;
+use std::path::Path;
+
+/// Begins a directory of shards, or compares one that is there. `chunk`: as asked; workers of a shard and shards, by which it is chosen. `old`: a
+/// directory whose samples are taken over.
+///
+/// # Errors
+/// The directory is another study's, or cannot be used.
+pub fn begin(
+    path: &Path,
+    trusts: bool,
+    samples: &Samples,
+    (chunk, workers, shards): (Option<u64>, usize, u64),
+    old: Option<&Path>,
+    note: &dyn Fn(&str),
+) -> Result<(), ShardError> {
+    refuse_refined(samples)?;
+    let shared = Shared::claim(path, trusts, note)?;
+    let (frozen, prepared) = freeze(&shared, samples, (chunk, old), |prepared| chunk_size(prepared, workers, shards))?;
+    if let Some(old) = old {
+        let attempt = Attempt::begin(Shard { number: 0, of: 1 }, 0)?;
+        take_over(old, &shared, (&frozen, &prepared), &attempt, note)?;
+    }
+    Ok(())
+}
+
+/// The shards, of so many, of which a chunk is missing. `last`: samples that a study needs at most, by its `[stop]`.
+///
+/// # Errors
+/// The directory cannot be read.
+pub fn shards_to_do(path: &Path, shards: u64, last: Option<u64>) -> Result<Vec<u64>, ShardError> {
+    let none = || ShardError::None { path: path.to_path_buf() };
+    let shared = Shared::open(path)?.ok_or_else(none)?;
+    let frozen = Frozen::read(&shared)?.ok_or_else(none)?;
+    let mut found = BTreeSet::new();
+    each_missing(&shared, &frozen.needed(last), |chunk| {
+        found.insert(chunk % shards.max(1));
+    })?;
+    Ok(found.into_iter().collect())
+}

@@ -1,0 +1,60 @@
+//! The shared file system may be away for a while: what failed is tried again, with a word, and not for ever.
+
+use super::error::ShardError;
+use super::shared::Shared;
+use bladeoff_answers::report::duration;
+use bladeoff_system::files::FileError;
+use bladeoff_system::shown;
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// Time between two tries.
+const STEP: Duration = Duration::from_millis(500);
+
+/// How long a shard waits for the directory that it shares.
+pub(super) struct Patience<'a> {
+    shared: &'a Shared,
+    most: Duration,
+    note: &'a (dyn Fn(&str) + Sync),
+}
+
+impl<'a> Patience<'a> {
+    pub fn new(shared: &'a Shared, most: Duration, note: &'a (dyn Fn(&str) + Sync)) -> Self {
+        Self { shared, most, note }
+    }
+
+    /// Does something with the directory, again and again until it succeeds.
+    ///
+    /// # Errors
+    /// It did not within the time; the directory is gone.
+    pub fn tried<T>(&self, mut work: impl FnMut() -> Result<T, FileError>) -> Result<T, ShardError> {
+        let begun = Instant::now();
+        let mut first: Option<FileError> = None;
+        loop {
+            let error = match work() {
+                Ok(done) => {
+                    if first.is_some() {
+                        let waited = duration(begun.elapsed());
+                        (self.note)(&format!("{} can be used again, after {waited}", shown(self.shared.path())));
+                    }
+                    return Ok(done);
+                }
+                Err(error) => error,
+            };
+            let path = || self.shared.path().to_path_buf();
+            if self.shared.is_removed() {
+                return Err(ShardError::Replaced { path: path() });
+            }
+            if first.is_none() {
+                let most = duration(self.most);
+                (self.note)(&format!("{error} ({}): tried again for {most} at most", error.source));
+            }
+            let source = first.get_or_insert(error);
+            if begun.elapsed() >= self.most {
+                let source = FileError::at(source.action, &source.path)(std::io::Error::from(source.source.kind()));
+                return Err(ShardError::Away { path: path(), waited: begun.elapsed(), source });
+            }
+            thread::sleep(STEP.min(self.most));
+        }
+    }
+}

@@ -1,0 +1,164 @@
+//! The directory that all shards share: opened, trusted, with the folders of chunks, hints and attempts.
+//!
+//! No lock on it is trusted: on a network file system one may be granted twice, or kept by a node that is gone. Names are taken by `link(2)`.
+
+use super::super::trust::{Untrusted, check};
+use super::error::ShardError;
+use super::layout::{ATTEMPTS, CHUNKS, HINTS, REUSED, SCHEDULER, SHARDS, chunk_of, folder_name};
+use bladeoff_study::{MACHINE, POINTS, STUDY, is_empirical};
+use bladeoff_system::files::{FileError, is_temporary, sync_directory};
+use bladeoff_system::folder::{Folder, Standing};
+use bladeoff_worker::plan::{BASIS_FILE, PLAN_FILE};
+use std::collections::BTreeSet;
+use std::ffi::OsStr;
+use std::fs;
+use std::io;
+use std::os::unix::fs::DirBuilderExt;
+use std::path::Path;
+
+/// What is there before [`SHARDS`] is.
+const FIRST: [&str; 10] = [REUSED, STUDY, MACHINE, POINTS, BASIS_FILE, PLAN_FILE, CHUNKS, HINTS, ATTEMPTS, SCHEDULER];
+
+/// A directory of shards, open.
+#[derive(Debug, Clone)]
+pub(super) struct Shared(Folder);
+
+impl Shared {
+    /// Makes the directory if it is not there; `trusts`: also works in one that others could write in.
+    ///
+    /// # Errors
+    /// It is something else's, or cannot be used.
+    pub fn claim(path: &Path, trusts: bool, note: &dyn Fn(&str)) -> Result<Self, ShardError> {
+        if fs::symlink_metadata(path).is_err() {
+            let made = fs::DirBuilder::new().recursive(true).mode(0o755).create(path);
+            made.map_err(FileError::at("create", path))?;
+            sync_directory(path.parent().unwrap_or(Path::new(".")))?;
+        }
+        let folder = Folder::open(path).map_err(FileError::at("open", path))?;
+        trusted(&folder, trusts, note)?;
+        let shared = Self(folder);
+        shared.refuse_foreign()?;
+        Ok(shared)
+    }
+
+    /// Opens one that is there, to be read; `None` if no shard has begun it.
+    ///
+    /// # Errors
+    /// It cannot be opened.
+    pub fn open(path: &Path) -> Result<Option<Self>, FileError> {
+        match Folder::open(path) {
+            Ok(folder) if folder.place(SHARDS).is_file() => Ok(Some(Self(folder))),
+            Ok(_) => Ok(None),
+            Err(source) if matches!(source.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => Ok(None),
+            Err(source) => Err(FileError::at("open", path)(source)),
+        }
+    }
+
+    /// Whether others could write in it, and they are not trusted: then nothing is written there.
+    ///
+    /// # Errors
+    /// As said, or it cannot be looked at.
+    pub fn trusted(&self, trusts: bool, note: &dyn Fn(&str)) -> Result<(), ShardError> {
+        trusted(&self.0, trusts, note)
+    }
+
+    fn refuse_foreign(&self) -> Result<(), ShardError> {
+        if self.0.place(SHARDS).is_file() {
+            return Ok(());
+        }
+        let names = self.0.names().map_err(FileError::at("read", self.path()))?;
+        let is_first = |name: &OsStr| {
+            FIRST.iter().any(|first| name == *first || is_temporary(name, first))
+                || is_temporary(name, SHARDS)
+                || name.to_str().is_some_and(is_empirical)
+        };
+        match names.into_iter().filter(|name| !is_first(name)).min() {
+            None => Ok(()),
+            Some(file) => Err(ShardError::Foreign { path: self.path().to_path_buf(), file }),
+        }
+    }
+
+    /// The directory itself.
+    pub fn folder(&self) -> &Folder {
+        &self.0
+    }
+
+    /// Its path.
+    pub fn path(&self) -> &Path {
+        self.0.path()
+    }
+
+    /// Whether it was removed.
+    pub fn is_removed(&self) -> bool {
+        self.0.standing() == Standing::Removed
+    }
+
+    /// The folder of chunks, or of hints, of this number, made if it is not there.
+    ///
+    /// # Errors
+    /// As [`Shared::made_below`].
+    pub fn numbered(&self, kind: &str, number: u64) -> Result<Folder, FileError> {
+        self.made_below(kind, &folder_name(number))
+    }
+
+    /// A folder in one of these folders, made if it is not there.
+    ///
+    /// # Errors
+    /// The system refused; something else has the name.
+    pub fn made_below(&self, kind: &str, name: &str) -> Result<Folder, FileError> {
+        made_in(&made_in(&self.0, kind)?, name)
+    }
+
+    /// The folder of chunks of this number, if it is there.
+    pub fn chunks_in(&self, number: u64) -> io::Result<Option<Folder>> {
+        match self.0.folder(CHUNKS).and_then(|chunks| chunks.folder(&folder_name(number))) {
+            Ok(folder) => Ok(Some(folder)),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// The chunks that have a file in the folder of this number.
+    ///
+    /// # Errors
+    /// It cannot be read.
+    pub fn names_in(&self, number: u64) -> Result<BTreeSet<u64>, FileError> {
+        let names = self.chunks_in(number).and_then(|folder| folder.map_or(Ok(Vec::new()), |folder| folder.names()));
+        let names = names.map_err(FileError::at("read", &self.path().join(CHUNKS).join(folder_name(number))))?;
+        Ok(names.iter().filter_map(|name| chunk_of(name)).collect())
+    }
+}
+
+fn made_in(folder: &Folder, name: &str) -> Result<Folder, FileError> {
+    let place = folder.place(name);
+    match folder.folder(name) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+        found => return found.map_err(FileError::at("use", &place)),
+    }
+    match place.create_folder() {
+        // Somebody was quicker.
+        Err(error) if error.kind() != io::ErrorKind::AlreadyExists => {
+            return Err(FileError::at("create", &place)(error));
+        }
+        _ => {}
+    }
+    let made = folder.folder(name).map_err(FileError::at("use", &place))?;
+    folder.sync()?;
+    Ok(made)
+}
+
+/// On clusters a directory of the own user that his group may write is usual: a word is said. Whatever else others could write in is
+/// trusted only where the user says so.
+fn trusted(folder: &Folder, trusts: bool, note: &dyn Fn(&str)) -> Result<(), ShardError> {
+    match check(folder, trusts)? {
+        None => Ok(()),
+        Some(Untrusted::Mode { path, mode }) if mode & 0o002 == 0 => {
+            let path = bladeoff_system::shown(&path).to_string();
+            note(&format!(
+                "{path} can be written by its group (mode {mode:04o}): whoever is in it could change the results there"
+            ));
+            Ok(())
+        }
+        Some(doubt) => Err(doubt.into()),
+    }
+}

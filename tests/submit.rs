@@ -1,0 +1,161 @@
+//! `bladeoff submit` without a scheduler of a cluster: GNU parallel over hosts, the script of a task, what is handed in again.
+
+mod support;
+
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::path::Path;
+use std::process::Command;
+use support::skipped::skipped;
+use support::{Folder, Said, bladeoff, said, say};
+
+/// 120 samples.
+const STUDY: &str = r#"schema = 1
+name = "f"
+model = "function"
+seed = 3
+
+[function]
+g = "a * k"
+
+[design]
+kind = "monte-carlo"
+samples = 60
+
+[[uncertain]]
+name = "a"
+distribution = "normal"
+mean = 3
+sd = 1
+
+[[vary]]
+name = "k"
+values = [1, 2]
+"#;
+
+fn executable(path: &Path, text: &str) {
+    fs::create_dir_all(path.parent().expect("inside a folder")).expect("made");
+    fs::write(path, text).expect("written");
+    fs::set_permissions(path, fs::Permissions::from_mode(0o755)).expect("own");
+}
+
+fn submit(folder: &Folder, scheduler: &str, more: &[&str]) -> Command {
+    let (study, out) = (folder.name("f.toml"), folder.name("out"));
+    bladeoff(&[&["submit", &study, "--scheduler", scheduler, "--out", &out, "--chunk", "10"], more].concat())
+}
+
+fn same_tables(folder: &Folder) {
+    let one = say(&["run", &folder.name("f.toml"), "--out", &folder.name("one")]);
+    assert_eq!(one.code, 0, "{}", one.err);
+    let read = |name: &str| fs::read(folder.path(name)).expect("there");
+    assert!(read("one/results.parquet") == read("out/results.parquet"), "other bytes");
+}
+
+#[test]
+fn gnu_parallel_computes_on_its_hosts_one_of_which_is_dead() {
+    if Command::new("parallel").arg("--version").output().is_err() {
+        return skipped("a study by GNU parallel", "lacks: parallel");
+    }
+    let folder = Folder::new();
+    folder.write("f.toml", STUDY);
+    let ssh = folder.path("ssh");
+    executable(
+        &ssh,
+        "#!/bin/sh\nwhile [ \"${1#-}\" != \"$1\" ]; do shift; done\nhost=$1; shift; [ \"$1\" = -- ] && shift\n\
+         echo \"$host\" >> \"$0.log\"\n[ \"$host\" = red ] && exit 255\nexec sh -c \"$*\"\n",
+    );
+    let mut command = submit(&folder, "parallel", &["--shards", "4", "--hosts", "blue,red"]);
+    let Said { code, out, err } =
+        said(command.env("PARALLEL_SSH", &ssh).env("PARALLEL_HOME", folder.path("home")).output().expect("it starts"));
+    assert_eq!(code, 0, "{out}{err}");
+    let asked = fs::read_to_string(folder.path("ssh.log")).expect("written");
+    assert!(asked.contains("blue") && asked.contains("red"), "{asked}");
+    let log = fs::read_to_string(folder.path("out/scheduler/shards.joblog")).expect("written");
+    let ended = |host: &str, well: bool| {
+        let fields = log.lines().skip(1).map(|line| line.split('\t').collect::<Vec<_>>());
+        fields.filter(|fields| fields[1] == host && (fields[6] == "0") == well).count()
+    };
+    assert!(ended("red", false) + ended("red", true) <= 4 && ended("blue", true) == 4, "{log}");
+    same_tables(&folder);
+    assert!(out.contains("f: 120 of 120 samples"), "{out}{err}");
+    // Again: nothing is left but the table, which is there.
+    let again = said(submit(&folder, "parallel", &["--shards", "2"]).output().expect("it starts"));
+    assert!(again.code == 0 && again.err.contains("every chunk is there"), "{}", again.err);
+}
+
+#[test]
+fn what_is_handed_in_again_are_the_shards_that_lack_a_chunk() {
+    let folder = Folder::new();
+    folder.write("f.toml", STUDY);
+    let (study, out, scratch) = (folder.name("f.toml"), folder.name("out"), folder.name("scratch"));
+    let dry =
+        |more: &[&str]| said(submit(&folder, "slurm", &[&["--dry-run"], more].concat()).output().expect("starts"));
+    let first = dry(&["--shards", "16"]);
+    assert!(
+        first.code == 0 && first.out.contains("job0=$(sbatch --parsable --array=0-11 "),
+        "{}{}",
+        first.out,
+        first.err
+    );
+    assert!(first.out.contains("\"--dependency=afterany:$job0\""), "{}", first.out);
+    // A task has as many workers as it was given cores.
+    let mut shard = bladeoff(&["run", &study, "--out", &out, "--shard", "0/1", "--scratch", &scratch]);
+    let shard = said(shard.env("SLURM_CPUS_ON_NODE", "1").output().expect("it starts"));
+    assert!(shard.code == 0 && shard.err.contains("120 samples of 1 formula, 1 worker"), "{}", shard.err);
+    for chunk in ["chunk-000001.bin", "chunk-000005.bin"] {
+        fs::remove_file(folder.path("out/chunks/000").join(chunk)).expect("it was there");
+    }
+    let again = dry(&["--shards", "4"]);
+    assert!(again.out.contains("--array=1 "), "{}", again.out);
+    assert!(dry(&["--shards", "3"]).out.contains("--array=1-2 "));
+    let wrong = said(submit(&folder, "slrum", &["--shards", "3"]).output().expect("it starts"));
+    assert!(wrong.code == 2 && wrong.err.contains("did you mean slurm?"), "{}", wrong.err);
+    let hosts = dry(&["--shards", "3", "--hosts", "a"]);
+    assert!(hosts.code == 2 && hosts.err.contains("--scheduler parallel"), "{}", hosts.err);
+    let pbs = said(submit(&folder, "pbs", &["--shards", "3"]).output().expect("it starts"));
+    assert!(
+        pbs.code == 0 && pbs.err.contains("not run by us") && pbs.out.contains("job0=$(qsub -J 1-2 "),
+        "{}{}",
+        pbs.out,
+        pbs.err
+    );
+}
+
+#[test]
+fn a_task_of_slurm_is_requeued_three_times_after_exit_code_6_and_when_its_time_was_over() {
+    let folder = Folder::new();
+    folder.write("f.toml", STUDY);
+    let dry = submit(&folder, "slurm", &["--dry-run", "--shards", "2", "--time", "1h"]).output().expect("it starts");
+    assert!(dry.status.success(), "{}", String::from_utf8_lossy(&dry.stderr));
+    // A program that ends as it is told, and a scontrol that says what it was told.
+    executable(&folder.path("bin/bladeoff"), "#!/bin/sh\nexit \"$ENDS\"\n");
+    executable(&folder.path("bin/scontrol"), "#!/bin/sh\necho \"$*\" >> \"$TOLD\"\nexit \"$ANSWER\"\n");
+    let script = fs::read_to_string(folder.path("out/scheduler/shard.sbatch")).expect("written");
+    let script = script.replace(env!("CARGO_BIN_EXE_bladeoff"), &folder.name("bin/bladeoff"));
+    assert!(
+        script.contains("--time=60") && script.contains("--wall 3240s") && script.contains("--exclusive"),
+        "{script}"
+    );
+    let path = folder.write("shard.sbatch", &script);
+    let told = folder.path("told");
+    // Exit code of the task, and how often a requeue was asked for.
+    let task = |ends: &str, task: &str, answer: &str, restarts: &str| {
+        let _ = fs::remove_file(&told);
+        let mut command = Command::new("bash");
+        command.arg(&path).env("PATH", format!("{}:{}", folder.name("bin"), std::env::var("PATH").expect("set")));
+        command.env("SLURM_ARRAY_TASK_ID", task).env("SLURM_ARRAY_JOB_ID", "70").env("SLURM_RESTART_COUNT", restarts);
+        let ended = command.env("ENDS", ends).env("ANSWER", answer).env("TOLD", &told).output().expect("bash");
+        let told = fs::read_to_string(&told).unwrap_or_default();
+        assert!(told.is_empty() || told == format!("requeue 70_{task}\n"), "{told}");
+        (ended.status.code().expect("not killed"), told.lines().count())
+    };
+    assert_eq!(task("0", "0", "0", "0"), (0, 0));
+    for _ in 0..3 {
+        assert_eq!(task("6", "1", "0", "0"), (0, 1), "requeued");
+    }
+    assert_eq!(task("6", "1", "0", "0"), (6, 0), "three times at most");
+    assert_eq!(task("6", "0", "1", "0"), (6, 1), "Slurm does not do it: the failure stands");
+    assert_eq!(task("5", "0", "0", "7"), (0, 1), "its time was over");
+    assert_eq!(task("5", "0", "0", "100"), (5, 0), "not for ever");
+    assert_eq!(task("3", "0", "0", "0"), (3, 0), "a wrong study is wrong again");
+}
