@@ -10,6 +10,7 @@
 mod bearing_loads;
 mod beginning;
 mod damping;
+pub mod exponential;
 mod motion;
 mod plan;
 mod predictor;

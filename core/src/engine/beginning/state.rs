@@ -27,6 +27,22 @@ use bladeoff_model::machine::{Machine, Presence};
 /// # Errors
 /// [`StartError::Singular`] where a matrix has no inverse.
 pub(super) fn start(machine: &Machine, structure: &Structure, line: &mut ShaftLine<'_>) -> Result<bool, StartError> {
+    let (q, v) = initial_motion(machine, structure)?;
+    let speed = machine.rotor.initial_speed;
+    let a = accelerations(line, structure, &q, &v, speed)
+        .ok_or(StartError::Singular { what: "mass", part: "the rotor" })?;
+    line.begin(&q, &before_start(line, &v, speed, &a));
+    Ok(a.settled)
+}
+
+/// Lateral coordinates and their velocities at t = 0.
+///
+/// # Errors
+/// [`StartError::Singular`] where a matrix has no inverse.
+pub(in crate::engine) fn initial_motion(
+    machine: &Machine,
+    structure: &Structure,
+) -> Result<(Vec<f64>, Vec<f64>), StartError> {
     let rotor = &machine.rotor;
     let part = &structure.lateral;
     let size = part.coordinates.size();
@@ -63,11 +79,7 @@ pub(super) fn start(machine: &Machine, structure: &Structure, line: &mut ShaftLi
             axpy(1.0, &added, state);
         }
     }
-
-    let a = accelerations(line, structure, &q, &v, speed)
-        .ok_or(StartError::Singular { what: "mass", part: "the rotor" })?;
-    line.begin(&q, &before_start(line, &v, speed, &a));
-    Ok(a.settled)
+    Ok((q, v))
 }
 
 /// The fictitious increments of the step before, `d- = dt v0 - dt^2 a0/2`, which make the first step second order.
@@ -78,7 +90,8 @@ fn before_start(line: &ShaftLine<'_>, velocity: &[f64], spin: f64, a: &Accelerat
     Increments { lateral: lateral.collect(), twist: twist.collect() }
 }
 
-fn projected(structure: &Structure, nodal: &Matrix) -> Matrix {
+/// A nodal matrix of the lateral motion in coordinates.
+pub(in crate::engine) fn projected(structure: &Structure, nodal: &Matrix) -> Matrix {
     match structure.lateral.coordinates.shapes() {
         None => nodal.clone(),
         Some(shapes) => crate::linalg::project(nodal, shapes),

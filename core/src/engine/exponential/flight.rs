@@ -1,0 +1,255 @@
+//! Free flight: a shaft line that touches nothing, in steps of any size.
+
+use super::ExponentialError;
+use super::grid::{Cell, Grid};
+use super::outputs::{Direct, Outputs};
+use super::peak::Vertex;
+use super::propagator::Propagator;
+use super::spin::{Spin, SpinStep};
+use super::station::Model;
+use super::system::LateralSystem;
+use crate::engine::beginning::initial_motion;
+use crate::linalg::{dot, mul_vec};
+use crate::structure::Structure;
+use bladeoff_model::machine::{Engine, Machine};
+use nalgebra::Complex;
+
+/// Stations of the grid up to the initial speed, and cells between two of them.
+const STATIONS: f64 = 150.0;
+const CELLS: u32 = 10;
+/// The trial step from which the first slope of the spin is taken, as a part of the step.
+const TRIAL: f64 = 1.0 / 64.0;
+
+/// How finely a flight is computed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FlightSettings {
+    /// Time step \[s\]; a flight may take it doubled any number of times.
+    pub step: f64,
+    /// Distance of the grid's speeds \[rad/s\]; by default a 150th of the initial speed.
+    pub spacing: Option<f64>,
+    /// Cells between two of them, even.
+    pub cells: u32,
+}
+
+impl FlightSettings {
+    /// With the default grid.
+    #[must_use]
+    pub fn of_step(step: f64) -> Self {
+        Self { step, spacing: None, cells: CELLS }
+    }
+}
+
+/// A shaft line in free flight.
+#[derive(Debug, Clone)]
+pub struct Flight {
+    grid: Grid,
+    cell: Cell,
+    /// Whirl states, and room for the next.
+    y: Vec<f64>,
+    scratch: Vec<f64>,
+    spin: Spin,
+    direct: Vec<Direct>,
+    step: f64,
+    /// Time in steps.
+    ticks: u64,
+    levels: Vec<Level>,
+    forces: Vec<Complex<f64>>,
+    velocities: Vec<[f64; 2]>,
+}
+
+/// What belongs to one step size, `2^level` steps.
+#[derive(Debug, Clone)]
+struct Level {
+    spin: SpinStep,
+    /// Of a cell, by its index.
+    propagator: Option<(i64, Propagator)>,
+}
+
+impl Flight {
+    /// A machine at t = 0.
+    ///
+    /// # Errors
+    /// [`ExponentialError`] of a machine that this engine has no basis for, or does not cover.
+    pub fn new(machine: &Machine, structure: &Structure, settings: FlightSettings) -> Result<Self, ExponentialError> {
+        if machine.run.engine != Engine::Reduced {
+            return Err(ExponentialError::NotCovered { what: "finite-element coordinates (run.engine = \"full\")" });
+        }
+        if machine.rotor.speed_law.is_some() {
+            return Err(ExponentialError::NotCovered { what: "a prescribed speed (rotor.speed_law)" });
+        }
+        let (q, velocity) = initial_motion(machine, structure)?;
+        let system = LateralSystem::new(machine, structure).ok_or(ExponentialError::Singular { part: "the rotor" })?;
+        let outputs = Outputs::new(machine, structure);
+        let direct = outputs.direct(&system);
+        let mut spin = Spin::new(machine, structure);
+        let speed = spin.speed;
+        let spacing = settings.spacing.unwrap_or(speed.max(1.0) / STATIONS);
+        let mut grid = Grid::new(Model { system, outputs }, spacing, settings.cells, speed)?;
+        let cell = grid.cell(grid.index_of(speed))?;
+        let y = grid.amplitudes(&cell, &grid.model.system.state_of_motion(speed, &q, &velocity));
+        let velocities = vec![[0.0; 2]; spin.arms.len()];
+        let mut flight = Self {
+            scratch: vec![0.0; y.len()],
+            forces: Vec::with_capacity(velocities.len()),
+            step: settings.step,
+            ticks: 0,
+            levels: Vec::new(),
+            grid,
+            cell,
+            y,
+            direct,
+            velocities,
+            spin: spin.clone(),
+        };
+        flight.see_velocities();
+        let gyroscopic = flight.gyroscopic_momentum();
+        spin.begin(&flight.velocities, gyroscopic);
+        flight.spin = spin;
+        let mut trial = flight.clone();
+        trial.step = TRIAL * settings.step;
+        for _ in 0..2 {
+            trial.advance(0)?;
+        }
+        flight.spin.learn_from(&trial.spin);
+        Ok(flight)
+    }
+
+    /// Takes a step of `2^level` times the step of the settings.
+    ///
+    /// # Errors
+    /// [`ExponentialError`] where the spin reaches a speed that has no basis.
+    pub fn advance(&mut self, level: usize) -> Result<(), ExponentialError> {
+        while self.levels.len() <= level {
+            let h = self.step * libm::exp2(self.levels.len() as f64);
+            self.levels.push(Level { spin: self.spin.step(h)?, propagator: None });
+        }
+        let of_level = &mut self.levels[level];
+        if of_level.propagator.as_ref().is_none_or(|(index, _)| *index != self.cell.index) {
+            let h = self.step * libm::exp2(level as f64);
+            of_level.propagator = Some((self.cell.index, Propagator::new(&self.cell, self.velocities.len(), h)));
+        }
+        self.spin.predict(&of_level.spin, &mut self.forces);
+        if let Some((_, propagator)) = &of_level.propagator {
+            propagator.advance(&self.forces, &mut self.y);
+        }
+        self.see_velocities();
+        let gyroscopic = self.gyroscopic_momentum();
+        self.spin.complete(&self.levels[level].spin, &self.velocities, gyroscopic);
+        self.ticks += 1 << level;
+        while self.grid.has_left(&self.cell, self.spin.speed) {
+            let up = self.spin.speed > self.cell.speed;
+            let next = self.grid.cell(if up { self.cell.index + 1 } else { self.cell.index - 1 })?;
+            self.grid.cross(self.cell.index, up, &mut self.y, &mut self.scratch);
+            self.cell = next;
+        }
+        Ok(())
+    }
+
+    /// Time \[s\].
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        self.ticks as f64 * self.step
+    }
+
+    /// Spin \[rad/s\].
+    #[must_use]
+    pub fn speed(&self) -> f64 {
+        self.spin.speed
+    }
+
+    /// Mean spin angle \[rad\].
+    #[must_use]
+    pub fn angle(&self) -> f64 {
+        self.spin.angle
+    }
+
+    /// Load of a bearing, in the machine's order \[N\].
+    #[must_use]
+    pub fn load(&self, bearing: usize) -> [f64; 2] {
+        let first = self.grid.model.outputs.load(bearing);
+        let direct = &self.direct[bearing];
+        let mut load = [0, 1].map(|i| dot(&self.cell.rows[first + i], &self.y) + direct.constant[i]);
+        for (s, at_once) in direct.of_force.iter().enumerate() {
+            let force = self.spin.force_now(s);
+            load[0] += at_once[0] * force.re + at_once[1] * force.im;
+            load[1] += at_once[2] * force.re + at_once[3] * force.im;
+        }
+        load
+    }
+
+    /// Displacement \[m\] and velocity \[m/s\] of the rotor at a diaphragm's contact.
+    #[must_use]
+    pub fn contact(&self, diaphragm: usize) -> [[f64; 2]; 2] {
+        let first = self.grid.model.outputs.contact(diaphragm);
+        let at = |i: usize| dot(&self.cell.rows[first + i], &self.y);
+        [[at(0), at(1)], [at(2), at(3)]]
+    }
+
+    /// Speeds of the grid that have been computed, and the largest condition of their bases.
+    #[must_use]
+    pub fn stations(&self) -> (usize, f64) {
+        self.grid.visited()
+    }
+
+    fn see_velocities(&mut self) {
+        for (s, velocity) in self.velocities.iter_mut().enumerate() {
+            *velocity = [0, 1].map(|i| dot(&self.cell.rows[2 * s + i], &self.y));
+        }
+    }
+
+    /// `q'^T G q/2`.
+    fn gyroscopic_momentum(&mut self) -> f64 {
+        mul_vec(&self.cell.momentum, &self.y, &mut self.scratch);
+        dot(&self.y, &self.scratch)
+    }
+}
+
+/// What a run without contact comes to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FreeRun {
+    /// Spin at the end \[rad/s\].
+    pub end_speed: f64,
+    /// Largest load of each bearing, in the machine's order \[N\].
+    pub largest_loads: Vec<f64>,
+    /// Time at which the spin first passed the speed asked for \[s\]; `None` where it did not.
+    pub passing: Option<f64>,
+    /// Stations visited, and the largest condition of their bases.
+    pub stations: (usize, f64),
+}
+
+/// A whole run in equal steps up to `run.end_time`, as if nothing were there to touch; `passed` is a speed \[rad/s\] whose time is asked for.
+///
+/// # Errors
+/// [`ExponentialError`].
+pub fn free_run(
+    machine: &Machine,
+    structure: &Structure,
+    settings: FlightSettings,
+    passed: f64,
+) -> Result<FreeRun, ExponentialError> {
+    let mut flight = Flight::new(machine, structure, settings)?;
+    let bearings = structure.rotor.bearings.len();
+    let mut peaks = vec![Vertex::default(); bearings];
+    let mut passing = None;
+    let steps = libm::round(machine.run.end_time / settings.step) as u64;
+    for step in 0..=steps {
+        for (bearing, peak) in peaks.iter_mut().enumerate() {
+            let [x, y] = flight.load(bearing);
+            peak.see(x * x + y * y);
+        }
+        if step == steps {
+            break;
+        }
+        let (time, before) = (flight.time(), flight.speed());
+        flight.advance(0)?;
+        if passing.is_none() && (before - passed) * (flight.speed() - passed) <= 0.0 && before > flight.speed() {
+            passing = Some(time + settings.step * (before - passed) / (before - flight.speed()));
+        }
+    }
+    Ok(FreeRun {
+        end_speed: flight.speed(),
+        largest_loads: peaks.iter().map(|peak| peak.value.sqrt()).collect(),
+        passing,
+        stations: flight.stations(),
+    })
+}
