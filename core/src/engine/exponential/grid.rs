@@ -5,7 +5,8 @@
 //! cell k      of width D/m, at a share s of the way between its stations:   R(s), B(s), O(s), N(s) linear in s                      (1)
 //! from cell to cell   y := X^(1/m) y                                                                                               (2)
 //! ```
-//! In a cell the blocks are constant, and a run stays in it until it is a quarter of a cell beyond. (2) is the slow change of the eigenvectors
+//! In a cell the blocks are constant, and a run stays in it until it is a sixteenth of a cell beyond (a spin that swings about an edge does not change cells
+//! with it; more would hold a falling spin's cells above it). (2) is the slow change of the eigenvectors
 //! with the spin, exact from station to station. The error of both is of second order in the cell's width and the spacing: docs/theory/08-exponential-engine.md.
 //!
 //! Stations are a chain from the one at the initial speed on, upwards and downwards, each aligned with the one before: what a station is does not depend
@@ -17,6 +18,9 @@ use super::station::{Model, Station};
 use super::transfer::Transfer;
 use crate::linalg::{Matrix, mul, mul_vec};
 use std::collections::BTreeMap;
+
+/// Distance from the middle of a cell at which a run leaves it, as a part of its width.
+const BEYOND: f64 = 0.5625;
 
 /// Stations and transfers of a model.
 #[derive(Debug, Clone)]
@@ -61,9 +65,9 @@ impl Grid {
         libm::floor((speed / self.spacing - 0.5) * self.cells as f64) as i64
     }
 
-    /// Whether a run at `speed` has left a cell by more than a quarter of it.
+    /// Whether a run at `speed` has left a cell.
     pub fn has_left(&self, cell: &Cell, speed: f64) -> bool {
-        (speed - cell.speed).abs() * self.cells as f64 > 0.75 * self.spacing
+        (speed - cell.speed).abs() * self.cells as f64 > BEYOND * self.spacing
     }
 
     fn speed_of_station(&self, b: i64) -> f64 {

@@ -48,10 +48,11 @@ impl Station {
     pub fn new(model: &Model, speed: f64, neighbour: Option<&Station>) -> Result<Self, ExponentialError> {
         let (system, size) = (&model.system, model.system.size);
         let motions = system.motions(speed)?;
+        let generator = system.generator(speed);
         let defective = ExponentialError::NoBasis { speed };
         let right = neighbour
-            .and_then(|station| pairs::beside(&motions, &station.left))
-            .or_else(|| pairs::alone(&motions))
+            .and_then(|station| pairs::beside(&motions, &generator, &station.left))
+            .or_else(|| pairs::alone(&motions, &generator))
             .ok_or_else(|| defective.clone())?;
         let left = inverse(&right).ok_or(defective)?;
         let condition = largest_stretch(&right) * largest_stretch(&left);
@@ -59,7 +60,7 @@ impl Station {
         if !(condition <= MOST_CONDITION) {
             return Err(ExponentialError::IllConditioned { speed, condition, limit: MOST_CONDITION });
         }
-        let generator = mul(&left, &mul(&system.generator(speed), &right));
+        let generator = mul(&left, &mul(&generator, &right));
         let between = largest_between(&generator) / generator.amax();
         if !(between <= INVARIANT) {
             return Err(ExponentialError::NotInvariant { speed, part: between });
