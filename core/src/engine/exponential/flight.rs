@@ -2,6 +2,7 @@
 
 use super::ExponentialError;
 use super::grid::{Cell, Grid};
+use super::kick::Kick;
 use super::outputs::{Direct, Outputs};
 use super::peak::Vertex;
 use super::propagator::Propagator;
@@ -17,6 +18,9 @@ use nalgebra::Complex;
 /// Stations of the grid up to the initial speed, and cells between two of them.
 const STATIONS: f64 = 150.0;
 const CELLS: u32 = 10;
+/// Steps from one gyroscopic momentum to the next. It is a product of all pairs with all, 1e-5 of the spin's momentum, and changes slowly: what lies between
+/// shifts the spin for these steps, and adds to nothing.
+const GYRATION: u64 = 8;
 /// The trial step from which the first slope of the spin is taken, as a part of the step.
 const TRIAL: f64 = 1.0 / 64.0;
 
@@ -55,6 +59,11 @@ pub struct Flight {
     levels: Vec<Level>,
     forces: Vec<Complex<f64>>,
     velocities: Vec<[f64; 2]>,
+    /// Steps of any size so far, and the gyroscopic momentum of one of the last of them.
+    steps: u64,
+    gyroscopic: f64,
+    /// Of a cell, by its index, for contact steps.
+    kick: Option<(i64, Kick)>,
 }
 
 /// What belongs to one step size, `2^level` steps.
@@ -99,11 +108,14 @@ impl Flight {
             y,
             direct,
             velocities,
+            steps: 0,
+            gyroscopic: 0.0,
+            kick: None,
             spin: spin.clone(),
         };
         flight.see_velocities();
-        let gyroscopic = flight.gyroscopic_momentum();
-        spin.begin(&flight.velocities, gyroscopic);
+        flight.gyroscopic = flight.gyroscopic_momentum();
+        spin.begin(&flight.velocities, flight.gyroscopic);
         flight.spin = spin;
         let mut trial = flight.clone();
         trial.step = TRIAL * settings.step;
@@ -119,22 +131,36 @@ impl Flight {
     /// # Errors
     /// [`ExponentialError`] where the spin reaches a speed that has no basis.
     pub fn advance(&mut self, level: usize) -> Result<(), ExponentialError> {
+        self.propagate(level)?;
+        self.finish(level)
+    }
+
+    /// The whirl states at the end of a step in which nothing is touched; the spin's follow in [`Flight::finish`].
+    pub(super) fn propagate(&mut self, level: usize) -> Result<(), ExponentialError> {
+        let h = self.step_of(level);
         while self.levels.len() <= level {
-            let h = self.step * libm::exp2(self.levels.len() as f64);
-            self.levels.push(Level { spin: self.spin.step(h)?, propagator: None });
+            let spin = self.spin.step(self.step_of(self.levels.len()))?;
+            self.levels.push(Level { spin, propagator: None });
         }
         let of_level = &mut self.levels[level];
         if of_level.propagator.as_ref().is_none_or(|(index, _)| *index != self.cell.index) {
-            let h = self.step * libm::exp2(level as f64);
             of_level.propagator = Some((self.cell.index, Propagator::new(&self.cell, self.velocities.len(), h)));
         }
         self.spin.predict(&of_level.spin, &mut self.forces);
         if let Some((_, propagator)) = &of_level.propagator {
             propagator.advance(&self.forces, &mut self.y);
         }
+        Ok(())
+    }
+
+    /// Ends a step that [`Flight::propagate`] has begun.
+    pub(super) fn finish(&mut self, level: usize) -> Result<(), ExponentialError> {
         self.see_velocities();
-        let gyroscopic = self.gyroscopic_momentum();
-        self.spin.complete(&self.levels[level].spin, &self.velocities, gyroscopic);
+        self.steps += 1;
+        if self.steps.is_multiple_of(GYRATION) {
+            self.gyroscopic = self.gyroscopic_momentum();
+        }
+        self.spin.complete(&self.levels[level].spin, &self.velocities, self.gyroscopic);
         self.ticks += 1 << level;
         while self.grid.has_left(&self.cell, self.spin.speed) {
             let up = self.spin.speed > self.cell.speed;
@@ -143,6 +169,11 @@ impl Flight {
             self.cell = next;
         }
         Ok(())
+    }
+
+    /// Length of a step of `2^level` steps \[s\].
+    pub(super) fn step_of(&self, level: usize) -> f64 {
+        self.step * libm::exp2(level as f64)
     }
 
     /// Time \[s\].
@@ -189,6 +220,58 @@ impl Flight {
     #[must_use]
     pub fn stations(&self) -> (usize, f64) {
         self.grid.visited()
+    }
+
+    /// Bound of the velocity of a diaphragm's node during the next step of `h` \[m/s\]: (2) of [`super::transient`].
+    pub(super) fn fastest(&self, diaphragm: usize, h: f64) -> f64 {
+        let first = self.grid.model.outputs.contact(diaphragm);
+        let (rows, pairs) = (&self.cell.rows, self.cell.blocks.len());
+        let push: f64 = (0..self.velocities.len()).map(|s| self.spin.force_now(s).norm()).sum();
+        let length = |v: &[f64], k: usize| v[k].hypot(v[pairs + k]);
+        let mut sum = 0.0;
+        for (k, block) in self.cell.blocks.iter().enumerate() {
+            let row = length(&rows[first], k).hypot(length(&rows[first + 1], k));
+            let pushed = self.cell.pushes.iter().map(|push| length(push, k)).fold(0.0, f64::max) * 2.0 * push;
+            let size = block.iter().map(|entry| entry * entry).sum::<f64>().sqrt();
+            let growth = 0.5 * (block[0] + block[3]) + (0.5 * (block[0] - block[3])).hypot(0.5 * (block[1] + block[2]));
+            let largest = libm::exp(h * growth.max(0.0)) * (length(&self.y, k) + h * pushed);
+            sum += row * (size * largest + pushed);
+        }
+        sum
+    }
+
+    /// Makes the kick of the present cell, after [`Flight::propagate`] of the contact step.
+    pub(super) fn prepare_kick(&mut self, diaphragm: usize) {
+        if self.kick.as_ref().is_some_and(|(index, _)| *index == self.cell.index) {
+            return;
+        }
+        let outputs = &self.grid.model.outputs;
+        let loads: Vec<usize> = (0..self.direct.len()).map(|bearing| outputs.load(bearing)).collect();
+        let (row, push) = (outputs.contact(diaphragm), outputs.contact_push(diaphragm));
+        if let Some((_, propagator)) = self.levels.first().and_then(|level| level.propagator.as_ref()) {
+            self.kick = Some((self.cell.index, Kick::new(&self.cell, propagator, self.step, row, push, &loads)));
+        }
+    }
+
+    /// The kick, and the spin with the tables of the contact step; after [`Flight::prepare_kick`].
+    pub(super) fn striking(&self) -> (&Kick, &Spin, &SpinStep) {
+        let (_, kick) = self.kick.as_ref().expect("made for this step");
+        (kick, &self.spin, &self.levels[0].spin)
+    }
+
+    /// Adds what an impulse on the rotor \[N s\] and its torque's \[N m s\] at n have made at n+1.
+    pub(super) fn strike(&mut self, impulse: [f64; 2], torque: f64, twist_row: &[f64]) {
+        if let Some((_, kick)) = &self.kick {
+            for (part, state) in impulse.into_iter().zip(&kick.states) {
+                crate::linalg::axpy(part, state, &mut self.y);
+            }
+        }
+        self.spin.strike(&self.levels[0].spin, torque, twist_row);
+    }
+
+    /// The spin.
+    pub(super) fn spin(&self) -> &Spin {
+        &self.spin
     }
 
     fn see_velocities(&mut self) {

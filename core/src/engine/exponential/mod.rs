@@ -7,19 +7,25 @@
 //! Theory, measurements and limits: docs/theory/08-exponential-engine.md.
 
 mod block;
+mod candidates;
 mod flight;
 mod grid;
+mod kick;
+mod kicked_ring;
 mod oscillators;
 mod outputs;
 mod pairs;
 mod peak;
 mod propagator;
+mod rub;
 mod spin;
 mod station;
 mod system;
 mod transfer;
+mod transient;
 
 pub use flight::{Flight, FlightSettings, FreeRun, free_run};
+pub use transient::{RubbingRun, rubbing_run};
 
 use super::plan::StartError;
 use crate::linalg::EigenError;
@@ -57,6 +63,9 @@ pub enum ExponentialError {
         /// Which part.
         part: &'static str,
     },
+    /// Contact impulses that nothing solves.
+    #[error("no contact impulses fulfil the conditions of a step")]
+    NoImpulses,
     /// What only other engines compute.
     #[error("the exponential engine does not cover {what}: use run.engine = \"reduced\"")]
     NotCovered {

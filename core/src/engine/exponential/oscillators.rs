@@ -58,4 +58,19 @@ impl Oscillators {
             self.rate[j] += step.force[1][j] * (scale * shape[j]);
         }
     }
+
+    /// Adds at the end of the step what an impulse along a shape at its beginning has made.
+    pub fn strike(&mut self, step: &OscillatorStep, impulse: f64, shape: &[f64]) {
+        for j in 0..self.place.len() {
+            self.place[j] += step.free[1][j] * (impulse * shape[j]);
+            self.rate[j] += step.free[3][j] * (impulse * shape[j]);
+        }
+    }
+}
+
+impl OscillatorStep {
+    /// Displacement along a shape at the end of the step by a unit impulse along it at the beginning.
+    pub fn struck(&self, shape: &[f64]) -> f64 {
+        self.free[1].iter().zip(shape).map(|(moved, part)| moved * part * part).sum()
+    }
 }

@@ -108,11 +108,16 @@ impl Outputs {
         y
     }
 
-    /// Pushes of a unit force on the unbalances' nodes, two columns each, and of the weight.
+    /// Pushes of a unit force on the unbalances' nodes, two columns each, of the weight, and on the diaphragms' nodes.
     pub fn pushes(&self, system: &LateralSystem) -> Matrix {
-        let columns = self.site_columns.column_iter().map(|column| system.push(column.as_slice()));
-        let all: Vec<f64> = columns.chain([system.push(&self.weight)]).flatten().collect();
-        Matrix::from_column_slice(2 * system.size, self.site_columns.ncols() + 1, &all)
+        let push = |matrix: &Matrix| matrix.column_iter().flat_map(|c| system.push(c.as_slice())).collect::<Vec<f64>>();
+        let all = [push(&self.site_columns), system.push(&self.weight), push(&self.contact_columns)].concat();
+        Matrix::from_column_slice(2 * system.size, self.contact_push(0) + self.contact_columns.ncols(), &all)
+    }
+
+    /// Place of the first push of a diaphragm.
+    pub fn contact_push(&self, diaphragm: usize) -> usize {
+        self.site_columns.ncols() + 1 + 2 * diaphragm
     }
 
     /// What loads have of forces at once.

@@ -50,8 +50,8 @@ impl Propagator {
         }
     }
 
-    /// Takes y over the step under the unbalances' forces in its middle \[N\].
-    pub fn advance(&self, forces: &[Complex<f64>], y: &mut [f64]) {
+    /// Takes y over the step without any force.
+    pub fn turn(&self, y: &mut [f64]) {
         let pairs = self.free[0].len();
         let (a, b) = y.split_at_mut(pairs);
         let [aa, ab, ba, bb] = self.free.each_ref().map(|list| &list[..pairs]);
@@ -60,6 +60,18 @@ impl Propagator {
             a[k] = aa[k] * x + ab[k] * z;
             b[k] = ba[k] * x + bb[k] * z;
         }
+    }
+
+    /// `exp(B h)` of a pair.
+    pub fn of_pair(&self, k: usize) -> Block {
+        self.free.each_ref().map(|list| list[k])
+    }
+
+    /// Takes y over the step under the unbalances' forces in its middle \[N\].
+    pub fn advance(&self, forces: &[Complex<f64>], y: &mut [f64]) {
+        self.turn(y);
+        let pairs = self.free[0].len();
+        let (a, b) = y.split_at_mut(pairs);
         for (response, f) in self.harmonic.iter().zip(forces) {
             let [ar, ai, br, bi] = response.each_ref().map(|list| &list[..pairs]);
             for k in 0..pairs {

@@ -98,9 +98,7 @@ impl Spin {
     /// At t = 0, without twist.
     pub fn new(machine: &Machine, structure: &Structure) -> Self {
         let (rotor, part) = (&structure.rotor, &structure.twist);
-        let rigid = part.coordinates_of(&rotor.twist_mass, &vec![1.0; rotor.nodes]);
-        let whole = crate::linalg::norm(&rigid);
-        let elastic: Vec<usize> = (0..rigid.len()).filter(|&j| rigid[j].abs() < ELASTIC * whole).collect();
+        let elastic = elastic_modes(structure);
         let (angle, speed) = (machine.rotor.initial.angle, machine.rotor.initial_speed);
         let arms = sites(machine).into_iter().map(|site| {
             let row = part.coordinates.row(site.twist_node);
@@ -198,6 +196,33 @@ impl Spin {
         }
     }
 
+    /// Adds an angular impulse \[N m s\] at the beginning of the step, on a node of this elastic twist; between predict and complete.
+    pub fn strike(&mut self, step: &SpinStep, impulse: f64, row: &[f64]) {
+        self.momentum += impulse;
+        self.twist.strike(&step.twist, impulse, row);
+    }
+
+    /// Turn of a node over the step that is predicted \[rad\], its elastic twist at n given; after predict.
+    pub fn turn(&self, row: &[f64], twist_before: f64) -> f64 {
+        self.next_angle - self.angle + dot(row, &self.twist.place) - twist_before
+    }
+
+    /// Elastic twist of a node \[rad\].
+    pub fn twist_at(&self, row: &[f64]) -> f64 {
+        dot(row, &self.twist.place)
+    }
+
+    /// Turn of a node over the step per angular impulse on it \[rad/(N m s)\].
+    pub fn rolling(&self, step: &SpinStep, row: &[f64]) -> f64 {
+        step.h / self.inertia + step.twist.struck(row)
+    }
+
+    /// The elastic twist of a node, per amplitude.
+    pub fn row_of(structure: &Structure, node: usize) -> Vec<f64> {
+        let row = structure.twist.coordinates.row(node);
+        elastic_modes(structure).into_iter().map(|j| row[j]).collect()
+    }
+
     /// Ends the step with the velocities of the unbalances' nodes \[m/s\] and the gyroscopic momentum at its end.
     pub fn complete(&mut self, step: &SpinStep, velocities: &[[f64; 2]], gyroscopic: f64) {
         let (h, last) = (step.h, self.arms.len());
@@ -240,6 +265,14 @@ impl Spin {
         let arm = &self.arms[s];
         Complex::new(arm.rate * arm.rate, -self.slope) * arm.unit * arm.moment
     }
+}
+
+/// The modes of twist without the uniform rotation.
+fn elastic_modes(structure: &Structure) -> Vec<usize> {
+    let (rotor, part) = (&structure.rotor, &structure.twist);
+    let rigid = part.coordinates_of(&rotor.twist_mass, &vec![1.0; rotor.nodes]);
+    let whole = crate::linalg::norm(&rigid);
+    (0..rigid.len()).filter(|&j| rigid[j].abs() < ELASTIC * whole).collect()
 }
 
 fn unit(angle: f64) -> Complex<f64> {

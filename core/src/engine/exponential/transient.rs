@@ -1,0 +1,114 @@
+//! A run with contact: flight in large steps where nothing can touch, contact steps where something may.
+//!
+//! ```text
+//! room = gap - |x| - sum over ring modes of amplitude reach         > h v :  a step of h cannot touch                           (1)
+//! v    = sum over pairs of |rows| [ |B| g (|y| + h |l| f) + |l| f ],   g = exp(h max(0, mu(B)))                                  (2)
+//! ```
+//! (2) bounds the velocity of the rotor's node during the step: f the unbalances' forces, mu(B) the largest eigenvalue of the symmetric part
+//! of a block, which bounds its exponential. (1) is a bound then, not an estimate. Verified by `tests/exponential_rub.rs`.
+
+use super::ExponentialError;
+use super::flight::{Flight, FlightSettings};
+use super::rub::{FreeStep, Rub};
+use crate::record::LastMillisecond;
+use crate::structure::Structure;
+use bladeoff_model::machine::Machine;
+
+/// A flight step has at most `2^LEVELS` contact steps.
+const LEVELS: usize = 4;
+
+/// What a run with contact comes to.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct RubbingRun {
+    /// First contact \[s\].
+    pub first_contact: Option<f64>,
+    /// Spin at the end \[rad/s\].
+    pub end_speed: f64,
+    /// Largest load of each bearing, in the machine's order \[N\].
+    pub largest_loads: Vec<f64>,
+    /// Largest mean of the normal force over 1 ms \[N\].
+    pub largest_filtered_force: f64,
+    /// Normal impulse of all contact \[N s\].
+    pub impulse: f64,
+    /// Work of friction \[J\].
+    pub friction_energy: f64,
+    /// Largest distance of the rotor's node from the stator's centre \[m\].
+    pub eccentricity: f64,
+    /// Contact steps, those of them that touched, and flight steps.
+    pub steps: [u64; 3],
+}
+
+/// A whole run up to `run.end_time` with contact at the first diaphragm, in contact steps of `settings.step`; `flies`: in larger ones where it may.
+///
+/// # Errors
+/// [`ExponentialError`].
+pub fn rubbing_run(
+    machine: &Machine,
+    structure: &Structure,
+    settings: FlightSettings,
+    flies: bool,
+) -> Result<RubbingRun, ExponentialError> {
+    let Some(diaphragm) = machine.diaphragms.first() else {
+        return Err(ExponentialError::NotCovered { what: "a contact without a diaphragm" });
+    };
+    let mut flight = Flight::new(machine, structure, settings)?;
+    let h = settings.step;
+    let mut rub = Rub::new(diaphragm, structure, 0, h)?;
+    let bearings = structure.rotor.bearings.len();
+    let twist_row = super::spin::Spin::row_of(structure, diaphragm.contact.node);
+    let mut filter = LastMillisecond::new(h);
+    let window = filter.length() as f64 * h;
+    let mut run = RubbingRun { largest_loads: vec![0.0; bearings], ..RubbingRun::default() };
+    while flight.time() < machine.run.end_time - 0.5 * h {
+        let place = flight.contact(0)[0];
+        let offset = diaphragm.contact.offset;
+        run.eccentricity = run.eccentricity.max((place[0] - offset[0]).hypot(place[1] - offset[1]));
+        let mut loads: Vec<[f64; 2]> = (0..bearings).map(|bearing| flight.load(bearing)).collect();
+        let room = rub.room(place);
+        let safe = |level: &usize| room > flight.step_of(*level) * flight.fastest(0, flight.step_of(*level));
+        let level = (0..=LEVELS).rev().find(safe).filter(|_| flies);
+        if let Some(level) = level {
+            flight.advance(level)?;
+            rub.fly(level, flight.step_of(level));
+            (0..1 << level).for_each(|_| filter.slide(0.0));
+            run.steps[2] += 1;
+        } else {
+            let twist_before = flight.spin().twist_at(&twist_row);
+            flight.propagate(0)?;
+            flight.prepare_kick(0);
+            let (kick, spin, spin_step) = flight.striking();
+            let free = FreeStep {
+                from: place,
+                to: flight.contact(0)[0],
+                kick,
+                turn: spin.turn(&twist_row, twist_before),
+                rolling: spin.rolling(spin_step, &twist_row),
+                h,
+            };
+            let impact = rub.touch(&free)?;
+            run.steps[0] += 1;
+            if let Some(impact) = impact {
+                for (load, half) in loads.iter_mut().zip(&kick.loads) {
+                    for i in 0..2 {
+                        load[i] += half[i][0] * impact.on_rotor[0] + half[i][1] * impact.on_rotor[1];
+                    }
+                }
+                run.steps[1] += 1;
+                run.impulse += impact.normal;
+                run.friction_energy += impact.friction_work;
+                run.first_contact = run.first_contact.or(Some(flight.time() + h));
+                flight.strike(impact.on_rotor, impact.torque, &twist_row);
+            }
+            filter.slide(impact.map_or(0.0, |impact| impact.normal));
+            if let Some(sum) = filter.sum() {
+                run.largest_filtered_force = run.largest_filtered_force.max(sum / window);
+            }
+            flight.finish(0)?;
+        }
+        for (largest, load) in run.largest_loads.iter_mut().zip(&loads) {
+            *largest = largest.max(load[0].hypot(load[1]));
+        }
+    }
+    run.end_speed = flight.speed();
+    Ok(run)
+}
