@@ -129,18 +129,6 @@ fn agree(machine: &Machine, step: f64, passed: f64, speed: f64, load: f64) {
     println!("reduced {wanted:?}");
     let found = free_run(machine, &structure, FlightSettings::of_step(step), passed).expect("has a basis");
     println!("step {step}: {found:?}");
-    for finer in [0.5, 0.25] {
-        println!(
-            "step {}: {:?}",
-            finer * step,
-            free_run(machine, &structure, FlightSettings::of_step(finer * step), passed)
-        );
-    }
-    for (spacing, cells) in [(2.0, 10), (0.5, 10), (1.0, 2), (1.0, 40)] {
-        let spacing = spacing * machine.rotor.initial_speed / 150.0;
-        let settings = FlightSettings { step, spacing: Some(spacing), cells };
-        println!("spacing {spacing} cells {cells}: {:?}", free_run(machine, &structure, settings, passed));
-    }
     assert!((found.end_speed / wanted.end_speed - 1.0).abs() < speed, "{found:?} {wanted:?}");
     let (ours, theirs) = (found.passing.expect("passes"), wanted.passing.expect("passes"));
     assert!((ours / theirs - 1.0).abs() < speed, "passed at {ours}, {theirs}");
@@ -167,6 +155,28 @@ fn unlike_and_skew_bearings_under_gravity_run_as_in_the_reduced_engine() {
     assert!(text.contains("[[6e8") && text.contains("[[6e5"), "bearings are changed");
     let changes = [("rotor.gravity[0]", "0.5"), ("rotor.gravity[1]", "-9.81"), ("run.end_time", "1.5 s")];
     agree(&alone(&text, &changes), 4e-4, 150.0, 1e-6, 1e-4);
+}
+
+#[test]
+fn the_spin_converges_with_order_two() {
+    let machine = alone(&study_machine("lab_rig"), &[("run.end_time", "0.2 s")]);
+    let structure = Structure::build(&machine, None).expect("buildable");
+    let speed = |step: f64| {
+        free_run(&machine, &structure, FlightSettings::of_step(step), 250.0).expect("has a basis").end_speed
+    };
+    let (large, middle, small) = (speed(4e-4), speed(2e-4), speed(1e-4));
+    let order = ((large - middle) / (middle - small)).log2();
+    println!("lab rig, spin at 0.2 s: {large} {middle} {small}, order {order:.2}");
+    assert!((order - 2.0).abs() < 0.3, "order {order}");
+}
+
+/// Bearings so damped that their motions do not oscillate, and unlike, so that pairs of real ones merge and part with the spin.
+#[test]
+fn overdamped_pairs_go_through_the_grid() {
+    let text = study_machine("lab_rig").replace("damping = \"600 N s/m\"", "damping = [[9e3, 0], [0, 6e3]]");
+    let changes = [("run.end_time", "0.1 s"), ("run.step", "1e-6 s")];
+    let machine = alone(&text, &changes);
+    agree(&machine, 1e-4, 290.0, 1e-6, 2e-4);
 }
 
 #[test]

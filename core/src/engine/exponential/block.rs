@@ -75,7 +75,7 @@ impl Split {
     /// The same where the eigenvalues are nearly one: `(iW - B)^-1 (e^{iWh/2} - e^{-iWh/2} exp(B h)) l`.
     fn harmonic_of_one(&self, rate: f64, h: f64, l: [Complex<f64>; 2]) -> [Complex<f64>; 2] {
         let away = Complex::new(-self.mean, rate);
-        if away.norm() * h < MERGED {
+        if away.norm_sqr() * h * h < MERGED * MERGED {
             // hardly any motion in a step: g = h (1 + B h/2)
             let [a, b, c, d] = self.traceless.map(|entry| 0.5 * h * entry);
             let same = 1.0 + 0.5 * h * self.mean;
@@ -110,7 +110,7 @@ fn apart(one: Complex<f64>, other: Complex<f64>, distance: Complex<f64>) -> (Com
 fn response(z: Complex<f64>, rate: f64, h: f64) -> Complex<f64> {
     let away = Complex::new(-z.re, rate - z.im);
     let s = away * (0.5 * h);
-    if s.norm() < SMALL {
+    if s.norm_sqr() < SMALL * SMALL {
         let square = s * s;
         let mut series = Complex::new(1.0, 0.0);
         for k in [8.0_f64, 7.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0] {

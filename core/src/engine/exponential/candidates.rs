@@ -7,6 +7,7 @@
 //! rotor's circle comes nearer by `|x| d^2/8` (turbine, four to an element: 1 um of a gap of 8 mm).
 //! Source: the conditions of docs/theory/03-contact.md at fixed angles (collocation). Verified by `tests/exponential_rub.rs`.
 
+use super::bound::length;
 use crate::linalg::{Matrix, dot};
 use crate::stator::Surface;
 use crate::structure::RingPart;
@@ -52,7 +53,7 @@ impl Candidates {
             row
         };
         let shapes: Vec<[Vec<f64>; 2]> = nodal.iter().map(shape).collect();
-        let largest = |j: usize| shapes.iter().map(|row| row[0][j].hypot(row[1][j])).fold(0.0, f64::max);
+        let largest = |j: usize| shapes.iter().map(|row| length([row[0][j], row[1][j]])).fold(0.0, f64::max);
         let left_out = part.residual.as_ref().map(|flexibility| {
             let mut loads = Matrix::zeros(flexibility.nrows(), 2 * nodal.len());
             for (c, &(element, xi)) in nodal.iter().enumerate() {

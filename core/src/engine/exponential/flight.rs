@@ -1,6 +1,7 @@
 //! Free flight: a shaft line that touches nothing, in steps of any size.
 
 use super::ExponentialError;
+use super::bound::Bound;
 use super::grid::{Cell, Grid};
 use super::kick::Kick;
 use super::outputs::{Direct, Outputs};
@@ -18,9 +19,9 @@ use nalgebra::Complex;
 /// Stations of the grid up to the initial speed, and cells between two of them.
 const STATIONS: f64 = 150.0;
 const CELLS: u32 = 10;
-/// Steps from one gyroscopic momentum to the next. It is a product of all pairs with all, 1e-5 of the spin's momentum, and changes slowly: what lies between
-/// shifts the spin for these steps, and adds to nothing.
-const GYRATION: u64 = 8;
+/// Turn of the rotor from one gyroscopic momentum to the next \[rad\]. It is a product of all pairs with all, 1e-5 of the spin's momentum, and changes
+/// slowly: what lies between shifts the spin until the next, and adds to nothing.
+const GYRATION: f64 = 0.05;
 /// The trial step from which the first slope of the spin is taken, as a part of the step.
 const TRIAL: f64 = 1.0 / 64.0;
 
@@ -59,11 +60,11 @@ pub struct Flight {
     levels: Vec<Level>,
     forces: Vec<Complex<f64>>,
     velocities: Vec<[f64; 2]>,
-    /// Steps of any size so far, and the gyroscopic momentum of one of the last of them.
-    steps: u64,
-    gyroscopic: f64,
-    /// Of a cell, by its index, for contact steps.
+    /// The last gyroscopic momentum, with its time in steps.
+    gyroscopic: (u64, f64),
+    /// Of a cell, by its index: for contact steps, and for steps that must not touch.
     kick: Option<(i64, Kick)>,
+    bound: Option<(i64, Bound)>,
 }
 
 /// What belongs to one step size, `2^level` steps.
@@ -108,14 +109,14 @@ impl Flight {
             y,
             direct,
             velocities,
-            steps: 0,
-            gyroscopic: 0.0,
+            gyroscopic: (0, 0.0),
             kick: None,
+            bound: None,
             spin: spin.clone(),
         };
         flight.see_velocities();
-        flight.gyroscopic = flight.gyroscopic_momentum();
-        spin.begin(&flight.velocities, flight.gyroscopic);
+        flight.gyroscopic.1 = flight.gyroscopic_momentum();
+        spin.begin(&flight.velocities, flight.gyroscopic.1);
         flight.spin = spin;
         let mut trial = flight.clone();
         trial.step = TRIAL * settings.step;
@@ -156,12 +157,11 @@ impl Flight {
     /// Ends a step that [`Flight::propagate`] has begun.
     pub(super) fn finish(&mut self, level: usize) -> Result<(), ExponentialError> {
         self.see_velocities();
-        self.steps += 1;
-        if self.steps.is_multiple_of(GYRATION) {
-            self.gyroscopic = self.gyroscopic_momentum();
-        }
-        self.spin.complete(&self.levels[level].spin, &self.velocities, self.gyroscopic);
         self.ticks += 1 << level;
+        if (self.ticks - self.gyroscopic.0) as f64 * self.step * self.spin.speed.abs() >= GYRATION {
+            self.gyroscopic = (self.ticks, self.gyroscopic_momentum());
+        }
+        self.spin.complete(&self.levels[level].spin, &self.velocities, self.gyroscopic.1);
         while self.grid.has_left(&self.cell, self.spin.speed) {
             let up = self.spin.speed > self.cell.speed;
             let next = self.grid.cell(if up { self.cell.index + 1 } else { self.cell.index - 1 })?;
@@ -222,22 +222,15 @@ impl Flight {
         self.grid.visited()
     }
 
-    /// Bound of the velocity of a diaphragm's node during the next step of `h` \[m/s\]: (2) of [`super::transient`].
-    pub(super) fn fastest(&self, diaphragm: usize, h: f64) -> f64 {
-        let first = self.grid.model.outputs.contact(diaphragm);
-        let (rows, pairs) = (&self.cell.rows, self.cell.blocks.len());
-        let push: f64 = (0..self.velocities.len()).map(|s| self.spin.force_now(s).norm()).sum();
-        let length = |v: &[f64], k: usize| v[k].hypot(v[pairs + k]);
-        let mut sum = 0.0;
-        for (k, block) in self.cell.blocks.iter().enumerate() {
-            let row = length(&rows[first], k).hypot(length(&rows[first + 1], k));
-            let pushed = self.cell.pushes.iter().map(|push| length(push, k)).fold(0.0, f64::max) * 2.0 * push;
-            let size = block.iter().map(|entry| entry * entry).sum::<f64>().sqrt();
-            let growth = 0.5 * (block[0] + block[3]) + (0.5 * (block[0] - block[3])).hypot(0.5 * (block[1] + block[2]));
-            let largest = libm::exp(h * growth.max(0.0)) * (length(&self.y, k) + h * pushed);
-            sum += row * (size * largest + pushed);
+    /// Bound of the velocity of the first diaphragm's node during the next step of `h` \[m/s\].
+    pub(super) fn fastest(&mut self, h: f64) -> f64 {
+        let (cell, unbalances) = (&self.cell, self.velocities.len());
+        if self.bound.as_ref().is_none_or(|(index, _)| *index != cell.index) {
+            let row = self.grid.model.outputs.contact(0);
+            self.bound = Some((cell.index, Bound::new(cell, row, unbalances)));
         }
-        sum
+        let forces = (0..unbalances).map(|s| self.spin.force_now(s).norm_sqr().sqrt());
+        self.bound.as_ref().map_or(f64::INFINITY, |(_, bound)| bound.speed(h, &self.y, forces))
     }
 
     /// Makes the kick of the present cell, after [`Flight::propagate`] of the contact step.

@@ -1,12 +1,15 @@
-//! The exponential engine, under construction: free flight by exact propagation. No run uses it yet.
+//! The exponential engine, under construction: exact propagation, flight in large steps, contact by impulses. No run uses it yet.
 //!
 //! Main path: a [`Flight`] is begun from the motion at t = 0 and advanced in steps of any size. Its lateral motion (`system`) is taken
 //! apart into `pairs` of motions at the speeds of a `grid` (a `station` each, a `transfer` from one to the next), so that a step (`propagator`) is a 2 x 2
 //! `block` for each pair. The `spin` follows from its momentum, the twist in closed form (`oscillators`). What a run reads of the motion are its `outputs`.
+//! A `transient` flies where nothing can touch (`bound`) and takes contact steps where something may: a `rub` finds the impulses between
+//! the `candidates` of a `kicked_ring` and the rotor, which they `kick`.
 //!
 //! Theory, measurements and limits: docs/theory/08-exponential-engine.md.
 
 mod block;
+mod bound;
 mod candidates;
 mod flight;
 mod grid;

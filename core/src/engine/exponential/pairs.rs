@@ -84,7 +84,8 @@ pub(super) fn beside(motions: &[EigenMotion], a: &Matrix, left: &Matrix) -> Opti
 fn plane_of(motion: &EigenMotion, a: &Matrix) -> Option<[Vec<f64>; 2]> {
     let imaginary = motion.imaginary.as_ref()?;
     let (aa, ab, bb) = (dot(&motion.real, &motion.real), dot(&motion.real, imaginary), dot(imaginary, imaginary));
-    let (mean, radius) = (0.5 * (aa + bb), (0.5 * (aa - bb)).hypot(ab));
+    let (mean, half) = (0.5 * (aa + bb), 0.5 * (aa - bb));
+    let radius = (half * half + ab * ab).sqrt();
     if mean - radius < FLAT * FLAT * (mean + radius) {
         return orthonormal(&motion.real, imaginary, a);
     }

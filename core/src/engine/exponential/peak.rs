@@ -1,6 +1,6 @@
 //! The largest value of what is seen at equal steps, between them by a parabola.
 //!
-//! A vertex through three values misses the true one by about `(w h)^4/400` of a part that turns with w: 1e-5 at `w h = 0.25`. For what turns
+//! Of a part that turns with w the parabola misses at most `(w h)^4/32`: 1.2e-4 at `w h = 0.25`, 8e-6 at the turbine's spin and 0.8 ms. For what turns
 //! faster it is no bound.
 
 /// A largest value.
@@ -36,11 +36,11 @@ mod tests {
             for n in -5..6 {
                 vertex.see((0.25 * f64::from(n) + shift).cos());
             }
-            assert!((vertex.value - 1.0).abs() < 2e-5, "{shift}: {}", vertex.value);
+            assert!((vertex.value - 1.0).abs() < 0.25_f64.powi(4) / 32.0, "{shift}: {}", vertex.value);
         }
         // a value that still rises is its own
         let mut rising = Vertex::default();
-        [1.0, 2.0, 4.0].map(|value| rising.see(value));
+        [1.0, 2.0, 4.0].into_iter().for_each(|value| rising.see(value));
         assert!((rising.value - 4.0).abs() < 1e-15);
     }
 }

@@ -8,6 +8,7 @@
 //! (1) is solved at a few candidates, those that then still penetrate join them: nothing is iterated over the state, which is linear.
 
 use super::ExponentialError;
+use super::bound::length;
 use super::candidates::{CandidateGap, Candidates};
 use super::kick::Kick;
 use super::kicked_ring::KickedRing;
@@ -108,7 +109,7 @@ impl Rub {
     /// How far the rotor at a place may move before it can touch, wherever the ring's modes carry it \[m\].
     pub fn room(&self, place: [f64; 2]) -> f64 {
         let x = self.inwards([place[0] - self.offset[0], place[1] - self.offset[1]]);
-        self.gap - x[0].hypot(x[1]) - self.candidates.reach(self.ring.amplitudes())
+        self.gap - length(x) - self.candidates.reach(self.ring.amplitudes())
     }
 
     /// Takes the ring over a step of `h = 2^level` contact steps in which nothing touches.

@@ -1,13 +1,13 @@
 //! A run with contact: flight in large steps where nothing can touch, contact steps where something may.
 //!
 //! ```text
-//! room = gap - |x| - sum over ring modes of amplitude reach         > h v :  a step of h cannot touch                           (1)
-//! v    = sum over pairs of |rows| [ |B| g (|y| + h |l| f) + |l| f ],   g = exp(h max(0, mu(B)))                                  (2)
+//! room = gap - |x| - sum over ring modes of amplitude reach         > h v :  a step of h cannot touch
 //! ```
-//! (2) bounds the velocity of the rotor's node during the step: f the unbalances' forces, mu(B) the largest eigenvalue of the symmetric part
-//! of a block, which bounds its exponential. (1) is a bound then, not an estimate. Verified by `tests/exponential_rub.rs`.
+//! v bounds the velocity of the rotor's node during the step ([`super::bound`]). Verified by `the_bound_of_the_velocity_is_one` and
+//! `flight_misses_no_contact` (`tests/exponential_rub.rs`).
 
 use super::ExponentialError;
+use super::bound::length;
 use super::flight::{Flight, FlightSettings};
 use super::rub::{FreeStep, Rub};
 use crate::record::LastMillisecond;
@@ -62,11 +62,11 @@ pub fn rubbing_run(
     while flight.time() < machine.run.end_time - 0.5 * h {
         let place = flight.contact(0)[0];
         let offset = diaphragm.contact.offset;
-        run.eccentricity = run.eccentricity.max((place[0] - offset[0]).hypot(place[1] - offset[1]));
+        run.eccentricity = run.eccentricity.max(length([place[0] - offset[0], place[1] - offset[1]]));
         let mut loads: Vec<[f64; 2]> = (0..bearings).map(|bearing| flight.load(bearing)).collect();
         let room = rub.room(place);
-        let safe = |level: &usize| room > flight.step_of(*level) * flight.fastest(0, flight.step_of(*level));
-        let level = (0..=LEVELS).rev().find(safe).filter(|_| flies);
+        let mut levels = (0..=LEVELS).rev();
+        let level = levels.find(|&level| flies && room > flight.step_of(level) * flight.fastest(flight.step_of(level)));
         if let Some(level) = level {
             flight.advance(level)?;
             rub.fly(level, flight.step_of(level));
@@ -106,9 +106,52 @@ pub fn rubbing_run(
             flight.finish(0)?;
         }
         for (largest, load) in run.largest_loads.iter_mut().zip(&loads) {
-            *largest = largest.max(load[0].hypot(load[1]));
+            *largest = largest.max(length(*load));
         }
     }
     run.end_speed = flight.speed();
     Ok(run)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bladeoff_model::machine::MachineDef;
+
+    #[test]
+    fn the_bound_of_the_velocity_is_one() {
+        let path = format!("{}/../studies/machines/lab_rig.toml", env!("CARGO_MANIFEST_DIR"));
+        let text = std::fs::read_to_string(&path).expect("a machine of the repository");
+        let machine = MachineDef::parse(&path, &text).expect("parses").build().expect("valid");
+        let structure = Structure::build(&machine, None).expect("buildable");
+        let mut flight = Flight::new(&machine, &structure, FlightSettings::of_step(2e-5)).expect("has a basis");
+        let (mut closest, mut seen) = (0.0_f64, 0);
+        for round in 0..40 {
+            for (level, fine) in [(4, 16), (7, 128)] {
+                let from = flight.contact(0)[0];
+                let bound = flight.step_of(level) * flight.fastest(flight.step_of(level));
+                let mut ahead = flight.clone();
+                for _ in 0..fine {
+                    ahead.advance(0).expect("goes on");
+                    let to = ahead.contact(0)[0];
+                    let moved = length([to[0] - from[0], to[1] - from[1]]);
+                    assert!(moved <= bound, "round {round}: {moved} beyond {bound}");
+                    closest = closest.max(moved / bound);
+                    seen += 1;
+                }
+            }
+            // states of every kind: struck in between
+            flight.propagate(0).expect("goes on");
+            flight.prepare_kick(0);
+            let turn = f64::from(round);
+            flight.strike(
+                [0.3 * turn.sin(), 0.2 * turn.cos()],
+                1e-3,
+                &super::super::spin::Spin::row_of(&structure, machine.diaphragms[0].contact.node),
+            );
+            flight.finish(0).expect("goes on");
+            (0..50).for_each(|_| flight.advance(1).expect("goes on"));
+        }
+        assert!(seen > 5000 && closest > 0.05, "the bound says something: {closest}");
+    }
 }
