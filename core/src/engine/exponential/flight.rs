@@ -208,6 +208,12 @@ impl Flight {
         load
     }
 
+    /// What a bearing's load has at once of a force on the first diaphragm's node \[N\].
+    pub(super) fn load_at_once(&self, bearing: usize, force: [f64; 2]) -> [f64; 2] {
+        let [a, b, c, d] = self.direct[bearing].of_contact[0];
+        [a * force[0] + b * force[1], c * force[0] + d * force[1]]
+    }
+
     /// Displacement \[m\] and velocity \[m/s\] of the rotor at a diaphragm's contact.
     #[must_use]
     pub fn contact(&self, diaphragm: usize) -> [[f64; 2]; 2] {

@@ -168,3 +168,40 @@ impl Grid {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::exponential::outputs::Outputs;
+    use crate::engine::exponential::system::LateralSystem;
+    use crate::structure::Structure;
+    use bladeoff_model::machine::MachineDef;
+
+    /// Whether y of one state, taken from a station to the next cell by cell and back, is y of that state there; and how it went.
+    fn carries(spacing: f64) -> bool {
+        let path = format!("{}/../studies/machines/lab_rig.toml", env!("CARGO_MANIFEST_DIR"));
+        let text = std::fs::read_to_string(&path).expect("a machine of the repository");
+        let machine = MachineDef::parse(&path, &text).expect("parses").build().expect("valid");
+        let structure = Structure::build(&machine, None).expect("buildable");
+        let system = LateralSystem::new(&machine, &structure).expect("regular");
+        let size = 2 * system.size;
+        let model = Model { system, outputs: Outputs::new(&machine, &structure) };
+        let mut grid = Grid::new(model, spacing, 10, 1.6 * spacing).expect("has a basis");
+        let x: Vec<f64> = (0..size).map(|i| f64::from(u8::try_from(i * 7 % 11).expect("small")) - 5.0).collect();
+        let (below, above) = (grid.cell(10).expect("has bases"), grid.cell(20).expect("has bases"));
+        let (mut y, wanted) = (grid.amplitudes(&below, &x), grid.amplitudes(&above, &x));
+        let (begun, mut scratch) = (y.clone(), vec![0.0; size]);
+        let far = |y: &[f64], z: &[f64]| crate::linalg::distance(y, z) / crate::linalg::norm(z);
+        (10..20).for_each(|index| grid.cross(index, true, &mut y, &mut scratch));
+        assert!(far(&y, &wanted) < 1e-11, "{spacing}: {:e}", far(&y, &wanted));
+        (11..=20).rev().for_each(|index| grid.cross(index, false, &mut y, &mut scratch));
+        assert!(far(&y, &begun) < 1e-11, "{spacing}: {:e}", far(&y, &begun));
+        matches!(grid.transfers[&1], Transfer::Gradual { .. })
+    }
+
+    #[test]
+    fn states_are_carried_from_station_to_station_gradually_and_at_once() {
+        assert!(carries(2.0), "a small spacing is gone through gradually");
+        assert!(!carries(2000.0), "a large one at once");
+    }
+}

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! load  = K (Phi q + R f) + C Phi q'                                       R static flexibility of the modes left out                 (1)
-//! f     = w - W S Phi q' + skew - C Phi q' + sum_s E_s (f_s - m_s Phi_s q'')        weight, gyroscopic, bearings, unbalances
+//! f     = w - W S Phi q' + skew - C Phi q' + sum_s E_s (f_s - m_s Phi_s q'') + E_c f_c     weight, gyroscopic, bearings, unbalances, contact
 //! q''   = M^-1 [Phi^T (w + sum_s E_s f_s) - (C + W G) q' - K q],      f_s = m d (psi'^2 - i psi'') e^{i psi}                          (2)
 //! ```
 //! All of it is linear in q, q' and the unbalances' forces at a given spin: one row of the basis for each output, one 2 x 2 matrix for each bearing and
@@ -12,7 +12,6 @@
 use super::system::LateralSystem;
 use crate::engine::shaft_line::sites;
 use crate::linalg::{Matrix, mul};
-use crate::rotor::UnbalanceSite;
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
 
@@ -37,14 +36,17 @@ struct BearingRows {
     of_gyration: Matrix,
     /// Of forces on the unbalances' nodes: `K R E_s`, two columns each.
     of_sites: Matrix,
+    /// The same of forces on the diaphragms' nodes.
+    of_contacts: Matrix,
     of_weight: [f64; 2],
 }
 
 /// What a bearing's load has besides its rows.
 #[derive(Debug, Clone)]
 pub(super) struct Direct {
-    /// Of each unbalance's force, by rows.
+    /// Of each unbalance's force and of a force on each diaphragm's node, by rows.
     pub of_force: Vec<[f64; 4]>,
+    pub of_contact: Vec<[f64; 4]>,
     pub constant: [f64; 2],
 }
 
@@ -66,7 +68,8 @@ impl Outputs {
         }
         let mut weight = vec![0.0; map.size()];
         map.project(&nodal_weight, &mut weight);
-        let bearings = (0..rotor.bearings.len()).map(|i| bearing_rows(structure, &sites, &nodal_weight, i)).collect();
+        let nodes = [site_nodes.as_slice(), &contact_nodes];
+        let bearings = (0..rotor.bearings.len()).map(|i| bearing_rows(structure, nodes, &nodal_weight, i)).collect();
         Self {
             site_columns: columns(&site_nodes),
             contact_columns: columns(&contact_nodes),
@@ -125,14 +128,11 @@ impl Outputs {
         let of = |bearing: &BearingRows| {
             let inertia = self.inertia(system, bearing);
             let of_force = &bearing.of_sites + mul(&inertia, &self.site_columns);
+            let of_contact = &bearing.of_contacts + mul(&inertia, &self.contact_columns);
             let weight = &inertia * crate::linalg::Vector::from_column_slice(&self.weight);
             Direct {
-                of_force: (0..self.masses.len())
-                    .map(|s| {
-                        let at = |i: usize, j: usize| of_force[(i, 2 * s + j)];
-                        [at(0, 0), at(0, 1), at(1, 0), at(1, 1)]
-                    })
-                    .collect(),
+                of_force: squares(&of_force),
+                of_contact: squares(&of_contact),
                 constant: [bearing.of_weight[0] + weight[0], bearing.of_weight[1] + weight[1]],
             }
         };
@@ -149,7 +149,14 @@ impl Outputs {
     }
 }
 
-fn bearing_rows(structure: &Structure, sites: &[UnbalanceSite], weight: &[f64], i: usize) -> BearingRows {
+/// Its 2 x 2 blocks side by side, each by rows.
+fn squares(matrix: &Matrix) -> Vec<[f64; 4]> {
+    let at = |i: usize, j: usize| matrix[(i, j)];
+    (0..matrix.ncols() / 2).map(|s| [at(0, 2 * s), at(0, 2 * s + 1), at(1, 2 * s), at(1, 2 * s + 1)]).collect()
+}
+
+/// `nodes`: of the unbalances and of the diaphragms.
+fn bearing_rows(structure: &Structure, nodes: [&[usize]; 2], weight: &[f64], i: usize) -> BearingRows {
     let (rotor, map) = (&structure.rotor, &structure.lateral.coordinates);
     let n = map.size();
     let rows_of = |node: usize| {
@@ -163,7 +170,8 @@ fn bearing_rows(structure: &Structure, sites: &[UnbalanceSite], weight: &[f64], 
         of_place: mul(&k, &own),
         of_velocity: mul(&square(&bearing.damping), &own),
         of_gyration: Matrix::zeros(2, n),
-        of_sites: Matrix::zeros(2, 2 * sites.len()),
+        of_sites: Matrix::zeros(2, 2 * nodes[0].len()),
+        of_contacts: Matrix::zeros(2, 2 * nodes[1].len()),
         of_weight: [0.0; 2],
     };
     let Some(residual) = &structure.lateral_residual else {
@@ -181,8 +189,10 @@ fn bearing_rows(structure: &Structure, sites: &[UnbalanceSite], weight: &[f64], 
     if let Some(shapes) = map.shapes() {
         found.of_gyration = -mul(&yielding, &mul(&rotor.gyroscopic(), shapes));
     }
-    for (s, site) in sites.iter().enumerate() {
-        found.of_sites.view_mut((0, 2 * s), (2, 2)).copy_from(&at(site.node));
+    for (nodes, of) in nodes.into_iter().zip([&mut found.of_sites, &mut found.of_contacts]) {
+        for (s, &node) in nodes.iter().enumerate() {
+            of.view_mut((0, 2 * s), (2, 2)).copy_from(&at(node));
+        }
     }
     let pressed = mul(&yielding, &Matrix::from_column_slice(weight.len(), 1, weight));
     found.of_weight = [pressed[0], pressed[1]];

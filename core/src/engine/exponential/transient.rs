@@ -88,9 +88,10 @@ pub fn rubbing_run(
             let impact = rub.touch(&free)?;
             run.steps[0] += 1;
             if let Some(impact) = impact {
-                for (load, half) in loads.iter_mut().zip(&kick.loads) {
+                for (bearing, (load, half)) in loads.iter_mut().zip(&kick.loads).enumerate() {
+                    let at_once = flight.load_at_once(bearing, impact.on_rotor.map(|part| part / h));
                     for i in 0..2 {
-                        load[i] += half[i][0] * impact.on_rotor[0] + half[i][1] * impact.on_rotor[1];
+                        load[i] += half[i][0] * impact.on_rotor[0] + half[i][1] * impact.on_rotor[1] + at_once[i];
                     }
                 }
                 run.steps[1] += 1;
