@@ -2,7 +2,7 @@
 
 mod common;
 
-use bladeoff_core::engine::exponential::{FlightSettings, RubbingRun, rubbing_run};
+use bladeoff_core::engine::exponential::{ExponentialError, FlightSettings, RubbingRun, rubbing_run};
 use bladeoff_core::structure::Structure;
 use common::{machine_with, run, study_machine};
 
@@ -66,4 +66,14 @@ fn flight_misses_no_contact() {
     assert!((flying.end_speed / stepping.end_speed - 1.0).abs() < 1e-6, "{flying:?} {stepping:?}");
     let first = |run: &RubbingRun| run.first_contact.expect("touches");
     assert!((first(&flying) - first(&stepping)).abs() < 2e-4, "{flying:?} {stepping:?}");
+}
+
+#[test]
+fn contact_that_is_not_covered_is_refused_by_name() {
+    for change in [("contact.detection", "hyp1"), ("contact.points", "one"), ("run.force_location", "current")] {
+        let machine = machine_with(&study_machine("lab_rig"), &[change]);
+        let structure = Structure::build(&machine, None).expect("buildable");
+        let refused = rubbing_run(&machine, &structure, FlightSettings::of_step(1e-5), true).expect_err("refused");
+        assert!(matches!(refused, ExponentialError::NotCovered { .. }), "{change:?}: {refused}");
+    }
 }

@@ -56,13 +56,12 @@ impl Station {
             .ok_or_else(|| defective.clone())?;
         let left = inverse(&right).ok_or(defective)?;
         let condition = largest_stretch(&right) * largest_stretch(&left);
-        // so that no comparison lets a NaN pass
-        if !(condition <= MOST_CONDITION) {
+        if condition.is_nan() || condition > MOST_CONDITION {
             return Err(ExponentialError::IllConditioned { speed, condition, limit: MOST_CONDITION });
         }
         let generator = mul(&left, &mul(&generator, &right));
         let between = largest_between(&generator) / generator.amax();
-        if !(between <= INVARIANT) {
+        if between.is_nan() || between > INVARIANT {
             return Err(ExponentialError::NotInvariant { speed, part: between });
         }
         let block = |k: usize| {

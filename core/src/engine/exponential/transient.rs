@@ -12,7 +12,7 @@ use super::flight::{Flight, FlightSettings};
 use super::rub::{FreeStep, Rub};
 use crate::record::LastMillisecond;
 use crate::structure::Structure;
-use bladeoff_model::machine::Machine;
+use bladeoff_model::machine::{ContactPoints, Detection, ForceLocation, Machine};
 
 /// A flight step has at most `2^LEVELS` contact steps.
 const LEVELS: usize = 4;
@@ -48,9 +48,18 @@ pub fn rubbing_run(
     settings: FlightSettings,
     flies: bool,
 ) -> Result<RubbingRun, ExponentialError> {
-    let Some(diaphragm) = machine.diaphragms.first() else {
-        return Err(ExponentialError::NotCovered { what: "a contact without a diaphragm" });
+    let [diaphragm] = machine.diaphragms.as_slice() else {
+        return Err(ExponentialError::NotCovered { what: "any number of diaphragms but one" });
     };
+    let contact = &diaphragm.contact;
+    if contact.detection != Detection::Hyp2 || contact.points != ContactPoints::Several {
+        return Err(ExponentialError::NotCovered { what: "contact other than hyp2 at several points" });
+    }
+    if machine.run.force_location != ForceLocation::Next {
+        return Err(ExponentialError::NotCovered {
+            what: "forces at the place of n (run.force_location = \"current\")",
+        });
+    }
     let mut flight = Flight::new(machine, structure, settings)?;
     let h = settings.step;
     let mut rub = Rub::new(diaphragm, structure, 0, h)?;
