@@ -3,6 +3,7 @@
 mod support;
 
 use std::fs;
+use std::os::unix::fs::PermissionsExt;
 use support::{Folder, say};
 
 /// 2000 points of a standard normal number and its double: P(g < 0) = 0.0228.
@@ -332,4 +333,166 @@ probability = "max_bearing_load_N > 0"
     let figure = |at: usize| list[at]["estimate"].as_f64();
     assert_eq!((figure(0), figure(2)), (Some(1.0), Some(0.0)), "the rig rubs at 0.5 mm; 0.9 mm is above 0.7 mm");
     assert!(ran.out.contains("0.0009 less 0.0005"), "{}", ran.out);
+}
+
+/// Runs that fail are what they had reached while all guards held: the energy balance of these breaks.
+#[test]
+fn a_failed_run_counts_by_what_it_had_reached() {
+    let folder = Folder::new();
+    let text = r#"schema = 1
+machine = "machines/rig.toml"
+seed = 3
+
+[set]
+"run.guard.energy_balance" = 1e-11
+
+[[uncertain]]
+path = "contact.friction"
+distribution = "uniform"
+lower = 0.05
+upper = 0.25
+
+[design]
+kind = "monte-carlo"
+samples = 4
+
+[[question]]
+name = "any"
+probability = "max_bearing_load_N >= 0"
+
+[[question]]
+name = "huge"
+probability = "max_bearing_load_N > 1 GN"
+"#;
+    let out = folder.name("out");
+    let ran = say(&["run", &folder.write("s.toml", text), "--out", &out]);
+    assert_eq!(ran.code, 0, "{}", ran.err);
+    let (header, rows) = support::table(&out);
+    let place = |name: &str| header.iter().position(|column| column == name).expect("a column");
+    assert!(rows.iter().all(|row| row[place("status")] == "invalid"), "{rows:?}");
+    assert!(rows.iter().all(|row| !row[place("guarded_max_bearing_load_N")].is_empty()), "{rows:?}");
+    let answers = json(&fs::read_to_string(folder.path("out/answers.json")).expect("written"));
+    let figures = |at: usize| {
+        let answer = &answers["answers"][at];
+        ["bad", "events", "estimate", "estimate_if_bad_harmful"].map(|key| answer[key].as_f64().expect("a number"))
+    };
+    // certain by what was reached; what would have come is not known
+    assert_eq!(figures(0), [4.0, 4.0, 1.0, 1.0]);
+    assert_eq!(figures(1), [4.0, 0.0, 0.0, 1.0]);
+}
+
+#[test]
+fn where_others_could_write_answers_are_only_told() {
+    let folder = Folder::new();
+    let (study, out) = (folder.write("s.toml", &format!("{STUDY}{QUESTIONS}")), folder.name("out"));
+    assert_eq!(say(&["run", &study, "--out", &out]).code, 0);
+    fs::remove_file(folder.path("out/answers.json")).expect("removed");
+    fs::set_permissions(folder.path("out"), fs::Permissions::from_mode(0o777)).expect("own");
+    let said = say(&["answer", &out]);
+    assert!(said.code == 0 && said.out.contains("w = 1: P(g < 0) = 2"), "{} {}", said.code, said.err);
+    assert!(said.err.contains("the answers are not written: ") && said.err.contains("mode 0777"), "{}", said.err);
+    assert!(!folder.path("out/answers.json").exists() && !said.out.contains("answers.json"));
+    assert_eq!(say(&["gate", &out]).code, 0);
+}
+
+#[test]
+fn a_fragility_has_a_bin_for_each_word_in_the_order_of_its_list() {
+    let folder = Folder::new();
+    let text = r#"schema = 1
+machine = "machines/rig.toml"
+
+[set]
+"run.end_time" = "2 ms"
+
+[[uncertain]]
+path = "contact.detection"
+distribution = "discrete"
+values = ["hyp2", "hyp1"]
+
+[[uncertain]]
+path = "run.engine"
+distribution = "discrete"
+values = ["reduced", "full"]
+weights = [1, 0]
+
+[design]
+kind = "monte-carlo"
+samples = 6
+
+[[question]]
+name = "ok"
+probability = "max_bearing_load_N >= 0"
+
+[[question]]
+name = "f"
+fragility = "contact.detection"
+probability = "max_bearing_load_N >= 0"
+
+[[question]]
+name = "engine"
+fragility = "run.engine"
+probability = "max_bearing_load_N >= 0"
+"#;
+    let out = folder.name("rig");
+    let ran = say(&["run", &folder.write("rig.toml", text), "--out", &out]);
+    assert_eq!(ran.code, 0, "{}", ran.err);
+    assert!(ran.out.contains("over detection: 2 values from hyp2 to hyp1, 6 runs"), "{}", ran.out);
+    assert!(ran.out.contains("P(max_bearing_load_N >= 0) = 100 %"), "{}", ran.out);
+    let bins = |name: &str, column: &str| {
+        let curve = bladeoff_answers::tables::read_numbers(&folder.path("rig/answers").join(name)).expect("a curve");
+        curve.0.iter().find(|found| found.name == column).expect("a column").values.clone()
+    };
+    let n = bins("f.parquet", "n");
+    assert!(n.len() == 2 && n[0] > 0.0 && n[1] > 0.0 && n[0] + n[1] == 6.0, "{n:?}");
+    // a word that is never drawn has a bin without a number
+    assert_eq!(bins("engine.parquet", "n"), [6.0, 0.0]);
+    let share = bins("engine.parquet", "estimate");
+    assert!(share[0] == 1.0 && !share[1].is_finite(), "{share:?}");
+}
+
+#[test]
+fn what_bad_runs_leave_open_is_told_of_each_group() {
+    let folder = Folder::new();
+    let (text, out) = (fs::read_to_string(failing(&folder)).expect("written"), folder.name("out"));
+    let asks = "\n[[question]]\nname = \"given\"\nprobability = \"x > 1.28\"\n";
+    let ran = say(&["run", &folder.write("s.toml", &format!("{text}{asks}")), "--out", &out]);
+    assert_eq!(ran.code, 0, "{}", ran.err);
+    let part = |from: &str, to: &str| {
+        let rest = ran.out.split_once(from).expect(from).1;
+        rest.split_once(to).map_or(rest, |(part, _)| part).to_owned()
+    };
+    let fails = part("\nfails\n", "\ncurve\n");
+    assert_eq!(fails.matches("what the bad runs leave open is wider").count(), 2, "{fails}");
+    // formulas have no guards
+    let given = part("\ngiven\n", "\nAnswers: ");
+    assert!(given.contains(" bad runs decided by their inputs") && !given.contains("guards"), "{given}");
+}
+
+#[test]
+fn every_gate_of_the_command_line_is_told_its_mistakes() {
+    let folder = Folder::new();
+    let (study, out) = (folder.write("s.toml", &format!("{STUDY}{QUESTIONS}")), folder.name("out"));
+    assert_eq!(say(&["run", &study, "--out", &out]).code, 0);
+    let said = say(&["gate", &out, "--require", "P(gg < 0) < 5 %", "--require", "P(g < 0) < 2", "--require", "Q"]);
+    assert_eq!(said.code, 3, "{}", said.err);
+    for part in
+        ["--require \"P(gg < 0) < 5 %\": at `gg`: there is no variable", "a bound is above 0", "\"Q\": a gate is"]
+    {
+        assert!(said.err.contains(part), "{part}\nin\n{}", said.err);
+    }
+}
+
+#[test]
+fn one_mistake_is_told_once() {
+    let folder = Folder::new();
+    let twice = format!("{STUDY}\n[[derived]]\nname = \"x\"\nformula = \"w\"\n{QUESTIONS}");
+    let told = say(&["check", &folder.write("s.toml", &twice)]);
+    assert!(told.code == 3 && told.err.contains("`x` names x already"), "{}", told.err);
+    assert_eq!(told.err.matches("  × ").count(), 1, "{}", told.err);
+    assert!(told.err.contains("s.toml:24:8: derived[0]"), "{}", told.err);
+    // a parameter that is there by two tables with mistakes elsewhere is one
+    let other = STUDY.replace("sd = 1\n", "sd = -1\n")
+        + "\n[[question]]\nname = \"f\"\nfragility = \"x\"\nprobability = \"g < 0\"\n";
+    let told = say(&["check", &folder.write("s.toml", &other)]);
+    assert!(told.err.contains("uncertain[0].sd") && !told.err.contains("could be"), "{}", told.err);
 }

@@ -269,3 +269,42 @@ fn a_hundred_thousand_samples_run_through_workers_record_and_table() {
     assert!(run.out.contains("100000 of 100000 samples") && run.out.contains("No row is left out."), "{}", run.out);
     println!("100000 samples of two formulas in {seconds:.1} s: {:.0} a second", 1e5 / seconds);
 }
+
+#[test]
+fn a_question_about_a_value_that_a_part_leaves_out_is_refused_before_anything_is_computed() {
+    let folder = Folder::new();
+    let axis = "[[vary]]\nname = \"k\"\nvalues = [1, 2, 3, 4, 5, 6, 7, 8]\n";
+    let asked = "\n[[question]]\nname = \"apart\"\ndifference = [1, 4]\nvary = \"k\"\nmean = \"g\"\n";
+    let text = RANDOM.replace("[[vary]]\nname = \"k\"\nvalues = [1, 2]\n", axis) + asked;
+    assert!(text.contains(axis));
+    let (study, out) = (folder.write("random.toml", &text), folder.name("out"));
+    let refused = say(&["run", &study, "--out", &out, "--scale", "0.1"]);
+    assert_eq!(refused.code, 3, "{}", refused.err);
+    let line = 1 + text.lines().position(|line| line.starts_with("difference")).expect("the line");
+    assert!(refused.err.contains(&format!("random.toml:{line}:14: question[0].difference")), "{}", refused.err);
+    assert!(refused.err.contains("4 is no value of `k`: 1, 8") && refused.err.contains("--scale"), "{}", refused.err);
+    assert!(!folder.path("out").exists(), "nothing was begun");
+    let limited = say(&["run", &study, "--out", &out, "--limit", "10"]);
+    assert!(limited.code == 0 && limited.out.contains("k = 1 less 4"), "{}{}", limited.out, limited.err);
+}
+
+#[test]
+fn a_parameter_of_a_file_with_another_mistake_is_one_parameter() {
+    let folder = Folder::new();
+    let asked = "\n[[question]]\nname = \"by-a\"\nfragility = \"a\"\nprobability = \"g > 0\"\n";
+    let study = folder.write("random.toml", &(RANDOM.replace("sd = 1\n", "sd = -1\n") + asked));
+    let refused = say(&["check", &study]);
+    assert!(refused.code == 3 && refused.err.contains("uncertain[0].sd"), "{}", refused.err);
+    assert!(refused.err.contains("1 problem in"), "{}", refused.err);
+}
+
+#[test]
+fn the_benchmark_of_answers_measures_every_figure() {
+    let said = say(&["bench", "answers", "--rows", "4000", "--json"]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    let found: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
+    assert_eq!(found["rows"].to_string(), "[4000,4096]");
+    let figures = found["figures"].as_array().expect("figures");
+    assert_eq!(figures.len(), 6);
+    assert!(figures.iter().all(|figure| figure["value"].as_f64().is_some_and(|value| value > 0.0)), "{}", said.out);
+}

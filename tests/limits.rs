@@ -76,7 +76,7 @@ fn a_header_of_a_hundred_thousand_columns_is_one_problem() {
     let files = refused(8 << 20, &folder, &format!("{HEAD}{POINTS}"));
     let [problem] = &files[0].list[..] else { panic!("{}", files[0]) };
     assert_eq!((problem.line, problem.message.as_str()), (1, "the header has 100001 columns"));
-    assert_eq!(problem.allowed.as_deref(), Some("at most 64 parameters"));
+    assert_eq!(problem.allowed.as_deref(), Some("at most 128 parameters"));
     let said = say(&["check", &folder.name("s.toml")]);
     assert!(said.code == 3 && said.err.len() < 2_000, "a long line is not shown whole: {}", said.err);
 }

@@ -3,12 +3,10 @@
 
 use super::Answering;
 use crate::run::directory::{ANSWERS, CURVES};
-use crate::run::{Untrusted, check_trust};
-use bladeoff_answers::tables::{QUESTION_KEY, TableError, read_metadata, write_curve};
-use bladeoff_system::files::{FileError, Pending, is_temporary, write_whole};
+use crate::run::{Untrusted, check_trust, curve_file, remove_curves};
+use bladeoff_answers::tables::{TableError, write_curve};
+use bladeoff_system::files::{FileError, Pending, write_whole};
 use bladeoff_system::folder::Folder;
-use bladeoff_system::place::Place;
-use std::ffi::OsStr;
 use std::io::ErrorKind;
 use std::path::Path;
 
@@ -43,28 +41,13 @@ pub fn keep(directory: &Path, answering: &Answering, trusts: bool) -> Result<(),
     if !answering.curves.is_empty() {
         let curves = curves(&folder)?;
         for (name, curve) in &answering.curves {
-            write_curve(Pending::create(curves.place(file(name)))?, curve, name)?;
+            write_curve(Pending::create(curves.place(curve_file(name)))?, curve, name)?;
         }
     }
     if !place.read(text.len() as u64).is_ok_and(|found| found == text.as_bytes()) {
         write_whole(&place, text.as_bytes())?;
     }
-    Ok(remove_curves(&folder, |name| answering.curves.iter().any(|(known, _)| name == file(known)))?)
-}
-
-/// Removes what [`keep`] has written: the table that it is about is no longer that of the study.
-///
-/// # Errors
-/// The directory cannot be written.
-pub fn forget(folder: &Folder) -> Result<(), FileError> {
-    if folder.place(ANSWERS).remove()? {
-        folder.sync()?;
-    }
-    remove_curves(folder, |_| false)
-}
-
-fn file(question: &str) -> String {
-    format!("{question}.parquet")
+    Ok(remove_curves(&folder, |name| answering.curves.iter().any(|(known, _)| name == curve_file(known)))?)
 }
 
 /// The folder of curves, made if it is not there.
@@ -81,47 +64,10 @@ fn curves(folder: &Folder) -> Result<Folder, FileError> {
     }
 }
 
-/// Removes curves that are not wanted, and the folder where nothing is left in it.
-fn remove_curves(folder: &Folder, is_wanted: impl Fn(&str) -> bool) -> Result<(), FileError> {
-    // what cannot be opened holds nothing of ours
-    let Ok(curves) = folder.folder(CURVES) else { return Ok(()) };
-    let names = curves.names().map_err(FileError::at("read", curves.path()))?;
-    let mut left = names.len();
-    for name in &names {
-        let place = curves.place(name);
-        let is_stale = name.to_str().is_some_and(|name| !is_wanted(name)) && is_curve(&place, name);
-        if is_stale && place.remove()? {
-            left -= 1;
-        }
-    }
-    if left < names.len() {
-        curves.sync()?;
-    }
-    if left == 0 && folder.place(CURVES).remove_folder().is_ok() {
-        folder.sync()?;
-    }
-    Ok(())
-}
-
-/// Whether a file is a curve by its name and by what it says, or one that a killed program was writing.
-fn is_curve(place: &Place, name: &OsStr) -> bool {
-    let text = name.to_string_lossy();
-    let question = |stem: &str| stem.bytes().all(|c| c.is_ascii_alphanumeric() || c == b'_' || c == b'-');
-    if !place.is_file() {
-        return false;
-    }
-    if let Some(begun) = text.find(".parquet.").map(|dot| &text[..dot + ".parquet".len()]) {
-        return is_temporary(name, begun);
-    }
-    let Some(stem) = text.strip_suffix(".parquet").filter(|stem| question(stem)) else { return false };
-    let says =
-        |metadata: Vec<(String, String)>| metadata.iter().any(|(key, value)| key == QUESTION_KEY && value == stem);
-    read_metadata(place).is_ok_and(says)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::run::forget_answers as forget;
     use bladeoff_answers::ask::{Answers, SCHEMA};
     use bladeoff_answers::estimate::curve::{Curve, CurveCells};
     use std::fs;

@@ -66,18 +66,13 @@ pub fn check_asked(to_check: &ToCheck<'_>, problems: &mut Collector<'_>) {
     {
         refuse_inexact(plan, asked, problems);
     }
-    if whole.is_none() && !is_partly {
-        // the machine of the samples cannot be built, which is said with its problems
-        return;
-    }
-    let mut vocabulary = whole.unwrap_or_else(|| Vocabulary::of_machine(machine));
+    // without problems a machine that cannot be built is one of the samples, and said with them
+    let of_machine = || Vocabulary::of_machine(machine).filter(|_| is_partly && (machine.is_some() || is_function));
+    let Some(mut vocabulary) = whole.or_else(of_machine) else { return };
     if is_partly {
         vocabulary.mention(names);
     }
-    // without a machine no name of a column is known
-    if machine.is_some() || is_function {
-        understand(&vocabulary, asked, problems);
-    }
+    understand(&vocabulary, asked, problems);
 }
 
 fn needs_design(asked: &Asked, problems: &mut Collector<'_>) {
@@ -123,10 +118,7 @@ impl Reader<'_, '_> {
     fn question(&mut self, key: &str, asked: &AskedQuestion) -> Option<Question> {
         let text = |placed: &Option<Placed<String>>| placed.as_ref().map(|placed| placed.value.clone());
         let number = |placed: &Option<Placed<f64>>| placed.as_ref().map(|placed| placed.value);
-        let difference = match &asked.difference {
-            Some(placed) => Some(self.values(key, placed, asked.vary.as_ref())),
-            None => None,
-        };
+        let difference = asked.difference.as_ref().map(|placed| self.values(key, placed, asked.vary.as_ref()));
         let is_misread = matches!(difference, Some(None));
         let def = QuestionDef {
             // one that could not be read is another problem
@@ -223,19 +215,29 @@ impl Reader<'_, '_> {
 /// Gates by words of the command line.
 ///
 /// # Errors
-/// What is wrong with each, in its words.
-pub fn only_gates(samples: &Samples, texts: &[String], confidence: Option<f64>) -> Result<Vec<Gate>, (String, String)> {
+/// Of each that is wrong its text, and what is wrong with it.
+pub fn only_gates(
+    samples: &Samples,
+    texts: &[String],
+    confidence: Option<f64>,
+) -> Result<Vec<Gate>, Vec<(String, String)>> {
     let Some(vocabulary) = Vocabulary::of(samples) else { return Ok(Vec::new()) };
-    let one = |text: &String| {
-        Gate::new(text, confidence, &vocabulary.names).map_err(|told| {
-            let words = told.into_iter().map(|problem| match problem.place {
-                Some(place) if !place.is_empty() && place != (0..text.len()) => {
-                    format!("at `{}`: {}", text.get(place).unwrap_or(text), problem.message)
-                }
-                _ => problem.message,
-            });
-            (text.clone(), words.collect::<Vec<_>>().join("; "))
-        })
-    };
-    texts.iter().map(one).collect()
+    let (mut gates, mut wrong) = (Vec::new(), Vec::new());
+    for text in texts {
+        let told = match Gate::new(text, confidence, &vocabulary.names) {
+            Ok(gate) => {
+                gates.push(gate);
+                continue;
+            }
+            Err(told) => told,
+        };
+        let words = told.into_iter().map(|problem| match problem.place {
+            Some(place) if !place.is_empty() && place != (0..text.len()) => {
+                format!("at `{}`: {}", text.get(place).unwrap_or(text), problem.message)
+            }
+            _ => problem.message,
+        });
+        wrong.push((text.clone(), words.collect::<Vec<_>>().join("; ")));
+    }
+    if wrong.is_empty() { Ok(gates) } else { Err(wrong) }
 }

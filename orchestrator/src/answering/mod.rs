@@ -11,13 +11,14 @@ mod kept;
 mod meant;
 mod rows;
 mod told;
+mod verified;
 mod vocabulary;
 
-pub(crate) use kept::forget;
 pub use kept::{KeepError, keep};
 pub use meant::{Meant, Source, check_asked, meant, only_gates};
 pub use rows::AnsweringError;
 pub use told::{decided, told};
+pub use verified::known_probabilities;
 
 use crate::run::directory::{RESULTS, read_current, row_files};
 use crate::run::refuse_changed;

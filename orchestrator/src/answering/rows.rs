@@ -52,11 +52,42 @@ enum Known {
     Grows(Option<usize>),
 }
 
+/// Cells as they are read.
+enum Found {
+    Numbers(Vec<Option<f64>>),
+    /// Words, and which there may be.
+    Words(Vec<Option<String>>, Vec<String>),
+}
+
+impl Found {
+    /// Takes the cells of a piece; whether it has this column.
+    fn take(&mut self, name: &str, piece: &Table, at: &[Option<usize>]) -> bool {
+        fn put<T: Clone>(cells: &mut [T], found: &[T], at: &[Option<usize>]) {
+            for (at, cell) in at.iter().zip(found) {
+                if let Some(at) = at {
+                    cells[*at] = cell.clone();
+                }
+            }
+        }
+        match self {
+            Self::Numbers(cells) => piece.numbers(name).map(|found| put(cells, found, at)).is_some(),
+            Self::Words(cells, _) => piece.words(name).map(|found| put(cells, found, at)).is_some(),
+        }
+    }
+
+    fn truncate(&mut self, rows: usize) {
+        match self {
+            Self::Numbers(cells) => cells.truncate(rows),
+            Self::Words(cells, _) => cells.truncate(rows),
+        }
+    }
+}
+
 struct Gathered {
     name: String,
     unit: String,
     known: Known,
-    cells: Vec<Option<f64>>,
+    cells: Found,
     is_there: bool,
 }
 
@@ -105,13 +136,7 @@ impl Rows {
                     }
                 }
                 for column in &mut gathered {
-                    let Some(cells) = piece.numbers(&column.name) else { continue };
-                    column.is_there = true;
-                    for (at, cell) in at.iter().zip(cells) {
-                        if let Some(at) = at {
-                            column.cells[*at] = *cell;
-                        }
-                    }
+                    column.is_there |= column.cells.take(&column.name, piece, &at);
                 }
                 Ok(())
             })?;
@@ -121,10 +146,6 @@ impl Rows {
         }
         let done = status.iter().take_while(|status| status.is_some()).count() / groups.len();
         let rows = done * groups.len();
-        let lost = gathered.iter().take(columns.len()).find(|column| !column.is_there && rows > 0);
-        if let Some(column) = lost {
-            return Ok(Err(InputError::Missing(column.name.clone()).into()));
-        }
         gathered.iter_mut().for_each(|column| column.cells.truncate(rows));
         causes.truncate(rows);
         Ok(Ok(Self {
@@ -151,22 +172,29 @@ impl Rows {
     }
 
     fn column<'a>(&'a self, column: &'a Gathered) -> Column<'a> {
-        let nature = match &column.known {
-            Known::Given => Nature::Given,
-            Known::Free => Nature::Free,
+        let cells = match (&column.cells, &column.known) {
+            (Found::Words(words, list), _) => Cells::Words(words, list),
+            (Found::Numbers(cells), Known::Given) => Cells::Numbers(cells, Nature::Given),
+            (Found::Numbers(cells), Known::Free) => Cells::Numbers(cells, Nature::Free),
             // a table of an earlier build has no such column
-            Known::Grows(held) => {
+            (Found::Numbers(cells), Known::Grows(held)) => {
                 let held = held.map(|at| &self.columns[at]).filter(|held| held.is_there);
-                Nature::Grows(held.map(|held| held.cells.as_slice()))
+                let held = held.and_then(|held| match &held.cells {
+                    Found::Numbers(cells) => Some(cells.as_slice()),
+                    Found::Words(..) => None,
+                });
+                Cells::Numbers(cells, Nature::Grows(held))
             }
         };
-        Column { name: column.name.clone(), unit: column.unit.clone(), cells: Cells::Numbers(&column.cells, nature) }
+        Column { name: column.name.clone(), unit: column.unit.clone(), cells }
     }
 
     /// As the estimators take them.
     pub fn study(&self) -> Study<'_> {
+        let there = self.columns.iter().filter(|column| column.is_there || self.points() == 0);
         Study {
-            columns: self.columns.iter().map(|column| self.column(column)).collect(),
+            // one that the table lacks is missed by the questions that need it, and by no other
+            columns: there.map(|column| self.column(column)).collect(),
             status: &self.status,
             causes: &self.causes,
             groups: self.groups.clone(),
@@ -186,7 +214,11 @@ fn gathered(vocabulary: &Vocabulary<'_>, columns: &[String], count: usize) -> Ve
     let mut held: Vec<String> = Vec::new();
     let empty = |name: &str, unit: &str, known| {
         let (name, unit) = (name.to_owned(), unit.to_owned());
-        Gathered { name, unit, known, cells: vec![None; count], is_there: false }
+        let cells = match vocabulary.words_of(&name) {
+            Some(list) => Found::Words(vec![None; count], list),
+            None => Found::Numbers(vec![None; count]),
+        };
+        Gathered { name, unit, known, cells, is_there: false }
     };
     let mut all: Vec<Gathered> = Vec::new();
     for name in columns {

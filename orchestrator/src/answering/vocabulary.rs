@@ -16,6 +16,8 @@ pub(super) struct Vocabulary<'a> {
     /// What differs from sample to sample.
     pub parameters: &'a [Parameter],
     pub machine: Option<&'a MachineDef>,
+    /// Columns of uncertain parameters whose values are words, and these.
+    words: Vec<(String, Vec<String>)>,
 }
 
 impl<'a> Vocabulary<'a> {
@@ -53,16 +55,25 @@ impl<'a> Vocabulary<'a> {
             varied: parameters.iter().filter(is_varied).map(values).collect(),
         };
         let machine = samples.study().machine().map(|machine| &machine.def);
-        Some(Self { names, columns, groups, parameters, machine })
+        let laws = samples.study().drawn.drawing.laws();
+        let words = parameters.iter().filter_map(|parameter| {
+            let Origin::Uncertain(law) = parameter.origin else { return None };
+            Some((column_of(parameter), laws.get(law)?.words()?.to_vec()))
+        });
+        let words = words.collect();
+        Some(Self { names, columns, groups, parameters, machine, words })
     }
 
-    /// Of a study with mistakes, of which there may be nothing but its machine.
-    pub fn of_machine(machine: Option<&'a MachineDef>) -> Self {
-        let built = machine.and_then(|machine| machine.build().ok());
-        let columns = built.map(|machine| columns_without(&machine)).unwrap_or_default();
+    /// Of a study with mistakes, of which there may be nothing but its machine; of formulas there is none. `None`: the machine cannot be
+    /// built either, so that no column is known.
+    pub fn of_machine(machine: Option<&'a MachineDef>) -> Option<Self> {
+        let columns = match machine {
+            Some(machine) => columns_without(Some(&machine.build().ok()?)),
+            None => columns_without(None),
+        };
         let known = columns.iter().map(|column| (column.field.name.clone(), is_number(column.field.kind))).collect();
         let names = Names { known: Known { columns: known, aliases: Vec::new() }, ..Names::default() };
-        Self { names, columns, groups: Vec::new(), parameters: &[], machine }
+        Some(Self { names, columns, groups: Vec::new(), parameters: &[], machine, words: Vec::new() })
     }
 
     /// Names that the file gives to something that could not be read: they are not blamed.
@@ -79,6 +90,12 @@ impl<'a> Vocabulary<'a> {
             self.names.uncertain.push(name.clone());
             self.names.varied.push((name.clone(), Vec::new()));
         }
+    }
+
+    /// The words that an uncertain parameter may be, in the order of its list; `None`: its column is one of numbers.
+    pub fn words_of(&self, column: &str) -> Option<Vec<String>> {
+        let (_, words) = self.words.iter().find(|(name, _)| name == column)?;
+        Some(words.clone())
     }
 
     /// A column of numbers that a curve goes along.

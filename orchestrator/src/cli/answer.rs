@@ -9,6 +9,7 @@ use super::why::frozen;
 use crate::answering::{Answering, Meant, Source, answer, keep, meant, told};
 use crate::run::directory::{ANSWERS, CURVES, MANIFEST, RESULTS, STUDY};
 use crate::run::see;
+use bladeoff_answers::ask::{in_words, percent_given};
 use bladeoff_study::{Asked, Samples, StudyError, read_asked};
 use bladeoff_system::shown;
 use std::path::{Path, PathBuf};
@@ -84,6 +85,34 @@ fn understood(samples: &Samples, file: &str, text: &str, asked: &Asked) -> Resul
     }
     let found = meant(samples, Source { file, text, asked });
     found.map_err(|problems| StudyError::Problems(vec![problems]).into())
+}
+
+/// Refuses questions and gates that these samples cannot answer.
+pub(super) fn check_questions(samples: &Samples) -> Result<(), CliError> {
+    let study = samples.study();
+    understood(samples, &study.file, &study.text, &study.asked).map(|_| ())
+}
+
+/// What `check` says of the questions and gates of a study.
+pub(super) fn asked_in_words(samples: &Samples) -> Result<String, CliError> {
+    let study = samples.study();
+    let Meant { questions, gates } = understood(samples, &study.file, &study.text, &study.asked)?;
+    let mut text = String::new();
+    for (what, lines) in [
+        ("Questions", questions.iter().map(in_words).collect::<Vec<_>>()),
+        (
+            "Gates",
+            gates.iter().map(|gate| format!("{} (confidence {})", gate.text, percent_given(gate.confidence))).collect(),
+        ),
+    ] {
+        if !lines.is_empty() {
+            text.push_str(&format!(
+                "\n{what}:\n{}",
+                lines.iter().map(|line| format!("  {line}\n")).collect::<String>()
+            ));
+        }
+    }
+    Ok(text)
 }
 
 /// What `run` says of the questions of its study at its end; those of a complete one are written into the directory.

@@ -1,5 +1,6 @@
 //! `bladeoff check`: everything about a study except its results.
 
+use super::answer::asked_in_words;
 use super::error::CliError;
 use super::estimate::estimate;
 use super::exit::Exit;
@@ -15,7 +16,8 @@ use std::path::PathBuf;
 
 /// Check a study: what varies, how many samples, how long it will take
 ///
-/// Reads study, machine and points file and reports every problem in them with its place. Builds the machine of every
+/// Reads study, machine and points file and reports every problem in them with its place. Says in words what was understood
+/// of each uncertain parameter, with mean and standard deviation after truncation. Builds the machine of every
 /// sample (of studies above 100000 samples: of every value and every corner), so that impossible combinations are
 /// found before anything runs. Then computes up to seven samples, spread over all axes and each for at most 20 s of CPU time (all
 /// together 90 s), to tell the time of the whole as a range: CPU time, and what that is with a worker on each
@@ -43,7 +45,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         list(&samples)?;
         return Ok(Exit::Ok);
     }
-    tell(&describe(&samples))?;
+    tell(&(describe(&samples) + &asked_in_words(&samples)?))?;
     if let Some(model) = samples.study().function() {
         functions::estimate(&samples, model, default_workers())?;
         return Ok(Exit::Ok);
@@ -135,8 +137,14 @@ fn drawn(samples: &Samples) -> String {
         };
         lines.push_str(&format!("{name}\n{}", wrapped(&said, width, "  ", "  ")));
     }
+    for said in &study.drawn.correlated {
+        lines.push_str(&wrapped(said, width, "", "  "));
+    }
     if !lines.is_empty() {
-        text.push_str(&format!("{lines}\n"));
+        text.push_str(&lines);
+        if !study.axes.is_empty() {
+            text.push('\n');
+        }
     }
     text
 }

@@ -1,7 +1,7 @@
 //! Every way a subcommand can end badly, with its exit code.
 
 use super::exit::Exit;
-use super::refusals::{NoDirectory, NotAsked, ReplayError, WhyError};
+use super::refusals::{DesignExportError, NoDirectory, NotAsked, ReplayError, WhyError};
 use crate::answering::AnsweringError;
 use crate::chaos::ChaosError;
 use crate::dispatch::Signal;
@@ -73,6 +73,9 @@ pub enum CliError {
         /// What would be right.
         allowed: Option<String>,
     },
+    /// Gates of the command line that are none, each with what is wrong with it.
+    #[error("{0}")]
+    Gates(String),
     /// The solver refused the machine before the first step.
     #[error(transparent)]
     Engine(#[from] EngineError),
@@ -132,6 +135,9 @@ pub enum CliError {
     /// Questions that are not answered.
     #[error(transparent)]
     Answering(#[from] AnsweringError),
+    /// A design that is not written.
+    #[error(transparent)]
+    Design(#[from] DesignExportError),
     /// Nothing is asked.
     #[error(transparent)]
     NotAsked(#[from] NotAsked),
@@ -190,6 +196,7 @@ impl CliError {
             | CliError::Formulas { .. }
             | CliError::Overridden { .. }
             | CliError::Argument { .. }
+            | CliError::Gates(_)
             | CliError::Exists { .. }
             | CliError::NoResults { .. }
             | CliError::NotARun { .. }
@@ -218,7 +225,7 @@ impl CliError {
             | CliError::Replay(_) => Exit::Input,
             CliError::Figure(_) => Exit::Io,
             CliError::History(_) => Exit::Io,
-            CliError::NotAsked(NotAsked::Questions { .. }) => Exit::Input,
+            CliError::Design(_) | CliError::NotAsked(NotAsked::Questions { .. }) => Exit::Input,
             CliError::NotAsked(NotAsked::Gates { .. }) => Exit::Usage,
             CliError::Answering(AnsweringError::Table(TableError::Version { .. })) => Exit::Input,
             CliError::Answering(AnsweringError::Table(_) | AnsweringError::Row { .. }) => Exit::Io,

@@ -65,11 +65,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let gates = if args.require.is_empty() {
         asked.gates
     } else {
-        only_gates(&samples, &args.require, args.confidence).map_err(|(text, message)| CliError::Argument {
-            argument: format!("--require {text:?}"),
-            message,
-            allowed: None,
-        })?
+        only_gates(&samples, &args.require, args.confidence).map_err(refused)?
     };
     if gates.is_empty() {
         return Err(NotAsked::Gates { file, directory }.into());
@@ -85,6 +81,13 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         Verdict::Failed => Exit::Failures,
         Verdict::Open => Exit::Incomplete,
     })
+}
+
+/// All that is wrong with --require.
+fn refused(wrong: Vec<(String, String)>) -> CliError {
+    let lines: Vec<String> =
+        wrong.into_iter().map(|(text, message)| format!("--require {text:?}: {message}")).collect();
+    CliError::Gates(lines.join("\n"))
 }
 
 /// The study's name: a frozen file no longer has its own, by which a study without `name` is called.

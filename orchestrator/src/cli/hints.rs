@@ -26,7 +26,7 @@ pub(super) fn hint(command: &clap::Command, arguments: &[String], refused: &str)
             && option == "--set"
             && !path.contains('=')
         {
-            return Some(format!("hint: the value stands behind `=`: --set {}", word(&format!("{path}={refused}"))));
+            return Some(format!("hint: the value stands behind `=`: --set {}", word(format!("{path}={refused}"))));
         }
         if refused.contains('=') {
             return Some(format!("hint: a parameter is set with --set {}", word(refused)));

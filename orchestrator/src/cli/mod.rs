@@ -4,6 +4,7 @@ mod answer;
 mod bench;
 mod budget;
 mod check;
+mod design;
 mod error;
 mod estimate;
 mod excerpt;
@@ -69,6 +70,7 @@ enum Command {
     New(new::Args),
     Answer(answer::Args),
     Gate(gate::Args),
+    Design(design::Args),
     Export(export::Args),
     Verify(verify::Args),
     Replay(replay::Args),
@@ -189,6 +191,7 @@ fn dispatch(command: Command) -> Exit {
         Command::New(args) => new::main(&args),
         Command::Answer(args) => answer::main(&args),
         Command::Gate(args) => gate::main(&args),
+        Command::Design(args) => design::main(&args),
         Command::Export(args) => export::main(&args),
         Command::Verify(args) => verify::main(&args),
         Command::Replay(args) => replay::main(&args),

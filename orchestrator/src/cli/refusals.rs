@@ -45,6 +45,25 @@ pub enum NotAsked {
     },
 }
 
+/// Why a design is not written for other programs.
+#[derive(Debug, thiserror::Error)]
+pub enum DesignExportError {
+    /// There is none.
+    #[error("{} has no [design]: there are no random points to write", shown(path))]
+    None {
+        /// The study, or the result directory.
+        path: PathBuf,
+    },
+    /// A response that the results do not have.
+    #[error("--response {column}: {why}")]
+    Response {
+        /// The column.
+        column: String,
+        /// What is wrong with it.
+        why: String,
+    },
+}
+
 /// Why nothing can be said of a sample.
 #[derive(Debug, thiserror::Error)]
 pub enum WhyError {

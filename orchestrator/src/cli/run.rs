@@ -1,6 +1,6 @@
 //! `bladeoff run`: a study on all cores.
 
-use super::answer::answers_of_run;
+use super::answer::{answers_of_run, check_questions};
 use super::budget::BudgetArgs;
 use super::error::CliError;
 use super::exit::Exit;
@@ -131,11 +131,13 @@ pub struct Args {
 /// Which part of a study.
 #[derive(Debug, clap::Args)]
 pub struct PartArgs {
-    /// Take N samples only: the first N of a shuffle that depends on the study's seed
+    /// Take N samples only: the first N of a shuffle that depends on the study's seed; of a [design] its first N points, with all
+    /// combinations of [[vary]] at each
     #[arg(long, value_name = "N", value_parser = at_least_one)]
     limit: Option<u64>,
 
-    /// Thin every axis to this part of its points, at least two; its end points are kept
+    /// Thin every axis to this part of its points, at least two; its end points are kept. A [design] keeps this part of its points, a
+    /// power of two where it needs one
     #[arg(long, value_name = "F", value_parser = scale)]
     scale: Option<f64>,
 }
@@ -174,6 +176,11 @@ impl PartArgs {
     /// The checked samples of a study file.
     pub fn load(&self, study: &std::path::Path) -> Result<Samples, CliError> {
         let samples = Samples::new(load_checked(study, own_columns, check_asked)?, self.scale, self.limit)?;
+        if self.scale.is_some() {
+            // an axis has lost values, and a question may have named one
+            check_questions(&samples)
+                .inspect_err(|_| remark("a part of the values of each axis is left by --scale"))?;
+        }
         if samples.study().function().is_none() {
             check_machines(&samples)?;
             check_starts(&samples)?;

@@ -243,7 +243,7 @@ mod tests {
             (24, 3, RecordError::Version { found: 3 }),
             (25, 4, code("status", 4)),
             (26, 15, code("cause", 15)),
-            (27, 4, code("end cause", 4)),
+            (27, 5, code("end cause", 5)),
             (29, 0x80, code("causes", 0x8008)),
         ] {
             assert_eq!(Entry::decode(&with(at, number)).map(drop), Err(error), "byte {at}");
@@ -252,7 +252,7 @@ mod tests {
 
     prop_compose! {
         fn any_entry()(
-            status in 0..4u8, cause in prop::option::of(0..Cause::ALL.len() as u8), end in 0..4u8,
+            status in 0..4u8, cause in prop::option::of(0..Cause::ALL.len() as u8), end in 0..EndCause::ALL.len() as u8,
             causes in 0..1u32 << Cause::ALL.len(),
             values in prop::collection::vec(prop::option::of(prop::num::f64::NORMAL | prop::num::f64::ZERO), 0..80),
             cpu_s in 0.0..1e6f64, worker: u32, attempt: u32,
@@ -261,7 +261,7 @@ mod tests {
                 status: Status::from_code(status).expect("four"),
                 cause: cause.map(|code| Cause::from_code(code).expect("one of all")),
                 causes: CauseSet::from_bits(causes).expect("bits of all"),
-                end_cause: EndCause::from_code(end).expect("four"),
+                end_cause: EndCause::from_code(end).expect("one of all"),
                 values,
             };
             Entry { outcome, cpu_s, worker, attempt }

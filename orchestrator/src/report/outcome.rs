@@ -299,9 +299,11 @@ mod tests {
         let columns = bladeoff_core::record::columns(&machine.build().expect("valid"));
         let values = vec![Some(0.0); columns.len()];
         let text = describe_values(&columns, &values);
-        let headings = Group::ALL.map(Group::heading);
-        for heading in headings {
-            assert_eq!(text.lines().filter(|line| *line == heading).count(), 1, "{heading}: {text}");
+        // A machine has no formulas.
+        let headings: Vec<&str> =
+            Group::ALL.into_iter().filter(|group| *group != Group::Functions).map(Group::heading).collect();
+        for heading in &headings {
+            assert_eq!(text.lines().filter(|line| line == heading).count(), 1, "{heading}: {text}");
         }
         let is_shown = |column: &&Column| {
             !column.name.contains("_at_") && column.part != Part::Guarded && !OTHERWISE.contains(&column.name.as_str())

@@ -7,11 +7,14 @@
 
 use super::directory::{LEDGER, MACHINE, MANIFEST, PARTS, POINTS, RESULTS, STUDY, TIMINGS, row_files, timing_files};
 use super::manifest::{Checksums, provenance as told_inputs};
+use super::provenance::empirical_key;
 use super::resume::of_record;
 use super::status::{RunState, see};
 use crate::ledger::{LedgerError, Reader};
 use bladeoff_answers::report::counted;
 use bladeoff_answers::tables::{Checksum, TableError, count_sound_rows};
+use bladeoff_study::empirical;
+use bladeoff_study::plan::MOST_PARAMETERS;
 use bladeoff_system::files::FileError;
 use bladeoff_system::folder::Folder;
 use bladeoff_system::place::Place;
@@ -121,18 +124,20 @@ pub fn verify(directory: &Path) -> Result<Vec<Verified>, FileError> {
             compared => all.push(in_words(name, compared)),
         }
     }
-    for (name, key) in
-        [(STUDY, "study_blake3"), (MACHINE, "machine_blake3"), (POINTS, "points_blake3"), (BASIS_FILE, "basis_blake3")]
-    {
-        let told = inputs.as_ref().and_then(|told| told.get(key)).and_then(|told| told.as_str());
+    let own =
+        [(STUDY, "study_blake3"), (MACHINE, "machine_blake3"), (POINTS, "points_blake3"), (BASIS_FILE, "basis_blake3")];
+    let own = own.map(|(name, key)| (name.to_owned(), key.to_owned())).into_iter();
+    let of_laws = (0..MOST_PARAMETERS).map(|file| (empirical(file), empirical_key(file)));
+    for (name, key) in own.chain(of_laws) {
+        let told = inputs.as_ref().and_then(|told| told.get(&key)).and_then(|told| told.as_str());
         let wanted = told.and_then(|told| Hash::from_hex(told).ok());
         if told.is_some() && wanted.is_none() {
             let words = format!("damaged: its {key} is no hash");
             all.push(Verified { name: MANIFEST.to_owned(), is_whole: Some(false), words });
         }
-        match compare_hash(&folder.place(name), wanted, None) {
+        match compare_hash(&folder.place(&name), wanted, None) {
             Ok(Compared::Missing) if wanted.is_none() => {}
-            compared => all.push(in_words(name, compared)),
+            compared => all.push(in_words(&name, compared)),
         }
     }
     if folder.place(LEDGER).exists() {

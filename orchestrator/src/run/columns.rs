@@ -37,7 +37,7 @@ pub fn function_columns(model: &FunctionModel) -> Vec<OutcomeColumn> {
 pub enum Told {
     /// All: it went into the run.
     Given,
-    /// What was reached at least, in the column of this name; the quantity only grows.
+    /// At least what was reached while all guards held, which stands in the column of this name, if there is one.
     Grown(Option<String>),
     /// Nothing.
     Found,
@@ -56,24 +56,28 @@ pub struct TableColumn {
 #[must_use]
 pub fn columns_of(samples: &Samples) -> Option<Vec<TableColumn>> {
     if let Some(model) = samples.study().function() {
-        return Some(told(&function_schema(samples, model), function_columns(model).len()));
+        return Some(told(&function_schema(samples, model), &function_columns(model)));
     }
     let machine = samples.try_machine(0).ok()??.build().ok()?;
-    Some(told(&table_schema(samples, &machine), engine::columns(&machine).len()))
+    Some(told(&table_schema(samples, &machine), &engine::columns(&machine)))
 }
 
-/// Those of a study of this machine in which nothing varies.
+/// Those of a study of this machine, or of formulas that are not known, in which nothing varies.
 #[must_use]
-pub fn columns_without(machine: &Machine) -> Vec<TableColumn> {
-    let outcome = engine::columns(machine);
-    told(&TableSchema::new(Vec::new(), &outcome), outcome.len())
+pub fn columns_without(machine: Option<&Machine>) -> Vec<TableColumn> {
+    let outcome = machine.map(engine::columns).unwrap_or_default();
+    told(&TableSchema::new(Vec::new(), &outcome), &outcome)
 }
 
-/// `found`: how many of the last columns the solver fills.
-fn told(schema: &TableSchema, found: usize) -> Vec<TableColumn> {
-    let given = schema.fields().len() - found;
+/// `outcome`: the last columns, which the solver fills.
+fn told(schema: &TableSchema, outcome: &[OutcomeColumn]) -> Vec<TableColumn> {
+    let given = schema.fields().len() - outcome.len();
     let columns = schema.fields().iter().enumerate().map(|(at, field)| {
-        let told = if at < given { Told::Given } else { Told::Found };
+        let told = match at.checked_sub(given).map(|at| &outcome[at]) {
+            None => Told::Given,
+            Some(column) if column.grows() => Told::Grown(column.guarded()),
+            Some(_) => Told::Found,
+        };
         TableColumn { field: field.clone(), told }
     });
     columns.collect()

@@ -98,6 +98,11 @@ pub(super) fn mended(path: &Place, tables: Checksums, provenance: &[(String, Str
     (manifest != told).then(|| as_text(&manifest))
 }
 
+/// A manifest that tells of the tables alone.
+pub(super) fn of_tables(tables: Checksums) -> String {
+    as_text(&json!({ "state": "complete", KEY: tables.json() }))
+}
+
 /// The manifest as JSON text.
 pub(super) fn manifest(
     request: &Request,

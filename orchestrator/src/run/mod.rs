@@ -11,6 +11,7 @@
 mod change;
 mod checksums;
 mod columns;
+mod curves;
 pub mod directory;
 mod ending;
 mod error;
@@ -41,6 +42,9 @@ mod work;
 
 pub use checksums::{Verified, refuse_changed, refuse_changed_timings, verify};
 pub use columns::{TableColumn, Told, columns_of, columns_without, function_columns, own_columns};
+#[cfg(test)]
+pub(crate) use curves::forget_answers;
+pub(crate) use curves::{curve_file, remove_curves};
 pub use directory::STATUS;
 pub use error::{Change, Lost, RunError};
 pub use events::EVENTS_VERSION;

@@ -2,6 +2,7 @@
 //! already is put in order and left.
 
 use super::checksums::refuse_changed;
+use super::curves::forget_answers;
 use super::directory::{LEDGER, LOCK, RESULTS, RunDirectory, TIMINGS};
 use super::error::RunError;
 use super::lock::{Keeper, LockError, Look, look, theirs};
@@ -9,7 +10,6 @@ use super::prepare::{Prepared, frozen_basis, new_basis};
 use super::request::{Finished, Request};
 use super::resume::{self, Again, Opened};
 use super::{tables, upkeep};
-use crate::answering::forget;
 use crate::dispatch;
 use crate::report::Tally;
 use bladeoff_answers::report::{are, counted};
@@ -91,7 +91,7 @@ pub(super) fn open<'a>(
     // A table of what was there would look like that of the whole, and so would its answers.
     directory.remove(RESULTS)?;
     directory.remove(TIMINGS)?;
-    forget(directory.open())?;
+    forget_answers(directory.open())?;
     Ok(Opening::Session(Box::new(Session { request, prepared, opened, directory })))
 }
 

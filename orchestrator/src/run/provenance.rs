@@ -48,14 +48,18 @@ pub(super) fn provenance(samples: &Samples, plan_hash: &str, basis: Option<&[u8]
     if let Some(points) = &study.points_text {
         pairs.push(("points_blake3", hash(points)));
     }
-    if !study.empirical_texts.is_empty() {
-        pairs.push(("empirical_blake3", hash(&study.empirical_texts.concat())));
-    }
     if let Some(scale) = samples.scale() {
         pairs.push(("scale", format!("{scale:?}")));
     }
     if let Some(limit) = samples.limit() {
         pairs.push(("limit", limit.to_string()));
     }
-    pairs.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
+    let mut pairs: Vec<(String, String)> = pairs.into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
+    pairs.extend(study.empirical_texts.iter().enumerate().map(|(file, text)| (empirical_key(file), hash(text))));
+    pairs
+}
+
+/// Key of the hash of the n-th empirical law's file, from 0.
+pub(super) fn empirical_key(file: usize) -> String {
+    format!("empirical_{}_blake3", file + 1)
 }

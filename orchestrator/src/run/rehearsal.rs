@@ -1,14 +1,17 @@
 //! A result directory filled without computing, for measurements of what a resume costs.
 
-use super::directory::{LEDGER, RunDirectory};
+use super::directory::{LEDGER, MANIFEST, RESULTS, RunDirectory, TIMINGS};
 use super::error::RunError;
-use super::parts;
 use super::prepare::{Prepared, new_basis};
-use super::{resume, tables};
+use super::tables::RowsWriter;
+use super::{manifest, parts, resume, tables};
 use crate::ledger::{Entry, Ledger};
 use bladeoff_study::Samples;
+use bladeoff_system::files::{Pending, write_whole};
 use bladeoff_worker::fault::Faults;
+use bladeoff_worker::function_solver::FunctionSolver;
 use bladeoff_worker::noop::noop_outcome;
+use bladeoff_worker::plan::WorkPlan;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -81,6 +84,28 @@ pub fn time_tables(path: &Path, samples: &Samples) -> Result<Duration, RunError>
         tables::write_tables(directory, prepared, ledger.reader())?;
         Ok(begun.elapsed())
     })
+}
+
+/// Makes the complete result directory of a study of formulas, computed here: tables and their checksums, without workers and record.
+///
+/// # Errors
+/// As [`run`](super::run).
+pub fn tabulate(path: &Path, samples: &Samples) -> Result<(), RunError> {
+    let directory = RunDirectory::claim(path, true, None)?;
+    let prepared = Prepared::new(samples, new_basis(samples)?)?;
+    prepared.write(&directory)?;
+    let WorkPlan::Function(plan) = &prepared.plan else { unreachable!("asked of studies of formulas alone") };
+    let mut solver = FunctionSolver::new(plan).expect("formulas are checked when a study is read");
+    let (results, timings) = (directory.file(RESULTS), directory.file(TIMINGS));
+    let mut rows = RowsWriter::create(&prepared, Pending::create(results)?, Pending::create(timings)?, &[])?;
+    let mut params = Vec::new();
+    for sample in 0..samples.count() {
+        params.clear();
+        samples.params(sample, &mut params);
+        rows.push(sample, Entry { outcome: solver.outcome(&params), cpu_s: 0.0, worker: 1, attempt: 1 })?;
+    }
+    write_whole(directory.file(MANIFEST), manifest::of_tables(rows.finish()?).as_bytes())?;
+    Ok(())
 }
 
 fn with_record<T>(

@@ -1,12 +1,10 @@
 //! `[[question]]` and `[[gate]]`: what a study file asks of its table, as it stands there. What it means is found out by who knows the
 //! table; this module knows keys and types.
 
-use super::definition::Study;
 use super::error::StudyError;
 use super::input::read_input;
 use super::table::{Keys, scalar_text, wrong_type};
 use bladeoff_model::document::{Collector, Entry, MAX_FILE_BYTES, Node, Value, cut, parse_toml};
-use bladeoff_model::machine::MachineDef;
 use std::ops::Range;
 use std::path::Path;
 
@@ -25,26 +23,6 @@ pub struct Placed<T> {
     /// Bytes of the file.
     pub span: Range<usize>,
 }
-
-/// What questions and gates are checked by.
-#[derive(Debug)]
-pub struct ToCheck<'a> {
-    /// What is asked.
-    pub asked: &'a Asked,
-    /// The study; `None`: so much in its file is wrong that there is none.
-    pub study: Option<&'a Study>,
-    /// Its machine, as far as that could be read.
-    pub machine: Option<&'a MachineDef>,
-    /// It computes formulas and needs no machine.
-    pub is_function: bool,
-    /// Names that the file gives to what differs from sample to sample and to what is computed, whether or not the rest could be read.
-    pub names: &'a [String],
-    /// Whether there is a `[design]`, be it a wrong one.
-    pub has_design: bool,
-}
-
-/// Adds what is wrong with questions and gates: by who knows the table of a study.
-pub type CheckAsked = fn(to_check: &ToCheck<'_>, problems: &mut Collector<'_>);
 
 /// A `[[question]]`.
 #[derive(Debug, Clone, PartialEq, Default)]

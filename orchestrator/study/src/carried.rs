@@ -1,6 +1,6 @@
 //! Columns of the points file that are no parameters: carried along into the table, or left out, as the study says.
 
-use super::axis::{Column, ColumnKind};
+use super::column::{Column, ColumnKind};
 use super::csv::{Cell, Csv};
 use super::parameter::Parameter;
 use super::table::{Keys, wrong_type};

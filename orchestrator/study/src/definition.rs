@@ -4,6 +4,7 @@ use super::asked::Asked;
 use super::axis::Axis;
 use super::carried::Carried;
 use super::drawn::Drawn;
+use super::frozen::{MACHINE, POINTS, STUDY, empirical};
 use super::function::FunctionModel;
 use super::limits::Limits;
 use super::parameter::Parameter;
@@ -110,5 +111,19 @@ impl Study {
             Some(ParamValue::Number(shift)) => shift,
             _ => 0.0,
         }
+    }
+
+    /// Its inputs by the names that they have beside the results; `None`: this study has none of these.
+    #[must_use]
+    pub fn inputs(&self) -> Vec<(String, Option<&str>)> {
+        let machine = self.machine().map(|machine| machine.text.as_str());
+        let mut inputs = vec![
+            (STUDY.to_owned(), Some(self.text.as_str())),
+            (MACHINE.to_owned(), machine),
+            (POINTS.to_owned(), self.points_text.as_deref()),
+        ];
+        let texts = self.empirical_texts.iter().enumerate();
+        inputs.extend(texts.map(|(number, text)| (empirical(number), Some(text.as_str()))));
+        inputs
     }
 }

@@ -49,6 +49,12 @@ impl Drawing {
         &self.laws
     }
 
+    /// Whether the uncertain variables do not depend on one another.
+    #[must_use]
+    pub fn is_independent(&self) -> bool {
+        self.copula.is_independent()
+    }
+
     /// Where the points lie; `None` where nothing is uncertain.
     #[must_use]
     pub fn plan(&self) -> Option<&Plan> {

@@ -1,6 +1,5 @@
 //! What of a study's inputs lies beside its results, byte for byte, and by which names.
 
-use super::definition::Study;
 use std::path::{Path, PathBuf};
 
 /// The study.
@@ -54,21 +53,5 @@ impl FrozenFiles {
 
     pub(super) fn empirical(&self, number: usize) -> PathBuf {
         self.folder.join(empirical(number))
-    }
-}
-
-impl Study {
-    /// Its inputs by the names that they have beside the results; `None`: this study has none of these.
-    #[must_use]
-    pub fn inputs(&self) -> Vec<(String, Option<&str>)> {
-        let machine = self.machine().map(|machine| machine.text.as_str());
-        let mut inputs = vec![
-            (STUDY.to_owned(), Some(self.text.as_str())),
-            (MACHINE.to_owned(), machine),
-            (POINTS.to_owned(), self.points_text.as_deref()),
-        ];
-        let texts = self.empirical_texts.iter().enumerate();
-        inputs.extend(texts.map(|(number, text)| (empirical(number), Some(text.as_str()))));
-        inputs
     }
 }

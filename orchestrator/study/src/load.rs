@@ -1,10 +1,11 @@
 //! A study file from its text: every key, path and value checked, all problems of all its files at once.
 
-use super::asked::{Asked, CheckAsked, ToCheck, names};
+use super::asked::{Asked, names};
 use super::axis::{Axis, MOST_VARIED};
 use super::carried::{Carried, Others, refuse_taken};
 use super::definition::{MachineSubject, Study, Subject};
-use super::drawn::{self, Drawn, Files};
+use super::derived::Variable;
+use super::drawn::{self, Files};
 use super::error::StudyError;
 use super::frozen::FrozenFiles;
 use super::function::{FunctionError, FunctionModel, OWN_COLUMNS};
@@ -24,6 +25,26 @@ use std::path::Path;
 
 /// Names of the columns that the table of this machine has whatever varies: no column that is carried along may have one of them.
 pub type TakenNames = fn(&Machine) -> Vec<String>;
+
+/// What questions and gates are checked by.
+#[derive(Debug)]
+pub struct ToCheck<'a> {
+    /// What is asked.
+    pub asked: &'a Asked,
+    /// The study; `None`: so much in its file is wrong that there is none.
+    pub study: Option<&'a Study>,
+    /// Its machine, as far as that could be read.
+    pub machine: Option<&'a MachineDef>,
+    /// It computes formulas and needs no machine.
+    pub is_function: bool,
+    /// Names that the file gives to what differs from sample to sample and to what is computed, whether or not the rest could be read.
+    pub names: &'a [String],
+    /// Whether there is a `[design]`, be it a wrong one.
+    pub has_design: bool,
+}
+
+/// Adds what is wrong with questions and gates: by who knows the table of a study.
+pub type CheckAsked = fn(to_check: &ToCheck<'_>, problems: &mut Collector<'_>);
 
 /// Version of the study format.
 pub const STUDY_SCHEMA: i128 = 1;
@@ -69,6 +90,14 @@ pub fn load_checked(path: &Path, taken: TakenNames, check: CheckAsked) -> Result
     load_with(path, None, taken, check)
 }
 
+/// A study by its text. Files that it names lie around `file`.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_text(file: &str, text: &str, taken: TakenNames) -> Result<Study, StudyError> {
+    read_text(Path::new(file), text, None, taken, |_, _| {})
+}
+
 /// Reads a study as a result directory keeps it: its machine and points are the frozen ones, whatever it calls them.
 ///
 /// # Errors
@@ -83,14 +112,24 @@ fn load_with(
     taken: TakenNames,
     check: CheckAsked,
 ) -> Result<Study, StudyError> {
-    let file = path.to_string_lossy().into_owned();
     let read = if frozen.is_some() { read_frozen } else { read_input };
     let text = read(path, MAX_FILE_BYTES as u64)?;
-    let root = parse_toml(&file, &text).map_err(|problems| StudyError::Problems(vec![problems]))?;
+    read_text(path, &text, frozen, taken, check)
+}
+
+fn read_text(
+    path: &Path,
+    text: &str,
+    frozen: Option<FrozenFiles>,
+    taken: TakenNames,
+    check: CheckAsked,
+) -> Result<Study, StudyError> {
+    let file = path.to_string_lossy().into_owned();
+    let root = parse_toml(&file, text).map_err(|problems| StudyError::Problems(vec![problems]))?;
     let files = NamedFiles { study: path, frozen };
-    let (problems, others, seen) = (Collector::new(&file, &text), Vec::new(), Seen::default());
+    let (problems, others, seen) = (Collector::new(&file, text), Vec::new(), Seen::default());
     let mut loader = Loader { path, files, taken, problems, others, seen };
-    let study = loader.study(&file, &text, &root);
+    let study = loader.study(&file, text, &root);
     let Seen { asked, machine, is_function, names, has_design } = std::mem::take(&mut loader.seen);
     if !asked.is_empty() {
         let (study, machine) = (study.as_ref(), machine.as_ref());
@@ -104,7 +143,7 @@ fn load_with(
     all.append(&mut loader.others);
     match study {
         Some(study) if all.is_empty() => Ok(study),
-        _ if kind_of(&text) == Some(FileKind::Machine) => Err(StudyError::AMachine { path: path.to_path_buf() }),
+        _ if kind_of(text) == Some(FileKind::Machine) => Err(StudyError::AMachine { path: path.to_path_buf() }),
         _ => Err(StudyError::Problems(all)),
     }
 }
@@ -179,10 +218,10 @@ impl Loader<'_> {
         }
         drawn::needs(&keys, &mut self.problems);
         let mut files = Files::new(&self.files, &mut self.others);
-        let drawn = drawn::read(&keys, &axes, seed.unwrap_or(0), &paths, &mut files, &mut self.problems);
+        let (drawn, variables) = drawn::read(&keys, &axes, seed.unwrap_or(0), &paths, &mut files, &mut self.problems);
         let empirical_texts = files.texts;
         paths.refuse_repeated(&mut self.problems);
-        let function = if is_function { self.function(&keys, drawn.as_ref()) } else { None };
+        let function = if is_function { self.function(&keys, variables.as_deref()) } else { None };
         let parameters = drawn.as_ref().map(|drawn| drawn.parameters.as_slice()).unwrap_or_default();
         let told = parameters.iter().filter(|parameter| is_function || !parameter.is_variable).count();
         // a share of twins is a parameter that varies
@@ -259,7 +298,7 @@ impl Loader<'_> {
     }
 
     /// `[function]`: what is computed of the variables.
-    fn function(&mut self, keys: &Keys<'_>, drawn: Option<&Drawn>) -> Option<FunctionModel> {
+    fn function(&mut self, keys: &Keys<'_>, variables: Option<&[Variable]>) -> Option<FunctionModel> {
         let entry = keys.require("function", "[function] with g = \"3 - x\"", &mut self.problems)?;
         let keys = Keys::of(entry, "function", &mut self.problems)?;
         let mut outputs = Vec::new();
@@ -267,8 +306,7 @@ impl Loader<'_> {
             let text = keys.text(entry, &mut self.problems)?;
             outputs.push((entry.name.clone(), text.to_owned()));
         }
-        let variables = drawn?.drawing.variables();
-        match FunctionModel::new(&outputs, variables) {
+        match FunctionModel::new(&outputs, variables?) {
             Ok(function) => Some(function),
             Err(errors) => {
                 for error in errors {
@@ -310,8 +348,16 @@ impl Loader<'_> {
                 continue;
             }
             let column = &columns[number];
-            let has = |other: &usize| *other != number && columns[*other] == *column;
-            let what = match (own.contains(column), (0..columns.len()).find(has)) {
+            // at the later of two, or at the one that has a name to change; two of one name were told of
+            let named = |of: usize| parameters[of].is_variable || parameters[of].short.is_some();
+            let is_told = |of: usize| parameters[of].shown() == parameter.shown();
+            let has = |other: &usize| {
+                columns[*other] == *column
+                    && !is_told(*other)
+                    && (*other < number || (*other > number && !named(*other)))
+            };
+            let is_own = own.contains(column) || parameter.short.as_ref().is_some_and(|short| own.contains(short));
+            let what = match (is_own, (0..columns.len()).find(has)) {
                 (true, _) => "the table has a column of its own with this name".to_owned(),
                 (_, Some(other)) => format!("{} has the same column", parameters[other].info.path),
                 _ => continue,

@@ -1,6 +1,6 @@
 //! What differs from sample to sample: parameters of the machine, and variables that only formulas know.
 
-use super::axis::{Column, ColumnKind};
+use super::column::{Column, ColumnKind};
 use super::derived::Variable;
 use bladeoff_model::machine::{self, ParamValue, PathInfo, PathKind, is_detection};
 use std::ops::Range;

@@ -5,8 +5,9 @@
 //! with [design]      sample = point x groups + group; a group is a combination     --limit: the first points, in every group
 //! ```
 
-use super::axis::{Axis, Column, ColumnKind, show};
+use super::axis::{Axis, show};
 use super::carried::Carried;
+use super::column::{Column, ColumnKind};
 use super::definition::Study;
 use super::drawing::{Drawing, Scratch};
 use super::error::StudyError;
@@ -255,7 +256,10 @@ impl Samples {
             }
             Origin::Uncertain(law) => {
                 let law = &self.drawing.laws()[law];
-                [0.1, 0.35, 0.6, 0.85].map(|p| self.drawing.param(place, law.quantile(p, 1.0 - p))).to_vec()
+                // multiples of the golden section: a quarter of a turn apart they were whole periods apart for 4, 8, 12 ... blades
+                [0.090_17, 0.381_97, 0.618_03, 0.854_1]
+                    .map(|p| self.drawing.param(place, law.quantile(p, 1.0 - p)))
+                    .to_vec()
             }
             Origin::Derived(_) => self.some_values(place),
         }

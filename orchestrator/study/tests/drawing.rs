@@ -140,7 +140,7 @@ fn values_are_pinned_to_the_bit() {
     assert_eq!(found, PINNED);
 }
 
-const PINNED: [u64; 4] = [0xba5b_31a3_2cef_99a9, 0x4d20_d3c3_7c65_3402, 0x42ae_f18d_ab24_22d2, 0x6383_1b39_2b54_455f];
+const PINNED: [u64; 4] = [0xb119_9a3f_81bc_f2bd, 0x1f4f_a3b7_ed79_c1e3, 0xe34a_0e3c_94fa_2116, 0x8150_df2e_e7f1_1ec5];
 
 #[test]
 fn words_come_as_words() {

@@ -261,7 +261,7 @@ fn one_at_a_time_changes_one_parameter_from_the_base_point() {
         let draw = bladeoff_study::drawing::Drawing::new(
             laws.to_vec(),
             Copula::independent(3),
-            plan.clone(),
+            Some(plan.clone()),
             bladeoff_study::derived::Derived::none(
                 (0..3).map(|i| bladeoff_study::derived::Variable::number(&format!("x{i}"), None, "")).collect(),
             ),

@@ -119,8 +119,7 @@ impl Parser<'_> {
             return wrong(place, format!("more than {DEEPEST} brackets or operators within one another"));
         }
         let mut kind = self.first()?;
-        loop {
-            let Some((token, place)) = self.tokens.get(self.next).cloned() else { break };
+        while let Some((token, place)) = self.tokens.get(self.next).cloned() {
             let operator = match &token {
                 Token::Sign(sign) => *sign,
                 Token::Name(name) if name == "and" || name == "or" => name.as_str(),

@@ -7,6 +7,10 @@ use serde::Serialize;
 /// Version of the layout of `answers.json`.
 pub const SCHEMA: u32 = 1;
 
+/// Said of each group where it is so.
+pub const LEFT_WIDE: &str =
+    "what the bad runs leave open is wider than what the number of points does: find out why they fail";
+
 /// The answer to a question in one group. Null where there is no number.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Answer {
@@ -65,10 +69,7 @@ impl Answer {
         if let (Some(open), Some(width)) = (widened.or(figures.left_open()), figures.statistical)
             && open.abs() > width
         {
-            notes.push(
-                "what the bad runs leave open is wider than what the number of points does: find out why they fail"
-                    .to_owned(),
-            );
+            notes.push(LEFT_WIDE.to_owned());
         }
         Self {
             name: name.to_owned(),

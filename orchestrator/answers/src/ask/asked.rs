@@ -2,16 +2,16 @@
 
 use super::answer::{Answer, Answers, SCHEMA};
 use super::question::{Ask, Figure, Question};
-use super::sentence::{Scale, of_curve, percent, sentence};
+use super::sentence::{Scale, counted, of_curve, percent_given, sentence};
 use crate::estimate::curve::{Curve, CurvePoint};
 use crate::estimate::exceedance::exceedance;
 use crate::estimate::figures::{Figures, Method};
 use crate::estimate::formula::Formula;
 use crate::estimate::fragility::bins;
-use crate::estimate::input::{Group, InputError, Label, Study};
-use crate::estimate::known::{Truths, Values, truths, values};
+use crate::estimate::input::{Group, InputError, Label, Nature, Study};
+use crate::estimate::known::{Truths, Values, reached, truths, values};
 use crate::estimate::mean::mean;
-use crate::estimate::proportion::{Tally, proportion_by, tallies};
+use crate::estimate::proportion::{Tally, none_seen, proportion_by, tallies};
 use crate::estimate::scheme::Scheme;
 use crate::estimate::{difference, quantile};
 
@@ -27,16 +27,38 @@ pub struct Answered {
 /// Answers of all questions, and their curves by name.
 ///
 /// # Errors
-/// Columns are missing or do not fit together.
+/// Columns do not fit together; a question whose columns are missing is told so in its answer.
 pub fn answer_all(study: &Study<'_>, questions: &[Question]) -> Result<(Answers, Vec<(String, Curve)>), InputError> {
     study.check()?;
     let (mut answers, mut curves) = (Vec::new(), Vec::new());
     for question in questions {
-        let answered = answer(study, question)?;
+        let answered = match answer(study, question) {
+            Ok(answered) => answered,
+            // the others are answered all the same
+            Err(why) => {
+                answers.push(unanswered(study, question, &why));
+                continue;
+            }
+        };
         answers.extend(answered.answers);
         curves.extend(answered.curve.map(|curve| (question.name.clone(), curve)));
     }
     Ok((Answers { schema: SCHEMA, complete: study.design.complete, answers }, curves))
+}
+
+/// The answer to a question that these rows cannot answer: no number, and why.
+fn unanswered(study: &Study<'_>, question: &Question, why: &InputError) -> Answer {
+    let kind = match &question.ask {
+        Ask::One(figure) => kind(figure),
+        Ask::Exceedance(_) => "exceedance",
+        Ask::Fragility(..) => "fragility",
+        Ask::Difference(..) => "difference",
+    };
+    let figures = Figures::over(study.points() as u64);
+    let mut answer = Answer::of(&question.name, kind, Group::default(), 0, question.confidence, figures);
+    answer.sentence = format!("not answered: {why}");
+    answer.notes.push(answer.sentence.clone());
+    answer
 }
 
 /// Answers of one question; the study has been checked.
@@ -73,10 +95,24 @@ fn kind(figure: &Figure) -> &'static str {
     }
 }
 
+/// What a question asks, in words: "load-95: 95 % quantile of max_bearing_load_N (95 %)".
+#[must_use]
+pub fn in_words(question: &Question) -> String {
+    let what = match &question.ask {
+        Ask::One(figure) => subject(figure),
+        Ask::Exceedance(column) => format!("exceedance of {column}"),
+        Ask::Fragility(path, formula) => format!("P({}) over {path}", formula.text),
+        Ask::Difference(figure, path, [a, b]) => {
+            format!("{} at {path} = {a} less that at {b}, paired", subject(figure))
+        }
+    };
+    format!("{}: {what} (confidence {})", question.name, percent_given(question.confidence))
+}
+
 fn subject(figure: &Figure) -> String {
     match figure {
         Figure::Probability(formula) => format!("P({})", formula.text),
-        Figure::Quantile(u, column) => format!("{} quantile of {column}", percent(*u)),
+        Figure::Quantile(u, column) => format!("{} quantile of {column}", percent_given(*u)),
         Figure::Mean(column) => format!("mean of {column}"),
     }
 }
@@ -85,6 +121,16 @@ fn subject(figure: &Figure) -> String {
 fn with_unit(name: &str, unit: &str) -> String {
     let unit = unit.replace(' ', "").replace('/', "_");
     if unit.is_empty() { name.to_owned() } else { format!("{name}_{unit}") }
+}
+
+/// Ok rows of which a condition says nothing, in words.
+fn note_undefined(notes: &mut Vec<String>, undefined: u64) {
+    if undefined > 0 {
+        let runs = counted(undefined, "run");
+        notes.push(format!(
+            "in {runs} the condition has no value (such as the root of a negative number): counted both ways"
+        ));
+    }
 }
 
 /// Rows without a value, in words.
@@ -110,6 +156,18 @@ impl Asked<'_> {
         })
     }
 
+    /// What decides a bad run of a probability.
+    fn decided_by(&self, figure: &Figure) -> &'static str {
+        let Figure::Probability(formula) = figure else { return "" };
+        let grows =
+            |name: &String| self.study.numbers(name).is_ok_and(|(_, nature)| matches!(nature, Nature::Grows(_)));
+        if formula.columns.iter().any(grows) {
+            "by what was reached while all guards held"
+        } else {
+            "decided by its inputs"
+        }
+    }
+
     fn told(&self, kind: &'static str, group: Group, bad: u64, figures: Figures) -> Answer {
         Answer::of(&self.question.name, kind, group, bad, self.question.confidence, figures)
     }
@@ -118,13 +176,18 @@ impl Asked<'_> {
         let tallies = tallies(truths, self.scheme.parts(), self.part());
         let mut figures = proportion_by(&tallies, &self.scheme, self.alpha, self.t);
         note_empty(&mut figures.notes, truths.empty, CONDITION);
+        note_undefined(&mut figures.notes, truths.undefined);
+        // points that are random after all, only too few replicates of them
+        if matches!(self.scheme, Scheme::Without(_)) && self.study.design.is_random() {
+            none_seen(&Tally::of_all(&tallies), self.alpha, &mut figures);
+        }
         figures
     }
 
     fn of_values(&self, figure: &Figure, values: &Values) -> Figures {
         let mut figures = match figure {
             Figure::Quantile(u, _) => quantile::quantile(values, *u, &self.scheme, self.part(), self.alpha),
-            _ => mean(values, &self.scheme, self.part(), self.alpha),
+            _ => mean(values, &self.scheme, self.part(), self.alpha, true),
         };
         note_empty(&mut figures.notes, values.empty, LEFT_OUT);
         figures
@@ -145,7 +208,7 @@ impl Asked<'_> {
                 }
             };
             let mut answer = self.told(kind(figure), group.clone(), bad, figures);
-            answer.sentence = sentence(&answer, &subject(figure), &scale, decided);
+            answer.sentence = sentence(&answer, &subject(figure), &scale, (decided, self.decided_by(figure)));
             answers.push(answer);
         }
         Ok(Answered { answers, curve: None })
@@ -168,7 +231,7 @@ impl Asked<'_> {
         let mut points = vec![0; self.scheme.parts()];
         (0..self.study.points()).for_each(|point| points[self.part()(point)] += 1);
         for (at, group) in self.study.groups.iter().enumerate() {
-            let values = values(self.study, column, at)?;
+            let values = reached(self.study, column, at)?;
             let (curve, method) = exceedance(&values, &self.scheme, &points, self.part(), self.alpha);
             let mut answer = self.curved("exceedance", group, values.bad, self.study.points() as u64, method);
             if method == Method::Band {
@@ -244,8 +307,10 @@ impl Asked<'_> {
             let mut answer = self.curved("fragility", &group, bad, n, method.unwrap_or(Method::Without));
             let what = if single { "value" } else { "bin" };
             if !single {
-                let count = curve.len();
-                answer.notes.push(format!("{count} bins of equal count: the probability is that over the bin"));
+                answer.notes.push(match curve.len() {
+                    1 => "one bin holds all: a bin has at least 50 points".to_owned(),
+                    count => format!("{count} bins of equal count: the probability is that over the bin"),
+                });
             }
             answer.notes.push(format!("the limits hold for each {what} by itself"));
             note_empty(&mut answer.notes, empty, CONDITION);
@@ -285,7 +350,7 @@ impl Asked<'_> {
             };
             let mut answer = self.told("difference", group, bad, figures);
             let of = format!("{}, {path} = {} less {}", subject(figure), labels[0], labels[1]);
-            answer.sentence = sentence(&answer, &of, &scale, decided);
+            answer.sentence = sentence(&answer, &of, &scale, (decided, self.decided_by(figure)));
             answers.push(answer);
         }
         Ok(Answered { answers, curve: None })

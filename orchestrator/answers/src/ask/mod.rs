@@ -11,7 +11,8 @@ mod question;
 mod sentence;
 
 pub use crate::estimate::formula::Known;
-pub use answer::{Answer, Answers, SCHEMA};
-pub use asked::{Answered, answer, answer_all};
+pub use answer::{Answer, Answers, LEFT_WIDE, SCHEMA};
+pub use asked::{Answered, answer, answer_all, in_words};
 pub use question::{Ask, CONFIDENCE, Figure, Names, Problem, Question, QuestionDef};
+pub use sentence::percent_given;
 pub(crate) use sentence::{counted, percent, prefix};

@@ -245,7 +245,10 @@ impl Check<'_> {
     /// A parameter that is varied or uncertain.
     fn parameter(&mut self, path: &str) -> Option<String> {
         let all = self.names.varied.iter().map(|(axis, _)| axis).chain(&self.names.uncertain);
-        let all: Vec<&str> = all.map(String::as_str).collect();
+        let mut all: Vec<&str> = all.map(String::as_str).collect();
+        // of a file with mistakes it may not be known which of both a parameter is
+        all.sort_unstable();
+        all.dedup();
         match self.one_of(path, &all)[..] {
             [column] => Some(column.to_owned()),
             [] => {

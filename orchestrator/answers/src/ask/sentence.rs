@@ -5,10 +5,22 @@ use crate::estimate::curve::CurvePoint;
 use crate::estimate::input::{Group, Label};
 use bladeoff_model::document::units::format_digits;
 
-/// A share as a person reads it.
+/// A share as a person reads it: two digits of what it is away from 0 or from 1, whichever is less, so that 0.9963 is not 100 %.
 #[must_use]
 pub fn percent(share: f64) -> String {
-    format!("{} %", format_digits(100.0 * share, "", 2))
+    let rest = 100.0 * (1.0 - share.abs());
+    if rest <= 0.0 || rest >= 10.0 {
+        return format!("{} %", format_digits(100.0 * share, "", 2));
+    }
+    let places = 1 + usize::try_from(-libm::floor(libm::log10(rest)) as i32).unwrap_or(0);
+    let text = format!("{:.*}", places.min(12), 100.0 * share);
+    format!("{} %", text.trim_end_matches('0').trim_end_matches('.'))
+}
+
+/// A share that somebody gave, with its digits: 0.975 is not 98 %.
+#[must_use]
+pub fn percent_given(share: f64) -> String {
+    format!("{} %", format_digits(100.0 * share, "", 12))
 }
 
 /// A count with its word.
@@ -42,11 +54,12 @@ impl Scale {
     }
 }
 
+/// `decided`: bad runs of which it is known, and by what.
 /// "P(max_bearing_load_N > 1.2 MN) = 0.43 % (95 %: 0.31 % to 0.58 %), 43 of 10000, 2 bad runs counted both ways".
 #[must_use]
-pub fn sentence(answer: &Answer, subject: &str, scale: &Scale, decided: u64) -> String {
+pub fn sentence(answer: &Answer, subject: &str, scale: &Scale, (decided, by): (u64, &str)) -> String {
     let mut text = format!("{}{subject}", prefix(&answer.group));
-    let level = percent(answer.confidence);
+    let level = percent_given(answer.confidence);
     let about = if answer.approximate { "about " } else { "" };
     let none = answer.events == Some(0) && *scale == Scale::Share;
     match (answer.estimate, answer.estimate_if_bad_harmful) {
@@ -81,7 +94,8 @@ pub fn sentence(answer: &Answer, subject: &str, scale: &Scale, decided: u64) -> 
         text += &format!(", {}{}", counted(open, "bad run"), if both { " counted both ways" } else { "" });
     }
     if decided > 0 {
-        text += &format!(", {} by what was reached while all guards held", counted(decided, "bad run"));
+        let by = if decided == 1 { by.to_owned() } else { by.replace("its", "their") };
+        text += &format!(", {} {by}", counted(decided, "bad run"));
     }
     text
 }
@@ -102,4 +116,16 @@ pub fn of_curve(answer: &Answer, subject: &str, points: &[CurvePoint], unit: &st
         text += &format!(", {} counted both ways", counted(answer.bad, "bad run"));
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_share_next_to_all_is_not_all() {
+        let shown = [0.9963, 0.999_975_6, -0.985, 0.95, 0.57, 0.0042, 1.0, 0.0].map(percent);
+        assert_eq!(shown, ["99.63 %", "99.9976 %", "-98.5 %", "95 %", "57 %", "0.42 %", "100 %", "0 %"]);
+        assert_eq!([0.975, 0.999, 0.999_999, 0.07].map(percent_given), ["97.5 %", "99.9 %", "99.9999 %", "7 %"]);
+    }
 }

@@ -11,7 +11,7 @@
 //! usual approximations (measured: coverage 0.96 to 1.00), which cover too little where few points differ.
 //! Bad runs: low with those of a harmless and those of b harmful, high the other way round.
 
-use super::figures::{Figures, Method, ratio};
+use super::figures::{Figures, Method, ratio_of_counts};
 use super::known::{Truths, Values};
 use super::limits::{lower_limit, upper_limit};
 use super::mean::mean;
@@ -83,7 +83,9 @@ pub fn of_probabilities(a: &Truths, b: &Truths, scheme: &Scheme, part: impl Fn(u
             all.a + all.b < FEW
         };
         let sums: Vec<_> = of.iter().map(|of| (of.a as f64 - of.b as f64, of.n as f64)).collect();
-        ratio(&sums, t).filter(|_| !few).map(|(mean, half)| ((mean - half).max(-1.0), (mean + half).min(1.0)))
+        ratio_of_counts(&sums, t, alpha)
+            .filter(|_| !few)
+            .map(|(mean, half)| ((mean - half).max(-1.0), (mean + half).min(1.0)))
     };
     if let Scheme::Without(why) = scheme {
         found.notes.push(why.clone());
@@ -150,7 +152,7 @@ pub fn of_means(a: &Values, b: &Values, scheme: &Scheme, part: impl Fn(usize) ->
         }
     }
     let lone = a.point.len() + b.point.len() - 2 * pairs.point.len();
-    let mut found = mean(&pairs, scheme, part, alpha);
+    let mut found = mean(&pairs, scheme, part, alpha, false);
     if lone > 0 {
         found.notes.push(format!("at {lone} points only one of both has a value: they are left out"));
     }

@@ -150,3 +150,16 @@ pub fn ratio(replicates: &[(f64, f64)], t: f64) -> Option<(f64, f64)> {
     let error = libm::sqrt(squares / (count * (count - 1.0))) / (weight / count);
     Some((q, t * error))
 }
+
+/// The same of shares: y counts points, w are the points of each replicate.
+///
+/// Where all R replicates have the same count, the mean count may still be d off, every replicate having that chance to differ by one:
+/// as long as (1 - d)^R >= alpha/2, nothing says otherwise. So limits are never nearer than that. Stratified points make it happen:
+/// of an event of one variable at a boundary of strata every replicate has all but the same count.
+#[must_use]
+pub fn ratio_of_counts(replicates: &[(f64, f64)], t: f64, alpha: f64) -> Option<(f64, f64)> {
+    let count = replicates.len() as f64;
+    let points = Sum::of(replicates.iter().map(|(_, w)| *w)) / count;
+    let unseen = 1.0 - libm::pow(0.5 * alpha, 1.0 / count);
+    ratio(replicates, t).map(|(share, half)| (share, half.max(unseen / points)))
+}

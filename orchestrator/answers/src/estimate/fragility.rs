@@ -1,7 +1,7 @@
 //! How probable a condition is, by the value of a parameter.
 //!
-//! A varied parameter: each of its values, all points at each. An uncertain one: each of its values where they are few or words; else
-//! bins of equal count by rank, as many as have [`FEWEST_IN_BIN`] points each, 20 at most. The points of a bin are as independent as
+//! A varied parameter: each of its values, all points at each. An uncertain one: each of its values where they are few, or words (these
+//! in the order of their list); else bins of equal count by rank, as many as have `FEWEST_IN_BIN` points each, 20 at most. The points of a bin are as independent as
 //! those of the study, so each bin has the interval of a probability, each by itself: the probability meant is that over the bin.
 //!
 //! Limits of an event whose probability varies within a bin are on the safe side: such counts scatter less than binomial ones
@@ -30,17 +30,24 @@ pub struct Bin {
 pub fn bins(study: &Study<'_>, path: &str) -> Result<(Vec<Bin>, bool), InputError> {
     let points = study.points();
     match study.column(path)?.cells {
-        Cells::Words(words) => {
-            let mut by_word: BTreeMap<&str, Vec<u32>> = BTreeMap::new();
+        Cells::Words(words, list) => {
+            let bin = |word: &str| {
+                let label = Label::Word(word.to_owned());
+                Bin { range: (label.clone(), label), points: Vec::new() }
+            };
+            // each of the list, be it never drawn
+            let mut bins: Vec<Bin> = list.iter().map(|word| bin(word)).collect();
+            let mut places: BTreeMap<&str, usize> = list.iter().map(String::as_str).zip(0..).collect();
             for point in 0..points {
                 // a point without a word is a value of its own
-                by_word.entry(words[study.row(point, 0)].as_deref().unwrap_or("")).or_default().push(point as u32);
+                let word = words[study.row(point, 0)].as_deref().unwrap_or("");
+                let place = *places.entry(word).or_insert_with(|| {
+                    bins.push(bin(word));
+                    bins.len() - 1
+                });
+                bins[place].points.push(point as u32);
             }
-            let bin = |(word, points): (&str, _)| {
-                let label = Label::Word(word.to_owned());
-                Bin { range: (label.clone(), label), points }
-            };
-            Ok((by_word.into_iter().map(bin).collect(), true))
+            Ok((bins, true))
         }
         Cells::Numbers(values, _) => {
             let value = |point: u32| values[study.row(point as usize, 0)].unwrap_or(f64::NAN);

@@ -23,15 +23,15 @@ pub enum Nature<'a> {
 pub enum Cells<'a> {
     /// Numbers; `None` where nothing of the kind happened.
     Numbers(&'a [Option<f64>], Nature<'a>),
-    /// Words.
-    Words(&'a [Option<String>]),
+    /// Words, and which there may be, in their order.
+    Words(&'a [Option<String>], &'a [String]),
 }
 
 impl Cells<'_> {
     fn len(&self) -> usize {
         match self {
             Self::Numbers(values, _) => values.len(),
-            Self::Words(words) => words.len(),
+            Self::Words(words, _) => words.len(),
         }
     }
 }
@@ -136,6 +136,18 @@ pub struct Design<'a> {
     pub replicate: &'a [u32],
     /// Whether all its points are there, and not only the first ones.
     pub complete: bool,
+}
+
+impl Design<'_> {
+    /// Whether its points are drawn, so that they tell of others.
+    #[must_use]
+    pub fn is_random(&self) -> bool {
+        match self.kind {
+            DesignKind::OneAtATime => false,
+            DesignKind::Sobol | DesignKind::Halton => self.scrambled,
+            DesignKind::MonteCarlo | DesignKind::LatinHypercube => true,
+        }
+    }
 }
 
 /// A study's rows.
@@ -246,7 +258,7 @@ impl<'a> Study<'a> {
     pub fn numbers(&self, name: &str) -> Result<(&'a [Option<f64>], Nature<'a>), InputError> {
         match self.column(name)?.cells {
             Cells::Numbers(values, nature) => Ok((values, nature)),
-            Cells::Words(_) => Err(InputError::Words(name.to_owned())),
+            Cells::Words(..) => Err(InputError::Words(name.to_owned())),
         }
     }
 

@@ -8,11 +8,14 @@
 //! bad row, any other column     nothing
 //! ```
 //! An empty cell of an ok row (nothing of the kind happened): no comparison with it holds but `!=`; it has no value, and is counted.
+//! A condition of an ok row that has no value itself (the square root of a negative number) is as little known as that of a bad row.
+//!
+//! Quantiles and means take a bad row's value as anything at all, also where a part of it was reached: what it would have been is not known.
 
 use super::formula::Formula;
 use super::input::{InputError, Nature, Study};
 use super::span::Span;
-use super::truth::{Truth, truth};
+use super::truth::{Truth, truth, truth_of_known};
 use bladeoff_model::outcome::{Cause, CauseSet, Status};
 
 /// Whether a condition holds at each point of a group.
@@ -24,6 +27,8 @@ pub struct Truths {
     pub bad: Vec<bool>,
     /// Ok rows where a column of the condition is empty.
     pub empty: u64,
+    /// Ok rows where the condition has no value (the square root of a negative number): they are open.
+    pub undefined: u64,
 }
 
 impl Truths {
@@ -68,16 +73,18 @@ fn span(value: Option<f64>, nature: Nature<'_>, row: usize, causes: CauseSet) ->
 pub fn truths(study: &Study<'_>, formula: &Formula, group: usize) -> Result<Truths, InputError> {
     let columns: Vec<_> = formula.columns.iter().map(|name| study.numbers(name)).collect::<Result<_, _>>()?;
     let points = study.points();
-    let mut found = Truths { of: Vec::with_capacity(points), bad: Vec::with_capacity(points), empty: 0 };
-    let (mut stack, mut spans) = (Vec::new(), Vec::new());
+    let mut found = Truths { of: Vec::with_capacity(points), bad: Vec::with_capacity(points), ..Truths::default() };
+    let (mut known, mut spans) = (Vec::new(), Vec::new());
     for point in 0..points {
         let row = study.row(point, group);
         let ok = study.status[row] == Status::Ok;
         found.bad.push(!ok);
         found.of.push(if ok {
             found.empty += u64::from(columns.iter().any(|(values, _)| values[row].is_none()));
-            let value = formula.program.value(|number| columns[number].0[row].unwrap_or(f64::NAN), &mut stack);
-            Truth::of(value == 1.0)
+            let of = |number: usize| columns[number].0[row].unwrap_or(f64::NAN);
+            let truth = truth_of_known(&formula.program, of, &mut known);
+            found.undefined += u64::from(truth == Truth::Open);
+            truth
         } else {
             let causes = study.causes[row];
             let of = |number: usize| span(columns[number].0[row], columns[number].1, row, causes);
@@ -87,12 +94,27 @@ pub fn truths(study: &Study<'_>, formula: &Formula, group: usize) -> Result<Trut
     Ok(found)
 }
 
-/// Values of a column, in a group.
+/// Values of a column, in a group; a bad row's is anything from minus to plus infinity, unless it went into the run.
 ///
 /// # Errors
 /// The study has no such column of numbers.
 pub fn values(study: &Study<'_>, column: &str, group: usize) -> Result<Values, InputError> {
-    let (cells, nature) = study.numbers(column)?;
+    let (_, nature) = study.numbers(column)?;
+    let nature = if matches!(nature, Nature::Given) { nature } else { Nature::Free };
+    values_as(study, column, group, nature)
+}
+
+/// The same, where a bad row's is at least what was reached while all guards held: it exceeds the levels below in any case.
+///
+/// # Errors
+/// As [`values`].
+pub fn reached(study: &Study<'_>, column: &str, group: usize) -> Result<Values, InputError> {
+    let (_, nature) = study.numbers(column)?;
+    values_as(study, column, group, nature)
+}
+
+fn values_as(study: &Study<'_>, column: &str, group: usize, nature: Nature<'_>) -> Result<Values, InputError> {
+    let (cells, _) = study.numbers(column)?;
     let mut found = Values::default();
     for point in 0..study.points() {
         let row = study.row(point, group);

@@ -1,7 +1,7 @@
 //! A mean, by Student's t: of independent values, or of replicates.
 //!
-//! A run that is bad has no value, or at least some: a mean has no upper limit with it, and no lower one unless every such run has at
-//! least some. Then the lower limit is that of the mean of those least values, which the mean is not below.
+//! A run that is bad has no value. Harmless, the mean is that of the others, and so is its lower limit; harmful, it has none, and no upper
+//! limit. A difference has neither limit then, because a bad run may move it either way.
 
 use super::figures::{Figures, Method, Sum, finite, ratio};
 use super::known::Values;
@@ -40,9 +40,15 @@ fn interval(
     (mean, half)
 }
 
-/// The mean; `part`: that of a point.
+/// The mean; `part`: that of a point. `has_harmless`: with bad runs it has the lower limit of the others.
 #[must_use]
-pub fn mean(values: &Values, scheme: &Scheme, part: impl Fn(usize) -> usize, alpha: f64) -> Figures {
+pub fn mean(
+    values: &Values,
+    scheme: &Scheme,
+    part: impl Fn(usize) -> usize,
+    alpha: f64,
+    has_harmless: bool,
+) -> Figures {
     let mut found = Figures::over(values.low.len() as u64);
     let bounded = |ends: &[f64]| ends.iter().all(|end| end.is_finite());
     let (below, above) = (bounded(&values.low), bounded(&values.high));
@@ -64,7 +70,7 @@ pub fn mean(values: &Values, scheme: &Scheme, part: impl Fn(usize) -> usize, alp
     if let Some((mean, half)) = low {
         found.estimate = finite(mean);
         found.statistical = half.map(|half| 2.0 * half);
-        if below {
+        if below || has_harmless {
             found.low = half.and_then(|half| finite(mean - half));
         }
     } else {
@@ -78,8 +84,11 @@ pub fn mean(values: &Values, scheme: &Scheme, part: impl Fn(usize) -> usize, alp
         found.notes.push("bad runs may have had any larger value: the mean has no upper limit with them".to_owned());
     }
     if !below {
-        let why = "bad runs may have had any smaller value: the mean has no lower limit with them; the estimate is that of the others";
-        found.notes.push(why.to_owned());
+        let others = "the estimate is that of the other runs";
+        found.notes.push(match has_harmless {
+            true => format!("{others}, and so is its lower limit"),
+            false => format!("bad runs may have had any smaller value, too; {others}"),
+        });
     }
     if found.low.is_none() && found.high.is_none() {
         found.method = Method::Without;

@@ -7,7 +7,7 @@
 //! Why it covers: with the open runs settled, the events are k_low <= k <= k_high, and both limits grow with k.
 //! Sources: C. J. Clopper, E. S. Pearson (1934). Verified by `tests/uncertainty`: figures by hand and the coverage table.
 
-use super::figures::{Figures, Method, ratio};
+use super::figures::{Figures, Method, ratio_of_counts};
 use super::known::Truths;
 use super::limits::{lower_limit, upper_limit};
 use super::scheme::{FEW, Scheme};
@@ -53,6 +53,17 @@ pub fn tallies(truths: &Truths, parts: usize, part: impl Fn(usize) -> usize) -> 
     tallies
 }
 
+/// The upper limit of an event that was not seen, by as many independent points: that it was not seen is never a probability of 0.
+pub fn none_seen(all: &Tally, alpha: f64, found: &mut Figures) {
+    if all.low == 0 && all.n > 0 {
+        found.low = Some(0.0);
+        found.high = Some(upper_limit(all.high, all.n, alpha / 2.0));
+        found.statistical = Some(upper_limit(0, all.n, alpha / 2.0));
+        (found.method, found.approximate) = (Method::ClopperPearson, true);
+        found.notes.push("no event: the upper limit of as many independent points".to_owned());
+    }
+}
+
 /// The probability; `tallies` by part of the scheme, `alpha` = 1 - confidence.
 #[must_use]
 pub fn proportion(tallies: &[Tally], scheme: &Scheme, alpha: f64) -> Figures {
@@ -86,7 +97,7 @@ pub fn proportion_by(tallies: &[Tally], scheme: &Scheme, alpha: f64, t: f64) -> 
             let few = [all.low, all.n - all.low, all.high, all.n - all.high].into_iter().any(|count| count < FEW);
             let of = |events: fn(&Tally) -> u64| {
                 let parts: Vec<_> = tallies.iter().map(|part| (events(part) as f64, part.n as f64)).collect();
-                ratio(&parts, t)
+                ratio_of_counts(&parts, t, alpha)
             };
             match (of(|part| part.low), of(|part| part.high)) {
                 (Some((low, down)), Some((high, up))) if !few => {

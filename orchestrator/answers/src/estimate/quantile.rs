@@ -9,7 +9,7 @@
 //! Sources: W. J. Conover, "Practical nonparametric statistics"; R. S. Woodruff (1952) for the replicates; S. S. Wilks (1941) for how
 //! many points there have to be.
 
-use super::figures::{Figures, Method, finite, ratio};
+use super::figures::{Figures, Method, finite, ratio_of_counts};
 use super::known::Values;
 use super::limits::{lower_order, upper_order, wilks};
 use super::scheme::{FEW, Scheme};
@@ -51,13 +51,14 @@ pub fn quantile(values: &Values, u: f64, scheme: &Scheme, part: impl Fn(usize) -
         found.high = at(&high, above);
         found.statistical = at(&low, above).zip(found.low).map(|(above, below)| above - below);
         found.method = Method::OrderStatistics;
+        let values = if n == 1 { "1 value is".to_owned() } else { format!("{n} values are") };
         if above.is_none() {
             let needed = wilks(u, 1.0 - alpha / 2.0, 1);
-            found.notes.push(format!("no upper limit: {n} values are too few, {needed} have one (Wilks)"));
+            found.notes.push(format!("no upper limit: {values} too few, {needed} have one (Wilks)"));
         }
         if below.is_none() {
             let needed = wilks(1.0 - u, 1.0 - alpha / 2.0, 1);
-            found.notes.push(format!("no lower limit: {n} values are too few, {needed} have one (Wilks)"));
+            found.notes.push(format!("no lower limit: {values} too few, {needed} have one (Wilks)"));
         }
     };
     match scheme {
@@ -69,8 +70,8 @@ pub fn quantile(values: &Values, u: f64, scheme: &Scheme, part: impl Fn(usize) -
             let t = scheme.t(alpha);
             let halves = || {
                 Some((
-                    half(&values.low, values, low[middle as usize - 1], *parts, &part, t)?,
-                    half(&values.high, values, high[middle as usize - 1], *parts, &part, t)?,
+                    half(&values.low, values, low[middle as usize - 1], *parts, &part, (t, alpha))?,
+                    half(&values.high, values, high[middle as usize - 1], *parts, &part, (t, alpha))?,
                 ))
             };
             match halves() {
@@ -100,12 +101,19 @@ pub fn quantile(values: &Values, u: f64, scheme: &Scheme, part: impl Fn(usize) -
 }
 
 /// Half width of the share of values at most x.
-fn half(values: &[f64], of: &Values, x: f64, parts: usize, part: impl Fn(usize) -> usize, t: f64) -> Option<f64> {
+fn half(
+    values: &[f64],
+    of: &Values,
+    x: f64,
+    parts: usize,
+    part: impl Fn(usize) -> usize,
+    (t, alpha): (f64, f64),
+) -> Option<f64> {
     let mut counts = vec![(0.0, 0.0); parts];
     for (value, &point) in values.iter().zip(&of.point) {
         let count = &mut counts[part(point as usize)];
         count.0 += f64::from(u8::from(*value <= x));
         count.1 += 1.0;
     }
-    ratio(&counts, t).map(|(_, half)| half)
+    ratio_of_counts(&counts, t, alpha).map(|(_, half)| half)
 }

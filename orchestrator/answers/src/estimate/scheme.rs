@@ -44,10 +44,11 @@ impl Scheme {
             _ => {}
         }
         if design.replicates < FEWEST_REPLICATES {
-            let count = design.replicates;
-            return without(format!(
-                "no interval: {count} replicates tell too little of the scatter, {FEWEST_REPLICATES} do"
-            ));
+            let told = match design.replicates {
+                1 => "1 replicate tells".to_owned(),
+                count => format!("{count} replicates tell"),
+            };
+            return without(format!("no interval: {told} too little of the scatter, {FEWEST_REPLICATES} do"));
         }
         let mut counts = vec![0u64; design.replicates];
         for &replicate in design.replicate {

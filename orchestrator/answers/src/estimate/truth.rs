@@ -38,6 +38,67 @@ impl Truth {
     }
 }
 
+/// Whether a condition holds for variables that are known; NaN is a column in which nothing happened, which no comparison but `!=` holds for.
+/// It is open where the formula itself has no value (the square root of a negative number, 0/0) and the rest does not decide.
+pub fn truth_of_known(program: &Program, variables: impl Fn(usize) -> f64, stack: &mut Vec<(f64, bool)>) -> Truth {
+    stack.clear();
+    let take = |stack: &mut Vec<(f64, bool)>| stack.pop().unwrap_or((f64::NAN, true));
+    let said = |holds: bool| f64::from(u8::from(holds));
+    for step in program.steps() {
+        // a value, and whether it was lost on the way
+        let value = match *step {
+            Instruction::Number(number) => (number, false),
+            Instruction::Variable(number) => (variables(number), false),
+            Instruction::Negate => {
+                let (a, lost) = take(stack);
+                (-a, lost)
+            }
+            Instruction::Not => {
+                let (a, lost) = take(stack);
+                (said(a == 0.0), lost)
+            }
+            Instruction::Call(function, count) => {
+                let from = stack.len().saturating_sub(usize::from(count));
+                let arguments: Vec<f64> = stack[from..].iter().map(|(value, _)| *value).collect();
+                let value = call(function, &arguments);
+                let lost = stack[from..].iter().any(|(_, lost)| *lost);
+                stack.truncate(from);
+                (value, lost || value.is_nan() && arguments.iter().all(|value| !value.is_nan()))
+            }
+            binary => {
+                let (b, lost_b) = take(stack);
+                let (a, lost_a) = take(stack);
+                let lost = lost_a || lost_b;
+                match binary {
+                    Instruction::Less => (said(a < b), lost),
+                    Instruction::AtMost => (said(a <= b), lost),
+                    Instruction::More => (said(a > b), lost),
+                    Instruction::AtLeast => (said(a >= b), lost),
+                    Instruction::Equal => (said(a == b), lost),
+                    Instruction::NotEqual => (said(a != b), lost),
+                    // one that certainly does not hold decides
+                    Instruction::And => {
+                        (said(a != 0.0 && b != 0.0), lost && (a != 0.0 || lost_a) && (b != 0.0 || lost_b))
+                    }
+                    // one that certainly holds decides
+                    Instruction::Or => {
+                        (said(a != 0.0 || b != 0.0), lost && (a == 0.0 || lost_a) && (b == 0.0 || lost_b))
+                    }
+                    other => {
+                        let value = arithmetic(other, a, b).unwrap_or(f64::NAN);
+                        (value, lost || value.is_nan() && !a.is_nan() && !b.is_nan())
+                    }
+                }
+            }
+        };
+        stack.push(value);
+    }
+    match take(stack) {
+        (_, true) => Truth::Open,
+        (value, false) => Truth::of(value == 1.0),
+    }
+}
+
 /// Whether a condition holds for variables within their spans. `stack` is scratch.
 pub fn truth(program: &Program, variables: impl Fn(usize) -> Span, stack: &mut Vec<Span>) -> Truth {
     let found = span(program, variables, stack);

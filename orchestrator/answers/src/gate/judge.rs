@@ -2,11 +2,12 @@
 
 use super::look::{FIRST_LOOK, deciding, last_look};
 use super::require::Gate;
-use crate::ask::{counted, percent, prefix};
+use crate::ask::{counted, percent, percent_given, prefix};
 use crate::estimate::input::{DesignKind, Group, InputError, Study};
 use crate::estimate::known::truths;
 use crate::estimate::limits::{lower_limit, upper_limit};
 use crate::estimate::proportion::{Tally, tallies};
+use crate::estimate::truth::Truth;
 
 /// What a gate says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -46,6 +47,8 @@ pub struct Decision {
     pub events: (u64, u64),
     /// Bad runs.
     pub bad: u64,
+    /// Ok runs where the condition has no value: they are open like bad ones.
+    pub undefined: u64,
     /// One-sided limits at `level`, bad runs harmless, harmful.
     pub limits: (f64, f64),
     /// Probability that each limit is wrong, at most.
@@ -85,13 +88,21 @@ impl Gate {
             truths.bad.truncate(n as usize);
             let tally = Tally::of_all(&tallies(&truths, 1, |_| 0));
             let bad = truths.bad_and_decided().0;
+            let undefined = truths.of.iter().zip(&truths.bad).filter(|(of, bad)| !**bad && **of == Truth::Open).count();
             let present = (points, study.design.complete);
-            Ok(self.decision(group.clone(), tally, bad, level, present))
+            Ok(self.decision(group.clone(), tally, (bad, undefined as u64), level, present))
         };
         study.groups.iter().enumerate().map(one).collect()
     }
 
-    fn decision(&self, group: Group, tally: Tally, bad: u64, level: f64, present: (u64, bool)) -> Decision {
+    fn decision(
+        &self,
+        group: Group,
+        tally: Tally,
+        (bad, undefined): (u64, u64),
+        level: f64,
+        present: (u64, bool),
+    ) -> Decision {
         let Tally { n, low, high } = tally;
         let limits = if n == 0 { (0.0, 1.0) } else { (lower_limit(low, n, level), upper_limit(high, n, level)) };
         let verdict = if n > 0 && limits.1 < self.bound {
@@ -108,6 +119,7 @@ impl Gate {
             n,
             events: (low, high),
             bad,
+            undefined,
             limits,
             level,
             more: None,
@@ -124,7 +136,7 @@ impl Gate {
         if n == 0 {
             return text + &format!("open, the first look is at {FIRST_LOOK} points");
         }
-        let (sure, bound) = (percent(1.0 - decision.level), percent(self.bound));
+        let (sure, bound) = (percent(1.0 - decision.level), percent_given(self.bound));
         text += &match decision.verdict {
             Verdict::Passed => format!("passed, at most {} ({sure})", percent(decision.limits.1)),
             Verdict::Failed => format!("failed, at least {} ({sure})", percent(decision.limits.0)),
@@ -134,7 +146,12 @@ impl Gate {
         };
         text += &format!(", {low} of {n}");
         if high > low {
-            text += &format!(", {high} if bad runs are harmful");
+            let open = match (decision.bad, decision.undefined) {
+                (_, 0) => "bad runs",
+                (0, _) => "runs where the condition has no value",
+                _ => "bad runs and those where the condition has no value",
+            };
+            text += &format!(", {high} if {open} are harmful");
         } else if decision.bad > 0 {
             text += &format!(", {} decided by what they had reached", counted(decision.bad, "bad run"));
         }

@@ -163,7 +163,7 @@ mod tests {
         }];
         let gap = Field { name: "gap_m".into(), unit: "m".into(), meaning: "gap".into(), kind: FieldKind::Real };
         let schema = TableSchema::new(vec![gap.clone()], &outcome);
-        assert_eq!(schema.parameters(), [gap.clone()]);
+        assert_eq!(schema.parameters(), std::slice::from_ref(&gap));
         assert_eq!(schema.outcome()[0].name, "steps");
         assert_eq!(schema.fields().len(), 1 + 1 + 5 + 1);
         let formulas = TableSchema::of_formulas(vec![gap.clone()], &outcome);

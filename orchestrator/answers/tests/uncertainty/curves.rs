@@ -1,7 +1,7 @@
 //! Exceedance and fragility.
 
 use crate::support::{ask, exceedance, near, probability, ramp};
-use bladeoff_answers::ask::QuestionDef;
+use bladeoff_answers::ask::{Ask, Figure, Question, QuestionDef, answer_all};
 use bladeoff_answers::estimate::figures::Method;
 
 #[test]
@@ -37,6 +37,8 @@ fn a_fragility_has_bins_of_equal_count_or_each_value() {
     assert_eq!(curve.numbers("events").unwrap()[9..12], [Some(0.0), Some(49.0), Some(50.0)]);
     assert!(curve.numbers("high").unwrap()[0].unwrap() > 0.05, "no event bounds");
     assert!(answered.answers[0].notes[0].contains("20 bins of equal count"));
+    let one = ask(&ramp(60), def("u"));
+    assert_eq!(one.answers[0].notes[0], "one bin holds all: a bin has at least 50 points");
     // few values
     let mut study = ramp(1000);
     study.columns[1].cells = (0..1000).map(|row| Some((row % 4) as f64)).collect();
@@ -49,4 +51,17 @@ fn a_fragility_has_bins_of_equal_count_or_each_value() {
     let answered = ask(&study, def("way"));
     assert_eq!((answered.answers.len(), answered.answers[0].n), (1, 1000));
     assert_eq!(answered.curve.unwrap().numbers("events").unwrap(), [Some(249.0), Some(250.0)]);
+}
+
+#[test]
+fn a_question_without_its_column_loses_no_other() {
+    let study = ramp(100);
+    let missing = Question { name: "missing".into(), ask: Ask::One(Figure::Mean("gone".into())), confidence: 0.95 };
+    let there = Question { name: "there".into(), ask: Ask::One(Figure::Mean("y".into())), confidence: 0.95 };
+    let study = study.study();
+    let (answers, _) = answer_all(&study, &[missing, there]).expect("columns fit together");
+    let [gone, there] = &answers.answers[..] else { panic!("{answers:?}") };
+    assert_eq!((gone.estimate, gone.low, gone.kind), (None, None, "mean"));
+    assert_eq!(gone.notes, ["not answered: the table has no column gone"]);
+    near(there.estimate, 49.5);
 }

@@ -3,15 +3,16 @@
 use super::super::error::CliError;
 use super::super::exit::Exit;
 use super::super::output::{print, remark};
+use super::cost::peak_mb;
+use super::figures;
 use super::host::{Folder, load};
 use super::lengths;
-use super::stages::{Stages, peak_mb};
+use super::stages::Stages;
 use super::stand_in::{Nobody, Numbers, Record, options};
 use crate::dispatch::{self, Activity, Observer, Snapshot, Todo};
 use crate::ledger::Ledger;
 use crate::run::{RunError, order};
-use bladeoff_answers::report::{Align, TextTable};
-use serde_json::{Value, json};
+use serde_json::json;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -90,10 +91,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     ];
     let load_after = load();
     if args.json {
-        let figures: Vec<Value> = rows
-            .iter()
-            .map(|(what, value, unit, goal)| json!({ "what": what, "value": value, "unit": unit, "goal": goal }))
-            .collect();
+        let figures = figures::json(&rows);
         let (samples, workers) = (args.samples, args.workers);
         let text =
             json!({ "samples": samples, "workers": workers, "load_before": load_before, "load_after": load_after, "figures": figures,
@@ -102,17 +100,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         print(&format!("{text}\n"))?;
         return Ok(Exit::Ok);
     }
-    let mut table = TextTable::new(&[
-        ("measured", Align::Left),
-        ("value", Align::Right),
-        ("unit", Align::Left),
-        ("goal", Align::Left),
-    ]);
-    for (what, value, unit, goal) in rows {
-        let value = value.map_or_else(|| "not measured".to_owned(), |value| format!("{value:.2}"));
-        table.row(vec![what.to_owned(), value, unit.to_owned(), goal.to_owned()]);
-    }
-    let text = table.render("");
+    let text = figures::text(&rows);
     let (samples, workers) = (args.samples, args.workers);
     print(&format!(
         "{samples} samples, {workers} workers, load before and after: {load_before}, {load_after}\n\n{text}\n{}",

@@ -1,7 +1,10 @@
 //! `bladeoff bench`: what the program costs, and what it withstands, on this machine.
 
+mod answers;
 mod chaos;
+mod cost;
 mod dispatch;
+mod figures;
 mod host;
 mod lengths;
 mod stages;
@@ -15,6 +18,7 @@ use super::exit::Exit;
 #[command(after_help = "Examples:
   bladeoff bench dispatch
   bladeoff bench dispatch --samples 1000000 --json
+  bladeoff bench answers
   bladeoff bench chaos --seed 1 --minutes 5")]
 pub struct Args {
     #[command(subcommand)]
@@ -24,6 +28,7 @@ pub struct Args {
 #[derive(Debug, clap::Subcommand)]
 enum What {
     Dispatch(dispatch::Args),
+    Answers(answers::Args),
     Chaos(chaos::Args),
     #[command(hide = true)]
     Stage(stages::Args),
@@ -33,6 +38,7 @@ enum What {
 pub fn main(args: &Args) -> Result<Exit, CliError> {
     match &args.what {
         What::Dispatch(args) => dispatch::main(args),
+        What::Answers(args) => answers::main(args),
         What::Chaos(args) => chaos::main(args),
         What::Stage(args) => stages::main(args),
     }

@@ -4,6 +4,8 @@
 use super::super::error::CliError;
 use super::super::exit::Exit;
 use super::super::output::print;
+use super::answers;
+use super::cost::{Cost, measure, peak_mb};
 use crate::chaos::LAB_RIG;
 use crate::run::directory::row_files;
 use crate::run::{own_columns, rehearsal};
@@ -11,13 +13,13 @@ use bladeoff_answers::report::{SUMMARY_COLUMNS, Summary};
 use bladeoff_answers::tables::Table;
 use bladeoff_study::{Samples, load};
 use bladeoff_system::files::FileError;
-use serde_json::{Value, json};
+use bladeoff_worker::process::process_cpu_time;
+use serde_json::json;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
 use std::time::Instant;
 
-/// One stage, for `bench dispatch`.
+/// One stage, for `bench dispatch` and `bench answers`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     what: What,
@@ -33,19 +35,14 @@ enum What {
     Tables,
     Summary,
     Growth,
+    Tabulate,
+    Answer,
 }
 
 /// A study with no-op results of all samples but the last.
 pub struct Stages {
     folder: PathBuf,
     counts: (u64, u64),
-}
-
-/// What a stage took.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Cost {
-    pub seconds: f64,
-    pub peak_mb: Option<f64>,
 }
 
 impl Stages {
@@ -69,18 +66,7 @@ impl Stages {
     /// One stage, in a process of its own.
     pub fn measure(&self, what: &str) -> Result<Cost, CliError> {
         let study = if what == "growth" { "growth.toml" } else { "study.toml" };
-        let mut command = Command::new("/proc/self/exe");
-        command.args(["bench", "stage", what]).arg(self.folder.join(study)).arg(self.folder.join("stages"));
-        let failed = FileError::at("measure", &self.folder);
-        let output = match command.stderr(Stdio::inherit()).output() {
-            Ok(output) => output,
-            Err(source) => return Err(failed(source).into()),
-        };
-        let said: Value = serde_json::from_slice(&output.stdout).unwrap_or_default();
-        let Some(seconds) = said["seconds"].as_f64().filter(|_| output.status.success()) else {
-            return Err(failed(std::io::Error::other(format!("stage {what}: {}", output.status))).into());
-        };
-        Ok(Cost { seconds, peak_mb: said["peak_mb"].as_f64() })
+        measure(what, &self.folder.join(study), &self.folder.join("stages"))
     }
 
     fn write(&self, name: &str, text: &str) -> Result<(), FileError> {
@@ -116,14 +102,13 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
             std::hint::black_box(summary.text(None));
             begun.elapsed()
         }
+        What::Tabulate => rehearsal::tabulate(directory, &samples).map(|()| begun.elapsed())?,
+        What::Answer => {
+            std::hint::black_box(answers::answer(directory, &samples)?);
+            begun.elapsed()
+        }
     };
-    print(&format!("{}\n", json!({ "seconds": time.as_secs_f64(), "peak_mb": peak_mb() })))?;
+    let cpu_s = process_cpu_time().as_secs_f64();
+    print(&format!("{}\n", json!({ "seconds": time.as_secs_f64(), "cpu_s": cpu_s, "peak_mb": peak_mb() })))?;
     Ok(Exit::Ok)
-}
-
-/// Largest memory that this process has had \[MB\].
-pub fn peak_mb() -> Option<f64> {
-    let status = fs::read_to_string("/proc/self/status").ok()?;
-    let kilobytes = status.lines().find_map(|line| line.strip_prefix("VmHWM:")?.trim().strip_suffix(" kB"))?;
-    Some(kilobytes.parse::<f64>().ok()? / 1e3)
 }

@@ -12,14 +12,16 @@ const KEYS: [&str; 4] = ["between", "rank", "linear", "normal"];
 const STRENGTHS: &str =
     "one of `rank` (Spearman), `linear` (Pearson), `normal` (of the normal numbers behind the values)";
 
-/// The copula of the uncertain parameters; `laws`: where all are sound. `None`: the reason is among the problems.
+/// The copula of the uncertain parameters and what is said of each pair; `laws`: where all are sound. `None`: the reason is among the problems.
 pub(super) fn read(
     keys: &Keys<'_>,
     variables: &[Variable],
     laws: Option<&[Uncertain]>,
     problems: &mut Collector<'_>,
-) -> Option<Copula> {
-    let Some(entry) = keys.get("correlation") else { return Some(Copula::independent(variables.len())) };
+) -> Option<(Copula, Vec<String>)> {
+    let Some(entry) = keys.get("correlation") else {
+        return Some((Copula::independent(variables.len()), Vec::new()));
+    };
     let (mut pairs, mut places, mut sound) = (Vec::new(), Vec::new(), true);
     for (number, item) in tables(&entry.node, "correlation", problems).iter().enumerate() {
         let key = format!("correlation[{number}]");
@@ -39,12 +41,19 @@ pub(super) fn read(
             _ => sound = false,
         }
     }
-    let (laws, true) = (laws?, sound) else { return None };
+    let laws = laws?;
     let names: Vec<String> = variables.iter().map(|variable| variable.shown().to_owned()).collect();
     match Copula::new(&names, laws, &pairs) {
-        Ok(copula) => Some(copula),
+        Ok(copula) => {
+            let said = pairs.iter().map(|pair| sentence(pair, &names)).collect();
+            Some((copula, said)).filter(|_| sound)
+        }
         Err(errors) => {
             for error in errors {
+                // a table that could not be read may have made them possible
+                if !sound && matches!(error, CorrelationError::Impossible { .. }) {
+                    continue;
+                }
                 let (span, key): &(Range<usize>, String) = &places[error.pair()];
                 let key = match &error {
                     CorrelationError::Itself { .. } | CorrelationError::Repeated { .. } => format!("{key}.between"),
@@ -61,6 +70,14 @@ pub(super) fn read(
             None
         }
     }
+}
+
+/// "cold_gap and growth: rank correlation 0.3".
+fn sentence(Pair { between: [a, b], strength }: &Pair, names: &[String]) -> String {
+    let (key, number) = strength.parts();
+    let of = if key == "normal" { "correlation of the normal numbers behind the values" } else { "correlation" };
+    let key = if key == "normal" { String::new() } else { format!("{key} ") };
+    format!("{} and {}: {key}{of} {number}", names[*a], names[*b])
 }
 
 /// The two parameters; `all`: all that there are could be read, so that a name that is not among them is wrong.

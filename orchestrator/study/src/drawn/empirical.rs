@@ -82,6 +82,10 @@ fn values(
     let Some(place) = header.iter().position(|cell| cell.text == column) else {
         return Some(Err(header.iter().map(|cell| cut(&cell.text, 80)).collect()));
     };
+    if let Some(again) = header.iter().skip(place + 1).find(|cell| cell.text == column) {
+        problems.add(again.span.clone(), cut(column, 80), "names the same column as an earlier one");
+        return None;
+    }
     if let Some(surplus) = csv.lines().nth(1 + MOST_VALUES) {
         problems.add(surplus, "", "too many values").allowed = Some(format!("at most {MOST_VALUES}"));
         return None;

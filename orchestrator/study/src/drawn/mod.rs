@@ -41,6 +41,8 @@ pub struct Drawn {
     pub understood: Vec<Understood>,
     /// What a reader of the answers should know of the design.
     pub notes: Vec<String>,
+    /// What `check` says of each `[[correlation]]`.
+    pub correlated: Vec<String>,
     /// Texts of `[[derived]]`.
     pub formulas: Vec<String>,
 }
@@ -52,7 +54,20 @@ struct Draft {
     sentence: String,
 }
 
-/// Reads the tables; `axes` are those of `[[vary]]` and `[points]`. `None`: the reason is among the problems.
+/// The tables as far as they could be read.
+struct Tables {
+    drafts: Vec<Draft>,
+    derived: Vec<derived::Formula>,
+    parameters: Vec<Parameter>,
+    variables: Vec<Variable>,
+    /// Parameters that are uncertain.
+    uncertain: usize,
+    /// Everything that they name could be read.
+    is_whole: bool,
+}
+
+/// Reads the tables; `axes` are those of `[[vary]]` and `[points]`. What they come to, and all variables where these are known; `None`: the reason
+/// is among the problems.
 pub(super) fn read(
     keys: &Keys<'_>,
     axes: &[Axis],
@@ -60,40 +75,62 @@ pub(super) fn read(
     paths: &PathTable<'_>,
     files: &mut Files<'_, '_>,
     problems: &mut Collector<'_>,
-) -> Option<Drawn> {
-    let drafts = keys.get("uncertain").map(|entry| uncertain::read(&entry.node, paths, files, problems));
-    let drafts = drafts.unwrap_or_default();
-    let derived = keys.get("derived").map(|entry| derived::read(&entry.node, paths, problems)).unwrap_or_default();
-    let all_read = drafts.iter().all(|draft| draft.parameter.is_some()) && derived.iter().all(Option::is_some);
-    let derived: Vec<derived::Formula> = derived.into_iter().flatten().collect();
-    let varied = axes.iter().enumerate().flat_map(|(axis, along)| {
-        along.varied.iter().enumerate().map(move |(member, varied)| varied.parameter(Origin::Varied(axis, member)))
-    });
-    let mut parameters: Vec<Parameter> = drafts.iter().filter_map(|draft| draft.parameter.clone()).collect();
-    let uncertain = parameters.len();
-    parameters.extend(varied);
-    parameters.extend(derived.iter().map(|formula| formula.parameter.clone()));
-    let variables: Vec<Variable> = parameters.iter().map(Parameter::variable).collect();
-    refuse_names(&parameters, &variables, problems);
-    let laws: Option<Vec<Uncertain>> = drafts.iter().map(|draft| draft.law.clone()).collect();
-    let copula = correlation::read(keys, &variables[..uncertain], laws.as_deref().filter(|_| all_read), problems);
-    let drawn = laws.as_deref().zip(copula.as_ref()).filter(|_| all_read);
-    let plan = design::read(keys, &parameters[..uncertain], drawn, seed, problems);
-    // without all variables a formula would be blamed for names that are there
-    let formulas = if all_read { derived::formulas(variables, &derived, problems) } else { None };
-    let (laws, copula, plan) = (laws?, copula?, plan?);
-    // what is uncertain needs a design, which was said
-    if plan.is_none() && !laws.is_empty() {
-        return None;
+) -> (Option<Drawn>, Option<Vec<Variable>>) {
+    let tables = Tables::read(keys, axes, paths, files, problems);
+    let variables = tables.is_whole.then(|| tables.variables.clone());
+    (tables.drawn(keys, seed, problems), variables)
+}
+
+impl Tables {
+    fn read(
+        keys: &Keys<'_>,
+        axes: &[Axis],
+        paths: &PathTable<'_>,
+        files: &mut Files<'_, '_>,
+        problems: &mut Collector<'_>,
+    ) -> Self {
+        let drafts = keys.get("uncertain").map(|entry| uncertain::read(&entry.node, paths, files, problems));
+        let drafts = drafts.unwrap_or_default();
+        let derived = keys.get("derived").map(|entry| derived::read(&entry.node, paths, problems)).unwrap_or_default();
+        let is_whole = drafts.iter().all(|draft| draft.parameter.is_some()) && derived.iter().all(Option::is_some);
+        let derived: Vec<derived::Formula> = derived.into_iter().flatten().collect();
+        let varied = axes.iter().enumerate().flat_map(|(axis, along)| {
+            along.varied.iter().enumerate().map(move |(member, varied)| varied.parameter(Origin::Varied(axis, member)))
+        });
+        let mut parameters: Vec<Parameter> = drafts.iter().filter_map(|draft| draft.parameter.clone()).collect();
+        let uncertain = parameters.len();
+        parameters.extend(varied);
+        parameters.extend(derived.iter().map(|formula| formula.parameter.clone()));
+        let variables: Vec<Variable> = parameters.iter().map(Parameter::variable).collect();
+        refuse_names(&parameters, &variables, problems);
+        Self { drafts, derived, parameters, variables, uncertain, is_whole }
     }
-    let notes = plan.as_ref().map(|plan| plan.notes(laws.len(), &copula)).unwrap_or_default();
-    Some(Drawn {
-        parameters,
-        drawing: Drawing::new(laws, copula, plan, formulas?),
-        understood: drafts.into_iter().map(|Draft { sentence, .. }| Understood { sentence }).collect(),
-        notes,
-        formulas: derived.into_iter().map(|formula| formula.text).collect(),
-    })
+
+    /// `None`: the reason is among the problems.
+    fn drawn(self, keys: &Keys<'_>, seed: u64, problems: &mut Collector<'_>) -> Option<Drawn> {
+        let Self { drafts, derived, parameters, variables, uncertain, is_whole: all_read } = self;
+        let laws: Option<Vec<Uncertain>> = drafts.iter().map(|draft| draft.law.clone()).collect();
+        let copula = correlation::read(keys, &variables[..uncertain], laws.as_deref().filter(|_| all_read), problems);
+        let (copula, correlated) = copula.unzip();
+        let drawn = laws.as_deref().zip(copula.as_ref()).filter(|_| all_read);
+        let plan = design::read(keys, &parameters[..uncertain], drawn, seed, problems);
+        // without all variables a formula would be blamed for names that are there
+        let formulas = if all_read { derived::formulas(variables, &derived, problems) } else { None };
+        let (laws, copula, plan) = (laws?, copula?, plan?);
+        // what is uncertain needs a design, which was said
+        if plan.is_none() && !laws.is_empty() {
+            return None;
+        }
+        let notes = plan.as_ref().map(|plan| plan.notes(laws.len(), &copula)).unwrap_or_default();
+        Some(Drawn {
+            parameters,
+            drawing: Drawing::new(laws, copula, plan, formulas?),
+            understood: drafts.into_iter().map(|Draft { sentence, .. }| Understood { sentence }).collect(),
+            notes,
+            correlated: correlated.unwrap_or_default(),
+            formulas: derived.into_iter().map(|formula| formula.text).collect(),
+        })
+    }
 }
 
 /// Refuses names that cannot be words of formulas, or that two have.

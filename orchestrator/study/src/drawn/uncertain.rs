@@ -242,11 +242,17 @@ impl LawReader<'_> {
     }
 }
 
-/// A number without a unit.
+/// A number without a unit, or a part in per cent.
 fn pure(node: &Node, key: &str, problems: &mut Collector<'_>) -> Option<f64> {
-    let number = node.value.as_number();
+    let number = match &node.value {
+        Value::Text(text) => {
+            let percent = text.trim().strip_suffix('%').and_then(|number| number.trim_end().parse::<f64>().ok());
+            percent.filter(|percent| percent.is_finite()).map(|percent| percent / 100.0)
+        }
+        value => value.as_number(),
+    };
     if number.is_none() {
-        wrong_type(node, key, "a number", problems);
+        wrong_type(node, key, "a number, or one with `%`", problems);
     }
     number
 }

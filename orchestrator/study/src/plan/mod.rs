@@ -206,7 +206,11 @@ impl Plan {
         if let Standing::NoInterval(reason) = self.standing(self.count()) {
             notes.push(match reason {
                 "fewer than 16 replicates" => {
-                    format!("answers have no interval: {} replicates, {FEWEST_REPLICATES} are needed", self.replicates)
+                    let s = if self.replicates == 1 { "" } else { "s" };
+                    format!(
+                        "answers have no interval: {} replicate{s}, {FEWEST_REPLICATES} are needed",
+                        self.replicates
+                    )
                 }
                 reason => format!("answers have no interval: {reason}"),
             });

@@ -41,13 +41,25 @@ impl Continuous {
         }
     }
 
+    /// The law before truncation.
+    pub(super) fn law(&self) -> &Law {
+        &self.law
+    }
+
+    /// Where it is truncated.
+    pub(super) fn cut(&self) -> [Option<f64>; 2] {
+        [self.lower, self.upper]
+    }
+
     /// Its name and keys in words.
     pub(super) fn said(&self) -> &str {
         &self.said
     }
 
     pub(super) fn quantile(&self, p: f64, q: f64) -> f64 {
-        let x = self.law.quantile(self.cut_below + p * self.left, self.cut_above + q * self.left);
+        // far in a tail what is left of p or q may be too small for a number, which is not the end of the law
+        let part = |cut: f64, part: f64| if part > 0.0 { (cut + part * self.left).max(f64::MIN_POSITIVE) } else { cut };
+        let x = self.law.quantile(part(self.cut_below, p), part(self.cut_above, q));
         x.clamp(self.lower.unwrap_or(f64::NEG_INFINITY), self.upper.unwrap_or(f64::INFINITY))
     }
 

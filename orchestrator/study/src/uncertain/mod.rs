@@ -14,6 +14,7 @@ mod error;
 mod keys;
 mod law;
 pub(crate) mod panels;
+mod plain;
 mod read;
 mod words;
 
@@ -22,6 +23,7 @@ pub use discrete::Discrete;
 pub use empirical::Empirical;
 pub use error::UncertainError;
 pub use keys::{Distribution, Holds, Values, Written};
+pub use plain::Plain;
 
 use bladeoff_model::machine::Range;
 

@@ -1,0 +1,41 @@
+//! Laws that other programs know as well.
+
+use super::Uncertain;
+use super::law::Law;
+
+/// A law with its numbers, as other programs have it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Plain {
+    /// From, to.
+    Uniform(f64, f64),
+    /// From, most probable, to.
+    Triangular(f64, f64, f64),
+    /// Mean, standard deviation.
+    Normal(f64, f64),
+    /// From, to; mean and standard deviation before truncation.
+    TruncatedNormal(f64, f64, f64, f64),
+    /// Mean and standard deviation of ln x.
+    LogNormal(f64, f64),
+}
+
+impl Uncertain {
+    /// The same law as other programs have it; `None`: it is none of these.
+    #[must_use]
+    pub fn plain(&self) -> Option<Plain> {
+        let law = match self {
+            Uncertain::Continuous(law) => law,
+            Uncertain::Periodic(from, to) => return Some(Plain::Uniform(*from, *to)),
+            Uncertain::Empirical(_) | Uncertain::Discrete(_) => return None,
+        };
+        match (law.law(), law.cut()) {
+            (Law::Uniform(from, to), [None, None]) => Some(Plain::Uniform(*from, *to)),
+            (Law::Triangular(from, mode, to), [None, None]) => Some(Plain::Triangular(*from, *mode, *to)),
+            (Law::Normal(mean, sd), [None, None]) => Some(Plain::Normal(*mean, *sd)),
+            (Law::Normal(mean, sd), [Some(lower), Some(upper)]) => {
+                Some(Plain::TruncatedNormal(lower, upper, *mean, *sd))
+            }
+            (Law::LogNormal(mu, sigma), [None, None]) => Some(Plain::LogNormal(*mu, *sigma)),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,97 @@
+//! Studies with questions that are shipped: each answers in one command at a scaled-down size. Studies that the pages show in full.
+
+mod support;
+
+use std::collections::BTreeSet;
+use std::fs;
+use support::{Folder, root, say, table};
+
+/// Runs the first points of a study, and says what its questions and its gate come to.
+fn answers_in_one_command(name: &str, points: usize, samples: usize, names: &[&str]) {
+    let folder = Folder::new();
+    let (study, out) = (format!("studies/{name}.toml"), folder.name("out"));
+    let ran = say(&["run", &study, "--limit", &points.to_string(), "--workers", "1", "--out", &out]);
+    assert_eq!(ran.code, 0, "{name}: {}", ran.err);
+    assert!(ran.out.contains(&format!("Answers, of {points} point")), "{}", ran.out);
+    let (header, rows) = table(&out);
+    let contact = header.iter().position(|column| column == "first_contact_s").expect("the column");
+    assert_eq!(rows.len(), samples, "{name}");
+    assert!(rows.iter().any(|row| !row[contact].is_empty()), "{name}: contact happened");
+    let text = fs::read(format!("{out}/answers.json")).expect("answers.json");
+    let answers: serde_json::Value = serde_json::from_slice(&text).expect("JSON");
+    assert_eq!(answers["complete"], true);
+    let answers = answers["answers"].as_array().expect("a list");
+    let answered: BTreeSet<&str> = answers.iter().map(|answer| answer["name"].as_str().expect("a name")).collect();
+    assert_eq!(answered, names.iter().copied().collect(), "{name}");
+    for answer in answers {
+        assert_eq!(answer["n"], points, "{name}: {answer}");
+        assert_eq!(answer["bad"], 0, "{name}: {answer}");
+        assert_eq!(answer["estimate"].is_null(), answer["kind"] == "fragility", "{name}: {answer}");
+    }
+    let judged = say(&["gate", &out]);
+    if fs::read_to_string(root().join(&study)).expect("the study").contains("[[gate]]") {
+        assert_eq!(judged.code, 5, "so few points decide nothing: {}", judged.out);
+        assert!(judged.out.contains(": open, ") && judged.out.contains("more would decide"), "{}", judged.out);
+    }
+}
+
+#[test]
+fn the_turbine_at_risk_answers() {
+    let names = ["bearing-overload", "diaphragm-hit", "bearing-load-95", "overload-by-lost-mass"];
+    answers_in_one_command("blade-off-risk", 1, 1, &names);
+}
+
+#[test]
+fn the_error_of_the_detection_answers_and_the_night_has_its_gate() {
+    answers_in_one_command("detection-error", 2, 8, &["mean-load", "load-95", "overload"]);
+    answers_in_one_command("ci-night", 4, 4, &["overload", "load-95"]);
+}
+
+#[test]
+fn check_says_what_it_understood_of_the_risk_template() {
+    let folder = Folder::new();
+    let rig = fs::read_to_string(root().join("studies/machines/lab_rig.toml")).expect("the rig");
+    folder.write("machines/lab_rig.toml", &rig);
+    let study = folder.name("risk.toml");
+    assert_eq!(say(&["new", "study", "--kind", "risk", "--out", &study]).code, 0);
+    let text = fs::read_to_string(&study).expect("written");
+    assert!(text.contains("\"0.1 s\""));
+    folder.write("risk.toml", &text.replace("\"0.1 s\"", "\"1 ms\""));
+    let told = say(&["check", &study]);
+    assert_eq!(told.code, 0, "{}", told.err);
+    for part in [
+        "lognormal, median 10 g, cv 0.2, cut at 4 g and 20 g: mean 10.2 g, sd 2.033 g",
+        "periodic, lower 0 deg, upper 360 deg: uniform, both ends are the same",
+        "  = cold_gap - growth\ncold_gap and growth: rank correlation 0.3\n\nFixed by [set]:",
+        "\n\nQuestions:\n  overload",
+        "\n\nGates:\n  P(max_bearing_load_N > 200 N) < 0.05 (confidence 95 %)\n",
+    ] {
+        assert!(told.out.contains(part), "{part}\nis not in\n{}", told.out);
+    }
+    // the release angle is uncertain over the whole turn, which is eight times the angle between two blades
+    assert!(!(told.out + &told.err).contains("the same angle"));
+}
+
+#[test]
+fn studies_that_the_pages_show_in_full_are_valid() {
+    let folder = Folder::new();
+    let rig = fs::read_to_string(root().join("studies/machines/lab_rig.toml")).expect("the rig");
+    folder.write("machines/lab_rig.toml", &rig);
+    let mut seen = 0;
+    for page in ["docs/studies.md", "docs/uncertainty.md"] {
+        let text = fs::read_to_string(root().join(page)).expect("the page");
+        let block = |block: &str| block.split("```").next().map(str::to_owned);
+        for rows in text.split("```csv\n").skip(1).filter_map(block) {
+            if let Some(name) = rows.lines().next().and_then(|line| line.strip_prefix("# ")) {
+                folder.write(name, &rows);
+            }
+        }
+        for study in text.split("```toml\n").skip(1).filter_map(block).filter(|study| study.contains("schema = 1")) {
+            let told = say(&["check", &folder.write("s.toml", &study), "--list"]);
+            assert_eq!(told.code, 0, "{page}:\n{study}\n{}", told.err);
+            assert!(told.out.lines().count() > 1, "{page}: {study}");
+            seen += 1;
+        }
+    }
+    assert!(seen >= 4, "{seen}");
+}
