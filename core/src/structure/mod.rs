@@ -48,6 +48,8 @@ pub struct Structure {
     /// Of the shaft's nodes.
     rotor_lags: Vec<lag::Lag>,
     basis: Basis,
+    /// What runs of the exponential engine share.
+    pub(crate) exponential: crate::engine::exponential::Kept,
 }
 
 impl Structure {
@@ -101,7 +103,7 @@ impl Structure {
         let matrices = [&rotor.stiffness, &rotor.mass];
         let (lateral_residual, rotor_lags) =
             lag::left_out(&lateral, &basis.lateral, matrices, correct, rotor.lateral_size(), places);
-        Ok(Self { structural: structural(machine), rotor, lateral, twist, lateral_residual, rings, rotor_lags, basis })
+        Ok(Self { structural: structural(machine), rotor, lateral, twist, lateral_residual, rings, rotor_lags, basis, exponential: crate::engine::exponential::Kept::default() })
     }
 
     /// Whether a machine has this structure (it may differ in everything a study varies from sample to sample).

@@ -48,8 +48,7 @@ pub(in crate::engine) fn initial_motion(
     let size = part.coordinates.size();
     let before: Vec<UnbalanceSite> =
         rotor.unbalances.iter().filter(|u| u.presence == Presence::Before).map(UnbalanceSite::new).collect();
-    let skew = projected(structure, &structure.rotor.skew_stiffness());
-    let stiffness = &part.stiffness + &skew;
+    let stiffness = || &part.stiffness + projected(structure, &structure.rotor.skew_stiffness());
     let (mut q, mut v) = (vec![0.0; size], vec![0.0; size]);
 
     if rotor.gravity != [0.0; 2] {
@@ -59,14 +58,14 @@ pub(in crate::engine) fn initial_motion(
         }
         let mut force = vec![0.0; size];
         part.coordinates.project(&weight, &mut force);
-        let sag = solve(&stiffness, &Vector::from_vec(force))
+        let sag = solve(&stiffness(), &Vector::from_vec(force))
             .ok_or(StartError::Singular { what: "stiffness", part: "the rotor" })?;
         q.copy_from_slice(sag.as_slice());
     }
 
     let speed = rotor.initial_speed;
     if !before.is_empty() && speed > 0.0 {
-        let (real, imaginary) = steady_state(structure, &before, &stiffness, speed, rotor.initial.angle)?;
+        let (real, imaginary) = steady_state(structure, &before, &stiffness(), speed, rotor.initial.angle)?;
         for i in 0..size {
             q[i] += real[i];
             v[i] -= speed * imaginary[i];

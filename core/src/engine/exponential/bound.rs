@@ -49,11 +49,11 @@ impl Bound {
     }
 
     /// v of a step of `h` \[s\] from y under unbalances of these forces at n \[N\].
-    pub fn speed(&self, h: f64, y: &[f64], forces: impl Iterator<Item = f64> + Clone) -> f64 {
+    pub fn speed(&self, h: f64, y: &[f64], forces: &[f64]) -> f64 {
         let count = self.pairs.len();
         let mut sum = 0.0;
         for (k, pair) in self.pairs.iter().enumerate() {
-            let pushed = pair.pushes.iter().zip(forces.clone()).map(|(l, f)| l * f).sum::<f64>();
+            let pushed = pair.pushes.iter().zip(forces).map(|(l, f)| l * f).sum::<f64>();
             let pushed = GROWING * pushed + pair.weight;
             let grown = if pair.growth > 0.0 { libm::exp(h * pair.growth) } else { 1.0 };
             sum += pair.rows * (pair.block * grown * (length([y[k], y[count + k]]) + h * pushed) + pushed);

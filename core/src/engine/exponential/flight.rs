@@ -1,23 +1,20 @@
 //! Free flight: a shaft line that touches nothing, in steps of any size.
 
 use super::ExponentialError;
-use super::bound::Bound;
-use super::grid::{Cell, Grid};
+use super::grid::Cell;
 use super::kick::Kick;
-use super::outputs::{Direct, Outputs};
 use super::peak::Vertex;
 use super::propagator::Propagator;
+use super::shared::Shared;
 use super::spin::{Spin, SpinStep};
-use super::station::Model;
-use super::system::LateralSystem;
 use crate::engine::beginning::initial_motion;
-use crate::linalg::{dot, mul_vec};
+use crate::linalg::dot;
 use crate::structure::Structure;
 use bladeoff_model::machine::{Engine, Machine};
 use nalgebra::Complex;
+use std::sync::Arc;
 
-/// Stations of the grid up to the initial speed, and cells between two of them.
-const STATIONS: f64 = 150.0;
+/// Cells between two stations of the grid.
 const CELLS: u32 = 10;
 /// Turn of the rotor from one gyroscopic momentum to the next \[rad\]. It is a product of all pairs with all, 1e-5 of the spin's momentum, and changes
 /// slowly: what lies between shifts the spin until the next, and adds to nothing.
@@ -30,7 +27,8 @@ const TRIAL: f64 = 1.0 / 64.0;
 pub struct FlightSettings {
     /// Time step \[s\]; a flight may take it doubled any number of times.
     pub step: f64,
-    /// Distance of the grid's speeds \[rad/s\]; by default a 150th of the initial speed.
+    /// Distance of the grid's speeds \[rad/s\]; by default the power of two nearest to a 150th of the initial speed, so that it is one for speeds that differ
+    /// a little.
     pub spacing: Option<f64>,
     /// Cells between two of them, even.
     pub cells: u32,
@@ -47,32 +45,24 @@ impl FlightSettings {
 /// A shaft line in free flight.
 #[derive(Debug, Clone)]
 pub struct Flight {
-    grid: Grid,
-    cell: Cell,
+    shared: Arc<Shared>,
+    cell: Arc<Cell>,
     /// Whirl states, and room for the next.
     y: Vec<f64>,
     scratch: Vec<f64>,
     spin: Spin,
-    direct: Vec<Direct>,
     step: f64,
     /// Time in steps.
     ticks: u64,
-    levels: Vec<Level>,
+    /// Tables of `2^level` steps.
+    levels: Vec<SpinStep>,
+    /// Of a step that the cells have no propagator for.
+    trial: Option<Propagator>,
     forces: Vec<Complex<f64>>,
+    sizes: Vec<f64>,
     velocities: Vec<[f64; 2]>,
     /// The last gyroscopic momentum, with its time in steps.
     gyroscopic: (u64, f64),
-    /// Of a cell, by its index: for contact steps, and for steps that must not touch.
-    kick: Option<(i64, Kick)>,
-    bound: Option<(i64, Bound)>,
-}
-
-/// What belongs to one step size, `2^level` steps.
-#[derive(Debug, Clone)]
-struct Level {
-    spin: SpinStep,
-    /// Of a cell, by its index.
-    propagator: Option<(i64, Propagator)>,
 }
 
 impl Flight {
@@ -81,45 +71,41 @@ impl Flight {
     /// # Errors
     /// [`ExponentialError`] of a machine that this engine has no basis for, or does not cover.
     pub fn new(machine: &Machine, structure: &Structure, settings: FlightSettings) -> Result<Self, ExponentialError> {
-        if machine.run.engine != Engine::Reduced {
+        if machine.run.engine == Engine::Full {
             return Err(ExponentialError::NotCovered { what: "finite-element coordinates (run.engine = \"full\")" });
         }
         if machine.rotor.speed_law.is_some() {
             return Err(ExponentialError::NotCovered { what: "a prescribed speed (rotor.speed_law)" });
         }
         let (q, velocity) = initial_motion(machine, structure)?;
-        let system = LateralSystem::new(machine, structure).ok_or(ExponentialError::Singular { part: "the rotor" })?;
-        let outputs = Outputs::new(machine, structure);
-        let direct = outputs.direct(&system);
+        let shared = Shared::of(machine, structure, settings)?;
         let mut spin = Spin::new(machine, structure);
-        let speed = spin.speed;
-        let spacing = settings.spacing.unwrap_or(speed.max(1.0) / STATIONS);
-        let mut grid = Grid::new(Model { system, outputs }, spacing, settings.cells, speed)?;
-        let cell = grid.cell(grid.index_of(speed))?;
-        let y = grid.amplitudes(&cell, &grid.model.system.state_of_motion(speed, &q, &velocity));
+        let grid = &shared.grid;
+        let cell = grid.cell(grid.index_of(spin.speed))?;
+        let y = grid.amplitudes(&cell, &grid.model.system.state_of_motion(spin.speed, &q, &velocity))?;
         let velocities = vec![[0.0; 2]; spin.arms.len()];
         let mut flight = Self {
             scratch: vec![0.0; y.len()],
             forces: Vec::with_capacity(velocities.len()),
+            sizes: Vec::with_capacity(velocities.len()),
             step: settings.step,
             ticks: 0,
             levels: Vec::new(),
-            grid,
+            trial: None,
             cell,
             y,
-            direct,
             velocities,
             gyroscopic: (0, 0.0),
-            kick: None,
-            bound: None,
             spin: spin.clone(),
+            shared,
         };
         flight.see_velocities();
-        flight.gyroscopic.1 = flight.gyroscopic_momentum();
+        flight.gyroscopic.1 = flight.cell.gyroscopic_momentum(&flight.y);
         spin.begin(&flight.velocities, flight.gyroscopic.1);
         flight.spin = spin;
         let mut trial = flight.clone();
         trial.step = TRIAL * settings.step;
+        trial.trial = Some(Propagator::new(&trial.cell, trial.velocities.len(), trial.step));
         for _ in 0..2 {
             trial.advance(0)?;
         }
@@ -138,19 +124,15 @@ impl Flight {
 
     /// The whirl states at the end of a step in which nothing is touched; the spin's follow in [`Flight::finish`].
     pub(super) fn propagate(&mut self, level: usize) -> Result<(), ExponentialError> {
-        let h = self.step_of(level);
         while self.levels.len() <= level {
-            let spin = self.spin.step(self.step_of(self.levels.len()))?;
-            self.levels.push(Level { spin, propagator: None });
+            self.levels.push(self.spin.step(self.step_of(self.levels.len()))?);
         }
-        let of_level = &mut self.levels[level];
-        if of_level.propagator.as_ref().is_none_or(|(index, _)| *index != self.cell.index) {
-            of_level.propagator = Some((self.cell.index, Propagator::new(&self.cell, self.velocities.len(), h)));
-        }
-        self.spin.predict(&of_level.spin, &mut self.forces);
-        if let Some((_, propagator)) = &of_level.propagator {
-            propagator.advance(&self.forces, &mut self.y);
-        }
+        self.spin.predict(&self.levels[level], &mut self.forces);
+        let propagator = match &self.trial {
+            Some(trial) => trial,
+            None => self.cell.propagator(level, self.step),
+        };
+        propagator.advance(&self.forces, &mut self.y);
         Ok(())
     }
 
@@ -159,13 +141,14 @@ impl Flight {
         self.see_velocities();
         self.ticks += 1 << level;
         if (self.ticks - self.gyroscopic.0) as f64 * self.step * self.spin.speed.abs() >= GYRATION {
-            self.gyroscopic = (self.ticks, self.gyroscopic_momentum());
+            self.gyroscopic = (self.ticks, self.cell.gyroscopic_momentum(&self.y));
         }
-        self.spin.complete(&self.levels[level].spin, &self.velocities, self.gyroscopic.1);
-        while self.grid.has_left(&self.cell, self.spin.speed) {
+        self.spin.complete(&self.levels[level], &self.velocities, self.gyroscopic.1);
+        let grid = &self.shared.grid;
+        while grid.has_left(&self.cell, self.spin.speed) {
             let up = self.spin.speed > self.cell.speed;
-            let next = self.grid.cell(if up { self.cell.index + 1 } else { self.cell.index - 1 })?;
-            self.grid.cross(self.cell.index, up, &mut self.y, &mut self.scratch);
+            let next = grid.cell(if up { self.cell.index + 1 } else { self.cell.index - 1 })?;
+            grid.cross(&self.cell, &next, &mut self.y, &mut self.scratch);
             self.cell = next;
         }
         Ok(())
@@ -197,8 +180,8 @@ impl Flight {
     /// Load of a bearing, in the machine's order \[N\].
     #[must_use]
     pub fn load(&self, bearing: usize) -> [f64; 2] {
-        let first = self.grid.model.outputs.load(bearing);
-        let direct = &self.direct[bearing];
+        let first = self.shared.grid.model.outputs.load(bearing);
+        let direct = &self.shared.direct[bearing];
         let mut load = [0, 1].map(|i| dot(&self.cell.rows[first + i], &self.y) + direct.constant[i]);
         for (s, at_once) in direct.of_force.iter().enumerate() {
             let force = self.spin.force_now(s);
@@ -210,62 +193,60 @@ impl Flight {
 
     /// What a bearing's load has at once of a force on the first diaphragm's node \[N\].
     pub(super) fn load_at_once(&self, bearing: usize, force: [f64; 2]) -> [f64; 2] {
-        let [a, b, c, d] = self.direct[bearing].of_contact[0];
+        let [a, b, c, d] = self.shared.direct[bearing].of_contact[0];
         [a * force[0] + b * force[1], c * force[0] + d * force[1]]
     }
 
     /// Displacement \[m\] and velocity \[m/s\] of the rotor at a diaphragm's contact.
     #[must_use]
     pub fn contact(&self, diaphragm: usize) -> [[f64; 2]; 2] {
-        let first = self.grid.model.outputs.contact(diaphragm);
+        let first = self.shared.grid.model.outputs.contact(diaphragm);
         let at = |i: usize| dot(&self.cell.rows[first + i], &self.y);
         [[at(0), at(1)], [at(2), at(3)]]
+    }
+
+    /// Displacement of the rotor at a diaphragm's contact \[m\].
+    pub(super) fn place(&self, diaphragm: usize) -> [f64; 2] {
+        let first = self.shared.grid.model.outputs.contact(diaphragm);
+        [0, 1].map(|i| dot(&self.cell.rows[first + i], &self.y))
     }
 
     /// Speeds of the grid that have been computed, and the largest condition of their bases.
     #[must_use]
     pub fn stations(&self) -> (usize, f64) {
-        self.grid.visited()
+        self.shared.grid.visited()
     }
 
-    /// Bound of the velocity of the first diaphragm's node during the next step of `h` \[m/s\].
+    /// Lateral coordinates and their velocities, one after the other.
+    pub(super) fn motion(&mut self, z: &mut [f64]) {
+        self.cell.motion(&self.y, z, &mut self.scratch);
+    }
+
+    /// Bound of the velocity of the first diaphragm's node during a step of at most `h` \[s\] from here \[m/s\].
     pub(super) fn fastest(&mut self, h: f64) -> f64 {
-        let (cell, unbalances) = (&self.cell, self.velocities.len());
-        if self.bound.as_ref().is_none_or(|(index, _)| *index != cell.index) {
-            let row = self.grid.model.outputs.contact(0);
-            self.bound = Some((cell.index, Bound::new(cell, row, unbalances)));
-        }
-        let forces = (0..unbalances).map(|s| self.spin.force_now(s).norm_sqr().sqrt());
-        self.bound.as_ref().map_or(f64::INFINITY, |(_, bound)| bound.speed(h, &self.y, forces))
+        self.sizes.clear();
+        self.sizes.extend((0..self.velocities.len()).map(|s| self.spin.force_now(s).norm_sqr().sqrt()));
+        self.cell.bound().map_or(f64::INFINITY, |bound| bound.speed(h, &self.y, &self.sizes))
     }
 
-    /// Makes the kick of the present cell, after [`Flight::propagate`] of the contact step.
-    pub(super) fn prepare_kick(&mut self, diaphragm: usize) {
-        if self.kick.as_ref().is_some_and(|(index, _)| *index == self.cell.index) {
-            return;
-        }
-        let outputs = &self.grid.model.outputs;
-        let loads: Vec<usize> = (0..self.direct.len()).map(|bearing| outputs.load(bearing)).collect();
-        let (row, push) = (outputs.contact(diaphragm), outputs.contact_push(diaphragm));
-        if let Some((_, propagator)) = self.levels.first().and_then(|level| level.propagator.as_ref()) {
-            self.kick = Some((self.cell.index, Kick::new(&self.cell, propagator, self.step, row, push, &loads)));
-        }
+    /// What impulses on the first diaphragm's node make in a contact step; `None` without one.
+    pub(super) fn kick(&self) -> Option<&Kick> {
+        self.cell.kick(self.step)
     }
 
-    /// The kick, and the spin with the tables of the contact step; after [`Flight::prepare_kick`].
-    pub(super) fn striking(&self) -> (&Kick, &Spin, &SpinStep) {
-        let (_, kick) = self.kick.as_ref().expect("made for this step");
-        (kick, &self.spin, &self.levels[0].spin)
+    /// The tables of the contact step; after [`Flight::propagate`] of one.
+    pub(super) fn spin_step(&self) -> &SpinStep {
+        &self.levels[0]
     }
 
     /// Adds what an impulse on the rotor \[N s\] and its torque's \[N m s\] at n have made at n+1.
     pub(super) fn strike(&mut self, impulse: [f64; 2], torque: f64, twist_row: &[f64]) {
-        if let Some((_, kick)) = &self.kick {
+        if let Some(kick) = self.cell.kick(self.step) {
             for (part, state) in impulse.into_iter().zip(&kick.states) {
                 crate::linalg::axpy(part, state, &mut self.y);
             }
         }
-        self.spin.strike(&self.levels[0].spin, torque, twist_row);
+        self.spin.strike(&self.levels[0], torque, twist_row);
     }
 
     /// The spin.
@@ -273,16 +254,20 @@ impl Flight {
         &self.spin
     }
 
+    /// Velocities of the unbalances' nodes \[m/s\].
+    pub(super) fn velocities(&self) -> &[[f64; 2]] {
+        &self.velocities
+    }
+
+    /// What runs of this model share.
+    pub(super) fn shared(&self) -> &Arc<Shared> {
+        &self.shared
+    }
+
     fn see_velocities(&mut self) {
         for (s, velocity) in self.velocities.iter_mut().enumerate() {
             *velocity = [0, 1].map(|i| dot(&self.cell.rows[2 * s + i], &self.y));
         }
-    }
-
-    /// `q'^T G q/2`.
-    fn gyroscopic_momentum(&mut self) -> f64 {
-        mul_vec(&self.cell.momentum, &self.y, &mut self.scratch);
-        dot(&self.y, &self.scratch)
     }
 }
 

@@ -19,6 +19,8 @@ pub(super) struct Kick {
     /// X, and what trains lack \[m/(N s)\].
     pub moved: [[f64; 2]; 2],
     pub lacking: [[f64; 2]; 2],
+    /// Jump of the node's velocity at n \[m/s/(N s)\].
+    pub jump: [[f64; 2]; 2],
     /// Half of what each bearing's load jumps by \[N/(N s)\].
     pub loads: Vec<[[f64; 2]; 2]>,
 }
@@ -47,10 +49,12 @@ impl Kick {
         let of = |first: usize, y: &[Vec<f64>; 2]| -> [[f64; 2]; 2] {
             [0, 1].map(|i| [dot(&cell.rows[first + i], &y[0]), dot(&cell.rows[first + i], &y[1])])
         };
+        let whole = pushes.map(Clone::clone);
         let jumps = pushes.map(|l| l.iter().map(|entry| 0.5 * entry).collect());
         Self {
             moved: of(row, &states),
             lacking: of(row, &rest),
+            jump: of(row + 2, &whole),
             loads: loads.iter().map(|&first| of(first, &jumps)).collect(),
             states,
         }

@@ -16,8 +16,11 @@ use super::oscillators::{OscillatorStep, Oscillators};
 #[derive(Debug, Clone)]
 pub(super) struct KickedRing {
     pub modes: Oscillators,
-    /// w and c of each.
+    /// w^2 and c of each.
     squares: Vec<f64>,
+    dampings: Vec<f64>,
+    /// Mean of n'- and n'+ at the last n.
+    pub mean_rate: Vec<f64>,
     kicked: Vec<Kicked>,
     step: f64,
 }
@@ -44,6 +47,8 @@ impl KickedRing {
         Self {
             modes: Oscillators::new(modes.iter().copied()),
             squares: modes.iter().map(|mode| mode.0).collect(),
+            dampings: modes.iter().map(|mode| mode.1).collect(),
+            mean_rate: vec![0.0; modes.len()],
             kicked: kicked.collect(),
             step: h,
         }
@@ -51,8 +56,10 @@ impl KickedRing {
 
     /// Goes from n to n+1 without impulse, but with the damping of (1).
     pub fn drift(&mut self) {
-        for ((n, rate), k) in self.modes.place.iter_mut().zip(&mut self.modes.rate).zip(&self.kicked) {
+        let modes = self.modes.place.iter_mut().zip(&mut self.modes.rate).zip(&mut self.mean_rate);
+        for (((n, rate), mean), k) in modes.zip(&self.kicked) {
             let after = k.kept * *rate;
+            *mean = 0.5 * (*rate + after);
             (*n, *rate) = (k.cos * *n + k.over * after, k.cos * after - k.times * *n);
         }
     }
@@ -61,9 +68,24 @@ impl KickedRing {
     pub fn kick(&mut self, impulses: &[f64]) {
         for (j, k) in self.kicked.iter().enumerate() {
             let gained = k.gain * impulses[j];
+            self.mean_rate[j] += 0.5 * gained;
             self.modes.place[j] += k.over * gained;
             self.modes.rate[j] += k.cos * gained;
         }
+    }
+
+    /// What (1) has taken at n \[J\].
+    pub fn damped(&self) -> f64 {
+        let taken = self.dampings.iter().zip(&self.mean_rate).map(|(c, rate)| c * rate * rate);
+        self.step * taken.sum::<f64>()
+    }
+
+    /// Kinetic and strain energy \[J\].
+    pub fn energies(&self) -> [f64; 2] {
+        let state = self.modes.place.iter().zip(&self.modes.rate).zip(&self.squares);
+        state.fold([0.0; 2], |[kinetic, strain], ((n, rate), square)| {
+            [kinetic + 0.5 * rate * rate, strain + 0.5 * square * n * n]
+        })
     }
 
     /// Goes a step of any size in free flight.

@@ -21,14 +21,18 @@ mod pairs;
 mod peak;
 mod propagator;
 mod rub;
+mod shared;
 mod spin;
 mod station;
+mod survey;
 mod system;
 mod transfer;
 mod transient;
 
 pub use flight::{Flight, FlightSettings, FreeRun, free_run};
 pub use transient::{RubbingRun, rubbing_run};
+
+pub(crate) use shared::Kept;
 
 use super::plan::StartError;
 use crate::linalg::EigenError;

@@ -84,6 +84,21 @@ impl Outputs {
         self.site_columns.ncols() + 2 * bearing
     }
 
+    /// How many unbalances.
+    pub fn unbalances(&self) -> usize {
+        self.masses.len()
+    }
+
+    /// Places of the first rows of all bearings.
+    pub fn loads(&self) -> Vec<usize> {
+        (0..self.bearings.len()).map(|bearing| self.load(bearing)).collect()
+    }
+
+    /// Whether there is a diaphragm.
+    pub fn has_contact(&self) -> bool {
+        self.contact_columns.ncols() > 0
+    }
+
     /// Place of the first row of a diaphragm.
     pub fn contact(&self, diaphragm: usize) -> usize {
         self.load(self.bearings.len()) + 4 * diaphragm

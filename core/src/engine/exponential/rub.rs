@@ -1,118 +1,171 @@
 //! Contact by impulses: one ring and the rotor inside it, over a step.
 //!
 //! ```text
-//! impulses (J_n, J_t) at n at some candidates,  g_c >= 0 at n+1 at all of them,  J_n >= 0,  J_n g = 0,  |J_t| <= mu J_n     (1)
-//! g_c = g_c(free) + n_c.(D_cb (J_n n_b + J_t t_b))                     D: rotor and ring by an impulse at n, statics of trains included
+//! impulses (J_n, J_t) at n,  g >= 0 at n+1 along the ring,  J_n >= 0,  J_n g = 0,  |J_t| <= mu J_n                        (1)
+//! g_k = g_k(free) + n_k.(D_kl (J_n n_l + J_t t_l))                     D: rotor and ring by an impulse at n, statics of trains included
+//! works at n   J_n g', J_t s',  g' and s' the means of the rates before and after the impulses                             (2)
 //! ```
 //! The scheme of forward-increment Lagrange multipliers (docs/theory/04-time-integration.md) with exact propagation in the place of central differences.
-//! (1) is solved at a few candidates, those that then still penetrate join them: nothing is iterated over the state, which is linear.
+//! (1) is solved at the nearest places of the free step ([`super::survey`]), and where it pressed before; candidates that then still penetrate join them: nothing is
+//! iterated over the state, which is linear. (2) is what the impulses do on the modes, exactly.
 
 use super::ExponentialError;
 use super::bound::length;
-use super::candidates::{CandidateGap, Candidates};
+use super::candidates::{BLOCK, Candidates};
 use super::kick::Kick;
 use super::kicked_ring::KickedRing;
 use super::oscillators::OscillatorStep;
+use super::survey::{Place, Survey};
 use crate::contact::ContactForce;
 use crate::contact::complementarity::{self, Coupled, POINTS};
-use crate::linalg::Matrix;
-use crate::structure::Structure;
+use crate::linalg::{axpy, dot};
+use crate::structure::{RingPart, Structure};
 use bladeoff_model::machine::{ContactSurface, Diaphragm, FrictionLaw};
+use std::sync::Arc;
 
-/// Candidates of a ring, at least, and of each of its elements. Fewer would be felt one by one: a rotor that whirls past them is shaken at their number times
-/// its rate, by the sagitta between two (lab rig, 64 of them: 0.6 um of a gap of 0.5 mm).
+/// Candidates of a ring, at least.
 const CANDIDATES: usize = 192;
-const PER_ELEMENT: usize = 4;
 /// A candidate penetrates when it is deeper than this share of the deepest before any impulse.
 const SHARE: f64 = 1e-4;
 
 /// One ring under way.
-#[derive(Debug, Clone)]
 pub(super) struct Rub {
     /// Sine and cosine of the stator's angle, and its centre.
     angle: (f64, f64),
     offset: [f64; 2],
     gap: f64,
     radius: f64,
-    friction: f64,
     law: FrictionLaw,
-    candidates: Candidates,
+    /// How much nearer than a candidate the place about it may be.
+    sagitta: f64,
+    candidates: Arc<Candidates>,
     pub ring: KickedRing,
-    /// Displacements per impulse, candidate by candidate; and of the modes left out, which follow normal forces alone.
-    moved: Matrix,
-    left_out: Option<Matrix>,
+    /// Displacement of each mode per impulse, with what trains of them lack.
+    yields: Vec<f64>,
+    /// Displacement of the rotor per impulse in the modes left out, in the stator's axes.
     rotor_left_out: [[f64; 2]; 2],
     flights: Vec<OscillatorStep>,
-    near: Vec<usize>,
+    survey: Survey,
+    /// Amplitudes at n.
+    before: Vec<f64>,
+    impulses: Vec<f64>,
+    coupled: Box<Coupled>,
+    points: Vec<Point>,
+    rows: Vec<Rows>,
+    /// What pressed in the last step.
     pressed: Vec<(usize, ContactForce)>,
 }
 
+/// A place that may press.
+#[derive(Debug, Clone, Copy)]
+struct Point {
+    place: Place,
+    slip: f64,
+    force: ContactForce,
+}
+
+/// Of a place: the ring's modes along its normal and tangent, and what a unit impulse along them makes of them.
+#[derive(Debug, Clone)]
+struct Rows {
+    normal: Vec<f64>,
+    tangent: Vec<f64>,
+    by_normal: Vec<f64>,
+    by_tangent: Vec<f64>,
+}
+
 /// What a step's contact does.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Impact {
     /// Impulse on the rotor, in the machine's axes \[N s\], and of the friction's torque \[N m s\].
     pub on_rotor: [f64; 2],
     pub torque: f64,
-    /// Sum of normal impulses \[N s\], work of friction \[J\].
+    /// Sums of normal and tangential impulses \[N s\], works of friction and of normal impulses, taken out \[J\].
     pub normal: f64,
+    pub tangential: f64,
     pub friction_work: f64,
+    pub normal_work: f64,
+    /// Least gap that is left \[m\].
+    pub gap: f64,
+    pub points: usize,
+    pub sticks: bool,
+    pub reversed: bool,
+    /// Of the place that presses most: angle \[rad\], slip \[m/s\].
+    pub angle: f64,
+    pub slip: f64,
 }
 
-/// The step without contact: places of the rotor at n and n+1 in the machine's axes, its kick, and how its surface turns.
+/// The step without contact.
 pub(super) struct FreeStep<'a> {
+    /// Places of the rotor at n and n+1, its velocity at n, in the machine's axes.
     pub from: [f64; 2],
     pub to: [f64; 2],
+    pub velocity: [f64; 2],
     pub kick: &'a Kick,
+    /// Turn of the rotor's surface over the step \[rad\], and per angular impulse; its rate at n \[rad/s\], and the jump of that per angular impulse.
     pub turn: f64,
     pub rolling: f64,
-    pub h: f64,
+    pub rate: f64,
+    pub jump: f64,
 }
 
 impl Rub {
     /// A flexible ring of a machine at rest, in contact steps of `h` \[s\].
-    pub fn new(diaphragm: &Diaphragm, structure: &Structure, index: usize, h: f64) -> Result<Self, ExponentialError> {
-        let part = structure.rings[index].as_ref();
-        let part = part.ok_or(ExponentialError::NotCovered { what: "a stator without freedoms" })?;
+    pub fn new(
+        diaphragm: &Diaphragm,
+        structure: &Structure,
+        index: usize,
+        candidates: &Arc<Candidates>,
+        h: f64,
+    ) -> Result<Self, ExponentialError> {
+        let part = ring_of(structure, index)?;
         let contact = &diaphragm.contact;
-        let inner = contact.surface == ContactSurface::InnerFace;
-        let surface = part.matrices.surface(contact.rotor_radius + contact.gap, inner);
-        let per_element = CANDIDATES.div_ceil(surface.nodes).max(PER_ELEMENT);
-        let candidates = Candidates::new(part, &surface, contact.rotor_radius, per_element);
-        let modes: Vec<(f64, f64)> = (0..part.part.coordinates.size())
-            .map(|j| (part.part.stiffness[(j, j)], part.part.damping[(j, j)]))
-            .collect();
-        if modes.iter().any(|&(square, _)| square <= 0.0) {
-            return Err(ExponentialError::NotCovered { what: "a ring that nothing holds" });
-        }
+        let modes = modes(part);
         let ring = KickedRing::new(&modes, h);
-        let yields: Vec<f64> = ring.yields().iter().zip(ring.lacking()).map(|(a, b)| a + b).collect();
         let places = structure.rotor.plane_places(contact.node);
+        let angle = libm::sincos(diaphragm.angle);
+        let zeros = vec![0.0; modes.len()];
+        let rows = Rows { normal: zeros.clone(), tangent: zeros.clone(), by_normal: zeros.clone(), by_tangent: zeros.clone() };
         let rotor_left_out = structure
             .lateral_residual
             .as_ref()
-            .map_or([[0.0; 2]; 2], |all| places.map(|row| places.map(|column| all[(row, column)] / h)));
+            .map_or([[0.0; 2]; 2], |all| turned(angle, &places.map(|row| places.map(|column| all[(row, column)] / h))));
         Ok(Self {
-            angle: libm::sincos(diaphragm.angle),
+            angle,
             offset: contact.offset,
             gap: contact.gap,
             radius: contact.rotor_radius,
-            friction: contact.friction,
             law: contact.friction_law,
-            moved: candidates.yielding(&yields),
-            left_out: candidates.left_out.as_ref().map(|flexibility| flexibility / h),
+            sagitta: 0.125 * candidates.spacing * candidates.spacing * 2.0 * (contact.gap + contact.rotor_radius),
             rotor_left_out,
-            candidates,
+            survey: Survey::new(candidates.count(), contact.rotor_radius + contact.gap, contact.rotor_radius),
+            candidates: Arc::clone(candidates),
+            yields: ring.yields().iter().zip(ring.lacking()).map(|(a, b)| a + b).collect(),
             ring,
             flights: Vec::new(),
-            near: Vec::new(),
-            pressed: Vec::new(),
+            before: zeros.clone(),
+            impulses: zeros,
+            rows: vec![rows; POINTS],
+            coupled: Box::new(Coupled {
+                w: Default::default(),
+                start: [[0.0; 2]; POINTS],
+                friction: contact.friction,
+                law: contact.friction_law,
+                sign: 1.0,
+            }),
+            points: Vec::with_capacity(POINTS),
+            pressed: Vec::with_capacity(POINTS),
         })
     }
 
     /// How far the rotor at a place may move before it can touch, wherever the ring's modes carry it \[m\].
     pub fn room(&self, place: [f64; 2]) -> f64 {
-        let x = self.inwards([place[0] - self.offset[0], place[1] - self.offset[1]]);
+        let x = [place[0] - self.offset[0], place[1] - self.offset[1]];
         self.gap - length(x) - self.candidates.reach(self.ring.amplitudes())
+    }
+
+    /// The rotor's centre from the ring's, in the stator's axes.
+    pub fn place(&self, place: [f64; 2]) -> [f64; 2] {
+        self.inwards([place[0] - self.offset[0], place[1] - self.offset[1]])
     }
 
     /// Takes the ring over a step of `h = 2^level` contact steps in which nothing touches.
@@ -128,128 +181,186 @@ impl Rub {
 
     /// Takes the ring over a step in which it may be touched; `None` where it is not.
     pub fn touch(&mut self, free: &FreeStep<'_>) -> Result<Option<Impact>, ExponentialError> {
-        let before = self.ring.modes.place.clone();
+        self.before.copy_from_slice(&self.ring.modes.place);
         self.ring.drift();
-        let [from, to] = [free.from, free.to].map(|x| self.inwards([x[0] - self.offset[0], x[1] - self.offset[1]]));
-        let reach = self.candidates.reach(self.ring.amplitudes());
-        let mut near = std::mem::take(&mut self.near);
-        self.candidates.near(to, reach, &mut near);
-        let open: Vec<[f64; 2]> =
-            near.iter().map(|&c| self.candidates.displacement(c, &self.ring.modes.place)).collect();
-        let gaps: Vec<CandidateGap> =
-            near.iter().zip(&open).map(|(&c, &moved)| self.candidates.gap(c, moved, to)).collect();
-        self.near = near;
-        let deepest = (0..gaps.len()).min_by(|&a, &b| gaps[a].value.total_cmp(&gaps[b].value));
-        let Some(deepest) = deepest.filter(|&at| gaps[at].value < 0.0) else {
+        let to = self.place(free.to);
+        self.survey.look(&self.candidates, to, &self.ring.modes.place);
+        let mut deepest = None;
+        self.points.clear();
+        for at in 0..self.survey.near.len() {
+            let near = self.survey.near[at];
+            if near.gap >= self.sagitta || !self.survey.is_least(&self.candidates, near.index, to, &self.ring.modes.place) {
+                continue;
+            }
+            let place = self.survey.place(&self.candidates, near.index, to, &self.ring.modes.place);
+            if place.gap < 0.0 && self.points.len() < POINTS - 2 {
+                if deepest.is_none_or(|(gap, _)| place.gap < gap) {
+                    deepest = Some((place.gap, self.points.len()));
+                }
+                self.join(place, free);
+            }
+        }
+        let Some((depth, deepest)) = deepest else {
             self.pressed.clear();
             return Ok(None);
         };
-        let step = [to[0] - from[0], to[1] - from[1]];
-        let slip = |at: usize| {
-            let gap = &gaps[at];
-            let (t, polar) = ([-gap.normal[1], gap.normal[0]], [-gap.polar[1], gap.polar[0]]);
-            let was = self.candidates.displacement(gap.index, &before);
-            let ring = polar[0] * (open[at][0] - was[0]) + polar[1] * (open[at][1] - was[1]);
-            t[0] * step[0] + t[1] * step[1] + free.turn * self.radius - ring
-        };
-        // places among the near candidates, with what pressed there last
-        let last = |c: usize| self.pressed.iter().find(|(index, _)| *index == c).map(|(_, force)| *force);
-        let mut points: Vec<(usize, ContactForce)> =
-            gaps.iter().enumerate().filter_map(|(at, gap)| Some((at, last(gap.index)?))).take(POINTS - 1).collect();
-        if !points.iter().any(|(at, _)| *at == deepest) {
-            points.push((deepest, ContactForce::NONE));
+        self.coupled.sign = self.points[deepest].slip.signum();
+        for at in 0..self.pressed.len() {
+            let (index, force) = self.pressed[at];
+            let count = self.candidates.count();
+            let known = self.points.iter().position(|point| beside(point.place.index, index, count));
+            if known.is_none() && self.points.len() < POINTS - 1 {
+                let place = self.survey.place(&self.candidates, index, to, &self.ring.modes.place);
+                self.join(place, free);
+            }
+            let last = self.points.len() - 1;
+            if let Some(point) = self.points.get_mut(known.unwrap_or(last))
+                && beside(point.place.index, index, count)
+                && point.force.normal == 0.0
+            {
+                point.force = force;
+            }
         }
-        let allowed = SHARE * gaps[deepest].value;
+        let moved = Moved::of(self, free);
+        self.couple(0, &moved);
         loop {
-            let mut coupled = Coupled {
-                w: Default::default(),
-                start: [[0.0; 2]; POINTS],
-                friction: self.friction,
-                law: self.law,
-                sign: slip(deepest).signum(),
-            };
-            for (k, &(at, _)) in points.iter().enumerate() {
-                coupled.start[k] = [gaps[at].value, slip(at)];
-                for (j, &(other, _)) in points.iter().enumerate() {
-                    coupled.w[k][j] = self.coupling(&gaps[at], &gaps[other], free);
-                }
-            }
+            let count = self.points.len();
             let mut forces = [ContactForce::NONE; POINTS];
-            for (force, (_, last)) in forces.iter_mut().zip(&points) {
-                *force = *last;
+            for (force, point) in forces.iter_mut().zip(&self.points) {
+                *force = point.force;
             }
-            complementarity::solve(&mut coupled, &mut forces[..points.len()]).ok_or(ExponentialError::NoImpulses)?;
-            for ((_, last), force) in points.iter_mut().zip(forces) {
-                *last = force;
+            complementarity::solve(&mut self.coupled, &mut forces[..count]).ok_or(ExponentialError::NoImpulses)?;
+            for (point, force) in self.points.iter_mut().zip(forces) {
+                point.force = force;
             }
-            // what still penetrates, by the linearised gaps
-            let left = (0..gaps.len()).filter(|at| !points.iter().any(|(other, _)| other == at)).map(|at| {
-                let pressed = points.iter().filter(|(_, force)| force.normal > 0.0);
-                let moved = pressed.map(|(other, force)| {
-                    let w = self.coupling(&gaps[at], &gaps[*other], free);
-                    w[0][0] * force.normal + w[0][1] * force.tangential
-                });
-                (gaps[at].value + moved.sum::<f64>(), at)
-            });
-            match left.min_by(|a, b| a.0.total_cmp(&b.0)) {
-                Some((value, at)) if value < allowed && points.len() < POINTS => points.push((at, ContactForce::NONE)),
-                _ => {
-                    let slips: Vec<f64> = (0..points.len()).map(|k| slipped(&coupled, k, &points)).collect();
-                    return Ok(Some(self.strike(&gaps, &points, &slips, free.h)));
+            self.respond();
+            let (left, index) = self.least_left(-depth, to, &moved);
+            match index.filter(|_| left < SHARE * depth && count < POINTS) {
+                Some(index) => {
+                    let place = self.survey.place(&self.candidates, index, to, &self.ring.modes.place);
+                    self.join(place, free);
+                    self.couple(count, &moved);
+                }
+                None => return Ok(Some(self.strike(free, left))),
+            }
+        }
+    }
+
+    /// Takes a place among the points.
+    fn join(&mut self, place: Place, free: &FreeStep<'_>) {
+        let Rows { normal, tangent, by_normal, by_tangent } = &mut self.rows[self.points.len()];
+        self.candidates.rows_at(place.index, place.share, [place.polar, across(place.polar)], [normal, tangent]);
+        let mut ring = 0.0;
+        for (j, yielding) in self.yields.iter().enumerate() {
+            by_normal[j] = yielding * normal[j];
+            by_tangent[j] = yielding * tangent[j];
+            ring += tangent[j] * (self.ring.modes.place[j] - self.before[j]);
+        }
+        let step = self.inwards([free.to[0] - free.from[0], free.to[1] - free.from[1]]);
+        let slip = product(across(place.normal), step) + free.turn * self.radius - ring;
+        self.points.push(Point { place, slip, force: ContactForce::NONE });
+    }
+
+    /// Writes the conditions of the points from one on.
+    fn couple(&mut self, from: usize, moved: &Moved) {
+        let Self { coupled, points, rows, candidates, .. } = self;
+        for k in 0..points.len() {
+            coupled.start[k] = [points[k].place.gap, points[k].slip];
+            for j in 0..points.len() {
+                // a solve adds a little to each point's own
+                if k >= from || j >= from || k == j {
+                    coupled.w[k][j] = moved.coupling(candidates, (&points[k], &rows[k]), (&points[j], &rows[j]));
                 }
             }
         }
+    }
+
+    /// What all impulses make of the ring's modes.
+    fn respond(&mut self) {
+        let Self { impulses, points, rows, .. } = self;
+        impulses.fill(0.0);
+        for (point, rows) in points.iter().zip(rows).filter(|(point, _)| point.force.normal > 0.0) {
+            axpy(point.force.normal, &rows.by_normal, impulses);
+            axpy(point.force.tangential, &rows.by_tangent, impulses);
+        }
+    }
+
+    /// Least gap under the impulses found, of the candidates within a distance that are not beside a point, and which it is; after `respond`.
+    fn least_left(&mut self, within: f64, x: [f64; 2], moved: &Moved) -> (f64, Option<usize>) {
+        let mut least = (0.0, None);
+        let count = self.candidates.count();
+        for at in 0..self.survey.near.len() {
+            let near = self.survey.near[at];
+            if near.gap >= within || self.points.iter().any(|point| beside(point.place.index, near.index, count)) {
+                continue;
+            }
+            let place = self.survey.place(&self.candidates, near.index, x, &self.ring.modes.place);
+            let mut gap = place.gap + product(place.polar, self.candidates.displacement(near.index, &self.impulses));
+            for point in self.points.iter().filter(|point| point.force.normal > 0.0) {
+                let [n, t] = moved.beyond_modes(&self.candidates, &place, &point.place);
+                gap += n * point.force.normal + t * point.force.tangential;
+            }
+            if gap < least.0 {
+                least = (gap, Some(near.index));
+            }
+        }
+        least
     }
 
     /// Takes the impulses: on the ring here, on the rotor by what is returned.
-    fn strike(&mut self, gaps: &[CandidateGap], points: &[(usize, ContactForce)], slips: &[f64], h: f64) -> Impact {
-        let mut impact = Impact::default();
-        let mut on_modes = vec![0.0; self.ring.modes.place.len()];
-        let (mut x, mut y) = (0.0, 0.0);
+    fn strike(&mut self, free: &FreeStep<'_>, left: f64) -> Impact {
+        self.impulses.fill(0.0);
         self.pressed.clear();
-        for ((at, force), slip) in points.iter().zip(slips).filter(|((_, force), _)| force.normal > 0.0) {
-            let gap = &gaps[*at];
-            let (n, p) = (gap.normal, gap.polar);
-            x -= force.normal * n[0] - force.tangential * n[1];
-            y -= force.normal * n[1] + force.tangential * n[0];
-            let polar = [force.normal * p[0] - force.tangential * p[1], force.normal * p[1] + force.tangential * p[0]];
-            self.candidates.add_force(gap.index, polar, &mut on_modes);
-            impact.torque -= force.tangential * self.radius;
+        let (mut on_rotor, mut torque) = ([0.0; 2], 0.0);
+        for (point, rows) in self.points.iter().zip(&self.rows).filter(|(point, _)| point.force.normal > 0.0) {
+            let (force, n) = (&point.force, point.place.normal);
+            on_rotor[0] -= force.normal * n[0] - force.tangential * n[1];
+            on_rotor[1] -= force.normal * n[1] + force.tangential * n[0];
+            axpy(force.normal, &rows.normal, &mut self.impulses);
+            axpy(force.tangential, &rows.tangent, &mut self.impulses);
+            torque -= force.tangential * self.radius;
+            self.pressed.push((point.place.index, *force));
+        }
+        self.ring.kick(&self.impulses);
+        let on_rotor = self.outwards(on_rotor);
+        // (2)
+        let jump = free.kick.jump;
+        let velocity = self.inwards([0, 1].map(|i| free.velocity[i] + 0.5 * product(jump[i], on_rotor)));
+        let rolling = self.radius * (free.rate + 0.5 * free.jump * torque);
+        let mut impact = Impact {
+            on_rotor,
+            torque,
+            normal: 0.0,
+            tangential: 0.0,
+            friction_work: 0.0,
+            normal_work: 0.0,
+            gap: left,
+            points: 0,
+            sticks: true,
+            reversed: false,
+            angle: 0.0,
+            slip: 0.0,
+        };
+        let mut most = 0.0;
+        for (point, rows) in self.points.iter().zip(&self.rows).filter(|(point, _)| point.force.normal > 0.0) {
+            let (force, place) = (&point.force, &point.place);
+            let opening = dot(&rows.normal, &self.ring.mean_rate) - product(place.normal, velocity);
+            let slip =
+                product(across(place.normal), velocity) + rolling - dot(&rows.tangent, &self.ring.mean_rate);
+            impact.friction_work += force.tangential * slip;
+            impact.normal_work -= force.normal * opening;
             impact.normal += force.normal;
-            impact.friction_work += force.tangential * slip / h;
-            self.pressed.push((gap.index, *force));
+            impact.tangential += force.tangential;
+            impact.points += 1;
+            impact.sticks &= force.sticks;
+            impact.reversed |= self.law == FrictionLaw::Slip && slip * force.tangential < 0.0;
+            if force.normal > most {
+                most = force.normal;
+                impact.slip = slip;
+                impact.angle = (place.index as f64 + 0.5 + place.share) * self.candidates.spacing;
+            }
         }
-        self.ring.kick(&on_modes);
-        impact.on_rotor = self.outwards([x, y]);
         impact
-    }
-
-    /// Gap and slip at one candidate by a unit normal and a unit tangential impulse at another.
-    fn coupling(&self, at: &CandidateGap, acting: &CandidateGap, free: &FreeStep<'_>) -> complementarity::Block {
-        let across = |[a, b]: [f64; 2]| [-b, a];
-        let (n, t) = (at.normal, across(at.normal));
-        let (m, s) = (acting.normal, across(acting.normal));
-        let (p, q) = (at.polar, across(at.polar));
-        let (r, u) = (acting.polar, across(acting.polar));
-        let rotor = |a: [f64; 2], b: [f64; 2]| {
-            let (a, b) = (self.outwards(a), self.outwards(b));
-            let (w, v) = (&free.kick.moved, &free.kick.lacking);
-            (0..2).map(|i| a[i] * ((w[i][0] + v[i][0]) * b[0] + (w[i][1] + v[i][1]) * b[1])).sum::<f64>()
-        };
-        let table = |matrix: &Matrix, a: [f64; 2], b: [f64; 2]| {
-            let entry = |i: usize, j: usize| matrix[(2 * at.index + i, 2 * acting.index + j)];
-            a[0] * (entry(0, 0) * b[0] + entry(0, 1) * b[1]) + a[1] * (entry(1, 0) * b[0] + entry(1, 1) * b[1])
-        };
-        let ring = |a: [f64; 2], b: [f64; 2]| table(&self.moved, a, b);
-        let mut left_out = self.left_out.as_ref().map_or(0.0, |matrix| table(matrix, p, r));
-        let (a, b) = (self.outwards(n), self.outwards(m));
-        for i in 0..2 {
-            left_out += a[i] * (self.rotor_left_out[i][0] * b[0] + self.rotor_left_out[i][1] * b[1]);
-        }
-        [
-            [rotor(n, m) + ring(p, r) + left_out, rotor(n, s) + ring(p, u)],
-            [-rotor(t, m) - ring(q, r), -rotor(t, s) - ring(q, u) - self.radius * self.radius * free.rolling],
-        ]
     }
 
     fn inwards(&self, [x, y]: [f64; 2]) -> [f64; 2] {
@@ -263,8 +374,101 @@ impl Rub {
     }
 }
 
-/// Slip at a point over the step, under the impulses found.
-fn slipped(coupled: &Coupled, k: usize, points: &[(usize, ContactForce)]) -> f64 {
-    let moved = coupled.w[k].iter().zip(points).map(|(w, (_, f))| w[1][0] * f.normal + w[1][1] * f.tangential);
-    coupled.start[k][1] + moved.sum::<f64>()
+/// The candidates of a diaphragm, for contact steps of `h` \[s\].
+pub(super) fn candidates(
+    diaphragm: &Diaphragm,
+    structure: &Structure,
+    index: usize,
+    h: f64,
+) -> Result<Candidates, ExponentialError> {
+    let part = ring_of(structure, index)?;
+    let contact = &diaphragm.contact;
+    let inner = contact.surface == ContactSurface::InnerFace;
+    let surface = part.matrices.surface(contact.rotor_radius + contact.gap, inner);
+    let modes = modes(part);
+    if modes.iter().any(|&(square, _)| square <= 0.0) {
+        return Err(ExponentialError::NotCovered { what: "a ring that nothing holds" });
+    }
+    let per_element = CANDIDATES.div_ceil(surface.nodes).next_multiple_of(BLOCK);
+    Ok(Candidates::new(part, &surface, per_element, h))
+}
+
+fn ring_of(structure: &Structure, index: usize) -> Result<&RingPart, ExponentialError> {
+    structure.rings[index].as_ref().ok_or(ExponentialError::NotCovered { what: "a stator without freedoms" })
+}
+
+/// w^2 and c of each mode.
+fn modes(part: &RingPart) -> Vec<(f64, f64)> {
+    (0..part.part.coordinates.size()).map(|j| (part.part.stiffness[(j, j)], part.part.damping[(j, j)])).collect()
+}
+
+/// Displacements of the rotor per impulse, in the stator's axes: of its modes with what trains lack, and of those left out; slip of its surface per impulse.
+struct Moved {
+    rotor: [[f64; 2]; 2],
+    left_out: [[f64; 2]; 2],
+    rolling: f64,
+}
+
+impl Moved {
+    fn of(rub: &Rub, free: &FreeStep<'_>) -> Self {
+        let (moved, lacking) = (&free.kick.moved, &free.kick.lacking);
+        let whole = [0, 1].map(|i| [0, 1].map(|j| moved[i][j] + lacking[i][j]));
+        Self {
+            rotor: turned(rub.angle, &whole),
+            left_out: rub.rotor_left_out,
+            rolling: rub.radius * rub.radius * free.rolling,
+        }
+    }
+
+    /// What is no mode of the ring in the gap at a place by a unit normal and a unit tangential impulse at another.
+    fn beyond_modes(&self, ring: &Candidates, at: &Place, acting: &Place) -> [f64; 2] {
+        let (m, s) = (acting.normal, across(acting.normal));
+        let left_out = product(at.normal, times(&self.left_out, m))
+            + product(at.polar, by_rows(ring.left_out(at.index, acting.index), acting.polar));
+        [product(at.normal, times(&self.rotor, m)) + left_out, product(at.normal, times(&self.rotor, s))]
+    }
+
+    /// Gap and slip at a point by a unit normal and a unit tangential impulse at another.
+    fn coupling(&self, ring: &Candidates, at: (&Point, &Rows), acting: (&Point, &Rows)) -> complementarity::Block {
+        let ((at, rows), (acting, by)) = (at, acting);
+        let [n, t] = self.beyond_modes(ring, &at.place, &acting.place);
+        let (m, s) = (acting.place.normal, across(acting.place.normal));
+        let along = across(at.place.normal);
+        [
+            [n + dot(&rows.normal, &by.by_normal), t + dot(&rows.normal, &by.by_tangent)],
+            [
+                -product(along, times(&self.rotor, m)) - dot(&rows.tangent, &by.by_normal),
+                -product(along, times(&self.rotor, s)) - dot(&rows.tangent, &by.by_tangent) - self.rolling,
+            ],
+        ]
+    }
+}
+
+/// Whether two of so many candidates are one, or beside each other.
+fn beside(one: usize, other: usize, count: usize) -> bool {
+    let apart = one.abs_diff(other);
+    apart <= 1 || apart + 1 == count
+}
+
+/// A quarter turn on.
+fn across([a, b]: [f64; 2]) -> [f64; 2] {
+    [-b, a]
+}
+
+fn product(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+fn times(m: &[[f64; 2]; 2], v: [f64; 2]) -> [f64; 2] {
+    [product(m[0], v), product(m[1], v)]
+}
+
+fn by_rows(m: &[f64; 4], v: [f64; 2]) -> [f64; 2] {
+    [m[0] * v[0] + m[1] * v[1], m[2] * v[0] + m[3] * v[1]]
+}
+
+/// A matrix of the machine's axes in axes turned by an angle with this sine and cosine.
+fn turned((sin, cos): (f64, f64), m: &[[f64; 2]; 2]) -> [[f64; 2]; 2] {
+    let axes = [[cos, sin], [-sin, cos]];
+    axes.map(|a| axes.map(|b| product(a, times(m, b))))
 }

@@ -217,6 +217,16 @@ impl Spin {
         step.h / self.inertia + step.twist.struck(row)
     }
 
+    /// Jump of a node's rate per angular impulse on it \[1/(kg m2)\].
+    pub fn jump(&self, row: &[f64]) -> f64 {
+        1.0 / self.inertia + dot(row, row)
+    }
+
+    /// Rate of a node \[rad/s\].
+    pub fn rate_at(&self, row: &[f64]) -> f64 {
+        self.speed + dot(row, &self.twist.rate)
+    }
+
     /// The elastic twist of a node, per amplitude.
     pub fn row_of(structure: &Structure, node: usize) -> Vec<f64> {
         let row = structure.twist.coordinates.row(node);

@@ -33,6 +33,8 @@ pub(super) struct Station {
     pub right: Matrix,
     pub left: Matrix,
     pub blocks: Vec<Block>,
+    /// Z.
+    pub motion: Matrix,
     /// O: a row for each output.
     pub rows: Matrix,
     /// A column for each force.
@@ -76,6 +78,7 @@ impl Station {
             rows: mul(&model.outputs.rows(system, speed), &motion),
             pushes: mul(&left, &model.outputs.pushes(system)),
             momentum: &momentum + momentum.transpose(),
+            motion,
             right,
             left,
             condition,

@@ -9,13 +9,149 @@
 use super::ExponentialError;
 use super::bound::length;
 use super::flight::{Flight, FlightSettings};
-use super::rub::{FreeStep, Rub};
+use super::grid::LEVELS;
+use super::rub::{FreeStep, Impact, Rub};
 use crate::record::LastMillisecond;
 use crate::structure::Structure;
 use bladeoff_model::machine::{ContactPoints, Detection, ForceLocation, Machine};
 
-/// A flight step has at most `2^LEVELS` contact steps.
-const LEVELS: usize = 4;
+/// A shaft line and the ring about it.
+pub(super) struct Transient {
+    pub flight: Flight,
+    /// `None` without a diaphragm.
+    pub contact: Option<Contact>,
+    /// Loads of the bearings at n, in the machine's order \[N\].
+    pub loads: Vec<[f64; 2]>,
+    /// Lengths of steps, by level \[s\].
+    lengths: [f64; LEVELS + 1],
+    flies: bool,
+}
+
+/// The ring, and where the rotor is that it may touch.
+pub(super) struct Contact {
+    pub rub: Rub,
+    /// Elastic twist of the node, per amplitude.
+    twist_row: Vec<f64>,
+}
+
+/// A step that has been done, from n.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Done {
+    /// It had `2^level` contact steps; `None` of one in which something might have touched.
+    pub level: Option<usize>,
+    /// Of the rotor's node at n, in the machine's axes.
+    pub place: [f64; 2],
+    pub velocity: [f64; 2],
+    pub impact: Option<Impact>,
+}
+
+impl Transient {
+    /// A machine at t = 0; `flies`: in larger steps where it may.
+    ///
+    /// # Errors
+    /// [`ExponentialError`].
+    pub fn new(
+        machine: &Machine,
+        structure: &Structure,
+        settings: FlightSettings,
+        flies: bool,
+    ) -> Result<Self, ExponentialError> {
+        covers(machine)?;
+        let flight = Flight::new(machine, structure, settings)?;
+        let contact = match machine.diaphragms.first() {
+            None => None,
+            Some(diaphragm) => {
+                let candidates = flight.shared().candidates(machine, structure)?;
+                Some(Contact {
+                    rub: Rub::new(diaphragm, structure, 0, &candidates, settings.step)?,
+                    twist_row: super::spin::Spin::row_of(structure, diaphragm.contact.node),
+                })
+            }
+        };
+        Ok(Self {
+            loads: vec![[0.0; 2]; structure.rotor.bearings.len()],
+            lengths: std::array::from_fn(|level| flight.step_of(level)),
+            flight,
+            contact,
+            flies,
+        })
+    }
+
+    /// Goes from n to n+1; loads are those at n.
+    pub fn step(&mut self) -> Result<Done, ExponentialError> {
+        let Self { flight, contact, loads, lengths, flies } = self;
+        for (bearing, load) in loads.iter_mut().enumerate() {
+            *load = flight.load(bearing);
+        }
+        let Some(Contact { rub, twist_row }) = contact else {
+            flight.advance(LEVELS)?;
+            return Ok(Done { level: Some(LEVELS), place: [0.0; 2], velocity: [0.0; 2], impact: None });
+        };
+        let [place, velocity] = flight.contact(0);
+        let mut done = Done { level: None, place, velocity, impact: None };
+        if *flies {
+            let room = rub.room(place);
+            if room > 0.0 {
+                // a bound for the longest step is one for all
+                let fastest = flight.fastest(lengths[LEVELS]);
+                done.level = (0..=LEVELS).rev().find(|&level| room > lengths[level] * fastest);
+            }
+        }
+        if let Some(level) = done.level {
+            flight.advance(level)?;
+            rub.fly(level, lengths[level]);
+            return Ok(done);
+        }
+        let h = lengths[0];
+        let (spin, rate) = (flight.spin(), flight.spin().rate_at(twist_row));
+        let (twist_before, jump) = (spin.twist_at(twist_row), spin.jump(twist_row));
+        flight.propagate(0)?;
+        let Some(kick) = flight.kick() else { return Ok(done) };
+        let free = FreeStep {
+            from: place,
+            to: flight.place(0),
+            velocity,
+            kick,
+            turn: flight.spin().turn(twist_row, twist_before),
+            rolling: flight.spin().rolling(flight.spin_step(), twist_row),
+            rate,
+            jump,
+        };
+        done.impact = rub.touch(&free)?;
+        if let Some(impact) = &done.impact {
+            for (bearing, (load, half)) in loads.iter_mut().zip(&kick.loads).enumerate() {
+                let at_once = flight.load_at_once(bearing, impact.on_rotor.map(|part| part / h));
+                for i in 0..2 {
+                    load[i] += half[i][0] * impact.on_rotor[0] + half[i][1] * impact.on_rotor[1] + at_once[i];
+                }
+            }
+            flight.strike(impact.on_rotor, impact.torque, twist_row);
+        }
+        flight.finish(0)?;
+        Ok(done)
+    }
+}
+
+/// Refuses by name what is not covered.
+///
+/// # Errors
+/// [`ExponentialError::NotCovered`].
+fn covers(machine: &Machine) -> Result<(), ExponentialError> {
+    if machine.diaphragms.len() > 1 {
+        return Err(ExponentialError::NotCovered { what: "more than one diaphragm" });
+    }
+    for contact in machine.diaphragms.iter().map(|diaphragm| &diaphragm.contact) {
+        if contact.detection != Detection::Hyp2 || contact.points != ContactPoints::Several {
+            return Err(ExponentialError::NotCovered { what: "contact other than hyp2 at several points" });
+        }
+        if machine.run.force_location != ForceLocation::Next {
+            return Err(ExponentialError::NotCovered {
+                what: "forces at the place of n (run.force_location = \"current\")",
+            });
+        }
+    }
+    Ok(())
+}
 
 /// What a run with contact comes to.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -32,6 +168,8 @@ pub struct RubbingRun {
     pub impulse: f64,
     /// Work of friction \[J\].
     pub friction_energy: f64,
+    /// Work that normal impulses took out \[J\].
+    pub normal_work: f64,
     /// Largest distance of the rotor's node from the stator's centre \[m\].
     pub eccentricity: f64,
     /// Contact steps, those of them that touched, and flight steps.
@@ -48,78 +186,41 @@ pub fn rubbing_run(
     settings: FlightSettings,
     flies: bool,
 ) -> Result<RubbingRun, ExponentialError> {
-    let [diaphragm] = machine.diaphragms.as_slice() else {
-        return Err(ExponentialError::NotCovered { what: "any number of diaphragms but one" });
-    };
-    let contact = &diaphragm.contact;
-    if contact.detection != Detection::Hyp2 || contact.points != ContactPoints::Several {
-        return Err(ExponentialError::NotCovered { what: "contact other than hyp2 at several points" });
-    }
-    if machine.run.force_location != ForceLocation::Next {
-        return Err(ExponentialError::NotCovered {
-            what: "forces at the place of n (run.force_location = \"current\")",
-        });
-    }
-    let mut flight = Flight::new(machine, structure, settings)?;
+    let mut transient = Transient::new(machine, structure, settings, flies)?;
     let h = settings.step;
-    let mut rub = Rub::new(diaphragm, structure, 0, h)?;
-    let bearings = structure.rotor.bearings.len();
-    let twist_row = super::spin::Spin::row_of(structure, diaphragm.contact.node);
     let mut filter = LastMillisecond::new(h);
     let window = filter.length() as f64 * h;
+    let bearings = structure.rotor.bearings.len();
+    let offset = machine.diaphragms.first().map_or([0.0; 2], |diaphragm| diaphragm.contact.offset);
     let mut run = RubbingRun { largest_loads: vec![0.0; bearings], ..RubbingRun::default() };
-    while flight.time() < machine.run.end_time - 0.5 * h {
-        let place = flight.contact(0)[0];
-        let offset = diaphragm.contact.offset;
-        run.eccentricity = run.eccentricity.max(length([place[0] - offset[0], place[1] - offset[1]]));
-        let mut loads: Vec<[f64; 2]> = (0..bearings).map(|bearing| flight.load(bearing)).collect();
-        let room = rub.room(place);
-        let mut levels = (0..=LEVELS).rev();
-        let level = levels.find(|&level| flies && room > flight.step_of(level) * flight.fastest(flight.step_of(level)));
-        if let Some(level) = level {
-            flight.advance(level)?;
-            rub.fly(level, flight.step_of(level));
-            (0..1 << level).for_each(|_| filter.slide(0.0));
-            run.steps[2] += 1;
-        } else {
-            let twist_before = flight.spin().twist_at(&twist_row);
-            flight.propagate(0)?;
-            flight.prepare_kick(0);
-            let (kick, spin, spin_step) = flight.striking();
-            let free = FreeStep {
-                from: place,
-                to: flight.contact(0)[0],
-                kick,
-                turn: spin.turn(&twist_row, twist_before),
-                rolling: spin.rolling(spin_step, &twist_row),
-                h,
-            };
-            let impact = rub.touch(&free)?;
-            run.steps[0] += 1;
-            if let Some(impact) = impact {
-                for (bearing, (load, half)) in loads.iter_mut().zip(&kick.loads).enumerate() {
-                    let at_once = flight.load_at_once(bearing, impact.on_rotor.map(|part| part / h));
-                    for i in 0..2 {
-                        load[i] += half[i][0] * impact.on_rotor[0] + half[i][1] * impact.on_rotor[1] + at_once[i];
-                    }
+    while transient.flight.time() < machine.run.end_time - 0.5 * h {
+        let done = transient.step()?;
+        run.eccentricity = run.eccentricity.max(length([done.place[0] - offset[0], done.place[1] - offset[1]]));
+        match done.level {
+            Some(level) => {
+                (0..1 << level).for_each(|_| filter.slide(0.0));
+                run.steps[2] += 1;
+            }
+            None => {
+                run.steps[0] += 1;
+                filter.slide(done.impact.map_or(0.0, |impact| impact.normal));
+                if let Some(sum) = filter.sum() {
+                    run.largest_filtered_force = run.largest_filtered_force.max(sum / window);
                 }
-                run.steps[1] += 1;
-                run.impulse += impact.normal;
-                run.friction_energy += impact.friction_work;
-                run.first_contact = run.first_contact.or(Some(flight.time() + h));
-                flight.strike(impact.on_rotor, impact.torque, &twist_row);
             }
-            filter.slide(impact.map_or(0.0, |impact| impact.normal));
-            if let Some(sum) = filter.sum() {
-                run.largest_filtered_force = run.largest_filtered_force.max(sum / window);
-            }
-            flight.finish(0)?;
         }
-        for (largest, load) in run.largest_loads.iter_mut().zip(&loads) {
+        if let Some(impact) = done.impact {
+            run.steps[1] += 1;
+            run.impulse += impact.normal;
+            run.friction_energy += impact.friction_work;
+            run.normal_work += impact.normal_work;
+            run.first_contact = run.first_contact.or(Some(transient.flight.time()));
+        }
+        for (largest, load) in run.largest_loads.iter_mut().zip(&transient.loads) {
             *largest = largest.max(length(*load));
         }
     }
-    run.end_speed = flight.speed();
+    run.end_speed = transient.flight.speed();
     Ok(run)
 }
 
@@ -152,7 +253,6 @@ mod tests {
             }
             // states of every kind: struck in between
             flight.propagate(0).expect("goes on");
-            flight.prepare_kick(0);
             let turn = f64::from(round);
             flight.strike(
                 [0.3 * turn.sin(), 0.2 * turn.cos()],
