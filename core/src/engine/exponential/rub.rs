@@ -6,6 +6,7 @@
 //! works at n   J_n g', J_t s',  g' and s' the means of the rates before and after the impulses                             (2)
 //! ```
 //! The scheme of forward-increment Lagrange multipliers (docs/theory/04-time-integration.md) with exact propagation in the place of central differences.
+//! An impulse acts along normal and tangent of its place at n, where that pressed in the step before; otherwise along those at n+1. That makes the place of second order in the step.
 //! (1) is solved at the nearest places of the free step ([`super::survey`]), and where it pressed before; candidates that then still penetrate join them: nothing is
 //! iterated over the state, which is linear. (2) is what the impulses do on the modes, exactly.
 
@@ -52,23 +53,26 @@ pub(super) struct Rub {
     coupled: Box<Coupled>,
     points: Vec<Point>,
     rows: Vec<Rows>,
-    /// What pressed in the last step.
-    pressed: Vec<(usize, ContactForce)>,
+    /// What pressed in the last step, and where.
+    pressed: Vec<(Place, ContactForce)>,
 }
 
 /// A place that may press.
 #[derive(Debug, Clone, Copy)]
 struct Point {
+    /// At n+1, where the gap is to stay open, and at n, where the impulse acts.
     place: Place,
+    acting: Place,
     slip: f64,
     force: ContactForce,
 }
 
-/// Of a place: the ring's modes along its normal and tangent, and what a unit impulse along them makes of them.
+/// The ring's modes along normal and tangent of a point at n+1 and at n, and what a unit impulse along those at n makes of them.
 #[derive(Debug, Clone)]
 struct Rows {
     normal: Vec<f64>,
     tangent: Vec<f64>,
+    acting: [Vec<f64>; 2],
     by_normal: Vec<f64>,
     by_tangent: Vec<f64>,
 }
@@ -124,7 +128,7 @@ impl Rub {
         let places = structure.rotor.plane_places(contact.node);
         let angle = libm::sincos(diaphragm.angle);
         let zeros = vec![0.0; modes.len()];
-        let rows = Rows { normal: zeros.clone(), tangent: zeros.clone(), by_normal: zeros.clone(), by_tangent: zeros.clone() };
+        let rows = Rows { normal: zeros.clone(), tangent: zeros.clone(), acting: [zeros.clone(), zeros.clone()], by_normal: zeros.clone(), by_tangent: zeros.clone() };
         let rotor_left_out = structure
             .lateral_residual
             .as_ref()
@@ -206,19 +210,12 @@ impl Rub {
         };
         self.coupled.sign = self.points[deepest].slip.signum();
         for at in 0..self.pressed.len() {
-            let (index, force) = self.pressed[at];
+            let index = self.pressed[at].0.index;
             let count = self.candidates.count();
-            let known = self.points.iter().position(|point| beside(point.place.index, index, count));
-            if known.is_none() && self.points.len() < POINTS - 1 {
+            let known = self.points.iter().any(|point| beside(point.place.index, index, count));
+            if !known && self.points.len() < POINTS - 1 {
                 let place = self.survey.place(&self.candidates, index, to, &self.ring.modes.place);
                 self.join(place, free);
-            }
-            let last = self.points.len() - 1;
-            if let Some(point) = self.points.get_mut(known.unwrap_or(last))
-                && beside(point.place.index, index, count)
-                && point.force.normal == 0.0
-            {
-                point.force = force;
             }
         }
         let moved = Moved::of(self, free);
@@ -248,17 +245,21 @@ impl Rub {
 
     /// Takes a place among the points.
     fn join(&mut self, place: Place, free: &FreeStep<'_>) {
-        let Rows { normal, tangent, by_normal, by_tangent } = &mut self.rows[self.points.len()];
+        let count = self.candidates.count();
+        let last = self.pressed.iter().find(|(last, _)| beside(last.index, place.index, count));
+        let (acting, force) = last.map_or((place, ContactForce::NONE), |last| *last);
+        let Rows { normal, tangent, acting: [n, t], by_normal, by_tangent } = &mut self.rows[self.points.len()];
         self.candidates.rows_at(place.index, place.share, [place.polar, across(place.polar)], [normal, tangent]);
+        self.candidates.rows_at(acting.index, acting.share, [acting.polar, across(acting.polar)], [n, t]);
         let mut ring = 0.0;
         for (j, yielding) in self.yields.iter().enumerate() {
-            by_normal[j] = yielding * normal[j];
-            by_tangent[j] = yielding * tangent[j];
+            by_normal[j] = yielding * n[j];
+            by_tangent[j] = yielding * t[j];
             ring += tangent[j] * (self.ring.modes.place[j] - self.before[j]);
         }
         let step = self.inwards([free.to[0] - free.from[0], free.to[1] - free.from[1]]);
         let slip = product(across(place.normal), step) + free.turn * self.radius - ring;
-        self.points.push(Point { place, slip, force: ContactForce::NONE });
+        self.points.push(Point { place, acting, slip, force });
     }
 
     /// Writes the conditions of the points from one on.
@@ -297,7 +298,7 @@ impl Rub {
             let place = self.survey.place(&self.candidates, near.index, x, &self.ring.modes.place);
             let mut gap = place.gap + product(place.polar, self.candidates.displacement(near.index, &self.impulses));
             for point in self.points.iter().filter(|point| point.force.normal > 0.0) {
-                let [n, t] = moved.beyond_modes(&self.candidates, &place, &point.place);
+                let [n, t] = moved.beyond_modes(&self.candidates, &place, &point.acting);
                 gap += n * point.force.normal + t * point.force.tangential;
             }
             if gap < least.0 {
@@ -313,13 +314,14 @@ impl Rub {
         self.pressed.clear();
         let (mut on_rotor, mut torque) = ([0.0; 2], 0.0);
         for (point, rows) in self.points.iter().zip(&self.rows).filter(|(point, _)| point.force.normal > 0.0) {
-            let (force, n) = (&point.force, point.place.normal);
+            let (force, n) = (&point.force, point.acting.normal);
             on_rotor[0] -= force.normal * n[0] - force.tangential * n[1];
             on_rotor[1] -= force.normal * n[1] + force.tangential * n[0];
-            axpy(force.normal, &rows.normal, &mut self.impulses);
-            axpy(force.tangential, &rows.tangent, &mut self.impulses);
+            let [normal, tangent] = &rows.acting;
+            axpy(force.normal, normal, &mut self.impulses);
+            axpy(force.tangential, tangent, &mut self.impulses);
             torque -= force.tangential * self.radius;
-            self.pressed.push((point.place.index, *force));
+            self.pressed.push((point.place, *force));
         }
         self.ring.kick(&self.impulses);
         let on_rotor = self.outwards(on_rotor);
@@ -343,10 +345,9 @@ impl Rub {
         };
         let mut most = 0.0;
         for (point, rows) in self.points.iter().zip(&self.rows).filter(|(point, _)| point.force.normal > 0.0) {
-            let (force, place) = (&point.force, &point.place);
-            let opening = dot(&rows.normal, &self.ring.mean_rate) - product(place.normal, velocity);
-            let slip =
-                product(across(place.normal), velocity) + rolling - dot(&rows.tangent, &self.ring.mean_rate);
+            let (force, acting, [normal, tangent]) = (&point.force, &point.acting, &rows.acting);
+            let opening = dot(normal, &self.ring.mean_rate) - product(acting.normal, velocity);
+            let slip = product(across(acting.normal), velocity) + rolling - dot(tangent, &self.ring.mean_rate);
             impact.friction_work += force.tangential * slip;
             impact.normal_work -= force.normal * opening;
             impact.normal += force.normal;
@@ -357,7 +358,7 @@ impl Rub {
             if force.normal > most {
                 most = force.normal;
                 impact.slip = slip;
-                impact.angle = (place.index as f64 + 0.5 + place.share) * self.candidates.spacing;
+                impact.angle = (acting.index as f64 + 0.5 + acting.share) * self.candidates.spacing;
             }
         }
         impact
@@ -431,8 +432,8 @@ impl Moved {
     /// Gap and slip at a point by a unit normal and a unit tangential impulse at another.
     fn coupling(&self, ring: &Candidates, at: (&Point, &Rows), acting: (&Point, &Rows)) -> complementarity::Block {
         let ((at, rows), (acting, by)) = (at, acting);
-        let [n, t] = self.beyond_modes(ring, &at.place, &acting.place);
-        let (m, s) = (acting.place.normal, across(acting.place.normal));
+        let [n, t] = self.beyond_modes(ring, &at.place, &acting.acting);
+        let (m, s) = (acting.acting.normal, across(acting.acting.normal));
         let along = across(at.place.normal);
         [
             [n + dot(&rows.normal, &by.by_normal), t + dot(&rows.normal, &by.by_tangent)],
