@@ -103,7 +103,17 @@ impl Structure {
         let matrices = [&rotor.stiffness, &rotor.mass];
         let (lateral_residual, rotor_lags) =
             lag::left_out(&lateral, &basis.lateral, matrices, correct, rotor.lateral_size(), places);
-        Ok(Self { structural: structural(machine), rotor, lateral, twist, lateral_residual, rings, rotor_lags, basis, exponential: crate::engine::exponential::Kept::default() })
+        Ok(Self {
+            structural: structural(machine),
+            rotor,
+            lateral,
+            twist,
+            lateral_residual,
+            rings,
+            rotor_lags,
+            basis,
+            exponential: crate::engine::exponential::Kept::default(),
+        })
     }
 
     /// Whether a machine has this structure (it may differ in everything a study varies from sample to sample).

@@ -129,11 +129,7 @@ fn forces_in(coupled: &Coupled, states: &[State]) -> Option<[[f64; 2]; POINTS]> 
 }
 
 /// Values of the unknowns, N at most.
-fn solved<const N: usize>(
-    coupled: &Coupled,
-    states: &[State],
-    unknowns: &[(usize, usize)],
-) -> Option<[f64; UNKNOWNS]> {
+fn solved<const N: usize>(coupled: &Coupled, states: &[State], unknowns: &[(usize, usize)]) -> Option<[f64; UNKNOWNS]> {
     let (mut system, mut right) = ([[0.0; N]; N], [0.0; N]);
     for (i, &(k, row)) in unknowns.iter().enumerate() {
         for (j, &(other, column)) in unknowns.iter().enumerate() {
@@ -149,11 +145,7 @@ fn solved<const N: usize>(
 }
 
 /// Gaussian elimination with row pivoting.
-fn eliminate<const N: usize>(
-    system: &mut [[f64; N]; N],
-    right: &mut [f64; N],
-    size: usize,
-) -> Option<[f64; UNKNOWNS]> {
+fn eliminate<const N: usize>(system: &mut [[f64; N]; N], right: &mut [f64; N], size: usize) -> Option<[f64; UNKNOWNS]> {
     let mut scale = [0.0_f64; UNKNOWNS];
     for (scale, column) in scale[..size].iter_mut().zip(0..) {
         *scale = system[..size].iter().fold(0.0, |most, row| most.max(row[column].abs()));

@@ -7,7 +7,7 @@
 //! Source: the conditions of docs/theory/03-contact.md at fixed angles (collocation). Verified by `tests/exponential_rub.rs`.
 
 use super::bound::length;
-use crate::linalg::{Matrix, dot};
+use crate::linalg::Matrix;
 use crate::stator::Surface;
 use crate::structure::RingPart;
 
@@ -21,8 +21,10 @@ pub(super) struct Candidates {
     pub spacing: f64,
     /// sin and cos of their angles.
     pub angles: Vec<(f64, f64)>,
-    /// V and then U of each, by modes.
-    shapes: Vec<f64>,
+    /// V and U of the four candidates of each block, mode by mode; and V of the first candidates of four blocks.
+    radial: Vec<f64>,
+    tangential: Vec<f64>,
+    firsts: Vec<f64>,
     modes: usize,
     /// Largest displacement of any candidate per amplitude, for each mode; its radial part; and the most that its radial part is from the straight line
     /// between the ends of a block.
@@ -74,7 +76,9 @@ impl Candidates {
             spacing: 2.0 * std::f64::consts::PI / count as f64,
             angles: places.iter().map(|&(element, xi)| libm::sincos(surface.angle(element, xi))).collect(),
             left_out: left_out.unwrap_or_default(),
-            shapes,
+            radial: by_fours(modes, count, |c, j| at(c, j)[0]),
+            tangential: by_fours(modes, count, |c, j| at(c, j)[1]),
+            firsts: by_fours(modes, count / BLOCK, |b, j| at(b * BLOCK, j)[0]),
             modes,
             reach,
             radial_reach,
@@ -92,36 +96,42 @@ impl Candidates {
         self.reach.iter().zip(amplitudes).map(|(reach, amplitude)| reach * amplitude).sum()
     }
 
-    /// V and U of a candidate.
-    fn rows(&self, c: usize) -> (&[f64], &[f64]) {
-        self.shapes[2 * c * self.modes..2 * (c + 1) * self.modes].split_at(self.modes)
+    /// V of the four candidates of a block, mode by mode.
+    pub fn radials(&self, block: usize, q: &[f64]) -> [f64; BLOCK] {
+        of_four(&self.radial, block, q)
+    }
+
+    /// Radial displacements of the first candidates of four blocks, from the `four`-th four on.
+    pub fn radials_of_firsts(&self, four: usize, q: &[f64]) -> [f64; BLOCK] {
+        of_four(&self.firsts, four, q)
+    }
+
+    /// Entry of a candidate in V or U.
+    fn entry(of: &[f64], modes: usize, c: usize) -> impl Iterator<Item = f64> {
+        of[(c / BLOCK) * modes * BLOCK + c % BLOCK..].iter().step_by(BLOCK).take(modes).copied()
     }
 
     /// Radial displacement of a candidate.
-    pub fn radial(&self, c: usize, q: &[f64]) -> f64 {
-        dot(self.rows(c).0, q)
+    pub fn radial_of(&self, c: usize, q: &[f64]) -> f64 {
+        Self::entry(&self.radial, self.modes, c).zip(q).map(|(v, q)| v * q).sum()
     }
 
-    /// Displacement of a candidate, radial and tangential.
-    pub fn displacement(&self, c: usize, q: &[f64]) -> [f64; 2] {
-        let (v, u) = self.rows(c);
-        [dot(v, q), dot(u, q)]
-    }
-
-    /// From the rotor at x to a candidate on this radius R_i displaced by (v, u), in the candidate's polar axes.
-    pub fn distance(&self, c: usize, radius: f64, [v, u]: [f64; 2], x: [f64; 2]) -> [f64; 2] {
-        let (sin, cos) = self.angles[c];
-        [radius + v - (cos * x[0] + sin * x[1]), u - (cos * x[1] - sin * x[0])]
+    /// Tangential displacement of a candidate.
+    pub fn tangential_of(&self, c: usize, q: &[f64]) -> f64 {
+        Self::entry(&self.tangential, self.modes, c).zip(q).map(|(u, q)| u * q).sum()
     }
 
     /// Rows of the place `share` of a spacing beyond a candidate, along two directions of its polar axes: by the parabola through the candidate and those beside it.
     pub fn rows_at(&self, c: usize, share: f64, directions: [[f64; 2]; 2], rows: [&mut [f64]; 2]) {
         let (weights, beside) = (parabola(share), self.beside(c));
         let ([normal, tangent], [[np, nq], [tp, tq]]) = (rows, directions);
-        let [(va, ua), (vb, ub), (vc, uc)] = [self.rows(beside[0]), self.rows(c), self.rows(beside[1])];
+        let three = [beside[0], c, beside[1]].map(|c| (c / BLOCK) * self.modes * BLOCK + c % BLOCK);
+        let of = |entries: &[f64], j: usize| {
+            let at = |k: usize| weights[k] * entries[three[k] + BLOCK * j];
+            at(0) + at(1) + at(2)
+        };
         for j in 0..self.modes {
-            let v = weights[0] * va[j] + weights[1] * vb[j] + weights[2] * vc[j];
-            let u = weights[0] * ua[j] + weights[1] * ub[j] + weights[2] * uc[j];
+            let (v, u) = (of(&self.radial, j), of(&self.tangential, j));
             normal[j] = np * v + nq * u;
             tangent[j] = tp * v + tq * u;
         }
@@ -137,6 +147,27 @@ impl Candidates {
     pub fn left_out(&self, at: usize, acting: usize) -> &[f64; 4] {
         self.left_out.get(at * self.count() + acting).unwrap_or(&[0.0; 4])
     }
+}
+
+/// Entries of so many places, those of four beside each other: four sums at a time in one order. Past the last place they are zero.
+fn by_fours(modes: usize, count: usize, entry: impl Fn(usize, usize) -> f64) -> Vec<f64> {
+    let fours = count.div_ceil(BLOCK);
+    let of = |place: usize| {
+        let (four, j, k) = (place / (modes * BLOCK), place / BLOCK % modes, place % BLOCK);
+        if BLOCK * four + k < count { entry(BLOCK * four + k, j) } else { 0.0 }
+    };
+    (0..fours * modes * BLOCK).map(of).collect()
+}
+
+fn of_four(entries: &[f64], four: usize, q: &[f64]) -> [f64; BLOCK] {
+    let mut sums = [0.0; BLOCK];
+    let rows = entries[four * q.len() * BLOCK..].chunks_exact(BLOCK);
+    for (row, q) in rows.zip(q) {
+        for (sum, entry) in sums.iter_mut().zip(row) {
+            *sum += entry * q;
+        }
+    }
+    sums
 }
 
 /// Weights of three values at -1, 0 and 1 for the value of their parabola.

@@ -79,8 +79,7 @@ pub(super) struct Cell {
 impl Cell {
     /// What a step of `2^level` contact steps of `h` \[s\] makes.
     pub fn propagator(&self, level: usize, h: f64) -> &Propagator {
-        self.propagators[level]
-            .get_or_init(|| Propagator::new(self, self.unbalances, h * libm::exp2(level as f64)))
+        self.propagators[level].get_or_init(|| Propagator::new(self, self.unbalances, h * libm::exp2(level as f64)))
     }
 
     /// What impulses on the first diaphragm's node make over a contact step of `h` \[s\]; `None` without one.
@@ -293,7 +292,8 @@ mod tests {
         let grid = Grid::new(model, 1e-5, spacing, 10, 1.6 * spacing).expect("has a basis");
         let x: Vec<f64> = (0..size).map(|i| f64::from(u8::try_from(i * 7 % 11).expect("small")) - 5.0).collect();
         let (below, above) = (grid.cell(10).expect("has bases"), grid.cell(20).expect("has bases"));
-        let (mut y, wanted) = (grid.amplitudes(&below, &x).expect("has bases"), grid.amplitudes(&above, &x).expect("has bases"));
+        let (mut y, wanted) =
+            (grid.amplitudes(&below, &x).expect("has bases"), grid.amplitudes(&above, &x).expect("has bases"));
         let (begun, mut scratch) = (y.clone(), vec![0.0; size]);
         let far = |y: &[f64], z: &[f64]| crate::linalg::distance(y, z) / crate::linalg::norm(z);
         let cells: Vec<_> = (10..=20).map(|index| grid.cell(index).expect("has bases")).collect();

@@ -37,8 +37,6 @@ pub(super) struct Rub {
     gap: f64,
     radius: f64,
     law: FrictionLaw,
-    /// How much nearer than a candidate the place about it may be.
-    sagitta: f64,
     candidates: Arc<Candidates>,
     pub ring: KickedRing,
     /// Displacement of each mode per impulse, with what trains of them lack.
@@ -55,6 +53,8 @@ pub(super) struct Rub {
     rows: Vec<Rows>,
     /// What pressed in the last step, and where.
     pressed: Vec<(Place, ContactForce)>,
+    /// The ring's modes along normal and tangent of what pressed.
+    last: Vec<[Vec<f64>; 2]>,
 }
 
 /// A place that may press.
@@ -128,7 +128,13 @@ impl Rub {
         let places = structure.rotor.plane_places(contact.node);
         let angle = libm::sincos(diaphragm.angle);
         let zeros = vec![0.0; modes.len()];
-        let rows = Rows { normal: zeros.clone(), tangent: zeros.clone(), acting: [zeros.clone(), zeros.clone()], by_normal: zeros.clone(), by_tangent: zeros.clone() };
+        let rows = Rows {
+            normal: zeros.clone(),
+            tangent: zeros.clone(),
+            acting: [zeros.clone(), zeros.clone()],
+            by_normal: zeros.clone(),
+            by_tangent: zeros.clone(),
+        };
         let rotor_left_out = structure
             .lateral_residual
             .as_ref()
@@ -139,7 +145,6 @@ impl Rub {
             gap: contact.gap,
             radius: contact.rotor_radius,
             law: contact.friction_law,
-            sagitta: 0.125 * candidates.spacing * candidates.spacing * 2.0 * (contact.gap + contact.rotor_radius),
             rotor_left_out,
             survey: Survey::new(candidates.count(), contact.rotor_radius + contact.gap, contact.rotor_radius),
             candidates: Arc::clone(candidates),
@@ -148,6 +153,7 @@ impl Rub {
             flights: Vec::new(),
             before: zeros.clone(),
             impulses: zeros,
+            last: vec![[rows.normal.clone(), rows.normal.clone()]; POINTS],
             rows: vec![rows; POINTS],
             coupled: Box::new(Coupled {
                 w: Default::default(),
@@ -191,12 +197,12 @@ impl Rub {
         self.survey.look(&self.candidates, to, &self.ring.modes.place);
         let mut deepest = None;
         self.points.clear();
-        for at in 0..self.survey.near.len() {
-            let near = self.survey.near[at];
-            if near.gap >= self.sagitta || !self.survey.is_least(&self.candidates, near.index, to, &self.ring.modes.place) {
+        for at in 0..self.survey.low.len() {
+            let (index, _) = self.survey.low[at];
+            if !self.survey.is_least(&self.candidates, index, to, &self.ring.modes.place) {
                 continue;
             }
-            let place = self.survey.place(&self.candidates, near.index, to, &self.ring.modes.place);
+            let place = self.survey.place(&self.candidates, index, to, &self.ring.modes.place);
             if place.gap < 0.0 && self.points.len() < POINTS - 2 {
                 if deepest.is_none_or(|(gap, _)| place.gap < gap) {
                     deepest = Some((place.gap, self.points.len()));
@@ -231,7 +237,7 @@ impl Rub {
                 point.force = force;
             }
             self.respond();
-            let (left, index) = self.least_left(-depth, to, &moved);
+            let (left, index) = self.least_left(to, &moved);
             match index.filter(|_| left < SHARE * depth && count < POINTS) {
                 Some(index) => {
                     let place = self.survey.place(&self.candidates, index, to, &self.ring.modes.place);
@@ -246,11 +252,20 @@ impl Rub {
     /// Takes a place among the points.
     fn join(&mut self, place: Place, free: &FreeStep<'_>) {
         let count = self.candidates.count();
-        let last = self.pressed.iter().find(|(last, _)| beside(last.index, place.index, count));
-        let (acting, force) = last.map_or((place, ContactForce::NONE), |last| *last);
+        let known = self.pressed.iter().position(|(last, _)| beside(last.index, place.index, count));
+        let (acting, force) = known.map_or((place, ContactForce::NONE), |at| self.pressed[at]);
         let Rows { normal, tangent, acting: [n, t], by_normal, by_tangent } = &mut self.rows[self.points.len()];
         self.candidates.rows_at(place.index, place.share, [place.polar, across(place.polar)], [normal, tangent]);
-        self.candidates.rows_at(acting.index, acting.share, [acting.polar, across(acting.polar)], [n, t]);
+        match known {
+            Some(at) => {
+                n.copy_from_slice(&self.last[at][0]);
+                t.copy_from_slice(&self.last[at][1]);
+            }
+            None => {
+                n.copy_from_slice(normal);
+                t.copy_from_slice(tangent);
+            }
+        }
         let mut ring = 0.0;
         for (j, yielding) in self.yields.iter().enumerate() {
             by_normal[j] = yielding * n[j];
@@ -286,23 +301,27 @@ impl Rub {
         }
     }
 
-    /// Least gap under the impulses found, of the candidates within a distance that are not beside a point, and which it is; after `respond`.
-    fn least_left(&mut self, within: f64, x: [f64; 2], moved: &Moved) -> (f64, Option<usize>) {
+    /// Least gap under the impulses found, of the low candidates that are not beside a point, and which it is; after `respond`.
+    fn least_left(&mut self, x: [f64; 2], moved: &Moved) -> (f64, Option<usize>) {
         let mut least = (0.0, None);
         let count = self.candidates.count();
-        for at in 0..self.survey.near.len() {
-            let near = self.survey.near[at];
-            if near.gap >= within || self.points.iter().any(|point| beside(point.place.index, near.index, count)) {
+        for at in 0..self.survey.low.len() {
+            let (index, clearance) = self.survey.low[at];
+            if clearance >= 0.0 || self.points.iter().any(|point| beside(point.place.index, index, count)) {
                 continue;
             }
-            let place = self.survey.place(&self.candidates, near.index, x, &self.ring.modes.place);
-            let mut gap = place.gap + product(place.polar, self.candidates.displacement(near.index, &self.impulses));
+            let place = self.survey.place(&self.candidates, index, x, &self.ring.modes.place);
+            let moves = [
+                self.candidates.radial_of(index, &self.impulses),
+                self.candidates.tangential_of(index, &self.impulses),
+            ];
+            let mut gap = place.gap + product(place.polar, moves);
             for point in self.points.iter().filter(|point| point.force.normal > 0.0) {
                 let [n, t] = moved.beyond_modes(&self.candidates, &place, &point.acting);
                 gap += n * point.force.normal + t * point.force.tangential;
             }
             if gap < least.0 {
-                least = (gap, Some(near.index));
+                least = (gap, Some(index));
             }
         }
         least
@@ -321,6 +340,9 @@ impl Rub {
             axpy(force.normal, normal, &mut self.impulses);
             axpy(force.tangential, tangent, &mut self.impulses);
             torque -= force.tangential * self.radius;
+            let kept = &mut self.last[self.pressed.len()];
+            kept[0].copy_from_slice(&rows.normal);
+            kept[1].copy_from_slice(&rows.tangent);
             self.pressed.push((point.place, *force));
         }
         self.ring.kick(&self.impulses);
@@ -432,17 +454,40 @@ impl Moved {
     /// Gap and slip at a point by a unit normal and a unit tangential impulse at another.
     fn coupling(&self, ring: &Candidates, at: (&Point, &Rows), acting: (&Point, &Rows)) -> complementarity::Block {
         let ((at, rows), (acting, by)) = (at, acting);
+        let ring_moves = along_both([&rows.normal, &rows.tangent], [&by.by_normal, &by.by_tangent]);
         let [n, t] = self.beyond_modes(ring, &at.place, &acting.acting);
         let (m, s) = (acting.acting.normal, across(acting.acting.normal));
         let along = across(at.place.normal);
         [
-            [n + dot(&rows.normal, &by.by_normal), t + dot(&rows.normal, &by.by_tangent)],
+            [n + ring_moves[0], t + ring_moves[1]],
             [
-                -product(along, times(&self.rotor, m)) - dot(&rows.tangent, &by.by_normal),
-                -product(along, times(&self.rotor, s)) - dot(&rows.tangent, &by.by_tangent) - self.rolling,
+                -product(along, times(&self.rotor, m)) - ring_moves[2],
+                -product(along, times(&self.rotor, s)) - ring_moves[3] - self.rolling,
             ],
         ]
     }
+}
+
+/// Products of two rows with two others, in one pass of two sums each.
+fn along_both([a, b]: [&[f64]; 2], [x, y]: [&[f64]; 2]) -> [f64; 4] {
+    let mut sums = [[0.0; 2]; 4];
+    let size = a.len();
+    let (b, x, y) = (&b[..size], &x[..size], &y[..size]);
+    for j in (0..size / 2 * 2).step_by(2) {
+        for k in 0..2 {
+            sums[0][k] += a[j + k] * x[j + k];
+            sums[1][k] += a[j + k] * y[j + k];
+            sums[2][k] += b[j + k] * x[j + k];
+            sums[3][k] += b[j + k] * y[j + k];
+        }
+    }
+    if size % 2 == 1 {
+        let j = size - 1;
+        for (sum, (p, q)) in sums.iter_mut().zip([(a[j], x[j]), (a[j], y[j]), (b[j], x[j]), (b[j], y[j])]) {
+            sum[0] += p * q;
+        }
+    }
+    sums.map(|[even, odd]| even + odd)
 }
 
 /// Whether two of so many candidates are one, or beside each other.

@@ -64,11 +64,14 @@ impl Clone for Kept {
 
 impl Shared {
     /// Of a machine: those that its structure keeps, or new ones.
-    pub fn of(machine: &Machine, structure: &Structure, settings: FlightSettings) -> Result<Arc<Self>, ExponentialError> {
+    pub fn of(
+        machine: &Machine,
+        structure: &Structure,
+        settings: FlightSettings,
+    ) -> Result<Arc<Self>, ExponentialError> {
         let speed = machine.rotor.initial_speed;
-        let spacing = settings.spacing.unwrap_or_else(|| {
-            libm::exp2(libm::round(libm::log2(speed.max(1.0) / STATIONS)))
-        });
+        let spacing =
+            settings.spacing.unwrap_or_else(|| libm::exp2(libm::round(libm::log2(speed.max(1.0) / STATIONS))));
         let contacts = machine.diaphragms.iter().map(|diaphragm| &diaphragm.contact);
         let key = Key {
             sites: sites(machine).iter().map(|site| (site.node, site.mass.to_bits())).collect(),
@@ -76,7 +79,8 @@ impl Shared {
             nodes: contacts.clone().map(|contact| contact.node).collect(),
             faces: contacts
                 .map(|contact| {
-                    (contact.surface == ContactSurface::InnerFace).then(|| (contact.rotor_radius + contact.gap).to_bits())
+                    (contact.surface == ContactSurface::InnerFace)
+                        .then(|| (contact.rotor_radius + contact.gap).to_bits())
                 })
                 .collect(),
             step: settings.step.to_bits(),
