@@ -25,6 +25,8 @@ pub(super) struct Candidates {
     radial: Vec<f64>,
     tangential: Vec<f64>,
     firsts: Vec<f64>,
+    /// V and then U of each candidate.
+    rows: Vec<f64>,
     modes: usize,
     /// Largest displacement of any candidate per amplitude, for each mode; its radial part; and the most that its radial part is from the straight line
     /// between the ends of a block.
@@ -79,6 +81,7 @@ impl Candidates {
             radial: by_fours(modes, count, |c, j| at(c, j)[0]),
             tangential: by_fours(modes, count, |c, j| at(c, j)[1]),
             firsts: by_fours(modes, count / BLOCK, |b, j| at(b * BLOCK, j)[0]),
+            rows: shapes,
             modes,
             reach,
             radial_reach,
@@ -106,34 +109,29 @@ impl Candidates {
         of_four(&self.firsts, four, q)
     }
 
-    /// Entry of a candidate in V or U.
-    fn entry(of: &[f64], modes: usize, c: usize) -> impl Iterator<Item = f64> {
-        of[(c / BLOCK) * modes * BLOCK + c % BLOCK..].iter().step_by(BLOCK).take(modes).copied()
+    /// U of the four candidates of a block, mode by mode.
+    pub fn tangentials(&self, block: usize, q: &[f64]) -> [f64; BLOCK] {
+        of_four(&self.tangential, block, q)
     }
 
-    /// Radial displacement of a candidate.
-    pub fn radial_of(&self, c: usize, q: &[f64]) -> f64 {
-        Self::entry(&self.radial, self.modes, c).zip(q).map(|(v, q)| v * q).sum()
-    }
-
-    /// Tangential displacement of a candidate.
-    pub fn tangential_of(&self, c: usize, q: &[f64]) -> f64 {
-        Self::entry(&self.tangential, self.modes, c).zip(q).map(|(u, q)| u * q).sum()
+    /// V and U of a candidate.
+    fn of(&self, c: usize) -> (&[f64], &[f64]) {
+        self.rows[2 * c * self.modes..2 * (c + 1) * self.modes].split_at(self.modes)
     }
 
     /// Rows of the place `share` of a spacing beyond a candidate, along two directions of its polar axes: by the parabola through the candidate and those beside it.
     pub fn rows_at(&self, c: usize, share: f64, directions: [[f64; 2]; 2], rows: [&mut [f64]; 2]) {
         let (weights, beside) = (parabola(share), self.beside(c));
         let ([normal, tangent], [[np, nq], [tp, tq]]) = (rows, directions);
-        let three = [beside[0], c, beside[1]].map(|c| (c / BLOCK) * self.modes * BLOCK + c % BLOCK);
-        let of = |entries: &[f64], j: usize| {
-            let at = |k: usize| weights[k] * entries[three[k] + BLOCK * j];
-            at(0) + at(1) + at(2)
-        };
-        for j in 0..self.modes {
-            let (v, u) = (of(&self.radial, j), of(&self.tangential, j));
-            normal[j] = np * v + nq * u;
-            tangent[j] = tp * v + tq * u;
+        let [(va, ua), (vb, ub), (vc, uc)] = [self.of(beside[0]), self.of(c), self.of(beside[1])];
+        let [a, b, c] = weights;
+        let rows = normal.iter_mut().zip(tangent);
+        let radial = va.iter().zip(vb).zip(vc);
+        let tangential = ua.iter().zip(ub).zip(uc);
+        for ((row, ((va, vb), vc)), ((ua, ub), uc)) in rows.zip(radial).zip(tangential) {
+            let (v, u) = (a * va + b * vb + c * vc, a * ua + b * ub + c * uc);
+            *row.0 = np * v + nq * u;
+            *row.1 = tp * v + tq * u;
         }
     }
 

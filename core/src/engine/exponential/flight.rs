@@ -211,6 +211,11 @@ impl Flight {
         [0, 1].map(|i| dot(&self.cell.rows[first + i], &self.y))
     }
 
+    /// Time in contact steps.
+    pub(super) fn ticks(&self) -> u64 {
+        self.ticks
+    }
+
     /// Speeds of the grid that have been computed, and the largest condition of their bases.
     #[must_use]
     pub fn stations(&self) -> (usize, f64) {

@@ -21,6 +21,7 @@ mod pairs;
 mod peak;
 mod propagator;
 mod rub;
+mod run;
 mod shared;
 mod spin;
 mod station;
@@ -30,6 +31,7 @@ mod transfer;
 mod transient;
 
 pub use flight::{Flight, FlightSettings, FreeRun, free_run};
+pub use run::simulate;
 pub use transient::{RubbingRun, rubbing_run};
 
 pub(crate) use shared::Kept;

@@ -84,6 +84,11 @@ impl Outputs {
         self.site_columns.ncols() + 2 * bearing
     }
 
+    /// Phi^T w.
+    pub fn weight(&self) -> &[f64] {
+        &self.weight
+    }
+
     /// How many unbalances.
     pub fn unbalances(&self) -> usize {
         self.masses.len()

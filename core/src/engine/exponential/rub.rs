@@ -301,27 +301,43 @@ impl Rub {
         }
     }
 
-    /// Least gap under the impulses found, of the low candidates that are not beside a point, and which it is; after `respond`.
+    /// Least gap under the impulses found, of the candidates that are not beside a point, and which it is; after `respond`.
     fn least_left(&mut self, x: [f64; 2], moved: &Moved) -> (f64, Option<usize>) {
         let mut least = (0.0, None);
         let count = self.candidates.count();
-        for at in 0..self.survey.low.len() {
-            let (index, clearance) = self.survey.low[at];
-            if clearance >= 0.0 || self.points.iter().any(|point| beside(point.place.index, index, count)) {
+        // what moves the rotor: the sum of all, and no gap opens or closes by more than it
+        let mut rotor = [0.0; 2];
+        for point in self.points.iter().filter(|point| point.force.normal > 0.0) {
+            let (m, s) = (point.acting.normal, across(point.acting.normal));
+            let force = [0, 1].map(|i| m[i] * point.force.normal + s[i] * point.force.tangential);
+            let step = times(&moved.rotor, force);
+            rotor = [rotor[0] + step[0], rotor[1] + step[1]];
+        }
+        let by_rotor = length(rotor);
+        for at in 0..self.survey.near().len() {
+            let block = self.survey.near()[at];
+            let clearances = self.survey.clearances(block);
+            if clearances.iter().all(|clearance| *clearance >= by_rotor) {
                 continue;
             }
-            let place = self.survey.place(&self.candidates, index, x, &self.ring.modes.place);
-            let moves = [
-                self.candidates.radial_of(index, &self.impulses),
-                self.candidates.tangential_of(index, &self.impulses),
-            ];
-            let mut gap = place.gap + product(place.polar, moves);
-            for point in self.points.iter().filter(|point| point.force.normal > 0.0) {
-                let [n, t] = moved.beyond_modes(&self.candidates, &place, &point.acting);
-                gap += n * point.force.normal + t * point.force.tangential;
-            }
-            if gap < least.0 {
-                least = (gap, Some(index));
+            let opens = self.candidates.radials(block, &self.impulses);
+            for k in 0..BLOCK {
+                let index = block * BLOCK + k;
+                if clearances[k] + opens[k] >= by_rotor
+                    || self.points.iter().any(|point| beside(point.place.index, index, count))
+                {
+                    continue;
+                }
+                let place = self.survey.place(&self.candidates, index, x, &self.ring.modes.place);
+                let along = self.candidates.tangentials(block, &self.impulses)[k];
+                let mut gap = place.gap + product(place.polar, [opens[k], along]);
+                for point in self.points.iter().filter(|point| point.force.normal > 0.0) {
+                    let [n, t] = moved.beyond_modes(&self.candidates, &place, &point.acting);
+                    gap += n * point.force.normal + t * point.force.tangential;
+                }
+                if gap < least.0 {
+                    least = (gap, Some(index));
+                }
             }
         }
         least
@@ -386,7 +402,13 @@ impl Rub {
         impact
     }
 
-    fn inwards(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+    /// Distance of the centres beyond which the rotor's is outside the ring \[m\].
+    pub fn outermost(&self) -> f64 {
+        self.radius + self.gap
+    }
+
+    /// A vector of the machine's axes in the stator's.
+    pub fn inwards(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let (sin, cos) = self.angle;
         [cos * x + sin * y, cos * y - sin * x]
     }

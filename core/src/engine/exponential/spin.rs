@@ -42,6 +42,8 @@ pub(super) struct Spin {
     gravity: [f64; 2],
     pub arms: Vec<Arm>,
     twist: Oscillators,
+    /// w^2 and c of the elastic modes.
+    elastic: Vec<(f64, f64)>,
     /// Those predicted for n+1.
     next_angle: f64,
     next_speed: f64,
@@ -100,6 +102,7 @@ impl Spin {
         let (rotor, part) = (&structure.rotor, &structure.twist);
         let elastic = elastic_modes(structure);
         let (angle, speed) = (machine.rotor.initial.angle, machine.rotor.initial_speed);
+        let modes: Vec<(f64, f64)> = elastic.iter().map(|&j| (part.stiffness[(j, j)], part.damping[(j, j)])).collect();
         let arms = sites(machine).into_iter().map(|site| {
             let row = part.coordinates.row(site.twist_node);
             Arm {
@@ -126,7 +129,8 @@ impl Spin {
             braking: machine.braking,
             gravity: machine.rotor.gravity,
             arms: arms.collect(),
-            twist: Oscillators::new(elastic.iter().map(|&j| (part.stiffness[(j, j)], part.damping[(j, j)]))),
+            twist: Oscillators::new(modes.iter().copied()),
+            elastic: modes,
             next_angle: angle,
             next_speed: speed,
         }
@@ -215,6 +219,37 @@ impl Spin {
     /// Turn of a node over the step per angular impulse on it \[rad/(N m s)\].
     pub fn rolling(&self, step: &SpinStep, row: &[f64]) -> f64 {
         step.h / self.inertia + step.twist.struck(row)
+    }
+
+    /// Kinetic and potential energy of spin, unbalances and twist \[J\]; of the unbalances what their masses on the nodes do not have. `velocities`: of their
+    /// nodes \[m/s\].
+    pub fn energies(&self, velocities: &[[f64; 2]]) -> [f64; 2] {
+        let mut kinetic = 0.5 * self.inertia * self.speed * self.speed;
+        let mut potential = 0.0;
+        for (arm, &velocity) in self.arms.iter().zip(velocities) {
+            let unit = unit(arm.angle);
+            let [carried, _] = arm.exchange(unit, arm.rate, velocity, [0.0; 2]);
+            kinetic += arm.rate * (0.5 * arm.inertia * arm.rate + carried);
+            potential -= arm.moment * (self.gravity[0] * unit.re + self.gravity[1] * unit.im);
+        }
+        let modes = self.twist.place.iter().zip(&self.twist.rate).zip(&self.elastic);
+        for ((place, rate), (square, _)) in modes {
+            kinetic += 0.5 * rate * rate;
+            potential += 0.5 * square * place * place;
+        }
+        [kinetic, potential]
+    }
+
+    /// Power that the twist's damping takes \[W\].
+    pub fn damping_power(&self) -> f64 {
+        self.elastic.iter().zip(&self.twist.rate).map(|((_, c), rate)| c * rate * rate).sum()
+    }
+
+    /// Elastic twist of all nodes \[rad\], by their rows.
+    pub fn twists(&self, rows: &[Vec<f64>], twists: &mut [f64]) {
+        for (twist, row) in twists.iter_mut().zip(rows) {
+            *twist = dot(row, &self.twist.place);
+        }
     }
 
     /// Jump of a node's rate per angular impulse on it \[1/(kg m2)\].

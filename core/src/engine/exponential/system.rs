@@ -11,7 +11,7 @@
 
 use crate::engine::beginning::projected;
 use crate::engine::shaft_line::{masses, sites};
-use crate::linalg::{EigenError, Matrix, inverse, mul};
+use crate::linalg::{EigenError, Matrix, column_of, dot, inverse, mul};
 use crate::modal::quadratic_modes;
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
@@ -74,6 +74,21 @@ impl LateralSystem {
             map.column_mut(j).scale_mut(1.0 / scale);
         }
         map
+    }
+
+    /// Kinetic and strain energy of a motion at a spin, the gyroscopic part included \[J\], and the power that its damping takes \[W\].
+    pub fn energies(&self, spin: f64, q: &[f64], velocity: &[f64]) -> [f64; 3] {
+        let n = self.size;
+        let mut sums = [0.0; 4];
+        for j in 0..n {
+            let columns = [&self.mass, &self.stiffness, &self.damping, &self.gyroscopic].map(|m| column_of(m, j));
+            let of = |k: usize, left: &[f64]| dot(columns[k], left);
+            sums[0] += velocity[j] * of(0, velocity);
+            sums[1] += q[j] * of(1, q);
+            sums[2] += velocity[j] * of(2, velocity);
+            sums[3] += q[j] * of(3, velocity);
+        }
+        [0.5 * (sums[0] + spin * sums[3]), 0.5 * sums[1], sums[2]]
     }
 
     /// x of `(q, q')` at a spin.

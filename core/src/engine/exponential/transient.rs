@@ -25,6 +25,8 @@ pub(super) struct Transient {
     /// Lengths of steps, by level \[s\].
     lengths: [f64; LEVELS + 1],
     flies: bool,
+    /// Contact steps of the whole run: no flight goes beyond.
+    end: u64,
 }
 
 /// The ring, and where the rotor is that it may touch.
@@ -74,18 +76,28 @@ impl Transient {
             flight,
             contact,
             flies,
+            end: libm::round(machine.run.end_time / settings.step).max(1.0) as u64,
         })
+    }
+
+    /// Whether the rotor's centre is farther from the stator's than its circle may ever be: by its radius.
+    pub fn is_outside(&self) -> bool {
+        let Some(contact) = &self.contact else { return false };
+        let [x, y] = contact.rub.place(self.flight.place(0));
+        x * x + y * y > contact.rub.outermost() * contact.rub.outermost()
     }
 
     /// Goes from n to n+1; loads are those at n.
     pub fn step(&mut self) -> Result<Done, ExponentialError> {
-        let Self { flight, contact, loads, lengths, flies } = self;
+        let Self { flight, contact, loads, lengths, flies, end } = self;
+        let left = end.saturating_sub(flight.ticks()).max(1);
+        let longest = LEVELS.min(left.ilog2() as usize);
         for (bearing, load) in loads.iter_mut().enumerate() {
             *load = flight.load(bearing);
         }
         let Some(Contact { rub, twist_row }) = contact else {
-            flight.advance(LEVELS)?;
-            return Ok(Done { level: Some(LEVELS), place: [0.0; 2], velocity: [0.0; 2], impact: None });
+            flight.advance(longest)?;
+            return Ok(Done { level: Some(longest), place: [0.0; 2], velocity: [0.0; 2], impact: None });
         };
         let [place, velocity] = flight.contact(0);
         let mut done = Done { level: None, place, velocity, impact: None };
@@ -94,7 +106,7 @@ impl Transient {
             if room > 0.0 {
                 // a bound for the longest step is one for all
                 let fastest = flight.fastest(lengths[LEVELS]);
-                done.level = (0..=LEVELS).rev().find(|&level| room > lengths[level] * fastest);
+                done.level = (0..=longest).rev().find(|&level| room > lengths[level] * fastest);
             }
         }
         if let Some(level) = done.level {

@@ -1,0 +1,107 @@
+//! Whole runs of the exponential engine: every column against the reduced engine, and the balance of energies.
+
+mod common;
+
+use bladeoff_core::engine::exponential::{FlightSettings, simulate};
+use bladeoff_core::structure::Structure;
+use bladeoff_model::machine::Machine;
+use bladeoff_model::outcome::{EndCause, Status};
+use common::{Row, machine_with, run, study_machine};
+
+fn exponential(machine: Machine, step: f64) -> Row {
+    let structure = Structure::build(&machine, None).expect("buildable");
+    let outcome = simulate(&machine, &structure, FlightSettings::of_step(step)).expect("covered");
+    Row { machine, outcome }
+}
+
+/// Asserts that columns agree, each within its relative tolerance.
+#[track_caller]
+fn agree(ours: &Row, reference: &Row, columns: &[(&str, f64)]) {
+    let mut wrong = Vec::new();
+    for (name, within) in columns {
+        let (a, b) = (ours.value(name), reference.value(name));
+        let error = if a.to_bits() == b.to_bits() { 0.0 } else { (a / b - 1.0).abs() };
+        println!("{name}: {a} {b} {error:.1e}");
+        if error.is_nan() || error > *within {
+            wrong.push(*name);
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:?}");
+}
+
+const COLUMNS: &[(&str, f64)] = &[
+    ("first_contact_s", 1e-4),
+    ("end_time_s", 1e-4),
+    ("end_speed_rad_s", 1e-4),
+    ("max_bearing_load_N", 2e-3),
+    ("max_filtered_contact_force_N", 5e-3),
+    ("contact_impulse_Ns", 3e-3),
+    ("friction_energy_J", 3e-3),
+    ("max_eccentricity_m", 1e-3),
+    ("contact_time_s", 1e-2),
+    ("rub_regime", 0.0),
+    ("whirl_in_rub", 0.0),
+    ("max_bending_stress_Pa", 5e-3),
+    ("max_blade_bending_stress_Pa", 1e-2),
+];
+
+#[test]
+fn every_column_of_a_rub_of_the_lab_rig_is_that_of_the_reduced_engine() {
+    let change = [("run.end_time", "0.2 s")];
+    let reference = run(machine_with(&study_machine("lab_rig"), &[change[0], ("run.step", "1.7e-6 s")]));
+    let ours = exponential(machine_with(&study_machine("lab_rig"), &change), 1.7e-6);
+    assert!(ours.value("impacts") > 0.0 && reference.value("impacts") > 0.0, "touches");
+    agree(&ours, &reference, COLUMNS);
+    println!("energy error {:e}, normal work {:e}", ours.value("energy_error"), ours.value("normal_work_J"));
+    assert!(ours.value("energy_error") < 1e-4, "{}", ours.value("energy_error"));
+}
+
+#[test]
+fn every_column_of_a_rub_of_the_turbine_is_that_of_the_reduced_engine() {
+    let change = [("run.end_time", "3.4 s")];
+    let reference = run(machine_with(&study_machine("lp_turbine"), &[change[0], ("run.step", "1.35e-5 s")]));
+    let ours = exponential(machine_with(&study_machine("lp_turbine"), &change), 1.25e-5);
+    assert!(ours.value("impacts") > 0.0 && reference.value("impacts") > 0.0, "touches");
+    agree(&ours, &reference, COLUMNS);
+    println!("energy error {:e}, normal work {:e}", ours.value("energy_error"), ours.value("normal_work_J"));
+    assert!(ours.value("energy_error") < 1e-4, "{}", ours.value("energy_error"));
+}
+
+#[test]
+fn a_free_run_balances_its_energies() {
+    for (name, step) in [("lp_turbine", 4e-5), ("lab_rig", 5e-6)] {
+        let mut machine = machine_with(&study_machine(name), &[("run.end_time", "0.5 s")]);
+        machine.diaphragms.clear();
+        let ours = exponential(machine, step);
+        println!("{name}: energy error {:e}", ours.value("energy_error"));
+        assert!(ours.value("energy_error") < 1e-5, "{name}: {}", ours.value("energy_error"));
+    }
+}
+
+#[test]
+fn a_run_ends_where_it_is_told_to() {
+    let ends = |changes: &[(&str, &str)]| exponential(machine_with(&study_machine("lab_rig"), changes), 5e-6);
+    let at_speed = ends(&[("run.end_time", "0.2 s"), ("run.end_speed", "290 rad/s")]);
+    assert_eq!(at_speed.outcome.end_cause, EndCause::EndSpeed);
+    assert!((at_speed.value("end_speed_rad_s") - 290.0).abs() < 0.1 && at_speed.value("end_time_s") < 0.2);
+    let limited = ends(&[("run.step_limit", "100")]);
+    assert_eq!((limited.outcome.status, limited.value("steps") as u64), (Status::Failed, 100));
+    let stopped = ends(&[("run.end_time", "3 s"), ("braking.constant", "40 N m")]);
+    assert_eq!(stopped.outcome.end_cause, EndCause::Stopped);
+    assert!(stopped.value("end_speed_rad_s") == 0.0 && stopped.value("stop_time_s") > 0.0);
+}
+
+#[test]
+fn runs_that_share_bases_are_those_that_do_not() {
+    let change = [("run.end_time", "0.16 s")];
+    let machine = machine_with(&study_machine("lab_rig"), &change);
+    let other = machine_with(&study_machine("lab_rig"), &[change[0], ("contact.friction", "0.05")]);
+    let shared = Structure::build(&machine, None).expect("buildable");
+    let settings = FlightSettings::of_step(5e-6);
+    let first = simulate(&other, &shared, settings).expect("covered");
+    let second = simulate(&machine, &shared, settings).expect("covered");
+    let alone = simulate(&machine, &Structure::build(&machine, None).expect("buildable"), settings).expect("covered");
+    let bits = |values: &[Option<f64>]| values.iter().map(|value| value.map(f64::to_bits)).collect::<Vec<_>>();
+    assert_eq!(bits(&second.values), bits(&alone.values));
+    assert_ne!(bits(&first.values), bits(&second.values), "friction counts");
+}
