@@ -53,7 +53,7 @@ fn every_column_of_a_rub_of_the_lab_rig_is_that_of_the_reduced_engine() {
     assert!(ours.value("impacts") > 0.0 && reference.value("impacts") > 0.0, "touches");
     agree(&ours, &reference, COLUMNS);
     println!("energy error {:e}, normal work {:e}", ours.value("energy_error"), ours.value("normal_work_J"));
-    assert!(ours.value("energy_error") < 1e-4, "{}", ours.value("energy_error"));
+    assert!(ours.value("energy_error") < 1e-6, "{}", ours.value("energy_error"));
 }
 
 #[test]
@@ -64,7 +64,7 @@ fn every_column_of_a_rub_of_the_turbine_is_that_of_the_reduced_engine() {
     assert!(ours.value("impacts") > 0.0 && reference.value("impacts") > 0.0, "touches");
     agree(&ours, &reference, COLUMNS);
     println!("energy error {:e}, normal work {:e}", ours.value("energy_error"), ours.value("normal_work_J"));
-    assert!(ours.value("energy_error") < 1e-4, "{}", ours.value("energy_error"));
+    assert!(ours.value("energy_error") < 1e-6, "{}", ours.value("energy_error"));
 }
 
 #[test]
@@ -74,7 +74,26 @@ fn a_free_run_balances_its_energies() {
         machine.diaphragms.clear();
         let ours = exponential(machine, step);
         println!("{name}: energy error {:e}", ours.value("energy_error"));
-        assert!(ours.value("energy_error") < 1e-5, "{name}: {}", ours.value("energy_error"));
+        assert!(ours.value("energy_error") < 1e-6, "{name}: {}", ours.value("energy_error"));
+    }
+}
+
+#[test]
+fn heavy_rub_at_the_largest_step_balances_its_energies() {
+    for friction in ["0.2", "0.4"] {
+        let changes = [("run.end_time", "4 s"), ("contact.friction", friction)];
+        let ours = exponential(machine_with(&study_machine("lp_turbine"), &changes), 5e-5);
+        assert!(ours.value("impacts") > 0.0, "touches");
+        println!(
+            "{friction}: {:?} {:?}, energy error {:e}, normal work {:e}, friction {:e}, eccentricity {}",
+            ours.outcome.status,
+            ours.outcome.causes,
+            ours.value("energy_error"),
+            ours.value("normal_work_J"),
+            ours.value("friction_energy_J"),
+            ours.value("max_eccentricity_m")
+        );
+        assert!(ours.value("energy_error") < 1e-5, "{friction}: {}", ours.value("energy_error"));
     }
 }
 

@@ -24,8 +24,9 @@ use crate::structure::{RingPart, Structure};
 use bladeoff_model::machine::{ContactSurface, Diaphragm, FrictionLaw};
 use std::sync::Arc;
 
-/// Candidates of a ring, at least.
-const CANDIDATES: usize = 192;
+/// Candidates of a ring, at least. Places that press beside the nearest one are candidates, two spacings from it or more: with 192 of them the turbine's 1 ms force is
+/// 0.3 % off.
+const CANDIDATES: usize = 384;
 /// A candidate penetrates when it is deeper than this share of the deepest before any impulse.
 const SHARE: f64 = 1e-4;
 
