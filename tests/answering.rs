@@ -4,7 +4,7 @@ mod support;
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
-use support::{Folder, say};
+use support::{Folder, json, say};
 
 /// 2000 points of a standard normal number and its double: P(g < 0) = 0.0228.
 const STUDY: &str = r#"schema = 1
@@ -48,10 +48,6 @@ mean = "h"
 [[gate]]
 require = "P(g < 0) < 5 %"
 "#;
-
-fn json(text: &str) -> serde_json::Value {
-    serde_json::from_str(text).unwrap_or_else(|error| panic!("{error}: {text}"))
-}
 
 fn metadata(directory: &str, key: &str) -> Option<String> {
     let table = std::path::Path::new(directory).join("results.parquet");
@@ -130,7 +126,7 @@ fn other_questions_compute_nothing_and_are_taken_over() {
     let asked = say(&["answer", &out]);
     assert!(asked.code == 3 && asked.err.contains("asks no question"), "{} {}", asked.code, asked.err);
     let asked = say(&["gate", &out]);
-    assert!(asked.code == 2 && asked.err.contains("--require"), "{} {}", asked.code, asked.err);
+    assert!(asked.code == 3 && asked.err.contains("--require"), "{} {}", asked.code, asked.err);
 }
 
 /// Ten of hundred points fail.

@@ -10,7 +10,7 @@ use support::{Folder, SMALL_STUDY, bladeoff, said, say};
 fn every_subcommand_has_help_with_examples() {
     for command in [
         "run", "check", "simulate", "modes", "paths", "new", "export", "replay", "recover", "plot", "table1", "status",
-        "bench", "why",
+        "bench", "why", "compare",
     ] {
         let help = say(&[command, "--help"]);
         assert_eq!(help.code, 0);

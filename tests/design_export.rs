@@ -3,7 +3,7 @@
 mod support;
 
 use std::fs;
-use support::{Folder, say, table};
+use support::{Folder, json, say, table};
 
 const STUDY: &str = r#"schema = 1
 model = "function"
@@ -47,9 +47,26 @@ upper = 5
 
 [[uncertain]]
 name = "f"
+distribution = "gumbel"
+location = 2
+scale = 0.1
+
+[[uncertain]]
+name = "r"
 distribution = "weibull"
 shape = 2
-scale = 1
+scale = 3
+
+[[uncertain]]
+name = "s"
+distribution = "exponential"
+mean = 4
+
+[[uncertain]]
+name = "l"
+distribution = "log-uniform"
+lower = 0.1
+upper = 10
 
 [[vary]]
 name = "w"
@@ -71,10 +88,13 @@ fn a_design_is_written_as_salib_and_dakota_have_it() {
     assert_eq!(said.code, 0, "{}", said.err);
     assert!(said.err.contains("left out of the SALib problem: f: SALib has no such distribution"), "{}", said.err);
     let text = fs::read_to_string(folder.path("design/salib-problem.json")).expect("written");
-    let problem: serde_json::Value = serde_json::from_str(&text).expect("JSON");
-    assert_eq!(problem["num_vars"], 5);
-    assert_eq!(problem["names"], serde_json::json!(["a", "b", "c", "d", "t"]));
-    assert_eq!(problem["dists"], serde_json::json!(["unif", "norm", "truncnorm", "lognorm", "triang"]));
+    let problem = json(&text);
+    assert_eq!(problem["num_vars"], 8);
+    assert_eq!(problem["names"], serde_json::json!(["a", "b", "c", "d", "t", "r", "s", "l"]));
+    assert_eq!(
+        problem["dists"],
+        serde_json::json!(["unif", "norm", "truncnorm", "lognorm", "triang", "weibull", "weibull", "logunif"])
+    );
     let bounds = |at: usize| -> Vec<f64> {
         problem["bounds"][at]
             .as_array()
@@ -89,14 +109,17 @@ fn a_design_is_written_as_salib_and_dakota_have_it() {
     assert!((log[0] - 2f64.ln()).abs() < 1e-15 && (log[1] - 1.09f64.ln().sqrt()).abs() < 1e-15, "{log:?}");
     // the peak as a part of the width
     assert_eq!(bounds(4), [1.0, 5.0, 0.25]);
+    // shape and scale; of the exponential law 1 and its mean
+    assert_eq!((bounds(5), bounds(6), bounds(7)), (vec![2.0, 3.0], vec![1.0, 4.0], vec![0.1, 10.0]));
     let csv = fs::read_to_string(folder.path("design/salib-points.csv")).expect("written");
     let lines: Vec<&str> = csv.lines().collect();
-    assert_eq!((lines[0], lines.len()), ("a,b,c,d,t", 9));
+    assert_eq!((lines[0], lines.len()), ("a,b,c,d,t,r,s,l", 9));
     let dakota = fs::read_to_string(folder.path("design/dakota.dat")).expect("written");
     let rows: Vec<&str> = dakota.lines().collect();
-    assert_eq!((rows[0], rows.len()), ("%eval_id interface a b c d t f w", 17));
+    assert_eq!((rows[0], rows.len()), ("%eval_id interface a b c d t f r s l w", 17));
     assert!(
-        rows[1].starts_with(&format!("1 NO_ID {} ", lines[1].replace(',', " "))) && rows[1].ends_with(" 1.0"),
+        rows[1].starts_with(&format!("1 NO_ID {} ", lines[1].split(',').take(5).collect::<Vec<_>>().join(" ")))
+            && rows[1].ends_with(&format!(" {} 1.0", lines[1].split(',').skip(5).collect::<Vec<_>>().join(" "))),
         "{}",
         rows[1]
     );

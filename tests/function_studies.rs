@@ -7,7 +7,7 @@ use std::fs;
 use std::os::unix::process::ExitStatusExt;
 use std::time::Instant;
 use support::faults::{Running, left_behind, lives, wait_until};
-use support::{Folder, say, table};
+use support::{Folder, json, say, table};
 
 const GRID: &str = r#"schema = 1
 name = "grid"
@@ -270,6 +270,84 @@ fn a_hundred_thousand_samples_run_through_workers_record_and_table() {
     println!("100000 samples of two formulas in {seconds:.1} s: {:.0} a second", 1e5 / seconds);
 }
 
+/// The Ishigami function, with this design.
+fn ishigami(design: &str) -> String {
+    let parameter = |name: &str| {
+        format!(
+            "\n[[uncertain]]\nname = \"{name}\"\ndistribution = \"uniform\"\nlower = -3.141592653589793\nupper = 3.141592653589793\n"
+        )
+    };
+    let parameters: String = ["a", "b", "c"].map(parameter).concat();
+    format!(
+        "schema = 1\nname = \"ishigami\"\nmodel = \"function\"\n\n[function]\n\
+         y = \"sin(a) + 7 * sin(b)^2 + 0.1 * c^4 * sin(a)\"\n\n[design]\n{design}\n{parameters}\n\
+         [[question]]\nname = \"high\"\nprobability = \"y > 8\"\n"
+    )
+}
+
+/// Published: plain Joe-Kuo points from index 0, rows A, AB_i, B of 1024 base points; first order (Saltelli 2010), total (Jansen).
+#[test]
+fn a_saltelli_study_has_the_rows_of_the_published_estimates() {
+    let folder = Folder::new();
+    let study = folder.write("ishigami.toml", &ishigami("kind = \"saltelli\"\nsamples = 1024\nscramble = false"));
+    let run = say(&["run", &study, "--out", &folder.name("out"), "--workers", "2"]);
+    assert_eq!(run.code, 0, "{}", run.err);
+    let (_, rows) = rows(&folder.name("out"));
+    assert_eq!((rows.len(), number(&rows[5119], "block"), number(&rows[5], "block")), (5120, Some(1023.0), Some(1.0)));
+    let y: Vec<f64> = rows.iter().map(|row| number(row, "y").expect("a value")).collect();
+    let blocks: Vec<&[f64]> = y.chunks_exact(5).collect();
+    let both = || blocks.iter().flat_map(|block| [block[0], block[4]]);
+    let mean = both().sum::<f64>() / 2048.0;
+    let variance = both().map(|y| (y - mean) * (y - mean)).sum::<f64>() / 2048.0;
+    for (i, first, total) in
+        [(1, 0.332739378383, 0.558179045711), (2, 0.441313938544, 0.443284584030), (3, 0.018399909008, 0.242149373355)]
+    {
+        let over = |of: &dyn Fn(&[f64]) -> f64| blocks.iter().map(|block| of(block)).sum::<f64>() / 1024.0 / variance;
+        assert!((over(&|y| y[4] * (y[i] - y[0])) - first).abs() < 1e-11, "{i}");
+        assert!((over(&|y| 0.5 * (y[0] - y[i]) * (y[0] - y[i])) - total).abs() < 1e-11, "{i}");
+    }
+    // its rows depend on one another: an estimate, and no interval
+    assert!(run.out.contains("P(y > 8) = ") && run.out.contains("(no interval)"), "{}", run.out);
+}
+
+#[test]
+fn a_morris_study_grows_by_trajectories_and_is_limited_to_whole_ones() {
+    let folder = Folder::new();
+    let design = |trajectories: u32| ishigami(&format!("kind = \"morris\"\ntrajectories = {trajectories}"));
+    let (study, out) = (folder.write("ishigami.toml", &design(20)), folder.name("out"));
+    let check = say(&["check", &study]);
+    assert!(
+        check.code == 0 && check.out.contains("Design: morris, 80 points of 3 uncertain parameters"),
+        "{}",
+        check.out
+    );
+    assert_eq!(say(&["run", &study, "--out", &folder.name("part"), "--limit", "11"]).code, 0);
+    assert_eq!(rows(&folder.name("part")).1.len(), 8, "two of four points each");
+    assert_eq!(say(&["run", &study, "--out", &out, "--workers", "2"]).code, 0);
+    let all = rows(&out).1;
+    for pair in all.windows(2).filter(|pair| pair[0]["block"] == pair[1]["block"]) {
+        let moved = ["a", "b", "c"].iter().filter(|name| pair[0][**name] != pair[1][**name]).count();
+        assert_eq!(moved, 1, "{pair:?}");
+    }
+    folder.write("ishigami.toml", &design(30));
+    let grown = say(&["run", &study, "--out", &out, "--workers", "2"]);
+    // points of a grid come again, and are not computed again
+    let there = grown.err.lines().find_map(|line| line.split_once(" of 120 samples are there already"));
+    let there: u32 = there.and_then(|(count, _)| count.parse().ok()).unwrap_or_else(|| panic!("{}", grown.err));
+    assert!(grown.code == 0 && (80..120).contains(&there), "{}", grown.err);
+    assert_eq!(rows(&out).1[..80], all[..]);
+    let correlated = format!("{}\n[[correlation]]\nbetween = [\"a\", \"b\"]\nrank = 0.5\n", design(20));
+    let refused = say(&["check", &folder.write("correlated.toml", &correlated)]);
+    assert!(
+        refused.code == 3 && refused.err.contains("changes one parameter while the others stay"),
+        "{}",
+        refused.err
+    );
+    let gated = format!("{}\n[[gate]]\nrequire = \"P(y > 8) < 0.5\"\n", design(20));
+    let refused = say(&["check", &folder.write("gated.toml", &gated)]);
+    assert!(refused.code == 3 && refused.err.contains("points of kind \"morris\" have none"), "{}", refused.err);
+}
+
 #[test]
 fn a_question_about_a_value_that_a_part_leaves_out_is_refused_before_anything_is_computed() {
     let folder = Folder::new();
@@ -302,9 +380,29 @@ fn a_parameter_of_a_file_with_another_mistake_is_one_parameter() {
 fn the_benchmark_of_answers_measures_every_figure() {
     let said = say(&["bench", "answers", "--rows", "4000", "--json"]);
     assert_eq!(said.code, 0, "{}", said.err);
-    let found: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
+    let found = json(&said.out);
     assert_eq!(found["rows"].to_string(), "[4000,4096]");
     let figures = found["figures"].as_array().expect("figures");
-    assert_eq!(figures.len(), 6);
+    assert_eq!(figures.len(), 8);
     assert!(figures.iter().all(|figure| figure["value"].as_f64().is_some_and(|value| value > 0.0)), "{}", said.out);
+}
+
+#[test]
+fn parameters_that_clash_or_are_too_many_are_told_at_their_own_key() {
+    let folder = Folder::new();
+    let vary = |name: &str| format!("\n[[vary]]\nname = \"{name}\"\nvalues = [1]\n");
+    let many: String = (0..97).map(|n| vary(&format!("v{n}"))).collect();
+    let more: String = (0..30).map(|n| format!("\n[[derived]]\nname = \"d{n}\"\nformula = \"1\"\n")).collect();
+    let text = format!("{GRID}{}{many}{more}", vary("sample"));
+    let said = say(&["check", &folder.write("grid.toml", &text)]);
+    assert_eq!(said.code, 3, "{}", said.err);
+    let at = |line: &str| 1 + text.lines().position(|found| found == line).expect("the line");
+    for part in [
+        format!("grid.toml:{}:8: vary = \"sample\": the table has a column of its own", at("name = \"sample\"")),
+        // the 129th
+        format!("grid.toml:{}:8: derived[28]: 130 parameters differ from sample to sample", at("name = \"d28\"")),
+        "2 problems in".to_owned(),
+    ] {
+        assert!(said.err.contains(&part), "{part}\nin\n{}", said.err);
+    }
 }

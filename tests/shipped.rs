@@ -47,6 +47,34 @@ fn the_error_of_the_detection_answers_and_the_night_has_its_gate() {
     answers_in_one_command("ci-night", 4, 4, &["overload", "load-95"]);
 }
 
+/// Two whole trajectories, and two whole base points, of the rig.
+#[test]
+fn what_decides_answers_by_trajectories_and_then_by_base_points() {
+    let folder = Folder::new();
+    for (name, limit, samples, blocks, index) in
+        [("sensitivity", "18", 18, 2, "mu_star"), ("sensitivity-sobol", "14", 14, 2, "total")]
+    {
+        let (study, out) = (format!("studies/{name}.toml"), folder.name(name));
+        let ran = say(&["run", &study, "--limit", limit, "--out", &out]);
+        assert_eq!(ran.code, 0, "{name}: {}", ran.err);
+        let (header, rows) = table(&out);
+        let contact = header.iter().position(|column| column == "first_contact_s").expect("the column");
+        assert_eq!(rows.len(), samples, "{name}");
+        assert!(rows.iter().any(|row| !row[contact].is_empty()), "{name}: contact happened");
+        let text = fs::read(format!("{out}/answers.json")).expect("answers.json");
+        let answers: serde_json::Value = serde_json::from_slice(&text).expect("JSON");
+        let answer = &answers["answers"][0];
+        assert_eq!((&answer["name"], &answer["kind"]), (&"what-decides-the-load".into(), &"sensitivity".into()));
+        assert_eq!(answer["n"].as_u64().expect("a number") + answer["left_out"].as_u64().expect("a number"), blocks);
+        let indices = answer["indices"].as_object().expect("indices");
+        assert!(indices.contains_key("gap_m"), "{answer}");
+        let found = indices.values().filter(|of| of[index]["estimate"].as_f64().is_some_and(|value| value > 0.0));
+        assert!(found.count() >= 3, "{name}: {answer}");
+        // so few say nothing of their scatter
+        assert!(ran.out.contains("no interval: 2 "), "{name}: {}", ran.out);
+    }
+}
+
 #[test]
 fn check_says_what_it_understood_of_the_risk_template() {
     let folder = Folder::new();

@@ -248,6 +248,27 @@ fn shared_memory_prefix(pid: u32) -> String {
 }
 
 #[test]
+fn ctrl_c_while_a_study_is_prepared_ends_it_with_a_word() {
+    let folder = Folder::new();
+    let text = "schema = 1\nmodel = \"function\"\n[function]\ng = \"x\"\n[design]\nkind = \"monte-carlo\"\nsamples = 9000000\n\
+                [[uncertain]]\nname = \"x\"\ndistribution = \"normal\"\nmean = 0\nsd = 1\n";
+    let (study, out) = (folder.write("many.toml", text), folder.name("out"));
+    for (signal, code) in [("INT", 130), ("TERM", 143)] {
+        let mut command = bladeoff(&["run", &study, "--out", &out]);
+        let mut child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("it starts");
+        let mut err = BufReader::new(child.stderr.take().expect("piped")).lines().map(|line| line.expect("UTF-8"));
+        // said before the keys of all samples are computed
+        err.find(|line| line.contains("9000000 samples")).expect("a first line");
+        assert!(Command::new("kill").args(["-s", signal, &child.id().to_string()]).status().expect("kill").success());
+        let rest: Vec<String> = err.collect();
+        assert_eq!(child.wait().expect("it ends").code(), Some(code), "{rest:?}");
+        assert!(rest.iter().any(|line| line.contains("ended before the first sample was handed out")), "{rest:?}");
+    }
+    let again = say(&["run", &study, "--out", &out, "--limit", "10"]);
+    assert!(again.code == 0 && again.out.contains("10 of 10 samples"), "{} {}", again.out, again.err);
+}
+
+#[test]
 fn ctrl_c_ends_cleanly_and_keeps_what_is_finished() {
     let _alone = alone();
     let folder = Folder::new();

@@ -14,6 +14,7 @@ pub mod history;
 pub mod ledger;
 pub mod pictures;
 pub mod report;
+pub mod reporting;
 pub mod run;
 pub mod schedule;
 pub mod starts;

@@ -29,9 +29,10 @@ impl Pending {
     /// Starts a file that will be `path`.
     ///
     /// # Errors
-    /// The directory cannot be written.
+    /// The directory cannot be written; a device or a pipe has the name.
     pub fn create(path: impl Into<Place>) -> Result<Self, FileError> {
         let path = path.into();
+        path.may_be_replaced()?;
         let (file, temporary) = create_beside(&path, Place::create_new)?;
         Ok(Self { file: Some(file), temporary, path })
     }
@@ -185,6 +186,29 @@ mod tests {
         assert!(write_new(&path, b"").is_err() && write_new(directory.path().join("b.txt"), b"").is_ok());
         assert_eq!(fs::read(directory.path().join("a.txt.tmp")).expect("there"), b"mine");
         assert_eq!(fs::read_dir(directory.path()).expect("list").count(), 3);
+    }
+
+    #[test]
+    fn what_is_no_regular_file_is_not_replaced() {
+        use std::os::unix::fs::{FileTypeExt, symlink};
+        let directory = tempfile::tempdir().expect("temporary directory");
+        let at = |name: &str| directory.path().join(name);
+        rustix::fs::mknodat(rustix::fs::CWD, at("pipe"), rustix::fs::FileType::Fifo, rustix::fs::Mode::RWXU, 0)
+            .expect("made");
+        symlink(at("pipe"), at("to-pipe")).expect("made");
+        symlink("/proc/self/fd/1", at("stdout")).expect("made");
+        fs::write(at("file"), b"before").expect("written");
+        symlink(at("file"), at("to-file")).expect("made");
+        for (name, why) in
+            [("pipe", "a named pipe"), ("to-pipe", "a named pipe"), ("stdout", "an open file"), (".", "a directory")]
+        {
+            let refused = write_whole(at(name), b"x").expect_err(name).source.to_string();
+            assert!(refused.contains(why) && refused.contains("not a regular file"), "{name}: {refused}");
+        }
+        assert!(fs::symlink_metadata(at("pipe")).expect("there").file_type().is_fifo());
+        assert!(fs::symlink_metadata(at("stdout")).expect("there").is_symlink());
+        write_whole(at("to-file"), b"after").expect("a link to a file is replaced");
+        assert_eq!(fs::read(at("file")).expect("there"), b"before");
     }
 
     #[test]

@@ -63,6 +63,11 @@ pub fn say(args: &[&str]) -> Said {
     said(bladeoff(args).output().expect("the binary starts"))
 }
 
+/// A JSON value from its text.
+pub fn json(text: &str) -> serde_json::Value {
+    serde_json::from_str(text).unwrap_or_else(|error| panic!("{error}: {text}"))
+}
+
 /// The output as text.
 pub fn said(output: Output) -> Said {
     Said {

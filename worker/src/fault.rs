@@ -5,7 +5,7 @@
 //! | key | values |
 //! |---|---|
 //! | `who` | `worker`, `orchestrator`: who acts |
-//! | `at` | `claimed` (batch received or assigned), `running` (sample begun, or said so by a heartbeat), `sent` (result sent or received), `recorded` (result durable), `writing` (sample 0: all that will be done is recorded, the tables are written next), and of the orchestrator alone: `growing` (sample taken over into a new record), `parting`, `parted` (part of this number about to get, or having, its name), `swapping` (fresh parts stand aside), `retiring` (the table is there, the parts are removed next) |
+//! | `at` | `claimed` (batch received or assigned), `running` (sample begun, or said so by a heartbeat), `sent` (result sent or received), `recorded` (result durable), `writing` (sample 0: all that will be done is recorded, the tables are written next), and of the orchestrator alone: `looking` (rows of so many samples stand aside to be looked at), `growing` (sample taken over into a new record), `parting`, `parted` (part of this number about to get, or having, its name), `swapping` (fresh parts stand aside), `retiring` (the table is there, the parts are removed next) |
 //! | `sample` | number, or `any` |
 //! | `do` | `kill`, `stop`, `abort`, `panic`, `hang`, `hoard` (allocate until it fails), `kill-worker`, `stop-worker` (the orchestrator signals the worker of that sample) |
 //! | `times` | how often at most for one sample, over all processes; default 1 |
@@ -48,6 +48,8 @@ pub enum At {
     Sent,
     /// Its result is durable.
     Recorded,
+    /// Rows of a beginning stand aside to be looked at; their number stands for the sample.
+    Looking,
     /// The run is over, the tables are written next; sample 0 stands for all.
     Writing,
     /// Taken over into a record that is made aside.
@@ -162,6 +164,7 @@ impl Fault {
             Some("running") => At::Running,
             Some("sent") => At::Sent,
             Some("recorded") => At::Recorded,
+            Some("looking") => At::Looking,
             Some("writing") => At::Writing,
             Some("growing") => At::Growing,
             Some("parting") => At::Parting,

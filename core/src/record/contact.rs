@@ -146,7 +146,7 @@ impl ContactRecorder {
 
     pub(super) fn report_first(of: Option<&Self>, row: &mut Row<'_>) {
         let first = of.and_then(|contact| contact.first);
-        row.real(Self::FIRST, "s", "time of the first contact; null without contact", first);
+        row.once(Self::FIRST, "time of the first contact; null without contact", first);
     }
 
     pub(super) fn report_forces(of: Option<&Self>, row: &mut Row<'_>) {

@@ -97,6 +97,12 @@ impl<'a> Row<'a> {
         self.add(value.into(), kind, || (name.to_string(), meaning.to_string()));
     }
 
+    /// The time of a first event \[s\].
+    pub fn once(&mut self, name: &str, meaning: &str, value: Option<f64>) {
+        let kind = Kind::real("s", Part::Whole, Growth::Once);
+        self.add(value, kind, || (name.to_owned(), meaning.to_owned()));
+    }
+
     /// One that only grows during a run.
     pub fn growing(&mut self, name: &str, unit: &'static str, meaning: &str, value: impl Into<Option<f64>>) {
         let kind = Kind::real(unit, Part::Whole, Growth::Grows);

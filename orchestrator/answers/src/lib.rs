@@ -4,15 +4,24 @@
 //! rows --tables--> results.parquet --tables--> columns --report--> summary as text
 //! history of a run, machine, lines --figures--> SVG, PNG
 //! columns of a random design --estimate--> figures with intervals --ask--> answers, --gate--> 0, 4 or 5
+//! columns over two parameters --map--> cells, smoothed where samples are scattered --ask--> answers, --figures--> pictures
+//! columns --sensitivity--> which parameter decides; figures at looks --stop--> whether they are precise enough
+//! text, tables, figures --page--> one HTML page
+//! two tables --compare--> what moved between them
 //! runs of the paper's comparison --table1--> the paper's table beside ours
 //! ```
 //! What a study is, its table says: nothing here knows study files, workers or records.
 
 pub mod ask;
+pub mod compare;
 pub mod estimate;
 pub mod figures;
 pub mod gate;
 pub mod history;
+pub mod map;
+pub mod page;
 pub mod report;
+pub mod sensitivity;
+pub mod stop;
 pub mod table1;
 pub mod tables;

@@ -27,6 +27,20 @@ pub enum KeepError {
     Json(#[from] serde_json::Error),
 }
 
+impl KeepError {
+    /// Whether the directory may not be written, so that nothing went wrong with its files.
+    #[must_use]
+    pub fn is_refusal(&self) -> bool {
+        match self {
+            Self::Untrusted(_) => true,
+            Self::File(error) | Self::Table(TableError::File(error)) => {
+                matches!(error.source.kind(), ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem)
+            }
+            Self::Table(_) | Self::Json(_) => false,
+        }
+    }
+}
+
 /// Writes the answers of a complete study into its directory; `trusts`: also where others could write.
 ///
 /// # Errors
@@ -80,6 +94,8 @@ mod tests {
             curves: curves.iter().map(|name| ((*name).to_owned(), curve.clone())).collect(),
             points: 1,
             of: 1,
+            design: 1,
+            is_design: true,
             is_known: true,
         }
     }

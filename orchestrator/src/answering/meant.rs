@@ -1,7 +1,8 @@
 //! From the words of a study file to questions and gates; whatever is wrong with them is told at its place in the file.
 
+use super::rows::design_kind;
 use super::vocabulary::{Vocabulary, column_of, label};
-use bladeoff_answers::ask::{Problem, Question, QuestionDef};
+use bladeoff_answers::ask::{Problem, Question, QuestionDef, SensitivityMethod};
 use bladeoff_answers::estimate::input::Label;
 use bladeoff_answers::gate::Gate;
 use bladeoff_model::document::{Collector, Problems};
@@ -40,10 +41,16 @@ pub fn meant(samples: &Samples, source: Source<'_>) -> Result<Meant, Problems> {
     let mut problems = Collector::new(source.file, source.text);
     let mut found = Meant::default();
     match (samples.plan(), Vocabulary::of(samples)) {
-        (None, _) => needs_design(source.asked, &mut problems),
+        (None, vocabulary) => {
+            needs_design(source.asked, &mut problems);
+            if let Some(vocabulary) = vocabulary {
+                found = understand(&vocabulary, source.asked, false, &mut problems);
+            }
+        }
         (Some(plan), Some(vocabulary)) => {
             refuse_inexact(plan, source.asked, &mut problems);
-            found = understand(&vocabulary, source.asked, &mut problems);
+            refuse_methods(plan, source.asked, &mut problems);
+            found = understand(&vocabulary, source.asked, true, &mut problems);
         }
         (Some(_), None) => {}
     }
@@ -55,7 +62,9 @@ pub fn check_asked(to_check: &ToCheck<'_>, problems: &mut Collector<'_>) {
     let &ToCheck { asked, study, machine, is_function, names, has_design } = to_check;
     if !has_design {
         needs_design(asked, problems);
-        return;
+        if !asked.questions.iter().any(|question| question.map.is_some()) {
+            return;
+        }
     }
     let is_partly = study.is_none() || !problems.is_empty();
     // too many samples: said when the study is to be run
@@ -65,6 +74,7 @@ pub fn check_asked(to_check: &ToCheck<'_>, problems: &mut Collector<'_>) {
         && let Some(plan) = samples.plan()
     {
         refuse_inexact(plan, asked, problems);
+        refuse_methods(plan, asked, problems);
     }
     // without problems a machine that cannot be built is one of the samples, and said with them
     let of_machine = || Vocabulary::of_machine(machine).filter(|_| is_partly && (machine.is_some() || is_function));
@@ -72,12 +82,14 @@ pub fn check_asked(to_check: &ToCheck<'_>, problems: &mut Collector<'_>) {
     if is_partly {
         vocabulary.mention(names);
     }
-    understand(&vocabulary, asked, problems);
+    understand(&vocabulary, asked, has_design, problems);
 }
 
 fn needs_design(asked: &Asked, problems: &mut Collector<'_>) {
-    let first = asked.questions.first().map(|question| ("question[0]", question.span.clone()));
-    let first = first.or(asked.gates.first().map(|gate| ("gate[0].require", gate.require.span.clone())));
+    // a map is one of chosen values, too
+    let question = asked.questions.iter().enumerate().find(|(_, question)| question.map.is_none());
+    let first = question.map(|(at, question)| (format!("question[{at}]"), question.span.clone()));
+    let first = first.or(asked.gates.first().map(|gate| ("gate[0].require".to_owned(), gate.require.span.clone())));
     if let Some((key, span)) = first {
         let message = "questions and gates are about random points: they need a [design]";
         problems.add(span, key, message).allowed =
@@ -97,13 +109,37 @@ fn refuse_inexact(plan: &Plan, asked: &Asked, problems: &mut Collector<'_>) {
     }
 }
 
-fn understand(vocabulary: &Vocabulary<'_>, asked: &Asked, problems: &mut Collector<'_>) -> Meant {
+/// Refuses sensitivities by a method that makes nothing of these points.
+fn refuse_methods(plan: &Plan, asked: &Asked, problems: &mut Collector<'_>) {
+    for (position, question) in asked.questions.iter().enumerate() {
+        let Some(Placed { value, span }) = question.method.as_ref().filter(|_| question.sensitivity.is_some()) else {
+            continue;
+        };
+        // another word is refused as such
+        let method = SensitivityMethod::ALL.iter().find(|(word, _)| word == value).map(|(_, method)| *method);
+        let Some(Err(message)) = method.map(|method| method.check(design_kind(plan))) else { continue };
+        let fit = SensitivityMethod::ALL.iter().filter(|(_, method)| method.check(design_kind(plan)).is_ok());
+        let fit: Vec<String> = fit.map(|(word, _)| format!("{word:?}")).collect();
+        let told = problems.add(span.clone(), format!("question[{position}].method"), message);
+        told.value = Some(format!("{value:?}"));
+        told.allowed = Some(match fit.first() {
+            Some(_) => format!("method = {} with this [design]", fit.join(" or ")),
+            None => "another kind in [design]".to_owned(),
+        });
+    }
+}
+
+/// Without a design only maps are.
+fn understand(vocabulary: &Vocabulary<'_>, asked: &Asked, has_design: bool, problems: &mut Collector<'_>) -> Meant {
     let mut found = Meant::default();
     let mut reader = Reader { vocabulary, problems };
     for (position, question) in asked.questions.iter().enumerate() {
+        if !has_design && question.map.is_none() {
+            continue;
+        }
         found.questions.extend(reader.question(&format!("question[{position}]"), question));
     }
-    for (position, gate) in asked.gates.iter().enumerate() {
+    for (position, gate) in asked.gates.iter().enumerate().filter(|_| has_design) {
         found.gates.extend(reader.gate(&format!("gate[{position}]"), gate));
     }
     found
@@ -126,8 +162,11 @@ impl Reader<'_, '_> {
             probability: text(&asked.probability),
             quantile: number(&asked.quantile),
             of: text(&asked.of),
+            map: asked.map.as_ref().map(|placed| placed.value.clone()),
             mean: text(&asked.mean),
             exceedance: text(&asked.exceedance),
+            sensitivity: text(&asked.sensitivity),
+            method: text(&asked.method),
             fragility: text(&asked.fragility),
             difference: difference.flatten(),
             // alone it would be said to need what could not be read
@@ -139,11 +178,14 @@ impl Reader<'_, '_> {
             Err(told) => {
                 for problem in told {
                     // what is missing may be what could not be read
-                    if asked.is_partly && problem.place.is_none() && ["name", "vary", "quantile"].contains(&problem.key)
+                    if asked.is_partly
+                        && problem.place.is_none()
+                        && ["name", "vary", "quantile", "method", "map"].contains(&problem.key)
                     {
                         continue;
                     }
-                    let formula = asked.probability.as_ref().filter(|_| problem.key == "probability");
+                    let formula = if problem.key == "of" { &asked.of } else { &asked.probability };
+                    let formula = formula.as_ref().filter(|_| ["of", "probability"].contains(&problem.key));
                     let span = match (&problem.place, formula) {
                         (Some(place), Some(Placed { value, span })) => self.problems.inside(span, value, place),
                         _ => asked.place(problem.key),

@@ -7,22 +7,30 @@
 //! ```
 //! What figures are, [`bladeoff_answers`] knows; what a study file may say, [`bladeoff_study`]. Nothing here is part of what a study is.
 
+mod drawn;
+mod forecast;
 mod kept;
+mod looks;
 mod meant;
 mod rows;
 mod told;
 mod verified;
 mod vocabulary;
+mod waiting;
 
+pub use drawn::drawn;
+pub use forecast::{Awaited, Forecast, Forecasts, forecasts, pace};
 pub use kept::{KeepError, keep};
+pub use looks::{Looked, answer_at_looks, columns_asked};
 pub use meant::{Meant, Source, check_asked, meant, only_gates};
 pub use rows::AnsweringError;
 pub use told::{decided, told};
 pub use verified::known_probabilities;
+pub use waiting::Waiting;
 
 use crate::run::directory::{RESULTS, read_current, row_files};
-use crate::run::refuse_changed;
-use bladeoff_answers::ask::{Answers, Question, SCHEMA, answer_all};
+use crate::run::{end_of_table, refuse_changed};
+use bladeoff_answers::ask::{Answers, Ask, Problem, Question, QuestionDef, SCHEMA, answer_all};
 use bladeoff_answers::estimate::curve::Curve;
 use bladeoff_answers::gate::{Decision, Gate};
 use bladeoff_study::Samples;
@@ -39,8 +47,12 @@ pub struct Answering {
     pub curves: Vec<(String, Curve)>,
     /// Points that are counted: the first ones.
     pub points: u64,
-    /// Points of the study.
+    /// Points that there will be: those of the study, or up to its end by `[stop]`.
     pub of: u64,
+    /// Points of the design.
+    pub design: u64,
+    /// They are those of a design; else each sample is one, and all that are there are counted.
+    pub is_design: bool,
     /// The table has a checksum, or is no finished one.
     pub is_known: bool,
 }
@@ -54,12 +66,33 @@ pub fn answer(directory: &Path, samples: &Samples, questions: &[Question]) -> Re
     let mut columns: Vec<String> = questions.iter().flat_map(|question| question.columns(&vocabulary.names)).collect();
     // the unit of an axis that a curve goes along
     columns.extend(questions.iter().filter_map(|question| vocabulary.axis_of(question)));
+    let is_design = samples.plan().is_some();
+    if !is_design && questions.iter().any(|question| !matches!(question.ask, Ask::Map(_))) {
+        return Err(AnsweringError::NoDesign);
+    }
     let (rows, is_known) = read(directory, samples, &vocabulary, columns)?;
     let (answers, curves) = match rows.points() {
         0 => (Answers { schema: SCHEMA, complete: false, answers: Vec::new() }, Vec::new()),
         _ => answer_all(&rows.study(), questions)?,
     };
-    Ok(Answering { answers, curves, points: rows.points(), of: rows.of(), is_known })
+    Ok(Answering {
+        answers,
+        curves,
+        points: rows.points(),
+        of: rows.of(),
+        design: samples.points(),
+        is_design,
+        is_known,
+    })
+}
+
+/// A question that is asked of these samples by its words, and by no file.
+///
+/// # Errors
+/// The machine cannot be built; all that is wrong with it.
+pub fn question_of(samples: &Samples, def: &QuestionDef) -> Result<Result<Question, Vec<Problem>>, AnsweringError> {
+    let vocabulary = Vocabulary::of(samples).ok_or(AnsweringError::Unread)?;
+    Ok(Question::new(def, &vocabulary.names))
 }
 
 /// Judges gates by what a directory has of these samples; the points that count, and those of the study.
@@ -67,6 +100,9 @@ pub fn answer(directory: &Path, samples: &Samples, questions: &[Question]) -> Re
 /// # Errors
 /// As [`answer`]; the points are not independent.
 pub fn judge(directory: &Path, samples: &Samples, gates: &[Gate]) -> Result<(Vec<Decision>, u64, u64), AnsweringError> {
+    if samples.plan().is_none() {
+        return Err(AnsweringError::NoDesign);
+    }
     let vocabulary = Vocabulary::of(samples).ok_or(AnsweringError::Unread)?;
     let columns = gates.iter().flat_map(|gate| gate.condition.columns.clone()).collect();
     let (rows, _) = read(directory, samples, &vocabulary, columns)?;
@@ -93,7 +129,8 @@ fn read(
     read_current(directory, row_files, |files| {
         let is_table = files.first().is_some_and(|first| first.ends_with(RESULTS));
         is_known = refuse_changed(directory)? || !is_table;
-        rows = Some(Rows::read(files, samples, vocabulary, &columns)?);
+        let end = files.first().filter(|_| is_table).map(|table| end_of_table(table)).transpose()?.flatten();
+        rows = Some(Rows::read(files, samples, vocabulary, (&columns, end))?);
         Ok(())
     })?;
     let rows = rows.expect("set where reading did not fail")?;

@@ -4,13 +4,14 @@
 //! count. What finishes first is not random.
 
 use super::vocabulary::Vocabulary;
-use crate::run::Told;
-use bladeoff_answers::estimate::input::{Cells, Column, Design, DesignKind, Group, InputError, Nature, Study};
+use crate::run::{TableEnd, Told};
+use bladeoff_answers::estimate::input::{Cells, Column, Design, DesignKind, Group, InputError, Layout, Nature, Study};
 use bladeoff_answers::gate::GateError;
-use bladeoff_answers::tables::{Table, TableError};
+use bladeoff_answers::sensitivity::Moved;
+use bladeoff_answers::tables::{FieldKind, Table, TableError};
 use bladeoff_model::outcome::{Cause, CauseSet, Status};
 use bladeoff_study::Samples;
-use bladeoff_study::plan::{Kind, Plan};
+use bladeoff_study::plan::{Kind, Move, Plan};
 use std::path::PathBuf;
 
 /// Why a study answers nothing.
@@ -47,6 +48,7 @@ pub enum AnsweringError {
 /// What is known of a column beside its numbers.
 enum Known {
     Given,
+    Once,
     Free,
     /// It grows; the place of the column with what was reached while all guards held.
     Grows(Option<usize>),
@@ -75,12 +77,25 @@ impl Found {
         }
     }
 
+    fn keep(&mut self, is_kept: &[bool]) {
+        match self {
+            Self::Numbers(cells) => keep(cells, is_kept),
+            Self::Words(cells, _) => keep(cells, is_kept),
+        }
+    }
+
     fn truncate(&mut self, rows: usize) {
         match self {
             Self::Numbers(cells) => cells.truncate(rows),
             Self::Words(cells, _) => cells.truncate(rows),
         }
     }
+}
+
+/// Leaves out what is not kept.
+fn keep<T>(cells: &mut Vec<T>, is_kept: &[bool]) {
+    let mut is_kept = is_kept.iter();
+    cells.retain(|_| is_kept.next() == Some(&true));
 }
 
 struct Gathered {
@@ -101,19 +116,42 @@ pub(super) struct Rows {
     kind: DesignKind,
     scrambled: bool,
     replicates: u64,
+    layout: Blocks,
     of: u64,
+    share: f64,
+}
+
+/// What points of a block are to one another.
+enum Blocks {
+    Points,
+    Trajectories(Vec<Option<Moved>>, f64),
+    Saltelli { second_order: bool },
+}
+
+impl Blocks {
+    /// Of the first points of a plan.
+    fn of(plan: &Plan, points: u64) -> Self {
+        if let Some(trajectories) = plan.trajectories() {
+            let moved = |point| trajectories.moved(point).map(|Move { parameter, up }| Moved { parameter, up });
+            return Self::Trajectories((0..points).map(moved).collect(), trajectories.delta());
+        }
+        let saltelli = plan.saltelli().map(|saltelli| Self::Saltelli { second_order: saltelli.has_second_order() });
+        saltelli.unwrap_or(Self::Points)
+    }
 }
 
 impl Rows {
-    /// Reads columns of these files. The outer error is that of files, which may have been replaced meanwhile.
+    /// Reads columns of these files; `end`: of the table, if `[stop]` ends it. The outer error is that of files, which may have been replaced meanwhile.
     pub fn read(
         files: &[PathBuf],
         samples: &Samples,
         vocabulary: &Vocabulary<'_>,
-        columns: &[String],
+        (columns, end): (&[String], Option<TableEnd>),
     ) -> Result<Result<Self, AnsweringError>, TableError> {
-        let Some(plan) = samples.plan() else { return Ok(Err(AnsweringError::NoDesign)) };
-        let (groups, of) = (vocabulary.groups.clone(), samples.points());
+        let plan = samples.plan();
+        // without a design each sample is a point
+        let of = end.map_or(plan.map_or(samples.count(), |_| samples.points()), |end| end.points);
+        let groups = vocabulary.groups.clone();
         let count = usize::try_from(of).unwrap_or(usize::MAX).saturating_mul(groups.len());
         let mut gathered = gathered(vocabulary, columns, count);
         let mut status: Vec<Option<Status>> = vec![None; count];
@@ -144,6 +182,28 @@ impl Rows {
         if let Some((path, sample)) = odd {
             return Ok(Err(AnsweringError::Row { path, sample }));
         }
+        let Some(plan) = plan else {
+            // chosen values: what is there is there, whatever was finished first
+            let is_there: Vec<bool> = status.iter().map(Option::is_some).collect();
+            gathered.iter_mut().for_each(|column| column.cells.keep(&is_there));
+            keep(&mut causes, &is_there);
+            let status: Vec<Status> = status.into_iter().flatten().collect();
+            let replicate = vec![0; status.len()];
+            let (kind, scrambled, replicates) = (DesignKind::Chosen, false, 1);
+            return Ok(Ok(Self {
+                columns: gathered,
+                status,
+                causes,
+                replicate,
+                groups,
+                kind,
+                layout: Blocks::Points,
+                scrambled,
+                replicates,
+                of,
+                share: 1.0,
+            }));
+        };
         let done = status.iter().take_while(|status| status.is_some()).count() / groups.len();
         let rows = done * groups.len();
         gathered.iter_mut().for_each(|column| column.cells.truncate(rows));
@@ -154,10 +214,12 @@ impl Rows {
             causes,
             replicate: (0..done as u64).map(|point| plan.replicate(point) as u32).collect(),
             groups,
-            kind: kind(plan),
+            kind: design_kind(plan),
+            layout: Blocks::of(plan, done as u64),
             scrambled: plan.is_scrambled(),
             replicates: plan.replicates(),
             of,
+            share: end.map_or(1.0, |end| end.share),
         }))
     }
 
@@ -175,6 +237,7 @@ impl Rows {
         let cells = match (&column.cells, &column.known) {
             (Found::Words(words, list), _) => Cells::Words(words, list),
             (Found::Numbers(cells), Known::Given) => Cells::Numbers(cells, Nature::Given),
+            (Found::Numbers(cells), Known::Once) => Cells::Numbers(cells, Nature::Once),
             (Found::Numbers(cells), Known::Free) => Cells::Numbers(cells, Nature::Free),
             // a table of an earlier build has no such column
             (Found::Numbers(cells), Known::Grows(held)) => {
@@ -204,6 +267,12 @@ impl Rows {
                 replicates: self.replicates as usize,
                 replicate: &self.replicate,
                 complete: self.points() == self.of,
+                layout: match &self.layout {
+                    Blocks::Points => Layout::Points,
+                    Blocks::Trajectories(moves, delta) => Layout::Trajectories(moves, *delta),
+                    Blocks::Saltelli { second_order } => Layout::Saltelli { second_order: *second_order },
+                },
+                share: self.share,
             },
         }
     }
@@ -212,9 +281,14 @@ impl Rows {
 /// Columns that are asked for, then those that say what was held of them.
 fn gathered(vocabulary: &Vocabulary<'_>, columns: &[String], count: usize) -> Vec<Gathered> {
     let mut held: Vec<String> = Vec::new();
+    let column = |name: &str| vocabulary.columns.iter().find(|column| column.field.name == name);
     let empty = |name: &str, unit: &str, known| {
         let (name, unit) = (name.to_owned(), unit.to_owned());
-        let cells = match vocabulary.words_of(&name) {
+        let list = vocabulary.words_of(&name).or_else(|| match column(&name)?.field.kind {
+            FieldKind::Choice(words) => Some(words.iter().map(|word| (*word).to_owned()).collect()),
+            _ => None,
+        });
+        let cells = match list {
             Some(list) => Found::Words(vec![None; count], list),
             None => Found::Numbers(vec![None; count]),
         };
@@ -222,7 +296,7 @@ fn gathered(vocabulary: &Vocabulary<'_>, columns: &[String], count: usize) -> Ve
     };
     let mut all: Vec<Gathered> = Vec::new();
     for name in columns {
-        let found = vocabulary.columns.iter().find(|column| column.field.name == *name);
+        let found = column(name);
         let known = match found.map(|found| &found.told) {
             Some(Told::Given) => Known::Given,
             Some(Told::Grown(None)) => Known::Grows(None),
@@ -230,6 +304,7 @@ fn gathered(vocabulary: &Vocabulary<'_>, columns: &[String], count: usize) -> Ve
                 held.push(guarded.clone());
                 Known::Grows(Some(columns.len() + held.len() - 1))
             }
+            Some(Told::Once) => Known::Once,
             Some(Told::Found) | None => Known::Free,
         };
         all.push(empty(name, found.map_or("", |found| found.field.unit.as_str()), known));
@@ -252,12 +327,15 @@ fn caused(words: Option<&str>) -> Option<CauseSet> {
     Some(causes)
 }
 
-fn kind(plan: &Plan) -> DesignKind {
+/// The kind of a plan.
+pub(super) fn design_kind(plan: &Plan) -> DesignKind {
     match plan.kind() {
         Kind::MonteCarlo => DesignKind::MonteCarlo,
         Kind::LatinHypercube => DesignKind::LatinHypercube,
         Kind::Sobol => DesignKind::Sobol,
         Kind::Halton => DesignKind::Halton,
         Kind::OneAtATime => DesignKind::OneAtATime,
+        Kind::Morris => DesignKind::Morris,
+        Kind::Saltelli => DesignKind::Saltelli,
     }
 }

@@ -9,13 +9,14 @@ use bladeoff_answers::report::counted;
 #[must_use]
 pub fn told(answering: &Answering) -> String {
     let Answering { answers, points, of, .. } = answering;
-    let mut text = head("Answers", *points, *of);
+    let mut text = if answering.is_design { head("Answers", *points, *of) } else { head_of_samples(*points, *of) };
     let mut last: Option<&Answer> = None;
     for answer in &answers.answers {
         if last.is_none_or(|last| last.name != answer.name) {
             text.push_str(&format!("\n{}\n", answer.name));
         }
         text.push_str(&format!("  {}\n", answer.sentence));
+        answer.lines.iter().for_each(|line| text.push_str(&format!("    {line}\n")));
         // what holds for every group is told once, but bad runs are those of a group
         let is_general = |note: &String| {
             let mut all = answers.answers.iter().filter(|other| other.name == answer.name);
@@ -40,9 +41,18 @@ pub fn decided(decisions: &[Decision], points: u64, of: u64) -> String {
 
 fn head(what: &str, points: u64, of: u64) -> String {
     match points {
-        0 => format!("{what}: none yet, not one of {} is there in every group\n", counted(of, "point")),
+        0 => format!("{what}: none yet, the rows so far have not one of {} in every group\n", counted(of, "point")),
         _ if points == of => format!("{what}, of {}:\n", counted(of, "point")),
         _ => format!("{what} so far, of the first {points} of {}:\n", counted(of, "point")),
+    }
+}
+
+/// Where each sample is a point of its own.
+fn head_of_samples(samples: u64, of: u64) -> String {
+    match samples {
+        0 => format!("Answers: none yet, there is no row so far of {}\n", counted(of, "sample")),
+        _ if samples == of => format!("Answers, of {}:\n", counted(of, "sample")),
+        _ => format!("Answers so far, of {samples} of {}:\n", counted(of, "sample")),
     }
 }
 
@@ -52,7 +62,10 @@ mod tests {
 
     #[test]
     fn the_head_says_how_far_it_is() {
-        assert_eq!(head("Answers", 0, 1000), "Answers: none yet, not one of 1000 points is there in every group\n");
+        assert_eq!(
+            head("Answers", 0, 1000),
+            "Answers: none yet, the rows so far have not one of 1000 points in every group\n"
+        );
         assert_eq!(head("Answers", 7, 1000), "Answers so far, of the first 7 of 1000 points:\n");
         assert_eq!(head("Gates", 1, 1), "Gates, of 1 point:\n");
     }

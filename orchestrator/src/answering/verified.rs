@@ -8,7 +8,7 @@ use super::vocabulary::Vocabulary;
 use super::{Meant, Source, meant};
 use crate::run::own_columns;
 use bladeoff_answers::ask::answer;
-use bladeoff_answers::estimate::input::{Cells, Column, Design, DesignKind, Nature, Study};
+use bladeoff_answers::estimate::input::{Cells, Column, Design, DesignKind, Layout, Nature, Study};
 use bladeoff_core::verification::Check;
 use bladeoff_model::outcome::{CauseSet, Status};
 use bladeoff_study::{Samples, load_text};
@@ -155,6 +155,8 @@ fn estimates() -> Option<Vec<(u64, Option<f64>)>> {
             replicates: 1,
             replicate: &replicate,
             complete: true,
+            layout: Layout::Points,
+            share: 1.0,
         },
     };
     study.check().ok()?;

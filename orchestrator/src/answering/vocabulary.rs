@@ -1,7 +1,8 @@
 //! The names that questions of a study may use: columns of its table, and what else they are called.
 
 use crate::run::{TableColumn, columns_of, columns_without};
-use bladeoff_answers::ask::{Ask, Known, Names, Question};
+use bladeoff_answers::ask::{Ask, Given, Known, Names, Question};
+use bladeoff_answers::estimate::along::families;
 use bladeoff_answers::estimate::input::{Group, Label};
 use bladeoff_answers::tables::{DETECTION, FieldKind};
 use bladeoff_model::machine::{MachineDef, ParamValue};
@@ -32,12 +33,24 @@ impl<'a> Vocabulary<'a> {
         let group = |values: Vec<(String, ParamValue)>| {
             Group(values.into_iter().map(|(name, value)| (column(&name), label(value))).collect())
         };
-        let groups: Vec<Group> = samples.groups().into_iter().map(group).collect();
+        let is_design = samples.plan().is_some();
+        // without a design each sample is a point of its own, and its parameters are columns of it
+        let groups: Vec<Group> =
+            if is_design { samples.groups().into_iter().map(group).collect() } else { vec![Group::default()] };
         let is_uncertain = |parameter: &&Parameter| matches!(parameter.origin, Origin::Uncertain(_));
         let is_varied = |parameter: &&Parameter| matches!(parameter.origin, Origin::Varied(..));
         let values = |parameter: &Parameter| {
             let mut values: Vec<Label> = Vec::new();
             let column = column_of(parameter);
+            if let (false, Origin::Varied(axis, member)) = (is_design, parameter.origin) {
+                let axis = &samples.study().axes[axis];
+                let all = (0..axis.length.min(MOST_VALUES)).map(|at| label(axis.varied[member].values.at(at)));
+                all.for_each(|label| {
+                    if !values.contains(&label) {
+                        values.push(label);
+                    }
+                });
+            }
             for label in groups.iter().filter_map(|group| group.label(&column)) {
                 if !values.contains(label) {
                     values.push(label.clone());
@@ -48,11 +61,18 @@ impl<'a> Vocabulary<'a> {
         let known = Known {
             columns: columns.iter().map(|column| (column.field.name.clone(), is_number(column.field.kind))).collect(),
             aliases: aliases(parameters),
+            units: units(&columns, |name| {
+                let is_it = |parameter: &&Parameter| column_of(parameter) == name;
+                let found = parameters.iter().find(is_it);
+                samples.study().machine().is_none() || found.is_some_and(|parameter| parameter.is_variable)
+            }),
         };
         let names = Names {
             known,
             uncertain: parameters.iter().filter(is_uncertain).map(column_of).collect(),
             varied: parameters.iter().filter(is_varied).map(values).collect(),
+            recurring: recurring(samples, &groups),
+            given: parameters.iter().map(given).collect(),
         };
         let machine = samples.study().machine().map(|machine| &machine.def);
         let laws = samples.study().drawn.drawing.laws();
@@ -72,7 +92,10 @@ impl<'a> Vocabulary<'a> {
             None => columns_without(None),
         };
         let known = columns.iter().map(|column| (column.field.name.clone(), is_number(column.field.kind))).collect();
-        let names = Names { known: Known { columns: known, aliases: Vec::new() }, ..Names::default() };
+        let names = Names {
+            known: Known { columns: known, units: units(&columns, |_| false), ..Known::default() },
+            ..Names::default()
+        };
         Some(Self { names, columns, groups: Vec::new(), parameters: &[], machine, words: Vec::new() })
     }
 
@@ -89,13 +112,25 @@ impl<'a> Vocabulary<'a> {
             self.names.known.columns.push((name.clone(), true));
             self.names.uncertain.push(name.clone());
             self.names.varied.push((name.clone(), Vec::new()));
+            let column = name.clone();
+            self.names.given.push(Given { column, axis: None, is_angle: false, is_detection: false });
         }
     }
 
-    /// The words that an uncertain parameter may be, in the order of its list; `None`: its column is one of numbers.
+    /// The words that a column may have, in their order; `None`: it is one of numbers.
     pub fn words_of(&self, column: &str) -> Option<Vec<String>> {
-        let (_, words) = self.words.iter().find(|(name, _)| name == column)?;
-        Some(words.clone())
+        if let Some((_, words)) = self.words.iter().find(|(name, _)| name == column) {
+            return Some(words.clone());
+        }
+        match self.columns.iter().find(|known| known.field.name == column)?.field.kind {
+            FieldKind::Choice(words) => Some(words.iter().map(|word| (*word).to_owned()).collect()),
+            FieldKind::Word => {
+                let varied = self.names.varied.iter().find(|(name, _)| name == column);
+                let word = |label: &Label| if let Label::Word(word) = label { Some(word.clone()) } else { None };
+                Some(varied.map(|(_, labels)| labels.iter().filter_map(word).collect()).unwrap_or_default())
+            }
+            _ => None,
+        }
     }
 
     /// A column of numbers that a curve goes along.
@@ -107,6 +142,34 @@ impl<'a> Vocabulary<'a> {
 
 fn is_number(kind: FieldKind) -> bool {
     matches!(kind, FieldKind::Real | FieldKind::Count | FieldKind::Integer)
+}
+
+/// Zipped parameters whose values recur, and what is said of them.
+fn recurring(samples: &Samples, groups: &[Group]) -> Vec<(String, String)> {
+    let zipped = samples.study().axes.iter().filter(|axis| axis.varied.len() > 1 && samples.plan().is_some());
+    let of_axis = |path: &String| samples.parameters().iter().find(|parameter| parameter.info.path == *path);
+    let columns = zipped.flat_map(|axis| axis.varied.iter().map(|varied| &varied.info.path)).filter_map(of_axis);
+    let why = |column: String| families(groups, &column).err().map(|why| (column, why.to_string()));
+    columns.map(column_of).filter_map(why).collect()
+}
+
+/// Values of an axis that are told apart without a design, at most: more have no panels.
+const MOST_VALUES: u64 = 1000;
+
+fn given(parameter: &Parameter) -> Given {
+    Given {
+        column: column_of(parameter),
+        axis: if let Origin::Varied(axis, _) = parameter.origin { Some(axis) } else { None },
+        is_angle: parameter.is_angle(),
+        is_detection: parameter.is_detection(),
+    }
+}
+
+/// Units of columns of numbers but of those that have none to speak of.
+fn units(columns: &[TableColumn], has_none: impl Fn(&str) -> bool) -> Vec<(String, String)> {
+    let fields = columns.iter().map(|column| &column.field).filter(|field| is_number(field.kind));
+    let with = fields.filter(|field| !has_none(&field.name));
+    with.map(|field| (field.name.clone(), field.unit.clone())).collect()
 }
 
 /// A value as the answers package has it.

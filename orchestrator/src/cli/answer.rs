@@ -5,13 +5,16 @@ use super::exit::Exit;
 use super::output::{print_json, remark, tell};
 use super::place::default_directory;
 use super::refusals::NotAsked;
-use super::why::frozen;
-use crate::answering::{Answering, Meant, Source, answer, keep, meant, told};
-use crate::run::directory::{ANSWERS, CURVES, MANIFEST, RESULTS, STUDY};
+use super::why::{frozen, go_on};
+use crate::answering::{Answering, Forecasts, Meant, Source, Waiting, answer, forecasts, keep, meant, pace, told};
+use crate::run::directory::{ANSWERS, CURVES, MANIFEST, RESULTS, STUDY, read_current, row_files};
 use crate::run::see;
 use bladeoff_answers::ask::{in_words, percent_given};
+use bladeoff_answers::report::counted;
+use bladeoff_answers::tables::Table;
 use bladeoff_study::{Asked, Samples, StudyError, read_asked};
 use bladeoff_system::shown;
+use serde_json::Value;
 use std::path::{Path, PathBuf};
 
 /// Answer the questions of a study from its results
@@ -55,13 +58,58 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         let table = shown(directory.join(RESULTS));
         remark(&format!("warning: {table} cannot be verified: {MANIFEST} has no checksum of it"));
     }
-    let is_kept = args.study.is_none() && kept(&directory, &answering, false);
+    let (is_kept, exit) = match args.study {
+        None => kept(&directory, &answering, false),
+        Some(_) => (false, Exit::Ok),
+    };
+    if !answering.answers.complete {
+        remark_unwritten(&directory)?;
+    }
     if args.json {
         print_json(&answering.answers.json().map_err(|error| CliError::stdout(error.into()))?)?;
     } else {
-        tell(&(told(&answering) + &files(&directory, &answering, is_kept)))?;
+        let ahead =
+            forecast_of(&directory, &samples, &answering).map(|ahead| ahead_in_words(&ahead)).unwrap_or_default();
+        tell(&(told(&answering) + &ahead + &files(&directory, &answering, is_kept)))?;
     }
-    Ok(Exit::Ok)
+    Ok(exit)
+}
+
+/// Says how many samples nobody works on are in the record of a directory and in none of its tables: after a kill, or where a table was
+/// removed.
+pub(super) fn remark_unwritten(directory: &Path) -> Result<(), CliError> {
+    let Some(seen) = see(directory)?.filter(|seen| seen.is_counted) else { return Ok(()) };
+    let done = seen.told.as_ref().and_then(|told| told.get("done")).and_then(Value::as_u64).unwrap_or(0);
+    let rows = read_current(directory, row_files, Table::count_rows)? as u64;
+    if done > rows {
+        let how = go_on(&seen).map(|command| format!("; this writes them and goes on: {command}")).unwrap_or_default();
+        let samples = counted(done - rows, "sample");
+        remark(&format!(
+            "warning: {samples} of {done} are in the record of {} and in no table yet{how}",
+            shown(directory)
+        ));
+    }
+    Ok(())
+}
+
+/// What more time would narrow the intervals of these answers to; `None`: no pace is known, or there is no interval.
+pub(super) fn forecast_of(directory: &Path, samples: &Samples, answering: &Answering) -> Option<Forecasts> {
+    // what [stop] has ended is precise enough
+    let pace = pace(&see(directory).ok()??.told?).filter(|_| answering.of == answering.design)?;
+    let awaited = waiting(samples).ok()?.map(|waiting| waiting.awaited());
+    forecasts(answering, pace, samples.groups().len(), awaited.as_ref())
+}
+
+fn ahead_in_words(ahead: &Forecasts) -> String {
+    let lines: String = ahead.lines().iter().map(|line| format!("  {line}\n")).collect();
+    format!("\n{}:\n{lines}", ahead.head())
+}
+
+/// The same of a directory of which the answers are not asked for: its own questions.
+pub(super) fn forecast_in(directory: &Path) -> Option<Forecasts> {
+    let (samples, _, asked) = asked_of(directory, None).ok()?;
+    let answering = answer(directory, &samples, &asked.questions).ok().filter(|_| !asked.questions.is_empty())?;
+    forecast_of(directory, &samples, &answering)
 }
 
 /// The study of a directory, and what its file or another one asks of it; the name of that file.
@@ -79,7 +127,8 @@ pub(super) fn asked_of(directory: &Path, other: Option<&Path>) -> Result<(Sample
     Ok((samples, file, meant))
 }
 
-fn understood(samples: &Samples, file: &str, text: &str, asked: &Asked) -> Result<Meant, CliError> {
+/// What a file asks of these samples.
+pub(in crate::cli) fn understood(samples: &Samples, file: &str, text: &str, asked: &Asked) -> Result<Meant, CliError> {
     if asked.is_empty() {
         return Ok(Meant::default());
     }
@@ -112,32 +161,44 @@ pub(super) fn asked_in_words(samples: &Samples) -> Result<String, CliError> {
             ));
         }
     }
+    if let Some(waiting) = waiting(samples)? {
+        let lines = waiting.in_words().iter().map(|line| format!("  {line}\n")).collect::<String>();
+        text.push_str(&format!("\nStop:\n{lines}"));
+    }
     Ok(text)
 }
 
-/// What `run` says of the questions of its study at its end; those of a complete one are written into the directory.
-pub(super) fn answers_of_run(directory: &Path, samples: &Samples, trusts: bool) -> Result<String, CliError> {
+/// Where a study may end before its design does.
+pub(super) fn waiting(samples: &Samples) -> Result<Option<Waiting>, CliError> {
+    let study = samples.study();
+    Ok(Waiting::of(samples, &understood(samples, &study.file, &study.text, &study.asked)?))
+}
+
+/// What `run` says of the questions of its study at its end; those of a complete one are written into the directory. How `run` ends where
+/// nothing else is to be said.
+pub(super) fn answers_of_run(directory: &Path, samples: &Samples, trusts: bool) -> Result<(String, Exit), CliError> {
     let study = samples.study();
     let Meant { questions, .. } = understood(samples, &study.file, &study.text, &study.asked)?;
     if questions.is_empty() {
-        return Ok(String::new());
+        return Ok((String::new(), Exit::Ok));
     }
     let answering = answer(directory, samples, &questions)?;
-    let is_kept = kept(directory, &answering, trusts);
-    Ok(format!("\n{}{}", told(&answering), files(directory, &answering, is_kept)))
+    let (is_kept, exit) = kept(directory, &answering, trusts);
+    Ok((format!("\n{}{}", told(&answering), files(directory, &answering, is_kept)), exit))
 }
 
-/// Writes the answers of a complete study; says why not.
-fn kept(directory: &Path, answering: &Answering, trusts: bool) -> bool {
+/// Writes the answers of a complete study; says why not. Whether they are written, and how a command ends that has nothing else to say: to
+/// look at what one may not write is no failure.
+fn kept(directory: &Path, answering: &Answering, trusts: bool) -> (bool, Exit) {
     if !answering.answers.complete {
-        return false;
+        return (false, Exit::Ok);
     }
     match keep(directory, answering, trusts) {
-        Ok(()) => true,
+        Ok(()) => (true, Exit::Ok),
         Err(error) => {
             let source = std::error::Error::source(&error).map(|source| format!(": {source}")).unwrap_or_default();
             remark(&format!("the answers are not written: {error}{source}"));
-            false
+            (false, if error.is_refusal() { Exit::Ok } else { Exit::Io })
         }
     }
 }

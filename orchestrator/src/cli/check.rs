@@ -119,7 +119,10 @@ fn drawn(samples: &Samples) -> String {
             text.push_str(&format!("; the same points in each of {}", counted(groups, "combination")));
         }
         text.push_str(".\n");
-        for note in &study.drawn.notes {
+        // of the points that are taken, not of those in the file
+        let whole = study.drawn.drawing.plan().and_then(|plan| plan.without_interval(plan.count()));
+        let others = study.drawn.notes.iter().filter(|note| whole.as_ref() != Some(note));
+        for note in plan.without_interval(samples.points()).iter().chain(others) {
             text.push_str(&wrapped(&format!("Note: {note}."), width, "", ""));
         }
         text.push('\n');

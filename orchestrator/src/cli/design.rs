@@ -3,7 +3,7 @@
 //! ```text
 //! SALib   a problem (num_vars, names, bounds, dists) as JSON, and the points as CSV          salib.readthedocs.io
 //!         unif [from, to], triang [from, to, peak as part of the width], norm [mean, sd],
-//!         truncnorm [from, to, mean, sd], lognorm [mean, sd of ln x]
+//!         truncnorm [from, to, mean, sd], lognorm [mean, sd of ln x], logunif [from, to], weibull [shape, scale]
 //! Dakota  annotated tabular data: `%eval_id interface`, variables, responses, between spaces  snl-dakota.github.io
 //! ```
 
@@ -155,7 +155,11 @@ fn distribution(law: &Uncertain) -> Result<(&'static str, Vec<f64>), &'static st
         Some(Plain::Triangular(_, _, to)) if to <= 0.0 => Err("SALib refuses a triangle that ends at or below 0"),
         Some(Plain::Triangular(_, mode, to)) if mode >= to => Err("SALib refuses a triangle with its peak at the end"),
         Some(Plain::Triangular(from, mode, to)) => Ok(("triang", vec![from, to, (mode - from) / (to - from)])),
-        None => Err("SALib has no such distribution (it has unif, triang, norm, truncnorm with both ends, lognorm)"),
+        Some(Plain::LogUniform(from, to)) => Ok(("logunif", vec![from, to])),
+        Some(Plain::Weibull(shape, scale)) => Ok(("weibull", vec![shape, scale])),
+        None => Err(
+            "SALib has no such distribution (it has unif, logunif, triang, norm, truncnorm with both ends, lognorm and weibull)",
+        ),
     }
 }
 

@@ -1,7 +1,7 @@
 //! Every way a subcommand can end badly, with its exit code.
 
 use super::exit::Exit;
-use super::refusals::{DesignExportError, NoDirectory, NotAsked, ReplayError, WhyError};
+use super::refusals::{DesignExportError, NoDirectory, NotAsked, NotCompared, ReplayError, WhyError};
 use crate::answering::AnsweringError;
 use crate::chaos::ChaosError;
 use crate::dispatch::Signal;
@@ -11,6 +11,7 @@ use crate::ledger::LedgerError;
 use crate::run::RunError;
 use crate::run::directory::LEDGER;
 use crate::starts::StartError;
+use bladeoff_answers::compare::CompareError;
 use bladeoff_answers::figures::FigureError;
 use bladeoff_answers::tables::TableError;
 use bladeoff_model::document::Problems;
@@ -141,6 +142,9 @@ pub enum CliError {
     /// Nothing is asked.
     #[error(transparent)]
     NotAsked(#[from] NotAsked),
+    /// Two tables that are not compared.
+    #[error(transparent)]
+    NotCompared(#[from] NotCompared),
     /// A sample of which nothing can be said.
     #[error(transparent)]
     Why(#[from] WhyError),
@@ -201,7 +205,9 @@ impl CliError {
             | CliError::NoResults { .. }
             | CliError::NotARun { .. }
             | CliError::NoDirectory(_)
-            | CliError::Why(_) => Exit::Input,
+            | CliError::NotAsked(_) => Exit::Input,
+            CliError::Why(WhyError::Beginning { .. }) => Exit::Incomplete,
+            CliError::Why(_) => Exit::Input,
             CliError::Study(StudyError::Problems(_) | StudyError::AMachine { .. }) | CliError::Start(_) => Exit::Input,
             CliError::NoKind | CliError::Study(StudyError::Design(DesignError::Scale { .. })) => Exit::Usage,
             CliError::Study(StudyError::Design(_)) => Exit::Input,
@@ -225,13 +231,15 @@ impl CliError {
             | CliError::Replay(_) => Exit::Input,
             CliError::Figure(_) => Exit::Io,
             CliError::History(_) => Exit::Io,
-            CliError::Design(_) | CliError::NotAsked(NotAsked::Questions { .. }) => Exit::Input,
-            CliError::NotAsked(NotAsked::Gates { .. }) => Exit::Usage,
+            CliError::Design(_) => Exit::Input,
             CliError::Answering(AnsweringError::Table(TableError::Version { .. })) => Exit::Input,
             CliError::Answering(AnsweringError::Table(_) | AnsweringError::Row { .. }) => Exit::Io,
             CliError::Answering(_) => Exit::Input,
             CliError::Table(TableError::Version { .. }) => Exit::Input,
             CliError::Table(_) | CliError::File(_) | CliError::Ledger(_) | CliError::Stdout { .. } => Exit::Io,
+            CliError::NotCompared(NotCompared::Compare(error)) => compare_exit(error),
+            CliError::NotCompared(NotCompared::Changing) => Exit::Io,
+            CliError::NotCompared(_) => Exit::Input,
             CliError::Chaos(ChaosError::File(_)) => Exit::Io,
             // An error of the program.
             CliError::Chaos(_) => Exit::Bug,
@@ -250,6 +258,15 @@ fn of_a_study(path: &Path, machine: Option<&str>) -> String {
         text.push_str(&format!("\n  one run of its machine: {}", command("simulate", &machine)));
     }
     text
+}
+
+fn compare_exit(error: &CompareError) -> Exit {
+    match error {
+        CompareError::Asked(_) | CompareError::NoColumn { .. } | CompareError::Table(TableError::Version { .. }) => {
+            Exit::Input
+        }
+        CompareError::Table(_) | CompareError::Row { .. } => Exit::Io,
+    }
 }
 
 fn input_exit(error: &InputError) -> Exit {

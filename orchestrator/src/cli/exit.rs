@@ -15,7 +15,8 @@ pub enum Exit {
     Usage = 2,
     /// A machine, study or result that cannot be used as it is.
     Input = 3,
-    /// Complete, with more failed or invalid samples than the study allows; a failed `simulate`; a gate that failed.
+    /// Complete, with more failed or invalid samples than the study allows; a failed `simulate`; a gate that failed; a
+    /// comparison beyond a tolerance.
     Failures = 4,
     /// Not all samples were computed; a gate that is open.
     Incomplete = 5,
@@ -49,7 +50,8 @@ Exit codes:
   1    internal error (a bug: please report it)
   2    wrong command line
   3    bad input: a machine, study or result directory that cannot be used as it is
-  4    complete, but with more failed or invalid samples than the study allows; a gate that failed
+  4    complete, but with more failed or invalid samples than the study allows; a gate that failed; a
+       comparison beyond a tolerance
   5    incomplete: some samples were not computed; a gate that is open
   6    a file, the disk, shared memory or a process failed
   130  ended by Ctrl-C; 143 by SIGTERM; finished samples are kept";

@@ -1,6 +1,6 @@
 //! `bladeoff gate`: whether probabilities are below their bounds, as an exit code.
 
-use super::answer::asked_of;
+use super::answer::{asked_of, remark_unwritten};
 use super::error::CliError;
 use super::exit::Exit;
 use super::output::{remark, tell};
@@ -71,6 +71,9 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         return Err(NotAsked::Gates { file, directory }.into());
     }
     let (decisions, points, of) = judge(&directory, &samples, &gates)?;
+    if points < of {
+        remark_unwritten(&directory)?;
+    }
     if let Some(path) = &args.junit {
         write_whole(path, junit(&name(&directory, &samples), &decisions).as_bytes())?;
         remark(&format!("wrote {}", shown(path)));
@@ -91,7 +94,7 @@ fn refused(wrong: Vec<(String, String)>) -> CliError {
 }
 
 /// The study's name: a frozen file no longer has its own, by which a study without `name` is called.
-fn name(directory: &Path, samples: &Samples) -> String {
+pub(super) fn name(directory: &Path, samples: &Samples) -> String {
     let told = see(directory).ok().flatten().and_then(|seen| seen.told);
     let name = told.as_ref().and_then(|told| told.get("study")).and_then(|name| name.as_str());
     name.unwrap_or(&samples.study().name).to_owned()

@@ -4,6 +4,8 @@ mod answer;
 mod bench;
 mod budget;
 mod check;
+mod compare;
+mod compared;
 mod design;
 mod error;
 mod estimate;
@@ -16,6 +18,7 @@ mod hints;
 mod history;
 mod json;
 mod machine;
+mod map;
 mod modes;
 mod new;
 mod output;
@@ -26,6 +29,7 @@ mod recover;
 mod refusals;
 mod render;
 mod replay;
+mod report;
 mod run;
 mod shared;
 mod simulate;
@@ -69,7 +73,10 @@ enum Command {
     Paths(paths::Args),
     New(new::Args),
     Answer(answer::Args),
+    Map(map::Args),
     Gate(gate::Args),
+    Report(report::Args),
+    Compare(compare::Args),
     Design(design::Args),
     Export(export::Args),
     Verify(verify::Args),
@@ -190,7 +197,10 @@ fn dispatch(command: Command) -> Exit {
         Command::Paths(args) => paths::main(&args),
         Command::New(args) => new::main(&args),
         Command::Answer(args) => answer::main(&args),
+        Command::Map(args) => map::main(&args),
         Command::Gate(args) => gate::main(&args),
+        Command::Report(args) => report::main(&args),
+        Command::Compare(args) => compare::main(&args),
         Command::Design(args) => design::main(&args),
         Command::Export(args) => export::main(&args),
         Command::Verify(args) => verify::main(&args),

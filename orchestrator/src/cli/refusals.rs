@@ -1,6 +1,8 @@
 //! Why commands about a result directory do not do what is asked.
 
+use bladeoff_answers::compare::CompareError;
 use bladeoff_answers::report::counted;
+use bladeoff_answers::tables::TableError;
 use bladeoff_study::StudyError;
 use bladeoff_system::call;
 use bladeoff_system::shown;
@@ -64,6 +66,32 @@ pub enum DesignExportError {
     },
 }
 
+/// Why two tables are not compared.
+#[derive(Debug, thiserror::Error)]
+pub enum NotCompared {
+    /// Nothing stands under the name.
+    #[error("{} is not there: a result directory, or a table of one, is what can be compared", shown(path))]
+    Missing {
+        /// The name.
+        path: PathBuf,
+    },
+    /// A file that is no table.
+    #[error("{} is no result table", shown(path))]
+    NoTable {
+        /// The file.
+        path: PathBuf,
+        /// What was found.
+        #[source]
+        source: TableError,
+    },
+    /// The comparison.
+    #[error(transparent)]
+    Compare(#[from] CompareError),
+    /// Files are replaced again and again.
+    #[error("the tables are replaced while they are read, again and again: a run writes them")]
+    Changing,
+}
+
 /// Why nothing can be said of a sample.
 #[derive(Debug, thiserror::Error)]
 pub enum WhyError {
@@ -93,11 +121,23 @@ pub enum WhyError {
         /// Samples there are.
         count: u64,
     },
+    /// A run that has not written down yet what it computes.
+    #[error("the run in {} is just beginning: its study is not written there yet", shown(directory))]
+    Beginning {
+        /// The directory.
+        directory: PathBuf,
+    },
     /// The study that was frozen in the directory.
-    #[error("the study frozen in {} cannot be read any more", shown(directory))]
+    #[error(
+        "the study frozen in {} cannot be read any more{}",
+        shown(directory),
+        again.as_ref().map(|command| format!("; this writes it there again: {command}")).unwrap_or_default()
+    )]
     Frozen {
         /// The directory.
         directory: PathBuf,
+        /// The command that writes it again, where it is gone.
+        again: Option<String>,
         /// Why.
         #[source]
         source: StudyError,

@@ -1,24 +1,26 @@
 //! `bladeoff run`: a study on all cores.
 
-use super::answer::{answers_of_run, check_questions};
+use super::answer::{answers_of_run, check_questions, waiting};
 use super::budget::BudgetArgs;
 use super::error::CliError;
 use super::exit::Exit;
 use super::functions;
 use super::output::{remark, tell, width, width_of_errors};
 use crate::answering::check_asked;
-use crate::dispatch::{Ended, time_left};
+use crate::dispatch::{Ended, time_left, watch_before};
 use crate::run::directory::{LEDGER, row_files};
-use crate::run::{Finished, Request, Rerun, RunError, TRUST, go_on, own_columns, run};
+use crate::run::{Finished, Looking, Request, Rerun, RunError, TRUST, go_on, own_columns, run};
 use crate::starts::check_starts;
 use bladeoff_answers::report::are;
 use bladeoff_answers::report::{SUMMARY_COLUMNS, Summary, counted, duration};
 use bladeoff_answers::tables::Table;
 use bladeoff_model::outcome::{Cause, Status};
+use bladeoff_study::plan::Kind;
 use bladeoff_study::{Samples, Study, check_machines, load_checked, parse_duration};
 use bladeoff_system::shown;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 use std::thread;
 use std::time::Duration;
 
@@ -181,12 +183,31 @@ impl PartArgs {
             check_questions(&samples)
                 .inspect_err(|_| remark("a part of the values of each axis is left by --scale"))?;
         }
+        if let Some(told) = self.limit.and_then(|limit| limited(&samples, limit)) {
+            remark(&told);
+        }
         if samples.study().function().is_none() {
             check_machines(&samples)?;
             check_starts(&samples)?;
         }
         Ok(samples)
     }
+}
+
+/// Where a limit takes another number of points than it says: what it takes, and why.
+fn limited(samples: &Samples, limit: u64) -> Option<String> {
+    let (plan, points) = (samples.plan()?, samples.points());
+    if points == limit.min(plan.count()) {
+        return None;
+    }
+    let why = match plan.kind() {
+        Kind::LatinHypercube | Kind::Sobol => {
+            format!(": {} in each replicate, a power of two", points / plan.replicates())
+        }
+        _ if plan.rows() > 1 => format!(", in whole blocks of {}", plan.rows()),
+        _ => String::new(),
+    };
+    Some(format!("--limit {limit} takes the first {}{why}", counted(points, "point")))
 }
 
 /// Number of worker processes where none is given.
@@ -197,6 +218,13 @@ pub fn default_workers() -> usize {
 
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
+    // a design of millions is prepared for a while
+    watch_before(|signal| {
+        remark(
+            "ended before the first sample was handed out; the same command begins again, and keeps what was finished before",
+        );
+        std::process::exit(Exit::from(signal) as i32);
+    });
     let samples = args.part.load(&args.study)?;
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(&samples.study().name));
     let workers = args.workers.map_or_else(default_workers, NonZeroUsize::get);
@@ -221,6 +249,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         trusts: args.trust_dir,
         workers,
         rerun: args.rerun.clone(),
+        looking: waiting(&samples)?.map(|waiting| Rc::new(waiting) as Rc<dyn Looking>),
         refresh: args.refresh,
         sample: args.budget.of_sample(samples.study().limits.sample),
         limits,
@@ -237,17 +266,21 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
             go_on();
         }
     })?;
-    let incomplete = finished.ended != Ended::Complete;
+    let incomplete = !finished.ended.is_complete();
     let width = if args.json_events { width_of_errors() } else { width() };
     let mut text =
         format!("\n{}: {} of {}\n\n", samples.study().name, finished.tally.done(), counted(samples.count(), "sample"));
+    if let Some(end) = &finished.end {
+        text.push_str(&format!("{}\n\n", end.words(samples.points())));
+    }
     text.push_str(&summary(samples.study(), &out, width)?);
     let (what, all) = if incomplete { ("Finished rows", "/*.parquet") } else { ("Table", "") };
     if let Some(table) = &finished.table {
         let table = shown(table);
         text.push_str(&format!("\n{what}: {table}{all}\n"));
     }
-    text.push_str(&answers_of_run(&out, &samples, args.trust_dir)?);
+    let (answers, exit_of_answers) = answers_of_run(&out, &samples, args.trust_dir)?;
+    text.push_str(&answers);
     let printed = if args.json_events {
         remark(text.trim_end());
         Ok(())
@@ -263,7 +296,10 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         remark(&why_it_ended(&finished, samples.count()));
         go_on();
     }
-    Ok(verdict(samples.study(), &finished, samples.count()))
+    Ok(match verdict(samples.study(), &finished, samples.count()) {
+        Exit::Ok => exit_of_answers,
+        exit => exit,
+    })
 }
 
 /// What the rows so far say.
@@ -282,7 +318,7 @@ fn summary(study: &Study, out: &Path, width: Option<usize>) -> Result<String, Cl
 /// Why the run ended before it was complete.
 fn why_it_ended(finished: &Finished, total: u64) -> String {
     let why = match finished.ended {
-        Ended::Complete => "complete",
+        Ended::Complete | Ended::Stop => "complete",
         Ended::Signalled(_) => finished.ended.word(),
         Ended::Wall => "ended by --wall",
         Ended::Until => "ended by --until",
@@ -296,8 +332,9 @@ fn verdict(study: &Study, finished: &Finished, total: u64) -> Exit {
     match finished.ended {
         Ended::Signalled(signal) => return signal.into(),
         Ended::Wall | Ended::Until | Ended::TooManyFailures => return Exit::Incomplete,
-        Ended::Complete => {}
+        Ended::Complete | Ended::Stop => {}
     }
+    let total = finished.end.map_or(total, |end| end.samples);
     let failed = finished.tally.failed();
     let invalid = finished.tally.of(Status::Invalid);
     let limits = study.limits;

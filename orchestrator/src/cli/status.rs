@@ -1,11 +1,13 @@
 //! `bladeoff status`: how far a study is, while it runs and afterwards.
 
+use super::answer::forecast_in;
 use super::error::CliError;
 use super::exit::Exit;
 use super::output::{print_json, tell};
 use super::place::default_directory;
+use crate::answering::Forecasts;
 use crate::report::Eta;
-use crate::run::{RunState, Seen, Verified, see, verify};
+use crate::run::{RunState, Seen, TableEnd, Verified, see, verify};
 use bladeoff_answers::report::{Align, TextTable, counted};
 use bladeoff_model::document::visible;
 use serde_json::{Map, Value, json};
@@ -69,7 +71,12 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
 /// No study was run in it, or it cannot be read.
 pub fn text(directory: &Path, json: bool) -> Result<String, CliError> {
     let seen = see(directory)?.ok_or_else(|| CliError::NotARun { path: directory.to_path_buf() })?;
-    Ok(if json { as_json(seen) } else { as_text(&seen) })
+    // of a complete study it is told with the answers
+    let ahead = match seen.state {
+        RunState::Running { .. } | RunState::Ended | RunState::Killed(_) => forecast_in(directory),
+        RunState::Complete | RunState::Unknown { .. } => None,
+    };
+    Ok(if json { as_json(seen, ahead.as_ref()) } else { as_text(&seen, ahead.as_ref()) })
 }
 
 fn verified_text(verified: &[Verified]) -> String {
@@ -93,7 +100,7 @@ fn verified_json(status: &str, verified: &[Verified]) -> String {
     text
 }
 
-fn as_json(seen: Seen) -> String {
+fn as_json(seen: Seen, ahead: Option<&Forecasts>) -> String {
     let mut object = seen.told.unwrap_or_default();
     if seen.state == RunState::Ended {
         // Why it ended is what the run said itself: interrupted, terminated, wall, until, max_failures, failed.
@@ -106,12 +113,13 @@ fn as_json(seen: Seen) -> String {
         object.insert("unknown".to_owned(), json!(why));
     }
     object.insert("state".to_owned(), json!(seen.state.word()));
+    object.insert("forecast".to_owned(), json!(ahead.map(Forecasts::json)));
     let mut text = serde_json::to_string_pretty(&Value::Object(object)).unwrap_or_default();
     text.push('\n');
     text
 }
 
-fn as_text(seen: &Seen) -> String {
+fn as_text(seen: &Seen, ahead: Option<&Forecasts>) -> String {
     let empty = Map::new();
     let told = seen.told.as_ref().unwrap_or(&empty);
     let word = |key: &str| told.get(key).and_then(Value::as_str);
@@ -125,6 +133,9 @@ fn as_text(seen: &Seen) -> String {
         line("outcome", outcome(told));
         if let RunState::Running { .. } = seen.state {
             line("pace", pace(told));
+        }
+        for text in ahead.map(Forecasts::lines).unwrap_or_default() {
+            line("forecast", text);
         }
         let deaths = number(told, "worker_deaths");
         if deaths > 0.0 {
@@ -160,7 +171,10 @@ fn state<'a>(seen: &Seen, word: impl Fn(&str) -> Option<&'a str>) -> String {
         RunState::Killed(None) => {
             format!("killed or failed: it could not tell its end; finished samples are kept{}", last())
         }
-        RunState::Complete => "complete".to_owned(),
+        RunState::Complete => match end_told(seen) {
+            Some(end) => format!("complete: {end}"),
+            None => "complete".to_owned(),
+        },
         RunState::Unknown { why } => {
             let last = match (word("updated"), word("state")) {
                 (Some(time), Some(said)) => format!("its last word, at {time}, was: {said}"),
@@ -177,6 +191,12 @@ fn state<'a>(seen: &Seen, word: impl Fn(&str) -> Option<&'a str>) -> String {
             (Some(said), _) => format!("ended: {said}"),
         },
     }
+}
+
+/// Where the table ends, in words, if `[stop]` says so.
+fn end_told(seen: &Seen) -> Option<String> {
+    let told = seen.told.as_ref()?;
+    TableEnd::of_json(told.get("stop")?).map(|end| end.words(told.get("points").and_then(Value::as_u64).unwrap_or(0)))
 }
 
 fn done(seen: &Seen, told: &Map<String, Value>) -> String {

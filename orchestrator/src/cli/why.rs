@@ -7,8 +7,10 @@ use super::place::default_directory;
 use super::refusals::WhyError;
 use crate::engine;
 use crate::report::{advice, cause_in_words, describe_values, diverged_at, end_cause_in_words, mentions};
-use crate::run::directory::{MANIFEST, WORKER_LOG, read_current, row_files, timing_files};
-use crate::run::{RunState, function_columns, own_columns, refuse_changed, refuse_changed_timings, see};
+use crate::run::directory::{LEDGER, MANIFEST, RESULTS, WORKER_LOG, read_current, row_files, timing_files};
+use crate::run::{
+    RunState, Seen, TableEnd, end_of_table, function_columns, own_columns, refuse_changed, refuse_changed_timings, see,
+};
 use bladeoff_answers::report::duration;
 use bladeoff_answers::report::{are, counted};
 use bladeoff_answers::tables::{Table, TableError, Timing};
@@ -16,7 +18,7 @@ use bladeoff_model::document::units::{format_digits, format_quantity};
 use bladeoff_model::document::visible;
 use bladeoff_model::machine::{ParamValue, TWIN};
 use bladeoff_model::outcome::{Cause, ColumnKind, EndCause};
-use bladeoff_study::{FrozenFiles, Samples, load_frozen, show};
+use bladeoff_study::{FrozenFiles, InputError, Samples, StudyError, load_frozen, show};
 use bladeoff_system::call;
 use bladeoff_system::place::Place;
 use bladeoff_system::shown;
@@ -92,7 +94,7 @@ pub fn text(directory: &Path, sample: u64) -> Result<String, CliError> {
     if let Some(twin) = twin(&samples, sample) {
         told.line(TWIN, twin);
     }
-    let go_on = seen.told.as_ref().and_then(|told| told.get("go_on")).and_then(Value::as_str).map(str::to_owned);
+    let go_on = go_on(&seen);
     let row = read_current(directory, row_files, |files| {
         refuse_changed(directory)?;
         Table::row(files, sample)
@@ -103,6 +105,13 @@ pub fn text(directory: &Path, sample: u64) -> Result<String, CliError> {
             told.line("status", "failed: a formula gave no finite number (non_finite); what the others gave is kept");
         }
         Some(row) => finished(&mut told, row, go_on.as_deref()),
+        None if let Some(end) = end_before(directory, sample) => {
+            let words = end.words(samples.points());
+            told.line(
+                "status",
+                format!("beyond the end of the table: {words}; it may be in the record, but has no row"),
+            );
+        }
         None => {
             told.line("status", unfinished(&seen.state, seen.told.as_ref(), sample, go_on.as_deref()));
         }
@@ -117,6 +126,12 @@ pub fn text(directory: &Path, sample: u64) -> Result<String, CliError> {
         told.0.push_str(&values(row, &samples, sample));
     }
     Ok(told.0)
+}
+
+/// The end of the table, where that is before this sample.
+fn end_before(directory: &Path, sample: u64) -> Option<TableEnd> {
+    let end = end_of_table(&directory.join(RESULTS)).ok().flatten();
+    end.filter(|end| sample >= end.samples)
 }
 
 /// `run.twin` of a sample that has a twin, unless it varies and is shown with what does.
@@ -197,7 +212,7 @@ fn place(args: &Args) -> Result<(PathBuf, u64), CliError> {
 
 /// The study as it is frozen in the directory, with the part of it that was run.
 pub(super) fn frozen(directory: &Path) -> Result<Samples, WhyError> {
-    let failed = |source| WhyError::Frozen { directory: directory.to_path_buf(), source };
+    let failed = |source| unread(directory, source);
     let study = load_frozen(FrozenFiles::of(directory), own_columns).map_err(failed)?;
     let manifest: Value = Place::from(&directory.join(MANIFEST))
         .read(MOST_MANIFEST)
@@ -205,6 +220,26 @@ pub(super) fn frozen(directory: &Path) -> Result<Samples, WhyError> {
         .and_then(|text| serde_json::from_slice(&text).ok())
         .unwrap_or_default();
     Samples::new(study, manifest["scale"].as_f64(), manifest["limit"].as_u64()).map_err(failed)
+}
+
+/// Why a frozen study is not there to be read: its run has not come to writing it, or somebody has removed it.
+fn unread(directory: &Path, source: StudyError) -> WhyError {
+    let seen = see(directory).ok().flatten();
+    // the record is made when all inputs are written
+    let is_beginning = !directory.join(LEDGER).exists();
+    let is_gone = matches!(source, StudyError::Input(InputError::Missing { .. }));
+    let directory = directory.to_path_buf();
+    match seen {
+        Some(seen) if is_beginning && matches!(seen.state, RunState::Running { .. }) => {
+            WhyError::Beginning { directory }
+        }
+        seen => WhyError::Frozen { directory, again: seen.filter(|_| is_gone).and_then(|seen| go_on(&seen)), source },
+    }
+}
+
+/// The command that goes on with what is in a directory.
+pub(super) fn go_on(seen: &Seen) -> Option<String> {
+    seen.told.as_ref()?.get("go_on").and_then(Value::as_str).map(str::to_owned)
 }
 
 fn finished(told: &mut Told, row: &Table, go_on: Option<&str>) {

@@ -12,7 +12,7 @@
 //!
 //! Signals during a run: SIGINT, SIGTERM, and SIGHUP unless it is ignored, end it in order, a second one at once; SIGUSR1
 //! asks what the workers do. They stay caught afterwards, so that the table is written to its end; [`watch_afterwards`] answers them
-//! there.
+//! there, and [`watch_before`] while a run is prepared.
 
 mod api;
 mod child;
@@ -48,7 +48,7 @@ pub use crate::schedule::{
 pub use api::{DispatchOptions, DispatchReport, Notice, Observer, Parameters, Sink, SinkError};
 pub use clock::{left as time_left, next as next_time_of_day};
 pub use error::DispatchError;
-pub use signals::watch_afterwards;
+pub use signals::{watch_afterwards, watch_before};
 
 /// Says before a study begins whether its workers would have shared memory.
 ///
@@ -101,6 +101,7 @@ pub fn run(
     let result = {
         let _inside = runtime.enter();
         signals::watch(&send)?;
+        signals::answer();
         if options.keyboard {
             keyboard::watch(&send);
         }

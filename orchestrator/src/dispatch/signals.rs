@@ -6,6 +6,24 @@ use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 use super::error::DispatchError;
 use super::event::Event;
 use crate::schedule::Signal;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Whether a run of this process answers signals, or has.
+static ANSWERED: AtomicBool = AtomicBool::new(false);
+
+/// A run answers signals from now on.
+pub(super) fn answer() {
+    ANSWERED.store(true, Ordering::Relaxed);
+}
+
+/// Until a run answers signals: hands each to `on_signal`, on a thread of its own.
+pub fn watch_before(on_signal: impl Fn(Signal) + Send + 'static) {
+    watch_afterwards(move |signal| {
+        if !ANSWERED.load(Ordering::Relaxed) {
+            on_signal(signal);
+        }
+    });
+}
 
 /// Turns SIGINT, SIGTERM, SIGHUP (unless it is ignored, as under nohup) and SIGUSR1 into events until the receiver is gone.
 pub(super) fn watch(events: &UnboundedSender<Event>) -> Result<(), DispatchError> {

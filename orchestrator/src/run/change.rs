@@ -6,7 +6,7 @@ use super::error::Change;
 use super::prepare::{Prepared, SAMPLES_KEY};
 use bladeoff_core::NUMERICS_VERSION;
 use bladeoff_model::machine::ParamValue;
-use bladeoff_study::{FrozenFiles, Origin, SampleKeys, Samples, Study, Varied, load_frozen, show};
+use bladeoff_study::{FrozenFiles, Origin, Parameter, SampleKeys, Samples, Study, Varied, load_frozen, show};
 use bladeoff_system::folder::Folder;
 use bladeoff_system::shown;
 use bladeoff_worker::plan::{BASIS_FILE, MOST_BASIS};
@@ -32,12 +32,14 @@ pub(super) fn changes(folder: &Folder, prepared: &Prepared<'_>, header: &BTreeMa
     compare("numerics_version", "numerics version of the program");
     compare("scale", "--scale");
     compare("limit", "--limit");
-    if prepared.samples.limit().is_some() || header.contains_key("limit") {
+    // of all combinations the seed chooses none
+    if prepared.samples.limit().is_some() || header.contains_key("limit") || prepared.samples.plan().is_some() {
         compare("seed", "seed");
     }
     match load_frozen(FrozenFiles::of(directory), own_columns) {
         Ok(old) => {
-            found.extend(parameter_changes(&old, prepared.samples));
+            found.extend(study_changes(&old, prepared.samples.study()));
+            found.extend(fewer_points(&old, prepared.samples.study()));
             if has_other_keys(old, folder, header) {
                 found.push(Change {
                     key: "keys of the samples".to_owned(),
@@ -84,10 +86,23 @@ fn has_other_keys(old: Study, directory: &Folder, header: &BTreeMap<String, Stri
 
 /// What no parameter shows.
 fn compare_rest(found: &mut Vec<Change>, header: &BTreeMap<String, String>, present: &BTreeMap<String, String>) {
-    for (key, shown) in [("machine_blake3", "tables of the machine or their order"), ("basis_blake3", "reduced basis")]
-    {
+    let hashed = [
+        ("machine_blake3", "tables of the machine or their order"),
+        ("basis_blake3", "reduced basis"),
+        ("points_blake3", "points file"),
+    ];
+    let mut hashed: Vec<(String, String)> = hashed.map(|(key, shown)| (key.to_owned(), shown.to_owned())).into();
+    let files = header.keys().chain(present.keys()).filter(|key| key.starts_with("empirical_"));
+    let files: BTreeSet<&String> = files.collect();
+    hashed.extend(files.into_iter().map(|key| (key.clone(), format!("file of an empirical law ({key})"))));
+    // at last the file itself, which has everything in it
+    hashed.push(("study_blake3".to_owned(), "study file".to_owned()));
+    for (key, shown) in &hashed {
+        if key == "study_blake3" && !found.is_empty() {
+            break;
+        }
         let short = |pairs: &BTreeMap<String, String>| {
-            pairs.get(key).map_or("none".to_owned(), |hash| hash.chars().take(12).collect())
+            pairs.get(key.as_str()).map_or("none".to_owned(), |hash| hash.chars().take(12).collect())
         };
         let (from, to) = (short(header), short(present));
         if from != to {
@@ -97,8 +112,8 @@ fn compare_rest(found: &mut Vec<Change>, header: &BTreeMap<String, String>, pres
 }
 
 /// Parameters whose value, or values along their axis, differ.
-fn parameter_changes(old: &Study, samples: &Samples) -> Vec<Change> {
-    let new = samples.study();
+#[must_use]
+pub fn study_changes(old: &Study, new: &Study) -> Vec<Change> {
     let (then, now) = (described(old), described(new));
     let paths: BTreeSet<&String> = then.keys().chain(now.keys()).collect();
     let text = |values: &BTreeMap<String, String>, path: &String| {
@@ -106,6 +121,36 @@ fn parameter_changes(old: &Study, samples: &Samples) -> Vec<Change> {
     };
     let changed = paths.into_iter().filter(|path| then.get(*path) != now.get(*path));
     changed.map(|path| Change { key: path.clone(), from: text(&then, path), to: text(&now, path) }).collect()
+}
+
+/// Points that the design had and has no more; more of them are no difference.
+fn fewer_points(old: &Study, new: &Study) -> Option<Change> {
+    let points = |study: &Study| study.drawn.drawing.plan().map(|plan| (plan.kind(), plan.replicates(), plan.count()));
+    let ((kind, replicates, from), (new_kind, now, to)) = points(old).zip(points(new))?;
+    let change = Change { key: "points of the design".to_owned(), from: from.to_string(), to: to.to_string() };
+    // of another kind or other replicates none stays
+    (to < from && (kind, replicates) == (new_kind, now)).then_some(change)
+}
+
+/// What decides where the points of a design lie, their number aside.
+fn design_in_words(study: &Study) -> Vec<(&'static str, String)> {
+    let Some(plan) = study.drawn.drawing.plan() else { return Vec::new() };
+    let of_law = |parameter: &Parameter| matches!(parameter.origin, Origin::Uncertain(_));
+    let order: Vec<&str> = study.parameters().iter().filter(|p| of_law(p)).map(|p| p.info.path.as_str()).collect();
+    let mut all = vec![
+        ("design.kind", plan.kind().word().to_owned()),
+        ("design.replicates", plan.replicates().to_string()),
+        ("design.scramble", plan.is_scrambled().to_string()),
+        ("order of [[uncertain]]", order.join(", ")),
+        ("[[correlation]]", study.drawn.correlated.join("; ")),
+    ];
+    if let Some(trajectories) = plan.trajectories() {
+        all.push(("step of the trajectories (design.levels)", trajectories.delta().to_string()));
+    }
+    if let Some(saltelli) = plan.saltelli() {
+        all.push(("design.second_order", saltelli.has_second_order().to_string()));
+    }
+    all
 }
 
 /// Every parameter with its value or values.
@@ -135,6 +180,7 @@ fn described(study: &Study) -> BTreeMap<String, String> {
             all.insert(varied.info.path.clone(), values(varied, axis.length));
         }
     }
+    all.extend(design_in_words(study).into_iter().map(|(key, said)| (key.to_owned(), said)));
     if let Some(twin) = &study.twin {
         all.insert("twin_share".to_owned(), twin.to_string());
     }

@@ -39,6 +39,8 @@ pub enum Told {
     Given,
     /// At least what was reached while all guards held, which stands in the column of this name, if there is one.
     Grown(Option<String>),
+    /// What happened once and for all, where nothing but a step limit ended the run.
+    Once,
     /// Nothing.
     Found,
 }
@@ -76,6 +78,7 @@ fn told(schema: &TableSchema, outcome: &[OutcomeColumn]) -> Vec<TableColumn> {
         let told = match at.checked_sub(given).map(|at| &outcome[at]) {
             None => Told::Given,
             Some(column) if column.grows() => Told::Grown(column.guarded()),
+            Some(column) if column.growth == Growth::Once => Told::Once,
             Some(_) => Told::Found,
         };
         TableColumn { field: field.clone(), told }

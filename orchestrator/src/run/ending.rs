@@ -2,6 +2,7 @@
 //! directory that was taken from the run.
 
 use super::directory::{MANIFEST, PARTS, RESULTS, row_files};
+use super::end::TableEnd;
 use super::error::{Lost, RunError};
 use super::manifest::{Checksums, Course, manifest};
 use super::open::Session;
@@ -18,6 +19,8 @@ use std::time::{Instant, SystemTime};
 pub(super) struct Computed {
     /// How the workers fared.
     pub report: Result<DispatchReport, DispatchError>,
+    /// Where the table ends, if `[stop]` says so.
+    pub end: Result<Option<TableEnd>, RunError>,
     /// Whether the last results have become durable.
     pub committed: Result<(), LedgerError>,
     /// Whether all that is durable is in parts, where that was wanted.
@@ -37,7 +40,7 @@ pub(super) fn conclude(
 ) -> Result<Finished, RunError> {
     let Session { request, prepared, opened, directory } = session;
     let (samples, ledger) = (prepared.samples, &opened.ledger);
-    let Computed { mut report, committed, parts } = computed;
+    let Computed { mut report, end, committed, parts } = computed;
     // Shared memory is given back when everything is written: nothing about it is a matter of the results.
     let memory = report.as_mut().ok().and_then(|report| report.memory.take());
     // Taken but not recorded is computed again: it does not count.
@@ -49,8 +52,11 @@ pub(super) fn conclude(
         let report = report?;
         // After a failure the first error is the one that says why.
         committed?;
-        let (table, tables) = if durable.done() == samples.count() {
-            let tables = tables::write_tables(directory, prepared, ledger.reader())?;
+        let end = end?;
+        let mut tally = durable.clone();
+        let (table, tables) = if end.is_some() || durable.done() == samples.count() {
+            let (tables, of_table) = tables::write_tables(directory, prepared, ledger.reader(), end.as_ref())?;
+            tally = of_table;
             faults.reached(At::Retiring, 0, None);
             directory.remove_parts()?;
             (Some(directory.file(RESULTS).to_path_buf()), tables)
@@ -60,9 +66,10 @@ pub(super) fn conclude(
             (has_rows.then(|| directory.file(PARTS).to_path_buf()), Checksums::default())
         };
         let (worker_deaths, dropped_messages) = (report.worker_deaths, report.dropped_messages);
-        let course = Course { worker_deaths, dropped_messages, tables, ..ended(report.ended.word()) };
+        let why = Some(report.ended.word());
+        let course = Course { worker_deaths, dropped_messages, tables, ended: why, end, ..ended(report.ended.state()) };
         write_whole(directory.file(MANIFEST), manifest(&course).as_bytes())?;
-        Ok(Finished { tally: durable.clone(), reused: begun.reused, ended: report.ended, table })
+        Ok(Finished { tally, reused: begun.reused, ended: report.ended, end, table })
     };
     let lost =
         |loss| RunError::from(kept::keep(loss, directory, prepared, ledger, &durable, &manifest(&ended("failed"))));

@@ -82,6 +82,9 @@ pub enum RunError {
     /// A table.
     #[error(transparent)]
     Table(#[from] TableError),
+    /// Whether the study is precise enough.
+    #[error(transparent)]
+    Looking(#[from] super::end::LookingError),
     /// The plan that workers read.
     #[error(transparent)]
     Plan(#[from] PlanFileError),

@@ -1,6 +1,7 @@
 //! `manifest.json`: what may differ between equal runs and is worth knowing later.
 
 use super::directory::{RESULTS, TIMINGS};
+use super::end::TableEnd;
 use super::request::Request;
 use super::stamp::{host, timestamp};
 use bladeoff_answers::tables::Checksum;
@@ -17,6 +18,10 @@ const MOST_MANIFEST: u64 = 16 << 20;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Course {
     pub state: &'static str,
+    /// Why it ended; `None`: it has not.
+    pub ended: Option<&'static str>,
+    /// Where the table ends, if `[stop]` says so.
+    pub end: Option<TableEnd>,
     pub started: SystemTime,
     pub finished: Option<SystemTime>,
     pub done: u64,
@@ -33,6 +38,8 @@ impl Course {
     pub fn begun(reused: u64) -> Self {
         Self {
             state: "running",
+            ended: None,
+            end: None,
             started: SystemTime::now(),
             finished: None,
             done: reused,
@@ -128,6 +135,8 @@ pub(super) fn manifest(
         "limit": samples.limit(),
         "workers": request.workers,
         "state": course.state,
+        "ended": course.ended,
+        "stop": course.end.map(|end| end.json()),
         "done": course.done,
         "reused": course.reused,
         "worker_deaths": course.worker_deaths,

@@ -8,11 +8,13 @@
 //! [`run`] is the story, read downwards; what it is made of stands aside: what is asked (`request`), what is told (`telling`), what goes wrong
 //! (`error`).
 
+mod aside;
 mod change;
 mod checksums;
 mod columns;
 mod curves;
 pub mod directory;
+mod end;
 mod ending;
 mod error;
 mod events;
@@ -32,6 +34,7 @@ mod request;
 mod resume;
 mod reuse;
 mod sink;
+mod stages;
 mod stamp;
 mod status;
 mod tables;
@@ -40,12 +43,14 @@ mod trust;
 mod upkeep;
 mod work;
 
+pub use change::study_changes;
 pub use checksums::{Verified, refuse_changed, refuse_changed_timings, verify};
 pub use columns::{TableColumn, Told, columns_of, columns_without, function_columns, own_columns};
 #[cfg(test)]
 pub(crate) use curves::forget_answers;
 pub(crate) use curves::{curve_file, remove_curves};
 pub use directory::STATUS;
+pub use end::{EndWhy, Looking, LookingError, Stage, TableEnd, end_of_table};
 pub use error::{Change, Lost, RunError};
 pub use events::EVENTS_VERSION;
 pub use lock::{Holder, Keeper, LockError, Look, look};
@@ -69,6 +74,7 @@ use manifest::{Course, manifest};
 use open::{Opening, Session, open};
 use parts::Teller;
 use sink::LedgerSink;
+use stages::Staged;
 use std::cell::RefCell;
 use std::rc::Rc;
 use telling::{Known, Telling};
@@ -113,21 +119,27 @@ fn compute(
     let record = opened.ledger.reader().clone();
     let work = |parts: &Teller<'_>| {
         let mut sink = LedgerSink::new(&mut opened.ledger, &prepared.keys, &known, parts, Guard::new(directory));
-        let report = dispatch::run(&options, samples, todo, &mut sink, telling);
+        let (report, end) = match &request.looking {
+            Some(looking) => {
+                let staged = Staged { looking: &**looking, directory, prepared, record: &record, faults };
+                staged.compute(options, todo, &mut sink, telling)
+            }
+            None => (dispatch::run(&options, samples, todo, &mut sink, telling), Ok(None)),
+        };
         let committed = sink.close();
         telling.progress.clear();
         if let Ok(report) = &report {
             let memory = report.memory.as_ref().map(|domain| domain.address().clone());
             interrupt::end_at_once_when_told(matches!(report.ended, Ended::Signalled(_)), faults, memory);
         }
-        if telling.durable().done() < samples.count() {
+        if telling.durable().done() < samples.count() && !matches!(end, Ok(Some(_))) {
             parts.write_rest();
         }
-        (report, committed)
+        (report, end, committed)
     };
     let written = parts::written_beside(request.refresh, (directory, prepared, &record), there, faults, work);
-    let ((report, committed), parts) = written?;
-    Ok(Computed { report, committed, parts })
+    let ((report, end, committed), parts) = written?;
+    Ok(Computed { report, end, committed, parts })
 }
 
 /// Tells that the run begins. How it is to be computed, and the rows that are there already, which become parts while it is.

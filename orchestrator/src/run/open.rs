@@ -3,7 +3,8 @@
 
 use super::checksums::refuse_changed;
 use super::curves::forget_answers;
-use super::directory::{LEDGER, LOCK, RESULTS, RunDirectory, TIMINGS};
+use super::directory::{LEDGER, LOCK, LOOK, RESULTS, RunDirectory, TIMINGS};
+use super::end::{TableEnd, end_of_table};
 use super::error::RunError;
 use super::lock::{Keeper, LockError, Look, look, theirs};
 use super::prepare::{Prepared, frozen_basis, new_basis};
@@ -66,14 +67,17 @@ pub(super) fn open<'a>(
         compared = resume::compare(directory.open(), &prepared, again(false))?;
     }
     compared.notes().iter().for_each(|text| note(text));
+    let end = end_told(request);
     if tables::is_current(&request.out, RESULTS, &prepared.provenance)
-        && let Some((record, tally)) = compared.complete(&prepared)
+        && let Some((record, tally)) = compared.complete(&prepared, end.as_ref())
     {
-        note("every sample is there already: nothing is computed");
-        upkeep::put_in_order(request, &directory, &prepared, (record, tally), note)?;
-        return Ok(Opening::Complete(Finished::nothing_computed(&request.out, tally)));
+        note(there_already(end.as_ref()));
+        upkeep::put_in_order(request, &directory, &prepared, (record, tally, end), note)?;
+        // of its rows, not of what the record holds beyond
+        let tally = if end.is_some() { &tables::tally(&request.out)? } else { tally };
+        return Ok(Opening::Complete(Finished::nothing_computed(&request.out, tally, end)));
     }
-    if compared.complete(&prepared).is_some() && refuse_changed(directory.path()).is_err() {
+    if compared.complete(&prepared, end.as_ref()).is_some() && refuse_changed(directory.path()).is_err() {
         note(&format!("{RESULTS} is damaged: it is made again from the record"));
     }
     let opened = compared.go_on(&directory, &prepared)?;
@@ -81,9 +85,10 @@ pub(super) fn open<'a>(
     let reused = opened.tally.done();
     if reused > 0 {
         note(&format!(
-            "{reused} of {} {} there already, {} {} computed",
+            "{reused} of {} {} there already, {}{} {} computed",
             counted(samples.count(), "sample"),
             are(reused),
+            if request.looking.is_some() { "at most " } else { "" },
             opened.todo.total(),
             are(opened.todo.total())
         ));
@@ -91,8 +96,21 @@ pub(super) fn open<'a>(
     // A table of what was there would look like that of the whole, and so would its answers.
     directory.remove(RESULTS)?;
     directory.remove(TIMINGS)?;
+    directory.remove(LOOK)?;
     forget_answers(directory.open())?;
     Ok(Opening::Session(Box::new(Session { request, prepared, opened, directory })))
+}
+
+/// The end that the table of a study with `[stop]` tells of. One that cannot be read is made again.
+fn end_told(request: &Request) -> Option<TableEnd> {
+    end_of_table(&request.out.join(RESULTS)).ok().flatten()
+}
+
+fn there_already(end: Option<&TableEnd>) -> &'static str {
+    match end {
+        Some(end) if end.is_early() => "every sample up to the end by [stop] is there already: nothing is computed",
+        _ => "every sample is there already: nothing is computed",
+    }
 }
 
 /// What can be said of a directory that cannot be written: nothing has to be when everything is there. `error`: of writing.
@@ -117,16 +135,18 @@ fn look_only(request: &Request, samples: &Samples, note: &dyn Fn(&str), error: R
             // Their record is closed to us. That of a complete study is not needed.
             let is_current = tables::is_current(&request.out, RESULTS, &prepared.provenance);
             let tally = if is_current { tables::tally(&request.out)? } else { Tally::default() };
-            if tally.done() < samples.count() {
+            let end = end_told(request);
+            if tally.done() < end.map_or(samples.count(), |end| end.samples) {
                 return Err(theirs.into());
             }
             note("every sample is there already: nothing is computed (the directory is another user's)");
-            return Ok(Some(Finished::nothing_computed(&request.out, &tally)));
+            return Ok(Some(Finished::nothing_computed(&request.out, &tally, end)));
         }
         let again = Again { rerun: request.rerun.as_ref(), suspects: false };
         let compared = resume::compare(&folder, &prepared, again)?;
         if tables::is_current(&request.out, RESULTS, &prepared.provenance)
-            && let Some((_, tally)) = compared.complete(&prepared)
+            && let end = end_told(request)
+            && let Some((_, tally)) = compared.complete(&prepared, end.as_ref())
         {
             if let Err(damage) = refuse_changed(&request.out) {
                 note(&damage.to_string());
@@ -135,7 +155,8 @@ fn look_only(request: &Request, samples: &Samples, note: &dyn Fn(&str), error: R
             note(
                 "every sample is there already: nothing is computed (the directory cannot be written, and need not be)",
             );
-            return Ok(Some(Finished::nothing_computed(&request.out, tally)));
+            let tally = if end.is_some() { &tables::tally(&request.out)? } else { tally };
+            return Ok(Some(Finished::nothing_computed(&request.out, tally, end)));
         }
         note(&format!(
             "{} of {} {} there already; the rest cannot be computed here",

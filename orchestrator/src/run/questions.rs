@@ -29,6 +29,8 @@ fn question(asked: &AskedQuestion) -> Value {
         ("of", text(&asked.of)),
         ("mean", text(&asked.mean)),
         ("exceedance", text(&asked.exceedance)),
+        ("sensitivity", text(&asked.sensitivity)),
+        ("method", text(&asked.method)),
         ("fragility", text(&asked.fragility)),
         ("difference", asked.difference.as_ref().map(|placed| json!(placed.value))),
         ("vary", text(&asked.vary)),

@@ -81,7 +81,7 @@ pub fn time_tables(path: &Path, samples: &Samples) -> Result<Duration, RunError>
         ledger.put(last, prepared.keys.key(last), &noop_entry(last), Instant::now())?;
         ledger.commit()?;
         let begun = Instant::now();
-        tables::write_tables(directory, prepared, ledger.reader())?;
+        tables::write_tables(directory, prepared, ledger.reader(), None)?;
         Ok(begun.elapsed())
     })
 }

@@ -1,12 +1,14 @@
 //! What is asked of a run, and what it answers.
 
 use super::directory::RESULTS;
+use super::end::{Looking, TableEnd};
 use super::resume::Rerun;
 use crate::dispatch::Ended;
 use crate::report::Tally;
 use crate::schedule::RunLimits;
 use bladeoff_study::SampleLimits;
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 use std::time::Duration;
 
 /// What is asked for.
@@ -26,6 +28,8 @@ pub struct Request {
     pub json_events: bool,
     /// Finished samples that are computed again.
     pub rerun: Option<Rerun>,
+    /// Where the study may end before its design does.
+    pub looking: Option<Rc<dyn Looking>>,
     /// Time between two parts of finished rows; zero: only when there are many.
     pub refresh: Duration,
 }
@@ -39,14 +43,17 @@ pub struct Finished {
     pub reused: u64,
     /// Why it ended.
     pub ended: Ended,
+    /// Where the table ends, if that is not where its design does, or was looked at before.
+    pub end: Option<TableEnd>,
     /// The table, or the folder of the parts of one that is incomplete; `None` before there is a row.
     pub table: Option<PathBuf>,
 }
 
 impl Finished {
     /// Of a directory in which everything is.
-    pub(super) fn nothing_computed(directory: &Path, tally: &Tally) -> Self {
+    pub(super) fn nothing_computed(directory: &Path, tally: &Tally, end: Option<TableEnd>) -> Self {
         let (tally, table) = (tally.clone(), Some(directory.join(RESULTS)));
-        Self { reused: tally.done(), tally, ended: Ended::Complete, table }
+        let ended = if end.is_some_and(|end| end.is_early()) { Ended::Stop } else { Ended::Complete };
+        Self { reused: tally.done(), tally, ended, end, table }
     }
 }

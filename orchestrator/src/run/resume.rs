@@ -13,6 +13,7 @@
 
 use super::change::changes;
 use super::directory::{LEDGER, RunDirectory};
+use super::end::TableEnd;
 use super::error::RunError;
 use super::prepare::{Prepared, SAMPLES_KEY};
 use super::reuse::{Worth, worth};
@@ -301,10 +302,11 @@ impl Comparison {
         self.found.tally.failed()
     }
 
-    /// The record and its counts, where it holds every sample and needs no change.
-    pub fn complete(&self, prepared: &Prepared<'_>) -> Option<(&Reader, &Tally)> {
+    /// The record and its counts, where it holds every sample, or those up to the end of the table, and needs no change.
+    pub fn complete(&self, prepared: &Prepared<'_>, end: Option<&TableEnd>) -> Option<(&Reader, &Tally)> {
+        let wanted = end.map_or(prepared.samples.count(), |end| end.samples);
         match &self.record {
-            Record::Same(reader, _) if self.done() == prepared.samples.count() => Some((reader, &self.found.tally)),
+            Record::Same(reader, _) if self.found.has_all(wanted) => Some((reader, &self.found.tally)),
             _ => None,
         }
     }
@@ -403,6 +405,11 @@ impl Found {
         self.suspects.push(sample);
     }
 
+    /// Whether the first samples are all there.
+    fn has_all(&self, first: u64) -> bool {
+        self.next >= first && self.suspects.is_empty() && self.gaps.first().is_none_or(|gap| gap.start >= first)
+    }
+
     fn pass(&mut self, sample: u64) {
         if sample > self.next {
             self.gaps.push(self.next..sample);
@@ -435,5 +442,8 @@ mod tests {
         assert_eq!(todo.total(), 6);
         assert_eq!(tally.done(), 3);
         assert_eq!(Found::default().rest(2).0.left(), 2);
+        let mut found = Found::default();
+        [0, 1, 3].into_iter().for_each(|sample| found.add(sample, Status::Ok, None));
+        assert!(found.has_all(0) && found.has_all(2) && !found.has_all(3) && !found.has_all(5));
     }
 }

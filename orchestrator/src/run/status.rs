@@ -5,11 +5,12 @@
 //! after a power cut it may be old or missing. Once nobody works in the directory the record says what is true.
 
 use super::directory::{LEDGER, LOCK, RESULTS, STATUS};
+use super::end::TableEnd;
 use super::lock::{Holder, Keeper, Look, look};
 use super::stamp::{host, timestamp};
 use crate::ledger::Reader;
 use crate::report::{Eta, Tally};
-use crate::schedule::{Activity, Snapshot, WorkerView};
+use crate::schedule::{Activity, Ended, Snapshot, WorkerView};
 use bladeoff_answers::report::{counted, duration};
 use bladeoff_model::outcome::{Cause, Status};
 use bladeoff_study::Samples;
@@ -47,6 +48,8 @@ pub(super) struct StatusWriter {
     written: Option<Instant>,
     last: Option<Snapshot>,
     left: Option<Eta>,
+    begun: Instant,
+    elapsed: Duration,
 }
 
 impl StatusWriter {
@@ -59,6 +62,7 @@ impl StatusWriter {
             "host": host(),
             "started": timestamp(SystemTime::now()),
             "total": samples.count(),
+            "points": samples.points(),
             "reused": reused,
             "go_on": go_on(directory, samples),
             "study_file": samples.study().file,
@@ -76,6 +80,8 @@ impl StatusWriter {
             written: None,
             last: None,
             left: None,
+            begun: Instant::now(),
+            elapsed: Duration::ZERO,
         }
     }
 
@@ -97,12 +103,20 @@ impl StatusWriter {
     pub fn update(&mut self, snapshot: &Snapshot, left: Option<Eta>, durable: &Tally, now: Instant) {
         // What is told at the end is the last that was seen, written or not.
         self.last = Some(snapshot.clone());
+        // of all stages of a run, of which the snapshot knows the present one
+        self.elapsed = now.saturating_duration_since(self.begun);
         if self.written.is_some_and(|written| now.duration_since(written) < EVERY) {
             return;
         }
         self.written = Some(now);
         self.left = left;
         let _ = self.replace(&self.text("running", None, Some(snapshot), durable));
+    }
+
+    /// What is told with the last state: why the run ended, and where the table ends if that is not where its design does.
+    pub fn tell_end(&mut self, ended: Ended, end: Option<TableEnd>) {
+        self.fixed.insert("ended".to_owned(), json!(ended.word()));
+        self.fixed.insert("stop".to_owned(), json!(end.map(|end| end.json())));
     }
 
     /// Writes the last state; `error`: why the run failed.
@@ -143,7 +157,7 @@ impl StatusWriter {
         put("error", json!(error));
         put("updated", json!(timestamp(SystemTime::now())));
         let none = Vec::new();
-        put("elapsed_s", json!(snapshot.map(|snapshot| snapshot.elapsed.as_secs_f64())));
+        put("elapsed_s", json!(snapshot.map(|_| self.elapsed.as_secs_f64())));
         put("rate_per_s", json!(snapshot.map(|snapshot| snapshot.rate)));
         put("left_from_s", json!(self.left.map(|left| left.low.as_secs_f64())));
         put("left_to_s", json!(self.left.map(|left| left.high.as_secs_f64())));

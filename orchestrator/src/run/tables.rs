@@ -2,6 +2,7 @@
 
 use super::checksums::refuse_changed;
 use super::directory::{RESULTS, RunDirectory, TIMINGS};
+use super::end::{STOP, TableEnd};
 use super::error::RunError;
 use super::manifest::Checksums;
 use super::prepare::Prepared;
@@ -11,31 +12,76 @@ use crate::report::Tally;
 use bladeoff_answers::tables::{
     Checksum, Provenance, ResultsWriter, Row, Table, TableError, Timing, TimingsWriter, read_metadata,
 };
-use bladeoff_model::outcome::{Cause, Status};
+use bladeoff_model::outcome::{Cause, Outcome, Status};
 use bladeoff_system::files::Pending;
+use bladeoff_system::place::Place;
 use std::path::Path;
 
-/// Writes `results.parquet` and `timings.parquet` of a study whose samples are all recorded, one entry at a time: the writers
-/// hold one row group. Gives their checksums.
+/// Writes `results.parquet` and `timings.parquet` of a study whose samples are all recorded, or those up to the table's end, one entry
+/// at a time: the writers hold one row group. Gives their checksums, and what became of these samples.
 pub(super) fn write_tables(
     directory: &RunDirectory,
     prepared: &Prepared<'_>,
     record: &Reader,
-) -> Result<Checksums, RunError> {
+    end: Option<&TableEnd>,
+) -> Result<(Checksums, Tally), RunError> {
     let (results, timings) = (directory.file(RESULTS), directory.file(TIMINGS));
-    let mut rows = RowsWriter::create(prepared, Pending::create(results)?, Pending::create(timings)?, &[])?;
-    record.for_each(|sample, entry| rows.push(sample, entry).map_err(RunError::from))?;
-    Ok(rows.finish()?)
+    let more: Vec<(String, String)> = end.map(|end| (STOP.to_owned(), end.json().to_string())).into_iter().collect();
+    let mut rows = RowsWriter::create(prepared, Pending::create(results)?, Pending::create(timings)?, &more)?;
+    let mut tally = Tally::default();
+    record.for_each(|sample, entry| {
+        if is_in(end, sample) {
+            tally.add(&entry.outcome);
+            rows.push(sample, entry)?;
+        }
+        Ok::<_, RunError>(())
+    })?;
+    Ok((rows.finish()?, tally))
+}
+
+fn is_in(end: Option<&TableEnd>, sample: u64) -> bool {
+    end.is_none_or(|end| sample < end.samples)
+}
+
+/// Writes the rows of the first samples, all of which are recorded, as a table aside.
+pub(super) fn write_rows(
+    place: &Place,
+    prepared: &Prepared<'_>,
+    record: &Reader,
+    samples: u64,
+) -> Result<(), RunError> {
+    let provenance = Provenance(prepared.provenance.clone());
+    let mut rows = ResultsWriter::create(Pending::create(place)?, &prepared.schema, &provenance)?;
+    // no more than these, however many there are
+    record.view()?.for_each_of(&(0..samples).collect::<Vec<_>>(), |sample, entry| {
+        rows.push(row(prepared, sample, entry.outcome)).map_err(RunError::from)
+    })?;
+    rows.finish()?;
+    Ok(())
 }
 
 /// Writes `timings.parquet` alone, again.
-pub(super) fn write_timings(directory: &RunDirectory, record: &Reader) -> Result<Checksum, RunError> {
+pub(super) fn write_timings(
+    directory: &RunDirectory,
+    record: &Reader,
+    end: Option<&TableEnd>,
+) -> Result<Checksum, RunError> {
     let mut timings = TimingsWriter::create(Pending::create(directory.file(TIMINGS))?)?;
     record.for_each(|sample, entry| {
         let Entry { cpu_s, worker, attempt, .. } = entry;
-        timings.push(Timing { sample, cpu_s, worker, attempt }).map_err(RunError::from)
+        if is_in(end, sample) {
+            timings.push(Timing { sample, cpu_s, worker, attempt })?;
+        }
+        Ok::<_, RunError>(())
     })?;
     Ok(timings.finish()?)
+}
+
+/// A sample as the table wants it.
+fn row(prepared: &Prepared<'_>, sample: u64, outcome: Outcome) -> Row {
+    let samples = prepared.samples;
+    let detection = samples.detection(sample).or_else(|| prepared.detection.clone());
+    Row { sample, parameters: samples.cells(sample), detection, outcome }
 }
 
 /// Rows and their timings, under construction side by side.
@@ -65,14 +111,8 @@ impl<'a> RowsWriter<'a> {
     /// Takes a finished sample; they come in ascending order.
     pub fn push(&mut self, sample: u64, entry: Entry) -> Result<(), TableError> {
         let Entry { outcome, cpu_s, worker, attempt } = entry;
-        let samples = self.prepared.samples;
         self.timings.push(Timing { sample, cpu_s, worker, attempt })?;
-        self.results.push(Row {
-            sample,
-            parameters: samples.cells(sample),
-            detection: samples.detection(sample).or_else(|| self.prepared.detection.clone()),
-            outcome,
-        })
+        self.results.push(row(self.prepared, sample, outcome))
     }
 
     /// Makes both durable, the rows last: whoever sees a row finds its timing.

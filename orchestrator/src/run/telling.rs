@@ -95,7 +95,10 @@ impl Telling {
     pub fn end(&mut self, finished: &Result<Finished, RunError>) {
         let durable = self.durable();
         match finished {
-            Ok(finished) => self.status.finish(finished.ended.word(), None, &durable),
+            Ok(finished) => {
+                self.status.tell_end(finished.ended, finished.end);
+                self.status.finish(finished.ended.state(), None, &durable);
+            }
             Err(error) => self.status.finish("failed", Some(error), &durable),
         }
     }

@@ -2,6 +2,7 @@
 
 use super::checksums::{Compared, compare};
 use super::directory::{MANIFEST, RESULTS, RunDirectory, TIMINGS};
+use super::end::TableEnd;
 use super::error::RunError;
 use super::manifest::{Checksums, Course, manifest, mended, tells_complete};
 use super::prepare::Prepared;
@@ -10,6 +11,7 @@ use super::status::{self, StatusWriter};
 use super::tables::{write_tables, write_timings};
 use crate::ledger::Reader;
 use crate::report::Tally;
+use crate::schedule::Ended;
 use bladeoff_answers::tables::read_metadata;
 use bladeoff_system::files::write_whole;
 
@@ -18,7 +20,7 @@ pub(super) fn put_in_order(
     request: &Request,
     directory: &RunDirectory,
     prepared: &Prepared<'_>,
-    (record, tally): (&Reader, &Tally),
+    (record, tally, end): (&Reader, &Tally, Option<TableEnd>),
     note: &dyn Fn(&str),
 ) -> Result<(), RunError> {
     let samples = prepared.samples;
@@ -37,16 +39,17 @@ pub(super) fn put_in_order(
     let mut tables = told;
     if results != Compared::Whole {
         note(&format!("{RESULTS} {}: it is made again from the record", what(results)));
-        tables = write_tables(directory, prepared, record)?;
+        (tables, _) = write_tables(directory, prepared, record, end.as_ref())?;
     } else if timings != Compared::Whole {
-        tables.timings = Some(write_timings(directory, record)?);
+        tables.timings = Some(write_timings(directory, record, end.as_ref())?);
     }
     if is_lost {
         note(&format!("{TIMINGS} was missing or damaged: it is made again from the record"));
     }
     if !tells_complete(&path) {
         let begun = Course::begun(tally.done());
-        let course = Course { state: "complete", finished: Some(begun.started), tables, ..begun };
+        let ended = Some(why_ended(end).word());
+        let course = Course { state: "complete", ended, end, finished: Some(begun.started), tables, ..begun };
         let text = manifest(request, samples, &prepared.provenance, &course);
         write_whole(&path, text.as_bytes())?;
         note(&format!("{MANIFEST} was missing, damaged or of a run that did not end: it is made again, of this run"));
@@ -58,12 +61,18 @@ pub(super) fn put_in_order(
     }
     if !status::tells_complete(directory.open()) {
         let mut status = StatusWriter::new(directory.open(), samples, tally.done()).trusting(request.trusts);
+        status.tell_end(why_ended(end), end);
         status.finish("complete", None, tally);
     }
     for left in directory.try_to_remove_parts() {
         note(&format!("{left} ({}): it is left as it is, every row is in {RESULTS}", left.source));
     }
     Ok(())
+}
+
+/// Why a study of this end is complete.
+fn why_ended(end: Option<TableEnd>) -> Ended {
+    if end.is_some_and(|end| end.is_early()) { Ended::Stop } else { Ended::Complete }
 }
 
 fn what(compared: Compared) -> &'static str {

@@ -19,6 +19,8 @@ pub enum Signal {
 pub enum Ended {
     /// Every sample is done.
     Complete,
+    /// As many as `[stop]` of the study asks for: complete as well.
+    Stop,
     /// A signal came.
     Signalled(Signal),
     /// `wall` was reached.
@@ -35,12 +37,27 @@ impl Ended {
     pub fn word(self) -> &'static str {
         match self {
             Ended::Complete => "complete",
+            Ended::Stop => "stop",
             Ended::Signalled(Signal::Interrupt) => "interrupted",
             Ended::Signalled(Signal::Terminate) => "terminated",
             Ended::Wall => "wall",
             Ended::Until => "until",
             Ended::TooManyFailures => "max_failures",
         }
+    }
+}
+
+impl Ended {
+    /// Whether the study is complete.
+    #[must_use]
+    pub fn is_complete(self) -> bool {
+        matches!(self, Ended::Complete | Ended::Stop)
+    }
+
+    /// The state that it leaves a study in: `complete`, or why it is not.
+    #[must_use]
+    pub fn state(self) -> &'static str {
+        if self.is_complete() { Ended::Complete.word() } else { self.word() }
     }
 }
 

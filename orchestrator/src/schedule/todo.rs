@@ -54,6 +54,16 @@ impl Todo {
         self.left += samples.len() as u64;
     }
 
+    /// Takes all samples below a number, where they come in their order.
+    pub fn below(&mut self, end: u64) -> Self {
+        let ranges: Vec<Range<u64>> = self.ranges.iter().map(|range| range.start..range.end.min(end)).collect();
+        let found = Self::from_iter(ranges.into_iter().take_while(|range| range.start < end));
+        self.cut(found.left);
+        let (suspects, rest) = std::mem::take(&mut self.suspects).into_iter().partition(|sample| *sample < end);
+        self.suspects = rest;
+        found.with_suspects(suspects)
+    }
+
     /// Takes up to `n` samples from the front, as ranges.
     pub fn cut(&mut self, n: u64) -> Vec<Range<u64>> {
         let mut cut = Vec::new();
@@ -101,6 +111,9 @@ mod tests {
         assert_eq!(Todo::from(2).take(9), [0, 1]);
         let mut todo = Todo::from_iter([3..5, 0..2, 7..8]);
         assert_eq!((todo.cut(3), todo.left(), todo.cut(9)), (vec![3..5, 0..1], 2, vec![1..2, 7..8]));
+        let mut todo = Todo::from_iter([2..5, 7..9, 11..12]).with_suspects(vec![1, 10]);
+        assert_eq!(todo.below(8), Todo::from_iter([2..5, 7..8]).with_suspects(vec![1]));
+        assert_eq!((todo.below(8).total(), todo.below(9).take(9), todo.total()), (0, vec![8], 2));
         let mut todo = Todo::from_iter([7..9, 0..2]);
         let taken = todo.take(3);
         todo.put_back(&taken[1..]);

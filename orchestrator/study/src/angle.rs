@@ -37,8 +37,7 @@ pub fn fixed_angle(samples: &Samples) -> Option<FixedAngle> {
     if samples.count() == 0 || samples.study().machine().is_none() {
         return None;
     }
-    let is_angle = |path: &str| path.ends_with(".phase") || path.ends_with(".angle");
-    let varied = samples.parameters().iter().enumerate().filter(|(_, one)| is_angle(&one.info.path));
+    let varied = samples.parameters().iter().enumerate().filter(|(_, one)| one.is_angle());
     let angles: Vec<Angle<'_>> =
         varied.map(|(place, one)| Angle { path: &one.info.path, values: samples.all_or_some_values(place) }).collect();
     // The ends and the middle: where a parameter that varies takes the symmetry away, one of them has it.

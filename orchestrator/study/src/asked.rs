@@ -11,8 +11,21 @@ use std::path::Path;
 /// Most questions, and most gates, of a study.
 const MOST: usize = 200;
 
-const QUESTION: [&str; 10] =
-    ["name", "probability", "quantile", "of", "mean", "exceedance", "fragility", "difference", "vary", "confidence"];
+const QUESTION: [&str; 13] = [
+    "name",
+    "probability",
+    "quantile",
+    "of",
+    "mean",
+    "exceedance",
+    "sensitivity",
+    "method",
+    "fragility",
+    "map",
+    "difference",
+    "vary",
+    "confidence",
+];
 const GATE: [&str; 2] = ["require", "confidence"];
 
 /// A value and where it stands in the study file.
@@ -43,8 +56,14 @@ pub struct AskedQuestion {
     pub mean: Option<Placed<String>>,
     /// `exceedance`.
     pub exceedance: Option<Placed<String>>,
+    /// `sensitivity`.
+    pub sensitivity: Option<Placed<String>>,
+    /// `method`.
+    pub method: Option<Placed<String>>,
     /// `fragility`.
     pub fragility: Option<Placed<String>>,
+    /// `map`: two parameters.
+    pub map: Option<Placed<[String; 2]>>,
     /// `difference`, as texts.
     pub difference: Option<Placed<[String; 2]>>,
     /// `vary`.
@@ -66,8 +85,11 @@ impl AskedQuestion {
             "of" => text(&self.of),
             "mean" => text(&self.mean),
             "exceedance" => text(&self.exceedance),
+            "sensitivity" => text(&self.sensitivity),
+            "method" => text(&self.method),
             "fragility" => text(&self.fragility),
             "difference" => self.difference.as_ref().map(|placed| placed.span.clone()),
+            "map" => self.map.as_ref().map(|placed| placed.span.clone()),
             "vary" => text(&self.vary),
             _ => number(&self.confidence),
         };
@@ -190,13 +212,16 @@ fn question(keys: &Keys<'_>, problems: &mut Collector<'_>) -> AskedQuestion {
         of: words("of"),
         mean: words("mean"),
         exceedance: words("exceedance"),
+        sensitivity: words("sensitivity"),
+        method: words("method"),
         fragility: words("fragility"),
         vary: words("vary"),
         ..AskedQuestion::default()
     };
     question.quantile = placed_number(keys, "quantile", problems);
     question.confidence = placed_number(keys, "confidence", problems);
-    question.difference = pair(keys, problems);
+    question.difference = pair(keys, "difference", "two values of what `vary` names: [\"a\", \"b\"]", problems);
+    question.map = pair(keys, "map", "two parameters: [\"contact.gap\", \"contact.friction\"]", problems);
     question.is_partly = problems.count() > before;
     question
 }
@@ -227,9 +252,9 @@ fn placed_number(keys: &Keys<'_>, name: &str, problems: &mut Collector<'_>) -> O
     }
 }
 
-/// `difference`: two values of a parameter.
-fn pair(keys: &Keys<'_>, problems: &mut Collector<'_>) -> Option<Placed<[String; 2]>> {
-    let entry = keys.get("difference")?;
+/// Two values, as texts: of a parameter (`difference`), or names (`map`).
+fn pair(keys: &Keys<'_>, name: &str, allowed: &str, problems: &mut Collector<'_>) -> Option<Placed<[String; 2]>> {
+    let entry = keys.get(name)?;
     let texts: Vec<String> = match &entry.node.value {
         Value::Array(items) => items.iter().map_while(|item| scalar_text(&item.value)).collect(),
         _ => Vec::new(),
@@ -238,12 +263,7 @@ fn pair(keys: &Keys<'_>, problems: &mut Collector<'_>) -> Option<Placed<[String;
     match <[String; 2]>::try_from(texts) {
         Ok(value) if given == 2 => Some(Placed { value, span: entry.node.span.clone() }),
         _ => {
-            wrong_type(
-                &entry.node,
-                &keys.key("difference"),
-                "two values of what `vary` names: [\"a\", \"b\"]",
-                problems,
-            );
+            wrong_type(&entry.node, &keys.key(name), allowed, problems);
             None
         }
     }

@@ -8,6 +8,7 @@ use super::frozen::{MACHINE, POINTS, STUDY, empirical};
 use super::function::FunctionModel;
 use super::limits::Limits;
 use super::parameter::Parameter;
+use super::stop::StopDef;
 use super::twin::TwinShare;
 use bladeoff_model::machine::{MachineDef, ParamValue, PathInfo, TWIN};
 use std::ops::Range;
@@ -41,6 +42,8 @@ pub struct Study {
     pub limits: Limits,
     /// Questions and gates, which are no part of what is computed.
     pub asked: Asked,
+    /// When it is precise enough to end before its design does, likewise.
+    pub stop: Option<StopDef>,
     /// Which samples have a twin run; `None`: as the machine says.
     pub twin: Option<TwinShare>,
 }

@@ -4,18 +4,19 @@ use super::asked::{Asked, names};
 use super::axis::{Axis, MOST_VARIED};
 use super::carried::{Carried, Others, refuse_taken};
 use super::definition::{MachineSubject, Study, Subject};
-use super::derived::Variable;
 use super::drawn::{self, Files};
 use super::error::StudyError;
 use super::frozen::FrozenFiles;
-use super::function::{FunctionError, FunctionModel, OWN_COLUMNS};
+use super::function::OWN_COLUMNS;
 use super::input::{read_frozen, read_input};
 use super::kind::{FileKind, kind_of};
 use super::limits::Limits;
+use super::model::{is_function, read_function};
 use super::named::{NamedFiles, Which};
-use super::parameter::Parameter;
+use super::parameter::{Parameter, refuse_same};
 use super::points::{PointsFile, read_points};
 use super::set::read_set;
+use super::stop::StopDef;
 use super::table::Keys;
 use super::twin::TwinShare;
 use super::vary::{PathTable, read_vary};
@@ -52,7 +53,7 @@ pub const STUDY_SCHEMA: i128 = 1;
 /// Largest points file.
 const MAX_POINTS_BYTES: u64 = 256 << 20;
 
-const KEYS: [&str; 17] = [
+const KEYS: [&str; 18] = [
     "schema",
     "name",
     "model",
@@ -70,9 +71,8 @@ const KEYS: [&str; 17] = [
     "twin_share",
     "question",
     "gate",
+    "stop",
 ];
-/// What a study without a machine has no use for.
-const OF_MACHINES: [&str; 4] = ["machine", "set", "points", "twin_share"];
 
 /// Reads and checks a study with its machine and points files.
 ///
@@ -192,7 +192,7 @@ impl Loader<'_> {
             Some(entry) => Limits::read(entry, !asked.is_empty(), &mut self.problems),
             None => Limits::of(!asked.is_empty()),
         };
-        let is_function = self.is_function(&keys)?;
+        let is_function = is_function(&keys, &mut self.problems)?;
         let machine = if is_function { None } else { self.machine(&keys) };
         self.seen.is_function = is_function;
         self.seen.machine = machine.as_ref().filter(|_| !asked.is_empty()).map(|machine| machine.def.clone());
@@ -220,18 +220,33 @@ impl Loader<'_> {
         let mut files = Files::new(&self.files, &mut self.others);
         let (drawn, variables) = drawn::read(&keys, &axes, seed.unwrap_or(0), &paths, &mut files, &mut self.problems);
         let empirical_texts = files.texts;
+        let stop = keys.get("stop").and_then(|entry| {
+            let plan = drawn.as_ref().and_then(|drawn| drawn.drawing.plan());
+            StopDef::read(entry, &asked, (has_design, plan), &mut self.problems)
+        });
         paths.refuse_repeated(&mut self.problems);
-        let function = if is_function { self.function(&keys, variables.as_deref()) } else { None };
+        let function = if is_function { read_function(&keys, variables.as_deref(), &mut self.problems) } else { None };
         let parameters = drawn.as_ref().map(|drawn| drawn.parameters.as_slice()).unwrap_or_default();
-        let told = parameters.iter().filter(|parameter| is_function || !parameter.is_variable).count();
+        let mut of_samples = parameters.iter().filter(|parameter| is_function || !parameter.is_variable);
+        let told = of_samples.clone().count();
         // a share of twins is a parameter that varies
         let told = told + usize::from(keys.get("twin_share").is_some());
         if told > MOST_VARIED {
-            let message = format!("{told} parameters vary");
-            self.problems.add(keys.span(), "vary", message).allowed = Some(format!("at most {MOST_VARIED}"));
+            // at the first that is too many
+            let place = match of_samples.nth(MOST_VARIED) {
+                Some(parameter) => (parameter.place.clone(), parameter.key()),
+                None => {
+                    (keys.get("twin_share").map_or(keys.span(), |entry| entry.name_span.clone()), "twin_share".into())
+                }
+            };
+            let message = format!("{told} parameters differ from sample to sample");
+            self.problems.add(place.0, place.1, message).allowed = Some(format!("at most {MOST_VARIED}"));
         }
         let of_design = |name: &&str| !matches!(*name, "replicate" | "block") || keys.get("design").is_some();
         let mut own: Vec<String> = OWN_COLUMNS.into_iter().filter(of_design).map(str::to_owned).collect();
+        if is_function {
+            refuse_same(parameters, &own, &mut self.problems);
+        }
         let mut twin = None;
         let subject = match function {
             Some(function) => Subject::Function(function),
@@ -248,7 +263,9 @@ impl Loader<'_> {
             }
         };
         refuse_taken(&others, parameters, &own, &mut self.problems);
-        self.refuse_columns(parameters, &own);
+        if !is_function {
+            refuse_same(parameters, &own, &mut self.problems);
+        }
         Some(Study {
             file: file.to_owned(),
             text: text.to_owned(),
@@ -263,70 +280,9 @@ impl Loader<'_> {
             carried,
             limits,
             asked,
+            stop,
             twin,
         })
-    }
-
-    /// `model`: whether the study computes formulas instead of a machine. `None`: the reason is among the problems.
-    fn is_function(&mut self, keys: &Keys<'_>) -> Option<bool> {
-        let is_function = match keys.get("model") {
-            None => false,
-            Some(entry) => match keys.text(entry, &mut self.problems)? {
-                "machine" => false,
-                "function" => true,
-                word => {
-                    let nearest = self.problems.nearest(word, ["machine", "function"]);
-                    let problem = self.problems.add(entry.node.span.clone(), "model", "not one of its words");
-                    problem.value = Some(format!("{:?}", cut(word, 80)));
-                    problem.allowed = Some("machine, function".to_owned());
-                    problem.nearest = nearest;
-                    return None;
-                }
-            },
-        };
-        if is_function {
-            for entry in OF_MACHINES.iter().filter_map(|name| keys.get(name)) {
-                let message = "belongs to a machine, and model = \"function\" has none";
-                self.problems.add(entry.name_span.clone(), &entry.name, message);
-            }
-        } else if let Some(entry) = keys.get("function") {
-            let message = "stands without model = \"function\"";
-            self.problems.add(entry.name_span.clone(), "function", message).allowed =
-                Some("model = \"function\" and [function], or `machine`".to_owned());
-        }
-        Some(is_function)
-    }
-
-    /// `[function]`: what is computed of the variables.
-    fn function(&mut self, keys: &Keys<'_>, variables: Option<&[Variable]>) -> Option<FunctionModel> {
-        let entry = keys.require("function", "[function] with g = \"3 - x\"", &mut self.problems)?;
-        let keys = Keys::of(entry, "function", &mut self.problems)?;
-        let mut outputs = Vec::new();
-        for entry in keys.entries() {
-            let text = keys.text(entry, &mut self.problems)?;
-            outputs.push((entry.name.clone(), text.to_owned()));
-        }
-        match FunctionModel::new(&outputs, variables?) {
-            Ok(function) => Some(function),
-            Err(errors) => {
-                for error in errors {
-                    let entry = error.output().and_then(|output| keys.entries().get(output));
-                    let (span, key) = match (entry, &error) {
-                        (Some(entry), FunctionError::Formula { output, place, .. }) => {
-                            let said = &outputs[*output].1;
-                            (self.problems.inside(&entry.node.span, said, place), keys.key(&cut(&entry.name, 80)))
-                        }
-                        (Some(entry), FunctionError::Words { .. }) => {
-                            (entry.node.span.clone(), keys.key(&cut(&entry.name, 80)))
-                        }
-                        (Some(entry), _) => (entry.name_span.clone(), keys.key(&cut(&entry.name, 80))),
-                        (None, _) => (keys.span(), "function".to_owned()),
-                    };
-                    self.problems.add(span, key, error.to_string());
-                }
-                None
-            }
-        }
     }
 
     /// `twin_share`; sets `run.twin` of the machine where it is 0.
@@ -338,34 +294,6 @@ impl Loader<'_> {
             return None;
         }
         TwinShare::read(entry, machine, &mut self.problems)
-    }
-
-    /// Refuses names that give a parameter the column of something else: paths cannot.
-    fn refuse_columns(&mut self, parameters: &[Parameter], own: &[String]) {
-        let columns: Vec<String> = parameters.iter().map(|parameter| parameter.column().name).collect();
-        for (number, parameter) in parameters.iter().enumerate() {
-            if !parameter.is_variable && parameter.short.is_none() {
-                continue;
-            }
-            let column = &columns[number];
-            // at the later of two, or at the one that has a name to change; two of one name were told of
-            let named = |of: usize| parameters[of].is_variable || parameters[of].short.is_some();
-            let is_told = |of: usize| parameters[of].shown() == parameter.shown();
-            let has = |other: &usize| {
-                columns[*other] == *column
-                    && !is_told(*other)
-                    && (*other < number || (*other > number && !named(*other)))
-            };
-            let is_own = own.contains(column) || parameter.short.as_ref().is_some_and(|short| own.contains(short));
-            let what = match (is_own, (0..columns.len()).find(has)) {
-                (true, _) => "the table has a column of its own with this name".to_owned(),
-                (_, Some(other)) => format!("{} has the same column", parameters[other].info.path),
-                _ => continue,
-            };
-            let problem = self.problems.add(parameter.place.clone(), parameter.shown(), what);
-            problem.value = Some(format!("{column:?}"));
-            problem.allowed = Some("another name".to_owned());
-        }
     }
 
     fn schema(&mut self, keys: &Keys<'_>) {

@@ -2,6 +2,7 @@
 
 use super::column::{Column, ColumnKind};
 use super::derived::Variable;
+use bladeoff_model::document::Collector;
 use bladeoff_model::machine::{self, ParamValue, PathInfo, PathKind, is_detection};
 use std::ops::Range;
 
@@ -56,6 +57,16 @@ impl Parameter {
         self.short.as_deref().unwrap_or(&self.info.path)
     }
 
+    /// The key of the study file that names it, as problems tell: `uncertain[0]`.
+    #[must_use]
+    pub fn key(&self) -> String {
+        match self.origin {
+            Origin::Uncertain(table) => format!("uncertain[{table}]"),
+            Origin::Varied(..) => "vary".to_owned(),
+            Origin::Derived(table) => format!("derived[{table}]"),
+        }
+    }
+
     /// The words it may be, where its values are words.
     #[must_use]
     pub fn words(&self) -> Option<&'static [&'static str]> {
@@ -69,6 +80,12 @@ impl Parameter {
     #[must_use]
     pub fn is_detection(&self) -> bool {
         is_detection(&self.info.path)
+    }
+
+    /// Whether it is an angle of a machine: what is released, the rotor at the start, a diaphragm.
+    #[must_use]
+    pub fn is_angle(&self) -> bool {
+        !self.is_variable && (self.info.path.ends_with(".phase") || self.info.path.ends_with(".angle"))
     }
 
     /// What a formula sees of it.
@@ -98,5 +115,31 @@ impl Parameter {
             ParamValue::Number(number) => Some(*number),
             ParamValue::Choice(word) => Some(self.words()?.iter().position(|known| known == word)? as f64),
         }
+    }
+}
+
+/// Refuses names that give a parameter the column of something else: paths cannot.
+pub(super) fn refuse_same(parameters: &[Parameter], own: &[String], problems: &mut Collector<'_>) {
+    let columns: Vec<String> = parameters.iter().map(|parameter| parameter.column().name).collect();
+    for (number, parameter) in parameters.iter().enumerate() {
+        if !parameter.is_variable && parameter.short.is_none() {
+            continue;
+        }
+        let column = &columns[number];
+        // at the later of two, or at the one that has a name to change; two of one name were told of
+        let named = |of: usize| parameters[of].is_variable || parameters[of].short.is_some();
+        let is_told = |of: usize| parameters[of].shown() == parameter.shown();
+        let has = |other: &usize| {
+            columns[*other] == *column && !is_told(*other) && (*other < number || (*other > number && !named(*other)))
+        };
+        let is_own = own.contains(column) || parameter.short.as_ref().is_some_and(|short| own.contains(short));
+        let what = match (is_own, (0..columns.len()).find(has)) {
+            (true, _) => "the table has a column of its own with this name".to_owned(),
+            (_, Some(other)) => format!("{} has the same column", parameters[other].info.path),
+            _ => continue,
+        };
+        let problem = problems.add(parameter.place.clone(), parameter.key(), what);
+        problem.value = Some(format!("{column:?}"));
+        problem.allowed = Some("another name".to_owned());
     }
 }

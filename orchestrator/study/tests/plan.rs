@@ -101,7 +101,14 @@ proptest! {
         let count = plan.limited(limit);
         prop_assert!(count >= replicates && count <= plan.count() && count.is_multiple_of(replicates));
         prop_assert!(count <= limit.max(replicates));
-        prop_assert!(count + replicates > limit.min(plan.count()));
+        match kind {
+            // replicates of a power of two, for which there is an interval
+            Kind::LatinHypercube | Kind::Sobol => {
+                prop_assert!((count / replicates).is_power_of_two() && 2 * count > limit.min(plan.count()));
+                prop_assert_eq!(plan.whole(count), count);
+            }
+            _ => prop_assert!(count + replicates > limit.min(plan.count())),
+        }
         prop_assert!(plan.whole(count) <= count && plan.whole(plan.whole(count)) == plan.whole(count));
     }
 }
@@ -156,7 +163,10 @@ fn unscrambled_point_0_is_refused_where_it_would_be_infinite() {
     assert_eq!(Plan::new(&plain, 7, &names(2), &cut, &copula).unwrap_err(), [PlanError::UnboundedByCorrelation]);
     assert!(Plan::new(&def(Kind::Sobol, 8, 1), 7, &names(2), &cut, &copula).is_ok());
     let steps = PlanDef::new(Kind::OneAtATime);
-    assert_eq!(Plan::new(&steps, 7, &names(2), &cut, &copula).unwrap_err(), [PlanError::Correlated]);
+    assert_eq!(
+        Plan::new(&steps, 7, &names(2), &cut, &copula).unwrap_err(),
+        [PlanError::Correlated { kind: Kind::OneAtATime }]
+    );
 }
 
 #[test]
@@ -168,7 +178,7 @@ fn keys_that_do_not_go_together_are_refused_all_at_once() {
         scramble: Some(true),
         base: Some(Base::Median),
         quantiles: Some(vec![0.1]),
-        kind: Kind::MonteCarlo,
+        ..PlanDef::new(Kind::MonteCarlo)
     };
     let found = keys(&all, &laws);
     assert_eq!(found.iter().map(|(key, _)| *key).collect::<Vec<_>>(), ["replicates", "scramble", "base", "quantiles"]);

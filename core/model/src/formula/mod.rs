@@ -6,13 +6,15 @@
 //! A small language of ours: of the kept expression libraries none reads `-2^2` as -4 and `2^3^2` as 512, knows units, gives places and
 //! computes the same bytes everywhere. Angles are in radians, as all of SI here is.
 
+mod measure;
 mod parse;
 mod program;
 #[cfg(test)]
 mod tests;
 mod token;
 
-pub use parse::{is_reserved, parse};
+pub use measure::Measure;
+pub use parse::{is_reserved, parse, parse_measured};
 pub use program::{Function, Instruction, Kind, Program, call};
 
 use std::ops::Range;

@@ -7,8 +7,10 @@
 //! Numbers and truths are two kinds: `(a > 1) + 2` and `1 and 2` are refused.
 
 use super::FormulaError;
+use super::measure::{Mark, Measure, measure};
 use super::program::{Function, Instruction, Kind, Program};
-use super::token::{Token, tokens, wrong};
+use super::token::{Token, is_name, tokens, wrong};
+use crate::document::nearest;
 use std::ops::Range;
 
 /// Brackets, signs and powers within one another at most.
@@ -24,6 +26,8 @@ struct Parser<'a> {
     known: &'a dyn Fn(&str) -> Option<usize>,
     nearest: &'a dyn Fn(&str) -> Option<String>,
     program: Vec<Instruction>,
+    /// One of each step.
+    marks: Vec<Mark>,
     names: Vec<usize>,
 }
 
@@ -53,7 +57,7 @@ pub fn is_reserved(name: &str) -> bool {
         || FUNCTIONS.iter().any(|(known, ..)| *known == name)
 }
 
-/// A formula of the given kind. `known`: the number of a variable; `nearest`: the name that was meant.
+/// A formula of the given kind, of variables without units. `known`: the number of a variable; `nearest`: the name that was meant.
 ///
 /// # Errors
 /// The first mistake, with its place.
@@ -63,15 +67,33 @@ pub fn parse(
     known: &dyn Fn(&str) -> Option<usize>,
     nearest: &dyn Fn(&str) -> Option<String>,
 ) -> Result<Program, FormulaError> {
+    parse_measured(text, kind, known, nearest, &|_| None).map(|(program, _)| program)
+}
+
+/// As [`parse`], of variables whose dimension is that of `unit` where it is known; with the dimension of what the formula gives.
+///
+/// # Errors
+/// As [`parse`].
+pub fn parse_measured(
+    text: &str,
+    kind: Kind,
+    known: &dyn Fn(&str) -> Option<usize>,
+    nearest: &dyn Fn(&str) -> Option<String>,
+    unit: &dyn Fn(usize) -> Option<Measure>,
+) -> Result<(Program, Option<Measure>), FormulaError> {
     let tokens = tokens(text)?;
-    let mut parser =
-        Parser { tokens, next: 0, depth: 0, end: text.len(), known, nearest, program: Vec::new(), names: Vec::new() };
+    let (program, marks, names) = (Vec::new(), Vec::new(), Vec::new());
+    let mut parser = Parser { tokens, next: 0, depth: 0, end: text.len(), known, nearest, program, marks, names };
     if parser.tokens.is_empty() {
         return wrong(0..text.len(), "there is no formula");
     }
     let found = parser.expression(0)?;
     if let Some((token, place)) = parser.tokens.get(parser.next) {
-        let word = shown(token);
+        let word = match token {
+            Token::Number(..) => format!("`{}`", &text[place.clone()]),
+            Token::Name(name) => format!("`{name}`"),
+            Token::Sign(sign) => format!("`{sign}`"),
+        };
         return wrong(place.clone(), format!("{word} is not expected here: an operator is missing before it"));
     }
     if found != kind {
@@ -85,15 +107,20 @@ pub fn parse(
     }
     parser.names.sort_unstable();
     parser.names.dedup();
-    Ok(Program::new(parser.program, parser.names))
+    let program = Program::new(parser.program, parser.names);
+    let measure = measure(text, &program, &parser.marks, unit)?;
+    Ok((program, measure))
 }
 
-fn shown(token: &Token) -> String {
-    match token {
-        Token::Number(number) => format!("{number:?}"),
-        Token::Name(name) => format!("`{name}`"),
-        Token::Sign(sign) => format!("`{sign}`"),
-    }
+fn no_function(name: &str) -> String {
+    let known = || FUNCTIONS.iter().map(|(known, ..)| *known);
+    let meant = match name {
+        "pow" | "power" => Some("a^b".to_owned()),
+        "ceil" => Some("-floor(-x)".to_owned()),
+        _ => nearest(name, known()).map(str::to_owned),
+    };
+    let meant = meant.map(|meant| format!("; did you mean `{meant}`?")).unwrap_or_default();
+    format!("there is no function `{name}`, but {}{meant}", known().collect::<Vec<_>>().join(", "))
 }
 
 impl Parser<'_> {
@@ -101,6 +128,16 @@ impl Parser<'_> {
         let found = self.tokens.get(self.next).cloned();
         self.next += usize::from(found.is_some());
         found
+    }
+
+    fn push(&mut self, does: Instruction, place: Place) {
+        self.program.push(does);
+        self.marks.push(Mark { place, unit: String::new(), brackets: None });
+    }
+
+    /// Where the last word ends.
+    fn behind(&self) -> usize {
+        self.next.checked_sub(1).and_then(|last| self.tokens.get(last)).map_or(self.end, |(_, place)| place.end)
     }
 
     fn expect(&mut self, sign: &'static str, after: &str) -> Result<(), FormulaError> {
@@ -160,7 +197,7 @@ impl Parser<'_> {
                 );
             }
             kind = gives;
-            self.program.push(does);
+            self.push(does, place);
         }
         self.depth -= 1;
         Ok(kind)
@@ -169,8 +206,10 @@ impl Parser<'_> {
     fn first(&mut self) -> Result<Kind, FormulaError> {
         let Some((token, place)) = self.take() else { return wrong(self.end..self.end, "the formula ends too early") };
         match token {
-            Token::Number(number) => {
+            Token::Number(number, unit) => {
+                self.refuse_variables_in(&unit, &place)?;
                 self.program.push(Instruction::Number(number));
+                self.marks.push(Mark { place, unit, brackets: None });
                 Ok(Kind::Number)
             }
             Token::Sign("-") => self.signed(place, 13, Some(Instruction::Negate)),
@@ -178,6 +217,10 @@ impl Parser<'_> {
             Token::Sign("(") => {
                 let kind = self.expression(0)?;
                 self.expect(")", "to close the bracket")?;
+                let all = place.start..self.behind();
+                if let Some(mark) = self.marks.last_mut() {
+                    mark.brackets = Some(all);
+                }
                 Ok(kind)
             }
             Token::Sign(sign) => wrong(place, format!("`{sign}` is not expected here: a value is missing before it")),
@@ -185,19 +228,52 @@ impl Parser<'_> {
         }
     }
 
+    /// Refuses a variable's name behind a `/` or `*` of a unit: either could be meant.
+    fn refuse_variables_in(&self, unit: &str, place: &Place) -> Result<(), FormulaError> {
+        let (begins, mut at) = (place.end - unit.len(), 0);
+        for word in unit.split(|c| !is_name(c)) {
+            let sign =
+                unit[..at].trim_end_matches('(').chars().next_back().filter(|sign| ['/', '*', '·'].contains(sign));
+            if let (Some(sign), Some(_)) = (sign, (self.known)(word)) {
+                return wrong(
+                    begins + at..begins + at + word.len(),
+                    format!(
+                        "`{word}` is a unit here and a variable: with blanks, ` {sign} {word}`, it is the variable; for the unit \
+                         give the variable another name"
+                    ),
+                );
+            }
+            at += word.len() + unit[at + word.len()..].chars().next().map_or(0, char::len_utf8);
+        }
+        Ok(())
+    }
+
     fn signed(&mut self, place: Place, binds: u8, does: Option<Instruction>) -> Result<Kind, FormulaError> {
         if self.expression(binds)? != Kind::Number {
             return wrong(place, "a sign belongs to a number, not to a condition");
         }
-        self.program.extend(does);
+        if let Some(does) = does {
+            self.push(does, place);
+        }
         Ok(Kind::Number)
+    }
+
+    fn no_variable(&self, name: &str) -> String {
+        let meant = match (self.nearest)(name) {
+            Some(near) => format!("; did you mean `{near}`?"),
+            None if Measure::of_unit(name).is_some() => {
+                "; a unit stands behind a number, with no blanks around its `/` and `*`: `2 N/m`".to_owned()
+            }
+            None => String::new(),
+        };
+        format!("there is no variable `{name}`{meant}")
     }
 
     fn named(&mut self, name: &str, place: Place) -> Result<Kind, FormulaError> {
         let is_call = matches!(self.tokens.get(self.next), Some((Token::Sign("("), _)));
         if !is_call && let Some(number) = (self.known)(name) {
             self.names.push(number);
-            self.program.push(Instruction::Variable(number));
+            self.push(Instruction::Variable(number), place);
             return Ok(Kind::Number);
         }
         match name {
@@ -205,21 +281,19 @@ impl Parser<'_> {
                 if self.expression(5)? != Kind::Truth {
                     return wrong(place, "`not` takes a condition such as `x > 1`");
                 }
-                self.program.push(Instruction::Not);
+                self.push(Instruction::Not, place);
                 return Ok(Kind::Truth);
             }
             "and" | "or" => return wrong(place, format!("a condition is missing before `{name}`")),
             "pi" if !is_call => {
-                self.program.push(Instruction::Number(core::f64::consts::PI));
+                self.push(Instruction::Number(core::f64::consts::PI), place);
                 return Ok(Kind::Number);
             }
             "log" => return wrong(place, "`log` means two things: write `ln` or `log10`"),
             _ => {}
         }
         let Some((_, function, arguments)) = FUNCTIONS.iter().find(|(known, ..)| *known == name) else {
-            let nearest = (self.nearest)(name).map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
-            let what = if is_call { "function" } else { "variable" };
-            return wrong(place, format!("there is no {what} `{name}`{nearest}"));
+            return wrong(place, if is_call { no_function(name) } else { self.no_variable(name) });
         };
         self.expect("(", &format!("after `{name}`"))?;
         let mut count = 0;
@@ -237,10 +311,15 @@ impl Parser<'_> {
             }
         }
         if (*arguments > 0 && count != *arguments) || count > 64 {
-            let wanted = if *arguments == 0 { "up to 64".to_owned() } else { arguments.to_string() };
-            return wrong(place, format!("`{name}` takes {wanted} arguments, not {count}"));
+            let wanted = match arguments {
+                0 => "up to 64 arguments".to_owned(),
+                1 => "1 argument".to_owned(),
+                several => format!("{several} arguments"),
+            };
+            return wrong(place, format!("`{name}` takes {wanted}, not {count}"));
         }
-        self.program.push(Instruction::Call(*function, count as u8));
+        let all = place.start..self.behind();
+        self.push(Instruction::Call(*function, count as u8), all);
         Ok(Kind::Number)
     }
 }

@@ -1,7 +1,7 @@
 //! Words of a formula.
 //!
 //! ```text
-//! 12, 1.5e-3         a number; directly followed by a unit as in files: 8 mm, 2e6 N/m, 1500 rpm (a unit has no blanks in it)
+//! 12, 1.5e-3         a number; followed by a unit as in files: 8 mm, 2e6 N s/m, 20 1/s, 1500 rpm (no blanks around its `/` and `*`)
 //! gap, max_load_N    a name; one with dots, hyphens or blanks in backquotes: `rotor.bearings.left.stiffness`
 //! + - * / ^ ( ) ,  < <= > >= == !=   and or not
 //! ```
@@ -16,8 +16,8 @@ const LONGEST: usize = 10_000;
 /// One word.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Token {
-    /// In SI.
-    Number(f64),
+    /// In SI, and the unit that it was written with, "" for none.
+    Number(f64, String),
     /// Of a variable, a function, or `and`, `or`, `not`.
     Name(String),
     /// Operator or bracket.
@@ -35,7 +35,7 @@ fn begins_name(c: char) -> bool {
     c.is_alphabetic() || c == '_'
 }
 
-fn is_name(c: char) -> bool {
+pub(super) fn is_name(c: char) -> bool {
     c.is_alphanumeric() || c == '_'
 }
 
@@ -58,7 +58,8 @@ pub(super) fn tokens(text: &str) -> Result<Vec<(Token, Range<usize>)>, FormulaEr
             let length = number_length(rest);
             let (number, taken) = quantity(rest, length)
                 .map_err(|(place, message)| FormulaError { place: at + place.start..at + place.end, message })?;
-            found.push((Token::Number(number), at..at + taken));
+            let unit = rest[length..taken].trim().to_owned();
+            found.push((Token::Number(number, unit), at..at + taken));
             at += taken;
         } else if begins_name(c) {
             let length = rest.find(|c| !is_name(c)).unwrap_or(rest.len());
@@ -71,6 +72,8 @@ pub(super) fn tokens(text: &str) -> Result<Vec<(Token, Range<usize>)>, FormulaEr
             }
             found.push((Token::Name(rest[1..=length].to_owned()), at..at + length + 2));
             at += length + 2;
+        } else if rest.starts_with("**") {
+            return wrong(at..at + 2, "`**` is no operator; write `^` for a power");
         } else if let Some(sign) = SIGNS.iter().find(|sign| rest.starts_with(**sign)) {
             if *sign == "=" {
                 return wrong(at..at + 1, "`=` is no operator; write `==` to compare");
@@ -89,21 +92,22 @@ pub(super) fn tokens(text: &str) -> Result<Vec<(Token, Range<usize>)>, FormulaEr
 fn quantity(text: &str, length: usize) -> Result<(f64, usize), (Range<usize>, String)> {
     let in_si = |taken: usize| parse_any_quantity(&text[..taken]);
     let begins = length + text[length..].len() - text[length..].trim_start_matches(' ').len();
-    let word = &text[begins..begins + unit_length(&text[begins..])];
-    if word.is_empty() || matches!(word, "and" | "or" | "not") {
-        return in_si(length).map(|number| (number, length)).map_err(|error| (0..length, error.to_string()));
+    let mut unit = &text[begins..begins + unit_length(&text[begins..])];
+    let word = unit.split(' ').next().unwrap_or(unit);
+    let bare = || in_si(length).map(|number| (number, length)).map_err(|error| (0..length, error.to_string()));
+    if matches!(word, "" | "and" | "or" | "not") {
+        return bare();
     }
-    let mut unit = word;
     loop {
         let error = match in_si(begins + unit.len()) {
+            // what follows the 1 is no unit
+            Ok(_) if unit == "1" => return bare(),
             Ok(number) => return Ok((number, begins + unit.len())),
             Err(error) => error,
         };
-        match unit.rfind(['*', '/', '·']) {
-            Some(cut) => unit = &unit[..cut],
-            None => {
-                return Err((begins..begins + word.len(), error.to_string()));
-            }
+        match unit.rfind(['*', '/', '·', ' ']) {
+            Some(cut) => unit = unit[..cut].trim_end(),
+            None => return Err((begins..begins + word.len(), error.to_string())),
         }
     }
 }
@@ -126,21 +130,34 @@ fn number_length(text: &str) -> usize {
     end
 }
 
-/// Names joined by `/`, `*`, `^` and digits, without blanks: `N/m`, `kg*m^2`, `m^-1`. A `*` or `/` belongs to the unit where a letter
-/// follows.
+/// Names joined by `/`, `*`, `^`, digits and blanks: `N/m`, `kg*m^2`, `m^-1`, `N s/m`, `1/s`, `N/(m s)`. A `*` or `/` belongs to the unit
+/// where a letter follows; behind a blank a name cannot be a variable, before which an operator would stand.
 fn unit_length(text: &str) -> usize {
-    if !text.starts_with(begins_unit) {
+    let begins = |text: &str| text.starts_with(begins_unit);
+    let is_one = text.strip_prefix("1/").is_some_and(begins);
+    if !is_one && !begins(text) {
         return 0;
     }
     let chars: Vec<(usize, char)> = text.char_indices().collect();
-    let mut i = 0;
+    let (mut i, mut open) = (usize::from(is_one), false);
     while i < chars.len() {
-        let (c, next) = (chars[i].1, chars.get(i + 1).map(|next| next.1));
+        let (at, c) = chars[i];
+        let behind = &text[at + c.len_utf8()..];
+        let next = behind.chars().next();
         let joins = match c {
+            '/' if !open && behind.strip_prefix('(').is_some_and(begins) => {
+                (open, i) = (true, i + 1);
+                true
+            }
+            ')' if open => {
+                open = false;
+                true
+            }
             '/' | '*' | '·' => next.is_some_and(begins_unit),
+            ' ' => begins(behind.trim_start_matches(' ')) && !is_operator(behind.trim_start_matches(' ')),
             '^' => next.is_some_and(|next| next.is_ascii_digit() || next == '-'),
             '-' => i > 0 && chars[i - 1].1 == '^',
-            c => begins_unit(c) || c.is_ascii_digit() || c == '²' || c == '³' || c == '_',
+            c => begins_unit(c) || c.is_ascii_digit() || "²³¹⁴⁻_".contains(c),
         };
         if !joins {
             break;
@@ -148,4 +165,9 @@ fn unit_length(text: &str) -> usize {
         i += 1;
     }
     chars.get(i).map_or(text.len(), |next| next.0)
+}
+
+/// Whether a text begins with a word that joins conditions.
+fn is_operator(text: &str) -> bool {
+    matches!(&text[..text.find(|c| !is_name(c)).unwrap_or(text.len())], "and" | "or" | "not")
 }

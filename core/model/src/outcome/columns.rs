@@ -80,6 +80,8 @@ pub enum Part {
 pub enum Growth {
     /// Up and down, or known at the end only.
     Free,
+    /// The time of a first event: once it is there it stays, however the run goes on.
+    Once,
     /// It only grows: what it has reached stays reached, however the run goes on.
     Grows,
     /// It only grows, and a further column has what it had reached while all guards held.
@@ -113,7 +115,7 @@ impl Column {
     /// is a lower bound of what the whole run would have reached.
     #[must_use]
     pub fn grows(&self) -> bool {
-        self.growth != Growth::Free
+        matches!(self.growth, Growth::Grows | Growth::Guarded)
     }
 
     /// Name of the column that has, of a row that is not `ok`, what this one had reached while all guards held; `None` where there is

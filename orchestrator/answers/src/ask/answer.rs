@@ -1,7 +1,10 @@
 //! Answers as they are written: `answers.json`.
 
+use super::scale::Scale;
 use crate::estimate::figures::{Figures, Method};
 use crate::estimate::input::Group;
+use crate::map::Map;
+use crate::sensitivity::{Index, Indices, Pair};
 use serde::Serialize;
 
 /// Version of the layout of `answers.json`.
@@ -16,11 +19,11 @@ pub const LEFT_WIDE: &str =
 pub struct Answer {
     /// The question's.
     pub name: String,
-    /// `probability`, `quantile`, `mean`, `exceedance`, `fragility`, `difference`.
+    /// `probability`, `quantile`, `mean`, `exceedance`, `fragility`, `difference`, `sensitivity`, `map`.
     pub kind: &'static str,
     /// Its values on the crossed axes.
     pub group: Group,
-    /// Points that it is over.
+    /// Points that it is over; of a sensitivity by blocks of points, blocks.
     pub n: u64,
     /// Points where the event happened for certain; null but for a probability.
     pub events: Option<u64>,
@@ -42,9 +45,59 @@ pub struct Answer {
     pub approximate: bool,
     /// What a reader has to know.
     pub notes: Vec<String>,
+    /// Of a map: its cells.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub map: Option<Box<Map>>,
+    /// Of a sensitivity.
+    #[serde(flatten)]
+    pub sensitivity: Option<Sensitivities>,
     /// For a person.
     #[serde(skip)]
     pub sentence: String,
+    /// Lines below the sentence.
+    #[serde(skip)]
+    pub lines: Vec<String>,
+    /// Every number with its interval, for who waits for intervals to become narrow; none of a curve.
+    #[serde(skip)]
+    pub figures: Vec<Figures>,
+    /// How these numbers read.
+    #[serde(skip)]
+    pub scale: Scale,
+}
+
+/// What a sensitivity has beside what every answer has; keys that a method does not fill are not there.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Sensitivities {
+    /// The column that is decided.
+    pub output: String,
+    /// `morris`, `sobol`, `given-data`.
+    pub estimator: &'static str,
+    /// By parameter.
+    pub indices: Indices,
+    /// Of pairs of parameters, what they make together beyond each alone.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub second_order: Vec<Pair>,
+    /// Part of the variance of the ranks that the regression makes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub r2: Option<Index>,
+    /// Blocks, or rows, that are out because a run has no number.
+    pub left_out: u64,
+    /// Of each regime, where there are several and the method allows it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub regimes: Vec<OfRegime>,
+}
+
+/// Sensitivities of the runs of a regime.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OfRegime {
+    /// Its word.
+    pub regime: String,
+    /// Its part of all runs with a number.
+    pub share: f64,
+    /// Its runs.
+    pub n: u64,
+    /// By parameter.
+    pub indices: Indices,
 }
 
 /// `answers.json`.
@@ -63,13 +116,13 @@ impl Answer {
     #[must_use]
     pub fn of(name: &str, kind: &'static str, group: Group, bad: u64, confidence: f64, figures: Figures) -> Self {
         let mut notes = figures.notes.clone();
-        // by how much bad runs widen the interval; where it has no ends, by how much they move the figure
-        let widened =
-            figures.high.zip(figures.low).zip(figures.statistical).map(|((high, low), width)| high - low - width);
-        if let (Some(open), Some(width)) = (widened.or(figures.left_open()), figures.statistical)
-            && open.abs() > width
-        {
-            notes.push(LEFT_WIDE.to_owned());
+        // how far bad runs move the figure, and by how much they widen the interval: next to 0 and 1 its ends have no room, and in a
+        // difference the figures may stand still
+        if let Some(width) = figures.statistical {
+            let widened = figures.high.zip(figures.low).map(|(high, low)| high - low - width);
+            if [widened, figures.left_open()].iter().flatten().any(|open| open.abs() > width) {
+                notes.push(LEFT_WIDE.to_owned());
+            }
         }
         Self {
             name: name.to_owned(),
@@ -86,7 +139,12 @@ impl Answer {
             method: figures.method,
             approximate: figures.approximate,
             notes,
+            map: None,
+            sensitivity: None,
             sentence: String::new(),
+            lines: Vec::new(),
+            figures: Vec::new(),
+            scale: Scale::Share,
         }
     }
 }

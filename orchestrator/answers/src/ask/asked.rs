@@ -1,8 +1,12 @@
 //! Puts questions to a study.
 
 use super::answer::{Answer, Answers, SCHEMA};
+use super::mapped::{answers_of, map_in_words};
 use super::question::{Ask, Figure, Question};
-use super::sentence::{Scale, counted, of_curve, percent_given, sentence};
+use super::scale::{Scale, percent, percent_given};
+use super::sensitive::sensitivities;
+use super::sentence::{counted, of_curve, sentence};
+use crate::estimate::along::{Family, families, together};
 use crate::estimate::curve::{Curve, CurvePoint};
 use crate::estimate::exceedance::exceedance;
 use crate::estimate::figures::{Figures, Method};
@@ -14,6 +18,7 @@ use crate::estimate::mean::mean;
 use crate::estimate::proportion::{Tally, none_seen, proportion_by, tallies};
 use crate::estimate::scheme::Scheme;
 use crate::estimate::{difference, quantile};
+use crate::map::maps;
 
 /// Answers to a question, one for each group, and its curve.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,6 +58,8 @@ fn unanswered(study: &Study<'_>, question: &Question, why: &InputError) -> Answe
         Ask::Exceedance(_) => "exceedance",
         Ask::Fragility(..) => "fragility",
         Ask::Difference(..) => "difference",
+        Ask::Map(_) => "map",
+        Ask::Sensitivity(_) => "sensitivity",
     };
     let figures = Figures::over(study.points() as u64);
     let mut answer = Answer::of(&question.name, kind, Group::default(), 0, question.confidence, figures);
@@ -66,14 +73,31 @@ fn unanswered(study: &Study<'_>, question: &Question, why: &InputError) -> Answe
 /// # Errors
 /// It lacks a column.
 pub fn answer(study: &Study<'_>, question: &Question) -> Result<Answered, InputError> {
-    let (scheme, alpha) = (Scheme::of(&study.design), 1.0 - question.confidence);
+    let (scheme, alpha) = (Scheme::of(&study.design), (1.0 - question.confidence) * study.design.share);
     let asked = Asked { study, question, t: scheme.t(alpha), scheme, alpha };
-    match &question.ask {
+    let mut answered = match &question.ask {
         Ask::One(figure) => asked.one(figure),
         Ask::Exceedance(column) => asked.exceedance(column),
         Ask::Fragility(path, formula) => asked.fragility(path, formula),
         Ask::Difference(figure, path, values) => asked.difference(figure, path, values),
+        Ask::Map(wanted) => {
+            Ok(Answered { answers: answers_of(&question.name, maps(study, wanted, alpha)?), curve: None })
+        }
+        Ask::Sensitivity(wanted) => {
+            let answers = sensitivities(study, question, wanted, (&asked.scheme, alpha))?;
+            Ok(Answered { answers, curve: None })
+        }
+    }?;
+    if study.design.share < 1.0 {
+        let one = percent(1.0 - alpha);
+        let note = format!(
+            "one of several looks of [stop]: its limits hold with {one}, so that those of all looks hold together with {}",
+            percent_given(question.confidence)
+        );
+        let has_limits = |answer: &&mut Answer| answer.method != Method::Without;
+        answered.answers.iter_mut().filter(has_limits).for_each(|answer| answer.notes.push(note.clone()));
     }
+    Ok(answered)
 }
 
 struct Asked<'a> {
@@ -105,6 +129,8 @@ pub fn in_words(question: &Question) -> String {
         Ask::Difference(figure, path, [a, b]) => {
             format!("{} at {path} = {a} less that at {b}, paired", subject(figure))
         }
+        Ask::Map(wanted) => map_in_words(wanted),
+        Ask::Sensitivity(wanted) => format!("sensitivity of {} by {}", wanted.output, wanted.method.word()),
     };
     format!("{}: {what} (confidence {})", question.name, percent_given(question.confidence))
 }
@@ -159,9 +185,10 @@ impl Asked<'_> {
     /// What decides a bad run of a probability.
     fn decided_by(&self, figure: &Figure) -> &'static str {
         let Figure::Probability(formula) = figure else { return "" };
-        let grows =
-            |name: &String| self.study.numbers(name).is_ok_and(|(_, nature)| matches!(nature, Nature::Grows(_)));
-        if formula.columns.iter().any(grows) {
+        let is_reached = |name: &String| {
+            self.study.numbers(name).is_ok_and(|(_, nature)| matches!(nature, Nature::Grows(_) | Nature::Once))
+        };
+        if formula.columns.iter().any(is_reached) {
             "by what was reached while all guards held"
         } else {
             "decided by its inputs"
@@ -169,7 +196,9 @@ impl Asked<'_> {
     }
 
     fn told(&self, kind: &'static str, group: Group, bad: u64, figures: Figures) -> Answer {
-        Answer::of(&self.question.name, kind, group, bad, self.question.confidence, figures)
+        let mut answer = Answer::of(&self.question.name, kind, group, bad, self.question.confidence, figures.clone());
+        answer.figures.push(figures);
+        answer
     }
 
     fn probability(&self, truths: &Truths) -> Figures {
@@ -187,7 +216,7 @@ impl Asked<'_> {
     fn of_values(&self, figure: &Figure, values: &Values) -> Figures {
         let mut figures = match figure {
             Figure::Quantile(u, _) => quantile::quantile(values, *u, &self.scheme, self.part(), self.alpha),
-            _ => mean(values, &self.scheme, self.part(), self.alpha, true),
+            _ => mean(values, &self.scheme, self.part(), self.alpha),
         };
         note_empty(&mut figures.notes, values.empty, LEFT_OUT);
         figures
@@ -209,6 +238,7 @@ impl Asked<'_> {
             };
             let mut answer = self.told(kind(figure), group.clone(), bad, figures);
             answer.sentence = sentence(&answer, &subject(figure), &scale, (decided, self.decided_by(figure)));
+            answer.scale = scale.clone();
             answers.push(answer);
         }
         Ok(Answered { answers, curve: None })
@@ -222,7 +252,7 @@ impl Asked<'_> {
         if let Scheme::Without(why) = &self.scheme {
             figures.notes.push(why.clone());
         }
-        self.told(kind, group.clone(), bad, figures)
+        Answer { figures: Vec::new(), ..self.told(kind, group.clone(), bad, figures) }
     }
 
     fn exceedance(&self, column: &str) -> Result<Answered, InputError> {
@@ -247,26 +277,20 @@ impl Asked<'_> {
         Ok(Answered { answers, curve: Some(Curve::of(&curves, &[&with_unit("level", unit)])) })
     }
 
-    /// Groups that differ on an axis alone, with their values on it.
-    fn families(&self, path: &str) -> Vec<(Group, Vec<(Label, usize)>)> {
-        let mut families: Vec<(Group, Vec<(Label, usize)>)> = Vec::new();
-        for (at, group) in self.study.groups.iter().enumerate() {
-            let Some(label) = group.label(path) else { continue };
-            let rest = group.without(path);
-            match families.iter_mut().find(|(known, _)| *known == rest) {
-                Some((_, members)) => members.push((label.clone(), at)),
-                None => families.push((rest, vec![(label.clone(), at)])),
-            }
+    /// What goes with a varied parameter, in words.
+    fn note_along(&self, path: &str, notes: &mut Vec<String>) {
+        let along = together(&self.study.groups, path);
+        if !along.is_empty() {
+            notes.push(format!("{} goes with {path} (zip)", along.join(", ")));
         }
-        families
     }
 
     fn fragility(&self, path: &str, formula: &Formula) -> Result<Answered, InputError> {
-        let families = self.families(path);
+        let families = families(&self.study.groups, path)?;
         let (varied, mut all) = (!families.is_empty(), Vec::new());
         let mut single = true;
         if varied {
-            for (group, members) in families {
+            for Family { rest: group, members } in families {
                 let (mut curve, mut empty) = (Vec::new(), 0);
                 for (label, at) in members {
                     let truths = truths(self.study, formula, at)?;
@@ -314,6 +338,7 @@ impl Asked<'_> {
             }
             answer.notes.push(format!("the limits hold for each {what} by itself"));
             note_empty(&mut answer.notes, empty, CONDITION);
+            self.note_along(path, &mut answer.notes);
             let subject = format!("P({}) over {path}", formula.text);
             answer.sentence = of_curve(&answer, &subject, &curve, &unit, what);
             answers.push(answer);
@@ -324,7 +349,7 @@ impl Asked<'_> {
 
     fn difference(&self, figure: &Figure, path: &str, labels: &[Label; 2]) -> Result<Answered, InputError> {
         let (scale, mut answers) = (self.scale(figure)?, Vec::new());
-        for (group, members) in self.families(path) {
+        for Family { rest: group, members } in families(&self.study.groups, path)? {
             let place = |label: &Label| members.iter().find(|(known, _)| known == label).map(|(_, at)| *at);
             let (Some(a), Some(b)) = (place(&labels[0]), place(&labels[1])) else {
                 return Err(InputError::Missing(format!("{path} = {} or {}", labels[0], labels[1])));
@@ -349,8 +374,10 @@ impl Asked<'_> {
                 }
             };
             let mut answer = self.told("difference", group, bad, figures);
+            self.note_along(path, &mut answer.notes);
             let of = format!("{}, {path} = {} less {}", subject(figure), labels[0], labels[1]);
             answer.sentence = sentence(&answer, &of, &scale, (decided, self.decided_by(figure)));
+            answer.scale = scale.clone();
             answers.push(answer);
         }
         Ok(Answered { answers, curve: None })

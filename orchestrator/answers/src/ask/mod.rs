@@ -7,12 +7,19 @@
 
 mod answer;
 mod asked;
+mod mapped;
+mod mapping;
+mod method;
 mod question;
+mod scale;
+mod sensitive;
 mod sentence;
 
 pub use crate::estimate::formula::Known;
-pub use answer::{Answer, Answers, LEFT_WIDE, SCHEMA};
+pub use answer::{Answer, Answers, LEFT_WIDE, OfRegime, SCHEMA, Sensitivities};
 pub use asked::{Answered, answer, answer_all, in_words};
-pub use question::{Ask, CONFIDENCE, Figure, Names, Problem, Question, QuestionDef};
-pub use sentence::percent_given;
-pub(crate) use sentence::{counted, percent, prefix};
+pub use method::{Sensitivity, SensitivityMethod};
+pub use question::{Ask, CONFIDENCE, Figure, Given, Names, Problem, Question, QuestionDef};
+pub(crate) use scale::percent;
+pub use scale::{Scale, percent_given};
+pub(crate) use sentence::{counted, prefix};

@@ -1,7 +1,9 @@
 //! Questions of a study: from the words of its file to what is asked of which columns.
 
+use super::method::{Sensitivity, SensitivityMethod};
 use crate::estimate::formula::{Formula, Known};
 use crate::estimate::input::Label;
+use crate::map::{Of, REGIME, Wanted};
 use bladeoff_model::document::nearest;
 use bladeoff_model::formula::FormulaError;
 use std::ops::Range;
@@ -18,12 +20,18 @@ pub struct QuestionDef {
     pub probability: Option<String>,
     /// Between 0 and 1, with `of`.
     pub quantile: Option<f64>,
-    /// A column.
+    /// A column; of a map also `P(CONDITION)` or a condition.
     pub of: Option<String>,
+    /// Two parameters, with `of`.
+    pub map: Option<[String; 2]>,
     /// A column.
     pub mean: Option<String>,
     /// A column.
     pub exceedance: Option<String>,
+    /// A column, with `method`.
+    pub sensitivity: Option<String>,
+    /// One of [`SensitivityMethod::ALL`].
+    pub method: Option<String>,
     /// A varied or an uncertain parameter, with `probability`.
     pub fragility: Option<String>,
     /// Two values of `vary`, with a probability, a quantile or a mean.
@@ -43,6 +51,30 @@ pub struct Names {
     pub uncertain: Vec<String>,
     /// Columns of crossed axes, and their values; none: of which nothing more is known.
     pub varied: Vec<(String, Vec<Label>)>,
+    /// Columns along which nothing can be compared, and why: zipped ones whose values recur.
+    pub recurring: Vec<(String, String)>,
+    /// What goes into a run.
+    pub given: Vec<Given>,
+}
+
+impl Names {
+    /// Whether a column is drawn. What the file names without its being understood stands on every list, and is not blamed.
+    pub(super) fn is_drawn(&self, column: &String) -> bool {
+        self.uncertain.contains(column) && !self.varied.iter().any(|(axis, _)| axis == column)
+    }
+}
+
+/// A parameter or a variable of a study.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Given {
+    /// Its column.
+    pub column: String,
+    /// The axis of `[[vary]]` or `[points]` that it lies on.
+    pub axis: Option<usize>,
+    /// It is a release angle, of which only the starts of a cell differ.
+    pub is_angle: bool,
+    /// It is the contact detection, whose values are compared.
+    pub is_detection: bool,
 }
 
 /// What is wrong with a question.
@@ -78,6 +110,10 @@ pub enum Ask {
     Fragility(String, Formula),
     /// A figure at the first value of a varied parameter, less that at the second.
     Difference(Figure, String, [Label; 2]),
+    /// A column or a probability over two parameters.
+    Map(Wanted),
+    /// Which uncertain parameter decides a column.
+    Sensitivity(Sensitivity),
 }
 
 /// A question.
@@ -102,6 +138,21 @@ impl Question {
         match &self.ask {
             Ask::One(figure) | Ask::Difference(figure, ..) => of(figure),
             Ask::Exceedance(column) => vec![column.clone()],
+            Ask::Map(wanted) => {
+                let mut columns = vec![wanted.x.clone(), wanted.y.clone()];
+                match &wanted.of {
+                    Of::Value(column) => columns.push(column.clone()),
+                    Of::Probability(formula) => columns.extend(formula.columns.iter().cloned()),
+                }
+                columns.extend(wanted.panels.iter().chain(&wanted.starts).cloned());
+                columns
+                    .extend(names.known.columns.iter().map(|(name, _)| name).filter(|name| *name == REGIME).cloned());
+                columns
+            }
+            Ask::Sensitivity(Sensitivity { output, method, parameters, regime }) => {
+                let given = parameters.iter().filter(|_| *method == SensitivityMethod::GivenData);
+                [output].into_iter().chain(given).chain(regime).cloned().collect()
+            }
             Ask::Fragility(path, formula) => {
                 let mut columns = formula.columns.clone();
                 if !names.varied.iter().any(|(axis, _)| axis == path) {
@@ -130,13 +181,13 @@ impl Question {
     }
 }
 
-struct Check<'a> {
-    names: &'a Names,
+pub(super) struct Check<'a> {
+    pub names: &'a Names,
     problems: Vec<Problem>,
 }
 
 impl Check<'_> {
-    fn wrong<T>(&mut self, key: &'static str, message: impl Into<String>) -> Option<T> {
+    pub(super) fn wrong<T>(&mut self, key: &'static str, message: impl Into<String>) -> Option<T> {
         self.problems.push(Problem { key, place: None, message: message.into() });
         None
     }
@@ -159,16 +210,21 @@ impl Check<'_> {
     }
 
     fn condition(&mut self, text: &str) -> Option<Formula> {
+        self.condition_in("probability", text, 0)
+    }
+
+    /// A condition that stands so many bytes behind the beginning of a key's value.
+    pub(super) fn condition_in(&mut self, key: &'static str, text: &str, from: usize) -> Option<Formula> {
         match Formula::condition(text, &self.names.known) {
             Ok(formula) => Some(formula),
             Err(FormulaError { place, message }) => {
-                self.problems.push(Problem { key: "probability", place: Some(place), message });
+                self.problems.push(Problem { key, place: Some(place.start + from..place.end + from), message });
                 None
             }
         }
     }
 
-    fn column(&mut self, key: &'static str, name: &str) -> Option<String> {
+    pub(super) fn column(&mut self, key: &'static str, name: &str) -> Option<String> {
         let known = &self.names.known;
         match known.meant(name)[..] {
             [column] if known.is_number(column) => Some(column.to_owned()),
@@ -188,18 +244,29 @@ impl Check<'_> {
             ("quantile", def.quantile.is_some()),
             ("mean", def.mean.is_some()),
             ("exceedance", def.exceedance.is_some()),
+            ("map", def.map.is_some()),
+            ("sensitivity", def.sensitivity.is_some()),
         ];
         let given: Vec<&'static str> = given.into_iter().filter(|(_, is)| *is).map(|(key, _)| key).collect();
         if given.len() != 1 {
-            let all = "`probability`, `quantile` (with `of`), `mean` or `exceedance`";
+            let all = "`probability`, `quantile` (with `of`), `mean`, `exceedance`, `sensitivity` (with `method`) or `map` (with `of`), the first with `fragility`, the first three with `difference` and `vary`";
             let found = if given.is_empty() { "none".to_owned() } else { given.join(" and ") };
             return self.wrong("name", format!("a question asks for one of {all}; here is {found}"));
         }
-        if def.of.is_some() && def.quantile.is_none() {
-            self.wrong::<()>("of", "`of` belongs to `quantile`");
+        if def.of.is_some() && def.quantile.is_none() && def.map.is_none() {
+            self.wrong::<()>("of", "`of` belongs to `quantile` and `map`");
         }
         if def.vary.is_some() != def.difference.is_some() {
             self.wrong::<()>("vary", "`difference = [a, b]` and `vary = PATH` belong together");
+        }
+        if let Some(axes) = &def.map {
+            return self.map(def, axes).map(Ask::Map);
+        }
+        if let Some(column) = &def.sensitivity {
+            return self.sensitivity(def, column).map(Ask::Sensitivity);
+        }
+        if def.method.is_some() {
+            self.wrong::<()>("method", "`method` belongs to `sensitivity`");
         }
         if let Some(column) = &def.exceedance {
             if def.difference.is_some() || def.fragility.is_some() {
@@ -216,6 +283,7 @@ impl Check<'_> {
                 return self.wrong("fragility", "`fragility` is that of a `probability`");
             };
             let condition = self.condition(text);
+            let path = self.comparable("fragility", path?);
             return Some(Ask::Fragility(path?, condition?));
         }
         let figure = self.figure(def);
@@ -223,7 +291,8 @@ impl Check<'_> {
             (Some(values), Some(path)) => {
                 let values = self.pair(values, path);
                 let (axis, values) = values?;
-                Some(Ask::Difference(figure?, axis, values))
+                let axis = self.comparable("vary", axis);
+                Some(Ask::Difference(figure?, axis?, values))
             }
             _ => figure.map(Ask::One),
         }
@@ -259,19 +328,27 @@ impl Check<'_> {
         }
     }
 
+    /// A parameter along which groups can be compared.
+    fn comparable(&mut self, key: &'static str, column: String) -> Option<String> {
+        match self.names.recurring.iter().find(|(name, _)| *name == column) {
+            Some((_, why)) => self.wrong(key, why),
+            None => Some(column),
+        }
+    }
+
     /// Which of these columns a name could be.
-    fn one_of<'n>(&self, name: &str, columns: &[&'n str]) -> Vec<&'n str> {
+    pub(super) fn one_of<'n>(&self, name: &str, columns: &[&'n str]) -> Vec<&'n str> {
         let meant = self.names.known.meant(name);
         columns.iter().copied().filter(|column| *column == name || meant.contains(column)).collect()
     }
 
     /// One of these columns that may be meant, by any of its names.
-    fn near(&self, name: &str, columns: &[&str]) -> String {
+    pub(super) fn near(&self, name: &str, columns: &[&str]) -> String {
         let aliases = self.names.known.aliases.iter().filter(|(_, column)| columns.contains(&column.as_str()));
         near(name, columns.iter().copied().chain(aliases.map(|(alias, _)| alias.as_str())))
     }
 
-    fn pair(&mut self, values: &[Label; 2], path: &str) -> Option<(String, [Label; 2])> {
+    pub(super) fn pair(&mut self, values: &[Label; 2], path: &str) -> Option<(String, [Label; 2])> {
         let names = self.names;
         let all: Vec<&str> = names.varied.iter().map(|(axis, _)| axis.as_str()).collect();
         let axis = match self.one_of(path, &all)[..] {
@@ -301,6 +378,6 @@ impl Check<'_> {
     }
 }
 
-fn near<'n>(given: &str, names: impl Iterator<Item = &'n str>) -> String {
+pub(super) fn near<'n>(given: &str, names: impl Iterator<Item = &'n str>) -> String {
     nearest(given, names).map(|name| format!("; did you mean `{name}`?")).unwrap_or_default()
 }

@@ -1,27 +1,10 @@
 //! An answer in words.
 
 use super::answer::Answer;
+use super::scale::{Scale, percent_given};
 use crate::estimate::curve::CurvePoint;
 use crate::estimate::input::{Group, Label};
 use bladeoff_model::document::units::format_digits;
-
-/// A share as a person reads it: two digits of what it is away from 0 or from 1, whichever is less, so that 0.9963 is not 100 %.
-#[must_use]
-pub fn percent(share: f64) -> String {
-    let rest = 100.0 * (1.0 - share.abs());
-    if rest <= 0.0 || rest >= 10.0 {
-        return format!("{} %", format_digits(100.0 * share, "", 2));
-    }
-    let places = 1 + usize::try_from(-libm::floor(libm::log10(rest)) as i32).unwrap_or(0);
-    let text = format!("{:.*}", places.min(12), 100.0 * share);
-    format!("{} %", text.trim_end_matches('0').trim_end_matches('.'))
-}
-
-/// A share that somebody gave, with its digits: 0.975 is not 98 %.
-#[must_use]
-pub fn percent_given(share: f64) -> String {
-    format!("{} %", format_digits(100.0 * share, "", 12))
-}
 
 /// A count with its word.
 #[must_use]
@@ -36,24 +19,6 @@ pub fn prefix(group: &Group) -> String {
     if said.is_empty() { String::new() } else { format!("{}: ", said.join(", ")) }
 }
 
-/// How a number of a question reads: a share, or in its unit.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Scale {
-    /// As per cent.
-    Share,
-    /// In the unit a person would choose, from this SI unit.
-    Unit(String),
-}
-
-impl Scale {
-    fn show(&self, value: f64) -> String {
-        match self {
-            Self::Share => percent(value),
-            Self::Unit(unit) => format_digits(value, unit, 4),
-        }
-    }
-}
-
 /// `decided`: bad runs of which it is known, and by what.
 /// "P(max_bearing_load_N > 1.2 MN) = 0.43 % (95 %: 0.31 % to 0.58 %), 43 of 10000, 2 bad runs counted both ways".
 #[must_use]
@@ -66,6 +31,11 @@ pub fn sentence(answer: &Answer, subject: &str, scale: &Scale, (decided, by): (u
         (Some(_), Some(harmful)) if none && harmful == 0.0 => {
             let limit = answer.high.map_or("no upper limit".to_owned(), |high| format!("at most {}", scale.show(high)));
             return text + &format!(": no event in {}, {limit} ({about}{level})", counted(answer.n, "run"));
+        }
+        // those of both: the figures of one harmless and of the other harmful lie outside of these
+        (Some(estimate), Some(harmful)) if estimate != harmful && answer.kind == "difference" => {
+            let (estimate, harmful) = (scale.show(estimate), scale.show(harmful));
+            text += &format!(" = {estimate} with bad runs harmless, {harmful} with bad runs harmful");
         }
         (Some(estimate), Some(harmful)) if estimate != harmful => {
             text += &format!(" = {} to {}", scale.show(estimate), scale.show(harmful));
@@ -116,16 +86,4 @@ pub fn of_curve(answer: &Answer, subject: &str, points: &[CurvePoint], unit: &st
         text += &format!(", {} counted both ways", counted(answer.bad, "bad run"));
     }
     text
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_share_next_to_all_is_not_all() {
-        let shown = [0.9963, 0.999_975_6, -0.985, 0.95, 0.57, 0.0042, 1.0, 0.0].map(percent);
-        assert_eq!(shown, ["99.63 %", "99.9976 %", "-98.5 %", "95 %", "57 %", "0.42 %", "100 %", "0 %"]);
-        assert_eq!([0.975, 0.999, 0.999_999, 0.07].map(percent_given), ["97.5 %", "99.9 %", "99.9999 %", "7 %"]);
-    }
 }

@@ -9,7 +9,8 @@
 //! ```
 //! The first is zero-free exactly where the exact test of McNemar (1947) at alpha/2 says that a and b differ; it is wider than the
 //! usual approximations (measured: coverage 0.96 to 1.00), which cover too little where few points differ.
-//! Bad runs: low with those of a harmless and those of b harmful, high the other way round.
+//! Bad runs: the figures with those of both harmless, and with those of both harmful; the lower limit with those of a harmless and those
+//! of b harmful, the upper one the other way round, so that every combination lies between.
 
 use super::figures::{Figures, Method, ratio_of_counts};
 use super::known::{Truths, Values};
@@ -116,8 +117,12 @@ pub fn of_quantiles(
     part: impl Fn(usize) -> usize,
     alpha: f64,
 ) -> Figures {
-    let first = quantile(a, u, scheme, &part, alpha / 2.0);
-    let second = quantile(b, u, scheme, &part, alpha / 2.0);
+    of_two(&quantile(a, u, scheme, &part, alpha / 2.0), &quantile(b, u, scheme, &part, alpha / 2.0))
+}
+
+/// Of two figures whose limits hold with 1 - alpha/2 each: both hold with 1 - alpha, however the two depend on one another.
+#[must_use]
+pub fn of_two(first: &Figures, second: &Figures) -> Figures {
     let minus = |x: Option<f64>, y: Option<f64>| x.zip(y).map(|(x, y)| x - y);
     let mut found = Figures::over(first.n.min(second.n));
     found.estimate = minus(first.estimate, second.estimate);
@@ -127,10 +132,10 @@ pub fn of_quantiles(
     found.statistical = first.statistical.zip(second.statistical).map(|(x, y)| x + y);
     found.method = first.method;
     found.approximate = first.approximate || second.approximate;
-    found.notes = first.notes;
-    for note in second.notes {
-        if !found.notes.contains(&note) {
-            found.notes.push(note);
+    found.notes = first.notes.clone();
+    for note in &second.notes {
+        if !found.notes.contains(note) {
+            found.notes.push(note.clone());
         }
     }
     found
@@ -152,7 +157,7 @@ pub fn of_means(a: &Values, b: &Values, scheme: &Scheme, part: impl Fn(usize) ->
         }
     }
     let lone = a.point.len() + b.point.len() - 2 * pairs.point.len();
-    let mut found = mean(&pairs, scheme, part, alpha, false);
+    let mut found = mean(&pairs, scheme, part, alpha);
     if lone > 0 {
         found.notes.push(format!("at {lone} points only one of both has a value: they are left out"));
     }

@@ -17,6 +17,8 @@ pub enum Method {
     Student,
     /// Student's t of replicates.
     Replicates,
+    /// Percentiles of resampled blocks (B. Efron, 1979).
+    Bootstrap,
     /// None.
     Without,
 }
@@ -32,6 +34,7 @@ impl Method {
             Self::Band => "dkw-band",
             Self::Student => "student-t",
             Self::Replicates => "replicates-t",
+            Self::Bootstrap => "bootstrap",
             Self::Without => "none",
         }
     }

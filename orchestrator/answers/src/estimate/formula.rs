@@ -1,7 +1,7 @@
 //! A condition over columns of numbers: `max_bearing_load_N > 1.2 MN and end_speed_rad_s < 50`.
 
 use bladeoff_model::document::nearest;
-use bladeoff_model::formula::{FormulaError, Kind, Program, parse};
+use bladeoff_model::formula::{FormulaError, Kind, Measure, Program, parse_measured};
 use std::cell::RefCell;
 
 /// Columns of a table, and what else they are called.
@@ -12,6 +12,8 @@ pub struct Known {
     /// Another name and the column that it stands for: paths, their endings, short names. A name that could be several columns stands
     /// here with each of them.
     pub aliases: Vec<(String, String)>,
+    /// Units of columns; one without fits anything.
+    pub units: Vec<(String, String)>,
 }
 
 impl Known {
@@ -28,6 +30,12 @@ impl Known {
     #[must_use]
     pub fn is_number(&self, column: &str) -> bool {
         self.columns.iter().any(|(name, is_number)| name == column && *is_number)
+    }
+
+    /// The dimension of a column, where it is known.
+    fn measure(&self, column: &str) -> Option<Measure> {
+        let (_, unit) = self.units.iter().find(|(name, _)| name == column)?;
+        Measure::of_unit(unit)
     }
 
     /// The column of numbers that a name means.
@@ -84,7 +92,8 @@ impl Formula {
             }))
         };
         let near = |name: &str| known.near(name).map(str::to_owned);
-        let program = parse(text, Kind::Truth, &number, &near).map_err(|mut error| {
+        let measure = |number: usize| known.measure(&columns.borrow()[number]);
+        let (program, _) = parse_measured(text, Kind::Truth, &number, &near, &measure).map_err(|mut error| {
             let name = text.get(error.place.clone()).unwrap_or("").trim_matches('`');
             // what is there is not said to be unknown
             if let Some(why) = known.why_not(name).filter(|_| known.number(name).is_none()) {
@@ -94,4 +103,21 @@ impl Formula {
         })?;
         Ok(Self { text: text.trim().to_owned(), program, columns: columns.into_inner() })
     }
+}
+
+/// Length of what stands before the bracket that closes one already open; names in backquotes are passed over.
+pub(crate) fn closing(text: &str) -> Option<usize> {
+    let (mut depth, mut quoted) = (1, false);
+    for (at, c) in text.char_indices() {
+        match c {
+            '`' => quoted = !quoted,
+            '(' if !quoted => depth += 1,
+            ')' if !quoted => depth -= 1,
+            _ => {}
+        }
+        if depth == 0 {
+            return Some(at);
+        }
+    }
+    None
 }

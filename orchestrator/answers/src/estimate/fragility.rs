@@ -1,6 +1,6 @@
 //! How probable a condition is, by the value of a parameter.
 //!
-//! A varied parameter: each of its values, all points at each. An uncertain one: each of its values where they are few, or words (these
+//! A varied parameter: each of its values, all points at each. An uncertain one: each of its values where they are few and recur, or words (these
 //! in the order of their list); else bins of equal count by rank, as many as have `FEWEST_IN_BIN` points each, 20 at most. The points of a bin are as independent as
 //! those of the study, so each bin has the interval of a probability, each by itself: the probability meant is that over the bin.
 //!
@@ -62,7 +62,9 @@ pub fn bins(study: &Study<'_>, path: &str) -> Result<(Vec<Bin>, bool), InputErro
                     _ => each.push(vec![point]),
                 }
             }
-            let single = each.len() <= MOST_BINS;
+            // each of a few points has a value of its own, however many values there are
+            let all_differ = points > 0 && each.len() == points;
+            let single = each.len() <= MOST_BINS && !all_differ;
             if !single {
                 let count = (points / FEWEST_IN_BIN).clamp(1, MOST_BINS);
                 each = (0..count).map(|bin| order[bin * points / count..(bin + 1) * points / count].to_vec()).collect();

@@ -2,6 +2,7 @@
 //!
 //! The design is the slowest axis: row = point x groups + group, where a group is one combination of values of the crossed axes.
 
+use crate::sensitivity::{Moved, SensitivityError};
 use bladeoff_model::outcome::{CauseSet, Status};
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use std::fmt;
@@ -9,8 +10,10 @@ use std::fmt;
 /// What a bad run says about a column of numbers.
 #[derive(Debug, Clone, Copy)]
 pub enum Nature<'a> {
-    /// All: it went into the run (parameters, variables, what was carried along).
+    /// All: it went into the run (parameters, variables, what was carried along). Where there is none, it could not be derived.
     Given,
+    /// What happened once and for all (the time of a first event), where nothing but a step limit ended the run; else nothing.
+    Once,
     /// At least what was reached while all guards held, `None` where nothing was: the column only grows during a run (peaks,
     /// impulses, energies). No cells at all: nothing is known.
     Grows(Option<&'a [Option<f64>]>),
@@ -107,6 +110,12 @@ pub enum DesignKind {
     Halton,
     /// One parameter moved at a time: no sample of anything.
     OneAtATime,
+    /// No design at all: combinations of chosen values, or the lines of a points file. Each row is a point of its own.
+    Chosen,
+    /// Trajectories of one parameter at a time: no sample of anything.
+    Morris,
+    /// Pairs of points with parameters exchanged between them: points of a block depend on one another.
+    Saltelli,
 }
 
 impl DesignKind {
@@ -119,6 +128,9 @@ impl DesignKind {
             Self::Sobol => "sobol",
             Self::Halton => "halton",
             Self::OneAtATime => "one-at-a-time",
+            Self::Chosen => "chosen",
+            Self::Morris => "morris",
+            Self::Saltelli => "saltelli",
         }
     }
 }
@@ -136,14 +148,33 @@ pub struct Design<'a> {
     pub replicate: &'a [u32],
     /// Whether all its points are there, and not only the first ones.
     pub complete: bool,
+    /// What points of a block are to one another.
+    pub layout: Layout<'a>,
+    /// Part of 1 - confidence that intervals may spend: 1 where these points are looked at once; less where `[stop]` looked at fewer of
+    /// them before, so that all looks together spend the whole.
+    pub share: f64,
+}
+
+/// What points of a block are to one another.
+#[derive(Debug, Clone, Copy)]
+pub enum Layout<'a> {
+    /// Nothing that an estimator uses.
+    Points,
+    /// Trajectories: the move that leads to each point, and how far it goes.
+    Trajectories(&'a [Option<Moved>], f64),
+    /// A, AB_1 .. AB_d, BA_1 .. BA_d where `second_order`, B.
+    Saltelli {
+        /// Whether every BA_i is there.
+        second_order: bool,
+    },
 }
 
 impl Design<'_> {
-    /// Whether its points are drawn, so that they tell of others.
+    /// Whether its points are drawn one for one, so that they tell of others.
     #[must_use]
     pub fn is_random(&self) -> bool {
         match self.kind {
-            DesignKind::OneAtATime => false,
+            DesignKind::OneAtATime | DesignKind::Morris | DesignKind::Saltelli | DesignKind::Chosen => false,
             DesignKind::Sobol | DesignKind::Halton => self.scrambled,
             DesignKind::MonteCarlo | DesignKind::LatinHypercube => true,
         }
@@ -204,6 +235,12 @@ pub enum InputError {
     /// A question needs numbers.
     #[error("column {0} has words, not numbers")]
     Words(String),
+    /// A method that makes nothing of these points.
+    #[error("{0}")]
+    Method(String),
+    /// Rows are not those of the design.
+    #[error(transparent)]
+    Sensitivity(#[from] SensitivityError),
 }
 
 impl<'a> Study<'a> {

@@ -1,14 +1,15 @@
 //! What is known of each point of a group: whether a condition holds, or a column's value.
 //!
 //! ```text
-//! ok row                        the condition by its program, the value as it stands
-//! bad row, column given         the value
-//! bad row, column that grows    [what was reached while all guards held, no bound); where nothing but a step limit ended the run,
-//!                               that is the value as it stands
-//! bad row, any other column     nothing
+//! ok row                          the condition by its program, the value as it stands
+//! bad row, column given           the value; where there is none, it was to be derived and does not exist: nothing
+//! bad row, column that grows      [what was reached while all guards held, no bound); where nothing but a step limit ended the run,
+//!                                 that is the value as it stands
+//! bad row, time of a first event  the value, where it happened and nothing but a step limit ended the run; else nothing
+//! bad row, any other column       nothing
 //! ```
 //! An empty cell of an ok row (nothing of the kind happened): no comparison with it holds but `!=`; it has no value, and is counted.
-//! A condition of an ok row that has no value itself (the square root of a negative number) is as little known as that of a bad row.
+//! A condition that has no value itself (the square root of a negative number) is not known, in an ok row as in a bad one.
 //!
 //! Quantiles and means take a bad row's value as anything at all, also where a part of it was reached: what it would have been is not known.
 
@@ -57,12 +58,14 @@ pub struct Values {
 
 /// A bad row's cell.
 fn span(value: Option<f64>, nature: Nature<'_>, row: usize, causes: CauseSet) -> Span {
+    let is_cut_off = || causes.iter().eq([Cause::StepLimit]);
     match nature {
-        Nature::Given => value.map_or(Span::NONE, Span::point),
+        Nature::Given => value.map_or(Span::LOST, Span::point),
+        Nature::Once if is_cut_off() => value.map_or(Span::WHOLE, Span::point),
         // sound as far as it went
-        Nature::Grows(_) if causes.iter().eq([Cause::StepLimit]) => value.map_or(Span::WHOLE, Span::from),
+        Nature::Grows(_) if is_cut_off() => value.map_or(Span::WHOLE, Span::from),
         Nature::Grows(held) => held.and_then(|held| held[row]).map_or(Span::WHOLE, Span::from),
-        Nature::Free => Span::WHOLE,
+        Nature::Once | Nature::Free => Span::WHOLE,
     }
 }
 
@@ -71,12 +74,23 @@ fn span(value: Option<f64>, nature: Nature<'_>, row: usize, causes: CauseSet) ->
 /// # Errors
 /// The study lacks a column of it.
 pub fn truths(study: &Study<'_>, formula: &Formula, group: usize) -> Result<Truths, InputError> {
+    truths_at(study, formula, (0..study.points()).map(|point| study.row(point, group)))
+}
+
+/// The same of any rows, in their order.
+///
+/// # Errors
+/// As [`truths`].
+pub fn truths_at(
+    study: &Study<'_>,
+    formula: &Formula,
+    rows: impl ExactSizeIterator<Item = usize>,
+) -> Result<Truths, InputError> {
     let columns: Vec<_> = formula.columns.iter().map(|name| study.numbers(name)).collect::<Result<_, _>>()?;
-    let points = study.points();
+    let points = rows.len();
     let mut found = Truths { of: Vec::with_capacity(points), bad: Vec::with_capacity(points), ..Truths::default() };
     let (mut known, mut spans) = (Vec::new(), Vec::new());
-    for point in 0..points {
-        let row = study.row(point, group);
+    for row in rows {
         let ok = study.status[row] == Status::Ok;
         found.bad.push(!ok);
         found.of.push(if ok {
@@ -99,9 +113,21 @@ pub fn truths(study: &Study<'_>, formula: &Formula, group: usize) -> Result<Trut
 /// # Errors
 /// The study has no such column of numbers.
 pub fn values(study: &Study<'_>, column: &str, group: usize) -> Result<Values, InputError> {
+    values_at(study, column, of_group(study, group))
+}
+
+/// The same of any rows, each with the number of its point.
+///
+/// # Errors
+/// As [`values`].
+pub fn values_at(
+    study: &Study<'_>,
+    column: &str,
+    rows: impl Iterator<Item = (usize, usize)>,
+) -> Result<Values, InputError> {
     let (_, nature) = study.numbers(column)?;
     let nature = if matches!(nature, Nature::Given) { nature } else { Nature::Free };
-    values_as(study, column, group, nature)
+    values_as(study, column, rows, nature)
 }
 
 /// The same, where a bad row's is at least what was reached while all guards held: it exceeds the levels below in any case.
@@ -110,14 +136,23 @@ pub fn values(study: &Study<'_>, column: &str, group: usize) -> Result<Values, I
 /// As [`values`].
 pub fn reached(study: &Study<'_>, column: &str, group: usize) -> Result<Values, InputError> {
     let (_, nature) = study.numbers(column)?;
-    values_as(study, column, group, nature)
+    values_as(study, column, of_group(study, group), nature)
 }
 
-fn values_as(study: &Study<'_>, column: &str, group: usize, nature: Nature<'_>) -> Result<Values, InputError> {
+/// Points and rows of a group.
+fn of_group(study: &Study<'_>, group: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..study.points()).map(move |point| (point, study.row(point, group)))
+}
+
+fn values_as(
+    study: &Study<'_>,
+    column: &str,
+    rows: impl Iterator<Item = (usize, usize)>,
+    nature: Nature<'_>,
+) -> Result<Values, InputError> {
     let (cells, _) = study.numbers(column)?;
     let mut found = Values::default();
-    for point in 0..study.points() {
-        let row = study.row(point, group);
+    for (point, row) in rows {
         let span = if study.status[row] == Status::Ok {
             let Some(value) = cells[row].filter(|value| !value.is_nan()) else {
                 found.empty += 1;
@@ -126,13 +161,7 @@ fn values_as(study: &Study<'_>, column: &str, group: usize, nature: Nature<'_>) 
             Span::point(value)
         } else {
             found.bad += 1;
-            let span = span(cells[row], nature, row, study.causes[row]);
-            // given, and there is none
-            if span == Span::NONE {
-                found.empty += 1;
-                continue;
-            }
-            span
+            span(cells[row], nature, row, study.causes[row])
         };
         found.point.push(point as u32);
         found.low.push(span.lo);

@@ -3,7 +3,7 @@
 //! ```text
 //! Clopper-Pearson   lower: I_p(k, n - k + 1) = alpha (0 for k = 0),  upper: 1 - I_p(k + 1, n - k) = alpha (1 for k = n)
 //! order statistics  P(x_(j) <= x_u) = P(at least j of n below) = I_u(j, n - j + 1):  of the u-quantile
-//! Wilks             smallest n with P(x_(n - r + 1) >= x_u) >= confidence: 1 - I_u(n - r + 1, r) >= confidence
+//! Wilks             smallest n with P(x_(n) < x_u) = u^n <= alpha: n >= ln(alpha)/ln(u)
 //! DKW               |F_n - F| <= sqrt(ln(2/alpha)/(2 n)) everywhere (P. Massart 1990)
 //! ```
 //! Sources: C. J. Clopper, E. S. Pearson (1934); S. S. Wilks (1941); W. J. Conover, "Practical nonparametric statistics".
@@ -51,20 +51,15 @@ pub fn upper_order(u: f64, n: u64, alpha: f64) -> Option<u64> {
     lower_order(1.0 - u, n, alpha).map(|j| n + 1 - j)
 }
 
-/// Samples of which the r-th largest is at least the u-quantile with this confidence.
+/// Samples of which the largest is at least a quantile with 1 - alpha, a whole number; `beyond`: probability of a sample beyond the quantile.
+/// Above 2^53 it is the nearest number there is.
 #[must_use]
-pub fn wilks(u: f64, confidence: f64, order: u64) -> u64 {
-    let holds = |n: u64| beta_tails((n - order + 1) as f64, order as f64, u).1 >= confidence;
-    let mut high = order.max(1);
-    while !holds(high) {
-        high *= 2;
-    }
-    let mut low = high / 2;
-    while high - low > 1 {
-        let n = low + (high - low) / 2;
-        if n >= order && holds(n) { high = n } else { low = n }
-    }
-    high
+pub fn wilks(beyond: f64, alpha: f64) -> f64 {
+    // of each sample: that it is not beyond; ln(1 - beyond) would lose what is small
+    let (all, each) = (libm::log(alpha), libm::log1p(-beyond));
+    let n = libm::ceil(all / each).max(1.0);
+    // the quotient is rounded
+    if n > 1.0 && (n - 1.0) * each <= all { n - 1.0 } else { n }
 }
 
 /// Half width of the band of Dvoretzky, Kiefer and Wolfowitz.

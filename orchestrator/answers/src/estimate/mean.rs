@@ -1,7 +1,7 @@
 //! A mean, by Student's t: of independent values, or of replicates.
 //!
-//! A run that is bad has no value. Harmless, the mean is that of the others, and so is its lower limit; harmful, it has none, and no upper
-//! limit. A difference has neither limit then, because a bad run may move it either way.
+//! A run that is bad has no value, and may have had any, small or large. The estimate is the mean of the others; harmful, the mean has no
+//! value; and neither limit exists: the mean of the others says nothing of those that are not there.
 
 use super::figures::{Figures, Method, Sum, finite, ratio};
 use super::known::Values;
@@ -40,15 +40,9 @@ fn interval(
     (mean, half)
 }
 
-/// The mean; `part`: that of a point. `has_harmless`: with bad runs it has the lower limit of the others.
+/// The mean; `part`: that of a point.
 #[must_use]
-pub fn mean(
-    values: &Values,
-    scheme: &Scheme,
-    part: impl Fn(usize) -> usize,
-    alpha: f64,
-    has_harmless: bool,
-) -> Figures {
+pub fn mean(values: &Values, scheme: &Scheme, part: impl Fn(usize) -> usize, alpha: f64) -> Figures {
     let mut found = Figures::over(values.low.len() as u64);
     let bounded = |ends: &[f64]| ends.iter().all(|end| end.is_finite());
     let (below, above) = (bounded(&values.low), bounded(&values.high));
@@ -70,7 +64,7 @@ pub fn mean(
     if let Some((mean, half)) = low {
         found.estimate = finite(mean);
         found.statistical = half.map(|half| 2.0 * half);
-        if below || has_harmless {
+        if below {
             found.low = half.and_then(|half| finite(mean - half));
         }
     } else {
@@ -80,15 +74,10 @@ pub fn mean(
         found.harmful = finite(mean);
         found.high = half.and_then(|half| finite(mean + half));
     }
-    if !above {
-        found.notes.push("bad runs may have had any larger value: the mean has no upper limit with them".to_owned());
-    }
-    if !below {
-        let others = "the estimate is that of the other runs";
-        found.notes.push(match has_harmless {
-            true => format!("{others}, and so is its lower limit"),
-            false => format!("bad runs may have had any smaller value, too; {others}"),
-        });
+    if !(below && above) {
+        found
+            .notes
+            .push("bad runs may have had any value: no limits; the estimate is that of the other runs".to_owned());
     }
     if found.low.is_none() && found.high.is_none() {
         found.method = Method::Without;

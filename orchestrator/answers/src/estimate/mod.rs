@@ -7,6 +7,7 @@
 //! ```
 //! No row drops out: a bad run (failed, invalid, quarantined) has bounds instead of values, and every figure is given for both ends.
 
+pub mod along;
 pub mod curve;
 pub mod difference;
 pub mod exceedance;

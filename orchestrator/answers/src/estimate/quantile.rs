@@ -13,6 +13,7 @@ use super::figures::{Figures, Method, finite, ratio_of_counts};
 use super::known::Values;
 use super::limits::{lower_order, upper_order, wilks};
 use super::scheme::{FEW, Scheme};
+use bladeoff_model::document::units::format_digits;
 
 /// A rank of n u that rounding does not move beyond a whole number.
 fn rank(n: u64, u: f64) -> u64 {
@@ -20,6 +21,11 @@ fn rank(n: u64, u: f64) -> u64 {
     let whole = libm::rint(place);
     let up = if (place - whole).abs() <= 1e-9 * place.max(1.0) { whole } else { libm::ceil(place) };
     (up as u64).clamp(1, n.max(1))
+}
+
+/// A number of values in words; of a large one only the first digits are known.
+fn enough(values: f64) -> String {
+    if values < 1e15 { format!("{values}") } else { format!("about {}", format_digits(values, "", 4)) }
 }
 
 fn sorted(values: &[f64]) -> Vec<f64> {
@@ -52,13 +58,11 @@ pub fn quantile(values: &Values, u: f64, scheme: &Scheme, part: impl Fn(usize) -
         found.statistical = at(&low, above).zip(found.low).map(|(above, below)| above - below);
         found.method = Method::OrderStatistics;
         let values = if n == 1 { "1 value is".to_owned() } else { format!("{n} values are") };
-        if above.is_none() {
-            let needed = wilks(u, 1.0 - alpha / 2.0, 1);
-            found.notes.push(format!("no upper limit: {values} too few, {needed} have one (Wilks)"));
-        }
-        if below.is_none() {
-            let needed = wilks(1.0 - u, 1.0 - alpha / 2.0, 1);
-            found.notes.push(format!("no lower limit: {values} too few, {needed} have one (Wilks)"));
+        for (end, order, beyond) in [("upper", above, 1.0 - u), ("lower", below, u)] {
+            if order.is_none() {
+                let needed = enough(wilks(beyond, alpha / 2.0));
+                found.notes.push(format!("no {end} limit: {values} too few, {needed} have one (Wilks)"));
+            }
         }
     };
     match scheme {
@@ -92,10 +96,8 @@ pub fn quantile(values: &Values, u: f64, scheme: &Scheme, part: impl Fn(usize) -
         }
     }
     if values.bad > 0 && (found.low.is_none() || found.high.is_none()) {
-        let count = values.bad;
-        found.notes.push(format!(
-            "{count} bad runs may have had any larger or smaller value, and reach across a limit that is missing"
-        ));
+        let note = "bad runs may have had any value, larger or smaller, and reach across a limit that is missing";
+        found.notes.push(note.to_owned());
     }
     found
 }

@@ -33,10 +33,13 @@ impl Scheme {
         let without = |why: String| Self::Without(why);
         match design.kind {
             DesignKind::MonteCarlo => return Self::Independent,
-            DesignKind::OneAtATime => {
+            DesignKind::OneAtATime | DesignKind::Morris | DesignKind::Chosen => {
                 return without(format!(
                     "{kind} points are no sample: the figure describes these runs, and has no interval"
                 ));
+            }
+            DesignKind::Saltelli => {
+                return without(format!("no interval: {kind} points of a block depend on one another"));
             }
             DesignKind::Sobol | DesignKind::Halton if !design.scrambled => {
                 return without(format!("no interval: {kind} points without scrambling are not random"));

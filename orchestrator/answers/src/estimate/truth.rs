@@ -99,10 +99,13 @@ pub fn truth_of_known(program: &Program, variables: impl Fn(usize) -> f64, stack
     }
 }
 
-/// Whether a condition holds for variables within their spans. `stack` is scratch.
+/// Whether a condition holds for variables within their spans; open where a formula in it may have no value and the rest does not decide.
+/// `stack` is scratch.
 pub fn truth(program: &Program, variables: impl Fn(usize) -> Span, stack: &mut Vec<Span>) -> Truth {
     let found = span(program, variables, stack);
-    if found.hi == 0.0 {
+    if found.lost {
+        Truth::Open
+    } else if found.hi == 0.0 {
         Truth::No
     } else if found.lo == 1.0 && !found.empty {
         Truth::Yes
@@ -121,14 +124,14 @@ pub fn span(program: &Program, variables: impl Fn(usize) -> Span, stack: &mut Ve
             Instruction::Negate => pop(stack).negated(),
             Instruction::Not => {
                 let a = pop(stack);
-                truths(a.hi == 0.0, a.lo == 1.0)
+                truths(a.hi == 0.0, a.lo == 1.0, a.lost)
             }
             Instruction::Call(function, count) => {
                 let from = stack.len().saturating_sub(usize::from(count));
                 let arguments = &stack[from..];
                 let known: Option<Vec<f64>> = arguments.iter().map(|argument| argument.known()).collect();
                 let value = match known {
-                    Some(known) => Span::point(call(function, &known)),
+                    Some(known) => Span::result(call(function, &known)),
                     None => Span::of(function, arguments),
                 };
                 stack.truncate(from);
@@ -149,37 +152,46 @@ fn pop(stack: &mut Vec<Span>) -> Span {
     stack.pop().unwrap_or(Span::NONE)
 }
 
-/// A truth that is certain, or certainly not, or neither.
-fn truths(yes: bool, no: bool) -> Span {
-    Span { lo: f64::from(u8::from(yes)), hi: f64::from(u8::from(!no)), empty: false }
+/// A truth that is certain, or certainly not, or neither; `lost`: what it is about may have no value.
+fn truths(yes: bool, no: bool, lost: bool) -> Span {
+    Span { lo: f64::from(u8::from(yes)), hi: f64::from(u8::from(!no)), empty: lost, lost }
 }
 
 fn of_two(instruction: Instruction, a: Span, b: Span) -> Span {
     if let (Some(x), Some(y)) = (a.known(), b.known())
         && let Some(value) = arithmetic(instruction, x, y)
     {
-        return Span::point(value);
+        return Span::result(value);
     }
-    // neither may be no number; one of them has no value at all
-    let (full, none) = (!a.empty && !b.empty, a.lo > a.hi || b.lo > b.hi);
+    // neither may be no number; one of them has no value at all; one may have lost it
+    let (full, none, lost) = (!a.empty && !b.empty, a.lo > a.hi || b.lo > b.hi, a.lost || b.lost);
     // certainly a < b, a <= b
     let (below, at_most) = (a.hi < b.lo, a.hi <= b.lo);
     let (above, at_least) = (a.lo > b.hi, a.lo >= b.hi);
+    // certainly true, certainly false
+    let (yes, no) = (|a: Span| a.lo == 1.0 && !a.lost, |a: Span| a.hi == 0.0 && !a.lost);
     match instruction {
         Instruction::Add => a.plus(b),
         Instruction::Subtract => a.plus(b.negated()),
         Instruction::Multiply => a.times(b),
         Instruction::Divide => a.over(b),
         Instruction::Power => a.power(b),
-        Instruction::Less => truths(full && below, none || at_least),
-        Instruction::AtMost => truths(full && at_most, none || above),
-        Instruction::More => truths(full && above, none || at_most),
-        Instruction::AtLeast => truths(full && at_least, none || below),
-        Instruction::Equal => truths(same(a, b), none || below || above),
-        Instruction::NotEqual => truths(none || below || above, same(a, b)),
-        Instruction::And => truths(a.lo == 1.0 && b.lo == 1.0, a.hi == 0.0 || b.hi == 0.0),
+        Instruction::Less => truths(full && below, none || at_least, lost),
+        Instruction::AtMost => truths(full && at_most, none || above, lost),
+        Instruction::More => truths(full && above, none || at_most, lost),
+        Instruction::AtLeast => truths(full && at_least, none || below, lost),
+        Instruction::Equal => truths(same(a, b), none || below || above, lost),
+        Instruction::NotEqual => truths(none || below || above, same(a, b), lost),
+        // one that decides does so whatever the other has lost
+        Instruction::And => {
+            let false_for_certain = no(a) || no(b);
+            truths(a.lo == 1.0 && b.lo == 1.0, a.hi == 0.0 || b.hi == 0.0, lost && !false_for_certain)
+        }
         // the other steps take one value
-        _ => truths(a.lo == 1.0 || b.lo == 1.0, a.hi == 0.0 && b.hi == 0.0),
+        _ => {
+            let true_for_certain = yes(a) || yes(b);
+            truths(a.lo == 1.0 || b.lo == 1.0, a.hi == 0.0 && b.hi == 0.0, lost && !true_for_certain)
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Figures: SVG and PNG from one drawing code.
 //!
 //! ```text
-//! data -> a function of panels, rings, orbit, spectrum, machine -> Figure (SVG text) -> .svg | .png
+//! data -> a function of panels, rings, orbit, spectrum, machine, maps -> Figure (SVG text) -> .svg | .png
 //! ```
 //! plotters lays out and draws the SVG, resvg renders it to PNG; both measure and draw text with the font embedded here, so
 //! that no font of the system is needed and every machine draws the same picture. Colours tell apart with any kind of colour
@@ -10,6 +10,7 @@
 mod error;
 mod heat;
 mod machine;
+mod maps;
 mod orbit;
 mod panels;
 mod rings;
@@ -18,6 +19,7 @@ mod style;
 
 pub use error::{FigureError, SpectrumError};
 pub use machine::machine;
+pub use maps::{maps, of_in_words};
 pub use orbit::{Ring, orbits, ring_of};
 pub use panels::{Line, Mark, Panel, panels, tall_panel};
 pub use rings::{RingShape, rings};

@@ -1,6 +1,6 @@
 //! What a gate decides in each group, and the sentence that says so.
 
-use super::look::{FIRST_LOOK, deciding, last_look};
+use super::look::{Deciding, FIRST_LOOK, MOST_POINTS, deciding, last_look};
 use super::require::Gate;
 use crate::ask::{counted, percent, percent_given, prefix};
 use crate::estimate::input::{DesignKind, Group, InputError, Study};
@@ -79,7 +79,7 @@ impl Gate {
         if study.design.kind != DesignKind::MonteCarlo {
             return Err(GateError::Design(study.design.kind.word()));
         }
-        let (alpha, points) = (1.0 - self.confidence, study.points() as u64);
+        let (alpha, points) = ((1.0 - self.confidence) * study.design.share, study.points() as u64);
         let look = if study.design.complete { Some((points, alpha)) } else { last_look(points, alpha) };
         let one = |(at, group): (usize, &Group)| {
             let mut truths = truths(study, &self.condition, at)?;
@@ -89,7 +89,7 @@ impl Gate {
             let tally = Tally::of_all(&tallies(&truths, 1, |_| 0));
             let bad = truths.bad_and_decided().0;
             let undefined = truths.of.iter().zip(&truths.bad).filter(|(of, bad)| !**bad && **of == Truth::Open).count();
-            let present = (points, study.design.complete);
+            let present = (points, study.design.complete, alpha);
             Ok(self.decision(group.clone(), tally, (bad, undefined as u64), level, present))
         };
         study.groups.iter().enumerate().map(one).collect()
@@ -101,7 +101,7 @@ impl Gate {
         tally: Tally,
         (bad, undefined): (u64, u64),
         level: f64,
-        present: (u64, bool),
+        present: (u64, bool, f64),
     ) -> Decision {
         let Tally { n, low, high } = tally;
         let limits = if n == 0 { (0.0, 1.0) } else { (lower_limit(low, n, level), upper_limit(high, n, level)) };
@@ -130,11 +130,11 @@ impl Gate {
     }
 
     /// The sentence; finds how many more points would decide.
-    fn words(&self, decision: &mut Decision, (points, complete): (u64, bool)) -> String {
+    fn words(&self, decision: &mut Decision, (points, complete, alpha): (u64, bool, f64)) -> String {
         let (n, (low, high)) = (decision.n, decision.events);
         let mut text = format!("{}{}: ", prefix(&decision.group), self.text);
         if n == 0 {
-            return text + &format!("open, the first look is at {FIRST_LOOK} points");
+            return text + &format!("open, the first look is at {FIRST_LOOK} points, or when the study is complete");
         }
         let (sure, bound) = (percent(1.0 - decision.level), percent_given(self.bound));
         text += &match decision.verdict {
@@ -153,21 +153,25 @@ impl Gate {
             };
             text += &format!(", {high} if {open} are harmful");
         } else if decision.bad > 0 {
-            text += &format!(", {} decided by what they had reached", counted(decision.bad, "bad run"));
+            text += &format!(", {} decided by what is known of them", counted(decision.bad, "bad run"));
         }
         if decision.verdict == Verdict::Open {
             let share = |events: u64| events as f64 / n as f64;
-            let alpha = 1.0 - self.confidence;
             let needed = deciding((share(low), share(high)), self.bound, points, alpha, !complete);
-            decision.more = needed.map(|needed| needed - points);
-            text += &match decision.more {
-                Some(more) => format!("; at this rate {} more would decide", counted(more, "point")),
-                None if high > low && share(low) < self.bound && share(high) >= self.bound => {
+            text += &match needed {
+                Deciding::At(needed) => {
+                    decision.more = Some(needed - points);
+                    format!("; at this rate {} more would decide", counted(needed - points, "point"))
+                }
+                Deciding::Beyond => {
+                    format!("; at this rate more points than a study may have ({MOST_POINTS}) would be needed")
+                }
+                Deciding::Never if high > low && share(low) < self.bound && share(high) >= self.bound => {
                     format!(
                         "; the bad runs prevent a decision, not the number of points: with them the rate is on both sides of {bound}"
                     )
                 }
-                None => "; the rate is at the bound, and no number of points decides".to_owned(),
+                Deciding::Never => "; the rate is at the bound, and no number of points decides".to_owned(),
             };
         }
         text

@@ -11,8 +11,8 @@ use crate::estimate::limits::{lower_limit, upper_limit};
 /// Points at the first look.
 pub const FIRST_LOOK: u64 = 256;
 
-/// Points that are never asked for.
-const MOST: u64 = 1 << 50;
+/// Points of a study at most; more are not asked for.
+pub const MOST_POINTS: u64 = 10_000_000;
 
 /// The last look within so many points: its points and its level; `None` before the first.
 #[must_use]
@@ -21,36 +21,46 @@ pub fn last_look(points: u64, alpha: f64) -> Option<(u64, f64)> {
     Some((FIRST_LOOK << looks, alpha / libm::exp2(f64::from(looks) + 1.0)))
 }
 
-/// More points than so many at which a gate would be decided at the rates that there are; `None`: at these rates never.
+/// When a gate would be decided at the rates that there are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Deciding {
+    /// With so many points.
+    At(u64),
+    /// With more than [`MOST_POINTS`].
+    Beyond,
+    /// Never.
+    Never,
+}
+
+/// Points, more than those that there are, at which a gate would be decided.
 ///
 /// * `low`, `high` - share of events with bad runs harmless, harmful; `points` - those that there are; `half_way`: at a look.
 #[must_use]
-pub fn deciding((low, high): (f64, f64), bound: f64, points: u64, alpha: f64, half_way: bool) -> Option<u64> {
+pub fn deciding((low, high): (f64, f64), bound: f64, points: u64, alpha: f64, half_way: bool) -> Deciding {
     let events = |share: f64, n: u64| libm::rint(share * n as f64) as u64;
     let decided = |n: u64, level: f64| {
         (high < bound && upper_limit(events(high, n), n, level) < bound)
             || (low > bound && lower_limit(events(low, n), n, level) >= bound)
     };
     if high >= bound && low <= bound {
-        return None;
+        return Deciding::Never;
     }
     if half_way {
-        let looks = (0..).map(|k| FIRST_LOOK << k).take_while(|look| *look <= MOST);
+        let looks = (0..).map(|k| FIRST_LOOK << k).take_while(|look| *look <= MOST_POINTS);
         let mut next = looks.filter(|look| *look > points);
-        return next.find(|look| last_look(*look, alpha).is_some_and(|(n, level)| decided(n, level)));
+        let found = next.find(|look| last_look(*look, alpha).is_some_and(|(n, level)| decided(n, level)));
+        return found.map_or(Deciding::Beyond, Deciding::At);
     }
-    let (mut below, mut step) = (points, 1);
-    while !decided(below + step, alpha) {
-        below += step;
-        step *= 2;
-        if below + step > MOST {
-            return None;
-        }
+    if points >= MOST_POINTS || !decided(MOST_POINTS, alpha) {
+        return Deciding::Beyond;
     }
-    let mut top = below + step;
+    let (mut below, mut top) = (points, points + 1);
+    while top < MOST_POINTS && !decided(top, alpha) {
+        (below, top) = (top, (2 * top - points).min(MOST_POINTS));
+    }
     while top - below > 1 {
         let middle = below + (top - below) / 2;
         if decided(middle, alpha) { top = middle } else { below = middle }
     }
-    Some(top)
+    Deciding::At(top)
 }

@@ -15,5 +15,5 @@ mod require;
 
 pub use judge::{Decision, GateError, Verdict, verdict};
 pub use junit::junit;
-pub use look::last_look;
+pub use look::{FIRST_LOOK, MOST_POINTS, last_look};
 pub use require::Gate;

@@ -1,7 +1,7 @@
 //! A gate's words: `P(max_bearing_load_N > 1.2 MN) < 1e-2`.
 
 use crate::ask::{CONFIDENCE, Names, Problem};
-use crate::estimate::formula::Formula;
+use crate::estimate::formula::{Formula, closing};
 use bladeoff_model::formula::{Kind, parse};
 
 /// `P(CONDITION) < BOUND`.
@@ -83,21 +83,4 @@ impl Gate {
             _ => Err(problems),
         }
     }
-}
-
-/// Length of what stands before the bracket that closes one already open; names in backquotes are passed over.
-fn closing(text: &str) -> Option<usize> {
-    let (mut depth, mut quoted) = (1, false);
-    for (at, c) in text.char_indices() {
-        match c {
-            '`' => quoted = !quoted,
-            '(' if !quoted => depth += 1,
-            ')' if !quoted => depth -= 1,
-            _ => {}
-        }
-        if depth == 0 {
-            return Some(at);
-        }
-    }
-    None
 }

@@ -199,13 +199,13 @@ pub(super) fn row_of(
     Ok(None)
 }
 
-fn failed(path: &Path) -> impl Fn(PolarsError) -> TableError {
+pub(super) fn failed(path: &Path) -> impl Fn(PolarsError) -> TableError {
     let path = path.to_path_buf();
     move |source| TableError::Table { action: "read", path: path.clone(), source }
 }
 
 /// A reader of a table whose schema version was checked.
-fn checked_reader(path: &Path) -> Result<ParquetReader<File>, TableError> {
+pub(super) fn checked_reader(path: &Path) -> Result<ParquetReader<File>, TableError> {
     let file = Place::from(path).open()?;
     // One thread: less memory, and a panic over a damaged file is of the thread that reads it.
     let mut reader = ParquetReader::new(file).read_parallel(ParallelStrategy::None);

@@ -52,6 +52,57 @@ fn a_span_of_bad_runs_wider_than_the_statistical_one_is_said() {
 }
 
 #[test]
+fn a_value_that_does_not_exist_counts_both_ways_in_bad_runs_too() {
+    // u is -2 .. 7 and known; where it is negative its logarithm y, derived from it, does not exist, and the run failed
+    let mut study = ramp(10);
+    (0..10).for_each(|row| study.columns[1].cells[row] = Some(row as f64 - 2.0));
+    study.columns[0].nature = 'g';
+    (0..10).for_each(|row| study.columns[0].cells[row] = (row > 2).then(|| (row as f64 - 2.0).ln()));
+    (0..3).for_each(|row| study.fail(row, "non_finite"));
+    for text in ["ln(u - 0.5) > 0", "not (ln(u - 0.5) <= 0)", "y > -1", "not (y <= -1)", "y != 3", "not (y == 3)"] {
+        let found = one(&study, probability(text));
+        let (low, high) = (found.estimate.unwrap(), found.estimate_if_bad_harmful.unwrap());
+        assert!((high - low - 0.3).abs() < 1e-12 && found.bad == 3, "{text}: {}", found.sentence);
+        assert!(found.sentence.contains("3 bad runs counted both ways"), "{text}: {}", found.sentence);
+    }
+    // what decides without it decides
+    let either = one(&study, probability("u < 0 or y > 100"));
+    assert_eq!((either.estimate, either.estimate_if_bad_harmful), (Some(0.2), Some(0.3)));
+    let (mean, level) = (one(&study, mean()), one(&study, quantile(0.5)));
+    assert_eq!((mean.estimate_if_bad_harmful, mean.low, mean.high), (None, None, None), "{}", mean.sentence);
+    assert_eq!((level.n, level.bad), (10, 3), "{}", level.sentence);
+    let curve = ask(&study, exceedance()).curve.unwrap();
+    // the largest level, which no ok run exceeds
+    assert_eq!(curve.numbers("estimate_if_bad_harmful").unwrap().last(), Some(&Some(0.3)));
+    for answer in [mean, level, ask(&study, exceedance()).answers.remove(0)] {
+        assert!(!answer.notes.iter().any(|note| note.contains("nothing of the kind")), "{:?}", answer.notes);
+    }
+}
+
+#[test]
+fn a_formula_that_may_lose_its_value_is_not_certain() {
+    // reached 3: it may have gone beyond 5, where the root has no value
+    let mut study = ramp(4);
+    study.columns[0].nature = '>';
+    study.fail(3, "diverged");
+    study.columns[0].held[3] = Some(3.0);
+    let found = one(&study, probability("sqrt(5 - y) > 2"));
+    assert_eq!((found.estimate, found.estimate_if_bad_harmful), (Some(0.25), Some(0.5)));
+}
+
+#[test]
+fn a_span_that_moves_the_figure_further_than_the_interval_is_said() {
+    // near 1 the limits have little room to move, the figure moves all the same: 17 of 32, or all
+    let mut study = ramp(32);
+    (0..15).for_each(|row| study.fail(row, "diverged"));
+    for text in ["y >= 15", "y < -1 or y >= 15"] {
+        let found = one(&study, probability(text));
+        let span = found.estimate_if_bad_harmful.unwrap() - found.estimate.unwrap();
+        assert!(span > 0.46 && found.notes.iter().any(|note| note.contains("find out why")), "{text}: {found:?}");
+    }
+}
+
+#[test]
 fn empty_cells_compare_with_nothing_and_are_counted() {
     let study = made(&[1.0, f64::NAN, 3.0, f64::NAN]);
     let found = one(&study, probability("y > 0"));
@@ -80,7 +131,8 @@ fn bad_runs_stand_at_both_ends_of_a_quantile() {
     let found = one(&study, quantile(0.95));
     assert_eq!((found.estimate_if_bad_harmful, found.high), (None, None));
     assert!(found.estimate.is_some() && found.low.is_some());
-    assert!(found.notes.iter().any(|note| note.contains("60 bad runs may have had")));
+    assert!(found.notes.iter().any(|note| note.contains("bad runs may have had any value")));
+    assert_eq!(found.bad, 60);
     // what they had reached is a part of what they would have been, and no value
     study.columns[0].nature = '>';
     (0..60).for_each(|row| study.columns[0].held[row] = Some(2000.0));

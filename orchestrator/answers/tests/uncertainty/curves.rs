@@ -39,6 +39,10 @@ fn a_fragility_has_bins_of_equal_count_or_each_value() {
     assert!(answered.answers[0].notes[0].contains("20 bins of equal count"));
     let one = ask(&ramp(60), def("u"));
     assert_eq!(one.answers[0].notes[0], "one bin holds all: a bin has at least 50 points");
+    // few points are not few values
+    let few = ask(&ramp(15), def("u"));
+    assert_eq!(few.answers[0].notes[0], "one bin holds all: a bin has at least 50 points");
+    assert_eq!(few.curve.unwrap().numbers("n").unwrap(), [Some(15.0)]);
     // few values
     let mut study = ramp(1000);
     study.columns[1].cells = (0..1000).map(|row| Some((row % 4) as f64)).collect();

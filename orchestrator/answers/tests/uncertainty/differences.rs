@@ -26,6 +26,20 @@ fn a_difference_is_that_of_pairs() {
 }
 
 #[test]
+fn figures_of_a_difference_take_bad_runs_of_both_alike_and_limits_do_not() {
+    // of 1000 points 400 are events in both; ten of a failed that were none, twenty of b
+    let mut study = ramp(2000).varied("way", &["a", "b"]);
+    (0..10).for_each(|point| study.fail(2 * point, "diverged"));
+    (10..30).for_each(|point| study.fail(2 * point + 1, "diverged"));
+    let found = one(&study, less(probability("y >= 1200")));
+    assert_eq!((found.estimate, found.estimate_if_bad_harmful, found.bad), (Some(0.0), Some(-0.01), 30));
+    let limits = (found.low.unwrap(), found.high.unwrap());
+    assert!(limits.0 < -0.02 && limits.1 > 0.01, "{found:?}");
+    let says = "way = a less b = 0 % with bad runs harmless, -1 % with bad runs harmful (";
+    assert!(found.sentence.contains(says), "{}", found.sentence);
+}
+
+#[test]
 fn a_bad_run_widens_a_difference_both_ways() {
     let mut study = ramp(2000).varied("way", &["a", "b"]);
     // a of point 5, b of point 6

@@ -29,9 +29,17 @@ fn limits_of_a_probability_are_those_of_the_reference() {
 #[test]
 fn order_statistics_are_the_published_ones() {
     // S. S. Wilks (1941): samples of which the r-th largest is above the 95 % quantile with 95 %
-    assert_eq!([1, 2, 3, 4, 5].map(|order| wilks(0.95, 0.95, order)), [59, 93, 124, 153, 181]);
-    assert_eq!((upper_order(0.95, 59, 0.05), upper_order(0.95, 58, 0.05)), (Some(59), None));
+    for (order, n) in [(1, 59), (2, 93), (3, 124), (4, 153), (5, 181)] {
+        assert_eq!(upper_order(0.95, n, 0.05), Some(n + 1 - order));
+        assert_eq!(upper_order(0.95, n - 1, 0.05), Some(n + 1 - order).filter(|_| order > 1));
+    }
+    assert_eq!((wilks(0.05, 0.05), wilks(0.5, 0.25), wilks(0.5, 0.125), wilks(0.9, 0.5)), (59.0, 2.0, 3.0, 1.0));
     assert_eq!((lower_order(0.5, 100, 0.025), upper_order(0.5, 100, 0.025)), (Some(40), Some(61)));
     assert_eq!(lower_order(0.5, 3, 0.01), None);
+    // ln(0.025)/ln(1 - p): mpmath, 30 digits
+    for (beyond, n) in [(1e-6, 3_688_878.0), (1e-15, 3_688_879_454_113_934.0), (1e-17, 3.688_879_454_113_936e17)] {
+        assert!((wilks(beyond, 0.025) / n - 1.0).abs() < 1e-15, "{beyond}: {}", wilks(beyond, 0.025));
+    }
+    assert!((wilks(1e-300, 0.025) / 3.688_879_454_113_936e300 - 1.0).abs() < 1e-15);
     assert!((band(1000, 0.05) - (40f64.ln() / 2000.0).sqrt()).abs() < 1e-15);
 }

@@ -1,16 +1,13 @@
-//! Questions, intervals and gates: figures that can be worked out by hand, published probabilities, and how often intervals hold.
-//!
-//! The coverage table of so many studies of each kind (1000: about five minutes):
-//! `COVERAGE_STUDIES=1000 cargo test --release --workspace --test uncertainty coverage -- --nocapture`.
+//! Questions, intervals and gates: figures that can be worked out by hand. How often intervals hold is counted in the package that knows
+//! designs as well (`tests/coverage.rs`).
 
 mod bad_runs;
-mod coverage;
 mod curves;
 mod differences;
 mod figures;
 mod gates;
 mod limits;
-mod published;
+mod maps;
 mod questions;
 mod spans;
 mod support;

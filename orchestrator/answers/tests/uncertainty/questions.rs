@@ -13,8 +13,9 @@ fn columns() -> Names {
     let known = Known {
         columns: columns.map(|name| (name.to_owned(), !["way", "status"].contains(&name))).to_vec(),
         aliases: aliases.map(|(alias, column)| (alias.to_owned(), column.to_owned())).collect(),
+        ..Known::default()
     };
-    Names { known, uncertain: vec!["seal.gap_m".into()], varied: vec![axis] }
+    Names { known, uncertain: vec!["seal.gap_m".into()], varied: vec![axis], ..Names::default() }
 }
 
 fn read(def: QuestionDef) -> Result<Question, Vec<String>> {

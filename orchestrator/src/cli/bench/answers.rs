@@ -1,13 +1,15 @@
 //! `bladeoff bench answers`: what all figures of a large table cost, measured on this machine.
 
+use super::super::answer::understood;
 use super::super::error::CliError;
 use super::super::exit::Exit;
 use super::super::output::{print, remark};
 use super::cost::measure;
 use super::figures::{self, Figure};
 use super::host::{Folder, load};
-use crate::answering::{Meant, Source, answer as answers_of, decided, judge, meant, told};
-use bladeoff_study::{Samples, StudyError};
+use crate::answering::{Meant, answer as answers_of, decided, judge, told};
+use crate::reporting::{Subject, report as page_of};
+use bladeoff_study::Samples;
 use bladeoff_system::files::FileError;
 use serde_json::json;
 use std::fs;
@@ -147,6 +149,13 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         let cost = measure("answer", &study, &directory)?;
         rows.push((cpu, cost.cpu_s, "s", "below 10"));
         rows.push((peak, cost.peak_mb, "MB", "below 1000"));
+        if word == "monte-carlo" {
+            remark("its page: made ...");
+            let cost = measure("report", &study, &directory)?;
+            let size = fs::metadata(directory.with_extension("html")).ok().map(|page| page.len() as f64 / 1e6);
+            rows.push(("independent points: page, CPU", cost.cpu_s, "s", "below 20"));
+            rows.push(("independent points: page, size", size, "MB", "below 5"));
+        }
     }
     let load_after = load();
     if args.json {
@@ -163,11 +172,21 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     Ok(Exit::Ok)
 }
 
+/// The page about a directory, beside it.
+pub(super) fn report(directory: &Path, samples: &Samples) -> Result<(), CliError> {
+    let study = samples.study();
+    let Meant { questions, gates } = understood(samples, &study.file, &study.text, &study.asked)?;
+    let subject = Subject { directory, samples, name: &study.name, questions: &questions, gates: &gates };
+    let page = page_of(subject, |_| None)?.page.html();
+    let path = directory.with_extension("html");
+    fs::write(&path, page).map_err(FileError::at("write", &path))?;
+    Ok(())
+}
+
 /// Everything that a study asks of its directory, in words.
 pub(super) fn answer(directory: &Path, samples: &Samples) -> Result<String, CliError> {
     let study = samples.study();
-    let source = Source { file: &study.file, text: &study.text, asked: &study.asked };
-    let Meant { questions, gates } = meant(samples, source).map_err(|problems| StudyError::Problems(vec![problems]))?;
+    let Meant { questions, gates } = understood(samples, &study.file, &study.text, &study.asked)?;
     let answering = answers_of(directory, samples, &questions)?;
     let mut text = told(&answering) + &answering.answers.json().map_err(|error| CliError::stdout(error.into()))?;
     if !gates.is_empty() {

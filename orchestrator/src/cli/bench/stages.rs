@@ -37,6 +37,7 @@ enum What {
     Growth,
     Tabulate,
     Answer,
+    Report,
 }
 
 /// A study with no-op results of all samples but the last.
@@ -105,6 +106,10 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         What::Tabulate => rehearsal::tabulate(directory, &samples).map(|()| begun.elapsed())?,
         What::Answer => {
             std::hint::black_box(answers::answer(directory, &samples)?);
+            begun.elapsed()
+        }
+        What::Report => {
+            answers::report(directory, &samples)?;
             begun.elapsed()
         }
     };

@@ -8,7 +8,7 @@ mod names;
 pub use names::{NameError, Variable, find, meant, name_mistakes};
 
 use bladeoff_model::document::units::format_digits;
-use bladeoff_model::formula::{Kind, Program, parse};
+use bladeoff_model::formula::{Kind, Program, parse_measured};
 use std::ops::Range;
 use thiserror::Error;
 
@@ -87,8 +87,17 @@ impl Derived {
         let (mut errors, mut programs) = (Vec::new(), Vec::new());
         for (formula, text) in formulas.iter().enumerate() {
             let known = |name: &str| find(&variables, name);
-            match parse(text, Kind::Number, &known, &|name| meant(&variables, name)) {
-                Ok(program) => {
+            let measure = |number: usize| variables[number].measure();
+            match parse_measured(text, Kind::Number, &known, &|name| meant(&variables, name), &measure) {
+                Ok((program, found)) => {
+                    let target = &variables[variables.len() - formulas.len() + formula];
+                    if let (Some(found), Some(wanted)) = (found, target.measure())
+                        && !found.fits(&wanted)
+                    {
+                        let (found, wanted, name) = (found.shown(), wanted.shown(), target.shown());
+                        let message = format!("the formula is {found}, and `{name}` is {wanted}");
+                        errors.push(DerivedError::Formula { formula, place: 0..text.len(), message });
+                    }
                     let words = program.variables().iter().filter(|number| variables[**number].has_words);
                     errors.extend(
                         words

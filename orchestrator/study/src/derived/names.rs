@@ -1,7 +1,7 @@
 //! The variables of a study with a design, and how a formula names them.
 
 use bladeoff_model::document::nearest;
-use bladeoff_model::formula::is_reserved;
+use bladeoff_model::formula::{Measure, is_reserved};
 use thiserror::Error;
 
 /// One variable: an uncertain parameter, one of `[[vary]]`, or a derived one.
@@ -29,6 +29,13 @@ impl Variable {
     pub fn column(&self) -> String {
         let unit: String = self.unit.chars().filter(|c| *c != ' ').map(|c| if c == '/' { '_' } else { c }).collect();
         if unit.is_empty() || self.has_words { self.shown().to_owned() } else { format!("{}_{unit}", self.shown()) }
+    }
+
+    /// Its dimension; a variable of formulas, whose name has no dot, has none, and fits anything.
+    #[must_use]
+    pub fn measure(&self) -> Option<Measure> {
+        let has_one = !self.has_words && self.name.contains('.');
+        if has_one { Measure::of_unit(&self.unit) } else { None }
     }
 
     /// The name that a person gave it.

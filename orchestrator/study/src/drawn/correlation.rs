@@ -33,6 +33,10 @@ pub(super) fn read(
         let between = keys.require("between", "between = [\"gap\", \"friction\"]", problems);
         let between = between.and_then(|entry| pair(entry, &keys, variables, laws.is_some(), problems));
         let strength = strength(&keys, problems);
+        // with both names and all laws it is looked at with everything else
+        if let Some(strength) = strength.filter(|_| between.is_none() || laws.is_none()) {
+            refuse_beyond_one(strength, &keys, problems);
+        }
         match (between, strength) {
             (Some(between), Some(strength)) => {
                 pairs.push(Pair { between, strength });
@@ -69,6 +73,14 @@ pub(super) fn read(
             }
             None
         }
+    }
+}
+
+fn refuse_beyond_one(strength: Strength, keys: &Keys<'_>, problems: &mut Collector<'_>) {
+    let (key, given) = strength.parts();
+    if !(given > -1.0 && given < 1.0) {
+        let told = CorrelationError::Value { pair: 0, key, given }.to_string();
+        problems.add(keys.span(), keys.key(key), told);
     }
 }
 

@@ -2,13 +2,14 @@
 
 use super::super::correlation::Copula;
 use super::super::parameter::Parameter;
-use super::super::plan::{Base, Kind, MOST_POINTS, MOST_REPLICATES, Plan, PlanDef, PlanError};
+use super::super::plan::{Base, Kind, MOST_LEVELS, MOST_POINTS, MOST_REPLICATES, Plan, PlanDef, PlanError};
 use super::super::table::{Keys, wrong_type};
 use super::super::uncertain::{Uncertain, Values};
 use bladeoff_model::document::{Collector, Entry, Node, Value, cut};
 use bladeoff_model::machine::ParamValue;
 
-const KEYS: [&str; 6] = ["kind", "samples", "replicates", "scramble", "base", "quantiles"];
+const KEYS: [&str; 9] =
+    ["kind", "samples", "replicates", "scramble", "base", "quantiles", "trajectories", "levels", "second_order"];
 
 /// Refuses what stands in a study without what it needs.
 pub(crate) fn needs(keys: &Keys<'_>, problems: &mut Collector<'_>) {
@@ -82,14 +83,19 @@ fn def(
     };
     let samples = whole("samples", MOST_POINTS, problems);
     let replicates = whole("replicates", MOST_REPLICATES, problems);
-    let scramble = keys.get("scramble").and_then(|entry| match entry.node.value {
-        Value::Bool(scramble) => Some(scramble),
-        _ => {
-            wrong_type(&entry.node, &keys.key("scramble"), "true or false", problems);
+    let trajectories = whole("trajectories", MOST_POINTS, problems);
+    let levels = whole("levels", MOST_LEVELS, problems);
+    let mut truth = |name: &str, problems: &mut Collector<'_>| {
+        let entry = keys.get(name)?;
+        let Value::Bool(truth) = entry.node.value else {
+            wrong_type(&entry.node, &keys.key(name), "true or false", problems);
             sound = false;
-            None
-        }
-    });
+            return None;
+        };
+        Some(truth)
+    };
+    let scramble = truth("scramble", problems);
+    let second_order = truth("second_order", problems);
     let quantiles = keys.get("quantiles").and_then(|entry| {
         let Value::Array(items) = &entry.node.value else {
             wrong_type(&entry.node, &keys.key("quantiles"), "an array of numbers", problems);
@@ -108,7 +114,8 @@ fn def(
         sound &= base.is_some();
         base
     });
-    let def = PlanDef { kind: kind?, samples, replicates, scramble, base, quantiles };
+    let def =
+        PlanDef { kind: kind?, samples, replicates, scramble, base, quantiles, trajectories, levels, second_order };
     sound.then_some(def)
 }
 

@@ -3,7 +3,7 @@
 use super::super::csv::{Cell, Csv, DecimalSign};
 use super::super::named::{NamedFiles, Which};
 use super::super::table::Keys;
-use bladeoff_model::document::units::parse_bare_or_quantity;
+use super::quantity::Quantities;
 use bladeoff_model::document::{Collector, Entry, Problems, cut};
 
 /// Most values of a law: its kinks and moments are found from all of them.
@@ -16,8 +16,6 @@ pub(crate) struct Source<'a> {
     pub file: &'a Entry,
     pub column: &'a Entry,
     pub keys: &'a Keys<'a>,
-    /// SI unit of the parameter.
-    pub unit: &'static str,
 }
 
 /// The files of the laws of a study.
@@ -36,14 +34,19 @@ impl<'r, 'o> Files<'r, 'o> {
     }
 
     /// The values of a column. `None`: the reason is among the problems.
-    pub(super) fn column(&mut self, source: &Source<'_>, problems: &mut Collector<'_>) -> Option<Vec<f64>> {
+    pub(super) fn column(
+        &mut self,
+        source: &Source<'_>,
+        quantities: &mut Quantities,
+        problems: &mut Collector<'_>,
+    ) -> Option<Vec<f64>> {
         let named = source.keys.text(source.file, problems)?;
         let column = source.keys.text(source.column, problems)?;
         let key = source.keys.key("file");
         let wanted = (Which::Empirical(self.texts.len()), MOST_BYTES);
         let (path, text) = self.named.read(source.file, (&key, named), wanted, problems)?;
         let mut found = Collector::new(&path, &text);
-        let values = values(&text, column, source.unit, &mut found);
+        let values = values(&text, column, quantities, &mut found);
         if let Err(problems) = found.finish() {
             self.others.push(problems);
             return None;
@@ -69,7 +72,7 @@ impl<'r, 'o> Files<'r, 'o> {
 fn values(
     text: &str,
     column: &str,
-    unit: &'static str,
+    quantities: &mut Quantities,
     problems: &mut Collector<'_>,
 ) -> Option<Result<Vec<f64>, Vec<String>>> {
     let csv = Csv::new(text, problems)?;
@@ -101,10 +104,9 @@ fn values(
         let cell = &cells[place];
         cell.refuse_unsound(problems);
         let Some(shown) = sign.read(csv, cell, false, problems) else { continue };
-        match parse_bare_or_quantity(&shown, unit) {
+        match quantities.cell(&shown) {
             Ok(number) => values.push(number),
-            Err(error) => {
-                let (message, nearest) = error.parts();
+            Err((message, nearest)) => {
                 let problem = problems.add(cell.span.clone(), cut(column, 80), message);
                 problem.value = Some(format!("{:?}", cut(&shown, 80)));
                 problem.nearest = nearest;

@@ -9,6 +9,7 @@ mod correlation;
 mod derived;
 mod design;
 mod empirical;
+mod quantity;
 mod uncertain;
 
 pub(super) use design::needs;
@@ -142,12 +143,8 @@ fn refuse_names(parameters: &[Parameter], variables: &[Variable], problems: &mut
         // a path that is given twice is reported by the paths
         let is_path = matches!(&error, NameError::Taken { name, .. } if name.contains('.'));
         if !is_path {
-            let key = match parameters[*variable].origin {
-                Origin::Uncertain(table) => format!("uncertain[{table}]"),
-                Origin::Varied(..) => "vary".to_owned(),
-                Origin::Derived(table) => format!("derived[{table}]"),
-            };
-            problems.add(parameters[*variable].place.clone(), key, error.to_string());
+            let parameter = &parameters[*variable];
+            problems.add(parameter.place.clone(), parameter.key(), error.to_string());
         }
     }
 }

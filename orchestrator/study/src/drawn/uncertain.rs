@@ -6,8 +6,8 @@ use super::super::table::{Keys, scalar_text, wrong_type};
 use super::super::uncertain::{Distribution, Holds, Uncertain, Values, Written};
 use super::super::vary::PathTable;
 use super::empirical::{Files, Source};
+use super::quantity::Quantities;
 use super::{Draft, tables};
-use bladeoff_model::document::units::{parse_any_quantity, parse_quantity};
 use bladeoff_model::document::{Collector, Entry, Node, Value, cut};
 use bladeoff_model::machine::{ParamValue, PathInfo, PathKind};
 
@@ -46,7 +46,8 @@ fn table(
     let distribution = distribution(&keys, problems);
     let Some((info, is_variable, place)) = named else { return nothing };
     let read = distribution.and_then(|distribution| {
-        let reader = LawReader { keys: &keys, info: &info, is_variable, distribution };
+        let quantities = Quantities::new(info.unit, is_variable);
+        let mut reader = LawReader { keys: &keys, info: &info, is_variable, distribution, quantities };
         reader.law(paths, files, problems)
     });
     let has_words = matches!(&read, Some((law, _)) if law.words().is_some());
@@ -102,12 +103,13 @@ struct LawReader<'a> {
     info: &'a PathInfo,
     is_variable: bool,
     distribution: Distribution,
+    quantities: Quantities,
 }
 
 impl LawReader<'_> {
     /// The law and what `check` says of it.
     fn law(
-        &self,
+        &mut self,
         paths: &PathTable<'_>,
         files: &mut Files<'_, '_>,
         problems: &mut Collector<'_>,
@@ -123,7 +125,8 @@ impl LawReader<'_> {
         }
         let mut written = Written::default();
         let mut sound = true;
-        for entry in self.keys.entries() {
+        let keys = self.keys;
+        for entry in keys.entries() {
             let Some(holds) = Distribution::holds(&entry.name) else { continue };
             sound &= self.key(entry, holds, &mut written, paths, problems).is_some();
         }
@@ -133,8 +136,8 @@ impl LawReader<'_> {
         if self.distribution == Distribution::Empirical
             && let (Some(file), Some(column)) = (self.keys.get("file"), self.keys.get("column"))
         {
-            let source = Source { file, column, keys: self.keys, unit: self.info.unit };
-            written.values = Some(Values::Numbers(files.column(&source, problems)?));
+            let source = Source { file, column, keys: self.keys };
+            written.values = Some(Values::Numbers(files.column(&source, &mut self.quantities, problems)?));
         }
         let law = Uncertain::new(self.distribution, &written, self.info.unit)
             .map_err(|errors| errors.iter().for_each(|error| self.refuse(error.key(), &error.to_string(), problems)))
@@ -157,7 +160,7 @@ impl LawReader<'_> {
     }
 
     fn key(
-        &self,
+        &mut self,
         entry: &Entry,
         holds: Holds,
         written: &mut Written,
@@ -189,7 +192,7 @@ impl LawReader<'_> {
     }
 
     /// A number in the unit of the parameter; it need not be a value of it (a standard deviation is not).
-    fn quantity(&self, node: &Node, key: &str, problems: &mut Collector<'_>) -> Option<f64> {
+    fn quantity(&mut self, node: &Node, key: &str, problems: &mut Collector<'_>) -> Option<f64> {
         if let Some(number) = node.value.as_number() {
             return Some(number);
         }
@@ -197,10 +200,9 @@ impl LawReader<'_> {
             wrong_type(node, key, "a number or a string with a unit", problems);
             return None;
         };
-        let read = if self.is_variable { parse_any_quantity(text) } else { parse_quantity(text, self.info.unit) };
-        read.map_err(|error| {
+        let read = self.quantities.quoted(text);
+        read.map_err(|(message, nearest)| {
             let value = problems.excerpt(node.span.clone());
-            let (message, nearest) = error.parts();
             let problem = problems.add(node.span.clone(), key, message);
             problem.value = Some(value);
             problem.nearest = nearest;
@@ -209,7 +211,13 @@ impl LawReader<'_> {
     }
 
     /// `values`: each is one of the parameter.
-    fn values(&self, entry: &Entry, key: &str, paths: &PathTable<'_>, problems: &mut Collector<'_>) -> Option<Values> {
+    fn values(
+        &mut self,
+        entry: &Entry,
+        key: &str,
+        paths: &PathTable<'_>,
+        problems: &mut Collector<'_>,
+    ) -> Option<Values> {
         let Value::Array(items) = &entry.node.value else {
             wrong_type(&entry.node, key, "an array of values", problems);
             return None;

@@ -13,6 +13,10 @@ pub const MOST_REPLICATES: u64 = 1024;
 pub const FEWEST_REPLICATES: u64 = 16;
 /// Most quantiles of a one-at-a-time design.
 pub const MOST_QUANTILES: usize = 100;
+/// Most levels of a Morris design.
+pub const MOST_LEVELS: u64 = 64;
+/// Levels where none are given.
+pub const LEVELS: u64 = 4;
 
 /// How points are placed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,16 +31,22 @@ pub enum Kind {
     Halton,
     /// A base point, then one parameter at a time.
     OneAtATime,
+    /// Trajectories of one parameter at a time, from random points.
+    Morris,
+    /// Pairs of points, and one parameter at a time exchanged between them.
+    Saltelli,
 }
 
 impl Kind {
     /// All of them with their words in a file.
-    pub const ALL: [(&'static str, Kind); 5] = [
+    pub const ALL: [(&'static str, Kind); 7] = [
         ("monte-carlo", Kind::MonteCarlo),
         ("latin-hypercube", Kind::LatinHypercube),
         ("sobol", Kind::Sobol),
         ("halton", Kind::Halton),
         ("one-at-a-time", Kind::OneAtATime),
+        ("morris", Kind::Morris),
+        ("saltelli", Kind::Saltelli),
     ];
 
     /// By its word.
@@ -54,7 +64,13 @@ impl Kind {
     /// Whether a replicate is what it should be at powers of two only.
     #[must_use]
     pub fn needs_powers_of_two(self) -> bool {
-        matches!(self, Kind::LatinHypercube | Kind::Sobol)
+        matches!(self, Kind::LatinHypercube | Kind::Sobol | Kind::Saltelli)
+    }
+
+    /// Whether points differ from others in one parameter alone, which no dependent parameter can.
+    #[must_use]
+    pub fn moves_one_parameter(self) -> bool {
+        matches!(self, Kind::OneAtATime | Kind::Morris | Kind::Saltelli)
     }
 }
 
@@ -73,7 +89,7 @@ pub enum Base {
 pub struct PlanDef {
     /// `kind`.
     pub kind: Kind,
-    /// `samples`: points of a replicate.
+    /// `samples`: points of a replicate, base points of a Saltelli design.
     pub samples: Option<u64>,
     /// `replicates`, by default 1.
     pub replicates: Option<u64>,
@@ -83,13 +99,29 @@ pub struct PlanDef {
     pub base: Option<Base>,
     /// `quantiles`, by default 0.1 and 0.9.
     pub quantiles: Option<Vec<f64>>,
+    /// `trajectories` of a Morris design.
+    pub trajectories: Option<u64>,
+    /// `levels` of a Morris design, by default 4.
+    pub levels: Option<u64>,
+    /// `second_order` of a Saltelli design, by default false.
+    pub second_order: Option<bool>,
 }
 
 impl PlanDef {
     /// Of a kind, with nothing else given.
     #[must_use]
     pub fn new(kind: Kind) -> Self {
-        Self { kind, samples: None, replicates: None, scramble: None, base: None, quantiles: None }
+        Self {
+            kind,
+            samples: None,
+            replicates: None,
+            scramble: None,
+            base: None,
+            quantiles: None,
+            trajectories: None,
+            levels: None,
+            second_order: None,
+        }
     }
 }
 
@@ -157,9 +189,13 @@ pub enum PlanError {
     UnboundedByCorrelation,
     /// One parameter cannot change alone if it is correlated.
     #[error(
-        "kind = \"one-at-a-time\" changes one parameter while the others stay, which [[correlation]] says they do not; allowed: another kind, or no [[correlation]]"
+        "kind = \"{}\" changes one parameter while the others stay, which [[correlation]] says they do not; allowed: another kind, or no [[correlation]]",
+        kind.word()
     )]
-    Correlated,
+    Correlated {
+        /// Not with this.
+        kind: Kind,
+    },
     /// The machine gives no value to start from.
     #[error("`base` = \"nominal\": the machine gives {name} no value; allowed: `base` = \"median\"")]
     NoNominal {
@@ -178,95 +214,8 @@ impl PlanError {
             | PlanError::Value { key, .. }
             | PlanError::Element { key, .. } => key,
             PlanError::Unbounded { .. } | PlanError::UnboundedByCorrelation => "scramble",
-            PlanError::Correlated | PlanError::Parameters { .. } => "kind",
+            PlanError::Correlated { .. } | PlanError::Parameters { .. } => "kind",
             PlanError::NoNominal { .. } => "base",
         }
     }
-}
-
-/// Every mistake in the keys themselves.
-pub(super) fn mistakes(def: &PlanDef) -> Vec<PlanError> {
-    let mut errors = Vec::new();
-    let kind = def.kind;
-    let mut surplus = |key: &'static str, given: bool, reason: &dyn Fn() -> String| {
-        if given {
-            errors.push(PlanError::Surplus { key, kind, reason: reason() });
-        }
-    };
-    let stepped = kind == Kind::OneAtATime;
-    surplus("samples", stepped && def.samples.is_some(), &|| {
-        "the number of points follows from the parameters and `quantiles`".to_owned()
-    });
-    surplus("replicates", stepped && def.replicates.is_some(), &|| "nothing in it is random".to_owned());
-    surplus("scramble", stepped && def.scramble.is_some(), &|| "nothing in it is random".to_owned());
-    surplus("replicates", kind == Kind::MonteCarlo && def.replicates.is_some(), &|| {
-        let points = def.samples.unwrap_or(0).saturating_mul(def.replicates.unwrap_or(1));
-        format!("its points are independent already; allowed: `samples` = {points} alone")
-    });
-    surplus("scramble", matches!(kind, Kind::MonteCarlo | Kind::LatinHypercube) && def.scramble.is_some(), &|| {
-        "its points are random in any case; `scramble` belongs to \"sobol\" and \"halton\"".to_owned()
-    });
-    let steps = || "it belongs to \"one-at-a-time\"".to_owned();
-    surplus("base", !stepped && def.base.is_some(), &steps);
-    surplus("quantiles", !stepped && def.quantiles.is_some(), &steps);
-    if stepped {
-        errors.extend(quantile_mistakes(def));
-    } else {
-        errors.extend(size_mistakes(def));
-    }
-    errors
-}
-
-fn size_mistakes(def: &PlanDef) -> Vec<PlanError> {
-    let mut errors = Vec::new();
-    let replicates = if def.kind == Kind::MonteCarlo { 1 } else { def.replicates.unwrap_or(1) };
-    if !(1..=MOST_REPLICATES).contains(&replicates) {
-        let allowed = format!("1 to {MOST_REPLICATES}");
-        errors.push(PlanError::Value { key: "replicates", given: replicates.to_string(), allowed });
-    }
-    if def.scramble == Some(false) && def.kind != Kind::LatinHypercube && replicates > 1 {
-        let allowed = "1: without scrambling all replicates would be the same".to_owned();
-        errors.push(PlanError::Value { key: "replicates", given: replicates.to_string(), allowed });
-    }
-    let Some(samples) = def.samples else {
-        errors.push(PlanError::Missing { key: "samples", allowed: "the number of points of a replicate" });
-        return errors;
-    };
-    let most = MOST_POINTS / replicates.clamp(1, MOST_REPLICATES);
-    let given = samples.to_string();
-    if samples == 0 || samples > most {
-        let allowed = match replicates {
-            1 => format!("1 to {most}"),
-            _ => format!("1 to {most} ({MOST_POINTS} points in {replicates} replicates)"),
-        };
-        errors.push(PlanError::Value { key: "samples", given, allowed });
-    } else if def.kind.needs_powers_of_two() && !samples.is_power_of_two() {
-        let above = samples.next_power_of_two();
-        let above = if above <= most { format!(" or {above}") } else { String::new() };
-        let allowed = format!("a power of two: {}{above}", 1u64 << samples.ilog2());
-        errors.push(PlanError::Value { key: "samples", given, allowed });
-    }
-    errors
-}
-
-fn quantile_mistakes(def: &PlanDef) -> Vec<PlanError> {
-    let Some(quantiles) = &def.quantiles else { return Vec::new() };
-    if quantiles.is_empty() || quantiles.len() > MOST_QUANTILES {
-        let (given, allowed) = (format!("{} values", quantiles.len()), format!("1 to {MOST_QUANTILES} values"));
-        return vec![PlanError::Value { key: "quantiles", given, allowed }];
-    }
-    let is_median = def.base.as_ref().is_none_or(|base| *base == Base::Median);
-    let wrong = |(position, &given): (usize, &f64)| {
-        let allowed = if !(0.0..=1.0).contains(&given) {
-            "0 to 1"
-        } else if quantiles[..position].contains(&given) {
-            "each once"
-        } else if is_median && given == 0.5 {
-            "another than 0.5, which is the base point"
-        } else {
-            return None;
-        };
-        Some(PlanError::Element { key: "quantiles", position, given, allowed: allowed.to_owned() })
-    };
-    quantiles.iter().enumerate().filter_map(wrong).collect()
 }

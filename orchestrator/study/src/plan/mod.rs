@@ -3,19 +3,27 @@
 //! ```text
 //! point `index` = R j + r: point j of replicate r of R                  monte-carlo and one-at-a-time: R = 1
 //! column `replicate` = r, column `block` = j; one-at-a-time: see steps.rs
+//! morris, saltelli: points in blocks of which each is of use only as a whole, R = 1: see morris.rs, saltelli.rs
 //! ```
-//! More samples, or more parameters behind the others, move no coordinate. Replicates are interleaved, so that the first points of
+//! More samples, or more parameters behind the others (but of morris and saltelli), move no coordinate. Replicates are interleaved, so that the first points of
 //! all are done first; another number of replicates is another design, though each replicate stays what it is.
 //!
 //! A block is the smallest set of points that is of use only as a whole: a point of each replicate. A replicate of a hypercube or of
-//! Sobol's sequence is what it should be at powers of two only; between them there is no interval ([`Plan::standing`]).
+//! Sobol's sequence is what it should be at powers of two only; between them there is no interval ([`Plan::standing`]), and no limit
+//! cuts there ([`Plan::limited`]).
 
 mod def;
+mod mistakes;
+mod morris;
+mod saltelli;
 mod steps;
 
 pub use def::{
-    Base, FEWEST_REPLICATES, Kind, MOST_PARAMETERS, MOST_POINTS, MOST_QUANTILES, MOST_REPLICATES, PlanDef, PlanError,
+    Base, FEWEST_REPLICATES, Kind, LEVELS, MOST_LEVELS, MOST_PARAMETERS, MOST_POINTS, MOST_QUANTILES, MOST_REPLICATES,
+    PlanDef, PlanError,
 };
+pub use morris::{Move, Trajectories};
+pub use saltelli::{Role, Saltelli};
 pub use steps::Steps;
 
 use crate::correlation::Copula;
@@ -46,6 +54,8 @@ enum Points {
     /// The primes of the parameters, and keys likewise.
     Halton(Vec<u64>, Vec<Vec<u64>>),
     Steps(Steps),
+    Trajectories(Trajectories),
+    Saltelli(Saltelli),
 }
 
 /// What an interval may be made of.
@@ -71,26 +81,27 @@ impl Plan {
         laws: &[Uncertain],
         copula: &Copula,
     ) -> Result<Self, Vec<PlanError>> {
-        let mut errors = def::mistakes(def);
+        let mut errors = mistakes::mistakes(def, laws.len());
         if !(1..=MOST_PARAMETERS).contains(&laws.len()) {
             errors.push(PlanError::Parameters { given: laws.len() });
         }
-        let plain = def.scramble == Some(false) && matches!(def.kind, Kind::Sobol | Kind::Halton);
+        let plain = def.scramble == Some(false) && matches!(def.kind, Kind::Sobol | Kind::Halton | Kind::Saltelli);
         if plain {
             let endless = names.iter().zip(laws).filter(|(_, law)| !law.ends()[0].is_finite());
             errors.extend(endless.map(|(name, _)| PlanError::Unbounded { name: name.clone() }));
-            if !copula.is_independent() {
+            if !copula.is_independent() && !def.kind.moves_one_parameter() {
                 errors.push(PlanError::UnboundedByCorrelation);
             }
         }
-        if def.kind == Kind::OneAtATime && !copula.is_independent() {
-            errors.push(PlanError::Correlated);
+        if def.kind.moves_one_parameter() && !copula.is_independent() {
+            errors.push(PlanError::Correlated { kind: def.kind });
         }
         if !errors.is_empty() {
             return Err(errors);
         }
         let (kind, dimensions) = (def.kind, laws.len());
-        let (samples, replicates) = (def.samples.unwrap_or(1), def.replicates.unwrap_or(1));
+        let samples = if kind == Kind::Morris { def.trajectories } else { def.samples }.unwrap_or(1);
+        let replicates = def.replicates.unwrap_or(1);
         let sources = (0..replicates).map(|replicate| Source::new(seed, kind.word(), replicate));
         let scrambling =
             |wanted: bool| sources.clone().filter(|_| wanted).map(|source| keys(&source, dimensions)).collect();
@@ -102,6 +113,14 @@ impl Plan {
             Kind::Sobol => Points::Sobol(Sobol::new(dimensions), scrambling(!plain)),
             Kind::Halton => Points::Halton(halton::primes(dimensions), scrambling(!plain)),
             Kind::OneAtATime => Points::Steps(Steps::new(def, names, laws)?),
+            Kind::Morris => {
+                let source = Source::new(seed, kind.word(), 0);
+                Points::Trajectories(Trajectories::new(source, def.levels.unwrap_or(LEVELS), laws))
+            }
+            Kind::Saltelli => {
+                let scrambling = (!plain).then(|| keys(&Source::new(seed, kind.word(), 0), 2 * dimensions));
+                Points::Saltelli(Saltelli::new(dimensions, scrambling, def.second_order.unwrap_or(false)))
+            }
         };
         Ok(Self { kind, samples, replicates, points })
     }
@@ -115,7 +134,11 @@ impl Plan {
     /// Whether its points are random where the kind has a plain form.
     #[must_use]
     pub fn is_scrambled(&self) -> bool {
-        !matches!(&self.points, Points::Sobol(_, keys) | Points::Halton(_, keys) if keys.is_empty())
+        match &self.points {
+            Points::Sobol(_, keys) | Points::Halton(_, keys) => !keys.is_empty(),
+            Points::Saltelli(saltelli) => saltelli.is_scrambled(),
+            _ => true,
+        }
     }
 
     /// Number of replicates.
@@ -129,7 +152,17 @@ impl Plan {
     pub fn count(&self) -> u64 {
         match &self.points {
             Points::Steps(steps) => steps.count(),
-            _ => self.samples * self.replicates,
+            _ => self.samples * self.rows(),
+        }
+    }
+
+    /// Points of a block; of a one-at-a-time design, whose blocks differ, 1.
+    #[must_use]
+    pub fn rows(&self) -> u64 {
+        match &self.points {
+            Points::Trajectories(trajectories) => trajectories.rows(),
+            Points::Saltelli(saltelli) => saltelli.rows(),
+            _ => self.replicates,
         }
     }
 
@@ -142,7 +175,8 @@ impl Plan {
         self
     }
 
-    /// How many points the first `limit` points are, in whole blocks; the first block in any case.
+    /// How many points the first `limit` points are, in whole blocks; the first block in any case. A replicate of a hypercube or of
+    /// Sobol's sequence is cut at a power of two: it would be nothing that an interval can be made of.
     #[must_use]
     pub fn limited(&self, limit: u64) -> u64 {
         let limit = limit.clamp(1, self.count());
@@ -151,7 +185,8 @@ impl Plan {
                 let next = |index: u64| index < steps.count() && steps.block(index) == steps.block(index - 1);
                 (1..=limit).rev().find(|&index| !next(index)).unwrap_or(1)
             }
-            _ => (limit - limit % self.replicates).max(self.replicates),
+            _ if limit == self.count() => limit,
+            _ => self.whole(limit).max(self.rows()),
         }
     }
 
@@ -166,18 +201,18 @@ impl Plan {
     pub fn block(&self, index: u64) -> u64 {
         match &self.points {
             Points::Steps(steps) => steps.block(index),
-            _ => index / self.replicates,
+            _ => index / self.rows(),
         }
     }
 
     /// The largest beginning of the first `count` points of which an interval can be made as far as its shape goes.
     #[must_use]
     pub fn whole(&self, count: u64) -> u64 {
-        let each = count / self.replicates;
+        let each = count / self.rows();
         match self.kind {
             Kind::OneAtATime | Kind::MonteCarlo => count,
             Kind::LatinHypercube | Kind::Sobol => each.checked_ilog2().map_or(0, |power| self.replicates << power),
-            Kind::Halton => each * self.replicates,
+            Kind::Halton | Kind::Morris | Kind::Saltelli => each * self.rows(),
         }
     }
 
@@ -187,6 +222,8 @@ impl Plan {
         match (self.kind, &self.points) {
             (Kind::MonteCarlo, _) => Standing::Independent,
             (Kind::OneAtATime, _) => Standing::NoInterval("points of a one-at-a-time design are not random"),
+            (Kind::Morris, _) => Standing::NoInterval("points of a morris design are no sample of the laws"),
+            (Kind::Saltelli, _) => Standing::NoInterval("points of a saltelli design depend on one another"),
             (_, Points::Sobol(_, keys) | Points::Halton(_, keys)) if keys.is_empty() => {
                 Standing::NoInterval("points that are not scrambled are not random")
             }
@@ -199,23 +236,24 @@ impl Plan {
         }
     }
 
+    /// Why the first `count` points have no interval, in words.
+    #[must_use]
+    pub fn without_interval(&self, count: u64) -> Option<String> {
+        let Standing::NoInterval(reason) = self.standing(count) else { return None };
+        Some(match reason {
+            "fewer than 16 replicates" => {
+                let s = if self.replicates == 1 { "" } else { "s" };
+                format!("answers have no interval: {} replicate{s}, {FEWEST_REPLICATES} are needed", self.replicates)
+            }
+            reason => format!("answers have no interval: {reason}"),
+        })
+    }
+
     /// What `check` says beside the numbers.
     #[must_use]
     pub fn notes(&self, dimensions: usize, copula: &Copula) -> Vec<String> {
-        let mut notes = Vec::new();
-        if let Standing::NoInterval(reason) = self.standing(self.count()) {
-            notes.push(match reason {
-                "fewer than 16 replicates" => {
-                    let s = if self.replicates == 1 { "" } else { "s" };
-                    format!(
-                        "answers have no interval: {} replicate{s}, {FEWEST_REPLICATES} are needed",
-                        self.replicates
-                    )
-                }
-                reason => format!("answers have no interval: {reason}"),
-            });
-        }
-        let sequence = matches!(self.kind, Kind::Sobol | Kind::Halton);
+        let mut notes: Vec<String> = self.without_interval(self.count()).into_iter().collect();
+        let sequence = matches!(self.kind, Kind::Sobol | Kind::Halton | Kind::Saltelli);
         if sequence && dimensions > MANY_PARAMETERS {
             notes.push(format!(
                 "{dimensions} parameters: beyond about {MANY_PARAMETERS} pairs of them are not spread evenly; the important ones should stand first"
@@ -238,6 +276,24 @@ impl Plan {
         }
     }
 
+    /// The trajectories of a Morris design: which parameter a point moves, and how far.
+    #[must_use]
+    pub fn trajectories(&self) -> Option<&Trajectories> {
+        match &self.points {
+            Points::Trajectories(trajectories) => Some(trajectories),
+            _ => None,
+        }
+    }
+
+    /// The layout of a Saltelli design: what a point is to its base point.
+    #[must_use]
+    pub fn saltelli(&self) -> Option<&Saltelli> {
+        match &self.points {
+            Points::Saltelli(saltelli) => Some(saltelli),
+            _ => None,
+        }
+    }
+
     /// The coordinates of a point `index` < count of any kind but one-at-a-time (which leaves them as they are).
     pub fn fill(&self, index: u64, point: &mut [f64]) {
         let (j, r) = (index / self.replicates, (index % self.replicates) as usize);
@@ -256,6 +312,8 @@ impl Plan {
                     };
                 }
             }
+            Points::Trajectories(trajectories) => trajectories.fill(index, point),
+            Points::Saltelli(saltelli) => saltelli.fill(index, point),
             Points::Steps(_) => {}
         }
     }

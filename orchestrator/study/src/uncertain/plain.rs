@@ -16,6 +16,10 @@ pub enum Plain {
     TruncatedNormal(f64, f64, f64, f64),
     /// Mean and standard deviation of ln x.
     LogNormal(f64, f64),
+    /// From, to: ln x is uniform.
+    LogUniform(f64, f64),
+    /// Shape, scale; an exponential law is one of shape 1.
+    Weibull(f64, f64),
 }
 
 impl Uncertain {
@@ -35,6 +39,9 @@ impl Uncertain {
                 Some(Plain::TruncatedNormal(lower, upper, *mean, *sd))
             }
             (Law::LogNormal(mu, sigma), [None, None]) => Some(Plain::LogNormal(*mu, *sigma)),
+            (Law::LogUniform(from, to), [None, None]) => Some(Plain::LogUniform(*from, *to)),
+            (Law::Weibull(shape, scale), [None, None]) => Some(Plain::Weibull(*shape, *scale)),
+            (Law::Exponential(mean), [None, None]) => Some(Plain::Weibull(1.0, *mean)),
             _ => None,
         }
     }

@@ -9,8 +9,15 @@ const SHOWN: usize = 8;
 
 /// Name and keys of a law.
 pub(super) fn law_in_words(distribution: Distribution, written: &Written, unit: &str) -> String {
-    let shown = |key: &str, number: f64| {
+    let few = |key: &str, number: f64| {
         format_quantity(number, if Distribution::holds(key) == Some(Holds::Quantity) { unit } else { "" })
+    };
+    let end = |key: &str| written.number(key).map(|number| few(key, number));
+    // ends that differ are shown with all digits that tell them apart
+    let are_near = end("lower").is_some() && end("lower") == end("upper");
+    let shown = |key: &str, number: f64| match key {
+        "lower" | "upper" if are_near => format_digits(number, unit, 17),
+        _ => few(key, number),
     };
     let takes = distribution.takes();
     let is_cut = |key: &str| takes.optional.contains(&key);

@@ -11,5 +11,5 @@ mod symbols;
 
 pub use error::QuantityError;
 pub use format::{format_digits, format_quantity};
-pub use parse::{parse_any_quantity, parse_bare_or_quantity, parse_quantity};
+pub use parse::{nearest_unit, parse_any_quantity, parse_bare_or_quantity, parse_quantity, unit_of};
 pub use symbols::{Dimension, examples};

@@ -21,7 +21,7 @@ pub fn parse_bare_or_quantity(text: &str, expected: &'static str) -> Result<f64,
     parse(text, expected, true)
 }
 
-/// Reads a number with any unit, or a bare number: in a formula nobody knows which dimension a factor has.
+/// Reads a number with any unit, or a bare number: of a variable nobody knows which dimension it has.
 ///
 /// # Errors
 /// [`QuantityError`]: no number, an unknown unit, not finite.
@@ -30,8 +30,16 @@ pub fn parse_any_quantity(text: &str) -> Result<f64, QuantityError> {
     let split = number_end(given);
     let (number, unit_text) = (&given[..split], given[split..].trim());
     let Some(number) = Decimal::read(number) else {
-        return Err(QuantityError::NotANumber { given: cut(given, 60), examples: examples("") });
+        let word = given.trim_start_matches(['+', '-']).to_ascii_lowercase();
+        return Err(if word.starts_with("inf") || word.starts_with("nan") {
+            QuantityError::NotFinite { given: cut(given, 60) }
+        } else {
+            QuantityError::NotANumber { given: cut(given, 60), examples: examples("") }
+        });
     };
+    if unit_text.starts_with(',') {
+        return Err(QuantityError::Comma { given: cut(given, 60) });
+    }
     let unit = if unit_text.is_empty() {
         Unit::ONE
     } else {
@@ -44,6 +52,13 @@ pub fn parse_any_quantity(text: &str) -> Result<f64, QuantityError> {
         })?
     };
     number.in_si(unit).ok_or_else(|| QuantityError::NotFinite { given: cut(given, 60) })
+}
+
+/// The unit that a quantity is written with, "" for none.
+#[must_use]
+pub fn unit_of(text: &str) -> &str {
+    let given = text.trim();
+    given[number_end(given)..].trim()
 }
 
 fn parse(text: &str, expected: &'static str, bare_is_si: bool) -> Result<f64, QuantityError> {
@@ -71,14 +86,15 @@ fn parse(text: &str, expected: &'static str, bare_is_si: bool) -> Result<f64, Qu
         parse_unit(unit_text).map_err(|error| with_nearest(error, unit_text, expected))?
     };
     if !dimension_of(expected).accepts(unit.dimension) {
-        let (unit, nearest) = (cut(unit_text, 60), as_force(unit_text, expected));
+        let fits = |found| dimension_of(expected).accepts(found);
+        let (unit, nearest) = (cut(unit_text, 60), as_force(unit_text, &fits));
         return Err(QuantityError::WrongDimension { unit, expected, examples: examples(expected), nearest });
     }
     number.in_si(unit).ok_or_else(|| QuantityError::NotFinite { given: given_shown() })
 }
 
 /// A unit in which pounds are taken for a force, where it is right with that: `lb/in` is `lbf/in`.
-fn as_force(unit_text: &str, expected: &'static str) -> Option<String> {
+fn as_force(unit_text: &str, fits: &dyn Fn(Dimension) -> bool) -> Option<String> {
     let pounds = unit_text.find("lb").filter(|_| unit_text.len() <= 60)?;
     let (before, after) = (&unit_text[..pounds], &unit_text[pounds + 2..]);
     let is_letter = |c: char| c.is_alphabetic();
@@ -86,7 +102,14 @@ fn as_force(unit_text: &str, expected: &'static str) -> Option<String> {
         return None;
     }
     let meant = format!("{before}lbf{after}");
-    parse_unit(&meant).is_ok_and(|found| dimension_of(expected).accepts(found.dimension)).then_some(meant)
+    parse_unit(&meant).is_ok_and(|found| fits(found.dimension)).then_some(meant)
+}
+
+/// The unit of a fitting dimension that was most likely meant by one of another: `lbf` by `lb`, `kN` by `kg`.
+#[must_use]
+pub fn nearest_unit(unit: &str, fits: &dyn Fn(Dimension) -> bool) -> Option<String> {
+    let is_right = |candidate: &String| Dimension::of_unit(candidate).is_some_and(fits);
+    as_force(unit, fits).or_else(|| similar(unit).into_iter().find(is_right))
 }
 
 /// Adds to an unknown symbol the likeliest known one with which the unit would be right.
@@ -98,6 +121,14 @@ fn with_nearest(error: QuantityError, unit_text: &str, expected: &'static str) -
     };
     let nearest = similar(&unit).into_iter().find(fits);
     QuantityError::UnknownUnit { unit, nearest }
+}
+
+impl Dimension {
+    /// That of a unit as in files, "" for none; `None`: no such unit.
+    #[must_use]
+    pub fn of_unit(text: &str) -> Option<Self> {
+        parse_unit(text).ok().map(|unit| unit.dimension)
+    }
 }
 
 /// Dimension of one of our own SI units.

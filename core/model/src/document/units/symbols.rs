@@ -213,7 +213,8 @@ pub(super) fn similar(name: &str) -> Vec<String> {
         .filter_map(|spelling| {
             let rank = match (spelling.eq_ignore_ascii_case(name), strsim::damerau_levenshtein(&spelling, name)) {
                 (true, _) => 0,
-                (false, 1) => 1 + spelling.len().abs_diff(name.len()),
+                // every letter is one edit away from every other
+                (false, 1) if name.chars().count() > 1 => 1 + spelling.len().abs_diff(name.len()),
                 _ => return None,
             };
             Some((rank, spelling))

@@ -1,6 +1,5 @@
 //! Studies made up for tests, with columns that are owned.
-use super::points::{Cube, Source, halton, primes, sobol};
-use bladeoff_answers::estimate::input::{Cells, Column, Design, DesignKind, Group, Label, Nature, Study};
+use bladeoff_answers::estimate::input::{Cells, Column, Design, DesignKind, Group, Label, Layout, Nature, Study};
 use bladeoff_model::outcome::{Cause, CauseSet, Status};
 
 /// A column that is owned: name, given or grows or free, cells, held.
@@ -82,6 +81,8 @@ impl Made {
                 replicates: self.replicates,
                 replicate: &self.replicate,
                 complete: self.complete,
+                layout: Layout::Points,
+                share: 1.0,
             },
         }
     }
@@ -92,30 +93,4 @@ pub fn caused(words: &str) -> CauseSet {
     let mut set = CauseSet::default();
     words.split(',').for_each(|word| set.insert(Cause::from_word(word).expect("a cause")));
     set
-}
-
-/// Points of a design, replicates interleaved: index = R j + r.
-pub fn points_of(kind: DesignKind, seed: u64, dimensions: usize, replicates: usize, samples: usize) -> Vec<Vec<f64>> {
-    let mut all = vec![vec![0.0; dimensions]; replicates * samples];
-    let primes = primes(dimensions);
-    for r in 0..replicates {
-        let source = Source::new(seed, kind.word(), r as u64);
-        let keys: Vec<u64> = (0..dimensions).map(|dimension| source.key(dimension)).collect();
-        let cubes: Vec<Cube> = keys.iter().map(|key| Cube::new(*key, samples as u64)).collect();
-        for j in 0..samples {
-            let point = &mut all[replicates * j + r];
-            if kind == DesignKind::MonteCarlo {
-                source.fill(j as u64, point);
-                continue;
-            }
-            for (d, x) in point.iter_mut().enumerate() {
-                *x = match kind {
-                    DesignKind::LatinHypercube => cubes[d].coordinate(j as u64),
-                    DesignKind::Halton => halton(j as u64, primes[d], keys[d]),
-                    _ => sobol(j as u64, d, keys[d]),
-                };
-            }
-        }
-    }
-    all
 }

@@ -1,7 +1,6 @@
 //! Small studies that are made up, and what is asked of them.
 
 pub mod made;
-pub mod points;
 
 use bladeoff_answers::ask::{Answer, Answered, Known, Names, Question, QuestionDef, answer};
 use bladeoff_answers::estimate::input::{DesignKind, Label};
@@ -11,7 +10,7 @@ use made::Made;
 pub fn names() -> Names {
     let axis = ("way".to_owned(), vec![Label::Word("a".into()), Label::Word("b".into())]);
     let known = Known { columns: vec![("y".into(), true), ("u".into(), true)], ..Known::default() };
-    Names { known, uncertain: vec!["u".into()], varied: vec![axis] }
+    Names { known, uncertain: vec!["u".into()], varied: vec![axis], ..Names::default() }
 }
 
 pub fn asked(def: QuestionDef) -> Question {

@@ -1,0 +1,107 @@
+//! A map in words: where it is worst, how much of it an event reaches.
+
+use super::answer::Answer;
+use super::scale::percent;
+use super::sentence::{counted, prefix};
+use crate::estimate::figures::{Figures, Method};
+use crate::map::{Cell, Map, Of, Shows, Wanted};
+use bladeoff_model::document::units::format_digits;
+
+/// "max_bearing_load_N over gap_m and friction, a panel for each detection".
+pub(super) fn map_in_words(wanted: &Wanted) -> String {
+    let of = match &wanted.of {
+        Of::Value(column) => column.clone(),
+        Of::Probability(formula) => format!("P({})", formula.text),
+    };
+    let mut text = format!("map of {of} over {} and {}", wanted.x, wanted.y);
+    if !wanted.panels.is_empty() {
+        text += &format!(", a panel for each {}", wanted.panels.join(", "));
+    }
+    if !wanted.starts.is_empty() {
+        text += &format!(", starts: {}", wanted.starts.join(", "));
+    }
+    text
+}
+
+/// One answer for each panel, and for each difference.
+pub(super) fn answers_of(name: &str, maps: Vec<Map>) -> Vec<Answer> {
+    let answer = |map: Map| {
+        let mut figures = Figures::over(map.n);
+        figures.method = Method::Without;
+        figures.approximate = map.is_smoothed();
+        figures.notes.clone_from(&map.notes);
+        let mut answer = Answer::of(name, "map", map.group.clone(), map.bad, map.confidence, figures);
+        answer.sentence = prefix(&map.group) + &sentence(&map);
+        answer.map = Some(Box::new(map));
+        answer
+    };
+    maps.into_iter().map(answer).collect()
+}
+
+fn sentence(map: &Map) -> String {
+    let what = match map.shows {
+        Shows::Value | Shows::Probability => map.of.clone(),
+        Shows::Median => format!("median of {}", map.of),
+        Shows::SmoothedMean | Shows::SmoothedProbability => format!("{} (smoothed)", map.of),
+    };
+    let less = map.difference.as_ref().map_or(String::new(), |(column, [a, b])| format!(", {column} = {a} less {b},"));
+    let mut text = format!("{what}{less} over {} and {}: ", map.x.column, map.y.column);
+    // the most with bad runs harmful, the least with them harmless
+    let known = |of: fn(&Cell) -> Option<f64>| map.cells.iter().filter_map(move |cell| Some((of(cell)?, cell)));
+    let harmful: fn(&Cell) -> Option<f64> = |cell| cell.estimate_if_bad_harmful.or(cell.estimate);
+    let harmless: fn(&Cell) -> Option<f64> = |cell| cell.estimate.or(cell.estimate_if_bad_harmful);
+    let highest = known(harmful).max_by(|a, b| a.0.total_cmp(&b.0));
+    let lowest = known(harmless).min_by(|a, b| a.0.total_cmp(&b.0));
+    let (Some(highest), Some(lowest)) = (highest, lowest) else {
+        return text + &format!("no cell has a number, {}", counted(map.n, "run")) + &bad(map);
+    };
+    let show = |value: f64| if map.is_share() { percent(value) } else { format_digits(value, &map.unit, 4) };
+    let at = |cell: &Cell| {
+        let along = |axis: &crate::map::Axis, value: f64| format_digits(value, &axis.unit, 4);
+        format!("{} and {}", along(&map.x, cell.x), along(&map.y, cell.y))
+    };
+    if map.difference.is_some() {
+        text += &format!("from {} at {} to {} at {}", show(lowest.0), at(lowest.1), show(highest.0), at(highest.1));
+    } else {
+        text += &format!("at most {}, at {}; at least {}", show(highest.0), at(highest.1), show(lowest.0));
+    }
+    let cells = map.cells.len();
+    if map.is_share() && map.difference.is_none() {
+        let counts = |is: fn(f64) -> bool| {
+            let [least, most] = [harmless, harmful].map(|of| known(of).filter(|(share, _)| is(*share)).count());
+            let from = if least == most {
+                String::new()
+            } else {
+                format!("{} to ", percent(least as f64 / cells.max(1) as f64))
+            };
+            from + &part(most, cells)
+        };
+        text +=
+            &format!("; half or more in {}, above 0 in {}", counts(|share| share >= 0.5), counts(|share| share > 0.0));
+    }
+    let regimes = map.regimes.iter().filter_map(|word| {
+        let count = map.cells.iter().filter(|cell| cell.regime.as_ref() == Some(word)).count();
+        (count > 0).then(|| format!("{word} in {}", part(count, cells)))
+    });
+    let regimes: Vec<String> = regimes.collect();
+    if !regimes.is_empty() {
+        text += &format!("; {}", regimes.join(", "));
+    }
+    let runs = if map.difference.is_some() { "pair" } else { "run" };
+    text + &format!("; {}, {}", counted(cells as u64, "cell"), counted(map.n, runs)) + &bad(map)
+}
+
+fn part(count: usize, of: usize) -> String {
+    percent(count as f64 / of.max(1) as f64) + " of the cells"
+}
+
+fn bad(map: &Map) -> String {
+    if map.bad == 0 {
+        return String::new();
+    }
+    if map.is_smoothed() {
+        return format!(", {}", counted(map.bad, "bad run"));
+    }
+    let cells = map.cells.iter().filter(|cell| cell.bad > 0).count() as u64;
+    format!(", {} in {}", counted(map.bad, "bad run"), counted(cells, "cell"))
+}

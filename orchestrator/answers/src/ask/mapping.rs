@@ -1,0 +1,109 @@
+//! A map from a question's words: what lies along it, what has panels, what is a start of a cell.
+
+use super::question::{Check, Given, QuestionDef};
+use crate::estimate::formula::closing;
+use crate::estimate::input::Label;
+use crate::map::{Of, Wanted};
+
+/// Panels of a map, at most.
+const MOST_PANELS: usize = 24;
+
+impl Check<'_> {
+    /// From a question that has `map`.
+    pub(super) fn map(&mut self, def: &QuestionDef, axes: &[String; 2]) -> Option<Wanted> {
+        if def.fragility.is_some() {
+            self.wrong::<()>("fragility", "a map has no fragility: it is that of a `probability`");
+        }
+        let [x, y] = [self.map_axis(&axes[0]), self.map_axis(&axes[1])];
+        let of = match &def.of {
+            Some(text) => self.map_of(text),
+            None => self.wrong("map", "`map = [X, Y]` needs `of = COLUMN`, or `of = \"P(CONDITION)\"`"),
+        };
+        let asked = match (&def.difference, &def.vary) {
+            (Some(values), Some(path)) => Some(self.pair(values, path)?),
+            _ => None,
+        };
+        let (x, y, of) = (x?, y?, of?);
+        if x.column == y.column {
+            return self.wrong("map", format!("both axes are `{}`", x.column));
+        }
+        let given = &self.names.given;
+        let apart: Vec<&Given> =
+            given.iter().filter(|one| one.axis.is_some() && one.axis != x.axis && one.axis != y.axis).collect();
+        let (starts, panels): (Vec<&Given>, Vec<&Given>) = apart.into_iter().partition(|one| one.is_angle);
+        let values = |column: &str| {
+            let found = self.names.varied.iter().find(|(name, _)| name == column);
+            found.map(|(_, values)| values.as_slice()).unwrap_or_default()
+        };
+        // parameters that lie on one axis have their values together
+        let mut lengths: Vec<(Option<usize>, usize)> = Vec::new();
+        for one in &panels {
+            let count = values(&one.column).len().max(1);
+            match lengths.iter_mut().find(|(axis, _)| *axis == one.axis) {
+                Some((_, known)) => *known = count.max(*known),
+                None => lengths.push((one.axis, count)),
+            }
+        }
+        let count = lengths.iter().fold(1usize, |all, (_, count)| all.saturating_mul(*count));
+        let names = |of: &[&Given]| of.iter().map(|one| one.column.clone()).collect::<Vec<_>>();
+        if count > MOST_PANELS {
+            let which = names(&panels).join(", ");
+            return self
+                .wrong("map", format!("each value of {which} has a panel: {count} are more than {MOST_PANELS}"));
+        }
+        let paired = match asked {
+            Some((column, _)) if !panels.iter().any(|one| one.column == column) => {
+                return self
+                    .wrong("vary", format!("`{column}` is along the map or a start of its cells: it has no panels"));
+            }
+            Some((column, pair)) => Some((column, vec![pair])),
+            None => panels.iter().find(|one| one.is_detection).map(|one| {
+                let values = values(&one.column);
+                let less = |value: &Label| [value.clone(), values[0].clone()];
+                (one.column.clone(), values.iter().skip(1).map(less).collect())
+            }),
+        };
+        Some(Wanted {
+            is_grid: x.axis.is_some() && y.axis.is_some() && x.axis != y.axis,
+            x: x.column,
+            y: y.column,
+            of,
+            starts: names(&starts),
+            panels: names(&panels),
+            paired,
+        })
+    }
+
+    /// A parameter of numbers along an axis of a map.
+    fn map_axis(&mut self, name: &str) -> Option<Given> {
+        let all: Vec<&str> = self.names.given.iter().map(|given| given.column.as_str()).collect();
+        match self.one_of(name, &all)[..] {
+            [column] if self.names.known.is_number(column) => {
+                self.names.given.iter().find(|given| given.column == column).cloned()
+            }
+            [column] => self.wrong("map", format!("`{column}` has words; a map is over two parameters of numbers")),
+            [] => {
+                let near = self.near(name, &all);
+                self.wrong("map", format!("`{name}` is no parameter or variable of this study that varies{near}"))
+            }
+            ref several => self.wrong("map", format!("`{name}` could be {}", several.join(" or "))),
+        }
+    }
+
+    /// `COLUMN`, `P(CONDITION)` or a condition.
+    fn map_of(&mut self, text: &str) -> Option<Of> {
+        let start = text.len() - text.trim_start().len();
+        let inner = text[start..].strip_prefix('P').map(str::trim_start).and_then(|rest| rest.strip_prefix('('));
+        if let Some(inner) = inner
+            && let Some(length) = closing(inner)
+            && inner[length + 1..].trim().is_empty()
+        {
+            return self.condition_in("of", &inner[..length], text.len() - inner.len()).map(Of::Probability);
+        }
+        let is_condition = text.contains(['<', '>', '=', '!']) && self.names.known.meant(text.trim()).is_empty();
+        if is_condition {
+            return self.condition_in("of", text, 0).map(Of::Probability);
+        }
+        self.column("of", text.trim()).map(Of::Value)
+    }
+}

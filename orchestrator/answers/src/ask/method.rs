@@ -1,0 +1,57 @@
+//! How it is found which parameter decides an output, and of which points.
+
+use crate::estimate::input::DesignKind;
+
+/// How sensitivities are found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SensitivityMethod {
+    /// Elementary effects, of trajectories.
+    Morris,
+    /// Parts of the variance, of pairs of points with parameters exchanged.
+    Sobol,
+    /// What any sample says.
+    GivenData,
+}
+
+impl SensitivityMethod {
+    /// All of them with their words in a file.
+    pub const ALL: [(&'static str, Self); 3] =
+        [("morris", Self::Morris), ("sobol", Self::Sobol), ("given-data", Self::GivenData)];
+
+    /// Its word.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        Self::ALL.iter().find(|(_, known)| *known == self).map_or("", |(word, _)| *word)
+    }
+
+    /// Why it makes nothing of points of this kind, and which kind it is made for.
+    ///
+    /// # Errors
+    /// It makes nothing of them.
+    pub fn check(self, kind: DesignKind) -> Result<(), String> {
+        let needs = |word: &str| Err(format!("method {:?} needs points of kind {word:?}", self.word()));
+        match (self, kind) {
+            (Self::Morris, DesignKind::Morris) | (Self::Sobol, DesignKind::Saltelli) => Ok(()),
+            (Self::Morris, _) => needs(DesignKind::Morris.word()),
+            (Self::Sobol, _) => needs(DesignKind::Saltelli.word()),
+            (Self::GivenData, DesignKind::Morris | DesignKind::OneAtATime | DesignKind::Saltelli) => {
+                Err(format!("method {:?} needs a sample of the laws, such as \"monte-carlo\"", self.word()))
+            }
+            (Self::GivenData, _) => Ok(()),
+        }
+        .map_err(|why| format!("{why}, and those of this study are of kind {:?}", kind.word()))
+    }
+}
+
+/// What is asked of an output's sensitivity.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sensitivity {
+    /// The output: a column of numbers.
+    pub output: String,
+    /// How.
+    pub method: SensitivityMethod,
+    /// Columns of the uncertain parameters, in the order of the study.
+    pub parameters: Vec<String>,
+    /// The column of words that parts runs into regimes, where there is one.
+    pub regime: Option<String>,
+}

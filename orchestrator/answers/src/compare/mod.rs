@@ -1,0 +1,44 @@
+//! Two result tables side by side: what moved from A to B, and whether that is within tolerances.
+//!
+//! ```text
+//! heads --names--> inputs to match by, results in both, tolerances          every wrong name at once
+//! inputs --side--> a key and a verdict of each row --matching--> pairs, rows without partner
+//! results, some columns at a time --paired--> differences B - A, largest movers; --tolerance--> what is beyond
+//!                                 --apart--> of rows without partner: differences of means and quantiles
+//!   --told--> words     (serde) --> JSON
+//! ```
+//! Rows match where all their inputs are the same numbers, bit by bit (0 and -0 are the same), and the same words. A row that is not ok has
+//! no value to compare: where only one of both is bad, or both for other causes, its status changed, which is told and never a difference
+//! of zero.
+//!
+//! An interval stands only where a whole study was drawn at random, as everywhere in this package ([`crate::estimate::scheme`]).
+
+mod apart;
+mod asked;
+mod draw;
+mod error;
+mod found;
+mod inputs;
+mod load;
+mod matching;
+mod names;
+mod notes;
+mod paired;
+mod side;
+mod sources;
+#[cfg(test)]
+mod tests;
+mod told;
+mod tolerance;
+mod whole;
+
+pub use crate::ask::CONFIDENCE;
+pub use asked::{Asked, Source};
+pub use draw::Draw;
+pub use error::CompareError;
+pub use found::{
+    Apart, Change, Compared, Difference, Differs, Inputs, Interval, Judged, Matched, Mover, Pair, QuantileApart,
+    SCHEMA, Sided, Statuses, WordChange,
+};
+pub use told::told;
+pub use whole::compare;

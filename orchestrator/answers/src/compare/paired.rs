@@ -1,0 +1,200 @@
+//! How far a column moved over pairs that are ok in both, and whether that is within tolerances.
+//!
+//! ```text
+//! d = B - A,   mean d with Student's t: of pairs, of points where several pairs are of one, of replicates
+//! ```
+
+use super::draw::Clusters;
+use super::found::{Difference, Interval, Judged, Mover, Pair, WordChange};
+use super::load::Words;
+use super::tolerance::Tolerance;
+use crate::ask::CONFIDENCE;
+use crate::estimate::figures::{Sum, finite};
+use crate::estimate::known::Values;
+use crate::estimate::mean::mean;
+use crate::tables::ColumnHead;
+use std::collections::BTreeMap;
+
+/// Pairs that are shown as the farthest, and with a value in one alone.
+const SHOWN: usize = 5;
+/// Changes of words that are told.
+const MOST_CHANGES: usize = 20;
+
+/// Pairs that are ok in both.
+pub(super) struct Pairs<'a> {
+    /// Rows.
+    pub rows: &'a [(usize, usize)],
+    /// Samples of all rows of A and of B.
+    pub samples: (&'a [u64], &'a [u64]),
+    /// What depends on what.
+    pub clusters: &'a Clusters,
+}
+
+impl Pairs<'_> {
+    fn pair(&self, at: usize) -> Pair {
+        let (a, b) = self.rows[at];
+        Pair::new((a, b), (self.samples.0[a], self.samples.1[b]))
+    }
+
+    fn mover(&self, at: usize, a: f64, b: f64) -> Mover {
+        let value = |value: f64| (!value.is_nan()).then_some(value);
+        Mover { pair: self.pair(at), value_a: value(a), value_b: value(b) }
+    }
+}
+
+/// The pairs that are farthest, by a measure; of equal ones the first.
+#[derive(Default)]
+struct Farthest(Vec<(f64, usize)>);
+
+impl Farthest {
+    fn see(&mut self, how_far: f64, at: usize, most: usize) {
+        if self.0.len() == most && self.0.last().is_some_and(|(least, _)| how_far <= *least) {
+            return;
+        }
+        let place = self.0.partition_point(|(other, _)| *other >= how_far);
+        self.0.insert(place, (how_far, at));
+        self.0.truncate(most);
+    }
+}
+
+/// A column of numbers; NaN is none.
+pub(super) fn difference(head: &ColumnHead, a: &[f64], b: &[f64], pairs: &Pairs<'_>) -> Difference {
+    let mut values = Values::default();
+    let (mut same, mut empty, mut only_in_a, mut only_in_b) = (0, 0, 0, 0);
+    let (mut sum_a, mut sum_b, mut squares) = (Sum::default(), Sum::default(), Sum::default());
+    let (mut farthest, mut one_sided) = (Farthest::default(), Vec::new());
+    for (at, &(row_a, row_b)) in pairs.rows.iter().enumerate() {
+        let (of_a, of_b) = (a[row_a], b[row_b]);
+        if of_a.is_nan() || of_b.is_nan() {
+            empty += u64::from(of_a.is_nan() && of_b.is_nan());
+            only_in_a += u64::from(!of_a.is_nan());
+            only_in_b += u64::from(!of_b.is_nan());
+            if of_a.is_nan() != of_b.is_nan() && one_sided.len() < SHOWN {
+                one_sided.push(pairs.mover(at, of_a, of_b));
+            }
+            continue;
+        }
+        let moved = of_b - of_a;
+        same += u64::from(moved == 0.0);
+        if moved != 0.0 {
+            farthest.see(moved.abs(), at, SHOWN);
+        }
+        sum_a.add(of_a);
+        sum_b.add(of_b);
+        squares.add(of_a * of_a);
+        values.point.push(pairs.clusters.cluster(at));
+        values.low.push(moved);
+    }
+    values.high = values.low.clone();
+    let count = values.low.len() as f64;
+    let scheme = pairs.clusters.narrowed(&mut values.point);
+    let found = mean(&values, &scheme, |cluster| cluster, 1.0 - CONFIDENCE);
+    let largest = farthest.0.first().map(|(moved, _)| *moved);
+    let size = libm::sqrt(squares.value() / count);
+    let movers = farthest.0.iter().map(|&(_, at)| {
+        let (row_a, row_b) = pairs.rows[at];
+        pairs.mover(at, a[row_a], b[row_b])
+    });
+    Difference {
+        column: head.name.clone(),
+        unit: head.unit.clone(),
+        pairs: values.low.len() as u64,
+        same,
+        empty,
+        only_in_a,
+        only_in_b,
+        mean_a: finite(sum_a.value() / count),
+        mean_b: finite(sum_b.value() / count),
+        mean: Interval::of(found),
+        relative: largest.and_then(|largest| finite(largest / size)),
+        movers: movers.collect(),
+        one_sided,
+    }
+}
+
+/// A tolerance of a column.
+pub(super) fn judge(tolerance: &Tolerance, a: &[f64], b: &[f64], pairs: &Pairs<'_>) -> Judged {
+    let (mut compared, mut beyond, mut one_sided) = (0, 0, 0);
+    let mut farthest = Farthest::default();
+    for (at, &(row_a, row_b)) in pairs.rows.iter().enumerate() {
+        let (of_a, of_b) = (a[row_a], b[row_b]);
+        if of_a.is_nan() != of_b.is_nan() {
+            one_sided += 1;
+            continue;
+        }
+        compared += 1;
+        if !of_a.is_nan() {
+            let (is_within, how_far) = tolerance.judge(of_a, of_b);
+            beyond += u64::from(!is_within);
+            farthest.see(how_far, at, 1);
+        }
+    }
+    let worst = farthest.0.first().map(|&(_, at)| {
+        let (row_a, row_b) = pairs.rows[at];
+        pairs.mover(at, a[row_a], b[row_b])
+    });
+    let (text, column) = (tolerance.text.clone(), tolerance.column.clone());
+    Judged { tolerance: text, column, compared, beyond, one_sided, worst }
+}
+
+/// A column of words; `None`: they are the same.
+pub(super) fn words(head: &ColumnHead, a: &[u32], b: &[u32], pairs: &Pairs<'_>, words: &Words) -> Option<WordChange> {
+    let mut counts: BTreeMap<(u32, u32), u64> = BTreeMap::new();
+    let mut first = None;
+    for (at, &(row_a, row_b)) in pairs.rows.iter().enumerate() {
+        if a[row_a] != b[row_b] {
+            *counts.entry((a[row_a], b[row_b])).or_default() += 1;
+            first = first.or(Some(at));
+        }
+    }
+    let first = pairs.pair(first?);
+    let word = |number: u32| words.word(number).map(str::to_owned);
+    let mut changes: Vec<_> = counts.iter().map(|(&(a, b), &count)| (word(a), word(b), count)).collect();
+    changes.sort_by(|x, y| (y.2, &x.0, &x.1).cmp(&(x.2, &y.0, &y.1)));
+    changes.truncate(MOST_CHANGES);
+    Some(WordChange { column: head.name.clone(), changes, changed: counts.values().sum(), first: Some(first) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::compare::draw::Draw;
+    use crate::estimate::scheme::Scheme;
+    use crate::tables::HeadKind;
+
+    fn head() -> ColumnHead {
+        ColumnHead { name: "g".into(), unit: String::new(), kind: HeadKind::Numbers }
+    }
+
+    #[test]
+    fn empty_cells_are_no_zeros_and_movers_are_the_farthest() {
+        let none = f64::NAN;
+        let (a, b) = ([1.0, none, none, 4.0, 0.0, 7.0], [1.0, none, 3.0, none, -2.0, 7.5]);
+        let (rows, samples): (Vec<_>, Vec<u64>) = ((0..6).map(|row| (row, row)).collect(), (0..6).collect());
+        let clusters = Draw::whole(Scheme::Independent, 1, vec![0; 6]).clusters(samples.iter().copied());
+        let pairs = Pairs { rows: &rows, samples: (&samples, &samples), clusters: &clusters };
+        let found = difference(&head(), &a, &b, &pairs);
+        assert_eq!((found.pairs, found.same, found.empty, found.only_in_a, found.only_in_b), (3, 1, 1, 1, 1));
+        assert_eq!(found.mean.estimate, Some(-0.5));
+        let movers: Vec<(u64, Option<f64>)> = found.movers.iter().map(|one| (one.pair.a, one.difference())).collect();
+        assert_eq!(movers, [(4, Some(-2.0)), (5, Some(0.5))]);
+        let sided: Vec<u64> = found.one_sided.iter().map(|one| one.pair.a).collect();
+        assert_eq!(sided, [2, 3]);
+        // mean -0.5, sd sqrt(7/4) of 3 values, t = 4.3027
+        let half = 4.302_652_729_696_142 * libm::sqrt(1.75 / 3.0);
+        let (low, high) = (found.mean.low.expect("three"), found.mean.high.expect("three"));
+        assert!((low + 0.5 + half).abs() < 1e-12 && (high + 0.5 - half).abs() < 1e-12, "{low} {high} {half}");
+    }
+
+    #[test]
+    fn rows_of_one_point_are_not_counted_as_several() {
+        // the same difference in both rows of a point: no more is known than by one of them
+        let (a, b) = ([0.0; 6], [1.0, 1.0, 2.0, 2.0, 6.0, 6.0]);
+        let (rows, samples): (Vec<_>, Vec<u64>) = ((0..6).map(|row| (row, row)).collect(), (0..6).collect());
+        let clusters = Draw::whole(Scheme::Independent, 2, vec![0; 3]).clusters(samples.iter().copied());
+        let found =
+            difference(&head(), &a, &b, &Pairs { rows: &rows, samples: (&samples, &samples), clusters: &clusters });
+        let half = 4.302_652_729_696_142 * libm::sqrt(7.0 / 3.0);
+        assert!((found.mean.high.expect("three points") - 3.0 - half).abs() < 1e-9, "{:?}", found.mean);
+    }
+}

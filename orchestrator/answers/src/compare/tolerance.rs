@@ -1,0 +1,215 @@
+//! How far a result may move: `COLUMN VALUE`, in the column's unit, in another one, or in per cent of the value of A.
+//!
+//! ```text
+//! |B - A| <= VALUE,   |B - A| <= VALUE/100 |A|           at the bound is within; of A = 0 nothing but 0 is
+//! ```
+//! A decimal has no exact double, so what is at the bound as it is written may come out an ulp beyond: a part of 1e-9 of what is allowed is
+//! left to that. A tolerance of 0 leaves nothing: bits have to be the same.
+
+use crate::tables::{ColumnHead, HeadKind};
+use bladeoff_model::document::units::parse_bare_or_quantity;
+use bladeoff_model::document::{cut, nearest};
+
+/// Part of the allowed difference that is left to rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// Columns that are told where none is like the one that was named.
+const FEW: usize = 8;
+
+/// Units of results, as the parser of quantities knows them.
+const UNITS: [&str; 16] =
+    ["", "m", "kg", "s", "rad", "rad/s", "rad/s2", "m/s", "m/s2", "N", "N m", "N s", "N/m", "J", "Pa", "1/s"];
+
+/// What may be between A and B.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Limit {
+    /// In SI.
+    Absolute(f64),
+    /// Of the value of A.
+    Share(f64),
+}
+
+/// Columns that a name may mean, or that say why it means none.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Columns<'a> {
+    /// Results of both.
+    pub results: &'a [ColumnHead],
+    /// Inputs of either.
+    pub inputs: &'a [ColumnHead],
+    /// Results of A alone, of B alone.
+    pub only: (&'a [String], &'a [String]),
+    /// Results of both that hold other things.
+    pub unlike: &'a [String],
+}
+
+/// A column that may move so far and no farther.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Tolerance {
+    /// As written.
+    pub text: String,
+    /// Its column.
+    pub column: String,
+    limit: Limit,
+}
+
+impl Tolerance {
+    /// # Errors
+    /// What is wrong with it.
+    pub fn read(text: &str, columns: Columns<'_>) -> Result<Self, String> {
+        let text = text.trim();
+        let (name, value) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
+        let value = value.trim();
+        let head = column(name, columns)?;
+        if value.is_empty() {
+            return Err(format!("it says no value; such as \"{name} 1 %\""));
+        }
+        let limit = match value.strip_suffix('%') {
+            Some(number) => Limit::Share(plain(number.trim())? / 100.0),
+            None => Limit::Absolute(amount(value, head)?),
+        };
+        let (Limit::Absolute(number) | Limit::Share(number)) = limit;
+        if number < 0.0 {
+            return Err("a tolerance is 0 or more".to_owned());
+        }
+        Ok(Self { text: text.to_owned(), column: head.name.clone(), limit })
+    }
+
+    /// What may be between a value of A and one of B.
+    pub fn allowed(&self, a: f64) -> f64 {
+        match self.limit {
+            Limit::Absolute(value) => value,
+            Limit::Share(share) => share * a.abs(),
+        }
+    }
+
+    /// Whether a value of B is near enough to one of A; how many times as far as allowed.
+    pub fn judge(&self, a: f64, b: f64) -> (bool, f64) {
+        let (apart, allowed) = ((b - a).abs(), self.allowed(a));
+        let is_within = apart <= allowed * (1.0 + ROUNDING);
+        (is_within, if apart == 0.0 { 0.0 } else { apart / allowed })
+    }
+}
+
+/// The result that is named.
+fn column<'n>(name: &str, columns: Columns<'n>) -> Result<&'n ColumnHead, String> {
+    let found = columns.results.iter().find(|head| head.name == name);
+    match found {
+        Some(head) if head.kind == HeadKind::Words => {
+            return Err(format!("{name} holds words, which have no distance"));
+        }
+        Some(head) => return Ok(head),
+        None => {}
+    }
+    if name.is_empty() {
+        return Err("it names no column; such as \"max_bearing_load_N 1 %\"".to_owned());
+    }
+    if columns.inputs.iter().any(|head| head.name == name) {
+        return Err(format!("{name} is an input; what is compared are results"));
+    }
+    let is = |list: &[String]| list.iter().any(|column| column == name);
+    if is(columns.only.0) {
+        return Err(format!("B has no column {name}"));
+    }
+    if is(columns.only.1) {
+        return Err(format!("A has no column {name}"));
+    }
+    if is(columns.unlike) {
+        return Err(format!("{name} holds something else in A than in B, or in another unit"));
+    }
+    let numbers = columns.results.iter().filter(|head| head.kind == HeadKind::Numbers);
+    let numbers: Vec<&str> = numbers.map(|head| head.name.as_str()).collect();
+    let hint = match nearest(name, numbers.iter().copied()) {
+        Some(near) => format!("; did you mean {near}?"),
+        None if numbers.is_empty() => "; the two have no results of numbers in common".to_owned(),
+        None if numbers.len() <= FEW => format!("; there are {}", numbers.join(", ")),
+        None => String::new(),
+    };
+    Err(format!("there is no column {}{hint}", cut(name, 60)))
+}
+
+fn plain(text: &str) -> Result<f64, String> {
+    parse_bare_or_quantity(text, "").map_err(|error| error.to_string())
+}
+
+/// A value in the unit of a column.
+fn amount(text: &str, head: &ColumnHead) -> Result<f64, String> {
+    match UNITS.iter().find(|unit| **unit == head.unit) {
+        Some(unit) => parse_bare_or_quantity(text, unit).map_err(|error| {
+            let (message, allowed) = error.parts();
+            allowed.map_or_else(|| message.clone(), |allowed| format!("{message} (allowed: {allowed})"))
+        }),
+        // of another build
+        None => plain(text)
+            .map_err(|_| format!("a bare number in {} or per cent is what {} takes", cut(&head.unit, 30), head.name)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<Tolerance, String> {
+        let head = |name: &str, unit: &str, kind| ColumnHead { name: name.into(), unit: unit.into(), kind };
+        let results = [
+            head("load_N", "N", HeadKind::Numbers),
+            head("g", "", HeadKind::Numbers),
+            head("odd", "furlong", HeadKind::Numbers),
+            head("end_cause", "", HeadKind::Words),
+        ];
+        let inputs = [head("gap_m", "m", HeadKind::Numbers)];
+        let (old, new) = (["old".to_owned()], ["new".to_owned()]);
+        Tolerance::read(text, Columns { results: &results, inputs: &inputs, only: (&old, &new), unlike: &[] })
+    }
+
+    #[test]
+    fn values_are_in_units_or_per_cent() {
+        let allowed = |text: &str| read(text).expect(text).allowed(-200.0);
+        assert_eq!(
+            ["load_N 1 %", "load_N 1%", "load_N 1 kN", "load_N 1kN", "load_N 5", "g 0.5", "g 1 %", "odd 3"]
+                .map(allowed),
+            [2.0, 2.0, 1000.0, 1000.0, 5.0, 0.5, 2.0, 3.0]
+        );
+        for unit in UNITS {
+            assert_eq!(parse_bare_or_quantity("2", unit), Ok(2.0), "{unit} is known");
+        }
+    }
+
+    #[test]
+    fn what_is_no_tolerance_is_told() {
+        for (text, told) in [
+            ("", "names no column"),
+            ("load_N", "says no value"),
+            ("laod_N 1 %", "did you mean load_N?"),
+            ("load_N -1 %", "0 or more"),
+            ("load_N 1 mm", "N"),
+            ("load_N one", "one"),
+            ("load_N nan", "nan"),
+            ("load_N inf %", "inf"),
+            ("load_N 1 % 2", "cannot be read"),
+            ("end_cause 1", "holds words"),
+            ("gap_m 1 mm", "is an input"),
+            ("old 1", "B has no column old"),
+            ("new 1", "A has no column new"),
+            ("odd 3 m", "a bare number in furlong"),
+        ] {
+            let why = read(text).expect_err(text);
+            assert!(why.contains(told), "{text}: {why}");
+        }
+    }
+
+    #[test]
+    fn the_bound_is_within_and_an_ulp_beyond_is_not_where_nothing_is_allowed() {
+        let of = |text: &str| read(text).expect(text);
+        let one = of("g 1 %");
+        for (a, b) in [(100.0, 101.0), (0.7, 0.707), (-0.7, -0.693), (1e-300, 1.01e-300), (3e200, 3.03e200), (0.0, 0.0)]
+        {
+            assert!(one.judge(a, b).0, "{a} {b}");
+        }
+        for (a, b) in [(100.0, 101.000_001), (0.0, 1e-300), (0.7, 0.692)] {
+            assert!(!one.judge(a, b).0, "{a} {b}");
+        }
+        let same = of("g 0");
+        assert!(same.judge(0.3, 0.3).0 && !same.judge(0.3, 0.1 + 0.2).0);
+        assert_eq!(same.judge(0.3, 0.1 + 0.2).1, f64::INFINITY);
+    }
+}

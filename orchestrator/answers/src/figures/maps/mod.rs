@@ -1,0 +1,166 @@
+//! Maps of a study: colour by cell, contour lines, the boundary of regimes, bad runs, one picture for each panel and difference.
+//!
+//! ```text
+//! maps -> pictures: a figure of each cell (median, 95 % value, share, smoothed value, half width of its limits) -> one scale of colour (colour)
+//!   for all pictures of a kind -> side by side, marks of each scale at the contour lines
+//! ```
+//! A cell with bad runs is split: its lower left is as if they had been harmless, its upper right as if harmful, grey where that has no
+//! number. Hatched is what has no sample.
+
+mod colour;
+mod picture;
+
+use super::style::{FINE, SMALL, TITLE, plain_name};
+use super::{Area, Figure, FigureError};
+use crate::estimate::input::Group;
+use crate::map::{Cell, Map, Shows};
+use bladeoff_model::document::cut;
+use colour::{Colours, Kind};
+use picture::{Picture, draw};
+use plotters::prelude::{BLACK, IntoFont, Text};
+
+/// Size of a picture, and of the lines that explain \[px\].
+const WIDTH: u32 = 470;
+const HEIGHT: u32 = 330;
+const LINE: u32 = 18;
+/// Characters of a name from outside, at most.
+const NAME: usize = 70;
+
+/// Draws the maps of one question.
+///
+/// # Errors
+/// The plotting library failed.
+pub fn maps(title: &str, maps: &[Map]) -> Result<Figure, FigureError> {
+    let pictures: Vec<Picture<'_>> = maps.iter().flat_map(pictures_of).collect();
+    let doubled = maps.iter().any(|map| map.is_smoothed() || map.shows == Shows::Median);
+    let columns = if doubled { 2 } else { pictures.len().clamp(1, 3) };
+    let rows = pictures.len().max(1).div_ceil(columns);
+    let told = explanation(maps);
+    let size = (WIDTH * columns as u32, 40 + HEIGHT * rows as u32 + LINE * told.len() as u32 + 16);
+    Figure::draw(size, |root| {
+        let root = root.titled(&cut(title, 2 * NAME), TITLE)?;
+        let (upper, lower) = root.split_vertically((HEIGHT * rows as u32) * FINE);
+        let scales: Vec<(Kind, Colours)> = scales(&pictures);
+        for (area, picture) in upper.split_evenly((rows, columns)).iter().zip(&pictures) {
+            if let Some((_, colours)) = scales.iter().find(|(kind, _)| *kind == picture.kind) {
+                draw(area, picture, colours)?;
+            }
+        }
+        explain(&lower, &told)
+    })
+}
+
+/// One scale for all pictures of a kind: what looks the same is the same.
+fn scales(pictures: &[Picture<'_>]) -> Vec<(Kind, Colours)> {
+    let mut scales: Vec<(Kind, Colours)> = Vec::new();
+    for picture in pictures {
+        if scales.iter().any(|(kind, _)| *kind == picture.kind) {
+            continue;
+        }
+        let same = pictures.iter().filter(|other| other.kind == picture.kind);
+        let values = same.flat_map(|other| {
+            other.map.cells.iter().flat_map(|cell| {
+                let (harmless, harmful) = (other.pick)(cell);
+                harmless.into_iter().chain(harmful)
+            })
+        });
+        let unit = if picture.map.is_share() { None } else { Some(picture.map.unit.as_str()) };
+        scales.push((picture.kind, Colours::new(picture.kind, values, unit)));
+    }
+    scales
+}
+
+/// Both figures of a cell, with bad runs harmless and harmful.
+type Pick = fn(&Cell) -> (Option<f64>, Option<f64>);
+
+fn middle(cell: &Cell) -> (Option<f64>, Option<f64>) {
+    (cell.estimate, cell.estimate_if_bad_harmful)
+}
+
+fn upper(cell: &Cell) -> (Option<f64>, Option<f64>) {
+    (cell.upper, cell.upper_if_bad_harmful)
+}
+
+fn half_width(cell: &Cell) -> (Option<f64>, Option<f64>) {
+    let half = cell.low.zip(cell.high).map(|(low, high)| 0.5 * (high - low));
+    (half, half)
+}
+
+/// What a map is of: a column in words, a condition as it was written.
+pub fn of_in_words(map: &Map) -> String {
+    match map.shows {
+        Shows::Probability | Shows::SmoothedProbability => map.of.clone(),
+        Shows::Value | Shows::Median | Shows::SmoothedMean => plain_name(&map.of, &map.unit),
+    }
+}
+
+fn pictures_of(map: &Map) -> Vec<Picture<'_>> {
+    let less = match &map.difference {
+        None => String::new(),
+        Some((column, [a, b])) => format!(", {} {a} less {b}", plain_name(column, "")),
+    };
+    let said = in_words(&map.group);
+    let title = |what: &str| {
+        let text = if said.is_empty() { format!("{what}{less}") } else { format!("{said}: {what}{less}") };
+        cut(&text, NAME)
+    };
+    let kind = if map.difference.is_some() { Kind::Difference } else { Kind::Value };
+    let of = cut(&of_in_words(map), NAME / 2);
+    let picture =
+        |what: &str, kind: Kind, pick: Pick, name: String| Picture { title: title(what), map, pick, kind, name };
+    match map.shows {
+        Shows::Value => vec![picture("one run a cell", kind, middle, of)],
+        Shows::Probability => vec![picture("share of the starts of a cell", kind, middle, of)],
+        Shows::Median => vec![
+            picture("median of the starts of a cell", kind, middle, of.clone()),
+            picture("95 % value of the starts of a cell", kind, upper, of),
+        ],
+        Shows::SmoothedMean | Shows::SmoothedProbability => vec![
+            picture("smoothed", kind, middle, of),
+            picture("half width of its limits", Kind::Width, half_width, "half width".to_owned()),
+        ],
+    }
+}
+
+fn in_words(group: &Group) -> String {
+    let said: Vec<String> = group.0.iter().map(|(path, label)| format!("{} {label}", plain_name(path, ""))).collect();
+    said.join(", ")
+}
+
+/// What the marks mean, and what has to be known.
+fn explanation(maps: &[Map]) -> Vec<String> {
+    let any = |is: fn(&Map) -> bool| maps.iter().any(is);
+    let mut marks = vec!["lines: the levels marked beside the scale".to_owned()];
+    if any(|map| map.cells.iter().any(|cell| cell.regime.is_some())) {
+        marks.push("orange: boundary of the regimes".to_owned());
+    }
+    if any(|map| map.bad > 0 && !map.is_smoothed()) {
+        marks.push("cross: bad runs, lower left as if harmless, upper right as if harmful, grey: no number".to_owned());
+    }
+    if any(|map| map.bad > 0 && map.is_smoothed()) {
+        marks.push("crosses: bad runs".to_owned());
+    }
+    if any(|map| map.cells.len() < map.x.at.len() * map.y.at.len()) {
+        marks.push("hatched: no sample".to_owned());
+    }
+    let mut told = vec![marks.join("; ")];
+    if let Some(map) = maps.iter().find(|map| map.is_smoothed()) {
+        told.extend(map.width.map(|width| {
+            format!(
+                "smoothed over {width:.2} of the range of both axes (first panel), chosen by leaving each sample out"
+            )
+        }));
+    }
+    let runs: u64 = maps.iter().filter(|map| map.difference.is_none()).map(|map| map.n).sum();
+    let bad: u64 = maps.iter().filter(|map| map.difference.is_none()).map(|map| map.bad).sum();
+    told.push(format!("{runs} runs, {bad} of them bad"));
+    told
+}
+
+fn explain(area: &Area<'_>, told: &[String]) -> Result<(), FigureError> {
+    for (at, line) in told.iter().enumerate() {
+        let place = (16 * FINE as i32, ((LINE * at as u32 + 10) * FINE) as i32);
+        area.draw(&Text::new(line.clone(), place, SMALL.into_font().color(&BLACK)))?;
+    }
+    Ok(())
+}

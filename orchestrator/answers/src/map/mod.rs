@@ -1,0 +1,303 @@
+//! Maps: a column, or the probability of a condition, over two parameters of a study.
+//!
+//! ```text
+//! rows --place--> panels (a combination of the other axes) of items: place, regime, value or truth   (pairs: of two panels)
+//!   both axes have given values   --grid-->     a cell for each combination: median and 95 % value of its starts, probability of its starts
+//!   otherwise                     --scatter-->  a raster, smoothed (smooth), with the uncertainty of each value
+//!   --> Map: cells as answers.json has them; contour lines (contour) and the boundary of regimes for pictures
+//! ```
+//! A bad run stays in its cell: it is counted, and each figure is that with bad runs harmless and with bad runs harmful, as in
+//! [`crate::estimate`]. Where no sample is, there is no cell.
+//!
+//! Verified by `tests/uncertainty/maps.rs`.
+
+pub mod contour;
+mod grid;
+mod pairs;
+mod place;
+mod scatter;
+mod smooth;
+
+use crate::estimate::formula::Formula;
+use crate::estimate::input::{DesignKind, Group, InputError, Label, Study};
+use crate::estimate::scheme::Scheme;
+use place::{Items, Places, items};
+use serde::Serialize;
+
+/// The column whose words are regimes.
+pub const REGIME: &str = "rub_regime";
+
+/// Share of a cell's starts that its second figure is not exceeded by.
+pub const UPPER: f64 = 0.95;
+
+/// What a map shows.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Of {
+    /// A column.
+    Value(String),
+    /// The probability of a condition.
+    Probability(Formula),
+}
+
+/// A map that is asked for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Wanted {
+    /// Column along the first axis.
+    pub x: String,
+    /// Along the second.
+    pub y: String,
+    /// Whether both have given values (`[[vary]]`), so that they are drawn as they are.
+    pub is_grid: bool,
+    /// What is shown.
+    pub of: Of,
+    /// Columns of which each combination of values has a panel.
+    pub panels: Vec<String>,
+    /// Columns of release angles that are varied: several starts a cell.
+    pub starts: Vec<String>,
+    /// One of `panels`, and the differences between its values: at the first, less that at the second.
+    pub paired: Option<(String, Vec<[Label; 2]>)>,
+}
+
+/// An axis of a map.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Axis {
+    /// Its column.
+    pub column: String,
+    /// SI unit, "" for a pure number.
+    pub unit: String,
+    /// Where cells have their middles, ascending: the values of the study, or those of the raster.
+    pub at: Vec<f64>,
+}
+
+impl Axis {
+    /// Where cells end: half-way between neighbours; at the ends as far out as the neighbour is in.
+    #[must_use]
+    pub fn edges(&self) -> Vec<f64> {
+        let at = &self.at;
+        let (Some(first), Some(last)) = (at.first(), at.last()) else { return Vec::new() };
+        if at.len() == 1 {
+            let half = if *first == 0.0 { 0.5 } else { 0.05 * first.abs() };
+            return vec![first - half, first + half];
+        }
+        let inner = at.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
+        let (low, high) = (at[1] - first, last - at[at.len() - 2]);
+        std::iter::once(first - 0.5 * low).chain(inner).chain([last + 0.5 * high]).collect()
+    }
+}
+
+/// What the figure of a cell is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Shows {
+    /// Of the one run of the cell.
+    Value,
+    /// Median of its starts; `upper` is their 95 % value.
+    Median,
+    /// Share of its starts.
+    Probability,
+    /// Smoothed mean of what is around it.
+    SmoothedMean,
+    /// Smoothed share of what is around it.
+    SmoothedProbability,
+}
+
+/// A cell of a map.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Cell {
+    /// Column and row of it among the places of the axes.
+    #[serde(skip)]
+    pub at: (usize, usize),
+    /// Its middle along the first axis.
+    pub x: f64,
+    /// Along the second.
+    pub y: f64,
+    /// Runs in it; of a difference pairs of runs.
+    pub n: u64,
+    /// Bad ones among them.
+    pub bad: u64,
+    /// The figure with bad runs harmless.
+    pub estimate: Option<f64>,
+    /// With bad runs harmful.
+    pub estimate_if_bad_harmful: Option<f64>,
+    /// Limits that cover both, each cell by itself.
+    pub low: Option<f64>,
+    /// As `low`.
+    pub high: Option<f64>,
+    /// 95 % value of its starts, bad runs harmless.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub upper: Option<f64>,
+    /// The same, bad runs harmful.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub upper_if_bad_harmful: Option<f64>,
+    /// The most frequent regime of its ok runs, of several the worst.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub regime: Option<String>,
+}
+
+/// One panel.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Map {
+    /// Its values on the axes that have panels.
+    #[serde(skip)]
+    pub group: Group,
+    /// First axis.
+    pub x: Axis,
+    /// Second axis.
+    pub y: Axis,
+    /// What is shown: a column or `P(...)`.
+    pub of: String,
+    /// Its SI unit, "" for a pure number.
+    pub unit: String,
+    /// What the figure of a cell is.
+    pub shows: Shows,
+    /// It is a difference at the same starts: the column, and the values that it is between.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub difference: Option<(String, [Label; 2])>,
+    /// Of smoothed cells: the width, as part of the range of an axis.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub width: Option<f64>,
+    /// Of the limits.
+    pub confidence: f64,
+    /// Words of regimes, the worst last.
+    #[serde(skip)]
+    pub regimes: Vec<String>,
+    /// Runs of the panel; of a difference pairs.
+    pub n: u64,
+    /// Bad ones among them.
+    pub bad: u64,
+    /// Where bad runs are.
+    #[serde(skip)]
+    pub bad_at: Vec<(f64, f64)>,
+    /// What a reader has to know.
+    pub notes: Vec<String>,
+    /// Cells that have samples, by rows of the first axis.
+    pub cells: Vec<Cell>,
+}
+
+impl Map {
+    /// Cells by their places: `[column of x][row of y]`.
+    #[must_use]
+    pub fn table(&self) -> Vec<Vec<Option<&Cell>>> {
+        let mut table = vec![vec![None; self.y.at.len()]; self.x.at.len()];
+        for cell in &self.cells {
+            table[cell.at.0][cell.at.1] = Some(cell);
+        }
+        table
+    }
+
+    /// Whether its cells are smoothed.
+    #[must_use]
+    pub fn is_smoothed(&self) -> bool {
+        matches!(self.shows, Shows::SmoothedMean | Shows::SmoothedProbability)
+    }
+
+    /// Whether it shows shares.
+    #[must_use]
+    pub fn is_share(&self) -> bool {
+        matches!(self.shows, Shows::Probability | Shows::SmoothedProbability)
+    }
+}
+
+/// What all panels of a map share.
+struct Frame<'a> {
+    study: &'a Study<'a>,
+    wanted: &'a Wanted,
+    places: Places,
+    scheme: Scheme,
+    t: f64,
+    alpha: f64,
+    unit: String,
+    regimes: Vec<String>,
+}
+
+/// The panels of a map, then its differences; `alpha` = 1 - confidence.
+///
+/// # Errors
+/// The study lacks a column.
+pub fn maps(study: &Study<'_>, wanted: &Wanted, alpha: f64) -> Result<Vec<Map>, InputError> {
+    let places = Places::of(study, wanted)?;
+    let scheme = match Scheme::of(&study.design) {
+        Scheme::Without(why) if study.design.kind == DesignKind::Chosen => {
+            Scheme::Without(why.replace("chosen points", "chosen values"))
+        }
+        _ if !wanted.starts.is_empty() && study.design.kind != DesignKind::Chosen => {
+            Scheme::Without(format!("no interval: the values of {} are chosen, no sample", wanted.starts.join(", ")))
+        }
+        scheme => scheme,
+    };
+    let unit = match &wanted.of {
+        Of::Value(column) => study.column(column)?.unit.clone(),
+        Of::Probability(_) => String::new(),
+    };
+    let frame =
+        Frame { study, wanted, t: scheme.t(alpha), scheme, alpha, unit, regimes: place::regimes(study), places };
+    let mut maps = Vec::new();
+    let mut all = Vec::new();
+    for (group, rows) in &frame.places.panels {
+        let found = items(&frame, rows)?;
+        maps.push(frame.map(group.clone(), None, &found));
+        all.push(found);
+    }
+    if let Some((column, pairs)) = &wanted.paired {
+        for (at, (group, _)) in frame.places.panels.iter().enumerate() {
+            for [a, b] in pairs {
+                let rest = group.without(column);
+                let other = |(other, _): &(Group, _)| other.label(column) == Some(b) && other.without(column) == rest;
+                let Some(other) = frame.places.panels.iter().position(other) else { continue };
+                if group.label(column) == Some(a) {
+                    let found = pairs::paired(&frame, &all[at], &all[other]);
+                    maps.push(frame.map(rest, Some((column.clone(), [a.clone(), b.clone()])), &found));
+                }
+            }
+        }
+    }
+    Ok(maps)
+}
+
+impl Frame<'_> {
+    fn map(&self, group: Group, difference: Option<(String, [Label; 2])>, items: &Items) -> Map {
+        let wanted = self.wanted;
+        let (x, y) = (&self.places.x, &self.places.y);
+        let is_share = matches!(wanted.of, Of::Probability(_));
+        let mut map = Map {
+            group,
+            x: x.clone(),
+            y: y.clone(),
+            of: match &wanted.of {
+                Of::Value(column) => column.clone(),
+                Of::Probability(formula) => format!("P({})", formula.text),
+            },
+            unit: self.unit.clone(),
+            shows: Shows::Value,
+            difference,
+            width: None,
+            confidence: 1.0 - self.alpha,
+            regimes: self.regimes.clone(),
+            n: items.list.len() as u64,
+            bad: items.list.iter().filter(|item| item.bad).count() as u64,
+            bad_at: items.list.iter().filter(|item| item.bad).map(|item| (item.x, item.y)).collect(),
+            notes: Vec::new(),
+            cells: Vec::new(),
+        };
+        let nowhere = self.places.nowhere;
+        if nowhere > 0 {
+            map.notes.push(format!("{nowhere} runs have no value of {} or {}, and no place", wanted.x, wanted.y));
+        }
+        if items.unpaired > 0 {
+            map.notes.push(format!("{} runs of both have no partner with the same inputs", items.unpaired));
+        }
+        if items.empty > 0 {
+            let what = "in which nothing of the kind happened, stand in no figure";
+            map.notes.push(format!("{} runs, {what}", items.empty));
+        }
+        if self.places.is_grid {
+            if let Scheme::Without(why) = &self.scheme {
+                map.notes.push(why.clone());
+            }
+            grid::fill(self, items, &mut map, is_share);
+        } else {
+            scatter::fill(self, items, &mut map, is_share);
+        }
+        map
+    }
+}

@@ -1,0 +1,193 @@
+//! Cells of a raster over scattered samples, smoothed; only where samples are.
+
+use super::place::{Item, Items, Seen, most_frequent};
+use super::smooth::{FEWEST, Smooth, Smoother, wilson};
+use super::{Cell, Frame, Map, Shows};
+use crate::estimate::truth::Truth;
+use bladeoff_model::probability::normal_quantile;
+
+/// Values of an axis that are drawn each by itself are as far apart as no width reaches.
+const APART: f64 = 10.0;
+
+/// What is smoothed: values of ok runs; or shares with open ones harmless, harmful, and their least and most.
+struct Series {
+    middle: Smoother,
+    /// Harmful, least, most.
+    others: Option<[Smoother; 3]>,
+}
+
+/// Fills the cells of a map.
+pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bool) {
+    map.shows = if is_share { Shows::SmoothedProbability } else { Shows::SmoothedMean };
+    let scale = |axis: &super::Axis, is_single: bool| {
+        let at = axis.at.clone();
+        let (first, last) = (at[0], at[at.len() - 1]);
+        // middles of the outer cells: half a cell inside the range
+        let half = if at.len() > 1 { 0.5 * (last - first) / (at.len() - 1) as f64 } else { 0.5 };
+        move |value: f64| match at.binary_search_by(|known| known.total_cmp(&value)) {
+            Ok(place) if is_single => APART * place as f64,
+            _ => (value - first + half) / (last - first + 2.0 * half),
+        }
+    };
+    let (single_x, single_y) = frame.places.single;
+    if map.x.at.is_empty() || map.y.at.is_empty() || items.list.is_empty() {
+        return;
+    }
+    let (u, v) = (scale(&map.x, single_x), scale(&map.y, single_y));
+    let place = |item: &Item| (u(item.x), v(item.y));
+    let Some(series) = series(items, place, is_share) else {
+        map.notes.push(format!("fewer than {FEWEST} runs have a value: nothing is smoothed"));
+        return;
+    };
+    let width = series.middle.width();
+    map.width = Some(width);
+    let columns = if single_x {
+        map.x.at.len()
+    } else if single_y {
+        map.y.at.len()
+    } else {
+        1
+    };
+    let samples = items.list.len() as f64 / columns as f64;
+    let reach = if columns > 1 { 4.0 / samples } else { 1.75 / samples.sqrt() }.max(0.012);
+    map.notes.push(told(is_share, width, reach));
+    if !frame.study.design.is_random() {
+        map.notes
+            .push("the samples are chosen, not drawn: limits tell how they scatter around what is smoothed".to_owned());
+    }
+    if !is_share && map.bad > 0 {
+        map.notes
+            .push(format!("bad runs ({}) have no value and stand in no mean; crosses show where they are", map.bad));
+    }
+    let (xs, ys) = (map.x.edges(), map.y.edges());
+    let index =
+        |edges: &[f64], value: f64| (edges.partition_point(|edge| *edge <= value).max(1) - 1).min(edges.len() - 2);
+    let mut counts = vec![(0, 0); map.x.at.len() * map.y.at.len()];
+    for item in &items.list {
+        let count: &mut (u64, u64) = &mut counts[index(&xs, item.x) * map.y.at.len() + index(&ys, item.y)];
+        *count = (count.0 + 1, count.1 + u64::from(item.bad));
+    }
+    let z = normal_quantile(1.0 - frame.alpha / 2.0, frame.alpha / 2.0);
+    let is_pair = map.difference.is_some();
+    for (at, (n, bad)) in counts.into_iter().enumerate() {
+        let (i, j) = (at / map.y.at.len(), at % map.y.at.len());
+        let here = (u(map.x.at[i]), v(map.y.at[j]));
+        if series.middle.nearest(here) > reach {
+            continue;
+        }
+        let Some(mut found) = series.middle.at(here) else { continue };
+        if is_share && !is_pair {
+            // a sum of weights may be a bit more than 1
+            found.value = found.value.clamp(0.0, 1.0);
+        }
+        let Some([estimate, harmful, low, high]) = series.figures(here, found, z, is_share && !is_pair) else {
+            continue;
+        };
+        map.cells.push(Cell {
+            at: (i, j),
+            x: map.x.at[i],
+            y: map.y.at[j],
+            n,
+            bad,
+            estimate: Some(estimate),
+            // where no bad run is near, it is the same
+            estimate_if_bad_harmful: Some(harmful).filter(|_| is_share || bad == 0),
+            // at the ends of shares rounding parts what is the same
+            low: Some(low.min(estimate)),
+            high: Some(high.max(harmful)),
+            upper: None,
+            upper_if_bad_harmful: None,
+            regime: regime(items, place, here, width, &map.regimes),
+        });
+    }
+}
+
+fn told(is_share: bool, width: f64, reach: f64) -> String {
+    let how = if is_share { "weighted shares" } else { "local linear fits" };
+    format!(
+        "smoothed: {how} of the samples within {:.2} of the range of both axes, a width chosen by leaving each out; about 95 % limits that \
+         leave out what smoothing bends; nothing beyond {:.2} from a sample",
+        width, reach
+    )
+}
+
+fn series(items: &Items, place: impl Fn(&Item) -> (f64, f64), is_share: bool) -> Option<Series> {
+    let samples = |of: &dyn Fn(Seen) -> Option<f64>| -> Vec<(f64, f64, f64)> {
+        let with = |item: &Item| of(item.seen).map(|value| (place(item).0, place(item).1, value));
+        items.list.iter().filter_map(with).collect()
+    };
+    if !is_share {
+        let known = |seen| match seen {
+            Seen::Value(low, high) if low == high => Some(low),
+            _ => None,
+        };
+        return Some(Series { middle: Smoother::new(&samples(&known), false)?, others: None });
+    }
+    let number = |is: bool| f64::from(u8::from(is));
+    let of = |truth: fn(Truth) -> bool, other: fn(Truth) -> bool| {
+        move |seen| match seen {
+            Seen::Truth(a) => Some(number(truth(a))),
+            Seen::Truths(a, b) => Some(number(truth(a)) - number(other(b))),
+            _ => None,
+        }
+    };
+    let middle = Smoother::new(&samples(&of(Truth::low, Truth::low)), true)?;
+    let is_open = |seen: Seen| match seen {
+        Seen::Truth(a) => a == Truth::Open,
+        Seen::Truths(a, b) => a == Truth::Open || b == Truth::Open,
+        _ => false,
+    };
+    if !items.list.iter().any(|item| is_open(item.seen)) {
+        return Some(Series { middle, others: None });
+    }
+    let with = |samples: Vec<_>| Smoother::with(&samples, true, Some(middle.width()));
+    let others = [
+        with(samples(&of(Truth::high, Truth::high)))?,
+        with(samples(&of(Truth::low, Truth::high)))?,
+        with(samples(&of(Truth::high, Truth::low)))?,
+    ];
+    Some(Series { middle, others: Some(others) })
+}
+
+impl Series {
+    /// Estimate, the same with bad runs harmful, limits.
+    fn figures(&self, here: (f64, f64), found: Smooth, z: f64, is_plain_share: bool) -> Option<[f64; 4]> {
+        let limits = |smooth: Smooth| {
+            if is_plain_share {
+                wilson(smooth.value.clamp(0.0, 1.0), smooth.count, z)
+            } else {
+                (smooth.value - z * smooth.error, smooth.value + z * smooth.error)
+            }
+        };
+        let Some([harmful, least, most]) = &self.others else {
+            let (low, high) = limits(found);
+            return Some([found.value, found.value, low, high]);
+        };
+        let (low, high) = (limits(least.at(here)?).0, limits(most.at(here)?).1);
+        let most = if is_plain_share { 1.0 } else { f64::INFINITY };
+        Some([found.value, harmful.at(here)?.value.min(most), low, high])
+    }
+}
+
+/// Samples that are asked for a regime at each place, at most.
+const ASKED: usize = 4096;
+
+/// The regime that most of the samples around have, by their weights.
+fn regime(
+    items: &Items,
+    place: impl Fn(&Item) -> (f64, f64),
+    (u, v): (f64, f64),
+    width: f64,
+    words: &[String],
+) -> Option<String> {
+    if words.is_empty() {
+        return None;
+    }
+    let asked = items.list.iter().step_by(items.list.len().div_ceil(ASKED).max(1));
+    let weighted = asked.filter_map(|item| {
+        let (x, y) = place(item);
+        let rest = 1.0 - ((x - u) * (x - u) + (y - v) * (y - v)) / (width * width);
+        Some((item.regime.filter(|_| rest > 0.0)?, rest * rest))
+    });
+    most_frequent(weighted, words)
+}

@@ -1,0 +1,295 @@
+//! The smoother of scattered samples.
+//!
+//! ```text
+//! places u, v: both axes over their ranges, 0 to 1;  weight of a sample at distance d: (1 - (d/h)^2)^2 for d < h, else 0
+//! values    local linear: the plane that fits the weighted samples best, at the place itself
+//! shares    local constant: the weighted share, which stays between 0 and 1
+//! width h   of some that double in two steps, the one whose prediction of each sample by the others is best (leave one out)
+//! limits    values: estimate -+ z sqrt(sum (l_i e_i)^2), l_i the sample's part in the estimate, e_i its residual when it is left out
+//!           shares: E. B. Wilson (1927) for n = (sum w)^2/sum w^2 samples; they leave out what smoothing itself bends
+//! ```
+//! Both are linear in the samples, so leaving one out needs no second fit: e = (z - estimate)/(1 - l). Sources: W. S. Cleveland (1979);
+//! J. Fan, I. Gijbels (1996). More than [`MOST_NODES`] samples are put together in 64 x 64 parts of the map at their mean places.
+//! Verified by `a_plane_is_smoothed_to_itself`, `smoothed_limits_hold_the_truth`.
+
+use std::collections::BTreeMap;
+
+/// Samples that are kept each by itself, at most; and parts along an axis where there are more.
+pub const MOST_NODES: usize = 4096;
+const PARTS: f64 = 64.0;
+/// Places at which a width is tried, at most.
+const TRIED: usize = 512;
+/// Widths that are tried: from this on, each larger by the square root of 2.
+const LEAST_WIDTH: f64 = 0.05;
+const WIDTHS: usize = 11;
+/// Fewer samples than this are not smoothed.
+pub const FEWEST: usize = 10;
+
+/// Samples at one place.
+#[derive(Debug, Clone, Copy, Default)]
+struct Node {
+    u: f64,
+    v: f64,
+    count: f64,
+    /// Of the values, and of their squares.
+    sum: f64,
+    squares: f64,
+}
+
+/// Samples that are smoothed.
+#[derive(Debug, Clone)]
+pub struct Smoother {
+    nodes: Vec<Node>,
+    /// Taken off all values: squares of large ones would lose digits.
+    middle: f64,
+    is_share: bool,
+    width: f64,
+    /// Mean square of what each node's samples are off by when they are left out.
+    residual: Vec<f64>,
+}
+
+/// A smoothed value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Smooth {
+    /// The value.
+    pub value: f64,
+    /// Its standard error.
+    pub error: f64,
+    /// As many samples of equal weight would tell as much.
+    pub count: f64,
+}
+
+/// What a fit at a place gives.
+struct Fit {
+    value: f64,
+    /// Weights of the nodes near it, each of one sample.
+    parts: Vec<(usize, f64)>,
+}
+
+fn weight(node: &Node, (u, v): (f64, f64), width: f64) -> f64 {
+    let (du, dv) = ((node.u - u) / width, (node.v - v) / width);
+    let rest = 1.0 - du * du - dv * dv;
+    if rest > 0.0 { rest * rest } else { 0.0 }
+}
+
+fn put_together(samples: &[(f64, f64, f64)], middle: f64) -> Vec<Node> {
+    let single = |&(u, v, z): &(f64, f64, f64)| {
+        let off = z - middle;
+        Node { u, v, count: 1.0, sum: off, squares: off * off }
+    };
+    if samples.len() <= MOST_NODES {
+        return samples.iter().map(single).collect();
+    }
+    let mut parts: BTreeMap<(i64, i64), Node> = BTreeMap::new();
+    for sample in samples {
+        let (one, part) = (single(sample), |place: f64| libm::floor(place * PARTS) as i64);
+        let node = parts.entry((part(one.u), part(one.v))).or_default();
+        node.count += 1.0;
+        // running means, so that a place stays within its part
+        node.u += (one.u - node.u) / node.count;
+        node.v += (one.v - node.v) / node.count;
+        node.sum += one.sum;
+        node.squares += one.squares;
+    }
+    parts.into_values().collect()
+}
+
+impl Smoother {
+    /// Of samples (u, v, value), with the width that predicts best; `is_share`: values are 0 or 1 (of differences -1 to 1).
+    /// `None`: too few.
+    pub fn new(samples: &[(f64, f64, f64)], is_share: bool) -> Option<Self> {
+        Self::with(samples, is_share, None)
+    }
+
+    /// The same with a width that was chosen for other values at these places.
+    pub fn with(samples: &[(f64, f64, f64)], is_share: bool, width: Option<f64>) -> Option<Self> {
+        if samples.len() < FEWEST {
+            return None;
+        }
+        let middle =
+            if is_share { 0.0 } else { samples.iter().map(|sample| sample.2).sum::<f64>() / samples.len() as f64 };
+        let nodes = put_together(samples, middle);
+        let mut smoother = Self { nodes, middle, is_share, width: 1.0, residual: Vec::new() };
+        smoother.width = width.unwrap_or_else(|| smoother.choose());
+        smoother.residual = (0..smoother.nodes.len()).map(|node| smoother.left_out(node)).collect();
+        Some(smoother)
+    }
+
+    /// As part of the range of an axis.
+    pub fn width(&self) -> f64 {
+        self.width
+    }
+
+    fn choose(&mut self) -> f64 {
+        let step = self.nodes.len().div_ceil(TRIED);
+        let mut best = (f64::INFINITY, 1.0);
+        for k in 0..WIDTHS {
+            self.width = LEAST_WIDTH * libm::pow(2.0, 0.5 * k as f64);
+            let tried = (0..self.nodes.len()).step_by(step);
+            let score: f64 = tried.map(|node| self.nodes[node].count * self.left_out(node)).sum();
+            // of equals the wider: it scatters less
+            if score <= best.0 * (1.0 + 1e-9) {
+                best = (score.min(best.0), self.width);
+            }
+        }
+        best.1
+    }
+
+    /// Mean square of what the samples of a node are off by when each is left out in turn.
+    fn left_out(&self, at: usize) -> f64 {
+        let node = &self.nodes[at];
+        let mean = node.sum / node.count;
+        let scatter = (node.squares / node.count - mean * mean).max(0.0);
+        let fit = self.fit((node.u, node.v));
+        let own = fit.as_ref().and_then(|fit| fit.parts.iter().find(|(place, _)| *place == at));
+        match (&fit, own) {
+            (Some(fit), Some((_, own))) if 1.0 - own > 1e-6 => {
+                let off = mean - fit.value;
+                (scatter + off * off) / ((1.0 - own) * (1.0 - own))
+            }
+            // nothing is predicted: as bad as any value there is
+            _ => {
+                let all = self.nodes.iter().fold((0.0, 0.0), |(n, sum), node| (n + node.count, sum + node.sum));
+                let off = mean - all.1 / all.0;
+                4.0 * (scatter + off * off) + f64::MIN_POSITIVE
+            }
+        }
+    }
+
+    fn fit(&self, place: (f64, f64)) -> Option<Fit> {
+        let mut parts: Vec<(usize, f64)> = Vec::new();
+        let (mut total, mut du, mut dv) = (0.0, 0.0, 0.0);
+        for (at, node) in self.nodes.iter().enumerate() {
+            let w = weight(node, place, self.width);
+            if w > 0.0 {
+                parts.push((at, w));
+                let w = w * node.count;
+                total += w;
+                du += w * (node.u - place.0);
+                dv += w * (node.v - place.1);
+            }
+        }
+        if total <= 0.0 {
+            return None;
+        }
+        let (du, dv) = (du / total, dv / total);
+        let offset = |node: &Node| (node.u - place.0 - du, node.v - place.1 - dv);
+        // the slope's part: -(du, dv) S^-1 (u_i - mean)
+        let (a, b) = if self.is_share {
+            (0.0, 0.0)
+        } else {
+            let (mut uu, mut uv, mut vv) = (0.0, 0.0, 0.0);
+            for &(at, w) in &parts {
+                let (node, (x, y)) = (&self.nodes[at], offset(&self.nodes[at]));
+                let w = w * node.count / total;
+                (uu, uv, vv) = (uu + w * x * x, uv + w * x * y, vv + w * y * y);
+            }
+            slope((uu, uv, vv), (du, dv), self.width)
+        };
+        let mut value = 0.0;
+        for (at, w) in &mut parts {
+            let node = &self.nodes[*at];
+            let (x, y) = offset(node);
+            *w *= (1.0 - a * x - b * y) / total;
+            value += *w * node.sum;
+        }
+        Some(Fit { value, parts })
+    }
+
+    /// At a place; `None`: no sample is near.
+    pub fn at(&self, place: (f64, f64)) -> Option<Smooth> {
+        let fit = self.fit(place)?;
+        let (mut error, mut squares) = (0.0, 0.0);
+        for &(at, part) in &fit.parts {
+            let count = self.nodes[at].count;
+            error += count * part * part * self.residual[at];
+            squares += count * part * part;
+        }
+        let smooth = Smooth { value: fit.value + self.middle, error: error.sqrt(), count: 1.0 / squares };
+        // fewer than a plane has numbers tell nothing of how far they scatter
+        (smooth.count > 3.0).then_some(smooth)
+    }
+
+    /// Distance of the nearest sample.
+    pub fn nearest(&self, (u, v): (f64, f64)) -> f64 {
+        let square = |node: &Node| (node.u - u) * (node.u - u) + (node.v - v) * (node.v - v);
+        self.nodes.iter().map(square).fold(f64::INFINITY, f64::min).sqrt()
+    }
+}
+
+/// S^-1 d; along one direction alone where the samples lie on a line.
+fn slope((uu, uv, vv): (f64, f64, f64), (du, dv): (f64, f64), width: f64) -> (f64, f64) {
+    let determinant = uu * vv - uv * uv;
+    let scale = width * width;
+    if determinant > 1e-6 * scale * scale {
+        return ((vv * du - uv * dv) / determinant, (uu * dv - uv * du) / determinant);
+    }
+    match uu.max(vv) {
+        most if most <= 1e-3 * scale => (0.0, 0.0),
+        most if most == uu => (du / uu, 0.0),
+        _ => (0.0, dv / vv),
+    }
+}
+
+/// Limits of a share of `count` samples: E. B. Wilson, J. Am. Stat. Assoc. 22 (1927); `z` of the normal distribution.
+pub fn wilson(share: f64, count: f64, z: f64) -> (f64, f64) {
+    let square = z * z / count;
+    let middle = (share + 0.5 * square) / (1.0 + square);
+    let half = z * ((share * (1.0 - share)).max(0.0) / count + 0.25 * square / count).sqrt() / (1.0 + square);
+    ((middle - half).max(0.0), (middle + half).min(1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Points that fill the square evenly.
+    fn spread(count: usize) -> impl Iterator<Item = (f64, f64)> {
+        (0..count).map(|k| {
+            let part = |step: f64| (0.5 + step * k as f64).fract();
+            (part(0.754_877_666_246_692_7), part(0.569_840_290_998_053_2))
+        })
+    }
+
+    #[test]
+    fn a_plane_is_smoothed_to_itself() {
+        for count in [60, 6000] {
+            let samples: Vec<_> = spread(count).map(|(u, v)| (u, v, 3.0 + 2.0 * u - 5.0 * v)).collect();
+            let smoother = Smoother::new(&samples, false).expect("enough");
+            for (u, v) in [(0.5, 0.5), (0.02, 0.98), (0.9, 0.1)] {
+                let found = smoother.at((u, v)).expect("samples are near");
+                let off = found.value - (3.0 + 2.0 * u - 5.0 * v);
+                assert!(off.abs() < 1e-9 && found.error < 0.05, "{count}: {off} {}", found.error);
+            }
+        }
+    }
+
+    #[test]
+    fn leaving_one_out_is_fitting_without_it() {
+        let samples: Vec<_> = spread(40).map(|(u, v)| (u, v, libm::sin(5.0 * u) + v * v)).collect();
+        let smoother = Smoother::with(&samples, false, Some(0.6)).expect("enough");
+        for (at, &(u, v, z)) in samples.iter().enumerate() {
+            let mut others = samples.clone();
+            others.remove(at);
+            let without = Smoother::with(&others, false, Some(0.6)).expect("enough").fit((u, v)).expect("near");
+            let without = without.value + others.iter().map(|other| other.2).sum::<f64>() / others.len() as f64;
+            let off = smoother.left_out(at).sqrt();
+            assert!((off - (z - without).abs()).abs() < 1e-9, "{at}: {off} {}", z - without);
+        }
+    }
+
+    #[test]
+    fn a_wave_takes_a_narrow_width_and_noise_a_wide_one() {
+        let wave: Vec<_> = spread(900).map(|(u, v)| (u, v, libm::sin(20.0 * u))).collect();
+        let noise: Vec<_> = spread(900).enumerate().map(|(k, (u, v))| (u, v, ((k * 7919) % 101) as f64)).collect();
+        let width = |samples: &[(f64, f64, f64)]| Smoother::new(samples, false).expect("enough").width();
+        assert!(width(&wave) < 0.2 && width(&noise) > 0.7, "{} {}", width(&wave), width(&noise));
+    }
+
+    #[test]
+    fn limits_of_a_share_are_wilsons() {
+        // 8 of 10 at 95 %: 0.4902 to 0.9433 (A. Agresti, B. A. Coull, 1998)
+        let (low, high) = wilson(0.8, 10.0, 1.959_964);
+        assert!((low - 0.490_16).abs() < 1e-4 && (high - 0.943_32).abs() < 1e-4, "{low} {high}");
+    }
+}

@@ -1,0 +1,170 @@
+//! Axes: what range they show and where their ticks are.
+
+use bladeoff_model::document::units::format_digits;
+
+/// An axis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Axis {
+    /// With unit.
+    pub label: String,
+    /// What it shows; of a logarithmic one the powers of ten.
+    pub(super) range: (f64, f64),
+    /// Whether it is logarithmic.
+    pub(super) log: bool,
+    /// Names at 0, 1, ... from the top; none: numbers.
+    pub(super) words: Vec<String>,
+    /// Where ticks are; none: where they are round.
+    pub(super) at: Vec<f64>,
+}
+
+impl Axis {
+    /// Of numbers, with room around these values.
+    #[must_use]
+    pub fn numbers(label: impl Into<String>, values: impl Iterator<Item = f64>) -> Self {
+        Self { label: label.into(), range: roomy(values), log: false, words: Vec::new(), at: Vec::new() }
+    }
+
+    /// Of numbers above zero, by their powers of ten.
+    #[must_use]
+    pub fn log(label: impl Into<String>, values: impl Iterator<Item = f64>) -> Self {
+        let powers = values.filter(|value| *value > 0.0).map(libm::log10);
+        Self { label: label.into(), range: roomy(powers), log: true, words: Vec::new(), at: Vec::new() }
+    }
+
+    /// Of names, the first at the top.
+    #[must_use]
+    pub fn words(words: Vec<String>) -> Self {
+        Self { label: String::new(), range: (words.len() as f64 - 0.4, -0.6), log: false, words, at: Vec::new() }
+    }
+
+    /// The same showing exactly this.
+    #[must_use]
+    pub fn from_to(mut self, low: f64, high: f64) -> Self {
+        self.range = if self.log { (libm::log10(low), libm::log10(high)) } else { (low, high) };
+        self
+    }
+
+    /// The same with ticks there.
+    #[must_use]
+    pub fn at(mut self, values: Vec<f64>) -> Self {
+        self.at = values;
+        self
+    }
+
+    /// Share of the way along it; `None` where it cannot be.
+    pub(super) fn share(&self, value: f64) -> Option<f64> {
+        let value = if self.log { libm::log10(value) } else { value };
+        let share = (value - self.range.0) / (self.range.1 - self.range.0);
+        // what a log axis has no place for lies below it
+        if self.log && value == f64::NEG_INFINITY { Some(-1.0) } else { Some(share).filter(|share| share.is_finite()) }
+    }
+
+    /// Ends of the range as values.
+    pub(super) fn ends(&self) -> (f64, f64) {
+        if self.log { (libm::exp10(self.range.0), libm::exp10(self.range.1)) } else { self.range }
+    }
+
+    /// Values with what stands beside them.
+    pub(super) fn ticks(&self) -> Vec<(f64, String)> {
+        if !self.words.is_empty() {
+            return self.words.iter().enumerate().map(|(at, word)| (at as f64, word.clone())).collect();
+        }
+        if !self.at.is_empty() {
+            return self.at.iter().map(|value| (*value, exact(*value))).collect();
+        }
+        let (low, high) = (self.range.0.min(self.range.1), self.range.0.max(self.range.1));
+        if self.log {
+            let (first, last) = (libm::ceil(low) as i32, libm::floor(high) as i32);
+            if last - first >= 2 {
+                let every = 1 + (last - first) / 8;
+                return (first..=last)
+                    .step_by(every as usize)
+                    .map(|power| (libm::exp10(f64::from(power)), power_of_ten(power)))
+                    .collect();
+            }
+            let mantissas = |power| [1.0, 2.0, 5.0].map(|m: f64| m * libm::exp10(f64::from(power)));
+            let all = (libm::floor(low) as i32..=last).flat_map(mantissas);
+            return all
+                .filter(|value| (low..=high).contains(&libm::log10(*value)))
+                .map(|value| (value, shown(value)))
+                .collect();
+        }
+        let rough = (high - low) / 7.0;
+        let size = libm::exp10(libm::floor(libm::log10(rough)));
+        let step = size * [1.0, 2.0, 5.0, 10.0].into_iter().find(|step| step * size >= rough).unwrap_or(10.0);
+        let first = libm::ceil(low / step - 1e-9);
+        let count = libm::floor(high / step + 1e-9) - first;
+        (0..=(count.clamp(-1.0, 20.0) as i64))
+            .map(|at| (first + at as f64) * step)
+            .map(|value| (value, shown(value)))
+            .collect()
+    }
+}
+
+/// Given values are shown as they are given: 16384 points are not 16380.
+fn exact(value: f64) -> String {
+    if value.fract() == 0.0 && value.abs() < 1e9 { format!("{value}") } else { shown(value) }
+}
+
+fn power_of_ten(power: i32) -> String {
+    match power {
+        -3 => "0.001".to_owned(),
+        -2 => "0.01".to_owned(),
+        -1 => "0.1".to_owned(),
+        0 => "1".to_owned(),
+        1 => "10".to_owned(),
+        2 => "100".to_owned(),
+        3 => "1000".to_owned(),
+        _ => format!("1e{power}"),
+    }
+}
+
+/// A number of a chart, four digits.
+#[must_use]
+pub fn shown(value: f64) -> String {
+    if value.abs() < 1e-12 { "0".to_owned() } else { format_digits(value, "", 4) }
+}
+
+/// A range with some room around the values; never empty.
+fn roomy(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    let (low, high) = values
+        .filter(|value| value.is_finite())
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+    if low > high {
+        return (0.0, 1.0);
+    }
+    let width = high - low;
+    let room = if width > 1e-9 * high.abs().max(low.abs()) { 0.04 * width } else { 0.5 * high.abs().max(1e-9) };
+    (low - room, high + room)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_round_and_within() {
+        let texts = |axis: &Axis| axis.ticks().into_iter().map(|(_, text)| text).collect::<Vec<_>>();
+        assert_eq!(texts(&Axis::numbers("", [0.0, 10.0].into_iter())), ["0", "2", "4", "6", "8", "10"]);
+        assert_eq!(texts(&Axis::log("", [1e-4, 1.0].into_iter())), ["1e-4", "0.001", "0.01", "0.1", "1"]);
+        assert_eq!(texts(&Axis::log("", [0.12, 0.7].into_iter())), ["0.2", "0.5"]);
+        assert_eq!(texts(&Axis::words(vec!["a".into(), "b".into()])), ["a", "b"]);
+        for axis in [
+            Axis::numbers("", [3.0].into_iter()),
+            Axis::numbers("", [-1e300, 1e300].into_iter()),
+            Axis::log("", [5.0].into_iter()),
+        ] {
+            assert!((1..=21).contains(&axis.ticks().len()), "{:?}", axis.ticks());
+        }
+    }
+
+    #[test]
+    fn names_go_downwards_and_logarithms_have_no_zero() {
+        let words = Axis::words(vec!["first".into(), "last".into()]);
+        assert!(words.share(0.0) > words.share(1.0));
+        let log = Axis::log("", [0.1, 10.0].into_iter());
+        assert!((log.share(1.0).expect("on it") - 0.5).abs() < 1e-12);
+        assert_eq!(log.share(0.0), Some(-1.0), "below the frame");
+        assert_eq!(log.share(-1.0), None);
+    }
+}

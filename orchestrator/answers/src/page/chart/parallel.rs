@@ -1,0 +1,127 @@
+//! Parallel coordinates, which the chart library has not: one upright axis for each coordinate, one line for each run. Bad ones stand out.
+
+use super::drawing::{WIDTH, cut, legend};
+use super::{COLOURS, Series, Shape, shown};
+use crate::page::escape::html;
+use std::fmt::Write;
+
+const TOP: f64 = 44.0;
+const HEIGHT: f64 = 300.0;
+const SIDE: f64 = 70.0;
+
+/// An axis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Coordinate {
+    /// With unit.
+    pub label: String,
+    /// Of each run.
+    pub values: Vec<Option<f64>>,
+    /// Names of 0, 1, ...; none: numbers.
+    pub words: Vec<String>,
+}
+
+/// Draws runs; `kinds`: names of what a run may be, the first one `ok`; `kind`: which each is. A run without a value on an axis has a gap there.
+#[must_use]
+pub fn parallel(coordinates: &[Coordinate], kind: &[usize], kinds: &[String]) -> String {
+    let mut out = String::new();
+    let step = (WIDTH - 2.0 * SIDE) / (coordinates.len().max(2) - 1) as f64;
+    let ranges: Vec<(f64, f64)> = coordinates.iter().map(range).collect();
+    let letters = ((step / 7.0) as usize).clamp(6, 40);
+    let mut put = |text: std::fmt::Arguments<'_>| out.write_fmt(text).expect("writing to a String cannot fail");
+    // good ones below, rare ones on top
+    for of in 0..kinds.len() {
+        let mut path = String::new();
+        for (run, _) in kind.iter().enumerate().filter(|(_, kind)| **kind == of) {
+            let mut pen = 'M';
+            for (at, (coordinate, (low, high))) in coordinates.iter().zip(&ranges).enumerate() {
+                let Some(value) = coordinate.values[run].filter(|value| value.is_finite()) else {
+                    pen = 'M';
+                    continue;
+                };
+                let y = TOP + HEIGHT * (1.0 - (value - low) / (high - low));
+                write!(path, "{pen}{:.0},{y:.0}", SIDE + step * at as f64).expect("writing to a String cannot fail");
+                pen = 'L';
+            }
+        }
+        put(format_args!("<path class=\"run {}\" d=\"{path}\"/>\n", class(of)));
+    }
+    for (at, (coordinate, (low, high))) in coordinates.iter().zip(&ranges).enumerate() {
+        let x = SIDE + step * at as f64;
+        // two rows where they are many
+        let y = if coordinates.len() > 4 && at % 2 == 1 { 12.0 } else { 28.0 };
+        let bottom = TOP + HEIGHT;
+        put(format_args!("<path class=\"frame\" d=\"M{x:.1},{TOP}V{bottom}\"/>\n"));
+        let label = html(&cut(&coordinate.label, if coordinates.len() > 4 { 2 * letters } else { letters }));
+        // what stands at the edge stays inside
+        let (x_label, anchor) = match at {
+            0 => (4.0, "start"),
+            _ if at + 1 == coordinates.len() => (WIDTH - 4.0, "end"),
+            _ => (x, "middle"),
+        };
+        put(format_args!("<text x=\"{x_label:.1}\" y=\"{y}\" text-anchor=\"{anchor}\">{label}</text>\n"));
+        let ends = match &coordinate.words[..] {
+            [] => [(shown(*high), TOP - 3.0 + 14.0), (shown(*low), bottom + 15.0)].to_vec(),
+            words => {
+                let place = |at: usize| bottom - HEIGHT * (at as f64 - low) / (high - low) + 4.0;
+                words.iter().enumerate().map(|(at, word)| (cut(word, letters), place(at))).collect()
+            }
+        };
+        for (text, y) in ends {
+            put(format_args!("<text class=\"end\" x=\"{:.1}\" y=\"{y:.1}\">{}</text>\n", x + 5.0, html(&text)));
+        }
+    }
+    let series: Vec<Series> = kinds
+        .iter()
+        .enumerate()
+        .filter(|(of, _)| kind.contains(of))
+        .map(|(of, name)| Series { name: name.clone(), colour: class(of), shape: Shape::Line(Vec::new(), false) })
+        .collect();
+    let bottom = legend(&mut out, &series, TOP + HEIGHT + 34.0, SIDE);
+    format!(
+        "<svg class=\"chart\" xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {bottom:.0}\">\n{out}</svg>\n"
+    )
+}
+
+/// The good ones are grey; the first colour of the others is not the one of good figures.
+fn class(kind: usize) -> &'static str {
+    match kind {
+        0 => "quiet",
+        _ => COLOURS[[1, 0, 2, 3, 4, 5, 6][(kind - 1) % 7]],
+    }
+}
+
+fn range(coordinate: &Coordinate) -> (f64, f64) {
+    if !coordinate.words.is_empty() {
+        return (-0.5, coordinate.words.len() as f64 - 0.5);
+    }
+    let values = coordinate.values.iter().flatten().copied().filter(|value| value.is_finite());
+    let (low, high) =
+        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+    if low < high { (low, high) } else { (low.min(1e300) - 0.5, low.min(1e300) + 0.5) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_gap_stays_a_gap_and_each_kind_has_its_lines() {
+        let numbers =
+            |values: &[Option<f64>]| Coordinate { label: "x <m>".into(), values: values.to_vec(), words: Vec::new() };
+        let axes = [
+            numbers(&[Some(1.0), Some(2.0), Some(3.0)]),
+            numbers(&[None, Some(5.0), Some(5.0)]),
+            Coordinate {
+                label: "way".into(),
+                values: vec![Some(0.0), Some(1.0), None],
+                words: vec!["a".into(), "b".into()],
+            },
+        ];
+        let svg = parallel(&axes, &[0, 1, 0], &["ok".into(), "diverged".into()]);
+        let lines: Vec<&str> = svg.lines().filter(|line| line.contains("class=\"run")).collect();
+        assert_eq!(lines.len(), 2);
+        assert_eq!(lines[0].matches('M').count(), 3, "a gap begins a new line: {}", lines[0]);
+        assert_eq!((lines[1].matches('M').count(), lines[1].matches('L').count()), (1, 2));
+        assert!(svg.contains("x &lt;m&gt;") && svg.contains("diverged") && !svg.contains("NaN"), "{svg}");
+    }
+}

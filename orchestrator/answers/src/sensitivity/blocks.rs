@@ -1,0 +1,60 @@
+//! Blocks of rows that count as a whole: a run without a number takes its block out.
+
+use bladeoff_model::document::units::format_digits;
+
+/// The blocks whose every row has a number.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Blocks {
+    /// Their numbers.
+    pub whole: Vec<usize>,
+    /// Blocks that all rows are there of.
+    pub of: usize,
+    /// Rows of these blocks that have no number.
+    pub lost: usize,
+}
+
+/// A share as a person reads it.
+#[must_use]
+pub(super) fn percent(share: f64) -> String {
+    format!("{} %", format_digits(100.0 * share, "", 2))
+}
+
+/// A number that can be calculated with.
+#[must_use]
+pub(super) fn number(value: Option<f64>) -> Option<f64> {
+    value.filter(|value| value.is_finite())
+}
+
+impl Blocks {
+    /// Of so many rows each; a block of which rows are missing at the end is none yet.
+    #[must_use]
+    pub fn new(values: &[Option<f64>], rows: usize) -> Self {
+        let all = values.chunks_exact(rows);
+        let of = all.len();
+        let (mut whole, mut lost) = (Vec::new(), 0);
+        for (block, values) in all.enumerate() {
+            let without = values.iter().filter(|value| number(**value).is_none()).count();
+            lost += without;
+            if without == 0 {
+                whole.push(block);
+            }
+        }
+        Self { whole, of, lost }
+    }
+
+    /// Blocks left out.
+    #[must_use]
+    pub fn left_out(&self) -> usize {
+        self.of - self.whole.len()
+    }
+
+    /// What is said of those left out; `name`: what a block is.
+    pub(super) fn told(&self, name: &str, notes: &mut Vec<String>) {
+        if self.left_out() > 0 {
+            let (out, of, lost) = (self.left_out(), self.of, self.lost);
+            let share = percent(out as f64 / of as f64);
+            let runs = if lost == 1 { "run" } else { "runs" };
+            notes.push(format!("{lost} {runs} without a number: {out} of {of} {name} left out ({share})"));
+        }
+    }
+}

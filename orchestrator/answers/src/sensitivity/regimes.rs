@@ -1,0 +1,101 @@
+//! Outputs of several regimes: what decides which regime comes may not be what decides the output within one.
+//!
+//! Rows are split by a column of words (such as the rub regime), and each part that is large enough has figures of its own. Within a
+//! regime parameters are no longer independent of one another, for the regime was not chosen: only what needs no design is made of its
+//! rows, and it describes them. Trajectories and base points are not split: what is left of their blocks would be no sample of effects.
+
+use super::blocks::percent;
+use super::given::{Given, Input, Parts, given_data};
+use super::indices::{Indices, SensitivityError};
+use std::collections::BTreeMap;
+
+/// Rows and share of rows from which on a regime counts.
+const FEWEST: usize = 32;
+const LEAST: f64 = 0.05;
+
+/// The rows of a word.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Regime {
+    /// The word.
+    pub word: String,
+    /// Its rows.
+    pub rows: Vec<usize>,
+    /// Their part of all rows with a number and a word.
+    pub share: f64,
+}
+
+/// Regimes that are large enough, the largest first (of equal ones by their words); rows without a number or a word are in none.
+#[must_use]
+pub fn regimes(words: &[Option<String>], output: &[Option<f64>]) -> Vec<Regime> {
+    let mut found: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+    let mut all = 0usize;
+    for (row, (word, value)) in words.iter().zip(output).enumerate() {
+        let (Some(word), Some(_)) = (word, super::blocks::number(*value)) else { continue };
+        all += 1;
+        found.entry(word).or_default().push(row);
+    }
+    let regime = |(word, rows): (&str, Vec<usize>)| Regime {
+        word: word.to_owned(),
+        share: rows.len() as f64 / all as f64,
+        rows,
+    };
+    let counts = |regime: &Regime| regime.rows.len() >= FEWEST && regime.share >= LEAST;
+    let mut found: Vec<Regime> = found.into_iter().map(regime).filter(counts).collect();
+    found.sort_by(|a, b| b.rows.len().cmp(&a.rows.len()).then_with(|| a.word.cmp(&b.word)));
+    found
+}
+
+/// What is said of figures over all rows where there are several regimes.
+#[must_use]
+pub fn warning(regimes: &[Regime]) -> Option<String> {
+    let told: Vec<String> = regimes.iter().map(|regime| format!("{} {}", regime.word, percent(regime.share))).collect();
+    (regimes.len() > 1).then(|| {
+        format!(
+            "runs are of {} regimes ({}): indices over all of them tell much of what decides the regime, and may tell little of what decides the output within one",
+            regimes.len(),
+            told.join(", ")
+        )
+    })
+}
+
+/// Figures of each regime, from its rows alone.
+///
+/// # Errors
+/// Columns do not fit together.
+pub fn by_regime(
+    given: &Given<'_>,
+    words: &[Option<String>],
+    alpha: f64,
+) -> Result<Vec<(Regime, Indices)>, SensitivityError> {
+    let rows = given.output.len();
+    if words.len() != rows {
+        return Err(SensitivityError::Length { what: "regimes".to_owned(), found: words.len(), rows });
+    }
+    super::given::check(given)?;
+    let one = |regime: Regime| {
+        let picked: Vec<Vec<f64>> =
+            given.inputs.iter().map(|input| regime.rows.iter().map(|row| input.values[*row]).collect()).collect();
+        let output: Vec<Option<f64>> = regime.rows.iter().map(|row| given.output[*row]).collect();
+        let parts: Vec<u32> = match &given.parts {
+            Parts::Replicates(of, _) => regime.rows.iter().map(|row| of[*row]).collect(),
+            _ => Vec::new(),
+        };
+        let inputs = given.inputs.iter().zip(&picked);
+        let part = Given {
+            inputs: inputs
+                .map(|(input, values)| Input { name: input.name.clone(), values, has_words: input.has_words })
+                .collect(),
+            output: &output,
+            parts: match &given.parts {
+                Parts::Replicates(_, count) => Parts::Replicates(&parts, *count),
+                other => other.clone(),
+            },
+        };
+        let mut found = given_data(&part, alpha)?;
+        found.notes.push(
+            "within a regime parameters are not independent of one another: the figures describe its runs".to_owned(),
+        );
+        Ok((regime, found))
+    };
+    regimes(words, given.output).into_iter().map(one).collect()
+}

@@ -1,0 +1,183 @@
+//! Morris and Sobol against closed forms and published numbers.
+
+use crate::support::{
+    DELTA, G, ISHIGAMI, figure, g_function, holds, ishigami, names, near, of_g, points, saltelli, sobol_points,
+    trajectories, trajectory,
+};
+use bladeoff_answers::sensitivity::{Index, Indices, Moved, SensitivityError, morris, sobol};
+
+/// Numbers of another program: Joe-Kuo points from index 0, A, AB_i, B, N = 1024.
+#[test]
+fn sobol_gives_the_published_estimates_of_plain_points() {
+    let rows = saltelli(ishigami, &sobol_points(1024, [0; 6]), false);
+    let found = sobol(&names(3), &rows, false, 0.05).expect("indices");
+    assert_eq!((found.n, found.left_out, found.interval), (1024, 0, "bootstrap"));
+    for (i, first, total) in
+        [(0, 0.332739378383, 0.558179045711), (1, 0.441313938544, 0.443284584030), (2, 0.018399909008, 0.242149373355)]
+    {
+        near(figure(&found, i, |of| of.first), first, 2e-12);
+        near(figure(&found, i, |of| of.total), total, 2e-12);
+        holds(figure(&found, i, |of| of.first), ISHIGAMI[i].0);
+        holds(figure(&found, i, |of| of.total), ISHIGAMI[i].1);
+    }
+    assert!(found.pairs.is_empty() && found.notes.is_empty(), "{:?}", found.notes);
+}
+
+#[test]
+fn sobol_comes_to_the_exact_indices() {
+    let shift = [0x1234_5678, 0x9abc_def0, 0x0f1e_2d3c, 0x5a69_7887, 0x7766_5544, 0x0bad_cafe];
+    let found =
+        sobol(&names(3), &saltelli(ishigami, &sobol_points(1 << 15, shift), true), true, 0.05).expect("indices");
+    for (i, (first, total)) in ISHIGAMI.into_iter().enumerate() {
+        near(figure(&found, i, |of| of.first), first, 4e-3);
+        near(figure(&found, i, |of| of.total), total, 4e-3);
+    }
+    // only the first and the third act together
+    let second: Vec<f64> = found.pairs.iter().map(|pair| pair.second.estimate.expect("an estimate")).collect();
+    assert_eq!(found.pairs[1].between, ["x0".to_owned(), "x2".to_owned()]);
+    for (found, exact) in second.iter().zip([0.0, ISHIGAMI[0].1 - ISHIGAMI[0].0, 0.0]) {
+        assert!((found - exact).abs() < 8e-3, "{second:?}");
+    }
+    // independent points, a level that twenty intervals hold
+    let found = sobol(&names(4), &saltelli(g_function, &points(5, 40_000, 8), true), true, 0.004).expect("indices");
+    let mut pair = found.pairs.iter();
+    for i in 0..4 {
+        let (first, total, _) = of_g(i, 0);
+        near(figure(&found, i, |of| of.first), first, 0.03);
+        holds(figure(&found, i, |of| of.first), first);
+        holds(figure(&found, i, |of| of.total), total);
+        for j in i + 1..4 {
+            let pair = pair.next().expect("a pair");
+            assert_eq!(pair.between, [format!("x{i}"), format!("x{j}")]);
+            holds(pair.second, of_g(i, j).2);
+        }
+    }
+    assert!(pair.next().is_none() && G[0] == 0.0);
+}
+
+#[test]
+fn a_large_mean_is_taken_off_and_said_so() {
+    let base = points(3, 4096, 6);
+    let plain = sobol(&names(3), &saltelli(ishigami, &base, true), true, 0.05).expect("indices");
+    let shifted = sobol(&names(3), &saltelli(|u| ishigami(u) + 1e6, &base, true), true, 0.05).expect("indices");
+    assert!(plain.notes.is_empty() && shifted.notes[0].contains("was taken off"), "{:?}", shifted.notes);
+    for i in 0..3 {
+        near(figure(&shifted, i, |of| of.total), figure(&plain, i, |of| of.total).estimate.unwrap(), 1e-8);
+        near(figure(&shifted, i, |of| of.first), ISHIGAMI[i].0, 0.05);
+        let width = |index: Index| index.high.unwrap() - index.low.unwrap();
+        assert!(width(figure(&shifted, i, |of| of.first)) < 0.15);
+    }
+    near(shifted.pairs[1].second, ISHIGAMI[0].1 - ISHIGAMI[0].0, 0.1);
+}
+
+#[test]
+fn a_linear_function_has_no_interaction() {
+    let f = |u: &[f64]| 10.0 * u[0] - 5.0 * u[1] + 0.0 * u[2];
+    let found = sobol(&names(3), &saltelli(f, &points(1, 20_000, 6), true), true, 0.05).expect("indices");
+    for (i, exact) in [0.8, 0.2, 0.0].into_iter().enumerate() {
+        near(figure(&found, i, |of| of.first), exact, 0.03);
+        near(figure(&found, i, |of| of.total), exact, 0.03);
+    }
+    // nothing of the third at all, to the digit
+    assert_eq!(figure(&found, 2, |of| of.total), Index { estimate: Some(0.0), low: Some(0.0), high: Some(0.0) });
+    assert!(found.pairs.iter().all(|pair| pair.second.estimate.unwrap().abs() < 0.06));
+    let (rows, moves) = trajectories(&f, 4, 25, 3);
+    let found = morris(&names(3), &rows, &moves, DELTA, 0.05).expect("effects");
+    for (i, slope) in [10.0f64, -5.0, 0.0].into_iter().enumerate() {
+        near(figure(&found, i, |of| of.mu), slope, 1e-12);
+        near(figure(&found, i, |of| of.mu_star), slope.abs(), 1e-12);
+        near(figure(&found, i, |of| of.sigma), 0.0, 1e-12);
+    }
+}
+
+/// Every start and every order once: the exact figures over all elementary effects of the grid.
+#[test]
+fn morris_of_all_trajectories_is_exact() {
+    let (mut rows, mut moves) = (Vec::new(), Vec::new());
+    for starts in 0..64 {
+        for order in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
+            trajectory(&ishigami, &[starts % 4, starts / 4 % 4, starts / 16], &order, &mut rows, &mut moves);
+        }
+    }
+    let found = morris(&names(3), &rows, &moves, DELTA, 0.05).expect("effects");
+    let n = 384.0f64;
+    assert_eq!(found.n, 384);
+    for (i, mu_star, mu, sigma) in
+        [(0, 7.7040541116, 7.7040541116, 6.2487961033), (1, 7.875, 0.0, 7.875), (2, 6.2487961033, 0.0, 8.8371321978)]
+    {
+        near(figure(&found, i, |of| of.mu_star), mu_star, 1e-9);
+        near(figure(&found, i, |of| of.mu), mu, 1e-9);
+        near(figure(&found, i, |of| of.sigma), sigma * (n / (n - 1.0)).sqrt(), 1e-9);
+        holds(figure(&found, i, |of| of.mu), mu);
+    }
+    // every effect of the second has one magnitude
+    let star = figure(&found, 1, |of| of.mu_star);
+    assert!(star.high.unwrap() - star.low.unwrap() < 1e-12);
+    holds(figure(&found, 0, |of| of.mu_star), 7.7040541116);
+}
+
+#[test]
+fn a_small_scatter_beside_a_large_effect_is_not_lost() {
+    let f = |u: &[f64]| 1e9 * u[0] + u[1] * u[1];
+    let (rows, moves) = trajectories(&f, 9, 40, 2);
+    let found = morris(&names(2), &rows, &moves, DELTA, 0.05).expect("effects");
+    // rounding of 1e9 alone; the second's effects are u + delta/2 twice: 2/3 or 4/3
+    near(figure(&found, 0, |of| of.sigma), 0.0, 1e-5);
+    near(figure(&found, 1, |of| of.mu), 1.0, 0.2);
+    near(figure(&found, 1, |of| of.sigma), 1.0 / 3.0, 0.1);
+}
+
+#[test]
+fn what_has_no_scatter_has_no_interval() {
+    let flat = sobol(&names(2), &saltelli(|_| 0.1, &points(1, 64, 4), true), true, 0.05).expect("indices");
+    assert!(flat.of.iter().all(|(_, of)| of.first == Some(Index::default()) && of.total == Some(Index::default())));
+    assert!(flat.interval == "none" && flat.notes[0].contains("does not vary"), "{:?}", flat.notes);
+    let none = sobol(&names(2), &[], false, 0.05).expect("indices");
+    assert!(none.n == 0 && none.notes[0].contains("no base point"), "{:?}", none.notes);
+    let (rows, moves) = trajectories(&ishigami, 4, 9, 3);
+    let few = morris(&names(3), &rows, &moves, DELTA, 0.05).expect("effects");
+    let mu = figure(&few, 0, |of| of.mu_star);
+    assert!(mu.estimate.is_some() && mu.low.is_none() && few.notes[0].contains("no interval: 9 trajectories"));
+    let one = morris(&names(3), &rows[..4], &moves[..4], DELTA, 0.05).expect("effects");
+    assert_eq!(figure(&one, 0, |of| of.sigma).estimate, None);
+    let (rows, moves) = trajectories(&ishigami, 4, 20, 3);
+    let sure = morris(&names(3), &rows, &moves, DELTA, 1e-3).expect("effects");
+    let usual = morris(&names(3), &rows, &moves, DELTA, 0.05).expect("effects");
+    let width =
+        |of: &Indices| figure(of, 0, |of| of.mu_star).high.zip(figure(of, 0, |of| of.mu_star).low).map(|(h, l)| h - l);
+    assert!(sure.interval == "bootstrap" && width(&sure) > width(&usual), "more resamples: {:?}", sure.notes);
+    let surest = morris(&names(3), &rows, &moves, DELTA, 1e-6).expect("effects");
+    assert!(surest.interval == "none" && surest.notes[0].contains("limits that rare"), "{:?}", surest.notes);
+}
+
+#[test]
+fn rows_of_another_design_are_refused() {
+    let (rows, mut moves) = trajectories(&ishigami, 4, 3, 3);
+    assert_eq!(morris(&[], &rows, &moves, DELTA, 0.05), Err(SensitivityError::Parameters));
+    assert_eq!(sobol(&[], &rows, false, 0.05), Err(SensitivityError::Parameters));
+    let length = morris(&names(3), &rows[1..], &moves, DELTA, 0.05);
+    assert!(matches!(length, Err(SensitivityError::Length { found: 12, rows: 11, .. })), "{length:?}");
+    moves[6] = moves[5];
+    let twice = morris(&names(3), &rows, &moves, DELTA, 0.05);
+    assert_eq!(twice, Err(SensitivityError::Moves { block: 1, parameters: 3 }));
+    moves[6] = Some(Moved { parameter: 7, up: true });
+    assert!(morris(&names(3), &rows, &moves, DELTA, 0.05).is_err());
+}
+
+#[test]
+fn indices_are_json_by_parameter() {
+    let found = sobol(&names(3), &saltelli(ishigami, &points(1, 64, 6), false), false, 0.05).expect("indices");
+    let json = serde_json::to_value(&found).expect("JSON");
+    let first = &json["x1"]["first"];
+    assert!(first["low"].as_f64() < first["estimate"].as_f64() && first["estimate"].as_f64() < first["high"].as_f64());
+    let keys: Vec<&String> = json["x0"].as_object().expect("a map").keys().collect();
+    assert_eq!(keys, ["first", "total"]);
+    let (rows, moves) = trajectories(&ishigami, 4, 12, 3);
+    let found = morris(&names(3), &rows, &moves, DELTA, 0.05).expect("effects");
+    let json = serde_json::to_value(&found).expect("JSON");
+    let mut keys: Vec<&String> = json["x0"].as_object().expect("a map").keys().collect();
+    keys.sort();
+    assert_eq!(keys, ["mu", "mu_star", "sigma"]);
+    assert!(json["x2"]["mu_star"]["high"].is_number());
+    assert_eq!(found, morris(&names(3), &rows, &moves, DELTA, 0.05).expect("the same"));
+}

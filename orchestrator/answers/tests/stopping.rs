@@ -1,0 +1,166 @@
+//! Where a study ends that is to be precise enough.
+
+use bladeoff_answers::estimate::figures::{Figures, Method};
+use bladeoff_answers::estimate::proportion::{Tally, proportion};
+use bladeoff_answers::estimate::scheme::Scheme;
+use bladeoff_answers::stop::{Look, Precision, StopRule, expected, half_width, looks};
+use bladeoff_system::random::{SplitMix, finaliser};
+
+const RELATIVE: StopRule = StopRule { half_width: None, relative: Some(0.1), samples: None };
+
+/// Of so many events and bad runs in so many points.
+fn share(n: u64, events: u64, bad: u64, alpha: f64) -> Figures {
+    proportion(&[Tally { n, low: events, high: events + bad }], &Scheme::Independent, alpha)
+}
+
+/// The look at which a study of these events ends with so many points done, and whether it is precise enough there; `None`: it goes on.
+/// What was looked at.
+fn stand(rule: &StopRule, events: &[bool], done: u64) -> (Option<(Look, bool)>, Vec<u64>) {
+    let mut seen = Vec::new();
+    for look in looks(rule.end(events.len() as u64), 0.05).into_iter().take_while(|look| look.points <= done) {
+        let count = events[..look.points as usize].iter().filter(|event| **event).count();
+        let enough = rule.asks_for_width() && {
+            seen.push(look.points);
+            rule.is_enough(&[share(look.points, count as u64, 0, look.alpha)])
+        };
+        if enough || look.is_last {
+            return (Some((look, enough)), seen);
+        }
+    }
+    (None, seen)
+}
+
+fn events(seed: u64, count: usize, p: f64) -> Vec<bool> {
+    let mut random = SplitMix(finaliser(seed.wrapping_add(0x5eed)));
+    (0..count).map(|_| random.unit() < p).collect()
+}
+
+#[test]
+fn looks_double_and_spend_alpha_once() {
+    let found = looks(3000, 0.05);
+    let points: Vec<u64> = found.iter().map(|look| look.points).collect();
+    assert_eq!(points, [256, 512, 1024, 2048, 3000]);
+    let levels: Vec<f64> = found.iter().map(|look| look.alpha).collect();
+    assert_eq!(levels, [0.025, 0.0125, 0.00625, 0.003125, 0.003125]);
+    assert!((levels.iter().sum::<f64>() - 0.05).abs() < 1e-15);
+    assert!(found.iter().filter(|look| look.is_last).count() == 1 && found[4].is_last);
+    // the end is no look twice
+    assert_eq!(looks(512, 0.05).iter().map(|look| look.points).collect::<Vec<_>>(), [256, 512]);
+    assert_eq!(looks(100, 0.05), [Look { points: 100, alpha: 0.05, is_last: true }]);
+}
+
+#[test]
+fn the_first_look_that_is_precise_enough_decides_whatever_is_done_beyond() {
+    let events = events(5, 1 << 15, 0.3);
+    let (Some((end, true)), _) = stand(&RELATIVE, &events, 1 << 15) else { panic!("precise enough") };
+    assert!(end.points > 512 && end.points < 1 << 14 && !end.is_last, "{end:?}");
+    for done in (0..1u64 << 15).step_by(301) {
+        let (found, seen) = stand(&RELATIVE, &events, done);
+        assert_eq!(found, (done >= end.points).then_some((end, true)), "{done}");
+        assert!(seen.iter().all(|points| *points <= end.points), "later looks are not looked at");
+    }
+    // the interval is as narrow as asked, at its own level
+    let count = events[..end.points as usize].iter().filter(|event| **event).count() as u64;
+    let found = share(end.points, count, 0, end.alpha);
+    let half = 0.5 * (found.high.unwrap() - found.low.unwrap());
+    assert!(half <= 0.1 * found.estimate.unwrap());
+    let before = share(
+        end.points / 2,
+        events[..end.points as usize / 2].iter().filter(|e| **e).count() as u64,
+        0,
+        2.0 * end.alpha,
+    );
+    assert!(matches!(RELATIVE.precision(&before), Precision::Wide { half, wanted } if half > wanted));
+}
+
+#[test]
+fn every_width_that_is_given_holds_and_samples_end_it() {
+    let rule = StopRule { half_width: Some(0.05), relative: Some(0.1), samples: None };
+    assert_eq!((rule.wanted(0.9), rule.wanted(0.2)), (Some(0.05), Some(0.2 * 0.1)));
+    let events = events(7, 4000, 0.01);
+    let tight = StopRule { half_width: Some(1e-6), relative: None, samples: Some(1000) };
+    let (found, seen) = stand(&tight, &events, 4000);
+    assert_eq!(seen, [256, 512, 1000]);
+    assert!(matches!(found, Some((look, false)) if look.points == 1000 && look.is_last));
+    let only = StopRule { samples: Some(700), ..StopRule::default() };
+    let (found, seen) = stand(&only, &events, 4000);
+    assert!(matches!(found, Some((look, false)) if look.points == 700) && seen.is_empty(), "{seen:?}");
+    assert_eq!(stand(&only, &events, 699).0, None);
+    assert_eq!(stand(&StopRule { half_width: Some(0.4), ..StopRule::default() }, &events, 300).1, [256]);
+    assert!(!only.is_enough(&[]), "nothing is not precise");
+}
+
+#[test]
+fn bad_runs_and_figures_without_an_interval_are_told_apart() {
+    let rule = StopRule { half_width: Some(0.02), ..StopRule::default() };
+    assert_eq!(rule.precision(&share(4000, 400, 0, 0.05)), Precision::Enough);
+    assert_eq!(rule.precision(&share(4000, 400, 400, 0.05)), Precision::BadRuns);
+    assert!(matches!(rule.precision(&share(400, 40, 0, 0.05)), Precision::Wide { .. }));
+    assert_eq!(rule.precision(&Figures::over(100)), Precision::NoInterval);
+    let open = Figures { estimate: Some(1.0), statistical: Some(0.01), ..Figures::over(100) };
+    assert_eq!(rule.precision(&open), Precision::BadRuns);
+    // a figure of 0 has no part of itself
+    assert!(matches!(RELATIVE.precision(&share(4000, 0, 0, 0.05)), Precision::Wide { wanted: 0.0, .. }));
+}
+
+#[test]
+fn a_forecast_is_what_comes_at_the_same_rates() {
+    let all = looks(1 << 20, 0.05);
+    let (now, then) = (all[2], all[6]);
+    // exact limits of as many events more, bad runs as many more
+    let found = half_width(&share(1024, 30, 0, now.alpha), &now, &then).expect("a forecast");
+    let real = share(1 << 14, 480, 0, then.alpha);
+    assert!((found - 0.5 * (real.high.unwrap() - real.low.unwrap())).abs() < 1e-15);
+    // no event: the limit falls with the points, not with their root
+    let none = half_width(&share(1024, 0, 0, now.alpha), &now, &then).expect("a forecast");
+    assert!((none - 0.5 * share(1 << 14, 0, 0, then.alpha).high.unwrap()).abs() < 1e-15);
+    // what bad runs leave open stays
+    let open = half_width(&share(1024, 30, 100, now.alpha), &now, &then).expect("a forecast");
+    assert!(open - found > 0.4 * 100.0 / 1024.0, "{open} {found}");
+    // of a mean: the root of the points, and the levels of the looks
+    let mean = Figures {
+        estimate: Some(1.0),
+        low: Some(0.9),
+        high: Some(1.1),
+        statistical: Some(0.2),
+        method: Method::Student,
+        ..Figures::over(1024)
+    };
+    let half = half_width(&mean, &now, &then).expect("a forecast");
+    // z of 0.00625 and of 0.000390625: 2.734368787, 3.546337887
+    assert!((half - 0.1 / 4.0 * 3.546337887 / 2.734368787).abs() < 1e-8, "{half}");
+    assert_eq!(half_width(&Figures::over(3), &now, &then), None);
+}
+
+#[test]
+fn the_look_that_is_expected_is_about_the_one_that_comes() {
+    let mut off = Vec::new();
+    for seed in 0..20 {
+        let events = events(100 + seed, 1 << 16, 0.05);
+        let all = looks(1 << 16, 0.05);
+        let Some((end, true)) = stand(&RELATIVE, &events, 1 << 16).0 else { panic!("precise enough") };
+        let now = all[3];
+        let count = events[..2048].iter().filter(|event| **event).count() as u64;
+        let found = expected(&RELATIVE, &[share(2048, count, 0, now.alpha)], &now, &all).expect("a look");
+        assert!(end.points > now.points);
+        off.push(libm::log2(found.points as f64 / end.points as f64).abs());
+    }
+    assert!(off.iter().all(|off| *off <= 1.0) && off.iter().sum::<f64>() < 15.0, "{off:?}");
+    // never
+    let now = looks(1 << 16, 0.05)[3];
+    assert_eq!(expected(&RELATIVE, &[share(2048, 100, 2000, now.alpha)], &now, &looks(1 << 16, 0.05)), None);
+}
+
+/// Intervals of all looks hold together with 95 %: those at which studies stop, too.
+#[test]
+fn intervals_at_the_end_hold_as_often_as_they_say() {
+    let (mut held, repeats) = (0u32, 400u32);
+    for seed in 0..repeats {
+        let events = events(10_000 + u64::from(seed), 1 << 13, 0.2);
+        let Some((end, _)) = stand(&RELATIVE, &events, 1 << 13).0 else { panic!("an end") };
+        let count = events[..end.points as usize].iter().filter(|event| **event).count() as u64;
+        let found = share(end.points, count, 0, end.alpha);
+        held += u32::from(found.low.unwrap() <= 0.2 && 0.2 <= found.high.unwrap());
+    }
+    assert!(f64::from(held) >= 0.95 * f64::from(repeats) - 3.0 * (0.95 * 0.05 * f64::from(repeats)).sqrt(), "{held}");
+}

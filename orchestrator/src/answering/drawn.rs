@@ -1,0 +1,27 @@
+//! How the rows of a study that has ended were drawn.
+
+use super::rows::design_kind;
+use bladeoff_answers::compare::Draw;
+use bladeoff_answers::estimate::input::{Design, Layout};
+use bladeoff_answers::estimate::scheme::Scheme;
+use bladeoff_study::Samples;
+
+/// What intervals over the rows of the first points of these samples may rest on.
+#[must_use]
+pub fn drawn(samples: &Samples, points: u64) -> Draw {
+    let Some(plan) = samples.plan() else {
+        return Draw::without("no interval: a study without [design] chooses its samples, and draws none");
+    };
+    let replicate: Vec<u32> = (0..points).map(|point| plan.replicate(point) as u32).collect();
+    let design = Design {
+        kind: design_kind(plan),
+        scrambled: plan.is_scrambled(),
+        replicates: plan.replicates() as usize,
+        replicate: &replicate,
+        complete: points == samples.points(),
+        layout: Layout::Points,
+        share: 1.0,
+    };
+    let rows_per_point = samples.count() / samples.points().max(1);
+    Draw::whole(Scheme::of(&design), rows_per_point, replicate)
+}

@@ -1,0 +1,109 @@
+//! What a report needs of questions beyond their answers: how each figure came about, from the first points to all.
+
+use super::vocabulary::Vocabulary;
+use super::{Answering, AnsweringError, read};
+use bladeoff_answers::ask::{Answer, Answers, Ask, Question, SCHEMA, answer, answer_all};
+use bladeoff_answers::estimate::input::{Cells, Column, Design, Nature, Study};
+use bladeoff_answers::gate::{Decision, FIRST_LOOK, Gate};
+use bladeoff_study::Samples;
+use std::path::Path;
+
+/// Answers, decisions, and the answers of one number at 256, 512, ... points and at all.
+#[derive(Debug, Clone)]
+pub struct Looked {
+    /// From all points that count.
+    pub answering: Answering,
+    /// Points, and what was answered by them: of questions for one number alone.
+    pub looks: Vec<(u64, Vec<Answer>)>,
+    /// Of the gates, in order.
+    pub decisions: Vec<Decision>,
+}
+
+/// Columns that questions and gates are about, each once, in their order.
+#[must_use]
+pub fn columns_asked(samples: &Samples, questions: &[Question], gates: &[Gate]) -> Vec<String> {
+    let Some(vocabulary) = Vocabulary::of(samples) else { return Vec::new() };
+    let of_questions = questions.iter().flat_map(|question| question.columns(&vocabulary.names));
+    let mut columns: Vec<String> = Vec::new();
+    for column in of_questions.chain(gates.iter().flat_map(|gate| gate.condition.columns.clone())) {
+        if !columns.contains(&column) {
+            columns.push(column);
+        }
+    }
+    columns
+}
+
+/// As [`super::answer`], at every look.
+///
+/// # Errors
+/// As [`super::answer`] and [`super::judge`].
+pub fn answer_at_looks(
+    directory: &Path,
+    samples: &Samples,
+    questions: &[Question],
+    gates: &[Gate],
+) -> Result<Looked, AnsweringError> {
+    let vocabulary = Vocabulary::of(samples).ok_or(AnsweringError::Unread)?;
+    let mut columns: Vec<String> = questions.iter().flat_map(|question| question.columns(&vocabulary.names)).collect();
+    columns.extend(questions.iter().filter_map(|question| vocabulary.axis_of(question)));
+    columns.extend(gates.iter().flat_map(|gate| gate.condition.columns.clone()));
+    let is_design = samples.plan().is_some();
+    if !is_design && (!gates.is_empty() || questions.iter().any(|question| !matches!(question.ask, Ask::Map(_)))) {
+        return Err(AnsweringError::NoDesign);
+    }
+    let (rows, is_known) = read(directory, samples, &vocabulary, columns)?;
+    let (points, of, design) = (rows.points(), rows.of(), samples.points());
+    if points == 0 {
+        let answers = Answers { schema: SCHEMA, complete: false, answers: Vec::new() };
+        let answering = Answering { answers, curves: Vec::new(), points, of, design, is_design, is_known };
+        return Ok(Looked { answering, looks: Vec::new(), decisions: Vec::new() });
+    }
+    let study = rows.study();
+    let (answers, curves) = answer_all(&study, questions)?;
+    let mut decisions = Vec::new();
+    for gate in gates {
+        decisions.extend(gate.judge(&study)?);
+    }
+    let mut looks: Vec<(u64, Vec<Answer>)> = Vec::new();
+    let numbers: Vec<&Question> =
+        questions.iter().filter(|question| matches!(question.ask, Ask::One(_) | Ask::Difference(..))).collect();
+    let mut at = FIRST_LOOK;
+    while at < points && !numbers.is_empty() {
+        let part = first(&study, at as usize);
+        // a question that cannot be answered says so in its answer
+        looks.push((
+            at,
+            numbers
+                .iter()
+                .filter_map(|question| answer(&part, question).ok())
+                .flat_map(|answered| answered.answers)
+                .collect(),
+        ));
+        at *= 2;
+    }
+    let is_number = |answer: &&Answer| numbers.iter().any(|question| question.name == answer.name);
+    looks.push((points, answers.answers.iter().filter(is_number).cloned().collect()));
+    Ok(Looked { answering: Answering { answers, curves, points, of, design, is_design, is_known }, looks, decisions })
+}
+
+/// The first points of a study.
+fn first<'a>(study: &Study<'a>, points: usize) -> Study<'a> {
+    let rows = points * study.groups.len();
+    let column = |column: &Column<'a>| {
+        let cells = match column.cells {
+            Cells::Numbers(values, Nature::Grows(Some(held))) => {
+                Cells::Numbers(&values[..rows], Nature::Grows(Some(&held[..rows])))
+            }
+            Cells::Numbers(values, nature) => Cells::Numbers(&values[..rows], nature),
+            Cells::Words(words, list) => Cells::Words(&words[..rows], list),
+        };
+        Column { name: column.name.clone(), unit: column.unit.clone(), cells }
+    };
+    Study {
+        columns: study.columns.iter().map(column).collect(),
+        status: &study.status[..rows],
+        causes: &study.causes[..rows],
+        groups: study.groups.clone(),
+        design: Design { replicate: &study.design.replicate[..points], complete: false, ..study.design.clone() },
+    }
+}

@@ -1,0 +1,138 @@
+//! `[stop]` of a study: whether the rows of a stage answer its questions precisely enough.
+
+use super::forecast::Awaited;
+use super::meant::Meant;
+use super::rows::{AnsweringError, Rows};
+use super::vocabulary::Vocabulary;
+use crate::run::{EndWhy, Looking, LookingError, Stage, TableEnd};
+use bladeoff_answers::ask::{Answer, Ask, Question, answer_all, percent_given};
+use bladeoff_answers::estimate::figures::Figures;
+use bladeoff_answers::gate;
+use bladeoff_answers::report::duration;
+use bladeoff_answers::stop::{Look, StopRule, looks};
+use bladeoff_study::plan::{Kind, MOST_POINTS};
+use bladeoff_study::{FIRST_LOOK, Samples, StopDef, is_blocked};
+use std::path::Path;
+use std::time::Duration;
+
+const _: () = assert!(MOST_POINTS == gate::MOST_POINTS, "no gate waits for more points than a study may have");
+const _: () = assert!(FIRST_LOOK == gate::FIRST_LOOK, "what a study file is checked by is where it is looked at");
+
+/// What is waited for.
+#[derive(Debug, Clone)]
+pub struct Waiting {
+    samples: Samples,
+    questions: Vec<Question>,
+    def: StopDef,
+    stages: Vec<Stage>,
+}
+
+/// The rule as figures are asked by it.
+fn rule(def: &StopDef) -> StopRule {
+    StopRule { half_width: def.half_width, relative: def.relative, samples: def.samples }
+}
+
+impl Waiting {
+    /// Of a study with `[stop]`.
+    #[must_use]
+    pub fn of(samples: &Samples, meant: &Meant) -> Option<Self> {
+        let (def, plan) = (samples.study().stop?, samples.plan()?);
+        // base points are counted, since their sequence is even at powers of two; of trajectories the points
+        let base = if plan.kind() == Kind::Saltelli { plan.rows() } else { 1 };
+        let each = if is_blocked(plan) { plan.rows() } else { 1 };
+        let end = rule(&def).end(samples.points() / each) * each;
+        let stage = |look: &Look| {
+            let points = plan.limited(look.points * base);
+            let share = if def.asks_for_width() { look.alpha } else { 1.0 };
+            Stage { points, samples: points * samples.groups().len() as u64, share }
+        };
+        let stages = looks(end / base, 1.0).iter().map(stage).collect();
+        let waited_for = |question: &&Question| match &question.ask {
+            Ask::One(_) | Ask::Difference(..) => !is_blocked(plan),
+            Ask::Exceedance(_) | Ask::Fragility(..) | Ask::Map(_) => false,
+            Ask::Sensitivity(_) => true,
+        };
+        let questions = meant.questions.iter().filter(waited_for).cloned().collect();
+        Some(Self { samples: samples.clone(), questions, def, stages })
+    }
+
+    /// For forecasts.
+    #[must_use]
+    pub fn awaited(&self) -> Awaited {
+        let last = self.stages.len() - 1;
+        let look = |(at, stage): (usize, &Stage)| Look {
+            points: stage.points,
+            alpha: 0.05 * stage.share,
+            is_last: at == last,
+        };
+        Awaited {
+            rule: rule(&self.def),
+            names: self.questions.iter().map(|question| question.name.clone()).collect(),
+            looks: self.stages.iter().enumerate().map(look).collect(),
+        }
+    }
+
+    /// Every number that is waited for, of the rows of a stage.
+    fn figures(&self, stage: &Stage, table: &Path) -> Result<Vec<Figures>, AnsweringError> {
+        let vocabulary = Vocabulary::of(&self.samples).ok_or(AnsweringError::Unread)?;
+        let mut columns: Vec<String> =
+            self.questions.iter().flat_map(|question| question.columns(&vocabulary.names)).collect();
+        columns.sort();
+        columns.dedup();
+        let &Stage { points, samples, share } = stage;
+        let end = TableEnd { points, samples, share, why: EndWhy::Design };
+        let rows = Rows::read(&[table.to_path_buf()], &self.samples, &vocabulary, (&columns, Some(end)))??;
+        let (answers, _) = answer_all(&rows.study(), &self.questions)?;
+        let figures = |mut answer: Answer| match answer.figures.is_empty() {
+            // one that cannot be answered is not precise
+            true => vec![Figures::over(0)],
+            false => std::mem::take(&mut answer.figures),
+        };
+        Ok(answers.answers.into_iter().flat_map(figures).collect())
+    }
+
+    /// What is waited for, in words: "half of every interval at most 5 % of its figure; looks after 256, 512 ... points; 8 h".
+    #[must_use]
+    pub fn in_words(&self) -> Vec<String> {
+        let StopDef { half_width, relative, samples, wall } = self.def;
+        let mut lines = Vec::new();
+        let mut widths = Vec::new();
+        widths.extend(half_width.map(|width| format!("{width} (SI)")));
+        widths.extend(relative.map(|part| format!("{} of its figure", percent_given(part))));
+        let points: Vec<String> = self.stages.iter().map(|stage| stage.points.to_string()).collect();
+        if !widths.is_empty() {
+            let names: Vec<&str> = self.questions.iter().map(|question| question.name.as_str()).collect();
+            lines.push(format!("half of every interval of {} at most {}", names.join(", "), widths.join(" and ")));
+            lines.push(format!("looks after {} points", points.join(", ")));
+        }
+        if let Some(samples) = samples {
+            let what = match self.samples.plan() {
+                Some(plan) if plan.kind() == Kind::Morris => "trajectories",
+                Some(plan) if is_blocked(plan) => "base points",
+                _ => "points",
+            };
+            lines.push(format!("{samples} {what} at most"));
+        }
+        lines.extend(wall.map(|wall| format!("{} at most", duration(wall))));
+        lines
+    }
+}
+
+impl Looking for Waiting {
+    fn stages(&self) -> &[Stage] {
+        &self.stages
+    }
+
+    fn looks(&self) -> bool {
+        self.def.asks_for_width()
+    }
+
+    fn wall(&self) -> Option<Duration> {
+        self.def.wall
+    }
+
+    fn is_enough(&self, stage: &Stage, table: &Path) -> Result<bool, LookingError> {
+        let figures = self.figures(stage, table).map_err(|error| LookingError(Box::new(error)))?;
+        Ok(rule(&self.def).is_enough(&figures))
+    }
+}

@@ -1,0 +1,105 @@
+//! `bladeoff compare`: what moved between two results.
+
+use super::compared::{Opened, open};
+use super::error::CliError;
+use super::exit::Exit;
+use super::output::{print_json, remark, tell, width};
+use super::refusals::NotCompared;
+use crate::run::study_changes;
+use bladeoff_answers::compare::{Asked, CompareError, Compared, Differs, Source, compare, told};
+use std::path::PathBuf;
+
+/// How often tables are read again that a run replaced meanwhile.
+const TRIES: usize = 3;
+
+/// Say what moved from one result to another, and whether it is within tolerances
+///
+/// A is the reference, B is held against it: another build, engine, setting or design. Rows match where all their inputs (what varies from
+/// sample to sample) are exactly the same; of pairs the differences B - A are told, with an interval where the study was drawn at random.
+/// Where rows have no partner, the two are compared as samples: means and quantiles.
+///
+/// A run that is not ok has no value to compare: pairs of another status, or bad for another cause, are counted and named. With tolerances
+/// they count as beyond, and so does a row of A without partner; rows that B alone has do not.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  bladeoff compare runs/before runs/after
+  bladeoff compare runs/before runs/after --tolerance \"max_bearing_load_N 1 %\" --tolerance \"end_speed_rad_s 1 rpm\"
+  bladeoff compare runs/hyp1 runs/hyp2 --ignore contact.detection
+  bladeoff compare before.parquet runs/after --json | jq .status
+
+Exit codes: 0 compared, and within every tolerance; 4 beyond one.")]
+pub struct Args {
+    /// The reference: a result directory of `bladeoff run`, or a table of one (results.parquet, wherever it was copied to)
+    #[arg(value_name = "A")]
+    a: PathBuf,
+
+    /// What is compared with it: likewise
+    #[arg(value_name = "B")]
+    b: PathBuf,
+
+    /// How far a result may move in any pair: COLUMN VALUE, in the column's SI unit, in another unit of its kind, or in % of the value of A
+    /// (of 0 nothing but 0 is within); at the bound is within. May be given several times
+    #[arg(long, value_name = "TOLERANCE", allow_hyphen_values = true)]
+    tolerance: Vec<String>,
+
+    /// An input that rows do not match by: its column, its path or the end of it; may be given several times. Rows that have all other
+    /// inputs in common match in the order of their samples where both tables have as many, and not at all otherwise
+    #[arg(long, value_name = "PATH")]
+    ignore: Vec<String>,
+
+    /// Print everything as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the subcommand.
+pub fn main(args: &Args) -> Result<Exit, CliError> {
+    let found = compared(args)?;
+    if args.json {
+        let text = serde_json::to_string_pretty(&found).map_err(|error| CliError::stdout(error.into()))?;
+        print_json(&(text + "\n"))?;
+    } else {
+        tell(&told(&found, width()))?;
+    }
+    Ok(if found.beyond == Some(true) { Exit::Failures } else { Exit::Ok })
+}
+
+/// Reads both, again if a run has replaced a file meanwhile.
+fn compared(args: &Args) -> Result<Compared, CliError> {
+    for _ in 0..TRIES {
+        let (a, b) = (open(&args.a)?, open(&args.b)?);
+        let asked = Asked { tolerances: &args.tolerance, ignore: &args.ignore };
+        let found = compare(&a.source(), &b.source(), &asked);
+        if !a.is_as_opened() || !b.is_as_opened() {
+            continue;
+        }
+        let mut found = found.map_err(|error: CompareError| CliError::from(NotCompared::from(error)))?;
+        [("A", &a), ("B", &b)].into_iter().for_each(|(side, opened)| {
+            opened.remarks.iter().for_each(|text| remark(&format!("warning: {side}: {text}")));
+        });
+        found.differs.extend(differing(&a, &b));
+        return Ok(found);
+    }
+    Err(NotCompared::Changing.into())
+}
+
+/// What directories know beyond their tables: the program's commit, and every parameter.
+fn differing(a: &Opened, b: &Opened) -> Vec<Differs> {
+    let mut found = Vec::new();
+    if let (Some(a), Some(b)) = (&a.commit, &b.commit)
+        && a != b
+    {
+        found.push(Differs { what: "commit".to_owned(), a: Some(a.clone()), b: Some(b.clone()) });
+    }
+    if let (Some(a), Some(b)) = (&a.samples, &b.samples) {
+        let changes = study_changes(a.study(), b.study());
+        found.extend(changes.into_iter().map(|one| Differs { what: one.key, a: Some(one.from), b: Some(one.to) }));
+    }
+    found
+}
+
+impl Opened {
+    fn source(&self) -> Source<'_> {
+        Source { name: self.name.clone(), files: &self.files, draw: &self.draw }
+    }
+}

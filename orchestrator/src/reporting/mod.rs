@@ -1,0 +1,154 @@
+//! One page about a result directory, to hand over: `bladeoff report`.
+//!
+//! ```text
+//! table or parts --rows--> counts, the worst, some rows of every kind      questions --answering--> answers, curves, looks
+//!   --answered, failing, worst, provenance--> sections --bladeoff_answers::page--> HTML
+//! ```
+//! The same directory gives the same bytes, whenever and by whomever it is asked.
+
+mod answered;
+mod curves;
+mod failing;
+mod provenance;
+mod rows;
+mod sensitivity;
+mod words;
+mod worst;
+
+use crate::answering::{Answering, AnsweringError, Forecasts, Looked, answer_at_looks, columns_asked};
+use crate::run::directory::{RESULTS, read_current, row_files};
+use crate::run::{columns_of, refuse_changed};
+use bladeoff_answers::ask::Question;
+use bladeoff_answers::gate::Gate;
+use bladeoff_answers::page::{Block, Page, Section};
+use bladeoff_answers::report::{FunctionSummary, SUMMARY_COLUMNS, Summary, counted};
+use bladeoff_answers::tables::{Table, TableError};
+use bladeoff_study::Samples;
+pub use provenance::LIMITS;
+use rows::Seen;
+use std::path::{Path, PathBuf};
+
+/// What a report is about.
+#[derive(Debug, Clone, Copy)]
+pub struct Subject<'a> {
+    /// Result directory.
+    pub directory: &'a Path,
+    /// Its samples.
+    pub samples: &'a Samples,
+    /// Name of the study.
+    pub name: &'a str,
+    /// Questions that are answered.
+    pub questions: &'a [Question],
+    /// Gates that are judged.
+    pub gates: &'a [Gate],
+}
+
+/// A report.
+#[derive(Debug, Clone)]
+pub struct Report {
+    /// The page.
+    pub page: Page,
+    /// Rows that it is about, of so many.
+    pub rows: (u64, u64),
+    /// The table has a checksum, or is no finished one.
+    pub is_known: bool,
+}
+
+/// Makes the report; `ahead`: what more time would narrow intervals to, where that is known.
+///
+/// # Errors
+/// The table is not as it was written, cannot be read, or has not what is asked for.
+pub fn report(subject: Subject<'_>, ahead: impl Fn(&Answering) -> Option<Forecasts>) -> Result<Report, AnsweringError> {
+    let Subject { directory, samples, questions, gates, .. } = subject;
+    let columns = columns_of(samples).ok_or(AnsweringError::Unread)?;
+    let coordinates = rows::coordinates(samples, &columns, &columns_asked(samples, questions, gates));
+    let (mut is_known, mut is_table) = (true, false);
+    let (seen, summary) = read_current(directory, row_files, |files| {
+        is_table = files.first().is_some_and(|first| first.ends_with(RESULTS));
+        is_known = refuse_changed(directory)? || !is_table;
+        Ok((rows::read(files, coordinates.clone(), &columns)?, summary(samples, files)?))
+    })?;
+    let looked = if questions.is_empty() && gates.is_empty() {
+        None
+    } else {
+        Some(answer_at_looks(directory, samples, questions, gates)?)
+    };
+    // a table is whole: one that [stop] ends, too
+    let of = if is_table { seen.rows } else { samples.count() };
+    let mut sections = Vec::new();
+    let mut add = |id, heading: &str, blocks: Vec<Block>| {
+        if !blocks.is_empty() {
+            sections.push(Section { id, heading: heading.to_owned(), blocks });
+        }
+    };
+    if let Some(Looked { answering, looks, decisions }) = &looked {
+        add("gates", "Decisions", answered::decisions(decisions, answering));
+        add("answers", "Answers", answered::answers(answering, questions, &columns));
+        add(
+            "precision",
+            "Precision over samples",
+            answered::precision(looks, questions, &columns, ahead(answering).as_ref()),
+        );
+    }
+    add("results", "What came out", came_out(summary));
+    add("regimes", "Regimes", failing::regimes(&seen));
+    add("failures", "Where runs fail", failing::failures(&seen, subject));
+    add("worst", "The worst runs", worst::worst(&seen, subject));
+    add("provenance", "Where it comes from", provenance::provenance(subject));
+    add("limits", "What it cannot tell", provenance::limits(samples));
+    let page = Page { title: subject.name.to_owned(), lead: lead(&seen, of, looked.as_ref()), sections };
+    Ok(Report { page, rows: (seen.rows, of), is_known })
+}
+
+/// What has to be known first.
+fn lead(seen: &Seen, of: u64, looked: Option<&Looked>) -> Vec<Block> {
+    let mut blocks = Vec::new();
+    if seen.rows < of {
+        let mut text = format!("This study is not complete: {} of {} have ended.", seen.rows, counted(of, "run"));
+        if let Some(Looked { answering, .. }) = looked {
+            text += &format!(
+                " Answers are from the first {} of {}: what ends first is not random.",
+                answering.points,
+                counted(answering.of, "point")
+            );
+        }
+        blocks.push(Block::Warning(text));
+    }
+    let bad = seen.rows - seen.ok();
+    let runs = counted(seen.rows, "run");
+    blocks.push(match bad {
+        0 => Block::Text(format!("{runs}, all of them ok.")),
+        _ => {
+            let share = words::percent(bad as f64 / seen.rows as f64);
+            let how = if looked.is_some() { ", and are counted both ways in every answer" } else { "" };
+            Block::Text(format!(
+                "{runs}. {bad} of them ({share}) may not be believed{how}: see \u{201c}Where runs fail\u{201d}."
+            ))
+        }
+    });
+    blocks
+}
+
+fn summary(samples: &Samples, files: &[PathBuf]) -> Result<String, TableError> {
+    let study = samples.study();
+    if let Some(model) = study.function() {
+        let mut summary = FunctionSummary::new(model.outputs.iter().map(|output| output.name.clone()));
+        let columns = summary.columns();
+        let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
+        Table::for_each_piece(files, &columns, |piece| {
+            summary.add(piece);
+            Ok(())
+        })?;
+        return Ok(summary.text(None));
+    }
+    let mut summary = Summary::default();
+    Table::for_each_piece(files, &SUMMARY_COLUMNS, |piece| {
+        summary.add(piece);
+        Ok(())
+    })?;
+    Ok(summary.with_twin(study.shift()).text(None))
+}
+
+fn came_out(summary: String) -> Vec<Block> {
+    vec![Block::Verbatim(summary)]
+}

@@ -1,0 +1,94 @@
+//! Where results come from, and what they cannot tell.
+
+use super::Subject;
+use crate::run::directory::{MACHINE, MANIFEST, RESULTS, row_files};
+use bladeoff_answers::page::{Block, Table};
+use bladeoff_answers::tables::read_metadata;
+use bladeoff_study::Samples;
+use bladeoff_system::call;
+use bladeoff_system::place::Place;
+use serde_json::Value;
+
+/// Largest manifest and machine file that is shown.
+const MOST: u64 = 1 << 20;
+
+/// Limits of the model, as in the README.
+pub const LIMITS: [&str; 5] = [
+    "Linear bearings with constant coefficients (cross terms allowed), no oil film; a linear shaft and a linear ring: displacements beyond a few per cent of the ring's radius, and stresses beyond yield, say \"too much\" and not how much.",
+    "One diaphragm that touches, planar (no axial or tilting motion of the ring), with a rigid rotor section; dry Coulomb friction with one coefficient, no heat, no wear, no breaking blades.",
+    "The lost blade leaves at once; what it does to its neighbours and to the casing is not covered.",
+    "Heavy rubs are sensitive: valid discretisations differ by some tenths of a per cent over many impacts, single cases by more. `run.twin` measures it for a run.",
+    "Intervals are about the number of points alone. A law that is wrong, or a correlation left out, is not in them.",
+];
+
+/// Study, hashes, versions, times.
+pub(super) fn provenance(subject: Subject<'_>) -> Vec<Block> {
+    let Subject { directory, samples, .. } = subject;
+    let text = |name: &str| Place::from(&directory.join(name)).read(MOST).ok();
+    let manifest: Value = text(MANIFEST).and_then(|text| serde_json::from_slice(&text).ok()).unwrap_or_default();
+    let mut rows: Vec<Vec<String>> = Vec::new();
+    let mut put = |name: &str, value: String| {
+        if !value.is_empty() {
+            rows.push(vec![name.to_owned(), value]);
+        }
+    };
+    let word = |value: &Value| match value {
+        Value::Null => String::new(),
+        Value::String(text) => text.clone(),
+        other => other.to_string(),
+    };
+    put("program", {
+        let program = &manifest["program"];
+        let parts = [&program["name"], &program["version"], &program["commit"], &program["build"]["target"]].map(word);
+        parts.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(" ")
+    });
+    if let Some(words) = manifest["command"].as_array() {
+        let words: Vec<String> = words.iter().filter_map(Value::as_str).map(call::word).collect();
+        put("command", words.join(" "));
+    }
+    for (name, key) in [
+        ("begun", "started"),
+        ("ended", "finished"),
+        ("state", "state"),
+        ("workers", "workers"),
+        ("deaths of workers", "worker_deaths"),
+    ] {
+        put(name, word(&manifest[key]));
+    }
+    put("processor", word(&manifest["host"]["cpu"]));
+    let study = samples.study();
+    if let Some(Ok(machine)) = study.machine().map(|machine| machine.def.build()) {
+        put("engine", machine.run.engine.word().to_owned());
+    }
+    let metadata = row_files(directory).first().and_then(|file| read_metadata(file).ok()).unwrap_or_default();
+    for (key, value) in &metadata {
+        if let Some(name) = key.strip_prefix("bladeoff.").filter(|name| *name != "schema_version") {
+            put(&name.replace("_blake3", " (BLAKE3)").replace('_', " "), value.clone());
+        }
+    }
+    put("table (BLAKE3)", word(&manifest["tables"][RESULTS]["blake3"]));
+    let table = Table { head: vec!["what".to_owned(), String::new()], rows, verbatim: Vec::new() };
+    let mut blocks = vec![Block::Table(table)];
+    blocks.push(Block::Details("The study as it was run".to_owned(), vec![Block::Verbatim(study.text.clone())]));
+    if let Some(text) = text(MACHINE) {
+        let text = String::from_utf8_lossy(&text).into_owned();
+        blocks.push(Block::Details("Its machine".to_owned(), vec![Block::Verbatim(text)]));
+    }
+    blocks
+}
+
+/// What the model leaves out.
+pub(super) fn limits(samples: &Samples) -> Vec<Block> {
+    let [.., intervals] = LIMITS;
+    let (function, plan) = (samples.study().function().is_some(), samples.plan().is_some());
+    let mut lines: Vec<String> = Vec::new();
+    if function {
+        lines.push("Formulas were evaluated, no machine was simulated.".to_owned());
+    } else {
+        lines.extend(LIMITS[..LIMITS.len() - 1].iter().map(|limit| (*limit).to_owned()));
+    }
+    if plan {
+        lines.push(intervals.to_owned());
+    }
+    vec![Block::List(lines)]
+}

@@ -1,0 +1,337 @@
+//! What a report shows of rows: one pass over the table, whatever its length.
+//!
+//! Thinning is a function of sample numbers alone: those with the smallest hashes are kept, so neither the order of rows nor who computed them
+//! matters. Rows that are not ok are thinned by cause, so that a rare cause is whole.
+
+use crate::run::{TableColumn, Told};
+use bladeoff_answers::figures::plain_name;
+use bladeoff_answers::tables::{DETECTION, FieldKind, Table, TableError};
+use bladeoff_study::{Origin, Parameter, Samples};
+use std::collections::{BTreeMap, BinaryHeap};
+use std::path::PathBuf;
+
+/// Rows that are ok and shown, and those of each cause.
+const MOST_GOOD: usize = 3000;
+const MOST_OF_CAUSE: usize = 400;
+/// Parameters and results with an axis of their own.
+const MOST_PARAMETERS: usize = 9;
+const MOST_RESULTS: usize = 4;
+/// Runs of a list of the worst.
+const WORST: usize = 5;
+/// Results that a machine's table has and a reader looks at first.
+const FIRST: [&str; 4] =
+    ["max_bearing_load_N", "max_filtered_contact_force_N", "max_eccentricity_m", "friction_energy_J"];
+
+/// Status and cause; an ok row has no cause.
+pub(super) type Kind = (String, String);
+
+/// A column with an axis.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Coordinate {
+    /// In the table.
+    pub column: String,
+    /// As a person calls it.
+    pub name: String,
+    /// SI.
+    pub unit: String,
+    /// Whether its cells are words.
+    pub is_word: bool,
+    /// Whether it is a result.
+    pub is_result: bool,
+}
+
+/// A row that is shown.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Picked {
+    pub sample: u64,
+    /// Place of its kind in [`Seen::kinds`].
+    pub kind: usize,
+    /// By coordinate; of words their place in [`Seen::words`].
+    pub values: Vec<Option<f64>>,
+}
+
+/// Rows of a kind.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct OfKind {
+    pub kind: Kind,
+    pub count: u64,
+    /// The least number of a sample.
+    pub first: u64,
+}
+
+/// The ok rows with the largest and the least values of a result: value and sample.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Ends {
+    pub largest: Vec<(f64, u64)>,
+    pub least: Vec<(f64, u64)>,
+}
+
+/// What was seen of a table.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Seen {
+    pub coordinates: Vec<Coordinate>,
+    /// Names of the words of each coordinate, sorted.
+    pub words: Vec<Vec<String>>,
+    pub rows: u64,
+    /// The ok ones first, then by status and cause.
+    pub kinds: Vec<OfKind>,
+    /// In the order of samples.
+    pub picked: Vec<Picked>,
+    /// By coordinate; empty but for results.
+    pub ends: Vec<Ends>,
+    /// Ok rows by column of results that are words, detection and word.
+    pub regimes: BTreeMap<(String, String, String), u64>,
+}
+
+impl Seen {
+    /// Rows that are ok.
+    pub fn ok(&self) -> u64 {
+        self.kinds.iter().filter(|kind| kind.kind.0 == "ok").map(|kind| kind.count).sum()
+    }
+}
+
+/// Which columns are shown: parameters that differ from row to row, results that are `asked` for, and the main ones.
+pub(super) fn coordinates(samples: &Samples, columns: &[TableColumn], asked: &[String]) -> Vec<Coordinate> {
+    let column_of = |parameter: &Parameter| {
+        if parameter.is_detection() { DETECTION.to_owned() } else { parameter.column().name }
+    };
+    let order = |parameter: &&Parameter| match parameter.origin {
+        Origin::Uncertain(_) => 0,
+        Origin::Varied(..) => 1,
+        Origin::Derived(_) => 2,
+    };
+    let mut parameters: Vec<&Parameter> = samples.parameters().iter().collect();
+    parameters.sort_by_key(order);
+    let given = parameters.into_iter().take(MOST_PARAMETERS).map(|parameter| Coordinate {
+        column: column_of(parameter),
+        name: parameter.short.clone().unwrap_or_else(|| ending(&parameter.info.path)),
+        unit: if parameter.has_words { String::new() } else { parameter.info.unit.to_owned() },
+        is_word: parameter.has_words || parameter.is_detection(),
+        is_result: false,
+    });
+    let mut all: Vec<Coordinate> = given.collect();
+    let is_result = |column: &TableColumn| {
+        column.told != Told::Given && matches!(column.field.kind, FieldKind::Real | FieldKind::Count)
+    };
+    let results: Vec<&TableColumn> = columns.iter().filter(|column| is_result(column)).collect();
+    let is_function = samples.study().function().is_some();
+    let first =
+        results.iter().map(|column| column.field.name.as_str()).filter(|name| is_function || FIRST.contains(name));
+    let mut wanted: Vec<&str> = asked.iter().map(String::as_str).collect();
+    first.for_each(|name| {
+        if !wanted.contains(&name) {
+            wanted.push(name)
+        }
+    });
+    let found = wanted.iter().filter_map(|name| results.iter().find(|column| column.field.name == *name));
+    all.extend(found.take(MOST_RESULTS).map(|column| Coordinate {
+        column: column.field.name.clone(),
+        name: plain_name(&column.field.name, &column.field.unit),
+        unit: column.field.unit.clone(),
+        is_word: false,
+        is_result: true,
+    }));
+    all
+}
+
+/// The last two parts of a path: "contact.gap" of "diaphragms.seal.contact.gap".
+fn ending(path: &str) -> String {
+    let parts: Vec<&str> = path.split('.').collect();
+    parts[parts.len().saturating_sub(2)..].join(".")
+}
+
+/// Reads these files.
+pub(super) fn read(
+    files: &[PathBuf],
+    coordinates: Vec<Coordinate>,
+    columns: &[TableColumn],
+) -> Result<Seen, TableError> {
+    let is_regime =
+        |column: &&TableColumn| column.told != Told::Given && matches!(column.field.kind, FieldKind::Choice(_));
+    let regimes: Vec<&str> = columns.iter().filter(is_regime).map(|column| column.field.name.as_str()).collect();
+    let has_detection = columns.iter().any(|column| column.field.name == DETECTION);
+    let mut names: Vec<&str> = vec!["sample", "status", "cause"];
+    let others = coordinates.iter().map(|coordinate| coordinate.column.as_str()).chain(regimes.iter().copied());
+    for name in others.chain(has_detection.then_some(DETECTION)) {
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    let names: Vec<String> = names.into_iter().map(str::to_owned).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let mut reading = Reading {
+        kinds: Vec::new(),
+        words: vec![Vec::new(); coordinates.len()],
+        ends: vec![Ends::default(); coordinates.len()],
+        regimes: BTreeMap::new(),
+        rows: 0,
+    };
+    Table::for_each_piece(files, &names, |piece| {
+        reading.add(piece, &coordinates, &regimes);
+        Ok(())
+    })?;
+    Ok(reading.done(coordinates))
+}
+
+/// Rows of a kind under way: those with the smallest hashes are kept.
+struct Bag {
+    seen: OfKind,
+    most: usize,
+    /// The largest hash on top.
+    kept: BinaryHeap<Kept>,
+}
+
+struct Kept {
+    key: (u64, u64),
+    values: Vec<Option<f64>>,
+}
+
+impl PartialEq for Kept {
+    fn eq(&self, other: &Self) -> bool {
+        self.key == other.key
+    }
+}
+impl Eq for Kept {}
+impl PartialOrd for Kept {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+impl Ord for Kept {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.key.cmp(&other.key)
+    }
+}
+
+struct Reading {
+    kinds: Vec<Bag>,
+    words: Vec<Vec<String>>,
+    ends: Vec<Ends>,
+    regimes: BTreeMap<(String, String, String), u64>,
+    rows: u64,
+}
+
+/// SplitMix64 of a sample number (G. Steele, D. Lea, C. Flood, OOPSLA 2014).
+fn hash(sample: u64) -> u64 {
+    let z = sample.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+impl Reading {
+    fn add(&mut self, piece: &Table, coordinates: &[Coordinate], regimes: &[&str]) {
+        fn word(words: Option<&[Option<String>]>, row: usize) -> &str {
+            words.and_then(|words| words[row].as_deref()).unwrap_or("")
+        }
+        let numbers: Vec<Option<&[Option<f64>]>> =
+            coordinates.iter().map(|coordinate| piece.numbers(&coordinate.column)).collect();
+        let words: Vec<Option<&[Option<String>]>> =
+            coordinates.iter().map(|coordinate| piece.words(&coordinate.column)).collect();
+        let regimes: Vec<_> = regimes.iter().map(|name| (*name, piece.words(name))).collect();
+        let (samples, status, cause) = (piece.numbers("sample"), piece.words("status"), piece.words("cause"));
+        let detection = piece.words(DETECTION);
+        for row in 0..piece.rows() {
+            let Some(sample) = samples.and_then(|samples| samples[row]) else { continue };
+            let (sample, status, cause) = (sample as u64, word(status, row), word(cause, row));
+            self.rows += 1;
+            if status == "ok" {
+                for (ends, values) in self
+                    .ends
+                    .iter_mut()
+                    .zip(&numbers)
+                    .zip(coordinates)
+                    .filter(|(_, of)| of.is_result)
+                    .map(|(pair, _)| pair)
+                {
+                    if let Some(value) = values.and_then(|values| values[row]).filter(|value| value.is_finite()) {
+                        keep(&mut ends.largest, (value, sample), |a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+                        keep(&mut ends.least, (value, sample), |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+                    }
+                }
+                for (name, words) in &regimes {
+                    let found = word(*words, row);
+                    if !found.is_empty() {
+                        let key = ((*name).to_owned(), word(detection, row).to_owned(), found.to_owned());
+                        *self.regimes.entry(key).or_default() += 1;
+                    }
+                }
+            }
+            let at = self.bag(status, cause);
+            let bag = &mut self.kinds[at];
+            bag.seen.count += 1;
+            bag.seen.first = bag.seen.first.min(sample);
+            let key = (hash(sample), sample);
+            if bag.kept.len() == bag.most && bag.kept.peek().is_some_and(|last| last.key <= key) {
+                continue;
+            }
+            let mut values = Vec::with_capacity(coordinates.len());
+            for (at, known) in self.words.iter_mut().enumerate() {
+                values.push(match (numbers[at], words[at].and_then(|words| words[row].as_ref())) {
+                    (Some(numbers), _) => numbers[row],
+                    (None, Some(word)) => {
+                        let place = known.iter().position(|one| one == word).unwrap_or_else(|| {
+                            known.push(word.clone());
+                            known.len() - 1
+                        });
+                        Some(place as f64)
+                    }
+                    (None, None) => None,
+                });
+            }
+            bag.kept.push(Kept { key, values });
+            if bag.kept.len() > bag.most {
+                bag.kept.pop();
+            }
+        }
+    }
+
+    fn bag(&mut self, status: &str, cause: &str) -> usize {
+        let found = self.kinds.iter().position(|bag| bag.seen.kind.0 == status && bag.seen.kind.1 == cause);
+        found.unwrap_or_else(|| {
+            let kind = (status.to_owned(), cause.to_owned());
+            let most = if status == "ok" { MOST_GOOD } else { MOST_OF_CAUSE };
+            self.kinds.push(Bag { seen: OfKind { kind, count: 0, first: u64::MAX }, most, kept: BinaryHeap::new() });
+            self.kinds.len() - 1
+        })
+    }
+
+    fn done(mut self, coordinates: Vec<Coordinate>) -> Seen {
+        self.kinds.sort_by(|a, b| {
+            let key = |bag: &Bag| (bag.seen.kind.0 != "ok", bag.seen.kind.clone());
+            key(a).cmp(&key(b))
+        });
+        let mut sorted = self.words.clone();
+        sorted.iter_mut().for_each(|words| words.sort());
+        let place = |at: usize, value: f64| {
+            let word = &self.words[at][value as usize];
+            sorted[at].iter().position(|one| one == word).map(|place| place as f64)
+        };
+        let mut picked = Vec::new();
+        for (kind, bag) in self.kinds.iter_mut().enumerate() {
+            for Kept { key: (_, sample), mut values } in bag.kept.drain() {
+                for (at, value) in values.iter_mut().enumerate().filter(|(at, _)| !self.words[*at].is_empty()) {
+                    *value = value.and_then(|value| place(at, value));
+                }
+                picked.push(Picked { sample, kind, values });
+            }
+        }
+        picked.sort_by_key(|row| row.sample);
+        let kinds = self.kinds.into_iter().map(|bag| bag.seen).collect();
+        Seen { coordinates, words: sorted, rows: self.rows, kinds, picked, ends: self.ends, regimes: self.regimes }
+    }
+}
+
+/// Keeps the first few of an order.
+fn keep(list: &mut Vec<(f64, u64)>, one: (f64, u64), order: impl Fn(&(f64, u64), &(f64, u64)) -> std::cmp::Ordering) {
+    if list.len() == WORST && list.last().is_some_and(|last| order(last, &one).is_le()) {
+        return;
+    }
+    let at = list.partition_point(|other| order(other, &one).is_lt());
+    list.insert(at, one);
+    list.truncate(WORST);
+}
+
+#[cfg(test)]
+#[path = "rows_tests.rs"]
+mod rows_tests;

@@ -1,0 +1,114 @@
+//! Which parameter decides: bars of indices with their intervals, and Morris's plot.
+
+use super::words::group;
+use bladeoff_answers::ask::{Answer, Question, Sensitivities};
+use bladeoff_answers::page::chart::{Axis, Chart, Series, Shape, Symbol, shown};
+use bladeoff_answers::page::{Block, Table};
+use bladeoff_answers::sensitivity::{Index, OfParameter};
+
+/// One kind of index: name, colour, and where it is.
+type Kind = (&'static str, &'static str, fn(&OfParameter) -> Option<Index>);
+
+/// Charts of every group.
+pub(super) fn sensitivity(question: &Question, answers: &[&Answer]) -> Vec<Block> {
+    let mut blocks = Vec::new();
+    for answer in answers {
+        let Some(found) = &answer.sensitivity else { continue };
+        let of = group(&answer.group);
+        let name = if of.is_empty() { question.name.clone() } else { format!("{}, {of}", question.name) };
+        let kinds: &[Kind] = match found.estimator {
+            "morris" => &[("mu*", "c0", |of| of.mu_star)],
+            "sobol" => &[("first order", "c0", |of| of.first), ("total", "c1", |of| of.total)],
+            _ => &[("first order, by ranks", "c0", |of| of.first), ("rank correlation", "c1", |of| of.spearman)],
+        };
+        blocks.push(bars(&name, found, kinds));
+        if found.estimator == "morris" {
+            blocks.extend(plot(&name, found));
+        }
+        if !answer.lines.is_empty() {
+            let text: String = answer.lines.iter().map(|line| format!("{line}\n")).collect();
+            blocks.push(Block::Details("In words".to_owned(), vec![Block::Verbatim(text)]));
+        }
+    }
+    blocks
+}
+
+/// The largest of the first kind on top.
+fn bars(name: &str, found: &Sensitivities, kinds: &[Kind]) -> Block {
+    let size = |of: &OfParameter| {
+        let last = kinds.last().and_then(|(.., index)| index(of)).and_then(|index| index.estimate);
+        last.map_or(f64::NEG_INFINITY, f64::abs)
+    };
+    let mut parameters: Vec<&(String, OfParameter)> = found.indices.of.iter().collect();
+    parameters.sort_by(|a, b| size(&b.1).total_cmp(&size(&a.1)));
+    let thick = 0.72 / kinds.len() as f64;
+    let mut series = Vec::new();
+    let mut values = vec![0.0];
+    let mut table = Table { head: vec!["parameter".to_owned()], ..Table::default() };
+    table.rows = parameters.iter().map(|(parameter, _)| vec![parameter.clone()]).collect();
+    for (at, (kind, colour, index)) in kinds.iter().enumerate() {
+        let off = thick * (at as f64 - (kinds.len() as f64 - 1.0) / 2.0);
+        let of = || parameters.iter().enumerate().filter_map(|(row, (_, of))| Some((row, index(of)?)));
+        let bars = of().filter_map(|(row, index)| Some((row as f64 + off, index.estimate?))).collect();
+        let whiskers = of().filter(|(_, index)| index.low.is_some() || index.high.is_some());
+        let whiskers = whiskers.map(|(row, index)| (row as f64 + off, index.low, index.high)).collect();
+        values.extend(of().flat_map(|(_, index)| [index.estimate, index.low, index.high].into_iter().flatten()));
+        series.push(Series { name: (*kind).to_owned(), colour, shape: Shape::Bars(bars, 0.9 * thick) });
+        let interval = if at == 0 { "interval" } else { "" };
+        series.push(Series { name: interval.to_owned(), colour: "ink", shape: Shape::Across(whiskers) });
+        table.head.extend([(*kind).to_owned(), "from".to_owned(), "to".to_owned()]);
+        for (row, (_, of)) in parameters.iter().enumerate() {
+            let cell = |value: Option<f64>| value.map_or(String::new(), shown);
+            let index = index(of).unwrap_or_default();
+            table.rows[row].extend([cell(index.estimate), cell(index.low), cell(index.high)]);
+        }
+    }
+    let chart = Chart {
+        x: Axis::numbers(kinds.iter().map(|(kind, ..)| *kind).collect::<Vec<_>>().join(", "), values.into_iter()),
+        y: Axis::words(parameters.iter().map(|(parameter, _)| parameter.clone()).collect()),
+        series,
+        height: 30 + 34 * parameters.len() as u32,
+    };
+    chart.figure(format!("{name}: which parameter decides {}.", found.output), Some(table)).into()
+}
+
+/// mu* against sigma: to the right what matters, upwards what does so not in proportion or not alone.
+fn plot(name: &str, found: &Sensitivities) -> Option<Block> {
+    let of = |(parameter, of): &(String, OfParameter)| Some((parameter.clone(), of.mu_star?, of.sigma?));
+    let all: Vec<(String, Index, Index)> = found.indices.of.iter().filter_map(of).collect();
+    let place = |(_, mu, sigma): &(String, Index, Index)| Some((mu.estimate?, sigma.estimate?));
+    let points: Vec<(f64, f64)> = all.iter().filter_map(place).collect();
+    if points.is_empty() {
+        return None;
+    }
+    let words = all.iter().filter(|one| place(one).is_some()).map(|(parameter, ..)| parameter.clone()).collect();
+    let labels = all.iter().filter_map(|one| place(one).map(|(x, y)| (x, y, one.0.clone()))).collect();
+    let across =
+        all.iter().filter_map(|(_, mu, sigma)| Some((sigma.estimate?, Some(mu.low?), Some(mu.high?)))).collect();
+    let upright =
+        all.iter().filter_map(|(_, mu, sigma)| Some((mu.estimate?, Some(sigma.low?), Some(sigma.high?)))).collect();
+    let ends = |pick: fn(&(String, Index, Index)) -> Index| {
+        all.iter().flat_map(move |one| [pick(one).estimate, pick(one).low, pick(one).high]).flatten().chain([0.0])
+    };
+    let most = points.iter().fold(0.0_f64, |most, (x, y)| most.max(*x).max(*y));
+    let chart = Chart {
+        x: Axis::numbers("mu*: how much it matters", ends(|one| one.1)),
+        y: Axis::numbers("sigma", ends(|one| one.2)),
+        series: vec![
+            Series {
+                name: "sigma = mu*".into(),
+                colour: "quiet",
+                shape: Shape::Line(vec![(0.0, 0.0), (most, most)], true),
+            },
+            Series { name: "interval".into(), colour: "quiet", shape: Shape::Across(across) },
+            Series { name: String::new(), colour: "quiet", shape: Shape::Upright(upright) },
+            Series { name: "parameter".into(), colour: "c0", shape: Shape::Dots(points, words, Symbol::Disc) },
+            Series { name: String::new(), colour: "ink", shape: Shape::Labels(labels) },
+        ],
+        height: 320,
+    };
+    let caption = format!(
+        "{name}: far to the right it matters; high up its effect depends on the others, or is no straight line."
+    );
+    Some(chart.figure(caption, None).into())
+}

@@ -1,0 +1,107 @@
+//! Numbers, groups and units as a page has them.
+
+use crate::run::TableColumn;
+use bladeoff_answers::ask::{Answer, Ask, Figure, Question};
+use bladeoff_answers::estimate::input::{Group, Label};
+use bladeoff_answers::figures::{Scale, plain_name};
+use bladeoff_model::document::units::format_digits;
+
+/// A share.
+pub(super) fn percent(share: f64) -> String {
+    format!("{} %", format_digits(100.0 * share, "", 2))
+}
+
+/// "hyp1, contact.gap = 0.001"; empty for the one group of a study that varies nothing.
+pub(super) fn group(group: &Group) -> String {
+    let said = group.0.iter().map(|(path, label)| match label {
+        Label::Word(word) => word.clone(),
+        Label::Number(number) => format!("{path} = {number}"),
+    });
+    said.collect::<Vec<_>>().join(", ")
+}
+
+/// A label that is never empty.
+pub(super) fn group_or_all(of: &Group) -> String {
+    let text = group(of);
+    if text.is_empty() { "all runs".to_owned() } else { text }
+}
+
+/// SI unit of a column.
+pub(super) fn unit_of<'a>(columns: &'a [TableColumn], name: &str) -> &'a str {
+    columns.iter().find(|column| column.field.name == name).map_or("", |column| column.field.unit.as_str())
+}
+
+/// What the figure of a question is, and how its numbers are shown.
+pub(super) struct Quantity {
+    pub name: String,
+    /// In a word.
+    pub what: &'static str,
+    pub scale: Scale,
+}
+
+impl Quantity {
+    /// A share, in per cent.
+    pub fn share(name: impl Into<String>) -> Self {
+        Self { name: name.into(), what: "probability", scale: Scale { factor: 100.0, unit: "%".to_owned() } }
+    }
+
+    /// A column whose largest value is this.
+    pub fn column(columns: &[TableColumn], column: &str, name: Option<String>, largest: f64) -> Self {
+        let unit = unit_of(columns, column);
+        Self { name: name.unwrap_or_else(|| plain_name(column, unit)), what: "value", scale: Scale::of(unit, largest) }
+    }
+
+    /// Of a question for one number.
+    pub fn of(question: &Question, columns: &[TableColumn], answers: &[&Answer]) -> Option<Self> {
+        let (figure, is_difference) = match &question.ask {
+            Ask::One(figure) => (figure, false),
+            Ask::Difference(figure, ..) => (figure, true),
+            _ => return None,
+        };
+        let largest =
+            answers.iter().flat_map(|answer| numbers(answer)).fold(0.0_f64, |most, value| most.max(value.abs()));
+        let of = |what: String, column: &str| {
+            Self::column(
+                columns,
+                column,
+                Some(format!("{what} of {}", plain_name(column, unit_of(columns, column)))),
+                largest,
+            )
+        };
+        let mut found = match figure {
+            Figure::Probability(formula) => Self::share(format!("P({})", formula.text)),
+            Figure::Quantile(share, column) => {
+                of(format!("{} % quantile", format_digits(100.0 * share, "", 12)), column)
+            }
+            Figure::Mean(column) => of("mean".to_owned(), column),
+        };
+        match figure {
+            Figure::Probability(_) => {}
+            Figure::Quantile(..) => found.what = "quantile",
+            Figure::Mean(_) => found.what = "mean",
+        }
+        if is_difference {
+            found.name = format!("difference of {}", found.name);
+            found.what = "difference";
+        }
+        Some(found)
+    }
+
+    /// For an upright axis.
+    pub fn short(&self) -> String {
+        self.scale.label(self.what)
+    }
+
+    pub fn label(&self) -> String {
+        self.scale.label(&self.name)
+    }
+
+    pub fn show(&self, value: f64) -> f64 {
+        value * self.scale.factor
+    }
+}
+
+/// Numbers of an answer.
+pub(super) fn numbers(answer: &Answer) -> impl Iterator<Item = f64> + use<> {
+    [answer.estimate, answer.estimate_if_bad_harmful, answer.low, answer.high].into_iter().flatten()
+}

@@ -1,0 +1,126 @@
+//! Where a table ends that ends before its design does, or of which less was asked at several looks: `[stop]`.
+//!
+//! It stands in the table's own metadata, so that whoever reads the rows knows how many there should be and what their intervals may
+//! spend; the manifest and the status repeat it for whoever reads those.
+
+use bladeoff_answers::tables::{TableError, read_metadata};
+use serde_json::{Value, json};
+use std::path::Path;
+use std::time::Duration;
+
+/// Key of the metadata, without the prefix of all.
+pub(super) const STOP: &str = "stop";
+
+/// Why a table ends where it does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EndWhy {
+    /// Every interval that was asked for is narrow enough.
+    Precision,
+    /// `samples` of `[stop]`.
+    Samples,
+    /// `wall` of `[stop]`.
+    Wall,
+    /// The design has no more points; the intervals are not narrow enough.
+    Design,
+}
+
+impl EndWhy {
+    const ALL: [(&'static str, Self); 4] =
+        [("precision", Self::Precision), ("samples", Self::Samples), ("wall", Self::Wall), ("design", Self::Design)];
+
+    fn word(self) -> &'static str {
+        Self::ALL.iter().find(|(_, why)| *why == self).map_or("", |(word, _)| *word)
+    }
+}
+
+/// The end of a table.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TableEnd {
+    /// Points.
+    pub points: u64,
+    /// Samples: rows.
+    pub samples: u64,
+    /// Part of 1 - confidence that its intervals may spend.
+    pub share: f64,
+    /// Why here.
+    pub why: EndWhy,
+}
+
+impl TableEnd {
+    /// As it stands in metadata, manifest and status.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        json!({ "points": self.points, "samples": self.samples, "share": self.share, "why": self.why.word() })
+    }
+
+    /// From its JSON; `None`: it is none.
+    #[must_use]
+    pub fn of_json(said: &Value) -> Option<Self> {
+        let why = EndWhy::ALL.iter().find(|(word, _)| said["why"] == *word).map(|(_, why)| *why)?;
+        let (points, samples) = (said["points"].as_u64()?, said["samples"].as_u64()?);
+        let share = said["share"].as_f64().filter(|share| *share > 0.0 && *share <= 1.0)?;
+        Some(Self { points, samples, share, why })
+    }
+
+    /// In words: "precise enough at 512 of 4096 points (`[stop]`)".
+    #[must_use]
+    pub fn words(&self, of: u64) -> String {
+        let points = self.points;
+        match self.why {
+            EndWhy::Precision => format!("precise enough at {points} of {of} points ([stop])"),
+            EndWhy::Samples => format!("ended at {points} of {of} points by `samples` of [stop]"),
+            EndWhy::Wall => format!("ended at {points} of {of} points by `wall` of [stop]"),
+            EndWhy::Design => format!("all {of} points are done, and not every interval is as narrow as [stop] asks"),
+        }
+    }
+
+    /// Whether the study ended before its design did.
+    #[must_use]
+    pub fn is_early(&self) -> bool {
+        self.why != EndWhy::Design
+    }
+}
+
+/// The end that a table tells of; `None` of one that ends with its design and was looked at once.
+///
+/// # Errors
+/// The table cannot be read.
+pub fn end_of_table(table: &Path) -> Result<Option<TableEnd>, TableError> {
+    let key = format!("bladeoff.{STOP}");
+    let found = read_metadata(table)?.into_iter().find(|(name, _)| *name == key);
+    Ok(found.and_then(|(_, text)| TableEnd::of_json(&serde_json::from_str(&text).ok()?)))
+}
+
+/// A beginning of a study's samples at which it is looked at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stage {
+    /// Points.
+    pub points: u64,
+    /// Samples: points in all groups.
+    pub samples: u64,
+    /// Part of 1 - confidence that its intervals may spend.
+    pub share: f64,
+}
+
+/// Who says at its stages whether a study is precise enough: by its questions, which a run knows nothing of.
+pub trait Looking: std::fmt::Debug {
+    /// The stages, in order; the last is where the study ends at the latest.
+    fn stages(&self) -> &[Stage];
+
+    /// Whether intervals are looked at; if not, only the end matters.
+    fn looks(&self) -> bool;
+
+    /// Time of a run at most.
+    fn wall(&self) -> Option<Duration>;
+
+    /// Whether the rows of a stage, in this table, are precise enough.
+    ///
+    /// # Errors
+    /// The table cannot be read, or does not hold what is asked for.
+    fn is_enough(&self, stage: &Stage, table: &Path) -> Result<bool, LookingError>;
+}
+
+/// Why nothing can be said of a stage.
+#[derive(Debug, thiserror::Error)]
+#[error("whether the study is precise enough cannot be found out")]
+pub struct LookingError(#[source] pub Box<dyn std::error::Error + Send + Sync>);

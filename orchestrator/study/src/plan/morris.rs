@@ -1,0 +1,119 @@
+//! Trajectories of Morris: from a random point on a grid of levels, each parameter moves once, in random order.
+//!
+//! ```text
+//! point (d + 1) t + s: trajectory t after s moves                                       block t
+//! start     each parameter at one of p levels l = 0 .. p - 1, all as probable
+//! a move    by p/2 levels, up from the lower half, down from the upper: delta = p/(2 (p - 1)) of the whole course
+//! level -> coordinate u, by the law of the parameter:
+//!   both ends finite   u = l/(p - 1): from end to end
+//!   an end missing     u = 0.005 + 0.99 l/(p - 1): the middle 99 %, since a level at an end would be infinite
+//!   periodic           u = l/p: both ends are the same value, so p different ones, and a move is half a turn
+//! ```
+//! Every start is as probable and every direction follows from it, so each elementary effect of the grid is drawn with the same
+//! probability, as in Morris's own construction. A trajectory depends on (seed, t, d, p) alone: more trajectories move none.
+//!
+//! Source: M. D. Morris, "Factorial sampling plans for preliminary computational experiments" (1991).
+
+use crate::design::random::Source;
+use crate::uncertain::Uncertain;
+
+/// Probability beyond the outer levels of a law that has no end on one side or both.
+const TAIL: f64 = 0.005;
+
+/// Which coordinates the levels of a parameter are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Course {
+    Whole,
+    Middle,
+    Around,
+}
+
+/// The trajectories of a design.
+#[derive(Debug, Clone)]
+pub struct Trajectories {
+    source: Source,
+    levels: u64,
+    courses: Vec<Course>,
+}
+
+/// The move that leads to a point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Move {
+    /// The parameter that differs from the point before.
+    pub parameter: usize,
+    /// Whether its coordinate is larger than there.
+    pub up: bool,
+}
+
+impl Trajectories {
+    /// Of parameters with these laws, on an even number of levels.
+    pub(super) fn new(source: Source, levels: u64, laws: &[Uncertain]) -> Self {
+        let course = |law: &Uncertain| match law {
+            Uncertain::Periodic(..) => Course::Around,
+            law if law.ends().iter().all(|end| end.is_finite()) => Course::Whole,
+            _ => Course::Middle,
+        };
+        Self { source, levels, courses: laws.iter().map(course).collect() }
+    }
+
+    /// Points of a trajectory.
+    #[must_use]
+    pub fn rows(&self) -> u64 {
+        self.courses.len() as u64 + 1
+    }
+
+    /// How far a move goes, as a part of a parameter's course.
+    #[must_use]
+    pub fn delta(&self) -> f64 {
+        self.levels as f64 / (2.0 * (self.levels - 1) as f64)
+    }
+
+    /// Levels at which a trajectory starts, and the order in which its parameters move.
+    fn drawn(&self, trajectory: u64) -> (Vec<u64>, Vec<usize>) {
+        let parameters = self.courses.len();
+        let mut numbers = vec![0.0; 2 * parameters];
+        self.source.fill(trajectory, &mut numbers);
+        let (starts, keys) = numbers.split_at(parameters);
+        let level = |u: &f64| ((u * self.levels as f64) as u64).min(self.levels - 1);
+        let mut order: Vec<usize> = (0..parameters).collect();
+        order.sort_by(|&a, &b| keys[a].total_cmp(&keys[b]));
+        (starts.iter().map(level).collect(), order)
+    }
+
+    fn is_low(&self, level: u64) -> bool {
+        level < self.levels / 2
+    }
+
+    /// The move that leads to a point; none to the start of a trajectory.
+    #[must_use]
+    pub fn moved(&self, index: u64) -> Option<Move> {
+        let (trajectory, step) = (index / self.rows(), index % self.rows());
+        let before = usize::try_from(step.checked_sub(1)?).ok()?;
+        let (starts, order) = self.drawn(trajectory);
+        let parameter = order[before];
+        Some(Move { parameter, up: self.is_low(starts[parameter]) })
+    }
+
+    fn coordinate(&self, level: u64, course: Course) -> f64 {
+        let (level, last) = (level as f64, (self.levels - 1) as f64);
+        match course {
+            Course::Whole => level / last,
+            Course::Middle => TAIL + (1.0 - 2.0 * TAIL) * (level / last),
+            Course::Around => level / self.levels as f64,
+        }
+    }
+
+    /// The coordinates of a point.
+    pub(super) fn fill(&self, index: u64, point: &mut [f64]) {
+        let (trajectory, step) = (index / self.rows(), index % self.rows());
+        let (mut levels, order) = self.drawn(trajectory);
+        let half = self.levels / 2;
+        for &parameter in &order[..step as usize] {
+            let level = &mut levels[parameter];
+            *level = if self.is_low(*level) { *level + half } else { *level - half };
+        }
+        for ((coordinate, &level), &course) in point.iter_mut().zip(&levels).zip(&self.courses) {
+            *coordinate = self.coordinate(level, course);
+        }
+    }
+}

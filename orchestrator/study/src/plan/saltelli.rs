@@ -1,0 +1,103 @@
+//! Saltelli's layout: pairs of points A and B, and A with one parameter at a time taken from B.
+//!
+//! ```text
+//! base point j of Sobol's sequence in 2 d dimensions: the first d are A, the others B                       block j
+//! its points, in order   A, AB_1 .. AB_d, [BA_1 .. BA_d], B       d + 2 of them, 2 d + 2 with second_order
+//! AB_i = A with parameter i of B; BA_i = B with parameter i of A
+//! ```
+//! The sequence is that of `sobol.rs`, scrambled unless `scramble` = false, from index 0 on. A base point depends on (seed, j, d)
+//! alone: more base points move none; another number of parameters moves B.
+//!
+//! Sources: A. Saltelli, "Making best use of model evaluations to compute sensitivity indices" (2002); A. Saltelli et al., "Variance
+//! based sensitivity analysis of model output" (2010).
+
+use crate::design::sobol::Sobol;
+
+/// The base points of a design, and what is made of them.
+#[derive(Debug, Clone)]
+pub struct Saltelli {
+    sobol: Sobol,
+    /// Of the scrambling; none: as the sequence stands.
+    keys: Option<Vec<u64>>,
+    parameters: usize,
+    second_order: bool,
+}
+
+/// What a point is to its base point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// The first half of the coordinates.
+    A,
+    /// A with this parameter of B.
+    Ab(usize),
+    /// B with this parameter of A.
+    Ba(usize),
+    /// The second half.
+    B,
+}
+
+impl Saltelli {
+    /// Of so many parameters; `keys` of twice as many dimensions.
+    pub(super) fn new(parameters: usize, keys: Option<Vec<u64>>, second_order: bool) -> Self {
+        Self { sobol: Sobol::new(2 * parameters), keys, parameters, second_order }
+    }
+
+    /// Points of a base point.
+    #[must_use]
+    pub fn rows(&self) -> u64 {
+        rows(self.parameters, self.second_order)
+    }
+
+    /// Whether every BA_i is there.
+    #[must_use]
+    pub fn has_second_order(&self) -> bool {
+        self.second_order
+    }
+
+    /// Whether its points are random.
+    #[must_use]
+    pub fn is_scrambled(&self) -> bool {
+        self.keys.is_some()
+    }
+
+    /// What a point is.
+    #[must_use]
+    pub fn role(&self, index: u64) -> Role {
+        let place = index % self.rows();
+        if place == 0 {
+            return Role::A;
+        }
+        if place == self.rows() - 1 {
+            return Role::B;
+        }
+        let of = place as usize - 1;
+        if of < self.parameters { Role::Ab(of) } else { Role::Ba(of - self.parameters) }
+    }
+
+    /// The coordinates of a point.
+    pub(super) fn fill(&self, index: u64, point: &mut [f64]) {
+        let mut both = vec![0.0; 2 * self.parameters];
+        let base = index / self.rows();
+        match &self.keys {
+            Some(keys) => self.sobol.scrambled(base, keys, &mut both),
+            None => self.sobol.plain(base, &mut both),
+        }
+        let (a, b) = both.split_at(self.parameters);
+        let (most, exchanged) = match self.role(index) {
+            Role::A => (a, None),
+            Role::Ab(i) => (a, Some((i, b[i]))),
+            Role::Ba(i) => (b, Some((i, a[i]))),
+            Role::B => (b, None),
+        };
+        point.copy_from_slice(most);
+        if let Some((parameter, coordinate)) = exchanged {
+            point[parameter] = coordinate;
+        }
+    }
+}
+
+/// Points of a base point.
+pub(super) fn rows(parameters: usize, second_order: bool) -> u64 {
+    let each = if second_order { 2 } else { 1 };
+    each * parameters as u64 + 2
+}

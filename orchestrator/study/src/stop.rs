@@ -1,0 +1,173 @@
+//! `[stop]`: when a study is precise enough to end before its design does. No part of what a study is: another rule ends its table
+//! elsewhere, and computes nothing again.
+
+use super::amount::parse_duration;
+use super::asked::{Asked, AskedQuestion};
+use super::plan::{Kind, Plan, Standing};
+use super::table::{Keys, scalar_text, wrong_type};
+use bladeoff_model::document::{Collector, Entry, Value};
+use std::time::Duration;
+
+const KEYS: [&str; 4] = ["half_width", "relative", "samples", "wall"];
+
+/// Points of the first look; each further one is at twice as many.
+pub const FIRST_LOOK: u64 = 256;
+
+/// What `[stop]` asks for; both widths have to be reached where both are given, and whatever comes first ends the study.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StopDef {
+    /// Half of every interval at most, in the unit of its figure.
+    pub half_width: Option<f64>,
+    /// The same as a part of the figure.
+    pub relative: Option<f64>,
+    /// Points at most; trajectories of a Morris design, base points of a Saltelli design.
+    pub samples: Option<u64>,
+    /// Time of a run at most.
+    pub wall: Option<Duration>,
+}
+
+impl StopDef {
+    /// Whether intervals are looked at.
+    #[must_use]
+    pub fn asks_for_width(&self) -> bool {
+        self.half_width.is_some() || self.relative.is_some()
+    }
+
+    /// From `[stop]` of a study; `plan`: its points, `None` where they could not be read. Problems go to `problems`.
+    pub(super) fn read(
+        entry: &Entry,
+        asked: &Asked,
+        (has_design, plan): (bool, Option<&Plan>),
+        problems: &mut Collector<'_>,
+    ) -> Option<Self> {
+        let keys = Keys::of(entry, "stop", problems)?;
+        let before = problems.count();
+        keys.refuse_unknown(&KEYS, problems);
+        let stop = Self {
+            half_width: keys.get("half_width").and_then(|entry| width(entry, problems)),
+            relative: keys.get("relative").and_then(|entry| relative(entry, problems)),
+            samples: keys.get("samples").and_then(|entry| keys.whole(entry, 1, i64::MAX as u64, problems)),
+            wall: keys.get("wall").and_then(|entry| wall(entry, problems)),
+        };
+        if problems.count() > before {
+            return None;
+        }
+        let mut refuse = |entry: &Entry, key: &str, message: String, allowed: &str| {
+            problems.add(entry.node.span.clone(), key, message).allowed = Some(allowed.to_owned());
+        };
+        if KEYS.iter().all(|key| keys.get(key).is_none()) {
+            let allowed = "half_width = 0.01, relative = \"5 %\", samples = 4096, wall = \"8 h\"";
+            refuse(entry, "stop", "says nothing to stop at".to_owned(), allowed);
+            return None;
+        }
+        if !has_design {
+            let allowed = "[design] with kind = \"monte-carlo\" and samples = 4096";
+            refuse(entry, "stop", "is about points of a [design], and there is none".to_owned(), allowed);
+            return None;
+        }
+        let width = keys.get("half_width").or(keys.get("relative"));
+        let key = |entry: &Entry| format!("stop.{}", entry.name);
+        if let Some(width) = width.filter(|_| !asked.questions.iter().any(has_figure)) {
+            let message = "no question of the study has a number whose interval could become narrow".to_owned();
+            let allowed = "a [[question]] with `probability`, `quantile`, `mean` or `sensitivity`";
+            refuse(width, &key(width), message, allowed);
+        }
+        let plan = plan?;
+        let word = plan.kind().word();
+        if plan.kind() == Kind::OneAtATime {
+            let message =
+                format!("points of kind {word:?} are no sample, of which the first ones would tell of the others");
+            refuse(entry, "stop", message, "another kind in [design]");
+        } else if !is_blocked(plan) && !FIRST_LOOK.is_multiple_of(plan.replicates()) {
+            let message = format!("a look at the first {FIRST_LOOK} points would cut {} replicates", plan.replicates());
+            refuse(entry, "stop", message, "16, 32, 64, 128 or 256 replicates");
+        } else if let (Some(width), false, Standing::NoInterval(why)) =
+            (width, is_blocked(plan), plan.standing(plan.count()))
+        {
+            let message = format!("there is no interval that could become narrow: {why}");
+            refuse(
+                width,
+                &key(width),
+                message,
+                "kind = \"monte-carlo\", or replicates = 16 of a power of two of samples",
+            );
+        } else if let Some(width) = width.filter(|_| is_blocked(plan) && !asked.questions.iter().any(is_sensitivity)) {
+            let message = format!("only a question with `sensitivity` has intervals with points of kind {word:?}");
+            refuse(width, &key(width), message, "a [[question]] with `sensitivity`");
+        }
+        if let (Some(samples), Some(entry), false) = (stop.samples, keys.get("samples"), is_blocked(plan))
+            && samples < plan.count()
+            && plan.whole(samples) != samples
+        {
+            let whole = plan.whole(samples);
+            let allowed = if whole > 0 { format!("such as {whole}") } else { "more points".to_owned() };
+            refuse(
+                entry,
+                "stop.samples",
+                format!("the first {samples} points are no whole design of kind {word:?}"),
+                &allowed,
+            );
+        }
+        (problems.count() == before).then_some(stop)
+    }
+}
+
+/// Whether points are of use in blocks only, so that blocks are counted.
+#[must_use]
+pub fn is_blocked(plan: &Plan) -> bool {
+    matches!(plan.kind(), Kind::Morris | Kind::Saltelli)
+}
+
+fn has_figure(question: &AskedQuestion) -> bool {
+    // what could not be read is another problem
+    question.is_partly || question.exceedance.is_none() && question.fragility.is_none() && question.map.is_none()
+}
+
+fn is_sensitivity(question: &AskedQuestion) -> bool {
+    question.is_partly || question.sensitivity.is_some()
+}
+
+fn width(entry: &Entry, problems: &mut Collector<'_>) -> Option<f64> {
+    above_0(
+        entry,
+        entry.node.value.as_number(),
+        "a number above 0: in the SI unit of the figure, 0.01 for 1 % of a probability",
+        problems,
+    )
+}
+
+fn relative(entry: &Entry, problems: &mut Collector<'_>) -> Option<f64> {
+    let percent = |text: &str| Some(text.trim().strip_suffix('%')?.trim_end().parse::<f64>().ok()? / 100.0);
+    let given = match &entry.node.value {
+        Value::Text(text) => percent(text),
+        value => value.as_number(),
+    };
+    above_0(entry, given, "a part of the figure above 0, such as 0.05 or \"5 %\"", problems)
+}
+
+fn above_0(entry: &Entry, given: Option<f64>, allowed: &str, problems: &mut Collector<'_>) -> Option<f64> {
+    let key = format!("stop.{}", entry.name);
+    match given {
+        Some(given) if given > 0.0 && given.is_finite() => Some(given),
+        None if !matches!(entry.node.value, Value::Text(_)) => {
+            wrong_type(&entry.node, &key, allowed, problems);
+            None
+        }
+        _ => {
+            let value = problems.excerpt(entry.node.span.clone());
+            let told = problems.add(entry.node.span.clone(), key, "is no width");
+            (told.value, told.allowed) = (Some(value), Some(allowed.to_owned()));
+            None
+        }
+    }
+}
+
+fn wall(entry: &Entry, problems: &mut Collector<'_>) -> Option<Duration> {
+    let text = scalar_text(&entry.node.value).unwrap_or_default();
+    let told = parse_duration(&text);
+    if let Err(message) = &told {
+        let value = problems.excerpt(entry.node.span.clone());
+        problems.add(entry.node.span.clone(), "stop.wall", message).value = Some(value);
+    }
+    told.ok()
+}

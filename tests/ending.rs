@@ -1,0 +1,284 @@
+//! `[stop]`: studies that end when they are precise enough, at so many points or after a time, whoever computes them.
+
+mod support;
+
+use bladeoff_answers::tables::count_sound_rows;
+use serde_json::Value;
+use std::fs;
+use support::faults::{Running, left_behind};
+use support::{Folder, say};
+
+/// A tenth of the points are events.
+const STUDY: &str = r#"schema = 1
+name = "stopping"
+model = "function"
+seed = 11
+
+[function]
+g = "x * k"
+
+[[uncertain]]
+name = "x"
+distribution = "uniform"
+lower = 0
+upper = 1
+
+[[vary]]
+name = "k"
+values = [1, 1.25]
+
+[design]
+kind = "monte-carlo"
+samples = 20000
+
+[[question]]
+name = "high"
+probability = "g > 0.9"
+"#;
+
+const TENTH: &str = "\n[stop]\nrelative = \"25 %\"\n";
+
+fn with(stop: &str) -> String {
+    format!("{STUDY}{stop}")
+}
+
+fn json(folder: &Folder, out: &str, name: &str) -> Value {
+    serde_json::from_str(&fs::read_to_string(folder.path(out).join(name)).expect("written")).expect("JSON")
+}
+
+fn table(folder: &Folder, out: &str) -> Vec<u8> {
+    fs::read(folder.path(out).join("results.parquet")).expect("the table")
+}
+
+fn run(folder: &Folder, study: &str, out: &str, more: &[&str]) -> support::Said {
+    let out = folder.name(out);
+    say(&[&["run", study, "--out", &out], more].concat())
+}
+
+/// Points and why of an end, as the manifest tells it.
+fn end(folder: &Folder, out: &str) -> (u64, String, String) {
+    let manifest = json(folder, out, "manifest.json");
+    let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
+    assert_eq!(manifest["state"], "complete");
+    assert_eq!(manifest["stop"], json(folder, out, "status.json")["stop"]);
+    (manifest["stop"]["points"].as_u64().unwrap_or(0), text(&manifest["stop"]["why"]), text(&manifest["ended"]))
+}
+
+#[test]
+fn a_study_that_is_precise_enough_has_the_same_table_on_one_and_three_workers_and_after_kills() {
+    let folder = Folder::new();
+    let study = folder.write("s.toml", &with(TENTH));
+    let one = run(&folder, &study, "one", &["--workers", "1"]);
+    assert_eq!(one.code, 0, "{}", one.err);
+    let (points, why, ended) = end(&folder, "one");
+    assert!((512..20000).contains(&points) && points.is_power_of_two(), "{points}");
+    assert_eq!((why.as_str(), ended.as_str()), ("precision", "stop"));
+    assert!(one.out.contains(&format!("precise enough at {points} of 20000 points ([stop])")), "{}", one.out);
+    assert_eq!(run(&folder, &study, "three", &["--workers", "3"]).code, 0);
+    assert!(table(&folder, "one") == table(&folder, "three"), "another table on three workers");
+    // killed while samples are computed, with rows aside for a look, at the end of the last stage; then the same command again
+    for (at, sample) in [("recorded", 700), ("looking", 512), ("looking", 2 * points), ("writing", 0)] {
+        let out = format!("killed-{at}-{sample}");
+        let fault = format!("who=orchestrator,at={at},sample={sample},do=kill");
+        let mut killed = Running::start(&folder, &study, &folder.name(&out), &fault);
+        assert!(!killed.end().success());
+        assert_eq!(killed.fired(), 1, "{at} {sample}: the kill happened");
+        assert!(!folder.path(&out).join("results.parquet").exists());
+        let again = run(&folder, &study, &out, &[]);
+        assert_eq!(again.code, 0, "{}", again.err);
+        assert!(table(&folder, "one") == table(&folder, &out), "{at} {sample}: another table");
+        assert_eq!(left_behind(&folder.name(&out)), Vec::<std::path::PathBuf>::new(), "{at} {sample}");
+        assert!(!folder.path(&out).join("look.parquet").exists());
+    }
+    // a worker dies
+    let fault = "who=worker,at=running,sample=300,do=kill";
+    let mut killed = Running::start(&folder, &study, &folder.name("worker"), fault);
+    assert!(killed.end().success(), "{}", killed.said());
+    assert_eq!(killed.fired(), 1, "the kill happened");
+    assert!(table(&folder, "one") == table(&folder, "worker"));
+}
+
+#[test]
+fn answers_use_the_level_of_the_look_and_commands_know_where_the_table_ends() {
+    let folder = Folder::new();
+    let study = folder.write("s.toml", &(with(TENTH) + "\n[[gate]]\nrequire = \"P(g > 0.9) < 0.5\"\n"));
+    let first = run(&folder, &study, "out", &[]);
+    assert_eq!(first.code, 0, "{}", first.err);
+    let (points, ..) = end(&folder, "out");
+    let answers = fs::read(folder.path("out/answers.json")).expect("written");
+    let answer = &json(&folder, "out", "answers.json")["answers"][0];
+    let (estimate, low, high) = (&answer["estimate"], &answer["low"], &answer["high"]);
+    let [estimate, low, high] = [estimate, low, high].map(|value| value.as_f64().expect("a number"));
+    assert!(0.5 * (high - low) <= 0.25 * estimate && low < 0.1 && 0.1 < high, "{answer}");
+    // exact limits at alpha/2^(k+1) of look k
+    let alpha = 0.05 / (points / 256 * 2) as f64;
+    let events = answer["events"].as_u64().expect("a number");
+    let limits = [
+        bladeoff_answers::estimate::limits::lower_limit(events, points, 0.5 * alpha),
+        bladeoff_answers::estimate::limits::upper_limit(events, points, 0.5 * alpha),
+    ];
+    assert_eq!([low, high], limits);
+    assert_eq!(
+        (&answer["n"], json(&folder, "out", "answers.json")["complete"].as_bool()),
+        (&points.into(), Some(true))
+    );
+    let out = folder.name("out");
+    // asked again: the same, and nothing is written anew
+    let again = say(&["answer", &out]);
+    assert!(again.code == 0 && again.out.contains("one of several looks of [stop]"), "{}", again.out);
+    assert_eq!(fs::read(folder.path("out/answers.json")).expect("there"), answers);
+    let gate = say(&["gate", &out]);
+    let level = 100.0 * (1.0 - alpha);
+    assert!(gate.code == 0 && gate.out.contains("passed, at most"), "{}{}", gate.out, gate.err);
+    assert!(level > 98.0 && gate.out.contains(&format!("Gates, of {points} points")), "{}", gate.out);
+    let status = say(&["status", &out]);
+    assert!(status.out.contains(&format!("complete: precise enough at {points} of 20000 points")), "{}", status.out);
+    let export = say(&["export", &out, "--csv"]);
+    assert_eq!(export.out.lines().count() as u64, 1 + 2 * points);
+    let why = say(&["why", &out, "3"]);
+    assert!(why.code == 0 && why.out.contains("status"), "{}{}", why.out, why.err);
+    let beyond = say(&["why", &out, &(2 * points).to_string()]);
+    assert!(beyond.code == 0 && beyond.out.contains("beyond the end of the table"), "{}{}", beyond.out, beyond.err);
+    // the same command: nothing to do, nothing changed
+    let before = table(&folder, "out");
+    let nothing = run(&folder, &study, "out", &[]);
+    assert!(nothing.code == 0 && nothing.err.contains("up to the end by [stop] is there already"), "{}", nothing.err);
+    assert!(before == table(&folder, "out") && nothing.out.contains("precise enough"), "{}", nothing.out);
+    // what is lost of it is made again, as it was
+    fs::remove_file(folder.path("out/manifest.json")).expect("removed");
+    assert_eq!(run(&folder, &study, "out", &[]).code, 0);
+    assert!(before == table(&folder, "out"));
+    assert_eq!(end(&folder, "out").0, points);
+}
+
+#[test]
+fn another_rule_ends_the_table_elsewhere_and_computes_what_is_missing_alone() {
+    let folder = Folder::new();
+    let study = folder.write("s.toml", &with("\n[stop]\nsamples = 3000\n"));
+    let run_with = |stop: &str| {
+        folder.write("s.toml", &with(stop));
+        let said = run(&folder, &study, "out", &[]);
+        assert_eq!(said.code, 0, "{}", said.err);
+        (said, end(&folder, "out"))
+    };
+    let (_, found) = run_with("\n[stop]\nsamples = 3000\n");
+    assert_eq!(found, (3000, "samples".to_owned(), "stop".to_owned()));
+    // an easier rule: the surplus stays in the record
+    let (said, (points, ..)) = run_with(TENTH);
+    assert!(points < 3000 && said.err.contains("6000 of 40000 samples are there already"), "{}", said.err);
+    let fresh = folder.write("fresh.toml", &with(TENTH));
+    assert_eq!(run(&folder, &fresh, "fresh", &[]).code, 0);
+    let rows = |out: &str| support::table(&folder.name(out));
+    assert_eq!(rows("out"), rows("fresh"));
+    // back, and then to the whole design
+    let (said, found) = run_with("\n[stop]\nsamples = 3000\n");
+    assert!(found.0 == 3000 && said.err.contains("6000 of 40000 samples are there already"), "{}", said.err);
+    folder.write("s.toml", STUDY);
+    let whole = run(&folder, &study, "out", &[]);
+    assert!(whole.code == 0 && whole.err.contains("6000 of 40000 samples are there already"), "{}", whole.err);
+    assert_eq!((rows("out").1.len(), &json(&folder, "out", "manifest.json")["stop"]), (40_000, &Value::Null));
+}
+
+#[test]
+fn a_time_ends_a_study_at_its_last_look_and_wall_of_the_command_leaves_it_open() {
+    let folder = Folder::new();
+    let endless = STUDY.replace("samples = 20000", "samples = 4000000");
+    let study = folder.write("s.toml", &format!("{endless}\n[stop]\nrelative = 1e-9\nwall = \"4 s\"\n"));
+    let said = run(&folder, &study, "out", &[]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    let (points, why, ended) = end(&folder, "out");
+    assert!(points >= 256 && points.is_power_of_two(), "{points}");
+    assert_eq!((why.as_str(), ended.as_str()), ("wall", "stop"));
+    let rows = count_sound_rows(&folder.path("out/results.parquet")).expect("a table");
+    assert_eq!(rows as u64, 2 * points);
+    let open = run(&folder, &study, "open", &["--wall", "3 s"]);
+    assert_eq!(open.code, 5, "{}{}", open.out, open.err);
+    assert!(!folder.path("open/results.parquet").exists());
+    assert_eq!(json(&folder, "open", "manifest.json")["state"], "wall");
+    // it is open: what another hour brings is told, of what was measured
+    let status = say(&["status", &folder.name("open")]);
+    assert!(status.out.contains("forecast") && status.out.contains("after another hour"), "{}", status.out);
+    let told: Value = serde_json::from_str(&say(&["status", &folder.name("open"), "--json"]).out).expect("JSON");
+    let of = &told["forecast"]["of"][0];
+    let [now, hour] = ["half_width", "after_an_hour"].map(|key| of[key].as_f64().expect("a number"));
+    assert!(hour < 0.2 * now && told["forecast"]["points_per_hour"].as_f64() > Some(1e4), "{told}");
+}
+
+#[test]
+fn a_design_that_ends_first_is_complete_and_says_so() {
+    let folder = Folder::new();
+    let study = folder.write("s.toml", &with("\n[stop]\nhalf_width = 1e-6\n").replace("20000", "600"));
+    let said = run(&folder, &study, "out", &[]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert!(
+        said.out.contains("all 600 points are done, and not every interval is as narrow as [stop] asks"),
+        "{}",
+        said.out
+    );
+    assert_eq!(end(&folder, "out"), (600, "design".to_owned(), "complete".to_owned()));
+}
+
+#[test]
+fn sensitivities_stop_a_study_of_blocks() {
+    let folder = Folder::new();
+    let saltelli = STUDY.replace("kind = \"monte-carlo\"\nsamples = 20000", "kind = \"saltelli\"\nsamples = 8192");
+    let saltelli = saltelli
+        .replace("g = \"x * k\"", "g = \"x * k + z * z\"")
+        .replace("[[vary]]", "[[uncertain]]\nname = \"z\"\ndistribution = \"normal\"\nmean = 0\nsd = 0.4\n\n[[vary]]");
+    let asked = "\n[[question]]\nname = \"who\"\nsensitivity = \"g\"\nmethod = \"sobol\"\n\n[stop]\nhalf_width = 0.1\n";
+    let study = folder.write("s.toml", &(saltelli + asked));
+    let said = run(&folder, &study, "out", &[]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    let (points, why, _) = end(&folder, "out");
+    // base points of A, AB_x, AB_z, B
+    assert!(points.is_multiple_of(4) && (points / 4).is_power_of_two() && why == "precision", "{points} {why}");
+    let answers = json(&folder, "out", "answers.json");
+    for answer in
+        answers["answers"].as_array().expect("answers").iter().filter(|answer| answer["kind"] == "sensitivity")
+    {
+        for name in ["x", "z"] {
+            for of in ["first", "total"] {
+                let index = &answer["indices"][name][of];
+                let half = 0.5 * (index["high"].as_f64().expect("high") - index["low"].as_f64().expect("low"));
+                assert!(half <= 0.1, "{index}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_cannot_stop_a_study_is_refused() {
+    let folder = Folder::new();
+    let refused = |text: &str| {
+        let check = say(&["check", &folder.write("wrong.toml", text)]);
+        assert_eq!(check.code, 3, "{}{}", check.out, check.err);
+        check.err
+    };
+    for (stop, part) in [
+        ("", "stop: says nothing to stop at"),
+        ("relative = \"a\"", "stop.relative = \"a\": is no width"),
+        ("half_width = -1", "stop.half_width = -1: is no width"),
+        ("half_width = true", "stop.half_width = true: is a boolean"),
+        ("samples = 0", "stop.samples = 0"),
+        ("wall = \"x\"", "stop.wall = \"x\""),
+        ("sampels = 3", "did you mean `samples`?"),
+    ] {
+        let err = refused(&with(&format!("\n[stop]\n{stop}\n")));
+        assert!(err.contains(part), "{stop}: {err}");
+    }
+    let curve = STUDY.replace("probability = \"g > 0.9\"", "exceedance = \"g\"") + TENTH;
+    assert!(refused(&curve).contains("no question of the study has a number whose interval"), "{}", refused(&curve));
+    let sequence = |replicates: u32| {
+        STUDY.replace(
+            "\"monte-carlo\"\nsamples = 20000",
+            &format!("\"sobol\"\nsamples = 256\nreplicates = {replicates}"),
+        )
+    };
+    assert!(refused(&(sequence(20) + TENTH)).contains("would cut 20 replicates"));
+    assert!(refused(&(sequence(8) + TENTH)).contains("fewer than 16 replicates"));
+    assert!(refused(&(sequence(16) + "\n[stop]\nsamples = 100\n")).contains("are no whole design"));
+    let grid = STUDY.replace("[design]\nkind = \"monte-carlo\"\nsamples = 20000\n", "") + "\n[stop]\nsamples = 10\n";
+    assert!(refused(&grid).contains("stop: is about points of a [design]"), "{}", refused(&grid));
+    let asked = say(&["check", &folder.write("right.toml", &with(TENTH))]);
+    assert!(asked.code == 0 && asked.out.contains("looks after 256, 512, 1024"), "{}", asked.out);
+}

@@ -1,0 +1,249 @@
+//! `bladeoff report`: one page that needs nothing else, the same for the same results, in a real browser.
+
+mod support;
+
+use std::fs;
+use std::process::{Command, Stdio};
+use support::skipped::skipped;
+use support::{Folder, said, say};
+
+/// Runs that fail where the root has no value, every kind of question, two values of what varies. The remark and the folder would be markup.
+const STUDY: &str = r#"# </script><script>document.documentElement.dataset.hostile = 1</script><img src=http://127.0.0.1:9/x>
+schema = 1
+name = "stress"
+model = "function"
+seed = 3
+[function]
+margin = "strength - load * sqrt(1.2 - slope)"
+damage = "load^2 * (1 + slope)"
+[design]
+kind = "monte-carlo"
+samples = 2000
+[[uncertain]]
+name = "load"
+distribution = "normal"
+mean = 2
+sd = 0.3
+[[uncertain]]
+name = "slope"
+distribution = "exponential"
+mean = 0.3
+[[vary]]
+name = "strength"
+values = [3, 2.5]
+[[question]]
+name = "breaks"
+probability = "margin < 0"
+[[question]]
+name = "damage-95"
+quantile = 0.95
+of = "damage"
+[[question]]
+name = "curve"
+exceedance = "damage"
+[[question]]
+name = "by-load"
+fragility = "load"
+probability = "margin < 0"
+[[question]]
+name = "by-strength"
+fragility = "strength"
+probability = "margin < 0"
+[[question]]
+name = "weaker"
+difference = [2.5, 3]
+vary = "strength"
+probability = "margin < 0"
+[[question]]
+name = "what-decides"
+sensitivity = "damage"
+method = "given-data"
+[[question]]
+name = "where"
+map = ["load", "slope"]
+of = "P(margin < 0)"
+[[gate]]
+require = "P(margin < 0) < 0.01"
+"#;
+
+/// A directory whose name would be markup.
+const DIRECTORY: &str = "run <img src=x onerror=alert(1)>";
+
+fn run(folder: &Folder, text: &str) -> String {
+    let study = folder.write("stress.toml", text);
+    let out = folder.name(DIRECTORY);
+    let run = say(&["run", &study, "--out", &out, "--workers", "1"]);
+    assert_eq!(run.code, 0, "{}", run.err);
+    out
+}
+
+fn page(folder: &Folder, directory: &str, name: &str) -> String {
+    let path = folder.name(name);
+    let made = say(&["report", directory, "--out", &path]);
+    assert_eq!((made.code, made.out.as_str()), (0, ""), "{}", made.err);
+    fs::read_to_string(path).expect("UTF-8")
+}
+
+/// The page without its scripts and style.
+fn own(page: &str) -> String {
+    let (head, rest) = page.split_once("<style>").expect("a style");
+    let body = rest.split_once("</style>").expect("its end").1;
+    let before = body.split_once("<script>").expect("the library").0;
+    head.to_owned() + before
+}
+
+#[test]
+fn a_page_says_what_answer_and_gate_say_and_is_the_same_bytes_again() {
+    let folder = Folder::new();
+    let directory = run(&folder, STUDY);
+    let text = page(&folder, &directory, "a.html");
+    assert_eq!(text, page(&folder, &directory, "b.html"), "no clock, no chance");
+    let shown = own(&text)
+        .replace("&lt;", "<")
+        .replace("&gt;", ">")
+        .replace("&quot;", "\"")
+        .replace("&#39;", "'")
+        .replace("&amp;", "&");
+    let answers = say(&["answer", &directory]);
+    assert_eq!(answers.code, 0, "{}", answers.err);
+    let sentences: Vec<&str> = answers.out.lines().filter(|line| line.contains(" bad run")).map(str::trim).collect();
+    assert!(sentences.len() > 6, "{}", answers.out);
+    for sentence in sentences {
+        assert!(shown.contains(sentence), "{sentence}");
+    }
+    let gate = say(&["gate", &directory]);
+    assert_eq!(gate.code, 4, "{}", gate.err);
+    let decision = gate.out.lines().find(|line| line.contains("failed, at least")).expect("a failed gate");
+    assert!(shown.contains(decision), "{decision}");
+    // every bad run is there, counted and drawn, and one of them can be asked about
+    let status = say(&["status", &directory, "--json"]);
+    let status: serde_json::Value = serde_json::from_str(&status.out).expect("JSON");
+    let failed = status["by_cause"]["non_finite"].as_u64().expect("some fail");
+    assert!(failed > 20, "{status}");
+    assert!(
+        shown.contains(&format!("{failed} of them (")) && shown.contains(&format!("all {failed} failed by non_finite"))
+    );
+    let why = shown.split("bladeoff why ").nth(1).and_then(|rest| rest.split("</code>").next()).expect("a command");
+    let command = format!("{} why {why}", env!("CARGO_BIN_EXE_bladeoff"));
+    let asked = said(Command::new("sh").args(["-c", &command]).output().expect("a shell"));
+    assert!(asked.code == 0 && asked.out.contains("non_finite"), "{command}: {}{}", asked.out, asked.err);
+}
+
+#[test]
+fn hostile_names_and_files_stay_text_and_nothing_is_asked_of_elsewhere() {
+    let folder = Folder::new();
+    let directory = run(&folder, STUDY);
+    let text = page(&folder, &directory, "a.html");
+    let own = own(&text);
+    assert!(own.contains("&lt;script&gt;document") && own.contains("onerror=alert(1)&gt;"), "they are shown");
+    assert!(!own.contains("<img") && !own.contains("<script>document"));
+    assert!(own.contains("default-src 'none'; script-src 'sha256-"), "{}", &own[..600]);
+    // links lead to places of the page
+    let links: Vec<&str> = own.split("href=\"").skip(1).map(|rest| rest.split('"').next().expect("an end")).collect();
+    assert!(links.len() > 10, "{links:?}");
+    for link in links {
+        let id = link.strip_prefix('#').unwrap_or_else(|| panic!("{link} leaves the page"));
+        assert!(own.contains(&format!("id=\"{id}\"")), "{link} leads nowhere");
+    }
+    for attribute in ["src=\"", "action=\"", "@import", "url("] {
+        assert!(!own.contains(attribute), "{attribute}");
+    }
+}
+
+#[test]
+fn half_way_it_says_so_and_of_a_grid_it_has_no_answers() {
+    let folder = Folder::new();
+    let (quick, _) = STUDY.split_once("[[question]]\nname = \"what-decides\"").expect("questions that take longer");
+    let study = folder.write("stress.toml", &quick.replace("samples = 2000", "samples = 500000"));
+    let out = folder.name("half");
+    let ended = say(&["run", &study, "--out", &out, "--workers", "1", "--wall", "3 s"]);
+    assert_eq!(ended.code, 5, "the clock ended it: {}", ended.err);
+    let text = own(&page(&folder, &out, "half.html"));
+    assert!(text.contains("This study is not complete") && text.contains("what ends first is not random"));
+    assert!(text.len() < 3_500_000, "{}", text.len());
+    let none = say(&["report", &folder.name("nothing")]);
+    assert_eq!(none.code, 3, "{}", none.err);
+
+    let table = folder.name("half/results.parquet");
+    let refused = say(&["report", &out, "--out", &table]);
+    assert!(refused.code == 3 && refused.err.contains(".html"), "{}", refused.err);
+
+    let grid = folder.small_study();
+    let out = folder.name("grid");
+    let run = say(&["run", &grid, "--out", &out]);
+    assert_eq!(run.code, 0, "{}", run.err);
+    let text = own(&page(&folder, &out, "grid.html"));
+    assert!(!text.contains("id=\"answers\"") && text.contains("id=\"regimes\"") && text.contains("id=\"limits\""));
+    let again = text.split("bladeoff replay ").nth(1).and_then(|rest| rest.split("</code>").next()).expect("a command");
+    let replay = said(
+        Command::new("sh")
+            .args(["-c", &format!("{} replay {again}", env!("CARGO_BIN_EXE_bladeoff"))])
+            .output()
+            .expect("a shell"),
+    );
+    assert_eq!(replay.code, 0, "{again}: {}", replay.err);
+}
+
+#[test]
+fn limits_of_the_model_are_those_of_the_readme() {
+    let readme = fs::read_to_string(support::root().join("README.md")).expect("the README");
+    let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let readme = words(&readme);
+    let [first @ .., _] = bladeoff::reporting::LIMITS;
+    for limit in first {
+        assert!(readme.contains(&words(limit)), "{limit}");
+    }
+}
+
+/// A browser that is there.
+fn browser() -> Option<&'static str> {
+    ["chromium-headless-shell", "chromium"].into_iter().find(|name| {
+        let said = Command::new(name).arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
+        said.is_ok_and(|status| status.success())
+    })
+}
+
+#[test]
+fn a_browser_draws_every_figure_without_a_word_and_asks_nobody() {
+    let folder = Folder::new();
+    let Some(browser) = browser() else {
+        skipped("the page of `report` in a browser", "no chromium-headless-shell and no chromium");
+        return;
+    };
+    let directory = run(&folder, STUDY);
+    let text = page(&folder, &directory, "a.html");
+    let figures = own(&text).matches("class=\"plot\"").count();
+    assert!(figures >= 9, "{figures}");
+    let log = folder.name("net.json");
+    let opened = Command::new("timeout")
+        .args(["600", browser])
+        // as root there is no sandbox; the network is a wall
+        .args([
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--virtual-time-budget=20000",
+            "--proxy-server=127.0.0.1:9",
+        ])
+        .args(["--disable-background-networking", "--no-first-run", "--enable-logging=stderr", "--v=0"])
+        .arg(format!("--user-data-dir={}", folder.name("profile")))
+        .arg(format!("--log-net-log={log}"))
+        .args(["--dump-dom", &format!("file://{}", folder.name("a.html"))])
+        .output()
+        .expect("it starts");
+    let (dom, told) = (String::from_utf8_lossy(&opened.stdout), String::from_utf8_lossy(&opened.stderr));
+    assert!(dom.contains(&format!("data-drawn=\"{figures} of {figures}\"")), "{figures} figures; {told}");
+    assert!(dom.matches("class=\"main-svg\"").count() >= figures, "the library has drawn");
+    assert!(!dom.contains("data-hostile"), "what the file says was done");
+    let console: Vec<&str> = told.lines().filter(|line| line.contains("CONSOLE")).collect();
+    assert!(console.is_empty(), "{console:?}");
+    // what the library made of names leads nowhere, either
+    let body = own(&dom);
+    let links = body.split("href=\"").skip(1).map(|rest| rest.split('"').next().unwrap_or_default());
+    // a heat map is a picture within the page
+    let away: Vec<&str> = links.filter(|link| !link.starts_with('#') && !link.starts_with("data:image/png;")).collect();
+    assert!(away.is_empty(), "{away:?}");
+    let asked = fs::read_to_string(&log).expect("a log of the network");
+    assert!(asked.contains("\"constants\""), "it was written");
+    assert!(!asked.contains("127.0.0.1:9/x") && !asked.contains("plot.ly") && !asked.contains("plotly.com"));
+}
