@@ -2,16 +2,21 @@
 
 mod common;
 
-use bladeoff_core::engine::exponential::{FlightSettings, simulate};
+use bladeoff_core::engine::simulate;
+use bladeoff_core::record::NoHistory;
 use bladeoff_core::structure::Structure;
-use bladeoff_model::machine::Machine;
+use bladeoff_model::machine::{Engine, Machine};
 use bladeoff_model::outcome::{EndCause, Status};
 use common::{Row, machine_with, run, study_machine};
 
 fn exponential(machine: Machine, step: f64) -> Row {
-    let structure = Structure::build(&machine, None).expect("buildable");
-    let outcome = simulate(&machine, &structure, FlightSettings::of_step(step)).expect("covered");
-    Row { machine, outcome }
+    run(of_engine(machine, step))
+}
+
+fn of_engine(mut machine: Machine, step: f64) -> Machine {
+    machine.run.engine = Engine::Exponential;
+    machine.run.contact_step = Some(step);
+    machine
 }
 
 /// Asserts that columns agree, each within its relative tolerance.
@@ -112,15 +117,19 @@ fn a_run_ends_where_it_is_told_to() {
 
 #[test]
 fn runs_that_share_bases_are_those_that_do_not() {
-    let change = [("run.end_time", "0.16 s")];
-    let machine = machine_with(&study_machine("lab_rig"), &change);
-    let other = machine_with(&study_machine("lab_rig"), &[change[0], ("contact.friction", "0.05")]);
-    let shared = Structure::build(&machine, None).expect("buildable");
-    let settings = FlightSettings::of_step(5e-6);
-    let first = simulate(&other, &shared, settings).expect("covered");
-    let second = simulate(&machine, &shared, settings).expect("covered");
-    let alone = simulate(&machine, &Structure::build(&machine, None).expect("buildable"), settings).expect("covered");
-    let bits = |values: &[Option<f64>]| values.iter().map(|value| value.map(f64::to_bits)).collect::<Vec<_>>();
-    assert_eq!(bits(&second.values), bits(&alone.values));
-    assert_ne!(bits(&first.values), bits(&second.values), "friction counts");
+    let of = |friction: &str| {
+        let changes = [("run.end_time", "0.16 s"), ("contact.friction", friction)];
+        of_engine(machine_with(&study_machine("lab_rig"), &changes), 5e-6)
+    };
+    let (machine, other) = (of("0.1"), of("0.05"));
+    let values = |machine: &Machine, structure: &Structure| {
+        let outcome = simulate(machine, structure, &mut NoHistory).expect("covered");
+        outcome.values.iter().map(|value| value.map(f64::to_bits)).collect::<Vec<_>>()
+    };
+    let build = || Structure::build(&machine, None).expect("buildable");
+    let shared = build();
+    let first = values(&other, &shared);
+    let second = values(&machine, &shared);
+    assert_eq!(second, values(&machine, &build()));
+    assert_ne!(first, second, "friction counts");
 }

@@ -129,11 +129,6 @@ impl Recorders {
         self.stresses.see(lateral, twist, at);
     }
 
-    /// Judges the run where an engine says so.
-    pub fn judge_now(&mut self, machine: &Machine, structure: &Structure) {
-        self.judge(machine, structure);
-    }
-
     /// Judges the run with its step at n, from which it can go on. As long as all guards hold, what has been reached counts as reached
     /// while they did. Judged with the energy balance, every few steps: what was reached since the last time is left out where a guard breaks.
     #[inline]
@@ -143,7 +138,8 @@ impl Recorders {
         }
     }
 
-    fn judge(&mut self, machine: &Machine, structure: &Structure) {
+    /// Judges the run where an engine says so.
+    pub fn judge(&mut self, machine: &Machine, structure: &Structure) {
         if self.guards.hold(&self.energies, &self.rings, machine, structure) {
             self.loads.hold();
             self.stresses.hold();

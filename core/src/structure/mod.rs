@@ -4,6 +4,7 @@
 //! transient sees both through [`Coordinates`] and evaluates every non-linear term at the nodes.
 
 mod coordinates;
+mod kept;
 mod lag;
 mod part;
 
@@ -48,8 +49,8 @@ pub struct Structure {
     /// Of the shaft's nodes.
     rotor_lags: Vec<lag::Lag>,
     basis: Basis,
-    /// What runs of the exponential engine share.
-    pub(crate) exponential: crate::engine::exponential::Kept,
+    /// What an engine keeps of its own for runs that share the structure.
+    pub(crate) kept: kept::Kept,
 }
 
 impl Structure {
@@ -78,7 +79,7 @@ impl Structure {
             }
             None => Basis::compute(machine, &rotor, &flexible)?,
         };
-        let reduced = machine.run.engine == Engine::Reduced;
+        let reduced = machine.run.engine != Engine::Full;
         let correct = reduced && machine.run.static_residual;
         let point = matches!(machine.rotor.kind, RotorKind::PointMass(_));
         let lateral = if reduced && !point {
@@ -112,7 +113,7 @@ impl Structure {
             rings,
             rotor_lags,
             basis,
-            exponential: crate::engine::exponential::Kept::default(),
+            kept: kept::Kept::default(),
         })
     }
 
@@ -177,6 +178,7 @@ fn structural(machine: &Machine) -> Machine {
         end_speed: 0.0,
         engine: machine.run.engine,
         step: None,
+        contact_step: None,
         force_location: bladeoff_model::machine::ForceLocation::Next,
         rotor_modes: machine.run.rotor_modes,
         twist_modes: machine.run.twist_modes,

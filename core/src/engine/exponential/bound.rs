@@ -7,7 +7,7 @@
 //! mu(B) is the largest eigenvalue of the symmetric part of a block, its logarithmic norm, which bounds its exponential (Dahlquist 1958); f the unbalances'
 //! forces with a margin for the change of spin and twist in the step. (1) is a bound, not an estimate. Verified by `the_bound_of_the_velocity_is_one`.
 
-use super::grid::Cell;
+use super::local::Local;
 
 /// What the unbalances' forces may grow by in a step.
 const GROWING: f64 = 1.05;
@@ -30,7 +30,7 @@ struct PairBound {
 
 impl Bound {
     /// Of the node whose rows begin at a place, in a cell under so many unbalances.
-    pub fn new(cell: &Cell, row: usize, unbalances: usize) -> Self {
+    pub fn new(cell: &Local, row: usize, unbalances: usize) -> Self {
         let pairs = cell.blocks.len();
         let of = |v: &[f64], k: usize| length([v[k], v[pairs + k]]);
         let pair = |(k, b): (usize, &[f64; 4])| {

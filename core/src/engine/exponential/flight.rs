@@ -5,6 +5,7 @@ use super::grid::Cell;
 use super::kick::Kick;
 use super::peak::Vertex;
 use super::propagator::Propagator;
+use super::settings::FlightSettings;
 use super::shared::Shared;
 use super::spin::{Spin, SpinStep};
 use crate::engine::beginning::initial_motion;
@@ -14,33 +15,11 @@ use bladeoff_model::machine::{Engine, Machine};
 use nalgebra::Complex;
 use std::sync::Arc;
 
-/// Cells between two stations of the grid.
-const CELLS: u32 = 10;
 /// Turn of the rotor from one gyroscopic momentum to the next \[rad\]. It is a product of all pairs with all, 1e-5 of the spin's momentum, and changes
 /// slowly: what lies between shifts the spin until the next, and adds to nothing.
 const GYRATION: f64 = 0.05;
 /// The trial step from which the first slope of the spin is taken, as a part of the step.
 const TRIAL: f64 = 1.0 / 64.0;
-
-/// How finely a flight is computed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FlightSettings {
-    /// Time step \[s\]; a flight may take it doubled any number of times.
-    pub step: f64,
-    /// Distance of the grid's speeds \[rad/s\]; by default the power of two nearest to a 150th of the initial speed, so that it is one for speeds that differ
-    /// a little.
-    pub spacing: Option<f64>,
-    /// Cells between two of them, even.
-    pub cells: u32,
-}
-
-impl FlightSettings {
-    /// With the default grid.
-    #[must_use]
-    pub fn of_step(step: f64) -> Self {
-        Self { step, spacing: None, cells: CELLS }
-    }
-}
 
 /// A shaft line in free flight.
 #[derive(Debug, Clone)]
@@ -105,7 +84,7 @@ impl Flight {
         flight.spin = spin;
         let mut trial = flight.clone();
         trial.step = TRIAL * settings.step;
-        trial.trial = Some(Propagator::new(&trial.cell, trial.velocities.len(), trial.step));
+        trial.trial = Some(Propagator::new(&trial.cell.local, trial.velocities.len(), trial.step));
         for _ in 0..2 {
             trial.advance(0)?;
         }
@@ -146,7 +125,7 @@ impl Flight {
         self.spin.complete(&self.levels[level], &self.velocities, self.gyroscopic.1);
         let grid = &self.shared.grid;
         while grid.has_left(&self.cell, self.spin.speed) {
-            let up = self.spin.speed > self.cell.speed;
+            let up = self.spin.speed > self.cell.local.speed;
             let next = grid.cell(if up { self.cell.index + 1 } else { self.cell.index - 1 })?;
             grid.cross(&self.cell, &next, &mut self.y, &mut self.scratch);
             self.cell = next;
@@ -182,7 +161,7 @@ impl Flight {
     pub fn load(&self, bearing: usize) -> [f64; 2] {
         let first = self.shared.grid.model.outputs.load(bearing);
         let direct = &self.shared.direct[bearing];
-        let mut load = [0, 1].map(|i| dot(&self.cell.rows[first + i], &self.y) + direct.constant[i]);
+        let mut load = [0, 1].map(|i| dot(&self.cell.local.rows[first + i], &self.y) + direct.constant[i]);
         for (s, at_once) in direct.of_force.iter().enumerate() {
             let force = self.spin.force_now(s);
             load[0] += at_once[0] * force.re + at_once[1] * force.im;
@@ -201,14 +180,14 @@ impl Flight {
     #[must_use]
     pub fn contact(&self, diaphragm: usize) -> [[f64; 2]; 2] {
         let first = self.shared.grid.model.outputs.contact(diaphragm);
-        let at = |i: usize| dot(&self.cell.rows[first + i], &self.y);
+        let at = |i: usize| dot(&self.cell.local.rows[first + i], &self.y);
         [[at(0), at(1)], [at(2), at(3)]]
     }
 
     /// Displacement of the rotor at a diaphragm's contact \[m\].
     pub(super) fn place(&self, diaphragm: usize) -> [f64; 2] {
         let first = self.shared.grid.model.outputs.contact(diaphragm);
-        [0, 1].map(|i| dot(&self.cell.rows[first + i], &self.y))
+        [0, 1].map(|i| dot(&self.cell.local.rows[first + i], &self.y))
     }
 
     /// Time in contact steps.
@@ -271,7 +250,7 @@ impl Flight {
 
     fn see_velocities(&mut self) {
         for (s, velocity) in self.velocities.iter_mut().enumerate() {
-            *velocity = [0, 1].map(|i| dot(&self.cell.rows[2 * s + i], &self.y));
+            *velocity = [0, 1].map(|i| dot(&self.cell.local.rows[2 * s + i], &self.y));
         }
     }
 }

@@ -13,9 +13,9 @@
 //! on the way a run takes, nor on the runs before it.
 
 use super::ExponentialError;
-use super::block::Block;
 use super::bound::Bound;
 use super::kick::Kick;
+use super::local::Local;
 use super::propagator::Propagator;
 use super::station::{Model, Station};
 use super::transfer::Transfer;
@@ -56,13 +56,7 @@ struct Found {
 #[derive(Debug)]
 pub(super) struct Cell {
     pub index: i64,
-    /// Speed in its middle \[rad/s\].
-    pub speed: f64,
-    pub blocks: Vec<Block>,
-    /// A row on y for each output.
-    pub rows: Vec<Vec<f64>>,
-    /// A vector of y for each force.
-    pub pushes: Vec<Vec<f64>>,
+    pub local: Local,
     /// N by rows from the diagonal on, what stands beside it doubled.
     momentum: Vec<f64>,
     share: f64,
@@ -79,19 +73,20 @@ pub(super) struct Cell {
 impl Cell {
     /// What a step of `2^level` contact steps of `h` \[s\] makes.
     pub fn propagator(&self, level: usize, h: f64) -> &Propagator {
-        self.propagators[level].get_or_init(|| Propagator::new(self, self.unbalances, h * libm::exp2(level as f64)))
+        self.propagators[level]
+            .get_or_init(|| Propagator::new(&self.local, self.unbalances, h * libm::exp2(level as f64)))
     }
 
     /// What impulses on the first diaphragm's node make over a contact step of `h` \[s\]; `None` without one.
     pub fn kick(&self, h: f64) -> Option<&Kick> {
         let (row, push, loads) = self.contact.as_ref()?;
-        Some(self.kick.get_or_init(|| Kick::new(self, self.propagator(0, h), h, *row, *push, loads)))
+        Some(self.kick.get_or_init(|| Kick::new(&self.local, self.propagator(0, h), h, *row, *push, loads)))
     }
 
     /// How fast the first diaphragm's node moves at most; `None` without one.
     pub fn bound(&self) -> Option<&Bound> {
         let (row, ..) = self.contact.as_ref()?;
-        Some(self.bound.get_or_init(|| Bound::new(self, *row, self.unbalances)))
+        Some(self.bound.get_or_init(|| Bound::new(&self.local, *row, self.unbalances)))
     }
 
     /// Gyroscopic momentum `y^T N y`.
@@ -138,7 +133,7 @@ impl Grid {
 
     /// Whether a run at `speed` has left a cell.
     pub fn has_left(&self, cell: &Cell, speed: f64) -> bool {
-        (speed - cell.speed).abs() * self.cells as f64 > BEYOND * self.spacing
+        (speed - cell.local.speed).abs() * self.cells as f64 > BEYOND * self.spacing
     }
 
     fn speed_of_station(&self, b: i64) -> f64 {
@@ -176,10 +171,12 @@ impl Grid {
         let outputs = &self.model.outputs;
         let cell = Arc::new(Cell {
             index,
-            speed: self.speed_of_station(b) + middle * self.spacing,
-            blocks: blocks.map(|(x, y)| std::array::from_fn(|i| x[i] * (1.0 - share) + y[i] * share)).collect(),
-            rows: rows.row_iter().map(|row| row.iter().copied().collect()).collect(),
-            pushes: pushes.column_iter().map(|column| column.iter().copied().collect()).collect(),
+            local: Local {
+                speed: self.speed_of_station(b) + middle * self.spacing,
+                blocks: blocks.map(|(x, y)| std::array::from_fn(|i| x[i] * (1.0 - share) + y[i] * share)).collect(),
+                rows: rows.row_iter().map(|row| row.iter().copied().collect()).collect(),
+                pushes: pushes.column_iter().map(|column| column.iter().copied().collect()).collect(),
+            },
             momentum: doubled.map(|(i, j)| if i == j { momentum[(i, i)] } else { 2.0 * momentum[(i, j)] }).collect(),
             share,
             stations: [Arc::clone(below), Arc::clone(above)],

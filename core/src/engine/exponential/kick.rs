@@ -7,7 +7,7 @@
 //! The difference of (1), per impulse, is what a train of impulses lacks at n (as [`super::kicked_ring`] has it of the ring).
 
 use super::block::Block;
-use super::grid::Cell;
+use super::local::Local;
 use super::propagator::Propagator;
 use crate::linalg::dot;
 
@@ -27,7 +27,7 @@ pub(super) struct Kick {
 
 impl Kick {
     /// Of the node whose rows and pushes begin at these places; `loads`: first row of each bearing's load.
-    pub fn new(cell: &Cell, propagator: &Propagator, h: f64, row: usize, push: usize, loads: &[usize]) -> Self {
+    pub fn new(cell: &Local, propagator: &Propagator, h: f64, row: usize, push: usize, loads: &[usize]) -> Self {
         let pushes = [&cell.pushes[push], &cell.pushes[push + 1]];
         let states = pushes.map(|l| {
             let mut y = l.clone();

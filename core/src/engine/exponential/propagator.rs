@@ -7,7 +7,7 @@
 //! one unbalance; nothing depends on the step's size.
 
 use super::block::{Block, Split};
-use super::grid::Cell;
+use super::local::Local;
 use nalgebra::Complex;
 
 /// `exp(B h)` and the responses of a step size in one cell.
@@ -23,7 +23,7 @@ pub(super) struct Propagator {
 
 impl Propagator {
     /// For steps of `h` \[s\] in a cell under so many unbalances.
-    pub fn new(cell: &Cell, unbalances: usize, h: f64) -> Self {
+    pub fn new(cell: &Local, unbalances: usize, h: f64) -> Self {
         let pairs = cell.blocks.len();
         let split: Vec<Split> = cell.blocks.iter().map(Split::of).collect();
         let blocks: Vec<Block> = split.iter().map(|block| block.exponential(h)).collect();

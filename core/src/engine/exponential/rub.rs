@@ -15,7 +15,9 @@ use super::bound::length;
 use super::candidates::{BLOCK, Candidates};
 use super::kick::Kick;
 use super::kicked_ring::KickedRing;
+use super::moved::Moved;
 use super::oscillators::OscillatorStep;
+use super::plane::{across, product, times, turned};
 use super::survey::{Place, Survey};
 use crate::contact::ContactForce;
 use crate::contact::complementarity::{self, Coupled, POINTS};
@@ -38,6 +40,8 @@ pub(super) struct Rub {
     gap: f64,
     radius: f64,
     law: FrictionLaw,
+    /// Contact step \[s\].
+    h: f64,
     candidates: Arc<Candidates>,
     pub ring: KickedRing,
     /// Displacement of each mode per impulse, with what trains of them lack.
@@ -99,6 +103,16 @@ pub(super) struct Impact {
     pub slip: f64,
 }
 
+/// Ring and rotor at an instant with the statics of the impulses that led there.
+pub(super) struct Settled {
+    /// Of the ring's modes.
+    pub amplitudes: Vec<f64>,
+    /// Where it is pressed: angles \[rad\], and normal forces in polar axes \[N\].
+    pub pressed: Vec<(f64, [f64; 2])>,
+    /// The rotor's centre, in the stator's axes \[m\].
+    pub rotor: [f64; 2],
+}
+
 /// The step without contact.
 pub(super) struct FreeStep<'a> {
     /// Places of the rotor at n and n+1, its velocity at n, in the machine's axes.
@@ -146,6 +160,7 @@ impl Rub {
             gap: contact.gap,
             radius: contact.rotor_radius,
             law: contact.friction_law,
+            h,
             rotor_left_out,
             survey: Survey::new(candidates.count(), contact.rotor_radius + contact.gap, contact.rotor_radius),
             candidates: Arc::clone(candidates),
@@ -225,7 +240,7 @@ impl Rub {
                 self.join(place, free);
             }
         }
-        let moved = Moved::of(self, free);
+        let moved = Moved::new(self.angle, self.rotor_left_out, free.kick, self.radius * self.radius * free.rolling);
         self.couple(0, &moved);
         loop {
             let count = self.points.len();
@@ -286,7 +301,9 @@ impl Rub {
             for j in 0..points.len() {
                 // a solve adds a little to each point's own
                 if k >= from || j >= from || k == j {
-                    coupled.w[k][j] = moved.coupling(candidates, (&points[k], &rows[k]), (&points[j], &rows[j]));
+                    let at = (&points[k].place, [&*rows[k].normal, &*rows[k].tangent]);
+                    let acting = (&points[j].acting, [&*rows[j].by_normal, &*rows[j].by_tangent]);
+                    coupled.w[k][j] = moved.coupling(candidates, at, acting);
                 }
             }
         }
@@ -307,14 +324,14 @@ impl Rub {
         let mut least = (0.0, None);
         let count = self.candidates.count();
         // what moves the rotor: the sum of all, and no gap opens or closes by more than it
-        let mut rotor = [0.0; 2];
+        let mut force = [0.0; 2];
         for point in self.points.iter().filter(|point| point.force.normal > 0.0) {
             let (m, s) = (point.acting.normal, across(point.acting.normal));
-            let force = [0, 1].map(|i| m[i] * point.force.normal + s[i] * point.force.tangential);
-            let step = times(&moved.rotor, force);
-            rotor = [rotor[0] + step[0], rotor[1] + step[1]];
+            for i in 0..2 {
+                force[i] += m[i] * point.force.normal + s[i] * point.force.tangential;
+            }
         }
-        let by_rotor = length(rotor);
+        let by_rotor = length(moved.of_rotor(force));
         for at in 0..self.survey.near().len() {
             let block = self.survey.near()[at];
             let clearances = self.survey.clearances(block);
@@ -403,6 +420,28 @@ impl Rub {
         impact
     }
 
+    /// The ring and the rotor's centre at n, statics of the last impulses included, of a rotor at x in the stator's axes.
+    pub fn settled(&self, x: [f64; 2], kick: Option<&Kick>) -> Settled {
+        let mut amplitudes = self.ring.modes.place.clone();
+        let lacking = self.ring.lacking();
+        let mut on_ring = [0.0; 2];
+        let mut pressed = Vec::with_capacity(self.pressed.len());
+        for ((place, force), [normal, tangent]) in self.pressed.iter().zip(&self.last) {
+            for (j, lacking) in lacking.iter().enumerate() {
+                amplitudes[j] += lacking * (force.normal * normal[j] + force.tangential * tangent[j]);
+            }
+            let (n, t) = (place.normal, across(place.normal));
+            for i in 0..2 {
+                on_ring[i] += n[i] * force.normal + t[i] * force.tangential;
+            }
+            let alpha = (place.index as f64 + 0.5 + place.share) * self.candidates.spacing;
+            pressed.push((alpha, place.polar.map(|part| part * force.normal / self.h)));
+        }
+        let lacks = kick.map_or([[0.0; 2]; 2], |kick| turned(self.angle, &kick.lacking));
+        let (held, left) = (times(&lacks, on_ring), times(&self.rotor_left_out, on_ring));
+        Settled { amplitudes, pressed, rotor: [0, 1].map(|i| x[i] - held[i] - left[i]) }
+    }
+
     /// Distance of the centres beyond which the rotor's is outside the ring \[m\].
     pub fn outermost(&self) -> f64 {
         self.radius + self.gap
@@ -448,96 +487,8 @@ fn modes(part: &RingPart) -> Vec<(f64, f64)> {
     (0..part.part.coordinates.size()).map(|j| (part.part.stiffness[(j, j)], part.part.damping[(j, j)])).collect()
 }
 
-/// Displacements of the rotor per impulse, in the stator's axes: of its modes with what trains lack, and of those left out; slip of its surface per impulse.
-struct Moved {
-    rotor: [[f64; 2]; 2],
-    left_out: [[f64; 2]; 2],
-    rolling: f64,
-}
-
-impl Moved {
-    fn of(rub: &Rub, free: &FreeStep<'_>) -> Self {
-        let (moved, lacking) = (&free.kick.moved, &free.kick.lacking);
-        let whole = [0, 1].map(|i| [0, 1].map(|j| moved[i][j] + lacking[i][j]));
-        Self {
-            rotor: turned(rub.angle, &whole),
-            left_out: rub.rotor_left_out,
-            rolling: rub.radius * rub.radius * free.rolling,
-        }
-    }
-
-    /// What is no mode of the ring in the gap at a place by a unit normal and a unit tangential impulse at another.
-    fn beyond_modes(&self, ring: &Candidates, at: &Place, acting: &Place) -> [f64; 2] {
-        let (m, s) = (acting.normal, across(acting.normal));
-        let left_out = product(at.normal, times(&self.left_out, m))
-            + product(at.polar, by_rows(ring.left_out(at.index, acting.index), acting.polar));
-        [product(at.normal, times(&self.rotor, m)) + left_out, product(at.normal, times(&self.rotor, s))]
-    }
-
-    /// Gap and slip at a point by a unit normal and a unit tangential impulse at another.
-    fn coupling(&self, ring: &Candidates, at: (&Point, &Rows), acting: (&Point, &Rows)) -> complementarity::Block {
-        let ((at, rows), (acting, by)) = (at, acting);
-        let ring_moves = along_both([&rows.normal, &rows.tangent], [&by.by_normal, &by.by_tangent]);
-        let [n, t] = self.beyond_modes(ring, &at.place, &acting.acting);
-        let (m, s) = (acting.acting.normal, across(acting.acting.normal));
-        let along = across(at.place.normal);
-        [
-            [n + ring_moves[0], t + ring_moves[1]],
-            [
-                -product(along, times(&self.rotor, m)) - ring_moves[2],
-                -product(along, times(&self.rotor, s)) - ring_moves[3] - self.rolling,
-            ],
-        ]
-    }
-}
-
-/// Products of two rows with two others, in one pass of two sums each.
-fn along_both([a, b]: [&[f64]; 2], [x, y]: [&[f64]; 2]) -> [f64; 4] {
-    let mut sums = [[0.0; 2]; 4];
-    let size = a.len();
-    let (b, x, y) = (&b[..size], &x[..size], &y[..size]);
-    for j in (0..size / 2 * 2).step_by(2) {
-        for k in 0..2 {
-            sums[0][k] += a[j + k] * x[j + k];
-            sums[1][k] += a[j + k] * y[j + k];
-            sums[2][k] += b[j + k] * x[j + k];
-            sums[3][k] += b[j + k] * y[j + k];
-        }
-    }
-    if size % 2 == 1 {
-        let j = size - 1;
-        for (sum, (p, q)) in sums.iter_mut().zip([(a[j], x[j]), (a[j], y[j]), (b[j], x[j]), (b[j], y[j])]) {
-            sum[0] += p * q;
-        }
-    }
-    sums.map(|[even, odd]| even + odd)
-}
-
 /// Whether two of so many candidates are one, or beside each other.
 fn beside(one: usize, other: usize, count: usize) -> bool {
     let apart = one.abs_diff(other);
     apart <= 1 || apart + 1 == count
-}
-
-/// A quarter turn on.
-fn across([a, b]: [f64; 2]) -> [f64; 2] {
-    [-b, a]
-}
-
-fn product(a: [f64; 2], b: [f64; 2]) -> f64 {
-    a[0] * b[0] + a[1] * b[1]
-}
-
-fn times(m: &[[f64; 2]; 2], v: [f64; 2]) -> [f64; 2] {
-    [product(m[0], v), product(m[1], v)]
-}
-
-fn by_rows(m: &[f64; 4], v: [f64; 2]) -> [f64; 2] {
-    [m[0] * v[0] + m[1] * v[1], m[2] * v[0] + m[3] * v[1]]
-}
-
-/// A matrix of the machine's axes in axes turned by an angle with this sine and cosine.
-fn turned((sin, cos): (f64, f64), m: &[[f64; 2]; 2]) -> [[f64; 2]; 2] {
-    let axes = [[cos, sin], [-sin, cos]];
-    axes.map(|a| axes.map(|b| product(a, times(m, b))))
 }

@@ -6,48 +6,56 @@
 //! Limits: peaks of stresses between two looks are missed; a look is at most as far from the next as the longest flight. Verified by `tests/exponential_run.rs`.
 
 use super::ExponentialError;
-use super::flight::FlightSettings;
-use super::spin::Spin;
+use super::eye::{Ahead, Eye};
+use super::settings::FlightSettings;
+use super::shape::Shape;
 use super::transient::{Done, Transient};
-use crate::record::{At, End, Recorders, RingInstant, Touch};
+use crate::engine::motion::{DIVERGED, size};
+use crate::record::{At, End, Energies, Follower, Recorders, RingInstant, Touch};
 use crate::rotor::braking_torque;
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
-use bladeoff_model::outcome::{Cause, EndCause, Outcome};
+use bladeoff_model::outcome::{Cause, EndCause};
 
 /// Contact steps from one look at the whole motion to the next, at least; each of the first steps has one.
 const LOOKS: u64 = 8;
 
-/// Simulates one run in contact steps of `settings.step`.
+/// One run in contact steps of `settings.step`, from its start to its end.
 ///
 /// # Errors
-/// [`ExponentialError`] of a machine that this engine does not cover, or that has no basis at a speed that it comes to.
-pub fn simulate(
+/// [`ExponentialError`] of a machine that this engine does not cover, or that has no basis at its start.
+pub(in crate::engine) fn run(
     machine: &Machine,
     structure: &Structure,
     settings: FlightSettings,
-) -> Result<Outcome, ExponentialError> {
-    if machine.run.twin != 0.0 {
-        return Err(ExponentialError::NotCovered { what: "a twin (run.twin)" });
-    }
+    follower: &mut dyn Follower,
+) -> Result<(Recorders, End), ExponentialError> {
     let mut run = Run::new(machine, structure, settings)?;
     let (cause, failure) = loop {
-        match run.step()? {
-            Goes::On => {}
-            Goes::Ends(cause) => break (cause, None),
-            Goes::Wrong(cause) => break (EndCause::Failure, Some(cause)),
+        if !follower.goes_on(run.steps) {
+            break (EndCause::Failure, Some(Cause::StepLimit));
+        }
+        match run.step(follower) {
+            Ok(None) => {}
+            Ok(Some(end)) => break (end, None),
+            Err(cause) => break (EndCause::Failure, Some(cause)),
         }
     };
+    run.show_end(failure, follower);
     let Run { transient, mut recorders, steps, speed, .. } = run;
     let end = End { cause, time: transient.flight.time(), speed, failure, steps, iterations: steps };
     recorders.finish(&end, machine, structure);
-    Ok(recorders.outcome(machine, structure, &end, None))
+    Ok((recorders, end))
 }
 
-enum Goes {
-    On,
-    Ends(EndCause),
-    Wrong(Cause),
+impl From<ExponentialError> for Cause {
+    /// Of a run that cannot go on.
+    fn from(error: ExponentialError) -> Self {
+        match error {
+            ExponentialError::NoImpulses => Self::LossOfUniqueness,
+            _ => Self::NoBasis,
+        }
+    }
 }
 
 /// A run under way.
@@ -64,30 +72,29 @@ struct Run<'a> {
     touched: bool,
     /// The last look: its time in contact steps, and powers of structure, bearings and skew stiffness then \[W\].
     looked: Option<(u64, [f64; 3])>,
+    /// The energies of it.
+    balanced: Energies,
+    /// Jumps of all rates per impulse along each axis of the diaphragm's node, the last step's impulses, and room for rates.
+    jumps: [Vec<f64>; 2],
+    struck: [f64; 2],
+    mean_rates: Vec<f64>,
     shape: Shape,
-}
-
-/// Room for the motion of all nodes.
-struct Shape {
-    /// q and q'.
-    motion: Vec<f64>,
-    nodal: Vec<f64>,
-    twists: Vec<f64>,
-    twist_rows: Vec<Vec<f64>>,
     /// Rows of u and v of each bearing's node.
     bearings: Vec<[Vec<f64>; 2]>,
+    /// Largest displacement that is believed \[m\].
+    reach: f64,
+    /// Once a follower has asked for an instant.
+    eye: Option<Box<Eye<'a>>>,
 }
 
 impl<'a> Run<'a> {
     fn new(machine: &'a Machine, structure: &'a Structure, settings: FlightSettings) -> Result<Self, ExponentialError> {
         let transient = Transient::new(machine, structure, settings, true)?;
         let (rotor, map) = (&structure.rotor, &structure.lateral.coordinates);
-        let shape = Shape {
-            motion: vec![0.0; 2 * map.size()],
-            nodal: vec![0.0; map.nodal_size()],
-            twists: vec![0.0; rotor.nodes],
-            twist_rows: (0..rotor.nodes).map(|node| Spin::row_of(structure, node)).collect(),
-            bearings: rotor.bearings.iter().map(|b| rotor.plane_places(b.node).map(|dof| map.row(dof))).collect(),
+        let system = &transient.flight.shared().grid.model.system;
+        let jumps = match machine.diaphragms.first() {
+            Some(diaphragm) => rotor.plane_places(diaphragm.contact.node).map(|dof| system.struck(&map.row(dof))),
+            None => [vec![0.0; map.size()], vec![0.0; map.size()]],
         };
         Ok(Self {
             machine,
@@ -99,55 +106,112 @@ impl<'a> Run<'a> {
             h: settings.step,
             touched: false,
             looked: None,
-            shape,
+            balanced: Energies::default(),
+            jumps,
+            struck: [0.0; 2],
+            mean_rates: vec![0.0; map.size()],
+            shape: Shape::new(structure),
+            bearings: rotor.bearings.iter().map(|b| rotor.plane_places(b.node).map(|dof| map.row(dof))).collect(),
+            reach: DIVERGED * size(machine),
+            eye: None,
         })
     }
 
-    /// From n to n+1.
-    fn step(&mut self) -> Result<Goes, ExponentialError> {
+    /// From n to n+1; `Some` when the run has ended.
+    fn step(&mut self, follower: &mut dyn Follower) -> Result<Option<EndCause>, Cause> {
         if self.machine.run.step_limit.is_some_and(|limit| self.steps >= limit) {
-            return Ok(Goes::Wrong(Cause::StepLimit));
+            return Err(Cause::StepLimit);
         }
         let ticks = self.transient.flight.ticks();
         let at = At { time: self.transient.flight.time(), speed: self.speed };
         let looks = self.steps < LOOKS || self.looked.is_none_or(|(last, _)| ticks - last >= LOOKS);
         if looks {
-            self.look(ticks, at);
+            self.look(ticks, at)?;
+        }
+        let level = self.transient.level();
+        let shown = follower.wants(ticks, at.time);
+        if shown {
+            let Self { transient, eye, machine, structure, .. } = self;
+            eye.get_or_insert_with(|| Box::new(Eye::new(machine, structure))).look(transient);
+        }
+        if let Some(level) = level {
+            self.fly_by(level, follower)?;
         }
         let angle = self.transient.flight.angle();
         let before = self.ring_energy();
-        let done = match self.transient.step() {
-            Ok(done) => done,
-            Err(ExponentialError::NoImpulses) => return Ok(Goes::Wrong(Cause::LossOfUniqueness)),
-            Err(error) => return Err(error),
-        };
+        let done = self.transient.step(level)?;
         self.record(&done, at, angle, looks);
         self.works(&done, before);
         self.steps += 1;
-        Ok(self.ended(&done))
+        self.struck = done.impact.map_or([0.0; 2], |impact| impact.on_rotor);
+        let force = done.impact.map_or(0.0, |impact| impact.normal / self.h);
+        if self.transient.contact.is_some() && level.is_none() {
+            follower.contact_force(0, at.time, force);
+        }
+        if let Some(eye) = self.eye.as_ref().filter(|_| shown) {
+            eye.show(
+                &self.transient.loads,
+                done.impact.as_ref().map(|impact| (impact, self.h)),
+                self.balanced,
+                follower,
+            );
+        }
+        self.ended(&done)
+    }
+
+    /// Tells a follower of the instants of a step in flight, the first of which it has been asked for.
+    fn fly_by(&mut self, level: usize, follower: &mut dyn Follower) -> Result<(), Cause> {
+        let ticks = self.transient.flight.ticks();
+        let mut ahead = None;
+        for tick in ticks..ticks + (1 << level) {
+            let time = tick as f64 * self.h;
+            if self.transient.contact.is_some() {
+                follower.contact_force(0, time, 0.0);
+            }
+            if tick > ticks && follower.wants(tick, time) {
+                let Self { transient, eye, balanced, machine, structure, .. } = self;
+                let eye = eye.get_or_insert_with(|| Box::new(Eye::new(machine, structure)));
+                let ahead = ahead.get_or_insert_with(|| Ahead::of(transient));
+                ahead.show(tick, transient, eye, *balanced, follower)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Shows the instant at which the run has ended: its state, with the loads and the contact of the step that would follow, where there is one.
+    fn show_end(&mut self, failure: Option<Cause>, follower: &mut dyn Follower) {
+        if !follower.wants_end() {
+            return;
+        }
+        let Self { transient, eye, balanced, h, machine, structure, .. } = self;
+        let eye = eye.get_or_insert_with(|| Box::new(Eye::new(machine, structure)));
+        eye.look(transient);
+        // a budget ends a run between two steps
+        let goes_on = matches!(failure, None | Some(Cause::StepLimit));
+        let impact = if goes_on { transient.ahead() } else { None };
+        eye.show(&transient.loads, impact.as_ref().map(|impact| (impact, *h)), *balanced, follower);
     }
 
     /// Why the run does not go on from n+1.
-    fn ended(&mut self, done: &Done) -> Goes {
+    fn ended(&mut self, done: &Done) -> Result<Option<EndCause>, Cause> {
         let speed = self.transient.flight.speed();
         if !(speed + done.place[0] + done.place[1]).is_finite() {
-            return Goes::Wrong(Cause::NonFinite);
+            return Err(Cause::NonFinite);
         }
         let run = &self.machine.run;
-        let stopped = self.machine.rotor.initial_speed > 0.0 && speed <= 0.0;
+        let stopped = speed <= 0.0;
         self.speed = if stopped { 0.0 } else { speed };
         if self.transient.is_outside() {
-            return Goes::Wrong(Cause::OutsideRing);
+            return Err(Cause::OutsideRing);
         }
-        if stopped {
-            Goes::Ends(EndCause::Stopped)
+        Ok(if stopped {
+            Some(EndCause::Stopped)
         } else if run.end_speed > 0.0 && speed <= run.end_speed {
-            Goes::Ends(EndCause::EndSpeed)
-        } else if self.transient.flight.time() >= run.end_time - 0.5 * self.h {
-            Goes::Ends(EndCause::EndTime)
+            Some(EndCause::EndSpeed)
         } else {
-            Goes::On
-        }
+            // half a step of slack: the last step ends at end_time, not one beyond it
+            (self.transient.flight.time() >= run.end_time - 0.5 * self.h).then_some(EndCause::EndTime)
+        })
     }
 
     /// Loads, the rotor in the ring, contact.
@@ -198,22 +262,34 @@ impl<'a> Run<'a> {
     }
 
     /// Sees the motion of all nodes at n: stresses, stores, what damping has taken since the last look.
-    fn look(&mut self, ticks: u64, at: At) {
+    fn look(&mut self, ticks: u64, at: At) -> Result<(), Cause> {
         let Self { transient, recorders, shape, structure, .. } = self;
         let flight = &mut transient.flight;
-        flight.motion(&mut shape.motion);
-        let (q, velocity) = shape.motion.split_at(shape.motion.len() / 2);
-        structure.lateral.coordinates.expand(q, &mut shape.nodal);
-        flight.spin().twists(&shape.twist_rows, &mut shape.twists);
+        shape.take(flight, structure);
+        // `max` passes over NaN
+        let reach =
+            shape.nodal.iter().fold(0.0_f64, |most, x| if x.is_nan() { f64::INFINITY } else { most.max(x.abs()) });
+        if !reach.is_finite() {
+            return Err(Cause::NonFinite);
+        }
+        if reach > self.reach {
+            return Err(Cause::Diverged);
+        }
         recorders.see_shape(&shape.nodal, &shape.twists, at);
 
+        let (q, velocity) = (shape.coordinates(), shape.rates());
         let model = &flight.shared().grid.model;
-        let [kinetic, strain, damping] = model.system.energies(flight.speed(), q, velocity);
+        let [kinetic, strain] = model.system.energies(flight.speed(), q, velocity);
         let [turning, twisted] = flight.spin().energies(flight.velocities());
+        // damping acts on what is between the velocities before and after an impulse
+        for (j, mean) in self.mean_rates.iter_mut().enumerate() {
+            *mean = velocity[j] + 0.5 * (self.jumps[0][j] * self.struck[0] + self.jumps[1][j] * self.struck[1]);
+        }
+        let damping = model.system.damping_power(&self.mean_rates);
         let [mut bearings, mut skew] = [0.0; 2];
-        for (bearing, rows) in structure.rotor.bearings.iter().zip(&shape.bearings) {
+        for (bearing, rows) in structure.rotor.bearings.iter().zip(&self.bearings) {
             let of = |state: &[f64]| [0, 1].map(|i| crate::linalg::dot(&rows[i], state));
-            let v = of(velocity);
+            let v = of(&self.mean_rates);
             bearings += bearing.damping_power(v);
             let force = bearing.skew_force(of(q));
             skew += force[0] * v[0] + force[1] * v[1];
@@ -231,7 +307,9 @@ impl<'a> Run<'a> {
         now.kinetic = kinetic + turning + ring[0];
         now.strain = strain + twisted + ring[1];
         now.gravity = -crate::linalg::dot(model.outputs.weight(), q);
+        self.balanced = *now;
         recorders.energies.take();
-        recorders.judge_now(self.machine, structure);
+        recorders.judge(self.machine, structure);
+        Ok(())
     }
 }

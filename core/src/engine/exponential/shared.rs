@@ -5,10 +5,10 @@
 
 use super::ExponentialError;
 use super::candidates::Candidates;
-use super::flight::FlightSettings;
 use super::grid::{Grid, anchor};
 use super::outputs::{Direct, Outputs};
 use super::rub::candidates;
+use super::settings::FlightSettings;
 use super::station::Model;
 use super::system::LateralSystem;
 use crate::engine::shaft_line::sites;
@@ -47,20 +47,7 @@ struct Key {
 
 /// Those of the last models that a structure was run with.
 #[derive(Debug, Default)]
-pub(crate) struct Kept(Mutex<Vec<(Key, Arc<Shared>)>>);
-
-/// They follow from the structure.
-impl PartialEq for Kept {
-    fn eq(&self, _other: &Self) -> bool {
-        true
-    }
-}
-
-impl Clone for Kept {
-    fn clone(&self) -> Self {
-        Self::default()
-    }
-}
+struct Models(Mutex<Vec<(Key, Arc<Shared>)>>);
 
 impl Shared {
     /// Of a machine: those that its structure keeps, or new ones.
@@ -88,7 +75,8 @@ impl Shared {
             cells: settings.cells,
             anchor: anchor(speed, spacing),
         };
-        let kept = &mut *structure.exponential.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let models: &Models = structure.kept.of();
+        let kept = &mut *models.0.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(at) = kept.iter().position(|(other, _)| *other == key) {
             kept[at..].rotate_left(1);
             return Ok(Arc::clone(&kept[kept.len() - 1].1));

@@ -16,7 +16,7 @@ use super::{ExponentialError, pairs};
 use crate::linalg::{Matrix, inverse, mul, mul_tn};
 
 /// Largest condition of a basis.
-pub(super) const MOST_CONDITION: f64 = 1e4;
+pub(in crate::engine) const MOST_CONDITION: f64 = 1e4;
 /// Largest part of A, relative to its own size, that may be left between pairs.
 const INVARIANT: f64 = 1e-8;
 
@@ -64,7 +64,7 @@ impl Station {
         let generator = mul(&left, &mul(&generator, &right));
         let between = largest_between(&generator) / generator.amax();
         if between.is_nan() || between > INVARIANT {
-            return Err(ExponentialError::NotInvariant { speed, part: between });
+            return Err(ExponentialError::NotInvariant { speed });
         }
         let block = |k: usize| {
             let at = |i: usize, j: usize| generator[(k + i * size, k + j * size)];

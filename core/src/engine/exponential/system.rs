@@ -76,19 +76,26 @@ impl LateralSystem {
         map
     }
 
-    /// Kinetic and strain energy of a motion at a spin, the gyroscopic part included \[J\], and the power that its damping takes \[W\].
-    pub fn energies(&self, spin: f64, q: &[f64], velocity: &[f64]) -> [f64; 3] {
-        let n = self.size;
-        let mut sums = [0.0; 4];
-        for j in 0..n {
-            let columns = [&self.mass, &self.stiffness, &self.damping, &self.gyroscopic].map(|m| column_of(m, j));
-            let of = |k: usize, left: &[f64]| dot(columns[k], left);
-            sums[0] += velocity[j] * of(0, velocity);
-            sums[1] += q[j] * of(1, q);
-            sums[2] += velocity[j] * of(2, velocity);
-            sums[3] += q[j] * of(3, velocity);
+    /// Kinetic and strain energy of a motion at a spin, the gyroscopic part included \[J\].
+    pub fn energies(&self, spin: f64, q: &[f64], velocity: &[f64]) -> [f64; 2] {
+        let mut sums = [0.0; 3];
+        for j in 0..self.size {
+            let columns = [&self.mass, &self.stiffness, &self.gyroscopic].map(|m| column_of(m, j));
+            sums[0] += velocity[j] * dot(columns[0], velocity);
+            sums[1] += q[j] * dot(columns[1], q);
+            sums[2] += q[j] * dot(columns[2], velocity);
         }
-        [0.5 * (sums[0] + spin * sums[3]), 0.5 * sums[1], sums[2]]
+        [0.5 * (sums[0] + spin * sums[2]), 0.5 * sums[1]]
+    }
+
+    /// Power that damping takes \[W\].
+    pub fn damping_power(&self, velocity: &[f64]) -> f64 {
+        (0..self.size).map(|j| velocity[j] * dot(column_of(&self.damping, j), velocity)).sum()
+    }
+
+    /// Jump of the rates by an impulse in coordinates.
+    pub fn struck(&self, impulse: &[f64]) -> Vec<f64> {
+        (0..self.size).map(|i| (0..self.size).map(|j| self.inverse_mass[(i, j)] * impulse[j]).sum()).collect()
     }
 
     /// x of `(q, q')` at a spin.

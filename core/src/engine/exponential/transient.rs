@@ -8,12 +8,14 @@
 
 use super::ExponentialError;
 use super::bound::length;
-use super::flight::{Flight, FlightSettings};
+use super::flight::Flight;
 use super::grid::LEVELS;
 use super::rub::{FreeStep, Impact, Rub};
+use super::settings::FlightSettings;
+use crate::engine::plan::StartError;
 use crate::record::LastMillisecond;
 use crate::structure::Structure;
-use bladeoff_model::machine::{ContactPoints, Detection, ForceLocation, Machine};
+use bladeoff_model::machine::{ContactPoints, Detection, Diaphragm, ForceLocation, Machine};
 
 /// A shaft line and the ring about it.
 pub(super) struct Transient {
@@ -63,6 +65,7 @@ impl Transient {
         let contact = match machine.diaphragms.first() {
             None => None,
             Some(diaphragm) => {
+                starts_inside(diaphragm, flight.place(0))?;
                 let candidates = flight.shared().candidates(machine, structure)?;
                 Some(Contact {
                     rub: Rub::new(diaphragm, structure, 0, &candidates, settings.step)?,
@@ -87,29 +90,42 @@ impl Transient {
         x * x + y * y > contact.rub.outermost() * contact.rub.outermost()
     }
 
-    /// Goes from n to n+1; loads are those at n.
-    pub fn step(&mut self) -> Result<Done, ExponentialError> {
-        let Self { flight, contact, loads, lengths, flies, end } = self;
+    /// How long a step from here is certain to touch nothing: `2^level` contact steps; `None` where a contact step may.
+    pub fn level(&mut self) -> Option<usize> {
+        let Self { flight, contact, lengths, flies, end, .. } = self;
         let left = end.saturating_sub(flight.ticks()).max(1);
         let longest = LEVELS.min(left.ilog2() as usize);
+        let Some(Contact { rub, .. }) = contact else { return Some(longest) };
+        if !*flies {
+            return None;
+        }
+        let room = rub.room(flight.place(0));
+        if room <= 0.0 {
+            return None;
+        }
+        // a bound for the longest step is one for all
+        let fastest = flight.fastest(lengths[LEVELS]);
+        (0..=longest).rev().find(|&level| room > lengths[level] * fastest)
+    }
+
+    /// Loads and contact at n, of a run that does not go on from there: the state is left where the step would lead.
+    pub fn ahead(&mut self) -> Option<Impact> {
+        self.step(None).ok().and_then(|done| done.impact)
+    }
+
+    /// Goes from n to n+1, over a step of [`Transient::level`]; loads are those at n.
+    pub fn step(&mut self, level: Option<usize>) -> Result<Done, ExponentialError> {
+        let Self { flight, contact, loads, lengths, .. } = self;
         for (bearing, load) in loads.iter_mut().enumerate() {
             *load = flight.load(bearing);
         }
         let Some(Contact { rub, twist_row }) = contact else {
-            flight.advance(longest)?;
-            return Ok(Done { level: Some(longest), place: [0.0; 2], velocity: [0.0; 2], impact: None });
+            flight.advance(level.unwrap_or(0))?;
+            return Ok(Done { level, place: [0.0; 2], velocity: [0.0; 2], impact: None });
         };
         let [place, velocity] = flight.contact(0);
-        let mut done = Done { level: None, place, velocity, impact: None };
-        if *flies {
-            let room = rub.room(place);
-            if room > 0.0 {
-                // a bound for the longest step is one for all
-                let fastest = flight.fastest(lengths[LEVELS]);
-                done.level = (0..=longest).rev().find(|&level| room > lengths[level] * fastest);
-            }
-        }
-        if let Some(level) = done.level {
+        let mut done = Done { level, place, velocity, impact: None };
+        if let Some(level) = level {
             flight.advance(level)?;
             rub.fly(level, lengths[level]);
             return Ok(done);
@@ -142,6 +158,22 @@ impl Transient {
         flight.finish(0)?;
         Ok(done)
     }
+}
+
+/// Refuses a rotor, at a place in the machine's axes, that is not free in its ring.
+///
+/// # Errors
+/// [`StartError::StartsOutside`], [`StartError::StartsInContact`].
+fn starts_inside(diaphragm: &Diaphragm, place: [f64; 2]) -> Result<(), StartError> {
+    let contact = &diaphragm.contact;
+    let eccentricity = length([place[0] - contact.offset[0], place[1] - contact.offset[1]]);
+    let radius = contact.rotor_radius + contact.gap;
+    let name = || diaphragm.name.clone();
+    if eccentricity >= radius {
+        return Err(StartError::StartsOutside { diaphragm: name(), eccentricity, radius, offset: contact.offset });
+    }
+    let gap = contact.gap - eccentricity;
+    if gap < 0.0 { Err(StartError::StartsInContact { diaphragm: name(), gap }) } else { Ok(()) }
 }
 
 /// Refuses by name what is not covered.
@@ -206,7 +238,8 @@ pub fn rubbing_run(
     let offset = machine.diaphragms.first().map_or([0.0; 2], |diaphragm| diaphragm.contact.offset);
     let mut run = RubbingRun { largest_loads: vec![0.0; bearings], ..RubbingRun::default() };
     while transient.flight.time() < machine.run.end_time - 0.5 * h {
-        let done = transient.step()?;
+        let level = transient.level();
+        let done = transient.step(level)?;
         run.eccentricity = run.eccentricity.max(length([done.place[0] - offset[0], done.place[1] - offset[1]]));
         match done.level {
             Some(level) => {
