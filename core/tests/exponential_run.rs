@@ -84,22 +84,23 @@ fn a_free_run_balances_its_energies() {
 }
 
 #[test]
-fn heavy_rub_at_the_largest_step_balances_its_energies() {
-    for friction in ["0.2", "0.4"] {
-        let changes = [("run.end_time", "4 s"), ("contact.friction", friction)];
-        let ours = exponential(machine_with(&study_machine("lp_turbine"), &changes), 5e-5);
-        assert!(ours.value("impacts") > 0.0, "touches");
-        println!(
-            "{friction}: {:?} {:?}, energy error {:e}, normal work {:e}, friction {:e}, eccentricity {}",
-            ours.outcome.status,
-            ours.outcome.causes,
-            ours.value("energy_error"),
-            ours.value("normal_work_J"),
-            ours.value("friction_energy_J"),
-            ours.value("max_eccentricity_m")
-        );
-        assert!(ours.value("energy_error") < 1e-5, "{friction}: {}", ours.value("energy_error"));
-    }
+fn heavy_rub_at_a_large_step_balances_its_energies() {
+    let changes = [("run.end_time", "4 s"), ("contact.friction", "0.2")];
+    let ours = exponential(machine_with(&study_machine("lp_turbine"), &changes), 5e-5);
+    assert!(ours.value("contact_time_s") > 0.3, "rubs");
+    println!("energy error {:e}, normal work {:e}", ours.value("energy_error"), ours.value("normal_work_J"));
+    assert!(ours.value("energy_error") < 2e-6, "{}", ours.value("energy_error"));
+    assert!(ours.value("normal_work_J").abs() < 1e-3 * ours.value("friction_energy_J"));
+}
+
+/// Friction that drives the rotor into backward whip, far beyond small displacements of the ring.
+#[test]
+fn whip_ends_as_invalid_with_a_cause_and_not_in_infinity() {
+    let changes = [("run.end_time", "4 s"), ("contact.friction", "0.4")];
+    let ours = exponential(machine_with(&study_machine("lp_turbine"), &changes), 2.5e-5);
+    println!("{:?} {:?}", ours.outcome.causes.words(), ours.outcome.values);
+    assert!(ours.value("max_eccentricity_m") > 0.03, "whip: {}", ours.value("max_eccentricity_m"));
+    assert!(ours.outcome.status != Status::Ok && ours.outcome.cause.is_some(), "{:?}", ours.outcome);
 }
 
 #[test]

@@ -22,7 +22,7 @@ pub(super) struct Eye<'a> {
     ring: Option<RingEye<'a>>,
     time: f64,
     angle: f64,
-    speed: f64,
+    pub speed: f64,
 }
 
 /// The ring and the rotor in it.

@@ -206,6 +206,11 @@ impl Flight {
         self.cell.motion(&self.y, z, &mut self.scratch);
     }
 
+    /// What the spin has to be shifted by to have the gyroscopic momentum of now instead of the last one that was taken \[rad/s\].
+    pub(super) fn held_back(&self) -> f64 {
+        (self.gyroscopic.1 - self.cell.gyroscopic_momentum(&self.y)) * self.spin.yields()
+    }
+
     /// Bound of the velocity of the first diaphragm's node during a step of at most `h` \[s\] from here \[m/s\].
     pub(super) fn fastest(&mut self, h: f64) -> f64 {
         self.sizes.clear();

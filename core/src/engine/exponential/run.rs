@@ -41,11 +41,11 @@ pub(in crate::engine) fn run(
             Err(cause) => break (EndCause::Failure, Some(cause)),
         }
     };
+    let Run { steps, speed, .. } = run;
+    let end = End { cause, time: run.transient.flight.time(), speed, failure, steps, iterations: steps };
+    run.recorders.finish(&end, machine, structure);
     run.show_end(failure, follower);
-    let Run { transient, mut recorders, steps, speed, .. } = run;
-    let end = End { cause, time: transient.flight.time(), speed, failure, steps, iterations: steps };
-    recorders.finish(&end, machine, structure);
-    Ok((recorders, end))
+    Ok((run.recorders, end))
 }
 
 impl From<ExponentialError> for Cause {
@@ -178,18 +178,22 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Shows the instant at which the run has ended: its state, with the loads and the contact of the step that would follow, where there is one.
+    /// Shows the instant at which the run has ended: the state, time, spin and works of the row, with the loads and the contact of the step that would
+    /// follow, where there is one.
     fn show_end(&mut self, failure: Option<Cause>, follower: &mut dyn Follower) {
         if !follower.wants_end() {
             return;
         }
-        let Self { transient, eye, balanced, h, machine, structure, .. } = self;
+        self.shape.take(&mut self.transient.flight, self.structure);
+        self.store();
+        let Self { transient, eye, recorders, h, machine, structure, speed, .. } = self;
         let eye = eye.get_or_insert_with(|| Box::new(Eye::new(machine, structure)));
         eye.look(transient);
+        eye.speed = *speed;
         // a budget ends a run between two steps
         let goes_on = matches!(failure, None | Some(Cause::StepLimit));
         let impact = if goes_on { transient.ahead() } else { None };
-        eye.show(&transient.loads, impact.as_ref().map(|impact| (impact, *h)), *balanced, follower);
+        eye.show(&transient.loads, impact.as_ref().map(|impact| (impact, *h)), recorders.energies.now, follower);
     }
 
     /// Why the run does not go on from n+1.
@@ -279,8 +283,6 @@ impl<'a> Run<'a> {
 
         let (q, velocity) = (shape.coordinates(), shape.rates());
         let model = &flight.shared().grid.model;
-        let [kinetic, strain] = model.system.energies(flight.speed(), q, velocity);
-        let [turning, twisted] = flight.spin().energies(flight.velocities());
         // damping acts on what is between the velocities before and after an impulse
         for (j, mean) in self.mean_rates.iter_mut().enumerate() {
             *mean = velocity[j] + 0.5 * (self.jumps[0][j] * self.struck[0] + self.jumps[1][j] * self.struck[1]);
@@ -303,13 +305,25 @@ impl<'a> Run<'a> {
             now.skew += half * (before[2] + powers[2]);
         }
         self.looked = Some((ticks, powers));
+        self.store();
+        self.balanced = self.recorders.energies.now;
+        self.recorders.energies.take();
+        self.recorders.judge(self.machine, self.structure);
+        Ok(())
+    }
+
+    /// Writes the stores at n, of the shape taken there.
+    fn store(&mut self) {
+        let Self { transient, recorders, shape, .. } = self;
+        let (flight, now) = (&transient.flight, &mut recorders.energies.now);
+        let model = &flight.shared().grid.model;
+        let shift = flight.held_back();
+        let (q, velocity) = (shape.coordinates(), shape.rates());
+        let [kinetic, strain] = model.system.energies(flight.speed() + shift, q, velocity);
+        let [turning, twisted] = flight.spin().energies(shift, flight.velocities());
         let ring = transient.contact.as_ref().map_or([0.0; 2], |contact| contact.rub.ring.energies());
         now.kinetic = kinetic + turning + ring[0];
         now.strain = strain + twisted + ring[1];
         now.gravity = -crate::linalg::dot(model.outputs.weight(), q);
-        self.balanced = *now;
-        recorders.energies.take();
-        recorders.judge(self.machine, structure);
-        Ok(())
     }
 }

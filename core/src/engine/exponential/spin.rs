@@ -66,6 +66,8 @@ pub(super) struct Arm {
     pull: f64,
     /// I/h of the last step \[N m\].
     torque: f64,
+    /// What impulses on the twist in the last step have added to psi': it was not known to the force of that step, and is added to the next.
+    struck: f64,
     next_angle: f64,
     next_rate: f64,
 }
@@ -116,6 +118,7 @@ impl Spin {
                 momentum: 0.0,
                 pull: 0.0,
                 torque: 0.0,
+                struck: 0.0,
                 next_angle: 0.0,
                 next_rate: 0.0,
             }
@@ -196,14 +199,23 @@ impl Spin {
             let arm = &mut self.arms[s];
             (arm.next_angle, arm.next_rate) = (next_angle, next_rate);
             let middle = 0.5 * (arm.angle + next_angle);
-            forces.push(arm.force(middle, (next_angle - arm.angle) / h, (next_rate - arm.rate) / h));
+            let gained = next_rate - arm.rate + std::mem::take(&mut arm.struck);
+            forces.push(arm.force(middle, (next_angle - arm.angle) / h, gained / h));
         }
+    }
+
+    /// The spin a time ahead, if it goes on as it does \[rad/s\].
+    pub fn speed_after(&self, time: f64) -> f64 {
+        self.speed + time * self.slope
     }
 
     /// Adds an angular impulse \[N m s\] at the beginning of the step, on a node of this elastic twist; between predict and complete.
     pub fn strike(&mut self, step: &SpinStep, impulse: f64, row: &[f64]) {
         self.momentum += impulse;
         self.twist.strike(&step.twist, impulse, row);
+        for arm in &mut self.arms {
+            arm.struck += impulse * dot(&arm.row, row);
+        }
     }
 
     /// Turn of a node over the step that is predicted \[rad\], its elastic twist at n given; after predict.
@@ -221,15 +233,22 @@ impl Spin {
         step.h / self.inertia + step.twist.struck(row)
     }
 
-    /// Kinetic and potential energy of spin, unbalances and twist \[J\]; of the unbalances what their masses on the nodes do not have. `velocities`: of their
-    /// nodes \[m/s\].
-    pub fn energies(&self, velocities: &[[f64; 2]]) -> [f64; 2] {
-        let mut kinetic = 0.5 * self.inertia * self.speed * self.speed;
+    /// What a change of the gyroscopic momentum shifts the spin by, per unit \[1/(kg m2)\].
+    pub fn yields(&self) -> f64 {
+        1.0 / (self.inertia + self.arms.iter().map(|arm| arm.inertia).sum::<f64>())
+    }
+
+    /// Kinetic and potential energy of spin, unbalances and twist \[J\] at a spin shifted by so much; of the unbalances what their masses on the nodes do not
+    /// have. `velocities`: of their nodes \[m/s\].
+    pub fn energies(&self, shift: f64, velocities: &[[f64; 2]]) -> [f64; 2] {
+        let speed = self.speed + shift;
+        let mut kinetic = 0.5 * self.inertia * speed * speed;
         let mut potential = 0.0;
         for (arm, &velocity) in self.arms.iter().zip(velocities) {
             let unit = unit(arm.angle);
             let [carried, _] = arm.exchange(unit, arm.rate, velocity, [0.0; 2]);
-            kinetic += arm.rate * (0.5 * arm.inertia * arm.rate + carried);
+            let rate = arm.rate + shift;
+            kinetic += rate * (0.5 * arm.inertia * rate + carried);
             potential -= arm.moment * (self.gravity[0] * unit.re + self.gravity[1] * unit.im);
         }
         let modes = self.twist.place.iter().zip(&self.twist.rate).zip(&self.elastic);

@@ -27,8 +27,9 @@ pub(super) struct Transient {
     /// Lengths of steps, by level \[s\].
     lengths: [f64; LEVELS + 1],
     flies: bool,
-    /// Contact steps of the whole run: no flight goes beyond.
+    /// Contact steps of the whole run, and the spin \[rad/s\] that ends it: no flight goes beyond.
     end: u64,
+    end_speed: f64,
 }
 
 /// The ring, and where the rotor is that it may touch.
@@ -79,6 +80,7 @@ impl Transient {
             flight,
             contact,
             flies,
+            end_speed: machine.run.end_speed,
             end: libm::round(machine.run.end_time / settings.step).max(1.0) as u64,
         })
     }
@@ -92,9 +94,13 @@ impl Transient {
 
     /// How long a step from here is certain to touch nothing: `2^level` contact steps; `None` where a contact step may.
     pub fn level(&mut self) -> Option<usize> {
-        let Self { flight, contact, lengths, flies, end, .. } = self;
+        let Self { flight, contact, lengths, flies, end, end_speed, .. } = self;
         let left = end.saturating_sub(flight.ticks()).max(1);
-        let longest = LEVELS.min(left.ilog2() as usize);
+        let mut longest = LEVELS.min(left.ilog2() as usize);
+        // a stop is found to a contact step
+        while longest > 0 && flight.spin().speed_after(2.0 * lengths[longest]) <= *end_speed {
+            longest -= 1;
+        }
         let Some(Contact { rub, .. }) = contact else { return Some(longest) };
         if !*flies {
             return None;
