@@ -67,6 +67,23 @@ fn flight_misses_no_contact() {
     assert!((first(&flying) - first(&stepping)).abs() < 2e-4, "{flying:?} {stepping:?}");
 }
 
+/// A release rings in every mode, and the rub after it: loads of a run that flies are those of one that takes contact steps alone.
+#[test]
+fn peaks_in_flight_are_those_of_contact_steps() {
+    for (name, end, step) in [("lab_rig", "0.16 s", 3.4e-6), ("lp_turbine", "3.2 s", 5e-5)] {
+        let change = [("run.end_time", end)];
+        let (flying, stepping) = (rub(name, &change, step, true), rub(name, &change, step, false));
+        assert!(flying.steps[2] > 1000 && stepping.steps[2] == 0, "one flies");
+        let eccentricity = (flying.eccentricity, stepping.eccentricity);
+        for (ours, all) in
+            flying.largest_loads.iter().zip(&stepping.largest_loads).map(|(a, b)| (*a, *b)).chain([eccentricity])
+        {
+            println!("{name}: {ours} {all} {:.1e}", ours / all - 1.0);
+            assert!((ours / all - 1.0).abs() < 1e-3, "{name}: {ours} {all}");
+        }
+    }
+}
+
 #[test]
 fn contact_that_is_not_covered_is_refused_by_name() {
     for change in [("contact.detection", "hyp1"), ("contact.points", "one"), ("run.force_location", "current")] {

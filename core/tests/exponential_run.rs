@@ -84,6 +84,18 @@ fn a_free_run_balances_its_energies() {
 }
 
 #[test]
+fn a_run_of_a_few_steps_balances_its_energies() {
+    for end in ["0.1 ms", "0.3 ms", "1 ms"] {
+        let machine =
+            machine_with(&study_machine("lp_turbine"), &[("run.engine", "exponential"), ("run.end_time", end)]);
+        let ours = run(machine);
+        println!("{end}: {} steps, energy error {:e}", ours.value("steps"), ours.value("energy_error"));
+        assert!(ours.value("steps") < 60.0 && ours.value("max_bearing_load_N") > 0.0);
+        assert_eq!(ours.outcome.status, Status::Ok, "{end}: {:e}", ours.value("energy_error"));
+    }
+}
+
+#[test]
 fn heavy_rub_at_a_large_step_balances_its_energies() {
     let changes = [("run.end_time", "4 s"), ("contact.friction", "0.2")];
     let ours = exponential(machine_with(&study_machine("lp_turbine"), &changes), 5e-5);

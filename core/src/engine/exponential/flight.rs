@@ -218,6 +218,15 @@ impl Flight {
         self.cell.bound().map_or(f64::INFINITY, |bound| bound.speed(h, &self.y, &self.sizes))
     }
 
+    /// The longest of these lengths \[s\] over which no peak is missed: largest loads of the bearings so far, and the largest distance of the first
+    /// diaphragm's node.
+    pub(super) fn resolved(&mut self, lengths: &[f64], largest: &[f64]) -> usize {
+        self.forces.clear();
+        self.forces.extend((0..self.velocities.len()).map(|s| self.spin.force_now(s)));
+        let state = (&*self.y, &*self.forces);
+        self.cell.missed().longest(&self.cell.local, state, lengths, largest, &mut self.sizes)
+    }
+
     /// What impulses on the first diaphragm's node make in a contact step; `None` without one.
     pub(super) fn kick(&self) -> Option<&Kick> {
         self.cell.kick(self.step)

@@ -16,6 +16,7 @@ use super::ExponentialError;
 use super::bound::Bound;
 use super::kick::Kick;
 use super::local::Local;
+use super::missed::Missed;
 use super::propagator::Propagator;
 use super::station::{Model, Station};
 use super::transfer::Transfer;
@@ -66,8 +67,11 @@ pub(super) struct Cell {
     propagators: [OnceLock<Propagator>; LEVELS + 1],
     /// Of the first diaphragm's node: where its rows and pushes begin, and those of the bearings' loads.
     contact: Option<(usize, usize, Vec<usize>)>,
+    /// First rows of what is watched for peaks: the bearings' loads, the place of the first diaphragm's node.
+    watched: Vec<usize>,
     kick: OnceLock<Kick>,
     bound: OnceLock<Bound>,
+    missed: OnceLock<Missed>,
 }
 
 impl Cell {
@@ -87,6 +91,11 @@ impl Cell {
     pub fn bound(&self) -> Option<&Bound> {
         let (row, ..) = self.contact.as_ref()?;
         Some(self.bound.get_or_init(|| Bound::new(&self.local, *row, self.unbalances)))
+    }
+
+    /// What steps in flight may miss.
+    pub fn missed(&self) -> &Missed {
+        self.missed.get_or_init(|| Missed::new(&self.local, &self.watched))
     }
 
     /// Gyroscopic momentum `y^T N y`.
@@ -184,8 +193,10 @@ impl Grid {
             unbalances: outputs.unbalances(),
             propagators: Default::default(),
             contact: outputs.has_contact().then(|| (outputs.contact(0), outputs.contact_push(0), outputs.loads())),
+            watched: outputs.loads().into_iter().chain(outputs.has_contact().then(|| outputs.contact(0))).collect(),
             kick: OnceLock::new(),
             bound: OnceLock::new(),
+            missed: OnceLock::new(),
         });
         if found.cells.len() < KEPT {
             found.cells.insert(index, Arc::clone(&cell));

@@ -31,7 +31,7 @@ pub(in crate::engine) fn run(
     follower: &mut dyn Follower,
 ) -> Result<(Recorders, End), ExponentialError> {
     let mut run = Run::new(machine, structure, settings)?;
-    let (cause, failure) = loop {
+    let (mut cause, mut failure) = loop {
         if !follower.goes_on(run.steps) {
             break (EndCause::Failure, Some(Cause::StepLimit));
         }
@@ -41,6 +41,13 @@ pub(in crate::engine) fn run(
             Err(cause) => break (EndCause::Failure, Some(cause)),
         }
     };
+    if failure.is_none() {
+        // the last balance is that of the end
+        let at = At { time: run.transient.flight.time(), speed: run.speed };
+        if let Err(found) = run.look(run.transient.flight.ticks(), at) {
+            (cause, failure) = (EndCause::Failure, Some(found));
+        }
+    }
     let Run { steps, speed, .. } = run;
     let end = End { cause, time: run.transient.flight.time(), speed, failure, steps, iterations: steps };
     run.recorders.finish(&end, machine, structure);
@@ -135,7 +142,7 @@ impl<'a> Run<'a> {
             eye.get_or_insert_with(|| Box::new(Eye::new(machine, structure))).look(transient);
         }
         if let Some(level) = level {
-            self.fly_by(level, follower)?;
+            self.fly_by(level, shown, follower)?;
         }
         let angle = self.transient.flight.angle();
         let before = self.ring_energy();
@@ -144,8 +151,16 @@ impl<'a> Run<'a> {
         self.works(&done, before);
         self.steps += 1;
         self.struck = done.impact.map_or([0.0; 2], |impact| impact.on_rotor);
+        if level.is_none() {
+            self.show(&done, at, shown, follower);
+        }
+        self.ended(&done)
+    }
+
+    /// Tells a follower of a contact step, of which the instant was taken where it is to be `shown`.
+    fn show(&self, done: &Done, at: At, shown: bool, follower: &mut dyn Follower) {
         let force = done.impact.map_or(0.0, |impact| impact.normal / self.h);
-        if self.transient.contact.is_some() && level.is_none() {
+        if self.transient.contact.is_some() {
             follower.contact_force(0, at.time, force);
         }
         if let Some(eye) = self.eye.as_ref().filter(|_| shown) {
@@ -156,23 +171,24 @@ impl<'a> Run<'a> {
                 follower,
             );
         }
-        self.ended(&done)
     }
 
-    /// Tells a follower of the instants of a step in flight, the first of which it has been asked for.
-    fn fly_by(&mut self, level: usize, follower: &mut dyn Follower) -> Result<(), Cause> {
-        let ticks = self.transient.flight.ticks();
+    /// Tells a follower of the instants of a step in flight, the first of which was taken where it is to be `shown`.
+    fn fly_by(&mut self, level: usize, shown: bool, follower: &mut dyn Follower) -> Result<(), Cause> {
+        let Self { transient, eye, balanced, machine, structure, .. } = self;
+        let ticks = transient.flight.ticks();
         let mut ahead = None;
         for tick in ticks..ticks + (1 << level) {
             let time = tick as f64 * self.h;
-            if self.transient.contact.is_some() {
+            if transient.contact.is_some() {
                 follower.contact_force(0, time, 0.0);
             }
-            if tick > ticks && follower.wants(tick, time) {
-                let Self { transient, eye, balanced, machine, structure, .. } = self;
+            if tick == ticks && shown {
+                transient.weigh();
+                eye.iter().for_each(|eye| eye.show(&transient.loads, None, *balanced, follower));
+            } else if tick > ticks && follower.wants(tick, time) {
                 let eye = eye.get_or_insert_with(|| Box::new(Eye::new(machine, structure)));
-                let ahead = ahead.get_or_insert_with(|| Ahead::of(transient));
-                ahead.show(tick, transient, eye, *balanced, follower)?;
+                ahead.get_or_insert_with(|| Ahead::of(transient)).show(tick, transient, eye, *balanced, follower)?;
             }
         }
         Ok(())

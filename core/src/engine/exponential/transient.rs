@@ -24,6 +24,8 @@ pub(super) struct Transient {
     pub contact: Option<Contact>,
     /// Loads of the bearings at n, in the machine's order \[N\].
     pub loads: Vec<[f64; 2]>,
+    /// Largest of each so far \[N\], and the largest distance of the diaphragm's node \[m\].
+    largest: Vec<f64>,
     /// Lengths of steps, by level \[s\].
     lengths: [f64; LEVELS + 1],
     flies: bool,
@@ -76,6 +78,7 @@ impl Transient {
         };
         Ok(Self {
             loads: vec![[0.0; 2]; structure.rotor.bearings.len()],
+            largest: vec![0.0; structure.rotor.bearings.len() + usize::from(contact.is_some())],
             lengths: std::array::from_fn(|level| flight.step_of(level)),
             flight,
             contact,
@@ -92,26 +95,39 @@ impl Transient {
         x * x + y * y > contact.rub.outermost() * contact.rub.outermost()
     }
 
-    /// How long a step from here is certain to touch nothing: `2^level` contact steps; `None` where a contact step may.
+    /// How long a step from here is certain to touch nothing, and to miss no peak: `2^level` contact steps; `None` where a contact step may touch.
     pub fn level(&mut self) -> Option<usize> {
-        let Self { flight, contact, lengths, flies, end, end_speed, .. } = self;
+        let Self { flight, contact, loads, largest, lengths, flies, end, end_speed, .. } = self;
+        for (largest, load) in largest.iter_mut().zip(loads) {
+            *largest = largest.max(length(*load));
+        }
         let left = end.saturating_sub(flight.ticks()).max(1);
         let mut longest = LEVELS.min(left.ilog2() as usize);
         // a stop is found to a contact step
         while longest > 0 && flight.spin().speed_after(2.0 * lengths[longest]) <= *end_speed {
             longest -= 1;
         }
-        let Some(Contact { rub, .. }) = contact else { return Some(longest) };
-        if !*flies {
-            return None;
+        if let Some(Contact { rub, .. }) = contact {
+            let place = flight.place(0);
+            if let Some(largest) = largest.last_mut() {
+                *largest = largest.max(length(place));
+            }
+            let room = rub.room(place);
+            if !*flies || room <= 0.0 {
+                return None;
+            }
+            // a bound for the longest step is one for all
+            let fastest = flight.fastest(lengths[LEVELS]);
+            longest = (0..=longest).rev().find(|&level| room > lengths[level] * fastest)?;
         }
-        let room = rub.room(flight.place(0));
-        if room <= 0.0 {
-            return None;
+        Some(flight.resolved(&lengths[..=longest], largest))
+    }
+
+    /// Takes the loads at n, without what contact there adds.
+    pub fn weigh(&mut self) {
+        for (bearing, load) in self.loads.iter_mut().enumerate() {
+            *load = self.flight.load(bearing);
         }
-        // a bound for the longest step is one for all
-        let fastest = flight.fastest(lengths[LEVELS]);
-        (0..=longest).rev().find(|&level| room > lengths[level] * fastest)
     }
 
     /// Loads and contact at n, of a run that does not go on from there: the state is left where the step would lead.
@@ -121,10 +137,8 @@ impl Transient {
 
     /// Goes from n to n+1, over a step of [`Transient::level`]; loads are those at n.
     pub fn step(&mut self, level: Option<usize>) -> Result<Done, ExponentialError> {
+        self.weigh();
         let Self { flight, contact, loads, lengths, .. } = self;
-        for (bearing, load) in loads.iter_mut().enumerate() {
-            *load = flight.load(bearing);
-        }
         let Some(Contact { rub, twist_row }) = contact else {
             flight.advance(level.unwrap_or(0))?;
             return Ok(Done { level, place: [0.0; 2], velocity: [0.0; 2], impact: None });
