@@ -20,7 +20,7 @@ const PARTS: f64 = 1000.0;
 const SPRING_PARTS: f64 = 4.0 * PARTS;
 
 /// Fraction of `2/omega_max` of the ring's modes that is the contact step when the machine names none: docs/theory/08-exponential-engine.md has its errors.
-const CONTACT_FRACTION: f64 = 0.5;
+const CONTACT_FRACTION: f64 = 0.25;
 /// A contact step divides the same period into at least so many parts: a flight of sixteen is then half a radian.
 const PARTS_LEAST: f64 = 200.0;
 

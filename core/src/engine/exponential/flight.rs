@@ -124,6 +124,13 @@ impl Flight {
         }
         self.spin.complete(&self.levels[level], &self.velocities, self.gyroscopic.1);
         let grid = &self.shared.grid;
+        // a rotor that has stopped goes nowhere
+        if self.spin.speed <= 0.0 {
+            return Ok(());
+        }
+        if grid.leaps(&self.cell, self.spin.speed) {
+            return Err(ExponentialError::NoBasis { speed: self.spin.speed });
+        }
         while grid.has_left(&self.cell, self.spin.speed) {
             let up = self.spin.speed > self.cell.local.speed;
             let next = grid.cell(if up { self.cell.index + 1 } else { self.cell.index - 1 })?;

@@ -28,6 +28,9 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 const BEYOND: f64 = 0.5625;
 /// A flight step has at most `2^LEVELS` contact steps.
 pub(super) const LEVELS: usize = 4;
+/// Stations of a grid at most: with the default spacing three times the initial speed and more. A spin that jumps by [`LEAP`] of them in a step has left every model.
+const MOST_STATIONS: usize = 512;
+const LEAP: f64 = 192.0;
 /// Cells that are kept for other runs, at most: 25 kB each with 24 pairs.
 const KEPT: usize = 4096;
 
@@ -143,6 +146,11 @@ impl Grid {
     /// Whether a run at `speed` has left a cell.
     pub fn has_left(&self, cell: &Cell, speed: f64) -> bool {
         (speed - cell.local.speed).abs() * self.cells as f64 > BEYOND * self.spacing
+    }
+
+    /// Whether a spin is too far from a cell for a way there.
+    pub fn leaps(&self, cell: &Cell, speed: f64) -> bool {
+        (speed - cell.local.speed).abs() > LEAP * self.spacing
     }
 
     fn speed_of_station(&self, b: i64) -> f64 {
@@ -261,6 +269,9 @@ impl Grid {
             } else {
                 return Ok(());
             };
+            if found.stations.len() == MOST_STATIONS {
+                return Err(ExponentialError::NoBasis { speed: self.speed_of_station(new) });
+            }
             let beside = found.stations.get(&neighbour).map(|station| &**station);
             let station = Station::new(&self.model, self.speed_of_station(new), beside)?;
             found.stations.insert(new, Arc::new(station));

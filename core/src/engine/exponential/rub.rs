@@ -29,6 +29,8 @@ use std::sync::Arc;
 /// Candidates of a ring, at least. Places that press beside the nearest one are candidates, two spacings from it or more: with 192 of them the turbine's 1 ms force is
 /// 0.3 % off.
 const CANDIDATES: usize = 384;
+/// Elements of a ring at most: the table between candidates grows with their square.
+const ELEMENTS: usize = 200;
 /// A candidate penetrates when it is deeper than this share of the deepest before any impulse.
 const SHARE: f64 = 1e-4;
 
@@ -473,6 +475,9 @@ pub(super) fn candidates(
     let modes = modes(part);
     if modes.iter().any(|&(square, _)| square <= 0.0) {
         return Err(ExponentialError::NotCovered { what: "a ring that nothing holds" });
+    }
+    if surface.nodes > ELEMENTS {
+        return Err(ExponentialError::NotCovered { what: "a ring of more than 200 elements" });
     }
     let per_element = CANDIDATES.div_ceil(surface.nodes).next_multiple_of(BLOCK);
     Ok(Candidates::new(part, &surface, per_element, h))

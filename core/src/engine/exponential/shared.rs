@@ -18,6 +18,8 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// Stations of the grid up to the initial speed, about.
 const STATIONS: f64 = 150.0;
+/// Lateral coordinates at most: a basis takes their cube.
+const COORDINATES: usize = 200;
 /// Models that are kept.
 const KEPT: usize = 8;
 
@@ -80,6 +82,9 @@ impl Shared {
         if let Some(at) = kept.iter().position(|(other, _)| *other == key) {
             kept[at..].rotate_left(1);
             return Ok(Arc::clone(&kept[kept.len() - 1].1));
+        }
+        if structure.lateral.coordinates.size() > COORDINATES {
+            return Err(ExponentialError::NotCovered { what: "more than 200 lateral modes (run.rotor_modes)" });
         }
         let system = LateralSystem::new(machine, structure).ok_or(ExponentialError::Singular { part: "the rotor" })?;
         let outputs = Outputs::new(machine, structure);
