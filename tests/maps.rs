@@ -79,6 +79,7 @@ fn a_grid_is_drawn_as_it_is() {
     assert_eq!(ran.code, 0, "{}", ran.err);
     assert!(ran.out.contains("Answers, of 12 samples:"), "{}", ran.out);
     assert!(ran.out.contains("12 cells, 12 runs, 3 bad runs in 3 cells"), "{}", ran.out);
+    assert!(ran.out.contains("; open, because of bad runs, in 25 % of the cells;"), "{}", ran.out);
     let answers = json(&fs::read_to_string(folder.path("out/answers.json")).expect("written"));
     let cells = answers["answers"][0]["map"]["cells"].as_array().expect("cells").clone();
     assert_eq!(cells.len(), 12);

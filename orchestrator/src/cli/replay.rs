@@ -6,6 +6,7 @@ use super::history::{HistoryArgs, watched};
 use super::output::{remark, tell};
 use super::place::default_directory;
 use super::refusals::ReplayError;
+use super::why::frozen;
 use crate::engine;
 use crate::report::{OutcomeView, beyond_the_model, describe_outcome, with_word};
 use crate::run::directory::{PARTS, RESULTS, read_current, row_files};
@@ -16,6 +17,7 @@ use bladeoff_model::outcome::{Cause, Outcome, Part};
 use bladeoff_system::shown;
 use bladeoff_worker::core_solver::CoreSolver;
 use bladeoff_worker::plan::{MachinePlan, WorkPlan};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Compute one sample of a study again and compare it with its row
@@ -65,7 +67,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         WorkPlan::Function(_) => return Err(ReplayError::Function { directory }.into()),
     };
     let mut solver = CoreSolver::new(&plan).map_err(ReplayError::Solver)?;
-    let params = parameters(&plan, &solver, &table, &path)?;
+    let params = parameters(&plan, &solver, &columns_by_path(&directory), &table, &path)?;
     let what = || format!("computing the matrices of sample {sample}");
     with_word(what, || solver.prepare(&params).map(drop)).map_err(ReplayError::Solver)?;
     let (machine, structure) = solver.prepare(&params).map_err(ReplayError::Solver)?;
@@ -149,16 +151,32 @@ fn worst(files: &[PathBuf], table: &Path, column: &str) -> Result<Result<u64, Re
     Ok(best.map(|(_, sample)| sample).ok_or(ReplayError::Empty { table, column }))
 }
 
+/// Columns that do not have the name of their parameter: a study may give short ones (`as`), which the plan does not know.
+fn columns_by_path(directory: &Path) -> BTreeMap<String, String> {
+    let Ok(samples) = frozen(directory) else { return BTreeMap::new() };
+    samples.parameters().iter().map(|given| (given.info.path.clone(), given.column().name)).collect()
+}
+
 /// The parameters of a row, as a worker gets them.
-fn parameters(plan: &MachinePlan, solver: &CoreSolver, row: &Table, path: &Path) -> Result<Vec<f64>, ReplayError> {
+fn parameters(
+    plan: &MachinePlan,
+    solver: &CoreSolver,
+    named: &BTreeMap<String, String>,
+    row: &Table,
+    path: &Path,
+) -> Result<Vec<f64>, ReplayError> {
     let missing = |name: &str| ReplayError::Parameter { table: path.to_path_buf(), path: name.to_owned() };
     plan.varied
         .iter()
         .zip(solver.parameter_columns())
         .map(|(varied, column)| match &varied.choices {
-            None => row.numbers(&column).and_then(|values| values[0]).ok_or_else(|| missing(&varied.path)),
+            None => {
+                let column = named.get(&varied.path).unwrap_or(&column);
+                row.numbers(column).and_then(|values| values[0]).ok_or_else(|| missing(&varied.path))
+            }
             Some(choices) => {
-                let name = if is_detection(&varied.path) { DETECTION } else { varied.path.as_str() };
+                let named = named.get(&varied.path).unwrap_or(&varied.path);
+                let name = if is_detection(&varied.path) { DETECTION } else { named.as_str() };
                 let word =
                     row.words(name).and_then(|words| words[0].as_deref()).ok_or_else(|| missing(&varied.path))?;
                 let at = choices.iter().position(|choice| choice == word).ok_or_else(|| missing(&varied.path))?;

@@ -79,6 +79,14 @@ fn sentence(map: &Map) -> String {
         text +=
             &format!("; half or more in {}, above 0 in {}", counts(|share| share >= 0.5), counts(|share| share > 0.0));
     }
+    let open = map
+        .cells
+        .iter()
+        .filter(|cell| cell.bad > 0 && (cell.estimate_if_bad_harmful.is_none() || cell.estimate.is_none()))
+        .count();
+    if open > 0 && !map.is_share() {
+        text += &format!("; open, because of bad runs, in {}", part(open, cells));
+    }
     let regimes = map.regimes.iter().filter_map(|word| {
         let count = map.cells.iter().filter(|cell| cell.regime.as_ref() == Some(word)).count();
         (count > 0).then(|| format!("{word} in {}", part(count, cells)))
