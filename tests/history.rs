@@ -154,6 +154,52 @@ fn the_last_instant_is_the_end_of_the_row() {
     }
 }
 
+/// In flight instants lie within steps; the run is the same whoever looks, the intervals are even, and the last instant is the row's end.
+#[test]
+fn a_history_of_the_exponential_engine_is_that_of_its_run() {
+    let directory = tempfile::tempdir().expect("temporary directory");
+    let engine = ("run.engine", "exponential");
+    let ends: [(&[(&str, &str)], &str); 4] = [
+        (&[engine], "end_time"),
+        (&[engine, ("run.end_speed", "2990 rpm")], "end_speed"),
+        (&[engine, ("braking.constant", "40 N m")], "stopped"),
+        (&[engine, ("run.step_limit", "1234")], "failure"),
+    ];
+    for (changes, end) in ends {
+        let machine = machine_with(changes);
+        let structure = Structure::build(&machine, None).expect("a model");
+        let alone = simulate(&machine, &structure, &mut NoHistory).expect("starts");
+        assert_eq!(alone.end_cause.word(), end, "{changes:?}");
+        let path = directory.path().join("a.csv");
+        let outcome = record_of(&machine, &path, &["all"], Decimation::Steps(5));
+        assert_eq!(outcome, alone, "as if nobody looked");
+        let step = value(&machine, &outcome, "step_s");
+        let history = read(&path).expect("readable");
+        let even = history.time.len() - 1;
+        assert!(history.time[..even].windows(2).all(|pair| ((pair[1] - pair[0]) / (5.0 * step) - 1.0).abs() < 1e-6));
+        assert!(5.0 * even as f64 > value(&machine, &outcome, "steps"), "instants within steps of flight");
+        let series = |name: &str| &history.channel(name).unwrap_or_else(|| panic!("no {name}")).values;
+        let last = |name: &str| *series(name).last().expect("instants");
+        assert_eq!(*history.time.last().expect("instants"), value(&machine, &outcome, "end_time_s"), "{changes:?}");
+        assert_eq!(last("rotor.speed_rad_s"), value(&machine, &outcome, "end_speed_rad_s"), "{changes:?}");
+        assert_eq!(last("energy.friction_J"), value(&machine, &outcome, "friction_energy_J"), "{changes:?}");
+        assert!(history.channels.iter().all(|channel| channel.values.iter().all(|value| value.is_finite())));
+        if end != "end_time" {
+            continue;
+        }
+        // it touches, the gap is closed where it does, and the ring has moved there
+        let (force, gap, ring) =
+            (series("contact.normal_force_N"), series("contact.gap_m"), series("contact.eccentricity_m"));
+        let pressed: Vec<usize> = (1..force.len()).filter(|&i| force[i] > 0.0 && force[i - 1] > 0.0).collect();
+        assert!(pressed.len() > 20, "there is contact: {}", pressed.len());
+        for &i in &pressed {
+            assert!(gap[i].abs() < 0.02 * machine.diaphragms[0].contact.gap, "{}: gap {}", history.time[i], gap[i]);
+            assert!(ring[i] > 0.0);
+        }
+        assert!(gap.iter().zip(force).all(|(gap, force)| *force > 0.0 || *gap > -1e-6), "nothing overlaps in flight");
+    }
+}
+
 #[test]
 fn an_interval_is_rounded_to_whole_steps() {
     let directory = tempfile::tempdir().expect("temporary directory");

@@ -14,7 +14,7 @@ fn a_replayed_sample_is_equal_to_its_row() {
         "study.toml",
         "schema = 1\nname = \"small\"\nmachine = \"machines/rig.toml\"\n[set]\n\"run.end_time\" = \"0.06 s\"\n\
          \"blade_off.mass\" = \"13 g\"\n\"contact.friction_law\" = \"slip\"\n\
-         [[vary]]\npath = \"run.engine\"\nvalues = [\"reduced\", \"full\"]\n\
+         [[vary]]\npath = \"run.engine\"\nvalues = [\"reduced\", \"full\", \"exponential\"]\n\
          [[vary]]\npath = \"contact.gap\"\nvalues = [\"0.4 mm\", \"0.4 mm\", \"1 mm\"]\nzip = \"case\"\n\
          [[vary]]\npath = \"contact.friction\"\nvalues = [0.15, 0.9, 0.15]\nzip = \"case\"\n\
          [limits]\nmax_failed = \"100 %\"\n",
@@ -25,21 +25,23 @@ fn a_replayed_sample_is_equal_to_its_row() {
     let (header, rows) = support::table(&out);
     let column = |name: &str| header.iter().position(|found| found == name).unwrap_or_else(|| panic!("no {name}"));
     let status: Vec<&str> = rows.iter().map(|row| row[column("status")].as_str()).collect();
-    assert_eq!(status.iter().filter(|word| **word == "ok").count(), 4, "{status:?}");
+    assert_eq!(status.iter().filter(|word| **word == "ok").count(), 6, "{status:?}");
     assert!(status.iter().all(|word| ["ok", "invalid", "failed"].contains(word)), "{status:?}");
     let touched = |row: usize| !rows[row][column("first_contact_s")].is_empty();
-    assert_eq!((0..6).map(touched).collect::<Vec<_>>(), [true, true, false, true, true, false]);
+    assert_eq!((0..9).map(touched).collect::<Vec<_>>(), [true, true, false].repeat(3));
     // all columns but the sample's number, its parameters and its detection, which go in
     let compared = header.len() - header.iter().position(|name| name == "status").expect("there");
-    for sample in 0..6 {
+    for sample in 0..9 {
         let said = say(&["replay", &out, "--sample", &sample.to_string()]);
         assert_eq!(said.code, 0, "{}{}", said.out, said.err);
         assert!(said.out.contains(&format!("equal to the row in all {compared} columns")), "{}", said.out);
     }
-    // the worst of the rows that are ok: sample 0 or 3, though 1 and 4 rub harder; rows without a value are passed over
+    // the worst of the rows that are ok: sample 0, 3 or 6, though 1, 4 and 7 rub harder; rows without a value are passed over
     let number = |row: usize, name: &str| rows[row][column(name)].parse::<f64>().expect("a number");
     for name in ["max_filtered_contact_force_N", "first_contact_s"] {
-        let worst = if number(3, name) > number(0, name) { 3 } else { 0 };
+        let worst = [0, 3, 6]
+            .into_iter()
+            .fold(0, |worst, row| if number(row, name) > number(worst, name) { row } else { worst });
         let history = folder.name("worst.csv");
         let said = say(&["replay", &out, "--worst", name, "--history", &history]);
         assert_eq!(said.code, 0, "{}", said.err);
@@ -48,7 +50,7 @@ fn a_replayed_sample_is_equal_to_its_row() {
         assert!(read(&folder.path("worst.csv")).expect("readable").time.len() > 100);
     }
     for (asked, told) in [
-        (["--sample", "6"], "has no sample 6; it has 6 rows"),
+        (["--sample", "9"], "has no sample 9; it has 9 rows"),
         (["--worst", "max_bearing_lod_N"], "did you mean max_bearing_load_N?"),
         (["--worst", "rub_regime"], "has no column \"rub_regime\" of numbers"),
         (["--worst", "model_work_J"], "no row of"),

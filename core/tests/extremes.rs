@@ -94,7 +94,8 @@ fn machines() -> Vec<MachineDef> {
     let rig = study_machine("lab_rig");
     let touching = rig.replace("gap = \"0.5 mm\"", "gap = \"1 um\"");
     assert_ne!(rig, touching);
-    [&touching, &touching.replacen("[run]", "[run]\nengine = \"full\"", 1), POINT]
+    let with = |engine: &str| touching.replacen("[run]", &format!("[run]\nengine = \"{engine}\""), 1);
+    [touching.as_str(), &with("full"), POINT, &with("exponential")]
         .iter()
         .map(|text| MachineDef::parse("m.toml", text).unwrap_or_else(|problems| panic!("{problems}")))
         .collect()

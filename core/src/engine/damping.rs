@@ -12,7 +12,7 @@
 use super::shaft_line::{masses, sites};
 use crate::linalg::{dot, inverse, mul_vec};
 use crate::structure::Structure;
-use bladeoff_model::machine::Machine;
+use bladeoff_model::machine::{Engine, Machine};
 
 /// A bearing whose damping the step of a run does not resolve.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,9 +27,12 @@ pub struct UnresolvedDamping {
 
 /// The bearing with the largest x of (1) above 1 in a run with time step `dt` \[s\]; `None` if every x is at most 1.
 ///
-/// `structure` must fit the machine. Costs one inverse of the lateral mass matrix.
+/// `structure` must fit the machine. Costs one inverse of the lateral mass matrix. The exponential engine has no step that damping is taken over.
 #[must_use]
 pub fn unresolved_damping(machine: &Machine, structure: &Structure, dt: f64) -> Option<UnresolvedDamping> {
+    if machine.run.engine == Engine::Exponential {
+        return None;
+    }
     let coordinates = &structure.lateral.coordinates;
     let mobility = inverse(&masses(structure, &sites(machine)).0)?;
     let bearings = &structure.rotor.bearings;

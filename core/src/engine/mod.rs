@@ -1,6 +1,6 @@
-//! The reference engine: one blade-off from release to its end, step by step.
+//! One blade-off from release to its end: the reference engine, step by step, and the [`exponential`] one.
 //!
-//! Main path: [`simulate`] takes a step that is stable (`plan`), and a `run` goes on from its `beginning`: predict
+//! Main path: [`simulate`] takes a step that is stable (`plan`), and the engine of the machine's `choice` runs it. A `run` of the reference goes on from its `beginning`: predict
 //! without contact, correct with contact, record, advance (`motion`). What moves: the `shaft_line`, and each ring with its contact, a
 //! `rub`. What a run is watched for is [`crate::record`]'s matter; `bearing_loads` and `works` find what that takes.
 //!
@@ -9,7 +9,9 @@
 
 mod bearing_loads;
 mod beginning;
+mod choice;
 mod damping;
+pub mod exponential;
 mod motion;
 mod plan;
 mod predictor;
@@ -36,7 +38,7 @@ use bladeoff_model::outcome::Outcome;
 /// [`StartError`] for a run that cannot be started.
 pub fn simulate(machine: &Machine, structure: &Structure, follower: &mut dyn Follower) -> Result<Outcome, StartError> {
     let plan = StepPlan::new(machine, structure)?;
-    let (recorders, end) = run::run(machine, structure, &plan, follower)?;
+    let (recorders, end) = choice::run(machine, structure, &plan, follower)?;
     let twin = twin::of(&recorders, &end, machine, structure, &plan, follower);
     Ok(recorders.outcome(machine, structure, &end, twin.as_ref()))
 }

@@ -7,7 +7,7 @@ use bladeoff_model::machine::{Machine, RotorKind};
 use bladeoff_model::outcome::Cause;
 
 /// A displacement beyond this many times the model's size is no vibration any more.
-const DIVERGED: f64 = 10.0;
+pub(super) const DIVERGED: f64 = 10.0;
 
 /// What moves, at n.
 pub(super) struct Motion<'a> {
@@ -133,7 +133,7 @@ impl<'a> Motion<'a> {
 }
 
 /// Size of a model \[m\].
-fn size(machine: &Machine) -> f64 {
+pub(super) fn size(machine: &Machine) -> f64 {
     match &machine.rotor.kind {
         RotorKind::Shaft(shaft) => shaft.nodes.last().copied().unwrap_or(1.0),
         // a point mass has no length: only its clearance, or nothing, tells its size

@@ -4,7 +4,7 @@ use super::shaft_line::sites;
 use crate::linalg::{EigenError, Matrix, add_outer, symmetric_generalised};
 use crate::structure::Structure;
 use bladeoff_model::document::units::{format_digits, format_quantity};
-use bladeoff_model::machine::{DiaphragmKind, Machine, RotorKind, UnbalanceKind};
+use bladeoff_model::machine::{DiaphragmKind, Engine, Machine, RotorKind, UnbalanceKind};
 
 /// Fraction of the stability limit that is taken when the machine names no step.
 ///
@@ -18,6 +18,11 @@ const DEFAULT_FRACTION: f64 = 0.5;
 const PARTS: f64 = 1000.0;
 /// The same with a radial spring, on which contact begins and ends within a step: places after an impact are of second order.
 const SPRING_PARTS: f64 = 4.0 * PARTS;
+
+/// Fraction of `2/omega_max` of the ring's modes that is the contact step when the machine names none: docs/theory/08-exponential-engine.md has its errors.
+const CONTACT_FRACTION: f64 = 0.25;
+/// A contact step divides the same period into at least so many parts: a flight of sixteen is then half a radian.
+const PARTS_LEAST: f64 = 200.0;
 
 /// Smallest step \[s\]: a filter of 1 ms then has ten million steps, and time still grows by it.
 const LEAST_STEP: f64 = 1e-10;
@@ -105,6 +110,37 @@ pub enum StartError {
         /// Of the ring's centre \[m\].
         offset: [f64; 2],
     },
+    /// The contact step is larger than what contact and spin are computed with.
+    #[error(
+        "run.contact_step = {} is too large: largest allowed {} (2/omega_max of the ring's modes, and a {PARTS_LEAST}th of the shortest of a \
+         revolution and the lowest mode's period)",
+        seconds(*.step), seconds(below(*.limit))
+    )]
+    ContactStepTooLarge {
+        /// Asked for \[s\].
+        step: f64,
+        /// Allowed \[s\].
+        limit: f64,
+    },
+    /// What only other engines compute.
+    #[error("the exponential engine does not cover {what}: use run.engine = \"reduced\"")]
+    NotCovered {
+        /// What.
+        what: &'static str,
+    },
+    /// Whirl states without a basis.
+    #[error(
+        "the whirl states at {speed} rad/s have no basis that the exponential engine can use (condition {condition:.1e}, at most {limit:.0e}): use \
+         run.engine = \"reduced\""
+    )]
+    NoBasis {
+        /// Speed \[rad/s\].
+        speed: f64,
+        /// 2-norm condition; infinite where the motions span less than all.
+        condition: f64,
+        /// Largest allowed.
+        limit: f64,
+    },
     /// No mass, or no restoring stiffness, in some direction.
     #[error("the {what} matrix of {part} is singular: the rotor has no {what} in some direction")]
     Singular {
@@ -142,6 +178,9 @@ impl StepPlan {
     /// # Errors
     /// [`StartError::StepTooLarge`], [`StartError::StepTooSmall`], [`StartError::TooManySteps`], [`StartError::Eigen`].
     pub fn new(machine: &Machine, structure: &Structure) -> Result<Self, StartError> {
+        if machine.run.engine == Engine::Exponential {
+            return Self::of_contact(machine, structure);
+        }
         let lateral = rotor_limit(machine, structure)?;
         let rings = structure.rings.iter().flatten().map(|ring| ring.part.highest);
         let highest_frequency = rings.fold(lateral.max(structure.twist.highest), f64::max);
@@ -164,6 +203,29 @@ impl StepPlan {
                 });
             }
         };
+        Self { step, largest_step, highest_frequency }.allowed(machine)
+    }
+
+    /// That of the exponential engine: contact needs the ring's frequencies alone.
+    fn of_contact(machine: &Machine, structure: &Structure) -> Result<Self, StartError> {
+        let rings = structure.rings.iter().flatten().map(|ring| ring.part.highest);
+        let highest_frequency = rings.fold(0.0, f64::max);
+        let period = 2.0 * std::f64::consts::PI / slowest_to_resolve(machine, structure);
+        let largest_step = (2.0 / highest_frequency).min(period / PARTS_LEAST);
+        let step = match machine.run.contact_step {
+            None => {
+                let chosen = (CONTACT_FRACTION * 2.0 / highest_frequency).min(period / PARTS);
+                floor_to_digits(chosen, 2).min(machine.run.end_time)
+            }
+            Some(step) if step < largest_step => step,
+            Some(step) => return Err(StartError::ContactStepTooLarge { step, limit: largest_step }),
+        };
+        Self { step, largest_step, highest_frequency }.allowed(machine)
+    }
+
+    /// Refuses what a run cannot have.
+    fn allowed(self, machine: &Machine) -> Result<Self, StartError> {
+        let Self { step, highest_frequency, .. } = self;
         // so that no comparison lets a NaN pass
         if !(step >= LEAST_STEP.min(machine.run.end_time) && highest_frequency.is_finite()) {
             let hz = highest_frequency / (2.0 * std::f64::consts::PI);
@@ -174,7 +236,7 @@ impl StepPlan {
         if steps > MOST_STEPS {
             return Err(StartError::TooManySteps { steps, step, end_time: machine.run.end_time, most: MOST_STEPS });
         }
-        Ok(Self { step, largest_step, highest_frequency })
+        Ok(self)
     }
 }
 

@@ -7,8 +7,8 @@
 //! until their peaks are two draws of one distribution; a single load is then a sample of it, and the twin shows how wide it is.
 //! Verified by `tests/twin.rs`.
 
+use super::choice::run;
 use super::plan::StepPlan;
-use super::run::run;
 use crate::record::{End, Follower, Frame, Recorders, Twin};
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;

@@ -79,6 +79,7 @@ fn of_run(text: &mut Text, run: &RunSettings) {
         end_speed: _,
         engine: _,
         step: _,
+        contact_step: _,
         force_location: _,
         rotor_modes,
         twist_modes,

@@ -103,6 +103,12 @@ impl ContactRecorder {
         self.left = Some((-touch.gap).max(0.0));
     }
 
+    /// Takes so many steps without contact at once.
+    pub fn pass(&mut self, steps: usize, at: At) {
+        self.finish(at);
+        self.impulses.pass(steps);
+    }
+
     /// What the last contact left, at the instant it left it: that of the next step, or the end.
     pub fn finish(&mut self, at: At) {
         if let Some(depth) = self.left.take() {

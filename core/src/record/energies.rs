@@ -81,6 +81,11 @@ impl EnergyBalance {
         }
     }
 
+    /// Takes an instant with its works added and its stores written, of an engine whose steps are not equal.
+    pub fn take(&mut self) {
+        self.balance();
+    }
+
     /// Takes the end of the run: one too short for a second balance has it at its last step.
     pub fn finish(&mut self, end: &End) {
         if end.failure.is_none() && end.steps <= EVERY {

@@ -46,6 +46,11 @@ impl LastMillisecond {
         self.sum += value - leaving;
     }
 
+    /// Takes so many steps that had nothing.
+    pub fn pass(&mut self, steps: usize) {
+        (0..steps.min(self.length)).for_each(|_| self.slide(0.0));
+    }
+
     /// The sum; `None` where no step of the last 1 ms had anything.
     #[inline]
     pub fn sum(&mut self) -> Option<f64> {

@@ -50,7 +50,7 @@ pub struct ContactFrame<'a> {
 /// Follows a run. It cannot change it.
 pub trait Follower {
     /// The normal contact force of the step on one diaphragm, by its place in the machine's order \[N\], zero without contact: of
-    /// every step, wanted or not, because single steps say little about it. Called before [`Follower::wants`].
+    /// every step, wanted or not, because single steps say little about it. Called before [`Follower::see`] of that step.
     fn contact_force(&mut self, _diaphragm: usize, _time: f64, _force: f64) {}
     /// Whether the run goes on; asked before each step, and before those of its twin, which are counted on. One that does not ends as at
     /// its step limit.

@@ -111,6 +111,24 @@ impl Recorders {
         self.rings.iter_mut().zip(rings).for_each(|(recorders, ring)| recorders.see(&ring, now.at));
     }
 
+    /// Takes the loads of an instant, and the ring's: of a step, or of so many at once in which nothing touches. An engine whose steps are not equal sees shapes
+    /// by themselves ([`Recorders::see_shape`]), and a [`RingInstant::ring`] where it has one.
+    pub fn see_steps(&mut self, steps: usize, at: At, loads: &[[f64; 2]], ring: Option<&RingInstant<'_>>) {
+        self.loads.see(loads, at);
+        if let (Some(recorders), Some(ring)) = (self.rings.first_mut(), ring) {
+            if steps == 1 {
+                recorders.see(ring, at);
+            } else {
+                recorders.pass(steps, ring, at);
+            }
+        }
+    }
+
+    /// Takes nodal displacements [m, rad] and twists \[rad\] of the shaft line, from which stresses are.
+    pub fn see_shape(&mut self, lateral: &[f64], twist: &[f64], at: At) {
+        self.stresses.see(lateral, twist, at);
+    }
+
     /// Judges the run with its step at n, from which it can go on. As long as all guards hold, what has been reached counts as reached
     /// while they did. Judged with the energy balance, every few steps: what was reached since the last time is left out where a guard breaks.
     #[inline]
@@ -120,7 +138,8 @@ impl Recorders {
         }
     }
 
-    fn judge(&mut self, machine: &Machine, structure: &Structure) {
+    /// Judges the run where an engine says so.
+    pub fn judge(&mut self, machine: &Machine, structure: &Structure) {
         if self.guards.hold(&self.energies, &self.rings, machine, structure) {
             self.loads.hold();
             self.stresses.hold();

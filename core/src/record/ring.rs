@@ -83,6 +83,18 @@ impl RingRecorders {
         }
     }
 
+    /// Takes an instant from which so many steps at once have no contact.
+    pub fn pass(&mut self, steps: usize, now: &RingInstant<'_>, at: At) {
+        let [x, y] = now.place;
+        self.eccentricity.see(x * x + y * y, at);
+        self.contact.pass(steps, at);
+        let motion = Motion { angle: now.angle, place: now.place, velocity: now.velocity, touches: false };
+        self.whirl.pass(steps, &motion, at);
+        if let Some(q) = now.ring {
+            self.blades.see(q, at);
+        }
+    }
+
     /// All guards hold.
     pub fn hold(&mut self) {
         self.eccentricity.hold();

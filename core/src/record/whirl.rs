@@ -83,12 +83,19 @@ impl WhirlRecorder {
     #[inline]
     pub fn see(&mut self, now: &Motion, at: At) {
         if self.window.is_some() || now.touches {
-            self.follow(now, at);
+            self.follow(now, at, self.dt);
         }
     }
 
-    fn follow(&mut self, now: &Motion, at: At) {
-        let (dt, [x, y]) = (self.dt, now.place);
+    /// Takes a step from n as long as so many.
+    pub fn pass(&mut self, steps: usize, now: &Motion, at: At) {
+        if self.window.is_some() {
+            self.follow(now, at, self.dt * steps as f64);
+        }
+    }
+
+    fn follow(&mut self, now: &Motion, at: At, dt: f64) {
+        let [x, y] = now.place;
         let [vx, vy] = now.velocity;
         let square = x * x + y * y;
         // a rotor that passes through the centre turns by half a turn at most

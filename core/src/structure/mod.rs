@@ -4,6 +4,7 @@
 //! transient sees both through [`Coordinates`] and evaluates every non-linear term at the nodes.
 
 mod coordinates;
+mod kept;
 mod lag;
 mod part;
 
@@ -48,6 +49,8 @@ pub struct Structure {
     /// Of the shaft's nodes.
     rotor_lags: Vec<lag::Lag>,
     basis: Basis,
+    /// What an engine keeps of its own for runs that share the structure.
+    pub(crate) kept: kept::Kept,
 }
 
 impl Structure {
@@ -76,7 +79,7 @@ impl Structure {
             }
             None => Basis::compute(machine, &rotor, &flexible)?,
         };
-        let reduced = machine.run.engine == Engine::Reduced;
+        let reduced = machine.run.engine != Engine::Full;
         let correct = reduced && machine.run.static_residual;
         let point = matches!(machine.rotor.kind, RotorKind::PointMass(_));
         let lateral = if reduced && !point {
@@ -101,7 +104,17 @@ impl Structure {
         let matrices = [&rotor.stiffness, &rotor.mass];
         let (lateral_residual, rotor_lags) =
             lag::left_out(&lateral, &basis.lateral, matrices, correct, rotor.lateral_size(), places);
-        Ok(Self { structural: structural(machine), rotor, lateral, twist, lateral_residual, rings, rotor_lags, basis })
+        Ok(Self {
+            structural: structural(machine),
+            rotor,
+            lateral,
+            twist,
+            lateral_residual,
+            rings,
+            rotor_lags,
+            basis,
+            kept: kept::Kept::default(),
+        })
     }
 
     /// Whether a machine has this structure (it may differ in everything a study varies from sample to sample).
@@ -165,6 +178,7 @@ fn structural(machine: &Machine) -> Machine {
         end_speed: 0.0,
         engine: machine.run.engine,
         step: None,
+        contact_step: None,
         force_location: bladeoff_model::machine::ForceLocation::Next,
         rotor_modes: machine.run.rotor_modes,
         twist_modes: machine.run.twist_modes,

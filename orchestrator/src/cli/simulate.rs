@@ -42,7 +42,8 @@ pub struct Args {
     #[command(flatten)]
     machine: MachineArgs,
 
-    /// Engine, instead of the machine's: modes of rotor and ring, or all finite-element degrees of freedom
+    /// Engine, instead of the machine's: modes of rotor and ring, all finite-element degrees of freedom, or the
+    /// modes propagated exactly with contact by impulses (fast; hyp2 at several points only)
     #[arg(long, value_parser = Engine::WORDS)]
     engine: Option<String>,
 

@@ -254,9 +254,9 @@ mod tests {
         for (at, number, error) in [
             (24, 3, RecordError::Version { found: 3 }),
             (25, 4, code("status", 4)),
-            (26, 15, code("cause", 15)),
+            (26, 16, code("cause", 16)),
             (27, 5, code("end cause", 5)),
-            (29, 0x80, code("causes", 0x8008)),
+            (30, 0x01, code("causes", 0x1_0008)),
         ] {
             assert_eq!(Entry::decode(&with(at, number)).map(drop), Err(error), "byte {at}");
         }

@@ -54,6 +54,9 @@ pub fn cause_in_words(cause: Cause) -> &'static str {
         Cause::ModalBasis => {
             "the modes kept are too few for the contact: those left out would not follow its force at once, as is assumed of them"
         }
+        Cause::NoBasis => {
+            "at a speed that the run came to, its whirl motions are so nearly one that the exponential engine has no basis of them"
+        }
     }
 }
 
@@ -106,6 +109,7 @@ pub fn advice(cause: Cause) -> &'static str {
             "look for a unit that is none (`contact.offset`, `rotor.initial`); a smaller `run.step` if a step passed the ring at once"
         }
         Cause::ModalBasis => "more `run.rotor_modes` (or `run.ring_modes`), the default, or `run.engine = \"full\"`",
+        Cause::NoBasis => "`run.engine = \"reduced\"`, which needs none",
     }
 }
 

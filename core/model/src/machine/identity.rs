@@ -8,14 +8,19 @@
 //! not count; the order of bearings and sections does, because columns and sums follow it. A default and the same value
 //! written out in a table that is there anyway are equal. Texts (`disc` of an unbalance) count where the file has them.
 //!
+//! A key that came later than results that are kept counts where a machine has it (`LATER`), so that those without it are what they were.
+//!
 //! `run.step_limit` does not count: it is a budget. Runs of one identity are step for step the same up to the smaller of
 //! their limits, so who keeps outcomes by identity has to ask how many steps each needed ([`MachineDef::step_limit`]).
 
 use super::def::MachineDef;
 use super::layout::{Layout, Scalar};
 use super::paths::PathInfo;
-use super::schema::{SCHEMA, STEP_LIMIT};
+use super::schema::{CONTACT_STEP, SCHEMA, STEP_LIMIT};
 use super::value::{self, ParamValue, ValueError};
+
+/// Keys that a machine of an earlier build has not.
+const LATER: [&str; 1] = [CONTACT_STEP];
 
 impl MachineDef {
     /// Largest number of steps of a run; `None`: no limit.
@@ -57,7 +62,7 @@ fn layout_part(layout: &Layout) -> u128 {
         hasher.update(&(text.len() as u64).to_le_bytes());
         hasher.update(text.as_bytes());
     };
-    layout.slots.iter().for_each(|slot| word(&slot.path));
+    layout.slots.iter().filter(|slot| !LATER.contains(&&*slot.path)).for_each(|slot| word(&slot.path));
     word("tables");
     layout.tables.keys().for_each(|table| word(table));
     for (group, members) in &layout.groups {
@@ -72,6 +77,9 @@ fn layout_part(layout: &Layout) -> u128 {
 }
 
 fn part(path: &str, scalar: &Scalar) -> u128 {
+    if LATER.contains(&path) && matches!(scalar, Scalar::Absent) {
+        return 0;
+    }
     let mut hasher = blake3::Hasher::new();
     hasher.update(path.as_bytes());
     let scalar = if path == STEP_LIMIT { &Scalar::Absent } else { scalar };

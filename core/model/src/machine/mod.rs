@@ -23,6 +23,6 @@ pub use build::{MOST_LOST, Overdrawn, overdrawn};
 pub use def::MachineDef;
 pub use model::*;
 pub use paths::{PathError, PathInfo, PathKind, is_detection, is_of_the_format, some_of};
-pub use schema::{END_TIME, ENGINE, Key, Kind, Need, Range, SCHEMA, STEP, STEP_LIMIT, TWIN, When, keys};
+pub use schema::{CONTACT_STEP, END_TIME, ENGINE, Key, Kind, Need, Range, SCHEMA, STEP, STEP_LIMIT, TWIN, When, keys};
 pub use template::machine_template;
 pub use value::{ParamValue, ValueError};

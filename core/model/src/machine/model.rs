@@ -25,6 +25,8 @@ pub enum Engine {
     Reduced,
     /// All finite-element degrees of freedom, as the paper.
     Full,
+    /// Modes, propagated exactly, with contact by impulses.
+    Exponential,
 }
 
 /// Where the contact force of step n acts.
@@ -58,6 +60,8 @@ pub struct RunSettings {
     pub engine: Engine,
     /// Time step \[s\]; `None`: chosen from the highest frequency of the model.
     pub step: Option<f64>,
+    /// Contact step of the exponential engine \[s\]; `None`: chosen by its rule, or another engine.
+    pub contact_step: Option<f64>,
     /// Location of the contact force.
     pub force_location: ForceLocation,
     /// Lateral rotor modes of the reduced engine; `None`: the default of the engine.

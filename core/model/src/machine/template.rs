@@ -58,6 +58,7 @@ const TABLES: &[Table] = &[
 /// Examples of keys that have neither a value above nor a default.
 const EXAMPLES: &[(&str, &str)] = &[
     ("run.step", "\"5 us\""),
+    ("run.contact_step", "\"5 us\""),
     ("run.rotor_modes", "16"),
     ("run.twist_modes", "4"),
     ("run.ring_modes", "36"),

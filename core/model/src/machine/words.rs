@@ -4,7 +4,7 @@ use super::model::{Detection, Engine};
 
 impl Engine {
     /// The words of all, the default first.
-    pub const WORDS: [&str; 2] = [Self::Reduced.word(), Self::Full.word()];
+    pub const WORDS: [&str; 3] = [Self::Reduced.word(), Self::Full.word(), Self::Exponential.word()];
 
     /// The word of it.
     #[must_use]
@@ -12,13 +12,14 @@ impl Engine {
         match self {
             Self::Reduced => "reduced",
             Self::Full => "full",
+            Self::Exponential => "exponential",
         }
     }
 
     /// The engine of a word.
     #[must_use]
     pub fn from_word(word: &str) -> Option<Self> {
-        [Self::Reduced, Self::Full].into_iter().find(|engine| engine.word() == word)
+        [Self::Reduced, Self::Full, Self::Exponential].into_iter().find(|engine| engine.word() == word)
     }
 }
 

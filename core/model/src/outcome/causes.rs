@@ -83,6 +83,8 @@ words! {
         WorkerCrashed = 13, "worker_crashed";
         /// The modes kept cannot carry the contact: those left out would not follow it at once.
         ModalBasis = 14, "modal_basis";
+        /// The whirl states at a speed that the run came to have no basis that the exponential engine can use.
+        NoBasis = 15, "no_basis";
     }
 }
 
@@ -179,6 +181,7 @@ mod tests {
             (12, "outside_ring"),
             (13, "worker_crashed"),
             (14, "modal_basis"),
+            (15, "no_basis"),
         ];
         let end_causes = [(0, "stopped"), (1, "end_time"), (2, "end_speed"), (3, "failure"), (4, "evaluated")];
         assert_eq!(statuses.map(|(code, _)| Status::from_code(code).map(Status::word)), statuses.map(|(_, w)| Some(w)));
@@ -196,8 +199,8 @@ mod tests {
             assert_eq!((set.words().as_deref(), set.bits()), (Some(word), 1 << code));
         }
         // One that a newer build may have given is none of ours.
-        assert_eq!((Status::from_code(4), Cause::from_code(15), EndCause::from_code(5)), (None, None, None));
-        assert_eq!(CauseSet::from_bits(1 << 15), None);
+        assert_eq!((Status::from_code(4), Cause::from_code(16), EndCause::from_code(5)), (None, None, None));
+        assert_eq!(CauseSet::from_bits(1 << 16), None);
     }
 
     #[test]

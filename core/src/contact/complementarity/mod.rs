@@ -27,7 +27,7 @@ const YIELDS: [f64; 3] = [1e-5, 1e-4, 1e-3];
 pub(crate) fn solve(coupled: &mut Coupled, forces: &mut [ContactForce]) -> Option<()> {
     let stiff: [_; POINTS] = std::array::from_fn(|k| coupled.w[k][k]);
     for yields in YIELDS {
-        for (k, own) in stiff.iter().enumerate() {
+        for (k, own) in stiff[..forces.len()].iter().enumerate() {
             for row in 0..2 {
                 coupled.w[k][k][row][row] = (1.0 + yields) * own[row][row];
             }

@@ -11,6 +11,8 @@ use bladeoff_model::machine::FrictionLaw;
 
 /// Unknowns at most: a normal and a tangential force each.
 const UNKNOWNS: usize = 2 * POINTS;
+/// Unknowns of few points.
+const FEW: usize = 8;
 /// A pivot below this share of its column's largest entry ends the elimination.
 const SINGULAR: f64 = 1e-13;
 /// A violation below this share of the largest force, gap or slip is rounding.
@@ -109,20 +111,15 @@ fn forces_in(coupled: &Coupled, states: &[State]) -> Option<[[f64; 2]; POINTS]> 
             size += 1;
         }
     }
-    let mut system = [[0.0; UNKNOWNS + 1]; UNKNOWNS];
-    for (i, &(k, row)) in unknowns[..size].iter().enumerate() {
-        for (j, &(other, column)) in unknowns[..size].iter().enumerate() {
-            let block = &coupled.w[k][other][row];
-            system[i][j] = match states[other] {
-                State::Slides(sign) => block[0] + coupled.friction * sign * block[1],
-                _ => block[column],
-            };
-        }
-        system[i][size] = -coupled.start[k][row];
-    }
-    let solution = eliminate(&mut system, size)?;
+    let unknowns = &unknowns[..size];
+    // few points are the rule, and room for all takes longer to clear than their system to solve
+    let solution = if size <= FEW {
+        solved::<FEW>(coupled, states, unknowns)?
+    } else {
+        solved::<UNKNOWNS>(coupled, states, unknowns)?
+    };
     let mut forces = [[0.0; 2]; POINTS];
-    for (&(k, row), value) in unknowns[..size].iter().zip(solution) {
+    for (&(k, row), value) in unknowns.iter().zip(solution) {
         forces[k][row] = value;
         if let State::Slides(sign) = states[k] {
             forces[k][1] = coupled.friction * sign * value;
@@ -131,8 +128,24 @@ fn forces_in(coupled: &Coupled, states: &[State]) -> Option<[[f64; 2]; POINTS]> 
     Some(forces)
 }
 
-/// Gaussian elimination with row pivoting; the last column is the right-hand side.
-fn eliminate(system: &mut [[f64; UNKNOWNS + 1]; UNKNOWNS], size: usize) -> Option<[f64; UNKNOWNS]> {
+/// Values of the unknowns, N at most.
+fn solved<const N: usize>(coupled: &Coupled, states: &[State], unknowns: &[(usize, usize)]) -> Option<[f64; UNKNOWNS]> {
+    let (mut system, mut right) = ([[0.0; N]; N], [0.0; N]);
+    for (i, &(k, row)) in unknowns.iter().enumerate() {
+        for (j, &(other, column)) in unknowns.iter().enumerate() {
+            let block = &coupled.w[k][other][row];
+            system[i][j] = match states[other] {
+                State::Slides(sign) => block[0] + coupled.friction * sign * block[1],
+                _ => block[column],
+            };
+        }
+        right[i] = -coupled.start[k][row];
+    }
+    eliminate(&mut system, &mut right, unknowns.len())
+}
+
+/// Gaussian elimination with row pivoting.
+fn eliminate<const N: usize>(system: &mut [[f64; N]; N], right: &mut [f64; N], size: usize) -> Option<[f64; UNKNOWNS]> {
     let mut scale = [0.0_f64; UNKNOWNS];
     for (scale, column) in scale[..size].iter_mut().zip(0..) {
         *scale = system[..size].iter().fold(0.0, |most, row| most.max(row[column].abs()));
@@ -144,17 +157,19 @@ fn eliminate(system: &mut [[f64; UNKNOWNS + 1]; UNKNOWNS], size: usize) -> Optio
             return None;
         }
         system.swap(column, pivot);
-        let top = system[column];
-        for row in &mut system[column + 1..size] {
+        right.swap(column, pivot);
+        let (top, side) = (system[column], right[column]);
+        for (row, right) in system[column + 1..size].iter_mut().zip(&mut right[column + 1..size]) {
             let factor = row[column] / top[column];
-            for (entry, above) in row[column..=size].iter_mut().zip(&top[column..=size]) {
+            for (entry, above) in row[column..size].iter_mut().zip(&top[column..size]) {
                 *entry -= factor * above;
             }
+            *right -= factor * side;
         }
     }
     let mut solution = [0.0; UNKNOWNS];
     for i in (0..size).rev() {
-        let mut sum = system[i][size];
+        let mut sum = right[i];
         for j in i + 1..size {
             sum -= system[i][j] * solution[j];
         }

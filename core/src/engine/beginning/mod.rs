@@ -8,6 +8,8 @@ mod centring;
 mod loaded;
 mod state;
 
+pub(super) use state::{initial_motion, projected};
+
 use loaded::load;
 use state::start;
 

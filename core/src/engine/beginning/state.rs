@@ -27,13 +27,28 @@ use bladeoff_model::machine::{Machine, Presence};
 /// # Errors
 /// [`StartError::Singular`] where a matrix has no inverse.
 pub(super) fn start(machine: &Machine, structure: &Structure, line: &mut ShaftLine<'_>) -> Result<bool, StartError> {
+    let (q, v) = initial_motion(machine, structure)?;
+    let speed = machine.rotor.initial_speed;
+    let a = accelerations(line, structure, &q, &v, speed)
+        .ok_or(StartError::Singular { what: "mass", part: "the rotor" })?;
+    line.begin(&q, &before_start(line, &v, speed, &a));
+    Ok(a.settled)
+}
+
+/// Lateral coordinates and their velocities at t = 0.
+///
+/// # Errors
+/// [`StartError::Singular`] where a matrix has no inverse.
+pub(in crate::engine) fn initial_motion(
+    machine: &Machine,
+    structure: &Structure,
+) -> Result<(Vec<f64>, Vec<f64>), StartError> {
     let rotor = &machine.rotor;
     let part = &structure.lateral;
     let size = part.coordinates.size();
     let before: Vec<UnbalanceSite> =
         rotor.unbalances.iter().filter(|u| u.presence == Presence::Before).map(UnbalanceSite::new).collect();
-    let skew = projected(structure, &structure.rotor.skew_stiffness());
-    let stiffness = &part.stiffness + &skew;
+    let stiffness = || &part.stiffness + projected(structure, &structure.rotor.skew_stiffness());
     let (mut q, mut v) = (vec![0.0; size], vec![0.0; size]);
 
     if rotor.gravity != [0.0; 2] {
@@ -43,14 +58,14 @@ pub(super) fn start(machine: &Machine, structure: &Structure, line: &mut ShaftLi
         }
         let mut force = vec![0.0; size];
         part.coordinates.project(&weight, &mut force);
-        let sag = solve(&stiffness, &Vector::from_vec(force))
+        let sag = solve(&stiffness(), &Vector::from_vec(force))
             .ok_or(StartError::Singular { what: "stiffness", part: "the rotor" })?;
         q.copy_from_slice(sag.as_slice());
     }
 
     let speed = rotor.initial_speed;
     if !before.is_empty() && speed > 0.0 {
-        let (real, imaginary) = steady_state(structure, &before, &stiffness, speed, rotor.initial.angle)?;
+        let (real, imaginary) = steady_state(structure, &before, &stiffness(), speed, rotor.initial.angle)?;
         for i in 0..size {
             q[i] += real[i];
             v[i] -= speed * imaginary[i];
@@ -63,11 +78,7 @@ pub(super) fn start(machine: &Machine, structure: &Structure, line: &mut ShaftLi
             axpy(1.0, &added, state);
         }
     }
-
-    let a = accelerations(line, structure, &q, &v, speed)
-        .ok_or(StartError::Singular { what: "mass", part: "the rotor" })?;
-    line.begin(&q, &before_start(line, &v, speed, &a));
-    Ok(a.settled)
+    Ok((q, v))
 }
 
 /// The fictitious increments of the step before, `d- = dt v0 - dt^2 a0/2`, which make the first step second order.
@@ -78,7 +89,8 @@ fn before_start(line: &ShaftLine<'_>, velocity: &[f64], spin: f64, a: &Accelerat
     Increments { lateral: lateral.collect(), twist: twist.collect() }
 }
 
-fn projected(structure: &Structure, nodal: &Matrix) -> Matrix {
+/// A nodal matrix of the lateral motion in coordinates.
+pub(in crate::engine) fn projected(structure: &Structure, nodal: &Matrix) -> Matrix {
     match structure.lateral.coordinates.shapes() {
         None => nodal.clone(),
         Some(shapes) => crate::linalg::project(nodal, shapes),

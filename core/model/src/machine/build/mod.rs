@@ -1,6 +1,7 @@
 //! From slots to the validated [`Machine`]: missing keys, and every check across keys. All problems are gathered, so a
 //! check runs as far as the values it needs are known.
 
+mod covered;
 mod diaphragm;
 mod factor;
 mod inertia;
@@ -28,6 +29,7 @@ pub(super) fn build<'a>(layout: &'a Layout, states: &'a [State], problems: Colle
     let rotor = rotor::rotor(&mut reader, run.as_ref());
     let braking = run::braking(&reader);
     let diaphragms = diaphragm::diaphragms(&mut reader, rotor.nodes.as_ref());
+    covered::check(&mut reader);
     let mut problems = reader.problems;
     match (run, rotor.rotor, braking, diaphragms) {
         (Some(run), Some(rotor), Some(braking), Some(diaphragms)) if problems.is_empty() => {

@@ -3,7 +3,7 @@
 use super::reader::Reader;
 use crate::document::units::format_quantity;
 use crate::machine::model::{Braking, Engine, ForceLocation, Guard, RunSettings, SpeedLaw};
-use crate::machine::schema::{END_TIME, ENGINE, STEP, STEP_LIMIT, TWIN};
+use crate::machine::schema::{CONTACT_STEP, END_TIME, ENGINE, STEP, STEP_LIMIT, TWIN};
 
 pub(super) fn run(reader: &mut Reader<'_>) -> Option<RunSettings> {
     let end_time = reader.number(END_TIME);
@@ -28,6 +28,7 @@ pub(super) fn run(reader: &mut Reader<'_>) -> Option<RunSettings> {
         end_speed: end_speed?,
         engine: Engine::from_word(reader.word(ENGINE)?)?,
         step,
+        contact_step: reader.number(CONTACT_STEP),
         force_location: match reader.word("run.force_location")? {
             "current" => ForceLocation::Current,
             _ => ForceLocation::Next,

@@ -12,6 +12,8 @@ pub const END_TIME: &str = "run.end_time";
 pub const ENGINE: &str = "run.engine";
 /// Path of the time step.
 pub const STEP: &str = "run.step";
+/// Path of the contact step of the exponential engine.
+pub const CONTACT_STEP: &str = "run.contact_step";
 /// Path of the one parameter that is no part of a machine's identity.
 pub const STEP_LIMIT: &str = "run.step_limit";
 /// Path of the shift of a second run's initial speed.
@@ -55,9 +57,12 @@ pub(super) const KEYS: &[Key] = &[
     key("run.end_speed", Kind::Number("rad/s"), Need::Number(0.0), Range::NOT_NEGATIVE, When::Always,
         "the run ends once the mean spin falls to this speed"),
     key(ENGINE, Kind::Choice(&Engine::WORDS), Need::Word(Engine::Reduced.word()), Range::ANY, When::Always,
-        "modes of rotor and ring, or all finite-element degrees of freedom"),
+        "central differences over modes of rotor and ring or over all finite-element degrees of freedom, or exact propagation of the modes \
+         with contact by impulses (much faster; `hyp2` at several points of a flexible ring only)"),
     key(STEP, Kind::Number("s"), Need::Optional("chosen from the highest frequency of the model"), Range::POSITIVE, When::Always,
-        "time step"),
+        "time step of `reduced` and `full`"),
+    key(CONTACT_STEP, Kind::Number("s"), Need::Optional("chosen from the ring's frequencies and the initial speed"), Range::POSITIVE, When::Always,
+        "step of the engine `exponential` where something may touch; in flight it takes up to 16 of them at once"),
     key("run.force_location", Kind::Choice(&["next", "current"]), Need::Word("next"), Range::ANY, When::Always,
         "contact force of step n acts at the contact place of step n+1 (as the paper) or n"),
     key("run.rotor_modes", Kind::Count, Need::Optional("chosen by the engine: 24, more where bearings are stiff"), MODES_FROM_2, When::Always,

@@ -1,0 +1,41 @@
+//! Which engine runs a machine.
+
+use super::exponential::{self, ExponentialError, FlightSettings};
+use super::plan::{StartError, StepPlan};
+use super::run;
+use crate::record::{End, Follower, Recorders};
+use crate::structure::Structure;
+use bladeoff_model::machine::{Engine, Machine};
+
+/// One run by the machine's engine from its start to its end: what was recorded, and how it ended.
+///
+/// # Errors
+/// [`StartError`] for a run that cannot be started.
+pub(super) fn run(
+    machine: &Machine,
+    structure: &Structure,
+    plan: &StepPlan,
+    follower: &mut dyn Follower,
+) -> Result<(Recorders, End), StartError> {
+    match machine.run.engine {
+        Engine::Reduced | Engine::Full => run::run(machine, structure, plan, follower),
+        Engine::Exponential => {
+            let settings = FlightSettings::of_step(plan.step);
+            exponential::run(machine, structure, settings, follower).map_err(refused)
+        }
+    }
+}
+
+fn refused(error: ExponentialError) -> StartError {
+    match error {
+        ExponentialError::Start(error) => error,
+        ExponentialError::Eigen(error) => StartError::Eigen(error),
+        ExponentialError::Singular { part } => StartError::Singular { what: "mass", part },
+        ExponentialError::NotCovered { what } => StartError::NotCovered { what },
+        ExponentialError::IllConditioned { speed, condition, limit } => StartError::NoBasis { speed, condition, limit },
+        ExponentialError::NotInvariant { speed } | ExponentialError::NoBasis { speed } => {
+            StartError::NoBasis { speed, condition: f64::INFINITY, limit: exponential::MOST_CONDITION }
+        }
+        ExponentialError::NoImpulses => StartError::NotCovered { what: "contact at t = 0" },
+    }
+}

@@ -1,0 +1,184 @@
+//! Instants of a run as a follower sees them.
+//!
+//! In flight an instant between two steps is that of a copy which goes on in contact steps: nothing that is seen changes the run.
+
+use super::flight::Flight;
+use super::kicked_ring::KickedRing;
+use super::rub::{Impact, Rub, Settled};
+use super::shape::Shape;
+use super::transient::Transient;
+use crate::contact::{Detector, Gap, exact_gap};
+use crate::linalg::{axpy, column_of};
+use crate::record::{ContactFrame, Energies, Follower, Frame};
+use crate::stator::Surface;
+use crate::structure::{RingPart, Structure};
+use bladeoff_model::machine::{ContactSurface, Machine};
+
+/// What it takes to see instants.
+pub(super) struct Eye<'a> {
+    structure: &'a Structure,
+    shape: Shape,
+    velocity: Vec<f64>,
+    ring: Option<RingEye<'a>>,
+    time: f64,
+    angle: f64,
+    pub speed: f64,
+}
+
+/// The ring and the rotor in it.
+struct RingEye<'a> {
+    part: &'a RingPart,
+    surface: Surface,
+    detector: Detector,
+    rotor_radius: f64,
+    place: [f64; 2],
+    gap: Option<Gap>,
+    displacement: [f64; 2],
+    field: Vec<f64>,
+}
+
+impl<'a> Eye<'a> {
+    pub fn new(machine: &Machine, structure: &'a Structure) -> Self {
+        let ring = machine.diaphragms.first().zip(structure.rings.first().and_then(Option::as_ref));
+        let of_ring = |(diaphragm, part): (&bladeoff_model::machine::Diaphragm, &'a RingPart)| {
+            let contact = &diaphragm.contact;
+            let inner = contact.surface == ContactSurface::InnerFace;
+            let surface = part.matrices.surface(contact.rotor_radius + contact.gap, inner);
+            RingEye {
+                part,
+                detector: Detector::new(surface),
+                surface,
+                rotor_radius: contact.rotor_radius,
+                place: [0.0; 2],
+                gap: None,
+                displacement: [0.0; 2],
+                field: vec![0.0; 4 * part.matrices.nodes],
+            }
+        };
+        Self {
+            shape: Shape::new(structure),
+            velocity: vec![0.0; structure.lateral.coordinates.nodal_size()],
+            ring: ring.map(of_ring),
+            structure,
+            time: 0.0,
+            angle: 0.0,
+            speed: 0.0,
+        }
+    }
+
+    /// Takes the instant at which a run is.
+    pub fn look(&mut self, transient: &mut Transient) {
+        let ring = transient.contact.as_ref().map(|contact| (&contact.rub, &contact.rub.ring));
+        self.take(&mut transient.flight, ring, true);
+    }
+
+    /// `pressed`: whether the last impulses are still those of the step before.
+    fn take(&mut self, flight: &mut Flight, ring: Option<(&Rub, &KickedRing)>, pressed: bool) {
+        (self.time, self.angle, self.speed) = (flight.time(), flight.angle(), flight.speed());
+        self.shape.take(flight, self.structure);
+        self.structure.lateral.coordinates.expand(self.shape.rates(), &mut self.velocity);
+        if let (Some(eye), Some((rub, modes))) = (&mut self.ring, ring) {
+            let place = rub.place(flight.place(0));
+            let settled = if pressed {
+                rub.settled(place, flight.kick())
+            } else {
+                Settled { amplitudes: modes.modes.place.clone(), pressed: Vec::new(), rotor: place }
+            };
+            eye.take(place, &settled);
+        }
+    }
+
+    /// Shows the instant that was taken: loads of the bearings \[N\], and what the contact step of `h` \[s\] from it does.
+    pub fn show(
+        &self,
+        loads: &[[f64; 2]],
+        impact: Option<(&Impact, f64)>,
+        energies: Energies,
+        follower: &mut dyn Follower,
+    ) {
+        let contact = self.ring.as_ref().map(|ring| ContactFrame {
+            rotor: ring.place,
+            gap: ring.gap.map_or(0.0, |gap| gap.value),
+            angle: ring.gap.map_or(0.0, |gap| gap.place.alpha),
+            normal_force: impact.map_or(0.0, |(impact, h)| impact.normal / h),
+            friction_force: impact.map_or(0.0, |(impact, h)| impact.tangential / h),
+            slip: impact.map_or(0.0, |(impact, _)| impact.slip),
+            ring: ring.displacement,
+            field: Some(&ring.field),
+        });
+        follower.see(&Frame {
+            time: self.time,
+            angle: self.angle,
+            speed: self.speed,
+            displacement: &self.shape.nodal,
+            velocity: &self.velocity,
+            twist: &self.shape.twists,
+            bearing_loads: loads,
+            contacts: contact.as_slice(),
+            energies,
+        });
+    }
+}
+
+impl RingEye<'_> {
+    fn take(&mut self, place: [f64; 2], settled: &Settled) {
+        self.place = place;
+        self.part.part.coordinates.expand_head(&settled.amplitudes, &mut self.field);
+        if let Some(flexibility) = &self.part.residual {
+            for &(alpha, [radial, tangential]) in &settled.pressed {
+                let (element, xi) = self.surface.locate(alpha);
+                for (dof, r, t) in self.surface.shapes(element, xi) {
+                    let column = &column_of(flexibility, dof)[..self.field.len()];
+                    axpy(radial * r + tangential * t, column, &mut self.field);
+                }
+            }
+        }
+        let nearest = self.detector.closest(&self.field, settled.rotor);
+        let gap = exact_gap(&self.surface, Some(&self.field), self.rotor_radius, settled.rotor, nearest);
+        let point = self.surface.point(&self.field, gap.place.element, gap.place.xi);
+        self.displacement = [point.radial - self.surface.radius, point.tangential];
+        self.gap = Some(gap);
+    }
+}
+
+/// A copy of a run in flight, which goes on in contact steps.
+pub(super) struct Ahead {
+    flight: Flight,
+    ring: Option<KickedRing>,
+    loads: Vec<[f64; 2]>,
+}
+
+impl Ahead {
+    pub fn of(transient: &Transient) -> Self {
+        Self {
+            flight: transient.flight.clone(),
+            ring: transient.contact.as_ref().map(|contact| contact.rub.ring.clone()),
+            loads: transient.loads.clone(),
+        }
+    }
+
+    /// Goes on to a time in contact steps, at least one, and shows that instant; the run itself stands where it was.
+    pub fn show(
+        &mut self,
+        ticks: u64,
+        transient: &Transient,
+        eye: &mut Eye<'_>,
+        energies: Energies,
+        follower: &mut dyn Follower,
+    ) -> Result<(), super::ExponentialError> {
+        let step = self.ring.as_ref().map(|ring| ring.modes.step(self.flight.step_of(0)));
+        while self.flight.ticks() < ticks {
+            self.flight.advance(0)?;
+            if let (Some(ring), Some(step)) = (&mut self.ring, &step) {
+                ring.fly(step);
+            }
+        }
+        for (bearing, load) in self.loads.iter_mut().enumerate() {
+            *load = self.flight.load(bearing);
+        }
+        let rub = transient.contact.as_ref().map(|contact| &contact.rub);
+        eye.take(&mut self.flight, rub.zip(self.ring.as_ref()), false);
+        eye.show(&self.loads, None, energies, follower);
+        Ok(())
+    }
+}

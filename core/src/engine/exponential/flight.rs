@@ -1,0 +1,327 @@
+//! Free flight: a shaft line that touches nothing, in steps of any size.
+
+use super::ExponentialError;
+use super::grid::Cell;
+use super::kick::Kick;
+use super::peak::Vertex;
+use super::propagator::Propagator;
+use super::settings::FlightSettings;
+use super::shared::Shared;
+use super::spin::{Spin, SpinStep};
+use crate::engine::beginning::initial_motion;
+use crate::linalg::dot;
+use crate::structure::Structure;
+use bladeoff_model::machine::{Engine, Machine};
+use nalgebra::Complex;
+use std::sync::Arc;
+
+/// Turn of the rotor from one gyroscopic momentum to the next \[rad\]. It is a product of all pairs with all, 1e-5 of the spin's momentum, and changes
+/// slowly: what lies between shifts the spin until the next, and adds to nothing.
+const GYRATION: f64 = 0.05;
+/// The trial step from which the first slope of the spin is taken, as a part of the step.
+const TRIAL: f64 = 1.0 / 64.0;
+
+/// A shaft line in free flight.
+#[derive(Debug, Clone)]
+pub struct Flight {
+    shared: Arc<Shared>,
+    cell: Arc<Cell>,
+    /// Whirl states, and room for the next.
+    y: Vec<f64>,
+    scratch: Vec<f64>,
+    spin: Spin,
+    step: f64,
+    /// Time in steps.
+    ticks: u64,
+    /// Tables of `2^level` steps.
+    levels: Vec<SpinStep>,
+    /// Of a step that the cells have no propagator for.
+    trial: Option<Propagator>,
+    forces: Vec<Complex<f64>>,
+    sizes: Vec<f64>,
+    velocities: Vec<[f64; 2]>,
+    /// The last gyroscopic momentum, with its time in steps.
+    gyroscopic: (u64, f64),
+}
+
+impl Flight {
+    /// A machine at t = 0.
+    ///
+    /// # Errors
+    /// [`ExponentialError`] of a machine that this engine has no basis for, or does not cover.
+    pub fn new(machine: &Machine, structure: &Structure, settings: FlightSettings) -> Result<Self, ExponentialError> {
+        if machine.run.engine == Engine::Full {
+            return Err(ExponentialError::NotCovered { what: "finite-element coordinates (run.engine = \"full\")" });
+        }
+        if machine.rotor.speed_law.is_some() {
+            return Err(ExponentialError::NotCovered { what: "a prescribed speed (rotor.speed_law)" });
+        }
+        let (q, velocity) = initial_motion(machine, structure)?;
+        let shared = Shared::of(machine, structure, settings)?;
+        let mut spin = Spin::new(machine, structure);
+        let grid = &shared.grid;
+        let cell = grid.cell(grid.index_of(spin.speed))?;
+        let y = grid.amplitudes(&cell, &grid.model.system.state_of_motion(spin.speed, &q, &velocity))?;
+        let velocities = vec![[0.0; 2]; spin.arms.len()];
+        let mut flight = Self {
+            scratch: vec![0.0; y.len()],
+            forces: Vec::with_capacity(velocities.len()),
+            sizes: Vec::with_capacity(velocities.len()),
+            step: settings.step,
+            ticks: 0,
+            levels: Vec::new(),
+            trial: None,
+            cell,
+            y,
+            velocities,
+            gyroscopic: (0, 0.0),
+            spin: spin.clone(),
+            shared,
+        };
+        flight.see_velocities();
+        flight.gyroscopic.1 = flight.cell.gyroscopic_momentum(&flight.y);
+        spin.begin(&flight.velocities, flight.gyroscopic.1);
+        flight.spin = spin;
+        let mut trial = flight.clone();
+        trial.step = TRIAL * settings.step;
+        trial.trial = Some(Propagator::new(&trial.cell.local, trial.velocities.len(), trial.step));
+        for _ in 0..2 {
+            trial.advance(0)?;
+        }
+        flight.spin.learn_from(&trial.spin);
+        Ok(flight)
+    }
+
+    /// Takes a step of `2^level` times the step of the settings.
+    ///
+    /// # Errors
+    /// [`ExponentialError`] where the spin reaches a speed that has no basis.
+    pub fn advance(&mut self, level: usize) -> Result<(), ExponentialError> {
+        self.propagate(level)?;
+        self.finish(level)
+    }
+
+    /// The whirl states at the end of a step in which nothing is touched; the spin's follow in [`Flight::finish`].
+    pub(super) fn propagate(&mut self, level: usize) -> Result<(), ExponentialError> {
+        while self.levels.len() <= level {
+            self.levels.push(self.spin.step(self.step_of(self.levels.len()))?);
+        }
+        self.spin.predict(&self.levels[level], &mut self.forces);
+        let propagator = match &self.trial {
+            Some(trial) => trial,
+            None => self.cell.propagator(level, self.step),
+        };
+        propagator.advance(&self.forces, &mut self.y);
+        Ok(())
+    }
+
+    /// Ends a step that [`Flight::propagate`] has begun.
+    pub(super) fn finish(&mut self, level: usize) -> Result<(), ExponentialError> {
+        self.see_velocities();
+        self.ticks += 1 << level;
+        if (self.ticks - self.gyroscopic.0) as f64 * self.step * self.spin.speed.abs() >= GYRATION {
+            self.gyroscopic = (self.ticks, self.cell.gyroscopic_momentum(&self.y));
+        }
+        self.spin.complete(&self.levels[level], &self.velocities, self.gyroscopic.1);
+        let grid = &self.shared.grid;
+        // a rotor that has stopped goes nowhere
+        if self.spin.speed <= 0.0 {
+            return Ok(());
+        }
+        if grid.leaps(&self.cell, self.spin.speed) {
+            return Err(ExponentialError::NoBasis { speed: self.spin.speed });
+        }
+        while grid.has_left(&self.cell, self.spin.speed) {
+            let up = self.spin.speed > self.cell.local.speed;
+            let next = grid.cell(if up { self.cell.index + 1 } else { self.cell.index - 1 })?;
+            grid.cross(&self.cell, &next, &mut self.y, &mut self.scratch);
+            self.cell = next;
+        }
+        Ok(())
+    }
+
+    /// Length of a step of `2^level` steps \[s\].
+    pub(super) fn step_of(&self, level: usize) -> f64 {
+        self.step * libm::exp2(level as f64)
+    }
+
+    /// Time \[s\].
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        self.ticks as f64 * self.step
+    }
+
+    /// Spin \[rad/s\].
+    #[must_use]
+    pub fn speed(&self) -> f64 {
+        self.spin.speed
+    }
+
+    /// Mean spin angle \[rad\].
+    #[must_use]
+    pub fn angle(&self) -> f64 {
+        self.spin.angle
+    }
+
+    /// Load of a bearing, in the machine's order \[N\].
+    #[must_use]
+    pub fn load(&self, bearing: usize) -> [f64; 2] {
+        let first = self.shared.grid.model.outputs.load(bearing);
+        let direct = &self.shared.direct[bearing];
+        let mut load = [0, 1].map(|i| dot(&self.cell.local.rows[first + i], &self.y) + direct.constant[i]);
+        for (s, at_once) in direct.of_force.iter().enumerate() {
+            let force = self.spin.force_now(s);
+            load[0] += at_once[0] * force.re + at_once[1] * force.im;
+            load[1] += at_once[2] * force.re + at_once[3] * force.im;
+        }
+        load
+    }
+
+    /// What a bearing's load has at once of a force on the first diaphragm's node \[N\].
+    pub(super) fn load_at_once(&self, bearing: usize, force: [f64; 2]) -> [f64; 2] {
+        let [a, b, c, d] = self.shared.direct[bearing].of_contact[0];
+        [a * force[0] + b * force[1], c * force[0] + d * force[1]]
+    }
+
+    /// Displacement \[m\] and velocity \[m/s\] of the rotor at a diaphragm's contact.
+    #[must_use]
+    pub fn contact(&self, diaphragm: usize) -> [[f64; 2]; 2] {
+        let first = self.shared.grid.model.outputs.contact(diaphragm);
+        let at = |i: usize| dot(&self.cell.local.rows[first + i], &self.y);
+        [[at(0), at(1)], [at(2), at(3)]]
+    }
+
+    /// Displacement of the rotor at a diaphragm's contact \[m\].
+    pub(super) fn place(&self, diaphragm: usize) -> [f64; 2] {
+        let first = self.shared.grid.model.outputs.contact(diaphragm);
+        [0, 1].map(|i| dot(&self.cell.local.rows[first + i], &self.y))
+    }
+
+    /// Time in contact steps.
+    pub(super) fn ticks(&self) -> u64 {
+        self.ticks
+    }
+
+    /// Speeds of the grid that have been computed, and the largest condition of their bases.
+    #[must_use]
+    pub fn stations(&self) -> (usize, f64) {
+        self.shared.grid.visited()
+    }
+
+    /// Lateral coordinates and their velocities, one after the other.
+    pub(super) fn motion(&mut self, z: &mut [f64]) {
+        self.cell.motion(&self.y, z, &mut self.scratch);
+    }
+
+    /// What the spin has to be shifted by to have the gyroscopic momentum of now instead of the last one that was taken \[rad/s\].
+    pub(super) fn held_back(&self) -> f64 {
+        (self.gyroscopic.1 - self.cell.gyroscopic_momentum(&self.y)) * self.spin.yields()
+    }
+
+    /// Bound of the velocity of the first diaphragm's node during a step of at most `h` \[s\] from here \[m/s\].
+    pub(super) fn fastest(&mut self, h: f64) -> f64 {
+        self.sizes.clear();
+        self.sizes.extend((0..self.velocities.len()).map(|s| self.spin.force_now(s).norm_sqr().sqrt()));
+        self.cell.bound().map_or(f64::INFINITY, |bound| bound.speed(h, &self.y, &self.sizes))
+    }
+
+    /// The longest of these lengths \[s\] over which no peak is missed: largest loads of the bearings so far, and the largest distance of the first
+    /// diaphragm's node.
+    pub(super) fn resolved(&mut self, lengths: &[f64], largest: &[f64]) -> usize {
+        self.forces.clear();
+        self.forces.extend((0..self.velocities.len()).map(|s| self.spin.force_now(s)));
+        let state = (&*self.y, &*self.forces);
+        self.cell.missed().longest(&self.cell.local, state, lengths, largest, &mut self.sizes)
+    }
+
+    /// What impulses on the first diaphragm's node make in a contact step; `None` without one.
+    pub(super) fn kick(&self) -> Option<&Kick> {
+        self.cell.kick(self.step)
+    }
+
+    /// The tables of the contact step; after [`Flight::propagate`] of one.
+    pub(super) fn spin_step(&self) -> &SpinStep {
+        &self.levels[0]
+    }
+
+    /// Adds what an impulse on the rotor \[N s\] and its torque's \[N m s\] at n have made at n+1.
+    pub(super) fn strike(&mut self, impulse: [f64; 2], torque: f64, twist_row: &[f64]) {
+        if let Some(kick) = self.cell.kick(self.step) {
+            for (part, state) in impulse.into_iter().zip(&kick.states) {
+                crate::linalg::axpy(part, state, &mut self.y);
+            }
+        }
+        self.spin.strike(&self.levels[0], torque, twist_row);
+    }
+
+    /// The spin.
+    pub(super) fn spin(&self) -> &Spin {
+        &self.spin
+    }
+
+    /// Velocities of the unbalances' nodes \[m/s\].
+    pub(super) fn velocities(&self) -> &[[f64; 2]] {
+        &self.velocities
+    }
+
+    /// What runs of this model share.
+    pub(super) fn shared(&self) -> &Arc<Shared> {
+        &self.shared
+    }
+
+    fn see_velocities(&mut self) {
+        for (s, velocity) in self.velocities.iter_mut().enumerate() {
+            *velocity = [0, 1].map(|i| dot(&self.cell.local.rows[2 * s + i], &self.y));
+        }
+    }
+}
+
+/// What a run without contact comes to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FreeRun {
+    /// Spin at the end \[rad/s\].
+    pub end_speed: f64,
+    /// Largest load of each bearing, in the machine's order \[N\].
+    pub largest_loads: Vec<f64>,
+    /// Time at which the spin first passed the speed asked for \[s\]; `None` where it did not.
+    pub passing: Option<f64>,
+    /// Stations visited, and the largest condition of their bases.
+    pub stations: (usize, f64),
+}
+
+/// A whole run in equal steps up to `run.end_time`, as if nothing were there to touch; `passed` is a speed \[rad/s\] whose time is asked for.
+///
+/// # Errors
+/// [`ExponentialError`].
+pub fn free_run(
+    machine: &Machine,
+    structure: &Structure,
+    settings: FlightSettings,
+    passed: f64,
+) -> Result<FreeRun, ExponentialError> {
+    let mut flight = Flight::new(machine, structure, settings)?;
+    let bearings = structure.rotor.bearings.len();
+    let mut peaks = vec![Vertex::default(); bearings];
+    let mut passing = None;
+    let steps = libm::round(machine.run.end_time / settings.step) as u64;
+    for step in 0..=steps {
+        for (bearing, peak) in peaks.iter_mut().enumerate() {
+            let [x, y] = flight.load(bearing);
+            peak.see(x * x + y * y);
+        }
+        if step == steps {
+            break;
+        }
+        let (time, before) = (flight.time(), flight.speed());
+        flight.advance(0)?;
+        if passing.is_none() && (before - passed) * (flight.speed() - passed) <= 0.0 && before > flight.speed() {
+            passing = Some(time + settings.step * (before - passed) / (before - flight.speed()));
+        }
+    }
+    Ok(FreeRun {
+        end_speed: flight.speed(),
+        largest_loads: peaks.iter().map(|peak| peak.value.sqrt()).collect(),
+        passing,
+        stations: flight.stations(),
+    })
+}

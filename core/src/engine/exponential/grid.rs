@@ -1,0 +1,331 @@
+//! The grid of spins: stations where they are visited, and cells between them in which a run goes.
+//!
+//! ```text
+//! station b   at W_b = (b + 1/2) D                        half a spacing off zero, where an isotropic rotor's modes are double
+//! cell k      of width D/m, at a share s of the way between its stations:   R(s), B(s), O(s), N(s) linear in s                      (1)
+//! from cell to cell   y := X^(1/m) y                                                                                               (2)
+//! ```
+//! In a cell the blocks are constant, and a run stays in it until it is a sixteenth of a cell beyond (a spin that swings about an edge does not change cells
+//! with it; more would hold a falling spin's cells above it). (2) is the slow change of the eigenvectors
+//! with the spin, exact from station to station. The error of both is of second order in the cell's width and the spacing: docs/theory/08-exponential-engine.md.
+//!
+//! Stations are a chain from one near the initial speed on, upwards and downwards, each aligned with the one before: what a station is does not depend
+//! on the way a run takes, nor on the runs before it.
+
+use super::ExponentialError;
+use super::bound::Bound;
+use super::kick::Kick;
+use super::local::Local;
+use super::missed::Missed;
+use super::propagator::Propagator;
+use super::station::{Model, Station};
+use super::transfer::Transfer;
+use crate::linalg::{Matrix, mul, mul_vec};
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
+/// Distance from the middle of a cell at which a run leaves it, as a part of its width.
+const BEYOND: f64 = 0.5625;
+/// A flight step has at most `2^LEVELS` contact steps.
+pub(super) const LEVELS: usize = 4;
+/// Stations of a grid at most: with the default spacing three times the initial speed and more. A spin that jumps by [`LEAP`] of them in a step has left every model.
+const MOST_STATIONS: usize = 512;
+const LEAP: f64 = 192.0;
+/// Cells that are kept for other runs, at most: 25 kB each with 24 pairs.
+const KEPT: usize = 4096;
+
+/// Stations, transfers and cells of a model, for steps of one size: runs share it, and each finds in it what it would have found alone.
+#[derive(Debug)]
+pub(super) struct Grid {
+    pub model: Model,
+    /// D \[rad/s\].
+    spacing: f64,
+    /// m.
+    cells: i64,
+    /// Contact step \[s\].
+    pub step: f64,
+    found: Mutex<Found>,
+}
+
+/// What runs have come to so far.
+#[derive(Debug, Default)]
+struct Found {
+    stations: BTreeMap<i64, Arc<Station>>,
+    /// By the station below.
+    transfers: BTreeMap<i64, Arc<Transfer>>,
+    cells: BTreeMap<i64, Arc<Cell>>,
+}
+
+/// What a run needs in one cell.
+#[derive(Debug)]
+pub(super) struct Cell {
+    pub index: i64,
+    pub local: Local,
+    /// N by rows from the diagonal on, what stands beside it doubled.
+    momentum: Vec<f64>,
+    share: f64,
+    stations: [Arc<Station>; 2],
+    transfer: Arc<Transfer>,
+    unbalances: usize,
+    propagators: [OnceLock<Propagator>; LEVELS + 1],
+    /// Of the first diaphragm's node: where its rows and pushes begin, and those of the bearings' loads.
+    contact: Option<(usize, usize, Vec<usize>)>,
+    /// First rows of what is watched for peaks: the bearings' loads, the place of the first diaphragm's node.
+    watched: Vec<usize>,
+    kick: OnceLock<Kick>,
+    bound: OnceLock<Bound>,
+    missed: OnceLock<Missed>,
+}
+
+impl Cell {
+    /// What a step of `2^level` contact steps of `h` \[s\] makes.
+    pub fn propagator(&self, level: usize, h: f64) -> &Propagator {
+        self.propagators[level]
+            .get_or_init(|| Propagator::new(&self.local, self.unbalances, h * libm::exp2(level as f64)))
+    }
+
+    /// What impulses on the first diaphragm's node make over a contact step of `h` \[s\]; `None` without one.
+    pub fn kick(&self, h: f64) -> Option<&Kick> {
+        let (row, push, loads) = self.contact.as_ref()?;
+        Some(self.kick.get_or_init(|| Kick::new(&self.local, self.propagator(0, h), h, *row, *push, loads)))
+    }
+
+    /// How fast the first diaphragm's node moves at most; `None` without one.
+    pub fn bound(&self) -> Option<&Bound> {
+        let (row, ..) = self.contact.as_ref()?;
+        Some(self.bound.get_or_init(|| Bound::new(&self.local, *row, self.unbalances)))
+    }
+
+    /// What steps in flight may miss.
+    pub fn missed(&self) -> &Missed {
+        self.missed.get_or_init(|| Missed::new(&self.local, &self.watched))
+    }
+
+    /// Gyroscopic momentum `y^T N y`.
+    pub fn gyroscopic_momentum(&self, y: &[f64]) -> f64 {
+        let (mut sum, mut rows) = (0.0, self.momentum.as_slice());
+        for (i, yi) in y.iter().enumerate() {
+            let (row, rest) = rows.split_at(y.len() - i);
+            sum += yi * crate::linalg::dot(row, &y[i..]);
+            rows = rest;
+        }
+        sum
+    }
+
+    /// q and q', one after the other; `scratch` of the same length.
+    pub fn motion(&self, y: &[f64], z: &mut [f64], scratch: &mut [f64]) {
+        let [below, above] = &self.stations;
+        mul_vec(&below.motion, y, z);
+        mul_vec(&above.motion, y, scratch);
+        for (z, other) in z.iter_mut().zip(scratch) {
+            *z = *z * (1.0 - self.share) + *other * self.share;
+        }
+    }
+}
+
+impl Grid {
+    /// With its first station near `speed`: the same one for all speeds about it.
+    pub fn new(model: Model, step: f64, spacing: f64, cells: u32, speed: f64) -> Result<Self, ExponentialError> {
+        let grid = Self { model, spacing, cells: i64::from(cells), step, found: Mutex::default() };
+        let first = grid.anchor(speed);
+        let station = Station::new(&grid.model, grid.speed_of_station(first), None)?;
+        grid.found.lock().unwrap_or_else(PoisonError::into_inner).stations.insert(first, Arc::new(station));
+        Ok(grid)
+    }
+
+    /// The station from which the chain of a run that begins at `speed` goes.
+    pub fn anchor(&self, speed: f64) -> i64 {
+        anchor(speed, self.spacing)
+    }
+
+    /// The cell that has a speed.
+    pub fn index_of(&self, speed: f64) -> i64 {
+        libm::floor((speed / self.spacing - 0.5) * self.cells as f64) as i64
+    }
+
+    /// Whether a run at `speed` has left a cell.
+    pub fn has_left(&self, cell: &Cell, speed: f64) -> bool {
+        (speed - cell.local.speed).abs() * self.cells as f64 > BEYOND * self.spacing
+    }
+
+    /// Whether a spin is too far from a cell for a way there.
+    pub fn leaps(&self, cell: &Cell, speed: f64) -> bool {
+        (speed - cell.local.speed).abs() > LEAP * self.spacing
+    }
+
+    fn speed_of_station(&self, b: i64) -> f64 {
+        (b as f64 + 0.5) * self.spacing
+    }
+
+    /// Number of stations computed so far, and the largest condition of them.
+    pub fn visited(&self) -> (usize, f64) {
+        let found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
+        (found.stations.len(), found.stations.values().map(|station| station.condition).fold(1.0, f64::max))
+    }
+
+    /// A cell, its stations computed where they are not there yet.
+    pub fn cell(&self, index: i64) -> Result<Arc<Cell>, ExponentialError> {
+        let found = &mut *self.found.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(cell) = found.cells.get(&index) {
+            return Ok(Arc::clone(cell));
+        }
+        let (b, j) = (index.div_euclid(self.cells), index.rem_euclid(self.cells));
+        self.reach(found, b)?;
+        self.reach(found, b + 1)?;
+        let middle = (j as f64 + 0.5) / self.cells as f64;
+        let transfer = Arc::clone(&found.transfers[&b]);
+        let share = match *transfer {
+            Transfer::Gradual { .. } => middle,
+            Transfer::AtOnce(_) => libm::floor(middle + 0.5),
+        };
+        let (below, above) = (&found.stations[&b], &found.stations[&(b + 1)]);
+        let mixed = |one: &Matrix, other: &Matrix| one * (1.0 - share) + other * share;
+        let (rows, pushes) = (mixed(&below.rows, &above.rows), mixed(&below.pushes, &above.pushes));
+        let momentum = mixed(&below.momentum, &above.momentum);
+        let size = momentum.nrows();
+        let doubled = (0..size).flat_map(|i| (i..size).map(move |j| (i, j)));
+        let blocks = below.blocks.iter().zip(&above.blocks);
+        let outputs = &self.model.outputs;
+        let cell = Arc::new(Cell {
+            index,
+            local: Local {
+                speed: self.speed_of_station(b) + middle * self.spacing,
+                blocks: blocks.map(|(x, y)| std::array::from_fn(|i| x[i] * (1.0 - share) + y[i] * share)).collect(),
+                rows: rows.row_iter().map(|row| row.iter().copied().collect()).collect(),
+                pushes: pushes.column_iter().map(|column| column.iter().copied().collect()).collect(),
+            },
+            momentum: doubled.map(|(i, j)| if i == j { momentum[(i, i)] } else { 2.0 * momentum[(i, j)] }).collect(),
+            share,
+            stations: [Arc::clone(below), Arc::clone(above)],
+            transfer,
+            unbalances: outputs.unbalances(),
+            propagators: Default::default(),
+            contact: outputs.has_contact().then(|| (outputs.contact(0), outputs.contact_push(0), outputs.loads())),
+            watched: outputs.loads().into_iter().chain(outputs.has_contact().then(|| outputs.contact(0))).collect(),
+            kick: OnceLock::new(),
+            bound: OnceLock::new(),
+            missed: OnceLock::new(),
+        });
+        if found.cells.len() < KEPT {
+            found.cells.insert(index, Arc::clone(&cell));
+        }
+        Ok(cell)
+    }
+
+    /// y of a state x in a cell.
+    pub fn amplitudes(&self, cell: &Cell, x: &[f64]) -> Result<Vec<f64>, ExponentialError> {
+        let j = cell.index.rem_euclid(self.cells);
+        let (mut y, mut scratch) = (vec![0.0; x.len()], vec![0.0; x.len()]);
+        mul_vec(&cell.stations[0].left, x, &mut y);
+        if let Transfer::Gradual { half, .. } = &*cell.transfer {
+            mul_vec(&half[0], &y, &mut scratch);
+            std::mem::swap(&mut y, &mut scratch);
+        }
+        let mut from = self.cell(cell.index - j)?;
+        while from.index < cell.index {
+            let next = self.cell(from.index + 1)?;
+            self.cross(&from, &next, &mut y, &mut scratch);
+            from = next;
+        }
+        Ok(y)
+    }
+
+    /// Takes y from a cell to its neighbour.
+    pub fn cross(&self, from: &Cell, to: &Cell, y: &mut Vec<f64>, scratch: &mut Vec<f64>) {
+        let mut apply = |matrix: &Matrix| {
+            mul_vec(matrix, y, scratch);
+            std::mem::swap(y, scratch);
+        };
+        let side = usize::from(to.index < from.index);
+        if from.index.div_euclid(self.cells) != to.index.div_euclid(self.cells) {
+            for cell in [from, to] {
+                if let Transfer::Gradual { half, .. } = &*cell.transfer {
+                    apply(&half[side]);
+                }
+            }
+            return;
+        }
+        match &*from.transfer {
+            Transfer::Gradual { whole, .. } => apply(&whole[side]),
+            Transfer::AtOnce(whole) if 2 * from.index.max(to.index).rem_euclid(self.cells) == self.cells => {
+                apply(&whole[side]);
+            }
+            Transfer::AtOnce(_) => {}
+        }
+    }
+
+    /// Computes the stations from those that are there to b.
+    fn reach(&self, found: &mut Found, b: i64) -> Result<(), ExponentialError> {
+        loop {
+            let (Some((&lowest, _)), Some((&highest, _))) =
+                (found.stations.first_key_value(), found.stations.last_key_value())
+            else {
+                return Ok(());
+            };
+            let (neighbour, new) = if b > highest {
+                (highest, highest + 1)
+            } else if b < lowest {
+                (lowest, lowest - 1)
+            } else {
+                return Ok(());
+            };
+            if found.stations.len() == MOST_STATIONS {
+                return Err(ExponentialError::NoBasis { speed: self.speed_of_station(new) });
+            }
+            let beside = found.stations.get(&neighbour).map(|station| &**station);
+            let station = Station::new(&self.model, self.speed_of_station(new), beside)?;
+            found.stations.insert(new, Arc::new(station));
+            let below = new.min(neighbour);
+            let (one, other) = (&found.stations[&below], &found.stations[&(below + 1)]);
+            let (up, down) = (mul(&other.left, &one.right), mul(&one.left, &other.right));
+            found.transfers.insert(below, Arc::new(Transfer::new(up, down, self.cells)));
+        }
+    }
+}
+
+/// The same for all speeds within some stations of each other, so that runs that begin at different speeds go by one chain.
+const TOGETHER: f64 = 32.0;
+
+/// The station at which the chain of runs from a speed begins.
+pub(super) fn anchor(speed: f64, spacing: f64) -> i64 {
+    (libm::round(speed / (TOGETHER * spacing)) * TOGETHER) as i64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::exponential::outputs::Outputs;
+    use crate::engine::exponential::system::LateralSystem;
+    use crate::structure::Structure;
+    use bladeoff_model::machine::MachineDef;
+
+    /// Whether y of one state, taken from a station to the next cell by cell and back, is y of that state there; and how it went.
+    fn carries(spacing: f64) -> bool {
+        let path = format!("{}/../studies/machines/lab_rig.toml", env!("CARGO_MANIFEST_DIR"));
+        let text = std::fs::read_to_string(&path).expect("a machine of the repository");
+        let machine = MachineDef::parse(&path, &text).expect("parses").build().expect("valid");
+        let structure = Structure::build(&machine, None).expect("buildable");
+        let system = LateralSystem::new(&machine, &structure).expect("regular");
+        let size = 2 * system.size;
+        let model = Model { system, outputs: Outputs::new(&machine, &structure) };
+        let grid = Grid::new(model, 1e-5, spacing, 10, 1.6 * spacing).expect("has a basis");
+        let x: Vec<f64> = (0..size).map(|i| f64::from(u8::try_from(i * 7 % 11).expect("small")) - 5.0).collect();
+        let (below, above) = (grid.cell(10).expect("has bases"), grid.cell(20).expect("has bases"));
+        let (mut y, wanted) =
+            (grid.amplitudes(&below, &x).expect("has bases"), grid.amplitudes(&above, &x).expect("has bases"));
+        let (begun, mut scratch) = (y.clone(), vec![0.0; size]);
+        let far = |y: &[f64], z: &[f64]| crate::linalg::distance(y, z) / crate::linalg::norm(z);
+        let cells: Vec<_> = (10..=20).map(|index| grid.cell(index).expect("has bases")).collect();
+        cells.windows(2).for_each(|pair| grid.cross(&pair[0], &pair[1], &mut y, &mut scratch));
+        assert!(far(&y, &wanted) < 1e-11, "{spacing}: {:e}", far(&y, &wanted));
+        cells.windows(2).rev().for_each(|pair| grid.cross(&pair[1], &pair[0], &mut y, &mut scratch));
+        assert!(far(&y, &begun) < 1e-11, "{spacing}: {:e}", far(&y, &begun));
+        matches!(*below.transfer, Transfer::Gradual { .. })
+    }
+
+    #[test]
+    fn states_are_carried_from_station_to_station_gradually_and_at_once() {
+        assert!(carries(2.0), "a small spacing is gone through gradually");
+        assert!(!carries(2000.0), "a large one at once");
+    }
+}

@@ -1,0 +1,68 @@
+//! What an impulse on the rotor at n is at n+1, in one cell and for one step.
+//!
+//! ```text
+//! y      exp(B h) l                             X = rows exp(B h) l                                  displacement per impulse
+//! steady train J = F h at n:   rows (1 - exp(B h))^-1 exp(B h) l h F;    constant force:  -rows B^-1 l F                       (1)
+//! ```
+//! The difference of (1), per impulse, is what a train of impulses lacks at n (as [`super::kicked_ring`] has it of the ring).
+
+use super::block::Block;
+use super::local::Local;
+use super::propagator::Propagator;
+use crate::linalg::dot;
+
+/// Impulses along the axes of one diaphragm's node.
+#[derive(Debug, Clone)]
+pub(super) struct Kick {
+    /// Whirl states at n+1 of a unit impulse along each axis.
+    pub states: [Vec<f64>; 2],
+    /// X, and what trains lack \[m/(N s)\].
+    pub moved: [[f64; 2]; 2],
+    pub lacking: [[f64; 2]; 2],
+    /// Jump of the node's velocity at n \[m/s/(N s)\].
+    pub jump: [[f64; 2]; 2],
+    /// Half of what each bearing's load jumps by \[N/(N s)\].
+    pub loads: Vec<[[f64; 2]; 2]>,
+}
+
+impl Kick {
+    /// Of the node whose rows and pushes begin at these places; `loads`: first row of each bearing's load.
+    pub fn new(cell: &Local, propagator: &Propagator, h: f64, row: usize, push: usize, loads: &[usize]) -> Self {
+        let pushes = [&cell.pushes[push], &cell.pushes[push + 1]];
+        let states = pushes.map(|l| {
+            let mut y = l.clone();
+            propagator.turn(&mut y);
+            y
+        });
+        let pairs = cell.blocks.len();
+        let rest = [0, 1].map(|axis| {
+            let mut y = vec![0.0; 2 * pairs];
+            for k in 0..pairs {
+                let e = propagator.of_pair(k);
+                let train = solve(&[1.0 - e[0], -e[1], -e[2], 1.0 - e[3]], [states[axis][k], states[axis][pairs + k]]);
+                let still = solve(&cell.blocks[k], [pushes[axis][k], pushes[axis][pairs + k]]);
+                y[k] = -still[0] / h - train[0];
+                y[pairs + k] = -still[1] / h - train[1];
+            }
+            y
+        });
+        let of = |first: usize, y: &[Vec<f64>; 2]| -> [[f64; 2]; 2] {
+            [0, 1].map(|i| [dot(&cell.rows[first + i], &y[0]), dot(&cell.rows[first + i], &y[1])])
+        };
+        let whole = pushes.map(Clone::clone);
+        let jumps = pushes.map(|l| l.iter().map(|entry| 0.5 * entry).collect());
+        Self {
+            moved: of(row, &states),
+            lacking: of(row, &rest),
+            jump: of(row + 2, &whole),
+            loads: loads.iter().map(|&first| of(first, &jumps)).collect(),
+            states,
+        }
+    }
+}
+
+/// `m^-1 v`.
+fn solve(m: &Block, v: [f64; 2]) -> [f64; 2] {
+    let determinant = m[0] * m[3] - m[1] * m[2];
+    [(m[3] * v[0] - m[1] * v[1]) / determinant, (m[0] * v[1] - m[2] * v[0]) / determinant]
+}

@@ -1,0 +1,96 @@
+//! The exponential engine: exact propagation, flight in large steps, contact by impulses.
+//!
+//! Main path: a [`Flight`] is begun from the motion at t = 0 and advanced in steps of any size. Its lateral motion (`system`) is taken
+//! apart into `pairs` of motions at the speeds of a `grid` (a `station` each, a `transfer` from one to the next), so that a step (`propagator`) is a 2 x 2
+//! `block` for each pair. The `spin` follows from its momentum, the twist in closed form (`oscillators`). What a run reads of the motion are its `outputs`.
+//! A `transient` flies where nothing can touch (`bound`), as far as no peak is `missed`, and takes contact steps where something may: a `rub` finds the impulses between
+//! the `candidates` of a `kicked_ring` and the rotor, which they `kick`. A `run` watches it to its end; an `eye` sees its instants for a follower.
+//!
+//! Theory, measurements and limits: docs/theory/08-exponential-engine.md.
+
+mod block;
+mod bound;
+mod candidates;
+mod eye;
+mod flight;
+mod grid;
+mod kick;
+mod kicked_ring;
+mod local;
+mod missed;
+mod moved;
+mod oscillators;
+mod outputs;
+mod pairs;
+mod peak;
+mod plane;
+mod propagator;
+mod rub;
+mod run;
+mod settings;
+mod shape;
+mod shared;
+mod spin;
+mod station;
+mod survey;
+mod system;
+mod transfer;
+mod transient;
+
+pub use flight::{Flight, FreeRun, free_run};
+pub use settings::FlightSettings;
+pub use transient::{RubbingRun, rubbing_run};
+
+pub(super) use run::run;
+pub(super) use station::MOST_CONDITION;
+
+use super::plan::StartError;
+use crate::linalg::EigenError;
+
+/// A machine that the exponential engine cannot compute.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ExponentialError {
+    /// A basis in which rounding would be multiplied too much.
+    #[error("the whirl states at {speed} rad/s have a basis of condition {condition:.1e}, above {limit:.0e}")]
+    IllConditioned {
+        /// Speed \[rad/s\].
+        speed: f64,
+        /// 2-norm condition.
+        condition: f64,
+        /// Largest allowed.
+        limit: f64,
+    },
+    /// Pairs that do not go on in themselves.
+    #[error("the whirl states at {speed} rad/s do not fall into pairs")]
+    NotInvariant {
+        /// Speed \[rad/s\].
+        speed: f64,
+    },
+    /// Motions that are not a basis.
+    #[error("the motions at {speed} rad/s are not a basis of all whirl states")]
+    NoBasis {
+        /// Speed \[rad/s\].
+        speed: f64,
+    },
+    /// A matrix without an inverse.
+    #[error("the mass matrix of {part} is singular")]
+    Singular {
+        /// Which part.
+        part: &'static str,
+    },
+    /// Contact impulses that nothing solves.
+    #[error("no contact impulses fulfil the conditions of a step")]
+    NoImpulses,
+    /// What only other engines compute.
+    #[error("the exponential engine does not cover {what}: use run.engine = \"reduced\"")]
+    NotCovered {
+        /// What.
+        what: &'static str,
+    },
+    /// No start.
+    #[error(transparent)]
+    Start(#[from] StartError),
+    /// Eigenvalue problem of a basis.
+    #[error(transparent)]
+    Eigen(#[from] EigenError),
+}

@@ -1,0 +1,74 @@
+//! What impulses at places of the contact do to gap and slip at others.
+
+use super::candidates::Candidates;
+use super::kick::Kick;
+use super::plane::{across, by_rows, product, times, turned};
+use super::survey::Place;
+use crate::contact::complementarity::Block;
+
+/// Displacements of the rotor per impulse, in the stator's axes: of its modes with what trains lack, and of those left out; slip of its surface per impulse.
+pub(super) struct Moved {
+    rotor: [[f64; 2]; 2],
+    left_out: [[f64; 2]; 2],
+    rolling: f64,
+}
+
+impl Moved {
+    /// In a stator's axes of this sine and cosine.
+    pub fn new(angle: (f64, f64), left_out: [[f64; 2]; 2], kick: &Kick, rolling: f64) -> Self {
+        let whole = [0, 1].map(|i| [0, 1].map(|j| kick.moved[i][j] + kick.lacking[i][j]));
+        Self { rotor: turned(angle, &whole), left_out, rolling }
+    }
+
+    /// Displacement of the rotor by an impulse, but for the modes left out.
+    pub fn of_rotor(&self, impulse: [f64; 2]) -> [f64; 2] {
+        times(&self.rotor, impulse)
+    }
+
+    /// What is no mode of the ring in the gap at a place by a unit normal and a unit tangential impulse at another.
+    pub fn beyond_modes(&self, ring: &Candidates, at: &Place, acting: &Place) -> [f64; 2] {
+        let (m, s) = (acting.normal, across(acting.normal));
+        let left_out = product(at.normal, times(&self.left_out, m))
+            + product(at.polar, by_rows(ring.left_out(at.index, acting.index), acting.polar));
+        [product(at.normal, times(&self.rotor, m)) + left_out, product(at.normal, times(&self.rotor, s))]
+    }
+
+    /// Gap and slip at a place by a unit normal and a unit tangential impulse at another: the ring's modes along normal and tangent of the one, and what
+    /// those impulses make of them.
+    pub fn coupling(&self, ring: &Candidates, at: (&Place, [&[f64]; 2]), acting: (&Place, [&[f64]; 2])) -> Block {
+        let ((at, rows), (acting, by)) = (at, acting);
+        let ring_moves = along_both(rows, by);
+        let [n, t] = self.beyond_modes(ring, at, acting);
+        let (m, s) = (acting.normal, across(acting.normal));
+        let along = across(at.normal);
+        [
+            [n + ring_moves[0], t + ring_moves[1]],
+            [
+                -product(along, times(&self.rotor, m)) - ring_moves[2],
+                -product(along, times(&self.rotor, s)) - ring_moves[3] - self.rolling,
+            ],
+        ]
+    }
+}
+
+/// Products of two rows with two others, in one pass of two sums each.
+fn along_both([a, b]: [&[f64]; 2], [x, y]: [&[f64]; 2]) -> [f64; 4] {
+    let mut sums = [[0.0; 2]; 4];
+    let size = a.len();
+    let (b, x, y) = (&b[..size], &x[..size], &y[..size]);
+    for j in (0..size / 2 * 2).step_by(2) {
+        for k in 0..2 {
+            sums[0][k] += a[j + k] * x[j + k];
+            sums[1][k] += a[j + k] * y[j + k];
+            sums[2][k] += b[j + k] * x[j + k];
+            sums[3][k] += b[j + k] * y[j + k];
+        }
+    }
+    if size % 2 == 1 {
+        let j = size - 1;
+        for (sum, (p, q)) in sums.iter_mut().zip([(a[j], x[j]), (a[j], y[j]), (b[j], x[j]), (b[j], y[j])]) {
+            sum[0] += p * q;
+        }
+    }
+    sums.map(|[even, odd]| even + odd)
+}

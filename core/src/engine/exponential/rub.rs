@@ -1,0 +1,499 @@
+//! Contact by impulses: one ring and the rotor inside it, over a step.
+//!
+//! ```text
+//! impulses (J_n, J_t) at n,  g >= 0 at n+1 along the ring,  J_n >= 0,  J_n g = 0,  |J_t| <= mu J_n                        (1)
+//! g_k = g_k(free) + n_k.(D_kl (J_n n_l + J_t t_l))                     D: rotor and ring by an impulse at n, statics of trains included
+//! works at n   J_n g', J_t s',  g' and s' the means of the rates before and after the impulses                             (2)
+//! ```
+//! The scheme of forward-increment Lagrange multipliers (docs/theory/04-time-integration.md) with exact propagation in the place of central differences.
+//! An impulse acts along normal and tangent of its place at n, where that pressed in the step before; otherwise along those at n+1. That makes the place of second order in the step.
+//! (1) is solved at the nearest places of the free step ([`super::survey`]), and where it pressed before; candidates that then still penetrate join them: nothing is
+//! iterated over the state, which is linear. (2) is what the impulses do on the modes, exactly.
+
+use super::ExponentialError;
+use super::bound::length;
+use super::candidates::{BLOCK, Candidates};
+use super::kick::Kick;
+use super::kicked_ring::KickedRing;
+use super::moved::Moved;
+use super::oscillators::OscillatorStep;
+use super::plane::{across, product, times, turned};
+use super::survey::{Place, Survey};
+use crate::contact::ContactForce;
+use crate::contact::complementarity::{self, Coupled, POINTS};
+use crate::linalg::{axpy, dot};
+use crate::structure::{RingPart, Structure};
+use bladeoff_model::machine::{ContactSurface, Diaphragm, FrictionLaw};
+use std::sync::Arc;
+
+/// Candidates of a ring, at least. Places that press beside the nearest one are candidates, two spacings from it or more: with 192 of them the turbine's 1 ms force is
+/// 0.3 % off.
+const CANDIDATES: usize = 384;
+/// Elements of a ring at most: the table between candidates grows with their square.
+const ELEMENTS: usize = 200;
+/// A candidate penetrates when it is deeper than this share of the deepest before any impulse.
+const SHARE: f64 = 1e-4;
+
+/// One ring under way.
+pub(super) struct Rub {
+    /// Sine and cosine of the stator's angle, and its centre.
+    angle: (f64, f64),
+    offset: [f64; 2],
+    gap: f64,
+    radius: f64,
+    law: FrictionLaw,
+    /// Contact step \[s\].
+    h: f64,
+    candidates: Arc<Candidates>,
+    pub ring: KickedRing,
+    /// Displacement of each mode per impulse, with what trains of them lack.
+    yields: Vec<f64>,
+    /// Displacement of the rotor per impulse in the modes left out, in the stator's axes.
+    rotor_left_out: [[f64; 2]; 2],
+    flights: Vec<OscillatorStep>,
+    survey: Survey,
+    /// Amplitudes at n.
+    before: Vec<f64>,
+    impulses: Vec<f64>,
+    coupled: Box<Coupled>,
+    points: Vec<Point>,
+    rows: Vec<Rows>,
+    /// What pressed in the last step, and where.
+    pressed: Vec<(Place, ContactForce)>,
+    /// The ring's modes along normal and tangent of what pressed.
+    last: Vec<[Vec<f64>; 2]>,
+}
+
+/// A place that may press.
+#[derive(Debug, Clone, Copy)]
+struct Point {
+    /// At n+1, where the gap is to stay open, and at n, where the impulse acts.
+    place: Place,
+    acting: Place,
+    slip: f64,
+    force: ContactForce,
+}
+
+/// The ring's modes along normal and tangent of a point at n+1 and at n, and what a unit impulse along those at n makes of them.
+#[derive(Debug, Clone)]
+struct Rows {
+    normal: Vec<f64>,
+    tangent: Vec<f64>,
+    acting: [Vec<f64>; 2],
+    by_normal: Vec<f64>,
+    by_tangent: Vec<f64>,
+}
+
+/// What a step's contact does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Impact {
+    /// Impulse on the rotor, in the machine's axes \[N s\], and of the friction's torque \[N m s\].
+    pub on_rotor: [f64; 2],
+    pub torque: f64,
+    /// Sums of normal and tangential impulses \[N s\], works of friction and of normal impulses, taken out \[J\].
+    pub normal: f64,
+    pub tangential: f64,
+    pub friction_work: f64,
+    pub normal_work: f64,
+    /// Least gap that is left \[m\].
+    pub gap: f64,
+    pub points: usize,
+    pub sticks: bool,
+    pub reversed: bool,
+    /// Of the place that presses most: angle \[rad\], slip \[m/s\].
+    pub angle: f64,
+    pub slip: f64,
+}
+
+/// Ring and rotor at an instant with the statics of the impulses that led there.
+pub(super) struct Settled {
+    /// Of the ring's modes.
+    pub amplitudes: Vec<f64>,
+    /// Where it is pressed: angles \[rad\], and normal forces in polar axes \[N\].
+    pub pressed: Vec<(f64, [f64; 2])>,
+    /// The rotor's centre, in the stator's axes \[m\].
+    pub rotor: [f64; 2],
+}
+
+/// The step without contact.
+pub(super) struct FreeStep<'a> {
+    /// Places of the rotor at n and n+1, its velocity at n, in the machine's axes.
+    pub from: [f64; 2],
+    pub to: [f64; 2],
+    pub velocity: [f64; 2],
+    pub kick: &'a Kick,
+    /// Turn of the rotor's surface over the step \[rad\], and per angular impulse; its rate at n \[rad/s\], and the jump of that per angular impulse.
+    pub turn: f64,
+    pub rolling: f64,
+    pub rate: f64,
+    pub jump: f64,
+}
+
+impl Rub {
+    /// A flexible ring of a machine at rest, in contact steps of `h` \[s\].
+    pub fn new(
+        diaphragm: &Diaphragm,
+        structure: &Structure,
+        index: usize,
+        candidates: &Arc<Candidates>,
+        h: f64,
+    ) -> Result<Self, ExponentialError> {
+        let part = ring_of(structure, index)?;
+        let contact = &diaphragm.contact;
+        let modes = modes(part);
+        let ring = KickedRing::new(&modes, h);
+        let places = structure.rotor.plane_places(contact.node);
+        let angle = libm::sincos(diaphragm.angle);
+        let zeros = vec![0.0; modes.len()];
+        let rows = Rows {
+            normal: zeros.clone(),
+            tangent: zeros.clone(),
+            acting: [zeros.clone(), zeros.clone()],
+            by_normal: zeros.clone(),
+            by_tangent: zeros.clone(),
+        };
+        let rotor_left_out = structure
+            .lateral_residual
+            .as_ref()
+            .map_or([[0.0; 2]; 2], |all| turned(angle, &places.map(|row| places.map(|column| all[(row, column)] / h))));
+        Ok(Self {
+            angle,
+            offset: contact.offset,
+            gap: contact.gap,
+            radius: contact.rotor_radius,
+            law: contact.friction_law,
+            h,
+            rotor_left_out,
+            survey: Survey::new(candidates.count(), contact.rotor_radius + contact.gap, contact.rotor_radius),
+            candidates: Arc::clone(candidates),
+            yields: ring.yields().iter().zip(ring.lacking()).map(|(a, b)| a + b).collect(),
+            ring,
+            flights: Vec::new(),
+            before: zeros.clone(),
+            impulses: zeros,
+            last: vec![[rows.normal.clone(), rows.normal.clone()]; POINTS],
+            rows: vec![rows; POINTS],
+            coupled: Box::new(Coupled {
+                w: Default::default(),
+                start: [[0.0; 2]; POINTS],
+                friction: contact.friction,
+                law: contact.friction_law,
+                sign: 1.0,
+            }),
+            points: Vec::with_capacity(POINTS),
+            pressed: Vec::with_capacity(POINTS),
+        })
+    }
+
+    /// How far the rotor at a place may move before it can touch, wherever the ring's modes carry it \[m\].
+    pub fn room(&self, place: [f64; 2]) -> f64 {
+        let x = [place[0] - self.offset[0], place[1] - self.offset[1]];
+        self.gap - length(x) - self.candidates.reach(self.ring.amplitudes())
+    }
+
+    /// The rotor's centre from the ring's, in the stator's axes.
+    pub fn place(&self, place: [f64; 2]) -> [f64; 2] {
+        self.inwards([place[0] - self.offset[0], place[1] - self.offset[1]])
+    }
+
+    /// Takes the ring over a step of `h = 2^level` contact steps in which nothing touches.
+    pub fn fly(&mut self, level: usize, h: f64) {
+        while self.flights.len() <= level {
+            let shorter = libm::exp2(self.flights.len() as f64 - level as f64);
+            self.flights.push(self.ring.modes.step(h * shorter));
+        }
+        let Self { ring, flights, pressed, .. } = self;
+        ring.fly(&flights[level]);
+        pressed.clear();
+    }
+
+    /// Takes the ring over a step in which it may be touched; `None` where it is not.
+    pub fn touch(&mut self, free: &FreeStep<'_>) -> Result<Option<Impact>, ExponentialError> {
+        self.before.copy_from_slice(&self.ring.modes.place);
+        self.ring.drift();
+        let to = self.place(free.to);
+        self.survey.look(&self.candidates, to, &self.ring.modes.place);
+        let mut deepest = None;
+        self.points.clear();
+        for at in 0..self.survey.low.len() {
+            let (index, _) = self.survey.low[at];
+            if !self.survey.is_least(&self.candidates, index, to, &self.ring.modes.place) {
+                continue;
+            }
+            let place = self.survey.place(&self.candidates, index, to, &self.ring.modes.place);
+            if place.gap < 0.0 && self.points.len() < POINTS - 2 {
+                if deepest.is_none_or(|(gap, _)| place.gap < gap) {
+                    deepest = Some((place.gap, self.points.len()));
+                }
+                self.join(place, free);
+            }
+        }
+        let Some((depth, deepest)) = deepest else {
+            self.pressed.clear();
+            return Ok(None);
+        };
+        self.coupled.sign = self.points[deepest].slip.signum();
+        for at in 0..self.pressed.len() {
+            let index = self.pressed[at].0.index;
+            let count = self.candidates.count();
+            let known = self.points.iter().any(|point| beside(point.place.index, index, count));
+            if !known && self.points.len() < POINTS - 1 {
+                let place = self.survey.place(&self.candidates, index, to, &self.ring.modes.place);
+                self.join(place, free);
+            }
+        }
+        let moved = Moved::new(self.angle, self.rotor_left_out, free.kick, self.radius * self.radius * free.rolling);
+        self.couple(0, &moved);
+        loop {
+            let count = self.points.len();
+            let mut forces = [ContactForce::NONE; POINTS];
+            for (force, point) in forces.iter_mut().zip(&self.points) {
+                *force = point.force;
+            }
+            complementarity::solve(&mut self.coupled, &mut forces[..count]).ok_or(ExponentialError::NoImpulses)?;
+            for (point, force) in self.points.iter_mut().zip(forces) {
+                point.force = force;
+            }
+            self.respond();
+            let (left, index) = self.least_left(to, &moved);
+            match index.filter(|_| left < SHARE * depth && count < POINTS) {
+                Some(index) => {
+                    let place = self.survey.place(&self.candidates, index, to, &self.ring.modes.place);
+                    self.join(place, free);
+                    self.couple(count, &moved);
+                }
+                None => return Ok(Some(self.strike(free, left))),
+            }
+        }
+    }
+
+    /// Takes a place among the points.
+    fn join(&mut self, place: Place, free: &FreeStep<'_>) {
+        let count = self.candidates.count();
+        let known = self.pressed.iter().position(|(last, _)| beside(last.index, place.index, count));
+        let (acting, force) = known.map_or((place, ContactForce::NONE), |at| self.pressed[at]);
+        let Rows { normal, tangent, acting: [n, t], by_normal, by_tangent } = &mut self.rows[self.points.len()];
+        self.candidates.rows_at(place.index, place.share, [place.polar, across(place.polar)], [normal, tangent]);
+        match known {
+            Some(at) => {
+                n.copy_from_slice(&self.last[at][0]);
+                t.copy_from_slice(&self.last[at][1]);
+            }
+            None => {
+                n.copy_from_slice(normal);
+                t.copy_from_slice(tangent);
+            }
+        }
+        let mut ring = 0.0;
+        for (j, yielding) in self.yields.iter().enumerate() {
+            by_normal[j] = yielding * n[j];
+            by_tangent[j] = yielding * t[j];
+            ring += tangent[j] * (self.ring.modes.place[j] - self.before[j]);
+        }
+        let step = self.inwards([free.to[0] - free.from[0], free.to[1] - free.from[1]]);
+        let slip = product(across(place.normal), step) + free.turn * self.radius - ring;
+        self.points.push(Point { place, acting, slip, force });
+    }
+
+    /// Writes the conditions of the points from one on.
+    fn couple(&mut self, from: usize, moved: &Moved) {
+        let Self { coupled, points, rows, candidates, .. } = self;
+        for k in 0..points.len() {
+            coupled.start[k] = [points[k].place.gap, points[k].slip];
+            for j in 0..points.len() {
+                // a solve adds a little to each point's own
+                if k >= from || j >= from || k == j {
+                    let at = (&points[k].place, [&*rows[k].normal, &*rows[k].tangent]);
+                    let acting = (&points[j].acting, [&*rows[j].by_normal, &*rows[j].by_tangent]);
+                    coupled.w[k][j] = moved.coupling(candidates, at, acting);
+                }
+            }
+        }
+    }
+
+    /// What all impulses make of the ring's modes.
+    fn respond(&mut self) {
+        let Self { impulses, points, rows, .. } = self;
+        impulses.fill(0.0);
+        for (point, rows) in points.iter().zip(rows).filter(|(point, _)| point.force.normal > 0.0) {
+            axpy(point.force.normal, &rows.by_normal, impulses);
+            axpy(point.force.tangential, &rows.by_tangent, impulses);
+        }
+    }
+
+    /// Least gap under the impulses found, of the candidates that are not beside a point, and which it is; after `respond`.
+    fn least_left(&mut self, x: [f64; 2], moved: &Moved) -> (f64, Option<usize>) {
+        let mut least = (0.0, None);
+        let count = self.candidates.count();
+        // what moves the rotor: the sum of all, and no gap opens or closes by more than it
+        let mut force = [0.0; 2];
+        for point in self.points.iter().filter(|point| point.force.normal > 0.0) {
+            let (m, s) = (point.acting.normal, across(point.acting.normal));
+            for i in 0..2 {
+                force[i] += m[i] * point.force.normal + s[i] * point.force.tangential;
+            }
+        }
+        let by_rotor = length(moved.of_rotor(force));
+        for at in 0..self.survey.near().len() {
+            let block = self.survey.near()[at];
+            let clearances = self.survey.clearances(block);
+            if clearances.iter().all(|clearance| *clearance >= by_rotor) {
+                continue;
+            }
+            let opens = self.candidates.radials(block, &self.impulses);
+            for k in 0..BLOCK {
+                let index = block * BLOCK + k;
+                if clearances[k] + opens[k] >= by_rotor
+                    || self.points.iter().any(|point| beside(point.place.index, index, count))
+                {
+                    continue;
+                }
+                let place = self.survey.place(&self.candidates, index, x, &self.ring.modes.place);
+                let along = self.candidates.tangentials(block, &self.impulses)[k];
+                let mut gap = place.gap + product(place.polar, [opens[k], along]);
+                for point in self.points.iter().filter(|point| point.force.normal > 0.0) {
+                    let [n, t] = moved.beyond_modes(&self.candidates, &place, &point.acting);
+                    gap += n * point.force.normal + t * point.force.tangential;
+                }
+                if gap < least.0 {
+                    least = (gap, Some(index));
+                }
+            }
+        }
+        least
+    }
+
+    /// Takes the impulses: on the ring here, on the rotor by what is returned.
+    fn strike(&mut self, free: &FreeStep<'_>, left: f64) -> Impact {
+        self.impulses.fill(0.0);
+        self.pressed.clear();
+        let (mut on_rotor, mut torque) = ([0.0; 2], 0.0);
+        for (point, rows) in self.points.iter().zip(&self.rows).filter(|(point, _)| point.force.normal > 0.0) {
+            let (force, n) = (&point.force, point.acting.normal);
+            on_rotor[0] -= force.normal * n[0] - force.tangential * n[1];
+            on_rotor[1] -= force.normal * n[1] + force.tangential * n[0];
+            let [normal, tangent] = &rows.acting;
+            axpy(force.normal, normal, &mut self.impulses);
+            axpy(force.tangential, tangent, &mut self.impulses);
+            torque -= force.tangential * self.radius;
+            let kept = &mut self.last[self.pressed.len()];
+            kept[0].copy_from_slice(&rows.normal);
+            kept[1].copy_from_slice(&rows.tangent);
+            self.pressed.push((point.place, *force));
+        }
+        self.ring.kick(&self.impulses);
+        let on_rotor = self.outwards(on_rotor);
+        // (2)
+        let jump = free.kick.jump;
+        let velocity = self.inwards([0, 1].map(|i| free.velocity[i] + 0.5 * product(jump[i], on_rotor)));
+        let rolling = self.radius * (free.rate + 0.5 * free.jump * torque);
+        let mut impact = Impact {
+            on_rotor,
+            torque,
+            normal: 0.0,
+            tangential: 0.0,
+            friction_work: 0.0,
+            normal_work: 0.0,
+            gap: left,
+            points: 0,
+            sticks: true,
+            reversed: false,
+            angle: 0.0,
+            slip: 0.0,
+        };
+        let mut most = 0.0;
+        for (point, rows) in self.points.iter().zip(&self.rows).filter(|(point, _)| point.force.normal > 0.0) {
+            let (force, acting, [normal, tangent]) = (&point.force, &point.acting, &rows.acting);
+            let opening = dot(normal, &self.ring.mean_rate) - product(acting.normal, velocity);
+            let slip = product(across(acting.normal), velocity) + rolling - dot(tangent, &self.ring.mean_rate);
+            impact.friction_work += force.tangential * slip;
+            impact.normal_work -= force.normal * opening;
+            impact.normal += force.normal;
+            impact.tangential += force.tangential;
+            impact.points += 1;
+            impact.sticks &= force.sticks;
+            impact.reversed |= self.law == FrictionLaw::Slip && slip * force.tangential < 0.0;
+            if force.normal > most {
+                most = force.normal;
+                impact.slip = slip;
+                impact.angle = (acting.index as f64 + 0.5 + acting.share) * self.candidates.spacing;
+            }
+        }
+        impact
+    }
+
+    /// The ring and the rotor's centre at n, statics of the last impulses included, of a rotor at x in the stator's axes.
+    pub fn settled(&self, x: [f64; 2], kick: Option<&Kick>) -> Settled {
+        let mut amplitudes = self.ring.modes.place.clone();
+        let lacking = self.ring.lacking();
+        let mut on_ring = [0.0; 2];
+        let mut pressed = Vec::with_capacity(self.pressed.len());
+        for ((place, force), [normal, tangent]) in self.pressed.iter().zip(&self.last) {
+            for (j, lacking) in lacking.iter().enumerate() {
+                amplitudes[j] += lacking * (force.normal * normal[j] + force.tangential * tangent[j]);
+            }
+            let (n, t) = (place.normal, across(place.normal));
+            for i in 0..2 {
+                on_ring[i] += n[i] * force.normal + t[i] * force.tangential;
+            }
+            let alpha = (place.index as f64 + 0.5 + place.share) * self.candidates.spacing;
+            pressed.push((alpha, place.polar.map(|part| part * force.normal / self.h)));
+        }
+        let lacks = kick.map_or([[0.0; 2]; 2], |kick| turned(self.angle, &kick.lacking));
+        let (held, left) = (times(&lacks, on_ring), times(&self.rotor_left_out, on_ring));
+        Settled { amplitudes, pressed, rotor: [0, 1].map(|i| x[i] - held[i] - left[i]) }
+    }
+
+    /// Distance of the centres beyond which the rotor's is outside the ring \[m\].
+    pub fn outermost(&self) -> f64 {
+        self.radius + self.gap
+    }
+
+    /// A vector of the machine's axes in the stator's.
+    pub fn inwards(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let (sin, cos) = self.angle;
+        [cos * x + sin * y, cos * y - sin * x]
+    }
+
+    fn outwards(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let (sin, cos) = self.angle;
+        [cos * x - sin * y, sin * x + cos * y]
+    }
+}
+
+/// The candidates of a diaphragm, for contact steps of `h` \[s\].
+pub(super) fn candidates(
+    diaphragm: &Diaphragm,
+    structure: &Structure,
+    index: usize,
+    h: f64,
+) -> Result<Candidates, ExponentialError> {
+    let part = ring_of(structure, index)?;
+    let contact = &diaphragm.contact;
+    let inner = contact.surface == ContactSurface::InnerFace;
+    let surface = part.matrices.surface(contact.rotor_radius + contact.gap, inner);
+    let modes = modes(part);
+    if modes.iter().any(|&(square, _)| square <= 0.0) {
+        return Err(ExponentialError::NotCovered { what: "a ring that nothing holds" });
+    }
+    if surface.nodes > ELEMENTS {
+        return Err(ExponentialError::NotCovered { what: "a ring of more than 200 elements" });
+    }
+    let per_element = CANDIDATES.div_ceil(surface.nodes).next_multiple_of(BLOCK);
+    Ok(Candidates::new(part, &surface, per_element, h))
+}
+
+fn ring_of(structure: &Structure, index: usize) -> Result<&RingPart, ExponentialError> {
+    structure.rings[index].as_ref().ok_or(ExponentialError::NotCovered { what: "a stator without freedoms" })
+}
+
+/// w^2 and c of each mode.
+fn modes(part: &RingPart) -> Vec<(f64, f64)> {
+    (0..part.part.coordinates.size()).map(|j| (part.part.stiffness[(j, j)], part.part.damping[(j, j)])).collect()
+}
+
+/// Whether two of so many candidates are one, or beside each other.
+fn beside(one: usize, other: usize, count: usize) -> bool {
+    let apart = one.abs_diff(other);
+    apart <= 1 || apart + 1 == count
+}

@@ -1,0 +1,24 @@
+//! How finely a run is computed.
+
+/// Cells between two stations of the grid.
+const CELLS: u32 = 10;
+
+/// Steps and grid.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FlightSettings {
+    /// Contact step \[s\]; a flight may take it doubled any number of times.
+    pub step: f64,
+    /// Distance of the grid's speeds \[rad/s\]; by default the power of two nearest to a 150th of the initial speed, so that it is one for speeds that differ
+    /// a little.
+    pub spacing: Option<f64>,
+    /// Cells between two of them, even.
+    pub cells: u32,
+}
+
+impl FlightSettings {
+    /// With the default grid.
+    #[must_use]
+    pub fn of_step(step: f64) -> Self {
+        Self { step, spacing: None, cells: CELLS }
+    }
+}

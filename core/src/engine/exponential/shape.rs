@@ -1,0 +1,45 @@
+//! The motion of all nodes at an instant.
+
+use super::flight::Flight;
+use super::spin::Spin;
+use crate::structure::Structure;
+
+/// Room for it.
+pub(super) struct Shape {
+    /// Coordinates and their rates, one after the other.
+    motion: Vec<f64>,
+    /// Displacements [m, rad] and twists \[rad\] of all nodes.
+    pub nodal: Vec<f64>,
+    pub twists: Vec<f64>,
+    twist_rows: Vec<Vec<f64>>,
+}
+
+impl Shape {
+    pub fn new(structure: &Structure) -> Self {
+        let (rotor, map) = (&structure.rotor, &structure.lateral.coordinates);
+        Self {
+            motion: vec![0.0; 2 * map.size()],
+            nodal: vec![0.0; map.nodal_size()],
+            twists: vec![0.0; rotor.nodes],
+            twist_rows: (0..rotor.nodes).map(|node| Spin::row_of(structure, node)).collect(),
+        }
+    }
+
+    /// Takes the motion of a flight where it is.
+    pub fn take(&mut self, flight: &mut Flight, structure: &Structure) {
+        flight.motion(&mut self.motion);
+        let places = &self.motion[..self.motion.len() / 2];
+        structure.lateral.coordinates.expand(places, &mut self.nodal);
+        flight.spin().twists(&self.twist_rows, &mut self.twists);
+    }
+
+    /// Lateral coordinates.
+    pub fn coordinates(&self) -> &[f64] {
+        &self.motion[..self.motion.len() / 2]
+    }
+
+    /// Their rates.
+    pub fn rates(&self) -> &[f64] {
+        &self.motion[self.motion.len() / 2..]
+    }
+}

@@ -1,0 +1,109 @@
+//! What runs of one model share: bases, cells and candidates, which take longer to compute than a run.
+//!
+//! A structure keeps those of the last few models. A run finds in them what it would have computed alone: they depend on what their key
+//! says, not on the runs before, nor on the order in which these asked.
+
+use super::ExponentialError;
+use super::candidates::Candidates;
+use super::grid::{Grid, anchor};
+use super::outputs::{Direct, Outputs};
+use super::rub::candidates;
+use super::settings::FlightSettings;
+use super::station::Model;
+use super::system::LateralSystem;
+use crate::engine::shaft_line::sites;
+use crate::structure::Structure;
+use bladeoff_model::machine::{ContactSurface, Machine};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
+/// Stations of the grid up to the initial speed, about.
+const STATIONS: f64 = 150.0;
+/// Lateral coordinates at most: a basis takes their cube.
+const COORDINATES: usize = 200;
+/// Models that are kept.
+const KEPT: usize = 8;
+
+/// Bases of one model, and what is read from them.
+#[derive(Debug)]
+pub(super) struct Shared {
+    pub grid: Grid,
+    pub direct: Vec<Direct>,
+    /// Of the first diaphragm, once a run has asked for them.
+    candidates: OnceLock<Arc<Candidates>>,
+}
+
+/// What they depend on beside the structure.
+#[derive(Debug, Clone, PartialEq)]
+struct Key {
+    /// Node and mass of each unbalance.
+    sites: Vec<(usize, u64)>,
+    gravity: [u64; 2],
+    nodes: Vec<usize>,
+    /// Radii of an inner face.
+    faces: Vec<Option<u64>>,
+    step: u64,
+    spacing: u64,
+    cells: u32,
+    anchor: i64,
+}
+
+/// Those of the last models that a structure was run with.
+#[derive(Debug, Default)]
+struct Models(Mutex<Vec<(Key, Arc<Shared>)>>);
+
+impl Shared {
+    /// Of a machine: those that its structure keeps, or new ones.
+    pub fn of(
+        machine: &Machine,
+        structure: &Structure,
+        settings: FlightSettings,
+    ) -> Result<Arc<Self>, ExponentialError> {
+        let speed = machine.rotor.initial_speed;
+        let spacing =
+            settings.spacing.unwrap_or_else(|| libm::exp2(libm::round(libm::log2(speed.max(1.0) / STATIONS))));
+        let contacts = machine.diaphragms.iter().map(|diaphragm| &diaphragm.contact);
+        let key = Key {
+            sites: sites(machine).iter().map(|site| (site.node, site.mass.to_bits())).collect(),
+            gravity: machine.rotor.gravity.map(f64::to_bits),
+            nodes: contacts.clone().map(|contact| contact.node).collect(),
+            faces: contacts
+                .map(|contact| {
+                    (contact.surface == ContactSurface::InnerFace)
+                        .then(|| (contact.rotor_radius + contact.gap).to_bits())
+                })
+                .collect(),
+            step: settings.step.to_bits(),
+            spacing: spacing.to_bits(),
+            cells: settings.cells,
+            anchor: anchor(speed, spacing),
+        };
+        let models: &Models = structure.kept.of();
+        let kept = &mut *models.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(at) = kept.iter().position(|(other, _)| *other == key) {
+            kept[at..].rotate_left(1);
+            return Ok(Arc::clone(&kept[kept.len() - 1].1));
+        }
+        if structure.lateral.coordinates.size() > COORDINATES {
+            return Err(ExponentialError::NotCovered { what: "more than 200 lateral modes (run.rotor_modes)" });
+        }
+        let system = LateralSystem::new(machine, structure).ok_or(ExponentialError::Singular { part: "the rotor" })?;
+        let outputs = Outputs::new(machine, structure);
+        let direct = outputs.direct(&system);
+        let grid = Grid::new(Model { system, outputs }, settings.step, spacing, settings.cells, speed)?;
+        let shared = Arc::new(Self { grid, direct, candidates: OnceLock::new() });
+        if kept.len() == KEPT {
+            kept.remove(0);
+        }
+        kept.push((key, Arc::clone(&shared)));
+        Ok(shared)
+    }
+
+    /// The candidates of the first diaphragm.
+    pub fn candidates(&self, machine: &Machine, structure: &Structure) -> Result<Arc<Candidates>, ExponentialError> {
+        if let Some(found) = self.candidates.get() {
+            return Ok(Arc::clone(found));
+        }
+        let made = Arc::new(candidates(&machine.diaphragms[0], structure, 0, self.grid.step)?);
+        Ok(Arc::clone(self.candidates.get_or_init(|| made)))
+    }
+}

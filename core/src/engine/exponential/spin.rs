@@ -1,0 +1,345 @@
+//! The spin by its momentum, and the twist: no accelerations, no rounds.
+//!
+//! ```text
+//! psi_s = phi + t_s.n + a_s                     angle of unbalance s: mean spin angle, elastic twist of its node, phase
+//! h_s   = m d^2 psi_s' + m d Im(z_s' e^{-i psi_s})                                                        its momentum about the axis
+//! P     = J W + sum_s h_s + q'^T G q/2,         P' = T(W) + sum_s k_s                                                      (1)
+//! k_s   = -m d psi_s' Re(z_s' e^{-i psi_s}) + m d (g_y cos psi_s - g_x sin psi_s)
+//! I_s   = -(h_s+ - h_s) + h k_s                 impulse of the unbalance on the twist                                      (2)
+//! force of the unbalance on the lateral motion  m d (psi'^2 - i psi'') e^{i psi},  in the middle of the step               (3)
+//! ```
+//! A step: the turn over it follows from the spin and its last slope (Adams and Bashforth's second method), (3) moves the rotor, and with
+//! its velocity at the end (1), trapezoidal, and (2) are linear in W+ and I_s. So momentum has no drift, and W no more noise than z'.
+//!
+//! Source: the Lagrangian of docs/theory/01-shaft-line.md; (1) and (2) are its equations for phi and for the twist, integrated once. Limits: all
+//! gyroscopic sites turn with W; a turning rotor (what c0 holds at rest is not here). Second order in the step. Verified by `tests/exponential.rs`.
+
+use super::ExponentialError;
+use super::oscillators::{OscillatorStep, Oscillators};
+use crate::engine::shaft_line::sites;
+use crate::linalg::{Matrix, dot, inverse};
+use crate::rotor::braking_torque;
+use crate::structure::Structure;
+use bladeoff_model::machine::{Braking, Machine};
+use nalgebra::Complex;
+
+/// Part of a uniform rotation in a mode of twist below which the mode is elastic.
+const ELASTIC: f64 = 1e-6;
+
+/// Spin and twist under way.
+#[derive(Debug, Clone)]
+pub(super) struct Spin {
+    /// Mean spin angle \[rad\] and spin \[rad/s\] at n.
+    pub angle: f64,
+    pub speed: f64,
+    /// P \[kg m2/s\].
+    momentum: f64,
+    /// Of the spin over the last step \[rad/s2\].
+    slope: f64,
+    /// J \[kg m2\], unbalances not in it.
+    inertia: f64,
+    braking: Braking,
+    gravity: [f64; 2],
+    pub arms: Vec<Arm>,
+    twist: Oscillators,
+    /// w^2 and c of the elastic modes.
+    elastic: Vec<(f64, f64)>,
+    /// Those predicted for n+1.
+    next_angle: f64,
+    next_speed: f64,
+}
+
+/// One unbalance.
+#[derive(Debug, Clone)]
+pub(super) struct Arm {
+    /// m d \[kg m\] and m d^2 \[kg m2\].
+    moment: f64,
+    inertia: f64,
+    phase: f64,
+    /// Elastic twist of its node per amplitude.
+    row: Vec<f64>,
+    /// psi, psi', e^{i psi}, h and k at n.
+    angle: f64,
+    rate: f64,
+    unit: Complex<f64>,
+    momentum: f64,
+    pull: f64,
+    /// I/h of the last step \[N m\].
+    torque: f64,
+    /// What impulses on the twist in the last step have added to psi': it was not known to the force of that step, and is added to the next.
+    struck: f64,
+    next_angle: f64,
+    next_rate: f64,
+}
+
+/// What a step size makes of spin and twist.
+#[derive(Debug, Clone)]
+pub(super) struct SpinStep {
+    h: f64,
+    twist: OscillatorStep,
+    /// Angle and rate of unbalance s after the step per torque of s', [s][s'].
+    yielding: [Vec<Vec<f64>>; 2],
+    /// Of (1) and (2): (I_s, W+) from their right sides.
+    solution: Matrix,
+}
+
+impl Arm {
+    /// (3) at an angle, a rate and its derivative \[N\].
+    fn force(&self, angle: f64, rate: f64, rate_dot: f64) -> Complex<f64> {
+        let (sin, cos) = libm::sincos(angle);
+        Complex::new(rate * rate, -rate_dot) * Complex::new(cos, sin) * self.moment
+    }
+
+    /// h without its part of psi', and k, of a unit vector, a rate and the node's velocity.
+    fn exchange(&self, unit: Complex<f64>, rate: f64, velocity: [f64; 2], gravity: [f64; 2]) -> [f64; 2] {
+        let along = Complex::new(velocity[0], velocity[1]) * unit.conj();
+        let weight = gravity[1] * unit.re - gravity[0] * unit.im;
+        [self.moment * along.im, self.moment * (weight - rate * along.re)]
+    }
+}
+
+impl Spin {
+    /// At t = 0, without twist.
+    pub fn new(machine: &Machine, structure: &Structure) -> Self {
+        let (rotor, part) = (&structure.rotor, &structure.twist);
+        let elastic = elastic_modes(structure);
+        let (angle, speed) = (machine.rotor.initial.angle, machine.rotor.initial_speed);
+        let modes: Vec<(f64, f64)> = elastic.iter().map(|&j| (part.stiffness[(j, j)], part.damping[(j, j)])).collect();
+        let arms = sites(machine).into_iter().map(|site| {
+            let row = part.coordinates.row(site.twist_node);
+            Arm {
+                moment: site.mass * site.radius,
+                inertia: site.mass * site.radius * site.radius,
+                phase: site.phase,
+                row: elastic.iter().map(|&j| row[j]).collect(),
+                angle: angle + site.phase,
+                rate: speed,
+                unit: unit(angle + site.phase),
+                momentum: 0.0,
+                pull: 0.0,
+                torque: 0.0,
+                struck: 0.0,
+                next_angle: 0.0,
+                next_rate: 0.0,
+            }
+        });
+        Self {
+            angle,
+            speed,
+            momentum: 0.0,
+            slope: 0.0,
+            inertia: rotor.twist_mass.sum(),
+            braking: machine.braking,
+            gravity: machine.rotor.gravity,
+            arms: arms.collect(),
+            twist: Oscillators::new(modes.iter().copied()),
+            elastic: modes,
+            next_angle: angle,
+            next_speed: speed,
+        }
+    }
+
+    /// Takes momenta from the motion at t = 0: velocities of the unbalances' nodes \[m/s\], gyroscopic momentum.
+    pub fn begin(&mut self, velocities: &[[f64; 2]], gyroscopic: f64) {
+        let mut momentum = self.inertia * self.speed + gyroscopic;
+        for (arm, &velocity) in self.arms.iter_mut().zip(velocities) {
+            let [carried, pull] = arm.exchange(arm.unit, arm.rate, velocity, self.gravity);
+            arm.momentum = arm.inertia * arm.rate + carried;
+            arm.pull = pull;
+            momentum += arm.momentum;
+        }
+        self.momentum = momentum;
+    }
+
+    /// Takes slope and torques of another that has gone a short step from here.
+    pub fn learn_from(&mut self, ahead: &Spin) {
+        self.slope = ahead.slope;
+        for (arm, other) in self.arms.iter_mut().zip(&ahead.arms) {
+            arm.torque = other.torque;
+        }
+    }
+
+    /// Tables of a step of `h` \[s\].
+    pub fn step(&self, h: f64) -> Result<SpinStep, ExponentialError> {
+        let (twist, arms) = (self.twist.step(h), &self.arms);
+        let yielding = [0, 1].map(|which| {
+            let of = |one: &Arm, other: &Arm| -> f64 {
+                twist.force[which].iter().zip(&one.row).zip(&other.row).map(|((g, a), b)| g * a * b).sum()
+            };
+            arms.iter().map(|one| arms.iter().map(|other| of(one, other)).collect()).collect::<Vec<Vec<f64>>>()
+        });
+        let last = arms.len();
+        let mut system = Matrix::identity(last + 1, last + 1);
+        for (i, arm) in arms.iter().enumerate() {
+            for j in 0..last {
+                system[(i, j)] += arm.inertia * yielding[1][i][j] / h;
+            }
+            system[(i, last)] = arm.inertia;
+            system[(last, i)] = -1.0;
+        }
+        system[(last, last)] = self.inertia;
+        let solution = inverse(&system).ok_or(ExponentialError::Singular { part: "the spin" })?;
+        Ok(SpinStep { h, twist, yielding, solution })
+    }
+
+    /// Begins a step: the unbalances' forces in its middle \[N\].
+    pub fn predict(&mut self, step: &SpinStep, forces: &mut Vec<Complex<f64>>) {
+        let h = step.h;
+        self.next_speed = self.speed + h * self.slope;
+        self.next_angle = self.angle + 0.5 * h * (self.speed + self.next_speed);
+        self.twist.advance(&step.twist);
+        forces.clear();
+        for s in 0..self.arms.len() {
+            let twisted = |yielding: &[f64], amplitudes: &[f64]| {
+                let torques = yielding.iter().zip(&self.arms).map(|(part, arm)| part * arm.torque);
+                dot(&self.arms[s].row, amplitudes) + torques.sum::<f64>()
+            };
+            let next_angle = self.next_angle + twisted(&step.yielding[0][s], &self.twist.place) + self.arms[s].phase;
+            let next_rate = self.next_speed + twisted(&step.yielding[1][s], &self.twist.rate);
+            let arm = &mut self.arms[s];
+            (arm.next_angle, arm.next_rate) = (next_angle, next_rate);
+            let middle = 0.5 * (arm.angle + next_angle);
+            let gained = next_rate - arm.rate + std::mem::take(&mut arm.struck);
+            forces.push(arm.force(middle, (next_angle - arm.angle) / h, gained / h));
+        }
+    }
+
+    /// The spin a time ahead, if it goes on as it does \[rad/s\].
+    pub fn speed_after(&self, time: f64) -> f64 {
+        self.speed + time * self.slope
+    }
+
+    /// Adds an angular impulse \[N m s\] at the beginning of the step, on a node of this elastic twist; between predict and complete.
+    pub fn strike(&mut self, step: &SpinStep, impulse: f64, row: &[f64]) {
+        self.momentum += impulse;
+        self.twist.strike(&step.twist, impulse, row);
+        for arm in &mut self.arms {
+            arm.struck += impulse * dot(&arm.row, row);
+        }
+    }
+
+    /// Turn of a node over the step that is predicted \[rad\], its elastic twist at n given; after predict.
+    pub fn turn(&self, row: &[f64], twist_before: f64) -> f64 {
+        self.next_angle - self.angle + dot(row, &self.twist.place) - twist_before
+    }
+
+    /// Elastic twist of a node \[rad\].
+    pub fn twist_at(&self, row: &[f64]) -> f64 {
+        dot(row, &self.twist.place)
+    }
+
+    /// Turn of a node over the step per angular impulse on it \[rad/(N m s)\].
+    pub fn rolling(&self, step: &SpinStep, row: &[f64]) -> f64 {
+        step.h / self.inertia + step.twist.struck(row)
+    }
+
+    /// What a change of the gyroscopic momentum shifts the spin by, per unit \[1/(kg m2)\].
+    pub fn yields(&self) -> f64 {
+        1.0 / (self.inertia + self.arms.iter().map(|arm| arm.inertia).sum::<f64>())
+    }
+
+    /// Kinetic and potential energy of spin, unbalances and twist \[J\] at a spin shifted by so much; of the unbalances what their masses on the nodes do not
+    /// have. `velocities`: of their nodes \[m/s\].
+    pub fn energies(&self, shift: f64, velocities: &[[f64; 2]]) -> [f64; 2] {
+        let speed = self.speed + shift;
+        let mut kinetic = 0.5 * self.inertia * speed * speed;
+        let mut potential = 0.0;
+        for (arm, &velocity) in self.arms.iter().zip(velocities) {
+            let unit = unit(arm.angle);
+            let [carried, _] = arm.exchange(unit, arm.rate, velocity, [0.0; 2]);
+            let rate = arm.rate + shift;
+            kinetic += rate * (0.5 * arm.inertia * rate + carried);
+            potential -= arm.moment * (self.gravity[0] * unit.re + self.gravity[1] * unit.im);
+        }
+        let modes = self.twist.place.iter().zip(&self.twist.rate).zip(&self.elastic);
+        for ((place, rate), (square, _)) in modes {
+            kinetic += 0.5 * rate * rate;
+            potential += 0.5 * square * place * place;
+        }
+        [kinetic, potential]
+    }
+
+    /// Power that the twist's damping takes \[W\].
+    pub fn damping_power(&self) -> f64 {
+        self.elastic.iter().zip(&self.twist.rate).map(|((_, c), rate)| c * rate * rate).sum()
+    }
+
+    /// Elastic twist of all nodes \[rad\], by their rows.
+    pub fn twists(&self, rows: &[Vec<f64>], twists: &mut [f64]) {
+        for (twist, row) in twists.iter_mut().zip(rows) {
+            *twist = dot(row, &self.twist.place);
+        }
+    }
+
+    /// Jump of a node's rate per angular impulse on it \[1/(kg m2)\].
+    pub fn jump(&self, row: &[f64]) -> f64 {
+        1.0 / self.inertia + dot(row, row)
+    }
+
+    /// Rate of a node \[rad/s\].
+    pub fn rate_at(&self, row: &[f64]) -> f64 {
+        self.speed + dot(row, &self.twist.rate)
+    }
+
+    /// The elastic twist of a node, per amplitude.
+    pub fn row_of(structure: &Structure, node: usize) -> Vec<f64> {
+        let row = structure.twist.coordinates.row(node);
+        elastic_modes(structure).into_iter().map(|j| row[j]).collect()
+    }
+
+    /// Ends the step with the velocities of the unbalances' nodes \[m/s\] and the gyroscopic momentum at its end.
+    pub fn complete(&mut self, step: &SpinStep, velocities: &[[f64; 2]], gyroscopic: f64) {
+        let (h, last) = (step.h, self.arms.len());
+        let brake = 0.5 * (braking_torque(&self.braking, self.speed) + braking_torque(&self.braking, self.next_speed));
+        let mut spin_side = self.momentum + h * brake - gyroscopic;
+        self.momentum += h * brake;
+        let mut sides = Vec::with_capacity(last + 1);
+        for (arm, &velocity) in self.arms.iter_mut().zip(velocities) {
+            arm.unit = unit(arm.next_angle);
+            let [carried, pull] = arm.exchange(arm.unit, arm.next_rate, velocity, self.gravity);
+            let pulled = 0.5 * h * (arm.pull + pull);
+            self.momentum += pulled;
+            spin_side -= arm.momentum;
+            arm.momentum += pulled;
+            arm.pull = pull;
+            sides.push(arm.momentum - carried - arm.inertia * dot(&arm.row, &self.twist.rate));
+        }
+        sides.push(spin_side);
+        let solved =
+            |row: usize| -> f64 { sides.iter().enumerate().map(|(j, side)| step.solution[(row, j)] * side).sum() };
+        let speed = solved(last);
+        for s in 0..last {
+            let impulse = solved(s);
+            let arm = &mut self.arms[s];
+            arm.torque = impulse / h;
+            arm.momentum -= impulse;
+            let Self { twist, arms, .. } = self;
+            twist.add(&step.twist, arms[s].torque, &arms[s].row);
+        }
+        self.slope = (speed - self.speed) / h;
+        (self.angle, self.speed) = (self.next_angle, speed);
+        for arm in &mut self.arms {
+            arm.angle = self.angle + dot(&arm.row, &self.twist.place) + arm.phase;
+            arm.rate = speed + dot(&arm.row, &self.twist.rate);
+        }
+    }
+
+    /// Force (3) of an unbalance at n \[N\].
+    pub fn force_now(&self, s: usize) -> Complex<f64> {
+        let arm = &self.arms[s];
+        Complex::new(arm.rate * arm.rate, -self.slope) * arm.unit * arm.moment
+    }
+}
+
+/// The modes of twist without the uniform rotation.
+fn elastic_modes(structure: &Structure) -> Vec<usize> {
+    let (rotor, part) = (&structure.rotor, &structure.twist);
+    let rigid = part.coordinates_of(&rotor.twist_mass, &vec![1.0; rotor.nodes]);
+    let whole = crate::linalg::norm(&rigid);
+    (0..rigid.len()).filter(|&j| rigid[j].abs() < ELASTIC * whole).collect()
+}
+
+fn unit(angle: f64) -> Complex<f64> {
+    let (sin, cos) = libm::sincos(angle);
+    Complex::new(cos, sin)
+}

@@ -1,0 +1,104 @@
+//! A station: the basis of whirl states at one speed of the grid.
+//!
+//! ```text
+//! x = R y,  L = R^-1,  L A R = blocks B_k on the pairs                    A at this speed                                  (1)
+//! z = Z y  (q and q'),   outputs O = Y Z,   force F: y' = ... + L s_p F
+//! gyroscopic momentum of the spin  q'^T G q/2 = y^T N y                                                                    (2)
+//! condition  = |R|_2 |L|_2 in the coordinates in which |x|^2/2 is nearly the energy
+//! ```
+//! A basis is refused above a condition of 1e4 (a state of the size of the rotor's energy would be a difference of amplitudes 1e4 times larger), and
+//! where what (1) leaves between pairs is more than rounding allows: pairs that are not invariant would be propagated wrongly.
+
+use super::block::Block;
+use super::outputs::Outputs;
+use super::system::LateralSystem;
+use super::{ExponentialError, pairs};
+use crate::linalg::{Matrix, inverse, mul, mul_tn};
+
+/// Largest condition of a basis.
+pub(in crate::engine) const MOST_CONDITION: f64 = 1e4;
+/// Largest part of A, relative to its own size, that may be left between pairs.
+const INVARIANT: f64 = 1e-8;
+
+/// What is solved at stations.
+#[derive(Debug, Clone)]
+pub(super) struct Model {
+    pub system: LateralSystem,
+    pub outputs: Outputs,
+}
+
+/// A basis at one speed, and what is read from it and pushed into it.
+#[derive(Debug, Clone)]
+pub(super) struct Station {
+    pub right: Matrix,
+    pub left: Matrix,
+    pub blocks: Vec<Block>,
+    /// Z.
+    pub motion: Matrix,
+    /// O: a row for each output.
+    pub rows: Matrix,
+    /// A column for each force.
+    pub pushes: Matrix,
+    /// N.
+    pub momentum: Matrix,
+    /// 2-norm condition of R.
+    pub condition: f64,
+}
+
+impl Station {
+    /// At a speed \[rad/s\]; beside a neighbour its pairs are those of the neighbour, where they can be found.
+    pub fn new(model: &Model, speed: f64, neighbour: Option<&Station>) -> Result<Self, ExponentialError> {
+        let (system, size) = (&model.system, model.system.size);
+        let motions = system.motions(speed)?;
+        let generator = system.generator(speed);
+        let defective = ExponentialError::NoBasis { speed };
+        let right = neighbour
+            .and_then(|station| pairs::beside(&motions, &generator, &station.left))
+            .or_else(|| pairs::alone(&motions, &generator))
+            .ok_or_else(|| defective.clone())?;
+        let left = inverse(&right).ok_or(defective)?;
+        let condition = largest_stretch(&right) * largest_stretch(&left);
+        if condition.is_nan() || condition > MOST_CONDITION {
+            return Err(ExponentialError::IllConditioned { speed, condition, limit: MOST_CONDITION });
+        }
+        let generator = mul(&left, &mul(&generator, &right));
+        let between = largest_between(&generator) / generator.amax();
+        if between.is_nan() || between > INVARIANT {
+            return Err(ExponentialError::NotInvariant { speed });
+        }
+        let block = |k: usize| {
+            let at = |i: usize, j: usize| generator[(k + i * size, k + j * size)];
+            [at(0, 0), at(0, 1), at(1, 0), at(1, 1)]
+        };
+        let motion = mul(&system.motion_of_state(speed), &right);
+        let (places, velocities) = (motion.rows(0, size).into_owned(), motion.rows(size, size).into_owned());
+        let momentum = mul_tn(&velocities, &mul(&system.gyroscopic, &places)) * 0.25;
+        Ok(Self {
+            blocks: (0..size).map(block).collect(),
+            rows: mul(&model.outputs.rows(system, speed), &motion),
+            pushes: mul(&left, &model.outputs.pushes(system)),
+            momentum: &momentum + momentum.transpose(),
+            motion,
+            right,
+            left,
+            condition,
+        })
+    }
+}
+
+fn largest_stretch(matrix: &Matrix) -> f64 {
+    matrix.singular_values().max()
+}
+
+/// Largest entry between two pairs.
+fn largest_between(generator: &Matrix) -> f64 {
+    let (size, mut largest) = (generator.nrows() / 2, 0.0_f64);
+    for i in 0..2 * size {
+        for j in 0..2 * size {
+            if i % size != j % size {
+                largest = largest.max(generator[(i, j)].abs());
+            }
+        }
+    }
+    largest
+}

@@ -1,0 +1,87 @@
+//! From one basis to the next, in as many equal parts as there are cells between them.
+//!
+//! ```text
+//! X = L+ R = 1 + N:     log X = N - N^2/2 + N^3/3 - ...,     X^(1/m) = exp(log(X)/m)                                      (1)
+//! ```
+//! With the bases of [`super::pairs`], X has ones on its pairs but for second order, and N is small: what the whirl states of one speed are in
+//! those of the next. Where it is not small (a pair was not found again, modes cross within a spacing), X is taken as a whole in the middle.
+//! Verified by the tests below.
+
+use crate::linalg::{Matrix, mul};
+
+/// Largest norm of N (Frobenius) for which (1) is used.
+const SMALL: f64 = 0.3;
+
+/// The change of basis between two stations, upwards and downwards.
+#[derive(Debug, Clone)]
+pub(super) enum Transfer {
+    /// X to the power of half a cell and of a cell.
+    Gradual { half: [Matrix; 2], whole: [Matrix; 2] },
+    /// X and its inverse, in the middle.
+    AtOnce([Matrix; 2]),
+}
+
+impl Transfer {
+    /// Between the right vectors below and the left vectors above, and back; `cells` between them.
+    pub fn new(up: Matrix, down: Matrix, cells: i64) -> Self {
+        let size = up.nrows();
+        let rest = &up - Matrix::identity(size, size);
+        if rest.norm() > SMALL {
+            return Transfer::AtOnce([up, down]);
+        }
+        let logarithm = logarithm(&rest);
+        let part = |share: f64| exponential(&(&logarithm * (share / cells as f64)));
+        Transfer::Gradual { half: [part(0.5), part(-0.5)], whole: [part(1.0), part(-1.0)] }
+    }
+}
+
+/// `log(1 + N)`.
+fn logarithm(rest: &Matrix) -> Matrix {
+    let (mut sum, mut power, mut sign) = (rest.clone(), rest.clone(), -1.0);
+    let mut k = 2.0;
+    while power.norm() > 1e-17 * k {
+        power = mul(&power, rest);
+        sum += &power * (sign / k);
+        sign = -sign;
+        k += 1.0;
+    }
+    sum
+}
+
+/// `exp(Y)` of a small Y.
+fn exponential(y: &Matrix) -> Matrix {
+    let one = Matrix::identity(y.nrows(), y.nrows());
+    let (mut sum, mut term) = (&one + y, y.clone());
+    let mut k = 2.0;
+    while term.norm() > 1e-17 {
+        term = mul(&term, y) / k;
+        sum += &term;
+        k += 1.0;
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn as_many_parts_as_cells_are_the_whole_change() {
+        let up = Matrix::from_fn(6, 6, |i, j| {
+            let one = if i == j { 1.0 } else { 0.0 };
+            one + 0.01 * (((i * 7 + j * 5) % 11) as f64 - 5.0) / 5.0
+        });
+        let down = crate::linalg::inverse(&up).expect("regular");
+        let Transfer::Gradual { half, whole } = Transfer::new(up.clone(), down, 10) else {
+            panic!("a change by a per cent is gradual");
+        };
+        let mut product = half[0].clone();
+        for _ in 0..9 {
+            product = mul(&whole[0], &product);
+        }
+        assert!((mul(&half[0], &product) - &up).amax() < 1e-14);
+        assert!((mul(&whole[0], &whole[1]) - Matrix::identity(6, 6)).amax() < 1e-15);
+        let turned = Matrix::from_row_slice(2, 2, &[0.0, 1.0, -1.0, 0.0]);
+        assert!(matches!(Transfer::new(turned.clone(), -turned, 10), Transfer::AtOnce(_)));
+    }
+}

@@ -1,0 +1,332 @@
+//! A run with contact: flight in large steps where nothing can touch, contact steps where something may.
+//!
+//! ```text
+//! room = gap - |x| - sum over ring modes of amplitude reach         > h v :  a step of h cannot touch
+//! ```
+//! v bounds the velocity of the rotor's node during the step ([`super::bound`]). Verified by `the_bound_of_the_velocity_is_one` and
+//! `flight_misses_no_contact` (`tests/exponential_rub.rs`).
+
+use super::ExponentialError;
+use super::bound::length;
+use super::flight::Flight;
+use super::grid::LEVELS;
+use super::rub::{FreeStep, Impact, Rub};
+use super::settings::FlightSettings;
+use crate::engine::plan::StartError;
+use crate::record::LastMillisecond;
+use crate::structure::Structure;
+use bladeoff_model::machine::{ContactPoints, Detection, Diaphragm, ForceLocation, Machine};
+
+/// A shaft line and the ring about it.
+pub(super) struct Transient {
+    pub flight: Flight,
+    /// `None` without a diaphragm.
+    pub contact: Option<Contact>,
+    /// Loads of the bearings at n, in the machine's order \[N\].
+    pub loads: Vec<[f64; 2]>,
+    /// Largest of each so far \[N\], and the largest distance of the diaphragm's node \[m\].
+    largest: Vec<f64>,
+    /// Lengths of steps, by level \[s\].
+    lengths: [f64; LEVELS + 1],
+    flies: bool,
+    /// Contact steps of the whole run, and the spin \[rad/s\] that ends it: no flight goes beyond.
+    end: u64,
+    end_speed: f64,
+}
+
+/// The ring, and where the rotor is that it may touch.
+pub(super) struct Contact {
+    pub rub: Rub,
+    /// Elastic twist of the node, per amplitude.
+    twist_row: Vec<f64>,
+}
+
+/// A step that has been done, from n.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Done {
+    /// It had `2^level` contact steps; `None` of one in which something might have touched.
+    pub level: Option<usize>,
+    /// Of the rotor's node at n, in the machine's axes.
+    pub place: [f64; 2],
+    pub velocity: [f64; 2],
+    pub impact: Option<Impact>,
+}
+
+impl Transient {
+    /// A machine at t = 0; `flies`: in larger steps where it may.
+    ///
+    /// # Errors
+    /// [`ExponentialError`].
+    pub fn new(
+        machine: &Machine,
+        structure: &Structure,
+        settings: FlightSettings,
+        flies: bool,
+    ) -> Result<Self, ExponentialError> {
+        covers(machine)?;
+        let flight = Flight::new(machine, structure, settings)?;
+        let contact = match machine.diaphragms.first() {
+            None => None,
+            Some(diaphragm) => {
+                starts_inside(diaphragm, flight.place(0))?;
+                let candidates = flight.shared().candidates(machine, structure)?;
+                Some(Contact {
+                    rub: Rub::new(diaphragm, structure, 0, &candidates, settings.step)?,
+                    twist_row: super::spin::Spin::row_of(structure, diaphragm.contact.node),
+                })
+            }
+        };
+        Ok(Self {
+            loads: vec![[0.0; 2]; structure.rotor.bearings.len()],
+            largest: vec![0.0; structure.rotor.bearings.len() + usize::from(contact.is_some())],
+            lengths: std::array::from_fn(|level| flight.step_of(level)),
+            flight,
+            contact,
+            flies,
+            end_speed: machine.run.end_speed,
+            end: libm::round(machine.run.end_time / settings.step).max(1.0) as u64,
+        })
+    }
+
+    /// Whether the rotor's centre is farther from the stator's than its circle may ever be: by its radius.
+    pub fn is_outside(&self) -> bool {
+        let Some(contact) = &self.contact else { return false };
+        let [x, y] = contact.rub.place(self.flight.place(0));
+        x * x + y * y > contact.rub.outermost() * contact.rub.outermost()
+    }
+
+    /// How long a step from here is certain to touch nothing, and to miss no peak: `2^level` contact steps; `None` where a contact step may touch.
+    pub fn level(&mut self) -> Option<usize> {
+        let Self { flight, contact, loads, largest, lengths, flies, end, end_speed, .. } = self;
+        for (largest, load) in largest.iter_mut().zip(loads) {
+            *largest = largest.max(length(*load));
+        }
+        let left = end.saturating_sub(flight.ticks()).max(1);
+        let mut longest = LEVELS.min(left.ilog2() as usize);
+        // a stop is found to a contact step
+        while longest > 0 && flight.spin().speed_after(2.0 * lengths[longest]) <= *end_speed {
+            longest -= 1;
+        }
+        if let Some(Contact { rub, .. }) = contact {
+            let place = flight.place(0);
+            if let Some(largest) = largest.last_mut() {
+                *largest = largest.max(length(place));
+            }
+            let room = rub.room(place);
+            if !*flies || room <= 0.0 {
+                return None;
+            }
+            // a bound for the longest step is one for all
+            let fastest = flight.fastest(lengths[LEVELS]);
+            longest = (0..=longest).rev().find(|&level| room > lengths[level] * fastest)?;
+        }
+        Some(flight.resolved(&lengths[..=longest], largest))
+    }
+
+    /// Takes the loads at n, without what contact there adds.
+    pub fn weigh(&mut self) {
+        for (bearing, load) in self.loads.iter_mut().enumerate() {
+            *load = self.flight.load(bearing);
+        }
+    }
+
+    /// Loads and contact at n, of a run that does not go on from there: the state is left where the step would lead.
+    pub fn ahead(&mut self) -> Option<Impact> {
+        self.step(None).ok().and_then(|done| done.impact)
+    }
+
+    /// Goes from n to n+1, over a step of [`Transient::level`]; loads are those at n.
+    pub fn step(&mut self, level: Option<usize>) -> Result<Done, ExponentialError> {
+        self.weigh();
+        let Self { flight, contact, loads, lengths, .. } = self;
+        let Some(Contact { rub, twist_row }) = contact else {
+            flight.advance(level.unwrap_or(0))?;
+            return Ok(Done { level, place: [0.0; 2], velocity: [0.0; 2], impact: None });
+        };
+        let [place, velocity] = flight.contact(0);
+        let mut done = Done { level, place, velocity, impact: None };
+        if let Some(level) = level {
+            flight.advance(level)?;
+            rub.fly(level, lengths[level]);
+            return Ok(done);
+        }
+        let h = lengths[0];
+        let (spin, rate) = (flight.spin(), flight.spin().rate_at(twist_row));
+        let (twist_before, jump) = (spin.twist_at(twist_row), spin.jump(twist_row));
+        flight.propagate(0)?;
+        let Some(kick) = flight.kick() else { return Ok(done) };
+        let free = FreeStep {
+            from: place,
+            to: flight.place(0),
+            velocity,
+            kick,
+            turn: flight.spin().turn(twist_row, twist_before),
+            rolling: flight.spin().rolling(flight.spin_step(), twist_row),
+            rate,
+            jump,
+        };
+        done.impact = rub.touch(&free)?;
+        if let Some(impact) = &done.impact {
+            for (bearing, (load, half)) in loads.iter_mut().zip(&kick.loads).enumerate() {
+                let at_once = flight.load_at_once(bearing, impact.on_rotor.map(|part| part / h));
+                for i in 0..2 {
+                    load[i] += half[i][0] * impact.on_rotor[0] + half[i][1] * impact.on_rotor[1] + at_once[i];
+                }
+            }
+            flight.strike(impact.on_rotor, impact.torque, twist_row);
+        }
+        flight.finish(0)?;
+        Ok(done)
+    }
+}
+
+/// Refuses a rotor, at a place in the machine's axes, that is not free in its ring.
+///
+/// # Errors
+/// [`StartError::StartsOutside`], [`StartError::StartsInContact`].
+fn starts_inside(diaphragm: &Diaphragm, place: [f64; 2]) -> Result<(), StartError> {
+    let contact = &diaphragm.contact;
+    let eccentricity = length([place[0] - contact.offset[0], place[1] - contact.offset[1]]);
+    let radius = contact.rotor_radius + contact.gap;
+    let name = || diaphragm.name.clone();
+    if eccentricity >= radius {
+        return Err(StartError::StartsOutside { diaphragm: name(), eccentricity, radius, offset: contact.offset });
+    }
+    let gap = contact.gap - eccentricity;
+    if gap < 0.0 { Err(StartError::StartsInContact { diaphragm: name(), gap }) } else { Ok(()) }
+}
+
+/// Refuses by name what is not covered.
+///
+/// # Errors
+/// [`ExponentialError::NotCovered`].
+fn covers(machine: &Machine) -> Result<(), ExponentialError> {
+    if machine.diaphragms.len() > 1 {
+        return Err(ExponentialError::NotCovered { what: "more than one diaphragm" });
+    }
+    for contact in machine.diaphragms.iter().map(|diaphragm| &diaphragm.contact) {
+        if contact.detection != Detection::Hyp2 || contact.points != ContactPoints::Several {
+            return Err(ExponentialError::NotCovered { what: "contact other than hyp2 at several points" });
+        }
+        if machine.run.force_location != ForceLocation::Next {
+            return Err(ExponentialError::NotCovered {
+                what: "forces at the place of n (run.force_location = \"current\")",
+            });
+        }
+    }
+    Ok(())
+}
+
+/// What a run with contact comes to.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct RubbingRun {
+    /// First contact \[s\].
+    pub first_contact: Option<f64>,
+    /// Spin at the end \[rad/s\].
+    pub end_speed: f64,
+    /// Largest load of each bearing, in the machine's order \[N\].
+    pub largest_loads: Vec<f64>,
+    /// Largest mean of the normal force over 1 ms \[N\].
+    pub largest_filtered_force: f64,
+    /// Normal impulse of all contact \[N s\].
+    pub impulse: f64,
+    /// Work of friction \[J\].
+    pub friction_energy: f64,
+    /// Work that normal impulses took out \[J\].
+    pub normal_work: f64,
+    /// Largest distance of the rotor's node from the stator's centre \[m\].
+    pub eccentricity: f64,
+    /// Contact steps, those of them that touched, and flight steps.
+    pub steps: [u64; 3],
+}
+
+/// A whole run up to `run.end_time` with contact at the first diaphragm, in contact steps of `settings.step`; `flies`: in larger ones where it may.
+///
+/// # Errors
+/// [`ExponentialError`].
+pub fn rubbing_run(
+    machine: &Machine,
+    structure: &Structure,
+    settings: FlightSettings,
+    flies: bool,
+) -> Result<RubbingRun, ExponentialError> {
+    let mut transient = Transient::new(machine, structure, settings, flies)?;
+    let h = settings.step;
+    let mut filter = LastMillisecond::new(h);
+    let window = filter.length() as f64 * h;
+    let bearings = structure.rotor.bearings.len();
+    let offset = machine.diaphragms.first().map_or([0.0; 2], |diaphragm| diaphragm.contact.offset);
+    let mut run = RubbingRun { largest_loads: vec![0.0; bearings], ..RubbingRun::default() };
+    while transient.flight.time() < machine.run.end_time - 0.5 * h {
+        let level = transient.level();
+        let done = transient.step(level)?;
+        run.eccentricity = run.eccentricity.max(length([done.place[0] - offset[0], done.place[1] - offset[1]]));
+        match done.level {
+            Some(level) => {
+                (0..1 << level).for_each(|_| filter.slide(0.0));
+                run.steps[2] += 1;
+            }
+            None => {
+                run.steps[0] += 1;
+                filter.slide(done.impact.map_or(0.0, |impact| impact.normal));
+                if let Some(sum) = filter.sum() {
+                    run.largest_filtered_force = run.largest_filtered_force.max(sum / window);
+                }
+            }
+        }
+        if let Some(impact) = done.impact {
+            run.steps[1] += 1;
+            run.impulse += impact.normal;
+            run.friction_energy += impact.friction_work;
+            run.normal_work += impact.normal_work;
+            run.first_contact = run.first_contact.or(Some(transient.flight.time()));
+        }
+        for (largest, load) in run.largest_loads.iter_mut().zip(&transient.loads) {
+            *largest = largest.max(length(*load));
+        }
+    }
+    run.end_speed = transient.flight.speed();
+    Ok(run)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bladeoff_model::machine::MachineDef;
+
+    #[test]
+    fn the_bound_of_the_velocity_is_one() {
+        let path = format!("{}/../studies/machines/lab_rig.toml", env!("CARGO_MANIFEST_DIR"));
+        let text = std::fs::read_to_string(&path).expect("a machine of the repository");
+        let machine = MachineDef::parse(&path, &text).expect("parses").build().expect("valid");
+        let structure = Structure::build(&machine, None).expect("buildable");
+        let mut flight = Flight::new(&machine, &structure, FlightSettings::of_step(2e-5)).expect("has a basis");
+        let (mut closest, mut seen) = (0.0_f64, 0);
+        for round in 0..40 {
+            for (level, fine) in [(4, 16), (7, 128)] {
+                let from = flight.contact(0)[0];
+                let bound = flight.step_of(level) * flight.fastest(flight.step_of(level));
+                let mut ahead = flight.clone();
+                for _ in 0..fine {
+                    ahead.advance(0).expect("goes on");
+                    let to = ahead.contact(0)[0];
+                    let moved = length([to[0] - from[0], to[1] - from[1]]);
+                    assert!(moved <= bound, "round {round}: {moved} beyond {bound}");
+                    closest = closest.max(moved / bound);
+                    seen += 1;
+                }
+            }
+            // states of every kind: struck in between
+            flight.propagate(0).expect("goes on");
+            let turn = f64::from(round);
+            flight.strike(
+                [0.3 * turn.sin(), 0.2 * turn.cos()],
+                1e-3,
+                &super::super::spin::Spin::row_of(&structure, machine.diaphragms[0].contact.node),
+            );
+            flight.finish(0).expect("goes on");
+            (0..50).for_each(|_| flight.advance(1).expect("goes on"));
+        }
+        assert!(seen > 5000 && closest > 0.05, "the bound says something: {closest}");
+    }
+}

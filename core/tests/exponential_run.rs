@@ -1,0 +1,188 @@
+//! Whole runs of the exponential engine: every column against the reduced engine, and the balance of energies.
+
+mod common;
+
+use bladeoff_core::engine::{StepPlan, simulate};
+use bladeoff_core::record::NoHistory;
+use bladeoff_core::structure::Structure;
+use bladeoff_model::machine::{Engine, Machine, MachineDef};
+use bladeoff_model::outcome::{EndCause, Status};
+use common::{Row, machine_with, run, study_machine};
+
+fn exponential(machine: Machine, step: f64) -> Row {
+    run(of_engine(machine, step))
+}
+
+fn of_engine(mut machine: Machine, step: f64) -> Machine {
+    machine.run.engine = Engine::Exponential;
+    machine.run.contact_step = Some(step);
+    machine
+}
+
+/// Asserts that columns agree, each within its relative tolerance.
+#[track_caller]
+fn agree(ours: &Row, reference: &Row, columns: &[(&str, f64)]) {
+    let mut wrong = Vec::new();
+    for (name, within) in columns {
+        let (a, b) = (ours.value(name), reference.value(name));
+        let error = if a.to_bits() == b.to_bits() { 0.0 } else { (a / b - 1.0).abs() };
+        println!("{name}: {a} {b} {error:.1e}");
+        if error.is_nan() || error > *within {
+            wrong.push(*name);
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:?}");
+}
+
+const COLUMNS: &[(&str, f64)] = &[
+    ("first_contact_s", 1e-4),
+    ("end_time_s", 1e-4),
+    ("end_speed_rad_s", 1e-4),
+    ("max_bearing_load_N", 2e-3),
+    ("max_filtered_contact_force_N", 5e-3),
+    ("contact_impulse_Ns", 3e-3),
+    ("friction_energy_J", 3e-3),
+    ("max_eccentricity_m", 1e-3),
+    ("contact_time_s", 1e-2),
+    ("rub_regime", 0.0),
+    ("whirl_in_rub", 0.0),
+    ("max_bending_stress_Pa", 5e-3),
+    ("max_blade_bending_stress_Pa", 1e-2),
+];
+
+#[test]
+fn every_column_of_a_rub_of_the_lab_rig_is_that_of_the_reduced_engine() {
+    let change = [("run.end_time", "0.2 s")];
+    let reference = run(machine_with(&study_machine("lab_rig"), &[change[0], ("run.step", "1.7e-6 s")]));
+    let ours = exponential(machine_with(&study_machine("lab_rig"), &change), 1.7e-6);
+    assert!(ours.value("impacts") > 0.0 && reference.value("impacts") > 0.0, "touches");
+    agree(&ours, &reference, COLUMNS);
+    println!("energy error {:e}, normal work {:e}", ours.value("energy_error"), ours.value("normal_work_J"));
+    assert!(ours.value("energy_error") < 1e-6, "{}", ours.value("energy_error"));
+}
+
+#[test]
+fn every_column_of_a_rub_of_the_turbine_is_that_of_the_reduced_engine() {
+    let change = [("run.end_time", "3.4 s")];
+    let reference = run(machine_with(&study_machine("lp_turbine"), &[change[0], ("run.step", "1.35e-5 s")]));
+    let ours = exponential(machine_with(&study_machine("lp_turbine"), &change), 1.25e-5);
+    assert!(ours.value("impacts") > 0.0 && reference.value("impacts") > 0.0, "touches");
+    agree(&ours, &reference, COLUMNS);
+    println!("energy error {:e}, normal work {:e}", ours.value("energy_error"), ours.value("normal_work_J"));
+    assert!(ours.value("energy_error") < 1e-6, "{}", ours.value("energy_error"));
+}
+
+#[test]
+fn a_free_run_balances_its_energies() {
+    for (name, step) in [("lp_turbine", 4e-5), ("lab_rig", 5e-6)] {
+        let mut machine = machine_with(&study_machine(name), &[("run.end_time", "0.5 s")]);
+        machine.diaphragms.clear();
+        let ours = exponential(machine, step);
+        println!("{name}: energy error {:e}", ours.value("energy_error"));
+        assert!(ours.value("energy_error") < 1e-6, "{name}: {}", ours.value("energy_error"));
+    }
+}
+
+#[test]
+fn a_run_of_a_few_steps_balances_its_energies() {
+    for end in ["0.1 ms", "0.3 ms", "1 ms"] {
+        let machine =
+            machine_with(&study_machine("lp_turbine"), &[("run.engine", "exponential"), ("run.end_time", end)]);
+        let ours = run(machine);
+        println!("{end}: {} steps, energy error {:e}", ours.value("steps"), ours.value("energy_error"));
+        assert!(ours.value("steps") < 120.0 && ours.value("max_bearing_load_N") > 0.0);
+        assert_eq!(ours.outcome.status, Status::Ok, "{end}: {:e}", ours.value("energy_error"));
+    }
+}
+
+/// What this engine does not cover is refused where it stands, with the engine that does.
+#[test]
+fn what_is_not_covered_is_refused_at_its_key() {
+    let refused = |changes: &[(&str, &str)]| {
+        let mut def = MachineDef::parse("rig.toml", &study_machine("lab_rig")).expect("parses");
+        for (path, value) in changes {
+            let info = def.resolve(path).expect("a path");
+            let value = def.parse_value(&info, value).expect("a value");
+            def.set(&info, &value).expect("in range");
+        }
+        def.build().expect_err("refused").to_string()
+    };
+    let engine = ("run.engine", "exponential");
+    for (path, value) in [
+        ("contact.detection", "hyp1"),
+        ("contact.detection", "hyp2-frozen"),
+        ("contact.points", "one"),
+        ("run.force_location", "current"),
+        ("run.step", "1 us"),
+        ("rotor.initial_speed", "0 rad/s"),
+        ("rotor.speed_law.acceleration", "-10 rad/s2"),
+        ("run.contact_step", "1 s"),
+    ] {
+        let said = refused(&[engine, (path, value)]);
+        println!("{said}");
+        let key = path.strip_prefix("contact.").map_or(path.to_owned(), |key| format!("diaphragms.seal.contact.{key}"));
+        assert!(said.contains(&key), "{said}");
+        assert!(said.contains("exponential") || path == "run.contact_step", "{said}");
+    }
+    let said = refused(&[("run.contact_step", "1 us")]);
+    assert!(said.contains("run.step, or run.engine = \"exponential\""), "{said}");
+    // the largest step that is allowed is told, and is one
+    let of = |step: f64| of_engine(machine_with(&study_machine("lab_rig"), &[("run.end_time", "1 ms")]), step);
+    let structure = Structure::build(&of(1e-6), None).expect("buildable");
+    let plan = StepPlan::new(&of(1e-6), &structure).expect("small enough");
+    assert!(StepPlan::new(&of(plan.largest_allowed()), &structure).is_ok());
+    let error = StepPlan::new(&of(1.001 * plan.largest_step), &structure).expect_err("too large");
+    assert!(error.to_string().starts_with("run.contact_step = "), "{error}");
+}
+
+#[test]
+fn heavy_rub_at_a_large_step_balances_its_energies() {
+    let changes = [("run.end_time", "4 s"), ("contact.friction", "0.2")];
+    let ours = exponential(machine_with(&study_machine("lp_turbine"), &changes), 5e-5);
+    assert!(ours.value("contact_time_s") > 0.3, "rubs");
+    println!("energy error {:e}, normal work {:e}", ours.value("energy_error"), ours.value("normal_work_J"));
+    assert!(ours.value("energy_error") < 2e-6, "{}", ours.value("energy_error"));
+    assert!(ours.value("normal_work_J").abs() < 1e-3 * ours.value("friction_energy_J"));
+}
+
+/// Friction that drives the rotor into backward whip, far beyond small displacements of the ring.
+#[test]
+fn whip_ends_as_invalid_with_a_cause_and_not_in_infinity() {
+    let changes = [("run.end_time", "4 s"), ("contact.friction", "0.4")];
+    let ours = exponential(machine_with(&study_machine("lp_turbine"), &changes), 2.5e-5);
+    println!("{:?} {:?}", ours.outcome.causes.words(), ours.outcome.values);
+    assert!(ours.value("max_eccentricity_m") > 0.03, "whip: {}", ours.value("max_eccentricity_m"));
+    assert!(ours.outcome.status != Status::Ok && ours.outcome.cause.is_some(), "{:?}", ours.outcome);
+}
+
+#[test]
+fn a_run_ends_where_it_is_told_to() {
+    let ends = |changes: &[(&str, &str)]| exponential(machine_with(&study_machine("lab_rig"), changes), 5e-6);
+    let at_speed = ends(&[("run.end_time", "0.2 s"), ("run.end_speed", "290 rad/s")]);
+    assert_eq!(at_speed.outcome.end_cause, EndCause::EndSpeed);
+    assert!((at_speed.value("end_speed_rad_s") - 290.0).abs() < 0.1 && at_speed.value("end_time_s") < 0.2);
+    let limited = ends(&[("run.step_limit", "100")]);
+    assert_eq!((limited.outcome.status, limited.value("steps") as u64), (Status::Failed, 100));
+    let stopped = ends(&[("run.end_time", "3 s"), ("braking.constant", "40 N m")]);
+    assert_eq!(stopped.outcome.end_cause, EndCause::Stopped);
+    assert!(stopped.value("end_speed_rad_s") == 0.0 && stopped.value("stop_time_s") > 0.0);
+}
+
+#[test]
+fn runs_that_share_bases_are_those_that_do_not() {
+    let of = |friction: &str| {
+        let changes = [("run.end_time", "0.16 s"), ("contact.friction", friction)];
+        of_engine(machine_with(&study_machine("lab_rig"), &changes), 5e-6)
+    };
+    let (machine, other) = (of("0.1"), of("0.05"));
+    let values = |machine: &Machine, structure: &Structure| {
+        let outcome = simulate(machine, structure, &mut NoHistory).expect("covered");
+        outcome.values.iter().map(|value| value.map(f64::to_bits)).collect::<Vec<_>>()
+    };
+    let build = || Structure::build(&machine, None).expect("buildable");
+    let shared = build();
+    let first = values(&other, &shared);
+    let second = values(&machine, &shared);
+    assert_eq!(second, values(&machine, &build()));
+    assert_ne!(first, second, "friction counts");
+}
