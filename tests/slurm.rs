@@ -1,6 +1,8 @@
 //! A study on a real Slurm of four nodes on this host (`scripts/slurm-on-one-host`), while nodes die, are cut off, the controller is killed, tasks
 //! are cancelled. Each asserts that it happened, and that the table is, byte for byte, that of one machine.
 
+#![expect(clippy::print_stdout, reason = "says what happened to nodes and tasks")]
+
 mod support;
 
 use serde_json::Value;

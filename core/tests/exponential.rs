@@ -126,9 +126,7 @@ fn alone(text: &str, changes: &[(&str, &str)]) -> Machine {
 fn agree(machine: &Machine, step: f64, passed: f64, speed: f64, load: f64) {
     let structure = Structure::build(machine, None).expect("buildable");
     let wanted = reference(machine, &structure, passed);
-    println!("reduced {wanted:?}");
     let found = free_run(machine, &structure, FlightSettings::of_step(step), passed).expect("has a basis");
-    println!("step {step}: {found:?}");
     assert!((found.end_speed / wanted.end_speed - 1.0).abs() < speed, "{found:?} {wanted:?}");
     let (ours, theirs) = (found.passing.expect("passes"), wanted.passing.expect("passes"));
     assert!((ours / theirs - 1.0).abs() < speed, "passed at {ours}, {theirs}");

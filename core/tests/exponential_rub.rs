@@ -10,7 +10,6 @@ fn rub(name: &str, changes: &[(&str, &str)], step: f64, flies: bool) -> RubbingR
     let machine = machine_with(&study_machine(name), changes);
     let structure = Structure::build(&machine, None).expect("buildable");
     let found = rubbing_run(&machine, &structure, FlightSettings::of_step(step), flies).expect("goes on");
-    println!("{name} {step} {flies}: {found:?}");
     assert!(found.first_contact.is_some() && found.impulse > 0.0, "touches");
     found
 }
@@ -31,9 +30,11 @@ fn near(found: &RubbingRun, fine: &common::Row, names: &[&str], within: [f64; 6]
         of(found.eccentricity, "max_eccentricity_m"),
         of(found.end_speed, "end_speed_rad_s"),
     ];
-    println!("loads, filtered, impulse, friction, eccentricity, speed: {errors:?}");
     for (k, (error, within)) in errors.iter().zip(within).enumerate() {
-        assert!(*error < within, "{k}: {error:.1e}, allowed {within:.1e}");
+        assert!(
+            *error < within,
+            "{k} of loads, filtered, impulse, friction, eccentricity, speed: {errors:?}, allowed {within:.1e}"
+        );
     }
 }
 

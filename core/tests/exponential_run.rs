@@ -26,9 +26,8 @@ fn agree(ours: &Row, reference: &Row, columns: &[(&str, f64)]) {
     for (name, within) in columns {
         let (a, b) = (ours.value(name), reference.value(name));
         let error = if a.to_bits() == b.to_bits() { 0.0 } else { (a / b - 1.0).abs() };
-        println!("{name}: {a} {b} {error:.1e}");
         if error.is_nan() || error > *within {
-            wrong.push(*name);
+            wrong.push(format!("{name}: {a} {b} {error:.1e}"));
         }
     }
     assert!(wrong.is_empty(), "{wrong:?}");

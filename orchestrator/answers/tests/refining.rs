@@ -16,6 +16,8 @@ fn panel(shows: Shows) -> Map {
     let axis = |column: &str| Axis { column: column.into(), unit: String::new(), at: Vec::new() };
     Map {
         group: Group(Vec::new()),
+        panel: String::new(),
+        less: String::new(),
         x: axis("x"),
         y: axis("y"),
         of: "z".into(),

@@ -246,6 +246,7 @@ mod tests {
             design: 1500,
             is_design: true,
             is_known: true,
+            is_open: false,
         };
         // two groups: 3000 points an hour
         let rule = StopRule { half_width: Some(0.45), ..StopRule::default() };

@@ -97,6 +97,7 @@ mod tests {
             design: 1,
             is_design: true,
             is_known: true,
+            is_open: false,
         }
     }
 

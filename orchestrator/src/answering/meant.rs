@@ -78,7 +78,7 @@ pub(super) fn check_questions(to_check: &ToCheck<'_>, problems: &mut Collector<'
     }
     // without problems a machine that cannot be built is one of the samples, and said with them
     let of_machine = || Vocabulary::of_machine(machine).filter(|_| is_partly && (machine.is_some() || is_function));
-    let Some(mut vocabulary) = whole.or_else(of_machine) else { return None };
+    let mut vocabulary = whole.or_else(of_machine)?;
     if is_partly {
         vocabulary.mention(names);
     }

@@ -129,7 +129,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     for name in kept {
         remark(&format!(
             "{} was edited and is kept as it is; remove it to have it written anew",
-            shown(&job.directory.join("scheduler").join(name))
+            shown(job.directory.join("scheduler").join(name))
         ));
     }
     let of = counted(args.shards, "shard");

@@ -143,8 +143,8 @@ mod tests {
         let taken = todo.take(3);
         todo.put_back(&taken[1..]);
         assert_eq!((todo.left(), todo.take(2), todo.take(9)), (3, vec![8, 0], vec![1]));
-        let mut todo = Todo::from_iter([7..9]);
-        todo.append(Todo::from_iter([0..2]));
+        let mut todo = Todo::from_iter(std::iter::once(7..9));
+        todo.append(Todo::from_iter(std::iter::once(0..2)));
         assert_eq!((todo.left(), todo.take(9)), (4, vec![7, 8, 0, 1]));
     }
 }

@@ -283,8 +283,7 @@ impl<'a> Publisher<'a> {
         let Parts { shared, frozen, prepared, .. } = self.parts;
         let taken_over = taken_over(shared, frozen, prepared, chunk);
         let todo = if self.has_earlier || !taken_over.is_empty() {
-            let is_missing =
-                |sample: &u64| !taken_over.contains_key(sample) && !(self.has_earlier && self.has(*sample));
+            let is_missing = |sample: &u64| !(taken_over.contains_key(sample) || self.has_earlier && self.has(*sample));
             Todo::from_iter(range.filter(is_missing).map(|sample| sample..sample + 1))
         } else {
             Todo::from_iter([range])

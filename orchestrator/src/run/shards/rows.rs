@@ -132,7 +132,7 @@ fn convert(path: &Path) -> Result<Looked, ShardError> {
                         looked.timings.push(timings.join(&name));
                         let more =
                             [("incomplete".to_owned(), "true".to_owned()), ("part".to_owned(), number.to_string())];
-                        let pending = |folder: &Path| Pending::create(&folder.join(&name));
+                        let pending = |folder: &Path| Pending::create(folder.join(&name));
                         RowsWriter::create(&prepared, pending(&rows)?, pending(&timings)?, &more)?
                     }
                 };
