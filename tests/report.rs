@@ -247,3 +247,22 @@ fn a_browser_draws_every_figure_without_a_word_and_asks_nobody() {
     assert!(asked.contains("\"constants\""), "it was written");
     assert!(!asked.contains("127.0.0.1:9/x") && !asked.contains("plot.ly") && !asked.contains("plotly.com"));
 }
+
+#[test]
+fn a_map_of_sixty_thousand_cells_is_no_page_of_ten_megabytes() {
+    let folder = Folder::new();
+    let study = folder.write(
+        "s.toml",
+        "schema = 1\nname = \"wide\"\nmodel = \"function\"\n[function]\ng = \"x + y\"\n\
+         [[vary]]\nname = \"x\"\nfrom = 0\nto = 1\ncount = 301\n[[vary]]\nname = \"y\"\nfrom = 0\nto = 1\ncount = 201\n\
+         [[question]]\nname = \"m\"\nmap = [\"x\", \"y\"]\nof = \"g\"\n",
+    );
+    let (out, page) = (folder.name("out"), folder.name("out.html"));
+    assert_eq!(say(&["run", &study, "--out", &out]).code, 0);
+    let said = say(&["report", &out, "--out", &page]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    let text = fs::read_to_string(&page).expect("the page");
+    assert!(text.len() < 5_000_000, "{} bytes", text.len());
+    assert!(text.contains("one of 3 values along each axis is drawn"));
+    assert!(text.contains("60501 cells, 60501 runs"), "what is told is of all");
+}

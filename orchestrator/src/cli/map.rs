@@ -106,7 +106,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
 fn page(title: &str, name: &str, maps: &[Map], said: &str) -> Result<Page, CliError> {
     let mut blocks = vec![Block::Verbatim(said.to_owned())];
     for map in maps {
-        blocks.push(map_figure(name, map)?.into());
+        blocks.push(map_figure(name, map, maps.len())?.into());
     }
     let section = Section { id: "maps", heading: "Maps".to_owned(), blocks };
     Ok(Page { title: title.to_owned(), lead: Vec::new(), sections: vec![section] })

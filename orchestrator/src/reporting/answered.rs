@@ -16,6 +16,7 @@ const MOST_CURVES: usize = 5;
 /// Every question with its sentences; several groups side by side.
 pub(super) fn answers(answering: &Answering, questions: &[Question], columns: &[TableColumn]) -> Vec<Block> {
     let mut blocks = Vec::new();
+    let all_maps = answering.answers.answers.iter().filter(|answer| answer.map.is_some()).count();
     for question in questions {
         let of: Vec<&Answer> = answering.answers.answers.iter().filter(|answer| answer.name == question.name).collect();
         blocks.push(Block::Heading(in_words(question)));
@@ -36,7 +37,7 @@ pub(super) fn answers(answering: &Answering, questions: &[Question], columns: &[
         blocks.extend(notes.into_iter().map(|note| Block::Note(note.clone())));
         blocks.extend(curves::curve(answering, question, columns));
         blocks.extend(sensitivity::sensitivity(question, &of, columns));
-        blocks.extend(maps(question, &of));
+        blocks.extend(maps(question, &of, all_maps));
         if of.len() > 1 && of.len() <= MOST_GROUPS && !matches!(question.ask, Ask::Map(_)) {
             blocks.extend(side_by_side(question, columns, &of));
         }
@@ -45,9 +46,9 @@ pub(super) fn answers(answering: &Answering, questions: &[Question], columns: &[
 }
 
 /// A picture for each panel and difference of a map.
-fn maps<'a>(question: &'a Question, answers: &'a [&Answer]) -> impl Iterator<Item = Block> + 'a {
-    answers.iter().filter_map(|answer| answer.map.as_deref()).map(|map| {
-        let made = page::map_figure(&question.name, map);
+fn maps<'a>(question: &'a Question, answers: &'a [&Answer], all: usize) -> impl Iterator<Item = Block> + 'a {
+    answers.iter().filter_map(|answer| answer.map.as_deref()).map(move |map| {
+        let made = page::map_figure(&question.name, map, all);
         made.map_or_else(|error| Block::Warning(format!("the map could not be drawn: {error}")), Block::from)
     })
 }

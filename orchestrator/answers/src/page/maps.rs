@@ -16,11 +16,18 @@ const MOST_CROSSES: usize = 400;
 /// Colour of cells that have no one number.
 const GREY: &str = "rgb(150,150,150)";
 
-/// A panel as a figure of a page; `name`: of the question.
+/// Places of cells that all maps of a page have together, at most: about 300 bytes each, of a page of five megabytes.
+const MOST_PLACES: usize = 8000;
+
+/// A panel as a figure of a page that shows `of` maps; `name`: of the question. Of a large grid evenly chosen values are drawn, and the
+/// caption says so.
 ///
 /// # Errors
 /// The plotting library failed.
-pub fn map_figure(name: &str, map: &Map) -> Result<Figure, FigureError> {
+pub fn map_figure(name: &str, map: &Map, of: usize) -> Result<Figure, FigureError> {
+    let every = (1..).find(|every| places(map, *every) <= MOST_PLACES / of.max(1)).unwrap_or(1);
+    let thin = (every > 1).then(|| thinned(map, every));
+    let map = thin.as_ref().unwrap_or(map);
     let mut caption = format!("{}: {} over {} and {}", cut(name, NAME), cut(&map.of, NAME), map.x.column, map.y.column);
     for said in [&map.panel, &map.less].into_iter().filter(|said| !said.is_empty()) {
         caption += &format!(", {said}");
@@ -31,9 +38,28 @@ pub fn map_figure(name: &str, map: &Map) -> Result<Figure, FigureError> {
     if map.bad > 0 {
         caption += "; crosses: bad runs";
     }
+    if every > 1 {
+        caption += &format!("; one of {every} values along each axis is drawn, `bladeoff map --out F.png` draws all");
+    }
     // the caption says what it is
     let drawing = figures::maps("", std::slice::from_ref(map))?.svg().to_owned();
     Ok(Figure { caption, drawing, plot: Some(plot(map)), table: None })
+}
+
+/// Places of a map of which one of so many values is drawn along each axis; at least one.
+fn places(map: &Map, every: usize) -> usize {
+    let along = |axis: &Axis| axis.at.len().div_ceil(every).max(1);
+    // one that is left cannot be thinned any more
+    if along(&map.x) == 1 && along(&map.y) == 1 { 0 } else { along(&map.x) * along(&map.y) }
+}
+
+/// The cells of one of so many values along each axis.
+fn thinned(map: &Map, every: usize) -> Map {
+    let axis = |axis: &Axis| Axis { at: axis.at.iter().copied().step_by(every).collect(), ..axis.clone() };
+    let is_kept = |cell: &&Cell| cell.at.0 % every == 0 && cell.at.1 % every == 0;
+    let cell = |cell: &Cell| Cell { at: (cell.at.0 / every, cell.at.1 / every), ..cell.clone() };
+    let cells = map.cells.iter().filter(is_kept).map(cell).collect();
+    Map { x: axis(&map.x), y: axis(&map.y), cells, ..map.clone() }
 }
 
 /// What is shown of a cell.
