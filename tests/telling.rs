@@ -323,10 +323,10 @@ fn levels_of_an_angle_that_are_one_start_are_said() {
     assert_ne!(whole, text);
     let said = check(&whole);
     assert!(said.contains("rotor.unbalances.blade_off.phase moves by 180 deg, whole periods of 45 deg"), "{said}");
-    assert!(said.contains("exactly 0") && said.contains("to 45 deg, `periodic`"), "{said}");
+    assert!(said.contains("exactly 0") && said.contains("no two lie whole periods apart"), "{said}");
     let said = check(&whole.replace("\"periodic\"", "\"uniform\""));
     assert!(
-        said.contains("the first and the last level of rotor.unbalances.blade_off.phase are the same angle"),
+        said.contains("the first and the last level of rotor.unbalances.blade_off.phase are the same start"),
         "{said}"
     );
 }

@@ -36,7 +36,7 @@ fn hindered(hindrance: &Hindrance, answer: &Answer) -> String {
             };
             format!("{bad} {open}: more points do not narrow that, find out why they fail")
         }
-        Hindrance::Zero => "it is 0, and of 0 `relative` leaves no width: `half_width` asks for one".to_owned(),
+        Hindrance::Zero => "it is 0 so far, and of 0 `relative` leaves no width: `half_width` asks for one".to_owned(),
         Hindrance::NoNumber => {
             let why = answer.sensitivity.as_ref().and_then(|found| found.indices.without);
             format!("it has no number{}", why.map_or(String::new(), |why| format!(": {why}")))

@@ -8,7 +8,7 @@ use super::functions;
 use super::output::{remark, tell, width, width_of_errors};
 use super::shard::ShardArgs;
 use crate::answering::{Refinement, check_asked};
-use crate::dispatch::{Ended, time_left, watch_before};
+use crate::dispatch::{self, DispatchError, Ended, time_left, watch_before};
 use crate::report::Tally;
 use crate::run::directory::LEDGER;
 use crate::run::shards::{SHARDS, cores, row_files};
@@ -18,6 +18,7 @@ use bladeoff_answers::report::are;
 use bladeoff_answers::report::{SUMMARY_COLUMNS, Summary, counted, duration};
 use bladeoff_answers::tables::Table;
 use bladeoff_model::outcome::{Cause, Status};
+use bladeoff_protocol::domain::DomainError;
 use bladeoff_study::plan::Kind;
 use bladeoff_study::{Samples, Study, check_machines, load_checked, parse_duration};
 use bladeoff_system::shown;
@@ -243,9 +244,14 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         std::process::exit(Exit::from(signal) as i32);
     });
     let samples = match args.shard.begun(args.out.as_deref()) {
-        true => args.part.load_known(&args.study)?,
-        false => args.part.load(&args.study)?,
+        true => args.part.load_known(&args.study),
+        false => args.part.load(&args.study),
     };
+    // a machine that cannot be read because no file may be opened is no mistake of the study
+    let samples = samples.map_err(|error| match dispatch::preflight(1) {
+        Err(few @ DispatchError::Domain(DomainError::FewDescriptors { .. })) => RunError::from(few).into(),
+        _ => error,
+    })?;
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(&samples.study().name));
     if args.shard.shard.is_none() && out.join(SHARDS).is_file() {
         return Err(CliError::OfShards { path: out });

@@ -129,7 +129,7 @@ fn lead(seen: &Seen, of: u64, looked: Option<&Looked>, ended: Option<String>) ->
         0 => Block::Text(format!("{runs}, all of them ok.")),
         _ => {
             let share = words::percent(bad as f64 / seen.rows as f64);
-            let how = if looked.is_some() { ", and are counted both ways in every answer" } else { "" };
+            let how = if looked.is_some() { "; each answer says how it counts them" } else { "" };
             Block::Text(format!(
                 "{runs}. {bad} of them ({share}) may not be believed{how}: see \u{201c}Where runs fail\u{201d}."
             ))

@@ -282,7 +282,7 @@ mod tests {
             text.push_str("==> handed in by <==\n");
             text.push_str(&as_shell(&job().commands(scheduler)));
             let golden = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
-                .join(format!("../tests/fixtures/submit/{scheduler}.txt"));
+                .join(format!("../tests/golden/submit/{scheduler}.txt"));
             if std::env::var_os("BLADEOFF_WRITE_DOCS").is_some() {
                 std::fs::create_dir_all(golden.parent().expect("a folder")).expect("made");
                 std::fs::write(&golden, &text).expect("written");

@@ -34,19 +34,17 @@ fn said(machine: &Machine, path: &str, levels: &[f64]) -> Option<String> {
     if let Some(period) = moves.and_then(|moves| moves.first().copied()) {
         let step = degrees(upper[0] - lower[0]);
         return Some(format!(
-            "warning: {path} moves by {step} deg, whole periods of {} deg of this machine: every start of it is the same, and its effects are \
-             exactly 0. Let it go from 0 deg to {} deg, `periodic`.",
-            degrees(period),
+            "warning: {path} moves by {step} deg, whole periods of {} deg of this machine: both ends of each move are the same start, and its \
+             effects are exactly 0. Choose an interval, or levels, of which no two lie whole periods apart.",
             degrees(period)
         ));
     }
     let (first, last) = (*levels.first()?, *levels.last()?);
     let period = period(first, last).filter(|_| first != last)?;
     Some(format!(
-        "warning: the first and the last level of {path} are the same angle, whole periods of {} deg apart. distribution = \"periodic\" makes \
-         {} different ones of them.",
-        degrees(period),
-        levels.len()
+        "warning: the first and the last level of {path} are the same start, whole periods of {} deg apart: choose an interval, or levels, of \
+         which no two do.",
+        degrees(period)
     ))
 }
 

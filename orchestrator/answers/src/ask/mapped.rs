@@ -48,7 +48,9 @@ fn sentence(map: &Map) -> String {
     let less = if map.less.is_empty() { String::new() } else { format!(", {},", map.less) };
     let mut text = format!("{what}{less} over {} and {}: ", map.x.column, map.y.column);
     // the most with bad runs harmful, the least with them harmless
-    let known = |of: fn(&Cell) -> Option<f64>| map.cells.iter().filter_map(move |cell| Some((of(cell)?, cell)));
+    let known = |of: fn(&Cell) -> Option<f64>| {
+        map.cells.iter().filter(|cell| !map.is_unsure(cell)).filter_map(move |cell| Some((of(cell)?, cell)))
+    };
     let harmful: fn(&Cell) -> Option<f64> = |cell| cell.estimate_if_bad_harmful.or(cell.estimate);
     let harmless: fn(&Cell) -> Option<f64> = |cell| cell.estimate.or(cell.estimate_if_bad_harmful);
     let highest = known(harmful).max_by(|a, b| a.0.total_cmp(&b.0));
@@ -86,9 +88,11 @@ fn sentence(map: &Map) -> String {
     let open = map
         .cells
         .iter()
-        .filter(|cell| cell.bad > 0 && (cell.estimate_if_bad_harmful.is_none() || cell.estimate.is_none()))
+        .filter(|cell| {
+            map.is_unsure(cell) || cell.bad > 0 && (cell.estimate_if_bad_harmful.is_none() || cell.estimate.is_none())
+        })
         .count();
-    if open > 0 && !map.is_share() {
+    if open > 0 && (!map.is_share() || map.difference.is_some()) {
         text += &format!("; open, because of bad runs, in {}", part(open, cells, map.refined));
     }
     let regimes = map.regimes.iter().filter_map(|word| {

@@ -197,6 +197,12 @@ impl Map {
         table
     }
 
+    /// Whether bad runs leave a cell open although both its figures are the same: bad on both sides of a difference of shares they cancel.
+    #[must_use]
+    pub fn is_unsure(&self, cell: &Cell) -> bool {
+        self.difference.is_some() && self.is_share() && cell.bad > 0
+    }
+
     /// Whether its cells are smoothed.
     #[must_use]
     pub fn is_smoothed(&self) -> bool {

@@ -56,7 +56,7 @@ fn places(map: &Map, every: usize) -> usize {
 /// The cells of one of so many values along each axis.
 fn thinned(map: &Map, every: usize) -> Map {
     let axis = |axis: &Axis| Axis { at: axis.at.iter().copied().step_by(every).collect(), ..axis.clone() };
-    let is_kept = |cell: &&Cell| cell.at.0 % every == 0 && cell.at.1 % every == 0;
+    let is_kept = |cell: &&Cell| cell.at.0.is_multiple_of(every) && cell.at.1.is_multiple_of(every);
     let cell = |cell: &Cell| Cell { at: (cell.at.0 / every, cell.at.1 / every), ..cell.clone() };
     let cells = map.cells.iter().filter(is_kept).map(cell).collect();
     Map { x: axis(&map.x), y: axis(&map.y), cells, ..map.clone() }
@@ -155,7 +155,7 @@ fn cells(map: &Map, what: &str, pick: Pick, number: &str) -> (Vec<Value>, Value,
         (0..map.y.at.len()).map(|j| columns.clone().map(|i| of(table[i][j])).collect()).collect()
     };
     // one colour cannot say two things: what bad runs leave open is grey, as is what has no number
-    let shown = |cell: &Cell| if is_open(cell) { None } else { pick(cell) };
+    let shown = |cell: &Cell| if is_open(cell) || map.is_unsure(cell) { None } else { pick(cell) };
     let value = |cell: Option<&Cell>| json!(cell.and_then(shown).map(|value| short(value * scale.factor)));
     let grey = |cell: Option<&Cell>| json!(cell.filter(|cell| shown(cell).is_none()).map(|_| 0));
     let told = |cell: Option<&Cell>| json!(cell.map_or(String::new(), |cell| plain(&words(cell, &scale))));

@@ -50,15 +50,15 @@ fn more_points_are_as_many_as_decide() {
 
 #[test]
 fn more_points_than_a_study_has_are_said_to_be() {
-    for (bound, points) in [("1e-300", 1000), ("1e-12", 1000), ("2.9e-7", 2000)] {
+    for (bound, points) in [("1e-300", 1000), ("1e-12", 1000), ("2.9e-8", 2000)] {
         for complete in [true, false] {
             let found = judged(&gate(bound), &Made { complete, ..study(0, points) });
             assert_eq!((found.verdict, found.more), (Verdict::Open, None), "{}", found.sentence);
-            let says = "at this rate more points than a study may have (10000000) would be needed";
+            let says = "at this rate more points than a study may have (100000000) would be needed";
             assert!(found.sentence.contains(says), "{bound}: {}", found.sentence);
         }
     }
-    assert_eq!(judged(&gate("3e-7"), &study(0, 1000)).more, Some(9_984_773));
+    assert_eq!(judged(&gate("3e-8"), &study(0, 1000)).more, Some(99_856_741));
 }
 
 #[test]

@@ -147,6 +147,9 @@ fn explanation(maps: &[Map]) -> Vec<String> {
     if any(|map| map.bad > 0 && map.is_smoothed()) {
         marks.push("crosses: bad runs".to_owned());
     }
+    if any(|map| map.bad > 0 && map.shows == Shows::SmoothedProbability) {
+        marks.push("split: lower left as if bad runs were harmless, upper right as if harmful".to_owned());
+    }
     if any(|map| map.cells.len() < map.x.at.len() * map.y.at.len()) {
         marks.push("hatched: no sample".to_owned());
     }

@@ -80,10 +80,11 @@ pub(super) fn draw(area: &Area<'_>, picture: &Picture<'_>, colours: &Colours) ->
     for cell in &map.cells {
         let (from, to) = corners(cell, &x.edges, &y.edges);
         let to = ((to.0 + over.0).min(x1), (to.1 + over.1).min(y1));
-        let (harmless, harmful) = (picture.pick)(cell);
+        let (harmless, harmful) = if map.is_unsure(cell) { (None, None) } else { (picture.pick)(cell) };
         let colour = |value: Option<f64>| value.map_or(UNKNOWN, |value| colours.of(value));
         chart.draw_series([Rectangle::new([from, to], colour(harmless).filled())])?;
-        if harmless != harmful && cell.bad > 0 {
+        // a share that is smoothed takes bad runs of other cells in; a mean has no figure for them
+        if harmless != harmful && (cell.bad > 0 || harmful.is_some()) {
             let half = vec![to, (to.0, from.1), (from.0, to.1)];
             chart.draw_series([Polygon::new(half, colour(harmful).filled())])?;
         }
