@@ -264,14 +264,14 @@ fn what_does_not_go_together_is_refused() {
         ["samples", "replicates", "scramble", "quantiles", "second_order", "levels", "trajectories"]
     );
     assert_eq!(found[5].1, "`levels` = 5; allowed: an even number from 2 to 64: a move goes half of them");
-    assert_eq!(found[6].1, "`trajectories` = 0; allowed: 1 to 2500000 (10000000 points, 4 for each)");
+    assert_eq!(found[6].1, "`trajectories` = 0; allowed: 1 to 25000000 (100000000 points, 4 for each)");
     assert_eq!(found[4].1, "`second_order` with kind = \"morris\": it belongs to \"saltelli\"");
     let found = keys(&PlanDef { kind: Kind::Saltelli, scramble: None, ..every.clone() }, &laws);
     assert_eq!(at(&found), ["replicates", "quantiles", "trajectories", "levels", "samples"]);
     assert_eq!(found[4].1, "`samples` = 100; allowed: a power of two: 64 or 128");
     assert_eq!(
-        keys(&saltelli(1 << 21, true), &laws)[0].1,
-        "`samples` = 2097152; allowed: 1 to 1250000 (10000000 points, 8 for each)"
+        keys(&saltelli(1 << 24, true), &laws)[0].1,
+        "`samples` = 16777216; allowed: 1 to 12500000 (100000000 points, 8 for each)"
     );
     assert!(keys(&PlanDef::new(Kind::Morris), &laws)[0].1.contains("`trajectories` is missing"));
     assert!(keys(&PlanDef::new(Kind::Saltelli), &laws)[0].1.contains("`samples` is missing"));

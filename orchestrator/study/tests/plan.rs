@@ -193,10 +193,10 @@ fn keys_that_do_not_go_together_are_refused_all_at_once() {
     assert_eq!(found[1].1, "`samples` = 1000; allowed: a power of two: 512 or 1024");
     assert_eq!(keys(&PlanDef { scramble: Some(false), ..def(Kind::Halton, 10, 2) }, &laws)[0].0, "replicates");
     assert_eq!(keys(&PlanDef::new(Kind::Sobol), &laws)[0].0, "samples");
-    assert_eq!(keys(&def(Kind::MonteCarlo, 0, 1), &laws)[0].1, "`samples` = 0; allowed: 1 to 10000000");
+    assert_eq!(keys(&def(Kind::MonteCarlo, 0, 1), &laws)[0].1, "`samples` = 0; allowed: 1 to 100000000");
     assert_eq!(
-        keys(&def(Kind::Halton, 1_000_000, 16), &laws)[0].1,
-        "`samples` = 1000000; allowed: 1 to 625000 (10000000 points in 16 replicates)"
+        keys(&def(Kind::Halton, 10_000_000, 16), &laws)[0].1,
+        "`samples` = 10000000; allowed: 1 to 6250000 (100000000 points in 16 replicates)"
     );
     assert_eq!(keys(&PlanDef { replicates: Some(0), ..def(Kind::Halton, 10, 1) }, &laws)[0].0, "replicates");
     assert_eq!(
