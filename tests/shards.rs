@@ -277,12 +277,15 @@ fn damaged_and_foreign_chunks_are_put_aside_and_computed_again() {
     bytes[middle] ^= 4;
     fs::write(world.chunk("d", 2), bytes).expect("written");
     fs::copy(world.chunk("d", 6), world.chunk("d", 7)).expect("copied");
+    // no file at all
+    fs::remove_file(world.chunk("d", 9)).expect("there");
+    fs::create_dir(world.chunk("d", 9)).expect("made");
     let verified = say(&["status", &world.folder.name("d"), "--verify"]);
     assert!(verified.code == 6 && verified.out.contains("chunk-000002.bin: damaged"), "{}", verified.out);
     let merged = world.merge("d");
     assert_eq!(merged.code, 5, "{}", merged.err);
     assert!(
-        merged.err.contains("2 of 12 chunks are missing: 2, 7") && merged.err.contains("chunk is 6, not 7"),
+        merged.err.contains("3 of 12 chunks are missing: 2, 7, 9") && merged.err.contains("chunk is 6, not 7"),
         "{}",
         merged.err
     );
@@ -291,6 +294,34 @@ fn damaged_and_foreign_chunks_are_put_aside_and_computed_again() {
     world.merged_is_that_of_one_machine("d");
     let verified = say(&["status", &world.folder.name("d"), "--verify"]);
     assert!(verified.code == 0 && verified.out.contains("12 chunks are as written"), "{}", verified.out);
+}
+
+#[test]
+fn nothing_is_begun_over_chunks_and_a_signal_ends_patience() {
+    let world = World::function();
+    assert_eq!(world.shard("d", "0/1", &["--chunk", "10"]).code, 0);
+    // chunks without what says whose they are: nothing is begun over them
+    fs::rename(world.folder.path("d/shards.json"), world.folder.path("kept.json")).expect("moved");
+    let lost = world.shard("d", "0/1", &[]);
+    assert!(lost.code == 6 && lost.err.contains("missing beside chunks"), "{}: {}", lost.code, lost.err);
+    fs::rename(world.folder.path("kept.json"), world.folder.path("d/shards.json")).expect("moved");
+    // the directory is away, and the shard is told to end: not only after its ten minutes of patience
+    fs::remove_file(world.chunk("d", 0)).expect("it was there");
+    fs::rename(world.folder.path("d/chunks"), world.folder.path("chunks")).expect("moved");
+    fs::write(world.folder.path("d/chunks"), "none").expect("written");
+    let (out, scratch) = (world.folder.name("d"), world.folder.name("scratch"));
+    let words = world.folder.path("words");
+    let mut command = bladeoff(&world.args(&out, "0/1", &scratch, &[]));
+    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(fs::File::create(&words).expect("made"));
+    let mut child = command.spawn().expect("it starts");
+    wait_until("it waits", || fs::read_to_string(&words).expect("read").contains("tried again for"));
+    assert!(signal(child.id(), "TERM"), "it is there");
+    let mut ended = None;
+    wait_until("it ends", || {
+        ended = child.try_wait().expect("a child");
+        ended.is_some()
+    });
+    assert!(ended.is_some_and(|ended| !ended.success()), "{}", fs::read_to_string(&words).expect("read"));
 }
 
 #[test]

@@ -129,6 +129,12 @@ impl Place {
         self.stat().is_ok_and(|found| fit(&found).is_ok())
     }
 
+    /// Whether something stands there that is no regular file.
+    #[must_use]
+    pub fn is_there_but_no_file(&self) -> bool {
+        self.stat().is_ok_and(|found| fit(&found).is_err())
+    }
+
     /// Whether a symbolic link stands there.
     pub(crate) fn is_link(&self) -> bool {
         let found = fs::statat(self.base(), &self.name, AtFlags::SYMLINK_NOFOLLOW);

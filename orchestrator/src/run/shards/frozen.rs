@@ -273,6 +273,11 @@ pub(super) fn freeze<'a>(
         return Ok((frozen, prepared));
     }
     let folder = shared.folder();
+    // chunks come after it: it is looked for once more, somebody may have begun meanwhile
+    if !shared.names_in(0)?.is_empty() && !folder.place(SHARDS).exists() {
+        let why = "it is missing beside chunks that it belongs to: bring it back, or choose another --out".to_owned();
+        return Err(ShardError::Damaged { path: shared.path().join(SHARDS), why });
+    }
     if !folder.place(BASIS_FILE).exists()
         && let Some(basis) = first_basis(samples, old)?
     {

@@ -186,7 +186,8 @@ impl Merging<'_> {
         };
         match error {
             ChunkError::Missing => Ok(()),
-            ChunkError::Io(source) => {
+            // a folder, a link, a pipe has the name of a chunk
+            ChunkError::Io(source) if !place()?.is_there_but_no_file() => {
                 let path = self.shared.path().join(CHUNKS).join(folder_name(folder_of(chunk)));
                 Err(FileError::at("read", &path.join(chunk_name(chunk)))(source).into())
             }

@@ -5,6 +5,7 @@ use super::shared::Shared;
 use bladeoff_answers::report::duration;
 use bladeoff_system::files::FileError;
 use bladeoff_system::shown;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -15,12 +16,14 @@ const STEP: Duration = Duration::from_millis(500);
 pub(super) struct Patience<'a> {
     shared: &'a Shared,
     most: Duration,
+    /// Set when the run has ended: nobody waits any more.
+    is_over: &'a AtomicBool,
     note: &'a (dyn Fn(&str) + Sync),
 }
 
 impl<'a> Patience<'a> {
-    pub fn new(shared: &'a Shared, most: Duration, note: &'a (dyn Fn(&str) + Sync)) -> Self {
-        Self { shared, most, note }
+    pub fn new(shared: &'a Shared, most: Duration, is_over: &'a AtomicBool, note: &'a (dyn Fn(&str) + Sync)) -> Self {
+        Self { shared, most, is_over, note }
     }
 
     /// Does something with the directory, again and again until it succeeds.
@@ -50,7 +53,7 @@ impl<'a> Patience<'a> {
                 (self.note)(&format!("{error} ({}): tried again for {most} at most", error.source));
             }
             let source = first.get_or_insert(error);
-            if begun.elapsed() >= self.most {
+            if begun.elapsed() >= self.most || self.is_over.load(Ordering::Relaxed) {
                 let source = FileError::at(source.action, &source.path)(std::io::Error::from(source.source.kind()));
                 return Err(ShardError::Away { path: path(), waited: begun.elapsed(), source });
             }

@@ -28,6 +28,7 @@ use bladeoff_system::with_causes;
 use std::cell::{Cell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, channel};
 use std::thread;
 use std::time::{Duration, Instant, SystemTime};
@@ -133,6 +134,8 @@ pub(super) fn published_beside<T>(
     parts: &Parts<'_>,
     work: impl FnOnce(&Post) -> T,
 ) -> Result<(T, Result<Counts, ShardError>), ShardError> {
+    let is_over = AtomicBool::new(false);
+    let is_over = &is_over;
     thread::scope(|scope| {
         let (told, receiver) = channel();
         let (sender, given) = channel();
@@ -140,7 +143,7 @@ pub(super) fn published_beside<T>(
         // Dropped when the work panics, too: the thread is waited for.
         let post = Post { told: Some(told), given, has_asked, failed };
         let body = move || {
-            let mut publisher = Publisher::new(parts);
+            let mut publisher = Publisher::new(parts, is_over);
             let done = publisher.run(&receiver, &sender);
             if let Err(error) = &done {
                 // Whoever computes need not go on.
@@ -152,6 +155,7 @@ pub(super) fn published_beside<T>(
         let thread =
             thread::Builder::new().name("publisher".into()).spawn_scoped(scope, body).map_err(ShardError::Thread)?;
         let done = work(&post);
+        is_over.store(true, Ordering::Relaxed);
         drop(post);
         let published = thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
         Ok((done, published))
@@ -184,9 +188,9 @@ struct Publisher<'a> {
 }
 
 impl<'a> Publisher<'a> {
-    fn new(parts: &'a Parts<'a>) -> Self {
+    fn new(parts: &'a Parts<'a>, is_over: &'a AtomicBool) -> Self {
         Self {
-            patience: Patience::new(parts.shared, parts.patience, parts.note),
+            patience: Patience::new(parts.shared, parts.patience, is_over, parts.note),
             chooser: Chooser::new(parts.attempt.shard, parts.needed.count()),
             under_way: BTreeMap::new(),
             counts: Counts::default(),
