@@ -7,6 +7,7 @@ use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::{Child, Output, Stdio};
+use std::time::{Duration, SystemTime};
 use support::faults::{signal, state, wait_until};
 use support::{Folder, Said, bladeoff, said, say};
 
@@ -277,6 +278,11 @@ fn damaged_and_foreign_chunks_are_put_aside_and_computed_again() {
     bytes[middle] ^= 4;
     fs::write(world.chunk("d", 2), bytes).expect("written");
     fs::copy(world.chunk("d", 6), world.chunk("d", 7)).expect("copied");
+    // left by merges that were killed long ago, and just now
+    for (name, age) in [("results.parquet.0123abcd.tmp", 7200), ("results.parquet.0123abce.tmp", 0)] {
+        let file = fs::File::create(world.folder.path("d").join(name)).expect("made");
+        file.set_modified(SystemTime::now() - Duration::from_secs(age)).expect("dated");
+    }
     // no file at all
     fs::remove_file(world.chunk("d", 9)).expect("there");
     fs::create_dir(world.chunk("d", 9)).expect("made");
@@ -292,6 +298,8 @@ fn damaged_and_foreign_chunks_are_put_aside_and_computed_again() {
     assert!(!world.chunk("d", 2).exists() && !world.folder.path("d/results.parquet").exists());
     assert_eq!(world.shard("d", "0/1", &[]).code, 0);
     world.merged_is_that_of_one_machine("d");
+    let is_there = |name: &str| world.folder.path("d").join(name).exists();
+    assert!(!is_there("results.parquet.0123abcd.tmp") && is_there("results.parquet.0123abce.tmp"));
     let verified = say(&["status", &world.folder.name("d"), "--verify"]);
     assert!(verified.code == 0 && verified.out.contains("12 chunks are as written"), "{}", verified.out);
 }
@@ -305,6 +313,15 @@ fn nothing_is_begun_over_chunks_and_a_signal_ends_patience() {
     let lost = world.shard("d", "0/1", &[]);
     assert!(lost.code == 6 && lost.err.contains("missing beside chunks"), "{}: {}", lost.code, lost.err);
     fs::rename(world.folder.path("kept.json"), world.folder.path("d/shards.json")).expect("moved");
+    // what is missing is computed, not merged
+    let absent = fs::read(world.chunk("d", 3)).expect("there");
+    fs::remove_file(world.chunk("d", 3)).expect("there");
+    let why = say(&["why", &world.folder.name("d"), "35"]);
+    assert!(why.out.contains("--shard 0/1") && !why.out.contains(" merge "), "{}{}", why.out, why.err);
+    fs::write(world.chunk("d", 3), absent).expect("back");
+    // an old directory that is none is refused before a new one is begun
+    let none = world.shard("new", "0/1", &["--reuse", &world.folder.name("nowhere")]);
+    assert!(none.code == 3 && !world.folder.path("new").exists(), "{}: {}", none.code, none.err);
     // the directory is away, and the shard is told to end: not only after its ten minutes of patience
     fs::remove_file(world.chunk("d", 0)).expect("it was there");
     fs::rename(world.folder.path("d/chunks"), world.folder.path("chunks")).expect("moved");

@@ -11,7 +11,7 @@ use crate::answering::{
 };
 use crate::run::Looking;
 use crate::run::directory::{ANSWERS, CURVES, MANIFEST, RESULTS, STUDY, read_current};
-use crate::run::shards::{row_files, see};
+use crate::run::shards::{is_unmerged, row_files, see, unread};
 use bladeoff_answers::ask::{in_words, percent_given};
 use bladeoff_answers::report::counted;
 use bladeoff_answers::tables::Table;
@@ -86,6 +86,10 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
 /// Says how many samples nobody works on are in the record of a directory and in none of its tables: after a kill, or where a table was
 /// removed.
 pub(super) fn remark_unwritten(directory: &Path) -> Result<(), CliError> {
+    if is_unmerged(directory) {
+        unread(directory).iter().for_each(|damaged| remark(&format!("warning: {damaged}")));
+        return Ok(());
+    }
     let Some(seen) = see(directory)?.filter(|seen| seen.is_counted) else { return Ok(()) };
     let done = seen.told.as_ref().and_then(|told| told.get("done")).and_then(Value::as_u64).unwrap_or(0);
     let rows = read_current(directory, row_files, Table::count_rows)? as u64;

@@ -52,32 +52,10 @@ pub(super) fn as_text(directory: &Path, seen: &ShardsSeen, ahead: Option<&Stage>
         line("attempt", format!("and {} more", seen.attempts.len() - SHOWN));
     }
     if !seen.is_merged {
-        line("go on", go_on(directory, seen));
+        line("go on", seen.go_on(directory));
     }
     lines.push(String::new());
     lines.join("\n")
-}
-
-/// Merge, or compute what is missing.
-fn go_on(directory: &Path, seen: &ShardsSeen) -> String {
-    let directory = call::path_word(directory);
-    if seen.there == seen.chunks {
-        return call::command([OsStr::new("merge"), directory.as_os_str()]);
-    }
-    let study = call::path_word(Path::new(&seen.study_file));
-    let words: [&OsStr; 6] = [
-        "run".as_ref(),
-        study.as_os_str(),
-        "--out".as_ref(),
-        directory.as_os_str(),
-        "--shard".as_ref(),
-        "0/1".as_ref(),
-    ];
-    let mut command = call::command(words);
-    let (scale, limit) = seen.part;
-    scale.iter().for_each(|scale| command.push_str(&format!(" --scale {scale}")));
-    limit.iter().for_each(|limit| command.push_str(&format!(" --limit {limit}")));
-    format!("{command} (or with other shards, or `submit` again)")
 }
 
 fn of_attempt(attempt: &AttemptSeen) -> String {
@@ -124,7 +102,7 @@ pub(super) fn as_json(directory: &Path, seen: &ShardsSeen) -> Value {
         "total": seen.samples,
         "done": seen.done,
         "left": seen.samples - seen.done,
-        "go_on": if seen.is_merged { Value::Null } else { json!(go_on(directory, seen)) },
+        "go_on": if seen.is_merged { Value::Null } else { json!(seen.go_on(directory)) },
         "shards": {
             "chunk": seen.chunk,
             "chunks": seen.chunks,

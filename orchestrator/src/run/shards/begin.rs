@@ -7,7 +7,7 @@ use super::layout::Shard;
 use super::measure::chunk_size;
 use super::merge::each_missing;
 use super::shared::Shared;
-use super::takeover::take_over;
+use super::takeover::{refuse_no_old, take_over};
 use bladeoff_study::Samples;
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -26,6 +26,7 @@ pub fn begin(
     note: &dyn Fn(&str),
 ) -> Result<(), ShardError> {
     refuse_refined(samples)?;
+    refuse_no_old(old)?;
     let shared = Shared::claim(path, trusts, note)?;
     let (frozen, prepared) = freeze(&shared, samples, (chunk, old), |prepared| chunk_size(prepared, workers, shards))?;
     if let Some(old) = old {

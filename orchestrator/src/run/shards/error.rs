@@ -22,7 +22,10 @@ pub enum ShardError {
         file: OsString,
     },
     /// No shard has begun it.
-    #[error("{} is no directory of shards: `bladeoff submit`, or `run --shard`, begins one", shown(path))]
+    #[error(
+        "{} is no directory of shards, nor of results: `bladeoff submit`, or `run --shard`, begins one",
+        shown(path)
+    )]
     None {
         /// The directory.
         path: PathBuf,

@@ -23,9 +23,10 @@ use crate::report::Tally;
 use crate::schedule::RunLimits;
 use bladeoff_answers::tables::start_threads;
 use bladeoff_study::Samples;
-use bladeoff_system::files::{FileError, Pending, unguessable, write_whole};
+use bladeoff_system::files::{FileError, Pending, is_temporary, unguessable, write_whole};
 use serde_json::{Map, Value, json};
 use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
@@ -33,6 +34,9 @@ use std::time::{Duration, SystemTime};
 const SHOWN: usize = 20;
 /// Attempts that are listed in a manifest, which is read whole.
 const LISTED: usize = 20_000;
+
+/// Age of a table under construction that nobody writes any more.
+const LEFTOVER: Duration = Duration::from_secs(3600);
 
 /// What came of a merge.
 #[derive(Debug)]
@@ -91,6 +95,7 @@ pub fn merge(
     for name in [RESULTS, TIMINGS] {
         folder.place(name).remove()?;
     }
+    remove_leftovers(&shared);
     let begun = Course { started: SystemTime::now(), ..Course::begun(0) };
     let end = looking.map_or(Ok(None), |looking| merging.end(looking, note))?;
     let tables = merging.write(end.as_ref(), note)?;
@@ -112,6 +117,19 @@ pub fn merge(
     let (attempts, nodes) = (merging.made.len() as u64, merging.nodes().len() as u64);
     let chunks = frozen.needed(end.map(|end| end.samples)).count();
     Ok(Merged { tally: merging.tally, end, table, chunks, attempts, nodes })
+}
+
+/// Removes what killed merges have left of their tables. There is no lock: another merge may be writing, but not in a file that is old.
+fn remove_leftovers(shared: &Shared) {
+    for name in shared.folder().names().unwrap_or_default() {
+        let path = shared.path().join(&name);
+        let is_table = [RESULTS, TIMINGS].iter().any(|table| is_temporary(&name, table));
+        let age = || fs::symlink_metadata(&path).ok()?.modified().ok()?.elapsed().ok();
+        if is_table && age().is_some_and(|age| age > LEFTOVER) {
+            // in nobody's way if it cannot be
+            let _ = shared.folder().place(&name).remove();
+        }
+    }
 }
 
 /// What one attempt has published.

@@ -50,6 +50,31 @@ pub struct ShardsSeen {
     pub attempts: Vec<AttemptSeen>,
 }
 
+impl ShardsSeen {
+    /// The command that goes on with it: merge, or compute what is missing.
+    #[must_use]
+    pub fn go_on(&self, directory: &Path) -> String {
+        let directory = call::path_word(directory);
+        if self.there == self.chunks {
+            return call::command([OsStr::new("merge"), directory.as_os_str()]);
+        }
+        let study = call::path_word(Path::new(&self.study_file));
+        let words: [&OsStr; 6] = [
+            "run".as_ref(),
+            study.as_os_str(),
+            "--out".as_ref(),
+            directory.as_os_str(),
+            "--shard".as_ref(),
+            "0/1".as_ref(),
+        ];
+        let mut command = call::command(words);
+        let (scale, limit) = self.part;
+        scale.iter().for_each(|scale| command.push_str(&format!(" --scale {scale}")));
+        limit.iter().for_each(|limit| command.push_str(&format!(" --limit {limit}")));
+        format!("{command} (or with other shards, or `submit` again)")
+    }
+}
+
 /// Looks at a directory of shards; `None`: it is none. `last`: samples that it needs at most, by its `[stop]`.
 ///
 /// # Errors
@@ -104,8 +129,7 @@ pub fn see(directory: &Path) -> Result<Option<Seen>, FileError> {
         (false, true) => RunState::Running { holder: None, stopped: false },
         (false, false) => RunState::Ended,
     };
-    let merge = call::command([OsStr::new("merge"), call::path_word(directory).as_os_str()]);
-    let told = json!({ "study": seen.study, "total": seen.samples, "done": seen.done, "go_on": merge });
+    let told = json!({ "study": seen.study, "total": seen.samples, "done": seen.done, "go_on": seen.go_on(directory) });
     Ok(Some(Seen { state, told: told.as_object().cloned(), is_counted: true }))
 }
 

@@ -22,7 +22,7 @@ use super::layout::{Chunks, Shard};
 use super::measure::chunk_size;
 use super::publisher::{Parts, Post, published_beside};
 use super::shared::Shared;
-use super::takeover::take_over;
+use super::takeover::{refuse_no_old, take_over};
 use crate::dispatch::{self, DispatchError, DispatchReport, Ended};
 use crate::schedule::Todo;
 use bladeoff_answers::report::counted;
@@ -84,6 +84,7 @@ pub fn run_shard(
     start_threads().map_err(RunError::from)?;
     dispatch::preflight(request.run.workers).map_err(RunError::from)?;
     refuse_refined(samples)?;
+    refuse_no_old(request.reuse.as_deref())?;
     let shared = Shared::claim(&request.run.out, request.run.trusts, note)?;
     let workers = request.run.workers;
     let (frozen, prepared) = freeze(&shared, samples, (request.chunk, request.reuse.as_deref()), |prepared| {

@@ -69,6 +69,8 @@ impl Shared {
         let names = self.0.names().map_err(FileError::at("read", self.path()))?;
         let is_first = |name: &OsStr| {
             FIRST.iter().any(|first| name == *first || is_temporary(name, first))
+                // begun by another one since it was looked for
+                || name == SHARDS
                 || is_temporary(name, SHARDS)
                 || name.to_str().is_some_and(is_empirical)
         };

@@ -125,6 +125,18 @@ fn split(bytes: &[u8]) -> Option<Vec<Vec<u8>>> {
     Some(entries)
 }
 
+/// Refuses an old directory that has no samples, before a new one is begun.
+///
+/// # Errors
+/// [`ShardError::None`].
+pub(super) fn refuse_no_old(old: Option<&Path>) -> Result<(), ShardError> {
+    let is_one = |path: &&Path| path.join(SHARDS).is_file() || path.join(LEDGER).is_file();
+    match old.filter(|path| !is_one(path)) {
+        Some(path) => Err(ShardError::None { path: path.to_path_buf() }),
+        None => Ok(()),
+    }
+}
+
 /// Takes over what an old directory has of the chunks that are missing.
 ///
 /// # Errors
