@@ -61,7 +61,8 @@ fn gnu_parallel_computes_on_its_hosts_one_of_which_is_dead() {
     let ssh = folder.path("ssh");
     executable(
         &ssh,
-        "#!/bin/sh\nwhile [ \"${1#-}\" != \"$1\" ]; do shift; done\nhost=$1; shift; [ \"$1\" = -- ] && shift\n\
+        // As sshd does it: the shell of the account is in the environment, whatever this test was started in.
+        "#!/bin/sh\nexport SHELL=/bin/sh\nwhile [ \"${1#-}\" != \"$1\" ]; do shift; done\nhost=$1; shift; [ \"$1\" = -- ] && shift\n\
          echo \"$host\" >> \"$0.log\"\n[ \"$host\" = red ] && exit 255\nexec sh -c \"$*\"\n",
     );
     let mut command = submit(&folder, "parallel", &["--shards", "4", "--hosts", "blue,red"]);
