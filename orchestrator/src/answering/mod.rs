@@ -16,6 +16,7 @@ mod meant;
 mod refining;
 mod rows;
 mod short;
+mod streaming;
 mod told;
 mod verified;
 mod vocabulary;
@@ -36,13 +37,16 @@ pub use waiting::Waiting;
 use crate::run::directory::{RESULTS, read_current};
 use crate::run::shards::row_files;
 use crate::run::{chosen_of_table, end_of_table, refuse_changed};
-use bladeoff_answers::ask::{Answers, Ask, Problem, Question, QuestionDef, SCHEMA, answer_all, percent_given};
+use bladeoff_answers::ask::{
+    Answered, Answers, Ask, Problem, Question, QuestionDef, SCHEMA, Streamed, answer_each, collected, percent_given,
+};
 use bladeoff_answers::estimate::curve::Curve;
 use bladeoff_answers::estimate::figures::Method;
 use bladeoff_answers::gate::{Decision, Gate};
 use bladeoff_study::Samples;
 use rows::Rows;
 use std::path::Path;
+use streaming::stream;
 use vocabulary::Vocabulary;
 
 /// What a study answers so far.
@@ -72,17 +76,38 @@ pub struct Answering {
 /// The table is not as it was written, cannot be read, or has not what is asked for.
 pub fn answer(directory: &Path, samples: &Samples, questions: &[Question]) -> Result<Answering, AnsweringError> {
     let vocabulary = Vocabulary::of(samples).ok_or(AnsweringError::Unread)?;
-    let mut columns: Vec<String> = questions.iter().flat_map(|question| question.columns(&vocabulary.names)).collect();
-    // the unit of an axis that a curve goes along
-    columns.extend(questions.iter().filter_map(|question| vocabulary.axis_of(question)));
     let is_design = samples.plan().is_some();
     if !is_design && questions.iter().any(|question| !matches!(question.ask, Ask::Map(_))) {
         return Err(AnsweringError::NoDesign);
     }
+    let small: Vec<&Question> = questions.iter().filter(|question| Streamed::takes(question)).collect();
+    let passed = if small.is_empty() { None } else { pass(directory, samples, &vocabulary, &small)? };
+    let is_passed = |question: &Question| passed.is_some() && Streamed::takes(question);
+    let held: Vec<&Question> = questions.iter().filter(|question| !is_passed(question)).collect();
+    if let Some(Passed { answered, points, is_known }) = &passed
+        && held.is_empty()
+    {
+        let (mut answers, curves) = collected(small.iter().copied().zip(answered.iter().cloned()), true);
+        note_half_way(samples, &mut answers);
+        let (design, is_open, is_known) = (samples.points(), false, *is_known);
+        return Ok(Answering { answers, curves, points: *points, of: *points, design, is_open, is_design, is_known });
+    }
+    let mut columns: Vec<String> = held.iter().flat_map(|question| question.columns(&vocabulary.names)).collect();
+    // the unit of an axis that a curve goes along
+    columns.extend(held.iter().filter_map(|question| vocabulary.axis_of(question)));
     let (rows, is_known) = read(directory, samples, &vocabulary, columns)?;
     let (mut answers, curves) = match rows.points() {
         0 => (Answers { schema: SCHEMA, complete: false, answers: Vec::new() }, Vec::new()),
-        _ => answer_all(&rows.study(), questions)?,
+        _ => {
+            let study = rows.study();
+            let mut of_held = answer_each(&study, held.iter().copied())?.into_iter();
+            let mut of_passed = passed.into_iter().flat_map(|passed| passed.answered);
+            let all = questions.iter().filter_map(|question| {
+                let is_held = held.iter().any(|one| std::ptr::eq(*one, question));
+                Some((question, if is_held { of_held.next() } else { of_passed.next() }?))
+            });
+            collected(all, study.design.complete)
+        }
     };
     note_half_way(samples, &mut answers);
     Ok(Answering {
@@ -95,6 +120,36 @@ pub fn answer(directory: &Path, samples: &Samples, questions: &[Question]) -> Re
         is_design,
         is_known,
     })
+}
+
+/// What a finished table answers as its rows pass by.
+struct Passed {
+    answered: Vec<Answered>,
+    points: u64,
+    is_known: bool,
+}
+
+/// Puts questions to the rows of a finished table, if there is one: `None` where rows have to be gathered.
+fn pass(
+    directory: &Path,
+    samples: &Samples,
+    vocabulary: &Vocabulary<'_>,
+    questions: &[&Question],
+) -> Result<Option<Passed>, AnsweringError> {
+    let mut found = Ok(None);
+    read_current(directory, row_files, |files| {
+        let Some(table) = files.first().filter(|first| first.ends_with(RESULTS)) else { return Ok(()) };
+        let is_known = refuse_changed(directory)?;
+        if chosen_of_table(table, samples)?.is_some() {
+            return Ok(());
+        }
+        let end = end_of_table(table)?;
+        let points = end.map_or(samples.points(), |end| end.points);
+        let answered = stream(table, samples, vocabulary, end, questions)?;
+        found = answered.map(|answered| answered.map(|answered| Passed { answered, points, is_known }));
+        Ok(())
+    })?;
+    found
 }
 
 /// Says of answers before the end of a study with `[stop]` that its looks judge by wider limits than theirs.

@@ -87,6 +87,20 @@ impl Found {
         }
     }
 
+    /// Makes all cells of so many rows empty.
+    fn clear(&mut self, rows: usize) {
+        match self {
+            Self::Numbers(cells) => {
+                cells.clear();
+                cells.resize(rows, None);
+            }
+            Self::Words(cells, _) => {
+                cells.clear();
+                cells.resize(rows, None);
+            }
+        }
+    }
+
     fn truncate(&mut self, rows: usize) {
         match self {
             Self::Numbers(cells) => cells.truncate(rows),
@@ -180,15 +194,12 @@ impl Rows {
         for path in files {
             Table::for_each_piece(std::slice::from_ref(path), &names, |piece| {
                 let numbers = piece.numbers("sample").unwrap_or_default();
-                let (words, all) = (piece.words("status"), piece.words("causes"));
                 let at: Vec<Option<usize>> = numbers.iter().map(|number| place((*number)?)).collect();
                 for (row, at) in at.iter().enumerate() {
-                    let said = words.and_then(|words| Status::from_word(words[row].as_deref()?));
-                    let why = all.and_then(|all| caused(all[row].as_deref()));
-                    match (at, said, why) {
-                        (Some(at), Some(said), Some(why)) => (status[*at], causes[*at]) = (Some(said), why),
+                    match (at, verdict(piece, row)) {
+                        (Some(at), Some((said, why))) => (status[*at], causes[*at]) = (Some(said), why),
                         // of parts: recorded by a run with another rule
-                        (None, Some(_), Some(_)) if chosen.is_some() && is_of(samples, numbers[row]) => {}
+                        (None, Some(_)) if chosen.is_some() && is_of(samples, numbers[row]) => {}
                         _ => odd = odd.clone().or(Some((path.clone(), numbers[row].unwrap_or(f64::NAN)))),
                     }
                 }
@@ -244,6 +255,66 @@ impl Rows {
             refined: chosen.is_some(),
             is_open: false,
         }))
+    }
+
+    /// The columns of a finished table that has these names, and the design of the study, without any row.
+    pub fn head(
+        samples: &Samples,
+        plan: &Plan,
+        vocabulary: &Vocabulary<'_>,
+        columns: &[String],
+        there: &[String],
+        end: Option<TableEnd>,
+    ) -> Self {
+        let mut columns = gathered(vocabulary, columns, 0);
+        columns.iter_mut().for_each(|column| column.is_there = there.contains(&column.name));
+        Self {
+            columns,
+            status: Vec::new(),
+            causes: Vec::new(),
+            replicate: Vec::new(),
+            groups: vocabulary.groups.clone(),
+            kind: design_kind(plan),
+            layout: Blocks::Points,
+            scrambled: plan.is_scrambled(),
+            replicates: plan.replicates(),
+            of: end.map_or(samples.points(), |end| end.points),
+            share: end.map_or(1.0, |end| end.share),
+            refined: false,
+            is_open: false,
+        }
+    }
+
+    /// Columns that are to be read.
+    pub fn wanted(&self) -> Vec<String> {
+        let wanted = self.columns.iter().map(|column| column.name.clone());
+        ["sample", "status", "causes"].map(str::to_owned).into_iter().chain(wanted).collect()
+    }
+
+    /// Takes the rows of a piece of a table in the order of the samples, from this one on, in place of those that it has. `false`: it is not in that order; the
+    /// error: what of it is none of the study's.
+    pub fn pass(&mut self, plan: &Plan, piece: &Table, first: u64) -> Result<bool, f64> {
+        let (rows, groups) = (piece.rows(), self.groups.len() as u64);
+        let numbers = piece.numbers("sample").unwrap_or_default();
+        let is_next = |(row, number): (usize, &Option<f64>)| *number == Some((first + row as u64) as f64);
+        if numbers.len() != rows || !numbers.iter().enumerate().all(is_next) {
+            return Ok(false);
+        }
+        self.status.clear();
+        self.causes.clear();
+        for (row, number) in numbers.iter().enumerate() {
+            let (said, why) = verdict(piece, row).ok_or(number.unwrap_or(f64::NAN))?;
+            self.status.push(said);
+            self.causes.push(why);
+        }
+        let at: Vec<Option<usize>> = (0..rows).map(Some).collect();
+        for column in &mut self.columns {
+            column.cells.clear(rows);
+            column.cells.take(&column.name, piece, &at);
+        }
+        let points = first / groups..(first + rows as u64).div_ceil(groups);
+        self.replicate = points.map(|point| plan.replicate(point) as u32).collect();
+        Ok(true)
     }
 
     /// Of a study whose combinations are still being chosen.
@@ -354,6 +425,12 @@ fn gathered(vocabulary: &Vocabulary<'_>, columns: &[String], count: usize) -> Ve
     }
     all.extend(held.iter().map(|name| empty(name, "", Known::Free)));
     all
+}
+
+/// What became of a row; `None`: its words are none of ours.
+fn verdict(piece: &Table, row: usize) -> Option<(Status, CauseSet)> {
+    let (status, causes) = (piece.words("status")?, piece.words("causes")?);
+    Some((Status::from_word(status[row].as_deref()?)?, caused(causes[row].as_deref())?))
 }
 
 /// Causes from their words.

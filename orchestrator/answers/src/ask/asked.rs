@@ -1,11 +1,12 @@
 //! Puts questions to a study.
 
 use super::answer::{Answer, Answers, SCHEMA};
-use super::mapped::{answers_of, map_in_words};
+use super::mapped::answers_of;
 use super::question::{Ask, Figure, Question};
 use super::scale::{Scale, percent, percent_given};
 use super::sensitive::sensitivities;
-use super::sentence::{counted, of_curve, sentence};
+use super::sentence::{of_curve, sentence};
+use super::wording::{CONDITION, LEFT_OUT, NO_LEVEL, kind, note_empty, note_undefined, subject, with_unit};
 use crate::estimate::along::{Family, families, together};
 use crate::estimate::curve::{Curve, CurvePoint};
 use crate::estimate::exceedance::exceedance;
@@ -13,7 +14,7 @@ use crate::estimate::figures::{Figures, Method};
 use crate::estimate::formula::Formula;
 use crate::estimate::fragility::bins;
 use crate::estimate::input::{Group, InputError, Label, Nature, Study};
-use crate::estimate::known::{Truths, Values, reached, truths, values};
+use crate::estimate::known::{Truths, reached, truths, values};
 use crate::estimate::mean::mean;
 use crate::estimate::proportion::{Tally, none_seen, proportion_by, tallies};
 use crate::estimate::scheme::Scheme;
@@ -34,25 +35,41 @@ pub struct Answered {
 /// # Errors
 /// Columns do not fit together; a question whose columns are missing is told so in its answer.
 pub fn answer_all(study: &Study<'_>, questions: &[Question]) -> Result<(Answers, Vec<(String, Curve)>), InputError> {
+    let answered = answer_each(study, questions)?;
+    Ok(collected(questions.iter().zip(answered), study.design.complete))
+}
+
+/// The answer of each question.
+///
+/// # Errors
+/// As [`answer_all`].
+pub fn answer_each<'q>(
+    study: &Study<'_>,
+    questions: impl IntoIterator<Item = &'q Question>,
+) -> Result<Vec<Answered>, InputError> {
     study.check()?;
+    let points = study.points() as u64;
+    // the others are answered all the same
+    let one = |question| answer(study, question).unwrap_or_else(|why| unanswered(points, question, &why));
+    Ok(questions.into_iter().map(one).collect())
+}
+
+/// All of them together.
+#[must_use]
+pub fn collected<'q>(
+    all: impl IntoIterator<Item = (&'q Question, Answered)>,
+    complete: bool,
+) -> (Answers, Vec<(String, Curve)>) {
     let (mut answers, mut curves) = (Vec::new(), Vec::new());
-    for question in questions {
-        let answered = match answer(study, question) {
-            Ok(answered) => answered,
-            // the others are answered all the same
-            Err(why) => {
-                answers.push(unanswered(study, question, &why));
-                continue;
-            }
-        };
+    for (question, answered) in all {
         answers.extend(answered.answers);
         curves.extend(answered.curve.map(|curve| (question.name.clone(), curve)));
     }
-    Ok((Answers { schema: SCHEMA, complete: study.design.complete, answers }, curves))
+    (Answers { schema: SCHEMA, complete, answers }, curves)
 }
 
 /// The answer to a question that these rows cannot answer: no number, and why.
-fn unanswered(study: &Study<'_>, question: &Question, why: &InputError) -> Answer {
+pub(super) fn unanswered(points: u64, question: &Question, why: &InputError) -> Answered {
     let kind = match &question.ask {
         Ask::One(figure) => kind(figure),
         Ask::Exceedance(_) => "exceedance",
@@ -61,11 +78,11 @@ fn unanswered(study: &Study<'_>, question: &Question, why: &InputError) -> Answe
         Ask::Map(_) => "map",
         Ask::Sensitivity(_) => "sensitivity",
     };
-    let figures = Figures::over(study.points() as u64);
+    let figures = Figures::over(points);
     let mut answer = Answer::of(&question.name, kind, Group::default(), 0, question.confidence, figures);
     answer.sentence = format!("not answered: {why}");
     answer.notes.push(answer.sentence.clone());
-    answer
+    Answered { answers: vec![answer], curve: None }
 }
 
 /// Said of every answer from combinations that were chosen by their results.
@@ -81,112 +98,66 @@ const REFINED_LIMITS: &str = "limits hold for a combination that is named before
 /// # Errors
 /// It lacks a column.
 pub fn answer(study: &Study<'_>, question: &Question) -> Result<Answered, InputError> {
-    let (scheme, alpha) = (Scheme::of(&study.design), (1.0 - question.confidence) * study.design.share);
-    let asked = Asked { study, question, t: scheme.t(alpha), scheme, alpha };
-    let mut answered = match &question.ask {
+    let asked = Asked::of(study, question, Scheme::of(&study.design));
+    let answered = match &question.ask {
         Ask::One(figure) => asked.one(figure),
         Ask::Exceedance(column) => asked.exceedance(column),
         Ask::Fragility(path, formula) => asked.fragility(path, formula),
         Ask::Difference(figure, path, values) => asked.difference(figure, path, values),
         Ask::Map(wanted) => {
-            Ok(Answered { answers: answers_of(&question.name, maps(study, wanted, alpha)?), curve: None })
+            Ok(Answered { answers: answers_of(&question.name, maps(study, wanted, asked.alpha)?), curve: None })
         }
         Ask::Sensitivity(wanted) => {
-            let answers = sensitivities(study, question, wanted, (&asked.scheme, alpha))?;
+            let answers = sensitivities(study, question, wanted, (&asked.scheme, asked.alpha))?;
             Ok(Answered { answers, curve: None })
         }
     }?;
-    if study.design.share < 1.0 {
-        let one = percent(1.0 - alpha);
-        let note = format!(
-            "one of several looks of [stop]: its limits hold with {one}, so that those of all looks hold together with {}",
-            percent_given(question.confidence)
-        );
-        let has_limits = |answer: &&mut Answer| answer.method != Method::Without;
-        answered.answers.iter_mut().filter(has_limits).for_each(|answer| answer.notes.push(note.clone()));
-    }
-    if study.design.refined {
-        answered.answers.iter_mut().for_each(|answer| answer.notes.push(REFINED.to_owned()));
-        let has_limits = |answer: &&mut Answer| match &answer.map {
-            Some(map) => map.cells.iter().any(|cell| cell.low.is_some()),
-            None => answer.method != Method::Without,
-        };
-        answered.answers.iter_mut().filter(has_limits).for_each(|answer| answer.notes.push(REFINED_LIMITS.to_owned()));
-    }
-    Ok(answered)
+    Ok(asked.noted(answered))
 }
 
-struct Asked<'a> {
-    study: &'a Study<'a>,
-    question: &'a Question,
-    scheme: Scheme,
+/// A question, and the rows that it is put to. Rows that pass by are none of it: then the study has the columns and the design alone.
+pub(super) struct Asked<'a> {
+    pub study: &'a Study<'a>,
+    pub question: &'a Question,
+    pub scheme: Scheme,
     /// Two-sided.
-    alpha: f64,
+    pub alpha: f64,
     /// Student's of the replicates.
     t: f64,
 }
 
-/// The word of a figure.
-fn kind(figure: &Figure) -> &'static str {
-    match figure {
-        Figure::Probability(_) => "probability",
-        Figure::Quantile(..) => "quantile",
-        Figure::Mean(_) => "mean",
+impl<'a> Asked<'a> {
+    pub fn of(study: &'a Study<'a>, question: &'a Question, scheme: Scheme) -> Self {
+        let alpha = (1.0 - question.confidence) * study.design.share;
+        Self { study, question, t: scheme.t(alpha), scheme, alpha }
     }
-}
 
-/// What a question asks, in words: "load-95: 95 % quantile of max_bearing_load_N (95 %)".
-#[must_use]
-pub fn in_words(question: &Question) -> String {
-    let what = match &question.ask {
-        Ask::One(figure) => subject(figure),
-        Ask::Exceedance(column) => format!("exceedance of {column}"),
-        Ask::Fragility(path, formula) => format!("P({}) over {path}", formula.text),
-        Ask::Difference(figure, path, [a, b]) => {
-            format!("{} at {path} = {a} less that at {b}, paired", subject(figure))
+    /// With what is said of all answers from such points.
+    pub fn noted(&self, mut answered: Answered) -> Answered {
+        if self.study.design.share < 1.0 {
+            let one = percent(1.0 - self.alpha);
+            let note = format!(
+                "one of several looks of [stop]: its limits hold with {one}, so that those of all looks hold together with {}",
+                percent_given(self.question.confidence)
+            );
+            let has_limits = |answer: &&mut Answer| answer.method != Method::Without;
+            answered.answers.iter_mut().filter(has_limits).for_each(|answer| answer.notes.push(note.clone()));
         }
-        Ask::Map(wanted) => map_in_words(wanted),
-        Ask::Sensitivity(wanted) => format!("sensitivity of {} by {}", wanted.output, wanted.method.word()),
-    };
-    format!("{}: {what} (confidence {})", question.name, percent_given(question.confidence))
-}
-
-fn subject(figure: &Figure) -> String {
-    match figure {
-        Figure::Probability(formula) => format!("P({})", formula.text),
-        Figure::Quantile(u, column) => format!("{} quantile of {column}", percent_given(*u)),
-        Figure::Mean(column) => format!("mean of {column}"),
+        if self.study.design.refined {
+            answered.answers.iter_mut().for_each(|answer| answer.notes.push(REFINED.to_owned()));
+            let has_limits = |answer: &&mut Answer| match &answer.map {
+                Some(map) => map.cells.iter().any(|cell| cell.low.is_some()),
+                None => answer.method != Method::Without,
+            };
+            answered
+                .answers
+                .iter_mut()
+                .filter(has_limits)
+                .for_each(|answer| answer.notes.push(REFINED_LIMITS.to_owned()));
+        }
+        answered
     }
-}
 
-/// A column's name ends in its unit.
-fn with_unit(name: &str, unit: &str) -> String {
-    let unit = unit.replace(' ', "").replace('/', "_");
-    if unit.is_empty() { name.to_owned() } else { format!("{name}_{unit}") }
-}
-
-/// Ok rows of which a condition says nothing, in words.
-fn note_undefined(notes: &mut Vec<String>, undefined: u64) {
-    if undefined > 0 {
-        let runs = counted(undefined, "run");
-        notes.push(format!(
-            "in {runs} the condition has no value (such as the root of a negative number): counted both ways"
-        ));
-    }
-}
-
-/// Rows without a value, in words.
-fn note_empty(notes: &mut Vec<String>, empty: u64, what: &str) {
-    if empty > 0 {
-        notes.push(format!("in {empty} runs a column is empty, nothing of the kind happened: {what}"));
-    }
-}
-
-const CONDITION: &str = "no comparison with it holds but `!=`";
-const LEFT_OUT: &str = "they are left out, the figure is that of the runs that have a value";
-const NO_LEVEL: &str = "they exceed no level";
-
-impl Asked<'_> {
     fn part(&self) -> impl Fn(usize) -> usize {
         |point| self.scheme.part(&self.study.design, point)
     }
@@ -219,29 +190,24 @@ impl Asked<'_> {
 
     fn probability(&self, truths: &Truths) -> Figures {
         let tallies = tallies(truths, self.scheme.parts(), self.part());
-        let mut figures = proportion_by(&tallies, &self.scheme, self.alpha, self.t);
-        note_empty(&mut figures.notes, truths.empty, CONDITION);
-        note_undefined(&mut figures.notes, truths.undefined);
+        self.of_tallies(&tallies, truths.empty, truths.undefined)
+    }
+
+    pub fn of_tallies(&self, tallies: &[Tally], empty: u64, undefined: u64) -> Figures {
+        let mut figures = proportion_by(tallies, &self.scheme, self.alpha, self.t);
+        note_empty(&mut figures.notes, empty, CONDITION);
+        note_undefined(&mut figures.notes, undefined);
         // points that are random after all, only too few replicates of them
         if matches!(self.scheme, Scheme::Without(_)) && self.study.design.is_random() {
-            none_seen(&Tally::of_all(&tallies), self.alpha, &mut figures);
+            none_seen(&Tally::of_all(tallies), self.alpha, &mut figures);
         }
         figures
     }
 
-    fn of_values(&self, figure: &Figure, values: &Values) -> Figures {
-        let mut figures = match figure {
-            Figure::Quantile(u, _) => quantile::quantile(values, *u, &self.scheme, self.part(), self.alpha),
-            _ => mean(values, &self.scheme, self.part(), self.alpha),
-        };
-        note_empty(&mut figures.notes, values.empty, LEFT_OUT);
-        figures
-    }
-
     fn one(&self, figure: &Figure) -> Result<Answered, InputError> {
-        let (scale, mut answers) = (self.scale(figure)?, Vec::new());
-        for (at, group) in self.study.groups.iter().enumerate() {
-            let (figures, bad, decided) = match figure {
+        let mut found = Vec::new();
+        for at in 0..self.study.groups.len() {
+            found.push(match figure {
                 Figure::Probability(formula) => {
                     let truths = truths(self.study, formula, at)?;
                     let (bad, decided) = truths.bad_and_decided();
@@ -249,9 +215,24 @@ impl Asked<'_> {
                 }
                 Figure::Quantile(_, column) | Figure::Mean(column) => {
                     let values = values(self.study, column, at)?;
-                    (self.of_values(figure, &values), values.bad, 0)
+                    let mut figures = match figure {
+                        Figure::Quantile(u, _) => {
+                            quantile::quantile(&values, *u, &self.scheme, self.part(), self.alpha)
+                        }
+                        _ => mean(&values, &self.scheme, self.part(), self.alpha),
+                    };
+                    note_empty(&mut figures.notes, values.empty, LEFT_OUT);
+                    (figures, values.bad, 0)
                 }
-            };
+            });
+        }
+        self.told_of(figure, found)
+    }
+
+    /// Answers from the figures of each group, its bad runs, and how many of these are decided.
+    pub fn told_of(&self, figure: &Figure, found: Vec<(Figures, u64, u64)>) -> Result<Answered, InputError> {
+        let (scale, mut answers) = (self.scale(figure)?, Vec::new());
+        for (group, (figures, bad, decided)) in self.study.groups.iter().zip(found) {
             let mut answer = self.told(kind(figure), group.clone(), bad, figures);
             answer.sentence = sentence(&answer, &subject(figure), &scale, (decided, self.decided_by(figure)));
             answer.scale = scale.clone();
@@ -272,20 +253,34 @@ impl Asked<'_> {
     }
 
     fn exceedance(&self, column: &str) -> Result<Answered, InputError> {
-        let unit = &self.study.column(column)?.unit;
-        let (mut answers, mut curves) = (Vec::new(), Vec::new());
         let mut points = vec![0; self.scheme.parts()];
         (0..self.study.points()).for_each(|point| points[self.part()(point)] += 1);
-        for (at, group) in self.study.groups.iter().enumerate() {
+        let mut found = Vec::new();
+        for at in 0..self.study.groups.len() {
             let values = reached(self.study, column, at)?;
             let (curve, method) = exceedance(&values, &self.scheme, &points, self.part(), self.alpha);
-            let mut answer = self.curved("exceedance", group, values.bad, self.study.points() as u64, method);
+            found.push((curve, method, values.bad, values.empty));
+        }
+        self.curves_of(column, self.study.points() as u64, found)
+    }
+
+    /// Answers from the curve of each group, its method, bad runs and runs without a value.
+    pub fn curves_of(
+        &self,
+        column: &str,
+        points: u64,
+        found: Vec<(Vec<CurvePoint>, Method, u64, u64)>,
+    ) -> Result<Answered, InputError> {
+        let unit = &self.study.column(column)?.unit;
+        let (mut answers, mut curves) = (Vec::new(), Vec::new());
+        for (group, (curve, method, bad, empty)) in self.study.groups.iter().zip(found) {
+            let mut answer = self.curved("exceedance", group, bad, points, method);
             if method == Method::Band {
                 answer.notes.push("the limits hold for all levels at once".to_owned());
             } else if method != Method::Without {
                 answer.notes.push("the limits hold for each level by itself".to_owned());
             }
-            note_empty(&mut answer.notes, values.empty, NO_LEVEL);
+            note_empty(&mut answer.notes, empty, NO_LEVEL);
             answer.sentence = of_curve(&answer, &format!("exceedance of {column}"), &curve, unit, "level");
             answers.push(answer);
             curves.push((group.clone(), curve));

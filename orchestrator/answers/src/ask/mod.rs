@@ -14,12 +14,16 @@ mod question;
 mod scale;
 mod sensitive;
 mod sentence;
+mod streamed;
+mod wording;
 
 pub use crate::estimate::formula::Known;
 pub use answer::{Answer, Answers, LEFT_WIDE, OfRegime, SCHEMA, Sensitivities};
-pub use asked::{Answered, answer, answer_all, in_words};
+pub use asked::{Answered, answer, answer_all, answer_each, collected};
 pub use method::{Sensitivity, SensitivityMethod};
 pub use question::{Ask, CONFIDENCE, Figure, Given, Names, Problem, Question, QuestionDef};
 pub(crate) use scale::percent;
 pub use scale::{Scale, percent_given};
 pub(crate) use sentence::{counted, prefix};
+pub use streamed::{Streamed, Whole};
+pub use wording::in_words;

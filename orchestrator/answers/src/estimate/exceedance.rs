@@ -21,8 +21,7 @@ const MOST_LEVELS: usize = 1000;
 const LARGEST: usize = 200;
 
 /// Levels: the distinct values, thinned below the largest ones.
-fn levels(values: &Values) -> Vec<f64> {
-    let mut all: Vec<f64> = values.low.iter().copied().filter(|value| value.is_finite()).collect();
+fn levels(mut all: Vec<f64>) -> Vec<f64> {
     all.sort_unstable_by(f64::total_cmp);
     all.dedup();
     if all.len() <= MOST_LEVELS {
@@ -34,20 +33,75 @@ fn levels(values: &Values) -> Vec<f64> {
     thinned.chain(all[below..].iter().copied()).collect()
 }
 
-/// Points above each level, by part.
-fn above(values: &[f64], points: &[u32], levels: &[f64], parts: usize, part: impl Fn(usize) -> usize) -> Vec<Vec<u64>> {
-    let mut counts = vec![vec![0u64; levels.len() + 1]; parts];
-    for (value, &point) in values.iter().zip(points) {
-        counts[part(point as usize)][levels.partition_point(|level| level < value)] += 1;
-    }
-    // of those that exceed so many levels, to those that exceed this one
-    for counts in &mut counts {
-        for at in (0..levels.len()).rev() {
-            counts[at] += counts[at + 1];
+/// A curve of values that pass by twice: for the levels, and to be counted.
+#[derive(Debug, Clone, Default)]
+pub struct Exceedances {
+    /// All that may be levels: on the first pass.
+    all: Vec<f64>,
+    /// On the second one.
+    levels: Option<Vec<f64>>,
+    /// Points that exceed so many levels, by part: by their lower ends, and by their upper ones.
+    low: Vec<Vec<u64>>,
+    high: Vec<Vec<u64>>,
+}
+
+impl Exceedances {
+    /// Takes a value by its ends.
+    pub fn see(&mut self, low: f64, high: f64, part: usize) {
+        let Some(levels) = &self.levels else {
+            if low.is_finite() {
+                self.all.push(low);
+            }
+            return;
+        };
+        for (value, counts) in [(low, &mut self.low), (high, &mut self.high)] {
+            counts[part][levels.partition_point(|level| *level < value)] += 1;
         }
-        counts.remove(0);
     }
-    counts
+
+    /// After a pass: whether another one is needed.
+    pub fn go_on(&mut self, scheme: &Scheme) -> bool {
+        if self.levels.is_some() {
+            return false;
+        }
+        let levels = levels(std::mem::take(&mut self.all));
+        self.low = vec![vec![0; levels.len() + 1]; scheme.parts()];
+        self.high.clone_from(&self.low);
+        self.levels = Some(levels);
+        true
+    }
+
+    /// The curve, after both passes; `points`: of each part, those without a value too; `bad`: runs among them.
+    #[must_use]
+    pub fn curve(mut self, points: &[u64], bad: u64, scheme: &Scheme, alpha: f64) -> (Vec<CurvePoint>, Method) {
+        let levels = self.levels.unwrap_or_default();
+        // of those that exceed so many levels, to those that exceed this one
+        for counts in self.low.iter_mut().chain(&mut self.high) {
+            for at in (0..levels.len()).rev() {
+                counts[at] += counts[at + 1];
+            }
+            counts.remove(0);
+        }
+        let (low, high) = (self.low, self.high);
+        let (n, t): (u64, f64) = (points.iter().sum(), scheme.t(alpha));
+        let mut method = Method::Without;
+        let point = |(at, level): (usize, &f64)| {
+            let tally = |part: usize| Tally { n: points[part], low: low[part][at], high: high[part][at] };
+            let tallies: Vec<Tally> = (0..points.len()).map(tally).collect();
+            let mut figures = match scheme {
+                Scheme::Independent => banded(Tally::of_all(&tallies), band(n, alpha)),
+                _ => proportion_by(&tallies, scheme, alpha, t),
+            };
+            figures.notes.clear();
+            if figures.method != Method::Without {
+                let is_same = method == Method::Without || method == figures.method;
+                method = if is_same { figures.method } else { Method::Replicates };
+            }
+            CurvePoint { at: (Label::Number(*level), Label::Number(*level)), bad, figures }
+        };
+        let curve = levels.iter().enumerate().map(point).collect();
+        (curve, method)
+    }
 }
 
 /// The curve. `part`: that of a point; `points`: of each part, those without a value too.
@@ -59,28 +113,15 @@ pub fn exceedance(
     part: impl Fn(usize) -> usize,
     alpha: f64,
 ) -> (Vec<CurvePoint>, Method) {
-    let levels = levels(values);
-    let parts = points.len();
-    let low = above(&values.low, &values.point, &levels, parts, &part);
-    let high = above(&values.high, &values.point, &levels, parts, &part);
-    let (n, t): (u64, f64) = (points.iter().sum(), scheme.t(alpha));
-    let mut method = Method::Without;
-    let point = |(at, level): (usize, &f64)| {
-        let tally = |part: usize| Tally { n: points[part], low: low[part][at], high: high[part][at] };
-        let tallies: Vec<Tally> = (0..parts).map(tally).collect();
-        let mut figures = match scheme {
-            Scheme::Independent => banded(Tally::of_all(&tallies), band(n, alpha)),
-            _ => proportion_by(&tallies, scheme, alpha, t),
-        };
-        figures.notes.clear();
-        if figures.method != Method::Without {
-            method =
-                if method == Method::Without || method == figures.method { figures.method } else { Method::Replicates };
+    let mut found = Exceedances::default();
+    loop {
+        for ((low, high), point) in values.low.iter().zip(&values.high).zip(&values.point) {
+            found.see(*low, *high, part(*point as usize));
         }
-        CurvePoint { at: (Label::Number(*level), Label::Number(*level)), bad: values.bad, figures }
-    };
-    let curve = levels.iter().enumerate().map(point).collect();
-    (curve, method)
+        if !found.go_on(scheme) {
+            return found.curve(points, values.bad, scheme, alpha);
+        }
+    }
 }
 
 fn banded(tally: Tally, half: f64) -> Figures {

@@ -135,8 +135,20 @@ pub fn values_at(
 /// # Errors
 /// As [`values`].
 pub fn reached(study: &Study<'_>, column: &str, group: usize) -> Result<Values, InputError> {
+    reached_at(study, column, of_group(study, group))
+}
+
+/// The same of any rows, each with the number of its point.
+///
+/// # Errors
+/// As [`values`].
+pub fn reached_at(
+    study: &Study<'_>,
+    column: &str,
+    rows: impl Iterator<Item = (usize, usize)>,
+) -> Result<Values, InputError> {
     let (_, nature) = study.numbers(column)?;
-    values_as(study, column, of_group(study, group), nature)
+    values_as(study, column, rows, nature)
 }
 
 /// Points and rows of a group.

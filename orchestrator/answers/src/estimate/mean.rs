@@ -8,83 +8,156 @@ use super::known::Values;
 use super::scheme::Scheme;
 use bladeoff_model::probability::student;
 
-/// Mean and half width.
-fn interval(
-    values: &[f64],
-    points: &[u32],
-    scheme: &Scheme,
-    part: impl Fn(usize) -> usize,
-    alpha: f64,
-) -> (f64, Option<f64>) {
-    let n = values.len() as f64;
-    let mean = Sum::of(values.iter().copied()) / n;
-    let half = match scheme {
-        Scheme::Without(_) => None,
-        Scheme::Independent if values.len() < 2 => None,
-        Scheme::Independent => {
-            let squares = Sum::of(values.iter().map(|value| (value - mean) * (value - mean)));
-            Some(student(n - 1.0, alpha) * libm::sqrt(squares / (n * (n - 1.0))))
+/// A mean of values that pass by twice, in the same order.
+#[derive(Debug, Clone)]
+pub struct Means {
+    n: u64,
+    /// Whether all ends are bounded.
+    bounded: (bool, bool),
+    /// Sums of all lower ends, of those of values that are bounded at both ends, and how many these are, of all upper ends.
+    low: Sum,
+    rest: (Sum, u64),
+    high: Sum,
+    /// Of the lower ends and the upper ones, on the second pass.
+    scatter: Option<[Scatter; 2]>,
+}
+
+/// How far values are from their mean.
+#[derive(Debug, Clone)]
+struct Scatter {
+    mean: f64,
+    n: u64,
+    squares: Sum,
+    /// By part: sums about the mean, since sums of large values would lose what they differ by; and how many.
+    parts: Vec<(Sum, f64)>,
+}
+
+impl Scatter {
+    fn about(sum: Sum, n: u64, scheme: &Scheme) -> Self {
+        Self {
+            mean: sum.value() / n as f64,
+            n,
+            squares: Sum::default(),
+            parts: vec![(Sum::default(), 0.0); scheme.parts()],
         }
-        Scheme::Replicated(parts) => {
-            let mut sums = vec![(Sum::default(), 0.0); *parts];
-            for (value, &point) in values.iter().zip(points) {
-                let sum = &mut sums[part(point as usize)];
-                // about the mean: sums of large values would lose what they differ by
-                sum.0.add(value - mean);
-                sum.1 += 1.0;
+    }
+
+    fn see(&mut self, value: f64, part: usize) {
+        let off = value - self.mean;
+        self.squares.add(off * off);
+        self.parts[part].0.add(off);
+        self.parts[part].1 += 1.0;
+    }
+
+    /// Half width.
+    fn half(&self, scheme: &Scheme, alpha: f64) -> Option<f64> {
+        let n = self.n as f64;
+        match scheme {
+            Scheme::Without(_) => None,
+            Scheme::Independent if self.n < 2 => None,
+            Scheme::Independent => Some(student(n - 1.0, alpha) * libm::sqrt(self.squares.value() / (n * (n - 1.0)))),
+            Scheme::Replicated(_) => {
+                let sums: Vec<_> = self.parts.iter().map(|(sum, count)| (sum.value(), *count)).collect();
+                ratio(&sums, scheme.t(alpha)).map(|(_, half)| half)
             }
-            let sums: Vec<_> = sums.into_iter().map(|(sum, count)| (sum.value(), count)).collect();
-            ratio(&sums, scheme.t(alpha)).map(|(_, half)| half)
         }
-    };
-    (mean, half)
+    }
+}
+
+impl Default for Means {
+    fn default() -> Self {
+        let rest = (Sum::default(), 0);
+        Self { n: 0, bounded: (true, true), low: Sum::default(), rest, high: Sum::default(), scatter: None }
+    }
+}
+
+impl Means {
+    /// Takes a value by its ends.
+    pub fn see(&mut self, low: f64, high: f64, part: usize) {
+        let is_bounded = low.is_finite() && high.is_finite();
+        if let Some([of_low, of_high]) = &mut self.scatter {
+            // by end: the rest alone where an end is not bounded
+            if self.bounded.0 || is_bounded {
+                of_low.see(low, part);
+            }
+            if self.bounded.1 {
+                of_high.see(high, part);
+            }
+            return;
+        }
+        self.n += 1;
+        self.bounded.0 &= low.is_finite();
+        self.bounded.1 &= high.is_finite();
+        self.low.add(low);
+        self.high.add(high);
+        if is_bounded {
+            self.rest.0.add(low);
+            self.rest.1 += 1;
+        }
+    }
+
+    /// After a pass: whether another one is needed.
+    pub fn go_on(&mut self, scheme: &Scheme) -> bool {
+        if self.scatter.is_some() {
+            return false;
+        }
+        let (sum, n) = if self.bounded.0 { (self.low, self.n) } else { self.rest };
+        self.scatter = Some([Scatter::about(sum, n, scheme), Scatter::about(self.high, self.n, scheme)]);
+        true
+    }
+
+    /// The mean, after both passes.
+    #[must_use]
+    pub fn figures(&self, scheme: &Scheme, alpha: f64) -> Figures {
+        let mut found = Figures::over(self.n);
+        let (below, above) = self.bounded;
+        if let Scheme::Without(why) = scheme {
+            found.notes.push(why.clone());
+        } else {
+            found.method = if *scheme == Scheme::Independent { Method::Student } else { Method::Replicates };
+            found.approximate = true;
+        }
+        let [low, high] = self.scatter.as_ref().map_or([None, None], |[low, high]| [Some(low), Some(high)]);
+        if let Some(low) = low.filter(|low| low.n > 0) {
+            let half = low.half(scheme, alpha);
+            found.estimate = finite(low.mean);
+            found.statistical = half.map(|half| 2.0 * half);
+            if below {
+                found.low = half.and_then(|half| finite(low.mean - half));
+            }
+        } else {
+            found.notes.push("no run has a value".to_owned());
+        }
+        if let Some(high) = high.filter(|high| above && high.n > 0) {
+            found.harmful = finite(high.mean);
+            found.high = high.half(scheme, alpha).and_then(|half| finite(high.mean + half));
+        }
+        if !(below && above) {
+            found
+                .notes
+                .push("bad runs may have had any value: no limits; the estimate is that of the other runs".to_owned());
+        }
+        if found.low.is_none() && found.high.is_none() {
+            found.method = Method::Without;
+            found.approximate = false;
+        }
+        if self.n == 1 {
+            found.notes.push("one value has no interval".to_owned());
+        }
+        found
+    }
 }
 
 /// The mean; `part`: that of a point.
 #[must_use]
 pub fn mean(values: &Values, scheme: &Scheme, part: impl Fn(usize) -> usize, alpha: f64) -> Figures {
-    let mut found = Figures::over(values.low.len() as u64);
-    let bounded = |ends: &[f64]| ends.iter().all(|end| end.is_finite());
-    let (below, above) = (bounded(&values.low), bounded(&values.high));
-    if let Scheme::Without(why) = scheme {
-        found.notes.push(why.clone());
-    } else {
-        found.method = if *scheme == Scheme::Independent { Method::Student } else { Method::Replicates };
-        found.approximate = true;
-    }
-    // by end: the rest alone where an end is not bounded
-    let of_end = |ends: &[f64], all: bool| {
-        let kept = |at: &usize| all || (values.low[*at].is_finite() && values.high[*at].is_finite());
-        let rows: Vec<usize> = (0..ends.len()).filter(kept).collect();
-        let numbers: Vec<f64> = rows.iter().map(|&row| ends[row]).collect();
-        let points: Vec<u32> = rows.iter().map(|&row| values.point[row]).collect();
-        (!numbers.is_empty()).then(|| interval(&numbers, &points, scheme, &part, alpha))
-    };
-    let low = of_end(&values.low, below);
-    if let Some((mean, half)) = low {
-        found.estimate = finite(mean);
-        found.statistical = half.map(|half| 2.0 * half);
-        if below {
-            found.low = half.and_then(|half| finite(mean - half));
+    let mut means = Means::default();
+    loop {
+        for ((low, high), point) in values.low.iter().zip(&values.high).zip(&values.point) {
+            means.see(*low, *high, part(*point as usize));
         }
-    } else {
-        found.notes.push("no run has a value".to_owned());
+        if !means.go_on(scheme) {
+            return means.figures(scheme, alpha);
+        }
     }
-    if above && let Some((mean, half)) = of_end(&values.high, true) {
-        found.harmful = finite(mean);
-        found.high = half.and_then(|half| finite(mean + half));
-    }
-    if !(below && above) {
-        found
-            .notes
-            .push("bad runs may have had any value: no limits; the estimate is that of the other runs".to_owned());
-    }
-    if found.low.is_none() && found.high.is_none() {
-        found.method = Method::Without;
-        found.approximate = false;
-    }
-    if values.low.len() == 1 {
-        found.notes.push("one value has no interval".to_owned());
-    }
-    found
 }

@@ -18,6 +18,7 @@ pub mod input;
 pub mod known;
 pub mod limits;
 pub mod mean;
+pub mod order;
 pub mod proportion;
 pub mod quantile;
 pub mod scheme;

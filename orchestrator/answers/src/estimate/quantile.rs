@@ -12,6 +12,7 @@
 use super::figures::{Figures, Method, finite, ratio_of_counts};
 use super::known::Values;
 use super::limits::{lower_order, upper_order, wilks};
+use super::order::Order;
 use super::scheme::{FEW, Scheme};
 use bladeoff_model::document::units::format_digits;
 
@@ -34,88 +35,218 @@ fn sorted(values: &[f64]) -> Vec<f64> {
     sorted
 }
 
+/// Whether replicates say too little of it.
+fn is_few(n: u64, u: f64) -> bool {
+    n as f64 * u.min(1.0 - u) < FEW as f64
+}
+
+/// Ranks of the figures of `n` values: the estimate's, and those of the limits of independent points.
+fn ranks(n: u64, u: f64, alpha: f64) -> [Option<u64>; 3] {
+    if n == 0 {
+        return [None; 3];
+    }
+    [Some(rank(n, u)), lower_order(u, n, alpha / 2.0), upper_order(u, n, alpha / 2.0)]
+}
+
+/// Those of the limits by replicates, from the half widths of both shares: the lower limit's, the upper one's, and that where every bad run is harmless.
+fn ranks_by_halves(n: u64, u: f64, (down, up): (f64, f64)) -> [u64; 3] {
+    let place = |share: f64| libm::floor(n as f64 * share).max(0.0) as u64;
+    [place(u - down), place(u + up) + 1, place(u + down) + 1]
+}
+
+/// Values by rank, with bad runs at their least and at their largest.
+struct Ranked<'a> {
+    n: u64,
+    bad: u64,
+    low: &'a dyn Fn(u64) -> Option<f64>,
+    high: &'a dyn Fn(u64) -> Option<f64>,
+    /// Half widths of the shares of values at most the estimate, where replicates have them.
+    halves: Option<(f64, f64)>,
+}
+
+impl Ranked<'_> {
+    fn figures(&self, u: f64, scheme: &Scheme, alpha: f64) -> Figures {
+        let n = self.n;
+        let mut found = Figures::over(n);
+        if n == 0 {
+            found.notes.push("no run has a value".to_owned());
+            return found;
+        }
+        let at = |sorted: &dyn Fn(u64) -> Option<f64>, rank: Option<u64>| {
+            rank.filter(|rank| (1..=n).contains(rank)).and_then(sorted).and_then(finite)
+        };
+        let [middle, below, above] = ranks(n, u, alpha);
+        found.estimate = at(self.low, middle);
+        found.harmful = at(self.high, middle);
+        let independent = |found: &mut Figures| {
+            found.low = at(self.low, below);
+            found.high = at(self.high, above);
+            found.statistical = at(self.low, above).zip(found.low).map(|(above, below)| above - below);
+            found.method = Method::OrderStatistics;
+            let values = if n == 1 { "1 value is".to_owned() } else { format!("{n} values are") };
+            for (end, order, beyond) in [("upper", above, 1.0 - u), ("lower", below, u)] {
+                if order.is_none() {
+                    let needed = enough(wilks(beyond, alpha / 2.0));
+                    found.notes.push(format!("no {end} limit: {values} too few, {needed} have one (Wilks)"));
+                }
+            }
+        };
+        match scheme {
+            Scheme::Independent => independent(&mut found),
+            Scheme::Without(why) => found.notes.push(why.clone()),
+            Scheme::Replicated(_) => {
+                found.approximate = true;
+                match self.halves.filter(|_| !is_few(n, u)) {
+                    Some(halves) => {
+                        let [lower, upper, harmless] = ranks_by_halves(n, u, halves);
+                        found.low = at(self.low, Some(lower));
+                        found.high = at(self.high, Some(upper));
+                        found.statistical = at(self.low, Some(harmless)).zip(found.low).map(|(top, low)| top - low);
+                        found.method = Method::Replicates;
+                    }
+                    None => {
+                        independent(&mut found);
+                        found
+                            .notes
+                            .push(format!("fewer than {FEW} values beyond it: limits of as many independent points"));
+                    }
+                }
+            }
+        }
+        if self.bad > 0 && (found.low.is_none() || found.high.is_none()) {
+            let note = "bad runs may have had any value, larger or smaller, and reach across a limit that is missing";
+            found.notes.push(note.to_owned());
+        }
+        found
+    }
+}
+
 /// The u-quantile; `part`: that of a point.
 #[must_use]
 pub fn quantile(values: &Values, u: f64, scheme: &Scheme, part: impl Fn(usize) -> usize, alpha: f64) -> Figures {
     let n = values.low.len() as u64;
-    let mut found = Figures::over(n);
-    if n == 0 {
-        found.notes.push("no run has a value".to_owned());
-        return found;
-    }
     let low = sorted(&values.low);
     let high = if values.bad > 0 { sorted(&values.high) } else { low.clone() };
-    let at = |sorted: &[f64], rank: Option<u64>| {
-        rank.filter(|rank| (1..=n).contains(rank)).and_then(|rank| finite(sorted[rank as usize - 1]))
-    };
-    let middle = rank(n, u);
-    found.estimate = at(&low, Some(middle));
-    found.harmful = at(&high, Some(middle));
-    let independent = |found: &mut Figures| {
-        let (below, above) = (lower_order(u, n, alpha / 2.0), upper_order(u, n, alpha / 2.0));
-        found.low = at(&low, below);
-        found.high = at(&high, above);
-        found.statistical = at(&low, above).zip(found.low).map(|(above, below)| above - below);
-        found.method = Method::OrderStatistics;
-        let values = if n == 1 { "1 value is".to_owned() } else { format!("{n} values are") };
-        for (end, order, beyond) in [("upper", above, 1.0 - u), ("lower", below, u)] {
-            if order.is_none() {
-                let needed = enough(wilks(beyond, alpha / 2.0));
-                found.notes.push(format!("no {end} limit: {values} too few, {needed} have one (Wilks)"));
+    let of = |sorted: &[f64], rank: u64| sorted.get(usize::try_from(rank.checked_sub(1)?).ok()?).copied();
+    let halves = match (scheme, n) {
+        (Scheme::Without(_) | Scheme::Independent, _) | (_, 0) => None,
+        (Scheme::Replicated(parts), _) => {
+            let middle = rank(n, u) as usize - 1;
+            let mut shares = Shares::new((low[middle], high[middle]), *parts);
+            for ((low, high), point) in values.low.iter().zip(&values.high).zip(&values.point) {
+                shares.see(*low, *high, part(*point as usize));
             }
+            shares.halves(scheme.t(alpha), alpha)
         }
     };
-    match scheme {
-        Scheme::Independent => independent(&mut found),
-        Scheme::Without(why) => found.notes.push(why.clone()),
-        Scheme::Replicated(parts) => {
-            found.approximate = true;
-            let few = n as f64 * u.min(1.0 - u) < FEW as f64;
-            let t = scheme.t(alpha);
-            let halves = || {
-                Some((
-                    half(&values.low, values, low[middle as usize - 1], *parts, &part, (t, alpha))?,
-                    half(&values.high, values, high[middle as usize - 1], *parts, &part, (t, alpha))?,
-                ))
-            };
-            match halves() {
-                Some((down, up)) if !few => {
-                    let place = |share: f64| libm::floor(n as f64 * share).max(0.0) as u64;
-                    found.low = at(&low, Some(place(u - down)));
-                    found.high = at(&high, Some(place(u + up) + 1));
-                    found.statistical = at(&low, Some(place(u + down) + 1)).zip(found.low).map(|(top, low)| top - low);
-                    found.method = Method::Replicates;
-                }
-                _ => {
-                    independent(&mut found);
-                    found
-                        .notes
-                        .push(format!("fewer than {FEW} values beyond it: limits of as many independent points"));
-                }
-            }
-        }
-    }
-    if values.bad > 0 && (found.low.is_none() || found.high.is_none()) {
-        let note = "bad runs may have had any value, larger or smaller, and reach across a limit that is missing";
-        found.notes.push(note.to_owned());
-    }
-    found
+    let ranked = Ranked { n, bad: values.bad, low: &|rank| of(&low, rank), high: &|rank| of(&high, rank), halves };
+    ranked.figures(u, scheme, alpha)
 }
 
-/// Half width of the share of values at most x.
-fn half(
-    values: &[f64],
-    of: &Values,
-    x: f64,
-    parts: usize,
-    part: impl Fn(usize) -> usize,
-    (t, alpha): (f64, f64),
-) -> Option<f64> {
-    let mut counts = vec![(0.0, 0.0); parts];
-    for (value, &point) in values.iter().zip(&of.point) {
-        let count = &mut counts[part(point as usize)];
-        count.0 += f64::from(u8::from(*value <= x));
-        count.1 += 1.0;
+/// By part, of how many values the lower end, and the upper one, is at most the estimate.
+#[derive(Debug, Clone)]
+struct Shares {
+    at_most: (f64, f64),
+    /// Lower ends, upper ends, all.
+    parts: Vec<(f64, f64, f64)>,
+}
+
+impl Shares {
+    fn new(at_most: (f64, f64), parts: usize) -> Self {
+        Self { at_most, parts: vec![(0.0, 0.0, 0.0); parts] }
     }
-    ratio_of_counts(&counts, t, alpha).map(|(_, half)| half)
+
+    fn see(&mut self, low: f64, high: f64, part: usize) {
+        let count = &mut self.parts[part];
+        count.0 += f64::from(u8::from(low <= self.at_most.0));
+        count.1 += f64::from(u8::from(high <= self.at_most.1));
+        count.2 += 1.0;
+    }
+
+    /// Half widths of both shares.
+    fn halves(&self, t: f64, alpha: f64) -> Option<(f64, f64)> {
+        let half = |share: fn(&(f64, f64, f64)) -> f64| {
+            let counts: Vec<_> = self.parts.iter().map(|part| (share(part), part.2)).collect();
+            ratio_of_counts(&counts, t, alpha).map(|(_, half)| half)
+        };
+        Some((half(|part| part.0)?, half(|part| part.1)?))
+    }
+}
+
+/// A quantile of values that pass by several times, in the same order.
+#[derive(Debug, Clone)]
+pub struct Quantiles {
+    u: f64,
+    low: Order,
+    /// Where one differs from its lower end.
+    high: Option<Order>,
+    stage: Stage,
+}
+
+#[derive(Debug, Clone)]
+enum Stage {
+    /// Values are looked for by rank.
+    Ranks,
+    Shares(Shares),
+    /// Values are looked for by the ranks that follow from the shares.
+    ByHalves((f64, f64)),
+}
+
+impl Quantiles {
+    /// The u-quantile of values of which so many are kept.
+    #[must_use]
+    pub fn keeping(u: f64, limit: usize) -> Self {
+        Self { u, low: Order::keeping(limit), high: None, stage: Stage::Ranks }
+    }
+
+    /// Takes a value by its ends.
+    pub fn see(&mut self, low: f64, high: f64, part: usize) {
+        if let Stage::Shares(shares) = &mut self.stage {
+            return shares.see(low, high, part);
+        }
+        if self.high.is_none() && low.to_bits() != high.to_bits() {
+            // until now they were the same
+            self.high = Some(self.low.clone());
+        }
+        self.low.see(low);
+        self.high.iter_mut().for_each(|order| order.see(high));
+    }
+
+    /// After a pass: whether another one is needed.
+    pub fn go_on(&mut self, scheme: &Scheme, alpha: f64) -> bool {
+        let (n, u) = (self.low.count(), self.u);
+        if let Stage::Shares(shares) = &self.stage {
+            let Some(halves) = shares.halves(scheme.t(alpha), alpha) else { return false };
+            self.stage = Stage::ByHalves(halves);
+        }
+        let asked: Vec<u64> = match &self.stage {
+            Stage::ByHalves(halves) => ranks_by_halves(n, u, *halves).to_vec(),
+            _ => ranks(n, u, alpha).into_iter().flatten().collect(),
+        };
+        let mut is_open = false;
+        for order in std::iter::once(&mut self.low).chain(&mut self.high) {
+            is_open |= order.ask(asked.iter().copied());
+        }
+        if is_open {
+            return true;
+        }
+        let Scheme::Replicated(parts) = scheme else { return false };
+        if matches!(self.stage, Stage::ByHalves(_)) || n == 0 || is_few(n, u) {
+            return false;
+        }
+        let middle = rank(n, u);
+        let ends = self.low.at(middle).zip(self.high.as_ref().unwrap_or(&self.low).at(middle));
+        self.stage = Stage::Shares(Shares::new(ends.expect("asked for above"), *parts));
+        true
+    }
+
+    /// The quantile, when no other pass is needed; `bad`: runs among them.
+    #[must_use]
+    pub fn figures(&self, bad: u64, scheme: &Scheme, alpha: f64) -> Figures {
+        let halves = if let Stage::ByHalves(halves) = self.stage { Some(halves) } else { None };
+        let high = self.high.as_ref().unwrap_or(&self.low);
+        let ranked =
+            Ranked { n: self.low.count(), bad, low: &|rank| self.low.at(rank), high: &|rank| high.at(rank), halves };
+        ranked.figures(self.u, scheme, alpha)
+    }
 }

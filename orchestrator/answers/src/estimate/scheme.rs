@@ -29,6 +29,18 @@ impl Scheme {
     /// What the points that are there allow.
     #[must_use]
     pub fn of(design: &Design<'_>) -> Self {
+        Self::counted(design, || {
+            let mut counts = vec![0u64; design.replicates];
+            for &replicate in design.replicate {
+                counts[replicate as usize] += 1;
+            }
+            counts
+        })
+    }
+
+    /// The same by how many points of each replicate there are.
+    #[must_use]
+    pub fn counted(design: &Design<'_>, counts: impl FnOnce() -> Vec<u64>) -> Self {
         let kind = design.kind.word();
         let without = |why: String| Self::Without(why);
         match design.kind {
@@ -53,10 +65,7 @@ impl Scheme {
             };
             return without(format!("no interval: {told} too little of the scatter, {FEWEST_REPLICATES} do"));
         }
-        let mut counts = vec![0u64; design.replicates];
-        for &replicate in design.replicate {
-            counts[replicate as usize] += 1;
-        }
+        let counts = counts();
         if counts.contains(&0) {
             return without("no interval: some replicates have no point yet".to_owned());
         }

@@ -1,0 +1,67 @@
+//! What is asked, and what is said of rows that have no value, in words.
+
+use super::mapped::map_in_words;
+use super::question::{Ask, Figure, Question};
+use super::scale::percent_given;
+use super::sentence::counted;
+
+/// The word of a figure.
+pub(super) fn kind(figure: &Figure) -> &'static str {
+    match figure {
+        Figure::Probability(_) => "probability",
+        Figure::Quantile(..) => "quantile",
+        Figure::Mean(_) => "mean",
+    }
+}
+
+/// What a question asks, in words: "load-95: 95 % quantile of max_bearing_load_N (95 %)".
+#[must_use]
+pub fn in_words(question: &Question) -> String {
+    let what = match &question.ask {
+        Ask::One(figure) => subject(figure),
+        Ask::Exceedance(column) => format!("exceedance of {column}"),
+        Ask::Fragility(path, formula) => format!("P({}) over {path}", formula.text),
+        Ask::Difference(figure, path, [a, b]) => {
+            format!("{} at {path} = {a} less that at {b}, paired", subject(figure))
+        }
+        Ask::Map(wanted) => map_in_words(wanted),
+        Ask::Sensitivity(wanted) => format!("sensitivity of {} by {}", wanted.output, wanted.method.word()),
+    };
+    format!("{}: {what} (confidence {})", question.name, percent_given(question.confidence))
+}
+
+/// What a figure is of: "95 % quantile of max_bearing_load_N".
+pub(super) fn subject(figure: &Figure) -> String {
+    match figure {
+        Figure::Probability(formula) => format!("P({})", formula.text),
+        Figure::Quantile(u, column) => format!("{} quantile of {column}", percent_given(*u)),
+        Figure::Mean(column) => format!("mean of {column}"),
+    }
+}
+
+/// A column's name ends in its unit.
+pub(super) fn with_unit(name: &str, unit: &str) -> String {
+    let unit = unit.replace(' ', "").replace('/', "_");
+    if unit.is_empty() { name.to_owned() } else { format!("{name}_{unit}") }
+}
+
+/// Ok rows of which a condition says nothing, in words.
+pub(super) fn note_undefined(notes: &mut Vec<String>, undefined: u64) {
+    if undefined > 0 {
+        let runs = counted(undefined, "run");
+        notes.push(format!(
+            "in {runs} the condition has no value (such as the root of a negative number): counted both ways"
+        ));
+    }
+}
+
+/// Rows without a value, in words.
+pub(super) fn note_empty(notes: &mut Vec<String>, empty: u64, what: &str) {
+    if empty > 0 {
+        notes.push(format!("in {empty} runs a column is empty, nothing of the kind happened: {what}"));
+    }
+}
+
+pub(super) const CONDITION: &str = "no comparison with it holds but `!=`";
+pub(super) const LEFT_OUT: &str = "they are left out, the figure is that of the runs that have a value";
+pub(super) const NO_LEVEL: &str = "they exceed no level";
