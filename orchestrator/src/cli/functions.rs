@@ -3,7 +3,6 @@
 use super::error::CliError;
 use super::output::tell;
 use bladeoff_answers::report::{FunctionSummary, counted, duration};
-use bladeoff_answers::tables::Table;
 use bladeoff_model::formula::Program;
 use bladeoff_study::FunctionModel;
 use bladeoff_study::Samples;
@@ -69,12 +68,6 @@ pub(super) fn estimate(samples: &Samples, model: &FunctionModel, workers: usize)
 /// # Errors
 /// A table that cannot be read.
 pub(super) fn summary(model: &FunctionModel, files: &[PathBuf], width: Option<usize>) -> Result<String, CliError> {
-    let mut summary = FunctionSummary::new(model.outputs.iter().map(|output| output.name.clone()));
-    let columns = summary.columns();
-    let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
-    Table::for_each_piece(files, &columns, |piece| {
-        summary.add(piece);
-        Ok(())
-    })?;
-    Ok(summary.text(width))
+    let outputs = model.outputs.iter().map(|output| output.name.clone());
+    Ok(FunctionSummary::of(files, outputs)?.text(width))
 }

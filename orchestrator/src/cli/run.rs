@@ -15,8 +15,7 @@ use crate::run::shards::{SHARDS, cores, row_files};
 use crate::run::{Finished, Looking, Refining, Request, Rerun, RunError, TRUST, go_on, own_columns, run};
 use crate::starts::check_starts;
 use bladeoff_answers::report::are;
-use bladeoff_answers::report::{SUMMARY_COLUMNS, Summary, counted, duration};
-use bladeoff_answers::tables::Table;
+use bladeoff_answers::report::{Summary, counted, duration};
 use bladeoff_model::outcome::{Cause, Status};
 use bladeoff_protocol::domain::DomainError;
 use bladeoff_study::plan::Kind;
@@ -345,12 +344,7 @@ pub(super) fn summary(study: &Study, out: &Path, width: Option<usize>) -> Result
     if let Some(model) = study.function() {
         return functions::summary(model, &row_files(out), width);
     }
-    let mut summary = Summary::default();
-    Table::for_each_piece(&row_files(out), &SUMMARY_COLUMNS, |piece| {
-        summary.add(piece);
-        Ok(())
-    })?;
-    Ok(summary.with_twin(study.shift()).text(width))
+    Ok(Summary::of(&row_files(out))?.with_twin(study.shift()).text(width))
 }
 
 /// Why the run ended before it was complete.

@@ -22,8 +22,8 @@ use crate::run::{columns_of, end_of_table, refuse_changed};
 use bladeoff_answers::ask::Question;
 use bladeoff_answers::gate::Gate;
 use bladeoff_answers::page::{Block, Page, Section};
-use bladeoff_answers::report::{FunctionSummary, SUMMARY_COLUMNS, Summary, counted};
-use bladeoff_answers::tables::{Table, TableError};
+use bladeoff_answers::report::{FunctionSummary, Summary, counted};
+use bladeoff_answers::tables::TableError;
 use bladeoff_study::Samples;
 pub use provenance::LIMITS;
 use rows::Seen;
@@ -141,21 +141,10 @@ fn lead(seen: &Seen, of: u64, looked: Option<&Looked>, ended: Option<String>) ->
 fn summary(samples: &Samples, files: &[PathBuf]) -> Result<String, TableError> {
     let study = samples.study();
     if let Some(model) = study.function() {
-        let mut summary = FunctionSummary::new(model.outputs.iter().map(|output| output.name.clone()));
-        let columns = summary.columns();
-        let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
-        Table::for_each_piece(files, &columns, |piece| {
-            summary.add(piece);
-            Ok(())
-        })?;
-        return Ok(summary.text(None));
+        let outputs = model.outputs.iter().map(|output| output.name.clone());
+        return Ok(FunctionSummary::of(files, outputs)?.text(None));
     }
-    let mut summary = Summary::default();
-    Table::for_each_piece(files, &SUMMARY_COLUMNS, |piece| {
-        summary.add(piece);
-        Ok(())
-    })?;
-    Ok(summary.with_twin(study.shift()).text(None))
+    Ok(Summary::of(files)?.with_twin(study.shift()).text(None))
 }
 
 fn came_out(summary: String) -> Vec<Block> {

@@ -36,8 +36,15 @@ pub struct Whole<'a> {
 pub struct Streamed<'a> {
     whole: &'a Whole<'a>,
     scheme: Scheme,
-    folds: Vec<(Asked<'a>, Result<Fold<'a>, InputError>)>,
+    folds: Vec<Open<'a>>,
     is_first_pass: bool,
+}
+
+/// A question, what is held of it, and whether it needs the rows of the pass under way.
+struct Open<'a> {
+    asked: Asked<'a>,
+    fold: Result<Fold<'a>, InputError>,
+    is_open: bool,
 }
 
 /// What is held of a question, by group.
@@ -95,7 +102,7 @@ impl<'a> Streamed<'a> {
         let kept = kept_by_each(groups * questions.len());
         let one = |question: &&'a Question| {
             let fold = Fold::new(&question.ask, &whole.head, &scheme, kept);
-            (Asked::of(&whole.head, question, scheme.clone()), fold)
+            Open { asked: Asked::of(&whole.head, question, scheme.clone()), is_open: fold.is_ok(), fold }
         };
         let folds = questions.iter().map(one).collect();
         Self { whole, scheme, folds, is_first_pass: true }
@@ -111,11 +118,11 @@ impl<'a> Streamed<'a> {
             let rows = |row: usize| ((row + offset) / groups, row);
             let from = (group + groups - offset) % groups;
             let rows: Vec<(usize, usize)> = (from..piece.status.len()).step_by(groups).map(rows).collect();
-            for (_, fold) in &mut self.folds {
-                if let Ok(open) = fold
-                    && let Err(why) = open.see(piece, group, (&rows, self.is_first_pass), part)
+            for open in self.folds.iter_mut().filter(|open| open.is_open) {
+                if let Ok(fold) = &mut open.fold
+                    && let Err(why) = fold.see(piece, group, (&rows, self.is_first_pass), part)
                 {
-                    *fold = Err(why);
+                    (open.fold, open.is_open) = (Err(why), false);
                 }
             }
         }
@@ -124,11 +131,10 @@ impl<'a> Streamed<'a> {
     /// After a pass: whether all rows have to pass by once more.
     pub fn go_on(&mut self) -> bool {
         self.is_first_pass = false;
-        let mut is_open = false;
-        for (asked, fold) in &mut self.folds {
-            is_open |= fold.as_mut().is_ok_and(|fold| fold.go_on(asked));
+        for open in self.folds.iter_mut().filter(|open| open.is_open) {
+            open.is_open = open.fold.as_mut().is_ok_and(|fold| fold.go_on(&open.asked));
         }
-        is_open
+        self.folds.iter().any(|open| open.is_open)
     }
 
     /// The answer of each question, when no pass is needed any more.
@@ -136,7 +142,7 @@ impl<'a> Streamed<'a> {
     pub fn answers(self) -> Vec<Answered> {
         let Whole { points, by_replicate, .. } = self.whole;
         let parts = if matches!(self.scheme, Scheme::Replicated(_)) { by_replicate.clone() } else { vec![*points] };
-        let one = |(asked, fold): (Asked<'_>, Result<Fold<'_>, InputError>)| {
+        let one = |Open { asked, fold, .. }: Open<'_>| {
             let answered = fold.and_then(|fold| fold.answered(&asked, *points, &parts));
             match answered {
                 Ok(answered) => asked.noted(answered),

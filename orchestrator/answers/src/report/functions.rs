@@ -1,64 +1,79 @@
 //! The summary of the table of a study of formulas: what became of the samples, and how far what each formula gave reaches.
 
 use super::counts::Counts;
-use super::summary::median;
+use super::figures::{Values, all_pass};
 use super::text::{Align, TextTable};
-use crate::tables::Table;
+use crate::tables::{Table, TableError};
 use bladeoff_model::document::units::format_digits;
+use std::path::PathBuf;
 
-/// A summary under construction: a table is added part by part, so that a large one need not be in memory.
+/// A summary: rows pass by, those of a large table more than once, so that it need not be in memory.
 #[derive(Debug, Clone)]
 pub struct FunctionSummary {
     rows: u64,
     counts: Counts,
     /// Of each formula the values of the rows that are ok.
-    outputs: Vec<(String, Vec<f64>)>,
+    outputs: Vec<(String, Values)>,
 }
 
 impl FunctionSummary {
-    /// Of a table with these columns for formulas.
-    #[must_use]
-    pub fn new(outputs: impl IntoIterator<Item = String>) -> Self {
-        let outputs = outputs.into_iter().map(|name| (name, Vec::new())).collect();
+    /// Of the rows in these files, which have these columns for formulas.
+    ///
+    /// # Errors
+    /// A table that cannot be read.
+    pub fn of(files: &[PathBuf], outputs: impl IntoIterator<Item = String>) -> Result<Self, TableError> {
+        let mut summary = Self::new(outputs);
+        let columns = summary.columns();
+        let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
+        all_pass(files, &columns, &mut summary, Self::add, Self::go_on)?;
+        Ok(summary)
+    }
+
+    fn new(outputs: impl IntoIterator<Item = String>) -> Self {
+        let outputs = outputs.into_iter().map(|name| (name, Values::default())).collect();
         Self { rows: 0, counts: Counts::default(), outputs }
     }
 
-    /// Columns of a table that it looks at.
-    #[must_use]
-    pub fn columns(&self) -> Vec<String> {
+    fn columns(&self) -> Vec<String> {
         let verdict = ["status", "cause"].map(str::to_owned);
         verdict.into_iter().chain(self.outputs.iter().map(|(name, _)| name.clone())).collect()
     }
 
-    /// Adds the rows of a table or of a part of one.
-    pub fn add(&mut self, table: &Table) {
+    /// Takes the rows of a piece; of a later pass the values alone.
+    fn add(&mut self, table: &Table, is_first: bool) {
         let (status, cause) = (table.words("status").unwrap_or(&[]), table.words("cause").unwrap_or(&[]));
         let word = |words: &[Option<String>], row: usize| words.get(row).and_then(Clone::clone);
-        self.rows += table.rows() as u64;
-        for row in 0..table.rows() {
-            self.counts.add(word(status, row).unwrap_or_default(), word(cause, row));
+        if is_first {
+            self.rows += table.rows() as u64;
+            for row in 0..table.rows() {
+                self.counts.add(word(status, row).unwrap_or_default(), word(cause, row));
+            }
         }
         let is_ok = |row: usize| status.get(row).is_some_and(|word| word.as_deref() == Some("ok"));
         for (name, values) in &mut self.outputs {
             let column = table.numbers(name).unwrap_or(&[]).iter().enumerate();
-            values.extend(column.filter(|(row, _)| is_ok(*row)).filter_map(|(_, value)| *value));
+            column.filter(|(row, _)| is_ok(*row)).filter_map(|(_, value)| *value).for_each(|value| values.see(value));
         }
+    }
+
+    /// After a pass: whether another one is needed.
+    fn go_on(&mut self) -> bool {
+        self.outputs.iter_mut().fold(false, |open, (_, values)| values.go_on() | open)
     }
 
     /// The summary as text, its tables within a width where there is one.
     #[must_use]
-    pub fn text(mut self, width: Option<usize>) -> String {
+    pub fn text(&self, width: Option<usize>) -> String {
         let header = [("samples", Align::Right), ("ok", Align::Right), ("failed", Align::Left)];
         let mut verdict = TextTable::new(&header);
         let failed = self.counts.by_cause(&["failed", "quarantined"]);
         verdict.row(vec![self.rows.to_string(), self.counts.ok().to_string(), failed.clone()]);
         let header = ["least", "median", "largest"].map(|title| (title, Align::Right));
         let mut figures = TextTable::new(&[&[("formula", Align::Left)], &header[..]].concat());
-        for (name, values) in &mut self.outputs {
-            values.sort_by(f64::total_cmp);
-            let ends = values.first().copied().zip(values.last().copied());
-            let cells =
-                ends.map(|(least, most)| [least, median(values), most].map(|value| format_digits(value, "", 4)));
+        for (name, values) in &self.outputs {
+            let cells = values
+                .figures()
+                .map(|figures| [figures.least, figures.median, figures.most].map(|value| format_digits(value, "", 4)));
             let cells = cells.unwrap_or_else(|| ["-", "-", "-"].map(str::to_owned));
             figures.row([vec![name.clone()], cells.to_vec()].concat());
         }
@@ -90,7 +105,8 @@ mod tests {
         );
         let mut summary = FunctionSummary::new(["g".to_owned(), "h".to_owned()]);
         assert_eq!(summary.columns(), ["status", "cause", "g", "h"]);
-        summary.add(&table);
+        summary.add(&table, true);
+        assert!(!summary.go_on(), "few are kept");
         let text = summary.text(None);
         let row = |start: &str| {
             let line = text.lines().find(|line| line.split_whitespace().next() == Some(start)).expect("the line");

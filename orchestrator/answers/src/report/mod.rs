@@ -1,10 +1,11 @@
 //! A table in words: what became of the samples, and the main quantities.
 
 mod counts;
+mod figures;
 mod functions;
 mod summary;
 mod text;
 
 pub use functions::FunctionSummary;
-pub use summary::{SUMMARY_COLUMNS, Summary, percent};
+pub use summary::{Summary, percent};
 pub use text::{Align, TextTable, are, counted, duration, fitted, wrapped};

@@ -4,12 +4,14 @@
 //! out is listed. A failed or invalid row never drops out without a word.
 
 use super::counts::Counts;
+use super::figures::{Values, all_pass};
 use super::text::{Align, TextTable, counted};
-use crate::tables::{DETECTION, Table};
+use crate::tables::{DETECTION, Table, TableError};
 use bladeoff_model::document::units::format_digits;
 use bladeoff_model::machine::TWIN;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
+use std::path::PathBuf;
 
 /// Which end of a quantity is the bad one.
 #[derive(Clone, Copy)]
@@ -29,7 +31,7 @@ const QUANTITIES: [(&str, &str, &str, Worst); 6] = [
 ];
 
 /// Columns of a table that a summary looks at.
-pub const SUMMARY_COLUMNS: [&str; 6 + QUANTITIES.len()] = [
+const SUMMARY_COLUMNS: [&str; 6 + QUANTITIES.len()] = [
     DETECTION,
     "status",
     "cause",
@@ -44,7 +46,7 @@ pub const SUMMARY_COLUMNS: [&str; 6 + QUANTITIES.len()] = [
     QUANTITIES[5].0,
 ];
 
-/// A summary under construction: a table is added part by part, so that a large one need not be in memory.
+/// A summary: rows pass by, those of a large table more than once, so that it need not be in memory.
 #[derive(Debug, Clone, Default)]
 pub struct Summary {
     /// By detection.
@@ -62,7 +64,7 @@ struct Twins {
     count: u64,
     failed: u64,
     /// `|twin_bearing_load_change|`.
-    changes: Vec<f64>,
+    changes: Values,
     /// Shifts, where the table has them.
     shifts: BTreeSet<String>,
 }
@@ -75,12 +77,22 @@ struct Group {
     /// By status and cause.
     counts: Counts,
     /// Of the rows that are ok and have the quantity.
-    values: [Vec<f64>; QUANTITIES.len()],
+    values: [Values; QUANTITIES.len()],
 }
 
 impl Summary {
-    /// Adds the rows of a table or of a part of one.
-    pub fn add(&mut self, table: &Table) {
+    /// Of the rows in these files.
+    ///
+    /// # Errors
+    /// A table that cannot be read.
+    pub fn of(files: &[PathBuf]) -> Result<Self, TableError> {
+        let mut summary = Self::default();
+        all_pass(files, &SUMMARY_COLUMNS, &mut summary, Self::add, Self::go_on)?;
+        Ok(summary)
+    }
+
+    /// Takes the rows of a piece; of a later pass the values alone.
+    fn add(&mut self, table: &Table, is_first: bool) {
         let detections = table.words(DETECTION).unwrap_or(&[]);
         let (status, cause) = (table.words("status").unwrap_or(&[]), table.words("cause").unwrap_or(&[]));
         let contact = table.numbers("first_contact_s").unwrap_or(&[]);
@@ -89,26 +101,34 @@ impl Summary {
             *has |= values.is_some();
         }
         let word = |words: &[Option<String>], row: usize| words.get(row).and_then(Clone::clone);
-        self.rows += table.rows() as u64;
-        self.twins.add(table);
+        self.twins.add(table, is_first);
+        self.rows += if is_first { table.rows() as u64 } else { 0 };
         for row in 0..table.rows() {
             let name = word(detections, row).unwrap_or_else(|| "no diaphragm".to_owned());
             let group = self.groups.entry(name).or_default();
-            group.rows += 1;
-            group.with_contact += u64::from(contact.get(row).is_some_and(Option::is_some));
             let status = word(status, row).unwrap_or_default();
             if status == "ok" {
                 for (values, column) in group.values.iter_mut().zip(&quantities) {
-                    values.extend(column.and_then(|column| column[row]));
+                    column.and_then(|column| column[row]).iter().for_each(|value| values.see(*value));
                 }
             }
-            group.counts.add(status, word(cause, row));
+            if is_first {
+                group.rows += 1;
+                group.with_contact += u64::from(contact.get(row).is_some_and(Option::is_some));
+                group.counts.add(status, word(cause, row));
+            }
         }
+    }
+
+    /// After a pass: whether another one is needed.
+    fn go_on(&mut self) -> bool {
+        let all = self.groups.values_mut().flat_map(|group| &mut group.values);
+        all.chain([&mut self.twins.changes]).fold(false, |open, values| values.go_on() | open)
     }
 
     /// The summary as text, its tables within a width where there is one.
     #[must_use]
-    pub fn text(mut self, width: Option<usize>) -> String {
+    pub fn text(&self, width: Option<usize>) -> String {
         let mut text = self.verdicts(width);
         text.push('\n');
         text.push_str(&self.statistics(width));
@@ -147,7 +167,7 @@ impl Summary {
         text.fitting("", width)
     }
 
-    fn statistics(&mut self, width: Option<usize>) -> String {
+    fn statistics(&self, width: Option<usize>) -> String {
         let mut header = vec![("median | worst (rows)", Align::Left)];
         header.extend(self.groups.keys().map(|name| (name.as_str(), Align::Right)));
         let mut text = TextTable::new(&header);
@@ -156,19 +176,18 @@ impl Summary {
                 continue;
             }
             let mut cells = vec![label.to_owned()];
-            for group in self.groups.values_mut() {
-                let found = &mut group.values[at];
-                found.sort_by(f64::total_cmp);
-                cells.push(match (found.first(), found.last()) {
-                    (Some(&least), Some(&most)) => {
+            for group in self.groups.values() {
+                let found = &group.values[at];
+                cells.push(match found.figures() {
+                    Some(figures) => {
                         let end = match worst {
-                            Worst::Largest => most,
-                            Worst::Smallest => least,
+                            Worst::Largest => figures.most,
+                            Worst::Smallest => figures.least,
                         };
                         let show = |value| format_digits(value, unit, 3);
-                        format!("{} | {} ({})", show(median(found)), show(end), found.len())
+                        format!("{} | {} ({})", show(figures.median), show(end), found.count())
                     }
-                    _ => "- (0)".to_owned(),
+                    None => "- (0)".to_owned(),
                 });
             }
             text.row(cells);
@@ -190,19 +209,22 @@ impl Summary {
 }
 
 impl Twins {
-    fn add(&mut self, table: &Table) {
+    fn add(&mut self, table: &Table, is_first: bool) {
+        let changes = table.numbers("twin_bearing_load_change").unwrap_or_default();
+        changes.iter().flatten().for_each(|change| self.changes.see(change.abs()));
+        if !is_first {
+            return;
+        }
         for word in table.words("twin_status").unwrap_or_default().iter().flatten() {
             self.count += 1;
             self.failed += u64::from(word == "failed");
         }
-        let changes = table.numbers("twin_bearing_load_change").unwrap_or_default();
-        self.changes.extend(changes.iter().flatten().map(|change| change.abs()));
         let shifts = table.numbers(TWIN).unwrap_or_default().iter().flatten().filter(|shift| **shift > 0.0);
         self.shifts.extend(shifts.map(|shift| format_digits(*shift, "", 3)));
     }
 
     /// "Twin runs: 5 of 108 rows, bearing load moved by up to 6 % (median 0.01 %) for 1e-6 of the initial speed."
-    fn text(&mut self, rows: u64) -> String {
+    fn text(&self, rows: u64) -> String {
         if self.count == 0 {
             return String::new();
         }
@@ -210,9 +232,8 @@ impl Twins {
         if self.failed > 0 {
             write!(text, ", {} of them failed", self.failed).expect("writing to a String cannot fail");
         }
-        self.changes.sort_by(f64::total_cmp);
-        if let Some(&most) = self.changes.last() {
-            let (most, middle) = (percent(most), percent(median(&self.changes)));
+        if let Some(changes) = self.changes.figures() {
+            let (most, middle) = (percent(changes.most), percent(changes.median));
             let shifts: Vec<&str> = self.shifts.iter().map(String::as_str).collect();
             let shifts = if shifts.is_empty() { TWIN.to_owned() } else { shifts.join(", ") };
             write!(text, ", bearing load moved by up to {most} (median {middle}) for {shifts} of the initial speed")
@@ -226,12 +247,6 @@ impl Twins {
 #[must_use]
 pub fn percent(share: f64) -> String {
     format!("{} %", format_digits(100.0 * share, "", 2))
-}
-
-/// Median of sorted numbers, at least one.
-pub(super) fn median(sorted: &[f64]) -> f64 {
-    let middle = sorted.len() / 2;
-    if sorted.len() % 2 == 1 { sorted[middle] } else { (sorted[middle - 1] + sorted[middle]) / 2.0 }
 }
 
 #[cfg(test)]
@@ -255,7 +270,8 @@ mod tests {
 
     fn summary(table: &Table) -> String {
         let mut summary = Summary::default();
-        summary.add(table);
+        summary.add(table, true);
+        assert!(!summary.go_on(), "few are kept");
         summary.text(None)
     }
 
@@ -285,7 +301,8 @@ mod tests {
                 columns.push((TWIN.into(), Cells::Numbers(vec![shift, Some(0.0), shift, shift])));
             }
             let mut summary = Summary::default();
-            summary.add(&Table::from_columns(4, columns));
+            summary.add(&Table::from_columns(4, columns), true);
+            assert!(!summary.go_on(), "few are kept");
             summary.with_twin(2e-6).text(None)
         };
         let said = "Twin runs: 3 of 4 rows, 1 of them failed, bearing load moved by up to 6 % (median 3 %) for";

@@ -9,8 +9,7 @@ use super::cost::{Cost, measure, peak_mb};
 use crate::chaos::LAB_RIG;
 use crate::run::directory::row_files;
 use crate::run::{own_columns, rehearsal};
-use bladeoff_answers::report::{SUMMARY_COLUMNS, Summary};
-use bladeoff_answers::tables::Table;
+use bladeoff_answers::report::Summary;
 use bladeoff_study::{Samples, load};
 use bladeoff_system::files::FileError;
 use bladeoff_worker::process::process_cpu_time;
@@ -95,12 +94,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         What::Parts => rehearsal::time_parts(directory, &samples)?,
         What::Tables => rehearsal::time_tables(directory, &samples)?,
         What::Summary => {
-            let mut summary = Summary::default();
-            Table::for_each_piece(&row_files(directory), &SUMMARY_COLUMNS, |piece| {
-                summary.add(piece);
-                Ok(())
-            })?;
-            std::hint::black_box(summary.text(None));
+            std::hint::black_box(Summary::of(&row_files(directory))?.text(None));
             begun.elapsed()
         }
         What::Tabulate => rehearsal::tabulate(directory, &samples).map(|()| begun.elapsed())?,
