@@ -278,6 +278,16 @@ fn damaged_and_foreign_chunks_are_put_aside_and_computed_again() {
     bytes[middle] ^= 4;
     fs::write(world.chunk("d", 2), bytes).expect("written");
     fs::copy(world.chunk("d", 6), world.chunk("d", 7)).expect("copied");
+    // One of another study; one that is not there.
+    let text = fs::read_to_string(world.folder.path("f.toml")).expect("there");
+    let other = text.replacen("seed = ", "seed = 1", 1);
+    assert!(other != text, "another seed");
+    let (other, scratch) = (world.folder.write("other.toml", &other), world.folder.name("scratch"));
+    let out = world.folder.name("other");
+    let of_other = ["run", &other, "--out", &out, "--shard", "0/1", "--chunk", "10", "--scratch", &scratch];
+    assert_eq!(say(&of_other).code, 0);
+    fs::copy(world.chunk("other", 5), world.chunk("d", 5)).expect("copied");
+    fs::remove_file(world.chunk("d", 4)).expect("there");
     // left by merges that were killed long ago, and just now
     for (name, age) in [("results.parquet.0123abcd.tmp", 7200), ("results.parquet.0123abce.tmp", 0)] {
         let file = fs::File::create(world.folder.path("d").join(name)).expect("made");
@@ -290,11 +300,16 @@ fn damaged_and_foreign_chunks_are_put_aside_and_computed_again() {
     assert!(verified.code == 6 && verified.out.contains("chunk-000002.bin: damaged"), "{}", verified.out);
     let merged = world.merge("d");
     assert_eq!(merged.code, 5, "{}", merged.err);
-    assert!(
-        merged.err.contains("3 of 12 chunks are missing: 2, 7, 9") && merged.err.contains("chunk is 6, not 7"),
-        "{}",
-        merged.err
-    );
+    // All of it in one message.
+    let told = merged.err.find("5 of 12 chunks are missing: 2, 4-5, 7, 9").map(|at| &merged.err[at..]);
+    for what in [
+        "1 put aside as damaged: 2 (chunk 2: damaged: ",
+        "1 put aside as of another study, program or basis: 5 (chunk 5: ",
+        "1 put aside as with samples of another chunk, which would be there twice: 7 (chunk 7: ",
+        "chunk is 6, not 7",
+    ] {
+        assert!(told.is_some_and(|told| told.contains(what)), "{what}: {}", merged.err);
+    }
     assert!(!world.chunk("d", 2).exists() && !world.folder.path("d/results.parquet").exists());
     assert_eq!(world.shard("d", "0/1", &[]).code, 0);
     world.merged_is_that_of_one_machine("d");

@@ -10,6 +10,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::{Duration, Instant};
+use support::docs::{blocks, with};
 use support::faults::{signal, state};
 use support::skipped::skipped;
 use support::{Folder, bladeoff, root, say};
@@ -200,6 +201,7 @@ fn stopped(out: &str) -> Vec<u32> {
 #[test]
 fn a_study_on_a_real_slurm_is_that_of_one_machine_whatever_happens_to_nodes_controller_and_tasks() {
     let Some(slurm) = Slurm::start() else { return };
+    as_the_page_says(&slurm);
     // It takes a minute, of which the next one makes use.
     let over = time_is_over(&slurm);
     half_is_cancelled(&slurm);
@@ -207,6 +209,29 @@ fn a_study_on_a_real_slurm_is_that_of_one_machine_whatever_happens_to_nodes_cont
     node_dies(&slurm);
     node_is_cut_off(&slurm);
     controller_is_killed(&slurm);
+}
+
+/// The command of docs/cluster.md as it is written there, with other paths. The Slurm has its partition.
+fn as_the_page_says(slurm: &Slurm) {
+    let written = blocks("docs/cluster.md", "--scheduler slurm");
+    let [written] = &written[..] else { panic!("{written:?}") };
+    let (program, out) = (format!("{} ", env!("CARGO_BIN_EXE_bladeoff")), slurm.world.name("page"));
+    let paths = [
+        ("bladeoff ", program.as_str()),
+        ("studies/gap-friction-map.toml", slurm.study.as_str()),
+        ("runs/night", &out),
+    ];
+    let mut command = Command::new("bash");
+    command.args(["-ec", &with(written, &paths)]).env("SLURM_CONF", slurm.dir().join("slurm.conf"));
+    let output = command.env_remove("BLADEOFF_RUNTIME_DIR").current_dir(root()).output().expect("bash");
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));
+    slurm.is_merged_and_that_of_one_machine("page");
+    let partitions = slurm.asks("scontrol", &["show", "job"]);
+    assert!(String::from_utf8_lossy(&partitions.stdout).contains("Partition=long"), "it went where it was told to");
+    let attempts = slurm.attempts("page").len();
+    assert!(attempts >= 16, "each of 16 shards began: {attempts}");
+    println!("the command of docs/cluster.md: {attempts} attempts at 16 shards");
 }
 
 /// A task whose time is over in the middle of a chunk. Where its fault fires.

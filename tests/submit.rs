@@ -6,8 +6,9 @@ use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::Command;
+use support::docs::{blocks, with};
 use support::skipped::skipped;
-use support::{Folder, Said, bladeoff, said, say};
+use support::{Folder, RUNTIME_VARIABLE, Said, bladeoff, root, runtime, said, say};
 
 /// 120 samples.
 const STUDY: &str = r#"schema = 1
@@ -39,16 +40,35 @@ fn executable(path: &Path, text: &str) {
     fs::set_permissions(path, fs::Permissions::from_mode(0o755)).expect("own");
 }
 
+/// A shell block, with the program of this build.
+fn shell(block: &str) -> Command {
+    let mut command = Command::new("bash");
+    command.args(["-ec", block]).current_dir(root()).env_remove("BLADEOFF_FAULT").env(RUNTIME_VARIABLE, runtime());
+    command
+}
+
+/// An ssh that runs what it is told on this host, but where the host is this one.
+fn ssh(path: &Path, dead: &str) {
+    executable(
+        path,
+        // As sshd does it: the shell of the account is in the environment, whatever this test was started in.
+        &format!(
+            "#!/bin/sh\nexport SHELL=/bin/sh\nwhile [ \"${{1#-}}\" != \"$1\" ]; do shift; done\nhost=$1; shift; [ \"$1\" = -- ] && shift\n\
+             echo \"$host\" >> \"$0.log\"\n[ \"$host\" = \"{dead}\" ] && exit 255\nexec sh -c \"$*\"\n"
+        ),
+    );
+}
+
 fn submit(folder: &Folder, scheduler: &str, more: &[&str]) -> Command {
     let (study, out) = (folder.name("f.toml"), folder.name("out"));
     bladeoff(&[&["submit", &study, "--scheduler", scheduler, "--out", &out, "--chunk", "10"], more].concat())
 }
 
-fn same_tables(folder: &Folder) {
+fn same_tables(folder: &Folder, out: &str) {
     let one = say(&["run", &folder.name("f.toml"), "--out", &folder.name("one")]);
     assert_eq!(one.code, 0, "{}", one.err);
     let read = |name: &str| fs::read(folder.path(name)).expect("there");
-    assert!(read("one/results.parquet") == read("out/results.parquet"), "other bytes");
+    assert!(read("one/results.parquet") == read(&format!("{out}/results.parquet")), "other bytes");
 }
 
 #[test]
@@ -59,12 +79,7 @@ fn gnu_parallel_computes_on_its_hosts_one_of_which_is_dead() {
     let folder = Folder::new();
     folder.write("f.toml", STUDY);
     let ssh = folder.path("ssh");
-    executable(
-        &ssh,
-        // As sshd does it: the shell of the account is in the environment, whatever this test was started in.
-        "#!/bin/sh\nexport SHELL=/bin/sh\nwhile [ \"${1#-}\" != \"$1\" ]; do shift; done\nhost=$1; shift; [ \"$1\" = -- ] && shift\n\
-         echo \"$host\" >> \"$0.log\"\n[ \"$host\" = red ] && exit 255\nexec sh -c \"$*\"\n",
-    );
+    self::ssh(&ssh, "red");
     let mut command = submit(&folder, "parallel", &["--shards", "4", "--hosts", "blue,red"]);
     let Said { code, out, err } =
         said(command.env("PARALLEL_SSH", &ssh).env("PARALLEL_HOME", folder.path("home")).output().expect("it starts"));
@@ -77,11 +92,48 @@ fn gnu_parallel_computes_on_its_hosts_one_of_which_is_dead() {
         fields.filter(|fields| fields[1] == host && (fields[6] == "0") == well).count()
     };
     assert!(ended("red", false) + ended("red", true) <= 4 && ended("blue", true) == 4, "{log}");
-    same_tables(&folder);
+    same_tables(&folder, "out");
     assert!(out.contains("f: 120 of 120 samples"), "{out}{err}");
     // Again: nothing is left but the table, which is there.
     let again = said(submit(&folder, "parallel", &["--shards", "2"]).output().expect("it starts"));
     assert!(again.code == 0 && again.err.contains("every chunk is there"), "{}", again.err);
+}
+
+#[test]
+fn the_commands_of_the_page_without_a_scheduler_make_the_table_of_one_machine() {
+    let folder = Folder::new();
+    let (study, program) = (folder.write("f.toml", STUDY), env!("CARGO_BIN_EXE_bladeoff"));
+    let paths = |out: &str| {
+        let commands = [("bladeoff ", format!("{program} ")), ("studies/gap-friction-map.toml", study.clone())];
+        [commands.to_vec(), vec![("runs/night", folder.name(out))]].concat()
+    };
+    let written = |block: &str, out: &str| {
+        let paths = paths(out);
+        with(block, &paths.iter().map(|(written, other)| (*written, other.as_str())).collect::<Vec<_>>())
+    };
+    let run = |command: &mut Command| {
+        let Said { code, out, err } = said(command.output().expect("bash"));
+        assert_eq!(code, 0, "{out}{err}");
+    };
+    let by_hand = blocks("docs/cluster.md", "--shard I/16");
+    let [by_hand] = &by_hand[..] else { panic!("{by_hand:?}") };
+    let lines = written(by_hand, "hand");
+    let (on_each, once) = lines.split_once('\n').expect("two commands");
+    (0..16).for_each(|number| run(&mut shell(&on_each.replace("I/16", &format!("{number}/16")))));
+    run(&mut shell(once));
+    same_tables(&folder, "hand");
+    let parallel = blocks("docs/cluster.md", "--scheduler parallel");
+    let [parallel] = &parallel[..] else { panic!("{parallel:?}") };
+    if Command::new("parallel").arg("--version").output().is_err() {
+        return skipped("the command of docs/cluster.md for GNU parallel", "lacks: parallel");
+    }
+    let stand_in = folder.path("ssh");
+    ssh(&stand_in, "nobody");
+    let mut command = shell(&written(parallel, "out"));
+    run(command.env("PARALLEL_SSH", &stand_in).env("PARALLEL_HOME", folder.path("home")));
+    let asked = fs::read_to_string(folder.path("ssh.log")).expect("written");
+    assert!(["blue", "red", "green", "black"].iter().all(|host| asked.contains(host)), "{asked}");
+    same_tables(&folder, "out");
 }
 
 #[test]

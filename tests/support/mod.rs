@@ -2,6 +2,7 @@
 
 #![allow(dead_code, reason = "each test program uses its part")]
 
+pub mod docs;
 pub mod faults;
 pub mod screen;
 pub mod skipped;

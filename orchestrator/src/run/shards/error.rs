@@ -95,7 +95,7 @@ pub enum ShardError {
         path: PathBuf,
     },
     /// Not all chunks are there.
-    #[error("{}: {missing} of {} {} missing: {}", shown(path), counted(*total, "chunk"), are(*missing), list)]
+    #[error("{}: {missing} of {} {} missing: {}{aside}", shown(path), counted(*total, "chunk"), are(*missing), list)]
     Missing {
         /// The directory.
         path: PathBuf,
@@ -105,6 +105,8 @@ pub enum ShardError {
         total: u64,
         /// Which, in words.
         list: String,
+        /// Those of them that were there and were put aside, a line for each kind.
+        aside: String,
     },
     /// A thread could not be started.
     #[error("cannot start the thread that publishes chunks")]

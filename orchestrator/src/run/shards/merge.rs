@@ -18,6 +18,7 @@ use super::error::ShardError;
 use super::frozen::Frozen;
 use super::layout::{CHUNKS, Chunks, PER_FOLDER, chunk_name, folder_name, folder_of};
 use super::shared::Shared;
+use super::wrong::Wrong;
 use crate::dispatch::Ended;
 use crate::report::Tally;
 use crate::schedule::RunLimits;
@@ -71,9 +72,6 @@ pub fn merge(
     let shared = Shared::open(path)?.ok_or_else(|| ShardError::None { path: path.to_path_buf() })?;
     shared.trusted(trusts, note)?;
     let frozen = Frozen::read(&shared)?.ok_or_else(|| ShardError::None { path: path.to_path_buf() })?;
-    if looking.is_none() {
-        refuse_missing(&shared, &frozen)?;
-    }
     let prepared = frozen.prepared(&shared, samples)?;
     let mut merging = Merging {
         shared: &shared,
@@ -82,6 +80,9 @@ pub fn merge(
         made: BTreeMap::new(),
         tally: Tally::default(),
     };
+    if looking.is_none() {
+        merging.refuse_missing(note)?;
+    }
     let (folder, table) = (shared.folder(), path.join(RESULTS));
     let is_there = is_current(path, RESULTS, &prepared.provenance)
         && refuse_changed(path).is_ok_and(|is_known| is_known)
@@ -153,11 +154,11 @@ impl Merging<'_> {
         let folder = self.shared.folder();
         let pending = |name: &str| Pending::create(folder.place(name));
         let mut rows = RowsWriter::create(self.prepared, pending(RESULTS)?, pending(TIMINGS)?, &told(end))?;
-        let mut damaged = Vec::new();
+        let mut wrong = Wrong::default();
         let last = end.map_or(self.frozen.chunks.samples(), |end| end.samples);
         for chunk in 0..self.frozen.chunks.up_to(last).count() {
             match self.read(chunk) {
-                Ok(found) if damaged.is_empty() => {
+                Ok(found) if wrong.is_nothing() => {
                     let range = self.frozen.chunks.range(chunk);
                     let range = range.start..range.end.min(last);
                     self.count(&found.by, range.end - range.start);
@@ -167,14 +168,11 @@ impl Merging<'_> {
                     }
                 }
                 Ok(_) => {}
-                Err(error) => {
-                    self.put_aside(chunk, error, note)?;
-                    damaged.push(chunk);
-                }
+                Err(error) => self.put_aside(chunk, error, &mut wrong, note)?,
             }
         }
-        if !damaged.is_empty() {
-            return Err(missing(self.shared, self.frozen, &damaged));
+        if !wrong.is_nothing() {
+            return Err(wrong.told(self.shared, self.frozen));
         }
         forget_answers(folder)?;
         Ok(rows.finish()?)
@@ -195,8 +193,36 @@ impl Merging<'_> {
         made.samples += samples;
     }
 
+    /// Refuses a directory in which chunks have no file, by its folders alone; before that it looks at all others, so that everything that is
+    /// wrong is told, and computed again, at once.
+    fn refuse_missing(&self, note: &dyn Fn(&str)) -> Result<(), ShardError> {
+        let mut absent = BTreeSet::new();
+        each_missing(self.shared, &self.frozen.chunks, |chunk| {
+            absent.insert(chunk);
+        })?;
+        if absent.is_empty() {
+            return Ok(());
+        }
+        let mut wrong = Wrong::default();
+        for chunk in 0..self.frozen.chunks.count() {
+            if absent.contains(&chunk) {
+                wrong.was(chunk, &ChunkError::Missing);
+            } else if let Err(error) = self.read(chunk) {
+                self.put_aside(chunk, error, &mut wrong, note)?;
+            }
+        }
+        Err(wrong.told(self.shared, self.frozen))
+    }
+
     /// Takes the name from a chunk that is not one, so that it is computed again.
-    pub(super) fn put_aside(&self, chunk: u64, error: ChunkError, note: &dyn Fn(&str)) -> Result<(), ShardError> {
+    pub(super) fn put_aside(
+        &self,
+        chunk: u64,
+        error: ChunkError,
+        wrong: &mut Wrong,
+        note: &dyn Fn(&str),
+    ) -> Result<(), ShardError> {
+        wrong.was(chunk, &error);
         let place = || -> Result<_, FileError> {
             let number = folder_of(chunk);
             let folder = self.shared.numbered(CHUNKS, number)?;
@@ -218,7 +244,10 @@ impl Merging<'_> {
                 let aside = place.with_suffix(&format!(".damaged-{}", unguessable()));
                 place.rename_to_free(&aside).map_err(FileError::at("rename", &place))?;
                 place.sync_parent()?;
-                note(&format!("chunk {chunk} is put aside as {aside}: {error}"));
+                // of many the first: the end tells of all
+                if wrong.aside() <= SHOWN {
+                    note(&format!("chunk {chunk} is put aside as {aside}: {error}"));
+                }
                 Ok(())
             }
         }
@@ -268,13 +297,6 @@ impl Merging<'_> {
     }
 }
 
-/// Refuses a directory in which chunks have no file, by its folders alone.
-fn refuse_missing(shared: &Shared, frozen: &Frozen) -> Result<(), ShardError> {
-    let mut absent = Vec::new();
-    each_missing(shared, &frozen.chunks, |chunk| absent.push(chunk))?;
-    if absent.is_empty() { Ok(()) } else { Err(missing(shared, frozen, &absent)) }
-}
-
 /// Every one of these chunks that has no file, in ascending order; gives how many have one.
 pub(super) fn each_missing(shared: &Shared, chunks: &Chunks, mut visit: impl FnMut(u64)) -> Result<u64, FileError> {
     let count = chunks.count();
@@ -291,15 +313,6 @@ pub(super) fn each_missing(shared: &Shared, chunks: &Chunks, mut visit: impl FnM
         }
     }
     Ok(there)
-}
-
-pub(super) fn missing(shared: &Shared, frozen: &Frozen, chunks: &[u64]) -> ShardError {
-    ShardError::Missing {
-        path: shared.path().to_path_buf(),
-        missing: chunks.len() as u64,
-        total: frozen.chunks.count(),
-        list: in_words(chunks),
-    }
 }
 
 /// Ascending numbers as ranges: "0-3, 7, 9-10"; of many the first.

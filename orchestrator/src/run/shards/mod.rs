@@ -31,6 +31,7 @@ mod shared;
 mod simulation;
 mod stop;
 mod takeover;
+mod wrong;
 
 pub use attempt::AttemptSeen;
 pub use begin::{begin, shards_to_do};

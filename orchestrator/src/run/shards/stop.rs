@@ -13,8 +13,9 @@ use super::super::stages::{at_the_last, before_any_look, ended};
 use super::super::tables::LookWriter;
 use super::attempt::{TIME_WAS_OVER, all};
 use super::error::ShardError;
-use super::merge::{Merging, each_missing, missing};
+use super::merge::{Merging, each_missing};
 use super::rows::OwnFolder;
+use super::wrong::Wrong;
 use bladeoff_system::files::Pending;
 
 impl Merging<'_> {
@@ -29,12 +30,13 @@ impl Merging<'_> {
             each_missing(self.shared, &self.frozen.chunks.up_to(stage.samples), |chunk| absent.push(chunk))?;
             if let Some(&first) = absent.first() {
                 if looking.wall().is_none() || !self.is_time_over() {
-                    return Err(missing(self.shared, self.frozen, &absent));
+                    return Err(Wrong::absent(absent).told(self.shared, self.frozen));
                 }
                 let samples = self.prepared.samples;
                 let before = || before_any_look(samples, self.frozen.chunks.range(first).start);
                 let end = last.map_or_else(before, |stage| Some(ended(stage, EndWhy::Wall)));
-                return end.map_or_else(|| Err(missing(self.shared, self.frozen, &absent)), |end| Ok(Some(end)));
+                return end
+                    .map_or_else(|| Err(Wrong::absent(absent).told(self.shared, self.frozen)), |end| Ok(Some(end)));
             }
             if looking.looks() && self.look(looking, stage, &mut known, note)? {
                 return Ok(Some(ended(stage, EndWhy::Precision)));
@@ -62,21 +64,18 @@ impl Merging<'_> {
         let table = aside.path().join("look.parquet");
         let mut rows = LookWriter::create(self.prepared, Pending::create(&table)?)?;
         let chunks = self.frozen.chunks.up_to(stage.samples);
-        let mut damaged = Vec::new();
+        let mut wrong = Wrong::default();
         for chunk in 0..chunks.count() {
             match self.read(chunk) {
                 Ok(found) => {
                     let of_stage = chunks.range(chunk).zip(found.entries).filter(|(sample, _)| *sample < stage.samples);
                     of_stage.into_iter().try_for_each(|(sample, entry)| rows.push(sample, entry))?;
                 }
-                Err(error) => {
-                    self.put_aside(chunk, error, note)?;
-                    damaged.push(chunk);
-                }
+                Err(error) => self.put_aside(chunk, error, &mut wrong, note)?,
             }
         }
-        if !damaged.is_empty() {
-            return Err(missing(self.shared, self.frozen, &damaged));
+        if !wrong.is_nothing() {
+            return Err(wrong.told(self.shared, self.frozen));
         }
         rows.finish()?;
         let Looked { is_enough, hindered } = looking.look(stage, &table).map_err(RunError::from)?;
