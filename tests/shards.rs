@@ -303,9 +303,9 @@ fn damaged_and_foreign_chunks_are_put_aside_and_computed_again() {
     // All of it in one message.
     let told = merged.err.find("5 of 12 chunks are missing: 2, 4-5, 7, 9").map(|at| &merged.err[at..]);
     for what in [
-        "1 put aside as damaged: 2 (chunk 2: damaged: ",
-        "1 put aside as of another study, program or basis: 5 (chunk 5: ",
-        "1 put aside as with samples of another chunk, which would be there twice: 7 (chunk 7: ",
+        "2 put aside, damaged: 2, 9 (chunk 2: damaged: ",
+        "1 put aside, of another study, program or basis: 5 (chunk 5: ",
+        "1 put aside, with samples of another chunk, which would be there twice: 7 (chunk 7: ",
         "chunk is 6, not 7",
     ] {
         assert!(told.is_some_and(|told| told.contains(what)), "{what}: {}", merged.err);

@@ -103,7 +103,7 @@ impl fmt::Display for Wrong {
             chunks.sort_unstable();
             if let Some((chunk, why)) = first {
                 let (count, list) = (chunks.len(), in_words(&chunks));
-                write!(out, "\n  {count} put aside as {}: {list} (chunk {chunk}: {why})", kind.words())?;
+                write!(out, "\n  {count} put aside, {}: {list} (chunk {chunk}: {why})", kind.words())?;
             }
         }
         Ok(())
@@ -128,8 +128,8 @@ mod tests {
         wrong.was(9, &ChunkError::Damaged("it is cut off"));
         assert_eq!(
             wrong.to_string(),
-            "\n  1 put aside as damaged: 9 (chunk 9: damaged: it is cut off)\n  50 put aside as of another study, program or basis: 40-89 \
-             (chunk 40: of another study, program or chunk: numerics is 3, not 7)\n  1 put aside as with samples of another chunk, which \
+            "\n  1 put aside, damaged: 9 (chunk 9: damaged: it is cut off)\n  50 put aside, of another study, program or basis: 40-89 \
+             (chunk 40: of another study, program or chunk: numerics is 3, not 7)\n  1 put aside, with samples of another chunk, which \
              would be there twice: 7 (chunk 7: of another study, program or chunk: chunk is 3, not 7)"
         );
         assert_eq!((wrong.aside(), wrong.is_nothing()), (52, false));
