@@ -8,6 +8,7 @@ mod figures;
 mod gates;
 mod limits;
 mod maps;
+mod passing;
 mod questions;
 mod spans;
 mod support;

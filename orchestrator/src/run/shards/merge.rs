@@ -18,7 +18,7 @@ use super::error::ShardError;
 use super::frozen::Frozen;
 use super::layout::{CHUNKS, Chunks, PER_FOLDER, chunk_name, folder_name, folder_of};
 use super::shared::Shared;
-use super::wrong::Wrong;
+use super::wrong::{SHOWN, Wrong};
 use crate::dispatch::Ended;
 use crate::report::Tally;
 use crate::schedule::RunLimits;
@@ -31,8 +31,6 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
-/// Ranges of missing chunks that are listed.
-const SHOWN: usize = 20;
 /// Attempts that are listed in a manifest, which is read whole.
 const LISTED: usize = 20_000;
 
@@ -313,34 +311,4 @@ pub(super) fn each_missing(shared: &Shared, chunks: &Chunks, mut visit: impl FnM
         }
     }
     Ok(there)
-}
-
-/// Ascending numbers as ranges: "0-3, 7, 9-10"; of many the first.
-pub(super) fn in_words(chunks: &[u64]) -> String {
-    let mut ranges: Vec<(u64, u64)> = Vec::new();
-    for &chunk in chunks {
-        match ranges.last_mut() {
-            Some((_, last)) if *last + 1 == chunk => *last = chunk,
-            _ => ranges.push((chunk, chunk)),
-        }
-    }
-    let word = |(first, last): &(u64, u64)| if first == last { first.to_string() } else { format!("{first}-{last}") };
-    let words: Vec<String> = ranges.iter().take(SHOWN).map(word).collect();
-    if ranges.len() > SHOWN {
-        let more: u64 = ranges[SHOWN..].iter().map(|(first, last)| last - first + 1).sum();
-        return format!("{} and {more} more", words.join(", "));
-    }
-    words.join(", ")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn missing_chunks_are_told_as_ranges() {
-        assert_eq!(in_words(&[0, 1, 2, 3, 7, 9, 10]), "0-3, 7, 9-10");
-        let every_second: Vec<u64> = (0..30).map(|number| 2 * number).collect();
-        assert!(in_words(&every_second).ends_with("36, 38 and 10 more"), "{}", in_words(&every_second));
-    }
 }

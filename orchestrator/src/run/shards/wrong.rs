@@ -3,10 +3,11 @@
 use super::chunk::ChunkError;
 use super::error::ShardError;
 use super::frozen::Frozen;
-use super::merge::in_words;
 use super::shared::Shared;
 use std::fmt;
 
+/// Ranges of chunks that are listed.
+pub(super) const SHOWN: usize = 20;
 /// Keys of a chunk's head that say which samples are in it.
 const PLACE: [&str; 3] = ["chunk", "first", "samples"];
 
@@ -110,6 +111,24 @@ impl fmt::Display for Wrong {
     }
 }
 
+/// Ascending numbers as ranges: "0-3, 7, 9-10"; of many the first.
+pub(super) fn in_words(chunks: &[u64]) -> String {
+    let mut ranges: Vec<(u64, u64)> = Vec::new();
+    for &chunk in chunks {
+        match ranges.last_mut() {
+            Some((_, last)) if *last + 1 == chunk => *last = chunk,
+            _ => ranges.push((chunk, chunk)),
+        }
+    }
+    let word = |(first, last): &(u64, u64)| if first == last { first.to_string() } else { format!("{first}-{last}") };
+    let words: Vec<String> = ranges.iter().take(SHOWN).map(word).collect();
+    if ranges.len() > SHOWN {
+        let more: u64 = ranges[SHOWN..].iter().map(|(first, last)| last - first + 1).sum();
+        return format!("{} and {more} more", words.join(", "));
+    }
+    words.join(", ")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -133,5 +152,12 @@ mod tests {
              would be there twice: 7 (chunk 7: of another study, program or chunk: chunk is 3, not 7)"
         );
         assert_eq!((wrong.aside(), wrong.is_nothing()), (52, false));
+    }
+
+    #[test]
+    fn missing_chunks_are_told_as_ranges() {
+        assert_eq!(in_words(&[0, 1, 2, 3, 7, 9, 10]), "0-3, 7, 9-10");
+        let every_second: Vec<u64> = (0..30).map(|number| 2 * number).collect();
+        assert!(in_words(&every_second).ends_with("36, 38 and 10 more"), "{}", in_words(&every_second));
     }
 }
