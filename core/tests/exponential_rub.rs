@@ -94,3 +94,20 @@ fn contact_that_is_not_covered_is_refused_by_name() {
         assert!(matches!(refused, ExponentialError::NotCovered { .. }), "{change:?}: {refused}");
     }
 }
+
+/// The table of docs/theory/08-exponential-engine.md in short: more cells between two stations bring a rub nearer to that of a fine grid.
+#[test]
+fn a_rub_converges_with_the_cells_of_the_grid() {
+    let machine = machine_with(&study_machine("lp_turbine"), &[("run.end_time", "3.4 s")]);
+    let structure = Structure::build(&machine, None).expect("buildable");
+    let of = |spacing: f64, cells: u32| {
+        let settings = FlightSettings { spacing: Some(spacing), cells, ..FlightSettings::of_step(1.3e-5) };
+        let found = rubbing_run(&machine, &structure, settings, true).expect("goes on");
+        assert!(found.impulse > 0.0, "touches");
+        found.impulse
+    };
+    let exact = of(0.5, 80);
+    let errors = [2, 10].map(|cells| (of(1.0, cells) / exact - 1.0).abs());
+    println!("impulse with 2 and 10 cells: {errors:?}");
+    assert!(errors[1] < 0.5 * errors[0] && errors[1] < 1e-4, "{errors:?}");
+}

@@ -6,9 +6,8 @@ mod common;
 
 use bladeoff_core::modal::{report, whirl_modes};
 use bladeoff_core::rotor::RotorMatrices;
-use bladeoff_model::machine::{Machine, UnbalanceKind};
 use bladeoff_model::outcome::{EndCause, Status};
-use common::{Every, Row, close, machine, run, run_seen, study_machine};
+use common::{Every, Row, close, drawn, machine, run, run_seen, study_machine};
 use serde_json::Value;
 
 fn references() -> Value {
@@ -29,27 +28,6 @@ fn numbers(value: &Value) -> Vec<f64> {
 
 fn text(value: &Value) -> &str {
     value.as_str().expect("a text")
-}
-
-/// A rotor drawn at random, whose lost masses may have more inertia than their nodes, which no start in the plane of the nodes sees: the
-/// same mass and unbalance are lost as `2 m` on the axis, with m added opposite.
-fn drawn(text: &str) -> Machine {
-    let lost: Vec<&str> = text
-        .split("[rotor.unbalances.")
-        .skip(1)
-        .filter(|table| table.split("\n[").next().is_some_and(|own| own.contains("kind = \"lost\"")))
-        .filter_map(|table| table.split(']').next())
-        .collect();
-    let mut machine = machine(&text.replace("kind = \"lost\"", "kind = \"added\""));
-    let mut opposite = Vec::new();
-    for unbalance in machine.rotor.unbalances.iter_mut().filter(|unbalance| lost.contains(&&*unbalance.name)) {
-        let mut other = unbalance.clone();
-        other.phase += std::f64::consts::PI;
-        opposite.push(other);
-        (unbalance.kind, unbalance.mass, unbalance.radius) = (UnbalanceKind::Lost, 2.0 * unbalance.mass, 0.0);
-    }
-    machine.rotor.unbalances.extend(opposite);
-    machine
 }
 
 /// Four shaft lines drawn at random: hollow and stepped, several materials and shear coefficients, two discs on a node,

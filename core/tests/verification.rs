@@ -7,8 +7,9 @@ fn every_reference_case_holds() {
     let checks = verify();
     for check in &checks {
         println!(
-            "{:36} {:36} {:?} {} {:.1e} of {:.1e}",
+            "{:36} {:12} {:36} {:?} {} {:.1e} of {:.1e}",
             check.case,
+            check.engine,
             check.quantity,
             check.ours,
             check.reference,
@@ -18,7 +19,7 @@ fn every_reference_case_holds() {
     }
     let broken: Vec<_> = checks.iter().filter(|check| !check.holds()).collect();
     assert!(broken.is_empty(), "{broken:#?}");
-    assert!((25..=60).contains(&checks.len()), "{}", checks.len());
+    assert!((25..=80).contains(&checks.len()), "{}", checks.len());
 }
 
 #[test]

@@ -1,10 +1,15 @@
 //! A number of a reference case beside its reference.
 
+/// Engine of a number that no run has a part in: a frequency, a static displacement, a probability.
+pub const NO_RUN: &str = "-";
+
 /// One number of a reference case.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Check {
     /// The case.
     pub case: &'static str,
+    /// Engine of the run that the number is read from; [`NO_RUN`] where there is none.
+    pub engine: &'static str,
     /// What is compared.
     pub quantity: String,
     /// Computed here; `None` if the case could not be computed.
@@ -34,10 +39,11 @@ impl Check {
     }
 }
 
-/// Name, unit, source and tolerance that the numbers of one case share.
+/// Name, engine, unit, source and tolerance that the numbers of one case share.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Case {
     pub name: &'static str,
+    pub engine: &'static str,
     pub unit: &'static str,
     pub source: &'static str,
     pub tolerance: f64,
@@ -46,8 +52,8 @@ pub(super) struct Case {
 impl Case {
     /// Adds one number.
     pub fn check(&self, checks: &mut Vec<Check>, quantity: impl Into<String>, ours: Option<f64>, reference: f64) {
-        let Case { name: case, unit, source, tolerance } = *self;
-        checks.push(Check { case, quantity: quantity.into(), ours, reference, tolerance, unit, source });
+        let Case { name: case, engine, unit, source, tolerance } = *self;
+        checks.push(Check { case, engine, quantity: quantity.into(), ours, reference, tolerance, unit, source });
     }
 }
 
@@ -59,6 +65,7 @@ mod tests {
     fn a_number_that_is_off_or_missing_does_not_hold() {
         let check = |ours| Check {
             case: "c",
+            engine: NO_RUN,
             quantity: "q".into(),
             ours,
             reference: 2.0,

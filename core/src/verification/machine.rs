@@ -3,11 +3,17 @@
 use crate::engine::simulate;
 use crate::record::{Follower, Frame};
 use crate::structure::Structure;
-use bladeoff_model::machine::{Machine, MachineDef};
+use bladeoff_model::machine::{Engine, Machine, MachineDef};
 
 /// The machine of a reference case; `None` only if the format no longer reads it.
 pub(super) fn machine(text: &str) -> Option<Machine> {
     MachineDef::parse("reference case", text).ok()?.build().ok()
+}
+
+/// Engine and step \[s\], as lines of `[run]`.
+pub(super) fn stepping(engine: Engine, step: f64) -> String {
+    let key = if engine == Engine::Exponential { "contact_step" } else { "step" };
+    format!("engine = \"{}\"\n{key} = {step:?}\n", engine.word())
 }
 
 /// Runs a machine and shows each instant to a closure; `None` if it cannot be run.

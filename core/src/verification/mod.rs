@@ -4,6 +4,7 @@
 //! through the machine format and the same code as any run. The full ladder is in `core/tests`; this is its summary that
 //! ships with the program: `bladeoff verify`.
 
+mod annular;
 mod case;
 mod jeffcott;
 mod linear;
@@ -11,7 +12,7 @@ mod machine;
 mod ring;
 mod rub;
 
-pub use case::Check;
+pub use case::{Check, NO_RUN};
 
 /// Recomputes every reference case; well under a minute on one core.
 #[must_use]
@@ -21,5 +22,6 @@ pub fn verify() -> Vec<Check> {
     ring::add(&mut checks);
     jeffcott::add(&mut checks);
     rub::add(&mut checks);
+    annular::add(&mut checks);
     checks
 }

@@ -4,7 +4,7 @@
 use bladeoff_core::engine::simulate;
 use bladeoff_core::record::{Follower, Frame, NoHistory, columns};
 use bladeoff_core::structure::Structure;
-use bladeoff_model::machine::{Machine, MachineDef};
+use bladeoff_model::machine::{Machine, MachineDef, UnbalanceKind};
 use bladeoff_model::outcome::Outcome;
 
 /// A machine from the text of a machine file.
@@ -28,6 +28,27 @@ pub fn machine_with(text: &str, changes: &[(&str, &str)]) -> Machine {
         def.set(&info, &value).unwrap_or_else(|error| panic!("{error}"));
     }
     def.build().unwrap_or_else(|problems| panic!("{problems}"))
+}
+
+/// A rotor drawn at random, whose lost masses may have more inertia than their nodes, which no start in the plane of the nodes sees: the
+/// same mass and unbalance are lost as `2 m` on the axis, with m added opposite.
+pub fn drawn(text: &str) -> Machine {
+    let lost: Vec<&str> = text
+        .split("[rotor.unbalances.")
+        .skip(1)
+        .filter(|table| table.split("\n[").next().is_some_and(|own| own.contains("kind = \"lost\"")))
+        .filter_map(|table| table.split(']').next())
+        .collect();
+    let mut machine = machine(&text.replace("kind = \"lost\"", "kind = \"added\""));
+    let mut opposite = Vec::new();
+    for unbalance in machine.rotor.unbalances.iter_mut().filter(|unbalance| lost.contains(&&*unbalance.name)) {
+        let mut other = unbalance.clone();
+        other.phase += std::f64::consts::PI;
+        opposite.push(other);
+        (unbalance.kind, unbalance.mass, unbalance.radius) = (UnbalanceKind::Lost, 2.0 * unbalance.mass, 0.0);
+    }
+    machine.rotor.unbalances.extend(opposite);
+    machine
 }
 
 /// A run and its row.

@@ -9,7 +9,7 @@ use super::{Meant, Source, meant};
 use crate::run::own_columns;
 use bladeoff_answers::ask::answer;
 use bladeoff_answers::estimate::input::{Cells, Column, Design, DesignKind, Layout, Nature, Study};
-use bladeoff_core::verification::Check;
+use bladeoff_core::verification::{Check, NO_RUN};
 use bladeoff_model::outcome::{CauseSet, Status};
 use bladeoff_study::{Samples, load_text};
 
@@ -116,7 +116,7 @@ pub fn known_probabilities() -> Vec<Check> {
     let check = |(at, (case, quantity, reference, source)): (usize, (&'static str, &str, f64, &'static str))| {
         let (n, ours) = estimates.as_ref().and_then(|found| found.get(at).copied()).unwrap_or((1, None));
         let tolerance = 4.0 * ((1.0 - reference) / (reference * n as f64)).sqrt();
-        Check { case, quantity: quantity.to_owned(), ours, reference, tolerance, unit: "", source }
+        Check { case, engine: NO_RUN, quantity: quantity.to_owned(), ours, reference, tolerance, unit: "", source }
     };
     REFERENCES.into_iter().enumerate().map(check).collect()
 }

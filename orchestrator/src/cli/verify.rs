@@ -43,6 +43,7 @@ fn exit(checks: &[Check]) -> Exit {
 fn table(checks: &[Check]) -> String {
     let header = [
         ("case", Align::Left),
+        ("engine", Align::Left),
         ("quantity", Align::Left),
         ("ours", Align::Right),
         ("reference", Align::Right),
@@ -56,6 +57,7 @@ fn table(checks: &[Check]) -> String {
     for check in checks {
         table.row(vec![
             check.case.to_owned(),
+            check.engine.to_owned(),
             check.quantity.clone(),
             check.ours.map_or_else(|| "-".to_owned(), digits),
             digits(check.reference),
@@ -90,9 +92,10 @@ fn json(checks: &[Check]) -> String {
         .iter()
         .map(|check| {
             format!(
-                "    {{\"case\": {}, \"quantity\": {}, \"ours\": {}, \"reference\": {}, \"unit\": {}, \"error\": {}, \
+                "    {{\"case\": {}, \"engine\": {}, \"quantity\": {}, \"ours\": {}, \"reference\": {}, \"unit\": {}, \"error\": {}, \
                  \"tolerance\": {}, \"holds\": {}, \"source\": {}}}",
                 quoted(check.case),
+                quoted(check.engine),
                 quoted(&check.quantity),
                 optional(check.ours),
                 number(check.reference),
@@ -111,10 +114,12 @@ fn json(checks: &[Check]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use bladeoff_core::verification::NO_RUN;
 
     fn check(ours: Option<f64>) -> Check {
         Check {
             case: "ring \"a\"",
+            engine: NO_RUN,
             quantity: "f2".to_owned(),
             ours,
             reference: 211.331,
@@ -146,6 +151,7 @@ mod tests {
         assert_eq!(parsed["holds"], false);
         assert_eq!(parsed["checks"][0]["holds"], true);
         assert_eq!(parsed["checks"][0]["case"], "ring \"a\"");
+        assert_eq!(parsed["checks"][0]["engine"], "-");
         assert!(parsed["checks"][1]["ours"].is_null() && parsed["checks"][1]["error"].is_null());
     }
 

@@ -11,6 +11,8 @@
 mod block;
 mod bound;
 mod candidates;
+#[cfg(test)]
+mod clearance_tests;
 mod eye;
 mod flight;
 mod grid;

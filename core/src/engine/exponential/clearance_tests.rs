@@ -1,0 +1,104 @@
+//! The clearance bound of a flight against brute force: no candidate of a ringing ring is reached by a rotor that was struck and twisted, in any of the steps that
+//! the room lets it fly.
+
+use super::flight::Flight;
+use super::grid::LEVELS;
+use super::rub::candidates;
+use super::settings::FlightSettings;
+use super::spin::Spin;
+use super::transient::Transient;
+use crate::structure::Structure;
+use bladeoff_model::machine::MachineDef;
+
+struct Stream(u64);
+
+impl Stream {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn sign(&mut self) -> f64 {
+        2.0 * self.next() - 1.0
+    }
+}
+
+/// Strikes the rotor with impulses \[N s\], \[N m s\] and goes a contact step.
+fn strike(flight: &mut Flight, impulse: [f64; 2], torque: f64, row: &[f64]) {
+    flight.propagate(0).expect("goes on");
+    flight.strike(impulse, torque, row);
+    flight.finish(0).expect("goes on");
+}
+
+#[test]
+fn no_flight_reaches_a_ringing_ring() {
+    // contact step, impulses on the rotor and on its spin
+    for (name, h, impulse, torque) in [("lab_rig", 3.4e-6, 0.2, 2e-3), ("lp_turbine", 2.7e-5, 400.0, 40.0)] {
+        let path = format!("{}/../studies/machines/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        let text = std::fs::read_to_string(&path).expect("a machine of the repository");
+        let machine = MachineDef::parse(&path, &text).expect("parses").build().expect("valid");
+        let structure = Structure::build(&machine, None).expect("buildable");
+        let mut transient = Transient::new(&machine, &structure, FlightSettings::of_step(h), true).expect("covered");
+        let diaphragm = &machine.diaphragms[0];
+        let ring = candidates(diaphragm, &structure, 0, h).expect("has candidates");
+        let row = Spin::row_of(&structure, diaphragm.contact.node);
+        let begun = transient.flight.clone();
+        let mut random = Stream(7);
+        let (mut flown, mut refused, mut least) = ([0_u32; LEVELS + 1], 0, f64::INFINITY);
+        for round in 0..600 {
+            if round % 40 == 0 {
+                transient.flight = begun.clone();
+            }
+            let hit = [impulse * random.sign(), impulse * random.sign()];
+            strike(&mut transient.flight, hit, torque * random.sign(), &row);
+            // a few modes ring, in any phase, so far that the room left is what a long step needs or less
+            let contact = transient.contact.as_mut().expect("a diaphragm");
+            let modes = &mut contact.rub.ring.modes;
+            modes.place.fill(0.0);
+            modes.rate.fill(0.0);
+            for _ in 0..=round % 3 {
+                let j = (random.next() * modes.place.len() as f64) as usize;
+                modes.place[j] = random.sign() / ring.reach(unit(j, modes.place.len()));
+            }
+            let place = transient.flight.place(0);
+            let free = contact.rub.room(place);
+            let reach = ring.reach(contact.rub.ring.amplitudes());
+            let clear = free + reach;
+            let wanted = clear - 20.0 * h * transient.flight.fastest(h) * random.next();
+            contact.rub.ring.modes.place.iter_mut().for_each(|q| *q *= wanted.max(0.0) / reach);
+            // as `Transient::level` does, whatever peaks ask for
+            let room = contact.rub.room(place);
+            let fastest = transient.flight.fastest(transient.flight.step_of(LEVELS));
+            let Some(level) = (0..=LEVELS).rev().find(|&level| room > transient.flight.step_of(level) * fastest) else {
+                refused += 1;
+                continue;
+            };
+            flown[level] += 1;
+            let rub = &transient.contact.as_ref().expect("a diaphragm").rub;
+            let (mut flight, mut ringing) = (transient.flight.clone(), rub.ring.clone());
+            let step = ringing.modes.step(h);
+            for _ in 0..1 << level {
+                flight.advance(0).expect("goes on");
+                ringing.fly(&step);
+                let x = rub.place(flight.place(0));
+                for block in 0..ring.count() / 4 {
+                    let moved = ring.radials(block, &ringing.modes.place);
+                    for (k, v) in moved.into_iter().enumerate() {
+                        let (sin, cos) = ring.angles[4 * block + k];
+                        let clearance = diaphragm.contact.gap + v - (x[0] * cos + x[1] * sin);
+                        assert!(clearance > 0.0, "{name}, round {round}, level {level}: {clearance}");
+                        least = least.min(clearance / diaphragm.contact.gap);
+                    }
+                }
+            }
+        }
+        println!("{name}: flights by level {flown:?}, refused {refused}, least clearance {least:.1e} of the gap");
+        assert!(flown[LEVELS] > 20 && refused > 5, "{name}: {flown:?} {refused}");
+        assert!(least < 0.2, "{name}: it comes near: {least}");
+    }
+}
+
+/// Amplitude 1 of one mode.
+fn unit(mode: usize, count: usize) -> impl Iterator<Item = f64> {
+    (0..count).map(move |j| f64::from(u8::from(j == mode)))
+}
