@@ -90,15 +90,15 @@ impl Cell {
         Some(self.kick.get_or_init(|| Kick::new(&self.local, self.propagator(0, h), h, *row, *push, loads)))
     }
 
-    /// How fast the first diaphragm's node moves at most; `None` without one.
+    /// How far the first diaphragm's node comes at most; `None` without one.
     pub fn bound(&self) -> Option<&Bound> {
         let (row, ..) = self.contact.as_ref()?;
         Some(self.bound.get_or_init(|| Bound::new(&self.local, *row, self.unbalances)))
     }
 
-    /// What steps in flight may miss.
-    pub fn missed(&self) -> &Missed {
-        self.missed.get_or_init(|| Missed::new(&self.local, &self.watched))
+    /// What steps in flight of these lengths \[s\] may miss.
+    pub fn missed(&self, lengths: &[f64]) -> &Missed {
+        self.missed.get_or_init(|| Missed::new(&self.local, &self.watched, lengths))
     }
 
     /// Gyroscopic momentum `y^T N y`.

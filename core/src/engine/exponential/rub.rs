@@ -185,15 +185,19 @@ impl Rub {
         })
     }
 
-    /// How far the rotor at a place may move before it can touch, wherever the ring's modes carry it \[m\].
-    pub fn room(&self, place: [f64; 2]) -> f64 {
-        let x = [place[0] - self.offset[0], place[1] - self.offset[1]];
-        self.gap - length(x) - self.candidates.reach(self.ring.amplitudes())
+    /// A place in the machine's axes, from the ring's centre.
+    pub fn from_centre(&self, place: [f64; 2]) -> [f64; 2] {
+        [place[0] - self.offset[0], place[1] - self.offset[1]]
+    }
+
+    /// How far the rotor's centre may be from the ring's before it can touch, wherever the ring's modes carry it \[m\].
+    pub fn room(&self) -> f64 {
+        self.gap - self.candidates.reach(self.ring.amplitudes())
     }
 
     /// The rotor's centre from the ring's, in the stator's axes.
     pub fn place(&self, place: [f64; 2]) -> [f64; 2] {
-        self.inwards([place[0] - self.offset[0], place[1] - self.offset[1]])
+        self.inwards(self.from_centre(place))
     }
 
     /// Takes the ring over a step of `h = 2^level` contact steps in which nothing touches.
