@@ -35,6 +35,8 @@ pub(super) struct Candidates {
     pub bend: Vec<f64>,
     /// Displacements per impulse of the modes left out between two candidates: radial and tangential, by rows; empty where none are.
     left_out: Vec<[f64; 4]>,
+    /// The most that a unit impulse displaces any candidate along its radius in them.
+    pub most_left_out: f64,
 }
 
 impl Candidates {
@@ -74,10 +76,12 @@ impl Candidates {
             }
             squares(&(crate::linalg::project(flexibility, &loads) / h))
         });
+        let left_out = left_out.unwrap_or_default();
         Self {
+            most_left_out: left_out.iter().map(|[a, b, ..]: &[f64; 4]| length([*a, *b])).fold(0.0, f64::max),
             spacing: 2.0 * std::f64::consts::PI / count as f64,
             angles: places.iter().map(|&(element, xi)| libm::sincos(surface.angle(element, xi))).collect(),
-            left_out: left_out.unwrap_or_default(),
+            left_out,
             radial: by_fours(modes, count, |c, j| at(c, j)[0]),
             tangential: by_fours(modes, count, |c, j| at(c, j)[1]),
             firsts: by_fours(modes, count / BLOCK, |b, j| at(b * BLOCK, j)[0]),
@@ -123,15 +127,17 @@ impl Candidates {
     pub fn rows_at(&self, c: usize, share: f64, directions: [[f64; 2]; 2], rows: [&mut [f64]; 2]) {
         let (weights, beside) = (parabola(share), self.beside(c));
         let ([normal, tangent], [[np, nq], [tp, tq]]) = (rows, directions);
-        let [(va, ua), (vb, ub), (vc, uc)] = [self.of(beside[0]), self.of(c), self.of(beside[1])];
+        let three = [self.of(beside[0]), self.of(c), self.of(beside[1])];
         let [a, b, c] = weights;
-        let rows = normal.iter_mut().zip(tangent);
-        let radial = va.iter().zip(vb).zip(vc);
-        let tangential = ua.iter().zip(ub).zip(uc);
-        for ((row, ((va, vb), vc)), ((ua, ub), uc)) in rows.zip(radial).zip(tangential) {
-            let (v, u) = (a * va + b * vb + c * vc, a * ua + b * ub + c * uc);
-            *row.0 = np * v + nq * u;
-            *row.1 = tp * v + tq * u;
+        let modes = self.modes;
+        // slices of one length: no checks inside the loop
+        let [va, vb, vc] = three.map(|(v, _)| &v[..modes]);
+        let [ua, ub, uc] = three.map(|(_, u)| &u[..modes]);
+        let (normal, tangent) = (&mut normal[..modes], &mut tangent[..modes]);
+        for j in 0..modes {
+            let (v, u) = (a * va[j] + b * vb[j] + c * vc[j], a * ua[j] + b * ub[j] + c * uc[j]);
+            normal[j] = np * v + nq * u;
+            tangent[j] = tp * v + tq * u;
         }
     }
 
@@ -158,11 +164,11 @@ fn by_fours(modes: usize, count: usize, entry: impl Fn(usize, usize) -> f64) -> 
 }
 
 fn of_four(entries: &[f64], four: usize, q: &[f64]) -> [f64; BLOCK] {
+    let (rows, _) = entries[four * q.len() * BLOCK..(four + 1) * q.len() * BLOCK].as_chunks::<BLOCK>();
     let mut sums = [0.0; BLOCK];
-    let rows = entries[four * q.len() * BLOCK..].chunks_exact(BLOCK);
-    for (row, q) in rows.zip(q) {
-        for (sum, entry) in sums.iter_mut().zip(row) {
-            *sum += entry * q;
+    for (row, q) in rows.iter().zip(q) {
+        for k in 0..BLOCK {
+            sums[k] += row[k] * q;
         }
     }
     sums

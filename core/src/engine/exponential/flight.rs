@@ -47,6 +47,15 @@ pub struct Flight {
     gyroscopic: (u64, f64),
 }
 
+/// What a look at the whole motion finds: a bound of all displacements [m, rad], energy without the gyroscopic \[J\], the power that is lost \[W\], and the
+/// gyroscopic momentum.
+pub(super) struct Seen {
+    pub reach: f64,
+    pub energy: f64,
+    pub lost: f64,
+    pub gyroscopic: f64,
+}
+
 impl Flight {
     /// A machine at t = 0.
     ///
@@ -217,9 +226,35 @@ impl Flight {
         self.cell.motion(&self.y, z, &mut self.scratch);
     }
 
-    /// What the spin has to be shifted by to have the gyroscopic momentum of now instead of the last one that was taken \[rad/s\].
-    pub(super) fn held_back(&self) -> f64 {
-        (self.gyroscopic.1 - self.cell.gyroscopic_momentum(&self.y)) * self.spin.yields()
+    /// Gyroscopic momentum of now.
+    pub(super) fn gyroscopic_momentum(&self) -> f64 {
+        self.cell.gyroscopic_momentum(&self.y)
+    }
+
+    /// What the spin has to be shifted by to have this gyroscopic momentum, that of now, instead of the last one that was taken \[rad/s\].
+    pub(super) fn held_back(&self, gyroscopic: f64) -> f64 {
+        (self.gyroscopic.1 - gyroscopic) * self.spin.yields()
+    }
+
+    /// What is measured of the whole motion at n, and the moments of the shaft's elements; damping acts between the velocities before and after the impulse of the
+    /// last step.
+    pub(super) fn measure(&mut self, struck: [f64; 2], moments: &mut Vec<f64>) -> Seen {
+        let Self { cell, y, scratch, shared, .. } = self;
+        let measured = cell.measured(&shared.grid.model);
+        measured.moments.times(y, moments);
+        scratch.copy_from_slice(y);
+        if struck != [0.0; 2] {
+            let first = shared.grid.model.outputs.contact_push(0);
+            for (part, push) in struck.into_iter().zip(&cell.local.pushes[first..]) {
+                crate::linalg::axpy(0.5 * part, push, scratch);
+            }
+        }
+        Seen {
+            reach: measured.reach(y),
+            energy: measured.energy.of(y) - dot(&measured.gravity, y),
+            lost: measured.lost.of(scratch),
+            gyroscopic: cell.gyroscopic_momentum(y),
+        }
     }
 
     /// Rates of the whirl states at n, and from them the velocity of the first diaphragm's node in its cell \[m/s\].

@@ -8,15 +8,18 @@
 //!
 //! Theory, measurements and limits: docs/theory/08-exponential-engine.md.
 
+mod apart;
 mod block;
 mod bound;
 mod candidates;
 mod eye;
 mod flight;
+mod forms;
 mod grid;
 mod kick;
 mod kicked_ring;
 mod local;
+mod measured;
 mod missed;
 mod moved;
 mod oscillators;

@@ -164,7 +164,12 @@ impl Rub {
             law: contact.friction_law,
             h,
             rotor_left_out,
-            survey: Survey::new(candidates.count(), contact.rotor_radius + contact.gap, contact.rotor_radius),
+            survey: Survey::new(
+                candidates.count(),
+                modes.len(),
+                contact.rotor_radius + contact.gap,
+                contact.rotor_radius,
+            ),
             candidates: Arc::clone(candidates),
             yields: ring.yields().iter().zip(ring.lacking()).map(|(a, b)| a + b).collect(),
             ring,
@@ -288,12 +293,15 @@ impl Rub {
                 t.copy_from_slice(tangent);
             }
         }
-        let mut ring = 0.0;
-        for (j, yielding) in self.yields.iter().enumerate() {
-            by_normal[j] = yielding * n[j];
-            by_tangent[j] = yielding * t[j];
-            ring += tangent[j] * (self.ring.modes.place[j] - self.before[j]);
+        let modes = self.yields.len();
+        // slices of one length: no checks inside the loop
+        let (yields, n, t) = (&self.yields[..modes], &n[..modes], &t[..modes]);
+        let (by_normal, by_tangent) = (&mut by_normal[..modes], &mut by_tangent[..modes]);
+        for j in 0..modes {
+            by_normal[j] = yields[j] * n[j];
+            by_tangent[j] = yields[j] * t[j];
         }
+        let ring = dot(tangent, &self.ring.modes.place) - dot(tangent, &self.before);
         let step = self.inwards([free.to[0] - free.from[0], free.to[1] - free.from[1]]);
         let slip = product(across(place.normal), step) + free.turn * self.radius - ring;
         self.points.push(Point { place, acting, slip, force });
@@ -329,27 +337,44 @@ impl Rub {
     fn least_left(&mut self, x: [f64; 2], moved: &Moved) -> (f64, Option<usize>) {
         let mut least = (0.0, None);
         let count = self.candidates.count();
-        // what moves the rotor: the sum of all, and no gap opens or closes by more than it
-        let mut force = [0.0; 2];
+        // what moves the rotor: the sum of all; and what the ring's modes left out do at most
+        let (mut rotor, mut left_out) = ([0.0; 2], 0.0);
         for point in self.points.iter().filter(|point| point.force.normal > 0.0) {
-            let (m, s) = (point.acting.normal, across(point.acting.normal));
-            for i in 0..2 {
-                force[i] += m[i] * point.force.normal + s[i] * point.force.tangential;
-            }
+            let moves = moved.of_rotor(&point.acting, point.force.normal, point.force.tangential);
+            rotor = [0, 1].map(|i| rotor[i] + moves[i]);
+            left_out += point.force.normal * self.candidates.most_left_out;
         }
-        let by_rotor = length(moved.of_rotor(force));
+        let by_rotor = length(rotor);
+        let most =
+            self.impulses.iter().zip(&self.candidates.radial_reach).map(|(q, reach)| q.abs() * reach).sum::<f64>();
         for at in 0..self.survey.near().len() {
             let block = self.survey.near()[at];
             let clearances = self.survey.clearances(block);
             if clearances.iter().all(|clearance| *clearance >= by_rotor) {
                 continue;
             }
+            // nor where the ring's modes cannot close what is open
+            let within = |k: usize| {
+                let (sin, cos) = self.candidates.angles[block * BLOCK + k];
+                clearances[k] + rotor[0] * cos + rotor[1] * sin < left_out + most
+            };
+            if !(0..BLOCK).any(within) {
+                continue;
+            }
             let opens = self.candidates.radials(block, &self.impulses);
             for k in 0..BLOCK {
                 let index = block * BLOCK + k;
-                if clearances[k] + opens[k] >= by_rotor
-                    || self.points.iter().any(|point| beside(point.place.index, index, count))
-                {
+                // along the place's radius, where no gap is less
+                let (sin, cos) = self.candidates.angles[index];
+                let mut clearance = clearances[k] + opens[k] + rotor[0] * cos + rotor[1] * sin;
+                if clearance >= left_out || self.points.iter().any(|point| beside(point.place.index, index, count)) {
+                    continue;
+                }
+                for point in self.points.iter().filter(|point| point.force.normal > 0.0) {
+                    let [a, b, ..] = self.candidates.left_out(index, point.acting.index);
+                    clearance += (a * point.acting.polar[0] + b * point.acting.polar[1]) * point.force.normal;
+                }
+                if clearance >= 0.0 {
                     continue;
                 }
                 let place = self.survey.place(&self.candidates, index, x, &self.ring.modes.place);
