@@ -281,9 +281,6 @@ impl Flight {
         let Self { cell, sizes, room, y, spin, velocities, .. } = self;
         let bound = cell.bound()?;
         let here = length(x);
-        if here >= within {
-            return None;
-        }
         sizes.clear();
         sizes.extend((0..velocities.len()).map(|s| spin.force_now(s).norm_sqr().sqrt()));
         let pushed = bound.parts(lengths[most], y, sizes, room);

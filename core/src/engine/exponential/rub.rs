@@ -12,7 +12,7 @@
 
 use super::ExponentialError;
 use super::bound::length;
-use super::candidates::{BLOCK, Candidates};
+use super::candidates::{BLOCK, Candidates, beside, modes, ring_of};
 use super::kick::Kick;
 use super::kicked_ring::KickedRing;
 use super::moved::Moved;
@@ -22,15 +22,10 @@ use super::survey::{Place, Survey};
 use crate::contact::ContactForce;
 use crate::contact::complementarity::{self, Coupled, POINTS};
 use crate::linalg::{axpy, dot};
-use crate::structure::{RingPart, Structure};
-use bladeoff_model::machine::{ContactSurface, Diaphragm, FrictionLaw};
+use crate::structure::Structure;
+use bladeoff_model::machine::{Diaphragm, FrictionLaw};
 use std::sync::Arc;
 
-/// Candidates of a ring, at least. Places that press beside the nearest one are candidates, two spacings from it or more: with 192 of them the turbine's 1 ms force is
-/// 0.3 % off.
-const CANDIDATES: usize = 384;
-/// Elements of a ring at most: the table between candidates grows with their square.
-const ELEMENTS: usize = 200;
 /// A candidate penetrates when it is deeper than this share of the deepest before any impulse.
 const SHARE: f64 = 1e-4;
 
@@ -188,6 +183,11 @@ impl Rub {
             points: Vec::with_capacity(POINTS),
             pressed: Vec::with_capacity(POINTS),
         })
+    }
+
+    /// Whether impulses acted in the last step.
+    pub fn presses(&self) -> bool {
+        !self.pressed.is_empty()
     }
 
     /// A place in the machine's axes, from the ring's centre.
@@ -488,41 +488,4 @@ impl Rub {
         let (sin, cos) = self.angle;
         [cos * x - sin * y, sin * x + cos * y]
     }
-}
-
-/// The candidates of a diaphragm, for contact steps of `h` \[s\].
-pub(super) fn candidates(
-    diaphragm: &Diaphragm,
-    structure: &Structure,
-    index: usize,
-    h: f64,
-) -> Result<Candidates, ExponentialError> {
-    let part = ring_of(structure, index)?;
-    let contact = &diaphragm.contact;
-    let inner = contact.surface == ContactSurface::InnerFace;
-    let surface = part.matrices.surface(contact.rotor_radius + contact.gap, inner);
-    let modes = modes(part);
-    if modes.iter().any(|&(square, _)| square <= 0.0) {
-        return Err(ExponentialError::NotCovered { what: "a ring that nothing holds" });
-    }
-    if surface.nodes > ELEMENTS {
-        return Err(ExponentialError::NotCovered { what: "a ring of more than 200 elements" });
-    }
-    let per_element = CANDIDATES.div_ceil(surface.nodes).next_multiple_of(BLOCK);
-    Ok(Candidates::new(part, &surface, per_element, h))
-}
-
-fn ring_of(structure: &Structure, index: usize) -> Result<&RingPart, ExponentialError> {
-    structure.rings[index].as_ref().ok_or(ExponentialError::NotCovered { what: "a stator without freedoms" })
-}
-
-/// w^2 and c of each mode.
-fn modes(part: &RingPart) -> Vec<(f64, f64)> {
-    (0..part.part.coordinates.size()).map(|j| (part.part.stiffness[(j, j)], part.part.damping[(j, j)])).collect()
-}
-
-/// Whether two of so many candidates are one, or beside each other.
-fn beside(one: usize, other: usize, count: usize) -> bool {
-    let apart = one.abs_diff(other);
-    apart <= 1 || apart + 1 == count
 }

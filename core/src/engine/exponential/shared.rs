@@ -4,11 +4,10 @@
 //! says, not on the runs before, nor on the order in which these asked.
 
 use super::ExponentialError;
-use super::candidates::Candidates;
+use super::candidates::{Candidates, candidates};
 use super::grid::{Grid, anchor};
 use super::measured::Measures;
 use super::outputs::{Direct, Outputs};
-use super::rub::candidates;
 use super::settings::FlightSettings;
 use super::station::Model;
 use super::system::LateralSystem;

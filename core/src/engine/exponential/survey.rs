@@ -262,7 +262,7 @@ impl Survey {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::engine::exponential::rub::candidates;
+    use crate::engine::exponential::candidates::candidates;
     use crate::structure::Structure;
     use bladeoff_model::machine::MachineDef;
 

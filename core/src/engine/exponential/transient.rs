@@ -129,9 +129,19 @@ impl Transient {
         while longest > 0 && flight.spin().speed_after(2.0 * lengths[longest]) <= *end_speed {
             longest -= 1;
         }
-        let velocity = flight.see_rates();
         if let (Some(Contact { rub, .. }), Some(x)) = (contact, place) {
-            longest = flight.stays(lengths, [x, velocity], rub.room(), longest)?;
+            // what has pressed a step ago may press again: not worth the bounds
+            if rub.presses() {
+                return None;
+            }
+            let within = rub.room();
+            if length(x) >= within {
+                return None;
+            }
+            let velocity = flight.see_rates();
+            longest = flight.stays(lengths, [x, velocity], within, longest)?;
+        } else {
+            flight.see_rates();
         }
         Some(flight.resolved(lengths, watched, longest))
     }
