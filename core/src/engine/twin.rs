@@ -52,6 +52,9 @@ impl Follower for Unseen<'_> {
     fn wants(&mut self, _step: u64, _time: f64) -> bool {
         false
     }
+    fn wants_energies(&self) -> bool {
+        false
+    }
     fn see(&mut self, _frame: &Frame<'_>) {}
 }
 

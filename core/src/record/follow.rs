@@ -64,6 +64,10 @@ pub trait Follower {
     fn wants_end(&mut self) -> bool {
         false
     }
+    /// Whether the energies of a frame are wanted one by one: an engine may need their sum alone.
+    fn wants_energies(&self) -> bool {
+        true
+    }
     /// Takes the instant.
     fn see(&mut self, frame: &Frame<'_>);
 }
@@ -73,6 +77,9 @@ pub trait Follower {
 pub struct NoHistory;
 
 impl Follower for NoHistory {
+    fn wants_energies(&self) -> bool {
+        false
+    }
     fn wants(&mut self, _step: u64, _time: f64) -> bool {
         false
     }

@@ -111,8 +111,8 @@ impl Recorders {
         self.rings.iter_mut().zip(rings).for_each(|(recorders, ring)| recorders.see(&ring, now.at));
     }
 
-    /// Takes the loads of an instant, and the ring's: of a step, or of so many at once in which nothing touches. An engine whose steps are not equal sees shapes
-    /// by themselves ([`Recorders::see_shape`]), and a [`RingInstant::ring`] where it has one.
+    /// Takes the loads of an instant, and the ring's: of a step, or of so many at once in which nothing touches. An engine whose steps are not equal sees moments
+    /// by themselves ([`Recorders::see_moments`]), and a [`RingInstant::ring`] where it has one.
     pub fn see_steps(&mut self, steps: usize, at: At, loads: &[[f64; 2]], ring: Option<&RingInstant<'_>>) {
         self.loads.see(loads, at);
         if let (Some(recorders), Some(ring)) = (self.rings.first_mut(), ring) {
@@ -124,9 +124,9 @@ impl Recorders {
         }
     }
 
-    /// Takes nodal displacements [m, rad] and twists \[rad\] of the shaft line, from which stresses are.
-    pub fn see_shape(&mut self, lateral: &[f64], twist: &[f64], at: At) {
-        self.stresses.see(lateral, twist, at);
+    /// Takes bending moments of the shaft's elements \[N m\], four each as [`crate::stress::ShaftStresses::bending_moments`] has them, and twists of all nodes \[rad\].
+    pub fn see_moments(&mut self, moments: &[f64], twist: &[f64], at: At) {
+        self.stresses.see_moments(moments, twist, at);
     }
 
     /// Judges the run with its step at n, from which it can go on. As long as all guards hold, what has been reached counts as reached

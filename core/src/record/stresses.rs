@@ -50,6 +50,16 @@ impl StressRecorder {
         }
     }
 
+    /// Bending moments of all elements \[N m\], four each, and twists of all nodes \[rad\].
+    pub fn see_moments(&mut self, moments: &[f64], twist: &[f64], at: At) {
+        let Some(shaft) = &self.shaft else { return };
+        for section in 0..self.torsion.len() {
+            let (torsion, bending) = shaft.largest_of(section, moments, twist);
+            self.torsion[section].see(torsion, at);
+            self.bending[section].see(bending, at);
+        }
+    }
+
     /// All guards hold.
     pub fn hold(&mut self) {
         self.torsion.iter_mut().chain(&mut self.bending).for_each(Peak::hold);

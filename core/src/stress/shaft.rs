@@ -106,6 +106,20 @@ impl ShaftStresses {
         self.elements[element].bending_moments(&x[xz..xz + 4], &x[yz..yz + 4])
     }
 
+    /// The same as [`Self::largest`] from the bending moments of all elements \[N m\], four each: at the first end in XZ and YZ, at the other.
+    #[must_use]
+    pub fn largest_of(&self, section: usize, moments: &[f64], twist: &[f64]) -> (f64, f64) {
+        let (from, to) = self.sections[section];
+        let (mut torsion, mut bending) = (0.0, 0.0);
+        let parts = moments[4 * from..4 * to].chunks_exact(4).zip(twist[from..=to].windows(2));
+        for (element, (m, twist)) in self.elements[from..to].iter().zip(parts) {
+            torsion = larger(torsion, element.torsional_moment(twist).abs());
+            bending = larger(bending, m[0] * m[0] + m[1] * m[1]);
+            bending = larger(bending, m[2] * m[2] + m[3] * m[3]);
+        }
+        (torsion, bending)
+    }
+
     /// Largest `|T|` \[N m\] and largest `|M|^2` [N2 m2] of a section.
     #[must_use]
     pub fn largest(&self, section: usize, x: &[f64], twist: &[f64]) -> (f64, f64) {

@@ -63,6 +63,7 @@ const EXAMPLES: &[(&str, &str)] = &[
     ("run.twist_modes", "4"),
     ("run.ring_modes", "36"),
     ("run.step_limit", "5000000"),
+    ("run.guard.energy_balance", "1e-6"),
     ("rotor.mass", "\"17 t\""),
     ("rotor.polar_inertia", "\"3000 kg m2\""),
     ("rotor.shaft[i].element_lengths", "[\"0.4 m\", \"0.5 m\"]"),

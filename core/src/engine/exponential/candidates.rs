@@ -6,14 +6,21 @@
 //! With g >= 0 at all of them nothing has to be searched: no closest point, no place that jumps, no fixed point. Where they are looked for is [`super::survey`].
 //! Source: the conditions of docs/theory/03-contact.md at fixed angles (collocation). Verified by `tests/exponential_rub.rs`.
 
+use super::ExponentialError;
 use super::bound::length;
-use crate::linalg::Matrix;
+use crate::linalg::{axpy, column_of};
 use crate::stator::Surface;
-use crate::structure::RingPart;
+use crate::structure::{RingPart, Structure};
+use bladeoff_model::machine::{ContactSurface, Diaphragm};
 
 /// Candidates of a block: their number is a multiple of it.
 pub(super) const BLOCK: usize = 4;
 
+/// Candidates of a ring, at least. Places that press beside the nearest one are candidates, two spacings from it or more: with 192 of them the turbine's 1 ms force is
+/// 0.3 % off.
+const CANDIDATES: usize = 384;
+/// Elements of a ring at most: the table between candidates grows with their square.
+const ELEMENTS: usize = 200;
 /// The candidates of one ring.
 #[derive(Debug, Clone)]
 pub(super) struct Candidates {
@@ -35,6 +42,8 @@ pub(super) struct Candidates {
     pub bend: Vec<f64>,
     /// Displacements per impulse of the modes left out between two candidates: radial and tangential, by rows; empty where none are.
     left_out: Vec<[f64; 4]>,
+    /// The most that a unit impulse displaces any candidate along its radius in them.
+    pub most_left_out: f64,
 }
 
 impl Candidates {
@@ -65,19 +74,36 @@ impl Candidates {
         let (reach, radial_reach) = (most(&|c, j| length(at(c, j))), most(&|c, j| at(c, j)[0].abs()));
         let bend = most(&bend);
         let left_out = part.residual.as_ref().map(|flexibility| {
-            let mut loads = Matrix::zeros(flexibility.nrows(), 2 * count);
-            for (c, &(element, xi)) in places.iter().enumerate() {
-                for (dof, radial, tangential) in surface.shapes(element, xi) {
-                    loads[(dof, 2 * c)] += radial;
-                    loads[(dof, 2 * c + 1)] += tangential;
+            // each candidate loads a few freedoms
+            let shapes: Vec<[(usize, f64, f64); 8]> =
+                places.iter().map(|&(element, xi)| surface.shapes(element, xi)).collect();
+            let mut moved = [0, 1].map(|_| vec![0.0; flexibility.nrows()]);
+            let mut blocks = vec![[0.0; 4]; count * count];
+            for (acting, shape) in shapes.iter().enumerate() {
+                moved.iter_mut().for_each(|column| column.fill(0.0));
+                for &(dof, radial, tangential) in shape {
+                    axpy(radial / h, column_of(flexibility, dof), &mut moved[0]);
+                    axpy(tangential / h, column_of(flexibility, dof), &mut moved[1]);
+                }
+                for (at, shape) in shapes.iter().enumerate() {
+                    let block = &mut blocks[at * count + acting];
+                    for &(dof, radial, tangential) in shape {
+                        let by = [moved[0][dof], moved[1][dof]];
+                        block[0] += radial * by[0];
+                        block[1] += radial * by[1];
+                        block[2] += tangential * by[0];
+                        block[3] += tangential * by[1];
+                    }
                 }
             }
-            squares(&(crate::linalg::project(flexibility, &loads) / h))
+            blocks
         });
+        let left_out = left_out.unwrap_or_default();
         Self {
+            most_left_out: left_out.iter().map(|[a, b, ..]: &[f64; 4]| length([*a, *b])).fold(0.0, f64::max),
             spacing: 2.0 * std::f64::consts::PI / count as f64,
             angles: places.iter().map(|&(element, xi)| libm::sincos(surface.angle(element, xi))).collect(),
-            left_out: left_out.unwrap_or_default(),
+            left_out,
             radial: by_fours(modes, count, |c, j| at(c, j)[0]),
             tangential: by_fours(modes, count, |c, j| at(c, j)[1]),
             firsts: by_fours(modes, count / BLOCK, |b, j| at(b * BLOCK, j)[0]),
@@ -123,15 +149,17 @@ impl Candidates {
     pub fn rows_at(&self, c: usize, share: f64, directions: [[f64; 2]; 2], rows: [&mut [f64]; 2]) {
         let (weights, beside) = (parabola(share), self.beside(c));
         let ([normal, tangent], [[np, nq], [tp, tq]]) = (rows, directions);
-        let [(va, ua), (vb, ub), (vc, uc)] = [self.of(beside[0]), self.of(c), self.of(beside[1])];
+        let three = [self.of(beside[0]), self.of(c), self.of(beside[1])];
         let [a, b, c] = weights;
-        let rows = normal.iter_mut().zip(tangent);
-        let radial = va.iter().zip(vb).zip(vc);
-        let tangential = ua.iter().zip(ub).zip(uc);
-        for ((row, ((va, vb), vc)), ((ua, ub), uc)) in rows.zip(radial).zip(tangential) {
-            let (v, u) = (a * va + b * vb + c * vc, a * ua + b * ub + c * uc);
-            *row.0 = np * v + nq * u;
-            *row.1 = tp * v + tq * u;
+        let modes = self.modes;
+        // slices of one length: no checks inside the loop
+        let [va, vb, vc] = three.map(|(v, _)| &v[..modes]);
+        let [ua, ub, uc] = three.map(|(_, u)| &u[..modes]);
+        let (normal, tangent) = (&mut normal[..modes], &mut tangent[..modes]);
+        for j in 0..modes {
+            let (v, u) = (a * va[j] + b * vb[j] + c * vc[j], a * ua[j] + b * ub[j] + c * uc[j]);
+            normal[j] = np * v + nq * u;
+            tangent[j] = tp * v + tq * u;
         }
     }
 
@@ -147,6 +175,44 @@ impl Candidates {
     }
 }
 
+/// The candidates of a diaphragm, for contact steps of `h` \[s\].
+pub(super) fn candidates(
+    diaphragm: &Diaphragm,
+    structure: &Structure,
+    index: usize,
+    h: f64,
+) -> Result<Candidates, ExponentialError> {
+    let part = ring_of(structure, index)?;
+    let contact = &diaphragm.contact;
+    let inner = contact.surface == ContactSurface::InnerFace;
+    let surface = part.matrices.surface(contact.rotor_radius + contact.gap, inner);
+    let modes = modes(part);
+    if modes.iter().any(|&(square, _)| square <= 0.0) {
+        return Err(ExponentialError::NotCovered { what: "a ring that nothing holds" });
+    }
+    if surface.nodes > ELEMENTS {
+        return Err(ExponentialError::NotCovered { what: "a ring of more than 200 elements" });
+    }
+    let per_element = CANDIDATES.div_ceil(surface.nodes).next_multiple_of(BLOCK);
+    Ok(Candidates::new(part, &surface, per_element, h))
+}
+
+/// The flexible ring of a diaphragm.
+pub(super) fn ring_of(structure: &Structure, index: usize) -> Result<&RingPart, ExponentialError> {
+    structure.rings[index].as_ref().ok_or(ExponentialError::NotCovered { what: "a stator without freedoms" })
+}
+
+/// w^2 and c of each mode.
+pub(super) fn modes(part: &RingPart) -> Vec<(f64, f64)> {
+    (0..part.part.coordinates.size()).map(|j| (part.part.stiffness[(j, j)], part.part.damping[(j, j)])).collect()
+}
+
+/// Whether two of so many candidates are one, or beside each other.
+pub(super) fn beside(one: usize, other: usize, count: usize) -> bool {
+    let apart = one.abs_diff(other);
+    apart <= 1 || apart + 1 == count
+}
+
 /// Entries of so many places, those of four beside each other: four sums at a time in one order. Past the last place they are zero.
 fn by_fours(modes: usize, count: usize, entry: impl Fn(usize, usize) -> f64) -> Vec<f64> {
     let fours = count.div_ceil(BLOCK);
@@ -158,11 +224,11 @@ fn by_fours(modes: usize, count: usize, entry: impl Fn(usize, usize) -> f64) -> 
 }
 
 fn of_four(entries: &[f64], four: usize, q: &[f64]) -> [f64; BLOCK] {
+    let (rows, _) = entries[four * q.len() * BLOCK..(four + 1) * q.len() * BLOCK].as_chunks::<BLOCK>();
     let mut sums = [0.0; BLOCK];
-    let rows = entries[four * q.len() * BLOCK..].chunks_exact(BLOCK);
-    for (row, q) in rows.zip(q) {
-        for (sum, entry) in sums.iter_mut().zip(row) {
-            *sum += entry * q;
+    for (row, q) in rows.iter().zip(q) {
+        for k in 0..BLOCK {
+            sums[k] += row[k] * q;
         }
     }
     sums
@@ -171,14 +237,4 @@ fn of_four(entries: &[f64], four: usize, q: &[f64]) -> [f64; BLOCK] {
 /// Weights of three values at -1, 0 and 1 for the value of their parabola.
 pub(super) fn parabola(share: f64) -> [f64; 3] {
     [0.5 * share * (share - 1.0), 1.0 - share * share, 0.5 * share * (share + 1.0)]
-}
-
-/// Its 2 x 2 blocks, row by row of blocks, each by rows.
-fn squares(matrix: &Matrix) -> Vec<[f64; 4]> {
-    let count = matrix.nrows() / 2;
-    let block = |place: usize| {
-        let (i, j) = (2 * (place / count), 2 * (place % count));
-        [matrix[(i, j)], matrix[(i, j + 1)], matrix[(i + 1, j)], matrix[(i + 1, j + 1)]]
-    };
-    (0..count * count).map(block).collect()
 }

@@ -1,8 +1,10 @@
 //! Free flight: a shaft line that touches nothing, in steps of any size.
 
 use super::ExponentialError;
+use super::bound::length;
 use super::grid::Cell;
 use super::kick::Kick;
+use super::missed::Watched;
 use super::peak::Vertex;
 use super::propagator::Propagator;
 use super::settings::FlightSettings;
@@ -39,9 +41,19 @@ pub struct Flight {
     trial: Option<Propagator>,
     forces: Vec<Complex<f64>>,
     sizes: Vec<f64>,
+    room: Vec<f64>,
     velocities: Vec<[f64; 2]>,
     /// The last gyroscopic momentum, with its time in steps.
     gyroscopic: (u64, f64),
+}
+
+/// What a look at the whole motion finds: a bound of all displacements [m, rad], energy without the gyroscopic \[J\], the power that is lost \[W\], and the
+/// gyroscopic momentum.
+pub(super) struct Seen {
+    pub reach: f64,
+    pub energy: f64,
+    pub lost: f64,
+    pub gyroscopic: f64,
 }
 
 impl Flight {
@@ -67,6 +79,7 @@ impl Flight {
             scratch: vec![0.0; y.len()],
             forces: Vec::with_capacity(velocities.len()),
             sizes: Vec::with_capacity(velocities.len()),
+            room: Vec::new(),
             step: settings.step,
             ticks: 0,
             levels: Vec::new(),
@@ -213,25 +226,90 @@ impl Flight {
         self.cell.motion(&self.y, z, &mut self.scratch);
     }
 
-    /// What the spin has to be shifted by to have the gyroscopic momentum of now instead of the last one that was taken \[rad/s\].
-    pub(super) fn held_back(&self) -> f64 {
-        (self.gyroscopic.1 - self.cell.gyroscopic_momentum(&self.y)) * self.spin.yields()
+    /// Gyroscopic momentum of now.
+    pub(super) fn gyroscopic_momentum(&self) -> f64 {
+        self.cell.gyroscopic_momentum(&self.y)
     }
 
-    /// Bound of the velocity of the first diaphragm's node during a step of at most `h` \[s\] from here \[m/s\].
-    pub(super) fn fastest(&mut self, h: f64) -> f64 {
-        self.sizes.clear();
-        self.sizes.extend((0..self.velocities.len()).map(|s| self.spin.force_now(s).norm_sqr().sqrt()));
-        self.cell.bound().map_or(f64::INFINITY, |bound| bound.speed(h, &self.y, &self.sizes))
+    /// What the spin has to be shifted by to have this gyroscopic momentum, that of now, instead of the last one that was taken \[rad/s\].
+    pub(super) fn held_back(&self, gyroscopic: f64) -> f64 {
+        (self.gyroscopic.1 - gyroscopic) * self.spin.yields()
     }
 
-    /// The longest of these lengths \[s\] over which no peak is missed: largest loads of the bearings so far, and the largest distance of the first
-    /// diaphragm's node.
-    pub(super) fn resolved(&mut self, lengths: &[f64], largest: &[f64]) -> usize {
+    /// What is measured of the whole motion at n, and the moments of the shaft's elements; damping acts between the velocities before and after the impulse of the
+    /// last step.
+    pub(super) fn measure(&mut self, struck: [f64; 2], moments: &mut Vec<f64>) -> Seen {
+        let Self { cell, y, scratch, shared, .. } = self;
+        let measured = cell.measured(&shared.grid.model);
+        measured.moments.times(y, moments);
+        scratch.copy_from_slice(y);
+        if struck != [0.0; 2] {
+            let first = shared.grid.model.outputs.contact_push(0);
+            for (part, push) in struck.into_iter().zip(&cell.local.pushes[first..]) {
+                crate::linalg::axpy(0.5 * part, push, scratch);
+            }
+        }
+        Seen {
+            reach: measured.reach(y),
+            energy: measured.energy.of(y) - dot(&measured.gravity, y),
+            lost: measured.lost.of(scratch),
+            gyroscopic: cell.gyroscopic_momentum(y),
+        }
+    }
+
+    /// Rates of the whirl states at n, and from them the velocity of the first diaphragm's node in its cell \[m/s\].
+    pub(super) fn see_rates(&mut self) -> [f64; 2] {
         self.forces.clear();
         self.forces.extend((0..self.velocities.len()).map(|s| self.spin.force_now(s)));
-        let state = (&*self.y, &*self.forces);
-        self.cell.missed().longest(&self.cell.local, state, lengths, largest, &mut self.sizes)
+        self.cell.local.rates(&self.y, &self.forces, &mut self.scratch);
+        if !self.shared.grid.model.outputs.has_contact() {
+            return [0.0; 2];
+        }
+        let first = self.shared.grid.model.outputs.contact(0);
+        [0, 1].map(|i| dot(&self.cell.local.rows[first + i], &self.scratch))
+    }
+
+    /// The longest of the steps up to a level after which the first diaphragm's node, which is at x and moves with a velocity, is within a distance
+    /// all the time; `None` where none is.
+    pub(super) fn stays(
+        &mut self,
+        lengths: &[f64],
+        [x, velocity]: [[f64; 2]; 2],
+        within: f64,
+        most: usize,
+    ) -> Option<usize> {
+        let Self { cell, sizes, room, y, spin, velocities, .. } = self;
+        let bound = cell.bound()?;
+        let here = length(x);
+        sizes.clear();
+        sizes.extend((0..velocities.len()).map(|s| spin.force_now(s).norm_sqr().sqrt()));
+        let pushed = bound.parts(lengths[most], y, sizes, room);
+        (0..=most).rev().find(|&level| {
+            let h = lengths[level];
+            let there = length([x[0] + h * velocity[0], x[1] + h * velocity[1]]);
+            here.max(there) + bound.beyond(h, spin.speed, room, pushed) < within
+        })
+    }
+
+    /// The longest of the steps up to a level over which no peak of what is watched is missed: the loads of the bearings, and the place of the first
+    /// diaphragm's node; after [`Flight::see_rates`].
+    pub(super) fn resolved(&mut self, lengths: &[f64], watched: &[Watched], most: usize) -> usize {
+        let Self { cell, y, scratch, sizes, .. } = self;
+        cell.missed(lengths).longest(&cell.local, [y, scratch], watched, most, sizes)
+    }
+
+    /// How far the node may be after a step of `h` \[s\] from where its velocity would take it.
+    #[cfg(test)]
+    pub(super) fn leaves(&mut self, h: f64, parts: &mut Vec<f64>) -> f64 {
+        let forces: Vec<f64> = (0..self.velocities.len()).map(|s| self.spin.force_now(s).norm_sqr().sqrt()).collect();
+        let bound = self.cell.bound().expect("has a diaphragm");
+        let pushed = bound.parts(h, &self.y, &forces, parts);
+        bound.beyond(h, self.spin.speed, parts, pushed)
+    }
+
+    /// What a bearing's load has whatever the motion is \[N\].
+    pub(super) fn constant_load(&self, bearing: usize) -> [f64; 2] {
+        self.shared.direct[bearing].constant
     }
 
     /// What impulses on the first diaphragm's node make in a contact step; `None` without one.

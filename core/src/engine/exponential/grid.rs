@@ -14,8 +14,10 @@
 
 use super::ExponentialError;
 use super::bound::Bound;
+use super::forms::Form;
 use super::kick::Kick;
 use super::local::Local;
+use super::measured::Measured;
 use super::missed::Missed;
 use super::propagator::Propagator;
 use super::station::{Model, Station};
@@ -31,8 +33,8 @@ pub(super) const LEVELS: usize = 4;
 /// Stations of a grid at most: with the default spacing three times the initial speed and more. A spin that jumps by [`LEAP`] of them in a step has left every model.
 const MOST_STATIONS: usize = 512;
 const LEAP: f64 = 192.0;
-/// Cells that are kept for other runs, at most: 25 kB each with 24 pairs.
-const KEPT: usize = 4096;
+/// Cells that are kept for other runs, at most: 65 kB each with 24 pairs.
+const KEPT: usize = 2048;
 
 /// Stations, transfers and cells of a model, for steps of one size: runs share it, and each finds in it what it would have found alone.
 #[derive(Debug)]
@@ -61,8 +63,8 @@ struct Found {
 pub(super) struct Cell {
     pub index: i64,
     pub local: Local,
-    /// N by rows from the diagonal on, what stands beside it doubled.
-    momentum: Vec<f64>,
+    /// N.
+    momentum: Form,
     share: f64,
     stations: [Arc<Station>; 2],
     transfer: Arc<Transfer>,
@@ -75,6 +77,7 @@ pub(super) struct Cell {
     kick: OnceLock<Kick>,
     bound: OnceLock<Bound>,
     missed: OnceLock<Missed>,
+    measured: OnceLock<Measured>,
 }
 
 impl Cell {
@@ -90,26 +93,28 @@ impl Cell {
         Some(self.kick.get_or_init(|| Kick::new(&self.local, self.propagator(0, h), h, *row, *push, loads)))
     }
 
-    /// How fast the first diaphragm's node moves at most; `None` without one.
+    /// How far the first diaphragm's node comes at most; `None` without one.
     pub fn bound(&self) -> Option<&Bound> {
         let (row, ..) = self.contact.as_ref()?;
         Some(self.bound.get_or_init(|| Bound::new(&self.local, *row, self.unbalances)))
     }
 
-    /// What steps in flight may miss.
-    pub fn missed(&self) -> &Missed {
-        self.missed.get_or_init(|| Missed::new(&self.local, &self.watched))
+    /// What steps in flight of these lengths \[s\] may miss.
+    pub fn missed(&self, lengths: &[f64]) -> &Missed {
+        self.missed.get_or_init(|| Missed::new(&self.local, &self.watched, lengths))
     }
 
     /// Gyroscopic momentum `y^T N y`.
     pub fn gyroscopic_momentum(&self, y: &[f64]) -> f64 {
-        let (mut sum, mut rows) = (0.0, self.momentum.as_slice());
-        for (i, yi) in y.iter().enumerate() {
-            let (row, rest) = rows.split_at(y.len() - i);
-            sum += yi * crate::linalg::dot(row, &y[i..]);
-            rows = rest;
-        }
-        sum
+        self.momentum.of(y)
+    }
+
+    /// What is measured of its whirl states.
+    pub fn measured(&self, model: &Model) -> &Measured {
+        self.measured.get_or_init(|| {
+            let [below, above] = &self.stations;
+            model.measures.of(&model.system, &(&below.motion * (1.0 - self.share) + &above.motion * self.share))
+        })
     }
 
     /// q and q', one after the other; `scratch` of the same length.
@@ -182,8 +187,6 @@ impl Grid {
         let mixed = |one: &Matrix, other: &Matrix| one * (1.0 - share) + other * share;
         let (rows, pushes) = (mixed(&below.rows, &above.rows), mixed(&below.pushes, &above.pushes));
         let momentum = mixed(&below.momentum, &above.momentum);
-        let size = momentum.nrows();
-        let doubled = (0..size).flat_map(|i| (i..size).map(move |j| (i, j)));
         let blocks = below.blocks.iter().zip(&above.blocks);
         let outputs = &self.model.outputs;
         let cell = Arc::new(Cell {
@@ -194,7 +197,7 @@ impl Grid {
                 rows: rows.row_iter().map(|row| row.iter().copied().collect()).collect(),
                 pushes: pushes.column_iter().map(|column| column.iter().copied().collect()).collect(),
             },
-            momentum: doubled.map(|(i, j)| if i == j { momentum[(i, i)] } else { 2.0 * momentum[(i, j)] }).collect(),
+            momentum: Form::new(&momentum),
             share,
             stations: [Arc::clone(below), Arc::clone(above)],
             transfer,
@@ -205,6 +208,7 @@ impl Grid {
             kick: OnceLock::new(),
             bound: OnceLock::new(),
             missed: OnceLock::new(),
+            measured: OnceLock::new(),
         });
         if found.cells.len() < KEPT {
             found.cells.insert(index, Arc::clone(&cell));
@@ -294,6 +298,7 @@ pub(super) fn anchor(speed: f64, spacing: f64) -> i64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::engine::exponential::measured::Measures;
     use crate::engine::exponential::outputs::Outputs;
     use crate::engine::exponential::system::LateralSystem;
     use crate::structure::Structure;
@@ -307,7 +312,9 @@ mod tests {
         let structure = Structure::build(&machine, None).expect("buildable");
         let system = LateralSystem::new(&machine, &structure).expect("regular");
         let size = 2 * system.size;
-        let model = Model { system, outputs: Outputs::new(&machine, &structure) };
+        let outputs = Outputs::new(&machine, &structure);
+        let measures = Measures::new(&machine, &structure, outputs.weight());
+        let model = Model { system, outputs, measures };
         let grid = Grid::new(model, 1e-5, spacing, 10, 1.6 * spacing).expect("has a basis");
         let x: Vec<f64> = (0..size).map(|i| f64::from(u8::try_from(i * 7 % 11).expect("small")) - 5.0).collect();
         let (below, above) = (grid.cell(10).expect("has bases"), grid.cell(20).expect("has bases"));

@@ -1,6 +1,7 @@
 //! What the whirl states are in one cell of the grid, where all of it is constant.
 
 use super::block::Block;
+use nalgebra::Complex;
 
 #[derive(Debug)]
 pub(super) struct Local {
@@ -11,4 +12,23 @@ pub(super) struct Local {
     pub rows: Vec<Vec<f64>>,
     /// A vector of y for each force.
     pub pushes: Vec<Vec<f64>>,
+}
+
+impl Local {
+    /// y' of y under the unbalances' forces \[N\] and the weight.
+    pub fn rates(&self, y: &[f64], forces: &[Complex<f64>], rates: &mut [f64]) {
+        let pairs = self.blocks.len();
+        rates.copy_from_slice(&self.pushes[2 * forces.len()]);
+        for (s, f) in forces.iter().enumerate() {
+            let (u, v) = (&self.pushes[2 * s], &self.pushes[2 * s + 1]);
+            for ((rate, u), v) in rates.iter_mut().zip(u).zip(v) {
+                *rate += u * f.re + v * f.im;
+            }
+        }
+        let ((x, z), (dx, dz)) = (y.split_at(pairs), rates.split_at_mut(pairs));
+        for (k, b) in self.blocks.iter().enumerate() {
+            dx[k] += b[0] * x[k] + b[1] * z[k];
+            dz[k] += b[2] * x[k] + b[3] * z[k];
+        }
+    }
 }

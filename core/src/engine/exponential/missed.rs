@@ -1,72 +1,100 @@
 //! What a load, or the rotor's place, can be between two looks in flight beyond what it is at them.
 //!
 //! ```text
-//! r y between n and n+1:   beyond its chord by at most   sum over pairs |r| |y'| min(|B| h^2/8, 2/|B|),    y' = B y + l f           (1)
+//! v = sum over pairs of r y + constant,   w' = v' - W (e_z x v)     its rate for one who turns with the spin: |v| is that of v as he sees it      (1)
+//! beyond its chord   at most  sum over pairs |w'| min((|B| + W) h^2/8, 2/w_k)     w_k = |B|/sqrt(2) - W, where that is positive                  (2)
+//! from what it is    at most  sum over pairs |w'| min(h, 2/w_k)                                                                                   (3)
 //! ```
-//! A motion leaves its chord by h^2/8 of its second derivative, here `B y'`, and one that rings by twice its amplitude. A step of flight is as long as (1) is below a
-//! thousandth of the largest value so far: so far a peak may be missed. What stands still under the unbalance has a small y' and lengthens nothing.
-//! Limits: |y'| is that at n. Verified by `peaks_in_flight_are_those_of_contact_steps` (`tests/exponential_rub.rs`).
+//! A motion leaves its chord by h^2/8 of its second derivative, and one that rings by twice its amplitude. A step of flight is as long as (2) is below a
+//! thousandth of the largest value so far, or as v and (3) are below that value: so far a peak may be missed. What turns with the unbalance has no w' and shortens nothing.
+//! Limits: w' is that at n. Verified by `peaks_in_flight_are_those_of_contact_steps` (`tests/exponential_rub.rs`).
 
 use super::bound::length;
 use super::local::Local;
-use nalgebra::Complex;
 
 /// Part of the largest value so far that may be missed.
 const PART: f64 = 1e-3;
 
-/// The parts of (1) that a cell fixes.
+/// The parts of (2) and (3) that a cell fixes.
 #[derive(Debug, Clone)]
 pub(super) struct Missed {
-    /// |B| of each pair.
-    blocks: Vec<f64>,
-    /// |r| of each pair, for each quantity.
-    rows: Vec<Vec<f64>>,
+    /// First rows of the quantities, of two each.
+    firsts: Vec<usize>,
+    /// Lengths of steps \[s\], with the weights of the pairs in (2) and (3).
+    levels: Vec<(f64, [Vec<f64>; 2])>,
+}
+
+/// A quantity at n: its constant part, its size, and the largest of all instants before.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Watched {
+    pub constant: [f64; 2],
+    pub size: f64,
+    pub largest: f64,
 }
 
 impl Missed {
-    /// Of quantities of two rows each, which begin at these places.
-    pub fn new(cell: &Local, firsts: &[usize]) -> Self {
-        let pairs = cell.blocks.len();
-        let of = |row: &[f64], k: usize| length([row[k], row[pairs + k]]);
-        let rows = |&first: &usize| {
-            (0..pairs).map(|k| length([of(&cell.rows[first], k), of(&cell.rows[first + 1], k)])).collect()
+    /// Of quantities whose rows begin at these places, for steps of these lengths \[s\].
+    pub fn new(cell: &Local, firsts: &[usize], lengths: &[f64]) -> Self {
+        let spin = cell.speed.abs();
+        let level = |&h: &f64| {
+            let weights = |of: &dyn Fn(f64, f64) -> f64| -> Vec<f64> {
+                let block = |b: &[f64; 4]| b.iter().map(|entry| entry * entry).sum::<f64>().sqrt();
+                let pair = |block: f64| of(block, 2.0 / (block * std::f64::consts::FRAC_1_SQRT_2 - spin).max(1e-300));
+                cell.blocks.iter().map(|b| pair(block(b))).collect()
+            };
+            (
+                h,
+                [
+                    weights(&|block, twice| (0.125 * h * h * (block + spin)).min(twice)),
+                    weights(&|_, twice| twice.min(h)),
+                ],
+            )
         };
-        Self {
-            blocks: cell.blocks.iter().map(|b| b.iter().map(|entry| entry * entry).sum::<f64>().sqrt()).collect(),
-            rows: firsts.iter().map(rows).collect(),
-        }
+        Self { firsts: firsts.to_vec(), levels: lengths.iter().map(level).collect() }
     }
 
-    /// The longest of these lengths \[s\] over which (1) is small beside the largest values so far, of y under these forces \[N\]; `rates`: room.
+    /// The longest step up to a level over which no peak of what is watched is missed, of y and y'; `sizes`: room.
     pub fn longest(
         &self,
         cell: &Local,
-        (y, forces): (&[f64], &[Complex<f64>]),
-        lengths: &[f64],
-        largest: &[f64],
-        rates: &mut Vec<f64>,
+        [y, rates]: [&[f64]; 2],
+        watched: &[Watched],
+        most: usize,
+        sizes: &mut Vec<f64>,
     ) -> usize {
-        let pairs = self.blocks.len();
-        rates.clear();
-        for (k, b) in cell.blocks.iter().enumerate() {
-            let weight = &cell.pushes[2 * forces.len()];
-            let mut rate =
-                [b[0] * y[k] + b[1] * y[pairs + k] + weight[k], b[2] * y[k] + b[3] * y[pairs + k] + weight[pairs + k]];
-            for (s, f) in forces.iter().enumerate() {
-                let (u, v) = (&cell.pushes[2 * s], &cell.pushes[2 * s + 1]);
-                rate[0] += u[k] * f.re + v[k] * f.im;
-                rate[1] += u[pairs + k] * f.re + v[pairs + k] * f.im;
+        let mut longest = most.min(self.levels.len() - 1);
+        for (&first, watched) in self.firsts.iter().zip(watched) {
+            if longest == 0 {
+                break;
             }
-            rates.push(length(rate));
+            rates_in_turn(cell, first, [y, rates], sizes);
+            let spin = cell.speed.abs();
+            let still = spin * length(watched.constant);
+            longest = (1..=longest)
+                .rev()
+                .find(|&level| {
+                    let (h, [beyond, from]) = &self.levels[level];
+                    let sum = |weights: &[f64]| crate::linalg::dot(sizes, weights);
+                    sum(beyond) + 0.125 * h * h * spin * still <= PART * watched.largest
+                        || watched.size + sum(from) + h * still <= watched.largest
+                })
+                .unwrap_or(0);
         }
-        let small = |h: f64| {
-            self.rows.iter().zip(largest).all(|(rows, largest)| {
-                let beyond = rows.iter().zip(&*rates).zip(&self.blocks).map(|((row, rate), block)| {
-                    row * rate * (0.125 * h * h * block).min(2.0 / block.max(f64::MIN_POSITIVE))
-                });
-                beyond.sum::<f64>() <= PART * largest
-            })
-        };
-        (1..lengths.len()).rev().find(|&level| small(lengths[level])).unwrap_or(0)
+        longest
+    }
+}
+
+/// |w'| of each pair in (1), of the quantity whose rows begin at a place.
+fn rates_in_turn(cell: &Local, first: usize, [y, rates]: [&[f64]; 2], sizes: &mut Vec<f64>) {
+    let pairs = cell.blocks.len();
+    sizes.resize(pairs, 0.0);
+    let spin = cell.speed;
+    let ((ua, ub), (va, vb)) = (cell.rows[first].split_at(pairs), cell.rows[first + 1].split_at(pairs));
+    let ((a, b), (da, db)) = (y.split_at(pairs), rates.split_at(pairs));
+    let (ub, vb, b, db, sizes) = (&ub[..pairs], &vb[..pairs], &b[..pairs], &db[..pairs], &mut sizes[..pairs]);
+    for k in 0..pairs {
+        let place = [ua[k] * a[k] + ub[k] * b[k], va[k] * a[k] + vb[k] * b[k]];
+        let rate = [ua[k] * da[k] + ub[k] * db[k], va[k] * da[k] + vb[k] * db[k]];
+        sizes[k] = length([rate[0] + spin * place[1], rate[1] - spin * place[0]]);
     }
 }

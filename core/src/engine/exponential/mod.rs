@@ -4,10 +4,12 @@
 //! apart into `pairs` of motions at the speeds of a `grid` (a `station` each, a `transfer` from one to the next), so that a step (`propagator`) is a 2 x 2
 //! `block` for each pair. The `spin` follows from its momentum, the twist in closed form (`oscillators`). What a run reads of the motion are its `outputs`.
 //! A `transient` flies where nothing can touch (`bound`), as far as no peak is `missed`, and takes contact steps where something may: a `rub` finds the impulses between
-//! the `candidates` of a `kicked_ring` and the rotor, which they `kick`. A `run` watches it to its end; an `eye` sees its instants for a follower.
+//! the `candidates` of a `kicked_ring` and the rotor, which they `kick`. A `run` watches it to its end, by what is `measured` in `forms` of the whirl states; an `eye` sees its
+//! instants for a follower, with its energies `apart`.
 //!
 //! Theory, measurements and limits: docs/theory/08-exponential-engine.md.
 
+mod apart;
 mod block;
 mod bound;
 mod candidates;
@@ -15,10 +17,12 @@ mod candidates;
 mod clearance_tests;
 mod eye;
 mod flight;
+mod forms;
 mod grid;
 mod kick;
 mod kicked_ring;
 mod local;
+mod measured;
 mod missed;
 mod moved;
 mod oscillators;

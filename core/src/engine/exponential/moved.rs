@@ -20,9 +20,12 @@ impl Moved {
         Self { rotor: turned(angle, &whole), left_out, rolling }
     }
 
-    /// Displacement of the rotor by an impulse, but for the modes left out.
-    pub fn of_rotor(&self, impulse: [f64; 2]) -> [f64; 2] {
-        times(&self.rotor, impulse)
+    /// Displacement of the rotor by an impulse along normal and tangent of a place, as [`Moved::beyond_modes`] has it.
+    pub fn of_rotor(&self, acting: &Place, normal: f64, tangential: f64) -> [f64; 2] {
+        let (m, s) = (acting.normal, across(acting.normal));
+        let along = [0, 1].map(|i| normal * m[i] + tangential * s[i]);
+        let (whole, left_out) = (times(&self.rotor, along), times(&self.left_out, m));
+        [0, 1].map(|i| whole[i] + normal * left_out[i])
     }
 
     /// What is no mode of the ring in the gap at a place by a unit normal and a unit tangential impulse at another.

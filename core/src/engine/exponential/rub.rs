@@ -12,7 +12,7 @@
 
 use super::ExponentialError;
 use super::bound::length;
-use super::candidates::{BLOCK, Candidates};
+use super::candidates::{BLOCK, Candidates, beside, modes, ring_of};
 use super::kick::Kick;
 use super::kicked_ring::KickedRing;
 use super::moved::Moved;
@@ -22,15 +22,10 @@ use super::survey::{Place, Survey};
 use crate::contact::ContactForce;
 use crate::contact::complementarity::{self, Coupled, POINTS};
 use crate::linalg::{axpy, dot};
-use crate::structure::{RingPart, Structure};
-use bladeoff_model::machine::{ContactSurface, Diaphragm, FrictionLaw};
+use crate::structure::Structure;
+use bladeoff_model::machine::{Diaphragm, FrictionLaw};
 use std::sync::Arc;
 
-/// Candidates of a ring, at least. Places that press beside the nearest one are candidates, two spacings from it or more: with 192 of them the turbine's 1 ms force is
-/// 0.3 % off.
-const CANDIDATES: usize = 384;
-/// Elements of a ring at most: the table between candidates grows with their square.
-const ELEMENTS: usize = 200;
 /// A candidate penetrates when it is deeper than this share of the deepest before any impulse.
 const SHARE: f64 = 1e-4;
 
@@ -164,7 +159,12 @@ impl Rub {
             law: contact.friction_law,
             h,
             rotor_left_out,
-            survey: Survey::new(candidates.count(), contact.rotor_radius + contact.gap, contact.rotor_radius),
+            survey: Survey::new(
+                candidates.count(),
+                modes.len(),
+                contact.rotor_radius + contact.gap,
+                contact.rotor_radius,
+            ),
             candidates: Arc::clone(candidates),
             yields: ring.yields().iter().zip(ring.lacking()).map(|(a, b)| a + b).collect(),
             ring,
@@ -185,15 +185,24 @@ impl Rub {
         })
     }
 
-    /// How far the rotor at a place may move before it can touch, wherever the ring's modes carry it \[m\].
-    pub fn room(&self, place: [f64; 2]) -> f64 {
-        let x = [place[0] - self.offset[0], place[1] - self.offset[1]];
-        self.gap - length(x) - self.candidates.reach(self.ring.amplitudes())
+    /// Whether impulses acted in the last step.
+    pub fn presses(&self) -> bool {
+        !self.pressed.is_empty()
+    }
+
+    /// A place in the machine's axes, from the ring's centre.
+    pub fn from_centre(&self, place: [f64; 2]) -> [f64; 2] {
+        [place[0] - self.offset[0], place[1] - self.offset[1]]
+    }
+
+    /// How far the rotor's centre may be from the ring's before it can touch, wherever the ring's modes carry it \[m\].
+    pub fn room(&self) -> f64 {
+        self.gap - self.candidates.reach(self.ring.amplitudes())
     }
 
     /// The rotor's centre from the ring's, in the stator's axes.
     pub fn place(&self, place: [f64; 2]) -> [f64; 2] {
-        self.inwards([place[0] - self.offset[0], place[1] - self.offset[1]])
+        self.inwards(self.from_centre(place))
     }
 
     /// Takes the ring over a step of `h = 2^level` contact steps in which nothing touches.
@@ -284,12 +293,15 @@ impl Rub {
                 t.copy_from_slice(tangent);
             }
         }
-        let mut ring = 0.0;
-        for (j, yielding) in self.yields.iter().enumerate() {
-            by_normal[j] = yielding * n[j];
-            by_tangent[j] = yielding * t[j];
-            ring += tangent[j] * (self.ring.modes.place[j] - self.before[j]);
+        let modes = self.yields.len();
+        // slices of one length: no checks inside the loop
+        let (yields, n, t) = (&self.yields[..modes], &n[..modes], &t[..modes]);
+        let (by_normal, by_tangent) = (&mut by_normal[..modes], &mut by_tangent[..modes]);
+        for j in 0..modes {
+            by_normal[j] = yields[j] * n[j];
+            by_tangent[j] = yields[j] * t[j];
         }
+        let ring = dot(tangent, &self.ring.modes.place) - dot(tangent, &self.before);
         let step = self.inwards([free.to[0] - free.from[0], free.to[1] - free.from[1]]);
         let slip = product(across(place.normal), step) + free.turn * self.radius - ring;
         self.points.push(Point { place, acting, slip, force });
@@ -325,27 +337,44 @@ impl Rub {
     fn least_left(&mut self, x: [f64; 2], moved: &Moved) -> (f64, Option<usize>) {
         let mut least = (0.0, None);
         let count = self.candidates.count();
-        // what moves the rotor: the sum of all, and no gap opens or closes by more than it
-        let mut force = [0.0; 2];
+        // what moves the rotor: the sum of all; and what the ring's modes left out do at most
+        let (mut rotor, mut left_out) = ([0.0; 2], 0.0);
         for point in self.points.iter().filter(|point| point.force.normal > 0.0) {
-            let (m, s) = (point.acting.normal, across(point.acting.normal));
-            for i in 0..2 {
-                force[i] += m[i] * point.force.normal + s[i] * point.force.tangential;
-            }
+            let moves = moved.of_rotor(&point.acting, point.force.normal, point.force.tangential);
+            rotor = [0, 1].map(|i| rotor[i] + moves[i]);
+            left_out += point.force.normal * self.candidates.most_left_out;
         }
-        let by_rotor = length(moved.of_rotor(force));
+        let by_rotor = length(rotor);
+        let most =
+            self.impulses.iter().zip(&self.candidates.radial_reach).map(|(q, reach)| q.abs() * reach).sum::<f64>();
         for at in 0..self.survey.near().len() {
             let block = self.survey.near()[at];
             let clearances = self.survey.clearances(block);
             if clearances.iter().all(|clearance| *clearance >= by_rotor) {
                 continue;
             }
+            // nor where the ring's modes cannot close what is open
+            let within = |k: usize| {
+                let (sin, cos) = self.candidates.angles[block * BLOCK + k];
+                clearances[k] + rotor[0] * cos + rotor[1] * sin < left_out + most
+            };
+            if !(0..BLOCK).any(within) {
+                continue;
+            }
             let opens = self.candidates.radials(block, &self.impulses);
             for k in 0..BLOCK {
                 let index = block * BLOCK + k;
-                if clearances[k] + opens[k] >= by_rotor
-                    || self.points.iter().any(|point| beside(point.place.index, index, count))
-                {
+                // along the place's radius, where no gap is less
+                let (sin, cos) = self.candidates.angles[index];
+                let mut clearance = clearances[k] + opens[k] + rotor[0] * cos + rotor[1] * sin;
+                if clearance >= left_out || self.points.iter().any(|point| beside(point.place.index, index, count)) {
+                    continue;
+                }
+                for point in self.points.iter().filter(|point| point.force.normal > 0.0) {
+                    let [a, b, ..] = self.candidates.left_out(index, point.acting.index);
+                    clearance += (a * point.acting.polar[0] + b * point.acting.polar[1]) * point.force.normal;
+                }
+                if clearance >= 0.0 {
                     continue;
                 }
                 let place = self.survey.place(&self.candidates, index, x, &self.ring.modes.place);
@@ -459,41 +488,4 @@ impl Rub {
         let (sin, cos) = self.angle;
         [cos * x - sin * y, sin * x + cos * y]
     }
-}
-
-/// The candidates of a diaphragm, for contact steps of `h` \[s\].
-pub(super) fn candidates(
-    diaphragm: &Diaphragm,
-    structure: &Structure,
-    index: usize,
-    h: f64,
-) -> Result<Candidates, ExponentialError> {
-    let part = ring_of(structure, index)?;
-    let contact = &diaphragm.contact;
-    let inner = contact.surface == ContactSurface::InnerFace;
-    let surface = part.matrices.surface(contact.rotor_radius + contact.gap, inner);
-    let modes = modes(part);
-    if modes.iter().any(|&(square, _)| square <= 0.0) {
-        return Err(ExponentialError::NotCovered { what: "a ring that nothing holds" });
-    }
-    if surface.nodes > ELEMENTS {
-        return Err(ExponentialError::NotCovered { what: "a ring of more than 200 elements" });
-    }
-    let per_element = CANDIDATES.div_ceil(surface.nodes).next_multiple_of(BLOCK);
-    Ok(Candidates::new(part, &surface, per_element, h))
-}
-
-fn ring_of(structure: &Structure, index: usize) -> Result<&RingPart, ExponentialError> {
-    structure.rings[index].as_ref().ok_or(ExponentialError::NotCovered { what: "a stator without freedoms" })
-}
-
-/// w^2 and c of each mode.
-fn modes(part: &RingPart) -> Vec<(f64, f64)> {
-    (0..part.part.coordinates.size()).map(|j| (part.part.stiffness[(j, j)], part.part.damping[(j, j)])).collect()
-}
-
-/// Whether two of so many candidates are one, or beside each other.
-fn beside(one: usize, other: usize, count: usize) -> bool {
-    let apart = one.abs_diff(other);
-    apart <= 1 || apart + 1 == count
 }

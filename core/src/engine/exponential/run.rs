@@ -1,14 +1,16 @@
 //! One run of the exponential engine from its start to its end, watched by recorders.
 //!
-//! Loads, the rotor in the ring, and contact are seen at every step. Stresses, stores of energy and the damping of shaft, bearings and twist take the motion of all nodes: they
+//! Loads, the rotor in the ring, and contact are seen at every step. Stresses, stores of energy and the damping of shaft, bearings and twist are forms of all whirl states (`measured`): they
 //! are seen at the instants of an interval of eight contact steps at least (`LOOKS`), damping by the trapezoidal rule between them. Works of contact, of the ring's damping and of braking are those of each step.
 //!
 //! Limits: peaks of stresses between two looks are missed; a look is at most as far from the next as the longest flight. Verified by `tests/exponential_run.rs`.
 
 use super::ExponentialError;
+use super::apart::Apart;
 use super::eye::{Ahead, Eye};
 use super::settings::FlightSettings;
 use super::shape::Shape;
+use super::spin::Spin;
 use super::transient::{Done, Transient};
 use crate::engine::motion::{DIVERGED, size};
 use crate::record::{At, End, Energies, Follower, Recorders, RingInstant, Touch};
@@ -77,17 +79,16 @@ struct Run<'a> {
     h: f64,
     /// Ring coordinates have something to say.
     touched: bool,
-    /// The last look: its time in contact steps, and powers of structure, bearings and skew stiffness then \[W\].
-    looked: Option<(u64, [f64; 3])>,
-    /// The energies of it.
-    balanced: Energies,
-    /// Jumps of all rates per impulse along each axis of the diaphragm's node, the last step's impulses, and room for rates.
-    jumps: [Vec<f64>; 2],
+    /// The last look: its time in contact steps, and the power that damping, less the skew stiffness, takes then \[W\].
+    looked: Option<(u64, f64)>,
+    /// The last step's impulse.
     struck: [f64; 2],
-    mean_rates: Vec<f64>,
-    shape: Shape,
-    /// Rows of u and v of each bearing's node.
-    bearings: Vec<[Vec<f64>; 2]>,
+    /// Twists of all nodes, their rows, and moments of the shaft's elements.
+    twists: Vec<f64>,
+    twist_rows: Vec<Vec<f64>>,
+    moments: Vec<f64>,
+    /// Energies one by one, where the follower wants them.
+    apart: Option<Box<Apart>>,
     /// Largest displacement that is believed \[m\].
     reach: f64,
     /// Once a follower has asked for an instant.
@@ -97,12 +98,7 @@ struct Run<'a> {
 impl<'a> Run<'a> {
     fn new(machine: &'a Machine, structure: &'a Structure, settings: FlightSettings) -> Result<Self, ExponentialError> {
         let transient = Transient::new(machine, structure, settings, true)?;
-        let (rotor, map) = (&structure.rotor, &structure.lateral.coordinates);
-        let system = &transient.flight.shared().grid.model.system;
-        let jumps = match machine.diaphragms.first() {
-            Some(diaphragm) => rotor.plane_places(diaphragm.contact.node).map(|dof| system.struck(&map.row(dof))),
-            None => [vec![0.0; map.size()], vec![0.0; map.size()]],
-        };
+        let nodes = structure.rotor.nodes;
         Ok(Self {
             machine,
             structure,
@@ -113,12 +109,11 @@ impl<'a> Run<'a> {
             h: settings.step,
             touched: false,
             looked: None,
-            balanced: Energies::default(),
-            jumps,
             struck: [0.0; 2],
-            mean_rates: vec![0.0; map.size()],
-            shape: Shape::new(structure),
-            bearings: rotor.bearings.iter().map(|b| rotor.plane_places(b.node).map(|dof| map.row(dof))).collect(),
+            twists: vec![0.0; nodes],
+            twist_rows: (0..nodes).map(|node| Spin::row_of(structure, node)).collect(),
+            moments: Vec::new(),
+            apart: None,
             reach: DIVERGED * size(machine),
             eye: None,
         })
@@ -134,6 +129,11 @@ impl<'a> Run<'a> {
         let looks = self.steps < LOOKS || self.looked.is_none_or(|(last, _)| ticks - last >= LOOKS);
         if looks {
             self.look(ticks, at)?;
+            if follower.wants_energies() {
+                let Self { transient, apart, machine, structure, h, struck, recorders, .. } = self;
+                let apart = apart.get_or_insert_with(|| Box::new(Apart::new(machine, structure, transient, *h)));
+                apart.take(transient, structure, *struck, &recorders.energies.now);
+            }
         }
         let level = self.transient.level();
         let shown = follower.wants(ticks, at.time);
@@ -145,7 +145,8 @@ impl<'a> Run<'a> {
             self.fly_by(level, shown, follower)?;
         }
         let angle = self.transient.flight.angle();
-        let before = self.ring_energy();
+        // nothing else changes it in flight
+        let before = if level.is_some() && self.touched { self.ring_energy() } else { 0.0 };
         let done = self.transient.step(level)?;
         self.record(&done, at, angle, looks);
         self.works(&done, before);
@@ -167,7 +168,7 @@ impl<'a> Run<'a> {
             eye.show(
                 &self.transient.loads,
                 done.impact.as_ref().map(|impact| (impact, self.h)),
-                self.balanced,
+                self.balanced(),
                 follower,
             );
         }
@@ -175,7 +176,8 @@ impl<'a> Run<'a> {
 
     /// Tells a follower of the instants of a step in flight, the first of which was taken where it is to be `shown`.
     fn fly_by(&mut self, level: usize, shown: bool, follower: &mut dyn Follower) -> Result<(), Cause> {
-        let Self { transient, eye, balanced, machine, structure, .. } = self;
+        let balanced = self.balanced();
+        let Self { transient, eye, machine, structure, .. } = self;
         let ticks = transient.flight.ticks();
         let mut ahead = None;
         for tick in ticks..ticks + (1 << level) {
@@ -185,10 +187,10 @@ impl<'a> Run<'a> {
             }
             if tick == ticks && shown {
                 transient.weigh();
-                eye.iter().for_each(|eye| eye.show(&transient.loads, None, *balanced, follower));
+                eye.iter().for_each(|eye| eye.show(&transient.loads, None, balanced, follower));
             } else if tick > ticks && follower.wants(tick, time) {
                 let eye = eye.get_or_insert_with(|| Box::new(Eye::new(machine, structure)));
-                ahead.get_or_insert_with(|| Ahead::of(transient)).show(tick, transient, eye, *balanced, follower)?;
+                ahead.get_or_insert_with(|| Ahead::of(transient)).show(tick, transient, eye, balanced, follower)?;
             }
         }
         Ok(())
@@ -200,16 +202,16 @@ impl<'a> Run<'a> {
         if !follower.wants_end() {
             return;
         }
-        self.shape.take(&mut self.transient.flight, self.structure);
-        self.store();
-        let Self { transient, eye, recorders, h, machine, structure, speed, .. } = self;
+        let Self { transient, eye, recorders, apart, h, machine, structure, speed, .. } = self;
+        let apart = apart.get_or_insert_with(|| Box::new(Apart::new(machine, structure, transient, *h)));
+        apart.store(transient, structure, &recorders.energies.now);
         let eye = eye.get_or_insert_with(|| Box::new(Eye::new(machine, structure)));
         eye.look(transient);
         eye.speed = *speed;
         // a budget ends a run between two steps
         let goes_on = matches!(failure, None | Some(Cause::StepLimit));
         let impact = if goes_on { transient.ahead() } else { None };
-        eye.show(&transient.loads, impact.as_ref().map(|impact| (impact, *h)), recorders.energies.now, follower);
+        eye.show(&transient.loads, impact.as_ref().map(|impact| (impact, *h)), apart.energies, follower);
     }
 
     /// Why the run does not go on from n+1.
@@ -263,7 +265,7 @@ impl<'a> Run<'a> {
 
     /// Works of the step that has been done.
     fn works(&mut self, done: &Done, ring_before: f64) {
-        let energy = self.ring_energy();
+        let flown = if done.level.is_some() && self.touched { ring_before - self.ring_energy() } else { 0.0 };
         let now = &mut self.recorders.energies.now;
         let steps = done.level.map_or(1.0, |level| f64::from(1_u32 << level));
         let power = |speed: f64| braking_torque(&self.machine.braking, speed) * speed;
@@ -274,72 +276,49 @@ impl<'a> Run<'a> {
         }
         if let Some(contact) = &self.transient.contact {
             now.stator += match done.level {
-                // nothing else changes its energy
-                Some(_) => ring_before - energy,
+                Some(_) => flown,
                 None => contact.rub.ring.damped(),
             };
         }
     }
 
-    /// Sees the motion of all nodes at n: stresses, stores, what damping has taken since the last look.
+    /// Sees the whole motion at n: stresses, stores, what damping has taken since the last look.
     fn look(&mut self, ticks: u64, at: At) -> Result<(), Cause> {
-        let Self { transient, recorders, shape, structure, .. } = self;
+        let Self { transient, recorders, twists, twist_rows, moments, .. } = self;
         let flight = &mut transient.flight;
-        shape.take(flight, structure);
-        // `max` passes over NaN
-        let reach =
-            shape.nodal.iter().fold(0.0_f64, |most, x| if x.is_nan() { f64::INFINITY } else { most.max(x.abs()) });
-        if !reach.is_finite() {
+        let seen = flight.measure(self.struck, moments);
+        if !seen.reach.is_finite() {
             return Err(Cause::NonFinite);
         }
-        if reach > self.reach {
-            return Err(Cause::Diverged);
+        // what it bounds is looked at where it might be too far
+        if seen.reach > self.reach {
+            let mut shape = Shape::new(self.structure);
+            shape.take(flight, self.structure);
+            if shape.nodal.iter().any(|x| x.abs() > self.reach) {
+                return Err(Cause::Diverged);
+            }
         }
-        recorders.see_shape(&shape.nodal, &shape.twists, at);
+        flight.spin().twists(twist_rows, twists);
+        recorders.see_moments(moments, twists, at);
 
-        let (q, velocity) = (shape.coordinates(), shape.rates());
-        let model = &flight.shared().grid.model;
-        // damping acts on what is between the velocities before and after an impulse
-        for (j, mean) in self.mean_rates.iter_mut().enumerate() {
-            *mean = velocity[j] + 0.5 * (self.jumps[0][j] * self.struck[0] + self.jumps[1][j] * self.struck[1]);
-        }
-        let damping = model.system.damping_power(&self.mean_rates);
-        let [mut bearings, mut skew] = [0.0; 2];
-        for (bearing, rows) in structure.rotor.bearings.iter().zip(&self.bearings) {
-            let of = |state: &[f64]| [0, 1].map(|i| crate::linalg::dot(&rows[i], state));
-            let v = of(&self.mean_rates);
-            bearings += bearing.damping_power(v);
-            let force = bearing.skew_force(of(q));
-            skew += force[0] * v[0] + force[1] * v[1];
-        }
-        let powers = [damping - bearings + flight.spin().damping_power(), bearings, skew];
+        let power = seen.lost + flight.spin().damping_power();
         let now = &mut recorders.energies.now;
         if let Some((last, before)) = self.looked {
-            let half = 0.5 * (ticks - last) as f64 * self.h;
-            now.structure += half * (before[0] + powers[0]);
-            now.bearings += half * (before[1] + powers[1]);
-            now.skew += half * (before[2] + powers[2]);
+            // of structure and bearings together
+            now.structure += 0.5 * (ticks - last) as f64 * self.h * (before + power);
         }
-        self.looked = Some((ticks, powers));
-        self.store();
-        self.balanced = self.recorders.energies.now;
-        self.recorders.energies.take();
-        self.recorders.judge(self.machine, self.structure);
+        self.looked = Some((ticks, power));
+        let shift = flight.held_back(seen.gyroscopic);
+        let [turning, twisted] = flight.spin().energies(shift, flight.velocities());
+        let ring = transient.contact.as_ref().map_or([0.0; 2], |contact| contact.rub.ring.energies());
+        now.kinetic = seen.energy + (flight.speed() + shift) * seen.gyroscopic + turning + twisted + ring[0] + ring[1];
+        recorders.energies.take();
+        recorders.judge(self.machine, self.structure);
         Ok(())
     }
 
-    /// Writes the stores at n, of the shape taken there.
-    fn store(&mut self) {
-        let Self { transient, recorders, shape, .. } = self;
-        let (flight, now) = (&transient.flight, &mut recorders.energies.now);
-        let model = &flight.shared().grid.model;
-        let shift = flight.held_back();
-        let (q, velocity) = (shape.coordinates(), shape.rates());
-        let [kinetic, strain] = model.system.energies(flight.speed() + shift, q, velocity);
-        let [turning, twisted] = flight.spin().energies(shift, flight.velocities());
-        let ring = transient.contact.as_ref().map_or([0.0; 2], |contact| contact.rub.ring.energies());
-        now.kinetic = kinetic + turning + ring[0];
-        now.strain = strain + twisted + ring[1];
-        now.gravity = -crate::linalg::dot(model.outputs.weight(), q);
+    /// Energies one by one, as they were at the last look; none where the follower wants none.
+    fn balanced(&self) -> Energies {
+        self.apart.as_ref().map_or_else(Energies::default, |apart| apart.energies)
     }
 }

@@ -4,10 +4,10 @@
 //! says, not on the runs before, nor on the order in which these asked.
 
 use super::ExponentialError;
-use super::candidates::Candidates;
+use super::candidates::{Candidates, candidates};
 use super::grid::{Grid, anchor};
+use super::measured::Measures;
 use super::outputs::{Direct, Outputs};
-use super::rub::candidates;
 use super::settings::FlightSettings;
 use super::station::Model;
 use super::system::LateralSystem;
@@ -89,7 +89,8 @@ impl Shared {
         let system = LateralSystem::new(machine, structure).ok_or(ExponentialError::Singular { part: "the rotor" })?;
         let outputs = Outputs::new(machine, structure);
         let direct = outputs.direct(&system);
-        let grid = Grid::new(Model { system, outputs }, settings.step, spacing, settings.cells, speed)?;
+        let measures = Measures::new(machine, structure, outputs.weight());
+        let grid = Grid::new(Model { system, outputs, measures }, settings.step, spacing, settings.cells, speed)?;
         let shared = Arc::new(Self { grid, direct, candidates: OnceLock::new() });
         if kept.len() == KEPT {
             kept.remove(0);

@@ -10,6 +10,7 @@
 //! where what (1) leaves between pairs is more than rounding allows: pairs that are not invariant would be propagated wrongly.
 
 use super::block::Block;
+use super::measured::Measures;
 use super::outputs::Outputs;
 use super::system::LateralSystem;
 use super::{ExponentialError, pairs};
@@ -25,6 +26,7 @@ const INVARIANT: f64 = 1e-8;
 pub(super) struct Model {
     pub system: LateralSystem,
     pub outputs: Outputs,
+    pub measures: Measures,
 }
 
 /// A basis at one speed, and what is read from it and pushed into it.

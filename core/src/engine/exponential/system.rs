@@ -88,6 +88,11 @@ impl LateralSystem {
         [0.5 * (sums[0] + spin * sums[2]), 0.5 * sums[1]]
     }
 
+    /// K and M.
+    pub fn stores(&self) -> [&Matrix; 2] {
+        [&self.stiffness, &self.mass]
+    }
+
     /// Power that damping takes \[W\].
     pub fn damping_power(&self, velocity: &[f64]) -> f64 {
         (0..self.size).map(|j| velocity[j] * dot(column_of(&self.damping, j), velocity)).sum()

@@ -1,0 +1,112 @@
+//! Quadratic forms and products of many rows, of one vector: eight rows at a time, in one order of operations.
+
+use crate::linalg::Matrix;
+
+/// Rows at a time.
+const LANES: usize = 8;
+
+/// Entries of as many rows in one column.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
+struct Column([f64; LANES]);
+
+/// `y^T A y` of a symmetric A.
+#[derive(Debug, Clone)]
+pub(super) struct Form {
+    size: usize,
+    /// Of eight rows from i on: their entries in the columns from i on, column by column, what stands right of these eight columns doubled.
+    entries: Vec<Column>,
+}
+
+impl Form {
+    /// Of the symmetric part of a matrix.
+    pub fn new(matrix: &Matrix) -> Self {
+        let size = matrix.nrows();
+        let mut entries = Vec::new();
+        for i in (0..size).step_by(LANES) {
+            for j in i..size {
+                let times = if j < i + LANES { 0.5 } else { 1.0 };
+                entries.push(Column(std::array::from_fn(|k| {
+                    if i + k < size { times * (matrix[(i + k, j)] + matrix[(j, i + k)]) } else { 0.0 }
+                })));
+            }
+        }
+        Self { size, entries }
+    }
+
+    /// Its value.
+    pub fn of(&self, y: &[f64]) -> f64 {
+        let (mut sum, mut entries) = ([0.0; LANES], self.entries.as_slice());
+        for i in (0..self.size).step_by(LANES) {
+            let (block, rest) = entries.split_at(self.size - i);
+            let products = sums_of(block, &y[i..self.size]);
+            for (k, y) in y[i..self.size].iter().take(LANES).enumerate() {
+                sum[k] += products[k] * y;
+            }
+            entries = rest;
+        }
+        sum.iter().sum()
+    }
+}
+
+/// Products of rows with one vector.
+#[derive(Debug, Clone)]
+pub(super) struct Rows {
+    columns: usize,
+    /// Of eight rows, column by column.
+    entries: Vec<Column>,
+}
+
+impl Rows {
+    /// Of a matrix.
+    pub fn new(matrix: &Matrix) -> Self {
+        let entries = (0..matrix.nrows()).step_by(LANES).flat_map(|i| {
+            (0..matrix.ncols()).map(move |j| {
+                Column(std::array::from_fn(|k| if i + k < matrix.nrows() { matrix[(i + k, j)] } else { 0.0 }))
+            })
+        });
+        Self { columns: matrix.ncols(), entries: entries.collect() }
+    }
+
+    /// The products, and zeros up to a multiple of eight.
+    pub fn times(&self, y: &[f64], products: &mut Vec<f64>) {
+        products.clear();
+        for block in self.entries.chunks_exact(self.columns.max(1)) {
+            products.extend(sums_of(block, y));
+        }
+    }
+}
+
+fn sums_of(entries: &[Column], y: &[f64]) -> [f64; LANES] {
+    let mut sums = [0.0; LANES];
+    for (entry, y) in entries.iter().zip(y) {
+        for k in 0..LANES {
+            sums[k] += entry.0[k] * y;
+        }
+    }
+    sums
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linalg::{Vector, mul_vec};
+
+    #[test]
+    fn forms_and_products_are_those_of_their_matrix() {
+        for size in [1, 2, 4, 7, 12] {
+            let matrix = Matrix::from_fn(size, size, |i, j| ((i * 7 + j * 3) % 11) as f64 - 4.0);
+            let y = Vector::from_fn(size, |i, _| (i * 5 % 7) as f64 - 2.5);
+            let mut whole = vec![0.0; size];
+            mul_vec(&matrix, y.as_slice(), &mut whole);
+            let form = y.dot(&Vector::from_column_slice(&whole));
+            assert!((Form::new(&matrix).of(y.as_slice()) - form).abs() < 1e-11, "{size}");
+            let mut products = Vec::new();
+            Rows::new(&matrix).times(y.as_slice(), &mut products);
+            assert_eq!(products.len(), size.next_multiple_of(LANES));
+            for (i, whole) in whole.iter().enumerate() {
+                assert!((products[i] - whole).abs() < 1e-11, "{size}");
+            }
+        }
+    }
+}
