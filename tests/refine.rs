@@ -226,6 +226,9 @@ fn another_rule_chooses_others_and_drops_nothing_that_was_finished() {
     let (ended, count) = why(&folder, "out");
     assert!(ended == "max_samples" && (140..=150).contains(&count), "{ended} {count}");
     assert!(said.out.contains("no more by `max_samples` of [refine]"), "{}", said.out);
+    let check = say(&["check", &study]).out;
+    assert!(check.contains("\nthe first round of [refine], 81 samples: about "), "{check}");
+    assert!(check.contains("\nthe whole study, at most 150 samples: about "), "{check}");
     let some: BTreeSet<u64> = rows(&folder, "out").iter().map(|row| row.0).collect();
     assert!(all.iter().map(|row| row.0).collect::<BTreeSet<u64>>().is_superset(&some));
     let fresh = folder.write("fresh.toml", &fewer);

@@ -106,6 +106,7 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
             upper: None,
             upper_if_bad_harmful: None,
             regime: regime(items, place, here, width, &map.regimes),
+            is_open: series.is_open(here),
         });
     }
 }
@@ -147,24 +148,43 @@ fn series(items: &Items, place: impl Fn(&Item) -> (f64, f64), is_share: bool) ->
         }
     };
     let middle = Smoother::new(&samples(&of(Truth::low, Truth::low)), true)?;
-    let is_open = |seen: Seen| match seen {
-        Seen::Truth(a) => a == Truth::Open,
-        Seen::Truths(a, b) => a == Truth::Open || b == Truth::Open,
-        _ => false,
-    };
     if !items.list.iter().any(|item| is_open(item.seen)) {
         return Some(Series { middle, others: None });
     }
-    let with = |samples: Vec<_>| Smoother::with(&samples, true, Some(middle.width()));
     let others = [
-        with(samples(&of(Truth::high, Truth::high)))?,
-        with(samples(&of(Truth::low, Truth::high)))?,
-        with(samples(&of(Truth::high, Truth::low)))?,
+        samples(&of(Truth::high, Truth::high)),
+        samples(&of(Truth::low, Truth::high)),
+        samples(&of(Truth::high, Truth::low)),
     ];
-    Some(Series { middle, others: Some(others) })
+    // One width for all, or limits would lie beside what they limit: the narrowest that one of them needs. One that does not vary,
+    // as where nothing but bad runs could be harmful, takes any width, and has no say.
+    let varies = |samples: &[(f64, f64, f64)]| samples.windows(2).any(|pair| pair[0].2 != pair[1].2);
+    let mut width = middle.width();
+    for samples in others.iter().filter(|samples| varies(samples)) {
+        width = Smoother::new(samples, true)?.width().min(width);
+    }
+    let middle = middle.of_width(width);
+    let [harmful, least, most] = others.map(|samples| Smoother::with(&samples, true, Some(width)));
+    Some(Series { middle, others: Some([harmful?, least?, most?]) })
+}
+
+/// Whether a bad run leaves it open.
+fn is_open(seen: Seen) -> bool {
+    match seen {
+        Seen::Truth(a) => a == Truth::Open,
+        Seen::Truths(a, b) => a == Truth::Open || b == Truth::Open,
+        _ => false,
+    }
 }
 
 impl Series {
+    /// Whether bad runs nearby leave the figure of a place open: of a difference at which both are bad its estimates are the same.
+    fn is_open(&self, here: (f64, f64)) -> bool {
+        let Some([_, least, most]) = &self.others else { return false };
+        let value = |of: &Smoother| of.at(here).map(|smooth| smooth.value);
+        value(least) != value(most)
+    }
+
     /// Estimate, the same with bad runs harmful, limits.
     fn figures(&self, here: (f64, f64), found: Smooth, z: f64, is_plain_share: bool) -> Option<[f64; 4]> {
         let limits = |smooth: Smooth| {

@@ -115,6 +115,15 @@ impl Smoother {
         Some(smoother)
     }
 
+    /// The same samples with another width.
+    pub fn of_width(mut self, width: f64) -> Self {
+        if width != self.width {
+            self.width = width;
+            self.residual = (0..self.nodes.len()).map(|node| self.left_out(node)).collect();
+        }
+        self
+    }
+
     /// As part of the range of an axis.
     pub fn width(&self) -> f64 {
         self.width

@@ -9,5 +9,6 @@ mod gates;
 mod limits;
 mod maps;
 mod questions;
+mod smoothed;
 mod spans;
 mod support;
