@@ -1,0 +1,62 @@
+//! Smoothed maps with bad runs: where they are, and not beside.
+
+use crate::maps::{Rows, of_z, over, scattered};
+use bladeoff_answers::estimate::input::Label;
+use bladeoff_answers::map::Wanted;
+use bladeoff_model::outcome::Status;
+
+/// Nothing but bad runs could be harmful, and those are in one corner: their share rises there and is not smeared over the map.
+#[test]
+fn bad_runs_are_not_smeared_over_a_smoothed_map() {
+    let in_corner = |x: f64, y: f64| x < 0.25 && y < 0.25;
+    let mut rows = scattered(1200, |_, _, _| 0.0);
+    let mut bad = 0;
+    for row in 0..rows.status.len() {
+        if in_corner(rows.x[row].expect("given"), rows.y[row].expect("given")) {
+            (rows.status[row], rows.z[row]) = (Status::Failed, None);
+            bad += 1;
+        }
+    }
+    assert!(bad > 40, "{bad} bad runs");
+    let map = &rows.maps(&Wanted { of: over(0.5), ..of_z(false) })[0];
+    assert!(map.width.is_some_and(|width| width < 0.3), "{:?}", map.width);
+    let (mut inside, mut outside) = (0, 0);
+    for cell in &map.cells {
+        let harmful = cell.estimate_if_bad_harmful.expect("a share");
+        assert_eq!(cell.estimate, Some(0.0));
+        if cell.x < 0.15 && cell.y < 0.15 {
+            assert!(harmful > 0.9 && cell.high > Some(0.95) && cell.low < Some(0.2), "{cell:?}");
+            inside += 1;
+        } else if cell.x > 0.6 || cell.y > 0.6 {
+            assert!(harmful < 1e-9 && cell.high < Some(0.35), "{cell:?}");
+            outside += 1;
+        }
+    }
+    assert!(inside > 3 && outside > 100, "{inside} {outside}");
+}
+
+/// Of a smoothed difference that both runs are bad at its estimates are the same, and it is open all the same; far away it is not.
+#[test]
+fn a_smoothed_difference_is_open_where_both_runs_are_bad() {
+    let points = scattered(800, |_, _, _| 0.0);
+    let mut rows = Rows { points: Some(800), ..Rows::default() };
+    for (x, y) in points.x.iter().zip(&points.y) {
+        let place = (x.expect("given"), y.expect("given"));
+        rows.add(place, 0.0, "a", 0.0);
+        rows.add(place, 0.0, "b", 0.0);
+    }
+    for row in 0..1600 {
+        if rows.x[row].is_some_and(|x| x > 0.7) {
+            (rows.status[row], rows.z[row]) = (Status::Failed, None);
+        }
+    }
+    let pair = [Label::Word("a".into()), Label::Word("b".into())];
+    let wanted =
+        Wanted { of: over(0.5), panels: vec!["way".into()], paired: Some(("way".into(), vec![pair])), ..of_z(false) };
+    let found = rows.maps(&wanted);
+    let map = found.iter().find(|map| map.difference.is_some()).expect("a difference");
+    assert!(map.bad > 100, "{}", map.bad);
+    let of = |is: fn(f64) -> bool| map.cells.iter().filter(move |cell| is(cell.x));
+    assert!(of(|x| x > 0.75).count() > 20 && of(|x| x > 0.75).all(|cell| map.is_unsure(cell)));
+    assert!(of(|x| x < 0.3).count() > 20 && of(|x| x < 0.3).all(|cell| !map.is_unsure(cell)));
+}
