@@ -20,7 +20,7 @@ fn bad_runs_are_not_smeared_over_a_smoothed_map() {
     assert!(bad > 40, "{bad} bad runs");
     let map = &rows.maps(&Wanted { of: over(0.5), ..of_z(false) })[0];
     assert!(map.width.is_some_and(|width| width < 0.3), "{:?}", map.width);
-    let (mut inside, mut outside, mut narrow) = (0, 0, 0);
+    let (mut inside, mut outside) = (0, 0);
     for cell in &map.cells {
         let harmful = cell.estimate_if_bad_harmful.expect("a share");
         assert_eq!(cell.estimate, Some(0.0));
@@ -28,13 +28,12 @@ fn bad_runs_are_not_smeared_over_a_smoothed_map() {
             assert!(harmful > 0.9 && cell.high > Some(0.95) && cell.low < Some(0.2), "{cell:?}");
             inside += 1;
         } else if cell.x > 0.6 || cell.y > 0.6 {
-            // at the rim few samples are within the width: the limits are wide there, the estimate is not
+            // few samples are within so narrow a width, and limits are as wide as they say: 0 of some five
             assert!(harmful < 1e-9 && cell.high < Some(0.7), "{cell:?}");
-            narrow += usize::from(cell.high < Some(0.4));
             outside += 1;
         }
     }
-    assert!(inside > 3 && outside > 100 && 10 * narrow > 9 * outside, "{inside} {outside} {narrow}");
+    assert!(inside > 3 && outside > 100, "{inside} {outside}");
 }
 
 /// Of a smoothed difference that both runs are bad at its estimates are the same, and it is open all the same; far away it is not.
