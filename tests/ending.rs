@@ -342,6 +342,8 @@ fn what_cannot_stop_a_study_is_refused() {
     for (stop, part) in [
         ("", "stop: says nothing to stop at"),
         ("relative = \"a\"", "stop.relative = \"a\": is no width"),
+        ("relative = 5", "stop.relative = 5: is no width"),
+        ("relative = \"150 %\"", "allowed: a part of the figure above 0 and below 1, such as 0.05 or \"5 %\""),
         ("half_width = -1", "stop.half_width = -1: is no width"),
         ("half_width = true", "stop.half_width = true: is a boolean"),
         ("samples = 0", "stop.samples = 0"),

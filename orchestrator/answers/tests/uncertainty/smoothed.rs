@@ -61,3 +61,62 @@ fn a_smoothed_difference_is_open_where_both_runs_are_bad() {
     assert!(of(|x| x > 0.75).count() > 20 && of(|x| x > 0.75).all(|cell| map.is_unsure(cell)));
     assert!(of(|x| x < 0.3).count() > 20 && of(|x| x < 0.3).all(|cell| !map.is_unsure(cell)));
 }
+
+/// The regime of a place is that of the runs around it, however wide the column is smoothed.
+#[test]
+fn regimes_are_those_of_the_nearest_runs() {
+    // a plane takes the widest width; it is light below 1 in the left third, heavy beyond
+    let mut rows = scattered(900, |x, _, _| 2.0 + x);
+    for row in 0..900 {
+        let is_free = rows.x[row].is_some_and(|x| x < 0.3);
+        rows.regime[row] = Some(if is_free { "free" } else { "heavy" }.to_owned());
+    }
+    let map = &rows.maps(&of_z(false))[0];
+    assert!(map.width.is_some_and(|width| width > 0.7), "{:?}", map.width);
+    let wrong = map.cells.iter().filter(|cell| {
+        let is_free = cell.regime.as_deref() == Some("free");
+        (cell.x < 0.26 && !is_free) || (cell.x > 0.34 && is_free)
+    });
+    assert_eq!((wrong.count(), map.cells.len() > 1000), (0, true));
+}
+
+/// What runs that failed had for values is not known: within the width of one a mean has no limits, and is that of the others.
+#[test]
+fn a_smoothed_mean_near_bad_runs_has_no_limits() {
+    let mut rows = scattered(2000, |x, y, u| x + 0.5 * y + u);
+    for row in 0..2000 {
+        if rows.x[row].is_some_and(|x| x > 0.8) && row % 3 == 0 {
+            (rows.status[row], rows.z[row]) = (Status::Failed, None);
+        }
+    }
+    let map = &rows.maps(&of_z(false))[0];
+    let width = map.width.expect("smoothed");
+    assert!(map.bad > 50 && width < 0.6, "{} {width}", map.bad);
+    let (mut near, mut far) = (0, 0);
+    for cell in &map.cells {
+        if cell.x > 0.82 {
+            assert_eq!((cell.low, cell.high, cell.estimate_if_bad_harmful), (None, None, None), "{cell:?}");
+            near += 1;
+        } else if cell.x < 0.78 - width {
+            assert!(cell.low.is_some() && cell.high.is_some() && cell.estimate_if_bad_harmful == cell.estimate);
+            far += 1;
+        }
+    }
+    assert!(near > 50 && far > 50, "{near} {far}");
+    assert!(map.notes.iter().any(|note| note.contains("without limits")), "{:?}", map.notes);
+}
+
+/// Limits of a share along a smooth edge, where limits of the whole width would hold in 84 of 100 cells.
+#[test]
+fn limits_hold_along_a_smooth_edge() {
+    let share = |x: f64, y: f64| 1.0 / (1.0 + (-4.0 * (2.0 * x + y - 1.5)).exp());
+    let (mut held, mut of) = (0, 0);
+    for count in [800, 2400] {
+        let rows = scattered(count, |x, y, u| if u < share(x, y) { 2.0 } else { 0.0 });
+        let map = &rows.maps(&Wanted { of: over(1.0), ..of_z(false) })[0];
+        let is_inside = |truth: f64, low: Option<f64>, high: Option<f64>| low <= Some(truth) && Some(truth) <= high;
+        held += map.cells.iter().filter(|cell| is_inside(share(cell.x, cell.y), cell.low, cell.high)).count();
+        of += map.cells.len();
+    }
+    assert!(of > 2000 && held as f64 > 0.9 * of as f64, "{held} of {of}");
+}
