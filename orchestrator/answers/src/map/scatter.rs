@@ -1,7 +1,7 @@
 //! Cells of a raster over scattered samples, smoothed; only where samples are.
 
 use super::place::{Item, Items, Seen, most_frequent};
-use super::smooth::{FEWEST, Smooth, Smoother, wilson};
+use super::smooth::{FEWEST, LEAST_WIDTH, Smooth, Smoother, wilson};
 use super::{Cell, Frame, Map, Shows};
 use crate::estimate::truth::Truth;
 use bladeoff_model::probability::normal_quantile;
@@ -23,7 +23,7 @@ struct Series {
 
 impl Series {
     fn new(middle: Smoother, others: Option<[Smoother; 3]>) -> Self {
-        let half = |of: &Smoother| of.of_width(0.5 * of.width());
+        let half = |of: &Smoother| of.of_width((0.5 * of.width()).max(LEAST_WIDTH));
         match others {
             None => Self { ends: [half(&middle), half(&middle)], harmful: None, middle },
             Some([harmful, least, most]) => Self { ends: [half(&least), half(&most)], harmful: Some(harmful), middle },
@@ -200,19 +200,29 @@ fn is_open(seen: Seen) -> bool {
 
 impl Series {
     /// Estimate, the same with bad runs harmful, limits; `None`: too few samples are near.
-    fn figures(&self, here: (f64, f64), found: Smooth, z: f64, is_plain_share: bool) -> Option<Figures> {
+    fn figures(
+        &self,
+        here: (f64, f64),
+        found: Smooth,
+        (z, largest): (f64, f64),
+        is_plain_share: bool,
+    ) -> Option<Figures> {
         let most = if is_plain_share { 1.0 } else { f64::INFINITY };
         let harmful = match &self.harmful {
             Some(harmful) => harmful.at(here)?.value.min(most),
             None => found.value,
         };
-        // a share has limits by any number of samples; how far values scatter some few do not tell
+        // a share has limits by any number of samples, by none both ends; how far values scatter some few do not tell
         let limits = |of: &Smoother| {
             if is_plain_share {
-                of.of_few(here).map(|smooth| wilson(smooth.value.clamp(0.0, 1.0), smooth.count, z))
-            } else {
-                of.at(here).map(|smooth| (smooth.value - z * smooth.error, smooth.value + z * smooth.error))
+                let smooth = of.of_few(here);
+                return Some(smooth.map_or((0.0, 1.0), |of| wilson(of.value.clamp(0.0, 1.0), of.count, z)));
             }
+            if found.error == 0.0 {
+                return Some((found.value, found.value));
+            }
+            let smooth = of.at(here)?;
+            Some((smooth.value - z * smooth.error, smooth.value + z * smooth.error))
         };
         let [least, most] = &self.ends;
         // at the ends of shares rounding parts what is the same

@@ -7,7 +7,7 @@
 //! width h   of some that double in two steps, the one whose prediction of each sample by the others is best (leave one out)
 //! limits    values: estimate -+ z sqrt(sum (l_i e_i)^2), l_i the sample's part in the estimate, e_i its residual when it is left out
 //!           shares: E. B. Wilson (1927) for n = (sum w)^2/sum w^2 samples
-//!           both of width h/2: what h bends would lie outside of limits that know scatter alone (a smooth edge of a share: 84 to 93 % of the
+//!           both of width h/2, or the least: what h bends would lie outside of limits that know scatter alone (a smooth edge of a share: 84 to 93 % of the
 //!           cells held instead of 95; of h/2 93 to 96 %)
 //! ```
 //! Both are linear in the samples, so leaving one out needs no second fit: e = (z - estimate)/(1 - l). Sources: W. S. Cleveland (1979);
@@ -22,7 +22,7 @@ const PARTS: f64 = 64.0;
 /// Places at which a width is tried, at most.
 const TRIED: usize = 512;
 /// Widths that are tried: from this on, each larger by the square root of 2.
-const LEAST_WIDTH: f64 = 0.05;
+pub const LEAST_WIDTH: f64 = 0.05;
 const WIDTHS: usize = 11;
 /// Fewer samples than this are not smoothed.
 pub const FEWEST: usize = 10;

@@ -65,8 +65,8 @@ fn a_smoothed_difference_is_open_where_both_runs_are_bad() {
 /// The regime of a place is that of the runs around it, however wide the column is smoothed.
 #[test]
 fn regimes_are_those_of_the_nearest_runs() {
-    // a plane takes the widest width; it is light below 1 in the left third, heavy beyond
-    let mut rows = scattered(900, |x, _, _| 2.0 + x);
+    // noise takes a wide width; free in the left third, heavy beyond
+    let mut rows = scattered(900, |_, _, u| 2.0 + u);
     for row in 0..900 {
         let is_free = rows.x[row].is_some_and(|x| x < 0.3);
         rows.regime[row] = Some(if is_free { "free" } else { "heavy" }.to_owned());
@@ -83,7 +83,7 @@ fn regimes_are_those_of_the_nearest_runs() {
 /// What runs that failed had for values is not known: within the width of one a mean has no limits, and is that of the others.
 #[test]
 fn a_smoothed_mean_near_bad_runs_has_no_limits() {
-    let mut rows = scattered(2000, |x, y, u| x + 0.5 * y + u);
+    let mut rows = scattered(2000, |x, y, u| (20.0 * x).sin() + 0.5 * y + 0.2 * u);
     for row in 0..2000 {
         if rows.x[row].is_some_and(|x| x > 0.8) && row % 3 == 0 {
             (rows.status[row], rows.z[row]) = (Status::Failed, None);
