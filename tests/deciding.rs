@@ -249,3 +249,33 @@ fn what_cannot_be_asked_is_refused_at_its_place() {
     let asked = say(&["check", &folder.write("right.toml", &study(ISHIGAMI, saltelli, &question("sobol")))]);
     assert!(asked.code == 0 && asked.out.contains("who: sensitivity of y by sobol (confidence 95 %)"), "{}", asked.out);
 }
+
+/// Of many parameters and few base points two dimensions of Sobol's sequence follow each other, and bootstrap does not see it: it is told.
+#[test]
+fn a_parameter_that_follows_itself_in_a_and_b_is_named() {
+    let folder = Folder::new();
+    let of = |count: usize, samples: u64| {
+        let names: Vec<String> = (0..count).map(|k| format!("x{k}")).collect();
+        let parameter = |name: &String| {
+            format!("\n[[uncertain]]\nname = \"{name}\"\ndistribution = \"uniform\"\nlower = 0\nupper = 1\n")
+        };
+        let parameters: String = names.iter().map(parameter).collect();
+        let sum = names.join(" + ");
+        format!(
+            "schema = 1\nname = \"sum\"\nmodel = \"function\"\n\n[function]\ny = \"{sum}\"\n\n[design]\nkind = \"saltelli\"\nsamples = {samples}\n{parameters}\n{}",
+            question("sobol")
+        )
+    };
+    let text = of(40, 64);
+    let check = say(&["check", &folder.write("many.toml", &text)]).out.split_whitespace().collect::<Vec<_>>().join(" ");
+    let (_, named) = check.split_once("64 base points are few for 40 parameters: values of ").expect("a note");
+    let name = named.split_whitespace().next().expect("a name").to_owned();
+    let (_, answers) = answered(&folder, "many", &text);
+    let notes = answers[0]["notes"].to_string();
+    assert!(notes.contains(&format!("values of {name} in A and in B follow each other (correlation ")), "{notes}");
+    // every part is 1/40: the one that is named is off by more than its interval says
+    let total = &answers[0]["indices"][&name]["total"];
+    assert!(!holds(total, 1.0 / 40.0) && (number(&total["estimate"]) * 40.0 - 1.0).abs() > 0.4, "{total}");
+    let (_, answers) = answered(&folder, "few", &of(4, 1024));
+    assert!(!answers[0]["notes"].to_string().contains("follow each other"), "{}", answers[0]["notes"]);
+}

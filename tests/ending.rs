@@ -342,6 +342,8 @@ fn what_cannot_stop_a_study_is_refused() {
     for (stop, part) in [
         ("", "stop: says nothing to stop at"),
         ("relative = \"a\"", "stop.relative = \"a\": is no width"),
+        ("relative = 5", "stop.relative = 5: is no width"),
+        ("relative = \"150 %\"", "allowed: a part of the figure above 0 and below 1, such as 0.05 or \"5 %\""),
         ("half_width = -1", "stop.half_width = -1: is no width"),
         ("half_width = true", "stop.half_width = true: is a boolean"),
         ("samples = 0", "stop.samples = 0"),
@@ -366,4 +368,40 @@ fn what_cannot_stop_a_study_is_refused() {
     assert!(refused(&grid).contains("stop: is about points of a [design]"), "{}", refused(&grid));
     let asked = say(&["check", &folder.write("right.toml", &with(TENTH))]);
     assert!(asked.code == 0 && asked.out.contains("looks after 256, 512, 1024"), "{}", asked.out);
+}
+
+/// What is forecast is what may be computed, not the whole design.
+#[test]
+fn check_tells_the_time_to_the_first_look_and_to_the_end_by_stop() {
+    let folder = Folder::new();
+    let of = |stop: &str| {
+        let check = say(&["check", &folder.write("s.toml", &with(stop))]);
+        assert_eq!(check.code, 0, "{}", check.err);
+        check.out
+    };
+    for (stop, lines) in [
+        ("", &["the whole study: about "][..]),
+        (
+            TENTH,
+            &["to the first look of [stop], 512 samples: about ", "the whole study, where no look ends it: about "],
+        ),
+        ("\n[stop]\nsamples = 3000\n", &["the whole study, 6000 samples by [stop]: about "]),
+        // more than there are
+        ("\n[stop]\nsamples = 30000\n", &["the whole study: about "]),
+        (
+            "\n[stop]\nrelative = 0.1\nsamples = 1000\nwall = \"8 h\"\n",
+            &[
+                "to the first look of [stop], 512 samples: about ",
+                "the whole study, 2000 samples by [stop], where no look ends it: about ",
+                "[stop] ends a run after 8 h 00 min",
+            ],
+        ),
+    ] {
+        let out = of(stop);
+        let (_, told) = out.split_once(" us each\n").expect("samples were evaluated");
+        assert_eq!(told.lines().count(), lines.len(), "{stop}: {told}");
+        for (line, begin) in told.lines().zip(lines) {
+            assert!(line.starts_with(begin), "{stop}: {line}");
+        }
+    }
 }

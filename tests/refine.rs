@@ -206,6 +206,11 @@ fn a_map_that_changes_nowhere_is_left_as_it_is_and_says_so() {
     assert_eq!(why(&folder, "out"), ("unchanged".to_owned(), 81));
     assert!(said.out.contains("81 samples: the map changes nowhere between its first combinations"), "{}", said.out);
     assert_eq!(rows(&folder, "out").len(), 81);
+    // the first combinations are all there are: nothing was left out, whatever the map does
+    let whole = DISC.replace("count = 33", "count = 2") + ALL;
+    let said = run(&folder, &folder.write("s2.toml", &whole), "whole", &[]);
+    assert_eq!(why(&folder, "whole"), ("refined".to_owned(), 4));
+    assert!(!said.out.contains("changes nowhere"), "{}", said.out);
 }
 
 #[test]
@@ -226,6 +231,9 @@ fn another_rule_chooses_others_and_drops_nothing_that_was_finished() {
     let (ended, count) = why(&folder, "out");
     assert!(ended == "max_samples" && (140..=150).contains(&count), "{ended} {count}");
     assert!(said.out.contains("no more by `max_samples` of [refine]"), "{}", said.out);
+    let check = say(&["check", &study]).out;
+    assert!(check.contains("\nthe first round of [refine], 81 samples: about "), "{check}");
+    assert!(check.contains("\nthe whole study, at most 150 samples: about "), "{check}");
     let some: BTreeSet<u64> = rows(&folder, "out").iter().map(|row| row.0).collect();
     assert!(all.iter().map(|row| row.0).collect::<BTreeSet<u64>>().is_superset(&some));
     let fresh = folder.write("fresh.toml", &fewer);

@@ -43,7 +43,7 @@ use bladeoff_answers::ask::{
 use bladeoff_answers::estimate::curve::Curve;
 use bladeoff_answers::estimate::figures::Method;
 use bladeoff_answers::gate::{Decision, Gate};
-use bladeoff_study::Samples;
+use bladeoff_study::{Origin, Samples};
 use rows::Rows;
 use std::path::Path;
 use streaming::stream;
@@ -110,6 +110,7 @@ pub fn answer(directory: &Path, samples: &Samples, questions: &[Question]) -> Re
         }
     };
     note_half_way(samples, &mut answers);
+    note_related(samples, rows.points(), &mut answers);
     Ok(Answering {
         answers,
         curves,
@@ -162,6 +163,26 @@ fn note_half_way(samples: &Samples, answers: &mut Answers) {
         answer.notes.push(format!(
             "half-way: its limits hold with {level} by themselves; [stop] judges by wider ones, so that those of all its looks hold together with {level}"
         ));
+    }
+}
+
+/// What is to be known of a Saltelli design of so few base points that a parameter's values in A and in B follow each other.
+#[must_use]
+pub fn related(samples: &Samples) -> Option<String> {
+    related_in(samples, samples.points())
+}
+
+fn related_in(samples: &Samples, points: u64) -> Option<String> {
+    let uncertain = samples.parameters().iter().filter(|parameter| matches!(parameter.origin, Origin::Uncertain(_)));
+    let names: Vec<&str> = uncertain.map(|one| one.short.as_deref().unwrap_or(one.info.path.as_str())).collect();
+    samples.plan()?.related(points, &names)
+}
+
+/// The same in answers of so many points.
+fn note_related(samples: &Samples, points: u64, answers: &mut Answers) {
+    let Some(note) = related_in(samples, points) else { return };
+    for answer in answers.answers.iter_mut().filter(|answer| answer.sensitivity.is_some()) {
+        answer.notes.push(note.clone());
     }
 }
 

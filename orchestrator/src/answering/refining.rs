@@ -125,19 +125,18 @@ impl Refinement {
     #[must_use]
     pub fn in_words(&self) -> Vec<String> {
         let [x, y] = self.along.each_ref().map(|along| along.values.len() as u64);
-        let (first, each) = (self.grid.first().len() as u64, self.each);
+        let (first, [begun, most]) = (self.grid.first().len(), self.samples());
         vec![
-            format!(
-                "{first} of the {} combinations of {} come first: {} samples",
-                x * y,
-                self.question.name,
-                first * each
-            ),
-            format!(
-                "others where its regime or event changes: {} samples in all, at most",
-                self.max_samples.min(x * y * each)
-            ),
+            format!("{first} of the {} combinations of {} come first: {begun} samples", x * y, self.question.name),
+            format!("others where its regime or event changes: {most} samples in all, at most"),
         ]
+    }
+
+    /// Samples of the first round, and of all rounds at most.
+    #[must_use]
+    pub fn samples(&self) -> [u64; 2] {
+        let [x, y] = self.along.each_ref().map(|along| along.values.len() as u64);
+        [self.grid.first().len() as u64 * self.each, self.max_samples.min(x * y * self.each)]
     }
 
     /// Positions of places on the map.

@@ -57,6 +57,14 @@ impl Waiting {
         Some(Self { samples: samples.clone(), questions, def, stages })
     }
 
+    /// Samples at the first look at intervals, `None` where there is none; and where the study ends in any case.
+    #[must_use]
+    pub fn ends(&self) -> (Option<u64>, u64) {
+        let of = |stage: Option<&Stage>| stage.map(|stage| stage.samples);
+        let first = of(self.stages.first()).filter(|_| self.def.asks_for_width());
+        (first, of(self.stages.last()).unwrap_or(self.samples.count()))
+    }
+
     /// For forecasts.
     #[must_use]
     pub fn awaited(&self) -> Awaited {

@@ -8,6 +8,7 @@ use super::functions;
 use super::output::{print, remark, tell, width};
 use super::run::{PartArgs, default_workers};
 use super::shared::shared;
+use crate::answering::related;
 use bladeoff_answers::report::{Align, TextTable, counted, wrapped};
 use bladeoff_model::machine::ParamValue;
 use bladeoff_study::{Axis, Origin, Samples, fixed_angle, idle_levels, show};
@@ -125,7 +126,7 @@ fn drawn(samples: &Samples) -> String {
         // of the points that are taken, not of those in the file
         let whole = study.drawn.drawing.plan().and_then(|plan| plan.without_interval(plan.count()));
         let others = study.drawn.notes.iter().filter(|note| whole.as_ref() != Some(note));
-        for note in plan.without_interval(samples.points()).iter().chain(others) {
+        for note in plan.without_interval(samples.points()).iter().chain(&related(samples)).chain(others) {
             text.push_str(&wrapped(&format!("Note: {note}."), width, "", ""));
         }
         text.push('\n');

@@ -1,6 +1,7 @@
 //! How long a study takes, from a few of its samples: spread over all axes, timed side by side, each within limits.
 
 use super::error::CliError;
+use super::extent::{extents, wall_told};
 use super::output::{remark, tell, width};
 use super::run::default_workers;
 use super::shared::structural;
@@ -83,17 +84,21 @@ pub(super) fn estimate(samples: &Samples) -> Result<(), CliError> {
     }
     let workers = default_workers();
     let cpu: Vec<f64> = timed.iter().map(|one| one.cpu).collect();
-    let [low, high] = whole(&cpu, samples.count());
     let longest = cpu.iter().copied().fold(0.0, f64::max);
-    let shared = (workers as f64).min(samples.count() as f64);
-    // At the end all wait for the last.
-    let wall = [low / shared, high / shared + longest * (1.0 - 1.0 / shared)];
-    text.push_str(&format!(
-        "the whole study: about {} of CPU time; {} with {} on cores that nobody else uses\n",
-        range([low, high]),
-        range(wall),
-        counted(workers as u64, "worker")
-    ));
+    for extent in extents(samples)? {
+        let [low, high] = whole(&cpu, extent.samples);
+        let shared = (workers as f64).min(extent.samples as f64);
+        // At the end all wait for the last.
+        let wall = [low / shared, high / shared + longest * (1.0 - 1.0 / shared)];
+        text.push_str(&format!(
+            "{}: about {} of CPU time; {} with {} on cores that nobody else uses\n",
+            extent.name,
+            range([low, high]),
+            range(wall),
+            counted(workers as u64, "worker")
+        ));
+    }
+    text.push_str(&wall_told(samples));
     tell(&text)
 }
 

@@ -1,6 +1,7 @@
 //! Studies of formulas on the command line: what `check` says of them, and the summary at the end of `run`.
 
 use super::error::CliError;
+use super::extent::{extents, wall_told};
 use super::output::tell;
 use bladeoff_answers::report::{FunctionSummary, counted, duration};
 use bladeoff_model::formula::Program;
@@ -51,15 +52,19 @@ pub(super) fn estimate(samples: &Samples, model: &FunctionModel, workers: usize)
     for (output, failed) in model.outputs.iter().zip(failed).filter(|(_, failed)| *failed > 0) {
         text.push_str(&format!("  {}: no finite number in {failed} of {some}: such rows fail\n", output.name));
     }
-    let [low, high] = RECORDING.map(|one| {
-        let seconds = START + count as f64 * (one + each / workers as f64);
-        duration(Duration::from_secs_f64(seconds.min(1e12)))
-    });
-    let span = if low == high { low } else { format!("{low} to {high}") };
-    text.push_str(&format!(
-        "the whole study: about {span} with {}: most of it goes into the record of each sample\n",
-        counted(workers as u64, "worker")
-    ));
+    for extent in extents(samples)? {
+        let [low, high] = RECORDING.map(|one| {
+            let seconds = START + extent.samples as f64 * (one + each / workers as f64);
+            duration(Duration::from_secs_f64(seconds.min(1e12)))
+        });
+        let span = if low == high { low } else { format!("{low} to {high}") };
+        text.push_str(&format!(
+            "{}: about {span} with {}: most of it goes into the record of each sample\n",
+            extent.name,
+            counted(workers as u64, "worker")
+        ));
+    }
+    text.push_str(&wall_told(samples));
     tell(&text)
 }
 

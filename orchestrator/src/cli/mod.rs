@@ -12,6 +12,7 @@ mod estimate;
 mod excerpt;
 mod exit;
 mod export;
+mod extent;
 mod functions;
 mod gate;
 mod hints;

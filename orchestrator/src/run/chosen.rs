@@ -30,6 +30,13 @@ impl Chosen {
         self.cells.contains(&self.axes.map(|axis| positions[axis]))
     }
 
+    /// Whether every combination of these samples is chosen.
+    #[must_use]
+    pub fn is_all(&self, samples: &Samples) -> bool {
+        let kept = samples.kept();
+        self.cells.len() as u64 == kept[self.axes[0]] * kept[self.axes[1]]
+    }
+
     /// All samples in chosen combinations, in ascending order.
     pub fn samples<'a>(&'a self, samples: &'a Samples) -> impl Iterator<Item = u64> + 'a {
         (0..samples.count()).filter(|sample| self.has(samples, *sample))

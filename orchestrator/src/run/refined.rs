@@ -88,6 +88,8 @@ impl Refined<'_> {
         }
         let why = match (goes_on, chosen == self.refining.first()) {
             (false, _) => EndWhy::MaxSamples,
+            // nothing was left out
+            (true, true) if chosen.is_all(samples) => EndWhy::Refined,
             (true, true) => EndWhy::Unchanged,
             (true, false) => EndWhy::Refined,
         };

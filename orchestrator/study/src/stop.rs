@@ -142,7 +142,9 @@ fn relative(entry: &Entry, problems: &mut Collector<'_>) -> Option<f64> {
         Value::Text(text) => percent(text),
         value => value.as_number(),
     };
-    above_0(entry, given, "a part of the figure above 0, such as 0.05 or \"5 %\"", problems)
+    // 5 is no part, but 5 % without its sign
+    let given = given.filter(|part| *part < 1.0).or(given.map(|_| f64::NAN));
+    above_0(entry, given, "a part of the figure above 0 and below 1, such as 0.05 or \"5 %\"", problems)
 }
 
 fn above_0(entry: &Entry, given: Option<f64>, allowed: &str, problems: &mut Collector<'_>) -> Option<f64> {

@@ -94,11 +94,20 @@ impl Check<'_> {
     fn map_of(&mut self, text: &str) -> Option<Of> {
         let start = text.len() - text.trim_start().len();
         let inner = text[start..].strip_prefix('P').map(str::trim_start).and_then(|rest| rest.strip_prefix('('));
-        if let Some(inner) = inner
-            && let Some(length) = closing(inner)
-            && inner[length + 1..].trim().is_empty()
-        {
-            return self.condition_in("of", &inner[..length], text.len() - inner.len()).map(Of::Probability);
+        // a variable may be called P, and stand before a bracket
+        let is_name = !self.names.known.meant("P").is_empty();
+        if let Some(inner) = inner {
+            return match closing(inner) {
+                Some(length) if inner[length + 1..].trim().is_empty() => {
+                    self.condition_in("of", &inner[..length], text.len() - inner.len()).map(Of::Probability)
+                }
+                _ if is_name => self.condition_in("of", text, 0).map(Of::Probability),
+                Some(length) => {
+                    let rest = inner[length + 1..].trim();
+                    self.wrong("of", format!("`{rest}` stands after P(CONDITION), which is all that a map is of"))
+                }
+                None => self.wrong("of", "its bracket is not closed: P(CONDITION)"),
+            };
         }
         let is_condition = text.contains(['<', '>', '=', '!']) && self.names.known.meant(text.trim()).is_empty();
         if is_condition {

@@ -47,6 +47,7 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
             upper: None,
             upper_if_bad_harmful: None,
             regime: most_frequent(list.iter().filter_map(|item| Some((item.regime?, 1.0))), &map.regimes),
+            is_open: list.iter().any(|item| item.bad),
         };
         if is_share {
             take(&mut cell, &share(frame, list));

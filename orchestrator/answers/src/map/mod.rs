@@ -135,6 +135,9 @@ pub struct Cell {
     /// The most frequent regime of its ok runs, of several the worst.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub regime: Option<String>,
+    /// Bad runs stand in its figure.
+    #[serde(skip)]
+    pub is_open: bool,
 }
 
 /// One panel.
@@ -200,7 +203,7 @@ impl Map {
     /// Whether bad runs leave a cell open although both its figures are the same: bad on both sides of a difference of shares they cancel.
     #[must_use]
     pub fn is_unsure(&self, cell: &Cell) -> bool {
-        self.difference.is_some() && self.is_share() && cell.bad > 0
+        self.difference.is_some() && self.is_share() && cell.is_open
     }
 
     /// Whether its cells are smoothed.

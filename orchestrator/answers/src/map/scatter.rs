@@ -1,7 +1,7 @@
 //! Cells of a raster over scattered samples, smoothed; only where samples are.
 
 use super::place::{Item, Items, Seen, most_frequent};
-use super::smooth::{FEWEST, Smooth, Smoother, wilson};
+use super::smooth::{FEWEST, LEAST_WIDTH, Smooth, Smoother, wilson};
 use super::{Cell, Frame, Map, Shows};
 use crate::estimate::truth::Truth;
 use bladeoff_model::probability::normal_quantile;
@@ -15,8 +15,20 @@ const ROUNDING: f64 = 1e-10;
 /// What is smoothed: values of ok runs; or shares with open ones harmless, harmful, and their least and most.
 struct Series {
     middle: Smoother,
-    /// Harmful, least, most.
-    others: Option<[Smoother; 3]>,
+    /// Harmful; `None`: no bad run leaves anything open.
+    harmful: Option<Smoother>,
+    /// Of half the width: the least and the most that it may be.
+    ends: [Smoother; 2],
+}
+
+impl Series {
+    fn new(middle: Smoother, others: Option<[Smoother; 3]>) -> Self {
+        let half = |of: &Smoother| of.of_width((0.5 * of.width()).max(LEAST_WIDTH));
+        match others {
+            None => Self { ends: [half(&middle), half(&middle)], harmful: None, middle },
+            Some([harmful, least, most]) => Self { ends: [half(&least), half(&most)], harmful: Some(harmful), middle },
+        }
+    }
 }
 
 /// Fills the cells of a map.
@@ -60,7 +72,10 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
     }
     if !is_share && map.bad > 0 {
         map.notes
-            .push(format!("bad runs ({}) have no value and stand in no mean; crosses show where they are", map.bad));
+            .push(format!(
+            "bad runs ({}) have no value and stand in no mean; crosses show where they are. Within the width of one a mean is that of the others, without limits",
+            map.bad
+        ));
     }
     let (xs, ys) = (map.x.edges(), map.y.edges());
     let index =
@@ -73,6 +88,11 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
     let z = normal_quantile(1.0 - frame.alpha / 2.0, frame.alpha / 2.0);
     let largest = items.list.iter().map(size).fold(0.0_f64, f64::max);
     let is_pair = map.difference.is_some();
+    let open: Vec<(f64, f64)> =
+        items.list.iter().filter(|item| if is_share { is_open(item.seen) } else { item.bad }).map(place).collect();
+    let is_open_at = |(u, v): (f64, f64), width: f64| {
+        open.iter().any(|(x, y)| (x - u) * (x - u) + (y - v) * (y - v) < width * width)
+    };
     for (at, (n, bad)) in counts.into_iter().enumerate() {
         let (i, j) = (at / map.y.at.len(), at % map.y.at.len());
         let here = (u(map.x.at[i]), v(map.y.at[j]));
@@ -88,24 +108,26 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
             // a sum of weights may be a bit more than 1
             found.value = found.value.clamp(0.0, 1.0);
         }
-        let Some([estimate, harmful, low, high]) = series.figures(here, found, z, is_share && !is_pair) else {
+        let Some(Figures { harmful, low, high }) = series.figures(here, found, z, is_share && !is_pair) else {
             continue;
         };
+        let is_open = is_open_at(here, width);
+        // of values that bad runs have not, nothing is known: what the others say holds for them alone
+        let is_known = is_share || !is_open;
         map.cells.push(Cell {
             at: (i, j),
             x: map.x.at[i],
             y: map.y.at[j],
             n,
             bad,
-            estimate: Some(estimate),
-            // where no bad run is near, it is the same
-            estimate_if_bad_harmful: Some(harmful).filter(|_| is_share || bad == 0),
-            // at the ends of shares rounding parts what is the same
-            low: Some(low.min(estimate)),
-            high: Some(high.max(harmful)),
+            estimate: Some(found.value),
+            estimate_if_bad_harmful: Some(harmful).filter(|_| is_known),
+            low: low.filter(|_| is_known),
+            high: high.filter(|_| is_known),
             upper: None,
             upper_if_bad_harmful: None,
-            regime: regime(items, place, here, width, &map.regimes),
+            regime: regime(items, place, here, &map.regimes),
+            is_open,
         });
     }
 }
@@ -136,7 +158,7 @@ fn series(items: &Items, place: impl Fn(&Item) -> (f64, f64), is_share: bool) ->
             Seen::Value(low, high) if low == high => Some(low),
             _ => None,
         };
-        return Some(Series { middle: Smoother::new(&samples(&known), false)?, others: None });
+        return Some(Series::new(Smoother::new(&samples(&known), false)?, None));
     }
     let number = |is: bool| f64::from(u8::from(is));
     let of = |truth: fn(Truth) -> bool, other: fn(Truth) -> bool| {
@@ -147,62 +169,98 @@ fn series(items: &Items, place: impl Fn(&Item) -> (f64, f64), is_share: bool) ->
         }
     };
     let middle = Smoother::new(&samples(&of(Truth::low, Truth::low)), true)?;
-    let is_open = |seen: Seen| match seen {
+    if !items.list.iter().any(|item| is_open(item.seen)) {
+        return Some(Series::new(middle, None));
+    }
+    let others = [
+        samples(&of(Truth::high, Truth::high)),
+        samples(&of(Truth::low, Truth::high)),
+        samples(&of(Truth::high, Truth::low)),
+    ];
+    // One width for all, or limits would lie beside what they limit: the narrowest that one of them needs. One that does not vary,
+    // as where nothing but bad runs could be harmful, takes any width, and has no say.
+    let varies = |samples: &[(f64, f64, f64)]| samples.windows(2).any(|pair| pair[0].2 != pair[1].2);
+    let mut width = middle.width();
+    for samples in others.iter().filter(|samples| varies(samples)) {
+        width = Smoother::new(samples, true)?.width().min(width);
+    }
+    let middle = middle.of_width(width);
+    let [harmful, least, most] = others.map(|samples| Smoother::with(&samples, true, Some(width)));
+    Some(Series::new(middle, Some([harmful?, least?, most?])))
+}
+
+/// Whether a bad run leaves it open.
+fn is_open(seen: Seen) -> bool {
+    match seen {
         Seen::Truth(a) => a == Truth::Open,
         Seen::Truths(a, b) => a == Truth::Open || b == Truth::Open,
         _ => false,
-    };
-    if !items.list.iter().any(|item| is_open(item.seen)) {
-        return Some(Series { middle, others: None });
     }
-    let with = |samples: Vec<_>| Smoother::with(&samples, true, Some(middle.width()));
-    let others = [
-        with(samples(&of(Truth::high, Truth::high)))?,
-        with(samples(&of(Truth::low, Truth::high)))?,
-        with(samples(&of(Truth::high, Truth::low)))?,
-    ];
-    Some(Series { middle, others: Some(others) })
 }
 
 impl Series {
-    /// Estimate, the same with bad runs harmful, limits.
-    fn figures(&self, here: (f64, f64), found: Smooth, z: f64, is_plain_share: bool) -> Option<[f64; 4]> {
-        let limits = |smooth: Smooth| {
-            if is_plain_share {
-                wilson(smooth.value.clamp(0.0, 1.0), smooth.count, z)
-            } else {
-                (smooth.value - z * smooth.error, smooth.value + z * smooth.error)
-            }
-        };
-        let Some([harmful, least, most]) = &self.others else {
-            let (low, high) = limits(found);
-            return Some([found.value, found.value, low, high]);
-        };
-        let (low, high) = (limits(least.at(here)?).0, limits(most.at(here)?).1);
+    /// Estimate, the same with bad runs harmful, limits; `None`: too few samples are near.
+    fn figures(
+        &self,
+        here: (f64, f64),
+        found: Smooth,
+        (z, largest): (f64, f64),
+        is_plain_share: bool,
+    ) -> Option<Figures> {
         let most = if is_plain_share { 1.0 } else { f64::INFINITY };
-        Some([found.value, harmful.at(here)?.value.min(most), low, high])
+        let harmful = match &self.harmful {
+            Some(harmful) => harmful.at(here)?.value.min(most),
+            None => found.value,
+        };
+        // a share has limits by any number of samples, by none both ends; how far values scatter some few do not tell
+        let limits = |of: &Smoother| {
+            if is_plain_share {
+                let smooth = of.of_few(here);
+                return Some(smooth.map_or((0.0, 1.0), |of| wilson(of.value.clamp(0.0, 1.0), of.count, z)));
+            }
+            if found.error == 0.0 {
+                return Some((found.value, found.value));
+            }
+            let smooth = of.at(here)?;
+            Some((smooth.value - z * smooth.error, smooth.value + z * smooth.error))
+        };
+        let [least, most] = &self.ends;
+        // at the ends of shares rounding parts what is the same
+        let (low, high) = (limits(least).map(|limits| limits.0), limits(most).map(|limits| limits.1));
+        let ends = low.zip(high).map(|(low, high)| (low.min(found.value), high.max(harmful)));
+        Some(Figures { harmful, low: ends.map(|ends| ends.0), high: ends.map(|ends| ends.1) })
     }
+}
+
+/// What is known of a cell beside its estimate.
+struct Figures {
+    harmful: f64,
+    low: Option<f64>,
+    high: Option<f64>,
 }
 
 /// Samples that are asked for a regime at each place, at most.
 const ASKED: usize = 4096;
 
-/// The regime that most of the samples around have, by their weights.
-fn regime(
-    items: &Items,
-    place: impl Fn(&Item) -> (f64, f64),
-    (u, v): (f64, f64),
-    width: f64,
-    words: &[String],
-) -> Option<String> {
+/// Samples whose regimes decide that of a place.
+const NEIGHBOURS: usize = 5;
+
+/// The regime that most of the nearest ok runs have, of several the worst: no matter of the width, which is as large as the column is smooth.
+/// Source: E. Fix, J. L. Hodges, "Discriminatory analysis" (1951).
+fn regime(items: &Items, place: impl Fn(&Item) -> (f64, f64), (u, v): (f64, f64), words: &[String]) -> Option<String> {
     if words.is_empty() {
         return None;
     }
     let asked = items.list.iter().step_by(items.list.len().div_ceil(ASKED).max(1));
-    let weighted = asked.filter_map(|item| {
-        let (x, y) = place(item);
-        let rest = 1.0 - ((x - u) * (x - u) + (y - v) * (y - v)) / (width * width);
-        Some((item.regime.filter(|_| rest > 0.0)?, rest * rest))
-    });
-    most_frequent(weighted, words)
+    let mut near: Vec<(f64, u32)> = asked
+        .filter_map(|item| {
+            let (x, y) = place(item);
+            Some(((x - u) * (x - u) + (y - v) * (y - v), item.regime?))
+        })
+        .collect();
+    if near.len() > NEIGHBOURS {
+        near.select_nth_unstable_by(NEIGHBOURS - 1, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        near.truncate(NEIGHBOURS);
+    }
+    most_frequent(near.into_iter().map(|(_, regime)| (regime, 1.0)), words)
 }

@@ -48,6 +48,13 @@ impl<'a> Ordered<'a> {
     }
 }
 
+/// Values from their mean. The first is taken off before: means of large values that differ little lose the digits in which they differ.
+pub(super) fn from_mean(values: &[f64]) -> Vec<f64> {
+    let Some(&first) = values.first() else { return Vec::new() };
+    let mean = values.iter().map(|value| value - first).sum::<f64>() / values.len() as f64;
+    values.iter().map(|value| (value - first) - mean).collect()
+}
+
 /// Sum of products.
 pub(super) fn product(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()

@@ -52,6 +52,20 @@ fn figures_are_those_of_other_programs() {
     }
 }
 
+/// A load of 1e14 with a scatter of some thousands: what is added to a column changes no figure.
+#[test]
+fn an_offset_changes_nothing() {
+    let (x, y) = made();
+    let off = |values: &[f64]| values.iter().map(|value| value + 1e14).collect::<Vec<f64>>();
+    let far = off(&y);
+    for x in &x {
+        assert_eq!(first_order_by_ranks(x, &far), first_order_by_ranks(x, &y));
+        assert_eq!(first_order_by_ranks(&off(x), &far), first_order_by_ranks(x, &y));
+        let (near, apart) = (dependence(x, Similar::Near, &y), dependence(&off(x), Similar::Near, &far));
+        assert_eq!((near.is_some(), near), (true, apart));
+    }
+}
+
 /// By hand: ranks of x 2 0 3 1, so y in order is 4 1 3 2, mean 2.5; products of neighbours -2.25 - 0.75 - 0.25 - 0.75 over 5.
 #[test]
 fn successors_by_hand() {

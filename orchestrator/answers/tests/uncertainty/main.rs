@@ -10,5 +10,6 @@ mod limits;
 mod maps;
 mod passing;
 mod questions;
+mod smoothed;
 mod spans;
 mod support;

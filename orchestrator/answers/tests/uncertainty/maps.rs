@@ -10,20 +10,20 @@ use bladeoff_model::outcome::{CauseSet, Status};
 
 /// Rows with two parameters, an output and a regime.
 #[derive(Default, Clone)]
-struct Rows {
-    x: Vec<Option<f64>>,
-    y: Vec<Option<f64>>,
-    start: Vec<Option<f64>>,
-    way: Vec<Option<String>>,
-    z: Vec<Option<f64>>,
-    regime: Vec<Option<String>>,
-    status: Vec<Status>,
+pub(crate) struct Rows {
+    pub(crate) x: Vec<Option<f64>>,
+    pub(crate) y: Vec<Option<f64>>,
+    pub(crate) start: Vec<Option<f64>>,
+    pub(crate) way: Vec<Option<String>>,
+    pub(crate) z: Vec<Option<f64>>,
+    pub(crate) regime: Vec<Option<String>>,
+    pub(crate) status: Vec<Status>,
     /// Points of a random design, each in so many rows; none: chosen values.
-    points: Option<usize>,
+    pub(crate) points: Option<usize>,
 }
 
 impl Rows {
-    fn add(&mut self, (x, y): (f64, f64), start: f64, way: &str, z: f64) {
+    pub(crate) fn add(&mut self, (x, y): (f64, f64), start: f64, way: &str, z: f64) {
         self.x.push(Some(x));
         self.y.push(Some(y));
         self.start.push(Some(start));
@@ -33,7 +33,7 @@ impl Rows {
         self.status.push(Status::Ok);
     }
 
-    fn maps(&self, wanted: &Wanted) -> Vec<Map> {
+    pub(crate) fn maps(&self, wanted: &Wanted) -> Vec<Map> {
         let causes = vec![CauseSet::default(); self.status.len()];
         let points = self.points.unwrap_or(self.status.len());
         let replicate = vec![0; points];
@@ -75,12 +75,12 @@ fn known() -> Known {
     Known { columns: columns.into_iter().chain([("way".to_owned(), false)]).collect(), ..Known::default() }
 }
 
-fn of_z(is_grid: bool) -> Wanted {
+pub(crate) fn of_z(is_grid: bool) -> Wanted {
     let of = Of::Value("z".into());
     Wanted { x: "x".into(), y: "y".into(), is_grid, of, panels: vec![], starts: vec![], paired: None }
 }
 
-fn over(bound: f64) -> Of {
+pub(crate) fn over(bound: f64) -> Of {
     Of::Probability(Formula::condition(&format!("z > {bound}"), &known()).expect("a condition"))
 }
 
@@ -239,7 +239,7 @@ fn a_difference_is_that_of_runs_with_the_same_inputs() {
 }
 
 /// Points that fill the square at random, from a generator of its own.
-fn scattered(count: usize, z: impl Fn(f64, f64, f64) -> f64) -> Rows {
+pub(crate) fn scattered(count: usize, z: impl Fn(f64, f64, f64) -> f64) -> Rows {
     let mut state = 1u64;
     let mut next = || {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

@@ -294,6 +294,20 @@ impl Plan {
         }
     }
 
+    /// Of a Saltelli design of these parameters: what is to be known of a parameter whose values in A and in B follow each other over the first
+    /// `count` points.
+    #[must_use]
+    pub fn related(&self, count: u64, names: &[&str]) -> Option<String> {
+        let base = count / self.rows();
+        let (parameter, r) = self.saltelli()?.related(base)?;
+        let name = names.get(parameter)?;
+        Some(format!(
+            "{base} base points are few for {} parameters: values of {name} in A and in B follow each other (correlation {r:.2}), and its total index is off by that part whatever its interval says; \
+             more base points help",
+            names.len()
+        ))
+    }
+
     /// The coordinates of a point `index` < count of any kind but one-at-a-time (which leaves them as they are).
     pub fn fill(&self, index: u64, point: &mut [f64]) {
         let (j, r) = (index / self.replicates, (index % self.replicates) as usize);

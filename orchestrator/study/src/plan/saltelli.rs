@@ -13,6 +13,11 @@
 
 use crate::design::sobol::Sobol;
 
+/// Correlation from which on it is told.
+const RELATED: f64 = 0.1;
+/// Base points that are looked at for it, at most: of more none is as large.
+const LOOKED_AT: u64 = 8192;
+
 /// The base points of a design, and what is made of them.
 #[derive(Debug, Clone)]
 pub struct Saltelli {
@@ -74,14 +79,41 @@ impl Saltelli {
         if of < self.parameters { Role::Ab(of) } else { Role::Ba(of - self.parameters) }
     }
 
+    /// The parameter whose values in A and in B follow each other most over the first `count` base points, and their correlation: by that part
+    /// its total index is off, since E (a - b)^2/2 = V (1 - r).
+    #[must_use]
+    pub fn related(&self, count: u64) -> Option<(usize, f64)> {
+        let mut both = vec![0.0; 2 * self.parameters];
+        // sums of a, b, their squares and products, about the middle
+        let mut sums = vec![[0.0; 5]; self.parameters];
+        let count = count.min(LOOKED_AT);
+        for base in 0..count {
+            self.base(base, &mut both);
+            let (a, b) = both.split_at(self.parameters);
+            for ((a, b), sums) in a.iter().zip(b).zip(&mut sums) {
+                let (a, b) = (a - 0.5, b - 0.5);
+                sums.iter_mut().zip([a, b, a * a, b * b, a * b]).for_each(|(sum, term)| *sum += term);
+            }
+        }
+        let n = count as f64;
+        let correlation =
+            |[a, b, aa, bb, ab]: &[f64; 5]| (ab - a * b / n) / libm::sqrt((aa - a * a / n) * (bb - b * b / n));
+        let found = sums.iter().map(correlation).enumerate().filter(|(_, r)| r.abs() >= RELATED);
+        found.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
+    }
+
+    /// The coordinates of a base point.
+    fn base(&self, base: u64, both: &mut [f64]) {
+        match &self.keys {
+            Some(keys) => self.sobol.scrambled(base, keys, both),
+            None => self.sobol.plain(base, both),
+        }
+    }
+
     /// The coordinates of a point.
     pub(super) fn fill(&self, index: u64, point: &mut [f64]) {
         let mut both = vec![0.0; 2 * self.parameters];
-        let base = index / self.rows();
-        match &self.keys {
-            Some(keys) => self.sobol.scrambled(base, keys, &mut both),
-            None => self.sobol.plain(base, &mut both),
-        }
+        self.base(index / self.rows(), &mut both);
         let (a, b) = both.split_at(self.parameters);
         let (most, exchanged) = match self.role(index) {
             Role::A => (a, None),

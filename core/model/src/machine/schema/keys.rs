@@ -79,7 +79,7 @@ pub(super) const KEYS: &[Key] = &[
     key(TWIN, Kind::Number(""), Need::Number(0.0), TWIN_SHIFT, When::Always,
         "relative shift of the initial speed of a second run, whose bearing load is compared (1e-6 is enough); 0: none"),
     key("run.guard.normal_work", Kind::Number(""), Need::Number(0.01), Range::POSITIVE, When::Always,
-        "run invalid if normal contact work exceeds this part of the friction energy"),
+        "run invalid if normal contact work exceeds this part of the friction energy, or of a thousandth of the initial energy where that is more"),
     key("run.guard.energy_balance", Kind::Number(""), Need::Optional("1e-6, with the engine exponential 1e-5"), Range::POSITIVE, When::Always,
         "run invalid if the energy error exceeds this part of the largest total energy"),
     key("run.guard.penetration", Kind::Number(""), Need::Number(0.02), Range::POSITIVE, When::Always,

@@ -1,0 +1,122 @@
+//! Smoothed maps with bad runs: where they are, and not beside.
+
+use crate::maps::{Rows, of_z, over, scattered};
+use bladeoff_answers::estimate::input::Label;
+use bladeoff_answers::map::Wanted;
+use bladeoff_model::outcome::Status;
+
+/// Nothing but bad runs could be harmful, and those are in one corner: their share rises there and is not smeared over the map.
+#[test]
+fn bad_runs_are_not_smeared_over_a_smoothed_map() {
+    let in_corner = |x: f64, y: f64| x < 0.25 && y < 0.25;
+    let mut rows = scattered(1200, |_, _, _| 0.0);
+    let mut bad = 0;
+    for row in 0..rows.status.len() {
+        if in_corner(rows.x[row].expect("given"), rows.y[row].expect("given")) {
+            (rows.status[row], rows.z[row]) = (Status::Failed, None);
+            bad += 1;
+        }
+    }
+    assert!(bad > 40, "{bad} bad runs");
+    let map = &rows.maps(&Wanted { of: over(0.5), ..of_z(false) })[0];
+    assert!(map.width.is_some_and(|width| width < 0.3), "{:?}", map.width);
+    let (mut inside, mut outside) = (0, 0);
+    for cell in &map.cells {
+        let harmful = cell.estimate_if_bad_harmful.expect("a share");
+        assert_eq!(cell.estimate, Some(0.0));
+        if cell.x < 0.15 && cell.y < 0.15 {
+            assert!(harmful > 0.9 && cell.high > Some(0.95) && cell.low < Some(0.2), "{cell:?}");
+            inside += 1;
+        } else if cell.x > 0.6 || cell.y > 0.6 {
+            // few samples are within so narrow a width, and limits are as wide as they say: 0 of some five
+            assert!(harmful < 1e-9 && cell.high < Some(0.7), "{cell:?}");
+            outside += 1;
+        }
+    }
+    assert!(inside > 3 && outside > 100, "{inside} {outside}");
+}
+
+/// Of a smoothed difference that both runs are bad at its estimates are the same, and it is open all the same; far away it is not.
+#[test]
+fn a_smoothed_difference_is_open_where_both_runs_are_bad() {
+    let points = scattered(800, |_, _, _| 0.0);
+    let mut rows = Rows { points: Some(800), ..Rows::default() };
+    for (x, y) in points.x.iter().zip(&points.y) {
+        let place = (x.expect("given"), y.expect("given"));
+        rows.add(place, 0.0, "a", 0.0);
+        rows.add(place, 0.0, "b", 0.0);
+    }
+    for row in 0..1600 {
+        if rows.x[row].is_some_and(|x| x > 0.7) {
+            (rows.status[row], rows.z[row]) = (Status::Failed, None);
+        }
+    }
+    let pair = [Label::Word("a".into()), Label::Word("b".into())];
+    let wanted =
+        Wanted { of: over(0.5), panels: vec!["way".into()], paired: Some(("way".into(), vec![pair])), ..of_z(false) };
+    let found = rows.maps(&wanted);
+    let map = found.iter().find(|map| map.difference.is_some()).expect("a difference");
+    assert!(map.bad > 100, "{}", map.bad);
+    let of = |is: fn(f64) -> bool| map.cells.iter().filter(move |cell| is(cell.x));
+    assert!(of(|x| x > 0.75).count() > 20 && of(|x| x > 0.75).all(|cell| map.is_unsure(cell)));
+    assert!(of(|x| x < 0.3).count() > 20 && of(|x| x < 0.3).all(|cell| !map.is_unsure(cell)));
+}
+
+/// The regime of a place is that of the runs around it, however wide the column is smoothed.
+#[test]
+fn regimes_are_those_of_the_nearest_runs() {
+    // noise takes a wide width; free in the left third, heavy beyond
+    let mut rows = scattered(900, |_, _, u| 2.0 + u);
+    for row in 0..900 {
+        let is_free = rows.x[row].is_some_and(|x| x < 0.3);
+        rows.regime[row] = Some(if is_free { "free" } else { "heavy" }.to_owned());
+    }
+    let map = &rows.maps(&of_z(false))[0];
+    assert!(map.width.is_some_and(|width| width > 0.7), "{:?}", map.width);
+    let wrong = map.cells.iter().filter(|cell| {
+        let is_free = cell.regime.as_deref() == Some("free");
+        (cell.x < 0.26 && !is_free) || (cell.x > 0.34 && is_free)
+    });
+    assert_eq!((wrong.count(), map.cells.len() > 1000), (0, true));
+}
+
+/// What runs that failed had for values is not known: within the width of one a mean has no limits, and is that of the others.
+#[test]
+fn a_smoothed_mean_near_bad_runs_has_no_limits() {
+    let mut rows = scattered(2000, |x, y, u| (20.0 * x).sin() + 0.5 * y + 0.2 * u);
+    for row in 0..2000 {
+        if rows.x[row].is_some_and(|x| x > 0.8) && row % 3 == 0 {
+            (rows.status[row], rows.z[row]) = (Status::Failed, None);
+        }
+    }
+    let map = &rows.maps(&of_z(false))[0];
+    let width = map.width.expect("smoothed");
+    assert!(map.bad > 50 && width < 0.6, "{} {width}", map.bad);
+    let (mut near, mut far) = (0, 0);
+    for cell in &map.cells {
+        if cell.x > 0.82 {
+            assert_eq!((cell.low, cell.high, cell.estimate_if_bad_harmful), (None, None, None), "{cell:?}");
+            near += 1;
+        } else if cell.x < 0.78 - width {
+            assert!(cell.low.is_some() && cell.high.is_some() && cell.estimate_if_bad_harmful == cell.estimate);
+            far += 1;
+        }
+    }
+    assert!(near > 50 && far > 50, "{near} {far}");
+    assert!(map.notes.iter().any(|note| note.contains("without limits")), "{:?}", map.notes);
+}
+
+/// Limits of a share along a smooth edge, where limits of the whole width would hold in 84 of 100 cells.
+#[test]
+fn limits_hold_along_a_smooth_edge() {
+    let share = |x: f64, y: f64| 1.0 / (1.0 + (-4.0 * (2.0 * x + y - 1.5)).exp());
+    let (mut held, mut of) = (0, 0);
+    for count in [800, 2400] {
+        let rows = scattered(count, |x, y, u| if u < share(x, y) { 2.0 } else { 0.0 });
+        let map = &rows.maps(&Wanted { of: over(1.0), ..of_z(false) })[0];
+        let is_inside = |truth: f64, low: Option<f64>, high: Option<f64>| low <= Some(truth) && Some(truth) <= high;
+        held += map.cells.iter().filter(|cell| is_inside(share(cell.x, cell.y), cell.low, cell.high)).count();
+        of += map.cells.len();
+    }
+    assert!(of > 2000 && held as f64 > 0.9 * of as f64, "{held} of {of}");
+}

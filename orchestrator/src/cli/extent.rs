@@ -1,0 +1,48 @@
+//! How many samples a study takes that may end before its design does, or takes a part of its grid: what `check` tells the time of.
+
+use super::answer::{refinement, waiting};
+use super::error::CliError;
+use bladeoff_answers::report::{counted, duration};
+use bladeoff_study::Samples;
+
+/// A number of samples, and what it is: "the whole study".
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Extent {
+    pub name: String,
+    pub samples: u64,
+}
+
+impl Extent {
+    fn new(name: &str, samples: u64) -> Self {
+        Self { name: name.to_owned(), samples }
+    }
+}
+
+/// What the time is told of: the whole study; with `[stop]` the way to its first look as well, with `[refine]` its first round.
+///
+/// # Errors
+/// Questions that cannot be understood.
+pub(super) fn extents(samples: &Samples) -> Result<Vec<Extent>, CliError> {
+    if let Some([first, most]) = refinement(samples)?.map(|refinement| refinement.samples()) {
+        let (first_name, most_name) = (
+            format!("the first round of [refine], {}", counted(first, "sample")),
+            format!("the whole study, at most {}", counted(most, "sample")),
+        );
+        return Ok(vec![Extent::new(&first_name, first), Extent::new(&most_name, most)]);
+    }
+    let Some(waiting) = waiting(samples)? else { return Ok(vec![Extent::new("the whole study", samples.count())]) };
+    let (first, last) = waiting.ends();
+    let whole = match last == samples.count() {
+        true => "the whole study".to_owned(),
+        false => format!("the whole study, {} by [stop]", counted(last, "sample")),
+    };
+    let Some(first) = first.filter(|first| *first < last) else { return Ok(vec![Extent::new(&whole, last)]) };
+    let to_first = format!("to the first look of [stop], {}", counted(first, "sample"));
+    Ok(vec![Extent::new(&to_first, first), Extent::new(&format!("{whole}, where no look ends it"), last)])
+}
+
+/// What `[stop]` allows a run of wall time, as a line; empty where it does not.
+pub(super) fn wall_told(samples: &Samples) -> String {
+    let wall = samples.study().stop.and_then(|stop| stop.wall);
+    wall.map_or_else(String::new, |wall| format!("[stop] ends a run after {}\n", duration(wall)))
+}
