@@ -86,7 +86,9 @@ impl Folder {
         let folder = Self(tempfile::tempdir().expect("a temporary folder"));
         let rig = fs::read_to_string(root().join("studies/machines/lab_rig.toml")).expect("the lab rig");
         assert!(rig.contains("end_time = \"0.6 s\""), "the lab rig as this test knows it");
-        folder.write("machines/rig.toml", &rig.replace("end_time = \"0.6 s\"", "end_time = \"0.17 s\""));
+        // of one engine, whatever a test has vary; tests/auto.rs is about those that name none
+        let run = "end_time = \"0.17 s\"\nengine = \"reduced\"";
+        folder.write("machines/rig.toml", &rig.replace("end_time = \"0.6 s\"", run));
         folder
     }
 

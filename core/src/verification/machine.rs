@@ -3,11 +3,15 @@
 use crate::engine::simulate;
 use crate::record::{Follower, Frame};
 use crate::structure::Structure;
-use bladeoff_model::machine::{Machine, MachineDef};
+use bladeoff_model::machine::{Engine, Machine, MachineDef};
 
-/// The machine of a reference case; `None` only if the format no longer reads it.
+/// The machine of a reference case, which is one of the engine `reduced` where it names none; `None` only if the format no longer reads it.
 pub(super) fn machine(text: &str) -> Option<Machine> {
-    MachineDef::parse("reference case", text).ok()?.build().ok()
+    let mut def = MachineDef::parse("reference case", text).ok()?;
+    if def.engine()?.is_auto() {
+        def.settle(Engine::Reduced);
+    }
+    def.build().ok()
 }
 
 /// Runs a machine and shows each instant to a closure; `None` if it cannot be run.

@@ -1,9 +1,10 @@
 //! `[run]`, `[braking]` and the prescribed speed.
 
+use super::covered;
 use super::reader::Reader;
 use crate::document::units::format_quantity;
-use crate::machine::model::{Braking, Engine, ForceLocation, Guard, RunSettings, SpeedLaw};
-use crate::machine::schema::{CONTACT_STEP, END_TIME, ENGINE, STEP, STEP_LIMIT, TWIN};
+use crate::machine::model::{Braking, ForceLocation, Guard, RunSettings, SpeedLaw};
+use crate::machine::schema::{CONTACT_STEP, END_TIME, STEP, STEP_LIMIT, TWIN};
 
 pub(super) fn run(reader: &mut Reader<'_>) -> Option<RunSettings> {
     let end_time = reader.number(END_TIME);
@@ -26,7 +27,7 @@ pub(super) fn run(reader: &mut Reader<'_>) -> Option<RunSettings> {
     Some(RunSettings {
         end_time: end_time?,
         end_speed: end_speed?,
-        engine: Engine::from_word(reader.word(ENGINE)?)?,
+        engine: covered::choose(reader)?.engine,
         step,
         contact_step: reader.number(CONTACT_STEP),
         force_location: match reader.word("run.force_location")? {
