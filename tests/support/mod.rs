@@ -87,8 +87,8 @@ impl Folder {
         let rig = fs::read_to_string(root().join("studies/machines/lab_rig.toml")).expect("the lab rig");
         assert!(rig.contains("end_time = \"0.6 s\""), "the lab rig as this test knows it");
         // of one engine, whatever a test has vary; tests/auto.rs is about those that name none
-        let run = "end_time = \"0.17 s\"\nengine = \"reduced\"";
-        folder.write("machines/rig.toml", &rig.replace("end_time = \"0.6 s\"", run));
+        let rig = rig.replace("[run]\n", "[run]\nengine = \"reduced\"\n");
+        folder.write("machines/rig.toml", &rig.replace("end_time = \"0.6 s\"", "end_time = \"0.17 s\""));
         folder
     }
 
