@@ -174,7 +174,7 @@ fn check_names_the_first_thing_that_is_not_covered() {
     ] {
         let said = say(&["check", &with(&format!("{wanted}\n{set}"))]);
         assert_eq!(said.code, 3, "{set}: {}", said.out);
-        assert!(said.err.contains(path) && said.err.contains("which run.contact_step asks for"), "{}", said.err);
+        assert!(said.err.contains(path) && said.err.contains("the engine \"exponential\""), "{}", said.err);
     }
     // where the detections vary, too
     let mixed = folder.write("s.toml", &STUDY.replace("[set]", &format!("[set]\n{wanted}")).replace("\n[[vary]]", &format!("{DETECTIONS}\n[[vary]]")));
@@ -214,6 +214,11 @@ fn a_machine_alone_is_computed_by_what_covers_it() {
         assert!(row["first_contact_s"].is_number(), "{more:?}: contact happened");
     }
     assert_eq!(of(&[]), of(&["--engine", "exponential"]));
+    let wanted = ["simulate", &machine, "--set", "run.contact_step=1.5 us", "--detection", "hyp1"];
+    let said = say(&wanted);
+    assert_eq!(said.code, 3, "{}", said.out);
+    let why = "the engine \"exponential\", which run.contact_step asks for, does not cover the detection hyp1";
+    assert!(said.err.contains(why), "{}", said.err);
     let said = say(&["simulate", &machine, "--set", "run.end_time=5 ms", "--set", "seal.kind=rigid"]);
     assert!(said.out.contains("reduced (run.engine = \"auto\": \"exponential\" does not cover a rigid ring"), "{}", said.out);
 }
