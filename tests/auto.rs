@@ -101,7 +101,10 @@ fn a_study_of_several_detections_is_reduced_whatever_part_of_it_is_computed() {
     let (whole, part) = (folder.name("whole"), folder.name("part"));
     run(&study, &whole, &[]);
     run(&study, &part, &["--limit", "2"]);
-    assert_eq!((cells(&whole, "engine"), cells(&part, "engine")), (vec!["reduced".into(); 8], vec!["reduced".into(); 2]));
+    assert_eq!(
+        (cells(&whole, "engine"), cells(&part, "engine")),
+        (vec!["reduced".into(); 8], vec!["reduced".into(); 2])
+    );
     assert!(cells(&whole, "first_contact_s").iter().all(|time| !time.is_empty()), "contact happened");
     let replay = say(&["replay", &whole, "--sample", "0"]);
     assert!(replay.out.contains("equal to the row in all"), "{}", replay.out);
@@ -177,7 +180,8 @@ fn check_names_the_first_thing_that_is_not_covered() {
         assert!(said.err.contains(path) && said.err.contains("the engine \"exponential\""), "{}", said.err);
     }
     // where the detections vary, too
-    let mixed = folder.write("s.toml", &STUDY.replace("[set]", &format!("[set]\n{wanted}")).replace("\n[[vary]]", &format!("{DETECTIONS}\n[[vary]]")));
+    let mixed = STUDY.replace("[set]", &format!("[set]\n{wanted}")) + DETECTIONS;
+    let mixed = folder.write("s.toml", &mixed);
     let said = say(&["check", &mixed]);
     assert_eq!(said.code, 3, "{}", said.out);
     assert!(said.err.contains("does not cover the detection hyp1"), "{}", said.err);
@@ -195,7 +199,8 @@ fn a_machine_alone_is_computed_by_what_covers_it() {
     let check = say(&["check", &machine]);
     assert_eq!(check.code, 0, "{}", check.err);
     assert!(check.out.contains("Engine: exponential (run.engine = \"auto\": it covers the machine)"), "{}", check.out);
-    let touching = ["--set", "run.end_time=30 ms", "--set", "blade_off.mass=13 g", "--set", "contact.gap=0.4 mm", "--json"];
+    let touching =
+        ["--set", "run.end_time=30 ms", "--set", "blade_off.mass=13 g", "--set", "contact.gap=0.4 mm", "--json"];
     let of = |more: &[&str]| {
         let said = say(&[&["simulate", &machine], &touching[..], more].concat());
         assert_eq!(said.code, 0, "{}", said.err);
@@ -220,7 +225,11 @@ fn a_machine_alone_is_computed_by_what_covers_it() {
     let why = "the engine \"exponential\", which run.contact_step asks for, does not cover the detection hyp1";
     assert!(said.err.contains(why), "{}", said.err);
     let said = say(&["simulate", &machine, "--set", "run.end_time=5 ms", "--set", "seal.kind=rigid"]);
-    assert!(said.out.contains("reduced (run.engine = \"auto\": \"exponential\" does not cover a rigid ring"), "{}", said.out);
+    assert!(
+        said.out.contains("reduced (run.engine = \"auto\": \"exponential\" does not cover a rigid ring"),
+        "{}",
+        said.out
+    );
 }
 
 /// The bench in a short form, here and against this very binary as another program.
@@ -233,7 +242,8 @@ fn the_bench_of_engines_tells_both_and_their_ratios() {
     assert!(lines[0].contains("load before and after") && lines[0].contains("core"), "{}", said.out);
     for name in ["turbine to 6 s", "lab rig", "6 s of free flight"] {
         let line = lines.iter().find(|line| line.starts_with(name)).unwrap_or_else(|| panic!("{name}: {}", said.out));
-        let ratios: Vec<f64> = line.split_whitespace().rev().take(2).map(|word| word.parse().expect("a ratio")).collect();
+        let ratios: Vec<f64> =
+            line.split_whitespace().rev().take(2).map(|word| word.parse().expect("a ratio")).collect();
         assert!(ratios.iter().all(|ratio| *ratio > 0.0 && ratio.is_finite()), "{line}");
     }
     let against = [&short[..], &["--against", env!("CARGO_BIN_EXE_bladeoff"), "--json"]].concat();

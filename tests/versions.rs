@@ -209,7 +209,10 @@ fn rows_without_guarded_values(both: &str, ours: &str, earlier: &str) -> usize {
     for ((both, ours), earlier) in both.iter().zip(&ours).zip(&earlier) {
         let (both, ours) = (beyond(both, earlier), beyond(ours, earlier));
         if both != ours {
-            assert!(both.strip_suffix("reduced").is_some_and(|both| both.chars().all(|c| c == ',')), "other values than a fresh run has: {both}\n{ours}");
+            assert!(
+                both.strip_suffix("reduced").is_some_and(|both| both.chars().all(|c| c == ',')),
+                "other values than a fresh run has: {both}\n{ours}"
+            );
             without += 1;
         }
     }

@@ -117,7 +117,10 @@ fn describe(samples: &Samples) -> String {
         text.push_str(&table.fitting("", width()));
     }
     if let Some(choice) = study.engine() {
-        text.push_str(&format!("\n{}", wrapped(&format!("Engine: {}", choice.words("every sample")), width().unwrap_or(usize::MAX), "", "  ")));
+        text.push_str(&format!(
+            "\n{}",
+            wrapped(&format!("Engine: {}", choice.words("every sample")), width().unwrap_or(usize::MAX), "", "  ")
+        ));
     }
     let fixed = study.machine().map(|machine| machine.fixed.as_slice()).unwrap_or_default();
     if !fixed.is_empty() {

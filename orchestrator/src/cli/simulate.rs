@@ -150,12 +150,7 @@ fn verdict(outcome: &Outcome) -> Exit {
 }
 
 /// What is simulated; `changed`: what is not as its file says.
-fn heading(
-    machine: &Machine,
-    changed: &[(String, String)],
-    choice: Option<&EngineChoice>,
-    plan: &StepPlan,
-) -> String {
+fn heading(machine: &Machine, changed: &[(String, String)], choice: Option<&EngineChoice>, plan: &StepPlan) -> String {
     let detection = engine::detection(machine).unwrap_or("no diaphragm");
     let [step, largest] = [plan.step, plan.largest_allowed()].map(|step| format_quantity(step, "s"));
     let step = format!("{step} (largest allowed {largest})");

@@ -38,11 +38,12 @@ fn choose(machine: &MachineDef, axes: &[Axis], drawn: &Drawn) -> Option<EngineCh
     // what stands in the file is no value of a sample where it varies
     let mut begun = machine.clone();
     lists.iter().filter_map(|list| list.first()).for_each(|values| set(&mut begun, values));
-    let mut choices = std::iter::once(begun.clone()).chain(lists.iter().flat_map(|list| list.iter().skip(1)).map(|values| {
-        let mut one = begun.clone();
-        set(&mut one, values);
-        one
-    }));
+    let mut choices =
+        std::iter::once(begun.clone()).chain(lists.iter().flat_map(|list| list.iter().skip(1)).map(|values| {
+            let mut one = begun.clone();
+            set(&mut one, values);
+            one
+        }));
     choices.find_map(|one| one.engine().filter(|choice| choice.engine == Engine::Reduced)).or_else(|| begun.engine())
 }
 

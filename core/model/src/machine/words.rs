@@ -8,8 +8,7 @@ impl Engine {
     /// The word that leaves the choice to what is computed ([`super::EngineChoice`]).
     pub const AUTO: &str = "auto";
     /// What a file may say, the default first.
-    pub const CHOICES: [&str; 4] =
-        [Self::AUTO, Self::Reduced.word(), Self::Full.word(), Self::Exponential.word()];
+    pub const CHOICES: [&str; 4] = [Self::AUTO, Self::Reduced.word(), Self::Full.word(), Self::Exponential.word()];
 
     /// The word of it.
     #[must_use]
