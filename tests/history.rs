@@ -6,7 +6,7 @@ use bladeoff::history::{Decimation, HistoryError, Recorder, Settings, catalogue,
 use bladeoff_core::engine::{StepPlan, simulate};
 use bladeoff_core::record::{NoHistory, columns};
 use bladeoff_core::structure::Structure;
-use bladeoff_model::machine::{Machine, MachineDef};
+use bladeoff_model::machine::{Engine, Machine, MachineDef};
 use bladeoff_model::outcome::Outcome;
 use std::fs;
 use std::path::Path;
@@ -28,6 +28,10 @@ fn machine_with(changes: &[(&str, &str)]) -> Machine {
         let info = def.resolve(path).expect("the path");
         let value = def.parse_value(&info, value).expect("a value");
         def.set(&info, &value).expect("in range");
+    }
+    // of the reference where no change names another
+    if def.engine().is_some_and(|choice| choice.is_auto()) {
+        def.settle(Engine::Reduced);
     }
     def.build().expect("valid")
 }

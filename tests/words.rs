@@ -167,8 +167,9 @@ fn a_file_of_the_other_kind_is_told_with_the_command_for_it() {
         assert!(said.err.contains(&format!(" simulate {}", folder.name("machines/rig.toml"))), "{}", said.err);
         assert!(!said.err.contains("unknown key"), "{}", said.err);
     }
-    for command in ["run", "check", "table1"] {
-        let said = say(&[command, &machine]);
+    // `check` checks a machine, too, unless samples are asked for
+    for command in [&["run"][..], &["check", "--list"], &["table1"]] {
+        let said = say(&[command, &[machine.as_str()]].concat());
         assert_eq!(said.code, 3, "{}", said.err);
         assert!(said.err.contains("is a machine file, not a study"), "{}", said.err);
         assert!(said.err.contains(&format!(" simulate {machine}")), "{}", said.err);

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use bladeoff_core::engine::simulate;
 use bladeoff_core::record::{Follower, Frame, NoHistory, columns};
 use bladeoff_core::structure::Structure;
-use bladeoff_model::machine::{Machine, MachineDef};
+use bladeoff_model::machine::{Engine, Machine, MachineDef};
 
 type Values = BTreeMap<String, f64>;
 type Sets<'a> = &'a [(&'a str, &'a str)];
@@ -31,6 +31,8 @@ const TURBINE: &str = include_str!("../../studies/machines/lp_turbine.toml");
 
 fn machine(text: &str, sets: Sets) -> Machine {
     let mut def = MachineDef::parse("machine.toml", text).unwrap_or_else(|e| panic!("{e}"));
+    // of the reference, unless a set names another
+    def.settle(Engine::Reduced);
     for (path, value) in sets {
         let info = def.resolve(path).unwrap_or_else(|e| panic!("{e}"));
         let value = def.parse_value(&info, value).unwrap_or_else(|e| panic!("{e}"));

@@ -123,7 +123,7 @@ fn what_is_not_covered_is_refused_at_its_key() {
         assert!(said.contains(&key), "{said}");
         assert!(said.contains("exponential") || path == "run.contact_step", "{said}");
     }
-    let said = refused(&[("run.contact_step", "1 us")]);
+    let said = refused(&[("run.contact_step", "1 us"), ("run.engine", "reduced")]);
     assert!(said.contains("run.step, or run.engine = \"exponential\""), "{said}");
     // the largest step that is allowed is told, and is one
     let of = |step: f64| of_engine(machine_with(&study_machine("lab_rig"), &[("run.end_time", "1 ms")]), step);

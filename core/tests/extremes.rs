@@ -95,7 +95,9 @@ fn machines() -> Vec<MachineDef> {
     let touching = rig.replace("gap = \"0.5 mm\"", "gap = \"1 um\"");
     assert_ne!(rig, touching);
     let with = |engine: &str| touching.replacen("[run]", &format!("[run]\nengine = \"{engine}\""), 1);
-    [touching.as_str(), &with("full"), POINT, &with("exponential")]
+    let point = POINT.replacen("[run]", "[run]\nengine = \"reduced\"", 1);
+    assert_ne!(point, POINT);
+    [&with("reduced"), &with("full"), &point, &with("exponential")]
         .iter()
         .map(|text| MachineDef::parse("m.toml", text).unwrap_or_else(|problems| panic!("{problems}")))
         .collect()

@@ -17,6 +17,7 @@ pub mod report;
 pub mod reporting;
 pub mod run;
 pub mod schedule;
+pub mod settled;
 pub mod starts;
 pub mod submit;
 pub mod version;

@@ -5,7 +5,7 @@ use bladeoff_core::modal::{Basis, BasisError};
 use bladeoff_core::record::NoHistory;
 use bladeoff_core::structure::Structure;
 use bladeoff_model::document::Problems;
-use bladeoff_model::machine::{Machine, MachineDef, ParamValue, PathError, PathInfo, ValueError};
+use bladeoff_model::machine::{Engine, Machine, MachineDef, ParamValue, PathError, PathInfo, ValueError};
 use bladeoff_model::outcome::{Cause, Outcome};
 
 use crate::desk::{Desk, Sample, Stopped, failed};
@@ -75,6 +75,10 @@ impl CoreSolver {
         for (path, value) in &plan.fixed {
             let path = def.resolve(path).map_err(SolverError::Path)?;
             def.set(&path, value).map_err(SolverError::Value)?;
+        }
+        // a plan names every other one (`planned_engine`)
+        if def.engine().is_some_and(|choice| choice.is_auto()) {
+            def.settle(Engine::Reduced);
         }
         let mut varied = Vec::with_capacity(plan.varied.len());
         for parameter in &plan.varied {

@@ -5,9 +5,13 @@ use crate::record::{Follower, Frame};
 use crate::structure::Structure;
 use bladeoff_model::machine::{Engine, Machine, MachineDef};
 
-/// The machine of a reference case; `None` only if the format no longer reads it.
+/// The machine of a reference case, which is one of the engine `reduced` where it names none; `None` only if the format no longer reads it.
 pub(super) fn machine(text: &str) -> Option<Machine> {
-    MachineDef::parse("reference case", text).ok()?.build().ok()
+    let mut def = MachineDef::parse("reference case", text).ok()?;
+    if def.engine()?.is_auto() {
+        def.settle(Engine::Reduced);
+    }
+    def.build().ok()
 }
 
 /// Engine and step \[s\], as lines of `[run]`.

@@ -4,13 +4,21 @@
 use bladeoff_core::engine::simulate;
 use bladeoff_core::record::{Follower, Frame, NoHistory, columns};
 use bladeoff_core::structure::Structure;
-use bladeoff_model::machine::{Machine, MachineDef, UnbalanceKind};
+use bladeoff_model::machine::{Engine, Machine, MachineDef, UnbalanceKind};
 use bladeoff_model::outcome::Outcome;
 
 /// A machine from the text of a machine file.
 pub fn machine(text: &str) -> Machine {
-    let def = MachineDef::parse("test.toml", text).unwrap_or_else(|problems| panic!("{problems}\n{text}"));
+    let mut def = MachineDef::parse("test.toml", text).unwrap_or_else(|problems| panic!("{problems}\n{text}"));
+    of_the_reference(&mut def);
     def.build().unwrap_or_else(|problems| panic!("{problems}"))
+}
+
+/// These tests are of the reference where a machine names no engine; those of the other name it.
+fn of_the_reference(def: &mut MachineDef) {
+    if def.engine().is_some_and(|choice| choice.is_auto()) {
+        def.settle(Engine::Reduced);
+    }
 }
 
 /// A machine file of the repository.
@@ -27,6 +35,7 @@ pub fn machine_with(text: &str, changes: &[(&str, &str)]) -> Machine {
         let value = def.parse_value(&info, value).unwrap_or_else(|error| panic!("{error}"));
         def.set(&info, &value).unwrap_or_else(|error| panic!("{error}"));
     }
+    of_the_reference(&mut def);
     def.build().unwrap_or_else(|problems| panic!("{problems}"))
 }
 

@@ -11,6 +11,7 @@ machine = "machines/rig.toml"
 
 [set]
 "run.end_time" = "0.1 s"
+"run.engine" = "reduced"
 
 [[vary]]
 path = "contact.gap"

@@ -9,13 +9,20 @@ use super::output::{print, remark, tell, width};
 use super::run::{PartArgs, default_workers};
 use super::shared::shared;
 use crate::answering::related;
+use crate::engine;
+use crate::report::{matrices_of, with_word};
+use crate::settled::machine_alone;
+use crate::starts::placed;
 use bladeoff_answers::report::{Align, TextTable, counted, wrapped};
-use bladeoff_model::machine::ParamValue;
-use bladeoff_study::{Axis, Origin, Samples, fixed_angle, idle_levels, show};
+use bladeoff_model::document::MAX_FILE_BYTES;
+use bladeoff_model::machine::{MachineDef, ParamValue};
+use bladeoff_study::{Axis, Origin, Samples, StudyError, fixed_angle, idle_levels, read_input, show};
 use bladeoff_system::shown;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-/// Check a study: what varies, how many samples, how long it will take
+/// Check a study: what varies, how many samples, how long it will take; or a machine
+///
+/// Says which engine computes it, and why; of a machine file that alone, when its run can start.
 ///
 /// Reads study, machine and points file and reports every problem in them with its place. Says in words what was understood
 /// of each uncertain parameter, with mean and standard deviation after truncation. Builds the machine of every
@@ -41,7 +48,13 @@ pub struct Args {
 
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
-    let samples = args.part.load(&args.study)?;
+    let samples = match args.part.load(&args.study) {
+        // nothing of a machine is listed, and it has no parts
+        Err(CliError::Study(StudyError::AMachine { path })) if !args.list && args.part.words().is_empty() => {
+            return machine(&path);
+        }
+        samples => samples?,
+    };
     if args.list {
         list(&samples)?;
         return Ok(Exit::Ok);
@@ -58,6 +71,21 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         remark(&format!("\n{}\n", found.text()));
     }
     estimate(&samples)?;
+    Ok(Exit::Ok)
+}
+
+/// A machine alone: that it makes a machine whose run can start, and the engine.
+fn machine(path: &Path) -> Result<Exit, CliError> {
+    let text = read_input(path, MAX_FILE_BYTES as u64)?;
+    let mut definition = MachineDef::parse(&path.to_string_lossy(), &text)?;
+    let mut machine = definition.build()?;
+    let words = matrices_of(&machine);
+    let (structure, choice) = with_word(|| words.clone(), || machine_alone(&mut definition, &mut machine))?;
+    if let Err(error) = engine::try_start(&machine, &structure) {
+        return Err(placed(&error, &definition, &machine, |_| false).map_or_else(|| error.into(), CliError::from));
+    }
+    let choice = choice.map(|choice| format!("Engine: {}\n", choice.words("the machine"))).unwrap_or_default();
+    tell(&format!("{}: a machine whose run can start\n{choice}", definition.name()))?;
     Ok(Exit::Ok)
 }
 
@@ -88,6 +116,12 @@ fn describe(samples: &Samples) -> String {
         text.push_str("Nothing varies.\n");
     } else if !study.axes.is_empty() {
         text.push_str(&table.fitting("", width()));
+    }
+    if let Some(choice) = study.engine() {
+        text.push_str(&format!(
+            "\n{}",
+            wrapped(&format!("Engine: {}", choice.words("every sample")), width().unwrap_or(usize::MAX), "", "  ")
+        ));
     }
     let fixed = study.machine().map(|machine| machine.fixed.as_slice()).unwrap_or_default();
     if !fixed.is_empty() {

@@ -330,7 +330,7 @@ mod tests {
         let all = samples("[set]\n\"run.step\" = 1e-10\n\"run.twin\" = 1e-6\n", None);
         let one = time(&all, 0, None, Instant::now() + Duration::from_secs(3)).expect("it starts").expect("some steps");
         assert!(one.cut && one.words.ends_with("of 1.20e10 steps"), "{}", one.words);
-        let all = samples("[set]\n\"run.end_time\" = 1e-3\n\"run.twin\" = 1e-6\n", None);
+        let all = samples("[set]\n\"run.end_time\" = 1e-3\n\"run.twin\" = 1e-6\n\"run.engine\" = \"reduced\"\n", None);
         let mut watch = Watch { begun: thread_cpu_time(), deadline: Instant::now() + LONGEST, steps: 0, cut: false };
         let machine = all.machine(0).build().expect("valid");
         let structure = engine::build(&machine).expect("buildable");

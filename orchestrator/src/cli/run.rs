@@ -13,6 +13,7 @@ use crate::report::Tally;
 use crate::run::directory::LEDGER;
 use crate::run::shards::{SHARDS, cores, row_files};
 use crate::run::{Finished, Looking, Refining, Request, Rerun, RunError, TRUST, go_on, own_columns, run};
+use crate::settled::{as_begun, by_start};
 use crate::starts::check_starts;
 use bladeoff_answers::report::are;
 use bladeoff_answers::report::{Summary, counted, duration};
@@ -189,12 +190,14 @@ impl PartArgs {
 
     /// The samples of a study file whose samples were checked when a directory of shards was begun with it.
     pub fn load_known(&self, study: &Path) -> Result<Samples, CliError> {
-        Ok(Samples::new(load_checked(study, own_columns, check_asked)?, self.scale, self.limit)?)
+        let mut samples = Samples::new(load_checked(study, own_columns, check_asked)?, self.scale, self.limit)?;
+        by_start(&mut samples);
+        Ok(samples)
     }
 
     /// The checked samples of a study file.
     pub fn load(&self, study: &std::path::Path) -> Result<Samples, CliError> {
-        let samples = Samples::new(load_checked(study, own_columns, check_asked)?, self.scale, self.limit)?;
+        let mut samples = Samples::new(load_checked(study, own_columns, check_asked)?, self.scale, self.limit)?;
         if self.scale.is_some() {
             // an axis has lost values, and a question may have named one
             check_questions(&samples)
@@ -205,6 +208,7 @@ impl PartArgs {
         }
         if samples.study().function().is_none() {
             check_machines(&samples)?;
+            by_start(&mut samples);
             check_starts(&samples)?;
         }
         Ok(samples)
@@ -247,13 +251,19 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         false => args.part.load(&args.study),
     };
     // a machine that cannot be read because no file may be opened is no mistake of the study
-    let samples = samples.map_err(|error| match dispatch::preflight(1) {
+    let mut samples = samples.map_err(|error| match dispatch::preflight(1) {
         Err(few @ DispatchError::Domain(DomainError::FewDescriptors { .. })) => RunError::from(few).into(),
         _ => error,
     })?;
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(&samples.study().name));
     if args.shard.shard.is_none() && out.join(SHARDS).is_file() {
         return Err(CliError::OfShards { path: out });
+    }
+    if as_begun(&mut samples, &out) {
+        remark(&format!(
+            "{} was begun with the engine \"reduced\" and goes on with it; in another directory this study is one of \"exponential\"",
+            shown(&out)
+        ));
     }
     let own = || if args.shard.shard.is_some() { cores(default_workers()) } else { default_workers() };
     let workers = args.workers.map_or_else(own, NonZeroUsize::get);

@@ -8,12 +8,13 @@ use super::machine::{MachineArgs, build, refused, set};
 use super::output::{print_json, remark, tell};
 use crate::engine;
 use crate::report::{OutcomeView, beyond_the_model, cause_in_words, describe_outcome, matrices_of, with_word};
+use crate::settled::machine_alone;
 use crate::starts::placed;
 use bladeoff_answers::report::duration;
-use bladeoff_answers::tables::{TableSchema, verdict_fields};
+use bladeoff_answers::tables::{ENGINE as ENGINE_COLUMN, TableSchema, verdict_fields};
 use bladeoff_core::engine::StepPlan;
 use bladeoff_model::document::units::format_quantity;
-use bladeoff_model::machine::{Detection, ENGINE, Engine, Machine, MachineDef, STEP, is_detection};
+use bladeoff_model::machine::{Detection, ENGINE, Engine, EngineChoice, Machine, MachineDef, STEP, is_detection};
 use bladeoff_model::outcome::{Outcome, Status};
 use bladeoff_system::call::word;
 use std::time::Instant;
@@ -42,9 +43,10 @@ pub struct Args {
     #[command(flatten)]
     machine: MachineArgs,
 
-    /// Engine, instead of the machine's: modes of rotor and ring, all finite-element degrees of freedom, or the
-    /// modes propagated exactly with contact by impulses (fast; hyp2 at several points only)
-    #[arg(long, value_parser = Engine::WORDS)]
+    /// Engine, instead of the machine's: modes of rotor and ring, all finite-element degrees of freedom, the
+    /// modes propagated exactly with contact by impulses (fast; hyp2 at several points only), or the last where it
+    /// covers the machine and else the first (auto)
+    #[arg(long, value_parser = Engine::CHOICES)]
     engine: Option<String>,
 
     /// Contact detection, instead of the machine's
@@ -65,11 +67,12 @@ pub struct Args {
 
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
-    let definition = definition(args)?;
-    let machine = build(&definition, &given(args))?;
+    let mut definition = definition(args)?;
+    let mut machine = build(&definition, &given(args))?;
     let started = Instant::now();
-    let set_up = || engine::build(&machine);
-    let structure = if args.json { set_up() } else { with_word(|| matrices_of(&machine), set_up) }?;
+    let words = matrices_of(&machine);
+    let mut set_up = || machine_alone(&mut definition, &mut machine);
+    let (structure, choice) = if args.json { set_up() } else { with_word(|| words.clone(), set_up) }?;
     let plan = engine::step_plan(&machine, &structure)?;
     let history = args.history.settings(&machine, &plan)?;
     let (outcome, history) =
@@ -86,7 +89,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     if args.json {
         print_json(&json(&machine, view))?;
     } else {
-        let mut text = heading(&machine, &args.machine.changed(&definition), &plan);
+        let mut text = heading(&machine, &args.machine.changed(&definition), choice.as_ref(), &plan);
         text.push_str(&describe_outcome(view));
         text.push_str(&format!("{:<32} {}\n", "computed in", duration(wall)));
         tell(&text)?;
@@ -147,13 +150,15 @@ fn verdict(outcome: &Outcome) -> Exit {
 }
 
 /// What is simulated; `changed`: what is not as its file says.
-fn heading(machine: &Machine, changed: &[(String, String)], plan: &StepPlan) -> String {
+fn heading(machine: &Machine, changed: &[(String, String)], choice: Option<&EngineChoice>, plan: &StepPlan) -> String {
     let detection = engine::detection(machine).unwrap_or("no diaphragm");
     let [step, largest] = [plan.step, plan.largest_allowed()].map(|step| format_quantity(step, "s"));
     let step = format!("{step} (largest allowed {largest})");
     let set = changed.iter().map(|(path, value)| ("set", format!("{path} = {value}")));
-    let rest =
-        [("engine", machine.run.engine.word().to_owned()), ("detection", detection.to_owned()), ("time step", step)];
+    // the word alone where the file says nothing else
+    let auto = choice.filter(|choice| choice.is_auto()).map(|choice| choice.words("the machine"));
+    let engine = auto.unwrap_or_else(|| machine.run.engine.word().to_owned());
+    let rest = [("engine", engine), ("detection", detection.to_owned()), ("time step", step)];
     std::iter::once(("machine", machine.name.clone()))
         .chain(set)
         .chain(rest)
@@ -178,5 +183,6 @@ fn json(machine: &Machine, view: OutcomeView<'_>) -> String {
     for field in schema.outcome() {
         object.number(field, view.value(&field.name));
     }
+    object.word(ENGINE_COLUMN, Some(machine.run.engine.word()));
     object.finish()
 }

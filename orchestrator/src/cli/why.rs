@@ -12,6 +12,7 @@ use crate::run::shards::{row_files, samples_of, see, timing_files};
 use crate::run::{
     RunState, Seen, TableEnd, end_of_table, function_columns, own_columns, refuse_changed, refuse_changed_timings,
 };
+use crate::settled::as_planned;
 use bladeoff_answers::report::duration;
 use bladeoff_answers::report::{are, counted};
 use bladeoff_answers::tables::{Table, TableError, Timing};
@@ -216,7 +217,8 @@ pub(super) fn frozen(directory: &Path) -> Result<Samples, CliError> {
         return Ok(samples);
     }
     let failed = |source| unread(directory, source);
-    let study = load_frozen(FrozenFiles::of(directory), own_columns).map_err(failed)?;
+    let mut study = load_frozen(FrozenFiles::of(directory), own_columns).map_err(failed)?;
+    as_planned(&mut study, directory);
     let manifest: Value = Place::from(&directory.join(MANIFEST))
         .read(MOST_MANIFEST)
         .ok()

@@ -80,12 +80,13 @@ fn bearings_without_inertia(machine: &Machine, structure: &Structure) -> Option<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bladeoff_model::machine::{MachineDef, ParamValue};
+    use bladeoff_model::machine::{Engine, MachineDef, ParamValue};
     use bladeoff_model::outcome::{CauseSet, EndCause, Outcome, Status};
 
     fn turbine(changes: &[(&str, f64)]) -> (Machine, Structure) {
         let text = include_str!("../../../studies/machines/lp_turbine.toml");
         let mut machine = MachineDef::parse("lp_turbine.toml", text).expect("valid");
+        machine.settle(Engine::Reduced);
         for (path, value) in changes {
             let path = machine.resolve(path).expect("a path");
             machine.set(&path, &ParamValue::Number(*value)).expect("allowed");

@@ -178,6 +178,7 @@ mod tests {
     #[test]
     fn a_run_is_the_same_run_when_it_is_shown_and_the_other_follower_sees_what_it_wants() {
         let text = include_str!("../../../studies/machines/lab_rig.toml").replace("0.6 s", "0.01 s");
+        let text = text.replacen("[run]", "[run]\nengine = \"reduced\"", 1);
         let machine = MachineDef::parse("lab_rig.toml", &text).and_then(|machine| machine.build()).expect("valid");
         let structure = Structure::build(&machine, None).expect("buildable");
         let alone = simulate(&machine, &structure, &mut NoHistory).expect("it starts");

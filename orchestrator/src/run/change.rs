@@ -4,6 +4,7 @@ use super::columns::own_columns;
 use super::directory::STUDY;
 use super::error::Change;
 use super::prepare::{Prepared, SAMPLES_KEY};
+use crate::settled::as_planned;
 use bladeoff_core::NUMERICS_VERSION;
 use bladeoff_model::machine::ParamValue;
 use bladeoff_study::{FrozenFiles, Origin, Parameter, SampleKeys, Samples, Study, Varied, load_frozen, show};
@@ -37,7 +38,8 @@ pub(super) fn changes(folder: &Folder, prepared: &Prepared<'_>, header: &BTreeMa
         compare("seed", "seed");
     }
     match load_frozen(FrozenFiles::of(directory), own_columns) {
-        Ok(old) => {
+        Ok(mut old) => {
+            as_planned(&mut old, directory);
             found.extend(study_changes(&old, prepared.samples.study()));
             found.extend(fewer_points(&old, prepared.samples.study()));
             if has_other_keys(old, folder, header) {

@@ -71,11 +71,10 @@ pub fn columns_without(machine: Option<&Machine>) -> Vec<TableColumn> {
     told(&TableSchema::new(Vec::new(), &outcome), &outcome)
 }
 
-/// `outcome`: the last columns, which the solver fills.
+/// `outcome`: the columns that the solver fills.
 fn told(schema: &TableSchema, outcome: &[OutcomeColumn]) -> Vec<TableColumn> {
-    let given = schema.fields().len() - outcome.len();
     let columns = schema.fields().iter().enumerate().map(|(at, field)| {
-        let told = match at.checked_sub(given).map(|at| &outcome[at]) {
+        let told = match at.checked_sub(schema.given()).and_then(|at| outcome.get(at)) {
             None => Told::Given,
             Some(column) if column.grows() => Told::Grown(column.guarded()),
             Some(column) if column.growth == Growth::Once => Told::Once,

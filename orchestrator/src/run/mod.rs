@@ -61,6 +61,7 @@ pub use lock::{Holder, Keeper, LockError, Look, look};
 pub use provenance::is_of_formulas;
 pub use request::{Finished, Request};
 pub use resume::Rerun;
+pub(crate) use stamp::timestamp;
 pub use status::{RunState, Seen, TRUST, go_on, see};
 pub use trust::Untrusted;
 pub(crate) use trust::check as check_trust;

@@ -25,6 +25,8 @@ pub(super) struct Prepared<'a> {
     pub schema: TableSchema,
     /// Contact detection of all samples, where it does not vary.
     pub detection: Option<String>,
+    /// Engine of all samples, where it does not vary.
+    pub engine: Option<String>,
     pub plan: WorkPlan,
     pub plan_hash: String,
     pub provenance: Vec<(String, String)>,
@@ -126,12 +128,13 @@ impl<'a> Prepared<'a> {
                 (table_schema(samples, &machine), detection, Some(engine::place_of_steps(&machine)))
             }
         };
+        let engine = samples.study().engine().map(|choice| choice.engine.word().to_owned());
         let keys = SampleKeys::new(samples, NUMERICS_VERSION, basis.as_deref().unwrap_or_default());
         let plan = work_plan(samples, basis);
         let plan_hash = plan.hash();
         let provenance = provenance(samples, &plan_hash, plan.basis());
         let digest = digest.unwrap_or_else(|| keys.digest());
-        Ok(Self { samples, schema, detection, plan, plan_hash, provenance, keys, digest, steps })
+        Ok(Self { samples, schema, detection, engine, plan, plan_hash, provenance, keys, digest, steps })
     }
 
     /// Puts inputs, plan and basis into the directory.

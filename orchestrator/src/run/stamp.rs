@@ -8,7 +8,7 @@ pub(super) fn host() -> Option<String> {
 }
 
 /// UTC as `2026-02-03T04:05:06Z`.
-pub(super) fn timestamp(time: SystemTime) -> String {
+pub(crate) fn timestamp(time: SystemTime) -> String {
     let seconds = time.duration_since(UNIX_EPOCH).unwrap_or(Duration::ZERO).as_secs();
     let (year, month, day) = civil(seconds / 86_400);
     let of_day = seconds % 86_400;

@@ -112,7 +112,8 @@ pub(super) fn write_timings(
 fn row(prepared: &Prepared<'_>, sample: u64, outcome: Outcome) -> Row {
     let samples = prepared.samples;
     let detection = samples.detection(sample).or_else(|| prepared.detection.clone());
-    Row { sample, parameters: samples.cells(sample), detection, outcome }
+    let engine = samples.engine(sample).or_else(|| prepared.engine.clone());
+    Row { sample, parameters: samples.cells(sample), detection, engine, outcome }
 }
 
 /// Rows and their timings, under construction side by side.

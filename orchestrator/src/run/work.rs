@@ -1,8 +1,9 @@
 //! What the workers are told of a study: the plan that all of them read, and the numbers that stand for a sample.
 
 use crate::dispatch;
+use bladeoff_model::machine::{ENGINE, Engine, ParamValue, PathInfo};
 use bladeoff_protocol::messages::MAX_PARAMS;
-use bladeoff_study::{MOST_VARIED, Output, Parameter, Samples, Subject};
+use bladeoff_study::{MOST_VARIED, MachineSubject, Output, Parameter, Samples, Subject};
 use bladeoff_worker::plan::{Formula, FunctionPlan, MachinePlan, Variable, Varied, WorkPlan};
 
 const _: () = assert!(MOST_VARIED == MAX_PARAMS, "what a study may vary fits into a message");
@@ -29,10 +30,25 @@ pub(super) fn work_plan(samples: &Samples, basis: Option<Vec<u8>>) -> WorkPlan {
     WorkPlan::Machine(MachinePlan {
         machine_file: machine.file.clone(),
         machine_toml: machine.text.clone(),
-        fixed: machine.fixed.iter().map(|(info, value)| (info.path.clone(), value.clone())).collect(),
+        fixed: fixed(machine),
         varied: varied.chain(twin).collect(),
         basis,
     })
+}
+
+/// The overrides, with the engine that `auto` came to. A plan without it is of `reduced` ([`planned_engine`](bladeoff_worker::plan::planned_engine)), as it was
+/// before there was a choice.
+fn fixed(machine: &MachineSubject) -> Vec<(String, ParamValue)> {
+    let pair = |(info, value): &(PathInfo, ParamValue)| (info.path.clone(), value.clone());
+    let mut fixed: Vec<(String, ParamValue)> = machine.fixed.iter().map(pair).collect();
+    let Some(choice) = machine.engine.as_ref().filter(|choice| choice.is_auto()) else { return fixed };
+    let word = ParamValue::Choice(choice.engine.word().to_owned());
+    match fixed.iter_mut().find(|(path, _)| path == ENGINE) {
+        Some((_, value)) => *value = word,
+        None if choice.engine != Engine::Reduced => fixed.push((ENGINE.to_owned(), word)),
+        None => {}
+    }
+    fixed
 }
 
 fn formula(output: &Output) -> Formula {

@@ -11,7 +11,7 @@ use super::parameter::Parameter;
 use super::refine::RefineDef;
 use super::stop::StopDef;
 use super::twin::TwinShare;
-use bladeoff_model::machine::{MachineDef, ParamValue, PathInfo, TWIN};
+use bladeoff_model::machine::{EngineChoice, MachineDef, ParamValue, PathInfo, TWIN};
 use std::ops::Range;
 
 /// A study whose every key was checked.
@@ -67,8 +67,10 @@ pub struct MachineSubject {
     pub file: String,
     /// Its text.
     pub text: String,
-    /// The machine with the overrides of `[set]`.
+    /// The machine with the overrides of `[set]`, and the engine of all samples.
     pub def: MachineDef,
+    /// That engine, and why; `None`: `run.engine` varies.
+    pub engine: Option<EngineChoice>,
     /// The overrides of `[set]`.
     pub fixed: Vec<(PathInfo, ParamValue)>,
 }
@@ -87,6 +89,22 @@ impl Study {
     #[must_use]
     pub fn subject_name(&self) -> &str {
         self.machine().map_or("function", |machine| &machine.file)
+    }
+
+    /// Has its samples computed by another engine than `run.engine = "auto"` came to; nothing where the engine is named.
+    pub fn settle(&mut self, choice: EngineChoice) {
+        if let Subject::Machine(machine) = &mut self.subject
+            && machine.engine.as_ref().is_some_and(EngineChoice::is_auto)
+        {
+            machine.def.settle(choice.engine);
+            machine.engine = Some(choice);
+        }
+    }
+
+    /// The engine of all samples, and why; `None`: it has no machine, or `run.engine` varies.
+    #[must_use]
+    pub fn engine(&self) -> Option<&EngineChoice> {
+        self.machine()?.engine.as_ref()
     }
 
     /// Its formulas; `None`: it has a machine.

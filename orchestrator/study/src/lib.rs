@@ -33,6 +33,7 @@ pub mod derived;
 pub mod design;
 pub mod drawing;
 mod drawn;
+mod engine;
 mod error;
 mod feasible;
 mod frozen;

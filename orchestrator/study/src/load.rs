@@ -5,6 +5,7 @@ use super::axis::{Axis, MOST_VARIED};
 use super::carried::{Carried, Others, refuse_taken};
 use super::definition::{MachineSubject, Study, Subject};
 use super::drawn::{self, Files};
+use super::engine::{refuse_auto, settle};
 use super::error::StudyError;
 use super::frozen::FrozenFiles;
 use super::function::OWN_COLUMNS;
@@ -260,11 +261,17 @@ impl Loader<'_> {
                 for (info, value) in &fixed {
                     machine.def.set(info, value).expect("type and range were checked when the value was read");
                 }
+                let mut engine = None;
+                if let Some(drawn) = &drawn {
+                    refuse_auto(&axes, drawn, &mut self.problems);
+                    engine = settle(&mut machine.def, &axes, drawn);
+                }
                 twin = keys.get("twin_share").and_then(|entry| self.twin(entry, parameters, &mut machine.def));
                 if let Ok(built) = machine.def.build() {
                     own.extend((self.taken)(&built));
                 }
-                Subject::Machine(MachineSubject { file: machine.named, text: machine.text, def: machine.def, fixed })
+                let MachineFile { named, text, def, .. } = machine;
+                Subject::Machine(MachineSubject { file: named, text, def, fixed, engine })
             }
         };
         refuse_taken(&others, parameters, &own, &mut self.problems);

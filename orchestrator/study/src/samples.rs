@@ -16,7 +16,7 @@ use super::plan::Plan;
 use super::uncertain::Uncertain;
 use crate::design::{Design, DesignError, Thinned};
 use bladeoff_model::document::Collector;
-use bladeoff_model::machine::{MachineDef, ParamValue, ValueError};
+use bladeoff_model::machine::{ENGINE, EngineChoice, MachineDef, ParamValue, ValueError};
 
 /// A study and the part of it that is to be computed.
 #[derive(Debug, Clone)]
@@ -58,6 +58,11 @@ impl Samples {
     #[must_use]
     pub fn study(&self) -> &Study {
         &self.study
+    }
+
+    /// Has all samples computed by another engine than `run.engine = "auto"` came to; nothing where the engine is named.
+    pub fn settle(&mut self, choice: EngineChoice) {
+        self.study.settle(choice);
     }
 
     /// Number of samples.
@@ -323,7 +328,17 @@ impl Samples {
     /// The detection of a sample where it varies.
     #[must_use]
     pub fn detection(&self, sample: u64) -> Option<String> {
-        let place = self.parameters().iter().position(Parameter::is_detection)?;
+        self.word(sample, Parameter::is_detection)
+    }
+
+    /// The engine of a sample where it varies.
+    #[must_use]
+    pub fn engine(&self, sample: u64) -> Option<String> {
+        self.word(sample, |parameter| parameter.info.path == ENGINE)
+    }
+
+    fn word(&self, sample: u64, is_it: impl Fn(&Parameter) -> bool) -> Option<String> {
+        let place = self.parameters().iter().position(is_it)?;
         match self.values(sample).swap_remove(place) {
             ParamValue::Choice(word) => Some(word),
             ParamValue::Number(_) => None,

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use bladeoff_model::machine::ParamValue;
+use bladeoff_model::machine::{ENGINE, Engine, ParamValue};
 use bladeoff_system::folder::Folder;
 use serde::{Deserialize, Serialize};
 
@@ -112,6 +112,16 @@ impl MachinePlan {
 pub fn planned_basis(dir: &Folder) -> Option<String> {
     let text = dir.place(PLAN_FILE).read(MOST_PLAN).ok()?;
     serde_json::from_slice::<PlanFile>(&text).ok()?.basis_blake3
+}
+
+/// The engine that the plan of a directory has where its machine file names none; `None`: there is no such plan. A plan that says nothing is of `reduced`, as those
+/// are that were made before there was a choice.
+#[must_use]
+pub fn planned_engine(dir: &Folder) -> Option<Engine> {
+    let text = dir.place(PLAN_FILE).read(MOST_PLAN).ok()?;
+    let file: PlanFile = serde_json::from_slice(&text).ok()?;
+    let named = file.fixed.into_iter().rev().find(|fixed| fixed.path == ENGINE).and_then(|fixed| fixed.choice);
+    Some(named.and_then(|word| Engine::from_word(&word)).unwrap_or(Engine::Reduced))
 }
 
 #[cfg(test)]

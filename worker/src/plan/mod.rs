@@ -10,7 +10,7 @@ mod function;
 mod machine;
 
 pub use function::{Formula, FunctionPlan, Variable};
-pub use machine::{MachinePlan, Varied, planned_basis};
+pub use machine::{MachinePlan, Varied, planned_basis, planned_engine};
 
 use std::path::{Path, PathBuf};
 

@@ -2,11 +2,13 @@
 
 use std::sync::Arc;
 
-use super::build::build;
+use super::build::{Reader, build, choose};
+use super::engine::EngineChoice;
 use super::layout::{Layout, Origin, Scalar, State};
 use super::load::load;
-use super::model::Machine;
+use super::model::{Engine, Machine};
 use super::paths::PathInfo;
+use super::schema::ENGINE;
 use super::value::{self, ParamValue, ValueError};
 use crate::document::{Collector, Problems};
 
@@ -94,6 +96,19 @@ impl MachineDef {
     /// Every check across keys that the present values break.
     pub fn build(&self) -> Result<Machine, Problems> {
         build(&self.layout, &self.states, Collector::new(&self.layout.file, &self.layout.text))
+    }
+
+    /// The engine of the machine with its present values; `None`: what is wrong with `run.engine` has been reported.
+    #[must_use]
+    pub fn engine(&self) -> Option<EngineChoice> {
+        choose(&Reader::new(&self.layout, &self.states, Collector::new(&self.layout.file, &self.layout.text)))
+    }
+
+    /// Has the machine computed by an engine, as if its file named it.
+    pub fn settle(&mut self, engine: Engine) {
+        if let Some(index) = self.layout.find(ENGINE) {
+            self.states[index] = State { scalar: Scalar::Word(engine.word()), origin: Origin::Default };
+        }
     }
 
     /// A problem that a run finds and no check of the file can: at the place of a parameter, with its present value.

@@ -7,6 +7,7 @@
 
 mod build;
 mod def;
+mod engine;
 mod find;
 mod identity;
 mod layout;
@@ -21,6 +22,7 @@ mod write;
 
 pub use build::{MOST_LOST, Overdrawn, overdrawn};
 pub use def::MachineDef;
+pub use engine::{EngineChoice, EngineReason, NotCovered, decides_engine};
 pub use model::*;
 pub use paths::{PathError, PathInfo, PathKind, is_detection, is_of_the_format, some_of};
 pub use schema::{CONTACT_STEP, END_TIME, ENGINE, Key, Kind, Need, Range, SCHEMA, STEP, STEP_LIMIT, TWIN, When, keys};

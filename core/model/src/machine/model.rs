@@ -21,7 +21,7 @@ pub struct Machine {
 /// Which engine integrates the transient.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Engine {
-    /// Modes of the rotor on its bearings and of the ring (default).
+    /// Modes of the rotor on its bearings and of the ring.
     Reduced,
     /// All finite-element degrees of freedom, as the paper.
     Full,

@@ -3,8 +3,12 @@
 use super::model::{Detection, Engine};
 
 impl Engine {
-    /// The words of all, the default first.
+    /// The words of all.
     pub const WORDS: [&str; 3] = [Self::Reduced.word(), Self::Full.word(), Self::Exponential.word()];
+    /// The word that leaves the choice to what is computed ([`super::EngineChoice`]).
+    pub const AUTO: &str = "auto";
+    /// What a file may say, the default first.
+    pub const CHOICES: [&str; 4] = [Self::AUTO, Self::Reduced.word(), Self::Full.word(), Self::Exponential.word()];
 
     /// The word of it.
     #[must_use]
@@ -53,6 +57,7 @@ mod tests {
         for word in Engine::WORDS {
             assert_eq!(Engine::from_word(word).map(Engine::word), Some(word));
         }
+        assert_eq!((Engine::CHOICES[0], &Engine::CHOICES[1..]), (Engine::AUTO, &Engine::WORDS[..]));
         for word in Detection::WORDS {
             assert_eq!(Detection::from_word(word).map(Detection::word), Some(word));
         }

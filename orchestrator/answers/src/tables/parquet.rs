@@ -2,7 +2,7 @@
 
 use super::TableError;
 use super::grouped::GroupedWriter;
-use super::schema::{Field, FieldKind, SCHEMA_VERSION, TableSchema};
+use super::schema::{ENGINE, Field, FieldKind, SCHEMA_VERSION, TableSchema};
 use super::stream::{Checksum, Out};
 use bladeoff_model::machine::ParamValue;
 use bladeoff_model::outcome::Outcome;
@@ -22,6 +22,8 @@ pub struct Row {
     pub parameters: Vec<Option<ParamValue>>,
     /// Contact detection; `None` without a diaphragm.
     pub detection: Option<String>,
+    /// Engine; `None` of a study of formulas.
+    pub engine: Option<String>,
     /// What came out; one value per outcome field of the schema.
     pub outcome: Outcome,
 }
@@ -76,7 +78,7 @@ fn frame(schema: &TableSchema, rows: &[Row]) -> Result<DataFrame, PolarsError> {
     for (position, field) in schema.parameters().iter().enumerate() {
         columns.push(parameter(field, rows.iter().map(|row| &row.parameters[position])));
     }
-    if schema.has_detection() {
+    if schema.is_of_machine() {
         columns.push(words("detection", rows.iter().map(|row| row.detection.clone())));
     }
     columns.push(words("status", rows.iter().map(|row| Some(row.outcome.status.word().to_owned()))));
@@ -95,6 +97,9 @@ fn frame(schema: &TableSchema, rows: &[Row]) -> Result<DataFrame, PolarsError> {
             ),
             _ => reals(&field.name, values),
         });
+    }
+    if schema.is_of_machine() {
+        columns.push(words(ENGINE, rows.iter().map(|row| row.engine.clone())));
     }
     DataFrame::new(rows.len(), columns)
 }

@@ -1,10 +1,10 @@
 //! The columns of `results.parquet`: one list for the table, the JSON of `simulate` and the documentation.
 //!
 //! ```text
-//! sample | each varied parameter | detection | status cause causes end_cause | outcome columns of core
+//! sample | each varied parameter | detection | status cause causes end_cause | outcome columns of core | engine
 //! ```
 //! The varied detection is the column `detection`, which is there in the table of every study of a machine; it has no second column.
-//! A study of formulas has no such column.
+//! `engine` stands last, where the table of an earlier build ends. A study of formulas has neither of these two.
 
 use bladeoff_model::outcome::{Column, ColumnKind};
 
@@ -55,11 +55,13 @@ pub struct Field {
 pub struct TableSchema {
     fields: Vec<Field>,
     parameters: usize,
-    has_detection: bool,
+    is_of_machine: bool,
 }
 
 /// Name of the column of the contact detection.
 pub const DETECTION: &str = "detection";
+/// Name of the column of the engine.
+pub const ENGINE: &str = "engine";
 const END_CAUSE: &str = "end_cause";
 
 impl TableSchema {
@@ -83,7 +85,7 @@ impl TableSchema {
 
     fn with(parameters: Vec<Field>, verdict: Vec<Field>, outcome: &[Column]) -> Self {
         let count = parameters.len();
-        let has_detection = verdict.iter().any(|field| field.name == DETECTION);
+        let is_of_machine = verdict.iter().any(|field| field.name == DETECTION);
         let mut fields = vec![field("sample", FieldKind::Count, "row number in the study, from 0")];
         fields.extend(parameters);
         fields.extend(verdict);
@@ -97,7 +99,10 @@ impl TableSchema {
                 ColumnKind::Choice(words) => FieldKind::Choice(words),
             },
         }));
-        Self { fields, parameters: count, has_detection }
+        if is_of_machine {
+            fields.push(field(ENGINE, FieldKind::Word, "engine that computed the run: reduced, full or exponential"));
+        }
+        Self { fields, parameters: count, is_of_machine }
     }
 
     /// All fields in order.
@@ -115,13 +120,20 @@ impl TableSchema {
     /// The fields of the numeric outcome.
     #[must_use]
     pub fn outcome(&self) -> &[Field] {
-        &self.fields[1 + self.parameters + verdict_fields().len() - usize::from(!self.has_detection)..]
+        let end = self.fields.len() - usize::from(self.is_of_machine);
+        &self.fields[self.given()..end]
     }
 
-    /// Whether there is a column of the contact detection.
+    /// Number of fields before the numeric outcome.
     #[must_use]
-    pub fn has_detection(&self) -> bool {
-        self.has_detection
+    pub fn given(&self) -> usize {
+        1 + self.parameters + verdict_fields().len() - usize::from(!self.is_of_machine)
+    }
+
+    /// Whether rows are of a machine, with columns of its contact detection and of the engine.
+    #[must_use]
+    pub fn is_of_machine(&self) -> bool {
+        self.is_of_machine
     }
 }
 
@@ -165,7 +177,8 @@ mod tests {
         let schema = TableSchema::new(vec![gap.clone()], &outcome);
         assert_eq!(schema.parameters(), std::slice::from_ref(&gap));
         assert_eq!(schema.outcome()[0].name, "steps");
-        assert_eq!(schema.fields().len(), 1 + 1 + 5 + 1);
+        assert_eq!((schema.fields().len(), schema.outcome().len()), (1 + 1 + 5 + 1 + 1, 1));
+        assert_eq!(schema.fields()[8].name, ENGINE);
         let formulas = TableSchema::of_formulas(vec![gap.clone()], &outcome);
         assert_eq!((formulas.parameters(), formulas.outcome()), (schema.parameters(), schema.outcome()));
         let names: Vec<&str> = formulas.fields().iter().map(|field| field.name.as_str()).collect();

@@ -1,6 +1,7 @@
 //! What is measured on: a folder, and how busy the machine is.
 
 use super::super::error::CliError;
+use bladeoff_answers::report::counted;
 use bladeoff_system::files::FileError;
 use std::fs;
 use std::path::PathBuf;
@@ -21,6 +22,14 @@ impl Drop for Folder {
         // What is left in a temporary folder hurts nobody.
         let _ = fs::remove_dir_all(&self.0);
     }
+}
+
+/// Processor and number of cores.
+pub(super) fn hardware() -> String {
+    let text = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let name = text.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
+    let cores = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get);
+    format!("{}, {}", name.map_or("unknown processor", |(_, name)| name.trim()), counted(cores as u64, "core"))
 }
 
 /// The load of the machine over the last minute, as the system says it.

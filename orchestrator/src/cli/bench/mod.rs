@@ -4,6 +4,7 @@ mod answers;
 mod chaos;
 mod cost;
 mod dispatch;
+mod engines;
 mod figures;
 mod host;
 mod lengths;
@@ -19,6 +20,7 @@ use super::exit::Exit;
   bladeoff bench dispatch
   bladeoff bench dispatch --samples 1000000 --json
   bladeoff bench answers
+  bladeoff bench engines --against ./bladeoff-of-yesterday
   bladeoff bench chaos --seed 1 --minutes 5")]
 pub struct Args {
     #[command(subcommand)]
@@ -29,6 +31,7 @@ pub struct Args {
 enum What {
     Dispatch(dispatch::Args),
     Answers(answers::Args),
+    Engines(engines::Args),
     Chaos(chaos::Args),
     #[command(hide = true)]
     Stage(stages::Args),
@@ -39,6 +42,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     match &args.what {
         What::Dispatch(args) => dispatch::main(args),
         What::Answers(args) => answers::main(args),
+        What::Engines(args) => engines::main(args),
         What::Chaos(args) => chaos::main(args),
         What::Stage(args) => stages::main(args),
     }

@@ -15,6 +15,7 @@ use super::error::ShardError;
 use super::layout::{Chunks, MOST_CHUNKS, MOST_OF_CHUNK, SHARDS};
 use super::publish::put_once;
 use super::shared::Shared;
+use crate::settled::as_planned;
 use crate::version::VERSION;
 use bladeoff_study::{FrozenFiles, Samples, load_frozen};
 use bladeoff_system::files::FileError;
@@ -143,6 +144,7 @@ impl Frozen {
         };
         let mut study = load_frozen(FrozenFiles::of(shared.path()), own_columns).map_err(damaged)?;
         // Without a name of its own it is called as its file was.
+        as_planned(&mut study, shared.path());
         (study.name, study.file) = (self.study(), self.study_file());
         let (scale, limit) = self.part();
         Samples::new(study, scale, limit).map_err(damaged)

@@ -1,13 +1,35 @@
-//! What `run.engine = "exponential"` covers; what it does not is refused here, by name and place.
+//! What the exponential engine covers; what it does not is refused here, by name and place, where that engine is asked for, and decides
+//! where `run.engine = "auto"` asks for none.
 
 use super::path::joined;
 use super::reader::Reader;
 use crate::document::units::format_quantity;
+use crate::machine::engine::{EngineChoice, EngineReason, NotCovered};
 use crate::machine::model::{Detection, Engine};
 use crate::machine::schema::{CONTACT_STEP, END_TIME, ENGINE, STEP};
 
+/// Elements of a ring at most: its tables grow with their square.
+const MOST_RING_ELEMENTS: f64 = 200.0;
+
+/// The engine of a machine, and why; `None`: it is not known what the file wants.
+pub(in crate::machine) fn choose(reader: &Reader<'_>) -> Option<EngineChoice> {
+    let word = reader.word(ENGINE)?;
+    let (engine, reason) = match Engine::from_word(word) {
+        Some(engine) => (engine, EngineReason::Named),
+        // whether it can be is asked by `check`
+        None if reader.number(CONTACT_STEP).is_some() => (Engine::Exponential, EngineReason::ContactStep),
+        None if reader.number(STEP).is_some() => (Engine::Reduced, EngineReason::Step),
+        None => match gaps(reader).into_iter().next() {
+            Some(Gap { not_covered, .. }) => (Engine::Reduced, EngineReason::NotCovered(not_covered)),
+            None => (Engine::Exponential, EngineReason::Covered),
+        },
+    };
+    Some(EngineChoice { engine, reason })
+}
+
 pub(super) fn check(reader: &mut Reader<'_>) {
-    if reader.word(ENGINE).and_then(Engine::from_word) != Some(Engine::Exponential) {
+    let Some(EngineChoice { engine, reason }) = choose(reader) else { return };
+    if engine != Engine::Exponential {
         if reader.number(CONTACT_STEP).is_some() {
             let allowed = "run.step, or run.engine = \"exponential\"";
             reader.fail(CONTACT_STEP, "only the engine \"exponential\" has a contact step", allowed);
@@ -20,41 +42,71 @@ pub(super) fn check(reader: &mut Reader<'_>) {
         let allowed = format!("at most run.end_time = {}", format_quantity(end, "s"));
         reader.fail(CONTACT_STEP, "longer than the whole run", allowed);
     }
+    let (asked, otherwise) = match reason {
+        EngineReason::ContactStep => (", which run.contact_step asks for,", "no run.contact_step"),
+        _ => ("", "run.engine = \"reduced\""),
+    };
     if reader.number(STEP).is_some() {
-        let allowed = "run.contact_step, or run.engine = \"reduced\"";
-        reader.fail(STEP, "the engine \"exponential\" has no equal steps", allowed);
+        let message = format!("the engine \"exponential\"{asked} has no equal steps");
+        let instead = if asked.is_empty() { "run.contact_step" } else { "no run.step" };
+        reader.fail(STEP, message, format!("{instead}, or {otherwise}"));
     }
+    for Gap { not_covered: NotCovered { path, what }, instead } in gaps(reader) {
+        let message = format!("the engine \"exponential\"{asked} does not cover {what}");
+        reader.fail(&path, message, format!("{instead}, or {otherwise}"));
+    }
+}
+
+/// Something that is not covered, and what would be.
+struct Gap {
+    not_covered: NotCovered,
+    instead: &'static str,
+}
+
+/// All that is not covered, in the order in which it is told. Each follows from one value, so that who varies values can ask of each alone.
+fn gaps(reader: &Reader<'_>) -> Vec<Gap> {
+    let mut gaps = Vec::new();
+    let mut gap = |path: &str, what: &str, instead: &'static str| {
+        gaps.push(Gap { not_covered: NotCovered { path: path.to_owned(), what: what.to_owned() }, instead });
+    };
     if reader.number("rotor.initial_speed") == Some(0.0) {
-        refuse(reader, "rotor.initial_speed", "a rotor at rest", "a speed above 0");
+        gap("rotor.initial_speed", "a rotor at rest", "a speed above 0");
     }
     for law in ["acceleration", "times", "speeds"] {
         let path = joined(&["rotor.speed_law.", law]);
         if reader.is_given(&path) {
-            refuse(reader, &path, "a prescribed speed", "none");
+            gap(&path, "a prescribed speed", "none");
         }
     }
     if reader.word("run.force_location") == Some("current") {
-        refuse(reader, "run.force_location", "forces at the place of step n", "next");
+        gap("run.force_location", "forces at the place of step n", "next");
     }
-    let names: Vec<String> = reader.layout.group("diaphragms").iter().map(|member| member.name.clone()).collect();
-    for name in names {
-        let path = |key: &str| joined(&["diaphragms.", &name, ".", key]);
-        let (kind, detection, points) = (path("kind"), path("contact.detection"), path("contact.points"));
-        match reader.word(&kind) {
-            Some("rigid") => refuse(reader, &kind, "a rigid ring", "flexible"),
-            Some("radial-spring") => refuse(reader, &kind, "a radial spring", "flexible"),
-            _ => {}
+    for (number, member) in reader.layout.group("diaphragms").iter().enumerate() {
+        let path = |key: &str| joined(&["diaphragms.", &member.name, key]);
+        if number == 1 {
+            gap(&path(""), "more than one diaphragm", "one");
         }
+        let kind = path(".kind");
+        match reader.word(&kind) {
+            Some("rigid") => gap(&kind, "a rigid ring", "flexible"),
+            Some("radial-spring") => gap(&kind, "a radial spring", "flexible"),
+            _ => {
+                let (elements, blades) = (path(".ring.elements"), path(".blades.count"));
+                if reader.number(&elements).is_some_and(|count| count > MOST_RING_ELEMENTS) {
+                    gap(&elements, "a ring of more than 200 elements", "fewer");
+                }
+                if reader.number(&blades) == Some(0.0) {
+                    gap(&blades, "a ring that nothing holds", "blades");
+                }
+            }
+        }
+        let (detection, points) = (path(".contact.detection"), path(".contact.points"));
         if let Some(word) = reader.word(&detection).filter(|word| *word != Detection::Hyp2.word()) {
-            refuse(reader, &detection, &format!("the detection {word}"), Detection::Hyp2.word());
+            gap(&detection, &format!("the detection {word}"), Detection::Hyp2.word());
         }
         if reader.word(&points) == Some("one") {
-            refuse(reader, &points, "a single contact point", "several");
+            gap(&points, "a single contact point", "several");
         }
     }
-}
-
-fn refuse(reader: &mut Reader<'_>, path: &str, what: &str, instead: &str) {
-    let message = format!("the engine \"exponential\" does not cover {what}");
-    reader.fail(path, message, format!("{instead}, or run.engine = \"reduced\""));
+    gaps
 }

@@ -14,8 +14,9 @@ mod run;
 mod shaft;
 mod support;
 
+pub(super) use covered::choose;
 pub use lost::{MOST_LOST, Overdrawn, overdrawn};
-use reader::Reader;
+pub(super) use reader::Reader;
 
 use super::layout::{Layout, State};
 use super::model::Machine;

@@ -6,14 +6,14 @@ use crate::document::{Collector, Problem};
 use crate::machine::layout::{Layout, Origin, Scalar, State};
 use crate::machine::schema::{Key, Kind, Need, keys};
 
-pub(super) struct Reader<'a> {
+pub(in crate::machine) struct Reader<'a> {
     pub layout: &'a Layout,
     pub problems: Collector<'a>,
     states: &'a [State],
 }
 
 impl<'a> Reader<'a> {
-    pub fn new(layout: &'a Layout, states: &'a [State], problems: Collector<'a>) -> Self {
+    pub(in crate::machine) fn new(layout: &'a Layout, states: &'a [State], problems: Collector<'a>) -> Self {
         Self { layout, problems, states }
     }
 

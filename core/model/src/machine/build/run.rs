@@ -1,9 +1,10 @@
 //! `[run]`, `[braking]` and the prescribed speed.
 
+use super::covered;
 use super::reader::Reader;
 use crate::document::units::format_quantity;
 use crate::machine::model::{Braking, Engine, ForceLocation, Guard, RunSettings, SpeedLaw};
-use crate::machine::schema::{CONTACT_STEP, END_TIME, ENGINE, STEP, STEP_LIMIT, TWIN};
+use crate::machine::schema::{CONTACT_STEP, END_TIME, STEP, STEP_LIMIT, TWIN};
 
 /// Largest energy error of a run that may be believed, where the machine names none: central differences keep the balance, impulses on exact propagation keep it to
 /// second order in the step, at their default step to 2e-6 (docs/theory/08-exponential-engine.md).
@@ -28,7 +29,7 @@ pub(super) fn run(reader: &mut Reader<'_>) -> Option<RunSettings> {
         reader.fail("run.end_speed", "the run would end where it starts", allowed);
     }
     twin(reader);
-    let engine = Engine::from_word(reader.word(ENGINE)?)?;
+    let engine = covered::choose(reader)?.engine;
     let balance = if engine == Engine::Exponential { BALANCE_OF_EXPONENTIAL } else { BALANCE };
     Some(RunSettings {
         end_time: end_time?,

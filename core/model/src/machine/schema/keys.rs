@@ -56,13 +56,14 @@ pub(super) const KEYS: &[Key] = &[
         "the run ends at the step nearest to this time"),
     key("run.end_speed", Kind::Number("rad/s"), Need::Number(0.0), Range::NOT_NEGATIVE, When::Always,
         "the run ends once the mean spin falls to this speed"),
-    key(ENGINE, Kind::Choice(&Engine::WORDS), Need::Word(Engine::Reduced.word()), Range::ANY, When::Always,
+    key(ENGINE, Kind::Choice(&Engine::CHOICES), Need::Word(Engine::AUTO), Range::ANY, When::Always,
         "central differences over modes of rotor and ring or over all finite-element degrees of freedom, or exact propagation of the modes \
-         with contact by impulses (much faster; `hyp2` at several points of a flexible ring only)"),
+         with contact by impulses (much faster; `hyp2` at several points of a flexible ring only); `auto`: `exponential` where it covers \
+         the machine, in a study all samples, otherwise `reduced`"),
     key(STEP, Kind::Number("s"), Need::Optional("chosen from the highest frequency of the model"), Range::POSITIVE, When::Always,
-        "time step of `reduced` and `full`"),
+        "time step of `reduced` and `full`; `auto` is `reduced` then"),
     key(CONTACT_STEP, Kind::Number("s"), Need::Optional("chosen from the ring's frequencies and the initial speed"), Range::POSITIVE, When::Always,
-        "step of the engine `exponential` where something may touch; in flight it takes up to 16 of them at once"),
+        "step of the engine `exponential`, which `auto` has to be then, where something may touch; in flight it takes up to 16 of them at once"),
     key("run.force_location", Kind::Choice(&["next", "current"]), Need::Word("next"), Range::ANY, When::Always,
         "contact force of step n acts at the contact place of step n+1 (as the paper) or n"),
     key("run.rotor_modes", Kind::Count, Need::Optional("chosen by the engine: 24, more where bearings are stiff"), MODES_FROM_2, When::Always,

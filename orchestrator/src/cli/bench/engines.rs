@@ -1,0 +1,300 @@
+//! `bladeoff bench engines`: what a transient costs on the engine `reduced`, here or in another program, and on `exponential`.
+
+use super::super::error::CliError;
+use super::super::exit::Exit;
+use super::super::output::{print, remark};
+use super::host::{Folder, hardware, load};
+use crate::engine;
+use crate::run::timestamp;
+use bladeoff_answers::report::{Align, TextTable};
+use bladeoff_core::structure::Structure;
+use bladeoff_model::machine::{END_TIME, Engine, Machine, MachineDef, ParamValue};
+use bladeoff_model::outcome::Outcome;
+use bladeoff_system::files::FileError;
+use bladeoff_worker::process::thread_cpu_time;
+use serde_json::{Value, json};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant, SystemTime};
+
+/// What a transient costs on the engines "reduced" and "exponential", side by side
+///
+/// Nominal turbine to 6 s, lab rig, and 6 s of free flight of the turbine without its diaphragm, all with hyp2 at several points; alternately on both
+/// engines. CPU time, since other work on the machine lengthens the rest; but that, too, is longer on a busy one: take figures of a quiet machine, and
+/// ratios of a busy one with care. A run of a study shares matrices, modes and bases with others, so they are told apart: "set-up". With --against the runs of
+/// "reduced" are those of another bladeoff program, without the CPU time of its start.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Another bladeoff program, which computes the runs of "reduced" by its command `simulate`
+    #[arg(long, value_name = "BINARY")]
+    against: Option<PathBuf>,
+
+    /// Runs of "reduced" of each transient; of "exponential" there are five times as many
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=100))]
+    repeats: u32,
+
+    /// Begin no further run after so many minutes; each transient has one of each engine in any case
+    #[arg(long, value_name = "MINUTES", default_value_t = 10.0, value_parser = minutes)]
+    minutes: f64,
+
+    /// Take this part of each transient only, from its beginning, where nothing may touch
+    #[arg(long, value_name = "F", default_value_t = 1.0, value_parser = part)]
+    part: f64,
+
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+fn minutes(text: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|minutes| (0.0..=1440.0).contains(minutes)).ok_or_else(|| "must be 0 to 1440".to_owned())
+}
+
+fn part(text: &str) -> Result<f64, String> {
+    let part = text.parse().ok().filter(|part| *part > 0.0 && *part <= 1.0);
+    part.ok_or_else(|| "must be above 0 and at most 1".to_owned())
+}
+
+/// Runs of the fast engine for each of the other.
+const MORE: u32 = 5;
+/// A run that is over at once: what is left of its CPU time is the start of a program \[s\].
+const AT_ONCE: f64 = 1e-4;
+
+const TURBINE: &str = include_str!("../../../../studies/machines/lp_turbine.toml");
+const RIG: &str = include_str!("../../../../studies/machines/lab_rig.toml");
+
+/// A transient: its name, its machine, whether something touches.
+struct Case {
+    name: &'static str,
+    text: &'static str,
+    touches: bool,
+}
+
+fn cases() -> [Case; 3] {
+    // the tables of its diaphragm stand last
+    let flight = TURBINE.split_once("[diaphragms").map_or(TURBINE, |(before, _)| before);
+    [
+        Case { name: "turbine to 6 s", text: TURBINE, touches: true },
+        Case { name: "lab rig", text: RIG, touches: true },
+        Case { name: "6 s of free flight", text: flight, touches: false },
+    ]
+}
+
+/// CPU times of one transient \[s\].
+struct Measured {
+    name: &'static str,
+    /// Of each run of `reduced`, and of each of `exponential`.
+    reduced: Vec<f64>,
+    exponential: Vec<f64>,
+    /// Matrices, modes and bases, once for all runs of `exponential`.
+    set_up: f64,
+    first_contact: Option<f64>,
+}
+
+/// Runs the subcommand.
+pub fn main(args: &Args) -> Result<Exit, CliError> {
+    let deadline = Instant::now() + Duration::from_secs_f64(60.0 * args.minutes);
+    let begun = (timestamp(SystemTime::now()), load());
+    let folder = Folder::new()?;
+    let mut all = Vec::new();
+    for case in cases() {
+        remark(&format!("{} ...", case.name));
+        all.push(measure(&case, args, &folder.0, deadline)?);
+    }
+    let (date, before) = begun;
+    let after = load();
+    if args.json {
+        let cases: Vec<Value> = all.iter().map(figures).collect();
+        let against = args.against.as_ref().map(|path| path.to_string_lossy().into_owned());
+        let text = json!({
+            "date": date, "hardware": hardware(), "load_before": before, "load_after": after, "against": against,
+            "part": args.part, "cases": cases,
+        });
+        print(&format!("{text}\n"))?;
+        return Ok(Exit::Ok);
+    }
+    let of = match &args.against {
+        Some(path) => format!("reduced: {}", bladeoff_system::shown(path)),
+        None => "reduced: this program".to_owned(),
+    };
+    let part = if args.part < 1.0 { format!("; the first {} of each", args.part) } else { String::new() };
+    print(&format!("{date}, {}, load before and after: {before}, {after}\n{of}{part}\n\n{}", hardware(), text(&all)))?;
+    Ok(Exit::Ok)
+}
+
+fn measure(case: &Case, args: &Args, folder: &Path, deadline: Instant) -> Result<Measured, CliError> {
+    let machine = |engine| machine(case, engine, args.part);
+    let (fast, slow) = (machine(Engine::Exponential)?, machine(Engine::Reduced)?);
+    let before = thread_cpu_time();
+    let structure = engine::build(&fast)?;
+    engine::try_start(&fast, &structure)?;
+    // the bases of the speeds that it comes to, too
+    let first = engine::simulate(&fast, &structure)?;
+    let with_bases = (thread_cpu_time() - before).as_secs_f64();
+    let first_contact = contact_of(&fast, &first);
+    let expected = case.touches && args.part >= 1.0;
+    if first_contact.is_some() != expected && (expected || !case.touches) {
+        let source = std::io::Error::other(format!("{}: contact is not as it should be", case.name));
+        return Err(FileError::at("measure", folder)(source).into());
+    }
+    let program = args.against.as_deref().map(|binary| Program::new(binary, case, &slow, folder)).transpose()?;
+    let own = if program.is_none() { Some(engine::build(&slow)?) } else { None };
+    let mut measured =
+        Measured { name: case.name, reduced: Vec::new(), exponential: Vec::new(), set_up: 0.0, first_contact };
+    for repeat in 0..args.repeats {
+        if repeat > 0 && Instant::now() >= deadline {
+            break;
+        }
+        measured.reduced.push(match (&program, &own) {
+            (Some(program), _) => program.run()?,
+            (None, Some(structure)) => run(&slow, structure)?,
+            (None, None) => break,
+        });
+        for _ in 0..MORE {
+            measured.exponential.push(run(&fast, &structure)?);
+        }
+    }
+    measured.set_up = (with_bases - least(&measured.exponential)).max(0.0);
+    Ok(measured)
+}
+
+fn machine(case: &Case, engine: Engine, part: f64) -> Result<Machine, CliError> {
+    let mut definition = MachineDef::parse(case.name, case.text)?;
+    definition.settle(engine);
+    if let Ok(info) = definition.resolve(END_TIME)
+        && let Some(ParamValue::Number(end)) = info.value
+    {
+        definition.set(&info, &ParamValue::Number(part * end)).expect("a time that is shorter");
+    }
+    Ok(definition.build()?)
+}
+
+/// CPU time of one run \[s\].
+fn run(machine: &Machine, structure: &Structure) -> Result<f64, CliError> {
+    let before = thread_cpu_time();
+    engine::simulate(machine, structure)?;
+    Ok((thread_cpu_time() - before).as_secs_f64())
+}
+
+fn contact_of(machine: &Machine, outcome: &Outcome) -> Option<f64> {
+    let place = engine::columns(machine).iter().position(|column| column.name == "first_contact_s")?;
+    outcome.values.get(place).copied().flatten()
+}
+
+/// Another program with a transient.
+struct Program<'a> {
+    binary: &'a Path,
+    machine: PathBuf,
+    end: f64,
+    /// CPU time of its start, modes included \[s\].
+    start: f64,
+}
+
+impl<'a> Program<'a> {
+    fn new(binary: &'a Path, case: &Case, machine: &Machine, folder: &Path) -> Result<Self, CliError> {
+        let path = folder.join(format!("{}.toml", case.name.replace(' ', "-")));
+        fs::write(&path, case.text).map_err(FileError::at("write", &path))?;
+        let mut program = Self { binary, machine: path, end: machine.run.end_time, start: 0.0 };
+        program.start = program.cpu(AT_ONCE)?;
+        Ok(program)
+    }
+
+    fn run(&self) -> Result<f64, CliError> {
+        Ok((self.cpu(self.end)? - self.start).max(0.0))
+    }
+
+    /// CPU time of a run up to this time \[s\].
+    fn cpu(&self, end: f64) -> Result<f64, CliError> {
+        let failed = |source| FileError::at("run", self.binary)(source);
+        let before = of_children().map_err(failed)?;
+        let mut command = Command::new(self.binary);
+        command.arg("simulate").arg(&self.machine).args(["--engine", "reduced", "--json"]);
+        command.args(["--set", &format!("{END_TIME}={end:?}")]);
+        let output = command.stdin(Stdio::null()).output().map_err(failed)?;
+        if !output.status.success() {
+            let said = String::from_utf8_lossy(&output.stderr).trim().to_owned();
+            return Err(failed(std::io::Error::other(format!("{}: {said}", output.status))).into());
+        }
+        Ok(of_children().map_err(failed)? - before)
+    }
+}
+
+/// Unit of CPU times in /proc, 100 to the second in every Linux that this runs on.
+const TICKS: f64 = 100.0;
+
+/// CPU time of all children that have ended and were waited for \[s\].
+fn of_children() -> std::io::Result<f64> {
+    let text = fs::read_to_string("/proc/self/stat")?;
+    // behind the name, which may hold anything: state is field 3, cutime and cstime are 16 and 17
+    let fields: Vec<&str> = text.rsplit_once(')').map_or("", |(_, rest)| rest).split_whitespace().collect();
+    let ticks = |field: usize| fields.get(field - 3).and_then(|text| text.parse::<f64>().ok());
+    match (ticks(16), ticks(17)) {
+        (Some(user), Some(system)) => Ok((user + system) / TICKS),
+        _ => Err(std::io::Error::other("/proc/self/stat has no CPU time of children")),
+    }
+}
+
+fn least(times: &[f64]) -> f64 {
+    times.iter().copied().fold(f64::INFINITY, f64::min)
+}
+
+fn median(times: &[f64]) -> f64 {
+    let mut sorted = times.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let (low, high) = (sorted.len().saturating_sub(1) / 2, sorted.len() / 2);
+    sorted.get(low).zip(sorted.get(high)).map_or(f64::NAN, |(low, high)| 0.5 * (low + high))
+}
+
+fn text(all: &[Measured]) -> String {
+    let mut table = TextTable::new(&[
+        ("CPU time [s]", Align::Left),
+        ("reduced: least", Align::Right),
+        ("median", Align::Right),
+        ("runs", Align::Right),
+        ("exponential: least", Align::Right),
+        ("median", Align::Right),
+        ("runs", Align::Right),
+        ("set-up", Align::Right),
+        ("ratio: least", Align::Right),
+        ("median", Align::Right),
+    ]);
+    for one in all {
+        let seconds = |value: f64| if value < 1.0 { format!("{value:.4}") } else { format!("{value:.2}") };
+        let mut cells = vec![one.name.to_owned()];
+        for times in [&one.reduced, &one.exponential] {
+            cells.extend([seconds(least(times)), seconds(median(times)), times.len().to_string()]);
+        }
+        cells.push(seconds(one.set_up));
+        cells.extend([least, median].map(|of| format!("{:.1}", of(&one.reduced) / of(&one.exponential))));
+        table.row(cells);
+    }
+    table.render("")
+}
+
+fn figures(one: &Measured) -> Value {
+    let of = |times: &[f64]| json!({ "least_s": least(times), "median_s": median(times), "runs": times });
+    let ratio = |of: fn(&[f64]) -> f64| of(&one.reduced) / of(&one.exponential);
+    json!({
+        "name": one.name, "reduced": of(&one.reduced), "exponential": of(&one.exponential), "set_up_s": one.set_up,
+        "first_contact_s": one.first_contact, "ratio_least": ratio(least), "ratio_median": ratio(median),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[expect(clippy::float_cmp, reason = "sums of few bits")]
+    fn medians_are_the_middle_and_cases_are_what_their_names_say() {
+        assert_eq!((median(&[3.0, 1.0, 2.0]), median(&[4.0, 1.0, 2.0, 3.0]), least(&[2.0, 1.0])), (2.0, 2.5, 1.0));
+        assert!(median(&[]).is_nan());
+        for case in cases() {
+            let machine = machine(&case, Engine::Exponential, 0.5).expect("a machine");
+            assert_eq!(machine.diaphragms.is_empty(), !case.touches, "{}", case.name);
+            assert_eq!(machine.run.end_time, if case.text == RIG { 0.3 } else { 3.0 });
+        }
+        assert!(of_children().expect("the kernel says it") >= 0.0);
+    }
+}

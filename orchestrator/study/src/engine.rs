@@ -1,0 +1,109 @@
+//! Which engine computes a study: `run.engine = "auto"` is answered once for all of its samples, whatever part of them is computed. Each thing that
+//! the exponential engine does not cover follows from one value, so that every value along every axis is asked of, not every combination.
+
+use super::axis::Axis;
+use super::drawn::Drawn;
+use super::parameter::{Origin, Parameter};
+use bladeoff_model::document::Collector;
+use bladeoff_model::machine::{
+    CONTACT_STEP, ENGINE, Engine, EngineChoice, EngineReason, MachineDef, ParamValue, PathInfo, STEP, decides_engine,
+};
+
+/// The engine of all samples, which `machine` has from now on; `None`: each has its own, `run.engine` varies.
+pub(super) fn settle(machine: &mut MachineDef, axes: &[Axis], drawn: &Drawn) -> Option<EngineChoice> {
+    if drawn.parameters.iter().any(|parameter| parameter.info.path == ENGINE) {
+        return None;
+    }
+    let choice = choose(machine, axes, drawn)?;
+    if choice.is_auto() {
+        machine.settle(choice.engine);
+    }
+    Some(choice)
+}
+
+fn choose(machine: &MachineDef, axes: &[Axis], drawn: &Drawn) -> Option<EngineChoice> {
+    let first = machine.engine()?;
+    if !first.is_auto() {
+        return Some(first);
+    }
+    let varies = |path: &str| drawn.parameters.iter().any(|parameter| parameter.info.path == path);
+    if varies(CONTACT_STEP) {
+        return Some(EngineChoice { engine: Engine::Exponential, reason: EngineReason::ContactStep });
+    }
+    if varies(STEP) {
+        return Some(EngineChoice { engine: Engine::Reduced, reason: EngineReason::Step });
+    }
+    let lists: Vec<Vec<Along<'_>>> =
+        axes.iter().map(along).chain(drawn.parameters.iter().map(|one| of_law(one, drawn))).collect();
+    // what stands in the file is no value of a sample where it varies
+    let mut begun = machine.clone();
+    lists.iter().filter_map(|list| list.first()).for_each(|values| set(&mut begun, values));
+    let mut choices =
+        std::iter::once(begun.clone()).chain(lists.iter().flat_map(|list| list.iter().skip(1)).map(|values| {
+            let mut one = begun.clone();
+            set(&mut one, values);
+            one
+        }));
+    choices.find_map(|one| one.engine().filter(|choice| choice.engine == Engine::Reduced)).or_else(|| begun.engine())
+}
+
+/// Values that samples have at once.
+type Along<'a> = Vec<(&'a PathInfo, ParamValue)>;
+
+/// Those along an axis that may decide, each once where they are words.
+fn along(axis: &Axis) -> Vec<Along<'_>> {
+    let deciding: Vec<_> = axis.varied.iter().filter(|varied| decides_engine(&varied.info.path)).collect();
+    if deciding.is_empty() {
+        return Vec::new();
+    }
+    let mut all: Vec<Along<'_>> = Vec::new();
+    for position in 0..axis.length {
+        let values: Along<'_> = deciding.iter().map(|varied| (&varied.info, varied.values.at(position))).collect();
+        // of millions of points most are as the one before
+        if all.last() != Some(&values) {
+            all.push(values);
+        }
+    }
+    all
+}
+
+/// The words of a law, or its ends: what is not covered begins or ends at a number.
+fn of_law<'a>(parameter: &'a Parameter, drawn: &Drawn) -> Vec<Along<'a>> {
+    let Origin::Uncertain(law) = parameter.origin else { return Vec::new() };
+    let Some(law) = drawn.drawing.laws().get(law).filter(|_| decides_engine(&parameter.info.path)) else {
+        return Vec::new();
+    };
+    let values: Vec<ParamValue> = match law.words() {
+        Some(words) => words.iter().cloned().map(ParamValue::Choice).collect(),
+        None => law.ends().into_iter().map(ParamValue::Number).collect(),
+    };
+    values.into_iter().map(|value| vec![(&parameter.info, value)]).collect()
+}
+
+/// What the machine refuses is told of elsewhere.
+fn set(machine: &mut MachineDef, values: &Along<'_>) {
+    for (info, value) in values {
+        let _ = machine.set(info, value);
+    }
+}
+
+/// Refuses `auto` among values of `run.engine`: it is one engine for all samples.
+pub(super) fn refuse_auto(axes: &[Axis], drawn: &Drawn, problems: &mut Collector<'_>) {
+    let is_auto = |value: &ParamValue| *value == ParamValue::Choice(Engine::AUTO.to_owned());
+    for parameter in drawn.parameters.iter().filter(|parameter| parameter.info.path == ENGINE) {
+        let has = match parameter.origin {
+            Origin::Varied(axis, member) => {
+                let (length, values) = (axes[axis].length, &axes[axis].varied[member].values);
+                (0..length).any(|position| is_auto(&values.at(position)))
+            }
+            Origin::Uncertain(law) => {
+                drawn.drawing.laws()[law].words().is_some_and(|words| words.iter().any(|word| word == Engine::AUTO))
+            }
+            Origin::Derived(_) => false,
+        };
+        if has {
+            let message = "\"auto\" is one engine for all samples of a study, and none of several";
+            problems.add(parameter.place.clone(), parameter.key(), message).allowed = Some(Engine::WORDS.join(", "));
+        }
+    }
+}

@@ -1,0 +1,263 @@
+//! `run.engine = "auto"`: one engine for all samples of a study, the exponential one where it covers every sample; `check` says which and why.
+
+mod support;
+
+use std::fs;
+use support::{Folder, json, say, table};
+
+/// The rig with 13 g lost and a narrow gap, which touches after 19 ms, up to 30 ms; its file names no engine.
+const STUDY: &str = r#"schema = 1
+name = "auto"
+machine = "machines/auto.toml"
+
+[set]
+"run.end_time" = "30 ms"
+"blade_off.mass" = "13 g"
+
+[[vary]]
+path = "contact.gap"
+values = ["0.4 mm", "0.45 mm"]
+
+[[vary]]
+path = "contact.friction"
+values = [0.1, 0.2]
+"#;
+
+/// What makes a study one of `reduced`.
+const DETECTIONS: &str = "\n[[vary]]\npath = \"contact.detection\"\nvalues = [\"hyp2\", \"hyp1\"]\n";
+
+fn folder() -> Folder {
+    let folder = Folder::new();
+    let rig = fs::read_to_string(folder.path("machines/rig.toml")).expect("the rig");
+    let auto = rig.replace("engine = \"reduced\"\n", "");
+    assert_ne!(auto, rig);
+    folder.write("machines/auto.toml", &auto);
+    folder
+}
+
+/// Cells of a column of a result directory.
+fn cells(directory: &str, column: &str) -> Vec<String> {
+    let (header, rows) = table(directory);
+    let place = header.iter().position(|name| name == column).unwrap_or_else(|| panic!("no column {column}"));
+    rows.into_iter().map(|mut row| row.swap_remove(place)).collect()
+}
+
+fn run(study: &str, out: &str, more: &[&str]) -> support::Said {
+    let said = say(&[&["run", study, "--out", out], more].concat());
+    assert_eq!(said.code, 0, "{}", said.err);
+    said
+}
+
+/// What is checked is on one line.
+fn engine_of(study: &str) -> String {
+    let said = say(&["check", study]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    let lines: Vec<&str> = said.out.lines().filter(|line| line.starts_with("Engine: ")).collect();
+    assert_eq!(lines.len(), 1, "{}", said.out);
+    lines[0].to_owned()
+}
+
+#[test]
+fn a_study_that_is_covered_is_exponential_with_the_same_bytes_whoever_computes_it() {
+    let folder = folder();
+    let study = folder.write("s.toml", STUDY);
+    assert_eq!(engine_of(&study), "Engine: exponential (run.engine = \"auto\": it covers every sample)");
+    let (one, two) = (folder.name("one"), folder.name("two"));
+    run(&study, &one, &["--workers", "1"]);
+    run(&study, &two, &["--workers", "2"]);
+    assert_eq!(cells(&one, "engine"), ["exponential"; 4]);
+    assert!(cells(&one, "first_contact_s").iter().all(|time| !time.is_empty()), "contact happened");
+    assert_eq!(table(&one).0.last().expect("columns"), "engine", "behind all others");
+    let bytes = |out: &str| fs::read(format!("{out}/results.parquet")).expect("the table");
+    assert!(bytes(&one) == bytes(&two), "the same bytes");
+    // each row is that of the engine that a study names
+    let named = folder.write("named.toml", &STUDY.replace("[set]", "[set]\n\"run.engine\" = \"exponential\""));
+    let third = folder.name("third");
+    run(&named, &third, &[]);
+    assert_eq!(table(&one).1, table(&third).1);
+    for sample in ["0", "3"] {
+        let replay = say(&["replay", &one, "--sample", sample]);
+        assert_eq!(replay.code, 0, "{}", replay.err);
+        assert!(replay.out.contains("equal to the row in all"), "{}", replay.out);
+    }
+    // and not that of the other
+    let other = folder.write("other.toml", &STUDY.replace("[set]", "[set]\n\"run.engine\" = \"reduced\""));
+    let fourth = folder.name("fourth");
+    run(&other, &fourth, &[]);
+    assert_eq!(cells(&fourth, "engine"), ["reduced"; 4]);
+    assert_ne!(cells(&one, "max_bearing_load_N"), cells(&fourth, "max_bearing_load_N"));
+}
+
+#[test]
+fn a_study_of_several_detections_is_reduced_whatever_part_of_it_is_computed() {
+    let folder = folder();
+    let study = folder.write("s.toml", &format!("{STUDY}{DETECTIONS}"));
+    let why = "Engine: reduced (run.engine = \"auto\": \"exponential\" does not cover the detection hyp1 \
+               (diaphragms.seal.contact.detection))";
+    assert_eq!(engine_of(&study), why);
+    // the first sample alone has hyp2
+    let said = say(&["check", &study, "--limit", "1"]);
+    assert!(said.out.contains(why), "{}", said.out);
+    let (whole, part) = (folder.name("whole"), folder.name("part"));
+    run(&study, &whole, &[]);
+    run(&study, &part, &["--limit", "2"]);
+    assert_eq!(
+        (cells(&whole, "engine"), cells(&part, "engine")),
+        (vec!["reduced".into(); 8], vec!["reduced".into(); 2])
+    );
+    assert!(cells(&whole, "first_contact_s").iter().all(|time| !time.is_empty()), "contact happened");
+    let replay = say(&["replay", &whole, "--sample", "0"]);
+    assert!(replay.out.contains("equal to the row in all"), "{}", replay.out);
+}
+
+#[test]
+fn a_study_goes_on_with_its_engine_and_is_refused_with_another() {
+    let folder = folder();
+    let out = folder.name("out");
+    let study = folder.write("s.toml", STUDY);
+    run(&study, &out, &["--limit", "2"]);
+    // grown along what it had
+    let grown = folder.write("s.toml", &STUDY.replace("[0.1, 0.2]", "[0.1, 0.2, 0.3]"));
+    let said = run(&grown, &out, &[]);
+    assert!(said.err.contains("2 of 6 samples are there already"), "{}", said.err);
+    assert_eq!(cells(&out, "engine"), ["exponential"; 6]);
+    let whole = fs::read(folder.path("out/results.parquet")).expect("the table");
+    let fresh = folder.name("fresh");
+    run(&grown, &fresh, &[]);
+    assert!(fs::read(folder.path("fresh/results.parquet")).expect("the table") == whole);
+    // grown by what the engine does not cover
+    let mixed = folder.write("s.toml", &format!("{STUDY}{DETECTIONS}"));
+    let said = say(&["run", &mixed, "--out", &out]);
+    assert_eq!(said.code, 3, "{}", said.err);
+    assert!(said.err.contains("run.engine: exponential -> reduced"), "{}", said.err);
+    assert!(fs::read(folder.path("out/results.parquet")).expect("the table") == whole, "nothing is touched");
+    // one whose plan names no engine, as in directories of earlier builds, goes on with what it was then
+    let (before, rig) = (folder.name("before"), folder.path("machines/rig.toml"));
+    let unnamed = fs::read_to_string(folder.path("machines/auto.toml")).expect("the machine");
+    let study = folder.write("s.toml", STUDY);
+    folder.write("machines/auto.toml", &fs::read_to_string(rig).expect("the rig"));
+    run(&study, &before, &["--limit", "2"]);
+    let plan = fs::read_to_string(folder.path("before/plan.json")).expect("the plan");
+    assert!(!plan.contains("\"run.engine\""), "{plan}");
+    folder.write("machines/auto.toml", &unnamed);
+    assert!(engine_of(&study).contains("exponential"));
+    let said = run(&study, &before, &[]);
+    assert!(said.err.contains("was begun with the engine \"reduced\" and goes on with it"), "{}", said.err);
+    assert!(said.err.contains("2 of 4 samples are there already"), "{}", said.err);
+    assert_eq!(cells(&before, "engine"), ["reduced"; 4]);
+    let replay = say(&["replay", &before, "--sample", "3"]);
+    assert!(replay.out.contains("equal to the row in all"), "{}", replay.out);
+}
+
+/// Each thing that is not covered, alone; and what asks for an engine by its own key.
+#[test]
+fn check_names_the_first_thing_that_is_not_covered() {
+    let folder = folder();
+    let with = |set: &str| folder.write("s.toml", &STUDY.replace("[set]", &format!("[set]\n{set}")));
+    for (set, what) in [
+        ("\"contact.detection\" = \"hyp1\"", "does not cover the detection hyp1 (diaphragms.seal.contact.detection)"),
+        ("\"contact.points\" = \"one\"", "does not cover a single contact point (diaphragms.seal.contact.points)"),
+        ("\"seal.kind\" = \"rigid\"", "does not cover a rigid ring (diaphragms.seal.kind)"),
+        ("\"run.force_location\" = \"current\"", "does not cover forces at the place of step n (run.force_location)"),
+        ("\"run.step\" = \"3 us\"", "run.step is given, which \"exponential\" has not"),
+    ] {
+        let said = say(&["check", &with(set)]);
+        assert_eq!(said.code, 0, "{set}: {}", said.err);
+        let told = format!("Engine: reduced (run.engine = \"auto\": \"exponential\" {what})")
+            .replace("\"exponential\" run.step", "run.step");
+        assert!(said.out.contains(&told), "{set}: {}", said.out);
+    }
+    let wanted = "\"run.contact_step\" = \"1.5 us\"";
+    let alone = engine_of(&with(wanted));
+    assert_eq!(alone, "Engine: exponential (run.engine = \"auto\": run.contact_step is given, which it alone has)");
+    for (set, path) in [
+        ("\"contact.points\" = \"one\"", "diaphragms.seal.contact.points"),
+        ("\"seal.kind\" = \"rigid\"", "diaphragms.seal.kind"),
+        ("\"run.step\" = \"1 us\"", "run.step"),
+    ] {
+        let said = say(&["check", &with(&format!("{wanted}\n{set}"))]);
+        assert_eq!(said.code, 3, "{set}: {}", said.out);
+        assert!(said.err.contains(path) && said.err.contains("the engine \"exponential\""), "{}", said.err);
+    }
+    // where the detections vary, too
+    let mixed = STUDY.replace("[set]", &format!("[set]\n{wanted}")) + DETECTIONS;
+    let mixed = folder.write("s.toml", &mixed);
+    let said = say(&["check", &mixed]);
+    assert_eq!(said.code, 3, "{}", said.out);
+    assert!(said.err.contains("does not cover the detection hyp1"), "{}", said.err);
+    // one engine for all is not one of several
+    let several = format!("{STUDY}\n[[vary]]\npath = \"run.engine\"\nvalues = [\"reduced\", \"auto\"]\n");
+    let said = say(&["check", &folder.write("s.toml", &several)]);
+    assert_eq!(said.code, 3, "{}", said.out);
+    assert!(said.err.contains("one engine for all samples"), "{}", said.err);
+}
+
+#[test]
+fn a_machine_alone_is_computed_by_what_covers_it() {
+    let folder = folder();
+    let machine = folder.name("machines/auto.toml");
+    let check = say(&["check", &machine]);
+    assert_eq!(check.code, 0, "{}", check.err);
+    assert!(check.out.contains("Engine: exponential (run.engine = \"auto\": it covers the machine)"), "{}", check.out);
+    let touching =
+        ["--set", "run.end_time=30 ms", "--set", "blade_off.mass=13 g", "--set", "contact.gap=0.4 mm", "--json"];
+    let of = |more: &[&str]| {
+        let said = say(&[&["simulate", &machine], &touching[..], more].concat());
+        assert_eq!(said.code, 0, "{}", said.err);
+        json(&said.out)
+    };
+    for (more, engine) in [
+        (&[][..], "exponential"),
+        (&["--engine", "auto"], "exponential"),
+        (&["--engine", "full"], "full"),
+        (&["--detection", "hyp1"], "reduced"),
+        (&["--step", "3 us"], "reduced"),
+        (&["--set", "run.contact_step=1.5 us"], "exponential"),
+    ] {
+        let row = of(more);
+        assert_eq!(row["engine"], engine, "{more:?}");
+        assert!(row["first_contact_s"].is_number(), "{more:?}: contact happened");
+    }
+    assert_eq!(of(&[]), of(&["--engine", "exponential"]));
+    let wanted = ["simulate", &machine, "--set", "run.contact_step=1.5 us", "--detection", "hyp1"];
+    let said = say(&wanted);
+    assert_eq!(said.code, 3, "{}", said.out);
+    let why = "the engine \"exponential\", which run.contact_step asks for, does not cover the detection hyp1";
+    assert!(said.err.contains(why), "{}", said.err);
+    let said = say(&["simulate", &machine, "--set", "run.end_time=5 ms", "--set", "seal.kind=rigid"]);
+    assert!(
+        said.out.contains("reduced (run.engine = \"auto\": \"exponential\" does not cover a rigid ring"),
+        "{}",
+        said.out
+    );
+}
+
+/// The bench in a short form, here and against this very binary as another program.
+#[test]
+fn the_bench_of_engines_tells_both_and_their_ratios() {
+    let short = ["bench", "engines", "--repeats", "1", "--part", "0.01"];
+    let said = say(&short);
+    assert_eq!(said.code, 0, "{}", said.err);
+    let lines: Vec<&str> = said.out.lines().collect();
+    assert!(lines[0].contains("load before and after") && lines[0].contains("core"), "{}", said.out);
+    for name in ["turbine to 6 s", "lab rig", "6 s of free flight"] {
+        let line = lines.iter().find(|line| line.starts_with(name)).unwrap_or_else(|| panic!("{name}: {}", said.out));
+        let ratios: Vec<f64> =
+            line.split_whitespace().rev().take(2).map(|word| word.parse().expect("a ratio")).collect();
+        assert!(ratios.iter().all(|ratio| *ratio > 0.0 && ratio.is_finite()), "{line}");
+    }
+    let against = [&short[..], &["--against", env!("CARGO_BIN_EXE_bladeoff"), "--json"]].concat();
+    let said = say(&against);
+    assert_eq!(said.code, 0, "{}", said.err);
+    let found = json(&said.out);
+    let cases = found["cases"].as_array().expect("a list");
+    assert_eq!(cases.len(), 3);
+    for case in cases {
+        assert_eq!(case["exponential"]["runs"].as_array().map(Vec::len), Some(5), "{case}");
+        assert_eq!(case["reduced"]["runs"].as_array().map(Vec::len), Some(1), "{case}");
+        assert!(case["exponential"]["least_s"].as_f64().is_some_and(|time| time > 0.0), "{case}");
+    }
+    let gone = say(&["bench", "engines", "--repeats", "1", "--part", "0.01", "--against", "/nowhere/bladeoff"]);
+    assert_eq!(gone.code, 6, "{}", gone.err);
+    assert!(gone.err.contains("/nowhere/bladeoff"), "{}", gone.err);
+}
