@@ -200,13 +200,7 @@ fn is_open(seen: Seen) -> bool {
 
 impl Series {
     /// Estimate, the same with bad runs harmful, limits; `None`: too few samples are near.
-    fn figures(
-        &self,
-        here: (f64, f64),
-        found: Smooth,
-        (z, largest): (f64, f64),
-        is_plain_share: bool,
-    ) -> Option<Figures> {
+    fn figures(&self, here: (f64, f64), found: Smooth, z: f64, is_plain_share: bool) -> Option<Figures> {
         let most = if is_plain_share { 1.0 } else { f64::INFINITY };
         let harmful = match &self.harmful {
             Some(harmful) => harmful.at(here)?.value.min(most),
