@@ -191,7 +191,7 @@ impl Rub {
     }
 
     /// A place in the machine's axes, from the ring's centre.
-    pub fn from_centre(&self, place: [f64; 2]) -> [f64; 2] {
+    pub fn off_centre(&self, place: [f64; 2]) -> [f64; 2] {
         [place[0] - self.offset[0], place[1] - self.offset[1]]
     }
 
@@ -202,7 +202,7 @@ impl Rub {
 
     /// The rotor's centre from the ring's, in the stator's axes.
     pub fn place(&self, place: [f64; 2]) -> [f64; 2] {
-        self.inwards(self.from_centre(place))
+        self.inwards(self.off_centre(place))
     }
 
     /// Takes the ring over a step of `h = 2^level` contact steps in which nothing touches.

@@ -116,7 +116,7 @@ impl Transient {
             let size = length(*load);
             *watched = Watched { constant: flight.constant_load(bearing), size, largest: watched.largest.max(size) };
         }
-        let place = contact.as_ref().map(|contact| contact.rub.from_centre(flight.place(0)));
+        let place = contact.as_ref().map(|contact| contact.rub.off_centre(flight.place(0)));
         if let (Some(x), Some(watched)) = (place, watched.last_mut()) {
             (watched.size, watched.largest) = (length(x), watched.largest.max(length(x)));
         }
