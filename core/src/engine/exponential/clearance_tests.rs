@@ -1,9 +1,10 @@
 //! The clearance bound of a flight against brute force: no candidate of a ringing ring is reached by a rotor that was struck and twisted, in any of the steps that
 //! the room lets it fly.
 
+use super::bound::length;
+use super::candidates::candidates;
 use super::flight::Flight;
 use super::grid::LEVELS;
-use super::rub::candidates;
 use super::settings::FlightSettings;
 use super::spin::Spin;
 use super::transient::Transient;
@@ -43,6 +44,8 @@ fn no_flight_reaches_a_ringing_ring() {
         let ring = candidates(diaphragm, &structure, 0, h).expect("has candidates");
         let row = Spin::row_of(&structure, diaphragm.contact.node);
         let begun = transient.flight.clone();
+        let lengths: [f64; LEVELS + 1] = std::array::from_fn(|level| begun.step_of(level));
+        let mut parts = Vec::new();
         let mut random = Stream(7);
         let (mut flown, mut refused, mut least) = ([0_u32; LEVELS + 1], 0, f64::INFINITY);
         for round in 0..600 {
@@ -60,16 +63,19 @@ fn no_flight_reaches_a_ringing_ring() {
                 let j = (random.next() * modes.place.len() as f64) as usize;
                 modes.place[j] = random.sign() / ring.reach(unit(j, modes.place.len()));
             }
-            let place = transient.flight.place(0);
-            let free = contact.rub.room(place);
+            let x = contact.rub.off_centre(transient.flight.place(0));
             let reach = ring.reach(contact.rub.ring.amplitudes());
-            let clear = free + reach;
-            let wanted = clear - 20.0 * h * transient.flight.fastest(h) * random.next();
+            let clear = contact.rub.room() + reach - length(x);
+            let velocity = transient.flight.see_rates();
+            let longest = lengths[LEVELS];
+            let way = longest * length(velocity) + transient.flight.leaves(longest, &mut parts);
+            let wanted = clear - 1.5 * way * random.next();
             contact.rub.ring.modes.place.iter_mut().for_each(|q| *q *= wanted.max(0.0) / reach);
             // as `Transient::level` does, whatever peaks ask for
-            let room = contact.rub.room(place);
-            let fastest = transient.flight.fastest(transient.flight.step_of(LEVELS));
-            let Some(level) = (0..=LEVELS).rev().find(|&level| room > transient.flight.step_of(level) * fastest) else {
+            let room = contact.rub.room();
+            let Some(level) =
+                transient.flight.stays(&lengths, [x, velocity], room, LEVELS).filter(|_| length(x) < room)
+            else {
                 refused += 1;
                 continue;
             };
