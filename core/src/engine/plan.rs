@@ -20,8 +20,8 @@ const PARTS: f64 = 1000.0;
 const SPRING_PARTS: f64 = 4.0 * PARTS;
 
 /// Fraction of `2/omega_max` of the ring's modes that is the contact step when the machine names none: on machines drawn at random the beginnings of rubs are
-/// then as near to the reduced engine at an eighth of its default step as that engine is at its default step (`core/tests/exponential_random.rs`); three quarters
-/// do for the means of both shipped machines, and are off half as much again there.
+/// then off by 0.9 to 1.4 times what the reduced engine is off by at its default step (`core/tests/exponential_random.rs`); three quarters
+/// do for the means of both shipped machines, and are off by 1.4 to 2.7 times as much there.
 const CONTACT_FRACTION: f64 = 0.5;
 /// A contact step divides the same period into at least so many parts: a flight of sixteen is then half a radian.
 const PARTS_LEAST: f64 = 200.0;
