@@ -67,11 +67,16 @@ surface = "mean-line"
 #[test]
 fn the_turbine_loads_with_the_values_of_its_file() {
     let machine = build(&shipped("lp_turbine"));
-    assert_eq!((machine.name.as_str(), machine.run.end_time, machine.run.engine), ("lp_turbine", 6.0, Engine::Reduced));
+    assert_eq!(
+        (machine.name.as_str(), machine.run.end_time, machine.run.engine),
+        ("lp_turbine", 6.0, Engine::Exponential)
+    );
     assert_eq!(
         (machine.run.guard.normal_work, machine.run.guard.energy_balance, machine.run.guard.penetration),
-        (0.01, 1e-6, 0.02)
+        (0.01, 1e-5, 0.02)
     );
+    let reduced = build(&shipped("lp_turbine").replacen("\n[run]", "\n[run]\nengine = \"reduced\" #", 1));
+    assert_eq!((reduced.run.engine, reduced.run.guard.energy_balance), (Engine::Reduced, 1e-6));
     assert_eq!((machine.run.step, machine.run.rotor_modes, machine.run.end_speed), (None, None, 0.0));
     assert_eq!(machine.rotor.initial_speed, 50.0 * PI);
     let RotorKind::Shaft(shaft) = &machine.rotor.kind else { panic!() };
@@ -400,8 +405,35 @@ fn identity_ignores_how_a_file_is_written() {
 /// Result directories are kept under it: where it changes, every study is computed again. It may change with a key of the format.
 #[test]
 fn an_identity_stays_what_it_was() {
-    assert_eq!(parse(POINT_MASS).identity(), 0xb4f3fdfd_c3dc4d0d_5f0d337a_fef51fcd);
-    assert_eq!(parse(&shipped("lab_rig")).identity(), 0x71492c1f_480e34b5_716ada8e_3677760d);
+    // the reduced engine was the default, and a study that takes it says so
+    let reduced = |text: &str| {
+        let mut def = parse(text);
+        let engine = def.resolve("run.engine").unwrap();
+        let word = def.parse_value(&engine, "reduced").unwrap();
+        def.set(&engine, &word).unwrap();
+        def.identity()
+    };
+    assert_eq!(reduced(POINT_MASS), 0xb4f3fdfd_c3dc4d0d_5f0d337a_fef51fcd);
+    assert_eq!(reduced(&shipped("lab_rig")), 0x71492c1f_480e34b5_716ada8e_3677760d);
+}
+
+/// The guard's default is the engine's: what was the default of all engines is that of the reduced one, and is not that of the exponential one.
+#[test]
+fn a_guard_counts_by_what_it_is_with_its_engine() {
+    for (engine, is_default) in [("reduced", true), ("exponential", false)] {
+        let mut def = parse(&shipped("lab_rig"));
+        let mut set = |path: &str, text: &str| {
+            let path = def.resolve(path).unwrap();
+            let value = def.parse_value(&path, text).unwrap();
+            let exchanged = def.identity().wrapping_add(def.identity_change(&path, &value).unwrap());
+            def.set(&path, &value).unwrap();
+            assert_eq!(exchanged, def.identity(), "{engine}, {text}");
+            def.identity()
+        };
+        let default = set("run.engine", engine);
+        assert_eq!(set("run.guard.energy_balance", "1e-6") == default, is_default, "{engine}");
+        assert_ne!(set("run.guard.energy_balance", "1e-5"), default, "{engine}");
+    }
 }
 
 #[test]

@@ -8,19 +8,26 @@
 //! not count; the order of bearings and sections does, because columns and sums follow it. A default and the same value
 //! written out in a table that is there anyway are equal. Texts (`disc` of an unbalance) count where the file has them.
 //!
+//! The default of `run.guard.energy_balance` is the engine's: left out it counts as the 1e-6 that was the default of all engines, and as something of its own with
+//! the exponential engine (`of_guard`), whose results count by its revision, too.
+//!
 //! A key that came later than results that are kept counts where a machine has it (`LATER`), so that those without it are what they were.
 //!
 //! `run.step_limit` does not count: it is a budget. Runs of one identity are step for step the same up to the smaller of
 //! their limits, so who keeps outcomes by identity has to ask how many steps each needed ([`MachineDef::step_limit`]).
 
 use super::def::MachineDef;
-use super::layout::{Layout, Scalar};
+use super::layout::{Layout, Scalar, Slot, State};
 use super::paths::PathInfo;
-use super::schema::{CONTACT_STEP, SCHEMA, STEP_LIMIT};
+use super::schema::{CONTACT_STEP, ENGINE, SCHEMA, STEP_LIMIT};
 use super::value::{self, ParamValue, ValueError};
 
 /// Keys that a machine of an earlier build has not.
 const LATER: [&str; 1] = [CONTACT_STEP];
+/// Of the exponential engine: counted up where its results change.
+const REVISION: u8 = 2;
+/// The guard whose default is the engine's, and what it was with every engine.
+const BALANCE: (&str, f64) = ("run.guard.energy_balance", 1e-6);
 
 impl MachineDef {
     /// Largest number of steps of a run; `None`: no limit.
@@ -39,7 +46,13 @@ impl MachineDef {
     #[must_use]
     pub fn identity(&self) -> u128 {
         let slots = self.layout.slots.iter().zip(&self.states);
-        slots.fold(layout_part(&self.layout), |sum, (slot, state)| sum.wrapping_add(part(&slot.path, &state.scalar)))
+        let sum = |sum: u128, (slot, state): (&Slot, &State)| sum.wrapping_add(part(&slot.path, &state.scalar));
+        slots.fold(layout_part(&self.layout), sum).wrapping_add(of_guard(self.present(ENGINE), self.present(BALANCE.0)))
+    }
+
+    /// The present value of a key; `None`: the machine has no such key.
+    fn present(&self, path: &str) -> Option<&Scalar> {
+        Some(&self.states[self.layout.find(path)?].scalar)
     }
 
     /// What is to be added (wrapping) to [`MachineDef::identity`] when a parameter gets a value instead of its present one.
@@ -50,7 +63,15 @@ impl MachineDef {
         let index = self.index(path)?;
         let slot = &self.layout.slots[index];
         let new = value::check(slot, value)?;
-        Ok(part(&slot.path, &new).wrapping_sub(part(&slot.path, &self.states[index].scalar)))
+        let old = &self.states[index].scalar;
+        let (engine, guard) = (self.present(ENGINE), self.present(BALANCE.0));
+        let guarded = match &*slot.path {
+            ENGINE => of_guard(Some(&new), guard),
+            path if path == BALANCE.0 => of_guard(engine, Some(&new)),
+            _ => of_guard(engine, guard),
+        };
+        let change = part(&slot.path, &new).wrapping_sub(part(&slot.path, old));
+        Ok(change.wrapping_add(guarded).wrapping_sub(of_guard(engine, guard)))
     }
 }
 
@@ -76,6 +97,20 @@ fn layout_part(layout: &Layout) -> u128 {
     cut(&hasher.finalize())
 }
 
+fn is_exponential(path: &str, word: &str) -> bool {
+    path == ENGINE && word == "exponential"
+}
+
+/// What the exponential engine's own default of the guard adds.
+fn of_guard(engine: Option<&Scalar>, guard: Option<&Scalar>) -> u128 {
+    match (engine, guard) {
+        (Some(Scalar::Word(word)), Some(Scalar::Absent)) if is_exponential(ENGINE, word) => {
+            cut(&blake3::hash(b"the default of run.guard.energy_balance is that of the exponential engine"))
+        }
+        _ => 0,
+    }
+}
+
 fn part(path: &str, scalar: &Scalar) -> u128 {
     if LATER.contains(&path) && matches!(scalar, Scalar::Absent) {
         return 0;
@@ -84,6 +119,10 @@ fn part(path: &str, scalar: &Scalar) -> u128 {
     hasher.update(path.as_bytes());
     let scalar = if path == STEP_LIMIT { &Scalar::Absent } else { scalar };
     match scalar {
+        Scalar::Absent if path == BALANCE.0 => hasher.update(&[0, 1]).update(&BALANCE.1.to_bits().to_le_bytes()),
+        Scalar::Word(word) if is_exponential(path, word) => {
+            hasher.update(&[0, 2]).update(word.as_bytes()).update(&[REVISION])
+        }
         Scalar::Absent | Scalar::Bad => hasher.update(&[0, 0]),
         Scalar::Number(number) => hasher.update(&[0, 1]).update(&number.to_bits().to_le_bytes()),
         Scalar::Word(word) => hasher.update(&[0, 2]).update(word.as_bytes()),
