@@ -139,10 +139,10 @@ fn steps(text: &str) -> [f64; 2] {
 
 /// The runs of a machine up to 15 ms after first contact.
 struct Runs {
-    /// Exponential at half of its default step and an eighth of it, reduced at a quarter of its own.
+    /// Exponential at three eighths of its default step and a sixteenth of it, reduced at an eighth of its own.
     compared: [Row; 3],
-    /// Exponential and reduced at their default steps, reduced at an eighth of its own.
-    default: [Row; 3],
+    /// Exponential and reduced at their default steps.
+    default: [Row; 2],
 }
 
 /// In a gap that a free run of the rotor crosses. `None` without contact.
@@ -160,23 +160,24 @@ fn runs(text: &str, share: f64) -> Option<Runs> {
     };
     Some(Runs {
         compared: [
-            of(Engine::Exponential, 0.5 * contact_step),
-            of(Engine::Exponential, 0.125 * contact_step),
-            of(Engine::Reduced, 0.25 * step),
+            of(Engine::Exponential, 0.375 * contact_step),
+            of(Engine::Exponential, 0.0625 * contact_step),
+            of(Engine::Reduced, 0.125 * step),
         ],
-        default: [of(Engine::Exponential, contact_step), of(Engine::Reduced, step), of(Engine::Reduced, 0.125 * step)],
+        default: [of(Engine::Exponential, contact_step), of(Engine::Reduced, step)],
     })
 }
 
-/// Columns, with relative limits at half the default step and at an eighth of it. Single beginnings of light rubs on many points, and a force that still grows when the window ends:
-/// what each engine's own step changes in them is as much (docs/theory/08-exponential-engine.md).
+/// Columns, with relative limits at three eighths of the default step and at a sixteenth of it. Single beginnings of light rubs on many points, and a force that still grows when the window ends:
+/// what each engine's own step changes in them is as much (docs/theory/08-exponential-engine.md). At the small step what is left is the reference's own error (of first order, so an
+/// eighth of up to 3.6e-2 and 3.8e-3 of eccentricity) and 384 candidates on a ring of 24 elements (some 4e-3 of a load).
 const LIMITS: [(&str, [f64; 2]); 6] = [
     ("end_speed_rad_s", [1e-4, 1e-4]),
-    ("max_bearing_load_N", [2e-2, 7e-3]),
+    ("max_bearing_load_N", [2e-2, 1e-2]),
     ("contact_impulse_Ns", [1e-2, 5e-3]),
     ("friction_energy_J", [1e-2, 5e-3]),
     ("max_filtered_contact_force_N", [1e-1, 1e-2]),
-    ("max_eccentricity_m", [1e-2, 1e-3]),
+    ("max_eccentricity_m", [1e-2, 2e-3]),
 ];
 
 #[test]
@@ -184,7 +185,7 @@ fn random_machines_rub_as_in_the_reduced_engine() {
     let mut random = Stream(2026);
     let (mut touched, mut unbalanced) = (0, 0);
     let mut wrong = Vec::new();
-    let mut at_default = [[0.0; LIMITS.len()]; 3];
+    let mut at_default = [[0.0; LIMITS.len()]; 2];
     for case in 0..10 {
         let kind = KINDS[case % KINDS.len()];
         let text = drawn(&mut random, kind);
@@ -194,10 +195,9 @@ fn random_machines_rub_as_in_the_reduced_engine() {
             continue;
         };
         touched += 1;
-        let [.., limit] = &default;
         for (row, sums) in default.iter().zip(&mut at_default) {
             for ((name, _), sum) in LIMITS.iter().zip(sums) {
-                *sum += (row.value(name) / limit.value(name) - 1.0).abs();
+                *sum += (row.value(name) / reference.value(name) - 1.0).abs();
             }
         }
         let (first, steps) = (reference.value("first_contact_s"), reference.value("step_s") + coarse.value("step_s"));
@@ -238,11 +238,11 @@ fn random_machines_rub_as_in_the_reduced_engine() {
     }
     assert!(touched >= 8, "contact happened in {touched} of 10");
     // the default contact step is chosen by this: 0.9 to 1.4 times the errors of the reduced engine, at half as large a step again 1.4 to 2.7 times
-    let [exponential, reduced, _] = at_default;
+    let [exponential, reduced] = at_default;
     println!("sums at the default steps: {exponential:?}, reduced {reduced:?}");
     for (((name, _), sum), of_reduced) in LIMITS.iter().zip(exponential).zip(reduced) {
         assert!(sum > 0.0 && sum < 1.5 * of_reduced, "{name} at the default steps: {sum:e}, reduced {of_reduced:e}");
     }
-    assert!(unbalanced <= 1, "at half the default step the energy is off in {unbalanced} of 10");
+    assert!(unbalanced <= 1, "at three eighths of the default step the energy is off in {unbalanced} of 10");
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
