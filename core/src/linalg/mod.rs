@@ -4,6 +4,7 @@
 //! matrices picks kernels by CPU). faer is named only in `eigen`, whose results are frozen in the basis.
 
 mod eigen;
+pub mod lanes;
 mod sparse;
 
 pub use eigen::{EigenError, complex_eigen, symmetric_generalised};
@@ -64,9 +65,7 @@ pub fn column_of(a: &Matrix, j: usize) -> &[f64] {
 
 /// y += a x.
 pub fn axpy(a: f64, x: &[f64], y: &mut [f64]) {
-    for (yi, xi) in y.iter_mut().zip(x) {
-        *yi += a * xi;
-    }
+    lanes::add_scaled(a, x, y);
 }
 
 /// Dot product in four interleaved partial sums: a fixed order that vectorises on every x86-64.

@@ -8,13 +8,14 @@
 
 use super::ExponentialError;
 use super::bound::length;
+use crate::linalg::lanes::{LANES, Lane};
 use crate::linalg::{axpy, column_of};
 use crate::stator::Surface;
 use crate::structure::{RingPart, Structure};
 use bladeoff_model::machine::{ContactSurface, Diaphragm};
 
 /// Candidates of a block: their number is a multiple of it.
-pub(super) const BLOCK: usize = 4;
+pub(super) const BLOCK: usize = LANES;
 
 /// Candidates of a ring, at least. Places that press beside the nearest one are candidates, two spacings from it or more: with 192 of them the turbine's 1 ms force is
 /// 0.3 % off.
@@ -28,18 +29,19 @@ pub(super) struct Candidates {
     pub spacing: f64,
     /// sin and cos of their angles.
     pub angles: Vec<(f64, f64)>,
-    /// V and U of the four candidates of each block, mode by mode; and V of the first candidates of four blocks.
-    radial: Vec<f64>,
-    tangential: Vec<f64>,
-    firsts: Vec<f64>,
-    /// V and then U of each candidate.
+    /// cos and sin of those of each block.
+    pub directions: Vec<[[f64; BLOCK]; 2]>,
+    /// V and U of the candidates of each block, mode by mode.
+    radial: Vec<Lane>,
+    tangential: Vec<Lane>,
+    /// V and then U of each candidate, zeros behind the last mode.
     rows: Vec<f64>,
     modes: usize,
-    /// Largest displacement of any candidate per amplitude, for each mode; its radial part; and the most that its radial part is from the straight line
-    /// between the ends of a block.
+    /// Entries of a row: the modes, and zeros up to a multiple of eight.
+    width: usize,
+    /// Largest displacement of any candidate per amplitude, for each mode, and its radial part.
     reach: Vec<f64>,
     pub radial_reach: Vec<f64>,
-    pub bend: Vec<f64>,
     /// Displacements per impulse of the modes left out between two candidates: radial and tangential, by rows; empty where none are.
     left_out: Vec<[f64; 4]>,
     /// The most that a unit impulse displaces any candidate along its radius in them.
@@ -47,32 +49,26 @@ pub(super) struct Candidates {
 }
 
 impl Candidates {
-    /// So many of each element, a multiple of [`BLOCK`]; the modes left out follow impulses over `h` \[s\].
+    /// So many of each element, a multiple of [`BLOCK`] of all; the modes left out follow impulses over `h` \[s\].
     pub fn new(part: &RingPart, surface: &Surface, per_element: usize, h: f64) -> Self {
         let places: Vec<(usize, f64)> = (0..surface.nodes * per_element)
             .map(|c| (c / per_element, ((c % per_element) as f64 + 0.5) / per_element as f64))
             .collect();
         let modes = part.part.coordinates.size();
-        let count = places.len();
-        let mut shapes = vec![0.0; 2 * count * modes];
-        for (&(element, xi), rows) in places.iter().zip(shapes.chunks_exact_mut(2 * modes)) {
-            let (v, u) = rows.split_at_mut(modes);
+        let (count, width) = (places.len(), modes.next_multiple_of(LANES));
+        let mut shapes = vec![0.0; 2 * count * width];
+        for (&(element, xi), rows) in places.iter().zip(shapes.chunks_exact_mut(2 * width)) {
+            let (v, u) = rows.split_at_mut(width);
             for (dof, radial, tangential) in surface.shapes(element, xi) {
-                part.part.coordinates.add_row(dof, radial, v);
-                part.part.coordinates.add_row(dof, tangential, u);
+                part.part.coordinates.add_row(dof, radial, &mut v[..modes]);
+                part.part.coordinates.add_row(dof, tangential, &mut u[..modes]);
             }
         }
-        let at = |c: usize, j: usize| [shapes[2 * c * modes + j], shapes[(2 * c + 1) * modes + j]];
+        let at = |c: usize, j: usize| [shapes[2 * c * width + j], shapes[(2 * c + 1) * width + j]];
         let most = |of: &dyn Fn(usize, usize) -> f64| -> Vec<f64> {
-            (0..modes).map(|j| (0..count).map(|c| of(c, j)).fold(0.0, f64::max)).collect()
-        };
-        let bend = |c: usize, j: usize| {
-            let (first, share) = (c - c % BLOCK, (c % BLOCK) as f64 / BLOCK as f64);
-            let ends = [at(first, j)[0], at((first + BLOCK) % count, j)[0]];
-            (at(c, j)[0] - ends[0] * (1.0 - share) - ends[1] * share).abs()
+            (0..width).map(|j| (0..count).map(|c| of(c, j)).fold(0.0, f64::max)).collect()
         };
         let (reach, radial_reach) = (most(&|c, j| length(at(c, j))), most(&|c, j| at(c, j)[0].abs()));
-        let bend = most(&bend);
         let left_out = part.residual.as_ref().map(|flexibility| {
             // each candidate loads a few freedoms
             let shapes: Vec<[(usize, f64, f64); 8]> =
@@ -99,19 +95,28 @@ impl Candidates {
             blocks
         });
         let left_out = left_out.unwrap_or_default();
+        let by_blocks = |part: usize| -> Vec<Lane> {
+            let entries = (0..count / BLOCK).flat_map(|block| (0..modes).map(move |j| (block, j)));
+            entries.map(|(block, j)| Lane(std::array::from_fn(|k| at(block * BLOCK + k, j)[part]))).collect()
+        };
+        let angles: Vec<(f64, f64)> =
+            places.iter().map(|&(element, xi)| libm::sincos(surface.angle(element, xi))).collect();
         Self {
             most_left_out: left_out.iter().map(|[a, b, ..]: &[f64; 4]| length([*a, *b])).fold(0.0, f64::max),
             spacing: 2.0 * std::f64::consts::PI / count as f64,
-            angles: places.iter().map(|&(element, xi)| libm::sincos(surface.angle(element, xi))).collect(),
+            directions: angles
+                .chunks_exact(BLOCK)
+                .map(|block| [std::array::from_fn(|k| block[k].1), std::array::from_fn(|k| block[k].0)])
+                .collect(),
+            angles,
             left_out,
-            radial: by_fours(modes, count, |c, j| at(c, j)[0]),
-            tangential: by_fours(modes, count, |c, j| at(c, j)[1]),
-            firsts: by_fours(modes, count / BLOCK, |b, j| at(b * BLOCK, j)[0]),
+            radial: by_blocks(0),
+            tangential: by_blocks(1),
             rows: shapes,
             modes,
+            width,
             reach,
             radial_reach,
-            bend,
         }
     }
 
@@ -125,42 +130,19 @@ impl Candidates {
         self.reach.iter().zip(amplitudes).map(|(reach, amplitude)| reach * amplitude).sum()
     }
 
-    /// V of the four candidates of a block, mode by mode.
-    pub fn radials(&self, block: usize, q: &[f64]) -> [f64; BLOCK] {
-        of_four(&self.radial, block, q)
+    /// V of the candidates of a block, column by column.
+    pub fn radial(&self, block: usize) -> &[Lane] {
+        &self.radial[block * self.modes..(block + 1) * self.modes]
     }
 
-    /// Radial displacements of the first candidates of four blocks, from the `four`-th four on.
-    pub fn radials_of_firsts(&self, four: usize, q: &[f64]) -> [f64; BLOCK] {
-        of_four(&self.firsts, four, q)
-    }
-
-    /// U of the four candidates of a block, mode by mode.
-    pub fn tangentials(&self, block: usize, q: &[f64]) -> [f64; BLOCK] {
-        of_four(&self.tangential, block, q)
+    /// The same of U.
+    pub fn tangential(&self, block: usize) -> &[Lane] {
+        &self.tangential[block * self.modes..(block + 1) * self.modes]
     }
 
     /// V and U of a candidate.
-    fn of(&self, c: usize) -> (&[f64], &[f64]) {
-        self.rows[2 * c * self.modes..2 * (c + 1) * self.modes].split_at(self.modes)
-    }
-
-    /// Rows of the place `share` of a spacing beyond a candidate, along two directions of its polar axes: by the parabola through the candidate and those beside it.
-    pub fn rows_at(&self, c: usize, share: f64, directions: [[f64; 2]; 2], rows: [&mut [f64]; 2]) {
-        let (weights, beside) = (parabola(share), self.beside(c));
-        let ([normal, tangent], [[np, nq], [tp, tq]]) = (rows, directions);
-        let three = [self.of(beside[0]), self.of(c), self.of(beside[1])];
-        let [a, b, c] = weights;
-        let modes = self.modes;
-        // slices of one length: no checks inside the loop
-        let [va, vb, vc] = three.map(|(v, _)| &v[..modes]);
-        let [ua, ub, uc] = three.map(|(_, u)| &u[..modes]);
-        let (normal, tangent) = (&mut normal[..modes], &mut tangent[..modes]);
-        for j in 0..modes {
-            let (v, u) = (a * va[j] + b * vb[j] + c * vc[j], a * ua[j] + b * ub[j] + c * uc[j]);
-            normal[j] = np * v + nq * u;
-            tangent[j] = tp * v + tq * u;
-        }
+    pub fn of(&self, c: usize) -> (&[f64], &[f64]) {
+        self.rows[2 * c * self.width..2 * (c + 1) * self.width].split_at(self.width)
     }
 
     /// The candidates beside one.
@@ -193,7 +175,10 @@ pub(super) fn candidates(
     if surface.nodes > ELEMENTS {
         return Err(ExponentialError::NotCovered { what: "a ring of more than 200 elements" });
     }
-    let per_element = CANDIDATES.div_ceil(surface.nodes).next_multiple_of(BLOCK);
+    let mut per_element = CANDIDATES.div_ceil(surface.nodes);
+    while !(per_element * surface.nodes).is_multiple_of(BLOCK) {
+        per_element += 1;
+    }
     Ok(Candidates::new(part, &surface, per_element, h))
 }
 
@@ -211,27 +196,6 @@ pub(super) fn modes(part: &RingPart) -> Vec<(f64, f64)> {
 pub(super) fn beside(one: usize, other: usize, count: usize) -> bool {
     let apart = one.abs_diff(other);
     apart <= 1 || apart + 1 == count
-}
-
-/// Entries of so many places, those of four beside each other: four sums at a time in one order. Past the last place they are zero.
-fn by_fours(modes: usize, count: usize, entry: impl Fn(usize, usize) -> f64) -> Vec<f64> {
-    let fours = count.div_ceil(BLOCK);
-    let of = |place: usize| {
-        let (four, j, k) = (place / (modes * BLOCK), place / BLOCK % modes, place % BLOCK);
-        if BLOCK * four + k < count { entry(BLOCK * four + k, j) } else { 0.0 }
-    };
-    (0..fours * modes * BLOCK).map(of).collect()
-}
-
-fn of_four(entries: &[f64], four: usize, q: &[f64]) -> [f64; BLOCK] {
-    let (rows, _) = entries[four * q.len() * BLOCK..(four + 1) * q.len() * BLOCK].as_chunks::<BLOCK>();
-    let mut sums = [0.0; BLOCK];
-    for (row, q) in rows.iter().zip(q) {
-        for k in 0..BLOCK {
-            sums[k] += row[k] * q;
-        }
-    }
-    sums
 }
 
 /// Weights of three values at -1, 0 and 1 for the value of their parabola.

@@ -2,12 +2,13 @@
 //! the room lets it fly.
 
 use super::bound::length;
-use super::candidates::candidates;
+use super::candidates::{BLOCK, candidates};
 use super::flight::Flight;
 use super::grid::LEVELS;
 use super::settings::FlightSettings;
 use super::spin::Spin;
 use super::transient::Transient;
+use crate::linalg::lanes::rows_times;
 use crate::structure::Structure;
 use bladeoff_model::machine::MachineDef;
 
@@ -56,11 +57,12 @@ fn no_flight_reaches_a_ringing_ring() {
             strike(&mut transient.flight, hit, torque * random.sign(), &row);
             // a few modes ring, in any phase, so far that the room left is what a long step needs or less
             let contact = transient.contact.as_mut().expect("a diaphragm");
+            let count = contact.rub.ring.place().len();
             let modes = &mut contact.rub.ring.modes;
             modes.place.fill(0.0);
             modes.rate.fill(0.0);
             for _ in 0..=round % 3 {
-                let j = (random.next() * modes.place.len() as f64) as usize;
+                let j = (random.next() * count as f64) as usize;
                 modes.place[j] = random.sign() / ring.reach(unit(j, modes.place.len()));
             }
             let x = contact.rub.off_centre(transient.flight.place(0));
@@ -87,10 +89,10 @@ fn no_flight_reaches_a_ringing_ring() {
                 flight.advance(0).expect("goes on");
                 ringing.fly(&step);
                 let x = rub.place(flight.place(0));
-                for block in 0..ring.count() / 4 {
-                    let moved = ring.radials(block, &ringing.modes.place);
+                for block in 0..ring.count() / BLOCK {
+                    let moved = rows_times(ring.radial(block), ringing.place());
                     for (k, v) in moved.into_iter().enumerate() {
-                        let (sin, cos) = ring.angles[4 * block + k];
+                        let (sin, cos) = ring.angles[BLOCK * block + k];
                         let clearance = diaphragm.contact.gap + v - (x[0] * cos + x[1] * sin);
                         assert!(clearance > 0.0, "{name}, round {round}, level {level}: {clearance}");
                         least = least.min(clearance / diaphragm.contact.gap);

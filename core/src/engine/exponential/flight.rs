@@ -31,6 +31,8 @@ pub struct Flight {
     /// Whirl states, and room for the next.
     y: Vec<f64>,
     scratch: Vec<f64>,
+    /// Outputs of y.
+    seen: Vec<f64>,
     spin: Spin,
     step: f64,
     /// Time in steps.
@@ -77,6 +79,7 @@ impl Flight {
         let velocities = vec![[0.0; 2]; spin.arms.len()];
         let mut flight = Self {
             scratch: vec![0.0; y.len()],
+            seen: Vec::new(),
             forces: Vec::with_capacity(velocities.len()),
             sizes: Vec::with_capacity(velocities.len()),
             room: Vec::new(),
@@ -91,6 +94,7 @@ impl Flight {
             spin: spin.clone(),
             shared,
         };
+        flight.see();
         flight.see_velocities();
         flight.gyroscopic.1 = flight.cell.gyroscopic_momentum(&flight.y);
         spin.begin(&flight.velocities, flight.gyroscopic.1);
@@ -125,6 +129,7 @@ impl Flight {
             None => self.cell.propagator(level, self.step),
         };
         propagator.advance(&self.forces, &mut self.y);
+        self.see();
         Ok(())
     }
 
@@ -144,11 +149,16 @@ impl Flight {
         if grid.leaps(&self.cell, self.spin.speed) {
             return Err(ExponentialError::NoBasis { speed: self.spin.speed });
         }
+        let mut crossed = false;
         while grid.has_left(&self.cell, self.spin.speed) {
             let up = self.spin.speed > self.cell.local.speed;
             let next = grid.cell(if up { self.cell.index + 1 } else { self.cell.index - 1 })?;
             grid.cross(&self.cell, &next, &mut self.y, &mut self.scratch);
             self.cell = next;
+            crossed = true;
+        }
+        if crossed {
+            self.see();
         }
         Ok(())
     }
@@ -181,7 +191,7 @@ impl Flight {
     pub fn load(&self, bearing: usize) -> [f64; 2] {
         let first = self.shared.grid.model.outputs.load(bearing);
         let direct = &self.shared.direct[bearing];
-        let mut load = [0, 1].map(|i| dot(&self.cell.local.rows[first + i], &self.y) + direct.constant[i]);
+        let mut load = [0, 1].map(|i| self.seen[first + i] + direct.constant[i]);
         for (s, at_once) in direct.of_force.iter().enumerate() {
             let force = self.spin.force_now(s);
             load[0] += at_once[0] * force.re + at_once[1] * force.im;
@@ -200,14 +210,14 @@ impl Flight {
     #[must_use]
     pub fn contact(&self, diaphragm: usize) -> [[f64; 2]; 2] {
         let first = self.shared.grid.model.outputs.contact(diaphragm);
-        let at = |i: usize| dot(&self.cell.local.rows[first + i], &self.y);
-        [[at(0), at(1)], [at(2), at(3)]]
+        let at = &self.seen[first..first + 4];
+        [[at[0], at[1]], [at[2], at[3]]]
     }
 
     /// Displacement of the rotor at a diaphragm's contact \[m\].
     pub(super) fn place(&self, diaphragm: usize) -> [f64; 2] {
         let first = self.shared.grid.model.outputs.contact(diaphragm);
-        [0, 1].map(|i| dot(&self.cell.local.rows[first + i], &self.y))
+        [self.seen[first], self.seen[first + 1]]
     }
 
     /// Time in contact steps.
@@ -328,6 +338,9 @@ impl Flight {
             for (part, state) in impulse.into_iter().zip(&kick.states) {
                 crate::linalg::axpy(part, state, &mut self.y);
             }
+            for (part, outputs) in impulse.into_iter().zip(&kick.outputs) {
+                crate::linalg::axpy(part, outputs, &mut self.seen);
+            }
         }
         self.spin.strike(&self.levels[0], torque, twist_row);
     }
@@ -349,8 +362,12 @@ impl Flight {
 
     fn see_velocities(&mut self) {
         for (s, velocity) in self.velocities.iter_mut().enumerate() {
-            *velocity = [0, 1].map(|i| dot(&self.cell.local.rows[2 * s + i], &self.y));
+            *velocity = [self.seen[2 * s], self.seen[2 * s + 1]];
         }
+    }
+
+    fn see(&mut self) {
+        self.cell.local.outputs.times(&self.y, &mut self.seen);
     }
 }
 

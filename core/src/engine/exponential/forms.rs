@@ -1,21 +1,14 @@
 //! Quadratic forms and products of many rows, of one vector: eight rows at a time, in one order of operations.
 
 use crate::linalg::Matrix;
-
-/// Rows at a time.
-const LANES: usize = 8;
-
-/// Entries of as many rows in one column.
-#[derive(Debug, Clone, Copy)]
-#[repr(align(64))]
-struct Column([f64; LANES]);
+use crate::linalg::lanes::{LANES, Lane, kernel, rows_times, rows_times_inline};
 
 /// `y^T A y` of a symmetric A.
 #[derive(Debug, Clone)]
 pub(super) struct Form {
     size: usize,
     /// Of eight rows from i on: their entries in the columns from i on, column by column, what stands right of these eight columns doubled.
-    entries: Vec<Column>,
+    entries: Vec<Lane>,
 }
 
 impl Form {
@@ -26,7 +19,7 @@ impl Form {
         for i in (0..size).step_by(LANES) {
             for j in i..size {
                 let times = if j < i + LANES { 0.5 } else { 1.0 };
-                entries.push(Column(std::array::from_fn(|k| {
+                entries.push(Lane(std::array::from_fn(|k| {
                     if i + k < size { times * (matrix[(i + k, j)] + matrix[(j, i + k)]) } else { 0.0 }
                 })));
             }
@@ -36,16 +29,7 @@ impl Form {
 
     /// Its value.
     pub fn of(&self, y: &[f64]) -> f64 {
-        let (mut sum, mut entries) = ([0.0; LANES], self.entries.as_slice());
-        for i in (0..self.size).step_by(LANES) {
-            let (block, rest) = entries.split_at(self.size - i);
-            let products = sums_of(block, &y[i..self.size]);
-            for (k, y) in y[i..self.size].iter().take(LANES).enumerate() {
-                sum[k] += products[k] * y;
-            }
-            entries = rest;
-        }
-        sum.iter().sum()
+        value_of(&self.entries, &y[..self.size])
     }
 }
 
@@ -54,7 +38,7 @@ impl Form {
 pub(super) struct Rows {
     columns: usize,
     /// Of eight rows, column by column.
-    entries: Vec<Column>,
+    entries: Vec<Lane>,
 }
 
 impl Rows {
@@ -62,7 +46,7 @@ impl Rows {
     pub fn new(matrix: &Matrix) -> Self {
         let entries = (0..matrix.nrows()).step_by(LANES).flat_map(|i| {
             (0..matrix.ncols()).map(move |j| {
-                Column(std::array::from_fn(|k| if i + k < matrix.nrows() { matrix[(i + k, j)] } else { 0.0 }))
+                Lane(std::array::from_fn(|k| if i + k < matrix.nrows() { matrix[(i + k, j)] } else { 0.0 }))
             })
         });
         Self { columns: matrix.ncols(), entries: entries.collect() }
@@ -72,19 +56,25 @@ impl Rows {
     pub fn times(&self, y: &[f64], products: &mut Vec<f64>) {
         products.clear();
         for block in self.entries.chunks_exact(self.columns.max(1)) {
-            products.extend(sums_of(block, y));
+            products.extend(rows_times(block, y));
         }
     }
 }
 
-fn sums_of(entries: &[Column], y: &[f64]) -> [f64; LANES] {
-    let mut sums = [0.0; LANES];
-    for (entry, y) in entries.iter().zip(y) {
-        for k in 0..LANES {
-            sums[k] += entry.0[k] * y;
+kernel! {
+    /// That of the form with these entries.
+    fn value_of(entries: &[Lane], y: &[f64]) -> f64 {
+        let (mut sum, mut entries) = ([0.0; LANES], entries);
+        for i in (0..y.len()).step_by(LANES) {
+            let (block, rest) = entries.split_at(y.len() - i);
+            let products = rows_times_inline(block, &y[i..]);
+            for (k, y) in y[i..].iter().take(LANES).enumerate() {
+                sum[k] += products[k] * y;
+            }
+            entries = rest;
         }
+        crate::linalg::lanes::sum(sum)
     }
-    sums
 }
 
 #[cfg(test)]

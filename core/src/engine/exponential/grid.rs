@@ -14,7 +14,7 @@
 
 use super::ExponentialError;
 use super::bound::Bound;
-use super::forms::Form;
+use super::forms::{Form, Rows};
 use super::kick::Kick;
 use super::local::Local;
 use super::measured::Measured;
@@ -194,6 +194,7 @@ impl Grid {
             local: Local {
                 speed: self.speed_of_station(b) + middle * self.spacing,
                 blocks: blocks.map(|(x, y)| std::array::from_fn(|i| x[i] * (1.0 - share) + y[i] * share)).collect(),
+                outputs: Rows::new(&rows),
                 rows: rows.row_iter().map(|row| row.iter().copied().collect()).collect(),
                 pushes: pushes.column_iter().map(|column| column.iter().copied().collect()).collect(),
             },

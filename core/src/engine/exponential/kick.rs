@@ -16,6 +16,8 @@ use crate::linalg::dot;
 pub(super) struct Kick {
     /// Whirl states at n+1 of a unit impulse along each axis.
     pub states: [Vec<f64>; 2],
+    /// Outputs of those.
+    pub outputs: [Vec<f64>; 2],
     /// X, and what trains lack \[m/(N s)\].
     pub moved: [[f64; 2]; 2],
     pub lacking: [[f64; 2]; 2],
@@ -56,6 +58,11 @@ impl Kick {
             lacking: of(row, &rest),
             jump: of(row + 2, &whole),
             loads: loads.iter().map(|&first| of(first, &jumps)).collect(),
+            outputs: states.each_ref().map(|y| {
+                let mut outputs = Vec::new();
+                cell.outputs.times(y, &mut outputs);
+                outputs
+            }),
             states,
         }
     }

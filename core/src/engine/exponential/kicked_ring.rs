@@ -11,67 +11,79 @@
 //! Source: the theory page of this engine. Verified by `a_steady_train_of_impulses_makes_the_static_displacement`.
 
 use super::oscillators::{OscillatorStep, Oscillators};
+use crate::linalg::lanes::{LANES, kernel};
 
-/// Modes under way.
+/// Modes under way. All lists have a multiple of eight entries: those behind the last mode are of modes at rest that nothing moves.
 #[derive(Debug, Clone)]
 pub(super) struct KickedRing {
+    count: usize,
     pub modes: Oscillators,
     /// w^2 and c of each.
     squares: Vec<f64>,
     dampings: Vec<f64>,
     /// Mean of n'- and n'+ at the last n.
     pub mean_rate: Vec<f64>,
-    kicked: Vec<Kicked>,
+    /// From n to n+1 without impulse.
+    pub way: Vec<f64>,
+    kicked: Kicked,
     step: f64,
 }
 
-#[derive(Debug, Clone, Copy)]
+/// Of each mode.
+#[derive(Debug, Clone, Default)]
 struct Kicked {
-    cos: f64,
+    cos: Vec<f64>,
     /// sin(wh)/w and w sin(wh).
-    over: f64,
-    times: f64,
-    kept: f64,
-    gain: f64,
+    over: Vec<f64>,
+    times: Vec<f64>,
+    kept: Vec<f64>,
+    gain: Vec<f64>,
 }
 
 impl KickedRing {
     /// At rest; w^2 > 0 and c of each mode, and the time between impulses.
     pub fn new(modes: &[(f64, f64)], h: f64) -> Self {
-        let kicked = modes.iter().map(|&(square, damping)| {
+        let count = modes.len();
+        let behind = count.next_multiple_of(LANES) - count;
+        let modes: Vec<(f64, f64)> = modes.iter().copied().chain(std::iter::repeat_n((1.0, 0.0), behind)).collect();
+        let mut kicked = Kicked::default();
+        for &(square, damping) in &modes {
             let w = square.sqrt();
             let (sin, cos) = libm::sincos(w * h);
             let gain = 1.0 / (1.0 + 0.5 * damping * h);
-            Kicked { cos, over: sin / w, times: w * sin, kept: (1.0 - 0.5 * damping * h) * gain, gain }
-        });
+            kicked.cos.push(cos);
+            kicked.over.push(sin / w);
+            kicked.times.push(w * sin);
+            kicked.kept.push((1.0 - 0.5 * damping * h) * gain);
+            kicked.gain.push(gain);
+        }
         Self {
-            modes: Oscillators::new(modes.iter().copied()),
+            count,
             squares: modes.iter().map(|mode| mode.0).collect(),
             dampings: modes.iter().map(|mode| mode.1).collect(),
             mean_rate: vec![0.0; modes.len()],
-            kicked: kicked.collect(),
+            way: vec![0.0; modes.len()],
+            modes: Oscillators::new(modes.into_iter()),
+            kicked,
             step: h,
         }
     }
 
+    /// Amplitudes of the modes.
+    pub fn place(&self) -> &[f64] {
+        &self.modes.place[..self.count]
+    }
+
     /// Goes from n to n+1 without impulse, but with the damping of (1).
     pub fn drift(&mut self) {
-        let modes = self.modes.place.iter_mut().zip(&mut self.modes.rate).zip(&mut self.mean_rate);
-        for (((n, rate), mean), k) in modes.zip(&self.kicked) {
-            let after = k.kept * *rate;
-            *mean = 0.5 * (*rate + after);
-            (*n, *rate) = (k.cos * *n + k.over * after, k.cos * after - k.times * *n);
-        }
+        let Self { modes, mean_rate, way, kicked, .. } = self;
+        drift(&mut modes.place, &mut modes.rate, mean_rate, way, kicked);
     }
 
     /// Adds at n+1 what impulses J at n have made.
     pub fn kick(&mut self, impulses: &[f64]) {
-        for (j, k) in self.kicked.iter().enumerate() {
-            let gained = k.gain * impulses[j];
-            self.mean_rate[j] += 0.5 * gained;
-            self.modes.place[j] += k.over * gained;
-            self.modes.rate[j] += k.cos * gained;
-        }
+        let Self { modes, mean_rate, kicked, .. } = self;
+        kick(impulses, &mut modes.place, &mut modes.rate, mean_rate, kicked);
     }
 
     /// What (1) has taken at n \[J\].
@@ -95,22 +107,66 @@ impl KickedRing {
 
     /// Displacement at n+1 by a unit impulse at n.
     pub fn yields(&self) -> Vec<f64> {
-        self.kicked.iter().map(|k| k.over * k.gain).collect()
+        self.kicked.over.iter().zip(&self.kicked.gain).map(|(over, gain)| over * gain).collect()
     }
 
     /// What (2) lacks, per unit impulse.
     pub fn lacking(&self) -> Vec<f64> {
-        let of = |(k, square): (&Kicked, &f64)| {
+        let of = |((cos, times), square): ((&f64, &f64), &f64)| {
             // (1/2w) cot(wh/2) = (1 + cos wh)/(2 w sin wh)
-            1.0 / (square * self.step) - 0.5 * (1.0 + k.cos) / k.times
+            1.0 / (square * self.step) - 0.5 * (1.0 + cos) / times
         };
-        self.kicked.iter().zip(&self.squares).map(of).collect()
+        self.kicked.cos.iter().zip(&self.kicked.times).zip(&self.squares).map(of).collect()
     }
 
     /// Largest displacement of each mode from now on, without impulses.
     pub fn amplitudes(&self) -> impl Iterator<Item = f64> {
         let state = self.modes.place.iter().zip(&self.modes.rate);
         state.zip(&self.squares).map(|((n, rate), square)| (n * n + rate * rate / square).sqrt())
+    }
+}
+
+kernel! {
+    fn drift(place: &mut [f64], rate: &mut [f64], mean: &mut [f64], way: &mut [f64], kicked: &Kicked) {
+        let (place, rate) = (place.as_chunks_mut::<LANES>().0, rate.as_chunks_mut::<LANES>().0);
+        let (mean, way) = (mean.as_chunks_mut::<LANES>().0, way.as_chunks_mut::<LANES>().0);
+        let count = place.len();
+        let [cos, over, times, kept] = [&kicked.cos, &kicked.over, &kicked.times, &kicked.kept]
+            .map(|list| &list.as_chunks::<LANES>().0[..count]);
+        let (rate, mean, way) = (&mut rate[..count], &mut mean[..count], &mut way[..count]);
+        for i in 0..count {
+            let (from, before) = (place[i], rate[i]);
+            let (mut middle, mut to, mut left, mut gone) = ([0.0; LANES], [0.0; LANES], [0.0; LANES], [0.0; LANES]);
+            for k in 0..LANES {
+                let after = kept[i][k] * before[k];
+                middle[k] = 0.5 * (before[k] + after);
+                to[k] = cos[i][k] * from[k] + over[i][k] * after;
+                left[k] = cos[i][k] * after - times[i][k] * from[k];
+                gone[k] = to[k] - from[k];
+            }
+            (place[i], rate[i], mean[i], way[i]) = (to, left, middle, gone);
+        }
+    }
+}
+
+kernel! {
+    fn kick(impulses: &[f64], place: &mut [f64], rate: &mut [f64], mean: &mut [f64], kicked: &Kicked) {
+        let (place, rate) = (place.as_chunks_mut::<LANES>().0, rate.as_chunks_mut::<LANES>().0);
+        let (mean, impulses) = (mean.as_chunks_mut::<LANES>().0, impulses.as_chunks::<LANES>().0);
+        let count = place.len();
+        let [cos, over, gain] =
+            [&kicked.cos, &kicked.over, &kicked.gain].map(|list| &list.as_chunks::<LANES>().0[..count]);
+        let (rate, mean, impulses) = (&mut rate[..count], &mut mean[..count], &impulses[..count]);
+        for i in 0..count {
+            let (mut to, mut left, mut middle) = (place[i], rate[i], mean[i]);
+            for k in 0..LANES {
+                let gained = gain[i][k] * impulses[i][k];
+                middle[k] += 0.5 * gained;
+                to[k] += over[i][k] * gained;
+                left[k] += cos[i][k] * gained;
+            }
+            (place[i], rate[i], mean[i]) = (to, left, middle);
+        }
     }
 }
 

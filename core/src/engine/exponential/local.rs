@@ -1,6 +1,7 @@
 //! What the whirl states are in one cell of the grid, where all of it is constant.
 
 use super::block::Block;
+use super::forms::Rows;
 use nalgebra::Complex;
 
 #[derive(Debug)]
@@ -8,8 +9,9 @@ pub(super) struct Local {
     /// Speed in the cell's middle \[rad/s\].
     pub speed: f64,
     pub blocks: Vec<Block>,
-    /// A row on y for each output.
+    /// A row on y for each output, and all of them.
     pub rows: Vec<Vec<f64>>,
+    pub outputs: Rows,
     /// A vector of y for each force.
     pub pushes: Vec<Vec<f64>>,
 }

@@ -31,6 +31,7 @@ mod pairs;
 mod peak;
 mod plane;
 mod propagator;
+mod rows;
 mod rub;
 mod run;
 mod settings;

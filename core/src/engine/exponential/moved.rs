@@ -2,6 +2,7 @@
 
 use super::candidates::Candidates;
 use super::kick::Kick;
+use super::rows::along_both;
 use super::plane::{across, by_rows, product, times, turned};
 use super::survey::Place;
 use crate::contact::complementarity::Block;
@@ -52,26 +53,4 @@ impl Moved {
             ],
         ]
     }
-}
-
-/// Products of two rows with two others, in one pass of two sums each.
-fn along_both([a, b]: [&[f64]; 2], [x, y]: [&[f64]; 2]) -> [f64; 4] {
-    let mut sums = [[0.0; 2]; 4];
-    let size = a.len();
-    let (b, x, y) = (&b[..size], &x[..size], &y[..size]);
-    for j in (0..size / 2 * 2).step_by(2) {
-        for k in 0..2 {
-            sums[0][k] += a[j + k] * x[j + k];
-            sums[1][k] += a[j + k] * y[j + k];
-            sums[2][k] += b[j + k] * x[j + k];
-            sums[3][k] += b[j + k] * y[j + k];
-        }
-    }
-    if size % 2 == 1 {
-        let j = size - 1;
-        for (sum, (p, q)) in sums.iter_mut().zip([(a[j], x[j]), (a[j], y[j]), (b[j], x[j]), (b[j], y[j])]) {
-            sum[0] += p * q;
-        }
-    }
-    sums.map(|[even, odd]| even + odd)
 }

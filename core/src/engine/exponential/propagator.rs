@@ -8,6 +8,7 @@
 
 use super::block::{Block, Split};
 use super::local::Local;
+use crate::linalg::lanes::{LANES, kernel};
 use nalgebra::Complex;
 
 /// `exp(B h)` and the responses of a step size in one cell.
@@ -52,14 +53,8 @@ impl Propagator {
 
     /// Takes y over the step without any force.
     pub fn turn(&self, y: &mut [f64]) {
-        let pairs = self.free[0].len();
-        let (a, b) = y.split_at_mut(pairs);
-        let [aa, ab, ba, bb] = self.free.each_ref().map(|list| &list[..pairs]);
-        for k in 0..pairs {
-            let (x, z) = (a[k], b[k]);
-            a[k] = aa[k] * x + ab[k] * z;
-            b[k] = ba[k] * x + bb[k] * z;
-        }
+        let (a, b) = y.split_at_mut(self.free[0].len());
+        turn(&self.free, a, b);
     }
 
     /// `exp(B h)` of a pair.
@@ -70,17 +65,53 @@ impl Propagator {
     /// Takes y over the step under the unbalances' forces in its middle \[N\].
     pub fn advance(&self, forces: &[Complex<f64>], y: &mut [f64]) {
         self.turn(y);
-        let pairs = self.free[0].len();
-        let (a, b) = y.split_at_mut(pairs);
+        let (a, b) = y.split_at_mut(self.free[0].len());
         for (response, f) in self.harmonic.iter().zip(forces) {
-            let [ar, ai, br, bi] = response.each_ref().map(|list| &list[..pairs]);
-            for k in 0..pairs {
-                a[k] += ar[k] * f.re + ai[k] * f.im;
-                b[k] += br[k] * f.re + bi[k] * f.im;
-            }
+            push(response, [f.re, f.im], a, b);
         }
         for (y, push) in y.iter_mut().zip(&self.constant) {
             *y += push;
+        }
+    }
+}
+
+kernel! {
+    /// (a, b) of all pairs by their blocks' entries.
+    fn turn(free: &[Vec<f64>; 4], a: &mut [f64], b: &mut [f64]) {
+        let pairs = a.len();
+        let [aa, ab, ba, bb] = free.each_ref().map(|list| &list[..pairs]);
+        let b = &mut b[..pairs];
+        let whole = pairs / LANES * LANES;
+        for from in (0..whole).step_by(LANES) {
+            let at = |list: &[f64]| -> [f64; LANES] { std::array::from_fn(|k| list[from + k]) };
+            let (x, z, aa, ab, ba, bb) = (at(a), at(b), at(aa), at(ab), at(ba), at(bb));
+            let (mut p, mut q) = ([0.0; LANES], [0.0; LANES]);
+            for k in 0..LANES {
+                p[k] = aa[k] * x[k] + ab[k] * z[k];
+                q[k] = ba[k] * x[k] + bb[k] * z[k];
+            }
+            a[from..from + LANES].copy_from_slice(&p);
+            b[from..from + LANES].copy_from_slice(&q);
+        }
+        for k in whole..pairs {
+            let (x, z) = (a[k], b[k]);
+            a[k] = aa[k] * x + ab[k] * z;
+            b[k] = ba[k] * x + bb[k] * z;
+        }
+    }
+}
+
+kernel! {
+    /// Adds to (a, b) of all pairs what they have of a force.
+    fn push(response: &[Vec<f64>; 4], f: [f64; 2], a: &mut [f64], b: &mut [f64]) {
+        let pairs = a.len();
+        let [ar, ai, br, bi] = response.each_ref().map(|list| &list[..pairs]);
+        let b = &mut b[..pairs];
+        for k in 0..pairs {
+            a[k] += ar[k] * f[0] + ai[k] * f[1];
+        }
+        for k in 0..pairs {
+            b[k] += br[k] * f[0] + bi[k] * f[1];
         }
     }
 }

@@ -12,7 +12,7 @@
 
 use super::ExponentialError;
 use super::bound::length;
-use super::candidates::{BLOCK, Candidates, beside, modes, ring_of};
+use super::candidates::{BLOCK, Candidates, beside, modes, parabola, ring_of};
 use super::kick::Kick;
 use super::kicked_ring::KickedRing;
 use super::moved::Moved;
@@ -21,7 +21,9 @@ use super::plane::{across, product, times, turned};
 use super::survey::{Place, Survey};
 use crate::contact::ContactForce;
 use crate::contact::complementarity::{self, Coupled, POINTS};
-use crate::linalg::{axpy, dot};
+use super::rows::{add_both, both_products, rows_at, weighted, yielding};
+use crate::linalg::dot;
+use crate::linalg::lanes::rows_times;
 use crate::structure::Structure;
 use bladeoff_model::machine::{Diaphragm, FrictionLaw};
 use std::sync::Arc;
@@ -47,8 +49,8 @@ pub(super) struct Rub {
     rotor_left_out: [[f64; 2]; 2],
     flights: Vec<OscillatorStep>,
     survey: Survey,
-    /// Amplitudes at n.
-    before: Vec<f64>,
+    /// Blocks that impulses may have brought in reach.
+    near: Vec<usize>,
     impulses: Vec<f64>,
     coupled: Box<Coupled>,
     points: Vec<Point>,
@@ -69,7 +71,7 @@ struct Point {
     force: ContactForce,
 }
 
-/// The ring's modes along normal and tangent of a point at n+1 and at n, and what a unit impulse along those at n makes of them.
+/// The ring's modes along normal and tangent of a point at n+1 and at n, and what a unit impulse along those at n makes of them; zeros behind the last mode.
 #[derive(Debug, Clone)]
 struct Rows {
     normal: Vec<f64>,
@@ -139,7 +141,7 @@ impl Rub {
         let ring = KickedRing::new(&modes, h);
         let places = structure.rotor.plane_places(contact.node);
         let angle = libm::sincos(diaphragm.angle);
-        let zeros = vec![0.0; modes.len()];
+        let zeros = vec![0.0; ring.modes.place.len()];
         let rows = Rows {
             normal: zeros.clone(),
             tangent: zeros.clone(),
@@ -159,17 +161,12 @@ impl Rub {
             law: contact.friction_law,
             h,
             rotor_left_out,
-            survey: Survey::new(
-                candidates.count(),
-                modes.len(),
-                contact.rotor_radius + contact.gap,
-                contact.rotor_radius,
-            ),
+            survey: Survey::new(candidates, contact.rotor_radius + contact.gap, contact.rotor_radius),
+            near: Vec::with_capacity(candidates.count() / BLOCK),
             candidates: Arc::clone(candidates),
             yields: ring.yields().iter().zip(ring.lacking()).map(|(a, b)| a + b).collect(),
             ring,
             flights: Vec::new(),
-            before: zeros.clone(),
             impulses: zeros,
             last: vec![[rows.normal.clone(), rows.normal.clone()]; POINTS],
             rows: vec![rows; POINTS],
@@ -218,14 +215,13 @@ impl Rub {
 
     /// Takes the ring over a step in which it may be touched; `None` where it is not.
     pub fn touch(&mut self, free: &FreeStep<'_>) -> Result<Option<Impact>, ExponentialError> {
-        self.before.copy_from_slice(&self.ring.modes.place);
         self.ring.drift();
         let to = self.place(free.to);
         self.survey.look(&self.candidates, to, &self.ring.modes.place);
         let mut deepest = None;
         self.points.clear();
         for at in 0..self.survey.low.len() {
-            let (index, _) = self.survey.low[at];
+            let index = self.survey.low[at];
             if !self.survey.is_least(&self.candidates, index, to, &self.ring.modes.place) {
                 continue;
             }
@@ -282,26 +278,15 @@ impl Rub {
         let known = self.pressed.iter().position(|(last, _)| beside(last.index, place.index, count));
         let (acting, force) = known.map_or((place, ContactForce::NONE), |at| self.pressed[at]);
         let Rows { normal, tangent, acting: [n, t], by_normal, by_tangent } = &mut self.rows[self.points.len()];
-        self.candidates.rows_at(place.index, place.share, [place.polar, across(place.polar)], [normal, tangent]);
-        match known {
-            Some(at) => {
-                n.copy_from_slice(&self.last[at][0]);
-                t.copy_from_slice(&self.last[at][1]);
-            }
-            None => {
-                n.copy_from_slice(normal);
-                t.copy_from_slice(tangent);
-            }
-        }
-        let modes = self.yields.len();
-        // slices of one length: no checks inside the loop
-        let (yields, n, t) = (&self.yields[..modes], &n[..modes], &t[..modes]);
-        let (by_normal, by_tangent) = (&mut by_normal[..modes], &mut by_tangent[..modes]);
-        for j in 0..modes {
-            by_normal[j] = yields[j] * n[j];
-            by_tangent[j] = yields[j] * t[j];
-        }
-        let ring = dot(tangent, &self.ring.modes.place) - dot(tangent, &self.before);
+        let three = {
+            let [before, behind] = self.candidates.beside(place.index);
+            [before, place.index, behind].map(|c| self.candidates.of(c))
+        };
+        let along = [place.polar, across(place.polar)];
+        let ring = rows_at(three, parabola(place.share), along, normal, tangent, &self.ring.way);
+        let acts = known.map_or([normal.as_slice(), tangent.as_slice()], |at| self.last[at].each_ref().map(Vec::as_slice));
+        yielding(&self.yields, acts[0], n, by_normal);
+        yielding(&self.yields, acts[1], t, by_tangent);
         let step = self.inwards([free.to[0] - free.from[0], free.to[1] - free.from[1]]);
         let slip = product(across(place.normal), step) + free.turn * self.radius - ring;
         self.points.push(Point { place, acting, slip, force });
@@ -328,8 +313,8 @@ impl Rub {
         let Self { impulses, points, rows, .. } = self;
         impulses.fill(0.0);
         for (point, rows) in points.iter().zip(rows).filter(|(point, _)| point.force.normal > 0.0) {
-            axpy(point.force.normal, &rows.by_normal, impulses);
-            axpy(point.force.tangential, &rows.by_tangent, impulses);
+            let force = [point.force.normal, point.force.tangential];
+            add_both(force, [&rows.by_normal, &rows.by_tangent], impulses);
         }
     }
 
@@ -344,44 +329,37 @@ impl Rub {
             rotor = [0, 1].map(|i| rotor[i] + moves[i]);
             left_out += point.force.normal * self.candidates.most_left_out;
         }
-        let by_rotor = length(rotor);
-        let most =
-            self.impulses.iter().zip(&self.candidates.radial_reach).map(|(q, reach)| q.abs() * reach).sum::<f64>();
-        for at in 0..self.survey.near().len() {
-            let block = self.survey.near()[at];
-            let clearances = self.survey.clearances(block);
-            if clearances.iter().all(|clearance| *clearance >= by_rotor) {
-                continue;
-            }
-            // nor where the ring's modes cannot close what is open
-            let within = |k: usize| {
-                let (sin, cos) = self.candidates.angles[block * BLOCK + k];
-                clearances[k] + rotor[0] * cos + rotor[1] * sin < left_out + most
-            };
+        let most = weighted(&self.impulses, &self.candidates.radial_reach);
+        let Self { survey, candidates, ring, near, impulses, points, .. } = self;
+        let q = &ring.modes.place;
+        survey.nearer(candidates, length(rotor) + left_out + most, x, q, near);
+        for &block in &*near {
+            // no nearer where the ring's modes cannot close what is open
+            let (gaps, [cos, sin]) = (*survey.gaps(block), &candidates.directions[block]);
+            let within = |k: usize| gaps[k] + rotor[0] * cos[k] + rotor[1] * sin[k] < left_out + most;
             if !(0..BLOCK).any(within) {
                 continue;
             }
-            let opens = self.candidates.radials(block, &self.impulses);
+            let opens = rows_times(candidates.radial(block), impulses);
             for k in 0..BLOCK {
                 let index = block * BLOCK + k;
-                // along the place's radius, where no gap is less
-                let (sin, cos) = self.candidates.angles[index];
-                let mut clearance = clearances[k] + opens[k] + rotor[0] * cos + rotor[1] * sin;
-                if clearance >= left_out || self.points.iter().any(|point| beside(point.place.index, index, count)) {
+                // along the place's radius
+                let mut gap = gaps[k] + opens[k] + rotor[0] * cos[k] + rotor[1] * sin[k];
+                if gap >= left_out || points.iter().any(|point| beside(point.place.index, index, count)) {
                     continue;
                 }
-                for point in self.points.iter().filter(|point| point.force.normal > 0.0) {
-                    let [a, b, ..] = self.candidates.left_out(index, point.acting.index);
-                    clearance += (a * point.acting.polar[0] + b * point.acting.polar[1]) * point.force.normal;
+                for point in points.iter().filter(|point| point.force.normal > 0.0) {
+                    let [a, b, ..] = candidates.left_out(index, point.acting.index);
+                    gap += (a * point.acting.polar[0] + b * point.acting.polar[1]) * point.force.normal;
                 }
-                if clearance >= 0.0 {
+                if gap >= 0.0 {
                     continue;
                 }
-                let place = self.survey.place(&self.candidates, index, x, &self.ring.modes.place);
-                let along = self.candidates.tangentials(block, &self.impulses)[k];
+                let place = survey.place(candidates, index, x, q);
+                let along = dot(candidates.of(index).1, impulses);
                 let mut gap = place.gap + product(place.polar, [opens[k], along]);
-                for point in self.points.iter().filter(|point| point.force.normal > 0.0) {
-                    let [n, t] = moved.beyond_modes(&self.candidates, &place, &point.acting);
+                for point in points.iter().filter(|point| point.force.normal > 0.0) {
+                    let [n, t] = moved.beyond_modes(candidates, &place, &point.acting);
                     gap += n * point.force.normal + t * point.force.tangential;
                 }
                 if gap < least.0 {
@@ -397,17 +375,15 @@ impl Rub {
         self.impulses.fill(0.0);
         self.pressed.clear();
         let (mut on_rotor, mut torque) = ([0.0; 2], 0.0);
-        for (point, rows) in self.points.iter().zip(&self.rows).filter(|(point, _)| point.force.normal > 0.0) {
+        for (point, rows) in self.points.iter().zip(&mut self.rows).filter(|(point, _)| point.force.normal > 0.0) {
             let (force, n) = (&point.force, point.acting.normal);
             on_rotor[0] -= force.normal * n[0] - force.tangential * n[1];
             on_rotor[1] -= force.normal * n[1] + force.tangential * n[0];
-            let [normal, tangent] = &rows.acting;
-            axpy(force.normal, normal, &mut self.impulses);
-            axpy(force.tangential, tangent, &mut self.impulses);
+            add_both([force.normal, force.tangential], rows.acting.each_ref().map(Vec::as_slice), &mut self.impulses);
             torque -= force.tangential * self.radius;
-            let kept = &mut self.last[self.pressed.len()];
-            kept[0].copy_from_slice(&rows.normal);
-            kept[1].copy_from_slice(&rows.tangent);
+            let [normal, tangent] = &mut self.last[self.pressed.len()];
+            std::mem::swap(normal, &mut rows.normal);
+            std::mem::swap(tangent, &mut rows.tangent);
             self.pressed.push((point.place, *force));
         }
         self.ring.kick(&self.impulses);
@@ -432,9 +408,10 @@ impl Rub {
         };
         let mut most = 0.0;
         for (point, rows) in self.points.iter().zip(&self.rows).filter(|(point, _)| point.force.normal > 0.0) {
-            let (force, acting, [normal, tangent]) = (&point.force, &point.acting, &rows.acting);
-            let opening = dot(normal, &self.ring.mean_rate) - product(acting.normal, velocity);
-            let slip = product(across(acting.normal), velocity) + rolling - dot(tangent, &self.ring.mean_rate);
+            let (force, acting) = (&point.force, &point.acting);
+            let rates = both_products(rows.acting.each_ref().map(Vec::as_slice), &self.ring.mean_rate);
+            let opening = rates[0] - product(acting.normal, velocity);
+            let slip = product(across(acting.normal), velocity) + rolling - rates[1];
             impact.friction_work += force.tangential * slip;
             impact.normal_work -= force.normal * opening;
             impact.normal += force.normal;
@@ -453,12 +430,12 @@ impl Rub {
 
     /// The ring and the rotor's centre at n, statics of the last impulses included, of a rotor at x in the stator's axes.
     pub fn settled(&self, x: [f64; 2], kick: Option<&Kick>) -> Settled {
-        let mut amplitudes = self.ring.modes.place.clone();
+        let mut amplitudes = self.ring.place().to_vec();
         let lacking = self.ring.lacking();
         let mut on_ring = [0.0; 2];
         let mut pressed = Vec::with_capacity(self.pressed.len());
         for ((place, force), [normal, tangent]) in self.pressed.iter().zip(&self.last) {
-            for (j, lacking) in lacking.iter().enumerate() {
+            for (j, lacking) in lacking.iter().take(self.ring.place().len()).enumerate() {
                 amplitudes[j] += lacking * (force.normal * normal[j] + force.tangential * tangent[j]);
             }
             let (n, t) = (place.normal, across(place.normal));

@@ -254,7 +254,7 @@ impl<'a> Run<'a> {
             place: contact.rub.place(done.place),
             velocity: contact.rub.inwards(done.velocity),
             touch,
-            ring: (looks && self.touched).then_some(contact.rub.ring.modes.place.as_slice()),
+            ring: (looks && self.touched).then_some(contact.rub.ring.place()),
         });
         self.recorders.see_steps(steps, at, &self.transient.loads, ring.as_ref());
     }

@@ -47,6 +47,8 @@ pub(super) struct Spin {
     /// Those predicted for n+1.
     next_angle: f64,
     next_speed: f64,
+    /// Room for the right sides of (1) and (2).
+    sides: Vec<f64>,
 }
 
 /// One unbalance.
@@ -136,6 +138,7 @@ impl Spin {
             elastic: modes,
             next_angle: angle,
             next_speed: speed,
+            sides: Vec::new(),
         }
     }
 
@@ -293,7 +296,8 @@ impl Spin {
         let brake = 0.5 * (braking_torque(&self.braking, self.speed) + braking_torque(&self.braking, self.next_speed));
         let mut spin_side = self.momentum + h * brake - gyroscopic;
         self.momentum += h * brake;
-        let mut sides = Vec::with_capacity(last + 1);
+        let mut sides = std::mem::take(&mut self.sides);
+        sides.clear();
         for (arm, &velocity) in self.arms.iter_mut().zip(velocities) {
             arm.unit = unit(arm.next_angle);
             let [carried, pull] = arm.exchange(arm.unit, arm.next_rate, velocity, self.gravity);
@@ -316,6 +320,7 @@ impl Spin {
             let Self { twist, arms, .. } = self;
             twist.add(&step.twist, arms[s].torque, &arms[s].row);
         }
+        self.sides = sides;
         self.slope = (speed - self.speed) / h;
         (self.angle, self.speed) = (self.next_angle, speed);
         for arm in &mut self.arms {

@@ -1,19 +1,20 @@
 //! Where a ring's candidates are near the rotor, and the places at which it is nearest.
 //!
 //! ```text
-//! block of candidates a..b:   g_c >= R_i - R_r + min(v_a - x.e_a, v_b - x.e_b) - sum_j |q_j| bend_j - |x| D^2/8     no candidate of it in reach if > 0   (1)
 //! clearance       r_c = R_i + v_c - x.e_r - R_r <= g_c,   g_c - r_c = (x.e_t - u_c)^2/2R_i, nearly: 2 um 0.2 rad beside the least one of a turbine
-//! later           v - x.e of (1) is no less than it was, less all ways since: sum over steps of  |x+ - x| + sum_j |q_j+ - q_j| reach_j                  (3)
+//! later           r_c is no less than it was, less the way since: sum over steps of  |x+ - x| + sum_j |q_j+ - q_j| reach_j                  (1)
+//! in reach        r_c < |x| d^2/8, the sagitta of what is between two candidates
 //! nearest place   xi = -(g_+ - g_-)/(2 (g_+ - 2 g_c + g_-)) spacings beyond a candidate c that has no nearer one beside it                          (2)
 //! ```
-//! So most of the ring is not looked at in most steps, and what is found is what a look at all of it would find.
-//! `|P - x| >= (P - x).e_r` and the bend of a mode between the ends of a block make (1) a bound. Displacements between candidates are those of a parabola.
+//! Candidates are looked at by blocks, and a block again only when (1) says that one of its candidates may have come in reach. So most of the ring is not looked
+//! at in most steps, and what is found is what a look at all of it would find. Displacements between candidates are those of a parabola.
 //! Conditions at the candidates alone would let the rotor nearer by up to `|x| d^2/8` between two of them, and have the force jump from one to the next (lab rig, 192
 //! of them: 0.6 % of its bearing loads).
 //! Verified by `no_candidate_in_reach_is_missed`, `tests/exponential_rub.rs`.
 
 use super::bound::length;
 use super::candidates::{BLOCK, Candidates, parabola};
+use crate::linalg::lanes::{LANES, Lane, kernel, rows_times_inline, sum};
 
 /// A nearest place is no farther from its candidate, in spacings: half of one, and room for candidates that differ less in their clearances than in their gaps.
 const FARTHEST: f64 = 0.75;
@@ -22,30 +23,26 @@ const FARTHEST: f64 = 0.75;
 const ROUNDED_UP: f64 = 1.0 + 1e-9;
 const FORGETS: f64 = 10.0;
 
-/// What is known of all candidates in one step; those that are not near are looked at where they are asked for.
+/// What is known of all candidates; those that are not near are looked at where they are asked for.
 #[derive(Debug, Clone)]
 pub(super) struct Survey {
     /// R_i and R_r \[m\].
     radius: f64,
     rotor_radius: f64,
     step: u64,
-    /// By blocks: the step in which they were looked at, and radial clearances, radial displacements.
+    /// By blocks: the step in which they were looked at, radial clearances, and the least of these with `moved` of then added: (1).
     seen: Vec<u64>,
     clearances: Vec<[f64; BLOCK]>,
-    displacements: Vec<[f64; BLOCK]>,
-    /// The same of tangential displacements.
-    seen_along: Vec<u64>,
+    least: Vec<f64>,
+    /// The same of displacements along the ring, and of gaps.
+    sighted: Vec<u64>,
     along: Vec<[f64; BLOCK]>,
-    firsts: Vec<f64>,
+    gaps: Vec<[f64; BLOCK]>,
     /// Amplitudes and place of the last look, and how far anything may have come to the rotor since the first.
     last: (Vec<f64>, [f64; 2]),
     moved: f64,
-    /// By fours of blocks: `moved` when their firsts were taken, and the least of these and the very first of them, with it added.
-    taken: Vec<f64>,
-    lowest: Vec<[f64; 2]>,
-    near: Vec<usize>,
-    /// Candidates whose radial clearance is below the sagitta of a cell, and it.
-    pub low: Vec<(usize, f64)>,
+    /// Candidates in reach, in their order.
+    pub low: Vec<usize>,
 }
 
 /// A place on the ring, its gap, and the unit vector to it from the rotor.
@@ -61,124 +58,68 @@ pub(super) struct Place {
 }
 
 impl Survey {
-    /// Of so many candidates on a radius R_i with so many modes, about a rotor of radius R_r \[m\].
-    pub fn new(count: usize, modes: usize, radius: f64, rotor_radius: f64) -> Self {
-        let blocks = count / BLOCK;
+    /// Of a ring's candidates on a radius R_i, about a rotor of radius R_r \[m\].
+    pub fn new(ring: &Candidates, radius: f64, rotor_radius: f64) -> Self {
+        let blocks = ring.count() / BLOCK;
         Self {
             radius,
             rotor_radius,
             step: 0,
             seen: vec![0; blocks],
             clearances: vec![[0.0; BLOCK]; blocks],
-            displacements: vec![[0.0; BLOCK]; blocks],
-            seen_along: vec![0; blocks],
+            least: vec![f64::NEG_INFINITY; blocks],
+            sighted: vec![0; blocks],
             along: vec![[0.0; BLOCK]; blocks],
-            firsts: vec![0.0; blocks.next_multiple_of(BLOCK)],
-            last: (vec![0.0; modes], [0.0; 2]),
+            gaps: vec![[0.0; BLOCK]; blocks],
+            last: (vec![0.0; ring.radial_reach.len()], [0.0; 2]),
             moved: 0.0,
-            taken: vec![f64::NEG_INFINITY; blocks.div_ceil(BLOCK)],
-            lowest: vec![[f64::NEG_INFINITY; 2]; blocks.div_ceil(BLOCK)],
-            near: Vec::with_capacity(blocks),
-            low: Vec::with_capacity(count),
+            low: Vec::with_capacity(ring.count()),
         }
     }
 
-    /// Looks at the candidates of a ring with amplitudes q from a rotor at x.
+    /// Looks at the candidates of a ring with amplitudes q, zeros behind the last mode, from a rotor at x.
     pub fn look(&mut self, ring: &Candidates, x: [f64; 2], q: &[f64]) {
         self.step += 1;
         self.low.clear();
-        self.near.clear();
-        let slack = self.come_nearer(ring, x, q);
-        let far = length(x);
-        let width = BLOCK as f64 * ring.spacing;
-        let room = self.radius - self.rotor_radius;
-        // of their cells too: half a spacing beyond
-        let sagitta = 0.125 * ring.spacing * ring.spacing * far;
-        let least = room - slack - 0.125 * width * width * far - sagitta;
-        let fours = self.lowest.len();
-        for four in 0..fours {
-            let next = if four + 1 == fours { 0 } else { four + 1 };
-            // (3)
-            if least + self.lowest[four][0].min(self.lowest[next][1]) - self.moved < 0.0 {
-                self.see_near(ring, [four, next], least, x, q);
-            }
+        let (last, from) = &mut self.last;
+        let way = way(last, q, &ring.radial_reach) + length([x[0] - from[0], x[1] - from[1]]);
+        *from = x;
+        self.moved += way * ROUNDED_UP;
+        if self.moved > FORGETS {
+            self.moved = 0.0;
+            self.least.fill(f64::NEG_INFINITY);
         }
-        for at in 0..self.near.len() {
-            let block = self.near[at];
-            self.see(ring, block, x, q);
-            for (k, clearance) in self.clearances[block].iter().enumerate() {
-                if *clearance < sagitta {
-                    self.low.push((block * BLOCK + k, *clearance));
+        let sagitta = 0.125 * ring.spacing * ring.spacing * length(x);
+        for block in 0..self.least.len() {
+            if self.least[block] - self.moved < sagitta {
+                self.see(ring, block, x, q);
+                if self.least[block] - self.moved < sagitta {
+                    self.sight(ring, block, x, q);
+                    let gaps = &self.gaps[block];
+                    let low = (0..BLOCK).filter(|&k| gaps[k] < sagitta).map(|k| block * BLOCK + k);
+                    self.low.extend(low);
                 }
             }
         }
     }
 
-    /// Adds the way of ring and rotor since the last look, and returns the most that the ring bends away from the straight lines of (1).
-    fn come_nearer(&mut self, ring: &Candidates, x: [f64; 2], q: &[f64]) -> f64 {
-        let (last, from) = &mut self.last;
-        let modes = q.len();
-        let (last, bend, reach) = (&mut last[..modes], &ring.bend[..modes], &ring.radial_reach[..modes]);
-        let mut sums = [[0.0; 2]; 2];
-        let mut add = |j: usize, k: usize| {
-            sums[0][k] += q[j].abs() * bend[j];
-            sums[1][k] += (q[j] - last[j]).abs() * reach[j];
-            last[j] = q[j];
-        };
-        for j in (0..modes / 2 * 2).step_by(2) {
-            add(j, 0);
-            add(j + 1, 1);
-        }
-        if modes % 2 == 1 {
-            add(modes - 1, 0);
-        }
-        let [slack, way] = sums.map(|[one, other]| one + other);
-        let way = way + length([x[0] - from[0], x[1] - from[1]]);
-        *from = x;
-        self.moved += way * ROUNDED_UP;
-        if self.moved > FORGETS {
-            self.moved = 0.0;
-            self.taken.fill(f64::NEG_INFINITY);
-            self.lowest.fill([f64::NEG_INFINITY; 2]);
-        }
-        slack
-    }
-
-    /// Takes the blocks of a four that (1) does not exclude.
-    fn see_near(&mut self, ring: &Candidates, fours: [usize; 2], least: f64, x: [f64; 2], q: &[f64]) {
-        let blocks = self.seen.len();
-        for four in fours {
-            if self.taken[four] == self.moved {
-                continue;
-            }
-            self.taken[four] = self.moved;
-            let values = ring.radials_of_firsts(four, q);
-            let (from, to) = (four * BLOCK, ((four + 1) * BLOCK).min(blocks));
-            let mut lowest = f64::INFINITY;
-            for block in from..to {
-                let (sin, cos) = ring.angles[block * BLOCK];
-                self.firsts[block] = values[block - from] - (x[0] * cos + x[1] * sin);
-                lowest = lowest.min(self.firsts[block]);
-            }
-            self.lowest[four] = [lowest + self.moved, self.firsts[from] + self.moved];
-        }
-        let (from, to) = (fours[0] * BLOCK, ((fours[0] + 1) * BLOCK).min(blocks));
-        for block in from..to {
-            let end = self.firsts[if block + 1 == blocks { 0 } else { block + 1 }];
-            if least + self.firsts[block].min(end) < 0.0 {
-                self.near.push(block);
+    /// The blocks of which a candidate may have less clearance than this, looked at where they were not.
+    pub fn nearer(&mut self, ring: &Candidates, than: f64, x: [f64; 2], q: &[f64], blocks: &mut Vec<usize>) {
+        blocks.clear();
+        for block in 0..self.least.len() {
+            if self.least[block] - self.moved < than {
+                self.see(ring, block, x, q);
+                if self.least[block] - self.moved < than {
+                    self.sight(ring, block, x, q);
+                    blocks.push(block);
+                }
             }
         }
     }
 
-    /// Blocks in reach.
-    pub fn near(&self) -> &[usize] {
-        &self.near
-    }
-
-    /// Radial clearances of a block that has been looked at.
-    pub fn clearances(&self, block: usize) -> [f64; BLOCK] {
-        self.clearances[block]
+    /// Gaps of a block in reach.
+    pub fn gaps(&self, block: usize) -> &[f64; BLOCK] {
+        &self.gaps[block]
     }
 
     /// Looks at a block.
@@ -187,55 +128,51 @@ impl Survey {
             return;
         }
         self.seen[block] = self.step;
-        let moved = ring.radials(block, q);
         let room = self.radius - self.rotor_radius;
-        self.displacements[block] = moved;
-        self.clearances[block] = std::array::from_fn(|k| {
-            let (sin, cos) = ring.angles[block * BLOCK + k];
-            room + moved[k] - (x[0] * cos + x[1] * sin)
-        });
+        self.clearances[block] = clearances(ring.radial(block), q, &ring.directions[block], x, room);
+        let least = self.clearances[block].iter().fold(f64::INFINITY, |least, &c| if c < least { c } else { least });
+        self.least[block] = least + self.moved;
     }
 
-    /// Whether no candidate beside one has less clearance.
+    /// Looks at the gaps of a block.
+    fn sight(&mut self, ring: &Candidates, block: usize, x: [f64; 2], q: &[f64]) {
+        if self.sighted[block] == self.step {
+            return;
+        }
+        self.see(ring, block, x, q);
+        self.sighted[block] = self.step;
+        let clearances = &self.clearances[block];
+        [self.along[block], self.gaps[block]] =
+            gaps(ring.tangential(block), q, &ring.directions[block], x, clearances, self.rotor_radius);
+    }
+
+    /// Whether no candidate beside one has a smaller gap.
     pub fn is_least(&mut self, ring: &Candidates, c: usize, x: [f64; 2], q: &[f64]) -> bool {
         let (block, k) = (c / BLOCK, c % BLOCK);
-        let here = self.clearances[block][k];
+        let gaps = &self.gaps[block];
+        let here = gaps[k];
         // beside it in its block, which is known, or at the end of another
-        if k > 0 && self.clearances[block][k - 1] < here {
-            return false;
-        }
-        if k + 1 < BLOCK && self.clearances[block][k + 1] <= here {
+        if (k > 0 && gaps[k - 1] < here) || (k + 1 < BLOCK && gaps[k + 1] <= here) {
             return false;
         }
         let [before, behind] = ring.beside(c);
-        (k > 0 || here <= self.clearance(ring, before, x, q))
-            && (k + 1 < BLOCK || here < self.clearance(ring, behind, x, q))
+        (k > 0 || here <= self.gap(ring, before, x, q)) && (k + 1 < BLOCK || here < self.gap(ring, behind, x, q))
     }
 
-    fn clearance(&mut self, ring: &Candidates, c: usize, x: [f64; 2], q: &[f64]) -> f64 {
-        self.see(ring, c / BLOCK, x, q);
-        self.clearances[c / BLOCK][c % BLOCK]
-    }
-
-    /// Displacement of a candidate, radial and tangential, and its gap.
-    fn sight(&mut self, ring: &Candidates, c: usize, x: [f64; 2], q: &[f64]) -> ([f64; 2], f64) {
-        let block = c / BLOCK;
-        self.see(ring, block, x, q);
-        let v = self.displacements[block][c % BLOCK];
-        if self.seen_along[block] != self.step {
-            self.seen_along[block] = self.step;
-            self.along[block] = ring.tangentials(block, q);
-        }
-        let u = self.along[block][c % BLOCK];
-        let (sin, cos) = ring.angles[c];
-        let distance = [self.radius + v - (cos * x[0] + sin * x[1]), u - (cos * x[1] - sin * x[0])];
-        ([v, u], length(distance) - self.rotor_radius)
+    fn gap(&mut self, ring: &Candidates, c: usize, x: [f64; 2], q: &[f64]) -> f64 {
+        self.sight(ring, c / BLOCK, x, q);
+        self.gaps[c / BLOCK][c % BLOCK]
     }
 
     /// The place about a candidate that is nearest to the rotor; the candidate itself where it is not there.
     pub fn place(&mut self, ring: &Candidates, c: usize, x: [f64; 2], q: &[f64]) -> Place {
         let [before, behind] = ring.beside(c);
-        let three = [before, c, behind].map(|c| self.sight(ring, c, x, q));
+        let three = [before, c, behind].map(|c| {
+            let (gap, (block, k), (sin, cos)) = (self.gap(ring, c, x, q), (c / BLOCK, c % BLOCK), ring.angles[c]);
+            // v from its clearance
+            let v = self.clearances[block][k] - (self.radius - self.rotor_radius) + (cos * x[0] + sin * x[1]);
+            ([v, self.along[block][k]], gap)
+        });
         let gaps = three.map(|(_, gap)| gap);
         let (slope, bend) = (0.5 * (gaps[2] - gaps[0]), gaps[2] - 2.0 * gaps[1] + gaps[0]);
         let share = if bend > 0.0 && slope.abs() <= FARTHEST * bend { -slope / bend } else { 0.0 };
@@ -259,6 +196,54 @@ impl Survey {
     }
 }
 
+kernel! {
+    /// Clearances of eight candidates, by the columns of V.
+    fn clearances(radial: &[Lane], q: &[f64], directions: &[[f64; BLOCK]; 2], x: [f64; 2], room: f64) -> [f64; BLOCK] {
+        let [cos, sin] = directions;
+        let mut clearances = rows_times_inline(radial, &q[..radial.len()]);
+        for k in 0..BLOCK {
+            clearances[k] = room + clearances[k] - (x[0] * cos[k] + x[1] * sin[k]);
+        }
+        clearances
+    }
+}
+
+kernel! {
+    /// `sum_j |q_j - last_j| reach_j`; last becomes q.
+    fn way(last: &mut [f64], q: &[f64], reach: &[f64]) -> f64 {
+        let mut ways = [0.0; LANES];
+        let eights = last.as_chunks_mut::<LANES>().0.iter_mut().zip(q.as_chunks::<LANES>().0);
+        for ((last, q), reach) in eights.zip(reach.as_chunks::<LANES>().0) {
+            for k in 0..LANES {
+                ways[k] += (q[k] - last[k]).abs() * reach[k];
+            }
+            *last = *q;
+        }
+        sum(ways)
+    }
+}
+
+kernel! {
+    /// Displacements along the ring of eight candidates, by the columns of U, and their gaps.
+    fn gaps(
+        tangential: &[Lane],
+        q: &[f64],
+        directions: &[[f64; BLOCK]; 2],
+        x: [f64; 2],
+        clearances: &[f64; BLOCK],
+        rotor_radius: f64,
+    ) -> [[f64; BLOCK]; 2] {
+        let [cos, sin] = directions;
+        let along = rows_times_inline(tangential, &q[..tangential.len()]);
+        let mut gaps = [0.0; BLOCK];
+        for k in 0..BLOCK {
+            let (outwards, across) = (clearances[k] + rotor_radius, along[k] - (cos[k] * x[1] - sin[k] * x[0]));
+            gaps[k] = (outwards * outwards + across * across).sqrt() - rotor_radius;
+        }
+        [along, gaps]
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -274,8 +259,8 @@ mod tests {
         let structure = Structure::build(&machine, None).expect("buildable");
         let contact = &machine.diaphragms[0].contact;
         let ring = candidates(&machine.diaphragms[0], &structure, 0, 5e-6).expect("has candidates");
-        let modes = ring.bend.len();
-        let mut survey = Survey::new(ring.count(), modes, contact.rotor_radius + contact.gap, contact.rotor_radius);
+        let modes = ring.radial_reach.len();
+        let mut survey = Survey::new(&ring, contact.rotor_radius + contact.gap, contact.rotor_radius);
         let mut seed = 1_u64;
         let mut random = || {
             seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -289,15 +274,14 @@ mod tests {
             let size = 2e-6 * f64::from(round % 20);
             let q: Vec<f64> = (0..modes).map(|j| size * random() / (1.0 + ring.radial_reach[j])).collect();
             survey.look(&ring, x, &q);
-            looked += survey.near().len() * BLOCK;
-            let (mut normal, mut tangent) = (vec![0.0; modes], vec![0.0; modes]);
+            looked += survey.seen.iter().filter(|seen| **seen == survey.step).count() * BLOCK;
             for c in 0..ring.count() {
-                ring.rows_at(c, 0.0, [[1.0, 0.0], [0.0, 1.0]], [&mut normal, &mut tangent]);
-                let v: f64 = normal.iter().zip(&q).map(|(row, q)| row * q).sum();
+                let v: f64 = ring.of(c).0.iter().zip(&q).map(|(row, q)| row * q).sum();
                 let (sin, cos) = ring.angles[c];
                 let clearance = contact.gap + v - (x[0] * cos + x[1] * sin);
                 touching += usize::from(clearance < 0.0);
-                let found = survey.low.iter().any(|(index, known)| *index == c && (known - clearance).abs() < 1e-15);
+                let seen = survey.seen[c / BLOCK] == survey.step && survey.sighted[c / BLOCK] == survey.step;
+                let found = seen && (survey.clearances[c / BLOCK][c % BLOCK] - clearance).abs() < 1e-15;
                 missing += usize::from(clearance < -1e-15 && !found);
             }
         }

@@ -1,0 +1,115 @@
+//! Products and sums of the ring's modes in a contact step. All lists have a multiple of eight entries, zeros behind the last mode.
+
+use crate::linalg::lanes::{LANES, kernel, sum};
+
+kernel! {
+    /// Rows along two directions of polar axes of a place whose V and U are so much of those of three candidates, and the product of the second with a list.
+    pub(super) fn rows_at(
+        three: [(&[f64], &[f64]); 3],
+        weights: [f64; 3],
+        directions: [[f64; 2]; 2],
+        normal: &mut [f64],
+        tangent: &mut [f64],
+        list: &[f64],
+    ) -> f64 {
+        let [a, b, c] = weights;
+        let [[np, nq], [tp, tq]] = directions;
+        let [(va, ua), (vb, ub), (vc, uc)] =
+            three.map(|(v, u)| (v.as_chunks::<LANES>().0, u.as_chunks::<LANES>().0));
+        let (normal, tangent) = (normal.as_chunks_mut::<LANES>().0, tangent.as_chunks_mut::<LANES>().0);
+        let mut sums = [0.0; LANES];
+        let count = normal.len();
+        let (tangent, list) = (&mut tangent[..count], &list.as_chunks::<LANES>().0[..count]);
+        let [va, vb, vc, ua, ub, uc] = [va, vb, vc, ua, ub, uc].map(|row| &row[..count]);
+        for i in 0..count {
+            let (mut n, mut t) = ([0.0; LANES], [0.0; LANES]);
+            for k in 0..LANES {
+                let v = a * va[i][k] + b * vb[i][k] + c * vc[i][k];
+                let u = a * ua[i][k] + b * ub[i][k] + c * uc[i][k];
+                n[k] = np * v + nq * u;
+                t[k] = tp * v + tq * u;
+                sums[k] += t[k] * list[i][k];
+            }
+            (normal[i], tangent[i]) = (n, t);
+        }
+        sum(sums)
+    }
+}
+
+kernel! {
+    /// Keeps a row along which impulses act, and it times what the modes yield.
+    pub(super) fn yielding(yields: &[f64], act: &[f64], kept: &mut [f64], by: &mut [f64]) {
+        let (yields, act) = (yields.as_chunks::<LANES>().0, act.as_chunks::<LANES>().0);
+        let (kept, by) = (kept.as_chunks_mut::<LANES>().0, by.as_chunks_mut::<LANES>().0);
+        let count = yields.len();
+        let (act, kept, by) = (&act[..count], &mut kept[..count], &mut by[..count]);
+        for i in 0..count {
+            let mut product = act[i];
+            for k in 0..LANES {
+                product[k] *= yields[i][k];
+            }
+            (kept[i], by[i]) = (act[i], product);
+        }
+    }
+}
+
+kernel! {
+    /// `sums += a x + b y`.
+    pub(super) fn add_both(factors: [f64; 2], rows: [&[f64]; 2], sums: &mut [f64]) {
+        let [a, b] = factors;
+        let [x, y] = rows.map(|row| row.as_chunks::<LANES>().0);
+        for ((sums, x), y) in sums.as_chunks_mut::<LANES>().0.iter_mut().zip(x).zip(y) {
+            let mut added = *sums;
+            for k in 0..LANES {
+                added[k] = added[k] + a * x[k] + b * y[k];
+            }
+            *sums = added;
+        }
+    }
+}
+
+kernel! {
+    /// `sum_j |x_j| y_j`.
+    pub(super) fn weighted(x: &[f64], y: &[f64]) -> f64 {
+        let mut sums = [0.0; LANES];
+        for (x, y) in x.as_chunks::<LANES>().0.iter().zip(y.as_chunks::<LANES>().0) {
+            for k in 0..LANES {
+                sums[k] += x[k].abs() * y[k];
+            }
+        }
+        sum(sums)
+    }
+}
+
+kernel! {
+    /// Products of two rows with a list.
+    pub(super) fn both_products(rows: [&[f64]; 2], list: &[f64]) -> [f64; 2] {
+        let mut sums = [[0.0; LANES]; 2];
+        let [x, y] = rows.map(|row| row.as_chunks::<LANES>().0);
+        for ((list, x), y) in list.as_chunks::<LANES>().0.iter().zip(x).zip(y) {
+            for k in 0..LANES {
+                sums[0][k] += x[k] * list[k];
+                sums[1][k] += y[k] * list[k];
+            }
+        }
+        sums.map(sum)
+    }
+}
+
+kernel! {
+    /// Products of two rows with two others: of the first with both, then of the second.
+    pub(super) fn along_both(rows: [&[f64]; 2], others: [&[f64]; 2]) -> [f64; 4] {
+        let mut sums = [[0.0; LANES]; 4];
+        let [a, b] = rows.map(|row| row.as_chunks::<LANES>().0);
+        let [x, y] = others.map(|row| row.as_chunks::<LANES>().0);
+        for (((a, b), x), y) in a.iter().zip(b).zip(x).zip(y) {
+            for k in 0..LANES {
+                sums[0][k] += a[k] * x[k];
+                sums[1][k] += a[k] * y[k];
+                sums[2][k] += b[k] * x[k];
+                sums[3][k] += b[k] * y[k];
+            }
+        }
+        sums.map(sum)
+    }
+}

@@ -1,0 +1,175 @@
+//! Loops over eight columns or rows at a time, in vectors as wide as the processor has them: the same operations in the same order, so the same bytes.
+//!
+//! A kernel is written once, as plain loops over arrays of [`LANES`] numbers without sums across them, and compiled for each [`Width`]. Nothing fuses a product
+//! with a sum. `BLADEOFF_SIMD` forces a width, for tests and for comparisons; a run's row does not depend on it.
+//! Verified by `kernels_have_the_same_bytes_at_every_width`, `tests/widths.rs`.
+
+use std::sync::OnceLock;
+
+/// Numbers that go together.
+pub(crate) const LANES: usize = 8;
+/// The variable that forces a width.
+pub const WIDTH_VARIABLE: &str = "BLADEOFF_SIMD";
+
+/// Numbers that go together, where a vector of the processor may load them at once.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(align(64))]
+pub(crate) struct Lane(pub [f64; LANES]);
+
+/// Instructions of one width.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Width {
+    /// Those that every processor of its kind has: two numbers at once.
+    Sse2,
+    /// Four.
+    Avx2,
+    /// Eight.
+    Avx512,
+}
+
+/// A width that cannot be taken.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum WidthError {
+    /// No such name.
+    #[error("{WIDTH_VARIABLE} = \"{0}\": allowed are \"sse2\", \"avx2\" and \"avx512\"")]
+    Unknown(String),
+    /// Not on this processor.
+    #[error("{WIDTH_VARIABLE} = \"{asked}\": this processor has \"{has}\" at most")]
+    NotThere {
+        /// Asked for.
+        asked: Width,
+        /// The widest that is there.
+        has: Width,
+    },
+}
+
+impl std::fmt::Display for Width {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Sse2 => "sse2",
+            Self::Avx2 => "avx2",
+            Self::Avx512 => "avx512",
+        })
+    }
+}
+
+impl Width {
+    /// All, from the narrowest on.
+    pub const ALL: [Self; 3] = [Self::Sse2, Self::Avx2, Self::Avx512];
+
+    /// The widest of this processor.
+    #[must_use]
+    pub fn widest() -> Self {
+        #[cfg(target_arch = "x86_64")]
+        {
+            let all = [is_x86_feature_detected!("avx512f"), is_x86_feature_detected!("avx512dq")];
+            if all == [true; 2] && is_x86_feature_detected!("avx512vl") && is_x86_feature_detected!("avx512bw") {
+                return Self::Avx512;
+            }
+            if is_x86_feature_detected!("avx2") {
+                return Self::Avx2;
+            }
+        }
+        Self::Sse2
+    }
+
+    /// That of this process: what [`WIDTH_VARIABLE`] says, or the widest.
+    ///
+    /// # Errors
+    /// [`WidthError`].
+    pub fn chosen() -> Result<Self, WidthError> {
+        let Some(word) = std::env::var_os(WIDTH_VARIABLE) else { return Ok(Self::widest()) };
+        let word = word.to_string_lossy();
+        let has = Self::widest();
+        match Self::ALL.into_iter().find(|width| width.to_string() == word) {
+            None => Err(WidthError::Unknown(word.into_owned())),
+            Some(asked) if asked > has => Err(WidthError::NotThere { asked, has }),
+            Some(asked) => Ok(asked),
+        }
+    }
+}
+
+/// The width of this process; one that cannot be taken is refused where the program begins, and is the widest here.
+#[inline]
+pub(crate) fn width() -> Width {
+    static WIDTH: OnceLock<Width> = OnceLock::new();
+    *WIDTH.get_or_init(|| Width::chosen().unwrap_or_else(|_| Width::widest()))
+}
+
+/// Declares a kernel: its body is compiled once for each width, and the one of [`width`] is called.
+macro_rules! kernel {
+    ($(#[$meta:meta])* $vis:vis fn $name:ident($($arg:ident: $type:ty),* $(,)?) $(-> $out:ty)? $body:block) => {
+        $(#[$meta])*
+        #[inline]
+        $vis fn $name($($arg: $type),*) $(-> $out)? {
+            #[inline(always)]
+            fn plain($($arg: $type),*) $(-> $out)? $body
+            #[cfg(target_arch = "x86_64")]
+            {
+                #[target_feature(enable = "avx2")]
+                fn avx2($($arg: $type),*) $(-> $out)? { plain($($arg),*) }
+                #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx512bw")]
+                fn avx512($($arg: $type),*) $(-> $out)? { plain($($arg),*) }
+                match $crate::linalg::lanes::width() {
+                    $crate::linalg::lanes::Width::Sse2 => {}
+                    // SAFETY: `width` is at most what the processor was found to have
+                    #[expect(unsafe_code, reason = "vectors")]
+                    $crate::linalg::lanes::Width::Avx2 => return unsafe { avx2($($arg),*) },
+                    // SAFETY: the same
+                    #[expect(unsafe_code, reason = "vectors")]
+                    $crate::linalg::lanes::Width::Avx512 => return unsafe { avx512($($arg),*) },
+                }
+            }
+            plain($($arg),*)
+        }
+    };
+}
+pub(crate) use kernel;
+
+/// Sum of eight numbers, by halves.
+#[inline(always)]
+pub(crate) fn sum([a, b, c, d, e, f, g, h]: [f64; LANES]) -> f64 {
+    ((a + e) + (c + g)) + ((b + f) + (d + h))
+}
+
+/// Sums of eight rows' products with y, the rows' entries column by column; inside a kernel.
+#[inline(always)]
+pub(crate) fn rows_times_inline(columns: &[Lane], y: &[f64]) -> [f64; LANES] {
+    // two chains: a sum has to wait for the one before it
+    let (mut even, mut odd) = ([0.0; LANES], [0.0; LANES]);
+    let (pairs, last) = columns.as_chunks::<2>();
+    let (twos, rest) = y.as_chunks::<2>();
+    for ([one, other], [y, z]) in pairs.iter().zip(twos) {
+        for k in 0..LANES {
+            even[k] += one.0[k] * y;
+        }
+        for k in 0..LANES {
+            odd[k] += other.0[k] * z;
+        }
+    }
+    if let ([column], [y, ..]) = (last, rest) {
+        for k in 0..LANES {
+            even[k] += column.0[k] * y;
+        }
+    }
+    for k in 0..LANES {
+        even[k] += odd[k];
+    }
+    even
+}
+
+kernel! {
+    /// [`rows_times_inline`].
+    pub(crate) fn rows_times(columns: &[Lane], y: &[f64]) -> [f64; LANES] {
+        rows_times_inline(columns, y)
+    }
+}
+
+kernel! {
+    /// y += a x.
+    pub(crate) fn add_scaled(a: f64, x: &[f64], y: &mut [f64]) {
+        for (yi, xi) in y.iter_mut().zip(x) {
+            *yi += a * xi;
+        }
+    }
+}
