@@ -21,9 +21,12 @@ use bladeoff_model::machine::FlexibleStator;
 #[derive(Debug, Clone)]
 pub struct BladeStresses {
     rows: Rows,
-    /// Largest sum of absolute entries of a row: no stress exceeds it times the largest coordinate.
-    bound: f64,
+    /// Largest entry of all places for each coordinate: no stress exceeds the sum of these times the coordinates' sizes.
+    largest: Vec<f64>,
 }
+
+/// The bound with room for the rounding of its sum.
+const ROUNDED_UP: f64 = 1.0 + 1e-12;
 
 /// Stress per unit coordinate, one row per place: a few entries over nodal freedoms, all of them over modes.
 #[derive(Debug, Clone)]
@@ -64,13 +67,12 @@ impl BladeStresses {
                 }
             }
         }
-        let sums = columns.column_iter().map(|column| column.iter().map(|value| value.abs()).sum::<f64>());
-        let bound = sums.fold(0.0, f64::max);
+        let largest = columns.row_iter().map(|row| row.iter().fold(0.0_f64, |most, value| most.max(value.abs()))).collect();
         let rows = match coordinates.shapes() {
             None => Rows::Nodal(Csr::from_dense(&columns.transpose())),
             Some(_) => Rows::Modal(columns),
         };
-        Some(Self { rows, bound })
+        Some(Self { rows, largest })
     }
 
     /// Largest bending stress of all blades \[Pa\], or `None` where a bound says that it does not exceed `known`.
@@ -79,19 +81,8 @@ impl BladeStresses {
     /// are slow.
     #[must_use]
     pub fn above(&self, known: f64, q: &[f64]) -> Option<f64> {
-        // four at a time; a NaN ends the run anyway
-        let mut lanes = [0.0; 4];
-        let quarters = q.chunks_exact(4);
-        for (lane, value) in lanes.iter_mut().zip(quarters.remainder()) {
-            *lane = value.abs();
-        }
-        for quarter in quarters {
-            for (lane, value) in lanes.iter_mut().zip(quarter) {
-                *lane = if value.abs() > *lane { value.abs() } else { *lane };
-            }
-        }
-        let reach = lanes.into_iter().fold(0.0, f64::max);
-        (self.bound * reach > known).then(|| self.largest(q))
+        // a NaN ends the run anyway
+        (bound(&self.largest, q) * ROUNDED_UP > known).then(|| self.largest(q))
     }
 
     /// Largest bending stress of all blades \[Pa\].
@@ -108,6 +99,19 @@ impl BladeStresses {
             }
         }
     }
+}
+
+/// `sum_j largest_j |q_j|`, four at a time.
+fn bound(largest: &[f64], q: &[f64]) -> f64 {
+    let (most, mut lanes) = (largest.as_chunks::<4>(), [0.0; 4]);
+    let sizes = q.as_chunks::<4>();
+    for (most, q) in most.0.iter().zip(sizes.0) {
+        for k in 0..4 {
+            lanes[k] += most[k] * q[k].abs();
+        }
+    }
+    let rest: f64 = most.1.iter().zip(sizes.1).map(|(most, q)| most * q.abs()).sum();
+    lanes.iter().sum::<f64>() + rest
 }
 
 #[cfg(test)]

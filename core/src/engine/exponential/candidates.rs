@@ -42,7 +42,8 @@ pub(super) struct Candidates {
     /// Largest displacement of any candidate per amplitude, for each mode, and its radial part.
     reach: Vec<f64>,
     pub radial_reach: Vec<f64>,
-    /// Displacements per impulse of the modes left out between two candidates: radial and tangential, by rows; empty where none are.
+    /// Displacements per impulse of the modes left out between two candidates, those of one acting side by side: radial and tangential, by rows; empty where
+    /// none are.
     left_out: Vec<[f64; 4]>,
     /// The most that a unit impulse displaces any candidate along its radius in them.
     pub most_left_out: f64,
@@ -82,7 +83,7 @@ impl Candidates {
                     axpy(tangential / h, column_of(flexibility, dof), &mut moved[1]);
                 }
                 for (at, shape) in shapes.iter().enumerate() {
-                    let block = &mut blocks[at * count + acting];
+                    let block = &mut blocks[acting * count + at];
                     for &(dof, radial, tangential) in shape {
                         let by = [moved[0][dof], moved[1][dof]];
                         block[0] += radial * by[0];
@@ -153,7 +154,7 @@ impl Candidates {
 
     /// Displacement of a candidate by a unit impulse at another in the modes left out, in polar axes.
     pub fn left_out(&self, at: usize, acting: usize) -> &[f64; 4] {
-        self.left_out.get(at * self.count() + acting).unwrap_or(&[0.0; 4])
+        self.left_out.get(acting * self.count() + at).unwrap_or(&[0.0; 4])
     }
 }
 
