@@ -132,6 +132,13 @@ pub(crate) fn sum([a, b, c, d, e, f, g, h]: [f64; LANES]) -> f64 {
     ((a + e) + (c + g)) + ((b + f) + (d + h))
 }
 
+/// The least of eight numbers, by halves.
+#[inline(always)]
+pub(crate) fn least_of([a, b, c, d, e, f, g, h]: [f64; LANES]) -> f64 {
+    let least = |x: f64, y: f64| if x < y { x } else { y };
+    least(least(least(a, e), least(c, g)), least(least(b, f), least(d, h)))
+}
+
 /// Sums of eight rows' products with y, the rows' entries column by column; inside a kernel.
 #[inline(always)]
 pub(crate) fn rows_times_inline(columns: &[Lane], y: &[f64]) -> [f64; LANES] {

@@ -25,7 +25,10 @@ const YIELDS: [f64; 3] = [1e-5, 1e-4, 1e-3];
 
 /// Forces that satisfy the conditions, from those that are there; `None` where neither way finds any.
 pub(crate) fn solve(coupled: &mut Coupled, forces: &mut [ContactForce]) -> Option<()> {
-    let stiff: [_; POINTS] = std::array::from_fn(|k| coupled.w[k][k]);
+    let mut stiff = [[[0.0; 2]; 2]; POINTS];
+    for (k, own) in stiff[..forces.len()].iter_mut().enumerate() {
+        *own = coupled.w[k][k];
+    }
     for yields in YIELDS {
         for (k, own) in stiff[..forces.len()].iter().enumerate() {
             for row in 0..2 {

@@ -11,8 +11,6 @@ use bladeoff_model::machine::FrictionLaw;
 
 /// Unknowns at most: a normal and a tangential force each.
 const UNKNOWNS: usize = 2 * POINTS;
-/// Unknowns of few points.
-const FEW: usize = 8;
 /// A pivot below this share of its column's largest entry ends the elimination.
 const SINGULAR: f64 = 1e-13;
 /// A violation below this share of the largest force, gap or slip is rounding.
@@ -112,12 +110,14 @@ fn forces_in(coupled: &Coupled, states: &[State]) -> Option<[[f64; 2]; POINTS]> 
         }
     }
     let unknowns = &unknowns[..size];
+    let mut solution = [0.0; UNKNOWNS];
     // few points are the rule, and room for all takes longer to clear than their system to solve
-    let solution = if size <= FEW {
-        solved::<FEW>(coupled, states, unknowns)?
-    } else {
-        solved::<UNKNOWNS>(coupled, states, unknowns)?
-    };
+    match size {
+        0..=2 => solved::<2>(coupled, states, unknowns, &mut solution)?,
+        3..=4 => solved::<4>(coupled, states, unknowns, &mut solution)?,
+        5..=8 => solved::<8>(coupled, states, unknowns, &mut solution)?,
+        _ => solved::<UNKNOWNS>(coupled, states, unknowns, &mut solution)?,
+    }
     let mut forces = [[0.0; 2]; POINTS];
     for (&(k, row), value) in unknowns.iter().zip(solution) {
         forces[k][row] = value;
@@ -129,7 +129,12 @@ fn forces_in(coupled: &Coupled, states: &[State]) -> Option<[[f64; 2]; POINTS]> 
 }
 
 /// Values of the unknowns, N at most.
-fn solved<const N: usize>(coupled: &Coupled, states: &[State], unknowns: &[(usize, usize)]) -> Option<[f64; UNKNOWNS]> {
+fn solved<const N: usize>(
+    coupled: &Coupled,
+    states: &[State],
+    unknowns: &[(usize, usize)],
+    solution: &mut [f64; UNKNOWNS],
+) -> Option<()> {
     let (mut system, mut right) = ([[0.0; N]; N], [0.0; N]);
     for (i, &(k, row)) in unknowns.iter().enumerate() {
         for (j, &(other, column)) in unknowns.iter().enumerate() {
@@ -141,12 +146,17 @@ fn solved<const N: usize>(coupled: &Coupled, states: &[State], unknowns: &[(usiz
         }
         right[i] = -coupled.start[k][row];
     }
-    eliminate(&mut system, &mut right, unknowns.len())
+    eliminate(&mut system, &mut right, unknowns.len(), solution)
 }
 
 /// Gaussian elimination with row pivoting.
-fn eliminate<const N: usize>(system: &mut [[f64; N]; N], right: &mut [f64; N], size: usize) -> Option<[f64; UNKNOWNS]> {
-    let mut scale = [0.0_f64; UNKNOWNS];
+fn eliminate<const N: usize>(
+    system: &mut [[f64; N]; N],
+    right: &mut [f64; N],
+    size: usize,
+    solution: &mut [f64; UNKNOWNS],
+) -> Option<()> {
+    let mut scale = [0.0_f64; N];
     for (scale, column) in scale[..size].iter_mut().zip(0..) {
         *scale = system[..size].iter().fold(0.0, |most, row| most.max(row[column].abs()));
     }
@@ -167,7 +177,6 @@ fn eliminate<const N: usize>(system: &mut [[f64; N]; N], right: &mut [f64; N], s
             *right -= factor * side;
         }
     }
-    let mut solution = [0.0; UNKNOWNS];
     for i in (0..size).rev() {
         let mut sum = right[i];
         for j in i + 1..size {
@@ -175,5 +184,5 @@ fn eliminate<const N: usize>(system: &mut [[f64; N]; N], right: &mut [f64; N], s
         }
         solution[i] = sum / system[i][i];
     }
-    Some(solution)
+    Some(())
 }

@@ -1,6 +1,6 @@
 //! Products and sums of the ring's modes in a contact step. All lists have a multiple of eight entries, zeros behind the last mode.
 
-use crate::linalg::lanes::{LANES, kernel, sum};
+use crate::linalg::lanes::{LANES, Lane, kernel, least_of, rows_times_inline, sum};
 
 kernel! {
     /// Rows along two directions of polar axes of a place whose V and U are so much of those of three candidates, and the product of the second with a list.
@@ -111,5 +111,33 @@ kernel! {
             }
         }
         sums.map(sum)
+    }
+}
+
+kernel! {
+    /// The least of eight gaps after the rotor has moved, with the places' directions.
+    pub(super) fn least_moved(gaps: &[f64; LANES], directions: &[[f64; LANES]; 2], rotor: [f64; 2]) -> f64 {
+        let mut moved = *gaps;
+        for k in 0..LANES {
+            moved[k] = moved[k] + rotor[0] * directions[0][k] + rotor[1] * directions[1][k];
+        }
+        least_of(moved)
+    }
+}
+
+kernel! {
+    /// Those gaps after the ring has moved besides, by the columns of V, and the least of them.
+    pub(super) fn moved_gaps(
+        radial: &[Lane],
+        q: &[f64],
+        gaps: &[f64; LANES],
+        directions: &[[f64; LANES]; 2],
+        rotor: [f64; 2],
+    ) -> (f64, [f64; LANES]) {
+        let mut moved = rows_times_inline(radial, &q[..radial.len()]);
+        for k in 0..LANES {
+            moved[k] = gaps[k] + moved[k] + rotor[0] * directions[0][k] + rotor[1] * directions[1][k];
+        }
+        (least_of(moved), moved)
     }
 }

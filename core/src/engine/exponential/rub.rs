@@ -21,7 +21,7 @@ use super::plane::{across, product, times, turned};
 use super::survey::{Place, Survey};
 use crate::contact::ContactForce;
 use crate::contact::complementarity::{self, Coupled, POINTS};
-use super::rows::{add_both, both_products, rows_at, weighted, yielding};
+use super::rows::{add_both, both_products, least_moved, moved_gaps, rows_at, weighted, yielding};
 use crate::linalg::dot;
 use crate::linalg::lanes::rows_times;
 use crate::structure::Structure;
@@ -54,6 +54,7 @@ pub(super) struct Rub {
     impulses: Vec<f64>,
     coupled: Box<Coupled>,
     points: Vec<Point>,
+    forces: Vec<ContactForce>,
     rows: Vec<Rows>,
     /// What pressed in the last step, and where.
     pressed: Vec<(Place, ContactForce)>,
@@ -178,6 +179,7 @@ impl Rub {
                 sign: 1.0,
             }),
             points: Vec::with_capacity(POINTS),
+            forces: Vec::with_capacity(POINTS),
             pressed: Vec::with_capacity(POINTS),
         })
     }
@@ -220,11 +222,8 @@ impl Rub {
         self.survey.look(&self.candidates, to, &self.ring.modes.place);
         let mut deepest = None;
         self.points.clear();
-        for at in 0..self.survey.low.len() {
-            let index = self.survey.low[at];
-            if !self.survey.is_least(&self.candidates, index, to, &self.ring.modes.place) {
-                continue;
-            }
+        for at in 0..self.survey.least_ones.len() {
+            let index = self.survey.least_ones[at];
             let place = self.survey.place(&self.candidates, index, to, &self.ring.modes.place);
             if place.gap < 0.0 && self.points.len() < POINTS - 2 {
                 if deepest.is_none_or(|(gap, _)| place.gap < gap) {
@@ -251,13 +250,11 @@ impl Rub {
         self.couple(0, &moved);
         loop {
             let count = self.points.len();
-            let mut forces = [ContactForce::NONE; POINTS];
-            for (force, point) in forces.iter_mut().zip(&self.points) {
-                *force = point.force;
-            }
-            complementarity::solve(&mut self.coupled, &mut forces[..count]).ok_or(ExponentialError::NoImpulses)?;
-            for (point, force) in self.points.iter_mut().zip(forces) {
-                point.force = force;
+            self.forces.clear();
+            self.forces.extend(self.points.iter().map(|point| point.force));
+            complementarity::solve(&mut self.coupled, &mut self.forces).ok_or(ExponentialError::NoImpulses)?;
+            for (point, force) in self.points.iter_mut().zip(&self.forces) {
+                point.force = *force;
             }
             self.respond();
             let (left, index) = self.least_left(to, &moved);
@@ -335,16 +332,18 @@ impl Rub {
         survey.nearer(candidates, length(rotor) + left_out + most, x, q, near);
         for &block in &*near {
             // no nearer where the ring's modes cannot close what is open
-            let (gaps, [cos, sin]) = (*survey.gaps(block), &candidates.directions[block]);
-            let within = |k: usize| gaps[k] + rotor[0] * cos[k] + rotor[1] * sin[k] < left_out + most;
-            if !(0..BLOCK).any(within) {
+            let (gaps, directions) = (survey.gaps(block), &candidates.directions[block]);
+            if least_moved(gaps, directions, rotor) >= left_out + most {
+                continue;
+            }
+            // along the places' radii
+            let (lowest, after) = moved_gaps(candidates.radial(block), impulses, gaps, directions, rotor);
+            if lowest >= left_out {
                 continue;
             }
             let opens = rows_times(candidates.radial(block), impulses);
-            for k in 0..BLOCK {
+            for (k, mut gap) in after.into_iter().enumerate() {
                 let index = block * BLOCK + k;
-                // along the place's radius
-                let mut gap = gaps[k] + opens[k] + rotor[0] * cos[k] + rotor[1] * sin[k];
                 if gap >= left_out || points.iter().any(|point| beside(point.place.index, index, count)) {
                     continue;
                 }

@@ -14,7 +14,7 @@
 
 use super::bound::length;
 use super::candidates::{BLOCK, Candidates, parabola};
-use crate::linalg::lanes::{LANES, Lane, kernel, rows_times_inline, sum};
+use crate::linalg::lanes::{LANES, Lane, kernel, least_of, rows_times_inline, sum};
 
 /// A nearest place is no farther from its candidate, in spacings: half of one, and room for candidates that differ less in their clearances than in their gaps.
 const FARTHEST: f64 = 0.75;
@@ -41,8 +41,8 @@ pub(super) struct Survey {
     /// Amplitudes and place of the last look, and how far anything may have come to the rotor since the first.
     last: (Vec<f64>, [f64; 2]),
     moved: f64,
-    /// Candidates in reach, in their order.
-    pub low: Vec<usize>,
+    /// Candidates in reach with no nearer one beside them, in their order.
+    pub least_ones: Vec<usize>,
 }
 
 /// A place on the ring, its gap, and the unit vector to it from the rotor.
@@ -73,14 +73,14 @@ impl Survey {
             gaps: vec![[0.0; BLOCK]; blocks],
             last: (vec![0.0; ring.radial_reach.len()], [0.0; 2]),
             moved: 0.0,
-            low: Vec::with_capacity(ring.count()),
+            least_ones: Vec::with_capacity(ring.count()),
         }
     }
 
     /// Looks at the candidates of a ring with amplitudes q, zeros behind the last mode, from a rotor at x.
     pub fn look(&mut self, ring: &Candidates, x: [f64; 2], q: &[f64]) {
         self.step += 1;
-        self.low.clear();
+        self.least_ones.clear();
         let (last, from) = &mut self.last;
         let way = way(last, q, &ring.radial_reach) + length([x[0] - from[0], x[1] - from[1]]);
         *from = x;
@@ -94,12 +94,27 @@ impl Survey {
             if self.least[block] - self.moved < sagitta {
                 self.see(ring, block, x, q);
                 if self.least[block] - self.moved < sagitta {
-                    self.sight(ring, block, x, q);
-                    let gaps = &self.gaps[block];
-                    let low = (0..BLOCK).filter(|&k| gaps[k] < sagitta).map(|k| block * BLOCK + k);
-                    self.low.extend(low);
+                    self.find_least_ones(ring, block, sagitta, x, q);
                 }
             }
+        }
+    }
+
+    /// Adds those of a block.
+    fn find_least_ones(&mut self, ring: &Candidates, block: usize, below: f64, x: [f64; 2], q: &[f64]) {
+        self.sight(ring, block, x, q);
+        let (gaps, first) = (self.gaps[block], block * BLOCK);
+        for k in 0..BLOCK {
+            let here = gaps[k];
+            if here >= below || (k > 0 && gaps[k - 1] < here) || (k + 1 < BLOCK && gaps[k + 1] <= here) {
+                continue;
+            }
+            // at the end of a block, the next one's has a say
+            let [before, behind] = ring.beside(first + k);
+            if (k == 0 && self.gap(ring, before, x, q) < here) || (k + 1 == BLOCK && self.gap(ring, behind, x, q) <= here) {
+                continue;
+            }
+            self.least_ones.push(first + k);
         }
     }
 
@@ -123,40 +138,28 @@ impl Survey {
     }
 
     /// Looks at a block.
+    #[inline]
     fn see(&mut self, ring: &Candidates, block: usize, x: [f64; 2], q: &[f64]) {
         if self.seen[block] == self.step {
             return;
         }
         self.seen[block] = self.step;
         let room = self.radius - self.rotor_radius;
-        self.clearances[block] = clearances(ring.radial(block), q, &ring.directions[block], x, room);
-        let least = self.clearances[block].iter().fold(f64::INFINITY, |least, &c| if c < least { c } else { least });
+        let least = clearances(ring.radial(block), q, &ring.directions[block], x, room, &mut self.clearances[block]);
         self.least[block] = least + self.moved;
     }
 
     /// Looks at the gaps of a block.
+    #[inline]
     fn sight(&mut self, ring: &Candidates, block: usize, x: [f64; 2], q: &[f64]) {
         if self.sighted[block] == self.step {
             return;
         }
         self.see(ring, block, x, q);
         self.sighted[block] = self.step;
-        let clearances = &self.clearances[block];
-        [self.along[block], self.gaps[block]] =
-            gaps(ring.tangential(block), q, &ring.directions[block], x, clearances, self.rotor_radius);
-    }
-
-    /// Whether no candidate beside one has a smaller gap.
-    pub fn is_least(&mut self, ring: &Candidates, c: usize, x: [f64; 2], q: &[f64]) -> bool {
-        let (block, k) = (c / BLOCK, c % BLOCK);
-        let gaps = &self.gaps[block];
-        let here = gaps[k];
-        // beside it in its block, which is known, or at the end of another
-        if (k > 0 && gaps[k - 1] < here) || (k + 1 < BLOCK && gaps[k + 1] <= here) {
-            return false;
-        }
-        let [before, behind] = ring.beside(c);
-        (k > 0 || here <= self.gap(ring, before, x, q)) && (k + 1 < BLOCK || here < self.gap(ring, behind, x, q))
+        let Self { clearances, along, gaps: found, rotor_radius, .. } = self;
+        let (clearances, to) = (&clearances[block], (&mut along[block], &mut found[block]));
+        gaps(ring.tangential(block), q, &ring.directions[block], x, clearances, *rotor_radius, to.0, to.1);
     }
 
     fn gap(&mut self, ring: &Candidates, c: usize, x: [f64; 2], q: &[f64]) -> f64 {
@@ -197,14 +200,22 @@ impl Survey {
 }
 
 kernel! {
-    /// Clearances of eight candidates, by the columns of V.
-    fn clearances(radial: &[Lane], q: &[f64], directions: &[[f64; BLOCK]; 2], x: [f64; 2], room: f64) -> [f64; BLOCK] {
+    /// Clearances of eight candidates, by the columns of V, and the least of them.
+    fn clearances(
+        radial: &[Lane],
+        q: &[f64],
+        directions: &[[f64; BLOCK]; 2],
+        x: [f64; 2],
+        room: f64,
+        clearances: &mut [f64; BLOCK],
+    ) -> f64 {
         let [cos, sin] = directions;
-        let mut clearances = rows_times_inline(radial, &q[..radial.len()]);
+        let mut found = rows_times_inline(radial, &q[..radial.len()]);
         for k in 0..BLOCK {
-            clearances[k] = room + clearances[k] - (x[0] * cos[k] + x[1] * sin[k]);
+            found[k] = room + found[k] - (x[0] * cos[k] + x[1] * sin[k]);
         }
-        clearances
+        *clearances = found;
+        least_of(found)
     }
 }
 
@@ -232,15 +243,17 @@ kernel! {
         x: [f64; 2],
         clearances: &[f64; BLOCK],
         rotor_radius: f64,
-    ) -> [[f64; BLOCK]; 2] {
+        along: &mut [f64; BLOCK],
+        gaps: &mut [f64; BLOCK],
+    ) {
         let [cos, sin] = directions;
-        let along = rows_times_inline(tangential, &q[..tangential.len()]);
-        let mut gaps = [0.0; BLOCK];
+        let moved = rows_times_inline(tangential, &q[..tangential.len()]);
+        let mut found = [0.0; BLOCK];
         for k in 0..BLOCK {
-            let (outwards, across) = (clearances[k] + rotor_radius, along[k] - (cos[k] * x[1] - sin[k] * x[0]));
-            gaps[k] = (outwards * outwards + across * across).sqrt() - rotor_radius;
+            let (outwards, across) = (clearances[k] + rotor_radius, moved[k] - (cos[k] * x[1] - sin[k] * x[0]));
+            found[k] = (outwards * outwards + across * across).sqrt() - rotor_radius;
         }
-        [along, gaps]
+        (*along, *gaps) = (moved, found);
     }
 }
 
