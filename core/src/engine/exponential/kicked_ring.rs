@@ -128,44 +128,32 @@ impl KickedRing {
 
 kernel! {
     fn drift(place: &mut [f64], rate: &mut [f64], mean: &mut [f64], way: &mut [f64], kicked: &Kicked) {
-        let (place, rate) = (place.as_chunks_mut::<LANES>().0, rate.as_chunks_mut::<LANES>().0);
-        let (mean, way) = (mean.as_chunks_mut::<LANES>().0, way.as_chunks_mut::<LANES>().0);
         let count = place.len();
-        let [cos, over, times, kept] = [&kicked.cos, &kicked.over, &kicked.times, &kicked.kept]
-            .map(|list| &list.as_chunks::<LANES>().0[..count]);
+        let (cos, over) = (&kicked.cos[..count], &kicked.over[..count]);
+        let (times, kept) = (&kicked.times[..count], &kicked.kept[..count]);
         let (rate, mean, way) = (&mut rate[..count], &mut mean[..count], &mut way[..count]);
-        for i in 0..count {
-            let (from, before) = (place[i], rate[i]);
-            let (mut middle, mut to, mut left, mut gone) = ([0.0; LANES], [0.0; LANES], [0.0; LANES], [0.0; LANES]);
-            for k in 0..LANES {
-                let after = kept[i][k] * before[k];
-                middle[k] = 0.5 * (before[k] + after);
-                to[k] = cos[i][k] * from[k] + over[i][k] * after;
-                left[k] = cos[i][k] * after - times[i][k] * from[k];
-                gone[k] = to[k] - from[k];
-            }
-            (place[i], rate[i], mean[i], way[i]) = (to, left, middle, gone);
+        for j in 0..count {
+            let (from, before) = (place[j], rate[j]);
+            let after = kept[j] * before;
+            let to = cos[j] * from + over[j] * after;
+            mean[j] = 0.5 * (before + after);
+            rate[j] = cos[j] * after - times[j] * from;
+            place[j] = to;
+            way[j] = to - from;
         }
     }
 }
 
 kernel! {
     fn kick(impulses: &[f64], place: &mut [f64], rate: &mut [f64], mean: &mut [f64], kicked: &Kicked) {
-        let (place, rate) = (place.as_chunks_mut::<LANES>().0, rate.as_chunks_mut::<LANES>().0);
-        let (mean, impulses) = (mean.as_chunks_mut::<LANES>().0, impulses.as_chunks::<LANES>().0);
         let count = place.len();
-        let [cos, over, gain] =
-            [&kicked.cos, &kicked.over, &kicked.gain].map(|list| &list.as_chunks::<LANES>().0[..count]);
+        let (cos, over, gain) = (&kicked.cos[..count], &kicked.over[..count], &kicked.gain[..count]);
         let (rate, mean, impulses) = (&mut rate[..count], &mut mean[..count], &impulses[..count]);
-        for i in 0..count {
-            let (mut to, mut left, mut middle) = (place[i], rate[i], mean[i]);
-            for k in 0..LANES {
-                let gained = gain[i][k] * impulses[i][k];
-                middle[k] += 0.5 * gained;
-                to[k] += over[i][k] * gained;
-                left[k] += cos[i][k] * gained;
-            }
-            (place[i], rate[i], mean[i]) = (to, left, middle);
+        for j in 0..count {
+            let gained = gain[j] * impulses[j];
+            mean[j] += 0.5 * gained;
+            place[j] += over[j] * gained;
+            rate[j] += cos[j] * gained;
         }
     }
 }

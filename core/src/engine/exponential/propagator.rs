@@ -8,7 +8,7 @@
 
 use super::block::{Block, Split};
 use super::local::Local;
-use crate::linalg::lanes::{LANES, kernel};
+use crate::linalg::lanes::kernel;
 use nalgebra::Complex;
 
 /// `exp(B h)` and the responses of a step size in one cell.
@@ -81,19 +81,7 @@ kernel! {
         let pairs = a.len();
         let [aa, ab, ba, bb] = free.each_ref().map(|list| &list[..pairs]);
         let b = &mut b[..pairs];
-        let whole = pairs / LANES * LANES;
-        for from in (0..whole).step_by(LANES) {
-            let at = |list: &[f64]| -> [f64; LANES] { std::array::from_fn(|k| list[from + k]) };
-            let (x, z, aa, ab, ba, bb) = (at(a), at(b), at(aa), at(ab), at(ba), at(bb));
-            let (mut p, mut q) = ([0.0; LANES], [0.0; LANES]);
-            for k in 0..LANES {
-                p[k] = aa[k] * x[k] + ab[k] * z[k];
-                q[k] = ba[k] * x[k] + bb[k] * z[k];
-            }
-            a[from..from + LANES].copy_from_slice(&p);
-            b[from..from + LANES].copy_from_slice(&q);
-        }
-        for k in whole..pairs {
+        for k in 0..pairs {
             let (x, z) = (a[k], b[k]);
             a[k] = aa[k] * x + ab[k] * z;
             b[k] = ba[k] * x + bb[k] * z;

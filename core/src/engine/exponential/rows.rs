@@ -14,23 +14,22 @@ kernel! {
     ) -> f64 {
         let [a, b, c] = weights;
         let [[np, nq], [tp, tq]] = directions;
-        let [(va, ua), (vb, ub), (vc, uc)] =
-            three.map(|(v, u)| (v.as_chunks::<LANES>().0, u.as_chunks::<LANES>().0));
-        let (normal, tangent) = (normal.as_chunks_mut::<LANES>().0, tangent.as_chunks_mut::<LANES>().0);
-        let mut sums = [0.0; LANES];
         let count = normal.len();
-        let (tangent, list) = (&mut tangent[..count], &list.as_chunks::<LANES>().0[..count]);
-        let [va, vb, vc, ua, ub, uc] = [va, vb, vc, ua, ub, uc].map(|row| &row[..count]);
-        for i in 0..count {
-            let (mut n, mut t) = ([0.0; LANES], [0.0; LANES]);
+        let [(va, ua), (vb, ub), (vc, uc)] = three;
+        let (va, vb, vc) = (&va[..count], &vb[..count], &vc[..count]);
+        let (ua, ub, uc) = (&ua[..count], &ub[..count], &uc[..count]);
+        let tangent = &mut tangent[..count];
+        for j in 0..count {
+            let v = a * va[j] + b * vb[j] + c * vc[j];
+            let u = a * ua[j] + b * ub[j] + c * uc[j];
+            normal[j] = np * v + nq * u;
+            tangent[j] = tp * v + tq * u;
+        }
+        let mut sums = [0.0; LANES];
+        for (t, list) in tangent.as_chunks::<LANES>().0.iter().zip(list.as_chunks::<LANES>().0) {
             for k in 0..LANES {
-                let v = a * va[i][k] + b * vb[i][k] + c * vc[i][k];
-                let u = a * ua[i][k] + b * ub[i][k] + c * uc[i][k];
-                n[k] = np * v + nq * u;
-                t[k] = tp * v + tq * u;
-                sums[k] += t[k] * list[i][k];
+                sums[k] += t[k] * list[k];
             }
-            (normal[i], tangent[i]) = (n, t);
         }
         sum(sums)
     }
@@ -39,16 +38,11 @@ kernel! {
 kernel! {
     /// Keeps a row along which impulses act, and it times what the modes yield.
     pub(super) fn yielding(yields: &[f64], act: &[f64], kept: &mut [f64], by: &mut [f64]) {
-        let (yields, act) = (yields.as_chunks::<LANES>().0, act.as_chunks::<LANES>().0);
-        let (kept, by) = (kept.as_chunks_mut::<LANES>().0, by.as_chunks_mut::<LANES>().0);
         let count = yields.len();
         let (act, kept, by) = (&act[..count], &mut kept[..count], &mut by[..count]);
-        for i in 0..count {
-            let mut product = act[i];
-            for k in 0..LANES {
-                product[k] *= yields[i][k];
-            }
-            (kept[i], by[i]) = (act[i], product);
+        for j in 0..count {
+            kept[j] = act[j];
+            by[j] = yields[j] * act[j];
         }
     }
 }
@@ -57,13 +51,10 @@ kernel! {
     /// `sums += a x + b y`.
     pub(super) fn add_both(factors: [f64; 2], rows: [&[f64]; 2], sums: &mut [f64]) {
         let [a, b] = factors;
-        let [x, y] = rows.map(|row| row.as_chunks::<LANES>().0);
-        for ((sums, x), y) in sums.as_chunks_mut::<LANES>().0.iter_mut().zip(x).zip(y) {
-            let mut added = *sums;
-            for k in 0..LANES {
-                added[k] = added[k] + a * x[k] + b * y[k];
-            }
-            *sums = added;
+        let count = sums.len();
+        let (x, y) = (&rows[0][..count], &rows[1][..count]);
+        for j in 0..count {
+            sums[j] = sums[j] + a * x[j] + b * y[j];
         }
     }
 }
