@@ -27,6 +27,11 @@ impl Form {
         Self { size, entries }
     }
 
+    /// The sum of forms of one size, times these.
+    pub fn mixed<const N: usize>(forms: [&Self; N], times: [f64; N]) -> Self {
+        Self { size: forms[0].size, entries: mixed(forms.map(|form| form.entries.as_slice()), times) }
+    }
+
     /// Its value.
     pub fn of(&self, y: &[f64]) -> f64 {
         value_of(&self.entries, &y[..self.size])
@@ -52,6 +57,11 @@ impl Rows {
         Self { columns: matrix.ncols(), entries: entries.collect() }
     }
 
+    /// The sum of as many rows each, times these.
+    pub fn mixed<const N: usize>(rows: [&Self; N], times: [f64; N]) -> Self {
+        Self { columns: rows[0].columns, entries: mixed(rows.map(|rows| rows.entries.as_slice()), times) }
+    }
+
     /// The products, and zeros up to a multiple of eight.
     pub fn times(&self, y: &[f64], products: &mut Vec<f64>) {
         products.clear();
@@ -59,6 +69,11 @@ impl Rows {
             products.extend(rows_times(block, y));
         }
     }
+}
+
+fn mixed<const N: usize>(entries: [&[Lane]; N], times: [f64; N]) -> Vec<Lane> {
+    let of = |i: usize| Lane(std::array::from_fn(|k| (0..N).map(|n| times[n] * entries[n][i].0[k]).sum()));
+    (0..entries[0].len()).map(of).collect()
 }
 
 kernel! {

@@ -17,7 +17,7 @@ use super::bound::Bound;
 use super::forms::{Form, Rows};
 use super::kick::Kick;
 use super::local::Local;
-use super::measured::Measured;
+use super::measured::{Between, Measured};
 use super::missed::Missed;
 use super::propagator::Propagator;
 use super::station::{Model, Station};
@@ -55,6 +55,7 @@ struct Found {
     stations: BTreeMap<i64, Arc<Station>>,
     /// By the station below.
     transfers: BTreeMap<i64, Arc<Transfer>>,
+    between: BTreeMap<i64, Arc<OnceLock<Between>>>,
     cells: BTreeMap<i64, Arc<Cell>>,
 }
 
@@ -68,6 +69,7 @@ pub(super) struct Cell {
     share: f64,
     stations: [Arc<Station>; 2],
     transfer: Arc<Transfer>,
+    between: Arc<OnceLock<Between>>,
     unbalances: usize,
     propagators: [OnceLock<Propagator>; LEVELS + 1],
     /// Of the first diaphragm's node: where its rows and pushes begin, and those of the bearings' loads.
@@ -113,7 +115,8 @@ impl Cell {
     pub fn measured(&self, model: &Model) -> &Measured {
         self.measured.get_or_init(|| {
             let [below, above] = &self.stations;
-            model.measures.of(&model.system, &(&below.motion * (1.0 - self.share) + &above.motion * self.share))
+            let between = || model.measures.between(&model.system, [&below.motion, &above.motion]);
+            self.between.get_or_init(between).at(self.share)
         })
     }
 
@@ -186,7 +189,6 @@ impl Grid {
         let (below, above) = (&found.stations[&b], &found.stations[&(b + 1)]);
         let mixed = |one: &Matrix, other: &Matrix| one * (1.0 - share) + other * share;
         let (rows, pushes) = (mixed(&below.rows, &above.rows), mixed(&below.pushes, &above.pushes));
-        let momentum = mixed(&below.momentum, &above.momentum);
         let blocks = below.blocks.iter().zip(&above.blocks);
         let outputs = &self.model.outputs;
         let cell = Arc::new(Cell {
@@ -198,10 +200,11 @@ impl Grid {
                 rows: rows.row_iter().map(|row| row.iter().copied().collect()).collect(),
                 pushes: pushes.column_iter().map(|column| column.iter().copied().collect()).collect(),
             },
-            momentum: Form::new(&momentum),
+            momentum: Form::mixed([&below.momentum, &above.momentum], [1.0 - share, share]),
             share,
             stations: [Arc::clone(below), Arc::clone(above)],
             transfer,
+            between: Arc::clone(found.between.entry(b).or_default()),
             unbalances: outputs.unbalances(),
             propagators: Default::default(),
             contact: outputs.has_contact().then(|| (outputs.contact(0), outputs.contact_push(0), outputs.loads())),

@@ -25,6 +25,16 @@ pub(super) struct Measures {
     nodal: Matrix,
 }
 
+/// The same of whirl states between two stations: at both, and of forms what goes with both.
+#[derive(Debug)]
+pub(super) struct Between {
+    energy: [Form; 3],
+    lost: [Form; 3],
+    gravity: [Vec<f64>; 2],
+    moments: [Rows; 2],
+    reach: [Vec<f64>; 2],
+}
+
 /// The same of whirl states in one cell.
 #[derive(Debug, Clone)]
 pub(super) struct Measured {
@@ -64,28 +74,63 @@ impl Measures {
         Self { weight: weight.to_vec(), moments, nodal }
     }
 
-    /// Of whirl states with this Z.
-    pub fn of(&self, system: &LateralSystem, motion: &Matrix) -> Measured {
+    /// Of whirl states between two stations with these Z.
+    pub fn between(&self, system: &LateralSystem, stations: [&Matrix; 2]) -> Between {
         let n = system.size;
-        let (q, rates) = (motion.rows(0, n).into_owned(), motion.rows(n, n).into_owned());
+        let halves = stations.map(|motion| [motion.rows(0, n).into_owned(), motion.rows(n, n).into_owned()]);
         let [stiffness, mass] = system.stores();
-        let stores = mul_tn(&q, &mul(stiffness, &q)) + mul_tn(&rates, &mul(mass, &rates));
         let skew = (stiffness - stiffness.transpose()) * 0.5;
-        let mut lost = mul_tn(&rates, &mul(&system.damping, &rates));
-        if skew.amax() > 0.0 {
-            lost += mul_tn(&rates, &mul(&skew, &q));
+        // A Z of each station, once
+        let by = halves.each_ref().map(|[q, rates]| {
+            let mut lost = mul(&system.damping, rates);
+            if skew.amax() > 0.0 {
+                lost += mul(&skew, q);
+            }
+            [mul(stiffness, q), mul(mass, rates), lost]
+        });
+        let energy = |one: usize, other: usize| {
+            let ([q, rates], [by_q, by_rates, _]) = (&halves[one], &by[other]);
+            (mul_tn(q, by_q) + mul_tn(rates, by_rates)) * 0.5
+        };
+        let lost = |one: usize, other: usize| mul_tn(&halves[one][1], &by[other][2]);
+        let pairs = |of: &dyn Fn(usize, usize) -> Matrix| {
+            [of(0, 0), of(0, 1) + of(1, 0), of(1, 1)].map(|matrix| Form::new(&matrix))
+        };
+        let weight = Matrix::from_column_slice(n, 1, &self.weight);
+        Between {
+            energy: pairs(&energy),
+            lost: pairs(&lost),
+            gravity: halves.each_ref().map(|[q, _]| mul_tn(q, &weight).as_slice().to_vec()),
+            moments: halves.each_ref().map(|[q, _]| Rows::new(&mul(&self.moments, q))),
+            reach: halves.each_ref().map(|[q, _]| self.reach(q)),
         }
-        let (pairs, nodal) = (n, mul(&self.nodal, &q));
+    }
+
+    /// For each pair, the largest displacement of any node per amplitude.
+    fn reach(&self, q: &Matrix) -> Vec<f64> {
+        let (pairs, nodal) = (q.nrows(), mul(&self.nodal, q));
         let of_pair = |k: usize| {
             let of = |i: usize| length([nodal[(i, k)], nodal[(i, pairs + k)]]);
             (0..nodal.nrows()).map(of).fold(0.0, f64::max)
         };
+        (0..pairs).map(of_pair).collect()
+    }
+}
+
+impl Between {
+    /// At a share of the way: Z is linear in it, forms are of second order.
+    pub fn at(&self, share: f64) -> Measured {
+        let (rest, linear) = (1.0 - share, [1.0 - share, share]);
+        let forms = |all: &[Form; 3]| Form::mixed(all.each_ref(), [rest * rest, rest * share, share * share]);
+        let lists = |[below, above]: &[Vec<f64>; 2]| {
+            below.iter().zip(above).map(|(below, above)| rest * below + share * above).collect()
+        };
         Measured {
-            energy: Form::new(&(stores * 0.5)),
-            lost: Form::new(&lost),
-            gravity: mul_tn(&q, &Matrix::from_column_slice(n, 1, &self.weight)).as_slice().to_vec(),
-            moments: Rows::new(&mul(&self.moments, &q)),
-            reach: (0..pairs).map(of_pair).collect(),
+            energy: forms(&self.energy),
+            lost: forms(&self.lost),
+            gravity: lists(&self.gravity),
+            moments: Rows::mixed(self.moments.each_ref(), linear),
+            reach: lists(&self.reach),
         }
     }
 }

@@ -10,6 +10,7 @@
 //! where what (1) leaves between pairs is more than rounding allows: pairs that are not invariant would be propagated wrongly.
 
 use super::block::Block;
+use super::forms::Form;
 use super::measured::Measures;
 use super::outputs::Outputs;
 use super::system::LateralSystem;
@@ -42,7 +43,7 @@ pub(super) struct Station {
     /// A column for each force.
     pub pushes: Matrix,
     /// N.
-    pub momentum: Matrix,
+    pub momentum: Form,
     /// 2-norm condition of R.
     pub condition: f64,
 }
@@ -79,7 +80,7 @@ impl Station {
             blocks: (0..size).map(block).collect(),
             rows: mul(&model.outputs.rows(system, speed), &motion),
             pushes: mul(&left, &model.outputs.pushes(system)),
-            momentum: &momentum + momentum.transpose(),
+            momentum: Form::new(&(&momentum + momentum.transpose())),
             motion,
             right,
             left,
