@@ -59,7 +59,7 @@ fn a_jeffcott_rotor_of_constant_spin_has_its_closed_form_at_any_step() {
         let structure = Structure::build(&machine, None).expect("buildable");
         for step in [0.01, 0.25, 6.0] {
             // the middle of a cell, so that its speed is the rotor's
-            let settings = FlightSettings { spacing: Some(1.3 / 150.05), ..FlightSettings::of_step(step) };
+            let settings = FlightSettings { spacing: Some(1.3 / 150.05), cells: 10, ..FlightSettings::of_step(step) };
             let mut flight = Flight::new(&machine, &structure, settings).expect("has a basis");
             let mut worst = 0.0_f64;
             while flight.time() < 60.0 - 0.5 * step {

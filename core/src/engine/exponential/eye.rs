@@ -82,7 +82,7 @@ impl<'a> Eye<'a> {
             let settled = if pressed {
                 rub.settled(place, flight.kick())
             } else {
-                Settled { amplitudes: modes.modes.place.clone(), pressed: Vec::new(), rotor: place }
+                Settled { amplitudes: modes.place().to_vec(), pressed: Vec::new(), rotor: place }
             };
             eye.take(place, &settled);
         }

@@ -31,8 +31,8 @@ const BEYOND: f64 = 0.5625;
 /// A flight step has at most `2^LEVELS` contact steps.
 pub(super) const LEVELS: usize = 4;
 /// Stations of a grid at most: with the default spacing three times the initial speed and more. A spin that jumps by [`LEAP`] of them in a step has left every model.
-const MOST_STATIONS: usize = 512;
-const LEAP: f64 = 192.0;
+const MOST_STATIONS: usize = 256;
+const LEAP: f64 = 96.0;
 /// Cells that are kept for other runs, at most: 65 kB each with 24 pairs.
 const KEPT: usize = 2048;
 
@@ -292,7 +292,7 @@ impl Grid {
 }
 
 /// The same for all speeds within some stations of each other, so that runs that begin at different speeds go by one chain.
-const TOGETHER: f64 = 32.0;
+const TOGETHER: f64 = 16.0;
 
 /// The station at which the chain of runs from a speed begins.
 pub(super) fn anchor(speed: f64, spacing: f64) -> i64 {

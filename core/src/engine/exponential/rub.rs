@@ -329,29 +329,31 @@ impl Rub {
         let most = weighted(&self.impulses, &self.candidates.radial_reach);
         let Self { survey, candidates, ring, near, impulses, points, .. } = self;
         let q = &ring.modes.place;
-        survey.nearer(candidates, length(rotor) + left_out + most, x, q, near);
+        // of places between candidates too
+        let between = survey.sagitta;
+        survey.nearer(candidates, length(rotor) + left_out + most + between, x, q, near);
         for &block in &*near {
             // no nearer where the ring's modes cannot close what is open
             let (gaps, directions) = (survey.gaps(block), &candidates.directions[block]);
-            if least_moved(gaps, directions, rotor) >= left_out + most {
+            if least_moved(gaps, directions, rotor) >= left_out + most + between {
                 continue;
             }
             // along the places' radii
             let (lowest, after) = moved_gaps(candidates.radial(block), impulses, gaps, directions, rotor);
-            if lowest >= left_out {
+            if lowest >= left_out + between {
                 continue;
             }
             let opens = rows_times(candidates.radial(block), impulses);
             for (k, mut gap) in after.into_iter().enumerate() {
                 let index = block * BLOCK + k;
-                if gap >= left_out || points.iter().any(|point| beside(point.place.index, index, count)) {
+                if gap >= left_out + between || points.iter().any(|point| beside(point.place.index, index, count)) {
                     continue;
                 }
                 for point in points.iter().filter(|point| point.force.normal > 0.0) {
                     let [a, b, ..] = candidates.left_out(index, point.acting.index);
                     gap += (a * point.acting.polar[0] + b * point.acting.polar[1]) * point.force.normal;
                 }
-                if gap >= 0.0 {
+                if gap >= between {
                     continue;
                 }
                 let place = survey.place(candidates, index, x, q);

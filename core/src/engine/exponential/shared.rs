@@ -17,7 +17,7 @@ use bladeoff_model::machine::{ContactSurface, Machine};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// Stations of the grid up to the initial speed, about.
-const STATIONS: f64 = 150.0;
+const STATIONS: f64 = 75.0;
 /// Lateral coordinates at most: a basis takes their cube.
 const COORDINATES: usize = 200;
 /// Models that are kept.

@@ -41,6 +41,8 @@ pub(super) struct Survey {
     /// Amplitudes and place of the last look, and how far anything may have come to the rotor since the first.
     last: (Vec<f64>, [f64; 2]),
     moved: f64,
+    /// What a place between two candidates may be nearer than they are, nearly.
+    pub sagitta: f64,
     /// Candidates in reach with no nearer one beside them, in their order.
     pub least_ones: Vec<usize>,
 }
@@ -73,6 +75,7 @@ impl Survey {
             gaps: vec![[0.0; BLOCK]; blocks],
             last: (vec![0.0; ring.radial_reach.len()], [0.0; 2]),
             moved: 0.0,
+            sagitta: 0.0,
             least_ones: Vec::with_capacity(ring.count()),
         }
     }
@@ -89,7 +92,8 @@ impl Survey {
             self.moved = 0.0;
             self.least.fill(f64::NEG_INFINITY);
         }
-        let sagitta = 0.125 * ring.spacing * ring.spacing * length(x);
+        self.sagitta = 0.125 * ring.spacing * ring.spacing * length(x);
+        let sagitta = self.sagitta;
         for block in 0..self.least.len() {
             if self.least[block] - self.moved < sagitta {
                 self.see(ring, block, x, q);
