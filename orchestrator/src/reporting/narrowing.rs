@@ -82,6 +82,12 @@ fn ahead(answer: &Answer, forecasts: Option<&Forecasts>) -> Vec<(f64, f64)> {
     of.map(|one| later(&one.later).collect()).unwrap_or_default()
 }
 
+/// Whether two lines look the same: rounding is no difference.
+fn is_same(a: &[(f64, f64)], b: &[(f64, f64)]) -> bool {
+    let same = |((x, y), (u, v)): (&(f64, f64), &(f64, f64))| x == u && (y - v).abs() <= 1e-6 * y.abs();
+    a.len() == b.len() && a.iter().zip(b).all(same)
+}
+
 /// The kind of a figure: "total order" of "total order of gap".
 fn kind(figure: &str) -> &str {
     figure.split_once(" of ").map_or(figure, |(kind, _)| kind)
@@ -105,7 +111,14 @@ fn chart(name: &str, course: &[(u64, &Answer)], columns: &[TableColumn], ahead: 
         points: line(&|answer| Some(widest(answer, |at| kind(&answer.figure_name(at)) == wanted)?.1)),
     };
     let mut courses: Vec<Course> = kinds.iter().map(of_kind).collect();
-    courses.extend(decisive.map(|at| Course { name: last.figure_name(at), points: line(&|answer| half(answer, at)) }));
+    if let Some(at) = decisive {
+        let (name, points) = (last.figure_name(at), line(&|answer| half(answer, at)));
+        match courses.iter_mut().find(|course| is_same(&course.points, &points)) {
+            // one line over another would be neither
+            Some(same) => same.name = format!("widest: {name}"),
+            None => courses.push(Course { name, points }),
+        }
+    }
     let most = courses.iter().flat_map(|course| &course.points).fold(0.0_f64, |most, (_, half)| most.max(*half));
     // parts of a variance in per cent, effects in the unit of the output
     let found = last.sensitivity.as_ref();
