@@ -70,7 +70,7 @@ fn a_study_of_sensitivities_alone_shows_how_its_intervals_narrow() {
     }
     // base points by powers of two: 16, 32, ... of 4 points
     let section = precision(&folder, "s");
-    for look in ["<td>64</td>", "<td>128</td>", "<td>512</td>", "<td>1024</td>"] {
+    for look in [">64</td>", ">128</td>", ">512</td>", ">1024</td>"] {
         assert!(section.contains(look), "{look} is not in {section}");
     }
     // so few have no interval, and that is said
