@@ -228,6 +228,27 @@ fn unknown_names_are_refused_with_what_is_allowed() {
     assert!(drawn.err.contains("two parameters of numbers: a, b; a column of numbers: y"), "{}", drawn.err);
 }
 
+/// Of smoothed maps a cell without limits is grey, and a difference counts pairs.
+#[test]
+fn grey_cells_of_a_smoothed_map_are_explained() {
+    let folder = Folder::new();
+    let map = "[[vary]]\nname = \"k\"\nvalues = [1, 2]\n[[question]]\nname = \"m\"\nmap = [\"a\", \"b\"]\nof = \"y\"\ndifference = [2, 1]\nvary = \"k\"\n";
+    let out = told(&folder, "w", &study("a + sqrt(0.8 - a - 0.1*k*b)*b", &monte_carlo(300), map));
+    assert!(out.contains("pairs with a bad run (") && out.contains("bad runs ("), "{out}");
+    let file = folder.name("w.svg");
+    assert_eq!(say(&["map", &folder.name("w"), "--question", "m", "--out", &file]).code, 0);
+    assert!(fs::read_to_string(file).expect("a picture").contains("grey: no limits"));
+    let page = folder.name("w.html");
+    assert_eq!(say(&["map", &folder.name("w"), "--question", "m", "--out", &page]).code, 0);
+    let text = fs::read_to_string(page).expect("a page");
+    assert!(text.contains("crosses: pairs with a bad run") && text.contains("grey where there are no limits"));
+    // far from what failed all of them have limits
+    told(&folder, "good", &study("a + b", &monte_carlo(3000), &map.replace("difference = [2, 1]\nvary = \"k\"\n", "")));
+    let file = folder.name("good.svg");
+    assert_eq!(say(&["map", &folder.name("good"), "--question", "m", "--out", &file]).code, 0);
+    assert!(!fs::read_to_string(file).expect("a picture").contains("crosses:"));
+}
+
 const GRID: &str = "schema = 1\nname = \"t\"\nmodel = \"function\"\n[function]\ny = \"sqrt(a + b - k)\"\n[[vary]]\nname = \"a\"\nvalues = [1, 2, 3]\n\
                     [[vary]]\nname = \"b\"\nvalues = [1, 2, 3]\n";
 

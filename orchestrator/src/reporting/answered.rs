@@ -177,8 +177,12 @@ pub(super) fn precision(
                 .filter_map(|(points, answer)| Some((*points, quantity.show(answer.estimate_if_bad_harmful?))))
                 .collect();
             let named = |what: &str| if name.is_empty() { what.to_owned() } else { format!("{name}: {what}") };
-            series.push(Series { name: named("interval"), colour, shape: Shape::Band(band) });
-            series.push(Series { name: String::new(), colour, shape: Shape::Upright(open) });
+            // of intervals with one side the legend shows these
+            let of_open = if band.is_empty() && !open.is_empty() { named("interval") } else { String::new() };
+            if !band.is_empty() {
+                series.push(Series { name: named("interval"), colour, shape: Shape::Band(band) });
+            }
+            series.push(Series { name: of_open, colour, shape: Shape::Upright(open) });
             series.push(Series { name: named("estimate"), colour, shape: Shape::Line(line, false) });
             if !harmful.is_empty() {
                 series.push(Series {

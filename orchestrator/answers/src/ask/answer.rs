@@ -183,7 +183,8 @@ impl Answer {
     #[must_use]
     pub fn without_interval(&self) -> Option<String> {
         let found = self.sensitivity.as_ref()?;
-        let told = self.notes.iter().find(|note| note.starts_with("no interval")).cloned();
+        let is_why = |note: &&String| note.starts_with("no interval") || note.contains("have an interval from ");
+        let told = self.notes.iter().find(is_why).cloned();
         told.or_else(|| found.indices.without.map(|why| format!("no number: {why}")))
     }
 }

@@ -203,6 +203,12 @@ impl Map {
         self.difference.is_some() && self.is_share() && cell.is_open
     }
 
+    /// Whether a smoothed cell has no limits, so that its half width is unknown.
+    #[must_use]
+    pub fn lacks_limits(&self) -> bool {
+        self.is_smoothed() && self.cells.iter().any(|cell| cell.low.is_none() || cell.high.is_none())
+    }
+
     /// Whether its cells are smoothed.
     #[must_use]
     pub fn is_smoothed(&self) -> bool {

@@ -36,7 +36,11 @@ pub fn map_figure(name: &str, map: &Map, of: usize) -> Result<Figure, FigureErro
         caption += &format!("; smoothed over {width:.2} of the range of both axes, a width of this panel's own");
     }
     if map.bad > 0 {
-        caption += "; crosses: bad runs";
+        let what = if map.difference.is_some() { "pairs with a bad run" } else { "bad runs" };
+        caption += &format!("; crosses: {what}");
+    }
+    if map.lacks_limits() {
+        caption += "; grey where there are no limits";
     }
     if map.cells.iter().any(|cell| is_open(cell) || map.is_unsure(cell)) {
         caption += "; grey: left open by them, with both numbers beside the pointer";

@@ -154,6 +154,9 @@ fn explanation(maps: &[Map]) -> Vec<String> {
     if any(|map| map.bad > 0 && map.is_smoothed()) {
         marks.push("crosses: bad runs".to_owned());
     }
+    if any(Map::lacks_limits) {
+        marks.push("grey: no limits, by bad runs or few samples".to_owned());
+    }
     if any(|map| map.bad > 0 && map.shows == Shows::SmoothedProbability) {
         marks.push("split: lower left as if bad runs were harmless, upper right as if harmful".to_owned());
     }
