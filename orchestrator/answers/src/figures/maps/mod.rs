@@ -138,7 +138,12 @@ fn in_lines(marks: &[String]) -> Vec<String> {
 fn explanation(maps: &[Map]) -> Vec<String> {
     let any = |is: fn(&Map) -> bool| maps.iter().any(is);
     let mut marks = vec!["lines: the levels marked beside the scale".to_owned()];
-    if any(|map| map.cells.iter().any(|cell| cell.regime.is_some())) {
+    // where all cells are of one regime there is none
+    let has_several = |map: &Map| {
+        let mut words = map.cells.iter().filter_map(|cell| cell.regime.as_deref());
+        words.next().is_some_and(|first| words.any(|word| word != first))
+    };
+    if any(has_several) {
         marks.push("orange: boundary of the regimes".to_owned());
     }
     if any(|map| map.bad > 0 && !map.is_smoothed()) {
