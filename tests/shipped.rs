@@ -47,6 +47,30 @@ fn the_error_of_the_detection_answers_and_the_night_has_its_gate() {
     answers_in_one_command("ci-night", 4, 4, &["overload", "load-95"]);
 }
 
+/// The corners of the map and what lies between: where the engine has no valid run that is a row like any other.
+#[test]
+fn the_map_of_one_detection_is_drawn_in_one_command() {
+    let folder = Folder::new();
+    let out = folder.name("map");
+    let study = "studies/gap-friction-hyp2.toml";
+    let ran = say(&["run", study, "--scale", "0.3", "--limit", "1", "--workers", "1", "--out", &out]);
+    assert_eq!(ran.code, 0, "{}", ran.err);
+    let (header, rows) = table(&out);
+    let column = |name: &str| header.iter().position(|column| column == name).expect("the column");
+    let status = column("status");
+    // the last column, as several causes have commas
+    let engine = |row: &Vec<String>| row.last().cloned();
+    assert!(rows.len() >= 4 && rows.iter().all(|row| engine(row).as_deref() == Some("exponential")), "{header:?}");
+    for word in ["ok", "invalid"] {
+        assert!(rows.iter().any(|row| row[status] == word), "{word}: {}", ran.out);
+    }
+    assert!(ran.out.contains("max_bearing_load_N over diaphragms.mid.contact.gap_m"), "{}", ran.out);
+    let picture = folder.name("loads.svg");
+    let drawn = say(&["map", &out, "--question", "loads", "--out", &picture]);
+    assert_eq!(drawn.code, 0, "{}", drawn.err);
+    assert!(fs::read_to_string(picture).expect("a picture").contains("cross: bad runs"));
+}
+
 /// Two whole trajectories, and two whole base points, of the rig.
 #[test]
 fn what_decides_answers_by_trajectories_and_then_by_base_points() {

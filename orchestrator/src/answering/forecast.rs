@@ -30,6 +30,8 @@ pub struct Forecast {
     pub name: String,
     /// Values of the crossed axes, in words; empty where there are none.
     pub group: String,
+    /// Which of several numbers has the widest: "total order of gap"; empty of a single one.
+    pub figure: String,
     /// Half of it now.
     pub now: f64,
     /// At each of [`Forecasts::later`].
@@ -47,6 +49,8 @@ pub struct Forecasts {
     pub later: Vec<Later>,
     /// Of each answer with an interval, in their order.
     pub of: Vec<Forecast>,
+    /// Sensitivities without any interval: question with its group, and why.
+    pub without: Vec<(String, String)>,
     /// Points at which `[stop]` is expected to be met, and the time to there.
     pub met: Option<(u64, Duration)>,
 }
@@ -94,26 +98,10 @@ pub fn forecasts(answering: &Answering, pace: f64, groups: usize, awaited: Optio
     // `[stop]` may end it before its design does
     let end = awaited.and_then(|awaited| awaited.looks.last()).map_or(answering.design, |last| last.points);
     let later = later(points, end, per_s);
-    let one = |answer: &Answer| {
-        let level = |look: &Look| Look { alpha: 1.0 - answer.confidence, ..*look };
-        let widest = |points: u64| {
-            let then = Look { points, ..now };
-            let half = |one: &Figures| half_width(one, &level(&now), &level(&then));
-            let halves: Option<Vec<f64>> = answer.figures.iter().map(half).collect();
-            halves?.into_iter().reduce(f64::max)
-        };
-        let group: Vec<String> = answer.group.0.iter().map(|(path, label)| format!("{path} = {label}")).collect();
-        Some(Forecast {
-            name: answer.name.clone(),
-            group: group.join(", "),
-            now: widest(points)?,
-            later: later.iter().map(|later| widest(later.points)).collect::<Option<_>>()?,
-            scale: answer.scale.clone(),
-        })
-    };
     let answers = &answering.answers.answers;
-    let found: Vec<Forecast> = answers.iter().filter_map(one).collect();
-    if found.is_empty() {
+    let found: Vec<Forecast> = answers.iter().filter_map(|answer| one(answer, &now, &later)).collect();
+    let without: Vec<(String, String)> = answers.iter().filter_map(without).collect();
+    if found.is_empty() && without.is_empty() {
         return None;
     }
     let is_open = |awaited: &&Awaited| awaited.rule.asks_for_width() && !answering.answers.complete;
@@ -123,7 +111,42 @@ pub fn forecasts(answering: &Answering, pace: f64, groups: usize, awaited: Optio
         let look = expected(&awaited.rule, &figures, &now, &awaited.looks).filter(|_| !figures.is_empty())?;
         Some((look.points, Duration::try_from_secs_f64((look.points - points) as f64 / per_s).ok()?))
     });
-    Some(Forecasts { per_hour: 3600.0 * per_s, later, of: found, met })
+    Some(Forecasts { per_hour: 3600.0 * per_s, later, of: found, without, met })
+}
+
+/// Values of the crossed axes of an answer, in words; empty where there are none.
+#[must_use]
+pub fn group_in_words(answer: &Answer) -> String {
+    let group: Vec<String> = answer.group.0.iter().map(|(path, label)| format!("{path} = {label}")).collect();
+    group.join(", ")
+}
+
+/// The forecast of an answer: of the widest of its intervals, now and later. A number without an interval narrows to nothing.
+fn one(answer: &Answer, now: &Look, later: &[Later]) -> Option<Forecast> {
+    let level = |look: &Look| Look { alpha: 1.0 - answer.confidence, ..*look };
+    let widest = |points: u64| {
+        let then = Look { points, ..*now };
+        let half = |(at, one): (usize, &Figures)| Some((at, half_width(one, &level(now), &level(&then))?));
+        let halves = answer.figures.iter().enumerate().filter_map(half);
+        halves.reduce(|most, one| if one.1 > most.1 { one } else { most })
+    };
+    let (at, half) = widest(now.points)?;
+    Some(Forecast {
+        name: answer.name.clone(),
+        group: group_in_words(answer),
+        figure: answer.figure_name(at),
+        now: half,
+        later: later.iter().map(|later| Some(widest(later.points)?.1)).collect::<Option<_>>()?,
+        scale: answer.scale.clone(),
+    })
+}
+
+/// A sensitivity that has no interval at all, and why.
+fn without(answer: &Answer) -> Option<(String, String)> {
+    answer.sensitivity.as_ref().filter(|_| answer.figures.iter().all(|one| one.statistical.is_none()))?;
+    let group = group_in_words(answer);
+    let group = if group.is_empty() { group } else { format!(" ({group})") };
+    Some((format!("{}{group}", answer.name), answer.without_interval()?))
 }
 
 /// What is looked ahead to: the times that the design lasts for, and its end where it comes before the last of them; beyond the end of one
@@ -155,14 +178,19 @@ impl Forecasts {
     #[must_use]
     pub fn lines(&self) -> Vec<String> {
         let one = |forecast: &Forecast| {
-            let Forecast { name, group, now, later, scale } = forecast;
+            let Forecast { name, group, figure, now, later, scale } = forecast;
             let group = if group.is_empty() { String::new() } else { format!(" ({group})") };
+            let which = match figure.as_str() {
+                "" => "its interval".to_owned(),
+                figure => format!("its widest interval ({figure})"),
+            };
             let show = |half: f64| scale.show(half);
             let later: Vec<String> =
                 self.later.iter().zip(later).map(|(later, half)| format!("{} {}", show(*half), later.when)).collect();
-            format!("{name}{group}: half of its interval is {} now, {}", show(*now), later.join(", "))
+            format!("{name}{group}: half of {which} is {} now, {}", show(*now), later.join(", "))
         };
         let mut lines: Vec<String> = self.of.iter().map(one).collect();
+        lines.extend(self.without.iter().map(|(name, why)| format!("{name}: none is forecast: {why}")));
         lines.extend(self.met.map(|(points, time)| {
             format!("precise enough, as [stop] asks, is expected at {points} points, in about {}", duration(time))
         }));
@@ -184,6 +212,7 @@ impl Forecasts {
             json!({
                 "name": forecast.name,
                 "group": forecast.group,
+                "figure": Some(&forecast.figure).filter(|figure| !figure.is_empty()),
                 "half_width": forecast.now,
                 "later": forecast.later,
             })

@@ -5,15 +5,15 @@ use super::{Answering, AnsweringError, note_half_way, note_related, read};
 use bladeoff_answers::ask::{Answer, Answers, Ask, Question, SCHEMA, answer, answer_all};
 use bladeoff_answers::estimate::input::{Cells, Column, Design, Nature, Study};
 use bladeoff_answers::gate::{Decision, FIRST_LOOK, Gate};
-use bladeoff_study::Samples;
+use bladeoff_study::{Samples, is_blocked};
 use std::path::Path;
 
-/// Answers, decisions, and the answers of one number at 256, 512, ... points and at all.
+/// Answers, decisions, and the answers that have intervals at ever more points and at all.
 #[derive(Debug, Clone)]
 pub struct Looked {
     /// From all points that count.
     pub answering: Answering,
-    /// Points, and what was answered by them: of questions for one number alone.
+    /// Points, and what was answered by them: of questions for one number, and of sensitivities.
     pub looks: Vec<(u64, Vec<Answer>)>,
     /// Of the gates, in order.
     pub decisions: Vec<Decision>,
@@ -67,9 +67,11 @@ pub fn answer_at_looks(
         decisions.extend(gate.judge(&study)?);
     }
     let mut looks: Vec<(u64, Vec<Answer>)> = Vec::new();
-    let numbers: Vec<&Question> =
-        questions.iter().filter(|question| matches!(question.ask, Ask::One(_) | Ask::Difference(..))).collect();
-    let mut at = FIRST_LOOK;
+    let numbers: Vec<&Question> = questions
+        .iter()
+        .filter(|question| matches!(question.ask, Ask::One(_) | Ask::Difference(..) | Ask::Sensitivity(_)))
+        .collect();
+    let mut at = first_look(samples);
     while at < points && !numbers.is_empty() {
         let part = first(&study, at as usize);
         // a question that cannot be answered says so in its answer
@@ -90,6 +92,15 @@ pub fn answer_at_looks(
         looks,
         decisions,
     })
+}
+
+/// Trajectories, or base points, of the first look: few studies have 256 of them, and 10 have an interval.
+const FIRST_BLOCKS: u64 = 16;
+
+/// Points of the first look; each has twice as many as the one before.
+fn first_look(samples: &Samples) -> u64 {
+    let blocks = samples.plan().filter(|plan| is_blocked(plan)).map(|plan| FIRST_BLOCKS * plan.rows());
+    blocks.unwrap_or(FIRST_LOOK)
 }
 
 /// The first points of a study.

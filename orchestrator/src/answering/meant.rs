@@ -89,7 +89,8 @@ pub(super) fn check_questions(to_check: &ToCheck<'_>, problems: &mut Collector<'
 
 fn needs_design(asked: &Asked, problems: &mut Collector<'_>) {
     // a map is one of chosen values, too
-    let question = asked.questions.iter().enumerate().find(|(_, question)| question.map.is_none());
+    let is_map = |question: &AskedQuestion| question.map.is_some() || question.has_map;
+    let question = asked.questions.iter().enumerate().find(|(_, question)| !is_map(question));
     let first = question.map(|(at, question)| (format!("question[{at}]"), question.span.clone()));
     let first = first.or(asked.gates.first().map(|gate| ("gate[0].require".to_owned(), gate.require.span.clone())));
     if let Some((key, span)) = first {
@@ -220,6 +221,7 @@ impl Reader<'_, '_> {
         let value = self.problems.excerpt(span.clone());
         let is_header = value.starts_with("[[");
         let told = self.problems.add(span, format!("{key}.{}", problem.key), &problem.message);
+        told.allowed.clone_from(&problem.allowed);
         told.value = Some(value.trim().to_owned()).filter(|_| !is_header);
     }
 

@@ -24,7 +24,7 @@ mod waiting;
 
 pub use checked::check_asked;
 pub use drawn::drawn;
-pub use forecast::{Awaited, Forecast, Forecasts, Later, forecasts, pace};
+pub use forecast::{Awaited, Forecast, Forecasts, Later, forecasts, group_in_words, pace};
 pub use kept::{KeepError, keep};
 pub use looks::{Looked, answer_at_looks, columns_asked};
 pub use meant::{Meant, Source, meant, only_gates};

@@ -38,19 +38,41 @@ struct Along {
     positions: Vec<u64>,
 }
 
-/// Why a map is not refined: what is wrong, and what is allowed.
+/// Why a map is not refined: what is wrong, what is allowed, and the key that says it.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Unrefined(String, String);
+pub struct Unrefined(String, String, Key);
+
+/// A key of `[refine]`, or the whole of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Key {
+    Whole,
+    MaxSamples,
+    First,
+}
 
 impl Unrefined {
     fn new(message: impl Into<String>, allowed: impl Into<String>) -> Self {
-        Self(message.into(), allowed.into())
+        Self(message.into(), allowed.into(), Key::Whole)
+    }
+
+    fn by(self, key: Key) -> Self {
+        Self(self.0, self.1, key)
     }
 
     /// At its place in the study file.
     pub fn tell(self, samples: &Samples, problems: &mut Collector<'_>) {
-        let place = samples.study().refine.as_ref().map_or(0..0, |def| def.span.clone());
-        problems.add(place, "refine", self.0).allowed = Some(self.1);
+        let def = samples.study().refine.as_ref();
+        let place = def.map_or(0..0, |def| match self.2 {
+            Key::Whole => def.span.clone(),
+            Key::MaxSamples => def.places[0].clone(),
+            Key::First => def.places[1].clone(),
+        });
+        let key = match self.2 {
+            Key::Whole => "refine",
+            Key::MaxSamples => "refine.max_samples",
+            Key::First => "refine.first",
+        };
+        problems.add(place, key, self.0).allowed = Some(self.1);
     }
 }
 
@@ -96,13 +118,15 @@ impl Refinement {
             let message =
                 format!("{} and {} values come first, of {} and {}", first[0], first[1], lengths[0], lengths[1]);
             let refused = Unrefined::new(message, "at least 2 values of each, and at most as many as there are");
+            let refused = if asked.is_some() { refused.by(Key::First) } else { refused };
             return if is_part { Ok(None) } else { Err(refused) };
         };
         let each = samples.count() / (lengths[0] * lengths[1]) as u64;
         let begun = grid.first().len() as u64 * each;
         if begun > def.max_samples {
             let message = format!("{begun} samples come first, and max_samples = {} is all", def.max_samples);
-            return Err(Unrefined::new(message, "a larger max_samples, or fewer values with `first`"));
+            let refused = Unrefined::new(message, "a larger max_samples, or fewer values with `first`");
+            return Err(refused.by(Key::MaxSamples));
         }
         // differences between panels are no matter
         let wanted = Wanted { paired: None, ..wanted.clone() };

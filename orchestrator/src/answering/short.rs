@@ -1,5 +1,6 @@
 //! Why an answer is not as precise as `[stop]` asks, in words.
 
+use super::forecast::group_in_words;
 use bladeoff_answers::ask::Answer;
 use bladeoff_answers::estimate::figures::Figures;
 use bladeoff_answers::report::counted;
@@ -7,8 +8,8 @@ use bladeoff_answers::stop::{Hindrance, Precision, StopRule};
 
 /// The numbers of an answer that are not precise enough, and why; `only_hindered`: those that no further point makes so.
 pub(super) fn short_of(rule: &StopRule, answer: &Answer, only_hindered: bool) -> Vec<(String, String)> {
-    let group: Vec<String> = answer.group.0.iter().map(|(path, label)| format!("{path} = {label}")).collect();
-    let group = if group.is_empty() { String::new() } else { format!(" ({})", group.join(", ")) };
+    let group = group_in_words(answer);
+    let group = if group.is_empty() { group } else { format!(" ({group})") };
     let of = |(at, figures): (usize, &Figures)| {
         let why = match rule.hindrance(figures, answer.bad) {
             Some(hindrance) => hindered(&hindrance, answer),

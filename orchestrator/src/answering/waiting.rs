@@ -12,7 +12,7 @@ use bladeoff_answers::gate;
 use bladeoff_answers::report::duration;
 use bladeoff_answers::stop::{Look, StopRule, looks};
 use bladeoff_study::plan::{Kind, MOST_POINTS};
-use bladeoff_study::{FIRST_LOOK, Samples, StopDef, is_blocked};
+use bladeoff_study::{FIRST_LOOK, Samples, StopDef, block, is_blocked};
 use std::path::Path;
 use std::time::Duration;
 
@@ -125,11 +125,7 @@ impl Waiting {
             lines.push(format!("looks after {} points", points.join(", ")));
         }
         if let Some(samples) = samples {
-            let what = match self.samples.plan() {
-                Some(plan) if plan.kind() == Kind::Morris => "trajectories",
-                Some(plan) if is_blocked(plan) => "base points",
-                _ => "points",
-            };
+            let what = self.samples.plan().and_then(block).map_or("points", |(_, name)| name);
             lines.push(format!("{samples} {what} at most"));
         }
         lines.extend(wall.map(|wall| format!("{} at most", duration(wall))));

@@ -146,7 +146,9 @@ fn by_words(samples: &Samples, args: &Args, [x, y]: [&String; 2], of: &str) -> R
             }
         }
         let messages: Vec<&str> = problems.iter().map(|problem| problem.message.as_str()).collect();
-        CliError::Argument { argument: options.join(" "), message: messages.join("; "), allowed: None }
+        let allowed: Vec<&str> = problems.iter().filter_map(|problem| problem.allowed.as_deref()).collect();
+        let allowed = Some(allowed.join("; ")).filter(|allowed| !allowed.is_empty());
+        CliError::Argument { argument: options.join(" "), message: messages.join("; "), allowed }
     })
 }
 

@@ -50,7 +50,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let (study, total) = (samples.study(), samples.count());
     let mut text = format!("\n{}: {} of {}\n\n", study.name, merged.tally.done(), counted(total, "sample"));
     if let Some(end) = &merged.end {
-        text.push_str(&format!("{}\n\n", end.words(samples.points())));
+        text.push_str(&format!("{}\n\n", end.words(&samples)));
     }
     text.push_str(&summary(study, &args.directory, width())?);
     text.push_str(&format!("\nTable: {}\n", shown(&merged.table)));

@@ -318,7 +318,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let mut text =
         format!("\n{}: {} of {}\n\n", samples.study().name, finished.tally.done(), counted(samples.count(), "sample"));
     if let Some(end) = &finished.end {
-        text.push_str(&format!("{}\n\n", end.words(samples.points())));
+        text.push_str(&format!("{}\n\n", end.words(&samples)));
     }
     text.push_str(&summary(samples.study(), &out, width)?);
     let (what, all) = if incomplete { ("Finished rows", "/*.parquet") } else { ("Table", "") };

@@ -6,6 +6,7 @@ use super::exit::Exit;
 use super::output::{print_json, tell};
 use super::place::default_directory;
 use super::shards;
+use super::why::frozen;
 use crate::answering::Forecasts;
 use crate::report::Eta;
 use crate::run::shards::{samples_of, see_shards};
@@ -101,7 +102,11 @@ pub fn text(directory: &Path, json: bool) -> Result<String, CliError> {
         RunState::Running { .. } | RunState::Ended | RunState::Killed(_) => forecast_in(directory),
         RunState::Complete | RunState::Unknown { .. } => None,
     };
-    Ok(if json { as_json(seen, ahead.as_ref()) } else { as_text(&seen, ahead.as_ref()) })
+    if json {
+        return Ok(as_json(seen, ahead.as_ref()));
+    }
+    let end = end_told(&seen, directory);
+    Ok(as_text(&seen, end.as_deref(), ahead.as_ref()))
 }
 
 fn verified_text(verified: &[Verified]) -> String {
@@ -157,11 +162,11 @@ fn as_json(seen: Seen, ahead: Option<&Forecasts>) -> String {
     text
 }
 
-fn as_text(seen: &Seen, ahead: Option<&Forecasts>) -> String {
+fn as_text(seen: &Seen, end: Option<&str>, ahead: Option<&Forecasts>) -> String {
     let empty = Map::new();
     let told = seen.told.as_ref().unwrap_or(&empty);
     let word = |key: &str| told.get(key).and_then(Value::as_str);
-    let mut lines = vec![format!("{:<10} {}", "state", visible(&state(seen, word).replace('\n', " ")))];
+    let mut lines = vec![format!("{:<10} {}", "state", visible(&state(seen, end, word).replace('\n', " ")))];
     let mut line = |name: &str, text: String| lines.push(format!("{name:<10} {}", visible(&text)));
     if seen.told.is_none() {
         line("done", "unknown: the run has not told yet".to_owned());
@@ -194,7 +199,7 @@ fn as_text(seen: &Seen, ahead: Option<&Forecasts>) -> String {
     lines.join("\n")
 }
 
-fn state<'a>(seen: &Seen, word: impl Fn(&str) -> Option<&'a str>) -> String {
+fn state<'a>(seen: &Seen, end: Option<&str>, word: impl Fn(&str) -> Option<&'a str>) -> String {
     let by =
         |holder: &Option<crate::run::Holder>| holder.as_ref().map(|holder| format!(": {holder}")).unwrap_or_default();
     let last = || word("updated").map(|time| format!("; last told at {time}")).unwrap_or_default();
@@ -209,7 +214,7 @@ fn state<'a>(seen: &Seen, word: impl Fn(&str) -> Option<&'a str>) -> String {
         RunState::Killed(None) => {
             format!("killed or failed: it could not tell its end; finished samples are kept{}", last())
         }
-        RunState::Complete => match end_told(seen) {
+        RunState::Complete => match end {
             Some(end) => format!("complete: {end}"),
             None => "complete".to_owned(),
         },
@@ -232,9 +237,14 @@ fn state<'a>(seen: &Seen, word: impl Fn(&str) -> Option<&'a str>) -> String {
 }
 
 /// Where the table ends, in words, if `[stop]` says so.
-fn end_told(seen: &Seen) -> Option<String> {
+fn end_told(seen: &Seen, directory: &Path) -> Option<String> {
     let told = seen.told.as_ref()?;
-    TableEnd::of_json(told.get("stop")?).map(|end| end.words(told.get("points").and_then(Value::as_u64).unwrap_or(0)))
+    let end = TableEnd::of_json(told.get("stop")?)?;
+    // a directory whose study cannot be read any more is shown all the same
+    Some(match frozen(directory) {
+        Ok(samples) => end.words(&samples),
+        Err(_) => end.words_of(told.get("points").and_then(Value::as_u64).unwrap_or(0), None),
+    })
 }
 
 fn done(seen: &Seen, told: &Map<String, Value>) -> String {

@@ -108,7 +108,7 @@ pub fn text(directory: &Path, sample: u64) -> Result<String, CliError> {
         }
         Some(row) => finished(&mut told, row, go_on.as_deref()),
         None if let Some(end) = end_before(directory, sample) => {
-            let words = end.words(samples.points());
+            let words = end.words(&samples);
             let why = if end.is_chosen() { "not among those of the table" } else { "beyond the end of the table" };
             told.line("status", format!("{why}: {words}; it may be in the record, but has no row"));
         }

@@ -1,5 +1,6 @@
 //! Answers, decisions, and how they came about.
 
+use super::narrowing::narrowing;
 use super::words::{Quantity, group, group_or_all, numbers};
 use super::{Ahead, curves, sensitivity};
 use crate::answering::Answering;
@@ -128,13 +129,19 @@ pub(super) fn precision(
     Ahead { forecasts, short }: &Ahead,
 ) -> Vec<Block> {
     let mut blocks = Vec::new();
-    // one look is no course
-    let shown = if looks.len() < 2 { &[] } else { questions };
-    for question in shown {
+    for question in questions {
         let of = |answers: &'_ [Answer]| {
             answers.iter().filter(|answer| answer.name == question.name).cloned().collect::<Vec<_>>()
         };
         let steps: Vec<(u64, Vec<Answer>)> = looks.iter().map(|(points, answers)| (*points, of(answers))).collect();
+        if matches!(question.ask, Ask::Sensitivity(_)) {
+            blocks.extend(narrowing(question, &steps, columns, forecasts.as_ref()));
+            continue;
+        }
+        // one look is no course
+        if looks.len() < 2 {
+            continue;
+        }
         let all: Vec<&Answer> = steps.iter().flat_map(|(_, answers)| answers).collect();
         let Some(quantity) = Quantity::of(question, columns, &all) else { continue };
         let groups = steps.last().map_or(0, |(_, answers)| answers.len());
@@ -170,8 +177,12 @@ pub(super) fn precision(
                 .filter_map(|(points, answer)| Some((*points, quantity.show(answer.estimate_if_bad_harmful?))))
                 .collect();
             let named = |what: &str| if name.is_empty() { what.to_owned() } else { format!("{name}: {what}") };
-            series.push(Series { name: named("interval"), colour, shape: Shape::Band(band) });
-            series.push(Series { name: String::new(), colour, shape: Shape::Upright(open) });
+            // of intervals with one side the legend shows these
+            let of_open = if band.is_empty() && !open.is_empty() { named("interval") } else { String::new() };
+            if !band.is_empty() {
+                series.push(Series { name: named("interval"), colour, shape: Shape::Band(band) });
+            }
+            series.push(Series { name: of_open, colour, shape: Shape::Upright(open) });
             series.push(Series { name: named("estimate"), colour, shape: Shape::Line(line, false) });
             if !harmful.is_empty() {
                 series.push(Series {

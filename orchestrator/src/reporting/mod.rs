@@ -9,6 +9,7 @@
 mod answered;
 mod curves;
 mod failing;
+mod narrowing;
 mod provenance;
 mod rows;
 mod sensitivity;
@@ -103,7 +104,7 @@ pub fn report(subject: Subject<'_>, ahead: impl Fn(&Answering) -> Ahead) -> Resu
     add("worst", "The worst runs", worst::worst(&seen, subject));
     add("provenance", "Where it comes from", provenance::provenance(subject));
     add("limits", "What it cannot tell", provenance::limits(samples));
-    let ended = end.map(|end| end.words(samples.points()));
+    let ended = end.map(|end| end.words(samples));
     let page = Page { title: subject.name.to_owned(), lead: lead(&seen, of, looked.as_ref(), ended), sections };
     Ok(Report { page, rows: (seen.rows, of), is_known })
 }

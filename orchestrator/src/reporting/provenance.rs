@@ -67,7 +67,11 @@ pub(super) fn provenance(subject: Subject<'_>) -> Vec<Block> {
         if let Some(name) = key.strip_prefix("bladeoff.").filter(|name| *name != "schema_version") {
             match serde_json::from_str(value).ok().and_then(|value| TableEnd::of_json(&value)).filter(|_| name == STOP)
             {
-                Some(end) => put("end of the table", end.words(samples.points())),
+                Some(end) => put("end of the table", end.words(samples)),
+                // beside a table that ends before, its own rows would be meant
+                None if name == "samples" && metadata.iter().any(|(key, _)| key.ends_with(STOP)) => {
+                    put("samples of the whole study", value.clone());
+                }
                 None => put(&name.replace("_blake3", " (BLAKE3)").replace('_', " "), value.clone()),
             }
         }

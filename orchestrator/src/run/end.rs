@@ -6,6 +6,7 @@
 
 use bladeoff_answers::report::counted;
 use bladeoff_answers::tables::{TableError, read_metadata};
+use bladeoff_study::{Samples, block};
 use serde_json::{Value, json};
 use std::path::Path;
 use std::time::Duration;
@@ -94,12 +95,25 @@ impl TableEnd {
 
     /// In words: "precise enough at 512 of 4096 points (`[stop]`)".
     #[must_use]
-    pub fn words(&self, of: u64) -> String {
+    pub fn words(&self, samples: &Samples) -> String {
+        self.words_of(samples.points(), samples.plan().and_then(block))
+    }
+
+    /// The same of so many points; `block`: points of a block, and what blocks are called, where these are counted.
+    #[must_use]
+    pub fn words_of(&self, of: u64, block: Option<(u64, &str)>) -> String {
         let points = self.points;
+        // `samples` of [stop] counts them
+        let at = match block {
+            Some((each, name)) => {
+                format!("{} of {} {name} ({points} of {of} points)", points / each.max(1), of / each.max(1))
+            }
+            None => format!("{points} of {of} points"),
+        };
         match self.why {
-            EndWhy::Precision => format!("precise enough at {points} of {of} points ([stop])"),
-            EndWhy::Samples => format!("ended at {points} of {of} points by `samples` of [stop]"),
-            EndWhy::Wall => format!("ended at {points} of {of} points by `wall` of [stop]"),
+            EndWhy::Precision => format!("precise enough at {at} ([stop])"),
+            EndWhy::Samples => format!("ended at {at} by `samples` of [stop]"),
+            EndWhy::Wall => format!("ended at {at} by `wall` of [stop]"),
             EndWhy::Refined => {
                 format!("{}; there it is as fine as its values ([refine])", self.chosen())
             }

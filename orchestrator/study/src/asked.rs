@@ -64,6 +64,8 @@ pub struct AskedQuestion {
     pub fragility: Option<Placed<String>>,
     /// `map`: two parameters.
     pub map: Option<Placed<[String; 2]>>,
+    /// It has a `map`, which may not have been read.
+    pub has_map: bool,
     /// `difference`, as texts.
     pub difference: Option<Placed<[String; 2]>>,
     /// `vary`.
@@ -222,6 +224,7 @@ fn question(keys: &Keys<'_>, problems: &mut Collector<'_>) -> AskedQuestion {
     question.confidence = placed_number(keys, "confidence", problems);
     question.difference = pair(keys, "difference", "two values of what `vary` names: [\"a\", \"b\"]", problems);
     question.map = pair(keys, "map", "two parameters: [\"contact.gap\", \"contact.friction\"]", problems);
+    question.has_map = keys.get("map").is_some();
     question.is_partly = problems.count() > before;
     question
 }

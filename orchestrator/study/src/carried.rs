@@ -122,10 +122,7 @@ impl Others {
     pub fn read(keys: &Keys<'_>, problems: &mut Collector<'_>) -> Self {
         let mut others = Self { carry: names(keys, "carry", problems), ignore: names(keys, "ignore", problems) };
         others.carry.retain(|(name, span)| {
-            let letter = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
-            let usable = name.len() <= LONGEST_NAME
-                && name.starts_with(|c: char| c.is_ascii_alphabetic())
-                && name.chars().all(letter);
+            let usable = can_be_carried(name);
             if !usable {
                 let problem = problems.add(span.clone(), "points.carry", "cannot be the name of a column of the table");
                 problem.value = Some(format!("{:?}", cut(name, 80)));
@@ -198,6 +195,12 @@ fn names(keys: &Keys<'_>, name: &str, problems: &mut Collector<'_>) -> Vec<(Stri
         }
     }
     found
+}
+
+/// Whether a column of this name can stand in the table.
+pub(super) fn can_be_carried(name: &str) -> bool {
+    let letter = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
+    name.len() <= LONGEST_NAME && name.starts_with(|c: char| c.is_ascii_alphabetic()) && name.chars().all(letter)
 }
 
 /// Refuses carried columns with the name of another column of the table.

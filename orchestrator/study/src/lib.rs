@@ -81,7 +81,7 @@ pub use parameter::{Origin, Parameter};
 pub use refine::RefineDef;
 pub use sample_keys::{SampleKey, SampleKeys};
 pub use samples::Samples;
-pub use stop::{FIRST_LOOK, StopDef, is_blocked};
+pub use stop::{FIRST_LOOK, StopDef, block, is_blocked};
 pub use template::{RISK_TEMPLATE, STUDY_MACHINE, STUDY_TEMPLATE};
 pub use twin::TwinShare;
 pub use values::ValueList;

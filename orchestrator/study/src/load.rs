@@ -204,6 +204,12 @@ impl Loader<'_> {
             true => PathTable::of_function(),
             false => PathTable::new(machine.as_ref().map(|machine| &machine.def), partly),
         };
+        let paths = match machine.as_ref().filter(|_| keys.get("points").is_some()).map(|machine| machine.def.build()) {
+            Some(Ok(built)) => {
+                paths.with_own(OWN_COLUMNS.into_iter().map(str::to_owned).chain((self.taken)(&built)).collect())
+            }
+            _ => paths,
+        };
         let set = keys.get("set").filter(|_| !is_function);
         let fixed = set.map(|entry| read_set(entry, &paths, &mut self.problems)).unwrap_or_default();
         let mut axes = Vec::new();

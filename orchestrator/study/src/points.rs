@@ -139,6 +139,7 @@ fn meanings(
     problems: &mut Collector<'_>,
 ) -> Vec<Meaning> {
     let columns = paths.columns();
+    let named: Vec<PathInfo> = header.iter().filter_map(|cell| paths.known(&columns, &cell.text)).collect();
     let mut meanings: Vec<Meaning> = Vec::new();
     let mut seen: Vec<&str> = Vec::new();
     for cell in header {
@@ -159,7 +160,7 @@ fn meanings(
         }
         let info = match columns.find(name) {
             Some(info) => Some(info.clone()),
-            None => paths.column(name, cell.span.clone(), problems),
+            None => paths.column(name, cell.span.clone(), &named, problems),
         };
         let is_known =
             |known: &Meaning| matches!((known, &info), (Meaning::Parameter(known, _), Some(info)) if known == info);

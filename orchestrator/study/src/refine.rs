@@ -19,6 +19,8 @@ pub struct RefineDef {
     pub first: Option<[u64; 2]>,
     /// Bytes of the table's header.
     pub span: Range<usize>,
+    /// Bytes of the values of `max_samples` and `first`; of the header where they do not stand.
+    pub places: [Range<usize>; 2],
 }
 
 impl RefineDef {
@@ -41,7 +43,10 @@ impl RefineDef {
         let most = most.and_then(|entry| keys.whole(entry, 1, i64::MAX as u64, problems));
         let first = keys.get("first").and_then(|entry| first(entry, problems));
         let question = question(&keys, asked, problems);
-        let def = Self { question: question?, max_samples: most?, first, span: entry.name_span.clone() };
+        let span = entry.name_span.clone();
+        let place = |name| keys.get(name).map_or(span.clone(), |entry| entry.node.span.clone());
+        let places = [place("max_samples"), place("first")];
+        let def = Self { question: question?, max_samples: most?, first, span: span.clone(), places };
         (problems.count() == before).then_some(def)
     }
 }

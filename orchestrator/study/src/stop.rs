@@ -118,6 +118,16 @@ pub fn is_blocked(plan: &Plan) -> bool {
     matches!(plan.kind(), Kind::Morris | Kind::Saltelli)
 }
 
+/// Points of a block, and what blocks are called, where they are counted.
+#[must_use]
+pub fn block(plan: &Plan) -> Option<(u64, &'static str)> {
+    match plan.kind() {
+        Kind::Morris => Some((plan.rows(), "trajectories")),
+        Kind::Saltelli => Some((plan.rows(), "base points")),
+        _ => None,
+    }
+}
+
 fn has_figure(question: &AskedQuestion) -> bool {
     // what could not be read is another problem
     question.is_partly || question.exceedance.is_none() && question.fragility.is_none() && question.map.is_none()

@@ -1,6 +1,7 @@
 //! `[[vary]]`: one table per varied parameter; tables of the same `zip` group advance together.
 
 use super::axis::{Axis, MOST_VARIED, Varied};
+use super::carried::can_be_carried;
 use super::parameter::variable_info;
 use super::table::{Keys, scalar_text, wrong_type};
 use super::values::{Gathered, Mixed, ValueList};
@@ -35,18 +36,26 @@ pub(super) struct PathTable<'a> {
     partly: bool,
     /// The study has no machine: it computes formulas.
     is_function: bool,
+    /// Columns that its table has of its own.
+    own: Vec<String>,
     used: RefCell<Vec<(String, Range<usize>, String)>>,
 }
 
 impl<'a> PathTable<'a> {
     /// For a machine, of which not all could be read if `partly`.
     pub fn new(machine: Option<&'a MachineDef>, partly: bool) -> Self {
-        Self { machine, partly, is_function: false, used: RefCell::new(Vec::new()) }
+        Self { machine, partly, is_function: false, own: Vec::new(), used: RefCell::new(Vec::new()) }
     }
 
     /// Of a study without a machine: there are no paths.
     pub fn of_function() -> Self {
-        Self { machine: None, partly: false, is_function: true, used: RefCell::new(Vec::new()) }
+        Self { machine: None, partly: false, is_function: true, own: Vec::new(), used: RefCell::new(Vec::new()) }
+    }
+
+    /// The same with the names of columns that the table has of its own.
+    pub fn with_own(mut self, own: Vec<String>) -> Self {
+        self.own = own;
+        self
     }
 
     /// The parameter that the entry `path` of a table names, which is then used.
@@ -68,8 +77,14 @@ impl<'a> PathTable<'a> {
         }
     }
 
-    /// As [`PathTable::resolve`] for a column of a points file, which may be something else than a parameter.
-    pub fn column(&self, name: &str, span: Range<usize>, problems: &mut Collector<'_>) -> Option<PathInfo> {
+    /// As [`PathTable::resolve`] for a column of a points file, which may be something else than a parameter; `named`: by other columns.
+    pub fn column(
+        &self,
+        name: &str,
+        span: Range<usize>,
+        named: &[PathInfo],
+        problems: &mut Collector<'_>,
+    ) -> Option<PathInfo> {
         let key = cut(name, 80);
         let unknown = self.machine.filter(|_| !problems.is_full()).map(|machine| machine.resolve(name));
         let nearest = match unknown {
@@ -80,8 +95,11 @@ impl<'a> PathTable<'a> {
         };
         let (message, carry) = match name {
             "" => ("a column without a name (an index, as some programs write it?)", String::new()),
+            // what is offered is taken
+            _ if !can_be_carried(name) || self.own.iter().any(|own| own == name) => (self.unknown(), String::new()),
             _ => (self.unknown(), format!("carry = [{key:?}] takes the column along into the table, ")),
         };
+        let nearest = nearest.filter(|near| !named.iter().any(|info| info.path == *near));
         let message = format!("{message}; in the study's [points] {carry}ignore = [{key:?}] leaves it out");
         let problem = problems.add(span, &key, message);
         problem.nearest = nearest;
@@ -132,6 +150,11 @@ impl<'a> PathTable<'a> {
     pub fn columns(&self) -> Columns {
         let all = self.machine.map(MachineDef::paths).unwrap_or_default();
         Columns(all.into_iter().map(|info| (info.column(), info)).collect())
+    }
+
+    /// The parameter that a column names by its column, its path or the end of it.
+    pub fn known(&self, columns: &Columns, name: &str) -> Option<PathInfo> {
+        columns.find(name).cloned().or_else(|| self.machine?.find(name).ok())
     }
 
     /// The value that `text` stands for; a problem and `None` if it is none for this parameter.

@@ -166,6 +166,29 @@ impl Answer {
     }
 }
 
+impl Answer {
+    /// The place in [`Answer::figures`] of the index that ranks the most decisive parameter of a sensitivity.
+    #[must_use]
+    pub fn most_decisive(&self) -> Option<usize> {
+        let found = self.sensitivity.as_ref().filter(|found| !found.indices.of.is_empty())?;
+        let each = (self.figures.len() / found.indices.of.len()).max(1);
+        let ranking = if found.estimator == "sobol" { each - 1 } else { 0 };
+        let places = (ranking..self.figures.len()).step_by(each);
+        let known = places.filter_map(|at| Some((at, self.figures[at].estimate?)));
+        // of equal ones the first, as sentences rank them
+        known.reduce(|most, one| if one.1 > most.1 { one } else { most }).map(|(at, _)| at)
+    }
+
+    /// Why a sensitivity has no interval: "no interval: 5 trajectories, 10 say something of their scatter".
+    #[must_use]
+    pub fn without_interval(&self) -> Option<String> {
+        let found = self.sensitivity.as_ref()?;
+        let is_why = |note: &&String| note.starts_with("no interval") || note.contains("have an interval from ");
+        let told = self.notes.iter().find(is_why).cloned();
+        told.or_else(|| found.indices.without.map(|why| format!("no number: {why}")))
+    }
+}
+
 impl Answers {
     /// The text of the file.
     ///

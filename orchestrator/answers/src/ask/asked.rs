@@ -347,7 +347,9 @@ impl<'a> Asked<'a> {
                     count => format!("{count} bins of equal count: the probability is that over the bin"),
                 });
             }
-            answer.notes.push(format!("the limits hold for each {what} by itself"));
+            if answer.method != Method::Without {
+                answer.notes.push(format!("the limits hold for each {what} by itself"));
+            }
             note_empty(&mut answer.notes, empty, CONDITION);
             self.note_along(path, &mut answer.notes);
             let subject = format!("P({}) over {path}", formula.text);

@@ -110,9 +110,17 @@ fn sentence(map: &Map) -> String {
 /// So many of the cells; of chosen ones no share, which would be none of the map.
 fn part(count: usize, of: usize, is_refined: bool) -> String {
     if is_refined {
-        return format!("{count} cells");
+        return counted(count as u64, "cell");
     }
     percent(count as f64 / of.max(1) as f64) + " of the cells"
+}
+
+/// "12 bad runs"; of a difference pairs are counted, and one of a pair is enough.
+fn bad_ones(map: &Map) -> String {
+    if map.difference.is_some() {
+        return format!("{} with a bad run", counted(map.bad, "pair"));
+    }
+    counted(map.bad, "bad run")
 }
 
 fn bad(map: &Map) -> String {
@@ -120,8 +128,8 @@ fn bad(map: &Map) -> String {
         return String::new();
     }
     if map.is_smoothed() {
-        return format!(", {}", counted(map.bad, "bad run"));
+        return format!(", {}", bad_ones(map));
     }
     let cells = map.cells.iter().filter(|cell| cell.bad > 0).count() as u64;
-    format!(", {} in {}", counted(map.bad, "bad run"), counted(cells, "cell"))
+    format!(", {} in {}", bad_ones(map), counted(cells, "cell"))
 }

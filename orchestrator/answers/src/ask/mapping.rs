@@ -84,7 +84,9 @@ impl Check<'_> {
             [column] => self.wrong("map", format!("`{column}` has words; a map is over two parameters of numbers")),
             [] => {
                 let near = self.near(name, &all);
-                self.wrong("map", format!("`{name}` is no parameter or variable of this study that varies{near}"))
+                let message = format!("`{name}` is no parameter or variable of this study that varies{near}");
+                let numbers = all.iter().copied().filter(|column| self.names.known.is_number(column)).collect();
+                self.none_of("map", message, (name, "two parameters of numbers", numbers))
             }
             ref several => self.wrong("map", format!("`{name}` could be {}", several.join(" or "))),
         }

@@ -86,7 +86,12 @@ pub struct Problem {
     pub place: Option<Range<usize>>,
     /// In words.
     pub message: String,
+    /// What is allowed, where it is known.
+    pub allowed: Option<String>,
 }
+
+/// Names that a refusal lists.
+const LISTED: usize = 8;
 
 /// One number about the runs.
 #[derive(Debug, Clone, PartialEq)]
@@ -188,7 +193,28 @@ pub(super) struct Check<'a> {
 
 impl Check<'_> {
     pub(super) fn wrong<T>(&mut self, key: &'static str, message: impl Into<String>) -> Option<T> {
-        self.problems.push(Problem { key, place: None, message: message.into() });
+        self.problems.push(Problem { key, place: None, message: message.into(), allowed: None });
+        None
+    }
+
+    /// As [`Check::wrong`], with names of what is allowed: those that hold the given one first.
+    pub(super) fn none_of<T>(
+        &mut self,
+        key: &'static str,
+        message: impl Into<String>,
+        (given, what, mut names): (&str, &str, Vec<&str>),
+    ) -> Option<T> {
+        let given = given.to_lowercase();
+        names.sort_by_key(|name| given.is_empty() || !name.to_lowercase().contains(&given));
+        let more = names.len().saturating_sub(LISTED);
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        names.truncate(LISTED);
+        let allowed = if names.is_empty() {
+            format!("{what}: there is none")
+        } else {
+            format!("{what}: {}{more}", names.join(", "))
+        };
+        self.problems.push(Problem { key, place: None, message: message.into(), allowed: Some(allowed) });
         None
     }
 
@@ -218,7 +244,8 @@ impl Check<'_> {
         match Formula::condition(text, &self.names.known) {
             Ok(formula) => Some(formula),
             Err(FormulaError { place, message }) => {
-                self.problems.push(Problem { key, place: Some(place.start + from..place.end + from), message });
+                let place = Some(place.start + from..place.end + from);
+                self.problems.push(Problem { key, place, message, allowed: None });
                 None
             }
         }
@@ -231,7 +258,14 @@ impl Check<'_> {
             [column] => self.wrong(key, format!("`{column}` is a column of words, not of numbers")),
             [] => {
                 let near = known.near(name).map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
-                self.wrong(key, format!("there is no column `{name}`{near}"))
+                // what went into a run is known beforehand: what came out is asked about
+                let is_output = |column: &&str| {
+                    known.is_number(column)
+                        && !["sample", "replicate", "block"].contains(column)
+                        && !self.names.given.iter().any(|given| given.column == **column)
+                };
+                let outputs = known.columns.iter().map(|(column, _)| column.as_str()).filter(is_output).collect();
+                self.none_of(key, format!("there is no column `{name}`{near}"), (name, "a column of numbers", outputs))
             }
             ref several => self.wrong(key, format!("`{name}` could be {}", several.join(" or "))),
         }
@@ -322,7 +356,8 @@ impl Check<'_> {
             [column] => Some(column.to_owned()),
             [] => {
                 let near = self.near(path, &all);
-                self.wrong("fragility", format!("`{path}` is neither varied nor uncertain{near}"))
+                let message = format!("`{path}` is neither varied nor uncertain{near}");
+                self.none_of("fragility", message, (path, "a varied or an uncertain parameter", all))
             }
             ref several => self.wrong("fragility", format!("`{path}` could be {}", several.join(" or "))),
         }
@@ -355,7 +390,8 @@ impl Check<'_> {
             [axis] => axis,
             [] => {
                 let near = self.near(path, &all);
-                return self.wrong("vary", format!("`{path}` is not varied{near}"));
+                let message = format!("`{path}` is not varied{near}");
+                return self.none_of("vary", message, (path, "a varied parameter", all));
             }
             ref several => return self.wrong("vary", format!("`{path}` could be {}", several.join(" or "))),
         };

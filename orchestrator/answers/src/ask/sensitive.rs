@@ -38,6 +38,40 @@ pub(super) fn sensitivities(
     groups.map(|(at, group)| rows.group(at, group, question, &unit)).collect()
 }
 
+/// Outputs whose squares no number holds, by a power of two that makes the largest one near to 1, and that power; others as they are.
+/// Parts of a variance and ranks do not change, effects are enlarged again.
+fn in_range(mut output: Vec<Option<f64>>) -> (Vec<Option<f64>>, f64) {
+    let finite = output.iter().flatten().filter(|value| value.is_finite());
+    let largest = finite.fold(0.0_f64, |most, value| most.max(value.abs()));
+    if largest == 0.0 || (LEAST..MOST).contains(&largest) {
+        return (output, 1.0);
+    }
+    let power = libm::ilogb(largest);
+    output.iter_mut().flatten().for_each(|value| *value = libm::scalbn(*value, -power));
+    (output, libm::scalbn(1.0, power))
+}
+
+/// Outputs whose squares, summed over any number of rows, are numbers.
+const LEAST: f64 = 1e-100;
+const MOST: f64 = 1e100;
+
+/// Effects in the unit of the output again.
+fn enlarge(indices: &mut Indices, factor: f64) {
+    let of = |value: Option<f64>| value.map(|value| value * factor);
+    let mut has_lost = false;
+    for (_, found) in &mut indices.of {
+        for index in [&mut found.mu_star, &mut found.mu, &mut found.sigma].into_iter().flatten() {
+            let [estimate, low, high] = [index.estimate, index.low, index.high].map(of);
+            has_lost |= [estimate, low, high].iter().flatten().any(|value| !value.is_finite());
+            let held = |value: Option<f64>| value.filter(|value| value.is_finite());
+            *index = Index { estimate: held(estimate), low: held(low), high: held(high) };
+        }
+    }
+    if has_lost {
+        indices.notes.push("effects beyond 1.8e308 have no number".to_owned());
+    }
+}
+
 struct Rows<'a> {
     study: &'a Study<'a>,
     wanted: &'a Sensitivity,
@@ -50,7 +84,15 @@ impl Rows<'_> {
         let output = self.output(at)?;
         let words = self.words(at);
         let found = regimes(&words, &output);
+        let (output, factor) = in_range(output);
         let (mut indices, of_regimes) = self.indices(at, &output, &words)?;
+        if self.wanted.method == SensitivityMethod::Morris {
+            enlarge(&mut indices, factor);
+        }
+        let (bad, runs) = (self.study.bad(at), self.study.points() as u64);
+        if indices.without.is_some() && bad == runs {
+            indices.without = Some("no run is ok");
+        }
         indices.notes.extend(warning(&found));
         let mut figures = Figures::over(indices.n);
         figures.method = match indices.interval {
@@ -60,7 +102,6 @@ impl Rows<'_> {
         };
         figures.approximate = figures.method != Method::Without;
         figures.notes.append(&mut indices.notes);
-        let bad = self.study.bad(at);
         let mut answer = Answer::of(&question.name, "sensitivity", group.clone(), bad, question.confidence, figures);
         let words = Words { wanted: self.wanted, unit, answer: &answer };
         let (sentence, mut lines) = (words.sentence(&indices), words.table(&indices));

@@ -58,7 +58,8 @@ pub(super) fn note_undefined(notes: &mut Vec<String>, undefined: u64) {
 /// Rows without a value, in words.
 pub(super) fn note_empty(notes: &mut Vec<String>, empty: u64, what: &str) {
     if empty > 0 {
-        notes.push(format!("in {empty} runs a column is empty, nothing of the kind happened: {what}"));
+        let runs = counted(empty, "run");
+        notes.push(format!("in {runs} a column is empty, nothing of the kind happened: {what}"));
     }
 }
 

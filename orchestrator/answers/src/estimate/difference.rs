@@ -159,7 +159,10 @@ pub fn of_means(a: &Values, b: &Values, scheme: &Scheme, part: impl Fn(usize) ->
     let lone = a.point.len() + b.point.len() - 2 * pairs.point.len();
     let mut found = mean(&pairs, scheme, part, alpha);
     if lone > 0 {
-        found.notes.push(format!("at {lone} points only one of both has a value: they are left out"));
+        found.notes.push(match lone {
+            1 => "at 1 point only one of both has a value: it is left out".to_owned(),
+            _ => format!("at {lone} points only one of both has a value: they are left out"),
+        });
     }
     found
 }

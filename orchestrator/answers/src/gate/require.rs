@@ -24,7 +24,7 @@ impl Gate {
     /// What is wrong with it, with its place.
     pub fn new(text: &str, confidence: Option<f64>, names: &Names) -> Result<Self, Vec<Problem>> {
         let wrong = |place: std::ops::Range<usize>, message: String| {
-            Err(vec![Problem { key: "require", place: Some(place), message }])
+            Err(vec![Problem { key: "require", place: Some(place), message, allowed: None }])
         };
         const FORM: &str = "a gate is `P(CONDITION) < BOUND`, such as `P(max_bearing_load_N > 1.2 MN) < 1e-2`";
         let start = text.len() - text.trim_start().len();
@@ -58,7 +58,8 @@ impl Gate {
         }
         // the three parts, each for itself
         let mut problems = Vec::new();
-        let mut say = |place, message| problems.push(Problem { key: "require", place: Some(place), message });
+        let mut say =
+            |place, message| problems.push(Problem { key: "require", place: Some(place), message, allowed: None });
         let found = Formula::condition(condition, &names.known)
             .map_err(|error| say(error.place.start + from..error.place.end + from, error.message));
         let bound = match parse(end, Kind::Number, &|_| None, &|_| None) {
@@ -74,7 +75,7 @@ impl Gate {
         let confidence = confidence.unwrap_or(CONFIDENCE);
         if !(confidence > 0.0 && confidence < 1.0) {
             let message = format!("{confidence} is not between 0 and 1");
-            problems.push(Problem { key: "confidence", place: None, message });
+            problems.push(Problem { key: "confidence", place: None, message, allowed: None });
         }
         match found {
             Ok(condition) if problems.is_empty() => {

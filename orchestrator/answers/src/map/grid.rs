@@ -62,7 +62,8 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
         map.cells.push(cell);
     }
     if begun > 0 {
-        map.notes.push(format!("{begun} cells are left out so far: not all of their runs are there"));
+        let cells = if begun == 1 { "1 cell is".to_owned() } else { format!("{begun} cells are") };
+        map.notes.push(format!("{cells} left out so far: not all of their runs are there"));
     }
 }
 

@@ -126,14 +126,11 @@ pub struct Cell {
     pub low: Option<f64>,
     /// As `low`.
     pub high: Option<f64>,
-    /// 95 % value of its starts, bad runs harmless.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    /// 95 % value of its starts, bad runs harmless; of medians alone.
     pub upper: Option<f64>,
     /// The same, bad runs harmful.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub upper_if_bad_harmful: Option<f64>,
     /// The most frequent regime of its ok runs, of several the worst.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub regime: Option<String>,
     /// Bad runs stand in its figure.
     #[serde(skip)]
@@ -204,6 +201,12 @@ impl Map {
     #[must_use]
     pub fn is_unsure(&self, cell: &Cell) -> bool {
         self.difference.is_some() && self.is_share() && cell.is_open
+    }
+
+    /// Whether a smoothed cell has no limits, so that its half width is unknown.
+    #[must_use]
+    pub fn lacks_limits(&self) -> bool {
+        self.is_smoothed() && self.cells.iter().any(|cell| cell.low.is_none() || cell.high.is_none())
     }
 
     /// Whether its cells are smoothed.
@@ -327,14 +330,22 @@ impl Frame<'_> {
         };
         let nowhere = self.places.nowhere;
         if nowhere > 0 {
-            map.notes.push(format!("{nowhere} runs have no value of {} or {}, and no place", wanted.x, wanted.y));
+            let runs = if nowhere == 1 { "1 run has".to_owned() } else { format!("{nowhere} runs have") };
+            map.notes.push(format!("{runs} no value of {} or {}, and no place", wanted.x, wanted.y));
         }
         if items.unpaired > 0 {
-            map.notes.push(format!("{} runs of both have no partner with the same inputs", items.unpaired));
+            let count = items.unpaired;
+            let runs = if count == 1 { "1 run of both has".to_owned() } else { format!("{count} runs of both have") };
+            map.notes.push(format!("{runs} no partner with the same inputs"));
         }
         if items.empty > 0 {
-            let what = "in which nothing of the kind happened, stand in no figure";
-            map.notes.push(format!("{} runs, {what}", items.empty));
+            let what = match (items.empty, map.difference.is_some()) {
+                (1, true) => "1 pair, in which nothing of the kind happened, stands".to_owned(),
+                (1, false) => "1 run, in which nothing of the kind happened, stands".to_owned(),
+                (count, true) => format!("{count} pairs, in which nothing of the kind happened, stand"),
+                (count, false) => format!("{count} runs, in which nothing of the kind happened, stand"),
+            };
+            map.notes.push(format!("{what} in no figure"));
         }
         if self.places.is_grid {
             if let Scheme::Without(why) = &self.scheme {

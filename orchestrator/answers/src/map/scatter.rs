@@ -71,9 +71,9 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
             .push("the samples are chosen, not drawn: limits tell how they scatter around what is smoothed".to_owned());
     }
     if !is_share && map.bad > 0 {
-        map.notes
-            .push(format!(
-            "bad runs ({}) have no value and stand in no mean; crosses show where they are. Within the width of one a mean is that of the others, without limits",
+        let what = if map.difference.is_some() { "pairs with a bad run" } else { "bad runs" };
+        map.notes.push(format!(
+            "{what} ({}) have no value and stand in no mean; crosses show where they are. Within the width of one a mean is that of the others, without limits",
             map.bad
         ));
     }

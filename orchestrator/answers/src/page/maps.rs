@@ -36,7 +36,14 @@ pub fn map_figure(name: &str, map: &Map, of: usize) -> Result<Figure, FigureErro
         caption += &format!("; smoothed over {width:.2} of the range of both axes, a width of this panel's own");
     }
     if map.bad > 0 {
-        caption += "; crosses: bad runs";
+        let what = if map.difference.is_some() { "pairs with a bad run" } else { "bad runs" };
+        caption += &format!("; crosses: {what}");
+    }
+    if map.lacks_limits() {
+        caption += "; grey where there are no limits";
+    }
+    if map.cells.iter().any(|cell| is_open(cell) || map.is_unsure(cell)) {
+        caption += "; grey: left open by them, with both numbers beside the pointer";
     }
     if every > 1 {
         caption += &format!("; one of {every} values along each axis is drawn, `bladeoff map --out F.png` draws all");
@@ -158,7 +165,9 @@ fn cells(map: &Map, what: &str, pick: Pick, number: &str) -> (Vec<Value>, Value,
     let shown = |cell: &Cell| if is_open(cell) || map.is_unsure(cell) { None } else { pick(cell) };
     let value = |cell: Option<&Cell>| json!(cell.and_then(shown).map(|value| short(value * scale.factor)));
     let grey = |cell: Option<&Cell>| json!(cell.filter(|cell| shown(cell).is_none()).map(|_| 0));
-    let told = |cell: Option<&Cell>| json!(cell.map_or(String::new(), |cell| plain(&words(cell, &scale))));
+    let told = |cell: Option<&Cell>| {
+        json!(cell.map_or(String::new(), |cell| plain(&words(cell, &scale, map.difference.is_some()))))
+    };
     let along = |axis: &Axis, factor: f64| axis.at.iter().map(|value| short(value * factor)).collect::<Vec<_>>();
     let name = if what.is_empty() { of_in_words(map) } else { what.to_owned() };
     let heat = json!({
@@ -208,7 +217,7 @@ fn cells(map: &Map, what: &str, pick: Pick, number: &str) -> (Vec<Value>, Value,
 }
 
 /// The numbers of a cell.
-fn words(cell: &Cell, scale: &Scale) -> String {
+fn words(cell: &Cell, scale: &Scale, is_difference: bool) -> String {
     let unit = if scale.unit.is_empty() { String::new() } else { format!(" {}", scale.unit) };
     let show = |value: Option<f64>| {
         value.map_or("no number".to_owned(), |value| format!("{}{unit}", short(value * scale.factor)))
@@ -223,7 +232,12 @@ fn words(cell: &Cell, scale: &Scale) -> String {
     if cell.low.is_some() || cell.high.is_some() {
         text += &format!("; limits {} and {}", show(cell.low), show(cell.high));
     }
-    text += &format!("; {} runs, {} bad", cell.n, cell.bad);
+    let s = if cell.n == 1 { "" } else { "s" };
+    text += &if is_difference {
+        format!("; {} pair{s}, {} with a bad run", cell.n, cell.bad)
+    } else {
+        format!("; {} run{s}, {} bad", cell.n, cell.bad)
+    };
     if let Some(regime) = &cell.regime {
         text += &format!("; {regime}");
     }

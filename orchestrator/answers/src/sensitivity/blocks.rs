@@ -19,6 +19,17 @@ pub(super) fn percent(share: f64) -> String {
     format!("{} %", format_digits(100.0 * share, "", 2))
 }
 
+/// So many of what blocks are called: "1 trajectory", "12 base points".
+#[must_use]
+pub(super) fn counted(count: usize, many: &str) -> String {
+    let one = match (count, many) {
+        (1, "trajectories") => "trajectory",
+        (1, many) => many.strip_suffix('s').unwrap_or(many),
+        _ => many,
+    };
+    format!("{count} {one}")
+}
+
 /// A number that can be calculated with.
 #[must_use]
 pub(super) fn number(value: Option<f64>) -> Option<f64> {
@@ -53,8 +64,8 @@ impl Blocks {
         if self.left_out() > 0 {
             let (out, of, lost) = (self.left_out(), self.of, self.lost);
             let share = percent(out as f64 / of as f64);
-            let runs = if lost == 1 { "run" } else { "runs" };
-            notes.push(format!("{lost} {runs} without a number: {out} of {of} {name} left out ({share})"));
+            let (lost, of) = (counted(lost, "runs"), counted(of, name));
+            notes.push(format!("{lost} without a number: {out} of {of} left out ({share})"));
         }
     }
 }

@@ -10,7 +10,7 @@
 //! have no order: they have a first order and a dependence, no correlation, and are no part of the regression.
 //! Sources of the intervals: M. H. Quenouille (1956), J. W. Tukey (1958); B. W. Schmeiser (1982).
 
-use super::blocks::{Blocks, number};
+use super::blocks::{Blocks, counted, number};
 use super::hsic::{Centred, MOST_ROWS, Similar};
 use super::indices::{Hsic, Index, Indices, OfParameter, SensitivityError};
 use super::ranks::Ordered;
@@ -104,9 +104,11 @@ pub fn given_data(given: &Given<'_>, alpha: f64) -> Result<Indices, SensitivityE
     };
     let mut scatter = (parts >= PARTS).then(|| Scatter { parts, t: student(parts as f64 - 1.0, alpha) });
     if parts > 0 && parts < PARTS {
-        notes.push(format!("no interval: {parts} replicates tell too little of the scatter, {PARTS} do"));
+        let parts = counted(parts, "replicates");
+        notes.push(format!("no interval: {parts} tell too little of the scatter, {PARTS} do"));
     } else if parts > 0 && n < FEWEST_ROWS {
-        notes.push(format!("no interval: {n} rows, {FEWEST_ROWS} say something of their scatter"));
+        let rows = counted(n, "rows");
+        notes.push(format!("no interval: {rows}, {FEWEST_ROWS} say something of their scatter"));
         scatter = None;
     }
     let inputs: Vec<Ordered<'_>> = columns.iter().map(|values| Ordered::new(values)).collect();
@@ -115,6 +117,8 @@ pub fn given_data(given: &Given<'_>, alpha: f64) -> Result<Indices, SensitivityE
     let (mut r2, mut without) = (None, None);
     if n == 0 {
         without = Some("no row has a value");
+    } else if n == 1 {
+        without = Some("one row does not vary");
     } else if output.is_constant() {
         without = Some("the output does not vary");
         notes.push("the output does not vary: nothing decides it".to_owned());
@@ -123,7 +127,8 @@ pub fn given_data(given: &Given<'_>, alpha: f64) -> Result<Indices, SensitivityE
         first_orders((&inputs, &y), (&part, scatter.as_ref()), &mut found, &mut notes);
         dependences(given, (&columns, &y), &mut found, &mut notes);
     }
-    for (input, _) in given.inputs.iter().zip(&inputs).filter(|(_, ordered)| ordered.is_constant()) {
+    // a single row varies in nothing, and says so by being one
+    for (input, _) in given.inputs.iter().zip(&inputs).filter(|(_, ordered)| n > 1 && ordered.is_constant()) {
         notes.push(format!("{} does not vary", input.name));
     }
     Ok(Indices {

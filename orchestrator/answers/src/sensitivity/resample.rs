@@ -19,6 +19,7 @@
 //!
 //! Source: B. Efron, R. J. Tibshirani, "An introduction to the bootstrap" (1993).
 
+use super::blocks::counted;
 use super::indices::Index;
 use bladeoff_system::random::SplitMix;
 
@@ -107,7 +108,8 @@ impl Sums {
 /// Says why there are no intervals, or of what they are.
 pub(super) fn told(blocks: usize, alpha: f64, name: &str, notes: &mut Vec<String>) -> &'static str {
     if blocks < FEWEST_BLOCKS {
-        notes.push(format!("no interval: {blocks} {name}, {FEWEST_BLOCKS} say something of their scatter"));
+        let blocks = counted(blocks, name);
+        notes.push(format!("no interval: {blocks}, {FEWEST_BLOCKS} say something of their scatter"));
         return "none";
     }
     let (count, place) = resamples(alpha);

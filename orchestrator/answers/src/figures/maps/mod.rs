@@ -138,14 +138,29 @@ fn in_lines(marks: &[String]) -> Vec<String> {
 fn explanation(maps: &[Map]) -> Vec<String> {
     let any = |is: fn(&Map) -> bool| maps.iter().any(is);
     let mut marks = vec!["lines: the levels marked beside the scale".to_owned()];
-    if any(|map| map.cells.iter().any(|cell| cell.regime.is_some())) {
+    // where all cells are of one regime there is none
+    let has_several = |map: &Map| {
+        let mut words = map.cells.iter().filter_map(|cell| cell.regime.as_deref());
+        words.next().is_some_and(|first| words.any(|word| word != first))
+    };
+    if any(has_several) {
         marks.push("orange: boundary of the regimes".to_owned());
     }
     if any(|map| map.bad > 0 && !map.is_smoothed()) {
-        marks.push("cross: bad runs, lower left as if harmless, upper right as if harmful, grey: no number".to_owned());
+        let mut mark = "cross: bad runs, lower left as if harmless, upper right as if harmful".to_owned();
+        mark += match (any(has_unknown), any(has_open)) {
+            (true, true) => ", grey: no number, or left open by bad runs",
+            (true, false) => ", grey: no number",
+            (false, true) => ", grey: left open by bad runs",
+            (false, false) => "",
+        };
+        marks.push(mark);
     }
     if any(|map| map.bad > 0 && map.is_smoothed()) {
         marks.push("crosses: bad runs".to_owned());
+    }
+    if any(Map::lacks_limits) {
+        marks.push("grey: no limits, by bad runs or few samples".to_owned());
     }
     if any(|map| map.bad > 0 && map.shows == Shows::SmoothedProbability) {
         marks.push("split: lower left as if bad runs were harmless, upper right as if harmful".to_owned());
@@ -160,10 +175,34 @@ fn explanation(maps: &[Map]) -> Vec<String> {
                 .to_owned(),
         );
     }
-    let runs: u64 = maps.iter().filter(|map| map.difference.is_none()).map(|map| map.n).sum();
-    let bad: u64 = maps.iter().filter(|map| map.difference.is_none()).map(|map| map.bad).sum();
-    told.push(format!("{runs} runs, {bad} of them bad"));
+    // the runs of a difference are those of its panels, where these are drawn
+    let panels: Vec<&Map> = maps.iter().filter(|map| map.difference.is_none()).collect();
+    let count = |of: fn(&Map) -> u64, maps: &[&Map]| maps.iter().map(|map| of(map)).sum::<u64>();
+    let s = |count: u64| if count == 1 { "" } else { "s" };
+    told.push(if panels.is_empty() {
+        let all: Vec<&Map> = maps.iter().collect();
+        let (pairs, bad) = (count(|map| map.n, &all), count(|map| map.bad, &all));
+        format!("{pairs} pair{} of runs, {bad} of them with a bad run", s(pairs))
+    } else {
+        let (runs, bad) = (count(|map| map.n, &panels), count(|map| map.bad, &panels));
+        format!("{runs} run{}, {bad} of them bad", s(runs))
+    });
     told
+}
+
+/// Whether a part of a cell with bad runs has no number.
+fn has_unknown(map: &Map) -> bool {
+    let pictures = pictures_of(map);
+    let is_none = |cell: &Cell| {
+        let figures = pictures.iter().map(|picture| (picture.pick)(cell));
+        figures.into_iter().any(|(harmless, harmful)| harmless.is_none() || harmful.is_none())
+    };
+    !map.is_smoothed() && map.cells.iter().any(|cell| cell.bad > 0 && !map.is_unsure(cell) && is_none(cell))
+}
+
+/// Whether a cell has numbers, and bad runs leave them open.
+fn has_open(map: &Map) -> bool {
+    !map.is_smoothed() && map.cells.iter().any(|cell| map.is_unsure(cell))
 }
 
 fn explain(area: &Area<'_>, told: &[String]) -> Result<(), FigureError> {

@@ -30,6 +30,8 @@ const MOST_CROSSES: usize = 400;
 const BAR: u32 = 96;
 const BELOW: u32 = 38;
 const LEFT: u32 = 58;
+/// Left of the name of an axis, which would touch the edge.
+const ROOM: u32 = 4;
 const ABOVE: u32 = 26;
 
 /// An axis in the unit a reader wants.
@@ -67,7 +69,8 @@ pub(super) fn draw(area: &Area<'_>, picture: &Picture<'_>, colours: &Colours) ->
     let mut chart = ChartBuilder::on(&left)
         .margin_right(4 * FINE)
         .x_label_area_size(BELOW * FINE)
-        .y_label_area_size(LEFT * FINE)
+        .margin_left(ROOM * FINE)
+        .y_label_area_size((LEFT - ROOM) * FINE)
         .build_cartesian_2d(x0..x1, y0..y1)?;
     let hatch = HATCH.stroke_width(FINE);
     let table = map.table();
