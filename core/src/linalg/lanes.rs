@@ -2,7 +2,7 @@
 //!
 //! A kernel is written once, as plain loops over arrays of [`LANES`] numbers without sums across them, and compiled for each [`Width`]. Nothing fuses a product
 //! with a sum. `BLADEOFF_SIMD` forces a width, for tests and for comparisons; a run's row does not depend on it.
-//! Verified by `kernels_have_the_same_bytes_at_every_width`, `tests/widths.rs`.
+//! Verified by `tests/widths.rs`.
 
 use std::sync::OnceLock;
 

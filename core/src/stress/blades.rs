@@ -67,7 +67,8 @@ impl BladeStresses {
                 }
             }
         }
-        let largest = columns.row_iter().map(|row| row.iter().fold(0.0_f64, |most, value| most.max(value.abs()))).collect();
+        let largest =
+            columns.row_iter().map(|row| row.iter().fold(0.0_f64, |most, value| most.max(value.abs()))).collect();
         let rows = match coordinates.shapes() {
             None => Rows::Nodal(Csr::from_dense(&columns.transpose())),
             Some(_) => Rows::Modal(columns),

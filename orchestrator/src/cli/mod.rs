@@ -49,6 +49,7 @@ pub use exit::{EXIT_CODES, Exit};
 pub use status::text as status_text;
 pub use why::text as why_text;
 
+use bladeoff_core::linalg::lanes::Width;
 use bladeoff_model::document::visible;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -129,6 +130,10 @@ fn command() -> Exit {
             "internal error: {info}\nThis is a bug. Please report it with the command and its files."
         ));
     }));
+    if let Err(error) = Width::chosen() {
+        output::remark(&format!("error: {error}"));
+        return Exit::Usage;
+    }
     panic::catch_unwind(|| dispatch(cli.command)).unwrap_or(Exit::Bug)
 }
 

@@ -327,11 +327,6 @@ impl Flight {
         self.cell.kick(self.step)
     }
 
-    /// The tables of the contact step; after [`Flight::propagate`] of one.
-    pub(super) fn spin_step(&self) -> &SpinStep {
-        &self.levels[0]
-    }
-
     /// Adds what an impulse on the rotor \[N s\] and its torque's \[N m s\] at n have made at n+1.
     pub(super) fn strike(&mut self, impulse: [f64; 2], torque: f64, twist_row: &[f64]) {
         if let Some(kick) = self.cell.kick(self.step) {

@@ -2,8 +2,8 @@
 
 use super::candidates::Candidates;
 use super::kick::Kick;
-use super::rows::along_both;
 use super::plane::{across, by_rows, product, times, turned};
+use super::rows::along_both;
 use super::survey::Place;
 use crate::contact::complementarity::Block;
 

@@ -6,6 +6,7 @@
 //! Exact for any step, damped, overdamped or free; f is what a force is on average over the step. Functions of B: [`super::block`].
 
 use super::block::Split;
+use crate::linalg::lanes::kernel;
 
 /// Amplitudes and their rates.
 #[derive(Debug, Clone)]
@@ -43,28 +44,17 @@ impl Oscillators {
 
     /// Takes them over a step without force.
     pub fn advance(&mut self, step: &OscillatorStep) {
-        let [aa, ab, ba, bb] = &step.free;
-        for j in 0..self.place.len() {
-            let (n, rate) = (self.place[j], self.rate[j]);
-            self.place[j] = aa[j] * n + ab[j] * rate;
-            self.rate[j] = ba[j] * n + bb[j] * rate;
-        }
+        advance(&step.free, &mut self.place, &mut self.rate);
     }
 
     /// Adds what a force `scale * shape` over the step has made.
     pub fn add(&mut self, step: &OscillatorStep, scale: f64, shape: &[f64]) {
-        for j in 0..self.place.len() {
-            self.place[j] += step.force[0][j] * (scale * shape[j]);
-            self.rate[j] += step.force[1][j] * (scale * shape[j]);
-        }
+        add([&step.force[0], &step.force[1]], scale, shape, &mut self.place, &mut self.rate);
     }
 
     /// Adds at the end of the step what an impulse along a shape at its beginning has made.
     pub fn strike(&mut self, step: &OscillatorStep, impulse: f64, shape: &[f64]) {
-        for j in 0..self.place.len() {
-            self.place[j] += step.free[1][j] * (impulse * shape[j]);
-            self.rate[j] += step.free[3][j] * (impulse * shape[j]);
-        }
+        add([&step.free[1], &step.free[3]], impulse, shape, &mut self.place, &mut self.rate);
     }
 }
 
@@ -72,5 +62,31 @@ impl OscillatorStep {
     /// Displacement along a shape at the end of the step by a unit impulse along it at the beginning.
     pub fn struck(&self, shape: &[f64]) -> f64 {
         self.free[1].iter().zip(shape).map(|(moved, part)| moved * part * part).sum()
+    }
+}
+
+kernel! {
+    fn advance(free: &[Vec<f64>; 4], place: &mut [f64], rate: &mut [f64]) {
+        let count = place.len();
+        let [aa, ab, ba, bb] = free.each_ref().map(|list| &list[..count]);
+        let rate = &mut rate[..count];
+        for j in 0..count {
+            let (n, before) = (place[j], rate[j]);
+            place[j] = aa[j] * n + ab[j] * before;
+            rate[j] = ba[j] * n + bb[j] * before;
+        }
+    }
+}
+
+kernel! {
+    /// Adds what so much of a shape makes: of place and of rate, per unit.
+    fn add(makes: [&[f64]; 2], scale: f64, shape: &[f64], place: &mut [f64], rate: &mut [f64]) {
+        let count = place.len();
+        let (of_place, of_rate) = (&makes[0][..count], &makes[1][..count]);
+        let (shape, rate) = (&shape[..count], &mut rate[..count]);
+        for j in 0..count {
+            place[j] += of_place[j] * (scale * shape[j]);
+            rate[j] += of_rate[j] * (scale * shape[j]);
+        }
     }
 }

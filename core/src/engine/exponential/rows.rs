@@ -72,36 +72,39 @@ kernel! {
     }
 }
 
-kernel! {
-    /// Products of two rows with a list.
-    pub(super) fn both_products(rows: [&[f64]; 2], list: &[f64]) -> [f64; 2] {
-        let mut sums = [[0.0; LANES]; 2];
-        let [x, y] = rows.map(|row| row.as_chunks::<LANES>().0);
-        for ((list, x), y) in list.as_chunks::<LANES>().0.iter().zip(x).zip(y) {
-            for k in 0..LANES {
-                sums[0][k] += x[k] * list[k];
-                sums[1][k] += y[k] * list[k];
-            }
-        }
-        sums.map(sum)
-    }
+/// Products of two rows with a list.
+pub(super) fn both_products(rows: [&[f64]; 2], list: &[f64]) -> [f64; 2] {
+    let mut lanes = [[0.0; LANES]; 2];
+    both_lanes(rows[0], rows[1], list, &mut lanes);
+    lanes.map(sum)
+}
+
+/// Products of two rows with two others: of the first with both, then of the second.
+pub(super) fn along_both(rows: [&[f64]; 2], others: [&[f64]; 2]) -> [f64; 4] {
+    let mut lanes = [[[0.0; LANES]; 2]; 2];
+    let [one, other] = &mut lanes;
+    both_lanes(others[0], others[1], rows[0], one);
+    both_lanes(others[0], others[1], rows[1], other);
+    let [[a, b], [c, d]] = lanes;
+    [a, b, c, d].map(sum)
 }
 
 kernel! {
-    /// Products of two rows with two others: of the first with both, then of the second.
-    pub(super) fn along_both(rows: [&[f64]; 2], others: [&[f64]; 2]) -> [f64; 4] {
-        let mut sums = [[0.0; LANES]; 4];
-        let [a, b] = rows.map(|row| row.as_chunks::<LANES>().0);
-        let [x, y] = others.map(|row| row.as_chunks::<LANES>().0);
-        for (((a, b), x), y) in a.iter().zip(b).zip(x).zip(y) {
+    /// Products of two rows with a list, lane by lane. (Summed here, the lanes would be shuffled to sum them all at once.)
+    fn both_lanes(a: &[f64], b: &[f64], list: &[f64], lanes: &mut [[f64; LANES]; 2]) {
+        let list = list.as_chunks::<LANES>().0;
+        let count = list.len();
+        let (a, b) = (&a.as_chunks::<LANES>().0[..count], &b.as_chunks::<LANES>().0[..count]);
+        let (mut one, mut other) = ([0.0; LANES], [0.0; LANES]);
+        for i in 0..count {
             for k in 0..LANES {
-                sums[0][k] += a[k] * x[k];
-                sums[1][k] += a[k] * y[k];
-                sums[2][k] += b[k] * x[k];
-                sums[3][k] += b[k] * y[k];
+                one[k] += a[i][k] * list[i][k];
+            }
+            for k in 0..LANES {
+                other[k] += b[i][k] * list[i][k];
             }
         }
-        sums.map(sum)
+        *lanes = [one, other];
     }
 }
 

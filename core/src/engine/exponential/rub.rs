@@ -18,10 +18,10 @@ use super::kicked_ring::KickedRing;
 use super::moved::Moved;
 use super::oscillators::OscillatorStep;
 use super::plane::{across, product, times, turned};
+use super::rows::{add_both, both_products, least_moved, moved_gaps, rows_at, weighted, yielding};
 use super::survey::{Place, Survey};
 use crate::contact::ContactForce;
 use crate::contact::complementarity::{self, Coupled, POINTS};
-use super::rows::{add_both, both_products, least_moved, moved_gaps, rows_at, weighted, yielding};
 use crate::linalg::dot;
 use crate::linalg::lanes::rows_times;
 use crate::structure::Structure;
@@ -281,7 +281,8 @@ impl Rub {
         };
         let along = [place.polar, across(place.polar)];
         let ring = rows_at(three, parabola(place.share), along, normal, tangent, &self.ring.way);
-        let acts = known.map_or([normal.as_slice(), tangent.as_slice()], |at| self.last[at].each_ref().map(Vec::as_slice));
+        let acts =
+            known.map_or([normal.as_slice(), tangent.as_slice()], |at| self.last[at].each_ref().map(Vec::as_slice));
         yielding(&self.yields, acts[0], n, by_normal);
         yielding(&self.yields, acts[1], t, by_tangent);
         let step = self.inwards([free.to[0] - free.from[0], free.to[1] - free.from[1]]);

@@ -16,7 +16,9 @@
 
 use super::ExponentialError;
 use super::oscillators::{OscillatorStep, Oscillators};
+use super::rows::both_products;
 use crate::engine::shaft_line::sites;
+use crate::linalg::lanes::LANES;
 use crate::linalg::{Matrix, dot, inverse};
 use crate::rotor::braking_torque;
 use crate::structure::Structure;
@@ -105,25 +107,24 @@ impl Spin {
     pub fn new(machine: &Machine, structure: &Structure) -> Self {
         let (rotor, part) = (&structure.rotor, &structure.twist);
         let elastic = elastic_modes(structure);
+        let behind = elastic.len().next_multiple_of(LANES) - elastic.len();
         let (angle, speed) = (machine.rotor.initial.angle, machine.rotor.initial_speed);
-        let modes: Vec<(f64, f64)> = elastic.iter().map(|&j| (part.stiffness[(j, j)], part.damping[(j, j)])).collect();
-        let arms = sites(machine).into_iter().map(|site| {
-            let row = part.coordinates.row(site.twist_node);
-            Arm {
-                moment: site.mass * site.radius,
-                inertia: site.mass * site.radius * site.radius,
-                phase: site.phase,
-                row: elastic.iter().map(|&j| row[j]).collect(),
-                angle: angle + site.phase,
-                rate: speed,
-                unit: unit(angle + site.phase),
-                momentum: 0.0,
-                pull: 0.0,
-                torque: 0.0,
-                struck: 0.0,
-                next_angle: 0.0,
-                next_rate: 0.0,
-            }
+        let modes = elastic.iter().map(|&j| (part.stiffness[(j, j)], part.damping[(j, j)]));
+        let modes: Vec<(f64, f64)> = modes.chain(std::iter::repeat_n((1.0, 0.0), behind)).collect();
+        let arms = sites(machine).into_iter().map(|site| Arm {
+            moment: site.mass * site.radius,
+            inertia: site.mass * site.radius * site.radius,
+            phase: site.phase,
+            row: Self::row_of_twist(structure, &elastic, site.twist_node),
+            angle: angle + site.phase,
+            rate: speed,
+            unit: unit(angle + site.phase),
+            momentum: 0.0,
+            pull: 0.0,
+            torque: 0.0,
+            struck: 0.0,
+            next_angle: 0.0,
+            next_rate: 0.0,
         });
         Self {
             angle,
@@ -193,12 +194,13 @@ impl Spin {
         self.twist.advance(&step.twist);
         forces.clear();
         for s in 0..self.arms.len() {
-            let twisted = |yielding: &[f64], amplitudes: &[f64]| {
-                let torques = yielding.iter().zip(&self.arms).map(|(part, arm)| part * arm.torque);
-                dot(&self.arms[s].row, amplitudes) + torques.sum::<f64>()
-            };
-            let next_angle = self.next_angle + twisted(&step.yielding[0][s], &self.twist.place) + self.arms[s].phase;
-            let next_rate = self.next_speed + twisted(&step.yielding[1][s], &self.twist.rate);
+            let moved = self.twisted(&self.arms[s].row);
+            let by_torques = step
+                .yielding
+                .each_ref()
+                .map(|yielding| yielding[s].iter().zip(&self.arms).map(|(part, arm)| part * arm.torque).sum::<f64>());
+            let next_angle = self.next_angle + (moved[0] + by_torques[0]) + self.arms[s].phase;
+            let next_rate = self.next_speed + (moved[1] + by_torques[1]);
             let arm = &mut self.arms[s];
             (arm.next_angle, arm.next_rate) = (next_angle, next_rate);
             let middle = 0.5 * (arm.angle + next_angle);
@@ -224,11 +226,6 @@ impl Spin {
     /// Turn of a node over the step that is predicted \[rad\], its elastic twist at n given; after predict.
     pub fn turn(&self, row: &[f64], twist_before: f64) -> f64 {
         self.next_angle - self.angle + dot(row, &self.twist.place) - twist_before
-    }
-
-    /// Elastic twist of a node \[rad\].
-    pub fn twist_at(&self, row: &[f64]) -> f64 {
-        dot(row, &self.twist.place)
     }
 
     /// Turn of a node over the step per angular impulse on it \[rad/(N m s)\].
@@ -279,15 +276,16 @@ impl Spin {
         1.0 / self.inertia + dot(row, row)
     }
 
-    /// Rate of a node \[rad/s\].
-    pub fn rate_at(&self, row: &[f64]) -> f64 {
-        self.speed + dot(row, &self.twist.rate)
+    /// The elastic twist of a node, per amplitude; zeros up to a multiple of eight.
+    pub fn row_of(structure: &Structure, node: usize) -> Vec<f64> {
+        Self::row_of_twist(structure, &elastic_modes(structure), node)
     }
 
-    /// The elastic twist of a node, per amplitude.
-    pub fn row_of(structure: &Structure, node: usize) -> Vec<f64> {
+    fn row_of_twist(structure: &Structure, elastic: &[usize], node: usize) -> Vec<f64> {
         let row = structure.twist.coordinates.row(node);
-        elastic_modes(structure).into_iter().map(|j| row[j]).collect()
+        let mut part: Vec<f64> = elastic.iter().map(|&j| row[j]).collect();
+        part.resize(elastic.len().next_multiple_of(LANES), 0.0);
+        part
     }
 
     /// Ends the step with the velocities of the unbalances' nodes \[m/s\] and the gyroscopic momentum at its end.
@@ -323,10 +321,16 @@ impl Spin {
         self.sides = sides;
         self.slope = (speed - self.speed) / h;
         (self.angle, self.speed) = (self.next_angle, speed);
-        for arm in &mut self.arms {
-            arm.angle = self.angle + dot(&arm.row, &self.twist.place) + arm.phase;
-            arm.rate = speed + dot(&arm.row, &self.twist.rate);
+        for s in 0..last {
+            let [place, rate] = self.twisted(&self.arms[s].row);
+            let arm = &mut self.arms[s];
+            (arm.angle, arm.rate) = (self.angle + place + arm.phase, speed + rate);
         }
+    }
+
+    /// Elastic twist of a node \[rad\] and its rate.
+    pub fn twisted(&self, row: &[f64]) -> [f64; 2] {
+        both_products([&self.twist.place, &self.twist.rate], row)
     }
 
     /// Force (3) of an unbalance at n \[N\].

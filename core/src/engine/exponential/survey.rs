@@ -41,6 +41,8 @@ pub(super) struct Survey {
     /// Amplitudes and place of the last look, and how far anything may have come to the rotor since the first.
     last: (Vec<f64>, [f64; 2]),
     moved: f64,
+    /// Room for blocks.
+    due: Vec<usize>,
     /// What a place between two candidates may be nearer than they are, nearly.
     pub sagitta: f64,
     /// Candidates in reach with no nearer one beside them, in their order.
@@ -75,6 +77,7 @@ impl Survey {
             gaps: vec![[0.0; BLOCK]; blocks],
             last: (vec![0.0; ring.radial_reach.len()], [0.0; 2]),
             moved: 0.0,
+            due: Vec::with_capacity(blocks),
             sagitta: 0.0,
             least_ones: Vec::with_capacity(ring.count()),
         }
@@ -94,19 +97,25 @@ impl Survey {
         }
         self.sagitta = 0.125 * ring.spacing * ring.spacing * length(x);
         let sagitta = self.sagitta;
-        for block in 0..self.least.len() {
-            if self.least[block] - self.moved < sagitta {
-                self.see(ring, block, x, q);
-                if self.least[block] - self.moved < sagitta {
-                    self.find_least_ones(ring, block, sagitta, x, q);
-                }
-            }
+        let mut due = std::mem::take(&mut self.due);
+        self.find_due(sagitta, &mut due);
+        self.see(ring, &due, x, q);
+        due.retain(|&block| self.least[block] - self.moved < sagitta);
+        self.sight(ring, &due, x, q);
+        for &block in &due {
+            self.find_least_ones(ring, block, sagitta, x, q);
         }
+        self.due = due;
+    }
+
+    /// Blocks of which a candidate may have less clearance than this, by (1).
+    fn find_due(&self, than: f64, due: &mut Vec<usize>) {
+        due.clear();
+        due.extend((0..self.least.len()).filter(|&block| self.least[block] - self.moved < than));
     }
 
     /// Adds those of a block.
     fn find_least_ones(&mut self, ring: &Candidates, block: usize, below: f64, x: [f64; 2], q: &[f64]) {
-        self.sight(ring, block, x, q);
         let (gaps, first) = (self.gaps[block], block * BLOCK);
         for k in 0..BLOCK {
             let here = gaps[k];
@@ -115,25 +124,21 @@ impl Survey {
             }
             // at the end of a block, the next one's has a say
             let [before, behind] = ring.beside(first + k);
-            if (k == 0 && self.gap(ring, before, x, q) < here) || (k + 1 == BLOCK && self.gap(ring, behind, x, q) <= here) {
+            if (k == 0 && self.gap(ring, before, x, q) < here)
+                || (k + 1 == BLOCK && self.gap(ring, behind, x, q) <= here)
+            {
                 continue;
             }
             self.least_ones.push(first + k);
         }
     }
 
-    /// The blocks of which a candidate may have less clearance than this, looked at where they were not.
+    /// The blocks of which a candidate has less clearance than this, looked at where they were not.
     pub fn nearer(&mut self, ring: &Candidates, than: f64, x: [f64; 2], q: &[f64], blocks: &mut Vec<usize>) {
-        blocks.clear();
-        for block in 0..self.least.len() {
-            if self.least[block] - self.moved < than {
-                self.see(ring, block, x, q);
-                if self.least[block] - self.moved < than {
-                    self.sight(ring, block, x, q);
-                    blocks.push(block);
-                }
-            }
-        }
+        self.find_due(than, blocks);
+        self.see(ring, blocks, x, q);
+        blocks.retain(|&block| self.least[block] - self.moved < than);
+        self.sight(ring, blocks, x, q);
     }
 
     /// Gaps of a block in reach.
@@ -141,33 +146,33 @@ impl Survey {
         &self.gaps[block]
     }
 
-    /// Looks at a block.
-    #[inline]
-    fn see(&mut self, ring: &Candidates, block: usize, x: [f64; 2], q: &[f64]) {
-        if self.seen[block] == self.step {
-            return;
+    /// Looks at the clearances of blocks.
+    fn see(&mut self, ring: &Candidates, blocks: &[usize], x: [f64; 2], q: &[f64]) {
+        for &block in blocks {
+            if self.seen[block] != self.step {
+                self.seen[block] = self.step;
+                let Self { clearances: all, least, moved, radius, rotor_radius, .. } = self;
+                let (room, directions) = (*radius - *rotor_radius, &ring.directions[block]);
+                least[block] = clearances(ring.radial(block), q, directions, x, room, &mut all[block]) + *moved;
+            }
         }
-        self.seen[block] = self.step;
-        let room = self.radius - self.rotor_radius;
-        let least = clearances(ring.radial(block), q, &ring.directions[block], x, room, &mut self.clearances[block]);
-        self.least[block] = least + self.moved;
     }
 
-    /// Looks at the gaps of a block.
-    #[inline]
-    fn sight(&mut self, ring: &Candidates, block: usize, x: [f64; 2], q: &[f64]) {
-        if self.sighted[block] == self.step {
-            return;
+    /// Looks at the gaps of blocks.
+    fn sight(&mut self, ring: &Candidates, blocks: &[usize], x: [f64; 2], q: &[f64]) {
+        for &block in blocks {
+            if self.sighted[block] != self.step {
+                self.see(ring, &[block], x, q);
+                self.sighted[block] = self.step;
+                let Self { clearances, along, gaps: found, rotor_radius, .. } = self;
+                let (clearances, along, found) = (&clearances[block], &mut along[block], &mut found[block]);
+                gaps(ring.tangential(block), q, &ring.directions[block], x, clearances, *rotor_radius, along, found);
+            }
         }
-        self.see(ring, block, x, q);
-        self.sighted[block] = self.step;
-        let Self { clearances, along, gaps: found, rotor_radius, .. } = self;
-        let (clearances, to) = (&clearances[block], (&mut along[block], &mut found[block]));
-        gaps(ring.tangential(block), q, &ring.directions[block], x, clearances, *rotor_radius, to.0, to.1);
     }
 
     fn gap(&mut self, ring: &Candidates, c: usize, x: [f64; 2], q: &[f64]) -> f64 {
-        self.sight(ring, c / BLOCK, x, q);
+        self.sight(ring, &[c / BLOCK], x, q);
         self.gaps[c / BLOCK][c % BLOCK]
     }
 

@@ -40,6 +40,9 @@ pub(super) struct Contact {
     pub rub: Rub,
     /// Elastic twist of the node, per amplitude.
     twist_row: Vec<f64>,
+    /// Turn of the node over a contact step per angular impulse on it, and the jump of its rate \[1/(kg m2)\].
+    rolling: f64,
+    jump: f64,
 }
 
 /// A step that has been done, from n.
@@ -71,9 +74,13 @@ impl Transient {
             Some(diaphragm) => {
                 starts_inside(diaphragm, flight.place(0))?;
                 let candidates = flight.shared().candidates(machine, structure)?;
+                let twist_row = super::spin::Spin::row_of(structure, diaphragm.contact.node);
+                let spin = flight.spin();
                 Some(Contact {
+                    rolling: spin.rolling(&spin.step(settings.step)?, &twist_row),
+                    jump: spin.jump(&twist_row),
                     rub: Rub::new(diaphragm, structure, 0, &candidates, settings.step)?,
-                    twist_row: super::spin::Spin::row_of(structure, diaphragm.contact.node),
+                    twist_row,
                 })
             }
         };
@@ -162,7 +169,7 @@ impl Transient {
     /// Goes from n to n+1, over a step of [`Transient::level`], which has taken the loads at n: contact adds to them.
     pub fn step(&mut self, level: Option<usize>) -> Result<Done, ExponentialError> {
         let Self { flight, contact, loads, lengths, .. } = self;
-        let Some(Contact { rub, twist_row }) = contact else {
+        let Some(Contact { rub, twist_row, rolling, jump }) = contact else {
             flight.advance(level.unwrap_or(0))?;
             return Ok(Done { level, place: [0.0; 2], velocity: [0.0; 2], impact: None });
         };
@@ -174,8 +181,8 @@ impl Transient {
             return Ok(done);
         }
         let h = lengths[0];
-        let (spin, rate) = (flight.spin(), flight.spin().rate_at(twist_row));
-        let (twist_before, jump) = (spin.twist_at(twist_row), spin.jump(twist_row));
+        let [twist_before, rate] = flight.spin().twisted(twist_row);
+        let rate = flight.spin().speed + rate;
         flight.propagate(0)?;
         let Some(kick) = flight.kick() else { return Ok(done) };
         let free = FreeStep {
@@ -184,9 +191,9 @@ impl Transient {
             velocity,
             kick,
             turn: flight.spin().turn(twist_row, twist_before),
-            rolling: flight.spin().rolling(flight.spin_step(), twist_row),
+            rolling: *rolling,
             rate,
-            jump,
+            jump: *jump,
         };
         done.impact = rub.touch(&free)?;
         if let Some(impact) = &done.impact {
