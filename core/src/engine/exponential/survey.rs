@@ -165,8 +165,9 @@ impl Survey {
                 self.see(ring, &[block], x, q);
                 self.sighted[block] = self.step;
                 let Self { clearances, along, gaps: found, rotor_radius, .. } = self;
-                let (clearances, along, found) = (&clearances[block], &mut along[block], &mut found[block]);
-                gaps(ring.tangential(block), q, &ring.directions[block], x, clearances, *rotor_radius, along, found);
+                let (directions, clearances) = (&ring.directions[block], &clearances[block]);
+                [along[block], found[block]] =
+                    gaps(ring.tangential(block), q, directions, x, clearances, *rotor_radius);
             }
         }
     }
@@ -252,9 +253,7 @@ kernel! {
         x: [f64; 2],
         clearances: &[f64; BLOCK],
         rotor_radius: f64,
-        along: &mut [f64; BLOCK],
-        gaps: &mut [f64; BLOCK],
-    ) {
+    ) -> [[f64; BLOCK]; 2] {
         let [cos, sin] = directions;
         let moved = rows_times_inline(tangential, &q[..tangential.len()]);
         let mut found = [0.0; BLOCK];
@@ -262,7 +261,7 @@ kernel! {
             let (outwards, across) = (clearances[k] + rotor_radius, moved[k] - (cos[k] * x[1] - sin[k] * x[0]));
             found[k] = (outwards * outwards + across * across).sqrt() - rotor_radius;
         }
-        (*along, *gaps) = (moved, found);
+        [moved, found]
     }
 }
 
