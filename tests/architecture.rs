@@ -306,6 +306,19 @@ fn no_source_file_is_too_long() {
     }
 }
 
+/// The tests of the whole pipeline lie beside the packages, where none is found by itself.
+#[test]
+fn every_file_of_tests_is_a_target() {
+    let manifest = read("orchestrator/Cargo.toml");
+    let entries = fs::read_dir(root().join("tests")).expect("readable").map(|entry| entry.expect("readable").path());
+    let sources: Vec<PathBuf> = entries.filter(|path| path.extension().is_some_and(|kind| kind == "rs")).collect();
+    assert!(sources.len() > 40, "{}", sources.len());
+    for source in sources {
+        let name = source.file_name().expect("a name").to_string_lossy().into_owned();
+        assert!(manifest.contains(&format!("path = \"../tests/{name}\"")), "tests/{name} is run by nobody");
+    }
+}
+
 #[test]
 fn studies_that_are_shipped_are_valid() {
     for entry in fs::read_dir(root().join("studies")).expect("the studies") {

@@ -1,6 +1,6 @@
 //! Loops over eight columns or rows at a time, in vectors as wide as the processor has them: the same operations in the same order, so the same bytes.
 //!
-//! A kernel is written once, as plain loops over arrays of [`LANES`] numbers without sums across them, and compiled for each [`Width`]. Nothing fuses a product
+//! A kernel is written once, as plain loops over arrays of eight numbers without sums across them, and compiled for each [`Width`]. Nothing fuses a product
 //! with a sum. `BLADEOFF_SIMD` forces a width, for tests and for comparisons; a run's row does not depend on it.
 //! Verified by `tests/widths.rs`.
 

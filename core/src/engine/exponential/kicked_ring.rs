@@ -167,9 +167,11 @@ mod tests {
         let (square, damping, h) = (9e6_f64, 200.0, 1e-4);
         let mut ring = KickedRing::new(&[(square, damping)], h);
         let force = 5.0;
+        let mut impulses = [0.0; LANES];
+        impulses[0] = force * h;
         for _ in 0..4000 {
             ring.drift();
-            ring.kick(&[force * h]);
+            ring.kick(&impulses);
         }
         let whole = ring.modes.place[0] + ring.lacking()[0] * force * h;
         assert!((whole * square / force - 1.0).abs() < 1e-10, "{whole}");

@@ -109,9 +109,9 @@ kernel! {
 }
 
 kernel! {
-    /// The least of eight gaps after the rotor has moved, with the places' directions.
-    pub(super) fn least_moved(gaps: &[f64; LANES], directions: &[[f64; LANES]; 2], rotor: [f64; 2]) -> f64 {
-        let mut moved = *gaps;
+    /// The least of eight clearances after the rotor has moved, with the places' directions.
+    pub(super) fn least_moved(clearances: &[f64; LANES], directions: &[[f64; LANES]; 2], rotor: [f64; 2]) -> f64 {
+        let mut moved = *clearances;
         for k in 0..LANES {
             moved[k] = moved[k] + rotor[0] * directions[0][k] + rotor[1] * directions[1][k];
         }
@@ -120,17 +120,17 @@ kernel! {
 }
 
 kernel! {
-    /// Those gaps after the ring has moved besides, by the columns of V, and the least of them.
-    pub(super) fn moved_gaps(
+    /// Those clearances after the ring has moved besides, by the columns of V, and the least of them.
+    pub(super) fn moved_clearances(
         radial: &[Lane],
         q: &[f64],
-        gaps: &[f64; LANES],
+        clearances: &[f64; LANES],
         directions: &[[f64; LANES]; 2],
         rotor: [f64; 2],
     ) -> (f64, [f64; LANES]) {
         let mut moved = rows_times_inline(radial, &q[..radial.len()]);
         for k in 0..LANES {
-            moved[k] = gaps[k] + moved[k] + rotor[0] * directions[0][k] + rotor[1] * directions[1][k];
+            moved[k] = clearances[k] + moved[k] + rotor[0] * directions[0][k] + rotor[1] * directions[1][k];
         }
         (least_of(moved), moved)
     }

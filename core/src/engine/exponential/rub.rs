@@ -18,7 +18,7 @@ use super::kicked_ring::KickedRing;
 use super::moved::Moved;
 use super::oscillators::OscillatorStep;
 use super::plane::{across, product, times, turned};
-use super::rows::{add_both, both_products, least_moved, moved_gaps, rows_at, weighted, yielding};
+use super::rows::{add_both, both_products, least_moved, moved_clearances, rows_at, weighted, yielding};
 use super::survey::{Place, Survey};
 use crate::contact::ContactForce;
 use crate::contact::complementarity::{self, Coupled, POINTS};
@@ -330,31 +330,29 @@ impl Rub {
         let most = weighted(&self.impulses, &self.candidates.radial_reach);
         let Self { survey, candidates, ring, near, impulses, points, .. } = self;
         let q = &ring.modes.place;
-        // of places between candidates too
-        let between = survey.sagitta;
-        survey.nearer(candidates, length(rotor) + left_out + most + between, x, q, near);
+        survey.nearer(candidates, length(rotor) + left_out + most, x, q, near);
         for &block in &*near {
             // no nearer where the ring's modes cannot close what is open
-            let (gaps, directions) = (survey.gaps(block), &candidates.directions[block]);
-            if least_moved(gaps, directions, rotor) >= left_out + most + between {
+            let (clearances, directions) = (survey.clearances(block), &candidates.directions[block]);
+            if least_moved(clearances, directions, rotor) >= left_out + most {
                 continue;
             }
-            // along the places' radii
-            let (lowest, after) = moved_gaps(candidates.radial(block), impulses, gaps, directions, rotor);
-            if lowest >= left_out + between {
+            // along the places' radii, where no gap is less
+            let (lowest, after) = moved_clearances(candidates.radial(block), impulses, clearances, directions, rotor);
+            if lowest >= left_out {
                 continue;
             }
             let opens = rows_times(candidates.radial(block), impulses);
-            for (k, mut gap) in after.into_iter().enumerate() {
+            for (k, mut clearance) in after.into_iter().enumerate() {
                 let index = block * BLOCK + k;
-                if gap >= left_out + between || points.iter().any(|point| beside(point.place.index, index, count)) {
+                if clearance >= left_out || points.iter().any(|point| beside(point.place.index, index, count)) {
                     continue;
                 }
                 for point in points.iter().filter(|point| point.force.normal > 0.0) {
                     let [a, b, ..] = candidates.left_out(index, point.acting.index);
-                    gap += (a * point.acting.polar[0] + b * point.acting.polar[1]) * point.force.normal;
+                    clearance += (a * point.acting.polar[0] + b * point.acting.polar[1]) * point.force.normal;
                 }
-                if gap >= between {
+                if clearance >= 0.0 {
                     continue;
                 }
                 let place = survey.place(candidates, index, x, q);

@@ -43,8 +43,6 @@ pub(super) struct Survey {
     moved: f64,
     /// Room for blocks.
     due: Vec<usize>,
-    /// What a place between two candidates may be nearer than they are, nearly.
-    pub sagitta: f64,
     /// Candidates in reach with no nearer one beside them, in their order.
     pub least_ones: Vec<usize>,
 }
@@ -78,7 +76,6 @@ impl Survey {
             last: (vec![0.0; ring.radial_reach.len()], [0.0; 2]),
             moved: 0.0,
             due: Vec::with_capacity(blocks),
-            sagitta: 0.0,
             least_ones: Vec::with_capacity(ring.count()),
         }
     }
@@ -95,13 +92,12 @@ impl Survey {
             self.moved = 0.0;
             self.least.fill(f64::NEG_INFINITY);
         }
-        self.sagitta = 0.125 * ring.spacing * ring.spacing * length(x);
-        let sagitta = self.sagitta;
+        // of what is between two candidates
+        let sagitta = 0.125 * ring.spacing * ring.spacing * length(x);
         let mut due = std::mem::take(&mut self.due);
         self.find_due(sagitta, &mut due);
         self.see(ring, &due, x, q);
         due.retain(|&block| self.least[block] - self.moved < sagitta);
-        self.sight(ring, &due, x, q);
         for &block in &due {
             self.find_least_ones(ring, block, sagitta, x, q);
         }
@@ -116,16 +112,16 @@ impl Survey {
 
     /// Adds those of a block.
     fn find_least_ones(&mut self, ring: &Candidates, block: usize, below: f64, x: [f64; 2], q: &[f64]) {
-        let (gaps, first) = (self.gaps[block], block * BLOCK);
+        let (clearances, first) = (self.clearances[block], block * BLOCK);
         for k in 0..BLOCK {
-            let here = gaps[k];
-            if here >= below || (k > 0 && gaps[k - 1] < here) || (k + 1 < BLOCK && gaps[k + 1] <= here) {
+            let here = clearances[k];
+            if here >= below || (k > 0 && clearances[k - 1] < here) || (k + 1 < BLOCK && clearances[k + 1] <= here) {
                 continue;
             }
             // at the end of a block, the next one's has a say
             let [before, behind] = ring.beside(first + k);
-            if (k == 0 && self.gap(ring, before, x, q) < here)
-                || (k + 1 == BLOCK && self.gap(ring, behind, x, q) <= here)
+            if (k == 0 && self.clearance(ring, before, x, q) < here)
+                || (k + 1 == BLOCK && self.clearance(ring, behind, x, q) <= here)
             {
                 continue;
             }
@@ -138,12 +134,16 @@ impl Survey {
         self.find_due(than, blocks);
         self.see(ring, blocks, x, q);
         blocks.retain(|&block| self.least[block] - self.moved < than);
-        self.sight(ring, blocks, x, q);
     }
 
-    /// Gaps of a block in reach.
-    pub fn gaps(&self, block: usize) -> &[f64; BLOCK] {
-        &self.gaps[block]
+    /// Clearances of a block that has been looked at.
+    pub fn clearances(&self, block: usize) -> &[f64; BLOCK] {
+        &self.clearances[block]
+    }
+
+    fn clearance(&mut self, ring: &Candidates, c: usize, x: [f64; 2], q: &[f64]) -> f64 {
+        self.see(ring, &[c / BLOCK], x, q);
+        self.clearances[c / BLOCK][c % BLOCK]
     }
 
     /// Looks at the clearances of blocks.
@@ -165,8 +165,9 @@ impl Survey {
                 self.see(ring, &[block], x, q);
                 self.sighted[block] = self.step;
                 let Self { clearances, along, gaps: found, rotor_radius, .. } = self;
-                let (clearances, along, found) = (&clearances[block], &mut along[block], &mut found[block]);
-                gaps(ring.tangential(block), q, &ring.directions[block], x, clearances, *rotor_radius, along, found);
+                let (directions, clearances) = (&ring.directions[block], &clearances[block]);
+                [along[block], found[block]] =
+                    gaps(ring.tangential(block), q, directions, x, clearances, *rotor_radius);
             }
         }
     }
@@ -252,9 +253,7 @@ kernel! {
         x: [f64; 2],
         clearances: &[f64; BLOCK],
         rotor_radius: f64,
-        along: &mut [f64; BLOCK],
-        gaps: &mut [f64; BLOCK],
-    ) {
+    ) -> [[f64; BLOCK]; 2] {
         let [cos, sin] = directions;
         let moved = rows_times_inline(tangential, &q[..tangential.len()]);
         let mut found = [0.0; BLOCK];
@@ -262,7 +261,7 @@ kernel! {
             let (outwards, across) = (clearances[k] + rotor_radius, moved[k] - (cos[k] * x[1] - sin[k] * x[0]));
             found[k] = (outwards * outwards + across * across).sqrt() - rotor_radius;
         }
-        (*along, *gaps) = (moved, found);
+        [moved, found]
     }
 }
 
@@ -289,12 +288,19 @@ mod tests {
             (seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
         };
         let (mut missing, mut touching, mut looked) = (0, 0, 0);
+        let (mut x, mut q) = ([0.0; 2], vec![0.0; modes]);
         for round in 0..400 {
-            let (angle, far) = (20.0 * random(), contact.gap * (0.7 + 1.2 * (random() + 0.5)));
-            let x = [far * libm::cos(angle), far * libm::sin(angle)];
             // from a ring at rest to one that is bent by half the gap
-            let size = 2e-6 * f64::from(round % 20);
-            let q: Vec<f64> = (0..modes).map(|j| size * random() / (1.0 + ring.radial_reach[j])).collect();
+            let size = 2e-6 * f64::from(round / 20);
+            if round % 20 == 0 {
+                let (angle, far) = (20.0 * random(), contact.gap * (0.7 + 1.2 * (random() + 0.5)));
+                x = [far * libm::cos(angle), far * libm::sin(angle)];
+                q = (0..modes).map(|j| size * random() / (1.0 + ring.radial_reach[j])).collect();
+            } else {
+                // as far as steps go
+                x = x.map(|part| part + 0.02 * contact.gap * random());
+                (0..modes).for_each(|j| q[j] += 0.02 * size * random() / (1.0 + ring.radial_reach[j]));
+            }
             survey.look(&ring, x, &q);
             looked += survey.seen.iter().filter(|seen| **seen == survey.step).count() * BLOCK;
             for c in 0..ring.count() {
@@ -302,7 +308,7 @@ mod tests {
                 let (sin, cos) = ring.angles[c];
                 let clearance = contact.gap + v - (x[0] * cos + x[1] * sin);
                 touching += usize::from(clearance < 0.0);
-                let seen = survey.seen[c / BLOCK] == survey.step && survey.sighted[c / BLOCK] == survey.step;
+                let seen = survey.seen[c / BLOCK] == survey.step;
                 let found = seen && (survey.clearances[c / BLOCK][c % BLOCK] - clearance).abs() < 1e-15;
                 missing += usize::from(clearance < -1e-15 && !found);
             }
