@@ -5,7 +5,7 @@
 //!   for all pictures of a kind -> side by side, marks of each scale at the contour lines
 //! ```
 //! A cell with bad runs is split: its lower left is as if they had been harmless, its upper right as if harmful, grey where that has no
-//! number. Hatched is what has no sample.
+//! number. Hatched is what has no sample, or too few.
 
 mod colour;
 mod picture;
@@ -166,7 +166,7 @@ fn explanation(maps: &[Map]) -> Vec<String> {
         marks.push("split: lower left as if bad runs were harmless, upper right as if harmful".to_owned());
     }
     if any(|map| map.cells.len() < map.x.at.len() * map.y.at.len()) {
-        marks.push("hatched: no sample".to_owned());
+        marks.push("hatched: no sample, or too few".to_owned());
     }
     let mut told = in_lines(&marks);
     if maps.iter().any(|map| map.width.is_some()) {
