@@ -20,9 +20,24 @@ pub(super) fn group(group: &Group) -> String {
     said.collect::<Vec<_>>().join(", ")
 }
 
+/// The same as short as beside a chart: "hyp1, gap 0.567 mm"; the last word of a path, as long as no other has it.
+pub(super) fn short_group(group: &Group, columns: &[TableColumn]) -> String {
+    let last = |path: &str| plain_name(path.rsplit('.').next().unwrap_or(path), unit_of(columns, path));
+    let said = group.0.iter().map(|(path, label)| match label {
+        Label::Word(word) => word.clone(),
+        Label::Number(number) => {
+            let is_one = group.0.iter().filter(|(other, _)| last(other) == last(path)).count() == 1;
+            let unit = unit_of(columns, path);
+            let name = if is_one { last(path) } else { plain_name(path, unit) };
+            format!("{name} {}", format_digits(*number, unit, 3))
+        }
+    });
+    said.collect::<Vec<_>>().join(", ")
+}
+
 /// A label that is never empty.
-pub(super) fn group_or_all(of: &Group) -> String {
-    let text = group(of);
+pub(super) fn group_or_all(of: &Group, columns: &[TableColumn]) -> String {
+    let text = short_group(of, columns);
     if text.is_empty() { "all runs".to_owned() } else { text }
 }
 

@@ -42,6 +42,17 @@ pub(super) enum Seen {
     Empty,
 }
 
+impl Seen {
+    /// Whether a bad run leaves open whether the event was.
+    pub fn is_open(self) -> bool {
+        match self {
+            Self::Truth(a) => a == Truth::Open,
+            Self::Truths(a, b) => a == Truth::Open || b == Truth::Open,
+            Self::Value(..) | Self::Empty => false,
+        }
+    }
+}
+
 /// A run on a map, or a pair of them.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Item {

@@ -101,7 +101,7 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
     let largest = items.list.iter().map(size).fold(0.0_f64, f64::max);
     let is_pair = map.difference.is_some();
     let open: Vec<(f64, f64)> =
-        items.list.iter().filter(|item| if is_share { is_open(item.seen) } else { item.bad }).map(place).collect();
+        items.list.iter().filter(|item| if is_share { item.seen.is_open() } else { item.bad }).map(place).collect();
     let is_open_at = |(u, v): (f64, f64), width: f64| {
         open.iter().any(|(x, y)| (x - u) * (x - u) + (y - v) * (y - v) < width * width)
     };
@@ -196,7 +196,7 @@ fn series(items: &Items, place: impl Fn(&Item) -> (f64, f64), is_share: bool) ->
         }
     };
     let middle = Smoother::new(&samples(&of(Truth::low, Truth::low)), true)?;
-    if !items.list.iter().any(|item| is_open(item.seen)) {
+    if !items.list.iter().any(|item| item.seen.is_open()) {
         return Some(Series::new(middle, None));
     }
     let others = [
@@ -214,15 +214,6 @@ fn series(items: &Items, place: impl Fn(&Item) -> (f64, f64), is_share: bool) ->
     let middle = middle.of_width(width);
     let [harmful, least, most] = others.map(|samples| Smoother::with(&samples, true, Some(width)));
     Some(Series::new(middle, Some([harmful?, least?, most?])))
-}
-
-/// Whether a bad run leaves it open.
-fn is_open(seen: Seen) -> bool {
-    match seen {
-        Seen::Truth(a) => a == Truth::Open,
-        Seen::Truths(a, b) => a == Truth::Open || b == Truth::Open,
-        _ => false,
-    }
 }
 
 impl Series {

@@ -30,6 +30,14 @@ const QUANTITIES: [(&str, &str, &str, Worst); 6] = [
     ("end_speed_rad_s", "rad/s", "end speed (worst: lowest)", Worst::Smallest),
 ];
 
+/// Which end of a quantity is the bad one, where that is its least: "earliest", "lowest"; `None`: the largest, as far as is known.
+#[must_use]
+pub fn worst_least(column: &str) -> Option<&'static str> {
+    let (.., label, _) = QUANTITIES.iter().find(|(name, .., worst)| *name == column && matches!(worst, Worst::Smallest))?;
+    let (_, end) = label.split_once("(worst: ")?;
+    Some(end.trim_end_matches(')'))
+}
+
 /// Columns of a table that a summary looks at.
 const SUMMARY_COLUMNS: [&str; 6 + QUANTITIES.len()] = [
     DETECTION,

@@ -147,14 +147,15 @@ fn explanation(maps: &[Map]) -> Vec<String> {
         marks.push("orange: boundary of the regimes".to_owned());
     }
     if any(|map| map.bad > 0 && !map.is_smoothed()) {
-        let mut mark = "cross: bad runs, lower left as if harmless, upper right as if harmful".to_owned();
-        mark += match (any(has_unknown), any(has_open)) {
-            (true, true) => ", grey: no number, or left open by bad runs",
-            (true, false) => ", grey: no number",
-            (false, true) => ", grey: left open by bad runs",
-            (false, false) => "",
+        // each by itself: together they are longer than a line
+        marks.push("cross: bad runs, lower left as if harmless, upper right as if harmful".to_owned());
+        let grey = match (any(has_unknown), any(has_open)) {
+            (true, true) => Some("grey: no number, or left open by bad runs"),
+            (true, false) => Some("grey: no number"),
+            (false, true) => Some("grey: left open by bad runs"),
+            (false, false) => None,
         };
-        marks.push(mark);
+        marks.extend(grey.map(str::to_owned));
     }
     if any(|map| map.bad > 0 && map.is_smoothed()) {
         marks.push("crosses: bad runs".to_owned());
