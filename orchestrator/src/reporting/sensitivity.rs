@@ -147,7 +147,10 @@ fn plot(name: &str, found: &Sensitivities, scale: &Scale) -> Option<Block> {
         height: 320,
     };
     let rest = if all.len() > MOST_NAMES {
-        format!(" The {MOST_NAMES} with the largest mu* of {} are named; all are in the numbers of the figure before.", all.len())
+        format!(
+            " The {MOST_NAMES} with the largest mu* of {} are named; all are in the numbers of the figure before.",
+            all.len()
+        )
     } else {
         String::new()
     };

@@ -70,7 +70,7 @@ impl Rows {
     }
 }
 
-fn known() -> Known {
+pub(crate) fn known() -> Known {
     let columns = ["x", "y", "start", "z"].map(|name| (name.to_owned(), true));
     Known { columns: columns.into_iter().chain([("way".to_owned(), false)]).collect(), ..Known::default() }
 }

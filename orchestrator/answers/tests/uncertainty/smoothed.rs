@@ -1,8 +1,9 @@
 //! Smoothed maps with bad runs: where they are, and not beside.
 
-use crate::maps::{Rows, of_z, over, scattered};
+use crate::maps::{Rows, known, of_z, over, scattered};
+use bladeoff_answers::estimate::formula::Formula;
 use bladeoff_answers::estimate::input::Label;
-use bladeoff_answers::map::Wanted;
+use bladeoff_answers::map::{Of, Wanted};
 use bladeoff_model::outcome::Status;
 
 /// Nothing but bad runs could be harmful, and those are in one corner: their share rises there and is not smeared over the map.
@@ -185,4 +186,27 @@ fn samples_that_are_not_drawn_are_counted() {
     assert!(undrawn > 20 && undrawn < gone && drawn + undrawn == 400, "{undrawn} of {gone}");
     let told = format!("{undrawn} of 400 runs lie in cells that are not drawn");
     assert!(map.notes.iter().any(|note| note.contains(&told)), "{:?}", map.notes);
+}
+
+/// Bad runs of which the event is known all the same leave a difference of shares nothing open.
+#[test]
+fn a_difference_of_known_events_is_not_open() {
+    let mut rows = Rows::default();
+    for x in [0.0, 1.0] {
+        for y in [0.0, 1.0] {
+            rows.add((x, y), 0.0, "a", 1.0);
+            rows.add((x, y), 0.0, "b", 2.0);
+        }
+    }
+    (rows.status[0], rows.z[0]) = (Status::Failed, None);
+    let difference = |text: &str| {
+        let pair = [Label::Word("b".into()), Label::Word("a".into())];
+        let of = Of::Probability(Formula::condition(text, &known()).expect("a condition"));
+        let paired = Some(("way".into(), vec![pair]));
+        let found = rows.maps(&Wanted { of, panels: vec!["way".into()], paired, ..of_z(true) });
+        let map = found.into_iter().find(|map| map.difference.is_some()).expect("a difference");
+        (map.bad, map.cells.iter().filter(|cell| map.is_unsure(cell)).count())
+    };
+    // what went in is known of a bad run, what came out is not
+    assert_eq!((difference("x > 0.5"), difference("z > 0.5")), ((1, 0), (1, 1)));
 }
