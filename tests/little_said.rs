@@ -220,12 +220,35 @@ fn unknown_names_are_refused_with_what_is_allowed() {
     let shipped = fs::read_to_string(root().join("studies/sensitivity.toml")).expect("the study");
     let err = refused(&shipped.replace("sensitivity = \"max_bearing_load_N\"", "sensitivity = \"load\""));
     assert!(err.contains("a column of numbers: max_bearing_load_N, "), "{err}");
+    let err = refused(&shipped.replace("sensitivity = \"max_bearing_load_N\"", "sensitivity = \"rub_regime\""));
+    assert!(err.contains("`rub_regime` is a column of words, not of numbers"), "{err}");
+    assert!(err.contains("allowed: a column of numbers: "), "{err}");
     // the command line, too
     told(&folder, "g", &study("a + b", &monte_carlo(100), ""));
     let out = folder.name("m.svg");
     let drawn = say(&["map", &folder.name("g"), "--x", "a", "--y", "gap", "--of", "load", "--out", &out]);
     assert_eq!(drawn.code, 3, "{}", drawn.err);
     assert!(drawn.err.contains("two parameters of numbers: a, b; a column of numbers: y"), "{}", drawn.err);
+}
+
+/// Names of many parameters would lie over one another; intervals of sensitivities are there although other answers have none.
+#[test]
+fn of_many_parameters_the_most_decisive_are_named() {
+    let folder = Folder::new();
+    let names: Vec<String> = (0..12).map(|at| format!("p{at}")).collect();
+    let more: String = names
+        .iter()
+        .map(|name| format!("[[uncertain]]\nname = \"{name}\"\ndistribution = \"uniform\"\nlower = 0\nupper = 1\n"))
+        .collect();
+    let text = study(&format!("a + b + {}", names.join(" + ")), &morris(12), &(more + &who("morris")));
+    told(&folder, "many", &text);
+    let page = folder.name("many.html");
+    assert_eq!(say(&["report", &folder.name("many"), "--out", &page]).code, 0);
+    let text = fs::read_to_string(page).expect("a page");
+    assert!(text.contains("The 10 with the largest mu* of 14 are named"));
+    let check = say(&["check", &folder.write("s.toml", &study("a + b", &saltelli(64), &who("sobol")))]);
+    let words = check.out.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(words.contains("answers other than sensitivities have no interval"), "{words}");
 }
 
 /// Of smoothed maps a cell without limits is grey, and a difference counts pairs.
@@ -327,6 +350,10 @@ fn a_map_of_differences_says_what_it_counts() {
     let text = fs::read_to_string(page).expect("a page");
     assert!(text.contains("9 pairs of runs, 1 of them with a bad run"), "the difference's own picture");
     assert!(!text.contains("0 runs, 0 of them bad"));
+    assert!(
+        text.replace("&quot;", "\"").contains("\"map\":[\"a\",\"b\"]"),
+        "where it comes from has the question whole"
+    );
     for name in ["share", "value"] {
         let text = fs::read(folder.path(name).join("answers.json")).unwrap_or_default();
         // without a design answers are printed

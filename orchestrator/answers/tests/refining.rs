@@ -25,6 +25,8 @@ fn panel(shows: Shows) -> Map {
         shows,
         difference: None,
         width: None,
+        undrawn: None,
+        runs: None,
         confidence: 0.95,
         regimes: WORDS.map(str::to_owned).to_vec(),
         n: 0,

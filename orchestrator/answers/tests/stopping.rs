@@ -106,23 +106,34 @@ fn bad_runs_and_figures_without_an_interval_are_told_apart() {
 #[test]
 fn what_no_further_point_makes_precise_is_told_from_what_is_only_wide() {
     let rule = StopRule { half_width: Some(0.02), ..StopRule::default() };
-    assert_eq!(rule.hindrance(&share(4000, 400, 0, 0.05), 0), None, "precise enough");
+    assert_eq!(rule.hindrance(&share(4000, 400, 0, 0.05), 0, 0.05), None, "precise enough");
     assert_eq!(
-        rule.hindrance(&share(100, 10, 1, 0.05), 1),
+        rule.hindrance(&share(100, 10, 1, 0.05), 1, 0.05),
         None,
         "wide, and one bad run in a hundred leaves half a per cent"
     );
-    let Some(Hindrance::BadRuns { open: Some(open), wanted: 0.02 }) = rule.hindrance(&share(400, 40, 40, 0.05), 40)
+    let Some(Hindrance::BadRuns { open: Some(open), wanted: 0.02, is_sure: true }) =
+        rule.hindrance(&share(400, 40, 40, 0.05), 40, 0.05)
     else {
         panic!("a tenth of the runs is bad")
     };
     assert!((open - 0.05).abs() < 0.01, "{open}");
     // a mean without limits; the same figure without bad runs only has no interval yet
     let mean = Figures { estimate: Some(1.0), statistical: Some(0.5), ..Figures::over(100) };
-    assert_eq!(rule.hindrance(&mean, 1), Some(Hindrance::BadRuns { open: None, wanted: 0.02 }));
-    assert_eq!(rule.hindrance(&mean, 0), None);
-    assert_eq!(rule.hindrance(&Figures::over(100), 0), Some(Hindrance::NoNumber));
-    assert_eq!(RELATIVE.hindrance(&share(4000, 0, 0, 0.05), 0), Some(Hindrance::Zero));
+    assert_eq!(rule.hindrance(&mean, 1, 0.05), Some(Hindrance::BadRuns { open: None, wanted: 0.02, is_sure: true }));
+    // of so few bad runs nobody knows their share: half a per cent in the end would do
+    let strict = StopRule { half_width: Some(0.005), ..StopRule::default() };
+    let few = strict.hindrance(&share(512, 30, 4, 0.0125), 4, 0.0125);
+    assert!(
+        matches!(few, Some(Hindrance::BadRuns { open: Some(open), is_sure: false, .. }) if open > 0.005),
+        "{few:?}"
+    );
+    assert_eq!(strict.precision(&share(1 << 16, 3840, 328, 1e-4)), Precision::Enough, "half a per cent of bad runs");
+    let many = strict.hindrance(&share(8192, 480, 160, 0.001), 160, 0.001);
+    assert!(matches!(many, Some(Hindrance::BadRuns { is_sure: true, .. })), "{many:?}");
+    assert_eq!(rule.hindrance(&mean, 0, 0.05), None);
+    assert_eq!(rule.hindrance(&Figures::over(100), 0, 0.05), Some(Hindrance::NoNumber));
+    assert_eq!(RELATIVE.hindrance(&share(4000, 0, 0, 0.05), 0, 0.05), Some(Hindrance::Zero));
     // of a parameter that does nothing an index is 0 in every resample: as precise as can be
     let index = Figures {
         estimate: Some(0.0),
@@ -132,7 +143,7 @@ fn what_no_further_point_makes_precise_is_told_from_what_is_only_wide() {
         statistical: Some(0.0),
         ..Figures::over(64)
     };
-    assert_eq!(RELATIVE.hindrance(&index, 0), None);
+    assert_eq!(RELATIVE.hindrance(&index, 0, 0.05), None);
 }
 
 #[test]

@@ -11,7 +11,7 @@ pub(super) fn short_of(rule: &StopRule, answer: &Answer, only_hindered: bool) ->
     let group = group_in_words(answer);
     let group = if group.is_empty() { group } else { format!(" ({group})") };
     let of = |(at, figures): (usize, &Figures)| {
-        let why = match rule.hindrance(figures, answer.bad) {
+        let why = match rule.hindrance(figures, answer.bad, 1.0 - answer.confidence) {
             Some(hindrance) => hindered(&hindrance, answer),
             None if only_hindered => return None,
             None => wide(rule, figures, answer)?,
@@ -25,7 +25,7 @@ pub(super) fn short_of(rule: &StopRule, answer: &Answer, only_hindered: bool) ->
 
 fn hindered(hindrance: &Hindrance, answer: &Answer) -> String {
     match hindrance {
-        Hindrance::BadRuns { open, wanted } => {
+        Hindrance::BadRuns { open, wanted, is_sure } => {
             let (bad, wanted) = (counted(answer.bad, "bad run"), answer.scale.show(*wanted));
             let s = if answer.bad == 1 { "s" } else { "" };
             let open = match open {
@@ -35,7 +35,8 @@ fn hindered(hindrance: &Hindrance, answer: &Answer) -> String {
                 ),
                 None => format!("leave{s} it without a limit"),
             };
-            format!("{bad} {open}: more points do not narrow that, find out why they fail")
+            let narrow = if *is_sure { "do not narrow that" } else { "may not narrow that" };
+            format!("{bad} {open}: more points {narrow}, find out why they fail")
         }
         Hindrance::Zero => "it is 0 so far, and of 0 `relative` leaves no width: `half_width` asks for one".to_owned(),
         Hindrance::NoNumber => {

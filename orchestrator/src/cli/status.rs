@@ -85,8 +85,12 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
 /// # Errors
 /// No study was run in it, or it cannot be read.
 pub fn text(directory: &Path, json: bool) -> Result<String, CliError> {
-    if let Some(samples) = samples_of(directory)? {
-        let waiting = waiting(&samples)?;
+    let known = samples_of(directory)?;
+    // what is left is told of the samples up to the next look
+    let stop = known.as_ref().and_then(|samples| samples.study().stop);
+    let has_looks = stop.is_some_and(|stop| stop.asks_for_width());
+    if let Some(samples) = &known {
+        let waiting = waiting(samples)?;
         let stages = waiting.as_ref().map_or(&[][..], |waiting| waiting.stages());
         if let Some(seen) = see_shards(directory, stages.last().map(|stage| stage.samples))? {
             let ahead = if seen.is_merged { None } else { shards::look_at_hand(&seen, stages) };
@@ -106,7 +110,7 @@ pub fn text(directory: &Path, json: bool) -> Result<String, CliError> {
         return Ok(as_json(seen, ahead.as_ref()));
     }
     let end = end_told(&seen, directory);
-    Ok(as_text(&seen, end.as_deref(), ahead.as_ref()))
+    Ok(as_text(&seen, (end.as_deref(), has_looks), ahead.as_ref()))
 }
 
 fn verified_text(verified: &[Verified]) -> String {
@@ -162,7 +166,7 @@ fn as_json(seen: Seen, ahead: Option<&Forecasts>) -> String {
     text
 }
 
-fn as_text(seen: &Seen, end: Option<&str>, ahead: Option<&Forecasts>) -> String {
+fn as_text(seen: &Seen, (end, has_looks): (Option<&str>, bool), ahead: Option<&Forecasts>) -> String {
     let empty = Map::new();
     let told = seen.told.as_ref().unwrap_or(&empty);
     let word = |key: &str| told.get(key).and_then(Value::as_str);
@@ -175,7 +179,7 @@ fn as_text(seen: &Seen, end: Option<&str>, ahead: Option<&Forecasts>) -> String 
         line("done", done(seen, told));
         line("outcome", outcome(told));
         if let RunState::Running { .. } = seen.state {
-            line("pace", pace(told));
+            line("pace", pace(told, has_looks));
         }
         for text in ahead.map(Forecasts::lines).unwrap_or_default() {
             line("forecast", text);
@@ -280,15 +284,30 @@ fn outcome(told: &Map<String, Value>) -> String {
     }
 }
 
-fn pace(told: &Map<String, Value>) -> String {
+fn pace(told: &Map<String, Value>, has_looks: bool) -> String {
     let rate = number(told, "rate_per_s");
     let time =
         |key: &str| told.get(key).and_then(Value::as_f64).and_then(|time| Duration::try_from_secs_f64(time).ok());
     let left = time("left_from_s").zip(time("left_to_s")).map(|(low, high)| Eta { low, high }.text());
-    let left = left.unwrap_or_else(|| "time left not known yet".to_owned());
+    let to = if has_looks { " to the next look of [stop]" } else { "" };
+    let left = left.map_or_else(|| "time left not known yet".to_owned(), |left| left + to);
     if rate >= 1.0 { format!("{rate:.1}/s, {left}") } else { format!("{:.1}/min, {left}", rate * 60.0) }
 }
 
 fn number(told: &Map<String, Value>, key: &str) -> f64 {
     told.get(key).and_then(Value::as_f64).unwrap_or(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_left_of_a_study_with_stop_is_left_to_its_next_look() {
+        let told = json!({ "rate_per_s": 2.0, "left_from_s": 0.1, "left_to_s": 0.5 });
+        let told = told.as_object().expect("an object");
+        assert_eq!(pace(told, true), "2.0/s, up to 500 ms left to the next look of [stop]");
+        assert_eq!(pace(told, false), "2.0/s, up to 500 ms left");
+        assert_eq!(pace(&Map::new(), true), "0.0/min, time left not known yet");
+    }
 }

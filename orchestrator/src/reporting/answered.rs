@@ -86,7 +86,7 @@ fn side_by_side(question: &Question, columns: &[TableColumn], answers: &[&Answer
     }
     let chart = Chart {
         x: Axis::numbers(quantity.label(), values),
-        y: Axis::words(answers.iter().map(|answer| group_or_all(&answer.group)).collect()),
+        y: Axis::words(answers.iter().map(|answer| group_or_all(&answer.group, columns)).collect()),
         series,
         height: 30 + 30 * answers.len() as u32,
     };

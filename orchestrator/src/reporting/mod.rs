@@ -74,17 +74,24 @@ pub fn report(subject: Subject<'_>, ahead: impl Fn(&Answering) -> Ahead) -> Resu
     let columns = columns_of(samples).ok_or(AnsweringError::Unread)?;
     let coordinates = rows::coordinates(samples, &columns, &columns_asked(samples, questions, gates));
     let (mut is_known, mut is_table, mut end) = (true, false, None);
+    let ask = || -> Result<Option<Looked>, AnsweringError> {
+        if questions.is_empty() && gates.is_empty() {
+            return Ok(None);
+        }
+        answer_at_looks(directory, samples, questions, gates).map(Some)
+    };
+    // answers first: a study that runs has more rows when they are counted, never fewer than the answers are from
+    let mut looked = ask()?;
     let (seen, summary) = read_current(directory, row_files, |files| {
         is_table = files.first().is_some_and(|first| first.ends_with(RESULTS));
         is_known = refuse_changed(directory)? || !is_table;
         end = files.first().filter(|_| is_table).map(|table| end_of_table(table)).transpose()?.flatten();
         Ok((rows::read(files, coordinates.clone(), &columns)?, summary(samples, files)?))
     })?;
-    let looked = if questions.is_empty() && gates.is_empty() {
-        None
-    } else {
-        Some(answer_at_looks(directory, samples, questions, gates)?)
-    };
+    // it has ended meanwhile: one page is of one table
+    if is_table && looked.as_ref().is_some_and(|looked| !looked.answering.answers.complete) {
+        looked = ask()?;
+    }
     // a table is whole: one that [stop] ends, too
     let of = if is_table { seen.rows } else { samples.count() };
     let mut sections = Vec::new();
@@ -117,7 +124,8 @@ fn lead(seen: &Seen, of: u64, looked: Option<&Looked>, ended: Option<String>) ->
         let mut text = format!("This study is not complete: {} of {} have ended.", seen.rows, counted(of, "run"));
         if let Some(Looked { answering, .. }) = looked {
             text += &format!(
-                " Answers are from the first {} of {}: what ends first is not random.",
+                " Counts, regimes and lists of runs are of these; answers are from the first {} of {}, up to the one before the first that is missing: what ends first \
+                 is not random.",
                 answering.points,
                 counted(answering.of, "point")
             );

@@ -8,6 +8,9 @@ use bladeoff_answers::page::chart::{Axis, Chart, Series, Shape, Symbol, shown};
 use bladeoff_answers::page::{Block, Table};
 use bladeoff_answers::sensitivity::{Index, OfParameter};
 
+/// Parameters of Morris's plot that have their names beside them.
+const MOST_NAMES: usize = 10;
+
 /// One kind of index: name, colour, and where it is.
 type Kind = (&'static str, &'static str, fn(&OfParameter) -> Option<Index>);
 
@@ -114,7 +117,11 @@ fn plot(name: &str, found: &Sensitivities, scale: &Scale) -> Option<Block> {
         return None;
     }
     let words = all.iter().filter(|one| place(one).is_some()).map(|(parameter, ..)| parameter.clone()).collect();
-    let labels = all.iter().filter_map(|one| place(one).map(|(x, y)| (x, y, one.0.clone()))).collect();
+    // the first by mu*: more names would lie over one another
+    let mut ranked: Vec<&(String, Index, Index)> = all.iter().collect();
+    ranked.sort_by(|a, b| b.1.estimate.unwrap_or(0.0).total_cmp(&a.1.estimate.unwrap_or(0.0)));
+    let named = ranked.iter().take(MOST_NAMES);
+    let labels = named.filter_map(|one| place(one).map(|(x, y)| (x, y, one.0.clone()))).collect();
     let across =
         all.iter().filter_map(|(_, mu, sigma)| Some((sigma.estimate?, Some(mu.low?), Some(mu.high?)))).collect();
     let upright =
@@ -139,8 +146,16 @@ fn plot(name: &str, found: &Sensitivities, scale: &Scale) -> Option<Block> {
         ],
         height: 320,
     };
+    let rest = if all.len() > MOST_NAMES {
+        format!(
+            " The {MOST_NAMES} with the largest mu* of {} are named; all are in the numbers of the figure before.",
+            all.len()
+        )
+    } else {
+        String::new()
+    };
     let caption = format!(
-        "{name}: far to the right it matters; high up its effect depends on the others, or is no straight line."
+        "{name}: far to the right it matters; high up its effect depends on the others, or is no straight line.{rest}"
     );
     Some(chart.figure(caption, None).into())
 }

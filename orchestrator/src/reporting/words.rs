@@ -20,9 +20,24 @@ pub(super) fn group(group: &Group) -> String {
     said.collect::<Vec<_>>().join(", ")
 }
 
+/// The same as short as beside a chart: "hyp1, gap 0.567 mm"; the last word of a path, as long as no other has it.
+pub(super) fn short_group(group: &Group, columns: &[TableColumn]) -> String {
+    let last = |path: &str| plain_name(path.rsplit('.').next().unwrap_or(path), unit_of(columns, path));
+    let said = group.0.iter().map(|(path, label)| match label {
+        Label::Word(word) => word.clone(),
+        Label::Number(number) => {
+            let is_one = group.0.iter().filter(|(other, _)| last(other) == last(path)).count() == 1;
+            let unit = unit_of(columns, path);
+            let name = if is_one { last(path) } else { plain_name(path, unit) };
+            format!("{name} {}", format_digits(*number, unit, 3))
+        }
+    });
+    said.collect::<Vec<_>>().join(", ")
+}
+
 /// A label that is never empty.
-pub(super) fn group_or_all(of: &Group) -> String {
-    let text = group(of);
+pub(super) fn group_or_all(of: &Group, columns: &[TableColumn]) -> String {
+    let text = short_group(of, columns);
     if text.is_empty() { "all runs".to_owned() } else { text }
 }
 
@@ -104,4 +119,27 @@ impl Quantity {
 /// Numbers of an answer.
 pub(super) fn numbers(answer: &Answer) -> impl Iterator<Item = f64> + use<> {
     [answer.estimate, answer.estimate_if_bad_harmful, answer.low, answer.high].into_iter().flatten()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::Told;
+    use bladeoff_answers::tables::{Field, FieldKind};
+
+    #[test]
+    fn a_group_beside_a_chart_has_the_last_word_of_its_path_and_a_unit_to_read() {
+        let column = |name: &str, unit: &str| TableColumn {
+            field: Field { name: name.into(), unit: unit.into(), meaning: String::new(), kind: FieldKind::Real },
+            told: Told::Given,
+        };
+        let columns = [column("diaphragms.seal.contact.gap_m", "m"), column("diaphragms.other.contact.gap_m", "m")];
+        let at = |path: &str| (path.to_owned(), Label::Number(0.000_566_666_666_666_666_7));
+        let one = Group(vec![("detection".into(), Label::Word("hyp1".into())), at("diaphragms.seal.contact.gap_m")]);
+        assert_eq!(short_group(&one, &columns), "hyp1, gap 0.567 mm");
+        let two = Group(vec![at("diaphragms.seal.contact.gap_m"), at("diaphragms.other.contact.gap_m")]);
+        let both = "diaphragms seal contact gap 0.567 mm, diaphragms other contact gap 0.567 mm";
+        assert_eq!(short_group(&two, &columns), both);
+        assert_eq!(group_or_all(&Group::default(), &columns), "all runs");
+    }
 }

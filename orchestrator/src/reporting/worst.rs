@@ -3,6 +3,7 @@
 use super::Subject;
 use super::rows::{Ends, Seen};
 use bladeoff_answers::page::{Block, Table};
+use bladeoff_answers::report::worst_least;
 use bladeoff_model::document::units::format_digits;
 use bladeoff_system::call;
 use std::path::Path;
@@ -14,7 +15,8 @@ pub(super) fn command(word: &str, directory: &Path, words: &[&str]) -> String {
     format!("bladeoff {word} {directory} {}", words.join(" "))
 }
 
-/// For each result the runs with its largest values; of formulas those with the least, too, as no one knows which end is bad.
+/// For each result the runs with its worst values: the largest, where that is worse the least (a first contact, a speed at the end); of formulas
+/// both, as no one knows which end is bad.
 pub(super) fn worst(seen: &Seen, subject: Subject<'_>) -> Vec<Block> {
     let is_function = subject.samples.study().function().is_some();
     let mut blocks = Vec::new();
@@ -22,8 +24,12 @@ pub(super) fn worst(seen: &Seen, subject: Subject<'_>) -> Vec<Block> {
         if largest.is_empty() {
             continue;
         }
-        let ends = [("largest", largest), ("least", least)];
-        for (end, list) in &ends[..if is_function { 2 } else { 1 }] {
+        let ends = match worst_least(&coordinate.column).filter(|_| !is_function) {
+            Some(end) => vec![(end, least)],
+            None if is_function => vec![("largest", largest), ("least", least)],
+            None => vec![("largest", largest)],
+        };
+        for (end, list) in ends {
             let head = [
                 "sample".to_owned(),
                 format!("{}, {end}", coordinate.name),

@@ -32,6 +32,7 @@ fn question(asked: &AskedQuestion) -> Value {
         ("sensitivity", text(&asked.sensitivity)),
         ("method", text(&asked.method)),
         ("fragility", text(&asked.fragility)),
+        ("map", asked.map.as_ref().map(|placed| json!(placed.value))),
         ("difference", asked.difference.as_ref().map(|placed| json!(placed.value))),
         ("vary", text(&asked.vary)),
         ("confidence", number(&asked.confidence)),

@@ -47,6 +47,12 @@ fn sentence(map: &Map) -> String {
     };
     let less = if map.less.is_empty() { String::new() } else { format!(", {},", map.less) };
     let mut text = format!("{what}{less} over {} and {}: ", map.x.column, map.y.column);
+    let runs = if map.difference.is_some() { "pair" } else { "run" };
+    let show = |value: f64| if map.is_share() { percent(value) } else { format_digits(value, &map.unit, 4) };
+    // what is smoothed is below its largest run, and whoever reads a maximum has to see that
+    let single = map
+        .runs
+        .map_or(String::new(), |(least, most)| format!("; single {runs}s from {} to {}", show(least), show(most)));
     // the most with bad runs harmful, the least with them harmless
     let known = |of: fn(&Cell) -> Option<f64>| {
         map.cells.iter().filter(|cell| !map.is_unsure(cell)).filter_map(move |cell| Some((of(cell)?, cell)))
@@ -56,9 +62,9 @@ fn sentence(map: &Map) -> String {
     let highest = known(harmful).max_by(|a, b| a.0.total_cmp(&b.0));
     let lowest = known(harmless).min_by(|a, b| a.0.total_cmp(&b.0));
     let (Some(highest), Some(lowest)) = (highest, lowest) else {
-        return text + &format!("no cell has a number, {}", counted(map.n, "run")) + &bad(map);
+        let why = if map.undrawn == Some(map.n) { ", too few to be smoothed" } else { "" };
+        return text + &format!("no cell has a number, {}{why}", counted(map.n, runs)) + &single + &bad(map);
     };
-    let show = |value: f64| if map.is_share() { percent(value) } else { format_digits(value, &map.unit, 4) };
     let at = |cell: &Cell| {
         let along = |axis: &crate::map::Axis, value: f64| format_digits(value, &axis.unit, 4);
         format!("{} and {}", along(&map.x, cell.x), along(&map.y, cell.y))
@@ -68,6 +74,7 @@ fn sentence(map: &Map) -> String {
     } else {
         text += &format!("at most {}, at {}; at least {}", show(highest.0), at(highest.1), show(lowest.0));
     }
+    text += &single;
     let cells = map.cells.len();
     if map.is_share() && map.difference.is_none() {
         let counts = |is: fn(f64) -> bool| {
@@ -103,7 +110,6 @@ fn sentence(map: &Map) -> String {
     if !regimes.is_empty() {
         text += &format!("; {}", regimes.join(", "));
     }
-    let runs = if map.difference.is_some() { "pair" } else { "run" };
     text + &format!("; {}, {}", counted(cells as u64, "cell"), counted(map.n, runs)) + &bad(map)
 }
 

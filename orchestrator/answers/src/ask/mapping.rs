@@ -65,6 +65,7 @@ impl Check<'_> {
         };
         Some(Wanted {
             is_grid: x.axis.is_some() && y.axis.is_some() && x.axis != y.axis,
+            varied: (x.axis.is_some(), y.axis.is_some()),
             x: x.column,
             y: y.column,
             of,

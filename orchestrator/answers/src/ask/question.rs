@@ -255,9 +255,14 @@ impl Check<'_> {
         let known = &self.names.known;
         match known.meant(name)[..] {
             [column] if known.is_number(column) => Some(column.to_owned()),
-            [column] => self.wrong(key, format!("`{column}` is a column of words, not of numbers")),
-            [] => {
-                let near = known.near(name).map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
+            ref found @ ([] | [_]) => {
+                let message = match found {
+                    [column] => format!("`{column}` is a column of words, not of numbers"),
+                    _ => {
+                        let near = known.near(name).map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
+                        format!("there is no column `{name}`{near}")
+                    }
+                };
                 // what went into a run is known beforehand: what came out is asked about
                 let is_output = |column: &&str| {
                     known.is_number(column)
@@ -265,7 +270,7 @@ impl Check<'_> {
                         && !self.names.given.iter().any(|given| given.column == **column)
                 };
                 let outputs = known.columns.iter().map(|(column, _)| column.as_str()).filter(is_output).collect();
-                self.none_of(key, format!("there is no column `{name}`{near}"), (name, "a column of numbers", outputs))
+                self.none_of(key, message, (name, "a column of numbers", outputs))
             }
             ref several => self.wrong(key, format!("`{name}` could be {}", several.join(" or "))),
         }

@@ -47,7 +47,8 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
             upper: None,
             upper_if_bad_harmful: None,
             regime: most_frequent(list.iter().filter_map(|item| Some((item.regime?, 1.0))), &map.regimes),
-            is_open: list.iter().any(|item| item.bad),
+            // of a bad run it may be known all the same whether the event was
+            is_open: list.iter().any(|item| if is_share { item.seen.is_open() } else { item.bad }),
         };
         if is_share {
             take(&mut cell, &share(frame, list));

@@ -51,6 +51,8 @@ pub struct Wanted {
     pub y: String,
     /// Whether both have given values (`[[vary]]`), so that they are drawn as they are.
     pub is_grid: bool,
+    /// Whether one of them has: it is drawn value by value, and smoothed along the other.
+    pub varied: (bool, bool),
     /// What is shown.
     pub of: Of,
     /// Columns of which each combination of values has a panel.
@@ -165,6 +167,12 @@ pub struct Map {
     /// Of smoothed cells: the width, as part of the range of an axis.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub width: Option<f64>,
+    /// Of smoothed cells: runs (of a difference pairs) in cells that are not drawn.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub undrawn: Option<u64>,
+    /// Of a smoothed column: the least and the largest of single runs, which no smoothed cell reaches.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub runs: Option<(f64, f64)>,
     /// Of the limits.
     pub confidence: f64,
     /// Words of regimes, the worst last.
@@ -319,6 +327,8 @@ impl Frame<'_> {
             shows: Shows::Value,
             difference,
             width: None,
+            undrawn: None,
+            runs: None,
             confidence: 1.0 - self.alpha,
             regimes: self.regimes.clone(),
             n: items.list.len() as u64,

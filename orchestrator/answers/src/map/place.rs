@@ -13,8 +13,9 @@ const FEWEST_PLACES: f64 = 8.0;
 
 /// Values of a varied axis that are drawn each by itself although the other axis is smoothed.
 const MOST_SINGLE: usize = 20;
-/// Samples that each of them has, on average.
+/// Samples that each of them has, on average: where they come again by chance, and where a study has given them (`[[vary]]`).
 const EACH: usize = 4;
+const EACH_VARIED: usize = 2;
 
 /// Where everything lies.
 pub(super) struct Places {
@@ -39,6 +40,17 @@ pub(super) enum Seen {
     Value(f64, f64),
     /// Nothing of the kind happened.
     Empty,
+}
+
+impl Seen {
+    /// Whether a bad run leaves open whether the event was.
+    pub fn is_open(self) -> bool {
+        match self {
+            Self::Truth(a) => a == Truth::Open,
+            Self::Truths(a, b) => a == Truth::Open || b == Truth::Open,
+            Self::Value(..) | Self::Empty => false,
+        }
+    }
 }
 
 /// A run on a map, or a pair of them.
@@ -113,9 +125,12 @@ impl Places {
         let is_grid = wanted.is_grid || few;
         let most = panels.iter().map(|(_, rows)| rows.len()).max().unwrap_or(0);
         // a few values that come again and again are not smoothed over
-        let has_few = |all: &[f64]| all.len() <= MOST_SINGLE && all.len() * EACH <= most;
-        let single = match (has_few(&all_x), has_few(&all_y)) {
+        let has_few = |all: &[f64], each: usize| all.len() <= MOST_SINGLE && all.len() * each <= most;
+        let single = match (has_few(&all_x, EACH), has_few(&all_y, EACH)) {
             _ if is_grid => (true, true),
+            // given values are the columns, however few the random ones are
+            _ if wanted.varied == (true, false) && has_few(&all_x, EACH_VARIED) => (true, false),
+            _ if wanted.varied == (false, true) && has_few(&all_y, EACH_VARIED) => (false, true),
             (true, true) => (all_x.len() <= all_y.len(), all_y.len() < all_x.len()),
             single => single,
         };

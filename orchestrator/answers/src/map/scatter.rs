@@ -12,6 +12,9 @@ const APART: f64 = 10.0;
 /// Standard errors below this part of the largest value are those of the arithmetic.
 const ROUNDING: f64 = 1e-10;
 
+/// Half the diagonal of a cell of the finest raster: the samples of a cell are never too far from its middle.
+const LEAST_REACH: f64 = 0.018;
+
 /// What is smoothed: values of ok runs; or shares with open ones harmless, harmful, and their least and most.
 struct Series {
     middle: Smoother,
@@ -50,8 +53,16 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
     }
     let (u, v) = (scale(&map.x, single_x), scale(&map.y, single_y));
     let place = |item: &Item| (u(item.x), v(item.y));
+    if !is_share {
+        let ends = items.list.iter().filter_map(|item| known(item.seen));
+        map.runs = ends.fold(None, |ends: Option<(f64, f64)>, value| {
+            let (low, high) = ends.unwrap_or((value, value));
+            Some((low.min(value), high.max(value)))
+        });
+    }
     let Some(series) = series(items, place, is_share) else {
         map.notes.push(format!("fewer than {FEWEST} runs have a value: nothing is smoothed"));
+        map.undrawn = Some(map.n);
         return;
     };
     let width = series.middle.width();
@@ -64,7 +75,7 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
         1
     };
     let samples = items.list.len() as f64 / columns as f64;
-    let reach = if columns > 1 { 4.0 / samples } else { 1.75 / samples.sqrt() }.max(0.012);
+    let reach = if columns > 1 { 4.0 / samples } else { 1.75 / samples.sqrt() }.max(LEAST_REACH);
     map.notes.push(told(is_share, width, reach));
     if !frame.study.design.is_random() {
         map.notes
@@ -81,6 +92,7 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
     let index =
         |edges: &[f64], value: f64| (edges.partition_point(|edge| *edge <= value).max(1) - 1).min(edges.len() - 2);
     let mut counts = vec![(0, 0); map.x.at.len() * map.y.at.len()];
+    let mut undrawn = 0;
     for item in &items.list {
         let count: &mut (u64, u64) = &mut counts[index(&xs, item.x) * map.y.at.len() + index(&ys, item.y)];
         *count = (count.0 + 1, count.1 + u64::from(item.bad));
@@ -89,7 +101,7 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
     let largest = items.list.iter().map(size).fold(0.0_f64, f64::max);
     let is_pair = map.difference.is_some();
     let open: Vec<(f64, f64)> =
-        items.list.iter().filter(|item| if is_share { is_open(item.seen) } else { item.bad }).map(place).collect();
+        items.list.iter().filter(|item| if is_share { item.seen.is_open() } else { item.bad }).map(place).collect();
     let is_open_at = |(u, v): (f64, f64), width: f64| {
         open.iter().any(|(x, y)| (x - u) * (x - u) + (y - v) * (y - v) < width * width)
     };
@@ -97,9 +109,13 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
         let (i, j) = (at / map.y.at.len(), at % map.y.at.len());
         let here = (u(map.x.at[i]), v(map.y.at[j]));
         if series.middle.nearest(here) > reach {
+            undrawn += n;
             continue;
         }
-        let Some(mut found) = series.middle.at(here) else { continue };
+        let Some((mut found, window)) = series.middle.reaching(here) else {
+            undrawn += n;
+            continue;
+        };
         // what an exact plane is off by is rounding, not scatter
         if found.error < ROUNDING * largest {
             found.error = 0.0;
@@ -108,10 +124,12 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
             // a sum of weights may be a bit more than 1
             found.value = found.value.clamp(0.0, 1.0);
         }
-        let Some(Figures { harmful, low, high }) = series.figures(here, found, z, is_share && !is_pair) else {
+        let Some(Figures { harmful, low, high }) = series.figures(here, (found, window), z, is_share && !is_pair)
+        else {
+            undrawn += n;
             continue;
         };
-        let is_open = is_open_at(here, width);
+        let is_open = is_open_at(here, window);
         // of values that bad runs have not, nothing is known: what the others say holds for them alone
         let is_known = is_share || !is_open;
         map.cells.push(Cell {
@@ -130,20 +148,33 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
             is_open,
         });
     }
+    map.undrawn = Some(undrawn);
+    if undrawn > 0 {
+        let of = if is_pair { "pairs" } else { "runs" };
+        map.notes.push(format!(
+            "{undrawn} of {} {of} lie in cells that are not drawn: none that has a value is within {reach:.2} of them",
+            map.n
+        ));
+    }
+}
+
+/// The value that is smoothed; of a bad run none is known.
+fn known(seen: Seen) -> Option<f64> {
+    match seen {
+        Seen::Value(low, high) if low == high => Some(low),
+        _ => None,
+    }
 }
 
 fn size(item: &Item) -> f64 {
-    match item.seen {
-        Seen::Value(low, high) if low == high => low.abs(),
-        _ => 0.0,
-    }
+    known(item.seen).map_or(0.0, f64::abs)
 }
 
 fn told(is_share: bool, width: f64, reach: f64) -> String {
     let how = if is_share { "weighted shares" } else { "local linear fits" };
     format!(
-        "smoothed: {how} of the samples within {:.2} of the range of both axes, a width chosen by leaving each out; about 95 % limits that \
-         leave out what smoothing bends; nothing beyond {:.2} from a sample",
+        "smoothed: {how} of the samples within {:.2} of the range of both axes, a width chosen by leaving each out, wider and without limits where \
+         these are too few; about 95 % limits that leave out what smoothing bends; nothing beyond {:.2} from a sample",
         width, reach
     )
 }
@@ -154,10 +185,6 @@ fn series(items: &Items, place: impl Fn(&Item) -> (f64, f64), is_share: bool) ->
         items.list.iter().filter_map(with).collect()
     };
     if !is_share {
-        let known = |seen| match seen {
-            Seen::Value(low, high) if low == high => Some(low),
-            _ => None,
-        };
         return Some(Series::new(Smoother::new(&samples(&known), false)?, None));
     }
     let number = |is: bool| f64::from(u8::from(is));
@@ -169,7 +196,7 @@ fn series(items: &Items, place: impl Fn(&Item) -> (f64, f64), is_share: bool) ->
         }
     };
     let middle = Smoother::new(&samples(&of(Truth::low, Truth::low)), true)?;
-    if !items.list.iter().any(|item| is_open(item.seen)) {
+    if !items.list.iter().any(|item| item.seen.is_open()) {
         return Some(Series::new(middle, None));
     }
     let others = [
@@ -189,21 +216,18 @@ fn series(items: &Items, place: impl Fn(&Item) -> (f64, f64), is_share: bool) ->
     Some(Series::new(middle, Some([harmful?, least?, most?])))
 }
 
-/// Whether a bad run leaves it open.
-fn is_open(seen: Seen) -> bool {
-    match seen {
-        Seen::Truth(a) => a == Truth::Open,
-        Seen::Truths(a, b) => a == Truth::Open || b == Truth::Open,
-        _ => false,
-    }
-}
-
 impl Series {
-    /// Estimate, the same with bad runs harmful, limits; `None`: too few samples are near.
-    fn figures(&self, here: (f64, f64), found: Smooth, z: f64, is_plain_share: bool) -> Option<Figures> {
+    /// Estimate over a window, the same with bad runs harmful, limits; `None`: no sample is near.
+    fn figures(
+        &self,
+        here: (f64, f64),
+        (found, window): (Smooth, f64),
+        z: f64,
+        is_plain_share: bool,
+    ) -> Option<Figures> {
         let most = if is_plain_share { 1.0 } else { f64::INFINITY };
         let harmful = match &self.harmful {
-            Some(harmful) => harmful.at(here)?.value.min(most),
+            Some(harmful) => harmful.within(here, window)?.min(most),
             None => found.value,
         };
         // a share has limits by any number of samples, by none both ends; how far values scatter some few do not tell
@@ -214,6 +238,10 @@ impl Series {
             }
             if found.error == 0.0 {
                 return Some((found.value, found.value));
+            }
+            // what a wider window bends no narrower one tells: there are too few samples
+            if window > self.middle.width() {
+                return None;
             }
             let smooth = of.at(here)?;
             Some((smooth.value - z * smooth.error, smooth.value + z * smooth.error))

@@ -10,6 +10,7 @@
 //!           both of width h/2, or the least: what h bends would lie outside of limits that know scatter alone (a smooth edge of a share: 84 to 93 % of the
 //!           cells held instead of 95; of h/2 93 to 96 %)
 //! ```
+//! where h holds too few samples (at edges, where they are sparse) the window of that place is widened, see `Smoother::reaching`; such a value has no limits.
 //! Both are linear in the samples, so leaving one out needs no second fit: e = (z - estimate)/(1 - l). Sources: W. S. Cleveland (1979);
 //! J. Fan, I. Gijbels (1996). More than [`MOST_NODES`] samples are put together in 64 x 64 parts of the map at their mean places.
 //! Verified by `a_plane_is_smoothed_to_itself`, `smoothed_limits_hold_the_truth`.
@@ -24,6 +25,11 @@ const TRIED: usize = 512;
 /// Widths that are tried: from this on, each larger by the square root of 2.
 pub const LEAST_WIDTH: f64 = 0.05;
 const WIDTHS: usize = 11;
+/// Windows of single places are widened by the same steps, up to one that holds all samples of the unit square almost equally.
+const WIDEST: f64 = 4.0;
+/// A fit counts as many samples as this and more, or the window is widened: a plane has three numbers. Where no window has as many, fits of fewer
+/// are taken in this order; of one or less a plane would be drawn out beyond what holds it.
+const ENOUGH: [f64; 3] = [3.0, 2.0, 1.0];
 /// Fewer samples than this are not smoothed.
 pub const FEWEST: usize = 10;
 
@@ -169,10 +175,15 @@ impl Smoother {
     }
 
     fn fit(&self, place: (f64, f64)) -> Option<Fit> {
+        self.fit_over(place, self.width, self.is_share)
+    }
+
+    /// `is_mean`: the weighted mean, in place of a plane.
+    fn fit_over(&self, place: (f64, f64), width: f64, is_mean: bool) -> Option<Fit> {
         let mut parts: Vec<(usize, f64)> = Vec::new();
         let (mut total, mut du, mut dv) = (0.0, 0.0, 0.0);
         for (at, node) in self.nodes.iter().enumerate() {
-            let w = weight(node, place, self.width);
+            let w = weight(node, place, width);
             if w > 0.0 {
                 parts.push((at, w));
                 let w = w * node.count;
@@ -187,7 +198,7 @@ impl Smoother {
         let (du, dv) = (du / total, dv / total);
         let offset = |node: &Node| (node.u - place.0 - du, node.v - place.1 - dv);
         // the slope's part: -(du, dv) S^-1 (u_i - mean)
-        let (a, b) = if self.is_share {
+        let (a, b) = if is_mean {
             (0.0, 0.0)
         } else {
             let (mut uu, mut uv, mut vv) = (0.0, 0.0, 0.0);
@@ -196,7 +207,7 @@ impl Smoother {
                 let w = w * node.count / total;
                 (uu, uv, vv) = (uu + w * x * x, uv + w * x * y, vv + w * y * y);
             }
-            slope((uu, uv, vv), (du, dv), self.width)
+            slope((uu, uv, vv), (du, dv), width)
         };
         let mut value = 0.0;
         for (at, w) in &mut parts {
@@ -210,12 +221,36 @@ impl Smoother {
 
     /// At a place; `None`: no sample is near, or so few that they tell nothing of how far they scatter (a plane has three numbers).
     pub fn at(&self, place: (f64, f64)) -> Option<Smooth> {
-        self.of_few(place).filter(|smooth| smooth.count > 3.0)
+        self.of_few(place).filter(|smooth| smooth.count > ENOUGH[0])
+    }
+
+    /// At a place, with the window that it takes: the width, or wider where that holds too few; `None`: no sample is anywhere near.
+    /// Where no window holds enough for a plane it is the mean of all of them.
+    pub fn reaching(&self, place: (f64, f64)) -> Option<(Smooth, f64)> {
+        let steps = (0..).map(|k| self.width * libm::pow(2.0, 0.5 * f64::from(k)));
+        let widths: Vec<f64> = steps.take_while(|width| *width < WIDEST).chain([WIDEST]).collect();
+        for enough in ENOUGH {
+            for &width in &widths {
+                if let Some(found) = self.over(place, width, self.is_share).filter(|found| found.count > enough) {
+                    return Some((found, width));
+                }
+            }
+        }
+        Some((self.over(place, WIDEST, true)?, WIDEST))
+    }
+
+    /// The value of a window that [`Self::reaching`] took for other values of the same samples.
+    pub fn within(&self, place: (f64, f64), width: f64) -> Option<f64> {
+        self.over(place, width, self.is_share).map(|found| found.value)
     }
 
     /// The same of as few samples as there are.
     pub fn of_few(&self, place: (f64, f64)) -> Option<Smooth> {
-        let fit = self.fit(place)?;
+        self.over(place, self.width, self.is_share)
+    }
+
+    fn over(&self, place: (f64, f64), width: f64, is_mean: bool) -> Option<Smooth> {
+        let fit = self.fit_over(place, width, is_mean)?;
         let (mut error, mut squares) = (0.0, 0.0);
         for &(at, part) in &fit.parts {
             let count = self.nodes[at].count;

@@ -7,5 +7,5 @@ mod summary;
 mod text;
 
 pub use functions::FunctionSummary;
-pub use summary::{Summary, percent};
+pub use summary::{Summary, percent, worst_least};
 pub use text::{Align, TextTable, are, counted, duration, fitted, wrapped};

@@ -30,6 +30,15 @@ const QUANTITIES: [(&str, &str, &str, Worst); 6] = [
     ("end_speed_rad_s", "rad/s", "end speed (worst: lowest)", Worst::Smallest),
 ];
 
+/// Which end of a quantity is the bad one, where that is its least: "earliest", "lowest"; `None`: the largest, as far as is known.
+#[must_use]
+pub fn worst_least(column: &str) -> Option<&'static str> {
+    let (.., label, _) =
+        QUANTITIES.iter().find(|(name, .., worst)| *name == column && matches!(worst, Worst::Smallest))?;
+    let (_, end) = label.split_once("(worst: ")?;
+    Some(end.trim_end_matches(')'))
+}
+
 /// Columns of a table that a summary looks at.
 const SUMMARY_COLUMNS: [&str; 6 + QUANTITIES.len()] = [
     DETECTION,
@@ -273,6 +282,13 @@ mod tests {
         summary.add(table, true);
         assert!(!summary.go_on(), "few are kept");
         summary.text(None)
+    }
+
+    #[test]
+    fn the_worst_end_is_that_of_the_label() {
+        assert_eq!(worst_least("first_contact_s"), Some("earliest"));
+        assert_eq!(worst_least("end_speed_rad_s"), Some("lowest"));
+        assert_eq!((worst_least("max_bearing_load_N"), worst_least("anything")), (None, None));
     }
 
     #[test]

@@ -27,6 +27,12 @@ fn moments(blocks: &Blocks, values: &[Option<f64>], rows: usize) -> (f64, f64) {
     (mean, libm::sqrt(both().map(|y| (y - mean) * (y - mean)).sum::<f64>() / n))
 }
 
+/// Least and largest of f(A) and f(B).
+fn ends(blocks: &Blocks, values: &[Option<f64>], rows: usize) -> (f64, f64) {
+    let both = blocks.whole.iter().flat_map(|block| [values[block * rows], values[(block + 1) * rows - 1]]).flatten();
+    both.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), y| (least.min(y), most.max(y)))
+}
+
 /// The indices.
 ///
 /// * `names` - of the d parameters; `values` - of all rows, base point by base point: A, AB_1 .. AB_d, [BA_1 .. BA_d], B, `None` without
@@ -92,9 +98,18 @@ pub fn sobol(
         };
         sums.indices(count, alpha, figures)
     } else {
-        let why = if count == 0 { "no base point is whole" } else { "the output does not vary" };
+        let (least, most) = ends(&blocks, values, rows);
+        let why = match count {
+            0 => "no base point is whole",
+            _ if least < most => "the output varies less than the rounding of its mean lets be told",
+            _ => "the output does not vary",
+        };
         without = Some(why);
-        notes.push(if count == 0 { why.to_owned() } else { format!("{why}: it has no variance to share") });
+        notes.push(match count {
+            0 => why.to_owned(),
+            _ if least < most => format!("{why}: take the constant off the output"),
+            _ => format!("{why}: it has no variance to share"),
+        });
         vec![Index::default(); 2 * d + pairs.len()]
     };
     let interval = if varies { told(count, alpha, "base points", &mut notes) } else { "none" };

@@ -1,6 +1,7 @@
 //! `[stop]`: what is precise enough, and where a study ends.
 
-use crate::estimate::figures::Figures;
+use crate::estimate::figures::{Figures, Method};
+use crate::estimate::limits::lower_limit;
 
 /// What `[stop]` asks for; everything that is given has to hold.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -40,6 +41,8 @@ pub enum Hindrance {
         open: Option<f64>,
         /// Half of the interval at most.
         wanted: f64,
+        /// Whether it is so however the share of bad runs among so few was met: their lower limit alone leaves as much.
+        is_sure: bool,
     },
     /// A part of a figure that is 0 is asked for.
     Zero,
@@ -75,9 +78,9 @@ impl StopRule {
     /// What keeps a figure from becoming precise enough however many points there will be, if its runs go on as they have; `None`:
     /// nothing, or it is precise enough.
     ///
-    /// * `bad` - runs of its group that are.
+    /// * `bad` - runs of its group that are; `alpha` - 1 - confidence of its interval.
     #[must_use]
-    pub fn hindrance(&self, figures: &Figures, bad: u64) -> Option<Hindrance> {
+    pub fn hindrance(&self, figures: &Figures, bad: u64, alpha: f64) -> Option<Hindrance> {
         if self.precision(figures) == Precision::Enough {
             return None;
         }
@@ -87,13 +90,19 @@ impl StopRule {
             return Some(Hindrance::Zero);
         }
         if bad > 0 && figures.harmful.is_none() {
-            return Some(Hindrance::BadRuns { open: None, wanted });
+            // a mean has no limit beside a single bad run; a quantile has one where they are few enough, and how many they are is an estimate
+            let is_sure = figures.method != Method::OrderStatistics;
+            return Some(Hindrance::BadRuns { open: None, wanted, is_sure });
         }
         let (low, high, statistical) = (figures.low?, figures.high?, figures.statistical?);
         let open = 0.5 * (high - low - statistical);
         // rounding is no width
         let is_open = bad > 0 && open >= wanted && open > 1e-9 * statistical;
-        is_open.then_some(Hindrance::BadRuns { open: Some(open), wanted })
+        // what stays with ever more points: the two figures, of as few bad runs as their share may be
+        let apart = figures.harmful.map_or(0.0, |harmful| 0.5 * (harmful - estimate).abs());
+        let bad = bad.min(figures.n);
+        let least = apart * lower_limit(bad, figures.n, 0.5 * alpha) * figures.n as f64 / bad.max(1) as f64;
+        is_open.then_some(Hindrance::BadRuns { open: Some(open), wanted, is_sure: least >= wanted })
     }
 
     /// Whether all of these are precise enough; nothing is not.

@@ -70,14 +70,23 @@ impl Rows {
     }
 }
 
-fn known() -> Known {
+pub(crate) fn known() -> Known {
     let columns = ["x", "y", "start", "z"].map(|name| (name.to_owned(), true));
     Known { columns: columns.into_iter().chain([("way".to_owned(), false)]).collect(), ..Known::default() }
 }
 
 pub(crate) fn of_z(is_grid: bool) -> Wanted {
     let of = Of::Value("z".into());
-    Wanted { x: "x".into(), y: "y".into(), is_grid, of, panels: vec![], starts: vec![], paired: None }
+    Wanted {
+        x: "x".into(),
+        y: "y".into(),
+        is_grid,
+        varied: (false, false),
+        of,
+        panels: vec![],
+        starts: vec![],
+        paired: None,
+    }
 }
 
 pub(crate) fn over(bound: f64) -> Of {
@@ -157,7 +166,7 @@ fn cells_without_samples_are_not_there() {
     let pieces = contour(&map.x.at, &map.y.at, value, 6.5);
     assert!(!pieces.is_empty() && pieces.iter().flatten().all(|(x, y)| !(*x > 1.5 && *y > 1.0)), "{pieces:?}");
     let svg = figures::maps("m", std::slice::from_ref(map)).expect("drawn");
-    assert!(svg.svg().contains("hatched: no sample"));
+    assert!(svg.svg().contains("hatched: no sample, or too few"));
 }
 
 #[test]
@@ -286,7 +295,12 @@ fn a_few_values_are_columns_and_few_samples_are_not_smoothed() {
     assert!(map.x.at.len() == 8 && !map.cells.is_empty());
     let map = &scattered(6, |x, y, _| x + y).maps(&of_z(false))[0];
     assert!(map.cells.is_empty() && map.notes.iter().any(|note| note.contains("fewer than 10")), "{:?}", map.notes);
-    assert!(figures::maps("m", std::slice::from_ref(map)).expect("drawn").svg().contains("no cell has a sample"));
+    assert!(
+        figures::maps("m", std::slice::from_ref(map))
+            .expect("drawn")
+            .svg()
+            .contains("no cell is drawn: no sample, or too few")
+    );
 }
 
 #[test]

@@ -245,6 +245,10 @@ impl Plan {
                 let s = if self.replicates == 1 { "" } else { "s" };
                 format!("answers have no interval: {} replicate{s}, {FEWEST_REPLICATES} are needed", self.replicates)
             }
+            // those of a bootstrap of its blocks
+            reason if matches!(self.kind, Kind::Saltelli | Kind::Morris) => {
+                format!("answers other than sensitivities have no interval: {reason}")
+            }
             reason => format!("answers have no interval: {reason}"),
         })
     }

@@ -5,7 +5,7 @@
 //!   for all pictures of a kind -> side by side, marks of each scale at the contour lines
 //! ```
 //! A cell with bad runs is split: its lower left is as if they had been harmless, its upper right as if harmful, grey where that has no
-//! number. Hatched is what has no sample.
+//! number. Hatched is what has no sample, or too few.
 
 mod colour;
 mod picture;
@@ -147,14 +147,15 @@ fn explanation(maps: &[Map]) -> Vec<String> {
         marks.push("orange: boundary of the regimes".to_owned());
     }
     if any(|map| map.bad > 0 && !map.is_smoothed()) {
-        let mut mark = "cross: bad runs, lower left as if harmless, upper right as if harmful".to_owned();
-        mark += match (any(has_unknown), any(has_open)) {
-            (true, true) => ", grey: no number, or left open by bad runs",
-            (true, false) => ", grey: no number",
-            (false, true) => ", grey: left open by bad runs",
-            (false, false) => "",
+        // each by itself: together they are longer than a line
+        marks.push("cross: bad runs, lower left as if harmless, upper right as if harmful".to_owned());
+        let grey = match (any(has_unknown), any(has_open)) {
+            (true, true) => Some("grey: no number, or left open by bad runs"),
+            (true, false) => Some("grey: no number"),
+            (false, true) => Some("grey: left open by bad runs"),
+            (false, false) => None,
         };
-        marks.push(mark);
+        marks.extend(grey.map(str::to_owned));
     }
     if any(|map| map.bad > 0 && map.is_smoothed()) {
         marks.push("crosses: bad runs".to_owned());
@@ -166,7 +167,7 @@ fn explanation(maps: &[Map]) -> Vec<String> {
         marks.push("split: lower left as if bad runs were harmless, upper right as if harmful".to_owned());
     }
     if any(|map| map.cells.len() < map.x.at.len() * map.y.at.len()) {
-        marks.push("hatched: no sample".to_owned());
+        marks.push("hatched: no sample, or too few".to_owned());
     }
     let mut told = in_lines(&marks);
     if maps.iter().any(|map| map.width.is_some()) {

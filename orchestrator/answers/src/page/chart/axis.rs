@@ -2,6 +2,9 @@
 
 use bladeoff_model::document::units::format_digits;
 
+/// Of a letter of a label, as part of the width of a chart.
+const LETTER: f64 = 0.0105;
+
 /// An axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
@@ -64,13 +67,29 @@ impl Axis {
         if self.log { (libm::exp10(self.range.0), libm::exp10(self.range.1)) } else { self.range }
     }
 
+    /// Those whose labels do not run together along an axis across the page; the last stays.
+    fn apart(&self, ticks: Vec<(f64, String)>) -> Vec<(f64, String)> {
+        let mut kept: Vec<(f64, String)> = Vec::new();
+        for (value, label) in ticks.into_iter().rev() {
+            let is_free = kept.last().is_none_or(|(next, beside)| {
+                let room = LETTER * 0.5 * (label.len() + beside.len() + 3) as f64;
+                self.share(*next).zip(self.share(value)).is_some_and(|(next, at)| (next - at).abs() >= room)
+            });
+            if is_free {
+                kept.push((value, label));
+            }
+        }
+        kept.reverse();
+        kept
+    }
+
     /// Values with what stands beside them.
     pub(super) fn ticks(&self) -> Vec<(f64, String)> {
         if !self.words.is_empty() {
             return self.words.iter().enumerate().map(|(at, word)| (at as f64, word.clone())).collect();
         }
         if !self.at.is_empty() {
-            return self.at.iter().map(|value| (*value, exact(*value))).collect();
+            return self.apart(self.at.iter().map(|value| (*value, exact(*value))).collect());
         }
         let (low, high) = (self.range.0.min(self.range.1), self.range.0.max(self.range.1));
         if self.log {
@@ -156,6 +175,17 @@ mod tests {
         ] {
             assert!((1..=21).contains(&axis.ticks().len()), "{:?}", axis.ticks());
         }
+    }
+
+    #[test]
+    fn labels_of_given_ticks_do_not_run_together() {
+        let looks: Vec<f64> = (8..20).map(|power| f64::from(1 << power)).chain([1e6]).collect();
+        let axis = Axis::log("points", looks.iter().copied()).at(looks.clone());
+        let found = axis.ticks();
+        let of = |label: &str| found.iter().any(|(_, text)| text == label);
+        assert!(of("1000000") && !of("524288") && found.len() > 5, "{found:?}");
+        let few = Axis::log("points", [256.0, 512.0, 1024.0].into_iter()).at(vec![256.0, 512.0, 1024.0]);
+        assert_eq!(few.ticks().len(), 3);
     }
 
     #[test]
