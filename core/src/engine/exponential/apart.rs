@@ -16,8 +16,8 @@ pub(super) struct Apart {
     mean_rates: Vec<f64>,
     /// Rows of u and v of each bearing's node.
     bearings: Vec<[Vec<f64>; 2]>,
-    /// The last look: its time in contact steps, and powers of structure, bearings and skew stiffness then \[W\].
-    looked: Option<(u64, [f64; 3])>,
+    /// The last look: its time in contact steps, powers of structure, bearings and skew stiffness then \[W\], and what the twist's damping had taken \[J\].
+    looked: Option<(u64, [f64; 3], f64)>,
     /// As they were at the last look.
     pub energies: Energies,
 }
@@ -60,15 +60,15 @@ impl Apart {
             let force = bearing.skew_force(of(q));
             skew += force[0] * v[0] + force[1] * v[1];
         }
-        let powers = [damping - bearings + flight.spin().damping_power(), bearings, skew];
-        let (ticks, now) = (flight.ticks(), &mut self.energies);
-        if let Some((last, before)) = self.looked {
+        let powers = [damping - bearings, bearings, skew];
+        let (ticks, damped, now) = (flight.ticks(), flight.spin().damped, &mut self.energies);
+        if let Some((last, before, damped_then)) = self.looked {
             let half = 0.5 * (ticks - last) as f64 * self.h;
-            now.structure += half * (before[0] + powers[0]);
+            now.structure += half * (before[0] + powers[0]) + (damped - damped_then);
             now.bearings += half * (before[1] + powers[1]);
             now.skew += half * (before[2] + powers[2]);
         }
-        self.looked = Some((ticks, powers));
+        self.looked = Some((ticks, powers, damped));
     }
 
     /// Takes the stores at n, and those works that the sums have one by one.

@@ -18,7 +18,7 @@ use super::kicked_ring::KickedRing;
 use super::moved::Moved;
 use super::oscillators::OscillatorStep;
 use super::plane::{across, product, times, turned};
-use super::rows::{add_both, both_products, least_moved, moved_clearances, rows_at, weighted, yielding};
+use super::rows::{add_both, add_statics, both_products, least_moved, moved_clearances, rows_at, weighted, yielding};
 use super::survey::{Place, Survey};
 use crate::contact::ContactForce;
 use crate::contact::complementarity::{self, Coupled, POINTS};
@@ -52,6 +52,13 @@ pub(super) struct Rub {
     /// Blocks that impulses may have brought in reach.
     near: Vec<usize>,
     impulses: Vec<f64>,
+    /// What trains of impulses lack on each mode, what the last impulses make of it, and the ring with that.
+    lacking: Vec<f64>,
+    statics: Vec<f64>,
+    foreseen: Vec<f64>,
+    /// The same of the rotor, with the modes left out.
+    held: [f64; 2],
+    lagging: [f64; 2],
     coupled: Box<Coupled>,
     points: Vec<Point>,
     forces: Vec<ContactForce>,
@@ -68,7 +75,8 @@ struct Point {
     /// At n+1, where the gap is to stay open, and at n, where the impulse acts.
     place: Place,
     acting: Place,
-    slip: f64,
+    /// Gap and slip without any impulse.
+    start: [f64; 2],
     force: ContactForce,
 }
 
@@ -166,8 +174,13 @@ impl Rub {
             near: Vec::with_capacity(candidates.count() / BLOCK),
             candidates: Arc::clone(candidates),
             yields: ring.yields().iter().zip(ring.lacking()).map(|(a, b)| a + b).collect(),
+            lacking: ring.lacking(),
             ring,
             flights: Vec::new(),
+            statics: zeros.clone(),
+            foreseen: zeros.clone(),
+            held: [0.0; 2],
+            lagging: [0.0; 2],
             impulses: zeros,
             last: vec![[rows.normal.clone(), rows.normal.clone()]; POINTS],
             rows: vec![rows; POINTS],
@@ -218,34 +231,31 @@ impl Rub {
     /// Takes the ring over a step in which it may be touched; `None` where it is not.
     pub fn touch(&mut self, free: &FreeStep<'_>) -> Result<Option<Impact>, ExponentialError> {
         self.ring.drift();
-        let to = self.place(free.to);
-        self.survey.look(&self.candidates, to, &self.ring.modes.place);
-        let mut deepest = None;
+        let to = self.foresee(free);
+        self.survey.look(&self.candidates, to, &self.foreseen);
         self.points.clear();
         for at in 0..self.survey.least_ones.len() {
             let index = self.survey.least_ones[at];
-            let place = self.survey.place(&self.candidates, index, to, &self.ring.modes.place);
+            let place = self.survey.place(&self.candidates, index, to, &self.foreseen);
             if place.gap < 0.0 && self.points.len() < POINTS - 2 {
-                if deepest.is_none_or(|(gap, _)| place.gap < gap) {
-                    deepest = Some((place.gap, self.points.len()));
-                }
                 self.join(place, free);
             }
         }
-        let Some((depth, deepest)) = deepest else {
-            self.pressed.clear();
-            return Ok(None);
-        };
-        self.coupled.sign = self.points[deepest].slip.signum();
         for at in 0..self.pressed.len() {
             let index = self.pressed[at].0.index;
             let count = self.candidates.count();
             let known = self.points.iter().any(|point| beside(point.place.index, index, count));
             if !known && self.points.len() < POINTS - 1 {
-                let place = self.survey.place(&self.candidates, index, to, &self.ring.modes.place);
+                let place = self.survey.place(&self.candidates, index, to, &self.foreseen);
                 self.join(place, free);
             }
         }
+        let deepest = self.points.iter().min_by(|one, other| one.start[0].total_cmp(&other.start[0]));
+        let Some(&Point { start: [depth, slip], .. }) = deepest.filter(|point| point.start[0] < 0.0) else {
+            self.pressed.clear();
+            return Ok(None);
+        };
+        self.coupled.sign = slip.signum();
         let moved = Moved::new(self.angle, self.rotor_left_out, free.kick, self.radius * self.radius * free.rolling);
         self.couple(0, &moved);
         loop {
@@ -260,13 +270,34 @@ impl Rub {
             let (left, index) = self.least_left(to, &moved);
             match index.filter(|_| left < SHARE * depth && count < POINTS) {
                 Some(index) => {
-                    let place = self.survey.place(&self.candidates, index, to, &self.ring.modes.place);
+                    let place = self.survey.place(&self.candidates, index, to, &self.foreseen);
                     self.join(place, free);
                     self.couple(count, &moved);
                 }
                 None => return Ok(Some(self.strike(free, left))),
             }
         }
+    }
+
+    /// Ring and rotor at n+1 without impulses, but with the statics of the last ones; where the rotor is then, in the stator's axes.
+    fn foresee(&mut self, free: &FreeStep<'_>) -> [f64; 2] {
+        self.statics.fill(0.0);
+        let (mut along, mut normal) = ([0.0; 2], [0.0; 2]);
+        for ((place, force), rows) in self.pressed.iter().zip(&self.last) {
+            add_both([force.normal, force.tangential], rows.each_ref().map(Vec::as_slice), &mut self.statics);
+            let (n, t) = (place.normal, across(place.normal));
+            for i in 0..2 {
+                normal[i] += n[i] * force.normal;
+                along[i] += n[i] * force.normal + t[i] * force.tangential;
+            }
+        }
+        add_statics(&self.lacking, &self.ring.modes.place, &mut self.statics, &mut self.foreseen);
+        let (lacking, left_out) =
+            (times(&turned(self.angle, &free.kick.lacking), along), times(&self.rotor_left_out, normal));
+        self.lagging = lacking.map(|x| -x);
+        self.held = [0, 1].map(|i| -lacking[i] - left_out[i]);
+        let to = self.place(free.to);
+        [0, 1].map(|i| to[i] + self.held[i])
     }
 
     /// Takes a place among the points.
@@ -285,16 +316,22 @@ impl Rub {
             known.map_or([normal.as_slice(), tangent.as_slice()], |at| self.last[at].each_ref().map(Vec::as_slice));
         yielding(&self.yields, acts[0], n, by_normal);
         yielding(&self.yields, acts[1], t, by_tangent);
+        let [opened, slipped] = both_products([normal, tangent], &self.statics);
         let step = self.inwards([free.to[0] - free.from[0], free.to[1] - free.from[1]]);
-        let slip = product(across(place.normal), step) + free.turn * self.radius - ring;
-        self.points.push(Point { place, acting, slip, force });
+        let along = across(place.normal);
+        let slip = product(along, step) + free.turn * self.radius - ring;
+        let start = [
+            place.gap - opened + product(place.normal, self.held),
+            if std::env::var_os("NOSLIP").is_some() { slip } else { slip - product(along, self.lagging) + slipped },
+        ];
+        self.points.push(Point { place, acting, start, force });
     }
 
     /// Writes the conditions of the points from one on.
     fn couple(&mut self, from: usize, moved: &Moved) {
         let Self { coupled, points, rows, candidates, .. } = self;
         for k in 0..points.len() {
-            coupled.start[k] = [points[k].place.gap, points[k].slip];
+            coupled.start[k] = points[k].start;
             for j in 0..points.len() {
                 // a solve adds a little to each point's own
                 if k >= from || j >= from || k == j {
@@ -306,10 +343,12 @@ impl Rub {
         }
     }
 
-    /// What all impulses make of the ring's modes.
+    /// What all impulses make of the ring's modes, beyond the statics that were foreseen.
     fn respond(&mut self) {
-        let Self { impulses, points, rows, .. } = self;
-        impulses.fill(0.0);
+        let Self { impulses, points, rows, statics, .. } = self;
+        for (impulse, known) in impulses.iter_mut().zip(statics) {
+            *impulse = -*known;
+        }
         for (point, rows) in points.iter().zip(rows).filter(|(point, _)| point.force.normal > 0.0) {
             let force = [point.force.normal, point.force.tangential];
             add_both(force, [&rows.by_normal, &rows.by_tangent], impulses);
@@ -321,15 +360,14 @@ impl Rub {
         let mut least = (0.0, None);
         let count = self.candidates.count();
         // what moves the rotor: the sum of all; and what the ring's modes left out do at most
-        let (mut rotor, mut left_out) = ([0.0; 2], 0.0);
+        let (mut rotor, mut left_out) = (self.held, 0.0);
         for point in self.points.iter().filter(|point| point.force.normal > 0.0) {
             let moves = moved.of_rotor(&point.acting, point.force.normal, point.force.tangential);
             rotor = [0, 1].map(|i| rotor[i] + moves[i]);
             left_out += point.force.normal * self.candidates.most_left_out;
         }
         let most = weighted(&self.impulses, &self.candidates.radial_reach);
-        let Self { survey, candidates, ring, near, impulses, points, .. } = self;
-        let q = &ring.modes.place;
+        let Self { survey, candidates, foreseen: q, held, near, impulses, points, .. } = self;
         survey.nearer(candidates, length(rotor) + left_out + most, x, q, near);
         for &block in &*near {
             // no nearer where the ring's modes cannot close what is open
@@ -357,7 +395,7 @@ impl Rub {
                 }
                 let place = survey.place(candidates, index, x, q);
                 let along = dot(candidates.of(index).1, impulses);
-                let mut gap = place.gap + product(place.polar, [opens[k], along]);
+                let mut gap = place.gap + product(place.polar, [opens[k], along]) + product(place.normal, *held);
                 for point in points.iter().filter(|point| point.force.normal > 0.0) {
                     let [n, t] = moved.beyond_modes(candidates, &place, &point.acting);
                     gap += n * point.force.normal + t * point.force.tangential;
