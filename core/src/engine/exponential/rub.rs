@@ -322,7 +322,7 @@ impl Rub {
         let slip = product(along, step) + free.turn * self.radius - ring;
         let start = [
             place.gap - opened + product(place.normal, self.held),
-            if std::env::var_os("NOSLIP").is_some() { slip } else { slip - product(along, self.lagging) + slipped },
+            slip - product(along, self.lagging) + slipped,
         ];
         self.points.push(Point { place, acting, start, force });
     }
