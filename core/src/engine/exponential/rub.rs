@@ -7,18 +7,19 @@
 //! ```
 //! The scheme of forward-increment Lagrange multipliers (docs/theory/04-time-integration.md) with exact propagation in the place of central differences.
 //! An impulse acts along normal and tangent of its place at n, where that pressed in the step before; otherwise along those at n+1. That makes the place of second order in the step.
-//! (1) is solved at the nearest places of the free step ([`super::survey`]), and where it pressed before; candidates that then still penetrate join them: nothing is
-//! iterated over the state, which is linear. (2) is what the impulses do on the modes, exactly.
+//! (1) is solved at the nearest places ([`super::survey`]) of the free step with the statics of the last impulses ([`super::foreseen`]), and where it pressed before;
+//! candidates that then still penetrate join them: nothing is iterated over the state, which is linear. (2) is what the impulses do on the modes, exactly.
 
 use super::ExponentialError;
 use super::bound::length;
 use super::candidates::{BLOCK, Candidates, beside, modes, parabola, ring_of};
+use super::foreseen::Foreseen;
 use super::kick::Kick;
 use super::kicked_ring::KickedRing;
 use super::moved::Moved;
 use super::oscillators::OscillatorStep;
 use super::plane::{across, product, times, turned};
-use super::rows::{add_both, add_statics, both_products, least_moved, moved_clearances, rows_at, weighted, yielding};
+use super::rows::{add_both, both_products, least_moved, moved_clearances, rows_at, weighted, yielding};
 use super::survey::{Place, Survey};
 use crate::contact::ContactForce;
 use crate::contact::complementarity::{self, Coupled, POINTS};
@@ -52,13 +53,7 @@ pub(super) struct Rub {
     /// Blocks that impulses may have brought in reach.
     near: Vec<usize>,
     impulses: Vec<f64>,
-    /// What trains of impulses lack on each mode, what the last impulses make of it, and the ring with that.
-    lacking: Vec<f64>,
-    statics: Vec<f64>,
-    foreseen: Vec<f64>,
-    /// The same of the rotor, with the modes left out.
-    held: [f64; 2],
-    lagging: [f64; 2],
+    foreseen: Foreseen,
     coupled: Box<Coupled>,
     points: Vec<Point>,
     forces: Vec<ContactForce>,
@@ -174,13 +169,9 @@ impl Rub {
             near: Vec::with_capacity(candidates.count() / BLOCK),
             candidates: Arc::clone(candidates),
             yields: ring.yields().iter().zip(ring.lacking()).map(|(a, b)| a + b).collect(),
-            lacking: ring.lacking(),
+            foreseen: Foreseen::new(ring.lacking()),
             ring,
             flights: Vec::new(),
-            statics: zeros.clone(),
-            foreseen: zeros.clone(),
-            held: [0.0; 2],
-            lagging: [0.0; 2],
             impulses: zeros,
             last: vec![[rows.normal.clone(), rows.normal.clone()]; POINTS],
             rows: vec![rows; POINTS],
@@ -231,12 +222,15 @@ impl Rub {
     /// Takes the ring over a step in which it may be touched; `None` where it is not.
     pub fn touch(&mut self, free: &FreeStep<'_>) -> Result<Option<Impact>, ExponentialError> {
         self.ring.drift();
-        let to = self.foresee(free);
-        self.survey.look(&self.candidates, to, &self.foreseen);
+        let lacking = turned(self.angle, &free.kick.lacking);
+        self.foreseen.take(&self.pressed, &self.last, &self.ring.modes.place, [&lacking, &self.rotor_left_out]);
+        let to = self.place(free.to);
+        let to = [0, 1].map(|i| to[i] + self.foreseen.held[i]);
+        self.survey.look(&self.candidates, to, &self.foreseen.ring);
         self.points.clear();
         for at in 0..self.survey.least_ones.len() {
             let index = self.survey.least_ones[at];
-            let place = self.survey.place(&self.candidates, index, to, &self.foreseen);
+            let place = self.survey.place(&self.candidates, index, to, &self.foreseen.ring);
             if place.gap < 0.0 && self.points.len() < POINTS - 2 {
                 self.join(place, free);
             }
@@ -246,7 +240,7 @@ impl Rub {
             let count = self.candidates.count();
             let known = self.points.iter().any(|point| beside(point.place.index, index, count));
             if !known && self.points.len() < POINTS - 1 {
-                let place = self.survey.place(&self.candidates, index, to, &self.foreseen);
+                let place = self.survey.place(&self.candidates, index, to, &self.foreseen.ring);
                 self.join(place, free);
             }
         }
@@ -258,8 +252,8 @@ impl Rub {
         self.coupled.sign = slip.signum();
         let moved = Moved::new(self.angle, self.rotor_left_out, free.kick, self.radius * self.radius * free.rolling);
         self.couple(0, &moved);
+        let mut replaced = 0;
         loop {
-            let count = self.points.len();
             self.forces.clear();
             self.forces.extend(self.points.iter().map(|point| point.force));
             complementarity::solve(&mut self.coupled, &mut self.forces).ok_or(ExponentialError::NoImpulses)?;
@@ -268,36 +262,24 @@ impl Rub {
             }
             self.respond();
             let (left, index) = self.least_left(to, &moved);
-            match index.filter(|_| left < SHARE * depth && count < POINTS) {
-                Some(index) => {
-                    let place = self.survey.place(&self.candidates, index, to, &self.foreseen);
+            let full = self.points.len() == POINTS;
+            let open = self.points.iter().position(|point| point.force.normal == 0.0);
+            match index.filter(|_| left < SHARE * depth) {
+                Some(index) if !full || (open.is_some() && replaced < POINTS) => {
+                    // where there is no room, one that stayed open makes some
+                    if let Some(open) = open.filter(|_| full) {
+                        self.points.swap_remove(open);
+                        self.rows.swap(open, self.points.len());
+                        replaced += 1;
+                    }
+                    let count = self.points.len();
+                    let place = self.survey.place(&self.candidates, index, to, &self.foreseen.ring);
                     self.join(place, free);
-                    self.couple(count, &moved);
+                    self.couple(if full { 0 } else { count }, &moved);
                 }
-                None => return Ok(Some(self.strike(free, left))),
+                _ => return Ok(Some(self.strike(free, left))),
             }
         }
-    }
-
-    /// Ring and rotor at n+1 without impulses, but with the statics of the last ones; where the rotor is then, in the stator's axes.
-    fn foresee(&mut self, free: &FreeStep<'_>) -> [f64; 2] {
-        self.statics.fill(0.0);
-        let (mut along, mut normal) = ([0.0; 2], [0.0; 2]);
-        for ((place, force), rows) in self.pressed.iter().zip(&self.last) {
-            add_both([force.normal, force.tangential], rows.each_ref().map(Vec::as_slice), &mut self.statics);
-            let (n, t) = (place.normal, across(place.normal));
-            for i in 0..2 {
-                normal[i] += n[i] * force.normal;
-                along[i] += n[i] * force.normal + t[i] * force.tangential;
-            }
-        }
-        add_statics(&self.lacking, &self.ring.modes.place, &mut self.statics, &mut self.foreseen);
-        let (lacking, left_out) =
-            (times(&turned(self.angle, &free.kick.lacking), along), times(&self.rotor_left_out, normal));
-        self.lagging = lacking.map(|x| -x);
-        self.held = [0, 1].map(|i| -lacking[i] - left_out[i]);
-        let to = self.place(free.to);
-        [0, 1].map(|i| to[i] + self.held[i])
     }
 
     /// Takes a place among the points.
@@ -316,13 +298,13 @@ impl Rub {
             known.map_or([normal.as_slice(), tangent.as_slice()], |at| self.last[at].each_ref().map(Vec::as_slice));
         yielding(&self.yields, acts[0], n, by_normal);
         yielding(&self.yields, acts[1], t, by_tangent);
-        let [opened, slipped] = both_products([normal, tangent], &self.statics);
+        let [opened, slipped] = both_products([normal, tangent], &self.foreseen.statics);
         let step = self.inwards([free.to[0] - free.from[0], free.to[1] - free.from[1]]);
         let along = across(place.normal);
         let slip = product(along, step) + free.turn * self.radius - ring;
         let start = [
-            place.gap - opened + product(place.normal, self.held),
-            slip - product(along, self.lagging) + slipped,
+            place.gap - opened + product(place.normal, self.foreseen.held),
+            slip - product(along, self.foreseen.lagging) + slipped,
         ];
         self.points.push(Point { place, acting, start, force });
     }
@@ -345,8 +327,8 @@ impl Rub {
 
     /// What all impulses make of the ring's modes, beyond the statics that were foreseen.
     fn respond(&mut self) {
-        let Self { impulses, points, rows, statics, .. } = self;
-        for (impulse, known) in impulses.iter_mut().zip(statics) {
+        let Self { impulses, points, rows, foreseen, .. } = self;
+        for (impulse, known) in impulses.iter_mut().zip(&foreseen.statics) {
             *impulse = -*known;
         }
         for (point, rows) in points.iter().zip(rows).filter(|(point, _)| point.force.normal > 0.0) {
@@ -360,14 +342,15 @@ impl Rub {
         let mut least = (0.0, None);
         let count = self.candidates.count();
         // what moves the rotor: the sum of all; and what the ring's modes left out do at most
-        let (mut rotor, mut left_out) = (self.held, 0.0);
+        let (mut rotor, mut left_out) = (self.foreseen.held, 0.0);
         for point in self.points.iter().filter(|point| point.force.normal > 0.0) {
             let moves = moved.of_rotor(&point.acting, point.force.normal, point.force.tangential);
             rotor = [0, 1].map(|i| rotor[i] + moves[i]);
             left_out += point.force.normal * self.candidates.most_left_out;
         }
         let most = weighted(&self.impulses, &self.candidates.radial_reach);
-        let Self { survey, candidates, foreseen: q, held, near, impulses, points, .. } = self;
+        let Self { survey, candidates, foreseen, near, impulses, points, .. } = self;
+        let q = &foreseen.ring;
         survey.nearer(candidates, length(rotor) + left_out + most, x, q, near);
         for &block in &*near {
             // no nearer where the ring's modes cannot close what is open
@@ -395,7 +378,8 @@ impl Rub {
                 }
                 let place = survey.place(candidates, index, x, q);
                 let along = dot(candidates.of(index).1, impulses);
-                let mut gap = place.gap + product(place.polar, [opens[k], along]) + product(place.normal, *held);
+                let mut gap =
+                    place.gap + product(place.polar, [opens[k], along]) + product(place.normal, foreseen.held);
                 for point in points.iter().filter(|point| point.force.normal > 0.0) {
                     let [n, t] = moved.beyond_modes(candidates, &place, &point.acting);
                     gap += n * point.force.normal + t * point.force.tangential;

@@ -276,6 +276,7 @@ impl<'a> Run<'a> {
         if let Some(impact) = &done.impact {
             now.friction += impact.friction_work;
             now.normal += impact.normal_work;
+            now.structure += self.transient.flight.lost_of_saw_tooth(impact.on_rotor);
         }
         if let Some(contact) = &self.transient.contact {
             now.stator += match done.level {
