@@ -346,7 +346,9 @@ impl Rub {
         for point in self.points.iter().filter(|point| point.force.normal > 0.0) {
             let moves = moved.of_rotor(&point.acting, point.force.normal, point.force.tangential);
             rotor = [0, 1].map(|i| rotor[i] + moves[i]);
-            left_out += point.force.normal * self.candidates.most_left_out;
+            let [along, aside] = self.candidates.most_closed;
+            left_out +=
+                point.force.normal * (along * point.acting.polar[0].abs() + aside * point.acting.polar[1].abs());
         }
         let most = weighted(&self.impulses, &self.candidates.radial_reach);
         let Self { survey, candidates, foreseen, near, impulses, points, .. } = self;
