@@ -197,6 +197,11 @@ fn a_run_ends_where_it_is_told_to() {
     let stopped = ends(&[("run.end_time", "3 s"), ("braking.constant", "40 N m")]);
     assert_eq!(stopped.outcome.end_cause, EndCause::Stopped);
     assert!(stopped.value("end_speed_rad_s") == 0.0 && stopped.value("stop_time_s") > 0.0);
+    let mut reference =
+        machine_with(&study_machine("lab_rig"), &[("run.end_time", "3 s"), ("braking.constant", "40 N m")]);
+    reference.run.engine = Engine::Reduced;
+    let late = stopped.value("stop_time_s") - run(reference).value("stop_time_s");
+    assert!(late.abs() < 1.1e-5, "{late}: two steps of 5 us, one of the reference");
 }
 
 #[test]

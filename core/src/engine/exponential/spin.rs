@@ -297,7 +297,9 @@ impl Spin {
     /// Ends the step with the velocities of the unbalances' nodes \[m/s\] and the gyroscopic momentum at its end.
     pub fn complete(&mut self, step: &SpinStep, velocities: &[[f64; 2]], gyroscopic: f64) {
         let (h, last) = (step.h, self.arms.len());
-        let brake = 0.5 * (braking_torque(&self.braking, self.speed) + braking_torque(&self.braking, self.next_speed));
+        // braking does not turn before the rotor has stopped
+        let after = self.next_speed.max(f64::MIN_POSITIVE);
+        let brake = 0.5 * (braking_torque(&self.braking, self.speed) + braking_torque(&self.braking, after));
         let mut spin_side = self.momentum + h * brake - gyroscopic;
         self.momentum += h * brake;
         let mut sides = std::mem::take(&mut self.sides);
