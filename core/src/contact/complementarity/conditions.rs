@@ -2,8 +2,8 @@
 
 use bladeoff_model::machine::FrictionLaw;
 
-/// Contact points of a ring at most.
-pub(crate) const POINTS: usize = 16;
+/// Points that there is room for.
+pub(crate) const POINTS: usize = 24;
 /// Gap and slip at one point by a unit normal and a unit tangential force at another \[m/N\].
 pub(crate) type Block = [[f64; 2]; 2];
 

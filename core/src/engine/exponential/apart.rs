@@ -16,8 +16,8 @@ pub(super) struct Apart {
     mean_rates: Vec<f64>,
     /// Rows of u and v of each bearing's node.
     bearings: Vec<[Vec<f64>; 2]>,
-    /// The last look: its time in contact steps, and powers of structure, bearings and skew stiffness then \[W\].
-    looked: Option<(u64, [f64; 3])>,
+    /// The last look: its time in contact steps, and powers of bearings and skew stiffness then \[W\].
+    looked: Option<(u64, [f64; 2])>,
     /// As they were at the last look.
     pub energies: Energies,
 }
@@ -51,7 +51,6 @@ impl Apart {
         for (j, mean) in self.mean_rates.iter_mut().enumerate() {
             *mean = velocity[j] + 0.5 * (self.jumps[0][j] * struck[0] + self.jumps[1][j] * struck[1]);
         }
-        let damping = flight.shared().grid.model.system.damping_power(&self.mean_rates);
         let [mut bearings, mut skew] = [0.0; 2];
         for (bearing, rows) in structure.rotor.bearings.iter().zip(&self.bearings) {
             let of = |state: &[f64]| [0, 1].map(|i| crate::linalg::dot(&rows[i], state));
@@ -60,15 +59,15 @@ impl Apart {
             let force = bearing.skew_force(of(q));
             skew += force[0] * v[0] + force[1] * v[1];
         }
-        let powers = [damping - bearings + flight.spin().damping_power(), bearings, skew];
+        let powers = [bearings, skew];
         let (ticks, now) = (flight.ticks(), &mut self.energies);
         if let Some((last, before)) = self.looked {
             let half = 0.5 * (ticks - last) as f64 * self.h;
-            now.structure += half * (before[0] + powers[0]);
-            now.bearings += half * (before[1] + powers[1]);
-            now.skew += half * (before[2] + powers[2]);
+            now.bearings += half * (before[0] + powers[0]);
+            now.skew += half * (before[1] + powers[1]);
         }
         self.looked = Some((ticks, powers));
+        now.structure = sums.structure - now.bearings - now.skew;
     }
 
     /// Takes the stores at n, and those works that the sums have one by one.

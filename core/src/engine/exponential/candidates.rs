@@ -45,8 +45,8 @@ pub(super) struct Candidates {
     /// Displacements per impulse of the modes left out between two candidates, those of one acting side by side: radial and tangential, by rows; empty where
     /// none are.
     left_out: Vec<[f64; 4]>,
-    /// The most that a unit impulse displaces any candidate along its radius in them.
-    pub most_left_out: f64,
+    /// What the modes left out close at most of a candidate's clearance, per unit impulse along and across the radius of another.
+    pub most_closed: [f64; 2],
 }
 
 impl Candidates {
@@ -103,7 +103,9 @@ impl Candidates {
         let angles: Vec<(f64, f64)> =
             places.iter().map(|&(element, xi)| libm::sincos(surface.angle(element, xi))).collect();
         Self {
-            most_left_out: left_out.iter().map(|[a, b, ..]: &[f64; 4]| length([*a, *b])).fold(0.0, f64::max),
+            most_closed: left_out
+                .iter()
+                .fold([0.0; 2], |[one, other]: [f64; 2], [a, b, ..]| [one.max(-a), other.max(b.abs())]),
             spacing: 2.0 * std::f64::consts::PI / count as f64,
             directions: angles
                 .chunks_exact(BLOCK)

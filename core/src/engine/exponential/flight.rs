@@ -267,6 +267,11 @@ impl Flight {
         }
     }
 
+    /// What damping takes over the last contact step beside what the mean rates say, of an impulse at its beginning \[J\].
+    pub(super) fn lost_of_saw_tooth(&self, impulse: [f64; 2]) -> f64 {
+        self.cell.lost_of_saw_tooth(&self.shared.grid.model, self.step, impulse)
+    }
+
     /// Rates of the whirl states at n, and from them the velocity of the first diaphragm's node in its cell \[m/s\].
     pub(super) fn see_rates(&mut self) -> [f64; 2] {
         self.forces.clear();

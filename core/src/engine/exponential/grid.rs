@@ -15,7 +15,7 @@
 use super::ExponentialError;
 use super::bound::Bound;
 use super::forms::{Form, Rows};
-use super::kick::Kick;
+use super::kick::{Kick, saw_tooth};
 use super::local::Local;
 use super::measured::{Between, Measured};
 use super::missed::Missed;
@@ -77,6 +77,7 @@ pub(super) struct Cell {
     /// First rows of what is watched for peaks: the bearings' loads, the place of the first diaphragm's node.
     watched: Vec<usize>,
     kick: OnceLock<Kick>,
+    saw_tooth: OnceLock<[f64; 3]>,
     bound: OnceLock<Bound>,
     missed: OnceLock<Missed>,
     measured: OnceLock<Measured>,
@@ -93,6 +94,14 @@ impl Cell {
     pub fn kick(&self, h: f64) -> Option<&Kick> {
         let (row, push, loads) = self.contact.as_ref()?;
         Some(self.kick.get_or_init(|| Kick::new(&self.local, self.propagator(0, h), h, *row, *push, loads)))
+    }
+
+    /// What damping takes of the saw-tooth that an impulse on the first diaphragm's node, along the machine's axes, makes of the rates \[J\].
+    pub fn lost_of_saw_tooth(&self, model: &Model, h: f64, [u, v]: [f64; 2]) -> f64 {
+        let Some((_, push, _)) = &self.contact else { return 0.0 };
+        let factors = || saw_tooth(&self.local, self.propagator(0, h), &self.measured(model).lost, h, *push);
+        let [uu, vv, uv] = self.saw_tooth.get_or_init(factors);
+        uu * u * u + vv * v * v + uv * u * v
     }
 
     /// How far the first diaphragm's node comes at most; `None` without one.
@@ -210,6 +219,7 @@ impl Grid {
             contact: outputs.has_contact().then(|| (outputs.contact(0), outputs.contact_push(0), outputs.loads())),
             watched: outputs.loads().into_iter().chain(outputs.has_contact().then(|| outputs.contact(0))).collect(),
             kick: OnceLock::new(),
+            saw_tooth: OnceLock::new(),
             bound: OnceLock::new(),
             missed: OnceLock::new(),
             measured: OnceLock::new(),

@@ -17,6 +17,7 @@ mod candidates;
 mod clearance_tests;
 mod eye;
 mod flight;
+mod foreseen;
 mod forms;
 mod grid;
 mod kick;

@@ -60,6 +60,18 @@ kernel! {
 }
 
 kernel! {
+    /// `statics *= lacking, foreseen = place + statics`.
+    pub(super) fn add_statics(lacking: &[f64], place: &[f64], statics: &mut [f64], foreseen: &mut [f64]) {
+        let count = statics.len();
+        let (lacking, place, foreseen) = (&lacking[..count], &place[..count], &mut foreseen[..count]);
+        for j in 0..count {
+            statics[j] *= lacking[j];
+            foreseen[j] = place[j] + statics[j];
+        }
+    }
+}
+
+kernel! {
     /// `sum_j |x_j| y_j`.
     pub(super) fn weighted(x: &[f64], y: &[f64]) -> f64 {
         let mut sums = [0.0; LANES];

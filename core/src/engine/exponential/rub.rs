@@ -7,12 +7,13 @@
 //! ```
 //! The scheme of forward-increment Lagrange multipliers (docs/theory/04-time-integration.md) with exact propagation in the place of central differences.
 //! An impulse acts along normal and tangent of its place at n, where that pressed in the step before; otherwise along those at n+1. That makes the place of second order in the step.
-//! (1) is solved at the nearest places of the free step ([`super::survey`]), and where it pressed before; candidates that then still penetrate join them: nothing is
-//! iterated over the state, which is linear. (2) is what the impulses do on the modes, exactly.
+//! (1) is solved at the nearest places ([`super::survey`]) of the free step with the statics of the last impulses ([`super::foreseen`]), and where it pressed before;
+//! candidates that then still penetrate join them: nothing is iterated over the state, which is linear. (2) is what the impulses do on the modes, exactly.
 
 use super::ExponentialError;
 use super::bound::length;
 use super::candidates::{BLOCK, Candidates, beside, modes, parabola, ring_of};
+use super::foreseen::Foreseen;
 use super::kick::Kick;
 use super::kicked_ring::KickedRing;
 use super::moved::Moved;
@@ -52,6 +53,7 @@ pub(super) struct Rub {
     /// Blocks that impulses may have brought in reach.
     near: Vec<usize>,
     impulses: Vec<f64>,
+    foreseen: Foreseen,
     coupled: Box<Coupled>,
     points: Vec<Point>,
     forces: Vec<ContactForce>,
@@ -68,7 +70,8 @@ struct Point {
     /// At n+1, where the gap is to stay open, and at n, where the impulse acts.
     place: Place,
     acting: Place,
-    slip: f64,
+    /// Gap and slip without any impulse.
+    start: [f64; 2],
     force: ContactForce,
 }
 
@@ -166,6 +169,7 @@ impl Rub {
             near: Vec::with_capacity(candidates.count() / BLOCK),
             candidates: Arc::clone(candidates),
             yields: ring.yields().iter().zip(ring.lacking()).map(|(a, b)| a + b).collect(),
+            foreseen: Foreseen::new(ring.lacking()),
             ring,
             flights: Vec::new(),
             impulses: zeros,
@@ -218,38 +222,38 @@ impl Rub {
     /// Takes the ring over a step in which it may be touched; `None` where it is not.
     pub fn touch(&mut self, free: &FreeStep<'_>) -> Result<Option<Impact>, ExponentialError> {
         self.ring.drift();
+        let lacking = turned(self.angle, &free.kick.lacking);
+        self.foreseen.take(&self.pressed, &self.last, &self.ring.modes.place, [&lacking, &self.rotor_left_out]);
         let to = self.place(free.to);
-        self.survey.look(&self.candidates, to, &self.ring.modes.place);
-        let mut deepest = None;
+        let to = [0, 1].map(|i| to[i] + self.foreseen.held[i]);
+        self.survey.look(&self.candidates, to, &self.foreseen.ring);
         self.points.clear();
         for at in 0..self.survey.least_ones.len() {
             let index = self.survey.least_ones[at];
-            let place = self.survey.place(&self.candidates, index, to, &self.ring.modes.place);
+            let place = self.survey.place(&self.candidates, index, to, &self.foreseen.ring);
             if place.gap < 0.0 && self.points.len() < POINTS - 2 {
-                if deepest.is_none_or(|(gap, _)| place.gap < gap) {
-                    deepest = Some((place.gap, self.points.len()));
-                }
                 self.join(place, free);
             }
         }
-        let Some((depth, deepest)) = deepest else {
-            self.pressed.clear();
-            return Ok(None);
-        };
-        self.coupled.sign = self.points[deepest].slip.signum();
         for at in 0..self.pressed.len() {
             let index = self.pressed[at].0.index;
             let count = self.candidates.count();
             let known = self.points.iter().any(|point| beside(point.place.index, index, count));
             if !known && self.points.len() < POINTS - 1 {
-                let place = self.survey.place(&self.candidates, index, to, &self.ring.modes.place);
+                let place = self.survey.place(&self.candidates, index, to, &self.foreseen.ring);
                 self.join(place, free);
             }
         }
+        let deepest = self.points.iter().min_by(|one, other| one.start[0].total_cmp(&other.start[0]));
+        let Some(&Point { start: [depth, slip], .. }) = deepest.filter(|point| point.start[0] < 0.0) else {
+            self.pressed.clear();
+            return Ok(None);
+        };
+        self.coupled.sign = slip.signum();
         let moved = Moved::new(self.angle, self.rotor_left_out, free.kick, self.radius * self.radius * free.rolling);
         self.couple(0, &moved);
+        let mut replaced = 0;
         loop {
-            let count = self.points.len();
             self.forces.clear();
             self.forces.extend(self.points.iter().map(|point| point.force));
             complementarity::solve(&mut self.coupled, &mut self.forces).ok_or(ExponentialError::NoImpulses)?;
@@ -258,13 +262,22 @@ impl Rub {
             }
             self.respond();
             let (left, index) = self.least_left(to, &moved);
-            match index.filter(|_| left < SHARE * depth && count < POINTS) {
-                Some(index) => {
-                    let place = self.survey.place(&self.candidates, index, to, &self.ring.modes.place);
+            let full = self.points.len() == POINTS;
+            let open = self.points.iter().position(|point| point.force.normal == 0.0);
+            match index.filter(|_| left < SHARE * depth) {
+                Some(index) if !full || (open.is_some() && replaced < POINTS) => {
+                    // where there is no room, one that stayed open makes some
+                    if let Some(open) = open.filter(|_| full) {
+                        self.points.swap_remove(open);
+                        self.rows.swap(open, self.points.len());
+                        replaced += 1;
+                    }
+                    let count = self.points.len();
+                    let place = self.survey.place(&self.candidates, index, to, &self.foreseen.ring);
                     self.join(place, free);
-                    self.couple(count, &moved);
+                    self.couple(if full { 0 } else { count }, &moved);
                 }
-                None => return Ok(Some(self.strike(free, left))),
+                _ => return Ok(Some(self.strike(free, left))),
             }
         }
     }
@@ -285,16 +298,22 @@ impl Rub {
             known.map_or([normal.as_slice(), tangent.as_slice()], |at| self.last[at].each_ref().map(Vec::as_slice));
         yielding(&self.yields, acts[0], n, by_normal);
         yielding(&self.yields, acts[1], t, by_tangent);
+        let [opened, slipped] = both_products([normal, tangent], &self.foreseen.statics);
         let step = self.inwards([free.to[0] - free.from[0], free.to[1] - free.from[1]]);
-        let slip = product(across(place.normal), step) + free.turn * self.radius - ring;
-        self.points.push(Point { place, acting, slip, force });
+        let along = across(place.normal);
+        let slip = product(along, step) + free.turn * self.radius - ring;
+        let start = [
+            place.gap - opened + product(place.normal, self.foreseen.held),
+            slip - product(along, self.foreseen.lagging) + slipped,
+        ];
+        self.points.push(Point { place, acting, start, force });
     }
 
     /// Writes the conditions of the points from one on.
     fn couple(&mut self, from: usize, moved: &Moved) {
         let Self { coupled, points, rows, candidates, .. } = self;
         for k in 0..points.len() {
-            coupled.start[k] = [points[k].place.gap, points[k].slip];
+            coupled.start[k] = points[k].start;
             for j in 0..points.len() {
                 // a solve adds a little to each point's own
                 if k >= from || j >= from || k == j {
@@ -306,10 +325,12 @@ impl Rub {
         }
     }
 
-    /// What all impulses make of the ring's modes.
+    /// What all impulses make of the ring's modes, beyond the statics that were foreseen.
     fn respond(&mut self) {
-        let Self { impulses, points, rows, .. } = self;
-        impulses.fill(0.0);
+        let Self { impulses, points, rows, foreseen, .. } = self;
+        for (impulse, known) in impulses.iter_mut().zip(&foreseen.statics) {
+            *impulse = -*known;
+        }
         for (point, rows) in points.iter().zip(rows).filter(|(point, _)| point.force.normal > 0.0) {
             let force = [point.force.normal, point.force.tangential];
             add_both(force, [&rows.by_normal, &rows.by_tangent], impulses);
@@ -321,15 +342,17 @@ impl Rub {
         let mut least = (0.0, None);
         let count = self.candidates.count();
         // what moves the rotor: the sum of all; and what the ring's modes left out do at most
-        let (mut rotor, mut left_out) = ([0.0; 2], 0.0);
+        let (mut rotor, mut left_out) = (self.foreseen.held, 0.0);
         for point in self.points.iter().filter(|point| point.force.normal > 0.0) {
             let moves = moved.of_rotor(&point.acting, point.force.normal, point.force.tangential);
             rotor = [0, 1].map(|i| rotor[i] + moves[i]);
-            left_out += point.force.normal * self.candidates.most_left_out;
+            let [along, aside] = self.candidates.most_closed;
+            left_out +=
+                point.force.normal * (along * point.acting.polar[0].abs() + aside * point.acting.polar[1].abs());
         }
         let most = weighted(&self.impulses, &self.candidates.radial_reach);
-        let Self { survey, candidates, ring, near, impulses, points, .. } = self;
-        let q = &ring.modes.place;
+        let Self { survey, candidates, foreseen, near, impulses, points, .. } = self;
+        let q = &foreseen.ring;
         survey.nearer(candidates, length(rotor) + left_out + most, x, q, near);
         for &block in &*near {
             // no nearer where the ring's modes cannot close what is open
@@ -357,7 +380,8 @@ impl Rub {
                 }
                 let place = survey.place(candidates, index, x, q);
                 let along = dot(candidates.of(index).1, impulses);
-                let mut gap = place.gap + product(place.polar, [opens[k], along]);
+                let mut gap =
+                    place.gap + product(place.polar, [opens[k], along]) + product(place.normal, foreseen.held);
                 for point in points.iter().filter(|point| point.force.normal > 0.0) {
                     let [n, t] = moved.beyond_modes(candidates, &place, &point.acting);
                     gap += n * point.force.normal + t * point.force.tangential;

@@ -81,6 +81,8 @@ struct Run<'a> {
     touched: bool,
     /// The last look: its time in contact steps, and the power that damping, less the skew stiffness, takes then \[W\].
     looked: Option<(u64, f64)>,
+    /// What the twist's damping had taken then \[J\].
+    damped: f64,
     /// The last step's impulse.
     struck: [f64; 2],
     /// Twists of all nodes, their rows, and moments of the shaft's elements.
@@ -109,6 +111,7 @@ impl<'a> Run<'a> {
             h: settings.step,
             touched: false,
             looked: None,
+            damped: 0.0,
             struck: [0.0; 2],
             twists: vec![0.0; nodes],
             twist_rows: (0..nodes).map(|node| Spin::row_of(structure, node)).collect(),
@@ -273,6 +276,7 @@ impl<'a> Run<'a> {
         if let Some(impact) = &done.impact {
             now.friction += impact.friction_work;
             now.normal += impact.normal_work;
+            now.structure += self.transient.flight.lost_of_saw_tooth(impact.on_rotor);
         }
         if let Some(contact) = &self.transient.contact {
             now.stator += match done.level {
@@ -301,13 +305,13 @@ impl<'a> Run<'a> {
         flight.spin().twists(twist_rows, twists);
         recorders.see_moments(moments, twists, at);
 
-        let power = seen.lost + flight.spin().damping_power();
+        let (power, damped) = (seen.lost, flight.spin().damped);
         let now = &mut recorders.energies.now;
         if let Some((last, before)) = self.looked {
             // of structure and bearings together
-            now.structure += 0.5 * (ticks - last) as f64 * self.h * (before + power);
+            now.structure += 0.5 * (ticks - last) as f64 * self.h * (before + power) + (damped - self.damped);
         }
-        self.looked = Some((ticks, power));
+        (self.looked, self.damped) = (Some((ticks, power)), damped);
         let shift = flight.held_back(seen.gyroscopic);
         let [turning, twisted] = flight.spin().energies(shift, flight.velocities());
         let ring = transient.contact.as_ref().map_or([0.0; 2], |contact| contact.rub.ring.energies());

@@ -93,11 +93,6 @@ impl LateralSystem {
         [&self.stiffness, &self.mass]
     }
 
-    /// Power that damping takes \[W\].
-    pub fn damping_power(&self, velocity: &[f64]) -> f64 {
-        (0..self.size).map(|j| velocity[j] * dot(column_of(&self.damping, j), velocity)).sum()
-    }
-
     /// Jump of the rates by an impulse in coordinates.
     pub fn struck(&self, impulse: &[f64]) -> Vec<f64> {
         (0..self.size).map(|i| (0..self.size).map(|j| self.inverse_mass[(i, j)] * impulse[j]).sum()).collect()

@@ -24,6 +24,8 @@ use crate::engine::shaft_line::{Increments, ShaftLine};
 use crate::linalg::{axpy, dot};
 use bladeoff_model::machine::FrictionLaw;
 
+/// Points of a ring at most.
+const MOST: usize = 16;
 /// A minimum penetrates when it is deeper than this share of the predicted penetration.
 const SHARE: f64 = 1e-4;
 /// Convergence of increments, relative: close points share their force in ways that hardly differ.
@@ -89,7 +91,7 @@ impl Several {
                 let kept = |point: &Point| angle_between(point.place.alpha, gap.place.alpha) < SAME;
                 gap.value < allowed && !points.iter().any(kept)
             });
-            minima.truncate(POINTS - points.len());
+            minima.truncate(MOST - points.len());
             // what is left without another point is still less than one point leaves, and reported as penetration
             if minima.is_empty() {
                 return Some(deepest);
