@@ -77,9 +77,9 @@ impl Kick {
 
 /// Places and weights on -1..1 that integrate a polynomial of the eleventh degree (Gauss and Legendre).
 const PLACES: [(f64, f64); 3] = [
-    (0.238_619_186_083_196_9, 0.467_913_934_572_691_0),
+    (0.238_619_186_083_196_9, 0.467_913_934_572_691),
     (0.661_209_386_466_264_5, 0.360_761_573_048_138_6),
-    (0.932_469_514_203_152_1, 0.171_324_492_379_170_4),
+    (0.932_469_514_203_152, 0.171_324_492_379_170_4),
 ];
 
 /// (2) of impulses on the node whose pushes begin at this place: factors of J_u^2, J_v^2 and J_u J_v \[1/kg\].
