@@ -167,6 +167,10 @@ fn given_values_are_columns_beside_few_random_ones() {
         assert!(off.abs() < 1e-9, "{cell:?}");
     }
     assert!(map.cells.len() == map.x.at.len() * 4);
+    // four samples that scatter do not tell how far
+    rows.z.iter_mut().enumerate().for_each(|(at, z)| *z = z.map(|z| z + ((at * 7919) % 11) as f64));
+    let map = &rows.maps(&Wanted { varied: (false, true), ..of_z(false) })[0];
+    assert!(map.lacks_limits() && map.cells.iter().all(|cell| cell.low.is_none() && cell.high.is_none()));
 }
 
 /// Runs that no cell shows are told and counted: those that failed, far from any that has a value.
