@@ -233,8 +233,12 @@ impl Series {
             Some(harmful) => harmful.within(here, window)?.min(most),
             None => found.value,
         };
-        // a share has limits by any number of samples, by none both ends; how far values scatter some few do not tell
+        // a share has limits by any number of samples, by none, or where its window had to be widened, both ends; how far values scatter some few do not tell
         let limits = |of: &Smoother| {
+            let is_widened = window > self.middle.width();
+            if is_plain_share && is_widened {
+                return Some((0.0, 1.0));
+            }
             if is_plain_share {
                 let smooth = of.of_few(here);
                 return Some(smooth.map_or((0.0, 1.0), |of| wilson(of.value.clamp(0.0, 1.0), of.count, z)));
@@ -243,7 +247,7 @@ impl Series {
                 return Some((found.value, found.value));
             }
             // what a wider window bends no narrower one tells: there are too few samples
-            if window > self.middle.width() {
+            if is_widened {
                 return None;
             }
             let smooth = of.at(here)?;

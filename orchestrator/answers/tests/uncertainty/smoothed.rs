@@ -29,9 +29,10 @@ fn bad_runs_are_not_smeared_over_a_smoothed_map() {
             assert!(harmful > 0.9 && cell.high > Some(0.95) && cell.low < Some(0.2), "{cell:?}");
             inside += 1;
         } else if cell.x > 0.6 || cell.y > 0.6 {
-            // few samples are within so narrow a width, and limits are as wide as they say: 0 of some five, of one at least
-            assert!(harmful < 1e-9 && cell.high < Some(0.8), "{cell:?}");
-            outside += 1;
+            // few samples are within so narrow a width, and limits are as wide as they say: 0 of some five; of less nothing is known
+            let is_unknown = (cell.low, cell.high) == (Some(0.0), Some(1.0));
+            assert!(harmful < 1e-9 && (cell.high < Some(0.7) || is_unknown), "{cell:?}");
+            outside += u32::from(!is_unknown);
         }
     }
     assert!(inside > 3 && outside > 100, "{inside} {outside}");
