@@ -123,12 +123,12 @@ fn what_no_further_point_makes_precise_is_told_from_what_is_only_wide() {
     assert_eq!(rule.hindrance(&mean, 1, 0.05), Some(Hindrance::BadRuns { open: None, wanted: 0.02, is_sure: true }));
     // of so few bad runs nobody knows their share: half a per cent in the end would do
     let strict = StopRule { half_width: Some(0.005), ..StopRule::default() };
-    let few = strict.hindrance(&share(512, 30, 4, 0.0125), 4, 0.0125);
+    let few = strict.hindrance(&share(512, 0, 4, 0.0125), 4, 0.0125);
     assert!(
         matches!(few, Some(Hindrance::BadRuns { open: Some(open), is_sure: false, .. }) if open > 0.005),
         "{few:?}"
     );
-    assert_eq!(strict.precision(&share(1 << 16, 3840, 328, 1e-4)), Precision::Enough, "half a per cent of bad runs");
+    assert_eq!(strict.precision(&share(1 << 16, 0, 328, 1e-4)), Precision::Enough, "half a per cent of bad runs");
     let many = strict.hindrance(&share(8192, 480, 160, 0.001), 160, 0.001);
     assert!(matches!(many, Some(Hindrance::BadRuns { is_sure: true, .. })), "{many:?}");
     assert_eq!(rule.hindrance(&mean, 0, 0.05), None);

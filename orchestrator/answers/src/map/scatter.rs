@@ -97,6 +97,8 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
         let count: &mut (u64, u64) = &mut counts[index(&xs, item.x) * map.y.at.len() + index(&ys, item.y)];
         *count = (count.0 + 1, count.1 + u64::from(item.bad));
     }
+    // how far the few samples of a column scatter they do not tell; of a share they have Wilson's limits
+    let is_told = is_share || columns == 1 || samples >= FEWEST as f64;
     let z = normal_quantile(1.0 - frame.alpha / 2.0, frame.alpha / 2.0);
     let largest = items.list.iter().map(size).fold(0.0_f64, f64::max);
     let is_pair = map.difference.is_some();
@@ -132,6 +134,7 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
         let is_open = is_open_at(here, window);
         // of values that bad runs have not, nothing is known: what the others say holds for them alone
         let is_known = is_share || !is_open;
+        let has_limits = is_known && (is_told || found.error == 0.0);
         map.cells.push(Cell {
             at: (i, j),
             x: map.x.at[i],
@@ -140,8 +143,8 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
             bad,
             estimate: Some(found.value),
             estimate_if_bad_harmful: Some(harmful).filter(|_| is_known),
-            low: low.filter(|_| is_known),
-            high: high.filter(|_| is_known),
+            low: low.filter(|_| has_limits),
+            high: high.filter(|_| has_limits),
             upper: None,
             upper_if_bad_harmful: None,
             regime: regime(items, place, here, &map.regimes),
@@ -230,8 +233,12 @@ impl Series {
             Some(harmful) => harmful.within(here, window)?.min(most),
             None => found.value,
         };
-        // a share has limits by any number of samples, by none both ends; how far values scatter some few do not tell
+        // a share has limits by any number of samples, by none, or where its window had to be widened, both ends; how far values scatter some few do not tell
         let limits = |of: &Smoother| {
+            let is_widened = window > self.middle.width();
+            if is_plain_share && is_widened {
+                return Some((0.0, 1.0));
+            }
             if is_plain_share {
                 let smooth = of.of_few(here);
                 return Some(smooth.map_or((0.0, 1.0), |of| wilson(of.value.clamp(0.0, 1.0), of.count, z)));
@@ -240,7 +247,7 @@ impl Series {
                 return Some((found.value, found.value));
             }
             // what a wider window bends no narrower one tells: there are too few samples
-            if window > self.middle.width() {
+            if is_widened {
                 return None;
             }
             let smooth = of.at(here)?;
