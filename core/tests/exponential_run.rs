@@ -7,7 +7,7 @@ use bladeoff_core::record::NoHistory;
 use bladeoff_core::structure::Structure;
 use bladeoff_model::machine::{Engine, Machine, MachineDef};
 use bladeoff_model::outcome::{EndCause, Status};
-use common::{Row, machine_with, run, study_machine};
+use common::{Every, Row, machine_with, run, run_seen, study_machine};
 
 fn exponential(machine: Machine, step: f64) -> Row {
     run(of_engine(machine, step))
@@ -80,6 +80,27 @@ fn a_free_run_balances_its_energies() {
         println!("{name}: energy error {:e}", ours.value("energy_error"));
         assert!(ours.value("energy_error") < 1e-6, "{name}: {}", ours.value("energy_error"));
     }
+}
+
+/// The energies of frames one by one, on bearings whose skew stiffness puts energy in.
+#[test]
+fn energies_one_by_one_balance_on_skew_bearings() {
+    let text = study_machine("lab_rig").replace("stiffness = \"2e6 N/m\"", "stiffness = [[2e6, 2e4], [-2e4, 2e6]]");
+    assert_eq!(text.matches("[[2e6").count(), 2, "bearings are changed");
+    let changes = [("run.end_time", "0.17 s")];
+    let mut seen = Vec::new();
+    let machine = of_engine(machine_with(&text, &changes), 3.4e-6);
+    let row = run_seen(
+        machine,
+        &mut Every(|frame| seen.push((frame.energies.stored(), frame.energies.taken(), frame.energies.skew))),
+    );
+    assert!(row.value("impacts") > 0.0, "touches");
+    let largest = seen.iter().map(|frame| frame.0).fold(0.0, f64::max);
+    let start = seen[0].0 + seen[0].1;
+    let error = seen.iter().map(|(stored, taken, _)| (stored + taken - start).abs()).fold(0.0, f64::max) / largest;
+    let skew = seen.iter().map(|frame| frame.2.abs()).fold(0.0, f64::max) / largest;
+    println!("energy error {error:.1e} of frames, {:.1e} of the row; skew {skew:.1e}", row.value("energy_error"));
+    assert!(error < 5e-7 && skew > 3e-6, "{error} {skew}");
 }
 
 #[test]

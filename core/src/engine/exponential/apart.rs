@@ -67,7 +67,8 @@ impl Apart {
             now.skew += half * (before[1] + powers[1]);
         }
         self.looked = Some((ticks, powers));
-        now.structure = sums.structure - now.bearings - now.skew;
+        // of the sums, which have what the skew part of K takes
+        now.structure = sums.structure - now.bearings + now.skew;
     }
 
     /// Takes the stores at n, and those works that the sums have one by one.

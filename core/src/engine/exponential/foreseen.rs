@@ -4,9 +4,8 @@
 //! lacking   of a train J = F h at n: what it lacks of the static displacement, on each mode of the ring and of the rotor, and the rotor's modes left out      (1)
 //! s_n = lacking (J_n N + J_t T),   s_x = -lacking (J_n n + J_t t) - left out J_n n         of all that pressed, at their places now
 //! ```
-//! Places and normals are taken from `n + s_n` and `x + s_x`, and the linear conditions go on from there: a force that stays presses where ring and rotor are.
-//! Of the free step alone they would be those of a ring without load, millimetres away in a whip, and jump from step to step (forces three times too large, 1 to 17 MJ
-//! of normal work that grew with the number of steps). Limit: statics of the ring's modes left out are not in the places.
+//! Places and normals are taken from `n + s_n` and `x + s_x`, and the linear conditions go on from there. In the free step, which has all earlier impulses in it, ring and rotor are where
+//! the statics of trains are not: in a whip places and normals then jumped from step to step (forces three times too large; normal forces put in 1 to 17 MJ, the more the smaller the step). Limit: statics of the ring's modes left out are not in the places.
 //! Verified by `whip_is_that_of_the_reduced_engine` (`tests/exponential_run.rs`).
 
 use super::plane::{across, times};

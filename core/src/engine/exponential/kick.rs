@@ -10,7 +10,7 @@
 //! s(t)   = exp(B t) (1 - exp(B h))^-1 l J                         a steady train's motion between impulses, a saw-tooth of the rates
 //! lost   int_0^h lost(s(t)) dt - h lost(s(0) - l J/2)             what the mean rates at n do not say of what damping takes         (2)
 //! ```
-//! (2) is of second order in the step and goes with the square of the impulse: 2e-5 of a whipping turbine's energies. Of a train that is not steady it is an estimate.
+//! (2) is of second order in the step and goes with the square of the impulse: 1.4e-5 of a whipping turbine's energies. Of a train that is not steady it is an estimate.
 
 use super::block::{Block, Split};
 use super::forms::Form;

@@ -70,7 +70,7 @@ struct Point {
     /// At n+1, where the gap is to stay open, and at n, where the impulse acts.
     place: Place,
     acting: Place,
-    /// Gap and slip without any impulse.
+    /// Gap and slip without impulses.
     start: [f64; 2],
     force: ContactForce,
 }
@@ -222,33 +222,13 @@ impl Rub {
     /// Takes the ring over a step in which it may be touched; `None` where it is not.
     pub fn touch(&mut self, free: &FreeStep<'_>) -> Result<Option<Impact>, ExponentialError> {
         self.ring.drift();
-        let lacking = turned(self.angle, &free.kick.lacking);
-        self.foreseen.take(&self.pressed, &self.last, &self.ring.modes.place, [&lacking, &self.rotor_left_out]);
-        let to = self.place(free.to);
-        let to = [0, 1].map(|i| to[i] + self.foreseen.held[i]);
-        self.survey.look(&self.candidates, to, &self.foreseen.ring);
-        self.points.clear();
-        for at in 0..self.survey.least_ones.len() {
-            let index = self.survey.least_ones[at];
-            let place = self.survey.place(&self.candidates, index, to, &self.foreseen.ring);
-            if place.gap < 0.0 && self.points.len() < POINTS - 2 {
-                self.join(place, free);
-            }
-        }
-        for at in 0..self.pressed.len() {
-            let index = self.pressed[at].0.index;
-            let count = self.candidates.count();
-            let known = self.points.iter().any(|point| beside(point.place.index, index, count));
-            if !known && self.points.len() < POINTS - 1 {
-                let place = self.survey.place(&self.candidates, index, to, &self.foreseen.ring);
-                self.join(place, free);
-            }
-        }
-        let deepest = self.points.iter().min_by(|one, other| one.start[0].total_cmp(&other.start[0]));
-        let Some(&Point { start: [depth, slip], .. }) = deepest.filter(|point| point.start[0] < 0.0) else {
+        let mut deepest = self.gather(free);
+        if deepest.is_none() && !self.pressed.is_empty() {
+            // what the last forces held away may come when they end
             self.pressed.clear();
-            return Ok(None);
-        };
+            deepest = self.gather(free);
+        }
+        let Some((to, [depth, slip])) = deepest else { return Ok(None) };
         self.coupled.sign = slip.signum();
         let moved = Moved::new(self.angle, self.rotor_left_out, free.kick, self.radius * self.radius * free.rolling);
         self.couple(0, &moved);
@@ -266,7 +246,7 @@ impl Rub {
             let open = self.points.iter().position(|point| point.force.normal == 0.0);
             match index.filter(|_| left < SHARE * depth) {
                 Some(index) if !full || (open.is_some() && replaced < POINTS) => {
-                    // where there is no room, one that stayed open makes some
+                    // one that stayed open makes room
                     if let Some(open) = open.filter(|_| full) {
                         self.points.swap_remove(open);
                         self.rows.swap(open, self.points.len());
@@ -280,6 +260,33 @@ impl Rub {
                 _ => return Ok(Some(self.strike(free, left))),
             }
         }
+    }
+
+    /// Takes the places that may press among the points: where the rotor is, and gap and slip without impulses of the deepest; `None` where no place is pressed.
+    fn gather(&mut self, free: &FreeStep<'_>) -> Option<([f64; 2], [f64; 2])> {
+        let lacking = turned(self.angle, &free.kick.lacking);
+        self.foreseen.take(&self.pressed, &self.last, &self.ring.modes.place, [&lacking, &self.rotor_left_out]);
+        let ([x, y], [dx, dy]) = (self.place(free.to), self.foreseen.held);
+        let to = [x + dx, y + dy];
+        self.survey.look(&self.candidates, to, &self.foreseen.ring);
+        self.points.clear();
+        for at in 0..self.survey.least_ones.len() {
+            let index = self.survey.least_ones[at];
+            let place = self.survey.place(&self.candidates, index, to, &self.foreseen.ring);
+            if place.gap < 0.0 && self.points.len() < POINTS - 2 {
+                self.join(place, free);
+            }
+        }
+        for at in 0..self.pressed.len() {
+            let (index, count) = (self.pressed[at].0.index, self.candidates.count());
+            let known = self.points.iter().any(|point| beside(point.place.index, index, count));
+            if !known && self.points.len() < POINTS - 1 {
+                let place = self.survey.place(&self.candidates, index, to, &self.foreseen.ring);
+                self.join(place, free);
+            }
+        }
+        let deepest = self.points.iter().min_by(|one, other| one.start[0].total_cmp(&other.start[0]))?;
+        (deepest.start[0] < 0.0).then_some((to, deepest.start))
     }
 
     /// Takes a place among the points.
@@ -347,8 +354,9 @@ impl Rub {
             let moves = moved.of_rotor(&point.acting, point.force.normal, point.force.tangential);
             rotor = [0, 1].map(|i| rotor[i] + moves[i]);
             let [along, aside] = self.candidates.most_closed;
-            left_out +=
-                point.force.normal * (along * point.acting.polar[0].abs() + aside * point.acting.polar[1].abs());
+            let [p, q] = point.acting.polar;
+            // no bound where the rotor's centre is beyond the place
+            left_out += point.force.normal * if p < 0.0 { f64::INFINITY } else { along * p + aside * q.abs() };
         }
         let most = weighted(&self.impulses, &self.candidates.radial_reach);
         let Self { survey, candidates, foreseen, near, impulses, points, .. } = self;

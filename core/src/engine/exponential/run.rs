@@ -1,7 +1,7 @@
 //! One run of the exponential engine from its start to its end, watched by recorders.
 //!
-//! Loads, the rotor in the ring, and contact are seen at every step. Stresses, stores of energy and the damping of shaft, bearings and twist are forms of all whirl states (`measured`): they
-//! are seen at the instants of an interval of eight contact steps at least (`LOOKS`), damping by the trapezoidal rule between them. Works of contact, of the ring's damping and of braking are those of each step.
+//! Loads, the rotor in the ring, and contact are seen at every step. Stresses, stores of energy and the damping of shaft and bearings are forms of all whirl states (`measured`): they
+//! are seen at the instants of an interval of eight contact steps at least (`LOOKS`), damping by the trapezoidal rule between them. Works of contact, of braking and of the damping of ring and twist are those of each step.
 //!
 //! Limits: peaks of stresses between two looks are missed; a look is at most as far from the next as the longest flight. Verified by `tests/exponential_run.rs`.
 
