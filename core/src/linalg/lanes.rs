@@ -180,3 +180,42 @@ kernel! {
         }
     }
 }
+
+/// Columns that [`product`] computes together.
+const TOGETHER: usize = 4;
+
+kernel! {
+    /// `C = A B` of as many rows, inner places and columns, column by column; each entry summed over the inner index in ascending order.
+    pub(crate) fn product(sizes: [usize; 3], a: &[f64], b: &[f64], c: &mut [f64]) {
+        let [rows, inner, columns] = sizes;
+        let whole = [rows - rows % LANES, columns - columns % TOGETHER];
+        for j in (0..whole[1]).step_by(TOGETHER) {
+            let factors: [&[f64]; TOGETHER] = std::array::from_fn(|n| &b[(j + n) * inner..(j + n + 1) * inner]);
+            for i in (0..whole[0]).step_by(LANES) {
+                let mut sums = [[0.0; LANES]; TOGETHER];
+                for k in 0..inner {
+                    let Some(lane) = a[k * rows + i..].first_chunk::<LANES>() else { break };
+                    for n in 0..TOGETHER {
+                        let factor = factors[n][k];
+                        for l in 0..LANES {
+                            sums[n][l] += factor * lane[l];
+                        }
+                    }
+                }
+                for (n, sums) in sums.iter().enumerate() {
+                    c[(j + n) * rows + i..][..LANES].copy_from_slice(sums);
+                }
+            }
+        }
+        // what is left over
+        for j in 0..columns {
+            let from = if j < whole[1] { whole[0] } else { 0 };
+            for k in 0..inner {
+                let factor = b[j * inner + k];
+                for (sum, entry) in c[j * rows + from..(j + 1) * rows].iter_mut().zip(&a[k * rows + from..(k + 1) * rows]) {
+                    *sum += factor * entry;
+                }
+            }
+        }
+    }
+}

@@ -20,12 +20,7 @@ pub type Vector = nalgebra::DVector<f64>;
 pub fn mul(a: &Matrix, b: &Matrix) -> Matrix {
     assert_eq!(a.ncols(), b.nrows(), "inner dimensions of a product");
     let mut c = Matrix::zeros(a.nrows(), b.ncols());
-    for j in 0..b.ncols() {
-        let column = &mut c.as_mut_slice()[j * a.nrows()..(j + 1) * a.nrows()];
-        for k in 0..a.ncols() {
-            axpy(b[(k, j)], column_of(a, k), column);
-        }
-    }
+    lanes::product([a.nrows(), a.ncols(), b.ncols()], a.as_slice(), b.as_slice(), c.as_mut_slice());
     c
 }
 

@@ -75,7 +75,8 @@ impl Flight {
         let mut spin = Spin::new(machine, structure);
         let grid = &shared.grid;
         let cell = grid.cell(grid.index_of(spin.speed))?;
-        let y = grid.amplitudes(&cell, &grid.model.system.state_of_motion(spin.speed, &q, &velocity))?;
+        let motion: Vec<f64> = q.iter().chain(&velocity).copied().collect();
+        let y = cell.state_of(&motion).ok_or(ExponentialError::NoBasis { speed: spin.speed })?;
         let velocities = vec![[0.0; 2]; spin.arms.len()];
         let mut flight = Self {
             scratch: vec![0.0; y.len()],

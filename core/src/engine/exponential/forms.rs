@@ -72,8 +72,22 @@ impl Rows {
 }
 
 fn mixed<const N: usize>(entries: [&[Lane]; N], times: [f64; N]) -> Vec<Lane> {
-    let of = |i: usize| Lane(std::array::from_fn(|k| (0..N).map(|n| times[n] * entries[n][i].0[k]).sum()));
-    (0..entries[0].len()).map(of).collect()
+    let mut sums = vec![Lane::default(); entries[0].len()];
+    for (entries, times) in entries.into_iter().zip(times) {
+        add_lanes(times, entries, &mut sums);
+    }
+    sums
+}
+
+kernel! {
+    /// `sums += a x`.
+    fn add_lanes(a: f64, x: &[Lane], sums: &mut [Lane]) {
+        for (sum, x) in sums.iter_mut().zip(x) {
+            for k in 0..LANES {
+                sum.0[k] += a * x.0[k];
+            }
+        }
+    }
 }
 
 kernel! {

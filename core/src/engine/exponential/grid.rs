@@ -22,8 +22,9 @@ use super::missed::Missed;
 use super::propagator::Propagator;
 use super::station::{Model, Station};
 use super::transfer::Transfer;
-use crate::linalg::{Matrix, mul, mul_vec};
+use crate::linalg::{Matrix, Vector, mul, mul_vec, solve};
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// Distance from the middle of a cell at which a run leaves it, as a part of its width.
@@ -31,9 +32,9 @@ const BEYOND: f64 = 0.5625;
 /// A flight step has at most `2^LEVELS` contact steps.
 pub(super) const LEVELS: usize = 4;
 /// Stations of a grid at most: with the default spacing three times the initial speed and more. A spin that jumps by [`LEAP`] of them in a step has left every model.
-const MOST_STATIONS: usize = 256;
-const LEAP: f64 = 96.0;
-/// Cells that are kept for other runs, at most: 65 kB each with 24 pairs.
+const MOST_STATIONS: usize = 128;
+const LEAP: f64 = 48.0;
+/// Cells that are kept for other runs, at most: 65 kB each with 24 pairs. They are kept from the second run on: where each run has masses of its own, there is no other.
 const KEPT: usize = 2048;
 
 /// Stations, transfers and cells of a model, for steps of one size: runs share it, and each finds in it what it would have found alone.
@@ -44,8 +45,8 @@ pub(super) struct Grid {
     spacing: f64,
     /// m.
     cells: i64,
-    /// Contact step \[s\].
-    pub step: f64,
+    /// Cells are kept.
+    keeps: AtomicBool,
     found: Mutex<Found>,
 }
 
@@ -129,6 +130,13 @@ impl Cell {
         })
     }
 
+    /// y of a motion (q, q'), `None` where there is none.
+    pub fn state_of(&self, motion: &[f64]) -> Option<Vec<f64>> {
+        let [below, above] = &self.stations;
+        let whole = &below.motion * (1.0 - self.share) + &above.motion * self.share;
+        Some(solve(&whole, &Vector::from_column_slice(motion))?.as_slice().to_vec())
+    }
+
     /// q and q', one after the other; `scratch` of the same length.
     pub fn motion(&self, y: &[f64], z: &mut [f64], scratch: &mut [f64]) {
         let [below, above] = &self.stations;
@@ -142,12 +150,18 @@ impl Cell {
 
 impl Grid {
     /// With its first station near `speed`: the same one for all speeds about it.
-    pub fn new(model: Model, step: f64, spacing: f64, cells: u32, speed: f64) -> Result<Self, ExponentialError> {
-        let grid = Self { model, spacing, cells: i64::from(cells), step, found: Mutex::default() };
+    pub fn new(model: Model, spacing: f64, cells: u32, speed: f64) -> Result<Self, ExponentialError> {
+        let grid =
+            Self { model, spacing, cells: i64::from(cells), keeps: AtomicBool::new(false), found: Mutex::default() };
         let first = grid.anchor(speed);
         let station = Station::new(&grid.model, grid.speed_of_station(first), None)?;
         grid.found.lock().unwrap_or_else(PoisonError::into_inner).stations.insert(first, Arc::new(station));
         Ok(grid)
+    }
+
+    /// Keeps cells from now on, for other runs.
+    pub fn keep(&self) {
+        self.keeps.store(true, Ordering::Relaxed);
     }
 
     /// The station from which the chain of a run that begins at `speed` goes.
@@ -224,28 +238,10 @@ impl Grid {
             missed: OnceLock::new(),
             measured: OnceLock::new(),
         });
-        if found.cells.len() < KEPT {
+        if self.keeps.load(Ordering::Relaxed) && found.cells.len() < KEPT {
             found.cells.insert(index, Arc::clone(&cell));
         }
         Ok(cell)
-    }
-
-    /// y of a state x in a cell.
-    pub fn amplitudes(&self, cell: &Cell, x: &[f64]) -> Result<Vec<f64>, ExponentialError> {
-        let j = cell.index.rem_euclid(self.cells);
-        let (mut y, mut scratch) = (vec![0.0; x.len()], vec![0.0; x.len()]);
-        mul_vec(&cell.stations[0].left, x, &mut y);
-        if let Transfer::Gradual { half, .. } = &*cell.transfer {
-            mul_vec(&half[0], &y, &mut scratch);
-            std::mem::swap(&mut y, &mut scratch);
-        }
-        let mut from = self.cell(cell.index - j)?;
-        while from.index < cell.index {
-            let next = self.cell(from.index + 1)?;
-            self.cross(&from, &next, &mut y, &mut scratch);
-            from = next;
-        }
-        Ok(y)
     }
 
     /// Takes y from a cell to its neighbour.
@@ -302,7 +298,7 @@ impl Grid {
 }
 
 /// The same for all speeds within some stations of each other, so that runs that begin at different speeds go by one chain.
-const TOGETHER: f64 = 16.0;
+const TOGETHER: f64 = 8.0;
 
 /// The station at which the chain of runs from a speed begins.
 pub(super) fn anchor(speed: f64, spacing: f64) -> i64 {
@@ -318,6 +314,24 @@ mod tests {
     use crate::structure::Structure;
     use bladeoff_model::machine::MachineDef;
 
+    /// y of a state x in a cell, by the left vectors of the station below it.
+    fn amplitudes(grid: &Grid, cell: &Cell, x: &[f64]) -> Vec<f64> {
+        let j = cell.index.rem_euclid(grid.cells);
+        let (mut y, mut scratch) = (vec![0.0; x.len()], vec![0.0; x.len()]);
+        mul_vec(&cell.stations[0].left, x, &mut y);
+        if let Transfer::Gradual { half, .. } = &*cell.transfer {
+            mul_vec(&half[0], &y, &mut scratch);
+            std::mem::swap(&mut y, &mut scratch);
+        }
+        let mut from = grid.cell(cell.index - j).expect("has bases");
+        while from.index < cell.index {
+            let next = grid.cell(from.index + 1).expect("has bases");
+            grid.cross(&from, &next, &mut y, &mut scratch);
+            from = next;
+        }
+        y
+    }
+
     /// Whether y of one state, taken from a station to the next cell by cell and back, is y of that state there; and how it went.
     fn carries(spacing: f64) -> bool {
         let path = format!("{}/../studies/machines/lab_rig.toml", env!("CARGO_MANIFEST_DIR"));
@@ -329,11 +343,10 @@ mod tests {
         let outputs = Outputs::new(&machine, &structure);
         let measures = Measures::new(&machine, &structure, outputs.weight());
         let model = Model { system, outputs, measures };
-        let grid = Grid::new(model, 1e-5, spacing, 10, 1.6 * spacing).expect("has a basis");
+        let grid = Grid::new(model, spacing, 10, 1.6 * spacing).expect("has a basis");
         let x: Vec<f64> = (0..size).map(|i| f64::from(u8::try_from(i * 7 % 11).expect("small")) - 5.0).collect();
         let (below, above) = (grid.cell(10).expect("has bases"), grid.cell(20).expect("has bases"));
-        let (mut y, wanted) =
-            (grid.amplitudes(&below, &x).expect("has bases"), grid.amplitudes(&above, &x).expect("has bases"));
+        let (mut y, wanted) = (amplitudes(&grid, &below, &x), amplitudes(&grid, &above, &x));
         let (begun, mut scratch) = (y.clone(), vec![0.0; size]);
         let far = |y: &[f64], z: &[f64]| crate::linalg::distance(y, z) / crate::linalg::norm(z);
         let cells: Vec<_> = (10..=20).map(|index| grid.cell(index).expect("has bases")).collect();

@@ -88,25 +88,26 @@ pub(super) fn saw_tooth(cell: &Local, propagator: &Propagator, lost: &Form, h: f
     let pushes = [&cell.pushes[push], &cell.pushes[push + 1]];
     let both: Vec<f64> = pushes[0].iter().zip(pushes[1]).map(|(u, v)| u + v).collect();
     let split: Vec<Split> = cell.blocks.iter().map(Split::of).collect();
+    let instants: Vec<(f64, Vec<Block>)> = PLACES
+        .iter()
+        .flat_map(|&(place, weight)| [1.0 - place, 1.0 + place].map(|at| (0.5 * h * weight, 0.5 * h * at)))
+        .map(|(weight, t)| (weight, split.iter().map(|block| block.exponential(t)).collect()))
+        .collect();
     let [u, v, sum] = [pushes[0], pushes[1], &both].map(|l| {
         let mut struck = vec![0.0; 2 * pairs];
         for k in 0..pairs {
             let e = propagator.of_pair(k);
             [struck[k], struck[pairs + k]] = solve(&[1.0 - e[0], -e[1], -e[2], 1.0 - e[3]], [l[k], l[pairs + k]]);
         }
-        let at = |t: f64| {
-            let mut y = vec![0.0; 2 * pairs];
-            for (k, block) in split.iter().enumerate() {
-                let e = block.exponential(t);
+        let mut y = vec![0.0; 2 * pairs];
+        let mut at = |blocks: &[Block]| {
+            for (k, e) in blocks.iter().enumerate() {
                 let (a, b) = (struck[k], struck[pairs + k]);
                 [y[k], y[pairs + k]] = [e[0] * a + e[1] * b, e[2] * a + e[3] * b];
             }
             lost.of(&y)
         };
-        let whole: f64 = PLACES
-            .iter()
-            .map(|(place, weight)| 0.5 * h * weight * (at(0.5 * h * (1.0 - place)) + at(0.5 * h * (1.0 + place))))
-            .sum();
+        let whole: f64 = instants.iter().map(|(weight, blocks)| weight * at(blocks)).sum();
         let mean: Vec<f64> = struck.iter().zip(l).map(|(after, l)| after - 0.5 * l).collect();
         whole - h * lost.of(&mean)
     });

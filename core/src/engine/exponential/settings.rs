@@ -1,14 +1,14 @@
 //! How finely a run is computed.
 
 /// Cells between two stations of the grid.
-const CELLS: u32 = 20;
+const CELLS: u32 = 40;
 
 /// Steps and grid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FlightSettings {
     /// Contact step \[s\]; a flight may take it doubled any number of times.
     pub step: f64,
-    /// Distance of the grid's speeds \[rad/s\]; by default the power of two nearest to a 75th of the initial speed, so that it is one for speeds that differ
+    /// Distance of the grid's speeds \[rad/s\]; by default the power of two nearest to a 37th of the initial speed, so that it is one for speeds that differ
     /// a little.
     pub spacing: Option<f64>,
     /// Cells between two of them, even.

@@ -13,11 +13,11 @@ use super::station::Model;
 use super::system::LateralSystem;
 use crate::engine::shaft_line::sites;
 use crate::structure::Structure;
-use bladeoff_model::machine::{ContactSurface, Machine};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use bladeoff_model::machine::{Contact, ContactSurface, Machine};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Stations of the grid up to the initial speed, about.
-const STATIONS: f64 = 75.0;
+const STATIONS: f64 = 37.5;
 /// Lateral coordinates at most: a basis takes their cube.
 const COORDINATES: usize = 200;
 /// Models that are kept.
@@ -28,8 +28,6 @@ const KEPT: usize = 8;
 pub(super) struct Shared {
     pub grid: Grid,
     pub direct: Vec<Direct>,
-    /// Of the first diaphragm, once a run has asked for them.
-    candidates: OnceLock<Arc<Candidates>>,
 }
 
 /// What they depend on beside the structure.
@@ -49,7 +47,11 @@ struct Key {
 
 /// Those of the last models that a structure was run with.
 #[derive(Debug, Default)]
-struct Models(Mutex<Vec<(Key, Arc<Shared>)>>);
+struct Models {
+    shared: Mutex<Vec<(Key, Arc<Shared>)>>,
+    /// Candidates of the first diaphragm, by the step and the radius of an inner face.
+    candidates: Mutex<Vec<((u64, Option<u64>), Arc<Candidates>)>>,
+}
 
 impl Shared {
     /// Of a machine: those that its structure keeps, or new ones.
@@ -66,22 +68,19 @@ impl Shared {
             sites: sites(machine).iter().map(|site| (site.node, site.mass.to_bits())).collect(),
             gravity: machine.rotor.gravity.map(f64::to_bits),
             nodes: contacts.clone().map(|contact| contact.node).collect(),
-            faces: contacts
-                .map(|contact| {
-                    (contact.surface == ContactSurface::InnerFace)
-                        .then(|| (contact.rotor_radius + contact.gap).to_bits())
-                })
-                .collect(),
+            faces: contacts.map(face).collect(),
             step: settings.step.to_bits(),
             spacing: spacing.to_bits(),
             cells: settings.cells,
             anchor: anchor(speed, spacing),
         };
         let models: &Models = structure.kept.of();
-        let kept = &mut *models.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let kept = &mut *models.shared.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(at) = kept.iter().position(|(other, _)| *other == key) {
             kept[at..].rotate_left(1);
-            return Ok(Arc::clone(&kept[kept.len() - 1].1));
+            let shared = Arc::clone(&kept[kept.len() - 1].1);
+            shared.grid.keep();
+            return Ok(shared);
         }
         if structure.lateral.coordinates.size() > COORDINATES {
             return Err(ExponentialError::NotCovered { what: "more than 200 lateral modes (run.rotor_modes)" });
@@ -90,21 +89,37 @@ impl Shared {
         let outputs = Outputs::new(machine, structure);
         let direct = outputs.direct(&system);
         let measures = Measures::new(machine, structure, outputs.weight());
-        let grid = Grid::new(Model { system, outputs, measures }, settings.step, spacing, settings.cells, speed)?;
-        let shared = Arc::new(Self { grid, direct, candidates: OnceLock::new() });
+        let grid = Grid::new(Model { system, outputs, measures }, spacing, settings.cells, speed)?;
+        let shared = Arc::new(Self { grid, direct });
         if kept.len() == KEPT {
             kept.remove(0);
         }
         kept.push((key, Arc::clone(&shared)));
         Ok(shared)
     }
+}
 
-    /// The candidates of the first diaphragm.
-    pub fn candidates(&self, machine: &Machine, structure: &Structure) -> Result<Arc<Candidates>, ExponentialError> {
-        if let Some(found) = self.candidates.get() {
-            return Ok(Arc::clone(found));
-        }
-        let made = Arc::new(candidates(&machine.diaphragms[0], structure, 0, self.grid.step)?);
-        Ok(Arc::clone(self.candidates.get_or_init(|| made)))
+/// The candidates of the first diaphragm for contact steps of `step` \[s\]: those that the structure keeps, or new ones.
+pub(super) fn candidates_of(
+    machine: &Machine,
+    structure: &Structure,
+    step: f64,
+) -> Result<Arc<Candidates>, ExponentialError> {
+    let models: &Models = structure.kept.of();
+    let key = (step.to_bits(), face(&machine.diaphragms[0].contact));
+    let kept = &mut *models.candidates.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some((_, found)) = kept.iter().find(|(other, _)| *other == key) {
+        return Ok(Arc::clone(found));
     }
+    let made = Arc::new(candidates(&machine.diaphragms[0], structure, 0, step)?);
+    if kept.len() == KEPT {
+        kept.remove(0);
+    }
+    kept.push((key, Arc::clone(&made)));
+    Ok(made)
+}
+
+/// Radius of an inner face.
+fn face(contact: &Contact) -> Option<u64> {
+    (contact.surface == ContactSurface::InnerFace).then(|| (contact.rotor_radius + contact.gap).to_bits())
 }

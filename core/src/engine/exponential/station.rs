@@ -44,7 +44,7 @@ pub(super) struct Station {
     pub pushes: Matrix,
     /// N.
     pub momentum: Form,
-    /// 2-norm condition of R.
+    /// No less than the 2-norm condition of R; that itself where it is near what is allowed.
     pub condition: f64,
 }
 
@@ -60,7 +60,11 @@ impl Station {
             .or_else(|| pairs::alone(&motions, &generator))
             .ok_or_else(|| defective.clone())?;
         let left = inverse(&right).ok_or(defective)?;
-        let condition = largest_stretch(&right) * largest_stretch(&left);
+        // that of Frobenius norms is no smaller
+        let mut condition = right.norm() * left.norm();
+        if condition.is_nan() || condition > MOST_CONDITION {
+            condition = largest_stretch(&right) * largest_stretch(&left);
+        }
         if condition.is_nan() || condition > MOST_CONDITION {
             return Err(ExponentialError::IllConditioned { speed, condition, limit: MOST_CONDITION });
         }

@@ -30,8 +30,8 @@ impl Transfer {
             return Transfer::AtOnce([up, down]);
         }
         let logarithm = logarithm(&rest);
-        let part = |share: f64| exponential(&(&logarithm * (share / cells as f64)));
-        Transfer::Gradual { half: [part(0.5), part(-0.5)], whole: [part(1.0), part(-1.0)] }
+        let half = exponentials(&(&logarithm * (0.5 / cells as f64)));
+        Transfer::Gradual { whole: half.each_ref().map(|half| mul(half, half)), half }
     }
 }
 
@@ -48,17 +48,18 @@ fn logarithm(rest: &Matrix) -> Matrix {
     sum
 }
 
-/// `exp(Y)` of a small Y.
-fn exponential(y: &Matrix) -> Matrix {
-    let one = Matrix::identity(y.nrows(), y.nrows());
-    let (mut sum, mut term) = (&one + y, y.clone());
-    let mut k = 2.0;
+/// `exp(Y)` and `exp(-Y)` of a small Y.
+fn exponentials(y: &Matrix) -> [Matrix; 2] {
+    // terms that are even and odd in Y
+    let (mut even, mut odd) = (Matrix::identity(y.nrows(), y.nrows()), y.clone());
+    let (mut term, mut k) = (y.clone(), 2.0);
     while term.norm() > 1e-17 {
         term = mul(&term, y) / k;
-        sum += &term;
+        let sum = if k % 2.0 == 0.0 { &mut even } else { &mut odd };
+        *sum += &term;
         k += 1.0;
     }
-    sum
+    [&even + &odd, even - odd]
 }
 
 #[cfg(test)]

@@ -13,6 +13,7 @@ use super::grid::LEVELS;
 use super::missed::Watched;
 use super::rub::{FreeStep, Impact, Rub};
 use super::settings::FlightSettings;
+use super::shared::candidates_of;
 use crate::engine::plan::StartError;
 use crate::record::LastMillisecond;
 use crate::structure::Structure;
@@ -73,7 +74,7 @@ impl Transient {
             None => None,
             Some(diaphragm) => {
                 starts_inside(diaphragm, flight.place(0))?;
-                let candidates = flight.shared().candidates(machine, structure)?;
+                let candidates = candidates_of(machine, structure, settings.step)?;
                 let twist_row = super::spin::Spin::row_of(structure, diaphragm.contact.node);
                 let spin = flight.spin();
                 Some(Contact {
