@@ -233,3 +233,24 @@ fn the_lag_is_that_of_the_modes_left_out() {
         close(kept[0], few.lag_at_contact(&machine), largest, 1e-4);
     }
 }
+
+/// Rings that are the same are taken over from the structure before; no digit tells.
+#[test]
+fn a_structure_made_from_another_is_that_made_alone() {
+    let text = study_machine("lp_turbine");
+    let machine = |changes: &[(&str, &str)]| machine_with(&text, changes);
+    let nominal = Structure::build(&machine(&[]), None).expect("buildable");
+    let changed: [&[(&str, &str)]; 5] = [
+        &[("front.stiffness", "7e8 N/m")],
+        &[("rotor.discs.inner_front.mass", "1500 kg"), ("rear.damping", "7e5 N s/m")],
+        &[("diaphragms.mid.material.young_modulus", "210 GPa")],
+        &[("run.ring_modes", "20")],
+        &[("run.engine", "full"), ("front.stiffness", "7e8 N/m")],
+    ];
+    for changes in changed {
+        let machine = machine(changes);
+        assert!(!nominal.fits(&machine), "{changes:?}");
+        let alone = Structure::build(&machine, None).expect("buildable");
+        assert!(nominal.rebuilt(&machine).expect("buildable") == alone, "{changes:?}");
+    }
+}

@@ -128,13 +128,14 @@ impl CoreSolver {
             self.def.set(&parameter.path, &value).map_err(SolverError::Value)?;
         }
         let machine = self.def.build().map_err(SolverError::Machine)?;
-        let structure = match self.structure.take().filter(|structure| structure.fits(&machine)) {
-            Some(structure) => self.structure.insert(structure),
-            None => {
+        let structure = match self.structure.take() {
+            Some(structure) if structure.fits(&machine) => self.structure.insert(structure),
+            last => {
                 // A sample that changes what the basis was computed from has its own.
-                let structure = match Structure::build(&machine, self.basis.as_ref()) {
-                    Err(BasisError::OtherStructure { .. }) => Structure::build(&machine, None),
-                    built => built,
+                let structure = match (Structure::build(&machine, self.basis.as_ref()), last) {
+                    (Err(BasisError::OtherStructure { .. }), Some(last)) => last.rebuilt(&machine),
+                    (Err(BasisError::OtherStructure { .. }), None) => Structure::build(&machine, None),
+                    (built, _) => built,
                 };
                 self.structure.insert(structure.map_err(SolverError::Basis)?)
             }

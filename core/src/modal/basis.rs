@@ -90,11 +90,18 @@ impl Basis {
     /// # Errors
     /// [`BasisError::Eigen`].
     pub fn compute(machine: &Machine, rotor: &RotorMatrices, rings: &[RingMatrices]) -> Result<Self, BasisError> {
+        let wanted = machine.run.ring_modes.unwrap_or(DEFAULT_RING_MODES);
+        let ring_sets = rings.iter().map(|ring| ring_modes(ring, wanted)).collect::<Result<Vec<_>, _>>()?;
+        Self::beside(machine, rotor, ring_sets)
+    }
+
+    /// The same of a machine whose rings have these modes.
+    pub(crate) fn beside(
+        machine: &Machine,
+        rotor: &RotorMatrices,
+        ring_sets: Vec<ModeSet>,
+    ) -> Result<Self, BasisError> {
         let run = &machine.run;
-        let ring_sets = rings
-            .iter()
-            .map(|ring| ring_modes(ring, run.ring_modes.unwrap_or(DEFAULT_RING_MODES)))
-            .collect::<Result<Vec<_>, _>>()?;
         let lateral = match machine.rotor.kind {
             RotorKind::Shaft(_) => {
                 let ceiling = ring_sets.iter().map(ModeSet::highest).fold(0.0, f64::max);

@@ -68,7 +68,6 @@ impl Structure {
                 DiaphragmKind::Rigid | DiaphragmKind::RadialSpring { .. } => None,
             })
             .collect();
-        let flexible: Vec<RingMatrices> = rings.iter().flatten().cloned().collect();
         let basis = match frozen {
             Some(basis) => {
                 if !is_key_of(&basis.key, machine) {
@@ -77,10 +76,36 @@ impl Structure {
                 }
                 basis.clone()
             }
-            None => Basis::compute(machine, &rotor, &flexible)?,
+            None => {
+                let flexible: Vec<RingMatrices> = rings.iter().flatten().cloned().collect();
+                Basis::compute(machine, &rotor, &flexible)?
+            }
         };
-        let reduced = machine.run.engine != Engine::Full;
-        let correct = reduced && machine.run.static_residual;
+        let (reduced, correct) = coordinates(machine);
+        let mut sets = basis.rings.iter();
+        let rings = rings.into_iter().map(|ring| {
+            ring.map(|matrices| ring_part(matrices, sets.next().expect("one set per ring"), reduced, correct))
+        });
+        let rings = rings.collect();
+        Ok(Self::about(machine, rotor, basis, rings))
+    }
+
+    /// The structure of another machine, as [`Structure::build`] makes it, with the rings of this one where they are the same: they take longest.
+    ///
+    /// # Errors
+    /// [`BasisError`] if a mode problem fails.
+    pub fn rebuilt(&self, machine: &Machine) -> Result<Self, BasisError> {
+        let of_rings = |machine: &Machine| (machine.diaphragms.clone(), machine.run.clone());
+        if of_rings(&structural(machine)) != of_rings(&self.structural) {
+            return Self::build(machine, None);
+        }
+        let rotor = RotorMatrices::assemble(&machine.rotor);
+        let basis = Basis::beside(machine, &rotor, self.basis.rings.clone())?;
+        Ok(Self::about(machine, rotor, basis, self.rings.clone()))
+    }
+
+    fn about(machine: &Machine, rotor: RotorMatrices, basis: Basis, rings: Vec<Option<RingPart>>) -> Self {
+        let (reduced, correct) = coordinates(machine);
         let point = matches!(machine.rotor.kind, RotorKind::PointMass(_));
         let lateral = if reduced && !point {
             Part::reduced(&basis.lateral, &rotor.damping)
@@ -93,18 +118,11 @@ impl Structure {
             let damping = &rotor.twist_stiffness * rotor.twist_damping;
             Part::full(&rotor.twist_mass, &damping, &rotor.twist_stiffness, basis.twist.full_limit)
         };
-        let mut sets = basis.rings.iter();
-        let rings = rings
-            .into_iter()
-            .map(|ring| {
-                ring.map(|matrices| ring_part(matrices, sets.next().expect("one set per ring"), reduced, correct))
-            })
-            .collect();
         let places = (0..rotor.nodes).map(|node| rotor.plane_places(node));
         let matrices = [&rotor.stiffness, &rotor.mass];
         let (lateral_residual, rotor_lags) =
             lag::left_out(&lateral, &basis.lateral, matrices, correct, rotor.lateral_size(), places);
-        Ok(Self {
+        Self {
             structural: structural(machine),
             rotor,
             lateral,
@@ -114,7 +132,7 @@ impl Structure {
             rotor_lags,
             basis,
             kept: kept::Kept::default(),
-        })
+        }
     }
 
     /// Whether a machine has this structure (it may differ in everything a study varies from sample to sample).
@@ -153,6 +171,12 @@ impl Structure {
 #[must_use]
 pub fn same_structure(one: &Machine, other: &Machine) -> bool {
     structural(one) == structural(other)
+}
+
+/// Whether it is computed in modes, and the modes left out are to follow forces at once.
+fn coordinates(machine: &Machine) -> (bool, bool) {
+    let reduced = machine.run.engine != Engine::Full;
+    (reduced, reduced && machine.run.static_residual)
 }
 
 fn ring_part(matrices: RingMatrices, modes: &ModeSet, reduced: bool, correct: bool) -> RingPart {
