@@ -30,7 +30,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 /// Distance from the middle of a cell at which a run leaves it, as a part of its width.
 const BEYOND: f64 = 0.5625;
 /// A flight step has at most `2^LEVELS` contact steps.
-pub(super) const LEVELS: usize = 4;
+pub(super) const LEVELS: usize = 8;
 /// Stations of a grid at most: with the default spacing three times the initial speed and more. A spin that jumps by [`LEAP`] of them in a step has left every model.
 const MOST_STATIONS: usize = 128;
 const LEAP: f64 = 48.0;

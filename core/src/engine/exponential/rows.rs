@@ -132,18 +132,19 @@ kernel! {
 }
 
 kernel! {
-    /// Those clearances after the ring has moved besides, by the columns of V, and the least of them.
+    /// Those clearances after the ring has moved besides, by the columns of V, the least of them, and what the ring has moved.
     pub(super) fn moved_clearances(
         radial: &[Lane],
         q: &[f64],
         clearances: &[f64; LANES],
         directions: &[[f64; LANES]; 2],
         rotor: [f64; 2],
-    ) -> (f64, [f64; LANES]) {
-        let mut moved = rows_times_inline(radial, &q[..radial.len()]);
+    ) -> (f64, [[f64; LANES]; 2]) {
+        let ring = rows_times_inline(radial, &q[..radial.len()]);
+        let mut moved = *clearances;
         for k in 0..LANES {
-            moved[k] = clearances[k] + moved[k] + rotor[0] * directions[0][k] + rotor[1] * directions[1][k];
+            moved[k] = moved[k] + ring[k] + rotor[0] * directions[0][k] + rotor[1] * directions[1][k];
         }
-        (least_of(moved), moved)
+        (least_of(moved), [moved, ring])
     }
 }

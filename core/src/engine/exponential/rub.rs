@@ -24,7 +24,6 @@ use super::survey::{Place, Survey};
 use crate::contact::ContactForce;
 use crate::contact::complementarity::{self, Coupled, POINTS};
 use crate::linalg::dot;
-use crate::linalg::lanes::rows_times;
 use crate::structure::Structure;
 use bladeoff_model::machine::{Diaphragm, FrictionLaw};
 use std::sync::Arc;
@@ -369,11 +368,11 @@ impl Rub {
                 continue;
             }
             // along the places' radii, where no gap is less
-            let (lowest, after) = moved_clearances(candidates.radial(block), impulses, clearances, directions, rotor);
+            let (lowest, [after, opens]) =
+                moved_clearances(candidates.radial(block), impulses, clearances, directions, rotor);
             if lowest >= left_out {
                 continue;
             }
-            let opens = rows_times(candidates.radial(block), impulses);
             for (k, mut clearance) in after.into_iter().enumerate() {
                 let index = block * BLOCK + k;
                 if clearance >= left_out || points.iter().any(|point| beside(point.place.index, index, count)) {

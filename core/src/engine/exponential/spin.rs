@@ -30,6 +30,9 @@ use nalgebra::Complex;
 /// Part of a uniform rotation in a mode of twist below which the mode is elastic.
 const ELASTIC: f64 = 1e-6;
 
+/// Part of a bend of the spin that a step later still counts: one that swings passes through zero.
+const FORGETS: f64 = 0.98;
+
 /// Spin and twist under way.
 #[derive(Debug, Clone)]
 pub(super) struct Spin {
@@ -38,8 +41,9 @@ pub(super) struct Spin {
     pub speed: f64,
     /// P \[kg m2/s\].
     momentum: f64,
-    /// Of the spin over the last step \[rad/s2\].
+    /// Of the spin over the last step \[rad/s2\], and the largest change of that of late \[rad/s3\].
     slope: f64,
+    bend: f64,
     /// J \[kg m2\], unbalances not in it.
     inertia: f64,
     braking: Braking,
@@ -137,6 +141,7 @@ impl Spin {
             speed,
             momentum: 0.0,
             slope: 0.0,
+            bend: 0.0,
             inertia: rotor.twist_mass.sum(),
             braking: machine.braking,
             gravity: machine.rotor.gravity,
@@ -222,6 +227,11 @@ impl Spin {
     /// The spin a time ahead, if it goes on as it does \[rad/s\].
     pub fn speed_after(&self, time: f64) -> f64 {
         self.speed + time * self.slope
+    }
+
+    /// What a step of `h` \[s\] is expected to end with beside the speed that is predicted, as a part of it.
+    pub fn surprise(&self, h: f64) -> f64 {
+        h * h * self.bend / self.speed
     }
 
     /// Adds an angular impulse \[N m s\] at the beginning of the step, on a node of this elastic twist; between predict and complete.
@@ -330,6 +340,7 @@ impl Spin {
         let worked = |arm: &Arm| arm.torque * (dot(&arm.row, &self.twist.place) - dot(&arm.row, &self.begun[0]));
         // damping takes what is not there any more: (4)
         self.damped += self.arms.iter().map(worked).sum::<f64>() + lost(&self.begun, &self.twist, &self.elastic);
+        self.bend = ((speed - self.next_speed).abs() / (h * h)).max(FORGETS * self.bend);
         self.slope = (speed - self.speed) / h;
         (self.angle, self.speed) = (self.next_angle, speed);
         for s in 0..last {

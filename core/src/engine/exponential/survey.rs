@@ -158,40 +158,33 @@ impl Survey {
         }
     }
 
-    /// Looks at the gaps of blocks.
-    fn sight(&mut self, ring: &Candidates, blocks: &[usize], x: [f64; 2], q: &[f64]) {
-        for &block in blocks {
-            if self.sighted[block] != self.step {
-                self.see(ring, &[block], x, q);
-                self.sighted[block] = self.step;
-                let Self { clearances, along, gaps: found, rotor_radius, .. } = self;
-                let (directions, clearances) = (&ring.directions[block], &clearances[block]);
-                [along[block], found[block]] =
-                    gaps(ring.tangential(block), q, directions, x, clearances, *rotor_radius);
-            }
-        }
-    }
-
-    fn gap(&mut self, ring: &Candidates, c: usize, x: [f64; 2], q: &[f64]) -> f64 {
-        self.sight(ring, &[c / BLOCK], x, q);
-        self.gaps[c / BLOCK][c % BLOCK]
+    /// Looks at the gaps of a block.
+    fn sight(&mut self, ring: &Candidates, block: usize, x: [f64; 2], q: &[f64]) {
+        self.see(ring, &[block], x, q);
+        self.sighted[block] = self.step;
+        let Self { clearances, along, gaps: found, rotor_radius, .. } = self;
+        let (directions, clearances) = (&ring.directions[block], &clearances[block]);
+        [along[block], found[block]] = gaps(ring.tangential(block), q, directions, x, clearances, *rotor_radius);
     }
 
     /// The place about a candidate that is nearest to the rotor; the candidate itself where it is not there.
     pub fn place(&mut self, ring: &Candidates, c: usize, x: [f64; 2], q: &[f64]) -> Place {
         let [before, behind] = ring.beside(c);
-        let three = [before, c, behind].map(|c| {
-            let (gap, (block, k), (sin, cos)) = (self.gap(ring, c, x, q), (c / BLOCK, c % BLOCK), ring.angles[c]);
+        let (room, mut three, mut gaps) = (self.radius - self.rotor_radius, [[0.0; 2]; 3], [0.0; 3]);
+        for (at, c) in [before, c, behind].into_iter().enumerate() {
+            let ((block, k), (sin, cos)) = ((c / BLOCK, c % BLOCK), ring.angles[c]);
+            if self.sighted[block] != self.step {
+                self.sight(ring, block, x, q);
+            }
+            gaps[at] = self.gaps[block][k];
             // v from its clearance
-            let v = self.clearances[block][k] - (self.radius - self.rotor_radius) + (cos * x[0] + sin * x[1]);
-            ([v, self.along[block][k]], gap)
-        });
-        let gaps = three.map(|(_, gap)| gap);
+            three[at] = [self.clearances[block][k] - room + (cos * x[0] + sin * x[1]), self.along[block][k]];
+        }
         let (slope, bend) = (0.5 * (gaps[2] - gaps[0]), gaps[2] - 2.0 * gaps[1] + gaps[0]);
         let share = if bend > 0.0 && slope.abs() <= FARTHEST * bend { -slope / bend } else { 0.0 };
         let weights = parabola(share);
         let (mut v, mut u) = (0.0, 0.0);
-        for (weight, ([radial, tangential], _)) in weights.into_iter().zip(three) {
+        for (weight, [radial, tangential]) in weights.into_iter().zip(three) {
             v += weight * radial;
             u += weight * tangential;
         }

@@ -19,6 +19,12 @@ use crate::record::LastMillisecond;
 use crate::structure::Structure;
 use bladeoff_model::machine::{ContactPoints, Detection, Diaphragm, ForceLocation, Machine};
 
+/// Turn of the rotor over the longest flight \[rad\].
+const LONGEST_TURN: f64 = 0.075;
+/// Flights above this level only where the spin is predicted so well: then steps of every size give the same spin. (Below it the error goes with the contact step.)
+const SHORT: usize = 4;
+const SURPRISE: f64 = 1e-7;
+
 /// A shaft line and the ring about it.
 pub(super) struct Transient {
     pub flight: Flight,
@@ -31,6 +37,9 @@ pub(super) struct Transient {
     /// Lengths of steps, by level \[s\].
     lengths: [f64; LEVELS + 1],
     flies: bool,
+    /// Level of the longest flight, and of the last one.
+    pub most: usize,
+    last: usize,
     /// Contact steps of the whole run, and the spin \[rad/s\] that ends it: no flight goes beyond.
     end: u64,
     end_speed: f64,
@@ -85,7 +94,10 @@ impl Transient {
                 })
             }
         };
+        let lengths: [f64; LEVELS + 1] = std::array::from_fn(|level| flight.step_of(level));
+        let turns_little = |level: &usize| lengths[*level] * flight.speed() <= LONGEST_TURN;
         Ok(Self {
+            most: (0..=LEVELS).rev().find(turns_little).unwrap_or(0),
             loads: vec![[0.0; 2]; structure.rotor.bearings.len()],
             watched: (0..structure.rotor.bearings.len())
                 .map(|_| Watched { constant: [0.0; 2], size: 0.0, largest: 0.0 })
@@ -95,7 +107,8 @@ impl Transient {
                     largest: 0.0,
                 }))
                 .collect(),
-            lengths: std::array::from_fn(|level| flight.step_of(level)),
+            last: 0,
+            lengths,
             flight,
             contact,
             flies,
@@ -119,7 +132,7 @@ impl Transient {
             watched.largest = watched.largest.max(length(*load));
         }
         self.weigh();
-        let Self { flight, contact, loads, watched, lengths, flies, end, end_speed, .. } = self;
+        let Self { flight, contact, loads, watched, lengths, flies, most, last, end, end_speed, .. } = self;
         for (bearing, (watched, load)) in watched.iter_mut().zip(&*loads).enumerate() {
             let size = length(*load);
             *watched = Watched { constant: flight.constant_load(bearing), size, largest: watched.largest.max(size) };
@@ -132,7 +145,11 @@ impl Transient {
             return None;
         }
         let left = end.saturating_sub(flight.ticks()).max(1);
-        let mut longest = LEVELS.min(left.ilog2() as usize);
+        // twice the last one: what it tells of the spin holds so far
+        let mut longest = (*most).min(left.ilog2() as usize).min(SHORT.max(*last + 1));
+        while longest > SHORT && flight.spin().surprise(lengths[longest]) > SURPRISE {
+            longest -= 1;
+        }
         // a stop is found to a contact step
         while longest > 0 && flight.spin().speed_after(2.0 * lengths[longest]) <= *end_speed {
             longest -= 1;
@@ -151,7 +168,8 @@ impl Transient {
         } else {
             flight.see_rates();
         }
-        Some(flight.resolved(lengths, watched, longest))
+        *last = flight.resolved(&lengths[..=*most], watched, longest);
+        Some(*last)
     }
 
     /// Takes the loads at n, without what contact there adds.
