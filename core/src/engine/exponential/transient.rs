@@ -19,10 +19,10 @@ use crate::record::LastMillisecond;
 use crate::structure::Structure;
 use bladeoff_model::machine::{ContactPoints, Detection, Diaphragm, ForceLocation, Machine};
 
-/// Turn of the rotor over the longest flight \[rad\].
-const LONGEST_TURN: f64 = 0.075;
-/// Flights above this level only where the spin is predicted so well: then steps of every size give the same spin. (Below it the error goes with the contact step.)
+/// Flights up to this level are as long as they may for contact and peaks: their error goes with the contact step.
 const SHORT: usize = 4;
+/// Longer ones as far as the rotor turns by so little \[rad\], and where the spin is predicted so well that steps of every size give the same one.
+const LONGEST_TURN: f64 = 0.075;
 const SURPRISE: f64 = 1e-7;
 
 /// A shaft line and the ring about it.
@@ -97,7 +97,7 @@ impl Transient {
         let lengths: [f64; LEVELS + 1] = std::array::from_fn(|level| flight.step_of(level));
         let turns_little = |level: &usize| lengths[*level] * flight.speed() <= LONGEST_TURN;
         Ok(Self {
-            most: (0..=LEVELS).rev().find(turns_little).unwrap_or(0),
+            most: (SHORT..=LEVELS).rev().find(turns_little).unwrap_or(SHORT),
             loads: vec![[0.0; 2]; structure.rotor.bearings.len()],
             watched: (0..structure.rotor.bearings.len())
                 .map(|_| Watched { constant: [0.0; 2], size: 0.0, largest: 0.0 })
