@@ -168,7 +168,7 @@ impl Transient {
         } else {
             flight.see_rates();
         }
-        *last = flight.resolved(&lengths[..=*most], watched, longest);
+        *last = flight.resolved(lengths, watched, longest);
         Some(*last)
     }
 
