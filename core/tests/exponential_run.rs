@@ -242,4 +242,27 @@ fn runs_that_share_bases_are_those_that_do_not() {
     let second = values(&machine, &shared);
     assert_eq!(second, values(&machine, &build()));
     assert_ne!(first, second, "friction counts");
+    // from the third on, cells are there
+    assert_eq!(first, values(&other, &shared));
+    assert_eq!(second, values(&machine, &shared));
+}
+
+/// Speeds whose longest flights are not the same, by one chain of stations.
+#[test]
+fn runs_from_other_speeds_leave_nothing_in_the_cells_they_share() {
+    let of = |speed: &str| {
+        let changes = [("run.end_time", "0.03 s"), ("rotor.initial_speed", speed)];
+        of_engine(machine_with(&study_machine("lab_rig"), &changes), 3.4e-6)
+    };
+    let (slow, fast) = (of("340 rad/s"), of("348 rad/s"));
+    let values = |machine: &Machine, structure: &Structure| {
+        let outcome = simulate(machine, structure, &mut NoHistory).expect("covered");
+        outcome.values.iter().map(|value| value.map(f64::to_bits)).collect::<Vec<_>>()
+    };
+    let build = || Structure::build(&slow, None).expect("buildable");
+    let shared = build();
+    let alone = [values(&fast, &build()), values(&slow, &build())];
+    for _ in 0..3 {
+        assert_eq!([values(&fast, &shared), values(&slow, &shared)], alone);
+    }
 }

@@ -23,7 +23,7 @@ const SPRING_PARTS: f64 = 4.0 * PARTS;
 /// then off by 0.9 to 1.4 times what the reduced engine is off by at its default step (`core/tests/exponential_random.rs`); three quarters
 /// do for the means of both shipped machines, and are off by 1.4 to 2.7 times as much there.
 const CONTACT_FRACTION: f64 = 0.5;
-/// A contact step divides the same period into at least so many parts: a flight of sixteen is then half a radian.
+/// A contact step divides the same period into at least so many parts: a flight of sixteen is then half a radian (longer ones turn by less: `LONGEST_TURN` of the engine).
 const PARTS_LEAST: f64 = 200.0;
 
 /// Smallest step \[s\]: a filter of 1 ms then has ten million steps, and time still grows by it.
@@ -243,7 +243,7 @@ impl StepPlan {
 }
 
 /// The larger of the highest spin speed and the lowest lateral frequency \[rad/s\].
-fn slowest_to_resolve(machine: &Machine, structure: &Structure) -> f64 {
+pub(super) fn slowest_to_resolve(machine: &Machine, structure: &Structure) -> f64 {
     let law = machine.rotor.speed_law.iter().flat_map(|law| law.speeds.iter().copied());
     let speed = law.fold(machine.rotor.initial_speed, f64::max);
     let part = &structure.lateral;

@@ -188,6 +188,7 @@ kernel! {
     /// `C = A B` of as many rows, inner places and columns, column by column; each entry summed over the inner index in ascending order.
     pub(crate) fn product(sizes: [usize; 3], a: &[f64], b: &[f64], c: &mut [f64]) {
         let [rows, inner, columns] = sizes;
+        c.fill(0.0);
         let whole = [rows - rows % LANES, columns - columns % TOGETHER];
         for j in (0..whole[1]).step_by(TOGETHER) {
             let factors: [&[f64]; TOGETHER] = std::array::from_fn(|n| &b[(j + n) * inner..(j + n + 1) * inner]);
@@ -216,6 +217,33 @@ kernel! {
                     *sum += factor * entry;
                 }
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_product_is_that_of_plain_loops_to_the_last_bit() {
+        let value = |i: usize| ((i * 7919 % 1013) as f64 - 506.3) / 97.1;
+        for (rows, inner, columns) in (0..=17).flat_map(|r| (0..=9).flat_map(move |k| (0..=9).map(move |c| (r, k, c))))
+        {
+            let a: Vec<f64> = (0..rows * inner).map(value).collect();
+            let b: Vec<f64> = (0..inner * columns).map(|i| value(i + 31)).collect();
+            let mut plain = vec![0.0; rows * columns];
+            for j in 0..columns {
+                for k in 0..inner {
+                    for i in 0..rows {
+                        plain[j * rows + i] += b[j * inner + k] * a[k * rows + i];
+                    }
+                }
+            }
+            let mut ours = vec![f64::NAN; rows * columns];
+            product([rows, inner, columns], &a, &b, &mut ours);
+            let bits = |c: &[f64]| c.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+            assert_eq!(bits(&ours), bits(&plain), "{rows} {inner} {columns}");
         }
     }
 }

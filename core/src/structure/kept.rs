@@ -1,11 +1,11 @@
-//! What an engine keeps with a structure, made once for all runs that share it: of a type that the engine knows alone.
+//! What an engine keeps with a structure or a part of one, made once for all runs that share it: of a type that the engine knows alone.
 
 use std::any::Any;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
-/// Empty until an engine asks for it.
-#[derive(Debug, Default)]
-pub(crate) struct Kept(OnceLock<Box<dyn Any + Send + Sync>>);
+/// Empty until an engine asks for it; copies share it.
+#[derive(Debug, Default, Clone)]
+pub(crate) struct Kept(Arc<OnceLock<Box<dyn Any + Send + Sync>>>);
 
 impl Kept {
     /// What is kept, begun by its default.
@@ -19,11 +19,5 @@ impl Kept {
 impl PartialEq for Kept {
     fn eq(&self, _other: &Self) -> bool {
         true
-    }
-}
-
-impl Clone for Kept {
-    fn clone(&self) -> Self {
-        Self::default()
     }
 }

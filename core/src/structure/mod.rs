@@ -30,6 +30,8 @@ pub struct RingPart {
     pub residual: Option<Matrix>,
     /// Of its nodes, radially.
     pub(crate) lags: Vec<lag::Lag>,
+    /// What an engine keeps of its own for runs that share the ring.
+    pub(crate) kept: kept::Kept,
 }
 
 /// Everything that does not change between samples of one structure.
@@ -49,6 +51,8 @@ pub struct Structure {
     /// Of the shaft's nodes.
     rotor_lags: Vec<lag::Lag>,
     basis: Basis,
+    /// The basis was computed here, and not frozen elsewhere.
+    computed: bool,
     /// What an engine keeps of its own for runs that share the structure.
     pub(crate) kept: kept::Kept,
 }
@@ -59,6 +63,10 @@ impl Structure {
     /// # Errors
     /// [`BasisError`] if a mode problem fails or the basis belongs to another structure.
     pub fn build(machine: &Machine, frozen: Option<&Basis>) -> Result<Self, BasisError> {
+        if let Some(basis) = frozen.filter(|basis| !is_key_of(&basis.key, machine)) {
+            let expected = hex(&modal_key(machine));
+            return Err(BasisError::OtherStructure { expected, found: hex(&basis.key) });
+        }
         let rotor = RotorMatrices::assemble(&machine.rotor);
         let rings: Vec<Option<RingMatrices>> = machine
             .diaphragms
@@ -69,13 +77,7 @@ impl Structure {
             })
             .collect();
         let basis = match frozen {
-            Some(basis) => {
-                if !is_key_of(&basis.key, machine) {
-                    let expected = hex(&modal_key(machine));
-                    return Err(BasisError::OtherStructure { expected, found: hex(&basis.key) });
-                }
-                basis.clone()
-            }
+            Some(basis) => basis.clone(),
             None => {
                 let flexible: Vec<RingMatrices> = rings.iter().flatten().cloned().collect();
                 Basis::compute(machine, &rotor, &flexible)?
@@ -87,16 +89,17 @@ impl Structure {
             ring.map(|matrices| ring_part(matrices, sets.next().expect("one set per ring"), reduced, correct))
         });
         let rings = rings.collect();
-        Ok(Self::about(machine, rotor, basis, rings))
+        Ok(Self { computed: frozen.is_none(), ..Self::about(machine, rotor, basis, rings) })
     }
 
-    /// The structure of another machine, as [`Structure::build`] makes it, with the rings of this one where they are the same: they take longest.
+    /// The structure of another machine, as [`Structure::build`] makes it without a frozen basis, with the rings of this one where they are the same: they
+    /// take longest. Those of a frozen basis are not taken: another processor's have other last digits, and a sample's would hang on the samples before.
     ///
     /// # Errors
     /// [`BasisError`] if a mode problem fails.
     pub fn rebuilt(&self, machine: &Machine) -> Result<Self, BasisError> {
         let of_rings = |machine: &Machine| (machine.diaphragms.clone(), machine.run.clone());
-        if of_rings(&structural(machine)) != of_rings(&self.structural) {
+        if !self.computed || of_rings(&structural(machine)) != of_rings(&self.structural) {
             return Self::build(machine, None);
         }
         let rotor = RotorMatrices::assemble(&machine.rotor);
@@ -131,6 +134,7 @@ impl Structure {
             rings,
             rotor_lags,
             basis,
+            computed: true,
             kept: kept::Kept::default(),
         }
     }
@@ -190,7 +194,7 @@ fn ring_part(matrices: RingMatrices, modes: &ModeSet, reduced: bool, correct: bo
     let radial = (0..matrices.nodes).map(|node| [4 * node + 2; 2]);
     let both = [&matrices.stiffness, &matrices.mass];
     let (residual, lags) = lag::left_out(&part, modes, both, correct, 4 * matrices.nodes, radial);
-    RingPart { matrices, part, residual, lags }
+    RingPart { matrices, part, residual, lags, kept: kept::Kept::default() }
 }
 
 /// The machine with everything that varies from sample to sample set to one value.

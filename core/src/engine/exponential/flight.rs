@@ -226,7 +226,7 @@ impl Flight {
         self.ticks
     }
 
-    /// Speeds of the grid that have been computed, and the largest condition of their bases.
+    /// Speeds of the grid that have been computed, and a bound of the condition of their bases.
     #[must_use]
     pub fn stations(&self) -> (usize, f64) {
         self.shared.grid.visited()
@@ -381,7 +381,7 @@ pub struct FreeRun {
     pub largest_loads: Vec<f64>,
     /// Time at which the spin first passed the speed asked for \[s\]; `None` where it did not.
     pub passing: Option<f64>,
-    /// Stations visited, and the largest condition of their bases.
+    /// Stations visited, and a bound of the condition of their bases.
     pub stations: (usize, f64),
 }
 

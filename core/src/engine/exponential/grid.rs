@@ -34,8 +34,10 @@ pub(super) const LEVELS: usize = 8;
 /// Stations of a grid at most: with the default spacing three times the initial speed and more. A spin that jumps by [`LEAP`] of them in a step has left every model.
 const MOST_STATIONS: usize = 128;
 const LEAP: f64 = 48.0;
-/// Cells that are kept for other runs, at most: 65 kB each with 24 pairs. They are kept from the second run on: where each run has masses of its own, there is no other.
+/// Cells that are kept for other runs, at most: some 80 kB each with 24 pairs. They are kept from the second run on, where each run has masses of its own there is no
+/// other; before, as many as a spin that swings about an edge, or a history, comes back to.
 const KEPT: usize = 2048;
+const LAST: usize = 8;
 
 /// Stations, transfers and cells of a model, for steps of one size: runs share it, and each finds in it what it would have found alone.
 #[derive(Debug)]
@@ -188,7 +190,7 @@ impl Grid {
         (b as f64 + 0.5) * self.spacing
     }
 
-    /// Number of stations computed so far, and the largest condition of them.
+    /// Number of stations computed so far, and a bound of the condition of them.
     pub fn visited(&self) -> (usize, f64) {
         let found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
         (found.stations.len(), found.stations.values().map(|station| station.condition).fold(1.0, f64::max))
@@ -238,7 +240,11 @@ impl Grid {
             missed: OnceLock::new(),
             measured: OnceLock::new(),
         });
-        if self.keeps.load(Ordering::Relaxed) && found.cells.len() < KEPT {
+        let keeps = self.keeps.load(Ordering::Relaxed);
+        if !keeps && found.cells.len() >= LAST {
+            found.cells.clear();
+        }
+        if found.cells.len() < KEPT {
             found.cells.insert(index, Arc::clone(&cell));
         }
         Ok(cell)

@@ -4,7 +4,7 @@
 //! says, not on the runs before, nor on the order in which these asked.
 
 use super::ExponentialError;
-use super::candidates::{Candidates, candidates};
+use super::candidates::{Candidates, candidates, ring_of};
 use super::grid::{Grid, anchor};
 use super::measured::Measures;
 use super::outputs::{Direct, Outputs};
@@ -37,8 +37,6 @@ struct Key {
     sites: Vec<(usize, u64)>,
     gravity: [u64; 2],
     nodes: Vec<usize>,
-    /// Radii of an inner face.
-    faces: Vec<Option<u64>>,
     step: u64,
     spacing: u64,
     cells: u32,
@@ -47,11 +45,11 @@ struct Key {
 
 /// Those of the last models that a structure was run with.
 #[derive(Debug, Default)]
-struct Models {
-    shared: Mutex<Vec<(Key, Arc<Shared>)>>,
-    /// Candidates of the first diaphragm, by the step and the radius of an inner face.
-    candidates: Mutex<Vec<((u64, Option<u64>), Arc<Candidates>)>>,
-}
+struct Models(Mutex<Vec<(Key, Arc<Shared>)>>);
+
+/// Candidates of a ring, by the step and the radius of an inner face.
+#[derive(Debug, Default)]
+struct Rings(Mutex<Vec<((u64, Option<u64>), Arc<Candidates>)>>);
 
 impl Shared {
     /// Of a machine: those that its structure keeps, or new ones.
@@ -67,15 +65,14 @@ impl Shared {
         let key = Key {
             sites: sites(machine).iter().map(|site| (site.node, site.mass.to_bits())).collect(),
             gravity: machine.rotor.gravity.map(f64::to_bits),
-            nodes: contacts.clone().map(|contact| contact.node).collect(),
-            faces: contacts.map(face).collect(),
+            nodes: contacts.map(|contact| contact.node).collect(),
             step: settings.step.to_bits(),
             spacing: spacing.to_bits(),
             cells: settings.cells,
             anchor: anchor(speed, spacing),
         };
         let models: &Models = structure.kept.of();
-        let kept = &mut *models.shared.lock().unwrap_or_else(PoisonError::into_inner);
+        let kept = &mut *models.0.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(at) = kept.iter().position(|(other, _)| *other == key) {
             kept[at..].rotate_left(1);
             let shared = Arc::clone(&kept[kept.len() - 1].1);
@@ -99,15 +96,15 @@ impl Shared {
     }
 }
 
-/// The candidates of the first diaphragm for contact steps of `step` \[s\]: those that the structure keeps, or new ones.
+/// The candidates of the first diaphragm for contact steps of `step` \[s\]: those that the ring keeps, or new ones.
 pub(super) fn candidates_of(
     machine: &Machine,
     structure: &Structure,
     step: f64,
 ) -> Result<Arc<Candidates>, ExponentialError> {
-    let models: &Models = structure.kept.of();
+    let rings: &Rings = ring_of(structure, 0)?.kept.of();
     let key = (step.to_bits(), face(&machine.diaphragms[0].contact));
-    let kept = &mut *models.candidates.lock().unwrap_or_else(PoisonError::into_inner);
+    let kept = &mut *rings.0.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some((_, found)) = kept.iter().find(|(other, _)| *other == key) {
         return Ok(Arc::clone(found));
     }

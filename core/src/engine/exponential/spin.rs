@@ -30,8 +30,8 @@ use nalgebra::Complex;
 /// Part of a uniform rotation in a mode of twist below which the mode is elastic.
 const ELASTIC: f64 = 1e-6;
 
-/// Part of a bend of the spin that a step later still counts: one that swings passes through zero.
-const FORGETS: f64 = 0.98;
+/// Part of a bend of the spin that a turn by 1 rad forgets: one that swings passes through zero.
+const FORGETS: f64 = 0.3;
 
 /// Spin and twist under way.
 #[derive(Debug, Clone)]
@@ -340,7 +340,8 @@ impl Spin {
         let worked = |arm: &Arm| arm.torque * (dot(&arm.row, &self.twist.place) - dot(&arm.row, &self.begun[0]));
         // damping takes what is not there any more: (4)
         self.damped += self.arms.iter().map(worked).sum::<f64>() + lost(&self.begun, &self.twist, &self.elastic);
-        self.bend = ((speed - self.next_speed).abs() / (h * h)).max(FORGETS * self.bend);
+        self.bend = ((speed - self.next_speed).abs() / (h * h))
+            .max((1.0 - FORGETS * h * self.speed.abs()).max(0.0) * self.bend);
         self.slope = (speed - self.speed) / h;
         (self.angle, self.speed) = (self.next_angle, speed);
         for s in 0..last {

@@ -14,14 +14,14 @@ use super::missed::Watched;
 use super::rub::{FreeStep, Impact, Rub};
 use super::settings::FlightSettings;
 use super::shared::candidates_of;
-use crate::engine::plan::StartError;
+use crate::engine::plan::{StartError, slowest_to_resolve};
 use crate::record::LastMillisecond;
 use crate::structure::Structure;
 use bladeoff_model::machine::{ContactPoints, Detection, Diaphragm, ForceLocation, Machine};
 
 /// Flights up to this level are as long as they may for contact and peaks: their error goes with the contact step.
-const SHORT: usize = 4;
-/// Longer ones as far as the rotor turns by so little \[rad\], and where the spin is predicted so well that steps of every size give the same one.
+pub(super) const SHORT: usize = 4;
+/// Longer ones while neither the rotor nor its lowest lateral mode turns by more \[rad\], and where the spin is predicted so well that steps of every size give the same one.
 const LONGEST_TURN: f64 = 0.075;
 const SURPRISE: f64 = 1e-7;
 
@@ -95,7 +95,8 @@ impl Transient {
             }
         };
         let lengths: [f64; LEVELS + 1] = std::array::from_fn(|level| flight.step_of(level));
-        let turns_little = |level: &usize| lengths[*level] * flight.speed() <= LONGEST_TURN;
+        let fastest = slowest_to_resolve(machine, structure);
+        let turns_little = |level: &usize| lengths[*level] * fastest <= LONGEST_TURN;
         Ok(Self {
             most: (SHORT..=LEVELS).rev().find(turns_little).unwrap_or(SHORT),
             loads: vec![[0.0; 2]; structure.rotor.bearings.len()],
@@ -127,6 +128,12 @@ impl Transient {
     /// Takes the loads at n, and says how long a step from there is certain to touch nothing, and to miss no peak: `2^level` contact steps; `None` where a
     /// contact step may touch.
     pub fn level(&mut self) -> Option<usize> {
+        let level = self.free();
+        self.last = level.unwrap_or(0);
+        level
+    }
+
+    fn free(&mut self) -> Option<usize> {
         // what contact has added to them is among the largest
         for (watched, load) in self.watched.iter_mut().zip(&self.loads) {
             watched.largest = watched.largest.max(length(*load));
@@ -168,8 +175,7 @@ impl Transient {
         } else {
             flight.see_rates();
         }
-        *last = flight.resolved(lengths, watched, longest);
-        Some(*last)
+        Some(flight.resolved(lengths, watched, longest))
     }
 
     /// Takes the loads at n, without what contact there adds.
