@@ -63,7 +63,7 @@ pub(super) const KEYS: &[Key] = &[
     key(STEP, Kind::Number("s"), Need::Optional("chosen from the highest frequency of the model"), Range::POSITIVE, When::Always,
         "time step of `reduced` and `full`; `auto` is `reduced` then"),
     key(CONTACT_STEP, Kind::Number("s"), Need::Optional("chosen from the ring's frequencies and the initial speed"), Range::POSITIVE, When::Always,
-        "step of the engine `exponential`, which `auto` has to be then, where something may touch; in flight it takes up to 16 of them at once"),
+        "step of the engine `exponential`, which `auto` has to be then, where something may touch; in flight it takes many of them at once"),
     key("run.force_location", Kind::Choice(&["next", "current"]), Need::Word("next"), Range::ANY, When::Always,
         "contact force of step n acts at the contact place of step n+1 (as the paper) or n"),
     key("run.rotor_modes", Kind::Count, Need::Optional("chosen by the engine: 24, more where bearings are stiff"), MODES_FROM_2, When::Always,
