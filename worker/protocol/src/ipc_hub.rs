@@ -13,9 +13,7 @@ use iceoryx2::prelude::*;
 use rustix::event::EventfdFlags;
 
 use crate::bus::guarded;
-use crate::ipc_services::{
-    BACKSTOP, FromWorkerShm, Ipc, Services, Side, ToWorkerShm, drain, event_fd, port_name, wait_readable,
-};
+use crate::ipc_services::{FromWorkerShm, Ipc, Services, Side, ToWorkerShm, port_name, wait};
 use crate::messages::{FromWorkerBlock, ToWorkerBlock, WorkerId};
 use crate::names::Address;
 use crate::shm;
@@ -106,7 +104,7 @@ impl IpcHub {
         self.wake_worker(worker)
     }
 
-    /// Wakes one worker. One that cannot be woken has just died, or looks at its queue after [`BACKSTOP`].
+    /// Wakes one worker. One that cannot be woken has just died, or looks at its queue after a backstop.
     fn wake_worker(&mut self, worker: WorkerId) -> Result<(), PortError> {
         if let Some(key) = self.listeners.get(&worker)
             && self.notifier.notify_single_listener(key).is_ok()
@@ -148,11 +146,7 @@ impl HubPort for IpcHub {
     }
 
     fn wait(&mut self, timeout: Duration) -> Result<(), PortError> {
-        let [event, woken] = wait_readable(event_fd(&self.listener), Some(self.wake.as_fd()), timeout.min(BACKSTOP))?;
-        if event {
-            guarded(|| drain(&self.listener))?;
-        }
-        if woken {
+        if wait(&self.listener, Some(self.wake.as_fd()), timeout)? {
             // Reading sets it back; it cannot fail otherwise than by being zero already.
             let _ = rustix::io::read(&self.wake, &mut [0; 8]);
         }

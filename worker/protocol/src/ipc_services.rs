@@ -18,12 +18,13 @@ use iceoryx2::service::port_factory::request_response::PortFactory as RequestFac
 use iceoryx2_bb_posix::file_descriptor::FileDescriptorBased;
 use rustix::event::{PollFd, PollFlags, Timespec};
 
+use crate::bus::guarded;
 use crate::messages::{FromWorkerBlock, ToWorkerBlock, WorkerId};
 use crate::names::Address;
 use crate::transport::PortError;
 
 /// Longest wait without looking at the queue.
-pub const BACKSTOP: Duration = Duration::from_secs(5);
+pub const BACKSTOP: Duration = Duration::from_secs(1);
 
 pub(crate) type Ipc = iceoryx2::service::ipc::Service;
 
@@ -131,18 +132,37 @@ pub(crate) fn port_name(worker: WorkerId) -> Result<PortName, PortError> {
 
 /// The file descriptor that becomes readable with an event.
 #[expect(unsafe_code, reason = "iceoryx2 hands out its descriptor as a number only")]
-pub(crate) fn event_fd(listener: &Listener<Ipc>) -> BorrowedFd<'_> {
+fn event_fd(listener: &Listener<Ipc>) -> BorrowedFd<'_> {
     // SAFETY: the listener owns the descriptor and closes it when dropped; the result borrows the listener.
     unsafe { BorrowedFd::borrow_raw(listener.file_descriptor().native_handle()) }
 }
 
-/// Empties a listener, so that the next poll waits for new events.
-pub(crate) fn drain(listener: &Listener<Ipc>) -> Result<(), PortError> {
-    listener.try_wait(|_| ()).map(drop).map_err(PortError::failed("reading events"))
+/// Blocks until a listener has an event, the other descriptor is readable, or the time has passed; says whether it is readable.
+///
+/// iceoryx2 0.10 wakes a listener that it does not hold for woken. A notifier that comes between the reset of that and the emptying of the socket leaves a listener
+/// that is held for woken with nothing to read: nobody wakes it any more, and every message of the run waits for [`BACKSTOP`]. So it is reset before each wait and
+/// after, whatever has ended that. Verified by `workers_that_ask_together_are_heard_at_once` (`tests/conformance.rs`).
+pub(crate) fn wait(
+    listener: &Listener<Ipc>,
+    other: Option<BorrowedFd<'_>>,
+    timeout: Duration,
+) -> Result<bool, PortError> {
+    // what has come since the queue was empty has to be looked for
+    if guarded(|| drain(listener))? > 0 {
+        return Ok(false);
+    }
+    let [_, readable] = wait_readable(event_fd(listener), other, timeout.min(BACKSTOP))?;
+    guarded(|| drain(listener))?;
+    Ok(readable)
+}
+
+/// Empties a listener, so that the next poll waits for new events; says how many there were.
+fn drain(listener: &Listener<Ipc>) -> Result<u64, PortError> {
+    listener.try_wait(|_| ()).map_err(PortError::failed("reading events"))
 }
 
 /// Blocks until one of two descriptors is readable or the time has passed; says which are.
-pub(crate) fn wait_readable(
+fn wait_readable(
     first: BorrowedFd<'_>,
     second: Option<BorrowedFd<'_>>,
     timeout: Duration,

@@ -8,9 +8,7 @@ use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
 
 use crate::bus::guarded;
-use crate::ipc_services::{
-    BACKSTOP, FromWorkerShm, Ipc, Services, Side, ToWorkerShm, drain, event_fd, port_name, wait_readable,
-};
+use crate::ipc_services::{BACKSTOP, FromWorkerShm, Ipc, Services, Side, ToWorkerShm, port_name, wait};
 use crate::messages::{FromWorkerBlock, ToWorkerBlock, WorkerId};
 use crate::names::Address;
 use crate::shm;
@@ -97,10 +95,7 @@ impl WorkerPort for IpcWorker {
 
     fn wait(&mut self) -> Result<(), PortError> {
         let parent = self.parent.as_ref();
-        let [event, parent_ended] = wait_readable(event_fd(&self.listener), parent.map(AsFd::as_fd), BACKSTOP)?;
-        if event {
-            guarded(|| drain(&self.listener))?;
-        }
+        let parent_ended = wait(&self.listener, parent.map(AsFd::as_fd), BACKSTOP)?;
         // An answer sent just before the end still counts.
         if parent_ended && !self.pending.as_ref().is_some_and(PendingResponse::has_response) {
             return Err(PortError::OrchestratorGone);

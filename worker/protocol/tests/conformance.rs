@@ -224,6 +224,37 @@ fn the_waker_ends_a_wait<K: Kind>(mut kind: K) {
     thread.join().expect("woken");
 }
 
+/// Workers that ask at once and all the time: each wait ends by a message. (A wake-up that iceoryx2 keeps to itself once makes every later one wait for the backstop: without
+/// what `ipc_services::wait` does about it once in some 100 000 messages.)
+fn workers_that_ask_together_are_heard_at_once<K: Kind>(mut kind: K) {
+    const WORKERS: u32 = 3;
+    const ROUNDS: u64 = 150_000;
+    let mut hub = HubLink::new(kind.hub(), RUN);
+    let threads: Vec<_> = (1..=WORKERS)
+        .map(|number| {
+            let connect = kind.connector();
+            thread::spawn(move || {
+                let worker = WorkerId(number);
+                let mut link = WorkerLink::new(connect(worker), RUN, worker);
+                let mut longest = Duration::ZERO;
+                for round in 0..ROUNDS {
+                    let start = Instant::now();
+                    link.send(if round == 0 { hello() } else { ask() }).expect("sent");
+                    link.receive().expect("answered");
+                    longest = longest.max(start.elapsed());
+                }
+                longest
+            })
+        })
+        .collect();
+    for _ in 0..u64::from(WORKERS) * ROUNDS {
+        let incoming = receive(&mut hub);
+        hub.answer(incoming.ticket, incoming.message.worker, &ToWorker::Continue).expect("answered");
+    }
+    let longest = threads.into_iter().map(|thread| thread.join().expect("no panic")).max().expect("workers");
+    assert!(longest < Duration::from_secs(3), "{longest:?}");
+}
+
 macro_rules! conformance {
     ($($name:ident),+) => {
         mod memory { $( #[test] fn $name() { super::$name(super::Memory(super::MemoryNet::default())); } )+ }
@@ -237,6 +268,7 @@ conformance!(
     a_second_request_before_the_answer_is_refused,
     a_worker_that_left_can_not_be_answered,
     nobody_speaks_for_another,
+    workers_that_ask_together_are_heard_at_once,
     the_waker_ends_a_wait
 );
 
