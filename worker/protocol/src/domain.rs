@@ -16,7 +16,7 @@
 
 use std::fs::{self, File, OpenOptions};
 use std::io;
-use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt};
+use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
 use rustix::fs::FlockOperation;
@@ -162,7 +162,7 @@ fn check_file_size(workers: usize) -> Result<(), DomainError> {
 
 /// Makes and locks the root of a domain; `None` if somebody has the name, or a sweep took it for one of the dead.
 fn make_root(root: &Path) -> Result<Option<File>, DomainError> {
-    match fs::DirBuilder::new().mode(0o700).create(root) {
+    match runtime::make_closed(root) {
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists => return Ok(None),
         made => made.map_err(FileError::at("create", root))?,
     }

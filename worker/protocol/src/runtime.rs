@@ -149,10 +149,16 @@ fn uid() -> u32 {
 }
 
 fn make(dir: &Path) -> Result<(), FileError> {
-    match DirBuilder::new().mode(0o700).create(dir) {
+    match make_closed(dir) {
         Err(source) if source.kind() != io::ErrorKind::AlreadyExists => Err(FileError::at("create", dir)(source)),
         _ => Ok(()),
     }
+}
+
+/// Makes a directory for this user alone. Its mode is set once more: while iceoryx2 makes a socket on another thread, the process's umask is another one.
+pub(crate) fn make_closed(dir: &Path) -> io::Result<()> {
+    DirBuilder::new().mode(0o700).create(dir)?;
+    fs::set_permissions(dir, Permissions::from_mode(0o700))
 }
 
 /// Opens a directory, not through a link.
