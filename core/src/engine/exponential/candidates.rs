@@ -8,7 +8,7 @@
 
 use super::ExponentialError;
 use super::bound::length;
-use crate::linalg::lanes::{LANES, Lane};
+use crate::linalg::lanes::{LANES, Lane, kernel};
 use crate::linalg::{axpy, column_of};
 use crate::stator::Surface;
 use crate::structure::{RingPart, Structure};
@@ -42,9 +42,9 @@ pub(super) struct Candidates {
     /// Largest displacement of any candidate per amplitude, for each mode, and its radial part.
     reach: Vec<f64>,
     pub radial_reach: Vec<f64>,
-    /// Displacements per impulse of the modes left out between two candidates, those of one acting side by side: radial and tangential, by rows; empty where
-    /// none are.
-    left_out: Vec<[f64; 4]>,
+    /// Displacements per impulse of the modes left out between two candidates, radial and tangential, by rows, of the blocks of one acting side by side; empty
+    /// where none are.
+    left_out: Vec<[Lane; 4]>,
     /// What the modes left out close at most of a candidate's clearance, per unit impulse along and across the radius of another.
     pub most_closed: [f64; 2],
 }
@@ -75,7 +75,7 @@ impl Candidates {
             let shapes: Vec<[(usize, f64, f64); 8]> =
                 places.iter().map(|&(element, xi)| surface.shapes(element, xi)).collect();
             let mut moved = [0, 1].map(|_| vec![0.0; flexibility.nrows()]);
-            let mut blocks = vec![[0.0; 4]; count * count];
+            let mut blocks = vec![[Lane::default(); 4]; count * count / BLOCK];
             for (acting, shape) in shapes.iter().enumerate() {
                 moved.iter_mut().for_each(|column| column.fill(0.0));
                 for &(dof, radial, tangential) in shape {
@@ -83,13 +83,13 @@ impl Candidates {
                     axpy(tangential / h, column_of(flexibility, dof), &mut moved[1]);
                 }
                 for (at, shape) in shapes.iter().enumerate() {
-                    let block = &mut blocks[acting * count + at];
+                    let (block, k) = (&mut blocks[(acting * count + at) / BLOCK], at % BLOCK);
                     for &(dof, radial, tangential) in shape {
                         let by = [moved[0][dof], moved[1][dof]];
-                        block[0] += radial * by[0];
-                        block[1] += radial * by[1];
-                        block[2] += tangential * by[0];
-                        block[3] += tangential * by[1];
+                        block[0].0[k] += radial * by[0];
+                        block[1].0[k] += radial * by[1];
+                        block[2].0[k] += tangential * by[0];
+                        block[3].0[k] += tangential * by[1];
                     }
                 }
             }
@@ -105,7 +105,8 @@ impl Candidates {
         Self {
             most_closed: left_out
                 .iter()
-                .fold([0.0; 2], |[one, other]: [f64; 2], [a, b, ..]| [one.max(-a), other.max(b.abs())]),
+                .flat_map(|[a, b, ..]| a.0.into_iter().zip(b.0))
+                .fold([0.0; 2], |[one, other]: [f64; 2], (a, b)| [one.max(-a), other.max(b.abs())]),
             spacing: 2.0 * std::f64::consts::PI / count as f64,
             directions: angles
                 .chunks_exact(BLOCK)
@@ -154,9 +155,42 @@ impl Candidates {
         [if c == 0 { count - 1 } else { c - 1 }, if c + 1 == count { 0 } else { c + 1 }]
     }
 
-    /// Displacement of a candidate by a unit impulse at another in the modes left out, in polar axes.
-    pub fn left_out(&self, at: usize, acting: usize) -> &[f64; 4] {
-        self.left_out.get(acting * self.count() + at).unwrap_or(&[0.0; 4])
+    /// Displacement of a candidate by a unit impulse at another in the modes left out, in polar axes, by rows.
+    pub fn left_out(&self, at: usize, acting: usize) -> [f64; 4] {
+        let block = self.left_out.get((acting * self.count() + at) / BLOCK);
+        block.map_or([0.0; 4], |block| block.each_ref().map(|part| part.0[at % BLOCK]))
+    }
+
+    /// The same of the candidates of a block by impulses in polar axes at others, radial and tangential.
+    pub fn all_left_out(&self, block: usize, acting: &[(usize, [f64; 2])]) -> [[f64; BLOCK]; 2] {
+        let mut moved = [[0.0; BLOCK]; 2];
+        if !self.left_out.is_empty() {
+            all_left_out(&self.left_out, self.count() / BLOCK, block, acting, &mut moved);
+        }
+        moved
+    }
+}
+
+kernel! {
+    /// Sums of blocks by two impulses each.
+    fn all_left_out(
+        table: &[[Lane; 4]],
+        blocks: usize,
+        block: usize,
+        acting: &[(usize, [f64; 2])],
+        moved: &mut [[f64; BLOCK]; 2],
+    ) {
+        let [mut v, mut u] = [[0.0; BLOCK]; 2];
+        for &(at, [along, aside]) in acting {
+            let [a, b, c, d] = &table[at * blocks + block];
+            for k in 0..BLOCK {
+                v[k] = v[k] + a.0[k] * along + b.0[k] * aside;
+            }
+            for k in 0..BLOCK {
+                u[k] = u[k] + c.0[k] * along + d.0[k] * aside;
+            }
+        }
+        *moved = [v, u];
     }
 }
 

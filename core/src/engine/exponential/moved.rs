@@ -33,7 +33,7 @@ impl Moved {
     pub fn beyond_modes(&self, ring: &Candidates, at: &Place, acting: &Place) -> [f64; 2] {
         let (m, s) = (acting.normal, across(acting.normal));
         let left_out = product(at.normal, times(&self.left_out, m))
-            + product(at.polar, by_rows(ring.left_out(at.index, acting.index), acting.polar));
+            + product(at.polar, by_rows(&ring.left_out(at.index, acting.index), acting.polar));
         [product(at.normal, times(&self.rotor, m)) + left_out, product(at.normal, times(&self.rotor, s))]
     }
 

@@ -11,19 +11,19 @@
 //! candidates that then still penetrate join them: nothing is iterated over the state, which is linear. (2) is what the impulses do on the modes, exactly.
 
 use super::ExponentialError;
-use super::bound::length;
-use super::candidates::{BLOCK, Candidates, beside, modes, parabola, ring_of};
+use super::candidates::{Candidates, beside, modes, parabola, ring_of};
 use super::foreseen::Foreseen;
 use super::kick::Kick;
 use super::kicked_ring::KickedRing;
 use super::moved::Moved;
 use super::oscillators::OscillatorStep;
 use super::plane::{across, product, times, turned};
-use super::rows::{add_both, both_products, least_moved, moved_clearances, rows_at, weighted, yielding};
+use super::point::{Point, Rows};
+use super::remaining::{Remaining, Struck};
+use super::rows::{add_both, both_products, rows_at, yielding};
 use super::survey::{Place, Survey};
 use crate::contact::ContactForce;
 use crate::contact::complementarity::{self, Coupled, POINTS};
-use crate::linalg::dot;
 use crate::structure::Structure;
 use bladeoff_model::machine::{Diaphragm, FrictionLaw};
 use std::sync::Arc;
@@ -49,8 +49,7 @@ pub(super) struct Rub {
     rotor_left_out: [[f64; 2]; 2],
     flights: Vec<OscillatorStep>,
     survey: Survey,
-    /// Blocks that impulses may have brought in reach.
-    near: Vec<usize>,
+    remaining: Remaining,
     impulses: Vec<f64>,
     foreseen: Foreseen,
     coupled: Box<Coupled>,
@@ -61,27 +60,6 @@ pub(super) struct Rub {
     pressed: Vec<(Place, ContactForce)>,
     /// The ring's modes along normal and tangent of what pressed.
     last: Vec<[Vec<f64>; 2]>,
-}
-
-/// A place that may press.
-#[derive(Debug, Clone, Copy)]
-struct Point {
-    /// At n+1, where the gap is to stay open, and at n, where the impulse acts.
-    place: Place,
-    acting: Place,
-    /// Gap and slip without impulses.
-    start: [f64; 2],
-    force: ContactForce,
-}
-
-/// The ring's modes along normal and tangent of a point at n+1 and at n, and what a unit impulse along those at n makes of them; zeros behind the last mode.
-#[derive(Debug, Clone)]
-struct Rows {
-    normal: Vec<f64>,
-    tangent: Vec<f64>,
-    acting: [Vec<f64>; 2],
-    by_normal: Vec<f64>,
-    by_tangent: Vec<f64>,
 }
 
 /// What a step's contact does.
@@ -165,7 +143,7 @@ impl Rub {
             h,
             rotor_left_out,
             survey: Survey::new(candidates, contact.rotor_radius + contact.gap, contact.rotor_radius),
-            near: Vec::with_capacity(candidates.count() / BLOCK),
+            remaining: Remaining::new(candidates.count()),
             candidates: Arc::clone(candidates),
             yields: ring.yields().iter().zip(ring.lacking()).map(|(a, b)| a + b).collect(),
             foreseen: Foreseen::new(ring.lacking()),
@@ -230,7 +208,7 @@ impl Rub {
         let Some((to, [depth, slip])) = deepest else { return Ok(None) };
         self.coupled.sign = slip.signum();
         let moved = Moved::new(self.angle, self.rotor_left_out, free.kick, self.radius * self.radius * free.rolling);
-        self.couple(0, &moved);
+        self.couple(|_| true, &moved);
         let mut replaced = 0;
         loop {
             self.forces.clear();
@@ -240,13 +218,14 @@ impl Rub {
                 point.force = *force;
             }
             self.respond();
-            let (left, index) = self.least_left(to, &moved);
+            let (left, index) = self.remain(to, &moved);
             let full = self.points.len() == POINTS;
             let open = self.points.iter().position(|point| point.force.normal == 0.0);
             match index.filter(|_| left < SHARE * depth) {
                 Some(index) if !full || (open.is_some() && replaced < POINTS) => {
-                    // one that stayed open makes room
-                    if let Some(open) = open.filter(|_| full) {
+                    // one that stayed open makes room, and the last one takes its place
+                    let open = open.filter(|_| full);
+                    if let Some(open) = open {
                         self.points.swap_remove(open);
                         self.rows.swap(open, self.points.len());
                         replaced += 1;
@@ -254,7 +233,7 @@ impl Rub {
                     let count = self.points.len();
                     let place = self.survey.place(&self.candidates, index, to, &self.foreseen.ring);
                     self.join(place, free);
-                    self.couple(if full { 0 } else { count }, &moved);
+                    self.couple(|k| k >= count || Some(k) == open, &moved);
                 }
                 _ => return Ok(Some(self.strike(free, left))),
             }
@@ -315,14 +294,14 @@ impl Rub {
         self.points.push(Point { place, acting, start, force });
     }
 
-    /// Writes the conditions of the points from one on.
-    fn couple(&mut self, from: usize, moved: &Moved) {
+    /// Writes the conditions of new points.
+    fn couple(&mut self, new: impl Fn(usize) -> bool, moved: &Moved) {
         let Self { coupled, points, rows, candidates, .. } = self;
         for k in 0..points.len() {
             coupled.start[k] = points[k].start;
             for j in 0..points.len() {
                 // a solve adds a little to each point's own
-                if k >= from || j >= from || k == j {
+                if k == j || new(k) || new(j) {
                     let at = (&points[k].place, [&*rows[k].normal, &*rows[k].tangent]);
                     let acting = (&points[j].acting, [&*rows[j].by_normal, &*rows[j].by_tangent]);
                     coupled.w[k][j] = moved.coupling(candidates, at, acting);
@@ -343,62 +322,10 @@ impl Rub {
         }
     }
 
-    /// Least gap under the impulses found, of the candidates that are not beside a point, and which it is; after `respond`.
-    fn least_left(&mut self, x: [f64; 2], moved: &Moved) -> (f64, Option<usize>) {
-        let mut least = (0.0, None);
-        let count = self.candidates.count();
-        // what moves the rotor: the sum of all; and what the ring's modes left out do at most
-        let (mut rotor, mut left_out) = (self.foreseen.held, 0.0);
-        for point in self.points.iter().filter(|point| point.force.normal > 0.0) {
-            let moves = moved.of_rotor(&point.acting, point.force.normal, point.force.tangential);
-            rotor = [0, 1].map(|i| rotor[i] + moves[i]);
-            let [along, aside] = self.candidates.most_closed;
-            let [p, q] = point.acting.polar;
-            // no bound where the rotor's centre is beyond the place
-            left_out += point.force.normal * if p < 0.0 { f64::INFINITY } else { along * p + aside * q.abs() };
-        }
-        let most = weighted(&self.impulses, &self.candidates.radial_reach);
-        let Self { survey, candidates, foreseen, near, impulses, points, .. } = self;
-        let q = &foreseen.ring;
-        survey.nearer(candidates, length(rotor) + left_out + most, x, q, near);
-        for &block in &*near {
-            // no nearer where the ring's modes cannot close what is open
-            let (clearances, directions) = (survey.clearances(block), &candidates.directions[block]);
-            if least_moved(clearances, directions, rotor) >= left_out + most {
-                continue;
-            }
-            // along the places' radii, where no gap is less
-            let (lowest, [after, opens]) =
-                moved_clearances(candidates.radial(block), impulses, clearances, directions, rotor);
-            if lowest >= left_out {
-                continue;
-            }
-            for (k, mut clearance) in after.into_iter().enumerate() {
-                let index = block * BLOCK + k;
-                if clearance >= left_out || points.iter().any(|point| beside(point.place.index, index, count)) {
-                    continue;
-                }
-                for point in points.iter().filter(|point| point.force.normal > 0.0) {
-                    let [a, b, ..] = candidates.left_out(index, point.acting.index);
-                    clearance += (a * point.acting.polar[0] + b * point.acting.polar[1]) * point.force.normal;
-                }
-                if clearance >= 0.0 {
-                    continue;
-                }
-                let place = survey.place(candidates, index, x, q);
-                let along = dot(candidates.of(index).1, impulses);
-                let mut gap =
-                    place.gap + product(place.polar, [opens[k], along]) + product(place.normal, foreseen.held);
-                for point in points.iter().filter(|point| point.force.normal > 0.0) {
-                    let [n, t] = moved.beyond_modes(candidates, &place, &point.acting);
-                    gap += n * point.force.normal + t * point.force.tangential;
-                }
-                if gap < least.0 {
-                    least = (gap, Some(index));
-                }
-            }
-        }
-        least
+    /// The least gap below zero under the impulses found, beyond the points, and of which candidate; after `respond`.
+    fn remain(&mut self, x: [f64; 2], moved: &Moved) -> (f64, Option<usize>) {
+        let Self { remaining, survey, candidates, points, foreseen, impulses, .. } = self;
+        remaining.least(survey, &Struck { candidates, points, foreseen, moved, impulses, x })
     }
 
     /// Takes the impulses: on the ring here, on the rotor by what is returned.

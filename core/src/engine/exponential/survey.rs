@@ -30,7 +30,7 @@ pub(super) struct Survey {
     radius: f64,
     rotor_radius: f64,
     step: u64,
-    /// By blocks: the step in which they were looked at, radial clearances, and the least of these with `moved` of then added: (1).
+    /// By blocks: the step in which they were looked at, radial clearances, and the least of these with `moved` of then added: (1), infinite behind the last.
     seen: Vec<u64>,
     clearances: Vec<[f64; BLOCK]>,
     least: Vec<f64>,
@@ -63,13 +63,15 @@ impl Survey {
     /// Of a ring's candidates on a radius R_i, about a rotor of radius R_r \[m\].
     pub fn new(ring: &Candidates, radius: f64, rotor_radius: f64) -> Self {
         let blocks = ring.count() / BLOCK;
+        let mut least = vec![f64::INFINITY; blocks.next_multiple_of(LANES)];
+        least[..blocks].fill(f64::NEG_INFINITY);
         Self {
             radius,
             rotor_radius,
             step: 0,
             seen: vec![0; blocks],
             clearances: vec![[0.0; BLOCK]; blocks],
-            least: vec![f64::NEG_INFINITY; blocks],
+            least,
             sighted: vec![0; blocks],
             along: vec![[0.0; BLOCK]; blocks],
             gaps: vec![[0.0; BLOCK]; blocks],
@@ -90,14 +92,14 @@ impl Survey {
         self.moved += way * ROUNDED_UP;
         if self.moved > FORGETS {
             self.moved = 0.0;
-            self.least.fill(f64::NEG_INFINITY);
+            self.least[..self.seen.len()].fill(f64::NEG_INFINITY);
         }
         // of what is between two candidates
         let sagitta = 0.125 * ring.spacing * ring.spacing * length(x);
         let mut due = std::mem::take(&mut self.due);
         self.find_due(sagitta, &mut due);
         self.see(ring, &due, x, q);
-        due.retain(|&block| self.least[block] - self.moved < sagitta);
+        due.retain(|&block| self.least[block] < sagitta + self.moved);
         for &block in &due {
             self.find_least_ones(ring, block, sagitta, x, q);
         }
@@ -107,7 +109,12 @@ impl Survey {
     /// Blocks of which a candidate may have less clearance than this, by (1).
     fn find_due(&self, than: f64, due: &mut Vec<usize>) {
         due.clear();
-        due.extend((0..self.least.len()).filter(|&block| self.least[block] - self.moved < than));
+        let limit = than + self.moved;
+        for (at, eight) in self.least.as_chunks::<LANES>().0.iter().enumerate() {
+            if least_of(*eight) < limit {
+                due.extend((0..LANES).filter(|&k| eight[k] < limit).map(|k| at * LANES + k));
+            }
+        }
     }
 
     /// Adds those of a block.
@@ -133,7 +140,7 @@ impl Survey {
     pub fn nearer(&mut self, ring: &Candidates, than: f64, x: [f64; 2], q: &[f64], blocks: &mut Vec<usize>) {
         self.find_due(than, blocks);
         self.see(ring, blocks, x, q);
-        blocks.retain(|&block| self.least[block] - self.moved < than);
+        blocks.retain(|&block| self.least[block] < than + self.moved);
     }
 
     /// Clearances of a block that has been looked at.
@@ -158,8 +165,15 @@ impl Survey {
         }
     }
 
-    /// Looks at the gaps of a block.
+    /// Looks at the gaps of a block where they were not.
+    #[inline]
     fn sight(&mut self, ring: &Candidates, block: usize, x: [f64; 2], q: &[f64]) {
+        if self.sighted[block] != self.step {
+            self.sight_anew(ring, block, x, q);
+        }
+    }
+
+    fn sight_anew(&mut self, ring: &Candidates, block: usize, x: [f64; 2], q: &[f64]) {
         self.see(ring, &[block], x, q);
         self.sighted[block] = self.step;
         let Self { clearances, along, gaps: found, rotor_radius, .. } = self;
@@ -167,21 +181,47 @@ impl Survey {
         [along[block], found[block]] = gaps(ring.tangential(block), q, directions, x, clearances, *rotor_radius);
     }
 
+    /// Gaps of a block, looked at from x with amplitudes q, after the rotor and its candidates have moved, these along their radii and along the ring: as far as
+    /// gaps are linear in that.
+    pub fn moved_gaps(
+        &mut self,
+        ring: &Candidates,
+        block: usize,
+        (x, q): ([f64; 2], &[f64]),
+        rotor: [f64; 2],
+        moved: &[[f64; BLOCK]; 2],
+    ) -> [f64; BLOCK] {
+        self.sight(ring, block, x, q);
+        let known = [&self.clearances[block], &self.along[block], &self.gaps[block]];
+        moved_gaps(known, self.rotor_radius, x, &ring.directions[block], rotor, moved)
+    }
+
+    /// (2), 0 where the candidate itself is nearest or another one is.
+    pub fn share(&mut self, ring: &Candidates, c: usize, x: [f64; 2], q: &[f64]) -> f64 {
+        let [before, behind] = ring.beside(c);
+        let before = self.gap(ring, before, x, q);
+        let here = self.gap(ring, c, x, q);
+        let behind = self.gap(ring, behind, x, q);
+        let (slope, bend) = (0.5 * (behind - before), behind - 2.0 * here + before);
+        if bend > 0.0 && slope.abs() <= FARTHEST * bend { -slope / bend } else { 0.0 }
+    }
+
+    #[inline]
+    fn gap(&mut self, ring: &Candidates, c: usize, x: [f64; 2], q: &[f64]) -> f64 {
+        self.sight(ring, c / BLOCK, x, q);
+        self.gaps[c / BLOCK][c % BLOCK]
+    }
+
     /// The place about a candidate that is nearest to the rotor; the candidate itself where it is not there.
     pub fn place(&mut self, ring: &Candidates, c: usize, x: [f64; 2], q: &[f64]) -> Place {
+        let share = self.share(ring, c, x, q);
         let [before, behind] = ring.beside(c);
-        let (room, mut three, mut gaps) = (self.radius - self.rotor_radius, [[0.0; 2]; 3], [0.0; 3]);
-        for (at, c) in [before, c, behind].into_iter().enumerate() {
+        let room = self.radius - self.rotor_radius;
+        let three = [before, c, behind].map(|c| {
             let ((block, k), (sin, cos)) = ((c / BLOCK, c % BLOCK), ring.angles[c]);
-            if self.sighted[block] != self.step {
-                self.sight(ring, block, x, q);
-            }
-            gaps[at] = self.gaps[block][k];
             // v from its clearance
-            three[at] = [self.clearances[block][k] - room + (cos * x[0] + sin * x[1]), self.along[block][k]];
-        }
-        let (slope, bend) = (0.5 * (gaps[2] - gaps[0]), gaps[2] - 2.0 * gaps[1] + gaps[0]);
-        let share = if bend > 0.0 && slope.abs() <= FARTHEST * bend { -slope / bend } else { 0.0 };
+            [self.clearances[block][k] - room + (cos * x[0] + sin * x[1]), self.along[block][k]]
+        });
         let weights = parabola(share);
         let (mut v, mut u) = (0.0, 0.0);
         for (weight, [radial, tangential]) in weights.into_iter().zip(three) {
@@ -255,6 +295,29 @@ kernel! {
             found[k] = (outwards * outwards + across * across).sqrt() - rotor_radius;
         }
         [moved, found]
+    }
+}
+
+kernel! {
+    /// Gaps of eight candidates, of known clearances, displacements along the ring and gaps, after they and the rotor have moved.
+    fn moved_gaps(
+        known: [&[f64; BLOCK]; 3],
+        rotor_radius: f64,
+        x: [f64; 2],
+        directions: &[[f64; BLOCK]; 2],
+        rotor: [f64; 2],
+        moved: &[[f64; BLOCK]; 2],
+    ) -> [f64; BLOCK] {
+        let ([clearances, along, gaps], [cos, sin], [opens, goes]) = (known, directions, moved);
+        let mut found = [0.0; BLOCK];
+        for k in 0..BLOCK {
+            // of the vector from the rotor to the candidate, and what changes along both parts
+            let (one, other) = (clearances[k] + rotor_radius, along[k] - (cos[k] * x[1] - sin[k] * x[0]));
+            let opened = opens[k] + cos[k] * rotor[0] + sin[k] * rotor[1];
+            let turned = goes[k] + cos[k] * rotor[1] - sin[k] * rotor[0];
+            found[k] = gaps[k] + (one * opened + other * turned) / (gaps[k] + rotor_radius);
+        }
+        found
     }
 }
 

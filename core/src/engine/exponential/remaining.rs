@@ -1,0 +1,311 @@
+//! The least gap that impulses leave among the candidates that took no part in them.
+//!
+//! ```text
+//! g_c = g_c(free) + e.(v, u) + n.r          e, n: from the rotor to the candidate, polar and in the stator's axes                                        (1)
+//!                                           (v, u), r: moved by all impulses, of the ring's modes, of its modes left out, of the rotor
+//! g   = the same at the nearest place about a candidate                                                                                                  (2)
+//! ```
+//! (1) is taken for eight candidates at a time, (2) only for the least of them and for those about which a place is nearer than they are. What is left
+//! out before: blocks whose clearances along their radii, where no gap is less, stay open.
+//! Verified by `what_remains_is_the_least_of_all`, `whip_is_that_of_the_reduced_engine` (`tests/exponential_run.rs`).
+
+use super::bound::length;
+use super::candidates::{BLOCK, Candidates};
+use super::foreseen::Foreseen;
+use super::moved::Moved;
+use super::plane::product;
+use super::point::Point;
+use super::rows::{least_moved, moved_clearances, weighted};
+use super::survey::Survey;
+use crate::contact::complementarity::POINTS;
+use crate::linalg::dot;
+use crate::linalg::lanes::{least_of, rows_times};
+
+/// More than what (1) and (2) of a candidate that is the nearest place itself differ by: rounding of lengths of metres \[m\].
+const ROUNDING: f64 = 1e-12;
+
+/// Room for what is looked at.
+#[derive(Debug, Clone)]
+pub(super) struct Remaining {
+    /// Blocks that impulses may have brought in reach.
+    near: Vec<usize>,
+    /// By blocks: infinite for candidates that are points, or beside one, and zero for others.
+    taken: Vec<[f64; BLOCK]>,
+    /// Candidates where impulses act, and these, in polar axes.
+    pressing: Vec<(usize, [f64; 2])>,
+    closed: Vec<Closed>,
+}
+
+/// A block of which a candidate may be closed: (1), and what the ring's modes move along the candidates' radii.
+#[derive(Debug, Clone, Copy)]
+struct Closed {
+    block: usize,
+    gaps: [f64; BLOCK],
+    opens: [f64; BLOCK],
+}
+
+/// What impulses do.
+pub(super) struct Struck<'a> {
+    pub candidates: &'a Candidates,
+    pub points: &'a [Point],
+    pub foreseen: &'a Foreseen,
+    pub moved: &'a Moved,
+    /// What they make of the ring's modes.
+    pub impulses: &'a [f64],
+    /// The rotor without them, in the stator's axes.
+    pub x: [f64; 2],
+}
+
+impl Struck<'_> {
+    fn pressing(&self) -> impl Iterator<Item = &Point> {
+        self.points.iter().filter(|point| point.force.normal > 0.0)
+    }
+}
+
+impl Remaining {
+    /// Of a ring with so many candidates.
+    pub fn new(count: usize) -> Self {
+        let blocks = count / BLOCK;
+        Self {
+            near: Vec::with_capacity(blocks),
+            taken: vec![[0.0; BLOCK]; blocks],
+            pressing: Vec::with_capacity(POINTS),
+            closed: Vec::with_capacity(blocks),
+        }
+    }
+
+    /// The least gap below zero that is left, and of which candidate.
+    pub fn least(&mut self, survey: &mut Survey, struck: &Struck<'_>) -> (f64, Option<usize>) {
+        self.take(struck);
+        let (lowest, room) = self.look(survey, struck);
+        let mut least = (0.0, None);
+        for closed in &self.closed {
+            for (k, &gap) in closed.gaps.iter().enumerate().filter(|(_, gap)| **gap < lowest + room) {
+                let index = closed.block * BLOCK + k;
+                let another = gap > lowest + ROUNDING
+                    && survey.share(struck.candidates, index, struck.x, &struck.foreseen.ring) == 0.0;
+                if another {
+                    continue;
+                }
+                let gap = left(survey, struck, index, closed.opens[k]);
+                if gap < least.0 {
+                    least = (gap, Some(index));
+                }
+            }
+        }
+        least
+    }
+
+    /// What presses, and what takes part.
+    fn take(&mut self, struck: &Struck<'_>) {
+        self.taken.fill([0.0; BLOCK]);
+        for point in struck.points {
+            let index = point.place.index;
+            let [before, behind] = struck.candidates.beside(index);
+            for c in [before, index, behind] {
+                self.taken[c / BLOCK][c % BLOCK] = f64::INFINITY;
+            }
+        }
+        self.pressing.clear();
+        self.pressing.extend(
+            struck
+                .pressing()
+                .map(|Point { acting, force, .. }| (acting.index, acting.polar.map(|part| part * force.normal))),
+        );
+    }
+
+    /// Finds the blocks in which something may be closed; (1) of the least one, at most zero, and how much nearer than a candidate a place about one may be.
+    fn look(&mut self, survey: &mut Survey, struck: &Struck<'_>) -> (f64, f64) {
+        let &Struck { candidates, foreseen, impulses, x, .. } = struck;
+        let q = &foreseen.ring;
+        // what moves the rotor: the sum of all; and what the ring's modes left out do at most
+        let (mut rotor, mut left_out) = (foreseen.held, 0.0);
+        for point in struck.pressing() {
+            let moves = struck.moved.of_rotor(&point.acting, point.force.normal, point.force.tangential);
+            rotor = [0, 1].map(|i| rotor[i] + moves[i]);
+            let [along, aside] = candidates.most_closed;
+            let [p, q] = point.acting.polar;
+            // no bound where the rotor's centre is beyond the place
+            left_out += point.force.normal * if p < 0.0 { f64::INFINITY } else { along * p + aside * q.abs() };
+        }
+        let most = weighted(impulses, &candidates.radial_reach);
+        survey.nearer(candidates, length(rotor) + left_out + most, x, q, &mut self.near);
+        self.closed.clear();
+        let room = candidates.spacing * (length(x) + length(rotor) + left_out + most);
+        let mut lowest = 0.0_f64;
+        for &block in &self.near {
+            // no nearer where the ring's modes cannot close what is open
+            let (clearances, directions) = (survey.clearances(block), &candidates.directions[block]);
+            if least_moved(clearances, directions, rotor) >= left_out + most {
+                continue;
+            }
+            // along the places' radii, where no gap is less
+            let (least, [after, opens]) =
+                moved_clearances(candidates.radial(block), impulses, clearances, directions, rotor);
+            if least >= left_out {
+                continue;
+            }
+            let [outwards, aside] = candidates.all_left_out(block, &self.pressing);
+            let after = both(&after, &outwards);
+            if least_of(after) >= 0.0 {
+                continue;
+            }
+            let tangential = candidates.tangential(block);
+            let goes = rows_times(tangential, &impulses[..tangential.len()]);
+            let moved = [both(&opens, &outwards), both(&goes, &aside)];
+            let mut gaps = both(&survey.moved_gaps(candidates, block, (x, q), rotor, &moved), &self.taken[block]);
+            for k in 0..BLOCK {
+                gaps[k] = if after[k] < 0.0 { gaps[k] } else { f64::INFINITY };
+            }
+            lowest = lowest.min(least_of(gaps));
+            self.closed.push(Closed { block, gaps, opens });
+        }
+        (lowest, room)
+    }
+}
+
+fn both(one: &[f64; BLOCK], other: &[f64; BLOCK]) -> [f64; BLOCK] {
+    std::array::from_fn(|k| one[k] + other[k])
+}
+
+/// (2) of a candidate whose radius the ring's modes open so much.
+fn left(survey: &mut Survey, struck: &Struck<'_>, index: usize, opens: f64) -> f64 {
+    let &Struck { candidates, foreseen, moved, .. } = struck;
+    let place = survey.place(candidates, index, struck.x, &foreseen.ring);
+    let along = dot(candidates.of(index).1, struck.impulses);
+    let mut gap = place.gap + product(place.polar, [opens, along]) + product(place.normal, foreseen.held);
+    for point in struck.pressing() {
+        let [n, t] = moved.beyond_modes(candidates, &place, &point.acting);
+        gap += n * point.force.normal + t * point.force.tangential;
+    }
+    gap
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::ContactForce;
+    use crate::engine::exponential::candidates::{beside, candidates, modes, ring_of};
+    use crate::engine::exponential::kick::Kick;
+    use crate::engine::exponential::kicked_ring::KickedRing;
+    use crate::engine::exponential::plane::{across, by_rows};
+    use crate::structure::Structure;
+    use bladeoff_model::machine::MachineDef;
+
+    /// (2) of every candidate that is neither a point nor beside one.
+    fn of_all(survey: &mut Survey, struck: &Struck<'_>) -> (f64, Option<usize>) {
+        let (ring, mut least) = (struck.candidates, (0.0, None));
+        for index in 0..ring.count() {
+            if struck.points.iter().any(|point| beside(point.place.index, index, ring.count())) {
+                continue;
+            }
+            let opens = dot(ring.of(index).0, struck.impulses);
+            let gap = left(survey, struck, index, opens);
+            if gap < least.0 {
+                least = (gap, Some(index));
+            }
+        }
+        least
+    }
+
+    #[test]
+    fn what_remains_is_the_least_of_all() {
+        let path = format!("{}/../studies/machines/lab_rig.toml", env!("CARGO_MANIFEST_DIR"));
+        let text = std::fs::read_to_string(&path).expect("a machine of the repository");
+        let machine = MachineDef::parse(&path, &text).expect("parses").build().expect("valid");
+        let structure = Structure::build(&machine, None).expect("buildable");
+        let contact = &machine.diaphragms[0].contact;
+        let h = 5e-6;
+        let ring = candidates(&machine.diaphragms[0], &structure, 0, h).expect("has candidates");
+        let kicked = KickedRing::new(&modes(ring_of(&structure, 0).expect("a ring")), h);
+        let yields: Vec<f64> = kicked.yields().iter().zip(kicked.lacking()).map(|(a, b)| a + b).collect();
+        let kick = Kick {
+            states: Default::default(),
+            outputs: Default::default(),
+            moved: [[3e-6, 1e-7], [-1e-7, 2e-6]],
+            lacking: [[0.0; 2]; 2],
+            jump: [[0.0; 2]; 2],
+            loads: Vec::new(),
+        };
+        let moved = Moved::new((0.0, 1.0), [[1e-8, 0.0], [0.0, 1e-8]], &kick, 1e-7);
+        let mut seed = 1_u64;
+        let mut random = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        let mut survey = Survey::new(&ring, contact.rotor_radius + contact.gap, contact.rotor_radius);
+        let mut remaining = Remaining::new(ring.count());
+        let mut foreseen = Foreseen::new(kicked.lacking());
+        let (mut closed, mut between, mut looked) = (0, 0, 0);
+        for round in 0..300_u32 {
+            let (angle, far) = (20.0 * random(), contact.gap * (1.0 + 4.0 * (random() + 0.5)));
+            let x = [far * libm::cos(angle), far * libm::sin(angle)];
+            for (q, reach) in foreseen.ring.iter_mut().zip(&ring.radial_reach) {
+                *q = if round % 8 < 4 { 2e-5 } else { 1e-6 } * random() / (1.0 + reach);
+            }
+            foreseen.held = [1e-6 * random(), 1e-6 * random()];
+            survey.look(&ring, x, &foreseen.ring);
+            // three places, of which one may be the nearest, and what may hold them open
+            let mut points = Vec::new();
+            let mut impulses = vec![0.0; yields.len()];
+            for turn in [0.1 * f64::from(round % 2), 0.25, -0.35] {
+                let index =
+                    (((angle + turn) / ring.spacing).rem_euclid(ring.count() as f64) as usize).min(ring.count() - 1);
+                let place = survey.place(&ring, index, x, &foreseen.ring);
+                let size = (far - contact.gap) * [1e5, 1e3, 1e1][round as usize / 2 % 3] * (random() + 0.5);
+                let force = ContactForce { normal: size, tangential: 0.2 * size * random(), sticks: false };
+                let sides = [place.polar, across(place.polar)];
+                for (j, impulse) in impulses.iter_mut().enumerate() {
+                    let shape = [ring.of(index).0[j], ring.of(index).1[j]];
+                    let by = sides.map(|side| product(side, shape));
+                    *impulse += yields[j] * (force.normal * by[0] + force.tangential * by[1]);
+                }
+                points.push(Point { place, acting: place, start: [0.0; 2], force });
+            }
+            let struck = Struck {
+                candidates: &ring,
+                points: &points,
+                foreseen: &foreseen,
+                moved: &moved,
+                impulses: &impulses,
+                x,
+            };
+            let found = remaining.least(&mut survey, &struck);
+            looked += remaining.closed.len();
+            let whole = of_all(&mut survey, &struck);
+            assert_eq!(found.1, whole.1, "{found:?} {whole:?}");
+            assert!((found.0 - whole.0).abs() < 1e-15, "{found:?} {whole:?}");
+            if let Some(index) = whole.1 {
+                closed += 1;
+                between += usize::from(survey.share(&ring, index, x, &foreseen.ring) != 0.0);
+            }
+        }
+        assert!(closed > 100, "something is left closed: {closed}");
+        assert!(between > 10, "and also at a place between candidates: {between}");
+        assert!(looked < 300 * ring.count() / BLOCK * 3 / 4, "not all are looked at: {looked}");
+    }
+
+    #[test]
+    fn what_is_left_out_is_that_of_each_candidate() {
+        let path = format!("{}/../studies/machines/lab_rig.toml", env!("CARGO_MANIFEST_DIR"));
+        let text = std::fs::read_to_string(&path).expect("a machine of the repository");
+        let machine = MachineDef::parse(&path, &text).expect("parses").build().expect("valid");
+        let structure = Structure::build(&machine, None).expect("buildable");
+        let ring = candidates(&machine.diaphragms[0], &structure, 0, 5e-6).expect("has candidates");
+        let acting = [(7, [3.0, -1.0]), (120, [0.5, 2.0])];
+        let mut largest = 0.0_f64;
+        for block in 0..ring.count() / BLOCK {
+            let all = ring.all_left_out(block, &acting);
+            for k in 0..BLOCK {
+                let mut whole = [0.0; 2];
+                for (at, impulse) in acting {
+                    let by = by_rows(&ring.left_out(block * BLOCK + k, at), impulse);
+                    whole = [0, 1].map(|i| whole[i] + by[i]);
+                }
+                largest = largest.max(whole[0].abs());
+                assert!((0..2).all(|i| (all[i][k] - whole[i]).abs() <= 1e-14 * largest), "{block} {k}");
+            }
+        }
+        assert!(largest > 0.0, "modes are left out");
+    }
+}
