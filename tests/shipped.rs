@@ -42,6 +42,19 @@ fn the_turbine_at_risk_answers() {
 }
 
 #[test]
+fn one_blade_a_hundred_thousand_times_answers_from_its_first_points() {
+    let names = [
+        "bearing-overload",
+        "diaphragm-hit",
+        "rolls-in-the-ring",
+        "bearing-load-95",
+        "bearing-load-9999",
+        "overload-by-friction",
+    ];
+    answers_in_one_command("one-blade-100k", 8, 8, &names);
+}
+
+#[test]
 fn the_error_of_the_detection_answers_and_the_night_has_its_gate() {
     answers_in_one_command("detection-error", 2, 8, &["mean-load", "load-95", "overload"]);
     answers_in_one_command("ci-night", 4, 4, &["overload", "load-95"]);

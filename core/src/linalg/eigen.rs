@@ -5,7 +5,7 @@
 
 use faer::{Mat, Side};
 
-use super::Matrix;
+use super::{Matrix, cholesky, solve_lower, solve_upper};
 
 /// An eigenvalue problem could not be solved.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -48,17 +48,16 @@ fn to_faer(a: &Matrix) -> Mat<f64> {
 /// the tests below, `tests/linear_rotors.rs`, `tests/ring.rs`
 pub fn symmetric_generalised(k: &Matrix, m: &Matrix, what: &'static str) -> Result<(Vec<f64>, Matrix), EigenError> {
     let size = m.nrows();
-    let mass_factor = nalgebra::Cholesky::new(m.clone()).ok_or(EigenError::MassNotDefinite { what, size })?;
+    let mass_factor = cholesky(m).ok_or(EigenError::MassNotDefinite { what, size })?;
     let highest = (0..size).map(|i| k[(i, i)] / m[(i, i)]).fold(0.0, f64::max);
     // without any stiffness every shift serves
     let shift = if highest > 0.0 { 1e-6 * highest } else { 1.0 };
-    let shifted = nalgebra::Cholesky::new(k + m * shift);
+    let shifted = cholesky(&(k + m * shift));
     let (l, inner) = match &shifted {
-        Some(factor) => (factor.l(), m),
-        None => (mass_factor.l(), k),
+        Some(factor) => (factor, m),
+        None => (&mass_factor, k),
     };
-    let solved = |a: &Matrix| l.solve_lower_triangular(a).expect("a Cholesky factor is invertible");
-    let c = solved(&solved(inner).transpose());
+    let c = solve_lower(l, &solve_lower(l, inner).transpose());
     let c = (&c + c.transpose()) * 0.5;
     let unit = unit_of(&c);
     let c = c / unit;
@@ -75,7 +74,7 @@ pub fn symmetric_generalised(k: &Matrix, m: &Matrix, what: &'static str) -> Resu
     let mut order: Vec<usize> = (0..size).collect();
     order.sort_by(|&a, &b| value(a).total_cmp(&value(b)));
     let y = Matrix::from_fn(size, size, |i, j| vectors[(i, order[j])] * norm(order[j]));
-    let shapes = l.transpose().solve_upper_triangular(&y).expect("a Cholesky factor is invertible");
+    let shapes = solve_upper(l, &y);
     Ok((order.iter().map(|&j| value(j)).collect(), shapes))
 }
 

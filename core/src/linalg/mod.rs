@@ -3,10 +3,12 @@
 //! Products are plain loops, so that a sample's bytes are the same on every x86-64 (nalgebra's own product of large
 //! matrices picks kernels by CPU). faer is named only in `eigen`, whose results are frozen in the basis.
 
+mod definite;
 mod eigen;
 pub mod lanes;
 mod sparse;
 
+pub use definite::{cholesky, solve_lower, solve_upper, spd_inverse};
 pub use eigen::{EigenError, complex_eigen, symmetric_generalised};
 pub use sparse::Csr;
 
@@ -109,12 +111,6 @@ pub fn add_outer(a: &mut Matrix, factor: f64, x: &[f64]) {
             a[(i, j)] += factor * left * right;
         }
     }
-}
-
-/// Inverse of a symmetric positive definite matrix; `None` if it is not.
-#[must_use]
-pub fn spd_inverse(a: &Matrix) -> Option<Matrix> {
-    nalgebra::Cholesky::new(a.clone()).map(|factor| factor.inverse())
 }
 
 /// Inverse of a general matrix by partially pivoted elimination; `None` if it is singular.

@@ -1,6 +1,6 @@
 //! The quadratic eigenvalue problem of damped, spinning systems.
 
-use crate::linalg::{EigenError, Matrix, complex_eigen, inverse};
+use crate::linalg::{EigenError, Matrix, cholesky, complex_eigen, inverse, solve_lower, solve_upper};
 
 /// Solutions of a quadratic eigenvalue problem.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,8 +29,8 @@ pub struct QuadraticModes {
 /// `both_forms_agree`, the whirl frequencies of `tests/linear_rotors.rs`
 pub fn quadratic_modes(m: &Matrix, c: &Matrix, k: &Matrix, what: &'static str) -> Result<QuadraticModes, EigenError> {
     let symmetric = (k + k.transpose()) * 0.5;
-    match nalgebra::Cholesky::new(symmetric.clone()) {
-        Some(factor) => by_stiffness(m, c, &(k - &symmetric), &factor.l(), what),
+    match cholesky(&symmetric) {
+        Some(l) => by_stiffness(m, c, &(k - &symmetric), &l, what),
         None => by_mass(m, c, k, what),
     }
 }
@@ -43,8 +43,7 @@ fn by_stiffness(
     what: &'static str,
 ) -> Result<QuadraticModes, EigenError> {
     let n = m.nrows();
-    let solved = |a: &Matrix| l.solve_lower_triangular(a).expect("a Cholesky factor is invertible");
-    let congruent = |a: &Matrix| solved(&solved(a).transpose()).transpose();
+    let congruent = |a: &Matrix| solve_lower(l, &solve_lower(l, a).transpose()).transpose();
     let (mut mass, mut damping) = (congruent(m), congruent(c));
     mass = (&mass + mass.transpose()) * 0.5;
     // omega_1^2 <= 1 / largest diagonal entry of M^
@@ -60,10 +59,7 @@ fn by_stiffness(
     a.view_mut((0, n), (n, n)).copy_from(&(mass * -(scale * scale)));
     a.view_mut((n, 0), (n, n)).fill_with_identity();
     let (inverses, real, imaginary) = complex_eigen(&a, what)?;
-    let shapes = |part: &Matrix| {
-        let y = part.rows(n, n).into_owned();
-        l.transpose().solve_upper_triangular(&y).expect("a Cholesky factor is invertible")
-    };
+    let shapes = |part: &Matrix| solve_upper(l, &part.rows(n, n).into_owned());
     let values = inverses
         .iter()
         .map(|&[re, im]| {
@@ -102,8 +98,8 @@ mod tests {
         let skew = Matrix::from_fn(n, n, |i, j| (i as f64 - j as f64) * 0.7);
         for k in [k.clone(), &k + &skew] {
             let symmetric = (&k + k.transpose()) * 0.5;
-            let factor = nalgebra::Cholesky::new(symmetric.clone()).expect("definite");
-            let a = by_stiffness(&m, &c, &(&k - symmetric), &factor.l(), "test").expect("solvable");
+            let l = cholesky(&symmetric).expect("definite");
+            let a = by_stiffness(&m, &c, &(&k - symmetric), &l, "test").expect("solvable");
             let b = by_mass(&m, &c, &k, "test").expect("solvable");
             for (j, value) in a.values.iter().enumerate() {
                 let near = b.values.iter().map(|v| (v[0] - value[0]).hypot(v[1] - value[1])).fold(f64::MAX, f64::min);

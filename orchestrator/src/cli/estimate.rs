@@ -10,6 +10,8 @@ use crate::report::{matrices_of, with_word};
 use bladeoff_answers::report::{Align, TextTable, counted, duration};
 use bladeoff_core::modal::Basis;
 use bladeoff_core::record::{Follower, Frame};
+use bladeoff_core::structure::Structure;
+use bladeoff_model::machine::Engine;
 use bladeoff_study::Samples;
 use bladeoff_worker::process::thread_cpu_time;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -49,8 +51,11 @@ struct Timed {
 pub(super) fn estimate(samples: &Samples) -> Result<(), CliError> {
     let chosen = choose(samples);
     let begun = Instant::now();
-    let own = frozen_for_own(samples)?;
-    let timed = time_all(samples, &chosen, own.as_ref(), begun)?;
+    let structures = structures(samples)?;
+    if let Structures::One(structure) = &structures {
+        warm_up(samples, structure, begun + PATIENCE)?;
+    }
+    let timed = time_all(samples, &chosen, &structures, begun)?;
     let mut table =
         TextTable::new(&[("sample", Align::Right), ("CPU", Align::Right), ("", Align::Left), ("with", Align::Left)]);
     for one in &timed {
@@ -71,7 +76,7 @@ pub(super) fn estimate(samples: &Samples) -> Result<(), CliError> {
         ));
         return tell(&text);
     }
-    if own.is_some() {
+    if matches!(structures, Structures::Own(_)) {
         text.push_str("Each sample's time holds that of its own matrices and modes.\n");
     }
     if timed.iter().any(|one| one.cut) {
@@ -159,7 +164,12 @@ fn choose(samples: &Samples) -> Vec<u64> {
 }
 
 /// Times samples on all cores; those that were not begun in time are left out.
-fn time_all(samples: &Samples, chosen: &[u64], own: Option<&Basis>, begun: Instant) -> Result<Vec<Timed>, CliError> {
+fn time_all(
+    samples: &Samples,
+    chosen: &[u64],
+    structures: &Structures,
+    begun: Instant,
+) -> Result<Vec<Timed>, CliError> {
     let deadline = begun + PATIENCE;
     let next = AtomicUsize::new(0);
     let (send, receive) = channel();
@@ -169,7 +179,7 @@ fn time_all(samples: &Samples, chosen: &[u64], own: Option<&Basis>, begun: Insta
             let (send, next) = (send.clone(), &next);
             scope.spawn(move || {
                 while let Some(sample) = chosen.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    if Instant::now() >= deadline || send.send(time(samples, *sample, own, deadline)).is_err() {
+                    if Instant::now() >= deadline || send.send(time(samples, *sample, structures, deadline)).is_err() {
                         break;
                     }
                 }
@@ -200,29 +210,47 @@ fn time_all(samples: &Samples, chosen: &[u64], own: Option<&Basis>, begun: Insta
     Ok(timed)
 }
 
-/// The basis that the run would freeze, of a study whose samples have structures of their own: a worker takes from it what it can for
-/// each of them. `None` where they share one.
-fn frozen_for_own(samples: &Samples) -> Result<Option<Basis>, CliError> {
-    if structural(samples).is_empty() {
-        return Ok(None);
-    }
+/// Where samples have their matrices and modes from.
+enum Structures {
+    /// All share one.
+    One(Structure),
+    /// Each has its own; a worker takes from the basis that the run freezes what it can for each of them.
+    Own(Basis),
+}
+
+fn structures(samples: &Samples) -> Result<Structures, CliError> {
+    let shared = structural(samples).is_empty();
     let without = samples.study().machine().and_then(|machine| machine.def.build().ok());
-    let machine = without.map_or_else(|| samples.machine(0).build(), Ok)?;
+    let machine = without.filter(|_| !shared).map_or_else(|| samples.machine(0).build(), Ok)?;
     let structure = with_word(|| matrices_of(&machine), || engine::build(&machine))?;
-    Ok(Some(structure.basis().clone()))
+    Ok(if shared { Structures::One(structure) } else { Structures::Own(structure.basis().clone()) })
+}
+
+/// A run without a clock: what the exponential engine computes once for all samples of a structure is no cost of one. Not of a study that is timed whole.
+fn warm_up(samples: &Samples, structure: &Structure, deadline: Instant) -> Result<(), CliError> {
+    let machine = samples.machine(0).build()?;
+    if machine.run.engine == Engine::Exponential && samples.count() > TIMED {
+        let mut watch = Watch { begun: thread_cpu_time(), deadline, steps: 0, cut: false };
+        engine::simulate_watched(&machine, structure, &mut watch)?;
+    }
+    Ok(())
 }
 
 /// Times one sample; `None`: it did not come to a step in time.
-fn time(samples: &Samples, sample: u64, own: Option<&Basis>, deadline: Instant) -> Result<Option<Timed>, CliError> {
+fn time(samples: &Samples, sample: u64, structures: &Structures, deadline: Instant) -> Result<Option<Timed>, CliError> {
     let machine = samples.machine(sample).build()?;
     let before = thread_cpu_time();
-    let frozen = own.and_then(|basis| engine::build_with(&machine, basis).ok());
-    let structure = frozen.map_or_else(|| engine::build(&machine), Ok)?;
-    // A structure that all samples share is no cost of one.
-    let set_up = if own.is_some() { thread_cpu_time().saturating_sub(before).as_secs_f64() } else { 0.0 };
-    let plan = engine::step_plan(&machine, &structure)?;
+    let built;
+    let (structure, set_up) = match structures {
+        Structures::One(structure) => (structure, 0.0),
+        Structures::Own(basis) => {
+            built = engine::build_with(&machine, basis).or_else(|_| engine::build(&machine))?;
+            (&built, thread_cpu_time().saturating_sub(before).as_secs_f64())
+        }
+    };
+    let plan = engine::step_plan(&machine, structure)?;
     let mut watch = Watch { begun: thread_cpu_time(), deadline, steps: 0, cut: false };
-    let outcome = engine::simulate_watched(&machine, &structure, &mut watch)?;
+    let outcome = engine::simulate_watched(&machine, structure, &mut watch)?;
     let cpu = thread_cpu_time().saturating_sub(watch.begun).as_secs_f64();
     if !watch.cut {
         let cause = outcome.cause.map(|cause| format!(" ({})", cause.word())).unwrap_or_default();
@@ -322,13 +350,17 @@ mod tests {
     #[test]
     fn a_run_that_takes_too_long_is_cut_and_told_from_its_steps() {
         let all = samples("[set]\n\"run.step\" = 1e-10\n", None);
-        let one = time(&all, 0, None, Instant::now()).expect("it starts");
+        let one = time(&all, 0, &structures(&all).expect("buildable"), Instant::now()).expect("it starts");
         assert!(one.is_none(), "no step within no time");
-        let one = time(&all, 0, None, Instant::now() + Duration::from_secs(3)).expect("it starts").expect("some steps");
+        let one = time(&all, 0, &structures(&all).expect("buildable"), Instant::now() + Duration::from_secs(3))
+            .expect("it starts")
+            .expect("some steps");
         assert!(one.cut && one.words.ends_with("of 6.00e9 steps") && one.cpu > 1000.0, "{} {}", one.words, one.cpu);
         // a twin takes as many again, and is cut off as well
         let all = samples("[set]\n\"run.step\" = 1e-10\n\"run.twin\" = 1e-6\n", None);
-        let one = time(&all, 0, None, Instant::now() + Duration::from_secs(3)).expect("it starts").expect("some steps");
+        let one = time(&all, 0, &structures(&all).expect("buildable"), Instant::now() + Duration::from_secs(3))
+            .expect("it starts")
+            .expect("some steps");
         assert!(one.cut && one.words.ends_with("of 1.20e10 steps"), "{}", one.words);
         let all = samples("[set]\n\"run.end_time\" = 1e-3\n\"run.twin\" = 1e-6\n\"run.engine\" = \"reduced\"\n", None);
         let mut watch = Watch { begun: thread_cpu_time(), deadline: Instant::now() + LONGEST, steps: 0, cut: false };

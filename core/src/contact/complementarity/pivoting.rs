@@ -116,6 +116,8 @@ fn forces_in(coupled: &Coupled, states: &[State]) -> Option<[[f64; 2]; POINTS]> 
         0..=2 => solved::<2>(coupled, states, unknowns, &mut solution)?,
         3..=4 => solved::<4>(coupled, states, unknowns, &mut solution)?,
         5..=8 => solved::<8>(coupled, states, unknowns, &mut solution)?,
+        9..=16 => solved::<16>(coupled, states, unknowns, &mut solution)?,
+        17..=24 => solved::<24>(coupled, states, unknowns, &mut solution)?,
         _ => solved::<UNKNOWNS>(coupled, states, unknowns, &mut solution)?,
     }
     let mut forces = [[0.0; 2]; POINTS];

@@ -29,8 +29,9 @@ const ROUNDING: f64 = 1e-12;
 pub(super) struct Remaining {
     /// Blocks that impulses may have brought in reach.
     near: Vec<usize>,
-    /// By blocks: infinite for candidates that are points, or beside one, and zero for others.
-    taken: Vec<[f64; BLOCK]>,
+    /// By blocks: infinite for candidates that are points, or beside one, and zero for others; and which are infinite.
+    barred: Vec<[f64; BLOCK]>,
+    taken: Vec<usize>,
     /// Candidates where impulses act, and these, in polar axes.
     pressing: Vec<(usize, [f64; 2])>,
     closed: Vec<Closed>,
@@ -68,7 +69,8 @@ impl Remaining {
         let blocks = count / BLOCK;
         Self {
             near: Vec::with_capacity(blocks),
-            taken: vec![[0.0; BLOCK]; blocks],
+            barred: vec![[0.0; BLOCK]; blocks],
+            taken: Vec::with_capacity(3 * POINTS),
             pressing: Vec::with_capacity(POINTS),
             closed: Vec::with_capacity(blocks),
         }
@@ -98,12 +100,15 @@ impl Remaining {
 
     /// What presses, and what takes part.
     fn take(&mut self, struck: &Struck<'_>) {
-        self.taken.fill([0.0; BLOCK]);
+        for c in self.taken.drain(..) {
+            self.barred[c / BLOCK][c % BLOCK] = 0.0;
+        }
         for point in struck.points {
             let index = point.place.index;
             let [before, behind] = struck.candidates.beside(index);
             for c in [before, index, behind] {
-                self.taken[c / BLOCK][c % BLOCK] = f64::INFINITY;
+                self.barred[c / BLOCK][c % BLOCK] = f64::INFINITY;
+                self.taken.push(c);
             }
         }
         self.pressing.clear();
@@ -153,7 +158,7 @@ impl Remaining {
             let tangential = candidates.tangential(block);
             let goes = rows_times(tangential, &impulses[..tangential.len()]);
             let moved = [both(&opens, &outwards), both(&goes, &aside)];
-            let mut gaps = both(&survey.moved_gaps(candidates, block, (x, q), rotor, &moved), &self.taken[block]);
+            let mut gaps = both(&survey.moved_gaps(candidates, block, (x, q), rotor, &moved), &self.barred[block]);
             for k in 0..BLOCK {
                 gaps[k] = if after[k] < 0.0 { gaps[k] } else { f64::INFINITY };
             }
