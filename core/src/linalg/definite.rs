@@ -28,8 +28,7 @@ pub fn cholesky(a: &Matrix) -> Option<Matrix> {
             add_scaled(-before[j], &before[j..], &mut column[j..]);
         }
         let square = column[j];
-        // also of what is no number
-        if !(square > 0.0) {
+        if square.is_nan() || square <= 0.0 {
             return None;
         }
         let root = square.sqrt();
