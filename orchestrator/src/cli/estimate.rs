@@ -213,7 +213,7 @@ fn time_all(
 /// Where samples have their matrices and modes from.
 enum Structures {
     /// All share one.
-    One(Structure),
+    One(Box<Structure>),
     /// Each has its own; a worker takes from the basis that the run freezes what it can for each of them.
     Own(Basis),
 }
@@ -223,7 +223,7 @@ fn structures(samples: &Samples) -> Result<Structures, CliError> {
     let without = samples.study().machine().and_then(|machine| machine.def.build().ok());
     let machine = without.filter(|_| !shared).map_or_else(|| samples.machine(0).build(), Ok)?;
     let structure = with_word(|| matrices_of(&machine), || engine::build(&machine))?;
-    Ok(if shared { Structures::One(structure) } else { Structures::Own(structure.basis().clone()) })
+    Ok(if shared { Structures::One(Box::new(structure)) } else { Structures::Own(structure.basis().clone()) })
 }
 
 /// A run without a clock: what the exponential engine computes once for all samples of a structure is no cost of one. Not of a study that is timed whole.
