@@ -242,7 +242,7 @@ fn time(samples: &Samples, sample: u64, structures: &Structures, deadline: Insta
     let before = thread_cpu_time();
     let built;
     let (structure, set_up) = match structures {
-        Structures::One(structure) => (structure, 0.0),
+        Structures::One(structure) => (&**structure, 0.0),
         Structures::Own(basis) => {
             built = engine::build_with(&machine, basis).or_else(|_| engine::build(&machine))?;
             (&built, thread_cpu_time().saturating_sub(before).as_secs_f64())
