@@ -150,8 +150,8 @@ fn grid() -> Result<(), Failed> {
     let machine = machine(&[EXPONENTIAL, SHORT])?;
     let structure = Structure::build(&machine, None)?;
     let of = |spacing: f64, cells: u32| -> Result<RubbingRun, Failed> {
-        // that of the default: the power of two nearest to a 75th of the initial speed
-        let default = libm::exp2(libm::round(libm::log2(machine.rotor.initial_speed / 75.0)));
+        // that of the default: the power of two nearest to a 37th of the initial speed
+        let default = libm::exp2(libm::round(libm::log2(machine.rotor.initial_speed / 37.5)));
         let settings = FlightSettings { spacing: Some(spacing * default), cells, ..FlightSettings::of_step(step) };
         Ok(rubbing_run(&machine, &structure, settings, true)?)
     };
@@ -168,13 +168,13 @@ fn grid() -> Result<(), Failed> {
             first,
         ]
     };
-    let reference = values(&of(0.25, 80)?);
+    let reference = values(&of(0.125, 80)?);
     println!(
-        "\n| spacing, cells, to 3.4 s at {step:e} s, against a quarter of the spacing with 80 | {} |",
+        "\n| spacing, cells, to 3.4 s at {step:e} s, against an eighth of the spacing with 80 | {} |",
         COLUMNS[..8].iter().map(|(_, name)| *name).collect::<Vec<_>>().join(" | ")
     );
     println!("|---|{}", "---:|".repeat(8));
-    for (spacing, cells) in [(4.0, 80), (2.0, 40), (1.0, 20), (1.0, 4), (1.0, 80), (0.5, 10), (0.25, 40)] {
+    for (spacing, cells) in [(2.0, 80), (1.0, 40), (0.5, 20), (1.0, 8), (1.0, 160), (0.25, 10), (0.125, 40)] {
         let found = values(&of(spacing, cells)?);
         let cells_of: Vec<String> = found.iter().zip(reference).map(|(a, b)| format!("{:+.1e}", a / b - 1.0)).collect();
         println!("| {spacing}, {cells} | {} |", cells_of.join(" | "));

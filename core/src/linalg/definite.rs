@@ -19,6 +19,7 @@ const TOGETHER: usize = 4;
 #[must_use]
 pub fn cholesky(a: &Matrix) -> Option<Matrix> {
     let n = a.nrows();
+    assert_eq!(n, a.ncols(), "a square matrix");
     let mut l = a.clone();
     let entries = l.as_mut_slice();
     for j in 0..n {
@@ -42,12 +43,14 @@ pub fn cholesky(a: &Matrix) -> Option<Matrix> {
 /// Y of `L Y = B`.
 #[must_use]
 pub fn solve_lower(l: &Matrix, b: &Matrix) -> Matrix {
+    assert_eq!(l.nrows(), b.nrows(), "rows of both sides");
     by_eights(b, |rows| forward(l.nrows(), l.as_slice(), rows))
 }
 
 /// X of `L^T X = Y` by columns of L^T, as nalgebra solves an upper triangular system.
 #[must_use]
 pub fn solve_upper(l: &Matrix, y: &Matrix) -> Matrix {
+    assert_eq!(l.nrows(), y.nrows(), "rows of both sides");
     let upper = l.transpose();
     by_eights(y, |rows| backward_by_columns(upper.nrows(), upper.as_slice(), rows))
 }
@@ -106,8 +109,8 @@ fn take(columns: [&[f64]; TOGETHER], factors: &[[f64; LANES]; TOGETHER], rows: &
 kernel! {
     /// `L y = b`.
     fn forward(n: usize, l: &[f64], b: &mut [Lane]) {
-        // what begins with zeros goes on with them
-        let first = b.iter().position(|row| row.0 != [0.0; LANES]).unwrap_or(n);
+        // what begins with zeros goes on with them; those of the other sign would not
+        let first = b.iter().position(|row| row.0.iter().any(|entry| entry.to_bits() != 0)).unwrap_or(n);
         let mut i = first;
         while i < n {
             let count = if i + TOGETHER <= n { TOGETHER } else { 1 };
@@ -224,7 +227,11 @@ mod tests {
         for n in [1, 2, 3, 7, 8, 9, 17, 40, 61] {
             let root = Matrix::from_fn(n, n, |_, _| random());
             let a = super::super::mul_tn(&root, &root) + Matrix::identity(n, n) * 1e-3;
-            let b = Matrix::from_fn(n, n + 3, |_, _| random());
+            let mut b = Matrix::from_fn(n, n + 3, |_, _| random());
+            // sides that begin with zeros, of both signs
+            for j in 0..n.saturating_sub(1) {
+                b.view_mut((0, j), (j, 1)).fill(if j % 3 == 0 { -0.0 } else { 0.0 });
+            }
             let theirs = nalgebra::Cholesky::new(a.clone()).expect("definite");
             let l = cholesky(&a).expect("definite");
             assert!(same(&l, &theirs.l()), "{n}");

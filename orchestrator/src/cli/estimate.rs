@@ -226,12 +226,18 @@ fn structures(samples: &Samples) -> Result<Structures, CliError> {
     Ok(if shared { Structures::One(Box::new(structure)) } else { Structures::Own(structure.basis().clone()) })
 }
 
-/// A run without a clock: what the exponential engine computes once for all samples of a structure is no cost of one. Not of a study that is timed whole.
+/// Two runs without a clock: what the exponential engine computes once for all samples of a structure is no cost of one, and of that it keeps some from the second
+/// run on. Not of a study that is timed whole.
 fn warm_up(samples: &Samples, structure: &Structure, deadline: Instant) -> Result<(), CliError> {
     let machine = samples.machine(0).build()?;
-    if machine.run.engine == Engine::Exponential && samples.count() > TIMED {
-        let mut watch = Watch { begun: thread_cpu_time(), deadline, steps: 0, cut: false };
-        engine::simulate_watched(&machine, structure, &mut watch)?;
+    if machine.run.engine != Engine::Exponential || samples.count() <= TIMED {
+        return Ok(());
+    }
+    let mut watch = Watch { begun: thread_cpu_time(), deadline, steps: 0, cut: false };
+    for _ in 0..2 {
+        if !watch.cut {
+            engine::simulate_watched(&machine, structure, &mut watch)?;
+        }
     }
     Ok(())
 }
