@@ -71,6 +71,20 @@ fn every_column_of_a_rub_of_the_turbine_is_that_of_the_reduced_engine() {
     assert!(ours.value("energy_error") < 1e-6, "{}", ours.value("energy_error"));
 }
 
+/// Pairs that come to rest within a step: a mean of the load before and after an impulse grew with the damping, to 3 kN.
+#[test]
+fn bearings_of_any_damping_have_the_loads_of_the_reduced_engine() {
+    for damping in ["1e5", "1e6", "1e7"] {
+        let change = [("run.end_time", "0.16 s"), ("rotor.bearings.left.damping", damping)];
+        let ours = run(of_engine(machine_with(&study_machine("lab_rig"), &change), 3.4e-6));
+        let mut reference = machine_with(&study_machine("lab_rig"), &change);
+        reference.run.engine = Engine::Reduced;
+        let reference = run(reference);
+        assert!(ours.value("impacts") > 0.0 && reference.value("impacts") > 0.0, "touches");
+        agree(&ours, &reference, &[("max_bearing_load_left_N", 1.5e-2), ("max_bearing_load_right_N", 1.5e-2)]);
+    }
+}
+
 #[test]
 fn a_free_run_balances_its_energies() {
     for (name, step) in [("lp_turbine", 4e-5), ("lab_rig", 5e-6)] {

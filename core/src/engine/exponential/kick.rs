@@ -4,7 +4,7 @@
 //! y      exp(B h) l                             X = rows exp(B h) l                                  displacement per impulse
 //! steady train J = F h at n:   rows (1 - exp(B h))^-1 exp(B h) l h F;    constant force:  -rows B^-1 l F                       (1)
 //! ```
-//! The difference of (1), per impulse, is what a train of impulses lacks at n (as [`super::kicked_ring`] has it of the ring).
+//! The difference of (1), per impulse, is what a train of impulses lacks at n (as [`super::kicked_ring`] has it of the ring): of displacements, and of the bearings' loads.
 //!
 //! ```text
 //! s(t)   = exp(B t) (1 - exp(B h))^-1 l J                         a steady train's motion between impulses, a saw-tooth of the rates
@@ -30,7 +30,7 @@ pub(super) struct Kick {
     pub lacking: [[f64; 2]; 2],
     /// Jump of the node's velocity at n \[m/s/(N s)\].
     pub jump: [[f64; 2]; 2],
-    /// Half of what each bearing's load jumps by \[N/(N s)\].
+    /// What each bearing's load lacks \[N/(N s)\]: nearly half of its jump, but not of pairs that come to rest within the step, of which a mean of before and after may have any size.
     pub loads: Vec<[[f64; 2]; 2]>,
 }
 
@@ -59,12 +59,11 @@ impl Kick {
             [0, 1].map(|i| [dot(&cell.rows[first + i], &y[0]), dot(&cell.rows[first + i], &y[1])])
         };
         let whole = pushes.map(Clone::clone);
-        let jumps = pushes.map(|l| l.iter().map(|entry| 0.5 * entry).collect());
         Self {
             moved: of(row, &states),
             lacking: of(row, &rest),
             jump: of(row + 2, &whole),
-            loads: loads.iter().map(|&first| of(first, &jumps)).collect(),
+            loads: loads.iter().map(|&first| of(first, &rest)).collect(),
             outputs: states.each_ref().map(|y| {
                 let mut outputs = Vec::new();
                 cell.outputs.times(y, &mut outputs);
