@@ -1,10 +1,7 @@
-//! Eigenvalue problems, solved by faer without threads.
-//!
-//! faer picks its kernels by CPU: the last digits may differ between machines, which is why modes are computed once
-//! per study and frozen (ARCHITECTURE.md).
+//! Eigenvalue problems of structures, by [`super::symmetric`] and [`super::general`].
 
-use faer::{Mat, Side};
-
+use super::general::general_eigen;
+use super::symmetric::symmetric_eigen;
 use super::{Matrix, cholesky, solve_lower, solve_upper};
 
 /// An eigenvalue problem could not be solved.
@@ -26,10 +23,6 @@ pub enum EigenError {
         /// Its size.
         size: usize,
     },
-}
-
-fn to_faer(a: &Matrix) -> Mat<f64> {
-    Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)])
 }
 
 /// All solutions of `K phi = omega^2 M phi`: omega^2 ascending, phi mass-normalised (`phi^T M phi = 1`), in columns.
@@ -59,12 +52,7 @@ pub fn symmetric_generalised(k: &Matrix, m: &Matrix, what: &'static str) -> Resu
     };
     let c = solve_lower(l, &solve_lower(l, inner).transpose());
     let c = (&c + c.transpose()) * 0.5;
-    let unit = unit_of(&c);
-    let c = c / unit;
-    faer::set_global_parallelism(faer::Par::Seq);
-    let eigen = to_faer(&c).self_adjoint_eigen(Side::Lower).map_err(|_| EigenError::NoConvergence { what, size })?;
-    let vectors = eigen.U();
-    let found: Vec<f64> = (0..size).map(|j| eigen.S().column_vector()[j] * unit).collect();
+    let (found, vectors) = symmetric_eigen(&c).ok_or(EigenError::NoConvergence { what, size })?;
     let value = |j: usize| if shifted.is_some() { 1.0 / found[j] - shift } else { found[j] };
     // mu > 0, but the smallest may round to nothing: such a mode has no frequency
     let norm = |j: usize| if shifted.is_some() { 1.0 / found[j].sqrt() } else { 1.0 };
@@ -78,29 +66,12 @@ pub fn symmetric_generalised(k: &Matrix, m: &Matrix, what: &'static str) -> Resu
     Ok((order.iter().map(|&j| value(j)).collect(), shapes))
 }
 
-/// The power of two at or below the largest entry of a matrix, by which it is divided before faer sees it: faer's divide and
-/// conquer takes two eigenvalues for one when they differ by rounding of the larger of the entries' size and 1 (LAPACK scales
-/// to 1 itself). With entries of 1e-9, a ring of 400 small elements, that is 1e-6 of the largest: 256 of 1600 eigenvalues were
-/// negative. A power of two changes no digit.
-fn unit_of(a: &Matrix) -> f64 {
-    let largest = a.amax();
-    if largest > 0.0 && largest.is_finite() { libm::exp2(libm::floor(libm::log2(largest))) } else { 1.0 }
-}
-
-/// Eigenvalues (re, im) of a real matrix and its eigenvectors (re, im parts in columns), in faer's order.
+/// Eigenvalues (re, im) of a real matrix, conjugates both, and its eigenvectors of length 1 (re, im parts in columns).
 ///
 /// # Errors
 /// [`EigenError::NoConvergence`].
 pub fn complex_eigen(a: &Matrix, what: &'static str) -> Result<(Vec<[f64; 2]>, Matrix, Matrix), EigenError> {
-    let size = a.nrows();
-    faer::set_global_parallelism(faer::Par::Seq);
-    let eigen = to_faer(a).eigen().map_err(|_| EigenError::NoConvergence { what, size })?;
-    let (values, vectors) = (eigen.S().column_vector(), eigen.U());
-    Ok((
-        (0..size).map(|j| [values[j].re, values[j].im]).collect(),
-        Matrix::from_fn(size, size, |i, j| vectors[(i, j)].re),
-        Matrix::from_fn(size, size, |i, j| vectors[(i, j)].im),
-    ))
+    general_eigen(a).ok_or(EigenError::NoConvergence { what, size: a.nrows() })
 }
 
 #[cfg(test)]

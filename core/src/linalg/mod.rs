@@ -1,12 +1,14 @@
 //! Dense and sparse linear algebra with one operation order.
 //!
-//! Products are plain loops, so that a sample's bytes are the same on every x86-64 (nalgebra's own product of large
-//! matrices picks kernels by CPU). faer is named only in `eigen`, whose results are frozen in the basis.
+//! Products, factors and eigenvalue problems are plain loops, so that a sample's bytes are the same on every x86-64 (nalgebra's own product of large
+//! matrices, and faer, pick kernels by CPU).
 
 mod definite;
 mod eigen;
+mod general;
 pub mod lanes;
 mod sparse;
+mod symmetric;
 
 pub use definite::{cholesky, solve_lower, solve_upper, spd_inverse};
 pub use eigen::{EigenError, complex_eigen, symmetric_generalised};

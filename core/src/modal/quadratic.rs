@@ -1,6 +1,6 @@
 //! The quadratic eigenvalue problem of damped, spinning systems.
 
-use crate::linalg::{EigenError, Matrix, cholesky, complex_eigen, inverse, solve_lower, solve_upper};
+use crate::linalg::{EigenError, Matrix, cholesky, complex_eigen, inverse, mul, solve_lower, solve_upper};
 
 /// Solutions of a quadratic eigenvalue problem.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,8 +51,8 @@ fn by_stiffness(
     if skew.amax() > 0.0 {
         let left =
             inverse(&(Matrix::identity(n, n) + congruent(skew))).ok_or(EigenError::NoConvergence { what, size: n })?;
-        mass = &left * mass;
-        damping = &left * damping;
+        mass = mul(&left, &mass);
+        damping = mul(&left, &damping);
     }
     let mut a = Matrix::zeros(2 * n, 2 * n);
     a.view_mut((0, 0), (n, n)).copy_from(&(damping * -scale));
@@ -75,8 +75,8 @@ fn by_mass(m: &Matrix, c: &Matrix, k: &Matrix, what: &'static str) -> Result<Qua
     let inverse_mass = inverse(m).ok_or(EigenError::MassNotDefinite { what, size: n })?;
     let mut a = Matrix::zeros(2 * n, 2 * n);
     a.view_mut((0, n), (n, n)).fill_with_identity();
-    a.view_mut((n, 0), (n, n)).copy_from(&-(&inverse_mass * k));
-    a.view_mut((n, n), (n, n)).copy_from(&-(&inverse_mass * c));
+    a.view_mut((n, 0), (n, n)).copy_from(&-mul(&inverse_mass, k));
+    a.view_mut((n, n), (n, n)).copy_from(&-mul(&inverse_mass, c));
     let (values, real, imaginary) = complex_eigen(&a, what)?;
     let head = |part: &Matrix| part.rows(0, n).into_owned();
     Ok(QuadraticModes { values, real: head(&real), imaginary: head(&imaginary) })

@@ -1,0 +1,454 @@
+//! Eigenvalues and vectors of any real matrix.
+//!
+//! ```text
+//! A = Q H Q^T      Householder reflections; H zero below the entries beside the diagonal                                                            (1)
+//! H = Z T Z^T      QR steps with both eigenvalues of the last 2 x 2 block as shifts; T upper triangular but for 2 x 2 blocks of conjugates          (2)
+//! (T - lambda) x = 0,   z = Q Z x       from below, of each eigenvalue                                                                              (3)
+//! ```
+//! Source: Golub and Van Loan, Matrix Computations, 7.4 (1), 7.5 (2, Francis 1961), 7.6 (3).
+//! Errors are rounding of the largest entry of A times the condition of the eigenvalue. One order of operations, in vectors of every width: the same bytes on every processor.
+//! Verified by `pairs_give_the_matrix_back`, `the_roots_of_a_polynomial_are_those_of_its_companion`, `what_has_one_vector_and_what_has_many`.
+
+use super::lanes::{add_scaled, kernel};
+use super::{Matrix, column_of, dot};
+use nalgebra::Complex;
+
+/// Steps (2) for one block, at most, and after how many a shift that follows no eigenvalue is taken: what is symmetric in its shifts may stand still.
+const STEPS: usize = 90;
+const STALLED: usize = 10;
+/// Entries of x beyond which it is made smaller.
+const LARGE: f64 = 1e100;
+
+/// A reflection `I - beta v v^T` of two or three numbers.
+#[derive(Debug, Clone, Copy)]
+struct Reflection {
+    v: [f64; 3],
+    beta: f64,
+    /// What the first becomes; the others become zero.
+    first: f64,
+}
+
+/// Eigenvalues (re, im), in no particular order, conjugates both, and vectors of length 1 (re and im parts in columns); `None` where (2) does not come to an
+/// end, as of what is no number.
+#[must_use]
+pub fn general_eigen(a: &Matrix) -> Option<(Vec<[f64; 2]>, Matrix, Matrix)> {
+    let n = a.nrows();
+    assert_eq!(n, a.ncols(), "a square matrix");
+    if !a.iter().all(|entry| entry.is_finite()) {
+        return None;
+    }
+    let (mut h, mut q) = (a.clone(), Matrix::identity(n, n));
+    hessenberg(&mut h, &mut q);
+    triangular(&mut h, &mut q)?;
+    let (mut values, mut re, mut im) = (vec![[0.0; 2]; n], Matrix::zeros(n, n), Matrix::zeros(n, n));
+    let mut k = 0;
+    while k < n {
+        let size = block_at(&h, k);
+        let value = eigenvalue(&h, k, size);
+        let x = solution(&h, k, size, value);
+        let (real, imaginary) = combined(&q, &x);
+        values[k] = [value.re, value.im];
+        re.column_mut(k).copy_from_slice(&real);
+        im.column_mut(k).copy_from_slice(&imaginary);
+        if size == 2 {
+            values[k + 1] = [value.re, -value.im];
+            re.column_mut(k + 1).copy_from_slice(&real);
+            im.column_mut(k + 1).iter_mut().zip(&imaginary).for_each(|(entry, part)| *entry = -part);
+        }
+        k += size;
+    }
+    Some((values, re, im))
+}
+
+/// (1), with Q.
+fn hessenberg(h: &mut Matrix, q: &mut Matrix) {
+    let n = h.nrows();
+    let mut w = vec![0.0; n];
+    for k in 0..n.saturating_sub(2) {
+        let mut v = column_of(h, k)[k + 1..].to_vec();
+        let scale = v.iter().fold(0.0_f64, |most, entry| most.max(entry.abs()));
+        if v[1..].iter().all(|&entry| entry == 0.0) {
+            continue;
+        }
+        v.iter_mut().for_each(|entry| *entry /= scale);
+        let length = dot(&v, &v).sqrt();
+        let turned = if v[0] > 0.0 { -length } else { length };
+        v[0] -= turned;
+        let beta = 1.0 / (-turned * v[0]);
+        let entries = h.as_mut_slice();
+        entries[k * n + k + 1] = turned * scale;
+        entries[k * n + k + 2..(k + 1) * n].fill(0.0);
+        for j in k + 1..n {
+            let column = &mut entries[j * n + k + 1..(j + 1) * n];
+            let along = beta * dot(&v, column);
+            add_scaled(-along, &v, column);
+        }
+        for matrix in [&mut *h, &mut *q] {
+            w.fill(0.0);
+            for (j, &vj) in v.iter().enumerate() {
+                add_scaled(vj, column_of(matrix, k + 1 + j), &mut w);
+            }
+            let entries = matrix.as_mut_slice();
+            for (j, &vj) in v.iter().enumerate() {
+                add_scaled(-beta * vj, &w, &mut entries[(k + 1 + j) * n..(k + 2 + j) * n]);
+            }
+        }
+    }
+}
+
+/// (2), with Q Z in the place of Q.
+fn triangular(h: &mut Matrix, q: &mut Matrix) -> Option<()> {
+    let size = h.amax();
+    let (mut end, mut steps) = (h.nrows(), 0);
+    while end > 0 {
+        let last = end - 1;
+        let first = (1..end).rev().find(|&i| is_nothing(h, i, size)).unwrap_or(0);
+        if first > 0 {
+            h[(first, first - 1)] = 0.0;
+        }
+        if first == last {
+            (end, steps) = (last, 0);
+        } else if first + 1 == last && !splits(h, q, first) {
+            (end, steps) = (first, 0);
+        } else if first + 1 == last {
+            (end, steps) = (last, 0);
+        } else {
+            steps += 1;
+            if steps > STEPS {
+                return None;
+            }
+            step(h, q, [first, last], steps.is_multiple_of(STALLED));
+        }
+    }
+    Some(())
+}
+
+/// Whether the entry before the diagonal in a row is rounding of those beside it.
+fn is_nothing(h: &Matrix, i: usize, size: f64) -> bool {
+    let beside = h[(i - 1, i - 1)].abs() + h[(i, i)].abs();
+    let beside = if beside == 0.0 { size } else { beside };
+    h[(i, i - 1)].abs() <= f64::EPSILON * beside
+}
+
+/// Makes a 2 x 2 block triangular where its eigenvalues are real.
+fn splits(h: &mut Matrix, q: &mut Matrix, k: usize) -> bool {
+    let n = h.nrows();
+    let [[a, b], [c, d]] = block(h, k);
+    let half = 0.5 * (a - d);
+    // scaled, so that no square is lost
+    let scale = half.abs().max(b.abs()).max(c.abs());
+    let square = (half / scale) * (half / scale) + (b / scale) * (c / scale);
+    if square < 0.0 {
+        return false;
+    }
+    let root = scale * square.sqrt();
+    // the first vector of the block, of the eigenvalue that loses no digits
+    let along = if half < 0.0 { half - root } else { half + root };
+    let length = libm::hypot(along, c);
+    let (cos, sin) = (along / length, c / length);
+    for j in k..n {
+        let (x, y) = (h[(k, j)], h[(k + 1, j)]);
+        (h[(k, j)], h[(k + 1, j)]) = (cos * x + sin * y, cos * y - sin * x);
+    }
+    let (left, right) = h.as_mut_slice().split_at_mut((k + 1) * n);
+    turn(cos, sin, &mut left[k * n..k * n + k + 2], &mut right[..k + 2]);
+    let (left, right) = q.as_mut_slice().split_at_mut((k + 1) * n);
+    turn(cos, sin, &mut left[k * n..(k + 1) * n], &mut right[..n]);
+    h[(k + 1, k)] = 0.0;
+    true
+}
+
+/// A step (2) on the rows from first to last, which nothing couples with others from below.
+fn step(h: &mut Matrix, q: &mut Matrix, [first, last]: [usize; 2], stalled: bool) {
+    let n = h.nrows();
+    let (trace, determinant) = if stalled {
+        let size = h[(last, last - 1)].abs() + h[(last - 1, last - 2)].abs();
+        (1.5 * size, size * size)
+    } else {
+        let [[a, b], [c, d]] = block(h, last - 1);
+        (a + d, a * d - b * c)
+    };
+    // of the first column of (H - s1)(H - s2), from a row on before which entries are small enough
+    let start = |h: &Matrix, m: usize| {
+        let ([[a, b], [c, d]], e) = (block(h, m), h[(m + 2, m + 1)]);
+        // over c, which is not nothing
+        [(a * (a - trace) + determinant) / c + b, a + d - trace, e]
+    };
+    let quiet = |h: &Matrix, m: usize| {
+        let [x, y, z] = start(h, m);
+        let beside = h[(m - 1, m - 1)].abs() + h[(m, m)].abs() + h[(m + 1, m + 1)].abs();
+        h[(m, m - 1)].abs() * (y.abs() + z.abs()) <= f64::EPSILON * x.abs() * beside
+    };
+    let m = (first + 1..=last - 2).rev().find(|&m| quiet(h, m)).unwrap_or(first);
+    for k in m..last {
+        let three = k + 1 < last;
+        let column = if k == m {
+            start(h, m)
+        } else {
+            [h[(k, k - 1)], h[(k + 1, k - 1)], if three { h[(k + 2, k - 1)] } else { 0.0 }]
+        };
+        let column = if three { column } else { [column[0], column[1], 0.0] };
+        let Some(reflection) = reflection(column) else { continue };
+        let Reflection { v, beta, first: turned } = reflection;
+        let count = if three { 3 } else { 2 };
+        if k > m {
+            h[(k, k - 1)] = turned;
+            for i in 1..count {
+                h[(k + i, k - 1)] = 0.0;
+            }
+        } else if k > first {
+            h[(k, k - 1)] *= 1.0 - beta * v[0] * v[0];
+        }
+        let entries = h.as_mut_slice();
+        for j in k..n {
+            let rows = &mut entries[j * n + k..j * n + k + count];
+            let along = beta * rows.iter().zip(v).map(|(row, v)| row * v).sum::<f64>();
+            rows.iter_mut().zip(v).for_each(|(row, v)| *row -= along * v);
+        }
+        reflect_columns(h, k, (last + 1).min(k + 4), count, &reflection);
+        reflect_columns(q, k, n, count, &reflection);
+    }
+}
+
+/// The reflection of two or three numbers on the first axis; `None` where they are there already.
+fn reflection(x: [f64; 3]) -> Option<Reflection> {
+    let scale = x.iter().fold(0.0_f64, |most, entry| most.max(entry.abs()));
+    if x[1] == 0.0 && x[2] == 0.0 {
+        return None;
+    }
+    let mut v = x.map(|entry| entry / scale);
+    let length = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
+    let turned = if v[0] > 0.0 { -length } else { length };
+    v[0] -= turned;
+    Some(Reflection { v, beta: 1.0 / (-turned * v[0]), first: turned * scale })
+}
+
+/// Reflects the columns from k on in their first rows.
+fn reflect_columns(matrix: &mut Matrix, k: usize, rows: usize, count: usize, reflection: &Reflection) {
+    let n = matrix.nrows();
+    let (x, rest) = matrix.as_mut_slice()[k * n..(k + count) * n].split_at_mut(n);
+    let (y, z) = rest.split_at_mut(n);
+    let Reflection { v, beta, .. } = *reflection;
+    if count == 3 {
+        reflect_three(v, beta, &mut x[..rows], &mut y[..rows], &mut z[..rows]);
+    } else {
+        reflect_two(v, beta, &mut x[..rows], &mut y[..rows]);
+    }
+}
+
+fn block(h: &Matrix, k: usize) -> [[f64; 2]; 2] {
+    [[h[(k, k)], h[(k, k + 1)]], [h[(k + 1, k)], h[(k + 1, k + 1)]]]
+}
+
+/// Size of the block of T that begins in a row.
+fn block_at(t: &Matrix, k: usize) -> usize {
+    if k + 1 < t.nrows() && t[(k + 1, k)] != 0.0 { 2 } else { 1 }
+}
+
+/// That of a block, of two conjugates the one with im > 0.
+fn eigenvalue(t: &Matrix, k: usize, size: usize) -> Complex<f64> {
+    if size == 1 {
+        return Complex::new(t[(k, k)], 0.0);
+    }
+    let [[a, b], [c, d]] = block(t, k);
+    let half = 0.5 * (a - d);
+    let scale = half.abs().max(b.abs()).max(c.abs());
+    let square = -((half / scale) * (half / scale) + (b / scale) * (c / scale));
+    Complex::new(0.5 * (a + d), scale * square.max(0.0).sqrt())
+}
+
+/// x of (3) for the eigenvalue of the block that begins in row k; zero behind the block.
+fn solution(t: &Matrix, k: usize, size: usize, value: Complex<f64>) -> [Vec<f64>; 2] {
+    let n = t.nrows();
+    // its square is a number
+    let least = (f64::EPSILON * t.amax()).max(1e-150);
+    let size_of = |z: Complex<f64>| z.re.abs().max(z.im.abs());
+    let mut x = vec![Complex::new(0.0, 0.0); n];
+    // what is known of each row's sum
+    let mut sums = [vec![0.0; n], vec![0.0; n]];
+    if size == 1 {
+        x[k] = Complex::new(1.0, 0.0);
+    } else {
+        let [[a, b], [c, d]] = block(t, k);
+        let one = Complex::new(1.0, 0.0);
+        (x[k], x[k + 1]) = if b.abs() >= c.abs() { (one, (value - a) / b) } else { ((value - d) / c, one) };
+    }
+    for j in k..k + size {
+        spread(t, j, k, x[j], &mut sums);
+    }
+    let mut end = k;
+    while end > 0 {
+        let from = if end > 1 && t[(end - 1, end - 2)] != 0.0 { end - 2 } else { end - 1 };
+        let right = |i: usize, sums: &[Vec<f64>; 2]| -Complex::new(sums[0][i], sums[1][i]);
+        if from + 1 == end {
+            let mut pivot = Complex::new(t[(from, from)], 0.0) - value;
+            if size_of(pivot) < least {
+                pivot = Complex::new(least, 0.0);
+            }
+            x[from] = right(from, &sums) / pivot;
+        } else {
+            let [[a, b], [c, d]] = block(t, from);
+            let (a, d) = (Complex::new(a, 0.0) - value, Complex::new(d, 0.0) - value);
+            let mut determinant = a * d - b * c;
+            let smallest = least * (b.abs() + c.abs());
+            if size_of(determinant) < smallest {
+                determinant = Complex::new(smallest, 0.0);
+            }
+            let (one, other) = (right(from, &sums), right(from + 1, &sums));
+            x[from] = (d * one - other * b) / determinant;
+            x[from + 1] = (a * other - one * c) / determinant;
+        }
+        let largest = x[from..end].iter().fold(0.0_f64, |most, x| most.max(x.re.abs()).max(x.im.abs()));
+        if largest > LARGE {
+            x.iter_mut().for_each(|x| *x /= largest);
+            sums.iter_mut().flatten().for_each(|sum| *sum /= largest);
+        }
+        for j in from..end {
+            spread(t, j, from, x[j], &mut sums);
+        }
+        end = from;
+    }
+    [x.iter().map(|x| x.re).collect(), x.iter().map(|x| x.im).collect()]
+}
+
+/// Adds a column of T times an entry of x to the rows above a block.
+fn spread(t: &Matrix, j: usize, rows: usize, x: Complex<f64>, sums: &mut [Vec<f64>; 2]) {
+    let column = &column_of(t, j)[..rows];
+    add_scaled(x.re, column, &mut sums[0][..rows]);
+    add_scaled(x.im, column, &mut sums[1][..rows]);
+}
+
+/// `Q x` with length 1.
+fn combined(q: &Matrix, x: &[Vec<f64>; 2]) -> (Vec<f64>, Vec<f64>) {
+    let n = q.nrows();
+    let [mut re, mut im] = [vec![0.0; n], vec![0.0; n]];
+    let largest = x.iter().flatten().fold(0.0_f64, |most, x| most.max(x.abs()));
+    for (j, (real, imaginary)) in x[0].iter().zip(&x[1]).enumerate() {
+        if *real != 0.0 {
+            add_scaled(real / largest, column_of(q, j), &mut re);
+        }
+        if *imaginary != 0.0 {
+            add_scaled(imaginary / largest, column_of(q, j), &mut im);
+        }
+    }
+    let length = (dot(&re, &re) + dot(&im, &im)).sqrt();
+    [&mut re, &mut im].into_iter().flatten().for_each(|entry| *entry /= length);
+    (re, im)
+}
+
+kernel! {
+    /// `(x, y) = (c x + s y, c y - s x)`.
+    fn turn(cos: f64, sin: f64, x: &mut [f64], y: &mut [f64]) {
+        let count = x.len();
+        let y = &mut y[..count];
+        for i in 0..count {
+            let (a, b) = (x[i], y[i]);
+            x[i] = cos * a + sin * b;
+            y[i] = cos * b - sin * a;
+        }
+    }
+}
+
+kernel! {
+    /// Columns less `beta (v0 x + v1 y + v2 z)` times v.
+    fn reflect_three(v: [f64; 3], beta: f64, x: &mut [f64], y: &mut [f64], z: &mut [f64]) {
+        let count = x.len();
+        let (y, z) = (&mut y[..count], &mut z[..count]);
+        for i in 0..count {
+            let along = beta * (v[0] * x[i] + v[1] * y[i] + v[2] * z[i]);
+            x[i] -= along * v[0];
+            y[i] -= along * v[1];
+            z[i] -= along * v[2];
+        }
+    }
+}
+
+kernel! {
+    /// The same of two.
+    fn reflect_two(v: [f64; 3], beta: f64, x: &mut [f64], y: &mut [f64]) {
+        let count = x.len();
+        let y = &mut y[..count];
+        for i in 0..count {
+            let along = beta * (v[0] * x[i] + v[1] * y[i]);
+            x[i] -= along * v[0];
+            y[i] -= along * v[1];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linalg::mul;
+
+    fn random(seed: &mut u64) -> f64 {
+        *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (*seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+    }
+
+    /// A z = lambda z, to rounding of A.
+    fn checked(a: &Matrix) -> Vec<[f64; 2]> {
+        let n = a.nrows();
+        let (values, re, im) = general_eigen(a).expect("ends");
+        let (by_re, by_im) = (mul(a, &re), mul(a, &im));
+        let rounding = 4e-15 * n as f64 * a.amax();
+        for (k, &[p, w]) in values.iter().enumerate() {
+            let length = re.column(k).norm_squared() + im.column(k).norm_squared();
+            assert!((length - 1.0).abs() < 1e-13, "{n}: {k} {length}");
+            for i in 0..n {
+                let real = by_re[(i, k)] - p * re[(i, k)] + w * im[(i, k)];
+                let imaginary = by_im[(i, k)] - p * im[(i, k)] - w * re[(i, k)];
+                assert!(real.abs().max(imaginary.abs()) <= rounding, "{n}: {k} {p} {w}: {real:e} {imaginary:e}");
+            }
+        }
+        let sum: f64 = values.iter().map(|value| value[0]).sum();
+        assert!((sum - a.trace()).abs() <= rounding, "{n}: trace {sum}");
+        assert!(values.iter().map(|value| value[1]).sum::<f64>().abs() <= rounding, "conjugates both");
+        values
+    }
+
+    #[test]
+    fn pairs_give_the_matrix_back() {
+        let mut seed = 1;
+        for n in [1, 2, 3, 4, 5, 8, 17, 48, 96, 130] {
+            for _ in 0..if n < 20 { 50 } else { 2 } {
+                let a = Matrix::from_fn(n, n, |_, _| random(&mut seed));
+                checked(&a);
+                checked(&Matrix::from_fn(n, n, |i, j| a[(i, j)] * libm::exp2(-(60.0 / n as f64) * (i + j) as f64)));
+                checked(&(&a + a.transpose()));
+                checked(&(&a - a.transpose()));
+                checked(&Matrix::from_fn(n, n, |i, j| if i <= j { a[(i, j)] } else { 0.0 }));
+            }
+        }
+    }
+
+    #[test]
+    fn the_roots_of_a_polynomial_are_those_of_its_companion() {
+        // z^n = 1: the corners of a polygon, where shifts stand still
+        for n in [3, 4, 6, 24] {
+            let a = Matrix::from_fn(n, n, |i, j| f64::from(u8::from(i == (j + 1) % n)));
+            for [re, im] in checked(&a) {
+                let turn = libm::atan2(im, re) * n as f64 / (2.0 * std::f64::consts::PI);
+                assert!((turn - libm::round(turn)).abs() < 1e-12 && (libm::hypot(re, im) - 1.0).abs() < 1e-13);
+            }
+        }
+    }
+
+    #[test]
+    fn what_has_one_vector_and_what_has_many() {
+        assert!(general_eigen(&Matrix::zeros(0, 0)).is_some_and(|(values, ..)| values.is_empty()));
+        assert_eq!(checked(&Matrix::zeros(3, 3)), [[0.0; 2]; 3]);
+        assert_eq!(checked(&(Matrix::identity(5, 5) * -2.0)), [[-2.0, 0.0]; 5]);
+        // a double eigenvalue with one vector
+        for value in checked(&Matrix::from_row_slice(2, 2, &[3.0, 0.0, 1.0, 3.0])) {
+            assert_eq!(value, [3.0, 0.0]);
+        }
+        let jordan = Matrix::from_fn(6, 6, |i, j| if i == j { 1.0 } else { f64::from(u8::from(i + 1 == j)) });
+        checked(&jordan);
+        // critically damped, nearly
+        checked(&Matrix::from_row_slice(2, 2, &[0.0, 1.0, -1.0, -2.0]));
+        let mut bad = Matrix::identity(3, 3);
+        bad[(2, 0)] = f64::INFINITY;
+        assert!(general_eigen(&bad).is_none());
+    }
+}
