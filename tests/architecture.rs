@@ -82,10 +82,9 @@ fn every_module_folder_is_drawn() {
 #[test]
 fn libraries_are_named_where_they_may_be() {
     // Library, and the files that may name it.
-    let rules: [(&str, &dyn Fn(&str) -> bool); 6] = [
+    let rules: [(&str, &dyn Fn(&str) -> bool); 5] = [
         ("polars", &|file| file.starts_with("orchestrator/answers/src/tables/")),
         ("iceoryx2", &|file| file.starts_with("worker/protocol/src/ipc")),
-        ("faer", &|file| file.starts_with("core/src/linalg/")),
         ("mcap", &|file| file.starts_with("orchestrator/src/history/")),
         ("tokio", &|file| file.starts_with("orchestrator/src/dispatch/")),
         ("redb", &|file| file.starts_with("orchestrator/src/ledger/")),
@@ -123,11 +122,10 @@ const LAYERS: [(&str, &[&str]); 8] = [
 ];
 
 /// What the outside world is reached by, and the packages that may depend on it.
-const LIBRARIES: [(&str, &[&str]); 14] = [
+const LIBRARIES: [(&str, &[&str]); 13] = [
     // the reader of the files' language, and matrices: who reads has none, who computes reads nothing
     ("toml", &["core/model"]),
     ("nalgebra", &["core"]),
-    ("faer", &["core"]),
     ("iceoryx2", &["worker/protocol"]),
     ("iceoryx2-bb-posix", &["worker/protocol"]),
     ("mcap", &["orchestrator"]),

@@ -1,7 +1,7 @@
 //! Dense and sparse linear algebra with one operation order.
 //!
 //! Products, factors and eigenvalue problems are plain loops, so that a sample's bytes are the same on every x86-64 (nalgebra's own product of large
-//! matrices, and faer, pick kernels by CPU).
+//! matrices picks kernels by CPU).
 
 mod definite;
 mod eigen;

@@ -3,7 +3,7 @@
 //! Modes are those of `K phi = omega^2 M phi` with the symmetric part of the bearing stiffness and without unbalance
 //! masses; damping, skew stiffness, gyroscopic terms and unbalance are projected or evaluated at the nodes. A pair of equal
 //! frequencies is never cut, and its two modes are given a fixed orientation, so that the basis is a pure function of the
-//! structure up to the last digits of faer's kernels (which is why it is computed once and frozen).
+//! structure. It is computed once and frozen: a later version may have other last digits.
 
 use super::key::modal_key;
 use super::key_2::key_2;
