@@ -11,7 +11,7 @@ use bladeoff_core::engine::StartError as NoStart;
 use bladeoff_core::structure::Structure;
 use bladeoff_model::document::Problems;
 use bladeoff_model::document::units::format_digits;
-use bladeoff_model::machine::{Machine, MachineDef};
+use bladeoff_model::machine::{CONTACT_STEP, Machine, MachineDef, STEP};
 use bladeoff_study::{Chosen, Samples, at_its_axis};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -101,7 +101,8 @@ fn with(mut problems: Problems, shown: Option<&String>) -> Problems {
     problems
 }
 
-/// A rotor that begins where its ring is, as a problem of the value that puts it there: one that varies, where one of them does.
+/// A step that is too large, as a problem of its value; a rotor that begins where its ring is, as one of the value that puts it there: one that
+/// varies, where one of them does.
 #[must_use]
 pub fn placed(
     error: &EngineError,
@@ -110,6 +111,15 @@ pub fn placed(
     is_varied: impl Fn(&str) -> bool,
 ) -> Option<Problems> {
     let EngineError::Start(refusal) = error else { return None };
+    let step = match refusal {
+        NoStart::StepTooLarge { .. } => Some(STEP),
+        NoStart::ContactStepTooLarge { .. } => Some(CONTACT_STEP),
+        _ => None,
+    };
+    if let Some(path) = step {
+        let allowed = format!("at most the largest allowed; without {path} the step is chosen");
+        return Some(definition.refused(path, refusal.to_string(), allowed));
+    }
     let (NoStart::StartsInContact { diaphragm, .. } | NoStart::StartsOutside { diaphragm, .. }) = refusal else {
         return None;
     };

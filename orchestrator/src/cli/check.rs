@@ -16,7 +16,7 @@ use crate::starts::placed;
 use bladeoff_answers::report::{Align, TextTable, counted, wrapped};
 use bladeoff_model::document::MAX_FILE_BYTES;
 use bladeoff_model::machine::{MachineDef, ParamValue};
-use bladeoff_study::{Axis, Origin, Samples, StudyError, fixed_angle, idle_levels, read_input, show};
+use bladeoff_study::{Axis, Fixed, Origin, Samples, StudyError, fixed_angle, idle_levels, read_input, show};
 use bladeoff_system::shown;
 use std::path::{Path, PathBuf};
 
@@ -126,7 +126,7 @@ fn describe(samples: &Samples) -> String {
     let fixed = study.machine().map(|machine| machine.fixed.as_slice()).unwrap_or_default();
     if !fixed.is_empty() {
         text.push_str("\nFixed by [set]:\n");
-        for (info, value) in fixed {
+        for Fixed { info, value, .. } in fixed {
             text.push_str(&format!("  {} = {}\n", info.path, show(info, value)));
         }
     }

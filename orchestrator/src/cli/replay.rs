@@ -78,7 +78,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let columns = engine::columns(&machine);
     tell(&format!("{:<32} {sample} of {}\n", "sample", shown(&path)))?;
     let view = OutcomeView { columns: &columns, outcome: &outcome };
-    tell(&describe_outcome(view))?;
+    tell(&describe_outcome(&machine, view))?;
     for note in beyond_the_model(&machine, structure, step.step, view).iter().chain(&history) {
         remark(note);
     }

@@ -6,7 +6,7 @@ use super::history::{HistoryArgs, watched};
 use super::json::JsonObject;
 use super::machine::{MachineArgs, build, refused, set};
 use super::output::{print_json, remark, tell};
-use crate::engine;
+use crate::engine::{self, EngineError};
 use crate::report::{OutcomeView, beyond_the_model, cause_in_words, describe_outcome, matrices_of, with_word};
 use crate::settled::machine_alone;
 use crate::starts::placed;
@@ -73,14 +73,15 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let words = matrices_of(&machine);
     let mut set_up = || machine_alone(&mut definition, &mut machine);
     let (structure, choice) = if args.json { set_up() } else { with_word(|| words.clone(), set_up) }?;
-    let plan = engine::step_plan(&machine, &structure)?;
+    let refusal = |error: EngineError| match placed(&error, &definition, &machine, |_| false) {
+        Some(problems) => refused(problems, &given(args)),
+        None => error.into(),
+    };
+    let plan = engine::step_plan(&machine, &structure).map_err(refusal)?;
     let history = args.history.settings(&machine, &plan)?;
     let (outcome, history) =
         watched(&machine, &structure, &plan, history.as_ref(), !args.json).map_err(|error| match error {
-            CliError::Engine(error) => match placed(&error, &definition, &machine, |_| false) {
-                Some(problems) => refused(problems, &given(args)),
-                None => error.into(),
-            },
+            CliError::Engine(error) => refusal(error),
             other => other,
         })?;
     let wall = started.elapsed();
@@ -90,7 +91,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         print_json(&json(&machine, view))?;
     } else {
         let mut text = heading(&machine, &args.machine.changed(&definition), choice.as_ref(), &plan);
-        text.push_str(&describe_outcome(view));
+        text.push_str(&describe_outcome(&machine, view));
         text.push_str(&format!("{:<32} {}\n", "computed in", duration(wall)));
         tell(&text)?;
     }

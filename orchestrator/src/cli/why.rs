@@ -6,7 +6,9 @@ use super::output::tell;
 use super::place::default_directory;
 use super::refusals::WhyError;
 use crate::engine;
-use crate::report::{advice, cause_in_words, describe_values, diverged_at, end_cause_in_words, mentions};
+use crate::report::{
+    advice, broken_by, cause_in_words, describe_values, diverged_at, end_cause_in_words, mentions, pushed_too_far,
+};
 use crate::run::directory::{LEDGER, MANIFEST, RESULTS, WORKER_LOG, read_current};
 use crate::run::shards::{row_files, samples_of, see, timing_files};
 use crate::run::{
@@ -18,7 +20,7 @@ use bladeoff_answers::report::{are, counted};
 use bladeoff_answers::tables::{Table, TableError, Timing};
 use bladeoff_model::document::units::{format_digits, format_quantity};
 use bladeoff_model::document::visible;
-use bladeoff_model::machine::{ParamValue, TWIN};
+use bladeoff_model::machine::{Engine, Machine, ParamValue, TWIN};
 use bladeoff_model::outcome::{Cause, ColumnKind, EndCause};
 use bladeoff_study::{FrozenFiles, InputError, Samples, StudyError, load_frozen, show};
 use bladeoff_system::call;
@@ -102,11 +104,13 @@ pub fn text(directory: &Path, sample: u64) -> Result<String, CliError> {
         Table::row(files, sample)
     })?;
     let row = row.map(|(row, _)| row);
+    // an earlier build's may not be built any more
+    let machine = samples.try_machine(sample).ok().flatten().and_then(|machine| machine.build().ok());
     match &row {
         Some(row) if samples.study().function().is_some() && is_not_finite(row) => {
             told.line("status", "failed: a formula gave no finite number (non_finite); what the others gave is kept");
         }
-        Some(row) => finished(&mut told, row, go_on.as_deref()),
+        Some(row) => finished(&mut told, row, machine.as_ref(), go_on.as_deref()),
         None if let Some(end) = end_before(directory, sample) => {
             let words = end.words(&samples);
             let why = if end.is_chosen() { "not among those of the table" } else { "beyond the end of the table" };
@@ -123,7 +127,7 @@ pub fn text(directory: &Path, sample: u64) -> Result<String, CliError> {
         if samples.study().function().is_none() {
             told.line("compute it", compute_it(directory, sample));
         }
-        told.0.push_str(&values(row, &samples, sample));
+        told.0.push_str(&values(row, &samples, machine.as_ref()));
     }
     Ok(told.0)
 }
@@ -160,13 +164,11 @@ fn compute_it(directory: &Path, sample: u64) -> String {
 }
 
 /// What came out, as `simulate` shows it; nothing of a row without values, nor of a machine that cannot be built any more.
-fn values(row: &Table, samples: &Samples, sample: u64) -> String {
-    let columns = match samples.study().function() {
-        Some(model) => function_columns(model),
-        None => match samples.machine(sample).build() {
-            Ok(machine) => engine::columns(&machine),
-            Err(_) => return String::new(),
-        },
+fn values(row: &Table, samples: &Samples, machine: Option<&Machine>) -> String {
+    let columns = match (samples.study().function(), machine) {
+        (Some(model), _) => function_columns(model),
+        (None, Some(machine)) => engine::columns(machine),
+        (None, None) => return String::new(),
     };
     let value = |name: &str, kind: ColumnKind| match kind {
         ColumnKind::Choice(words) => {
@@ -179,7 +181,17 @@ fn values(row: &Table, samples: &Samples, sample: u64) -> String {
     if values.iter().all(Option::is_none) {
         return String::new();
     }
-    describe_values(&columns, &values)
+    let mut text = describe_values(&columns, &values);
+    let is_inside = !causes(row).contains(&Cause::OutsideRing);
+    for note in machine.filter(|_| is_inside).map(|machine| pushed_too_far(machine, &values)).into_iter().flatten() {
+        text.push_str(&format!("\n{note}\n"));
+    }
+    text
+}
+
+fn causes(row: &Table) -> Vec<Cause> {
+    let words = row.words("causes").and_then(|words| words[0].as_deref()).unwrap_or_default();
+    words.split(',').filter_map(Cause::from_word).collect()
 }
 
 /// Lines of name and text.
@@ -247,7 +259,7 @@ pub(super) fn go_on(seen: &Seen) -> Option<String> {
     seen.told.as_ref()?.get("go_on").and_then(Value::as_str).map(str::to_owned)
 }
 
-fn finished(told: &mut Told, row: &Table, go_on: Option<&str>) {
+fn finished(told: &mut Told, row: &Table, machine: Option<&Machine>, go_on: Option<&str>) {
     let word = |name: &str| row.words(name).and_then(|words| words[0].as_deref());
     let number = |name: &str| row.numbers(name).and_then(|values| values[0]);
     told.line(
@@ -260,13 +272,15 @@ fn finished(told: &mut Told, row: &Table, go_on: Option<&str>) {
             other => other,
         },
     );
-    let causes = word("causes").unwrap_or_default().split(',').filter_map(Cause::from_word);
-    for cause in causes {
+    for cause in causes(row) {
         told.line(cause.word(), cause_in_words(cause));
         if cause == Cause::Diverged {
             told.line("  until then", diverged_at(number).unwrap_or_default());
         }
-        told.line("  what to do", advice(cause));
+        if let Some(broken) = machine.and_then(|machine| broken_by(cause, machine, number)) {
+            told.line("  by how much", broken);
+        }
+        told.line("  what to do", advice(cause, machine.map_or(Engine::Reduced, |machine| machine.run.engine)));
         if let Some(command) = go_on.filter(|_| !cause.is_deterministic()) {
             told.line("  try again", format!("{command} --rerun cause={}", cause.word()));
         }

@@ -17,11 +17,16 @@ const WITHOUT_INERTIA: f64 = 0.05;
 #[must_use]
 pub fn beyond_the_model(machine: &Machine, structure: &Structure, step: f64, view: OutcomeView<'_>) -> Vec<String> {
     let damping = unresolved_damping(machine, structure, step);
-    let places = pushed(machine, &view.outcome.values);
     let inside = !view.outcome.causes.contains(Cause::OutsideRing);
-    let pushed = machine.diaphragms.iter().zip(places).filter(|_| inside);
-    let pushed = pushed.filter_map(|(diaphragm, pushed)| ring_pushed(diaphragm, pushed?));
-    pushed.chain(bearings_without_inertia(machine, structure)).chain(damping.map(ringing)).collect()
+    let pushed = if inside { pushed_too_far(machine, &view.outcome.values) } else { Vec::new() };
+    pushed.into_iter().chain(bearings_without_inertia(machine, structure)).chain(damping.map(ringing)).collect()
+}
+
+/// What to say of rings that a rotor which is inside them pushed too far, by the values of an outcome.
+#[must_use]
+pub fn pushed_too_far(machine: &Machine, values: &[Option<f64>]) -> Vec<String> {
+    let places = machine.diaphragms.iter().zip(pushed(machine, values));
+    places.filter_map(|(diaphragm, pushed)| ring_pushed(diaphragm, pushed?)).collect()
 }
 
 /// The step does not resolve the damping of a bearing (`docs/theory/04-time-integration.md`): the peaks of its load may be those of

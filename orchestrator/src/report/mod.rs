@@ -1,6 +1,7 @@
 //! What a person reads while a study runs: progress, time left; and one run in words.
 
 mod bar;
+mod causes;
 mod eta;
 mod limits;
 mod outcome;
@@ -9,10 +10,11 @@ mod progress;
 mod tally;
 mod watch;
 
+pub use causes::{advice, broken_by, cause_in_words, diverged_at};
 pub use eta::{Costs, Eta, Underway};
-pub use limits::beyond_the_model;
+pub use limits::{beyond_the_model, pushed_too_far};
 pub use outcome::{
-    OutcomeView, advice, cause_in_words, describe_outcome, describe_values, diverged_at, end_cause_in_words, mentions,
+    OutcomeView, describe_outcome, describe_values, end_cause_in_words, mentions,
 };
 pub use patience::{matrices_of, with_word};
 pub use progress::Progress;

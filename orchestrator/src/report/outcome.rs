@@ -1,8 +1,9 @@
 //! One run in words: what ended it, whether to believe it, the main quantities with their time.
 
+use super::causes::{broken_by, cause_in_words, diverged_at};
 use bladeoff_answers::report::percent;
 use bladeoff_model::document::units::format_quantity;
-use bladeoff_model::machine::TWIN;
+use bladeoff_model::machine::{Machine, TWIN};
 use bladeoff_model::outcome::{Cause, Column, ColumnKind, EndCause, Group, Outcome, Part, Status};
 use std::fmt::Write;
 
@@ -21,95 +22,6 @@ impl OutcomeView<'_> {
     pub fn value(&self, name: &str) -> Option<f64> {
         let place = self.columns.iter().position(|column| column.name == name)?;
         self.outcome.values.get(place).copied().flatten()
-    }
-}
-
-/// What a cause means for whoever looks at the run.
-#[must_use]
-pub fn cause_in_words(cause: Cause) -> &'static str {
-    match cause {
-        Cause::Diverged => {
-            "the state grew beyond ten times the machine's size, or the iteration of a step or of the start did not settle"
-        }
-        Cause::NonFinite => "the state became NaN or infinite",
-        Cause::EnergyBalance => "the energy balance does not close within `run.guard`",
-        Cause::NormalWork => {
-            "the normal contact force did more work than `run.guard` allows: impacts lose or create energy"
-        }
-        Cause::Penetration => {
-            "rotor and ring overlap by more than `run.guard` allows at a converged step: a single contact place leaves what it moves \
-             within a step"
-        }
-        Cause::SlipReversal => {
-            "the slip velocity changed sign; the friction model only slides, so what follows is not physical"
-        }
-        Cause::LossOfUniqueness => "the contact force of a step is not unique (W <= 0)",
-        Cause::StepLimit => "more steps than `run.step_limit`",
-        Cause::Panicked => "the solver stopped with an internal error: a bug",
-        Cause::TimeLimit => "longer than the time limit",
-        Cause::WorkerKilled => "its worker process was killed from outside again and again while computing it alone",
-        Cause::WorkerCrashed => "its worker process crashed more than once while computing it alone",
-        Cause::OutOfMemory => "its worker process ran out of memory",
-        Cause::OutsideRing => "the rotor's centre left the ring of the diaphragm: what would follow is no rub",
-        Cause::ModalBasis => {
-            "the modes kept are too few for the contact: those left out would not follow its force at once, as is assumed of them"
-        }
-        Cause::NoBasis => {
-            "at a speed that the run came to, its whirl motions are so nearly one that the exponential engine has no basis of them"
-        }
-    }
-}
-
-/// How far a diverged run got: whether its state grew, or a step of it did not settle while nothing grew.
-#[must_use]
-pub fn diverged_at(number: impl Fn(&str) -> Option<f64>) -> Option<String> {
-    let steps = number("steps")?;
-    let most =
-        [("largest eccentricity", "max_eccentricity_m", "m"), ("largest bearing load", "max_bearing_load_N", "N")];
-    let most = most.into_iter().filter_map(|(name, column, unit)| {
-        number(column).map(|value| format!(", {name} {}", format_quantity(value, unit)))
-    });
-    let plural = if (steps - 1.0).abs() < 0.5 { "" } else { "s" };
-    Some(format!("{steps} step{plural}{}", most.collect::<String>()))
-}
-
-/// What can be done about a cause.
-#[must_use]
-pub fn advice(cause: Cause) -> &'static str {
-    match cause {
-        Cause::Diverged | Cause::NonFinite => {
-            "look at its history (replay): what grew, if anything; another `run.step` tells whether it is the numbers or the machine"
-        }
-        Cause::EnergyBalance | Cause::NormalWork => {
-            "a smaller `run.step`; if the error falls with it, it was the step, otherwise look at its history (replay)"
-        }
-        Cause::Penetration => {
-            "a smaller `run.step` (`run.engine = \"full\"` has one), or `contact.detection = \"hyp2\"` with `contact.points = \"several\"`, which \
-             leaves next to nothing at any step; or more modes of the ring (`run.ring_modes`)"
-        }
-        Cause::SlipReversal => "`contact.friction_law = \"stick-slip\"` lets the contact stick and slide back",
-        Cause::LossOfUniqueness => "less friction or another `contact.detection`; the model has no single answer there",
-        Cause::StepLimit => {
-            "raise `run.step_limit` (`run` then computes such samples again and keeps the others), or shorten `run.end_time` \
-             (another study: another --out)"
-        }
-        Cause::Panicked => {
-            "its message is in the log; please report it with study and machine: replaying it shows it again"
-        }
-        Cause::TimeLimit => "compute it again with a longer time limit, or on a machine with less to do",
-        Cause::WorkerKilled => {
-            "who killed it is in the system's log (`dmesg`: out of memory?); every later `run` tries it once more, with fewer workers there \
-             is more memory for each"
-        }
-        Cause::WorkerCrashed => {
-            "what it said is in the log; please report it with study and machine: replaying it may show it again"
-        }
-        Cause::OutOfMemory => "compute it again with more memory or fewer workers at once",
-        Cause::OutsideRing => {
-            "look for a unit that is none (`contact.offset`, `rotor.initial`); a smaller `run.step` if a step passed the ring at once"
-        }
-        Cause::ModalBasis => "more `run.rotor_modes` (or `run.ring_modes`), the default, or `run.engine = \"full\"`",
-        Cause::NoBasis => "`run.engine = \"reduced\"`, which needs none",
     }
 }
 
@@ -133,14 +45,17 @@ pub fn end_cause_in_words(cause: EndCause) -> &'static str {
     }
 }
 
-/// The block that `simulate` prints.
+/// The block that `simulate` prints of a run of a machine.
 #[must_use]
-pub fn describe_outcome(view: OutcomeView<'_>) -> String {
+pub fn describe_outcome(machine: &Machine, view: OutcomeView<'_>) -> String {
     let mut text = String::new();
     let outcome = view.outcome;
     line(&mut text, "status", &status_line(outcome));
     for cause in outcome.causes.iter() {
         line(&mut text, cause.word(), cause_in_words(cause));
+        if let Some(broken) = broken_by(cause, machine, |name| view.value(name)) {
+            line(&mut text, "  by how much", &broken);
+        }
         if cause == Cause::Diverged {
             line(&mut text, "  until then", &diverged_at(|name| view.value(name)).unwrap_or_default());
         }
@@ -286,7 +201,10 @@ mod tests {
             end_cause: EndCause::EndTime,
             values: vec![Some(1500.0), Some(0.25), None, None, Some(2.0), Some(0.0), Some(0.0), Some(0.0), Some(80.0)],
         };
-        let text = describe_outcome(OutcomeView { columns: &columns, outcome: &outcome });
+        let machine = include_str!("../../../studies/machines/lp_turbine.toml");
+        let machine = bladeoff_model::machine::MachineDef::parse("lp_turbine.toml", machine).and_then(|def| def.build());
+        let view = OutcomeView { columns: &columns, outcome: &outcome };
+        let text = describe_outcome(&machine.expect("valid"), view);
         let find = |start: &str| text.lines().find(|line| line.starts_with(start)).expect("the line").to_owned();
         assert!(find("max_bearing_load ").ends_with("1.5 kN  at 0.25 s  (80 N while all guards held)"), "{text}");
         assert!(!text.contains("guarded_"), "shown beside what it belongs to: {text}");
@@ -333,20 +251,5 @@ mod tests {
         // Nothing of a group is one line.
         let text = describe_values(&columns, &vec![None; columns.len()]);
         assert_eq!(text.lines().filter(|line| line.ends_with(": none")).count(), 5, "{text}");
-    }
-
-    #[test]
-    fn a_diverged_run_says_how_far_it_got() {
-        let values = |name: &str| match name {
-            "steps" => Some(22_999.0),
-            "max_bearing_load_N" => Some(50.756),
-            "max_eccentricity_m" => Some(6.078e-7),
-            _ => None,
-        };
-        let said = diverged_at(values).expect("steps");
-        assert!(said.starts_with("22999 steps, largest eccentricity ") && said.contains("50.756 N"), "{said}");
-        // before the first step, or without a diaphragm, there is less to say
-        assert_eq!(diverged_at(|name| (name == "steps").then_some(0.0)).as_deref(), Some("0 steps"));
-        assert_eq!(diverged_at(|_| None), None);
     }
 }

@@ -9,6 +9,7 @@ use bladeoff_answers::figures::Scale;
 use bladeoff_answers::page::chart::{Axis, COLOURS, Chart, Coordinate as Drawn, Series, Shape, Symbol, parallel};
 use bladeoff_answers::page::{Block, Explorer, Figure, Plot, Table};
 use bladeoff_answers::report::counted;
+use bladeoff_model::machine::Engine;
 use bladeoff_model::outcome::Cause;
 use std::collections::BTreeSet;
 
@@ -48,13 +49,19 @@ fn causes(bad: &[&OfKind], seen: &Seen, subject: Subject<'_>) -> Table {
         let is_function = subject.samples.study().function().is_some();
         let means = match known {
             _ if is_function => "a formula has no finite value there".to_owned(),
-            Some(cause) => format!("{}. Try: {}", cause_in_words(cause), advice(cause)),
+            Some(cause) => format!("{}. Try: {}", cause_in_words(cause), advice(cause, engine_of(subject, *first))),
             None => String::new(),
         };
         let why = command("why", subject.directory, &[&first.to_string()]);
         vec![status.clone(), cause.clone(), count.to_string(), percent(*count as f64 / seen.rows as f64), means, why]
     });
     Table { head: head.map(str::to_owned).to_vec(), rows: rows.collect(), verbatim: vec![5] }
+}
+
+/// The engine of a sample; of a machine that cannot be built any more that of most studies.
+fn engine_of(subject: Subject<'_>, sample: u64) -> Engine {
+    let machine = subject.samples.try_machine(sample).ok().flatten().and_then(|machine| machine.build().ok());
+    machine.map_or(Engine::Reduced, |machine| machine.run.engine)
 }
 
 /// A coordinate in the unit of a reader.

@@ -3,7 +3,7 @@
 use crate::dispatch;
 use bladeoff_model::machine::{ENGINE, Engine, ParamValue, PathInfo};
 use bladeoff_protocol::messages::MAX_PARAMS;
-use bladeoff_study::{MOST_VARIED, MachineSubject, Output, Parameter, Samples, Subject};
+use bladeoff_study::{Fixed, MOST_VARIED, MachineSubject, Output, Parameter, Samples, Subject};
 use bladeoff_worker::plan::{Formula, FunctionPlan, MachinePlan, Variable, Varied, WorkPlan};
 
 const _: () = assert!(MOST_VARIED == MAX_PARAMS, "what a study may vary fits into a message");
@@ -39,7 +39,7 @@ pub(super) fn work_plan(samples: &Samples, basis: Option<Vec<u8>>) -> WorkPlan {
 /// The overrides, with the engine that `auto` came to. A plan without it is of `reduced` ([`planned_engine`](bladeoff_worker::plan::planned_engine)), as it was
 /// before there was a choice.
 fn fixed(machine: &MachineSubject) -> Vec<(String, ParamValue)> {
-    let pair = |(info, value): &(PathInfo, ParamValue)| (info.path.clone(), value.clone());
+    let pair = |one: &Fixed| (one.info.path.clone(), one.value.clone());
     let mut fixed: Vec<(String, ParamValue)> = machine.fixed.iter().map(pair).collect();
     let Some(choice) = machine.engine.as_ref().filter(|choice| choice.is_auto()) else { return fixed };
     let word = ParamValue::Choice(choice.engine.word().to_owned());

@@ -45,7 +45,7 @@ pub fn fixed_angle(samples: &Samples) -> Option<FixedAngle> {
     let found = machines.iter().flatten().filter_map(|machine| of_machine(machine, &angles));
     let mut found = found.max_by(|a, b| a.period.total_cmp(&b.period))?;
     let machine = samples.study().machine()?;
-    found.is_set = machine.fixed.iter().any(|(info, _)| info.path == found.path);
+    found.is_set = machine.fixed.iter().any(|fixed| fixed.info.path == found.path);
     Some(found)
 }
 

@@ -72,7 +72,18 @@ pub struct MachineSubject {
     /// That engine, and why; `None`: `run.engine` varies.
     pub engine: Option<EngineChoice>,
     /// The overrides of `[set]`.
-    pub fixed: Vec<(PathInfo, ParamValue)>,
+    pub fixed: Vec<Fixed>,
+}
+
+/// A value of `[set]`.
+#[derive(Debug, Clone)]
+pub struct Fixed {
+    /// Of which parameter.
+    pub info: PathInfo,
+    /// Value.
+    pub value: ParamValue,
+    /// Bytes of its key in the study file.
+    pub place: Range<usize>,
 }
 
 impl Study {
@@ -114,6 +125,14 @@ impl Study {
             Subject::Machine(_) => None,
             Subject::Function(function) => Some(function),
         }
+    }
+
+    /// Where the study file gives a parameter its values.
+    #[must_use]
+    pub fn place_of(&self, path: &str) -> Option<Range<usize>> {
+        let varied = self.parameters().iter().find(|one| one.info.path == path).map(|one| &one.place);
+        let fixed = || self.machine()?.fixed.iter().find(|one| one.info.path == path).map(|one| &one.place);
+        varied.or_else(fixed).cloned()
     }
 
     /// Everything that differs from sample to sample, in the order of the values of a sample: uncertain, varied, derived.

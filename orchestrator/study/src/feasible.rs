@@ -159,8 +159,8 @@ fn report(
     let mut problems = Collector::new(&study.file, &study.text);
     for infeasible in found.into_values() {
         let all = samples.parameters();
-        let place = all.iter().find(|one| one.info.path == infeasible.problem.key).or_else(|| all.first());
-        let span = place.map_or(0..0, |parameter| parameter.place.clone());
+        let first = || all.first().map(|parameter| parameter.place.clone());
+        let span = study.place_of(&infeasible.problem.key).or_else(first).unwrap_or(0..0);
         let message = if all.is_empty() {
             format!("the machine cannot be built: {}", infeasible.problem.message)
         } else {
@@ -184,11 +184,10 @@ fn report(
 #[must_use]
 pub fn at_its_axis(samples: &Samples, refused: Problems) -> Problems {
     let study = samples.study();
-    let axis = |problem: &Problem| samples.parameters().iter().find(|varied| varied.info.path == problem.key);
-    let Some(varied) = refused.list.first().and_then(axis) else { return refused };
+    let Some(place) = refused.list.first().and_then(|problem| study.place_of(&problem.key)) else { return refused };
     let mut problems = Collector::new(&study.file, &study.text);
     for problem in &refused.list {
-        let at = problems.add(varied.place.clone(), &*problem.key, &*problem.message);
+        let at = problems.add(place.clone(), &*problem.key, &*problem.message);
         at.value.clone_from(&problem.value);
         at.allowed.clone_from(&problem.allowed);
     }

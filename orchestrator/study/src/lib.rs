@@ -66,7 +66,7 @@ pub use asked::{Asked, AskedGate, AskedQuestion, Placed, read_asked};
 pub use axis::{Axis, MOST_VARIED, Varied, show};
 pub use carried::Carried;
 pub use column::{Column, ColumnKind};
-pub use definition::{MachineSubject, Study, Subject};
+pub use definition::{Fixed, MachineSubject, Study, Subject};
 pub use drawn::{Drawn, Understood};
 pub use error::StudyError;
 pub use feasible::{CHECKED_COMBINATIONS, Chosen, at_its_axis, check_machines};

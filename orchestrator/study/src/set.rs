@@ -1,9 +1,9 @@
 //! `[set]`: overrides of the machine for the whole study.
 
+use super::definition::Fixed;
 use super::table::{Keys, scalar_text, wrong_type};
 use super::vary::{Given, PathTable};
 use bladeoff_model::document::{Collector, Entry, Value, cut};
-use bladeoff_model::machine::{ParamValue, PathInfo};
 use bladeoff_system::call::program;
 
 /// Bytes of the longest path: a table of a long name would be repeated in each of its keys.
@@ -14,7 +14,7 @@ pub(super) fn read_set(
     entry: &Entry,
     paths: &PathTable<'_>,
     problems: &mut Collector<'_>,
-) -> Vec<(PathInfo, ParamValue)> {
+) -> Vec<Fixed> {
     let mut found = Vec::new();
     if let Some(keys) = Keys::of(entry, "set", problems) {
         fixed_below("", keys.entries(), paths, &mut found, problems);
@@ -27,7 +27,7 @@ fn fixed_below(
     above: &str,
     entries: &[Entry],
     paths: &PathTable<'_>,
-    found: &mut Vec<(PathInfo, ParamValue)>,
+    found: &mut Vec<Fixed>,
     problems: &mut Collector<'_>,
 ) {
     for entry in entries {
@@ -51,7 +51,7 @@ fn fixed_below(
             continue;
         };
         if let Some(value) = paths.value(&info, &text, entry.node.span.clone(), &key, problems) {
-            found.push((info, value));
+            found.push(Fixed { info, value, place: entry.name_span.clone() });
         }
     }
 }

@@ -1,0 +1,197 @@
+//! Why a run may not be believed, in words: what a cause means, by how much a guard broke, what can be done.
+
+use bladeoff_answers::report::percent;
+use bladeoff_model::document::units::{format_digits, format_quantity};
+use bladeoff_model::machine::{CONTACT_STEP, Engine, Machine, STEP};
+use bladeoff_model::outcome::Cause;
+use std::borrow::Cow;
+
+/// What a cause means for whoever looks at the run.
+#[must_use]
+pub fn cause_in_words(cause: Cause) -> &'static str {
+    match cause {
+        Cause::Diverged => {
+            "the state grew beyond ten times the machine's size, or the iteration of a step or of the start did not settle"
+        }
+        Cause::NonFinite => "the state became NaN or infinite",
+        Cause::EnergyBalance => "the energy balance does not close within `run.guard.energy_balance`",
+        Cause::NormalWork => {
+            "the normal contact force did more work than `run.guard.normal_work` allows: impacts lose or create energy"
+        }
+        Cause::Penetration => {
+            "rotor and ring overlap at the end of a converged step by more than the part of the gap that `run.guard.penetration` allows: what a \
+             contact place moves within a step, or the rounding of a gap that is next to none"
+        }
+        Cause::SlipReversal => {
+            "the slip velocity changed sign; the friction model only slides, so what follows is not physical"
+        }
+        Cause::LossOfUniqueness => "the contact force of a step is not unique (W <= 0)",
+        Cause::StepLimit => "more steps than `run.step_limit`",
+        Cause::Panicked => "the solver stopped with an internal error: a bug",
+        Cause::TimeLimit => "longer than the time limit",
+        Cause::WorkerKilled => "its worker process was killed from outside again and again while computing it alone",
+        Cause::WorkerCrashed => "its worker process crashed more than once while computing it alone",
+        Cause::OutOfMemory => "its worker process ran out of memory",
+        Cause::OutsideRing => "the rotor's centre left the ring of the diaphragm: what would follow is no rub",
+        Cause::ModalBasis => {
+            "the modes kept are too few for the contact: those left out would not follow its force at once, as is assumed of them"
+        }
+        Cause::NoBasis => {
+            "at a speed that the run came to, its whirl motions are so nearly one that the exponential engine has no basis of them"
+        }
+    }
+}
+
+/// How far a diverged run got: whether its state grew, or a step of it did not settle while nothing grew.
+#[must_use]
+pub fn diverged_at(number: impl Fn(&str) -> Option<f64>) -> Option<String> {
+    let steps = number("steps")?;
+    let most =
+        [("largest eccentricity", "max_eccentricity_m", "m"), ("largest bearing load", "max_bearing_load_N", "N")];
+    let most = most.into_iter().filter_map(|(name, column, unit)| {
+        number(column).map(|value| format!(", {name} {}", format_quantity(value, unit)))
+    });
+    let plural = if (steps - 1.0).abs() < 0.5 { "" } else { "s" };
+    Some(format!("{steps} step{plural}{}", most.collect::<String>()))
+}
+
+/// By how much a guard broke, of the machine of the run; `number`: the value of a column. `None`: the cause is no guard's.
+#[must_use]
+pub fn broken_by(cause: Cause, machine: &Machine, number: impl Fn(&str) -> Option<f64>) -> Option<String> {
+    let guard = &machine.run.guard;
+    match cause {
+        Cause::EnergyBalance => Some(format!(
+            "{} of the largest total energy; allowed {}",
+            digits(number("energy_error")?),
+            digits(guard.energy_balance)
+        )),
+        Cause::NormalWork => Some(format!(
+            "{} beside {} of friction; allowed {} of it (or of a thousandth of the energy at the start, if that is more)",
+            format_quantity(number("normal_work_J")?, "J"),
+            format_quantity(number("friction_energy_J")?, "J"),
+            percent(guard.normal_work)
+        )),
+        Cause::Penetration => {
+            let [diaphragm] = machine.diaphragms.as_slice() else { return None };
+            let gap = diaphragm.contact.gap;
+            Some(format!(
+                "{} of a gap of {}; allowed {}",
+                format_quantity(number("residual_penetration_m")?, "m"),
+                format_quantity(gap, "m"),
+                format_quantity(guard.penetration * gap, "m")
+            ))
+        }
+        _ => None,
+    }
+}
+
+fn digits(part: f64) -> String {
+    format_digits(part, "", 3)
+}
+
+/// What can be done about a cause in a run of an engine.
+#[must_use]
+pub fn advice(cause: Cause, engine: Engine) -> Cow<'static, str> {
+    // the key of another engine is refused, or has `auto` come to that one for a whole study
+    let step = if engine == Engine::Exponential { CONTACT_STEP } else { STEP };
+    let compared = if engine == Engine::Exponential { ", or compare with `run.engine = \"reduced\"`" } else { "" };
+    match cause {
+        Cause::Diverged | Cause::NonFinite => format!(
+            "look at its history (replay): what grew, if anything; another `{step}` tells whether it is the numbers or the machine{compared}"
+        )
+        .into(),
+        Cause::EnergyBalance | Cause::NormalWork => format!(
+            "a smaller `{step}`; if the error falls with it, it was the step, otherwise look at its history (replay){compared}"
+        )
+        .into(),
+        Cause::Penetration if engine == Engine::Exponential => {
+            format!("a smaller `{step}`, or more modes of the ring (`run.ring_modes`){compared}").into()
+        }
+        Cause::Penetration => {
+            "a smaller `run.step` (`run.engine = \"full\"` has one), or `contact.detection = \"hyp2\"` with `contact.points = \"several\"`, which \
+             leaves next to nothing at any step; or more modes of the ring (`run.ring_modes`)"
+                .into()
+        }
+        Cause::SlipReversal => "`contact.friction_law = \"stick-slip\"` lets the contact stick and slide back".into(),
+        Cause::LossOfUniqueness => {
+            "less friction or another `contact.detection`; the model has no single answer there".into()
+        }
+        Cause::StepLimit => {
+            "raise `run.step_limit` (`run` then computes such samples again and keeps the others), or shorten `run.end_time` \
+             (another study: another --out)"
+                .into()
+        }
+        Cause::Panicked => {
+            "its message is in the log; please report it with study and machine: replaying it shows it again".into()
+        }
+        Cause::TimeLimit => "compute it again with a longer time limit, or on a machine with less to do".into(),
+        Cause::WorkerKilled => {
+            "who killed it is in the system's log (`dmesg`: out of memory?); every later `run` tries it once more, with fewer workers there \
+             is more memory for each"
+                .into()
+        }
+        Cause::WorkerCrashed => {
+            "what it said is in the log; please report it with study and machine: replaying it may show it again".into()
+        }
+        Cause::OutOfMemory => "compute it again with more memory or fewer workers at once".into(),
+        Cause::OutsideRing => format!(
+            "look for a unit that is none (`contact.offset`, `rotor.initial`); a smaller `{step}` if a step passed the ring at once"
+        )
+        .into(),
+        Cause::ModalBasis => {
+            "more `run.rotor_modes` (or `run.ring_modes`), the default, or `run.engine = \"full\"`".into()
+        }
+        Cause::NoBasis => "`run.engine = \"reduced\"`, which needs none".into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn advice_names_the_step_of_the_engine() {
+        for cause in [Cause::Diverged, Cause::EnergyBalance, Cause::NormalWork, Cause::Penetration, Cause::OutsideRing] {
+            assert!(advice(cause, Engine::Exponential).contains("`run.contact_step`"), "{}", cause.word());
+            assert!(!advice(cause, Engine::Exponential).contains("`run.step`"), "{}", cause.word());
+            assert!(advice(cause, Engine::Reduced).contains("`run.step`"), "{}", cause.word());
+        }
+    }
+
+    #[test]
+    fn a_guard_says_by_how_much_it_broke() {
+        let text = include_str!("../../../studies/machines/lp_turbine.toml");
+        let machine = bladeoff_model::machine::MachineDef::parse("m.toml", text).and_then(|def| def.build());
+        let machine = machine.expect("valid");
+        let value = |name: &str| match name {
+            "energy_error" => Some(1.234e-5),
+            "normal_work_J" => Some(-12.0),
+            "friction_energy_J" => Some(1000.0),
+            "residual_penetration_m" => Some(3e-4),
+            _ => None,
+        };
+        let told = |cause| broken_by(cause, &machine, value);
+        let energy = told(Cause::EnergyBalance).expect("a guard");
+        assert!(energy.starts_with("1.23e-5 of") && energy.ends_with("allowed 1e-5"), "{energy}");
+        let work = told(Cause::NormalWork).expect("a guard");
+        assert!(work.starts_with("-12 J beside 1 kJ of friction; allowed 1 %"), "{work}");
+        let depth = told(Cause::Penetration).expect("a guard");
+        assert!(depth.starts_with("0.3 mm of a gap of 8 mm; allowed 0.16 mm"), "{depth}");
+        assert_eq!(told(Cause::Panicked), None);
+    }
+
+    #[test]
+    fn a_diverged_run_says_how_far_it_got() {
+        let values = |name: &str| match name {
+            "steps" => Some(22_999.0),
+            "max_bearing_load_N" => Some(50.756),
+            "max_eccentricity_m" => Some(6.078e-7),
+            _ => None,
+        };
+        let said = diverged_at(values).expect("steps");
+        assert!(said.starts_with("22999 steps, largest eccentricity ") && said.contains("50.756 N"), "{said}");
+        // before the first step, or without a diaphragm, there is less to say
+        assert_eq!(diverged_at(|name| (name == "steps").then_some(0.0)).as_deref(), Some("0 steps"));
+        assert_eq!(diverged_at(|_| None), None);
+    }
+}
