@@ -1,9 +1,10 @@
 //! What the samples of a study share, and which of them are computed twice: what `check` says of their cost.
 
 use bladeoff_answers::report::counted;
+use bladeoff_core::engine::exponential::same_bases;
 use bladeoff_core::structure::same_structure;
 use bladeoff_model::document::units::format_digits;
-use bladeoff_model::machine::{ParamValue, TWIN};
+use bladeoff_model::machine::{Engine, Machine, ParamValue, TWIN};
 use bladeoff_study::{Parameter, Samples};
 
 /// Samples up to which twins are counted; of more their share is told.
@@ -11,6 +12,17 @@ const COUNTED: u64 = 1_000_000;
 
 /// The parameters that change matrices and modes from sample to sample.
 pub(super) fn structural(samples: &Samples) -> Vec<&Parameter> {
+    changing(samples, |one, other| !same_structure(one, other))
+}
+
+/// Those that leave these as they are, but change the bases of the exponential engine.
+fn of_bases(samples: &Samples) -> Vec<&Parameter> {
+    let is_exponential = |machine: &Machine| machine.run.engine == Engine::Exponential;
+    changing(samples, |one, other| is_exponential(other) && same_structure(one, other) && !same_bases(one, other))
+}
+
+/// Those of which some value makes a machine that differs so from that of the first sample.
+fn changing(samples: &Samples, differ: impl Fn(&Machine, &Machine) -> bool) -> Vec<&Parameter> {
     if samples.count() < 2 {
         return Vec::new();
     }
@@ -20,7 +32,7 @@ pub(super) fn structural(samples: &Samples) -> Vec<&Parameter> {
     let differs = |parameter: &Parameter, value: &ParamValue| {
         let mut other = base.clone();
         let set = other.set(&parameter.info, value).is_ok();
-        set && other.build().is_ok_and(|other| !same_structure(&first, &other))
+        set && other.build().is_ok_and(|other| differ(&first, &other))
     };
     let of_its_own = |(place, parameter): &(usize, &Parameter)| {
         !parameter.is_variable && samples.some_values(*place).iter().any(|value| differs(parameter, value))
@@ -32,20 +44,29 @@ pub(super) fn structural(samples: &Samples) -> Vec<&Parameter> {
 pub(super) fn shared(samples: &Samples) -> String {
     let mut text = String::new();
     if samples.count() > 1 {
-        let paths: Vec<&str> = structural(samples).iter().map(|varied| varied.info.path.as_str()).collect();
-        text.push_str(&match paths[..] {
-            [] => "Structure: all samples share one; matrices and modes are computed once.\n".to_owned(),
-            [one] => format!("Structure: {one} changes it; matrices and modes are computed for each sample anew.\n"),
-            [..] => {
-                format!(
-                    "Structure: {} change it; matrices and modes are computed for each sample anew.\n",
-                    paths.join(", ")
-                )
+        let own = structural(samples);
+        text.push_str(&match changed_by(&own) {
+            None => "Structure: all samples share one; matrices and modes are computed once.\n".to_owned(),
+            Some(change) => {
+                format!("Structure: {change} it; matrices and modes are computed for each sample anew.\n")
             }
         });
+        if let Some(change) = changed_by(&of_bases(samples)).filter(|_| own.is_empty()) {
+            text.push_str(&format!("Bases of the exponential engine: {change} them; they are computed for each sample anew.\n"));
+        }
     }
     text.push_str(&twins(samples).unwrap_or_default());
     text
+}
+
+/// "a, b change"; `None`: nothing does.
+fn changed_by(parameters: &[&Parameter]) -> Option<String> {
+    let paths: Vec<&str> = parameters.iter().map(|parameter| parameter.info.path.as_str()).collect();
+    match paths[..] {
+        [] => None,
+        [one] => Some(format!("{one} changes")),
+        [..] => Some(format!("{} change", paths.join(", "))),
+    }
 }
 
 fn twins(samples: &Samples) -> Option<String> {

@@ -27,6 +27,12 @@ pub enum ValueError {
         /// Why.
         source: QuantityError,
     },
+    /// Several values where one is set.
+    #[error("{path}: one value is set at a time; a matrix or list stands in the machine file, and each of its entries then has a path of its own (`{path}[0]...`)")]
+    List {
+        /// Path of the parameter.
+        path: String,
+    },
     /// Outside the allowed range.
     #[error("{path} = {given}: out of range; allowed: {allowed}")]
     OutOfRange {
@@ -116,6 +122,7 @@ pub(super) fn parse(slot: &Slot, text: &str) -> Result<ParamValue, ValueError> {
             .map_err(|source| ValueError::Quantity { path: slot.path.clone(), source })
     };
     match slot.key.kind {
+        _ if text.starts_with('[') => Err(ValueError::List { path: slot.path.clone() }),
         Kind::Choice(_) => Ok(ParamValue::Choice(text.to_owned())),
         Kind::NumberOr(unit, _) if text.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)) => {
             quantity(unit)

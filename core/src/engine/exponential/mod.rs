@@ -49,6 +49,7 @@ mod transient;
 
 pub use flight::{Flight, FreeRun, free_run};
 pub use settings::FlightSettings;
+pub use shared::same_bases;
 pub use transient::{RubbingRun, rubbing_run};
 
 pub(super) use run::run;

@@ -33,14 +33,37 @@ pub(super) struct Shared {
 /// What they depend on beside the structure.
 #[derive(Debug, Clone, PartialEq)]
 struct Key {
-    /// Node and mass of each unbalance.
-    sites: Vec<(usize, u64)>,
-    gravity: [u64; 2],
-    nodes: Vec<usize>,
+    of: Values,
     step: u64,
     spacing: u64,
     cells: u32,
     anchor: i64,
+}
+
+/// Those of its values that differ between machines of one structure.
+#[derive(Debug, Clone, PartialEq)]
+struct Values {
+    /// Node and mass of each unbalance.
+    sites: Vec<(usize, u64)>,
+    gravity: [u64; 2],
+    /// Of the contacts.
+    nodes: Vec<usize>,
+}
+
+impl Values {
+    fn new(machine: &Machine) -> Self {
+        Self {
+            sites: sites(machine).iter().map(|site| (site.node, site.mass.to_bits())).collect(),
+            gravity: machine.rotor.gravity.map(f64::to_bits),
+            nodes: machine.diaphragms.iter().map(|diaphragm| diaphragm.contact.node).collect(),
+        }
+    }
+}
+
+/// Whether two machines of one structure share bases, initial speeds and steps apart.
+#[must_use]
+pub fn same_bases(one: &Machine, other: &Machine) -> bool {
+    Values::new(one) == Values::new(other)
 }
 
 /// Those of the last models that a structure was run with.
@@ -61,11 +84,8 @@ impl Shared {
         let speed = machine.rotor.initial_speed;
         let spacing =
             settings.spacing.unwrap_or_else(|| libm::exp2(libm::round(libm::log2(speed.max(1.0) / STATIONS))));
-        let contacts = machine.diaphragms.iter().map(|diaphragm| &diaphragm.contact);
         let key = Key {
-            sites: sites(machine).iter().map(|site| (site.node, site.mass.to_bits())).collect(),
-            gravity: machine.rotor.gravity.map(f64::to_bits),
-            nodes: contacts.map(|contact| contact.node).collect(),
+            of: Values::new(machine),
             step: settings.step.to_bits(),
             spacing: spacing.to_bits(),
             cells: settings.cells,
