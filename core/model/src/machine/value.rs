@@ -173,6 +173,7 @@ pub(super) fn from_node(slot: &Slot, node: &Node, problems: &mut Collector<'_>) 
                 }
                 ValueError::NotAChoice { nearest, .. } => ("not one of its words".to_owned(), nearest.clone()),
                 ValueError::NotWhole { .. } => ("a whole number is expected".to_owned(), None),
+                ValueError::List { .. } => ("a value is expected, no list in quotes".to_owned(), None),
                 ValueError::OutOfRange { .. } | ValueError::NoSuchParameter { .. } => ("out of range".to_owned(), None),
             };
             let problem = problems.add(node.span.clone(), &slot.path, message);

@@ -80,8 +80,8 @@ pub(super) struct Arm {
     pull: f64,
     /// I/h of the last step \[N m\].
     torque: f64,
-    /// What impulses on the twist in the last step have added to psi': it was not known to the force of that step, and is added to the next.
-    struck: f64,
+    /// What the last step's prediction of psi' missed: the force of that step did not know of it, and that of the next has it.
+    missed: f64,
     next_angle: f64,
     next_rate: f64,
 }
@@ -132,7 +132,7 @@ impl Spin {
             momentum: 0.0,
             pull: 0.0,
             torque: 0.0,
-            struck: 0.0,
+            missed: 0.0,
             next_angle: 0.0,
             next_rate: 0.0,
         });
@@ -219,7 +219,7 @@ impl Spin {
             let arm = &mut self.arms[s];
             (arm.next_angle, arm.next_rate) = (next_angle, next_rate);
             let middle = 0.5 * (arm.angle + next_angle);
-            let gained = next_rate - arm.rate + std::mem::take(&mut arm.struck);
+            let gained = next_rate - arm.rate + arm.missed;
             forces.push(arm.force(middle, (next_angle - arm.angle) / h, gained / h));
         }
     }
@@ -239,9 +239,6 @@ impl Spin {
         self.momentum += impulse;
         self.twist.strike(&step.twist, impulse, row);
         self.begun[1].iter_mut().zip(row).for_each(|(rate, part)| *rate += impulse * part);
-        for arm in &mut self.arms {
-            arm.struck += impulse * dot(&arm.row, row);
-        }
     }
 
     /// Turn of a node over the step that is predicted \[rad\], its elastic twist at n given; after predict.
@@ -348,6 +345,7 @@ impl Spin {
             let [place, rate] = self.twisted(&self.arms[s].row);
             let arm = &mut self.arms[s];
             (arm.angle, arm.rate) = (self.angle + place + arm.phase, speed + rate);
+            arm.missed = arm.rate - arm.next_rate;
         }
     }
 
