@@ -266,7 +266,7 @@ pub(super) fn slowest_to_resolve(machine: &Machine, structure: &Structure) -> f6
 /// Smallest and largest principal value of a point mass's stiffness \[N/m\].
 fn principal(k: &Matrix) -> [f64; 2] {
     let (mean, half) = (0.5 * (k[(0, 0)] + k[(1, 1)]), 0.5 * (k[(0, 0)] - k[(1, 1)]));
-    let radius = half.hypot(k[(0, 1)]);
+    let radius = libm::hypot(half, k[(0, 1)]);
     [mean - radius, mean + radius]
 }
 

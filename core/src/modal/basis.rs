@@ -194,7 +194,7 @@ pub(crate) fn largest_share(a: [f64; 3], b: [f64; 3]) -> f64 {
     let xx = a[0] / b[0];
     let xy = (a[1] / root - xx * below) / corner;
     let yy = (a[2] - 2.0 * below * a[1] / root + below * below * xx) / (corner * corner);
-    0.5 * (xx + yy) + (0.5 * (xx - yy)).hypot(xy)
+    0.5 * (xx + yy) + libm::hypot(0.5 * (xx - yy), xy)
 }
 
 fn merge_planes(
@@ -283,7 +283,7 @@ fn select(values: Vec<f64>, mut shapes: Matrix, wanted: usize, orient: impl Fn(&
 /// have no radial one).
 fn orient_pair(shapes: &mut Matrix, first: usize) {
     let scale = shapes.columns(first, 2).amax();
-    let row = if shapes[(2, first)].hypot(shapes[(2, first + 1)]) > 1e-6 * scale { 2 } else { 0 };
+    let row = if libm::hypot(shapes[(2, first)], shapes[(2, first + 1)]) > 1e-6 * scale { 2 } else { 0 };
     let (a, b) = (shapes[(row, first)], shapes[(row, first + 1)]);
     let length = (a * a + b * b).sqrt();
     if length <= 1e-9 * scale {

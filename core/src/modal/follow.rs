@@ -31,7 +31,7 @@ struct Instant {
 
 fn whirls(mode: &Mode) -> bool {
     let [re, im] = mode.value;
-    im > 0.0 && -re < OVERDAMPED * re.hypot(im)
+    im > 0.0 && -re < OVERDAMPED * libm::hypot(re, im)
 }
 
 /// The way of all modes from rest through speeds.
@@ -120,7 +120,7 @@ impl<'a> Way<'a> {
         whirl.sort_by(|a, b| a.1.frequency.total_cmp(&b.1.frequency).then(a.0.cmp(&b.0)));
         let overdamped = modes().filter(|(mode, _)| !whirls(mode)).map(|(mode, _)| {
             let [re, im] = mode.value;
-            OverdampedMode { decay: -re, frequency: im, damping_ratio: -re / re.hypot(im) }
+            OverdampedMode { decay: -re, frequency: im, damping_ratio: -re / libm::hypot(re, im) }
         });
         let mut overdamped: Vec<_> = overdamped.collect();
         overdamped.sort_by(|a, b| a.decay.total_cmp(&b.decay));
@@ -152,7 +152,7 @@ fn matched(from: &[Mode], to: &[Mode]) -> Vec<Option<(usize, f64)>> {
         for (b, other) in to.iter().enumerate() {
             let ([p, q], [r, s]) = (one.value, other.value);
             if whirls(one) == whirls(other) || !lasting {
-                pairs.push((one.alike(other), (p - r).hypot(q - s), a, b));
+                pairs.push((one.alike(other), libm::hypot(p - r, q - s), a, b));
             }
         }
     }

@@ -158,7 +158,7 @@ impl Lateral {
     pub fn spectrum(&self, speed: f64) -> Result<Vec<Mode>, EigenError> {
         if self.isotropic && self.plane_motion(0.0) && speed < SLOW {
             let all = self.barely_turning(speed)?;
-            let slowest = all.iter().map(|mode| mode.value[0].hypot(mode.value[1])).fold(f64::INFINITY, f64::min);
+            let slowest = all.iter().map(|mode| libm::hypot(mode.value[0], mode.value[1])).fold(f64::INFINITY, f64::min);
             if speed <= SLIGHT * slowest {
                 return Ok(all);
             }
@@ -167,7 +167,7 @@ impl Lateral {
         let found = quadratic_modes(&self.mass, &velocity, &self.stiffness, "the spinning rotor")?;
         let mut all = Vec::new();
         for (j, &[re, im]) in found.values.iter().enumerate() {
-            let least = APERIODIC * re.hypot(im);
+            let least = APERIODIC * libm::hypot(re, im);
             if im > -least {
                 let value = [re, if im > least { im } else { 0.0 }];
                 all.push(Mode::new(value, &found.real, &found.imaginary, j));
@@ -203,7 +203,7 @@ impl Lateral {
         let (real, imaginary) = (both(&found.real), both(&found.imaginary));
         let mut all = Vec::new();
         for (j, &[re, im]) in found.values.iter().enumerate() {
-            let least = APERIODIC * re.hypot(im);
+            let least = APERIODIC * libm::hypot(re, im);
             if im > -least {
                 let mode = Mode::new([re, if im > least { im } else { 0.0 }], &real, &imaginary, j);
                 let [mut backward, mut forward] = [false, true].map(|way| mode.circular(&self.rotor, way));
@@ -232,7 +232,7 @@ impl Lateral {
     pub fn whirl(&self, mode: &Mode, speed: f64) -> WhirlMode {
         let [re, im] = mode.value;
         let whirl = if self.plane_motion(speed) { Whirl::Planar } else { self.sense(mode) };
-        WhirlMode { frequency: im, damping_ratio: -re / re.hypot(im), whirl }
+        WhirlMode { frequency: im, damping_ratio: -re / libm::hypot(re, im), whirl }
     }
 
     /// Where all directions are alike every motion is a circle or made of two, and only circles go over into the modes at other
@@ -252,7 +252,7 @@ impl Lateral {
         for (at, &j) in mixed.iter().enumerate() {
             for &k in &mixed[at + 1..] {
                 let ([a, b], [c, d]) = (all[j].value, all[k].value);
-                near.push(((a - c).hypot(b - d) / a.hypot(b), j, k));
+                near.push((libm::hypot(a - c, b - d) / libm::hypot(a, b), j, k));
             }
         }
         near.retain(|pair| pair.0 < NEAR);

@@ -93,7 +93,7 @@ impl Structure {
     }
 
     /// The structure of another machine, as [`Structure::build`] makes it without a frozen basis, with the rings of this one where they are the same: they
-    /// take longest. Those of a frozen basis are not taken: another processor's have other last digits, and a sample's would hang on the samples before.
+    /// take longest. Those of a frozen basis are not taken: an earlier version's have other last digits, and a sample's would hang on the samples before.
     ///
     /// # Errors
     /// [`BasisError`] if a mode problem fails.

@@ -55,12 +55,12 @@ pub(super) fn new_basis(samples: &Samples) -> Result<Frozen, RunError> {
     basis(samples, None, &[]).map(Some)
 }
 
-/// The basis that others have frozen for this study, whatever this processor would compute; whether it serves is tried.
+/// The basis that others have frozen for this study, whatever this version would compute; whether it serves is tried.
 pub(super) fn basis_of_others(samples: &Samples, bytes: Vec<u8>) -> Result<Frozen, RunError> {
     basis(samples, Some(bytes), &[]).map(Some)
 }
 
-/// The basis that is frozen in the directory, if it serves this study; a new one otherwise. Another processor may compute
+/// The basis that is frozen in the directory, if it serves this study; a new one otherwise. Another version may compute
 /// other last digits, so what is frozen is never computed again, unless it is not what was frozen: record and plan both have
 /// its hash, and a flipped bit would make another study of it.
 pub(super) fn frozen_basis(samples: &Samples, directory: &Folder, note: &dyn Fn(&str)) -> Result<Frozen, RunError> {
@@ -74,7 +74,7 @@ pub(super) fn frozen_basis(samples: &Samples, directory: &Folder, note: &dyn Fn(
     match frozen {
         Some(bytes) if !known.is_empty() && !known.contains(&hash(&bytes)) => {
             let again = "it is damaged (its BLAKE3 is not the one that plan and record have): it is computed again; should that \
-                         give other last digits, on another kind of processor, put the file back from a copy";
+                         give other last digits, from another version of the program, put the file back from a copy";
             note(&format!("{BASIS_FILE}: {again}"));
             basis(samples, None, &known)
         }

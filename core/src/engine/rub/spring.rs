@@ -113,9 +113,9 @@ impl Spring {
 
     /// The share s of (1), from the places at n-1 and, without normal force, at n+1, and the way that the whole force would push it.
     fn share(&self, x_before: [f64; 2], x_free: [f64; 2], pushed: [f64; 2]) -> f64 {
-        let before = x_before[0].hypot(x_before[1]);
+        let before = libm::hypot(x_before[0], x_before[1]);
         let of_the_way = |share: f64| -> f64 {
-            let next = (x_free[0] + share * pushed[0]).hypot(x_free[1] + share * pushed[1]);
+            let next = libm::hypot(x_free[0] + share * pushed[0], x_free[1] + share * pushed[1]);
             let way = next - before;
             if way == 0.0 || before > self.gap && next > self.gap {
                 return if next > self.gap { 1.0 } else { 0.0 };
@@ -147,7 +147,7 @@ impl Spring {
 /// The gap at n with its direction turned to e of (1), and the length of e.
 fn leaning(gap: Gap, before: [f64; 2], next: [f64; 2]) -> (Gap, f64) {
     let sum = [before[0] + next[0], before[1] + next[1]];
-    let (length, radii) = (sum[0].hypot(sum[1]), before[0].hypot(before[1]) + next[0].hypot(next[1]));
+    let (length, radii) = (libm::hypot(sum[0], sum[1]), libm::hypot(before[0], before[1]) + libm::hypot(next[0], next[1]));
     if length == 0.0 {
         return (gap, 1.0);
     }

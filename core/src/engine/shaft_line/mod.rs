@@ -81,7 +81,7 @@ impl<'a> ShaftLine<'a> {
                 lateral.stepper.compliance(&row, &mut response);
                 norm(&response)
             });
-            (site.mass * site.radius).abs() * length[0].hypot(length[1]) / (dt * dt)
+            (site.mass * site.radius).abs() * libm::hypot(length[0], length[1]) / (dt * dt)
         });
         Some(Self {
             rotor,

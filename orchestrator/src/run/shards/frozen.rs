@@ -1,7 +1,7 @@
 //! What all shards of a directory have in common, published once: inputs, basis, plan and, last, `shards.json`, which says the rest.
 //!
 //! ```text
-//! basis.bin                    the one thing that another processor may compute otherwise: whoever is first, all others take his
+//! basis.bin                    the one thing that another version may compute otherwise: whoever is first, all others take his
 //! study.toml, machine.toml ... the same bytes of everybody, or this is another study
 //! plan.json                    follows from both
 //! shards.json                  the hashes of all that, the program, the chunk: with it the directory is begun
