@@ -261,3 +261,74 @@ fn the_bench_of_engines_tells_both_and_their_ratios() {
     assert_eq!(gone.code, 6, "{}", gone.err);
     assert!(gone.err.contains("/nowhere/bladeoff"), "{}", gone.err);
 }
+
+#[test]
+fn what_steps_are_wrong_is_said_at_their_lines() {
+    let folder = folder();
+    let refused = |set: &str| {
+        let study = folder.write("s.toml", &STUDY.replace("[set]\n", &format!("[set]\n{set}")));
+        let said = say(&["check", &study]);
+        assert_eq!(said.code, 3, "{}", said.err);
+        said.err
+    };
+    // both, of which each engine has one
+    let told = refused("\"run.step\" = \"3 us\"\n\"run.contact_step\" = \"3 us\"\n");
+    assert!(told.contains("s.toml:6:1: run.step = 3 us") && told.contains("has no equal steps"), "{told}");
+    // too large
+    let told = refused("\"run.contact_step\" = \"3 ms\"\n");
+    assert!(told.contains("s.toml:6:1: run.contact_step = 3 ms") && told.contains("largest allowed "), "{told}");
+    assert!(told.contains("without run.contact_step the step is chosen"), "{told}");
+    let rig = folder.name("machines/auto.toml");
+    for (setting, key) in [("run.contact_step=3 ms", "run.contact_step"), ("run.step=3 ms", "run.step")] {
+        let said = say(&["simulate", &rig, "--set", setting]);
+        assert_eq!(said.code, 3, "{}", said.err);
+        assert!(said.err.contains(&format!(": {key} = 3 ms: ")) && said.err.contains("with --set"), "{}", said.err);
+    }
+}
+
+#[test]
+fn check_says_whose_bases_are_their_own() {
+    let folder = folder();
+    let check = |more: &str| {
+        let said = say(&["check", &folder.write("s.toml", &format!("{STUDY}{more}"))]);
+        assert_eq!(said.code, 0, "{}", said.err);
+        said.out
+    };
+    assert!(!check("").contains("Bases of"));
+    let masses = "\n[[vary]]\npath = \"blade_off.mass\"\nvalues = [\"13 g\", \"14 g\"]\n";
+    let study = STUDY.replace("\"blade_off.mass\" = \"13 g\"\n", "");
+    let told = say(&["check", &folder.write("s.toml", &format!("{study}{masses}"))]).out;
+    assert!(told.contains("Structure: all samples share one;"), "{told}");
+    assert!(told.contains("Bases of the exponential engine: rotor.unbalances.blade_off.mass changes them;"), "{told}");
+    // `reduced` has none
+    let told = say(&["check", &folder.write("s.toml", &format!("{study}{masses}{DETECTIONS}"))]).out;
+    assert!(told.contains("Structure:") && !told.contains("Bases of"), "{told}");
+}
+
+#[test]
+fn a_broken_guard_says_by_how_much_and_which_step_mends_it() {
+    let folder = folder();
+    let study = STUDY.replace("[set]\n", "[set]\n\"run.guard.energy_balance\" = 1e-12\n");
+    let (study, out) = (folder.write("s.toml", &study), folder.name("out"));
+    let said = say(&["run", &study, "--out", &out]);
+    assert!(said.code == 0 || said.code == 4, "{}", said.err);
+    assert_eq!(cells(&out, "cause")[0], "energy_balance", "the guard broke");
+    let why = say(&["why", &out, "0"]).out;
+    for part in ["`run.guard.energy_balance`", "of the largest total energy; allowed 1e-12", "a smaller `run.contact_step`"] {
+        assert!(why.contains(part), "{part}: {why}");
+    }
+    assert!(!why.contains("`run.step`"), "{why}");
+    let page = folder.name("page.html");
+    assert_eq!(say(&["report", &out, "--out", &page]).code, 0);
+    let page = fs::read_to_string(page).expect("written");
+    assert!(page.contains("run.contact_step") && !page.contains("a smaller `run.step`"), "the engine's own step");
+}
+
+#[test]
+fn a_matrix_is_not_set_but_its_entries_are() {
+    let folder = folder();
+    let rig = folder.name("machines/auto.toml");
+    let said = say(&["simulate", &rig, "--set", "bearings.left.stiffness=[[2e6, 0], [0, 3e6]]"]);
+    assert_eq!(said.code, 3, "{}", said.err);
+    assert!(said.err.contains("one value is set at a time") && said.err.contains("machine file"), "{}", said.err);
+}

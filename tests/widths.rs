@@ -26,6 +26,20 @@ fn a_row_is_the_same_at_every_width() {
     }
 }
 
+/// Eigenvalues and vectors of all kinds: of undamped and of damped motions at several speeds.
+#[test]
+fn modes_are_the_same_at_every_width() {
+    let folder = Folder::new();
+    let mut told = Vec::new();
+    for width in Width::ALL.into_iter().filter(|&width| width <= Width::widest()) {
+        let mut command = bladeoff(&["modes", &folder.name("machines/rig.toml"), "--speed", "100", "--speed", "300", "--json"]);
+        let modes = said(command.env(WIDTH_VARIABLE, width.to_string()).output().expect("the binary starts"));
+        assert!(modes.code == 0 && modes.out.contains("damping_ratio"), "{} {}", modes.out, modes.err);
+        told.push(modes.out);
+    }
+    assert!(!told.is_empty() && told.iter().all(|modes| *modes == told[0]), "{told:?}");
+}
+
 #[test]
 fn a_width_that_cannot_be_taken_is_refused() {
     for command in [vec!["check", "no-such-file"], vec!["bench", "engines"]] {
