@@ -314,7 +314,9 @@ fn a_broken_guard_says_by_how_much_and_which_step_mends_it() {
     assert!(said.code == 0 || said.code == 4, "{}", said.err);
     assert_eq!(cells(&out, "cause")[0], "energy_balance", "the guard broke");
     let why = say(&["why", &out, "0"]).out;
-    for part in ["`run.guard.energy_balance`", "of the largest total energy; allowed 1e-12", "a smaller `run.contact_step`"] {
+    for part in
+        ["`run.guard.energy_balance`", "of the largest total energy; allowed 1e-12", "a smaller `run.contact_step`"]
+    {
         assert!(why.contains(part), "{part}: {why}");
     }
     assert!(!why.contains("`run.step`"), "{why}");

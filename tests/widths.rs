@@ -32,7 +32,8 @@ fn modes_are_the_same_at_every_width() {
     let folder = Folder::new();
     let mut told = Vec::new();
     for width in Width::ALL.into_iter().filter(|&width| width <= Width::widest()) {
-        let mut command = bladeoff(&["modes", &folder.name("machines/rig.toml"), "--speed", "100", "--speed", "300", "--json"]);
+        let mut command =
+            bladeoff(&["modes", &folder.name("machines/rig.toml"), "--speed", "100", "--speed", "300", "--json"]);
         let modes = said(command.env(WIDTH_VARIABLE, width.to_string()).output().expect("the binary starts"));
         assert!(modes.code == 0 && modes.out.contains("damping_ratio"), "{} {}", modes.out, modes.err);
         told.push(modes.out);

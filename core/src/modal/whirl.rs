@@ -158,7 +158,8 @@ impl Lateral {
     pub fn spectrum(&self, speed: f64) -> Result<Vec<Mode>, EigenError> {
         if self.isotropic && self.plane_motion(0.0) && speed < SLOW {
             let all = self.barely_turning(speed)?;
-            let slowest = all.iter().map(|mode| libm::hypot(mode.value[0], mode.value[1])).fold(f64::INFINITY, f64::min);
+            let slowest =
+                all.iter().map(|mode| libm::hypot(mode.value[0], mode.value[1])).fold(f64::INFINITY, f64::min);
             if speed <= SLIGHT * slowest {
                 return Ok(all);
             }

@@ -52,7 +52,9 @@ pub(super) fn shared(samples: &Samples) -> String {
             }
         });
         if let Some(change) = changed_by(&of_bases(samples)).filter(|_| own.is_empty()) {
-            text.push_str(&format!("Bases of the exponential engine: {change} them; they are computed for each sample anew.\n"));
+            text.push_str(&format!(
+                "Bases of the exponential engine: {change} them; they are computed for each sample anew.\n"
+            ));
         }
     }
     text.push_str(&twins(samples).unwrap_or_default());

@@ -151,7 +151,8 @@ mod tests {
 
     #[test]
     fn advice_names_the_step_of_the_engine() {
-        for cause in [Cause::Diverged, Cause::EnergyBalance, Cause::NormalWork, Cause::Penetration, Cause::OutsideRing] {
+        for cause in [Cause::Diverged, Cause::EnergyBalance, Cause::NormalWork, Cause::Penetration, Cause::OutsideRing]
+        {
             assert!(advice(cause, Engine::Exponential).contains("`run.contact_step`"), "{}", cause.word());
             assert!(!advice(cause, Engine::Exponential).contains("`run.step`"), "{}", cause.word());
             assert!(advice(cause, Engine::Reduced).contains("`run.step`"), "{}", cause.word());

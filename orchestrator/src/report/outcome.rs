@@ -202,7 +202,8 @@ mod tests {
             values: vec![Some(1500.0), Some(0.25), None, None, Some(2.0), Some(0.0), Some(0.0), Some(0.0), Some(80.0)],
         };
         let machine = include_str!("../../../studies/machines/lp_turbine.toml");
-        let machine = bladeoff_model::machine::MachineDef::parse("lp_turbine.toml", machine).and_then(|def| def.build());
+        let machine =
+            bladeoff_model::machine::MachineDef::parse("lp_turbine.toml", machine).and_then(|def| def.build());
         let view = OutcomeView { columns: &columns, outcome: &outcome };
         let text = describe_outcome(&machine.expect("valid"), view);
         let find = |start: &str| text.lines().find(|line| line.starts_with(start)).expect("the line").to_owned();

@@ -10,11 +10,7 @@ use bladeoff_system::call::program;
 const LONGEST_PATH: usize = 512;
 
 /// `[set]`: quoted paths or nested tables, both mean the same.
-pub(super) fn read_set(
-    entry: &Entry,
-    paths: &PathTable<'_>,
-    problems: &mut Collector<'_>,
-) -> Vec<Fixed> {
+pub(super) fn read_set(entry: &Entry, paths: &PathTable<'_>, problems: &mut Collector<'_>) -> Vec<Fixed> {
     let mut found = Vec::new();
     if let Some(keys) = Keys::of(entry, "set", problems) {
         fixed_below("", keys.entries(), paths, &mut found, problems);

@@ -248,7 +248,9 @@ fn refusal(error: ValueError) -> (String, Option<String>) {
         ValueError::OutOfRange { .. } => ("out of range".to_owned(), None),
         ValueError::NotWhole { .. } => ("not a whole number".to_owned(), None),
         ValueError::NotAChoice { nearest, .. } => ("not one of its words".to_owned(), nearest),
-        ValueError::List { .. } => ("one value is expected; a matrix or list stands in the machine file".to_owned(), None),
+        ValueError::List { .. } => {
+            ("one value is expected; a matrix or list stands in the machine file".to_owned(), None)
+        }
         ValueError::NoSuchParameter { .. } => ("this machine has no such parameter".to_owned(), None),
     }
 }

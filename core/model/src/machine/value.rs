@@ -28,7 +28,9 @@ pub enum ValueError {
         source: QuantityError,
     },
     /// Several values where one is set.
-    #[error("{path}: one value is set at a time; a matrix or list stands in the machine file, and each of its entries then has a path of its own (`{path}[0]...`)")]
+    #[error(
+        "{path}: one value is set at a time; a matrix or list stands in the machine file, and each of its entries then has a path of its own (`{path}[0]...`)"
+    )]
     List {
         /// Path of the parameter.
         path: String,

@@ -147,7 +147,8 @@ impl Spring {
 /// The gap at n with its direction turned to e of (1), and the length of e.
 fn leaning(gap: Gap, before: [f64; 2], next: [f64; 2]) -> (Gap, f64) {
     let sum = [before[0] + next[0], before[1] + next[1]];
-    let (length, radii) = (libm::hypot(sum[0], sum[1]), libm::hypot(before[0], before[1]) + libm::hypot(next[0], next[1]));
+    let (length, radii) =
+        (libm::hypot(sum[0], sum[1]), libm::hypot(before[0], before[1]) + libm::hypot(next[0], next[1]));
     if length == 0.0 {
         return (gap, 1.0);
     }
