@@ -45,8 +45,8 @@ fn states(case: &Value, step: f64) -> Vec<[f64; 4]> {
     found
 }
 
-/// Gravity, cross-coupled bearing, residual, released and lost unbalances; the fall through resonance under gravity. Where unbalances weigh as much as the rotor, their psi'',
-/// which is that of the step before, makes an error of order 1 in the step of flight.
+/// Gravity, cross-coupled bearing, residual, released and lost unbalances; the fall through resonance under gravity. Unbalances weigh as much as the rotor, and so
+/// their psi'' counts: foreseen from the steps before, of order 2 in the step.
 #[test]
 fn point_masses_follow_an_independent_integration() {
     let mut seen = 0;
@@ -69,7 +69,7 @@ fn point_masses_follow_an_independent_integration() {
         };
         let errors = [0.005, 0.0025, 0.00125].map(error);
         println!("{}: {errors:?}, order {:.2}", case["name"], (errors[1] / errors[2]).log2());
-        assert!(errors[2] < 1e-3 && errors[2] < 0.6 * errors[1], "{}: {errors:?}", case["name"]);
+        assert!(errors[2] < 1e-4 && errors[2] < 0.35 * errors[1], "{}: {errors:?}", case["name"]);
     }
     assert_eq!(seen, 2);
 }
@@ -145,7 +145,8 @@ fn an_unbalance_that_outweighs_the_spin_s_inertia_is_followed_by_small_steps_or_
             late
         };
         let (coarse, fine) = (late(1e-3), late(1e-4));
-        assert!(fine.abs() < 0.2 * coarse.abs(), "J {inertia}: {coarse} {fine}");
+        // a run ends at the end of a contact step
+        assert!(fine.abs() < 2e-4 && coarse.abs() < 1e-2, "J {inertia}: {coarse} {fine}");
     }
 }
 
@@ -195,7 +196,7 @@ fn an_undamped_rotor_keeps_its_energy_and_angular_momentum() {
         (row.value("energy_error"), change)
     };
     let (coarse, fine) = (drift(0.0025), drift(0.000625));
-    assert!(coarse.0 < 1e-3 && fine.0 < 0.35 * coarse.0 && fine.1 < 0.35 * coarse.1, "{coarse:?} {fine:?}");
+    assert!(coarse.0 < 5e-6 && fine.0 < 0.1 * coarse.0 && fine.1 < 0.1 * coarse.1, "{coarse:?} {fine:?}");
     println!(
         "drift over 200 s: energy {:.2e} {:.2e}, angular momentum {:.2e} {:.2e}",
         coarse.0, fine.0, coarse.1, fine.1
