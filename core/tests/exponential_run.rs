@@ -93,12 +93,15 @@ fn hard_rubs_of_the_rig_end_as_on_the_reduced_engine() {
         [("28 g", "0.3", 5e-6, 1e-3), ("40 g", "0.2", 8e-6, 1e-3), ("35 g", "0.3", 2.5e-4, 3e-3)]
     {
         let change = [("rotor.unbalances.blade_off.mass", mass), ("diaphragms.seal.contact.friction", friction)];
-        let reference =
-            run(machine_with(&study_machine("lab_rig"), &[change[0], change[1], ("run.step", "1.7e-6 s")]));
+        let reference = run(machine_with(&study_machine("lab_rig"), &[change[0], change[1], ("run.step", "1.7e-6 s")]));
         let ours = exponential(machine_with(&study_machine("lab_rig"), &change), 3.4e-6);
         assert!(ours.value("friction_energy_J") > 30.0 && reference.value("impacts") > 3.0, "a hard rub");
-        let columns =
-            [("end_speed_rad_s", speed), ("contact_time_s", time), ("contact_impulse_Ns", 5e-4), ("friction_energy_J", 5e-4)];
+        let columns = [
+            ("end_speed_rad_s", speed),
+            ("contact_time_s", time),
+            ("contact_impulse_Ns", 5e-4),
+            ("friction_energy_J", 5e-4),
+        ];
         agree(&ours, &reference, &columns);
         assert!(ours.value("energy_error") < 5e-6, "{mass}: {}", ours.value("energy_error"));
     }

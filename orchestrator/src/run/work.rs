@@ -1,7 +1,7 @@
 //! What the workers are told of a study: the plan that all of them read, and the numbers that stand for a sample.
 
 use crate::dispatch;
-use bladeoff_model::machine::{ENGINE, Engine, ParamValue, PathInfo};
+use bladeoff_model::machine::{ENGINE, Engine, ParamValue};
 use bladeoff_protocol::messages::MAX_PARAMS;
 use bladeoff_study::{Fixed, MOST_VARIED, MachineSubject, Output, Parameter, Samples, Subject};
 use bladeoff_worker::plan::{Formula, FunctionPlan, MachinePlan, Variable, Varied, WorkPlan};

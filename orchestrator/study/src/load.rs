@@ -3,7 +3,7 @@
 use super::asked::{Asked, names};
 use super::axis::{Axis, MOST_VARIED};
 use super::carried::{Carried, Others, refuse_taken};
-use super::definition::{MachineSubject, Study, Subject};
+use super::definition::{Fixed, MachineSubject, Study, Subject};
 use super::drawn::{self, Files};
 use super::engine::{refuse_auto, settle};
 use super::error::StudyError;
@@ -264,7 +264,7 @@ impl Loader<'_> {
             Some(function) => Subject::Function(function),
             None => {
                 let mut machine = machine?;
-                for (info, value) in &fixed {
+                for Fixed { info, value, .. } in &fixed {
                     machine.def.set(info, value).expect("type and range were checked when the value was read");
                 }
                 let mut engine = None;
