@@ -296,11 +296,7 @@ fn a_study_that_cannot_start_says_so_once_and_what_is_allowed() {
     let said = say(&["check", &study]);
     assert_eq!(said.code, 3, "{}", said.err);
     assert_eq!(said.err.matches("cannot start").count(), 1, "{}", said.err);
-    assert!(
-        said.err.contains("s.toml:4:1: run.step = 1 ms: the step 1 ms is too large for the reduced engine"),
-        "{}",
-        said.err
-    );
+    assert!(said.err.contains("s.toml:6:1: run.step = 1 ms: the step 1 ms is too large"), "{}", said.err);
     // The limit as it is told is one.
     let limit = said.err.split("largest allowed ").nth(1).and_then(|rest| rest.split(" = ").next()).expect("a limit");
     assert!(limit.ends_with(" us"), "{limit}");

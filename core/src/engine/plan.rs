@@ -114,7 +114,7 @@ pub enum StartError {
     },
     /// The contact step is larger than what contact and spin are computed with.
     #[error(
-        "run.contact_step = {} is too large: largest allowed {} (2/omega_max of the ring's modes, and a {PARTS_LEAST}th of the shortest of a \
+        "the contact step {} is too large: largest allowed {} (2/omega_max of the ring's modes, and a {PARTS_LEAST}th of the shortest of a \
          revolution and the lowest mode's period)",
         seconds(*.step), seconds(below(*.limit))
     )]

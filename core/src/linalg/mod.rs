@@ -6,6 +6,8 @@
 mod definite;
 mod eigen;
 mod general;
+#[cfg(test)]
+mod general_tests;
 pub mod lanes;
 mod sparse;
 mod symmetric;

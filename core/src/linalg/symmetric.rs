@@ -15,6 +15,8 @@ use super::{Matrix, column_of, dot};
 
 /// Steps (2) for one eigenvalue, at most: three are the rule.
 const STEPS: usize = 60;
+/// Steps for one eigenvalue after which rounding of the largest one is nothing, from there on: beside it a shift may be lost.
+const PATIENT: usize = 20;
 /// Rows of vectors that a step's rotations take together, so that they stay in the cache.
 const PANEL: usize = 64;
 
@@ -121,8 +123,11 @@ fn diagonal(d: &mut [f64], e: &mut [f64], vectors: &mut Matrix) -> Option<()> {
     for first in 0..n {
         // of the rows so far: beside small numbers less is much
         largest = largest.max(d[first].abs() + e[first].abs());
-        let nothing = f64::EPSILON * largest;
         for step in 0.. {
+            if step == PATIENT {
+                largest = whole;
+            }
+            let nothing = f64::EPSILON * largest;
             let end = (first..n - 1).find(|&i| e[i].abs() <= nothing).unwrap_or(n - 1);
             if end == first {
                 break;
@@ -257,6 +262,19 @@ mod tests {
             checked(&graded);
             let turned = Matrix::from_fn(n, n, |i, j| graded[(n - 1 - i, n - 1 - j)]);
             checked(&turned);
+        }
+    }
+
+    #[test]
+    fn eigenvalues_over_many_decades_are_found_in_large_matrices() {
+        let mut seed = 2;
+        for (n, span) in [(200, 24.0), (400, 12.0), (400, 16.0), (400, 60.0)] {
+            let root = Matrix::from_fn(n, n, |_, _| random(&mut seed));
+            let graded = |i: usize| libm::exp2(-1.66 * span * i as f64 / n as f64);
+            let a = mul(&root, &root.transpose());
+            let a = Matrix::from_fn(n, n, |i, j| a[(i, j)] * graded(i) * graded(j) / n as f64);
+            checked(&a);
+            checked(&Matrix::from_fn(n, n, |i, j| a[(n - 1 - i, n - 1 - j)]));
         }
     }
 

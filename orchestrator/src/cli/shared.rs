@@ -4,7 +4,7 @@ use bladeoff_answers::report::counted;
 use bladeoff_core::engine::exponential::same_bases;
 use bladeoff_core::structure::same_structure;
 use bladeoff_model::document::units::format_digits;
-use bladeoff_model::machine::{Engine, Machine, ParamValue, TWIN};
+use bladeoff_model::machine::{ENGINE, Engine, Machine, ParamValue, TWIN};
 use bladeoff_study::{Parameter, Samples};
 
 /// Samples up to which twins are counted; of more their share is told.
@@ -17,7 +17,11 @@ pub(super) fn structural(samples: &Samples) -> Vec<&Parameter> {
 
 /// Those that leave these as they are, but change the bases of the exponential engine.
 fn of_bases(samples: &Samples) -> Vec<&Parameter> {
-    let is_exponential = |machine: &Machine| machine.run.engine == Engine::Exponential;
+    let is_engine = |(_, parameter): &(usize, &Parameter)| parameter.info.path == ENGINE;
+    let varied = samples.parameters().iter().enumerate().find(is_engine);
+    let word = ParamValue::Choice(Engine::Exponential.word().to_owned());
+    let varies_to_it = varied.is_some_and(|(place, _)| samples.some_values(place).contains(&word));
+    let is_exponential = |machine: &Machine| varies_to_it || machine.run.engine == Engine::Exponential;
     changing(samples, |one, other| is_exponential(other) && same_structure(one, other) && !same_bases(one, other))
 }
 

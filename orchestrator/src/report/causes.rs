@@ -72,14 +72,21 @@ pub fn broken_by(cause: Cause, machine: &Machine, number: impl Fn(&str) -> Optio
             percent(guard.normal_work)
         )),
         Cause::Penetration => {
-            let [diaphragm] = machine.diaphragms.as_slice() else { return None };
-            let gap = diaphragm.contact.gap;
-            Some(format!(
-                "{} of a gap of {}; allowed {}",
-                format_quantity(number("residual_penetration_m")?, "m"),
-                format_quantity(gap, "m"),
-                format_quantity(guard.penetration * gap, "m")
-            ))
+            // with its name before it where there are several
+            let is_one = machine.diaphragms.len() == 1;
+            let left = machine.diaphragms.iter().filter_map(|diaphragm| {
+                let column = "residual_penetration_m";
+                let depth = if is_one { number(column) } else { number(&format!("{}.{column}", diaphragm.name)) };
+                let gap = diaphragm.contact.gap;
+                let [depth, gap, allowed] = [depth?, gap, guard.penetration * gap];
+                (depth > allowed).then(|| {
+                    let [depth, gap, allowed] = [depth, gap, allowed].map(|length| format_quantity(length, "m"));
+                    let name = if is_one { String::new() } else { format!("{}: ", diaphragm.name) };
+                    format!("{name}{depth} of a gap of {gap}; allowed {allowed}")
+                })
+            });
+            let left: Vec<String> = left.collect();
+            (!left.is_empty()).then(|| left.join("; "))
         }
         _ => None,
     }
@@ -113,6 +120,9 @@ pub fn advice(cause: Cause, engine: Engine) -> Cow<'static, str> {
                 .into()
         }
         Cause::SlipReversal => "`contact.friction_law = \"stick-slip\"` lets the contact stick and slide back".into(),
+        Cause::LossOfUniqueness if engine == Engine::Exponential => {
+            "less friction, or compare with `run.engine = \"reduced\"`; the model has no single answer there".into()
+        }
         Cause::LossOfUniqueness => {
             "less friction or another `contact.detection`; the model has no single answer there".into()
         }

@@ -124,7 +124,9 @@ pub(super) fn parse(slot: &Slot, text: &str) -> Result<ParamValue, ValueError> {
             .map_err(|source| ValueError::Quantity { path: slot.path.clone(), source })
     };
     match slot.key.kind {
-        _ if text.starts_with('[') => Err(ValueError::List { path: slot.path.clone() }),
+        Kind::Matrix(_) | Kind::Vector(_) | Kind::List(_) if text.starts_with('[') => {
+            Err(ValueError::List { path: slot.path.clone() })
+        }
         Kind::Choice(_) => Ok(ParamValue::Choice(text.to_owned())),
         Kind::NumberOr(unit, _) if text.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)) => {
             quantity(unit)

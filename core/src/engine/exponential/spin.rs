@@ -7,6 +7,7 @@
 //! k_s   = -m d psi_s' Re(z_s' e^{-i psi_s}) + m d (g_y cos psi_s - g_x sin psi_s)
 //! I_s   = -(h_s+ - h_s) + h k_s                 impulse of the unbalance on the twist                                      (2)
 //! force of the unbalance on the lateral motion  m d (psi'^2 - i psi'') e^{i psi},  in the middle of the step               (3)
+//!       h psi'' = change of the psi' foreseen for n+1 from that foreseen for n: what one prediction missed is in the next, and nothing is lost
 //! damping of the twist takes  E(n, after impulses) + sum_s (I_s/h) (t_s.n+ - t_s.n) - E(n+1)     of a step: exact, as its motion is  (4)
 //! ```
 //! A step: the turn over it follows from the spin and its last slope (Adams and Bashforth's second method), (3) moves the rotor, and with
@@ -41,6 +42,9 @@ pub(super) struct Spin {
     pub speed: f64,
     /// P \[kg m2/s\].
     momentum: f64,
+    /// The last step \[s\], and how many of it the slope foretells at most: [`foretold`].
+    last: f64,
+    foretells: f64,
     /// Of the spin over the last step \[rad/s2\], and the largest change of that of late \[rad/s3\].
     slope: f64,
     bend: f64,
@@ -136,16 +140,19 @@ impl Spin {
             next_angle: 0.0,
             next_rate: 0.0,
         });
+        let (arms, inertia): (Vec<Arm>, f64) = (arms.collect(), rotor.twist_mass.sum());
         Self {
             angle,
             speed,
             momentum: 0.0,
+            last: f64::INFINITY,
+            foretells: foretold(&arms, inertia),
             slope: 0.0,
             bend: 0.0,
-            inertia: rotor.twist_mass.sum(),
+            inertia,
             braking: machine.braking,
             gravity: machine.rotor.gravity,
-            arms: arms.collect(),
+            arms,
             begun: [vec![0.0; modes.len()], vec![0.0; modes.len()]],
             damped: 0.0,
             twist: Oscillators::new(modes.iter().copied()),
@@ -202,7 +209,7 @@ impl Spin {
     /// Begins a step: the unbalances' forces in its middle \[N\].
     pub fn predict(&mut self, step: &SpinStep, forces: &mut Vec<Complex<f64>>) {
         let h = step.h;
-        self.next_speed = self.speed + h * self.slope;
+        self.next_speed = self.speed + h.min(self.foretells * self.last) * self.slope;
         self.next_angle = self.angle + 0.5 * h * (self.speed + self.next_speed);
         self.begun[0].copy_from_slice(&self.twist.place);
         self.begun[1].copy_from_slice(&self.twist.rate);
@@ -339,7 +346,7 @@ impl Spin {
         self.damped += self.arms.iter().map(worked).sum::<f64>() + lost(&self.begun, &self.twist, &self.elastic);
         self.bend = ((speed - self.next_speed).abs() / (h * h))
             .max((1.0 - FORGETS * h * self.speed.abs()).max(0.0) * self.bend);
-        self.slope = (speed - self.speed) / h;
+        (self.last, self.slope) = (h, (speed - self.speed) / h);
         (self.angle, self.speed) = (self.next_angle, speed);
         for s in 0..last {
             let [place, rate] = self.twisted(&self.arms[s].row);
@@ -359,6 +366,15 @@ impl Spin {
         let arm = &self.arms[s];
         Complex::new(arm.rate * arm.rate, -self.slope) * arm.unit * arm.moment
     }
+}
+
+/// How many steps of the last one's length its slope may foretell. What is foreseen of psi' acts on the rotor, whose answer is k of it in the spin's,
+/// `k < m d^2/(J + m d^2)`: with r the ratio of a step to the last one, `W(n+1) = k [(1 + r) W(n) - r W(n-1)] + ...`, which grows in no order of steps where `k (1 + 2 r) < 1`, and in
+/// none of equal ones. Beyond what this allows a slope is taken as that of fewer steps: what it misses is in the next one's.
+fn foretold(arms: &[Arm], inertia: f64) -> f64 {
+    let heavy: f64 = arms.iter().map(|arm| arm.inertia.abs()).sum();
+    let k = heavy / (inertia + heavy);
+    (0.5 * (1.0 / k - 1.0)).max(1.0)
 }
 
 /// The modes of twist without the uniform rotation.
