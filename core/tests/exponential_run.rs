@@ -188,7 +188,7 @@ fn what_is_not_covered_is_refused_at_its_key() {
     let plan = StepPlan::new(&of(1e-6), &structure).expect("small enough");
     assert!(StepPlan::new(&of(plan.largest_allowed()), &structure).is_ok());
     let error = StepPlan::new(&of(1.001 * plan.largest_step), &structure).expect_err("too large");
-    assert!(error.to_string().starts_with("run.contact_step = "), "{error}");
+    assert!(error.to_string().starts_with("the contact step "), "{error}");
 }
 
 #[test]
