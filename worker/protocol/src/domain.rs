@@ -164,6 +164,10 @@ fn check_file_size(workers: usize) -> Result<(), DomainError> {
 fn make_root(root: &Path) -> Result<Option<File>, DomainError> {
     match runtime::make_closed(root) {
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists => return Ok(None),
+        // swept before its mode was set
+        Err(error) if error.kind() == io::ErrorKind::NotFound && root.parent().is_some_and(Path::exists) => {
+            return Ok(None);
+        }
         made => made.map_err(FileError::at("create", root))?,
     }
     Ok(lock(root).map_err(FileError::at("lock", root))?)
@@ -247,6 +251,19 @@ mod tests {
         let missing = check_shm(&dir.path().join("nowhere"), 1).expect_err("not there");
         assert!(matches!(missing, DomainError::ShmUnwritable { .. }), "{missing}");
         assert_eq!(fs::read_dir(dir.path()).expect("readable").count(), 0);
+    }
+
+    /// A sweep of one run may come between the making of another's root and its lock: that takes another name then.
+    #[test]
+    fn runs_that_begin_at_once_sweep_each_other_and_begin_all_the_same() {
+        let dir = folder();
+        let begin = || (0..400).try_for_each(|_| Domain::create_below(dir.path(), 1).map(drop));
+        let ended = std::thread::scope(|scope| {
+            let runs: Vec<_> = (0..4).map(|_| scope.spawn(begin)).collect();
+            runs.into_iter().map(|run| run.join().expect("no panic")).collect::<Result<Vec<()>, DomainError>>()
+        });
+        assert!(ended.is_ok(), "{ended:?}");
+        assert_eq!(fs::read_dir(dir.path()).expect("readable").count(), 0, "nothing is left");
     }
 
     fn folder() -> tempfile::TempDir {
