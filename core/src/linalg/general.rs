@@ -7,9 +7,9 @@
 //! ```
 //! Source: Golub and Van Loan, Matrix Computations, 7.4 (1), 7.5 (2, Francis 1961), 7.6 (3).
 //! Errors are rounding of the largest entry of A times the condition of the eigenvalue. One order of operations, in vectors of every width: the same bytes on every processor.
-//! Verified by `pairs_give_the_matrix_back`, `pairs_of_equal_motions_without_damping_come_apart`, `the_roots_of_a_polynomial_are_those_of_its_companion`, `what_has_one_vector_and_what_has_many`.
+//! Verified by `general_tests.rs`.
 
-use super::lanes::{add_scaled, kernel};
+use super::lanes::{add_scaled, kernel, turn_both};
 use super::{Matrix, column_of, dot};
 use nalgebra::Complex;
 
@@ -158,9 +158,9 @@ fn splits(h: &mut Matrix, q: &mut Matrix, k: usize) -> bool {
         (h[(k, j)], h[(k + 1, j)]) = (cos * x + sin * y, cos * y - sin * x);
     }
     let (left, right) = h.as_mut_slice().split_at_mut((k + 1) * n);
-    turn(cos, sin, &mut left[k * n..k * n + k + 2], &mut right[..k + 2]);
+    turn_both(cos, -sin, &mut left[k * n..k * n + k + 2], &mut right[..k + 2]);
     let (left, right) = q.as_mut_slice().split_at_mut((k + 1) * n);
-    turn(cos, sin, &mut left[k * n..(k + 1) * n], &mut right[..n]);
+    turn_both(cos, -sin, &mut left[k * n..(k + 1) * n], &mut right[..n]);
     h[(k + 1, k)] = 0.0;
     true
 }
@@ -364,19 +364,6 @@ fn combined(q: &Matrix, x: &[Vec<f64>; 2]) -> (Vec<f64>, Vec<f64>) {
     let length = (dot(&re, &re) + dot(&im, &im)).sqrt();
     [&mut re, &mut im].into_iter().flatten().for_each(|entry| *entry /= length);
     (re, im)
-}
-
-kernel! {
-    /// `(x, y) = (c x + s y, c y - s x)`.
-    fn turn(cos: f64, sin: f64, x: &mut [f64], y: &mut [f64]) {
-        let count = x.len();
-        let y = &mut y[..count];
-        for i in 0..count {
-            let (a, b) = (x[i], y[i]);
-            x[i] = cos * a + sin * b;
-            y[i] = cos * b - sin * a;
-        }
-    }
 }
 
 kernel! {

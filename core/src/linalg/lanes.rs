@@ -221,6 +221,19 @@ kernel! {
     }
 }
 
+kernel! {
+    /// `(x, y) = (c x - s y, s x + c y)`.
+    pub fn turn_both(cos: f64, sin: f64, x: &mut [f64], y: &mut [f64]) {
+        let count = x.len();
+        let y = &mut y[..count];
+        for i in 0..count {
+            let (a, b) = (x[i], y[i]);
+            x[i] = cos * a - sin * b;
+            y[i] = sin * a + cos * b;
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -4,13 +4,14 @@
 //! A = Q T Q^T      Householder reflections I - beta v v^T, column by column; T tridiagonal, diagonal d, beside it e                            (1)
 //! T = Z D Z^T      QL steps with the shift of the first 2 x 2 block, plane rotations; where |e| is rounding of the rows so far, T falls apart    (2)
 //! ```
-//! Source: Golub and Van Loan, Matrix Computations, 8.3 (Wilkinson's shift: 8.3.4; his proof that (2) always converges: Linear Algebra Appl. 1, 1968).
+//! Source: Golub and Van Loan, Matrix Computations, 8.3 (Wilkinson's shift: 8.3.4; his proof that (2) always converges: Linear Algebra Appl. 1, 1968; in numbers of finite length a
+//! shift may be lost beside large rows, hence `PATIENT`).
 //! Errors are rounding of the largest eigenvalue: small ones have few digits (more where entries grow or fall along the diagonal), which is why
 //! [`super::symmetric_generalised`] asks for inverses.
 //! One order of operations, in vectors of every width: the same bytes on every processor.
-//! Verified by `the_spectrum_of_a_chain_is_its_closed_form`, `vectors_are_orthogonal_and_give_the_matrix_back`, `what_is_equal_and_what_is_tiny`.
+//! Verified by `the_spectrum_of_a_chain_is_its_closed_form`, `vectors_are_orthogonal_and_give_the_matrix_back`, `eigenvalues_over_many_decades_are_found_in_large_matrices`, `what_is_equal_and_what_is_tiny`.
 
-use super::lanes::{add_scaled, kernel};
+use super::lanes::{add_scaled, kernel, turn_both};
 use super::{Matrix, column_of, dot};
 
 /// Steps (2) for one eigenvalue, at most: three are the rule.
@@ -195,19 +196,6 @@ kernel! {
         let (x, z) = (&x[..count], &z[..count]);
         for i in 0..count {
             y[i] = y[i] - a * x[i] - b * z[i];
-        }
-    }
-}
-
-kernel! {
-    /// `(x, y) = (c x - s y, s x + c y)`.
-    fn turn_both(cos: f64, sin: f64, x: &mut [f64], y: &mut [f64]) {
-        let count = x.len();
-        let y = &mut y[..count];
-        for i in 0..count {
-            let (a, b) = (x[i], y[i]);
-            x[i] = cos * a - sin * b;
-            y[i] = sin * a + cos * b;
         }
     }
 }
