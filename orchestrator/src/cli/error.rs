@@ -235,7 +235,7 @@ impl CliError {
             CliError::Study(StudyError::Problems(_) | StudyError::AMachine { .. }) | CliError::Start(_) => Exit::Input,
             CliError::Unmeant { .. }
             | CliError::NoKind
-            | CliError::Study(StudyError::Design(DesignError::Scale { .. })) => Exit::Usage,
+            | CliError::Study(StudyError::Design(DesignError::Scale { .. } | DesignError::Nothing)) => Exit::Usage,
             CliError::Study(StudyError::Design(_)) => Exit::Input,
             CliError::Study(StudyError::Threads(_)) | CliError::Threads(_) => Exit::Io,
             CliError::Study(StudyError::Input(error)) | CliError::Input(error) => input_exit(error),

@@ -33,7 +33,7 @@ impl Samples {
     /// All samples of the study, thinned by `scale`, of which `limit` are taken; of a design so many points.
     ///
     /// # Errors
-    /// Too many samples, or a scale outside (0, 1].
+    /// Too many samples, a scale outside (0, 1], or a limit of 0.
     pub fn new(study: Study, scale: Option<f64>, limit: Option<u64>) -> Result<Self, StudyError> {
         let lengths: Vec<u64> = study.axes.iter().map(|axis| axis.length).collect();
         // a scale out of range is refused below
@@ -42,6 +42,7 @@ impl Samples {
             factor.map_or_else(|| study.drawn.drawing.clone(), |factor| study.drawn.drawing.clone().scaled(factor));
         let design = match drawing.plan() {
             None => Design::new(&lengths, study.seed, scale, limit),
+            Some(_) if limit == Some(0) => Err(DesignError::Nothing),
             Some(plan) => {
                 let points = limit.map_or(plan.count(), |limit| plan.limited(limit));
                 Design::of_points(points, &lengths, scale)
@@ -49,7 +50,7 @@ impl Samples {
         };
         let design = design.map_err(|error| match error {
             DesignError::TooMany { count, limit } => too_many(&study, scale, count, limit),
-            error @ DesignError::Scale { .. } => error.into(),
+            error @ (DesignError::Scale { .. } | DesignError::Nothing) => error.into(),
         })?;
         Ok(Self { study, design, drawing, scale, limit })
     }

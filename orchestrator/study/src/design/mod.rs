@@ -50,6 +50,9 @@ pub enum DesignError {
         /// What was given.
         value: f64,
     },
+    /// A limit of 0.
+    #[error("the limit is 0; at least one sample is to be taken")]
+    Nothing,
 }
 
 impl Design {
@@ -59,11 +62,14 @@ impl Design {
     /// The design of axes of these lengths (each >= 1), thinned by `scale`, of which `limit` samples are taken.
     ///
     /// # Errors
-    /// More than [`Design::LIMIT`] samples after thinning, or a scale outside (0, 1].
+    /// More than [`Design::LIMIT`] samples after thinning, a scale outside (0, 1], or a limit of 0.
     pub fn new(lengths: &[u64], seed: u64, scale: Option<f64>, limit: Option<u64>) -> Result<Self, DesignError> {
         let factor = scale.unwrap_or(1.0);
         if !(factor > 0.0 && factor <= 1.0) {
             return Err(DesignError::Scale { value: factor });
+        }
+        if limit == Some(0) {
+            return Err(DesignError::Nothing);
         }
         let axes: Vec<Thinned> = lengths.iter().map(|&length| Thinned::new(length, factor)).collect();
         let kept: Vec<u64> = axes.iter().map(|axis| axis.kept()).collect();
