@@ -184,6 +184,39 @@ fn half_way_it_says_so_and_of_a_grid_it_has_no_answers() {
     assert_eq!(replay.code, 0, "{again}: {}", replay.err);
 }
 
+/// Two runs roll backwards in the ring and push it a quarter of its radius out, two rub lightly.
+#[test]
+fn rings_pushed_beyond_small_displacements_are_said_wherever_numbers_are() {
+    let folder = Folder::new();
+    let turbine = support::root().join("studies/machines/lp_turbine.toml");
+    folder.write("turbine.toml", &fs::read_to_string(turbine).expect("the turbine"));
+    let study = folder.write(
+        "whips.toml",
+        "schema = 1\nname = \"whips\"\nmachine = \"turbine.toml\"\n[set]\n\"run.end_time\" = \"0.3 s\"\n\
+             [design]\nkind = \"monte-carlo\"\nsamples = 2\n[[uncertain]]\npath = \"contact.gap\"\ndistribution = \"uniform\"\n\
+             lower = \"4 mm\"\nupper = \"4.2 mm\"\n[[vary]]\npath = \"contact.friction\"\nvalues = [0.5, 0.05]\n\
+             [[question]]\nname = \"loads\"\nprobability = \"max_bearing_load_N > 1 MN\"\n\
+             [[gate]]\nrequire = \"P(max_bearing_load_N > 1 MN) < 0.5\"\n",
+    );
+    let out = folder.name("whips");
+    let run = say(&["run", &study, "--out", &out, "--workers", "1"]);
+    assert_eq!(run.code, 0, "{}", run.err);
+    assert!(run.out.contains("hyp2             4             4   4  0        0"), "all touch, all are ok: {}", run.out);
+    let said =
+        "2 of 4 rows with status ok pushed a ring beyond small displacements (by more than 5 % of its radius; sample ";
+    assert!(run.out.contains(said) && run.out.contains("mm, 27 %)"), "{}", run.out);
+    let (answer, gate) = (say(&["answer", &out]), say(&["gate", &out]));
+    assert!(answer.err.contains(said) && gate.err.contains(said), "{} {}", answer.err, gate.err);
+    assert!(own(&page(&folder, &out, "whips.html")).contains(said));
+
+    let study =
+        folder.write("light.toml", &fs::read_to_string(&study).expect("written").replace("[0.5, 0.05]", "[0.05]"));
+    let out = folder.name("light");
+    let run = say(&["run", &study, "--out", &out, "--workers", "1"]);
+    assert!(run.out.contains("2             2   2  0") && !run.out.contains("small displacements"), "{}", run.out);
+    assert!(!say(&["answer", &out]).err.contains("small displacements"));
+}
+
 #[test]
 fn limits_of_the_model_are_those_of_the_readme() {
     let readme = fs::read_to_string(support::root().join("README.md")).expect("the README");

@@ -52,7 +52,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     if let Some(end) = &merged.end {
         text.push_str(&format!("{}\n\n", end.words(&samples)));
     }
-    text.push_str(&summary(study, &args.directory, width())?);
+    text.push_str(&summary(&samples, &args.directory, width())?);
     text.push_str(&format!("\nTable: {}\n", shown(&merged.table)));
     let (answers, exit_of_answers) = answers_of_run(&args.directory, &samples, args.trust_dir)?;
     text.push_str(&answers);

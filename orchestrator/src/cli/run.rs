@@ -10,6 +10,7 @@ use super::shard::ShardArgs;
 use crate::answering::{Refinement, check_asked};
 use crate::dispatch::{self, DispatchError, Ended, time_left, watch_before};
 use crate::report::Tally;
+use crate::reporting::pushed_rings;
 use crate::run::directory::LEDGER;
 use crate::run::shards::{SHARDS, cores, row_files};
 use crate::run::{Finished, Looking, Refining, Request, Rerun, RunError, TRUST, go_on, own_columns, run};
@@ -320,7 +321,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     if let Some(end) = &finished.end {
         text.push_str(&format!("{}\n\n", end.words(&samples)));
     }
-    text.push_str(&summary(samples.study(), &out, width)?);
+    text.push_str(&summary(&samples, &out, width)?);
     let (what, all) = if incomplete { ("Finished rows", "/*.parquet") } else { ("Table", "") };
     if let Some(table) = &finished.table {
         let table = shown(table);
@@ -350,11 +351,12 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
 }
 
 /// What the rows so far say.
-pub(super) fn summary(study: &Study, out: &Path, width: Option<usize>) -> Result<String, CliError> {
+pub(super) fn summary(samples: &Samples, out: &Path, width: Option<usize>) -> Result<String, CliError> {
+    let (study, files) = (samples.study(), row_files(out));
     if let Some(model) = study.function() {
-        return functions::summary(model, &row_files(out), width);
+        return functions::summary(model, &files, width);
     }
-    Ok(Summary::of(&row_files(out))?.with_twin(study.shift()).text(width))
+    Ok(Summary::of(&files)?.with_twin(study.shift()).text(width) + &pushed_rings(samples, &files)?)
 }
 
 /// Why the run ended before it was complete.

@@ -9,7 +9,7 @@ use bladeoff_model::machine::{Diaphragm, DiaphragmKind, Machine};
 use bladeoff_model::outcome::Cause;
 
 /// Displacement of a ring, as a share of its radius, from which on its small-displacement equations are out of their range.
-const SMALL: f64 = 0.05;
+pub const BEYOND_SMALL: f64 = 0.05;
 /// Part of a bearing's flexibility in the modes left out from which on its load under a sudden force is off by as much.
 const WITHOUT_INERTIA: f64 = 0.05;
 
@@ -25,8 +25,17 @@ pub fn beyond_the_model(machine: &Machine, structure: &Structure, step: f64, vie
 /// What to say of rings that a rotor which is inside them pushed too far, by the values of an outcome.
 #[must_use]
 pub fn pushed_too_far(machine: &Machine, values: &[Option<f64>]) -> Vec<String> {
-    let places = machine.diaphragms.iter().zip(pushed(machine, values));
-    places.filter_map(|(diaphragm, pushed)| ring_pushed(diaphragm, pushed?)).collect()
+    pushed_share(machine, values).into_iter().flatten().filter_map(|(way, share)| ring_pushed(way, share)).collect()
+}
+
+/// How far each flexible ring that was touched was pushed out \[m\], and which share of its radius that is, by the values of an outcome.
+#[must_use]
+pub fn pushed_share(machine: &Machine, values: &[Option<f64>]) -> Vec<Option<(f64, f64)>> {
+    let share = |(diaphragm, way): (&Diaphragm, Option<f64>)| match &diaphragm.kind {
+        DiaphragmKind::Flexible(stator) => way.map(|way| (way, way / stator.ring.mean_radius)),
+        _ => None,
+    };
+    machine.diaphragms.iter().zip(pushed(machine, values)).map(share).collect()
 }
 
 /// The step does not resolve the damping of a bearing (`docs/theory/04-time-integration.md`): the peaks of its load may be those of
@@ -42,14 +51,12 @@ fn ringing(found: UnresolvedDamping) -> String {
 }
 
 /// The rotor pushed a flexible ring further than its equations hold (`docs/theory/03-contact.md`). Only a ring that was touched was
-/// pushed, and only by a rotor that is inside it. `pushed` \[m\].
-fn ring_pushed(diaphragm: &Diaphragm, pushed: f64) -> Option<String> {
-    let DiaphragmKind::Flexible(stator) = &diaphragm.kind else { return None };
-    let share = pushed / stator.ring.mean_radius;
-    (share > SMALL).then(|| {
+/// pushed, and only by a rotor that is inside it. `way` \[m\].
+fn ring_pushed(way: f64, share: f64) -> Option<String> {
+    (share > BEYOND_SMALL).then(|| {
         format!(
             "note: the rotor pushed the ring {} out, {:.0} % of the ring's radius: beyond the small displacements that its equations hold for",
-            format_quantity(pushed, "m"),
+            format_quantity(way, "m"),
             100.0 * share
         )
     })

@@ -12,7 +12,7 @@ mod watch;
 
 pub use causes::{advice, broken_by, cause_in_words, diverged_at};
 pub use eta::{Costs, Eta, Underway};
-pub use limits::{beyond_the_model, pushed_too_far};
+pub use limits::{BEYOND_SMALL, beyond_the_model, pushed_share, pushed_too_far};
 pub use outcome::{OutcomeView, describe_outcome, describe_values, end_cause_in_words, mentions};
 pub use patience::{matrices_of, with_word};
 pub use progress::Progress;

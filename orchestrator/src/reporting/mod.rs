@@ -11,6 +11,7 @@ mod curves;
 mod failing;
 mod narrowing;
 mod provenance;
+mod pushed;
 mod rows;
 mod sensitivity;
 mod words;
@@ -27,6 +28,7 @@ use bladeoff_answers::report::{FunctionSummary, Summary, counted};
 use bladeoff_answers::tables::TableError;
 use bladeoff_study::Samples;
 pub use provenance::LIMITS;
+pub use pushed::pushed_rings;
 use rows::Seen;
 use std::path::{Path, PathBuf};
 
@@ -82,11 +84,11 @@ pub fn report(subject: Subject<'_>, ahead: impl Fn(&Answering) -> Ahead) -> Resu
     };
     // answers first: a study that runs has more rows when they are counted, never fewer than the answers are from
     let mut looked = ask()?;
-    let (seen, summary) = read_current(directory, row_files, |files| {
+    let (seen, summary, pushed) = read_current(directory, row_files, |files| {
         is_table = files.first().is_some_and(|first| first.ends_with(RESULTS));
         is_known = refuse_changed(directory)? || !is_table;
         end = files.first().filter(|_| is_table).map(|table| end_of_table(table)).transpose()?.flatten();
-        Ok((rows::read(files, coordinates.clone(), &columns)?, summary(samples, files)?))
+        Ok((rows::read(files, coordinates.clone(), &columns)?, summary(samples, files)?, pushed_rings(samples, files)?))
     })?;
     // it has ended meanwhile: one page is of one table
     if is_table && looked.as_ref().is_some_and(|looked| !looked.answering.answers.complete) {
@@ -112,7 +114,9 @@ pub fn report(subject: Subject<'_>, ahead: impl Fn(&Answering) -> Ahead) -> Resu
     add("provenance", "Where it comes from", provenance::provenance(subject));
     add("limits", "What it cannot tell", provenance::limits(samples));
     let ended = end.map(|end| end.words(samples));
-    let page = Page { title: subject.name.to_owned(), lead: lead(&seen, of, looked.as_ref(), ended), sections };
+    let mut lead = lead(&seen, of, looked.as_ref(), ended);
+    lead.extend((!pushed.is_empty()).then(|| Block::Warning(pushed.trim_end().to_owned())));
+    let page = Page { title: subject.name.to_owned(), lead, sections };
     Ok(Report { page, rows: (seen.rows, of), is_known })
 }
 
