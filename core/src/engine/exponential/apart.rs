@@ -33,7 +33,7 @@ impl Apart {
         };
         Self {
             h,
-            shape: Shape::new(structure),
+            shape: Shape::new(structure, transient.flight.spin()),
             jumps,
             mean_rates: vec![0.0; map.size()],
             bearings: rotor.bearings.iter().map(|b| rotor.plane_places(b.node).map(|dof| map.row(dof))).collect(),
@@ -78,7 +78,7 @@ impl Apart {
         let model = &flight.shared().grid.model;
         let shift = flight.held_back(flight.gyroscopic_momentum());
         let (q, velocity) = (self.shape.coordinates(), self.shape.rates());
-        let [kinetic, strain] = model.system.energies(flight.speed() + shift, q, velocity);
+        let [kinetic, strain] = model.system.energies(flight.spin().speed + shift, q, velocity);
         let [turning, twisted] = flight.spin().energies(shift, flight.velocities());
         let ring = transient.contact.as_ref().map_or([0.0; 2], |contact| contact.rub.ring.energies());
         now.kinetic = kinetic + turning + ring[0];

@@ -6,7 +6,6 @@ use super::candidates::{BLOCK, candidates};
 use super::flight::Flight;
 use super::grid::LEVELS;
 use super::settings::FlightSettings;
-use super::spin::Spin;
 use super::transient::{SHORT, Transient};
 use crate::linalg::lanes::rows_times;
 use crate::structure::Structure;
@@ -43,7 +42,7 @@ fn no_flight_reaches_a_ringing_ring() {
         let mut transient = Transient::new(&machine, &structure, FlightSettings::of_step(h), true).expect("covered");
         let diaphragm = &machine.diaphragms[0];
         let ring = candidates(diaphragm, &structure, 0, h).expect("has candidates");
-        let row = Spin::row_of(&structure, diaphragm.contact.node);
+        let row = transient.flight.spin().row_of(&structure, diaphragm.contact.node);
         let (begun, most) = (transient.flight.clone(), transient.most);
         let lengths: [f64; LEVELS + 1] = std::array::from_fn(|level| begun.step_of(level));
         let mut parts = Vec::new();

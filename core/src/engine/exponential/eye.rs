@@ -38,7 +38,7 @@ struct RingEye<'a> {
 }
 
 impl<'a> Eye<'a> {
-    pub fn new(machine: &Machine, structure: &'a Structure) -> Self {
+    pub fn new(machine: &Machine, structure: &'a Structure, transient: &Transient) -> Self {
         let ring = machine.diaphragms.first().zip(structure.rings.first().and_then(Option::as_ref));
         let of_ring = |(diaphragm, part): (&bladeoff_model::machine::Diaphragm, &'a RingPart)| {
             let contact = &diaphragm.contact;
@@ -56,7 +56,7 @@ impl<'a> Eye<'a> {
             }
         };
         Self {
-            shape: Shape::new(structure),
+            shape: Shape::new(structure, transient.flight.spin()),
             velocity: vec![0.0; structure.lateral.coordinates.nodal_size()],
             ring: ring.map(of_ring),
             structure,

@@ -72,7 +72,7 @@ impl Flight {
         }
         let (q, velocity) = initial_motion(machine, structure)?;
         let shared = Shared::of(machine, structure, settings)?;
-        let mut spin = Spin::new(machine, structure);
+        let mut spin = Spin::new(machine, structure)?;
         let grid = &shared.grid;
         let cell = grid.cell(grid.index_of(spin.speed))?;
         let motion: Vec<f64> = q.iter().chain(&velocity).copied().collect();
@@ -122,7 +122,7 @@ impl Flight {
     /// The whirl states at the end of a step in which nothing is touched; the spin's follow in [`Flight::finish`].
     pub(super) fn propagate(&mut self, level: usize) -> Result<(), ExponentialError> {
         while self.levels.len() <= level {
-            self.levels.push(self.spin.step(self.step_of(self.levels.len()))?);
+            self.levels.push(self.spin.step(self.step_of(self.levels.len())));
         }
         self.spin.predict(&self.levels[level], &mut self.forces);
         let propagator = match &self.trial {
@@ -142,6 +142,8 @@ impl Flight {
             self.gyroscopic = (self.ticks, self.cell.gyroscopic_momentum(&self.y));
         }
         self.spin.complete(&self.levels[level], &self.velocities, self.gyroscopic.1);
+        self.cell.local.strike(self.spin.arms.iter().map(|arm| arm.left), &mut self.y, &mut self.seen);
+        self.see_velocities();
         let grid = &self.shared.grid;
         // a rotor that has stopped goes nowhere
         if self.spin.speed <= 0.0 {
@@ -178,13 +180,13 @@ impl Flight {
     /// Spin \[rad/s\].
     #[must_use]
     pub fn speed(&self) -> f64 {
-        self.spin.speed
+        self.spin.mean()[0]
     }
 
     /// Mean spin angle \[rad\].
     #[must_use]
     pub fn angle(&self) -> f64 {
-        self.spin.angle
+        self.spin.mean()[1]
     }
 
     /// Load of a bearing, in the machine's order \[N\].

@@ -216,14 +216,22 @@ impl Grid {
         let (rows, pushes) = (mixed(&below.rows, &above.rows), mixed(&below.pushes, &above.pushes));
         let blocks = below.blocks.iter().zip(&above.blocks);
         let outputs = &self.model.outputs;
+        let pushes: Vec<Vec<f64>> = pushes.column_iter().map(|column| column.iter().copied().collect()).collect();
+        let all = Rows::new(&rows);
+        let struck = pushes[..2 * outputs.unbalances()].iter().map(|push| {
+            let mut seen = Vec::new();
+            all.times(push, &mut seen);
+            seen
+        });
         let cell = Arc::new(Cell {
             index,
             local: Local {
                 speed: self.speed_of_station(b) + middle * self.spacing,
                 blocks: blocks.map(|(x, y)| std::array::from_fn(|i| x[i] * (1.0 - share) + y[i] * share)).collect(),
-                outputs: Rows::new(&rows),
+                struck: struck.collect(),
+                outputs: all,
                 rows: rows.row_iter().map(|row| row.iter().copied().collect()).collect(),
-                pushes: pushes.column_iter().map(|column| column.iter().copied().collect()).collect(),
+                pushes,
             },
             momentum: Form::mixed([&below.momentum, &above.momentum], [1.0 - share, share]),
             share,

@@ -2,6 +2,7 @@
 
 use super::block::Block;
 use super::forms::Rows;
+use super::rows::add_both;
 use nalgebra::Complex;
 
 #[derive(Debug)]
@@ -14,9 +15,20 @@ pub(super) struct Local {
     pub outputs: Rows,
     /// A vector of y for each force.
     pub pushes: Vec<Vec<f64>>,
+    /// Outputs of those of the unbalances.
+    pub struck: Vec<Vec<f64>>,
 }
 
 impl Local {
+    /// Adds impulses of the unbalances on their nodes \[N s\] to y and its outputs.
+    pub fn strike(&self, impulses: impl Iterator<Item = Complex<f64>>, y: &mut [f64], seen: &mut [f64]) {
+        for (s, impulse) in impulses.enumerate() {
+            let parts = [impulse.re, impulse.im];
+            add_both(parts, [&self.pushes[2 * s], &self.pushes[2 * s + 1]], y);
+            add_both(parts, [&self.struck[2 * s], &self.struck[2 * s + 1]], seen);
+        }
+    }
+
     /// y' of y under the unbalances' forces \[N\] and the weight.
     pub fn rates(&self, y: &[f64], forces: &[Complex<f64>], rates: &mut [f64]) {
         let pairs = self.blocks.len();

@@ -22,6 +22,7 @@ mod forms;
 mod grid;
 mod kick;
 mod kicked_ring;
+mod loaded;
 mod local;
 mod measured;
 mod missed;

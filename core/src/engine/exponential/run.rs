@@ -10,7 +10,6 @@ use super::apart::Apart;
 use super::eye::{Ahead, Eye};
 use super::settings::FlightSettings;
 use super::shape::Shape;
-use super::spin::Spin;
 use super::transient::{Done, Transient};
 use crate::engine::motion::{DIVERGED, size};
 use crate::record::{At, End, Energies, Follower, Recorders, RingInstant, Touch};
@@ -101,6 +100,7 @@ impl<'a> Run<'a> {
     fn new(machine: &'a Machine, structure: &'a Structure, settings: FlightSettings) -> Result<Self, ExponentialError> {
         let transient = Transient::new(machine, structure, settings, true)?;
         let nodes = structure.rotor.nodes;
+        let twist_rows = (0..nodes).map(|node| transient.flight.spin().twist_of(structure, node)).collect();
         Ok(Self {
             machine,
             structure,
@@ -114,7 +114,7 @@ impl<'a> Run<'a> {
             damped: 0.0,
             struck: [0.0; 2],
             twists: vec![0.0; nodes],
-            twist_rows: (0..nodes).map(|node| Spin::row_of(structure, node)).collect(),
+            twist_rows,
             moments: Vec::new(),
             apart: None,
             reach: DIVERGED * size(machine),
@@ -142,7 +142,7 @@ impl<'a> Run<'a> {
         let shown = follower.wants(ticks, at.time);
         if shown {
             let Self { transient, eye, machine, structure, .. } = self;
-            eye.get_or_insert_with(|| Box::new(Eye::new(machine, structure))).look(transient);
+            eye.get_or_insert_with(|| Box::new(Eye::new(machine, structure, transient))).look(transient);
         }
         if let Some(level) = level {
             self.fly_by(level, shown, follower)?;
@@ -192,7 +192,7 @@ impl<'a> Run<'a> {
                 transient.weigh();
                 eye.iter().for_each(|eye| eye.show(&transient.loads, None, balanced, follower));
             } else if tick > ticks && follower.wants(tick, time) {
-                let eye = eye.get_or_insert_with(|| Box::new(Eye::new(machine, structure)));
+                let eye = eye.get_or_insert_with(|| Box::new(Eye::new(machine, structure, transient)));
                 ahead.get_or_insert_with(|| Ahead::of(transient)).show(tick, transient, eye, balanced, follower)?;
             }
         }
@@ -208,7 +208,7 @@ impl<'a> Run<'a> {
         let Self { transient, eye, recorders, apart, h, machine, structure, speed, .. } = self;
         let apart = apart.get_or_insert_with(|| Box::new(Apart::new(machine, structure, transient, *h)));
         apart.store(transient, structure, &recorders.energies.now);
-        let eye = eye.get_or_insert_with(|| Box::new(Eye::new(machine, structure)));
+        let eye = eye.get_or_insert_with(|| Box::new(Eye::new(machine, structure, transient)));
         eye.look(transient);
         eye.speed = *speed;
         // a budget ends a run between two steps
@@ -296,7 +296,7 @@ impl<'a> Run<'a> {
         }
         // what it bounds is looked at where it might be too far
         if seen.reach > self.reach {
-            let mut shape = Shape::new(self.structure);
+            let mut shape = Shape::new(self.structure, flight.spin());
             shape.take(flight, self.structure);
             if shape.nodal.iter().any(|x| x.abs() > self.reach) {
                 return Err(Cause::Diverged);
@@ -315,7 +315,8 @@ impl<'a> Run<'a> {
         let shift = flight.held_back(seen.gyroscopic);
         let [turning, twisted] = flight.spin().energies(shift, flight.velocities());
         let ring = transient.contact.as_ref().map_or([0.0; 2], |contact| contact.rub.ring.energies());
-        now.kinetic = seen.energy + (flight.speed() + shift) * seen.gyroscopic + turning + twisted + ring[0] + ring[1];
+        now.kinetic =
+            seen.energy + (flight.spin().speed + shift) * seen.gyroscopic + turning + twisted + ring[0] + ring[1];
         recorders.energies.take();
         recorders.judge(self.machine, self.structure);
         Ok(())

@@ -15,13 +15,13 @@ pub(super) struct Shape {
 }
 
 impl Shape {
-    pub fn new(structure: &Structure) -> Self {
+    pub fn new(structure: &Structure, spin: &Spin) -> Self {
         let (rotor, map) = (&structure.rotor, &structure.lateral.coordinates);
         Self {
             motion: vec![0.0; 2 * map.size()],
             nodal: vec![0.0; map.nodal_size()],
             twists: vec![0.0; rotor.nodes],
-            twist_rows: (0..rotor.nodes).map(|node| Spin::row_of(structure, node)).collect(),
+            twist_rows: (0..rotor.nodes).map(|node| spin.twist_of(structure, node)).collect(),
         }
     }
 

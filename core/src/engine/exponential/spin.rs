@@ -1,35 +1,34 @@
 //! The spin by its momentum, and the twist: no accelerations, no rounds.
 //!
 //! ```text
-//! psi_s = phi + t_s.n + a_s                     angle of unbalance s: mean spin angle, elastic twist of its node, phase
-//! h_s   = m d^2 psi_s' + m d Im(z_s' e^{-i psi_s})                                                        its momentum about the axis
-//! P     = J W + sum_s h_s + q'^T G q/2,         P' = T(W) + sum_s k_s                                                      (1)
+//! psi_s = angle + t_s.e + a_s                   angle of unbalance s: mean angle, elastic twist of its node ([`super::loaded`]), phase
+//! r_s   = m d Im(z_s' e^{-i psi_s}) + sum_t Q_st psi_t'                       its momentum about the axis, less A psi', which the modes have
+//! P     = J W + sum_s r_s + q'^T G q/2,         P' = T(W) + sum_s k_s         J with A                                                (1)
 //! k_s   = -m d psi_s' Re(z_s' e^{-i psi_s}) + m d (g_y cos psi_s - g_x sin psi_s)
-//! I_s   = -(h_s+ - h_s) + h k_s                 impulse of the unbalance on the twist                                      (2)
-//! force of the unbalance on the lateral motion  m d (psi'^2 - i psi'') e^{i psi},  in the middle of the step               (3)
-//!       h psi'' = change of the psi' foreseen for n+1 from that foreseen for n: what one prediction missed is in the next, and nothing is lost
-//! damping of the twist takes  E(n, after impulses) + sum_s (I_s/h) (t_s.n+ - t_s.n) - E(n+1)     of a step: exact, as its motion is  (4)
+//! I_s   = -(r_s+ - r_s) + h k_s                 impulse of the unbalance on the twist                                      (2)
+//! force of the unbalance on the lateral motion  m d (psi'^2 - i psi'') e^{i psi},  in the middle of the step,  h psi'' = psi'(n+1) foreseen - psi'(n)     (3)
+//! what (3) missed of psi', D                    -i m d D e^{i psi} is an impulse on the lateral motion at n+1                          (4)
+//! damping of the twist takes  E(n, after impulses) + (T b + sum_s (I_s/h) t_s).(e+ - e) - E(n+1)     of a step: exact, as its motion is  (5)
 //! ```
-//! A step: the turn over it follows from the spin and its last slope (Adams and Bashforth's second method), (3) moves the rotor, and with
-//! its velocity at the end (1), trapezoidal, and (2) are linear in W+ and I_s. So momentum has no drift, and W no more noise than z'.
+//! A step: the turn over it follows from the spin and its last slope (Adams and Bashforth's second method), (3) moves the rotor, and its velocity at the end gives
+//! W+ by (1), trapezoidal, and (2): nothing is solved, since (4) changes psi' and z' so that r does not. So momentum has no drift, and W no more noise than z'.
+//! Of unbalances that are most of their node's mass (Q = 0) what (3) missed comes with the next step's force, not at once (4).
 //! (The trapezoidal rule for the power of that damping missed what impulses make of it: 2e-4 of a whipping turbine's energies.)
 //!
 //! Source: the Lagrangian of docs/theory/01-shaft-line.md; (1) and (2) are its equations for phi and for the twist, integrated once. Limits: all
 //! gyroscopic sites turn with W; a turning rotor (what c0 holds at rest is not here). Second order in the step. Verified by `tests/exponential.rs`.
 
 use super::ExponentialError;
+use super::loaded::Loaded;
 use super::oscillators::{OscillatorStep, Oscillators};
 use super::rows::both_products;
 use crate::engine::shaft_line::sites;
+use crate::linalg::dot;
 use crate::linalg::lanes::{LANES, kernel, sum};
-use crate::linalg::{Matrix, dot, inverse};
 use crate::rotor::braking_torque;
 use crate::structure::Structure;
 use bladeoff_model::machine::{Braking, Machine};
 use nalgebra::Complex;
-
-/// Part of a uniform rotation in a mode of twist below which the mode is elastic.
-const ELASTIC: f64 = 1e-6;
 
 /// Part of a bend of the spin that a turn by 1 rad forgets: one that swings passes through zero.
 const FORGETS: f64 = 0.3;
@@ -37,19 +36,18 @@ const FORGETS: f64 = 0.3;
 /// Spin and twist under way.
 #[derive(Debug, Clone)]
 pub(super) struct Spin {
-    /// Mean spin angle \[rad\] and spin \[rad/s\] at n.
+    /// Mean angle \[rad\] and spin \[rad/s\] of rotor and unbalances at n.
     pub angle: f64,
     pub speed: f64,
     /// P \[kg m2/s\].
     momentum: f64,
-    /// The last step \[s\], and how many of it the slope foretells at most: [`foretold`].
+    /// The last step \[s\], and how many of it the slope foretells at most: [`Loaded::foretold`].
     last: f64,
     foretells: f64,
     /// Of the spin over the last step \[rad/s2\], and the largest change of that of late \[rad/s3\].
     slope: f64,
     bend: f64,
-    /// J \[kg m2\], unbalances not in it.
-    inertia: f64,
+    loaded: Loaded,
     braking: Braking,
     gravity: [f64; 2],
     pub arms: Vec<Arm>,
@@ -63,20 +61,17 @@ pub(super) struct Spin {
     /// Those predicted for n+1.
     next_angle: f64,
     next_speed: f64,
-    /// Room for the right sides of (1) and (2).
-    sides: Vec<f64>,
 }
 
 /// One unbalance.
 #[derive(Debug, Clone)]
 pub(super) struct Arm {
-    /// m d \[kg m\] and m d^2 \[kg m2\].
+    /// m d \[kg m\].
     moment: f64,
-    inertia: f64,
     phase: f64,
     /// Elastic twist of its node per amplitude.
     row: Vec<f64>,
-    /// psi, psi', e^{i psi}, h and k at n.
+    /// psi, psi', e^{i psi}, r and k at n.
     angle: f64,
     rate: f64,
     unit: Complex<f64>,
@@ -84,8 +79,10 @@ pub(super) struct Arm {
     pull: f64,
     /// I/h of the last step \[N m\].
     torque: f64,
-    /// What the last step's prediction of psi' missed: the force of that step did not know of it, and that of the next has it.
+    /// What the last step's prediction of psi' missed, where that comes with the next step's force.
     missed: f64,
+    /// (4) of the last step \[N s\].
+    pub left: Complex<f64>,
     next_angle: f64,
     next_rate: f64,
 }
@@ -97,8 +94,6 @@ pub(super) struct SpinStep {
     twist: OscillatorStep,
     /// Angle and rate of unbalance s after the step per torque of s', [s][s'].
     yielding: [Vec<Vec<f64>>; 2],
-    /// Of (1) and (2): (I_s, W+) from their right sides.
-    solution: Matrix,
 }
 
 impl Arm {
@@ -108,7 +103,7 @@ impl Arm {
         Complex::new(rate * rate, -rate_dot) * Complex::new(cos, sin) * self.moment
     }
 
-    /// h without its part of psi', and k, of a unit vector, a rate and the node's velocity.
+    /// r without its part of psi', and k, of a unit vector, a rate and the node's velocity.
     fn exchange(&self, unit: Complex<f64>, rate: f64, velocity: [f64; 2], gravity: [f64; 2]) -> [f64; 2] {
         let along = Complex::new(velocity[0], velocity[1]) * unit.conj();
         let weight = gravity[1] * unit.re - gravity[0] * unit.im;
@@ -118,18 +113,16 @@ impl Arm {
 
 impl Spin {
     /// At t = 0, without twist.
-    pub fn new(machine: &Machine, structure: &Structure) -> Self {
-        let (rotor, part) = (&structure.rotor, &structure.twist);
-        let elastic = elastic_modes(structure);
-        let behind = elastic.len().next_multiple_of(LANES) - elastic.len();
+    ///
+    /// # Errors
+    /// [`ExponentialError`] of [`Loaded::new`].
+    pub fn new(machine: &Machine, structure: &Structure) -> Result<Self, ExponentialError> {
+        let loaded = Loaded::new(machine, structure)?;
         let (angle, speed) = (machine.rotor.initial.angle, machine.rotor.initial_speed);
-        let modes = elastic.iter().map(|&j| (part.stiffness[(j, j)], part.damping[(j, j)]));
-        let modes: Vec<(f64, f64)> = modes.chain(std::iter::repeat_n((1.0, 0.0), behind)).collect();
         let arms = sites(machine).into_iter().map(|site| Arm {
             moment: site.mass * site.radius,
-            inertia: site.mass * site.radius * site.radius,
             phase: site.phase,
-            row: Self::row_of_twist(structure, &elastic, site.twist_node),
+            row: loaded.row(structure, site.twist_node),
             angle: angle + site.phase,
             rate: speed,
             unit: unit(angle + site.phase),
@@ -137,38 +130,40 @@ impl Spin {
             pull: 0.0,
             torque: 0.0,
             missed: 0.0,
+            left: Complex::new(0.0, 0.0),
             next_angle: 0.0,
             next_rate: 0.0,
         });
-        let (arms, inertia): (Vec<Arm>, f64) = (arms.collect(), rotor.twist_mass.sum());
-        Self {
+        let count = loaded.modes.len();
+        Ok(Self {
             angle,
             speed,
             momentum: 0.0,
             last: f64::INFINITY,
-            foretells: foretold(&arms, inertia),
+            foretells: loaded.foretold(),
             slope: 0.0,
             bend: 0.0,
-            inertia,
             braking: machine.braking,
             gravity: machine.rotor.gravity,
-            arms,
-            begun: [vec![0.0; modes.len()], vec![0.0; modes.len()]],
+            arms: arms.collect(),
+            begun: [vec![0.0; count], vec![0.0; count]],
             damped: 0.0,
-            twist: Oscillators::new(modes.iter().copied()),
-            elastic: modes.iter().map(|mode| mode.0).collect(),
+            twist: Oscillators::new(loaded.modes.iter().copied()),
+            elastic: loaded.modes.iter().map(|mode| mode.0).collect(),
             next_angle: angle,
             next_speed: speed,
-            sides: Vec::new(),
-        }
+            loaded,
+        })
     }
 
     /// Takes momenta from the motion at t = 0: velocities of the unbalances' nodes \[m/s\], gyroscopic momentum.
     pub fn begin(&mut self, velocities: &[[f64; 2]], gyroscopic: f64) {
-        let mut momentum = self.inertia * self.speed + gyroscopic;
-        for (arm, &velocity) in self.arms.iter_mut().zip(velocities) {
+        let mut momentum = self.loaded.inertia * self.speed + gyroscopic;
+        for (s, &velocity) in velocities.iter().enumerate() {
+            let given = self.given_way(s, |arm| arm.rate);
+            let arm = &mut self.arms[s];
             let [carried, pull] = arm.exchange(arm.unit, arm.rate, velocity, self.gravity);
-            arm.momentum = arm.inertia * arm.rate + carried;
+            arm.momentum = carried + given;
             arm.pull = pull;
             momentum += arm.momentum;
         }
@@ -183,8 +178,13 @@ impl Spin {
         }
     }
 
+    /// Part of r that goes with the rates.
+    fn given_way(&self, s: usize, rate: impl Fn(&Arm) -> f64) -> f64 {
+        self.loaded.gives_way[s].iter().zip(&self.arms).map(|(q, arm)| q * rate(arm)).sum()
+    }
+
     /// Tables of a step of `h` \[s\].
-    pub fn step(&self, h: f64) -> Result<SpinStep, ExponentialError> {
+    pub fn step(&self, h: f64) -> SpinStep {
         let (twist, arms) = (self.twist.step(h), &self.arms);
         let yielding = [0, 1].map(|which| {
             let of = |one: &Arm, other: &Arm| -> f64 {
@@ -192,18 +192,7 @@ impl Spin {
             };
             arms.iter().map(|one| arms.iter().map(|other| of(one, other)).collect()).collect::<Vec<Vec<f64>>>()
         });
-        let last = arms.len();
-        let mut system = Matrix::identity(last + 1, last + 1);
-        for (i, arm) in arms.iter().enumerate() {
-            for j in 0..last {
-                system[(i, j)] += arm.inertia * yielding[1][i][j] / h;
-            }
-            system[(i, last)] = arm.inertia;
-            system[(last, i)] = -1.0;
-        }
-        system[(last, last)] = self.inertia;
-        let solution = inverse(&system).ok_or(ExponentialError::Singular { part: "the spin" })?;
-        Ok(SpinStep { h, twist, yielding, solution })
+        SpinStep { h, twist, yielding }
     }
 
     /// Begins a step: the unbalances' forces in its middle \[N\].
@@ -255,25 +244,24 @@ impl Spin {
 
     /// Turn of a node over the step per angular impulse on it \[rad/(N m s)\].
     pub fn rolling(&self, step: &SpinStep, row: &[f64]) -> f64 {
-        step.h / self.inertia + step.twist.struck(row)
+        step.h / self.loaded.inertia + step.twist.struck(row)
     }
 
     /// What a change of the gyroscopic momentum shifts the spin by, per unit \[1/(kg m2)\].
     pub fn yields(&self) -> f64 {
-        1.0 / (self.inertia + self.arms.iter().map(|arm| arm.inertia).sum::<f64>())
+        1.0 / (self.loaded.inertia + self.loaded.gives_way.iter().flatten().sum::<f64>())
     }
 
     /// Kinetic and potential energy of spin, unbalances and twist \[J\] at a spin shifted by so much; of the unbalances what their masses on the nodes do not
     /// have. `velocities`: of their nodes \[m/s\].
     pub fn energies(&self, shift: f64, velocities: &[[f64; 2]]) -> [f64; 2] {
         let speed = self.speed + shift;
-        let mut kinetic = 0.5 * self.inertia * speed * speed;
+        let mut kinetic = 0.5 * self.loaded.inertia * speed * speed;
         let mut potential = 0.0;
-        for (arm, &velocity) in self.arms.iter().zip(velocities) {
+        for (s, (arm, &velocity)) in self.arms.iter().zip(velocities).enumerate() {
             let unit = unit(arm.angle);
             let [carried, _] = arm.exchange(unit, arm.rate, velocity, [0.0; 2]);
-            let rate = arm.rate + shift;
-            kinetic += rate * (0.5 * arm.inertia * rate + carried);
+            kinetic += (arm.rate + shift) * (0.5 * self.given_way(s, |other| other.rate + shift) + carried);
             potential -= arm.moment * (self.gravity[0] * unit.re + self.gravity[1] * unit.im);
         }
         let modes = self.twist.place.iter().zip(&self.twist.rate).zip(&self.elastic);
@@ -284,7 +272,7 @@ impl Spin {
         [kinetic, potential]
     }
 
-    /// Elastic twist of all nodes \[rad\], by their rows.
+    /// Elastic twist of all nodes \[rad\], by their rows of [`Spin::twist_of`].
     pub fn twists(&self, rows: &[Vec<f64>], twists: &mut [f64]) {
         for (twist, row) in twists.iter_mut().zip(rows) {
             *twist = dot(row, &self.twist.place);
@@ -293,66 +281,67 @@ impl Spin {
 
     /// Jump of a node's rate per angular impulse on it \[1/(kg m2)\].
     pub fn jump(&self, row: &[f64]) -> f64 {
-        1.0 / self.inertia + dot(row, row)
+        1.0 / self.loaded.inertia + dot(row, row)
     }
 
-    /// The elastic twist of a node, per amplitude; zeros up to a multiple of eight.
-    pub fn row_of(structure: &Structure, node: usize) -> Vec<f64> {
-        Self::row_of_twist(structure, &elastic_modes(structure), node)
+    /// Mean spin of the rotor without unbalances \[rad/s\], and its angle \[rad\]: what is reported, and what brakes turn.
+    pub fn mean(&self) -> [f64; 2] {
+        let [angle, speed] = both_products([&self.twist.place, &self.twist.rate], &self.loaded.shift);
+        [self.speed + speed, self.angle + angle]
     }
 
-    fn row_of_twist(structure: &Structure, elastic: &[usize], node: usize) -> Vec<f64> {
-        let row = structure.twist.coordinates.row(node);
-        let mut part: Vec<f64> = elastic.iter().map(|&j| row[j]).collect();
-        part.resize(elastic.len().next_multiple_of(LANES), 0.0);
-        part
+    /// Elastic twist of a node, per amplitude; zeros up to a multiple of eight.
+    pub fn twist_of(&self, structure: &Structure, node: usize) -> Vec<f64> {
+        self.loaded.twist(structure, node)
     }
 
-    /// Ends the step with the velocities of the unbalances' nodes \[m/s\] and the gyroscopic momentum at its end.
+    /// The turn of a node beside the mean angle of rotor and unbalances, per amplitude; zeros up to a multiple of eight.
+    pub fn row_of(&self, structure: &Structure, node: usize) -> Vec<f64> {
+        self.loaded.row(structure, node)
+    }
+
+    /// Ends the step with the velocities of the unbalances' nodes \[m/s\] and the gyroscopic momentum at its end, which (4) is still to be added to.
     pub fn complete(&mut self, step: &SpinStep, velocities: &[[f64; 2]], gyroscopic: f64) {
-        let (h, last) = (step.h, self.arms.len());
+        let h = step.h;
         // braking does not turn before the rotor has stopped
         let after = self.next_speed.max(f64::MIN_POSITIVE);
         let brake = 0.5 * (braking_torque(&self.braking, self.speed) + braking_torque(&self.braking, after));
-        let mut spin_side = self.momentum + h * brake - gyroscopic;
         self.momentum += h * brake;
-        let mut sides = std::mem::take(&mut self.sides);
-        sides.clear();
-        for (arm, &velocity) in self.arms.iter_mut().zip(velocities) {
+        self.twist.add(&step.twist, brake, &self.loaded.shift);
+        let mut carried_by_all = gyroscopic;
+        for (s, &velocity) in velocities.iter().enumerate() {
+            let given = self.given_way(s, |arm| arm.next_rate);
+            let Self { arms, twist, gravity, momentum, .. } = self;
+            let arm = &mut arms[s];
             arm.unit = unit(arm.next_angle);
-            let [carried, pull] = arm.exchange(arm.unit, arm.next_rate, velocity, self.gravity);
+            let [carried, pull] = arm.exchange(arm.unit, arm.next_rate, velocity, *gravity);
             let pulled = 0.5 * h * (arm.pull + pull);
-            self.momentum += pulled;
-            spin_side -= arm.momentum;
-            arm.momentum += pulled;
-            arm.pull = pull;
-            sides.push(arm.momentum - carried - arm.inertia * dot(&arm.row, &self.twist.rate));
+            let after = carried + given;
+            arm.torque = (arm.momentum + pulled - after) / h;
+            (arm.momentum, arm.pull) = (after, pull);
+            twist.add(&step.twist, arm.torque, &arm.row);
+            *momentum += pulled;
+            carried_by_all += after;
         }
-        sides.push(spin_side);
-        let solved =
-            |row: usize| -> f64 { sides.iter().enumerate().map(|(j, side)| step.solution[(row, j)] * side).sum() };
-        let speed = solved(last);
-        for s in 0..last {
-            let impulse = solved(s);
-            let arm = &mut self.arms[s];
-            arm.torque = impulse / h;
-            arm.momentum -= impulse;
-            let Self { twist, arms, .. } = self;
-            twist.add(&step.twist, arms[s].torque, &arms[s].row);
-        }
-        self.sides = sides;
-        let worked = |arm: &Arm| arm.torque * (dot(&arm.row, &self.twist.place) - dot(&arm.row, &self.begun[0]));
-        // damping takes what is not there any more: (4)
-        self.damped += self.arms.iter().map(worked).sum::<f64>() + lost(&self.begun, &self.twist, &self.elastic);
+        let speed = (self.momentum - carried_by_all) / self.loaded.inertia;
+        let turned = |row: &[f64]| dot(row, &self.twist.place) - dot(row, &self.begun[0]);
+        let worked = self.arms.iter().map(|arm| arm.torque * turned(&arm.row)).sum::<f64>();
+        // damping takes what is not there any more: (5)
+        self.damped += worked + brake * turned(&self.loaded.shift) + lost(&self.begun, &self.twist, &self.elastic);
         self.bend = ((speed - self.next_speed).abs() / (h * h))
             .max((1.0 - FORGETS * h * self.speed.abs()).max(0.0) * self.bend);
         (self.last, self.slope) = (h, (speed - self.speed) / h);
         (self.angle, self.speed) = (self.next_angle, speed);
-        for s in 0..last {
+        for s in 0..self.arms.len() {
             let [place, rate] = self.twisted(&self.arms[s].row);
             let arm = &mut self.arms[s];
             (arm.angle, arm.rate) = (self.angle + place + arm.phase, speed + rate);
-            arm.missed = arm.rate - arm.next_rate;
+            let missed = arm.rate - arm.next_rate;
+            if self.loaded.at_once {
+                arm.left = Complex::new(0.0, -missed) * arm.unit * arm.moment;
+            } else {
+                arm.missed = missed;
+            }
         }
     }
 
@@ -366,23 +355,6 @@ impl Spin {
         let arm = &self.arms[s];
         Complex::new(arm.rate * arm.rate, -self.slope) * arm.unit * arm.moment
     }
-}
-
-/// How many steps of the last one's length its slope may foretell. What is foreseen of psi' acts on the rotor, whose answer is k of it in the spin's,
-/// `k < m d^2/(J + m d^2)`: with r the ratio of a step to the last one, `W(n+1) = k [(1 + r) W(n) - r W(n-1)] + ...`, which grows in no order of steps where `k (1 + 2 r) < 1`, and in
-/// none of equal ones. Beyond what this allows a slope is taken as that of fewer steps: what it misses is in the next one's.
-fn foretold(arms: &[Arm], inertia: f64) -> f64 {
-    let heavy: f64 = arms.iter().map(|arm| arm.inertia.abs()).sum();
-    let k = heavy / (inertia + heavy);
-    (0.5 * (1.0 / k - 1.0)).max(1.0)
-}
-
-/// The modes of twist without the uniform rotation.
-fn elastic_modes(structure: &Structure) -> Vec<usize> {
-    let (rotor, part) = (&structure.rotor, &structure.twist);
-    let rigid = part.coordinates_of(&rotor.twist_mass, &vec![1.0; rotor.nodes]);
-    let whole = crate::linalg::norm(&rigid);
-    (0..rigid.len()).filter(|&j| rigid[j].abs() < ELASTIC * whole).collect()
 }
 
 kernel! {

@@ -84,10 +84,10 @@ impl Transient {
             Some(diaphragm) => {
                 starts_inside(diaphragm, flight.place(0))?;
                 let candidates = candidates_of(machine, structure, settings.step)?;
-                let twist_row = super::spin::Spin::row_of(structure, diaphragm.contact.node);
                 let spin = flight.spin();
+                let twist_row = spin.row_of(structure, diaphragm.contact.node);
                 Some(Contact {
-                    rolling: spin.rolling(&spin.step(settings.step)?, &twist_row),
+                    rolling: spin.rolling(&spin.step(settings.step), &twist_row),
                     jump: spin.jump(&twist_row),
                     rub: Rub::new(diaphragm, structure, 0, &candidates, settings.step)?,
                     twist_row,
@@ -377,11 +377,8 @@ mod tests {
             // states of every kind: struck in between
             flight.propagate(0).expect("goes on");
             let turn = f64::from(round);
-            flight.strike(
-                [0.3 * turn.sin(), 0.2 * turn.cos()],
-                1e-3,
-                &super::super::spin::Spin::row_of(&structure, machine.diaphragms[0].contact.node),
-            );
+            let row = flight.spin().row_of(&structure, machine.diaphragms[0].contact.node);
+            flight.strike([0.3 * turn.sin(), 0.2 * turn.cos()], 1e-3, &row);
             flight.finish(0).expect("goes on");
             (0..50).for_each(|_| flight.advance(1).expect("goes on"));
         }
