@@ -334,3 +334,51 @@ fn a_matrix_is_not_set_but_its_entries_are() {
     assert_eq!(said.code, 3, "{}", said.err);
     assert!(said.err.contains("one value is set at a time") && said.err.contains("machine file"), "{}", said.err);
 }
+
+/// A bearing whose damping leaves the whirl states no basis, at one of its values: all samples are computed by `reduced`, whatever part of them.
+#[test]
+fn a_study_of_which_one_run_cannot_begin_is_reduced_whatever_part_of_it_is_computed() {
+    let folder = folder();
+    let varied = "\n[[vary]]\npath = \"bearings.left.damping\"\nvalues = [\"600 N s/m\", \"1e12 N s/m\"]\n";
+    let study = folder.write("s.toml", &(STUDY.to_owned() + varied));
+    let line = engine_of(&study);
+    assert!(line.starts_with("Engine: reduced") && line.contains("1e12 N s/m") && line.contains("no basis"), "{line}");
+    let (all, some) = (folder.name("all"), folder.name("some"));
+    run(&study, &all, &[]);
+    run(&study, &some, &["--limit", "1"]);
+    assert_eq!(
+        (cells(&all, "engine"), cells(&some, "engine")),
+        (vec!["reduced".to_owned(); 8], vec!["reduced".to_owned()])
+    );
+    // asked for by name it is refused
+    let named =
+        folder.write("n.toml", &(STUDY.replace("[set]\n", "[set]\n\"run.engine\" = \"exponential\"\n") + varied));
+    let refused = say(&["check", &named]);
+    assert!(refused.code == 3 && refused.err.contains("damped so strongly"), "{}", refused.err);
+}
+
+/// Isotropic stiffness with cross stiffness on one side has no basis; of 500 samples 20 inside the study are such, which no corner and no edge shows.
+#[test]
+fn a_run_without_a_basis_is_a_row_with_that_cause() {
+    let folder = folder();
+    folder.write(
+        "machines/point.toml",
+        "schema = 1\nname = \"point\"\n[run]\nend_time = 0.02\n[rotor]\nkind = \"point-mass\"\nmass = 2\npolar_inertia = 0.01\ninitial_speed = 300\n\
+         [rotor.bearings.b]\nstiffness = [[1e5, 1e4], [1e3, 1e5]]\n[rotor.unbalances.u]\nmass = 0.01\nradius = 0.05\n",
+    );
+    let study = folder.write(
+        "p.toml",
+        "schema = 1\nname = \"p\"\nmachine = \"machines/point.toml\"\n[limits]\nmax_failed = \"100 %\"\n\
+         [[vary]]\npath = \"rotor.bearings.b.stiffness[1][0]\"\nvalues = [500, 200, 0, 100, 1000]\n\
+         [[vary]]\npath = \"rotor.bearings.b.stiffness[0][0]\"\nvalues = [9e4, 9.5e4, 1e5, 1.05e5, 1.1e5]\n\
+         [[vary]]\npath = \"rotor.unbalances.u.mass\"\nfrom = \"10 g\"\nto = \"100 g\"\ncount = 20\n",
+    );
+    assert!(engine_of(&study).starts_with("Engine: exponential"));
+    let out = folder.name("p");
+    let said = run(&study, &out, &[]);
+    assert!(said.out.contains("20 (20 no_basis)"), "{}", said.out);
+    let causes = cells(&out, "cause");
+    let first = causes.iter().position(|cause| cause == "no_basis").expect("one").to_string();
+    let why = say(&["why", &first, "--dir", &out]);
+    assert!(why.out.contains("has no basis of them") && why.out.contains("run.engine = \"reduced\""), "{}", why.out);
+}

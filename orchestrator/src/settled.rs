@@ -2,6 +2,7 @@
 //! been begun.
 
 use crate::engine::{self, EngineError};
+use crate::starts::{StartError as NoStart, check_starts};
 use bladeoff_core::engine::StartError;
 use bladeoff_core::structure::Structure;
 use bladeoff_model::document::units::format_digits;
@@ -14,28 +15,50 @@ use std::path::Path;
 /// `reduced` instead of what `auto` came to, where that cannot start this machine; `None`: it can, or what keeps it keeps every engine.
 #[must_use]
 pub fn instead(choice: &EngineChoice, machine: &Machine, structure: &Structure) -> Option<EngineChoice> {
-    // a contact step asks for it
-    if choice.engine != Engine::Exponential || choice.reason != EngineReason::Covered {
+    if !may_be_another(choice) {
         return None;
     }
-    let why = match engine::try_start(machine, structure) {
-        Err(EngineError::Start(StartError::NotCovered { what })) => format!("it does not cover {what}"),
-        Err(EngineError::Start(StartError::NoBasis { speed, .. })) => {
-            format!("the whirl states at {} have no basis that it can use", format_digits(speed, "rad/s", 4))
-        }
-        _ => return None,
-    };
+    let why = unable(&engine::try_start(machine, structure).err()?)?;
     Some(EngineChoice { engine: Engine::Reduced, reason: EngineReason::NoStart(why) })
 }
 
-/// Settles a study by the start of its machine without what varies, which is the same machine whatever part of the study is computed.
-pub fn by_start(samples: &mut Samples) {
-    let Some(choice) = samples.study().engine() else { return };
-    let Some(machine) = samples.study().machine().and_then(|machine| machine.def.build().ok()) else { return };
-    let structure = if choice.is_auto() { engine::build(&machine).ok() } else { None };
-    let other = structure.and_then(|structure| instead(choice, &machine, &structure));
-    if let Some(other) = other {
+/// Whether `auto` came to the exponential engine for what it covers; a contact step asks for it.
+fn may_be_another(choice: &EngineChoice) -> bool {
+    choice.is_auto() && choice.engine == Engine::Exponential && choice.reason == EngineReason::Covered
+}
+
+/// What keeps the exponential engine alone from starting.
+fn unable(error: &EngineError) -> Option<String> {
+    match error {
+        EngineError::Start(StartError::NotCovered { what }) => Some(format!("it does not cover {what}")),
+        EngineError::Start(StartError::NoBasis { speed, .. }) => {
+            Some(format!("the whirl states at {} have no basis that it can use", format_digits(*speed, "rad/s", 4)))
+        }
+        _ => None,
+    }
+}
+
+/// Settles a study by the starts that [`check_starts`] tries, of the whole study, whatever part of it is computed: one that the exponential engine cannot begin
+/// has all samples computed by the reduced one. Gives whether all of these have begun.
+pub fn by_starts(samples: &mut Samples) -> bool {
+    let Some(choice) = samples.study().engine().filter(|choice| may_be_another(choice)).cloned() else { return false };
+    let machine = samples.study().machine().and_then(|machine| machine.def.build().ok());
+    let alone = machine.and_then(|machine| instead(&choice, &machine, &engine::build(&machine).ok()?));
+    if let Some(other) = alone {
         samples.settle(other);
+        return false;
+    }
+    let Ok(whole) = Samples::new(samples.study().clone(), None, None) else { return false };
+    match check_starts(&whole) {
+        Ok(()) => true,
+        Err(NoStart::Start { shown, source }) => {
+            if let Some(why) = unable(&source) {
+                let reason = EngineReason::NoStart(format!("{why} in the run with {shown}"));
+                samples.settle(EngineChoice { engine: Engine::Reduced, reason });
+            }
+            false
+        }
+        Err(_) => false,
     }
 }
 

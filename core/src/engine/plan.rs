@@ -132,8 +132,8 @@ pub enum StartError {
     },
     /// Whirl states without a basis.
     #[error(
-        "the whirl states at {speed} rad/s have no basis that the exponential engine can use (condition {condition:.1e}, at most {limit:.0e}): use \
-         run.engine = \"reduced\""
+        "the whirl states at {speed} rad/s have no basis that the exponential engine can use (condition {condition:.1e}, at most {limit:.0e}): motions that are \
+         nearly one (cross stiffness on one side), or bearings damped so strongly that rounding does not tell them apart; use run.engine = \"reduced\""
     )]
     NoBasis {
         /// Speed \[rad/s\].

@@ -14,7 +14,7 @@ use crate::reporting::pushed_rings;
 use crate::run::directory::LEDGER;
 use crate::run::shards::{SHARDS, cores, row_files};
 use crate::run::{Finished, Looking, Refining, Request, Rerun, RunError, TRUST, go_on, own_columns, run};
-use crate::settled::{as_begun, by_start};
+use crate::settled::{as_begun, by_starts};
 use crate::starts::check_starts;
 use bladeoff_answers::report::are;
 use bladeoff_answers::report::{Summary, counted, duration};
@@ -192,7 +192,7 @@ impl PartArgs {
     /// The samples of a study file whose samples were checked when a directory of shards was begun with it.
     pub fn load_known(&self, study: &Path) -> Result<Samples, CliError> {
         let mut samples = Samples::new(load_checked(study, own_columns, check_asked)?, self.scale, self.limit)?;
-        by_start(&mut samples);
+        by_starts(&mut samples);
         Ok(samples)
     }
 
@@ -209,8 +209,10 @@ impl PartArgs {
         }
         if samples.study().function().is_none() {
             check_machines(&samples)?;
-            by_start(&mut samples);
-            check_starts(&samples)?;
+            let have_begun = by_starts(&mut samples);
+            if !have_begun || self.scale.is_some() || self.limit.is_some() {
+                check_starts(&samples)?;
+            }
         }
         Ok(samples)
     }

@@ -37,7 +37,7 @@ pub fn cause_in_words(cause: Cause) -> &'static str {
             "the modes kept are too few for the contact: those left out would not follow its force at once, as is assumed of them"
         }
         Cause::NoBasis => {
-            "at a speed that the run came to, its whirl motions are so nearly one that the exponential engine has no basis of them"
+            "at its start or at a speed that it came to, the run's whirl motions are so nearly one that the exponential engine has no basis of them"
         }
     }
 }
@@ -121,7 +121,7 @@ pub fn advice(cause: Cause, engine: Engine) -> Cow<'static, str> {
         }
         Cause::SlipReversal => "`contact.friction_law = \"stick-slip\"` lets the contact stick and slide back".into(),
         Cause::LossOfUniqueness if engine == Engine::Exponential => {
-            "less friction, or compare with `run.engine = \"reduced\"`; the model has no single answer there".into()
+            "a smaller `run.contact_step`, which shows whether it was the step; where that fails, too, less friction: the model may have no single answer there".into()
         }
         Cause::LossOfUniqueness => {
             "less friction or another `contact.detection`; the model has no single answer there".into()
