@@ -15,8 +15,8 @@ use bladeoff_model::machine::{DiaphragmKind, Machine};
 use bladeoff_study::Samples;
 use std::path::PathBuf;
 
-/// What a ring's radius varies by.
-const RADIUS: &str = "mean_radius";
+/// What a ring's radius, or whether it is one, varies by.
+const VARIES: [&str; 2] = ["mean_radius", ".kind"];
 
 /// Rows that pushed a ring too far.
 #[derive(Debug, Default, PartialEq)]
@@ -95,7 +95,7 @@ fn machine_of(samples: &Samples, sample: u64) -> Option<Machine> {
 
 /// Eccentricity \[m\] that no ring of the study minds, whatever its gap.
 fn within_any_radius(samples: &Samples, first: &Machine) -> f64 {
-    if samples.parameters().iter().any(|varied| varied.info.path.contains(RADIUS)) {
+    if samples.parameters().iter().any(|varied| VARIES.iter().any(|path| varied.info.path.contains(path))) {
         return 0.0;
     }
     let radii = first.diaphragms.iter().filter_map(|diaphragm| match &diaphragm.kind {

@@ -20,6 +20,8 @@ use std::sync::Arc;
 /// Turn of the rotor from one gyroscopic momentum to the next \[rad\]. It is a product of all pairs with all, 1e-5 of the spin's momentum, and changes
 /// slowly: what lies between shifts the spin until the next, and adds to nothing.
 const GYRATION: f64 = 0.05;
+/// What may come back over a contact step ([`Spin::comes_back`]) for modes of twist that the step does not resolve to be damped by it.
+const MOST_HELD: f64 = 0.05;
 /// The trial step from which the first slope of the spin is taken, as a part of the step.
 const TRIAL: f64 = 1.0 / 64.0;
 
@@ -100,6 +102,15 @@ impl Flight {
         flight.gyroscopic.1 = flight.cell.gyroscopic_momentum(&flight.y);
         spin.begin(&flight.velocities, flight.gyroscopic.1);
         flight.spin = spin;
+        let back = flight.comes_back(0);
+        if !flight.spin.holds(settings.step, back, machine.run.end_time) {
+            if back > MOST_HELD {
+                return Err(ExponentialError::NotCovered {
+                    what: "an unbalance on a bare shaft with so little damping of the twist (rotor.damping.torsional)",
+                });
+            }
+            flight.spin.hold(settings.step, back);
+        }
         let mut trial = flight.clone();
         trial.step = TRIAL * settings.step;
         trial.trial = Some(Propagator::new(&trial.cell.local, trial.velocities.len(), trial.step));
@@ -169,6 +180,19 @@ impl Flight {
     /// Length of a step of `2^level` steps \[s\].
     pub(super) fn step_of(&self, level: usize) -> f64 {
         self.step * libm::exp2(level as f64)
+    }
+
+    /// Whether no mode of twist grows in steps of a level over a run of `time` \[s\]: [`Spin::holds`].
+    pub(super) fn holds(&self, level: usize, time: f64) -> bool {
+        self.spin.holds(self.step_of(level), self.comes_back(level), time)
+    }
+
+    /// [`Spin::comes_back`] over steps of a level.
+    fn comes_back(&self, level: usize) -> f64 {
+        let (local, h) = (&self.cell.local, self.step_of(level));
+        let propagator = self.cell.propagator(level, self.step);
+        let answers = (0..self.velocities.len()).map(|s| dot(&local.rows[2 * s], &propagator.of_force(s)) / h);
+        self.spin.comes_back(answers)
     }
 
     /// Time \[s\].

@@ -9,8 +9,7 @@
 //! modes of twist that no step resolves (it did, and made them grow). In the modes (3) it is exact at any step. What is left of an unbalance, the
 //! exchange of momentum with the slow lateral motion, are torques that change slowly ([`super::spin`]).
 //!
-//! (2) has the rotor's answer to a jump of psi', `M^-1` of the nodes, where it is the lesser part ([`GIVES_WAY`]). An unbalance that is most of its
-//! node's mass has `Q = 0`: its answer is not at once, but within the step.
+//! (2) has the rotor's whole answer to a jump of psi', `M^-1` of the nodes; what of it a step does not resolve feeds back ([`super::spin`]).
 //! Source: docs/theory/01-shaft-line.md, (1) and (2) are its Lagrangian. Limits: damping proportional to stiffness, as the twist's is, stays diagonal in (3).
 //! Verified by the tests below and `unbalances_on_a_bare_shaft_do_not_shake_it` (`tests/exponential.rs`).
 
@@ -24,10 +23,6 @@ use bladeoff_model::machine::Machine;
 /// Part of a uniform rotation in a mode of twist below which the mode is elastic.
 const ELASTIC: f64 = 1e-6;
 
-/// Part of the unbalances' mass in that of their nodes up to which the rotor gives way to a jump of their rates at once: what is foreseen of a rate
-/// then comes back by a third of it at most, however a step resolves the rotor.
-const GIVES_WAY: f64 = 0.25;
-
 /// (3).
 #[derive(Debug, Clone)]
 pub(super) struct Loaded {
@@ -37,10 +32,6 @@ pub(super) struct Loaded {
     pub modes: Vec<(f64, f64)>,
     /// Q \[kg m2\].
     pub gives_way: Vec<Vec<f64>>,
-    /// Whether Q has the rotor's answer.
-    pub at_once: bool,
-    /// Sum of `|m d^2|`.
-    heavy: f64,
     /// Modes of the bare shaft line that are elastic.
     elastic: Vec<usize>,
     /// V of (3).
@@ -68,17 +59,11 @@ impl Loaded {
         let jump = |s: usize, t: usize| -> f64 {
             along[t].iter().enumerate().map(|(j, part)| part * dot(column_of(&yielding, j), &along[s])).sum()
         };
-        let moved: f64 = sites.iter().enumerate().map(|(s, site)| (site.mass * jump(s, s)).abs()).sum();
-        let at_once = moved <= GIVES_WAY;
-        let gives_way: Vec<Vec<f64>> = (0..sites.len())
-            .map(|s| {
-                let of = |t: usize| {
-                    let [one, other] = [s, t].map(|at| sites[at].mass * sites[at].radius);
-                    one * other * jump(s, t) * libm::cos(sites[s].phase - sites[t].phase)
-                };
-                (0..sites.len()).map(|t| if at_once { of(t) } else { 0.0 }).collect()
-            })
-            .collect();
+        let of = |s: usize, t: usize| {
+            let [one, other] = [s, t].map(|at| sites[at].mass * sites[at].radius);
+            one * other * jump(s, t) * libm::cos(sites[s].phase - sites[t].phase)
+        };
+        let gives_way: Vec<Vec<f64>> = (0..sites.len()).map(|s| (0..sites.len()).map(|t| of(s, t)).collect()).collect();
         let carried = |s: usize, t: usize| {
             let own = if s == t { sites[s].mass * sites[s].radius * sites[s].radius } else { 0.0 };
             own - gives_way[s][t]
@@ -118,15 +103,14 @@ impl Loaded {
         };
         let mut modes: Vec<(f64, f64)> = (0..count).map(|j| (squares[j], damping(j))).collect();
         modes.resize(count.next_multiple_of(LANES), (1.0, 0.0));
-        let heavy = sites.iter().map(|site| (site.mass * site.radius * site.radius).abs()).sum();
-        Ok(Self { inertia, heavy, modes, gives_way, at_once, elastic, modes_of, shift })
+        Ok(Self { inertia, modes, gives_way, elastic, modes_of, shift })
     }
 
     /// How many steps of the last one's length the slope of `angle` may foretell. What is foreseen of psi' acts on the rotor, whose answer is k of it in the spin's,
-    /// `k < m d^2/J`, Q/J where it comes at once: with r the ratio of a step to the last one, `W(n+1) = k [(1 + r) W(n) - r W(n-1)] + ...`, which grows in no order of steps where
-    /// `k (1 + 2 r) < 1`, and in none of equal ones. Beyond what this allows a slope is taken as that of fewer steps: what it misses is in the next one's.
+    /// `k < Q/J`: with r the ratio of a step to the last one, `W(n+1) = k [(1 + r) W(n) - r W(n-1)] + ...`, which grows in no order of steps where
+    /// `k (1 + 2 r) < 1`. Beyond what this allows a slope is taken as that of fewer steps: what it misses is in the next one's.
     pub fn foretold(&self) -> f64 {
-        let heavy: f64 = if self.at_once { self.gives_way.iter().flatten().sum::<f64>().abs() } else { self.heavy };
+        let heavy = self.gives_way.iter().flatten().map(|q| q.abs()).sum::<f64>();
         (0.5 * (self.inertia / heavy - 1.0)).max(1.0)
     }
 
@@ -175,18 +159,15 @@ mod tests {
         definition.build().expect("valid")
     }
 
-    /// (1) of any motion, in the modes of the bare shaft line and in (3); of the twelve modes of twist the sum of squares is the energy only with all of them.
+    /// (1) of any motion, in the modes of the bare shaft line and in (3).
     #[test]
     fn the_modes_have_the_energy_of_the_loaded_shaft_line() {
-        for (name, position, mass, at_once) in [
-            ("lp_turbine", "1.1 m", "12 kg", true),
-            ("lp_turbine", "5 m", "0.3 kg", true),
-            ("lab_rig", "0.3 m", "0.2 kg", false),
-        ] {
+        for (name, position, mass) in
+            [("lp_turbine", "1.1 m", "12 kg"), ("lp_turbine", "5 m", "0.3 kg"), ("lab_rig", "0.3 m", "0.2 kg")]
+        {
             let machine = machine(name, &[("blade_off.position", position), ("blade_off.mass", mass)]);
             let structure = Structure::build(&machine, None).expect("buildable");
             let loaded = Loaded::new(&machine, &structure).expect("definite");
-            assert_eq!(loaded.at_once, at_once, "{name}");
             let site = sites(&machine)[0];
             let a = site.mass * site.radius * site.radius - loaded.gives_way[0][0];
             let own = loaded.row(&structure, site.twist_node);

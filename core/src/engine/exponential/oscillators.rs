@@ -21,7 +21,7 @@ pub(super) struct Oscillators {
 pub(super) struct OscillatorStep {
     free: [Vec<f64>; 4],
     /// Place and rate after the step of a unit force.
-    pub force: [Vec<f64>; 2],
+    force: [Vec<f64>; 2],
 }
 
 impl Oscillators {

@@ -57,6 +57,11 @@ impl Propagator {
         turn(&self.free, a, b);
     }
 
+    /// y after the step of a unit force of an unbalance along u in its middle.
+    pub fn of_force(&self, s: usize) -> Vec<f64> {
+        [self.harmonic[s][0].as_slice(), &self.harmonic[s][2]].concat()
+    }
+
     /// `exp(B h)` of a pair.
     pub fn of_pair(&self, k: usize) -> Block {
         self.free.each_ref().map(|list| list[k])

@@ -5,14 +5,17 @@
 //! r_s   = m d Im(z_s' e^{-i psi_s}) + sum_t Q_st psi_t'                       its momentum about the axis, less A psi', which the modes have
 //! P     = J W + sum_s r_s + q'^T G q/2,         P' = T(W) + sum_s k_s         J with A                                                (1)
 //! k_s   = -m d psi_s' Re(z_s' e^{-i psi_s}) + m d (g_y cos psi_s - g_x sin psi_s)
-//! I_s   = -(r_s+ - r_s) + h k_s                 impulse of the unbalance on the twist                                      (2)
+//! k_s - (r_s+ - r_s)/h                          torque of the unbalance on the twist over the step                          (2)
 //! force of the unbalance on the lateral motion  m d (psi'^2 - i psi'') e^{i psi},  in the middle of the step,  h psi'' = psi'(n+1) foreseen - psi'(n)     (3)
 //! what (3) missed of psi', D                    -i m d D e^{i psi} is an impulse on the lateral motion at n+1                          (4)
-//! damping of the twist takes  E(n, after impulses) + (T b + sum_s (I_s/h) t_s).(e+ - e) - E(n+1)     of a step: exact, as its motion is  (5)
+//! damping of the twist takes  E(n, after impulses) - E(n+1) and the work of (2) and T b     of a step: exact, as its motion is       (5)
 //! ```
 //! A step: the turn over it follows from the spin and its last slope (Adams and Bashforth's second method), (3) moves the rotor, and its velocity at the end gives
 //! W+ by (1), trapezoidal, and (2): nothing is solved, since (4) changes psi' and z' so that r does not. So momentum has no drift, and W no more noise than z'.
-//! Of unbalances that are most of their node's mass (Q = 0) what (3) missed comes with the next step's force, not at once (4).
+//! What of r follows the rates that are foreseen, because a step does not resolve all of the rotor's answer, feeds back into the twist ([`Spin::comes_back`]): modes that no
+//! step resolves may grow by it where their phase is near half a turn a step. So the twist that is foreseen is the free one, without the torques of the step before, and
+//! steps are as long as the twist's damping holds ([`Spin::holds`]). (Impulses at either end instead of (2) let none grow, but have torsional moments up to 20 times too large
+//! where a step is a whole turn of a mode.)
 //! (The trapezoidal rule for the power of that damping missed what impulses make of it: 2e-4 of a whipping turbine's energies.)
 //!
 //! Source: the Lagrangian of docs/theory/01-shaft-line.md; (1) and (2) are its equations for phi and for the twist, integrated once. Limits: all
@@ -29,6 +32,9 @@ use crate::rotor::braking_torque;
 use crate::structure::Structure;
 use bladeoff_model::machine::{Braking, Machine};
 use nalgebra::Complex;
+
+/// Growth over a whole run that is none.
+const COMES_TO_NOTHING: f64 = 0.1;
 
 /// Part of a bend of the spin that a turn by 1 rad forgets: one that swings passes through zero.
 const FORGETS: f64 = 0.3;
@@ -69,7 +75,7 @@ pub(super) struct Arm {
     /// m d \[kg m\].
     moment: f64,
     phase: f64,
-    /// Elastic twist of its node per amplitude.
+    /// Turn of its node beside the mean angle per amplitude.
     row: Vec<f64>,
     /// psi, psi', e^{i psi}, r and k at n.
     angle: f64,
@@ -77,10 +83,8 @@ pub(super) struct Arm {
     unit: Complex<f64>,
     momentum: f64,
     pull: f64,
-    /// I/h of the last step \[N m\].
+    /// (2) over the last step \[N m\].
     torque: f64,
-    /// What the last step's prediction of psi' missed, where that comes with the next step's force.
-    missed: f64,
     /// (4) of the last step \[N s\].
     pub left: Complex<f64>,
     next_angle: f64,
@@ -92,8 +96,6 @@ pub(super) struct Arm {
 pub(super) struct SpinStep {
     h: f64,
     twist: OscillatorStep,
-    /// Angle and rate of unbalance s after the step per torque of s', [s][s'].
-    yielding: [Vec<Vec<f64>>; 2],
 }
 
 impl Arm {
@@ -129,7 +131,6 @@ impl Spin {
             momentum: 0.0,
             pull: 0.0,
             torque: 0.0,
-            missed: 0.0,
             left: Complex::new(0.0, 0.0),
             next_angle: 0.0,
             next_rate: 0.0,
@@ -170,12 +171,9 @@ impl Spin {
         self.momentum = momentum;
     }
 
-    /// Takes slope and torques of another that has gone a short step from here.
+    /// Takes the slope of another that has gone a short step from here.
     pub fn learn_from(&mut self, ahead: &Spin) {
         self.slope = ahead.slope;
-        for (arm, other) in self.arms.iter_mut().zip(&ahead.arms) {
-            arm.torque = other.torque;
-        }
     }
 
     /// Part of r that goes with the rates.
@@ -185,14 +183,7 @@ impl Spin {
 
     /// Tables of a step of `h` \[s\].
     pub fn step(&self, h: f64) -> SpinStep {
-        let (twist, arms) = (self.twist.step(h), &self.arms);
-        let yielding = [0, 1].map(|which| {
-            let of = |one: &Arm, other: &Arm| -> f64 {
-                twist.force[which].iter().zip(&one.row).zip(&other.row).map(|((g, a), b)| g * a * b).sum()
-            };
-            arms.iter().map(|one| arms.iter().map(|other| of(one, other)).collect()).collect::<Vec<Vec<f64>>>()
-        });
-        SpinStep { h, twist, yielding }
+        SpinStep { h, twist: self.twist.step(h) }
     }
 
     /// Begins a step: the unbalances' forces in its middle \[N\].
@@ -206,23 +197,19 @@ impl Spin {
         forces.clear();
         for s in 0..self.arms.len() {
             let moved = self.twisted(&self.arms[s].row);
-            let by_torques = step
-                .yielding
-                .each_ref()
-                .map(|yielding| yielding[s].iter().zip(&self.arms).map(|(part, arm)| part * arm.torque).sum::<f64>());
-            let next_angle = self.next_angle + (moved[0] + by_torques[0]) + self.arms[s].phase;
-            let next_rate = self.next_speed + (moved[1] + by_torques[1]);
+            let next_angle = self.next_angle + moved[0] + self.arms[s].phase;
+            let next_rate = self.next_speed + moved[1];
             let arm = &mut self.arms[s];
             (arm.next_angle, arm.next_rate) = (next_angle, next_rate);
             let middle = 0.5 * (arm.angle + next_angle);
-            let gained = next_rate - arm.rate + arm.missed;
+            let gained = next_rate - arm.rate;
             forces.push(arm.force(middle, (next_angle - arm.angle) / h, gained / h));
         }
     }
 
     /// The spin a time ahead, if it goes on as it does \[rad/s\].
     pub fn speed_after(&self, time: f64) -> f64 {
-        self.speed + time * self.slope
+        self.mean()[0] + time * self.slope
     }
 
     /// What a step of `h` \[s\] is expected to end with beside the speed that is predicted, as a part of it.
@@ -279,6 +266,30 @@ impl Spin {
         }
     }
 
+    /// How much of what is foreseen of the unbalances' rates comes back over a step from what of the rotor's answer is not at once: `answers` is that of each node's
+    /// velocity to an impulse on it, spread over the step \[1/kg\].
+    pub fn comes_back(&self, answers: impl Iterator<Item = f64>) -> f64 {
+        let of = |((s, arm), answer): ((usize, &Arm), f64)| {
+            (self.loaded.gives_way[s][s] - arm.moment * arm.moment * answer).abs() * self.jump(&arm.row)
+        };
+        self.arms.iter().enumerate().zip(answers).map(of).sum()
+    }
+
+    /// Whether no mode of twist grows in steps of `h` \[s\] over which so much comes back: damping takes more than that of each mode that the step does not resolve, or it comes
+    /// to nothing over a whole run of `time` \[s\].
+    pub fn holds(&self, h: f64, back: f64, time: f64) -> bool {
+        let is_held = |&(square, damping): &(f64, f64)| square * h * h < 1.0 || 0.5 * damping * h >= back;
+        back <= 1.0 && (back * time < COMES_TO_NOTHING * h || self.loaded.modes.iter().all(is_held))
+    }
+
+    /// Damps modes of twist that steps of `h` \[s\] do not resolve by what comes back over them, at least.
+    pub fn hold(&mut self, h: f64, back: f64) {
+        for mode in self.loaded.modes.iter_mut().filter(|mode| mode.0 * h * h >= 1.0) {
+            mode.1 = mode.1.max(2.0 * back / h);
+        }
+        self.twist = Oscillators::new(self.loaded.modes.iter().copied());
+    }
+
     /// Jump of a node's rate per angular impulse on it \[1/(kg m2)\].
     pub fn jump(&self, row: &[f64]) -> f64 {
         1.0 / self.loaded.inertia + dot(row, row)
@@ -317,8 +328,9 @@ impl Spin {
             let [carried, pull] = arm.exchange(arm.unit, arm.next_rate, velocity, *gravity);
             let pulled = 0.5 * h * (arm.pull + pull);
             let after = carried + given;
-            arm.torque = (arm.momentum + pulled - after) / h;
+            let exchanged = arm.momentum - after;
             (arm.momentum, arm.pull) = (after, pull);
+            arm.torque = (pulled + exchanged) / h;
             twist.add(&step.twist, arm.torque, &arm.row);
             *momentum += pulled;
             carried_by_all += after;
@@ -337,11 +349,7 @@ impl Spin {
             let arm = &mut self.arms[s];
             (arm.angle, arm.rate) = (self.angle + place + arm.phase, speed + rate);
             let missed = arm.rate - arm.next_rate;
-            if self.loaded.at_once {
-                arm.left = Complex::new(0.0, -missed) * arm.unit * arm.moment;
-            } else {
-                arm.missed = missed;
-            }
+            arm.left = Complex::new(0.0, -missed) * arm.unit * arm.moment;
         }
     }
 

@@ -48,7 +48,7 @@ pub(super) struct Transient {
 /// The ring, and where the rotor is that it may touch.
 pub(super) struct Contact {
     pub rub: Rub,
-    /// Elastic twist of the node, per amplitude.
+    /// Turn of the node beside the mean angle, per amplitude.
     twist_row: Vec<f64>,
     /// Turn of the node over a contact step per angular impulse on it, and the jump of its rate \[1/(kg m2)\].
     rolling: f64,
@@ -97,8 +97,9 @@ impl Transient {
         let lengths: [f64; LEVELS + 1] = std::array::from_fn(|level| flight.step_of(level));
         let fastest = slowest_to_resolve(machine, structure);
         let turns_little = |level: &usize| lengths[*level] * fastest <= LONGEST_TURN;
+        let longest = (SHORT..=LEVELS).rev().find(turns_little).unwrap_or(SHORT);
         Ok(Self {
-            most: (SHORT..=LEVELS).rev().find(turns_little).unwrap_or(SHORT),
+            most: (1..=longest).take_while(|&level| flight.holds(level, machine.run.end_time)).last().unwrap_or(0),
             loads: vec![[0.0; 2]; structure.rotor.bearings.len()],
             watched: (0..structure.rotor.bearings.len())
                 .map(|_| Watched { constant: [0.0; 2], size: 0.0, largest: 0.0 })
