@@ -37,7 +37,7 @@ pub fn cause_in_words(cause: Cause) -> &'static str {
             "the modes kept are too few for the contact: those left out would not follow its force at once, as is assumed of them"
         }
         Cause::NoBasis => {
-            "at its start or at a speed that it came to, the run's whirl motions are so nearly one that the exponential engine has no basis of them"
+            "at its start or at a speed that it came to, the exponential engine has no basis of the run's motions: whirl motions that are nearly one, or unbalances that its steps do not hold"
         }
     }
 }
