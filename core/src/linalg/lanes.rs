@@ -172,6 +172,23 @@ kernel! {
     }
 }
 
+/// Numbers by eights, zeros behind the last one.
+pub(crate) fn lanes_of(numbers: &[f64]) -> Vec<Lane> {
+    let of = |eight: &[f64]| Lane(std::array::from_fn(|k| eight.get(k).copied().unwrap_or(0.0)));
+    numbers.chunks(LANES).map(of).collect()
+}
+
+/// Numbers by eights as one list.
+#[inline]
+pub(crate) fn flat(lanes: &[Lane]) -> &[f64] {
+    let all: *const [Lane] = lanes;
+    // SAFETY: a lane is eight numbers of eight bytes in 64 bytes, so `lanes` is eight times as many without a gap between them
+    #[expect(unsafe_code, reason = "vectors are loaded from aligned lanes, and read as plain numbers elsewhere")]
+    unsafe {
+        std::slice::from_raw_parts(all.cast::<f64>(), LANES * lanes.len())
+    }
+}
+
 kernel! {
     /// y += a x.
     pub(crate) fn add_scaled(a: f64, x: &[f64], y: &mut [f64]) {

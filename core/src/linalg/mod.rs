@@ -4,6 +4,7 @@
 //! matrices picks kernels by CPU).
 
 mod definite;
+pub(crate) mod eight;
 mod eigen;
 mod general;
 #[cfg(test)]

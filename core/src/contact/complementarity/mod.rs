@@ -25,7 +25,19 @@ const YIELDS: [f64; 3] = [1e-5, 1e-4, 1e-3];
 
 /// Forces that satisfy the conditions, from those that are there; `None` where neither way finds any.
 pub(crate) fn solve(coupled: &mut Coupled, forces: &mut [ContactForce]) -> Option<()> {
-    let mut stiff = [[[0.0; 2]; 2]; POINTS];
+    match forces.len() {
+        0..=1 => solve_of::<1, 2>(coupled, forces),
+        2 => solve_of::<2, 4>(coupled, forces),
+        3..=4 => solve_of::<4, 8>(coupled, forces),
+        5..=8 => solve_of::<8, 16>(coupled, forces),
+        9..=12 => solve_of::<12, 24>(coupled, forces),
+        _ => solve_of::<POINTS, { 2 * POINTS }>(coupled, forces),
+    }
+}
+
+/// Of P points at most, and twice as many unknowns.
+fn solve_of<const P: usize, const U: usize>(coupled: &mut Coupled, forces: &mut [ContactForce]) -> Option<()> {
+    let mut stiff = [[[0.0; 2]; 2]; P];
     for (k, own) in stiff[..forces.len()].iter_mut().enumerate() {
         *own = coupled.w[k][k];
     }
@@ -35,7 +47,7 @@ pub(crate) fn solve(coupled: &mut Coupled, forces: &mut [ContactForce]) -> Optio
                 coupled.w[k][k][row][row] = (1.0 + yields) * own[row][row];
             }
         }
-        if pivot(coupled, forces).or_else(|| complementary(coupled, forces)).is_some() {
+        if pivot::<P, U>(coupled, forces).or_else(|| complementary(coupled, forces)).is_some() {
             return Some(());
         }
     }

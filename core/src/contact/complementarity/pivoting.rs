@@ -9,8 +9,6 @@ use super::conditions::{Coupled, POINTS};
 use crate::contact::ContactForce;
 use bladeoff_model::machine::FrictionLaw;
 
-/// Unknowns at most: a normal and a tangential force each.
-const UNKNOWNS: usize = 2 * POINTS;
 /// A pivot below this share of its column's largest entry ends the elimination.
 const SINGULAR: f64 = 1e-13;
 /// A violation below this share of the largest force, gap or slip is rounding.
@@ -29,9 +27,10 @@ enum State {
     Slides(f64),
 }
 
-/// Forces that satisfy the conditions, from those that are there; `None` where the states go in circles.
-pub(super) fn pivot(coupled: &Coupled, forces: &mut [ContactForce]) -> Option<()> {
-    let mut states = [State::Open; POINTS];
+/// Forces that satisfy the conditions, from those that are there, of P points and U unknowns at most: a normal and a tangential force each; `None` where the states go in
+/// circles. (Few points are the rule, and room for all takes longer to clear than their system to solve.)
+pub(super) fn pivot<const P: usize, const U: usize>(coupled: &Coupled, forces: &mut [ContactForce]) -> Option<()> {
+    let mut states = [State::Open; P];
     for (state, force) in states.iter_mut().zip(&*forces) {
         *state = match (force.normal > 0.0, coupled.law) {
             (false, _) => State::Open,
@@ -42,7 +41,7 @@ pub(super) fn pivot(coupled: &Coupled, forces: &mut [ContactForce]) -> Option<()
     }
     let states = &mut states[..forces.len()];
     for round in 0..ROUNDS {
-        let solution = forces_in(coupled, states)?;
+        let solution = forces_in::<P, U>(coupled, states)?;
         // the worst leads there fastest but may go in circles; the first one does not (Murty 1974)
         let change = {
             let mut violations = violations(coupled, states, &solution);
@@ -64,10 +63,10 @@ pub(super) fn pivot(coupled: &Coupled, forces: &mut [ContactForce]) -> Option<()
 }
 
 /// The states that violated conditions ask for: (violation, point, state).
-fn violations(
+fn violations<const P: usize>(
     coupled: &Coupled,
     states: &[State],
-    forces: &[[f64; 2]; POINTS],
+    forces: &[[f64; 2]; P],
 ) -> impl Iterator<Item = (f64, usize, State)> {
     let count = states.len();
     let most = forces[..count].iter().fold(0.0_f64, |most, force| most.max(force[0].abs()));
@@ -94,9 +93,9 @@ fn violations(
 }
 
 /// Normal and tangential forces of the present states; `None` where their system is singular.
-fn forces_in(coupled: &Coupled, states: &[State]) -> Option<[[f64; 2]; POINTS]> {
+fn forces_in<const P: usize, const U: usize>(coupled: &Coupled, states: &[State]) -> Option<[[f64; 2]; P]> {
     // one unknown for each normal force, one more for the tangential force of each sticking point: (point, row of (1))
-    let mut unknowns = [(0, 0); UNKNOWNS];
+    let mut unknowns = [(0, 0); U];
     let mut size = 0;
     for (k, state) in states.iter().enumerate() {
         let rows = match state {
@@ -109,18 +108,16 @@ fn forces_in(coupled: &Coupled, states: &[State]) -> Option<[[f64; 2]; POINTS]> 
             size += 1;
         }
     }
-    let unknowns = &unknowns[..size];
-    let mut solution = [0.0; UNKNOWNS];
-    // few points are the rule, and room for all takes longer to clear than their system to solve
+    let (unknowns, mut solution) = (&unknowns[..size], [0.0; U]);
     match size {
         0..=2 => solved::<2>(coupled, states, unknowns, &mut solution)?,
         3..=4 => solved::<4>(coupled, states, unknowns, &mut solution)?,
         5..=8 => solved::<8>(coupled, states, unknowns, &mut solution)?,
         9..=16 => solved::<16>(coupled, states, unknowns, &mut solution)?,
         17..=24 => solved::<24>(coupled, states, unknowns, &mut solution)?,
-        _ => solved::<UNKNOWNS>(coupled, states, unknowns, &mut solution)?,
+        _ => solved::<{ 2 * POINTS }>(coupled, states, unknowns, &mut solution)?,
     }
-    let mut forces = [[0.0; 2]; POINTS];
+    let mut forces = [[0.0; 2]; P];
     for (&(k, row), value) in unknowns.iter().zip(solution) {
         forces[k][row] = value;
         if let State::Slides(sign) = states[k] {
@@ -135,7 +132,7 @@ fn solved<const N: usize>(
     coupled: &Coupled,
     states: &[State],
     unknowns: &[(usize, usize)],
-    solution: &mut [f64; UNKNOWNS],
+    solution: &mut [f64],
 ) -> Option<()> {
     let (mut system, mut right) = ([[0.0; N]; N], [0.0; N]);
     for (i, &(k, row)) in unknowns.iter().enumerate() {
@@ -151,29 +148,39 @@ fn solved<const N: usize>(
     eliminate(&mut system, &mut right, unknowns.len(), solution)
 }
 
-/// Gaussian elimination with row pivoting.
+/// Gaussian elimination with row pivoting. Rows are taken whole, of a length known beforehand: what stands before the pivot's column is not read again, and behind the last one are zeros.
 fn eliminate<const N: usize>(
     system: &mut [[f64; N]; N],
     right: &mut [f64; N],
     size: usize,
-    solution: &mut [f64; UNKNOWNS],
+    solution: &mut [f64],
 ) -> Option<()> {
     let mut scale = [0.0_f64; N];
-    for (scale, column) in scale[..size].iter_mut().zip(0..) {
-        *scale = system[..size].iter().fold(0.0, |most, row| most.max(row[column].abs()));
+    for row in &system[..size] {
+        for (scale, entry) in scale.iter_mut().zip(row) {
+            *scale = scale.max(entry.abs());
+        }
     }
     for column in 0..size {
-        let pivot = (column..size).max_by(|&a, &b| system[a][column].abs().total_cmp(&system[b][column].abs()))?;
-        let largest = system[pivot][column].abs();
+        let (mut pivot, mut largest) = (column, system[column][column].abs());
+        for row in column + 1..size {
+            let entry = system[row][column].abs();
+            // the last one of those that are as large
+            if entry >= largest {
+                (pivot, largest) = (row, entry);
+            }
+        }
         if largest.is_nan() || largest <= SINGULAR * scale[column] {
             return None;
         }
-        system.swap(column, pivot);
-        right.swap(column, pivot);
+        if pivot != column {
+            system.swap(column, pivot);
+            right.swap(column, pivot);
+        }
         let (top, side) = (system[column], right[column]);
         for (row, right) in system[column + 1..size].iter_mut().zip(&mut right[column + 1..size]) {
             let factor = row[column] / top[column];
-            for (entry, above) in row[column..size].iter_mut().zip(&top[column..size]) {
+            for (entry, above) in row.iter_mut().zip(&top) {
                 *entry -= factor * above;
             }
             *right -= factor * side;
@@ -185,6 +192,9 @@ fn eliminate<const N: usize>(
             sum -= system[i][j] * solution[j];
         }
         solution[i] = sum / system[i][i];
+        if solution[i].is_nan() {
+            return None;
+        }
     }
     Some(())
 }

@@ -81,6 +81,7 @@ impl Bound {
 }
 
 /// Length of a vector: one root, the same on every machine.
+#[inline(always)]
 pub(super) fn length([x, y]: [f64; 2]) -> f64 {
     (x * x + y * y).sqrt()
 }

@@ -8,11 +8,13 @@
 
 use super::ExponentialError;
 use super::bound::length;
-use crate::linalg::lanes::{LANES, Lane, kernel};
-use crate::linalg::{axpy, column_of};
+use super::rows::alls;
+use crate::linalg::eight::Eight;
+use crate::linalg::lanes::{LANES, Lane, lanes_of};
+use crate::linalg::{Matrix, axpy, column_of};
 use crate::stator::Surface;
 use crate::structure::{RingPart, Structure};
-use bladeoff_model::machine::{ContactSurface, Diaphragm};
+use bladeoff_model::machine::{ContactSurface, Diaphragm, DiaphragmKind};
 
 /// Candidates of a block: their number is a multiple of it.
 pub(super) const BLOCK: usize = LANES;
@@ -20,6 +22,8 @@ pub(super) const BLOCK: usize = LANES;
 /// Candidates of a ring, at least. Places that press beside the nearest one are candidates, two spacings from it or more: with 192 of them the turbine's 1 ms force is
 /// 0.3 % off.
 const CANDIDATES: usize = 384;
+/// Parts of the largest by which displacements in two sectors differ that are the same: rounding of a ring's modes.
+const SAME: f64 = 1e-8;
 /// Elements of a ring at most: the table between candidates grows with their square.
 const ELEMENTS: usize = 200;
 /// The candidates of one ring.
@@ -30,28 +34,30 @@ pub(super) struct Candidates {
     /// sin and cos of their angles.
     pub angles: Vec<(f64, f64)>,
     /// cos and sin of those of each block.
-    pub directions: Vec<[[f64; BLOCK]; 2]>,
+    pub directions: Vec<[Lane; 2]>,
     /// V and U of the candidates of each block, mode by mode.
     radial: Vec<Lane>,
     tangential: Vec<Lane>,
     /// V and then U of each candidate, zeros behind the last mode.
-    rows: Vec<f64>,
+    rows: Vec<Lane>,
     modes: usize,
-    /// Entries of a row: the modes, and zeros up to a multiple of eight.
-    width: usize,
+    /// Lanes of a row.
+    lanes: usize,
     /// Largest displacement of any candidate per amplitude, for each mode, and its radial part.
-    reach: Vec<f64>,
-    pub radial_reach: Vec<f64>,
-    /// Displacements per impulse of the modes left out between two candidates, radial and tangential, by rows, of the blocks of one acting side by side; empty
-    /// where none are.
+    pub reach: Vec<Lane>,
+    pub radial_reach: Vec<Lane>,
+    /// Displacements per impulse of the modes left out between two candidates, radial and tangential, by rows: of the blocks behind that of an acting one side by
+    /// side, for each acting one of the first sector, from one blade to the next. The others have the same, turned. Empty where no modes are left out.
     left_out: Vec<[Lane; 4]>,
+    /// Candidates of a sector.
+    sector: usize,
     /// What the modes left out close at most of a candidate's clearance, per unit impulse along and across the radius of another.
     pub most_closed: [f64; 2],
 }
 
 impl Candidates {
-    /// So many of each element, a multiple of [`BLOCK`] of all; the modes left out follow impulses over `h` \[s\].
-    pub fn new(part: &RingPart, surface: &Surface, per_element: usize, h: f64) -> Self {
+    /// So many of each element, a multiple of [`BLOCK`] of all, on a ring of so many equal sectors; the modes left out follow impulses over `h` \[s\].
+    pub fn new(part: &RingPart, surface: &Surface, per_element: usize, sectors: usize, h: f64) -> Self {
         let places: Vec<(usize, f64)> = (0..surface.nodes * per_element)
             .map(|c| (c / per_element, ((c % per_element) as f64 + 0.5) / per_element as f64))
             .collect();
@@ -69,33 +75,12 @@ impl Candidates {
         let most = |of: &dyn Fn(usize, usize) -> f64| -> Vec<f64> {
             (0..width).map(|j| (0..count).map(|c| of(c, j)).fold(0.0, f64::max)).collect()
         };
-        let (reach, radial_reach) = (most(&|c, j| length(at(c, j))), most(&|c, j| at(c, j)[0].abs()));
-        let left_out = part.residual.as_ref().map(|flexibility| {
-            // each candidate loads a few freedoms
-            let shapes: Vec<[(usize, f64, f64); 8]> =
-                places.iter().map(|&(element, xi)| surface.shapes(element, xi)).collect();
-            let mut moved = [0, 1].map(|_| vec![0.0; flexibility.nrows()]);
-            let mut blocks = vec![[Lane::default(); 4]; count * count / BLOCK];
-            for (acting, shape) in shapes.iter().enumerate() {
-                moved.iter_mut().for_each(|column| column.fill(0.0));
-                for &(dof, radial, tangential) in shape {
-                    axpy(radial / h, column_of(flexibility, dof), &mut moved[0]);
-                    axpy(tangential / h, column_of(flexibility, dof), &mut moved[1]);
-                }
-                for (at, shape) in shapes.iter().enumerate() {
-                    let (block, k) = (&mut blocks[(acting * count + at) / BLOCK], at % BLOCK);
-                    for &(dof, radial, tangential) in shape {
-                        let by = [moved[0][dof], moved[1][dof]];
-                        block[0].0[k] += radial * by[0];
-                        block[1].0[k] += radial * by[1];
-                        block[2].0[k] += tangential * by[0];
-                        block[3].0[k] += tangential * by[1];
-                    }
-                }
-            }
-            blocks
-        });
-        let left_out = left_out.unwrap_or_default();
+        let (reach, radial_reach) =
+            (lanes_of(&most(&|c, j| length(at(c, j)))), lanes_of(&most(&|c, j| at(c, j)[0].abs())));
+        let (sector, left_out) = match &part.residual {
+            Some(flexibility) => table_left_out(flexibility, surface, &places, sectors, h),
+            None => (count, Vec::new()),
+        };
         let by_blocks = |part: usize| -> Vec<Lane> {
             let entries = (0..count / BLOCK).flat_map(|block| (0..modes).map(move |j| (block, j)));
             entries.map(|(block, j)| Lane(std::array::from_fn(|k| at(block * BLOCK + k, j)[part]))).collect()
@@ -110,88 +95,142 @@ impl Candidates {
             spacing: 2.0 * std::f64::consts::PI / count as f64,
             directions: angles
                 .chunks_exact(BLOCK)
-                .map(|block| [std::array::from_fn(|k| block[k].1), std::array::from_fn(|k| block[k].0)])
+                .map(|block| [Lane(std::array::from_fn(|k| block[k].1)), Lane(std::array::from_fn(|k| block[k].0))])
                 .collect(),
             angles,
             left_out,
             radial: by_blocks(0),
             tangential: by_blocks(1),
-            rows: shapes,
+            rows: lanes_of(&shapes),
             modes,
-            width,
+            lanes: width / LANES,
+            sector,
             reach,
             radial_reach,
         }
     }
 
     /// How many.
+    #[inline(always)]
     pub fn count(&self) -> usize {
         self.angles.len()
     }
 
-    /// Bound of every candidate's displacement \[m\], of the modes' amplitudes.
-    pub fn reach(&self, amplitudes: impl Iterator<Item = f64>) -> f64 {
-        self.reach.iter().zip(amplitudes).map(|(reach, amplitude)| reach * amplitude).sum()
-    }
-
     /// V of the candidates of a block, column by column.
+    #[inline(always)]
     pub fn radial(&self, block: usize) -> &[Lane] {
         &self.radial[block * self.modes..(block + 1) * self.modes]
     }
 
     /// The same of U.
+    #[inline(always)]
     pub fn tangential(&self, block: usize) -> &[Lane] {
         &self.tangential[block * self.modes..(block + 1) * self.modes]
     }
 
     /// V and U of a candidate.
-    pub fn of(&self, c: usize) -> (&[f64], &[f64]) {
-        self.rows[2 * c * self.width..2 * (c + 1) * self.width].split_at(self.width)
+    #[inline(always)]
+    pub fn of(&self, c: usize) -> [&[Lane]; 2] {
+        let (v, u) = self.rows[2 * c * self.lanes..2 * (c + 1) * self.lanes].split_at(self.lanes);
+        [v, u]
     }
 
     /// The candidates beside one.
+    #[inline(always)]
     pub fn beside(&self, c: usize) -> [usize; 2] {
         let count = self.count();
         [if c == 0 { count - 1 } else { c - 1 }, if c + 1 == count { 0 } else { c + 1 }]
     }
 
+    /// The acting candidate of the first sector that is another one turned, and by how many blocks.
+    #[inline(always)]
+    fn turned(&self, acting: usize) -> (usize, usize) {
+        let by = acting / self.sector;
+        (acting - by * self.sector, by * (self.sector / BLOCK))
+    }
+
+    /// That of a block by one acting: its lanes in the table.
+    #[inline(always)]
+    fn left_out_of(&self, block: usize, acting: usize) -> &[Lane; 4] {
+        let (blocks, (acting, turned)) = (self.count() / BLOCK, self.turned(acting));
+        let back = if block >= turned { block - turned } else { block + blocks - turned };
+        &self.left_out[acting * blocks + back]
+    }
+
     /// Displacement of a candidate by a unit impulse at another in the modes left out, in polar axes, by rows.
+    #[inline(always)]
     pub fn left_out(&self, at: usize, acting: usize) -> [f64; 4] {
-        let block = self.left_out.get((acting * self.count() + at) / BLOCK);
-        block.map_or([0.0; 4], |block| block.each_ref().map(|part| part.0[at % BLOCK]))
+        if self.left_out.is_empty() {
+            return [0.0; 4];
+        }
+        let ([a, b, c, d], k) = (self.left_out_of(at / BLOCK, acting), at % BLOCK);
+        [a.0[k], b.0[k], c.0[k], d.0[k]]
     }
 
     /// The same of the candidates of a block by impulses in polar axes at others, radial and tangential.
-    pub fn all_left_out(&self, block: usize, acting: &[(usize, [f64; 2])]) -> [[f64; BLOCK]; 2] {
-        let mut moved = [[0.0; BLOCK]; 2];
-        if !self.left_out.is_empty() {
-            all_left_out(&self.left_out, self.count() / BLOCK, block, acting, &mut moved);
+    #[inline(always)]
+    pub fn all_left_out<V: Eight>(&self, block: usize, acting: &[(usize, [f64; 2])]) -> [V; 2] {
+        let [mut v, mut u] = [V::all(0.0); 2];
+        if self.left_out.is_empty() {
+            return [v, u];
         }
-        moved
+        for &(at, impulse) in acting {
+            let [a, b, c, d] = self.left_out_of(block, at);
+            let [along, aside] = alls::<V>(impulse);
+            v = v + V::load(a) * along + V::load(b) * aside;
+            u = u + V::load(c) * along + V::load(d) * aside;
+        }
+        [v, u]
     }
 }
 
-kernel! {
-    /// Sums of blocks by two impulses each.
-    fn all_left_out(
-        table: &[[Lane; 4]],
-        blocks: usize,
-        block: usize,
-        acting: &[(usize, [f64; 2])],
-        moved: &mut [[f64; BLOCK]; 2],
-    ) {
-        let [mut v, mut u] = [[0.0; BLOCK]; 2];
-        for &(at, [along, aside]) in acting {
-            let [a, b, c, d] = &table[at * blocks + block];
-            for k in 0..BLOCK {
-                v[k] = v[k] + a.0[k] * along + b.0[k] * aside;
-            }
-            for k in 0..BLOCK {
-                u[k] = u[k] + c.0[k] * along + d.0[k] * aside;
+/// Displacements per impulse of the modes left out by each acting candidate of a sector, and how many that are: all where a ring of so many sectors is not
+/// the same turned by one (a pair of modes of which one is left out), or where that takes no block to a block.
+fn table_left_out(
+    flexibility: &Matrix,
+    surface: &Surface,
+    places: &[(usize, f64)],
+    sectors: usize,
+    h: f64,
+) -> (usize, Vec<[Lane; 4]>) {
+    let count = places.len();
+    // each candidate loads a few freedoms
+    let shapes: Vec<[(usize, f64, f64); 8]> = places.iter().map(|&(element, xi)| surface.shapes(element, xi)).collect();
+    let mut moved = [0, 1].map(|_| vec![0.0; flexibility.nrows()]);
+    let mut by = |acting: usize, blocks: &mut [[Lane; 4]]| {
+        moved.iter_mut().for_each(|column| column.fill(0.0));
+        for &(dof, radial, tangential) in &shapes[acting] {
+            axpy(radial / h, column_of(flexibility, dof), &mut moved[0]);
+            axpy(tangential / h, column_of(flexibility, dof), &mut moved[1]);
+        }
+        for (at, shape) in shapes.iter().enumerate() {
+            let (block, k) = (&mut blocks[at / BLOCK], at % BLOCK);
+            for &(dof, radial, tangential) in shape {
+                let by = [moved[0][dof], moved[1][dof]];
+                block[0].0[k] += radial * by[0];
+                block[1].0[k] += radial * by[1];
+                block[2].0[k] += tangential * by[0];
+                block[3].0[k] += tangential * by[1];
             }
         }
-        *moved = [v, u];
+    };
+    let blocks = count / BLOCK;
+    let mut sector = if (count / sectors).is_multiple_of(BLOCK) { count / sectors } else { count };
+    if sector < count {
+        let mut two = vec![[Lane::default(); 4]; 2 * blocks];
+        let (one, other) = two.split_at_mut(blocks);
+        by(0, one);
+        by(sector, other);
+        let turned = other[sector / BLOCK..].iter().chain(&other[..sector / BLOCK]);
+        let pairs = || one.iter().zip(turned.clone()).flat_map(|(a, b)| a.iter().zip(b)).flat_map(|(a, b)| a.0.into_iter().zip(b.0));
+        let size = pairs().fold(0.0, |most: f64, (a, _)| most.max(a.abs()));
+        if pairs().any(|(a, b)| (a - b).abs() > SAME * size) {
+            sector = count;
+        }
     }
+    let mut table = vec![[Lane::default(); 4]; sector * blocks];
+    table.chunks_exact_mut(blocks).enumerate().for_each(|(acting, blocks)| by(acting, blocks));
+    (sector, table)
 }
 
 /// The candidates of a diaphragm, for contact steps of `h` \[s\].
@@ -216,7 +255,13 @@ pub(super) fn candidates(
     while !(per_element * surface.nodes).is_multiple_of(BLOCK) {
         per_element += 1;
     }
-    Ok(Candidates::new(part, &surface, per_element, h))
+    // all blades are alike, and stand at nodes
+    let blades = match &diaphragm.kind {
+        DiaphragmKind::Flexible(stator) => stator.blades.map_or(0, |blades| blades.count),
+        _ => 0,
+    };
+    let sectors = if blades > 0 { blades } else { surface.nodes };
+    Ok(Candidates::new(part, &surface, per_element, sectors, h))
 }
 
 /// The flexible ring of a diaphragm.
@@ -230,12 +275,14 @@ pub(super) fn modes(part: &RingPart) -> Vec<(f64, f64)> {
 }
 
 /// Whether two of so many candidates are one, or beside each other.
+#[inline(always)]
 pub(super) fn beside(one: usize, other: usize, count: usize) -> bool {
     let apart = one.abs_diff(other);
     apart <= 1 || apart + 1 == count
 }
 
 /// Weights of three values at -1, 0 and 1 for the value of their parabola.
+#[inline(always)]
 pub(super) fn parabola(share: f64) -> [f64; 3] {
     [0.5 * share * (share - 1.0), 1.0 - share * share, 0.5 * share * (share + 1.0)]
 }

@@ -7,7 +7,7 @@ use super::flight::Flight;
 use super::grid::LEVELS;
 use super::settings::FlightSettings;
 use super::transient::{SHORT, Transient};
-use crate::linalg::lanes::rows_times;
+use crate::linalg::lanes::{LANES, Lane, flat, rows_times};
 use crate::structure::Structure;
 use bladeoff_model::machine::MachineDef;
 
@@ -56,16 +56,16 @@ fn no_flight_reaches_a_ringing_ring() {
             strike(&mut transient.flight, hit, torque * random.sign(), &row);
             // a few modes ring, in any phase, so far that the room left is what a long step needs or less
             let contact = transient.contact.as_mut().expect("a diaphragm");
-            let count = contact.rub.ring.place().len();
-            let modes = &mut contact.rub.ring.modes;
-            modes.place.fill(0.0);
-            modes.rate.fill(0.0);
+            let modes = &mut contact.rub.ring;
+            let count = modes.amplitudes().len();
+            modes.place.fill(Lane::default());
+            modes.rate.fill(Lane::default());
             for _ in 0..=round % 3 {
                 let j = (random.next() * count as f64) as usize;
-                modes.place[j] = random.sign() / ring.reach(unit(j, modes.place.len()));
+                modes.place[j / LANES].0[j % LANES] = random.sign() / flat(&ring.reach)[j];
             }
             let x = contact.rub.off_centre(transient.flight.place(0));
-            let reach = ring.reach(contact.rub.ring.amplitudes());
+            let reach = contact.rub.ring.reach(&ring.reach);
             let clear = contact.rub.room() + reach - length(x);
             let velocity = transient.flight.see_rates();
             // as long as the longest may be, or as those that are common
@@ -73,7 +73,8 @@ fn no_flight_reaches_a_ringing_ring() {
             let longest = lengths[top];
             let way = longest * length(velocity) + transient.flight.leaves(longest, &mut parts);
             let wanted = clear - 1.5 * way * random.next();
-            contact.rub.ring.modes.place.iter_mut().for_each(|q| *q *= wanted.max(0.0) / reach);
+            let part = wanted.max(0.0) / reach;
+            contact.rub.ring.place.iter_mut().flat_map(|eight| &mut eight.0).for_each(|q| *q *= part);
             // as `Transient::level` does, whatever peaks ask for
             let room = contact.rub.room();
             let Some(level) = transient.flight.stays(&lengths, [x, velocity], room, top).filter(|_| length(x) < room)
@@ -84,13 +85,13 @@ fn no_flight_reaches_a_ringing_ring() {
             flown[level] += 1;
             let rub = &transient.contact.as_ref().expect("a diaphragm").rub;
             let (mut flight, mut ringing) = (transient.flight.clone(), rub.ring.clone());
-            let step = ringing.modes.step(h);
+            let step = ringing.flight(h);
             for _ in 0..1 << level {
                 flight.advance(0).expect("goes on");
                 ringing.fly(&step);
                 let x = rub.place(flight.place(0));
                 for block in 0..ring.count() / BLOCK {
-                    let moved = rows_times(ring.radial(block), ringing.place());
+                    let moved = rows_times(ring.radial(block), ringing.amplitudes());
                     for (k, v) in moved.into_iter().enumerate() {
                         let (sin, cos) = ring.angles[BLOCK * block + k];
                         let clearance = diaphragm.contact.gap + v - (x[0] * cos + x[1] * sin);
@@ -107,9 +108,4 @@ fn no_flight_reaches_a_ringing_ring() {
         );
         assert!(least < 0.2, "{name}: it comes near: {least}");
     }
-}
-
-/// Amplitude 1 of one mode.
-fn unit(mode: usize, count: usize) -> impl Iterator<Item = f64> {
-    (0..count).map(move |j| f64::from(u8::from(j == mode)))
 }

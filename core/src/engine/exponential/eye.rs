@@ -82,7 +82,7 @@ impl<'a> Eye<'a> {
             let settled = if pressed {
                 rub.settled(place, flight.kick())
             } else {
-                Settled { amplitudes: modes.place().to_vec(), pressed: Vec::new(), rotor: place }
+                Settled { amplitudes: modes.amplitudes().to_vec(), pressed: Vec::new(), rotor: place }
             };
             eye.take(place, &settled);
         }
@@ -166,7 +166,7 @@ impl Ahead {
         energies: Energies,
         follower: &mut dyn Follower,
     ) -> Result<(), super::ExponentialError> {
-        let step = self.ring.as_ref().map(|ring| ring.modes.step(self.flight.step_of(0)));
+        let step = self.ring.as_ref().map(|ring| ring.flight(self.flight.step_of(0)));
         while self.flight.ticks() < ticks {
             self.flight.advance(0)?;
             if let (Some(ring), Some(step)) = (&mut self.ring, &step) {

@@ -9,17 +9,23 @@
 //! Verified by `whip_is_that_of_the_reduced_engine` (`tests/exponential_run.rs`).
 
 use super::plane::{across, times};
-use super::rows::{add_both, add_statics};
+use super::rows::add_two;
 use super::survey::Place;
 use crate::contact::ContactForce;
+use crate::linalg::eight::Eight;
+use crate::linalg::lanes::{LANES, Lane};
 
 /// What is known of n+1 before its impulses.
 pub(super) struct Foreseen {
     /// (1), of the ring's modes \[1/kg\].
-    lacking: Vec<f64>,
+    lacking: Vec<Lane>,
+    /// Sums of the last impulses along the rows of their places, and in the plane: of all parts, and of the normal ones.
+    pressed: Vec<Lane>,
+    along: [f64; 2],
+    normal: [f64; 2],
     /// s_n, and the ring's modes with it.
-    pub statics: Vec<f64>,
-    pub ring: Vec<f64>,
+    pub statics: Vec<Lane>,
+    pub ring: Vec<Lane>,
     /// s_x without and with the modes left out \[m\].
     pub lagging: [f64; 2],
     pub held: [f64; 2],
@@ -27,33 +33,62 @@ pub(super) struct Foreseen {
 
 impl Foreseen {
     /// Of a ring whose modes' trains lack this.
-    pub fn new(lacking: Vec<f64>) -> Self {
-        let zeros = vec![0.0; lacking.len()];
-        Self { lacking, statics: zeros.clone(), ring: zeros, lagging: [0.0; 2], held: [0.0; 2] }
+    pub fn new(lacking: Vec<Lane>) -> Self {
+        let zeros = vec![Lane::default(); lacking.len()];
+        Self {
+            lacking,
+            pressed: zeros.clone(),
+            along: [0.0; 2],
+            normal: [0.0; 2],
+            statics: zeros.clone(),
+            ring: zeros,
+            lagging: [0.0; 2],
+            held: [0.0; 2],
+        }
     }
 
-    /// From what pressed, with the ring's modes along its normal and tangent; the ring at n+1 without impulses; and what trains of impulses on the rotor lack, and
-    /// its modes left out, in the stator's axes.
-    pub fn take(
-        &mut self,
-        pressed: &[(Place, ContactForce)],
-        rows: &[[Vec<f64>; 2]],
-        ring: &[f64],
-        [lacking, left_out]: [&[[f64; 2]; 2]; 2],
-    ) {
-        self.statics.fill(0.0);
-        let (mut along, mut normal) = ([0.0; 2], [0.0; 2]);
-        for ((place, force), rows) in pressed.iter().zip(rows) {
-            add_both([force.normal, force.tangential], rows.each_ref().map(Vec::as_slice), &mut self.statics);
-            let (n, t) = (place.normal, across(place.normal));
-            for i in 0..2 {
-                normal[i] += n[i] * force.normal;
-                along[i] += n[i] * force.normal + t[i] * force.tangential;
-            }
+    /// Nothing presses any more.
+    #[inline(always)]
+    pub fn forget(&mut self) {
+        self.pressed.fill(Lane::default());
+        (self.along, self.normal) = ([0.0; 2], [0.0; 2]);
+    }
+
+    /// Something presses at a place, of which these are the rows.
+    #[inline(always)]
+    pub fn press<V: Eight>(&mut self, place: &Place, force: &ContactForce, rows: [&[Lane]; 2]) {
+        add_two::<V>([force.normal, force.tangential], rows, &mut self.pressed);
+        let (n, t) = (place.normal, across(place.normal));
+        for i in 0..2 {
+            self.normal[i] += n[i] * force.normal;
+            self.along[i] += n[i] * force.normal + t[i] * force.tangential;
         }
-        add_statics(&self.lacking, ring, &mut self.statics, &mut self.ring);
-        self.lagging = times(lacking, along).map(|part| -part);
-        let left_out = times(left_out, normal);
-        self.held = [0, 1].map(|i| self.lagging[i] - left_out[i]);
+    }
+
+    /// From what pressed: the ring at n+1 without impulses is given, and what trains of impulses on the rotor lack, and its modes left out, in the stator's axes.
+    #[inline(always)]
+    pub fn take<V: Eight>(&mut self, ring: &[Lane], [lacking, left_out]: [&[[f64; 2]; 2]; 2]) {
+        let count = ring.len();
+        let (lacks, pressed) = (&self.lacking[..count], &self.pressed[..count]);
+        let (statics, foreseen) = (&mut self.statics[..count], &mut self.ring[..count]);
+        for i in 0..count {
+            let held = V::load(&lacks[i]) * V::load(&pressed[i]);
+            held.store(&mut statics[i]);
+            (V::load(&ring[i]) + held).store(&mut foreseen[i]);
+        }
+        (self.lagging, self.held) = self.behind([lacking, left_out]);
+    }
+
+    /// s_x without and with the modes left out.
+    #[inline(always)]
+    pub fn behind(&self, [lacking, left_out]: [&[[f64; 2]; 2]; 2]) -> ([f64; 2], [f64; 2]) {
+        let ([u, v], left_out) = (times(lacking, self.along), times(left_out, self.normal));
+        ([-u, -v], [-u - left_out[0], -v - left_out[1]])
+    }
+
+    /// s_n of a mode.
+    pub fn static_of(&self, mode: usize) -> f64 {
+        let (i, k) = (mode / LANES, mode % LANES);
+        self.lacking[i].0[k] * self.pressed[i].0[k]
     }
 }

@@ -4,27 +4,31 @@
 //! at n      n'+ = k n'- + b J,   b = 1/(1 + ch/2),  k = (1 - ch/2) b         damping on the mean of n'- and n'+            (1)
 //! between   n, n' turn by wh                                                  exact
 //! steady    J = F h:  n = F (h/2w) cot(wh/2) at n, whatever c; a constant force F makes F/w^2                             (2)
+//! flight    n, n' by exp(B h), B = [[0, 1], [-w^2, -c]]                       exact for any step (`block`)
 //! ```
 //! The velocity between impulses is a saw-tooth: damping that acted on it would take 44 kJ of a turbine's rub at 50 us, (1) takes none of a steady
 //! train. The difference of (2) to the true static displacement is what a train of impulses at n lacks; it goes with the force, like the modes left
 //! out ([`KickedRing::lacking`]), so that statics are exact at any step.
 //! Source: the theory page of this engine. Verified by `a_steady_train_of_impulses_makes_the_static_displacement`.
 
-use super::oscillators::{OscillatorStep, Oscillators};
-use crate::linalg::lanes::{LANES, kernel};
+use super::block::Split;
+use crate::linalg::eight::{Eight, by_width};
+use crate::linalg::lanes::{LANES, Lane, flat, lanes_of};
 
-/// Modes under way. All lists have a multiple of eight entries: those behind the last mode are of modes at rest that nothing moves.
+/// Modes under way, by eights: those behind the last one are modes at rest that nothing moves.
 #[derive(Debug, Clone)]
 pub(super) struct KickedRing {
     count: usize,
-    pub modes: Oscillators,
-    /// w^2 and c of each.
-    squares: Vec<f64>,
-    dampings: Vec<f64>,
+    pub place: Vec<Lane>,
+    pub rate: Vec<Lane>,
+    /// w^2 and c of each, and 1/w^2.
+    squares: Vec<Lane>,
+    dampings: Vec<Lane>,
+    soft: Vec<Lane>,
     /// Mean of n'- and n'+ at the last n.
-    pub mean_rate: Vec<f64>,
+    pub mean_rate: Vec<Lane>,
     /// From n to n+1 without impulse.
-    pub way: Vec<f64>,
+    pub way: Vec<Lane>,
     kicked: Kicked,
     step: f64,
 }
@@ -32,13 +36,17 @@ pub(super) struct KickedRing {
 /// Of each mode.
 #[derive(Debug, Clone, Default)]
 struct Kicked {
-    cos: Vec<f64>,
+    cos: Vec<Lane>,
     /// sin(wh)/w and w sin(wh).
-    over: Vec<f64>,
-    times: Vec<f64>,
-    kept: Vec<f64>,
-    gain: Vec<f64>,
+    over: Vec<Lane>,
+    times: Vec<Lane>,
+    kept: Vec<Lane>,
+    gain: Vec<Lane>,
 }
+
+/// What a step of free flight makes of the modes: the entries of exp(B h).
+#[derive(Debug, Clone)]
+pub(super) struct RingFlight([Vec<Lane>; 4]);
 
 impl KickedRing {
     /// At rest; w^2 > 0 and c of each mode, and the time between impulses.
@@ -46,149 +54,200 @@ impl KickedRing {
         let count = modes.len();
         let behind = count.next_multiple_of(LANES) - count;
         let modes: Vec<(f64, f64)> = modes.iter().copied().chain(std::iter::repeat_n((1.0, 0.0), behind)).collect();
-        let mut kicked = Kicked::default();
-        for &(square, damping) in &modes {
-            let w = square.sqrt();
-            let (sin, cos) = libm::sincos(w * h);
-            let gain = 1.0 / (1.0 + 0.5 * damping * h);
-            kicked.cos.push(cos);
-            kicked.over.push(sin / w);
-            kicked.times.push(w * sin);
-            kicked.kept.push((1.0 - 0.5 * damping * h) * gain);
-            kicked.gain.push(gain);
-        }
+        let list = |of: &dyn Fn(f64, f64) -> f64| -> Vec<Lane> {
+            lanes_of(&modes.iter().map(|&(square, damping)| of(square, damping)).collect::<Vec<f64>>())
+        };
+        let gain = |c: f64| 1.0 / (1.0 + 0.5 * c * h);
+        let kicked = Kicked {
+            cos: list(&|square, _| libm::cos(square.sqrt() * h)),
+            over: list(&|square, _| libm::sin(square.sqrt() * h) / square.sqrt()),
+            times: list(&|square, _| square.sqrt() * libm::sin(square.sqrt() * h)),
+            kept: list(&|_, c| (1.0 - 0.5 * c * h) * gain(c)),
+            gain: list(&|_, c| gain(c)),
+        };
+        let zeros = vec![Lane::default(); kicked.cos.len()];
         Self {
             count,
-            squares: modes.iter().map(|mode| mode.0).collect(),
-            dampings: modes.iter().map(|mode| mode.1).collect(),
-            mean_rate: vec![0.0; modes.len()],
-            way: vec![0.0; modes.len()],
-            modes: Oscillators::new(modes.into_iter()),
+            place: zeros.clone(),
+            rate: zeros.clone(),
+            squares: list(&|square, _| square),
+            dampings: list(&|_, c| c),
+            soft: list(&|square, _| 1.0 / square),
+            mean_rate: zeros.clone(),
+            way: zeros,
             kicked,
             step: h,
         }
     }
 
     /// Amplitudes of the modes.
-    pub fn place(&self) -> &[f64] {
-        &self.modes.place[..self.count]
+    pub fn amplitudes(&self) -> &[f64] {
+        &flat(&self.place)[..self.count]
     }
 
     /// Goes from n to n+1 without impulse, but with the damping of (1).
-    pub fn drift(&mut self) {
-        let Self { modes, mean_rate, way, kicked, .. } = self;
-        drift(&mut modes.place, &mut modes.rate, mean_rate, way, kicked);
+    #[inline(always)]
+    pub fn drift<V: Eight>(&mut self) {
+        let Self { place, rate, mean_rate, way, kicked, .. } = self;
+        let states = place.iter_mut().zip(rate).zip(mean_rate).zip(way);
+        let tables = kicked.cos.iter().zip(&kicked.over).zip(&kicked.times).zip(&kicked.kept);
+        for ((((place, rate), mean), way), (((cos, over), times), kept)) in states.zip(tables) {
+            let (from, before, cos) = (V::load(place), V::load(rate), V::load(cos));
+            let after = V::load(kept) * before;
+            let to = cos * from + V::load(over) * after;
+            (V::all(0.5) * (before + after)).store(mean);
+            (cos * after - V::load(times) * from).store(rate);
+            to.store(place);
+            (to - from).store(way);
+        }
     }
 
     /// Adds at n+1 what impulses J at n have made.
-    pub fn kick(&mut self, impulses: &[f64]) {
-        let Self { modes, mean_rate, kicked, .. } = self;
-        kick(impulses, &mut modes.place, &mut modes.rate, mean_rate, kicked);
+    #[inline(always)]
+    pub fn kick<V: Eight>(&mut self, impulses: &[Lane]) {
+        let Self { place, rate, mean_rate, kicked, .. } = self;
+        let states = place.iter_mut().zip(rate).zip(mean_rate);
+        let tables = kicked.cos.iter().zip(&kicked.over).zip(&kicked.gain);
+        for ((((place, rate), mean), ((cos, over), gain)), impulse) in states.zip(tables).zip(impulses) {
+            let gained = V::load(gain) * V::load(impulse);
+            (V::load(mean) + V::all(0.5) * gained).store(mean);
+            (V::load(place) + V::load(over) * gained).store(place);
+            (V::load(rate) + V::load(cos) * gained).store(rate);
+        }
     }
 
     /// What (1) has taken at n \[J\].
     pub fn damped(&self) -> f64 {
-        let taken = self.dampings.iter().zip(&self.mean_rate).map(|(c, rate)| c * rate * rate);
-        self.step * taken.sum::<f64>()
+        self.step * squared(&self.dampings, &self.mean_rate)
     }
 
     /// Kinetic and strain energy \[J\].
     pub fn energies(&self) -> [f64; 2] {
-        let state = self.modes.place.iter().zip(&self.modes.rate).zip(&self.squares);
-        state.fold([0.0; 2], |[kinetic, strain], ((n, rate), square)| {
-            [kinetic + 0.5 * rate * rate, strain + 0.5 * square * n * n]
-        })
+        energies(&self.squares, &self.place, &self.rate).map(|energy| 0.5 * energy)
     }
 
-    /// Goes a step of any size in free flight.
-    pub fn fly(&mut self, step: &OscillatorStep) {
-        self.modes.advance(step);
+    /// The step of free flight of `h` \[s\].
+    pub fn flight(&self, h: f64) -> RingFlight {
+        let modes = flat(&self.squares).iter().zip(flat(&self.dampings));
+        let all: Vec<[f64; 4]> =
+            modes.map(|(square, damping)| Split::of(&[0.0, 1.0, -square, -damping]).exponential(h)).collect();
+        RingFlight(std::array::from_fn(|i| lanes_of(&all.iter().map(|block| block[i]).collect::<Vec<f64>>())))
     }
 
-    /// Displacement at n+1 by a unit impulse at n.
-    pub fn yields(&self) -> Vec<f64> {
-        self.kicked.over.iter().zip(&self.kicked.gain).map(|(over, gain)| over * gain).collect()
+    /// Goes a step of free flight.
+    pub fn fly(&mut self, step: &RingFlight) {
+        fly(&step.0, &mut self.place, &mut self.rate);
     }
 
-    /// What (2) lacks, per unit impulse.
-    pub fn lacking(&self) -> Vec<f64> {
-        let of = |((cos, times), square): ((&f64, &f64), &f64)| {
+    /// Displacement at n+1 by a unit impulse at n, with what (2) lacks; and the latter.
+    pub fn yields(&self) -> [Vec<Lane>; 2] {
+        let Kicked { cos, over, times, gain, .. } = &self.kicked;
+        let lacks = |i: usize, k: usize| {
             // (1/2w) cot(wh/2) = (1 + cos wh)/(2 w sin wh)
-            1.0 / (square * self.step) - 0.5 * (1.0 + cos) / times
+            1.0 / (self.squares[i].0[k] * self.step) - 0.5 * (1.0 + cos[i].0[k]) / times[i].0[k]
         };
-        self.kicked.cos.iter().zip(&self.kicked.times).zip(&self.squares).map(of).collect()
+        let lane = |i: usize, of: &dyn Fn(usize, usize) -> f64| Lane(std::array::from_fn(|k| of(i, k)));
+        let list = |of: &dyn Fn(usize, usize) -> f64| (0..cos.len()).map(|i| lane(i, of)).collect();
+        [list(&|i, k| over[i].0[k] * gain[i].0[k] + lacks(i, k)), list(&lacks)]
     }
 
-    /// Largest displacement of each mode from now on, without impulses.
-    pub fn amplitudes(&self) -> impl Iterator<Item = f64> {
-        let state = self.modes.place.iter().zip(&self.modes.rate);
-        state.zip(&self.squares).map(|((n, rate), square)| (n * n + rate * rate / square).sqrt())
+    /// Bound of a displacement from now on without impulses, of the largest that each mode makes per amplitude \[m\].
+    pub fn reach(&self, of_modes: &[Lane]) -> f64 {
+        reach(of_modes, &self.place, &self.rate, &self.soft)
     }
 }
 
-kernel! {
-    fn drift(place: &mut [f64], rate: &mut [f64], mean: &mut [f64], way: &mut [f64], kicked: &Kicked) {
-        let count = place.len();
-        let (cos, over) = (&kicked.cos[..count], &kicked.over[..count]);
-        let (times, kept) = (&kicked.times[..count], &kicked.kept[..count]);
-        let (rate, mean, way) = (&mut rate[..count], &mut mean[..count], &mut way[..count]);
-        for j in 0..count {
-            let (from, before) = (place[j], rate[j]);
-            let after = kept[j] * before;
-            let to = cos[j] * from + over[j] * after;
-            mean[j] = 0.5 * (before + after);
-            rate[j] = cos[j] * after - times[j] * from;
-            place[j] = to;
-            way[j] = to - from;
-        }
+by_width! { fn fly(free: &[Vec<Lane>; 4], place: &mut [Lane], rate: &mut [Lane]) = flown }
+
+#[inline(always)]
+fn flown<V: Eight>([aa, ab, ba, bb]: &[Vec<Lane>; 4], place: &mut [Lane], rate: &mut [Lane]) {
+    let tables = aa.iter().zip(ab).zip(ba.iter().zip(bb));
+    for ((place, rate), ((aa, ab), (ba, bb))) in place.iter_mut().zip(rate).zip(tables) {
+        let (n, before) = (V::load(place), V::load(rate));
+        (V::load(aa) * n + V::load(ab) * before).store(place);
+        (V::load(ba) * n + V::load(bb) * before).store(rate);
     }
 }
 
-kernel! {
-    fn kick(impulses: &[f64], place: &mut [f64], rate: &mut [f64], mean: &mut [f64], kicked: &Kicked) {
-        let count = place.len();
-        let (cos, over, gain) = (&kicked.cos[..count], &kicked.over[..count], &kicked.gain[..count]);
-        let (rate, mean, impulses) = (&mut rate[..count], &mut mean[..count], &impulses[..count]);
-        for j in 0..count {
-            let gained = gain[j] * impulses[j];
-            mean[j] += 0.5 * gained;
-            place[j] += over[j] * gained;
-            rate[j] += cos[j] * gained;
-        }
+by_width! {
+    /// `sum_j a_j x_j^2`.
+    fn squared(a: &[Lane], x: &[Lane]) -> f64 = squared_in
+}
+
+#[inline(always)]
+fn squared_in<V: Eight>(a: &[Lane], x: &[Lane]) -> f64 {
+    let mut sums = V::all(0.0);
+    for (a, x) in a.iter().zip(x) {
+        let x = V::load(x);
+        sums = sums + V::load(a) * x * x;
     }
+    sums.sum()
+}
+
+by_width! {
+    /// `sum_j n'_j^2` and `sum_j w_j^2 n_j^2`.
+    fn energies(squares: &[Lane], place: &[Lane], rate: &[Lane]) -> [f64; 2] = energies_in
+}
+
+#[inline(always)]
+fn energies_in<V: Eight>(squares: &[Lane], place: &[Lane], rate: &[Lane]) -> [f64; 2] {
+    let mut sums = [V::all(0.0); 2];
+    for ((square, n), rate) in squares.iter().zip(place).zip(rate) {
+        let (n, rate) = (V::load(n), V::load(rate));
+        sums[0] = sums[0] + rate * rate;
+        sums[1] = sums[1] + V::load(square) * n * n;
+    }
+    sums.map(V::sum)
+}
+
+by_width! {
+    /// `sum_j reach_j sqrt(n_j^2 + n'_j^2/w_j^2)`.
+    fn reach(of_modes: &[Lane], place: &[Lane], rate: &[Lane], soft: &[Lane]) -> f64 = reach_in
+}
+
+#[inline(always)]
+fn reach_in<V: Eight>(of_modes: &[Lane], place: &[Lane], rate: &[Lane], soft: &[Lane]) -> f64 {
+    let mut sums = V::all(0.0);
+    for ((reach, n), (rate, soft)) in of_modes.iter().zip(place).zip(rate.iter().zip(soft)) {
+        let (n, rate) = (V::load(n), V::load(rate));
+        sums = sums + V::load(reach) * (n * n + rate * rate * V::load(soft)).root();
+    }
+    sums.sum()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::linalg::eight::Plain;
 
     #[test]
     fn a_steady_train_of_impulses_makes_the_static_displacement() {
         let (square, damping, h) = (9e6_f64, 200.0, 1e-4);
         let mut ring = KickedRing::new(&[(square, damping)], h);
         let force = 5.0;
-        let mut impulses = [0.0; LANES];
-        impulses[0] = force * h;
+        let mut impulses = [Lane::default()];
+        impulses[0].0[0] = force * h;
         for _ in 0..4000 {
-            ring.drift();
-            ring.kick(&impulses);
+            ring.drift::<Plain>();
+            ring.kick::<Plain>(&impulses);
         }
-        let whole = ring.modes.place[0] + ring.lacking()[0] * force * h;
+        let whole = ring.place[0].0[0] + ring.yields()[1][0].0[0] * force * h;
         assert!((whole * square / force - 1.0).abs() < 1e-10, "{whole}");
         // as large a correction as the mode's own displacement needs at this step: w h = 0.3
-        assert!((ring.modes.place[0] * square / force - 1.0).abs() > 5e-3);
+        assert!((ring.place[0].0[0] * square / force - 1.0).abs() > 5e-3);
     }
 
     #[test]
     fn between_impulses_a_mode_decays_as_it_should() {
         let (square, damping, h) = (9e6_f64, 200.0, 1e-5);
         let mut ring = KickedRing::new(&[(square, damping)], h);
-        ring.modes.place[0] = 1.0;
+        ring.place[0].0[0] = 1.0;
         for _ in 0..1000 {
-            ring.drift();
+            ring.drift::<Plain>();
         }
         let exact = (-0.5 * damping * 1e-2_f64).exp();
-        let found = ring.amplitudes().next().expect("one mode");
-        assert!((found / exact - 1.0).abs() < 0.02, "{found} {exact}");
+        let mut reach = [Lane::default()];
+        reach[0].0[0] = 1.0;
+        assert!((ring.reach(&reach) / exact - 1.0).abs() < 0.02, "{} {exact}", ring.reach(&reach));
     }
 }

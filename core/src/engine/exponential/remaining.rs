@@ -15,11 +15,11 @@ use super::foreseen::Foreseen;
 use super::moved::Moved;
 use super::plane::product;
 use super::point::Point;
-use super::rows::{least_moved, moved_clearances, weighted};
+use super::rows::{alls, each_along, loads, weighted};
 use super::survey::Survey;
 use crate::contact::complementarity::POINTS;
-use crate::linalg::dot;
-use crate::linalg::lanes::{least_of, rows_times};
+use crate::linalg::eight::{Eight, columns_times};
+use crate::linalg::lanes::Lane;
 
 /// More than what (1) and (2) of a candidate that is the nearest place itself differ by: rounding of lengths of metres \[m\].
 const ROUNDING: f64 = 1e-12;
@@ -27,22 +27,23 @@ const ROUNDING: f64 = 1e-12;
 /// Room for what is looked at.
 #[derive(Debug, Clone)]
 pub(super) struct Remaining {
-    /// Blocks that impulses may have brought in reach.
+    /// Blocks that impulses may have brought in reach, those of them that the ring's modes may close, and what these move along the radii of their candidates.
     near: Vec<usize>,
-    /// By blocks: infinite for candidates that are points, or beside one, and zero for others; and which are infinite.
-    barred: Vec<[f64; BLOCK]>,
+    asked: Vec<usize>,
+    opens: Vec<Lane>,
+    /// By blocks: a bit for each candidate that is a point, or beside one; and where there are any.
+    barred: Vec<u8>,
     taken: Vec<usize>,
     /// Candidates where impulses act, and these, in polar axes.
     pressing: Vec<(usize, [f64; 2])>,
     closed: Vec<Closed>,
 }
 
-/// A block of which a candidate may be closed: (1), and what the ring's modes move along the candidates' radii.
+/// A block of which a candidate may be closed: (1), infinite for those that are not.
 #[derive(Debug, Clone, Copy)]
 struct Closed {
     block: usize,
-    gaps: [f64; BLOCK],
-    opens: [f64; BLOCK],
+    gaps: Lane,
 }
 
 /// What impulses do.
@@ -52,12 +53,13 @@ pub(super) struct Struck<'a> {
     pub foreseen: &'a Foreseen,
     pub moved: &'a Moved,
     /// What they make of the ring's modes.
-    pub impulses: &'a [f64],
+    pub impulses: &'a [Lane],
     /// The rotor without them, in the stator's axes.
     pub x: [f64; 2],
 }
 
 impl Struck<'_> {
+    #[inline(always)]
     fn pressing(&self) -> impl Iterator<Item = &Point> {
         self.points.iter().filter(|point| point.force.normal > 0.0)
     }
@@ -69,7 +71,9 @@ impl Remaining {
         let blocks = count / BLOCK;
         Self {
             near: Vec::with_capacity(blocks),
-            barred: vec![[0.0; BLOCK]; blocks],
+            asked: Vec::with_capacity(blocks),
+            opens: vec![Lane::default(); blocks],
+            barred: vec![0; blocks],
             taken: Vec::with_capacity(3 * POINTS),
             pressing: Vec::with_capacity(POINTS),
             closed: Vec::with_capacity(blocks),
@@ -77,25 +81,29 @@ impl Remaining {
     }
 
     /// The least gap below zero that is left, and of which candidate.
-    pub fn least(&mut self, survey: &mut Survey, struck: &Struck<'_>) -> (f64, Option<usize>) {
+    #[inline(always)]
+    pub fn least<V: Eight>(&mut self, survey: &mut Survey, struck: &Struck<'_>) -> (f64, Option<usize>) {
         self.take(struck);
-        let (lowest, room) = self.look(survey, struck);
-        let first = lowest.map(|(closed, k)| {
+        let (lowest, room) = self.look::<V>(survey, struck);
+        let mut first = None;
+        if let Some((closed, k)) = lowest {
             let closed = &self.closed[closed];
             let index = closed.block * BLOCK + k;
-            (index, left(survey, struck, index, closed.opens[k]))
-        });
+            first = Some((index, left::<V>(survey, struck, index, self.opens[closed.block].0[k])));
+        }
         let bound = first.map_or(0.0, |(_, gap)| gap.min(0.0));
         let mut least = (0.0, None);
         for closed in &self.closed {
-            for (k, &gap) in closed.gaps.iter().enumerate().filter(|(_, gap)| **gap < bound + room) {
+            for (k, &gap) in closed.gaps.0.iter().enumerate().filter(|(_, gap)| **gap < bound + room) {
                 let index = closed.block * BLOCK + k;
                 let more = gap > bound + ROUNDING;
-                if more && survey.share(struck.candidates, index, struck.x, &struck.foreseen.ring) == 0.0 {
+                if more && survey.share::<V>(struck.candidates, index, struck.x, &struck.foreseen.ring) == 0.0 {
                     continue;
                 }
-                let known = first.filter(|(first, _)| *first == index);
-                let gap = known.map_or_else(|| left(survey, struck, index, closed.opens[k]), |(_, gap)| gap);
+                let gap = match first {
+                    Some((first, gap)) if first == index => gap,
+                    _ => left::<V>(survey, struck, index, self.opens[closed.block].0[k]),
+                };
                 if gap < least.0 {
                     least = (gap, Some(index));
                 }
@@ -105,89 +113,106 @@ impl Remaining {
     }
 
     /// What presses, and what takes part.
+    #[inline(always)]
     fn take(&mut self, struck: &Struck<'_>) {
-        for c in self.taken.drain(..) {
-            self.barred[c / BLOCK][c % BLOCK] = 0.0;
+        for &block in &self.taken {
+            self.barred[block] = 0;
         }
+        self.taken.clear();
         for point in struck.points {
             let index = point.place.index;
             let [before, behind] = struck.candidates.beside(index);
             for c in [before, index, behind] {
-                self.barred[c / BLOCK][c % BLOCK] = f64::INFINITY;
-                self.taken.push(c);
+                self.barred[c / BLOCK] |= 1 << (c % BLOCK);
+                self.taken.push(c / BLOCK);
             }
         }
         self.pressing.clear();
-        self.pressing.extend(
-            struck
-                .pressing()
-                .map(|Point { acting, force, .. }| (acting.index, acting.polar.map(|part| part * force.normal))),
-        );
+        for Point { acting, force, .. } in struck.pressing() {
+            let [along, aside] = acting.polar;
+            self.pressing.push((acting.index, [along * force.normal, aside * force.normal]));
+        }
     }
 
     /// Finds the blocks in which something may be closed; which of them has the least (1), where that is below zero, and of which candidate; and more than what
     /// a place about a candidate may be nearer.
-    fn look(&mut self, survey: &mut Survey, struck: &Struck<'_>) -> (Option<(usize, usize)>, f64) {
+    #[inline(always)]
+    fn look<V: Eight>(&mut self, survey: &mut Survey, struck: &Struck<'_>) -> (Option<(usize, usize)>, f64) {
         let &Struck { candidates, foreseen, impulses, x, .. } = struck;
         let q = &foreseen.ring;
         // what moves the rotor: the sum of all; and what the ring's modes left out do at most
         let (mut rotor, mut left_out) = (foreseen.held, 0.0);
         for point in struck.pressing() {
             let moves = struck.moved.of_rotor(&point.acting, point.force.normal, point.force.tangential);
-            rotor = [0, 1].map(|i| rotor[i] + moves[i]);
+            rotor = [rotor[0] + moves[0], rotor[1] + moves[1]];
             let [along, aside] = candidates.most_closed;
             let [p, q] = point.acting.polar;
             // no bound where the rotor's centre is beyond the place
             left_out += point.force.normal * if p < 0.0 { f64::INFINITY } else { along * p + aside * q.abs() };
         }
-        let most = weighted(impulses, &candidates.radial_reach);
-        survey.nearer(candidates, length(rotor) + left_out + most, x, q, &mut self.near);
+        let most = weighted::<V>(impulses, &candidates.radial_reach);
+        survey.nearer::<V>(candidates, length(rotor) + left_out + most, x, q, &mut self.near);
         self.closed.clear();
-        let bent = weighted(q, &candidates.radial_reach);
-        let room = candidates.spacing * (length(x) + length(rotor) + left_out + most) + 2.0 * bent + ROUNDING;
-        let (mut lowest, mut deepest) = (None, 0.0);
+        self.asked.clear();
+        let moves = alls::<V>(rotor);
         for &block in &self.near {
             // no nearer where the ring's modes cannot close what is open
-            let (clearances, directions) = (survey.clearances(block), &candidates.directions[block]);
-            if least_moved(clearances, directions, rotor) >= left_out + most {
-                continue;
+            if clear(survey, candidates, block, moves).least() < left_out + most {
+                self.asked.push(block);
             }
+        }
+        // nothing is decided by one block before the next is looked at
+        for &block in &self.asked {
+            columns_times::<V>(candidates.radial(block), impulses).store(&mut self.opens[block]);
+        }
+        let (mut lowest, mut deepest) = (None, 0.0);
+        for &block in &self.asked {
             // along the places' radii, where no gap is less
-            let (least, [after, opens]) =
-                moved_clearances(candidates.radial(block), impulses, clearances, directions, rotor);
-            if least >= left_out {
+            let opens = V::load(&self.opens[block]);
+            let after = clear(survey, candidates, block, moves) + opens;
+            if after.less(V::all(left_out)) & !self.barred[block] == 0 {
                 continue;
             }
-            let [outwards, aside] = candidates.all_left_out(block, &self.pressing);
-            let after = both(&after, &outwards);
-            if least_of(after) >= 0.0 {
+            let [outwards, aside] = candidates.all_left_out::<V>(block, &self.pressing);
+            let penetrates = (after + outwards).less(V::all(0.0)) & !self.barred[block];
+            if penetrates == 0 {
                 continue;
             }
-            let tangential = candidates.tangential(block);
-            let goes = rows_times(tangential, &impulses[..tangential.len()]);
-            let moved = [both(&opens, &outwards), both(&goes, &aside)];
-            let mut gaps = both(&survey.moved_gaps(candidates, block, (x, q), rotor, &moved), &self.barred[block]);
-            for k in 0..BLOCK {
-                gaps[k] = if after[k] < 0.0 { gaps[k] } else { f64::INFINITY };
-                if gaps[k] < deepest {
-                    (lowest, deepest) = (Some((self.closed.len(), k)), gaps[k]);
+            let goes = columns_times::<V>(candidates.tangential(block), impulses);
+            let moved = [opens + outwards, goes + aside];
+            let mut gaps = Lane::default();
+            survey.moved_gaps(candidates, block, (x, q), rotor, moved).store(&mut gaps);
+            for (k, gap) in gaps.0.iter_mut().enumerate() {
+                if penetrates >> k & 1 == 0 {
+                    *gap = f64::INFINITY;
+                } else if *gap < deepest {
+                    (lowest, deepest) = (Some((self.closed.len(), k)), *gap);
                 }
             }
-            self.closed.push(Closed { block, gaps, opens });
+            self.closed.push(Closed { block, gaps });
         }
+        if self.closed.is_empty() {
+            return (None, 0.0);
+        }
+        let bent = weighted::<V>(q, &candidates.radial_reach);
+        let room = candidates.spacing * (length(x) + length(rotor) + left_out + most) + 2.0 * bent + ROUNDING;
         (lowest, room)
     }
 }
 
-fn both(one: &[f64; BLOCK], other: &[f64; BLOCK]) -> [f64; BLOCK] {
-    std::array::from_fn(|k| one[k] + other[k])
+/// Clearances of a block after the rotor has moved.
+#[inline(always)]
+fn clear<V: Eight>(survey: &Survey, candidates: &Candidates, block: usize, [x, y]: [V; 2]) -> V {
+    let [cos, sin] = loads::<V>(&candidates.directions[block]);
+    V::load(survey.clearances(block)) + x * cos + y * sin
 }
 
 /// (2) of a candidate whose radius the ring's modes open so much.
-fn left(survey: &mut Survey, struck: &Struck<'_>, index: usize, opens: f64) -> f64 {
+#[inline(always)]
+fn left<V: Eight>(survey: &mut Survey, struck: &Struck<'_>, index: usize, opens: f64) -> f64 {
     let &Struck { candidates, foreseen, moved, .. } = struck;
     let place = survey.place(candidates, index, struck.x, &foreseen.ring);
-    let along = dot(candidates.of(index).1, struck.impulses);
+    let [along] = each_along::<V, 1>([candidates.of(index)[1]], struck.impulses);
     let mut gap = place.gap + product(place.polar, [opens, along]) + product(place.normal, foreseen.held);
     for point in struck.pressing() {
         let [n, t] = moved.beyond_modes(candidates, &place, &point.acting);
@@ -204,6 +229,8 @@ mod tests {
     use crate::engine::exponential::kick::Kick;
     use crate::engine::exponential::kicked_ring::KickedRing;
     use crate::engine::exponential::plane::{across, by_rows};
+    use crate::linalg::eight::Plain;
+    use crate::linalg::lanes::{LANES, flat, lanes_of};
     use crate::structure::Structure;
     use bladeoff_model::machine::MachineDef;
 
@@ -214,8 +241,8 @@ mod tests {
             if struck.points.iter().any(|point| beside(point.place.index, index, ring.count())) {
                 continue;
             }
-            let opens = dot(ring.of(index).0, struck.impulses);
-            let gap = left(survey, struck, index, opens);
+            let [opens] = each_along::<Plain, 1>([ring.of(index)[0]], struck.impulses);
+            let gap = left::<Plain>(survey, struck, index, opens);
             if gap < least.0 {
                 least = (gap, Some(index));
             }
@@ -233,7 +260,7 @@ mod tests {
         let h = 5e-6;
         let ring = candidates(&machine.diaphragms[0], &structure, 0, h).expect("has candidates");
         let kicked = KickedRing::new(&modes(ring_of(&structure, 0).expect("a ring")), h);
-        let yields: Vec<f64> = kicked.yields().iter().zip(kicked.lacking()).map(|(a, b)| a + b).collect();
+        let [yields, lacking] = kicked.yields();
         let kick = Kick {
             states: Default::default(),
             outputs: Default::default(),
@@ -250,23 +277,25 @@ mod tests {
         };
         let mut survey = Survey::new(&ring, contact.rotor_radius + contact.gap, contact.rotor_radius);
         let mut remaining = Remaining::new(ring.count());
-        let mut foreseen = Foreseen::new(kicked.lacking());
+        let mut foreseen = Foreseen::new(lacking);
         const ROUNDS: u32 = 3000;
         let (mut closed, mut between, mut looked) = (0, 0, 0);
         for round in 0..ROUNDS {
             let (angle, far) = (20.0 * random(), contact.gap * (1.0 + 4.0 * (random() + 0.5)));
             let x = [far * libm::cos(angle), far * libm::sin(angle)];
             // bent in all ways, and in two or more lobes as deep as the rotor is far
-            for (j, (q, reach)) in foreseen.ring.iter_mut().zip(&ring.radial_reach).enumerate() {
+            let mut bent = vec![0.0; LANES * yields.len()];
+            for (j, (q, reach)) in bent.iter_mut().zip(flat(&ring.radial_reach)).enumerate() {
                 let lobe = round % 16 >= 12 && j < 6;
                 let size = if round % 8 < 4 { 2e-5 } else { 1e-6 };
                 *q = random() * if lobe { 2.0 * contact.gap / reach } else { size / (1.0 + reach) };
             }
+            foreseen.ring = lanes_of(&bent);
             foreseen.held = [1e-5 * random(), 1e-5 * random()];
-            survey.look(&ring, x, &foreseen.ring);
+            survey.look::<Plain>(&ring, x, &foreseen.ring);
             // three places, of which one may be the nearest, and what may hold them open
             let mut points = Vec::new();
-            let mut impulses = vec![0.0; yields.len()];
+            let mut impulses = vec![0.0; LANES * yields.len()];
             for turn in [0.1 * f64::from(round % 2), 0.25, -0.35] {
                 let index =
                     (((angle + turn) / ring.spacing).rem_euclid(ring.count() as f64) as usize).min(ring.count() - 1);
@@ -275,12 +304,13 @@ mod tests {
                 let force = ContactForce { normal: size, tangential: 0.2 * size * random(), sticks: false };
                 let sides = [place.polar, across(place.polar)];
                 for (j, impulse) in impulses.iter_mut().enumerate() {
-                    let shape = [ring.of(index).0[j], ring.of(index).1[j]];
+                    let shape = ring.of(index).map(|row| flat(row)[j]);
                     let by = sides.map(|side| product(side, shape));
-                    *impulse += yields[j] * (force.normal * by[0] + force.tangential * by[1]);
+                    *impulse += flat(&yields)[j] * (force.normal * by[0] + force.tangential * by[1]);
                 }
-                points.push(Point { place, acting: place, start: [0.0; 2], force });
+                points.push(Point { place, acting: place, acts: None, slot: 0, own: Default::default(), start: [0.0; 2], force });
             }
+            let impulses = lanes_of(&impulses);
             let struck = Struck {
                 candidates: &ring,
                 points: &points,
@@ -289,14 +319,14 @@ mod tests {
                 impulses: &impulses,
                 x,
             };
-            let found = remaining.least(&mut survey, &struck);
+            let found = remaining.least::<Plain>(&mut survey, &struck);
             looked += remaining.closed.len();
             let whole = of_all(&mut survey, &struck);
             assert_eq!(found.1, whole.1, "{found:?} {whole:?}");
             assert!((found.0 - whole.0).abs() < 1e-15, "{found:?} {whole:?}");
             if let Some(index) = whole.1 {
                 closed += 1;
-                between += usize::from(survey.share(&ring, index, x, &foreseen.ring) != 0.0);
+                between += usize::from(survey.share::<Plain>(&ring, index, x, &foreseen.ring) != 0.0);
             }
         }
         assert!(closed > 100, "something is left closed: {closed}");
@@ -314,7 +344,9 @@ mod tests {
         let acting = [(7, [3.0, -1.0]), (120, [0.5, 2.0])];
         let mut largest = 0.0_f64;
         for block in 0..ring.count() / BLOCK {
-            let all = ring.all_left_out(block, &acting);
+            let mut all = [Lane::default(); 2];
+            let found = ring.all_left_out::<Plain>(block, &acting);
+            found.into_iter().zip(&mut all).for_each(|(found, lane)| found.store(lane));
             for k in 0..BLOCK {
                 let mut whole = [0.0; 2];
                 for (at, impulse) in acting {
@@ -322,7 +354,7 @@ mod tests {
                     whole = [0, 1].map(|i| whole[i] + by[i]);
                 }
                 largest = largest.max(whole[0].abs());
-                assert!((0..2).all(|i| (all[i][k] - whole[i]).abs() <= 1e-14 * largest), "{block} {k}");
+                assert!((0..2).all(|i| (all[i].0[k] - whole[i]).abs() <= 1e-14 * largest), "{block} {k}");
             }
         }
         assert!(largest > 0.0, "modes are left out");

@@ -1,54 +1,202 @@
-//! Products and sums of the ring's modes in a contact step. All lists have a multiple of eight entries, zeros behind the last mode.
+//! Products and sums of the ring's modes in a contact step, by eights: zeros stand behind the last mode.
+//!
+//! Each is part of the function of one width that calls it ([`crate::linalg::eight`]).
 
-use crate::linalg::lanes::{LANES, Lane, kernel, least_of, rows_times_inline, sum};
+use crate::linalg::eight::Eight;
+use crate::linalg::lanes::{LANES, Lane, kernel, sum};
 
-kernel! {
-    /// Rows along two directions of polar axes of a place whose V and U are so much of those of three candidates, and the product of the second with a list.
-    pub(super) fn rows_at(
-        three: [(&[f64], &[f64]); 3],
-        weights: [f64; 3],
-        directions: [[f64; 2]; 2],
-        normal: &mut [f64],
-        tangent: &mut [f64],
-        list: &[f64],
-    ) -> f64 {
-        let [a, b, c] = weights;
-        let [[np, nq], [tp, tq]] = directions;
-        let count = normal.len();
-        let [(va, ua), (vb, ub), (vc, uc)] = three;
-        let (va, vb, vc) = (&va[..count], &vb[..count], &vc[..count]);
-        let (ua, ub, uc) = (&ua[..count], &ub[..count], &uc[..count]);
-        let tangent = &mut tangent[..count];
-        for j in 0..count {
-            let v = a * va[j] + b * vb[j] + c * vc[j];
-            let u = a * ua[j] + b * ub[j] + c * uc[j];
-            normal[j] = np * v + nq * u;
-            tangent[j] = tp * v + tq * u;
-        }
-        let mut sums = [0.0; LANES];
-        for (t, list) in tangent.as_chunks::<LANES>().0.iter().zip(list.as_chunks::<LANES>().0) {
-            for k in 0..LANES {
-                sums[k] += t[k] * list[k];
-            }
-        }
-        sum(sums)
+/// Rows that a point has: along its normal and tangent, and what unit impulses along those at its acting place make of the modes.
+const ROWS: usize = 4;
+
+/// Rows of points, one after the other.
+#[derive(Debug, Clone)]
+pub(super) struct PointRows {
+    lanes: usize,
+    all: Vec<Lane>,
+}
+
+impl PointRows {
+    /// For so many points of so many eights of modes.
+    pub fn new(points: usize, lanes: usize) -> Self {
+        Self { lanes, all: vec![Lane::default(); points * ROWS * lanes] }
+    }
+
+    #[inline(always)]
+    fn from(&self, slot: usize) -> &[Lane] {
+        &self.all[slot * ROWS * self.lanes..(slot + 1) * ROWS * self.lanes]
+    }
+
+    /// Along normal and tangent.
+    #[inline(always)]
+    pub fn along(&self, slot: usize) -> [&[Lane]; 2] {
+        let (normal, rest) = self.from(slot).split_at(self.lanes);
+        [normal, &rest[..self.lanes]]
+    }
+
+    /// By normal and tangential impulses.
+    #[inline(always)]
+    pub fn by(&self, slot: usize) -> [&[Lane]; 2] {
+        let (normal, tangential) = self.from(slot)[2 * self.lanes..].split_at(self.lanes);
+        [normal, tangential]
+    }
+
+    /// All four, to be written.
+    #[inline(always)]
+    pub fn of_mut(&mut self, slot: usize) -> [&mut [Lane]; ROWS] {
+        let all = &mut self.all[slot * ROWS * self.lanes..(slot + 1) * ROWS * self.lanes];
+        let (along, by) = all.split_at_mut(2 * self.lanes);
+        let ((a, b), (c, d)) = (along.split_at_mut(self.lanes), by.split_at_mut(self.lanes));
+        [a, b, c, d]
     }
 }
 
-kernel! {
-    /// Keeps a row along which impulses act, and it times what the modes yield.
-    pub(super) fn yielding(yields: &[f64], act: &[f64], kept: &mut [f64], by: &mut [f64]) {
-        let count = yields.len();
-        let (act, kept, by) = (&act[..count], &mut kept[..count], &mut by[..count]);
-        for j in 0..count {
-            kept[j] = act[j];
-            by[j] = yields[j] * act[j];
-        }
+/// The first so many of lists. (`map` of arrays is a function of its own, without the vectors of the one it is in.)
+#[inline(always)]
+fn firsts<const N: usize>(mut rows: [&[Lane]; N], count: usize) -> [&[Lane]; N] {
+    for row in &mut rows {
+        *row = &row[..count];
+    }
+    rows
+}
+
+/// Each of two numbers eight times.
+#[inline(always)]
+pub(super) fn alls<V: Eight>([a, b]: [f64; 2]) -> [V; 2] {
+    [V::all(a), V::all(b)]
+}
+
+/// Two lanes.
+#[inline(always)]
+pub(super) fn loads<V: Eight>([a, b]: &[Lane; 2]) -> [V; 2] {
+    [V::load(a), V::load(b)]
+}
+
+/// Lists of the modes in a step: what they yield to impulses, their way over the step, and the statics that are foreseen.
+#[derive(Clone, Copy)]
+pub(super) struct Step<'a> {
+    pub yields: &'a [Lane],
+    pub way: &'a [Lane],
+    pub statics: &'a [Lane],
+}
+
+/// What rows say of a step: the tangent's product with the way, both rows' with the statics, and both rows' with what impulses make, as `along_both`.
+pub(super) struct Said {
+    pub passed: f64,
+    pub opened: f64,
+    pub slipped: f64,
+    pub own: [f64; 4],
+}
+
+/// Writes the rows of a place whose V and U are so much of those of three candidates, along two directions of its polar axes; and what impulses along the rows
+/// of its acting place make, or along its own.
+#[inline(always)]
+pub(super) fn write_rows<V: Eight>(
+    three: [[&[Lane]; 2]; 3],
+    weights: [f64; 3],
+    directions: [[f64; 2]; 2],
+    acts: Option<[&[Lane]; 2]>,
+    step: Step<'_>,
+    rows: [&mut [Lane]; ROWS],
+) -> Said {
+    let (a, b, c) = (V::all(weights[0]), V::all(weights[1]), V::all(weights[2]));
+    let [[np, nq], [tp, tq]] = [alls::<V>(directions[0]), alls::<V>(directions[1])];
+    let [normal, tangent, by_normal, by_tangent] = rows;
+    let count = normal.len();
+    let [[va, ua], [vb, ub], [vc, uc]] =
+        [firsts(three[0], count), firsts(three[1], count), firsts(three[2], count)];
+    let Step { yields, way, statics } = step;
+    let (yields, way, statics) = (&yields[..count], &way[..count], &statics[..count]);
+    let (tangent, by_normal, by_tangent) = (&mut tangent[..count], &mut by_normal[..count], &mut by_tangent[..count]);
+    for i in 0..count {
+        let v = a * V::load(&va[i]) + b * V::load(&vb[i]) + c * V::load(&vc[i]);
+        let u = a * V::load(&ua[i]) + b * V::load(&ub[i]) + c * V::load(&uc[i]);
+        (np * v + nq * u).store(&mut normal[i]);
+        (tp * v + tq * u).store(&mut tangent[i]);
+    }
+    let [m, s] = firsts(acts.unwrap_or([&*normal, &*tangent]), count);
+    let mut sums = [V::all(0.0); 7];
+    for i in 0..count {
+        let (n, t) = (V::load(&normal[i]), V::load(&tangent[i]));
+        let yields = V::load(&yields[i]);
+        let by = [yields * V::load(&m[i]), yields * V::load(&s[i])];
+        let (way, statics) = (V::load(&way[i]), V::load(&statics[i]));
+        sums[0] = sums[0] + t * way;
+        sums[1] = sums[1] + n * statics;
+        sums[2] = sums[2] + t * statics;
+        sums[3] = sums[3] + n * by[0];
+        sums[4] = sums[4] + n * by[1];
+        sums[5] = sums[5] + t * by[0];
+        sums[6] = sums[6] + t * by[1];
+        by[0].store(&mut by_normal[i]);
+        by[1].store(&mut by_tangent[i]);
+    }
+    let [passed, opened, slipped, nn, nt, tn, tt] = sums;
+    Said {
+        passed: passed.sum(),
+        opened: opened.sum(),
+        slipped: slipped.sum(),
+        own: [nn.sum(), nt.sum(), tn.sum(), tt.sum()],
     }
 }
 
+/// Products of two rows with two others: of the first with both, then of the second.
+#[inline(always)]
+pub(super) fn along_both<V: Eight>(rows: [&[Lane]; 2], others: [&[Lane]; 2]) -> [f64; 4] {
+    let count = rows[0].len();
+    let ([n, t], [m, s]) = (firsts(rows, count), firsts(others, count));
+    let mut sums = [V::all(0.0); 4];
+    for i in 0..count {
+        let (n, t, m, s) = (V::load(&n[i]), V::load(&t[i]), V::load(&m[i]), V::load(&s[i]));
+        sums[0] = sums[0] + n * m;
+        sums[1] = sums[1] + n * s;
+        sums[2] = sums[2] + t * m;
+        sums[3] = sums[3] + t * s;
+    }
+    [sums[0].sum(), sums[1].sum(), sums[2].sum(), sums[3].sum()]
+}
+
+/// Products of some rows with a list.
+#[inline(always)]
+pub(super) fn each_along<V: Eight, const N: usize>(rows: [&[Lane]; N], list: &[Lane]) -> [f64; N] {
+    let count = list.len();
+    let rows = firsts(rows, count);
+    let mut sums = [V::all(0.0); N];
+    for i in 0..count {
+        let of_list = V::load(&list[i]);
+        for n in 0..N {
+            sums[n] = sums[n] + V::load(&rows[n][i]) * of_list;
+        }
+    }
+    let mut all = [0.0; N];
+    for n in 0..N {
+        all[n] = sums[n].sum();
+    }
+    all
+}
+
+/// `sums += a x + b y`.
+#[inline(always)]
+pub(super) fn add_two<V: Eight>(factors: [f64; 2], rows: [&[Lane]; 2], sums: &mut [Lane]) {
+    let [a, b] = alls::<V>(factors);
+    let count = sums.len();
+    let [x, y] = firsts(rows, count);
+    for i in 0..count {
+        (V::load(&sums[i]) + a * V::load(&x[i]) + b * V::load(&y[i])).store(&mut sums[i]);
+    }
+}
+
+/// `sum_j |x_j| y_j`.
+#[inline(always)]
+pub(super) fn weighted<V: Eight>(x: &[Lane], y: &[Lane]) -> f64 {
+    let mut sums = V::all(0.0);
+    for (x, y) in x.iter().zip(y) {
+        sums = sums + V::load(x).size() * V::load(y);
+    }
+    sums.sum()
+}
+
 kernel! {
-    /// `sums += a x + b y`.
+    /// `sums += a x + b y`, of plain lists.
     pub(super) fn add_both(factors: [f64; 2], rows: [&[f64]; 2], sums: &mut [f64]) {
         let [a, b] = factors;
         let count = sums.len();
@@ -59,46 +207,11 @@ kernel! {
     }
 }
 
-kernel! {
-    /// `statics *= lacking, foreseen = place + statics`.
-    pub(super) fn add_statics(lacking: &[f64], place: &[f64], statics: &mut [f64], foreseen: &mut [f64]) {
-        let count = statics.len();
-        let (lacking, place, foreseen) = (&lacking[..count], &place[..count], &mut foreseen[..count]);
-        for j in 0..count {
-            statics[j] *= lacking[j];
-            foreseen[j] = place[j] + statics[j];
-        }
-    }
-}
-
-kernel! {
-    /// `sum_j |x_j| y_j`.
-    pub(super) fn weighted(x: &[f64], y: &[f64]) -> f64 {
-        let mut sums = [0.0; LANES];
-        for (x, y) in x.as_chunks::<LANES>().0.iter().zip(y.as_chunks::<LANES>().0) {
-            for k in 0..LANES {
-                sums[k] += x[k].abs() * y[k];
-            }
-        }
-        sum(sums)
-    }
-}
-
 /// Products of two rows with a list.
 pub(super) fn both_products(rows: [&[f64]; 2], list: &[f64]) -> [f64; 2] {
     let mut lanes = [[0.0; LANES]; 2];
     both_lanes(rows[0], rows[1], list, &mut lanes);
     lanes.map(sum)
-}
-
-/// Products of two rows with two others: of the first with both, then of the second.
-pub(super) fn along_both(rows: [&[f64]; 2], others: [&[f64]; 2]) -> [f64; 4] {
-    let mut lanes = [[[0.0; LANES]; 2]; 2];
-    let [one, other] = &mut lanes;
-    both_lanes(others[0], others[1], rows[0], one);
-    both_lanes(others[0], others[1], rows[1], other);
-    let [[a, b], [c, d]] = lanes;
-    [a, b, c, d].map(sum)
 }
 
 kernel! {
@@ -117,34 +230,5 @@ kernel! {
             }
         }
         *lanes = [one, other];
-    }
-}
-
-kernel! {
-    /// The least of eight clearances after the rotor has moved, with the places' directions.
-    pub(super) fn least_moved(clearances: &[f64; LANES], directions: &[[f64; LANES]; 2], rotor: [f64; 2]) -> f64 {
-        let mut moved = *clearances;
-        for k in 0..LANES {
-            moved[k] = moved[k] + rotor[0] * directions[0][k] + rotor[1] * directions[1][k];
-        }
-        least_of(moved)
-    }
-}
-
-kernel! {
-    /// Those clearances after the ring has moved besides, by the columns of V, the least of them, and what the ring has moved.
-    pub(super) fn moved_clearances(
-        radial: &[Lane],
-        q: &[f64],
-        clearances: &[f64; LANES],
-        directions: &[[f64; LANES]; 2],
-        rotor: [f64; 2],
-    ) -> (f64, [[f64; LANES]; 2]) {
-        let ring = rows_times_inline(radial, &q[..radial.len()]);
-        let mut moved = *clearances;
-        for k in 0..LANES {
-            moved[k] = moved[k] + ring[k] + rotor[0] * directions[0][k] + rotor[1] * directions[1][k];
-        }
-        (least_of(moved), [moved, ring])
     }
 }

@@ -14,16 +14,17 @@ use super::ExponentialError;
 use super::candidates::{Candidates, beside, modes, parabola, ring_of};
 use super::foreseen::Foreseen;
 use super::kick::Kick;
-use super::kicked_ring::KickedRing;
+use super::kicked_ring::{KickedRing, RingFlight};
 use super::moved::Moved;
-use super::oscillators::OscillatorStep;
-use super::plane::{across, product, times, turned};
-use super::point::{Point, Rows};
+use super::plane::{across, product, turned};
+use super::point::Point;
 use super::remaining::{Remaining, Struck};
-use super::rows::{add_both, both_products, rows_at, yielding};
+use super::rows::{PointRows, Step, add_two, along_both, each_along, write_rows};
 use super::survey::{Place, Survey};
 use crate::contact::ContactForce;
 use crate::contact::complementarity::{self, Coupled, POINTS};
+use crate::linalg::eight::{Eight, by_width};
+use crate::linalg::lanes::Lane;
 use crate::structure::Structure;
 use bladeoff_model::machine::{Diaphragm, FrictionLaw};
 use std::sync::Arc;
@@ -44,22 +45,22 @@ pub(super) struct Rub {
     candidates: Arc<Candidates>,
     pub ring: KickedRing,
     /// Displacement of each mode per impulse, with what trains of them lack.
-    yields: Vec<f64>,
+    yields: Vec<Lane>,
     /// Displacement of the rotor per impulse in the modes left out, in the stator's axes.
     rotor_left_out: [[f64; 2]; 2],
-    flights: Vec<OscillatorStep>,
+    flights: Vec<RingFlight>,
     survey: Survey,
     remaining: Remaining,
-    impulses: Vec<f64>,
+    impulses: Vec<Lane>,
     foreseen: Foreseen,
     coupled: Box<Coupled>,
     points: Vec<Point>,
     forces: Vec<ContactForce>,
-    rows: Vec<Rows>,
-    /// What pressed in the last step, and where.
-    pressed: Vec<(Place, ContactForce)>,
-    /// The ring's modes along normal and tangent of what pressed.
-    last: Vec<[Vec<f64>; 2]>,
+    /// Rows of the points of this step and of the last one, and which are this one's.
+    rows: [PointRows; 2],
+    now: usize,
+    /// What pressed in the last step, and where, and the slots of its rows.
+    pressed: Vec<(Place, ContactForce, usize)>,
 }
 
 /// What a step's contact does.
@@ -122,14 +123,9 @@ impl Rub {
         let ring = KickedRing::new(&modes, h);
         let places = structure.rotor.plane_places(contact.node);
         let angle = libm::sincos(diaphragm.angle);
-        let zeros = vec![0.0; ring.modes.place.len()];
-        let rows = Rows {
-            normal: zeros.clone(),
-            tangent: zeros.clone(),
-            acting: [zeros.clone(), zeros.clone()],
-            by_normal: zeros.clone(),
-            by_tangent: zeros.clone(),
-        };
+        let [yields, lacking] = ring.yields();
+        let zeros = vec![Lane::default(); yields.len()];
+        let rows = PointRows::new(POINTS, yields.len());
         let rotor_left_out = structure
             .lateral_residual
             .as_ref()
@@ -145,13 +141,13 @@ impl Rub {
             survey: Survey::new(candidates, contact.rotor_radius + contact.gap, contact.rotor_radius),
             remaining: Remaining::new(candidates.count()),
             candidates: Arc::clone(candidates),
-            yields: ring.yields().iter().zip(ring.lacking()).map(|(a, b)| a + b).collect(),
-            foreseen: Foreseen::new(ring.lacking()),
+            yields,
+            foreseen: Foreseen::new(lacking),
             ring,
             flights: Vec::new(),
             impulses: zeros,
-            last: vec![[rows.normal.clone(), rows.normal.clone()]; POINTS],
-            rows: vec![rows; POINTS],
+            rows: [rows.clone(), rows],
+            now: 0,
             coupled: Box::new(Coupled {
                 w: Default::default(),
                 start: [[0.0; 2]; POINTS],
@@ -177,7 +173,7 @@ impl Rub {
 
     /// How far the rotor's centre may be from the ring's before it can touch, wherever the ring's modes carry it \[m\].
     pub fn room(&self) -> f64 {
-        self.gap - self.candidates.reach(self.ring.amplitudes())
+        self.gap - self.ring.reach(&self.candidates.reach)
     }
 
     /// The rotor's centre from the ring's, in the stator's axes.
@@ -189,166 +185,212 @@ impl Rub {
     pub fn fly(&mut self, level: usize, h: f64) {
         while self.flights.len() <= level {
             let shorter = libm::exp2(self.flights.len() as f64 - level as f64);
-            self.flights.push(self.ring.modes.step(h * shorter));
+            self.flights.push(self.ring.flight(h * shorter));
         }
-        let Self { ring, flights, pressed, .. } = self;
-        ring.fly(&flights[level]);
-        pressed.clear();
+        self.ring.fly(&self.flights[level]);
+        if !self.pressed.is_empty() {
+            self.forget();
+        }
+    }
+
+    /// Nothing presses any more.
+    fn forget(&mut self) {
+        self.pressed.clear();
+        self.foreseen.forget();
     }
 
     /// Takes the ring over a step in which it may be touched; `None` where it is not.
+    ///
+    /// # Errors
+    /// [`ExponentialError::NoImpulses`].
     pub fn touch(&mut self, free: &FreeStep<'_>) -> Result<Option<Impact>, ExponentialError> {
-        self.ring.drift();
-        let mut deepest = self.gather(free);
-        if deepest.is_none() && !self.pressed.is_empty() {
-            // what the last forces held away may come when they end
-            self.pressed.clear();
-            deepest = self.gather(free);
-        }
-        let Some((to, [depth, slip])) = deepest else { return Ok(None) };
-        self.coupled.sign = slip.signum();
+        touch(self, free)
+    }
+
+    #[inline(always)]
+    fn touched<V: Eight>(&mut self, free: &FreeStep<'_>) -> Result<Option<Impact>, ExponentialError> {
+        self.ring.drift::<V>();
+        self.now = 1 - self.now;
         let moved = Moved::new(self.angle, self.rotor_left_out, free.kick, self.radius * self.radius * free.rolling);
-        self.couple(|_| true, &moved);
+        let (to, [depth, slip]) = loop {
+            match self.gather::<V>(free, &moved) {
+                Some(found) => break found,
+                None if self.pressed.is_empty() => return Ok(None),
+                // what the last forces held away may come when they end
+                None => self.forget(),
+            }
+        };
+        self.coupled.sign = slip.signum();
+        self.couple::<V>(0, None, &moved);
         let mut replaced = 0;
         loop {
             self.forces.clear();
-            self.forces.extend(self.points.iter().map(|point| point.force));
+            for point in &self.points {
+                self.forces.push(point.force);
+            }
             complementarity::solve(&mut self.coupled, &mut self.forces).ok_or(ExponentialError::NoImpulses)?;
             for (point, force) in self.points.iter_mut().zip(&self.forces) {
                 point.force = *force;
             }
-            self.respond();
-            let (left, index) = self.remain(to, &moved);
+            self.respond::<V>();
+            let (left, index) = self.remain::<V>(to, &moved);
             let full = self.points.len() == POINTS;
             let open = self.points.iter().position(|point| point.force.normal == 0.0);
             match index.filter(|_| left < SHARE * depth) {
                 Some(index) if !full || (open.is_some() && replaced < POINTS) => {
                     // one that stayed open makes room, and the last one takes its place
                     let open = open.filter(|_| full);
-                    if let Some(open) = open {
-                        self.points.swap_remove(open);
-                        self.rows.swap(open, self.points.len());
-                        replaced += 1;
-                    }
+                    let slot = open.map_or(self.points.len(), |open| self.points.swap_remove(open).slot);
+                    replaced += usize::from(open.is_some());
                     let count = self.points.len();
                     let place = self.survey.place(&self.candidates, index, to, &self.foreseen.ring);
-                    self.join(place, free);
-                    self.couple(|k| k >= count || Some(k) == open, &moved);
+                    join(self, &place, slot, free, &moved);
+                    self.couple::<V>(count, open, &moved);
                 }
-                _ => return Ok(Some(self.strike(free, left))),
+                _ => return Ok(Some(self.strike::<V>(free, left))),
             }
         }
     }
 
     /// Takes the places that may press among the points: where the rotor is, and gap and slip without impulses of the deepest; `None` where no place is pressed.
-    fn gather(&mut self, free: &FreeStep<'_>) -> Option<([f64; 2], [f64; 2])> {
+    #[inline(always)]
+    fn gather<V: Eight>(&mut self, free: &FreeStep<'_>, moved: &Moved) -> Option<([f64; 2], [f64; 2])> {
         let lacking = turned(self.angle, &free.kick.lacking);
-        self.foreseen.take(&self.pressed, &self.last, &self.ring.modes.place, [&lacking, &self.rotor_left_out]);
+        self.foreseen.take::<V>(&self.ring.place, [&lacking, &self.rotor_left_out]);
         let ([x, y], [dx, dy]) = (self.place(free.to), self.foreseen.held);
         let to = [x + dx, y + dy];
-        self.survey.look(&self.candidates, to, &self.foreseen.ring);
+        self.survey.look::<V>(&self.candidates, to, &self.foreseen.ring);
         self.points.clear();
-        for at in 0..self.survey.least_ones.len() {
-            let index = self.survey.least_ones[at];
+        let nearest = self.survey.least_ones.len();
+        // nearest places, and then where it pressed
+        for at in 0..nearest + self.pressed.len() {
+            let index = if at < nearest {
+                self.survey.least_ones[at]
+            } else {
+                let (index, count) = (self.pressed[at - nearest].0.index, self.candidates.count());
+                if self.points.iter().any(|point| beside(point.place.index, index, count)) {
+                    continue;
+                }
+                index
+            };
             let place = self.survey.place(&self.candidates, index, to, &self.foreseen.ring);
-            if place.gap < 0.0 && self.points.len() < POINTS - 2 {
-                self.join(place, free);
-            }
-        }
-        for at in 0..self.pressed.len() {
-            let (index, count) = (self.pressed[at].0.index, self.candidates.count());
-            let known = self.points.iter().any(|point| beside(point.place.index, index, count));
-            if !known && self.points.len() < POINTS - 1 {
-                let place = self.survey.place(&self.candidates, index, to, &self.foreseen.ring);
-                self.join(place, free);
+            let (joins, room) = if at < nearest { (place.gap < 0.0, POINTS - 2) } else { (true, POINTS - 1) };
+            if joins && self.points.len() < room {
+                join(self, &place, self.points.len(), free, moved);
             }
         }
         let deepest = self.points.iter().min_by(|one, other| one.start[0].total_cmp(&other.start[0]))?;
         (deepest.start[0] < 0.0).then_some((to, deepest.start))
     }
 
-    /// Takes a place among the points.
-    fn join(&mut self, place: Place, free: &FreeStep<'_>) {
-        let count = self.candidates.count();
-        let known = self.pressed.iter().position(|(last, _)| beside(last.index, place.index, count));
-        let (acting, force) = known.map_or((place, ContactForce::NONE), |at| self.pressed[at]);
-        let Rows { normal, tangent, acting: [n, t], by_normal, by_tangent } = &mut self.rows[self.points.len()];
-        let three = {
-            let [before, behind] = self.candidates.beside(place.index);
-            [before, place.index, behind].map(|c| self.candidates.of(c))
+    /// Takes a place among the points, its rows in a slot.
+    #[inline(always)]
+    fn join_in<V: Eight>(&mut self, place: &Place, slot: usize, free: &FreeStep<'_>, moved: &Moved) {
+        let place = *place;
+        let Self { candidates, rows, now, foreseen, yields, ring, pressed, .. } = self;
+        let count = candidates.count();
+        let known = pressed.iter().find(|(last, ..)| beside(last.index, place.index, count));
+        let (acting, force, acts) = known.map_or((place, ContactForce::NONE, None), |&(at, force, slot)| (at, force, Some(slot)));
+        let [before, behind] = candidates.beside(place.index);
+        let three = [candidates.of(before), candidates.of(place.index), candidates.of(behind)];
+        let [one, other] = rows;
+        let (own, last) = if *now == 0 { (one, other) } else { (other, one) };
+        let acts_along = match acts {
+            Some(slot) => Some(last.along(slot)),
+            None => None,
         };
-        let along = [place.polar, across(place.polar)];
-        let ring = rows_at(three, parabola(place.share), along, normal, tangent, &self.ring.way);
-        let acts =
-            known.map_or([normal.as_slice(), tangent.as_slice()], |at| self.last[at].each_ref().map(Vec::as_slice));
-        yielding(&self.yields, acts[0], n, by_normal);
-        yielding(&self.yields, acts[1], t, by_tangent);
-        let [opened, slipped] = both_products([normal, tangent], &self.foreseen.statics);
+        let said = write_rows::<V>(
+            three,
+            parabola(place.share),
+            [place.polar, across(place.polar)],
+            acts_along,
+            Step { yields, way: &ring.way, statics: &foreseen.statics },
+            own.of_mut(slot),
+        );
+        let own = moved.coupling(candidates, &place, &acting, said.own);
         let step = self.inwards([free.to[0] - free.from[0], free.to[1] - free.from[1]]);
         let along = across(place.normal);
-        let slip = product(along, step) + free.turn * self.radius - ring;
+        let slip = product(along, step) + free.turn * self.radius - said.passed;
         let start = [
-            place.gap - opened + product(place.normal, self.foreseen.held),
-            slip - product(along, self.foreseen.lagging) + slipped,
+            place.gap - said.opened + product(place.normal, self.foreseen.held),
+            slip - product(along, self.foreseen.lagging) + said.slipped,
         ];
-        self.points.push(Point { place, acting, start, force });
+        self.points.push(Point { place, acting, acts, slot, own, start, force });
     }
 
-    /// Writes the conditions of new points.
-    fn couple(&mut self, new: impl Fn(usize) -> bool, moved: &Moved) {
-        let Self { coupled, points, rows, candidates, .. } = self;
-        for k in 0..points.len() {
-            coupled.start[k] = points[k].start;
-            for j in 0..points.len() {
-                // a solve adds a little to each point's own
-                if k == j || new(k) || new(j) {
-                    let at = (&points[k].place, [&*rows[k].normal, &*rows[k].tangent]);
-                    let acting = (&points[j].acting, [&*rows[j].by_normal, &*rows[j].by_tangent]);
-                    coupled.w[k][j] = moved.coupling(candidates, at, acting);
+    /// Writes the conditions of the points from one on, and of another one.
+    #[inline(always)]
+    fn couple<V: Eight>(&mut self, from: usize, other: Option<usize>, moved: &Moved) {
+        let Self { coupled, points, rows, now, candidates, .. } = self;
+        let (rows, new) = (&rows[*now], |k: usize| k >= from || Some(k) == other);
+        for (k, at) in points.iter().enumerate() {
+            coupled.start[k] = at.start;
+            for (j, acting) in points.iter().enumerate() {
+                if k == j {
+                    // a solve adds a little to each point's own
+                    coupled.w[k][k] = at.own;
+                } else if new(k) || new(j) {
+                    let of_modes = along_both::<V>(rows.along(at.slot), rows.by(acting.slot));
+                    coupled.w[k][j] = moved.coupling(candidates, &at.place, &acting.acting, of_modes);
                 }
             }
         }
     }
 
     /// What all impulses make of the ring's modes, beyond the statics that were foreseen.
-    fn respond(&mut self) {
-        let Self { impulses, points, rows, foreseen, .. } = self;
+    #[inline(always)]
+    fn respond<V: Eight>(&mut self) {
+        let Self { impulses, points, rows, now, foreseen, .. } = self;
         for (impulse, known) in impulses.iter_mut().zip(&foreseen.statics) {
-            *impulse = -*known;
+            (V::all(0.0) - V::load(known)).store(impulse);
         }
-        for (point, rows) in points.iter().zip(rows).filter(|(point, _)| point.force.normal > 0.0) {
-            let force = [point.force.normal, point.force.tangential];
-            add_both(force, [&rows.by_normal, &rows.by_tangent], impulses);
+        for point in points.iter().filter(|point| point.force.normal > 0.0) {
+            add_two::<V>([point.force.normal, point.force.tangential], rows[*now].by(point.slot), impulses);
         }
     }
 
     /// The least gap below zero under the impulses found, beyond the points, and of which candidate; after `respond`.
-    fn remain(&mut self, x: [f64; 2], moved: &Moved) -> (f64, Option<usize>) {
+    #[inline(always)]
+    fn remain<V: Eight>(&mut self, x: [f64; 2], moved: &Moved) -> (f64, Option<usize>) {
         let Self { remaining, survey, candidates, points, foreseen, impulses, .. } = self;
-        remaining.least(survey, &Struck { candidates, points, foreseen, moved, impulses, x })
+        remaining.least::<V>(survey, &Struck { candidates, points, foreseen, moved, impulses, x })
+    }
+
+    /// Rows of the acting place of a point.
+    #[inline(always)]
+    fn acting<'a>(rows: &'a [PointRows; 2], now: usize, point: &Point) -> [&'a [Lane]; 2] {
+        match point.acts {
+            Some(slot) => rows[1 - now].along(slot),
+            None => rows[now].along(point.slot),
+        }
     }
 
     /// Takes the impulses: on the ring here, on the rotor by what is returned.
-    fn strike(&mut self, free: &FreeStep<'_>, left: f64) -> Impact {
-        self.impulses.fill(0.0);
-        self.pressed.clear();
+    #[inline(always)]
+    fn strike<V: Eight>(&mut self, free: &FreeStep<'_>, left: f64) -> Impact {
+        let Self { impulses, pressed, foreseen, points, rows, now, ring, .. } = self;
+        let pressing = || points.iter().filter(|point| point.force.normal > 0.0);
+        impulses.fill(Lane::default());
+        pressed.clear();
+        foreseen.forget();
         let (mut on_rotor, mut torque) = ([0.0; 2], 0.0);
-        for (point, rows) in self.points.iter().zip(&mut self.rows).filter(|(point, _)| point.force.normal > 0.0) {
+        for point in pressing() {
             let (force, n) = (&point.force, point.acting.normal);
             on_rotor[0] -= force.normal * n[0] - force.tangential * n[1];
             on_rotor[1] -= force.normal * n[1] + force.tangential * n[0];
-            add_both([force.normal, force.tangential], rows.acting.each_ref().map(Vec::as_slice), &mut self.impulses);
             torque -= force.tangential * self.radius;
-            let [normal, tangent] = &mut self.last[self.pressed.len()];
-            std::mem::swap(normal, &mut rows.normal);
-            std::mem::swap(tangent, &mut rows.tangent);
-            self.pressed.push((point.place, *force));
+            add_two::<V>([force.normal, force.tangential], Self::acting(rows, *now, point), impulses);
+            foreseen.press::<V>(&point.place, force, rows[*now].along(point.slot));
+            pressed.push((point.place, *force, point.slot));
         }
-        self.ring.kick(&self.impulses);
+        ring.kick::<V>(impulses);
         let on_rotor = self.outwards(on_rotor);
         // (2)
         let jump = free.kick.jump;
-        let velocity = self.inwards([0, 1].map(|i| free.velocity[i] + 0.5 * product(jump[i], on_rotor)));
+        let velocity = self.inwards([
+            free.velocity[0] + 0.5 * product(jump[0], on_rotor),
+            free.velocity[1] + 0.5 * product(jump[1], on_rotor),
+        ]);
         let rolling = self.radius * (free.rate + 0.5 * free.jump * torque);
         let mut impact = Impact {
             on_rotor,
@@ -365,9 +407,9 @@ impl Rub {
             slip: 0.0,
         };
         let mut most = 0.0;
-        for (point, rows) in self.points.iter().zip(&self.rows).filter(|(point, _)| point.force.normal > 0.0) {
+        for point in self.points.iter().filter(|point| point.force.normal > 0.0) {
             let (force, acting) = (&point.force, &point.acting);
-            let rates = both_products(rows.acting.each_ref().map(Vec::as_slice), &self.ring.mean_rate);
+            let rates = each_along::<V, 2>(Self::acting(&self.rows, self.now, point), &self.ring.mean_rate);
             let opening = rates[0] - product(acting.normal, velocity);
             let slip = product(across(acting.normal), velocity) + rolling - rates[1];
             impact.friction_work += force.tangential * slip;
@@ -388,24 +430,18 @@ impl Rub {
 
     /// The ring and the rotor's centre at n, statics of the last impulses included, of a rotor at x in the stator's axes.
     pub fn settled(&self, x: [f64; 2], kick: Option<&Kick>) -> Settled {
-        let mut amplitudes = self.ring.place().to_vec();
-        let lacking = self.ring.lacking();
-        let mut on_ring = [0.0; 2];
-        let mut pressed = Vec::with_capacity(self.pressed.len());
-        for ((place, force), [normal, tangent]) in self.pressed.iter().zip(&self.last) {
-            for (j, lacking) in lacking.iter().take(self.ring.place().len()).enumerate() {
-                amplitudes[j] += lacking * (force.normal * normal[j] + force.tangential * tangent[j]);
-            }
-            let (n, t) = (place.normal, across(place.normal));
-            for i in 0..2 {
-                on_ring[i] += n[i] * force.normal + t[i] * force.tangential;
-            }
+        let amplitudes = self.ring.amplitudes().iter().enumerate();
+        let of = |(place, force, _): &(Place, ContactForce, usize)| {
             let alpha = (place.index as f64 + 0.5 + place.share) * self.candidates.spacing;
-            pressed.push((alpha, place.polar.map(|part| part * force.normal / self.h)));
-        }
+            (alpha, place.polar.map(|part| part * force.normal / self.h))
+        };
         let lacks = kick.map_or([[0.0; 2]; 2], |kick| turned(self.angle, &kick.lacking));
-        let (held, left) = (times(&lacks, on_ring), times(&self.rotor_left_out, on_ring));
-        Settled { amplitudes, pressed, rotor: [0, 1].map(|i| x[i] - held[i] - left[i]) }
+        let (_, held) = self.foreseen.behind([&lacks, &self.rotor_left_out]);
+        Settled {
+            amplitudes: amplitudes.map(|(j, amplitude)| amplitude + self.foreseen.static_of(j)).collect(),
+            pressed: self.pressed.iter().map(of).collect(),
+            rotor: [0, 1].map(|i| x[i] + held[i]),
+        }
     }
 
     /// Distance of the centres beyond which the rotor's is outside the ring \[m\].
@@ -414,13 +450,32 @@ impl Rub {
     }
 
     /// A vector of the machine's axes in the stator's.
+    #[inline(always)]
     pub fn inwards(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let (sin, cos) = self.angle;
         [cos * x + sin * y, cos * y - sin * x]
     }
 
+    #[inline(always)]
     fn outwards(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let (sin, cos) = self.angle;
         [cos * x - sin * y, sin * x + cos * y]
     }
+}
+
+by_width! { fn touch(rub: &mut Rub, free: &FreeStep<'_>) -> Result<Option<Impact>, ExponentialError> = touched }
+
+#[inline(always)]
+fn touched<V: Eight>(rub: &mut Rub, free: &FreeStep<'_>) -> Result<Option<Impact>, ExponentialError> {
+    rub.touched::<V>(free)
+}
+
+by_width! {
+    /// A function of its own: called from several places.
+    fn join(rub: &mut Rub, place: &Place, slot: usize, free: &FreeStep<'_>, moved: &Moved) = joined
+}
+
+#[inline(always)]
+fn joined<V: Eight>(rub: &mut Rub, place: &Place, slot: usize, free: &FreeStep<'_>, moved: &Moved) {
+    rub.join_in::<V>(place, slot, free, moved);
 }

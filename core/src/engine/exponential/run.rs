@@ -257,7 +257,7 @@ impl<'a> Run<'a> {
             place: contact.rub.place(done.place),
             velocity: contact.rub.inwards(done.velocity),
             touch,
-            ring: (looks && self.touched).then_some(contact.rub.ring.place()),
+            ring: (looks && self.touched).then_some(contact.rub.ring.amplitudes()),
         });
         self.recorders.see_steps(steps, at, &self.transient.loads, ring.as_ref());
     }

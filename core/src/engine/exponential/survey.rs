@@ -14,7 +14,9 @@
 
 use super::bound::length;
 use super::candidates::{BLOCK, Candidates, parabola};
-use crate::linalg::lanes::{LANES, Lane, kernel, least_of, rows_times_inline, sum};
+use super::rows::{alls, each_along, loads};
+use crate::linalg::eight::{Eight, by_width, columns_times};
+use crate::linalg::lanes::{Lane, lanes_of};
 
 /// A nearest place is no farther from its candidate, in spacings: half of one, and room for candidates that differ less in their clearances than in their gaps.
 const FARTHEST: f64 = 0.75;
@@ -32,14 +34,14 @@ pub(super) struct Survey {
     step: u64,
     /// By blocks: the step in which they were looked at, radial clearances, and the least of these with `moved` of then added: (1), infinite behind the last.
     seen: Vec<u64>,
-    clearances: Vec<[f64; BLOCK]>,
-    least: Vec<f64>,
+    clearances: Vec<Lane>,
+    least: Vec<Lane>,
     /// The same of displacements along the ring, and of gaps.
     sighted: Vec<u64>,
-    along: Vec<[f64; BLOCK]>,
-    gaps: Vec<[f64; BLOCK]>,
+    along: Vec<Lane>,
+    gaps: Vec<Lane>,
     /// Amplitudes and place of the last look, and how far anything may have come to the rotor since the first.
-    last: (Vec<f64>, [f64; 2]),
+    last: (Vec<Lane>, [f64; 2]),
     moved: f64,
     /// Room for blocks.
     due: Vec<usize>,
@@ -63,72 +65,80 @@ impl Survey {
     /// Of a ring's candidates on a radius R_i, about a rotor of radius R_r \[m\].
     pub fn new(ring: &Candidates, radius: f64, rotor_radius: f64) -> Self {
         let blocks = ring.count() / BLOCK;
-        let mut least = vec![f64::INFINITY; blocks.next_multiple_of(LANES)];
-        least[..blocks].fill(f64::NEG_INFINITY);
+        let none = vec![Lane::default(); blocks];
         Self {
             radius,
             rotor_radius,
             step: 0,
             seen: vec![0; blocks],
-            clearances: vec![[0.0; BLOCK]; blocks],
-            least,
+            clearances: none.clone(),
+            least: nothing_known(blocks),
             sighted: vec![0; blocks],
-            along: vec![[0.0; BLOCK]; blocks],
-            gaps: vec![[0.0; BLOCK]; blocks],
-            last: (vec![0.0; ring.radial_reach.len()], [0.0; 2]),
+            along: none.clone(),
+            gaps: none,
+            last: (vec![Lane::default(); ring.radial_reach.len()], [0.0; 2]),
             moved: 0.0,
             due: Vec::with_capacity(blocks),
             least_ones: Vec::with_capacity(ring.count()),
         }
     }
 
-    /// Looks at the candidates of a ring with amplitudes q, zeros behind the last mode, from a rotor at x.
-    pub fn look(&mut self, ring: &Candidates, x: [f64; 2], q: &[f64]) {
+    /// Looks at the candidates of a ring with amplitudes q from a rotor at x.
+    #[inline(always)]
+    pub fn look<V: Eight>(&mut self, ring: &Candidates, x: [f64; 2], q: &[Lane]) {
         self.step += 1;
         self.least_ones.clear();
         let (last, from) = &mut self.last;
-        let way = way(last, q, &ring.radial_reach) + length([x[0] - from[0], x[1] - from[1]]);
+        let way = way::<V>(last, q, &ring.radial_reach) + length([x[0] - from[0], x[1] - from[1]]);
         *from = x;
         self.moved += way * ROUNDED_UP;
         if self.moved > FORGETS {
             self.moved = 0.0;
-            self.least[..self.seen.len()].fill(f64::NEG_INFINITY);
+            self.least = nothing_known(self.seen.len());
         }
         // of what is between two candidates
         let sagitta = 0.125 * ring.spacing * ring.spacing * length(x);
         let mut due = std::mem::take(&mut self.due);
-        self.find_due(sagitta, &mut due);
-        self.see(ring, &due, x, q);
-        due.retain(|&block| self.least[block] < sagitta + self.moved);
+        self.nearer::<V>(ring, sagitta, x, q, &mut due);
         for &block in &due {
-            self.find_least_ones(ring, block, sagitta, x, q);
+            self.find_least_ones::<V>(ring, block, sagitta, x, q);
         }
         self.due = due;
     }
 
     /// Blocks of which a candidate may have less clearance than this, by (1).
-    fn find_due(&self, than: f64, due: &mut Vec<usize>) {
+    #[inline(always)]
+    fn find_due<V: Eight>(&self, than: f64, due: &mut Vec<usize>) {
         due.clear();
-        let limit = than + self.moved;
-        for (at, eight) in self.least.as_chunks::<LANES>().0.iter().enumerate() {
-            if least_of(*eight) < limit {
-                due.extend((0..LANES).filter(|&k| eight[k] < limit).map(|k| at * LANES + k));
+        let limit = V::all(than + self.moved);
+        for (at, lanes) in self.least.chunks(8).enumerate() {
+            let mut bits = 0_u64;
+            for (i, lane) in lanes.iter().enumerate() {
+                bits |= u64::from(V::load(lane).less(limit)) << (8 * i);
+            }
+            while bits != 0 {
+                due.push(64 * at + bits.trailing_zeros() as usize);
+                bits &= bits - 1;
             }
         }
     }
 
     /// Adds those of a block.
-    fn find_least_ones(&mut self, ring: &Candidates, block: usize, below: f64, x: [f64; 2], q: &[f64]) {
-        let (clearances, first) = (self.clearances[block], block * BLOCK);
-        for k in 0..BLOCK {
-            let here = clearances[k];
-            if here >= below || (k > 0 && clearances[k - 1] < here) || (k + 1 < BLOCK && clearances[k + 1] <= here) {
-                continue;
-            }
+    #[inline(always)]
+    fn find_least_ones<V: Eight>(&mut self, ring: &Candidates, block: usize, below: f64, x: [f64; 2], q: &[Lane]) {
+        let (clearances, first) = (self.clearances[block].0, block * BLOCK);
+        // open at the ends
+        let here = V::load(&self.clearances[block]);
+        let mut least = here.less(V::all(below))
+            & here.less(here.behind(f64::INFINITY))
+            & !here.before(f64::INFINITY).less(here);
+        while least != 0 {
+            let k = least.trailing_zeros() as usize;
+            least &= least - 1;
             // at the end of a block, the next one's has a say
-            let [before, behind] = ring.beside(first + k);
-            if (k == 0 && self.clearance(ring, before, x, q) < here)
-                || (k + 1 == BLOCK && self.clearance(ring, behind, x, q) <= here)
+            let ([before, behind], here) = (ring.beside(first + k), clearances[k]);
+            if (k == 0 && self.clearance::<V>(ring, before, x, q) < here)
+                || (k + 1 == BLOCK && self.clearance::<V>(ring, behind, x, q) <= here)
             {
                 continue;
             }
@@ -137,96 +147,136 @@ impl Survey {
     }
 
     /// The blocks of which a candidate has less clearance than this, looked at where they were not.
-    pub fn nearer(&mut self, ring: &Candidates, than: f64, x: [f64; 2], q: &[f64], blocks: &mut Vec<usize>) {
-        self.find_due(than, blocks);
-        self.see(ring, blocks, x, q);
-        blocks.retain(|&block| self.least[block] < than + self.moved);
+    #[inline(always)]
+    pub fn nearer<V: Eight>(&mut self, ring: &Candidates, than: f64, x: [f64; 2], q: &[Lane], blocks: &mut Vec<usize>) {
+        self.find_due::<V>(than, blocks);
+        for &block in &*blocks {
+            self.see::<V>(ring, block, x, q);
+        }
+        let (limit, mut count) = (than + self.moved, 0);
+        for at in 0..blocks.len() {
+            let block = blocks[at];
+            blocks[count] = block;
+            count += usize::from(self.least[block / BLOCK].0[block % BLOCK] < limit);
+        }
+        blocks.truncate(count);
     }
 
     /// Clearances of a block that has been looked at.
-    pub fn clearances(&self, block: usize) -> &[f64; BLOCK] {
+    #[inline(always)]
+    pub fn clearances(&self, block: usize) -> &Lane {
         &self.clearances[block]
     }
 
-    fn clearance(&mut self, ring: &Candidates, c: usize, x: [f64; 2], q: &[f64]) -> f64 {
-        self.see(ring, &[c / BLOCK], x, q);
-        self.clearances[c / BLOCK][c % BLOCK]
+    #[inline(always)]
+    fn clearance<V: Eight>(&mut self, ring: &Candidates, c: usize, x: [f64; 2], q: &[Lane]) -> f64 {
+        self.see::<V>(ring, c / BLOCK, x, q);
+        self.clearances[c / BLOCK].0[c % BLOCK]
     }
 
-    /// Looks at the clearances of blocks.
-    fn see(&mut self, ring: &Candidates, blocks: &[usize], x: [f64; 2], q: &[f64]) {
-        for &block in blocks {
-            if self.seen[block] != self.step {
-                self.seen[block] = self.step;
-                let Self { clearances: all, least, moved, radius, rotor_radius, .. } = self;
-                let (room, directions) = (*radius - *rotor_radius, &ring.directions[block]);
-                least[block] = clearances(ring.radial(block), q, directions, x, room, &mut all[block]) + *moved;
-            }
+    /// Looks at the clearances of a block where they were not.
+    #[inline(always)]
+    fn see<V: Eight>(&mut self, ring: &Candidates, block: usize, x: [f64; 2], q: &[Lane]) {
+        if self.seen[block] != self.step {
+            see(self, ring, block, x, q);
         }
+    }
+
+    #[inline(always)]
+    fn see_anew<V: Eight>(&mut self, ring: &Candidates, block: usize, x: [f64; 2], q: &[Lane]) {
+        self.seen[block] = self.step;
+        let room = self.radius - self.rotor_radius;
+        let [cos, sin] = loads::<V>(&ring.directions[block]);
+        let moved = columns_times::<V>(ring.radial(block), q);
+        let found = V::all(room) + moved - (V::all(x[0]) * cos + V::all(x[1]) * sin);
+        found.store(&mut self.clearances[block]);
+        self.least[block / BLOCK].0[block % BLOCK] = found.least() + self.moved;
     }
 
     /// Looks at the gaps of a block where they were not.
-    #[inline]
-    fn sight(&mut self, ring: &Candidates, block: usize, x: [f64; 2], q: &[f64]) {
+    #[inline(always)]
+    fn sight<V: Eight>(&mut self, ring: &Candidates, block: usize, x: [f64; 2], q: &[Lane]) {
         if self.sighted[block] != self.step {
-            self.sight_anew(ring, block, x, q);
+            sight(self, ring, block, x, q);
         }
     }
 
-    fn sight_anew(&mut self, ring: &Candidates, block: usize, x: [f64; 2], q: &[f64]) {
-        self.see(ring, &[block], x, q);
+    #[inline(always)]
+    fn sight_anew<V: Eight>(&mut self, ring: &Candidates, block: usize, x: [f64; 2], q: &[Lane]) {
+        self.see::<V>(ring, block, x, q);
         self.sighted[block] = self.step;
-        let Self { clearances, along, gaps: found, rotor_radius, .. } = self;
-        let (directions, clearances) = (&ring.directions[block], &clearances[block]);
-        [along[block], found[block]] = gaps(ring.tangential(block), q, directions, x, clearances, *rotor_radius);
+        let [cos, sin] = loads::<V>(&ring.directions[block]);
+        let moved = columns_times::<V>(ring.tangential(block), q);
+        let rotor_radius = V::all(self.rotor_radius);
+        let outwards = V::load(&self.clearances[block]) + rotor_radius;
+        let across = moved - (cos * V::all(x[1]) - sin * V::all(x[0]));
+        moved.store(&mut self.along[block]);
+        ((outwards * outwards + across * across).root() - rotor_radius).store(&mut self.gaps[block]);
     }
 
     /// Gaps of a block, looked at from x with amplitudes q, after the rotor and its candidates have moved, these along their radii and along the ring: as far as
     /// gaps are linear in that.
-    pub fn moved_gaps(
+    #[inline(always)]
+    pub fn moved_gaps<V: Eight>(
         &mut self,
         ring: &Candidates,
         block: usize,
-        (x, q): ([f64; 2], &[f64]),
+        (x, q): ([f64; 2], &[Lane]),
         rotor: [f64; 2],
-        moved: &[[f64; BLOCK]; 2],
-    ) -> [f64; BLOCK] {
-        self.sight(ring, block, x, q);
-        let known = [&self.clearances[block], &self.along[block], &self.gaps[block]];
-        moved_gaps(known, self.rotor_radius, x, &ring.directions[block], rotor, moved)
+        [opens, goes]: [V; 2],
+    ) -> V {
+        self.sight::<V>(ring, block, x, q);
+        let (clearances, along) = (V::load(&self.clearances[block]), V::load(&self.along[block]));
+        let gaps = V::load(&self.gaps[block]);
+        let [cos, sin] = loads::<V>(&ring.directions[block]);
+        let ([x, y], [dx, dy], radius) = (alls(x), alls(rotor), V::all(self.rotor_radius));
+        // of the vector from the rotor to the candidate, and what changes along both parts
+        let (one, other) = (clearances + radius, along - (cos * y - sin * x));
+        let opened = opens + cos * dx + sin * dy;
+        let turned = goes + cos * dy - sin * dx;
+        gaps + (one * opened + other * turned) / (gaps + radius)
     }
 
-    /// (2), 0 where the candidate itself is nearest or another one is.
-    pub fn share(&mut self, ring: &Candidates, c: usize, x: [f64; 2], q: &[f64]) -> f64 {
+    /// (2), 0 where the candidate itself is nearest or another one is, of blocks whose gaps are looked at.
+    #[inline(always)]
+    pub fn share<V: Eight>(&mut self, ring: &Candidates, c: usize, x: [f64; 2], q: &[Lane]) -> f64 {
         let [before, behind] = ring.beside(c);
-        let before = self.gap(ring, before, x, q);
-        let here = self.gap(ring, c, x, q);
-        let behind = self.gap(ring, behind, x, q);
-        let (slope, bend) = (0.5 * (behind - before), behind - 2.0 * here + before);
-        if bend > 0.0 && slope.abs() <= FARTHEST * bend { -slope / bend } else { 0.0 }
-    }
-
-    #[inline]
-    fn gap(&mut self, ring: &Candidates, c: usize, x: [f64; 2], q: &[f64]) -> f64 {
-        self.sight(ring, c / BLOCK, x, q);
-        self.gaps[c / BLOCK][c % BLOCK]
+        let (three, mut gaps) = ([before, c, behind], [0.0; 3]);
+        for i in 0..3 {
+            let c = three[i];
+            self.sight::<V>(ring, c / BLOCK, x, q);
+            gaps[i] = self.gaps[c / BLOCK].0[c % BLOCK];
+        }
+        share(gaps)
     }
 
     /// The place about a candidate that is nearest to the rotor; the candidate itself where it is not there.
-    pub fn place(&mut self, ring: &Candidates, c: usize, x: [f64; 2], q: &[f64]) -> Place {
-        let share = self.share(ring, c, x, q);
+    #[inline(always)]
+    pub fn place(&mut self, ring: &Candidates, c: usize, x: [f64; 2], q: &[Lane]) -> Place {
+        place(self, ring, c, x, q)
+    }
+
+    #[inline(always)]
+    fn place_in<V: Eight>(&mut self, ring: &Candidates, c: usize, x: [f64; 2], q: &[Lane]) -> Place {
         let [before, behind] = ring.beside(c);
-        let room = self.radius - self.rotor_radius;
-        let three = [before, c, behind].map(|c| {
-            let ((block, k), (sin, cos)) = ((c / BLOCK, c % BLOCK), ring.angles[c]);
-            // v from its clearance
-            [self.clearances[block][k] - room + (cos * x[0] + sin * x[1]), self.along[block][k]]
-        });
+        let three = [before, c, behind];
+        let tangential = each_along::<V, 3>([ring.of(before)[1], ring.of(c)[1], ring.of(behind)[1]], q);
+        let [mut clearances, mut gaps] = [[0.0; 3]; 2];
+        for i in 0..3 {
+            clearances[i] = self.clearance::<V>(ring, three[i], x, q);
+            let (sin, cos) = ring.angles[three[i]];
+            let (outwards, across) = (clearances[i] + self.rotor_radius, tangential[i] - (cos * x[1] - sin * x[0]));
+            gaps[i] = (outwards * outwards + across * across).sqrt() - self.rotor_radius;
+        }
+        let share = share(gaps);
         let weights = parabola(share);
+        let room = self.radius - self.rotor_radius;
         let (mut v, mut u) = (0.0, 0.0);
-        for (weight, [radial, tangential]) in weights.into_iter().zip(three) {
-            v += weight * radial;
-            u += weight * tangential;
+        for i in 0..3 {
+            let (sin, cos) = ring.angles[three[i]];
+            // v from its clearance
+            v += weights[i] * (clearances[i] - room + (cos * x[0] + sin * x[1]));
+            u += weights[i] * tangential[i];
         }
         // the direction of the place: a small turn from the candidate's
         let turn = share * ring.spacing;
@@ -236,95 +286,64 @@ impl Survey {
         let (sin, cos) = (sin * straight + cos * tilt, cos * straight - sin * tilt);
         let distance = [self.radius + v - (cos * x[0] + sin * x[1]), u - (cos * x[1] - sin * x[0])];
         let whole = length(distance);
-        let polar = distance.map(|part| part / whole);
+        let polar = [distance[0] / whole, distance[1] / whole];
         let normal = [cos * polar[0] - sin * polar[1], sin * polar[0] + cos * polar[1]];
         Place { index: c, share, gap: whole - self.rotor_radius, polar, normal }
     }
 }
 
-kernel! {
-    /// Clearances of eight candidates, by the columns of V, and the least of them.
-    fn clearances(
-        radial: &[Lane],
-        q: &[f64],
-        directions: &[[f64; BLOCK]; 2],
-        x: [f64; 2],
-        room: f64,
-        clearances: &mut [f64; BLOCK],
-    ) -> f64 {
-        let [cos, sin] = directions;
-        let mut found = rows_times_inline(radial, &q[..radial.len()]);
-        for k in 0..BLOCK {
-            found[k] = room + found[k] - (x[0] * cos[k] + x[1] * sin[k]);
-        }
-        *clearances = found;
-        least_of(found)
-    }
+// Functions of their own: what is called from many places is once in the processor's store of instructions.
+by_width! { fn see(survey: &mut Survey, ring: &Candidates, block: usize, x: [f64; 2], q: &[Lane]) = seen }
+by_width! { fn sight(survey: &mut Survey, ring: &Candidates, block: usize, x: [f64; 2], q: &[Lane]) = sighted }
+by_width! { fn place(survey: &mut Survey, ring: &Candidates, c: usize, x: [f64; 2], q: &[Lane]) -> Place = placed }
+
+#[inline(always)]
+fn seen<V: Eight>(survey: &mut Survey, ring: &Candidates, block: usize, x: [f64; 2], q: &[Lane]) {
+    survey.see_anew::<V>(ring, block, x, q);
 }
 
-kernel! {
-    /// `sum_j |q_j - last_j| reach_j`; last becomes q.
-    fn way(last: &mut [f64], q: &[f64], reach: &[f64]) -> f64 {
-        let mut ways = [0.0; LANES];
-        let eights = last.as_chunks_mut::<LANES>().0.iter_mut().zip(q.as_chunks::<LANES>().0);
-        for ((last, q), reach) in eights.zip(reach.as_chunks::<LANES>().0) {
-            for k in 0..LANES {
-                ways[k] += (q[k] - last[k]).abs() * reach[k];
-            }
-            *last = *q;
-        }
-        sum(ways)
-    }
+#[inline(always)]
+fn sighted<V: Eight>(survey: &mut Survey, ring: &Candidates, block: usize, x: [f64; 2], q: &[Lane]) {
+    survey.sight_anew::<V>(ring, block, x, q);
 }
 
-kernel! {
-    /// Displacements along the ring of eight candidates, by the columns of U, and their gaps.
-    fn gaps(
-        tangential: &[Lane],
-        q: &[f64],
-        directions: &[[f64; BLOCK]; 2],
-        x: [f64; 2],
-        clearances: &[f64; BLOCK],
-        rotor_radius: f64,
-    ) -> [[f64; BLOCK]; 2] {
-        let [cos, sin] = directions;
-        let moved = rows_times_inline(tangential, &q[..tangential.len()]);
-        let mut found = [0.0; BLOCK];
-        for k in 0..BLOCK {
-            let (outwards, across) = (clearances[k] + rotor_radius, moved[k] - (cos[k] * x[1] - sin[k] * x[0]));
-            found[k] = (outwards * outwards + across * across).sqrt() - rotor_radius;
-        }
-        [moved, found]
-    }
+#[inline(always)]
+fn placed<V: Eight>(survey: &mut Survey, ring: &Candidates, c: usize, x: [f64; 2], q: &[Lane]) -> Place {
+    survey.place_in::<V>(ring, c, x, q)
 }
 
-kernel! {
-    /// Gaps of eight candidates, of known clearances, displacements along the ring and gaps, after they and the rotor have moved.
-    fn moved_gaps(
-        known: [&[f64; BLOCK]; 3],
-        rotor_radius: f64,
-        x: [f64; 2],
-        directions: &[[f64; BLOCK]; 2],
-        rotor: [f64; 2],
-        moved: &[[f64; BLOCK]; 2],
-    ) -> [f64; BLOCK] {
-        let ([clearances, along, gaps], [cos, sin], [opens, goes]) = (known, directions, moved);
-        let mut found = [0.0; BLOCK];
-        for k in 0..BLOCK {
-            // of the vector from the rotor to the candidate, and what changes along both parts
-            let (one, other) = (clearances[k] + rotor_radius, along[k] - (cos[k] * x[1] - sin[k] * x[0]));
-            let opened = opens[k] + cos[k] * rotor[0] + sin[k] * rotor[1];
-            let turned = goes[k] + cos[k] * rotor[1] - sin[k] * rotor[0];
-            found[k] = gaps[k] + (one * opened + other * turned) / (gaps[k] + rotor_radius);
-        }
-        found
+/// Bounds of so many blocks that say nothing.
+fn nothing_known(blocks: usize) -> Vec<Lane> {
+    let mut least = vec![f64::INFINITY; blocks.next_multiple_of(BLOCK)];
+    least[..blocks].fill(f64::NEG_INFINITY);
+    lanes_of(&least)
+}
+
+/// (2) of three gaps.
+#[inline(always)]
+fn share([before, here, behind]: [f64; 3]) -> f64 {
+    let (slope, bend) = (0.5 * (behind - before), behind - 2.0 * here + before);
+    if bend > 0.0 && slope.abs() <= FARTHEST * bend { -slope / bend } else { 0.0 }
+}
+
+/// `sum_j |q_j - last_j| reach_j`; last becomes q.
+#[inline(always)]
+fn way<V: Eight>(last: &mut [Lane], q: &[Lane], reach: &[Lane]) -> f64 {
+    let mut ways = V::all(0.0);
+    for ((last, q), reach) in last.iter_mut().zip(q).zip(reach) {
+        let now = V::load(q);
+        ways = ways + (now - V::load(last)).size() * V::load(reach);
+        now.store(last);
     }
+    ways.sum()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::engine::exponential::candidates::candidates;
+    use crate::linalg::eight::Plain;
+    use crate::linalg::lanes::flat;
     use crate::structure::Structure;
     use bladeoff_model::machine::MachineDef;
 
@@ -336,7 +355,7 @@ mod tests {
         let structure = Structure::build(&machine, None).expect("buildable");
         let contact = &machine.diaphragms[0].contact;
         let ring = candidates(&machine.diaphragms[0], &structure, 0, 5e-6).expect("has candidates");
-        let modes = ring.radial_reach.len();
+        let modes = ring.radial(0).len();
         let mut survey = Survey::new(&ring, contact.rotor_radius + contact.gap, contact.rotor_radius);
         let mut seed = 1_u64;
         let mut random = || {
@@ -351,21 +370,21 @@ mod tests {
             if round % 20 == 0 {
                 let (angle, far) = (20.0 * random(), contact.gap * (0.7 + 1.2 * (random() + 0.5)));
                 x = [far * libm::cos(angle), far * libm::sin(angle)];
-                q = (0..modes).map(|j| size * random() / (1.0 + ring.radial_reach[j])).collect();
+                q = (0..modes).map(|j| size * random() / (1.0 + flat(&ring.radial_reach)[j])).collect();
             } else {
                 // as far as steps go
                 x = x.map(|part| part + 0.02 * contact.gap * random());
-                (0..modes).for_each(|j| q[j] += 0.02 * size * random() / (1.0 + ring.radial_reach[j]));
+                (0..modes).for_each(|j| q[j] += 0.02 * size * random() / (1.0 + flat(&ring.radial_reach)[j]));
             }
-            survey.look(&ring, x, &q);
+            survey.look::<Plain>(&ring, x, &lanes_of(&q));
             looked += survey.seen.iter().filter(|seen| **seen == survey.step).count() * BLOCK;
             for c in 0..ring.count() {
-                let v: f64 = ring.of(c).0.iter().zip(&q).map(|(row, q)| row * q).sum();
+                let v: f64 = flat(ring.of(c)[0]).iter().zip(&q).map(|(row, q)| row * q).sum();
                 let (sin, cos) = ring.angles[c];
                 let clearance = contact.gap + v - (x[0] * cos + x[1] * sin);
                 touching += usize::from(clearance < 0.0);
                 let seen = survey.seen[c / BLOCK] == survey.step;
-                let found = seen && (survey.clearances[c / BLOCK][c % BLOCK] - clearance).abs() < 1e-15;
+                let found = seen && (survey.clearances[c / BLOCK].0[c % BLOCK] - clearance).abs() < 1e-15;
                 missing += usize::from(clearance < -1e-15 && !found);
             }
         }
