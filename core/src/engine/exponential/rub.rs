@@ -322,14 +322,14 @@ impl Rub {
     #[inline(always)]
     fn couple<V: Eight>(&mut self, from: usize, other: Option<usize>, moved: &Moved) {
         let Self { coupled, points, rows, now, candidates, .. } = self;
-        let (rows, new) = (&rows[*now], |k: usize| k >= from || Some(k) == other);
+        let (rows, other) = (&rows[*now], other.unwrap_or(usize::MAX));
         for (k, at) in points.iter().enumerate() {
             coupled.start[k] = at.start;
             for (j, acting) in points.iter().enumerate() {
                 if k == j {
                     // a solve adds a little to each point's own
                     coupled.w[k][k] = at.own;
-                } else if new(k) || new(j) {
+                } else if k >= from || j >= from || k == other || j == other {
                     let of_modes = along_both::<V>(rows.along(at.slot), rows.by(acting.slot));
                     coupled.w[k][j] = moved.coupling(candidates, &at.place, &acting.acting, of_modes);
                 }
