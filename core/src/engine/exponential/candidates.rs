@@ -167,20 +167,19 @@ impl Candidates {
         [a.0[k], b.0[k], c.0[k], d.0[k]]
     }
 
-    /// The same of the candidates of a block by impulses in polar axes at others, radial and tangential.
+    /// The same of the candidates of a block by impulses in polar axes at others: the radial part (0) or the tangential one (1).
     #[inline(always)]
-    pub fn all_left_out<V: Eight>(&self, block: usize, acting: &[(usize, [f64; 2])]) -> [V; 2] {
-        let [mut v, mut u] = [V::all(0.0); 2];
+    pub fn all_left_out<V: Eight>(&self, block: usize, acting: &[(usize, [f64; 2])], part: usize) -> V {
+        let mut sum = V::all(0.0);
         if self.left_out.is_empty() {
-            return [v, u];
+            return sum;
         }
         for &(at, impulse) in acting {
-            let [a, b, c, d] = self.left_out_of(block, at);
+            let table = self.left_out_of(block, at);
             let [along, aside] = alls::<V>(impulse);
-            v = v + V::load(a) * along + V::load(b) * aside;
-            u = u + V::load(c) * along + V::load(d) * aside;
+            sum = sum + V::load(&table[2 * part]) * along + V::load(&table[2 * part + 1]) * aside;
         }
-        [v, u]
+        sum
     }
 }
 

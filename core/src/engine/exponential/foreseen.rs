@@ -17,15 +17,17 @@ use crate::linalg::lanes::{LANES, Lane};
 
 /// What is known of n+1 before its impulses.
 pub(super) struct Foreseen {
-    /// (1), of the ring's modes \[1/kg\].
+    /// What impulses make of the ring's modes by n+1, with (1), and (1) alone \[1/kg\].
+    yields: Vec<Lane>,
     lacking: Vec<Lane>,
     /// Sums of the last impulses along the rows of their places, and in the plane: of all parts, and of the normal ones.
     pressed: Vec<Lane>,
     along: [f64; 2],
     normal: [f64; 2],
-    /// s_n, and the ring's modes with it.
+    /// s_n, and the ring's modes with it; and their way over the step less what of it is (1).
     pub statics: Vec<Lane>,
     pub ring: Vec<Lane>,
+    pub way: Vec<Lane>,
     /// s_x without and with the modes left out \[m\].
     pub lagging: [f64; 2],
     pub held: [f64; 2],
@@ -33,15 +35,17 @@ pub(super) struct Foreseen {
 
 impl Foreseen {
     /// Of a ring whose modes' trains lack this.
-    pub fn new(lacking: Vec<Lane>) -> Self {
+    pub fn new([yields, lacking]: [Vec<Lane>; 2]) -> Self {
         let zeros = vec![Lane::default(); lacking.len()];
         Self {
+            yields,
             lacking,
             pressed: zeros.clone(),
             along: [0.0; 2],
             normal: [0.0; 2],
             statics: zeros.clone(),
-            ring: zeros,
+            ring: zeros.clone(),
+            way: zeros,
             lagging: [0.0; 2],
             held: [0.0; 2],
         }
@@ -65,18 +69,23 @@ impl Foreseen {
         }
     }
 
-    /// From what pressed: the ring at n+1 without impulses is given, and what trains of impulses on the rotor lack, and its modes left out, in the stator's axes.
+    /// From what pressed: the ring at n+1 without impulses and its way there are given; what impulses on the rotor move it by n+1, what of that their trains lack, and
+    /// its modes left out, in the stator's axes.
     #[inline(always)]
-    pub fn take<V: Eight>(&mut self, ring: &[Lane], [lacking, left_out]: [&[[f64; 2]; 2]; 2]) {
+    pub fn take<V: Eight>(&mut self, ring: &[Lane], way: &[Lane], [whole, lacking, left_out]: [&[[f64; 2]; 2]; 3]) {
         let count = ring.len();
-        let (lacks, pressed) = (&self.lacking[..count], &self.pressed[..count]);
+        let (yields, lacks, pressed) = (&self.yields[..count], &self.lacking[..count], &self.pressed[..count]);
         let (statics, foreseen) = (&mut self.statics[..count], &mut self.ring[..count]);
+        let (gone, way) = (&mut self.way[..count], &way[..count]);
         for i in 0..count {
-            let held = V::load(&lacks[i]) * V::load(&pressed[i]);
+            let pressed = V::load(&pressed[i]);
+            let held = V::load(&yields[i]) * pressed;
             held.store(&mut statics[i]);
             (V::load(&ring[i]) + held).store(&mut foreseen[i]);
+            (V::load(&way[i]) - V::load(&lacks[i]) * pressed).store(&mut gone[i]);
         }
-        (self.lagging, self.held) = self.behind([lacking, left_out]);
+        (_, self.held) = self.behind([whole, left_out]);
+        (self.lagging, _) = self.behind([lacking, left_out]);
     }
 
     /// s_x without and with the modes left out.

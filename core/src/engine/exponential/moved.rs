@@ -26,6 +26,12 @@ impl Moved {
         Self { rotor: turned(angle, &whole), left_out, rolling }
     }
 
+    /// Displacement of the rotor's modes per impulse, with what trains lack.
+    #[inline(always)]
+    pub fn of_modes(&self) -> &[[f64; 2]; 2] {
+        &self.rotor
+    }
+
     /// Displacement of the rotor by an impulse along normal and tangent of a place, as [`Moved::beyond_modes`] has it.
     #[inline(always)]
     pub fn of_rotor(&self, acting: &Place, normal: f64, tangential: f64) -> [f64; 2] {

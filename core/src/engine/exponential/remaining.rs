@@ -94,12 +94,16 @@ impl Remaining {
         let bound = first.map_or(0.0, |(_, gap)| gap.min(0.0));
         let mut least = (0.0, None);
         for closed in &self.closed {
-            for (k, &gap) in closed.gaps.0.iter().enumerate().filter(|(_, gap)| **gap < bound + room) {
+            let gaps = V::load(&closed.gaps);
+            let near = gaps.less(V::all(bound + room));
+            let no_more = !V::all(bound + ROUNDING).less(gaps);
+            let between =
+                survey.between::<V>(struck.candidates, closed.block, near, (struck.x, &struck.foreseen.ring));
+            let mut bits = near & (no_more | between);
+            while bits != 0 {
+                let k = bits.trailing_zeros() as usize;
+                bits &= bits - 1;
                 let index = closed.block * BLOCK + k;
-                let more = gap > bound + ROUNDING;
-                if more && survey.share::<V>(struck.candidates, index, struck.x, &struck.foreseen.ring) == 0.0 {
-                    continue;
-                }
                 let gap = match first {
                     Some((first, gap)) if first == index => gap,
                     _ => left::<V>(survey, struck, index, self.opens[closed.block].0[k]),
@@ -173,11 +177,12 @@ impl Remaining {
             if after.less(V::all(left_out)) & !self.barred[block] == 0 {
                 continue;
             }
-            let [outwards, aside] = candidates.all_left_out::<V>(block, &self.pressing);
+            let outwards = candidates.all_left_out::<V>(block, &self.pressing, 0);
             let penetrates = (after + outwards).less(V::all(0.0)) & !self.barred[block];
             if penetrates == 0 {
                 continue;
             }
+            let aside = candidates.all_left_out::<V>(block, &self.pressing, 1);
             let goes = columns_times::<V>(candidates.tangential(block), impulses);
             let moved = [opens + outwards, goes + aside];
             let mut gaps = Lane::default();
@@ -277,7 +282,7 @@ mod tests {
         };
         let mut survey = Survey::new(&ring, contact.rotor_radius + contact.gap, contact.rotor_radius);
         let mut remaining = Remaining::new(ring.count());
-        let mut foreseen = Foreseen::new(lacking);
+        let mut foreseen = Foreseen::new([yields.clone(), lacking]);
         const ROUNDS: u32 = 3000;
         let (mut closed, mut between, mut looked) = (0, 0, 0);
         for round in 0..ROUNDS {
@@ -326,7 +331,7 @@ mod tests {
             assert!((found.0 - whole.0).abs() < 1e-15, "{found:?} {whole:?}");
             if let Some(index) = whole.1 {
                 closed += 1;
-                between += usize::from(survey.share::<Plain>(&ring, index, x, &foreseen.ring) != 0.0);
+                between += usize::from(survey.place(&ring, index, x, &foreseen.ring).share != 0.0);
             }
         }
         assert!(closed > 100, "something is left closed: {closed}");
@@ -345,8 +350,7 @@ mod tests {
         let mut largest = 0.0_f64;
         for block in 0..ring.count() / BLOCK {
             let mut all = [Lane::default(); 2];
-            let found = ring.all_left_out::<Plain>(block, &acting);
-            found.into_iter().zip(&mut all).for_each(|(found, lane)| found.store(lane));
+            all.iter_mut().enumerate().for_each(|(part, lane)| ring.all_left_out::<Plain>(block, &acting, part).store(lane));
             for k in 0..BLOCK {
                 let mut whole = [0.0; 2];
                 for (at, impulse) in acting {

@@ -71,7 +71,7 @@ pub(super) fn loads<V: Eight>([a, b]: &[Lane; 2]) -> [V; 2] {
     [V::load(a), V::load(b)]
 }
 
-/// Lists of the modes in a step: what they yield to impulses, their way over the step, and the statics that are foreseen.
+/// Lists of the modes in a step: what they yield to impulses, their way over the step, and what is foreseen of impulses.
 #[derive(Clone, Copy)]
 pub(super) struct Step<'a> {
     pub yields: &'a [Lane],
@@ -79,11 +79,10 @@ pub(super) struct Step<'a> {
     pub statics: &'a [Lane],
 }
 
-/// What rows say of a step: the tangent's product with the way, both rows' with the statics, and both rows' with what impulses make, as `along_both`.
+/// What rows say of a step: the tangent's product with the way, the normal's with what is foreseen, and both rows' with what impulses make, as `along_both`.
 pub(super) struct Said {
     pub passed: f64,
     pub opened: f64,
-    pub slipped: f64,
     pub own: [f64; 4],
 }
 
@@ -114,7 +113,7 @@ pub(super) fn write_rows<V: Eight>(
         (tp * v + tq * u).store(&mut tangent[i]);
     }
     let [m, s] = firsts(acts.unwrap_or([&*normal, &*tangent]), count);
-    let mut sums = [V::all(0.0); 7];
+    let mut sums = [V::all(0.0); 6];
     for i in 0..count {
         let (n, t) = (V::load(&normal[i]), V::load(&tangent[i]));
         let yields = V::load(&yields[i]);
@@ -122,19 +121,17 @@ pub(super) fn write_rows<V: Eight>(
         let (way, statics) = (V::load(&way[i]), V::load(&statics[i]));
         sums[0] = sums[0] + t * way;
         sums[1] = sums[1] + n * statics;
-        sums[2] = sums[2] + t * statics;
-        sums[3] = sums[3] + n * by[0];
-        sums[4] = sums[4] + n * by[1];
-        sums[5] = sums[5] + t * by[0];
-        sums[6] = sums[6] + t * by[1];
+        sums[2] = sums[2] + n * by[0];
+        sums[3] = sums[3] + n * by[1];
+        sums[4] = sums[4] + t * by[0];
+        sums[5] = sums[5] + t * by[1];
         by[0].store(&mut by_normal[i]);
         by[1].store(&mut by_tangent[i]);
     }
-    let [passed, opened, slipped, nn, nt, tn, tt] = sums;
+    let [passed, opened, nn, nt, tn, tt] = sums;
     Said {
         passed: passed.sum(),
         opened: opened.sum(),
-        slipped: slipped.sum(),
         own: [nn.sum(), nt.sum(), tn.sum(), tt.sum()],
     }
 }

@@ -141,8 +141,8 @@ impl Rub {
             survey: Survey::new(candidates, contact.rotor_radius + contact.gap, contact.rotor_radius),
             remaining: Remaining::new(candidates.count()),
             candidates: Arc::clone(candidates),
+            foreseen: Foreseen::new([yields.clone(), lacking]),
             yields,
-            foreseen: Foreseen::new(lacking),
             ring,
             flights: Vec::new(),
             impulses: zeros,
@@ -256,7 +256,7 @@ impl Rub {
     #[inline(always)]
     fn gather<V: Eight>(&mut self, free: &FreeStep<'_>, moved: &Moved) -> Option<([f64; 2], [f64; 2])> {
         let lacking = turned(self.angle, &free.kick.lacking);
-        self.foreseen.take::<V>(&self.ring.place, [&lacking, &self.rotor_left_out]);
+        self.foreseen.take::<V>(&self.ring.place, &self.ring.way, [moved.of_modes(), &lacking, &self.rotor_left_out]);
         let ([x, y], [dx, dy]) = (self.place(free.to), self.foreseen.held);
         let to = [x + dx, y + dy];
         self.survey.look::<V>(&self.candidates, to, &self.foreseen.ring);
@@ -287,7 +287,7 @@ impl Rub {
     #[inline(always)]
     fn join_in<V: Eight>(&mut self, place: &Place, slot: usize, free: &FreeStep<'_>, moved: &Moved) {
         let place = *place;
-        let Self { candidates, rows, now, foreseen, yields, ring, pressed, .. } = self;
+        let Self { candidates, rows, now, foreseen, yields, pressed, .. } = self;
         let count = candidates.count();
         let known = pressed.iter().find(|(last, ..)| beside(last.index, place.index, count));
         let (acting, force, acts) = known.map_or((place, ContactForce::NONE, None), |&(at, force, slot)| (at, force, Some(slot)));
@@ -304,7 +304,7 @@ impl Rub {
             parabola(place.share),
             [place.polar, across(place.polar)],
             acts_along,
-            Step { yields, way: &ring.way, statics: &foreseen.statics },
+            Step { yields, way: &foreseen.way, statics: &foreseen.statics },
             own.of_mut(slot),
         );
         let own = moved.coupling(candidates, &place, &acting, said.own);
@@ -313,7 +313,7 @@ impl Rub {
         let slip = product(along, step) + free.turn * self.radius - said.passed;
         let start = [
             place.gap - said.opened + product(place.normal, self.foreseen.held),
-            slip - product(along, self.foreseen.lagging) + said.slipped,
+            slip - product(along, self.foreseen.lagging),
         ];
         self.points.push(Point { place, acting, acts, slot, own, start, force });
     }

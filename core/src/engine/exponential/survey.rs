@@ -237,17 +237,32 @@ impl Survey {
         gaps + (one * opened + other * turned) / (gaps + radius)
     }
 
-    /// (2), 0 where the candidate itself is nearest or another one is, of blocks whose gaps are looked at.
+    /// Those of some candidates of a block, by bits, about which a place between candidates may be nearest: (2) says that it is no farther.
     #[inline(always)]
-    pub fn share<V: Eight>(&mut self, ring: &Candidates, c: usize, x: [f64; 2], q: &[Lane]) -> f64 {
-        let [before, behind] = ring.beside(c);
-        let (three, mut gaps) = ([before, c, behind], [0.0; 3]);
-        for i in 0..3 {
-            let c = three[i];
-            self.sight::<V>(ring, c / BLOCK, x, q);
-            gaps[i] = self.gaps[c / BLOCK].0[c % BLOCK];
+    pub fn between<V: Eight>(
+        &mut self,
+        ring: &Candidates,
+        block: usize,
+        of: u8,
+        (x, q): ([f64; 2], &[Lane]),
+    ) -> u8 {
+        let (first, blocks) = (block * BLOCK, self.seen.len());
+        let mut gap_of = [f64::INFINITY; 2];
+        // at the ends of a block, the next one's have a say
+        let [before, _] = ring.beside(first);
+        let [_, behind] = ring.beside(first + BLOCK - 1);
+        for (side, (bit, c)) in [(1, before), (1 << (BLOCK - 1), behind)].into_iter().enumerate() {
+            if of & bit != 0 && blocks > 1 {
+                self.sight::<V>(ring, c / BLOCK, x, q);
+                gap_of[side] = self.gaps[c / BLOCK].0[c % BLOCK];
+            }
         }
-        share(gaps)
+        self.sight::<V>(ring, block, x, q);
+        let here = V::load(&self.gaps[block]);
+        let (before, behind) = (here.before(gap_of[0]), here.behind(gap_of[1]));
+        let slope = V::all(0.5) * (behind - before);
+        let bend = behind - V::all(2.0) * here + before;
+        of & V::all(0.0).less(bend) & !(V::all(FARTHEST) * bend).less(slope.size())
     }
 
     /// The place about a candidate that is nearest to the rotor; the candidate itself where it is not there.
