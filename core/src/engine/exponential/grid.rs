@@ -14,7 +14,7 @@
 
 use super::ExponentialError;
 use super::bound::Bound;
-use super::forms::{Form, Rows};
+use super::forms::Form;
 use super::kick::{Kick, saw_tooth};
 use super::local::Local;
 use super::measured::{Between, Measured};
@@ -217,22 +217,11 @@ impl Grid {
         let blocks = below.blocks.iter().zip(&above.blocks);
         let outputs = &self.model.outputs;
         let pushes: Vec<Vec<f64>> = pushes.column_iter().map(|column| column.iter().copied().collect()).collect();
-        let all = Rows::new(&rows);
-        let struck = pushes[..2 * outputs.unbalances()].iter().map(|push| {
-            let mut seen = Vec::new();
-            all.times(push, &mut seen);
-            seen
-        });
+        let blocks = blocks.map(|(x, y)| std::array::from_fn(|i| x[i] * (1.0 - share) + y[i] * share)).collect();
+        let speed = self.speed_of_station(b) + middle * self.spacing;
         let cell = Arc::new(Cell {
             index,
-            local: Local {
-                speed: self.speed_of_station(b) + middle * self.spacing,
-                blocks: blocks.map(|(x, y)| std::array::from_fn(|i| x[i] * (1.0 - share) + y[i] * share)).collect(),
-                struck: struck.collect(),
-                outputs: all,
-                rows: rows.row_iter().map(|row| row.iter().copied().collect()).collect(),
-                pushes,
-            },
+            local: Local::new(speed, blocks, &rows, pushes, outputs.unbalances()),
             momentum: Form::mixed([&below.momentum, &above.momentum], [1.0 - share, share]),
             share,
             stations: [Arc::clone(below), Arc::clone(above)],

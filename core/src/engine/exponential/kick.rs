@@ -38,11 +38,7 @@ impl Kick {
     /// Of the node whose rows and pushes begin at these places; `loads`: first row of each bearing's load.
     pub fn new(cell: &Local, propagator: &Propagator, h: f64, row: usize, push: usize, loads: &[usize]) -> Self {
         let pushes = [&cell.pushes[push], &cell.pushes[push + 1]];
-        let states = pushes.map(|l| {
-            let mut y = l.clone();
-            propagator.turn(&mut y);
-            y
-        });
+        let states = pushes.map(|l| propagator.free(l));
         let pairs = cell.blocks.len();
         let rest = [0, 1].map(|axis| {
             let mut y = vec![0.0; 2 * pairs];

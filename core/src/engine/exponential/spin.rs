@@ -22,12 +22,12 @@
 //! gyroscopic sites turn with W; a turning rotor (what c0 holds at rest is not here). Second order in the step. Verified by `tests/exponential.rs`.
 
 use super::ExponentialError;
+use super::direction::Direction;
 use super::loaded::Loaded;
-use super::oscillators::{OscillatorStep, Oscillators};
-use super::rows::both_products;
+use super::oscillators::OscillatorStep;
+use super::twist::Twist;
 use crate::engine::shaft_line::sites;
-use crate::linalg::dot;
-use crate::linalg::lanes::{LANES, kernel, sum};
+use crate::linalg::{column_of, dot};
 use crate::rotor::braking_torque;
 use crate::structure::Structure;
 use bladeoff_model::machine::{Braking, Machine};
@@ -56,12 +56,16 @@ pub(super) struct Spin {
     loaded: Loaded,
     braking: Braking,
     gravity: [f64; 2],
-    pub arms: Vec<Arm>,
-    twist: Oscillators,
-    /// w^2 of the elastic modes.
-    elastic: Vec<f64>,
-    /// Twist and its rates at the beginning of the step, after impulses there.
-    begun: [Vec<f64>; 2],
+    arms: Vec<Arm>,
+    twist: Twist,
+    /// Turns of the unbalances' nodes beside the mean angle, with their rates, and (2) of each over the last step \[N m\].
+    turned: Vec<[f64; 2]>,
+    torques: Vec<f64>,
+    /// (4) of each over the last step \[N s\], and (3) at n \[N\].
+    left: Vec<Complex<f64>>,
+    forces: Vec<Complex<f64>>,
+    /// [`Spin::mean`] at n.
+    mean: [f64; 2],
     /// What its damping has taken so far \[J\].
     pub damped: f64,
     /// Those predicted for n+1.
@@ -71,23 +75,16 @@ pub(super) struct Spin {
 
 /// One unbalance.
 #[derive(Debug, Clone)]
-pub(super) struct Arm {
+struct Arm {
     /// m d \[kg m\].
     moment: f64,
     phase: f64,
-    /// Turn of its node beside the mean angle per amplitude.
-    row: Vec<f64>,
-    /// psi, psi', e^{i psi}, r and k at n.
+    /// psi, psi', e^{i psi}, r and k at n; psi that was foreseen is that of the direction.
     angle: f64,
     rate: f64,
-    unit: Complex<f64>,
+    direction: Direction,
     momentum: f64,
     pull: f64,
-    /// (2) over the last step \[N m\].
-    torque: f64,
-    /// (4) of the last step \[N s\].
-    pub left: Complex<f64>,
-    next_angle: f64,
     next_rate: f64,
 }
 
@@ -99,10 +96,9 @@ pub(super) struct SpinStep {
 }
 
 impl Arm {
-    /// (3) at an angle, a rate and its derivative \[N\].
-    fn force(&self, angle: f64, rate: f64, rate_dot: f64) -> Complex<f64> {
-        let (sin, cos) = libm::sincos(angle);
-        Complex::new(rate * rate, -rate_dot) * Complex::new(cos, sin) * self.moment
+    /// (3) in a direction, at a rate and its derivative \[N\].
+    fn force(&self, unit: Complex<f64>, rate: f64, rate_dot: f64) -> Complex<f64> {
+        Complex::new(rate * rate, -rate_dot) * unit * self.moment
     }
 
     /// r without its part of psi', and k, of a unit vector, a rate and the node's velocity.
@@ -124,18 +120,15 @@ impl Spin {
         let arms = sites(machine).into_iter().map(|site| Arm {
             moment: site.mass * site.radius,
             phase: site.phase,
-            row: loaded.row(structure, site.twist_node),
             angle: angle + site.phase,
             rate: speed,
-            unit: unit(angle + site.phase),
+            direction: Direction::of(angle + site.phase),
             momentum: 0.0,
             pull: 0.0,
-            torque: 0.0,
-            left: Complex::new(0.0, 0.0),
-            next_angle: 0.0,
             next_rate: 0.0,
         });
-        let count = loaded.modes.len();
+        let arms: Vec<Arm> = arms.collect();
+        let rows = sites(machine).iter().flat_map(|site| loaded.row(structure, site.twist_node)).collect();
         Ok(Self {
             angle,
             speed,
@@ -146,11 +139,14 @@ impl Spin {
             bend: 0.0,
             braking: machine.braking,
             gravity: machine.rotor.gravity,
-            arms: arms.collect(),
-            begun: [vec![0.0; count], vec![0.0; count]],
+            turned: vec![[0.0; 2]; arms.len()],
+            torques: vec![0.0; arms.len()],
+            left: vec![Complex::new(0.0, 0.0); arms.len()],
+            forces: arms.iter().map(|arm| arm.force(arm.direction.unit, arm.rate, 0.0)).collect(),
+            mean: [speed, angle],
+            arms,
             damped: 0.0,
-            twist: Oscillators::new(loaded.modes.iter().copied()),
-            elastic: loaded.modes.iter().map(|mode| mode.0).collect(),
+            twist: Twist::new(&loaded.modes, rows, loaded.shift.clone()),
             next_angle: angle,
             next_speed: speed,
             loaded,
@@ -163,7 +159,7 @@ impl Spin {
         for (s, &velocity) in velocities.iter().enumerate() {
             let given = self.given_way(s, |arm| arm.rate);
             let arm = &mut self.arms[s];
-            let [carried, pull] = arm.exchange(arm.unit, arm.rate, velocity, self.gravity);
+            let [carried, pull] = arm.exchange(arm.direction.unit, arm.rate, velocity, self.gravity);
             arm.momentum = carried + given;
             arm.pull = pull;
             momentum += arm.momentum;
@@ -174,16 +170,24 @@ impl Spin {
     /// Takes the slope of another that has gone a short step from here.
     pub fn learn_from(&mut self, ahead: &Spin) {
         self.slope = ahead.slope;
+        self.force();
+    }
+
+    /// (3) at n.
+    fn force(&mut self) {
+        for (force, arm) in self.forces.iter_mut().zip(&self.arms) {
+            *force = arm.force(arm.direction.unit, arm.rate, self.slope);
+        }
     }
 
     /// Part of r that goes with the rates.
     fn given_way(&self, s: usize, rate: impl Fn(&Arm) -> f64) -> f64 {
-        self.loaded.gives_way[s].iter().zip(&self.arms).map(|(q, arm)| q * rate(arm)).sum()
+        column_of(&self.loaded.gives_way, s).iter().zip(&self.arms).map(|(q, arm)| q * rate(arm)).sum()
     }
 
     /// Tables of a step of `h` \[s\].
     pub fn step(&self, h: f64) -> SpinStep {
-        SpinStep { h, twist: self.twist.step(h) }
+        SpinStep { h, twist: self.twist.modes.step(h) }
     }
 
     /// Begins a step: the unbalances' forces in its middle \[N\].
@@ -191,19 +195,16 @@ impl Spin {
         let h = step.h;
         self.next_speed = self.speed + h.min(self.foretells * self.last) * self.slope;
         self.next_angle = self.angle + 0.5 * h * (self.speed + self.next_speed);
-        self.begun[0].copy_from_slice(&self.twist.place);
-        self.begun[1].copy_from_slice(&self.twist.rate);
-        self.twist.advance(&step.twist);
+        let Self { arms, twist, turned, next_angle: mean_angle, next_speed, .. } = self;
+        twist.set_out(&step.twist, turned);
         forces.clear();
-        for s in 0..self.arms.len() {
-            let moved = self.twisted(&self.arms[s].row);
-            let next_angle = self.next_angle + moved[0] + self.arms[s].phase;
-            let next_rate = self.next_speed + moved[1];
-            let arm = &mut self.arms[s];
-            (arm.next_angle, arm.next_rate) = (next_angle, next_rate);
-            let middle = 0.5 * (arm.angle + next_angle);
-            let gained = next_rate - arm.rate;
-            forces.push(arm.force(middle, (next_angle - arm.angle) / h, gained / h));
+        for (arm, [turned, rate]) in arms.iter_mut().zip(&*turned) {
+            let next_angle = *mean_angle + turned + arm.phase;
+            arm.next_rate = *next_speed + rate;
+            let middle = arm.direction.at(0.5 * (arm.angle + next_angle));
+            arm.direction = middle.at(next_angle);
+            let gained = arm.next_rate - arm.rate;
+            forces.push(arm.force(middle.unit, (next_angle - arm.angle) / h, gained / h));
         }
     }
 
@@ -221,12 +222,11 @@ impl Spin {
     pub fn strike(&mut self, step: &SpinStep, impulse: f64, row: &[f64]) {
         self.momentum += impulse;
         self.twist.strike(&step.twist, impulse, row);
-        self.begun[1].iter_mut().zip(row).for_each(|(rate, part)| *rate += impulse * part);
     }
 
     /// Turn of a node over the step that is predicted \[rad\], its elastic twist at n given; after predict.
     pub fn turn(&self, row: &[f64], twist_before: f64) -> f64 {
-        self.next_angle - self.angle + dot(row, &self.twist.place) - twist_before
+        self.next_angle - self.angle + self.twisted(row)[0] - twist_before
     }
 
     /// Turn of a node over the step per angular impulse on it \[rad/(N m s)\].
@@ -236,7 +236,7 @@ impl Spin {
 
     /// What a change of the gyroscopic momentum shifts the spin by, per unit \[1/(kg m2)\].
     pub fn yields(&self) -> f64 {
-        1.0 / (self.loaded.inertia + self.loaded.gives_way.iter().flatten().sum::<f64>())
+        1.0 / (self.loaded.inertia + self.loaded.gives_way.iter().sum::<f64>())
     }
 
     /// Kinetic and potential energy of spin, unbalances and twist \[J\] at a spin shifted by so much; of the unbalances what their masses on the nodes do not
@@ -246,12 +246,12 @@ impl Spin {
         let mut kinetic = 0.5 * self.loaded.inertia * speed * speed;
         let mut potential = 0.0;
         for (s, (arm, &velocity)) in self.arms.iter().zip(velocities).enumerate() {
-            let unit = unit(arm.angle);
+            let unit = arm.direction.at(arm.angle).unit;
             let [carried, _] = arm.exchange(unit, arm.rate, velocity, [0.0; 2]);
             kinetic += (arm.rate + shift) * (0.5 * self.given_way(s, |other| other.rate + shift) + carried);
             potential -= arm.moment * (self.gravity[0] * unit.re + self.gravity[1] * unit.im);
         }
-        let modes = self.twist.place.iter().zip(&self.twist.rate).zip(&self.elastic);
+        let modes = self.twist.modes.place.iter().zip(&self.twist.modes.rate).zip(&self.twist.squares);
         for ((place, rate), square) in modes {
             kinetic += 0.5 * rate * rate;
             potential += 0.5 * square * place * place;
@@ -262,7 +262,7 @@ impl Spin {
     /// Elastic twist of all nodes \[rad\], by their rows of [`Spin::twist_of`].
     pub fn twists(&self, rows: &[Vec<f64>], twists: &mut [f64]) {
         for (twist, row) in twists.iter_mut().zip(rows) {
-            *twist = dot(row, &self.twist.place);
+            *twist = dot(row, &self.twist.modes.place);
         }
     }
 
@@ -270,7 +270,7 @@ impl Spin {
     /// velocity to an impulse on it, spread over the step \[1/kg\].
     pub fn comes_back(&self, answers: impl Iterator<Item = f64>) -> f64 {
         let of = |((s, arm), answer): ((usize, &Arm), f64)| {
-            (self.loaded.gives_way[s][s] - arm.moment * arm.moment * answer).abs() * self.jump(&arm.row)
+            (self.loaded.gives_way[(s, s)] - arm.moment * arm.moment * answer).abs() * self.jump(self.twist.row(s))
         };
         self.arms.iter().enumerate().zip(answers).map(of).sum()
     }
@@ -287,7 +287,8 @@ impl Spin {
         for mode in self.loaded.modes.iter_mut().filter(|mode| mode.0 * h * h >= 1.0) {
             mode.1 = mode.1.max(2.0 * back / h);
         }
-        self.twist = Oscillators::new(self.loaded.modes.iter().copied());
+        let rows = (0..self.arms.len()).flat_map(|s| self.twist.row(s).to_vec()).collect();
+        self.twist = Twist::new(&self.loaded.modes, rows, self.loaded.shift.clone());
     }
 
     /// Jump of a node's rate per angular impulse on it \[1/(kg m2)\].
@@ -297,8 +298,7 @@ impl Spin {
 
     /// Mean spin of the rotor without unbalances \[rad/s\], and its angle \[rad\]: what is reported, and what brakes turn.
     pub fn mean(&self) -> [f64; 2] {
-        let [angle, speed] = both_products([&self.twist.place, &self.twist.rate], &self.loaded.shift);
-        [self.speed + speed, self.angle + angle]
+        self.mean
     }
 
     /// Elastic twist of a node, per amplitude; zeros up to a multiple of eight.
@@ -318,69 +318,53 @@ impl Spin {
         let after = self.next_speed.max(f64::MIN_POSITIVE);
         let brake = 0.5 * (braking_torque(&self.braking, self.speed) + braking_torque(&self.braking, after));
         self.momentum += h * brake;
-        self.twist.add(&step.twist, brake, &self.loaded.shift);
         let mut carried_by_all = gyroscopic;
         for (s, &velocity) in velocities.iter().enumerate() {
             let given = self.given_way(s, |arm| arm.next_rate);
-            let Self { arms, twist, gravity, momentum, .. } = self;
+            let Self { arms, torques, gravity, momentum, .. } = self;
             let arm = &mut arms[s];
-            arm.unit = unit(arm.next_angle);
-            let [carried, pull] = arm.exchange(arm.unit, arm.next_rate, velocity, *gravity);
+            let [carried, pull] = arm.exchange(arm.direction.unit, arm.next_rate, velocity, *gravity);
             let pulled = 0.5 * h * (arm.pull + pull);
             let after = carried + given;
             let exchanged = arm.momentum - after;
             (arm.momentum, arm.pull) = (after, pull);
-            arm.torque = (pulled + exchanged) / h;
-            twist.add(&step.twist, arm.torque, &arm.row);
+            torques[s] = (pulled + exchanged) / h;
             *momentum += pulled;
             carried_by_all += after;
         }
+        let [lost, shifted, shift_rate] = self.twist.settle(&step.twist, (brake, &self.torques), &mut self.turned);
+        self.damped += lost;
         let speed = (self.momentum - carried_by_all) / self.loaded.inertia;
-        let turned = |row: &[f64]| dot(row, &self.twist.place) - dot(row, &self.begun[0]);
-        let worked = self.arms.iter().map(|arm| arm.torque * turned(&arm.row)).sum::<f64>();
-        // damping takes what is not there any more: (5)
-        self.damped += worked + brake * turned(&self.loaded.shift) + lost(&self.begun, &self.twist, &self.elastic);
         self.bend = ((speed - self.next_speed).abs() / (h * h))
             .max((1.0 - FORGETS * h * self.speed.abs()).max(0.0) * self.bend);
         (self.last, self.slope) = (h, (speed - self.speed) / h);
         (self.angle, self.speed) = (self.next_angle, speed);
-        for s in 0..self.arms.len() {
-            let [place, rate] = self.twisted(&self.arms[s].row);
-            let arm = &mut self.arms[s];
-            (arm.angle, arm.rate) = (self.angle + place + arm.phase, speed + rate);
+        self.mean = [speed + shift_rate, self.angle + shifted];
+        for ((arm, left), [turned, rate]) in self.arms.iter_mut().zip(&mut self.left).zip(&self.turned) {
+            (arm.angle, arm.rate) = (self.angle + turned + arm.phase, speed + rate);
             let missed = arm.rate - arm.next_rate;
-            arm.left = Complex::new(0.0, -missed) * arm.unit * arm.moment;
+            *left = Complex::new(0.0, -missed) * arm.direction.unit * arm.moment;
         }
+        self.force();
     }
 
     /// Elastic twist of a node \[rad\] and its rate.
     pub fn twisted(&self, row: &[f64]) -> [f64; 2] {
-        both_products([&self.twist.place, &self.twist.rate], row)
+        self.twist.along(row)
     }
 
-    /// Force (3) of an unbalance at n \[N\].
-    pub fn force_now(&self, s: usize) -> Complex<f64> {
-        let arm = &self.arms[s];
-        Complex::new(arm.rate * arm.rate, -self.slope) * arm.unit * arm.moment
+    /// Forces (3) of the unbalances at n \[N\].
+    pub fn forces_now(&self) -> &[Complex<f64>] {
+        &self.forces
     }
-}
 
-kernel! {
-    /// Energy of the twist at the beginning of a step less that at its end.
-    fn lost(begun: &[Vec<f64>; 2], twist: &Oscillators, squares: &[f64]) -> f64 {
-        let mut sums = [0.0; LANES];
-        let before = begun[0].as_chunks::<LANES>().0.iter().zip(begun[1].as_chunks::<LANES>().0);
-        let after = twist.place.as_chunks::<LANES>().0.iter().zip(twist.rate.as_chunks::<LANES>().0);
-        for (((n, v), (m, w)), square) in before.zip(after).zip(squares.as_chunks::<LANES>().0) {
-            for k in 0..LANES {
-                sums[k] += 0.5 * ((v[k] - w[k]) * (v[k] + w[k]) + square[k] * ((n[k] - m[k]) * (n[k] + m[k])));
-            }
-        }
-        sum(sums)
+    /// (4) of the last step, of each unbalance \[N s\].
+    pub fn left(&self) -> &[Complex<f64>] {
+        &self.left
     }
-}
 
-fn unit(angle: f64) -> Complex<f64> {
-    let (sin, cos) = libm::sincos(angle);
-    Complex::new(cos, sin)
+    /// How many unbalances.
+    pub fn unbalances(&self) -> usize {
+        self.arms.len()
+    }
 }
