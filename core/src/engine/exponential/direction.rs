@@ -29,6 +29,7 @@ impl Direction {
     }
 
     /// That of another angle, by way of this one.
+    #[inline(always)]
     pub fn at(&self, angle: f64) -> Self {
         let turn = angle - self.angle;
         if self.turns >= FRESH || turn.is_nan() || turn.abs() > SMALL {
@@ -39,7 +40,7 @@ impl Direction {
 }
 
 /// `e^{id}` of a small turn.
-#[inline]
+#[inline(always)]
 fn small(d: f64) -> Complex<f64> {
     let s = d * d;
     let sin = d + d * s * (-1.0 / 6.0 + s * (1.0 / 120.0 + s * (-1.0 / 5040.0 + s * (1.0 / 362_880.0))));

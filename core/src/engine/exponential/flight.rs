@@ -4,8 +4,8 @@ use super::ExponentialError;
 use super::bound::length;
 use super::grid::Cell;
 use super::kick::Kick;
-use super::local::strike;
 use super::missed::Watched;
+use super::motion::{Blow, arrive, set_out, strike};
 use super::peak::Vertex;
 use super::propagator::Propagator;
 use super::settings::FlightSettings;
@@ -15,7 +15,6 @@ use crate::engine::beginning::initial_motion;
 use crate::linalg::dot;
 use crate::structure::Structure;
 use bladeoff_model::machine::{Engine, Machine};
-use nalgebra::Complex;
 use std::sync::Arc;
 
 /// Turn of the rotor from one gyroscopic momentum to the next \[rad\]. It is a product of all pairs with all, 1e-5 of the spin's momentum, and changes
@@ -44,7 +43,6 @@ pub struct Flight {
     levels: Vec<SpinStep>,
     /// Of a step that the cells have no propagator for.
     trial: Option<Propagator>,
-    forces: Vec<Complex<f64>>,
     sizes: Vec<f64>,
     room: Vec<f64>,
     /// The last gyroscopic momentum, with its time in steps.
@@ -83,7 +81,6 @@ impl Flight {
         let mut flight = Self {
             scratch: vec![0.0; y.len()],
             seen: Vec::new(),
-            forces: Vec::with_capacity(unbalances),
             sizes: Vec::with_capacity(unbalances),
             room: Vec::new(),
             step: settings.step,
@@ -133,12 +130,12 @@ impl Flight {
         while self.levels.len() <= level {
             self.levels.push(self.spin.step(self.step_of(self.levels.len())));
         }
-        self.spin.predict(&self.levels[level], &mut self.forces);
         let propagator = match &self.trial {
             Some(trial) => trial,
             None => self.cell.propagator(level, self.step),
         };
-        propagator.advance(&self.forces, &mut self.y, &self.cell.local.outputs, &mut self.seen);
+        let (step, local) = (&self.levels[level], &self.cell.local);
+        set_out(&mut self.spin, step, propagator, local, &mut self.y, &mut self.seen);
         Ok(())
     }
 
@@ -148,9 +145,8 @@ impl Flight {
         if (self.ticks - self.gyroscopic.0) as f64 * self.step * self.spin.speed.abs() >= GYRATION {
             self.gyroscopic = (self.ticks, self.cell.gyroscopic_momentum(&self.y));
         }
-        let velocities = &self.seen.as_chunks::<2>().0[..self.spin.unbalances()];
-        self.spin.complete(&self.levels[level], velocities, self.gyroscopic.1);
-        self.cell.local.strike(self.spin.left(), &mut self.y, &mut self.seen);
+        let (step, local) = (&self.levels[level], &self.cell.local);
+        arrive(&mut self.spin, step, local, self.gyroscopic.1, &mut self.y, &mut self.seen);
         let grid = &self.shared.grid;
         // a rotor that has stopped goes nowhere
         if self.spin.speed <= 0.0 {
@@ -317,7 +313,7 @@ impl Flight {
         let bound = cell.bound()?;
         let here = length(x);
         sizes.clear();
-        sizes.extend(spin.forces_now().iter().map(|force| force.norm_sqr().sqrt()));
+        sizes.extend(spin.forces_now().map(|force| force.norm_sqr().sqrt()));
         let pushed = bound.parts(lengths[most], y, sizes, room);
         (0..=most).rev().find(|&level| {
             let h = lengths[level];
@@ -336,7 +332,7 @@ impl Flight {
     /// How far the node may be after a step of `h` \[s\] from where its velocity would take it.
     #[cfg(test)]
     pub(super) fn leaves(&mut self, h: f64, parts: &mut Vec<f64>) -> f64 {
-        let forces: Vec<f64> = self.spin.forces_now().iter().map(|force| force.norm_sqr().sqrt()).collect();
+        let forces: Vec<f64> = self.spin.forces_now().map(|force| force.norm_sqr().sqrt()).collect();
         let bound = self.cell.bound().expect("has a diaphragm");
         let pushed = bound.parts(h, &self.y, &forces, parts);
         bound.beyond(h, self.spin.speed, parts, pushed)
@@ -352,13 +348,11 @@ impl Flight {
         self.cell.kick(self.step)
     }
 
-    /// Adds what an impulse on the rotor \[N s\] and its torque's \[N m s\] at n have made at n+1.
-    pub(super) fn strike(&mut self, impulse: [f64; 2], torque: f64, twist_row: &[f64]) {
+    /// Adds what a blow at n has made at n+1.
+    pub(super) fn strike(&mut self, blow: Blow) {
         if let Some(kick) = self.cell.kick(self.step) {
-            let [states, outputs] = [&kick.states, &kick.outputs].map(|lists| [lists[0].as_slice(), &lists[1]]);
-            strike(impulse, states, outputs, &mut self.y, &mut self.seen);
+            strike(&mut self.spin, &self.levels[0], kick, blow, &mut self.y, &mut self.seen);
         }
-        self.spin.strike(&self.levels[0], torque, twist_row);
     }
 
     /// The spin.

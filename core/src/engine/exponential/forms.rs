@@ -34,7 +34,9 @@ impl Form {
 
     /// Its value.
     pub fn of(&self, y: &[f64]) -> f64 {
-        value_of(&self.entries, &y[..self.size])
+        let mut lanes = [0.0; LANES];
+        value_of(&self.entries, &y[..self.size], &mut lanes);
+        crate::linalg::lanes::sum(lanes)
     }
 }
 
@@ -118,44 +120,35 @@ impl Rows {
     }
 }
 
-/// Products of twelve rows.
+/// Columns that are taken together.
+const TOGETHER: usize = 4;
+
+/// Products of twelve rows, even and odd columns apart: a sum has to wait for the one before it.
 #[inline(always)]
 fn twelve(eight: &[Lane], four: &[Half], y: &[f64]) -> ([f64; LANES], [f64; LANES / 2]) {
-    let (mut even, mut odd) = ([0.0; LANES], [0.0; LANES]);
-    let (mut half_even, mut half_odd) = ([0.0; LANES / 2], [0.0; LANES / 2]);
-    let (columns, _) = eight.as_chunks::<2>();
-    let (halves, _) = four.as_chunks::<2>();
-    for ((columns, halves), y) in columns.iter().zip(halves).zip(y.as_chunks::<2>().0) {
+    let (mut sums, mut halves) = ([[0.0; LANES]; 2], [[0.0; LANES / 2]; 2]);
+    let (eights, eight) = eight.as_chunks::<TOGETHER>();
+    let (fours, four) = four.as_chunks::<TOGETHER>();
+    let (ys, y) = y.as_chunks::<TOGETHER>();
+    for ((eight, four), y) in eights.iter().zip(fours).zip(ys) {
+        for c in 0..TOGETHER {
+            for k in 0..LANES {
+                sums[c % 2][k] += eight[c].0[k] * y[c];
+            }
+            for k in 0..LANES / 2 {
+                halves[c % 2][k] += four[c].0[k] * y[c];
+            }
+        }
+    }
+    for ((eight, four), y) in eight.iter().zip(four).zip(y) {
         for k in 0..LANES {
-            even[k] += columns[0].0[k] * y[0];
+            sums[0][k] += eight.0[k] * y;
         }
         for k in 0..LANES / 2 {
-            half_even[k] += halves[0].0[k] * y[0];
-        }
-        for k in 0..LANES {
-            odd[k] += columns[1].0[k] * y[1];
-        }
-        for k in 0..LANES / 2 {
-            half_odd[k] += halves[1].0[k] * y[1];
+            halves[0][k] += four.0[k] * y;
         }
     }
-    if y.len() % 2 == 1
-        && let (Some(column), Some(half), Some(y)) = (eight.last(), four.last(), y.last())
-    {
-        for k in 0..LANES {
-            even[k] += column.0[k] * y;
-        }
-        for k in 0..LANES / 2 {
-            half_even[k] += half.0[k] * y;
-        }
-    }
-    for k in 0..LANES {
-        even[k] += odd[k];
-    }
-    for k in 0..LANES / 2 {
-        half_even[k] += half_odd[k];
-    }
-    (even, half_even)
+    (std::array::from_fn(|k| sums[0][k] + sums[1][k]), std::array::from_fn(|k| halves[0][k] + halves[1][k]))
 }
 
 /// Products of four rows.
@@ -196,18 +189,24 @@ kernel! {
 }
 
 kernel! {
-    /// That of the form with these entries.
-    fn value_of(entries: &[Lane], y: &[f64]) -> f64 {
+    /// That of the form with these entries, lane by lane. (Summed here, the lanes would be shuffled.)
+    fn value_of(entries: &[Lane], y: &[f64], lanes: &mut [f64; LANES]) {
         let (mut sum, mut entries) = ([0.0; LANES], entries);
         for i in (0..y.len()).step_by(LANES) {
             let (block, rest) = entries.split_at(y.len() - i);
             let products = rows_times_inline(block, &y[i..]);
-            for (k, y) in y[i..].iter().take(LANES).enumerate() {
-                sum[k] += products[k] * y;
+            if let Some(own) = y[i..].first_chunk::<LANES>() {
+                for k in 0..LANES {
+                    sum[k] += products[k] * own[k];
+                }
+            } else {
+                for (k, y) in y[i..].iter().enumerate() {
+                    sum[k] += products[k] * y;
+                }
             }
             entries = rest;
         }
-        crate::linalg::lanes::sum(sum)
+        *lanes = sum;
     }
 }
 

@@ -53,50 +53,46 @@ impl Local {
         }
     }
 
-    /// Adds impulses of the unbalances on their nodes \[N s\] to y and its outputs.
-    pub fn strike(&self, impulses: &[Complex<f64>], y: &mut [f64], seen: &mut [f64]) {
-        let lists = self.pushes.chunks_exact(2).zip(self.struck.chunks_exact(2));
-        for (impulse, (pushes, struck)) in impulses.iter().zip(lists) {
-            let [pushes, struck] = [pushes, struck].map(|lists| [lists[0].as_slice(), &lists[1]]);
-            strike([impulse.re, impulse.im], pushes, struck, y, seen);
+    /// Adds impulses of the unbalances on their nodes \[N s\] to y and its outputs; inside a kernel.
+    #[inline(always)]
+    pub fn strike(&self, impulses: impl Iterator<Item = Complex<f64>>, y: &mut [f64], seen: &mut [f64]) {
+        let lists = self.pushes.as_chunks::<2>().0.iter().zip(self.struck.as_chunks::<2>().0);
+        for (impulse, (pushes, struck)) in impulses.zip(lists) {
+            add_both([impulse.re, impulse.im], pushes, y);
+            add_both([impulse.re, impulse.im], struck, seen);
         }
     }
 
     /// y' of y under the unbalances' forces \[N\] and the weight.
-    pub fn rates(&self, y: &[f64], forces: &[Complex<f64>], rates: &mut [f64]) {
-        set_out(&self.entries, self.blocks.len(), y, &self.pushes[2 * forces.len()], rates);
-        for (f, pushes) in forces.iter().zip(self.pushes.chunks_exact(2)) {
-            super::rows::add_both([f.re, f.im], [&pushes[0], &pushes[1]], rates);
+    pub fn rates(&self, y: &[f64], forces: impl Iterator<Item = Complex<f64>>, rates: &mut [f64]) {
+        set_out(&self.entries, self.blocks.len(), y, &self.pushes[self.struck.len()], rates);
+        for (f, pushes) in forces.zip(self.pushes.as_chunks::<2>().0) {
+            add([f.re, f.im], pushes, rates);
         }
     }
 
     /// What two rows from one on have of a state.
     pub fn both(&self, first: usize, y: &[f64]) -> [f64; 2] {
-        both(&self.rows[first], &self.rows[first + 1], y)
-    }
-}
-
-kernel! {
-    /// Adds two impulses to y and its outputs, of which they make so much per unit.
-    pub(super) fn strike(
-        impulses: [f64; 2],
-        states: [&[f64]; 2],
-        outputs: [&[f64]; 2],
-        y: &mut [f64],
-        seen: &mut [f64],
-    ) {
-        add(impulses, states, y);
-        add(impulses, outputs, seen);
+        let mut lanes = [[0.0; LANES]; 2];
+        both(&self.rows[first], &self.rows[first + 1], y, &mut lanes);
+        lanes.map(sum)
     }
 }
 
 /// `sums += a x + b y`; inside a kernel.
 #[inline(always)]
-fn add([a, b]: [f64; 2], lists: [&[f64]; 2], sums: &mut [f64]) {
+pub(super) fn add_both([a, b]: [f64; 2], [x, y]: &[Vec<f64>; 2], sums: &mut [f64]) {
     let count = sums.len();
-    let (x, y) = (&lists[0][..count], &lists[1][..count]);
+    let (x, y) = (&x[..count], &y[..count]);
     for j in 0..count {
         sums[j] = sums[j] + a * x[j] + b * y[j];
+    }
+}
+
+kernel! {
+    /// [`add_both`].
+    fn add(factors: [f64; 2], lists: &[Vec<f64>; 2], sums: &mut [f64]) {
+        add_both(factors, lists, sums);
     }
 }
 
@@ -128,26 +124,26 @@ kernel! {
 }
 
 kernel! {
-    /// Products of two rows with a list.
-    fn both(a: &[f64], b: &[f64], list: &[f64]) -> [f64; 2] {
+    /// Products of two rows with a list, lane by lane.
+    fn both(a: &[f64], b: &[f64], list: &[f64], lanes: &mut [[f64; LANES]; 2]) {
         let count = list.len();
         let (a, b) = (&a[..count], &b[..count]);
         let ((a, a_left), (b, b_left)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
         let (list, left) = list.as_chunks::<LANES>();
-        let mut sums = [[0.0; LANES]; 2];
+        let (mut one, mut other) = ([0.0; LANES], [0.0; LANES]);
         for ((a, b), list) in a.iter().zip(b).zip(list) {
             for k in 0..LANES {
-                sums[0][k] += a[k] * list[k];
+                one[k] += a[k] * list[k];
             }
             for k in 0..LANES {
-                sums[1][k] += b[k] * list[k];
+                other[k] += b[k] * list[k];
             }
         }
         for (k, list) in left.iter().enumerate() {
-            sums[0][k] += a_left[k] * list;
-            sums[1][k] += b_left[k] * list;
+            one[k] += a_left[k] * list;
+            other[k] += b_left[k] * list;
         }
-        sums.map(sum)
+        *lanes = [one, other];
     }
 }
 
@@ -167,7 +163,7 @@ mod tests {
             let local = Local::new(1.0, blocks.clone(), &rows, pushes.clone(), 1);
             let mut y: Vec<f64> = (0..size).map(|i| value(i + 77)).collect();
             let (f, mut rates) = (Complex::new(0.4, -1.3), vec![f64::NAN; size]);
-            local.rates(&y, &[f], &mut rates);
+            local.rates(&y, std::iter::once(f), &mut rates);
             for i in 0..size {
                 let (k, b) = (i % pairs, &blocks[i % pairs][if i < pairs { 0..2 } else { 2..4 }]);
                 let wanted =
@@ -180,7 +176,7 @@ mod tests {
             }
             let mut seen = Vec::new();
             local.outputs.times(&y, &mut seen);
-            local.strike(&[f], &mut y, &mut seen);
+            local.strike(std::iter::once(f), &mut y, &mut seen);
             for (row, seen) in local.rows.iter().zip(&seen) {
                 assert!((crate::linalg::dot(row, &y) - seen).abs() < 1e-10, "{pairs}");
             }

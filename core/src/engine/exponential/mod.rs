@@ -27,6 +27,7 @@ mod loaded;
 mod local;
 mod measured;
 mod missed;
+mod motion;
 mod moved;
 mod oscillators;
 mod outputs;

@@ -43,6 +43,18 @@ impl Oscillators {
 
     /// Tables of a step of `h` \[s\].
     pub fn step(&self, h: f64) -> OscillatorStep {
+        OscillatorStep::new(&self.blocks, h)
+    }
+
+    /// Takes them over a step without force.
+    pub fn advance(&mut self, step: &OscillatorStep) {
+        advance(&step.eights, &mut self.place, &mut self.rate);
+    }
+}
+
+impl OscillatorStep {
+    /// Of modes over a step of `h` \[s\].
+    pub fn new(blocks: &[Split], h: f64) -> Self {
         let eight = |blocks: &[Split]| {
             let mut eight = Eight::default();
             for (k, block) in blocks.iter().enumerate() {
@@ -56,20 +68,7 @@ impl Oscillators {
             }
             eight
         };
-        OscillatorStep { eights: self.blocks.chunks(LANES).map(eight).collect() }
-    }
-
-    /// Takes them over a step without force.
-    pub fn advance(&mut self, step: &OscillatorStep) {
-        advance(&step.eights, &mut self.place, &mut self.rate);
-    }
-}
-
-impl OscillatorStep {
-    /// Displacement along a shape at the end of the step by a unit impulse along it at the beginning.
-    pub fn struck(&self, shape: &[f64]) -> f64 {
-        let moved = self.eights.iter().flat_map(|eight| eight.free[1].0);
-        moved.zip(shape).map(|(moved, part)| moved * part * part).sum()
+        Self { eights: blocks.chunks(LANES).map(eight).collect() }
     }
 }
 
@@ -78,12 +77,8 @@ impl Eight {
     #[inline(always)]
     pub fn after(&self, place: &[f64; LANES], rate: &[f64; LANES]) -> [[f64; LANES]; 2] {
         let [aa, ab, ba, bb] = &self.free;
-        let mut after = [[0.0; LANES]; 2];
-        for k in 0..LANES {
-            after[0][k] = aa.0[k] * place[k] + ab.0[k] * rate[k];
-            after[1][k] = ba.0[k] * place[k] + bb.0[k] * rate[k];
-        }
-        after
+        let by = |a: &Lane, b: &Lane| std::array::from_fn(|k| a.0[k] * place[k] + b.0[k] * rate[k]);
+        [by(aa, ab), by(ba, bb)]
     }
 }
 

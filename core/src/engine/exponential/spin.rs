@@ -8,7 +8,7 @@
 //! k_s - (r_s+ - r_s)/h                          torque of the unbalance on the twist over the step                          (2)
 //! force of the unbalance on the lateral motion  m d (psi'^2 - i psi'') e^{i psi},  in the middle of the step,  h psi'' = psi'(n+1) foreseen - psi'(n)     (3)
 //! what (3) missed of psi', D                    -i m d D e^{i psi} is an impulse on the lateral motion at n+1                          (4)
-//! damping of the twist takes  E(n, after impulses) - E(n+1) and the work of (2) and T b     of a step: exact, as its motion is       (5)
+//! damping of the twist takes  what impulses, (2) and T b put in, less the energy that is there        exact, as its motion is       (5)
 //! ```
 //! A step: the turn over it follows from the spin and its last slope (Adams and Bashforth's second method), (3) moves the rotor, and its velocity at the end gives
 //! W+ by (1), trapezoidal, and (2): nothing is solved, since (4) changes psi' and z' so that r does not. So momentum has no drift, and W no more noise than z'.
@@ -24,8 +24,7 @@
 use super::ExponentialError;
 use super::direction::Direction;
 use super::loaded::Loaded;
-use super::oscillators::OscillatorStep;
-use super::twist::Twist;
+use super::twist::{Twist, TwistStep};
 use crate::engine::shaft_line::sites;
 use crate::linalg::{column_of, dot};
 use crate::rotor::braking_torque;
@@ -58,16 +57,6 @@ pub(super) struct Spin {
     gravity: [f64; 2],
     arms: Vec<Arm>,
     twist: Twist,
-    /// Turns of the unbalances' nodes beside the mean angle, with their rates, and (2) of each over the last step \[N m\].
-    turned: Vec<[f64; 2]>,
-    torques: Vec<f64>,
-    /// (4) of each over the last step \[N s\], and (3) at n \[N\].
-    left: Vec<Complex<f64>>,
-    forces: Vec<Complex<f64>>,
-    /// [`Spin::mean`] at n.
-    mean: [f64; 2],
-    /// What its damping has taken so far \[J\].
-    pub damped: f64,
     /// Those predicted for n+1.
     next_angle: f64,
     next_speed: f64,
@@ -86,22 +75,31 @@ struct Arm {
     momentum: f64,
     pull: f64,
     next_rate: f64,
+    /// (4) of the last step, (3) in its middle and at n.
+    left: Complex<f64>,
+    driving: Complex<f64>,
+    force: Complex<f64>,
 }
 
 /// What a step size makes of spin and twist.
 #[derive(Debug, Clone)]
 pub(super) struct SpinStep {
     h: f64,
-    twist: OscillatorStep,
+    /// 1/h.
+    over: f64,
+    twist: TwistStep,
 }
 
 impl Arm {
     /// (3) in a direction, at a rate and its derivative \[N\].
+    #[inline(always)]
     fn force(&self, unit: Complex<f64>, rate: f64, rate_dot: f64) -> Complex<f64> {
-        Complex::new(rate * rate, -rate_dot) * unit * self.moment
+        let (turn, square) = (unit * self.moment, rate * rate);
+        Complex::new(square * turn.re + rate_dot * turn.im, square * turn.im - rate_dot * turn.re)
     }
 
     /// r without its part of psi', and k, of a unit vector, a rate and the node's velocity.
+    #[inline(always)]
     fn exchange(&self, unit: Complex<f64>, rate: f64, velocity: [f64; 2], gravity: [f64; 2]) -> [f64; 2] {
         let along = Complex::new(velocity[0], velocity[1]) * unit.conj();
         let weight = gravity[1] * unit.re - gravity[0] * unit.im;
@@ -126,10 +124,17 @@ impl Spin {
             momentum: 0.0,
             pull: 0.0,
             next_rate: 0.0,
+            left: Complex::new(0.0, 0.0),
+            driving: Complex::new(0.0, 0.0),
+            force: Complex::new(0.0, 0.0),
         });
-        let arms: Vec<Arm> = arms.collect();
-        let rows = sites(machine).iter().flat_map(|site| loaded.row(structure, site.twist_node)).collect();
-        Ok(Self {
+        let nodes = sites(machine).into_iter().map(|site| site.twist_node);
+        let contact = machine.diaphragms.first().map(|diaphragm| diaphragm.contact.node);
+        let mut rows: Vec<Vec<f64>> = nodes.map(|node| loaded.row(structure, node)).collect();
+        rows.push(loaded.shift.clone());
+        let acting = rows.len();
+        rows.extend(contact.map(|node| loaded.row(structure, node)));
+        let mut spin = Self {
             angle,
             speed,
             momentum: 0.0,
@@ -139,18 +144,14 @@ impl Spin {
             bend: 0.0,
             braking: machine.braking,
             gravity: machine.rotor.gravity,
-            turned: vec![[0.0; 2]; arms.len()],
-            torques: vec![0.0; arms.len()],
-            left: vec![Complex::new(0.0, 0.0); arms.len()],
-            forces: arms.iter().map(|arm| arm.force(arm.direction.unit, arm.rate, 0.0)).collect(),
-            mean: [speed, angle],
-            arms,
-            damped: 0.0,
-            twist: Twist::new(&loaded.modes, rows, loaded.shift.clone()),
+            arms: arms.collect(),
+            twist: Twist::new(&loaded.modes, &rows, acting),
             next_angle: angle,
             next_speed: speed,
             loaded,
-        })
+        };
+        spin.force();
+        Ok(spin)
     }
 
     /// Takes momenta from the motion at t = 0: velocities of the unbalances' nodes \[m/s\], gyroscopic momentum.
@@ -175,36 +176,38 @@ impl Spin {
 
     /// (3) at n.
     fn force(&mut self) {
-        for (force, arm) in self.forces.iter_mut().zip(&self.arms) {
-            *force = arm.force(arm.direction.unit, arm.rate, self.slope);
+        for arm in &mut self.arms {
+            arm.force = arm.force(arm.direction.unit, arm.rate, self.slope);
         }
     }
 
     /// Part of r that goes with the rates.
+    #[inline(always)]
     fn given_way(&self, s: usize, rate: impl Fn(&Arm) -> f64) -> f64 {
         column_of(&self.loaded.gives_way, s).iter().zip(&self.arms).map(|(q, arm)| q * rate(arm)).sum()
     }
 
     /// Tables of a step of `h` \[s\].
     pub fn step(&self, h: f64) -> SpinStep {
-        SpinStep { h, twist: self.twist.modes.step(h) }
+        SpinStep { h, over: 1.0 / h, twist: self.twist.step(h) }
     }
 
-    /// Begins a step: the unbalances' forces in its middle \[N\].
-    pub fn predict(&mut self, step: &SpinStep, forces: &mut Vec<Complex<f64>>) {
+    /// Begins a step: the unbalances' forces in its middle are [`Spin::driving`] then; inside a kernel.
+    #[inline(always)]
+    pub fn predict(&mut self, step: &SpinStep) {
         let h = step.h;
         self.next_speed = self.speed + h.min(self.foretells * self.last) * self.slope;
         self.next_angle = self.angle + 0.5 * h * (self.speed + self.next_speed);
-        let Self { arms, twist, turned, next_angle: mean_angle, next_speed, .. } = self;
-        twist.set_out(&step.twist, turned);
-        forces.clear();
-        for (arm, [turned, rate]) in arms.iter_mut().zip(&*turned) {
-            let next_angle = *mean_angle + turned + arm.phase;
-            arm.next_rate = *next_speed + rate;
+        self.twist.set_out(&step.twist);
+        let over = step.over;
+        for (s, arm) in self.arms.iter_mut().enumerate() {
+            let [turned, rate] = self.twist.seen(s);
+            let next_angle = self.next_angle + turned + arm.phase;
+            arm.next_rate = self.next_speed + rate;
             let middle = arm.direction.at(0.5 * (arm.angle + next_angle));
             arm.direction = middle.at(next_angle);
             let gained = arm.next_rate - arm.rate;
-            forces.push(arm.force(middle.unit, (next_angle - arm.angle) / h, gained / h));
+            arm.driving = arm.force(middle.unit, (next_angle - arm.angle) * over, gained * over);
         }
     }
 
@@ -218,20 +221,26 @@ impl Spin {
         h * h * self.bend / self.speed
     }
 
-    /// Adds an angular impulse \[N m s\] at the beginning of the step, on a node of this elastic twist; between predict and complete.
-    pub fn strike(&mut self, step: &SpinStep, impulse: f64, row: &[f64]) {
+    /// Adds an angular impulse \[N m s\] at the beginning of the step, on the first diaphragm's node; between predict and complete, inside a kernel.
+    #[inline(always)]
+    pub fn strike(&mut self, step: &SpinStep, impulse: f64) {
         self.momentum += impulse;
-        self.twist.strike(&step.twist, impulse, row);
+        self.twist.strike(&step.twist, impulse);
     }
 
-    /// Turn of a node over the step that is predicted \[rad\], its elastic twist at n given; after predict.
-    pub fn turn(&self, row: &[f64], twist_before: f64) -> f64 {
-        self.next_angle - self.angle + self.twisted(row)[0] - twist_before
+    /// Turn of the first diaphragm's node beside the mean angle \[rad\], and its rate: at n, after predict those foreseen for n+1.
+    pub fn at_contact(&self) -> [f64; 2] {
+        self.twist.seen(self.arms.len() + 1)
     }
 
-    /// Turn of a node over the step per angular impulse on it \[rad/(N m s)\].
-    pub fn rolling(&self, step: &SpinStep, row: &[f64]) -> f64 {
-        step.h / self.loaded.inertia + step.twist.struck(row)
+    /// Turn of that node over the step that is predicted \[rad\], its turn at n given; after predict.
+    pub fn turn(&self, before: f64) -> f64 {
+        self.next_angle - self.angle + self.at_contact()[0] - before
+    }
+
+    /// Turn of the first diaphragm's node over the step per angular impulse on it \[rad/(N m s)\].
+    pub fn rolling(&self, step: &SpinStep) -> f64 {
+        step.h / self.loaded.inertia + self.twist.struck(&step.twist)
     }
 
     /// What a change of the gyroscopic momentum shifts the spin by, per unit \[1/(kg m2)\].
@@ -251,18 +260,14 @@ impl Spin {
             kinetic += (arm.rate + shift) * (0.5 * self.given_way(s, |other| other.rate + shift) + carried);
             potential -= arm.moment * (self.gravity[0] * unit.re + self.gravity[1] * unit.im);
         }
-        let modes = self.twist.modes.place.iter().zip(&self.twist.modes.rate).zip(&self.twist.squares);
-        for ((place, rate), square) in modes {
-            kinetic += 0.5 * rate * rate;
-            potential += 0.5 * square * place * place;
-        }
-        [kinetic, potential]
+        let twist = self.twist.energies();
+        [kinetic + twist[0], potential + twist[1]]
     }
 
     /// Elastic twist of all nodes \[rad\], by their rows of [`Spin::twist_of`].
     pub fn twists(&self, rows: &[Vec<f64>], twists: &mut [f64]) {
         for (twist, row) in twists.iter_mut().zip(rows) {
-            *twist = dot(row, &self.twist.modes.place);
+            *twist = self.twist.along(row);
         }
     }
 
@@ -287,8 +292,7 @@ impl Spin {
         for mode in self.loaded.modes.iter_mut().filter(|mode| mode.0 * h * h >= 1.0) {
             mode.1 = mode.1.max(2.0 * back / h);
         }
-        let rows = (0..self.arms.len()).flat_map(|s| self.twist.row(s).to_vec()).collect();
-        self.twist = Twist::new(&self.loaded.modes, rows, self.loaded.shift.clone());
+        self.twist.damp(&self.loaded.modes);
     }
 
     /// Jump of a node's rate per angular impulse on it \[1/(kg m2)\].
@@ -298,7 +302,13 @@ impl Spin {
 
     /// Mean spin of the rotor without unbalances \[rad/s\], and its angle \[rad\]: what is reported, and what brakes turn.
     pub fn mean(&self) -> [f64; 2] {
-        self.mean
+        let [angle, speed] = self.twist.seen(self.arms.len());
+        [self.speed + speed, self.angle + angle]
+    }
+
+    /// What the damping of the twist has taken so far \[J\].
+    pub fn damped(&self) -> f64 {
+        self.twist.damped()
     }
 
     /// Elastic twist of a node, per amplitude; zeros up to a multiple of eight.
@@ -311,9 +321,10 @@ impl Spin {
         self.loaded.row(structure, node)
     }
 
-    /// Ends the step with the velocities of the unbalances' nodes \[m/s\] and the gyroscopic momentum at its end, which (4) is still to be added to.
+    /// Ends the step with the velocities of the unbalances' nodes \[m/s\] and the gyroscopic momentum at its end, which (4) is still to be added to; inside a kernel.
+    #[inline(always)]
     pub fn complete(&mut self, step: &SpinStep, velocities: &[[f64; 2]], gyroscopic: f64) {
-        let h = step.h;
+        let SpinStep { h, over, .. } = *step;
         // braking does not turn before the rotor has stopped
         let after = self.next_speed.max(f64::MIN_POSITIVE);
         let brake = 0.5 * (braking_torque(&self.braking, self.speed) + braking_torque(&self.braking, after));
@@ -321,46 +332,48 @@ impl Spin {
         let mut carried_by_all = gyroscopic;
         for (s, &velocity) in velocities.iter().enumerate() {
             let given = self.given_way(s, |arm| arm.next_rate);
-            let Self { arms, torques, gravity, momentum, .. } = self;
-            let arm = &mut arms[s];
-            let [carried, pull] = arm.exchange(arm.direction.unit, arm.next_rate, velocity, *gravity);
+            let arm = &mut self.arms[s];
+            let [carried, pull] = arm.exchange(arm.direction.unit, arm.next_rate, velocity, self.gravity);
             let pulled = 0.5 * h * (arm.pull + pull);
             let after = carried + given;
             let exchanged = arm.momentum - after;
             (arm.momentum, arm.pull) = (after, pull);
-            torques[s] = (pulled + exchanged) / h;
-            *momentum += pulled;
+            self.twist.torques()[s] = (pulled + exchanged) * over;
+            self.momentum += pulled;
             carried_by_all += after;
         }
-        let [lost, shifted, shift_rate] = self.twist.settle(&step.twist, (brake, &self.torques), &mut self.turned);
-        self.damped += lost;
+        self.twist.torques()[velocities.len()] = brake;
+        self.twist.settle(&step.twist);
         let speed = (self.momentum - carried_by_all) / self.loaded.inertia;
-        self.bend = ((speed - self.next_speed).abs() / (h * h))
+        self.bend = ((speed - self.next_speed).abs() * (over * over))
             .max((1.0 - FORGETS * h * self.speed.abs()).max(0.0) * self.bend);
-        (self.last, self.slope) = (h, (speed - self.speed) / h);
+        (self.last, self.slope) = (h, (speed - self.speed) * over);
         (self.angle, self.speed) = (self.next_angle, speed);
-        self.mean = [speed + shift_rate, self.angle + shifted];
-        for ((arm, left), [turned, rate]) in self.arms.iter_mut().zip(&mut self.left).zip(&self.turned) {
+        for (s, arm) in self.arms.iter_mut().enumerate() {
+            let [turned, rate] = self.twist.seen(s);
             (arm.angle, arm.rate) = (self.angle + turned + arm.phase, speed + rate);
             let missed = arm.rate - arm.next_rate;
-            *left = Complex::new(0.0, -missed) * arm.direction.unit * arm.moment;
+            let turn = arm.direction.unit * arm.moment;
+            arm.left = Complex::new(missed * turn.im, -missed * turn.re);
+            arm.force = arm.force(arm.direction.unit, arm.rate, self.slope);
         }
-        self.force();
     }
 
-    /// Elastic twist of a node \[rad\] and its rate.
-    pub fn twisted(&self, row: &[f64]) -> [f64; 2] {
-        self.twist.along(row)
+    /// Forces (3) of the unbalances in the middle of the step that is predicted \[N\].
+    #[inline(always)]
+    pub fn driving(&self) -> impl Iterator<Item = Complex<f64>> + Clone {
+        self.arms.iter().map(|arm| arm.driving)
     }
 
-    /// Forces (3) of the unbalances at n \[N\].
-    pub fn forces_now(&self) -> &[Complex<f64>] {
-        &self.forces
+    /// The same at n.
+    pub fn forces_now(&self) -> impl Iterator<Item = Complex<f64>> {
+        self.arms.iter().map(|arm| arm.force)
     }
 
     /// (4) of the last step, of each unbalance \[N s\].
-    pub fn left(&self) -> &[Complex<f64>] {
-        &self.left
+    #[inline(always)]
+    pub fn left(&self) -> impl Iterator<Item = Complex<f64>> {
+        self.arms.iter().map(|arm| arm.left)
     }
 
     /// How many unbalances.
