@@ -4,8 +4,8 @@
 use super::bound::length;
 use super::candidates::{BLOCK, candidates};
 use super::flight::Flight;
-use super::motion::Blow;
 use super::grid::LEVELS;
+use super::motion::Blow;
 use super::settings::FlightSettings;
 use super::transient::{SHORT, Transient};
 use crate::linalg::lanes::rows_times;
@@ -28,8 +28,7 @@ impl Stream {
 /// Strikes the rotor with impulses \[N s\], \[N m s\] and goes a contact step.
 fn strike(flight: &mut Flight, impulse: [f64; 2], torque: f64) {
     flight.propagate(0).expect("goes on");
-    flight.strike(Blow { impulse, torque });
-    flight.finish(0).expect("goes on");
+    flight.finish(0, Some(Blow { impulse, torque })).expect("goes on");
 }
 
 #[test]

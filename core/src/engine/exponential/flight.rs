@@ -122,7 +122,7 @@ impl Flight {
     /// [`ExponentialError`] where the spin reaches a speed that has no basis.
     pub fn advance(&mut self, level: usize) -> Result<(), ExponentialError> {
         self.propagate(level)?;
-        self.finish(level)
+        self.finish(level, None)
     }
 
     /// The whirl states at the end of a step in which nothing is touched; the spin's follow in [`Flight::finish`].
@@ -139,14 +139,18 @@ impl Flight {
         Ok(())
     }
 
-    /// Ends a step that [`Flight::propagate`] has begun.
-    pub(super) fn finish(&mut self, level: usize) -> Result<(), ExponentialError> {
+    /// Ends a step that [`Flight::propagate`] has begun, with a blow at n where there was one.
+    pub(super) fn finish(&mut self, level: usize, blow: Option<Blow>) -> Result<(), ExponentialError> {
+        let mut blow = blow.and_then(|blow| Some((self.cell.kick(self.step)?, blow)));
         self.ticks += 1 << level;
         if (self.ticks - self.gyroscopic.0) as f64 * self.step * self.spin.speed.abs() >= GYRATION {
+            if let Some(struck) = blow.take() {
+                strike(&mut self.spin, &self.levels[level], struck, &mut self.y, &mut self.seen);
+            }
             self.gyroscopic = (self.ticks, self.cell.gyroscopic_momentum(&self.y));
         }
         let (step, local) = (&self.levels[level], &self.cell.local);
-        arrive(&mut self.spin, step, local, self.gyroscopic.1, &mut self.y, &mut self.seen);
+        arrive(&mut self.spin, step, local, self.gyroscopic.1, blow, &mut self.y, &mut self.seen);
         let grid = &self.shared.grid;
         // a rotor that has stopped goes nowhere
         if self.spin.speed <= 0.0 {
@@ -346,13 +350,6 @@ impl Flight {
     /// What impulses on the first diaphragm's node make in a contact step; `None` without one.
     pub(super) fn kick(&self) -> Option<&Kick> {
         self.cell.kick(self.step)
-    }
-
-    /// Adds what a blow at n has made at n+1.
-    pub(super) fn strike(&mut self, blow: Blow) {
-        if let Some(kick) = self.cell.kick(self.step) {
-            strike(&mut self.spin, &self.levels[0], kick, blow, &mut self.y, &mut self.seen);
-        }
     }
 
     /// The spin.

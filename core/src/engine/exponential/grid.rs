@@ -106,11 +106,10 @@ impl Cell {
     /// What damping takes of the saw-tooth that an impulse on the first diaphragm's node, along the machine's axes, makes of the rates \[J\].
     pub fn lost_of_saw_tooth(&self, model: &Model, h: f64, [u, v]: [f64; 2]) -> f64 {
         let Some((_, push, _)) = self.contact else { return 0.0 };
-        let between = self.between(model);
         let at = |side: usize| {
             let station = &self.stations[side];
             let pushes = [push, push + 1].map(|j| column_of(&station.pushes, j));
-            saw_tooth(&station.blocks, pushes, &between.at(side as f64).lost, h)
+            saw_tooth(&station.blocks, pushes, &self.between(model).at(side as f64).lost, h)
         };
         let [below, above] = self.saw_teeth.get_or_init(|| [at(0), at(1)]);
         let [uu, vv, uv] = std::array::from_fn(|i| below[i] * (1.0 - self.share) + above[i] * self.share);

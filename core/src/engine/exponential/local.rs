@@ -53,13 +53,26 @@ impl Local {
         }
     }
 
-    /// Adds impulses of the unbalances on their nodes \[N s\] to y and its outputs; inside a kernel.
+    /// Adds impulses of the unbalances on their nodes \[N s\] to y and its outputs, and to y what impulses at n have made, so much of two lists; inside a kernel.
     #[inline(always)]
-    pub fn strike(&self, impulses: impl Iterator<Item = Complex<f64>>, y: &mut [f64], seen: &mut [f64]) {
+    pub fn strike(
+        &self,
+        impulses: impl Iterator<Item = Complex<f64>>,
+        mut made: Option<([f64; 2], &[Vec<f64>; 2])>,
+        y: &mut [f64],
+        seen: &mut [f64],
+    ) {
         let lists = self.pushes.as_chunks::<2>().0.iter().zip(self.struck.as_chunks::<2>().0);
         for (impulse, (pushes, struck)) in impulses.zip(lists) {
-            add_both([impulse.re, impulse.im], pushes, y);
-            add_both([impulse.re, impulse.im], struck, seen);
+            let parts = [impulse.re, impulse.im];
+            match made.take() {
+                Some(made) => add_four(made, (parts, pushes), y),
+                None => add_both(parts, pushes, y),
+            }
+            add_both(parts, struck, seen);
+        }
+        if let Some((parts, states)) = made {
+            add_both(parts, states, y);
         }
     }
 
@@ -86,6 +99,20 @@ pub(super) fn add_both([a, b]: [f64; 2], [x, y]: &[Vec<f64>; 2], sums: &mut [f64
     let (x, y) = (&x[..count], &y[..count]);
     for j in 0..count {
         sums[j] = sums[j] + a * x[j] + b * y[j];
+    }
+}
+
+/// The same twice, one after the other, in one pass.
+#[inline(always)]
+fn add_four(
+    ([a, b], [x, y]): ([f64; 2], &[Vec<f64>; 2]),
+    ([c, d], [u, v]): ([f64; 2], &[Vec<f64>; 2]),
+    sums: &mut [f64],
+) {
+    let count = sums.len();
+    let (x, y, u, v) = (&x[..count], &y[..count], &u[..count], &v[..count]);
+    for j in 0..count {
+        sums[j] = sums[j] + a * x[j] + b * y[j] + c * u[j] + d * v[j];
     }
 }
 
@@ -176,7 +203,18 @@ mod tests {
             }
             let mut seen = Vec::new();
             local.outputs.times(&y, &mut seen);
-            local.strike(std::iter::once(f), &mut y, &mut seen);
+            let mut struck = y.clone();
+            local.strike(std::iter::once(f), None, &mut struck, &mut seen);
+            let made = (0..size).map(|i| y[i] + pushes[0][i] * f.re + pushes[1][i] * f.im);
+            assert!(made.zip(&struck).all(|(made, struck)| (made - struck).abs() < 1e-12));
+            // with what another impulse has made, to the last bit
+            let ([a, b], states) = ([0.3, -0.8], [pushes[2].clone(), pushes[1].clone()]);
+            let mut at_once = y.clone();
+            local.strike(std::iter::once(f), Some(([a, b], &states)), &mut at_once, &mut seen.clone());
+            add_both([a, b], &states, &mut y);
+            local.strike(std::iter::once(f), None, &mut y, &mut seen.clone());
+            assert_eq!(at_once, y);
+            y = struck;
             for (row, seen) in local.rows.iter().zip(&seen) {
                 assert!((crate::linalg::dot(row, &y) - seen).abs() < 1e-10, "{pairs}");
             }

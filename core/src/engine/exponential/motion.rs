@@ -36,33 +36,39 @@ kernel! {
 }
 
 kernel! {
-    /// Adds at n+1 what a blow at n has made.
+    /// Adds at n+1 what a blow at n has made, where whirl states are asked for before the step ends.
     pub(super) fn strike(
         spin: &mut Spin,
         step: &SpinStep,
-        kick: &Kick,
-        blow: Blow,
+        struck: (&Kick, Blow),
         y: &mut [f64],
         seen: &mut [f64],
     ) {
+        let (kick, blow) = struck;
         spin.strike(step, blow.torque);
-        add_both(blow.impulse, &kick.states, y);
         add_both(blow.impulse, &kick.outputs, seen);
+        add_both(blow.impulse, &kick.states, y);
     }
 }
 
 kernel! {
-    /// Ends the step with the gyroscopic momentum at n+1.
+    /// Ends the step with the gyroscopic momentum at n+1, and with what a blow at n has made, where that is not yet there.
     pub(super) fn arrive(
         spin: &mut Spin,
         step: &SpinStep,
         local: &Local,
         gyroscopic: f64,
+        blow: Option<(&Kick, Blow)>,
         y: &mut [f64],
         seen: &mut [f64],
     ) {
+        if let Some((kick, blow)) = blow {
+            spin.strike(step, blow.torque);
+            add_both(blow.impulse, &kick.outputs, seen);
+        }
         let velocities = &seen.as_chunks::<2>().0[..spin.unbalances()];
         spin.complete(step, velocities, gyroscopic);
-        local.strike(spin.left(), y, seen);
+        let blow = blow.map(|(kick, blow)| (blow.impulse, &kick.states));
+        local.strike(spin.left(), blow, y, seen);
     }
 }

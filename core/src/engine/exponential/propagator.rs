@@ -154,7 +154,13 @@ mod tests {
                 let size = if n == 2 * unbalances { weight } else { 1.0 };
                 (0..2 * pairs).map(|i| size * value(100 * n + i)).collect()
             });
-            let cell = Local::new(13.0, blocks, &Matrix::from_fn(11, 2 * pairs, |i, j| value(5 * i + j)), pushes.collect(), unbalances);
+            let cell = Local::new(
+                13.0,
+                blocks,
+                &Matrix::from_fn(11, 2 * pairs, |i, j| value(5 * i + j)),
+                pushes.collect(),
+                unbalances,
+            );
             let h = 0.07;
             let propagator = Propagator::new(&cell, unbalances, h);
             let forces: Vec<Complex<f64>> = (0..unbalances).map(|s| Complex::new(value(s), value(s + 9))).collect();

@@ -227,9 +227,9 @@ impl Transient {
                     load[i] += half[i][0] * impact.on_rotor[0] + half[i][1] * impact.on_rotor[1] + at_once[i];
                 }
             }
-            flight.strike(Blow { impulse: impact.on_rotor, torque: impact.torque });
         }
-        flight.finish(0)?;
+        let blow = done.impact.map(|impact| Blow { impulse: impact.on_rotor, torque: impact.torque });
+        flight.finish(0, blow)?;
         Ok(done)
     }
 }
@@ -376,8 +376,8 @@ mod tests {
             // states of every kind: struck in between
             flight.propagate(0).expect("goes on");
             let turn = f64::from(round);
-            flight.strike(Blow { impulse: [0.3 * turn.sin(), 0.2 * turn.cos()], torque: 1e-3 });
-            flight.finish(0).expect("goes on");
+            let blow = Blow { impulse: [0.3 * turn.sin(), 0.2 * turn.cos()], torque: 1e-3 };
+            flight.finish(0, Some(blow)).expect("goes on");
             (0..50).for_each(|_| flight.advance(1).expect("goes on"));
         }
         assert!(seen > 5000 && closest > 0.05, "the bound says something: {closest}");

@@ -91,9 +91,8 @@ impl Twist {
             let rows = self.row(along).iter().zip(self.row(r));
             lanes.zip(rows).map(|(made, (along, row))| made * along * row).sum()
         };
-        let lane = |along: usize, group: usize| {
-            Lane(std::array::from_fn(|k| made(along, HALF * group + k % HALF, k / HALF)))
-        };
+        let lane =
+            |along: usize, group: usize| Lane(std::array::from_fn(|k| made(along, HALF * group + k % HALF, k / HALF)));
         let groups = self.seen.len();
         let makes = (0..HALF * groups).flat_map(|along| (0..groups).map(move |group| (along, group)));
         TwistStep { makes: makes.map(|(along, group)| lane(along, group)).collect(), modes }
