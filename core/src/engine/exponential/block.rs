@@ -30,6 +30,28 @@ pub(super) struct Split {
     square: f64,
 }
 
+/// What a step is driven by: `e^{iWh/2}`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Drive {
+    rate: f64,
+    h: f64,
+    ahead: Complex<f64>,
+}
+
+/// `exp(B h)`, and f_a and f_b of g; none where the eigenvalues are nearly one.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Over {
+    pub free: Block,
+    response: Option<(Complex<f64>, Complex<f64>)>,
+}
+
+/// An eigenvalue, `e^{zh/2}` and `e^{zh}`.
+struct Root {
+    z: Complex<f64>,
+    half: Complex<f64>,
+    whole: Complex<f64>,
+}
+
 impl Split {
     pub fn of(b: &Block) -> Self {
         let (mean, half) = (0.5 * (b[0] + b[3]), 0.5 * (b[0] - b[3]));
@@ -55,25 +77,39 @@ impl Split {
         [same + a, b, c, same + d]
     }
 
-    /// `g(B) l`, by (4), for a complex l.
-    pub fn harmonic(&self, rate: f64, h: f64, l: [Complex<f64>; 2]) -> [Complex<f64>; 2] {
-        let (same, turned) = if (self.square * h * h).abs() <= MERGED {
-            return self.harmonic_of_one(rate, h, l);
-        } else if self.square < 0.0 {
+    /// `exp(B h)` and g(B) of one step.
+    pub fn over(&self, drive: &Drive) -> Over {
+        let h = drive.h;
+        if (self.square * h * h).abs() <= MERGED {
+            return Over { free: self.exponential(h), response: None };
+        }
+        let roots = if self.square < 0.0 {
+            // one exponential of half a step for all
             let turn = (-self.square).sqrt();
-            let (one, other) = (Complex::new(self.mean, turn), Complex::new(self.mean, -turn));
-            apart(response(one, rate, h), response(other, rate, h), Complex::new(0.0, 2.0 * turn))
+            let root = Root::new(Complex::new(self.mean, turn), h);
+            let other = Root { z: root.z.conj(), half: root.half.conj(), whole: root.whole.conj() };
+            [root, other]
         } else {
             let root = self.square.sqrt();
-            let (one, other) = (Complex::new(self.mean + root, 0.0), Complex::new(self.mean - root, 0.0));
-            apart(response(one, rate, h), response(other, rate, h), Complex::new(2.0 * root, 0.0))
+            [self.mean + root, self.mean - root].map(|z| Root::new(Complex::new(z, 0.0), h))
         };
-        let d = &self.traceless;
-        [same * l[0] + turned * (l[0] * d[0] + l[1] * d[1]), same * l[1] + turned * (l[0] * d[2] + l[1] * d[3])]
+        let distance = roots[0].z - roots[1].z;
+        let of = |one: Complex<f64>, other: Complex<f64>| ((one + other) * 0.5, (one - other) / distance);
+        let (same, turned) = of(roots[0].whole, roots[1].whole);
+        let [a, b, c, d] = self.traceless.map(|entry| entry * turned.re);
+        let [one, other] = roots.each_ref().map(|root| root.response(drive));
+        Over { free: [same.re + a, b, c, same.re + d], response: Some(of(one, other)) }
+    }
+
+    /// `g(B) l`, by (4), for a complex l.
+    pub fn harmonic(&self, rate: f64, h: f64, l: [Complex<f64>; 2]) -> [Complex<f64>; 2] {
+        let drive = Drive::new(rate, h);
+        self.over(&drive).harmonic(self, &drive, l)
     }
 
     /// The same where the eigenvalues are nearly one: `(iW - B)^-1 (e^{iWh/2} - e^{-iWh/2} exp(B h)) l`.
-    fn harmonic_of_one(&self, rate: f64, h: f64, l: [Complex<f64>; 2]) -> [Complex<f64>; 2] {
+    fn harmonic_of_one(&self, drive: &Drive, l: [Complex<f64>; 2]) -> [Complex<f64>; 2] {
+        let Drive { rate, h, ahead } = *drive;
         let away = Complex::new(-self.mean, rate);
         if away.norm_sqr() * h * h < MERGED * MERGED {
             // hardly any motion in a step: g = h (1 + B h/2)
@@ -82,8 +118,7 @@ impl Split {
             return [(l[0] * (same + a) + l[1] * b) * h, (l[0] * c + l[1] * (same + d)) * h];
         }
         let e = self.exponential(h);
-        let (sin, cos) = libm::sincos(0.5 * rate * h);
-        let (ahead, back) = (Complex::new(cos, sin), Complex::new(cos, -sin));
+        let back = ahead.conj();
         let rest =
             [ahead * l[0] - back * (l[0] * e[0] + l[1] * e[1]), ahead * l[1] - back * (l[0] * e[2] + l[1] * e[3])];
         // (away - D)^-1 = (away + D)/(away^2 - delta)
@@ -101,30 +136,53 @@ impl Split {
     }
 }
 
-/// f_a and f_b of (2).
-fn apart(one: Complex<f64>, other: Complex<f64>, distance: Complex<f64>) -> (Complex<f64>, Complex<f64>) {
-    ((one + other) * 0.5, (one - other) / distance)
+impl Over {
+    /// `g(B) l` for a complex l.
+    pub fn harmonic(&self, split: &Split, drive: &Drive, l: [Complex<f64>; 2]) -> [Complex<f64>; 2] {
+        let Some((same, turned)) = self.response else { return split.harmonic_of_one(drive, l) };
+        let d = &split.traceless;
+        [same * l[0] + turned * (l[0] * d[0] + l[1] * d[1]), same * l[1] + turned * (l[0] * d[2] + l[1] * d[3])]
+    }
 }
 
-/// g(z) of (4).
-fn response(z: Complex<f64>, rate: f64, h: f64) -> Complex<f64> {
-    let away = Complex::new(-z.re, rate - z.im);
-    let s = away * (0.5 * h);
-    if s.norm_sqr() < SMALL * SMALL {
-        let square = s * s;
-        let mut series = Complex::new(1.0, 0.0);
-        for k in [8.0_f64, 7.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0] {
-            series = series * square / (2.0 * k * (2.0 * k + 1.0)) + 1.0;
-        }
-        return exp(z * (0.5 * h)) * series * h;
+impl Drive {
+    /// A force that turns at a rate, over a step of `h` \[s\].
+    pub fn new(rate: f64, h: f64) -> Self {
+        let (sin, cos) = libm::sincos(0.5 * rate * h);
+        Self { rate, h, ahead: Complex::new(cos, sin) }
     }
-    let (sin, cos) = libm::sincos(0.5 * rate * h);
-    (Complex::new(cos, sin) - exp(z * h - Complex::new(0.0, 0.5 * rate * h))) / away
+}
+
+impl Root {
+    fn new(z: Complex<f64>, h: f64) -> Self {
+        let half = exp(z * (0.5 * h));
+        Self { z, half, whole: half * half }
+    }
+
+    /// g(z) of (4).
+    fn response(&self, drive: &Drive) -> Complex<f64> {
+        let away = Complex::new(-self.z.re, drive.rate - self.z.im);
+        let s = away * (0.5 * drive.h);
+        if s.norm_sqr() < SMALL * SMALL {
+            // the term behind the last is below 1e-18
+            let square = s * s;
+            let mut series = Complex::new(1.0, 0.0);
+            for times in [1.0 / 156.0, 1.0 / 110.0, 1.0 / 72.0, 1.0 / 42.0, 1.0 / 20.0, 1.0 / 6.0] {
+                series = series * square * times + 1.0;
+            }
+            return self.half * series * drive.h;
+        }
+        (drive.ahead - self.whole * drive.ahead.conj()) / away
+    }
 }
 
 fn exp(z: Complex<f64>) -> Complex<f64> {
+    let size = libm::exp(z.re);
+    if z.im == 0.0 {
+        return Complex::new(size, 0.0);
+    }
     let (sin, cos) = libm::sincos(z.im);
-    Complex::new(cos, sin) * libm::exp(z.re)
+    Complex::new(cos, sin) * size
 }
 
 #[cfg(test)]

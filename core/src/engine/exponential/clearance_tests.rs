@@ -5,6 +5,7 @@ use super::bound::length;
 use super::candidates::{BLOCK, candidates};
 use super::flight::Flight;
 use super::grid::LEVELS;
+use super::motion::Blow;
 use super::settings::FlightSettings;
 use super::transient::{SHORT, Transient};
 use crate::linalg::lanes::{LANES, Lane, flat, rows_times};
@@ -25,10 +26,9 @@ impl Stream {
 }
 
 /// Strikes the rotor with impulses \[N s\], \[N m s\] and goes a contact step.
-fn strike(flight: &mut Flight, impulse: [f64; 2], torque: f64, row: &[f64]) {
+fn strike(flight: &mut Flight, impulse: [f64; 2], torque: f64) {
     flight.propagate(0).expect("goes on");
-    flight.strike(impulse, torque, row);
-    flight.finish(0).expect("goes on");
+    flight.finish(0, Some(Blow { impulse, torque })).expect("goes on");
 }
 
 #[test]
@@ -42,7 +42,6 @@ fn no_flight_reaches_a_ringing_ring() {
         let mut transient = Transient::new(&machine, &structure, FlightSettings::of_step(h), true).expect("covered");
         let diaphragm = &machine.diaphragms[0];
         let ring = candidates(diaphragm, &structure, 0, h).expect("has candidates");
-        let row = transient.flight.spin().row_of(&structure, diaphragm.contact.node);
         let (begun, most) = (transient.flight.clone(), transient.most);
         let lengths: [f64; LEVELS + 1] = std::array::from_fn(|level| begun.step_of(level));
         let mut parts = Vec::new();
@@ -53,7 +52,7 @@ fn no_flight_reaches_a_ringing_ring() {
                 transient.flight = begun.clone();
             }
             let hit = [impulse * random.sign(), impulse * random.sign()];
-            strike(&mut transient.flight, hit, torque * random.sign(), &row);
+            strike(&mut transient.flight, hit, torque * random.sign());
             // a few modes ring, in any phase, so far that the room left is what a long step needs or less
             let contact = transient.contact.as_mut().expect("a diaphragm");
             let modes = &mut contact.rub.ring;

@@ -5,6 +5,7 @@ use super::bound::length;
 use super::grid::Cell;
 use super::kick::Kick;
 use super::missed::Watched;
+use super::motion::{Blow, arrive, set_out, strike};
 use super::peak::Vertex;
 use super::propagator::Propagator;
 use super::settings::FlightSettings;
@@ -14,7 +15,6 @@ use crate::engine::beginning::initial_motion;
 use crate::linalg::dot;
 use crate::structure::Structure;
 use bladeoff_model::machine::{Engine, Machine};
-use nalgebra::Complex;
 use std::sync::Arc;
 
 /// Turn of the rotor from one gyroscopic momentum to the next \[rad\]. It is a product of all pairs with all, 1e-5 of the spin's momentum, and changes
@@ -43,10 +43,8 @@ pub struct Flight {
     levels: Vec<SpinStep>,
     /// Of a step that the cells have no propagator for.
     trial: Option<Propagator>,
-    forces: Vec<Complex<f64>>,
     sizes: Vec<f64>,
     room: Vec<f64>,
-    velocities: Vec<[f64; 2]>,
     /// The last gyroscopic momentum, with its time in steps.
     gyroscopic: (u64, f64),
 }
@@ -79,12 +77,11 @@ impl Flight {
         let cell = grid.cell(grid.index_of(spin.speed))?;
         let motion: Vec<f64> = q.iter().chain(&velocity).copied().collect();
         let y = cell.state_of(&motion).ok_or(ExponentialError::NoBasis { speed: spin.speed })?;
-        let velocities = vec![[0.0; 2]; spin.arms.len()];
+        let unbalances = spin.unbalances();
         let mut flight = Self {
             scratch: vec![0.0; y.len()],
             seen: Vec::new(),
-            forces: Vec::with_capacity(velocities.len()),
-            sizes: Vec::with_capacity(velocities.len()),
+            sizes: Vec::with_capacity(unbalances),
             room: Vec::new(),
             step: settings.step,
             ticks: 0,
@@ -92,15 +89,13 @@ impl Flight {
             trial: None,
             cell,
             y,
-            velocities,
             gyroscopic: (0, 0.0),
             spin: spin.clone(),
             shared,
         };
         flight.see();
-        flight.see_velocities();
         flight.gyroscopic.1 = flight.cell.gyroscopic_momentum(&flight.y);
-        spin.begin(&flight.velocities, flight.gyroscopic.1);
+        spin.begin(flight.velocities(), flight.gyroscopic.1);
         flight.spin = spin;
         let back = flight.comes_back(0);
         if !flight.spin.holds(settings.step, back, machine.run.end_time) {
@@ -113,7 +108,7 @@ impl Flight {
         }
         let mut trial = flight.clone();
         trial.step = TRIAL * settings.step;
-        trial.trial = Some(Propagator::new(&trial.cell.local, trial.velocities.len(), trial.step));
+        trial.trial = Some(Propagator::new(&trial.cell.local, unbalances, trial.step));
         for _ in 0..2 {
             trial.advance(0)?;
         }
@@ -127,7 +122,7 @@ impl Flight {
     /// [`ExponentialError`] where the spin reaches a speed that has no basis.
     pub fn advance(&mut self, level: usize) -> Result<(), ExponentialError> {
         self.propagate(level)?;
-        self.finish(level)
+        self.finish(level, None)
     }
 
     /// The whirl states at the end of a step in which nothing is touched; the spin's follow in [`Flight::finish`].
@@ -135,26 +130,27 @@ impl Flight {
         while self.levels.len() <= level {
             self.levels.push(self.spin.step(self.step_of(self.levels.len())));
         }
-        self.spin.predict(&self.levels[level], &mut self.forces);
         let propagator = match &self.trial {
             Some(trial) => trial,
             None => self.cell.propagator(level, self.step),
         };
-        propagator.advance(&self.forces, &mut self.y);
-        self.see();
+        let (step, local) = (&self.levels[level], &self.cell.local);
+        set_out(&mut self.spin, step, propagator, local, &mut self.y, &mut self.seen);
         Ok(())
     }
 
-    /// Ends a step that [`Flight::propagate`] has begun.
-    pub(super) fn finish(&mut self, level: usize) -> Result<(), ExponentialError> {
-        self.see_velocities();
+    /// Ends a step that [`Flight::propagate`] has begun, with a blow at n where there was one.
+    pub(super) fn finish(&mut self, level: usize, blow: Option<Blow>) -> Result<(), ExponentialError> {
+        let mut blow = blow.and_then(|blow| Some((self.cell.kick(self.step)?, blow)));
         self.ticks += 1 << level;
         if (self.ticks - self.gyroscopic.0) as f64 * self.step * self.spin.speed.abs() >= GYRATION {
+            if let Some(struck) = blow.take() {
+                strike(&mut self.spin, &self.levels[level], struck, &mut self.y, &mut self.seen);
+            }
             self.gyroscopic = (self.ticks, self.cell.gyroscopic_momentum(&self.y));
         }
-        self.spin.complete(&self.levels[level], &self.velocities, self.gyroscopic.1);
-        self.cell.local.strike(self.spin.arms.iter().map(|arm| arm.left), &mut self.y, &mut self.seen);
-        self.see_velocities();
+        let (step, local) = (&self.levels[level], &self.cell.local);
+        arrive(&mut self.spin, step, local, self.gyroscopic.1, blow, &mut self.y, &mut self.seen);
         let grid = &self.shared.grid;
         // a rotor that has stopped goes nowhere
         if self.spin.speed <= 0.0 {
@@ -191,7 +187,7 @@ impl Flight {
     fn comes_back(&self, level: usize) -> f64 {
         let (local, h) = (&self.cell.local, self.step_of(level));
         let propagator = self.cell.propagator(level, self.step);
-        let answers = (0..self.velocities.len()).map(|s| dot(&local.rows[2 * s], &propagator.of_force(s)) / h);
+        let answers = (0..self.spin.unbalances()).map(|s| dot(&local.rows[2 * s], &propagator.of_force(s)) / h);
         self.spin.comes_back(answers)
     }
 
@@ -219,8 +215,7 @@ impl Flight {
         let first = self.shared.grid.model.outputs.load(bearing);
         let direct = &self.shared.direct[bearing];
         let mut load = [0, 1].map(|i| self.seen[first + i] + direct.constant[i]);
-        for (s, at_once) in direct.of_force.iter().enumerate() {
-            let force = self.spin.force_now(s);
+        for (at_once, force) in direct.of_force.iter().zip(self.spin.forces_now()) {
             load[0] += at_once[0] * force.re + at_once[1] * force.im;
             load[1] += at_once[2] * force.re + at_once[3] * force.im;
         }
@@ -301,14 +296,12 @@ impl Flight {
 
     /// Rates of the whirl states at n, and from them the velocity of the first diaphragm's node in its cell \[m/s\].
     pub(super) fn see_rates(&mut self) -> [f64; 2] {
-        self.forces.clear();
-        self.forces.extend((0..self.velocities.len()).map(|s| self.spin.force_now(s)));
-        self.cell.local.rates(&self.y, &self.forces, &mut self.scratch);
+        self.cell.local.rates(&self.y, self.spin.forces_now(), &mut self.scratch);
         if !self.shared.grid.model.outputs.has_contact() {
             return [0.0; 2];
         }
         let first = self.shared.grid.model.outputs.contact(0);
-        [0, 1].map(|i| dot(&self.cell.local.rows[first + i], &self.scratch))
+        self.cell.local.both(first, &self.scratch)
     }
 
     /// The longest of the steps up to a level after which the first diaphragm's node, which is at x and moves with a velocity, is within a distance
@@ -320,11 +313,11 @@ impl Flight {
         within: f64,
         most: usize,
     ) -> Option<usize> {
-        let Self { cell, sizes, room, y, spin, velocities, .. } = self;
+        let Self { cell, sizes, room, y, spin, .. } = self;
         let bound = cell.bound()?;
         let here = length(x);
         sizes.clear();
-        sizes.extend((0..velocities.len()).map(|s| spin.force_now(s).norm_sqr().sqrt()));
+        sizes.extend(spin.forces_now().map(|force| force.norm_sqr().sqrt()));
         let pushed = bound.parts(lengths[most], y, sizes, room);
         (0..=most).rev().find(|&level| {
             let h = lengths[level];
@@ -343,7 +336,7 @@ impl Flight {
     /// How far the node may be after a step of `h` \[s\] from where its velocity would take it.
     #[cfg(test)]
     pub(super) fn leaves(&mut self, h: f64, parts: &mut Vec<f64>) -> f64 {
-        let forces: Vec<f64> = (0..self.velocities.len()).map(|s| self.spin.force_now(s).norm_sqr().sqrt()).collect();
+        let forces: Vec<f64> = self.spin.forces_now().map(|force| force.norm_sqr().sqrt()).collect();
         let bound = self.cell.bound().expect("has a diaphragm");
         let pushed = bound.parts(h, &self.y, &forces, parts);
         bound.beyond(h, self.spin.speed, parts, pushed)
@@ -359,19 +352,6 @@ impl Flight {
         self.cell.kick(self.step)
     }
 
-    /// Adds what an impulse on the rotor \[N s\] and its torque's \[N m s\] at n have made at n+1.
-    pub(super) fn strike(&mut self, impulse: [f64; 2], torque: f64, twist_row: &[f64]) {
-        if let Some(kick) = self.cell.kick(self.step) {
-            for (part, state) in impulse.into_iter().zip(&kick.states) {
-                crate::linalg::axpy(part, state, &mut self.y);
-            }
-            for (part, outputs) in impulse.into_iter().zip(&kick.outputs) {
-                crate::linalg::axpy(part, outputs, &mut self.seen);
-            }
-        }
-        self.spin.strike(&self.levels[0], torque, twist_row);
-    }
-
     /// The spin.
     pub(super) fn spin(&self) -> &Spin {
         &self.spin
@@ -379,18 +359,12 @@ impl Flight {
 
     /// Velocities of the unbalances' nodes \[m/s\].
     pub(super) fn velocities(&self) -> &[[f64; 2]] {
-        &self.velocities
+        &self.seen.as_chunks::<2>().0[..self.spin.unbalances()]
     }
 
     /// What runs of this model share.
     pub(super) fn shared(&self) -> &Arc<Shared> {
         &self.shared
-    }
-
-    fn see_velocities(&mut self) {
-        for (s, velocity) in self.velocities.iter_mut().enumerate() {
-            *velocity = [self.seen[2 * s], self.seen[2 * s + 1]];
-        }
     }
 
     fn see(&mut self) {

@@ -1,7 +1,7 @@
 //! Quadratic forms and products of many rows, of one vector: eight rows at a time, in one order of operations.
 
 use crate::linalg::Matrix;
-use crate::linalg::lanes::{LANES, Lane, kernel, rows_times, rows_times_inline};
+use crate::linalg::lanes::{LANES, Lane, kernel, rows_times_inline};
 
 /// `y^T A y` of a symmetric A.
 #[derive(Debug, Clone)]
@@ -34,7 +34,9 @@ impl Form {
 
     /// Its value.
     pub fn of(&self, y: &[f64]) -> f64 {
-        value_of(&self.entries, &y[..self.size])
+        let mut lanes = [0.0; LANES];
+        value_of(&self.entries, &y[..self.size], &mut lanes);
+        crate::linalg::lanes::sum(lanes)
     }
 }
 
@@ -44,30 +46,126 @@ pub(super) struct Rows {
     columns: usize,
     /// Of eight rows, column by column.
     entries: Vec<Lane>,
+    /// Of the four rows behind those, where there are no more.
+    last: Vec<Half>,
 }
+
+/// Half as many numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(align(32))]
+struct Half([f64; LANES / 2]);
 
 impl Rows {
     /// Of a matrix.
     pub fn new(matrix: &Matrix) -> Self {
-        let entries = (0..matrix.nrows()).step_by(LANES).flat_map(|i| {
-            (0..matrix.ncols()).map(move |j| {
-                Lane(std::array::from_fn(|k| if i + k < matrix.nrows() { matrix[(i + k, j)] } else { 0.0 }))
-            })
-        });
-        Self { columns: matrix.ncols(), entries: entries.collect() }
+        let rows = matrix.nrows();
+        let left = rows % LANES;
+        let whole = if left > LANES / 2 { rows } else { rows - left };
+        let at = |i: usize, j: usize| if i < rows { matrix[(i, j)] } else { 0.0 };
+        let eight = |i: usize, j: usize| Lane(std::array::from_fn(|k| at(i + k, j)));
+        let blocks = (0..whole).step_by(LANES);
+        let last = if whole < rows { 0..matrix.ncols() } else { 0..0 };
+        Self {
+            columns: matrix.ncols(),
+            entries: blocks.flat_map(|i| (0..matrix.ncols()).map(move |j| eight(i, j))).collect(),
+            last: last.map(|j| Half(std::array::from_fn(|k| at(whole + k, j)))).collect(),
+        }
     }
 
     /// The sum of as many rows each, times these.
     pub fn mixed<const N: usize>(rows: [&Self; N], times: [f64; N]) -> Self {
-        Self { columns: rows[0].columns, entries: mixed(rows.map(|rows| rows.entries.as_slice()), times) }
+        let mut last = vec![Half::default(); rows[0].last.len()];
+        for (rows, times) in rows.iter().zip(times) {
+            for (sum, half) in last.iter_mut().zip(&rows.last) {
+                sum.0.iter_mut().zip(half.0).for_each(|(sum, entry)| *sum += times * entry);
+            }
+        }
+        let entries = mixed(rows.map(|rows| rows.entries.as_slice()), times);
+        Self { columns: rows[0].columns, entries, last }
     }
 
-    /// The products, and zeros up to a multiple of eight.
+    /// How many products: a multiple of four, zeros behind those of the rows.
+    pub fn seen(&self) -> usize {
+        let columns = self.columns.max(1);
+        self.entries.len() / columns * LANES + self.last.len() / columns * (LANES / 2)
+    }
+
+    /// The products.
     pub fn times(&self, y: &[f64], products: &mut Vec<f64>) {
-        products.clear();
-        for block in self.entries.chunks_exact(self.columns.max(1)) {
-            products.extend(rows_times(block, y));
+        products.resize(self.seen(), 0.0);
+        times(self, y, products);
+    }
+
+    /// The same inside a kernel.
+    #[inline(always)]
+    pub fn times_inline(&self, y: &[f64], products: &mut [f64]) {
+        let columns = self.columns.max(1);
+        let (blocks, rest) = products.as_chunks_mut::<LANES>();
+        let mut entries = self.entries.as_slice();
+        for products in blocks {
+            let (block, others) = entries.split_at(columns);
+            entries = others;
+            // the four behind the last eight with them: y is loaded once
+            if others.is_empty() && !self.last.is_empty() {
+                let last;
+                (*products, last) = twelve(block, &self.last, y);
+                rest.copy_from_slice(&last);
+                return;
+            }
+            *products = rows_times_inline(block, y);
         }
+        if !self.last.is_empty() {
+            rest.copy_from_slice(&half_times(&self.last, y));
+        }
+    }
+}
+
+/// Columns that are taken together.
+const TOGETHER: usize = 4;
+
+/// Products of twelve rows, even and odd columns apart: a sum has to wait for the one before it.
+#[inline(always)]
+fn twelve(eight: &[Lane], four: &[Half], y: &[f64]) -> ([f64; LANES], [f64; LANES / 2]) {
+    let (mut sums, mut halves) = ([[0.0; LANES]; 2], [[0.0; LANES / 2]; 2]);
+    let (eights, eight) = eight.as_chunks::<TOGETHER>();
+    let (fours, four) = four.as_chunks::<TOGETHER>();
+    let (ys, y) = y.as_chunks::<TOGETHER>();
+    for ((eight, four), y) in eights.iter().zip(fours).zip(ys) {
+        for c in 0..TOGETHER {
+            for k in 0..LANES {
+                sums[c % 2][k] += eight[c].0[k] * y[c];
+            }
+            for k in 0..LANES / 2 {
+                halves[c % 2][k] += four[c].0[k] * y[c];
+            }
+        }
+    }
+    for ((eight, four), y) in eight.iter().zip(four).zip(y) {
+        for k in 0..LANES {
+            sums[0][k] += eight.0[k] * y;
+        }
+        for k in 0..LANES / 2 {
+            halves[0][k] += four.0[k] * y;
+        }
+    }
+    (std::array::from_fn(|k| sums[0][k] + sums[1][k]), std::array::from_fn(|k| halves[0][k] + halves[1][k]))
+}
+
+/// Products of four rows.
+#[inline(always)]
+fn half_times(four: &[Half], y: &[f64]) -> [f64; LANES / 2] {
+    let mut sums = [0.0; LANES / 2];
+    for (half, y) in four.iter().zip(y) {
+        for k in 0..LANES / 2 {
+            sums[k] += half.0[k] * y;
+        }
+    }
+    sums
+}
+
+kernel! {
+    fn times(rows: &Rows, y: &[f64], products: &mut [f64]) {
+        rows.times_inline(y, products);
     }
 }
 
@@ -91,18 +189,24 @@ kernel! {
 }
 
 kernel! {
-    /// That of the form with these entries.
-    fn value_of(entries: &[Lane], y: &[f64]) -> f64 {
+    /// That of the form with these entries, lane by lane. (Summed here, the lanes would be shuffled.)
+    fn value_of(entries: &[Lane], y: &[f64], lanes: &mut [f64; LANES]) {
         let (mut sum, mut entries) = ([0.0; LANES], entries);
         for i in (0..y.len()).step_by(LANES) {
             let (block, rest) = entries.split_at(y.len() - i);
             let products = rows_times_inline(block, &y[i..]);
-            for (k, y) in y[i..].iter().take(LANES).enumerate() {
-                sum[k] += products[k] * y;
+            if let Some(own) = y[i..].first_chunk::<LANES>() {
+                for k in 0..LANES {
+                    sum[k] += products[k] * own[k];
+                }
+            } else {
+                for (k, y) in y[i..].iter().enumerate() {
+                    sum[k] += products[k] * y;
+                }
             }
             entries = rest;
         }
-        crate::linalg::lanes::sum(sum)
+        *lanes = sum;
     }
 }
 
@@ -113,16 +217,17 @@ mod tests {
 
     #[test]
     fn forms_and_products_are_those_of_their_matrix() {
-        for size in [1, 2, 4, 7, 12] {
+        for size in [1, 2, 4, 7, 8, 11, 12, 17, 23] {
             let matrix = Matrix::from_fn(size, size, |i, j| ((i * 7 + j * 3) % 11) as f64 - 4.0);
             let y = Vector::from_fn(size, |i, _| (i * 5 % 7) as f64 - 2.5);
             let mut whole = vec![0.0; size];
             mul_vec(&matrix, y.as_slice(), &mut whole);
             let form = y.dot(&Vector::from_column_slice(&whole));
             assert!((Form::new(&matrix).of(y.as_slice()) - form).abs() < 1e-11, "{size}");
+            let rows = Rows::new(&matrix);
             let mut products = Vec::new();
-            Rows::new(&matrix).times(y.as_slice(), &mut products);
-            assert_eq!(products.len(), size.next_multiple_of(LANES));
+            rows.times(y.as_slice(), &mut products);
+            assert_eq!(products.len(), size.next_multiple_of(LANES / 2));
             for (i, whole) in whole.iter().enumerate() {
                 assert!((products[i] - whole).abs() < 1e-11, "{size}");
             }

@@ -14,7 +14,7 @@
 
 use super::ExponentialError;
 use super::bound::Bound;
-use super::forms::{Form, Rows};
+use super::forms::Form;
 use super::kick::{Kick, saw_tooth};
 use super::local::Local;
 use super::measured::{Between, Measured};
@@ -22,7 +22,7 @@ use super::missed::Missed;
 use super::propagator::Propagator;
 use super::station::{Model, Station};
 use super::transfer::Transfer;
-use crate::linalg::{Matrix, Vector, mul, mul_vec, solve};
+use crate::linalg::{Matrix, Vector, column_of, lanes, mul, mul_vec, solve};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -59,8 +59,12 @@ struct Found {
     /// By the station below.
     transfers: BTreeMap<i64, Arc<Transfer>>,
     between: BTreeMap<i64, Arc<OnceLock<Between>>>,
+    saw_teeth: BTreeMap<i64, Arc<OnceLock<SawTeeth>>>,
     cells: BTreeMap<i64, Arc<Cell>>,
 }
+
+/// Factors of [`saw_tooth`] at two stations.
+type SawTeeth = [[f64; 3]; 2];
 
 /// What a run needs in one cell.
 #[derive(Debug)]
@@ -80,7 +84,7 @@ pub(super) struct Cell {
     /// First rows of what is watched for peaks: the bearings' loads, the place of the first diaphragm's node.
     watched: Vec<usize>,
     kick: OnceLock<Kick>,
-    saw_tooth: OnceLock<[f64; 3]>,
+    saw_teeth: Arc<OnceLock<SawTeeth>>,
     bound: OnceLock<Bound>,
     missed: OnceLock<Missed>,
     measured: OnceLock<Measured>,
@@ -101,9 +105,14 @@ impl Cell {
 
     /// What damping takes of the saw-tooth that an impulse on the first diaphragm's node, along the machine's axes, makes of the rates \[J\].
     pub fn lost_of_saw_tooth(&self, model: &Model, h: f64, [u, v]: [f64; 2]) -> f64 {
-        let Some((_, push, _)) = &self.contact else { return 0.0 };
-        let factors = || saw_tooth(&self.local, self.propagator(0, h), &self.measured(model).lost, h, *push);
-        let [uu, vv, uv] = self.saw_tooth.get_or_init(factors);
+        let Some((_, push, _)) = self.contact else { return 0.0 };
+        let at = |side: usize| {
+            let station = &self.stations[side];
+            let pushes = [push, push + 1].map(|j| column_of(&station.pushes, j));
+            saw_tooth(&station.blocks, pushes, &self.between(model).at(side as f64).lost, h)
+        };
+        let [below, above] = self.saw_teeth.get_or_init(|| [at(0), at(1)]);
+        let [uu, vv, uv] = std::array::from_fn(|i| below[i] * (1.0 - self.share) + above[i] * self.share);
         uu * u * u + vv * v * v + uv * u * v
     }
 
@@ -125,11 +134,12 @@ impl Cell {
 
     /// What is measured of its whirl states.
     pub fn measured(&self, model: &Model) -> &Measured {
-        self.measured.get_or_init(|| {
-            let [below, above] = &self.stations;
-            let between = || model.measures.between(&model.system, [&below.motion, &above.motion]);
-            self.between.get_or_init(between).at(self.share)
-        })
+        self.measured.get_or_init(|| self.between(model).at(self.share))
+    }
+
+    fn between(&self, model: &Model) -> &Between {
+        let [below, above] = &self.stations;
+        self.between.get_or_init(|| model.measures.between(&model.system, [&below.motion, &above.motion]))
     }
 
     /// y of a motion (q, q'), `None` where there is none.
@@ -217,33 +227,22 @@ impl Grid {
         let blocks = below.blocks.iter().zip(&above.blocks);
         let outputs = &self.model.outputs;
         let pushes: Vec<Vec<f64>> = pushes.column_iter().map(|column| column.iter().copied().collect()).collect();
-        let all = Rows::new(&rows);
-        let struck = pushes[..2 * outputs.unbalances()].iter().map(|push| {
-            let mut seen = Vec::new();
-            all.times(push, &mut seen);
-            seen
-        });
+        let blocks = blocks.map(|(x, y)| std::array::from_fn(|i| x[i] * (1.0 - share) + y[i] * share)).collect();
+        let speed = self.speed_of_station(b) + middle * self.spacing;
         let cell = Arc::new(Cell {
             index,
-            local: Local {
-                speed: self.speed_of_station(b) + middle * self.spacing,
-                blocks: blocks.map(|(x, y)| std::array::from_fn(|i| x[i] * (1.0 - share) + y[i] * share)).collect(),
-                struck: struck.collect(),
-                outputs: all,
-                rows: rows.row_iter().map(|row| row.iter().copied().collect()).collect(),
-                pushes,
-            },
+            local: Local::new(speed, blocks, &rows, pushes, outputs.unbalances()),
             momentum: Form::mixed([&below.momentum, &above.momentum], [1.0 - share, share]),
             share,
             stations: [Arc::clone(below), Arc::clone(above)],
             transfer,
             between: Arc::clone(found.between.entry(b).or_default()),
+            saw_teeth: Arc::clone(found.saw_teeth.entry(b).or_default()),
             unbalances: outputs.unbalances(),
             propagators: Default::default(),
             contact: outputs.has_contact().then(|| (outputs.contact(0), outputs.contact_push(0), outputs.loads())),
             watched: outputs.loads().into_iter().chain(outputs.has_contact().then(|| outputs.contact(0))).collect(),
             kick: OnceLock::new(),
-            saw_tooth: OnceLock::new(),
             bound: OnceLock::new(),
             missed: OnceLock::new(),
             measured: OnceLock::new(),
@@ -261,7 +260,7 @@ impl Grid {
     /// Takes y from a cell to its neighbour.
     pub fn cross(&self, from: &Cell, to: &Cell, y: &mut Vec<f64>, scratch: &mut Vec<f64>) {
         let mut apply = |matrix: &Matrix| {
-            mul_vec(matrix, y, scratch);
+            lanes::product([matrix.nrows(), matrix.ncols(), 1], matrix.as_slice(), y, scratch);
             std::mem::swap(y, scratch);
         };
         let side = usize::from(to.index < from.index);
@@ -369,6 +368,30 @@ mod tests {
         cells.windows(2).rev().for_each(|pair| grid.cross(&pair[1], &pair[0], &mut y, &mut scratch));
         assert!(far(&y, &begun) < 1e-11, "{spacing}: {:e}", far(&y, &begun));
         matches!(*below.transfer, Transfer::Gradual { .. })
+    }
+
+    #[test]
+    fn between_stations_the_saw_tooth_is_linear() {
+        let path = format!("{}/../studies/machines/lp_turbine.toml", env!("CARGO_MANIFEST_DIR"));
+        let text = std::fs::read_to_string(&path).expect("a machine of the repository");
+        let machine = MachineDef::parse(&path, &text).expect("parses").build().expect("valid");
+        let structure = Structure::build(&machine, None).expect("buildable");
+        let system = LateralSystem::new(&machine, &structure).expect("regular");
+        let outputs = Outputs::new(&machine, &structure);
+        let measures = Measures::new(&machine, &structure, outputs.weight());
+        let grid = Grid::new(Model { system, outputs, measures }, 4.2, 40, 140.0).expect("has a basis");
+        let (h, push) = (27e-6, grid.model.outputs.contact_push(0));
+        for index in [40 * 31 + 3, 40 * 31 + 20, 40 * 32 + 35] {
+            let cell = grid.cell(index).expect("has bases");
+            let pushes = [push, push + 1].map(|at| cell.local.pushes[at].as_slice());
+            let own = saw_tooth(&cell.local.blocks, pushes, &cell.measured(&grid.model).lost, h);
+            for impulse in [[1.0, 0.0], [0.0, 1.0], [1.0, -0.7]] {
+                let [u, v] = impulse;
+                let wanted = own[0] * u * u + own[1] * v * v + own[2] * u * v;
+                let found = cell.lost_of_saw_tooth(&grid.model, h, impulse);
+                assert!((found - wanted).abs() < 1e-3 * wanted.abs(), "{index}: {found:e} {wanted:e}");
+            }
+        }
     }
 
     #[test]

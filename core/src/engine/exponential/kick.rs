@@ -10,7 +10,8 @@
 //! s(t)   = exp(B t) (1 - exp(B h))^-1 l J                         a steady train's motion between impulses, a saw-tooth of the rates
 //! lost   int_0^h lost(s(t)) dt - h lost(s(0) - l J/2)             what the mean rates at n do not say of what damping takes         (2)
 //! ```
-//! (2) is of second order in the step and goes with the square of the impulse: 1.4e-5 of a whipping turbine's energies. Of a train that is not steady it is an estimate.
+//! (2) is of second order in the step and goes with the square of the impulse: 1.4e-5 of a whipping turbine's energies. Of a train that is not steady it is an estimate. It is taken
+//! at the stations, and linear between them, as all of a cell is: `between_stations_the_saw_tooth_is_linear`.
 
 use super::block::{Block, Split};
 use super::forms::Form;
@@ -38,11 +39,7 @@ impl Kick {
     /// Of the node whose rows and pushes begin at these places; `loads`: first row of each bearing's load.
     pub fn new(cell: &Local, propagator: &Propagator, h: f64, row: usize, push: usize, loads: &[usize]) -> Self {
         let pushes = [&cell.pushes[push], &cell.pushes[push + 1]];
-        let states = pushes.map(|l| {
-            let mut y = l.clone();
-            propagator.turn(&mut y);
-            y
-        });
+        let states = pushes.map(|l| propagator.free(l));
         let pairs = cell.blocks.len();
         let rest = [0, 1].map(|axis| {
             let mut y = vec![0.0; 2 * pairs];
@@ -81,12 +78,12 @@ const PLACES: [(f64, f64); 3] = [
     (0.932_469_514_203_152, 0.171_324_492_379_170_4),
 ];
 
-/// (2) of impulses on the node whose pushes begin at this place: factors of J_u^2, J_v^2 and J_u J_v \[1/kg\].
-pub(super) fn saw_tooth(cell: &Local, propagator: &Propagator, lost: &Form, h: f64, push: usize) -> [f64; 3] {
-    let pairs = cell.blocks.len();
-    let pushes = [&cell.pushes[push], &cell.pushes[push + 1]];
+/// (2) of impulses with these pushes where `lost` is what damping takes: factors of J_u^2, J_v^2 and J_u J_v \[1/kg\].
+pub(super) fn saw_tooth(blocks: &[Block], pushes: [&[f64]; 2], lost: &Form, h: f64) -> [f64; 3] {
+    let pairs = blocks.len();
     let both: Vec<f64> = pushes[0].iter().zip(pushes[1]).map(|(u, v)| u + v).collect();
-    let split: Vec<Split> = cell.blocks.iter().map(Split::of).collect();
+    let split: Vec<Split> = blocks.iter().map(Split::of).collect();
+    let whole: Vec<Block> = split.iter().map(|block| block.exponential(h)).collect();
     let instants: Vec<(f64, Vec<Block>)> = PLACES
         .iter()
         .flat_map(|&(place, weight)| [1.0 - place, 1.0 + place].map(|at| (0.5 * h * weight, 0.5 * h * at)))
@@ -94,8 +91,7 @@ pub(super) fn saw_tooth(cell: &Local, propagator: &Propagator, lost: &Form, h: f
         .collect();
     let [u, v, sum] = [pushes[0], pushes[1], &both].map(|l| {
         let mut struck = vec![0.0; 2 * pairs];
-        for k in 0..pairs {
-            let e = propagator.of_pair(k);
+        for (k, e) in whole.iter().enumerate() {
             [struck[k], struck[pairs + k]] = solve(&[1.0 - e[0], -e[1], -e[2], 1.0 - e[3]], [l[k], l[pairs + k]]);
         }
         let mut y = vec![0.0; 2 * pairs];

@@ -30,8 +30,8 @@ pub(super) struct Loaded {
     pub inertia: f64,
     /// Square of the frequency and damping of each mode, up to a multiple of eight \[1/s2, 1/s\].
     pub modes: Vec<(f64, f64)>,
-    /// Q \[kg m2\].
-    pub gives_way: Vec<Vec<f64>>,
+    /// Q \[kg m2\], `Q_st` in column s.
+    pub gives_way: Matrix,
     /// Modes of the bare shaft line that are elastic.
     elastic: Vec<usize>,
     /// V of (3).
@@ -63,10 +63,10 @@ impl Loaded {
             let [one, other] = [s, t].map(|at| sites[at].mass * sites[at].radius);
             one * other * jump(s, t) * libm::cos(sites[s].phase - sites[t].phase)
         };
-        let gives_way: Vec<Vec<f64>> = (0..sites.len()).map(|s| (0..sites.len()).map(|t| of(s, t)).collect()).collect();
+        let gives_way = Matrix::from_fn(sites.len(), sites.len(), |t, s| of(s, t));
         let carried = |s: usize, t: usize| {
             let own = if s == t { sites[s].mass * sites[s].radius * sites[s].radius } else { 0.0 };
-            own - gives_way[s][t]
+            own - gives_way[(t, s)]
         };
         // (1) in angle and n: the first row and column, and the rest
         let (mut inertia, mut edge) = (structure.rotor.twist_mass.sum(), vec![0.0; count]);
@@ -110,7 +110,7 @@ impl Loaded {
     /// `k < Q/J`: with r the ratio of a step to the last one, `W(n+1) = k [(1 + r) W(n) - r W(n-1)] + ...`, which grows in no order of steps where
     /// `k (1 + 2 r) < 1`. Beyond what this allows a slope is taken as that of fewer steps: what it misses is in the next one's.
     pub fn foretold(&self) -> f64 {
-        let heavy = self.gives_way.iter().flatten().map(|q| q.abs()).sum::<f64>();
+        let heavy = self.gives_way.iter().map(|q| q.abs()).sum::<f64>();
         (0.5 * (self.inertia / heavy - 1.0)).max(1.0)
     }
 
@@ -169,7 +169,7 @@ mod tests {
             let structure = Structure::build(&machine, None).expect("buildable");
             let loaded = Loaded::new(&machine, &structure).expect("definite");
             let site = sites(&machine)[0];
-            let a = site.mass * site.radius * site.radius - loaded.gives_way[0][0];
+            let a = site.mass * site.radius * site.radius - loaded.gives_way[(0, 0)];
             let own = loaded.row(&structure, site.twist_node);
             let (spin, rates): (f64, Vec<f64>) = (
                 3.0,

@@ -15,6 +15,7 @@ mod bound;
 mod candidates;
 #[cfg(test)]
 mod clearance_tests;
+mod direction;
 mod eye;
 mod flight;
 mod foreseen;
@@ -26,6 +27,7 @@ mod loaded;
 mod local;
 mod measured;
 mod missed;
+mod motion;
 mod moved;
 mod oscillators;
 mod outputs;
@@ -47,6 +49,7 @@ mod survey;
 mod system;
 mod transfer;
 mod transient;
+mod twist;
 
 pub use flight::{Flight, FreeRun, free_run};
 pub use settings::FlightSettings;

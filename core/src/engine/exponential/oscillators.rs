@@ -4,9 +4,10 @@
 //! n'' + c n' + w^2 n = f,  f constant over the step:      (n, n')+ = exp(B h) (n, n') + g(B) (0, f),   B = [[0, 1], [-w^2, -c]]
 //! ```
 //! Exact for any step, damped, overdamped or free; f is what a force is on average over the step. Functions of B: [`super::block`].
+//! All lists have a multiple of eight entries.
 
 use super::block::Split;
-use crate::linalg::lanes::kernel;
+use crate::linalg::lanes::{LANES, Lane, kernel};
 
 /// Amplitudes and their rates.
 #[derive(Debug, Clone)]
@@ -16,77 +17,76 @@ pub(super) struct Oscillators {
     pub rate: Vec<f64>,
 }
 
-/// What a step size makes of them.
+/// What a step size makes of them, eight after eight.
 #[derive(Debug, Clone)]
 pub(super) struct OscillatorStep {
-    free: [Vec<f64>; 4],
+    pub eights: Vec<Eight>,
+}
+
+/// That of eight modes.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Eight {
+    /// Entries of `exp(B h)`, by rows.
+    pub free: [Lane; 4],
     /// Place and rate after the step of a unit force.
-    force: [Vec<f64>; 2],
+    pub force: [Lane; 2],
 }
 
 impl Oscillators {
     /// At rest; `(w^2, c)` of each \[1/s2, 1/s\].
     pub fn new(modes: impl Iterator<Item = (f64, f64)>) -> Self {
         let blocks: Vec<Split> = modes.map(|(square, damping)| Split::of(&[0.0, 1.0, -square, -damping])).collect();
+        debug_assert!(blocks.len().is_multiple_of(LANES), "eight after eight");
         let zeros = vec![0.0; blocks.len()];
         Self { blocks, place: zeros.clone(), rate: zeros }
     }
 
     /// Tables of a step of `h` \[s\].
     pub fn step(&self, h: f64) -> OscillatorStep {
-        let free: Vec<[f64; 4]> = self.blocks.iter().map(|block| block.exponential(h)).collect();
-        let force: Vec<[f64; 2]> = self.blocks.iter().map(|block| block.constant(h, [0.0, 1.0])).collect();
-        OscillatorStep {
-            free: std::array::from_fn(|i| free.iter().map(|block| block[i]).collect()),
-            force: std::array::from_fn(|i| force.iter().map(|response| response[i]).collect()),
-        }
+        OscillatorStep::new(&self.blocks, h)
     }
 
     /// Takes them over a step without force.
     pub fn advance(&mut self, step: &OscillatorStep) {
-        advance(&step.free, &mut self.place, &mut self.rate);
-    }
-
-    /// Adds what a force `scale * shape` over the step has made.
-    pub fn add(&mut self, step: &OscillatorStep, scale: f64, shape: &[f64]) {
-        add([&step.force[0], &step.force[1]], scale, shape, &mut self.place, &mut self.rate);
-    }
-
-    /// Adds at the end of the step what an impulse along a shape at its beginning has made.
-    pub fn strike(&mut self, step: &OscillatorStep, impulse: f64, shape: &[f64]) {
-        add([&step.free[1], &step.free[3]], impulse, shape, &mut self.place, &mut self.rate);
+        advance(&step.eights, &mut self.place, &mut self.rate);
     }
 }
 
 impl OscillatorStep {
-    /// Displacement along a shape at the end of the step by a unit impulse along it at the beginning.
-    pub fn struck(&self, shape: &[f64]) -> f64 {
-        self.free[1].iter().zip(shape).map(|(moved, part)| moved * part * part).sum()
+    /// Of modes over a step of `h` \[s\].
+    pub fn new(blocks: &[Split], h: f64) -> Self {
+        let eight = |blocks: &[Split]| {
+            let mut eight = Eight::default();
+            for (k, block) in blocks.iter().enumerate() {
+                let (free, force) = (block.exponential(h), block.constant(h, [0.0, 1.0]));
+                for i in 0..4 {
+                    eight.free[i].0[k] = free[i];
+                }
+                for i in 0..2 {
+                    eight.force[i].0[k] = force[i];
+                }
+            }
+            eight
+        };
+        Self { eights: blocks.chunks(LANES).map(eight).collect() }
+    }
+}
+
+impl Eight {
+    /// Place and rate of eight modes after the step without force; inside a kernel.
+    #[inline(always)]
+    pub fn after(&self, place: &[f64; LANES], rate: &[f64; LANES]) -> [[f64; LANES]; 2] {
+        let [aa, ab, ba, bb] = &self.free;
+        let by = |a: &Lane, b: &Lane| std::array::from_fn(|k| a.0[k] * place[k] + b.0[k] * rate[k]);
+        [by(aa, ab), by(ba, bb)]
     }
 }
 
 kernel! {
-    fn advance(free: &[Vec<f64>; 4], place: &mut [f64], rate: &mut [f64]) {
-        let count = place.len();
-        let [aa, ab, ba, bb] = free.each_ref().map(|list| &list[..count]);
-        let rate = &mut rate[..count];
-        for j in 0..count {
-            let (n, before) = (place[j], rate[j]);
-            place[j] = aa[j] * n + ab[j] * before;
-            rate[j] = ba[j] * n + bb[j] * before;
-        }
-    }
-}
-
-kernel! {
-    /// Adds what so much of a shape makes: of place and of rate, per unit.
-    fn add(makes: [&[f64]; 2], scale: f64, shape: &[f64], place: &mut [f64], rate: &mut [f64]) {
-        let count = place.len();
-        let (of_place, of_rate) = (&makes[0][..count], &makes[1][..count]);
-        let (shape, rate) = (&shape[..count], &mut rate[..count]);
-        for j in 0..count {
-            place[j] += of_place[j] * (scale * shape[j]);
-            rate[j] += of_rate[j] * (scale * shape[j]);
+    fn advance(step: &[Eight], place: &mut [f64], rate: &mut [f64]) {
+        let modes = place.as_chunks_mut::<LANES>().0.iter_mut().zip(rate.as_chunks_mut::<LANES>().0);
+        for (eight, (place, rate)) in step.iter().zip(modes) {
+            [*place, *rate] = eight.after(place, rate);
         }
     }
 }

@@ -305,7 +305,7 @@ impl<'a> Run<'a> {
         flight.spin().twists(twist_rows, twists);
         recorders.see_moments(moments, twists, at);
 
-        let (power, damped) = (seen.lost, flight.spin().damped);
+        let (power, damped) = (seen.lost, flight.spin().damped());
         let now = &mut recorders.energies.now;
         if let Some((last, before)) = self.looked {
             // of structure and bearings together

@@ -8,7 +8,7 @@
 //! k_s - (r_s+ - r_s)/h                          torque of the unbalance on the twist over the step                          (2)
 //! force of the unbalance on the lateral motion  m d (psi'^2 - i psi'') e^{i psi},  in the middle of the step,  h psi'' = psi'(n+1) foreseen - psi'(n)     (3)
 //! what (3) missed of psi', D                    -i m d D e^{i psi} is an impulse on the lateral motion at n+1                          (4)
-//! damping of the twist takes  E(n, after impulses) - E(n+1) and the work of (2) and T b     of a step: exact, as its motion is       (5)
+//! damping of the twist takes  what impulses, (2) and T b put in, less the energy that is there        exact, as its motion is       (5)
 //! ```
 //! A step: the turn over it follows from the spin and its last slope (Adams and Bashforth's second method), (3) moves the rotor, and its velocity at the end gives
 //! W+ by (1), trapezoidal, and (2): nothing is solved, since (4) changes psi' and z' so that r does not. So momentum has no drift, and W no more noise than z'.
@@ -22,12 +22,11 @@
 //! gyroscopic sites turn with W; a turning rotor (what c0 holds at rest is not here). Second order in the step. Verified by `tests/exponential.rs`.
 
 use super::ExponentialError;
+use super::direction::Direction;
 use super::loaded::Loaded;
-use super::oscillators::{OscillatorStep, Oscillators};
-use super::rows::both_products;
+use super::twist::{Twist, TwistStep};
 use crate::engine::shaft_line::sites;
-use crate::linalg::dot;
-use crate::linalg::lanes::{LANES, kernel, sum};
+use crate::linalg::{column_of, dot};
 use crate::rotor::braking_torque;
 use crate::structure::Structure;
 use bladeoff_model::machine::{Braking, Machine};
@@ -56,14 +55,8 @@ pub(super) struct Spin {
     loaded: Loaded,
     braking: Braking,
     gravity: [f64; 2],
-    pub arms: Vec<Arm>,
-    twist: Oscillators,
-    /// w^2 of the elastic modes.
-    elastic: Vec<f64>,
-    /// Twist and its rates at the beginning of the step, after impulses there.
-    begun: [Vec<f64>; 2],
-    /// What its damping has taken so far \[J\].
-    pub damped: f64,
+    arms: Vec<Arm>,
+    twist: Twist,
     /// Those predicted for n+1.
     next_angle: f64,
     next_speed: f64,
@@ -71,41 +64,42 @@ pub(super) struct Spin {
 
 /// One unbalance.
 #[derive(Debug, Clone)]
-pub(super) struct Arm {
+struct Arm {
     /// m d \[kg m\].
     moment: f64,
     phase: f64,
-    /// Turn of its node beside the mean angle per amplitude.
-    row: Vec<f64>,
-    /// psi, psi', e^{i psi}, r and k at n.
+    /// psi, psi', e^{i psi}, r and k at n; psi that was foreseen is that of the direction.
     angle: f64,
     rate: f64,
-    unit: Complex<f64>,
+    direction: Direction,
     momentum: f64,
     pull: f64,
-    /// (2) over the last step \[N m\].
-    torque: f64,
-    /// (4) of the last step \[N s\].
-    pub left: Complex<f64>,
-    next_angle: f64,
     next_rate: f64,
+    /// (4) of the last step, (3) in its middle and at n.
+    left: Complex<f64>,
+    driving: Complex<f64>,
+    force: Complex<f64>,
 }
 
 /// What a step size makes of spin and twist.
 #[derive(Debug, Clone)]
 pub(super) struct SpinStep {
     h: f64,
-    twist: OscillatorStep,
+    /// 1/h.
+    over: f64,
+    twist: TwistStep,
 }
 
 impl Arm {
-    /// (3) at an angle, a rate and its derivative \[N\].
-    fn force(&self, angle: f64, rate: f64, rate_dot: f64) -> Complex<f64> {
-        let (sin, cos) = libm::sincos(angle);
-        Complex::new(rate * rate, -rate_dot) * Complex::new(cos, sin) * self.moment
+    /// (3) in a direction, at a rate and its derivative \[N\].
+    #[inline(always)]
+    fn force(&self, unit: Complex<f64>, rate: f64, rate_dot: f64) -> Complex<f64> {
+        let (turn, square) = (unit * self.moment, rate * rate);
+        Complex::new(square * turn.re + rate_dot * turn.im, square * turn.im - rate_dot * turn.re)
     }
 
     /// r without its part of psi', and k, of a unit vector, a rate and the node's velocity.
+    #[inline(always)]
     fn exchange(&self, unit: Complex<f64>, rate: f64, velocity: [f64; 2], gravity: [f64; 2]) -> [f64; 2] {
         let along = Complex::new(velocity[0], velocity[1]) * unit.conj();
         let weight = gravity[1] * unit.re - gravity[0] * unit.im;
@@ -124,19 +118,23 @@ impl Spin {
         let arms = sites(machine).into_iter().map(|site| Arm {
             moment: site.mass * site.radius,
             phase: site.phase,
-            row: loaded.row(structure, site.twist_node),
             angle: angle + site.phase,
             rate: speed,
-            unit: unit(angle + site.phase),
+            direction: Direction::of(angle + site.phase),
             momentum: 0.0,
             pull: 0.0,
-            torque: 0.0,
-            left: Complex::new(0.0, 0.0),
-            next_angle: 0.0,
             next_rate: 0.0,
+            left: Complex::new(0.0, 0.0),
+            driving: Complex::new(0.0, 0.0),
+            force: Complex::new(0.0, 0.0),
         });
-        let count = loaded.modes.len();
-        Ok(Self {
+        let nodes = sites(machine).into_iter().map(|site| site.twist_node);
+        let contact = machine.diaphragms.first().map(|diaphragm| diaphragm.contact.node);
+        let mut rows: Vec<Vec<f64>> = nodes.map(|node| loaded.row(structure, node)).collect();
+        rows.push(loaded.shift.clone());
+        let acting = rows.len();
+        rows.extend(contact.map(|node| loaded.row(structure, node)));
+        let mut spin = Self {
             angle,
             speed,
             momentum: 0.0,
@@ -147,14 +145,13 @@ impl Spin {
             braking: machine.braking,
             gravity: machine.rotor.gravity,
             arms: arms.collect(),
-            begun: [vec![0.0; count], vec![0.0; count]],
-            damped: 0.0,
-            twist: Oscillators::new(loaded.modes.iter().copied()),
-            elastic: loaded.modes.iter().map(|mode| mode.0).collect(),
+            twist: Twist::new(&loaded.modes, &rows, acting),
             next_angle: angle,
             next_speed: speed,
             loaded,
-        })
+        };
+        spin.force();
+        Ok(spin)
     }
 
     /// Takes momenta from the motion at t = 0: velocities of the unbalances' nodes \[m/s\], gyroscopic momentum.
@@ -163,7 +160,7 @@ impl Spin {
         for (s, &velocity) in velocities.iter().enumerate() {
             let given = self.given_way(s, |arm| arm.rate);
             let arm = &mut self.arms[s];
-            let [carried, pull] = arm.exchange(arm.unit, arm.rate, velocity, self.gravity);
+            let [carried, pull] = arm.exchange(arm.direction.unit, arm.rate, velocity, self.gravity);
             arm.momentum = carried + given;
             arm.pull = pull;
             momentum += arm.momentum;
@@ -174,36 +171,43 @@ impl Spin {
     /// Takes the slope of another that has gone a short step from here.
     pub fn learn_from(&mut self, ahead: &Spin) {
         self.slope = ahead.slope;
+        self.force();
+    }
+
+    /// (3) at n.
+    fn force(&mut self) {
+        for arm in &mut self.arms {
+            arm.force = arm.force(arm.direction.unit, arm.rate, self.slope);
+        }
     }
 
     /// Part of r that goes with the rates.
+    #[inline(always)]
     fn given_way(&self, s: usize, rate: impl Fn(&Arm) -> f64) -> f64 {
-        self.loaded.gives_way[s].iter().zip(&self.arms).map(|(q, arm)| q * rate(arm)).sum()
+        column_of(&self.loaded.gives_way, s).iter().zip(&self.arms).map(|(q, arm)| q * rate(arm)).sum()
     }
 
     /// Tables of a step of `h` \[s\].
     pub fn step(&self, h: f64) -> SpinStep {
-        SpinStep { h, twist: self.twist.step(h) }
+        SpinStep { h, over: 1.0 / h, twist: self.twist.step(h) }
     }
 
-    /// Begins a step: the unbalances' forces in its middle \[N\].
-    pub fn predict(&mut self, step: &SpinStep, forces: &mut Vec<Complex<f64>>) {
+    /// Begins a step: the unbalances' forces in its middle are [`Spin::driving`] then; inside a kernel.
+    #[inline(always)]
+    pub fn predict(&mut self, step: &SpinStep) {
         let h = step.h;
         self.next_speed = self.speed + h.min(self.foretells * self.last) * self.slope;
         self.next_angle = self.angle + 0.5 * h * (self.speed + self.next_speed);
-        self.begun[0].copy_from_slice(&self.twist.place);
-        self.begun[1].copy_from_slice(&self.twist.rate);
-        self.twist.advance(&step.twist);
-        forces.clear();
-        for s in 0..self.arms.len() {
-            let moved = self.twisted(&self.arms[s].row);
-            let next_angle = self.next_angle + moved[0] + self.arms[s].phase;
-            let next_rate = self.next_speed + moved[1];
-            let arm = &mut self.arms[s];
-            (arm.next_angle, arm.next_rate) = (next_angle, next_rate);
-            let middle = 0.5 * (arm.angle + next_angle);
-            let gained = next_rate - arm.rate;
-            forces.push(arm.force(middle, (next_angle - arm.angle) / h, gained / h));
+        self.twist.set_out(&step.twist);
+        let over = step.over;
+        for (s, arm) in self.arms.iter_mut().enumerate() {
+            let [turned, rate] = self.twist.seen(s);
+            let next_angle = self.next_angle + turned + arm.phase;
+            arm.next_rate = self.next_speed + rate;
+            let middle = arm.direction.at(0.5 * (arm.angle + next_angle));
+            arm.direction = middle.at(next_angle);
+            let gained = arm.next_rate - arm.rate;
+            arm.driving = arm.force(middle.unit, (next_angle - arm.angle) * over, gained * over);
         }
     }
 
@@ -217,26 +221,31 @@ impl Spin {
         h * h * self.bend / self.speed
     }
 
-    /// Adds an angular impulse \[N m s\] at the beginning of the step, on a node of this elastic twist; between predict and complete.
-    pub fn strike(&mut self, step: &SpinStep, impulse: f64, row: &[f64]) {
+    /// Adds an angular impulse \[N m s\] at the beginning of the step, on the first diaphragm's node; between predict and complete, inside a kernel.
+    #[inline(always)]
+    pub fn strike(&mut self, step: &SpinStep, impulse: f64) {
         self.momentum += impulse;
-        self.twist.strike(&step.twist, impulse, row);
-        self.begun[1].iter_mut().zip(row).for_each(|(rate, part)| *rate += impulse * part);
+        self.twist.strike(&step.twist, impulse);
     }
 
-    /// Turn of a node over the step that is predicted \[rad\], its elastic twist at n given; after predict.
-    pub fn turn(&self, row: &[f64], twist_before: f64) -> f64 {
-        self.next_angle - self.angle + dot(row, &self.twist.place) - twist_before
+    /// Turn of the first diaphragm's node beside the mean angle \[rad\], and its rate: at n, after predict those foreseen for n+1.
+    pub fn at_contact(&self) -> [f64; 2] {
+        self.twist.seen(self.arms.len() + 1)
     }
 
-    /// Turn of a node over the step per angular impulse on it \[rad/(N m s)\].
-    pub fn rolling(&self, step: &SpinStep, row: &[f64]) -> f64 {
-        step.h / self.loaded.inertia + step.twist.struck(row)
+    /// Turn of that node over the step that is predicted \[rad\], its turn at n given; after predict.
+    pub fn turn(&self, before: f64) -> f64 {
+        self.next_angle - self.angle + self.at_contact()[0] - before
+    }
+
+    /// Turn of the first diaphragm's node over the step per angular impulse on it \[rad/(N m s)\].
+    pub fn rolling(&self, step: &SpinStep) -> f64 {
+        step.h / self.loaded.inertia + self.twist.struck(&step.twist)
     }
 
     /// What a change of the gyroscopic momentum shifts the spin by, per unit \[1/(kg m2)\].
     pub fn yields(&self) -> f64 {
-        1.0 / (self.loaded.inertia + self.loaded.gives_way.iter().flatten().sum::<f64>())
+        1.0 / (self.loaded.inertia + self.loaded.gives_way.iter().sum::<f64>())
     }
 
     /// Kinetic and potential energy of spin, unbalances and twist \[J\] at a spin shifted by so much; of the unbalances what their masses on the nodes do not
@@ -246,23 +255,19 @@ impl Spin {
         let mut kinetic = 0.5 * self.loaded.inertia * speed * speed;
         let mut potential = 0.0;
         for (s, (arm, &velocity)) in self.arms.iter().zip(velocities).enumerate() {
-            let unit = unit(arm.angle);
+            let unit = arm.direction.at(arm.angle).unit;
             let [carried, _] = arm.exchange(unit, arm.rate, velocity, [0.0; 2]);
             kinetic += (arm.rate + shift) * (0.5 * self.given_way(s, |other| other.rate + shift) + carried);
             potential -= arm.moment * (self.gravity[0] * unit.re + self.gravity[1] * unit.im);
         }
-        let modes = self.twist.place.iter().zip(&self.twist.rate).zip(&self.elastic);
-        for ((place, rate), square) in modes {
-            kinetic += 0.5 * rate * rate;
-            potential += 0.5 * square * place * place;
-        }
-        [kinetic, potential]
+        let twist = self.twist.energies();
+        [kinetic + twist[0], potential + twist[1]]
     }
 
     /// Elastic twist of all nodes \[rad\], by their rows of [`Spin::twist_of`].
     pub fn twists(&self, rows: &[Vec<f64>], twists: &mut [f64]) {
         for (twist, row) in twists.iter_mut().zip(rows) {
-            *twist = dot(row, &self.twist.place);
+            *twist = self.twist.along(row);
         }
     }
 
@@ -270,7 +275,7 @@ impl Spin {
     /// velocity to an impulse on it, spread over the step \[1/kg\].
     pub fn comes_back(&self, answers: impl Iterator<Item = f64>) -> f64 {
         let of = |((s, arm), answer): ((usize, &Arm), f64)| {
-            (self.loaded.gives_way[s][s] - arm.moment * arm.moment * answer).abs() * self.jump(&arm.row)
+            (self.loaded.gives_way[(s, s)] - arm.moment * arm.moment * answer).abs() * self.jump(self.twist.row(s))
         };
         self.arms.iter().enumerate().zip(answers).map(of).sum()
     }
@@ -287,7 +292,7 @@ impl Spin {
         for mode in self.loaded.modes.iter_mut().filter(|mode| mode.0 * h * h >= 1.0) {
             mode.1 = mode.1.max(2.0 * back / h);
         }
-        self.twist = Oscillators::new(self.loaded.modes.iter().copied());
+        self.twist.damp(&self.loaded.modes);
     }
 
     /// Jump of a node's rate per angular impulse on it \[1/(kg m2)\].
@@ -297,8 +302,13 @@ impl Spin {
 
     /// Mean spin of the rotor without unbalances \[rad/s\], and its angle \[rad\]: what is reported, and what brakes turn.
     pub fn mean(&self) -> [f64; 2] {
-        let [angle, speed] = both_products([&self.twist.place, &self.twist.rate], &self.loaded.shift);
+        let [angle, speed] = self.twist.seen(self.arms.len());
         [self.speed + speed, self.angle + angle]
+    }
+
+    /// What the damping of the twist has taken so far \[J\].
+    pub fn damped(&self) -> f64 {
+        self.twist.damped()
     }
 
     /// Elastic twist of a node, per amplitude; zeros up to a multiple of eight.
@@ -311,76 +321,63 @@ impl Spin {
         self.loaded.row(structure, node)
     }
 
-    /// Ends the step with the velocities of the unbalances' nodes \[m/s\] and the gyroscopic momentum at its end, which (4) is still to be added to.
+    /// Ends the step with the velocities of the unbalances' nodes \[m/s\] and the gyroscopic momentum at its end, which (4) is still to be added to; inside a kernel.
+    #[inline(always)]
     pub fn complete(&mut self, step: &SpinStep, velocities: &[[f64; 2]], gyroscopic: f64) {
-        let h = step.h;
+        let SpinStep { h, over, .. } = *step;
         // braking does not turn before the rotor has stopped
         let after = self.next_speed.max(f64::MIN_POSITIVE);
         let brake = 0.5 * (braking_torque(&self.braking, self.speed) + braking_torque(&self.braking, after));
         self.momentum += h * brake;
-        self.twist.add(&step.twist, brake, &self.loaded.shift);
         let mut carried_by_all = gyroscopic;
         for (s, &velocity) in velocities.iter().enumerate() {
             let given = self.given_way(s, |arm| arm.next_rate);
-            let Self { arms, twist, gravity, momentum, .. } = self;
-            let arm = &mut arms[s];
-            arm.unit = unit(arm.next_angle);
-            let [carried, pull] = arm.exchange(arm.unit, arm.next_rate, velocity, *gravity);
+            let arm = &mut self.arms[s];
+            let [carried, pull] = arm.exchange(arm.direction.unit, arm.next_rate, velocity, self.gravity);
             let pulled = 0.5 * h * (arm.pull + pull);
             let after = carried + given;
             let exchanged = arm.momentum - after;
             (arm.momentum, arm.pull) = (after, pull);
-            arm.torque = (pulled + exchanged) / h;
-            twist.add(&step.twist, arm.torque, &arm.row);
-            *momentum += pulled;
+            self.twist.torques()[s] = (pulled + exchanged) * over;
+            self.momentum += pulled;
             carried_by_all += after;
         }
+        self.twist.torques()[velocities.len()] = brake;
+        self.twist.settle(&step.twist);
         let speed = (self.momentum - carried_by_all) / self.loaded.inertia;
-        let turned = |row: &[f64]| dot(row, &self.twist.place) - dot(row, &self.begun[0]);
-        let worked = self.arms.iter().map(|arm| arm.torque * turned(&arm.row)).sum::<f64>();
-        // damping takes what is not there any more: (5)
-        self.damped += worked + brake * turned(&self.loaded.shift) + lost(&self.begun, &self.twist, &self.elastic);
-        self.bend = ((speed - self.next_speed).abs() / (h * h))
+        self.bend = ((speed - self.next_speed).abs() * (over * over))
             .max((1.0 - FORGETS * h * self.speed.abs()).max(0.0) * self.bend);
-        (self.last, self.slope) = (h, (speed - self.speed) / h);
+        (self.last, self.slope) = (h, (speed - self.speed) * over);
         (self.angle, self.speed) = (self.next_angle, speed);
-        for s in 0..self.arms.len() {
-            let [place, rate] = self.twisted(&self.arms[s].row);
-            let arm = &mut self.arms[s];
-            (arm.angle, arm.rate) = (self.angle + place + arm.phase, speed + rate);
+        for (s, arm) in self.arms.iter_mut().enumerate() {
+            let [turned, rate] = self.twist.seen(s);
+            (arm.angle, arm.rate) = (self.angle + turned + arm.phase, speed + rate);
             let missed = arm.rate - arm.next_rate;
-            arm.left = Complex::new(0.0, -missed) * arm.unit * arm.moment;
+            let turn = arm.direction.unit * arm.moment;
+            arm.left = Complex::new(missed * turn.im, -missed * turn.re);
+            arm.force = arm.force(arm.direction.unit, arm.rate, self.slope);
         }
     }
 
-    /// Elastic twist of a node \[rad\] and its rate.
-    pub fn twisted(&self, row: &[f64]) -> [f64; 2] {
-        both_products([&self.twist.place, &self.twist.rate], row)
+    /// Forces (3) of the unbalances in the middle of the step that is predicted \[N\].
+    #[inline(always)]
+    pub fn driving(&self) -> impl Iterator<Item = Complex<f64>> + Clone {
+        self.arms.iter().map(|arm| arm.driving)
     }
 
-    /// Force (3) of an unbalance at n \[N\].
-    pub fn force_now(&self, s: usize) -> Complex<f64> {
-        let arm = &self.arms[s];
-        Complex::new(arm.rate * arm.rate, -self.slope) * arm.unit * arm.moment
+    /// The same at n.
+    pub fn forces_now(&self) -> impl Iterator<Item = Complex<f64>> {
+        self.arms.iter().map(|arm| arm.force)
     }
-}
 
-kernel! {
-    /// Energy of the twist at the beginning of a step less that at its end.
-    fn lost(begun: &[Vec<f64>; 2], twist: &Oscillators, squares: &[f64]) -> f64 {
-        let mut sums = [0.0; LANES];
-        let before = begun[0].as_chunks::<LANES>().0.iter().zip(begun[1].as_chunks::<LANES>().0);
-        let after = twist.place.as_chunks::<LANES>().0.iter().zip(twist.rate.as_chunks::<LANES>().0);
-        for (((n, v), (m, w)), square) in before.zip(after).zip(squares.as_chunks::<LANES>().0) {
-            for k in 0..LANES {
-                sums[k] += 0.5 * ((v[k] - w[k]) * (v[k] + w[k]) + square[k] * ((n[k] - m[k]) * (n[k] + m[k])));
-            }
-        }
-        sum(sums)
+    /// (4) of the last step, of each unbalance \[N s\].
+    #[inline(always)]
+    pub fn left(&self) -> impl Iterator<Item = Complex<f64>> {
+        self.arms.iter().map(|arm| arm.left)
     }
-}
 
-fn unit(angle: f64) -> Complex<f64> {
-    let (sin, cos) = libm::sincos(angle);
-    Complex::new(cos, sin)
+    /// How many unbalances.
+    pub fn unbalances(&self) -> usize {
+        self.arms.len()
+    }
 }

@@ -11,6 +11,7 @@ use super::bound::length;
 use super::flight::Flight;
 use super::grid::LEVELS;
 use super::missed::Watched;
+use super::motion::Blow;
 use super::rub::{FreeStep, Impact, Rub};
 use super::settings::FlightSettings;
 use super::shared::candidates_of;
@@ -48,8 +49,6 @@ pub(super) struct Transient {
 /// The ring, and where the rotor is that it may touch.
 pub(super) struct Contact {
     pub rub: Rub,
-    /// Turn of the node beside the mean angle, per amplitude.
-    twist_row: Vec<f64>,
     /// Turn of the node over a contact step per angular impulse on it, and the jump of its rate \[1/(kg m2)\].
     rolling: f64,
     jump: f64,
@@ -87,10 +86,9 @@ impl Transient {
                 let spin = flight.spin();
                 let twist_row = spin.row_of(structure, diaphragm.contact.node);
                 Some(Contact {
-                    rolling: spin.rolling(&spin.step(settings.step), &twist_row),
+                    rolling: spin.rolling(&spin.step(settings.step)),
                     jump: spin.jump(&twist_row),
                     rub: Rub::new(diaphragm, structure, 0, &candidates, settings.step)?,
-                    twist_row,
                 })
             }
         };
@@ -195,7 +193,7 @@ impl Transient {
     /// Goes from n to n+1, over a step of [`Transient::level`], which has taken the loads at n: contact adds to them.
     pub fn step(&mut self, level: Option<usize>) -> Result<Done, ExponentialError> {
         let Self { flight, contact, loads, lengths, .. } = self;
-        let Some(Contact { rub, twist_row, rolling, jump }) = contact else {
+        let Some(Contact { rub, rolling, jump }) = contact else {
             flight.advance(level.unwrap_or(0))?;
             return Ok(Done { level, place: [0.0; 2], velocity: [0.0; 2], impact: None });
         };
@@ -207,7 +205,7 @@ impl Transient {
             return Ok(done);
         }
         let h = lengths[0];
-        let [twist_before, rate] = flight.spin().twisted(twist_row);
+        let [twist_before, rate] = flight.spin().at_contact();
         let rate = flight.spin().speed + rate;
         flight.propagate(0)?;
         let Some(kick) = flight.kick() else { return Ok(done) };
@@ -216,7 +214,7 @@ impl Transient {
             to: flight.place(0),
             velocity,
             kick,
-            turn: flight.spin().turn(twist_row, twist_before),
+            turn: flight.spin().turn(twist_before),
             rolling: *rolling,
             rate,
             jump: *jump,
@@ -229,9 +227,9 @@ impl Transient {
                     load[i] += half[i][0] * impact.on_rotor[0] + half[i][1] * impact.on_rotor[1] + at_once[i];
                 }
             }
-            flight.strike(impact.on_rotor, impact.torque, twist_row);
         }
-        flight.finish(0)?;
+        let blow = done.impact.map(|impact| Blow { impulse: impact.on_rotor, torque: impact.torque });
+        flight.finish(0, blow)?;
         Ok(done)
     }
 }
@@ -378,9 +376,8 @@ mod tests {
             // states of every kind: struck in between
             flight.propagate(0).expect("goes on");
             let turn = f64::from(round);
-            let row = flight.spin().row_of(&structure, machine.diaphragms[0].contact.node);
-            flight.strike([0.3 * turn.sin(), 0.2 * turn.cos()], 1e-3, &row);
-            flight.finish(0).expect("goes on");
+            let blow = Blow { impulse: [0.3 * turn.sin(), 0.2 * turn.cos()], torque: 1e-3 };
+            flight.finish(0, Some(blow)).expect("goes on");
             (0..50).for_each(|_| flight.advance(1).expect("goes on"));
         }
         assert!(seen > 5000 && closest > 0.05, "the bound says something: {closest}");

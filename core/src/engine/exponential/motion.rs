@@ -1,0 +1,74 @@
+//! A step's motion without contact, in two kernels: to n+1 as it is foreseen, and what happened on the way.
+//!
+//! ```text
+//! set out    spin and twist foretold, forces in the middle of the step, y+ under them, what is read from it             [`Spin::predict`], [`Propagator::advance`]
+//! arrive     what an impulse at n has made, momentum and spin at n+1, what was foretold wrongly as an impulse there    [`Spin::complete`], [`Local::strike`]
+//! ```
+//! Each part is a plain function of its own file, put into one of these two so that vectors are chosen twice a step.
+
+use super::kick::Kick;
+use super::local::{Local, add_both};
+use super::propagator::Propagator;
+use super::spin::{Spin, SpinStep};
+use crate::linalg::lanes::kernel;
+
+/// An impulse on the first diaphragm's node at n \[N s\], and that of its torque \[N m s\].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Blow {
+    pub impulse: [f64; 2],
+    pub torque: f64,
+}
+
+kernel! {
+    /// Takes spin, whirl states and outputs to n+1 as if nothing were touched.
+    pub(super) fn set_out(
+        spin: &mut Spin,
+        step: &SpinStep,
+        propagator: &Propagator,
+        local: &Local,
+        y: &mut [f64],
+        seen: &mut [f64],
+    ) {
+        spin.predict(step);
+        propagator.advance(spin.driving(), y);
+        local.outputs.times_inline(y, seen);
+    }
+}
+
+kernel! {
+    /// Adds at n+1 what a blow at n has made, where whirl states are asked for before the step ends.
+    pub(super) fn strike(
+        spin: &mut Spin,
+        step: &SpinStep,
+        struck: (&Kick, Blow),
+        y: &mut [f64],
+        seen: &mut [f64],
+    ) {
+        let (kick, blow) = struck;
+        spin.strike(step, blow.torque);
+        add_both(blow.impulse, &kick.outputs, seen);
+        add_both(blow.impulse, &kick.states, y);
+    }
+}
+
+kernel! {
+    /// Ends the step with the gyroscopic momentum at n+1, and with what a blow at n has made, where that is not yet there.
+    pub(super) fn arrive(
+        spin: &mut Spin,
+        step: &SpinStep,
+        local: &Local,
+        gyroscopic: f64,
+        blow: Option<(&Kick, Blow)>,
+        y: &mut [f64],
+        seen: &mut [f64],
+    ) {
+        if let Some((kick, blow)) = blow {
+            spin.strike(step, blow.torque);
+            add_both(blow.impulse, &kick.outputs, seen);
+        }
+        let velocities = &seen.as_chunks::<2>().0[..spin.unbalances()];
+        spin.complete(step, velocities, gyroscopic);
+        let blow = blow.map(|(kick, blow)| (blow.impulse, &kick.states));
+        local.strike(spin.left(), blow, y, seen);
+    }
+}

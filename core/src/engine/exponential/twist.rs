@@ -1,0 +1,260 @@
+//! The modes of twist over a step: set out free, struck by an impulse at its beginning, settled with the torques over it.
+//!
+//! ```text
+//! free      (n, n')+ = exp(B h) (n, n')                                             [`super::oscillators`]
+//! strike    (n, n')+ += exp(B h) (0, J t)                                            J angular impulse on the first diaphragm's node
+//! settle    (n, n')+ += g(B) (0, f),   f = sum_r M_r t_r                              torques of the unbalances and of the brakes
+//! seen      s_r = t_r.n, t_r.n'    of all rows, free; what blows and torques add to them is a table                                  (1)
+//! put in    += J (s'(n) + J t.t/2) + sum_r M_r (s_r(n+1) - s_r(n))                    works, so damping has taken  put in - E(n)       (2)
+//! ```
+//! Rows `t_r`: those of the unbalances, that of the brakes, and that of the first diaphragm's node, where there is one. All of it is exact, as the motion is; (2) is (5) of
+//! [`super::spin`], summed. Parts of the kernels of [`super::motion`]; lists have a multiple of eight entries. Verified by
+//! `what_damping_takes_is_what_is_missing` and the energy balances of `tests/exponential_run.rs`.
+
+use super::block::Split;
+use super::oscillators::{Eight, OscillatorStep};
+use crate::linalg::dot;
+use crate::linalg::lanes::{LANES, Lane};
+
+/// Rows that are seen together.
+const HALF: usize = LANES / 2;
+
+/// Modes of twist under way.
+#[derive(Debug, Clone)]
+pub(super) struct Twist {
+    blocks: Vec<Split>,
+    /// w^2 of each.
+    squares: Vec<f64>,
+    place: Vec<f64>,
+    rate: Vec<f64>,
+    /// One row after the other, and how many of them torques act along; a blow acts along the one behind those.
+    rows: Vec<f64>,
+    acting: usize,
+    /// Entries of four rows after four, mode by mode.
+    fours: Vec<[f64; HALF]>,
+    /// (1), turns and rates of four rows after four, and that at the beginning of the step.
+    seen: Vec<Lane>,
+    before: Vec<Lane>,
+    /// Torques over the step, along the rows.
+    torques: Vec<f64>,
+    /// (2) \[J\], and t.t of the blow's row.
+    put_in: f64,
+    own: f64,
+}
+
+/// What a step size makes of it.
+#[derive(Debug, Clone)]
+pub(super) struct TwistStep {
+    modes: OscillatorStep,
+    /// What unit torques along each row, and a blow behind those, make of (1).
+    makes: Vec<Lane>,
+}
+
+impl Twist {
+    /// At rest, of modes `(w^2, c)` \[1/s2, 1/s\] and rows along the first of which torques act.
+    pub fn new(modes: &[(f64, f64)], rows: &[Vec<f64>], acting: usize) -> Self {
+        let count = modes.len();
+        let at = |r: usize, j: usize| rows.get(r).map_or(0.0, |row| row[j]);
+        let groups = (0..rows.len()).step_by(HALF);
+        let fours = groups.flat_map(|first| (0..count).map(move |j| std::array::from_fn(|k| at(first + k, j))));
+        let (zeros, seen) = (vec![0.0; count], vec![Lane::default(); rows.len().div_ceil(HALF)]);
+        Self {
+            blocks: modes.iter().map(|(square, damping)| Split::of(&[0.0, 1.0, -square, -damping])).collect(),
+            squares: modes.iter().map(|mode| mode.0).collect(),
+            place: zeros.clone(),
+            rate: zeros,
+            fours: fours.collect(),
+            rows: rows.concat(),
+            acting,
+            before: seen.clone(),
+            seen,
+            torques: vec![0.0; acting],
+            put_in: 0.0,
+            own: rows.get(acting).map_or(0.0, |row| dot(row, row)),
+        }
+    }
+
+    /// Takes another damping of its modes \[1/s\].
+    pub fn damp(&mut self, modes: &[(f64, f64)]) {
+        self.blocks = modes.iter().map(|(square, damping)| Split::of(&[0.0, 1.0, -square, -damping])).collect();
+    }
+
+    /// Tables of a step of `h` \[s\].
+    pub fn step(&self, h: f64) -> TwistStep {
+        let modes = OscillatorStep::new(&self.blocks, h);
+        let of = |eight: &Eight, along: usize, rate: usize| match along < self.acting {
+            true => eight.force[rate],
+            false => eight.free[1 + 2 * rate],
+        };
+        let made = |along: usize, r: usize, rate: usize| -> f64 {
+            let lanes = modes.eights.iter().flat_map(|eight| of(eight, along, rate).0);
+            let rows = self.row(along).iter().zip(self.row(r));
+            lanes.zip(rows).map(|(made, (along, row))| made * along * row).sum()
+        };
+        let lane =
+            |along: usize, group: usize| Lane(std::array::from_fn(|k| made(along, HALF * group + k % HALF, k / HALF)));
+        let groups = self.seen.len();
+        let makes = (0..HALF * groups).flat_map(|along| (0..groups).map(move |group| (along, group)));
+        TwistStep { makes: makes.map(|(along, group)| lane(along, group)).collect(), modes }
+    }
+
+    /// A row; none where there are no more.
+    pub fn row(&self, r: usize) -> &[f64] {
+        self.rows.chunks_exact(self.place.len().max(1)).nth(r).unwrap_or_default()
+    }
+
+    /// Turn along any row.
+    pub fn along(&self, row: &[f64]) -> f64 {
+        dot(row, &self.place)
+    }
+
+    /// Turn along one of the rows, and its rate: at n, after [`Twist::set_out`] those foreseen for n+1.
+    #[inline(always)]
+    pub fn seen(&self, r: usize) -> [f64; 2] {
+        let lane = &self.seen[r / HALF].0;
+        [lane[r % HALF], lane[HALF + r % HALF]]
+    }
+
+    /// The turn that a unit blow makes along its own row.
+    pub fn struck(&self, step: &TwistStep) -> f64 {
+        step.makes[self.acting * self.seen.len() + self.acting / HALF].0[self.acting % HALF]
+    }
+
+    /// The torques over the step along the rows.
+    #[inline(always)]
+    pub fn torques(&mut self) -> &mut [f64] {
+        &mut self.torques
+    }
+
+    /// Kinetic and potential energy \[J\].
+    pub fn energies(&self) -> [f64; 2] {
+        let modes = self.place.iter().zip(&self.rate).zip(&self.squares);
+        modes.fold([0.0; 2], |[kinetic, potential], ((n, v), square)| {
+            [kinetic + 0.5 * v * v, potential + 0.5 * square * n * n]
+        })
+    }
+
+    /// What damping has taken so far \[J\].
+    pub fn damped(&self) -> f64 {
+        self.put_in - self.energies().iter().sum::<f64>()
+    }
+
+    /// Goes to n+1 as if nothing acted.
+    #[inline(always)]
+    pub fn set_out(&mut self, step: &TwistStep) {
+        let modes = self.place.as_chunks_mut::<LANES>().0.iter_mut().zip(self.rate.as_chunks_mut::<LANES>().0);
+        for (eight, (place, rate)) in step.modes.eights.iter().zip(modes) {
+            [*place, *rate] = eight.after(place, rate);
+        }
+        std::mem::swap(&mut self.before, &mut self.seen);
+        let mut fours = self.fours.as_slice();
+        for seen in &mut self.seen {
+            let (group, others) = fours.split_at(self.place.len());
+            fours = others;
+            // two chains: a sum has to wait for the one before it
+            let mut chains = [[[0.0; HALF]; 2]; 2];
+            let modes = self.place.as_chunks::<2>().0.iter().zip(self.rate.as_chunks::<2>().0);
+            for (four, (place, rate)) in group.as_chunks::<2>().0.iter().zip(modes) {
+                for i in 0..2 {
+                    for k in 0..HALF {
+                        chains[i][0][k] += four[i][k] * place[i];
+                    }
+                    for k in 0..HALF {
+                        chains[i][1][k] += four[i][k] * rate[i];
+                    }
+                }
+            }
+            for k in 0..LANES {
+                seen.0[k] = chains[0][k / HALF][k % HALF] + chains[1][k / HALF][k % HALF];
+            }
+        }
+    }
+
+    /// Adds an angular impulse \[N m s\] at the beginning of the step along the row behind those of torques, between [`Twist::set_out`] and [`Twist::settle`].
+    #[inline(always)]
+    pub fn strike(&mut self, step: &TwistStep, impulse: f64) {
+        let (count, struck) = (self.place.len(), self.acting);
+        let row = &self.rows[struck * count..][..count];
+        let modes = self.place.as_chunks_mut::<LANES>().0.iter_mut().zip(self.rate.as_chunks_mut::<LANES>().0);
+        for ((eight, row), (place, rate)) in step.modes.eights.iter().zip(row.as_chunks::<LANES>().0).zip(modes) {
+            // one list at a time: loops that fill two would be turned inside out
+            *place = std::array::from_fn(|k| place[k] + eight.free[1].0[k] * (impulse * row[k]));
+            *rate = std::array::from_fn(|k| rate[k] + eight.free[3].0[k] * (impulse * row[k]));
+        }
+        let rate = self.before[struck / HALF].0[HALF + struck % HALF];
+        self.put_in += impulse * (rate + 0.5 * impulse * self.own);
+        add(&step.makes[struck * self.seen.len()..], impulse, &mut self.seen);
+    }
+
+    /// Adds the torques over the step, those of [`Twist::torques`].
+    #[inline(always)]
+    pub fn settle(&mut self, step: &TwistStep) {
+        let modes = self.place.as_chunks_mut::<LANES>().0.iter_mut().zip(self.rate.as_chunks_mut::<LANES>().0);
+        let count = step.modes.eights.len() * LANES;
+        for (i, (eight, (place, rate))) in step.modes.eights.iter().zip(modes).enumerate() {
+            let mut force = [0.0; LANES];
+            for (r, torque) in self.torques.iter().enumerate() {
+                let Some(row) = self.rows[r * count + i * LANES..].first_chunk::<LANES>() else { break };
+                for k in 0..LANES {
+                    force[k] += torque * row[k];
+                }
+            }
+            let [of_place, of_rate] = &eight.force;
+            *place = std::array::from_fn(|k| place[k] + of_place.0[k] * force[k]);
+            *rate = std::array::from_fn(|k| rate[k] + of_rate.0[k] * force[k]);
+        }
+        for (makes, torque) in step.makes.chunks_exact(self.seen.len()).zip(&self.torques) {
+            add(makes, *torque, &mut self.seen);
+        }
+        for (r, torque) in self.torques.iter().enumerate() {
+            let turn = self.seen[r / HALF].0[r % HALF] - self.before[r / HALF].0[r % HALF];
+            self.put_in += torque * turn;
+        }
+    }
+}
+
+/// What so much along a row makes of (1).
+#[inline(always)]
+fn add(makes: &[Lane], amount: f64, seen: &mut [Lane]) {
+    for (seen, makes) in seen.iter_mut().zip(makes) {
+        seen.0 = std::array::from_fn(|k| seen.0[k] + makes.0[k] * amount);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Eight modes, damped and not, under torques and blows: (2) is nothing of those without damping; (1) is what the modes have.
+    #[test]
+    fn what_damping_takes_is_what_is_missing() {
+        for damping in [0.0, 3.0] {
+            let modes: Vec<(f64, f64)> = (1..=8).map(|j| (f64::from(j * j) * 100.0, damping)).collect();
+            let row = |a: f64, b: f64| -> Vec<f64> { (0..8).map(|j| a + b * f64::from(j)).collect() };
+            let rows = [row(0.5, -0.2), row(-0.3, 0.1), row(0.2, 0.05)];
+            let mut twist = Twist::new(&modes, &rows, 2);
+            let step = twist.step(0.02);
+            let mut work = 0.0;
+            for n in 0..50 {
+                let before = twist.clone();
+                twist.set_out(&step);
+                let blow = if n % 7 == 0 { 1.3 } else { 0.0 };
+                twist.strike(&step, blow);
+                work += blow * (dot(&rows[2], &before.rate) + 0.5 * blow * dot(&rows[2], &rows[2]));
+                let torques = [4.0 * libm::sin(0.3 * f64::from(n)), -2.0];
+                twist.torques().copy_from_slice(&torques);
+                twist.settle(&step);
+                for (torque, row) in torques.iter().zip(&rows) {
+                    work += torque * (twist.along(row) - before.along(row));
+                }
+                for (r, row) in rows.iter().enumerate() {
+                    assert!((twist.seen(r)[0] - twist.along(row)).abs() < 1e-14);
+                    assert!((twist.seen(r)[1] - dot(row, &twist.rate)).abs() < 1e-13);
+                }
+            }
+            let taken = work - twist.energies().iter().sum::<f64>();
+            assert!((taken - twist.damped()).abs() < 1e-11, "{damping}: {taken} {}", twist.damped());
+            assert!(if damping > 0.0 { taken > 0.1 } else { taken.abs() < 1e-11 }, "{damping}: {taken}");
+        }
+    }
+}
