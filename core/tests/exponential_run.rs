@@ -85,12 +85,14 @@ fn bearings_of_any_damping_have_the_loads_of_the_reduced_engine() {
     }
 }
 
+/// (Contact times of the last row are no converged quantity: 0.0660, 0.0678 and 0.0674 s on the reduced engine at 3.4, 1.7 and 0.85 us, 0.065 to 0.071 s on this one. Its limit
+/// finds what was a sixth off.)
 /// What impulses make of psi' within their step, through the strongly damped twist, has to reach the lateral motion: it did not, and the spin after a hard rub was off
 /// by 2e-5, of the last row by 5e-4 (its contact time by a sixth).
 #[test]
 fn hard_rubs_of_the_rig_end_as_on_the_reduced_engine() {
     for (mass, friction, speed, time) in
-        [("28 g", "0.3", 5e-6, 1e-3), ("40 g", "0.2", 8e-6, 1e-3), ("35 g", "0.3", 2.5e-4, 3e-3)]
+        [("28 g", "0.3", 5e-6, 1e-3), ("40 g", "0.2", 8e-6, 1e-3), ("35 g", "0.3", 2.5e-4, 6e-2)]
     {
         let change = [("rotor.unbalances.blade_off.mass", mass), ("diaphragms.seal.contact.friction", friction)];
         let reference = run(machine_with(&study_machine("lab_rig"), &[change[0], change[1], ("run.step", "1.7e-6 s")]));
@@ -201,13 +203,20 @@ fn heavy_rub_at_a_large_step_balances_its_energies() {
     assert!(ours.value("normal_work_J").abs() < 1e-3 * ours.value("friction_energy_J"));
 }
 
-/// Friction that drives the rotor into backward whip: dozens of millimetres, tens of meganewtons, contact along a fifth of the ring. Limits: what half the contact step
+/// Friction that drives the rotor into backward whip: dozens of millimetres, tens of meganewtons, contact along a fifth of the ring. (At 1.1 s it still
+/// grows, and half the step of the reduced engine has forces 6 % larger there.) Limits: what half the contact step
 /// changes, and twice that of the reduced engine's (docs/theory/08-exponential-engine.md).
 #[test]
 fn whip_is_that_of_the_reduced_engine() {
-    let changes = [("run.end_time", "1.1 s"), ("contact.gap", "4 mm"), ("contact.friction", "0.2")];
+    // the guard is that of the engine under test
+    let changes = [
+        ("run.end_time", "1.6 s"),
+        ("contact.gap", "4 mm"),
+        ("contact.friction", "0.2"),
+        ("run.guard.energy_balance", "1e-5"),
+    ];
     let machine = || machine_with(&study_machine("lp_turbine"), &changes);
-    let ours = exponential(machine(), 2.7e-5);
+    let ours = exponential(machine(), 2e-5);
     let mut reference = machine();
     reference.run.engine = Engine::Reduced;
     let theirs = run(reference);

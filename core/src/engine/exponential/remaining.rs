@@ -27,9 +27,8 @@ const ROUNDING: f64 = 1e-12;
 /// Room for what is looked at.
 #[derive(Debug, Clone)]
 pub(super) struct Remaining {
-    /// Blocks that impulses may have brought in reach, those of them that the ring's modes may close, and what these move along the radii of their candidates.
+    /// Blocks that impulses may have brought in reach, and what the ring's modes move along the radii of their candidates.
     near: Vec<usize>,
-    asked: Vec<usize>,
     opens: Vec<Lane>,
     /// By blocks: a bit for each candidate that is a point, or beside one; and where there are any.
     barred: Vec<u8>,
@@ -71,7 +70,6 @@ impl Remaining {
         let blocks = count / BLOCK;
         Self {
             near: Vec::with_capacity(blocks),
-            asked: Vec::with_capacity(blocks),
             opens: vec![Lane::default(); blocks],
             barred: vec![0; blocks],
             taken: Vec::with_capacity(3 * POINTS),
@@ -157,23 +155,17 @@ impl Remaining {
         let most = weighted::<V>(impulses, &candidates.radial_reach);
         survey.nearer::<V>(candidates, length(rotor) + left_out + most, x, q, &mut self.near);
         self.closed.clear();
-        self.asked.clear();
         let moves = alls::<V>(rotor);
-        for &block in &self.near {
-            // no nearer where the ring's modes cannot close what is open
-            if clear(survey, candidates, block, moves).least() < left_out + most {
-                self.asked.push(block);
-            }
-        }
         // nothing is decided by one block before the next is looked at
-        for &block in &self.asked {
+        for &block in &self.near {
             columns_times::<V>(candidates.radial(block), impulses).store(&mut self.opens[block]);
         }
         let (mut lowest, mut deepest) = (None, 0.0);
-        for &block in &self.asked {
+        for &block in &self.near {
             // along the places' radii, where no gap is less
             let opens = V::load(&self.opens[block]);
-            let after = clear(survey, candidates, block, moves) + opens;
+            let [cos, sin] = loads::<V>(&candidates.directions[block]);
+            let after = V::load(survey.clearances(block)) + moves[0] * cos + moves[1] * sin + opens;
             if after.less(V::all(left_out)) & !self.barred[block] == 0 {
                 continue;
             }
@@ -203,13 +195,6 @@ impl Remaining {
         let room = candidates.spacing * (length(x) + length(rotor) + left_out + most) + 2.0 * bent + ROUNDING;
         (lowest, room)
     }
-}
-
-/// Clearances of a block after the rotor has moved.
-#[inline(always)]
-fn clear<V: Eight>(survey: &Survey, candidates: &Candidates, block: usize, [x, y]: [V; 2]) -> V {
-    let [cos, sin] = loads::<V>(&candidates.directions[block]);
-    V::load(survey.clearances(block)) + x * cos + y * sin
 }
 
 /// (2) of a candidate whose radius the ring's modes open so much.

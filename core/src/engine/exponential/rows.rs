@@ -3,7 +3,7 @@
 //! Each is part of the function of one width that calls it ([`crate::linalg::eight`]).
 
 use crate::linalg::eight::Eight;
-use crate::linalg::lanes::{LANES, Lane, kernel, sum};
+use crate::linalg::lanes::Lane;
 
 /// Rows that a point has: along its normal and tangent, and what unit impulses along those at its acting place make of the modes.
 const ROWS: usize = 4;
@@ -190,42 +190,4 @@ pub(super) fn weighted<V: Eight>(x: &[Lane], y: &[Lane]) -> f64 {
         sums = sums + V::load(x).size() * V::load(y);
     }
     sums.sum()
-}
-
-kernel! {
-    /// `sums += a x + b y`, of plain lists.
-    pub(super) fn add_both(factors: [f64; 2], rows: [&[f64]; 2], sums: &mut [f64]) {
-        let [a, b] = factors;
-        let count = sums.len();
-        let (x, y) = (&rows[0][..count], &rows[1][..count]);
-        for j in 0..count {
-            sums[j] = sums[j] + a * x[j] + b * y[j];
-        }
-    }
-}
-
-/// Products of two rows with a list.
-pub(super) fn both_products(rows: [&[f64]; 2], list: &[f64]) -> [f64; 2] {
-    let mut lanes = [[0.0; LANES]; 2];
-    both_lanes(rows[0], rows[1], list, &mut lanes);
-    lanes.map(sum)
-}
-
-kernel! {
-    /// Products of two rows with a list, lane by lane. (Summed here, the lanes would be shuffled to sum them all at once.)
-    fn both_lanes(a: &[f64], b: &[f64], list: &[f64], lanes: &mut [[f64; LANES]; 2]) {
-        let list = list.as_chunks::<LANES>().0;
-        let count = list.len();
-        let (a, b) = (&a.as_chunks::<LANES>().0[..count], &b.as_chunks::<LANES>().0[..count]);
-        let (mut one, mut other) = ([0.0; LANES], [0.0; LANES]);
-        for i in 0..count {
-            for k in 0..LANES {
-                one[k] += a[i][k] * list[i][k];
-            }
-            for k in 0..LANES {
-                other[k] += b[i][k] * list[i][k];
-            }
-        }
-        *lanes = [one, other];
-    }
 }
