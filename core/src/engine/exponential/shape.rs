@@ -7,6 +7,7 @@ use crate::structure::Structure;
 /// Room for it.
 pub(super) struct Shape {
     /// Coordinates and their rates, one after the other.
+    size: usize,
     motion: Vec<f64>,
     /// Displacements [m, rad] and twists \[rad\] of all nodes.
     pub nodal: Vec<f64>,
@@ -18,6 +19,7 @@ impl Shape {
     pub fn new(structure: &Structure, spin: &Spin) -> Self {
         let (rotor, map) = (&structure.rotor, &structure.lateral.coordinates);
         Self {
+            size: map.size(),
             motion: vec![0.0; 2 * map.size()],
             nodal: vec![0.0; map.nodal_size()],
             twists: vec![0.0; rotor.nodes],
@@ -26,20 +28,19 @@ impl Shape {
     }
 
     /// Takes the motion of a flight where it is.
-    pub fn take(&mut self, flight: &mut Flight, structure: &Structure) {
+    pub fn take(&mut self, flight: &Flight, structure: &Structure) {
         flight.motion(&mut self.motion);
-        let places = &self.motion[..self.motion.len() / 2];
-        structure.lateral.coordinates.expand(places, &mut self.nodal);
+        structure.lateral.coordinates.expand(&self.motion[..self.size], &mut self.nodal);
         flight.spin().twists(&self.twist_rows, &mut self.twists);
     }
 
     /// Lateral coordinates.
     pub fn coordinates(&self) -> &[f64] {
-        &self.motion[..self.motion.len() / 2]
+        &self.motion[..self.size]
     }
 
     /// Their rates.
     pub fn rates(&self) -> &[f64] {
-        &self.motion[self.motion.len() / 2..]
+        &self.motion[self.size..2 * self.size]
     }
 }

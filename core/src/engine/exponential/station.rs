@@ -10,12 +10,13 @@
 //! where what (1) leaves between pairs is more than rounding allows: pairs that are not invariant would be propagated wrongly.
 
 use super::block::Block;
-use super::forms::Form;
-use super::measured::Measures;
+use super::forms::{Form, Rows};
+use super::measured::{Measured, Measures};
 use super::outputs::Outputs;
 use super::system::LateralSystem;
 use super::{ExponentialError, pairs};
 use crate::linalg::{Matrix, inverse, mul, mul_tn};
+use std::sync::OnceLock;
 
 /// Largest condition of a basis.
 pub(in crate::engine) const MOST_CONDITION: f64 = 1e4;
@@ -33,19 +34,26 @@ pub(super) struct Model {
 /// A basis at one speed, and what is read from it and pushed into it.
 #[derive(Debug, Clone)]
 pub(super) struct Station {
+    /// \[rad/s\].
+    pub speed: f64,
     pub right: Matrix,
     pub left: Matrix,
     pub blocks: Vec<Block>,
     /// Z.
     pub motion: Matrix,
-    /// O: a row for each output.
-    pub rows: Matrix,
-    /// A column for each force.
-    pub pushes: Matrix,
+    /// O: a row for each output, and all of them.
+    pub rows: Vec<Vec<f64>>,
+    pub outputs: Rows,
+    /// A vector of y for each force.
+    pub pushes: Vec<Vec<f64>>,
     /// N.
     pub momentum: Form,
     /// No less than the 2-norm condition of R; that itself where it is near what is allowed.
     pub condition: f64,
+    /// What damping takes of a saw-tooth ([`super::kick`]), of impulses in the steps of its grid.
+    pub saw_tooth: OnceLock<[f64; 3]>,
+    measured: OnceLock<Measured>,
+    lost: OnceLock<Form>,
 }
 
 impl Station {
@@ -80,16 +88,33 @@ impl Station {
         let motion = mul(&system.motion_of_state(speed), &right);
         let (places, velocities) = (motion.rows(0, size).into_owned(), motion.rows(size, size).into_owned());
         let momentum = mul_tn(&velocities, &mul(&system.gyroscopic, &places)) * 0.25;
+        let rows = mul(&model.outputs.rows(system, speed), &motion);
+        let pushes = mul(&left, &model.outputs.pushes(system));
         Ok(Self {
             blocks: (0..size).map(block).collect(),
-            rows: mul(&model.outputs.rows(system, speed), &motion),
-            pushes: mul(&left, &model.outputs.pushes(system)),
+            outputs: Rows::new(&rows),
+            rows: rows.row_iter().map(|row| row.iter().copied().collect()).collect(),
+            pushes: pushes.column_iter().map(|column| column.iter().copied().collect()).collect(),
             momentum: Form::new(&(&momentum + momentum.transpose())),
             motion,
             right,
             left,
             condition,
+            speed,
+            saw_tooth: OnceLock::new(),
+            measured: OnceLock::new(),
+            lost: OnceLock::new(),
         })
+    }
+
+    /// What is measured of its whirl states.
+    pub fn measured(&self, model: &Model) -> &Measured {
+        self.measured.get_or_init(|| model.measures.at(&self.motion))
+    }
+
+    /// What damping takes of them, as a form.
+    pub fn lost(&self, model: &Model) -> &Form {
+        self.lost.get_or_init(|| model.measures.lost_of_states(&model.system, &self.motion))
     }
 }
 

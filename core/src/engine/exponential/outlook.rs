@@ -1,0 +1,177 @@
+//! What the whirl states at n say of a flight from there: how long it may be, for contact and for peaks.
+//!
+//! ```text
+//! of each pair        |y|,   y' = B y + l f,   |w'| of each quantity (`missed`)
+//! of all              x', the velocity of the diaphragm's node
+//! ```
+//! Eight pairs at a time, once for all lengths of steps; of each length a cell has the weights of these in `bound` and in `missed`, from the first time that it is asked for. The longest length is
+//! tried first. Verified by `what_is_seen_of_pairs_is_that_of_each` and by the tests of both bounds.
+
+use super::bound::{Bound, length};
+use super::grid::LEVELS;
+use super::local::Local;
+use super::missed::{Missed, Watched};
+use crate::linalg::lanes::{LANES, Lane, kernel, sum};
+use nalgebra::Complex;
+use std::sync::OnceLock;
+
+/// A cell as flights see it.
+#[derive(Debug)]
+pub(super) struct Outlook {
+    /// Contact step \[s\].
+    step: f64,
+    /// W \[rad/s\].
+    spin: f64,
+    /// Of eight pairs each: blocks; pushes of the unbalances along both axes and of the weight; two rows of each quantity, on both parts of y.
+    blocks: Vec<[Lane; 4]>,
+    pushes: Vec<[Lane; 2]>,
+    rows: Vec<[Lane; 4]>,
+    bounds: [OnceLock<Bound>; LEVELS + 1],
+    missed: [OnceLock<Missed>; LEVELS + 1],
+}
+
+/// What is seen at n.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Sight {
+    /// y, and parts of the unbalances' forces and of the weight \[N\].
+    y: Vec<[Lane; 2]>,
+    parts: Vec<f64>,
+    /// Sizes of the unbalances' forces \[N\].
+    forces: Vec<f64>,
+    amplitudes: Vec<Lane>,
+    /// Of each quantity one after the other.
+    in_turn: Vec<Lane>,
+}
+
+impl Outlook {
+    /// Of quantities whose rows begin at these places, in a cell under so many unbalances, for contact steps of `h` \[s\].
+    pub fn new(cell: &Local, watched: &[usize], unbalances: usize, h: f64) -> Self {
+        let pairs = cell.blocks.len();
+        let groups = pairs.div_ceil(LANES);
+        let lane = |g: usize, of: &dyn Fn(usize) -> f64| {
+            Lane(std::array::from_fn(|l| if g * LANES + l < pairs { of(g * LANES + l) } else { 0.0 }))
+        };
+        let list = |g: usize, v: &[f64]| [lane(g, &|k| v[k]), lane(g, &|k| v[pairs + k])];
+        let rows = |g: usize, first: usize| {
+            let [[ua, ub], [va, vb]] = [list(g, &cell.rows[first]), list(g, &cell.rows[first + 1])];
+            [ua, ub, va, vb]
+        };
+        Self {
+            step: h,
+            spin: cell.speed,
+            blocks: (0..groups).map(|g| std::array::from_fn(|i| lane(g, &|k| cell.blocks[k][i]))).collect(),
+            pushes: (0..groups)
+                .flat_map(|g| cell.pushes[..=2 * unbalances].iter().map(move |push| list(g, push)))
+                .collect(),
+            rows: (0..groups).flat_map(|g| watched.iter().map(move |&first| rows(g, first))).collect(),
+            bounds: Default::default(),
+            missed: Default::default(),
+        }
+    }
+
+    /// Sees y under these forces of the unbalances \[N\]; the rate of the last quantity.
+    pub fn see(&self, y: &[f64], forces: impl Iterator<Item = Complex<f64>>, sight: &mut Sight) -> [f64; 2] {
+        let Sight { y: lanes, parts, forces: sizes, amplitudes, in_turn } = sight;
+        let groups = self.blocks.len();
+        parts.clear();
+        sizes.clear();
+        for force in forces {
+            parts.extend([force.re, force.im]);
+            sizes.push(length([force.re, force.im]));
+        }
+        parts.push(1.0);
+        lanes.resize(groups, Default::default());
+        amplitudes.resize(groups, Lane::default());
+        in_turn.resize(self.rows.len(), Lane::default());
+        let (a, b) = y.split_at(y.len() / 2);
+        for ([x, z], (a, b)) in lanes.iter_mut().zip(a.chunks(LANES).zip(b.chunks(LANES))) {
+            x.0[..a.len()].copy_from_slice(a);
+            z.0[..b.len()].copy_from_slice(b);
+        }
+        let mut rates = [Lane::default(); 2];
+        see(self.spin, parts, [&self.pushes, lanes], [&self.blocks, &self.rows], amplitudes, in_turn, &mut rates);
+        rates.map(|rate| sum(rate.0))
+    }
+
+    /// How far the diaphragm's node, whose rows begin at a place, may be after a step of a level from where its velocity would take it, at a spin; what bounds it is computed once.
+    pub fn beyond(&self, cell: &Local, row: usize, level: usize, sight: &Sight, spin: f64) -> f64 {
+        let bound = || Bound::new(cell, row, sight.forces.len(), self.length_of(level));
+        self.bounds[level].get_or_init(bound).beyond(&sight.amplitudes, &sight.forces, spin)
+    }
+
+    /// The longest step up to a level over which no peak of what is watched is missed.
+    pub fn resolved(&self, cell: &Local, watched: &[Watched], sight: &Sight, most: usize) -> usize {
+        let (mut longest, groups) = (most, self.blocks.len());
+        for (watched, in_turn) in watched.iter().zip(sight.in_turn.chunks_exact(groups)) {
+            let resolves = |&level: &usize| {
+                let missed = || Missed::new(cell, self.length_of(level));
+                self.missed[level].get_or_init(missed).none_of(watched, in_turn)
+            };
+            longest = (1..=longest).rev().find(resolves).unwrap_or(0);
+        }
+        longest
+    }
+
+    fn length_of(&self, level: usize) -> f64 {
+        self.step * libm::exp2(level as f64)
+    }
+}
+
+/// A list, with zeros up to a multiple of eight.
+pub(super) fn in_lanes(list: &[f64]) -> Vec<Lane> {
+    let lane = |part: &[f64]| Lane(std::array::from_fn(|k| part.get(k).copied().unwrap_or(0.0)));
+    list.chunks(LANES).map(lane).collect()
+}
+
+kernel! {
+    /// What is seen of `[pushes, y]` by `[blocks, rows]`; `rates`: of the last quantity, lane by lane.
+    fn see(
+        spin: f64,
+        parts: &[f64],
+        pushes_and_y: [&[[Lane; 2]]; 2],
+        blocks_and_rows: [&[[Lane; 4]]; 2],
+        amplitudes: &mut [Lane],
+        in_turn: &mut [Lane],
+        rates: &mut [Lane; 2],
+    ) {
+        let ([pushes, y], [blocks, rows]) = (pushes_and_y, blocks_and_rows);
+        let groups = y.len();
+        let quantities = rows.len() / groups.max(1);
+        for g in 0..groups {
+            let [a, b] = &y[g];
+            let block = &blocks[g];
+            let (mut da, mut db) = ([0.0; LANES], [0.0; LANES]);
+            for k in 0..LANES {
+                da[k] = block[0].0[k] * a.0[k] + block[1].0[k] * b.0[k];
+                db[k] = block[2].0[k] * a.0[k] + block[3].0[k] * b.0[k];
+                amplitudes[g].0[k] = (a.0[k] * a.0[k] + b.0[k] * b.0[k]).sqrt();
+            }
+            for (part, [push, other]) in parts.iter().zip(&pushes[g * parts.len()..]) {
+                for k in 0..LANES {
+                    da[k] += part * push.0[k];
+                    db[k] += part * other.0[k];
+                }
+            }
+            for q in 0..quantities {
+                let [ua, ub, va, vb] = &rows[g * quantities + q];
+                let sizes = &mut in_turn[q * groups + g];
+                let (mut along, mut across) = ([0.0; LANES], [0.0; LANES]);
+                for k in 0..LANES {
+                    along[k] = ua.0[k] * da[k] + ub.0[k] * db[k];
+                    across[k] = va.0[k] * da[k] + vb.0[k] * db[k];
+                }
+                if q + 1 == quantities {
+                    for k in 0..LANES {
+                        rates[0].0[k] += along[k];
+                        rates[1].0[k] += across[k];
+                    }
+                }
+                for k in 0..LANES {
+                    let x = along[k] + spin * (va.0[k] * a.0[k] + vb.0[k] * b.0[k]);
+                    let z = across[k] - spin * (ua.0[k] * a.0[k] + ub.0[k] * b.0[k]);
+                    sizes.0[k] = (x * x + z * z).sqrt();
+                }
+            }
+        }
+    }
+}
