@@ -4,7 +4,7 @@ use super::ExponentialError;
 use super::bound::length;
 use super::grid::Cell;
 use super::kick::Kick;
-use super::measured::{BESIDE, Stored};
+use super::measured::{BESIDE, Stored, sizes_of};
 use super::missed::Watched;
 use super::outlook::Sight;
 use super::peak::Vertex;
@@ -249,9 +249,14 @@ impl Flight {
         self.shared.grid.visited()
     }
 
-    /// Lateral coordinates and their velocities, one after the other, and zeros up to a multiple of eight.
-    pub(super) fn motion(&self, z: &mut Vec<f64>) {
-        self.cell.motion(&self.shared.grid.model).times(&self.y, z);
+    /// Lateral coordinates, and zeros up to a multiple of eight.
+    pub(super) fn places(&self, q: &mut Vec<f64>) {
+        self.cell.places(&self.shared.grid.model).times(&self.y, q);
+    }
+
+    /// Their rates, and zeros up to a multiple of eight.
+    pub(super) fn rates(&self, rates: &mut Vec<f64>) {
+        self.cell.rates(&self.shared.grid.model).times(&self.y, rates);
     }
 
     /// Gyroscopic momentum of now.
@@ -269,9 +274,7 @@ impl Flight {
         let Self { cell, y, scratch, shared, .. } = self;
         let (a, b) = y.split_at(y.len() / 2);
         let amplitudes = &mut scratch[..a.len()];
-        for (amplitude, (a, b)) in amplitudes.iter_mut().zip(a.iter().zip(b)) {
-            *amplitude = length([*a, *b]);
-        }
+        sizes_of(a, b, amplitudes);
         cell.seen(&shared.grid.model)[0].times(amplitudes, bounds);
     }
 
@@ -287,12 +290,15 @@ impl Flight {
         model.measures.of_bearings(room, struck)
     }
 
-    /// Energies at n, and the power that the shaft's damping takes \[W\], after a step that began with an impulse; `motion` and `room`: of their sizes.
-    pub(super) fn stores(&self, struck: [f64; 2], motion: &mut Vec<f64>, room: &mut Vec<f64>) -> (Stored, f64) {
-        let model = &self.shared.grid.model;
-        self.motion(motion);
-        let (q, rates) = motion[..self.y.len()].split_at_mut(model.system.size);
-        (model.measures.stored(q, rates, room), model.measures.of_structure(rates, struck))
+    /// Energies at n, of the rates there; `q` and `room`: of their size.
+    pub(super) fn stored(&self, rates: &[f64], q: &mut Vec<f64>, room: &mut Vec<f64>) -> Stored {
+        self.places(q);
+        self.shared.grid.model.measures.stored([q, rates], room)
+    }
+
+    /// Power that the shaft's damping takes \[W\], of the rates at n after a step that began with an impulse: they are left where it has its mean.
+    pub(super) fn power_of_structure(&self, rates: &mut [f64], struck: [f64; 2]) -> f64 {
+        self.shared.grid.model.measures.of_structure(rates, struck)
     }
 
     /// What damping takes over the last contact step beside what the mean rates say, of an impulse at its beginning \[J\].

@@ -71,7 +71,7 @@ impl Rows {
     pub fn times(&self, y: &[f64], products: &mut Vec<f64>) {
         products.clear();
         for block in self.entries.chunks_exact(self.columns.max(1)) {
-            products.extend(rows_times(block, y));
+            products.extend_from_slice(&rows_times(block, y));
         }
     }
 }
@@ -90,9 +90,10 @@ fn mixed(entries: [&[Lane]; 2], times: [f64; 2]) -> Vec<Lane> {
 }
 
 kernel! {
-    /// `sums = a x + b y`.
+    /// `sums = a x + b y`. (Without a way out, the loop would become one over the same place of several lanes.)
     fn mix_lanes(times: [f64; 2], lists: [&[Lane]; 2], sums: &mut [Lane]) {
-        for (sum, (x, y)) in sums.iter_mut().zip(lists[0].iter().zip(lists[1])) {
+        for (i, sum) in sums.iter_mut().enumerate() {
+            let (Some(x), Some(y)) = (lists[0].get(i), lists[1].get(i)) else { break };
             for k in 0..LANES {
                 sum.0[k] = times[0] * x.0[k] + times[1] * y.0[k];
             }

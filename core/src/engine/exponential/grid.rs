@@ -78,10 +78,11 @@ pub(super) struct Cell {
     watched: Vec<usize>,
     kick: OnceLock<Kick>,
     outlook: OnceLock<Outlook>,
-    /// [`Measured::bounds`] and [`Measured::bearings`]; moments and motion, which fewer looks ask for.
+    /// [`Measured::bounds`] and [`Measured::bearings`]; moments, q and q', which fewer looks ask for.
     seen: OnceLock<[Rows; 2]>,
     moments: OnceLock<Rows>,
-    motion: OnceLock<Rows>,
+    places: OnceLock<Rows>,
+    rates: OnceLock<Rows>,
 }
 
 impl Cell {
@@ -131,9 +132,14 @@ impl Cell {
         self.moments.get_or_init(|| self.measured(model, |at| &at.moments))
     }
 
-    /// Z: rows of q and q' on its whirl states.
-    pub fn motion(&self, model: &Model) -> &Rows {
-        self.motion.get_or_init(|| self.measured(model, |at| &at.motion))
+    /// Rows of q on its whirl states.
+    pub fn places(&self, model: &Model) -> &Rows {
+        self.places.get_or_init(|| self.measured(model, |at| &at.motion[0]))
+    }
+
+    /// Rows of q' on its whirl states.
+    pub fn rates(&self, model: &Model) -> &Rows {
+        self.rates.get_or_init(|| self.measured(model, |at| &at.motion[1]))
     }
 
     fn measured(&self, model: &Model, of: impl Fn(&Measured) -> &Rows) -> Rows {
@@ -227,7 +233,8 @@ impl Grid {
             outlook: OnceLock::new(),
             seen: OnceLock::new(),
             moments: OnceLock::new(),
-            motion: OnceLock::new(),
+            places: OnceLock::new(),
+            rates: OnceLock::new(),
         });
         let keeps = self.keeps.load(Ordering::Relaxed);
         if !keeps && found.cells.len() >= LAST {

@@ -14,7 +14,7 @@
 use super::bound::length;
 use super::forms::{Form, Rows};
 use super::system::LateralSystem;
-use crate::linalg::lanes::LANES;
+use crate::linalg::lanes::{LANES, kernel};
 use crate::linalg::{Matrix, dot, mul, mul_tn};
 use crate::rotor::BearingSite;
 use crate::stress::ShaftStresses;
@@ -73,8 +73,8 @@ pub(super) struct Measured {
     /// Those of [`Measures`] on the bearings' motion.
     pub bearings: Rows,
     pub moments: Rows,
-    /// Z.
-    pub motion: Rows,
+    /// Z: of q and of q'.
+    pub motion: [Rows; 2],
 }
 
 impl Measures {
@@ -125,13 +125,14 @@ impl Measures {
 
     /// Of whirl states with this Z.
     pub fn at(&self, motion: &Matrix) -> Measured {
-        let places = motion.rows(0, motion.nrows() / 2).into_owned();
+        let half = motion.nrows() / 2;
+        let [places, rates] = [0, half].map(|from| motion.rows(from, half).into_owned());
         let moments = mul(&self.moments, &places);
         Measured {
             bounds: Rows::new(&self.bounds(&moments, &mul(&self.nodal, &places))),
             bearings: Rows::new(&mul(&self.sites, motion)),
             moments: Rows::new(&moments),
-            motion: Rows::new(motion),
+            motion: [Rows::new(&places), Rows::new(&rates)],
         }
     }
 
@@ -181,14 +182,12 @@ impl Measures {
         [taken, self.skew.iter().enumerate().map(put_in).sum()]
     }
 
-    /// Energies of a motion.
-    pub fn stored(&self, q: &[f64], rates: &[f64], room: &mut Vec<f64>) -> Stored {
+    /// Energies of a motion: q and q' with zeros behind them.
+    pub fn stored(&self, [q, rates]: [&[f64]; 2], room: &mut Vec<f64>) -> Stored {
         let Stores { mass, stiffness, gyroscopic, weight, .. } = &self.stores;
+        let q = &q[..weight.len()];
         gyroscopic.times(q, room);
-        Stored {
-            energy: 0.5 * (mass.of(rates) + stiffness.of(q)) - dot(weight, q),
-            gyroscopic: 0.5 * dot(rates, &room[..rates.len()]),
-        }
+        Stored { energy: 0.5 * (mass.of(rates) + stiffness.of(q)) - dot(weight, q), gyroscopic: 0.5 * dot(rates, room) }
     }
 
     /// Power that the shaft's damping takes \[W\], of these rates and that impulse; the rates are left where it has its mean.
@@ -246,6 +245,15 @@ fn sites(structure: &Structure, placed: &[usize]) -> Matrix {
 fn largest_stretch([a, b, c, d]: [f64; 4]) -> f64 {
     let (sum, difference) = (a * a + b * b + c * c + d * d, a * a + b * b - c * c - d * d);
     (0.5 * (sum + length([difference, 2.0 * (a * c + b * d)]))).sqrt()
+}
+
+kernel! {
+    /// Sizes of vectors whose parts are in two lists.
+    pub(super) fn sizes_of(a: &[f64], b: &[f64], sizes: &mut [f64]) {
+        for (size, (a, b)) in sizes.iter_mut().zip(a.iter().zip(b)) {
+            *size = (a * a + b * b).sqrt();
+        }
+    }
 }
 
 impl Measured {

@@ -2,7 +2,7 @@
 //!
 //! Loads, the rotor in the ring, and contact are seen at every step. Stresses and what the bearings' damping takes are seen at the instants of an interval of eight contact steps at
 //! least (`LOOKS`): moments where their bound exceeds what they have had (`measured`), damping by the trapezoidal rule. Stores of energy, and what the damping of the shaft
-//! takes, which is some thousandths of the bearings', are forms of all motion: they are seen every 32 (`BALANCES`). Works of contact, of braking and of the damping of ring and twist are those of each step.
+//! takes, which is some thousandths of the bearings', are forms of all motion: they are seen every 64 (`BALANCES`) and 32 (`LOSSES`). Works of contact, of braking and of the damping of ring and twist are those of each step.
 //!
 //! Limits: peaks of stresses between two looks are missed; a look is at most as far from the next as the longest flight. Verified by `tests/exponential_run.rs`.
 
@@ -10,7 +10,7 @@ use super::ExponentialError;
 use super::apart::Apart;
 use super::eye::{Ahead, Eye};
 use super::forms::Rows;
-use super::measured::BESIDE;
+use super::measured::{BESIDE, Stored};
 use super::settings::FlightSettings;
 use super::shape::Shape;
 use super::transient::{Done, Transient};
@@ -23,8 +23,9 @@ use bladeoff_model::outcome::{Cause, EndCause};
 
 /// Contact steps from one look at the whole motion to the next, at least; each of the first steps has one.
 const LOOKS: u64 = 8;
-/// Contact steps from one balance of energies to the next, at least, each with a look; each of the first steps has one.
-const BALANCES: u64 = 32;
+/// Contact steps from one look at what the shaft's damping takes to the next, and from one balance of energies to the next, at least, each with a look; each of the first steps has all.
+const LOSSES: u64 = 32;
+const BALANCES: u64 = 64;
 
 /// One run in contact steps of `settings.step`, from its start to its end.
 ///
@@ -50,7 +51,7 @@ pub(in crate::engine) fn run(
     if failure.is_none() {
         // the last balance is that of the end
         let at = At { time: run.transient.flight.time(), speed: run.speed };
-        if let Err(found) = run.look(run.transient.flight.ticks(), at, true) {
+        if let Err(found) = run.look(run.transient.flight.ticks(), at, true, true) {
             (cause, failure) = (EndCause::Failure, Some(found));
         }
     }
@@ -85,17 +86,18 @@ struct Run<'a> {
     touched: bool,
     /// The last look: its time in contact steps, and the powers that bearings' damping takes and that their skew stiffness puts in then \[W\].
     looked: Option<(u64, [f64; 2])>,
-    /// The last balance, and the power that the shaft's damping takes then \[W\].
-    balanced: Option<(u64, f64)>,
-    /// What the twist's damping had taken then \[J\].
-    damped: f64,
+    /// The last look at what the shaft's damping takes: its time, the power \[W\], and what the twist's damping had taken then \[J\].
+    lost: Option<(u64, f64, f64)>,
+    /// Time of the last balance.
+    balanced: Option<u64>,
     /// The last step's impulse.
     struck: [f64; 2],
     /// Torsional moments of the shaft's elements, on the modes of twist.
     torsion: Rows,
     /// Room for what is measured, and for a motion.
     seen: Vec<f64>,
-    motion: Vec<f64>,
+    places: Vec<f64>,
+    rates: Vec<f64>,
     /// Energies one by one, where the follower wants them.
     apart: Option<Box<Apart>>,
     /// Largest displacement that is believed \[m\].
@@ -121,12 +123,13 @@ impl<'a> Run<'a> {
             h: settings.step,
             touched: false,
             looked: None,
+            lost: None,
             balanced: None,
-            damped: 0.0,
             struck: [0.0; 2],
             torsion,
             seen: Vec::new(),
-            motion: Vec::new(),
+            places: Vec::new(),
+            rates: Vec::new(),
             apart: None,
             reach: DIVERGED * size(machine),
             eye: None,
@@ -140,12 +143,15 @@ impl<'a> Run<'a> {
         }
         let ticks = self.transient.flight.ticks();
         let at = At { time: self.transient.flight.time(), speed: self.speed };
-        let balances = self.steps < LOOKS || self.balanced.is_none_or(|(last, _)| ticks - last >= BALANCES);
-        let looks = balances || self.looked.is_none_or(|(last, _)| ticks - last >= LOOKS);
+        let is_due = |last: Option<u64>, every: u64| last.is_none_or(|last| ticks - last >= every);
+        let first = self.steps < LOOKS;
+        let balances = first || is_due(self.balanced, BALANCES);
+        let loses = balances || is_due(self.lost.map(|(last, ..)| last), LOSSES);
+        let looks = loses || is_due(self.looked.map(|(last, _)| last), LOOKS);
         if looks {
-            self.look(ticks, at, balances)?;
+            self.look(ticks, at, loses, balances)?;
         }
-        if balances && follower.wants_energies() {
+        if loses && follower.wants_energies() {
             let Self { transient, apart, structure, recorders, .. } = self;
             let apart = apart.get_or_insert_with(|| Box::new(Apart::new(structure, transient)));
             apart.take(transient, structure, &recorders.energies.now);
@@ -156,7 +162,7 @@ impl<'a> Run<'a> {
             let Self { transient, eye, machine, structure, .. } = self;
             eye.get_or_insert_with(|| Box::new(Eye::new(machine, structure, transient))).look(transient);
         }
-        if let Some(level) = level {
+        if let Some(level) = level.filter(|_| follower.follows()) {
             self.fly_by(level, shown, follower)?;
         }
         let angle = self.transient.flight.angle();
@@ -298,8 +304,8 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Sees stresses at n and what bearings have taken since the last look, and where it `balances`, all of the motion.
-    fn look(&mut self, ticks: u64, at: At, balances: bool) -> Result<(), Cause> {
+    /// Sees stresses at n and what bearings have taken since the last look; what the shaft `loses` and, with that, how it `balances`.
+    fn look(&mut self, ticks: u64, at: At, loses: bool, balances: bool) -> Result<(), Cause> {
         self.stresses(at)?;
         let powers = self.transient.flight.powers_of_bearings(self.struck, &mut self.seen);
         if let Some((last, before)) = self.looked {
@@ -309,8 +315,14 @@ impl<'a> Run<'a> {
             now.skew += half * (before[1] + powers[1]);
         }
         self.looked = Some((ticks, powers));
-        if balances {
-            self.balance(ticks);
+        if loses {
+            self.transient.flight.rates(&mut self.rates);
+            // rates are left where damping has its mean
+            let stored = balances.then(|| self.transient.flight.stored(&self.rates, &mut self.places, &mut self.seen));
+            self.lose(ticks);
+            if let Some(stored) = stored {
+                self.balance(ticks, &stored);
+            }
         }
         Ok(())
     }
@@ -344,21 +356,27 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Stores, what the damping of the shaft has taken since the last balance, and the guards.
-    fn balance(&mut self, ticks: u64) {
-        let Self { transient, recorders, seen, motion, .. } = self;
-        let flight = &transient.flight;
-        let (stored, power) = flight.stores(self.struck, motion, seen);
-        let damped = flight.spin().damped;
-        let now = &mut recorders.energies.now;
-        if let Some((last, before)) = self.balanced {
-            now.structure += 0.5 * (ticks - last) as f64 * self.h * (before + power) + (damped - self.damped);
+    /// What the damping of the shaft has taken since the last time, of the rates at n.
+    fn lose(&mut self, ticks: u64) {
+        let Self { transient, recorders, rates, .. } = self;
+        let power = transient.flight.power_of_structure(rates, self.struck);
+        let damped = transient.flight.spin().damped;
+        if let Some((last, before, damped_before)) = self.lost {
+            let bent = 0.5 * (ticks - last) as f64 * self.h * (before + power);
+            recorders.energies.now.structure += bent + (damped - damped_before);
         }
-        (self.balanced, self.damped) = (Some((ticks, power)), damped);
+        self.lost = Some((ticks, power, damped));
+    }
+
+    /// Stores at n, and the guards.
+    fn balance(&mut self, ticks: u64, stored: &Stored) {
+        self.balanced = Some(ticks);
+        let Self { transient, recorders, .. } = self;
+        let flight = &transient.flight;
         let shift = flight.held_back(stored.gyroscopic);
         let [turning, twisted] = flight.spin().energies(shift, flight.velocities());
         let ring = transient.contact.as_ref().map_or([0.0; 2], |contact| contact.rub.ring.energies());
-        now.kinetic =
+        recorders.energies.now.kinetic =
             stored.energy + (flight.spin().speed + shift) * stored.gyroscopic + turning + twisted + ring[0] + ring[1];
         recorders.energies.take();
         recorders.judge(self.machine, self.structure);

@@ -132,7 +132,9 @@ impl Transient {
 
     fn free(&mut self) -> Option<usize> {
         // what contact has added to them is among the largest
-        self.watch_loads();
+        if self.contact.as_ref().is_some_and(|contact| contact.rub.presses()) {
+            self.watch_loads();
+        }
         self.weigh();
         self.watch_loads();
         let Self { flight, contact, watched, lengths, flies, most, last, end, end_speed, .. } = self;
