@@ -129,9 +129,9 @@ impl Candidates {
         self.angles.len()
     }
 
-    /// Bound of every candidate's displacement \[m\], of the modes' amplitudes.
-    pub fn reach(&self, amplitudes: impl Iterator<Item = f64>) -> f64 {
-        self.reach.iter().zip(amplitudes).map(|(reach, amplitude)| reach * amplitude).sum()
+    /// Bound of every candidate's displacement per amplitude of each mode.
+    pub fn reach(&self) -> &[f64] {
+        &self.reach
     }
 
     /// V of the candidates of a block, column by column.

@@ -61,10 +61,10 @@ fn no_flight_reaches_a_ringing_ring() {
             modes.rate.fill(0.0);
             for _ in 0..=round % 3 {
                 let j = (random.next() * count as f64) as usize;
-                modes.place[j] = random.sign() / ring.reach(unit(j, modes.place.len()));
+                modes.place[j] = random.sign() / ring.reach()[j];
             }
             let x = contact.rub.off_centre(transient.flight.place(0));
-            let reach = ring.reach(contact.rub.ring.amplitudes());
+            let reach = contact.rub.ring.reach(ring.reach());
             let clear = contact.rub.room() + reach - length(x);
             let velocity = transient.flight.see_ahead();
             // as long as the longest may be, or as those that are common
@@ -106,9 +106,4 @@ fn no_flight_reaches_a_ringing_ring() {
         );
         assert!(least < 0.2, "{name}: it comes near: {least}");
     }
-}
-
-/// Amplitude 1 of one mode.
-fn unit(mode: usize, count: usize) -> impl Iterator<Item = f64> {
-    (0..count).map(move |j| f64::from(u8::from(j == mode)))
 }

@@ -27,8 +27,8 @@ impl Form {
         Self { size, entries }
     }
 
-    /// The sum of two forms of one size, times these.
-    pub fn mixed(forms: [&Self; 2], times: [f64; 2]) -> Self {
+    /// The sum of forms of one size, times these.
+    pub fn mixed<const N: usize>(forms: [&Self; N], times: [f64; N]) -> Self {
         Self { size: forms[0].size, entries: mixed(forms.map(|form| form.entries.as_slice()), times) }
     }
 
@@ -57,55 +57,30 @@ impl Rows {
         Self { columns: matrix.ncols(), entries: entries.collect() }
     }
 
-    /// The sum of two with as many rows each, times these.
-    pub fn mixed(rows: [&Self; 2], times: [f64; 2]) -> Self {
-        Self { columns: rows[0].columns, entries: mixed(rows.map(|rows| rows.entries.as_slice()), times) }
-    }
-
-    /// Products of the eight rows from `8 block` on.
-    pub fn block_times(&self, block: usize, y: &[f64]) -> [f64; LANES] {
-        rows_times(&self.entries[block * self.columns..(block + 1) * self.columns], y)
-    }
-
     /// The products, and zeros up to a multiple of eight.
     pub fn times(&self, y: &[f64], products: &mut Vec<f64>) {
         products.clear();
         for block in self.entries.chunks_exact(self.columns.max(1)) {
-            products.extend_from_slice(&rows_times(block, y));
+            products.extend(rows_times(block, y));
         }
     }
 }
 
-/// The sum of two lists, times these.
-pub(super) fn mixed_list(lists: [&[f64]; 2], times: [f64; 2]) -> Vec<f64> {
-    let mut sums = vec![0.0; lists[0].len()];
-    mix_lists(times, lists, &mut sums);
-    sums
-}
-
-fn mixed(entries: [&[Lane]; 2], times: [f64; 2]) -> Vec<Lane> {
+fn mixed<const N: usize>(entries: [&[Lane]; N], times: [f64; N]) -> Vec<Lane> {
     let mut sums = vec![Lane::default(); entries[0].len()];
-    mix_lanes(times, entries, &mut sums);
+    for (entries, times) in entries.into_iter().zip(times) {
+        add_lanes(times, entries, &mut sums);
+    }
     sums
 }
 
 kernel! {
-    /// `sums = a x + b y`. (Without a way out, the loop would become one over the same place of several lanes.)
-    fn mix_lanes(times: [f64; 2], lists: [&[Lane]; 2], sums: &mut [Lane]) {
-        for (i, sum) in sums.iter_mut().enumerate() {
-            let (Some(x), Some(y)) = (lists[0].get(i), lists[1].get(i)) else { break };
+    /// `sums += a x`.
+    fn add_lanes(a: f64, x: &[Lane], sums: &mut [Lane]) {
+        for (sum, x) in sums.iter_mut().zip(x) {
             for k in 0..LANES {
-                sum.0[k] = times[0] * x.0[k] + times[1] * y.0[k];
+                sum.0[k] += a * x.0[k];
             }
-        }
-    }
-}
-
-kernel! {
-    /// The same of numbers one by one.
-    fn mix_lists(times: [f64; 2], lists: [&[f64]; 2], sums: &mut [f64]) {
-        for (sum, (x, y)) in sums.iter_mut().zip(lists[0].iter().zip(lists[1])) {
-            *sum = times[0] * x + times[1] * y;
         }
     }
 }

@@ -13,6 +13,7 @@
 //! on the way a run takes, nor on the runs before it.
 
 use super::ExponentialError;
+use super::eights::Eights;
 use super::forms::{Form, Rows};
 use super::kick::{Kick, saw_tooth};
 use super::local::Local;
@@ -79,10 +80,10 @@ pub(super) struct Cell {
     kick: OnceLock<Kick>,
     outlook: OnceLock<Outlook>,
     /// [`Measured::bounds`] and [`Measured::bearings`]; moments, q and q', which fewer looks ask for.
-    seen: OnceLock<[Rows; 2]>,
-    moments: OnceLock<Rows>,
-    places: OnceLock<Rows>,
-    rates: OnceLock<Rows>,
+    seen: OnceLock<[Eights; 2]>,
+    moments: OnceLock<Eights>,
+    places: OnceLock<Eights>,
+    rates: OnceLock<Eights>,
 }
 
 impl Cell {
@@ -104,7 +105,7 @@ impl Cell {
         let Some((_, push, _)) = &self.contact else { return 0.0 };
         let [below, above] = self.stations.each_ref().map(|station| {
             station.saw_tooth.get_or_init(|| {
-                let local = Local::between([station, station], 0.0, station.speed, self.unbalances);
+                let local = local([station, station], 0.0, station.speed, self.unbalances);
                 saw_tooth(&local, &Propagator::new(&local, self.unbalances, h), station.lost(model), h, *push)
             })
         });
@@ -123,26 +124,26 @@ impl Cell {
     }
 
     /// [`Measured::bounds`] and [`Measured::bearings`] of its whirl states.
-    pub fn seen(&self, model: &Model) -> &[Rows; 2] {
+    pub fn seen(&self, model: &Model) -> &[Eights; 2] {
         self.seen.get_or_init(|| [self.measured(model, |at| &at.bounds), self.measured(model, |at| &at.bearings)])
     }
 
     /// [`Measured::moments`] of its whirl states.
-    pub fn moments(&self, model: &Model) -> &Rows {
+    pub fn moments(&self, model: &Model) -> &Eights {
         self.moments.get_or_init(|| self.measured(model, |at| &at.moments))
     }
 
     /// Rows of q on its whirl states.
-    pub fn places(&self, model: &Model) -> &Rows {
+    pub fn places(&self, model: &Model) -> &Eights {
         self.places.get_or_init(|| self.measured(model, |at| &at.motion[0]))
     }
 
     /// Rows of q' on its whirl states.
-    pub fn rates(&self, model: &Model) -> &Rows {
+    pub fn rates(&self, model: &Model) -> &Eights {
         self.rates.get_or_init(|| self.measured(model, |at| &at.motion[1]))
     }
 
-    fn measured(&self, model: &Model, of: impl Fn(&Measured) -> &Rows) -> Rows {
+    fn measured(&self, model: &Model, of: impl Fn(&Measured) -> &Eights) -> Eights {
         Measured::between(self.stations.each_ref().map(|station| station.measured(model)), self.share, of)
     }
 
@@ -151,6 +152,28 @@ impl Cell {
         let [below, above] = &self.stations;
         let whole = &below.motion * (1.0 - self.share) + &above.motion * self.share;
         Some(solve(&whole, &Vector::from_column_slice(motion))?.as_slice().to_vec())
+    }
+}
+
+/// What whirl states are at a speed and a share of the way between two stations, under so many unbalances.
+fn local([below, above]: [&Station; 2], share: f64, speed: f64, unbalances: usize) -> Local {
+    let mixed = |one: &Matrix, other: &Matrix| one * (1.0 - share) + other * share;
+    let (rows, pushes) = (mixed(&below.rows, &above.rows), mixed(&below.pushes, &above.pushes));
+    let blocks = below.blocks.iter().zip(&above.blocks);
+    let pushes: Vec<Vec<f64>> = pushes.column_iter().map(|column| column.iter().copied().collect()).collect();
+    let all = Rows::new(&rows);
+    let struck = pushes[..2 * unbalances].iter().map(|push| {
+        let mut seen = Vec::new();
+        all.times(push, &mut seen);
+        seen
+    });
+    Local {
+        speed,
+        blocks: blocks.map(|(x, y)| std::array::from_fn(|i| x[i] * (1.0 - share) + y[i] * share)).collect(),
+        struck: struck.collect(),
+        outputs: all,
+        rows: rows.row_iter().map(|row| row.iter().copied().collect()).collect(),
+        pushes,
     }
 }
 
@@ -220,7 +243,7 @@ impl Grid {
         let speed = self.speed_of_station(b) + middle * self.spacing;
         let cell = Arc::new(Cell {
             index,
-            local: Local::between([below, above], share, speed, outputs.unbalances()),
+            local: local([below, above], share, speed, outputs.unbalances()),
             momentum: Form::mixed([&below.momentum, &above.momentum], [1.0 - share, share]),
             share,
             stations: [Arc::clone(below), Arc::clone(above)],

@@ -11,7 +11,7 @@
 //! Source: the theory page of this engine. Verified by `a_steady_train_of_impulses_makes_the_static_displacement`.
 
 use super::oscillators::{OscillatorStep, Oscillators};
-use crate::linalg::lanes::{LANES, kernel};
+use crate::linalg::lanes::{LANES, kernel, sum};
 
 /// Modes under way. All lists have a multiple of eight entries: those behind the last mode are of modes at rest that nothing moves.
 #[derive(Debug, Clone)]
@@ -21,6 +21,7 @@ pub(super) struct KickedRing {
     /// w^2 and c of each.
     squares: Vec<f64>,
     dampings: Vec<f64>,
+    ones: Vec<f64>,
     /// Mean of n'- and n'+ at the last n.
     pub mean_rate: Vec<f64>,
     /// From n to n+1 without impulse.
@@ -61,6 +62,7 @@ impl KickedRing {
             count,
             squares: modes.iter().map(|mode| mode.0).collect(),
             dampings: modes.iter().map(|mode| mode.1).collect(),
+            ones: vec![1.0; modes.len()],
             mean_rate: vec![0.0; modes.len()],
             way: vec![0.0; modes.len()],
             modes: Oscillators::new(modes.into_iter()),
@@ -88,16 +90,12 @@ impl KickedRing {
 
     /// What (1) has taken at n \[J\].
     pub fn damped(&self) -> f64 {
-        let taken = self.dampings.iter().zip(&self.mean_rate).map(|(c, rate)| c * rate * rate);
-        self.step * taken.sum::<f64>()
+        self.step * weighted_square(&self.dampings, &self.mean_rate)
     }
 
     /// Kinetic and strain energy \[J\].
     pub fn energies(&self) -> [f64; 2] {
-        let state = self.modes.place.iter().zip(&self.modes.rate).zip(&self.squares);
-        state.fold([0.0; 2], |[kinetic, strain], ((n, rate), square)| {
-            [kinetic + 0.5 * rate * rate, strain + 0.5 * square * n * n]
-        })
+        [0.5 * weighted_square(&self.ones, &self.modes.rate), 0.5 * weighted_square(&self.squares, &self.modes.place)]
     }
 
     /// Goes a step of any size in free flight.
@@ -119,10 +117,46 @@ impl KickedRing {
         self.kicked.cos.iter().zip(&self.kicked.times).zip(&self.squares).map(of).collect()
     }
 
-    /// Largest displacement of each mode from now on, without impulses.
-    pub fn amplitudes(&self) -> impl Iterator<Item = f64> {
-        let state = self.modes.place.iter().zip(&self.modes.rate);
-        state.zip(&self.squares).map(|((n, rate), square)| (n * n + rate * rate / square).sqrt())
+    /// Sum of the largest displacements of all modes from now on, without impulses, times weights.
+    pub fn reach(&self, weights: &[f64]) -> f64 {
+        reach(weights, &self.modes.place, &self.modes.rate, &self.squares)
+    }
+}
+
+kernel! {
+    /// `sum_j w_j sqrt(n_j^2 + n_j'^2/w_j^2)`; no more weights than modes.
+    fn reach(weights: &[f64], place: &[f64], rate: &[f64], squares: &[f64]) -> f64 {
+        let mut sums = [0.0; LANES];
+        let modes = place.as_chunks::<LANES>().0.iter().zip(rate.as_chunks::<LANES>().0).zip(squares.as_chunks::<LANES>().0);
+        for (weights, ((n, rate), square)) in weights.chunks(LANES).zip(modes) {
+            let mut sizes = [0.0; LANES];
+            for k in 0..LANES {
+                sizes[k] = (n[k] * n[k] + rate[k] * rate[k] / square[k]).sqrt();
+            }
+            if let Some(weights) = weights.first_chunk::<LANES>() {
+                for k in 0..LANES {
+                    sums[k] += weights[k] * sizes[k];
+                }
+            } else {
+                for (k, weight) in weights.iter().enumerate() {
+                    sums[k] += weight * sizes[k];
+                }
+            }
+        }
+        sum(sums)
+    }
+}
+
+kernel! {
+    /// `sum_j w_j x_j^2`.
+    fn weighted_square(weights: &[f64], x: &[f64]) -> f64 {
+        let mut sums = [0.0; LANES];
+        for (w, x) in weights.as_chunks::<LANES>().0.iter().zip(x.as_chunks::<LANES>().0) {
+            for k in 0..LANES {
+                sums[k] += w[k] * (x[k] * x[k]);
+            }
+        }
+        sum(sums)
     }
 }
 
@@ -188,7 +222,7 @@ mod tests {
             ring.drift();
         }
         let exact = (-0.5 * damping * 1e-2_f64).exp();
-        let found = ring.amplitudes().next().expect("one mode");
+        let found = ring.reach(&[1.0]);
         assert!((found / exact - 1.0).abs() < 0.02, "{found} {exact}");
     }
 }

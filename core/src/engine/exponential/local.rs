@@ -1,9 +1,8 @@
 //! What the whirl states are in one cell of the grid, where all of it is constant.
 
 use super::block::Block;
-use super::forms::{Rows, mixed_list};
+use super::forms::Rows;
 use super::rows::add_both;
-use super::station::Station;
 use nalgebra::Complex;
 
 #[derive(Debug)]
@@ -21,31 +20,6 @@ pub(super) struct Local {
 }
 
 impl Local {
-    /// At a speed \[rad/s\] and a share of the way between two stations, under so many unbalances: linear in the share.
-    pub fn between(stations: [&Station; 2], share: f64, speed: f64, unbalances: usize) -> Self {
-        let times = [1.0 - share, share];
-        let lists = |of: &dyn Fn(&Station) -> &[Vec<f64>]| -> Vec<Vec<f64>> {
-            let [below, above] = stations.map(of);
-            below.iter().zip(above).map(|(below, above)| mixed_list([below, above], times)).collect()
-        };
-        let pushes = lists(&|station| &station.pushes);
-        let outputs = Rows::mixed(stations.map(|station| &station.outputs), times);
-        let struck = pushes[..2 * unbalances].iter().map(|push| {
-            let mut seen = Vec::new();
-            outputs.times(push, &mut seen);
-            seen
-        });
-        let blocks = stations[0].blocks.iter().zip(&stations[1].blocks);
-        Self {
-            speed,
-            blocks: blocks.map(|(x, y)| std::array::from_fn(|i| times[0] * x[i] + times[1] * y[i])).collect(),
-            struck: struck.collect(),
-            rows: lists(&|station| &station.rows),
-            outputs,
-            pushes,
-        }
-    }
-
     /// Adds impulses of the unbalances on their nodes \[N s\] to y and its outputs.
     pub fn strike(&self, impulses: impl Iterator<Item = Complex<f64>>, y: &mut [f64], seen: &mut [f64]) {
         for (s, impulse) in impulses.enumerate() {

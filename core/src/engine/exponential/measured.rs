@@ -12,7 +12,8 @@
 //! Verified by `no_moment_is_beyond_its_bound`, `energies_of_coordinates_are_those_of_the_motion`, and the balances of `tests/exponential_run.rs`.
 
 use super::bound::length;
-use super::forms::{Form, Rows};
+use super::eights::Eights;
+use super::forms::Form;
 use super::system::LateralSystem;
 use crate::linalg::lanes::{LANES, kernel};
 use crate::linalg::{Matrix, dot, mul, mul_tn};
@@ -52,7 +53,7 @@ pub(super) struct Measures {
 struct Stores {
     mass: Form,
     stiffness: Form,
-    gyroscopic: Rows,
+    gyroscopic: Eights,
     weight: Vec<f64>,
     /// C without the bearings' parts; `None` without any.
     structural: Option<Form>,
@@ -68,13 +69,13 @@ pub(super) struct Stored {
 /// What is seen of whirl states: rows on y at one station, or between two.
 #[derive(Debug, Clone)]
 pub(super) struct Measured {
-    /// Rows on |y_k|: (1) of each [`BESIDE`] elements, then the reach.
-    pub bounds: Rows,
+    /// Eights on |y_k|: (1) of each [`BESIDE`] elements, then the reach.
+    pub bounds: Eights,
     /// Those of [`Measures`] on the bearings' motion.
-    pub bearings: Rows,
-    pub moments: Rows,
+    pub bearings: Eights,
+    pub moments: Eights,
     /// Z: of q and of q'.
-    pub motion: [Rows; 2],
+    pub motion: [Eights; 2],
 }
 
 impl Measures {
@@ -129,10 +130,10 @@ impl Measures {
         let [places, rates] = [0, half].map(|from| motion.rows(from, half).into_owned());
         let moments = mul(&self.moments, &places);
         Measured {
-            bounds: Rows::new(&self.bounds(&moments, &mul(&self.nodal, &places))),
-            bearings: Rows::new(&mul(&self.sites, motion)),
-            moments: Rows::new(&moments),
-            motion: [Rows::new(&places), Rows::new(&rates)],
+            bounds: Eights::new(&self.bounds(&moments, &mul(&self.nodal, &places))),
+            bearings: Eights::new(&mul(&self.sites, motion)),
+            moments: Eights::new(&moments),
+            motion: [Eights::new(&places), Eights::new(&rates)],
         }
     }
 
@@ -145,7 +146,7 @@ impl Measures {
         Form::new(&mul_tn(&rates, &(mul(&system.damping, &rates) + mul(&skew, &places))))
     }
 
-    /// Rows of bounds, of moments and displacements by y.
+    /// Eights of bounds, of moments and displacements by y.
     fn bounds(&self, moments: &Matrix, nodal: &Matrix) -> Matrix {
         let (pairs, ends) = (nodal.ncols() / 2, moments.nrows() / 2);
         let together = 2 * BESIDE;
@@ -218,14 +219,14 @@ impl Stores {
         Self {
             mass: Form::new(mass),
             stiffness: Form::new(stiffness),
-            gyroscopic: Rows::new(&system.gyroscopic),
+            gyroscopic: Eights::new(&system.gyroscopic),
             weight: weight.to_vec(),
             structural: damped.then(|| Form::new(&structural)),
         }
     }
 }
 
-/// Rows on (q, q') of the velocities of all bearings' nodes, and of the places of some.
+/// Eights on (q, q') of the velocities of all bearings' nodes, and of the places of some.
 fn sites(structure: &Structure, placed: &[usize]) -> Matrix {
     let (rotor, map) = (&structure.rotor, &structure.lateral.coordinates);
     let n = map.size();
@@ -258,7 +259,7 @@ kernel! {
 
 impl Measured {
     /// What of two stations lies between, at a share of the way: one of its lists of rows.
-    pub fn between(stations: [&Self; 2], share: f64, of: impl Fn(&Self) -> &Rows) -> Rows {
-        Rows::mixed(stations.map(of), [1.0 - share, share])
+    pub fn between(stations: [&Self; 2], share: f64, of: impl Fn(&Self) -> &Eights) -> Eights {
+        Eights::mixed(stations.map(of), [1.0 - share, share])
     }
 }

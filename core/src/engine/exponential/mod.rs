@@ -15,6 +15,7 @@ mod bound;
 mod candidates;
 #[cfg(test)]
 mod clearance_tests;
+mod eights;
 mod eye;
 mod flight;
 mod foreseen;

@@ -48,25 +48,24 @@ impl Outlook {
     pub fn new(cell: &Local, watched: &[usize], unbalances: usize, h: f64) -> Self {
         let pairs = cell.blocks.len();
         let groups = pairs.div_ceil(LANES);
-        let lane = |g: usize, of: &dyn Fn(usize) -> f64| {
-            Lane(std::array::from_fn(|l| if g * LANES + l < pairs { of(g * LANES + l) } else { 0.0 }))
-        };
-        let list = |g: usize, v: &[f64]| [lane(g, &|k| v[k]), lane(g, &|k| v[pairs + k])];
-        let rows = |g: usize, first: usize| {
-            let [[ua, ub], [va, vb]] = [list(g, &cell.rows[first]), list(g, &cell.rows[first + 1])];
-            [ua, ub, va, vb]
-        };
-        Self {
-            step: h,
-            spin: cell.speed,
-            blocks: (0..groups).map(|g| std::array::from_fn(|i| lane(g, &|k| cell.blocks[k][i]))).collect(),
-            pushes: (0..groups)
-                .flat_map(|g| cell.pushes[..=2 * unbalances].iter().map(move |push| list(g, push)))
-                .collect(),
-            rows: (0..groups).flat_map(|g| watched.iter().map(move |&first| rows(g, first))).collect(),
-            bounds: Default::default(),
-            missed: Default::default(),
+        let mut blocks = vec![[Lane::default(); 4]; groups];
+        for (k, block) in cell.blocks.iter().enumerate() {
+            for (lane, entry) in blocks[k / LANES].iter_mut().zip(block) {
+                lane.0[k % LANES] = *entry;
+            }
         }
+        let forces = 2 * unbalances + 1;
+        let mut pushes = vec![[Lane::default(); 2]; groups * forces];
+        for (at, push) in cell.pushes[..forces].iter().enumerate() {
+            put([&push[..pairs], &push[pairs..]], pushes[at..].iter_mut().step_by(forces));
+        }
+        let mut rows = vec![[Lane::default(); 4]; groups * watched.len()];
+        for (at, &first) in watched.iter().enumerate() {
+            let [u, v] = [&cell.rows[first], &cell.rows[first + 1]];
+            let lists = [&u[..pairs], &u[pairs..], &v[..pairs], &v[pairs..]];
+            put(lists, rows[at..].iter_mut().step_by(watched.len()));
+        }
+        Self { step: h, spin: cell.speed, blocks, pushes, rows, bounds: Default::default(), missed: Default::default() }
     }
 
     /// Sees y under these forces of the unbalances \[N\]; the rate of the last quantity.
@@ -119,8 +118,21 @@ impl Outlook {
 
 /// A list, with zeros up to a multiple of eight.
 pub(super) fn in_lanes(list: &[f64]) -> Vec<Lane> {
-    let lane = |part: &[f64]| Lane(std::array::from_fn(|k| part.get(k).copied().unwrap_or(0.0)));
-    list.chunks(LANES).map(lane).collect()
+    let mut lanes = vec![Lane::default(); list.len().div_ceil(LANES)];
+    for (lane, part) in lanes.iter_mut().zip(list.chunks(LANES)) {
+        lane.0[..part.len()].copy_from_slice(part);
+    }
+    lanes
+}
+
+/// Puts eight of each list after eight into places.
+fn put<'a, const N: usize>(lists: [&[f64]; N], places: impl Iterator<Item = &'a mut [Lane; N]>) {
+    for (g, place) in places.enumerate() {
+        for (lane, list) in place.iter_mut().zip(lists) {
+            let part = &list[g * LANES..list.len().min((g + 1) * LANES)];
+            lane.0[..part.len()].copy_from_slice(part);
+        }
+    }
 }
 
 kernel! {

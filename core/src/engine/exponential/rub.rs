@@ -177,7 +177,7 @@ impl Rub {
 
     /// How far the rotor's centre may be from the ring's before it can touch, wherever the ring's modes carry it \[m\].
     pub fn room(&self) -> f64 {
-        self.gap - self.candidates.reach(self.ring.amplitudes())
+        self.gap - self.ring.reach(self.candidates.reach())
     }
 
     /// The rotor's centre from the ring's, in the stator's axes.

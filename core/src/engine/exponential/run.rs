@@ -8,8 +8,8 @@
 
 use super::ExponentialError;
 use super::apart::Apart;
+use super::eights::Eights;
 use super::eye::{Ahead, Eye};
-use super::forms::Rows;
 use super::measured::{BESIDE, Stored};
 use super::settings::FlightSettings;
 use super::shape::Shape;
@@ -93,7 +93,7 @@ struct Run<'a> {
     /// The last step's impulse.
     struck: [f64; 2],
     /// Torsional moments of the shaft's elements, on the modes of twist.
-    torsion: Rows,
+    torsion: Eights,
     /// Room for what is measured, and for a motion.
     seen: Vec<f64>,
     places: Vec<f64>,
@@ -112,7 +112,7 @@ impl<'a> Run<'a> {
         let twists: Vec<Vec<f64>> =
             (0..structure.rotor.nodes).map(|node| transient.flight.spin().twist_of(structure, node)).collect();
         let recorders = Recorders::new(machine, &structure.rings, settings.step);
-        let torsion = Rows::new(&recorders.torsional_rows(&twists));
+        let torsion = Eights::new(&recorders.torsional_rows(&twists));
         Ok(Self {
             machine,
             structure,

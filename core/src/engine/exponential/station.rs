@@ -10,7 +10,7 @@
 //! where what (1) leaves between pairs is more than rounding allows: pairs that are not invariant would be propagated wrongly.
 
 use super::block::Block;
-use super::forms::{Form, Rows};
+use super::forms::Form;
 use super::measured::{Measured, Measures};
 use super::outputs::Outputs;
 use super::system::LateralSystem;
@@ -41,11 +41,10 @@ pub(super) struct Station {
     pub blocks: Vec<Block>,
     /// Z.
     pub motion: Matrix,
-    /// O: a row for each output, and all of them.
-    pub rows: Vec<Vec<f64>>,
-    pub outputs: Rows,
-    /// A vector of y for each force.
-    pub pushes: Vec<Vec<f64>>,
+    /// O: a row for each output.
+    pub rows: Matrix,
+    /// A column for each force.
+    pub pushes: Matrix,
     /// N.
     pub momentum: Form,
     /// No less than the 2-norm condition of R; that itself where it is near what is allowed.
@@ -88,13 +87,10 @@ impl Station {
         let motion = mul(&system.motion_of_state(speed), &right);
         let (places, velocities) = (motion.rows(0, size).into_owned(), motion.rows(size, size).into_owned());
         let momentum = mul_tn(&velocities, &mul(&system.gyroscopic, &places)) * 0.25;
-        let rows = mul(&model.outputs.rows(system, speed), &motion);
-        let pushes = mul(&left, &model.outputs.pushes(system));
         Ok(Self {
             blocks: (0..size).map(block).collect(),
-            outputs: Rows::new(&rows),
-            rows: rows.row_iter().map(|row| row.iter().copied().collect()).collect(),
-            pushes: pushes.column_iter().map(|column| column.iter().copied().collect()).collect(),
+            rows: mul(&model.outputs.rows(system, speed), &motion),
+            pushes: mul(&left, &model.outputs.pushes(system)),
             momentum: Form::new(&(&momentum + momentum.transpose())),
             motion,
             right,
