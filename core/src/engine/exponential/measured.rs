@@ -263,3 +263,90 @@ impl Measured {
         Eights::mixed(stations.map(of), [1.0 - share, share])
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::flight::Flight;
+    use super::super::settings::FlightSettings;
+    use super::super::shape::Shape;
+    use super::*;
+    use bladeoff_model::machine::MachineDef;
+
+    /// The rig with one bearing of skew stiffness, in free flight, struck time and again.
+    fn struck(mut at: impl FnMut(&Machine, &Structure, &mut Flight, [f64; 2])) {
+        let path = format!("{}/../studies/machines/lab_rig.toml", env!("CARGO_MANIFEST_DIR"));
+        let text = std::fs::read_to_string(&path).expect("a machine of the repository");
+        let text = text.replacen("\"2e6 N/m\"", "[[2e6, 3e5], [-1e5, 1.7e6]]", 1);
+        let machine = MachineDef::parse(&path, &text).expect("parses").build().expect("valid");
+        let structure = Structure::build(&machine, None).expect("buildable");
+        let mut flight = Flight::new(&machine, &structure, FlightSettings::of_step(2e-5)).expect("has a basis");
+        let row = flight.spin().row_of(&structure, machine.diaphragms[0].contact.node);
+        for round in 0..40 {
+            let impulse = [0.3 * f64::from(round).sin(), 0.2 * f64::from(round).cos()];
+            flight.propagate(0).expect("goes on");
+            flight.strike(impulse, 1e-3, &row);
+            flight.finish(0).expect("goes on");
+            at(&machine, &structure, &mut flight, impulse);
+            (0..30).for_each(|_| flight.advance(1).expect("goes on"));
+        }
+    }
+
+    #[test]
+    fn no_moment_is_beyond_its_bound() {
+        let (mut bounds, mut closest) = (Vec::new(), 0.0_f64);
+        struck(|machine, structure, flight, _| {
+            let RotorKind::Shaft(shaft) = &machine.rotor.kind else { panic!("the rig has a shaft") };
+            let stresses = ShaftStresses::new(shaft);
+            let mut shape = Shape::new(structure, flight.spin());
+            shape.take(flight, structure);
+            flight.bounds(&mut bounds);
+            let blocks = shaft.elements.len().div_ceil(BESIDE);
+            let largest = shape.nodal.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+            assert!(largest <= bounds[blocks], "{largest} {}", bounds[blocks]);
+            let whole = bounds[..blocks].iter().copied().fold(0.0, f64::max);
+            for element in 0..shaft.elements.len() {
+                let seen = flight.moments(element / BESIDE);
+                let seen = &seen[OF_ELEMENT * (element % BESIDE)..];
+                for (end, moment) in stresses.bending_moments(element, &shape.nodal).into_iter().enumerate() {
+                    let (size, bound) = (length(moment), bounds[element / BESIDE]);
+                    assert!(size <= bound, "element {element}: {size} beyond {bound}");
+                    closest = closest.max(size / bound);
+                    for (i, part) in moment.into_iter().enumerate() {
+                        let off = (seen[2 * end + i] - part).abs();
+                        assert!(off < 1e-11 * whole, "element {element}: {off} of {whole}");
+                    }
+                }
+            }
+        });
+        // struck a step ago, pairs are in every phase
+        assert!(closest > 0.2, "the bound says something: {closest}");
+    }
+
+    #[test]
+    fn energies_of_coordinates_are_those_of_the_motion() {
+        let (mut q, mut rates, mut room) = (Vec::new(), Vec::new(), Vec::new());
+        struck(|_, structure, flight, impulse| {
+            let (n, spin) = (structure.lateral.coordinates.size(), flight.spin().speed);
+            flight.rates(&mut rates);
+            let stored = flight.stored(&rates, &mut q, &mut room);
+            let system = &flight.shared().grid.model.system;
+            let [kinetic, strain] = system.energies(spin, &q[..n], &rates[..n]);
+            let weight: f64 = dot(flight.shared().grid.model.outputs.weight(), &q[..n]);
+            let (ours, theirs) = (stored.energy + spin * stored.gyroscopic, kinetic + strain - weight);
+            assert!((ours - theirs).abs() < 1e-12 * (kinetic + strain), "{ours} {theirs}");
+            // and what is taken, part by part, is that of all damping and of the skew part of K
+            let [bearings, skew] = flight.powers_of_bearings(impulse, &mut room);
+            let mean: Vec<f64> = {
+                let node = flight.shared().grid.model.measures.jumps.clone();
+                (0..n).map(|j| rates[j] + 0.5 * (node[0][j] * impulse[0] + node[1][j] * impulse[1])).collect()
+            };
+            let taken = bearings - skew + flight.power_of_structure(&mut rates, impulse);
+            let form = |m: &Matrix, x: &[f64]| -> f64 {
+                (0..n).map(|i| mean[i] * (0..n).map(|j| m[(i, j)] * x[j]).sum::<f64>()).sum()
+            };
+            let lost =
+                form(&system.damping, &mean) + 0.5 * form(&(&system.stiffness - system.stiffness.transpose()), &q);
+            assert!((taken - lost).abs() < 1e-11 * (bearings.abs() + skew.abs()), "{taken} {lost}");
+        });
+    }
+}

@@ -187,3 +187,63 @@ kernel! {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::forms::Rows;
+    use super::*;
+    use crate::linalg::Matrix;
+
+    /// Of numbers of pairs that are no multiple of eight, and of more than one unbalance.
+    #[test]
+    fn what_is_seen_of_pairs_is_that_of_each() {
+        for (pairs, unbalances) in [(1, 1), (5, 0), (8, 2), (13, 3), (24, 1)] {
+            let value = |i: usize, j: usize| ((i * 31 + j * 17) % 23) as f64 - 11.3;
+            let list = |i: usize| -> Vec<f64> { (0..2 * pairs).map(|j| value(i, j)).collect() };
+            let cell = Local {
+                speed: 1.7,
+                blocks: (0..pairs).map(|k| std::array::from_fn(|i| value(k, i + 3))).collect(),
+                rows: (0..6).map(|i| list(i + 1)).collect(),
+                outputs: Rows::new(&Matrix::zeros(0, 0)),
+                pushes: (0..=2 * unbalances).map(|i| list(i + 50)).collect(),
+                struck: Vec::new(),
+            };
+            let y = list(99);
+            let forces: Vec<Complex<f64>> = (0..unbalances).map(|s| Complex::new(value(s, 5), value(s, 9))).collect();
+            let mut sight = Sight::default();
+            let outlook = Outlook::new(&cell, &[0, 4, 2], unbalances, 1e-3);
+            let rate = outlook.see(&y, forces.iter().copied(), &mut sight);
+            let rates: Vec<f64> = (0..2 * pairs)
+                .map(|j| {
+                    let (k, b) = (j % pairs, cell.blocks[j % pairs]);
+                    let of = if j < pairs { [b[0], b[1]] } else { [b[2], b[3]] };
+                    let pushed: f64 = forces
+                        .iter()
+                        .enumerate()
+                        .map(|(s, f)| cell.pushes[2 * s][j] * f.re + cell.pushes[2 * s + 1][j] * f.im)
+                        .sum();
+                    of[0] * y[k] + of[1] * y[pairs + k] + pushed + cell.pushes[2 * unbalances][j]
+                })
+                .collect();
+            let mut sum = [0.0; 2];
+            for k in 0..pairs {
+                let near = |found: f64, wanted: f64| {
+                    assert!((found - wanted).abs() < 1e-9 * (1.0 + wanted.abs()), "{pairs} {k}: {found} {wanted}");
+                };
+                near(sight.amplitudes[k / LANES].0[k % LANES], length([y[k], y[pairs + k]]));
+                for (q, first) in [0, 4, 2].into_iter().enumerate() {
+                    let of =
+                        |row: usize, x: &[f64]| cell.rows[row][k] * x[k] + cell.rows[row][pairs + k] * x[pairs + k];
+                    let (place, rate) =
+                        ([of(first, &y), of(first + 1, &y)], [of(first, &rates), of(first + 1, &rates)]);
+                    let wanted = length([rate[0] + cell.speed * place[1], rate[1] - cell.speed * place[0]]);
+                    near(sight.in_turn[q * outlook.blocks.len() + k / LANES].0[k % LANES], wanted);
+                    if q == 2 {
+                        (0..2).for_each(|i| sum[i] += rate[i]);
+                    }
+                }
+            }
+            (0..2).for_each(|i| assert!((rate[i] - sum[i]).abs() < 1e-9 * (1.0 + sum[i].abs())));
+        }
+    }
+}

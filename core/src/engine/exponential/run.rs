@@ -2,7 +2,7 @@
 //!
 //! Loads, the rotor in the ring, and contact are seen at every step. Stresses and what the bearings' damping takes are seen at the instants of an interval of eight contact steps at
 //! least (`LOOKS`): moments where their bound exceeds what they have had (`measured`), damping by the trapezoidal rule. Stores of energy, and what the damping of the shaft
-//! takes, which is some thousandths of the bearings', are forms of all motion: they are seen every 64 (`BALANCES`) and 32 (`LOSSES`). Works of contact, of braking and of the damping of ring and twist are those of each step.
+//! takes are forms of all motion: they are seen every 64 (`BALANCES`) and 32 (`LOSSES`). Works of contact, of braking and of the damping of ring and twist are those of each step.
 //!
 //! Limits: peaks of stresses between two looks are missed; a look is at most as far from the next as the longest flight. Verified by `tests/exponential_run.rs`.
 
