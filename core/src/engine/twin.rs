@@ -46,6 +46,9 @@ struct Unseen<'a> {
 }
 
 impl Follower for Unseen<'_> {
+    fn follows(&self) -> bool {
+        false
+    }
     fn goes_on(&mut self, step: u64) -> bool {
         self.follower.goes_on(self.before + step)
     }

@@ -48,7 +48,13 @@ impl LastMillisecond {
 
     /// Takes so many steps that had nothing.
     pub fn pass(&mut self, steps: usize) {
-        (0..steps.min(self.length)).for_each(|_| self.slide(0.0));
+        if self.filled == 0 || steps >= self.length {
+            // missing ones count as those that had nothing
+            self.steps.clear();
+            (self.filled, self.sum) = (0, 0.0);
+            return;
+        }
+        (0..steps).for_each(|_| self.slide(0.0));
     }
 
     /// The sum; `None` where no step of the last 1 ms had anything.

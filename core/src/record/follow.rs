@@ -68,6 +68,10 @@ pub trait Follower {
     fn wants_energies(&self) -> bool {
         true
     }
+    /// Whether any instant or contact force is wanted: who wants none is asked of none.
+    fn follows(&self) -> bool {
+        true
+    }
     /// Takes the instant.
     fn see(&mut self, frame: &Frame<'_>);
 }
@@ -77,6 +81,9 @@ pub trait Follower {
 pub struct NoHistory;
 
 impl Follower for NoHistory {
+    fn follows(&self) -> bool {
+        false
+    }
     fn wants_energies(&self) -> bool {
         false
     }

@@ -38,9 +38,11 @@ use row::Row;
 use stresses::StressRecorder;
 use verdict::{Guards, Verdict};
 
+use crate::linalg::Matrix;
 use crate::structure::{RingPart, Structure};
 use bladeoff_model::machine::Machine;
 use bladeoff_model::outcome::{Column, Group, Outcome, Status};
+use std::ops::Range;
 
 /// The numeric columns of one machine's outcome, in table order. They depend on its bearing names and on the number of its
 /// shaft sections alone, never on what a study varies. Of the sections the first 12 have columns of their own, fewer where
@@ -112,7 +114,7 @@ impl Recorders {
     }
 
     /// Takes the loads of an instant, and the ring's: of a step, or of so many at once in which nothing touches. An engine whose steps are not equal sees moments
-    /// by themselves ([`Recorders::see_moments`]), and a [`RingInstant::ring`] where it has one.
+    /// by themselves ([`Recorders::see_bending`], [`Recorders::see_torsion`]), and a [`RingInstant::ring`] where it has one.
     pub fn see_steps(&mut self, steps: usize, at: At, loads: &[[f64; 2]], ring: Option<&RingInstant<'_>>) {
         self.loads.see(loads, at);
         if let (Some(recorders), Some(ring)) = (self.rings.first_mut(), ring) {
@@ -124,9 +126,29 @@ impl Recorders {
         }
     }
 
-    /// Takes bending moments of the shaft's elements \[N m\], four each as [`crate::stress::ShaftStresses::bending_moments`] has them, and twists of all nodes \[rad\].
-    pub fn see_moments(&mut self, moments: &[f64], twist: &[f64], at: At) {
-        self.stresses.see_moments(moments, twist, at);
+    /// Elements of the shaft.
+    pub fn elements(&self) -> usize {
+        self.stresses.elements()
+    }
+
+    /// Torsional moments of all elements per unit of each mode of twist, whose shapes are given node by node \[N m\].
+    pub fn torsional_rows(&self, twists: &[Vec<f64>]) -> Matrix {
+        self.stresses.torsional_rows(twists)
+    }
+
+    /// Takes torsional moments of all elements \[N m\].
+    pub fn see_torsion(&mut self, moments: &[f64], at: At) {
+        self.stresses.see_torsion(moments, at);
+    }
+
+    /// The bending moment that none of these elements has to exceed for its section to have had a larger one \[N m\]: that of the section that has had the least.
+    pub fn least_bending(&self, elements: Range<usize>) -> f64 {
+        self.stresses.least_bending(elements)
+    }
+
+    /// Takes bending moments of some elements \[N m\], four each as [`crate::stress::ShaftStresses::bending_moments`] has them.
+    pub fn see_bending(&mut self, elements: Range<usize>, moments: &[f64], at: At) {
+        self.stresses.see_bending(elements, moments, at);
     }
 
     /// Judges the run with its step at n, from which it can go on. As long as all guards hold, what has been reached counts as reached

@@ -2,10 +2,12 @@
 
 use super::peak::{At, Peak};
 use super::row::Row;
+use crate::linalg::Matrix;
 use crate::stress::{BladeStresses, ShaftStresses};
 use crate::structure::RingPart;
 use bladeoff_model::machine::{DiaphragmKind, RotorKind};
 use bladeoff_model::outcome::MAX_COLUMNS;
+use std::ops::Range;
 
 /// Shaft sections with columns of their own at most; the largest over all sections is always there.
 const REPORTED_SECTIONS: usize = 12;
@@ -50,13 +52,42 @@ impl StressRecorder {
         }
     }
 
-    /// Bending moments of all elements \[N m\], four each, and twists of all nodes \[rad\].
-    pub fn see_moments(&mut self, moments: &[f64], twist: &[f64], at: At) {
+    /// Elements of the shaft.
+    pub fn elements(&self) -> usize {
+        self.shaft.as_ref().map_or(0, ShaftStresses::elements)
+    }
+
+    /// Torsional moments of all elements per unit of modes of twist, whose shapes are given node by node.
+    pub fn torsional_rows(&self, twists: &[Vec<f64>]) -> Matrix {
+        let modes = twists.first().map_or(0, Vec::len);
+        Matrix::from_fn(self.elements(), modes, |element, mode| {
+            let ends = [twists[element][mode], twists[element + 1][mode]];
+            self.shaft.as_ref().map_or(0.0, |shaft| shaft.torsional_moment_between(element, ends))
+        })
+    }
+
+    /// Torsional moments of all elements \[N m\].
+    pub fn see_torsion(&mut self, moments: &[f64], at: At) {
         let Some(shaft) = &self.shaft else { return };
-        for section in 0..self.torsion.len() {
-            let (torsion, bending) = shaft.largest_of(section, moments, twist);
-            self.torsion[section].see(torsion, at);
-            self.bending[section].see(bending, at);
+        for (moment, section) in moments.iter().zip(shaft.section_of()) {
+            self.torsion[*section].see(moment.abs(), at);
+        }
+    }
+
+    /// The least of the largest |M| of the sections of some elements; below all numbers before there is any.
+    pub fn least_bending(&self, elements: Range<usize>) -> f64 {
+        let Some(shaft) = &self.shaft else { return f64::INFINITY };
+        let largest = |&section: &usize| self.bending[section].value.map_or(f64::NEG_INFINITY, f64::sqrt);
+        shaft.section_of()[elements].iter().map(largest).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Bending moments of some elements \[N m\], four each.
+    pub fn see_bending(&mut self, elements: Range<usize>, moments: &[f64], at: At) {
+        let Some(shaft) = &self.shaft else { return };
+        for (m, section) in moments.as_chunks::<4>().0.iter().zip(&shaft.section_of()[elements]) {
+            for [x, y] in [[m[0], m[1]], [m[2], m[3]]] {
+                self.bending[*section].see(x * x + y * y, at);
+            }
         }
     }
 

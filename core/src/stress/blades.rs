@@ -1,6 +1,7 @@
 //! Bending stress of the diaphragm's blades.
 
-use crate::linalg::{Csr, Matrix, dot};
+use crate::linalg::lanes::{LANES, Lane, rows_times};
+use crate::linalg::{Csr, Matrix};
 use crate::structure::RingPart;
 use bladeoff_model::machine::FlexibleStator;
 
@@ -32,8 +33,8 @@ const ROUNDED_UP: f64 = 1.0 + 1e-12;
 #[derive(Debug, Clone)]
 enum Rows {
     Nodal(Csr),
-    /// One column per place.
-    Modal(Matrix),
+    /// Of eight places at a time, zeros behind the last.
+    Modal(Vec<Vec<Lane>>),
 }
 
 impl BladeStresses {
@@ -71,7 +72,7 @@ impl BladeStresses {
             columns.row_iter().map(|row| row.iter().fold(0.0_f64, |most, value| most.max(value.abs()))).collect();
         let rows = match coordinates.shapes() {
             None => Rows::Nodal(Csr::from_dense(&columns.transpose())),
-            Some(_) => Rows::Modal(columns),
+            Some(_) => Rows::Modal((0..places).step_by(LANES).map(|first| eight(&columns, first)).collect()),
         };
         Some(Self { rows, largest })
     }
@@ -91,15 +92,24 @@ impl BladeStresses {
     pub fn largest(&self, q: &[f64]) -> f64 {
         match &self.rows {
             Rows::Nodal(rows) => rows.largest_product(q),
-            Rows::Modal(columns) => {
-                let mut largest = 0.0_f64;
-                for row in columns.as_slice().chunks_exact(q.len()) {
-                    largest = largest.max(dot(row, q).abs());
+            Rows::Modal(blocks) => {
+                let mut largest = [0.0_f64; LANES];
+                for block in blocks {
+                    for (largest, stress) in largest.iter_mut().zip(rows_times(block, q)) {
+                        let size = stress.abs();
+                        *largest = if size > *largest { size } else { *largest };
+                    }
                 }
-                largest
+                largest.into_iter().fold(0.0, f64::max)
             }
         }
     }
+}
+
+/// Columns from one on, side by side, row by row.
+fn eight(columns: &Matrix, first: usize) -> Vec<Lane> {
+    let at = |row: usize, column: usize| if column < columns.ncols() { columns[(row, column)] } else { 0.0 };
+    (0..columns.nrows()).map(|row| Lane(std::array::from_fn(|k| at(row, first + k)))).collect()
 }
 
 /// `sum_j largest_j |q_j|`, four at a time.

@@ -48,6 +48,8 @@ pub struct ShaftStresses {
     elements: Vec<Element>,
     /// Elements of each section, from..to.
     sections: Vec<(usize, usize)>,
+    /// Section of each element.
+    section_of: Vec<usize>,
     moduli: Vec<SectionModuli>,
 }
 
@@ -65,7 +67,7 @@ impl ShaftStresses {
     /// Of a shaft whose displacements stand as [`crate::rotor::RotorMatrices`] orders them.
     #[must_use]
     pub fn new(shaft: &Shaft) -> Self {
-        let mut all = Self { elements: Vec::new(), sections: Vec::new(), moduli: Vec::new() };
+        let mut all = Self { elements: Vec::new(), sections: Vec::new(), section_of: Vec::new(), moduli: Vec::new() };
         let mut last = None;
         for (i, element) in shaft.elements.iter().enumerate() {
             all.elements.push(Element::new(element));
@@ -77,6 +79,7 @@ impl ShaftStresses {
             if let Some(section) = all.sections.last_mut() {
                 section.1 = i + 1;
             }
+            all.section_of.push(all.sections.len() - 1);
         }
         all
     }
@@ -85,6 +88,18 @@ impl ShaftStresses {
     #[must_use]
     pub fn sections(&self) -> usize {
         self.sections.len()
+    }
+
+    /// Number of elements.
+    #[must_use]
+    pub fn elements(&self) -> usize {
+        self.elements.len()
+    }
+
+    /// Section of each element.
+    #[must_use]
+    pub fn section_of(&self) -> &[usize] {
+        &self.section_of
     }
 
     /// Moduli of a section.
@@ -99,25 +114,17 @@ impl ShaftStresses {
         self.elements[element].torsional_moment(&twist[element..element + 2])
     }
 
+    /// The same from the twists of its two nodes.
+    #[must_use]
+    pub fn torsional_moment_between(&self, element: usize, twists: [f64; 2]) -> f64 {
+        self.elements[element].torsional_moment(&twists)
+    }
+
     /// Bending moments \[N m\] at both ends of an element, in the planes XZ and YZ.
     #[must_use]
     pub fn bending_moments(&self, element: usize, x: &[f64]) -> [[f64; 2]; 2] {
         let (xz, yz) = (2 * element, x.len() / 2 + 2 * element);
         self.elements[element].bending_moments(&x[xz..xz + 4], &x[yz..yz + 4])
-    }
-
-    /// The same as [`Self::largest`] from the bending moments of all elements \[N m\], four each: at the first end in XZ and YZ, at the other.
-    #[must_use]
-    pub fn largest_of(&self, section: usize, moments: &[f64], twist: &[f64]) -> (f64, f64) {
-        let (from, to) = self.sections[section];
-        let (mut torsion, mut bending) = (0.0, 0.0);
-        let parts = moments[4 * from..4 * to].chunks_exact(4).zip(twist[from..=to].windows(2));
-        for (element, (m, twist)) in self.elements[from..to].iter().zip(parts) {
-            torsion = larger(torsion, element.torsional_moment(twist).abs());
-            bending = larger(bending, m[0] * m[0] + m[1] * m[1]);
-            bending = larger(bending, m[2] * m[2] + m[3] * m[3]);
-        }
-        (torsion, bending)
     }
 
     /// Largest `|T|` \[N m\] and largest `|M|^2` [N2 m2] of a section.

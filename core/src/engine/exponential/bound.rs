@@ -8,75 +8,69 @@
 //! mu(B) is the largest eigenvalue of the symmetric part of a block, its logarithmic norm, which bounds its exponential (Dahlquist 1958); f the unbalances'
 //! forces with a margin for the change of spin and twist in the step, in which they change by `2 W t f` at most: they turn with W, and as much again is left for twist and braking.
 //! (1) is a bound, not an estimate: a rotor that moves away, or along its ring, may fly on where its velocity alone would not let it.
+//! It is linear in |y| and f: one list of weights for each length of step, which a cell makes once.
 //! Verified by `the_bound_of_the_way_is_one`.
 
 use super::local::Local;
+use super::outlook::in_lanes;
+use crate::linalg::lanes::{Lane, kernel, sum};
 
 /// What the unbalances' forces may grow by in a step.
 const GROWING: f64 = 1.05;
 
-/// The parts of (1) that a cell fixes, for one node.
+/// (1) of a cell's node for steps of one length.
 #[derive(Debug, Clone)]
 pub(super) struct Bound {
-    pairs: Vec<PairBound>,
-}
-
-#[derive(Debug, Clone)]
-struct PairBound {
-    rows: f64,
-    /// |B|, and 1/|B|.
-    block: f64,
-    turn: f64,
-    growth: f64,
-    /// |l| of each unbalance, and of the weight as it stands.
-    pushes: Vec<f64>,
+    /// Per |y| of each pair.
+    amplitudes: Vec<Lane>,
+    /// Per f of each unbalance, and per W f.
+    forces: Vec<[f64; 2]>,
+    /// Of the weight as it stands.
     weight: f64,
 }
 
 impl Bound {
-    /// Of the node whose rows begin at a place, in a cell under so many unbalances.
-    pub fn new(cell: &Local, row: usize, unbalances: usize) -> Self {
+    /// Of the node whose rows begin at a place, in a cell under so many unbalances, for steps of `h` \[s\].
+    pub fn new(cell: &Local, row: usize, unbalances: usize, h: f64) -> Self {
         let pairs = cell.blocks.len();
         let of = |v: &[f64], k: usize| length([v[k], v[pairs + k]]);
-        let pair = |(k, b): (usize, &[f64; 4])| {
-            let mean = 0.5 * (b[0] + b[3]);
+        let mut amplitudes = vec![0.0; pairs];
+        let (mut forces, mut weight) = (vec![[0.0; 2]; unbalances], 0.0);
+        for (k, b) in cell.blocks.iter().enumerate() {
+            let rows = length([of(&cell.rows[row], k), of(&cell.rows[row + 1], k)]);
             let block = b.iter().map(|entry| entry * entry).sum::<f64>().sqrt();
-            PairBound {
-                rows: length([of(&cell.rows[row], k), of(&cell.rows[row + 1], k)]),
-                block,
-                turn: 1.0 / block,
-                growth: (mean + length([0.5 * (b[0] - b[3]), 0.5 * (b[1] + b[2])])).max(0.0),
-                pushes: (0..unbalances)
-                    .map(|s| length([of(&cell.pushes[2 * s], k), of(&cell.pushes[2 * s + 1], k)]))
-                    .collect(),
-                weight: of(&cell.pushes[2 * unbalances], k),
+            let growth = 0.5 * (b[0] + b[3]) + length([0.5 * (b[0] - b[3]), 0.5 * (b[1] + b[2])]);
+            let grown = if growth > 0.0 { libm::exp(h * growth) } else { 1.0 };
+            let way = rows * block * (0.5 * h * h).min(2.0 * h / block);
+            amplitudes[k] = way * block * grown;
+            let pushed = way * (block * grown * h + 1.0);
+            for (s, force) in forces.iter_mut().enumerate() {
+                let push = GROWING * length([of(&cell.pushes[2 * s], k), of(&cell.pushes[2 * s + 1], k)]);
+                force[0] += push * pushed;
+                force[1] += push * rows * h * h;
             }
-        };
-        Self { pairs: cell.blocks.iter().enumerate().map(pair).collect() }
-    }
-
-    /// What (1) has of each pair, `|rows| |B| D`, for steps of at most `h` \[s\] from y under unbalances of these forces at n \[N\]; and
-    /// `|rows| |l| f` of all.
-    pub fn parts(&self, h: f64, y: &[f64], forces: &[f64], parts: &mut Vec<f64>) -> f64 {
-        let count = self.pairs.len();
-        let mut all = 0.0;
-        parts.clear();
-        for (k, pair) in self.pairs.iter().enumerate() {
-            let turned = GROWING * pair.pushes.iter().zip(forces).map(|(l, f)| l * f).sum::<f64>();
-            let pushed = turned + pair.weight;
-            let grown = if pair.growth > 0.0 { libm::exp(h * pair.growth) } else { 1.0 };
-            let rate = pair.block * grown * (length([y[k], y[count + k]]) + h * pushed) + pushed;
-            parts.push(pair.rows * pair.block * rate);
-            all += pair.rows * turned;
+            weight += pushed * of(&cell.pushes[2 * unbalances], k);
         }
-        all
+        Self { amplitudes: in_lanes(&amplitudes), forces, weight }
     }
 
-    /// (1) of a step of `h` \[s\] at a spin, by its parts.
-    pub fn beyond(&self, h: f64, spin: f64, parts: &[f64], pushed: f64) -> f64 {
-        let half = 0.5 * h * h;
-        let ways = parts.iter().zip(&self.pairs).map(|(part, pair)| part * half.min(2.0 * h * pair.turn));
-        ways.sum::<f64>() + pushed * spin.abs() * h * h
+    /// (1) at a spin, of the amplitudes of all pairs under unbalances of these forces at n \[N\].
+    pub fn beyond(&self, amplitudes: &[Lane], forces: &[f64], spin: f64) -> f64 {
+        let pushed = self.forces.iter().zip(forces).map(|([way, turned], f)| (way + spin.abs() * turned) * f);
+        weighted(&self.amplitudes, amplitudes) + pushed.sum::<f64>() + self.weight
+    }
+}
+
+kernel! {
+    /// Sum of products.
+    pub(super) fn weighted(weights: &[Lane], sizes: &[Lane]) -> f64 {
+        let mut sums = Lane::default();
+        for (weight, size) in weights.iter().zip(sizes) {
+            for k in 0..sums.0.len() {
+                sums.0[k] += weight.0[k] * size.0[k];
+            }
+        }
+        sum(sums.0)
     }
 }
 

@@ -44,7 +44,6 @@ fn no_flight_reaches_a_ringing_ring() {
         let ring = candidates(diaphragm, &structure, 0, h).expect("has candidates");
         let (begun, most) = (transient.flight.clone(), transient.most);
         let lengths: [f64; LEVELS + 1] = std::array::from_fn(|level| begun.step_of(level));
-        let mut parts = Vec::new();
         let mut random = Stream(7);
         let (mut flown, mut refused, mut least) = ([0_u32; LEVELS + 1], 0, f64::INFINITY);
         for round in 0..600 {
@@ -66,11 +65,11 @@ fn no_flight_reaches_a_ringing_ring() {
             let x = contact.rub.off_centre(transient.flight.place(0));
             let reach = contact.rub.ring.reach(&ring.reach);
             let clear = contact.rub.room() + reach - length(x);
-            let velocity = transient.flight.see_rates();
+            let velocity = transient.flight.see_ahead();
             // as long as the longest may be, or as those that are common
             let top = if round % 2 == 0 { most } else { SHORT };
             let longest = lengths[top];
-            let way = longest * length(velocity) + transient.flight.leaves(longest, &mut parts);
+            let way = longest * length(velocity) + transient.flight.leaves(top);
             let wanted = clear - 1.5 * way * random.next();
             let part = wanted.max(0.0) / reach;
             contact.rub.ring.place.iter_mut().flat_map(|eight| &mut eight.0).for_each(|q| *q *= part);

@@ -4,8 +4,10 @@ use super::ExponentialError;
 use super::bound::length;
 use super::grid::Cell;
 use super::kick::Kick;
+use super::measured::{BESIDE, Stored, sizes_of};
 use super::missed::Watched;
 use super::motion::{Blow, arrive, set_out, strike};
+use super::outlook::Sight;
 use super::peak::Vertex;
 use super::propagator::Propagator;
 use super::settings::FlightSettings;
@@ -43,19 +45,9 @@ pub struct Flight {
     levels: Vec<SpinStep>,
     /// Of a step that the cells have no propagator for.
     trial: Option<Propagator>,
-    sizes: Vec<f64>,
-    room: Vec<f64>,
+    sight: Sight,
     /// The last gyroscopic momentum, with its time in steps.
     gyroscopic: (u64, f64),
-}
-
-/// What a look at the whole motion finds: a bound of all displacements [m, rad], energy without the gyroscopic \[J\], the power that is lost \[W\], and the
-/// gyroscopic momentum.
-pub(super) struct Seen {
-    pub reach: f64,
-    pub energy: f64,
-    pub lost: f64,
-    pub gyroscopic: f64,
 }
 
 impl Flight {
@@ -81,8 +73,7 @@ impl Flight {
         let mut flight = Self {
             scratch: vec![0.0; y.len()],
             seen: Vec::new(),
-            sizes: Vec::with_capacity(unbalances),
-            room: Vec::new(),
+            sight: Sight::default(),
             step: settings.step,
             ticks: 0,
             levels: Vec::new(),
@@ -253,9 +244,14 @@ impl Flight {
         self.shared.grid.visited()
     }
 
-    /// Lateral coordinates and their velocities, one after the other.
-    pub(super) fn motion(&mut self, z: &mut [f64]) {
-        self.cell.motion(&self.y, z, &mut self.scratch);
+    /// Lateral coordinates, and zeros up to a multiple of eight.
+    pub(super) fn places(&self, q: &mut Vec<f64>) {
+        self.cell.places(&self.shared.grid.model).times(&self.y, q);
+    }
+
+    /// Their rates, and zeros up to a multiple of eight.
+    pub(super) fn rates(&self, rates: &mut Vec<f64>) {
+        self.cell.rates(&self.shared.grid.model).times(&self.y, rates);
     }
 
     /// Gyroscopic momentum of now.
@@ -268,25 +264,36 @@ impl Flight {
         (self.gyroscopic.1 - gyroscopic) * self.spin.yields()
     }
 
-    /// What is measured of the whole motion at n, and the moments of the shaft's elements; damping acts between the velocities before and after the impulse of the
-    /// last step.
-    pub(super) fn measure(&mut self, struck: [f64; 2], moments: &mut Vec<f64>) -> Seen {
+    /// Bounds of what is measured of the whole motion at n: the bending moment of each [`BESIDE`] elements \[N m\], then all displacements [m, rad].
+    pub(super) fn bounds(&mut self, bounds: &mut Vec<f64>) {
         let Self { cell, y, scratch, shared, .. } = self;
-        let measured = cell.measured(&shared.grid.model);
-        measured.moments.times(y, moments);
-        scratch.copy_from_slice(y);
-        if struck != [0.0; 2] {
-            let first = shared.grid.model.outputs.contact_push(0);
-            for (part, push) in struck.into_iter().zip(&cell.local.pushes[first..]) {
-                crate::linalg::axpy(0.5 * part, push, scratch);
-            }
-        }
-        Seen {
-            reach: measured.reach(y),
-            energy: measured.energy.of(y) - dot(&measured.gravity, y),
-            lost: measured.lost.of(scratch),
-            gyroscopic: cell.gyroscopic_momentum(y),
-        }
+        let (a, b) = y.split_at(y.len() / 2);
+        let amplitudes = &mut scratch[..a.len()];
+        sizes_of(a, b, amplitudes);
+        cell.seen(&shared.grid.model)[0].times(amplitudes, bounds);
+    }
+
+    /// Bending moments of so many elements from `BESIDE block` on \[N m\].
+    pub(super) fn moments(&self, block: usize) -> [f64; 4 * BESIDE] {
+        self.cell.moments(&self.shared.grid.model).block_times(block, &self.y)
+    }
+
+    /// Powers at n that bearings' damping takes and that their skew stiffness puts in \[W\], after a step that began with an impulse; `room` for their motion.
+    pub(super) fn powers_of_bearings(&self, struck: [f64; 2], room: &mut Vec<f64>) -> [f64; 2] {
+        let model = &self.shared.grid.model;
+        self.cell.seen(model)[1].times(&self.y, room);
+        model.measures.of_bearings(room, struck)
+    }
+
+    /// Energies at n, of the rates there; `q` and `room`: of their size.
+    pub(super) fn stored(&self, rates: &[f64], q: &mut Vec<f64>, room: &mut Vec<f64>) -> Stored {
+        self.places(q);
+        self.shared.grid.model.measures.stored([q, rates], room)
+    }
+
+    /// Power that the shaft's damping takes \[W\], of the rates at n after a step that began with an impulse: they are left where it has its mean.
+    pub(super) fn power_of_structure(&self, rates: &mut [f64], struck: [f64; 2]) -> f64 {
+        self.shared.grid.model.measures.of_structure(rates, struck)
     }
 
     /// What damping takes over the last contact step beside what the mean rates say, of an impulse at its beginning \[J\].
@@ -294,52 +301,40 @@ impl Flight {
         self.cell.lost_of_saw_tooth(&self.shared.grid.model, self.step, impulse)
     }
 
-    /// Rates of the whirl states at n, and from them the velocity of the first diaphragm's node in its cell \[m/s\].
-    pub(super) fn see_rates(&mut self) -> [f64; 2] {
-        self.cell.local.rates(&self.y, self.spin.forces_now(), &mut self.scratch);
-        if !self.shared.grid.model.outputs.has_contact() {
-            return [0.0; 2];
-        }
-        let first = self.shared.grid.model.outputs.contact(0);
-        self.cell.local.both(first, &self.scratch)
+    /// Sees what is ahead of n: the velocity of the first diaphragm's node in its cell \[m/s\].
+    pub(super) fn see_ahead(&mut self) -> [f64; 2] {
+        let Self { cell, y, sight, spin, step, .. } = self;
+        cell.outlook(*step).see(y, spin.forces_now(), sight)
     }
 
     /// The longest of the steps up to a level after which the first diaphragm's node, which is at x and moves with a velocity, is within a distance
-    /// all the time; `None` where none is.
+    /// all the time; `None` where none is. After [`Flight::see_ahead`].
     pub(super) fn stays(
-        &mut self,
+        &self,
         lengths: &[f64],
         [x, velocity]: [[f64; 2]; 2],
         within: f64,
         most: usize,
     ) -> Option<usize> {
-        let Self { cell, sizes, room, y, spin, .. } = self;
-        let bound = cell.bound()?;
         let here = length(x);
-        sizes.clear();
-        sizes.extend(spin.forces_now().map(|force| force.norm_sqr().sqrt()));
-        let pushed = bound.parts(lengths[most], y, sizes, room);
         (0..=most).rev().find(|&level| {
             let h = lengths[level];
             let there = length([x[0] + h * velocity[0], x[1] + h * velocity[1]]);
-            here.max(there) + bound.beyond(h, spin.speed, room, pushed) < within
+            here.max(there) + self.leaves(level) < within
         })
     }
 
-    /// The longest of the steps up to a level over which no peak of what is watched is missed: the loads of the bearings, and the place of the first
-    /// diaphragm's node; after [`Flight::see_rates`].
-    pub(super) fn resolved(&mut self, lengths: &[f64], watched: &[Watched], most: usize) -> usize {
-        let Self { cell, y, scratch, sizes, .. } = self;
-        cell.missed(lengths).longest(&cell.local, [y, scratch], watched, most, sizes)
+    /// How far the first diaphragm's node may be after a step of a level from where its velocity would take it \[m\]; after [`Flight::see_ahead`].
+    pub(super) fn leaves(&self, level: usize) -> f64 {
+        let Self { cell, sight, spin, step, shared, .. } = self;
+        let row = shared.grid.model.outputs.contact(0);
+        cell.outlook(*step).beyond(&cell.local, row, level, sight, spin.speed)
     }
 
-    /// How far the node may be after a step of `h` \[s\] from where its velocity would take it.
-    #[cfg(test)]
-    pub(super) fn leaves(&mut self, h: f64, parts: &mut Vec<f64>) -> f64 {
-        let forces: Vec<f64> = self.spin.forces_now().map(|force| force.norm_sqr().sqrt()).collect();
-        let bound = self.cell.bound().expect("has a diaphragm");
-        let pushed = bound.parts(h, &self.y, &forces, parts);
-        bound.beyond(h, self.spin.speed, parts, pushed)
+    /// The longest of the steps up to a level over which no peak of what is watched is missed: the loads of the bearings, and the place of the first
+    /// diaphragm's node; after [`Flight::see_ahead`].
+    pub(super) fn resolved(&self, watched: &[Watched], most: usize) -> usize {
+        self.cell.outlook(self.step).resolved(&self.cell.local, watched, &self.sight, most)
     }
 
     /// What a bearing's load has whatever the motion is \[N\].

@@ -72,18 +72,6 @@ impl Rows {
         }
     }
 
-    /// The sum of as many rows each, times these.
-    pub fn mixed<const N: usize>(rows: [&Self; N], times: [f64; N]) -> Self {
-        let mut last = vec![Half::default(); rows[0].last.len()];
-        for (rows, times) in rows.iter().zip(times) {
-            for (sum, half) in last.iter_mut().zip(&rows.last) {
-                sum.0.iter_mut().zip(half.0).for_each(|(sum, entry)| *sum += times * entry);
-            }
-        }
-        let entries = mixed(rows.map(|rows| rows.entries.as_slice()), times);
-        Self { columns: rows[0].columns, entries, last }
-    }
-
     /// How many products: a multiple of four, zeros behind those of the rows.
     pub fn seen(&self) -> usize {
         let columns = self.columns.max(1);

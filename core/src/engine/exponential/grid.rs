@@ -13,16 +13,16 @@
 //! on the way a run takes, nor on the runs before it.
 
 use super::ExponentialError;
-use super::bound::Bound;
+use super::eights::Eights;
 use super::forms::Form;
 use super::kick::{Kick, saw_tooth};
 use super::local::Local;
-use super::measured::{Between, Measured};
-use super::missed::Missed;
+use super::measured::Measured;
+use super::outlook::Outlook;
 use super::propagator::Propagator;
 use super::station::{Model, Station};
 use super::transfer::Transfer;
-use crate::linalg::{Matrix, Vector, column_of, lanes, mul, mul_vec, solve};
+use crate::linalg::{Matrix, Vector, column_of, lanes, mul, solve};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -58,13 +58,8 @@ struct Found {
     stations: BTreeMap<i64, Arc<Station>>,
     /// By the station below.
     transfers: BTreeMap<i64, Arc<Transfer>>,
-    between: BTreeMap<i64, Arc<OnceLock<Between>>>,
-    saw_teeth: BTreeMap<i64, Arc<OnceLock<SawTeeth>>>,
     cells: BTreeMap<i64, Arc<Cell>>,
 }
-
-/// Factors of [`saw_tooth`] at two stations.
-type SawTeeth = [[f64; 3]; 2];
 
 /// What a run needs in one cell.
 #[derive(Debug)]
@@ -76,7 +71,6 @@ pub(super) struct Cell {
     share: f64,
     stations: [Arc<Station>; 2],
     transfer: Arc<Transfer>,
-    between: Arc<OnceLock<Between>>,
     unbalances: usize,
     propagators: [OnceLock<Propagator>; LEVELS + 1],
     /// Of the first diaphragm's node: where its rows and pushes begin, and those of the bearings' loads.
@@ -84,10 +78,12 @@ pub(super) struct Cell {
     /// First rows of what is watched for peaks: the bearings' loads, the place of the first diaphragm's node.
     watched: Vec<usize>,
     kick: OnceLock<Kick>,
-    saw_teeth: Arc<OnceLock<SawTeeth>>,
-    bound: OnceLock<Bound>,
-    missed: OnceLock<Missed>,
-    measured: OnceLock<Measured>,
+    outlook: OnceLock<Outlook>,
+    /// [`Measured::bounds`] and [`Measured::bearings`]; moments, q and q', which fewer looks ask for.
+    seen: OnceLock<[Eights; 2]>,
+    moments: OnceLock<Eights>,
+    places: OnceLock<Eights>,
+    rates: OnceLock<Eights>,
 }
 
 impl Cell {
@@ -103,28 +99,23 @@ impl Cell {
         Some(self.kick.get_or_init(|| Kick::new(&self.local, self.propagator(0, h), h, *row, *push, loads)))
     }
 
-    /// What damping takes of the saw-tooth that an impulse on the first diaphragm's node, along the machine's axes, makes of the rates \[J\].
+    /// What damping takes of the saw-tooth that an impulse on the first diaphragm's node, along the machine's axes, makes of the rates \[J\]: linear between two
+    /// stations, as it changes by a hundredth from one to the other.
     pub fn lost_of_saw_tooth(&self, model: &Model, h: f64, [u, v]: [f64; 2]) -> f64 {
         let Some((_, push, _)) = self.contact else { return 0.0 };
-        let at = |side: usize| {
-            let station = &self.stations[side];
-            let pushes = [push, push + 1].map(|j| column_of(&station.pushes, j));
-            saw_tooth(&station.blocks, pushes, &self.between(model).at(side as f64).lost, h)
-        };
-        let [below, above] = self.saw_teeth.get_or_init(|| [at(0), at(1)]);
-        let [uu, vv, uv] = std::array::from_fn(|i| below[i] * (1.0 - self.share) + above[i] * self.share);
+        let [below, above] = self.stations.each_ref().map(|station| {
+            station.saw_tooth.get_or_init(|| {
+                let pushes = [push, push + 1].map(|j| column_of(&station.pushes, j));
+                saw_tooth(&station.blocks, pushes, station.lost(model), h)
+            })
+        });
+        let [uu, vv, uv]: [f64; 3] = std::array::from_fn(|i| (1.0 - self.share) * below[i] + self.share * above[i]);
         uu * u * u + vv * v * v + uv * u * v
     }
 
-    /// How far the first diaphragm's node comes at most; `None` without one.
-    pub fn bound(&self) -> Option<&Bound> {
-        let (row, ..) = self.contact.as_ref()?;
-        Some(self.bound.get_or_init(|| Bound::new(&self.local, *row, self.unbalances)))
-    }
-
-    /// What steps in flight of these lengths \[s\] may miss.
-    pub fn missed(&self, lengths: &[f64]) -> &Missed {
-        self.missed.get_or_init(|| Missed::new(&self.local, &self.watched, lengths))
+    /// What flights in contact steps of `h` \[s\] see.
+    pub fn outlook(&self, h: f64) -> &Outlook {
+        self.outlook.get_or_init(|| Outlook::new(&self.local, &self.watched, self.unbalances, h))
     }
 
     /// Gyroscopic momentum `y^T N y`.
@@ -132,14 +123,28 @@ impl Cell {
         self.momentum.of(y)
     }
 
-    /// What is measured of its whirl states.
-    pub fn measured(&self, model: &Model) -> &Measured {
-        self.measured.get_or_init(|| self.between(model).at(self.share))
+    /// [`Measured::bounds`] and [`Measured::bearings`] of its whirl states.
+    pub fn seen(&self, model: &Model) -> &[Eights; 2] {
+        self.seen.get_or_init(|| [self.measured(model, |at| &at.bounds), self.measured(model, |at| &at.bearings)])
     }
 
-    fn between(&self, model: &Model) -> &Between {
-        let [below, above] = &self.stations;
-        self.between.get_or_init(|| model.measures.between(&model.system, [&below.motion, &above.motion]))
+    /// [`Measured::moments`] of its whirl states.
+    pub fn moments(&self, model: &Model) -> &Eights {
+        self.moments.get_or_init(|| self.measured(model, |at| &at.moments))
+    }
+
+    /// Rows of q on its whirl states.
+    pub fn places(&self, model: &Model) -> &Eights {
+        self.places.get_or_init(|| self.measured(model, |at| &at.motion[0]))
+    }
+
+    /// Rows of q' on its whirl states.
+    pub fn rates(&self, model: &Model) -> &Eights {
+        self.rates.get_or_init(|| self.measured(model, |at| &at.motion[1]))
+    }
+
+    fn measured(&self, model: &Model, of: impl Fn(&Measured) -> &Eights) -> Eights {
+        Measured::between(self.stations.each_ref().map(|station| station.measured(model)), self.share, of)
     }
 
     /// y of a motion (q, q'), `None` where there is none.
@@ -148,16 +153,16 @@ impl Cell {
         let whole = &below.motion * (1.0 - self.share) + &above.motion * self.share;
         Some(solve(&whole, &Vector::from_column_slice(motion))?.as_slice().to_vec())
     }
+}
 
-    /// q and q', one after the other; `scratch` of the same length.
-    pub fn motion(&self, y: &[f64], z: &mut [f64], scratch: &mut [f64]) {
-        let [below, above] = &self.stations;
-        mul_vec(&below.motion, y, z);
-        mul_vec(&above.motion, y, scratch);
-        for (z, other) in z.iter_mut().zip(scratch) {
-            *z = *z * (1.0 - self.share) + *other * self.share;
-        }
-    }
+/// What whirl states are at a speed and a share of the way between two stations, under so many unbalances.
+fn local([below, above]: [&Station; 2], share: f64, speed: f64, unbalances: usize) -> Local {
+    let mixed = |one: &Matrix, other: &Matrix| one * (1.0 - share) + other * share;
+    let (rows, pushes) = (mixed(&below.rows, &above.rows), mixed(&below.pushes, &above.pushes));
+    let blocks = below.blocks.iter().zip(&above.blocks);
+    let pushes: Vec<Vec<f64>> = pushes.column_iter().map(|column| column.iter().copied().collect()).collect();
+    let blocks = blocks.map(|(x, y)| std::array::from_fn(|i| x[i] * (1.0 - share) + y[i] * share)).collect();
+    Local::new(speed, blocks, &rows, pushes, unbalances)
 }
 
 impl Grid {
@@ -222,30 +227,25 @@ impl Grid {
             Transfer::AtOnce(_) => libm::floor(middle + 0.5),
         };
         let (below, above) = (&found.stations[&b], &found.stations[&(b + 1)]);
-        let mixed = |one: &Matrix, other: &Matrix| one * (1.0 - share) + other * share;
-        let (rows, pushes) = (mixed(&below.rows, &above.rows), mixed(&below.pushes, &above.pushes));
-        let blocks = below.blocks.iter().zip(&above.blocks);
         let outputs = &self.model.outputs;
-        let pushes: Vec<Vec<f64>> = pushes.column_iter().map(|column| column.iter().copied().collect()).collect();
-        let blocks = blocks.map(|(x, y)| std::array::from_fn(|i| x[i] * (1.0 - share) + y[i] * share)).collect();
         let speed = self.speed_of_station(b) + middle * self.spacing;
         let cell = Arc::new(Cell {
             index,
-            local: Local::new(speed, blocks, &rows, pushes, outputs.unbalances()),
+            local: local([below, above], share, speed, outputs.unbalances()),
             momentum: Form::mixed([&below.momentum, &above.momentum], [1.0 - share, share]),
             share,
             stations: [Arc::clone(below), Arc::clone(above)],
             transfer,
-            between: Arc::clone(found.between.entry(b).or_default()),
-            saw_teeth: Arc::clone(found.saw_teeth.entry(b).or_default()),
             unbalances: outputs.unbalances(),
             propagators: Default::default(),
             contact: outputs.has_contact().then(|| (outputs.contact(0), outputs.contact_push(0), outputs.loads())),
             watched: outputs.loads().into_iter().chain(outputs.has_contact().then(|| outputs.contact(0))).collect(),
             kick: OnceLock::new(),
-            bound: OnceLock::new(),
-            missed: OnceLock::new(),
-            measured: OnceLock::new(),
+            outlook: OnceLock::new(),
+            seen: OnceLock::new(),
+            moments: OnceLock::new(),
+            places: OnceLock::new(),
+            rates: OnceLock::new(),
         });
         let keeps = self.keeps.load(Ordering::Relaxed);
         if !keeps && found.cells.len() >= LAST {
@@ -354,7 +354,7 @@ mod tests {
         let system = LateralSystem::new(&machine, &structure).expect("regular");
         let size = 2 * system.size;
         let outputs = Outputs::new(&machine, &structure);
-        let measures = Measures::new(&machine, &structure, outputs.weight());
+        let measures = Measures::new(&machine, &structure, &system, outputs.weight());
         let model = Model { system, outputs, measures };
         let grid = Grid::new(model, spacing, 10, 1.6 * spacing).expect("has a basis");
         let x: Vec<f64> = (0..size).map(|i| f64::from(u8::try_from(i * 7 % 11).expect("small")) - 5.0).collect();

@@ -1,11 +1,10 @@
 //! What the whirl states are in one cell of the grid, where all of it is constant.
 //!
-//! Verified by `rates_are_those_of_the_blocks` and, with all that is made of it, by `tests/exponential.rs`.
+//! Verified by `impulses_reach_the_states_and_their_outputs` and, with all that is made of it, by `tests/exponential.rs`.
 
 use super::block::Block;
 use super::forms::Rows;
 use crate::linalg::Matrix;
-use crate::linalg::lanes::{LANES, Lane, kernel, sum};
 use nalgebra::Complex;
 
 #[derive(Debug)]
@@ -20,8 +19,6 @@ pub(super) struct Local {
     pub pushes: Vec<Vec<f64>>,
     /// Outputs of those of the unbalances.
     struck: Vec<Vec<f64>>,
-    /// Entries of the blocks, of eight pairs after eight.
-    entries: Vec<[Lane; 4]>,
 }
 
 impl Local {
@@ -33,22 +30,12 @@ impl Local {
             outputs.times(push, &mut seen);
             seen
         });
-        let eight = |blocks: &[Block]| {
-            let mut entries = [Lane::default(); 4];
-            for (k, block) in blocks.iter().enumerate() {
-                for i in 0..4 {
-                    entries[i].0[k] = block[i];
-                }
-            }
-            entries
-        };
         Self {
             speed,
             struck: struck.collect(),
             outputs,
             rows: rows.row_iter().map(|row| row.iter().copied().collect()).collect(),
             pushes,
-            entries: blocks.chunks(LANES).map(eight).collect(),
             blocks,
         }
     }
@@ -74,21 +61,6 @@ impl Local {
         if let Some((parts, states)) = made {
             add_both(parts, states, y);
         }
-    }
-
-    /// y' of y under the unbalances' forces \[N\] and the weight.
-    pub fn rates(&self, y: &[f64], forces: impl Iterator<Item = Complex<f64>>, rates: &mut [f64]) {
-        set_out(&self.entries, self.blocks.len(), y, &self.pushes[self.struck.len()], rates);
-        for (f, pushes) in forces.zip(self.pushes.as_chunks::<2>().0) {
-            add([f.re, f.im], pushes, rates);
-        }
-    }
-
-    /// What two rows from one on have of a state.
-    pub fn both(&self, first: usize, y: &[f64]) -> [f64; 2] {
-        let mut lanes = [[0.0; LANES]; 2];
-        both(&self.rows[first], &self.rows[first + 1], y, &mut lanes);
-        lanes.map(sum)
     }
 }
 
@@ -116,71 +88,13 @@ fn add_four(
     }
 }
 
-kernel! {
-    /// [`add_both`].
-    fn add(factors: [f64; 2], lists: &[Vec<f64>; 2], sums: &mut [f64]) {
-        add_both(factors, lists, sums);
-    }
-}
-
-kernel! {
-    /// `B y + weight`.
-    fn set_out(entries: &[[Lane; 4]], pairs: usize, y: &[f64], weight: &[f64], rates: &mut [f64]) {
-        let ((x, z), (u, v)) = (y.split_at(pairs), weight.split_at(pairs));
-        let (dx, dz) = rates.split_at_mut(pairs);
-        for (i, [aa, ab, ba, bb]) in entries.iter().enumerate() {
-            let from = LANES * i;
-            if let (Some(x), Some(z)) = (x[from..].first_chunk::<LANES>(), z[from..].first_chunk::<LANES>())
-                && let (Some(u), Some(v)) = (u[from..].first_chunk::<LANES>(), v[from..].first_chunk::<LANES>())
-                && let (Some(dx), Some(dz)) =
-                    (dx[from..].first_chunk_mut::<LANES>(), dz[from..].first_chunk_mut::<LANES>())
-            {
-                for k in 0..LANES {
-                    dx[k] = u[k] + (aa.0[k] * x[k] + ab.0[k] * z[k]);
-                    dz[k] = v[k] + (ba.0[k] * x[k] + bb.0[k] * z[k]);
-                }
-            } else {
-                for k in 0..pairs - from {
-                    let j = from + k;
-                    dx[j] = u[j] + (aa.0[k] * x[j] + ab.0[k] * z[j]);
-                    dz[j] = v[j] + (ba.0[k] * x[j] + bb.0[k] * z[j]);
-                }
-            }
-        }
-    }
-}
-
-kernel! {
-    /// Products of two rows with a list, lane by lane.
-    fn both(a: &[f64], b: &[f64], list: &[f64], lanes: &mut [[f64; LANES]; 2]) {
-        let count = list.len();
-        let (a, b) = (&a[..count], &b[..count]);
-        let ((a, a_left), (b, b_left)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
-        let (list, left) = list.as_chunks::<LANES>();
-        let (mut one, mut other) = ([0.0; LANES], [0.0; LANES]);
-        for ((a, b), list) in a.iter().zip(b).zip(list) {
-            for k in 0..LANES {
-                one[k] += a[k] * list[k];
-            }
-            for k in 0..LANES {
-                other[k] += b[k] * list[k];
-            }
-        }
-        for (k, list) in left.iter().enumerate() {
-            one[k] += a_left[k] * list;
-            other[k] += b_left[k] * list;
-        }
-        *lanes = [one, other];
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Of every number of pairs: rates, what rows have of them, and impulses.
+    /// Of every number of pairs.
     #[test]
-    fn rates_are_those_of_the_blocks() {
+    fn impulses_reach_the_states_and_their_outputs() {
         let value = |i: usize| ((i * 7919 % 1013) as f64 - 506.3) / 97.1;
         for pairs in [1, 3, 8, 13, 24] {
             let size = 2 * pairs;
@@ -189,18 +103,7 @@ mod tests {
             let rows = Matrix::from_fn(3, size, |i, j| value(5 * i + j));
             let local = Local::new(1.0, blocks.clone(), &rows, pushes.clone(), 1);
             let mut y: Vec<f64> = (0..size).map(|i| value(i + 77)).collect();
-            let (f, mut rates) = (Complex::new(0.4, -1.3), vec![f64::NAN; size]);
-            local.rates(&y, std::iter::once(f), &mut rates);
-            for i in 0..size {
-                let (k, b) = (i % pairs, &blocks[i % pairs][if i < pairs { 0..2 } else { 2..4 }]);
-                let wanted =
-                    b[0] * y[k] + b[1] * y[pairs + k] + pushes[0][i] * f.re + pushes[1][i] * f.im + pushes[2][i];
-                assert!((rates[i] - wanted).abs() < 1e-12, "{pairs} {i}");
-            }
-            let found = local.both(1, &rates);
-            for (i, found) in found.into_iter().enumerate() {
-                assert!((found - crate::linalg::dot(&local.rows[1 + i], &rates)).abs() < 1e-10, "{pairs} {i}");
-            }
+            let f = Complex::new(0.4, -1.3);
             let mut seen = Vec::new();
             local.outputs.times(&y, &mut seen);
             let mut struck = y.clone();

@@ -1,56 +1,87 @@
-//! What a look at the whole motion measures, straight from the whirl states: energy, what damping takes, bending moments.
+//! What a look at the motion measures: bounds and moments of the shaft and the bearings' motion from the whirl states, energies from the motion (q, q').
 //!
 //! ```text
 //! z = Z y = (q, q')
-//! energy    q'^T M q'/2 + q^T K q/2 - w^T q  + W y^T N y          lost   q'^T C q' + q'^T K_a q,   K_a the skew part of K
-//! moments   of the shaft's elements at their ends: rows on q       reach  |x_i| <= sum over pairs of |Z_i| |y|
+//! moments   of the shaft's elements at their ends: rows on y,     |M| <= sum over pairs of s_k |y_k|                                   (1)
+//! reach     |x_i| <= sum over pairs of |Z_i| |y_k|
+//! energy    q'^T M q'/2 + q^T K q/2 - w^T q  + W q'^T G q/2       lost   q'^T C q' + q'^T K_a q,   K_a the skew part of K             (2)
 //! ```
-//! A form of y takes a fifth of the instructions of the motion of all nodes. Verified by the energy balances of `tests/exponential_run.rs`.
+//! s_k is the largest norm of the 2 x 2 matrices from y_k to the moments (XZ, YZ) of the ends that are bounded together: no moment is larger than (1), so a look takes
+//! those moments alone whose bound is above what their section has had. Bearings' parts of `lost` are rank two each; what is left of it, of the shaft's structure, takes
+//! all rates. All rows are linear between two stations, as Z is: a bound of each is one of what lies between.
+//! Verified by `no_moment_is_beyond_its_bound`, `energies_of_coordinates_are_those_of_the_motion`, and the balances of `tests/exponential_run.rs`.
 
 use super::bound::length;
-use super::forms::{Form, Rows};
+use super::eights::Eights;
+use super::forms::Form;
 use super::system::LateralSystem;
-use crate::linalg::{Matrix, mul, mul_tn};
+use crate::linalg::lanes::{LANES, kernel};
+use crate::linalg::{Matrix, dot, mul, mul_tn};
+use crate::rotor::BearingSite;
 use crate::stress::ShaftStresses;
 use crate::structure::Structure;
 use bladeoff_model::machine::{Machine, RotorKind};
 
+/// Moments of one element: both planes at both ends.
+const OF_ELEMENT: usize = 4;
+/// Elements whose moments are bounded, and taken, together.
+pub(super) const BESIDE: usize = LANES / OF_ELEMENT;
+/// Part of the damping that is the rounding of its projection.
+const NONE: f64 = 1e-13;
+/// Room for the rounding of a bound's sum.
+const ROUNDED_UP: f64 = 1.0 + 1e-12;
+
 /// What is measured, in coordinates.
 #[derive(Debug, Clone)]
 pub(super) struct Measures {
-    weight: Vec<f64>,
     /// Moments in the planes XZ and YZ of each element at its two ends.
     moments: Matrix,
     /// Displacements of all nodes.
     nodal: Matrix,
+    /// Bearings, rows on (q, q') of the velocities of their nodes, two each, then of the places of those that have skew stiffness, two each.
+    bearings: Vec<BearingSite>,
+    skew: Vec<usize>,
+    sites: Matrix,
+    /// What impulses along the axes of the first diaphragm's node make of all rates, and of those rows, at once.
+    jumps: [Vec<f64>; 2],
+    site_jumps: [Vec<f64>; 2],
+    stores: Stores,
 }
 
-/// The same of whirl states between two stations: at both, and of forms what goes with both.
-#[derive(Debug)]
-pub(super) struct Between {
-    energy: [Form; 3],
-    lost: [Form; 3],
-    gravity: [Vec<f64>; 2],
-    moments: [Rows; 2],
-    reach: [Vec<f64>; 2],
+/// Forms of (2) on q or q'.
+#[derive(Debug, Clone)]
+struct Stores {
+    mass: Form,
+    stiffness: Form,
+    gyroscopic: Eights,
+    weight: Vec<f64>,
+    /// C without the bearings' parts; `None` without any.
+    structural: Option<Form>,
 }
 
-/// The same of whirl states in one cell.
+/// Energies of a motion: (2) without the gyroscopic part \[J\], and the gyroscopic momentum \[kg m2/s\].
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Stored {
+    pub energy: f64,
+    pub gyroscopic: f64,
+}
+
+/// What is seen of whirl states: rows on y at one station, or between two.
 #[derive(Debug, Clone)]
 pub(super) struct Measured {
-    pub energy: Form,
-    pub lost: Form,
-    /// Of the weight.
-    pub gravity: Vec<f64>,
-    pub moments: Rows,
-    /// For each pair, the largest displacement of any node per amplitude.
-    reach: Vec<f64>,
+    /// Eights on |y_k|: (1) of each [`BESIDE`] elements, then the reach.
+    pub bounds: Eights,
+    /// Those of [`Measures`] on the bearings' motion.
+    pub bearings: Eights,
+    pub moments: Eights,
+    /// Z: of q and of q'.
+    pub motion: [Eights; 2],
 }
 
 impl Measures {
     /// Of a machine whose weight in coordinates is given.
-    pub fn new(machine: &Machine, structure: &Structure, weight: &[f64]) -> Self {
-        let map = &structure.lateral.coordinates;
+    pub fn new(machine: &Machine, structure: &Structure, system: &LateralSystem, weight: &[f64]) -> Self {
+        let (rotor, map) = (&structure.rotor, &structure.lateral.coordinates);
         let mut nodal = Matrix::zeros(map.nodal_size(), map.size());
         for (j, mut column) in nodal.column_iter_mut().enumerate() {
             let mut unit = vec![0.0; map.size()];
@@ -68,77 +99,254 @@ impl Measures {
                         .collect()
                 };
                 let columns: Vec<f64> = nodal.column_iter().flat_map(|column| of(column.as_slice())).collect();
-                Matrix::from_column_slice(4 * shaft.elements.len(), map.size(), &columns)
+                Matrix::from_column_slice(OF_ELEMENT * shaft.elements.len(), map.size(), &columns)
             }
         };
-        Self { weight: weight.to_vec(), moments, nodal }
-    }
-
-    /// Of whirl states between two stations with these Z.
-    pub fn between(&self, system: &LateralSystem, stations: [&Matrix; 2]) -> Between {
-        let n = system.size;
-        let halves = stations.map(|motion| [motion.rows(0, n).into_owned(), motion.rows(n, n).into_owned()]);
-        let [stiffness, mass] = system.stores();
-        let skew = (stiffness - stiffness.transpose()) * 0.5;
-        // A Z of each station, once
-        let by = halves.each_ref().map(|[q, rates]| {
-            let mut lost = mul(&system.damping, rates);
-            if skew.amax() > 0.0 {
-                lost += mul(&skew, q);
-            }
-            [mul(stiffness, q), mul(mass, rates), lost]
+        let skew: Vec<usize> = (0..rotor.bearings.len()).filter(|&i| rotor.bearings[i].skew != 0.0).collect();
+        let jumps = match machine.diaphragms.first() {
+            Some(diaphragm) => rotor.plane_places(diaphragm.contact.node).map(|dof| system.struck(&map.row(dof))),
+            None => [vec![0.0; map.size()], vec![0.0; map.size()]],
+        };
+        let sites = sites(structure, &skew);
+        let site_jumps = jumps.each_ref().map(|jump| {
+            let rates = [vec![0.0; map.size()].as_slice(), jump].concat();
+            sites.row_iter().map(|row| row.iter().zip(&rates).map(|(part, rate)| part * rate).sum()).collect()
         });
-        let energy = |one: usize, other: usize| {
-            let ([q, rates], [by_q, by_rates, _]) = (&halves[one], &by[other]);
-            (mul_tn(q, by_q) + mul_tn(rates, by_rates)) * 0.5
-        };
-        let lost = |one: usize, other: usize| mul_tn(&halves[one][1], &by[other][2]);
-        let pairs = |of: &dyn Fn(usize, usize) -> Matrix| {
-            [of(0, 0), of(0, 1) + of(1, 0), of(1, 1)].map(|matrix| Form::new(&matrix))
-        };
-        let weight = Matrix::from_column_slice(n, 1, &self.weight);
-        Between {
-            energy: pairs(&energy),
-            lost: pairs(&lost),
-            gravity: halves.each_ref().map(|[q, _]| mul_tn(q, &weight).as_slice().to_vec()),
-            moments: halves.each_ref().map(|[q, _]| Rows::new(&mul(&self.moments, q))),
-            reach: halves.each_ref().map(|[q, _]| self.reach(q)),
+        Self {
+            moments,
+            nodal,
+            bearings: rotor.bearings.clone(),
+            skew,
+            sites,
+            jumps,
+            site_jumps,
+            stores: Stores::new(structure, system, weight),
         }
     }
 
-    /// For each pair, the largest displacement of any node per amplitude.
-    fn reach(&self, q: &Matrix) -> Vec<f64> {
-        let (pairs, nodal) = (q.nrows(), mul(&self.nodal, q));
-        let of_pair = |k: usize| {
-            let of = |i: usize| length([nodal[(i, k)], nodal[(i, pairs + k)]]);
-            (0..nodal.nrows()).map(of).fold(0.0, f64::max)
+    /// Of whirl states with this Z.
+    pub fn at(&self, motion: &Matrix) -> Measured {
+        let half = motion.nrows() / 2;
+        let [places, rates] = [0, half].map(|from| motion.rows(from, half).into_owned());
+        let moments = mul(&self.moments, &places);
+        Measured {
+            bounds: Eights::new(&self.bounds(&moments, &mul(&self.nodal, &places))),
+            bearings: Eights::new(&mul(&self.sites, motion)),
+            moments: Eights::new(&moments),
+            motion: [Eights::new(&places), Eights::new(&rates)],
+        }
+    }
+
+    /// The form of (2) of what damping takes, of whirl states with this Z.
+    pub fn lost_of_states(&self, system: &LateralSystem, motion: &Matrix) -> Form {
+        let n = system.size;
+        let [places, rates] = [0, n].map(|from| motion.rows(from, n).into_owned());
+        let stiffness = system.stores()[0];
+        let skew = (stiffness - stiffness.transpose()) * 0.5;
+        Form::new(&mul_tn(&rates, &(mul(&system.damping, &rates) + mul(&skew, &places))))
+    }
+
+    /// Eights of bounds, of moments and displacements by y.
+    fn bounds(&self, moments: &Matrix, nodal: &Matrix) -> Matrix {
+        let (pairs, ends) = (nodal.ncols() / 2, moments.nrows() / 2);
+        let together = 2 * BESIDE;
+        let blocks = ends.div_ceil(together);
+        Matrix::from_fn(blocks + 1, pairs, |block, k| {
+            let most = |all: &mut dyn Iterator<Item = f64>| all.fold(0.0, f64::max);
+            ROUNDED_UP
+                * if block < blocks {
+                    let end = |i: usize| {
+                        let at = |row: usize, column: usize| moments[(2 * i + row, k + column * pairs)];
+                        largest_stretch([at(0, 0), at(0, 1), at(1, 0), at(1, 1)])
+                    };
+                    most(&mut (block * together..ends.min((block + 1) * together)).map(end))
+                } else {
+                    most(&mut (0..nodal.nrows()).map(|i| length([nodal[(i, k)], nodal[(i, pairs + k)]])))
+                }
+        })
+    }
+
+    /// Powers that bearings' damping takes and that skew stiffness puts in \[W\], of their motion by [`Measured::bearings`] and the impulse that the last step began with:
+    /// damping acts between the velocities before and after it.
+    pub fn of_bearings(&self, motion: &[f64], struck: [f64; 2]) -> [f64; 2] {
+        let velocity = |i: usize| {
+            [2 * i, 2 * i + 1].map(|row| {
+                motion[row] + 0.5 * (self.site_jumps[0][row] * struck[0] + self.site_jumps[1][row] * struck[1])
+            })
         };
-        (0..pairs).map(of_pair).collect()
+        let taken = self.bearings.iter().enumerate().map(|(i, bearing)| bearing.damping_power(velocity(i))).sum();
+        let put_in = |(at, &i): (usize, &usize)| {
+            let (row, v) = (2 * (self.bearings.len() + at), velocity(i));
+            let force = self.bearings[i].skew_force([motion[row], motion[row + 1]]);
+            force[0] * v[0] + force[1] * v[1]
+        };
+        [taken, self.skew.iter().enumerate().map(put_in).sum()]
+    }
+
+    /// Energies of a motion: q and q' with zeros behind them.
+    pub fn stored(&self, [q, rates]: [&[f64]; 2], room: &mut Vec<f64>) -> Stored {
+        let Stores { mass, stiffness, gyroscopic, weight, .. } = &self.stores;
+        let q = &q[..weight.len()];
+        gyroscopic.times(q, room);
+        Stored { energy: 0.5 * (mass.of(rates) + stiffness.of(q)) - dot(weight, q), gyroscopic: 0.5 * dot(rates, room) }
+    }
+
+    /// Power that the shaft's damping takes \[W\], of these rates and that impulse; the rates are left where it has its mean.
+    pub fn of_structure(&self, rates: &mut [f64], struck: [f64; 2]) -> f64 {
+        let Some(structural) = &self.stores.structural else { return 0.0 };
+        for (jump, part) in self.jumps.iter().zip(struck).filter(|(_, part)| *part != 0.0) {
+            crate::linalg::axpy(0.5 * part, jump, rates);
+        }
+        structural.of(rates)
     }
 }
 
-impl Between {
-    /// At a share of the way: Z is linear in it, forms are of second order.
-    pub fn at(&self, share: f64) -> Measured {
-        let (rest, linear) = (1.0 - share, [1.0 - share, share]);
-        let forms = |all: &[Form; 3]| Form::mixed(all.each_ref(), [rest * rest, rest * share, share * share]);
-        let lists = |[below, above]: &[Vec<f64>; 2]| {
-            below.iter().zip(above).map(|(below, above)| rest * below + share * above).collect()
-        };
-        Measured {
-            energy: forms(&self.energy),
-            lost: forms(&self.lost),
-            gravity: lists(&self.gravity),
-            moments: Rows::mixed(self.moments.each_ref(), linear),
-            reach: lists(&self.reach),
+impl Stores {
+    fn new(structure: &Structure, system: &LateralSystem, weight: &[f64]) -> Self {
+        let [stiffness, mass] = system.stores();
+        let map = &structure.lateral.coordinates;
+        let mut structural = system.damping.clone();
+        for bearing in &structure.rotor.bearings {
+            let rows = structure.rotor.plane_places(bearing.node).map(|dof| map.row(dof));
+            for (i, one) in rows.iter().enumerate() {
+                for (j, other) in rows.iter().enumerate() {
+                    let c = bearing.damping[i][j];
+                    structural -= Matrix::from_fn(one.len(), one.len(), |a, b| one[a] * c * other[b]);
+                }
+            }
+        }
+        let damped = structural.amax() > NONE * system.damping.amax();
+        Self {
+            mass: Form::new(mass),
+            stiffness: Form::new(stiffness),
+            gyroscopic: Eights::new(&system.gyroscopic),
+            weight: weight.to_vec(),
+            structural: damped.then(|| Form::new(&structural)),
+        }
+    }
+}
+
+/// Eights on (q, q') of the velocities of all bearings' nodes, and of the places of some.
+fn sites(structure: &Structure, placed: &[usize]) -> Matrix {
+    let (rotor, map) = (&structure.rotor, &structure.lateral.coordinates);
+    let n = map.size();
+    let mut rows = Matrix::zeros(2 * (rotor.bearings.len() + placed.len()), 2 * n);
+    let of = (0..rotor.bearings.len()).map(|i| (i, n)).chain(placed.iter().map(|&i| (i, 0)));
+    for (at, (i, from)) in of.enumerate() {
+        for (axis, dof) in rotor.plane_places(rotor.bearings[i].node).into_iter().enumerate() {
+            for (j, part) in map.row(dof).into_iter().enumerate() {
+                rows[(2 * at + axis, from + j)] = part;
+            }
+        }
+    }
+    rows
+}
+
+/// The largest singular value of a 2 x 2 matrix, by rows.
+fn largest_stretch([a, b, c, d]: [f64; 4]) -> f64 {
+    let (sum, difference) = (a * a + b * b + c * c + d * d, a * a + b * b - c * c - d * d);
+    (0.5 * (sum + length([difference, 2.0 * (a * c + b * d)]))).sqrt()
+}
+
+kernel! {
+    /// Sizes of vectors whose parts are in two lists.
+    pub(super) fn sizes_of(a: &[f64], b: &[f64], sizes: &mut [f64]) {
+        for (size, (a, b)) in sizes.iter_mut().zip(a.iter().zip(b)) {
+            *size = (a * a + b * b).sqrt();
         }
     }
 }
 
 impl Measured {
-    /// No displacement of a node is larger than this \[m, rad\].
-    pub fn reach(&self, y: &[f64]) -> f64 {
-        let (a, b) = y.split_at(self.reach.len());
-        self.reach.iter().zip(a.iter().zip(b)).map(|(reach, (a, b))| reach * length([*a, *b])).sum()
+    /// What of two stations lies between, at a share of the way: one of its lists of rows.
+    pub fn between(stations: [&Self; 2], share: f64, of: impl Fn(&Self) -> &Eights) -> Eights {
+        Eights::mixed(stations.map(of), [1.0 - share, share])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::flight::Flight;
+    use super::super::settings::FlightSettings;
+    use super::super::shape::Shape;
+    use super::*;
+    use bladeoff_model::machine::MachineDef;
+
+    /// The rig with one bearing of skew stiffness, in free flight, struck time and again.
+    fn struck(mut at: impl FnMut(&Machine, &Structure, &mut Flight, [f64; 2])) {
+        let path = format!("{}/../studies/machines/lab_rig.toml", env!("CARGO_MANIFEST_DIR"));
+        let text = std::fs::read_to_string(&path).expect("a machine of the repository");
+        let text = text.replacen("\"2e6 N/m\"", "[[2e6, 3e5], [-1e5, 1.7e6]]", 1);
+        let machine = MachineDef::parse(&path, &text).expect("parses").build().expect("valid");
+        let structure = Structure::build(&machine, None).expect("buildable");
+        let mut flight = Flight::new(&machine, &structure, FlightSettings::of_step(2e-5)).expect("has a basis");
+        let row = flight.spin().row_of(&structure, machine.diaphragms[0].contact.node);
+        for round in 0..40 {
+            let impulse = [0.3 * f64::from(round).sin(), 0.2 * f64::from(round).cos()];
+            flight.propagate(0).expect("goes on");
+            flight.strike(impulse, 1e-3, &row);
+            flight.finish(0).expect("goes on");
+            at(&machine, &structure, &mut flight, impulse);
+            (0..30).for_each(|_| flight.advance(1).expect("goes on"));
+        }
+    }
+
+    #[test]
+    fn no_moment_is_beyond_its_bound() {
+        let (mut bounds, mut closest) = (Vec::new(), 0.0_f64);
+        struck(|machine, structure, flight, _| {
+            let RotorKind::Shaft(shaft) = &machine.rotor.kind else { panic!("the rig has a shaft") };
+            let stresses = ShaftStresses::new(shaft);
+            let mut shape = Shape::new(structure, flight.spin());
+            shape.take(flight, structure);
+            flight.bounds(&mut bounds);
+            let blocks = shaft.elements.len().div_ceil(BESIDE);
+            let largest = shape.nodal.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+            assert!(largest <= bounds[blocks], "{largest} {}", bounds[blocks]);
+            let whole = bounds[..blocks].iter().copied().fold(0.0, f64::max);
+            for element in 0..shaft.elements.len() {
+                let seen = flight.moments(element / BESIDE);
+                let seen = &seen[OF_ELEMENT * (element % BESIDE)..];
+                for (end, moment) in stresses.bending_moments(element, &shape.nodal).into_iter().enumerate() {
+                    let (size, bound) = (length(moment), bounds[element / BESIDE]);
+                    assert!(size <= bound, "element {element}: {size} beyond {bound}");
+                    closest = closest.max(size / bound);
+                    for (i, part) in moment.into_iter().enumerate() {
+                        let off = (seen[2 * end + i] - part).abs();
+                        assert!(off < 1e-11 * whole, "element {element}: {off} of {whole}");
+                    }
+                }
+            }
+        });
+        // struck a step ago, pairs are in every phase
+        assert!(closest > 0.2, "the bound says something: {closest}");
+    }
+
+    #[test]
+    fn energies_of_coordinates_are_those_of_the_motion() {
+        let (mut q, mut rates, mut room) = (Vec::new(), Vec::new(), Vec::new());
+        struck(|_, structure, flight, impulse| {
+            let (n, spin) = (structure.lateral.coordinates.size(), flight.spin().speed);
+            flight.rates(&mut rates);
+            let stored = flight.stored(&rates, &mut q, &mut room);
+            let system = &flight.shared().grid.model.system;
+            let [kinetic, strain] = system.energies(spin, &q[..n], &rates[..n]);
+            let weight: f64 = dot(flight.shared().grid.model.outputs.weight(), &q[..n]);
+            let (ours, theirs) = (stored.energy + spin * stored.gyroscopic, kinetic + strain - weight);
+            assert!((ours - theirs).abs() < 1e-12 * (kinetic + strain), "{ours} {theirs}");
+            // and what is taken, part by part, is that of all damping and of the skew part of K
+            let [bearings, skew] = flight.powers_of_bearings(impulse, &mut room);
+            let mean: Vec<f64> = {
+                let node = flight.shared().grid.model.measures.jumps.clone();
+                (0..n).map(|j| rates[j] + 0.5 * (node[0][j] * impulse[0] + node[1][j] * impulse[1])).collect()
+            };
+            let taken = bearings - skew + flight.power_of_structure(&mut rates, impulse);
+            let form = |m: &Matrix, x: &[f64]| -> f64 {
+                (0..n).map(|i| mean[i] * (0..n).map(|j| m[(i, j)] * x[j]).sum::<f64>()).sum()
+            };
+            let lost =
+                form(&system.damping, &mean) + 0.5 * form(&(&system.stiffness - system.stiffness.transpose()), &q);
+            assert!((taken - lost).abs() < 1e-11 * (bearings.abs() + skew.abs()), "{taken} {lost}");
+        });
     }
 }

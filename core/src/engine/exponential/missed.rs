@@ -9,92 +9,67 @@
 //! thousandth of the largest value so far, or as v and (3) are below that value: so far a peak may be missed. What turns with the unbalance has no w' and shortens nothing.
 //! Limits: w' is that at n. Verified by `peaks_in_flight_are_those_of_contact_steps` (`tests/exponential_rub.rs`).
 
-use super::bound::length;
+use super::bound::{length, weighted};
 use super::local::Local;
+use super::outlook::in_lanes;
+use crate::linalg::lanes::Lane;
 
 /// Part of the largest value so far that may be missed.
 const PART: f64 = 1e-3;
 
-/// The parts of (2) and (3) that a cell fixes.
+/// The parts of (2) and (3) that a cell fixes, for steps of one length.
 #[derive(Debug, Clone)]
 pub(super) struct Missed {
-    /// First rows of the quantities, of two each.
-    firsts: Vec<usize>,
-    /// Lengths of steps \[s\], with the weights of the pairs in (2) and (3).
-    levels: Vec<(f64, [Vec<f64>; 2])>,
+    h: f64,
+    /// W \[rad/s\].
+    spin: f64,
+    /// Weights of the pairs in (2) and (3).
+    beyond: Vec<Lane>,
+    from: Vec<Lane>,
 }
 
-/// A quantity at n: its constant part, its size, and the largest of all instants before.
+/// A quantity at n: the size of its constant part, the square of its size, and the largest of all instants before.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Watched {
-    pub constant: [f64; 2],
-    pub size: f64,
-    pub largest: f64,
+    constant: f64,
+    square: f64,
+    largest: f64,
+}
+
+impl Watched {
+    /// With this constant part, before anything is seen.
+    pub fn new(constant: [f64; 2]) -> Self {
+        Self { constant: length(constant), square: 0.0, largest: 0.0 }
+    }
+
+    /// Takes its value at n.
+    pub fn see(&mut self, [x, y]: [f64; 2]) {
+        self.square = x * x + y * y;
+        self.largest = self.largest.max(self.square);
+    }
 }
 
 impl Missed {
-    /// Of quantities whose rows begin at these places, for steps of these lengths \[s\].
-    pub fn new(cell: &Local, firsts: &[usize], lengths: &[f64]) -> Self {
+    /// For steps of `h` \[s\] in a cell.
+    pub fn new(cell: &Local, h: f64) -> Self {
         let spin = cell.speed.abs();
-        let level = |&h: &f64| {
-            let weights = |of: &dyn Fn(f64, f64) -> f64| -> Vec<f64> {
-                let block = |b: &[f64; 4]| b.iter().map(|entry| entry * entry).sum::<f64>().sqrt();
-                let pair = |block: f64| of(block, 2.0 / (block * std::f64::consts::FRAC_1_SQRT_2 - spin).max(1e-300));
-                cell.blocks.iter().map(|b| pair(block(b))).collect()
-            };
-            (
-                h,
-                [
-                    weights(&|block, twice| (0.125 * h * h * (block + spin)).min(twice)),
-                    weights(&|_, twice| twice.min(h)),
-                ],
-            )
+        let weights = |of: &dyn Fn(f64, f64) -> f64| -> Vec<Lane> {
+            let block = |b: &[f64; 4]| b.iter().map(|entry| entry * entry).sum::<f64>().sqrt();
+            let pair = |block: f64| of(block, 2.0 / (block * std::f64::consts::FRAC_1_SQRT_2 - spin).max(1e-300));
+            in_lanes(&cell.blocks.iter().map(|b| pair(block(b))).collect::<Vec<f64>>())
         };
-        Self { firsts: firsts.to_vec(), levels: lengths.iter().map(level).collect() }
-    }
-
-    /// The longest step up to a level over which no peak of what is watched is missed, of y and y'; `sizes`: room.
-    pub fn longest(
-        &self,
-        cell: &Local,
-        [y, rates]: [&[f64]; 2],
-        watched: &[Watched],
-        most: usize,
-        sizes: &mut Vec<f64>,
-    ) -> usize {
-        let mut longest = most.min(self.levels.len() - 1);
-        for (&first, watched) in self.firsts.iter().zip(watched) {
-            if longest == 0 {
-                break;
-            }
-            rates_in_turn(cell, first, [y, rates], sizes);
-            let spin = cell.speed.abs();
-            let still = spin * length(watched.constant);
-            longest = (1..=longest)
-                .rev()
-                .find(|&level| {
-                    let (h, [beyond, from]) = &self.levels[level];
-                    let sum = |weights: &[f64]| crate::linalg::dot(sizes, weights);
-                    sum(beyond) + 0.125 * h * h * spin * still <= PART * watched.largest
-                        || watched.size + sum(from) + h * still <= watched.largest
-                })
-                .unwrap_or(0);
+        Self {
+            h,
+            spin,
+            beyond: weights(&|block, twice| (0.125 * h * h * (block + spin)).min(twice)),
+            from: weights(&|_, twice| twice.min(h)),
         }
-        longest
     }
-}
 
-/// |w'| of each pair in (1), of the quantity whose rows begin at a place.
-fn rates_in_turn(cell: &Local, first: usize, [y, rates]: [&[f64]; 2], sizes: &mut Vec<f64>) {
-    let pairs = cell.blocks.len();
-    sizes.resize(pairs, 0.0);
-    let spin = cell.speed;
-    let ((ua, ub), (va, vb)) = (cell.rows[first].split_at(pairs), cell.rows[first + 1].split_at(pairs));
-    let ((a, b), (da, db)) = (y.split_at(pairs), rates.split_at(pairs));
-    let (ub, vb, b, db, sizes) = (&ub[..pairs], &vb[..pairs], &b[..pairs], &db[..pairs], &mut sizes[..pairs]);
-    for k in 0..pairs {
-        let place = [ua[k] * a[k] + ub[k] * b[k], va[k] * a[k] + vb[k] * b[k]];
-        let rate = [ua[k] * da[k] + ub[k] * db[k], va[k] * da[k] + vb[k] * db[k]];
-        sizes[k] = length([rate[0] + spin * place[1], rate[1] - spin * place[0]]);
+    /// Whether no peak of a quantity is missed, of which |w'| of each pair is given.
+    pub fn none_of(&self, watched: &Watched, in_turn: &[Lane]) -> bool {
+        let (h, still, largest) = (self.h, self.spin * watched.constant, watched.largest.sqrt());
+        weighted(&self.beyond, in_turn) + 0.125 * h * h * self.spin * still <= PART * largest
+            || watched.square.sqrt() + weighted(&self.from, in_turn) + h * still <= largest
     }
 }

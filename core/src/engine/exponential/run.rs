@@ -1,13 +1,16 @@
 //! One run of the exponential engine from its start to its end, watched by recorders.
 //!
-//! Loads, the rotor in the ring, and contact are seen at every step. Stresses, stores of energy and the damping of shaft and bearings are forms of all whirl states (`measured`): they
-//! are seen at the instants of an interval of eight contact steps at least (`LOOKS`), damping by the trapezoidal rule between them. Works of contact, of braking and of the damping of ring and twist are those of each step.
+//! Loads, the rotor in the ring, and contact are seen at every step. Stresses and what the bearings' damping takes are seen at the instants of an interval of eight contact steps at
+//! least (`LOOKS`): moments where their bound exceeds what they have had (`measured`), damping by the trapezoidal rule. Stores of energy, and what the damping of the shaft
+//! takes are forms of all motion: they are seen every 64 (`BALANCES`) and 32 (`LOSSES`). Works of contact, of braking and of the damping of ring and twist are those of each step.
 //!
 //! Limits: peaks of stresses between two looks are missed; a look is at most as far from the next as the longest flight. Verified by `tests/exponential_run.rs`.
 
 use super::ExponentialError;
 use super::apart::Apart;
+use super::eights::Eights;
 use super::eye::{Ahead, Eye};
+use super::measured::{BESIDE, Stored};
 use super::settings::FlightSettings;
 use super::shape::Shape;
 use super::transient::{Done, Transient};
@@ -20,6 +23,9 @@ use bladeoff_model::outcome::{Cause, EndCause};
 
 /// Contact steps from one look at the whole motion to the next, at least; each of the first steps has one.
 const LOOKS: u64 = 8;
+/// Contact steps from one look at what the shaft's damping takes to the next, and from one balance of energies to the next, at least, each with a look; each of the first steps has all.
+const LOSSES: u64 = 32;
+const BALANCES: u64 = 64;
 
 /// One run in contact steps of `settings.step`, from its start to its end.
 ///
@@ -45,7 +51,7 @@ pub(in crate::engine) fn run(
     if failure.is_none() {
         // the last balance is that of the end
         let at = At { time: run.transient.flight.time(), speed: run.speed };
-        if let Err(found) = run.look(run.transient.flight.ticks(), at) {
+        if let Err(found) = run.look(run.transient.flight.ticks(), at, true, true) {
             (cause, failure) = (EndCause::Failure, Some(found));
         }
     }
@@ -78,16 +84,20 @@ struct Run<'a> {
     h: f64,
     /// Ring coordinates have something to say.
     touched: bool,
-    /// The last look: its time in contact steps, and the power that damping, less the skew stiffness, takes then \[W\].
-    looked: Option<(u64, f64)>,
-    /// What the twist's damping had taken then \[J\].
-    damped: f64,
+    /// The last look: its time in contact steps, and the powers that bearings' damping takes and that their skew stiffness puts in then \[W\].
+    looked: Option<(u64, [f64; 2])>,
+    /// The last look at what the shaft's damping takes: its time, the power \[W\], and what the twist's damping had taken then \[J\].
+    lost: Option<(u64, f64, f64)>,
+    /// Time of the last balance.
+    balanced: Option<u64>,
     /// The last step's impulse.
     struck: [f64; 2],
-    /// Twists of all nodes, their rows, and moments of the shaft's elements.
-    twists: Vec<f64>,
-    twist_rows: Vec<Vec<f64>>,
-    moments: Vec<f64>,
+    /// Torsional moments of the shaft's elements, on the modes of twist.
+    torsion: Eights,
+    /// Room for what is measured, and for a motion.
+    seen: Vec<f64>,
+    places: Vec<f64>,
+    rates: Vec<f64>,
     /// Energies one by one, where the follower wants them.
     apart: Option<Box<Apart>>,
     /// Largest displacement that is believed \[m\].
@@ -99,23 +109,27 @@ struct Run<'a> {
 impl<'a> Run<'a> {
     fn new(machine: &'a Machine, structure: &'a Structure, settings: FlightSettings) -> Result<Self, ExponentialError> {
         let transient = Transient::new(machine, structure, settings, true)?;
-        let nodes = structure.rotor.nodes;
-        let twist_rows = (0..nodes).map(|node| transient.flight.spin().twist_of(structure, node)).collect();
+        let twists: Vec<Vec<f64>> =
+            (0..structure.rotor.nodes).map(|node| transient.flight.spin().twist_of(structure, node)).collect();
+        let recorders = Recorders::new(machine, &structure.rings, settings.step);
+        let torsion = Eights::new(&recorders.torsional_rows(&twists));
         Ok(Self {
             machine,
             structure,
-            recorders: Recorders::new(machine, &structure.rings, settings.step),
+            recorders,
             speed: transient.flight.speed(),
             transient,
             steps: 0,
             h: settings.step,
             touched: false,
             looked: None,
-            damped: 0.0,
+            lost: None,
+            balanced: None,
             struck: [0.0; 2],
-            twists: vec![0.0; nodes],
-            twist_rows,
-            moments: Vec::new(),
+            torsion,
+            seen: Vec::new(),
+            places: Vec::new(),
+            rates: Vec::new(),
             apart: None,
             reach: DIVERGED * size(machine),
             eye: None,
@@ -129,14 +143,18 @@ impl<'a> Run<'a> {
         }
         let ticks = self.transient.flight.ticks();
         let at = At { time: self.transient.flight.time(), speed: self.speed };
-        let looks = self.steps < LOOKS || self.looked.is_none_or(|(last, _)| ticks - last >= LOOKS);
+        let is_due = |last: Option<u64>, every: u64| last.is_none_or(|last| ticks - last >= every);
+        let first = self.steps < LOOKS;
+        let balances = first || is_due(self.balanced, BALANCES);
+        let loses = balances || is_due(self.lost.map(|(last, ..)| last), LOSSES);
+        let looks = loses || is_due(self.looked.map(|(last, _)| last), LOOKS);
         if looks {
-            self.look(ticks, at)?;
-            if follower.wants_energies() {
-                let Self { transient, apart, machine, structure, h, struck, recorders, .. } = self;
-                let apart = apart.get_or_insert_with(|| Box::new(Apart::new(machine, structure, transient, *h)));
-                apart.take(transient, structure, *struck, &recorders.energies.now);
-            }
+            self.look(ticks, at, loses, balances)?;
+        }
+        if loses && follower.wants_energies() {
+            let Self { transient, apart, structure, recorders, .. } = self;
+            let apart = apart.get_or_insert_with(|| Box::new(Apart::new(structure, transient)));
+            apart.take(transient, structure, &recorders.energies.now);
         }
         let level = self.transient.level();
         let shown = follower.wants(ticks, at.time);
@@ -144,7 +162,7 @@ impl<'a> Run<'a> {
             let Self { transient, eye, machine, structure, .. } = self;
             eye.get_or_insert_with(|| Box::new(Eye::new(machine, structure, transient))).look(transient);
         }
-        if let Some(level) = level {
+        if let Some(level) = level.filter(|_| follower.follows()) {
             self.fly_by(level, shown, follower)?;
         }
         let angle = self.transient.flight.angle();
@@ -171,7 +189,7 @@ impl<'a> Run<'a> {
             eye.show(
                 &self.transient.loads,
                 done.impact.as_ref().map(|impact| (impact, self.h)),
-                self.balanced(),
+                self.energies(),
                 follower,
             );
         }
@@ -179,7 +197,7 @@ impl<'a> Run<'a> {
 
     /// Tells a follower of the instants of a step in flight, the first of which was taken where it is to be `shown`.
     fn fly_by(&mut self, level: usize, shown: bool, follower: &mut dyn Follower) -> Result<(), Cause> {
-        let balanced = self.balanced();
+        let balanced = self.energies();
         let Self { transient, eye, machine, structure, .. } = self;
         let ticks = transient.flight.ticks();
         let mut ahead = None;
@@ -206,8 +224,8 @@ impl<'a> Run<'a> {
             return;
         }
         let Self { transient, eye, recorders, apart, h, machine, structure, speed, .. } = self;
-        let apart = apart.get_or_insert_with(|| Box::new(Apart::new(machine, structure, transient, *h)));
-        apart.store(transient, structure, &recorders.energies.now);
+        let apart = apart.get_or_insert_with(|| Box::new(Apart::new(structure, transient)));
+        apart.take(transient, structure, &recorders.energies.now);
         let eye = eye.get_or_insert_with(|| Box::new(Eye::new(machine, structure, transient)));
         eye.look(transient);
         eye.speed = *speed;
@@ -286,44 +304,86 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Sees the whole motion at n: stresses, stores, what damping has taken since the last look.
-    fn look(&mut self, ticks: u64, at: At) -> Result<(), Cause> {
-        let Self { transient, recorders, twists, twist_rows, moments, .. } = self;
+    /// Sees stresses at n and what bearings have taken since the last look; what the shaft `loses` and, with that, how it `balances`.
+    fn look(&mut self, ticks: u64, at: At, loses: bool, balances: bool) -> Result<(), Cause> {
+        self.stresses(at)?;
+        let powers = self.transient.flight.powers_of_bearings(self.struck, &mut self.seen);
+        if let Some((last, before)) = self.looked {
+            let half = 0.5 * (ticks - last) as f64 * self.h;
+            let now = &mut self.recorders.energies.now;
+            now.bearings += half * (before[0] + powers[0]);
+            now.skew += half * (before[1] + powers[1]);
+        }
+        self.looked = Some((ticks, powers));
+        if loses {
+            self.transient.flight.rates(&mut self.rates);
+            // rates are left where damping has its mean
+            let stored = balances.then(|| self.transient.flight.stored(&self.rates, &mut self.places, &mut self.seen));
+            self.lose(ticks);
+            if let Some(stored) = stored {
+                self.balance(ticks, &stored);
+            }
+        }
+        Ok(())
+    }
+
+    /// Moments that may be larger than those before.
+    fn stresses(&mut self, at: At) -> Result<(), Cause> {
+        let Self { transient, recorders, torsion, seen, .. } = self;
         let flight = &mut transient.flight;
-        let seen = flight.measure(self.struck, moments);
-        if !seen.reach.is_finite() {
+        torsion.times(flight.spin().twist(), seen);
+        recorders.see_torsion(seen, at);
+        flight.bounds(seen);
+        let blocks = recorders.elements().div_ceil(BESIDE);
+        for (block, bound) in seen[..blocks].iter().enumerate() {
+            let elements = BESIDE * block..recorders.elements().min(BESIDE * (block + 1));
+            if *bound > recorders.least_bending(elements.clone()) {
+                recorders.see_bending(elements, &flight.moments(block), at);
+            }
+        }
+        let reach = seen[blocks];
+        if !reach.is_finite() {
             return Err(Cause::NonFinite);
         }
         // what it bounds is looked at where it might be too far
-        if seen.reach > self.reach {
+        if reach > self.reach {
             let mut shape = Shape::new(self.structure, flight.spin());
             shape.take(flight, self.structure);
             if shape.nodal.iter().any(|x| x.abs() > self.reach) {
                 return Err(Cause::Diverged);
             }
         }
-        flight.spin().twists(twist_rows, twists);
-        recorders.see_moments(moments, twists, at);
-
-        let (power, damped) = (seen.lost, flight.spin().damped());
-        let now = &mut recorders.energies.now;
-        if let Some((last, before)) = self.looked {
-            // of structure and bearings together
-            now.structure += 0.5 * (ticks - last) as f64 * self.h * (before + power) + (damped - self.damped);
-        }
-        (self.looked, self.damped) = (Some((ticks, power)), damped);
-        let shift = flight.held_back(seen.gyroscopic);
-        let [turning, twisted] = flight.spin().energies(shift, flight.velocities());
-        let ring = transient.contact.as_ref().map_or([0.0; 2], |contact| contact.rub.ring.energies());
-        now.kinetic =
-            seen.energy + (flight.spin().speed + shift) * seen.gyroscopic + turning + twisted + ring[0] + ring[1];
-        recorders.energies.take();
-        recorders.judge(self.machine, self.structure);
         Ok(())
     }
 
-    /// Energies one by one, as they were at the last look; none where the follower wants none.
-    fn balanced(&self) -> Energies {
+    /// What the damping of the shaft has taken since the last time, of the rates at n.
+    fn lose(&mut self, ticks: u64) {
+        let Self { transient, recorders, rates, .. } = self;
+        let power = transient.flight.power_of_structure(rates, self.struck);
+        let damped = transient.flight.spin().damped();
+        if let Some((last, before, damped_before)) = self.lost {
+            let bent = 0.5 * (ticks - last) as f64 * self.h * (before + power);
+            recorders.energies.now.structure += bent + (damped - damped_before);
+        }
+        self.lost = Some((ticks, power, damped));
+    }
+
+    /// Stores at n, and the guards.
+    fn balance(&mut self, ticks: u64, stored: &Stored) {
+        self.balanced = Some(ticks);
+        let Self { transient, recorders, .. } = self;
+        let flight = &transient.flight;
+        let shift = flight.held_back(stored.gyroscopic);
+        let [turning, twisted] = flight.spin().energies(shift, flight.velocities());
+        let ring = transient.contact.as_ref().map_or([0.0; 2], |contact| contact.rub.ring.energies());
+        recorders.energies.now.kinetic =
+            stored.energy + (flight.spin().speed + shift) * stored.gyroscopic + turning + twisted + ring[0] + ring[1];
+        recorders.energies.take();
+        recorders.judge(self.machine, self.structure);
+    }
+
+    /// Energies one by one, as they were at the last balance; none where the follower wants none.
+    fn energies(&self) -> Energies {
         self.apart.as_ref().map_or_else(Energies::default, |apart| apart.energies)
     }
 }

@@ -6,8 +6,9 @@ use crate::structure::Structure;
 
 /// Room for it.
 pub(super) struct Shape {
-    /// Coordinates and their rates, one after the other.
-    motion: Vec<f64>,
+    /// Coordinates and their rates.
+    size: usize,
+    motion: [Vec<f64>; 2],
     /// Displacements [m, rad] and twists \[rad\] of all nodes.
     pub nodal: Vec<f64>,
     pub twists: Vec<f64>,
@@ -18,7 +19,8 @@ impl Shape {
     pub fn new(structure: &Structure, spin: &Spin) -> Self {
         let (rotor, map) = (&structure.rotor, &structure.lateral.coordinates);
         Self {
-            motion: vec![0.0; 2 * map.size()],
+            size: map.size(),
+            motion: Default::default(),
             nodal: vec![0.0; map.nodal_size()],
             twists: vec![0.0; rotor.nodes],
             twist_rows: (0..rotor.nodes).map(|node| spin.twist_of(structure, node)).collect(),
@@ -26,20 +28,20 @@ impl Shape {
     }
 
     /// Takes the motion of a flight where it is.
-    pub fn take(&mut self, flight: &mut Flight, structure: &Structure) {
-        flight.motion(&mut self.motion);
-        let places = &self.motion[..self.motion.len() / 2];
-        structure.lateral.coordinates.expand(places, &mut self.nodal);
+    pub fn take(&mut self, flight: &Flight, structure: &Structure) {
+        flight.places(&mut self.motion[0]);
+        flight.rates(&mut self.motion[1]);
+        structure.lateral.coordinates.expand(&self.motion[0][..self.size], &mut self.nodal);
         flight.spin().twists(&self.twist_rows, &mut self.twists);
     }
 
     /// Lateral coordinates.
     pub fn coordinates(&self) -> &[f64] {
-        &self.motion[..self.motion.len() / 2]
+        &self.motion[0][..self.size]
     }
 
     /// Their rates.
     pub fn rates(&self) -> &[f64] {
-        &self.motion[self.motion.len() / 2..]
+        &self.motion[1][..self.size]
     }
 }

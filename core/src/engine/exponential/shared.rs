@@ -105,7 +105,7 @@ impl Shared {
         let system = LateralSystem::new(machine, structure).ok_or(ExponentialError::Singular { part: "the rotor" })?;
         let outputs = Outputs::new(machine, structure);
         let direct = outputs.direct(&system);
-        let measures = Measures::new(machine, structure, outputs.weight());
+        let measures = Measures::new(machine, structure, &system, outputs.weight());
         let grid = Grid::new(Model { system, outputs, measures }, spacing, settings.cells, speed)?;
         let shared = Arc::new(Self { grid, direct });
         if kept.len() == KEPT {

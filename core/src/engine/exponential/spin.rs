@@ -264,6 +264,11 @@ impl Spin {
         [kinetic + twist[0], potential + twist[1]]
     }
 
+    /// Amplitudes of the modes of twist.
+    pub fn twist(&self) -> &[f64] {
+        self.twist.place()
+    }
+
     /// Elastic twist of all nodes \[rad\], by their rows of [`Spin::twist_of`].
     pub fn twists(&self, rows: &[Vec<f64>], twists: &mut [f64]) {
         for (twist, row) in twists.iter_mut().zip(rows) {

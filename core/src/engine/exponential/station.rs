@@ -11,11 +11,12 @@
 
 use super::block::Block;
 use super::forms::Form;
-use super::measured::Measures;
+use super::measured::{Measured, Measures};
 use super::outputs::Outputs;
 use super::system::LateralSystem;
 use super::{ExponentialError, pairs};
 use crate::linalg::{Matrix, inverse, mul, mul_tn};
+use std::sync::OnceLock;
 
 /// Largest condition of a basis.
 pub(in crate::engine) const MOST_CONDITION: f64 = 1e4;
@@ -46,6 +47,10 @@ pub(super) struct Station {
     pub momentum: Form,
     /// No less than the 2-norm condition of R; that itself where it is near what is allowed.
     pub condition: f64,
+    /// What damping takes of a saw-tooth ([`super::kick`]), of impulses in the steps of its grid.
+    pub saw_tooth: OnceLock<[f64; 3]>,
+    measured: OnceLock<Measured>,
+    lost: OnceLock<Form>,
 }
 
 impl Station {
@@ -89,7 +94,20 @@ impl Station {
             right,
             left,
             condition,
+            saw_tooth: OnceLock::new(),
+            measured: OnceLock::new(),
+            lost: OnceLock::new(),
         })
+    }
+
+    /// What is measured of its whirl states.
+    pub fn measured(&self, model: &Model) -> &Measured {
+        self.measured.get_or_init(|| model.measures.at(&self.motion))
+    }
+
+    /// What damping takes of them, as a form.
+    pub fn lost(&self, model: &Model) -> &Form {
+        self.lost.get_or_init(|| model.measures.lost_of_states(&model.system, &self.motion))
     }
 }
 

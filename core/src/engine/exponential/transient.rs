@@ -100,12 +100,8 @@ impl Transient {
             most: (1..=longest).take_while(|&level| flight.holds(level, machine.run.end_time)).last().unwrap_or(0),
             loads: vec![[0.0; 2]; structure.rotor.bearings.len()],
             watched: (0..structure.rotor.bearings.len())
-                .map(|_| Watched { constant: [0.0; 2], size: 0.0, largest: 0.0 })
-                .chain(machine.diaphragms.first().map(|diaphragm| Watched {
-                    constant: diaphragm.contact.offset.map(|part| -part),
-                    size: 0.0,
-                    largest: 0.0,
-                }))
+                .map(|bearing| Watched::new(flight.constant_load(bearing)))
+                .chain(machine.diaphragms.first().map(|d| Watched::new(d.contact.offset.map(|part| -part))))
                 .collect(),
             last: 0,
             lengths,
@@ -134,21 +130,25 @@ impl Transient {
 
     fn free(&mut self) -> Option<usize> {
         // what contact has added to them is among the largest
-        for (watched, load) in self.watched.iter_mut().zip(&self.loads) {
-            watched.largest = watched.largest.max(length(*load));
+        if self.contact.as_ref().is_some_and(|contact| contact.rub.presses()) {
+            self.watch_loads();
         }
         self.weigh();
-        let Self { flight, contact, loads, watched, lengths, flies, most, last, end, end_speed, .. } = self;
-        for (bearing, (watched, load)) in watched.iter_mut().zip(&*loads).enumerate() {
-            let size = length(*load);
-            *watched = Watched { constant: flight.constant_load(bearing), size, largest: watched.largest.max(size) };
-        }
-        let place = contact.as_ref().map(|contact| contact.rub.off_centre(flight.place(0)));
-        if let (Some(x), Some(watched)) = (place, watched.last_mut()) {
-            (watched.size, watched.largest) = (length(x), watched.largest.max(length(x)));
-        }
-        if !*flies && contact.is_some() {
-            return None;
+        self.watch_loads();
+        let Self { flight, contact, watched, lengths, flies, most, last, end, end_speed, .. } = self;
+        let mut place = None;
+        if let (Some(Contact { rub, .. }), Some(watched)) = (contact, watched.last_mut()) {
+            let x = rub.off_centre(flight.place(0));
+            watched.see(x);
+            // what has pressed a step ago may press again: not worth the bounds
+            if !*flies || rub.presses() {
+                return None;
+            }
+            let within = rub.room();
+            if length(x) >= within {
+                return None;
+            }
+            place = Some((x, within));
         }
         let left = end.saturating_sub(flight.ticks()).max(1);
         // twice the last one: what it tells of the spin holds so far
@@ -160,21 +160,15 @@ impl Transient {
         while longest > 0 && flight.spin().speed_after(2.0 * lengths[longest]) <= *end_speed {
             longest -= 1;
         }
-        if let (Some(Contact { rub, .. }), Some(x)) = (contact, place) {
-            // what has pressed a step ago may press again: not worth the bounds
-            if rub.presses() {
-                return None;
-            }
-            let within = rub.room();
-            if length(x) >= within {
-                return None;
-            }
-            let velocity = flight.see_rates();
+        let velocity = flight.see_ahead();
+        if let Some((x, within)) = place {
             longest = flight.stays(lengths, [x, velocity], within, longest)?;
-        } else {
-            flight.see_rates();
         }
-        Some(flight.resolved(lengths, watched, longest))
+        Some(flight.resolved(watched, longest))
+    }
+
+    fn watch_loads(&mut self) {
+        self.watched.iter_mut().zip(&self.loads).for_each(|(watched, load)| watched.see(*load));
     }
 
     /// Takes the loads at n, without what contact there adds.
@@ -356,13 +350,11 @@ mod tests {
         let structure = Structure::build(&machine, None).expect("buildable");
         let mut flight = Flight::new(&machine, &structure, FlightSettings::of_step(2e-5)).expect("has a basis");
         let (mut closest, mut seen) = (0.0_f64, 0);
-        let mut room = Vec::new();
         for round in 0..40 {
             for (level, fine) in [(4, 16), (7, 128)] {
                 let from = flight.contact(0)[0];
-                let velocity = flight.see_rates();
-                let h = flight.step_of(level);
-                let bound = flight.leaves(h, &mut room);
+                let velocity = flight.see_ahead();
+                let bound = flight.leaves(level);
                 let mut ahead = flight.clone();
                 for n in 1..=fine {
                     ahead.advance(0).expect("goes on");

@@ -108,6 +108,11 @@ impl Twist {
         dot(row, &self.place)
     }
 
+    /// Amplitudes of the modes.
+    pub fn place(&self) -> &[f64] {
+        &self.place
+    }
+
     /// Turn along one of the rows, and its rate: at n, after [`Twist::set_out`] those foreseen for n+1.
     #[inline(always)]
     pub fn seen(&self, r: usize) -> [f64; 2] {
