@@ -18,7 +18,7 @@ pub(super) struct Local {
     /// A vector of y for each force.
     pub pushes: Vec<Vec<f64>>,
     /// Outputs of those of the unbalances.
-    struck: Vec<Vec<f64>>,
+    pub struck: Vec<Vec<f64>>,
 }
 
 impl Local {

@@ -267,6 +267,7 @@ impl Measured {
 #[cfg(test)]
 mod tests {
     use super::super::flight::Flight;
+    use super::super::motion::Blow;
     use super::super::settings::FlightSettings;
     use super::super::shape::Shape;
     use super::*;
@@ -280,12 +281,10 @@ mod tests {
         let machine = MachineDef::parse(&path, &text).expect("parses").build().expect("valid");
         let structure = Structure::build(&machine, None).expect("buildable");
         let mut flight = Flight::new(&machine, &structure, FlightSettings::of_step(2e-5)).expect("has a basis");
-        let row = flight.spin().row_of(&structure, machine.diaphragms[0].contact.node);
         for round in 0..40 {
             let impulse = [0.3 * f64::from(round).sin(), 0.2 * f64::from(round).cos()];
             flight.propagate(0).expect("goes on");
-            flight.strike(impulse, 1e-3, &row);
-            flight.finish(0).expect("goes on");
+            flight.finish(0, Some(Blow { impulse, torque: 1e-3 })).expect("goes on");
             at(&machine, &structure, &mut flight, impulse);
             (0..30).for_each(|_| flight.advance(1).expect("goes on"));
         }
