@@ -85,18 +85,19 @@ fn bearings_of_any_damping_have_the_loads_of_the_reduced_engine() {
     }
 }
 
-/// (Contact times of the last row are no converged quantity: 0.0660, 0.0678 and 0.0674 s on the reduced engine at 3.4, 1.7 and 0.85 us, 0.065 to 0.071 s on this one. Its limit
-/// finds what was a sixth off.)
+/// (35 and 35.5 g are between two ways on: their contact times scatter by a tenth between steps of either engine, and prove nothing. At 36 g the contact time is 1 % off at twice the step.)
 /// What impulses make of psi' within their step, through the strongly damped twist, has to reach the lateral motion: it did not, and the spin after a hard rub was off
 /// by 2e-5, of the last row by 5e-4 (its contact time by a sixth).
 #[test]
 fn hard_rubs_of_the_rig_end_as_on_the_reduced_engine() {
-    for (mass, friction, speed, time) in
-        [("28 g", "0.3", 5e-6, 1e-3), ("40 g", "0.2", 8e-6, 1e-3), ("35 g", "0.3", 2.5e-4, 6e-2)]
-    {
+    for (mass, friction, step, speed, time) in [
+        ("28 g", "0.3", 3.4e-6, 5e-6, 1e-3),
+        ("40 g", "0.2", 3.4e-6, 8e-6, 1e-3),
+        ("36 g", "0.3", 1.7e-6, 2.5e-4, 3e-3),
+    ] {
         let change = [("rotor.unbalances.blade_off.mass", mass), ("diaphragms.seal.contact.friction", friction)];
         let reference = run(machine_with(&study_machine("lab_rig"), &[change[0], change[1], ("run.step", "1.7e-6 s")]));
-        let ours = exponential(machine_with(&study_machine("lab_rig"), &change), 3.4e-6);
+        let ours = exponential(machine_with(&study_machine("lab_rig"), &change), step);
         assert!(ours.value("friction_energy_J") > 30.0 && reference.value("impacts") > 3.0, "a hard rub");
         let columns = [
             ("end_speed_rad_s", speed),

@@ -21,7 +21,7 @@ pub(super) const BLOCK: usize = LANES;
 
 /// Candidates of a ring, at least. Places that press beside the nearest one are candidates, two spacings from it or more: with 192 of them the turbine's 1 ms force is
 /// 0.3 % off.
-const CANDIDATES: usize = 384;
+const CANDIDATES: usize = 288;
 /// Parts of the largest by which displacements in two sectors differ that are the same: rounding of a ring's modes.
 const SAME: f64 = 1e-8;
 /// Elements of a ring at most: the table between candidates grows with their square.
