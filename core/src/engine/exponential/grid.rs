@@ -100,7 +100,7 @@ impl Cell {
     }
 
     /// What damping takes of the saw-tooth that an impulse on the first diaphragm's node, along the machine's axes, makes of the rates \[J\]: linear between two
-    /// stations, as it changes by a hundredth from one to the other.
+    /// stations, as it is a smooth function of the spin that no basis has a say in.
     pub fn lost_of_saw_tooth(&self, model: &Model, h: f64, [u, v]: [f64; 2]) -> f64 {
         let Some((_, push, _)) = self.contact else { return 0.0 };
         let [below, above] = self.stations.each_ref().map(|station| {
