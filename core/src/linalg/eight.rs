@@ -240,15 +240,11 @@ mod wide {
         }
         #[inline(always)]
         fn sum(self) -> f64 {
-            unsafe {
-                sum_of(_mm256_add_pd(_mm512_castpd512_pd256(self.0), _mm512_extractf64x4_pd::<1>(self.0)))
-            }
+            unsafe { sum_of(_mm256_add_pd(_mm512_castpd512_pd256(self.0), _mm512_extractf64x4_pd::<1>(self.0))) }
         }
         #[inline(always)]
         fn least(self) -> f64 {
-            unsafe {
-                least_of(_mm256_min_pd(_mm512_castpd512_pd256(self.0), _mm512_extractf64x4_pd::<1>(self.0)))
-            }
+            unsafe { least_of(_mm256_min_pd(_mm512_castpd512_pd256(self.0), _mm512_extractf64x4_pd::<1>(self.0))) }
         }
         #[inline(always)]
         fn less(self, than: Self) -> u8 {
@@ -323,6 +319,26 @@ pub(crate) fn columns_times<V: Eight>(columns: &[Lane], numbers: &[Lane]) -> V {
     (sums[0] + sums[1]) + (sums[2] + sums[3])
 }
 
+by_width! {
+    /// Products of eight rows with a list, their entries column by column, each summed as [`super::dot`] does.
+    pub(crate) fn dots(columns: &[Lane], list: &[f64], products: &mut Lane) = dots_in
+}
+
+#[inline(always)]
+fn dots_in<V: Eight>(columns: &[Lane], list: &[f64], products: &mut Lane) {
+    let (mut sums, mut tail) = ([V::all(0.0); 4], V::all(0.0));
+    let ((fours, rest), (numbers, left)) = (columns.as_chunks::<4>(), list.as_chunks::<4>());
+    for (four, numbers) in fours.iter().zip(numbers) {
+        for n in 0..4 {
+            sums[n] = sums[n] + V::load(&four[n]) * V::all(numbers[n]);
+        }
+    }
+    for (column, number) in rest.iter().zip(left) {
+        tail = tail + V::load(column) * V::all(*number);
+    }
+    (((sums[0] + sums[1]) + (sums[2] + sums[3])) + tail).store(products);
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -343,6 +359,21 @@ mod tests {
         out[4 * LANES..5 * LANES].copy_from_slice(&lane.0);
         let last = [a.sum(), (a - c).least(), f64::from(a.less(b)), columns_times::<V>(lanes, &lanes[..1]).sum()];
         out[5 * LANES..].copy_from_slice(&last);
+    }
+
+    #[test]
+    fn eight_products_are_dots_to_the_last_bit() {
+        let value = |i: usize| ((i * 7919 % 1013) as f64 - 506.3) / 97.1;
+        for size in [0, 1, 3, 4, 7, 36, 41] {
+            let columns: Vec<Lane> = (0..size).map(|j| Lane(std::array::from_fn(|k| value(8 * j + k)))).collect();
+            let list: Vec<f64> = (0..size).map(|j| value(j + 500)).collect();
+            let mut products = Lane::default();
+            dots(&columns, &list, &mut products);
+            for k in 0..LANES {
+                let row: Vec<f64> = columns.iter().map(|column| column.0[k]).collect();
+                assert_eq!(products.0[k].to_bits(), crate::linalg::dot(&row, &list).to_bits(), "{size} {k}");
+            }
+        }
     }
 
     by_width! { fn at_this_width(lanes: &[Lane; 3], out: &mut [f64]) = everything }

@@ -4,8 +4,8 @@
 //! matrices picks kernels by CPU).
 
 mod definite;
-pub(crate) mod eight;
 mod eigen;
+pub(crate) mod eight;
 mod general;
 #[cfg(test)]
 mod general_tests;

@@ -1,6 +1,7 @@
 //! Bending stress of the diaphragm's blades.
 
-use crate::linalg::lanes::{LANES, Lane, rows_times};
+use crate::linalg::eight::dots;
+use crate::linalg::lanes::{LANES, Lane};
 use crate::linalg::{Csr, Matrix};
 use crate::structure::RingPart;
 use bladeoff_model::machine::FlexibleStator;
@@ -94,8 +95,10 @@ impl BladeStresses {
             Rows::Nodal(rows) => rows.largest_product(q),
             Rows::Modal(blocks) => {
                 let mut largest = [0.0_f64; LANES];
+                let mut stresses = Lane::default();
                 for block in blocks {
-                    for (largest, stress) in largest.iter_mut().zip(rows_times(block, q)) {
+                    dots(block, q, &mut stresses);
+                    for (largest, stress) in largest.iter_mut().zip(stresses.0) {
                         let size = stress.abs();
                         *largest = if size > *largest { size } else { *largest };
                     }

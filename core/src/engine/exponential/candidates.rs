@@ -21,7 +21,7 @@ pub(super) const BLOCK: usize = LANES;
 
 /// Candidates of a ring, at least. Places that press beside the nearest one are candidates, two spacings from it or more: with 192 of them the turbine's 1 ms force is
 /// 0.3 % off.
-const CANDIDATES: usize = 288;
+const CANDIDATES: usize = 384;
 /// Parts of the largest by which displacements in two sectors differ that are the same: rounding of a ring's modes.
 const SAME: f64 = 1e-8;
 /// Elements of a ring at most: the table between candidates grows with their square.
@@ -221,7 +221,12 @@ fn table_left_out(
         by(0, one);
         by(sector, other);
         let turned = other[sector / BLOCK..].iter().chain(&other[..sector / BLOCK]);
-        let pairs = || one.iter().zip(turned.clone()).flat_map(|(a, b)| a.iter().zip(b)).flat_map(|(a, b)| a.0.into_iter().zip(b.0));
+        let pairs = || {
+            one.iter()
+                .zip(turned.clone())
+                .flat_map(|(a, b)| a.iter().zip(b))
+                .flat_map(|(a, b)| a.0.into_iter().zip(b.0))
+        };
         let size = pairs().fold(0.0, |most: f64, (a, _)| most.max(a.abs()));
         if pairs().any(|(a, b)| (a - b).abs() > SAME * size) {
             sector = count;

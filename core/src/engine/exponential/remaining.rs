@@ -95,8 +95,7 @@ impl Remaining {
             let gaps = V::load(&closed.gaps);
             let near = gaps.less(V::all(bound + room));
             let no_more = !V::all(bound + ROUNDING).less(gaps);
-            let between =
-                survey.between::<V>(struck.candidates, closed.block, near, (struck.x, &struck.foreseen.ring));
+            let between = survey.between::<V>(struck.candidates, closed.block, near, (struck.x, &struck.foreseen.ring));
             let mut bits = near & (no_more | between);
             while bits != 0 {
                 let k = bits.trailing_zeros() as usize;
@@ -298,7 +297,15 @@ mod tests {
                     let by = sides.map(|side| product(side, shape));
                     *impulse += flat(&yields)[j] * (force.normal * by[0] + force.tangential * by[1]);
                 }
-                points.push(Point { place, acting: place, acts: None, slot: 0, own: Default::default(), start: [0.0; 2], force });
+                points.push(Point {
+                    place,
+                    acting: place,
+                    acts: None,
+                    slot: 0,
+                    own: Default::default(),
+                    start: [0.0; 2],
+                    force,
+                });
             }
             let impulses = lanes_of(&impulses);
             let struck = Struck {
@@ -335,7 +342,9 @@ mod tests {
         let mut largest = 0.0_f64;
         for block in 0..ring.count() / BLOCK {
             let mut all = [Lane::default(); 2];
-            all.iter_mut().enumerate().for_each(|(part, lane)| ring.all_left_out::<Plain>(block, &acting, part).store(lane));
+            all.iter_mut()
+                .enumerate()
+                .for_each(|(part, lane)| ring.all_left_out::<Plain>(block, &acting, part).store(lane));
             for k in 0..BLOCK {
                 let mut whole = [0.0; 2];
                 for (at, impulse) in acting {

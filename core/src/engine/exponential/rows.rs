@@ -101,8 +101,7 @@ pub(super) fn write_rows<V: Eight>(
     let [[np, nq], [tp, tq]] = [alls::<V>(directions[0]), alls::<V>(directions[1])];
     let [normal, tangent, by_normal, by_tangent] = rows;
     let count = normal.len();
-    let [[va, ua], [vb, ub], [vc, uc]] =
-        [firsts(three[0], count), firsts(three[1], count), firsts(three[2], count)];
+    let [[va, ua], [vb, ub], [vc, uc]] = [firsts(three[0], count), firsts(three[1], count), firsts(three[2], count)];
     let Step { yields, way, statics } = step;
     let (yields, way, statics) = (&yields[..count], &way[..count], &statics[..count]);
     let (tangent, by_normal, by_tangent) = (&mut tangent[..count], &mut by_normal[..count], &mut by_tangent[..count]);
@@ -129,11 +128,7 @@ pub(super) fn write_rows<V: Eight>(
         by[1].store(&mut by_tangent[i]);
     }
     let [passed, opened, nn, nt, tn, tt] = sums;
-    Said {
-        passed: passed.sum(),
-        opened: opened.sum(),
-        own: [nn.sum(), nt.sum(), tn.sum(), tt.sum()],
-    }
+    Said { passed: passed.sum(), opened: opened.sum(), own: [nn.sum(), nt.sum(), tn.sum(), tt.sum()] }
 }
 
 /// Products of two rows with two others: of the first with both, then of the second.

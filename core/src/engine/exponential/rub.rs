@@ -290,7 +290,8 @@ impl Rub {
         let Self { candidates, rows, now, foreseen, yields, pressed, .. } = self;
         let count = candidates.count();
         let known = pressed.iter().find(|(last, ..)| beside(last.index, place.index, count));
-        let (acting, force, acts) = known.map_or((place, ContactForce::NONE, None), |&(at, force, slot)| (at, force, Some(slot)));
+        let (acting, force, acts) =
+            known.map_or((place, ContactForce::NONE, None), |&(at, force, slot)| (at, force, Some(slot)));
         let [before, behind] = candidates.beside(place.index);
         let three = [candidates.of(before), candidates.of(place.index), candidates.of(behind)];
         let [one, other] = rows;

@@ -129,9 +129,8 @@ impl Survey {
         let (clearances, first) = (self.clearances[block].0, block * BLOCK);
         // open at the ends
         let here = V::load(&self.clearances[block]);
-        let mut least = here.less(V::all(below))
-            & here.less(here.behind(f64::INFINITY))
-            & !here.before(f64::INFINITY).less(here);
+        let mut least =
+            here.less(V::all(below)) & here.less(here.behind(f64::INFINITY)) & !here.before(f64::INFINITY).less(here);
         while least != 0 {
             let k = least.trailing_zeros() as usize;
             least &= least - 1;
@@ -239,13 +238,7 @@ impl Survey {
 
     /// Those of some candidates of a block, by bits, about which a place between candidates may be nearest: (2) says that it is no farther.
     #[inline(always)]
-    pub fn between<V: Eight>(
-        &mut self,
-        ring: &Candidates,
-        block: usize,
-        of: u8,
-        (x, q): ([f64; 2], &[Lane]),
-    ) -> u8 {
+    pub fn between<V: Eight>(&mut self, ring: &Candidates, block: usize, of: u8, (x, q): ([f64; 2], &[Lane])) -> u8 {
         let (first, blocks) = (block * BLOCK, self.seen.len());
         let mut gap_of = [f64::INFINITY; 2];
         // at the ends of a block, the next one's have a say
