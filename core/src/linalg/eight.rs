@@ -34,24 +34,24 @@ pub(crate) trait Eight:
 pub(crate) struct Plain([f64; LANES]);
 
 macro_rules! plain_operation {
-    ($trait:ident, $name:ident, $operator:tt) => {
+    ($trait:ident, $name:ident, $assign:tt) => {
         impl $trait for Plain {
             type Output = Self;
             #[inline(always)]
             fn $name(self, other: Self) -> Self {
                 let mut all = self.0;
                 for k in 0..LANES {
-                    all[k] = all[k] $operator other.0[k];
+                    all[k] $assign other.0[k];
                 }
                 Self(all)
             }
         }
     };
 }
-plain_operation!(Add, add, +);
-plain_operation!(Sub, sub, -);
-plain_operation!(Mul, mul, *);
-plain_operation!(Div, div, /);
+plain_operation!(Add, add, +=);
+plain_operation!(Sub, sub, -=);
+plain_operation!(Mul, mul, *=);
+plain_operation!(Div, div, /=);
 
 impl Eight for Plain {
     #[inline(always)]

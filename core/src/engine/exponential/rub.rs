@@ -296,15 +296,11 @@ impl Rub {
         let three = [candidates.of(before), candidates.of(place.index), candidates.of(behind)];
         let [one, other] = rows;
         let (own, last) = if *now == 0 { (one, other) } else { (other, one) };
-        let acts_along = match acts {
-            Some(slot) => Some(last.along(slot)),
-            None => None,
-        };
         let said = write_rows::<V>(
             three,
             parabola(place.share),
             [place.polar, across(place.polar)],
-            acts_along,
+            acts.map(|slot| last.along(slot)),
             Step { yields, way: &foreseen.way, statics: &foreseen.statics },
             own.of_mut(slot),
         );
