@@ -8,6 +8,7 @@
 
 use super::ExponentialError;
 use super::bound::length;
+use super::foreseen::AHEAD;
 use super::rows::alls;
 use crate::linalg::eight::Eight;
 use crate::linalg::lanes::{LANES, Lane, lanes_of};
@@ -51,8 +52,9 @@ pub(super) struct Candidates {
     left_out: Vec<[Lane; 4]>,
     /// Candidates of a sector.
     sector: usize,
-    /// What the modes left out close at most of a candidate's clearance, per unit impulse along and across the radius of another.
+    /// What the modes left out close at most of a candidate's clearance, per unit impulse along and across the radius of another; and what they open at most.
     pub most_closed: [f64; 2],
+    pub most_opened: f64,
 }
 
 impl Candidates {
@@ -92,6 +94,7 @@ impl Candidates {
                 .iter()
                 .flat_map(|[a, b, ..]| a.0.into_iter().zip(b.0))
                 .fold([0.0; 2], |[one, other]: [f64; 2], (a, b)| [one.max(-a), other.max(b.abs())]),
+            most_opened: left_out.iter().flat_map(|[a, ..]| a.0).fold(0.0, f64::max),
             spacing: 2.0 * std::f64::consts::PI / count as f64,
             directions: angles
                 .chunks_exact(BLOCK)
@@ -199,8 +202,8 @@ fn table_left_out(
     let mut by = |acting: usize, blocks: &mut [[Lane; 4]]| {
         moved.iter_mut().for_each(|column| column.fill(0.0));
         for &(dof, radial, tangential) in &shapes[acting] {
-            axpy(radial / h, column_of(flexibility, dof), &mut moved[0]);
-            axpy(tangential / h, column_of(flexibility, dof), &mut moved[1]);
+            axpy(AHEAD * radial / h, column_of(flexibility, dof), &mut moved[0]);
+            axpy(AHEAD * tangential / h, column_of(flexibility, dof), &mut moved[1]);
         }
         for (at, shape) in shapes.iter().enumerate() {
             let (block, k) = (&mut blocks[at / BLOCK], at % BLOCK);

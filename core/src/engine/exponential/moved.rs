@@ -1,13 +1,17 @@
-//! What impulses at places of the contact do to gap and slip at others.
+//! What impulses at places of the contact do to gap and slip at others, of their statics as much as [`super::foreseen`] says.
 
 use super::candidates::Candidates;
+use super::foreseen::AHEAD;
 use super::kick::Kick;
 use super::plane::{across, by_rows, product, times, turned};
+use super::point::Pressed;
 use super::survey::Place;
 use crate::contact::complementarity::Block;
 
-/// Displacements of the rotor per impulse, in the stator's axes: of its modes with what trains lack, and of those left out; slip of its surface per impulse.
+/// Displacements of the rotor per impulse, in the stator's axes: of its modes by n+1, of these with what trains lack, and of those left out; slip of its surface per
+/// impulse.
 pub(super) struct Moved {
+    pub by_next: [[f64; 2]; 2],
     rotor: [[f64; 2]; 2],
     left_out: [[f64; 2]; 2],
     rolling: f64,
@@ -16,20 +20,15 @@ pub(super) struct Moved {
 impl Moved {
     /// In a stator's axes of this sine and cosine.
     #[inline(always)]
-    pub fn new(angle: (f64, f64), left_out: [[f64; 2]; 2], kick: &Kick, rolling: f64) -> Self {
+    pub fn new(angle: (f64, f64), mut left_out: [[f64; 2]; 2], kick: &Kick, rolling: f64) -> Self {
         let mut whole = kick.moved;
         for i in 0..2 {
             for j in 0..2 {
-                whole[i][j] += kick.lacking[i][j];
+                whole[i][j] += AHEAD * kick.lacking[i][j];
+                left_out[i][j] *= AHEAD;
             }
         }
-        Self { rotor: turned(angle, &whole), left_out, rolling }
-    }
-
-    /// Displacement of the rotor's modes per impulse, with what trains lack.
-    #[inline(always)]
-    pub fn of_modes(&self) -> &[[f64; 2]; 2] {
-        &self.rotor
+        Self { by_next: turned(angle, &kick.moved), rotor: turned(angle, &whole), left_out, rolling }
     }
 
     /// Displacement of the rotor by an impulse along normal and tangent of a place, as [`Moved::beyond_modes`] has it.
@@ -48,6 +47,17 @@ impl Moved {
         let left_out = product(at.normal, times(&self.left_out, m))
             + product(at.polar, by_rows(&ring.left_out(at.index, acting.index), acting.polar));
         [product(at.normal, times(&self.rotor, m)) + left_out, product(at.normal, times(&self.rotor, s))]
+    }
+
+    /// How far the ring's modes left out still close the gap at a place by normal impulses of the step before: (2) of [`super::foreseen`].
+    #[inline(always)]
+    pub fn before(ring: &Candidates, at: &Place, pressed: &[Pressed]) -> f64 {
+        let mut closed = 0.0;
+        for Pressed { place, force, .. } in pressed {
+            let by = by_rows(&ring.left_out(at.index, place.index), place.polar);
+            closed += (AHEAD - 1.0) / AHEAD * force.normal * product(at.polar, by);
+        }
+        closed
     }
 
     /// Gap and slip at a place by a unit normal and a unit tangential impulse at another, of which the ring's modes make so much: along the normal of the one by both, then

@@ -1,4 +1,4 @@
-//! A place that may press in a step.
+//! Places that may press in a step, and those that pressed in the last.
 
 use super::survey::Place;
 use crate::contact::ContactForce;
@@ -19,4 +19,14 @@ pub(super) struct Point {
     /// Gap and slip without impulses.
     pub start: [f64; 2],
     pub force: ContactForce,
+}
+
+/// A place that pressed in the last step.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Pressed {
+    /// At n now.
+    pub place: Place,
+    pub force: ContactForce,
+    /// Slot of its rows.
+    pub slot: usize,
 }

@@ -11,10 +11,10 @@
 
 use super::bound::length;
 use super::candidates::{BLOCK, Candidates};
-use super::foreseen::Foreseen;
+use super::foreseen::{AHEAD, Foreseen};
 use super::moved::Moved;
 use super::plane::product;
-use super::point::Point;
+use super::point::{Point, Pressed};
 use super::rows::{alls, each_along, loads, weighted};
 use super::survey::Survey;
 use crate::contact::complementarity::POINTS;
@@ -33,7 +33,7 @@ pub(super) struct Remaining {
     /// By blocks: a bit for each candidate that is a point, or beside one; and where there are any.
     barred: Vec<u8>,
     taken: Vec<usize>,
-    /// Candidates where impulses act, and these, in polar axes.
+    /// Candidates where impulses act, and these, in polar axes; and so much less of those before.
     pressing: Vec<(usize, [f64; 2])>,
     closed: Vec<Closed>,
 }
@@ -53,8 +53,10 @@ pub(super) struct Struck<'a> {
     pub moved: &'a Moved,
     /// What they make of the ring's modes.
     pub impulses: &'a [Lane],
-    /// The rotor without them, in the stator's axes.
+    /// The rotor as it is foreseen, in the stator's axes.
     pub x: [f64; 2],
+    /// Of the step before.
+    pub pressed: &'a [Pressed],
 }
 
 impl Struck<'_> {
@@ -133,6 +135,11 @@ impl Remaining {
             let [along, aside] = acting.polar;
             self.pressing.push((acting.index, [along * force.normal, aside * force.normal]));
         }
+        for Pressed { place, force, .. } in struck.pressed {
+            let [along, aside] = place.polar;
+            let less = -(AHEAD - 1.0) / AHEAD * force.normal;
+            self.pressing.push((place.index, [along * less, aside * less]));
+        }
     }
 
     /// Finds the blocks in which something may be closed; which of them has the least (1), where that is below zero, and of which candidate; and more than what
@@ -142,7 +149,7 @@ impl Remaining {
         let &Struck { candidates, foreseen, impulses, x, .. } = struck;
         let q = &foreseen.ring;
         // what moves the rotor: the sum of all; and what the ring's modes left out do at most
-        let (mut rotor, mut left_out) = (foreseen.held, 0.0);
+        let (mut rotor, mut left_out) = (foreseen.rotor_undone, 0.0);
         for point in struck.pressing() {
             let moves = struck.moved.of_rotor(&point.acting, point.force.normal, point.force.tangential);
             rotor = [rotor[0] + moves[0], rotor[1] + moves[1]];
@@ -150,6 +157,11 @@ impl Remaining {
             let [p, q] = point.acting.polar;
             // no bound where the rotor's centre is beyond the place
             left_out += point.force.normal * if p < 0.0 { f64::INFINITY } else { along * p + aside * q.abs() };
+        }
+        for Pressed { place, force, .. } in struck.pressed {
+            let [p, q] = place.polar;
+            let less = (AHEAD - 1.0) / AHEAD * force.normal;
+            left_out += less * (candidates.most_opened * p.abs() + candidates.most_closed[1] * q.abs());
         }
         let most = weighted::<V>(impulses, &candidates.radial_reach);
         survey.nearer::<V>(candidates, length(rotor) + left_out + most, x, q, &mut self.near);
@@ -202,7 +214,8 @@ fn left<V: Eight>(survey: &mut Survey, struck: &Struck<'_>, index: usize, opens:
     let &Struck { candidates, foreseen, moved, .. } = struck;
     let place = survey.place(candidates, index, struck.x, &foreseen.ring);
     let [along] = each_along::<V, 1>([candidates.of(index)[1]], struck.impulses);
-    let mut gap = place.gap + product(place.polar, [opens, along]) + product(place.normal, foreseen.held);
+    let mut gap = place.gap + product(place.polar, [opens, along]) + product(place.normal, foreseen.rotor_undone)
+        - Moved::before(candidates, &place, struck.pressed);
     for point in struck.pressing() {
         let [n, t] = moved.beyond_modes(candidates, &place, &point.acting);
         gap += n * point.force.normal + t * point.force.tangential;
@@ -280,7 +293,7 @@ mod tests {
                 *q = random() * if lobe { 2.0 * contact.gap / reach } else { size / (1.0 + reach) };
             }
             foreseen.ring = lanes_of(&bent);
-            foreseen.held = [1e-5 * random(), 1e-5 * random()];
+            foreseen.rotor_undone = [1e-5 * random(), 1e-5 * random()];
             survey.look::<Plain>(&ring, x, &foreseen.ring);
             // three places, of which one may be the nearest, and what may hold them open
             let mut points = Vec::new();
@@ -308,6 +321,12 @@ mod tests {
                 });
             }
             let impulses = lanes_of(&impulses);
+            // what pressed a step before, somewhat beside, and some that has left
+            let pressed: Vec<Pressed> = points
+                .iter()
+                .take(round as usize % 3)
+                .map(|point: &Point| Pressed { place: point.place, force: point.force, slot: 0 })
+                .collect();
             let struck = Struck {
                 candidates: &ring,
                 points: &points,
@@ -315,6 +334,7 @@ mod tests {
                 moved: &moved,
                 impulses: &impulses,
                 x,
+                pressed: &pressed,
             };
             let found = remaining.least::<Plain>(&mut survey, &struck);
             looked += remaining.closed.len();

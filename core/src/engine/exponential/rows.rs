@@ -71,15 +71,15 @@ pub(super) fn loads<V: Eight>([a, b]: &[Lane; 2]) -> [V; 2] {
     [V::load(a), V::load(b)]
 }
 
-/// Lists of the modes in a step: what they yield to impulses, their way over the step, and what is foreseen of impulses.
+/// Lists of the modes in a step: what they yield to impulses, their way over the step, and what of impulses that are foreseen is undone.
 #[derive(Clone, Copy)]
 pub(super) struct Step<'a> {
     pub yields: &'a [Lane],
     pub way: &'a [Lane],
-    pub statics: &'a [Lane],
+    pub undone: &'a [Lane],
 }
 
-/// What rows say of a step: the tangent's product with the way, the normal's with what is foreseen, and both rows' with what impulses make, as `along_both`.
+/// What rows say of a step: the tangent's product with the way, the normal's with what is undone, and both rows' with what impulses make, as `along_both`.
 pub(super) struct Said {
     pub passed: f64,
     pub opened: f64,
@@ -102,8 +102,8 @@ pub(super) fn write_rows<V: Eight>(
     let [normal, tangent, by_normal, by_tangent] = rows;
     let count = normal.len();
     let [[va, ua], [vb, ub], [vc, uc]] = [firsts(three[0], count), firsts(three[1], count), firsts(three[2], count)];
-    let Step { yields, way, statics } = step;
-    let (yields, way, statics) = (&yields[..count], &way[..count], &statics[..count]);
+    let Step { yields, way, undone } = step;
+    let (yields, way, undone) = (&yields[..count], &way[..count], &undone[..count]);
     let (tangent, by_normal, by_tangent) = (&mut tangent[..count], &mut by_normal[..count], &mut by_tangent[..count]);
     for i in 0..count {
         let v = a * V::load(&va[i]) + b * V::load(&vb[i]) + c * V::load(&vc[i]);
@@ -117,9 +117,9 @@ pub(super) fn write_rows<V: Eight>(
         let (n, t) = (V::load(&normal[i]), V::load(&tangent[i]));
         let yields = V::load(&yields[i]);
         let by = [yields * V::load(&m[i]), yields * V::load(&s[i])];
-        let (way, statics) = (V::load(&way[i]), V::load(&statics[i]));
+        let (way, undone) = (V::load(&way[i]), V::load(&undone[i]));
         sums[0] = sums[0] + t * way;
-        sums[1] = sums[1] + n * statics;
+        sums[1] = sums[1] + n * undone;
         sums[2] = sums[2] + n * by[0];
         sums[3] = sums[3] + n * by[1];
         sums[4] = sums[4] + t * by[0];

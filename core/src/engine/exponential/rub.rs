@@ -12,12 +12,12 @@
 
 use super::ExponentialError;
 use super::candidates::{Candidates, beside, modes, parabola, ring_of};
-use super::foreseen::Foreseen;
+use super::foreseen::{AHEAD, Foreseen};
 use super::kick::Kick;
 use super::kicked_ring::{KickedRing, RingFlight};
 use super::moved::Moved;
 use super::plane::{across, product, turned};
-use super::point::Point;
+use super::point::{Point, Pressed};
 use super::remaining::{Remaining, Struck};
 use super::rows::{PointRows, Step, add_two, along_both, each_along, write_rows};
 use super::survey::{Place, Survey};
@@ -44,7 +44,7 @@ pub(super) struct Rub {
     h: f64,
     candidates: Arc<Candidates>,
     pub ring: KickedRing,
-    /// Displacement of each mode per impulse, with what trains of them lack.
+    /// Displacement of each mode per impulse, with the statics of its step's own.
     yields: Vec<Lane>,
     /// Displacement of the rotor per impulse in the modes left out, in the stator's axes.
     rotor_left_out: [[f64; 2]; 2],
@@ -60,7 +60,7 @@ pub(super) struct Rub {
     rows: [PointRows; 2],
     now: usize,
     /// What pressed in the last step, and where, and the slots of its rows.
-    pressed: Vec<(Place, ContactForce, usize)>,
+    pressed: Vec<Pressed>,
 }
 
 /// What a step's contact does.
@@ -123,7 +123,9 @@ impl Rub {
         let ring = KickedRing::new(&modes, h);
         let places = structure.rotor.plane_places(contact.node);
         let angle = libm::sincos(diaphragm.angle);
-        let [yields, lacking] = ring.yields();
+        let [whole, lacking] = ring.yields();
+        let ahead = |k: (&Lane, &Lane)| Lane(std::array::from_fn(|i| k.0.0[i] + (AHEAD - 1.0) * k.1.0[i]));
+        let yields: Vec<Lane> = whole.iter().zip(&lacking).map(ahead).collect();
         let zeros = vec![Lane::default(); yields.len()];
         let rows = PointRows::new(POINTS, yields.len());
         let rotor_left_out = structure
@@ -141,7 +143,7 @@ impl Rub {
             survey: Survey::new(candidates, contact.rotor_radius + contact.gap, contact.rotor_radius),
             remaining: Remaining::new(candidates.count()),
             candidates: Arc::clone(candidates),
-            foreseen: Foreseen::new([yields.clone(), lacking]),
+            foreseen: Foreseen::new([whole, lacking]),
             yields,
             ring,
             flights: Vec::new(),
@@ -256,7 +258,7 @@ impl Rub {
     #[inline(always)]
     fn gather<V: Eight>(&mut self, free: &FreeStep<'_>, moved: &Moved) -> Option<([f64; 2], [f64; 2])> {
         let lacking = turned(self.angle, &free.kick.lacking);
-        self.foreseen.take::<V>(&self.ring.place, &self.ring.way, [moved.of_modes(), &lacking, &self.rotor_left_out]);
+        self.foreseen.take::<V>(&self.ring.place, &self.ring.way, [&moved.by_next, &lacking, &self.rotor_left_out]);
         let ([x, y], [dx, dy]) = (self.place(free.to), self.foreseen.held);
         let to = [x + dx, y + dy];
         self.survey.look::<V>(&self.candidates, to, &self.foreseen.ring);
@@ -267,7 +269,7 @@ impl Rub {
             let index = if at < nearest {
                 self.survey.least_ones[at]
             } else {
-                let (index, count) = (self.pressed[at - nearest].0.index, self.candidates.count());
+                let (index, count) = (self.pressed[at - nearest].place.index, self.candidates.count());
                 if self.points.iter().any(|point| beside(point.place.index, index, count)) {
                     continue;
                 }
@@ -289,9 +291,11 @@ impl Rub {
         let place = *place;
         let Self { candidates, rows, now, foreseen, yields, pressed, .. } = self;
         let count = candidates.count();
-        let known = pressed.iter().find(|(last, ..)| beside(last.index, place.index, count));
-        let (acting, force, acts) =
-            known.map_or((place, ContactForce::NONE, None), |&(at, force, slot)| (at, force, Some(slot)));
+        let known = pressed.iter().find(|last| beside(last.place.index, place.index, count));
+        let (acting, force, acts) = match known {
+            Some(last) => (last.place, last.force, Some(last.slot)),
+            None => (place, ContactForce::NONE, None),
+        };
         let [before, behind] = candidates.beside(place.index);
         let three = [candidates.of(before), candidates.of(place.index), candidates.of(behind)];
         let [one, other] = rows;
@@ -301,15 +305,16 @@ impl Rub {
             parabola(place.share),
             [place.polar, across(place.polar)],
             acts.map(|slot| last.along(slot)),
-            Step { yields, way: &foreseen.way, statics: &foreseen.statics },
+            Step { yields, way: &foreseen.way, undone: &foreseen.undone },
             own.of_mut(slot),
         );
         let own = moved.coupling(candidates, &place, &acting, said.own);
+        let before = Moved::before(candidates, &place, pressed);
         let step = self.inwards([free.to[0] - free.from[0], free.to[1] - free.from[1]]);
         let along = across(place.normal);
         let slip = product(along, step) + free.turn * self.radius - said.passed;
         let start = [
-            place.gap - said.opened + product(place.normal, self.foreseen.held),
+            place.gap - said.opened - before + product(place.normal, self.foreseen.rotor_undone),
             slip - product(along, self.foreseen.lagging),
         ];
         self.points.push(Point { place, acting, acts, slot, own, start, force });
@@ -334,11 +339,11 @@ impl Rub {
         }
     }
 
-    /// What all impulses make of the ring's modes, beyond the statics that were foreseen.
+    /// What all impulses make of the ring's modes, beyond what was foreseen.
     #[inline(always)]
     fn respond<V: Eight>(&mut self) {
         let Self { impulses, points, rows, now, foreseen, .. } = self;
-        for (impulse, known) in impulses.iter_mut().zip(&foreseen.statics) {
+        for (impulse, known) in impulses.iter_mut().zip(&foreseen.undone) {
             (V::all(0.0) - V::load(known)).store(impulse);
         }
         for point in points.iter().filter(|point| point.force.normal > 0.0) {
@@ -349,8 +354,8 @@ impl Rub {
     /// The least gap below zero under the impulses found, beyond the points, and of which candidate; after `respond`.
     #[inline(always)]
     fn remain<V: Eight>(&mut self, x: [f64; 2], moved: &Moved) -> (f64, Option<usize>) {
-        let Self { remaining, survey, candidates, points, foreseen, impulses, .. } = self;
-        remaining.least::<V>(survey, &Struck { candidates, points, foreseen, moved, impulses, x })
+        let Self { remaining, survey, candidates, points, foreseen, impulses, pressed, .. } = self;
+        remaining.least::<V>(survey, &Struck { candidates, points, foreseen, moved, impulses, x, pressed })
     }
 
     /// Rows of the acting place of a point.
@@ -378,7 +383,7 @@ impl Rub {
             torque -= force.tangential * self.radius;
             add_two::<V>([force.normal, force.tangential], Self::acting(rows, *now, point), impulses);
             foreseen.press::<V>(&point.place, force, rows[*now].along(point.slot));
-            pressed.push((point.place, *force, point.slot));
+            pressed.push(Pressed { place: point.place, force: *force, slot: point.slot });
         }
         ring.kick::<V>(impulses);
         let on_rotor = self.outwards(on_rotor);
@@ -428,12 +433,12 @@ impl Rub {
     /// The ring and the rotor's centre at n, statics of the last impulses included, of a rotor at x in the stator's axes.
     pub fn settled(&self, x: [f64; 2], kick: Option<&Kick>) -> Settled {
         let amplitudes = self.ring.amplitudes().iter().enumerate();
-        let of = |(place, force, _): &(Place, ContactForce, usize)| {
+        let of = |Pressed { place, force, .. }: &Pressed| {
             let alpha = (place.index as f64 + 0.5 + place.share) * self.candidates.spacing;
             (alpha, place.polar.map(|part| part * force.normal / self.h))
         };
         let lacks = kick.map_or([[0.0; 2]; 2], |kick| turned(self.angle, &kick.lacking));
-        let (_, held) = self.foreseen.behind([&lacks, &self.rotor_left_out]);
+        let held = self.foreseen.statics([&lacks, &self.rotor_left_out]);
         Settled {
             amplitudes: amplitudes.map(|(j, amplitude)| amplitude + self.foreseen.static_of(j)).collect(),
             pressed: self.pressed.iter().map(of).collect(),
