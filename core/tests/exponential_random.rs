@@ -162,7 +162,7 @@ fn runs(text: &str, share: f64) -> Option<Runs> {
         compared: [
             of(Engine::Exponential, contact_step / 6.0),
             of(Engine::Exponential, contact_step / 24.0),
-            of(Engine::Reduced, 0.125 * step),
+            of(Engine::Reduced, 0.0625 * step),
         ],
         default: [of(Engine::Exponential, contact_step), of(Engine::Reduced, step)],
     })

@@ -22,7 +22,7 @@ const SPRING_PARTS: f64 = 4.0 * PARTS;
 /// Fraction of `2/omega_max` of the ring's modes that is the contact step when the machine names none: on machines drawn at random the beginnings of rubs are
 /// then off by 0.9 to 1.3 times what the reduced engine is off by at its default step, eccentricities, which are off by 1e-3, by 2.2 times
 /// (`core/tests/exponential_random.rs`); means over starts of both shipped machines by a tenth of a per cent.
-const CONTACT_FRACTION: f64 = 0.75;
+const CONTACT_FRACTION: f64 = 0.9;
 /// A contact step divides the same period into at least so many parts: a flight of sixteen is then half a radian (longer ones turn by less: `LONGEST_TURN` of the engine).
 const PARTS_LEAST: f64 = 200.0;
 
