@@ -1,17 +1,22 @@
-//! Measures what the exponential engine leaves on the turbine and prints tables of `docs/theory/08-exponential-engine.md`:
-//! `cargo run --release --workspace --example exponential_accuracy -- TABLE`, TABLE one of `starts` (nine starts to 6 s, against smaller contact steps),
-//! `window` (one long rub against `reduced` at 3.4 us), `modes` and `grid`. One to five minutes each on one core. The candidates on the ring are a constant of the
-//! engine: their table is `modes` built with other ones.
+//! Measures what the exponential engine leaves and prints tables of `docs/theory/08-exponential-engine.md`:
+//! `cargo run --release --workspace --example exponential_accuracy -- TABLE`, TABLE one of `starts` (nine starts of the turbine to 6 s and of the lab rig to 0.5 s, against smaller contact steps),
+//! `random` (machines drawn at random, nine starts each, against `reduced` at an eighth of its default step), `window` (one long rub of the turbine against `reduced` at 3.4 us), `modes` and `grid`.
+//! One to five minutes each on one core. The candidates on the ring are a constant of the engine: their table is `modes` built with other ones.
 #![allow(clippy::print_stdout, reason = "the tables are its output")]
+
+#[path = "../tests/common/random.rs"]
+mod random;
 
 use bladeoff_core::engine::exponential::{FlightSettings, RubbingRun, rubbing_run};
 use bladeoff_core::engine::{StepPlan, simulate};
 use bladeoff_core::record::{NoHistory, columns};
 use bladeoff_core::structure::Structure;
-use bladeoff_model::machine::{Machine, MachineDef};
+use bladeoff_model::machine::{Engine, Machine, MachineDef};
 use bladeoff_model::outcome::Status;
+use random::{COMPARED, Found, STARTS, difference, machines};
 
 const TURBINE: &str = include_str!("../../studies/machines/lp_turbine.toml");
+const RIG: &str = include_str!("../../studies/machines/lab_rig.toml");
 const EXPONENTIAL: (&str, &str) = ("run.engine", "exponential");
 const SHORT: (&str, &str) = ("run.end_time", "3.4 s");
 
@@ -35,8 +40,8 @@ const COLUMNS: [(&str, &str); 13] = [
 type Values = [f64; COLUMNS.len()];
 type Failed = Box<dyn std::error::Error>;
 
-fn machine(sets: &[(&str, &str)]) -> Result<Machine, Failed> {
-    let mut def = MachineDef::parse("lp_turbine.toml", TURBINE).map_err(|problems| problems.to_string())?;
+fn machine(file: &str, sets: &[(&str, &str)]) -> Result<Machine, Failed> {
+    let mut def = MachineDef::parse("machine.toml", file).map_err(|problems| problems.to_string())?;
     for (path, value) in sets {
         let info = def.resolve(path)?;
         let value = def.parse_value(&info, value)?;
@@ -45,15 +50,16 @@ fn machine(sets: &[(&str, &str)]) -> Result<Machine, Failed> {
     Ok(def.build().map_err(|problems| problems.to_string())?)
 }
 
-fn row(sets: &[(&str, &str)]) -> Result<Values, Failed> {
-    let machine = machine(sets)?;
-    let outcome = simulate(&machine, &Structure::build(&machine, None)?, &mut NoHistory)?;
+fn row(machine: &Machine) -> Result<Values, Failed> {
+    let outcome = simulate(machine, &Structure::build(machine, None)?, &mut NoHistory)?;
     if outcome.status != Status::Ok {
-        println!("{sets:?}: {} {}", outcome.status.word(), outcome.causes.words().unwrap_or_default());
+        println!("{:?}: {} {}", machine.run, outcome.status.word(), outcome.causes.words().unwrap_or_default());
     }
-    let names = columns(&machine);
+    let names = columns(machine);
     let value = |(name, _): (&str, &str)| {
-        let at = names.iter().position(|column| column.name == name);
+        // bearings of the lab rig
+        let also = name.replace("front", "left").replace("rear", "right");
+        let at = names.iter().position(|column| column.name == name || column.name == also);
         at.and_then(|at| outcome.values[at]).unwrap_or(f64::NAN)
     };
     Ok(COLUMNS.map(value))
@@ -76,53 +82,70 @@ fn line(name: &str, found: &Values, reference: &Values) {
     println!("| {name} | {} |", (0..COLUMNS.len()).map(cell).collect::<Vec<_>>().join(" | "));
 }
 
-fn default_step() -> Result<f64, Failed> {
-    let machine = machine(&[EXPONENTIAL])?;
-    Ok(StepPlan::new(&machine, &Structure::build(&machine, None)?)?.step)
+fn plan(file: &str) -> Result<StepPlan, Failed> {
+    let machine = machine(file, &[EXPONENTIAL])?;
+    Ok(StepPlan::new(&machine, &Structure::build(&machine, None)?)?)
 }
 
-/// Nine initial speeds about that of the file, each in the default contact step, half and a quarter of it.
-fn starts() -> Result<(), Failed> {
-    let (speed, step) = (machine(&[])?.rotor.initial_speed, default_step()?);
-    let parts = [1.0, 2.0, 4.0];
-    let mut found: Vec<[Values; 3]> = Vec::new();
-    for start in 0..9 {
-        let speed = format!("{:?} rad/s", speed * (1.0 + 1e-3 * f64::from(start - 4)));
-        let mut runs = [[0.0; COLUMNS.len()]; 3];
-        for (run, part) in runs.iter_mut().zip(parts) {
-            let step = format!("{:e} s", step / part);
-            *run = row(&[EXPONENTIAL, ("rotor.initial_speed", &speed), ("run.contact_step", &step)])?;
-        }
-        head(&speed);
-        line(&format!("{step:e} s"), &runs[0], &runs[2]);
-        line("half", &runs[1], &runs[2]);
-        found.push(runs);
+/// `2/omega_max` of the ring's modes \[s\].
+fn largest_step(file: &str) -> Result<f64, Failed> {
+    Ok(2.0 / plan(file)?.highest_frequency)
+}
+
+/// Parts of `2/omega_max` in the tables of starts: what could be a default, and a quarter of the default, their reference.
+const PARTS: [f64; 6] = [0.9, 0.75, 0.6, 0.5, 0.25, 0.125];
+
+/// Nine initial speeds about that of a file, each in contact steps of all parts.
+fn starts(file: &str, end: &str) -> Result<(), Failed> {
+    let of = |sets: &[(&str, &str)]| machine(file, &[&[EXPONENTIAL, ("run.end_time", end)], sets].concat());
+    let (speed, largest) = (of(&[])?.rotor.initial_speed, largest_step(file)?);
+    let mut found: Vec<Vec<Values>> = Vec::new();
+    for start in 0..STARTS {
+        let speed = format!("{:?} rad/s", speed * (1.0 + 1e-3 * (start as f64 - 0.5 * (STARTS - 1) as f64)));
+        let run = |part: &f64| {
+            let step = format!("{:e} s", part * largest);
+            row(&of(&[("rotor.initial_speed", &speed), ("run.contact_step", &step)])?)
+        };
+        found.push(PARTS.iter().map(run).collect::<Result<_, _>>()?);
     }
-    let mean = |run: usize| -> Values {
-        std::array::from_fn(|k| found.iter().map(|runs| runs[run][k]).sum::<f64>() / found.len() as f64)
+    let reference = PARTS.len() - 1;
+    let mean = |part: usize| -> Values {
+        std::array::from_fn(|k| found.iter().map(|runs| runs[part][k]).sum::<f64>() / found.len() as f64)
     };
-    head("means of nine starts, against a quarter of the step");
-    line(&format!("{step:e} s"), &mean(0), &mean(2));
-    line("half", &mean(1), &mean(2));
-    let largest = |run: usize| -> Values {
-        std::array::from_fn(|k| {
-            1.0 + found.iter().map(|runs| (runs[run][k] / runs[2][k] - 1.0).abs()).fold(0.0, f64::max)
-        })
+    let largest_of = |part: usize| -> Values {
+        let of = |k: usize| {
+            let one = |runs: &Vec<Values>| {
+                if k + 1 == COLUMNS.len() {
+                    runs[part][k]
+                } else {
+                    (runs[part][k] / runs[reference][k] - 1.0).abs() + 1.0
+                }
+            };
+            found.iter().map(one).fold(0.0, f64::max)
+        };
+        std::array::from_fn(of)
     };
-    line("largest of one start", &largest(0), &[1.0; COLUMNS.len()]);
-    line("largest of one start, half", &largest(1), &[1.0; COLUMNS.len()]);
+    head(&format!("means of nine starts to {end}, against {} of 2/omega_max = {largest:.3e} s", PARTS[reference]));
+    for (part, name) in PARTS.iter().enumerate().take(reference) {
+        line(&name.to_string(), &mean(part), &mean(reference));
+    }
+    for (part, name) in PARTS.iter().enumerate().take(reference) {
+        line(&format!("{name}, largest of one"), &largest_of(part), &[1.0; COLUMNS.len()]);
+    }
     Ok(())
 }
 
 fn window() -> Result<(), Failed> {
-    let step = default_step()?;
-    let reference = row(&[SHORT, ("run.step", "3.4e-6 s")])?;
+    let largest = largest_step(TURBINE)?;
+    let of = |sets: &[(&str, &str)]| row(&machine(TURBINE, &[&[SHORT], sets].concat())?);
+    let reference = of(&[("run.step", "3.4e-6 s")])?;
     head("to 3.4 s, against reduced at 3.4 us");
-    for part in [1.0, 2.0, 4.0, 8.0] {
-        let step = format!("{:e} s", step / part);
-        line(&step, &row(&[EXPONENTIAL, SHORT, ("run.contact_step", &step)])?, &reference);
+    for part in [0.9, 0.75, 0.6, 0.5, 0.25, 0.125, 0.0625] {
+        let step = format!("{:e} s", part * largest);
+        line(&format!("{part}"), &of(&[EXPONENTIAL, ("run.contact_step", &step)])?, &reference);
     }
-    line("reduced, 6.7 us", &row(&[SHORT, ("run.step", "6.7e-6 s")])?, &reference);
+    line("reduced, 6.7 us", &of(&[("run.step", "6.7e-6 s")])?, &reference);
+    line("reduced, default", &of(&[("run.engine", "reduced")])?, &reference);
     Ok(())
 }
 
@@ -130,9 +153,9 @@ fn window() -> Result<(), Failed> {
 fn modes() -> Result<(), Failed> {
     let step = ("run.contact_step", "3.4e-6 s");
     let of = |rotor: &str, ring: &str| {
-        row(&[EXPONENTIAL, SHORT, step, ("run.rotor_modes", rotor), ("run.ring_modes", ring)])
+        row(&machine(TURBINE, &[EXPONENTIAL, SHORT, step, ("run.rotor_modes", rotor), ("run.ring_modes", ring)])?)
     };
-    let default = row(&[EXPONENTIAL, SHORT, step])?;
+    let default = row(&machine(TURBINE, &[EXPONENTIAL, SHORT, step])?)?;
     println!("{default:?}");
     let reference = of("48", "96")?;
     head("to 3.4 s at 3.4 us, against 48 rotor and 96 ring modes");
@@ -146,8 +169,8 @@ fn modes() -> Result<(), Failed> {
 }
 
 fn grid() -> Result<(), Failed> {
-    let step = default_step()?;
-    let machine = machine(&[EXPONENTIAL, SHORT])?;
+    let step = plan(TURBINE)?.step;
+    let machine = machine(TURBINE, &[EXPONENTIAL, SHORT])?;
     let structure = Structure::build(&machine, None)?;
     let of = |spacing: f64, cells: u32| -> Result<RubbingRun, Failed> {
         // that of the default: the power of two nearest to a 37th of the initial speed
@@ -182,12 +205,104 @@ fn grid() -> Result<(), Failed> {
     Ok(())
 }
 
+/// Contact steps and the default step of `reduced` against `reduced` at an eighth of it, and against the exponential engine's own limit.
+fn random_machines() -> Result<(), Failed> {
+    let mut all: Vec<[Vec<[[f64; 2]; COMPARED.len()]>; 2]> = Vec::new();
+    let names: Vec<String> =
+        PARTS.iter().map(|part| format!("{part}")).chain(["reduced".to_owned(), "limit".to_owned()]).collect();
+    println!(
+        "\n| machine | kind | starts | first contact | impacts | spread of load, impulse | largest energy error, not ok, at {names:?} |\n|---|---|---:|---:|---:|---:|---|"
+    );
+    for (case, machine) in machines(10).iter().enumerate() {
+        let [largest, step] = machine.steps();
+        let starts = machine.starts();
+        if starts.len() < STARTS {
+            return Err(format!("machine {case} touches in {} starts", starts.len()).into());
+        }
+        let of =
+            |engine, step: f64| -> Vec<Found> { starts.iter().map(|start| start.run(engine, Some(step))).collect() };
+        let reference = of(Engine::Reduced, 0.125 * step);
+        let limit = of(Engine::Exponential, 0.03125 * largest);
+        let mut runs: Vec<Vec<Found>> = PARTS.iter().map(|part| of(Engine::Exponential, part * largest)).collect();
+        runs.push(of(Engine::Reduced, step));
+        let spread = |column: usize| {
+            let least = reference.iter().map(|run| run.values[column]).fold(f64::INFINITY, f64::min);
+            let most = reference.iter().map(|run| run.values[column]).fold(0.0, f64::max);
+            100.0 * (most / least - 1.0)
+        };
+        let impacts: Vec<String> = reference.iter().map(|run| format!("{}", run.impacts)).collect();
+        let energy: Vec<String> = runs
+            .iter()
+            .map(|runs| {
+                let wrong = runs.iter().filter(|run| run.outcome.status != Status::Ok).count();
+                format!("{:.1e} {wrong}", runs.iter().map(|run| run.energy_error).fold(0.0, f64::max))
+            })
+            .collect();
+        println!(
+            "| {case} | {} | {} | {:.4} to {:.4} s | {} | {:.1} %, {:.1} % | {} |",
+            machine.kind,
+            starts.len(),
+            starts.iter().map(|s| s.first_contact).fold(f64::INFINITY, f64::min),
+            starts.iter().map(|s| s.first_contact).fold(0.0, f64::max),
+            impacts.join(" "),
+            spread(1),
+            spread(2),
+            energy.join(", ")
+        );
+        let mut against = [&reference, &limit].map(|against| -> Vec<[[f64; 2]; COMPARED.len()]> {
+            runs.iter().map(|runs| std::array::from_fn(|column| difference(runs, against, column))).collect()
+        });
+        against[0].push(std::array::from_fn(|column| difference(&limit, &reference, column)));
+        all.push(against);
+    }
+    for (column, (_, head)) in COMPARED.iter().enumerate() {
+        println!("\n| {head}, 1e-4, mean (scatter) | {} |\n|---|{}", names.join(" | "), "---:|".repeat(names.len()));
+        for (case, [found, _]) in all.iter().enumerate() {
+            let cells: Vec<String> = found
+                .iter()
+                .map(|found| format!("{:+.1} ({:.1})", 1e4 * found[column][0], 1e4 * found[column][1]))
+                .collect();
+            println!("| {case} | {} |", cells.join(" | "));
+        }
+    }
+    for (against, what) in ["reduced at an eighth", "the own limit"].iter().enumerate() {
+        for (kind, of) in ["mean of |mean difference|", "largest |mean difference|", "signed mean", "scatter (rms)"]
+            .iter()
+            .enumerate()
+        {
+            println!(
+                "\n| {of}, against {what} | {} |\n|---|{}",
+                COMPARED.map(|(_, head)| head).join(" | "),
+                "---:|".repeat(COMPARED.len())
+            );
+            for (run, name) in names.iter().enumerate().take(all[0][against].len()) {
+                let cells: Vec<String> = (0..COMPARED.len())
+                    .map(|column| {
+                        let each = || all.iter().map(|found| found[against][run][column]);
+                        let count = all.len() as f64;
+                        let value = match kind {
+                            0 => each().map(|[mean, _]| mean.abs()).sum::<f64>() / count,
+                            1 => each().map(|[mean, _]| mean.abs()).fold(0.0, f64::max),
+                            2 => each().map(|[mean, _]| mean).sum::<f64>() / count,
+                            _ => (each().map(|[_, scatter]| scatter * scatter).sum::<f64>() / count).sqrt(),
+                        };
+                        format!("{value:+.1e}")
+                    })
+                    .collect();
+                println!("| {name} | {} |", cells.join(" | "));
+            }
+        }
+    }
+    Ok(())
+}
+
 fn main() -> Result<(), Failed> {
     match std::env::args().nth(1).as_deref() {
-        Some("starts") => starts(),
+        Some("starts") => starts(TURBINE, "6 s").and_then(|()| starts(RIG, "0.5 s")),
         Some("window") => window(),
         Some("modes") => modes(),
         Some("grid") => grid(),
+        Some("random") => random_machines(),
         _ => Err("TABLE: starts, window, modes or grid".into()),
     }
 }

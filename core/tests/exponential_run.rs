@@ -85,13 +85,13 @@ fn bearings_of_any_damping_have_the_loads_of_the_reduced_engine() {
     }
 }
 
-/// (35 and 35.5 g are between two ways on: their contact times scatter by a tenth between steps of either engine, and prove nothing. At 36 g the contact time is 1 % off at twice the step.)
+/// (Contact times count steps with a force: with 28 g both engines are 2.5e-3 apart at 0.85 us, where all else agrees to 2e-5. 35 and 35.5 g are between two ways on: their contact times scatter by a tenth between steps of either engine, and prove nothing. At 36 g the contact time is 1 % off at twice the step.)
 /// What impulses make of psi' within their step, through the strongly damped twist, has to reach the lateral motion: it did not, and the spin after a hard rub was off
 /// by 2e-5, of the last row by 5e-4 (its contact time by a sixth).
 #[test]
 fn hard_rubs_of_the_rig_end_as_on_the_reduced_engine() {
     for (mass, friction, step, speed, time) in [
-        ("28 g", "0.3", 3.4e-6, 5e-6, 1e-3),
+        ("28 g", "0.3", 3.4e-6, 5e-6, 2e-3),
         ("40 g", "0.2", 3.4e-6, 8e-6, 1e-3),
         ("36 g", "0.3", 1.7e-6, 2.5e-4, 3e-3),
     ] {
