@@ -214,28 +214,43 @@ impl Rub {
         self.ring.drift::<V>();
         self.now = 1 - self.now;
         let moved = Moved::new(self.angle, self.rotor_left_out, free.kick, self.radius * self.radius * free.rolling);
-        let (to, [depth, slip]) = loop {
-            match self.gather::<V>(free, &moved) {
-                Some(found) => break found,
+        loop {
+            let found = match self.gather::<V>(free, &moved) {
+                Some(found) => self.press::<V>(found, free, &moved),
                 None if self.pressed.is_empty() => return Ok(None),
-                // what the last forces held away may come when they end
+                None => None,
+            };
+            match found {
+                Some(left) => return Ok(Some(self.strike::<V>(free, left))),
+                None if self.pressed.is_empty() => return Err(ExponentialError::NoImpulses),
+                // what the last forces held away may come when they end; and where nothing fulfils the conditions at the places that they lead to, others may
                 None => self.forget(),
             }
-        };
+        }
+    }
+
+    /// Finds the impulses at the points that were gathered, and at what they leave closed; what is left of the least gap then, `None` where nothing fulfils the conditions.
+    #[inline(always)]
+    fn press<V: Eight>(
+        &mut self,
+        (to, [depth, slip]): ([f64; 2], [f64; 2]),
+        free: &FreeStep<'_>,
+        moved: &Moved,
+    ) -> Option<f64> {
         self.coupled.sign = slip.signum();
-        self.couple::<V>(0, None, &moved);
+        self.couple::<V>(0, None, moved);
         let mut replaced = 0;
         loop {
             self.forces.clear();
             for point in &self.points {
                 self.forces.push(point.force);
             }
-            complementarity::solve(&mut self.coupled, &mut self.forces).ok_or(ExponentialError::NoImpulses)?;
+            complementarity::solve(&mut self.coupled, &mut self.forces)?;
             for (point, force) in self.points.iter_mut().zip(&self.forces) {
                 point.force = *force;
             }
             self.respond::<V>();
-            let (left, index) = self.remain::<V>(to, &moved);
+            let (left, index) = self.remain::<V>(to, moved);
             let full = self.points.len() == POINTS;
             let open = self.points.iter().position(|point| point.force.normal == 0.0);
             match index.filter(|_| left < SHARE * depth) {
@@ -246,10 +261,10 @@ impl Rub {
                     replaced += usize::from(open.is_some());
                     let count = self.points.len();
                     let place = self.survey.place(&self.candidates, index, to, &self.foreseen.ring);
-                    join(self, &place, slot, free, &moved);
-                    self.couple::<V>(count, open, &moved);
+                    join(self, &place, slot, free, moved);
+                    self.couple::<V>(count, open, moved);
                 }
-                _ => return Ok(Some(self.strike::<V>(free, left))),
+                _ => return Some(left),
             }
         }
     }
