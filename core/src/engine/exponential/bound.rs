@@ -12,8 +12,7 @@
 //! Verified by `the_bound_of_the_way_is_one`.
 
 use super::local::Local;
-use super::outlook::in_lanes;
-use crate::linalg::lanes::{Lane, kernel, sum};
+use crate::linalg::lanes::{Lane, kernel, lanes_of, sum};
 
 /// What the unbalances' forces may grow by in a step.
 const GROWING: f64 = 1.05;
@@ -51,7 +50,7 @@ impl Bound {
             }
             weight += pushed * of(&cell.pushes[2 * unbalances], k);
         }
-        Self { amplitudes: in_lanes(&amplitudes), forces, weight }
+        Self { amplitudes: lanes_of(&amplitudes), forces, weight }
     }
 
     /// (1) at a spin, of the amplitudes of all pairs under unbalances of these forces at n \[N\].

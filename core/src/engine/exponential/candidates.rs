@@ -8,7 +8,7 @@
 
 use super::ExponentialError;
 use super::bound::length;
-use super::foreseen::AHEAD;
+use super::kicked_ring::AHEAD;
 use super::rows::alls;
 use crate::linalg::eight::Eight;
 use crate::linalg::lanes::{LANES, Lane, lanes_of};

@@ -11,15 +11,13 @@
 //! of beginnings of rubs were too small on every machine. Limit: statics of the ring's modes left out are not in the places.
 //! Verified by `whip_is_that_of_the_reduced_engine` (`tests/exponential_run.rs`), `random_machines_rub_as_in_the_reduced_engine`.
 
+use super::kicked_ring::AHEAD;
 use super::plane::{across, times};
 use super::rows::add_two;
 use super::survey::Place;
 use crate::contact::ContactForce;
 use crate::linalg::eight::Eight;
 use crate::linalg::lanes::{LANES, Lane};
-
-/// Statics of a step's own impulse in (2), of those of the one before there are as many less one.
-pub(super) const AHEAD: f64 = 2.0;
 
 /// What is known of n+1 before its impulses.
 pub(super) struct Foreseen {

@@ -20,6 +20,7 @@ use super::local::Local;
 use super::measured::Measured;
 use super::outlook::Outlook;
 use super::propagator::Propagator;
+use super::settings::LEVELS;
 use super::station::{Model, Station};
 use super::transfer::Transfer;
 use crate::linalg::{Matrix, Vector, column_of, lanes, mul, solve};
@@ -29,8 +30,6 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// Distance from the middle of a cell at which a run leaves it, as a part of its width.
 const BEYOND: f64 = 0.5625;
-/// A flight step has at most `2^LEVELS` contact steps.
-pub(super) const LEVELS: usize = 8;
 /// Stations of a grid at most: with the default spacing three times the initial speed and more. A spin that jumps by [`LEAP`] of them in a step has left every model.
 const MOST_STATIONS: usize = 128;
 const LEAP: f64 = 48.0;

@@ -15,6 +15,10 @@ use super::block::Split;
 use crate::linalg::eight::{Eight, by_width};
 use crate::linalg::lanes::{LANES, Lane, flat, lanes_of};
 
+/// How often the statics at n+1 have what a train lacks of the impulse at n; they have that of the one before once less, so that they are those of the force at n+1
+/// ([`super::foreseen`]).
+pub(super) const AHEAD: f64 = 2.0;
+
 /// Modes under way, by eights: those behind the last one are modes at rest that nothing moves.
 #[derive(Debug, Clone)]
 pub(super) struct KickedRing {

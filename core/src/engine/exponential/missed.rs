@@ -11,8 +11,7 @@
 
 use super::bound::{length, weighted};
 use super::local::Local;
-use super::outlook::in_lanes;
-use crate::linalg::lanes::Lane;
+use crate::linalg::lanes::{Lane, lanes_of};
 
 /// Part of the largest value so far that may be missed.
 const PART: f64 = 1e-3;
@@ -56,7 +55,7 @@ impl Missed {
         let weights = |of: &dyn Fn(f64, f64) -> f64| -> Vec<Lane> {
             let block = |b: &[f64; 4]| b.iter().map(|entry| entry * entry).sum::<f64>().sqrt();
             let pair = |block: f64| of(block, 2.0 / (block * std::f64::consts::FRAC_1_SQRT_2 - spin).max(1e-300));
-            in_lanes(&cell.blocks.iter().map(|b| pair(block(b))).collect::<Vec<f64>>())
+            lanes_of(&cell.blocks.iter().map(|b| pair(block(b))).collect::<Vec<f64>>())
         };
         Self {
             h,

@@ -1,8 +1,8 @@
 //! What impulses at places of the contact do to gap and slip at others, of their statics as much as [`super::foreseen`] says.
 
 use super::candidates::Candidates;
-use super::foreseen::AHEAD;
 use super::kick::Kick;
+use super::kicked_ring::AHEAD;
 use super::plane::{across, by_rows, product, times, turned};
 use super::point::Pressed;
 use super::survey::Place;

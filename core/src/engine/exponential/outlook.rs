@@ -8,9 +8,9 @@
 //! tried first. Verified by `what_is_seen_of_pairs_is_that_of_each` and by the tests of both bounds.
 
 use super::bound::{Bound, length};
-use super::grid::LEVELS;
 use super::local::Local;
 use super::missed::{Missed, Watched};
+use super::settings::LEVELS;
 use crate::linalg::lanes::{LANES, Lane, kernel, sum};
 use nalgebra::Complex;
 use std::sync::OnceLock;
@@ -114,15 +114,6 @@ impl Outlook {
     fn length_of(&self, level: usize) -> f64 {
         self.step * libm::exp2(level as f64)
     }
-}
-
-/// A list, with zeros up to a multiple of eight.
-pub(super) fn in_lanes(list: &[f64]) -> Vec<Lane> {
-    let mut lanes = vec![Lane::default(); list.len().div_ceil(LANES)];
-    for (lane, part) in lanes.iter_mut().zip(list.chunks(LANES)) {
-        lane.0[..part.len()].copy_from_slice(part);
-    }
-    lanes
 }
 
 /// Puts eight of each list after eight into places.

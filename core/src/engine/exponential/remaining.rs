@@ -11,7 +11,8 @@
 
 use super::bound::length;
 use super::candidates::{BLOCK, Candidates};
-use super::foreseen::{AHEAD, Foreseen};
+use super::foreseen::Foreseen;
+use super::kicked_ring::AHEAD;
 use super::moved::Moved;
 use super::plane::product;
 use super::point::{Point, Pressed};

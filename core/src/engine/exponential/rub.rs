@@ -12,9 +12,9 @@
 
 use super::ExponentialError;
 use super::candidates::{Candidates, beside, modes, parabola, ring_of};
-use super::foreseen::{AHEAD, Foreseen};
+use super::foreseen::Foreseen;
 use super::kick::Kick;
-use super::kicked_ring::{KickedRing, RingFlight};
+use super::kicked_ring::{AHEAD, KickedRing, RingFlight};
 use super::moved::Moved;
 use super::plane::{across, product, turned};
 use super::point::{Point, Pressed};

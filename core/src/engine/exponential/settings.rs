@@ -3,6 +3,9 @@
 /// Cells between two stations of the grid.
 const CELLS: u32 = 40;
 
+/// A flight step has at most `2^LEVELS` contact steps.
+pub(super) const LEVELS: usize = 8;
+
 /// Steps and grid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FlightSettings {

@@ -9,11 +9,10 @@
 use super::ExponentialError;
 use super::bound::length;
 use super::flight::Flight;
-use super::grid::LEVELS;
 use super::missed::Watched;
 use super::motion::Blow;
 use super::rub::{FreeStep, Impact, Rub};
-use super::settings::FlightSettings;
+use super::settings::{FlightSettings, LEVELS};
 use super::shared::candidates_of;
 use crate::engine::plan::{StartError, slowest_to_resolve};
 use crate::record::LastMillisecond;
