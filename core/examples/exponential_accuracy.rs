@@ -92,7 +92,7 @@ fn largest_step(file: &str) -> Result<f64, Failed> {
     Ok(2.0 / plan(file)?.highest_frequency)
 }
 
-/// Parts of `2/omega_max` in the tables of starts: what could be a default, and a quarter of the default, their reference.
+/// Parts of `2/omega_max` in the tables of starts: what could be a default, and an eighth of 2/omega_max, their reference.
 const PARTS: [f64; 5] = [0.9, 2.0 / 3.0, 0.5, 0.25, 0.125];
 
 /// Nine initial speeds about that of a file, each in contact steps of all parts.

@@ -9,7 +9,7 @@ use bladeoff_model::outcome::Status;
 use random::{COMPARED, Found, STARTS, difference, machines};
 
 /// Limits of the columns compared, of mean differences over nine starts: at the default contact step of any machine; the same times those of `reduced` at its default step, means of
-/// all; at a 24th of the default step of any machine, where the reference's own error is left (of first order, an eighth of its default) and the candidates on a ring of 24 elements (up to 4e-3 of a
+/// all; at a 21st of the default step of any machine, where the reference's own error is left (of first order, an eighth of its default) and the candidates on a ring of 24 elements (up to 4e-3 of a
 /// load).
 const LIMITS: [[f64; 3]; COMPARED.len()] =
     [[1e-4, 0.5, 1e-4], [1e-2, 0.4, 1e-2], [1e-2, 0.4, 5e-3], [1e-2, 0.4, 5e-3], [2e-2, 0.5, 1e-2], [2e-3, 0.6, 2e-3]];

@@ -5,7 +5,7 @@
 //! polar (Hyp 1):  g = R_i + v(gamma) - |x| - R_r       dg/dx = -e_r + v_alpha/|x| e_theta,  dg/dv = 1,  n = e_r
 //! ```
 //! Source: docs/theory/03-contact.md (envelope theorem for the exact gap); paper, section 2. All vectors are in the polar basis
-//! `(e_r, e_theta)` of the place. Verified by `gradients_match_differences`, `detection_equals_brute_force`.
+//! `(e_r, e_theta)` of the place. Verified by `gradients_match_differences`, `detection_equals_brute_force_on_two_thousand_deformed_rings`.
 
 use crate::stator::{Surface, SurfacePoint};
 

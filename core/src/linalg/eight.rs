@@ -104,7 +104,8 @@ pub(crate) use wide::{Avx2, Avx512};
 #[cfg(target_arch = "x86_64")]
 #[expect(unsafe_code, reason = "vectors: values of these types are made in kernels of their width alone")]
 mod wide {
-    // SAFETY of all of it: `by_width` makes values of a width in functions that are called where the processor has it, and every function here is part of these.
+    // SAFETY of all of it: nobody but `by_width` names these types, in functions that are called where the processor has their width; every function here is part of these. The
+    // compiler does not see to that: who names `Avx2` or `Avx512` elsewhere has to.
     use super::{Add, Div, Eight, LANES, Lane, Mul, Sub};
     use std::arch::x86_64::*;
 
@@ -196,8 +197,12 @@ mod wide {
         }
         #[inline(always)]
         fn less(self, than: Self) -> u8 {
-            let bits = |a, b| unsafe { _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LT_OQ>(a, b)) as u8 };
-            bits(self.0, than.0) | bits(self.1, than.1) << (LANES / 2)
+            // (a closure would be a function without the vectors)
+            unsafe {
+                let one = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LT_OQ>(self.0, than.0));
+                let other = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LT_OQ>(self.1, than.1));
+                (one | other << (LANES / 2)) as u8
+            }
         }
         #[inline(always)]
         fn before(self, first: f64) -> Self {

@@ -68,7 +68,7 @@ pub trait Follower {
     fn wants_energies(&self) -> bool {
         true
     }
-    /// Whether any instant or contact force is wanted: who wants none is asked of none.
+    /// Whether any instant or contact force is wanted: a follower that wants none is not asked again.
     fn follows(&self) -> bool {
         true
     }

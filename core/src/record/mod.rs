@@ -141,7 +141,7 @@ impl Recorders {
         self.stresses.see_torsion(moments, at);
     }
 
-    /// The bending moment that none of these elements has to exceed for its section to have had a larger one \[N m\]: that of the section that has had the least.
+    /// Below this bending moment no one of these elements can raise its section's maximum \[N m\]: the least of their maxima so far.
     pub fn least_bending(&self, elements: Range<usize>) -> f64 {
         self.stresses.least_bending(elements)
     }

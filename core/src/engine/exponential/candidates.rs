@@ -138,11 +138,23 @@ impl Candidates {
         [v, u]
     }
 
+    /// |x| d^2/8, by which a rotor at x may be nearer between two candidates of a round ring than at them \[m\].
+    #[inline(always)]
+    pub fn sagitta(&self, x: [f64; 2]) -> f64 {
+        0.125 * self.spacing * self.spacing * length(x)
+    }
+
     /// The candidates beside one.
     #[inline(always)]
     pub fn beside(&self, c: usize) -> [usize; 2] {
         let count = self.count();
         [if c == 0 { count - 1 } else { c - 1 }, if c + 1 == count { 0 } else { c + 1 }]
+    }
+
+    /// Sectors that are alike.
+    #[cfg(test)]
+    pub fn sectors(&self) -> usize {
+        self.count() / self.sector
     }
 
     /// The acting candidate of the first sector that is another one turned, and by how many blocks.

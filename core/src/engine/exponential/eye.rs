@@ -157,7 +157,7 @@ impl Ahead {
         }
     }
 
-    /// Goes on to a time in contact steps, at least one, and shows that instant; the run itself stands where it was.
+    /// Goes on to a time in contact steps, at least one, and shows that instant; whether it got there. The run itself stands where it was.
     pub fn show(
         &mut self,
         ticks: u64,
@@ -165,10 +165,12 @@ impl Ahead {
         eye: &mut Eye<'_>,
         energies: Energies,
         follower: &mut dyn Follower,
-    ) -> Result<(), super::ExponentialError> {
+    ) -> bool {
         let step = self.ring.as_ref().map(|ring| ring.flight(self.flight.step_of(0)));
         while self.flight.ticks() < ticks {
-            self.flight.advance(0)?;
+            if self.flight.advance(0).is_err() {
+                return false;
+            }
             if let (Some(ring), Some(step)) = (&mut self.ring, &step) {
                 ring.fly(step);
             }
@@ -179,6 +181,6 @@ impl Ahead {
         let rub = transient.contact.as_ref().map(|contact| &contact.rub);
         eye.take(&mut self.flight, rub.zip(self.ring.as_ref()), false);
         eye.show(&self.loads, None, energies, follower);
-        Ok(())
+        true
     }
 }

@@ -30,8 +30,9 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// Distance from the middle of a cell at which a run leaves it, as a part of its width.
 const BEYOND: f64 = 0.5625;
-/// Stations of a grid at most: with the default spacing three times the initial speed and more. A spin that jumps by [`LEAP`] of them in a step has left every model.
-const MOST_STATIONS: usize = 128;
+/// Stations of a grid at most from where its chain begins, upwards and downwards: with the default spacing up to four times the initial speed. What other runs have visited is not
+/// counted. A spin that jumps by [`LEAP`] of them in a step has left every model.
+const MOST_STATIONS: u64 = 128;
 const LEAP: f64 = 48.0;
 /// Cells that are kept for other runs, at most: some 80 kB each with 24 pairs. They are kept from the second run on, where each run has masses of its own there is no
 /// other; before, as many as a spin that swings about an edge, or a history, comes back to.
@@ -46,6 +47,8 @@ pub(super) struct Grid {
     spacing: f64,
     /// m.
     cells: i64,
+    /// The station at which the chain begins.
+    first: i64,
     /// Cells are kept.
     keeps: AtomicBool,
     found: Mutex<Found>,
@@ -167,9 +170,9 @@ fn local([below, above]: [&Station; 2], share: f64, speed: f64, unbalances: usiz
 impl Grid {
     /// With its first station near `speed`: the same one for all speeds about it.
     pub fn new(model: Model, spacing: f64, cells: u32, speed: f64) -> Result<Self, ExponentialError> {
-        let grid =
-            Self { model, spacing, cells: i64::from(cells), keeps: AtomicBool::new(false), found: Mutex::default() };
-        let first = grid.anchor(speed);
+        let first = anchor(speed, spacing);
+        let keeps = AtomicBool::new(false);
+        let grid = Self { model, spacing, cells: i64::from(cells), first, keeps, found: Mutex::default() };
         let station = Station::new(&grid.model, grid.speed_of_station(first), None)?;
         grid.found.lock().unwrap_or_else(PoisonError::into_inner).stations.insert(first, Arc::new(station));
         Ok(grid)
@@ -178,11 +181,6 @@ impl Grid {
     /// Keeps cells from now on, for other runs.
     pub fn keep(&self) {
         self.keeps.store(true, Ordering::Relaxed);
-    }
-
-    /// The station from which the chain of a run that begins at `speed` goes.
-    pub fn anchor(&self, speed: f64) -> i64 {
-        anchor(speed, self.spacing)
     }
 
     /// The cell that has a speed.
@@ -295,7 +293,7 @@ impl Grid {
             } else {
                 return Ok(());
             };
-            if found.stations.len() == MOST_STATIONS {
+            if new.abs_diff(self.first) > MOST_STATIONS {
                 return Err(ExponentialError::NoBasis { speed: self.speed_of_station(new) });
             }
             let beside = found.stations.get(&neighbour).map(|station| &**station);

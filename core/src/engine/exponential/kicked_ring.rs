@@ -8,7 +8,7 @@
 //! ```
 //! The velocity between impulses is a saw-tooth: damping that acted on it would take 44 kJ of a turbine's rub at 50 us, (1) takes none of a steady
 //! train. The difference of (2) to the true static displacement is what a train of impulses at n lacks; it goes with the force, like the modes left
-//! out ([`KickedRing::lacking`]), so that statics are exact at any step.
+//! out ([`KickedRing::yields`]), so that statics are exact at any step.
 //! Source: the theory page of this engine. Verified by `a_steady_train_of_impulses_makes_the_static_displacement`.
 
 use super::block::Split;

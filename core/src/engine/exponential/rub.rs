@@ -7,7 +7,7 @@
 //! ```
 //! The scheme of forward-increment Lagrange multipliers (docs/theory/04-time-integration.md) with exact propagation in the place of central differences.
 //! An impulse acts along normal and tangent of its place at n, where that pressed in the step before; otherwise along those at n+1. That makes the place of second order in the step.
-//! (1) is solved at the nearest places ([`super::survey`]) of the free step with the statics of the last impulses ([`super::foreseen`]), and where it pressed before;
+//! (1) is solved at the nearest places ([`super::survey`]) that the whole last impulses would lead to ([`super::foreseen`]), and where it pressed before;
 //! candidates that then still penetrate join them: nothing is iterated over the state, which is linear. (2) is what the impulses do on the modes, exactly.
 
 use super::ExponentialError;
@@ -44,7 +44,7 @@ pub(super) struct Rub {
     h: f64,
     candidates: Arc<Candidates>,
     pub ring: KickedRing,
-    /// Displacement of each mode per impulse, with the statics of its step's own.
+    /// Displacement of each mode per impulse by n+1, with [`AHEAD`] times what a train lacks.
     yields: Vec<Lane>,
     /// Displacement of the rotor per impulse in the modes left out, in the stator's axes.
     rotor_left_out: [[f64; 2]; 2],
@@ -223,7 +223,7 @@ impl Rub {
             match found {
                 Some(left) => return Ok(Some(self.strike::<V>(free, left))),
                 None if self.pressed.is_empty() => return Err(ExponentialError::NoImpulses),
-                // what the last forces held away may come when they end; and where nothing fulfils the conditions at the places that they lead to, others may
+                // no condition is violated, or nothing fulfils them, at the places that the last forces lead to: those without foresight decide
                 None => self.forget(),
             }
         }

@@ -163,7 +163,7 @@ impl<'a> Run<'a> {
             eye.get_or_insert_with(|| Box::new(Eye::new(machine, structure, transient))).look(transient);
         }
         if let Some(level) = level.filter(|_| follower.follows()) {
-            self.fly_by(level, shown, follower)?;
+            self.fly_by(level, shown, follower);
         }
         let angle = self.transient.flight.angle();
         // nothing else changes it in flight
@@ -196,11 +196,11 @@ impl<'a> Run<'a> {
     }
 
     /// Tells a follower of the instants of a step in flight, the first of which was taken where it is to be `shown`.
-    fn fly_by(&mut self, level: usize, shown: bool, follower: &mut dyn Follower) -> Result<(), Cause> {
+    fn fly_by(&mut self, level: usize, shown: bool, follower: &mut dyn Follower) {
         let balanced = self.energies();
         let Self { transient, eye, machine, structure, .. } = self;
         let ticks = transient.flight.ticks();
-        let mut ahead = None;
+        let (mut ahead, mut goes_on) = (None, true);
         for tick in ticks..ticks + (1 << level) {
             let time = tick as f64 * self.h;
             if transient.contact.is_some() {
@@ -209,12 +209,13 @@ impl<'a> Run<'a> {
             if tick == ticks && shown {
                 transient.weigh();
                 eye.iter().for_each(|eye| eye.show(&transient.loads, None, balanced, follower));
-            } else if tick > ticks && follower.wants(tick, time) {
+            } else if tick > ticks && goes_on && follower.wants(tick, time) {
                 let eye = eye.get_or_insert_with(|| Box::new(Eye::new(machine, structure, transient)));
-                ahead.get_or_insert_with(|| Ahead::of(transient)).show(tick, transient, eye, balanced, follower)?;
+                // no follower ends a run: what cannot be shown is left out
+                goes_on =
+                    ahead.get_or_insert_with(|| Ahead::of(transient)).show(tick, transient, eye, balanced, follower);
             }
         }
-        Ok(())
     }
 
     /// Shows the instant at which the run has ended: the state, time, spin and works of the row, with the loads and the contact of the step that would

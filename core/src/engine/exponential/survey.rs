@@ -3,11 +3,12 @@
 //! ```text
 //! clearance       r_c = R_i + v_c - x.e_r - R_r <= g_c,   g_c - r_c = (x.e_t - u_c)^2/2R_i, nearly: 2 um 0.2 rad beside the least one of a turbine
 //! later           r_c is no less than it was, less the way since: sum over steps of  |x+ - x| + sum_j |q_j+ - q_j| reach_j                  (1)
-//! in reach        r_c < |x| d^2/8, the sagitta of what is between two candidates
+//! in reach        r_c < |x| d^2/8, the sagitta of what is between two candidates of a round ring
 //! nearest place   xi = -(g_+ - g_-)/(2 (g_+ - 2 g_c + g_-)) spacings beyond a candidate c that has no nearer one beside it                          (2)
 //! ```
 //! Candidates are looked at by blocks, and a block again only when (1) says that one of its candidates may have come in reach. So most of the ring is not looked
-//! at in most steps, and what is found is what a look at all of it would find. Displacements between candidates are those of a parabola.
+//! at in most steps, and what is found is what a look at all of it would find. Displacements between candidates are those of a parabola. Limit: where the ring's modes bend it
+//! inwards, what is between is nearer by (|x| + v'') d^2/8, so that a place may not be seen before it penetrates by v'' d^2/8 (below a micrometre on the turbine).
 //! Conditions at the candidates alone would let the rotor nearer by up to `|x| d^2/8` between two of them, and have the force jump from one to the next (lab rig, 192
 //! of them: 0.6 % of its bearing loads).
 //! Verified by `no_candidate_in_reach_is_missed`, `tests/exponential_rub.rs`.
@@ -96,8 +97,7 @@ impl Survey {
             self.moved = 0.0;
             self.least = nothing_known(self.seen.len());
         }
-        // of what is between two candidates
-        let sagitta = 0.125 * ring.spacing * ring.spacing * length(x);
+        let sagitta = ring.sagitta(x);
         let mut due = std::mem::take(&mut self.due);
         self.nearer::<V>(ring, sagitta, x, q, &mut due);
         for &block in &due {
