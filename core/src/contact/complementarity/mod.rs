@@ -17,7 +17,7 @@ pub(crate) use conditions::{Block, Coupled, POINTS};
 
 use crate::contact::ContactForce;
 use linear::complementary;
-use pivoting::pivot;
+use pivoting::{pivot, slides_on};
 
 /// Compliance of a point's own, as a share of the structures' there: points that are nearly one share their force in one way.
 /// More of it only where less leaves a system that rounding does not solve.
@@ -25,6 +25,12 @@ const YIELDS: [f64; 3] = [1e-5, 1e-4, 1e-3];
 
 /// Forces that satisfy the conditions, from those that are there; `None` where neither way finds any.
 pub(crate) fn solve(coupled: &mut Coupled, forces: &mut [ContactForce]) -> Option<()> {
+    if let [force] = forces
+        && let Some(found) = slides_on(coupled, 1.0 + YIELDS[0], force)
+    {
+        *force = found;
+        return Some(());
+    }
     match forces.len() {
         0..=1 => solve_of::<1, 2>(coupled, forces),
         2 => solve_of::<2, 4>(coupled, forces),
@@ -118,6 +124,26 @@ mod tests {
                 let mut by_lemke = vec![ContactForce::NONE; rows.len()];
                 prop_assert!(complementary(&pressed, &mut by_lemke).is_some());
                 prop_assert!(violation(&pressed, &by_lemke) < 1e-8);
+            }
+        }
+
+        #[test]
+        fn one_point_that_slides_on_is_what_pivoting_finds((rows, start) in points(), friction in 0.0..0.8f64, sign in proptest::bool::ANY, slips in proptest::bool::ANY) {
+            let law = if slips { FrictionLaw::Slip } else { FrictionLaw::StickSlip };
+            let mut one = coupled(&rows[..1], &[[-start[0][0].abs(), start[0][1]]], friction, law);
+            let last = ContactForce { normal: 1.0, tangential: if sign { friction } else { -friction }, sticks: false };
+            let found = slides_on(&one, 1.0 + YIELDS[0], &last);
+            for row in 0..2 {
+                one.w[0][0][row][row] *= 1.0 + YIELDS[0];
+            }
+            let mut forces = [last];
+            prop_assert!(pivot::<1, 2>(&one, &mut forces).is_some());
+            if let Some(found) = found {
+                prop_assert_eq!(found.normal.to_bits(), forces[0].normal.to_bits());
+                prop_assert_eq!(found.tangential.to_bits(), forces[0].tangential.to_bits());
+                prop_assert!(found.normal > 0.0 && !forces[0].sticks);
+            } else {
+                prop_assert!(forces[0].sticks || forces[0].tangential.signum() != last.tangential.signum() || forces[0].normal == 0.0);
             }
         }
 

@@ -62,6 +62,23 @@ pub(super) fn pivot<const P: usize, const U: usize>(coupled: &Coupled, forces: &
     None
 }
 
+/// The force of one point that slides and slides on, its own compliance so many times as large: what [`pivot`] finds for it in its first round, to the last bit. `None` where it does not.
+pub(super) fn slides_on(coupled: &Coupled, yields: f64, last: &ContactForce) -> Option<ContactForce> {
+    let slips = coupled.law == FrictionLaw::Slip;
+    if last.normal <= 0.0 || (last.sticks && !slips) {
+        return None;
+    }
+    let sign = if slips { coupled.sign } else { last.tangential.signum() };
+    let ([[nn, nt], [tn, tt]], [gap, slip]) = (coupled.w[0][0], coupled.start[0]);
+    let along = yields * nn + coupled.friction * sign * nt;
+    let normal = -gap / along;
+    let tangential = coupled.friction * sign * normal;
+    let slides = slip + (tn * normal + yields * tt * tangential);
+    // (and nothing that is no number)
+    let holds = along != 0.0 && normal >= 0.0 && (slips || -sign * slides / slip.abs() <= ROUNDING);
+    holds.then_some(ContactForce { normal, tangential, sticks: false })
+}
+
 /// The states that violated conditions ask for: (violation, point, state).
 fn violations<const P: usize>(
     coupled: &Coupled,

@@ -50,11 +50,20 @@ pub(super) struct Candidates {
     /// Displacements per impulse of the modes left out between two candidates, radial and tangential, by rows: of the blocks behind that of an acting one side by
     /// side, for each acting one of the first sector, from one blade to the next. The others have the same, turned. Empty where no modes are left out.
     left_out: Vec<[Lane; 4]>,
-    /// Candidates of a sector.
-    sector: usize,
-    /// What the modes left out close at most of a candidate's clearance, per unit impulse along and across the radius of another; and what they open at most.
-    pub most_closed: [f64; 2],
-    pub most_opened: f64,
+    /// The least and the largest of the first of those four, and the largest size of the second.
+    along_range: [f64; 2],
+    aside_range: f64,
+    /// The largest displacement per impulse along the radius, and along the ring.
+    most_left_out: [f64; 2],
+    /// Of each candidate, where those that it acts on begin in the table, and by how many blocks it is turned.
+    columns: Vec<Column>,
+}
+
+/// Of a candidate where impulses act: its part of the table of the modes left out.
+#[derive(Debug, Clone, Copy)]
+struct Column {
+    from: usize,
+    turned: usize,
 }
 
 impl Candidates {
@@ -87,14 +96,21 @@ impl Candidates {
             let entries = (0..count / BLOCK).flat_map(|block| (0..modes).map(move |j| (block, j)));
             entries.map(|(block, j)| Lane(std::array::from_fn(|k| at(block * BLOCK + k, j)[part]))).collect()
         };
+        let blocks = count / BLOCK;
+        let column = |c: usize| Column { from: c % sector * blocks, turned: c / sector * (sector / BLOCK) };
         let angles: Vec<(f64, f64)> =
             places.iter().map(|&(element, xi)| libm::sincos(surface.angle(element, xi))).collect();
         Self {
-            most_closed: left_out
+            along_range: left_out
                 .iter()
-                .flat_map(|[a, b, ..]| a.0.into_iter().zip(b.0))
-                .fold([0.0; 2], |[one, other]: [f64; 2], (a, b)| [one.max(-a), other.max(b.abs())]),
-            most_opened: left_out.iter().flat_map(|[a, ..]| a.0).fold(0.0, f64::max),
+                .flat_map(|[a, ..]| a.0)
+                .fold([0.0; 2], |[least, most], a| [a.min(least), a.max(most)]),
+            aside_range: left_out.iter().flat_map(|[_, b, ..]| b.0).fold(0.0, |most, b| most.max(b.abs())),
+            most_left_out: [0, 1].map(|i| {
+                let pairs = left_out.iter().flat_map(|table| table[i].0.into_iter().zip(table[i + 2].0));
+                pairs.fold(0.0_f64, |most, (v, u)| most.max(length([v, u])))
+            }),
+            columns: (0..count).map(column).collect(),
             spacing: 2.0 * std::f64::consts::PI / count as f64,
             directions: angles
                 .chunks_exact(BLOCK)
@@ -107,7 +123,6 @@ impl Candidates {
             rows: lanes_of(&shapes),
             modes,
             lanes: width / LANES,
-            sector,
             reach,
             radial_reach,
         }
@@ -154,22 +169,15 @@ impl Candidates {
     /// Sectors that are alike.
     #[cfg(test)]
     pub fn sectors(&self) -> usize {
-        self.count() / self.sector
-    }
-
-    /// The acting candidate of the first sector that is another one turned, and by how many blocks.
-    #[inline(always)]
-    fn turned(&self, acting: usize) -> (usize, usize) {
-        let by = acting / self.sector;
-        (acting - by * self.sector, by * (self.sector / BLOCK))
+        self.columns.iter().filter(|column| column.from == 0).count()
     }
 
     /// That of a block by one acting: its lanes in the table.
     #[inline(always)]
     fn left_out_of(&self, block: usize, acting: usize) -> &[Lane; 4] {
-        let (blocks, (acting, turned)) = (self.count() / BLOCK, self.turned(acting));
-        let back = if block >= turned { block - turned } else { block + blocks - turned };
-        &self.left_out[acting * blocks + back]
+        let Column { from, turned } = self.columns[acting];
+        let back = if block >= turned { block - turned } else { block + self.directions.len() - turned };
+        &self.left_out[from + back]
     }
 
     /// Displacement of a candidate by a unit impulse at another in the modes left out, in polar axes, by rows.
@@ -195,6 +203,17 @@ impl Candidates {
             sum = sum + V::load(&table[2 * part]) * along + V::load(&table[2 * part + 1]) * aside;
         }
         sum
+    }
+
+    /// What the modes left out close at most of any clearance, by such impulses; and how far they move any candidate at most.
+    #[inline(always)]
+    pub fn most_left_out(&self, acting: &[(usize, [f64; 2])]) -> [f64; 2] {
+        let (mut closed, mut moved, [least, most]) = (0.0, 0.0, self.along_range);
+        for &(_, [along, aside]) in acting {
+            closed += self.aside_range * aside.abs() - along * if along < 0.0 { most } else { least };
+            moved += self.most_left_out[0] * along.abs() + self.most_left_out[1] * aside.abs();
+        }
+        [closed, moved]
     }
 }
 

@@ -6,8 +6,8 @@
 //! g   = the same at the nearest place about a candidate                                                                                                  (2)
 //! ```
 //! (1) is taken for eight candidates at a time, and is (2) where the candidate is the nearest place itself. So (2) is taken of the least one, of those that are less by (1) than
-//! that is, and of those about which a place is nearer than they are. What is left out before: blocks whose clearances along their radii stay open, by the sagitta |x| d^2/8 of what is
-//! between two candidates. No gap is less than the clearance, (1) at most by the square of a way along the ring over 2R: picometres.
+//! that is, and of those about which a place is nearer than they are. What is left out before: blocks whose clearances along their radii stay open, by bounds of what moves them and by the
+//! sagitta |x| d^2/8 of what is between two candidates. No gap is less than the clearance, (1) at most by the square of a way along the ring over 2R: picometres.
 //! Verified by `what_remains_is_the_least_of_all`, `whip_is_that_of_the_reduced_engine` (`tests/exponential_run.rs`).
 
 use super::bound::length;
@@ -32,10 +32,13 @@ pub(super) struct Remaining {
     /// Blocks that impulses may have brought in reach, and what the ring's modes move along the radii of their candidates.
     near: Vec<usize>,
     opens: Vec<Lane>,
+    /// Of those blocks, what the modes left out move along the radii, and the clearances with that and the rotor's.
+    outwards: Vec<Lane>,
+    after: Vec<Lane>,
     /// By blocks: a bit for each candidate that is a point, or beside one; and the blocks with such bits.
     barred: Vec<u8>,
     taken: Vec<usize>,
-    /// Candidate and impulse in polar axes, of each place that presses; with a minus, a share of those of the step before.
+    /// Candidates where impulses act, and these in polar axes, less a share of those of the step before.
     pressing: Vec<(usize, [f64; 2])>,
     closed: Vec<Closed>,
 }
@@ -75,6 +78,8 @@ impl Remaining {
         Self {
             near: Vec::with_capacity(blocks),
             opens: vec![Lane::default(); blocks],
+            outwards: vec![Lane::default(); blocks],
+            after: vec![Lane::default(); blocks],
             barred: vec![0; blocks],
             taken: Vec::with_capacity(3 * POINTS),
             pressing: Vec::with_capacity(POINTS),
@@ -140,7 +145,11 @@ impl Remaining {
         for Pressed { place, force, .. } in struck.pressed {
             let [along, aside] = place.polar;
             let less = -(AHEAD - 1.0) / AHEAD * force.normal;
-            self.pressing.push((place.index, [along * less, aside * less]));
+            let less = [along * less, aside * less];
+            match self.pressing.iter_mut().find(|(index, _)| *index == place.index) {
+                Some((_, impulse)) => *impulse = [impulse[0] + less[0], impulse[1] + less[1]],
+                None => self.pressing.push((place.index, less)),
+            }
         }
     }
 
@@ -150,43 +159,41 @@ impl Remaining {
     fn look<V: Eight>(&mut self, survey: &mut Survey, struck: &Struck<'_>) -> (Option<(usize, usize)>, f64) {
         let &Struck { candidates, foreseen, impulses, x, .. } = struck;
         let q = &foreseen.ring;
-        // what moves the rotor: the sum of all; and what the ring's modes left out do at most
-        let (mut rotor, mut left_out) = (foreseen.rotor_undone, 0.0);
+        // what moves the rotor: the sum of all
+        let mut rotor = foreseen.rotor_undone;
         for point in struck.pressing() {
             let moves = struck.moved.of_rotor(&point.acting, point.force.normal, point.force.tangential);
             rotor = [rotor[0] + moves[0], rotor[1] + moves[1]];
-            let [along, aside] = candidates.most_closed;
-            let [p, q] = point.acting.polar;
-            // no bound where the rotor's centre is beyond the place
-            left_out += point.force.normal * if p < 0.0 { f64::INFINITY } else { along * p + aside * q.abs() };
         }
-        for Pressed { place, force, .. } in struck.pressed {
-            let [p, q] = place.polar;
-            let less = (AHEAD - 1.0) / AHEAD * force.normal;
-            left_out += less * (candidates.most_opened * p.abs() + candidates.most_closed[1] * q.abs());
-        }
+        // what the ring's modes do at most, and those left out
         let most = weighted::<V>(impulses, &candidates.radial_reach);
+        let [left_out, all_left_out] = candidates.most_left_out(&self.pressing);
         let sagitta = candidates.sagitta(x);
         survey.nearer::<V>(candidates, length(rotor) + left_out + most + sagitta, x, q, &mut self.near);
         self.closed.clear();
         let moves = alls::<V>(rotor);
         // nothing is decided by one block before the next is looked at
-        for &block in &self.near {
-            columns_times::<V>(candidates.radial(block), impulses).store(&mut self.opens[block]);
+        let mut count = 0;
+        for at in 0..self.near.len() {
+            let block = self.near[at];
+            let [cos, sin] = loads::<V>(&candidates.directions[block]);
+            let outwards = candidates.all_left_out::<V>(block, &self.pressing, 0);
+            let after = V::load(survey.clearances(block)) + moves[0] * cos + moves[1] * sin + outwards;
+            outwards.store(&mut self.outwards[block]);
+            after.store(&mut self.after[block]);
+            self.near[count] = block;
+            count += usize::from(after.less(V::all(most + sagitta)) & !self.barred[block] != 0);
         }
+        self.near.truncate(count);
         let (mut lowest, mut deepest) = (None, 0.0);
         for &block in &self.near {
-            let opens = V::load(&self.opens[block]);
-            let [cos, sin] = loads::<V>(&candidates.directions[block]);
-            let after = V::load(survey.clearances(block)) + moves[0] * cos + moves[1] * sin + opens;
-            if after.less(V::all(left_out + sagitta)) & !self.barred[block] == 0 {
-                continue;
-            }
-            let outwards = candidates.all_left_out::<V>(block, &self.pressing, 0);
-            let near = (after + outwards).less(V::all(sagitta)) & !self.barred[block];
+            let (outwards, after) = (V::load(&self.outwards[block]), V::load(&self.after[block]));
+            let opens = columns_times::<V>(candidates.radial(block), impulses);
+            let near = (after + opens).less(V::all(sagitta)) & !self.barred[block];
             if near == 0 {
                 continue;
             }
+            opens.store(&mut self.opens[block]);
             let aside = candidates.all_left_out::<V>(block, &self.pressing, 1);
             let goes = columns_times::<V>(candidates.tangential(block), impulses);
             let moved = [opens + outwards, goes + aside];
@@ -205,7 +212,7 @@ impl Remaining {
             return (None, 0.0);
         }
         let bent = weighted::<V>(q, &candidates.radial_reach);
-        let room = candidates.spacing * (length(x) + length(rotor) + left_out + most) + 2.0 * bent + ROUNDING;
+        let room = candidates.spacing * (length(x) + length(rotor) + all_left_out + most) + 2.0 * bent + ROUNDING;
         (lowest, room)
     }
 }
