@@ -2,7 +2,7 @@
 //!
 //! Loads, the rotor in the ring, and contact are seen at every step. Stresses and what the bearings' damping takes are seen at the instants of an interval of eight contact steps at
 //! least (`LOOKS`): moments where their bound exceeds what they have had (`measured`), damping by the trapezoidal rule. Stores of energy, and what the damping of the shaft
-//! takes are forms of all motion: they are seen every 64 (`BALANCES`) and 8 (`LOSSES`; 32 missed what shaft modes of some machines lose as they ring, and do until something has touched, `CALM`). Works of contact, of braking and of the damping of ring and twist are those of each step.
+//! takes are forms of all motion: they are seen every 64 (`BALANCES`) and 8 (`LOSSES`; 32, `CALM`, until something has touched: after impacts they miss what ringing shaft modes of some machines lose). Works of contact, of braking and of the damping of ring and twist are those of each step.
 //!
 //! Limits: peaks of stresses between two looks are missed; a look is at most as far from the next as the longest flight. Verified by `tests/exponential_run.rs`.
 
@@ -25,7 +25,7 @@ use bladeoff_model::outcome::{Cause, EndCause};
 const LOOKS: u64 = 8;
 /// Contact steps from one look at what the shaft's damping takes to the next, and from one balance of energies to the next, at least, each with a look; each of the first steps has all.
 const LOSSES: u64 = 8;
-/// The former before anything has touched: no impact makes the shaft ring.
+/// The former as long as nothing has touched: until then the shaft rings of the release alone.
 const CALM: u64 = 32;
 const BALANCES: u64 = 64;
 
