@@ -316,6 +316,9 @@ fn after_a_killed_orchestrator_workers_leave_and_the_next_run_goes_on() {
                 .any(|entry| { entry.file_name().to_string_lossy().starts_with(&format!("fired-{at}-")) })
         );
         assert!(!dir.path().join("ended").exists() && !roots(dir.path()).is_empty());
+        // Also those that were started after the last look at its children.
+        workers.extend(roots(dir.path()).iter().flat_map(|root| processes_of(root)));
+        assert!(!workers.is_empty(), "{at}: nobody was seen at work");
         wait_until("workers leave", || workers.iter().all(|&pid| !lives(pid)));
         // What was flushed counts; the next run computes the rest and removes what the dead one left.
         let before = recorded(dir.path());

@@ -110,10 +110,12 @@ pub fn state(pid: u32) -> Option<char> {
     stat.rsplit(')').next()?.trim().chars().next()
 }
 
-/// Whether a process is there and no zombie.
+/// Whether a process is there and holds anything: it is no zombie, or a zombie of which a thread still ends. The first thread of a killed
+/// process can be a zombie before its others have let go of the files, and of the locks that say who lives.
 #[must_use]
 pub fn lives(pid: u32) -> bool {
-    state(pid).is_some_and(|state| state != 'Z')
+    let threads = || fs::read_dir(format!("/proc/{pid}/task")).into_iter().flatten().flatten().count();
+    state(pid).is_some_and(|state| state != 'Z' || threads() > 1)
 }
 
 /// What the runs of a result directory have left in shared memory and in the temporary folder, by its log.
