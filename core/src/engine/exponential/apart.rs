@@ -18,8 +18,8 @@ impl Apart {
         Self { shape: Shape::new(structure, transient.flight.spin()), energies: Energies::default() }
     }
 
-    /// Takes the stores at n, and the works of a run with these sums.
-    pub fn take(&mut self, transient: &Transient, structure: &Structure, sums: &Energies) {
+    /// Takes the stores at n.
+    pub fn take_stores(&mut self, transient: &Transient, structure: &Structure) {
         self.shape.take(&transient.flight, structure);
         let flight = &transient.flight;
         let model = &flight.shared().grid.model;
@@ -32,7 +32,13 @@ impl Apart {
             kinetic: kinetic + turning + ring[0],
             strain: strain + twisted + ring[1],
             gravity: -crate::linalg::dot(model.outputs.weight(), q),
-            ..*sums
+            ..self.energies
         };
+    }
+
+    /// Takes the works of a run with these sums.
+    pub fn take_works(&mut self, sums: &Energies) {
+        let Energies { kinetic, strain, gravity, .. } = self.energies;
+        self.energies = Energies { kinetic, strain, gravity, ..*sums };
     }
 }

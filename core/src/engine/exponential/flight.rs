@@ -13,10 +13,12 @@ use super::propagator::Propagator;
 use super::settings::FlightSettings;
 use super::shared::Shared;
 use super::spin::{Spin, SpinStep};
+use super::within::Room;
 use crate::engine::beginning::initial_motion;
 use crate::linalg::dot;
 use crate::structure::Structure;
 use bladeoff_model::machine::{Engine, Machine};
+use nalgebra::Complex;
 use std::sync::Arc;
 
 /// Turn of the rotor from one gyroscopic momentum to the next \[rad\]. It is a product of all pairs with all, 1e-5 of the spin's momentum, and changes
@@ -26,6 +28,14 @@ const GYRATION: f64 = 0.05;
 const MOST_HELD: f64 = 0.05;
 /// The trial step from which the first slope of the spin is taken, as a part of the step.
 const TRIAL: f64 = 1.0 / 64.0;
+
+/// Whirl states at n, their cell, and the unbalances' forces on their nodes \[N\].
+#[derive(Debug)]
+pub(super) struct Instant {
+    cell: Arc<Cell>,
+    y: Vec<f64>,
+    forces: Vec<Complex<f64>>,
+}
 
 /// A shaft line in free flight.
 #[derive(Debug, Clone)]
@@ -278,27 +288,29 @@ impl Flight {
         self.cell.moments(&self.shared.grid.model).block_times(block, &self.y)
     }
 
-    /// Powers at n that bearings' damping takes and that their skew stiffness puts in \[W\], after a step that began with an impulse; `room` for their motion.
-    pub(super) fn powers_of_bearings(&self, struck: [f64; 2], room: &mut Vec<f64>) -> [f64; 2] {
+    /// The whirl states at n, to be looked at when the impulse there is known.
+    pub(super) fn instant(&self) -> Instant {
+        Instant { cell: Arc::clone(&self.cell), y: self.y.clone(), forces: self.spin.forces_now().collect() }
+    }
+
+    /// Powers at an instant with an impulse that bearings' damping takes of the mean rates and that their skew stiffness puts in \[W\]; `room` for their motion.
+    pub(super) fn powers_of_bearings(&self, instant: &Instant, impulse: [f64; 2], room: &mut Vec<f64>) -> [f64; 2] {
         let model = &self.shared.grid.model;
-        self.cell.seen(model)[1].times(&self.y, room);
-        model.measures.of_bearings(room, struck)
+        instant.cell.seen(model)[1].times(&instant.y, room);
+        model.measures.of_bearings(room, impulse)
+    }
+
+    /// What all damping takes over the contact step behind an instant with an impulse, less what skew stiffness puts in: the mean power \[W\]. The instant is that behind the impulse then.
+    pub(super) fn power_of_damping(&self, instant: &mut Instant, impulse: [f64; 2], room: &mut Room) -> f64 {
+        let Instant { cell, y, forces } = instant;
+        cell.strike(impulse, y);
+        cell.within(&self.shared.grid.model, self.step).power(&cell.local, self.step, y, forces, room)
     }
 
     /// Energies at n, of the rates there; `q` and `room`: of their size.
     pub(super) fn stored(&self, rates: &[f64], q: &mut Vec<f64>, room: &mut Vec<f64>) -> Stored {
         self.places(q);
         self.shared.grid.model.measures.stored([q, rates], room)
-    }
-
-    /// Power that the shaft's damping takes \[W\], of the rates at n after a step that began with an impulse: they are left where it has its mean.
-    pub(super) fn power_of_structure(&self, rates: &mut [f64], struck: [f64; 2]) -> f64 {
-        self.shared.grid.model.measures.of_structure(rates, struck)
-    }
-
-    /// What damping takes over the last contact step beside what the mean rates say, of an impulse at its beginning \[J\].
-    pub(super) fn lost_of_saw_tooth(&self, impulse: [f64; 2]) -> f64 {
-        self.cell.lost_of_saw_tooth(&self.shared.grid.model, self.step, impulse)
     }
 
     /// Sees what is ahead of n: the velocity of the first diaphragm's node in its cell \[m/s\].

@@ -15,7 +15,7 @@
 use super::ExponentialError;
 use super::eights::Eights;
 use super::forms::Form;
-use super::kick::{Kick, saw_tooth};
+use super::kick::Kick;
 use super::local::Local;
 use super::measured::Measured;
 use super::outlook::Outlook;
@@ -23,7 +23,8 @@ use super::propagator::Propagator;
 use super::settings::LEVELS;
 use super::station::{Model, Station};
 use super::transfer::Transfer;
-use crate::linalg::{Matrix, Vector, column_of, lanes, mul, solve};
+use super::within::Within;
+use crate::linalg::{Matrix, Vector, axpy, lanes, mul, solve};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -86,6 +87,7 @@ pub(super) struct Cell {
     moments: OnceLock<Eights>,
     places: OnceLock<Eights>,
     rates: OnceLock<Eights>,
+    within: OnceLock<Within>,
 }
 
 impl Cell {
@@ -101,18 +103,20 @@ impl Cell {
         Some(self.kick.get_or_init(|| Kick::new(&self.local, self.propagator(0, h), h, *row, *push, loads)))
     }
 
-    /// What damping takes of the saw-tooth that an impulse on the first diaphragm's node, along the machine's axes, makes of the rates \[J\]: linear between two
-    /// stations, as it is a smooth function of the spin that no basis has a say in.
-    pub fn lost_of_saw_tooth(&self, model: &Model, h: f64, [u, v]: [f64; 2]) -> f64 {
-        let Some((_, push, _)) = self.contact else { return 0.0 };
-        let [below, above] = self.stations.each_ref().map(|station| {
-            station.saw_tooth.get_or_init(|| {
-                let pushes = [push, push + 1].map(|j| column_of(&station.pushes, j));
-                saw_tooth(&station.blocks, pushes, station.lost(model), h)
-            })
-        });
-        let [uu, vv, uv]: [f64; 3] = std::array::from_fn(|i| (1.0 - self.share) * below[i] + self.share * above[i]);
-        uu * u * u + vv * v * v + uv * u * v
+    /// What damping takes of its states over contact steps of `h` \[s\].
+    pub fn within(&self, model: &Model, h: f64) -> &Within {
+        self.within.get_or_init(|| {
+            let stations = self.stations.each_ref().map(|station| station.within(model, h));
+            Within::mixed(stations, [1.0 - self.share, self.share])
+        })
+    }
+
+    /// States behind an impulse on the first diaphragm's node, along the machine's axes, of those before.
+    pub fn strike(&self, [u, v]: [f64; 2], y: &mut [f64]) {
+        if let Some((_, push, _)) = self.contact {
+            axpy(u, &self.local.pushes[push], y);
+            axpy(v, &self.local.pushes[push + 1], y);
+        }
     }
 
     /// What flights in contact steps of `h` \[s\] see.
@@ -243,6 +247,7 @@ impl Grid {
             moments: OnceLock::new(),
             places: OnceLock::new(),
             rates: OnceLock::new(),
+            within: OnceLock::new(),
         });
         let keeps = self.keeps.load(Ordering::Relaxed);
         if !keeps && found.cells.len() >= LAST {
@@ -321,9 +326,11 @@ mod tests {
     use crate::engine::exponential::measured::Measures;
     use crate::engine::exponential::outputs::Outputs;
     use crate::engine::exponential::system::LateralSystem;
+    use crate::engine::exponential::within::Room;
     use crate::linalg::mul_vec;
     use crate::structure::Structure;
     use bladeoff_model::machine::MachineDef;
+    use nalgebra::Complex;
 
     /// y of a state x in a cell, by the left vectors of the station below it.
     fn amplitudes(grid: &Grid, cell: &Cell, x: &[f64]) -> Vec<f64> {
@@ -369,7 +376,7 @@ mod tests {
     }
 
     #[test]
-    fn between_stations_the_saw_tooth_is_linear() {
+    fn between_stations_it_is_linear() {
         let path = format!("{}/../studies/machines/lp_turbine.toml", env!("CARGO_MANIFEST_DIR"));
         let text = std::fs::read_to_string(&path).expect("a machine of the repository");
         let machine = MachineDef::parse(&path, &text).expect("parses").build().expect("valid");
@@ -386,9 +393,12 @@ mod tests {
         for speed in [131.0, 133.7, 136.2] {
             let [far, near] = [&grid, &close].map(|grid| grid.cell(grid.index_of(speed)).expect("has bases"));
             for impulse in [[1.0, 0.0], [0.0, 1.0], [1.0, -0.7]] {
-                let found = far.lost_of_saw_tooth(&grid.model, h, impulse);
-                let wanted = near.lost_of_saw_tooth(&close.model, h, impulse);
-                assert!(wanted != 0.0 && (found - wanted).abs() < 1e-3 * wanted.abs(), "{speed}: {found:e} {wanted:e}");
+                let [found, wanted] = [(&grid, &far), (&close, &near)].map(|(grid, cell)| {
+                    let mut y = vec![0.0; 2 * grid.model.system.size];
+                    cell.strike(impulse, &mut y);
+                    cell.within(&grid.model, h).power(&cell.local, h, &y, &[Complex::default()], &mut Room::default())
+                });
+                assert!(wanted > 0.0 && (found - wanted).abs() < 1e-3 * wanted, "{speed}: {found:e} {wanted:e}");
             }
         }
     }

@@ -26,8 +26,6 @@ use bladeoff_model::machine::{Machine, RotorKind};
 const OF_ELEMENT: usize = 4;
 /// Elements whose moments are bounded, and taken, together.
 pub(super) const BESIDE: usize = LANES / OF_ELEMENT;
-/// Part of the damping that is the rounding of its projection.
-const NONE: f64 = 1e-13;
 /// Room for the rounding of a bound's sum.
 const ROUNDED_UP: f64 = 1.0 + 1e-12;
 
@@ -42,8 +40,7 @@ pub(super) struct Measures {
     bearings: Vec<BearingSite>,
     skew: Vec<usize>,
     sites: Matrix,
-    /// What impulses along the axes of the first diaphragm's node make of all rates, and of those rows, at once.
-    jumps: [Vec<f64>; 2],
+    /// What impulses along the axes of the first diaphragm's node make of those rows at once.
     site_jumps: [Vec<f64>; 2],
     stores: Stores,
 }
@@ -55,8 +52,6 @@ struct Stores {
     stiffness: Form,
     gyroscopic: Eights,
     weight: Vec<f64>,
-    /// C without the bearings' parts; `None` without any.
-    structural: Option<Form>,
 }
 
 /// Energies of a motion: (2) without the gyroscopic part \[J\], and the gyroscopic momentum \[kg m2/s\].
@@ -118,9 +113,8 @@ impl Measures {
             bearings: rotor.bearings.clone(),
             skew,
             sites,
-            jumps,
             site_jumps,
-            stores: Stores::new(structure, system, weight),
+            stores: Stores::new(system, weight),
         }
     }
 
@@ -137,13 +131,13 @@ impl Measures {
         }
     }
 
-    /// The form of (2) of what damping takes, of whirl states with this Z.
-    pub fn lost_of_states(&self, system: &LateralSystem, motion: &Matrix) -> Form {
+    /// The matrix of (2) of what damping takes, of whirl states with this Z.
+    pub fn lost_of_states(&self, system: &LateralSystem, motion: &Matrix) -> Matrix {
         let n = system.size;
         let [places, rates] = [0, n].map(|from| motion.rows(from, n).into_owned());
         let stiffness = system.stores()[0];
         let skew = (stiffness - stiffness.transpose()) * 0.5;
-        Form::new(&mul_tn(&rates, &(mul(&system.damping, &rates) + mul(&skew, &places))))
+        mul_tn(&rates, &(mul(&system.damping, &rates) + mul(&skew, &places)))
     }
 
     /// Eights of bounds, of moments and displacements by y.
@@ -166,7 +160,7 @@ impl Measures {
         })
     }
 
-    /// Powers that bearings' damping takes and that skew stiffness puts in \[W\], of their motion by [`Measured::bearings`] and the impulse that the last step began with:
+    /// Powers that bearings' damping takes and that skew stiffness puts in \[W\], of their motion by [`Measured::bearings`] and the impulse there:
     /// damping acts between the velocities before and after it.
     pub fn of_bearings(&self, motion: &[f64], struck: [f64; 2]) -> [f64; 2] {
         let velocity = |i: usize| {
@@ -190,38 +184,16 @@ impl Measures {
         gyroscopic.times(q, room);
         Stored { energy: 0.5 * (mass.of(rates) + stiffness.of(q)) - dot(weight, q), gyroscopic: 0.5 * dot(rates, room) }
     }
-
-    /// Power that the shaft's damping takes \[W\], of these rates and that impulse; the rates are left where it has its mean.
-    pub fn of_structure(&self, rates: &mut [f64], struck: [f64; 2]) -> f64 {
-        let Some(structural) = &self.stores.structural else { return 0.0 };
-        for (jump, part) in self.jumps.iter().zip(struck).filter(|(_, part)| *part != 0.0) {
-            crate::linalg::axpy(0.5 * part, jump, rates);
-        }
-        structural.of(rates)
-    }
 }
 
 impl Stores {
-    fn new(structure: &Structure, system: &LateralSystem, weight: &[f64]) -> Self {
+    fn new(system: &LateralSystem, weight: &[f64]) -> Self {
         let [stiffness, mass] = system.stores();
-        let map = &structure.lateral.coordinates;
-        let mut structural = system.damping.clone();
-        for bearing in &structure.rotor.bearings {
-            let rows = structure.rotor.plane_places(bearing.node).map(|dof| map.row(dof));
-            for (i, one) in rows.iter().enumerate() {
-                for (j, other) in rows.iter().enumerate() {
-                    let c = bearing.damping[i][j];
-                    structural -= Matrix::from_fn(one.len(), one.len(), |a, b| one[a] * c * other[b]);
-                }
-            }
-        }
-        let damped = structural.amax() > NONE * system.damping.amax();
         Self {
             mass: Form::new(mass),
             stiffness: Form::new(stiffness),
             gyroscopic: Eights::new(&system.gyroscopic),
             weight: weight.to_vec(),
-            structural: damped.then(|| Form::new(&structural)),
         }
     }
 }
@@ -324,7 +296,7 @@ mod tests {
     #[test]
     fn energies_of_coordinates_are_those_of_the_motion() {
         let (mut q, mut rates, mut room) = (Vec::new(), Vec::new(), Vec::new());
-        struck(|_, structure, flight, impulse| {
+        struck(|machine, structure, flight, impulse| {
             let (n, spin) = (structure.lateral.coordinates.size(), flight.spin().speed);
             flight.rates(&mut rates);
             let stored = flight.stored(&rates, &mut q, &mut room);
@@ -333,19 +305,23 @@ mod tests {
             let weight: f64 = dot(flight.shared().grid.model.outputs.weight(), &q[..n]);
             let (ours, theirs) = (stored.energy + spin * stored.gyroscopic, kinetic + strain - weight);
             assert!((ours - theirs).abs() < 1e-12 * (kinetic + strain), "{ours} {theirs}");
-            // and what is taken, part by part, is that of all damping and of the skew part of K
-            let [bearings, skew] = flight.powers_of_bearings(impulse, &mut room);
-            let mean: Vec<f64> = {
-                let node = flight.shared().grid.model.measures.jumps.clone();
-                (0..n).map(|j| rates[j] + 0.5 * (node[0][j] * impulse[0] + node[1][j] * impulse[1])).collect()
-            };
-            let taken = bearings - skew + flight.power_of_structure(&mut rates, impulse);
-            let form = |m: &Matrix, x: &[f64]| -> f64 {
-                (0..n).map(|i| mean[i] * (0..n).map(|j| m[(i, j)] * x[j]).sum::<f64>()).sum()
-            };
-            let lost =
-                form(&system.damping, &mean) + 0.5 * form(&(&system.stiffness - system.stiffness.transpose()), &q);
-            assert!((taken - lost).abs() < 1e-11 * (bearings.abs() + skew.abs()), "{taken} {lost}");
+            // and what is taken of the mean rates, part by part, is that of bearings' damping and of the skew part of K
+            let (instant, measures) = (flight.instant(), &flight.shared().grid.model.measures);
+            let [bearings, skew] = flight.powers_of_bearings(&instant, impulse, &mut room);
+            let jumps = structure.rotor.plane_places(machine.diaphragms[0].contact.node);
+            let jumps = jumps.map(|dof| system.struck(&structure.lateral.coordinates.row(dof)));
+            let mean: Vec<f64> =
+                (0..n).map(|j| rates[j] + 0.5 * (jumps[0][j] * impulse[0] + jumps[1][j] * impulse[1])).collect();
+            let mut taken = [0.0; 2];
+            for bearing in &measures.bearings {
+                let rows = structure.rotor.plane_places(bearing.node).map(|dof| structure.lateral.coordinates.row(dof));
+                let [v, x] = [&mean, &q[..n].to_vec()].map(|part| rows.each_ref().map(|row| dot(row, part)));
+                taken[0] += bearing.damping_power(v);
+                taken[1] += dot(&bearing.skew_force(x), &v);
+            }
+            for (found, wanted) in [bearings, skew].into_iter().zip(taken) {
+                assert!((found - wanted).abs() < 1e-11 * (bearings.abs() + skew.abs()), "{found} {wanted}");
+            }
         });
     }
 }

@@ -52,6 +52,7 @@ mod system;
 mod transfer;
 mod transient;
 mod twist;
+mod within;
 
 pub use flight::{Flight, FreeRun, free_run};
 pub use settings::FlightSettings;

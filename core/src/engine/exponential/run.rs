@@ -1,8 +1,8 @@
 //! One run of the exponential engine from its start to its end, watched by recorders.
 //!
 //! Loads, the rotor in the ring, and contact are seen at every step. Stresses and what the bearings' damping takes are seen at the instants of an interval of eight contact steps at
-//! least (`LOOKS`): moments where their bound exceeds what they have had (`measured`), damping by the trapezoidal rule. Stores of energy, and what the damping of the shaft
-//! takes are forms of all motion: they are seen every 64 (`BALANCES`) and 8 (`LOSSES`; 32, `CALM`, until something has touched: after impacts they miss what ringing shaft modes of some machines lose). Works of contact, of braking and of the damping of ring and twist are those of each step.
+//! least (`LOOKS`): moments where their bound exceeds what they have had (`measured`), damping by the trapezoidal rule. Stores of energy, and what damping takes of a whole step
+//! (`within`) are forms of all motion: they are seen every 64 (`BALANCES`) and 8 (`LOSSES`; 32, `CALM`, until something has touched: after impacts they miss what ringing shaft modes of some machines lose). Works of contact, of braking and of the damping of ring and twist are those of each step.
 //!
 //! Limits: peaks of stresses between two looks are missed; a look is at most as far from the next as the longest flight. Verified by `tests/exponential_run.rs`.
 
@@ -10,10 +10,12 @@ use super::ExponentialError;
 use super::apart::Apart;
 use super::eights::Eights;
 use super::eye::{Ahead, Eye};
-use super::measured::{BESIDE, Stored};
+use super::flight::Instant;
+use super::measured::BESIDE;
 use super::settings::FlightSettings;
 use super::shape::Shape;
 use super::transient::{Done, Transient};
+use super::within::Room;
 use crate::engine::motion::{DIVERGED, size};
 use crate::record::{At, End, Energies, Follower, Recorders, RingInstant, Touch};
 use crate::rotor::braking_torque;
@@ -53,8 +55,9 @@ pub(in crate::engine) fn run(
     if failure.is_none() {
         // the last balance is that of the end
         let at = At { time: run.transient.flight.time(), speed: run.speed };
-        if let Err(found) = run.look(run.transient.flight.ticks(), at, true, true) {
-            (cause, failure) = (EndCause::Failure, Some(found));
+        match run.look(run.transient.flight.ticks(), at, true, true) {
+            Ok(look) => run.settle(look, [0.0; 2]),
+            Err(found) => (cause, failure) = (EndCause::Failure, Some(found)),
         }
     }
     let Run { steps, speed, .. } = run;
@@ -62,6 +65,16 @@ pub(in crate::engine) fn run(
     run.recorders.finish(&end, machine, structure);
     run.show_end(failure, follower);
     Ok((run.recorders, end))
+}
+
+/// A look that is to be settled.
+struct Look {
+    ticks: u64,
+    loses: bool,
+    balances: bool,
+    instant: Instant,
+    /// What the twist's damping has taken \[J\].
+    damped: f64,
 }
 
 impl From<ExponentialError> for Cause {
@@ -90,14 +103,15 @@ struct Run<'a> {
     looked: Option<(u64, [f64; 2])>,
     /// The last look at what the shaft's damping takes: its time, the power \[W\], and what the twist's damping had taken then \[J\].
     lost: Option<(u64, f64, f64)>,
+    /// Power of all damping then \[W\].
+    whole: f64,
     /// Time of the last balance.
     balanced: Option<u64>,
-    /// The last step's impulse.
-    struck: [f64; 2],
     /// Torsional moments of the shaft's elements, on the modes of twist.
     torsion: Eights,
     /// Room for what is measured, and for a motion.
     seen: Vec<f64>,
+    within: Room,
     places: Vec<f64>,
     rates: Vec<f64>,
     /// Energies one by one, where the follower wants them.
@@ -126,10 +140,11 @@ impl<'a> Run<'a> {
             touched: false,
             looked: None,
             lost: None,
+            whole: 0.0,
             balanced: None,
-            struck: [0.0; 2],
             torsion,
             seen: Vec::new(),
+            within: Room::default(),
             places: Vec::new(),
             rates: Vec::new(),
             apart: None,
@@ -151,15 +166,21 @@ impl<'a> Run<'a> {
         let often = if self.touched { LOSSES } else { CALM };
         let loses = balances || is_due(self.lost.map(|(last, ..)| last), often);
         let looks = loses || is_due(self.looked.map(|(last, _)| last), LOOKS);
-        if looks {
-            self.look(ticks, at, loses, balances)?;
-        }
+        let look = if looks { Some(self.look(ticks, at, loses, balances)?) } else { None };
         if loses && follower.wants_energies() {
-            let Self { transient, apart, structure, recorders, .. } = self;
+            let Self { transient, apart, structure, .. } = self;
             let apart = apart.get_or_insert_with(|| Box::new(Apart::new(structure, transient)));
-            apart.take(transient, structure, &recorders.energies.now);
+            apart.take_stores(transient, structure);
         }
         let level = self.transient.level();
+        // where something may touch, the impulse at n comes with the step
+        let due = match (look, level) {
+            (Some(look), Some(_)) => {
+                self.settle(look, [0.0; 2]);
+                None
+            }
+            (look, _) => look,
+        };
         let shown = follower.wants(ticks, at.time);
         if shown {
             let Self { transient, eye, machine, structure, .. } = self;
@@ -172,10 +193,12 @@ impl<'a> Run<'a> {
         // nothing else changes it in flight
         let before = if level.is_some() && self.touched { self.ring_energy() } else { 0.0 };
         let done = self.transient.step(level)?;
+        if let Some(look) = due {
+            self.settle(look, done.impact.map_or([0.0; 2], |impact| impact.on_rotor));
+        }
         self.record(&done, at, angle, looks);
         self.works(&done, before);
         self.steps += 1;
-        self.struck = done.impact.map_or([0.0; 2], |impact| impact.on_rotor);
         if level.is_none() {
             self.show(&done, at, shown, follower);
         }
@@ -229,7 +252,8 @@ impl<'a> Run<'a> {
         }
         let Self { transient, eye, recorders, apart, h, machine, structure, speed, .. } = self;
         let apart = apart.get_or_insert_with(|| Box::new(Apart::new(structure, transient)));
-        apart.take(transient, structure, &recorders.energies.now);
+        apart.take_stores(transient, structure);
+        apart.take_works(&recorders.energies.now);
         let eye = eye.get_or_insert_with(|| Box::new(Eye::new(machine, structure, transient)));
         eye.look(transient);
         eye.speed = *speed;
@@ -298,7 +322,6 @@ impl<'a> Run<'a> {
         if let Some(impact) = &done.impact {
             now.friction += impact.friction_work;
             now.normal += impact.normal_work;
-            now.structure += self.transient.flight.lost_of_saw_tooth(impact.on_rotor);
         }
         if let Some(contact) = &self.transient.contact {
             now.stator += match done.level {
@@ -308,27 +331,49 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Sees stresses at n and what bearings have taken since the last look; what the shaft `loses` and, with that, how it `balances`.
-    fn look(&mut self, ticks: u64, at: At, loses: bool, balances: bool) -> Result<(), Cause> {
+    /// Sees stresses at n, and stores where it `balances`; what it needs to be settled once the impulse there is known.
+    fn look(&mut self, ticks: u64, at: At, loses: bool, balances: bool) -> Result<Look, Cause> {
         self.stresses(at)?;
-        let powers = self.transient.flight.powers_of_bearings(self.struck, &mut self.seen);
+        if balances {
+            self.stores();
+        }
+        let flight = &self.transient.flight;
+        Ok(Look { ticks, loses, balances, instant: flight.instant(), damped: flight.spin().damped() })
+    }
+
+    /// What bearings have taken since the last look, at one with an impulse; what all damping has beside their mean rates ([`super::within`]) and, with that, how it balances.
+    fn settle(&mut self, mut look: Look, impulse: [f64; 2]) {
+        let Self { transient, recorders, seen, within, apart, .. } = self;
+        let flight = &transient.flight;
+        let now = &mut recorders.energies.now;
+        let powers = flight.powers_of_bearings(&look.instant, impulse, seen);
+        let half_since = |last: u64| 0.5 * (look.ticks - last) as f64 * self.h;
         if let Some((last, before)) = self.looked {
-            let half = 0.5 * (ticks - last) as f64 * self.h;
-            let now = &mut self.recorders.energies.now;
-            now.bearings += half * (before[0] + powers[0]);
-            now.skew += half * (before[1] + powers[1]);
+            now.bearings += half_since(last) * (before[0] + powers[0]);
+            now.skew += half_since(last) * (before[1] + powers[1]);
         }
-        self.looked = Some((ticks, powers));
-        if loses {
-            self.transient.flight.rates(&mut self.rates);
-            // rates are left where damping has its mean
-            let stored = balances.then(|| self.transient.flight.stored(&self.rates, &mut self.places, &mut self.seen));
-            self.lose(ticks);
-            if let Some(stored) = stored {
-                self.balance(ticks, &stored);
-            }
+        self.looked = Some((look.ticks, powers));
+        if !look.loses {
+            return;
         }
-        Ok(())
+        // of the bearings' what their mean rates do not say is here, too
+        let whole = flight.power_of_damping(&mut look.instant, impulse, within);
+        let power = whole - (powers[0] - powers[1]);
+        if let Some((last, before, damped)) = self.lost {
+            now.structure += half_since(last) * (before + power) + (look.damped - damped);
+            // powers are means over the steps behind both looks: from middle to middle
+            now.structure -= 0.5 * self.h * (whole - self.whole);
+        }
+        self.whole = whole;
+        self.lost = Some((look.ticks, power, look.damped));
+        if look.balances {
+            self.balanced = Some(look.ticks);
+            recorders.energies.take();
+            recorders.judge(self.machine, self.structure);
+        }
+        if let Some(apart) = apart {
+            apart.take_works(&recorders.energies.now);
+        }
     }
 
     /// Moments that may be larger than those before.
@@ -360,30 +405,17 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// What the damping of the shaft has taken since the last time, of the rates at n.
-    fn lose(&mut self, ticks: u64) {
-        let Self { transient, recorders, rates, .. } = self;
-        let power = transient.flight.power_of_structure(rates, self.struck);
-        let damped = transient.flight.spin().damped();
-        if let Some((last, before, damped_before)) = self.lost {
-            let bent = 0.5 * (ticks - last) as f64 * self.h * (before + power);
-            recorders.energies.now.structure += bent + (damped - damped_before);
-        }
-        self.lost = Some((ticks, power, damped));
-    }
-
-    /// Stores at n, and the guards.
-    fn balance(&mut self, ticks: u64, stored: &Stored) {
-        self.balanced = Some(ticks);
-        let Self { transient, recorders, .. } = self;
+    /// Stores at n.
+    fn stores(&mut self) {
+        let Self { transient, recorders, places, rates, seen, .. } = self;
+        transient.flight.rates(rates);
+        let stored = transient.flight.stored(rates, places, seen);
         let flight = &transient.flight;
         let shift = flight.held_back(stored.gyroscopic);
         let [turning, twisted] = flight.spin().energies(shift, flight.velocities());
         let ring = transient.contact.as_ref().map_or([0.0; 2], |contact| contact.rub.ring.energies());
         recorders.energies.now.kinetic =
             stored.energy + (flight.spin().speed + shift) * stored.gyroscopic + turning + twisted + ring[0] + ring[1];
-        recorders.energies.take();
-        recorders.judge(self.machine, self.structure);
     }
 
     /// Energies one by one, as they were at the last balance; none where the follower wants none.

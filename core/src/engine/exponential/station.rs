@@ -14,6 +14,7 @@ use super::forms::Form;
 use super::measured::{Measured, Measures};
 use super::outputs::Outputs;
 use super::system::LateralSystem;
+use super::within::Within;
 use super::{ExponentialError, pairs};
 use crate::linalg::{Matrix, inverse, mul, mul_tn};
 use std::sync::OnceLock;
@@ -47,10 +48,8 @@ pub(super) struct Station {
     pub momentum: Form,
     /// No less than the 2-norm condition of R; that itself where it is near what is allowed.
     pub condition: f64,
-    /// What damping takes of a saw-tooth ([`super::kick`]), of impulses in the steps of its grid.
-    pub saw_tooth: OnceLock<[f64; 3]>,
     measured: OnceLock<Measured>,
-    lost: OnceLock<Form>,
+    within: OnceLock<Within>,
 }
 
 impl Station {
@@ -94,9 +93,8 @@ impl Station {
             right,
             left,
             condition,
-            saw_tooth: OnceLock::new(),
             measured: OnceLock::new(),
-            lost: OnceLock::new(),
+            within: OnceLock::new(),
         })
     }
 
@@ -105,9 +103,10 @@ impl Station {
         self.measured.get_or_init(|| model.measures.at(&self.motion))
     }
 
-    /// What damping takes of them, as a form.
-    pub fn lost(&self, model: &Model) -> &Form {
-        self.lost.get_or_init(|| model.measures.lost_of_states(&model.system, &self.motion))
+    /// What damping takes of them over contact steps of `h` \[s\], those of its grid.
+    pub fn within(&self, model: &Model, h: f64) -> &Within {
+        self.within
+            .get_or_init(|| Within::new(&self.blocks, &model.measures.lost_of_states(&model.system, &self.motion), h))
     }
 }
 

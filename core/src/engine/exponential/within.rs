@@ -1,0 +1,265 @@
+//! What damping takes over a contact step, in one cell: exactly for any step.
+//!
+//! ```text
+//! y(t)  = eta(t) + E z,  E = exp(B t),  z = y + l J - eta(0)                      from n on, with an impulse J there                     (1)
+//! eta   = Re[(iW - B)^-1 (l_u - i l_v) f e^{iWt}] - B^-1 l_w                      what unbalances f and the weight keep                (2)
+//! P h   = h lost(<y>) + z^T Q z,   Q = int E^T D E dt - (int E dt)^T D (int E dt)/h,   lost(y) = y^T D y                               (3)
+//! lost  = q'^T C q' + q'^T K_a q                                                  ([`super::measured`])
+//! ```
+//! P is the mean power over the step, `<y>` the mean of (1) in it with eta as in the middle. Powers of the mean rates at n are not enough where impulses act at every step: between two of them the rates
+//! of a whipping rotor fall by much of what an impulse gives, some modes swing, and others come to rest. What is left out in (3) is how eta turns within the step: of second order in `W h`.
+//! Integrals by Gauss and Legendre at six places of each of four pieces, which become shorter towards the impulse: pairs may come to rest within a hundredth of the step. Taken at the stations, and linear between them, as all of a cell is.
+//! Verified by `what_a_free_motion_loses_is_what_its_energy_lacks`, `what_forces_keep_is_kept`, `between_stations_it_is_linear` (`grid.rs`) and the balances of `tests/exponential_run.rs`.
+
+use super::block::{Block, Split};
+use super::forms::Form;
+use super::local::Local;
+use crate::linalg::Matrix;
+use nalgebra::Complex;
+
+/// Places and weights on -1..1 that integrate a polynomial of the eleventh degree (Gauss and Legendre).
+const PLACES: [(f64, f64); 3] = [
+    (0.238_619_186_083_196_9, 0.467_913_934_572_691),
+    (0.661_209_386_466_264_5, 0.360_761_573_048_138_6),
+    (0.932_469_514_203_152, 0.171_324_492_379_170_4),
+];
+/// Ends of the pieces, as parts of the step.
+const ENDS: [f64; 5] = [0.0, 1.0 / 256.0, 1.0 / 32.0, 1.0 / 4.0, 1.0];
+
+/// D, Q and `int E dt/h` of (3).
+#[derive(Debug, Clone)]
+pub(super) struct Within {
+    lost: Form,
+    more: Form,
+    mean: Vec<Block>,
+}
+
+/// Room for (1): z, and eta in the middle, to which the mean of the rest is added.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Room {
+    z: Vec<f64>,
+    mean: Vec<f64>,
+}
+
+impl Within {
+    /// Of pairs B and the matrix D, in steps of `h` \[s\].
+    pub fn new(blocks: &[Block], lost: &Matrix, h: f64) -> Self {
+        let split: Vec<Split> = blocks.iter().map(Split::of).collect();
+        let lost = (lost + lost.transpose()) * 0.5;
+        let mut more = Matrix::zeros(lost.nrows(), lost.ncols());
+        let mut mean = vec![[0.0; 4]; blocks.len()];
+        for piece in ENDS.windows(2) {
+            let (middle, half) = (0.5 * h * (piece[0] + piece[1]), 0.5 * h * (piece[1] - piece[0]));
+            for &(place, weight) in &PLACES {
+                for t in [middle - place * half, middle + place * half] {
+                    let turns: Vec<Block> = split.iter().map(|block| block.exponential(t)).collect();
+                    add(&mut more, weight * half, &lost, &turns);
+                    for (sum, turn) in mean.iter_mut().flatten().zip(turns.iter().flatten()) {
+                        *sum += weight * half / h * turn;
+                    }
+                }
+            }
+        }
+        add(&mut more, -h, &lost, &mean);
+        Self { lost: Form::new(&lost), more: Form::new(&more), mean }
+    }
+
+    /// The sum of two, times these.
+    pub fn mixed([one, other]: [&Self; 2], times: [f64; 2]) -> Self {
+        let mean = one.mean.iter().zip(&other.mean);
+        Self {
+            lost: Form::mixed([&one.lost, &other.lost], times),
+            more: Form::mixed([&one.more, &other.more], times),
+            mean: mean.map(|(a, b)| std::array::from_fn(|i| times[0] * a[i] + times[1] * b[i])).collect(),
+        }
+    }
+
+    /// P \[W\] over a step of `h` \[s\] from states y behind an impulse on, under forces on the unbalances' nodes \[N\].
+    pub fn power(&self, local: &Local, h: f64, y: &[f64], forces: &[Complex<f64>], room: &mut Room) -> f64 {
+        let Room { z, mean } = room;
+        z.clear();
+        z.extend_from_slice(y);
+        mean.clear();
+        mean.resize(y.len(), 0.0);
+        let pairs = self.mean.len();
+        let (sin, cos) = libm::sincos(0.5 * local.speed * h);
+        let turn = Complex::new(cos, sin);
+        for (k, over) in self.mean.iter().enumerate() {
+            let (still, turning) = kept(local, k, forces);
+            for (i, at) in [k, pairs + k].into_iter().enumerate() {
+                z[at] -= still[i] + turning[i].re;
+                mean[at] += still[i] + (turning[i] * turn).re;
+            }
+            mean[k] += over[0] * z[k] + over[1] * z[pairs + k];
+            mean[pairs + k] += over[2] * z[k] + over[3] * z[pairs + k];
+        }
+        self.lost.of(mean) + self.more.of(z) / h
+    }
+}
+
+/// (2) of a pair: what stands, and what turns, at n. Neither where there is no such motion: of a pair without stiffness, of an undamped one whose rate the spin has.
+fn kept(local: &Local, k: usize, forces: &[Complex<f64>]) -> ([f64; 2], [Complex<f64>; 2]) {
+    let (b, pairs) = (&local.blocks[k], local.blocks.len());
+    let both = [k, pairs + k];
+    let weight = both.map(|at| local.pushes[2 * forces.len()][at]);
+    let determinant = b[0] * b[3] - b[1] * b[2];
+    let still = [b[1] * weight[1] - b[3] * weight[0], b[2] * weight[0] - b[0] * weight[1]];
+    let still = if still == [0.0; 2] || determinant == 0.0 { [0.0; 2] } else { still.map(|part| part / determinant) };
+    let mut push = [Complex::default(); 2];
+    for (force, [u, v]) in forces.iter().zip(local.pushes.as_chunks::<2>().0) {
+        for (push, at) in push.iter_mut().zip(both) {
+            *push += Complex::new(u[at], -v[at]) * force;
+        }
+    }
+    let [one, other] = [b[0], b[3]].map(|part| Complex::new(-part, local.speed));
+    let determinant = one * other - b[1] * b[2];
+    let turning = [other * push[0] + push[1] * b[1], push[0] * b[2] + one * push[1]];
+    let turning = if determinant.norm_sqr() == 0.0 {
+        turning.map(|_| Complex::default())
+    } else {
+        turning.map(|part| part / determinant)
+    };
+    (still, turning)
+}
+
+/// `sum += times E^T D E`, E of blocks.
+fn add(sum: &mut Matrix, times: f64, lost: &Matrix, turns: &[Block]) {
+    let pairs = turns.len();
+    for (l, f) in turns.iter().enumerate() {
+        for (k, e) in turns.iter().enumerate() {
+            let d = |i: usize, j: usize| times * lost[(k + i * pairs, l + j * pairs)];
+            let right = [0, 1].map(|i| [0, 1].map(|j| d(i, 0) * f[j] + d(i, 1) * f[2 + j]));
+            for i in 0..2 {
+                for j in 0..2 {
+                    sum[(k + i * pairs, l + j * pairs)] += e[i] * right[0][j] + e[2 + i] * right[1][j];
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::exponential::measured::Measures;
+    use crate::engine::exponential::outputs::Outputs;
+    use crate::engine::exponential::station::{Model, Station};
+    use crate::engine::exponential::system::LateralSystem;
+    use crate::linalg::{Vector, dot};
+    use crate::structure::Structure;
+    use bladeoff_model::machine::MachineDef;
+
+    const SPEED: f64 = 240.0;
+
+    /// The rig with weight, a skew bearing and one of such damping \[N s/m\], at a station.
+    fn station(damping: &str, then: impl FnOnce(&Model, &Station, &Local)) {
+        let path = format!("{}/../studies/machines/lab_rig.toml", env!("CARGO_MANIFEST_DIR"));
+        let text = std::fs::read_to_string(&path).expect("a machine of the repository");
+        let text = text.replacen("\"2e6 N/m\"", "[[2e6, 3e5], [-1e5, 1.7e6]]", 1);
+        let text =
+            text.replacen("\"600 N s/m\"", damping, 1).replacen("gravity = [0.0, 0.0]", "gravity = [0.0, -9.81]", 1);
+        let machine = MachineDef::parse(&path, &text).expect("parses").build().expect("valid");
+        assert!(machine.rotor.gravity[1] < 0.0);
+        let structure = Structure::build(&machine, None).expect("buildable");
+        let system = LateralSystem::new(&machine, &structure).expect("regular");
+        let outputs = Outputs::new(&machine, &structure);
+        let measures = Measures::new(&machine, &structure, &system, outputs.weight());
+        let model = Model { system, outputs, measures };
+        let station = Station::new(&model, SPEED, None).expect("has a basis");
+        let pushes: Vec<Vec<f64>> = station.pushes.column_iter().map(|c| c.iter().copied().collect()).collect();
+        let local = Local::new(SPEED, station.blocks.clone(), &station.rows, pushes, model.outputs.unbalances());
+        then(&model, &station, &local);
+    }
+
+    /// exp(B t) z.
+    fn after(local: &Local, z: &[f64], t: f64) -> Vec<f64> {
+        let (pairs, mut y) = (local.blocks.len(), z.to_vec());
+        for (k, block) in local.blocks.iter().enumerate() {
+            let e = Split::of(block).exponential(t);
+            y[k] = e[0] * z[k] + e[1] * z[pairs + k];
+            y[pairs + k] = e[2] * z[k] + e[3] * z[pairs + k];
+        }
+        y
+    }
+
+    /// What the weight keeps.
+    fn still(local: &Local) -> Vec<f64> {
+        let of = |part: usize| (0..local.blocks.len()).map(move |k| kept(local, k, &[Complex::default()]).0[part]);
+        of(0).chain(of(1)).collect()
+    }
+
+    fn random(count: usize) -> Vec<f64> {
+        let mut seed = 7_u64;
+        let mut next = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        (0..count).map(|_| next()).collect()
+    }
+
+    #[test]
+    fn what_a_free_motion_loses_is_what_its_energy_lacks() {
+        // of the last, a motion comes to rest in a tenth of the step
+        for (damping, limit) in [("\"600 N s/m\"", 1e-9), ("\"6e4 N s/m\"", 1e-4), ("\"2e6 N s/m\"", 1e-3)] {
+            station(damping, |model, station, local| {
+                let n = model.system.size;
+                // without that of the spin: its gyroscopic moments do no work at one speed
+                let [stiffness, mass] = model.system.stores();
+                let energy = |y: &[f64]| {
+                    let motion = &station.motion * Vector::from_column_slice(y);
+                    let (q, rates) = (motion.rows(0, n), motion.rows(n, n));
+                    let twice = (rates.transpose() * mass * rates)[(0, 0)] + (q.transpose() * stiffness * q)[(0, 0)];
+                    0.5 * twice - dot(model.outputs.weight(), q.as_slice())
+                };
+                let (y, still) = (random(2 * n), still(local));
+                let z: Vec<f64> = y.iter().zip(&still).map(|(y, still)| y - still).collect();
+                for h in [1e-6, 5e-6, 5e-5] {
+                    let end: Vec<f64> = after(local, &z, h).iter().zip(&still).map(|(z, still)| z + still).collect();
+                    let lost = model.measures.lost_of_states(&model.system, &station.motion);
+                    let within = Within::new(&station.blocks, &lost, h);
+                    let found = within.power(local, h, &y, &[Complex::default()], &mut Room::default());
+                    let wanted = (energy(&y) - energy(&end)) / h;
+                    assert!(wanted > 0.0 && (found - wanted).abs() < limit * wanted, "{damping} {h}: {found} {wanted}");
+                }
+            });
+        }
+    }
+
+    /// By small steps of time.
+    #[test]
+    fn what_forces_keep_is_kept() {
+        for damping in ["\"600 N s/m\"", "\"2e6 N s/m\""] {
+            station(damping, |model, station, local| {
+                let (n, force) = (model.system.size, Complex::new(300.0, -120.0));
+                let still = still(local);
+                let at = |t: f64| -> Vec<f64> {
+                    let (sin, cos) = libm::sincos(SPEED * t);
+                    let now = [force * Complex::new(cos, sin)];
+                    let of = |part: usize| (0..n).map(move |k| kept(local, k, &now).1[part].re);
+                    of(0).chain(of(1)).zip(&still).map(|(turning, still)| turning + still).collect()
+                };
+                let lost = model.measures.lost_of_states(&model.system, &station.motion);
+                let form = Form::new(&lost);
+                let h = 2e-5;
+                let found =
+                    Within::new(&station.blocks, &lost, h).power(local, h, &at(0.0), &[force], &mut Room::default());
+                let wanted = (0..100).map(|i| form.of(&at(h * (f64::from(i) + 0.5) / 100.0))).sum::<f64>() / 100.0;
+                assert!(wanted > 0.0 && (found - wanted).abs() < 1e-6 * wanted, "{damping}: {found} {wanted}");
+                // and it is a motion under that force
+                let (before, behind, here) = (at(-1e-6), at(1e-6), at(0.0));
+                let pushed =
+                    |k: usize| force.re * local.pushes[0][k] + force.im * local.pushes[1][k] + local.pushes[2][k];
+                let (mut off, mut largest) = (0.0_f64, 0.0_f64);
+                for (k, b) in local.blocks.iter().enumerate() {
+                    let rates = [b[0] * here[k] + b[1] * here[n + k], b[2] * here[k] + b[3] * here[n + k]];
+                    for (at, rate) in [k, n + k].into_iter().zip(rates) {
+                        let pushed = pushed(at);
+                        off = off.max((0.5e6 * (behind[at] - before[at]) - rate - pushed).abs());
+                        largest = largest.max(pushed.abs());
+                    }
+                }
+                assert!(off < 1e-6 * largest, "{damping}: {off:e} of {largest:e}");
+            });
+        }
+    }
+}
