@@ -288,23 +288,44 @@ impl Flight {
         self.cell.moments(&self.shared.grid.model).block_times(block, &self.y)
     }
 
-    /// The whirl states at n, to be looked at when the impulse there is known.
+    /// The whirl states at n.
     pub(super) fn instant(&self) -> Instant {
         Instant { cell: Arc::clone(&self.cell), y: self.y.clone(), forces: self.spin.forces_now().collect() }
     }
 
-    /// Powers at an instant with an impulse that bearings' damping takes of the mean rates and that their skew stiffness puts in \[W\]; `room` for their motion.
-    pub(super) fn powers_of_bearings(&self, instant: &Instant, impulse: [f64; 2], room: &mut Vec<f64>) -> [f64; 2] {
-        let model = &self.shared.grid.model;
-        instant.cell.seen(model)[1].times(&instant.y, room);
-        model.measures.of_bearings(room, impulse)
+    /// Makes an instant that of n.
+    pub(super) fn keep(&self, instant: &mut Instant) {
+        let Instant { cell, y, forces } = instant;
+        cell.clone_from(&self.cell);
+        y.clone_from(&self.y);
+        forces.clear();
+        forces.extend(self.spin.forces_now());
     }
 
-    /// What all damping takes over the contact step behind an instant with an impulse, less what skew stiffness puts in: the mean power \[W\]. The instant is that behind the impulse then.
-    pub(super) fn power_of_damping(&self, instant: &mut Instant, impulse: [f64; 2], room: &mut Room) -> f64 {
-        let Instant { cell, y, forces } = instant;
+    /// Powers at n that bearings' damping takes and that their skew stiffness puts in, and what all damping takes less the latter \[W\]; `room` for the bearings' motion.
+    pub(super) fn powers(&self, loses: bool, room: &mut Vec<f64>) -> ([f64; 2], f64) {
+        let (cell, model) = (&self.cell, &self.shared.grid.model);
+        cell.seen(model)[1].times(&self.y, room);
+        let whole = if loses { cell.within(model, self.step).power_at(&self.y) } else { 0.0 };
+        (model.measures.of_bearings(room, [0.0; 2]), whole)
+    }
+
+    /// The same at an instant with an impulse: those of the bearings' mean rates there, and the mean of what all damping takes over the contact step behind it. The instant is that behind the impulse then.
+    pub(super) fn powers_behind(
+        &self,
+        instant: &mut Instant,
+        impulse: [f64; 2],
+        loses: bool,
+        (room, within): (&mut Vec<f64>, &mut Room),
+    ) -> ([f64; 2], f64) {
+        let (Instant { cell, y, forces }, model, h) = (instant, &self.shared.grid.model, self.step);
+        cell.seen(model)[1].times(y, room);
+        let bearings = model.measures.of_bearings(room, impulse);
+        if !loses {
+            return (bearings, 0.0);
+        }
         cell.strike(impulse, y);
-        cell.within(&self.shared.grid.model, self.step).power(&cell.local, self.step, y, forces, room)
+        (bearings, cell.within(model, h).power(cell.kept(h), h, y, forces, within))
     }
 
     /// Energies at n, of the rates there; `q` and `room`: of their size.

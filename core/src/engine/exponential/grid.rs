@@ -23,7 +23,7 @@ use super::propagator::Propagator;
 use super::settings::LEVELS;
 use super::station::{Model, Station};
 use super::transfer::Transfer;
-use super::within::Within;
+use super::within::{Kept, Within};
 use crate::linalg::{Matrix, Vector, axpy, lanes, mul, solve};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -35,7 +35,7 @@ const BEYOND: f64 = 0.5625;
 /// counted. A spin that jumps by [`LEAP`] of them in a step has left every model.
 const MOST_STATIONS: u64 = 128;
 const LEAP: f64 = 48.0;
-/// Cells that are kept for other runs, at most: some 80 kB each with 24 pairs. They are kept from the second run on, where each run has masses of its own there is no
+/// Cells that are kept for other runs, at most: some 100 kB each with 24 pairs. They are kept from the second run on, where each run has masses of its own there is no
 /// other; before, as many as a spin that swings about an edge, or a history, comes back to.
 const KEPT: usize = 2048;
 const LAST: usize = 8;
@@ -88,6 +88,7 @@ pub(super) struct Cell {
     places: OnceLock<Eights>,
     rates: OnceLock<Eights>,
     within: OnceLock<Within>,
+    kept: OnceLock<Kept>,
 }
 
 impl Cell {
@@ -109,6 +110,11 @@ impl Cell {
             let stations = self.stations.each_ref().map(|station| station.within(model, h));
             Within::mixed(stations, [1.0 - self.share, self.share])
         })
+    }
+
+    /// What forces keep of them ([`super::within`]).
+    pub fn kept(&self, h: f64) -> &Kept {
+        self.kept.get_or_init(|| Kept::new(&self.local, h, self.unbalances))
     }
 
     /// States behind an impulse on the first diaphragm's node, along the machine's axes, of those before.
@@ -248,6 +254,7 @@ impl Grid {
             places: OnceLock::new(),
             rates: OnceLock::new(),
             within: OnceLock::new(),
+            kept: OnceLock::new(),
         });
         let keeps = self.keeps.load(Ordering::Relaxed);
         if !keeps && found.cells.len() >= LAST {
@@ -396,7 +403,8 @@ mod tests {
                 let [found, wanted] = [(&grid, &far), (&close, &near)].map(|(grid, cell)| {
                     let mut y = vec![0.0; 2 * grid.model.system.size];
                     cell.strike(impulse, &mut y);
-                    cell.within(&grid.model, h).power(&cell.local, h, &y, &[Complex::default()], &mut Room::default())
+                    let forces = [Complex::default()];
+                    cell.within(&grid.model, h).power(cell.kept(h), h, &y, &forces, &mut Room::default())
                 });
                 assert!(wanted > 0.0 && (found - wanted).abs() < 1e-3 * wanted, "{speed}: {found:e} {wanted:e}");
             }

@@ -242,6 +242,7 @@ mod tests {
     use super::super::motion::Blow;
     use super::super::settings::FlightSettings;
     use super::super::shape::Shape;
+    use super::super::within::Room;
     use super::*;
     use bladeoff_model::machine::MachineDef;
 
@@ -306,8 +307,9 @@ mod tests {
             let (ours, theirs) = (stored.energy + spin * stored.gyroscopic, kinetic + strain - weight);
             assert!((ours - theirs).abs() < 1e-12 * (kinetic + strain), "{ours} {theirs}");
             // and what is taken of the mean rates, part by part, is that of bearings' damping and of the skew part of K
-            let (instant, measures) = (flight.instant(), &flight.shared().grid.model.measures);
-            let [bearings, skew] = flight.powers_of_bearings(&instant, impulse, &mut room);
+            let (mut instant, mut within) = (flight.instant(), Room::default());
+            let ([bearings, skew], _) = flight.powers_behind(&mut instant, impulse, false, (&mut room, &mut within));
+            let measures = &flight.shared().grid.model.measures;
             let jumps = structure.rotor.plane_places(machine.diaphragms[0].contact.node);
             let jumps = jumps.map(|dof| system.struck(&structure.lateral.coordinates.row(dof)));
             let mean: Vec<f64> =

@@ -56,7 +56,12 @@ pub(in crate::engine) fn run(
         // the last balance is that of the end
         let at = At { time: run.transient.flight.time(), speed: run.speed };
         match run.look(run.transient.flight.ticks(), at, true, true) {
-            Ok(look) => run.settle(look, [0.0; 2]),
+            // of a step behind nothing is known: it would press on as the last did
+            Ok(look) if run.struck != [0.0; 2] => {
+                run.transient.flight.keep(&mut run.instant);
+                run.settle(look, Some(run.struck));
+            }
+            Ok(look) => run.settle(look, None),
             Err(found) => (cause, failure) = (EndCause::Failure, Some(found)),
         }
     }
@@ -67,13 +72,23 @@ pub(in crate::engine) fn run(
     Ok((run.recorders, end))
 }
 
-/// A look that is to be settled.
+/// A look at n that is to be settled.
 struct Look {
     ticks: u64,
     loses: bool,
     balances: bool,
-    instant: Instant,
     /// What the twist's damping has taken \[J\].
+    damped: f64,
+}
+
+/// What damping takes at a look.
+struct Lost {
+    ticks: u64,
+    /// Power of all, and without that of the bearings' mean rates \[W\]; means of a step whose middle is so many steps behind the look.
+    whole: f64,
+    rest: f64,
+    behind: f64,
+    /// What the twist's damping had taken \[J\].
     damped: f64,
 }
 
@@ -101,10 +116,12 @@ struct Run<'a> {
     touched: bool,
     /// The last look: its time in contact steps, and the powers that bearings' damping takes and that their skew stiffness puts in then \[W\].
     looked: Option<(u64, [f64; 2])>,
-    /// The last look at what the shaft's damping takes: its time, the power \[W\], and what the twist's damping had taken then \[J\].
-    lost: Option<(u64, f64, f64)>,
-    /// Power of all damping then \[W\].
-    whole: f64,
+    /// The last look at what all damping takes.
+    lost: Option<Lost>,
+    /// The last step's impulse.
+    struck: [f64; 2],
+    /// Where a look is settled when its impulse is known.
+    instant: Instant,
     /// Time of the last balance.
     balanced: Option<u64>,
     /// Torsional moments of the shaft's elements, on the modes of twist.
@@ -134,13 +151,14 @@ impl<'a> Run<'a> {
             structure,
             recorders,
             speed: transient.flight.speed(),
-            transient,
             steps: 0,
             h: settings.step,
             touched: false,
             looked: None,
             lost: None,
-            whole: 0.0,
+            struck: [0.0; 2],
+            instant: transient.flight.instant(),
+            transient,
             balanced: None,
             torsion,
             seen: Vec::new(),
@@ -164,7 +182,7 @@ impl<'a> Run<'a> {
         let first = self.steps < LOOKS;
         let balances = first || is_due(self.balanced, BALANCES);
         let often = if self.touched { LOSSES } else { CALM };
-        let loses = balances || is_due(self.lost.map(|(last, ..)| last), often);
+        let loses = balances || is_due(self.lost.as_ref().map(|lost| lost.ticks), often);
         let looks = loses || is_due(self.looked.map(|(last, _)| last), LOOKS);
         let look = if looks { Some(self.look(ticks, at, loses, balances)?) } else { None };
         if loses && follower.wants_energies() {
@@ -176,10 +194,19 @@ impl<'a> Run<'a> {
         // where something may touch, the impulse at n comes with the step
         let due = match (look, level) {
             (Some(look), Some(_)) => {
-                self.settle(look, [0.0; 2]);
+                // a start may come to rest within its first steps where damping is strong
+                if first {
+                    self.transient.flight.keep(&mut self.instant);
+                }
+                self.settle(look, first.then_some([0.0; 2]));
                 None
             }
-            (look, _) => look,
+            (look, _) => {
+                if look.is_some() {
+                    self.transient.flight.keep(&mut self.instant);
+                }
+                look
+            }
         };
         let shown = follower.wants(ticks, at.time);
         if shown {
@@ -192,10 +219,13 @@ impl<'a> Run<'a> {
         let angle = self.transient.flight.angle();
         // nothing else changes it in flight
         let before = if level.is_some() && self.touched { self.ring_energy() } else { 0.0 };
-        let done = self.transient.step(level)?;
+        let done = self.transient.step(level);
+        let impulse = done.as_ref().map_or(self.struck, |done| done.impact.map_or([0.0; 2], |impact| impact.on_rotor));
         if let Some(look) = due {
-            self.settle(look, done.impact.map_or([0.0; 2], |impact| impact.on_rotor));
+            self.settle(look, Some(impulse));
         }
+        let done = done?;
+        self.struck = impulse;
         self.record(&done, at, angle, looks);
         self.works(&done, before);
         self.steps += 1;
@@ -337,37 +367,39 @@ impl<'a> Run<'a> {
         if balances {
             self.stores();
         }
-        let flight = &self.transient.flight;
-        Ok(Look { ticks, loses, balances, instant: flight.instant(), damped: flight.spin().damped() })
+        Ok(Look { ticks, loses, balances, damped: self.transient.flight.spin().damped() })
     }
 
-    /// What bearings have taken since the last look, at one with an impulse; what all damping has beside their mean rates ([`super::within`]) and, with that, how it balances.
-    fn settle(&mut self, mut look: Look, impulse: [f64; 2]) {
-        let Self { transient, recorders, seen, within, apart, .. } = self;
+    /// What bearings have taken since the last look; what all damping has beside their mean rates ([`super::within`]) and, with that, how it balances. At a look in flight, or
+    /// where something may touch, with that impulse.
+    fn settle(&mut self, look: Look, impulse: Option<[f64; 2]>) {
+        let Self { transient, recorders, seen, within, instant, apart, h, .. } = self;
+        let Look { ticks, loses, balances, damped } = look;
         let flight = &transient.flight;
+        let (powers, whole) = match impulse {
+            Some(impulse) => flight.powers_behind(instant, impulse, loses, (seen, within)),
+            None => flight.powers(loses, seen),
+        };
         let now = &mut recorders.energies.now;
-        let powers = flight.powers_of_bearings(&look.instant, impulse, seen);
-        let half_since = |last: u64| 0.5 * (look.ticks - last) as f64 * self.h;
+        let half_since = |last: u64| 0.5 * (ticks - last) as f64 * *h;
         if let Some((last, before)) = self.looked {
             now.bearings += half_since(last) * (before[0] + powers[0]);
             now.skew += half_since(last) * (before[1] + powers[1]);
         }
-        self.looked = Some((look.ticks, powers));
-        if !look.loses {
+        self.looked = Some((ticks, powers));
+        if !loses {
             return;
         }
-        // of the bearings' what their mean rates do not say is here, too
-        let whole = flight.power_of_damping(&mut look.instant, impulse, within);
-        let power = whole - (powers[0] - powers[1]);
-        if let Some((last, before, damped)) = self.lost {
-            now.structure += half_since(last) * (before + power) + (look.damped - damped);
-            // powers are means over the steps behind both looks: from middle to middle
-            now.structure -= 0.5 * self.h * (whole - self.whole);
+        let rest = whole - (powers[0] - powers[1]);
+        let behind = if impulse.is_some() { 0.5 } else { 0.0 };
+        if let Some(before) = &self.lost {
+            now.structure += half_since(before.ticks) * (before.rest + rest) + (damped - before.damped);
+            // means of steps behind are those of later instants
+            now.structure -= 0.5 * *h * (before.behind + behind) * (whole - before.whole);
         }
-        self.whole = whole;
-        self.lost = Some((look.ticks, power, look.damped));
-        if look.balances {
-            self.balanced = Some(look.ticks);
+        self.lost = Some(Lost { ticks, whole, rest, behind, damped });
+        if balances {
+            self.balanced = Some(ticks);
             recorders.energies.take();
             recorders.judge(self.machine, self.structure);
         }

@@ -15,6 +15,7 @@ use super::block::{Block, Split};
 use super::forms::Form;
 use super::local::Local;
 use crate::linalg::Matrix;
+use crate::linalg::lanes::kernel;
 use nalgebra::Complex;
 
 /// Places and weights on -1..1 that integrate a polynomial of the eleventh degree (Gauss and Legendre).
@@ -32,6 +33,15 @@ pub(super) struct Within {
     lost: Form,
     more: Form,
     mean: Vec<Block>,
+}
+
+/// (2) in a cell: of each unbalance, real and imaginary parts per unit force; what stands.
+#[derive(Debug)]
+pub(super) struct Kept {
+    turning: Vec<[Vec<f64>; 2]>,
+    still: Vec<f64>,
+    /// `e^{iWh/2}`.
+    half: Complex<f64>,
 }
 
 /// Room for (1): z, and eta in the middle, to which the mean of the rest is added.
@@ -74,52 +84,92 @@ impl Within {
         }
     }
 
+    /// lost(y) \[W\].
+    pub fn power_at(&self, y: &[f64]) -> f64 {
+        self.lost.of(y)
+    }
+
     /// P \[W\] over a step of `h` \[s\] from states y behind an impulse on, under forces on the unbalances' nodes \[N\].
-    pub fn power(&self, local: &Local, h: f64, y: &[f64], forces: &[Complex<f64>], room: &mut Room) -> f64 {
+    pub fn power(&self, kept: &Kept, h: f64, y: &[f64], forces: &[Complex<f64>], room: &mut Room) -> f64 {
         let Room { z, mean } = room;
         z.clear();
-        z.extend_from_slice(y);
+        z.extend(y.iter().zip(&kept.still).map(|(y, still)| y - still));
         mean.clear();
-        mean.resize(y.len(), 0.0);
-        let pairs = self.mean.len();
-        let (sin, cos) = libm::sincos(0.5 * local.speed * h);
-        let turn = Complex::new(cos, sin);
-        for (k, over) in self.mean.iter().enumerate() {
-            let (still, turning) = kept(local, k, forces);
-            for (i, at) in [k, pairs + k].into_iter().enumerate() {
-                z[at] -= still[i] + turning[i].re;
-                mean[at] += still[i] + (turning[i] * turn).re;
-            }
-            mean[k] += over[0] * z[k] + over[1] * z[pairs + k];
-            mean[pairs + k] += over[2] * z[k] + over[3] * z[pairs + k];
+        mean.extend_from_slice(&kept.still);
+        for (&force, turning) in forces.iter().zip(&kept.turning) {
+            turn([force, force * kept.half], turning, z, mean);
         }
+        add_means(&self.mean, z, mean);
         self.lost.of(mean) + self.more.of(z) / h
     }
 }
 
-/// (2) of a pair: what stands, and what turns, at n. Neither where there is no such motion: of a pair without stiffness, of an undamped one whose rate the spin has.
-fn kept(local: &Local, k: usize, forces: &[Complex<f64>]) -> ([f64; 2], [Complex<f64>; 2]) {
-    let (b, pairs) = (&local.blocks[k], local.blocks.len());
-    let both = [k, pairs + k];
-    let weight = both.map(|at| local.pushes[2 * forces.len()][at]);
-    let determinant = b[0] * b[3] - b[1] * b[2];
-    let still = [b[1] * weight[1] - b[3] * weight[0], b[2] * weight[0] - b[0] * weight[1]];
-    let still = if still == [0.0; 2] || determinant == 0.0 { [0.0; 2] } else { still.map(|part| part / determinant) };
-    let mut push = [Complex::default(); 2];
-    for (force, [u, v]) in forces.iter().zip(local.pushes.as_chunks::<2>().0) {
-        for (push, at) in push.iter_mut().zip(both) {
-            *push += Complex::new(u[at], -v[at]) * force;
+impl Kept {
+    /// In a cell, in steps of `h` \[s\], of so many unbalances.
+    pub fn new(local: &Local, h: f64, unbalances: usize) -> Self {
+        let pairs = local.blocks.len();
+        let weight = &local.pushes[2 * unbalances];
+        let mut still = vec![0.0; 2 * pairs];
+        for (k, b) in local.blocks.iter().enumerate() {
+            [still[k], still[pairs + k]] = stands(b, [weight[k], weight[pairs + k]]);
+        }
+        let of = |[u, v]: &[Vec<f64>; 2]| {
+            let mut turning = [vec![0.0; 2 * pairs], vec![0.0; 2 * pairs]];
+            for (k, b) in local.blocks.iter().enumerate() {
+                let push = [k, pairs + k].map(|at| Complex::new(u[at], -v[at]));
+                for (at, part) in [k, pairs + k].into_iter().zip(turns(b, local.speed, push)) {
+                    (turning[0][at], turning[1][at]) = (part.re, part.im);
+                }
+            }
+            turning
+        };
+        let (sin, cos) = libm::sincos(0.5 * local.speed * h);
+        let turning = local.pushes.as_chunks::<2>().0[..unbalances].iter().map(of).collect();
+        Self { turning, still, half: Complex::new(cos, sin) }
+    }
+}
+
+kernel! {
+    /// Takes what a force turns out of z, and adds to the mean what it turns in the middle.
+    fn turn(forces: [Complex<f64>; 2], turning: &[Vec<f64>; 2], z: &mut [f64], mean: &mut [f64]) {
+        let ([now, middle], [re, im]) = (forces, turning);
+        for (((z, mean), re), im) in z.iter_mut().zip(mean).zip(re).zip(im) {
+            *z -= now.re * re - now.im * im;
+            *mean += middle.re * re - middle.im * im;
         }
     }
-    let [one, other] = [b[0], b[3]].map(|part| Complex::new(-part, local.speed));
+}
+
+kernel! {
+    /// Adds the means of z.
+    fn add_means(blocks: &[Block], z: &[f64], mean: &mut [f64]) {
+        let pairs = blocks.len();
+        let ((one, other), (first, second)) = (z.split_at(pairs), mean.split_at_mut(pairs));
+        for k in 0..pairs {
+            let b = &blocks[k];
+            first[k] += b[0] * one[k] + b[1] * other[k];
+            second[k] += b[2] * one[k] + b[3] * other[k];
+        }
+    }
+}
+
+/// `-B^-1 w`; nothing for a pair without stiffness.
+fn stands(b: &Block, w: [f64; 2]) -> [f64; 2] {
+    let determinant = b[0] * b[3] - b[1] * b[2];
+    if w == [0.0; 2] || determinant == 0.0 {
+        return [0.0; 2];
+    }
+    [b[1] * w[1] - b[3] * w[0], b[2] * w[0] - b[0] * w[1]].map(|part| part / determinant)
+}
+
+/// `(iW - B)^-1 l`; nothing for an undamped pair whose rate the spin has.
+fn turns(b: &Block, speed: f64, l: [Complex<f64>; 2]) -> [Complex<f64>; 2] {
+    let [one, other] = [b[0], b[3]].map(|part| Complex::new(-part, speed));
     let determinant = one * other - b[1] * b[2];
-    let turning = [other * push[0] + push[1] * b[1], push[0] * b[2] + one * push[1]];
-    let turning = if determinant.norm_sqr() == 0.0 {
-        turning.map(|_| Complex::default())
-    } else {
-        turning.map(|part| part / determinant)
-    };
-    (still, turning)
+    if determinant.norm_sqr() == 0.0 {
+        return [Complex::default(); 2];
+    }
+    [other * l[0] + l[1] * b[1], l[0] * b[2] + one * l[1]].map(|part| part / determinant)
 }
 
 /// `sum += times E^T D E`, E of blocks.
@@ -182,12 +232,6 @@ mod tests {
         y
     }
 
-    /// What the weight keeps.
-    fn still(local: &Local) -> Vec<f64> {
-        let of = |part: usize| (0..local.blocks.len()).map(move |k| kept(local, k, &[Complex::default()]).0[part]);
-        of(0).chain(of(1)).collect()
-    }
-
     fn random(count: usize) -> Vec<f64> {
         let mut seed = 7_u64;
         let mut next = || {
@@ -211,13 +255,15 @@ mod tests {
                     let twice = (rates.transpose() * mass * rates)[(0, 0)] + (q.transpose() * stiffness * q)[(0, 0)];
                     0.5 * twice - dot(model.outputs.weight(), q.as_slice())
                 };
-                let (y, still) = (random(2 * n), still(local));
-                let z: Vec<f64> = y.iter().zip(&still).map(|(y, still)| y - still).collect();
+                let y = random(2 * n);
                 for h in [1e-6, 5e-6, 5e-5] {
-                    let end: Vec<f64> = after(local, &z, h).iter().zip(&still).map(|(z, still)| z + still).collect();
+                    let kept = Kept::new(local, h, 1);
+                    let still = &kept.still;
+                    let z: Vec<f64> = y.iter().zip(still).map(|(y, still)| y - still).collect();
+                    let end: Vec<f64> = after(local, &z, h).iter().zip(still).map(|(z, still)| z + still).collect();
                     let lost = model.measures.lost_of_states(&model.system, &station.motion);
                     let within = Within::new(&station.blocks, &lost, h);
-                    let found = within.power(local, h, &y, &[Complex::default()], &mut Room::default());
+                    let found = within.power(&kept, h, &y, &[Complex::default()], &mut Room::default());
                     let wanted = (energy(&y) - energy(&end)) / h;
                     assert!(wanted > 0.0 && (found - wanted).abs() < limit * wanted, "{damping} {h}: {found} {wanted}");
                 }
@@ -231,18 +277,18 @@ mod tests {
         for damping in ["\"600 N s/m\"", "\"2e6 N s/m\""] {
             station(damping, |model, station, local| {
                 let (n, force) = (model.system.size, Complex::new(300.0, -120.0));
-                let still = still(local);
+                let h = 2e-5;
+                let kept = Kept::new(local, h, 1);
                 let at = |t: f64| -> Vec<f64> {
                     let (sin, cos) = libm::sincos(SPEED * t);
-                    let now = [force * Complex::new(cos, sin)];
-                    let of = |part: usize| (0..n).map(move |k| kept(local, k, &now).1[part].re);
-                    of(0).chain(of(1)).zip(&still).map(|(turning, still)| turning + still).collect()
+                    let now = force * Complex::new(cos, sin);
+                    let [re, im] = &kept.turning[0];
+                    (0..2 * n).map(|i| now.re * re[i] - now.im * im[i] + kept.still[i]).collect()
                 };
                 let lost = model.measures.lost_of_states(&model.system, &station.motion);
                 let form = Form::new(&lost);
-                let h = 2e-5;
-                let found =
-                    Within::new(&station.blocks, &lost, h).power(local, h, &at(0.0), &[force], &mut Room::default());
+                let within = Within::new(&station.blocks, &lost, h);
+                let found = within.power(&kept, h, &at(0.0), &[force], &mut Room::default());
                 let wanted = (0..100).map(|i| form.of(&at(h * (f64::from(i) + 0.5) / 100.0))).sum::<f64>() / 100.0;
                 assert!(wanted > 0.0 && (found - wanted).abs() < 1e-6 * wanted, "{damping}: {found} {wanted}");
                 // and it is a motion under that force
