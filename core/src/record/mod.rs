@@ -126,6 +126,14 @@ impl Recorders {
         }
     }
 
+    /// Takes the instant at which a run ends: loads, and the rotor's place in the ring. No step begins there.
+    pub fn see_end(&mut self, loads: &[[f64; 2]], place: Option<[f64; 2]>, at: At) {
+        self.loads.see(loads, at);
+        if let (Some(ring), Some([x, y])) = (self.rings.first_mut(), place) {
+            ring.see_place(x * x + y * y, at);
+        }
+    }
+
     /// Elements of the shaft.
     pub fn elements(&self) -> usize {
         self.stresses.elements()

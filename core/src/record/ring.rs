@@ -83,6 +83,11 @@ impl RingRecorders {
         }
     }
 
+    /// Takes the square of an eccentricity alone.
+    pub fn see_place(&mut self, square: f64, at: At) {
+        self.eccentricity.see(square, at);
+    }
+
     /// Takes an instant from which so many steps at once have no contact.
     pub fn pass(&mut self, steps: usize, now: &RingInstant<'_>, at: At) {
         let [x, y] = now.place;

@@ -302,7 +302,7 @@ impl Flight {
         forces.extend(self.spin.forces_now());
     }
 
-    /// Powers at n that bearings' damping takes and that their skew stiffness puts in, and what all damping takes less the latter \[W\]; `room` for the bearings' motion.
+    /// Powers at n that bearings' damping takes and that their skew stiffness puts in, and what all damping takes less the latter \[W\], 0 where that is not asked for; `room` for the bearings' motion.
     pub(super) fn powers(&self, loses: bool, room: &mut Vec<f64>) -> ([f64; 2], f64) {
         let (cell, model) = (&self.cell, &self.shared.grid.model);
         cell.seen(model)[1].times(&self.y, room);
@@ -325,7 +325,7 @@ impl Flight {
             return (bearings, 0.0);
         }
         cell.strike(impulse, y);
-        (bearings, cell.within(model, h).power(cell.kept(h), h, y, forces, within))
+        (bearings, cell.within(model, h).power(cell.kept(model, h), h, y, forces, within))
     }
 
     /// Energies at n, of the rates there; `q` and `room`: of their size.

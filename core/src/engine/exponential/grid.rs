@@ -113,8 +113,8 @@ impl Cell {
     }
 
     /// What forces keep of them ([`super::within`]).
-    pub fn kept(&self, h: f64) -> &Kept {
-        self.kept.get_or_init(|| Kept::new(&self.local, h, self.unbalances))
+    pub fn kept(&self, model: &Model, h: f64) -> &Kept {
+        self.kept.get_or_init(|| Kept::new(&self.local, self.within(model, h), h, self.unbalances))
     }
 
     /// States behind an impulse on the first diaphragm's node, along the machine's axes, of those before.
@@ -404,7 +404,7 @@ mod tests {
                     let mut y = vec![0.0; 2 * grid.model.system.size];
                     cell.strike(impulse, &mut y);
                     let forces = [Complex::default()];
-                    cell.within(&grid.model, h).power(cell.kept(h), h, &y, &forces, &mut Room::default())
+                    cell.within(&grid.model, h).power(cell.kept(&grid.model, h), h, &y, &forces, &mut Room::default())
                 });
                 assert!(wanted > 0.0 && (found - wanted).abs() < 1e-3 * wanted, "{speed}: {found:e} {wanted:e}");
             }

@@ -2,7 +2,7 @@
 //!
 //! Loads, the rotor in the ring, and contact are seen at every step. Stresses and what the bearings' damping takes are seen at the instants of an interval of eight contact steps at
 //! least (`LOOKS`): moments where their bound exceeds what they have had (`measured`), damping by the trapezoidal rule. Stores of energy, and what damping takes of a whole step
-//! (`within`) are forms of all motion: they are seen every 64 (`BALANCES`) and 8 (`LOSSES`; 32, `CALM`, until something has touched: after impacts they miss what ringing shaft modes of some machines lose). Works of contact, of braking and of the damping of ring and twist are those of each step.
+//! (`within`; in flight those of the state at n) are forms of all motion: they are seen every 64 (`BALANCES`) and 8 (`LOSSES`; 32, `CALM`, until something has touched: after impacts they miss what ringing shaft modes of some machines lose). Works of contact, of braking and of the damping of ring and twist are those of each step.
 //!
 //! Limits: peaks of stresses between two looks are missed; a look is at most as far from the next as the longest flight. Verified by `tests/exponential_run.rs`.
 
@@ -42,7 +42,7 @@ pub(in crate::engine) fn run(
     follower: &mut dyn Follower,
 ) -> Result<(Recorders, End), ExponentialError> {
     let mut run = Run::new(machine, structure, settings)?;
-    let (mut cause, mut failure) = loop {
+    let (cause, failure) = loop {
         if !follower.goes_on(run.steps) {
             break (EndCause::Failure, Some(Cause::StepLimit));
         }
@@ -52,23 +52,7 @@ pub(in crate::engine) fn run(
             Err(cause) => break (EndCause::Failure, Some(cause)),
         }
     };
-    if failure.is_none() {
-        // the last balance is that of the end
-        let at = At { time: run.transient.flight.time(), speed: run.speed };
-        match run.look(run.transient.flight.ticks(), at, true, true) {
-            // of a step behind nothing is known: it would press on as the last did
-            Ok(look) if run.struck != [0.0; 2] => {
-                run.transient.flight.keep(&mut run.instant);
-                run.settle(look, Some(run.struck));
-            }
-            Ok(look) => run.settle(look, None),
-            Err(found) => (cause, failure) = (EndCause::Failure, Some(found)),
-        }
-    }
-    let Run { steps, speed, .. } = run;
-    let end = End { cause, time: run.transient.flight.time(), speed, failure, steps, iterations: steps };
-    run.recorders.finish(&end, machine, structure);
-    run.show_end(failure, follower);
+    let end = run.arrive(cause, failure, follower);
     Ok((run.recorders, end))
 }
 
@@ -84,7 +68,7 @@ struct Look {
 /// What damping takes at a look.
 struct Lost {
     ticks: u64,
-    /// Power of all, and without that of the bearings' mean rates \[W\]; means of a step whose middle is so many steps behind the look.
+    /// Power of all, and without that of the bearings' mean rates at the look \[W\]; the former is the mean of a step whose middle is so many steps behind the look, or with 0 the power at it.
     whole: f64,
     rest: f64,
     behind: f64,
@@ -118,8 +102,6 @@ struct Run<'a> {
     looked: Option<(u64, [f64; 2])>,
     /// The last look at what all damping takes.
     lost: Option<Lost>,
-    /// The last step's impulse.
-    struck: [f64; 2],
     /// Where a look is settled when its impulse is known.
     instant: Instant,
     /// Time of the last balance.
@@ -156,7 +138,6 @@ impl<'a> Run<'a> {
             touched: false,
             looked: None,
             lost: None,
-            struck: [0.0; 2],
             instant: transient.flight.instant(),
             transient,
             balanced: None,
@@ -219,13 +200,10 @@ impl<'a> Run<'a> {
         let angle = self.transient.flight.angle();
         // nothing else changes it in flight
         let before = if level.is_some() && self.touched { self.ring_energy() } else { 0.0 };
-        let done = self.transient.step(level);
-        let impulse = done.as_ref().map_or(self.struck, |done| done.impact.map_or([0.0; 2], |impact| impact.on_rotor));
+        let done = self.transient.step(level)?;
         if let Some(look) = due {
-            self.settle(look, Some(impulse));
+            self.settle(look, Some(done.impact.map_or([0.0; 2], |impact| impact.on_rotor)));
         }
-        let done = done?;
-        self.struck = impulse;
         self.record(&done, at, angle, looks);
         self.works(&done, before);
         self.steps += 1;
@@ -274,23 +252,43 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Shows the instant at which the run has ended: the state, time, spin and works of the row, with the loads and the contact of the step that would
-    /// follow, where there is one.
-    fn show_end(&mut self, failure: Option<Cause>, follower: &mut dyn Follower) {
-        if !follower.wants_end() {
-            return;
+    /// Takes the instant at which the run has ended, with the loads and the impulse of the step that would follow, where there is one; the state is left there.
+    fn arrive(&mut self, mut cause: EndCause, mut failure: Option<Cause>, follower: &mut dyn Follower) -> End {
+        let (ticks, time) = (self.transient.flight.ticks(), self.transient.flight.time());
+        let at = At { time, speed: self.speed };
+        // peaks and the last balance are those of the end
+        let look = match failure.is_none().then(|| self.look(ticks, at, true, true)).transpose() {
+            Ok(look) => look,
+            Err(found) => {
+                (cause, failure) = (EndCause::Failure, Some(found));
+                None
+            }
+        };
+        let shown = follower.wants_end();
+        if shown {
+            let Self { transient, eye, apart, machine, structure, .. } = self;
+            apart.get_or_insert_with(|| Box::new(Apart::new(structure, transient))).take_stores(transient, structure);
+            eye.get_or_insert_with(|| Box::new(Eye::new(machine, structure, transient))).look(transient);
         }
-        let Self { transient, eye, recorders, apart, h, machine, structure, speed, .. } = self;
-        let apart = apart.get_or_insert_with(|| Box::new(Apart::new(structure, transient)));
-        apart.take_stores(transient, structure);
-        apart.take_works(&recorders.energies.now);
-        let eye = eye.get_or_insert_with(|| Box::new(Eye::new(machine, structure, transient)));
-        eye.look(transient);
-        eye.speed = *speed;
+        let Self { transient, instant, recorders, .. } = self;
+        transient.flight.keep(instant);
+        let place = transient.contact.as_ref().map(|contact| contact.rub.place(transient.flight.place(0)));
         // a budget ends a run between two steps
         let goes_on = matches!(failure, None | Some(Cause::StepLimit));
         let impact = if goes_on { transient.ahead() } else { None };
-        eye.show(&transient.loads, impact.as_ref().map(|impact| (impact, *h)), apart.energies, follower);
+        if let Some(look) = look {
+            recorders.see_end(&transient.loads, place, at);
+            self.settle(look, Some(impact.map_or([0.0; 2], |impact| impact.on_rotor)));
+        }
+        let end = End { cause, time, speed: self.speed, failure, steps: self.steps, iterations: self.steps };
+        self.recorders.finish(&end, self.machine, self.structure);
+        if let (Some(apart), Some(eye)) = (self.apart.as_mut().filter(|_| shown), &mut self.eye) {
+            apart.take_works(&self.recorders.energies.now);
+            eye.speed = self.speed;
+            let contact = impact.as_ref().map(|impact| (impact, self.h));
+            eye.show(&self.transient.loads, contact, apart.energies, follower);
+        }
+        end
     }
 
     /// Why the run does not go on from n+1.
@@ -370,8 +368,8 @@ impl<'a> Run<'a> {
         Ok(Look { ticks, loses, balances, damped: self.transient.flight.spin().damped() })
     }
 
-    /// What bearings have taken since the last look; what all damping has beside their mean rates ([`super::within`]) and, with that, how it balances. At a look in flight, or
-    /// where something may touch, with that impulse.
+    /// What bearings have taken since the last look; what all damping has beside their mean rates ([`super::within`]) and, with that, how it balances. With the impulse at the look; without one,
+    /// in flight but for the first steps, powers are those at n.
     fn settle(&mut self, look: Look, impulse: Option<[f64; 2]>) {
         let Self { transient, recorders, seen, within, instant, apart, h, .. } = self;
         let Look { ticks, loses, balances, damped } = look;
