@@ -17,6 +17,11 @@ use nalgebra::Complex;
 /// A real 2 x 2 matrix, by rows.
 pub(super) type Block = [f64; 4];
 
+/// |B|, a pair's rate where it swings.
+pub(super) fn size_of(b: &Block) -> f64 {
+    (0.5 * b.iter().map(|entry| entry * entry).sum::<f64>()).sqrt()
+}
+
 /// Below this `|delta| h^2` the series of (3) are exact to rounding, and (2) is a difference of two that are nearly one.
 const MERGED: f64 = 1e-6;
 /// Below this `|s|` sinh(s)/s by its series: the plain form would lose digits.

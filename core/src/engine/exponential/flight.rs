@@ -169,7 +169,13 @@ impl Flight {
             crossed = true;
         }
         if crossed {
+            // what cells differ by would move a node that a bearing all but holds, whose load would jump for a step
+            let loads = self.shared.grid.model.outputs.loads();
+            let before: Vec<[f64; 2]> = loads.iter().map(|&at| [self.seen[at], self.seen[at + 1]]).collect();
             self.see();
+            for (at, load) in loads.into_iter().zip(before) {
+                self.seen[at..at + 2].copy_from_slice(&load);
+            }
         }
         Ok(())
     }

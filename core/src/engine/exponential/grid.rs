@@ -13,6 +13,7 @@
 //! on the way a run takes, nor on the runs before it.
 
 use super::ExponentialError;
+use super::block::size_of;
 use super::eights::Eights;
 use super::forms::Form;
 use super::kick::Kick;
@@ -35,6 +36,12 @@ const BEYOND: f64 = 0.5625;
 /// counted. A spin that jumps by [`LEAP`] of them in a step has left every model.
 const MOST_STATIONS: u64 = 128;
 const LEAP: f64 = 48.0;
+/// Part of a bearing's load that may be lost from cell to cell; what one is lost to for a step is not seen ([`super::flight`]).
+const JUMP: f64 = 0.25;
+/// Rounding of a node's rate beside that of the fastest coordinate.
+const ROUNDING: f64 = 1e-14;
+/// Slow motions are those of less than so many times the spin.
+const FASTER: f64 = 30.0;
 /// Cells that are kept for other runs, at most: some 100 kB each with 24 pairs. They are kept from the second run on, where each run has masses of its own there is no
 /// other; before, as many as a spin that swings about an edge, or a history, comes back to.
 const KEPT: usize = 2048;
@@ -290,6 +297,30 @@ impl Grid {
         }
     }
 
+    /// Whether a bearing's load is not known between two stations, beside one at `b`: from cell to cell, or by rounding, it would jump by more than [`JUMP`] of what slow motions of one
+    /// energy make of it. The node of a bearing that is damped strongly hardly moves, and its load is the damping times what rounding and cells leave of that.
+    fn loses_loads(&self, transfer: &Transfer, [one, other]: [&Station; 2], b: i64) -> bool {
+        let mixed = |share: f64| &one.rows * (1.0 - share) + &other.rows * share;
+        let (here, there) = match transfer {
+            Transfer::Gradual { whole, .. } => {
+                let half = 0.5 / self.cells as f64;
+                (mixed(0.5 - half), mul(&mixed(0.5 + half), &whole[0]))
+            }
+            Transfer::AtOnce([up, _]) => (one.rows.clone(), mul(&other.rows, up)),
+        };
+        let (speed, fastest) = (self.speed_of_station(b), one.motion.rows(one.blocks.len(), one.blocks.len()).amax());
+        self.model.outputs.loads().into_iter().enumerate().any(|(bearing, first)| {
+            let (mut jump, mut largest) = (ROUNDING * fastest * self.model.outputs.of_velocity(bearing), 0.0_f64);
+            for state in slow_states(one, speed) {
+                for row in [first, first + 1] {
+                    jump = jump.max((here[(row, state)] - there[(row, state)]).abs());
+                    largest = largest.max(here[(row, state)].abs());
+                }
+            }
+            jump > JUMP * largest
+        })
+    }
+
     /// Computes the stations from those that are there to b.
     fn reach(&self, found: &mut Found, b: i64) -> Result<(), ExponentialError> {
         loop {
@@ -314,9 +345,20 @@ impl Grid {
             let below = new.min(neighbour);
             let (one, other) = (&found.stations[&below], &found.stations[&(below + 1)]);
             let (up, down) = (mul(&other.left, &one.right), mul(&one.left, &other.right));
-            found.transfers.insert(below, Arc::new(Transfer::new(up, down, self.cells)));
+            let transfer = Transfer::new(up, down, self.cells);
+            if self.loses_loads(&transfer, [one, other], new) {
+                return Err(ExponentialError::NoBasis { speed: self.speed_of_station(new) });
+            }
+            found.transfers.insert(below, Arc::new(transfer));
         }
     }
+}
+
+/// Places of the outputs of each pair's states that change with a spin like this.
+fn slow_states(station: &Station, speed: f64) -> impl Iterator<Item = usize> {
+    let size = station.blocks.len();
+    let is_slow = move |k: &usize| size_of(&station.blocks[*k]) < FASTER * speed.abs();
+    (0..size).filter(is_slow).flat_map(move |k| [k, size + k])
 }
 
 /// The same for all speeds within some stations of each other, so that runs that begin at different speeds go by one chain.

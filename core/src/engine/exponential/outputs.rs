@@ -99,6 +99,11 @@ impl Outputs {
         (0..self.bearings.len()).map(|bearing| self.load(bearing)).collect()
     }
 
+    /// Largest share of a coordinate's rate in a bearing's load, before rates cancel \[N s/m\].
+    pub fn of_velocity(&self, bearing: usize) -> f64 {
+        self.bearings[bearing].of_velocity.amax()
+    }
+
     /// Whether there is a diaphragm.
     pub fn has_contact(&self) -> bool {
         self.contact_columns.ncols() > 0

@@ -13,7 +13,7 @@
 //! Integrals by Gauss and Legendre at six places of each of four pieces, which become shorter towards the impulse: pairs may come to rest within a hundredth of the step. Taken at the stations, and linear between them, as all of a cell is.
 //! Verified by `what_a_free_motion_loses_is_what_its_energy_lacks`, `what_a_forced_motion_loses_is_what_it_has_lost`, `between_stations_it_is_linear` (`grid.rs`) and the balances of `tests/exponential_run.rs`.
 
-use super::block::{Block, Split};
+use super::block::{Block, Split, size_of};
 use super::forms::Form;
 use super::local::Local;
 use crate::linalg::Matrix;
@@ -175,7 +175,7 @@ kernel! {
 }
 
 fn is_slow(b: &Block, speed: f64, h: f64) -> bool {
-    let size = (0.5 * b.iter().map(|entry| entry * entry).sum::<f64>()).sqrt();
+    let size = size_of(b);
     size < SLOW * speed.abs() && size * h < SHORT
 }
 
