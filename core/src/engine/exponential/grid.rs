@@ -40,8 +40,8 @@ const LEAP: f64 = 48.0;
 const JUMP: f64 = 0.25;
 /// Rounding of a node's rate beside that of the fastest coordinate.
 const ROUNDING: f64 = 1e-14;
-/// Slow motions are those of less than so many times the spin.
-const FASTER: f64 = 30.0;
+/// Slow motions are those of one pair of so many.
+const SLOWEST: usize = 4;
 /// Cells that are kept for other runs, at most: some 100 kB each with 24 pairs. They are kept from the second run on, where each run has masses of its own there is no
 /// other; before, as many as a spin that swings about an edge, or a history, comes back to.
 const KEPT: usize = 2048;
@@ -297,9 +297,9 @@ impl Grid {
         }
     }
 
-    /// Whether a bearing's load is not known between two stations, beside one at `b`: from cell to cell, or by rounding, it would jump by more than [`JUMP`] of what slow motions of one
+    /// Whether a bearing's load is not known between two stations, from cell to cell, or by rounding, it would jump by more than [`JUMP`] of what slow motions of one
     /// energy make of it. The node of a bearing that is damped strongly hardly moves, and its load is the damping times what rounding and cells leave of that.
-    fn loses_loads(&self, transfer: &Transfer, [one, other]: [&Station; 2], b: i64) -> bool {
+    fn loses_loads(&self, transfer: &Transfer, [one, other]: [&Station; 2]) -> bool {
         let mixed = |share: f64| &one.rows * (1.0 - share) + &other.rows * share;
         let (here, there) = match transfer {
             Transfer::Gradual { whole, .. } => {
@@ -308,10 +308,10 @@ impl Grid {
             }
             Transfer::AtOnce([up, _]) => (one.rows.clone(), mul(&other.rows, up)),
         };
-        let (speed, fastest) = (self.speed_of_station(b), one.motion.rows(one.blocks.len(), one.blocks.len()).amax());
+        let (slow, fastest) = (slow_states(one), one.motion.rows(one.blocks.len(), one.blocks.len()).amax());
         self.model.outputs.loads().into_iter().enumerate().any(|(bearing, first)| {
             let (mut jump, mut largest) = (ROUNDING * fastest * self.model.outputs.of_velocity(bearing), 0.0_f64);
-            for state in slow_states(one, speed) {
+            for &state in &slow {
                 for row in [first, first + 1] {
                     jump = jump.max((here[(row, state)] - there[(row, state)]).abs());
                     largest = largest.max(here[(row, state)].abs());
@@ -341,24 +341,26 @@ impl Grid {
             }
             let beside = found.stations.get(&neighbour).map(|station| &**station);
             let station = Station::new(&self.model, self.speed_of_station(new), beside)?;
-            found.stations.insert(new, Arc::new(station));
-            let below = new.min(neighbour);
-            let (one, other) = (&found.stations[&below], &found.stations[&(below + 1)]);
+            let (below, near) = (new.min(neighbour), &*found.stations[&neighbour]);
+            let (one, other) = if new < neighbour { (&station, near) } else { (near, &station) };
             let (up, down) = (mul(&other.left, &one.right), mul(&one.left, &other.right));
             let transfer = Transfer::new(up, down, self.cells);
-            if self.loses_loads(&transfer, [one, other], new) {
+            if self.loses_loads(&transfer, [one, other]) {
                 return Err(ExponentialError::NoBasis { speed: self.speed_of_station(new) });
             }
+            found.stations.insert(new, Arc::new(station));
             found.transfers.insert(below, Arc::new(transfer));
         }
     }
 }
 
-/// Places of the outputs of each pair's states that change with a spin like this.
-fn slow_states(station: &Station, speed: f64) -> impl Iterator<Item = usize> {
+/// States of the slowest pairs, [`SLOWEST`] of all.
+fn slow_states(station: &Station) -> Vec<usize> {
     let size = station.blocks.len();
-    let is_slow = move |k: &usize| size_of(&station.blocks[*k]) < FASTER * speed.abs();
-    (0..size).filter(is_slow).flat_map(move |k| [k, size + k])
+    let mut pairs: Vec<usize> = (0..size).collect();
+    pairs.sort_by(|&one, &other| size_of(&station.blocks[one]).total_cmp(&size_of(&station.blocks[other])));
+    pairs.truncate(size.div_ceil(SLOWEST));
+    pairs.into_iter().flat_map(|k| [k, size + k]).collect()
 }
 
 /// The same for all speeds within some stations of each other, so that runs that begin at different speeds go by one chain.

@@ -2,7 +2,7 @@
 //!
 //! Loads, the rotor in the ring, and contact are seen at every step. Stresses and what the bearings' damping takes are seen at the instants of an interval of eight contact steps at
 //! least (`LOOKS`): moments where their bound exceeds what they have had (`measured`), damping by the trapezoidal rule. Stores of energy, and what damping takes of a whole step
-//! (`within`; in flight those of the state at n) are forms of all motion: they are seen every 64 (`BALANCES`) and 8 (`LOSSES`; 32, `CALM`, until something has touched: after impacts they miss what ringing shaft modes of some machines lose). Works of contact, of braking and of the damping of ring and twist are those of each step.
+//! (`within`; in flight those of the state at n) are forms of all motion: they are seen every 64 (`BALANCES`) and 8 (`LOSSES`; 32, `CALM`, until something has touched; each step after a disturbed start: after impacts they miss what ringing shaft modes of some machines lose). Works of contact, of braking and of the damping of ring and twist are those of each step.
 //!
 //! Limits: peaks of stresses between two looks are missed; a look is at most as far from the next as the longest flight. Verified by `tests/exponential_run.rs`.
 
@@ -23,7 +23,7 @@ use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
 use bladeoff_model::outcome::{Cause, EndCause};
 
-/// Contact steps from one look at the whole motion to the next, at least; each of the first steps has one.
+/// Contact steps from one look at the whole motion to the next, at least; each of the first steps ([`Transient::begins`]) has one.
 const LOOKS: u64 = 8;
 /// Contact steps from one look at what the shaft's damping takes to the next, and from one balance of energies to the next, at least, each with a look; each of the first steps has all.
 const LOSSES: u64 = 8;
@@ -160,9 +160,13 @@ impl<'a> Run<'a> {
         let ticks = self.transient.flight.ticks();
         let at = At { time: self.transient.flight.time(), speed: self.speed };
         let is_due = |last: Option<u64>, every: u64| last.is_none_or(|last| ticks - last >= every);
-        let first = self.steps < LOOKS;
+        let first = self.transient.begins();
         let balances = first || is_due(self.balanced, BALANCES);
-        let often = if self.touched { LOSSES } else { CALM };
+        let often = match (self.transient.disturbed, self.touched) {
+            (true, _) => 1,
+            (_, true) => LOSSES,
+            _ => CALM,
+        };
         let loses = balances || is_due(self.lost.as_ref().map(|lost| lost.ticks), often);
         let looks = loses || is_due(self.looked.map(|(last, _)| last), LOOKS);
         let look = if looks { Some(self.look(ticks, at, loses, balances)?) } else { None };
@@ -175,11 +179,12 @@ impl<'a> Run<'a> {
         // where something may touch, the impulse at n comes with the step
         let due = match (look, level) {
             (Some(look), Some(_)) => {
-                // a start may come to rest within its first steps where damping is strong
-                if first {
+                // a start may come to rest within its first steps where damping is strong, and one that is disturbed rings
+                let whole = first || self.transient.disturbed;
+                if whole {
                     self.transient.flight.keep(&mut self.instant);
                 }
-                self.settle(look, first.then_some([0.0; 2]));
+                self.settle(look, whole.then_some([0.0; 2]));
                 None
             }
             (look, _) => {
@@ -369,7 +374,7 @@ impl<'a> Run<'a> {
     }
 
     /// What bearings have taken since the last look; what all damping has beside their mean rates ([`super::within`]) and, with that, how it balances. With the impulse at the look; without one,
-    /// in flight but for the first steps, powers are those at n.
+    /// in flight but for the first steps and those of a disturbed start, powers are those at n.
     fn settle(&mut self, look: Look, impulse: Option<[f64; 2]>) {
         let Self { transient, recorders, seen, within, instant, apart, h, .. } = self;
         let Look { ticks, loses, balances, damped } = look;

@@ -216,6 +216,11 @@ impl Spin {
         self.mean()[0] + time * self.slope
     }
 
+    /// How fast brakes take the momentum by what of them depends on the spin, dT/dW over J at n \[1/s\].
+    pub fn brakes(&self, braking: &Braking) -> f64 {
+        (braking.linear + 2.0 * braking.quadratic * self.speed.abs()) / self.loaded.inertia
+    }
+
     /// What a step of `h` \[s\] is expected to end with beside the speed that is predicted, as a part of it.
     pub fn surprise(&self, h: f64) -> f64 {
         h * h * self.bend / self.speed

@@ -17,13 +17,17 @@ use super::shared::candidates_of;
 use crate::engine::plan::{StartError, slowest_to_resolve};
 use crate::record::LastMillisecond;
 use crate::structure::Structure;
-use bladeoff_model::machine::{ContactPoints, Detection, Diaphragm, ForceLocation, Machine};
+use bladeoff_model::machine::{ContactPoints, Detection, Diaphragm, ForceLocation, InitialState, Machine};
 
 /// Flights up to this level are as long as they may for contact and peaks: their error goes with the contact step.
 pub(super) const SHORT: usize = 4;
 /// Longer ones while neither the rotor nor its lowest lateral mode turns by more \[rad\], and where the spin is predicted so well that steps of every size give the same one.
 const LONGEST_TURN: f64 = 0.075;
 const SURPRISE: f64 = 1e-7;
+/// Nor by more than this does a torque of the brakes change in a flight that depends on the spin, beside the momentum: trapezoids are off by a twelfth of the square.
+const EVENLY: f64 = 2e-3;
+/// Contact steps of a start, each a flight of its own.
+const BEGINS: u64 = 8;
 
 /// A shaft line and the ring about it.
 pub(super) struct Transient {
@@ -40,6 +44,8 @@ pub(super) struct Transient {
     /// Level of the longest flight, and of the last one.
     pub most: usize,
     last: usize,
+    /// The shaft rings in all its modes from the start on: there are no flights, in which the loss of those would be seen too seldom.
+    pub disturbed: bool,
     /// Contact steps of the whole run, and the spin \[rad/s\] that ends it: no flight goes beyond.
     end: u64,
     end_speed: f64,
@@ -95,8 +101,13 @@ impl Transient {
         let fastest = slowest_to_resolve(machine, structure);
         let turns_little = |level: &usize| lengths[*level] * fastest <= LONGEST_TURN;
         let longest = (SHORT..=LEVELS).rev().find(turns_little).unwrap_or(SHORT);
+        let brakes = flight.spin().brakes(&machine.braking);
+        let holds = |&level: &usize| lengths[level] * brakes <= EVENLY && flight.holds(level, machine.run.end_time);
+        let InitialState { displacement, velocity, .. } = machine.rotor.initial;
+        let disturbed = [displacement, velocity] != [[0.0; 2]; 2];
         Ok(Self {
-            most: (1..=longest).take_while(|&level| flight.holds(level, machine.run.end_time)).last().unwrap_or(0),
+            most: (1..=longest).take_while(holds).last().unwrap_or(0),
+            disturbed,
             loads: vec![[0.0; 2]; structure.rotor.bearings.len()],
             watched: (0..structure.rotor.bearings.len())
                 .map(|bearing| Watched::new(flight.constant_load(bearing)))
@@ -119,6 +130,11 @@ impl Transient {
         x * x + y * y > contact.rub.outermost() * contact.rub.outermost()
     }
 
+    /// Whether the run is in its first steps.
+    pub fn begins(&self) -> bool {
+        self.flight.ticks() < BEGINS
+    }
+
     /// Takes the loads at n, and says how long a step from there is certain to touch nothing, and to miss no peak: `2^level` contact steps; `None` where a
     /// contact step may touch.
     pub fn level(&mut self) -> Option<usize> {
@@ -134,7 +150,7 @@ impl Transient {
         }
         self.weigh();
         self.watch_loads();
-        let Self { flight, contact, watched, lengths, flies, most, last, end, end_speed, .. } = self;
+        let Self { flight, contact, watched, lengths, flies, most, last, disturbed, end, end_speed, .. } = self;
         let mut place = None;
         if let (Some(Contact { rub, .. }), Some(watched)) = (contact, watched.last_mut()) {
             let x = rub.off_centre(flight.place(0));
@@ -151,7 +167,8 @@ impl Transient {
         }
         let left = end.saturating_sub(flight.ticks()).max(1);
         // twice the last one: what it tells of the spin holds so far
-        let mut longest = (*most).min(left.ilog2() as usize).min(SHORT.max(*last + 1));
+        let most = if *disturbed || flight.ticks() < BEGINS { 0 } else { *most };
+        let mut longest = most.min(left.ilog2() as usize).min(SHORT.max(*last + 1));
         while longest > SHORT && flight.spin().surprise(lengths[longest]) > SURPRISE {
             longest -= 1;
         }
