@@ -22,7 +22,7 @@ const SPRING_PARTS: f64 = 4.0 * PARTS;
 /// Fraction of `2/omega_max` of the ring's modes that is the contact step when the machine names none: on machines drawn at random, means over nine starts, rubs are then off by
 /// a fifth of what the reduced engine is off by at its default step (`core/tests/exponential_random.rs`), at 0.9 by a quarter; but of the hardest whips of a turbine one in ten then breaks
 /// the guard of energy or finds no impulses, here none of seventy.
-const CONTACT_FRACTION: f64 = 2.0 / 3.0;
+const CONTACT_FRACTION: f64 = 0.9;
 /// A contact step divides the same period into at least so many parts: a flight of sixteen is then half a radian (longer ones turn by less: `LONGEST_TURN` of the engine).
 const PARTS_LEAST: f64 = 200.0;
 
