@@ -23,6 +23,8 @@ pub(super) struct Kick {
     pub lacking: [[f64; 2]; 2],
     /// Jump of the node's velocity at n \[m/s/(N s)\].
     pub jump: [[f64; 2]; 2],
+    /// Jumps of the velocities of the unbalances' nodes \[m/s/(N s)\].
+    pub at_unbalances: Vec<[[f64; 2]; 2]>,
     /// What each bearing's load lacks \[N/(N s)\]: nearly half of its jump, but not of pairs that come to rest within the step, of which a mean of before and after may have any size.
     pub loads: Vec<[[f64; 2]; 2]>,
 }
@@ -52,6 +54,7 @@ impl Kick {
             moved: of(row, &states),
             lacking: of(row, &rest),
             jump: of(row + 2, &whole),
+            at_unbalances: (0..cell.struck.len() / 2).map(|s| of(2 * s, &whole)).collect(),
             loads: loads.iter().map(|&first| of(first, &rest)).collect(),
             outputs: states.each_ref().map(|y| {
                 let mut outputs = Vec::new();

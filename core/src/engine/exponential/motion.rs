@@ -45,7 +45,7 @@ kernel! {
         seen: &mut [f64],
     ) {
         let (kick, blow) = struck;
-        spin.strike(step, blow.torque);
+        spin.strike(step, blow, &kick.at_unbalances);
         add_both(blow.impulse, &kick.outputs, seen);
         add_both(blow.impulse, &kick.states, y);
     }
@@ -63,7 +63,7 @@ kernel! {
         seen: &mut [f64],
     ) {
         if let Some((kick, blow)) = blow {
-            spin.strike(step, blow.torque);
+            spin.strike(step, blow, &kick.at_unbalances);
             add_both(blow.impulse, &kick.outputs, seen);
         }
         let velocities = &seen.as_chunks::<2>().0[..spin.unbalances()];

@@ -278,6 +278,7 @@ mod tests {
             moved: [[3e-6, 1e-7], [-1e-7, 2e-6]],
             lacking: [[0.0; 2]; 2],
             jump: [[0.0; 2]; 2],
+            at_unbalances: Vec::new(),
             loads: Vec::new(),
         };
         let moved = Moved::new((0.0, 1.0), [[1e-8, 0.0], [0.0, 1e-8]], &kick, 1e-7);

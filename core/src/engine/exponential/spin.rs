@@ -24,6 +24,7 @@
 use super::ExponentialError;
 use super::direction::Direction;
 use super::loaded::Loaded;
+use super::motion::Blow;
 use super::twist::{Twist, TwistStep};
 use crate::engine::shaft_line::sites;
 use crate::linalg::{column_of, dot};
@@ -75,6 +76,10 @@ struct Arm {
     momentum: f64,
     pull: f64,
     next_rate: f64,
+    /// e^{i psi} at n once n+1 is predicted, m d Re(z' e^{-i psi}) at n \[kg m2/s\], and the jump of psi' by an angular impulse on the first diaphragm's node \[1/(kg m2)\].
+    unit: Complex<f64>,
+    outwards: f64,
+    by_contact: f64,
     /// (4) of the last step, (3) in its middle and at n.
     left: Complex<f64>,
     driving: Complex<f64>,
@@ -98,12 +103,12 @@ impl Arm {
         Complex::new(square * turn.re + rate_dot * turn.im, square * turn.im - rate_dot * turn.re)
     }
 
-    /// r without its part of psi', and k, of a unit vector, a rate and the node's velocity.
+    /// r without its part of psi', and k, of a unit vector, a rate and the node's velocity; and how it goes outwards, times m d.
     #[inline(always)]
-    fn exchange(&self, unit: Complex<f64>, rate: f64, velocity: [f64; 2], gravity: [f64; 2]) -> [f64; 2] {
-        let along = Complex::new(velocity[0], velocity[1]) * unit.conj();
-        let weight = gravity[1] * unit.re - gravity[0] * unit.im;
-        [self.moment * along.im, self.moment * (weight - rate * along.re)]
+    fn exchange(&self, unit: Complex<f64>, rate: f64, velocity: [f64; 2], gravity: [f64; 2]) -> [f64; 3] {
+        let along = Complex::new(velocity[0], velocity[1]) * unit.conj() * self.moment;
+        let weight = self.moment * (gravity[1] * unit.re - gravity[0] * unit.im);
+        [along.im, weight - rate * along.re, along.re]
     }
 }
 
@@ -124,6 +129,9 @@ impl Spin {
             momentum: 0.0,
             pull: 0.0,
             next_rate: 0.0,
+            unit: Complex::new(1.0, 0.0),
+            outwards: 0.0,
+            by_contact: 0.0,
             left: Complex::new(0.0, 0.0),
             driving: Complex::new(0.0, 0.0),
             force: Complex::new(0.0, 0.0),
@@ -134,6 +142,10 @@ impl Spin {
         rows.push(loaded.shift.clone());
         let acting = rows.len();
         rows.extend(contact.map(|node| loaded.row(structure, node)));
+        let mut arms: Vec<Arm> = arms.collect();
+        if let Some(contact) = rows.get(acting) {
+            arms.iter_mut().zip(&rows).for_each(|(arm, row)| arm.by_contact = 1.0 / loaded.inertia + dot(row, contact));
+        }
         let mut spin = Self {
             angle,
             speed,
@@ -144,7 +156,7 @@ impl Spin {
             bend: 0.0,
             braking: machine.braking,
             gravity: machine.rotor.gravity,
-            arms: arms.collect(),
+            arms,
             twist: Twist::new(&loaded.modes, &rows, acting),
             next_angle: angle,
             next_speed: speed,
@@ -160,9 +172,9 @@ impl Spin {
         for (s, &velocity) in velocities.iter().enumerate() {
             let given = self.given_way(s, |arm| arm.rate);
             let arm = &mut self.arms[s];
-            let [carried, pull] = arm.exchange(arm.direction.unit, arm.rate, velocity, self.gravity);
+            let [carried, pull, outwards] = arm.exchange(arm.direction.unit, arm.rate, velocity, self.gravity);
             arm.momentum = carried + given;
-            arm.pull = pull;
+            (arm.pull, arm.outwards) = (pull, outwards);
             momentum += arm.momentum;
         }
         self.momentum = momentum;
@@ -204,6 +216,7 @@ impl Spin {
             let [turned, rate] = self.twist.seen(s);
             let next_angle = self.next_angle + turned + arm.phase;
             arm.next_rate = self.next_speed + rate;
+            arm.unit = arm.direction.unit;
             let middle = arm.direction.at(0.5 * (arm.angle + next_angle));
             arm.direction = middle.at(next_angle);
             let gained = arm.next_rate - arm.rate;
@@ -226,11 +239,17 @@ impl Spin {
         h * h * self.bend / self.speed
     }
 
-    /// Adds an angular impulse \[N m s\] at the beginning of the step, on the first diaphragm's node; between predict and complete, inside a kernel.
+    /// Adds a blow at the beginning of the step, on the first diaphragm's node, which makes velocities of the unbalances' nodes jump so much per impulse: k goes on from behind it; between predict
+    /// and complete, inside a kernel.
     #[inline(always)]
-    pub fn strike(&mut self, step: &SpinStep, impulse: f64) {
-        self.momentum += impulse;
-        self.twist.strike(&step.twist, impulse);
+    pub fn strike(&mut self, step: &SpinStep, Blow { impulse: [u, v], torque }: Blow, jumps: &[[[f64; 2]; 2]]) {
+        self.momentum += torque;
+        self.twist.strike(&step.twist, torque);
+        for (arm, [x, y]) in self.arms.iter_mut().zip(jumps) {
+            let jump = Complex::new(x[0] * u + x[1] * v, y[0] * u + y[1] * v);
+            let (outwards, faster) = (arm.moment * (jump * arm.unit.conj()).re, torque * arm.by_contact);
+            arm.pull -= (arm.rate + faster) * outwards + faster * arm.outwards;
+        }
     }
 
     /// Turn of the first diaphragm's node beside the mean angle \[rad\], and its rate: at n, after predict those foreseen for n+1.
@@ -261,7 +280,7 @@ impl Spin {
         let mut potential = 0.0;
         for (s, (arm, &velocity)) in self.arms.iter().zip(velocities).enumerate() {
             let unit = arm.direction.at(arm.angle).unit;
-            let [carried, _] = arm.exchange(unit, arm.rate, velocity, [0.0; 2]);
+            let [carried, ..] = arm.exchange(unit, arm.rate, velocity, [0.0; 2]);
             kinetic += (arm.rate + shift) * (0.5 * self.given_way(s, |other| other.rate + shift) + carried);
             potential -= arm.moment * (self.gravity[0] * unit.re + self.gravity[1] * unit.im);
         }
@@ -343,11 +362,11 @@ impl Spin {
         for (s, &velocity) in velocities.iter().enumerate() {
             let given = self.given_way(s, |arm| arm.next_rate);
             let arm = &mut self.arms[s];
-            let [carried, pull] = arm.exchange(arm.direction.unit, arm.next_rate, velocity, self.gravity);
+            let [carried, pull, outwards] = arm.exchange(arm.direction.unit, arm.next_rate, velocity, self.gravity);
             let pulled = 0.5 * h * (arm.pull + pull);
             let after = carried + given;
             let exchanged = arm.momentum - after;
-            (arm.momentum, arm.pull) = (after, pull);
+            (arm.momentum, arm.pull, arm.outwards) = (after, pull, outwards);
             self.twist.torques()[s] = (pulled + exchanged) * over;
             self.momentum += pulled;
             carried_by_all += after;
