@@ -10,6 +10,7 @@
 //! what (3) missed of psi', D                    -i m d D e^{i psi} is an impulse on the lateral motion at n+1                          (4)
 //! damping of the twist takes  what impulses, (2) and T b put in, less the energy that is there        exact, as its motion is       (5)
 //! ```
+//! An impulse on the rotor at n makes z' jump, and by as much of every step of a rub k would be wrong that began before it: it begins behind it (energy errors of hard rubs were ten times as large, of first order in the step).
 //! A step: the turn over it follows from the spin and its last slope (Adams and Bashforth's second method), (3) moves the rotor, and its velocity at the end gives
 //! W+ by (1), trapezoidal, and (2): nothing is solved, since (4) changes psi' and z' so that r does not. So momentum has no drift, and W no more noise than z'.
 //! What of r follows the rates that are foreseen, because a step does not resolve all of the rotor's answer, feeds back into the twist ([`Spin::comes_back`]): modes that no
@@ -76,10 +77,8 @@ struct Arm {
     momentum: f64,
     pull: f64,
     next_rate: f64,
-    /// e^{i psi} at n once n+1 is predicted, m d Re(z' e^{-i psi}) at n \[kg m2/s\], and the jump of psi' by an angular impulse on the first diaphragm's node \[1/(kg m2)\].
+    /// e^{i psi} at n, once n+1 is predicted.
     unit: Complex<f64>,
-    outwards: f64,
-    by_contact: f64,
     /// (4) of the last step, (3) in its middle and at n.
     left: Complex<f64>,
     driving: Complex<f64>,
@@ -103,12 +102,12 @@ impl Arm {
         Complex::new(square * turn.re + rate_dot * turn.im, square * turn.im - rate_dot * turn.re)
     }
 
-    /// r without its part of psi', and k, of a unit vector, a rate and the node's velocity; and how it goes outwards, times m d.
+    /// r without its part of psi', and k, of a unit vector, a rate and the node's velocity.
     #[inline(always)]
-    fn exchange(&self, unit: Complex<f64>, rate: f64, velocity: [f64; 2], gravity: [f64; 2]) -> [f64; 3] {
-        let along = Complex::new(velocity[0], velocity[1]) * unit.conj() * self.moment;
-        let weight = self.moment * (gravity[1] * unit.re - gravity[0] * unit.im);
-        [along.im, weight - rate * along.re, along.re]
+    fn exchange(&self, unit: Complex<f64>, rate: f64, velocity: [f64; 2], gravity: [f64; 2]) -> [f64; 2] {
+        let along = Complex::new(velocity[0], velocity[1]) * unit.conj();
+        let weight = gravity[1] * unit.re - gravity[0] * unit.im;
+        [self.moment * along.im, self.moment * (weight - rate * along.re)]
     }
 }
 
@@ -130,8 +129,6 @@ impl Spin {
             pull: 0.0,
             next_rate: 0.0,
             unit: Complex::new(1.0, 0.0),
-            outwards: 0.0,
-            by_contact: 0.0,
             left: Complex::new(0.0, 0.0),
             driving: Complex::new(0.0, 0.0),
             force: Complex::new(0.0, 0.0),
@@ -142,10 +139,6 @@ impl Spin {
         rows.push(loaded.shift.clone());
         let acting = rows.len();
         rows.extend(contact.map(|node| loaded.row(structure, node)));
-        let mut arms: Vec<Arm> = arms.collect();
-        if let Some(contact) = rows.get(acting) {
-            arms.iter_mut().zip(&rows).for_each(|(arm, row)| arm.by_contact = 1.0 / loaded.inertia + dot(row, contact));
-        }
         let mut spin = Self {
             angle,
             speed,
@@ -156,7 +149,7 @@ impl Spin {
             bend: 0.0,
             braking: machine.braking,
             gravity: machine.rotor.gravity,
-            arms,
+            arms: arms.collect(),
             twist: Twist::new(&loaded.modes, &rows, acting),
             next_angle: angle,
             next_speed: speed,
@@ -172,9 +165,9 @@ impl Spin {
         for (s, &velocity) in velocities.iter().enumerate() {
             let given = self.given_way(s, |arm| arm.rate);
             let arm = &mut self.arms[s];
-            let [carried, pull, outwards] = arm.exchange(arm.direction.unit, arm.rate, velocity, self.gravity);
+            let [carried, pull] = arm.exchange(arm.direction.unit, arm.rate, velocity, self.gravity);
             arm.momentum = carried + given;
-            (arm.pull, arm.outwards) = (pull, outwards);
+            arm.pull = pull;
             momentum += arm.momentum;
         }
         self.momentum = momentum;
@@ -239,16 +232,15 @@ impl Spin {
         h * h * self.bend / self.speed
     }
 
-    /// Adds a blow at the beginning of the step, on the first diaphragm's node, which makes velocities of the unbalances' nodes jump so much per impulse: k goes on from behind it; between predict
-    /// and complete, inside a kernel.
+    /// Adds a blow at the beginning of the step, on the first diaphragm's node; `jumps`: of the velocities of the unbalances' nodes per impulse, from behind which k goes on. Between predict and
+    /// complete, inside a kernel.
     #[inline(always)]
     pub fn strike(&mut self, step: &SpinStep, Blow { impulse: [u, v], torque }: Blow, jumps: &[[[f64; 2]; 2]]) {
         self.momentum += torque;
         self.twist.strike(&step.twist, torque);
         for (arm, [x, y]) in self.arms.iter_mut().zip(jumps) {
             let jump = Complex::new(x[0] * u + x[1] * v, y[0] * u + y[1] * v);
-            let (outwards, faster) = (arm.moment * (jump * arm.unit.conj()).re, torque * arm.by_contact);
-            arm.pull -= (arm.rate + faster) * outwards + faster * arm.outwards;
+            arm.pull -= arm.moment * arm.rate * (jump * arm.unit.conj()).re;
         }
     }
 
@@ -280,7 +272,7 @@ impl Spin {
         let mut potential = 0.0;
         for (s, (arm, &velocity)) in self.arms.iter().zip(velocities).enumerate() {
             let unit = arm.direction.at(arm.angle).unit;
-            let [carried, ..] = arm.exchange(unit, arm.rate, velocity, [0.0; 2]);
+            let [carried, _] = arm.exchange(unit, arm.rate, velocity, [0.0; 2]);
             kinetic += (arm.rate + shift) * (0.5 * self.given_way(s, |other| other.rate + shift) + carried);
             potential -= arm.moment * (self.gravity[0] * unit.re + self.gravity[1] * unit.im);
         }
@@ -362,11 +354,11 @@ impl Spin {
         for (s, &velocity) in velocities.iter().enumerate() {
             let given = self.given_way(s, |arm| arm.next_rate);
             let arm = &mut self.arms[s];
-            let [carried, pull, outwards] = arm.exchange(arm.direction.unit, arm.next_rate, velocity, self.gravity);
+            let [carried, pull] = arm.exchange(arm.direction.unit, arm.next_rate, velocity, self.gravity);
             let pulled = 0.5 * h * (arm.pull + pull);
             let after = carried + given;
             let exchanged = arm.momentum - after;
-            (arm.momentum, arm.pull, arm.outwards) = (after, pull, outwards);
+            (arm.momentum, arm.pull) = (after, pull);
             self.twist.torques()[s] = (pulled + exchanged) * over;
             self.momentum += pulled;
             carried_by_all += after;
