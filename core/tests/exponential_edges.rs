@@ -62,12 +62,13 @@ fn a_rub_in_resonance_balances_its_energies() {
         ("rotor.damping.stiffness_proportional", "1e-6"),
         ("braking.constant", "0"),
         ("braking.linear", "0"),
+        ("braking.quadratic", "0"),
         ("contact.friction", "0"),
     ];
     let ours = run(machine_of("lp_turbine", false, &changes));
     assert!(ours.value("contact_time_s") > 1.0, "rubs: {}", ours.value("contact_time_s"));
     assert_eq!(ours.outcome.status, Status::Ok, "{:?}", ours.outcome.causes.words());
-    assert!(ours.value("energy_error") < 3e-6, "{:e}", ours.value("energy_error"));
+    assert!(ours.value("energy_error") < 1e-6, "{:e}", ours.value("energy_error"));
 }
 
 /// Brakes that stop the rotor within some hundred contact steps: flights were as long as for others, 2.1e-5.
@@ -91,8 +92,8 @@ fn disturbed_starts_balance_their_energies() {
     }
 }
 
-/// The force of an unbalance on the spin between two impulses is that of the velocity behind the first one: with that before, energies were off in proportion to step and unbalance, 1.2e-5 and
-/// 1.5e-5 here.
+/// The force of an unbalance on the spin between two impulses is that of the velocity behind the first one: with that before, energies were off in proportion to step and unbalance, 1.5e-5 and
+/// 1.2e-5 here.
 #[test]
 fn hard_rubs_of_heavy_unbalances_balance_their_energies() {
     for friction in ["0", "0.1"] {

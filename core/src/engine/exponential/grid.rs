@@ -297,8 +297,8 @@ impl Grid {
         }
     }
 
-    /// Whether a bearing's load is not known between two stations: from cell to cell (at once: for as much of the spin), or by rounding, it would jump by more than [`JUMP`] of what slow
-    /// motions of one energy make of it. The node of a bearing that is damped strongly hardly moves, and its load is the damping times what rounding and cells leave of that.
+    /// Whether a bearing's load is not known between two stations: from cell to cell (at once: for as much of the spin), or by rounding, it would jump by more than [`JUMP`] of the largest load
+    /// that slow motions of one energy make. The node of a bearing that is damped strongly hardly moves, and its load is the damping times what rounding and cells leave of that.
     fn loses_loads(&self, transfer: &Transfer, [one, other]: [&Station; 2]) -> bool {
         let mixed = |share: f64| &one.rows * (1.0 - share) + &other.rows * share;
         let cells = self.cells as f64;
@@ -310,16 +310,15 @@ impl Grid {
             Transfer::AtOnce([up, _]) => (one.rows.clone(), mul(&other.rows, up), cells),
         };
         let (slow, fastest) = (slow_states(one), one.motion.rows(one.blocks.len(), one.blocks.len()).amax());
-        self.model.outputs.loads().into_iter().enumerate().any(|(bearing, first)| {
-            let (mut jump, mut largest) = (ROUNDING * fastest * self.model.outputs.of_velocity(bearing), 0.0_f64);
-            for &state in &slow {
-                for row in [first, first + 1] {
-                    jump = jump.max((here[(row, state)] - there[(row, state)]).abs() / at_once);
-                    largest = largest.max(here[(row, state)].abs());
-                }
+        let (mut jump, mut largest) = (0.0_f64, 0.0_f64);
+        for (bearing, first) in self.model.outputs.loads().into_iter().enumerate() {
+            jump = jump.max(ROUNDING * fastest * self.model.outputs.of_velocity(bearing));
+            for (&state, row) in slow.iter().flat_map(|state| [(state, first), (state, first + 1)]) {
+                jump = jump.max((here[(row, state)] - there[(row, state)]).abs() / at_once);
+                largest = largest.max(here[(row, state)].abs());
             }
-            jump > JUMP * largest
-        })
+        }
+        jump > JUMP * largest
     }
 
     /// Computes the stations from those that are there to b.

@@ -29,7 +29,7 @@ const PLACES: [(f64, f64); 3] = [
 /// Ends of the pieces, as parts of the step.
 const ENDS: [f64; 5] = [0.0, 1.0 / 256.0, 1.0 / 32.0, 1.0 / 4.0, 1.0];
 /// A pair is slow whose |B| is less than so many times W, and less than this over a step.
-const SLOW: f64 = 3.0;
+const SLOW: f64 = 1.5;
 const SHORT: f64 = 0.1;
 
 /// D, Q and `int E dt/h` of (3).
@@ -316,7 +316,9 @@ mod tests {
             let rates = blocks.iter().map(|b| (b[0] * b[3] - b[1] * b[2]).sqrt());
             rates.filter(|rate| *rate > 100.0).fold(f64::INFINITY, f64::min)
         };
-        let turns_as: [&dyn Fn(&[Block]) -> f64; 2] = [&|_| SPEED, &lowest];
+        // between two pairs, in resonance with the lowest, and on both sides of what is slow
+        let turns_as: [&dyn Fn(&[Block]) -> f64; 4] =
+            [&|_| SPEED, &lowest, &|blocks| lowest(blocks) / 1.4, &|blocks| lowest(blocks) / 2.9];
         for damping in ["\"60 N s/m\"", "\"600 N s/m\"", "\"2e6 N s/m\""] {
             for (i, turn) in turns_as.into_iter().enumerate() {
                 station_of(damping, turn, |model, station, local| {
