@@ -4,8 +4,8 @@
 use super::bound::length;
 use super::candidates::{BLOCK, candidates};
 use super::flight::Flight;
-use super::motion::Blow;
 use super::settings::{FlightSettings, LEVELS};
+use super::spin::Blow;
 use super::transient::{SHORT, Transient};
 use crate::linalg::lanes::{LANES, Lane, flat, rows_times};
 use crate::structure::Structure;

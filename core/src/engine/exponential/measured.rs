@@ -239,9 +239,9 @@ impl Measured {
 #[cfg(test)]
 mod tests {
     use super::super::flight::Flight;
-    use super::super::motion::Blow;
     use super::super::settings::FlightSettings;
     use super::super::shape::Shape;
+    use super::super::spin::Blow;
     use super::super::within::Room;
     use super::*;
     use bladeoff_model::machine::MachineDef;

@@ -9,15 +9,8 @@
 use super::kick::Kick;
 use super::local::{Local, add_both};
 use super::propagator::Propagator;
-use super::spin::{Spin, SpinStep};
+use super::spin::{Blow, Spin, SpinStep};
 use crate::linalg::lanes::kernel;
-
-/// An impulse on the first diaphragm's node at n \[N s\], and that of its torque \[N m s\].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Blow {
-    pub impulse: [f64; 2],
-    pub torque: f64,
-}
 
 kernel! {
     /// Takes spin, whirl states and outputs to n+1 as if nothing were touched.

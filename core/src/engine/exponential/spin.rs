@@ -25,7 +25,6 @@
 use super::ExponentialError;
 use super::direction::Direction;
 use super::loaded::Loaded;
-use super::motion::Blow;
 use super::twist::{Twist, TwistStep};
 use crate::engine::shaft_line::sites;
 use crate::linalg::{column_of, dot};
@@ -83,6 +82,13 @@ struct Arm {
     left: Complex<f64>,
     driving: Complex<f64>,
     force: Complex<f64>,
+}
+
+/// An impulse on the first diaphragm's node at n \[N s\], and that of its torque \[N m s\].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Blow {
+    pub impulse: [f64; 2],
+    pub torque: f64,
 }
 
 /// What a step size makes of spin and twist.
