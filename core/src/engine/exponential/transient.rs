@@ -106,7 +106,7 @@ impl Transient {
         let InitialState { displacement, velocity, .. } = machine.rotor.initial;
         let disturbed = [displacement, velocity] != [[0.0; 2]; 2];
         Ok(Self {
-            most: (1..=longest).take_while(holds).last().unwrap_or(0),
+            most: if disturbed { 0 } else { (1..=longest).take_while(holds).last().unwrap_or(0) },
             disturbed,
             loads: vec![[0.0; 2]; structure.rotor.bearings.len()],
             watched: (0..structure.rotor.bearings.len())
@@ -150,7 +150,7 @@ impl Transient {
         }
         self.weigh();
         self.watch_loads();
-        let Self { flight, contact, watched, lengths, flies, most, last, disturbed, end, end_speed, .. } = self;
+        let Self { flight, contact, watched, lengths, flies, most, last, end, end_speed, .. } = self;
         let mut place = None;
         if let (Some(Contact { rub, .. }), Some(watched)) = (contact, watched.last_mut()) {
             let x = rub.off_centre(flight.place(0));
@@ -167,7 +167,7 @@ impl Transient {
         }
         let left = end.saturating_sub(flight.ticks()).max(1);
         // twice the last one: what it tells of the spin holds so far
-        let most = if *disturbed || flight.ticks() < BEGINS { 0 } else { *most };
+        let most = if flight.ticks() < BEGINS { 0 } else { *most };
         let mut longest = most.min(left.ilog2() as usize).min(SHORT.max(*last + 1));
         while longest > SHORT && flight.spin().surprise(lengths[longest]) > SURPRISE {
             longest -= 1;
