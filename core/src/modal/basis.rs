@@ -240,7 +240,7 @@ fn twist_modes(rotor: &RotorMatrices, wanted: Option<usize>, ceiling: f64) -> Re
 }
 
 fn ring_modes(ring: &RingMatrices, wanted: usize) -> Result<ModeSet, BasisError> {
-    let (mut values, shapes) = symmetric_generalised(&ring.stiffness, &ring.mass, "the ring")?;
+    let (mut values, shapes) = ring.modes()?;
     let highest = values.last().copied().unwrap_or(0.0);
     for value in &mut values {
         if value.abs() < 1e-10 * highest {

@@ -72,7 +72,7 @@ pub fn followed_modes(machine: &Machine, speeds: &[f64]) -> Result<Vec<SpeedMode
 
 fn ring_report(ring: &RingMatrices) -> Result<Vec<RingMode>, EigenError> {
     const POINTS: usize = 256;
-    let (values, shapes) = symmetric_generalised(&ring.stiffness, &ring.mass, "the ring")?;
+    let (values, shapes) = ring.modes()?;
     Ok(values
         .iter()
         .enumerate()

@@ -1,8 +1,9 @@
 //! Assembly of ring and blades.
 
 use super::elements::{blade_element, hermite, ring_element};
+use super::sectors::Sectors;
 use super::surface::Surface;
-use crate::linalg::Matrix;
+use crate::linalg::{EigenError, Matrix};
 use bladeoff_model::machine::{Blades, FlexibleStator};
 
 /// Finite-element matrices of a diaphragm.
@@ -10,6 +11,8 @@ use bladeoff_model::machine::{Blades, FlexibleStator};
 pub struct RingMatrices {
     /// Ring nodes.
     pub nodes: usize,
+    /// From one blade to the next.
+    pub sectors: Sectors,
     /// Mass.
     pub mass: Matrix,
     /// Stiffness.
@@ -28,10 +31,11 @@ impl RingMatrices {
     pub fn assemble(stator: &FlexibleStator) -> Self {
         let nodes = stator.ring.elements;
         let blades = stator.blades.filter(|blades| blades.count > 0);
-        let inner = blades.map_or(0, |blades| blades.count * (blades.elements - 1));
-        let size = 4 * nodes + 3 * inner;
+        let (sectors, inside) = blades.map_or((nodes, 0), |blades| (blades.count, blades.elements - 1));
+        let size = 4 * nodes + 3 * sectors * inside;
         let mut all = Self {
             nodes,
+            sectors: Sectors::new(sectors, nodes, inside),
             mass: Matrix::zeros(size, size),
             stiffness: Matrix::zeros(size, size),
             mass_proportional: stator.damping.mass_proportional,
@@ -89,6 +93,14 @@ impl RingMatrices {
         } else {
             [const { Vec::new() }; 3]
         }
+    }
+
+    /// All its modes, as [`Sectors::modes`] has them.
+    ///
+    /// # Errors
+    /// [`EigenError`].
+    pub fn modes(&self) -> Result<(Vec<f64>, Matrix), EigenError> {
+        self.sectors.modes(&self.stiffness, &self.mass, "the ring")
     }
 
     /// Degrees of freedom.

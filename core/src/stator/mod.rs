@@ -5,7 +5,9 @@
 
 mod assembly;
 mod elements;
+mod sectors;
 mod surface;
 
 pub use assembly::RingMatrices;
+pub use sectors::Sectors;
 pub use surface::{Surface, SurfacePoint};

@@ -33,6 +33,7 @@
 use super::part::Part;
 use crate::linalg::{Matrix, mul, spd_inverse};
 use crate::modal::{ModeSet, largest_share};
+use crate::stator::Sectors;
 use bladeoff_model::machine::DiaphragmKind;
 
 /// Largest share (3) of a run whose contact the modes kept carry; with contact and beyond it a run is invalid (`modal_basis`).
@@ -57,6 +58,21 @@ pub(crate) struct Lag {
     moving: Plane,
 }
 
+/// A linear part as it was before modes were taken of it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Whole<'a> {
+    pub stiffness: &'a Matrix,
+    pub mass: &'a Matrix,
+    /// Of a ring.
+    pub sectors: Option<&'a Sectors>,
+}
+
+impl Whole<'_> {
+    fn inverse(&self, a: &Matrix) -> Option<Matrix> {
+        self.sectors.map_or_else(|| spd_inverse(a), |sectors| sectors.inverse(a))
+    }
+}
+
 /// Static flexibility of the modes left out, and that for a force that grows with W, on all freedoms.
 pub(super) struct LeftOut {
     pub at_rest: Matrix,
@@ -65,13 +81,14 @@ pub(super) struct LeftOut {
 
 impl LeftOut {
     /// `None` where a mode that is left out is not stiff.
-    pub fn new(stiffness: &Matrix, mass: &Matrix, modes: &ModeSet) -> Option<Self> {
+    fn new(whole: &Whole<'_>, modes: &ModeSet) -> Option<Self> {
+        let &Whole { stiffness, mass, .. } = whole;
         let highest = modes.omega_squared.last().copied().filter(|&square| square > 0.0).unwrap_or(RATE * RATE);
         let momenta = mul(mass, &modes.shapes);
         let raised = stiffness + mul(&momenta, &scaled(&momenta, &modes.omega_squared, |square| highest - square));
         let left_out = |stiffness: &Matrix, square: f64| {
             let kept = mul(&modes.shapes, &scaled(&modes.shapes, &modes.omega_squared, |_| 1.0 / square));
-            Some(spd_inverse(stiffness)? - kept)
+            Some(whole.inverse(stiffness)? - kept)
         };
         let at_rest = left_out(&raised, highest)?;
         let moving = left_out(&(raised + mass * (RATE * RATE)), highest + RATE * RATE)?;
@@ -84,13 +101,13 @@ impl LeftOut {
     /// Source: residual flexibility (MacNeal 1971; Rubin 1975), quasi-static: the modes left out follow a force at once. Used by
     /// the contact and bearing loads. Verified by `the_residual_completes_the_static_flexibility` in `tests/engines.rs`,
     /// `a_rotor_on_hardly_any_bearings_has_the_contact_of_the_full_engine` in `tests/modal_basis.rs`.
-    fn residual(&self, stiffness: &Matrix, modes: &ModeSet, size: usize, places: &[[usize; 2]]) -> Option<Matrix> {
+    fn residual(&self, whole: &Whole<'_>, modes: &ModeSet, size: usize, places: &[[usize; 2]]) -> Option<Matrix> {
         if !stiff(modes) {
             return None;
         }
         let complement = self.at_rest.view((0, 0), (size, size)).into_owned();
         let kept = mul(&modes.shapes, &scaled(&modes.shapes, &modes.omega_squared, |square| 1.0 / square));
-        let difference = spd_inverse(stiffness).map(|all| (all - kept).view((0, 0), (size, size)).into_owned());
+        let difference = whole.inverse(whole.stiffness).map(|all| (all - kept).view((0, 0), (size, size)).into_owned());
         let largest = |of: &dyn Fn(usize) -> f64| places.iter().flatten().map(|&i| of(i).abs()).fold(0.0, f64::max);
         let sound = |difference: &Matrix| {
             let off = largest(&|i| difference[(i, i)] - complement[(i, i)]);
@@ -119,18 +136,17 @@ fn stiff(modes: &ModeSet) -> bool {
 pub(super) fn left_out(
     part: &Part,
     modes: &ModeSet,
-    [stiffness, mass]: [&Matrix; 2],
+    whole: Whole<'_>,
     correct: bool,
     size: usize,
     places: impl Iterator<Item = [usize; 2]>,
 ) -> (Option<Matrix>, Vec<Lag>) {
-    if !part.coordinates.is_modal() || modes.omega_squared.len() == stiffness.nrows() {
+    if !part.coordinates.is_modal() || modes.omega_squared.len() == whole.stiffness.nrows() {
         return (None, Vec::new());
     }
-    let left_out = LeftOut::new(stiffness, mass, modes);
+    let left_out = LeftOut::new(&whole, modes);
     let places: Vec<[usize; 2]> = places.collect();
-    let residual =
-        left_out.as_ref().filter(|_| correct).and_then(|some| some.residual(stiffness, modes, size, &places));
+    let residual = left_out.as_ref().filter(|_| correct).and_then(|some| some.residual(&whole, modes, size, &places));
     let follows = residual.is_some();
     let lags = places.into_iter().map(|places| Lag::of(places, part, modes, left_out.as_ref(), follows)).collect();
     (residual, lags)

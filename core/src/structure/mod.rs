@@ -122,9 +122,9 @@ impl Structure {
             Part::full(&rotor.twist_mass, &damping, &rotor.twist_stiffness, basis.twist.full_limit)
         };
         let places = (0..rotor.nodes).map(|node| rotor.plane_places(node));
-        let matrices = [&rotor.stiffness, &rotor.mass];
+        let whole = lag::Whole { stiffness: &rotor.stiffness, mass: &rotor.mass, sectors: None };
         let (lateral_residual, rotor_lags) =
-            lag::left_out(&lateral, &basis.lateral, matrices, correct, rotor.lateral_size(), places);
+            lag::left_out(&lateral, &basis.lateral, whole, correct, rotor.lateral_size(), places);
         Self {
             structural: structural(machine),
             rotor,
@@ -192,8 +192,8 @@ fn ring_part(matrices: RingMatrices, modes: &ModeSet, reduced: bool, correct: bo
         Part::full(&matrices.mass, &damping, &matrices.stiffness, modes.full_limit)
     };
     let radial = (0..matrices.nodes).map(|node| [4 * node + 2; 2]);
-    let both = [&matrices.stiffness, &matrices.mass];
-    let (residual, lags) = lag::left_out(&part, modes, both, correct, 4 * matrices.nodes, radial);
+    let whole = lag::Whole { stiffness: &matrices.stiffness, mass: &matrices.mass, sectors: Some(&matrices.sectors) };
+    let (residual, lags) = lag::left_out(&part, modes, whole, correct, 4 * matrices.nodes, radial);
     RingPart { matrices, part, residual, lags, kept: kept::Kept::default() }
 }
 

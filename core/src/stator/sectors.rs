@@ -1,0 +1,322 @@
+//! A ring of equal sectors: its modes and its inverses, one number of waves at a time.
+//!
+//! ```text
+//! x_s = Re(c e^{i n s t}),  t = 2 pi/S                 freedoms of sector s of S, from one blade to the next, n waves around: 0 to S/2
+//! A^_n = sum_s A_0s e^{i n s t}                        A x = b  is  A^_n c = b_n;  A_0s: from sector s to sector 0                         (1)
+//! c = T y                                              T: a column is even, or odd, to the blade's axis, its entry at a node times e^{i n s t} there
+//! A~_n = T* A^_n T                                     real: the ring seen in a mirror through a blade is the same ring                      (2)
+//! modes        K~ y = omega^2 M~ y;   Re and Im of T y e^{i n s t} are two of one frequency, for 0 < n < S/2                               (3)
+//! inverses     (A^-1)_0s = 1/S sum over n, and -n, of  T A~_n^-1 T* e^{-i n s t}                                                            (4)
+//! ```
+//! Source: Bloch waves of a cyclic structure (Thomas, Int. J. Numer. Methods Eng. 14, 1979). A ring without blades has a sector for each element. Of a turbine's 228 freedoms
+//! there are 19 in a sector, so that seven small problems stand for a large one; and the two modes of a pair have one frequency, to the last digit, and one shape, a quarter of a wave further on.
+//! Limits: matrices of rings and of whole pairs of their modes, which are the same in the mirror, too.
+//! Verified by `modes_are_those_of_the_whole_ring`, `inverses_are_those_of_the_whole_ring`.
+
+use crate::linalg::{EigenError, Matrix, column_of, mul, mul_tn, spd_inverse, symmetric_generalised};
+
+/// Entries of a matrix in two sectors differ by this part of their diagonal at most: rounding of the ring's modes.
+const SAME: f64 = 1e-8;
+
+/// Where the freedoms of a ring are.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sectors {
+    /// S.
+    pub count: usize,
+    /// Places of the freedoms, sector after sector.
+    places: Vec<usize>,
+    /// Of those of one sector.
+    freedoms: Vec<Freedom>,
+}
+
+/// A freedom of a sector.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Freedom {
+    /// That of its mirror image, which may be of another sector.
+    mirror: usize,
+    /// It keeps its sign in the mirror.
+    even: bool,
+    /// Angle from the blade, as a part of the sector's.
+    along: f64,
+}
+
+/// A number of waves.
+struct Waves {
+    /// cos and sin at each sector.
+    turns: Vec<(f64, f64)>,
+    /// T; `None`: each of its modes is alone, and all of them are real (n = 0, n = S/2).
+    mirrored: Option<[Matrix; 2]>,
+}
+
+impl Sectors {
+    /// Of a ring of so many nodes, a multiple of the sectors, behind whose freedoms stand those of so many nodes inside each blade.
+    pub(super) fn new(count: usize, nodes: usize, inside: usize) -> Self {
+        let per_sector = nodes / count;
+        let of_ring = |node: usize| (0..4).map(move |k| 4 * node + k);
+        let of_blade = |sector: usize| (0..3 * inside).map(move |k| 4 * nodes + 3 * inside * sector + k);
+        let sector = |s: usize| (0..per_sector).flat_map(move |m| of_ring(s * per_sector + m)).chain(of_blade(s));
+        let ring = (0..per_sector).flat_map(|m| {
+            // u, u_s, v, v_s
+            [false, true, true, false].into_iter().enumerate().map(move |(k, even)| Freedom {
+                mirror: 4 * ((per_sector - m) % per_sector) + k,
+                even,
+                along: m as f64 / per_sector as f64,
+            })
+        });
+        // along the blade, across, slope
+        let blade = (0..3 * inside).map(|k| Freedom { mirror: 4 * per_sector + k, even: k % 3 == 0, along: 0.0 });
+        Self { count, places: (0..count).flat_map(sector).collect(), freedoms: ring.chain(blade).collect() }
+    }
+
+    /// All solutions of `K phi = omega^2 M phi`: omega^2 ascending, phi mass-normalised, in columns; of a pair that with its crest at the blade of sector 0 first.
+    ///
+    /// # Errors
+    /// [`EigenError`] if M is not positive definite or an iteration fails.
+    pub fn modes(&self, k: &Matrix, m: &Matrix, what: &'static str) -> Result<(Vec<f64>, Matrix), EigenError> {
+        let size = self.places.len();
+        let mut found = Vec::with_capacity(size);
+        for waves in self.waves() {
+            let (values, y) = symmetric_generalised(&self.seen(k, &waves), &self.seen(m, &waves), what)?;
+            let parts = self.amplitudes(&waves, &y);
+            for (j, value) in values.into_iter().enumerate() {
+                for [re, im] in &parts {
+                    let of_sector = |&(cos, sin): &(f64, f64)| {
+                        column_of(re, j).iter().zip(column_of(im, j)).map(move |(re, im)| re * cos - im * sin)
+                    };
+                    found.push((value, waves.turns.iter().flat_map(of_sector).collect::<Vec<f64>>()));
+                }
+            }
+        }
+        found.sort_by(|(one, _), (other, _)| one.total_cmp(other));
+        let mut shapes = Matrix::zeros(size, size);
+        for (mut column, (_, shape)) in shapes.column_iter_mut().zip(&found) {
+            for (&place, entry) in self.places.iter().zip(shape) {
+                column[place] = *entry;
+            }
+        }
+        Ok((found.into_iter().map(|(value, _)| value).collect(), shapes))
+    }
+
+    /// Inverse of a symmetric positive definite matrix of the ring; `None` if it is not. One that is not the same turned by a sector (of modes that are half of a pair) is inverted whole.
+    #[must_use]
+    pub fn inverse(&self, a: &Matrix) -> Option<Matrix> {
+        if !self.turns(a) {
+            return spd_inverse(a);
+        }
+        let (own, size) = (self.freedoms.len(), self.places.len());
+        let mut blocks = vec![Matrix::zeros(own, own); self.count];
+        for waves in self.waves() {
+            let seen = spd_inverse(&self.seen(a, &waves))?;
+            let share = 1.0 / self.count as f64;
+            match &waves.mirrored {
+                None => {
+                    blocks.iter_mut().zip(&waves.turns).for_each(|(block, turn)| *block += &seen * (share * turn.0))
+                }
+                Some([re, im]) => {
+                    let [by_re, by_im] = [re, im].map(|part| mul(&seen, &part.transpose()));
+                    let (real, imaginary) = (mul(re, &by_re) + mul(im, &by_im), mul(im, &by_re) - mul(re, &by_im));
+                    for (block, (cos, sin)) in blocks.iter_mut().zip(&waves.turns) {
+                        *block += &real * (2.0 * share * cos) + &imaginary * (2.0 * share * sin);
+                    }
+                }
+            }
+        }
+        let mut inverse = Matrix::zeros(size, size);
+        for (t, columns) in self.places.chunks_exact(own).enumerate() {
+            for (s, rows) in self.places.chunks_exact(own).enumerate() {
+                let block = &blocks[(t + self.count - s) % self.count];
+                for (j, &column) in columns.iter().enumerate() {
+                    for (i, &row) in rows.iter().enumerate() {
+                        inverse[(row, column)] = block[(i, j)];
+                    }
+                }
+            }
+        }
+        Some(inverse)
+    }
+
+    /// Whether a matrix is the same turned by a sector.
+    fn turns(&self, a: &Matrix) -> bool {
+        let (own, size) = (self.freedoms.len(), self.places.len());
+        let sizes: Vec<f64> = self.places.iter().map(|&place| a[(place, place)].abs().sqrt()).collect();
+        let next = |i: usize| self.places[(i + own) % size];
+        (0..size).all(|j| {
+            (0..size).all(|i| {
+                let off = a[(self.places[i], self.places[j])] - a[(next(i), next(j))];
+                off.abs() <= SAME * sizes[i] * sizes[j]
+            })
+        })
+    }
+
+    /// Every number of waves.
+    fn waves(&self) -> impl Iterator<Item = Waves> {
+        (0..=self.count / 2).map(move |n| {
+            let alone = n == 0 || 2 * n == self.count;
+            let turns = (0..self.count).map(|s| {
+                // exact where it is a whole or a half turn
+                match (n * s) % self.count {
+                    0 => (1.0, 0.0),
+                    part if 2 * part == self.count => (-1.0, 0.0),
+                    part => turn(part as f64 / self.count as f64),
+                }
+            });
+            Waves { turns: turns.collect(), mirrored: (!alone).then(|| self.mirrored(n)) }
+        })
+    }
+
+    /// T.
+    fn mirrored(&self, n: usize) -> [Matrix; 2] {
+        let own = self.freedoms.len();
+        let (mut re, mut im) = (Matrix::zeros(own, own), Matrix::zeros(own, own));
+        for (l, freedom) in self.freedoms.iter().enumerate() {
+            let phase = |freedom: &Freedom| turn(n as f64 * freedom.along / self.count as f64);
+            let mut put =
+                |row: usize, column: usize, (a, b): (f64, f64)| (re[(row, column)], im[(row, column)]) = (a, b);
+            // i e^{..}
+            let quarter = |(cos, sin): (f64, f64)| (-sin, cos);
+            let (here, other) = (phase(freedom), freedom.mirror);
+            if other == l {
+                put(l, l, if freedom.even { here } else { quarter(here) });
+            } else if l < other {
+                let sign = if freedom.even { 0.5_f64.sqrt() } else { -(0.5_f64.sqrt()) };
+                let (there, half) = (phase(&self.freedoms[other]), 0.5_f64.sqrt());
+                let times = |a: f64, (cos, sin): (f64, f64)| (a * cos, a * sin);
+                put(l, l, times(half, here));
+                put(other, l, times(sign, there));
+                put(l, other, times(half, quarter(here)));
+                put(other, other, times(-sign, quarter(there)));
+            }
+        }
+        [re, im]
+    }
+
+    /// A~ of (2), or A^.
+    fn seen(&self, a: &Matrix, waves: &Waves) -> Matrix {
+        let own = self.freedoms.len();
+        let (mut real, mut imaginary) = (Matrix::zeros(own, own), Matrix::zeros(own, own));
+        for (columns, &(cos, sin)) in self.places.chunks_exact(own).zip(&waves.turns) {
+            for (j, &column) in columns.iter().enumerate() {
+                for (i, &row) in self.places[..own].iter().enumerate() {
+                    real[(i, j)] += cos * a[(row, column)];
+                    imaginary[(i, j)] += sin * a[(row, column)];
+                }
+            }
+        }
+        let seen = match &waves.mirrored {
+            None => real,
+            Some([re, im]) => {
+                let by_real = mul(&real, re) - mul(&imaginary, im);
+                let by_imaginary = mul(&real, im) + mul(&imaginary, re);
+                mul_tn(re, &by_real) + mul_tn(im, &by_imaginary)
+            }
+        };
+        (&seen + seen.transpose()) * 0.5
+    }
+
+    /// Of amplitudes y in columns what shapes (3) are made of, scaled to a mass of 1: the real and the imaginary part of `T y`, and where there are two shapes those a quarter of a wave further on.
+    fn amplitudes(&self, waves: &Waves, y: &Matrix) -> Vec<[Matrix; 2]> {
+        let sectors = self.count as f64;
+        match &waves.mirrored {
+            None => vec![[y * (1.0 / sectors).sqrt(), Matrix::zeros(y.nrows(), y.ncols())]],
+            Some(parts) => {
+                let [re, im] = parts.each_ref().map(|part| mul(part, y) * (2.0 / sectors).sqrt());
+                let behind = -&re;
+                vec![[re, im.clone()], [im, behind]]
+            }
+        }
+    }
+}
+
+/// cos and sin of a part of a turn.
+fn turn(part: f64) -> (f64, f64) {
+    let (sin, cos) = libm::sincos(2.0 * std::f64::consts::PI * part);
+    (cos, sin)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::modal::ModeSet;
+    use crate::stator::RingMatrices;
+    use bladeoff_model::machine::{Blades, FlexibleStator, Rayleigh, Ring};
+
+    /// Rings with blades, and one without, of every way in which sectors may lie.
+    fn rings(mut then: impl FnMut(&RingMatrices, &str)) {
+        for (elements, count, of_blade) in
+            [(48, 12, 2), (16, 8, 1), (15, 5, 3), (12, 3, 2), (12, 2, 2), (8, 1, 1), (8, 8, 2), (7, 0, 0), (10, 0, 0)]
+        {
+            let blades = Blades { count, length: 0.25, thickness: 0.02, width: 0.06, elements: of_blade };
+            let stator = FlexibleStator {
+                young_modulus: 2e11,
+                poisson_ratio: 0.3,
+                density: 7850.0,
+                ring: Ring { mean_radius: 0.353, thickness: 0.05, width: 0.1, elements },
+                blades: (count > 0).then_some(blades),
+                damping: Rayleigh::default(),
+            };
+            then(&RingMatrices::assemble(&stator), &format!("{elements} elements, {count} blades of {of_blade}"));
+        }
+    }
+
+    #[test]
+    fn modes_are_those_of_the_whole_ring() {
+        rings(|ring, name| {
+            let (k, m, size) = (&ring.stiffness, &ring.mass, ring.size());
+            let (squares, shapes) = ring.sectors.modes(k, m, "test").expect("solvable");
+            let (whole, _) = symmetric_generalised(k, m, "test").expect("solvable");
+            let highest = whole[size - 1];
+            assert!(squares.len() == size && squares.is_sorted(), "{name}");
+            // rounding of K, and what `symmetric_generalised` says of its own
+            let shift = 1e-6 * (0..size).map(|i| k[(i, i)] / m[(i, i)]).fold(0.0, f64::max);
+            for (j, (one, other)) in squares.iter().zip(&whole).enumerate() {
+                let rounding =
+                    f64::EPSILON * (highest + 10.0 * size as f64 * other.abs() * (1.0 + other.abs() / shift));
+                assert!((one - other).abs() < rounding, "{name}, {j}: {one} {other}");
+            }
+            assert!((mul_tn(&shapes, &mul(m, &shapes)) - Matrix::identity(size, size)).amax() < 1e-10, "{name}");
+            let stiff = mul_tn(&shapes, &mul(k, &shapes));
+            let off = stiff - Matrix::from_diagonal(&crate::linalg::Vector::from_vec(squares.clone()));
+            assert!(off.amax() < 1e-13 * highest, "{name}: {}", off.amax() / highest);
+            // pairs to the last digit
+            let pairs = squares.windows(2).filter(|pair| pair[0].to_bits() == pair[1].to_bits()).count();
+            let own = size / ring.sectors.count;
+            assert_eq!(pairs, own * ((ring.sectors.count - 1) / 2), "{name}");
+        });
+    }
+
+    #[test]
+    fn inverses_are_those_of_the_whole_ring() {
+        rings(|ring, name| {
+            let size = ring.size();
+            let (squares, shapes) = ring.sectors.modes(&ring.stiffness, &ring.mass, "test").expect("solvable");
+            // as the static flexibility of the modes left out asks for it: the lowest modes, whole pairs of them, raised
+            let kept = (size / 2..size).find(|&j| squares[j] != squares[j - 1]).unwrap_or(size);
+            let kept = ModeSet {
+                omega_squared: squares[..kept].to_vec(),
+                shapes: shapes.columns(0, kept).into_owned(),
+                full_limit: squares[size - 1].sqrt(),
+            };
+            let momenta = mul(&ring.mass, &kept.shapes);
+            let mut rows = momenta.transpose();
+            for (j, square) in kept.omega_squared.iter().enumerate() {
+                rows.row_mut(j).scale_mut(kept.highest() * kept.highest() - square);
+            }
+            for matrix in [&ring.mass * 1.0, &ring.stiffness + mul(&momenta, &rows)] {
+                let inverse = ring.sectors.inverse(&matrix).expect("definite");
+                let whole = spd_inverse(&matrix).expect("definite");
+                let size = inverse.amax();
+                assert!((inverse - &whole).amax() < 1e-10 * size, "{name}");
+            }
+            assert!(ring.sectors.inverse(&(&ring.mass * -1.0)).is_none(), "{name}");
+            // one that a single mode of a pair stiffens
+            let half = squares.windows(2).position(|pair| pair[0].to_bits() == pair[1].to_bits());
+            if let Some(j) = half {
+                let momentum = mul(&ring.mass, &shapes.columns(j, 1).into_owned());
+                let stiffened = &ring.mass + mul(&momentum, &momentum.transpose());
+                let wanted = spd_inverse(&stiffened).expect("definite");
+                let found = ring.sectors.inverse(&stiffened).expect("definite");
+                assert!((&found - &wanted).amax() < 1e-12 * wanted.amax(), "{name}");
+            }
+        });
+    }
+}
