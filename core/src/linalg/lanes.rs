@@ -189,6 +189,13 @@ pub(crate) fn flat(lanes: &[Lane]) -> &[f64] {
     }
 }
 
+/// The sum of two lists, times these.
+pub(crate) fn mixed([one, other]: [&[Lane]; 2], [a, b]: [f64; 2]) -> Vec<Lane> {
+    // no kernel: memory is what takes time, and this writes it once
+    let sum = |(x, y): (&Lane, &Lane)| Lane(std::array::from_fn(|k| a * x.0[k] + b * y.0[k]));
+    one.iter().zip(other).map(sum).collect()
+}
+
 kernel! {
     /// y += a x.
     pub(crate) fn add_scaled(a: f64, x: &[f64], y: &mut [f64]) {
@@ -206,36 +213,54 @@ kernel! {
     pub(crate) fn product(sizes: [usize; 3], a: &[f64], b: &[f64], c: &mut [f64]) {
         let [rows, inner, columns] = sizes;
         c.fill(0.0);
-        let whole = [rows - rows % LANES, columns - columns % TOGETHER];
-        for j in (0..whole[1]).step_by(TOGETHER) {
+        let whole = columns - columns % TOGETHER;
+        for j in (0..whole).step_by(TOGETHER) {
             let factors: [&[f64]; TOGETHER] = std::array::from_fn(|n| &b[(j + n) * inner..(j + n + 1) * inner]);
-            for i in (0..whole[0]).step_by(LANES) {
-                let mut sums = [[0.0; LANES]; TOGETHER];
-                for k in 0..inner {
-                    let Some(lane) = a[k * rows + i..].first_chunk::<LANES>() else { break };
-                    for n in 0..TOGETHER {
-                        let factor = factors[n][k];
-                        for l in 0..LANES {
-                            sums[n][l] += factor * lane[l];
-                        }
-                    }
-                }
-                for (n, sums) in sums.iter().enumerate() {
-                    c[(j + n) * rows + i..][..LANES].copy_from_slice(sums);
-                }
+            let c = &mut c[j * rows..(j + TOGETHER) * rows];
+            let mut i = 0;
+            while i < rows {
+                i += match rows - i {
+                    LANES.. => rows_of::<LANES>(rows, i, a, factors, c),
+                    4.. => rows_of::<4>(rows, i, a, factors, c),
+                    2.. => rows_of::<2>(rows, i, a, factors, c),
+                    _ => rows_of::<1>(rows, i, a, factors, c),
+                };
             }
         }
-        // what is left over
-        for j in 0..columns {
-            let from = if j < whole[1] { whole[0] } else { 0 };
+        // columns that are left over, one by one
+        for j in whole..columns {
             for k in 0..inner {
                 let factor = b[j * inner + k];
-                for (sum, entry) in c[j * rows + from..(j + 1) * rows].iter_mut().zip(&a[k * rows + from..(k + 1) * rows]) {
+                for (sum, entry) in c[j * rows..(j + 1) * rows].iter_mut().zip(&a[k * rows..(k + 1) * rows]) {
                     *sum += factor * entry;
                 }
             }
         }
     }
+}
+
+/// Some rows of the columns that are computed together; how many. Inside a kernel.
+#[inline(always)]
+fn rows_of<const SOME: usize>(
+    rows: usize,
+    i: usize,
+    a: &[f64],
+    [f, g, h, l]: [&[f64]; TOGETHER],
+    c: &mut [f64],
+) -> usize {
+    let mut sums = [[0.0; SOME]; TOGETHER];
+    for ((((column, f), g), h), l) in a.chunks_exact(rows).zip(f).zip(g).zip(h).zip(l) {
+        let Some(some) = column[i..].first_chunk::<SOME>() else { break };
+        for (sums, factor) in sums.iter_mut().zip([f, g, h, l]) {
+            for k in 0..SOME {
+                sums[k] += factor * some[k];
+            }
+        }
+    }
+    for (n, sums) in sums.iter().enumerate() {
+        c[n * rows + i..][..SOME].copy_from_slice(sums);
+    }
+    SOME
 }
 
 kernel! {

@@ -1,7 +1,7 @@
 //! Rows of which eight are taken at a time, all of them or those that are asked for.
 
 use crate::linalg::Matrix;
-use crate::linalg::lanes::{LANES, Lane, kernel, rows_times};
+use crate::linalg::lanes::{LANES, Lane, mixed, rows_times};
 
 /// Rows in blocks of eight, zeros behind the last.
 #[derive(Debug, Clone)]
@@ -26,11 +26,21 @@ impl Eights {
 
     /// The sum of two with as many rows, times these.
     pub fn mixed(rows: [&Self; 2], times: [f64; 2]) -> Self {
-        let mut entries = vec![Lane::default(); rows[0].entries.len()];
-        for (rows, times) in rows.into_iter().zip(times) {
-            add_lanes(times, &rows.entries, &mut entries);
+        Self { columns: rows[0].columns, entries: mixed(rows.map(|rows| rows.entries.as_slice()), times) }
+    }
+
+    /// Products of one block of that sum with a list: for few of them no sum is made.
+    pub fn block_between(rows: [&Self; 2], times: [f64; 2], block: usize, y: &[f64]) -> [f64; LANES] {
+        let [one, other] = rows.map(|rows| rows.block_times(block, y));
+        std::array::from_fn(|k| times[0] * one[k] + times[1] * other[k])
+    }
+
+    /// Products of all rows of that sum, and zeros up to a multiple of eight.
+    pub fn between(rows: [&Self; 2], times: [f64; 2], y: &[f64], products: &mut Vec<f64>) {
+        products.clear();
+        for block in 0..rows[0].entries.len() / rows[0].columns.max(1) {
+            products.extend_from_slice(&Self::block_between(rows, times, block, y));
         }
-        Self { columns: rows[0].columns, entries }
     }
 
     /// Products of one block with a list.
@@ -43,17 +53,6 @@ impl Eights {
         products.clear();
         for block in self.entries.chunks_exact(self.columns.max(1)) {
             products.extend_from_slice(&rows_times(block, y));
-        }
-    }
-}
-
-kernel! {
-    /// `sums += a x`.
-    fn add_lanes(a: f64, x: &[Lane], sums: &mut [Lane]) {
-        for (sum, x) in sums.iter_mut().zip(x) {
-            for k in 0..LANES {
-                sum.0[k] += a * x.0[k];
-            }
         }
     }
 }
@@ -79,6 +78,10 @@ mod tests {
                 assert!((product - wanted).abs() < 1e-11, "{rows} {columns}");
                 assert_eq!(mixed.block_times(i / LANES, &y)[i % LANES].to_bits(), product.to_bits());
             }
+            let mut between = Vec::new();
+            Eights::between([&one, &mixed], [0.5, 0.25], &y, &mut between);
+            assert_eq!(between.len(), products.len());
+            assert!(between.iter().zip(&products).all(|(between, product)| (2.0 * between - product).abs() < 1e-10));
         }
     }
 }

@@ -262,12 +262,12 @@ impl Flight {
 
     /// Lateral coordinates, and zeros up to a multiple of eight.
     pub(super) fn places(&self, q: &mut Vec<f64>) {
-        self.cell.places(&self.shared.grid.model).times(&self.y, q);
+        self.cell.places(&self.shared.grid.model, &self.y, q);
     }
 
     /// Their rates, and zeros up to a multiple of eight.
     pub(super) fn rates(&self, rates: &mut Vec<f64>) {
-        self.cell.rates(&self.shared.grid.model).times(&self.y, rates);
+        self.cell.rates(&self.shared.grid.model, &self.y, rates);
     }
 
     /// Gyroscopic momentum of now.
@@ -291,7 +291,7 @@ impl Flight {
 
     /// Bending moments of so many elements from `BESIDE block` on \[N m\].
     pub(super) fn moments(&self, block: usize) -> [f64; 4 * BESIDE] {
-        self.cell.moments(&self.shared.grid.model).block_times(block, &self.y)
+        self.cell.moments(&self.shared.grid.model, block, &self.y)
     }
 
     /// The whirl states at n.

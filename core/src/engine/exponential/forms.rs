@@ -1,7 +1,7 @@
 //! Quadratic forms and products of many rows, of one vector: eight rows at a time, in one order of operations.
 
 use crate::linalg::Matrix;
-use crate::linalg::lanes::{LANES, Lane, kernel, rows_times_inline};
+use crate::linalg::lanes::{LANES, Lane, kernel, mixed, rows_times_inline};
 
 /// `y^T A y` of a symmetric A.
 #[derive(Debug, Clone)]
@@ -27,8 +27,8 @@ impl Form {
         Self { size, entries }
     }
 
-    /// The sum of forms of one size, times these.
-    pub fn mixed<const N: usize>(forms: [&Self; N], times: [f64; N]) -> Self {
+    /// The sum of two of one size, times these.
+    pub fn mixed(forms: [&Self; 2], times: [f64; 2]) -> Self {
         Self { size: forms[0].size, entries: mixed(forms.map(|form| form.entries.as_slice()), times) }
     }
 
@@ -69,6 +69,18 @@ impl Rows {
             columns: matrix.ncols(),
             entries: blocks.flat_map(|i| (0..matrix.ncols()).map(move |j| eight(i, j))).collect(),
             last: last.map(|j| Half(std::array::from_fn(|k| at(whole + k, j)))).collect(),
+        }
+    }
+
+    /// The sum of two with as many rows, times these.
+    pub fn mixed(rows: [&Self; 2], times: [f64; 2]) -> Self {
+        let [one, other] = rows.map(|rows| rows.last.iter());
+        let half =
+            |(one, other): (&Half, &Half)| Half(std::array::from_fn(|k| times[0] * one.0[k] + times[1] * other.0[k]));
+        Self {
+            columns: rows[0].columns,
+            entries: mixed(rows.map(|rows| rows.entries.as_slice()), times),
+            last: one.zip(other).map(half).collect(),
         }
     }
 
@@ -157,25 +169,6 @@ kernel! {
     }
 }
 
-fn mixed<const N: usize>(entries: [&[Lane]; N], times: [f64; N]) -> Vec<Lane> {
-    let mut sums = vec![Lane::default(); entries[0].len()];
-    for (entries, times) in entries.into_iter().zip(times) {
-        add_lanes(times, entries, &mut sums);
-    }
-    sums
-}
-
-kernel! {
-    /// `sums += a x`.
-    fn add_lanes(a: f64, x: &[Lane], sums: &mut [Lane]) {
-        for (sum, x) in sums.iter_mut().zip(x) {
-            for k in 0..LANES {
-                sum.0[k] += a * x.0[k];
-            }
-        }
-    }
-}
-
 kernel! {
     /// That of the form with these entries, lane by lane. (Summed here, the lanes would be shuffled.)
     fn value_of(entries: &[Lane], y: &[f64], lanes: &mut [f64; LANES]) {
@@ -219,6 +212,9 @@ mod tests {
             for (i, whole) in whole.iter().enumerate() {
                 assert!((products[i] - whole).abs() < 1e-11, "{size}");
             }
+            let mut mixed = Vec::new();
+            Rows::mixed([&rows, &Rows::new(&(&matrix * 3.0))], [0.5, 0.25]).times(y.as_slice(), &mut mixed);
+            assert!(mixed.iter().zip(&products).all(|(mixed, product)| (mixed - 1.25 * product).abs() < 1e-11));
         }
     }
 }

@@ -25,6 +25,7 @@ use super::settings::LEVELS;
 use super::station::{Model, Station};
 use super::transfer::Transfer;
 use super::within::{Kept, Within};
+use crate::linalg::lanes::LANES;
 use crate::linalg::{Matrix, Vector, axpy, lanes, mul, solve};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -45,7 +46,7 @@ const SLOWEST: usize = 2;
 /// Cells that are kept for other runs, at most: some 100 kB each with 24 pairs. They are kept from the second run on, where each run has masses of its own there is no
 /// other; before, as many as a spin that swings about an edge, or a history, comes back to.
 const KEPT: usize = 2048;
-const LAST: usize = 8;
+const LAST: usize = 2;
 
 /// Stations, transfers and cells of a model, for steps of one size: runs share it, and each finds in it what it would have found alone.
 #[derive(Debug)]
@@ -89,11 +90,10 @@ pub(super) struct Cell {
     watched: Vec<usize>,
     kick: OnceLock<Kick>,
     outlook: OnceLock<Outlook>,
-    /// [`Measured::bounds`] and [`Measured::bearings`]; moments, q and q', which fewer looks ask for.
+    /// [`Measured::bounds`] and [`Measured::bearings`], which every look asks for.
     seen: OnceLock<[Eights; 2]>,
-    moments: OnceLock<Eights>,
-    places: OnceLock<Eights>,
-    rates: OnceLock<Eights>,
+    /// Blocks of [`Measured::moments`]: looks ask for those of some elements time and again, for others never.
+    moments: Vec<OnceLock<Eights>>,
     within: OnceLock<Within>,
     kept: OnceLock<Kept>,
 }
@@ -115,7 +115,7 @@ impl Cell {
     pub fn within(&self, model: &Model, h: f64) -> &Within {
         self.within.get_or_init(|| {
             let stations = self.stations.each_ref().map(|station| station.within(model, h));
-            Within::mixed(stations, [1.0 - self.share, self.share])
+            Within::mixed(stations, self.shares())
         })
     }
 
@@ -144,26 +144,35 @@ impl Cell {
 
     /// [`Measured::bounds`] and [`Measured::bearings`] of its whirl states.
     pub fn seen(&self, model: &Model) -> &[Eights; 2] {
-        self.seen.get_or_init(|| [self.measured(model, |at| &at.bounds), self.measured(model, |at| &at.bearings)])
+        self.seen.get_or_init(|| {
+            let [one, other] = self.measured(model);
+            [[&one.bounds, &other.bounds], [&one.bearings, &other.bearings]]
+                .map(|rows| Eights::mixed(rows, self.shares()))
+        })
     }
 
-    /// [`Measured::moments`] of its whirl states.
-    pub fn moments(&self, model: &Model) -> &Eights {
-        self.moments.get_or_init(|| self.measured(model, |at| &at.moments))
+    /// One block of [`Measured::moments`] of whirl states.
+    pub fn moments(&self, model: &Model, block: usize, y: &[f64]) -> [f64; LANES] {
+        let mixed = || Eights::mixed(self.measured(model).map(|at| &at.moments[block]), self.shares());
+        self.moments[block].get_or_init(mixed).block_times(0, y)
     }
 
-    /// Rows of q on its whirl states.
-    pub fn places(&self, model: &Model) -> &Eights {
-        self.places.get_or_init(|| self.measured(model, |at| &at.motion[0]))
+    /// q of whirl states, and zeros up to a multiple of eight.
+    pub fn places(&self, model: &Model, y: &[f64], q: &mut Vec<f64>) {
+        Eights::between(self.measured(model).map(|at| &at.motion[0]), self.shares(), y, q);
     }
 
-    /// Rows of q' on its whirl states.
-    pub fn rates(&self, model: &Model) -> &Eights {
-        self.rates.get_or_init(|| self.measured(model, |at| &at.motion[1]))
+    /// q' of whirl states, and zeros up to a multiple of eight.
+    pub fn rates(&self, model: &Model, y: &[f64], rates: &mut Vec<f64>) {
+        Eights::between(self.measured(model).map(|at| &at.motion[1]), self.shares(), y, rates);
     }
 
-    fn measured(&self, model: &Model, of: impl Fn(&Measured) -> &Eights) -> Eights {
-        Measured::between(self.stations.each_ref().map(|station| station.measured(model)), self.share, of)
+    fn measured(&self, model: &Model) -> [&Measured; 2] {
+        self.stations.each_ref().map(|station| station.measured(model))
+    }
+
+    fn shares(&self) -> [f64; 2] {
+        [1.0 - self.share, self.share]
     }
 
     /// y of a motion (q, q'), `None` where there is none.
@@ -172,16 +181,6 @@ impl Cell {
         let whole = &below.motion * (1.0 - self.share) + &above.motion * self.share;
         Some(solve(&whole, &Vector::from_column_slice(motion))?.as_slice().to_vec())
     }
-}
-
-/// What whirl states are at a speed and a share of the way between two stations, under so many unbalances.
-fn local([below, above]: [&Station; 2], share: f64, speed: f64, unbalances: usize) -> Local {
-    let mixed = |one: &Matrix, other: &Matrix| one * (1.0 - share) + other * share;
-    let (rows, pushes) = (mixed(&below.rows, &above.rows), mixed(&below.pushes, &above.pushes));
-    let blocks = below.blocks.iter().zip(&above.blocks);
-    let pushes: Vec<Vec<f64>> = pushes.column_iter().map(|column| column.iter().copied().collect()).collect();
-    let blocks = blocks.map(|(x, y)| std::array::from_fn(|i| x[i] * (1.0 - share) + y[i] * share)).collect();
-    Local::new(speed, blocks, &rows, pushes, unbalances)
 }
 
 impl Grid {
@@ -245,7 +244,7 @@ impl Grid {
         let speed = self.speed_of_station(b) + middle * self.spacing;
         let cell = Arc::new(Cell {
             index,
-            local: local([below, above], share, speed, outputs.unbalances()),
+            local: Local::between([&below.local, &above.local], [1.0 - share, share], speed),
             momentum: Form::mixed([&below.momentum, &above.momentum], [1.0 - share, share]),
             share,
             stations: [Arc::clone(below), Arc::clone(above)],
@@ -257,9 +256,7 @@ impl Grid {
             kick: OnceLock::new(),
             outlook: OnceLock::new(),
             seen: OnceLock::new(),
-            moments: OnceLock::new(),
-            places: OnceLock::new(),
-            rates: OnceLock::new(),
+            moments: (0..self.model.measures.blocks()).map(|_| OnceLock::new()).collect(),
             within: OnceLock::new(),
             kept: OnceLock::new(),
         });

@@ -7,9 +7,9 @@ use super::forms::Rows;
 use crate::linalg::Matrix;
 use nalgebra::Complex;
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Local {
-    /// Speed in the cell's middle \[rad/s\].
+    /// At a station, or in the middle of a cell \[rad/s\].
     pub speed: f64,
     pub blocks: Vec<Block>,
     /// A row on y for each output, and all of them.
@@ -22,21 +22,35 @@ pub(super) struct Local {
 }
 
 impl Local {
-    /// Of a cell with this speed in its middle and so many unbalances, whose pushes are the first.
+    /// Of whirl states at a speed and so many unbalances, whose pushes are the first.
     pub fn new(speed: f64, blocks: Vec<Block>, rows: &Matrix, pushes: Vec<Vec<f64>>, unbalances: usize) -> Self {
         let outputs = Rows::new(rows);
-        let struck = pushes[..2 * unbalances].iter().map(|push| {
-            let mut seen = Vec::new();
-            outputs.times(push, &mut seen);
-            seen
-        });
         Self {
             speed,
-            struck: struck.collect(),
+            struck: struck(&outputs, &pushes[..2 * unbalances]),
             outputs,
             rows: rows.row_iter().map(|row| row.iter().copied().collect()).collect(),
             pushes,
             blocks,
+        }
+    }
+
+    /// The sum of two, times these, at a speed.
+    pub fn between([one, other]: [&Self; 2], times: [f64; 2], speed: f64) -> Self {
+        let both = |x: &f64, y: &f64| times[0] * x + times[1] * y;
+        let lists = |one: &[Vec<f64>], other: &[Vec<f64>]| -> Vec<Vec<f64>> {
+            let of = |(one, other): (&Vec<f64>, &Vec<f64>)| one.iter().zip(other).map(|(x, y)| both(x, y)).collect();
+            one.iter().zip(other).map(of).collect()
+        };
+        let (outputs, pushes) = (Rows::mixed([&one.outputs, &other.outputs], times), lists(&one.pushes, &other.pushes));
+        let blocks = one.blocks.iter().zip(&other.blocks);
+        Self {
+            speed,
+            struck: struck(&outputs, &pushes[..one.struck.len()]),
+            outputs,
+            rows: lists(&one.rows, &other.rows),
+            pushes,
+            blocks: blocks.map(|(one, other)| std::array::from_fn(|i| both(&one[i], &other[i]))).collect(),
         }
     }
 
@@ -62,6 +76,16 @@ impl Local {
             add_both(parts, states, y);
         }
     }
+}
+
+/// Outputs of pushes.
+fn struck(outputs: &Rows, pushes: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let seen = |push: &Vec<f64>| {
+        let mut seen = Vec::new();
+        outputs.times(push, &mut seen);
+        seen
+    };
+    pushes.iter().map(seen).collect()
 }
 
 /// `sums += a x + b y`; inside a kernel.

@@ -68,7 +68,8 @@ pub(super) struct Measured {
     pub bounds: Eights,
     /// Those of [`Measures`] on the bearings' motion.
     pub bearings: Eights,
-    pub moments: Eights,
+    /// Of each [`BESIDE`] elements.
+    pub moments: Vec<Eights>,
     /// Z: of q and of q'.
     pub motion: [Eights; 2],
 }
@@ -118,6 +119,11 @@ impl Measures {
         }
     }
 
+    /// Blocks of moments.
+    pub fn blocks(&self) -> usize {
+        self.moments.nrows().div_ceil(LANES)
+    }
+
     /// Of whirl states with this Z.
     pub fn at(&self, motion: &Matrix) -> Measured {
         let half = motion.nrows() / 2;
@@ -126,7 +132,12 @@ impl Measures {
         Measured {
             bounds: Eights::new(&self.bounds(&moments, &mul(&self.nodal, &places))),
             bearings: Eights::new(&mul(&self.sites, motion)),
-            moments: Eights::new(&moments),
+            moments: (0..self.blocks())
+                .map(|block| {
+                    let from = block * LANES;
+                    Eights::new(&moments.rows(from, LANES.min(moments.nrows() - from)).into_owned())
+                })
+                .collect(),
             motion: [Eights::new(&places), Eights::new(&rates)],
         }
     }
@@ -226,13 +237,6 @@ kernel! {
         for (size, (a, b)) in sizes.iter_mut().zip(a.iter().zip(b)) {
             *size = (a * a + b * b).sqrt();
         }
-    }
-}
-
-impl Measured {
-    /// What of two stations lies between, at a share of the way: one of its lists of rows.
-    pub fn between(stations: [&Self; 2], share: f64, of: impl Fn(&Self) -> &Eights) -> Eights {
-        Eights::mixed(stations.map(of), [1.0 - share, share])
     }
 }
 

@@ -30,6 +30,7 @@ mod measured;
 mod missed;
 mod motion;
 mod moved;
+mod onward;
 mod oscillators;
 mod outlook;
 mod outputs;

@@ -11,12 +11,14 @@
 
 use super::block::Block;
 use super::forms::Form;
+use super::local::Local;
 use super::measured::{Measured, Measures};
+use super::onward::onward;
 use super::outputs::Outputs;
 use super::system::LateralSystem;
 use super::within::Within;
 use super::{ExponentialError, pairs};
-use crate::linalg::{Matrix, inverse, mul, mul_tn};
+use crate::linalg::{Matrix, column_of, inverse, mul, mul_tn};
 use std::sync::OnceLock;
 
 /// Largest condition of a basis.
@@ -42,8 +44,8 @@ pub(super) struct Station {
     pub motion: Matrix,
     /// O: a row for each output.
     pub rows: Matrix,
-    /// A column for each force.
-    pub pushes: Matrix,
+    /// All of them as a run needs them.
+    pub local: Local,
     /// N.
     pub momentum: Form,
     /// No less than the 2-norm condition of R; that itself where it is near what is allowed.
@@ -56,13 +58,20 @@ impl Station {
     /// At a speed \[rad/s\]; beside a neighbour its pairs are those of the neighbour, where they can be found.
     pub fn new(model: &Model, speed: f64, neighbour: Option<&Station>) -> Result<Self, ExponentialError> {
         let (system, size) = (&model.system, model.system.size);
-        let motions = system.motions(speed)?;
+        let beside = neighbour.map(|station| (station, system.change(station.local.speed, speed)));
+        let near = beside.and_then(|(station, change)| onward(station, &change));
         let generator = system.generator(speed);
         let defective = ExponentialError::NoBasis { speed };
-        let right = neighbour
-            .and_then(|station| pairs::beside(&motions, &generator, &station.left))
-            .or_else(|| pairs::alone(&motions, &generator))
-            .ok_or_else(|| defective.clone())?;
+        let (right, known) = match near {
+            Some((right, blocks)) => (right, Some(blocks)),
+            None => {
+                let motions = system.motions(speed)?;
+                let right = neighbour
+                    .and_then(|station| pairs::beside(&motions, &generator, &station.left))
+                    .or_else(|| pairs::alone(&motions, &generator));
+                (right.ok_or_else(|| defective.clone())?, None)
+            }
+        };
         let left = inverse(&right).ok_or(defective)?;
         // that of Frobenius norms is no smaller
         let mut condition = right.norm() * left.norm();
@@ -73,21 +82,29 @@ impl Station {
             return Err(ExponentialError::IllConditioned { speed, condition, limit: MOST_CONDITION });
         }
         let generator = mul(&left, &mul(&generator, &right));
-        let between = largest_between(&generator) / generator.amax();
-        if between.is_nan() || between > INVARIANT {
-            return Err(ExponentialError::NotInvariant { speed });
-        }
         let block = |k: usize| {
             let at = |i: usize, j: usize| generator[(k + i * size, k + j * size)];
             [at(0, 0), at(0, 1), at(1, 0), at(1, 1)]
         };
+        let found: Vec<Block> = (0..size).map(block).collect();
+        // from station to station, rounding may add up
+        let blocks = known.unwrap_or_else(|| found.clone());
+        let apart = |(one, other): (&f64, &f64)| (one - other).abs();
+        let drift = blocks.iter().flatten().zip(found.iter().flatten()).map(apart).fold(0.0, f64::max);
+        let off = drift.max(largest_between(&generator)) / generator.amax();
+        if off.is_nan() || off > INVARIANT {
+            return Err(ExponentialError::NotInvariant { speed });
+        }
         let motion = mul(&system.motion_of_state(speed), &right);
         let (places, velocities) = (motion.rows(0, size).into_owned(), motion.rows(size, size).into_owned());
         let momentum = mul_tn(&velocities, &mul(&system.gyroscopic, &places)) * 0.25;
+        let rows = mul(&model.outputs.rows(system, speed), &motion);
+        let pushes = mul(&left, &model.outputs.pushes(system));
+        let pushes = (0..pushes.ncols()).map(|j| column_of(&pushes, j).to_vec()).collect();
         Ok(Self {
-            blocks: (0..size).map(block).collect(),
-            rows: mul(&model.outputs.rows(system, speed), &motion),
-            pushes: mul(&left, &model.outputs.pushes(system)),
+            local: Local::new(speed, blocks.clone(), &rows, pushes, model.outputs.unbalances()),
+            blocks,
+            rows,
             momentum: Form::new(&(&momentum + momentum.transpose())),
             motion,
             right,

@@ -29,8 +29,17 @@ pub(super) struct LateralSystem {
     pub stiffness: Matrix,
     pub gyroscopic: Matrix,
     mass: Matrix,
+    gyration: Gyration,
     /// (s_q, s_p) of (2).
     scale: Vec<f64>,
+}
+
+/// `M^-1 G`, `C M^-1 G` and `G M^-1 G`.
+#[derive(Debug, Clone)]
+struct Gyration {
+    of_mass: Matrix,
+    of_damping: Matrix,
+    of_both: Matrix,
 }
 
 /// An eigenvector of (1) in the coordinates (2), of length 1; of conjugates the one with `Im lambda > 0`.
@@ -52,11 +61,16 @@ impl LateralSystem {
         let least = if largest > 0.0 { LEAST_SCALE * largest } else { 1.0 };
         let of_places = (0..size).map(|j| stiffness[(j, j)].abs().sqrt().max(least));
         let of_momenta = (0..size).map(|j| 1.0 / mass[(j, j)].sqrt());
+        let inverse_mass = inverse(&mass)?;
+        let gyroscopic = projected(structure, &structure.rotor.gyroscopic());
+        let of_mass = mul(&inverse_mass, &gyroscopic);
+        let (of_damping, of_both) = (mul(&part.damping, &of_mass), mul(&gyroscopic, &of_mass));
         Some(Self {
             size,
-            inverse_mass: inverse(&mass)?,
+            inverse_mass,
             damping: part.damping.clone(),
-            gyroscopic: projected(structure, &structure.rotor.gyroscopic()),
+            gyroscopic,
+            gyration: Gyration { of_mass, of_damping, of_both },
             scale: of_places.chain(of_momenta).collect(),
             stiffness,
             mass,
@@ -68,7 +82,7 @@ impl LateralSystem {
         let n = self.size;
         let mut map = Matrix::zeros(2 * n, 2 * n);
         map.view_mut((0, 0), (n, n)).fill_with_identity();
-        map.view_mut((n, 0), (n, n)).copy_from(&(mul(&self.inverse_mass, &self.gyroscopic) * (-0.5 * spin)));
+        map.view_mut((n, 0), (n, n)).copy_from(&(&self.gyration.of_mass * (-0.5 * spin)));
         map.view_mut((n, n), (n, n)).copy_from(&self.inverse_mass);
         for (j, scale) in self.scale.iter().enumerate() {
             map.column_mut(j).scale_mut(1.0 / scale);
@@ -119,6 +133,23 @@ impl LateralSystem {
             a.row_mut(i).scale_mut(*scale);
         }
         a
+    }
+
+    /// What A changes by from one spin to another.
+    pub fn change(&self, from: f64, to: f64) -> Matrix {
+        let n = self.size;
+        let half = 0.5 * (to - from);
+        let Gyration { of_mass, of_damping, of_both } = &self.gyration;
+        let mut change = Matrix::zeros(2 * n, 2 * n);
+        change.view_mut((0, 0), (n, n)).copy_from(&(of_mass * -half));
+        change.view_mut((n, 0), (n, n)).copy_from(&(of_damping * half + of_both * (half * 0.5 * (to + from))));
+        // G is skew, M symmetric
+        change.view_mut((n, n), (n, n)).copy_from(&(of_mass.transpose() * half));
+        for (j, scale) in self.scale.iter().enumerate() {
+            change.column_mut(j).scale_mut(1.0 / scale);
+            change.row_mut(j).scale_mut(*scale);
+        }
+        change
     }
 
     /// What a force in coordinates adds to x'.

@@ -1,12 +1,13 @@
 //! From one basis to the next, in as many equal parts as there are cells between them.
 //!
 //! ```text
-//! X = L+ R = 1 + N:     log X = N - N^2/2 + N^3/3 - ...,     X^(1/m) = exp(log(X)/m)                                      (1)
+//! X = L+ R = 1 + N:     X^a = 1 + a N + a (a - 1)/2 N^2 + ...,     a = 1/m and -1/m                                       (1)
 //! ```
 //! With the bases of [`super::pairs`], X has ones on its pairs but for second order, and N is small: what the whirl states of one speed are in
 //! those of the next. Where it is not small (a pair was not found again, modes cross within a spacing), X is taken as a whole in the middle.
 //! Verified by the tests below.
 
+use crate::linalg::lanes::add_scaled;
 use crate::linalg::{Matrix, mul};
 
 /// Largest norm of N (Frobenius) for which (1) is used.
@@ -29,37 +30,25 @@ impl Transfer {
         if rest.norm() > SMALL {
             return Transfer::AtOnce([up, down]);
         }
-        let logarithm = logarithm(&rest);
-        let half = exponentials(&(&logarithm * (0.5 / cells as f64)));
+        let half = powers(&rest, 0.5 / cells as f64);
         Transfer::Gradual { whole: half.each_ref().map(|half| mul(half, half)), half }
     }
 }
 
-/// `log(1 + N)`.
-fn logarithm(rest: &Matrix) -> Matrix {
-    let (mut sum, mut power, mut sign) = (rest.clone(), rest.clone(), -1.0);
-    let mut k = 2.0;
-    while power.norm() > 1e-17 * k {
+/// `(1 + N)^a` and `(1 + N)^-a`, the binomial series of both by the same powers of N.
+fn powers(rest: &Matrix, a: f64) -> [Matrix; 2] {
+    let one = Matrix::identity(rest.nrows(), rest.ncols());
+    let (exponents, mut factors) = ([a, -a], [a, -a]);
+    let (mut sums, mut power, mut k) = ([one.clone() + rest * a, one - rest * a], rest.clone(), 1.0);
+    while factors[1].abs() * power.norm() > 1e-17 {
         power = mul(&power, rest);
-        sum += &power * (sign / k);
-        sign = -sign;
+        for ((sum, factor), exponent) in sums.iter_mut().zip(&mut factors).zip(exponents) {
+            *factor *= (exponent - k) / (k + 1.0);
+            add_scaled(*factor, power.as_slice(), sum.as_mut_slice());
+        }
         k += 1.0;
     }
-    sum
-}
-
-/// `exp(Y)` and `exp(-Y)` of a small Y.
-fn exponentials(y: &Matrix) -> [Matrix; 2] {
-    // terms that are even and odd in Y
-    let (mut even, mut odd) = (Matrix::identity(y.nrows(), y.nrows()), y.clone());
-    let (mut term, mut k) = (y.clone(), 2.0);
-    while term.norm() > 1e-17 {
-        term = mul(&term, y) / k;
-        let sum = if k % 2.0 == 0.0 { &mut even } else { &mut odd };
-        *sum += &term;
-        k += 1.0;
-    }
-    [&even + &odd, even - odd]
+    sums
 }
 
 #[cfg(test)]

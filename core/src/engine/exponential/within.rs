@@ -62,20 +62,20 @@ impl Within {
         let split: Vec<Split> = blocks.iter().map(Split::of).collect();
         let lost = (lost + lost.transpose()) * 0.5;
         let mut more = Matrix::zeros(lost.nrows(), lost.ncols());
-        let mut mean = vec![[0.0; 4]; blocks.len()];
+        let (mut mean, mut parts) = (vec![[0.0; 4]; blocks.len()], Default::default());
         for piece in ENDS.windows(2) {
             let (middle, half) = (0.5 * h * (piece[0] + piece[1]), 0.5 * h * (piece[1] - piece[0]));
             for &(place, weight) in &PLACES {
                 for t in [middle - place * half, middle + place * half] {
                     let turns: Vec<Block> = split.iter().map(|block| block.exponential(t)).collect();
-                    add(&mut more, weight * half, &lost, &turns);
+                    add(&mut more, weight * half, &lost, &turns, &mut parts);
                     for (sum, turn) in mean.iter_mut().flatten().zip(turns.iter().flatten()) {
                         *sum += weight * half / h * turn;
                     }
                 }
             }
         }
-        add(&mut more, -h, &lost, &mean);
+        add(&mut more, -h, &lost, &mean, &mut parts);
         Self { lost: Form::new(&lost), more: Form::new(&more), mean }
     }
 
@@ -204,18 +204,38 @@ fn turns(b: &Block, speed: f64, l: [Complex<f64>; 2]) -> [Complex<f64>; 2] {
     [other * l[0] + l[1] * b[1], l[0] * b[2] + one * l[1]].map(|part| part / determinant)
 }
 
-/// `sum += times E^T D E`, E of blocks.
-fn add(sum: &mut Matrix, times: f64, lost: &Matrix, turns: &[Block]) {
+/// `sum += times E^T D E`, E of blocks; `parts`: room for their entries one after the other.
+fn add(sum: &mut Matrix, times: f64, lost: &Matrix, turns: &[Block], parts: &mut [Vec<f64>; 4]) {
+    for (i, part) in parts.iter_mut().enumerate() {
+        part.clear();
+        part.extend(turns.iter().map(|turn| turn[i]));
+    }
     let pairs = turns.len();
-    for (l, f) in turns.iter().enumerate() {
-        for (k, e) in turns.iter().enumerate() {
-            let d = |i: usize, j: usize| times * lost[(k + i * pairs, l + j * pairs)];
-            let right = [0, 1].map(|i| [0, 1].map(|j| d(i, 0) * f[j] + d(i, 1) * f[2 + j]));
-            for i in 0..2 {
-                for j in 0..2 {
-                    sum[(k + i * pairs, l + j * pairs)] += e[i] * right[0][j] + e[2 + i] * right[1][j];
-                }
-            }
+    let columns = lost.as_slice().chunks_exact(2 * pairs);
+    let (first, second) = (columns.clone().take(pairs), columns.skip(pairs));
+    let (firsts, seconds) = sum.as_mut_slice().split_at_mut(2 * pairs * pairs);
+    let sums = firsts.chunks_exact_mut(2 * pairs).zip(seconds.chunks_exact_mut(2 * pairs));
+    for ((turn, columns), sums) in turns.iter().zip(first.zip(second)).zip(sums) {
+        let [a, b, c, d] = turn.map(|entry| times * entry);
+        add_column([a, c], columns, parts, sums.0);
+        add_column([b, d], columns, parts, sums.1);
+    }
+}
+
+kernel! {
+    /// Adds `E^T` of two columns, so much of each, to a column.
+    fn add_column(times: [f64; 2], columns: (&[f64], &[f64]), parts: &[Vec<f64>; 4], sums: &mut [f64]) {
+        let ([f, g], [e, above, below, other]) = (times, parts);
+        let (one, two) = columns;
+        let pairs = e.len();
+        let ((one, one_below), (two, two_below)) = (one.split_at(pairs), two.split_at(pairs));
+        let (sums, sums_below) = sums.split_at_mut(pairs);
+        let (above, below, other) = (&above[..pairs], &below[..pairs], &other[..pairs]);
+        let (one_below, two_below, sums_below) = (&one_below[..pairs], &two_below[..pairs], &mut sums_below[..pairs]);
+        for k in 0..pairs {
+            let (x, y) = (f * one[k] + g * two[k], f * one_below[k] + g * two_below[k]);
+            sums[k] += e[k] * x + below[k] * y;
+            sums_below[k] += above[k] * x + other[k] * y;
         }
     }
 }
@@ -253,9 +273,7 @@ mod tests {
         let measures = Measures::new(&machine, &structure, &system, outputs.weight());
         let model = Model { system, outputs, measures };
         let station = Station::new(&model, SPEED, None).expect("has a basis");
-        let pushes: Vec<Vec<f64>> = station.pushes.column_iter().map(|c| c.iter().copied().collect()).collect();
-        let speed = turn(&station.blocks);
-        let local = Local::new(speed, station.blocks.clone(), &station.rows, pushes, model.outputs.unbalances());
+        let local = Local { speed: turn(&station.blocks), ..station.local.clone() };
         then(&model, &station, &local);
     }
 
