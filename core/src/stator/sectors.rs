@@ -13,7 +13,9 @@
 //! Limits: matrices of rings and of whole pairs of their modes, which are the same in the mirror, too.
 //! Verified by `modes_are_those_of_the_whole_ring`, `inverses_are_those_of_the_whole_ring`.
 
+use crate::linalg::lanes::add_scaled;
 use crate::linalg::{EigenError, Matrix, column_of, mul, mul_tn, spd_inverse, symmetric_generalised};
+use std::ops::Range;
 
 /// Entries of a matrix in two sectors differ by this part of their diagonal at most: rounding of the ring's modes.
 const SAME: f64 = 1e-8;
@@ -23,10 +25,9 @@ const SAME: f64 = 1e-8;
 pub struct Sectors {
     /// S.
     pub count: usize,
-    /// Places of the freedoms, sector after sector.
-    places: Vec<usize>,
-    /// Of those of one sector.
+    /// Freedoms of a sector: first those of its part of the ring, then those inside its blade.
     freedoms: Vec<Freedom>,
+    of_ring: usize,
 }
 
 /// A freedom of a sector.
@@ -52,9 +53,6 @@ impl Sectors {
     /// Of a ring of so many nodes, a multiple of the sectors, behind whose freedoms stand those of so many nodes inside each blade.
     pub(super) fn new(count: usize, nodes: usize, inside: usize) -> Self {
         let per_sector = nodes / count;
-        let of_ring = |node: usize| (0..4).map(move |k| 4 * node + k);
-        let of_blade = |sector: usize| (0..3 * inside).map(move |k| 4 * nodes + 3 * inside * sector + k);
-        let sector = |s: usize| (0..per_sector).flat_map(move |m| of_ring(s * per_sector + m)).chain(of_blade(s));
         let ring = (0..per_sector).flat_map(|m| {
             // u, u_s, v, v_s
             [false, true, true, false].into_iter().enumerate().map(move |(k, even)| Freedom {
@@ -65,7 +63,24 @@ impl Sectors {
         });
         // along the blade, across, slope
         let blade = (0..3 * inside).map(|k| Freedom { mirror: 4 * per_sector + k, even: k % 3 == 0, along: 0.0 });
-        Self { count, places: (0..count).flat_map(sector).collect(), freedoms: ring.chain(blade).collect() }
+        Self { count, freedoms: ring.chain(blade).collect(), of_ring: 4 * per_sector }
+    }
+
+    /// Where freedoms of a sector stand among all: those of its part of the ring, and those inside its blade.
+    fn places(&self, sector: usize) -> [Range<usize>; 2] {
+        let (of_ring, of_blade) = (self.of_ring, self.freedoms.len() - self.of_ring);
+        let blades = self.count * of_ring;
+        [of_ring * sector..of_ring * (sector + 1), blades + of_blade * sector..blades + of_blade * (sector + 1)]
+    }
+
+    /// The entries of a column that are a sector's, one part after the other.
+    fn parts<'a>(&self, column: &'a [f64], sector: usize) -> [&'a [f64]; 2] {
+        self.places(sector).map(|places| &column[places])
+    }
+
+    /// Degrees of freedom of the ring.
+    fn size(&self) -> usize {
+        self.count * self.freedoms.len()
     }
 
     /// All solutions of `K phi = omega^2 M phi`: omega^2 ascending, phi mass-normalised, in columns; of a pair that with its crest at the blade of sector 0 first.
@@ -73,7 +88,7 @@ impl Sectors {
     /// # Errors
     /// [`EigenError`] if M is not positive definite or an iteration fails.
     pub fn modes(&self, k: &Matrix, m: &Matrix, what: &'static str) -> Result<(Vec<f64>, Matrix), EigenError> {
-        let size = self.places.len();
+        let (own, size) = (self.freedoms.len(), self.size());
         let mut found = Vec::with_capacity(size);
         for waves in self.waves() {
             let (values, y) = symmetric_generalised(&self.seen(k, &waves), &self.seen(m, &waves), what)?;
@@ -89,9 +104,12 @@ impl Sectors {
         }
         found.sort_by(|(one, _), (other, _)| one.total_cmp(other));
         let mut shapes = Matrix::zeros(size, size);
-        for (mut column, (_, shape)) in shapes.column_iter_mut().zip(&found) {
-            for (&place, entry) in self.places.iter().zip(shape) {
-                column[place] = *entry;
+        for (column, (_, shape)) in shapes.as_mut_slice().chunks_exact_mut(size).zip(&found) {
+            for (sector, entries) in shape.chunks_exact(own).enumerate() {
+                let (ring, blade) = entries.split_at(self.of_ring);
+                for (places, part) in self.places(sector).into_iter().zip([ring, blade]) {
+                    column[places].copy_from_slice(part);
+                }
             }
         }
         Ok((found.into_iter().map(|(value, _)| value).collect(), shapes))
@@ -103,31 +121,34 @@ impl Sectors {
         if !self.turns(a) {
             return spd_inverse(a);
         }
-        let (own, size) = (self.freedoms.len(), self.places.len());
+        let (own, size) = (self.freedoms.len(), self.size());
         let mut blocks = vec![Matrix::zeros(own, own); self.count];
+        let mut add = |block: usize, times: f64, part: &Matrix| {
+            add_scaled(times, part.as_slice(), blocks[block].as_mut_slice());
+        };
         for waves in self.waves() {
             let seen = spd_inverse(&self.seen(a, &waves))?;
             let share = 1.0 / self.count as f64;
             match &waves.mirrored {
-                None => {
-                    blocks.iter_mut().zip(&waves.turns).for_each(|(block, turn)| *block += &seen * (share * turn.0))
-                }
+                None => waves.turns.iter().enumerate().for_each(|(s, turn)| add(s, share * turn.0, &seen)),
                 Some([re, im]) => {
                     let [by_re, by_im] = [re, im].map(|part| mul(&seen, &part.transpose()));
                     let (real, imaginary) = (mul(re, &by_re) + mul(im, &by_im), mul(im, &by_re) - mul(re, &by_im));
-                    for (block, (cos, sin)) in blocks.iter_mut().zip(&waves.turns) {
-                        *block += &real * (2.0 * share * cos) + &imaginary * (2.0 * share * sin);
+                    for (s, (cos, sin)) in waves.turns.iter().enumerate() {
+                        add(s, 2.0 * share * cos, &real);
+                        add(s, 2.0 * share * sin, &imaginary);
                     }
                 }
             }
         }
         let mut inverse = Matrix::zeros(size, size);
-        for (t, columns) in self.places.chunks_exact(own).enumerate() {
-            for (s, rows) in self.places.chunks_exact(own).enumerate() {
-                let block = &blocks[(t + self.count - s) % self.count];
-                for (j, &column) in columns.iter().enumerate() {
-                    for (i, &row) in rows.iter().enumerate() {
-                        inverse[(row, column)] = block[(i, j)];
+        for t in 0..self.count {
+            for (j, column) in self.places(t).into_iter().flatten().enumerate() {
+                for s in 0..self.count {
+                    let block = column_of(&blocks[(t + self.count - s) % self.count], j);
+                    let (ring, blade) = block.split_at(self.of_ring);
+                    for (places, part) in self.places(s).into_iter().zip([ring, blade]) {
+                        inverse.as_mut_slice()[column * size..][places].copy_from_slice(part);
                     }
                 }
             }
@@ -137,14 +158,19 @@ impl Sectors {
 
     /// Whether a matrix is the same turned by a sector.
     fn turns(&self, a: &Matrix) -> bool {
-        let (own, size) = (self.freedoms.len(), self.places.len());
-        let sizes: Vec<f64> = self.places.iter().map(|&place| a[(place, place)].abs().sqrt()).collect();
-        let next = |i: usize| self.places[(i + own) % size];
-        (0..size).all(|j| {
-            (0..size).all(|i| {
-                let off = a[(self.places[i], self.places[j])] - a[(next(i), next(j))];
-                off.abs() <= SAME * sizes[i] * sizes[j]
+        let sizes: Vec<f64> = (0..self.size()).map(|i| a[(i, i)].abs().sqrt()).collect();
+        let next = |sector: usize| (sector + 1) % self.count;
+        let same = |[column, turned]: [usize; 2], s: usize| {
+            let (one, other) = (self.parts(column_of(a, column), s), self.parts(column_of(a, turned), next(s)));
+            let of = self.parts(&sizes, s);
+            (0..2).all(|part| {
+                let both = one[part].iter().zip(other[part]).zip(of[part]);
+                both.fold(true, |same, ((x, y), size)| same & ((x - y).abs() <= SAME * sizes[column] * size))
             })
+        };
+        (0..self.count).all(|t| {
+            let columns = self.places(t).into_iter().flatten().zip(self.places(next(t)).into_iter().flatten());
+            columns.into_iter().all(|(column, turned)| (0..self.count).all(|s| same([column, turned], s)))
         })
     }
 
@@ -194,11 +220,14 @@ impl Sectors {
     fn seen(&self, a: &Matrix, waves: &Waves) -> Matrix {
         let own = self.freedoms.len();
         let (mut real, mut imaginary) = (Matrix::zeros(own, own), Matrix::zeros(own, own));
-        for (columns, &(cos, sin)) in self.places.chunks_exact(own).zip(&waves.turns) {
-            for (j, &column) in columns.iter().enumerate() {
-                for (i, &row) in self.places[..own].iter().enumerate() {
-                    real[(i, j)] += cos * a[(row, column)];
-                    imaginary[(i, j)] += sin * a[(row, column)];
+        for (s, &(cos, sin)) in waves.turns.iter().enumerate() {
+            for (j, column) in self.places(s).into_iter().flatten().enumerate() {
+                let mut from = j * own;
+                for part in self.parts(column_of(a, column), 0) {
+                    let to = from + part.len();
+                    add_scaled(cos, part, &mut real.as_mut_slice()[from..to]);
+                    add_scaled(sin, part, &mut imaginary.as_mut_slice()[from..to]);
+                    from = to;
                 }
             }
         }

@@ -31,7 +31,7 @@
 //! Verified by `tests/modal_basis.rs`.
 
 use super::part::Part;
-use crate::linalg::{Matrix, mul, spd_inverse};
+use crate::linalg::{Matrix, dot, mul, spd_inverse};
 use crate::modal::{ModeSet, largest_share};
 use crate::stator::Sectors;
 use bladeoff_model::machine::DiaphragmKind;
@@ -75,8 +75,10 @@ impl Whole<'_> {
 
 /// Static flexibility of the modes left out, and that for a force that grows with W, on all freedoms.
 pub(super) struct LeftOut {
-    pub at_rest: Matrix,
+    at_rest: Matrix,
+    /// That of the raised modes and those left out, for a force that grows with W, and what of it a mode kept has.
     moving: Matrix,
+    kept: f64,
 }
 
 impl LeftOut {
@@ -86,13 +88,10 @@ impl LeftOut {
         let highest = modes.omega_squared.last().copied().filter(|&square| square > 0.0).unwrap_or(RATE * RATE);
         let momenta = mul(mass, &modes.shapes);
         let raised = stiffness + mul(&momenta, &scaled(&momenta, &modes.omega_squared, |square| highest - square));
-        let left_out = |stiffness: &Matrix, square: f64| {
-            let kept = mul(&modes.shapes, &scaled(&modes.shapes, &modes.omega_squared, |_| 1.0 / square));
-            Some(whole.inverse(stiffness)? - kept)
-        };
-        let at_rest = left_out(&raised, highest)?;
-        let moving = left_out(&(raised + mass * (RATE * RATE)), highest + RATE * RATE)?;
-        Some(Self { at_rest, moving })
+        let kept = mul(&modes.shapes, &scaled(&modes.shapes, &modes.omega_squared, |_| 1.0 / highest));
+        let at_rest = whole.inverse(&raised)? - kept;
+        let moving = whole.inverse(&(raised + mass * (RATE * RATE)))?;
+        Some(Self { at_rest, moving, kept: 1.0 / (highest + RATE * RATE) })
     }
 
     /// Static residual `K^-1 - Phi omega^-2 Phi^T` on the first `size` freedoms; `None` where a mode kept is not stiff. `places`: of nodes.
@@ -167,8 +166,12 @@ impl Lag {
             plane(product(&x, &x), product(&x, &y), product(&y, &y))
         };
         let of = |matrix: &Matrix| plane(matrix[(u, u)], matrix[(u, v)], matrix[(v, v)]);
+        let raised = plane(dot(&x, &x), dot(&x, &y), dot(&y, &y));
         let unknown = [f64::INFINITY, 0.0, f64::INFINITY];
-        let (still, growing) = left_out.map_or((unknown, [0.0; 3]), |some| (of(&some.at_rest), of(&some.moving)));
+        let (still, growing) = left_out.map_or((unknown, [0.0; 3]), |some| {
+            let moving = of(&some.moving);
+            (of(&some.at_rest), std::array::from_fn(|i| moving[i] - some.kept * raised[i]))
+        });
         let lag = if follows { std::array::from_fn(|i| still[i] - growing[i]) } else { still };
         let moving = sum(kept(RATE * RATE), growing);
         // a free ring yields without bounds

@@ -13,12 +13,34 @@ pub(super) struct Local {
     pub speed: f64,
     pub blocks: Vec<Block>,
     /// A row on y for each output, and all of them.
-    pub rows: Vec<Vec<f64>>,
+    pub rows: Lists,
     pub outputs: Rows,
     /// A vector of y for each force.
     pub pushes: Vec<Vec<f64>>,
     /// Outputs of those of the unbalances.
     pub struck: Vec<Vec<f64>>,
+}
+
+/// Lists of one length, one behind the other: a cell has some thirty.
+#[derive(Debug, Clone)]
+pub(super) struct Lists {
+    width: usize,
+    all: Vec<f64>,
+}
+
+impl std::ops::Index<usize> for Lists {
+    type Output = [f64];
+
+    fn index(&self, row: usize) -> &[f64] {
+        &self.all[row * self.width..(row + 1) * self.width]
+    }
+}
+
+impl Lists {
+    /// The rows of a matrix.
+    pub fn of(rows: &Matrix) -> Self {
+        Self { width: rows.ncols(), all: rows.transpose().as_slice().to_vec() }
+    }
 }
 
 impl Local {
@@ -29,7 +51,7 @@ impl Local {
             speed,
             struck: struck(&outputs, &pushes[..2 * unbalances]),
             outputs,
-            rows: rows.row_iter().map(|row| row.iter().copied().collect()).collect(),
+            rows: Lists::of(rows),
             pushes,
             blocks,
         }
@@ -48,7 +70,10 @@ impl Local {
             speed,
             struck: struck(&outputs, &pushes[..one.struck.len()]),
             outputs,
-            rows: lists(&one.rows, &other.rows),
+            rows: Lists {
+                width: one.rows.width,
+                all: one.rows.all.iter().zip(&other.rows.all).map(|(x, y)| both(x, y)).collect(),
+            },
             pushes,
             blocks: blocks.map(|(one, other)| std::array::from_fn(|i| both(&one[i], &other[i]))).collect(),
         }
@@ -142,8 +167,8 @@ mod tests {
             local.strike(std::iter::once(f), None, &mut y, &mut seen.clone());
             assert_eq!(at_once, y);
             y = struck;
-            for (row, seen) in local.rows.iter().zip(&seen) {
-                assert!((crate::linalg::dot(row, &y) - seen).abs() < 1e-10, "{pairs}");
+            for (row, seen) in seen[..rows.nrows()].iter().enumerate() {
+                assert!((crate::linalg::dot(&local.rows[row], &y) - seen).abs() < 1e-10, "{pairs}");
             }
         }
     }

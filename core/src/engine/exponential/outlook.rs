@@ -182,6 +182,7 @@ kernel! {
 #[cfg(test)]
 mod tests {
     use super::super::forms::Rows;
+    use super::super::local::Lists;
     use super::*;
     use crate::linalg::Matrix;
 
@@ -194,7 +195,7 @@ mod tests {
             let cell = Local {
                 speed: 1.7,
                 blocks: (0..pairs).map(|k| std::array::from_fn(|i| value(k, i + 3))).collect(),
-                rows: (0..6).map(|i| list(i + 1)).collect(),
+                rows: Lists::of(&Matrix::from_fn(6, 2 * pairs, |i, j| value(i + 1, j))),
                 outputs: Rows::new(&Matrix::zeros(0, 0)),
                 pushes: (0..=2 * unbalances).map(|i| list(i + 50)).collect(),
                 struck: Vec::new(),
