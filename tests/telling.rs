@@ -262,6 +262,7 @@ fn a_sample_with_a_sign_is_no_option() {
         (&["why", "-1"][..], 3, "\"-1\" is not the number of a sample: samples are numbered from 0"),
         (&["why", "runs/x", "-1"], 3, "\"-1\" is not the number of a sample: samples are numbered from 0"),
         (&["why", "--1"], 2, "error: --1 is no option; a number stands without dashes: 1\n"),
+        (&["replay", "runs/x", "5"], 2, "error: 5 is one argument too many; a sample is named by --sample 5\n"),
     ] {
         let said = say(words);
         assert_eq!(said.code, code, "{words:?}: {}", said.err);

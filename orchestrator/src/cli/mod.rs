@@ -173,8 +173,19 @@ fn refuse(error: &clap::Error) -> ! {
         (error.kind(), error.get(ContextKind::InvalidArg))
         && let Ok(number) = word.trim_start_matches('-').parse::<u64>()
     {
-        output::remark(&format!("error: {word} is no option; a number stands without dashes: {number}"));
-        std::process::exit(error.exit_code());
+        let understood = command_line();
+        let named = arguments.get(1).and_then(|name| understood.find_subcommand(name));
+        let takes_samples =
+            named.is_some_and(|command| command.get_arguments().any(|arg| arg.get_long() == Some("sample")));
+        let told = match (word.starts_with('-'), takes_samples) {
+            (true, _) => Some(format!("{word} is no option; a number stands without dashes: {number}")),
+            (false, true) => Some(format!("{word} is one argument too many; a sample is named by --sample {number}")),
+            (false, false) => None,
+        };
+        if let Some(told) = told {
+            output::remark(&format!("error: {told}"));
+            std::process::exit(error.exit_code());
+        }
     }
     let meant = match (error.kind(), error.get(ContextKind::InvalidArg)) {
         (ErrorKind::UnknownArgument, Some(ContextValue::String(word))) => {

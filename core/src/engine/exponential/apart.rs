@@ -15,7 +15,10 @@ pub(super) struct Apart {
 impl Apart {
     /// Of a run.
     pub fn new(structure: &Structure, transient: &Transient) -> Self {
-        Self { shape: Shape::new(structure, transient.flight.spin()), energies: Energies::default() }
+        Self {
+            shape: Shape::new(structure, transient.flight.spin(), transient.contact_step()),
+            energies: Energies::default(),
+        }
     }
 
     /// Takes the stores at n.

@@ -56,7 +56,7 @@ impl<'a> Eye<'a> {
             }
         };
         Self {
-            shape: Shape::new(structure, transient.flight.spin()),
+            shape: Shape::new(structure, transient.flight.spin(), transient.contact_step()),
             velocity: vec![0.0; structure.lateral.coordinates.nodal_size()],
             ring: ring.map(of_ring),
             structure,

@@ -273,7 +273,7 @@ mod tests {
         struck(|machine, structure, flight, _| {
             let RotorKind::Shaft(shaft) = &machine.rotor.kind else { panic!("the rig has a shaft") };
             let stresses = ShaftStresses::new(shaft);
-            let mut shape = Shape::new(structure, flight.spin());
+            let mut shape = Shape::new(structure, flight.spin(), 2e-5);
             shape.take(flight, structure);
             flight.bounds(&mut bounds);
             let blocks = shaft.elements.len().div_ceil(BESIDE);

@@ -445,20 +445,24 @@ impl Rub {
         impact
     }
 
+    /// Amplitudes of the ring's modes where it is, statics of the last impulses included.
+    pub fn held(&self, amplitudes: &mut Vec<f64>) {
+        let own = self.ring.amplitudes().iter().enumerate();
+        amplitudes.clear();
+        amplitudes.extend(own.map(|(j, amplitude)| amplitude + self.foreseen.static_of(j)));
+    }
+
     /// The ring and the rotor's centre at n, statics of the last impulses included, of a rotor at x in the stator's axes.
     pub fn settled(&self, x: [f64; 2], kick: Option<&Kick>) -> Settled {
-        let amplitudes = self.ring.amplitudes().iter().enumerate();
+        let mut amplitudes = Vec::new();
+        self.held(&mut amplitudes);
         let of = |Pressed { place, force, .. }: &Pressed| {
             let alpha = (place.index as f64 + 0.5 + place.share) * self.candidates.spacing;
             (alpha, place.polar.map(|part| part * force.normal / self.h))
         };
         let lacks = kick.map_or([[0.0; 2]; 2], |kick| turned(self.angle, &kick.lacking));
         let held = self.foreseen.statics([&lacks, &self.rotor_left_out]);
-        Settled {
-            amplitudes: amplitudes.map(|(j, amplitude)| amplitude + self.foreseen.static_of(j)).collect(),
-            pressed: self.pressed.iter().map(of).collect(),
-            rotor: [0, 1].map(|i| x[i] + held[i]),
-        }
+        Settled { amplitudes, pressed: self.pressed.iter().map(of).collect(), rotor: [0, 1].map(|i| x[i] + held[i]) }
     }
 
     /// Distance of the centres beyond which the rotor's is outside the ring \[m\].

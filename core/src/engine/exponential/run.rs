@@ -17,6 +17,7 @@ use super::shape::Shape;
 use super::transient::{Done, Transient};
 use super::within::Room;
 use crate::engine::motion::{DIVERGED, size};
+use crate::linalg::axpy;
 use crate::record::{At, End, Energies, Follower, Recorders, RingInstant, Touch};
 use crate::rotor::braking_torque;
 use crate::structure::Structure;
@@ -108,8 +109,11 @@ struct Run<'a> {
     balanced: Option<u64>,
     /// Torsional moments of the shaft's elements, on the modes of twist.
     torsion: Eights,
-    /// Room for what is measured, and for a motion.
+    /// What a train of blows lacks of them, per angular impulse.
+    lacking: Vec<f64>,
+    /// Room for what is measured, for a motion, and for a ring's.
     seen: Vec<f64>,
+    amplitudes: Vec<f64>,
     within: Room,
     places: Vec<f64>,
     rates: Vec<f64>,
@@ -128,6 +132,10 @@ impl<'a> Run<'a> {
             (0..structure.rotor.nodes).map(|node| transient.flight.spin().twist_of(structure, node)).collect();
         let recorders = Recorders::new(machine, &structure.rings, settings.step);
         let torsion = Eights::new(&recorders.torsional_rows(&twists));
+        let mut lacking = Vec::new();
+        if transient.contact.is_some() {
+            torsion.times(&transient.flight.spin().lacking(settings.step), &mut lacking);
+        }
         Ok(Self {
             machine,
             structure,
@@ -142,7 +150,9 @@ impl<'a> Run<'a> {
             transient,
             balanced: None,
             torsion,
+            lacking,
             seen: Vec::new(),
+            amplitudes: Vec::new(),
             within: Room::default(),
             places: Vec::new(),
             rates: Vec::new(),
@@ -331,12 +341,16 @@ impl<'a> Run<'a> {
         });
         self.touched |= touch.is_some();
         let steps = done.level.map_or(1, |level| 1 << level);
+        if looks && self.touched {
+            let Self { transient, amplitudes, .. } = self;
+            transient.contact.iter().for_each(|contact| contact.rub.held(amplitudes));
+        }
         let ring = self.transient.contact.as_ref().map(|contact| RingInstant {
             angle,
             place: contact.rub.place(done.place),
             velocity: contact.rub.inwards(done.velocity),
             touch,
-            ring: (looks && self.touched).then_some(contact.rub.ring.amplitudes()),
+            ring: (looks && self.touched).then_some(self.amplitudes.as_slice()),
         });
         self.recorders.see_steps(steps, at, &self.transient.loads, ring.as_ref());
     }
@@ -413,9 +427,10 @@ impl<'a> Run<'a> {
 
     /// Moments that may be larger than those before.
     fn stresses(&mut self, at: At) -> Result<(), Cause> {
-        let Self { transient, recorders, torsion, seen, .. } = self;
+        let Self { transient, recorders, torsion, lacking, seen, .. } = self;
         let flight = &mut transient.flight;
         torsion.times(flight.spin().twist(), seen);
+        axpy(flight.spin().blow(), lacking, seen);
         recorders.see_torsion(seen, at);
         flight.bounds(seen);
         let blocks = recorders.elements().div_ceil(BESIDE);
@@ -431,7 +446,7 @@ impl<'a> Run<'a> {
         }
         // what it bounds is looked at where it might be too far
         if reach > self.reach {
-            let mut shape = Shape::new(self.structure, flight.spin());
+            let mut shape = Shape::new(self.structure, flight.spin(), self.h);
             shape.take(flight, self.structure);
             if shape.nodal.iter().any(|x| x.abs() > self.reach) {
                 return Err(Cause::Diverged);

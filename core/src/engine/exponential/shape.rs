@@ -2,6 +2,7 @@
 
 use super::flight::Flight;
 use super::spin::Spin;
+use crate::linalg::{axpy, dot};
 use crate::structure::Structure;
 
 /// Room for it.
@@ -13,17 +14,23 @@ pub(super) struct Shape {
     pub nodal: Vec<f64>,
     pub twists: Vec<f64>,
     twist_rows: Vec<Vec<f64>>,
+    /// What the blow of the last step lacks of those, per unit.
+    lacking: Vec<f64>,
 }
 
 impl Shape {
-    pub fn new(structure: &Structure, spin: &Spin) -> Self {
+    /// In contact steps of `h` \[s\].
+    pub fn new(structure: &Structure, spin: &Spin, h: f64) -> Self {
         let (rotor, map) = (&structure.rotor, &structure.lateral.coordinates);
+        let lacking = spin.lacking(h);
+        let twist_rows: Vec<Vec<f64>> = (0..rotor.nodes).map(|node| spin.twist_of(structure, node)).collect();
         Self {
             size: map.size(),
             motion: Default::default(),
             nodal: vec![0.0; map.nodal_size()],
             twists: vec![0.0; rotor.nodes],
-            twist_rows: (0..rotor.nodes).map(|node| spin.twist_of(structure, node)).collect(),
+            lacking: twist_rows.iter().map(|row| if lacking.is_empty() { 0.0 } else { dot(row, &lacking) }).collect(),
+            twist_rows,
         }
     }
 
@@ -33,6 +40,7 @@ impl Shape {
         flight.rates(&mut self.motion[1]);
         structure.lateral.coordinates.expand(&self.motion[0][..self.size], &mut self.nodal);
         flight.spin().twists(&self.twist_rows, &mut self.twists);
+        axpy(flight.spin().blow(), &self.lacking, &mut self.twists);
     }
 
     /// Lateral coordinates.

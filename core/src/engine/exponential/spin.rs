@@ -58,6 +58,8 @@ pub(super) struct Spin {
     gravity: [f64; 2],
     arms: Vec<Arm>,
     twist: Twist,
+    /// That of the blow of the last step \[N m s\].
+    blow: f64,
     /// Those predicted for n+1.
     next_angle: f64,
     next_speed: f64,
@@ -157,6 +159,7 @@ impl Spin {
             gravity: machine.rotor.gravity,
             arms: arms.collect(),
             twist: Twist::new(&loaded.modes, &rows, acting),
+            blow: 0.0,
             next_angle: angle,
             next_speed: speed,
             loaded,
@@ -210,6 +213,7 @@ impl Spin {
         self.next_speed = self.speed + h.min(self.foretells * self.last) * self.slope;
         self.next_angle = self.angle + 0.5 * h * (self.speed + self.next_speed);
         self.twist.set_out(&step.twist);
+        self.blow = 0.0;
         let over = step.over;
         for (s, arm) in self.arms.iter_mut().enumerate() {
             let [turned, rate] = self.twist.seen(s);
@@ -243,6 +247,7 @@ impl Spin {
     #[inline(always)]
     pub fn strike(&mut self, step: &SpinStep, Blow { impulse: [u, v], torque }: Blow, jumps: &[[[f64; 2]; 2]]) {
         self.momentum += torque;
+        self.blow = torque;
         self.twist.strike(&step.twist, torque);
         for (arm, [x, y]) in self.arms.iter_mut().zip(jumps) {
             let jump = Complex::new(x[0] * u + x[1] * v, y[0] * u + y[1] * v);
@@ -289,6 +294,16 @@ impl Spin {
     /// Amplitudes of the modes of twist.
     pub fn twist(&self) -> &[f64] {
         self.twist.place()
+    }
+
+    /// What a train of blows in contact steps of `h` \[s\] lacks of the static twist, in amplitudes per angular impulse.
+    pub fn lacking(&self, h: f64) -> Vec<f64> {
+        self.twist.lacking(h)
+    }
+
+    /// The blow of the last step \[N m s\].
+    pub fn blow(&self) -> f64 {
+        self.blow
     }
 
     /// Elastic twist of all nodes \[rad\], by their rows of [`Spin::twist_of`].

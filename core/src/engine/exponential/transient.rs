@@ -130,6 +130,11 @@ impl Transient {
         x * x + y * y > contact.rub.outermost() * contact.rub.outermost()
     }
 
+    /// Length of a contact step \[s\].
+    pub fn contact_step(&self) -> f64 {
+        self.lengths[0]
+    }
+
     /// Whether the run is in its first steps.
     pub fn begins(&self) -> bool {
         self.flight.ticks() < BEGINS

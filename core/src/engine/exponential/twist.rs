@@ -9,7 +9,7 @@
 //! ```
 //! Rows `t_r`: those of the unbalances, that of the brakes, and that of the first diaphragm's node, where there is one. All of it is exact, as the motion is; (2) is (5) of
 //! [`super::spin`], summed. Parts of the kernels of [`super::motion`]; lists have a multiple of eight entries. Verified by
-//! `what_damping_takes_is_what_is_missing` and the energy balances of `tests/exponential_run.rs`.
+//! `what_damping_takes_is_what_is_missing`, `a_steady_train_of_blows_makes_the_static_turn` and the energy balances of `tests/exponential_run.rs`.
 
 use super::block::Split;
 use super::oscillators::{Eight, OscillatorStep};
@@ -96,6 +96,22 @@ impl Twist {
         let groups = self.seen.len();
         let makes = (0..HALF * groups).flat_map(|along| (0..groups).map(move |group| (along, group)));
         TwistStep { makes: makes.map(|(along, group)| lane(along, group)).collect(), modes }
+    }
+
+    /// What trains of blows over steps of `h` \[s\] lack of the static turn of each mode at n, per angular impulse: as [`super::kicked_ring`] has it of the ring. Of modes that turn by half a turn and more over a
+    /// step a train makes nothing there.
+    pub fn lacking(&self, h: f64) -> Vec<f64> {
+        let of = |(block, square): (&Split, &f64)| {
+            let [a, b, c, d] = block.exponential(h);
+            let resolved = square * h * h < std::f64::consts::PI.powi(2);
+            // (1 - exp(B h))^-1 exp(B h) (0, 1)
+            let determinant = (1.0 - a) * (1.0 - d) - b * c;
+            let train = if resolved { ((1.0 - d) * b + b * d) / determinant } else { 0.0 };
+            1.0 / (square * h) - train
+        };
+        let modes = self.blocks.iter().zip(&self.squares).map(of);
+        // behind the last mode there are zeros
+        modes.zip(self.row(self.acting)).map(|(lacks, &row)| if row == 0.0 { 0.0 } else { lacks * row }).collect()
     }
 
     /// A row; none where there are no more.
@@ -261,5 +277,32 @@ mod tests {
             assert!((taken - twist.damped()).abs() < 1e-11, "{damping}: {taken} {}", twist.damped());
             assert!(if damping > 0.0 { taken > 0.1 } else { taken.abs() < 1e-11 }, "{damping}: {taken}");
         }
+    }
+
+    /// Of modes with up to a third of a turn a step.
+    #[test]
+    fn a_steady_train_of_blows_makes_the_static_turn() {
+        let (h, blow) = (0.02, 0.7);
+        let modes: Vec<(f64, f64)> = (1..=7).map(|j| (f64::from(j * j) * 200.0, 3.0 + f64::from(j))).collect();
+        let row: Vec<f64> = (0..8).map(|j| if j < 7 { 0.5 - 0.2 * f64::from(j) } else { 0.0 }).collect();
+        // one behind the last mode
+        let mut twist = Twist::new(&[modes.as_slice(), &[(1.0, 0.0)]].concat(), &[vec![0.0; 8], row.clone()], 1);
+        let (step, lacking) = (twist.step(h), twist.lacking(h));
+        for _ in 0..4000 {
+            twist.set_out(&step);
+            twist.strike(&step, blow);
+            twist.settle(&step);
+        }
+        let mut most = 0.0_f64;
+        for (j, (square, _)) in modes.iter().enumerate() {
+            let still = row[j] * blow / (square * h);
+            let found = twist.place()[j] + lacking[j] * blow;
+            assert!((found / still - 1.0).abs() < 1e-9, "{j}: {found} {still}");
+            most = most.max((twist.place()[j] / still - 1.0).abs());
+        }
+        assert!(most > 0.3, "what a train lacks is much: {most}");
+        assert!(lacking[7] == 0.0);
+        let fast = Twist::new(&[[(1e5, 0.1); 1].as_slice(), &[(1.0, 0.0); 7]].concat(), &[vec![0.0; 8], row], 1);
+        assert!((fast.lacking(h)[0] * 1e5 * h / 0.5 - 1.0).abs() < 1e-12, "half a turn and more: all of it");
     }
 }
