@@ -1,36 +1,40 @@
-//! A basis at one speed from that of the station beside, without an eigenvalue problem of its own.
+//! A basis from another that is near it: at one speed from that of the station beside, without an eigenvalue problem of its own, or without what rounding has left between pairs.
 //!
 //! ```text
-//! L' A R' = D + E                  L', R', D: left and right vectors and blocks of the neighbour;  E = L' (A - A') R'                     (1)
+//! L' A R' = D + E                  L', R', D: left and right vectors and blocks of the other;  beside a station A' E = L' (A - A') R'              (1)
 //! (D + E) X = X B,  [X]_kk = 1     with X = 1 + N:   D_l N_lk - N_lk D_k = N_lk [E X]_kk - [E X]_lk                                         (2)
 //! D M - M F = C                    M = (D^2 - tr F D + det F)^-1 (D C - C adj F)                                                          (3)
-//! R = R' X,   B_k = D_k + [E X]_kk
+//! R = R' X
 //! ```
 //! (2) says that each pair goes on in itself, and that its plane has not turned in itself, as [`super::pairs`] has it. It is taken in rounds from N = 0 on, each of which leaves some |E| beside the distance of the pairs' eigenvalues
 //! of what the one before has left: a per cent or two at the default spacing. (3) is the theorem of Cayley and Hamilton for F. E is the change of A alone, so that rounding of its large entries is in no slow pair.
-//! Where N is not small (pairs that cross, or merge with another), there is none.
+//! Where N is not small, or rounds do not halve what they change (pairs that cross, or merge with another), there is none.
+//! Limits: what the other basis leaves between its pairs is left between these: an eigenvalue problem's is taken out by (2) first ([`super::station`]), and blocks are read from the new basis. (Carried on, both made
+//! loads of soft bearings with strong damping move by 1e-5 with the last digits of a machine.)
 //! Source: Stewart, Error and perturbation bounds for subspaces, SIAM Review 15, 1973, whose equation for one subspace (2) is for each pair.
-//! Verified by `a_basis_from_the_station_beside_is_that_of_its_own_motions`, `far_from_a_station_there_is_none`.
+//! Verified by the tests below and `loads_of_soft_bearings_do_not_hang_on_last_digits` (`tests/exponential_edges.rs`).
 
 use super::block::Block;
-use super::station::Station;
 use crate::linalg::lanes::kernel;
 use crate::linalg::{Matrix, mul};
 
-/// Rounds at most; those of a change by a per cent are eight.
+/// Rounds at most; those of a change by a per cent are eight. After some each has to halve what it changes.
 const ROUNDS: usize = 40;
+const FEW: usize = 4;
 /// Largest norm of N.
 const SMALL: f64 = 0.3;
 
-/// Right vectors and blocks where A has changed by so much; `None` where they are not near enough.
-pub(super) fn onward(station: &Station, change: &Matrix) -> Option<(Matrix, Vec<Block>)> {
-    let pairs = station.blocks.len();
-    let e = mul(&station.left, &mul(change, &station.right));
-    let entries = [0, 1, 2, 3].map(|i| station.blocks.iter().map(|block| block[i]).collect::<Vec<f64>>());
-    let weights: Vec<[Vec<f64>; 4]> = (0..pairs).map(|k| weights(&station.blocks, k)).collect();
-    let mut n = Matrix::zeros(2 * pairs, 2 * pairs);
-    for _ in 0..ROUNDS {
-        let moved = &e + mul(&e, &n);
+/// Right vectors of blocks D and E that are not far from those of D alone; `None` where they are.
+pub(super) fn onward(right: &Matrix, blocks: &[Block], e: &Matrix) -> Option<Matrix> {
+    if e.amax() == 0.0 {
+        return Some(right.clone());
+    }
+    let pairs = blocks.len();
+    let entries = [0, 1, 2, 3].map(|i| blocks.iter().map(|block| block[i]).collect::<Vec<f64>>());
+    let weights: Vec<[Vec<f64>; 4]> = (0..pairs).map(|k| weights(blocks, k)).collect();
+    let (mut n, mut last) = (Matrix::zeros(2 * pairs, 2 * pairs), f64::INFINITY);
+    for round in 0..ROUNDS {
+        let moved = e + mul(e, &n);
         let within = |k: usize| -> Block {
             [moved[(k, k)], moved[(k, k + pairs)], moved[(k + pairs, k)], moved[(k + pairs, k + pairs)]]
         };
@@ -40,16 +44,16 @@ pub(super) fn onward(station: &Station, change: &Matrix) -> Option<(Matrix, Vec<
         let (forced, others) = moved.as_slice().split_at(2 * pairs * pairs);
         let forced = forced.chunks_exact(2 * pairs).zip(others.chunks_exact(2 * pairs));
         for (k, ((columns, forced), weights)) in columns.zip(forced).zip(&weights).enumerate() {
-            turn_on([station.blocks[k], within(k)], &entries, weights, forced, columns, &mut largest);
+            turn_on([blocks[k], within(k)], &entries, weights, forced, columns, &mut largest);
         }
         if largest <= f64::EPSILON {
-            let block = |k: usize| -> Block {
-                let more = within(k);
-                std::array::from_fn(|i| station.blocks[k][i] + more[i])
-            };
-            let blocks = (0..pairs).map(block).collect();
-            return (n.norm() < SMALL).then(|| (&station.right + mul(&station.right, &n), blocks));
+            return (n.norm() < SMALL).then(|| right + mul(right, &n));
         }
+        let halves = round < FEW || largest < 0.5 * last;
+        if largest.is_nan() || largest > 1.0 || !halves {
+            return None;
+        }
+        last = largest;
     }
     None
 }
@@ -104,9 +108,9 @@ kernel! {
             let new = [x[l] * k_a + y[l] * k_c, x[l] * k_b + y[l] * k_d, z[l] * k_a + w[l] * k_c, z[l] * k_b + w[l] * k_d];
             let old = [m[l], n[l], m_below[l], n_below[l]];
             for i in 0..4 {
-                // what is no number is larger than all others
+                // what is no number stays
                 let change = (new[i] - old[i]).abs();
-                most = if change <= most { most } else { change };
+                most = if most >= change || most.is_nan() { most } else { change };
             }
             (m[l], n[l], m_below[l], n_below[l]) = (new[0], new[1], new[2], new[3]);
         }
@@ -119,7 +123,7 @@ mod tests {
     use super::super::measured::Measures;
     use super::super::outputs::Outputs;
     use super::super::pairs;
-    use super::super::station::Model;
+    use super::super::station::{Model, Station};
     use super::super::system::LateralSystem;
     use super::*;
     use crate::structure::Structure;
@@ -161,21 +165,21 @@ mod tests {
                 let change = system.change(station.local.speed, to);
                 let whole = &generator - system.generator(station.local.speed);
                 assert!((&change - &whole).amax() < 1e-13 * generator.amax(), "{name}: the change of A");
-                let (right, blocks) = onward(&station, &change).expect("near enough");
+                let e = mul(&station.left, &mul(&change, &station.right));
+                let right = onward(&station.right, &station.blocks, &e).expect("near enough");
                 let wanted = pairs::beside(&motions, &generator, &station.left).expect("found again");
                 assert!((&right - &wanted).amax() < 1e-9, "{name} {to}: {}", (&right - &wanted).amax());
-                // A R = R B, of each pair beside its own size
-                let (pairs, moved) = (blocks.len(), mul(&generator, &right));
-                for (k, block) in blocks.iter().enumerate() {
+                station = Station::new(&model, to, Some(&station)).expect("has a basis");
+                assert_eq!(station.right, right, "{name}: it is what a station takes");
+                // A R = R B
+                let (pairs, moved) = (station.blocks.len(), mul(&generator, &right));
+                for (k, block) in station.blocks.iter().enumerate() {
                     for j in 0..2 {
                         let kept = right.column(k) * block[j] + right.column(k + pairs) * block[2 + j];
                         let off = (moved.column(k + j * pairs) - kept).amax();
-                        // the first station's fast pairs have 1e-12 from their eigenvalue problem, and keep it
-                        assert!(off < 2e-12 * generator.amax(), "{name} {to}, pair {k}: {off}");
+                        assert!(off < 1e-13 * generator.amax(), "{name} {to}, pair {k}: {off}");
                     }
                 }
-                station = Station::new(&model, to, Some(&station)).expect("has a basis");
-                assert_eq!(station.right, right, "{name}: it is what a station takes");
             }
         }
     }
@@ -184,6 +188,36 @@ mod tests {
     fn far_from_a_station_there_is_none() {
         let (name, stiffness, speed, _) = MACHINES[0];
         let (model, station) = station(name, stiffness, speed);
-        assert!(onward(&station, &model.system.change(speed, 20.0 * speed)).is_none());
+        let change = model.system.change(speed, 20.0 * speed);
+        let e = mul(&station.left, &mul(&change, &station.right));
+        assert!(onward(&station.right, &station.blocks, &e).is_none());
+        // equal blocks have nothing between them that could tell them apart, unless nothing changes
+        let (equal, one) = (vec![[0.0, 1.0, -4.0, 0.0]; 2], Matrix::identity(4, 4));
+        assert_eq!(onward(&one, &equal, &Matrix::zeros(4, 4)), Some(one.clone()));
+        assert!(onward(&one, &equal, &Matrix::from_element(4, 4, 0.1)).is_none());
+    }
+
+    /// Down through rest, where an isotropic rotor's modes cross, and as far on the other side: what is not near has its own motions, and all goes on from there.
+    #[test]
+    fn a_chain_goes_on_behind_modes_that_cross() {
+        for (name, stiffness, speed, spacing) in MACHINES {
+            let (model, mut station) = station(name, stiffness, speed);
+            let (mut own, mut to) = (0, speed);
+            for _ in 0..(2.0 * speed / spacing) as usize {
+                to -= spacing;
+                let change = model.system.change(station.local.speed, to);
+                let e = mul(&station.left, &mul(&change, &station.right));
+                own += usize::from(onward(&station.right, &station.blocks, &e).is_none());
+                station = Station::new(&model, to, Some(&station)).expect("has a basis");
+            }
+            let generator = mul(&station.left, &mul(&model.system.generator(to), &station.right));
+            let size = station.blocks.len();
+            for (i, j) in (0..2 * size).flat_map(|i| (0..2 * size).map(move |j| (i, j))) {
+                let kept = if i % size == j % size { station.blocks[i % size][2 * (i / size) + j / size] } else { 0.0 };
+                assert!((generator[(i, j)] - kept).abs() < 1e-12 * generator.amax(), "{name}: {i} {j}");
+            }
+            println!("{name}: {own} of their own");
+            assert!(own <= 12, "{name}: {own}");
+        }
     }
 }

@@ -58,43 +58,7 @@ impl Station {
     /// At a speed \[rad/s\]; beside a neighbour its pairs are those of the neighbour, where they can be found.
     pub fn new(model: &Model, speed: f64, neighbour: Option<&Station>) -> Result<Self, ExponentialError> {
         let (system, size) = (&model.system, model.system.size);
-        let beside = neighbour.map(|station| (station, system.change(station.local.speed, speed)));
-        let near = beside.and_then(|(station, change)| onward(station, &change));
-        let generator = system.generator(speed);
-        let defective = ExponentialError::NoBasis { speed };
-        let (right, known) = match near {
-            Some((right, blocks)) => (right, Some(blocks)),
-            None => {
-                let motions = system.motions(speed)?;
-                let right = neighbour
-                    .and_then(|station| pairs::beside(&motions, &generator, &station.left))
-                    .or_else(|| pairs::alone(&motions, &generator));
-                (right.ok_or_else(|| defective.clone())?, None)
-            }
-        };
-        let left = inverse(&right).ok_or(defective)?;
-        // that of Frobenius norms is no smaller
-        let mut condition = right.norm() * left.norm();
-        if condition.is_nan() || condition > MOST_CONDITION {
-            condition = largest_stretch(&right) * largest_stretch(&left);
-        }
-        if condition.is_nan() || condition > MOST_CONDITION {
-            return Err(ExponentialError::IllConditioned { speed, condition, limit: MOST_CONDITION });
-        }
-        let generator = mul(&left, &mul(&generator, &right));
-        let block = |k: usize| {
-            let at = |i: usize, j: usize| generator[(k + i * size, k + j * size)];
-            [at(0, 0), at(0, 1), at(1, 0), at(1, 1)]
-        };
-        let found: Vec<Block> = (0..size).map(block).collect();
-        // from station to station, rounding may add up
-        let blocks = known.unwrap_or_else(|| found.clone());
-        let apart = |(one, other): (&f64, &f64)| (one - other).abs();
-        let drift = blocks.iter().flatten().zip(found.iter().flatten()).map(apart).fold(0.0, f64::max);
-        let off = drift.max(largest_between(&generator)) / generator.amax();
-        if off.is_nan() || off > INVARIANT {
-            return Err(ExponentialError::NotInvariant { speed });
-        }
+        let Basis { right, left, blocks, condition, .. } = Basis::at(system, speed, neighbour)?;
         let motion = mul(&system.motion_of_state(speed), &right);
         let (places, velocities) = (motion.rows(0, size).into_owned(), motion.rows(size, size).into_owned());
         let momentum = mul_tn(&velocities, &mul(&system.gyroscopic, &places)) * 0.25;
@@ -124,6 +88,73 @@ impl Station {
     pub fn within(&self, model: &Model, h: f64) -> &Within {
         self.within
             .get_or_init(|| Within::new(&self.blocks, &model.measures.lost_of_states(&model.system, &self.motion), h))
+    }
+}
+
+/// (1) and its condition.
+struct Basis {
+    right: Matrix,
+    left: Matrix,
+    blocks: Vec<Block>,
+    condition: f64,
+    /// `L A R`, and the largest entry between two pairs.
+    generator: Matrix,
+    between: f64,
+}
+
+impl Basis {
+    /// At a speed: from that of the neighbour; where that does not serve, of the motions there.
+    fn at(system: &LateralSystem, speed: f64, neighbour: Option<&Station>) -> Result<Self, ExponentialError> {
+        let generator = system.generator(speed);
+        if let Some(station) = neighbour {
+            let e = mul(&station.left, &mul(&system.change(station.local.speed, speed), &station.right));
+            let near = onward(&station.right, &station.blocks, &e).map(|right| Self::of(right, &generator, speed));
+            if let Some(Ok(near)) = near {
+                return Ok(near);
+            }
+        }
+        let motions = system.motions(speed)?;
+        let right = neighbour
+            .and_then(|station| pairs::beside(&motions, &generator, &station.left))
+            .or_else(|| pairs::alone(&motions, &generator));
+        let first = Self::of(right.ok_or(ExponentialError::NoBasis { speed })?, &generator, speed)?;
+        // what rounding of the eigenvalue problem left between pairs would stay in all stations that come from this one
+        let settled = onward(&first.right, &first.blocks, &first.rest())
+            .and_then(|right| Self::of(right, &generator, speed).ok())
+            .filter(|settled| settled.between < first.between);
+        Ok(settled.unwrap_or(first))
+    }
+
+    /// Of right vectors; refused where it is ill-conditioned or leaves something between pairs.
+    fn of(right: Matrix, generator: &Matrix, speed: f64) -> Result<Self, ExponentialError> {
+        let left = inverse(&right).ok_or(ExponentialError::NoBasis { speed })?;
+        // that of Frobenius norms is no smaller
+        let mut condition = right.norm() * left.norm();
+        if condition.is_nan() || condition > MOST_CONDITION {
+            condition = largest_stretch(&right) * largest_stretch(&left);
+        }
+        if condition.is_nan() || condition > MOST_CONDITION {
+            return Err(ExponentialError::IllConditioned { speed, condition, limit: MOST_CONDITION });
+        }
+        let generator = mul(&left, &mul(generator, &right));
+        let between = largest_between(&generator);
+        let part = between / generator.amax();
+        if part.is_nan() || part > INVARIANT {
+            return Err(ExponentialError::NotInvariant { speed });
+        }
+        let size = right.nrows() / 2;
+        let block = |k: usize| {
+            let at = |i: usize, j: usize| generator[(k + i * size, k + j * size)];
+            [at(0, 0), at(0, 1), at(1, 0), at(1, 1)]
+        };
+        Ok(Self { blocks: (0..size).map(block).collect(), right, left, condition, generator, between })
+    }
+
+    /// What it leaves between pairs.
+    fn rest(&self) -> Matrix {
+        let size = self.blocks.len();
+        let (rows, columns) = self.generator.shape();
+        Matrix::from_fn(rows, columns, |i, j| if i % size == j % size { 0.0 } else { self.generator[(i, j)] })
     }
 }
 
