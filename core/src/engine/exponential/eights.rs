@@ -29,20 +29,6 @@ impl Eights {
         Self { columns: rows[0].columns, entries: mixed(rows.map(|rows| rows.entries.as_slice()), times) }
     }
 
-    /// Products of one block of that sum with a list: for few of them no sum is made.
-    pub fn block_between(rows: [&Self; 2], times: [f64; 2], block: usize, y: &[f64]) -> [f64; LANES] {
-        let [one, other] = rows.map(|rows| rows.block_times(block, y));
-        std::array::from_fn(|k| times[0] * one[k] + times[1] * other[k])
-    }
-
-    /// Products of all rows of that sum, and zeros up to a multiple of eight.
-    pub fn between(rows: [&Self; 2], times: [f64; 2], y: &[f64], products: &mut Vec<f64>) {
-        products.clear();
-        for block in 0..rows[0].entries.len() / rows[0].columns.max(1) {
-            products.extend_from_slice(&Self::block_between(rows, times, block, y));
-        }
-    }
-
     /// Products of one block with a list.
     pub fn block_times(&self, block: usize, y: &[f64]) -> [f64; LANES] {
         rows_times(&self.entries[block * self.columns..(block + 1) * self.columns], y)
@@ -78,10 +64,6 @@ mod tests {
                 assert!((product - wanted).abs() < 1e-11, "{rows} {columns}");
                 assert_eq!(mixed.block_times(i / LANES, &y)[i % LANES].to_bits(), product.to_bits());
             }
-            let mut between = Vec::new();
-            Eights::between([&one, &mixed], [0.5, 0.25], &y, &mut between);
-            assert_eq!(between.len(), products.len());
-            assert!(between.iter().zip(&products).all(|(between, product)| (2.0 * between - product).abs() < 1e-10));
         }
     }
 }

@@ -262,12 +262,12 @@ impl Flight {
 
     /// Lateral coordinates, and zeros up to a multiple of eight.
     pub(super) fn places(&self, q: &mut Vec<f64>) {
-        self.cell.places(&self.shared.grid.model, &self.y, q);
+        self.cell.motion(&self.shared.grid.model)[0].times(&self.y, q);
     }
 
     /// Their rates, and zeros up to a multiple of eight.
     pub(super) fn rates(&self, rates: &mut Vec<f64>) {
-        self.cell.rates(&self.shared.grid.model, &self.y, rates);
+        self.cell.motion(&self.shared.grid.model)[1].times(&self.y, rates);
     }
 
     /// Gyroscopic momentum of now.

@@ -17,7 +17,7 @@ use super::rows::add_two;
 use super::survey::Place;
 use crate::contact::ContactForce;
 use crate::linalg::eight::Eight;
-use crate::linalg::lanes::{LANES, Lane};
+use crate::linalg::lanes::{Lane, flat};
 
 /// What is known of n+1 before its impulses.
 pub(super) struct Foreseen {
@@ -105,9 +105,10 @@ impl Foreseen {
         [-u - left_out[0], -v - left_out[1]]
     }
 
-    /// The same of a mode of the ring.
-    pub fn static_of(&self, mode: usize) -> f64 {
-        let (i, k) = (mode / LANES, mode % LANES);
-        self.lacking[i].0[k] * self.pressed[i].0[k]
+    /// Adds the same of the ring's modes to their amplitudes.
+    pub fn add_statics(&self, amplitudes: &mut [f64]) {
+        for ((amplitude, lacks), pressed) in amplitudes.iter_mut().zip(flat(&self.lacking)).zip(flat(&self.pressed)) {
+            *amplitude += lacks * pressed;
+        }
     }
 }

@@ -90,10 +90,10 @@ pub(super) struct Cell {
     watched: Vec<usize>,
     kick: OnceLock<Kick>,
     outlook: OnceLock<Outlook>,
-    /// [`Measured::bounds`] and [`Measured::bearings`], which every look asks for.
+    /// [`Measured::bounds`] and [`Measured::bearings`]; moments, which most looks ask for.
     seen: OnceLock<[Eights; 2]>,
-    /// Blocks of [`Measured::moments`]: looks ask for those of some elements time and again, for others never.
-    moments: Vec<OnceLock<Eights>>,
+    moments: OnceLock<Eights>,
+    motion: OnceLock<[Eights; 2]>,
     within: OnceLock<Within>,
     kept: OnceLock<Kept>,
 }
@@ -153,18 +153,16 @@ impl Cell {
 
     /// One block of [`Measured::moments`] of whirl states.
     pub fn moments(&self, model: &Model, block: usize, y: &[f64]) -> [f64; LANES] {
-        let mixed = || Eights::mixed(self.measured(model).map(|at| &at.moments[block]), self.shares());
-        self.moments[block].get_or_init(mixed).block_times(0, y)
+        let mixed = || Eights::mixed(self.measured(model).map(|at| &at.moments), self.shares());
+        self.moments.get_or_init(mixed).block_times(block, y)
     }
 
-    /// q of whirl states, and zeros up to a multiple of eight.
-    pub fn places(&self, model: &Model, y: &[f64], q: &mut Vec<f64>) {
-        Eights::between(self.measured(model).map(|at| &at.motion[0]), self.shares(), y, q);
-    }
-
-    /// q' of whirl states, and zeros up to a multiple of eight.
-    pub fn rates(&self, model: &Model, y: &[f64], rates: &mut Vec<f64>) {
-        Eights::between(self.measured(model).map(|at| &at.motion[1]), self.shares(), y, rates);
+    /// q and q' of whirl states.
+    pub fn motion(&self, model: &Model) -> &[Eights; 2] {
+        self.motion.get_or_init(|| {
+            let [one, other] = self.measured(model);
+            [0, 1].map(|i| Eights::mixed([&one.motion[i], &other.motion[i]], self.shares()))
+        })
     }
 
     fn measured(&self, model: &Model) -> [&Measured; 2] {
@@ -256,7 +254,8 @@ impl Grid {
             kick: OnceLock::new(),
             outlook: OnceLock::new(),
             seen: OnceLock::new(),
-            moments: (0..self.model.measures.blocks()).map(|_| OnceLock::new()).collect(),
+            moments: OnceLock::new(),
+            motion: OnceLock::new(),
             within: OnceLock::new(),
             kept: OnceLock::new(),
         });

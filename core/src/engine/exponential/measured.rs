@@ -68,8 +68,7 @@ pub(super) struct Measured {
     pub bounds: Eights,
     /// Those of [`Measures`] on the bearings' motion.
     pub bearings: Eights,
-    /// Of each [`BESIDE`] elements.
-    pub moments: Vec<Eights>,
+    pub moments: Eights,
     /// Z: of q and of q'.
     pub motion: [Eights; 2],
 }
@@ -119,11 +118,6 @@ impl Measures {
         }
     }
 
-    /// Blocks of moments.
-    pub fn blocks(&self) -> usize {
-        self.moments.nrows().div_ceil(LANES)
-    }
-
     /// Of whirl states with this Z.
     pub fn at(&self, motion: &Matrix) -> Measured {
         let half = motion.nrows() / 2;
@@ -132,12 +126,7 @@ impl Measures {
         Measured {
             bounds: Eights::new(&self.bounds(&moments, &mul(&self.nodal, &places))),
             bearings: Eights::new(&mul(&self.sites, motion)),
-            moments: (0..self.blocks())
-                .map(|block| {
-                    let from = block * LANES;
-                    Eights::new(&moments.rows(from, LANES.min(moments.nrows() - from)).into_owned())
-                })
-                .collect(),
+            moments: Eights::new(&moments),
             motion: [Eights::new(&places), Eights::new(&rates)],
         }
     }

@@ -447,9 +447,11 @@ impl Rub {
 
     /// Amplitudes of the ring's modes where it is, statics of the last impulses included.
     pub fn held(&self, amplitudes: &mut Vec<f64>) {
-        let own = self.ring.amplitudes().iter().enumerate();
         amplitudes.clear();
-        amplitudes.extend(own.map(|(j, amplitude)| amplitude + self.foreseen.static_of(j)));
+        amplitudes.extend_from_slice(self.ring.amplitudes());
+        if self.presses() {
+            self.foreseen.add_statics(amplitudes);
+        }
     }
 
     /// The ring and the rotor's centre at n, statics of the last impulses included, of a rotor at x in the stator's axes.
