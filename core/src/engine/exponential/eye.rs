@@ -4,7 +4,8 @@
 
 use super::flight::Flight;
 use super::kicked_ring::KickedRing;
-use super::rub::{Impact, Rub, Settled};
+use super::point::Settled;
+use super::rub::{Impact, Rub};
 use super::shape::Shape;
 use super::transient::Transient;
 use crate::contact::{Detector, Gap, exact_gap};

@@ -30,3 +30,13 @@ pub(super) struct Pressed {
     /// Slot of its rows.
     pub slot: usize,
 }
+
+/// Ring and rotor at an instant with the statics of the impulses that led there.
+pub(super) struct Settled {
+    /// Of the ring's modes.
+    pub amplitudes: Vec<f64>,
+    /// Where it is pressed: angles \[rad\], and normal forces in polar axes \[N\].
+    pub pressed: Vec<(f64, [f64; 2])>,
+    /// The rotor's centre, in the stator's axes \[m\].
+    pub rotor: [f64; 2],
+}

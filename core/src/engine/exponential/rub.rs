@@ -17,7 +17,7 @@ use super::kick::Kick;
 use super::kicked_ring::{AHEAD, KickedRing, RingFlight};
 use super::moved::Moved;
 use super::plane::{across, product, turned};
-use super::point::{Point, Pressed};
+use super::point::{Point, Pressed, Settled};
 use super::remaining::{Remaining, Struck};
 use super::rows::{PointRows, Step, add_two, along_both, each_along, write_rows};
 use super::survey::{Place, Survey};
@@ -82,16 +82,6 @@ pub(super) struct Impact {
     /// Of the place that presses most: angle \[rad\], slip \[m/s\].
     pub angle: f64,
     pub slip: f64,
-}
-
-/// Ring and rotor at an instant with the statics of the impulses that led there.
-pub(super) struct Settled {
-    /// Of the ring's modes.
-    pub amplitudes: Vec<f64>,
-    /// Where it is pressed: angles \[rad\], and normal forces in polar axes \[N\].
-    pub pressed: Vec<(f64, [f64; 2])>,
-    /// The rotor's centre, in the stator's axes \[m\].
-    pub rotor: [f64; 2],
 }
 
 /// The step without contact.
