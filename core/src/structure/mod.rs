@@ -83,10 +83,10 @@ impl Structure {
                 Basis::compute(machine, &rotor, &flexible)?
             }
         };
-        let (reduced, correct) = coordinates(machine);
+        let (coordinates, by_sectors) = (coordinates(machine), machine.run.engine == Engine::Exponential);
         let mut sets = basis.rings.iter();
         let rings = rings.into_iter().map(|ring| {
-            ring.map(|matrices| ring_part(matrices, sets.next().expect("one set per ring"), reduced, correct))
+            ring.map(|matrices| ring_part(matrices, sets.next().expect("one set per ring"), coordinates, by_sectors))
         });
         let rings = rings.collect();
         Ok(Self { computed: frozen.is_none(), ..Self::about(machine, rotor, basis, rings) })
@@ -183,7 +183,8 @@ fn coordinates(machine: &Machine) -> (bool, bool) {
     (reduced, reduced && machine.run.static_residual)
 }
 
-fn ring_part(matrices: RingMatrices, modes: &ModeSet, reduced: bool, correct: bool) -> RingPart {
+/// `by_sectors`: its statics are found as [`Basis::compute`] finds its modes.
+fn ring_part(matrices: RingMatrices, modes: &ModeSet, (reduced, correct): (bool, bool), by_sectors: bool) -> RingPart {
     let (a, b) = (matrices.mass_proportional, matrices.stiffness_proportional);
     let part = if reduced {
         Part::proportional(modes, a, b)

@@ -6,6 +6,7 @@ use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 use super::error::DispatchError;
 use super::event::Event;
 use crate::schedule::Signal;
+use bladeoff_system::guarded::guarded;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Whether a run of this process answers signals, or has.
@@ -42,7 +43,8 @@ pub fn watch_afterwards(on_signal: impl Fn(Signal) + Send + 'static) {
         let Ok(runtime) = tokio::runtime::Builder::new_current_thread().enable_all().build() else { return };
         let (send, mut events) = unbounded_channel();
         runtime.block_on(async {
-            if watch(&send).is_err() {
+            // where no more files may be opened, the library panics
+            if !matches!(guarded(|| watch(&send)), Some(Ok(()))) {
                 return;
             }
             while let Some(event) = events.recv().await {
