@@ -193,7 +193,8 @@ fn ring_part(matrices: RingMatrices, modes: &ModeSet, (reduced, correct): (bool,
         Part::full(&matrices.mass, &damping, &matrices.stiffness, modes.full_limit)
     };
     let radial = (0..matrices.nodes).map(|node| [4 * node + 2; 2]);
-    let whole = lag::Whole { stiffness: &matrices.stiffness, mass: &matrices.mass, sectors: Some(&matrices.sectors) };
+    let sectors = by_sectors.then_some(&matrices.sectors);
+    let whole = lag::Whole { stiffness: &matrices.stiffness, mass: &matrices.mass, sectors };
     let (residual, lags) = lag::left_out(&part, modes, whole, correct, 4 * matrices.nodes, radial);
     RingPart { matrices, part, residual, lags, kept: kept::Kept::default() }
 }
