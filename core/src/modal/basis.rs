@@ -10,7 +10,7 @@ use super::key_2::key_2;
 use crate::linalg::{EigenError, Matrix, column_of, symmetric_generalised};
 use crate::rotor::RotorMatrices;
 use crate::stator::RingMatrices;
-use bladeoff_model::machine::{Engine, Machine, RotorKind};
+use bladeoff_model::machine::{Machine, RotorKind};
 
 /// Modes of one part: mass-normalised shapes in columns, circular frequencies squared ascending.
 #[derive(Debug, Clone, PartialEq)]
@@ -91,8 +91,7 @@ impl Basis {
     /// [`BasisError::Eigen`].
     pub fn compute(machine: &Machine, rotor: &RotorMatrices, rings: &[RingMatrices]) -> Result<Self, BasisError> {
         let wanted = machine.run.ring_modes.unwrap_or(DEFAULT_RING_MODES);
-        let by_sectors = machine.run.engine == Engine::Exponential;
-        let ring_sets = rings.iter().map(|ring| ring_modes(ring, wanted, by_sectors)).collect::<Result<Vec<_>, _>>()?;
+        let ring_sets = rings.iter().map(|ring| ring_modes(ring, wanted)).collect::<Result<Vec<_>, _>>()?;
         Self::beside(machine, rotor, ring_sets)
     }
 
@@ -240,12 +239,8 @@ fn twist_modes(rotor: &RotorMatrices, wanted: Option<usize>, ceiling: f64) -> Re
     Ok(select(values, shapes, wanted, |_, _| {}))
 }
 
-/// By sectors for the engine whose transients take no longer than a ring's modes; rows of the others, which earlier builds began, keep their bytes.
-fn ring_modes(ring: &RingMatrices, wanted: usize, by_sectors: bool) -> Result<ModeSet, BasisError> {
-    let (mut values, shapes) = match by_sectors {
-        true => ring.modes()?,
-        false => symmetric_generalised(&ring.stiffness, &ring.mass, "the ring")?,
-    };
+fn ring_modes(ring: &RingMatrices, wanted: usize) -> Result<ModeSet, BasisError> {
+    let (mut values, shapes) = ring.modes()?;
     let highest = values.last().copied().unwrap_or(0.0);
     for value in &mut values {
         if value.abs() < 1e-10 * highest {

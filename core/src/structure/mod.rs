@@ -183,7 +183,7 @@ fn coordinates(machine: &Machine) -> (bool, bool) {
     (reduced, reduced && machine.run.static_residual)
 }
 
-/// `by_sectors`: its statics are found as [`Basis::compute`] finds its modes.
+/// `by_sectors`: its statics are found as its modes are; of the engines before that, rows that earlier builds began keep their bytes otherwise.
 fn ring_part(matrices: RingMatrices, modes: &ModeSet, (reduced, correct): (bool, bool), by_sectors: bool) -> RingPart {
     let (a, b) = (matrices.mass_proportional, matrices.stiffness_proportional);
     let part = if reduced {
