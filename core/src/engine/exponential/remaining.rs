@@ -169,7 +169,8 @@ impl Remaining {
         let most = weighted::<V>(impulses, &candidates.radial_reach);
         let [left_out, all_left_out] = candidates.most_left_out(&self.pressing);
         let sagitta = candidates.sagitta(x);
-        survey.nearer::<V>(candidates, length(rotor) + left_out + most + sagitta, x, q, &mut self.near);
+        let shift = [-rotor[0], -rotor[1]];
+        survey.nearer::<V>(candidates, (left_out + most + sagitta, shift), x, q, &mut self.near);
         self.closed.clear();
         let moves = alls::<V>(rotor);
         // nothing is decided by one block before the next is looked at

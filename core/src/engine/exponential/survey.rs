@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! clearance       r_c = R_i + v_c - x.e_r - R_r <= g_c,   g_c - r_c = (x.e_t - u_c)^2/2R_i, nearly: 2 um 0.2 rad beside the least one of a turbine
-//! later           r_c is no less than it was, less the way since: sum over steps of  |x+ - x| + sum_j |q_j+ - q_j| reach_j                  (1)
+//! later           r_c + e.x, with e the direction of its block's middle, is no less than it was, less the way since: sum over steps of
+//!                 |e_r - e| |x+ - x| + sum_j |q_j+ - q_j| reach_j                                                                                    (1)
 //! in reach        r_c < |x| d^2/8, the sagitta of what is between two candidates of a round ring
 //! nearest place   xi = -(g_+ - g_-)/(2 (g_+ - 2 g_c + g_-)) spacings beyond a candidate c that has no nearer one beside it                          (2)
 //! ```
@@ -22,6 +23,8 @@ use crate::linalg::lanes::{Lane, lanes_of};
 /// A nearest place is no farther from its candidate, in spacings: half of one, and room for candidates that differ less in their clearances than in their gaps.
 const FARTHEST: f64 = 0.75;
 
+/// More than what e.x and what is added to it are rounded by: metres \[m\].
+const ROUNDING: f64 = 1e-14;
 /// Ways are summed with room for the rounding of their sum, and begun anew beyond this one \[m\].
 const ROUNDED_UP: f64 = 1.0 + 1e-9;
 const FORGETS: f64 = 10.0;
@@ -33,10 +36,14 @@ pub(super) struct Survey {
     radius: f64,
     rotor_radius: f64,
     step: u64,
-    /// By blocks: the step in which they were looked at, radial clearances, and the least of these with `moved` of then added: (1), infinite behind the last.
+    /// By blocks: the step in which they were looked at, radial clearances, the least of these, and the same with e.x and `moved` of then added: (1), infinite behind the last.
     seen: Vec<u64>,
     clearances: Vec<Lane>,
-    least: Vec<Lane>,
+    least: Vec<f64>,
+    bounds: Vec<Lane>,
+    /// By blocks: cos and sin of e; and the most of |e_r - e|.
+    middles: Vec<[Lane; 2]>,
+    apart: f64,
     /// The same of displacements along the ring, and of gaps.
     sighted: Vec<u64>,
     along: Vec<Lane>,
@@ -67,13 +74,17 @@ impl Survey {
     pub fn new(ring: &Candidates, radius: f64, rotor_radius: f64) -> Self {
         let blocks = ring.count() / BLOCK;
         let none = vec![Lane::default(); blocks];
+        let (middles, apart) = middles(ring);
         Self {
             radius,
             rotor_radius,
             step: 0,
             seen: vec![0; blocks],
             clearances: none.clone(),
-            least: nothing_known(blocks),
+            least: vec![0.0; blocks],
+            bounds: nothing_known(blocks),
+            middles,
+            apart,
             sighted: vec![0; blocks],
             along: none.clone(),
             gaps: none,
@@ -90,31 +101,32 @@ impl Survey {
         self.step += 1;
         self.least_ones.clear();
         let (last, from) = &mut self.last;
-        let way = way::<V>(last, q, &ring.radial_reach) + length([x[0] - from[0], x[1] - from[1]]);
+        let way = way::<V>(last, q, &ring.radial_reach) + self.apart * length([x[0] - from[0], x[1] - from[1]]);
         *from = x;
         self.moved += way * ROUNDED_UP;
         if self.moved > FORGETS {
             self.moved = 0.0;
-            self.least = nothing_known(self.seen.len());
+            self.bounds = nothing_known(self.seen.len());
         }
         let sagitta = ring.sagitta(x);
         let mut due = std::mem::take(&mut self.due);
-        self.nearer::<V>(ring, sagitta, x, q, &mut due);
+        self.nearer::<V>(ring, (sagitta, [0.0; 2]), x, q, &mut due);
         for &block in &due {
             self.find_least_ones::<V>(ring, block, sagitta, x, q);
         }
         self.due = due;
     }
 
-    /// Blocks of which a candidate may have less clearance than this, by (1).
+    /// Blocks of which a candidate may have less clearance than this from a rotor at x, by (1).
     #[inline(always)]
-    fn find_due<V: Eight>(&self, than: f64, due: &mut Vec<usize>) {
+    fn find_due<V: Eight>(&self, than: f64, x: [f64; 2], due: &mut Vec<usize>) {
         due.clear();
-        let limit = V::all(than + self.moved);
-        for (at, lanes) in self.least.chunks(8).enumerate() {
+        let (limit, [x, y]) = (V::all(than + self.moved + ROUNDING), alls::<V>(x));
+        for (at, (lanes, middles)) in self.bounds.chunks(8).zip(self.middles.chunks(8)).enumerate() {
             let mut bits = 0_u64;
-            for (i, lane) in lanes.iter().enumerate() {
-                bits |= u64::from(V::load(lane).less(limit)) << (8 * i);
+            for (i, (lane, middle)) in lanes.iter().zip(middles).enumerate() {
+                let [cos, sin] = loads::<V>(middle);
+                bits |= u64::from(V::load(lane).less(limit + cos * x + sin * y)) << (8 * i);
             }
             while bits != 0 {
                 due.push(64 * at + bits.trailing_zeros() as usize);
@@ -145,20 +157,33 @@ impl Survey {
         }
     }
 
-    /// The blocks of which a candidate has less clearance than this, looked at where they were not.
+    /// The blocks of which a candidate has less clearance than this from a rotor at x, looked at where they were not; with a shift of the rotor, those that may have less after it.
     #[inline(always)]
-    pub fn nearer<V: Eight>(&mut self, ring: &Candidates, than: f64, x: [f64; 2], q: &[Lane], blocks: &mut Vec<usize>) {
-        self.find_due::<V>(than, blocks);
-        for &block in &*blocks {
-            self.see::<V>(ring, block, x, q);
-        }
-        let (limit, mut count) = (than + self.moved, 0);
+    pub fn nearer<V: Eight>(
+        &mut self,
+        ring: &Candidates,
+        (than, shift): (f64, [f64; 2]),
+        x: [f64; 2],
+        q: &[Lane],
+        blocks: &mut Vec<usize>,
+    ) {
+        let than = than + self.apart * length(shift);
+        self.find_due::<V>(than, [x[0] + shift[0], x[1] + shift[1]], blocks);
+        let mut count = 0;
         for at in 0..blocks.len() {
             let block = blocks[at];
+            self.see::<V>(ring, block, x, q);
             blocks[count] = block;
-            count += usize::from(self.least[block / BLOCK].0[block % BLOCK] < limit);
+            count += usize::from(self.least[block] < than + self.towards(block, shift));
         }
         blocks.truncate(count);
+    }
+
+    /// e.x of a block.
+    #[inline(always)]
+    fn towards(&self, block: usize, x: [f64; 2]) -> f64 {
+        let ([cos, sin], k) = (&self.middles[block / BLOCK], block % BLOCK);
+        cos.0[k] * x[0] + sin.0[k] * x[1]
     }
 
     /// Clearances of a block that has been looked at.
@@ -189,7 +214,8 @@ impl Survey {
         let moved = columns_times::<V>(ring.radial(block), q);
         let found = V::all(room) + moved - (V::all(x[0]) * cos + V::all(x[1]) * sin);
         found.store(&mut self.clearances[block]);
-        self.least[block / BLOCK].0[block % BLOCK] = found.least() + self.moved;
+        self.least[block] = found.least();
+        self.bounds[block / BLOCK].0[block % BLOCK] = self.least[block] + self.towards(block, x) + self.moved;
     }
 
     /// Looks at the gaps of a block where they were not.
@@ -325,6 +351,23 @@ fn nothing_known(blocks: usize) -> Vec<Lane> {
     let mut least = vec![f64::INFINITY; blocks.next_multiple_of(BLOCK)];
     least[..blocks].fill(f64::NEG_INFINITY);
     lanes_of(&least)
+}
+
+/// Cosines and sines of the middles of a ring's blocks, and how far a candidate's direction is from its block's at most.
+fn middles(ring: &Candidates) -> (Vec<[Lane; 2]>, f64) {
+    let (mut cos, mut sin, mut apart) = (Vec::new(), Vec::new(), 0.0_f64);
+    for block in ring.angles.chunks_exact(BLOCK) {
+        let (first, last) = (block[0], block[BLOCK - 1]);
+        let (s, c) = (first.0 + last.0, first.1 + last.1);
+        let whole = length([c, s]);
+        cos.push(c / whole);
+        sin.push(s / whole);
+        apart = block.iter().fold(apart, |most, &(sin, cos)| most.max(length([cos - c / whole, sin - s / whole])));
+    }
+    for list in [&mut cos, &mut sin] {
+        list.resize(list.len().next_multiple_of(BLOCK), 0.0);
+    }
+    (lanes_of(&cos).into_iter().zip(lanes_of(&sin)).map(|(cos, sin)| [cos, sin]).collect(), apart)
 }
 
 /// (2) of three gaps.
