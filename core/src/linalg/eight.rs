@@ -325,6 +325,20 @@ pub(crate) fn columns_times<V: Eight>(columns: &[Lane], numbers: &[Lane]) -> V {
 }
 
 by_width! {
+    /// The sum of two lists, times these, in the place of what was there.
+    pub(crate) fn mix(lists: [&[Lane]; 2], times: [f64; 2], sums: &mut Vec<Lane>) = mix_in
+}
+
+#[inline(always)]
+fn mix_in<V: Eight>([one, other]: [&[Lane]; 2], [a, b]: [f64; 2], sums: &mut Vec<Lane>) {
+    sums.resize(one.len(), Lane::default());
+    let (a, b) = (V::all(a), V::all(b));
+    for ((sum, x), y) in sums.iter_mut().zip(one).zip(other) {
+        (a * V::load(x) + b * V::load(y)).store(sum);
+    }
+}
+
+by_width! {
     /// Products of eight rows with a list, their entries column by column, each summed as [`super::dot`] does.
     pub(crate) fn dots(columns: &[Lane], list: &[f64], products: &mut Lane) = dots_in
 }

@@ -189,13 +189,6 @@ pub(crate) fn flat(lanes: &[Lane]) -> &[f64] {
     }
 }
 
-/// The sum of two lists, times these.
-pub(crate) fn mixed([one, other]: [&[Lane]; 2], [a, b]: [f64; 2]) -> Vec<Lane> {
-    // no kernel: memory is what takes time, and this writes it once
-    let sum = |(x, y): (&Lane, &Lane)| Lane(std::array::from_fn(|k| a * x.0[k] + b * y.0[k]));
-    one.iter().zip(other).map(sum).collect()
-}
-
 kernel! {
     /// y += a x.
     pub(crate) fn add_scaled(a: f64, x: &[f64], y: &mut [f64]) {

@@ -22,11 +22,12 @@ impl Apart {
     }
 
     /// Takes the stores at n.
-    pub fn take_stores(&mut self, transient: &Transient, structure: &Structure) {
-        self.shape.take(&transient.flight, structure);
-        let flight = &transient.flight;
+    pub fn take_stores(&mut self, transient: &mut Transient, structure: &Structure) {
+        let flight = &mut transient.flight;
+        self.shape.take(flight, structure);
+        let gyroscopic = flight.gyroscopic_momentum();
+        let shift = flight.held_back(gyroscopic);
         let model = &flight.shared().grid.model;
-        let shift = flight.held_back(flight.gyroscopic_momentum());
         let (q, velocity) = (self.shape.coordinates(), self.shape.rates());
         let [kinetic, strain] = model.system.energies(flight.spin().speed + shift, q, velocity);
         let [turning, twisted] = flight.spin().energies(shift, flight.velocities());

@@ -1,10 +1,12 @@
 //! Rows of which eight are taken at a time, all of them or those that are asked for.
 
+use super::tables::Mix;
 use crate::linalg::Matrix;
-use crate::linalg::lanes::{LANES, Lane, mixed, rows_times};
+use crate::linalg::eight::mix;
+use crate::linalg::lanes::{LANES, Lane, rows_times};
 
 /// Rows in blocks of eight, zeros behind the last.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Eights {
     columns: usize,
     /// Of each block, column by column.
@@ -24,11 +26,6 @@ impl Eights {
         Self { columns, entries }
     }
 
-    /// The sum of two with as many rows, times these.
-    pub fn mixed(rows: [&Self; 2], times: [f64; 2]) -> Self {
-        Self { columns: rows[0].columns, entries: mixed(rows.map(|rows| rows.entries.as_slice()), times) }
-    }
-
     /// Products of one block with a list.
     pub fn block_times(&self, block: usize, y: &[f64]) -> [f64; LANES] {
         rows_times(&self.entries[block * self.columns..(block + 1) * self.columns], y)
@@ -40,6 +37,13 @@ impl Eights {
         for block in self.entries.chunks_exact(self.columns.max(1)) {
             products.extend_from_slice(&rows_times(block, y));
         }
+    }
+}
+
+impl Mix for Eights {
+    fn mix(&mut self, of: [&Self; 2], times: [f64; 2]) {
+        self.columns = of[0].columns;
+        mix(of.map(|rows| rows.entries.as_slice()), times, &mut self.entries);
     }
 }
 
@@ -56,7 +60,8 @@ mod tests {
             let mut whole = vec![0.0; rows];
             mul_vec(&matrix, &y, &mut whole);
             let one = Eights::new(&matrix);
-            let (mut products, mixed) = (Vec::new(), Eights::mixed([&one, &one], [0.25, 1.75]));
+            let (mut products, mut mixed) = (Vec::new(), Eights::default());
+            mixed.mix([&one, &one], [0.25, 1.75]);
             mixed.times(&y, &mut products);
             assert_eq!(products.len(), rows.next_multiple_of(LANES));
             for (i, product) in products.iter().enumerate() {

@@ -13,6 +13,7 @@ use super::propagator::Propagator;
 use super::settings::FlightSettings;
 use super::shared::Shared;
 use super::spin::{Blow, Spin, SpinStep};
+use super::tables::Tables;
 use super::within::Room;
 use crate::engine::beginning::initial_motion;
 use crate::linalg::dot;
@@ -42,6 +43,7 @@ pub(super) struct Instant {
 pub struct Flight {
     shared: Arc<Shared>,
     cell: Arc<Cell>,
+    tables: Tables,
     /// Whirl states, and room for the next.
     y: Vec<f64>,
     scratch: Vec<f64>,
@@ -89,13 +91,14 @@ impl Flight {
             levels: Vec::new(),
             trial: None,
             cell,
+            tables: Tables::default(),
             y,
             gyroscopic: (0, 0.0),
             spin: spin.clone(),
             shared,
         };
         flight.see();
-        flight.gyroscopic.1 = flight.cell.gyroscopic_momentum(&flight.y);
+        flight.gyroscopic.1 = flight.gyroscopic_momentum();
         spin.begin(flight.velocities(), flight.gyroscopic.1);
         flight.spin = spin;
         let back = flight.comes_back(0);
@@ -148,7 +151,7 @@ impl Flight {
             if let Some(struck) = blow.take() {
                 strike(&mut self.spin, &self.levels[level], struck, &mut self.y, &mut self.seen);
             }
-            self.gyroscopic = (self.ticks, self.cell.gyroscopic_momentum(&self.y));
+            self.gyroscopic = (self.ticks, self.tables.momentum(&self.cell).of(&self.y));
         }
         let (step, local) = (&self.levels[level], &self.cell.local);
         arrive(&mut self.spin, step, local, self.gyroscopic.1, blow, &mut self.y, &mut self.seen);
@@ -261,18 +264,18 @@ impl Flight {
     }
 
     /// Lateral coordinates, and zeros up to a multiple of eight.
-    pub(super) fn places(&self, q: &mut Vec<f64>) {
-        self.cell.motion(&self.shared.grid.model)[0].times(&self.y, q);
+    pub(super) fn places(&mut self, q: &mut Vec<f64>) {
+        self.tables.places(&self.cell, &self.shared.grid.model).times(&self.y, q);
     }
 
     /// Their rates, and zeros up to a multiple of eight.
-    pub(super) fn rates(&self, rates: &mut Vec<f64>) {
-        self.cell.motion(&self.shared.grid.model)[1].times(&self.y, rates);
+    pub(super) fn rates(&mut self, rates: &mut Vec<f64>) {
+        self.tables.rates(&self.cell, &self.shared.grid.model).times(&self.y, rates);
     }
 
     /// Gyroscopic momentum of now.
-    pub(super) fn gyroscopic_momentum(&self) -> f64 {
-        self.cell.gyroscopic_momentum(&self.y)
+    pub(super) fn gyroscopic_momentum(&mut self) -> f64 {
+        self.tables.momentum(&self.cell).of(&self.y)
     }
 
     /// What the spin has to be shifted by to have this gyroscopic momentum, that of now, instead of the last one that was taken \[rad/s\].
@@ -282,16 +285,16 @@ impl Flight {
 
     /// Bounds of what is measured of the whole motion at n: the bending moment of each [`BESIDE`] elements \[N m\], then all displacements [m, rad].
     pub(super) fn bounds(&mut self, bounds: &mut Vec<f64>) {
-        let Self { cell, y, scratch, shared, .. } = self;
+        let Self { cell, tables, y, scratch, shared, .. } = self;
         let (a, b) = y.split_at(y.len() / 2);
         let amplitudes = &mut scratch[..a.len()];
         sizes_of(a, b, amplitudes);
-        cell.seen(&shared.grid.model)[0].times(amplitudes, bounds);
+        tables.bounds(cell, &shared.grid.model).times(amplitudes, bounds);
     }
 
     /// Bending moments of so many elements from `BESIDE block` on \[N m\].
-    pub(super) fn moments(&self, block: usize) -> [f64; 4 * BESIDE] {
-        self.cell.moments(&self.shared.grid.model, block, &self.y)
+    pub(super) fn moments(&mut self, block: usize) -> [f64; 4 * BESIDE] {
+        self.tables.moments(&self.cell, &self.shared.grid.model).block_times(block, &self.y)
     }
 
     /// The whirl states at n.
@@ -309,33 +312,35 @@ impl Flight {
     }
 
     /// Powers at n that bearings' damping takes and that their skew stiffness puts in, and what all damping takes less the latter \[W\], 0 where that is not asked for; `room` for the bearings' motion.
-    pub(super) fn powers(&self, loses: bool, room: &mut Vec<f64>) -> ([f64; 2], f64) {
-        let (cell, model) = (&self.cell, &self.shared.grid.model);
-        cell.seen(model)[1].times(&self.y, room);
-        let whole = if loses { cell.within(model, self.step).power_at(&self.y) } else { 0.0 };
+    pub(super) fn powers(&mut self, loses: bool, room: &mut Vec<f64>) -> ([f64; 2], f64) {
+        let Self { cell, tables, y, shared, step, .. } = self;
+        let model = &shared.grid.model;
+        tables.bearings(cell, model).times(y, room);
+        let whole = if loses { tables.within(cell, model, *step).power_at(y) } else { 0.0 };
         (model.measures.of_bearings(room, [0.0; 2]), whole)
     }
 
     /// The same at an instant with an impulse: those of the bearings' mean rates there, and the mean of what all damping takes over the contact step behind it. The instant is that behind the impulse then.
     pub(super) fn powers_behind(
-        &self,
+        &mut self,
         instant: &mut Instant,
         impulse: [f64; 2],
         loses: bool,
         (room, within): (&mut Vec<f64>, &mut Room),
     ) -> ([f64; 2], f64) {
         let (Instant { cell, y, forces }, model, h) = (instant, &self.shared.grid.model, self.step);
-        cell.seen(model)[1].times(y, room);
+        self.tables.bearings(cell, model).times(y, room);
         let bearings = model.measures.of_bearings(room, impulse);
         if !loses {
             return (bearings, 0.0);
         }
         cell.strike(impulse, y);
-        (bearings, cell.within(model, h).power(cell.kept(model, h), h, y, forces, within))
+        let table = self.tables.within(cell, model, h);
+        (bearings, table.power(cell.kept(table, h), h, y, forces, within))
     }
 
     /// Energies at n, of the rates there; `q` and `room`: of their size.
-    pub(super) fn stored(&self, rates: &[f64], q: &mut Vec<f64>, room: &mut Vec<f64>) -> Stored {
+    pub(super) fn stored(&mut self, rates: &[f64], q: &mut Vec<f64>, room: &mut Vec<f64>) -> Stored {
         self.places(q);
         self.shared.grid.model.measures.stored([q, rates], room)
     }

@@ -1,10 +1,12 @@
 //! Quadratic forms and products of many rows, of one vector: eight rows at a time, in one order of operations.
 
+use super::tables::Mix;
 use crate::linalg::Matrix;
-use crate::linalg::lanes::{LANES, Lane, kernel, mixed, rows_times_inline};
+use crate::linalg::eight::mix;
+use crate::linalg::lanes::{LANES, Lane, kernel, rows_times_inline};
 
 /// `y^T A y` of a symmetric A.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Form {
     size: usize,
     /// Of eight rows from i on: their entries in the columns from i on, column by column, what stands right of these eight columns doubled.
@@ -27,16 +29,18 @@ impl Form {
         Self { size, entries }
     }
 
-    /// The sum of two of one size, times these.
-    pub fn mixed(forms: [&Self; 2], times: [f64; 2]) -> Self {
-        Self { size: forms[0].size, entries: mixed(forms.map(|form| form.entries.as_slice()), times) }
-    }
-
     /// Its value.
     pub fn of(&self, y: &[f64]) -> f64 {
         let mut lanes = [0.0; LANES];
         value_of(&self.entries, &y[..self.size], &mut lanes);
         crate::linalg::lanes::sum(lanes)
+    }
+}
+
+impl Mix for Form {
+    fn mix(&mut self, of: [&Self; 2], times: [f64; 2]) {
+        self.size = of[0].size;
+        mix(of.map(|form| form.entries.as_slice()), times, &mut self.entries);
     }
 }
 
@@ -77,11 +81,9 @@ impl Rows {
         let [one, other] = rows.map(|rows| rows.last.iter());
         let half =
             |(one, other): (&Half, &Half)| Half(std::array::from_fn(|k| times[0] * one.0[k] + times[1] * other.0[k]));
-        Self {
-            columns: rows[0].columns,
-            entries: mixed(rows.map(|rows| rows.entries.as_slice()), times),
-            last: one.zip(other).map(half).collect(),
-        }
+        let mut entries = Vec::new();
+        mix(rows.map(|rows| rows.entries.as_slice()), times, &mut entries);
+        Self { columns: rows[0].columns, entries, last: one.zip(other).map(half).collect() }
     }
 
     /// How many products: a multiple of four, zeros behind those of the rows.

@@ -14,8 +14,6 @@
 
 use super::ExponentialError;
 use super::block::size_of;
-use super::eights::Eights;
-use super::forms::Form;
 use super::kick::Kick;
 use super::local::Local;
 use super::measured::Measured;
@@ -25,7 +23,6 @@ use super::settings::LEVELS;
 use super::station::{Model, Station};
 use super::transfer::Transfer;
 use super::within::{Kept, Within};
-use crate::linalg::lanes::LANES;
 use crate::linalg::{Matrix, Vector, axpy, lanes, mul, solve};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -77,10 +74,8 @@ struct Found {
 pub(super) struct Cell {
     pub index: i64,
     pub local: Local,
-    /// N.
-    momentum: Form,
     share: f64,
-    stations: [Arc<Station>; 2],
+    pub stations: [Arc<Station>; 2],
     transfer: Arc<Transfer>,
     unbalances: usize,
     propagators: [OnceLock<Propagator>; LEVELS + 1],
@@ -90,11 +85,6 @@ pub(super) struct Cell {
     watched: Vec<usize>,
     kick: OnceLock<Kick>,
     outlook: OnceLock<Outlook>,
-    /// [`Measured::bounds`] and [`Measured::bearings`]; moments, which most looks ask for.
-    seen: OnceLock<[Eights; 2]>,
-    moments: OnceLock<Eights>,
-    motion: OnceLock<[Eights; 2]>,
-    within: OnceLock<Within>,
     kept: OnceLock<Kept>,
 }
 
@@ -111,17 +101,9 @@ impl Cell {
         Some(self.kick.get_or_init(|| Kick::new(&self.local, self.propagator(0, h), h, *row, *push, loads)))
     }
 
-    /// What damping takes of its states over contact steps of `h` \[s\].
-    pub fn within(&self, model: &Model, h: f64) -> &Within {
-        self.within.get_or_init(|| {
-            let stations = self.stations.each_ref().map(|station| station.within(model, h));
-            Within::mixed(stations, self.shares())
-        })
-    }
-
-    /// What forces keep of them ([`super::within`]).
-    pub fn kept(&self, model: &Model, h: f64) -> &Kept {
-        self.kept.get_or_init(|| Kept::new(&self.local, self.within(model, h), h, self.unbalances))
+    /// What forces keep of its states over contact steps of `h` \[s\], by what damping takes there ([`super::within`]).
+    pub fn kept(&self, within: &Within, h: f64) -> &Kept {
+        self.kept.get_or_init(|| Kept::new(&self.local, within, h, self.unbalances))
     }
 
     /// States behind an impulse on the first diaphragm's node, along the machine's axes, of those before.
@@ -137,39 +119,13 @@ impl Cell {
         self.outlook.get_or_init(|| Outlook::new(&self.local, &self.watched, self.unbalances, h))
     }
 
-    /// Gyroscopic momentum `y^T N y`.
-    pub fn gyroscopic_momentum(&self, y: &[f64]) -> f64 {
-        self.momentum.of(y)
-    }
-
-    /// [`Measured::bounds`] and [`Measured::bearings`] of its whirl states.
-    pub fn seen(&self, model: &Model) -> &[Eights; 2] {
-        self.seen.get_or_init(|| {
-            let [one, other] = self.measured(model);
-            [[&one.bounds, &other.bounds], [&one.bearings, &other.bearings]]
-                .map(|rows| Eights::mixed(rows, self.shares()))
-        })
-    }
-
-    /// One block of [`Measured::moments`] of whirl states.
-    pub fn moments(&self, model: &Model, block: usize, y: &[f64]) -> [f64; LANES] {
-        let mixed = || Eights::mixed(self.measured(model).map(|at| &at.moments), self.shares());
-        self.moments.get_or_init(mixed).block_times(block, y)
-    }
-
-    /// q and q' of whirl states.
-    pub fn motion(&self, model: &Model) -> &[Eights; 2] {
-        self.motion.get_or_init(|| {
-            let [one, other] = self.measured(model);
-            [0, 1].map(|i| Eights::mixed([&one.motion[i], &other.motion[i]], self.shares()))
-        })
-    }
-
-    fn measured(&self, model: &Model) -> [&Measured; 2] {
+    /// What is measured at its stations.
+    pub fn measured(&self, model: &Model) -> [&Measured; 2] {
         self.stations.each_ref().map(|station| station.measured(model))
     }
 
-    fn shares(&self) -> [f64; 2] {
+    /// How much of each station it is.
+    pub fn shares(&self) -> [f64; 2] {
         [1.0 - self.share, self.share]
     }
 
@@ -243,7 +199,6 @@ impl Grid {
         let cell = Arc::new(Cell {
             index,
             local: Local::between([&below.local, &above.local], [1.0 - share, share], speed),
-            momentum: Form::mixed([&below.momentum, &above.momentum], [1.0 - share, share]),
             share,
             stations: [Arc::clone(below), Arc::clone(above)],
             transfer,
@@ -253,10 +208,6 @@ impl Grid {
             watched: outputs.loads().into_iter().chain(outputs.has_contact().then(|| outputs.contact(0))).collect(),
             kick: OnceLock::new(),
             outlook: OnceLock::new(),
-            seen: OnceLock::new(),
-            moments: OnceLock::new(),
-            motion: OnceLock::new(),
-            within: OnceLock::new(),
             kept: OnceLock::new(),
         });
         let keeps = self.keeps.load(Ordering::Relaxed);
@@ -373,6 +324,7 @@ mod tests {
     use crate::engine::exponential::measured::Measures;
     use crate::engine::exponential::outputs::Outputs;
     use crate::engine::exponential::system::LateralSystem;
+    use crate::engine::exponential::tables::Tables;
     use crate::engine::exponential::within::Room;
     use crate::linalg::mul_vec;
     use crate::structure::Structure;
@@ -444,7 +396,9 @@ mod tests {
                     let mut y = vec![0.0; 2 * grid.model.system.size];
                     cell.strike(impulse, &mut y);
                     let forces = [Complex::default()];
-                    cell.within(&grid.model, h).power(cell.kept(&grid.model, h), h, &y, &forces, &mut Room::default())
+                    let mut tables = Tables::default();
+                    let within = tables.within(cell, &grid.model, h);
+                    within.power(cell.kept(within, h), h, &y, &forces, &mut Room::default())
                 });
                 assert!(wanted > 0.0 && (found - wanted).abs() < 1e-3 * wanted, "{speed}: {found:e} {wanted:e}");
             }

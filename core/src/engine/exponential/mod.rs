@@ -50,6 +50,7 @@ mod spin;
 mod station;
 mod survey;
 mod system;
+mod tables;
 mod transfer;
 mod transient;
 mod twist;

@@ -392,7 +392,7 @@ impl<'a> Run<'a> {
     fn settle(&mut self, look: Look, impulse: Option<[f64; 2]>) {
         let Self { transient, recorders, seen, within, instant, apart, h, .. } = self;
         let Look { ticks, loses, balances, damped } = look;
-        let flight = &transient.flight;
+        let flight = &mut transient.flight;
         let (powers, whole) = match impulse {
             Some(impulse) => flight.powers_behind(instant, impulse, loses, (seen, within)),
             None => flight.powers(loses, seen),

@@ -35,7 +35,7 @@ impl Shape {
     }
 
     /// Takes the motion of a flight where it is.
-    pub fn take(&mut self, flight: &Flight, structure: &Structure) {
+    pub fn take(&mut self, flight: &mut Flight, structure: &Structure) {
         flight.places(&mut self.motion[0]);
         flight.rates(&mut self.motion[1]);
         structure.lateral.coordinates.expand(&self.motion[0][..self.size], &mut self.nodal);

@@ -16,6 +16,7 @@
 use super::block::{Block, Split, size_of};
 use super::forms::Form;
 use super::local::Local;
+use super::tables::Mix;
 use crate::linalg::Matrix;
 use crate::linalg::lanes::kernel;
 use nalgebra::Complex;
@@ -33,7 +34,7 @@ const SLOW: f64 = 1.5;
 const SHORT: f64 = 0.1;
 
 /// D, Q and `int E dt/h` of (3).
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Within {
     lost: Form,
     more: Form,
@@ -79,16 +80,6 @@ impl Within {
         Self { lost: Form::new(&lost), more: Form::new(&more), mean }
     }
 
-    /// The sum of two, times these.
-    pub fn mixed([one, other]: [&Self; 2], times: [f64; 2]) -> Self {
-        let mean = one.mean.iter().zip(&other.mean);
-        Self {
-            lost: Form::mixed([&one.lost, &other.lost], times),
-            more: Form::mixed([&one.more, &other.more], times),
-            mean: mean.map(|(a, b)| std::array::from_fn(|i| times[0] * a[i] + times[1] * b[i])).collect(),
-        }
-    }
-
     /// lost(y) \[W\].
     pub fn power_at(&self, y: &[f64]) -> f64 {
         self.lost.of(y)
@@ -106,6 +97,16 @@ impl Within {
         }
         add_means(&self.mean, y, mean);
         self.lost.of(mean) + self.more.of(z) / h
+    }
+}
+
+impl Mix for Within {
+    fn mix(&mut self, [one, other]: [&Self; 2], times: [f64; 2]) {
+        self.lost.mix([&one.lost, &other.lost], times);
+        self.more.mix([&one.more, &other.more], times);
+        let mean = one.mean.iter().zip(&other.mean);
+        self.mean.clear();
+        self.mean.extend(mean.map(|(a, b)| -> Block { std::array::from_fn(|i| times[0] * a[i] + times[1] * b[i]) }));
     }
 }
 
