@@ -40,7 +40,7 @@ const JUMP: f64 = 0.25;
 const ROUNDING: f64 = 1e-14;
 /// Slow motions are those of one pair of so many.
 const SLOWEST: usize = 2;
-/// Cells that are kept for other runs, at most: some 90 kB each with 24 pairs. They are kept from the second run on, where each run has masses of its own there is no
+/// Cells that are kept for other runs, at most: some 25 kB each with 24 pairs (what is looked at is mixed by each run: [`super::tables`]). They are kept from the second run on, where each run has masses of its own there is no
 /// other; before, as many as a spin that swings about an edge, or a history, comes back to.
 const KEPT: usize = 2048;
 const LAST: usize = 2;
