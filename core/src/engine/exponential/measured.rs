@@ -238,6 +238,7 @@ mod tests {
     use super::super::within::Room;
     use super::*;
     use bladeoff_model::machine::MachineDef;
+    use std::sync::Arc;
 
     /// The rig with one bearing of skew stiffness, in free flight, struck time and again.
     fn struck(mut at: impl FnMut(&Machine, &Structure, &mut Flight, [f64; 2])) {
@@ -294,15 +295,16 @@ mod tests {
             let (n, spin) = (structure.lateral.coordinates.size(), flight.spin().speed);
             flight.rates(&mut rates);
             let stored = flight.stored(&rates, &mut q, &mut room);
-            let system = &flight.shared().grid.model.system;
+            let shared = Arc::clone(flight.shared());
+            let system = &shared.grid.model.system;
             let [kinetic, strain] = system.energies(spin, &q[..n], &rates[..n]);
-            let weight: f64 = dot(flight.shared().grid.model.outputs.weight(), &q[..n]);
+            let weight: f64 = dot(shared.grid.model.outputs.weight(), &q[..n]);
             let (ours, theirs) = (stored.energy + spin * stored.gyroscopic, kinetic + strain - weight);
             assert!((ours - theirs).abs() < 1e-12 * (kinetic + strain), "{ours} {theirs}");
             // and what is taken of the mean rates, part by part, is that of bearings' damping and of the skew part of K
             let (mut instant, mut within) = (flight.instant(), Room::default());
             let ([bearings, skew], _) = flight.powers_behind(&mut instant, impulse, false, (&mut room, &mut within));
-            let measures = &flight.shared().grid.model.measures;
+            let measures = &shared.grid.model.measures;
             let jumps = structure.rotor.plane_places(machine.diaphragms[0].contact.node);
             let jumps = jumps.map(|dof| system.struck(&structure.lateral.coordinates.row(dof)));
             let mean: Vec<f64> =
