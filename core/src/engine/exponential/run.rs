@@ -19,7 +19,6 @@ use super::within::Room;
 use crate::engine::motion::{DIVERGED, size};
 use crate::linalg::axpy;
 use crate::record::{At, End, Energies, Follower, Recorders, RingInstant, Touch};
-use crate::rotor::braking_torque;
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
 use bladeoff_model::outcome::{Cause, EndCause};
@@ -363,9 +362,7 @@ impl<'a> Run<'a> {
     fn works(&mut self, done: &Done, ring_before: f64) {
         let flown = if done.level.is_some() && self.touched { ring_before - self.ring_energy() } else { 0.0 };
         let now = &mut self.recorders.energies.now;
-        let steps = done.level.map_or(1.0, |level| f64::from(1_u32 << level));
-        let power = |speed: f64| braking_torque(&self.machine.braking, speed) * speed;
-        now.braking -= 0.5 * steps * self.h * (power(self.speed) + power(self.transient.flight.speed()));
+        now.braking = self.transient.flight.spin().braked();
         if let Some(impact) = &done.impact {
             now.friction += impact.friction_work;
             now.normal += impact.normal_work;

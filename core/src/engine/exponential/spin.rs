@@ -9,6 +9,7 @@
 //! force of the unbalance on the lateral motion  m d (psi'^2 - i psi'') e^{i psi},  in the middle of the step,  h psi'' = psi'(n+1) foreseen - psi'(n)     (3)
 //! what (3) missed of psi', D                    -i m d D e^{i psi} is an impulse on the lateral motion at n+1                          (4)
 //! damping of the twist takes  what impulses, (2) and T b put in, less the energy that is there        exact, as its motion is       (5)
+//! brakes take   -T times the turn over the step of what they turn: h (W behind a blow at n + W+)/2, and that of the twist            (6)
 //! ```
 //! An impulse on the rotor at n makes z' jump, and by as much of every step of a rub k would be wrong that began before it: it begins behind it (energy errors of hard rubs were ten times as large, of first order in the step).
 //! A step: the turn over it follows from the spin and its last slope (Adams and Bashforth's second method), (3) moves the rotor, and its velocity at the end gives
@@ -17,7 +18,8 @@
 //! step resolves may grow by it where their phase is near half a turn a step. So the twist that is foreseen is the free one, without the torques of the step before, and
 //! steps are as long as the twist's damping holds ([`Spin::holds`]). (Impulses at either end instead of (2) let none grow, but have torsional moments up to 20 times too large
 //! where a step is a whole turn of a mode.)
-//! (The trapezoidal rule for the power of that damping missed what impulses make of it: 2e-4 of a whipping turbine's energies.)
+//! (The trapezoidal rule for the power of that damping missed what impulses make of it: 2e-4 of a whipping turbine's energies; that for the power of brakes missed what blows make of W, 1e-5 of
+//! the energies of a rotor that its ring stops, and how T changes in a long step.)
 //!
 //! Source: the Lagrangian of docs/theory/01-shaft-line.md; (1) and (2) are its equations for phi and for the twist, integrated once. Limits: all
 //! gyroscopic sites turn with W; a turning rotor (what c0 holds at rest is not here). Second order in the step. Verified by `tests/exponential.rs`.
@@ -60,6 +62,8 @@ pub(super) struct Spin {
     twist: Twist,
     /// That of the blow of the last step \[N m s\].
     blow: f64,
+    /// (6) so far \[J\].
+    braked: f64,
     /// Those predicted for n+1.
     next_angle: f64,
     next_speed: f64,
@@ -160,6 +164,7 @@ impl Spin {
             arms: arms.collect(),
             twist: Twist::new(&loaded.modes, &rows, acting),
             blow: 0.0,
+            braked: 0.0,
             next_angle: angle,
             next_speed: speed,
             loaded,
@@ -367,9 +372,10 @@ impl Spin {
     #[inline(always)]
     pub fn complete(&mut self, step: &SpinStep, velocities: &[[f64; 2]], gyroscopic: f64) {
         let SpinStep { h, over, .. } = *step;
+        let behind = self.speed + self.blow / self.loaded.inertia;
         // braking does not turn before the rotor has stopped
-        let after = self.next_speed.max(f64::MIN_POSITIVE);
-        let brake = 0.5 * (braking_torque(&self.braking, self.speed) + braking_torque(&self.braking, after));
+        let [begun, after] = [behind, self.next_speed].map(|speed| speed.max(f64::MIN_POSITIVE));
+        let brake = 0.5 * (braking_torque(&self.braking, begun) + braking_torque(&self.braking, after));
         self.momentum += h * brake;
         let mut carried_by_all = gyroscopic;
         for (s, &velocity) in velocities.iter().enumerate() {
@@ -387,6 +393,7 @@ impl Spin {
         self.twist.torques()[velocities.len()] = brake;
         self.twist.settle(&step.twist);
         let speed = (self.momentum - carried_by_all) / self.loaded.inertia;
+        self.braked -= brake * (0.5 * h * (behind + speed) + self.twist.turn(velocities.len()));
         self.bend = ((speed - self.next_speed).abs() * (over * over))
             .max((1.0 - FORGETS * h * self.speed.abs()).max(0.0) * self.bend);
         (self.last, self.slope) = (h, (speed - self.speed) * over);
@@ -416,6 +423,11 @@ impl Spin {
     #[inline(always)]
     pub fn left(&self) -> impl Iterator<Item = Complex<f64>> {
         self.arms.iter().map(|arm| arm.left)
+    }
+
+    /// What brakes have taken so far \[J\].
+    pub fn braked(&self) -> f64 {
+        self.braked
     }
 
     /// How many unbalances.

@@ -207,6 +207,12 @@ impl Twist {
         add(&step.makes[struck * self.seen.len()..], impulse, &mut self.seen);
     }
 
+    /// How far a row has turned over the step, after [`Twist::settle`] \[rad\].
+    #[inline(always)]
+    pub fn turn(&self, row: usize) -> f64 {
+        self.seen[row / HALF].0[row % HALF] - self.before[row / HALF].0[row % HALF]
+    }
+
     /// Adds the torques over the step, those of [`Twist::torques`].
     #[inline(always)]
     pub fn settle(&mut self, step: &TwistStep) {
@@ -228,8 +234,7 @@ impl Twist {
             add(makes, *torque, &mut self.seen);
         }
         for (r, torque) in self.torques.iter().enumerate() {
-            let turn = self.seen[r / HALF].0[r % HALF] - self.before[r / HALF].0[r % HALF];
-            self.put_in += torque * turn;
+            self.put_in += torque * self.turn(r);
         }
     }
 }
