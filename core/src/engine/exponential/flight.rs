@@ -25,6 +25,8 @@ use std::sync::Arc;
 /// Turn of the rotor from one gyroscopic momentum to the next \[rad\]. It is a product of all pairs with all, 1e-5 of the spin's momentum, and changes
 /// slowly: what lies between shifts the spin until the next, and adds to nothing.
 const GYRATION: f64 = 0.05;
+/// Change of the spin over a contact step, as a part of it, from which on it is taken at each step: a ring that stops a rotor makes it whirl faster than it turns.
+const FALLS: f64 = 2e-4;
 /// What may come back over a contact step ([`Spin::comes_back`]) for modes of twist that the step does not resolve to be damped by it.
 const MOST_HELD: f64 = 0.05;
 /// The trial step from which the first slope of the spin is taken, as a part of the step.
@@ -147,7 +149,8 @@ impl Flight {
     pub(super) fn finish(&mut self, level: usize, blow: Option<Blow>) -> Result<(), ExponentialError> {
         let mut blow = blow.and_then(|blow| Some((self.cell.kick(self.step)?, blow)));
         self.ticks += 1 << level;
-        if (self.ticks - self.gyroscopic.0) as f64 * self.step * self.spin.speed.abs() >= GYRATION {
+        let since = (self.ticks - self.gyroscopic.0) as f64 * self.step;
+        if self.falls() || since * self.spin.speed.abs() >= GYRATION {
             if let Some(struck) = blow.take() {
                 strike(&mut self.spin, &self.levels[level], struck, &mut self.y, &mut self.seen);
             }
@@ -181,6 +184,11 @@ impl Flight {
             }
         }
         Ok(())
+    }
+
+    /// Whether the spin changes so fast that what is looked at from time to time is looked at more often.
+    pub(super) fn falls(&self) -> bool {
+        self.spin.slope().abs() * self.step > FALLS * self.spin.speed.abs()
     }
 
     /// Length of a step of `2^level` steps \[s\].

@@ -27,6 +27,8 @@ use bladeoff_model::outcome::{Cause, EndCause};
 const LOOKS: u64 = 8;
 /// Contact steps from one look at what the shaft's damping takes to the next, and from one balance of energies to the next, at least, each with a look; each of the first steps has all.
 const LOSSES: u64 = 8;
+/// Where friction all but stops the spin ([`super::flight::Flight::falls`]): a whip is faster than eight steps show.
+const FALLS: u64 = 2;
 /// The former as long as nothing has touched: until then the shaft rings of the release alone.
 const CALM: u64 = 32;
 const BALANCES: u64 = 64;
@@ -173,6 +175,7 @@ impl<'a> Run<'a> {
         let balances = first || is_due(self.balanced, BALANCES);
         let often = match (self.transient.disturbed, self.touched) {
             (true, _) => 1,
+            _ if self.transient.flight.falls() => FALLS,
             (_, true) => LOSSES,
             _ => CALM,
         };

@@ -232,6 +232,11 @@ impl Spin {
         }
     }
 
+    /// Slope of the spin over the last step \[rad/s2\].
+    pub fn slope(&self) -> f64 {
+        self.slope
+    }
+
     /// The spin a time ahead, if it goes on as it does \[rad/s\].
     pub fn speed_after(&self, time: f64) -> f64 {
         self.mean()[0] + time * self.slope
