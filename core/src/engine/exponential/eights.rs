@@ -1,9 +1,14 @@
 //! Rows of which eight are taken at a time, all of them or those that are asked for.
 
-use super::tables::Mix;
 use crate::linalg::Matrix;
 use crate::linalg::eight::mix;
 use crate::linalg::lanes::{LANES, Lane, rows_times};
+
+/// What is linear in the share between two stations.
+pub(super) trait Mix: Default {
+    /// Becomes the sum of two of one size, times these.
+    fn mix(&mut self, of: [&Self; 2], times: [f64; 2]);
+}
 
 /// Rows in blocks of eight, zeros behind the last.
 #[derive(Debug, Clone, Default)]

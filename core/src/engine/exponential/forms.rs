@@ -1,6 +1,6 @@
 //! Quadratic forms and products of many rows, of one vector: eight rows at a time, in one order of operations.
 
-use super::tables::Mix;
+use super::eights::Mix;
 use crate::linalg::Matrix;
 use crate::linalg::eight::mix;
 use crate::linalg::lanes::{LANES, Lane, kernel, rows_times_inline};

@@ -4,17 +4,11 @@
 //! does keep, they are there in a fifth of the time (docs/theory/08-exponential-engine.md).
 //! Verified by `tables_are_those_of_their_cell`.
 
-use super::eights::Eights;
+use super::eights::{Eights, Mix};
 use super::forms::Form;
 use super::grid::Cell;
 use super::station::Model;
 use super::within::Within;
-
-/// What is linear in the share between two stations.
-pub(super) trait Mix: Default {
-    /// Becomes the sum of two of one size, times these.
-    fn mix(&mut self, of: [&Self; 2], times: [f64; 2]);
-}
 
 /// One of them, and the cell that it is of.
 #[derive(Debug, Clone, Default)]

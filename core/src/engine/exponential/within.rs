@@ -16,7 +16,7 @@
 use super::block::{Block, Split, size_of};
 use super::forms::Form;
 use super::local::Local;
-use super::tables::Mix;
+use super::eights::Mix;
 use crate::linalg::Matrix;
 use crate::linalg::lanes::kernel;
 use nalgebra::Complex;
