@@ -134,9 +134,8 @@ pub enum StartError {
     },
     /// Whirl states without a basis.
     #[error(
-        "the whirl states at {} have no basis that the exponential engine can use{}: motions that are nearly one (cross stiffness on one side), or bearings \
-         damped so strongly that rounding does not tell them apart; use run.engine = \"reduced\"",
-        format_digits(*.speed, "rad/s", 4), condition_of(*.condition, *.limit)
+        "the whirl states at {speed} rad/s have no basis that the exponential engine can use (condition {condition:.1e}, at most {limit:.0e}): motions that are \
+         nearly one (cross stiffness on one side), or bearings damped so strongly that rounding does not tell them apart; use run.engine = \"reduced\""
     )]
     NoBasis {
         /// Speed \[rad/s\].
@@ -157,11 +156,6 @@ pub enum StartError {
     /// Eigenvalue problem of the step limit.
     #[error(transparent)]
     Eigen(#[from] EigenError),
-}
-
-/// The condition of a basis in brackets; nothing where it has none, as motions that span less than all.
-fn condition_of(condition: f64, limit: f64) -> String {
-    if condition.is_finite() { format!(" (condition {condition:.1e}, at most {limit:.0e})") } else { String::new() }
 }
 
 fn metres(value: f64) -> String {
