@@ -224,6 +224,38 @@ fn a_machine_alone_is_computed_by_what_covers_it() {
     assert_eq!(said.code, 3, "{}", said.out);
     let why = "the engine \"exponential\", which run.contact_step asks for, does not cover the detection hyp1";
     assert!(said.err.contains(why), "{}", said.err);
+    // a study says the same, and each advice is one that is taken
+    let hyp1 = "[set]\n\"contact.detection\" = \"hyp1\"\n";
+    let study = |set: &str| folder.write("s.toml", &STUDY.replace("[set]\n", &format!("{hyp1}{set}")));
+    let said = say(&["check", &study("\"run.contact_step\" = \"1.5 us\"\n")]);
+    assert!(said.code == 3 && said.err.contains(why), "{}", said.err);
+    assert!(said.err.contains("allowed: hyp2, or no run.contact_step"), "{}", said.err);
+    assert!(engine_of(&study("")).starts_with("Engine: reduced"));
+    let exponential = "\"run.engine\" = \"exponential\"\n\"run.contact_step\" = \"1.5 us\"\n";
+    let said = say(&["check", &study(exponential)]);
+    let advice = "allowed: hyp2, or run.engine = \"reduced\" and no run.contact_step";
+    assert!(said.code == 3 && said.err.contains(advice), "{}", said.err);
+    let said = say(&["check", &study(&exponential.replace("exponential", "reduced"))]);
+    assert!(said.code == 3 && said.err.contains("allowed: run.step"), "{}", said.err);
+    assert!(!said.err.contains("or run.engine"), "hyp1 is refused there, too: {}", said.err);
+    // --set and an option of the same thing
+    for (set, option) in [
+        ("engine=reduced", ["--engine", "exponential"]),
+        ("run.step=3 us", ["--step", "2 us"]),
+        ("contact.detection=hyp1", ["--detection", "hyp2"]),
+    ] {
+        let said = say(&["simulate", &machine, "--set", set, option[0], option[1]]);
+        assert!(said.code == 3 && said.err.contains("allowed: one of the two"), "{set}: {}", said.err);
+        assert!(
+            said.err.contains(&format!("another value, {}", set.split('=').next_back().expect("one"))),
+            "{}",
+            said.err
+        );
+    }
+    assert_eq!(of(&["--set", "engine=reduced", "--engine", "reduced"])["engine"], "reduced");
+    let said = say(&["simulate", &machine, "--engine", "exponential", "--set", "bearings.left.damping=1e9"]);
+    assert!(said.code == 3 && said.err.contains("the whirl states at 3018 rpm have no basis"), "{}", said.err);
+    assert!(!said.err.contains("condition") && !said.err.contains("rad/s"), "{}", said.err);
     let said = say(&["simulate", &machine, "--set", "run.end_time=5 ms", "--set", "seal.kind=rigid"]);
     assert!(
         said.out.contains("reduced (run.engine = \"auto\": \"exponential\" does not cover a rigid ring"),

@@ -52,13 +52,16 @@ fn a_replayed_sample_is_equal_to_its_row() {
     for (asked, told) in [
         (["--sample", "9"], "has no sample 9; it has 9 rows"),
         (["--worst", "max_bearing_lod_N"], "did you mean max_bearing_load_N?"),
-        (["--worst", "rub_regime"], "has no column \"rub_regime\" of numbers"),
+        (["--worst", "rub_regime"], "`rub_regime` is a column of words, not of numbers"),
         (["--worst", "model_work_J"], "no row of"),
     ] {
         let said = say(&["replay", &out, asked[0], asked[1]]);
         assert_eq!(said.code, 3, "{asked:?}: {}", said.err);
         assert!(said.err.contains(told), "{asked:?}: {}", said.err);
     }
+    // what is advised is no column of words
+    let said = say(&["replay", &out, "--worst", "rub_regim"]);
+    assert!(said.code == 3 && said.err.contains("has no column") && !said.err.contains("rub_regime"), "{}", said.err);
     // a plan that is not the one of the table is refused
     let plan = folder.path("run/plan.json");
     let changed = fs::read_to_string(&plan).expect("the plan").replace("0.06", "0.07");

@@ -307,6 +307,11 @@ fn check_says_what_samples_share_and_which_are_computed_twice() {
     assert!(told.contains("larger by 1e-6 of it"), "{told}");
     let told = check(&format!("[set]\n\"run.twin\" = 2e-6\n{gap}"));
     assert!(told.contains("Twins: every sample is computed twice (run.twin)") && told.contains("by 2e-6"), "{told}");
+    // a value that few samples have, none of which is the first, the second, in the middle or the last
+    let rare = "[set]\n\"run.engine\" = \"reduced\"\n[design]\nkind = \"monte-carlo\"\nsamples = 400\n[[uncertain]]\n\
+        path = \"bearings.left.damping\"\ndistribution = \"discrete\"\nvalues = [600, 700]\nweights = [0.99, 0.01]\n";
+    let told = check(rare);
+    assert!(told.contains("Structure: rotor.bearings.left.damping changes it;"), "{told}");
     let told = check(&vary("run.twin", "0, 1e-6"));
     assert!(told.contains("Twins: a sample whose run.twin is above 0 is computed twice."), "{told}");
 }

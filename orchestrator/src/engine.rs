@@ -4,6 +4,7 @@ use bladeoff_core::engine::{self, StartError, StepPlan};
 use bladeoff_core::modal::{self, Basis, BasisError, ModesError, ModesReport, SpeedModes};
 use bladeoff_core::record::{Follower, NoHistory};
 use bladeoff_core::structure::Structure;
+use bladeoff_model::document::units::format_digits;
 use bladeoff_model::machine::Machine;
 use bladeoff_model::outcome::{Column, Outcome};
 
@@ -14,11 +15,23 @@ pub enum EngineError {
     #[error("the model of the machine cannot be built")]
     Build(#[source] BasisError),
     /// The run's settings do not fit the model.
-    #[error(transparent)]
+    #[error("{}", start_in_words(.0))]
     Start(StartError),
     /// Whirl frequencies.
     #[error("the modes cannot be computed")]
     Modes(#[source] ModesError),
+}
+
+/// A speed without a basis in the unit of all output, and its condition where it has one; all else as the solver says it.
+fn start_in_words(error: &StartError) -> String {
+    let StartError::NoBasis { speed, condition, limit } = error else { return error.to_string() };
+    let condition = condition.is_finite().then(|| format!(" (condition {condition:.1e}, at most {limit:.0e})"));
+    format!(
+        "the whirl states at {} have no basis that the exponential engine can use{}: motions that are nearly one (cross stiffness on one side), or \
+         bearings damped so strongly that rounding does not tell them apart; use run.engine = \"reduced\"",
+        format_digits(*speed, "rad/s", 4),
+        condition.unwrap_or_default()
+    )
 }
 
 /// The structure of a machine: matrices and modes.

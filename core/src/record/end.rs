@@ -59,6 +59,6 @@ impl Steps {
         row.count(Self::DONE, "time steps", end.map(|end| end.steps));
         row.real("step_s", "s", "time step", self.length);
         let iterations = end.map(|end| end.iterations);
-        row.count("iterations", "iterations of the non-linear solve, all steps together", iterations);
+        row.count("iterations", "iterations of the non-linear solve, all steps together; with the engine exponential, which has none, the steps", iterations);
     }
 }

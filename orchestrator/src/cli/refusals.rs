@@ -182,6 +182,17 @@ pub enum ReplayError {
         /// The nearest one.
         nearest: Option<String>,
     },
+    /// A column that has no largest value.
+    #[error(
+        "`{column}` is a column of words, not of numbers ({}); allowed: --worst with a column of numbers",
+        shown(table)
+    )]
+    Words {
+        /// The table.
+        table: PathBuf,
+        /// The name.
+        column: String,
+    },
     /// Nothing in the column.
     #[error("no row of {} that is ok has a value in {column}", shown(table))]
     Empty {

@@ -124,7 +124,7 @@ fn find(
 
 /// The sample with the largest value of a column, the first of several equal ones.
 fn worst(files: &[PathBuf], table: &Path, column: &str) -> Result<Result<u64, ReplayError>, TableError> {
-    let names = Table::names_in(table)?;
+    let names = Table::number_names_in(table)?;
     let mut best: Option<(f64, u64)> = None;
     let mut is_there = true;
     Table::for_each_piece(files, &["sample", "status", column], |piece| {
@@ -144,6 +144,9 @@ fn worst(files: &[PathBuf], table: &Path, column: &str) -> Result<Result<u64, Re
     })?;
     let (table, column) = (table.to_path_buf(), column.to_owned());
     if !is_there {
+        if Table::names_in(&table)?.contains(&column) {
+            return Ok(Err(ReplayError::Words { table, column }));
+        }
         let likeness = |name: &String| strsim::jaro_winkler(name, &column);
         let nearest = names.into_iter().max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
         let nearest = nearest.filter(|name| likeness(name) > 0.7);

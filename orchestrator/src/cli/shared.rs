@@ -10,6 +10,10 @@ use bladeoff_study::{Parameter, Samples};
 /// Samples up to which twins are counted; of more their share is told.
 const COUNTED: u64 = 1_000_000;
 
+/// Different values of a parameter that machines are built with, to see whether it changes what samples share: a number that does so does it with nearly
+/// every value, and no parameter has so many words.
+const MOST_TRIED: usize = 16;
+
 /// The parameters that change matrices and modes from sample to sample.
 pub(super) fn structural(samples: &Samples) -> Vec<&Parameter> {
     changing(samples, |one, other| !same_structure(one, other))
@@ -20,7 +24,7 @@ fn of_bases(samples: &Samples) -> Vec<&Parameter> {
     let is_engine = |(_, parameter): &(usize, &Parameter)| parameter.info.path == ENGINE;
     let varied = samples.parameters().iter().enumerate().find(is_engine);
     let word = ParamValue::Choice(Engine::Exponential.word().to_owned());
-    let varies_to_it = varied.is_some_and(|(place, _)| samples.some_values(place).contains(&word));
+    let varies_to_it = varied.is_some_and(|(place, _)| samples.every_value(place).any(|value| value == word));
     let is_exponential = |machine: &Machine| varies_to_it || machine.run.engine == Engine::Exponential;
     changing(samples, |one, other| is_exponential(other) && same_structure(one, other) && !same_bases(one, other))
 }
@@ -32,16 +36,29 @@ fn changing(samples: &Samples, differ: impl Fn(&Machine, &Machine) -> bool) -> V
     }
     let base = samples.machine(0);
     let Ok(first) = base.build() else { return Vec::new() };
-    // Each value differs from the others, or the parameter would not vary: its second, middle and last say whether that matters.
     let differs = |parameter: &Parameter, value: &ParamValue| {
         let mut other = base.clone();
         let set = other.set(&parameter.info, value).is_ok();
         set && other.build().is_ok_and(|other| differ(&first, &other))
     };
     let of_its_own = |(place, parameter): &(usize, &Parameter)| {
-        !parameter.is_variable && samples.some_values(*place).iter().any(|value| differs(parameter, value))
+        !parameter.is_variable && different(samples, *place).iter().any(|value| differs(parameter, value))
     };
     samples.parameters().iter().enumerate().filter(of_its_own).map(|(_, parameter)| parameter).collect()
+}
+
+/// The different values of a parameter, a rare one too: samples that share nothing may be few.
+fn different(samples: &Samples, place: usize) -> Vec<ParamValue> {
+    let mut values: Vec<ParamValue> = Vec::new();
+    for value in samples.every_value(place) {
+        if !values.contains(&value) {
+            values.push(value);
+            if values.len() > MOST_TRIED {
+                break;
+            }
+        }
+    }
+    values
 }
 
 /// Lines about structures and twins.
@@ -90,7 +107,7 @@ fn twins(samples: &Samples) -> Option<String> {
         return Some(format!("Twins: {count} of {of} (twin_share {share}) {are} computed twice, {second}.\n"));
     }
     if let Some(varied) = samples.parameters().iter().position(|one| one.info.path == TWIN) {
-        let has_some = samples.some_values(varied).iter().any(|value| *value != ParamValue::Number(0.0));
+        let has_some = samples.every_value(varied).any(|value| value != ParamValue::Number(0.0));
         return has_some.then(|| "Twins: a sample whose run.twin is above 0 is computed twice.\n".to_owned());
     }
     (study.shift() > 0.0).then(|| format!("Twins: every sample is computed twice (run.twin), {second}.\n"))

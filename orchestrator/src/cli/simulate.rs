@@ -16,6 +16,7 @@ use bladeoff_core::engine::StepPlan;
 use bladeoff_model::document::units::format_quantity;
 use bladeoff_model::machine::{Detection, ENGINE, Engine, EngineChoice, Machine, MachineDef, STEP, is_detection};
 use bladeoff_model::outcome::{Outcome, Status};
+use bladeoff_study::show;
 use bladeoff_system::call::word;
 use std::time::Instant;
 
@@ -43,9 +44,9 @@ pub struct Args {
     #[command(flatten)]
     machine: MachineArgs,
 
-    /// Engine, instead of the machine's: modes of rotor and ring, all finite-element degrees of freedom, the
-    /// modes propagated exactly with contact by impulses (fast; hyp2 at several points only), or the last where it
-    /// covers the machine and else the first (auto)
+    /// Engine, instead of the machine's: `reduced` has modes of rotor and ring, `full` all finite-element degrees of
+    /// freedom, `exponential` the modes, propagated exactly, with contact by impulses (fast; hyp2 at several points
+    /// only); `auto` takes `exponential` where it covers the machine, otherwise `reduced`
     #[arg(long, value_parser = Engine::CHOICES)]
     engine: Option<String>,
 
@@ -113,10 +114,10 @@ fn given(args: &Args) -> Vec<String> {
 fn definition(args: &Args) -> Result<MachineDef, CliError> {
     let mut machine = args.machine.load()?;
     if let Some(engine) = &args.engine {
-        set(&mut machine, ENGINE, engine, &format!("--engine {engine}"))?;
+        option(&args.machine, &mut machine, ENGINE, engine, &format!("--engine {engine}"))?;
     }
     if let Some(step) = &args.step {
-        set(&mut machine, STEP, step, &format!("--step {step}"))?;
+        option(&args.machine, &mut machine, STEP, step, &format!("--step {step}"))?;
     }
     if let Some(detection) = &args.detection {
         let argument = format!("--detection {detection}");
@@ -127,10 +128,32 @@ fn definition(args: &Args) -> Result<MachineDef, CliError> {
             return Err(CliError::Argument { argument, message, allowed: None });
         }
         for path in paths {
-            set(&mut machine, &path, detection, &argument)?;
+            option(&args.machine, &mut machine, &path, detection, &argument)?;
         }
     }
     Ok(machine)
+}
+
+/// Sets what an option gives. `--set` may give it as well, but nothing else: one of the two would be ignored without a word.
+fn option(
+    given: &MachineArgs,
+    machine: &mut MachineDef,
+    path: &str,
+    value: &str,
+    argument: &str,
+) -> Result<(), CliError> {
+    let of_set = given.changed(machine).into_iter().find(|(changed, _)| changed == path);
+    set(machine, path, value, argument)?;
+    let info = machine.resolve(path).ok();
+    let shown = info.and_then(|info| Some(show(&info, &machine.parse_value(&info, value).ok()?)));
+    match of_set {
+        Some((path, other)) if shown.as_ref() != Some(&other) => Err(CliError::Argument {
+            argument: argument.to_owned(),
+            message: format!("--set gives {path} another value, {other}"),
+            allowed: Some("one of the two".to_owned()),
+        }),
+        _ => Ok(()),
+    }
 }
 
 fn verdict(outcome: &Outcome) -> Exit {

@@ -18,6 +18,9 @@ use crate::design::{Design, DesignError, Thinned};
 use bladeoff_model::document::Collector;
 use bladeoff_model::machine::{ENGINE, EngineChoice, MachineDef, ParamValue, ValueError};
 
+/// Samples whose values are looked at one by one; of more this many.
+const MOST_ASKED: u64 = 1_000_000;
+
 /// A study and the part of it that is to be computed.
 #[derive(Debug, Clone)]
 pub struct Samples {
@@ -242,7 +245,7 @@ impl Samples {
 
     /// Some values of a parameter, by its place: the first, the second, the middle and the last of its axis or of the points.
     #[must_use]
-    pub fn some_values(&self, place: usize) -> Vec<ParamValue> {
+    pub(super) fn some_values(&self, place: usize) -> Vec<ParamValue> {
         let some = |length: u64| [0, 1.min(length - 1), length / 2, length - 1];
         match self.parameters()[place].origin {
             Origin::Varied(axis, member) => {
@@ -251,6 +254,18 @@ impl Samples {
             }
             _ => some(self.count()).map(|sample| self.values(sample)[place].clone()).to_vec(),
         }
+    }
+
+    /// All values of a parameter: along its axis, otherwise those of the samples one after another, of more than a million of them evenly chosen ones.
+    #[must_use]
+    pub fn every_value(&self, place: usize) -> Box<dyn Iterator<Item = ParamValue> + '_> {
+        if let Origin::Varied(axis, member) = self.parameters()[place].origin {
+            let axis = &self.study.axes[axis];
+            return Box::new((0..axis.length).map(move |at| axis.varied[member].values.at(at)));
+        }
+        let step = self.count().div_ceil(MOST_ASKED).max(1);
+        let asked = (0..self.count()).step_by(usize::try_from(step).unwrap_or(usize::MAX));
+        Box::new(asked.map(move |sample| self.values(sample)[place].clone()))
     }
 
     /// All values of a parameter along its axis, some of its law, and of one that is derived [`Samples::some_values`].

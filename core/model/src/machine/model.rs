@@ -64,11 +64,11 @@ pub struct RunSettings {
     pub contact_step: Option<f64>,
     /// Location of the contact force.
     pub force_location: ForceLocation,
-    /// Lateral rotor modes of the reduced engine; `None`: the default of the engine.
+    /// Lateral rotor modes of the reduced and the exponential engine; `None`: the default of the engine.
     pub rotor_modes: Option<usize>,
-    /// Elastic twist modes of the reduced engine; `None`: the default of the engine.
+    /// Elastic twist modes of the reduced and the exponential engine; `None`: the default of the engine.
     pub twist_modes: Option<usize>,
-    /// Ring modes of the reduced engine (each diaphragm); `None`: the default of the engine.
+    /// Ring modes of the reduced and the exponential engine (each diaphragm); `None`: the default of the engine.
     pub ring_modes: Option<usize>,
     /// Whether the reduced engine adds the static flexibility of the modes it leaves out at the contact.
     pub static_residual: bool,

@@ -64,6 +64,18 @@ impl Table {
         Ok(schema.iter_names().map(ToString::to_string).collect())
     }
 
+    /// Those of the columns of numbers.
+    ///
+    /// # Errors
+    /// As [`Table::read`].
+    pub fn number_names_in(path: &Path) -> Result<Vec<String>, TableError> {
+        let names = Self::names_in(path)?;
+        // no row is needed to know what a column holds
+        let frame = guarded(path, || checked_reader(path)?.with_slice(Some((0, 0))).finish().map_err(failed(path)))?;
+        let table = Self::of(frame, path)?;
+        Ok(names.into_iter().filter(|name| table.numbers(name).is_some()).collect())
+    }
+
     /// Rows of all these files.
     ///
     /// # Errors

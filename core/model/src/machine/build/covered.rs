@@ -31,7 +31,9 @@ pub(super) fn check(reader: &mut Reader<'_>) {
     let Some(EngineChoice { engine, reason }) = choose(reader) else { return };
     if engine != Engine::Exponential {
         if reader.number(CONTACT_STEP).is_some() {
-            let allowed = "run.step, or run.engine = \"exponential\"";
+            // that engine is no advice where it is refused in turn
+            let is_covered = gaps(reader).is_empty() && reader.number(STEP).is_none();
+            let allowed = if is_covered { "run.step, or run.engine = \"exponential\"" } else { "run.step" };
             reader.fail(CONTACT_STEP, "only the engine \"exponential\" has a contact step", allowed);
         }
         return;
@@ -42,8 +44,12 @@ pub(super) fn check(reader: &mut Reader<'_>) {
         let allowed = format!("at most run.end_time = {}", format_quantity(end, "s"));
         reader.fail(CONTACT_STEP, "longer than the whole run", allowed);
     }
+    let has_step = reader.number(CONTACT_STEP).is_some();
+    // a study has settled the engine of its samples, for the same reason as a machine alone
+    let is_settled = reader.is_default(ENGINE);
     let (asked, otherwise) = match reason {
-        EngineReason::ContactStep => (", which run.contact_step asks for,", "no run.contact_step"),
+        EngineReason::Named if has_step && !is_settled => ("", "run.engine = \"reduced\" and no run.contact_step"),
+        _ if has_step => (", which run.contact_step asks for,", "no run.contact_step"),
         _ => ("", "run.engine = \"reduced\""),
     };
     if reader.number(STEP).is_some() {
