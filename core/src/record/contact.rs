@@ -43,6 +43,8 @@ pub(crate) struct ContactRecorder {
     time: f64,
     stick_time: f64,
     impacts: u64,
+    /// Points are searched for on the ring; the exponential engine has candidates instead.
+    pub searches: bool,
     no_fixed_point: u64,
     several_points: u64,
     several_minima: u64,
@@ -68,6 +70,7 @@ impl ContactRecorder {
             time: 0.0,
             stick_time: 0.0,
             impacts: 0,
+            searches: true,
             no_fixed_point: 0,
             several_points: 0,
             several_minima: 0,
@@ -183,15 +186,17 @@ impl ContactRecorder {
     pub(super) fn report_solves(of: Option<&Self>, row: &mut Row<'_>) {
         row.count(
             "no_fixed_point_steps",
-            "steps in which one exact contact point had no fixed point; solved with several points, or at the predicted place",
-            of.map(|contact| contact.no_fixed_point),
+            "steps in which one exact contact point had no fixed point; solved with several points, or at the predicted place; \
+             null with engine exponential",
+            of.filter(|contact| contact.searches).map(|contact| contact.no_fixed_point),
         );
         let several = of.map(|contact| contact.several_points);
         row.count("several_points_steps", "steps with more than one contact point on the ring", several);
         row.count(
             "several_minima_steps",
-            "contact steps whose predicted ring is penetrated at more than one local minimum of the distance; null with hyp1",
-            of.filter(|contact| !contact.polar).map(|contact| contact.several_minima),
+            "contact steps whose predicted ring is penetrated at more than one local minimum of the distance; null with hyp1 \
+             and with engine exponential",
+            of.filter(|contact| !contact.polar && contact.searches).map(|contact| contact.several_minima),
         );
         let reversals = of.map(|contact| contact.reversals);
         row.count("slip_reversal_steps", "contact steps whose slip velocity changed sign", reversals);

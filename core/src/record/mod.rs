@@ -126,6 +126,11 @@ impl Recorders {
         }
     }
 
+    /// Of an engine with candidates on the ring, which searches it for no points.
+    pub fn search_nothing(&mut self) {
+        self.rings.iter_mut().for_each(|ring| ring.contact.searches = false);
+    }
+
     /// Takes the instant at which a run ends: loads, and the rotor's place in the ring. No step begins there.
     pub fn see_end(&mut self, loads: &[[f64; 2]], place: Option<[f64; 2]>, at: At) {
         self.loads.see(loads, at);

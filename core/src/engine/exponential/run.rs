@@ -131,7 +131,8 @@ impl<'a> Run<'a> {
         let transient = Transient::new(machine, structure, settings, true)?;
         let twists: Vec<Vec<f64>> =
             (0..structure.rotor.nodes).map(|node| transient.flight.spin().twist_of(structure, node)).collect();
-        let recorders = Recorders::new(machine, &structure.rings, settings.step);
+        let mut recorders = Recorders::new(machine, &structure.rings, settings.step);
+        recorders.search_nothing();
         let torsion = Eights::new(&recorders.torsional_rows(&twists));
         let mut lacking = Vec::new();
         if transient.contact.is_some() {

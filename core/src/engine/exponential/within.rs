@@ -14,9 +14,9 @@
 //! Verified by `what_a_free_motion_loses_is_what_its_energy_lacks`, `what_a_forced_motion_loses_is_what_it_has_lost`, `between_stations_it_is_linear` (`grid.rs`) and the balances of `tests/exponential_run.rs`.
 
 use super::block::{Block, Split, size_of};
+use super::eights::Mix;
 use super::forms::Form;
 use super::local::Local;
-use super::eights::Mix;
 use crate::linalg::Matrix;
 use crate::linalg::lanes::kernel;
 use nalgebra::Complex;
