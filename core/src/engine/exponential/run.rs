@@ -183,10 +183,12 @@ impl<'a> Run<'a> {
         let loses = balances || is_due(self.lost.as_ref().map(|lost| lost.ticks), often);
         let looks = loses || is_due(self.looked.map(|(last, _)| last), LOOKS);
         let look = if looks { Some(self.look(ticks, at, loses, balances)?) } else { None };
-        if loses && follower.wants_energies() {
-            let Self { transient, apart, structure, .. } = self;
+        let shown = follower.wants(ticks, at.time);
+        if (loses || shown) && follower.wants_energies() {
+            let Self { transient, apart, structure, recorders, .. } = self;
             let apart = apart.get_or_insert_with(|| Box::new(Apart::new(structure, transient)));
             apart.take_stores(transient, structure);
+            apart.take_works(&recorders.energies.now);
         }
         let level = self.transient.level();
         // where something may touch, the impulse at n comes with the step
@@ -207,7 +209,6 @@ impl<'a> Run<'a> {
                 look
             }
         };
-        let shown = follower.wants(ticks, at.time);
         if shown {
             let Self { transient, eye, machine, structure, .. } = self;
             eye.get_or_insert_with(|| Box::new(Eye::new(machine, structure, transient))).look(transient);
