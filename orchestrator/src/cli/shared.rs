@@ -16,21 +16,31 @@ const MOST_TRIED: usize = 16;
 
 /// The parameters that change matrices and modes from sample to sample.
 pub(super) fn structural(samples: &Samples) -> Vec<&Parameter> {
-    changing(samples, |one, other| !same_structure(one, other))
+    of_structure(samples, &samples.different_values(MOST_TRIED))
+}
+
+fn of_structure<'a>(samples: &'a Samples, values: &[Vec<ParamValue>]) -> Vec<&'a Parameter> {
+    changing(samples, values, |one, other| !same_structure(one, other))
 }
 
 /// Those that leave these as they are, but change the bases of the exponential engine.
-fn of_bases(samples: &Samples) -> Vec<&Parameter> {
+fn of_bases<'a>(samples: &'a Samples, values: &[Vec<ParamValue>]) -> Vec<&'a Parameter> {
     let is_engine = |(_, parameter): &(usize, &Parameter)| parameter.info.path == ENGINE;
     let varied = samples.parameters().iter().enumerate().find(is_engine);
     let word = ParamValue::Choice(Engine::Exponential.word().to_owned());
-    let varies_to_it = varied.is_some_and(|(place, _)| samples.every_value(place).any(|value| value == word));
+    let varies_to_it = varied.is_some_and(|(place, _)| values[place].contains(&word));
     let is_exponential = |machine: &Machine| varies_to_it || machine.run.engine == Engine::Exponential;
-    changing(samples, |one, other| is_exponential(other) && same_structure(one, other) && !same_bases(one, other))
+    changing(samples, values, |one, other| {
+        is_exponential(other) && same_structure(one, other) && !same_bases(one, other)
+    })
 }
 
 /// Those of which some value makes a machine that differs so from that of the first sample.
-fn changing(samples: &Samples, differ: impl Fn(&Machine, &Machine) -> bool) -> Vec<&Parameter> {
+fn changing<'a>(
+    samples: &'a Samples,
+    values: &[Vec<ParamValue>],
+    differ: impl Fn(&Machine, &Machine) -> bool,
+) -> Vec<&'a Parameter> {
     if samples.count() < 2 {
         return Vec::new();
     }
@@ -42,37 +52,25 @@ fn changing(samples: &Samples, differ: impl Fn(&Machine, &Machine) -> bool) -> V
         set && other.build().is_ok_and(|other| differ(&first, &other))
     };
     let of_its_own = |(place, parameter): &(usize, &Parameter)| {
-        !parameter.is_variable && different(samples, *place).iter().any(|value| differs(parameter, value))
+        !parameter.is_variable && values[*place].iter().any(|value| differs(parameter, value))
     };
     samples.parameters().iter().enumerate().filter(of_its_own).map(|(_, parameter)| parameter).collect()
-}
-
-/// The different values of a parameter, a rare one too: samples that share nothing may be few.
-fn different(samples: &Samples, place: usize) -> Vec<ParamValue> {
-    let mut values: Vec<ParamValue> = Vec::new();
-    for value in samples.every_value(place) {
-        if !values.contains(&value) {
-            values.push(value);
-            if values.len() > MOST_TRIED {
-                break;
-            }
-        }
-    }
-    values
 }
 
 /// Lines about structures and twins.
 pub(super) fn shared(samples: &Samples) -> String {
     let mut text = String::new();
     if samples.count() > 1 {
-        let own = structural(samples);
+        let values = samples.different_values(MOST_TRIED);
+        let own = of_structure(samples, &values);
         text.push_str(&match changed_by(&own) {
             None => "Structure: all samples share one; matrices and modes are computed once.\n".to_owned(),
             Some(change) => {
                 format!("Structure: {change} it; matrices and modes are computed for each sample anew.\n")
             }
         });
-        if let Some(change) = changed_by(&of_bases(samples)).filter(|_| own.is_empty()) {
+        let of_bases = if own.is_empty() { of_bases(samples, &values) } else { Vec::new() };
+        if let Some(change) = changed_by(&of_bases) {
             text.push_str(&format!(
                 "Bases of the exponential engine: {change} them; they are computed for each sample anew.\n"
             ));
@@ -107,7 +105,7 @@ fn twins(samples: &Samples) -> Option<String> {
         return Some(format!("Twins: {count} of {of} (twin_share {share}) {are} computed twice, {second}.\n"));
     }
     if let Some(varied) = samples.parameters().iter().position(|one| one.info.path == TWIN) {
-        let has_some = samples.every_value(varied).any(|value| value != ParamValue::Number(0.0));
+        let has_some = samples.different_values(2)[varied].iter().any(|value| *value != ParamValue::Number(0.0));
         return has_some.then(|| "Twins: a sample whose run.twin is above 0 is computed twice.\n".to_owned());
     }
     (study.shift() > 0.0).then(|| format!("Twins: every sample is computed twice (run.twin), {second}.\n"))

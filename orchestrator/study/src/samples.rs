@@ -19,7 +19,15 @@ use bladeoff_model::document::Collector;
 use bladeoff_model::machine::{ENGINE, EngineChoice, MachineDef, ParamValue, ValueError};
 
 /// Samples whose values are looked at one by one; of more this many.
-const MOST_ASKED: u64 = 1_000_000;
+const MOST_ASKED: u64 = 100_000;
+
+/// The largest (Euclid).
+fn common_factor(mut a: u64, mut b: u64) -> u64 {
+    while b > 0 {
+        (a, b) = (b, a % b);
+    }
+    a
+}
 
 /// A study and the part of it that is to be computed.
 #[derive(Debug, Clone)]
@@ -256,16 +264,39 @@ impl Samples {
         }
     }
 
-    /// All values of a parameter: along its axis, otherwise those of the samples one after another, of more than a million of them evenly chosen ones.
+    /// The different values of each parameter, so many of each at most: along its axis, otherwise of all samples, of more than a hundred thousand of some that lie evenly among them.
     #[must_use]
-    pub fn every_value(&self, place: usize) -> Box<dyn Iterator<Item = ParamValue> + '_> {
-        if let Origin::Varied(axis, member) = self.parameters()[place].origin {
+    pub fn different_values(&self, most: usize) -> Vec<Vec<ParamValue>> {
+        let add = |list: &mut Vec<ParamValue>, value: &ParamValue| {
+            if list.len() < most && !list.contains(value) {
+                list.push(value.clone());
+            }
+        };
+        let mut found = vec![Vec::new(); self.parameters().len()];
+        let mut asked = Vec::new();
+        for (place, parameter) in self.parameters().iter().enumerate() {
+            let Origin::Varied(axis, member) = parameter.origin else {
+                asked.push(place);
+                continue;
+            };
             let axis = &self.study.axes[axis];
-            return Box::new((0..axis.length).map(move |at| axis.varied[member].values.at(at)));
+            (0..axis.length).for_each(|at| add(&mut found[place], &axis.varied[member].values.at(at)));
         }
-        let step = self.count().div_ceil(MOST_ASKED).max(1);
-        let asked = (0..self.count()).step_by(usize::try_from(step).unwrap_or(usize::MAX));
-        Box::new(asked.map(move |sample| self.values(sample)[place].clone()))
+        let count = self.count();
+        let mut step = count.div_ceil(MOST_ASKED).max(1);
+        // samples go through axes in turn: a step that divides their number may meet one value of an axis alone
+        while common_factor(step, count) > 1 {
+            step += 1;
+        }
+        for sample in (0..count).step_by(usize::try_from(step).unwrap_or(usize::MAX)) {
+            asked.retain(|&place| found[place].len() < most);
+            if asked.is_empty() {
+                break;
+            }
+            let values = self.values(sample);
+            asked.iter().for_each(|&place| add(&mut found[place], &values[place]));
+        }
+        found
     }
 
     /// All values of a parameter along its axis, some of its law, and of one that is derived [`Samples::some_values`].

@@ -8,7 +8,7 @@ use crate::structure::Structure;
 /// What it takes to tell them apart.
 pub(super) struct Apart {
     shape: Shape,
-    /// As they were at the last balance.
+    /// As they were when they were taken last: at a look at what damping takes, or at an instant that is shown.
     pub energies: Energies,
 }
 

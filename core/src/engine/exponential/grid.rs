@@ -124,9 +124,9 @@ impl Cell {
         self.stations.each_ref().map(|station| station.measured(model))
     }
 
-    /// How much of each station it is.
-    pub fn shares(&self) -> [f64; 2] {
-        [1.0 - self.share, self.share]
+    /// Its index, and how much of each station it is.
+    pub fn place(&self) -> (i64, [f64; 2]) {
+        (self.index, [1.0 - self.share, self.share])
     }
 
     /// y of a motion (q, q'), `None` where there is none.

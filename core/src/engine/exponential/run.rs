@@ -2,7 +2,7 @@
 //!
 //! Loads, the rotor in the ring, and contact are seen at every step. Stresses and what the bearings' damping takes are seen at the instants of an interval of eight contact steps at
 //! least (`LOOKS`): moments where their bound exceeds what they have had (`measured`), damping by the trapezoidal rule. Stores of energy, and what damping takes of a whole step
-//! (`within`; in flight those of the state at n) are forms of all motion: they are seen every 64 (`BALANCES`) and 8 (`LOSSES`: at more they miss what ringing shaft modes of some machines lose after impacts; 32, `CALM`, until something has touched; 1 after a disturbed start). Works of contact, of braking and of the damping of ring and twist are those of each step.
+//! (`within`; in flight those of the state at n) are forms of all motion: they are seen every 64 (`BALANCES`) and 8 (`LOSSES`: at more they miss what ringing shaft modes of some machines lose after impacts; 32, `CALM`, until something has touched; 2, `FALLS`, where the spin falls fast; 1 after a disturbed start). Works of contact, of braking and of the damping of ring and twist are those of each step.
 //!
 //! Limits: peaks of stresses between two looks are missed; a look is at most as far from the next as the longest flight. Verified by `tests/exponential_run.rs`.
 
@@ -470,7 +470,7 @@ impl<'a> Run<'a> {
             stored.energy + (flight.spin().speed + shift) * stored.gyroscopic + turning + twisted + ring[0] + ring[1];
     }
 
-    /// Energies one by one, as they were at the last balance; none where the follower wants none.
+    /// Energies one by one, as they were when they were taken last; none where the follower wants none.
     fn energies(&self) -> Energies {
         self.apart.as_ref().map_or_else(Energies::default, |apart| apart.energies)
     }

@@ -27,7 +27,7 @@ const FARTHEST: f64 = 0.75;
 const ROUNDING: f64 = 1e-14;
 /// Ways are summed with room for the rounding of their sum, and begun anew beyond this one \[m\].
 const ROUNDED_UP: f64 = 1.0 + 1e-9;
-const FORGETS: f64 = 10.0;
+const FORGETS: f64 = 0.1;
 
 /// What is known of all candidates; those that are not near are looked at where they are asked for.
 #[derive(Debug, Clone)]

@@ -18,10 +18,11 @@ struct Table<T> {
 }
 
 impl<T: Mix> Table<T> {
-    fn of(&mut self, cell: &Cell, stations: [&T; 2]) -> &T {
-        if self.cell != Some(cell.index) {
-            self.mixed.mix(stations, cell.shares());
-            self.cell = Some(cell.index);
+    /// Of a cell by its index and its shares of two stations.
+    fn of(&mut self, (cell, shares): (i64, [f64; 2]), stations: [&T; 2]) -> &T {
+        if self.cell != Some(cell) {
+            self.mixed.mix(stations, shares);
+            self.cell = Some(cell);
         }
         &self.mixed
     }
@@ -42,37 +43,37 @@ pub(super) struct Tables {
 impl Tables {
     /// N, whose form of y is the gyroscopic momentum.
     pub fn momentum(&mut self, cell: &Cell) -> &Form {
-        self.momentum.of(cell, cell.stations.each_ref().map(|station| &station.momentum))
+        self.momentum.of(cell.place(), cell.stations.each_ref().map(|station| &station.momentum))
     }
 
     /// [`super::measured::Measured::bounds`].
     pub fn bounds(&mut self, cell: &Cell, model: &Model) -> &Eights {
-        self.bounds.of(cell, cell.measured(model).map(|at| &at.bounds))
+        self.bounds.of(cell.place(), cell.measured(model).map(|at| &at.bounds))
     }
 
     /// Of the bearings' motion.
     pub fn bearings(&mut self, cell: &Cell, model: &Model) -> &Eights {
-        self.bearings.of(cell, cell.measured(model).map(|at| &at.bearings))
+        self.bearings.of(cell.place(), cell.measured(model).map(|at| &at.bearings))
     }
 
     /// Of bending moments.
     pub fn moments(&mut self, cell: &Cell, model: &Model) -> &Eights {
-        self.moments.of(cell, cell.measured(model).map(|at| &at.moments))
+        self.moments.of(cell.place(), cell.measured(model).map(|at| &at.moments))
     }
 
     /// q of whirl states.
     pub fn places(&mut self, cell: &Cell, model: &Model) -> &Eights {
-        self.places.of(cell, cell.measured(model).map(|at| &at.motion[0]))
+        self.places.of(cell.place(), cell.measured(model).map(|at| &at.motion[0]))
     }
 
     /// q'.
     pub fn rates(&mut self, cell: &Cell, model: &Model) -> &Eights {
-        self.rates.of(cell, cell.measured(model).map(|at| &at.motion[1]))
+        self.rates.of(cell.place(), cell.measured(model).map(|at| &at.motion[1]))
     }
 
     /// What damping takes over contact steps of `h` \[s\].
     pub fn within(&mut self, cell: &Cell, model: &Model, h: f64) -> &Within {
-        self.within.of(cell, cell.stations.each_ref().map(|station| station.within(model, h)))
+        self.within.of(cell.place(), cell.stations.each_ref().map(|station| station.within(model, h)))
     }
 }
 
@@ -88,12 +89,11 @@ mod tests {
         let y: Vec<f64> = (0..9).map(|i| value(i, 2)).collect();
         let mut table = Table::<Eights>::default();
         let rows = [Eights::new(&one), Eights::new(&other)];
-        for share in [0.25, 0.75, 0.5] {
-            // of another size before
-            table.mixed = Eights::new(&Matrix::zeros(40, 3));
-            table.mixed.mix([&rows[0], &rows[1]], [1.0 - share, share]);
+        // back and forth between cells, as a spin that swings about an edge
+        for (cell, share) in [(7, 0.25), (8, 0.75), (7, 0.25), (7, 0.25), (-3, 0.5)] {
+            let shares = [1.0 - share, share];
             let (mut found, mut wanted) = (Vec::new(), Vec::new());
-            table.mixed.times(&y, &mut found);
+            table.of((cell, shares), [&rows[0], &rows[1]]).times(&y, &mut found);
             Eights::new(&(&one * (1.0 - share) + &other * share)).times(&y, &mut wanted);
             assert_eq!(found.len(), wanted.len());
             assert!(found.iter().zip(&wanted).all(|(found, wanted)| (found - wanted).abs() < 1e-12), "{share}");
