@@ -357,3 +357,24 @@ fn a_study_file_has_the_keys_of_both_designs() {
     wrong("kind = \"saltelli\"\nsamples = 60", &["a power of two: 32 or 64"]);
     wrong("kind = \"sobol\"\nsamples = 64\ntrajectories = 3", &["design.trajectories", "morris"]);
 }
+
+/// Samples go through an axis in turn: every second one of them has one of its two values.
+#[test]
+fn values_that_follow_from_an_axis_are_all_found_in_a_large_study() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("study.toml");
+    let text = "schema = 1\nmodel = \"function\"\n[function]\ny = \"a + d\"\n[design]\nkind = \"monte-carlo\"\nsamples = 100000\n\
+         [[vary]]\nname = \"which\"\nvalues = [0, 1]\n\
+         [[uncertain]]\nname = \"a\"\ndistribution = \"normal\"\nmean = 0\nsd = 1\n\
+         [[derived]]\nname = \"d\"\nformula = \"10*which\"\n";
+    std::fs::write(&path, text).expect("written");
+    let study = bladeoff_study::load(&path, |_| Vec::new()).unwrap_or_else(|error| panic!("{error:?}"));
+    let samples = bladeoff_study::Samples::new(study, None, None).expect("samples");
+    assert_eq!(samples.count(), 200_000);
+    let values = samples.different_values(16);
+    let of = |name: &str| {
+        let place = samples.parameters().iter().position(|one| one.info.path == name).expect("a parameter");
+        values[place].len()
+    };
+    assert_eq!([of("which"), of("a"), of("d")], [2, 16, 2]);
+}
