@@ -4,7 +4,7 @@
 //! apart into `pairs` of motions at the speeds of a `grid` (a `station` each, a `transfer` from one to the next), so that a step (`propagator`) is a 2 x 2
 //! `block` for each pair. The `spin` follows from its momentum, the twist in closed form (`oscillators`). What a run reads of the motion are its `outputs`.
 //! A `transient` flies where nothing can touch (`bound`), as far as no peak is `missed` (both seen by an `outlook`), and takes contact steps where something may: a `rub` finds the impulses between
-//! the `candidates` of a `kicked_ring` and the rotor, which they `kick`. A `run` watches it to its end, by what is `measured` of the whirl states in `forms`; an `eye` sees its
+//! the `candidates` of a `kicked_ring` and the rotor, which they `kick`. A `run` watches it to its end, by what is `measured` of the whirl states in `forms`, whose `tables` it mixes in each cell; an `eye` sees its
 //! instants for a follower, with its energies `apart`.
 //!
 //! Theory, measurements and limits: docs/theory/08-exponential-engine.md.
