@@ -77,8 +77,10 @@ impl StressRecorder {
     /// The least of the largest |M| of the sections of some elements; below all numbers before there is any.
     pub fn least_bending(&self, elements: Range<usize>) -> f64 {
         let Some(shaft) = &self.shaft else { return f64::INFINITY };
-        let largest = |&section: &usize| self.bending[section].value.map_or(f64::NEG_INFINITY, f64::sqrt);
-        shaft.section_of()[elements].iter().map(largest).fold(f64::INFINITY, f64::min)
+        let squares = shaft.section_of()[elements].iter().map(|&section| self.bending[section].value);
+        squares
+            .fold(Some(f64::INFINITY), |least, square| Some(least?.min(square?)))
+            .map_or(f64::NEG_INFINITY, f64::sqrt)
     }
 
     /// Bending moments of some elements \[N m\], four each.

@@ -144,8 +144,8 @@ impl RingEye<'_> {
 
 /// A copy of a run in flight, which goes on in contact steps.
 pub(super) struct Ahead {
-    flight: Flight,
-    ring: Option<KickedRing>,
+    pub flight: Flight,
+    pub ring: Option<KickedRing>,
     loads: Vec<[f64; 2]>,
 }
 
@@ -158,15 +158,8 @@ impl Ahead {
         }
     }
 
-    /// Goes on to a time in contact steps, at least one, and shows that instant; whether it got there. The run itself stands where it was.
-    pub fn show(
-        &mut self,
-        ticks: u64,
-        transient: &Transient,
-        eye: &mut Eye<'_>,
-        energies: Energies,
-        follower: &mut dyn Follower,
-    ) -> bool {
+    /// Goes on to a time in contact steps; whether it got there. The run itself stands where it was.
+    pub fn goes_to(&mut self, ticks: u64) -> bool {
         let step = self.ring.as_ref().map(|ring| ring.flight(self.flight.step_of(0)));
         while self.flight.ticks() < ticks {
             if self.flight.advance(0).is_err() {
@@ -176,12 +169,16 @@ impl Ahead {
                 ring.fly(step);
             }
         }
+        true
+    }
+
+    /// Shows the instant where it is.
+    pub fn show(&mut self, transient: &Transient, eye: &mut Eye<'_>, energies: Energies, follower: &mut dyn Follower) {
         for (bearing, load) in self.loads.iter_mut().enumerate() {
             *load = self.flight.load(bearing);
         }
         let rub = transient.contact.as_ref().map(|contact| &contact.rub);
         eye.take(&mut self.flight, rub.zip(self.ring.as_ref()), false);
         eye.show(&self.loads, None, energies, follower);
-        true
     }
 }

@@ -22,9 +22,9 @@ use bladeoff_model::machine::{Engine, Machine};
 use nalgebra::Complex;
 use std::sync::Arc;
 
-/// Turn of the rotor from one gyroscopic momentum to the next \[rad\]. It is a product of all pairs with all, 1e-5 of the spin's momentum, and changes
+/// Turn of the rotor at its first speed from one gyroscopic momentum to the next \[rad\]. It is a product of all pairs with all, 1e-5 of the spin's momentum, and changes
 /// slowly: what lies between shifts the spin until the next, and adds to nothing.
-const GYRATION: f64 = 0.05;
+const GYRATION: f64 = 0.2;
 /// Change of the spin over a contact step, as a part of it, from which on it is taken at each step: a ring that stops a rotor makes it whirl faster than it turns.
 const FALLS: f64 = 2e-4;
 /// What may come back over a contact step ([`Spin::comes_back`]) for modes of twist that the step does not resolve to be damped by it.
@@ -60,8 +60,9 @@ pub struct Flight {
     /// Of a step that the cells have no propagator for.
     trial: Option<Propagator>,
     sight: Sight,
-    /// The last gyroscopic momentum, with its time in steps.
+    /// The last gyroscopic momentum, with its time in steps, and the steps to the next.
     gyroscopic: (u64, f64),
+    gyrates: u64,
 }
 
 impl Flight {
@@ -96,6 +97,7 @@ impl Flight {
             tables: Tables::default(),
             y,
             gyroscopic: (0, 0.0),
+            gyrates: (GYRATION / (spin.speed.abs() * settings.step)) as u64,
             spin: spin.clone(),
             shared,
         };
@@ -149,8 +151,7 @@ impl Flight {
     pub(super) fn finish(&mut self, level: usize, blow: Option<Blow>) -> Result<(), ExponentialError> {
         let mut blow = blow.and_then(|blow| Some((self.cell.kick(self.step)?, blow)));
         self.ticks += 1 << level;
-        let since = (self.ticks - self.gyroscopic.0) as f64 * self.step;
-        if self.falls() || since * self.spin.speed.abs() >= GYRATION {
+        if self.falls() || self.ticks - self.gyroscopic.0 >= self.gyrates {
             if let Some(struck) = blow.take() {
                 strike(&mut self.spin, &self.levels[level], struck, &mut self.y, &mut self.seen);
             }

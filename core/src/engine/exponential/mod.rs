@@ -26,6 +26,7 @@ mod kick;
 mod kicked_ring;
 mod loaded;
 mod local;
+mod losses;
 mod measured;
 mod missed;
 mod motion;

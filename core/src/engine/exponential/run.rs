@@ -11,6 +11,7 @@ use super::apart::Apart;
 use super::eights::Eights;
 use super::eye::{Ahead, Eye};
 use super::flight::Instant;
+use super::losses::{Losses, Taken};
 use super::measured::BESIDE;
 use super::settings::FlightSettings;
 use super::shape::Shape;
@@ -27,7 +28,7 @@ use bladeoff_model::outcome::{Cause, EndCause};
 const LOOKS: u64 = 8;
 /// Contact steps from one look at what the shaft's damping takes to the next, and from one balance of energies to the next, at least, each with a look; each of the first steps has all.
 const LOSSES: u64 = 8;
-/// Where friction all but stops the spin ([`super::flight::Flight::falls`]): a whip is faster than eight steps show.
+/// Where friction all but stops the spin ([`super::flight::Flight::falls`]), and up to a balance after that: whips are faster than eight steps show, and looks at that part of each whirl alone in which the spin falls favour it.
 const FALLS: u64 = 2;
 /// The former as long as nothing has touched: until then the shaft rings of the release alone.
 const CALM: u64 = 32;
@@ -67,17 +68,6 @@ struct Look {
     damped: f64,
 }
 
-/// What damping takes at a look.
-struct Lost {
-    ticks: u64,
-    /// Power of all, and without that of the bearings' mean rates at the look \[W\]; the former is the mean of a step whose middle is so many steps behind the look, or with 0 the power at it.
-    whole: f64,
-    rest: f64,
-    behind: f64,
-    /// What the twist's damping had taken \[J\].
-    damped: f64,
-}
-
 impl From<ExponentialError> for Cause {
     /// Of a run that cannot go on.
     fn from(error: ExponentialError) -> Self {
@@ -100,14 +90,12 @@ struct Run<'a> {
     h: f64,
     /// Ring coordinates have something to say.
     touched: bool,
-    /// The last look: its time in contact steps, and the powers that bearings' damping takes and that their skew stiffness puts in then \[W\].
-    looked: Option<(u64, [f64; 2])>,
-    /// The last look at what all damping takes.
-    lost: Option<Lost>,
+    losses: Losses,
     /// Where a look is settled when its impulse is known.
     instant: Instant,
-    /// Time of the last balance.
+    /// Time of the last balance, and of the last step in which the spin fell fast.
     balanced: Option<u64>,
+    fell: Option<u64>,
     /// Torsional moments of the shaft's elements, on the modes of twist.
     torsion: Eights,
     /// What a train of blows lacks of them, per angular impulse.
@@ -146,11 +134,11 @@ impl<'a> Run<'a> {
             steps: 0,
             h: settings.step,
             touched: false,
-            looked: None,
-            lost: None,
+            losses: Losses::new(settings.step),
             instant: transient.flight.instant(),
             transient,
             balanced: None,
+            fell: None,
             torsion,
             lacking,
             seen: Vec::new(),
@@ -174,22 +162,29 @@ impl<'a> Run<'a> {
         let is_due = |last: Option<u64>, every: u64| last.is_none_or(|last| ticks - last >= every);
         let first = self.transient.begins();
         let balances = first || is_due(self.balanced, BALANCES);
+        if self.transient.flight.falls() {
+            self.fell = Some(ticks);
+        }
         let often = match (self.transient.disturbed, self.touched) {
             (true, _) => 1,
-            _ if self.transient.flight.falls() => FALLS,
+            _ if !is_due(self.fell, BALANCES) => FALLS,
             (_, true) => LOSSES,
             _ => CALM,
         };
-        let loses = balances || is_due(self.lost.as_ref().map(|lost| lost.ticks), often);
-        let looks = loses || is_due(self.looked.map(|(last, _)| last), LOOKS);
+        let [looked, lost] = self.losses.times();
+        let loses = balances || is_due(lost, often);
+        let looks = loses || is_due(looked, LOOKS);
         let look = if looks { Some(self.look(ticks, at, loses, balances)?) } else { None };
         let shown = follower.wants(ticks, at.time);
         if (loses || shown) && follower.wants_energies() {
             let Self { transient, apart, structure, recorders, .. } = self;
             let apart = apart.get_or_insert_with(|| Box::new(Apart::new(structure, transient)));
-            apart.take_stores(transient, structure);
+            let ring = transient.contact.as_ref().map(|contact| &contact.rub.ring);
+            apart.take_stores(&mut transient.flight, ring, structure);
             apart.take_works(&recorders.energies.now);
+            apart.keep(&transient.flight);
         }
+        let between = shown && !loses && self.apart.is_some();
         let level = self.transient.level();
         // where something may touch, the impulse at n comes with the step
         let due = match (look, level) {
@@ -213,6 +208,9 @@ impl<'a> Run<'a> {
             let Self { transient, eye, machine, structure, .. } = self;
             eye.get_or_insert_with(|| Box::new(Eye::new(machine, structure, transient))).look(transient);
         }
+        if between && level.is_some() {
+            self.catch_up(ticks, None);
+        }
         if let Some(level) = level.filter(|_| follower.follows()) {
             self.fly_by(level, shown, follower);
         }
@@ -220,8 +218,12 @@ impl<'a> Run<'a> {
         // nothing else changes it in flight
         let before = if level.is_some() && self.touched { self.ring_energy() } else { 0.0 };
         let done = self.transient.step(level)?;
+        let impulse = done.impact.map_or([0.0; 2], |impact| impact.on_rotor);
         if let Some(look) = due {
-            self.settle(look, Some(done.impact.map_or([0.0; 2], |impact| impact.on_rotor)));
+            self.settle(look, Some(impulse));
+        }
+        if between && level.is_none() {
+            self.catch_up(ticks, Some(impulse));
         }
         self.record(&done, at, angle, looks);
         self.works(&done, before);
@@ -239,19 +241,15 @@ impl<'a> Run<'a> {
             follower.contact_force(0, at.time, force);
         }
         if let Some(eye) = self.eye.as_ref().filter(|_| shown) {
-            eye.show(
-                &self.transient.loads,
-                done.impact.as_ref().map(|impact| (impact, self.h)),
-                self.energies(),
-                follower,
-            );
+            let contact = done.impact.as_ref().map(|impact| (impact, self.h));
+            eye.show(&self.transient.loads, contact, self.energies(), follower);
         }
     }
 
     /// Tells a follower of the instants of a step in flight, the first of which was taken where it is to be `shown`.
     fn fly_by(&mut self, level: usize, shown: bool, follower: &mut dyn Follower) {
-        let balanced = self.energies();
-        let Self { transient, eye, machine, structure, .. } = self;
+        let (mut energies, ring_before) = (self.energies(), self.ring_energy());
+        let Self { transient, eye, apart, losses, recorders, seen, touched, machine, structure, .. } = self;
         let ticks = transient.flight.ticks();
         let (mut ahead, mut goes_on) = (None, true);
         for tick in ticks..ticks + (1 << level) {
@@ -261,12 +259,27 @@ impl<'a> Run<'a> {
             }
             if tick == ticks && shown {
                 transient.weigh();
-                eye.iter().for_each(|eye| eye.show(&transient.loads, None, balanced, follower));
+                eye.iter().for_each(|eye| eye.show(&transient.loads, None, energies, follower));
             } else if tick > ticks && goes_on && follower.wants(tick, time) {
                 let eye = eye.get_or_insert_with(|| Box::new(Eye::new(machine, structure, transient)));
+                let ahead = ahead.get_or_insert_with(|| Ahead::of(transient));
                 // no follower ends a run: what cannot be shown is left out
-                goes_on =
-                    ahead.get_or_insert_with(|| Ahead::of(transient)).show(tick, transient, eye, balanced, follower);
+                goes_on = ahead.goes_to(tick);
+                if !goes_on {
+                    continue;
+                }
+                if let Some(apart) = apart.as_mut() {
+                    let mut works = recorders.energies.now;
+                    works.braking = ahead.flight.spin().braked();
+                    if let (Some(ring), true) = (&ahead.ring, *touched) {
+                        works.stator += ring_before - ring.energies().iter().sum::<f64>();
+                    }
+                    let taken = Taken::in_flight(&mut ahead.flight, seen);
+                    apart.take_stores(&mut ahead.flight, ahead.ring.as_ref(), structure);
+                    apart.take_works(&losses.until(tick, &taken, works));
+                    energies = apart.energies;
+                }
+                ahead.show(transient, eye, energies, follower);
             }
         }
     }
@@ -286,7 +299,9 @@ impl<'a> Run<'a> {
         let shown = follower.wants_end();
         if shown {
             let Self { transient, eye, apart, machine, structure, .. } = self;
-            apart.get_or_insert_with(|| Box::new(Apart::new(structure, transient))).take_stores(transient, structure);
+            let apart = apart.get_or_insert_with(|| Box::new(Apart::new(structure, transient)));
+            let ring = transient.contact.as_ref().map(|contact| &contact.rub.ring);
+            apart.take_stores(&mut transient.flight, ring, structure);
             eye.get_or_insert_with(|| Box::new(Eye::new(machine, structure, transient))).look(transient);
         }
         let Self { transient, instant, recorders, .. } = self;
@@ -392,31 +407,21 @@ impl<'a> Run<'a> {
     /// What bearings have taken since the last look; what all damping has beside their mean rates ([`super::within`]) and, with that, how it balances. With the impulse at the look; without one,
     /// in flight but for the first steps and those of a disturbed start, powers are those at n.
     fn settle(&mut self, look: Look, impulse: Option<[f64; 2]>) {
-        let Self { transient, recorders, seen, within, instant, apart, h, .. } = self;
+        let Self { transient, recorders, seen, within, instant, apart, losses, .. } = self;
         let Look { ticks, loses, balances, damped } = look;
         let flight = &mut transient.flight;
         let (powers, whole) = match impulse {
             Some(impulse) => flight.powers_behind(instant, impulse, loses, (seen, within)),
             None => flight.powers(loses, seen),
         };
+        let behind = if impulse.is_some() { 0.5 } else { 0.0 };
+        let taken = Taken { bearings: powers, whole, behind, damped };
         let now = &mut recorders.energies.now;
-        let half_since = |last: u64| 0.5 * (ticks - last) as f64 * *h;
-        if let Some((last, before)) = self.looked {
-            now.bearings += half_since(last) * (before[0] + powers[0]);
-            now.skew += half_since(last) * (before[1] + powers[1]);
-        }
-        self.looked = Some((ticks, powers));
+        losses.look(ticks, &taken, now);
         if !loses {
             return;
         }
-        let rest = whole - (powers[0] - powers[1]);
-        let behind = if impulse.is_some() { 0.5 } else { 0.0 };
-        if let Some(before) = &self.lost {
-            now.structure += half_since(before.ticks) * (before.rest + rest) + (damped - before.damped);
-            // means of steps behind are those of later instants
-            now.structure -= 0.5 * *h * (before.behind + behind) * (whole - before.whole);
-        }
-        self.lost = Some(Lost { ticks, whole, rest, behind, damped });
+        losses.lose(ticks, taken, now);
         if balances {
             self.balanced = Some(ticks);
             recorders.energies.take();
@@ -425,6 +430,21 @@ impl<'a> Run<'a> {
         if let Some(apart) = apart {
             apart.take_works(&recorders.energies.now);
         }
+    }
+
+    /// Brings the works of an instant that is shown between two looks up to it, as [`Run::settle`] does those of a look; the run goes on as if nothing had been shown.
+    fn catch_up(&mut self, ticks: u64, impulse: Option<[f64; 2]>) {
+        let Self { transient, recorders, seen, within, apart, losses, .. } = self;
+        let Some(apart) = apart else { return };
+        let taken = match impulse {
+            None => Taken::in_flight(&mut transient.flight, seen),
+            Some(impulse) => {
+                let (bearings, whole) =
+                    transient.flight.powers_behind(&mut apart.instant, impulse, true, (seen, within));
+                Taken { bearings, whole, behind: 0.5, damped: apart.damped }
+            }
+        };
+        apart.take_works(&losses.until(ticks, &taken, recorders.energies.now));
     }
 
     /// Moments that may be larger than those before.
