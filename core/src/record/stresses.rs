@@ -79,8 +79,8 @@ impl StressRecorder {
         let Some(shaft) = &self.shaft else { return f64::INFINITY };
         let squares = shaft.section_of()[elements].iter().map(|&section| self.bending[section].value);
         squares
-            .fold(Some(f64::INFINITY), |least, square| Some(least?.min(square?)))
-            .map_or(f64::NEG_INFINITY, f64::sqrt)
+            .min_by(|one, other| one.unwrap_or(-1.0).total_cmp(&other.unwrap_or(-1.0)))
+            .map_or(f64::INFINITY, |least| least.map_or(f64::NEG_INFINITY, f64::sqrt))
     }
 
     /// Bending moments of some elements \[N m\], four each.
