@@ -153,7 +153,7 @@ impl Flight {
         self.ticks += 1 << level;
         if self.falls() || self.ticks - self.gyroscopic.0 >= self.gyrates {
             if let Some(struck) = blow.take() {
-                strike(&mut self.spin, &self.levels[level], struck, &mut self.y, &mut self.seen);
+                strike(&mut self.spin, &self.levels[level], &self.cell.local, struck, &mut self.y, &mut self.seen);
             }
             self.gyroscopic = (self.ticks, self.tables.momentum(&self.cell).of(&self.y));
         }

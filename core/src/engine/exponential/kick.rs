@@ -25,6 +25,8 @@ pub(super) struct Kick {
     pub jump: [[f64; 2]; 2],
     /// Jumps of the velocities of the unbalances' nodes \[m/s/(N s)\].
     pub at_unbalances: Vec<[[f64; 2]; 2]>,
+    /// Whirl states at n+1 of a unit impulse along each axis of each unbalance's node, and their outputs.
+    pub of_unbalances: Vec<[[Vec<f64>; 2]; 2]>,
     /// What each bearing's load lacks \[N/(N s)\]: nearly half of its jump, but not of pairs that come to rest within the step, of which a mean of before and after may have any size.
     pub loads: Vec<[[f64; 2]; 2]>,
 }
@@ -56,14 +58,25 @@ impl Kick {
             jump: of(row + 2, &whole),
             at_unbalances: (0..cell.struck.len() / 2).map(|s| of(2 * s, &whole)).collect(),
             loads: loads.iter().map(|&first| of(first, &rest)).collect(),
-            outputs: states.each_ref().map(|y| {
-                let mut outputs = Vec::new();
-                cell.outputs.times(y, &mut outputs);
-                outputs
-            }),
+            of_unbalances: cell.pushes.as_chunks::<2>().0[..cell.struck.len() / 2]
+                .iter()
+                .map(|pushes| {
+                    let states = pushes.each_ref().map(|l| propagator.free(l));
+                    let outputs = states.each_ref().map(|y| seen(cell, y));
+                    [states, outputs]
+                })
+                .collect(),
+            outputs: states.each_ref().map(|y| seen(cell, y)),
             states,
         }
     }
+}
+
+/// Outputs of whirl states.
+fn seen(cell: &Local, y: &[f64]) -> Vec<f64> {
+    let mut outputs = Vec::new();
+    cell.outputs.times(y, &mut outputs);
+    outputs
 }
 
 /// `m^-1 v`.

@@ -33,12 +33,14 @@ kernel! {
     pub(super) fn strike(
         spin: &mut Spin,
         step: &SpinStep,
+        local: &Local,
         struck: (&Kick, Blow),
         y: &mut [f64],
         seen: &mut [f64],
     ) {
         let (kick, blow) = struck;
         spin.strike(step, blow, &kick.at_unbalances);
+        answer(spin, local, kick, y, seen);
         add_both(blow.impulse, &kick.outputs, seen);
         add_both(blow.impulse, &kick.states, y);
     }
@@ -57,11 +59,24 @@ kernel! {
     ) {
         if let Some((kick, blow)) = blow {
             spin.strike(step, blow, &kick.at_unbalances);
+            answer(spin, local, kick, y, seen);
             add_both(blow.impulse, &kick.outputs, seen);
         }
         let velocities = &seen.as_chunks::<2>().0[..spin.unbalances()];
         spin.complete(step, velocities, gyroscopic);
         let blow = blow.map(|(kick, blow)| (blow.impulse, &kick.states));
         local.strike(spin.left(), blow, y, seen);
+    }
+}
+
+/// What a blow makes of the unbalances' rates is felt by the rotor.
+#[inline(always)]
+fn answer(spin: &Spin, local: &Local, kick: &Kick, y: &mut [f64], seen: &mut [f64]) {
+    let lists = local.pushes.as_chunks::<2>().0.iter().zip(local.struck.as_chunks::<2>().0);
+    for (([at, late], [states, outputs]), (pushes, struck)) in spin.jumps().zip(&kick.of_unbalances).zip(lists) {
+        add_both(at, states, y);
+        add_both(at, outputs, seen);
+        add_both(late, pushes, y);
+        add_both(late, struck, seen);
     }
 }

@@ -280,6 +280,7 @@ mod tests {
             lacking: [[0.0; 2]; 2],
             jump: [[0.0; 2]; 2],
             at_unbalances: Vec::new(),
+            of_unbalances: Vec::new(),
             loads: Vec::new(),
         };
         let moved = Moved::new((0.0, 1.0), [[1e-8, 0.0], [0.0, 1e-8]], &kick, 1e-7);

@@ -9,6 +9,7 @@
 //! force of the unbalance on the lateral motion  m d (psi'^2 - i psi'') e^{i psi},  in the middle of the step,  h psi'' = psi'(n+1) foreseen - psi'(n)     (3)
 //! what (3) missed of psi', D                    -i m d D e^{i psi} is an impulse on the lateral motion at n+1                          (4)
 //! damping of the twist takes  what impulses, (2) and T b put in, less the energy that is there        exact, as its motion is       (5)
+//! a blow (torque tau) at n is foreseen once it is known:  psi'(n+) = psi'(n) + (1/J + t_s.t) tau,  -i m d of that jump is an impulse at n; what (3) is more by it, times h, one at n+1   (7)
 //! brakes take   -T times the turn over the step of what they turn: h (W behind a blow at n + W+)/2, and that of the twist            (6)
 //! ```
 //! An impulse on the rotor at n makes z' jump, and by as much of every step of a rub k would be wrong that began before it: it begins behind it (energy errors of hard rubs were ten times as large, of first order in the step).
@@ -55,6 +56,8 @@ pub(super) struct Spin {
     /// Of the spin over the last step \[rad/s2\], and the largest change of that of late \[rad/s3\].
     slope: f64,
     bend: f64,
+    /// The slope without what a blow has made, which the next step foretells.
+    rest: f64,
     loaded: Loaded,
     braking: Braking,
     gravity: [f64; 2],
@@ -88,6 +91,9 @@ struct Arm {
     left: Complex<f64>,
     driving: Complex<f64>,
     force: Complex<f64>,
+    /// Jump of psi' per angular impulse on the first diaphragm's node \[1/(kg m2)\]; (7) at n and n+1.
+    answers: f64,
+    jumps: [Complex<f64>; 2],
 }
 
 /// An impulse on the first diaphragm's node at n \[N s\], and that of its torque \[N m s\].
@@ -112,6 +118,13 @@ impl Arm {
     fn force(&self, unit: Complex<f64>, rate: f64, rate_dot: f64) -> Complex<f64> {
         let (turn, square) = (unit * self.moment, rate * rate);
         Complex::new(square * turn.re + rate_dot * turn.im, square * turn.im - rate_dot * turn.re)
+    }
+
+    /// (4) of a jump of psi' in a direction \[N s\].
+    #[inline(always)]
+    fn kick(&self, unit: Complex<f64>, jump: f64) -> Complex<f64> {
+        let turn = unit * self.moment;
+        Complex::new(jump * turn.im, -jump * turn.re)
     }
 
     /// r without its part of psi', and k, of a unit vector, a rate and the node's velocity.
@@ -144,6 +157,8 @@ impl Spin {
             left: Complex::new(0.0, 0.0),
             driving: Complex::new(0.0, 0.0),
             force: Complex::new(0.0, 0.0),
+            answers: 0.0,
+            jumps: [Complex::new(0.0, 0.0); 2],
         });
         let nodes = sites(machine).into_iter().map(|site| site.twist_node);
         let contact = machine.diaphragms.first().map(|diaphragm| diaphragm.contact.node);
@@ -151,6 +166,10 @@ impl Spin {
         rows.push(loaded.shift.clone());
         let acting = rows.len();
         rows.extend(contact.map(|node| loaded.row(structure, node)));
+        let answers = |mut arm: Arm, row: &Vec<f64>| {
+            arm.answers = rows.get(acting).map_or(0.0, |contact| 1.0 / loaded.inertia + dot(contact, row));
+            arm
+        };
         let mut spin = Self {
             angle,
             speed,
@@ -159,9 +178,10 @@ impl Spin {
             foretells: loaded.foretold(),
             slope: 0.0,
             bend: 0.0,
+            rest: 0.0,
             braking: machine.braking,
             gravity: machine.rotor.gravity,
-            arms: arms.collect(),
+            arms: arms.zip(&rows).map(|(arm, row)| answers(arm, row)).collect(),
             twist: Twist::new(&loaded.modes, &rows, acting),
             blow: 0.0,
             braked: 0.0,
@@ -189,7 +209,7 @@ impl Spin {
 
     /// Takes the slope of another that has gone a short step from here.
     pub fn learn_from(&mut self, ahead: &Spin) {
-        self.slope = ahead.slope;
+        (self.slope, self.rest) = (ahead.slope, ahead.rest);
         self.force();
     }
 
@@ -215,7 +235,7 @@ impl Spin {
     #[inline(always)]
     pub fn predict(&mut self, step: &SpinStep) {
         let h = step.h;
-        self.next_speed = self.speed + h.min(self.foretells * self.last) * self.slope;
+        self.next_speed = self.speed + h.min(self.foretells * self.last) * self.rest;
         self.next_angle = self.angle + 0.5 * h * (self.speed + self.next_speed);
         self.twist.set_out(&step.twist);
         self.blow = 0.0;
@@ -252,17 +272,35 @@ impl Spin {
         h * h * self.bend / self.speed
     }
 
-    /// Adds a blow at the beginning of the step, on the first diaphragm's node; `jumps`: of the velocities of the unbalances' nodes per impulse, from behind which k goes on. Between predict and
-    /// complete, inside a kernel.
+    /// Adds a blow at the beginning of the step, on the first diaphragm's node; `velocities`: jumps of those of the unbalances' nodes per impulse, from behind which k goes on. What it makes of psi' is
+    /// foreseen then: (7). Between predict and complete, inside a kernel.
     #[inline(always)]
-    pub fn strike(&mut self, step: &SpinStep, Blow { impulse: [u, v], torque }: Blow, jumps: &[[[f64; 2]; 2]]) {
+    pub fn strike(&mut self, step: &SpinStep, Blow { impulse: [u, v], torque }: Blow, velocities: &[[[f64; 2]; 2]]) {
+        let SpinStep { h, over, .. } = *step;
         self.momentum += torque;
         self.blow = torque;
         self.twist.strike(&step.twist, torque);
-        for (arm, [x, y]) in self.arms.iter_mut().zip(jumps) {
-            let jump = Complex::new(x[0] * u + x[1] * v, y[0] * u + y[1] * v);
-            arm.pull -= arm.moment * arm.rate * (jump * arm.unit.conj()).re;
+        let jump = torque / self.loaded.inertia;
+        self.next_speed += jump;
+        self.next_angle += h * jump;
+        for (s, (arm, [x, y])) in self.arms.iter_mut().zip(velocities).enumerate() {
+            let velocity = Complex::new(x[0] * u + x[1] * v, y[0] * u + y[1] * v);
+            arm.pull -= arm.moment * arm.rate * (velocity * arm.unit.conj()).re;
+            let ([turned, rate], jump) = (self.twist.seen(s), arm.answers * torque);
+            let next_angle = self.next_angle + turned + arm.phase;
+            arm.next_rate = self.next_speed + rate;
+            let middle = arm.direction.at(0.5 * (arm.angle + next_angle));
+            arm.direction = middle.at(next_angle);
+            let gained = arm.next_rate - arm.rate - jump;
+            let driving = arm.force(middle.unit, (next_angle - arm.angle) * over, gained * over);
+            arm.jumps = [arm.kick(arm.unit, jump), (driving - arm.driving) * h];
         }
+    }
+
+    /// (7) of the blow that was added, of each unbalance, at n and n+1 \[N s\].
+    #[inline(always)]
+    pub fn jumps(&self) -> impl Iterator<Item = [[f64; 2]; 2]> {
+        self.arms.iter().map(|arm| arm.jumps.map(|kick| [kick.re, kick.im]))
     }
 
     /// Turn of the first diaphragm's node beside the mean angle \[rad\], and its rate: at n, after predict those foreseen for n+1.
@@ -401,14 +439,12 @@ impl Spin {
         self.braked -= brake * (0.5 * h * (behind + speed) + self.twist.turn(velocities.len()));
         self.bend = ((speed - self.next_speed).abs() * (over * over))
             .max((1.0 - FORGETS * h * self.speed.abs()).max(0.0) * self.bend);
-        (self.last, self.slope) = (h, (speed - self.speed) * over);
+        (self.last, self.slope, self.rest) = (h, (speed - self.speed) * over, (speed - behind) * over);
         (self.angle, self.speed) = (self.next_angle, speed);
         for (s, arm) in self.arms.iter_mut().enumerate() {
             let [turned, rate] = self.twist.seen(s);
             (arm.angle, arm.rate) = (self.angle + turned + arm.phase, speed + rate);
-            let missed = arm.rate - arm.next_rate;
-            let turn = arm.direction.unit * arm.moment;
-            arm.left = Complex::new(missed * turn.im, -missed * turn.re);
+            arm.left = arm.kick(arm.direction.unit, arm.rate - arm.next_rate);
             arm.force = arm.force(arm.direction.unit, arm.rate, self.slope);
         }
     }
