@@ -20,6 +20,7 @@ use super::plane::{across, product, turned};
 use super::point::{Point, Pressed, Settled};
 use super::remaining::{Remaining, Struck};
 use super::rows::{PointRows, Step, add_two, along_both, each_along, write_rows};
+use super::spin::Spin;
 use super::survey::{Place, Survey};
 use crate::contact::ContactForce;
 use crate::contact::complementarity::{self, Coupled, POINTS};
@@ -96,6 +97,7 @@ pub(super) struct FreeStep<'a> {
     pub rolling: f64,
     pub rate: f64,
     pub jump: f64,
+    pub spin: &'a Spin,
 }
 
 impl Rub {
@@ -393,11 +395,8 @@ impl Rub {
         ring.kick::<V>(impulses);
         let on_rotor = self.outwards(on_rotor);
         // (2)
-        let jump = free.kick.jump;
-        let velocity = self.inwards([
-            free.velocity[0] + 0.5 * product(jump[0], on_rotor),
-            free.velocity[1] + 0.5 * product(jump[1], on_rotor),
-        ]);
+        let (jump, more) = (free.kick.jump, free.spin.answer(torque, &free.kick.at_unbalances));
+        let velocity = self.inwards([0, 1].map(|i| free.velocity[i] + 0.5 * (product(jump[i], on_rotor) + more[i])));
         let rolling = self.radius * (free.rate + 0.5 * free.jump * torque);
         let mut impact = Impact {
             on_rotor,

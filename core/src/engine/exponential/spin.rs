@@ -297,6 +297,18 @@ impl Spin {
         }
     }
 
+    /// Jump of the velocity of the first diaphragm's node by (7) at n, of a blow with this torque [m/s]; `velocities` as of [`Spin::strike`].
+    #[inline(always)]
+    pub fn answer(&self, torque: f64, velocities: &[[[f64; 2]; 2]]) -> [f64; 2] {
+        let mut jump = [0.0; 2];
+        for (arm, [x, y]) in self.arms.iter().zip(velocities) {
+            let kick = arm.kick(arm.unit, arm.answers * torque);
+            // the answer there to an impulse here is that here to one there
+            jump = [0, 1].map(|i| jump[i] + x[i] * kick.re + y[i] * kick.im);
+        }
+        jump
+    }
+
     /// (7) of the blow that was added, of each unbalance, at n and n+1 \[N s\].
     #[inline(always)]
     pub fn jumps(&self) -> impl Iterator<Item = [[f64; 2]; 2]> {

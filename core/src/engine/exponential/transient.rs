@@ -244,6 +244,7 @@ impl Transient {
             rolling: *rolling,
             rate,
             jump: *jump,
+            spin: flight.spin(),
         };
         done.impact = rub.touch(&free)?;
         if let Some(impact) = &done.impact {
