@@ -19,6 +19,7 @@ use super::local::Local;
 use super::measured::Measured;
 use super::outlook::Outlook;
 use super::propagator::Propagator;
+use super::scale::Scale;
 use super::settings::LEVELS;
 use super::station::{Model, Station};
 use super::transfer::Transfer;
@@ -30,9 +31,9 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// Distance from the middle of a cell at which a run leaves it, as a part of its width.
 const BEYOND: f64 = 0.5625;
-/// Stations of a grid at most from where its chain begins, upwards and downwards: with the default spacing up to four times the initial speed. What other runs have visited is not
+/// How far a grid goes from where its chain begins, upwards and downwards, in spacings: with the default one up to four times the initial speed. What other runs have visited is not
 /// counted. A spin that jumps by [`LEAP`] of them in a step has left every model.
-const MOST_STATIONS: u64 = 128;
+const MOST: f64 = 128.0;
 const LEAP: f64 = 48.0;
 /// A load may jump from cell to cell by this part of the largest that slow motions make: the jump is not seen (`finish` in `flight.rs`), what is left of it is (1.5e-3 of the rig's load at 0.3, 2 % at 0.7).
 const JUMP: f64 = 0.25;
@@ -49,8 +50,7 @@ const LAST: usize = 2;
 #[derive(Debug)]
 pub(super) struct Grid {
     pub model: Model,
-    /// D \[rad/s\].
-    spacing: f64,
+    scale: Scale,
     /// m.
     cells: i64,
     /// The station at which the chain begins.
@@ -73,6 +73,8 @@ struct Found {
 #[derive(Debug)]
 pub(super) struct Cell {
     pub index: i64,
+    /// How far its stations are apart \[rad/s\].
+    apart: f64,
     pub local: Local,
     share: f64,
     pub stations: [Arc<Station>; 2],
@@ -139,11 +141,11 @@ impl Cell {
 
 impl Grid {
     /// With its first station near `speed`: the same one for all speeds about it.
-    pub fn new(model: Model, spacing: f64, cells: u32, speed: f64) -> Result<Self, ExponentialError> {
-        let first = anchor(speed, spacing);
+    pub fn new(model: Model, scale: Scale, cells: u32, speed: f64) -> Result<Self, ExponentialError> {
+        let first = scale.anchor(speed);
         let keeps = AtomicBool::new(false);
-        let grid = Self { model, spacing, cells: i64::from(cells), first, keeps, found: Mutex::default() };
-        let station = Station::new(&grid.model, grid.speed_of_station(first), None)?;
+        let grid = Self { model, scale, cells: i64::from(cells), first, keeps, found: Mutex::default() };
+        let station = Station::new(&grid.model, grid.scale.speed(first), None)?;
         grid.found.lock().unwrap_or_else(PoisonError::into_inner).stations.insert(first, Arc::new(station));
         Ok(grid)
     }
@@ -155,21 +157,17 @@ impl Grid {
 
     /// The cell that has a speed.
     pub fn index_of(&self, speed: f64) -> i64 {
-        libm::floor((speed / self.spacing - 0.5) * self.cells as f64) as i64
+        self.scale.cell_of(speed, self.cells)
     }
 
     /// Whether a run at `speed` has left a cell.
     pub fn has_left(&self, cell: &Cell, speed: f64) -> bool {
-        (speed - cell.local.speed).abs() * self.cells as f64 > BEYOND * self.spacing
+        (speed - cell.local.speed).abs() * self.cells as f64 > BEYOND * cell.apart
     }
 
     /// Whether a spin is too far from a cell for a way there.
     pub fn leaps(&self, cell: &Cell, speed: f64) -> bool {
-        (speed - cell.local.speed).abs() > LEAP * self.spacing
-    }
-
-    fn speed_of_station(&self, b: i64) -> f64 {
-        (b as f64 + 0.5) * self.spacing
+        (speed - cell.local.speed).abs() > LEAP * self.scale.spacing
     }
 
     /// Number of stations computed so far, and a bound of the condition of them.
@@ -195,9 +193,11 @@ impl Grid {
         };
         let (below, above) = (&found.stations[&b], &found.stations[&(b + 1)]);
         let outputs = &self.model.outputs;
-        let speed = self.speed_of_station(b) + middle * self.spacing;
+        let apart = self.scale.apart(b);
+        let speed = self.scale.speed(b) + middle * apart;
         let cell = Arc::new(Cell {
             index,
+            apart,
             local: Local::between([&below.local, &above.local], [1.0 - share, share], speed),
             share,
             stations: [Arc::clone(below), Arc::clone(above)],
@@ -283,17 +283,17 @@ impl Grid {
             } else {
                 return Ok(());
             };
-            if new.abs_diff(self.first) > MOST_STATIONS {
-                return Err(ExponentialError::NoBasis { speed: self.speed_of_station(new) });
+            if (self.scale.speed(new) - self.scale.speed(self.first)).abs() > MOST * self.scale.spacing {
+                return Err(ExponentialError::NoBasis { speed: self.scale.speed(new) });
             }
             let beside = found.stations.get(&neighbour).map(|station| &**station);
-            let station = Station::new(&self.model, self.speed_of_station(new), beside)?;
+            let station = Station::new(&self.model, self.scale.speed(new), beside)?;
             let (below, near) = (new.min(neighbour), &*found.stations[&neighbour]);
             let (one, other) = if new < neighbour { (&station, near) } else { (near, &station) };
             let (up, down) = (mul(&other.left, &one.right), mul(&one.left, &other.right));
             let transfer = Transfer::new(up, down, self.cells);
             if self.loses_loads(&transfer, [one, other]) {
-                return Err(ExponentialError::NoBasis { speed: self.speed_of_station(new) });
+                return Err(ExponentialError::NoBasis { speed: self.scale.speed(new) });
             }
             found.stations.insert(new, Arc::new(station));
             found.transfers.insert(below, Arc::new(transfer));
@@ -308,14 +308,6 @@ fn slow_states(station: &Station) -> Vec<usize> {
     pairs.sort_by(|&one, &other| size_of(&station.blocks[one]).total_cmp(&size_of(&station.blocks[other])));
     pairs.truncate(size.div_ceil(SLOWEST));
     pairs.into_iter().flat_map(|k| [k, size + k]).collect()
-}
-
-/// The same for all speeds within some stations of each other, so that runs that begin at different speeds go by one chain.
-const TOGETHER: f64 = 8.0;
-
-/// The station at which the chain of runs from a speed begins.
-pub(super) fn anchor(speed: f64, spacing: f64) -> i64 {
-    (libm::round(speed / (TOGETHER * spacing)) * TOGETHER) as i64
 }
 
 #[cfg(test)]
@@ -360,7 +352,7 @@ mod tests {
         let outputs = Outputs::new(&machine, &structure);
         let measures = Measures::new(&machine, &structure, &system, outputs.weight());
         let model = Model { system, outputs, measures };
-        let grid = Grid::new(model, spacing, 10, 1.6 * spacing).expect("has a basis");
+        let grid = Grid::new(model, Scale { spacing, closes: false }, 10, 1.6 * spacing).expect("has a basis");
         let x: Vec<f64> = (0..size).map(|i| f64::from(u8::try_from(i * 7 % 11).expect("small")) - 5.0).collect();
         let (below, above) = (grid.cell(10).expect("has bases"), grid.cell(20).expect("has bases"));
         let (mut y, wanted) = (amplitudes(&grid, &below, &x), amplitudes(&grid, &above, &x));
@@ -384,7 +376,8 @@ mod tests {
             let system = LateralSystem::new(&machine, &structure).expect("regular");
             let outputs = Outputs::new(&machine, &structure);
             let measures = Measures::new(&machine, &structure, &system, outputs.weight());
-            Grid::new(Model { system, outputs, measures }, spacing, cells, 140.0).expect("has a basis")
+            Grid::new(Model { system, outputs, measures }, Scale { spacing, closes: false }, cells, 140.0)
+                .expect("has a basis")
         };
         // the same cells between stations, and between ones four times as close
         let (grid, close) = (grid(4.2, 40), grid(1.05, 10));

@@ -44,6 +44,7 @@ mod remaining;
 mod rows;
 mod rub;
 mod run;
+mod scale;
 mod settings;
 mod shape;
 mod shared;
@@ -67,6 +68,7 @@ pub(super) use station::MOST_CONDITION;
 
 use super::plan::StartError;
 use crate::linalg::EigenError;
+use bladeoff_model::outcome::Cause;
 
 /// A machine that the exponential engine cannot compute.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -114,4 +116,14 @@ pub enum ExponentialError {
     /// Eigenvalue problem of a basis.
     #[error(transparent)]
     Eigen(#[from] EigenError),
+}
+
+impl From<ExponentialError> for Cause {
+    /// Of a run that cannot go on.
+    fn from(error: ExponentialError) -> Self {
+        match error {
+            ExponentialError::NoImpulses => Self::LossOfUniqueness,
+            _ => Self::NoBasis,
+        }
+    }
 }

@@ -68,16 +68,6 @@ struct Look {
     damped: f64,
 }
 
-impl From<ExponentialError> for Cause {
-    /// Of a run that cannot go on.
-    fn from(error: ExponentialError) -> Self {
-        match error {
-            ExponentialError::NoImpulses => Self::LossOfUniqueness,
-            _ => Self::NoBasis,
-        }
-    }
-}
-
 /// A run under way.
 struct Run<'a> {
     machine: &'a Machine,
@@ -302,6 +292,7 @@ impl<'a> Run<'a> {
             let apart = apart.get_or_insert_with(|| Box::new(Apart::new(structure, transient)));
             let ring = transient.contact.as_ref().map(|contact| &contact.rub.ring);
             apart.take_stores(&mut transient.flight, ring, structure);
+            apart.keep(&transient.flight);
             eye.get_or_insert_with(|| Box::new(Eye::new(machine, structure, transient))).look(transient);
         }
         let Self { transient, instant, recorders, .. } = self;
@@ -310,14 +301,18 @@ impl<'a> Run<'a> {
         // a budget ends a run between two steps
         let goes_on = matches!(failure, None | Some(Cause::StepLimit));
         let impact = if goes_on { transient.ahead() } else { None };
-        if let Some(look) = look {
-            recorders.see_end(&transient.loads, place, at);
-            self.settle(look, Some(impact.map_or([0.0; 2], |impact| impact.on_rotor)));
+        let impulse = Some(impact.map_or([0.0; 2], |impact| impact.on_rotor));
+        match look {
+            Some(look) => {
+                recorders.see_end(&transient.loads, place, at);
+                self.settle(look, impulse);
+            }
+            // a run that failed has no look there
+            None => self.catch_up(ticks, impulse),
         }
         let end = End { cause, time, speed: self.speed, failure, steps: self.steps, iterations: self.steps };
         self.recorders.finish(&end, self.machine, self.structure);
         if let (Some(apart), Some(eye)) = (self.apart.as_mut().filter(|_| shown), &mut self.eye) {
-            apart.take_works(&self.recorders.energies.now);
             eye.speed = self.speed;
             let contact = impact.as_ref().map(|impact| (impact, self.h));
             eye.show(&self.transient.loads, contact, apart.energies, follower);

@@ -5,9 +5,10 @@
 
 use super::ExponentialError;
 use super::candidates::{Candidates, candidates, ring_of};
-use super::grid::{Grid, anchor};
+use super::grid::Grid;
 use super::measured::Measures;
 use super::outputs::{Direct, Outputs};
+use super::scale::{STATIONS, Scale};
 use super::settings::FlightSettings;
 use super::station::Model;
 use super::system::LateralSystem;
@@ -16,8 +17,6 @@ use crate::structure::Structure;
 use bladeoff_model::machine::{Contact, ContactSurface, Machine};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Stations of the grid up to the initial speed, about.
-const STATIONS: f64 = 37.5;
 /// Lateral coordinates at most: a basis takes their cube.
 const COORDINATES: usize = 200;
 /// Models that are kept.
@@ -36,6 +35,7 @@ struct Key {
     of: Values,
     step: u64,
     spacing: u64,
+    closes: bool,
     cells: u32,
     anchor: i64,
 }
@@ -66,6 +66,12 @@ pub fn same_bases(one: &Machine, other: &Machine) -> bool {
     Values::new(one) == Values::new(other)
 }
 
+/// Whether the shaft line is the same in all directions.
+fn is_isotropic(machine: &Machine) -> bool {
+    let same = |[[a, b], [c, d]]: [[f64; 2]; 2]| a.to_bits() == d.to_bits() && b + c == 0.0;
+    machine.rotor.bearings.iter().all(|bearing| same(bearing.stiffness) && same(bearing.damping))
+}
+
 /// Those of the last models that a structure was run with.
 #[derive(Debug, Default)]
 struct Models(Mutex<Vec<(Key, Arc<Shared>)>>);
@@ -82,14 +88,18 @@ impl Shared {
         settings: FlightSettings,
     ) -> Result<Arc<Self>, ExponentialError> {
         let speed = machine.rotor.initial_speed;
-        let spacing =
-            settings.spacing.unwrap_or_else(|| libm::exp2(libm::round(libm::log2(speed.max(1.0) / STATIONS))));
+        // grids that are asked for are even
+        let scale = Scale {
+            spacing: settings.spacing.unwrap_or_else(|| libm::exp2(libm::round(libm::log2(speed.max(1.0) / STATIONS)))),
+            closes: settings.spacing.is_none() && !is_isotropic(machine),
+        };
         let key = Key {
             of: Values::new(machine),
             step: settings.step.to_bits(),
-            spacing: spacing.to_bits(),
+            spacing: scale.spacing.to_bits(),
+            closes: scale.closes,
             cells: settings.cells,
-            anchor: anchor(speed, spacing),
+            anchor: scale.anchor(speed),
         };
         let models: &Models = structure.kept.of();
         let kept = &mut *models.0.lock().unwrap_or_else(PoisonError::into_inner);
@@ -106,7 +116,7 @@ impl Shared {
         let outputs = Outputs::new(machine, structure);
         let direct = outputs.direct(&system);
         let measures = Measures::new(machine, structure, &system, outputs.weight());
-        let grid = Grid::new(Model { system, outputs, measures }, spacing, settings.cells, speed)?;
+        let grid = Grid::new(Model { system, outputs, measures }, scale, settings.cells, speed)?;
         let shared = Arc::new(Self { grid, direct });
         if kept.len() == KEPT {
             kept.remove(0);

@@ -1,0 +1,80 @@
+//! Speeds of the grid's stations.
+//!
+//! ```text
+//! even          W_b = (b + 1/2) D                                                                                         (1)
+//! closing in    W_b = 2 D sinh((b + 1/2)/N)       about D apart at N D, which the initial speed is near, D/20 at rest     (2)
+//! ```
+//! (2) where a shaft line is not the same in all directions: a slow spin turns planes into circles within some rad/s, a fast one has circles. From station to station of (1) with 4 rad/s a whip of the turbine on such
+//! bearings lost 2e-4 of its energies as it came to rest. Where a shaft line is isotropic, the spin turns circles alone. Verified by the tests below and
+//! `whips_on_anisotropic_bearings_balance_their_energies` (`tests/exponential_run.rs`).
+
+/// N.
+pub(super) const STATIONS: f64 = 37.5;
+/// Of a number of stations the first is the same for all speeds about it, so that runs that begin at different speeds go by one chain.
+const TOGETHER: f64 = 8.0;
+
+/// One of the two.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Scale {
+    /// D \[rad/s\].
+    pub spacing: f64,
+    pub closes: bool,
+}
+
+impl Scale {
+    /// W_b.
+    pub fn speed(&self, b: i64) -> f64 {
+        let place = b as f64 + 0.5;
+        if self.closes { 2.0 * self.spacing * libm::sinh(place / STATIONS) } else { place * self.spacing }
+    }
+
+    /// Of a station and the next one: how far they are apart.
+    pub fn apart(&self, b: i64) -> f64 {
+        if self.closes { self.speed(b + 1) - self.speed(b) } else { self.spacing }
+    }
+
+    /// b + 1/2 of a speed.
+    fn place(&self, speed: f64) -> f64 {
+        let parts = speed / self.spacing;
+        if self.closes { STATIONS * libm::asinh(0.5 * parts) } else { parts }
+    }
+
+    /// The cell that has a speed, of so many from each station to the next.
+    pub fn cell_of(&self, speed: f64, cells: i64) -> i64 {
+        if !self.closes {
+            return libm::floor((self.place(speed) - 0.5) * cells as f64) as i64;
+        }
+        let b = libm::floor(self.place(speed) - 0.5) as i64;
+        let within = libm::floor((speed - self.speed(b)) / self.apart(b) * cells as f64) as i64;
+        b * cells + within.clamp(0, cells - 1)
+    }
+
+    /// The station at which the chain of runs from a speed begins.
+    pub fn anchor(&self, speed: f64) -> i64 {
+        (libm::round(self.place(speed) / TOGETHER) * TOGETHER) as i64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_speed_is_in_its_cell() {
+        for closes in [false, true] {
+            let scale = Scale { spacing: 4.0, closes };
+            for n in -400..800 {
+                let speed = 0.37 * f64::from(n) + 0.01;
+                let index = scale.cell_of(speed, 40);
+                let (b, j) = (index.div_euclid(40), index.rem_euclid(40) as f64);
+                let width = scale.apart(b) / 40.0;
+                let from = scale.speed(b) + j * width;
+                assert!(speed > from - 1e-9 && speed < from + width + 1e-9, "{closes} {speed}: {from} {width}");
+                assert!((scale.speed(b + 1) - scale.speed(b) - scale.apart(b)).abs() < 1e-12);
+            }
+        }
+        let scale = Scale { spacing: 4.0, closes: true };
+        let apart = |speed: f64| scale.apart(scale.cell_of(speed, 1));
+        assert!(apart(0.0) < 0.25 && (3.5..4.5).contains(&apart(150.0)), "{} {}", apart(0.0), apart(150.0));
+    }
+}
