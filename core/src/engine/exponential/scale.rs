@@ -2,10 +2,10 @@
 //!
 //! ```text
 //! even          W_b = (b + 1/2) D                                                                                         (1)
-//! closing in    W_b = 2 D sinh((b + 1/2)/N)       about D apart at N D, which the initial speed is near, D/20 at rest     (2)
+//! closing in    W_b = 2 D sinh((b + 1/2)/2N)      about D/2 apart at N D, which the initial speed is near, D/37 at rest   (2)
 //! ```
 //! (2) where a shaft line is not the same in all directions: a slow spin turns planes into circles within some rad/s, a fast one has circles. From station to station of (1) with 4 rad/s a whip of the turbine on such
-//! bearings lost 2e-4 of its energies as it came to rest. Where a shaft line is isotropic, the spin turns circles alone. Verified by the tests below and
+//! bearings lost 2e-4 of its energies as it came to rest, with (2) 2.5e-6 (with N for 2N 8e-6). Where a shaft line is isotropic, the spin turns circles alone. Verified by the tests below and
 //! `whips_on_anisotropic_bearings_balance_their_energies` (`tests/exponential_run.rs`).
 
 /// N.
@@ -25,7 +25,7 @@ impl Scale {
     /// W_b.
     pub fn speed(&self, b: i64) -> f64 {
         let place = b as f64 + 0.5;
-        if self.closes { 2.0 * self.spacing * libm::sinh(place / STATIONS) } else { place * self.spacing }
+        if self.closes { 2.0 * self.spacing * libm::sinh(place / (2.0 * STATIONS)) } else { place * self.spacing }
     }
 
     /// Of a station and the next one: how far they are apart.
@@ -36,7 +36,7 @@ impl Scale {
     /// b + 1/2 of a speed.
     fn place(&self, speed: f64) -> f64 {
         let parts = speed / self.spacing;
-        if self.closes { STATIONS * libm::asinh(0.5 * parts) } else { parts }
+        if self.closes { 2.0 * STATIONS * libm::asinh(0.5 * parts) } else { parts }
     }
 
     /// The cell that has a speed, of so many from each station to the next.
@@ -75,6 +75,6 @@ mod tests {
         }
         let scale = Scale { spacing: 4.0, closes: true };
         let apart = |speed: f64| scale.apart(scale.cell_of(speed, 1));
-        assert!(apart(0.0) < 0.25 && (3.5..4.5).contains(&apart(150.0)), "{} {}", apart(0.0), apart(150.0));
+        assert!(apart(0.0) < 0.12 && (1.8..2.2).contains(&apart(150.0)), "{} {}", apart(0.0), apart(150.0));
     }
 }

@@ -12,7 +12,7 @@ pub struct FlightSettings {
     /// Contact step \[s\]; a flight may take it doubled any number of times.
     pub step: f64,
     /// Distance of the grid's speeds \[rad/s\]; by default the power of two nearest to a 37th of the initial speed, so that it is one for speeds that differ
-    /// a little.
+    /// a little; closer at slow spins on bearings that are not the same in all directions (`scale`).
     pub spacing: Option<f64>,
     /// Cells between two of them, even.
     pub cells: u32,
