@@ -297,7 +297,7 @@ impl Spin {
         }
     }
 
-    /// Jump of the velocity of the first diaphragm's node by (7) at n, of a blow with this torque [m/s]; `velocities` as of [`Spin::strike`].
+    /// Jump of the velocity of the first diaphragm's node by (7) at n, of a blow with this torque \[m/s\]; `velocities` as of [`Spin::strike`].
     #[inline(always)]
     pub fn answer(&self, torque: f64, velocities: &[[[f64; 2]; 2]]) -> [f64; 2] {
         let mut jump = [0.0; 2];
