@@ -222,16 +222,6 @@ pub fn recorded(dir: &Path) -> Vec<u64> {
     text.lines().map(|line| line.parse().expect("a number")).collect()
 }
 
-/// The processes that were started with this root among their words, as workers are.
-pub fn processes_of(root: &Path) -> Vec<u32> {
-    let has_root = |pid: &u32| {
-        let words = std::fs::read(format!("/proc/{pid}/cmdline")).unwrap_or_default();
-        words.split(|&byte| byte == 0).any(|word| word == root.as_os_str().as_encoded_bytes())
-    };
-    let all = std::fs::read_dir("/proc").expect("readable").flatten();
-    all.filter_map(|entry| entry.file_name().to_str()?.parse().ok()).filter(has_root).collect()
-}
-
 pub fn children(pid: u32) -> Vec<u32> {
     let mut found: Vec<u32> = Vec::new();
     // Workers are started by the thread that works: that of the command, or of the test.
