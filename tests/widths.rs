@@ -48,4 +48,13 @@ fn a_width_that_cannot_be_taken_is_refused() {
         assert_eq!(row.code, 2, "{}", row.err);
         assert!(row.err.contains("\"mmx\"") && row.err.contains("\"sse2\", \"avx2\" and \"avx512\""), "{}", row.err);
     }
+    // set to nothing, as scripts do, is not set
+    let folder = Folder::new();
+    let check = said(
+        bladeoff(&["check", &folder.name("machines/rig.toml")])
+            .env(WIDTH_VARIABLE, "")
+            .output()
+            .expect("the binary starts"),
+    );
+    assert_eq!(check.code, 0, "{}", check.err);
 }

@@ -73,12 +73,14 @@ impl Width {
         Self::Sse2
     }
 
-    /// That of this process: what [`WIDTH_VARIABLE`] says, or the widest.
+    /// That of this process: what [`WIDTH_VARIABLE`] says, or the widest where that is not set or empty.
     ///
     /// # Errors
     /// [`WidthError`].
     pub fn chosen() -> Result<Self, WidthError> {
-        let Some(word) = std::env::var_os(WIDTH_VARIABLE) else { return Ok(Self::widest()) };
+        let Some(word) = std::env::var_os(WIDTH_VARIABLE).filter(|word| !word.is_empty()) else {
+            return Ok(Self::widest());
+        };
         let word = word.to_string_lossy();
         let has = Self::widest();
         match Self::ALL.into_iter().find(|width| width.to_string() == word) {
