@@ -218,6 +218,58 @@ fn rings_pushed_beyond_small_displacements_are_said_wherever_numbers_are() {
 }
 
 #[test]
+fn bearings_whose_peak_loads_are_not_the_machines_are_said_wherever_loads_are() {
+    let folder = Folder::new();
+    let rig = support::root().join("studies/machines/lab_rig.toml");
+    folder.write("rig.toml", &fs::read_to_string(rig).expect("the rig"));
+    let damped = "schema = 1\nname = \"damped\"\nmachine = \"rig.toml\"\n[set]\n\"run.end_time\" = \"10 ms\"\n\"run.engine\" = \"reduced\"\n\
+                  [design]\nkind = \"monte-carlo\"\nsamples = 2\n[[uncertain]]\npath = \"contact.friction\"\ndistribution = \"uniform\"\n\
+                  lower = 0.1\nupper = 0.2\n[[vary]]\npath = \"rotor.bearings.right.damping\"\nvalues = [1e6, 10]\n\
+                  [[question]]\nname = \"loads\"\nprobability = \"max_bearing_load_N > 1 kN\"\n\
+                  [[gate]]\nrequire = \"P(max_bearing_load_N > 1 kN) < 0.5\"\n";
+    let said = "the step does not resolve the damping of bearing right: c dt/(2 m) = ";
+    let which = "rotor.bearings.right.damping = 1e6 N s/m)";
+    let of = "(in 2 of 4 samples; most with ";
+    let (study, out) = (folder.write("damped.toml", damped), folder.name("damped"));
+    let check = say(&["check", &study]);
+    assert!(check.err.contains(said) && check.err.contains(which) && check.err.contains(of), "{}", check.err);
+    let run = say(&["run", &study, "--out", &out]);
+    assert!(run.code == 0 && run.out.contains(said) && run.out.contains(which), "{} {}", run.out, run.err);
+    let (answer, gate) = (say(&["answer", &out]), say(&["gate", &out]));
+    assert!(answer.err.contains(said) && gate.err.contains(which), "{} {}", answer.err, gate.err);
+    assert!(own(&page(&folder, &out, "damped.html")).contains(said));
+
+    // A step that resolves it: 100 times shorter.
+    let fine = damped.replace("\"run.engine\"", "\"run.step\" = \"0.03 us\"\n\"run.engine\"");
+    assert!(!say(&["check", &folder.write("fine.toml", &fine)]).err.contains("does not resolve"));
+
+    // So stiff that most of what the bearing yields is in modes left out: of the exponential engine, too, and of every sample.
+    let stiff = damped
+        .replace("reduced", "exponential")
+        .replace("right.damping\"\nvalues = [1e6, 10]", "right.stiffness\"\nvalues = [1e12, 1e13]");
+    let check = say(&["check", &folder.write("stiff.toml", &stiff)]);
+    let said = "of the flexibility at bearing right is in modes left out";
+    assert!(check.err.contains(said) && check.err.contains("(in all 4 samples; most with "), "{}", check.err);
+    assert!(!check.err.contains("does not resolve"), "the exponential engine has no such step: {}", check.err);
+
+    // One damping of 200 that is too large, wherever it stands, is found, and the step that is told resolves it.
+    let many = damped.replace("values = [1e6, 10]", "from = 10\nto = 70e3\ncount = 200");
+    let check = say(&["check", &folder.write("many.toml", &many)]);
+    let line = check.err.lines().find(|line| line.contains("does not resolve")).expect("said");
+    assert!(line.contains("of 400: ") && line.contains("right.damping = 70000 N s/m"), "{line}");
+    let step = line.split("below ").nth(1).and_then(|rest| rest.split(',').next()).expect("a step");
+    let resolved = many.replace("\"run.engine\"", &format!("\"run.step\" = \"{step}\"\n\"run.engine\""));
+    let check = say(&["check", &folder.write("resolved.toml", &resolved)]);
+    assert!(check.code == 0 && !check.err.contains("does not resolve"), "{step}: {}", check.err);
+
+    // of a machine alone
+    let alone = fs::read_to_string(support::root().join("studies/machines/lab_rig.toml")).expect("the rig");
+    let alone = alone.replacen("damping = \"600 N s/m\"", "damping = \"1e6 N s/m\"", 1);
+    let check = say(&["check", &folder.write("alone.toml", &alone)]);
+    assert!(check.err.contains("bearing left is damped so strongly"), "{}", check.err);
+}
+
+#[test]
 fn limits_of_the_model_are_those_of_the_readme() {
     let readme = fs::read_to_string(support::root().join("README.md")).expect("the README");
     let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");

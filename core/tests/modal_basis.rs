@@ -234,6 +234,31 @@ fn the_lag_is_that_of_the_modes_left_out() {
     }
 }
 
+/// The lab rig's left bearing with a damper that holds the shaft: the ring stops the rotor, and what the shaft yields beside the bearing is in modes that
+/// the default leaves out. The full engine has 886 N (at 0.5 us, docs/theory/05-reduction.md).
+#[test]
+fn a_damper_that_holds_the_shaft_takes_more_modes() {
+    let load = |modes: &[(&str, &str)]| {
+        let rub = [
+            ("run.end_time", "0.4"),
+            ("left.damping", "1e5"),
+            ("contact.friction", "0.5"),
+            ("contact.gap", "0.3 mm"),
+            ("blade_off.mass", "15 g"),
+            ("run.engine", "exponential"),
+        ];
+        let machine = machine_with(&study_machine("lab_rig"), &[&rub[..], modes].concat());
+        let share = Structure::build(&machine, None).expect("buildable").left_out_behind_dampers();
+        let row = run(machine);
+        assert!(row.outcome.status == Status::Ok && row.value("impacts") >= 20.0, "it rubs");
+        (share, row.value("max_bearing_load_left_N"))
+    };
+    let ((few, of_few), (more, of_more)) = (load(&[]), load(&[("run.rotor_modes", "36")]));
+    println!("shares {few:?} and {more:?}, {of_few} and {of_more} N");
+    assert!(few[0] > 0.5 && few[1] < 0.01 && more[0] < 0.01);
+    assert!(of_few < 200.0 && (of_more / 886.0 - 1.0).abs() < 0.1);
+}
+
 /// Rings that are the same are taken over from the structure before; no digit tells.
 #[test]
 fn a_structure_made_from_another_is_that_made_alone() {

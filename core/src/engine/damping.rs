@@ -25,16 +25,16 @@ pub struct UnresolvedDamping {
     pub step: f64,
 }
 
-/// The bearing with the largest x of (1) above 1 in a run with time step `dt` \[s\]; `None` if every x is at most 1.
+/// The bearings with an x of (1) above 1 in a run with time step `dt` \[s\], in the machine's order.
 ///
 /// `structure` must fit the machine. Costs one inverse of the lateral mass matrix. The exponential engine has no step that damping is taken over.
 #[must_use]
-pub fn unresolved_damping(machine: &Machine, structure: &Structure, dt: f64) -> Option<UnresolvedDamping> {
+pub fn unresolved_damping(machine: &Machine, structure: &Structure, dt: f64) -> Vec<UnresolvedDamping> {
     if machine.run.engine == Engine::Exponential {
-        return None;
+        return Vec::new();
     }
     let coordinates = &structure.lateral.coordinates;
-    let mobility = inverse(&masses(structure, &sites(machine)).0)?;
+    let Some(mobility) = inverse(&masses(structure, &sites(machine)).0) else { return Vec::new() };
     let bearings = &structure.rotor.bearings;
     let rates = bearings.iter().map(|bearing| {
         let rows = structure.rotor.plane_places(bearing.node).map(|dof| coordinates.row(dof));
@@ -52,13 +52,14 @@ pub fn unresolved_damping(machine: &Machine, structure: &Structure, dt: f64) -> 
         }
         largest_eigenvalue(&c, &s)
     });
-    let (index, rate) = rates.enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let ratio = 0.5 * dt * rate;
-    (ratio > 1.0).then(|| UnresolvedDamping {
-        bearing: machine.rotor.bearings[index].name.clone(),
-        ratio,
-        step: 2.0 / rate,
-    })
+    let unresolved = rates.zip(&machine.rotor.bearings).filter(|(rate, _)| 0.5 * dt * rate > 1.0);
+    unresolved
+        .map(|(rate, bearing)| UnresolvedDamping {
+            bearing: bearing.name.clone(),
+            ratio: 0.5 * dt * rate,
+            step: 2.0 / rate,
+        })
+        .collect()
 }
 
 /// Largest eigenvalue of the product of two symmetric matrices, the second positive definite.

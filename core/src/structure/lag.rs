@@ -44,7 +44,7 @@ const RATE: f64 = std::f64::consts::PI / 1e-3;
 const ROUNDED: f64 = 1e-3;
 
 /// Flexibility of a node in the plane, `[xx, xy, yy]`, or of one freedom, the same in each direction \[m/N\].
-type Plane = [f64; 3];
+pub(super) type Plane = [f64; 3];
 
 /// Flexibilities of a node.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -183,6 +183,17 @@ impl Lag {
     pub fn share_at_rest(&self) -> f64 {
         share(self.left_out, self.at_rest)
     }
+
+    /// Part that the modes left out have of their own static flexibility and that of a damper, 1/(c W), one behind the other, 0 to 1. `damping` \[N s/m\].
+    pub fn share_behind(&self, damping: f64) -> f64 {
+        let damper = 1.0 / (damping * RATE);
+        if damper.is_finite() { share(self.left_out, sum(self.left_out, [damper, 0.0, damper])) } else { 0.0 }
+    }
+
+    /// Part of its static flexibility that is in so much of it, in the plane where it is largest, 0 to 1.
+    pub fn share_of(&self, part: Plane) -> f64 {
+        share(part, self.at_rest)
+    }
 }
 
 fn sum(a: Plane, b: Plane) -> Plane {
@@ -190,7 +201,7 @@ fn sum(a: Plane, b: Plane) -> Plane {
 }
 
 /// Largest share of one flexibility in another, 0 to 1; 1 where there is no number for it.
-fn share(part: Plane, whole: Plane) -> f64 {
+pub(super) fn share(part: Plane, whole: Plane) -> f64 {
     if part == [0.0; 3] {
         return 0.0;
     }

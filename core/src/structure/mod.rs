@@ -3,6 +3,7 @@
 //! The full engine's coordinates are the finite-element degrees of freedom, the reduced engine's are modal amplitudes; the
 //! transient sees both through [`Coordinates`] and evaluates every non-linear term at the nodes.
 
+mod bearings;
 mod coordinates;
 mod kept;
 mod lag;
@@ -143,14 +144,6 @@ impl Structure {
     #[must_use]
     pub fn fits(&self, machine: &Machine) -> bool {
         self.structural == structural(machine)
-    }
-
-    /// Largest part, over all directions, of a bearing's static flexibility that is in the modes left out, 0 to 1, in the machine's order: what of its
-    /// load has no inertia ([`engine`](crate::engine)), or is missing where there is no [`Structure::lateral_residual`]. 0 where nothing is left out.
-    #[must_use]
-    pub fn left_out_at_bearings(&self) -> Vec<f64> {
-        let share = |node: usize| self.rotor_lags.get(node).map_or(0.0, lag::Lag::share_at_rest);
-        self.rotor.bearings.iter().map(|bearing| share(bearing.node)).collect()
     }
 
     /// Largest share (3) of `lag` over the contacts of all diaphragms, 0 to 1: what of their flexibility the modes left out have

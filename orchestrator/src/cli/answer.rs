@@ -9,7 +9,7 @@ use super::why::{frozen, go_on};
 use crate::answering::{
     Answering, Forecasts, Meant, Refinement, Source, Waiting, answer, forecasts, keep, meant, pace, told,
 };
-use crate::reporting::pushed_rings;
+use crate::reporting::{bearings_of, pushed_rings};
 use crate::run::Looking;
 use crate::run::directory::{ANSWERS, CURVES, MANIFEST, RESULTS, STUDY, read_current};
 use crate::run::shards::{is_unmerged, row_files, see, unread};
@@ -73,7 +73,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     if !answering.answers.complete {
         remark_unwritten(&directory)?;
     }
-    remark_pushed(&directory, &samples)?;
+    remark_limits(&directory, &samples)?;
     if args.json {
         print_json(&answering.answers.json().map_err(|error| CliError::stdout(error.into()))?)?;
     } else {
@@ -106,12 +106,13 @@ pub(super) fn remark_unwritten(directory: &Path) -> Result<(), CliError> {
     Ok(())
 }
 
-/// Says how many rows pushed a ring beyond small displacements.
-pub(super) fn remark_pushed(directory: &Path, samples: &Samples) -> Result<(), CliError> {
+/// Says how many rows pushed a ring beyond small displacements, and of which bearings the peak loads are not those of the machine.
+pub(super) fn remark_limits(directory: &Path, samples: &Samples) -> Result<(), CliError> {
     let pushed = read_current(directory, row_files, |files| pushed_rings(samples, files))?;
     if !pushed.is_empty() {
         remark(&format!("warning: {}", pushed.trim_end()));
     }
+    bearings_of(samples).iter().for_each(|note| remark(&format!("note: {note}")));
     Ok(())
 }
 

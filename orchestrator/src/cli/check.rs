@@ -10,7 +10,8 @@ use super::run::{PartArgs, default_workers};
 use super::shared::shared;
 use crate::answering::related;
 use crate::engine;
-use crate::report::{matrices_of, with_word};
+use crate::report::{bearings_beyond, matrices_of, with_word};
+use crate::reporting::bearings_of;
 use crate::settled::machine_alone;
 use crate::starts::placed;
 use bladeoff_answers::report::{Align, TextTable, counted, wrapped};
@@ -70,6 +71,9 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     if let Some(found) = fixed_angle(&samples) {
         remark(&format!("\n{}\n", found.text()));
     }
+    for note in bearings_of(&samples) {
+        remark(&format!("\nnote: {note}\n"));
+    }
     estimate(&samples)?;
     Ok(Exit::Ok)
 }
@@ -86,6 +90,8 @@ fn machine(path: &Path) -> Result<Exit, CliError> {
     }
     let choice = choice.map(|choice| format!("Engine: {}\n", choice.words("the machine"))).unwrap_or_default();
     tell(&format!("{}: a machine whose run can start\n{choice}", definition.name()))?;
+    let step = engine::step_plan(&machine, &structure)?.step;
+    bearings_beyond(&machine, &structure, step).iter().for_each(|note| remark(&format!("note: {}", note.text)));
     Ok(Exit::Ok)
 }
 

@@ -1,6 +1,6 @@
 //! `bladeoff gate`: whether probabilities are below their bounds, as an exit code.
 
-use super::answer::{asked_of, remark_pushed, remark_unwritten};
+use super::answer::{asked_of, remark_limits, remark_unwritten};
 use super::error::CliError;
 use super::exit::Exit;
 use super::output::{remark, tell};
@@ -74,7 +74,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     if points < of {
         remark_unwritten(&directory)?;
     }
-    remark_pushed(&directory, &samples)?;
+    remark_limits(&directory, &samples)?;
     if let Some(path) = &args.junit {
         write_whole(path, junit(&name(&directory, &samples), &decisions).as_bytes())?;
         remark(&format!("wrote {}", shown(path)));

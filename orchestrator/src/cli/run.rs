@@ -10,7 +10,7 @@ use super::shard::ShardArgs;
 use crate::answering::{Refinement, check_asked};
 use crate::dispatch::{self, DispatchError, Ended, time_left, watch_before};
 use crate::report::Tally;
-use crate::reporting::pushed_rings;
+use crate::reporting::{bearings_of, pushed_rings};
 use crate::run::directory::LEDGER;
 use crate::run::shards::{SHARDS, cores, row_files};
 use crate::run::{Finished, Looking, Refining, Request, Rerun, RunError, TRUST, go_on, own_columns, run};
@@ -358,7 +358,8 @@ pub(super) fn summary(samples: &Samples, out: &Path, width: Option<usize>) -> Re
     if let Some(model) = study.function() {
         return functions::summary(model, &files, width);
     }
-    Ok(Summary::of(&files)?.with_twin(study.shift()).text(width) + &pushed_rings(samples, &files)?)
+    let bearings: String = bearings_of(samples).iter().map(|note| format!("note: {note}\n")).collect();
+    Ok(Summary::of(&files)?.with_twin(study.shift()).text(width) + &pushed_rings(samples, &files)? + &bearings)
 }
 
 /// Why the run ended before it was complete.

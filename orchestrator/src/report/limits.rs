@@ -1,7 +1,7 @@
 //! Where a run leaves what the model covers: said beside its result, since it may be consistent and still be that of another machine.
 
 use super::OutcomeView;
-use bladeoff_core::engine::{UnresolvedDamping, unresolved_damping};
+use super::bearings::bearings_beyond;
 use bladeoff_core::record::pushed;
 use bladeoff_core::structure::Structure;
 use bladeoff_model::document::units::format_quantity;
@@ -10,16 +10,14 @@ use bladeoff_model::outcome::Cause;
 
 /// Displacement of a ring, as a share of its radius, from which on its small-displacement equations are out of their range.
 pub const BEYOND_SMALL: f64 = 0.05;
-/// Part of a bearing's flexibility in the modes left out from which on its load under a sudden force is off by as much.
-const WITHOUT_INERTIA: f64 = 0.05;
 
 /// What to say of a run with time step `step` \[s\].
 #[must_use]
 pub fn beyond_the_model(machine: &Machine, structure: &Structure, step: f64, view: OutcomeView<'_>) -> Vec<String> {
-    let damping = unresolved_damping(machine, structure, step);
     let inside = !view.outcome.causes.contains(Cause::OutsideRing);
     let pushed = if inside { pushed_too_far(machine, &view.outcome.values) } else { Vec::new() };
-    pushed.into_iter().chain(bearings_without_inertia(machine, structure)).chain(damping.map(ringing)).collect()
+    let bearings = bearings_beyond(machine, structure, step).into_iter().map(|note| format!("note: {}", note.text));
+    pushed.into_iter().chain(bearings).collect()
 }
 
 /// What to say of rings that a rotor which is inside them pushed too far, by the values of an outcome.
@@ -38,18 +36,6 @@ pub fn pushed_share(machine: &Machine, values: &[Option<f64>]) -> Vec<Option<(f6
     machine.diaphragms.iter().zip(pushed(machine, values)).map(share).collect()
 }
 
-/// The step does not resolve the damping of a bearing (`docs/theory/04-time-integration.md`): the peaks of its load may be those of
-/// the step.
-fn ringing(found: UnresolvedDamping) -> String {
-    format!(
-        "note: the step does not resolve the damping of bearing {}: c dt/(2 m) = {:.1} at its node, above 1; what excites it may \
-         ring from step to step, peak bearing loads up to twice too high; `run.step` below {} resolves it",
-        found.bearing,
-        found.ratio,
-        format_quantity(found.step, "s")
-    )
-}
-
 /// The rotor pushed a flexible ring further than its equations hold (`docs/theory/03-contact.md`). Only a ring that was touched was
 /// pushed, and only by a rotor that is inside it. `way` \[m\].
 fn ring_pushed(way: f64, share: f64) -> Option<String> {
@@ -62,47 +48,16 @@ fn ring_pushed(way: f64, share: f64) -> Option<String> {
     })
 }
 
-/// Bearings so stiff that most of what they yield is in modes left out (`docs/theory/05-reduction.md`).
-fn bearings_without_inertia(machine: &Machine, structure: &Structure) -> Option<String> {
-    let shares = structure.left_out_at_bearings();
-    let named: Vec<String> = machine
-        .rotor
-        .bearings
-        .iter()
-        .zip(shares)
-        .filter(|(_, share)| *share > WITHOUT_INERTIA)
-        .map(|(bearing, share)| format!("{} ({:.0} %)", bearing.name, 100.0 * share))
-        .collect();
-    if structure.lateral_residual.is_none() && !named.is_empty() {
-        return Some(format!(
-            "note: modes left out hold that much of the flexibility at bearings {}, and nothing is there for them (`run.static_residual = \"off\"`, or \
-             bearings of indefinite stiffness): their loads lack it; more `run.rotor_modes`, or `run.engine = \"full\"`, has it",
-            named.join(", ")
-        ));
-    }
-    (!named.is_empty()).then(|| {
-        format!(
-            "note: modes left out hold that much of the flexibility at bearings {}: their loads follow a force at once, without swinging \
-             beyond it after a sudden one; more `run.rotor_modes`, or `run.engine = \"full\"`, has the swing",
-            named.join(", ")
-        )
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bladeoff_model::machine::{Engine, MachineDef, ParamValue};
+    use bladeoff_model::machine::{Engine, MachineDef};
     use bladeoff_model::outcome::{CauseSet, EndCause, Outcome, Status};
 
-    fn turbine(changes: &[(&str, f64)]) -> (Machine, Structure) {
+    fn turbine() -> (Machine, Structure) {
         let text = include_str!("../../../studies/machines/lp_turbine.toml");
         let mut machine = MachineDef::parse("lp_turbine.toml", text).expect("valid");
         machine.settle(Engine::Reduced);
-        for (path, value) in changes {
-            let path = machine.resolve(path).expect("a path");
-            machine.set(&path, &ParamValue::Number(*value)).expect("allowed");
-        }
         let machine = machine.build().expect("valid");
         let structure = Structure::build(&machine, None).expect("buildable");
         (machine, structure)
@@ -110,7 +65,7 @@ mod tests {
 
     #[test]
     fn a_ring_pushed_too_far_is_said() {
-        let (machine, structure) = turbine(&[]);
+        let (machine, structure) = turbine();
         let columns = bladeoff_core::record::columns(&machine);
         let at = |name: &str| columns.iter().position(|column| column.name == name).expect("a column");
         let noted = |eccentricity: f64, touched: Option<f64>, cause: Option<Cause>| {
@@ -133,26 +88,5 @@ mod tests {
         assert!(noted(94e-3, Some(3.0), Some(Cause::OutsideRing)).is_empty());
         let notes = noted(94e-3, Some(3.0), None);
         assert!(notes.len() == 1 && notes[0].contains("86 mm") && notes[0].contains("radius"), "{notes:?}");
-    }
-
-    #[test]
-    fn damping_beyond_the_step_is_said_with_the_step_that_resolves_it() {
-        let note = ringing(UnresolvedDamping { bearing: "rear".into(), ratio: 5.418, step: 1.144e-7 });
-        assert!(note.contains("bearing rear") && note.contains("= 5.4") && note.contains("below 0.1144 us"), "{note}");
-    }
-
-    #[test]
-    fn bearings_that_yield_in_modes_left_out_are_said() {
-        let (machine, structure) = turbine(&[("rotor.bearings.rear.stiffness", 1e12)]);
-        let note = bearings_without_inertia(&machine, &structure).expect("a rigid bearing");
-        assert!(note.contains("rear (9") && !note.contains("front"), "{note}");
-        let (machine, structure) = turbine(&[("rotor.bearings.rear.stiffness", 1e10)]);
-        assert_eq!(bearings_without_inertia(&machine, &structure), None, "more modes are kept by default");
-        // without a residual their loads lack it, which was not said
-        let (mut machine, _) = turbine(&[("rotor.bearings.rear.stiffness", 1e12)]);
-        machine.run.static_residual = false;
-        let structure = Structure::build(&machine, None).expect("buildable");
-        let note = bearings_without_inertia(&machine, &structure).expect("a rigid bearing");
-        assert!(note.contains("rear (9") && note.contains("their loads lack it"), "{note}");
     }
 }

@@ -1,6 +1,7 @@
 //! What a person reads while a study runs: progress, time left; and one run in words.
 
 mod bar;
+mod bearings;
 mod causes;
 mod eta;
 mod limits;
@@ -10,6 +11,7 @@ mod progress;
 mod tally;
 mod watch;
 
+pub use bearings::{BearingNote, Beyond, bearings_beyond};
 pub use causes::{advice, broken_by, cause_in_words, diverged_at};
 pub use eta::{Costs, Eta, Underway};
 pub use limits::{BEYOND_SMALL, beyond_the_model, pushed_share, pushed_too_far};

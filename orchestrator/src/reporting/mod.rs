@@ -7,6 +7,7 @@
 //! The same directory gives the same bytes, whenever and by whomever it is asked.
 
 mod answered;
+mod bearings;
 mod curves;
 mod failing;
 mod narrowing;
@@ -21,6 +22,7 @@ use crate::answering::{Answering, AnsweringError, Forecasts, Looked, answer_at_l
 use crate::run::directory::{RESULTS, read_current};
 use crate::run::shards::row_files;
 use crate::run::{columns_of, end_of_table, refuse_changed};
+pub use bearings::bearings_of;
 use bladeoff_answers::ask::Question;
 use bladeoff_answers::gate::Gate;
 use bladeoff_answers::page::{Block, Page, Section};
@@ -116,6 +118,7 @@ pub fn report(subject: Subject<'_>, ahead: impl Fn(&Answering) -> Ahead) -> Resu
     let ended = end.map(|end| end.words(samples));
     let mut lead = lead(&seen, of, looked.as_ref(), ended);
     lead.extend((!pushed.is_empty()).then(|| Block::Warning(pushed.trim_end().to_owned())));
+    lead.extend(bearings_of(samples).into_iter().map(|note| Block::Warning(format!("Peak bearing loads: {note}."))));
     let page = Page { title: subject.name.to_owned(), lead, sections };
     Ok(Report { page, rows: (seen.rows, of), is_known })
 }

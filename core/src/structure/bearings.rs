@@ -1,0 +1,70 @@
+//! What of a bearing's flexibility the modes of a run do not follow: what its load lacks, or has wrong.
+//!
+//! ```text
+//! F(0) = sum over all modes of phi^2/w^2      static flexibility of the bearing's node on all bearings
+//! R    = sum over the modes left out of it
+//! share at rest       = R/F(0)                            (1)
+//! share behind damper = R/(R + 1/(c W)),  W = pi/1 ms     (2)
+//! share that is fast  = sum over the modes kept with w > rate of phi^2/w^2 / F(0)        (3)
+//! ```
+//! Each in the direction where it is largest, 0 to 1, bearings in the machine's order. (1): what of a load has no inertia, or is missing where there is no
+//! [`Structure::lateral_residual`]. (2) is (1) of a bearing as stiff as the damper is in an impact of 1 ms: the node is held by it, and what the shaft yields
+//! beside it is in modes left out. (3): what a step of 1/rate hardly sees move. Nothing is left out, (1) and (2) 0, of a full model.
+//!
+//! Source: residual flexibility (MacNeal 1971), W as in `lag`. Limits: (2) takes the damper alone, and the largest of its principal values.
+//! Measured in `docs/theory/05-reduction.md`, "Bearings". Verified by `tests/modal_basis.rs`: `a_damper_that_holds_the_shaft_*`; by `report::bearings` of the program.
+
+use super::Structure;
+use super::lag::{Lag, Plane, share};
+use crate::rotor::BearingSite;
+
+impl Structure {
+    /// Shares (1).
+    #[must_use]
+    pub fn left_out_at_bearings(&self) -> Vec<f64> {
+        self.of_bearings(|_, lag| lag.map_or(0.0, Lag::share_at_rest))
+    }
+
+    /// Shares (2).
+    #[must_use]
+    pub fn left_out_behind_dampers(&self) -> Vec<f64> {
+        self.of_bearings(|bearing, lag| lag.map_or(0.0, |lag| lag.share_behind(largest(&bearing.damping))))
+    }
+
+    /// Shares (3), `rate` in rad/s, each with the highest w that is in it, 0 where none is; of a model in modes.
+    #[must_use]
+    pub fn fast_at_bearings(&self, rate: f64) -> Vec<(f64, f64)> {
+        let part = &self.lateral;
+        self.of_bearings(|bearing, lag| {
+            if !part.coordinates.is_modal() {
+                return (0.0, 0.0);
+            }
+            let [x, y] = self.rotor.plane_places(bearing.node).map(|place| part.coordinates.row(place));
+            let squares = || (0..x.len()).map(|mode| (mode, part.stiffness[(mode, mode)]));
+            let above = |least: f64| {
+                squares().filter(|(_, square)| *square > least).fold([0.0; 3], |sum: Plane, (mode, square)| {
+                    let (a, b) = (x[mode], y[mode]);
+                    [sum[0] + a * a / square, sum[1] + a * b / square, sum[2] + b * b / square]
+                })
+            };
+            let fast = above(rate * rate);
+            let share = lag.map_or_else(|| share(fast, above(0.0)), |lag| lag.share_of(fast));
+            // a mode that hardly moves the bearing is not what is fast there
+            let counts = |mode: usize, square: f64| {
+                (x[mode] * x[mode] + y[mode] * y[mode]) / square > 0.01 * (fast[0] + fast[2])
+            };
+            let highest = squares().filter(|&(mode, square)| square > rate * rate && counts(mode, square));
+            (share, highest.map(|(_, square)| square.sqrt()).fold(0.0, f64::max))
+        })
+    }
+
+    fn of_bearings<T>(&self, what: impl Fn(&BearingSite, Option<&Lag>) -> T) -> Vec<T> {
+        self.rotor.bearings.iter().map(|bearing| what(bearing, self.rotor_lags.get(bearing.node))).collect()
+    }
+}
+
+/// Largest principal value of the symmetric part.
+fn largest(c: &[[f64; 2]; 2]) -> f64 {
+    let (mean, half) = (0.5 * (c[0][0] + c[1][1]), 0.5 * (c[0][0] - c[1][1]));
+    mean + libm::hypot(half, 0.5 * (c[0][1] + c[1][0]))
+}
