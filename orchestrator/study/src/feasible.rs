@@ -260,12 +260,6 @@ impl<'a> Chosen<'a> {
         machine.expect("asked of a study with a machine only")
     }
 
-    /// The same of any study: `None` where there is no such machine, as a study that an earlier build began may have it.
-    #[must_use]
-    pub fn try_machine(&self, at: u64) -> Option<MachineDef> {
-        self.samples.with_values(&self.values(at)).ok().flatten()
-    }
-
     /// What varies in it.
     #[must_use]
     pub fn describe(&self, at: u64) -> String {
