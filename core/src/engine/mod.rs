@@ -22,7 +22,7 @@ mod twin;
 mod works;
 
 pub use damping::{UnresolvedDamping, unresolved_damping};
-pub use plan::{StartError, StepPlan};
+pub use plan::{LEAST_STEP, StartError, StepPlan};
 
 use crate::record::Follower;
 use crate::structure::Structure;

@@ -29,7 +29,7 @@ const CONTACT_PARTS: f64 = 800.0;
 const PARTS_LEAST: f64 = 200.0;
 
 /// Smallest step \[s\]: a filter of 1 ms then has ten million steps, and time still grows by it.
-const LEAST_STEP: f64 = 1e-10;
+pub const LEAST_STEP: f64 = 1e-10;
 /// Most steps of a run: a week of a core at 60 us each. Below 2^53, so that counts and times are exact.
 const MOST_STEPS: f64 = 1e10;
 

@@ -9,9 +9,9 @@
 //! ```
 //! Each in the direction where it is largest, 0 to 1, bearings in the machine's order. (1): what of a load has no inertia, or is missing where there is no
 //! [`Structure::lateral_residual`]. (2) is (1) of a bearing as stiff as the damper is in an impact of 1 ms: the node is held by it, and what the shaft yields
-//! beside it is in modes left out. (3): what a step of 1/rate hardly sees move. Nothing is left out, (1) and (2) 0, of a full model.
+//! beside it is in modes left out. (3): what moves so fast that a step of 1/rate sees little of it. Nothing is left out, (1) and (2) 0, of a full model.
 //!
-//! Source: residual flexibility (MacNeal 1971), W as in `lag`. Limits: (2) takes the damper alone, and the largest of its principal values.
+//! Source: residual flexibility (MacNeal 1971), W as in `lag`. Limits: (2) takes the dampers of the node alone, and the largest of their principal values.
 //! Measured in `docs/theory/05-reduction.md`, "Bearings". Verified by `tests/modal_basis.rs`: `a_damper_that_holds_the_shaft_*`; by `report::bearings` of the program.
 
 use super::Structure;
@@ -28,7 +28,14 @@ impl Structure {
     /// Shares (2).
     #[must_use]
     pub fn left_out_behind_dampers(&self) -> Vec<f64> {
-        self.of_bearings(|bearing, lag| lag.map_or(0.0, |lag| lag.share_behind(largest(&bearing.damping))))
+        let bearings = &self.rotor.bearings;
+        self.of_bearings(|bearing, lag| {
+            let mut c = [[0.0; 2]; 2];
+            for other in bearings.iter().filter(|other| other.node == bearing.node) {
+                (0..4).for_each(|i| c[i / 2][i % 2] += other.damping[i / 2][i % 2]);
+            }
+            lag.map_or(0.0, |lag| lag.share_behind(largest(&c)))
+        })
     }
 
     /// Shares (3), `rate` in rad/s, each with the highest w that is in it, 0 where none is; of a model in modes.

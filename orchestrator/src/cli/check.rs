@@ -91,7 +91,7 @@ fn machine(path: &Path) -> Result<Exit, CliError> {
     let choice = choice.map(|choice| format!("Engine: {}\n", choice.words("the machine"))).unwrap_or_default();
     tell(&format!("{}: a machine whose run can start\n{choice}", definition.name()))?;
     let step = engine::step_plan(&machine, &structure)?.step;
-    bearings_beyond(&machine, &structure, step).iter().for_each(|note| remark(&format!("note: {}", note.text)));
+    bearings_beyond(&machine, &structure, step).iter().for_each(|note| remark(&format!("note: {}", note.text())));
     Ok(Exit::Ok)
 }
 

@@ -1,6 +1,6 @@
 //! Bearings whose peak loads are not the machine's, whatever happens in a run: what machine, modes and step say of them before anything has moved.
 
-use bladeoff_core::engine::{UnresolvedDamping, unresolved_damping};
+use bladeoff_core::engine::{LEAST_STEP, unresolved_damping};
 use bladeoff_core::structure::Structure;
 use bladeoff_model::document::units::format_digits;
 use bladeoff_model::machine::{Engine, Machine};
@@ -9,8 +9,6 @@ use bladeoff_model::machine::{Engine, Machine};
 const WITHOUT: f64 = 0.05;
 /// The same of what the shaft yields where a damper holds it: up to here loads of rubs are off by 2 % (`docs/theory/05-reduction.md`).
 const HELD: f64 = 0.1;
-/// Shortest `run.step` \[s\].
-const LEAST_STEP: f64 = 1e-10;
 
 /// What is not right.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -32,92 +30,84 @@ pub struct BearingNote {
     pub beyond: Beyond,
     /// Name of the bearing.
     pub bearing: String,
-    /// How far it is beyond: to be compared with others of the kind.
+    /// How far it is beyond, to be compared with others of the kind: a share of its flexibility, c dt/(2 m), or w dt.
     pub far: f64,
-    /// In words.
-    pub text: String,
+    /// Share of its flexibility that is concerned, 0 to 1.
+    pub share: f64,
+    /// A step that resolves it \[s\]; infinite where no step does.
+    pub step: f64,
+    /// Whether modes left out follow forces at once.
+    pub follows: bool,
 }
 
 /// What to say of the bearings of a run with (contact) step `step` \[s\]; `structure` must fit the machine.
 #[must_use]
 pub fn bearings_beyond(machine: &Machine, structure: &Structure, step: f64) -> Vec<BearingNote> {
-    let note = |beyond, bearing: &str, far, text| BearingNote { beyond, bearing: bearing.to_owned(), far, text };
+    let follows = structure.lateral_residual.is_some();
+    let note = |beyond, bearing: &str, far, share, step| {
+        let bearing = bearing.to_owned();
+        BearingNote { beyond, bearing, far, share, step, follows }
+    };
     let (stiff, held) = (structure.left_out_at_bearings(), structure.left_out_behind_dampers());
     let fast = match machine.run.engine {
         Engine::Exponential => structure.fast_at_bearings(1.0 / step),
         Engine::Reduced | Engine::Full => Vec::new(),
     };
+    let may_rub = !machine.diaphragms.is_empty();
     let mut notes = Vec::new();
     for (place, bearing) in machine.rotor.bearings.iter().enumerate() {
         let name = bearing.name.as_str();
         if stiff[place] > WITHOUT {
-            notes.push(note(Beyond::Stiff, name, stiff[place], left_out(structure, name, stiff[place])));
-        } else if held[place] > HELD {
-            notes.push(note(Beyond::Held, name, held[place], behind_its_damper(name, held[place])));
+            notes.push(note(Beyond::Stiff, name, stiff[place], stiff[place], f64::INFINITY));
+        } else if held[place] > HELD && may_rub {
+            notes.push(note(Beyond::Held, name, held[place], held[place], f64::INFINITY));
         }
         if let Some(&(share, highest)) = fast.get(place).filter(|(share, _)| *share > WITHOUT) {
-            notes.push(note(Beyond::Fast, name, highest * step, faster(name, share, highest)));
+            notes.push(note(Beyond::Fast, name, highest * step, share, 0.5 / highest));
         }
     }
     let damped = unresolved_damping(machine, structure, step);
-    notes.extend(damped.into_iter().map(|found| note(Beyond::Damped, &found.bearing, found.ratio, ringing(&found))));
+    // in three digits, and never rounded to one that is too long
+    notes.extend(damped.iter().map(|found| note(Beyond::Damped, &found.bearing, found.ratio, 1.0, 0.99 * found.step)));
     notes
 }
 
-fn percent(share: f64) -> String {
-    format!("{:.0} %", 100.0 * share)
-}
-
-/// `docs/theory/05-reduction.md`.
-fn left_out(structure: &Structure, name: &str, share: f64) -> String {
-    let share = percent(share);
-    if structure.lateral_residual.is_none() {
-        return format!(
-            "{share} of the flexibility at bearing {name} is in modes left out, and nothing stands for them (`run.static_residual = \"off\"`, or bearings of \
-             indefinite stiffness): its load lacks it; more `run.rotor_modes`, or `run.engine = \"full\"`, has it"
-        );
+impl BearingNote {
+    /// In words. Measured: stiff and held bearings `docs/theory/05-reduction.md`, damping `04-time-integration.md`, fast motions `08-exponential-engine.md`.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let (name, share) = (&self.bearing, format!("{:.0} %", 100.0 * self.share));
+        match self.beyond {
+            Beyond::Stiff if !self.follows => format!(
+                "{share} of the flexibility at bearing {name} is in modes left out, and nothing stands for them (`run.static_residual = \"off\"`, or \
+                 bearings of indefinite stiffness): its load is too small by what they carry; use more `run.rotor_modes`, or `run.engine = \"full\"`"
+            ),
+            Beyond::Stiff => format!(
+                "{share} of the flexibility at bearing {name} is in modes left out: its load follows a force at once, without swinging beyond it after a \
+                 sudden one (up to twice that); more `run.rotor_modes`, or `run.engine = \"full\"`, have the swing"
+            ),
+            Beyond::Held => format!(
+                "bearing {name} is damped so strongly that its damper holds the shaft in an impact, and {share} of what the shaft yields there is in modes \
+                 left out: its loads in rubs may be wrong several times over; use more `run.rotor_modes` (36), or `run.engine = \"full\"`"
+            ),
+            Beyond::Damped => format!(
+                "the step does not resolve the damping of bearing {name}: c dt/(2 m) = {:.1} at its node, above 1; what excites it may ring from step to \
+                 step, peak bearing loads up to twice too high; {}",
+                self.far,
+                if self.step > LEAST_STEP {
+                    format!("`run.step` below {} resolves it", format_digits(self.step, "s", 3))
+                } else {
+                    "no `run.step` that is allowed resolves it".to_owned()
+                }
+            ),
+            Beyond::Fast => format!(
+                "{share} of the flexibility at bearing {name} is in motions of up to {}, which the contact step does not resolve: peaks of its load may be \
+                 missed by tens of per cent; use `run.contact_step` below {}, or `run.engine = \"reduced\"`",
+                format_digits(0.25 / (std::f64::consts::PI * self.step), "Hz", 3),
+                format_digits(self.step, "s", 2)
+            ),
+        }
     }
-    format!(
-        "{share} of the flexibility at bearing {name} is in modes left out: its load follows a force at once, without swinging beyond it after a sudden one \
-         (up to twice that); more `run.rotor_modes`, or `run.engine = \"full\"`, has the swing"
-    )
-}
-
-/// `docs/theory/05-reduction.md`.
-fn behind_its_damper(name: &str, share: f64) -> String {
-    format!(
-        "bearing {name} is damped so strongly that its damper holds the shaft in an impact, and {} of what the shaft yields there is in modes left out: \
-         its loads in rubs may be wrong several times over; more `run.rotor_modes`, or `run.engine = \"full\"`, has them",
-        percent(share)
-    )
-}
-
-/// `docs/theory/08-exponential-engine.md`.
-fn faster(name: &str, share: f64, highest: f64) -> String {
-    let frequency = highest / (2.0 * std::f64::consts::PI);
-    format!(
-        "{} of the flexibility at bearing {name} is in motions of up to {}, which the contact step does not resolve: peaks of its load may be missed by \
-         tens of per cent; `run.contact_step` below {}, or `run.engine = \"reduced\"`, has them",
-        percent(share),
-        format_digits(frequency, "Hz", 3),
-        format_digits(0.5 / highest, "s", 2)
-    )
-}
-
-/// `docs/theory/04-time-integration.md`: the peaks of its load may be those of the step.
-fn ringing(found: &UnresolvedDamping) -> String {
-    // in three digits, and never rounded to one that is too long
-    let step = 0.99 * found.step;
-    let resolved = if step > LEAST_STEP {
-        format!("`run.step` below {}, or `run.engine = \"exponential\"`, resolves it", format_digits(step, "s", 3))
-    } else {
-        "no `run.step` that is allowed resolves it, `run.engine = \"exponential\"` does".to_owned()
-    };
-    format!(
-        "the step does not resolve the damping of bearing {}: c dt/(2 m) = {:.1} at its node, above 1; what excites it may \
-         ring from step to step, peak bearing loads up to twice too high; {resolved}",
-        found.bearing, found.ratio
-    )
 }
 
 #[cfg(test)]
@@ -138,7 +128,7 @@ mod tests {
         let structure = Structure::build(&machine, None).expect("buildable");
         let plan = StepPlan::new(&machine, &structure).expect("planned");
         let notes = bearings_beyond(&machine, &structure, plan.step);
-        notes.into_iter().map(|note| (note.beyond, note.bearing, note.text)).collect()
+        notes.into_iter().map(|note| (note.beyond, note.bearing.clone(), note.text())).collect()
     }
 
     const RIG: &str = include_str!("../../../studies/machines/lab_rig.toml");
@@ -168,7 +158,7 @@ mod tests {
     fn without_a_residual_loads_that_lack_it_are_said() {
         let off = TURBINE.replacen("end_time = ", "static_residual = \"off\"\nend_time = ", 1);
         let notes = said(&off, Engine::Reduced, &[("rotor.bearings.rear.stiffness", 1e12)]);
-        assert!(notes.len() == 1 && notes[0].2.contains("its load lacks it"), "{notes:?}");
+        assert!(notes.len() == 1 && notes[0].2.contains("its load is too small"), "{notes:?}");
     }
 
     #[test]
@@ -191,8 +181,10 @@ mod tests {
         assert!(!said(RIG, Engine::Exponential, &damped).iter().any(|note| note.0 == Beyond::Damped));
         let beyond_any = said(RIG, Engine::Full, &[("rotor.bearings.left.damping", 1e11)]);
         assert!(beyond_any[0].2.contains("no `run.step` that is allowed"), "{beyond_any:?}");
-        let note = ringing(&UnresolvedDamping { bearing: "rear".into(), ratio: 5.418, step: 1.144e-7 });
-        assert!(note.contains("bearing rear") && note.contains("= 5.4") && note.contains("below 0.113 us"), "{note}");
+        let notes = said(RIG, Engine::Full, &damped[1..]);
+        let told = notes[0].2.split("below ").nth(1).and_then(|rest| rest.split(" us").next()).expect("a step");
+        let step = 1e-6 * told.parse::<f64>().expect("a number");
+        assert_eq!(said(RIG, Engine::Full, &[damped[1], ("run.step", step)]), []);
     }
 
     #[test]

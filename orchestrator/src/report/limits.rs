@@ -16,7 +16,7 @@ pub const BEYOND_SMALL: f64 = 0.05;
 pub fn beyond_the_model(machine: &Machine, structure: &Structure, step: f64, view: OutcomeView<'_>) -> Vec<String> {
     let inside = !view.outcome.causes.contains(Cause::OutsideRing);
     let pushed = if inside { pushed_too_far(machine, &view.outcome.values) } else { Vec::new() };
-    let bearings = bearings_beyond(machine, structure, step).into_iter().map(|note| format!("note: {}", note.text));
+    let bearings = bearings_beyond(machine, structure, step).into_iter().map(|note| format!("note: {}", note.text()));
     pushed.into_iter().chain(bearings).collect()
 }
 
