@@ -88,7 +88,7 @@ impl BearingNote {
             ),
             Beyond::Held => format!(
                 "bearing {name} is damped so strongly that its damper holds the shaft in an impact, and {share} of what the shaft yields there is in modes \
-                 left out: its loads in rubs may be wrong several times over; use more `run.rotor_modes` (36), or `run.engine = \"full\"`"
+                 left out: its loads in rubs may be wrong several times over; use more `run.rotor_modes`, until this is not said any more, or `run.engine = \"full\"`"
             ),
             Beyond::Damped => format!(
                 "the step does not resolve the damping of bearing {name}: c dt/(2 m) = {:.1} at its node, above 1; what excites it may ring from step to \
