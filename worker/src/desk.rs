@@ -207,5 +207,12 @@ fn presentable(sample: u64, outcome: Outcome) -> Outcome {
 pub(crate) fn failed(cause: Cause) -> Outcome {
     let mut causes = CauseSet::default();
     causes.insert(cause);
-    Outcome { status: Status::Failed, cause: Some(cause), causes, end_cause: EndCause::Failure, values: Vec::new() }
+    Outcome {
+        status: Status::Failed,
+        cause: Some(cause),
+        causes,
+        notes: CauseSet::default(),
+        end_cause: EndCause::Failure,
+        values: Vec::new(),
+    }
 }

@@ -79,7 +79,7 @@ impl FunctionSolver {
             return Outcome { values, ..failed(Cause::NonFinite) };
         }
         let (status, causes) = (Status::Ok, CauseSet::default());
-        Outcome { status, cause: None, causes, end_cause: EndCause::Evaluated, values }
+        Outcome { status, cause: None, causes, notes: CauseSet::default(), end_cause: EndCause::Evaluated, values }
     }
 }
 

@@ -23,7 +23,7 @@ pub fn noop_outcome(sample: u64, params: &[f64]) -> Outcome {
     let seed = params.iter().fold(sample as f64, |sum, value| sum + value);
     let values = (0..NOOP_VALUES).map(|i| (i % 7 != 3).then_some(seed + i as f64)).collect();
     let (status, causes) = (Status::Ok, CauseSet::default());
-    Outcome { status, cause: None, causes, end_cause: EndCause::Stopped, values }
+    Outcome { status, cause: None, causes, notes: CauseSet::default(), end_cause: EndCause::Stopped, values }
 }
 
 impl Solver for NoopSolver {

@@ -9,6 +9,7 @@
 use super::shaft_line::ShaftLine;
 use crate::linalg::dot;
 use crate::structure::Structure;
+use bladeoff_model::machine::Machine;
 
 /// Rows of R and scratch of one run.
 pub(super) struct BearingLoads {
@@ -18,17 +19,29 @@ pub(super) struct BearingLoads {
     weight: Vec<f64>,
     force: Vec<f64>,
     loads: Vec<[f64; 2]>,
+    /// Places of the bearings with a clearance, and displacements of their journals \[m\].
+    limited: Vec<usize>,
+    journals: Vec<[f64; 2]>,
 }
 
 impl BearingLoads {
-    pub fn new(structure: &Structure, line: &ShaftLine<'_>) -> Self {
+    pub fn new(machine: &Machine, structure: &Structure, line: &ShaftLine<'_>) -> Self {
         let rotor = &structure.rotor;
         let rows = structure.lateral_residual.as_ref().map_or_else(Vec::new, |residual| {
             let row = |place: usize| residual.row(place).iter().copied().collect();
             rotor.bearings.iter().map(|bearing| rotor.plane_places(bearing.node).map(row)).collect()
         });
         let weight = line.nodal_weight();
-        Self { rows, force: vec![0.0; weight.len()], weight, loads: vec![[0.0; 2]; rotor.bearings.len()] }
+        let bearings = machine.rotor.bearings.iter().enumerate();
+        let limited: Vec<usize> = bearings.filter(|(_, of)| of.clearance.is_some()).map(|(place, _)| place).collect();
+        Self {
+            rows,
+            force: vec![0.0; weight.len()],
+            weight,
+            loads: vec![[0.0; 2]; rotor.bearings.len()],
+            journals: vec![[0.0; 2]; limited.len()],
+            limited,
+        }
     }
 
     /// At the instant n of a step, after [`ShaftLine::settle`]. `pressed`: nodes and contact forces on the rotor \[N\].
@@ -43,12 +56,20 @@ impl BearingLoads {
                 x[1] += dot(&rows[1], &self.force);
             }
             self.loads[i] = bearing.load(x, v);
+            if let Some(at) = self.limited.iter().position(|&place| place == i) {
+                self.journals[at] = x;
+            }
         }
     }
 
     /// Loads in the machine's order \[N\].
     pub fn all(&self) -> &[[f64; 2]] {
         &self.loads
+    }
+
+    /// Displacements of the journals whose bearings have a clearance, in the machine's order \[m\].
+    pub fn journals(&self) -> &[[f64; 2]] {
+        &self.journals
     }
 
     /// Forces on the shaft that the modes left out follow.

@@ -60,7 +60,7 @@ impl<'a> Run<'a> {
             machine,
             structure,
             recorders: Recorders::new(machine, &structure.rings, dt),
-            loads: BearingLoads::new(structure, &motion.line),
+            loads: BearingLoads::new(machine, structure, &motion.line),
             end_shown: false,
             unsettled,
             motion,
@@ -90,6 +90,9 @@ impl<'a> Run<'a> {
     /// Whether the run has come to its end, unless the rotor has stopped.
     fn ended(&self) -> Option<EndCause> {
         let run = &self.machine.run;
+        if self.recorders.limits.ends(self.machine) {
+            return Some(EndCause::Limit);
+        }
         if run.end_speed > 0.0 && self.motion.speed <= run.end_speed {
             return Some(EndCause::EndSpeed);
         }
@@ -129,7 +132,8 @@ impl<'a> Run<'a> {
             let touch = contact.as_ref().map(StepContact::touch);
             RingInstant { angle: line.spin.angle, place, velocity, touch, ring: rub.ring_coordinates() }
         });
-        recorders.see(&Instant { at, loads: self.loads.all(), lateral, twist }, rings);
+        let (loads, journals) = (self.loads.all(), self.loads.journals());
+        recorders.see(&Instant { at, loads, journals, lateral, twist }, rings);
         let (energies, step) = (&mut recorders.energies, motion.step);
         add_works(&mut energies.now, motion);
         if shown || EnergyBalance::wants_stores(step) {

@@ -58,7 +58,7 @@ fn text(machine: &Machine) -> String {
         RotorKind::Shaft(shaft) => of_shaft(&mut text, shaft),
     }
     for bearing in bearings {
-        let Bearing { name: _, node, stiffness, damping: _, axial_stiffness: _ } = bearing;
+        let Bearing { name: _, node, stiffness, damping: _, axial_stiffness: _, clearance: _ } = bearing;
         text.word("bearing").count(*node).numbers(stiffness.as_flattened()).end();
     }
     for diaphragm in diaphragms {
@@ -88,6 +88,8 @@ fn of_run(text: &mut Text, run: &RunSettings) {
         step_limit: _,
         twin: _,
         guard: _,
+        limits: _,
+        end_beyond: _,
     } = run;
     text.word("modes");
     for modes in [*rotor_modes, *twist_modes, *ring_modes] {

@@ -10,6 +10,7 @@ mod end;
 mod energies;
 mod filter;
 mod follow;
+mod limits;
 mod loads;
 mod peak;
 mod ring;
@@ -32,6 +33,7 @@ pub(crate) use ring::RingInstant;
 pub(crate) use twin::Twin;
 
 use end::Steps;
+use limits::LimitRecorder;
 use loads::LoadRecorder;
 use ring::RingRecorders;
 use row::Row;
@@ -40,7 +42,7 @@ use verdict::{Guards, Verdict};
 
 use crate::linalg::Matrix;
 use crate::structure::{RingPart, Structure};
-use bladeoff_model::machine::Machine;
+use bladeoff_model::machine::{Machine, OnExceed};
 use bladeoff_model::outcome::{Column, Group, Outcome, Status};
 use std::ops::Range;
 
@@ -71,9 +73,24 @@ pub(crate) struct Instant<'a> {
     pub at: At,
     /// Loads of the bearings, in the machine's order \[N\].
     pub loads: &'a [[f64; 2]],
+    /// Displacements of the journals whose bearings have a clearance, in the machine's order \[m\].
+    pub journals: &'a [[f64; 2]],
     /// Lateral coordinates and twist of the structure.
     pub lateral: &'a [f64],
     pub twist: &'a [f64],
+}
+
+/// Forces and displacements at the bearings at one instant.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Loads<'a> {
+    /// Loads of all bearings, in the machine's order \[N\].
+    pub bearings: &'a [[f64; 2]],
+    /// Displacements of the journals whose bearings have a clearance, in the machine's order \[m\].
+    pub journals: &'a [[f64; 2]],
+}
+
+fn square([x, y]: [f64; 2]) -> f64 {
+    x * x + y * y
 }
 
 /// The recorders of one run.
@@ -86,6 +103,7 @@ pub(crate) struct Recorders {
     /// One for each diaphragm, in the machine's order.
     rings: Vec<RingRecorders>,
     guards: Guards,
+    pub limits: LimitRecorder,
 }
 
 impl Recorders {
@@ -101,6 +119,7 @@ impl Recorders {
             steps: Steps { length: step },
             rings: machine.diaphragms.iter().enumerate().map(ring).collect(),
             guards: Guards::default(),
+            limits: LimitRecorder::new(machine),
         }
     }
 
@@ -109,20 +128,26 @@ impl Recorders {
     #[inline]
     pub fn see<'r>(&mut self, now: &Instant<'_>, rings: impl Iterator<Item = RingInstant<'r>>) {
         self.loads.see(now.loads, now.at);
+        self.limits.see_journals(now.journals, now.at);
         self.stresses.see(now.lateral, now.twist, now.at);
-        self.rings.iter_mut().zip(rings).for_each(|(recorders, ring)| recorders.see(&ring, now.at));
+        for (place, (recorders, ring)) in self.rings.iter_mut().zip(rings).enumerate() {
+            recorders.see(&ring, now.at);
+            self.limits.see_eccentricity(place, square(ring.place), now.at);
+        }
     }
 
-    /// Takes the loads of an instant, and the ring's: of a step, or of so many at once in which nothing touches. An engine whose steps are not equal sees moments
+    /// Takes loads and journals of an instant, and the ring's: of a step, or of so many at once in which nothing touches. An engine whose steps are not equal sees moments
     /// by themselves ([`Recorders::see_bending`], [`Recorders::see_torsion`]), and a [`RingInstant::ring`] where it has one.
-    pub fn see_steps(&mut self, steps: usize, at: At, loads: &[[f64; 2]], ring: Option<&RingInstant<'_>>) {
-        self.loads.see(loads, at);
+    pub fn see_steps(&mut self, steps: usize, at: At, loads: Loads<'_>, ring: Option<&RingInstant<'_>>) {
+        self.loads.see(loads.bearings, at);
+        self.limits.see_journals(loads.journals, at);
         if let (Some(recorders), Some(ring)) = (self.rings.first_mut(), ring) {
             if steps == 1 {
                 recorders.see(ring, at);
             } else {
                 recorders.pass(steps, ring, at);
             }
+            self.limits.see_eccentricity(0, square(ring.place), at);
         }
     }
 
@@ -132,10 +157,12 @@ impl Recorders {
     }
 
     /// Takes the instant at which a run ends: loads, and the rotor's place in the ring. No step begins there.
-    pub fn see_end(&mut self, loads: &[[f64; 2]], place: Option<[f64; 2]>, at: At) {
-        self.loads.see(loads, at);
-        if let (Some(ring), Some([x, y])) = (self.rings.first_mut(), place) {
-            ring.see_place(x * x + y * y, at);
+    pub fn see_end(&mut self, loads: Loads<'_>, place: Option<[f64; 2]>, at: At) {
+        self.loads.see(loads.bearings, at);
+        self.limits.see_journals(loads.journals, at);
+        if let (Some(ring), Some(place)) = (self.rings.first_mut(), place) {
+            ring.see_place(square(place), at);
+            self.limits.see_eccentricity(0, square(place), at);
         }
     }
 
@@ -175,7 +202,9 @@ impl Recorders {
 
     /// Judges the run where an engine says so.
     pub fn judge(&mut self, machine: &Machine, structure: &Structure) {
-        if self.guards.hold(&self.energies, &self.rings, machine, structure) {
+        // a run that goes on beyond the model has reached nothing more that its guards vouch for
+        let inside = machine.run.end_beyond || self.limits.beyond().is_none();
+        if self.guards.hold(&self.energies, &self.rings, machine, structure) && inside {
             self.loads.hold();
             self.stresses.hold();
             self.rings.iter_mut().for_each(RingRecorders::hold);
@@ -201,7 +230,7 @@ impl Recorders {
 
     /// Whether the row of a run that has ended may be believed, after [`Recorders::finish`].
     pub fn verdict(&self, machine: &Machine, structure: &Structure, end: &End) -> Verdict {
-        Verdict::of(&self.energies, &self.rings, machine, structure, end)
+        Verdict::of(&self.energies, &self.rings, &self.limits, machine, structure, end)
     }
 
     /// Verdict and row of a run that has ended, after [`Recorders::finish`].
@@ -211,13 +240,14 @@ impl Recorders {
         let mut row = Row::values(&mut values);
         self.report(Some(end), twin, &mut row);
         row.end(status == Status::Ok);
-        Outcome { status, cause, causes, end_cause: end.cause, values }
+        Outcome { status, cause, causes, notes: self.limits.exceeded(OnExceed::Note), end_cause: end.cause, values }
     }
 
     /// Every column with its value, in table order.
     fn report(&self, end: Option<&End>, twin: Option<&Twin>, row: &mut Row<'_>) {
         End::report(end, row.of(Group::Course));
         RingRecorders::report(&self.rings, row, RingRecorders::report_first_contact);
+        self.limits.report_time(row);
         self.loads.report(row.of(Group::BearingLoads));
         RingRecorders::report(&self.rings, row.of(Group::Contact), RingRecorders::report_contact);
         self.energies.report(&self.rings, row.of(Group::Energy));
@@ -227,5 +257,6 @@ impl Recorders {
         Twin::report(twin, row.of(Group::Numerics));
         RingRecorders::report(&self.rings, row.of(Group::Stresses), RingRecorders::report_blades);
         self.stresses.report(row);
+        self.limits.report(row.of(Group::Course));
     }
 }

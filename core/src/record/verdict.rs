@@ -1,10 +1,11 @@
-//! Whether a row may be believed: the validity guard.
+//! What a row may be used for: the validity guard, and the limits of the model.
 
 use super::end::End;
 use super::energies::EnergyBalance;
+use super::limits::LimitRecorder;
 use super::ring::RingRecorders;
 use crate::structure::{MODAL_LAG, Structure};
-use bladeoff_model::machine::{FrictionLaw, Machine};
+use bladeoff_model::machine::{FrictionLaw, Machine, OnExceed};
 use bladeoff_model::outcome::{Cause, CauseSet, Status};
 
 /// Status of a run and what it rests on.
@@ -16,10 +17,11 @@ pub(crate) struct Verdict {
 }
 
 impl Verdict {
-    /// Judges a run that has ended, by `run.guard`.
+    /// Judges a run that has ended, by `run.guard` and `run.limit`.
     pub fn of(
         energies: &EnergyBalance,
         rings: &[RingRecorders],
+        limits: &LimitRecorder,
         machine: &Machine,
         structure: &Structure,
         end: &End,
@@ -32,12 +34,16 @@ impl Verdict {
         if touched(rings) && structure.lag_at_contact(machine) > MODAL_LAG {
             causes.insert(Cause::ModalBasis);
         }
-        let cause = failure.or_else(|| causes.iter().next());
-        let status = match (failure, cause) {
-            (Some(_), _) => Status::Failed,
-            (None, Some(_)) => Status::Invalid,
-            (None, None) => Status::Ok,
+        let broken = failure.or_else(|| causes.iter().next());
+        let beyond = limits.beyond().map(|(limit, _)| limit.cause());
+        limits.exceeded(OnExceed::Beyond).iter().for_each(|cause| causes.insert(cause));
+        let status = match (failure, broken, beyond) {
+            (Some(_), ..) => Status::Failed,
+            (None, Some(_), _) => Status::Invalid,
+            (None, None, Some(_)) => Status::Beyond,
+            (None, None, None) => Status::Ok,
         };
+        let cause = broken.or(beyond);
         Verdict { status, cause, causes }
     }
 }

@@ -17,7 +17,7 @@ use crate::linalg::Matrix;
 use crate::modal::{Basis, BasisError, ModeSet, is_key_of, modal_key};
 use crate::rotor::RotorMatrices;
 use crate::stator::RingMatrices;
-use bladeoff_model::machine::{DiaphragmKind, Engine, Machine, RotorKind};
+use bladeoff_model::machine::{DiaphragmKind, Engine, Machine, ModelLimit, OnExceed, RotorKind};
 
 /// A flexible ring.
 #[derive(Debug, Clone, PartialEq)]
@@ -210,7 +210,15 @@ fn structural(machine: &Machine) -> Machine {
         step_limit: None,
         twin: 0.0,
         guard: bladeoff_model::machine::Guard { normal_work: 0.0, energy_balance: 0.0, penetration: 0.0 },
+        limits: machine.run.limits.map(|limit| ModelLimit { value: 0.0, on_exceed: OnExceed::Note, ..limit }),
+        end_beyond: true,
     };
+    // whether a journal is watched says what an engine prepares; how far it may go does not
+    kept.rotor
+        .bearings
+        .iter_mut()
+        .filter_map(|bearing| bearing.clearance.as_mut())
+        .for_each(|clearance| *clearance = 0.0);
     kept.rotor.initial_speed = 0.0;
     kept.rotor.gravity = [0.0; 2];
     kept.rotor.speed_law = None;

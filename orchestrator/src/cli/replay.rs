@@ -12,7 +12,7 @@ use crate::report::{OutcomeView, beyond_the_model, describe_outcome, with_word};
 use crate::run::directory::{PARTS, RESULTS, read_current};
 use crate::run::shards::row_files;
 use crate::run::{is_of_formulas, refuse_changed};
-use bladeoff_answers::tables::{DETECTION, ENGINE, Table, TableError, TableSchema, read_metadata};
+use bladeoff_answers::tables::{DETECTION, ENGINE, NOTES, Table, TableError, TableSchema, read_metadata};
 use bladeoff_model::machine::{Machine, is_detection};
 use bladeoff_model::outcome::{Cause, Outcome, Part};
 use bladeoff_system::shown;
@@ -210,6 +210,7 @@ fn verdict(row: &Table, machine: &Machine, outcome: &Outcome) -> Result<Exit, Cl
     compare("status", Some(outcome.status.word().to_owned()), word("status"));
     compare("cause", outcome.cause.map(|cause| cause.word().to_owned()), word("cause"));
     compare("causes", outcome.causes.words(), word("causes"));
+    compare(NOTES, outcome.notes.words(), word(NOTES));
     compare("end_cause", Some(outcome.end_cause.word().to_owned()), word("end_cause"));
     // the tables of earlier builds do not say it
     if row.words(ENGINE).is_some() {

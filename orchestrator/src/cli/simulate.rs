@@ -11,7 +11,7 @@ use crate::report::{OutcomeView, beyond_the_model, cause_in_words, describe_outc
 use crate::settled::machine_alone;
 use crate::starts::placed;
 use bladeoff_answers::report::duration;
-use bladeoff_answers::tables::{ENGINE as ENGINE_COLUMN, TableSchema, verdict_fields};
+use bladeoff_answers::tables::{ENGINE as ENGINE_COLUMN, NOTES, TableSchema, verdict_fields};
 use bladeoff_core::engine::StepPlan;
 use bladeoff_model::document::units::format_quantity;
 use bladeoff_model::machine::{Detection, ENGINE, Engine, EngineChoice, Machine, MachineDef, STEP, is_detection};
@@ -166,6 +166,11 @@ fn verdict(outcome: &Outcome) -> Exit {
             remark(&format!("warning: the run is invalid; do not use its values\n{}", causes().join("\n")));
             Exit::Ok
         }
+        Status::Beyond => {
+            let limit = "warning: beyond the model; the values up to `beyond_s` are lower bounds of what would follow";
+            remark(&format!("{limit}\n{}", causes().join("\n")));
+            Exit::Ok
+        }
         Status::Failed | Status::Quarantined => {
             remark(&format!("the run failed\n{}", causes().join("\n")));
             Exit::Failures
@@ -199,6 +204,7 @@ fn json(machine: &Machine, view: OutcomeView<'_>) -> String {
             "status" => Some(outcome.status.word().to_owned()),
             "cause" => outcome.cause.map(|cause| cause.word().to_owned()),
             "causes" => outcome.causes.words(),
+            NOTES => outcome.notes.words(),
             _ => Some(outcome.end_cause.word().to_owned()),
         };
         object.word(&field.name, word.as_deref());

@@ -19,7 +19,14 @@ pub(super) fn entries(effects: &[Effect], results: Vec<SampleReport>) -> Vec<(u6
             let mut causes = CauseSet::default();
             causes.insert(*cause);
             let (status, end_cause) = (Status::Quarantined, EndCause::Failure);
-            let outcome = Outcome { status, cause: Some(*cause), causes, end_cause, values: Vec::new() };
+            let outcome = Outcome {
+                status,
+                cause: Some(*cause),
+                causes,
+                notes: CauseSet::default(),
+                end_cause,
+                values: Vec::new(),
+            };
             Some((*sample, Entry { outcome, cpu_s: 0.0, worker: worker.0, attempt: *attempt }))
         }
         _ => None,
@@ -39,6 +46,7 @@ mod tests {
             status: Status::Ok,
             cause: None,
             causes: CauseSet::default(),
+            notes: CauseSet::default(),
             end_cause: EndCause::EndTime,
             values: vec![Some(1.0)],
         };

@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! b"bOfL" | u32 length of all | u128 key | u8 version | u8 status | u8 cause (255: none) | u8 end cause | u32 causes
-//! u32 attempt | u32 worker | f64 cpu_s | u16 n | n x f64 (the all-ones bit pattern: null) | 8 bytes of blake3 of all before
+//! u32 notes | u32 attempt | u32 worker | f64 cpu_s | u16 n | n x f64 (the all-ones bit pattern: null) | 8 bytes of blake3 of all before
 //! ```
 //! The n values are the first of a row; what follows them is null. So what ends in nulls is short, and an entry stays whole when a later
 //! build has more columns behind its own.
@@ -13,13 +13,13 @@ use bladeoff_study::SampleKey;
 
 /// First bytes of every entry.
 pub(super) const MAGIC: [u8; 4] = *b"bOfL";
-const VERSION: u8 = 2;
+const VERSION: u8 = 3;
 const NO_CAUSE: u8 = 255;
 /// A NaN that no computation gives; values are never NaN.
 const NULL: u64 = u64::MAX;
 const CHECKSUM: usize = 8;
 /// Bytes between the length and the values.
-const FIXED: usize = 16 + 4 + 4 + 4 + 4 + 8 + 2;
+const FIXED: usize = 16 + 4 + 4 + 4 + 4 + 4 + 8 + 2;
 /// Bytes of an entry without values.
 pub(super) const LEAST: usize = 4 + 4 + FIXED + CHECKSUM;
 
@@ -92,17 +92,18 @@ impl Entry {
         let length = LEAST + 8 * count;
         let mut bytes = Vec::with_capacity(length);
         bytes.extend(MAGIC);
-        bytes.extend(u32::try_from(length).expect("a message holds at most 256 values").to_le_bytes());
+        bytes.extend(u32::try_from(length).expect("a message holds at most 1024 values").to_le_bytes());
         bytes.extend(key.0.to_le_bytes());
         bytes.push(VERSION);
         bytes.push(outcome.status.code());
         bytes.push(outcome.cause.map_or(NO_CAUSE, Cause::code));
         bytes.push(outcome.end_cause.code());
         bytes.extend(outcome.causes.bits().to_le_bytes());
+        bytes.extend(outcome.notes.bits().to_le_bytes());
         bytes.extend(self.attempt.to_le_bytes());
         bytes.extend(self.worker.to_le_bytes());
         bytes.extend(self.cpu_s.to_le_bytes());
-        let count = u16::try_from(count).expect("a message holds at most 256 values");
+        let count = u16::try_from(count).expect("a message holds at most 1024 values");
         bytes.extend(count.to_le_bytes());
         for value in values {
             bytes.extend(value.map_or(NULL, f64::to_bits).to_le_bytes());
@@ -132,6 +133,7 @@ impl Entry {
         let head = reader.head()?;
         let end_cause = reader.take::<1>()?[0];
         let causes = u32::from_le_bytes(reader.take()?);
+        let notes = u32::from_le_bytes(reader.take()?);
         let attempt = u32::from_le_bytes(reader.take()?);
         let worker = u32::from_le_bytes(reader.take()?);
         let cpu_s = f64::from_le_bytes(reader.take()?);
@@ -146,6 +148,7 @@ impl Entry {
             status: head.status,
             cause: head.cause,
             causes: CauseSet::from_bits(causes).ok_or(RecordError::Code { what: "causes", code: causes })?,
+            notes: CauseSet::from_bits(notes).ok_or(RecordError::Code { what: "notes", code: notes })?,
             end_cause: EndCause::from_code(end_cause)
                 .ok_or(RecordError::Code { what: "end cause", code: u32::from(end_cause) })?,
             values,
@@ -237,6 +240,7 @@ mod tests {
             status: Status::Invalid,
             cause: Some(Cause::NormalWork),
             causes: CauseSet::from_bits(1 << Cause::NormalWork.code()).expect("a cause"),
+            notes: CauseSet::default(),
             end_cause: EndCause::EndTime,
             values: vec![Some(1.0)],
         };
@@ -252,11 +256,12 @@ mod tests {
         assert_eq!(Entry::decode(&with(25, 1)), Ok((SampleKey(1), entry.clone())), "the place of the status");
         let code = |what, code| RecordError::Code { what, code };
         for (at, number, error) in [
-            (24, 3, RecordError::Version { found: 3 }),
-            (25, 4, code("status", 4)),
-            (26, 16, code("cause", 16)),
-            (27, 5, code("end cause", 5)),
-            (30, 0x01, code("causes", 0x1_0008)),
+            (24, 4, RecordError::Version { found: 4 }),
+            (25, 5, code("status", 5)),
+            (26, 23, code("cause", 23)),
+            (27, 6, code("end cause", 6)),
+            (30, 0x80, code("causes", 0x80_0008)),
+            (34, 0x80, code("notes", 0x80_0000)),
         ] {
             assert_eq!(Entry::decode(&with(at, number)).map(drop), Err(error), "byte {at}");
         }
@@ -264,15 +269,16 @@ mod tests {
 
     prop_compose! {
         fn any_entry()(
-            status in 0..4u8, cause in prop::option::of(0..Cause::ALL.len() as u8), end in 0..EndCause::ALL.len() as u8,
-            causes in 0..1u32 << Cause::ALL.len(),
+            status in 0..Status::ALL.len() as u8, cause in prop::option::of(0..Cause::ALL.len() as u8), end in 0..EndCause::ALL.len() as u8,
+            causes in 0..1u32 << Cause::ALL.len(), notes in 0..1u32 << Cause::ALL.len(),
             values in prop::collection::vec(prop::option::of(prop::num::f64::NORMAL | prop::num::f64::ZERO), 0..80),
             cpu_s in 0.0..1e6f64, worker: u32, attempt: u32,
         ) -> Entry {
             let outcome = Outcome {
-                status: Status::from_code(status).expect("four"),
+                status: Status::from_code(status).expect("one of all"),
                 cause: cause.map(|code| Cause::from_code(code).expect("one of all")),
                 causes: CauseSet::from_bits(causes).expect("bits of all"),
+                notes: CauseSet::from_bits(notes).expect("bits of all"),
                 end_cause: EndCause::from_code(end).expect("one of all"),
                 values,
             };
@@ -295,6 +301,7 @@ mod tests {
                 status: Status::Ok,
                 cause: None,
                 causes: CauseSet::default(),
+                notes: CauseSet::default(),
                 end_cause: EndCause::EndTime,
                 values: values.to_vec(),
             };

@@ -130,6 +130,7 @@ mod tests {
             status: Status::Ok,
             cause: None,
             causes: CauseSet::default(),
+            notes: CauseSet::default(),
             end_cause: EndCause::EndTime,
             values: vec![Some(1.5); count],
         };

@@ -12,6 +12,7 @@ fn entry(value: f64) -> Entry {
         status: Status::Ok,
         cause: None,
         causes: CauseSet::default(),
+        notes: CauseSet::default(),
         end_cause: EndCause::EndTime,
         values: vec![Some(value); 30],
     };

@@ -39,6 +39,25 @@ pub fn cause_in_words(cause: Cause) -> &'static str {
         Cause::NoBasis => {
             "at its start or at a speed that it came to, the exponential engine has no basis of the run's motions: whirl motions that are nearly one, or unbalances that its steps do not hold"
         }
+        Cause::RingDisplacement => {
+            "the rotor pushed the ring out farther than the small-displacement ring model covers (`run.limit.ring_displacement`)"
+        }
+        Cause::RingYield => {
+            "the ring's stress exceeds its yield strength; the model is elastic (`run.limit.ring_yield`)"
+        }
+        Cause::BladeYield => {
+            "the stress of a diaphragm blade exceeds its yield strength; the model is elastic (`run.limit.blade_yield`)"
+        }
+        Cause::ShaftYield => {
+            "the shaft's von Mises stress exceeds its yield strength; the model is elastic (`run.limit.shaft_yield`)"
+        }
+        Cause::JournalClearance => {
+            "a journal moves farther than its bearing's clearance, which the linear bearing does not have (`run.limit.journal_clearance`)"
+        }
+        Cause::UnstableRotor => {
+            "a whirl mode of the rotor grows at a speed of the run: the linear bearings or the rotor's damping drive it (`run.limit.unstable_rotor`)"
+        }
+        Cause::UnderResolved => "impacts are shorter than the step resolves (`run.guard.impact_steps`)",
     }
 }
 
@@ -152,6 +171,19 @@ pub fn advice(cause: Cause, engine: Engine) -> Cow<'static, str> {
             "more `run.rotor_modes` (or `run.ring_modes`), the default, or `run.engine = \"full\"`".into()
         }
         Cause::NoBasis => "`run.engine = \"reduced\"`, which needs none".into(),
+        Cause::RingDisplacement => {
+            "use the values up to `beyond_s` as lower bounds; what follows needs a model of large displacements".into()
+        }
+        Cause::RingYield | Cause::BladeYield | Cause::ShaftYield => {
+            "use the values up to `beyond_s` as lower bounds; what follows needs a model with plasticity".into()
+        }
+        Cause::JournalClearance => {
+            "use bearing loads with care: a real bearing stiffens or is destroyed where its clearance is used up".into()
+        }
+        Cause::UnstableRotor => {
+            "check the bearings' cross-coupled stiffness and damping (`bladeoff modes` lists unstable speeds)".into()
+        }
+        Cause::UnderResolved => format!("a smaller `{step}`").into(),
     }
 }
 

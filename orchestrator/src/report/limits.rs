@@ -77,6 +77,7 @@ mod tests {
                 status: if cause.is_some() { Status::Failed } else { Status::Ok },
                 cause,
                 causes,
+                notes: CauseSet::default(),
                 end_cause: EndCause::EndTime,
                 values,
             };

@@ -41,6 +41,7 @@ pub fn end_cause_in_words(cause: EndCause) -> &'static str {
         EndCause::EndTime => "`run.end_time` was reached",
         EndCause::EndSpeed => "the spin fell to `run.end_speed`",
         EndCause::Failure => "the run failed",
+        EndCause::Limit => "a limit of the model was exceeded",
         EndCause::Evaluated => "the formulas were evaluated",
     }
 }
@@ -148,6 +149,9 @@ fn label(column: &Column) -> &str {
 fn status_line(outcome: &Outcome) -> String {
     match outcome.status {
         Status::Ok => "ok".to_owned(),
+        Status::Beyond => {
+            "beyond the model: a limit was exceeded; the values are lower bounds of what would follow".to_owned()
+        }
         Status::Invalid => "invalid: finished, but not to be believed".to_owned(),
         Status::Failed => "failed: ended early; the values are those up to then".to_owned(),
         Status::Quarantined => "quarantined: given up".to_owned(),
@@ -198,6 +202,7 @@ mod tests {
             status: Status::Invalid,
             cause: Some(Cause::SlipReversal),
             causes,
+            notes: CauseSet::default(),
             end_cause: EndCause::EndTime,
             values: vec![Some(1500.0), Some(0.25), None, None, Some(2.0), Some(0.0), Some(0.0), Some(0.0), Some(80.0)],
         };

@@ -190,7 +190,14 @@ mod tests {
         for &cause in causes {
             let status = if cause.is_some() { Status::Failed } else { Status::Ok };
             let causes = CauseSet::default();
-            tally.add(&Outcome { status, cause, causes, end_cause: EndCause::EndTime, values: Vec::new() });
+            tally.add(&Outcome {
+                status,
+                cause,
+                causes,
+                notes: CauseSet::default(),
+                end_cause: EndCause::EndTime,
+                values: Vec::new(),
+            });
         }
         tally
     }

@@ -73,6 +73,7 @@ mod tests {
             status,
             cause,
             causes: CauseSet::default(),
+            notes: CauseSet::default(),
             end_cause: EndCause::EndTime,
             values: Vec::new(),
         };

@@ -421,6 +421,13 @@ impl Simulation {
 
 pub(super) fn result(sample: u64) -> SampleReport {
     let (status, causes) = (Status::Ok, CauseSet::default());
-    let outcome = Outcome { status, cause: None, causes, end_cause: EndCause::Stopped, values: vec![Some(1.0)] };
+    let outcome = Outcome {
+        status,
+        cause: None,
+        causes,
+        notes: CauseSet::default(),
+        end_cause: EndCause::Stopped,
+        values: vec![Some(1.0)],
+    };
     SampleReport { sample, cpu_s: 0.0, outcome }
 }

@@ -14,8 +14,8 @@ use thiserror::Error;
 pub const MOST_OUTPUTS: usize = 100;
 
 /// Columns that tables of studies have by themselves: no variable and no output can have such a name.
-pub const OWN_COLUMNS: [&str; 8] =
-    ["sample", "status", "cause", "causes", "end_cause", "detection", "replicate", "block"];
+pub const OWN_COLUMNS: [&str; 9] =
+    ["sample", "status", "cause", "causes", "end_cause", "notes", "detection", "replicate", "block"];
 
 /// One formula.
 #[derive(Debug, Clone, PartialEq)]

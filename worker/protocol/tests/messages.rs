@@ -47,7 +47,7 @@ fn outcomes() -> impl Strategy<Value = Outcome> {
             (_, true) => Status::Failed,
             (_, false) => Status::Invalid,
         };
-        Outcome { status, cause, causes, end_cause: EndCause::ALL[end], values }
+        Outcome { status, cause, causes, notes: CauseSet::default(), end_cause: EndCause::ALL[end], values }
     })
 }
 
@@ -323,7 +323,14 @@ fn report(outcome: Outcome) -> FromWorker {
 
 fn good() -> Outcome {
     let (status, causes) = (Status::Ok, CauseSet::default());
-    Outcome { status, cause: None, causes, end_cause: EndCause::EndTime, values: vec![Some(1.5), None, Some(-0.0)] }
+    Outcome {
+        status,
+        cause: None,
+        causes,
+        notes: CauseSet::default(),
+        end_cause: EndCause::EndTime,
+        values: vec![Some(1.5), None, Some(-0.0)],
+    }
 }
 
 #[test]

@@ -96,5 +96,5 @@ pub fn results(reports: &[Report]) -> BTreeMap<u64, &SampleReport> {
 /// An outcome that may be believed.
 pub fn fine(values: Vec<Option<f64>>) -> Outcome {
     let (status, causes) = (Status::Ok, CauseSet::default());
-    Outcome { status, cause: None, causes, end_cause: EndCause::Stopped, values }
+    Outcome { status, cause: None, causes, notes: CauseSet::default(), end_cause: EndCause::Stopped, values }
 }

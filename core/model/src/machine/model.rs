@@ -3,6 +3,8 @@
 //! `MachineDef` (what a file says) becomes a [`Machine`] once all its checks hold; nothing behind it checks again.
 //! Angles in rad, speeds in rad/s. Frame OXYZ of `docs/theory/01-shaft-line.md`: Z along the shaft, spin positive about +Z.
 
+use crate::outcome::Limit;
+
 /// One machine, ready for the solver.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Machine {
@@ -49,6 +51,26 @@ pub struct Guard {
     pub penetration: f64,
 }
 
+/// What becomes of a run that exceeds a limit of the model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum OnExceed {
+    /// Its status is `beyond`.
+    Beyond,
+    /// It keeps its status; the limit is noted in its row.
+    Note,
+}
+
+/// One limit of the physical model: `[run.limit.NAME]`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ModelLimit {
+    /// Which one.
+    pub limit: Limit,
+    /// Largest allowed value of its quantity \[-\] > 0.
+    pub value: f64,
+    /// What becomes of a run above it.
+    pub on_exceed: OnExceed,
+}
+
 /// `[run]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunSettings {
@@ -78,6 +100,10 @@ pub struct RunSettings {
     pub twin: f64,
     /// Validity guard.
     pub guard: Guard,
+    /// Limits of the physical model, in the order of [`Limit::ALL`].
+    pub limits: [ModelLimit; Limit::ALL.len()],
+    /// Whether the run ends at the first exceeded limit with [`OnExceed::Beyond`].
+    pub end_beyond: bool,
 }
 
 /// `[rotor]`.
@@ -181,6 +207,8 @@ pub struct Bearing {
     pub damping: [[f64; 2]; 2],
     /// Axial stiffness \[N/m\] >= 0.
     pub axial_stiffness: f64,
+    /// Radial clearance \[m\] > 0 of the limit `journal_clearance`; it does not enter the motion.
+    pub clearance: Option<f64>,
 }
 
 /// Whether the unbalance is a mass that was added or one that was lost.

@@ -37,21 +37,23 @@ macro_rules! words {
 }
 
 words! {
-    /// Whether a row may be believed.
+    /// What a row may be used for. Precedence where several hold: quarantined, failed, invalid, beyond, ok.
     Status {
-        /// Finished and within the validity guard.
+        /// The numerical checks passed and no limit of the model was exceeded.
         Ok = 0, "ok";
-        /// Finished, not to be believed; values kept.
+        /// Finished, but a numerical check failed; values kept.
         Invalid = 1, "invalid";
         /// Ended early; values so far.
         Failed = 2, "failed";
         /// Given up after it killed its workers.
         Quarantined = 3, "quarantined";
+        /// A limit of the physical model was exceeded ([`super::Limit`]); the numerical checks passed.
+        Beyond = 4, "beyond";
     }
 }
 
 words! {
-    /// Why a row is not `ok`. All but those of a worker's end are deterministic: the same sample gives them again.
+    /// Why a row is not `ok`, and the limits of the model that a run exceeded. All but those of a worker's end are deterministic: the same sample gives them again.
     Cause {
         /// The state grew beyond ten times the size of the machine, or the iteration of a step, or of the start, did not settle.
         Diverged = 0, "diverged";
@@ -85,6 +87,20 @@ words! {
         ModalBasis = 14, "modal_basis";
         /// The whirl states at a speed that the run came to have no basis that the exponential engine can use.
         NoBasis = 15, "no_basis";
+        /// Limit of the model: the rotor pushed the ring out too far.
+        RingDisplacement = 16, "ring_displacement";
+        /// Limit of the model: the ring yields.
+        RingYield = 17, "ring_yield";
+        /// Limit of the model: a blade of the diaphragm yields.
+        BladeYield = 18, "blade_yield";
+        /// Limit of the model: the shaft yields.
+        ShaftYield = 19, "shaft_yield";
+        /// Limit of the model: a journal moves farther than the clearance of its bearing.
+        JournalClearance = 20, "journal_clearance";
+        /// Limit of the model: a whirl mode grows at a speed of the run.
+        UnstableRotor = 21, "unstable_rotor";
+        /// Impacts shorter than the step resolves, above the guard.
+        UnderResolved = 22, "under_resolved";
     }
 }
 
@@ -101,6 +117,8 @@ words! {
         Failure = 3, "failure";
         /// The formulas of a study without a machine were evaluated.
         Evaluated = 4, "evaluated";
+        /// A limit of the physical model was exceeded; see `cause`.
+        Limit = 5, "limit";
     }
 }
 
@@ -164,7 +182,7 @@ mod tests {
     /// What records of earlier builds hold. Lines are added here, never changed or removed.
     #[test]
     fn numbers_and_words_at_rest_stay() {
-        let statuses = [(0, "ok"), (1, "invalid"), (2, "failed"), (3, "quarantined")];
+        let statuses = [(0, "ok"), (1, "invalid"), (2, "failed"), (3, "quarantined"), (4, "beyond")];
         let causes = [
             (0, "diverged"),
             (1, "non_finite"),
@@ -182,8 +200,16 @@ mod tests {
             (13, "worker_crashed"),
             (14, "modal_basis"),
             (15, "no_basis"),
+            (16, "ring_displacement"),
+            (17, "ring_yield"),
+            (18, "blade_yield"),
+            (19, "shaft_yield"),
+            (20, "journal_clearance"),
+            (21, "unstable_rotor"),
+            (22, "under_resolved"),
         ];
-        let end_causes = [(0, "stopped"), (1, "end_time"), (2, "end_speed"), (3, "failure"), (4, "evaluated")];
+        let end_causes =
+            [(0, "stopped"), (1, "end_time"), (2, "end_speed"), (3, "failure"), (4, "evaluated"), (5, "limit")];
         assert_eq!(statuses.map(|(code, _)| Status::from_code(code).map(Status::word)), statuses.map(|(_, w)| Some(w)));
         assert_eq!(causes.map(|(code, _)| Cause::from_code(code).map(Cause::word)), causes.map(|(_, w)| Some(w)));
         let ends = end_causes.map(|(code, _)| EndCause::from_code(code).map(EndCause::word));
@@ -199,8 +225,8 @@ mod tests {
             assert_eq!((set.words().as_deref(), set.bits()), (Some(word), 1 << code));
         }
         // One that a newer build may have given is none of ours.
-        assert_eq!((Status::from_code(4), Cause::from_code(16), EndCause::from_code(5)), (None, None, None));
-        assert_eq!(CauseSet::from_bits(1 << 16), None);
+        assert_eq!((Status::from_code(5), Cause::from_code(23), EndCause::from_code(6)), (None, None, None));
+        assert_eq!(CauseSet::from_bits(1 << 23), None);
     }
 
     #[test]

@@ -3,9 +3,11 @@
 
 mod causes;
 mod columns;
+mod limit;
 
 pub use causes::{Cause, CauseSet, EndCause, Status};
 pub use columns::{Column, ColumnKind, Group, Growth, MAX_COLUMNS, Part};
+pub use limit::Limit;
 
 /// The outcome of one run: a row of the result table without its sample number and parameters.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,6 +18,8 @@ pub struct Outcome {
     pub cause: Option<Cause>,
     /// Every cause that holds, `cause` included.
     pub causes: CauseSet,
+    /// Limits of the model that the run exceeded and that the machine file only notes: they leave the status as it is.
+    pub notes: CauseSet,
     /// Why the run ended.
     pub end_cause: EndCause,
     /// One value per column that the solver declares for the machine, in that order; `None` for what did not happen, never NaN.

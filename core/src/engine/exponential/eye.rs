@@ -154,7 +154,7 @@ impl Ahead {
         Self {
             flight: transient.flight.clone(),
             ring: transient.contact.as_ref().map(|contact| contact.rub.ring.clone()),
-            loads: transient.loads.clone(),
+            loads: transient.loads().bearings.to_vec(),
         }
     }
 

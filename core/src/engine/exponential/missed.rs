@@ -33,12 +33,21 @@ pub(super) struct Watched {
     constant: f64,
     square: f64,
     largest: f64,
+    /// Square of the value whose first excess is found to a contact step; infinite without one.
+    limit: f64,
+    /// The run ends there.
+    ends: bool,
 }
 
 impl Watched {
     /// With this constant part, before anything is seen.
     pub fn new(constant: [f64; 2]) -> Self {
-        Self { constant: length(constant), square: 0.0, largest: 0.0 }
+        Self { constant: length(constant), square: 0.0, largest: 0.0, limit: f64::INFINITY, ends: false }
+    }
+
+    /// The same, with a value whose first excess is to be found to a contact step; `ends`: the run ends there.
+    pub fn limited(self, limit: f64, ends: bool) -> Self {
+        Self { limit: limit * limit, ends, ..self }
     }
 
     /// Takes its value at n.
@@ -68,7 +77,12 @@ impl Missed {
     /// Whether no peak of a quantity is missed, of which |w'| of each pair is given.
     pub fn none_of(&self, watched: &Watched, in_turn: &[Lane]) -> bool {
         let (h, still, largest) = (self.h, self.spin * watched.constant, watched.largest.sqrt());
-        weighted(&self.beyond, in_turn) + 0.125 * h * h * self.spin * still <= PART * largest
-            || watched.square.sqrt() + weighted(&self.from, in_turn) + h * still <= largest
+        let most = || watched.square.sqrt() + weighted(&self.from, in_turn) + h * still;
+        // one that has exceeded its limit has no first excess left to find
+        let searched = watched.limit.is_finite() && (watched.ends || watched.largest <= watched.limit);
+        if searched && most() > watched.limit.sqrt() {
+            return false;
+        }
+        weighted(&self.beyond, in_turn) + 0.125 * h * h * self.spin * still <= PART * largest || most() <= largest
     }
 }

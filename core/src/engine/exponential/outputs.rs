@@ -12,10 +12,11 @@
 use super::system::LateralSystem;
 use crate::engine::shaft_line::sites;
 use crate::linalg::{Matrix, mul};
+use crate::rotor::BearingSite;
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
 
-/// Outputs: two rows for each unbalance (u', v'), two for each bearing (its load), four for each diaphragm (u, v, u', v' of its node).
+/// Outputs: two rows for each unbalance (u', v'), two for each bearing (its load), two for each bearing with a clearance (the displacement of its journal, as a load of unit stiffness), four for each diaphragm (u, v, u', v' of its node).
 #[derive(Debug, Clone)]
 pub(super) struct Outputs {
     /// Phi^T of the unbalances' nodes, two columns each.
@@ -69,7 +70,10 @@ impl Outputs {
         let mut weight = vec![0.0; map.size()];
         map.project(&nodal_weight, &mut weight);
         let nodes = [site_nodes.as_slice(), &contact_nodes];
-        let bearings = (0..rotor.bearings.len()).map(|i| bearing_rows(structure, nodes, &nodal_weight, i)).collect();
+        let rows = |bearing: &BearingSite| bearing_rows(structure, nodes, &nodal_weight, bearing);
+        let loads = rotor.bearings.iter().map(rows);
+        let journals = rotor.bearings.iter().zip(&machine.rotor.bearings).filter(|(_, of)| of.clearance.is_some());
+        let bearings = loads.chain(journals.map(|(bearing, _)| rows(&displacement_of(bearing)))).collect();
         Self {
             site_columns: columns(&site_nodes),
             contact_columns: columns(&contact_nodes),
@@ -180,8 +184,13 @@ fn squares(matrix: &Matrix) -> Vec<[f64; 4]> {
     (0..matrix.ncols() / 2).map(|s| [at(0, 2 * s), at(0, 2 * s + 1), at(1, 2 * s), at(1, 2 * s + 1)]).collect()
 }
 
+/// A bearing whose load (1) is the displacement of its journal: unit stiffness, no damping.
+fn displacement_of(bearing: &BearingSite) -> BearingSite {
+    BearingSite { node: bearing.node, stiffness: [[1.0, 0.0], [0.0, 1.0]], skew: 0.0, damping: [[0.0; 2]; 2] }
+}
+
 /// `nodes`: of the unbalances and of the diaphragms.
-fn bearing_rows(structure: &Structure, nodes: [&[usize]; 2], weight: &[f64], i: usize) -> BearingRows {
+fn bearing_rows(structure: &Structure, nodes: [&[usize]; 2], weight: &[f64], bearing: &BearingSite) -> BearingRows {
     let (rotor, map) = (&structure.rotor, &structure.lateral.coordinates);
     let n = map.size();
     let rows_of = |node: usize| {
@@ -189,7 +198,6 @@ fn bearing_rows(structure: &Structure, nodes: [&[usize]; 2], weight: &[f64], i: 
         Matrix::from_column_slice(n, 2, &rows).transpose()
     };
     let square = |m: &[[f64; 2]; 2]| Matrix::from_row_slice(2, 2, &[m[0][0], m[0][1], m[1][0], m[1][1]]);
-    let bearing = &rotor.bearings[i];
     let (k, own) = (square(&bearing.stiffness), rows_of(bearing.node));
     let mut found = BearingRows {
         of_place: mul(&k, &own),

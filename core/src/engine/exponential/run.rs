@@ -232,7 +232,7 @@ impl<'a> Run<'a> {
         }
         if let Some(eye) = self.eye.as_ref().filter(|_| shown) {
             let contact = done.impact.as_ref().map(|impact| (impact, self.h));
-            eye.show(&self.transient.loads, contact, self.energies(), follower);
+            eye.show(self.transient.loads().bearings, contact, self.energies(), follower);
         }
     }
 
@@ -249,7 +249,7 @@ impl<'a> Run<'a> {
             }
             if tick == ticks && shown {
                 transient.weigh();
-                eye.iter().for_each(|eye| eye.show(&transient.loads, None, energies, follower));
+                eye.iter().for_each(|eye| eye.show(transient.loads().bearings, None, energies, follower));
             } else if tick > ticks && goes_on && follower.wants(tick, time) {
                 let eye = eye.get_or_insert_with(|| Box::new(Eye::new(machine, structure, transient)));
                 let ahead = ahead.get_or_insert_with(|| Ahead::of(transient));
@@ -304,7 +304,7 @@ impl<'a> Run<'a> {
         let impulse = Some(impact.map_or([0.0; 2], |impact| impact.on_rotor));
         match look {
             Some(look) => {
-                recorders.see_end(&transient.loads, place, at);
+                recorders.see_end(transient.loads(), place, at);
                 self.settle(look, impulse);
             }
             // a run that failed has no look there
@@ -315,7 +315,7 @@ impl<'a> Run<'a> {
         if let (Some(apart), Some(eye)) = (self.apart.as_mut().filter(|_| shown), &mut self.eye) {
             eye.speed = self.speed;
             let contact = impact.as_ref().map(|impact| (impact, self.h));
-            eye.show(&self.transient.loads, contact, apart.energies, follower);
+            eye.show(self.transient.loads().bearings, contact, apart.energies, follower);
         }
         end
     }
@@ -334,6 +334,8 @@ impl<'a> Run<'a> {
         }
         Ok(if stopped {
             Some(EndCause::Stopped)
+        } else if self.recorders.limits.ends(self.machine) {
+            Some(EndCause::Limit)
         } else if run.end_speed > 0.0 && speed <= run.end_speed {
             Some(EndCause::EndSpeed)
         } else {
@@ -366,7 +368,7 @@ impl<'a> Run<'a> {
             touch,
             ring: (looks && self.touched).then_some(self.amplitudes.as_slice()),
         });
-        self.recorders.see_steps(steps, at, &self.transient.loads, ring.as_ref());
+        self.recorders.see_steps(steps, at, self.transient.loads(), ring.as_ref());
     }
 
     fn ring_energy(&self) -> f64 {

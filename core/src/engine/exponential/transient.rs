@@ -15,9 +15,10 @@ use super::settings::{FlightSettings, LEVELS};
 use super::shared::candidates_of;
 use super::spin::Blow;
 use crate::engine::plan::{StartError, slowest_to_resolve};
-use crate::record::LastMillisecond;
+use crate::record::{LastMillisecond, Loads};
 use crate::structure::Structure;
-use bladeoff_model::machine::{ContactPoints, Detection, Diaphragm, ForceLocation, InitialState, Machine};
+use bladeoff_model::machine::{ContactPoints, Detection, Diaphragm, ForceLocation, InitialState, Machine, OnExceed};
+use bladeoff_model::outcome::Limit;
 
 /// Flights up to this level are as long as they may for contact and peaks: their error goes with the contact step.
 pub(super) const SHORT: usize = 4;
@@ -38,8 +39,9 @@ pub(super) struct Transient {
     pub flight: Flight,
     /// `None` without a diaphragm.
     pub contact: Option<Contact>,
-    /// Loads of the bearings at n, in the machine's order \[N\].
-    pub loads: Vec<[f64; 2]>,
+    /// Loads of the bearings at n, in the machine's order \[N\], then displacements of the journals whose bearings have a clearance \[m\].
+    loads: Vec<[f64; 2]>,
+    bearings: usize,
     /// Those, and the place of the diaphragm's node \[m\], as flight has to resolve them.
     watched: Vec<Watched>,
     /// Lengths of steps, by level \[s\].
@@ -109,14 +111,17 @@ impl Transient {
         let longest = (SHORT..=LEVELS).rev().find(turns_little).unwrap_or(SHORT);
         let brakes = flight.spin().brakes(&machine.braking);
         let holds = |&level: &usize| lengths[level] * brakes <= EVENLY && flight.holds(level, machine.run.end_time);
+        let journals = journals(machine, &flight);
         let InitialState { displacement, velocity, .. } = machine.rotor.initial;
         let disturbed = [displacement, velocity] != [[0.0; 2]; 2];
         Ok(Self {
             most: if disturbed { 0 } else { (1..=longest).take_while(holds).last().unwrap_or(0) },
             disturbed,
-            loads: vec![[0.0; 2]; structure.rotor.bearings.len()],
+            bearings: structure.rotor.bearings.len(),
+            loads: vec![[0.0; 2]; structure.rotor.bearings.len() + journals.len()],
             watched: (0..structure.rotor.bearings.len())
                 .map(|bearing| Watched::new(flight.constant_load(bearing)))
+                .chain(journals)
                 .chain(machine.diaphragms.first().map(|d| Watched::new(d.contact.offset.map(|part| -part))))
                 .collect(),
             last: 0,
@@ -140,6 +145,12 @@ impl Transient {
     /// Length of a contact step \[s\].
     pub fn contact_step(&self) -> f64 {
         self.lengths[0]
+    }
+
+    /// Loads and journals at n.
+    pub fn loads(&self) -> Loads<'_> {
+        let (bearings, journals) = self.loads.split_at(self.bearings);
+        Loads { bearings, journals }
     }
 
     /// Whether the run is in its first steps.
@@ -260,6 +271,20 @@ impl Transient {
         flight.finish(0, blow)?;
         Ok(done)
     }
+}
+
+/// Displacements of the journals whose bearings have a clearance; where the limit ends the run its first excess is found to a contact step.
+fn journals(machine: &Machine, flight: &Flight) -> Vec<Watched> {
+    let limit = &machine.run.limits[Limit::JournalClearance as usize];
+    let clearances = machine.rotor.bearings.iter().filter_map(|bearing| bearing.clearance);
+    let watched = |(at, clearance): (usize, f64)| {
+        let watched = Watched::new(flight.constant_load(machine.rotor.bearings.len() + at));
+        match limit.on_exceed {
+            OnExceed::Beyond => watched.limited(limit.value * clearance, machine.run.end_beyond),
+            OnExceed::Note => watched,
+        }
+    };
+    clearances.enumerate().map(watched).collect()
 }
 
 /// Refuses a rotor, at a place in the machine's axes, that is not free in its ring.

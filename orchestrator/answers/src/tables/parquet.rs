@@ -2,7 +2,7 @@
 
 use super::TableError;
 use super::grouped::GroupedWriter;
-use super::schema::{ENGINE, Field, FieldKind, SCHEMA_VERSION, TableSchema};
+use super::schema::{ENGINE, Field, FieldKind, NOTES, SCHEMA_VERSION, TableSchema};
 use super::stream::{Checksum, Out};
 use bladeoff_model::machine::ParamValue;
 use bladeoff_model::outcome::Outcome;
@@ -85,6 +85,9 @@ fn frame(schema: &TableSchema, rows: &[Row]) -> Result<DataFrame, PolarsError> {
     columns.push(words("cause", rows.iter().map(|row| row.outcome.cause.map(|cause| cause.word().to_owned()))));
     columns.push(words("causes", rows.iter().map(|row| row.outcome.causes.words())));
     columns.push(words("end_cause", rows.iter().map(|row| Some(row.outcome.end_cause.word().to_owned()))));
+    if schema.is_of_machine() {
+        columns.push(words(NOTES, rows.iter().map(|row| row.outcome.notes.words())));
+    }
     for (position, field) in schema.outcome().iter().enumerate() {
         // A quarantined sample has no values at all.
         let value = |row: &Row| row.outcome.values.get(position).copied().flatten().filter(|value| value.is_finite());

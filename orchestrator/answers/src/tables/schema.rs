@@ -1,7 +1,7 @@
 //! The columns of `results.parquet`: one list for the table, the JSON of `simulate` and the documentation.
 //!
 //! ```text
-//! sample | each varied parameter | detection | status cause causes end_cause | outcome columns of core | engine
+//! sample | each varied parameter | detection | status cause causes end_cause notes | outcome columns of core | engine
 //! ```
 //! The varied detection is the column `detection`, which is there in the table of every study of a machine; it has no second column.
 //! `engine` stands last, where the table of an earlier build ends. A study of formulas has neither of these two.
@@ -63,6 +63,10 @@ pub const DETECTION: &str = "detection";
 /// Name of the column of the engine.
 pub const ENGINE: &str = "engine";
 const END_CAUSE: &str = "end_cause";
+/// Name of the column of limits that are noted.
+pub const NOTES: &str = "notes";
+/// Verdict columns that a study of formulas does not have.
+const OF_MACHINES: [&str; 2] = [DETECTION, NOTES];
 
 impl TableSchema {
     /// Columns of a study that varies `parameters` (the detection not among them) on a machine whose outcome has
@@ -76,7 +80,7 @@ impl TableSchema {
     #[must_use]
     pub fn of_formulas(variables: Vec<Field>, outcome: &[Column]) -> Self {
         let mut verdict = verdict_fields();
-        verdict.retain(|field| field.name != DETECTION);
+        verdict.retain(|field| !OF_MACHINES.contains(&field.name.as_str()));
         verdict.iter_mut().filter(|field| field.name == END_CAUSE).for_each(|field| {
             field.meaning = "evaluated, or failure (a formula gave no finite number)".to_owned();
         });
@@ -127,7 +131,7 @@ impl TableSchema {
     /// Number of fields before the numeric outcome.
     #[must_use]
     pub fn given(&self) -> usize {
-        1 + self.parameters + verdict_fields().len() - usize::from(!self.is_of_machine)
+        1 + self.parameters + verdict_fields().len() - if self.is_of_machine { 0 } else { OF_MACHINES.len() }
     }
 
     /// Whether rows are of a machine, with columns of its contact detection and of the engine.
@@ -145,11 +149,12 @@ pub fn verdict_fields() -> Vec<Field> {
         field(
             "status",
             FieldKind::Word,
-            "ok, invalid (finished, not to be believed), failed (ended early) or quarantined",
+            "ok, beyond (a limit of the model was exceeded), invalid (a numerical check failed), failed (ended early) or quarantined",
         ),
         field("cause", FieldKind::Word, "first cause why the status is not ok; null when it is"),
         field("causes", FieldKind::Word, "every cause that holds, joined by commas; null when the status is ok"),
-        field(END_CAUSE, FieldKind::Word, "why the run ended: stopped, end_time, end_speed or failure"),
+        field(END_CAUSE, FieldKind::Word, "why the run ended: stopped, end_time, end_speed, limit or failure"),
+        field(NOTES, FieldKind::Word, "exceeded limits of the model that leave the status as it is, joined by commas"),
     ]
 }
 
@@ -177,8 +182,8 @@ mod tests {
         let schema = TableSchema::new(vec![gap.clone()], &outcome);
         assert_eq!(schema.parameters(), std::slice::from_ref(&gap));
         assert_eq!(schema.outcome()[0].name, "steps");
-        assert_eq!((schema.fields().len(), schema.outcome().len()), (1 + 1 + 5 + 1 + 1, 1));
-        assert_eq!(schema.fields()[8].name, ENGINE);
+        assert_eq!((schema.fields().len(), schema.outcome().len()), (1 + 1 + 6 + 1 + 1, 1));
+        assert_eq!(schema.fields()[9].name, ENGINE);
         let formulas = TableSchema::of_formulas(vec![gap.clone()], &outcome);
         assert_eq!((formulas.parameters(), formulas.outcome()), (schema.parameters(), schema.outcome()));
         let names: Vec<&str> = formulas.fields().iter().map(|field| field.name.as_str()).collect();

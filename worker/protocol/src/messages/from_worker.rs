@@ -9,10 +9,15 @@ const MAGIC: u64 = u64::from_le_bytes(*b"bladFRwk");
 const KIND_HELLO: u32 = 1;
 const KIND_REPORT: u32 = 2;
 const FLAG_ASKS: u64 = 1;
-/// Words of a report before its values: sample, codes, causes and value count, cpu, presence x 4.
-const REPORT_WORDS: usize = 8;
-/// Words for reports in one block: 16 of the largest, about 80 of a usual one.
-const ITEM_WORDS: usize = 16 * (REPORT_WORDS + MAX_VALUES);
+/// Words of a report before the presence of its values: sample, codes, causes and value count, notes, cpu.
+const REPORT_WORDS: usize = 5;
+/// Words for reports in one block: 4 of the largest, about 25 of a usual one.
+const ITEM_WORDS: usize = 4 * words(MAX_VALUES);
+
+/// Words of a report with so many values: its head, a bit of presence for each value, the values.
+const fn words(n_values: usize) -> usize {
+    REPORT_WORDS + n_values.div_ceil(64) + n_values
+}
 
 /// A block that carries a [`FromWorker`].
 pub type FromWorkerBlock = Block<{ HEADER + ITEM_WORDS + 1 }>;
@@ -70,8 +75,8 @@ impl Report {
     /// Whether another report with this many values still fits the same message.
     #[must_use]
     pub fn has_room(&self, n_values: usize) -> bool {
-        let used: usize = self.samples.iter().map(|sample| REPORT_WORDS + sample.outcome.values.len()).sum();
-        self.samples.len() < MAX_REPORTS && used + REPORT_WORDS + n_values <= ITEM_WORDS
+        let used: usize = self.samples.iter().map(|sample| words(sample.outcome.values.len())).sum();
+        self.samples.len() < MAX_REPORTS && used + words(n_values) <= ITEM_WORDS
     }
 }
 
@@ -91,7 +96,7 @@ impl FromWorker {
             }
             Body::Report(report) => {
                 at_most("number of reports", report.samples.len() as u64, MAX_REPORTS as u64)?;
-                let used: usize = report.samples.iter().map(|s| REPORT_WORDS + s.outcome.values.len()).sum();
+                let used: usize = report.samples.iter().map(|s| words(s.outcome.values.len())).sum();
                 at_most("words of all reports", used as u64, ITEM_WORDS as u64)?;
                 report.samples.iter().try_for_each(check)?;
                 let (batch, attempt) = report.batch.unwrap_or((BatchId(0), 0));
@@ -146,8 +151,9 @@ fn write<const N: usize>(report: &SampleReport, writer: &mut Writer<'_, N>) {
     writer.push(report.sample);
     writer.push(u64::from(outcome.status.code()) | cause << 8 | u64::from(outcome.end_cause.code()) << 16);
     writer.push(u64::from(outcome.causes.bits()) | (outcome.values.len() as u64) << 32);
+    writer.push(u64::from(outcome.notes.bits()));
     writer.push(report.cpu_s.to_bits());
-    let mut presence = [0_u64; MAX_VALUES / 64];
+    let mut presence = vec![0_u64; outcome.values.len().div_ceil(64)];
     for (index, _) in outcome.values.iter().enumerate().filter(|(_, value)| value.is_some()) {
         presence[index / 64] |= 1 << (index % 64);
     }
@@ -170,13 +176,13 @@ fn read(reader: &mut Reader<'_>) -> Result<SampleReport, MessageError> {
     let word = reader.word()?;
     let causes = CauseSet::from_bits(low(word)).ok_or(MessageError::Tag { field: "causes", found: word })?;
     let n_values = at_most("number of values", u64::from(high(word)), MAX_VALUES as u64)? as usize;
+    let word = reader.word()?;
+    let notes = u32::try_from(word).ok().and_then(CauseSet::from_bits);
+    let notes = notes.ok_or(MessageError::Tag { field: "notes", found: word })?;
     let cpu_s = f64::from_bits(reader.word()?);
-    let mut presence = [0_u64; MAX_VALUES / 64];
-    for word in &mut presence {
-        *word = reader.word()?;
-    }
+    let presence = (0..n_values.div_ceil(64)).map(|_| reader.word()).collect::<Result<Vec<u64>, _>>()?;
     let is_present = |index: usize| presence[index / 64] >> (index % 64) & 1 == 1;
-    if (n_values..MAX_VALUES).any(is_present) {
+    if (n_values..64 * presence.len()).any(is_present) {
         return Err(MessageError::Contradiction { what: "presence of a value beyond the last" });
     }
     let mut values = Vec::with_capacity(n_values);
@@ -187,7 +193,7 @@ fn read(reader: &mut Reader<'_>) -> Result<SampleReport, MessageError> {
         }
         values.push(is_present(index).then_some(f64::from_bits(bits)));
     }
-    let report = SampleReport { sample, cpu_s, outcome: Outcome { status, cause, causes, end_cause, values } };
+    let report = SampleReport { sample, cpu_s, outcome: Outcome { status, cause, causes, notes, end_cause, values } };
     check(&report)?;
     Ok(report)
 }

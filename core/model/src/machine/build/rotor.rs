@@ -190,6 +190,7 @@ fn bearing(reader: &mut Reader<'_>, nodes: Option<&Nodes>, name: &str, table: &s
         stiffness: reader.matrix(&below(table, "stiffness"))?,
         damping: reader.matrix(&below(table, "damping"))?,
         axial_stiffness: reader.number(&below(table, "axial_stiffness"))?,
+        clearance: reader.number(&below(table, "clearance")),
     })
 }
 

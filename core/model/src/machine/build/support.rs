@@ -127,7 +127,7 @@ mod tests {
     use super::*;
 
     fn bearing(node: usize, stiffness: [[f64; 2]; 2]) -> Bearing {
-        Bearing { name: "b".into(), node, stiffness, damping: [[0.0; 2]; 2], axial_stiffness: 0.0 }
+        Bearing { name: "b".into(), node, stiffness, damping: [[0.0; 2]; 2], axial_stiffness: 0.0, clearance: None }
     }
 
     #[test]

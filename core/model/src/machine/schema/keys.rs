@@ -19,6 +19,9 @@ pub const STEP_LIMIT: &str = "run.step_limit";
 /// Path of the shift of a second run's initial speed.
 pub const TWIN: &str = "run.twin";
 
+/// What becomes of a run that exceeds a limit of the model.
+const ON_EXCEED: [&str; 2] = ["beyond", "note"];
+
 const POISSON: Range = Range::between(-1.0, 0.5);
 /// Bounds on counts keep any file from asking for gigabytes.
 const ELEMENTS: Range = Range::from_to(1.0, 500.0);
@@ -85,6 +88,32 @@ pub(super) const KEYS: &[Key] = &[
         "run invalid if the energy error exceeds this part of the largest total energy"),
     key("run.guard.penetration", Kind::Number(""), Need::Number(0.02), Range::POSITIVE, When::Always,
         "run invalid if the residual penetration exceeds this part of the gap"),
+    key("run.end_beyond", Kind::Choice(&["on", "off"]), Need::Word("on"), Range::ANY, When::Always,
+        "whether the run ends at the first exceeded limit of the model whose on_exceed is beyond"),
+    key("run.limit.ring_displacement.value", Kind::Number(""), Need::Number(0.05), Range::POSITIVE, When::Always,
+        "largest allowed (eccentricity at the ring - gap) / mean radius; the planar ring model is linear"),
+    key("run.limit.ring_displacement.on_exceed", Kind::Choice(&ON_EXCEED), Need::Word("beyond"), Range::ANY, When::Always,
+        "whether a run above this limit gets status beyond, or keeps its status with a note"),
+    key("run.limit.ring_yield.value", Kind::Number(""), Need::Number(1.0), Range::POSITIVE, When::Always,
+        "largest allowed ring stress / yield strength of the diaphragm's material"),
+    key("run.limit.ring_yield.on_exceed", Kind::Choice(&ON_EXCEED), Need::Word("beyond"), Range::ANY, When::Always,
+        "whether a run above this limit gets status beyond, or keeps its status with a note"),
+    key("run.limit.blade_yield.value", Kind::Number(""), Need::Number(1.0), Range::POSITIVE, When::Always,
+        "largest allowed blade stress / yield strength of the diaphragm's material"),
+    key("run.limit.blade_yield.on_exceed", Kind::Choice(&ON_EXCEED), Need::Word("beyond"), Range::ANY, When::Always,
+        "whether a run above this limit gets status beyond, or keeps its status with a note"),
+    key("run.limit.shaft_yield.value", Kind::Number(""), Need::Number(1.0), Range::POSITIVE, When::Always,
+        "largest allowed von Mises stress of the shaft / yield strength of the section's material"),
+    key("run.limit.shaft_yield.on_exceed", Kind::Choice(&ON_EXCEED), Need::Word("beyond"), Range::ANY, When::Always,
+        "whether a run above this limit gets status beyond, or keeps its status with a note"),
+    key("run.limit.journal_clearance.value", Kind::Number(""), Need::Number(1.0), Range::POSITIVE, When::Always,
+        "largest allowed journal displacement / clearance of the bearing"),
+    key("run.limit.journal_clearance.on_exceed", Kind::Choice(&ON_EXCEED), Need::Word("note"), Range::ANY, When::Always,
+        "whether a run above this limit gets status beyond, or keeps its status with a note"),
+    key("run.limit.unstable_rotor.value", Kind::Number(""), Need::Number(1.0), Range::POSITIVE, When::Always,
+        "largest allowed growth of a whirl mode's amplitude over one of its revolutions; above 1 the mode is unstable"),
+    key("run.limit.unstable_rotor.on_exceed", Kind::Choice(&ON_EXCEED), Need::Word("note"), Range::ANY, When::Always,
+        "whether a run above this limit gets status beyond, or keeps its status with a note"),
     // `[rotor]`.
     key("rotor.kind", Kind::Choice(&["shaft", "point-mass"]), Need::Word("shaft"), Range::ANY, When::Always,
         "finite-element shaft, or one mass point on its bearings (Jeffcott rotor)"),
@@ -138,6 +167,8 @@ pub(super) const KEYS: &[Key] = &[
         "stiffness to ground: isotropic, or [[kxx, kxy], [kyx, kyy]]"),
     key("rotor.bearings.NAME.damping", Kind::Matrix("N s/m"), Need::Number(0.0), Range::NOT_NEGATIVE, When::Always,
         "damping to ground: isotropic, or [[cxx, cxy], [cyx, cyy]]"),
+    key("rotor.bearings.NAME.clearance", Kind::Number("m"), Need::Optional("no run.limit.journal_clearance for it"), Range::POSITIVE, When::Always,
+        "radial clearance, against which the journal's displacement is judged; the linear bearing itself has none"),
     key("rotor.bearings.NAME.axial_stiffness", Kind::Number("N/m"), Need::Number(0.0), Range::NOT_NEGATIVE, When::Shaft,
         "axial stiffness to ground; at least one bearing of a shaft has some"),
     key("rotor.unbalances.NAME.disc", Kind::Text, Need::Optional("turns with the shaft at its position"), Range::ANY, When::Shaft,

@@ -1,0 +1,143 @@
+//! Limits of the physical model: how close a run comes to each, and when it first exceeds one.
+//!
+//! ```text
+//! ratio = quantity / (run.limit.NAME.value * reference)        the limit is exceeded where ratio > 1
+//! ```
+//! | limit | quantity | reference |
+//! |---|---|---|
+//! | `ring_displacement` | eccentricity at the ring less the gap | mean radius of a flexible ring, otherwise radius of the contact surface |
+//! | `ring_yield`, `blade_yield`, `shaft_yield` | stress | yield strength of the material |
+//! | `journal_clearance` | displacement of the journal | radial clearance of its bearing |
+//! | `unstable_rotor` | growth of a whirl mode's amplitude over one of its revolutions | 1 |
+//!
+//! The planar ring and the linear bearing are small-displacement models, and all materials are elastic: beyond these limits a run
+//! describes another machine. A limit does not change the motion; with `run.end_beyond` it ends the run. Several rings or bearings share
+//! one limit: the largest ratio counts. Verified by `core/tests/limits.rs`.
+
+use super::peak::At;
+use super::row::Row;
+use bladeoff_model::machine::{Diaphragm, DiaphragmKind, Machine, ModelLimit, OnExceed};
+use bladeoff_model::outcome::{CauseSet, Limit};
+
+/// One limit during a run.
+#[derive(Debug, Clone, Copy)]
+struct Watched {
+    limit: ModelLimit,
+    /// Largest ratio so far; `None` where the machine has no such quantity.
+    largest: Option<f64>,
+    /// When the ratio first exceeded 1.
+    exceeded: Option<At>,
+}
+
+/// Watches every limit of a run.
+#[derive(Debug, Clone)]
+pub(crate) struct LimitRecorder {
+    limits: [Watched; Limit::ALL.len()],
+    /// The first exceeded limit with [`OnExceed::Beyond`], and when.
+    beyond: Option<(Limit, At)>,
+    /// Radius that a ring's displacement is compared with, and its gap \[m\], for each diaphragm.
+    rings: Vec<[f64; 2]>,
+    /// Clearance of each bearing that has one \[m\], in the machine's order.
+    clearances: Vec<f64>,
+}
+
+impl LimitRecorder {
+    pub fn new(machine: &Machine) -> Self {
+        let watched = |limit| Watched { limit, largest: None, exceeded: None };
+        Self {
+            limits: machine.run.limits.map(watched),
+            beyond: None,
+            rings: machine.diaphragms.iter().map(|ring| [reference_radius(ring), ring.contact.gap]).collect(),
+            clearances: machine.rotor.bearings.iter().filter_map(|bearing| bearing.clearance).collect(),
+        }
+    }
+
+    /// Takes the value of a limit's quantity over its reference, at an instant.
+    #[inline]
+    pub fn see(&mut self, limit: Limit, quantity: f64, at: At) {
+        let watched = &mut self.limits[limit as usize];
+        let ratio = quantity / watched.limit.value;
+        if watched.largest.is_none_or(|largest| ratio > largest) {
+            watched.largest = Some(ratio);
+            if ratio > 1.0 && watched.exceeded.is_none() {
+                watched.exceeded = Some(at);
+                if watched.limit.on_exceed == OnExceed::Beyond && self.beyond.is_none() {
+                    self.beyond = Some((limit, at));
+                }
+            }
+        }
+    }
+
+    /// Takes the square of the rotor's eccentricity in a ring \[m2\].
+    #[inline]
+    pub fn see_eccentricity(&mut self, ring: usize, square: f64, at: At) {
+        let Some([radius, gap]) = self.rings.get(ring).copied() else { return };
+        let watched = &self.limits[Limit::RingDisplacement as usize];
+        // one root where the ratio may grow
+        let least = gap + watched.largest.unwrap_or(0.0) * watched.limit.value * radius;
+        if square > least * least || watched.largest.is_none() {
+            let quantity = (square.sqrt() - gap).max(0.0) / radius;
+            self.see(Limit::RingDisplacement, quantity, at);
+        }
+    }
+
+    /// Takes the displacements of the journals whose bearings have a clearance, in the machine's order \[m\].
+    #[inline]
+    pub fn see_journals(&mut self, displacements: &[[f64; 2]], at: At) {
+        for place in 0..self.clearances.len().min(displacements.len()) {
+            let [x, y] = displacements[place];
+            self.see(Limit::JournalClearance, (x * x + y * y).sqrt() / self.clearances[place], at);
+        }
+    }
+
+    /// The first exceeded limit that takes the run beyond the model, and when.
+    pub fn beyond(&self) -> Option<(Limit, At)> {
+        self.beyond
+    }
+
+    /// Whether the run ends here, by `run.end_beyond`.
+    #[inline]
+    pub fn ends(&self, machine: &Machine) -> bool {
+        self.beyond.is_some() && machine.run.end_beyond
+    }
+
+    /// Exceeded limits of a kind.
+    pub fn exceeded(&self, on_exceed: OnExceed) -> CauseSet {
+        let mut causes = CauseSet::default();
+        let exceeded = self.limits.iter().filter(|watched| watched.exceeded.is_some());
+        exceeded.filter(|watched| watched.limit.on_exceed == on_exceed).for_each(|watched| {
+            causes.insert(watched.limit.limit.cause());
+        });
+        causes
+    }
+
+    pub(super) fn report_time(&self, row: &mut Row<'_>) {
+        row.once(
+            "beyond_s",
+            "time at which the run first exceeded a limit of the model whose on_exceed is beyond; null without one",
+            self.beyond.map(|(_, at)| at.time),
+        );
+    }
+
+    pub(super) fn report(&self, row: &mut Row<'_>) {
+        for watched in &self.limits {
+            let limit = watched.limit.limit;
+            row.growing(
+                &format!("limit_ratio_{}", limit.word()),
+                "",
+                &format!("{}, over run.limit.{}.value; above 1 the limit is exceeded", limit.quantity(), limit.word()),
+                watched.largest,
+            );
+        }
+    }
+}
+
+/// Mean radius of a flexible ring, otherwise the radius of the contact surface \[m\].
+fn reference_radius(diaphragm: &Diaphragm) -> f64 {
+    match &diaphragm.kind {
+        DiaphragmKind::Flexible(stator) => stator.ring.mean_radius,
+        DiaphragmKind::Rigid | DiaphragmKind::RadialSpring { .. } => {
+            diaphragm.contact.rotor_radius + diaphragm.contact.gap
+        }
+    }
+}
