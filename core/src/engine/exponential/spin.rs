@@ -483,6 +483,16 @@ impl Spin {
         self.braked
     }
 
+    /// Makes room for gyroscopic torques on the torsional modes.
+    pub fn gyrates(&mut self) {
+        self.twist.take_pushes();
+    }
+
+    /// Gyroscopic torques on the torsional modes over the step, by what their momenta have changed by \[kg m2/s\]; between predict and complete.
+    pub fn gyrate(&mut self, step: &SpinStep, changes: &[f64]) {
+        self.twist.push(changes, step.over);
+    }
+
     /// How many unbalances.
     pub fn unbalances(&self) -> usize {
         self.arms.len()
