@@ -109,7 +109,9 @@ impl Flight {
         flight.gyroscopic.1 = flight.gyroscopic_momentum();
         spin.begin(flight.velocities(), flight.gyroscopic.1);
         flight.spin = spin;
-        flight.begin_gyration(structure);
+        if let Some(gyration) = Gyration::of(machine, structure, &flight.spin) {
+            flight.begin_gyration(gyration);
+        }
         let back = flight.comes_back(0);
         if !flight.spin.holds(settings.step, back, machine.run.end_time) {
             if back > MOST_HELD {
@@ -200,8 +202,7 @@ impl Flight {
     }
 
     /// Takes the momenta of the torsional modes at the start.
-    fn begin_gyration(&mut self, structure: &Structure) {
-        let gyration = Gyration::new(structure, &self.spin);
+    fn begin_gyration(&mut self, gyration: Gyration) {
         let mut now = Gyrating::default();
         self.places(&mut now.places);
         self.rates(&mut now.rates);

@@ -22,8 +22,8 @@
 //! (The trapezoidal rule for the power of that damping missed what impulses make of it: 2e-4 of a whipping turbine's energies; that for the power of brakes missed what blows make of W, 1e-5 of
 //! the energies of a rotor that its ring stops, and how T changes in a long step.)
 //!
-//! Source: the Lagrangian of docs/theory/01-shaft-line.md; (1) and (2) are its equations for phi and for the twist, integrated once. Limits: all
-//! gyroscopic sites turn with W; a turning rotor (what c0 holds at rest is not here). Second order in the step. Verified by `tests/exponential.rs`.
+//! Source: the Lagrangian of docs/theory/01-shaft-line.md; (1) and (2) are its equations for phi and for the twist, integrated once. Limits: in the gyroscopic moments on the lateral motion all
+//! sites turn with W, and what they exchange with the twist is taken where it matters ([`super::gyration`]); a turning rotor (what c0 holds at rest is not here). Second order in the step. Verified by `tests/exponential.rs`.
 
 use super::ExponentialError;
 use super::direction::Direction;

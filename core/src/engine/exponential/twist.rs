@@ -264,7 +264,8 @@ impl Twist {
     fn see_pushes(&mut self, step: &TwistStep) {
         let count = self.place.len();
         for (j, &push) in self.pushes.iter().enumerate() {
-            let [of_place, of_rate] = step.modes.eights[j / LANES].force.each_ref().map(|lane| lane.0[j % LANES] * push);
+            let [of_place, of_rate] =
+                step.modes.eights[j / LANES].force.each_ref().map(|lane| lane.0[j % LANES] * push);
             for (r, row) in self.rows.chunks_exact(count).enumerate() {
                 let seen = &mut self.seen[r / HALF].0;
                 seen[r % HALF] += of_place * row[j];
