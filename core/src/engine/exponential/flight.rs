@@ -168,7 +168,7 @@ impl Flight {
                 self.tables.places(&self.cell, model).times(&self.y, &mut now.places);
                 self.tables.rates(&self.cell, model).times(&self.y, &mut now.rates);
                 gyration.take(now);
-                self.spin.gyrate(&self.levels[level], &now.changes);
+                self.spin.gyrate(&now.changes, 1.0 / self.step * libm::exp2(-(level as f64)));
             }
         }
         let (step, local) = (&self.levels[level], &self.cell.local);
@@ -207,8 +207,8 @@ impl Flight {
         self.places(&mut now.places);
         self.rates(&mut now.rates);
         gyration.take(&mut now);
+        self.spin.gyrate(&now.changes, 0.0);
         self.gyration = Some((Arc::new(gyration), now));
-        self.spin.gyrates();
     }
 
     /// Whether the spin changes so fast that what is looked at from time to time is looked at more often.

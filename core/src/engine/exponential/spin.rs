@@ -483,14 +483,9 @@ impl Spin {
         self.braked
     }
 
-    /// Makes room for gyroscopic torques on the torsional modes.
-    pub fn gyrates(&mut self) {
-        self.twist.take_pushes();
-    }
-
-    /// Gyroscopic torques on the torsional modes over the step, by what their momenta have changed by \[kg m2/s\]; between predict and complete.
-    pub fn gyrate(&mut self, step: &SpinStep, changes: &[f64]) {
-        self.twist.push(changes, step.over);
+    /// Gyroscopic torques on the torsional modes over a step of 1/`over` \[s\], by what their momenta have changed by \[kg m2/s\]; between predict and complete, and once, with 0, before the first step.
+    pub fn gyrate(&mut self, changes: &[f64], over: f64) {
+        self.twist.push(changes, over);
     }
 
     /// How many unbalances.

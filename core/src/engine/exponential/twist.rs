@@ -152,13 +152,11 @@ impl Twist {
         &mut self.torques
     }
 
-    /// Makes room for torques on the modes themselves.
-    pub fn take_pushes(&mut self) {
-        (self.pushes, self.begun) = (vec![0.0; self.place.len()], self.place.clone());
-    }
-
-    /// Torques over the step on the modes themselves: minus the changes of their momenta, times `over`; between [`Twist::set_out`] and [`Twist::settle`].
+    /// Torques over the step on the modes themselves: minus the changes of their momenta, times `over`; between [`Twist::set_out`] and [`Twist::settle`], and once before the first step.
     pub fn push(&mut self, changes: &[f64], over: f64) {
+        if self.begun.is_empty() {
+            (self.pushes, self.begun) = (vec![0.0; self.place.len()], self.place.clone());
+        }
         self.pushes.iter_mut().zip(changes).for_each(|(push, change)| *push = -change * over);
     }
 
