@@ -1,4 +1,4 @@
-//! Torsional moments of machines whose gyroscopic moments twist the shaft: the exponential engine against the full one.
+//! Torsional moments of machines with large gyroscopic torques on their torsional modes: the exponential engine against the full one.
 
 mod common;
 
@@ -8,7 +8,7 @@ use common::{Row, machine_with, run};
 /// Five shaft sections, five discs, three unbalances of 8.6 to 11.3 kg at 0.9 to 1.4 m and 1203 rad/s.
 const HEAVY: &str = include_str!("data/heavy_unbalance.toml");
 
-/// The same machine on both engines.
+/// Runs one machine on both engines.
 fn both(text: &str, changes: &[(&str, &str)]) -> [Row; 2] {
     [Engine::Exponential, Engine::Full].map(|engine| {
         let mut machine = machine_with(text, changes);
@@ -76,7 +76,7 @@ fn moments_of_other_heavy_unbalances_are_those_of_the_full_engine() {
     }
 }
 
-/// Without unbalance it is the gyroscopic moments alone that twist a shaft that whirls.
+/// Without unbalance a whirling shaft has torsional moments from its gyroscopic torques alone.
 #[test]
 fn a_shaft_without_unbalance_that_whirls_is_twisted() {
     let text = common::study_machine("lab_rig");

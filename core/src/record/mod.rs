@@ -211,7 +211,7 @@ impl Recorders {
         }
     }
 
-    /// What a twin is compared by.
+    /// Results that are compared with those of a twin.
     pub fn compared(&self) -> Compared {
         let of_rings = |value: fn(&RingRecorders) -> Option<f64>| self.rings.iter().map(value).collect();
         let friction = (!self.rings.is_empty()).then_some(self.energies.now.friction);

@@ -24,7 +24,7 @@ const CHANGES: [(&str, &str); 6] = [
     ("twin_torsional_moment_change", "max_torsional_moment_Nm"),
 ];
 
-/// What is compared of one run, in the order of [`CHANGES`]: of each quantity one value, or one for each diaphragm. `None`: the run has none.
+/// Compared results of one run, in the order of [`CHANGES`]: one value of each quantity, or one for each diaphragm. `None`: the run has no such result.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Compared(pub [Vec<Option<f64>>; CHANGES.len()]);
 

@@ -43,7 +43,7 @@ pub(super) struct Gyrating {
 }
 
 impl Gyration {
-    /// Of a machine and its torsional modes; `None` where the torques are too small to matter.
+    /// Gyroscopic torques of a machine; `None` where they are too small to matter.
     pub fn of(machine: &Machine, structure: &Structure, spin: &Spin) -> Option<Self> {
         (share(machine, structure, spin) > MATTERS).then(|| Self::new(structure, spin))
     }

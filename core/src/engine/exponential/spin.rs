@@ -23,7 +23,7 @@
 //! the energies of a rotor that its ring stops, and how T changes in a long step.)
 //!
 //! Source: the Lagrangian of docs/theory/01-shaft-line.md; (1) and (2) are its equations for phi and for the twist, integrated once. Limits: in the gyroscopic moments on the lateral motion all
-//! sites turn with W, and what they exchange with the twist is taken where it matters ([`super::gyration`]); a turning rotor (what c0 holds at rest is not here). Second order in the step. Verified by `tests/exponential.rs`.
+//! sites turn with W, and gyroscopic torques act on the torsional modes only where they matter ([`super::gyration`]); a turning rotor (what c0 holds at rest is not here). Second order in the step. Verified by `tests/exponential.rs`.
 
 use super::ExponentialError;
 use super::direction::Direction;

@@ -258,7 +258,7 @@ impl Twist {
         }
     }
 
-    /// What torques on the modes themselves add to (1) and (2).
+    /// Adds the effect of torques on the modes themselves to (1) and (2).
     fn see_pushes(&mut self, step: &TwistStep) {
         let count = self.place.len();
         for (j, &push) in self.pushes.iter().enumerate() {
