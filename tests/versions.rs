@@ -278,7 +278,7 @@ fn words_at_rest_by_their_place_keep_it() {
     let wanted: [(&str, &[&str]); 4] = [
         ("rub_regime", &["free", "light", "heavy", "backward-whirl"]),
         ("sensitive", &["no", "yes"]),
-        ("twin_status", &["ok", "invalid", "failed"]),
+        ("twin_status", &["ok", "invalid", "failed", "beyond"]),
         ("whirl_in_rub", &["forward", "backward", "mixed"]),
     ];
     assert_eq!(stored, wanted);

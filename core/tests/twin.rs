@@ -176,14 +176,14 @@ fn a_rub_that_a_millionth_of_the_speed_decides_is_said() {
         initial_speed = 50.0\n[rotor.speed_law]\nacceleration = 0\n[rotor.bearings.support]\nstiffness = 1e5\ndamping = 20.0\n\
         [rotor.unbalances.blade]\nmass = 0.3\nradius = 0.02\n[diaphragms.stop]\nkind = \"radial-spring\"\nstiffness = 1e6\n\
         [diaphragms.stop.contact]\nrotor_radius = 0.05\ngap = 3e-4\nfriction = 0.6\n[run]\nend_time = 1.5\nstep = 4e-5\n";
-    let at = |speed: f64, twin: f64| {
-        let row = run(machine_with(
-            text,
-            &[("rotor.initial_speed", &format!("{speed:?}")), ("run.twin", &format!("{twin:?}"))],
-        ));
+    let limited = |speed: f64, twin: f64, on_exceed: &str| {
+        let (speed, twin) = (format!("{speed:?}"), format!("{twin:?}"));
+        let limit = ("run.limit.ring_displacement.on_exceed", on_exceed);
+        let row = run(machine_with(text, &[("rotor.initial_speed", &speed), ("run.twin", &twin), limit]));
         assert!(row.value("impacts") > 0.0, "it touches at {speed} rad/s");
         row
     };
+    let at = |speed: f64, twin: f64| limited(speed, twin, "note");
     let is_caught = |speed: f64| at(speed, 0.0).value("max_bearing_load_N") > 200.0;
     let (mut free, mut caught) = (50.0, 60.0);
     assert!(!is_caught(free) && is_caught(caught));
@@ -200,6 +200,11 @@ fn a_rub_that_a_millionth_of_the_speed_decides_is_said() {
     println!("{free} rad/s: {:.1} N, the twin's {change:.2} more of it", row.value("max_bearing_load_N"));
     assert_eq!((row.outcome.status.word(), row.get("twin_status")), ("ok", Some(0.0)));
     assert!(change > 1.0, "{change}");
+    assert_eq!(row.get("sensitive"), Some(1.0), "yes");
+    // the whip is beyond a limit of the model: a run that ended there is not compared
+    let row = limited(free, 1e-6, "beyond");
+    assert_eq!((row.outcome.status.word(), row.get("twin_status")), ("ok", Some(3.0)), "beyond");
+    assert_eq!((row.get("twin_bearing_load_change"), row.get("sensitive")), (None, None));
     // away from the border nothing is decided by so little
     assert!(at(55.0, 1e-6).value("twin_bearing_load_change").abs() < 1e-3);
 }

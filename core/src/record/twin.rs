@@ -10,7 +10,7 @@ use bladeoff_model::machine::{TWIN, TWIN_LIMIT};
 use bladeoff_model::outcome::Status;
 
 /// Words of the column `twin_status`.
-const STATUS: &[&str] = &["ok", "invalid", "failed"];
+const STATUS: &[&str] = &["ok", "invalid", "failed", "beyond"];
 /// Words of the column `sensitive`.
 const SENSITIVE: &[&str] = &["no", "yes"];
 
