@@ -192,6 +192,12 @@ fn twins_of_a_share_of_the_samples_change_nothing_else() {
     assert!((1..rows.len()).contains(&twins), "{twins} of {}", rows.len());
     let summed = format!("Twin runs: {twins} of {} rows, bearing load moved by up to ", rows.len());
     assert!(said.out.contains(&summed) && said.out.contains(" for 1e-6 of the initial speed."), "{}", said.out);
+    let sensitive = "with a twin are sensitive (a twin shifted by run.twin changes a result by more than 2 %).";
+    assert!(said.out.contains(&format!("0 of {twins} runs {sensitive}")), "{}", said.out);
+    let page = bench.folder.name("page.html");
+    assert_eq!(say(&["report", &out, "--out", &page]).code, 0);
+    let html = fs::read_to_string(&page).expect("the report");
+    assert!(html.matches(sensitive).count() >= 2, "at the beginning and in the summary");
     let again = format!("{twins} samples are computed again because twin_share");
     assert!(said.err.contains(&again), "{}", said.err);
     for (row, before) in rows.iter().zip(&plain) {
@@ -204,7 +210,7 @@ fn twins_of_a_share_of_the_samples_change_nothing_else() {
         // without rub a load answers in proportion
         let moved = row[change].parse::<f64>().map_or(1e-6, f64::abs);
         assert!((1e-9..1e-4).contains(&moved), "{moved}");
-        for (name, value) in header.iter().zip(row).filter(|(name, _)| !name.contains("twin")) {
+        for (name, value) in header.iter().zip(row).filter(|(name, _)| !name.contains("twin") && *name != "sensitive") {
             let at = plain_header.iter().position(|other| other == name).expect("the column");
             assert_eq!(*value, before[at], "{name}: the first run is the run");
         }

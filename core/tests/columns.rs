@@ -159,7 +159,17 @@ fn the_order_of_the_columns_stays() {
     expected.extend(plain(&["friction_energy_J", "normal_work_J", "model_work_J", "energy_error"]));
     expected.extend(plain(&["no_fixed_point_steps", "several_points_steps", "several_minima_steps"]));
     expected.extend(plain(&["slip_reversal_steps", "steps", "step_s", "iterations", "stop_time_s"]));
-    expected.extend(plain(&["twin_bearing_load_change", "twin_status"]));
+    expected.extend(plain(&[
+        "twin_bearing_load_change",
+        "twin_filtered_contact_force_change",
+        "twin_contact_impulse_change",
+    ]));
+    expected.extend(plain(&[
+        "twin_friction_energy_change",
+        "twin_eccentricity_change",
+        "twin_torsional_moment_change",
+    ]));
+    expected.extend(plain(&["twin_status", "sensitive"]));
     expected.extend(peak("max_blade_bending_stress", "Pa"));
     for place in ["", "_section0", "_section1", "_section2"] {
         for (name, unit) in [("max_torsional_moment", "Nm"), ("max_shear_stress", "Pa"), ("max_bending_stress", "Pa")] {

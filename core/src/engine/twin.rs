@@ -1,10 +1,11 @@
 //! The twin of a run: the same machine with an initial speed that differs by `run.twin` of it.
 //!
 //! ```text
-//! twin_bearing_load_change = (F_twin - F)/F,   F = max_bearing_load_N
+//! twin_bearing_load_change = (F_twin - F)/F,   F = max_bearing_load_N,   and likewise of the other quantities of [`Twin`]
 //! ```
 //! A run without rub answers a shift of its speed in proportion. In heavy rub neighbouring runs part from impact to impact
-//! until their peaks are two draws of one distribution; a single load is then a sample of it, and the twin shows how wide it is.
+//! until their peaks are two draws of one distribution. A single value is then a sample of it, and the twin shows how wide it is. Bearing loads alone do not: an unbalance may determine them while
+//! contact impulses differ by a factor of two.
 //! Verified by `tests/twin.rs`.
 
 use super::choice::run;
@@ -14,7 +15,7 @@ use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
 use bladeoff_model::outcome::Status;
 
-/// The twin of a run that has ended, where there is to be one. A run that failed has nothing to compare with. The follower sees
+/// The twin of a run that has ended, where there is to be one. A run that failed is not compared. The follower sees
 /// nothing of it, but may end it: it has failed then.
 pub(super) fn of(
     own: &Recorders,
@@ -24,19 +25,27 @@ pub(super) fn of(
     plan: &StepPlan,
     follower: &mut dyn Follower,
 ) -> Option<Twin> {
-    if machine.run.twin == 0.0 || own.verdict(machine, structure, end).status == Status::Failed {
+    let limit = machine.run.twin_limit;
+    if machine.run.twin == 0.0 || !is_compared(own.verdict(machine, structure, end).status) {
         return None;
     }
     let machine = shifted(machine);
     let mut unseen = Unseen { follower, before: end.steps };
     let Ok((other, end)) = run(&machine, structure, plan, &mut unseen) else {
         // one that cannot start (it would begin inside the diaphragm) has failed
-        return Some(Twin { load_change: None, status: Status::Failed });
+        return Some(Twin::alone(Status::Failed));
     };
     let status = other.verdict(&machine, structure, &end).status;
-    let loads = own.largest_load().zip(other.largest_load());
-    let change = loads.filter(|&(load, _)| load > 0.0).map(|(load, twin)| (twin - load) / load);
-    Some(Twin { load_change: change.filter(|_| status != Status::Failed), status })
+    Some(if is_compared(status) {
+        Twin::of(&own.compared(), &other.compared(), limit, status)
+    } else {
+        Twin::alone(status)
+    })
+}
+
+/// Whether a run with this status went to its end: one that stopped before has smaller maxima.
+fn is_compared(status: Status) -> bool {
+    matches!(status, Status::Ok | Status::Invalid)
 }
 
 /// Asks whether to go on, with the steps counted on from those of the first run.

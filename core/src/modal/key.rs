@@ -87,6 +87,7 @@ fn of_run(text: &mut Text, run: &RunSettings) {
         static_residual: _,
         step_limit: _,
         twin: _,
+        twin_limit: _,
         guard: _,
         limits: _,
         end_beyond: _,

@@ -127,6 +127,16 @@ impl ContactRecorder {
         self.impulse.hold();
     }
 
+    /// Largest impulse of 1 ms over 1 ms \[N\]; `None` before the first millisecond has passed.
+    pub fn filtered(&self) -> Option<f64> {
+        self.filtered.value
+    }
+
+    /// Normal impulse of all contact \[N s\].
+    pub fn impulse(&self) -> f64 {
+        self.impulse.value
+    }
+
     /// Whether there was contact.
     pub fn touched(&self) -> bool {
         self.first.is_some()

@@ -30,7 +30,7 @@ pub(crate) use end::End;
 pub(crate) use energies::EnergyBalance;
 pub(crate) use peak::At;
 pub(crate) use ring::RingInstant;
-pub(crate) use twin::Twin;
+pub(crate) use twin::{Compared, Twin};
 
 use end::Steps;
 use limits::LimitRecorder;
@@ -211,9 +211,18 @@ impl Recorders {
         }
     }
 
-    /// Largest load of all bearings \[N\]; `None` where none has been seen.
-    pub fn largest_load(&self) -> Option<f64> {
-        self.loads.largest()
+    /// Results that are compared with those of a twin.
+    pub fn compared(&self) -> Compared {
+        let of_rings = |value: fn(&RingRecorders) -> Option<f64>| self.rings.iter().map(value).collect();
+        let friction = (!self.rings.is_empty()).then_some(self.energies.now.friction);
+        Compared([
+            vec![self.loads.largest()],
+            of_rings(|ring| ring.contact.filtered()),
+            of_rings(|ring| Some(ring.contact.impulse())),
+            vec![friction],
+            of_rings(RingRecorders::eccentricity),
+            vec![self.stresses.largest_torsion()],
+        ])
     }
 
     /// Takes the end of the run.

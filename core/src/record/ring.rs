@@ -100,6 +100,11 @@ impl RingRecorders {
         }
     }
 
+    /// Largest distance of the rotor's centre from the diaphragm's \[m\].
+    pub fn eccentricity(&self) -> Option<f64> {
+        self.eccentricity.value.map(f64::sqrt)
+    }
+
     /// All guards hold.
     pub fn hold(&mut self) {
         self.eccentricity.hold();

@@ -98,6 +98,11 @@ impl StressRecorder {
         self.torsion.iter_mut().chain(&mut self.bending).for_each(Peak::hold);
     }
 
+    /// Largest torsional moment of all sections \[N m\].
+    pub fn largest_torsion(&self) -> Option<f64> {
+        self.torsion.iter().filter_map(|peak| peak.value).reduce(f64::max)
+    }
+
     /// Of each section.
     fn sections(&self) -> Vec<Stresses> {
         let of = |shaft: &ShaftStresses, section: usize| {

@@ -78,6 +78,16 @@ impl GyroSite {
         }
     }
 
+    /// The nodes that share the site's spin, half each: of a disc its node twice.
+    #[inline]
+    #[must_use]
+    pub fn nodes(&self) -> [usize; 2] {
+        match *self {
+            GyroSite::Disc { node, .. } => [node, node],
+            GyroSite::Element { node, .. } => [node, node + 1],
+        }
+    }
+
     /// Adds `torque` to the twist rows of the site's nodes.
     #[inline]
     pub fn spread(&self, torque: f64, nodal: &mut [f64]) {

@@ -359,7 +359,7 @@ pub(super) fn summary(samples: &Samples, out: &Path, width: Option<usize>) -> Re
         return functions::summary(model, &files, width);
     }
     let bearings: String = bearings_of(samples).iter().map(|note| format!("note: {note}\n")).collect();
-    Ok(Summary::of(&files)?.with_twin(study.shift()).text(width) + &pushed_rings(samples, &files)? + &bearings)
+    Ok(Summary::of(&files)?.with_twin(study.twin_keys()).text(width) + &pushed_rings(samples, &files)? + &bearings)
 }
 
 /// Why the run ended before it was complete.

@@ -112,7 +112,7 @@ fn shown(column: &Column, guarded: Option<f64>, after: impl Fn(usize) -> Option<
         None => "-".to_owned(),
         Some(value) if column.kind == ColumnKind::Count => format!("{value}"),
         Some(value) if matches!(column.kind, ColumnKind::Choice(_)) => word(column.kind, value).to_owned(),
-        Some(value) if column.name == "twin_bearing_load_change" => {
+        Some(value) if column.name.starts_with("twin_") && column.name.ends_with("_change") => {
             let more = if value < 0.0 { "less" } else { "more" };
             format!("{} {more} in a run that starts by {TWIN} faster", percent(value.abs()))
         }

@@ -86,7 +86,7 @@ pub fn report(subject: Subject<'_>, ahead: impl Fn(&Answering) -> Ahead) -> Resu
     };
     // answers first: a study that runs has more rows when they are counted, never fewer than the answers are from
     let mut looked = ask()?;
-    let (seen, summary, pushed) = read_current(directory, row_files, |files| {
+    let (seen, (summary, sensitive), pushed) = read_current(directory, row_files, |files| {
         is_table = files.first().is_some_and(|first| first.ends_with(RESULTS));
         is_known = refuse_changed(directory)? || !is_table;
         end = files.first().filter(|_| is_table).map(|table| end_of_table(table)).transpose()?.flatten();
@@ -117,6 +117,7 @@ pub fn report(subject: Subject<'_>, ahead: impl Fn(&Answering) -> Ahead) -> Resu
     add("limits", "What it cannot tell", provenance::limits(samples));
     let ended = end.map(|end| end.words(samples));
     let mut lead = lead(&seen, of, looked.as_ref(), ended);
+    lead.extend(sensitive.map(Block::Text));
     lead.extend((!pushed.is_empty()).then(|| Block::Warning(pushed.trim_end().to_owned())));
     lead.extend(bearings_of(samples).into_iter().map(|note| Block::Warning(format!("Peak bearing loads: {note}."))));
     let page = Page { title: subject.name.to_owned(), lead, sections };
@@ -154,13 +155,15 @@ fn lead(seen: &Seen, of: u64, looked: Option<&Looked>, ended: Option<String>) ->
     blocks
 }
 
-fn summary(samples: &Samples, files: &[PathBuf]) -> Result<String, TableError> {
+/// The summary, and how many runs with a twin are sensitive.
+fn summary(samples: &Samples, files: &[PathBuf]) -> Result<(String, Option<String>), TableError> {
     let study = samples.study();
     if let Some(model) = study.function() {
         let outputs = model.outputs.iter().map(|output| output.name.clone());
-        return Ok(FunctionSummary::of(files, outputs)?.text(None));
+        return Ok((FunctionSummary::of(files, outputs)?.text(None), None));
     }
-    Ok(Summary::of(files)?.with_twin(study.shift()).text(None))
+    let summary = Summary::of(files)?.with_twin(study.twin_keys());
+    Ok((summary.text(None), summary.sensitive()))
 }
 
 fn came_out(summary: String) -> Vec<Block> {

@@ -11,7 +11,7 @@ use super::parameter::Parameter;
 use super::refine::RefineDef;
 use super::stop::StopDef;
 use super::twin::TwinShare;
-use bladeoff_model::machine::{EngineChoice, MachineDef, ParamValue, PathInfo, TWIN};
+use bladeoff_model::machine::{EngineChoice, MachineDef, ParamValue, PathInfo, TWIN, TWIN_LIMIT};
 use std::ops::Range;
 
 /// A study whose every key was checked.
@@ -150,10 +150,18 @@ impl Study {
     /// `run.twin` of its machine, before anything varies; 0: no twin runs.
     #[must_use]
     pub fn shift(&self) -> f64 {
-        match self.machine().and_then(|machine| machine.def.resolve(TWIN).ok()).and_then(|info| info.value) {
-            Some(ParamValue::Number(shift)) => shift,
-            _ => 0.0,
-        }
+        self.twin_keys()[0]
+    }
+
+    /// `run.twin` and `run.twin_limit` of its machine, before anything varies; 0 without a machine.
+    #[must_use]
+    pub fn twin_keys(&self) -> [f64; 2] {
+        [TWIN, TWIN_LIMIT].map(|key| {
+            match self.machine().and_then(|machine| machine.def.resolve(key).ok()).and_then(|info| info.value) {
+                Some(ParamValue::Number(value)) => value,
+                _ => 0.0,
+            }
+        })
     }
 
     /// Its inputs by the names that they have beside the results; `None`: this study has none of these.

@@ -25,6 +25,8 @@ pub use def::MachineDef;
 pub use engine::{EngineChoice, EngineReason, NotCovered, decides_engine};
 pub use model::*;
 pub use paths::{PathError, PathInfo, PathKind, is_detection, is_of_the_format, some_of};
-pub use schema::{CONTACT_STEP, END_TIME, ENGINE, Key, Kind, Need, Range, SCHEMA, STEP, STEP_LIMIT, TWIN, When, keys};
+pub use schema::{
+    CONTACT_STEP, END_TIME, ENGINE, Key, Kind, Need, Range, SCHEMA, STEP, STEP_LIMIT, TWIN, TWIN_LIMIT, When, keys,
+};
 pub use template::machine_template;
 pub use value::{ParamValue, ValueError};

@@ -98,6 +98,8 @@ pub struct RunSettings {
     pub step_limit: Option<u64>,
     /// Relative shift of the initial speed of a second run \[-\]; 0: none.
     pub twin: f64,
+    /// Largest relative change of a result between a run and its twin that does not make the run sensitive \[-\].
+    pub twin_limit: f64,
     /// Validity guard.
     pub guard: Guard,
     /// Limits of the physical model, in the order of [`Limit::ALL`].

@@ -8,7 +8,7 @@ mod centring;
 mod loaded;
 mod state;
 
-pub(super) use state::{initial_motion, projected};
+pub(super) use state::{initial_motion, projected, steady_state};
 
 use loaded::load;
 use state::start;

@@ -98,7 +98,10 @@ pub(in crate::engine) fn projected(structure: &Structure, nodal: &Matrix) -> Mat
 }
 
 /// Complex amplitude of the synchronous response in coordinates: (Re X, Im X).
-fn steady_state(
+///
+/// # Errors
+/// [`StartError::Singular`] where the dynamic stiffness has no inverse.
+pub(in crate::engine) fn steady_state(
     structure: &Structure,
     before: &[UnbalanceSite],
     stiffness: &Matrix,

@@ -3,6 +3,7 @@
 use super::ExponentialError;
 use super::bound::length;
 use super::grid::Cell;
+use super::gyration::{Gyrating, Gyration};
 use super::kick::Kick;
 use super::measured::{BESIDE, Stored, sizes_of};
 use super::missed::Watched;
@@ -63,6 +64,8 @@ pub struct Flight {
     /// The last gyroscopic momentum, with its time in steps, and the steps to the next.
     gyroscopic: (u64, f64),
     gyrates: u64,
+    /// Gyroscopic torques on the torsional modes, with their momenta at n.
+    gyration: Option<(Arc<Gyration>, Gyrating)>,
 }
 
 impl Flight {
@@ -99,12 +102,16 @@ impl Flight {
             gyroscopic: (0, 0.0),
             gyrates: (GYRATION / (spin.speed.abs() * settings.step)) as u64,
             spin: spin.clone(),
+            gyration: None,
             shared,
         };
         flight.see();
         flight.gyroscopic.1 = flight.gyroscopic_momentum();
         spin.begin(flight.velocities(), flight.gyroscopic.1);
         flight.spin = spin;
+        if let Some(gyration) = Gyration::of(machine, structure, &flight.spin) {
+            flight.begin_gyration(gyration);
+        }
         let back = flight.comes_back(0);
         if !flight.spin.holds(settings.step, back, machine.run.end_time) {
             if back > MOST_HELD {
@@ -151,11 +158,18 @@ impl Flight {
     pub(super) fn finish(&mut self, level: usize, blow: Option<Blow>) -> Result<(), ExponentialError> {
         let mut blow = blow.and_then(|blow| Some((self.cell.kick(self.step)?, blow)));
         self.ticks += 1 << level;
-        if self.falls() || self.ticks - self.gyroscopic.0 >= self.gyrates {
+        if self.gyration.is_some() || self.falls() || self.ticks - self.gyroscopic.0 >= self.gyrates {
             if let Some(struck) = blow.take() {
                 strike(&mut self.spin, &self.levels[level], &self.cell.local, struck, &mut self.y, &mut self.seen);
             }
             self.gyroscopic = (self.ticks, self.tables.momentum(&self.cell).of(&self.y));
+            if let Some((gyration, now)) = &mut self.gyration {
+                let model = &self.shared.grid.model;
+                self.tables.places(&self.cell, model).times(&self.y, &mut now.places);
+                self.tables.rates(&self.cell, model).times(&self.y, &mut now.rates);
+                gyration.take(now);
+                self.spin.gyrate(&now.changes, 1.0 / self.step * libm::exp2(-(level as f64)));
+            }
         }
         let (step, local) = (&self.levels[level], &self.cell.local);
         arrive(&mut self.spin, step, local, self.gyroscopic.1, blow, &mut self.y, &mut self.seen);
@@ -185,6 +199,16 @@ impl Flight {
             }
         }
         Ok(())
+    }
+
+    /// Takes the momenta of the torsional modes at the start.
+    fn begin_gyration(&mut self, gyration: Gyration) {
+        let mut now = Gyrating::default();
+        self.places(&mut now.places);
+        self.rates(&mut now.rates);
+        gyration.take(&mut now);
+        self.spin.gyrate(&now.changes, 0.0);
+        self.gyration = Some((Arc::new(gyration), now));
     }
 
     /// Whether the spin changes so fast that what is looked at from time to time is looked at more often.

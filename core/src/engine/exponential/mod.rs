@@ -22,6 +22,7 @@ mod flight;
 mod foreseen;
 mod forms;
 mod grid;
+mod gyration;
 mod kick;
 mod kicked_ring;
 mod loaded;

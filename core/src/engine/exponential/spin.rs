@@ -22,8 +22,8 @@
 //! (The trapezoidal rule for the power of that damping missed what impulses make of it: 2e-4 of a whipping turbine's energies; that for the power of brakes missed what blows make of W, 1e-5 of
 //! the energies of a rotor that its ring stops, and how T changes in a long step.)
 //!
-//! Source: the Lagrangian of docs/theory/01-shaft-line.md; (1) and (2) are its equations for phi and for the twist, integrated once. Limits: all
-//! gyroscopic sites turn with W; a turning rotor (what c0 holds at rest is not here). Second order in the step. Verified by `tests/exponential.rs`.
+//! Source: the Lagrangian of docs/theory/01-shaft-line.md; (1) and (2) are its equations for phi and for the twist, integrated once. Limits: in the gyroscopic moments on the lateral motion all
+//! sites turn with W, and gyroscopic torques act on the torsional modes only where they matter ([`super::gyration`]); a turning rotor (what c0 holds at rest is not here). Second order in the step. Verified by `tests/exponential.rs`.
 
 use super::ExponentialError;
 use super::direction::Direction;
@@ -481,6 +481,11 @@ impl Spin {
     /// What brakes have taken so far \[J\].
     pub fn braked(&self) -> f64 {
         self.braked
+    }
+
+    /// Gyroscopic torques on the torsional modes over a step of 1/`over` \[s\], by what their momenta have changed by \[kg m2/s\]; between predict and complete, and once, with 0, before the first step.
+    pub fn gyrate(&mut self, changes: &[f64], over: f64) {
+        self.twist.push(changes, over);
     }
 
     /// How many unbalances.

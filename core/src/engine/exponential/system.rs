@@ -6,7 +6,7 @@
 //! q' = M^-1 (p - W G q/2),   p' = -(C + W G/2) q' - K q + F       no W': where W jumps, q and p do not                     (1)
 //! x = (s_q q, s_p p),   s_q = sqrt(K_jj), s_p = 1/sqrt(M_jj)      |x|^2/2 is nearly the energy: conditions are taken in x  (2)
 //! ```
-//! Source: docs/theory/01-shaft-line.md; the theory page of this engine. Limits: one spin for all gyroscopic sites (the elastic twist is
+//! Source: docs/theory/01-shaft-line.md; the theory page of this engine. Limits: one spin for all gyroscopic sites (the rate of the elastic torsion is
 //! not in their rates), coefficients that do not depend on displacements. Verified by `tests/exponential.rs` against the reduced engine.
 
 use crate::engine::beginning::projected;

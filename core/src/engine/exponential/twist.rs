@@ -37,6 +37,9 @@ pub(super) struct Twist {
     before: Vec<Lane>,
     /// Torques over the step, along the rows.
     torques: Vec<f64>,
+    /// Torques over the step on the modes themselves, and the amplitudes at its beginning; empty where there are no such torques.
+    pushes: Vec<f64>,
+    begun: Vec<f64>,
     /// (2) \[J\], and t.t of the blow's row.
     put_in: f64,
     own: f64,
@@ -69,6 +72,8 @@ impl Twist {
             before: seen.clone(),
             seen,
             torques: vec![0.0; acting],
+            pushes: Vec::new(),
+            begun: Vec::new(),
             put_in: 0.0,
             own: rows.get(acting).map_or(0.0, |row| dot(row, row)),
         }
@@ -147,6 +152,14 @@ impl Twist {
         &mut self.torques
     }
 
+    /// Torques over the step on the modes themselves: minus the changes of their momenta, times `over`; between [`Twist::set_out`] and [`Twist::settle`], and once before the first step.
+    pub fn push(&mut self, changes: &[f64], over: f64) {
+        if self.begun.is_empty() {
+            (self.pushes, self.begun) = (vec![0.0; self.place.len()], self.place.clone());
+        }
+        self.pushes.iter_mut().zip(changes).for_each(|(push, change)| *push = -change * over);
+    }
+
     /// Kinetic and potential energy \[J\].
     pub fn energies(&self) -> [f64; 2] {
         let modes = self.place.iter().zip(&self.rate).zip(&self.squares);
@@ -163,6 +176,9 @@ impl Twist {
     /// Goes to n+1 as if nothing acted.
     #[inline(always)]
     pub fn set_out(&mut self, step: &TwistStep) {
+        if !self.begun.is_empty() {
+            self.begun.copy_from_slice(&self.place);
+        }
         let modes = self.place.as_chunks_mut::<LANES>().0.iter_mut().zip(self.rate.as_chunks_mut::<LANES>().0);
         for (eight, (place, rate)) in step.modes.eights.iter().zip(modes) {
             [*place, *rate] = eight.after(place, rate);
@@ -218,8 +234,9 @@ impl Twist {
     pub fn settle(&mut self, step: &TwistStep) {
         let modes = self.place.as_chunks_mut::<LANES>().0.iter_mut().zip(self.rate.as_chunks_mut::<LANES>().0);
         let count = step.modes.eights.len() * LANES;
+        let mut pushes = self.pushes.as_chunks::<LANES>().0.iter();
         for (i, (eight, (place, rate))) in step.modes.eights.iter().zip(modes).enumerate() {
-            let mut force = [0.0; LANES];
+            let mut force = pushes.next().copied().unwrap_or_default();
             for (r, torque) in self.torques.iter().enumerate() {
                 let Some(row) = self.rows[r * count + i * LANES..].first_chunk::<LANES>() else { break };
                 for k in 0..LANES {
@@ -233,8 +250,26 @@ impl Twist {
         for (makes, torque) in step.makes.chunks_exact(self.seen.len()).zip(&self.torques) {
             add(makes, *torque, &mut self.seen);
         }
+        if !self.pushes.is_empty() {
+            self.see_pushes(step);
+        }
         for (r, torque) in self.torques.iter().enumerate() {
             self.put_in += torque * self.turn(r);
+        }
+    }
+
+    /// Adds the effect of torques on the modes themselves to (1) and (2).
+    fn see_pushes(&mut self, step: &TwistStep) {
+        let count = self.place.len();
+        for (j, &push) in self.pushes.iter().enumerate() {
+            let [of_place, of_rate] =
+                step.modes.eights[j / LANES].force.each_ref().map(|lane| lane.0[j % LANES] * push);
+            for (r, row) in self.rows.chunks_exact(count).enumerate() {
+                let seen = &mut self.seen[r / HALF].0;
+                seen[r % HALF] += of_place * row[j];
+                seen[HALF + r % HALF] += of_rate * row[j];
+            }
+            self.put_in += push * (self.place[j] - self.begun[j]);
         }
     }
 }

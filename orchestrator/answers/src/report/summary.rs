@@ -8,7 +8,7 @@ use super::figures::{Values, all_pass};
 use super::text::{Align, TextTable, counted};
 use crate::tables::{DETECTION, Table, TableError};
 use bladeoff_model::document::units::format_digits;
-use bladeoff_model::machine::TWIN;
+use bladeoff_model::machine::{TWIN, TWIN_LIMIT};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -39,14 +39,19 @@ pub fn worst_least(column: &str) -> Option<&'static str> {
     Some(end.trim_end_matches(')'))
 }
 
+/// Whether a run's twin has other results.
+const SENSITIVE: &str = "sensitive";
+
 /// Columns of a table that a summary looks at.
-const SUMMARY_COLUMNS: [&str; 6 + QUANTITIES.len()] = [
+const SUMMARY_COLUMNS: [&str; 8 + QUANTITIES.len()] = [
     DETECTION,
     "status",
     "cause",
     TWIN,
     "twin_status",
     "twin_bearing_load_change",
+    SENSITIVE,
+    TWIN_LIMIT,
     QUANTITIES[0].0,
     QUANTITIES[1].0,
     QUANTITIES[2].0,
@@ -76,6 +81,11 @@ struct Twins {
     changes: Values,
     /// Shifts, where the table has them.
     shifts: BTreeSet<String>,
+    /// Rows that were compared with their twin, and those of them that are sensitive.
+    compared: u64,
+    sensitive: u64,
+    /// Limits of a change, where the table has them.
+    limits: BTreeSet<String>,
 }
 
 /// Rows of one detection.
@@ -145,13 +155,22 @@ impl Summary {
         text
     }
 
-    /// Says by how much twins start faster where the table does not: `run.twin` of the machine.
+    /// Takes `run.twin` and `run.twin_limit` of the machine where the table does not have them.
     #[must_use]
-    pub fn with_twin(mut self, shift: f64) -> Self {
+    pub fn with_twin(mut self, [shift, limit]: [f64; 2]) -> Self {
         if self.twins.shifts.is_empty() && shift > 0.0 {
             self.twins.shifts.insert(format_digits(shift, "", 3));
         }
+        if self.twins.limits.is_empty() && limit > 0.0 {
+            self.twins.limits.insert(percent(limit));
+        }
         self
+    }
+
+    /// How many runs with a twin are sensitive; `None` where no run was compared with a twin.
+    #[must_use]
+    pub fn sensitive(&self) -> Option<String> {
+        self.twins.sensitive()
     }
 
     fn verdicts(&self, width: Option<usize>) -> String {
@@ -230,6 +249,25 @@ impl Twins {
         }
         let shifts = table.numbers(TWIN).unwrap_or_default().iter().flatten().filter(|shift| **shift > 0.0);
         self.shifts.extend(shifts.map(|shift| format_digits(*shift, "", 3)));
+        for word in table.words(SENSITIVE).unwrap_or_default().iter().flatten() {
+            self.compared += 1;
+            self.sensitive += u64::from(word == "yes");
+        }
+        let limits = table.numbers(TWIN_LIMIT).unwrap_or_default();
+        self.limits.extend(limits.iter().flatten().map(|limit| percent(*limit)));
+    }
+
+    fn sensitive(&self) -> Option<String> {
+        if self.compared == 0 {
+            return None;
+        }
+        let limits: Vec<&str> = self.limits.iter().map(String::as_str).collect();
+        let limit = if limits.is_empty() { TWIN_LIMIT.to_owned() } else { limits.join(" or ") };
+        let are = if self.sensitive == 1 { "is" } else { "are" };
+        let (sensitive, runs) = (self.sensitive, counted(self.compared, "run"));
+        Some(format!(
+            "{sensitive} of {runs} with a twin {are} sensitive (a twin shifted by {TWIN} changes a result by more than {limit})."
+        ))
     }
 
     /// "Twin runs: 5 of 108 rows, bearing load moved by up to 6 % (median 0.01 %) for 1e-6 of the initial speed."
@@ -248,7 +286,12 @@ impl Twins {
             write!(text, ", bearing load moved by up to {most} (median {middle}) for {shifts} of the initial speed")
                 .expect("writing to a String cannot fail");
         }
-        text + ".\n"
+        text += ".\n";
+        if let Some(sensitive) = self.sensitive() {
+            text += &sensitive;
+            text.push('\n');
+        }
+        text
     }
 }
 
@@ -312,18 +355,24 @@ mod tests {
                 ("status".into(), words([Some("ok"); 4])),
                 ("twin_status".into(), words([Some("ok"), None, Some("failed"), Some("ok")])),
                 ("twin_bearing_load_change".into(), Cells::Numbers(vec![Some(-0.06), None, None, Some(1e-6)])),
+                ("sensitive".into(), words([Some("yes"), None, None, Some("no")])),
             ];
             if shift.is_some() {
                 columns.push((TWIN.into(), Cells::Numbers(vec![shift, Some(0.0), shift, shift])));
+                columns.push((TWIN_LIMIT.into(), Cells::Numbers(vec![Some(0.05); 4])));
             }
             let mut summary = Summary::default();
             summary.add(&Table::from_columns(4, columns), true);
             assert!(!summary.go_on(), "few are kept");
-            summary.with_twin(2e-6).text(None)
+            summary.with_twin([2e-6, 0.02]).text(None)
         };
         let said = "Twin runs: 3 of 4 rows, 1 of them failed, bearing load moved by up to 6 % (median 3 %) for";
         let (own, machine) = (with(Some(1e-6)), with(None));
         assert!(own.contains(&format!("{said} 1e-6 of the initial speed.")), "{own}");
+        let sensitive =
+            "1 of 2 runs with a twin is sensitive (a twin shifted by run.twin changes a result by more than";
+        assert!(own.contains(&format!("{sensitive} 5 %).")), "{own}");
+        assert!(machine.contains(&format!("{sensitive} 2 %).")), "{machine}");
         assert!(machine.contains(&format!("{said} 2e-6 of the initial speed.")), "{machine}");
     }
 

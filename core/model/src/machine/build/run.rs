@@ -4,7 +4,7 @@ use super::covered;
 use super::reader::Reader;
 use crate::document::units::format_quantity;
 use crate::machine::model::{Braking, Engine, ForceLocation, Guard, ModelLimit, OnExceed, RunSettings, SpeedLaw};
-use crate::machine::schema::{CONTACT_STEP, END_TIME, STEP, STEP_LIMIT, TWIN};
+use crate::machine::schema::{CONTACT_STEP, END_TIME, STEP, STEP_LIMIT, TWIN, TWIN_LIMIT};
 use crate::outcome::Limit;
 
 /// Largest energy error of a run that may be believed, where the machine names none: central differences keep the balance, impulses on exact propagation keep it to
@@ -48,6 +48,7 @@ pub(super) fn run(reader: &mut Reader<'_>) -> Option<RunSettings> {
         static_residual: reader.word("run.static_residual")? == "on",
         step_limit: reader.number(STEP_LIMIT).map(|steps| steps as u64),
         twin: reader.number(TWIN)?,
+        twin_limit: reader.number(TWIN_LIMIT)?,
         guard: Guard {
             normal_work: reader.number("run.guard.normal_work")?,
             energy_balance: reader.number("run.guard.energy_balance").unwrap_or(balance),

@@ -18,6 +18,8 @@ pub const CONTACT_STEP: &str = "run.contact_step";
 pub const STEP_LIMIT: &str = "run.step_limit";
 /// Path of the shift of a second run's initial speed.
 pub const TWIN: &str = "run.twin";
+/// Path of the largest change between a run and its twin that does not make the run sensitive.
+pub const TWIN_LIMIT: &str = "run.twin_limit";
 
 /// What becomes of a run that exceeds a limit of the model.
 const ON_EXCEED: [&str; 2] = ["beyond", "note"];
@@ -81,7 +83,9 @@ pub(super) const KEYS: &[Key] = &[
     key(STEP_LIMIT, Kind::Count, Need::Optional("no limit"), STEPS, When::Always,
         "a run with more steps fails with cause step_limit"),
     key(TWIN, Kind::Number(""), Need::Number(0.0), TWIN_SHIFT, When::Always,
-        "relative shift of the initial speed of a second run, whose bearing load is compared (1e-6 is enough); 0: none"),
+        "relative shift of the initial speed of a second run, whose results are compared (1e-6 is enough); 0: none"),
+    key(TWIN_LIMIT, Kind::Number(""), Need::Number(0.02), Range::POSITIVE, When::Always,
+        "a run is `sensitive` if a result of its twin differs by more than this part of its own"),
     key("run.guard.normal_work", Kind::Number(""), Need::Number(0.01), Range::POSITIVE, When::Always,
         "run invalid if normal contact work exceeds this part of the friction energy, or of a thousandth of the initial energy where that is more"),
     key("run.guard.energy_balance", Kind::Number(""), Need::Optional("1e-6, with the engine exponential 1e-5"), Range::POSITIVE, When::Always,
