@@ -13,7 +13,7 @@ const RING: &str = "run.limit.ring_displacement.value";
 const ENDS: &str = "run.end_beyond";
 
 fn machine_of(engine: &str, changes: &[(&str, &str)]) -> bladeoff_model::machine::Machine {
-    machine_with(&study_machine("lab_rig"), &[&RUBS, &[("run.engine", engine)], changes].concat())
+    machine_with(&study_machine("lab_rig"), &[&RUBS[..], &[("run.engine", engine)], changes].concat())
 }
 
 fn rig(engine: &str, changes: &[(&str, &str)]) -> Row {
@@ -126,7 +126,7 @@ fn clearance(of: &str) -> String {
 
 #[test]
 fn journals_are_noted_against_their_clearance_and_found_to_a_contact_step_in_free_motion() {
-    let base = [("run.end_time", "60 ms"), ("contact.gap", "4 mm"), ("contact.detection", "hyp2")];
+    let base = [("run.end_time", "60 ms"), ("contact.gap", "1.9 mm"), ("contact.detection", "hyp2")];
     let with = |engine: &str, changes: &[(&str, &str)]| {
         let changes = [&base[..], &[("run.engine", engine)], changes].concat();
         machine_with(&clearance("10 mm"), &changes)
