@@ -199,8 +199,13 @@ fn bounces_and_whips_balance_their_energies() {
 #[test]
 fn whips_with_heavy_unbalances_balance_their_energies() {
     for (mass, gap, friction, limit) in [("120 kg", "4 mm", "0.3", 8e-6), ("60 kg", "4 mm", "0.5", 6e-6)] {
-        let changes =
-            [("run.end_time", "0.6 s"), ("blade_off.mass", mass), ("contact.gap", gap), ("contact.friction", friction)];
+        let changes = [
+            ("run.end_time", "0.6 s"),
+            ("run.end_beyond", "off"),
+            ("blade_off.mass", mass),
+            ("contact.gap", gap),
+            ("contact.friction", friction),
+        ];
         let ours = exponential(machine_with(&study_machine("lp_turbine"), &changes), 4.86e-5);
         assert!(ours.value("friction_energy_J") > 1e7 && ours.value("contact_time_s") > 0.1, "{mass}: contact");
         assert!(ours.value("backward_whirl_time_s") > 0.1, "{mass}: a whip");
@@ -214,6 +219,7 @@ fn whips_with_heavy_unbalances_balance_their_energies() {
 fn heavy_unbalances_without_damping_keep_their_energies() {
     let changes = [
         ("run.end_time", "0.42 s"),
+        ("run.end_beyond", "off"),
         ("blade_off.mass", "120 kg"),
         ("contact.gap", "4 mm"),
         ("contact.friction", "0"),
