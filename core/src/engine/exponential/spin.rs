@@ -16,9 +16,11 @@
 //! A step: the turn over it follows from the spin and its last slope (Adams and Bashforth's second method), (3) moves the rotor, and its velocity at the end gives
 //! W+ by (1), trapezoidal, and (2): nothing is solved, since (4) changes psi' and z' so that r does not. So momentum has no drift, and W no more noise than z'.
 //! What of r follows the rates that are foreseen, because a step does not resolve all of the rotor's answer, feeds back into the twist ([`Spin::comes_back`]): modes that no
-//! step resolves may grow by it where their phase is near half a turn a step. So the twist that is foreseen is the free one, without the torques of the step before, and
+//! step resolves may grow by it where their phase is near half a turn a step. So the predicted twist of these modes is the free one, without the torques of the step before, and
 //! steps are as long as the twist's damping holds ([`Spin::holds`]). (Impulses at either end instead of (2) let none grow, but have torsional moments up to 20 times too large
 //! where a step is a whole turn of a mode.)
+//! Modes that the step resolves are predicted with the torques of the step before ([`super::twist`], (3)). Without them the jump D of (4) is t.t times (2) times h in every step, and the
+//! balance of energies loses D (r+ - r)/2 per step: an error of first order in the step and of second order in the unbalance.
 //! (The trapezoidal rule for the power of that damping missed what impulses make of it: 2e-4 of a whipping turbine's energies; that for the power of brakes missed what blows make of W, 1e-5 of
 //! the energies of a rotor that its ring stops, and how T changes in a long step.)
 //!
@@ -241,7 +243,7 @@ impl Spin {
         self.blow = 0.0;
         let over = step.over;
         for (s, arm) in self.arms.iter_mut().enumerate() {
-            let [turned, rate] = self.twist.seen(s);
+            let [turned, rate] = self.twist.foreseen(s);
             let next_angle = self.next_angle + turned + arm.phase;
             arm.next_rate = self.next_speed + rate;
             arm.unit = arm.direction.unit;
@@ -286,7 +288,7 @@ impl Spin {
         for (s, (arm, [x, y])) in self.arms.iter_mut().zip(velocities).enumerate() {
             let velocity = Complex::new(x[0] * u + x[1] * v, y[0] * u + y[1] * v);
             arm.pull -= arm.moment * arm.rate * (velocity * arm.unit.conj()).re;
-            let ([turned, rate], jump) = (self.twist.seen(s), arm.answers * torque);
+            let ([turned, rate], jump) = (self.twist.foreseen(s), arm.answers * torque);
             let next_angle = self.next_angle + turned + arm.phase;
             arm.next_rate = self.next_speed + rate;
             let middle = arm.direction.at(0.5 * (arm.angle + next_angle));

@@ -6,6 +6,7 @@
 //! settle    (n, n')+ += g(B) (0, f),   f = sum_r M_r t_r                              torques of the unbalances and of the brakes
 //! seen      s_r = t_r.n, t_r.n'    of all rows, free; what blows and torques add to them is a table                                  (1)
 //! put in    += J (s'(n) + J t.t/2) + sum_r M_r (s_r(n+1) - s_r(n))                    works, so damping has taken  put in - E(n)       (2)
+//! foreseen  seen + response of the resolved modes to the torques of the last step                           (3)
 //! ```
 //! Rows `t_r`: those of the unbalances, that of the brakes, and that of the first diaphragm's node, where there is one. All of it is exact, as the motion is; (2) is (5) of
 //! [`super::spin`], summed. Parts of the kernels of [`super::motion`]; lists have a multiple of eight entries. Verified by
@@ -18,6 +19,9 @@ use crate::linalg::lanes::{LANES, Lane};
 
 /// Rows that are seen together.
 const HALF: usize = LANES / 2;
+
+/// The step resolves a mode where `(w h)^2` is less.
+const RESOLVED: f64 = 1.0;
 
 /// Modes of twist under way.
 #[derive(Debug, Clone)]
@@ -35,6 +39,8 @@ pub(super) struct Twist {
     /// (1), turns and rates of four rows after four, and that at the beginning of the step.
     seen: Vec<Lane>,
     before: Vec<Lane>,
+    /// (3).
+    held: Vec<Lane>,
     /// Torques over the step, along the rows.
     torques: Vec<f64>,
     /// Torques over the step on the modes themselves, and the amplitudes at its beginning; empty where there are no such torques.
@@ -51,6 +57,8 @@ pub(super) struct TwistStep {
     modes: OscillatorStep,
     /// What unit torques along each row, and a blow behind those, make of (1).
     makes: Vec<Lane>,
+    /// The change of (1) by unit torques along each row in the resolved modes alone.
+    resolved: Vec<Lane>,
 }
 
 impl Twist {
@@ -70,6 +78,7 @@ impl Twist {
             rows: rows.concat(),
             acting,
             before: seen.clone(),
+            held: seen.clone(),
             seen,
             torques: vec![0.0; acting],
             pushes: Vec::new(),
@@ -91,16 +100,22 @@ impl Twist {
             true => eight.force[rate],
             false => eight.free[1 + 2 * rate],
         };
-        let made = |along: usize, r: usize, rate: usize| -> f64 {
-            let lanes = modes.eights.iter().flat_map(|eight| of(eight, along, rate).0);
-            let rows = self.row(along).iter().zip(self.row(r));
-            lanes.zip(rows).map(|(made, (along, row))| made * along * row).sum()
-        };
-        let lane =
-            |along: usize, group: usize| Lane(std::array::from_fn(|k| made(along, HALF * group + k % HALF, k / HALF)));
         let groups = self.seen.len();
-        let makes = (0..HALF * groups).flat_map(|along| (0..groups).map(move |group| (along, group)));
-        TwistStep { makes: makes.map(|(along, group)| lane(along, group)).collect(), modes }
+        let table = |rows: usize, highest: f64| -> Vec<Lane> {
+            let made = |along: usize, r: usize, rate: usize| -> f64 {
+                let lanes = modes.eights.iter().flat_map(|eight| of(eight, along, rate).0).zip(&self.squares);
+                let rows = self.row(along).iter().zip(self.row(r));
+                let kept = lanes.zip(rows).filter(|((_, square), _)| **square * h * h < highest);
+                kept.map(|((made, _), (along, row))| made * along * row).sum()
+            };
+            let lane = |along: usize, group: usize| {
+                Lane(std::array::from_fn(|k| made(along, HALF * group + k % HALF, k / HALF)))
+            };
+            let places = (0..rows).flat_map(|along| (0..groups).map(move |group| (along, group)));
+            places.map(|(along, group)| lane(along, group)).collect()
+        };
+        let (makes, resolved) = (table(HALF * groups, f64::INFINITY), table(self.acting, RESOLVED));
+        TwistStep { makes, resolved, modes }
     }
 
     /// What trains of blows over steps of `h` \[s\] lack of the static turn of each mode at n, per angular impulse: as [`super::kicked_ring`] has it of the ring. Of modes that turn by half a turn and more over a
@@ -139,6 +154,13 @@ impl Twist {
     pub fn seen(&self, r: usize) -> [f64; 2] {
         let lane = &self.seen[r / HALF].0;
         [lane[r % HALF], lane[HALF + r % HALF]]
+    }
+
+    /// Turn along one of the rows, and its rate, expected at n+1: the free motion with (3); after [`Twist::set_out`].
+    #[inline(always)]
+    pub fn foreseen(&self, r: usize) -> [f64; 2] {
+        let ([turn, rate], held) = (self.seen(r), &self.held[r / HALF].0);
+        [turn + held[r % HALF], rate + held[HALF + r % HALF]]
     }
 
     /// The turn that a unit blow makes along its own row.
@@ -204,6 +226,10 @@ impl Twist {
             for k in 0..LANES {
                 seen.0[k] = chains[0][k / HALF][k % HALF] + chains[1][k / HALF][k % HALF];
             }
+        }
+        self.held.fill(Lane::default());
+        for (resolved, torque) in step.resolved.chunks_exact(self.held.len()).zip(&self.torques) {
+            add(resolved, *torque, &mut self.held);
         }
     }
 
