@@ -13,6 +13,7 @@ mod follow;
 mod limits;
 mod loads;
 mod peak;
+mod phases;
 mod ring;
 mod row;
 mod stresses;
@@ -220,7 +221,7 @@ impl Recorders {
     pub fn finish(&mut self, end: &End, machine: &Machine, structure: &Structure) {
         self.energies.finish(end);
         for ring in &mut self.rings {
-            ring.contact.finish(At { time: end.time, speed: end.speed });
+            ring.finish(end.cause, At { time: end.time, speed: end.speed });
         }
         // a step that could not be gone on from says nothing that may be believed
         if end.is_between_steps() {

@@ -7,6 +7,7 @@ use super::stresses::BladeRecorder;
 use super::whirl::{Motion, WhirlRecorder};
 use crate::structure::RingPart;
 use bladeoff_model::machine::{Diaphragm, Machine};
+use bladeoff_model::outcome::EndCause;
 
 /// One instant of a diaphragm and of the rotor in it, in the diaphragm's frame.
 #[derive(Debug, Clone, Copy)]
@@ -98,6 +99,12 @@ impl RingRecorders {
         if let Some(q) = now.ring {
             self.blades.see(q, at);
         }
+    }
+
+    /// Takes the end of the run.
+    pub fn finish(&mut self, cause: EndCause, at: At) {
+        self.contact.finish(at);
+        self.whirl.finish(cause, at.time);
     }
 
     /// All guards hold.
