@@ -15,7 +15,7 @@
 //! contact, otherwise `mixed`.
 //!
 //! Source: common usage (Muszynska 2005, ch. 6: partial and full annular rub, dry whip); the numbers 0.5 and 0.9 are ours.
-//! The last, incomplete window counts where the rotor stopped (it never completes a turn), and in a run that failed in contact.
+//! The last, incomplete window counts where the rotor stopped (it never completes a turn), and in a run that a failure or a limit ended in contact.
 //! A run cut by `end_time` or `end_speed` leaves that window out.
 //! Limits: such a window may be short, but not shorter than the filter of 1 ms unless the rotor stopped. Verified by the tests below and `tests/stresses.rs`.
 
@@ -129,7 +129,7 @@ impl WhirlRecorder {
         let touches = self.last_contact.is_some_and(|last| time - last <= FILTER.max(1.5 * self.dt));
         let counts = match cause {
             EndCause::Stopped => true,
-            EndCause::Failure => touches && time - window.start >= FILTER,
+            EndCause::Failure | EndCause::Limit => touches && time - window.start >= FILTER,
             _ => false,
         };
         // a window that has just begun has no contact to judge
@@ -260,6 +260,7 @@ mod tests {
         };
         assert_eq!(ended(EndCause::Stopped, |t| t > 0.01), "heavy");
         assert_eq!(ended(EndCause::Failure, |t| t > 0.01), "heavy");
+        assert_eq!(ended(EndCause::Limit, |t| t > 0.01), "heavy");
         assert_eq!(ended(EndCause::EndTime, |t| t > 0.01), "light");
         assert_eq!(ended(EndCause::EndSpeed, |t| t > 0.01), "light");
         // one bounce at the start, and free until it stops
