@@ -210,6 +210,9 @@ impl ContactRecorder {
         );
         let reversals = of.map(|contact| contact.reversals);
         row.count("slip_reversal_steps", "contact steps whose slip velocity changed sign", reversals);
+    }
+
+    pub(super) fn report_resolution(of: Option<&Self>, row: &mut Row<'_>) {
         row.real(
             "steps_per_impact",
             "",

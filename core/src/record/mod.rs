@@ -259,5 +259,6 @@ impl Recorders {
         RingRecorders::report(&self.rings, row.of(Group::Stresses), RingRecorders::report_blades);
         self.stresses.report(row);
         self.limits.report(row.of(Group::Course));
+        RingRecorders::report(&self.rings, row.of(Group::Numerics), RingRecorders::report_resolution);
     }
 }

@@ -147,6 +147,10 @@ impl RingRecorders {
         ContactRecorder::report_solves(of.map(|ring| &ring.contact), row);
     }
 
+    pub(super) fn report_resolution(of: Option<&Self>, row: &mut Row<'_>) {
+        ContactRecorder::report_resolution(of.map(|ring| &ring.contact), row);
+    }
+
     pub(super) fn report_blades(of: Option<&Self>, row: &mut Row<'_>) {
         BladeRecorder::report(of.map(|ring| &ring.blades), row);
     }
