@@ -2,6 +2,7 @@
 
 use super::filter::{FILTER, LastMillisecond};
 use super::peak::{At, Peak, Sum};
+use super::phases::Phases;
 use super::row::Row;
 use bladeoff_model::machine::{Contact, Detection};
 
@@ -40,6 +41,7 @@ pub(crate) struct ContactRecorder {
     first: Option<f64>,
     last: Option<f64>,
     impulse: Sum,
+    phases: Phases,
     time: f64,
     stick_time: f64,
     impacts: u64,
@@ -67,6 +69,7 @@ impl ContactRecorder {
             first: None,
             last: None,
             impulse: Sum::default(),
+            phases: Phases::default(),
             time: 0.0,
             stick_time: 0.0,
             impacts: 0,
@@ -83,6 +86,7 @@ impl ContactRecorder {
         let force = touch.map_or(0.0, |touch| touch.normal);
         self.finish(at);
         self.impulses.slide(force * self.dt);
+        self.phases.see(force * self.dt);
         if let Some(impulse) = self.impulses.sum() {
             self.filtered.see(impulse / (self.impulses.length() as f64 * self.dt), at);
         }
@@ -110,6 +114,7 @@ impl ContactRecorder {
     pub fn pass(&mut self, steps: usize, at: At) {
         self.finish(at);
         self.impulses.pass(steps);
+        self.phases.pass(steps);
     }
 
     /// What the last contact left, at the instant it left it: that of the next step, or the end.
@@ -150,6 +155,11 @@ impl ContactRecorder {
     /// Largest penetration that a contact left, that of the last step included, which is left only at its end \[m\].
     pub fn penetration(&self) -> Option<f64> {
         self.penetration.value.into_iter().chain(self.left).reduce(f64::max)
+    }
+
+    /// Equivalent steps per contact phase, of the phases known so far; `None` before the first has ended.
+    pub fn steps_per_impact(&self) -> Option<f64> {
+        self.phases.known()
     }
 
     /// Steps whose slip velocity changed sign.
@@ -210,6 +220,16 @@ impl ContactRecorder {
         );
         let reversals = of.map(|contact| contact.reversals);
         row.count("slip_reversal_steps", "contact steps whose slip velocity changed sign", reversals);
+    }
+
+    pub(super) fn report_resolution(of: Option<&Self>, row: &mut Row<'_>) {
+        row.real(
+            "steps_per_impact",
+            "",
+            "steps of a contact phase, as many as a constant force of the same impulse and the same mean square would have; mean over \
+             all phases, weighted by impulse; null without contact",
+            of.and_then(|contact| contact.phases.steps()),
+        );
     }
 }
 

@@ -13,6 +13,7 @@ mod follow;
 mod limits;
 mod loads;
 mod peak;
+mod phases;
 mod ring;
 mod row;
 mod stresses;
@@ -229,7 +230,7 @@ impl Recorders {
     pub fn finish(&mut self, end: &End, machine: &Machine, structure: &Structure) {
         self.energies.finish(end);
         for ring in &mut self.rings {
-            ring.contact.finish(At { time: end.time, speed: end.speed });
+            ring.finish(end.cause, At { time: end.time, speed: end.speed });
         }
         // a step that could not be gone on from says nothing that may be believed
         if end.is_between_steps() {
@@ -267,5 +268,6 @@ impl Recorders {
         RingRecorders::report(&self.rings, row.of(Group::Stresses), RingRecorders::report_blades);
         self.stresses.report(row);
         self.limits.report(row.of(Group::Course));
+        RingRecorders::report(&self.rings, row.of(Group::Numerics), RingRecorders::report_resolution);
     }
 }

@@ -7,6 +7,7 @@ use super::stresses::BladeRecorder;
 use super::whirl::{Motion, WhirlRecorder};
 use crate::structure::RingPart;
 use bladeoff_model::machine::{Diaphragm, Machine};
+use bladeoff_model::outcome::EndCause;
 
 /// One instant of a diaphragm and of the rotor in it, in the diaphragm's frame.
 #[derive(Debug, Clone, Copy)]
@@ -105,6 +106,12 @@ impl RingRecorders {
         self.eccentricity.value.map(f64::sqrt)
     }
 
+    /// Takes the end of the run.
+    pub fn finish(&mut self, cause: EndCause, at: At) {
+        self.contact.finish(at);
+        self.whirl.finish(cause, at.time);
+    }
+
     /// All guards hold.
     pub fn hold(&mut self) {
         self.eccentricity.hold();
@@ -143,6 +150,10 @@ impl RingRecorders {
 
     pub(super) fn report_solves(of: Option<&Self>, row: &mut Row<'_>) {
         ContactRecorder::report_solves(of.map(|ring| &ring.contact), row);
+    }
+
+    pub(super) fn report_resolution(of: Option<&Self>, row: &mut Row<'_>) {
+        ContactRecorder::report_resolution(of.map(|ring| &ring.contact), row);
     }
 
     pub(super) fn report_blades(of: Option<&Self>, row: &mut Row<'_>) {

@@ -5,7 +5,7 @@ use super::energies::EnergyBalance;
 use super::limits::LimitRecorder;
 use super::ring::RingRecorders;
 use crate::structure::{MODAL_LAG, Structure};
-use bladeoff_model::machine::{FrictionLaw, Machine, OnExceed};
+use bladeoff_model::machine::{DiaphragmKind, FrictionLaw, Machine, OnExceed};
 use bladeoff_model::outcome::{Cause, CauseSet, Status};
 
 /// Status of a run and what it rests on.
@@ -103,6 +103,11 @@ fn broken(energies: &EnergyBalance, rings: &[RingRecorders], machine: &Machine) 
         }
         if ring.contact.reversals() > 0 && contact.friction_law == FrictionLaw::Slip {
             causes.insert(Cause::SlipReversal);
+        }
+        // a stator without freedoms takes an impact within a step, whatever the step
+        let resolves = matches!(diaphragm.kind, DiaphragmKind::Flexible(_));
+        if resolves && ring.contact.steps_per_impact().is_some_and(|steps| steps < guard.impact_steps) {
+            causes.insert(Cause::UnderResolved);
         }
     }
     causes

@@ -15,11 +15,14 @@
 //! contact, otherwise `mixed`.
 //!
 //! Source: common usage (Muszynska 2005, ch. 6: partial and full annular rub, dry whip); the numbers 0.5 and 0.9 are ours.
-//! Limits: the last, incomplete window does not count. Verified by the tests below and `tests/stresses.rs`.
+//! The last, incomplete window counts where the rotor stopped (it never completes a turn), and in a run that a failure or a limit ended in contact.
+//! A run cut by `end_time` or `end_speed` leaves that window out.
+//! Limits: such a window may be short, but not shorter than the filter of 1 ms unless the rotor stopped. Verified by the tests below and `tests/stresses.rs`.
 
 use super::filter::FILTER;
 use super::peak::At;
 use super::row::Row;
+use bladeoff_model::outcome::EndCause;
 
 /// Share of a window above which rub is heavy.
 const HEAVY_SHARE: f64 = 0.5;
@@ -118,6 +121,21 @@ impl WhirlRecorder {
             window = Window { start: at.time, angle: now.angle, turned: 0.0, contact: 0.0 };
         }
         self.window = Some(window);
+    }
+
+    /// Takes the end of the run: judges the last, incomplete window where no later one could have.
+    pub fn finish(&mut self, cause: EndCause, time: f64) {
+        let Some(window) = self.window else { return };
+        let touches = self.last_contact.is_some_and(|last| time - last <= FILTER.max(1.5 * self.dt));
+        let counts = match cause {
+            EndCause::Stopped => true,
+            EndCause::Failure | EndCause::Limit => touches && time - window.start >= FILTER,
+            _ => false,
+        };
+        // a window that has just begun has no contact to judge
+        if counts && window.contact > 0.0 {
+            self.close(&window, time);
+        }
     }
 
     fn close(&mut self, window: &Window, time: f64) {
@@ -224,6 +242,31 @@ mod tests {
         }
         assert_eq!(REGIMES[recorder.regime()], "heavy");
         assert_eq!(recorder.whirl().map(|place| WHIRLS[place]), Some("mixed"));
+    }
+
+    #[test]
+    fn a_rotor_that_stops_within_a_turn_rubs_heavily() {
+        let ended = |cause: EndCause, touches: fn(f64) -> bool| {
+            let mut recorder = WhirlRecorder::new(1e-4);
+            for step in 0..500 {
+                let time = f64::from(step) * 1e-4;
+                // half a turn until it stops
+                let angle = 100.0 * time * (1.0 - 10.0 * time);
+                let now = Motion { angle, place: [1.0, 0.0], velocity: [0.0; 2], touches: touches(time) };
+                recorder.see(&now, At { time, speed: 100.0 * (1.0 - 20.0 * time) });
+            }
+            recorder.finish(cause, 0.05);
+            REGIMES[recorder.regime()]
+        };
+        assert_eq!(ended(EndCause::Stopped, |t| t > 0.01), "heavy");
+        assert_eq!(ended(EndCause::Failure, |t| t > 0.01), "heavy");
+        assert_eq!(ended(EndCause::Limit, |t| t > 0.01), "heavy");
+        assert_eq!(ended(EndCause::EndTime, |t| t > 0.01), "light");
+        assert_eq!(ended(EndCause::EndSpeed, |t| t > 0.01), "light");
+        // one bounce at the start, and free until it stops
+        assert_eq!(ended(EndCause::Stopped, |t| t < 0.01), "light");
+        assert_eq!(ended(EndCause::Failure, |t| t < 0.03), "light");
+        assert_eq!(ended(EndCause::Stopped, |_| false), "free");
     }
 
     #[test]

@@ -210,7 +210,12 @@ fn structural(machine: &Machine) -> Machine {
         step_limit: None,
         twin: 0.0,
         twin_limit: 0.0,
-        guard: bladeoff_model::machine::Guard { normal_work: 0.0, energy_balance: 0.0, penetration: 0.0 },
+        guard: bladeoff_model::machine::Guard {
+            normal_work: 0.0,
+            energy_balance: 0.0,
+            penetration: 0.0,
+            impact_steps: 0.0,
+        },
         limits: machine.run.limits.map(|limit| ModelLimit { value: 0.0, on_exceed: OnExceed::Note, ..limit }),
         end_beyond: true,
     };

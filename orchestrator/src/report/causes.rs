@@ -107,6 +107,15 @@ pub fn broken_by(cause: Cause, machine: &Machine, number: impl Fn(&str) -> Optio
             let left: Vec<String> = left.collect();
             (!left.is_empty()).then(|| left.join("; "))
         }
+        Cause::UnderResolved => {
+            let is_one = machine.diaphragms.len() == 1;
+            let column = "steps_per_impact";
+            let found = machine.diaphragms.iter().filter_map(|diaphragm| {
+                if is_one { number(column) } else { number(&format!("{}.{column}", diaphragm.name)) }
+            });
+            let steps = found.reduce(f64::min)?;
+            Some(format!("{} steps per impact; required {}", digits(steps), digits(guard.impact_steps)))
+        }
         _ => None,
     }
 }
@@ -183,7 +192,7 @@ pub fn advice(cause: Cause, engine: Engine) -> Cow<'static, str> {
         Cause::UnstableRotor => {
             "check the bearings' cross-coupled stiffness and damping (`bladeoff modes` lists unstable speeds)".into()
         }
-        Cause::UnderResolved => format!("a smaller `{step}`").into(),
+        Cause::UnderResolved => format!("a smaller `{step}`, in the ratio of the steps per impact found to those required").into(),
     }
 }
 

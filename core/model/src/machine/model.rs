@@ -49,6 +49,8 @@ pub struct Guard {
     pub energy_balance: f64,
     /// Residual penetration over the gap \[-\]; default 0.02.
     pub penetration: f64,
+    /// Smallest equivalent number of steps of a contact phase with a flexible ring; default 20 with the exponential engine, otherwise 64.
+    pub impact_steps: f64,
 }
 
 /// What becomes of a run that exceeds a limit of the model.

@@ -70,6 +70,7 @@ const EXAMPLES: &[(&str, &str)] = &[
     ("run.ring_modes", "36"),
     ("run.step_limit", "5000000"),
     ("run.guard.energy_balance", "1e-6"),
+    ("run.guard.impact_steps", "64"),
     ("rotor.bearings.NAME.clearance", "\"0.3 mm\""),
     ("rotor.mass", "\"17 t\""),
     ("rotor.polar_inertia", "\"3000 kg m2\""),
