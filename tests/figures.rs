@@ -77,6 +77,56 @@ fn a_machine_is_drawn() {
     looked_at(&figures, "unbalance-response", &["bearing load", "spin speed [rpm]", "gap of seal"]);
 }
 
+/// Two discs on a bearing that is softer along Y: the first critical speeds are of modes that are neither forward nor backward.
+#[test]
+fn mixed_and_planar_modes_are_named_listed_and_drawn() {
+    let folder = Folder::new();
+    let (machine, figures) = (folder.path("two-discs.toml"), folder.path("figures"));
+    let file = include_str!("../core/tests/data/two_discs_soft_end.toml");
+    std::fs::write(&machine, file).expect("written");
+    let said = say(&["modes", &text(&machine), "--figures", &text(&figures)]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert!(said.out.contains("do not filter by `forward` alone"), "{}", said.out);
+    assert!(!said.err.contains("unstable"), "{}", said.err);
+    let words = ["mixed whirl", "planar whirl", "critical, mixed", "critical, planar", "critical, backward"];
+    looked_at(&figures, "campbell", &words);
+    let said = say(&["modes", &text(&machine), "--json"]);
+    let report: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
+    let critical = report["critical_speeds"].as_array().expect("a list");
+    for (critical, word) in critical.iter().zip(["mixed", "planar", "backward"]) {
+        assert_eq!((critical["whirl"].as_str(), critical["excited_by_unbalance"].as_bool()), (Some(word), Some(true)));
+        assert!(critical["whirl_share"].as_f64().is_some_and(|share| share.abs() < 0.7), "{critical}");
+    }
+    assert_eq!(report["unstable"].as_array().map(Vec::len), Some(0));
+}
+
+/// Cross-coupled stiffness at that bearing makes a mode unstable from 281 rad/s on.
+#[test]
+fn unstable_speeds_are_said_by_every_command() {
+    let folder = Folder::new();
+    let machine = folder.path("coupled.toml");
+    let file = include_str!("../core/tests/data/two_discs_soft_end.toml")
+        .replace("initial_speed = 0.001", "initial_speed = \"3000 rpm\"");
+    let file = file.replace("stiffness = [[1000000.0, 0.0], [0.0, 800000.0]]", "stiffness = [[1e6, 2e4], [-2e4, 8e5]]");
+    std::fs::write(&machine, file.replace("0.1 s", "0.02 s")).expect("written");
+    let machine = text(&machine);
+    for words in [&["modes", &machine][..], &["check", &machine], &["simulate", &machine]] {
+        let said = say(words);
+        assert_eq!(said.code, 0, "{}", said.err);
+        assert!(said.err.contains("warning: unstable ") && said.err.contains("Hz grows"), "{words:?}: {}", said.err);
+    }
+    let said = say(&["modes", &machine, "--json"]);
+    let report: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
+    let range = &report["unstable"][0];
+    // the finite-element model has the limit at 281 rad/s
+    assert!(range["from_rad_s"].as_f64().is_some_and(|from| (from - 281.2).abs() < 0.5), "{range}");
+    assert!(range["damping_ratio"].as_f64().is_some_and(|ratio| (-7e-4..-4e-4).contains(&ratio)), "{range}");
+    let said = say(&["simulate", &machine, "--json"]);
+    let row: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
+    assert!(row["least_damping_ratio"].as_f64().is_some_and(|ratio| (ratio + 5.1e-4).abs() < 2e-5), "{row}");
+    assert!(row["least_damping_at_rad_s"].as_f64().is_some_and(|speed| (speed - 314.16).abs() < 0.1), "{row}");
+}
+
 /// Dampers of half the bearings' stiffness at the running speed: their own motions are no whirl, in the list and in the diagram.
 #[test]
 fn overdamped_motions_are_listed_apart_and_not_drawn() {

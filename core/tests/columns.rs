@@ -170,6 +170,7 @@ fn the_order_of_the_columns_stays() {
         "twin_torsional_moment_change",
     ]));
     expected.extend(plain(&["twin_status", "sensitive"]));
+    expected.extend(plain(&["least_damping_ratio", "least_damping_at_rad_s"]));
     expected.extend(peak("max_blade_bending_stress", "Pa"));
     for place in ["", "_section0", "_section1", "_section2"] {
         for (name, unit) in [("max_torsional_moment", "Nm"), ("max_shear_stress", "Pa"), ("max_bending_stress", "Pa")] {

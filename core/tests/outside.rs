@@ -4,7 +4,7 @@
 
 mod common;
 
-use bladeoff_core::modal::{report, whirl_modes};
+use bladeoff_core::modal::{Whirl, report, whirl_modes};
 use bladeoff_core::rotor::RotorMatrices;
 use bladeoff_model::outcome::{EndCause, Status};
 use common::{Every, Row, close, drawn, machine, run, run_seen, study_machine};
@@ -45,7 +45,11 @@ fn random_rotors_whirl_twist_and_stretch_as_computed_elsewhere() {
             for (((frequency, ratio), sense), mode) in expected.zip(ours) {
                 largest.0 = largest.0.max(close(name, mode.frequency, frequency, 1e-8));
                 largest.1 = largest.1.max((mode.damping_ratio - ratio).abs());
-                assert_eq!(Some(mode.whirl.word()), sense.as_str(), "{name} at {frequency} rad/s");
+                // the reference has the sign of the net sense, however small
+                let sign = if mode.share > 0.0 { "forward" } else { "backward" };
+                assert_eq!(Some(sign), sense.as_str(), "{name} at {frequency} rad/s: {}", mode.share);
+                let is_clear = !matches!(mode.whirl, Whirl::Mixed | Whirl::Planar);
+                assert!(!is_clear || mode.whirl.word() == sign, "{name} at {frequency} rad/s: {:?}", mode.whirl);
             }
         }
         assert!(largest.1 < 1e-8, "{name}: damping ratio {:.1e}", largest.1);

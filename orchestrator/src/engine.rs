@@ -1,7 +1,7 @@
 //! The calls into the solver, in one place.
 
 use bladeoff_core::engine::{self, StartError, StepPlan};
-use bladeoff_core::modal::{self, Basis, BasisError, ModesError, ModesReport, SpeedModes};
+use bladeoff_core::modal::{self, Basis, BasisError, ModesError, ModesReport, SpeedModes, UnstableRange};
 use bladeoff_core::record::{Follower, NoHistory};
 use bladeoff_core::structure::Structure;
 use bladeoff_model::document::units::format_digits;
@@ -102,6 +102,18 @@ pub fn modes(machine: &Machine, speeds: &[f64]) -> Result<ModesReport, EngineErr
 /// An eigenvalue problem failed, or the modes cannot be followed.
 pub fn followed_modes(machine: &Machine, speeds: &[f64]) -> Result<Vec<SpeedModes>, EngineError> {
     modal::followed_modes(machine, speeds).map_err(EngineError::Modes)
+}
+
+/// Ranges of speeds \[rad/s\] in which a whirl mode is unstable, between two speeds.
+///
+/// # Errors
+/// An eigenvalue problem failed.
+pub fn unstable_speeds(
+    machine: &Machine,
+    structure: &Structure,
+    speeds: [f64; 2],
+) -> Result<Vec<UnstableRange>, EngineError> {
+    engine::unstable_speeds(machine, structure, speeds).map_err(|error| EngineError::Modes(error.into()))
 }
 
 /// The numeric columns of a machine's outcome.

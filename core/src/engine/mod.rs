@@ -18,11 +18,13 @@ mod predictor;
 mod rub;
 mod run;
 mod shaft_line;
+mod stability;
 mod twin;
 mod works;
 
 pub use damping::{UnresolvedDamping, unresolved_damping};
 pub use plan::{LEAST_STEP, StartError, StepPlan};
+pub use stability::{speeds_of_run, unstable_speeds};
 
 use crate::record::Follower;
 use crate::structure::Structure;

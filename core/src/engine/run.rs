@@ -5,6 +5,7 @@ use super::beginning::begin;
 use super::motion::Motion;
 use super::plan::{StartError, StepPlan};
 use super::rub::StepContact;
+use super::stability::SolvedGrid;
 use super::works::{add_works, write_stores};
 use crate::contact::Gap;
 use crate::record::{At, ContactFrame, End, EnergyBalance, Follower, Frame, Instant, Recorders, RingInstant};
@@ -35,6 +36,10 @@ pub(super) fn run(
     };
     let Motion { time, speed, step: steps, .. } = run.motion;
     let end = End { cause, time, speed, failure, steps, iterations: run.motion.iterations() };
+    // whether a run can start is asked without a step, and often
+    if steps > 0 {
+        run.recorders.see_speed(At { time, speed }, &run.damping);
+    }
     run.recorders.finish(&end, machine, structure);
     run.show_end(failure, follower);
     Ok((run.recorders, end))
@@ -47,6 +52,7 @@ struct Run<'a> {
     motion: Motion<'a>,
     recorders: Recorders,
     loads: BearingLoads,
+    damping: SolvedGrid,
     /// The last instant has been shown.
     end_shown: bool,
     /// Why the start did not settle: there is no first step from it.
@@ -61,6 +67,7 @@ impl<'a> Run<'a> {
             structure,
             recorders: Recorders::new(machine, &structure.rings, dt),
             loads: BearingLoads::new(machine, structure, &motion.line),
+            damping: SolvedGrid::new(machine, structure),
             end_shown: false,
             unsettled,
             motion,
@@ -74,6 +81,9 @@ impl<'a> Run<'a> {
         }
         if let Some(cause) = self.unsettled {
             return Err(cause);
+        }
+        if self.recorders.is_new_speed(self.motion.speed, self.damping.noticeable()) {
+            self.recorders.see_speed(At { time: self.motion.time, speed: self.motion.speed }, &self.damping);
         }
         self.motion.solve()?;
         self.motion.settle();

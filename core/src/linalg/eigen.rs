@@ -1,6 +1,6 @@
 //! Eigenvalue problems of structures, by [`super::symmetric`] and [`super::general`].
 
-use super::general::general_eigen;
+use super::general::{general_eigen, general_eigenvalues};
 use super::symmetric::symmetric_eigen;
 use super::{Matrix, cholesky, solve_lower, solve_upper};
 
@@ -72,6 +72,14 @@ pub fn symmetric_generalised(k: &Matrix, m: &Matrix, what: &'static str) -> Resu
 /// [`EigenError::NoConvergence`].
 pub fn complex_eigen(a: &Matrix, what: &'static str) -> Result<(Vec<[f64; 2]>, Matrix, Matrix), EigenError> {
     general_eigen(a).ok_or(EigenError::NoConvergence { what, size: a.nrows() })
+}
+
+/// The eigenvalues of [`complex_eigen`] alone.
+///
+/// # Errors
+/// [`EigenError::NoConvergence`].
+pub fn complex_eigenvalues(a: &Matrix, what: &'static str) -> Result<Vec<[f64; 2]>, EigenError> {
+    general_eigenvalues(a).ok_or(EigenError::NoConvergence { what, size: a.nrows() })
 }
 
 #[cfg(test)]

@@ -36,16 +36,10 @@ struct Reflection {
 #[must_use]
 pub fn general_eigen(a: &Matrix) -> Option<(Vec<[f64; 2]>, Matrix, Matrix)> {
     let n = a.nrows();
-    assert_eq!(n, a.ncols(), "a square matrix");
-    if !a.iter().all(|entry| entry.is_finite()) {
-        return None;
-    }
-    // by a power of two, so that no product of two is lost
-    let unit = libm::exp2(f64::from(libm::ilogb(a.amax()).clamp(-1000, 1000)));
-    let unit = if a.amax() > 0.0 { unit } else { 1.0 };
-    let (mut h, mut q) = (a.map(|entry| entry / unit), Matrix::identity(n, n));
-    hessenberg(&mut h, &mut q);
-    triangular(&mut h, &mut q)?;
+    let (mut h, unit) = scaled(a)?;
+    let mut q = Matrix::identity(n, n);
+    hessenberg(&mut h, Some(&mut q));
+    triangular(&mut h, Some(&mut q))?;
     let (mut values, mut re, mut im) = (vec![[0.0; 2]; n], Matrix::zeros(n, n), Matrix::zeros(n, n));
     let mut k = 0;
     while k < n {
@@ -66,8 +60,38 @@ pub fn general_eigen(a: &Matrix) -> Option<(Vec<[f64; 2]>, Matrix, Matrix)> {
     Some((values, re, im))
 }
 
-/// (1), with Q.
-fn hessenberg(h: &mut Matrix, q: &mut Matrix) {
+/// The eigenvalues of [`general_eigen`] alone, at a third of its cost.
+#[must_use]
+pub fn general_eigenvalues(a: &Matrix) -> Option<Vec<[f64; 2]>> {
+    let n = a.nrows();
+    let (mut h, unit) = scaled(a)?;
+    hessenberg(&mut h, None);
+    triangular(&mut h, None)?;
+    let mut values = Vec::with_capacity(n);
+    while values.len() < n {
+        let (k, size) = (values.len(), block_at(&h, values.len()));
+        let value = eigenvalue(&h, k, size);
+        values.push([unit * value.re, unit * value.im]);
+        if size == 2 {
+            values.push([unit * value.re, -unit * value.im]);
+        }
+    }
+    Some(values)
+}
+
+/// A divided by a power of two, so that no product of two entries is lost, and that power; `None` of what is no number.
+fn scaled(a: &Matrix) -> Option<(Matrix, f64)> {
+    assert_eq!(a.nrows(), a.ncols(), "a square matrix");
+    if !a.iter().all(|entry| entry.is_finite()) {
+        return None;
+    }
+    let unit = libm::exp2(f64::from(libm::ilogb(a.amax()).clamp(-1000, 1000)));
+    let unit = if a.amax() > 0.0 { unit } else { 1.0 };
+    Some((a.map(|entry| entry / unit), unit))
+}
+
+/// (1), with Q where it is wanted.
+fn hessenberg(h: &mut Matrix, mut q: Option<&mut Matrix>) {
     let n = h.nrows();
     let mut w = vec![0.0; n];
     for k in 0..n.saturating_sub(2) {
@@ -89,7 +113,7 @@ fn hessenberg(h: &mut Matrix, q: &mut Matrix) {
             let along = beta * dot(&v, column);
             add_scaled(-along, &v, column);
         }
-        for matrix in [&mut *h, &mut *q] {
+        for matrix in std::iter::once(&mut *h).chain(q.as_deref_mut()) {
             w.fill(0.0);
             for (j, &vj) in v.iter().enumerate() {
                 add_scaled(vj, column_of(matrix, k + 1 + j), &mut w);
@@ -102,8 +126,8 @@ fn hessenberg(h: &mut Matrix, q: &mut Matrix) {
     }
 }
 
-/// (2), with Q Z in the place of Q.
-fn triangular(h: &mut Matrix, q: &mut Matrix) -> Option<()> {
+/// (2), with Q Z in the place of Q. Without Q what is beside the block of a step stays as it is: the eigenvalues do not depend on it.
+fn triangular(h: &mut Matrix, mut q: Option<&mut Matrix>) -> Option<()> {
     let size = h.amax();
     let (mut end, mut steps) = (h.nrows(), 0);
     while end > 0 {
@@ -115,7 +139,7 @@ fn triangular(h: &mut Matrix, q: &mut Matrix) -> Option<()> {
         }
         if first == last {
             (end, steps) = (last, 0);
-        } else if first + 1 == last && !splits(h, q, first) {
+        } else if first + 1 == last && !splits(h, q.as_deref_mut(), first) {
             (end, steps) = (first, 0);
         } else if first + 1 == last {
             (end, steps) = (last, 0);
@@ -124,7 +148,7 @@ fn triangular(h: &mut Matrix, q: &mut Matrix) -> Option<()> {
             if steps > STEPS {
                 return None;
             }
-            step(h, q, [first, last], steps == STALLED || steps == 2 * STALLED);
+            step(h, q.as_deref_mut(), [first, last], steps == STALLED || steps == 2 * STALLED);
         }
     }
     Some(())
@@ -138,7 +162,7 @@ fn is_nothing(h: &Matrix, i: usize, least: f64, size: f64) -> bool {
 }
 
 /// Makes a 2 x 2 block triangular where its eigenvalues are real.
-fn splits(h: &mut Matrix, q: &mut Matrix, k: usize) -> bool {
+fn splits(h: &mut Matrix, q: Option<&mut Matrix>, k: usize) -> bool {
     let n = h.nrows();
     let [[a, b], [c, d]] = block(h, k);
     let half = 0.5 * (a - d);
@@ -159,14 +183,16 @@ fn splits(h: &mut Matrix, q: &mut Matrix, k: usize) -> bool {
     }
     let (left, right) = h.as_mut_slice().split_at_mut((k + 1) * n);
     turn_both(cos, -sin, &mut left[k * n..k * n + k + 2], &mut right[..k + 2]);
-    let (left, right) = q.as_mut_slice().split_at_mut((k + 1) * n);
-    turn_both(cos, -sin, &mut left[k * n..(k + 1) * n], &mut right[..n]);
+    if let Some(q) = q {
+        let (left, right) = q.as_mut_slice().split_at_mut((k + 1) * n);
+        turn_both(cos, -sin, &mut left[k * n..(k + 1) * n], &mut right[..n]);
+    }
     h[(k + 1, k)] = 0.0;
     true
 }
 
 /// A step (2) on the rows from first to last, which nothing couples with others from below.
-fn step(h: &mut Matrix, q: &mut Matrix, [first, last]: [usize; 2], stalled: bool) {
+fn step(h: &mut Matrix, mut q: Option<&mut Matrix>, [first, last]: [usize; 2], stalled: bool) {
     let n = h.nrows();
     // the diagonal of the last block, and the product beside it
     let (shifts, product) = if stalled {
@@ -209,13 +235,16 @@ fn step(h: &mut Matrix, q: &mut Matrix, [first, last]: [usize; 2], stalled: bool
             h[(k, k - 1)] *= 1.0 - beta * v[0] * v[0];
         }
         let entries = h.as_mut_slice();
-        for j in k..n {
+        let columns = if q.is_some() { n } else { last + 1 };
+        for j in k..columns {
             let rows = &mut entries[j * n + k..j * n + k + count];
             let along = beta * rows.iter().zip(v).map(|(row, v)| row * v).sum::<f64>();
             rows.iter_mut().zip(v).for_each(|(row, v)| *row -= along * v);
         }
         reflect_columns(h, k, (last + 1).min(k + 4), count, &reflection);
-        reflect_columns(q, k, n, count, &reflection);
+        if let Some(q) = q.as_deref_mut() {
+            reflect_columns(q, k, n, count, &reflection);
+        }
     }
 }
 

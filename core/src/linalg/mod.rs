@@ -14,7 +14,7 @@ mod sparse;
 mod symmetric;
 
 pub use definite::{cholesky, solve_lower, solve_upper, spd_inverse};
-pub use eigen::{EigenError, complex_eigen, symmetric_generalised};
+pub use eigen::{EigenError, complex_eigen, complex_eigenvalues, symmetric_generalised};
 pub use sparse::Csr;
 
 /// Column-major dense matrix of f64.

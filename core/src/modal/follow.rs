@@ -6,7 +6,7 @@
 
 use super::looks::{Looks, ModesError};
 use super::shape::Mode;
-use super::whirl::{APERIODIC, CriticalSpeed, Lateral, OVERDAMPED, OverdampedMode, SpeedModes};
+use super::whirl::{APERIODIC, CriticalSpeed, Lateral, OVERDAMPED, OverdampedMode, SpeedModes, WhirlMode};
 
 /// Whirl modes at rest below which critical speeds are looked for, and whose way must be clear.
 const FOLLOWED: usize = 12;
@@ -246,7 +246,8 @@ fn crossing(
         }
         if narrow || fc.abs() < 1e-12 * c {
             let whirl = looks.lateral.whirl(mode, c);
-            return Ok(Some(CriticalSpeed { speed: c, damping_ratio: whirl.damping_ratio, whirl: whirl.whirl }));
+            let WhirlMode { damping_ratio, whirl, share, .. } = whirl;
+            return Ok(Some(CriticalSpeed { speed: c, damping_ratio, whirl, share }));
         }
         if (fc > 0.0) == (fa > 0.0) {
             (a, fa) = (c, fc);

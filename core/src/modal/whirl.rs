@@ -2,33 +2,11 @@
 //! are not in it, except for a point mass, which may have no other.
 
 use super::quadratic::quadratic_modes;
+use super::sense::{Whirl, excited_by_unbalance, orbits, sense};
 use super::shape::Mode;
 use crate::linalg::{EigenError, Matrix};
 use crate::rotor::{RotorMatrices, UnbalanceSite};
 use bladeoff_model::machine::{Machine, RotorKind};
-
-/// Sense of a whirl.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Whirl {
-    /// With the spin.
-    Forward,
-    /// Against the spin.
-    Backward,
-    /// Neither: motion in a plane (at rest), or as much forward as backward.
-    Planar,
-}
-
-impl Whirl {
-    /// The word shown.
-    #[must_use]
-    pub fn word(self) -> &'static str {
-        match self {
-            Whirl::Forward => "forward",
-            Whirl::Backward => "backward",
-            Whirl::Planar => "planar",
-        }
-    }
-}
 
 /// One damped lateral mode.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,6 +17,8 @@ pub struct WhirlMode {
     pub damping_ratio: f64,
     /// Sense.
     pub whirl: Whirl,
+    /// Net share of the sense, -1 (backward circles) to 1 (forward circles) \[-\].
+    pub share: f64,
 }
 
 impl WhirlMode {
@@ -50,6 +30,12 @@ impl WhirlMode {
 }
 
 impl CriticalSpeed {
+    /// Whether unbalance excites the mode: whether it has a forward part.
+    #[must_use]
+    pub fn is_excited_by_unbalance(&self) -> bool {
+        excited_by_unbalance(self.share)
+    }
+
     /// Logarithmic decrement \[-\] of the mode there.
     #[must_use]
     pub fn decrement(&self) -> f64 {
@@ -91,8 +77,10 @@ pub struct CriticalSpeed {
     pub speed: f64,
     /// Damping ratio of the mode there.
     pub damping_ratio: f64,
-    /// Sense; unbalance excites forward modes (backward ones too on an anisotropic support).
+    /// Sense. Unbalance excites modes of every sense except backward circles ([`CriticalSpeed::is_excited_by_unbalance`]).
     pub whirl: Whirl,
+    /// Net share of the sense, -1 (backward circles) to 1 (forward circles) \[-\].
+    pub share: f64,
 }
 
 /// A motion whose `Im lambda/|lambda|` is below this does not oscillate: rounding alone splits a double real lambda by the
@@ -232,8 +220,9 @@ impl Lateral {
     /// What a table shows of an oscillating mode.
     pub fn whirl(&self, mode: &Mode, speed: f64) -> WhirlMode {
         let [re, im] = mode.value;
-        let whirl = if self.plane_motion(speed) { Whirl::Planar } else { self.sense(mode) };
-        WhirlMode { frequency: im, damping_ratio: -re / libm::hypot(re, im), whirl }
+        let (whirl, share) =
+            if self.plane_motion(speed) { (Whirl::Planar, 0.0) } else { sense(&orbits(mode, &self.rotor)) };
+        WhirlMode { frequency: im, damping_ratio: -re / libm::hypot(re, im), whirl, share }
     }
 
     /// Where all directions are alike every motion is a circle or made of two, and only circles go over into the modes at other
@@ -299,23 +288,5 @@ impl Lateral {
     pub fn plane_motion(&self, speed: f64) -> bool {
         speed == 0.0
             && self.rotor.bearings.iter().all(|b| b.skew == 0.0 && b.damping[0][1] == 0.0 && b.damping[1][0] == 0.0)
-    }
-
-    /// Forward whirl carries x towards y: `v = -i u`, so that `Im(conj(u) v) < 0`.
-    fn sense(&self, mode: &Mode) -> Whirl {
-        let (mut turning, mut size) = (0.0, 0.0);
-        for node in 0..self.rotor.nodes {
-            let [[ur, ui], [vr, vi]] = self.rotor.plane_places(node).map(|place| mode.at(place));
-            turning -= ur * vi - ui * vr;
-            size += ur * ur + ui * ui + vr * vr + vi * vi;
-        }
-        let share = 2.0 * turning / size;
-        if share > 1e-6 {
-            Whirl::Forward
-        } else if share < -1e-6 {
-            Whirl::Backward
-        } else {
-            Whirl::Planar
-        }
     }
 }

@@ -6,6 +6,7 @@
 //! Who follows the motion itself, for a history, is a [`Follower`].
 
 mod contact;
+mod damping;
 mod end;
 mod energies;
 mod filter;
@@ -42,9 +43,10 @@ use stresses::StressRecorder;
 use verdict::{Guards, Verdict};
 
 use crate::linalg::Matrix;
+use crate::modal::{DampingGrid, LeastDamping};
 use crate::structure::{RingPart, Structure};
 use bladeoff_model::machine::{Machine, OnExceed};
-use bladeoff_model::outcome::{Column, Group, Outcome, Status};
+use bladeoff_model::outcome::{Column, Group, Limit, Outcome, Status};
 use std::ops::Range;
 
 /// The numeric columns of one machine's outcome, in table order. They depend on its bearing names and on the number of its
@@ -98,6 +100,7 @@ fn square([x, y]: [f64; 2]) -> f64 {
 #[derive(Debug, Clone)]
 pub(crate) struct Recorders {
     pub energies: EnergyBalance,
+    damping: LeastDamping,
     loads: LoadRecorder,
     stresses: StressRecorder,
     steps: Steps,
@@ -117,6 +120,7 @@ impl Recorders {
             loads: LoadRecorder::new(&machine.rotor.bearings),
             stresses: StressRecorder::new(&machine.rotor.kind),
             energies: EnergyBalance::default(),
+            damping: LeastDamping::default(),
             steps: Steps { length: step },
             rings: machine.diaphragms.iter().enumerate().map(ring).collect(),
             guards: Guards::default(),
@@ -149,6 +153,20 @@ impl Recorders {
                 recorders.pass(steps, ring, at);
             }
             self.limits.see_eccentricity(0, square(ring.place), at);
+        }
+    }
+
+    /// Whether a mean spin \[rad/s\] lies beyond those taken by [`Recorders::see_speed`] by more than `noticeable`.
+    #[inline]
+    pub fn is_new_speed(&self, speed: f64, noticeable: f64) -> bool {
+        self.damping.is_new(speed, noticeable)
+    }
+
+    /// Takes a time with its mean spin, and the damping of whirl modes over the speed.
+    pub fn see_speed(&mut self, at: At, grid: &dyn DampingGrid) {
+        self.damping.see(at.speed, grid);
+        if let Some(growth) = self.damping.growth() {
+            self.limits.see(Limit::UnstableRotor, growth, at);
         }
     }
 
@@ -265,7 +283,9 @@ impl Recorders {
         self.steps.report(end, row);
         End::report_stop(end, row.of(Group::Course));
         Twin::report(twin, row.of(Group::Numerics));
+        damping::report(end.map(|_| &self.damping), row.of(Group::Course));
         RingRecorders::report(&self.rings, row.of(Group::Stresses), RingRecorders::report_blades);
+        // last: sections of the shaft get what room is left
         self.stresses.report(row);
         self.limits.report(row.of(Group::Course));
         RingRecorders::report(&self.rings, row.of(Group::Numerics), RingRecorders::report_resolution);

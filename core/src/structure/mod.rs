@@ -56,6 +56,8 @@ pub struct Structure {
     computed: bool,
     /// What an engine keeps of its own for runs that share the structure.
     pub(crate) kept: kept::Kept,
+    /// Damping of whirl modes at speeds where it has been computed.
+    pub(crate) stability: kept::Kept,
 }
 
 impl Structure {
@@ -137,6 +139,7 @@ impl Structure {
             basis,
             computed: true,
             kept: kept::Kept::default(),
+            stability: kept::Kept::default(),
         }
     }
 

@@ -10,11 +10,12 @@ use super::run::{PartArgs, default_workers};
 use super::shared::shared;
 use crate::answering::related;
 use crate::engine;
-use crate::report::{bearings_beyond, matrices_of, with_word};
-use crate::reporting::bearings_of;
+use crate::report::{bearings_beyond, matrices_of, unstable, with_word};
+use crate::reporting::{bearings_of, unstable_of};
 use crate::settled::machine_alone;
 use crate::starts::placed;
 use bladeoff_answers::report::{Align, TextTable, counted, wrapped};
+use bladeoff_core::engine::speeds_of_run;
 use bladeoff_model::document::MAX_FILE_BYTES;
 use bladeoff_model::machine::{MachineDef, ParamValue};
 use bladeoff_study::{Axis, Fixed, Origin, Samples, StudyError, fixed_angle, idle_levels, read_input, show};
@@ -74,6 +75,9 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     for note in bearings_of(&samples) {
         remark(&format!("\nnote: {note}\n"));
     }
+    for range in unstable_of(&samples) {
+        remark(&format!("\nwarning: {range}\n"));
+    }
     estimate(&samples)?;
     Ok(Exit::Ok)
 }
@@ -92,6 +96,8 @@ fn machine(path: &Path) -> Result<Exit, CliError> {
     tell(&format!("{}: a machine whose run can start\n{choice}", definition.name()))?;
     let step = engine::step_plan(&machine, &structure)?.step;
     bearings_beyond(&machine, &structure, step).iter().for_each(|note| remark(&format!("note: {}", note.text())));
+    let unstable = unstable(&machine, &structure, speeds_of_run(&machine));
+    unstable.iter().for_each(|range| remark(&format!("warning: {range}")));
     Ok(Exit::Ok)
 }
 

@@ -8,10 +8,10 @@ use super::output::{print, print_json, remark};
 use super::plot::{refuse_other_formats, save};
 use crate::engine;
 use crate::pictures::{campbell, campbell_speeds, ring_shapes, rotor_shapes, unbalance_response};
-use crate::report::{matrices_of, with_word};
+use crate::report::{matrices_of, range_in_words, with_word};
 use bladeoff_answers::figures::{self, Figure};
 use bladeoff_answers::report::{Align, TextTable};
-use bladeoff_core::modal::{ModesReport, OVERDAMPED, OverdampedMode, SpeedModes, Whirl};
+use bladeoff_core::modal::{CriticalSpeed, ModesReport, OVERDAMPED, OverdampedMode, SpeedModes, UnstableRange, Whirl};
 use bladeoff_model::document::units::{format_digits, parse_bare_or_quantity};
 use bladeoff_model::machine::Machine;
 use std::f64::consts::PI;
@@ -21,9 +21,11 @@ use std::path::PathBuf;
 /// Whirl frequencies and damping, critical speeds, ring frequencies
 ///
 /// For each speed the damped lateral modes of the shaft line on its bearings with gyroscopic effect: frequency, damping
-/// ratio (negative: unstable), logarithmic decrement and sense of whirl. A mode keeps its number at all speeds: it is followed
-/// from rest by its shape. Motions with a damping ratio from 0.9 (or no frequency at all) are overdamped: they are listed apart
-/// and have no critical speed. Then the critical speeds (spin = whirl frequency), the free twist and axial frequencies of the
+/// ratio (negative: unstable), logarithmic decrement and sense of whirl. The sense is forward, backward, mixed (nodes disagree) or
+/// planar (a straight line); the share beside it is +1 for forward circles, -1 for backward ones. A mode keeps its number at all
+/// speeds: it is followed from rest by its shape. Motions with a damping ratio from 0.9 (or no frequency at all) are overdamped: they are listed apart
+/// and have no critical speed. A warning names the speeds, up to 1.2 times the initial speed (the first critical speed where that is
+/// higher) and to those asked for, between which a whirl mode is unstable. Then the critical speeds (spin = whirl frequency), the free torsional and axial frequencies of the
 /// shaft line, and the frequencies of each flexible diaphragm with their nodal diameters.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
@@ -65,11 +67,20 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     }
     let machine = build(&args.machine.load()?, &args.machine.given())?;
     let speeds = speeds(args, &machine)?;
-    let report = with_word(|| matrices_of(&machine), || engine::modes(&machine, &speeds))?;
+    let (report, unstable) = with_word(
+        || matrices_of(&machine),
+        || {
+            let report = engine::modes(&machine, &speeds)?;
+            let top = speeds.iter().copied().fold(highest(&machine, &report.critical_speeds), f64::max);
+            let unstable = engine::unstable_speeds(&machine, &engine::build(&machine)?, [0.0, top])?;
+            Ok::<_, CliError>((report, unstable))
+        },
+    )?;
     if args.json {
-        print_json(&json(&machine, &report))?
+        print_json(&json(&machine, &report, &unstable))?
     } else {
-        print(&text(&machine, &report, args.count))?
+        print(&text(&machine, &report, args.count))?;
+        unstable.iter().for_each(|range| remark(&format!("warning: {}", range_in_words(range))));
     }
     if let Some(directory) = &args.figures {
         remark(save(&with_word(|| format!("drawing {}", machine.name), || figures(&machine))?, directory)?.trim_end());
@@ -77,14 +88,19 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     Ok(Exit::Ok)
 }
 
+/// Highest speed of diagrams, and up to which instability is searched \[rad/s\]: the running speed with some room; where it is below the first
+/// critical speed, up to that.
+fn highest(machine: &Machine, critical: &[CriticalSpeed]) -> f64 {
+    let first = critical.iter().find(|critical| critical.is_excited_by_unbalance()).or(critical.first());
+    1.2 * machine.rotor.initial_speed.max(first.map_or(0.0, |critical| critical.speed))
+}
+
 /// The figures of a machine that exist for it.
 fn figures(machine: &Machine) -> Result<Vec<(String, Figure)>, CliError> {
     let structure = engine::build(machine)?;
-    // the running speed with some room; where it is below the first critical speed, up to that
     let report = engine::modes(machine, &[])?;
     let critical = &report.critical_speeds;
-    let first = critical.iter().find(|critical| critical.whirl != Whirl::Backward).or(critical.first());
-    let top = 1.2 * machine.rotor.initial_speed.max(first.map_or(0.0, |critical| critical.speed));
+    let top = highest(machine, critical);
     // a machine that neither turns nor has a critical speed
     let top = if top > 0.0 { top } else { 2.0 * PI };
     let followed = engine::followed_modes(machine, &campbell_speeds(top))?;
@@ -137,6 +153,7 @@ fn text(machine: &Machine, report: &ModesReport, count: usize) -> String {
         ("damping ratio", Align::Right),
         ("log decrement", Align::Right),
         ("whirl", Align::Left),
+        ("share", Align::Right),
     ]);
     for critical in report.critical_speeds.iter().take(count) {
         let frequency = hertz(critical.speed);
@@ -146,9 +163,11 @@ fn text(machine: &Machine, report: &ModesReport, count: usize) -> String {
             shown(critical.damping_ratio),
             shown(critical.decrement()),
             critical.whirl.word().to_owned(),
+            share(critical.share),
         ]);
     }
     text.push_str(&table.render("  "));
+    text.push_str(excited(&report.critical_speeds));
     for (name, frequencies) in [("twist, free", &report.twist), ("axial", &report.axial)] {
         let list: Vec<String> = frequencies.iter().take(count).map(|frequency| shown(hertz(*frequency))).collect();
         let list = if list.is_empty() { "none".to_owned() } else { list.join(", ") };
@@ -173,6 +192,20 @@ fn shown(value: f64) -> String {
     format_digits(value, "", 5)
 }
 
+/// Net share of the sense, with its sign; 0 without one.
+fn share(value: f64) -> String {
+    if value.abs() < 0.005 { "0.00".to_owned() } else { format!("{value:+.2}") }
+}
+
+/// Which critical speeds unbalance excites, where it is not the forward ones alone.
+fn excited(critical: &[CriticalSpeed]) -> &'static str {
+    if critical.iter().any(|critical| critical.whirl != Whirl::Forward && critical.is_excited_by_unbalance()) {
+        "  Unbalance excites modes of every sense here, except backward ones with share -1.00: do not filter by `forward` alone.\n"
+    } else {
+        ""
+    }
+}
+
 fn whirl_table(speed: &SpeedModes, count: usize) -> String {
     let (at, more) = (format_digits(speed.speed, "rad/s", 6), more(speed.whirl.len(), count));
     let mut table = TextTable::new(&[
@@ -181,6 +214,7 @@ fn whirl_table(speed: &SpeedModes, count: usize) -> String {
         ("damping ratio", Align::Right),
         ("log decrement", Align::Right),
         ("whirl", Align::Left),
+        ("share", Align::Right),
     ]);
     for (number, mode) in speed.whirl.iter().take(count) {
         table.row(vec![
@@ -189,6 +223,7 @@ fn whirl_table(speed: &SpeedModes, count: usize) -> String {
             shown(mode.damping_ratio),
             shown(mode.decrement()),
             mode.whirl.word().to_owned(),
+            share(mode.share),
         ]);
     }
     format!("\nwhirl at {at}{more}\n{}", table.render("  "))
@@ -223,7 +258,7 @@ fn more(all: usize, count: usize) -> String {
     if all > count { format!(" (the first {count} of {all})") } else { String::new() }
 }
 
-fn json(machine: &Machine, report: &ModesReport) -> String {
+fn json(machine: &Machine, report: &ModesReport, unstable: &[UnstableRange]) -> String {
     let list = |items: Vec<String>| format!("[{}]", items.join(", "));
     let mut object = JsonObject::default();
     object.word("machine", Some(&machine.name));
@@ -231,11 +266,12 @@ fn json(machine: &Machine, report: &ModesReport) -> String {
         let modes = speed.whirl.iter().map(|(mode_number, mode)| {
             format!(
                 "\n      {{\"mode\": {mode_number}, \"frequency_Hz\": {}, \"damping_ratio\": {}, \"log_decrement\": {}, \
-                 \"whirl\": {}}}",
+                 \"whirl\": {}, \"whirl_share\": {}}}",
                 number(hertz(mode.frequency)),
                 number(mode.damping_ratio),
                 number(mode.decrement()),
-                quoted(mode.whirl.word())
+                quoted(mode.whirl.word()),
+                number(mode.share)
             )
         });
         let overdamped = speed.overdamped.iter().map(|mode| {
@@ -255,14 +291,28 @@ fn json(machine: &Machine, report: &ModesReport) -> String {
     object.raw("whirl", &list(speeds.collect()));
     let critical = report.critical_speeds.iter().map(|critical| {
         format!(
-            "\n    {{\"speed_rad_s\": {}, \"damping_ratio\": {}, \"log_decrement\": {}, \"whirl\": {}}}",
+            "\n    {{\"speed_rad_s\": {}, \"damping_ratio\": {}, \"log_decrement\": {}, \"whirl\": {}, \"whirl_share\": {}, \
+             \"excited_by_unbalance\": {}}}",
             number(critical.speed),
             number(critical.damping_ratio),
             number(critical.decrement()),
-            quoted(critical.whirl.word())
+            quoted(critical.whirl.word()),
+            number(critical.share),
+            critical.is_excited_by_unbalance()
         )
     });
     object.raw("critical_speeds", &list(critical.collect()));
+    let ranges = unstable.iter().map(|range| {
+        format!(
+            "\n    {{\"from_rad_s\": {}, \"to_rad_s\": {}, \"frequency_Hz\": {}, \"damping_ratio\": {}, \"at_rad_s\": {}}}",
+            number(range.from),
+            number(range.to),
+            number(hertz(range.worst.frequency)),
+            number(range.worst.ratio),
+            number(range.worst_at)
+        )
+    });
+    object.raw("unstable", &list(ranges.collect()));
     let frequencies = |all: &[f64]| list(all.iter().map(|frequency| number(hertz(*frequency))).collect());
     object.raw("twist_Hz", &frequencies(&report.twist));
     object.raw("axial_Hz", &frequencies(&report.axial));

@@ -7,7 +7,9 @@ use super::json::JsonObject;
 use super::machine::{MachineArgs, build, refused, set};
 use super::output::{print_json, remark, tell};
 use crate::engine::{self, EngineError};
-use crate::report::{OutcomeView, beyond_the_model, cause_in_words, describe_outcome, matrices_of, with_word};
+use crate::report::{
+    OutcomeView, beyond_the_model, cause_in_words, describe_outcome, matrices_of, unstable, with_word,
+};
 use crate::settled::machine_alone;
 use crate::starts::placed;
 use bladeoff_answers::report::duration;
@@ -98,6 +100,14 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     }
     for note in beyond_the_model(&machine, &structure, plan.step, view).iter().chain(&history) {
         remark(note);
+    }
+    let initial = machine.rotor.initial_speed;
+    if let (Some(ratio), Some(at)) = (view.value("least_damping_ratio"), view.value("least_damping_at_rad_s"))
+        && ratio < 0.0
+    {
+        let end = view.value("end_speed_rad_s").unwrap_or(at);
+        let visited = [end.min(at).min(initial), end.max(at).max(initial)];
+        unstable(&machine, &structure, visited).iter().for_each(|range| remark(&format!("warning: {range}")));
     }
     Ok(verdict(&outcome))
 }

@@ -39,7 +39,8 @@ pub fn campbell(
     // where lines coincide, the dashes of those that are drawn later leave the ones below to be seen
     for (whirl, label, mark, colour) in [
         (Whirl::Forward, "forward whirl", Mark::Line, COLOURS[0]),
-        (Whirl::Planar, "planar", Mark::Line, COLOURS[6]),
+        (Whirl::Planar, "planar whirl", Mark::Line, COLOURS[6]),
+        (Whirl::Mixed, "mixed whirl", Mark::Line, COLOURS[4]),
         (Whirl::Backward, "backward whirl", Mark::Dashed, COLOURS[1]),
     ] {
         let pieces = numbers.iter().flat_map(|number| pieces(found, *number, whirl)).map(|piece| {
@@ -67,6 +68,7 @@ pub fn campbell(
         (Whirl::Forward, "critical, forward", Mark::Dots(5), COLOURS[2]),
         (Whirl::Backward, "critical, backward", Mark::Rings(8), COLOURS[2]),
         (Whirl::Planar, "critical, planar", Mark::Dots(3), COLOURS[5]),
+        (Whirl::Mixed, "critical, mixed", Mark::Rings(6), COLOURS[5]),
     ] {
         let points: Vec<(f64, f64)> = critical
             .iter()

@@ -8,6 +8,7 @@ mod limits;
 mod outcome;
 mod patience;
 mod progress;
+mod stability;
 mod tally;
 mod watch;
 
@@ -18,5 +19,6 @@ pub use limits::{BEYOND_SMALL, beyond_the_model, pushed_share, pushed_too_far};
 pub use outcome::{OutcomeView, describe_outcome, describe_values, end_cause_in_words, mentions};
 pub use patience::{matrices_of, with_word};
 pub use progress::Progress;
+pub use stability::{range_in_words, unstable};
 pub use tally::Tally;
 pub use watch::RunWatch;

@@ -15,6 +15,7 @@ mod provenance;
 mod pushed;
 mod rows;
 mod sensitivity;
+mod stability;
 mod words;
 mod worst;
 
@@ -32,6 +33,7 @@ use bladeoff_study::Samples;
 pub use provenance::LIMITS;
 pub use pushed::pushed_rings;
 use rows::Seen;
+pub use stability::unstable_of;
 use std::path::{Path, PathBuf};
 
 /// What a report is about.
@@ -120,6 +122,7 @@ pub fn report(subject: Subject<'_>, ahead: impl Fn(&Answering) -> Ahead) -> Resu
     lead.extend(sensitive.map(Block::Text));
     lead.extend((!pushed.is_empty()).then(|| Block::Warning(pushed.trim_end().to_owned())));
     lead.extend(bearings_of(samples).into_iter().map(|note| Block::Warning(format!("Peak bearing loads: {note}."))));
+    lead.extend(unstable_of(samples).into_iter().map(|range| Block::Warning(format!("Whirl is {range}."))));
     let page = Page { title: subject.name.to_owned(), lead, sections };
     Ok(Report { page, rows: (seen.rows, of), is_known })
 }

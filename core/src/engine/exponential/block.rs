@@ -22,6 +22,13 @@ pub(super) fn size_of(b: &Block) -> f64 {
     (0.5 * b.iter().map(|entry| entry * entry).sum::<f64>()).sqrt()
 }
 
+/// Both eigenvalues (re, im); of conjugates the one with im > 0 first.
+pub(super) fn eigenvalues(b: &Block) -> [[f64; 2]; 2] {
+    let Split { mean, square, .. } = Split::of(b);
+    let root = square.abs().sqrt();
+    if square < 0.0 { [[mean, root], [mean, -root]] } else { [[mean + root, 0.0], [mean - root, 0.0]] }
+}
+
 /// Below this `|delta| h^2` the series of (3) are exact to rounding, and (2) is a difference of two that are nearly one.
 const MERGED: f64 = 1e-6;
 /// Below this `|s|` sinh(s)/s by its series: the plain form would lose digits.

@@ -18,6 +18,7 @@ use super::tables::Tables;
 use super::within::Room;
 use crate::engine::beginning::initial_motion;
 use crate::linalg::dot;
+use crate::modal::DampingGrid;
 use crate::structure::Structure;
 use bladeoff_model::machine::{Engine, Machine};
 use nalgebra::Complex;
@@ -283,6 +284,12 @@ impl Flight {
     pub(super) fn place(&self, diaphragm: usize) -> [f64; 2] {
         let first = self.shared.grid.model.outputs.contact(diaphragm);
         [self.seen[first], self.seen[first + 1]]
+    }
+
+    /// The grid, the cell in it, and the speeds of that cell's stations \[rad/s\].
+    pub(super) fn damping(&self) -> (&dyn DampingGrid, i64, [f64; 2]) {
+        let grid = &self.shared.grid;
+        (grid, self.cell.index, self.cell.stations.each_ref().map(|station| station.local.speed))
     }
 
     /// Time in contact steps.

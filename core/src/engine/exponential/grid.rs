@@ -25,6 +25,7 @@ use super::station::{Model, Station};
 use super::transfer::Transfer;
 use super::within::{Kept, Within};
 use crate::linalg::{Matrix, Vector, axpy, lanes, mul, solve};
+use crate::modal::{Damping, DampingGrid};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -136,6 +137,21 @@ impl Cell {
         let [below, above] = &self.stations;
         let whole = &below.motion * (1.0 - self.share) + &above.motion * self.share;
         Some(solve(&whole, &Vector::from_column_slice(motion))?.as_slice().to_vec())
+    }
+}
+
+impl DampingGrid for Grid {
+    fn speed(&self, b: i64) -> f64 {
+        self.scale.speed(b)
+    }
+
+    fn below(&self, speed: f64) -> i64 {
+        self.scale.below(speed)
+    }
+
+    /// A run computes the stations on both sides of every speed that it visits, before it asks.
+    fn least(&self, b: i64) -> Option<Damping> {
+        self.found.lock().unwrap_or_else(PoisonError::into_inner).stations.get(&b).and_then(|station| station.least)
     }
 }
 

@@ -15,6 +15,7 @@ mod bound;
 mod candidates;
 #[cfg(test)]
 mod clearance_tests;
+mod damped;
 mod direction;
 mod eights;
 mod eye;
@@ -65,6 +66,7 @@ pub use shared::same_bases;
 pub use transient::{RubbingRun, rubbing_run};
 
 pub(super) use run::run;
+pub(super) use scale::Scale;
 pub(super) use station::MOST_CONDITION;
 
 use super::plan::StartError;

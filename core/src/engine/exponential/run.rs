@@ -8,6 +8,7 @@
 
 use super::ExponentialError;
 use super::apart::Apart;
+use super::damped::Damped;
 use super::eights::Eights;
 use super::eye::{Ahead, Eye};
 use super::flight::Instant;
@@ -45,6 +46,7 @@ pub(in crate::engine) fn run(
     follower: &mut dyn Follower,
 ) -> Result<(Recorders, End), ExponentialError> {
     let mut run = Run::new(machine, structure, settings)?;
+    run.damped.see(&run.transient.flight, run.speed, &mut run.recorders);
     let (cause, failure) = loop {
         if !follower.goes_on(run.steps) {
             break (EndCause::Failure, Some(Cause::StepLimit));
@@ -102,6 +104,7 @@ struct Run<'a> {
     reach: f64,
     /// Once a follower has asked for an instant.
     eye: Option<Box<Eye<'a>>>,
+    damped: Damped,
 }
 
 impl<'a> Run<'a> {
@@ -139,6 +142,7 @@ impl<'a> Run<'a> {
             apart: None,
             reach: DIVERGED * size(machine),
             eye: None,
+            damped: Damped::default(),
         })
     }
 
@@ -215,6 +219,7 @@ impl<'a> Run<'a> {
         if between && level.is_none() {
             self.catch_up(ticks, Some(impulse));
         }
+        self.damped.see(&self.transient.flight, self.transient.flight.speed(), &mut self.recorders);
         self.record(&done, at, angle, looks);
         self.works(&done, before);
         self.steps += 1;
@@ -311,6 +316,7 @@ impl<'a> Run<'a> {
             None => self.catch_up(ticks, impulse),
         }
         let end = End { cause, time, speed: self.speed, failure, steps: self.steps, iterations: self.steps };
+        std::mem::take(&mut self.damped).end(&self.transient.flight, self.speed, &mut self.recorders);
         self.recorders.finish(&end, self.machine, self.structure);
         if let (Some(apart), Some(eye)) = (self.apart.as_mut().filter(|_| shown), &mut self.eye) {
             eye.speed = self.speed;

@@ -8,20 +8,46 @@
 //! bearings lost 2e-4 of its energies as it came to rest, with (2) 2.5e-6 (with N for 2N 8e-6). Where a shaft line is isotropic, the spin turns circles alone. Verified by the tests below and
 //! `whips_on_anisotropic_bearings_balance_their_energies` (`tests/exponential_run.rs`).
 
+use bladeoff_model::machine::Machine;
+
 /// N.
-pub(super) const STATIONS: f64 = 37.5;
+const STATIONS: f64 = 37.5;
 /// Of a number of stations the first is the same for all speeds about it, so that runs that begin at different speeds go by one chain.
 const TOGETHER: f64 = 8.0;
 
 /// One of the two.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Scale {
+pub(in crate::engine) struct Scale {
     /// D \[rad/s\].
     pub spacing: f64,
     pub closes: bool,
 }
 
+/// Whether the shaft line is the same in all directions.
+fn is_isotropic(machine: &Machine) -> bool {
+    let same = |[[a, b], [c, d]]: [[f64; 2]; 2]| a.to_bits() == d.to_bits() && b + c == 0.0;
+    machine.rotor.bearings.iter().all(|bearing| same(bearing.stiffness) && same(bearing.damping))
+}
+
 impl Scale {
+    /// Scale of a machine's speeds; a grid with a given spacing is even.
+    pub fn of(machine: &Machine, spacing: Option<f64>) -> Self {
+        let law = machine.rotor.speed_law.iter().flat_map(|law| law.speeds.iter().copied());
+        let even = spacing.map(|spacing| Self { spacing, closes: false });
+        even.unwrap_or_else(|| Self::reaching(machine, law.fold(machine.rotor.initial_speed, f64::max)))
+    }
+
+    /// Scale for a machine up to a speed \[rad/s\].
+    pub fn reaching(machine: &Machine, speed: f64) -> Self {
+        let spacing = libm::exp2(libm::round(libm::log2(speed.max(1.0) / STATIONS)));
+        Self { spacing, closes: !is_isotropic(machine) }
+    }
+
+    /// The largest b with W_b at most a speed.
+    pub fn below(&self, speed: f64) -> i64 {
+        libm::floor(self.place(speed) - 0.5) as i64
+    }
+
     /// W_b.
     pub fn speed(&self, b: i64) -> f64 {
         let place = b as f64 + 0.5;
@@ -44,7 +70,7 @@ impl Scale {
         if !self.closes {
             return libm::floor((self.place(speed) - 0.5) * cells as f64) as i64;
         }
-        let b = libm::floor(self.place(speed) - 0.5) as i64;
+        let b = self.below(speed);
         let within = libm::floor((speed - self.speed(b)) / self.apart(b) * cells as f64) as i64;
         b * cells + within.clamp(0, cells - 1)
     }

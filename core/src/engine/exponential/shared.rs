@@ -8,7 +8,7 @@ use super::candidates::{Candidates, candidates, ring_of};
 use super::grid::Grid;
 use super::measured::Measures;
 use super::outputs::{Direct, Outputs};
-use super::scale::{STATIONS, Scale};
+use super::scale::Scale;
 use super::settings::FlightSettings;
 use super::station::Model;
 use super::system::LateralSystem;
@@ -66,12 +66,6 @@ pub fn same_bases(one: &Machine, other: &Machine) -> bool {
     Values::new(one) == Values::new(other)
 }
 
-/// Whether the shaft line is the same in all directions.
-fn is_isotropic(machine: &Machine) -> bool {
-    let same = |[[a, b], [c, d]]: [[f64; 2]; 2]| a.to_bits() == d.to_bits() && b + c == 0.0;
-    machine.rotor.bearings.iter().all(|bearing| same(bearing.stiffness) && same(bearing.damping))
-}
-
 /// Those of the last models that a structure was run with.
 #[derive(Debug, Default)]
 struct Models(Mutex<Vec<(Key, Arc<Shared>)>>);
@@ -88,11 +82,7 @@ impl Shared {
         settings: FlightSettings,
     ) -> Result<Arc<Self>, ExponentialError> {
         let speed = machine.rotor.initial_speed;
-        // grids that are asked for are even
-        let scale = Scale {
-            spacing: settings.spacing.unwrap_or_else(|| libm::exp2(libm::round(libm::log2(speed.max(1.0) / STATIONS)))),
-            closes: settings.spacing.is_none() && !is_isotropic(machine),
-        };
+        let scale = Scale::of(machine, settings.spacing);
         let key = Key {
             of: Values::new(machine),
             step: settings.step.to_bits(),

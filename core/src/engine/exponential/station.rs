@@ -9,7 +9,7 @@
 //! A basis is refused above a condition of 1e4 (a state of the size of the rotor's energy would be a difference of amplitudes 1e4 times larger), and
 //! where what (1) leaves between pairs is more than rounding allows: pairs that are not invariant would be propagated wrongly.
 
-use super::block::Block;
+use super::block::{Block, eigenvalues};
 use super::forms::Form;
 use super::local::Local;
 use super::measured::{Measured, Measures};
@@ -19,6 +19,7 @@ use super::system::LateralSystem;
 use super::within::Within;
 use super::{ExponentialError, pairs};
 use crate::linalg::{Matrix, column_of, inverse, mul, mul_tn};
+use crate::modal::{Damping, least_damping};
 use std::sync::OnceLock;
 
 /// Largest condition of a basis.
@@ -50,6 +51,8 @@ pub(super) struct Station {
     pub momentum: Form,
     /// No less than the 2-norm condition of R; that itself where it is near what is allowed.
     pub condition: f64,
+    /// Least damping of its pairs.
+    pub least: Option<Damping>,
     measured: OnceLock<Measured>,
     within: OnceLock<Within>,
 }
@@ -66,6 +69,7 @@ impl Station {
         let pushes = mul(&left, &model.outputs.pushes(system));
         let pushes = (0..pushes.ncols()).map(|j| column_of(&pushes, j).to_vec()).collect();
         Ok(Self {
+            least: least_damping(&blocks.iter().flat_map(eigenvalues).collect::<Vec<_>>()),
             local: Local::new(speed, blocks.clone(), &rows, pushes, model.outputs.unbalances()),
             blocks,
             rows,

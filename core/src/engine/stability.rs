@@ -1,0 +1,196 @@
+//! Least damping of a machine's whirl modes in the lateral modal basis of its structure, at speeds of the exponential engine's grid.
+//!
+//! ```text
+//! (lambda^2 M + lambda (C + W G) + K + K_skew) q = 0        M with the unbalances' masses at their nodes                  (1)
+//! ```
+//! These are the matrices that `exponential` and `reduced` integrate; `full` has more modes, which whirl faster than those of the basis. The
+//! exponential engine has the solutions of (1) in the stations of its grid ([`super::exponential`]). The other two engines solve (1) at every second
+//! of these speeds, every fourth where the grid closes in towards rest, and keep the solutions with the structure. Definition:
+//! [`crate::modal::least_damping`]. Verified by `tests/stability.rs`.
+
+use super::beginning::projected;
+use super::exponential::Scale;
+use super::shaft_line::{masses, sites};
+use crate::linalg::{EigenError, Matrix, Vector, add_outer, project};
+use crate::modal::{Damping, DampingGrid, UnstableRange, least_damping, quadratic_values, unstable_ranges};
+use crate::structure::{Coordinates, Structure};
+use bladeoff_model::machine::Machine;
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Speeds of the grid, upwards and downwards from the first one, at which the damping is computed.
+const MOST: i64 = 256;
+/// Thinning of the grid: one of so many speeds is used, on an even grid and on one that closes in towards rest. That leaves about 20 of 40 speeds, or 68
+/// of 272, between the initial speed and rest. With all of them a run of the lab rig took 4 % longer. The speeds are a nineteenth of the initial speed
+/// apart; at rest on anisotropic bearings an eightieth of that.
+const THINNED: [i64; 2] = [2, 4];
+/// Machines of one structure that are kept.
+const KEPT: usize = 8;
+
+/// System (1) of one machine.
+#[derive(Debug)]
+struct Whirl {
+    mass: Matrix,
+    damping: Matrix,
+    gyroscopic: Matrix,
+    stiffness: Matrix,
+}
+
+impl Whirl {
+    fn new(machine: &Machine, structure: &Structure) -> Self {
+        let (part, rotor, modes) = (&structure.lateral, &structure.rotor, &structure.basis().lateral);
+        if part.coordinates.is_modal() || modes.omega_squared.is_empty() {
+            return Self {
+                mass: masses(structure, &sites(machine)).0,
+                damping: part.damping.clone(),
+                gyroscopic: projected(structure, &rotor.gyroscopic()),
+                stiffness: &part.stiffness + projected(structure, &rotor.skew_stiffness()),
+            };
+        }
+        // a full model, whose solutions would take the cube of all its degrees of freedom
+        let (shapes, size) = (&modes.shapes, modes.omega_squared.len());
+        let coordinates = Coordinates::modal(shapes);
+        let mut mass = Matrix::identity(size, size);
+        for site in sites(machine) {
+            for dof in rotor.plane_places(site.node) {
+                add_outer(&mut mass, site.mass, &coordinates.row(dof));
+            }
+        }
+        let diagonal = Matrix::from_diagonal(&Vector::from_column_slice(&modes.omega_squared));
+        Self {
+            mass,
+            damping: project(&rotor.damping, shapes),
+            gyroscopic: project(&rotor.gyroscopic(), shapes),
+            stiffness: diagonal + project(&rotor.skew_stiffness(), shapes),
+        }
+    }
+
+    fn at(&self, speed: f64) -> Result<Option<Damping>, EigenError> {
+        let velocity = &self.damping + &self.gyroscopic * speed;
+        Ok(least_damping(&quadratic_values(&self.mass, &velocity, &self.stiffness, "whirl at one speed")?))
+    }
+}
+
+/// Node and mass of each unbalance: (1) depends on them and on the structure alone.
+type Masses = Vec<(usize, u64)>;
+
+/// Systems of machines of one structure, the last used at the end.
+#[derive(Debug, Default)]
+struct Systems(Mutex<Vec<(Masses, Arc<System>)>>);
+
+/// A system with the speeds at which it has been solved, by their bits.
+#[derive(Debug)]
+struct System {
+    whirl: Whirl,
+    solved: Mutex<BTreeMap<u64, Option<Damping>>>,
+}
+
+impl System {
+    fn of(machine: &Machine, structure: &Structure) -> Arc<Self> {
+        let masses: Masses = sites(machine).iter().map(|site| (site.node, site.mass.to_bits())).collect();
+        let systems: &Systems = structure.stability.of();
+        let kept = &mut *systems.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(at) = kept.iter().position(|(other, _)| *other == masses) {
+            kept[at..].rotate_left(1);
+            return Arc::clone(&kept[kept.len() - 1].1);
+        }
+        let made = Arc::new(Self { whirl: Whirl::new(machine, structure), solved: Mutex::default() });
+        if kept.len() == KEPT {
+            kept.remove(0);
+        }
+        kept.push((masses, Arc::clone(&made)));
+        made
+    }
+
+    fn at(&self, speed: f64) -> Option<Damping> {
+        let solved = &mut *self.solved.lock().unwrap_or_else(PoisonError::into_inner);
+        *solved.entry(speed.to_bits()).or_insert_with(|| self.whirl.at(speed).ok().flatten())
+    }
+}
+
+/// The damping of one run, at the speeds of the grid.
+#[derive(Debug)]
+pub(super) struct SolvedGrid {
+    system: Arc<System>,
+    speeds: Speeds,
+    first: i64,
+}
+
+/// Some speeds of the exponential engine's grid.
+#[derive(Debug, Clone, Copy)]
+struct Speeds {
+    scale: Scale,
+    every: i64,
+}
+
+impl Speeds {
+    fn new(scale: Scale) -> Self {
+        Self { scale, every: THINNED[usize::from(scale.closes)] }
+    }
+
+    fn at(&self, k: i64) -> f64 {
+        self.scale.speed(k * self.every)
+    }
+
+    fn below(&self, speed: f64) -> i64 {
+        self.scale.below(speed).div_euclid(self.every)
+    }
+}
+
+impl SolvedGrid {
+    pub fn new(machine: &Machine, structure: &Structure) -> Self {
+        let speeds = Speeds::new(Scale::of(machine, None));
+        Self { system: System::of(machine, structure), first: speeds.below(machine.rotor.initial_speed), speeds }
+    }
+
+    /// Changes of the speed from which on the least damping is asked for again \[rad/s\]: a part of the grid's spacing.
+    pub fn noticeable(&self) -> f64 {
+        self.speeds.scale.spacing / 16.0
+    }
+}
+
+impl DampingGrid for SolvedGrid {
+    fn speed(&self, b: i64) -> f64 {
+        self.speeds.at(b)
+    }
+
+    fn below(&self, speed: f64) -> i64 {
+        self.speeds.below(speed).clamp(self.first - MOST, self.first + MOST)
+    }
+
+    fn least(&self, b: i64) -> Option<Damping> {
+        self.system.at(self.speeds.at(b))
+    }
+}
+
+/// Ranges of speeds between `lowest` and `highest` \[rad/s\] in which a whirl mode of a machine is unstable.
+///
+/// The least damping is computed at the speeds of the grid between them, and limits of ranges are found to 0.01 rpm ([`unstable_ranges`]).
+///
+/// # Errors
+/// [`EigenError`].
+pub fn unstable_speeds(
+    machine: &Machine,
+    structure: &Structure,
+    [lowest, highest]: [f64; 2],
+) -> Result<Vec<UnstableRange>, EigenError> {
+    let system = System::of(machine, structure);
+    let grid = Speeds::new(Scale::reaching(machine, highest));
+    let inner = (grid.below(lowest) + 1..=grid.below(highest)).map(|b| grid.at(b));
+    let mut speeds: Vec<f64> =
+        std::iter::once(lowest).chain(inner).chain(std::iter::once(highest)).filter(|speed| *speed >= lowest).collect();
+    speeds.dedup_by(|a, b| (*a - *b).abs() < 1e-9 * highest.abs());
+    unstable_ranges(&speeds, |speed| system.whirl.at(speed))
+}
+
+/// Lowest and highest mean spin of a run that nothing disturbs \[rad/s\]: its initial or prescribed speeds, and the speed at which it ends.
+#[must_use]
+pub fn speeds_of_run(machine: &Machine) -> [f64; 2] {
+    let law = machine.rotor.speed_law.as_ref().map(|law| law.speeds.as_slice()).unwrap_or_default();
+    let highest = law.iter().copied().fold(machine.rotor.initial_speed, f64::max);
+    let lowest = match law {
+        [] => machine.run.end_speed,
+        law => law.iter().copied().fold(highest, f64::min),
+    };
+    [lowest.min(highest), highest]
+}
