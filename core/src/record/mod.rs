@@ -13,10 +13,12 @@ mod follow;
 mod loads;
 mod peak;
 mod ring;
+mod ring_stresses;
 mod row;
 mod stresses;
 mod twin;
 mod verdict;
+mod von_mises;
 mod whirl;
 
 pub use energies::Energies;
@@ -154,14 +156,15 @@ impl Recorders {
         self.stresses.see_torsion(moments, at);
     }
 
-    /// Below this bending moment no one of these elements can raise its section's maximum \[N m\]: the least of their maxima so far.
-    pub fn least_bending(&self, elements: Range<usize>) -> f64 {
-        self.stresses.least_bending(elements)
+    /// Whether bending moments up to a bound can raise a maximum of some elements' sections, under these torsional moments \[N m\].
+    pub fn asks_for_bending(&self, elements: Range<usize>, bound: f64, torsion: &[f64]) -> bool {
+        self.stresses.asks_for_bending(elements, bound, torsion)
     }
 
-    /// Takes bending moments of some elements \[N m\], four each as [`crate::stress::ShaftStresses::bending_moments`] has them.
-    pub fn see_bending(&mut self, elements: Range<usize>, moments: &[f64], at: At) {
-        self.stresses.see_bending(elements, moments, at);
+    /// Takes bending moments of some elements \[N m\], four each as [`crate::stress::ShaftStresses::bending_moments`] has them, and their torsional moments
+    /// at the same instant.
+    pub fn see_bending(&mut self, elements: Range<usize>, moments: &[f64], torsion: &[f64], at: At) {
+        self.stresses.see_bending(elements, moments, torsion, at);
     }
 
     /// Judges the run with its step at n, from which it can go on. As long as all guards hold, what has been reached counts as reached
@@ -221,11 +224,12 @@ impl Recorders {
         self.loads.report(row.of(Group::BearingLoads));
         RingRecorders::report(&self.rings, row.of(Group::Contact), RingRecorders::report_contact);
         self.energies.report(&self.rings, row.of(Group::Energy));
+        RingRecorders::report(&self.rings, row.of(Group::Energy), RingRecorders::report_friction);
         RingRecorders::report(&self.rings, row.of(Group::Numerics), RingRecorders::report_solves);
         self.steps.report(end, row);
         End::report_stop(end, row.of(Group::Course));
         Twin::report(twin, row.of(Group::Numerics));
-        RingRecorders::report(&self.rings, row.of(Group::Stresses), RingRecorders::report_blades);
+        RingRecorders::report(&self.rings, row.of(Group::Stresses), RingRecorders::report_stresses);
         self.stresses.report(row);
     }
 }

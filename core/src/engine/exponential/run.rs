@@ -90,6 +90,8 @@ struct Run<'a> {
     torsion: Eights,
     /// What a train of blows lacks of them, per angular impulse.
     lacking: Vec<f64>,
+    /// Torsional moments of the elements at the last look \[N m\].
+    twisting: Vec<f64>,
     /// Room for what is measured, for a motion, and for a ring's.
     seen: Vec<f64>,
     amplitudes: Vec<f64>,
@@ -131,6 +133,7 @@ impl<'a> Run<'a> {
             fell: None,
             torsion,
             lacking,
+            twisting: Vec::new(),
             seen: Vec::new(),
             amplitudes: Vec::new(),
             within: Room::default(),
@@ -352,6 +355,7 @@ impl<'a> Run<'a> {
             reversed: impact.reversed,
             no_fixed_point: false,
             several_minima: false,
+            friction_work: impact.friction_work,
         });
         self.touched |= touch.is_some();
         let steps = done.level.map_or(1, |level| 1 << level);
@@ -444,17 +448,18 @@ impl<'a> Run<'a> {
 
     /// Moments that may be larger than those before.
     fn stresses(&mut self, at: At) -> Result<(), Cause> {
-        let Self { transient, recorders, torsion, lacking, seen, .. } = self;
+        let Self { transient, recorders, torsion, lacking, seen, twisting, .. } = self;
         let flight = &mut transient.flight;
-        torsion.times(flight.spin().twist(), seen);
-        axpy(flight.spin().blow(), lacking, seen);
-        recorders.see_torsion(seen, at);
+        torsion.times(flight.spin().twist(), twisting);
+        axpy(flight.spin().blow(), lacking, twisting);
+        recorders.see_torsion(twisting, at);
         flight.bounds(seen);
         let blocks = recorders.elements().div_ceil(BESIDE);
         for (block, bound) in seen[..blocks].iter().enumerate() {
             let elements = BESIDE * block..recorders.elements().min(BESIDE * (block + 1));
-            if *bound > recorders.least_bending(elements.clone()) {
-                recorders.see_bending(elements, &flight.moments(block), at);
+            let torsion = &twisting[elements.clone()];
+            if recorders.asks_for_bending(elements.clone(), *bound, torsion) {
+                recorders.see_bending(elements, &flight.moments(block), torsion, at);
             }
         }
         let reach = seen[blocks];
