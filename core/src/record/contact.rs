@@ -1,6 +1,6 @@
 //! What the contact with one ring did: forces, impulse, impacts, what it left, how it was solved.
 
-use super::filter::{FILTER, LastMillisecond};
+use super::filter::{FILTER, Window};
 use super::peak::{At, Peak, Sum};
 use super::row::Row;
 use bladeoff_model::machine::{Contact, Detection};
@@ -33,12 +33,12 @@ pub(crate) struct ContactRecorder {
     /// Contact at the angle of the rotor's centre: its gap has one minimum, and its force does model work.
     polar: bool,
     force: Peak,
-    /// Impulses of the last 1 ms \[N s\], and their sum over 1 ms.
-    impulses: LastMillisecond,
+    /// Normal impulses \[N s\] and works of friction \[J\] of the last 1 ms.
+    window: Window<2>,
+    /// Largest mean force and friction power over 1 ms \[N, W\].
     filtered: Peak,
-    /// Works of friction of the last 1 ms \[J\], the largest mean power over 1 ms \[W\], and all of it \[J\].
-    works: LastMillisecond,
     power: Peak,
+    /// Energy that friction took out \[J\].
     friction: f64,
     /// Width of the ring \[m\], where the diaphragm has one.
     width: Option<f64>,
@@ -68,9 +68,8 @@ impl ContactRecorder {
             dt,
             polar: contact.detection == Detection::Hyp1,
             force: Peak::default(),
-            impulses: LastMillisecond::new(dt),
+            window: Window::new(dt),
             filtered: Peak::default(),
-            works: LastMillisecond::new(dt),
             power: Peak::default(),
             friction: 0.0,
             width,
@@ -94,14 +93,12 @@ impl ContactRecorder {
     pub fn see(&mut self, touch: Option<&Touch>, at: At) {
         let force = touch.map_or(0.0, |touch| touch.normal);
         self.finish(at);
-        self.impulses.slide(force * self.dt);
-        if let Some(impulse) = self.impulses.sum() {
-            self.filtered.see(impulse / (self.impulses.length() as f64 * self.dt), at);
-        }
-        self.works.slide(touch.map_or(0.0, |touch| touch.friction_work));
-        if let Some(work) = self.works.sum() {
+        self.window.slide([force * self.dt, touch.map_or(0.0, |touch| touch.friction_work)]);
+        if let Some([impulse, work]) = self.window.sums() {
+            let length = self.window.length() as f64 * self.dt;
+            self.filtered.see(impulse / length, at);
             // sticking may give back a little
-            self.power.see((work / (self.works.length() as f64 * self.dt)).max(0.0), at);
+            self.power.see((work / length).max(0.0), at);
         }
         let Some(touch) = touch else { return };
         self.friction += touch.friction_work;
@@ -127,8 +124,7 @@ impl ContactRecorder {
     /// Takes so many steps without contact at once.
     pub fn pass(&mut self, steps: usize, at: At) {
         self.finish(at);
-        self.impulses.pass(steps);
-        self.works.pass(steps);
+        self.window.pass(steps);
     }
 
     /// What the last contact left, at the instant it left it: that of the next step, or the end.

@@ -52,11 +52,12 @@ impl RingStressRecorder {
         self.see_above(&known, q, at);
     }
 
-    /// Coordinates of the ring, of which stresses above a ratio to the yield strength alone are asked for.
-    pub fn watch(&mut self, ratio: f64, q: &[f64], at: At) {
+    /// Coordinates of the ring, of which stresses of ring and blades above these ratios to the yield strength alone are asked for.
+    pub fn watch(&mut self, [ring, blades]: [f64; 2], q: &[f64], at: At) {
         let Some(strength) = self.yield_strength else { return };
-        let known = |peak: &Peak| peak.value.unwrap_or(0.0).max(ratio * strength);
-        let known = Known { ring: known(&self.ring), blades: known(&self.blades), bending: f64::INFINITY };
+        let known = |peak: &Peak, ratio: f64| peak.value.unwrap_or(0.0).max(ratio * strength);
+        let known =
+            Known { ring: known(&self.ring, ring), blades: known(&self.blades, blades), bending: f64::INFINITY };
         self.see_above(&known, q, at);
     }
 
@@ -85,7 +86,7 @@ impl RingStressRecorder {
         ]
     }
 
-    /// Bound of those ratios for the amplitudes of all coordinates; 0 without a yield strength.
+    /// Bound of those ratios for coordinates, or for the amplitudes of all of them; 0 without a yield strength.
     pub fn ratio_bounds(&mut self, amplitudes: &[f64]) -> [f64; 2] {
         match (&mut self.stresses, self.yield_strength) {
             (Some(stresses), Some(strength)) => stresses.bounds(amplitudes).map(|bound| bound / strength),

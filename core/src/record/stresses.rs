@@ -96,11 +96,11 @@ impl StressRecorder {
         let Some(shaft) = shaft else { return };
         for (element, (m, &torsion)) in elements.zip(moments.as_chunks::<4>().0.iter().zip(torsion)) {
             let section = shaft.section_of()[element];
-            for (end, [x, y]) in [[m[0], m[1]], [m[2], m[3]]].into_iter().enumerate() {
-                let square = x * x + y * y;
-                bending[section].see(square, at);
-                mises.see(section, equivalent_square(square, torsion), element + end, at);
-            }
+            // torsion is the same at both ends
+            let [near, far] = [m[0] * m[0] + m[1] * m[1], m[2] * m[2] + m[3] * m[3]];
+            let (square, node) = if far > near { (far, element + 1) } else { (near, element) };
+            bending[section].see(square, at);
+            mises.see(section, equivalent_square(square, torsion), node, at);
         }
     }
 

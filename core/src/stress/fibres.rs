@@ -7,8 +7,8 @@
 //! a single load, where all waves add. A coordinate without a partner is its own pair.
 //! Verified by `the_largest_size_is_found_with_its_place`, `no_stress_exceeds_its_bound`.
 
-use crate::linalg::eight::dots;
-use crate::linalg::lanes::{LANES, Lane};
+use crate::linalg::eight::{dots, largest_dot};
+use crate::linalg::lanes::{LANES, Lane, kernel, rows_times};
 use crate::linalg::{Csr, Matrix};
 use crate::structure::Part;
 
@@ -18,6 +18,13 @@ const ROUNDED_UP: f64 = 1.0 + 1e-12;
 /// Coordinates of a ring in pairs of one frequency; a single one is its own partner.
 #[derive(Debug, Clone)]
 pub(super) struct Pairs(Vec<[usize; 2]>);
+
+/// Room for amplitudes.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Amplitudes {
+    of: [Vec<f64>; 2],
+    sizes: Vec<f64>,
+}
 
 impl Pairs {
     /// Of the coordinates of a part: two neighbouring modes of one frequency are a pair.
@@ -33,19 +40,58 @@ impl Pairs {
         Self(pairs)
     }
 
-    /// Amplitude of each pair.
-    pub fn amplitudes(&self, q: &[f64], amplitudes: &mut Vec<f64>) {
-        amplitudes.clear();
-        amplitudes.extend(self.0.iter().map(|&[j, k]| if j == k { q[j].abs() } else { length(q[j], q[k]) }));
+    /// `sqrt(q_j^2 + q_k^2)` of each pair.
+    pub fn amplitudes<'a>(&self, q: &[f64], room: &'a mut Amplitudes) -> &'a [f64] {
+        let Amplitudes { of: [one, other], sizes } = room;
+        let count = self.0.len();
+        for list in [&mut *one, &mut *other, &mut *sizes] {
+            list.resize(count, 0.0);
+        }
+        for ((one, other), &[j, k]) in one.iter_mut().zip(&mut *other).zip(&self.0) {
+            (*one, *other) = (q[j], q[k]);
+        }
+        sizes_of(one, other, sizes);
+        sizes
     }
 
     /// s of (1), of columns of rows: one row per coordinate, one column per place.
     fn largest(&self, columns: &Matrix) -> Vec<f64> {
-        let most = |&[j, k]: &[usize; 2]| {
-            let size = |i: usize| if j == k { columns[(j, i)].abs() } else { length(columns[(j, i)], columns[(k, i)]) };
-            (0..columns.ncols()).map(size).fold(0.0, f64::max)
-        };
-        self.0.iter().map(|pair| ROUNDED_UP * most(pair)).collect()
+        let mut largest = vec![0.0_f64; self.0.len()];
+        for column in columns.column_iter() {
+            for (largest, &[j, k]) in largest.iter_mut().zip(&self.0) {
+                // a single one counts twice in its amplitude
+                let share = if j == k { 0.5 } else { 1.0 };
+                *largest = largest.max(share * (column[j] * column[j] + column[k] * column[k]));
+            }
+        }
+        largest.iter().map(|square| ROUNDED_UP * square.sqrt()).collect()
+    }
+}
+
+kernel! {
+    /// Sizes of vectors whose parts are in two lists.
+    fn sizes_of(a: &[f64], b: &[f64], sizes: &mut [f64]) {
+        for (size, (a, b)) in sizes.iter_mut().zip(a.iter().zip(b)) {
+            *size = (a * a + b * b).sqrt();
+        }
+    }
+}
+
+/// Bounds of up to eight groups of places at once: (1).
+#[derive(Debug, Clone)]
+pub(super) struct Bounds(Vec<Lane>);
+
+impl Bounds {
+    /// Of groups of places.
+    pub fn new(groups: &[&Fibres]) -> Self {
+        let pairs = groups.first().map_or(0, |group| group.largest.len());
+        let of = |pair: usize| Lane(std::array::from_fn(|k| groups.get(k).map_or(0.0, |group| group.largest[pair])));
+        Self((0..pairs).map(of).collect())
+    }
+
+    /// No size of a stress of each group is above these \[Pa\], of amplitudes by [`Pairs::amplitudes`]; a NaN, which ends the run anyway, is passed on.
+    pub fn of(&self, amplitudes: &[f64]) -> [f64; LANES] {
+        rows_times(&self.0, amplitudes)
     }
 }
 
@@ -62,49 +108,25 @@ pub(super) struct Fibres {
 enum Rows {
     Nodal(Csr),
     /// Of eight places at a time, zeros behind the last.
-    Modal(Vec<Vec<Lane>>),
+    Modal(Vec<Lane>),
 }
 
 impl Fibres {
     /// Of columns: one row per coordinate, one column per place; `modal`: coordinates are modes, all of which reach every place.
     pub fn new(columns: &Matrix, pairs: &Pairs, modal: bool) -> Self {
         let rows = if modal {
-            Rows::Modal((0..columns.ncols()).step_by(LANES).map(|first| eight(columns, first)).collect())
+            Rows::Modal((0..columns.ncols()).step_by(LANES).flat_map(|first| eight(columns, first)).collect())
         } else {
             Rows::Nodal(Csr::from_dense(&columns.transpose()))
         };
         Self { rows, largest: pairs.largest(columns) }
     }
 
-    /// No size of a stress is above this \[Pa\], of amplitudes by [`Pairs::amplitudes`]; a NaN, which ends the run anyway, is passed on.
-    pub fn bound(&self, amplitudes: &[f64]) -> f64 {
-        let (most, sizes) = (self.largest.as_chunks::<4>(), amplitudes.as_chunks::<4>());
-        let mut lanes = [0.0; 4];
-        for (most, sizes) in most.0.iter().zip(sizes.0) {
-            for k in 0..4 {
-                lanes[k] += most[k] * sizes[k];
-            }
-        }
-        let rest: f64 = most.1.iter().zip(sizes.1).map(|(most, size)| most * size).sum();
-        ROUNDED_UP * (lanes.iter().sum::<f64>() + rest)
-    }
-
     /// Largest size of all stresses \[Pa\].
     pub fn largest(&self, q: &[f64]) -> f64 {
         match &self.rows {
             Rows::Nodal(rows) => rows.largest_product(q),
-            Rows::Modal(blocks) => {
-                let mut largest = [0.0_f64; LANES];
-                let mut stresses = Lane::default();
-                for block in blocks {
-                    dots(block, q, &mut stresses);
-                    for (largest, stress) in largest.iter_mut().zip(stresses.0) {
-                        let size = stress.abs();
-                        *largest = if size > *largest { size } else { *largest };
-                    }
-                }
-                largest.into_iter().fold(0.0, f64::max)
-            }
+            Rows::Modal(rows) => largest_dot(rows, q),
         }
     }
 
@@ -112,9 +134,9 @@ impl Fibres {
     pub fn place_of(&self, largest: f64, q: &[f64]) -> usize {
         let found = match &self.rows {
             Rows::Nodal(rows) => rows.products(q).position(|stress| stress.abs() == largest),
-            Rows::Modal(blocks) => {
+            Rows::Modal(rows) => {
                 let mut stresses = Lane::default();
-                blocks.iter().enumerate().find_map(|(at, block)| {
+                rows.chunks_exact(q.len().max(1)).enumerate().find_map(|(at, block)| {
                     dots(block, q, &mut stresses);
                     stresses.0.iter().position(|stress| stress.abs() == largest).map(|k| LANES * at + k)
                 })
@@ -130,8 +152,4 @@ fn eight(columns: &Matrix, first: usize) -> Vec<Lane> {
     (0..columns.nrows())
         .map(|j| Lane(std::array::from_fn(|k| if k < count { columns[(j, first + k)] } else { 0.0 })))
         .collect()
-}
-
-fn length(x: f64, y: f64) -> f64 {
-    (x * x + y * y).sqrt()
 }

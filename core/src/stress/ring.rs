@@ -1,7 +1,7 @@
 //! Stress of the diaphragm's ring: membrane and bending.
 
 use super::blades::BladeStresses;
-use super::fibres::{Fibres, Pairs};
+use super::fibres::{Amplitudes, Bounds, Fibres, Pairs};
 use crate::linalg::Matrix;
 use crate::structure::RingPart;
 use bladeoff_model::machine::FlexibleStator;
@@ -11,7 +11,8 @@ use bladeoff_model::machine::FlexibleStator;
 /// ```text
 /// sigma = E [(v/R + u,s) +- (h/2) (v/R^2 + v,ss)]        at the inner and the outer face; h radial thickness, R mean radius
 /// ```
-/// evaluated at both ends of every ring element, where u,s and v,s are degrees of freedom. Source: membrane strain and change of curvature of the
+/// evaluated at every node of the ring, where u,s and v,s are degrees of freedom. v,ss of a node is the mean of the elements on its two sides; at a blade, whose foot brings a
+/// moment into the ring, it is that of each side by itself. Source: membrane strain and change of curvature of the
 /// element's own strain energy (docs/theory/02-diaphragm.md); Timoshenko and Gere, Theory of Elastic Stability, art. 7.1. Deviation: none;
 /// the paper reports no stresses.
 ///
@@ -28,14 +29,14 @@ pub(crate) struct RingStresses {
     pairs: Pairs,
     ring: Fibres,
     blades: Option<BladeStresses>,
-    /// Angle of one element \[rad\], and elements.
+    /// Of the ring, of the blades, and of their bending alone.
+    bounds: Bounds,
+    /// Node of each place, two faces each.
+    nodes: Vec<usize>,
+    /// Angle of one element \[rad\].
     spacing: f64,
-    elements: usize,
-    amplitudes: Vec<f64>,
+    amplitudes: Amplitudes,
 }
-
-/// Fibres of one ring element: two faces at two ends.
-const OF_ELEMENT: usize = 4;
 
 /// What is not above these is not asked for \[Pa\].
 #[derive(Debug, Clone, Copy)]
@@ -69,36 +70,43 @@ impl RingStresses {
             terms.iter().for_each(|&(dof, factor)| coordinates.add_row(dof, factor, &mut row));
             row
         };
-        let mut columns = Matrix::zeros(size, OF_ELEMENT * count);
-        for element in 0..count {
-            // [u, u_s, v, v_s] of its nodes
-            let nodes = [4 * element, 4 * ((element + 1) % count)];
-            for (end, &node) in nodes.iter().enumerate() {
-                let membrane = row(&[(node + 1, young), (node + 2, young / r)]);
-                let (sign, other) = (if end == 0 { 1.0 } else { -1.0 }, nodes[1 - end]);
-                let square = l * l;
-                // second derivative of the cubic at this end, from this end
-                let curved = row(&[
-                    (node + 2, bending * (1.0 / (r * r) - 6.0 / square)),
-                    (node + 3, -sign * bending * 4.0 / l),
-                    (other + 2, bending * 6.0 / square),
-                    (other + 3, -sign * bending * 2.0 / l),
-                ]);
-                let place = OF_ELEMENT * element + 2 * end;
-                for (j, (membrane, curved)) in membrane.iter().zip(&curved).enumerate() {
-                    columns[(j, place)] = membrane + curved;
-                    columns[(j, place + 1)] = membrane - curved;
-                }
+        // [u, u_s, v, v_s] of a node
+        let at = |node: usize| 4 * (node % count);
+        // from a node, the second derivative of the cubic on its side behind (1) or before it (-1), so much of it
+        let curved = |node: usize, side: f64, share: f64| {
+            let other = at(if side > 0.0 { node + 1 } else { node + count - 1 });
+            let (here, square, factor) = (at(node), l * l, share * bending);
+            row(&[
+                (here + 2, factor * (1.0 / (r * r) - 6.0 / square)),
+                (here + 3, -side * factor * 4.0 / l),
+                (other + 2, factor * 6.0 / square),
+                (other + 3, -side * factor * 2.0 / l),
+            ])
+        };
+        let feet = stator.blades.map_or(0, |blades| blades.count);
+        let (mut entries, mut nodes) = (Vec::new(), Vec::new());
+        for node in 0..count {
+            let membrane = row(&[(at(node) + 1, young), (at(node) + 2, young / r)]);
+            let bent = if feet > 0 && node % (count / feet) == 0 {
+                vec![curved(node, -1.0, 1.0), curved(node, 1.0, 1.0)]
+            } else {
+                let (before, behind) = (curved(node, -1.0, 0.5), curved(node, 1.0, 0.5));
+                vec![before.iter().zip(&behind).map(|(one, other)| one + other).collect()]
+            };
+            for bent in bent {
+                nodes.push(node);
+                entries.extend(membrane.iter().zip(&bent).map(|(membrane, bent)| membrane + bent));
+                entries.extend(membrane.iter().zip(&bent).map(|(membrane, bent)| membrane - bent));
             }
         }
-        Self {
-            ring: Fibres::new(&columns, &pairs, coordinates.shapes().is_some()),
-            blades: BladeStresses::new(stator, part, &pairs),
-            pairs,
-            spacing,
-            elements: count,
-            amplitudes: Vec::new(),
-        }
+        let columns = Matrix::from_column_slice(size, 2 * nodes.len(), &entries);
+        let ring = Fibres::new(&columns, &pairs, coordinates.shapes().is_some());
+        let blades = BladeStresses::new(stator, part, &pairs);
+        let bounds = match &blades {
+            Some(blades) => Bounds::new(&[&ring, &blades.both, &blades.bending]),
+            None => Bounds::new(&[&ring]),
+        };
+        Self { ring, blades, bounds, pairs, nodes, spacing, amplitudes: Amplitudes::default() }
     }
 
     /// Whether there are blades.
@@ -110,29 +118,29 @@ impl RingStresses {
     ///
     /// The bound also keeps a ring that has come to rest cheap: its coordinates decay to subnormal numbers, whose products are slow.
     pub fn above(&mut self, known: &Known, q: &[f64]) -> Largest {
-        let Self { pairs, ring, blades, amplitudes, .. } = self;
-        pairs.amplitudes(q, amplitudes);
-        let of = |fibres: &Fibres, known: f64| (fibres.bound(amplitudes) > known).then(|| fibres.largest(q));
-        let blades = blades.as_ref();
+        let Self { pairs, ring, blades, bounds, amplitudes, .. } = self;
+        let [of_ring, of_blades, of_bending, ..] = bounds.of(pairs.amplitudes(q, amplitudes));
+        let of = |fibres: &Fibres, may: bool| may.then(|| fibres.largest(q));
+        let (blades, most) = (blades.as_ref(), known.bending);
+        let both = blades.and_then(|blades| of(&blades.both, of_blades > known.blades));
+        // bending alone is no more than with the axial stress
+        let bends = of_bending > most && both.is_none_or(|both| both > most);
         Largest {
-            ring: of(ring, known.ring),
-            blades: blades.and_then(|blades| of(&blades.both, known.blades)),
-            bending: blades.and_then(|blades| of(&blades.bending, known.bending)),
+            ring: of(ring, of_ring > known.ring),
+            blades: both,
+            bending: blades.and_then(|blades| of(&blades.bending, bends)),
         }
     }
 
-    /// Bounds of the stresses of ring and blades of such amplitudes of all coordinates \[Pa\].
+    /// Bounds of the stresses of ring and blades of such coordinates, or of amplitudes of all of them \[Pa\].
     pub fn bounds(&mut self, q: &[f64]) -> [f64; 2] {
-        let Self { pairs, ring, blades, amplitudes, .. } = self;
-        pairs.amplitudes(q, amplitudes);
-        [ring.bound(amplitudes), blades.as_ref().map_or(0.0, |blades| blades.both.bound(amplitudes))]
+        let [ring, blades, ..] = self.bounds.of(self.pairs.amplitudes(q, &mut self.amplitudes));
+        [ring, blades]
     }
 
     /// Angle \[rad\], from 0 to below 2 pi, of the largest stress of the ring, which [`RingStresses::above`] has found.
     pub fn angle_of(&self, largest: f64, q: &[f64]) -> f64 {
-        let fibre = self.ring.place_of(largest, q);
-        let node = fibre / OF_ELEMENT + (fibre % OF_ELEMENT) / 2;
-        (node % self.elements) as f64 * self.spacing
+        self.nodes.get(self.ring.place_of(largest, q) / 2).map_or(0.0, |&node| node as f64 * self.spacing)
     }
 
     /// Number of the blade, from 0, of the largest stress of the blades.
