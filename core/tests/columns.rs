@@ -74,9 +74,9 @@ impl Followed {
         self.torsion.resize(sections, 0.0);
         self.bending.resize(sections, 0.0);
         for section in 0..sections {
-            let (moment, square) = shaft.expect("sections").largest(section, frame.displacement, frame.twist);
-            self.torsion[section] = self.torsion[section].max(moment);
-            self.bending[section] = self.bending[section].max(square.sqrt());
+            let largest = shaft.expect("sections").largest(section, frame.displacement, frame.twist);
+            self.torsion[section] = self.torsion[section].max(largest.torsion);
+            self.bending[section] = self.bending[section].max(largest.bending_square.sqrt());
         }
         self.friction = frame.energies.friction;
         self.frames += 1.0;

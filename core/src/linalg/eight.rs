@@ -345,6 +345,26 @@ by_width! {
 
 #[inline(always)]
 fn dots_in<V: Eight>(columns: &[Lane], list: &[f64], products: &mut Lane) {
+    products_of::<V>(columns, list).store(products);
+}
+
+by_width! {
+    /// The largest size of all products of rows with a list, those of eight rows one behind the other, each as [`dots`] has them; 0 of a list without numbers.
+    pub(crate) fn largest_dot(columns: &[Lane], list: &[f64]) -> f64 = largest_dot_in
+}
+
+#[inline(always)]
+fn largest_dot_in<V: Eight>(columns: &[Lane], list: &[f64]) -> f64 {
+    let mut least = 0.0_f64;
+    for block in columns.chunks_exact(list.len().max(1)) {
+        let largest = (V::all(0.0) - products_of::<V>(block, list).size()).least();
+        least = if largest < least { largest } else { least };
+    }
+    -least
+}
+
+#[inline(always)]
+fn products_of<V: Eight>(columns: &[Lane], list: &[f64]) -> V {
     let (mut sums, mut tail) = ([V::all(0.0); 4], V::all(0.0));
     let ((fours, rest), (numbers, left)) = (columns.as_chunks::<4>(), list.as_chunks::<4>());
     for (four, numbers) in fours.iter().zip(numbers) {
@@ -355,7 +375,7 @@ fn dots_in<V: Eight>(columns: &[Lane], list: &[f64], products: &mut Lane) {
     for (column, number) in rest.iter().zip(left) {
         tail = tail + V::load(column) * V::all(*number);
     }
-    (((sums[0] + sums[1]) + (sums[2] + sums[3])) + tail).store(products);
+    ((sums[0] + sums[1]) + (sums[2] + sums[3])) + tail
 }
 
 #[cfg(test)]

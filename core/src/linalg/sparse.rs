@@ -39,19 +39,22 @@ impl Csr {
         }
     }
 
-    /// Largest `|(A x)_i|`.
-    #[must_use]
-    pub fn largest_product(&self, x: &[f64]) -> f64 {
-        let mut largest = 0.0_f64;
-        for row in self.starts.windows(2) {
+    /// `(A x)_i`, one after the other.
+    pub fn products<'a>(&'a self, x: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
+        self.starts.windows(2).map(|row| {
             let row = row[0]..row[1];
             let mut sum = 0.0;
             for (value, &j) in self.values[row.clone()].iter().zip(&self.columns[row]) {
                 sum += value * x[j as usize];
             }
-            largest = largest.max(sum.abs());
-        }
-        largest
+            sum
+        })
+    }
+
+    /// Largest `|(A x)_i|`.
+    #[must_use]
+    pub fn largest_product(&self, x: &[f64]) -> f64 {
+        self.products(x).fold(0.0_f64, |largest, product| largest.max(product.abs()))
     }
 
     /// x^T A y.

@@ -1,6 +1,6 @@
 //! What the contact with one ring did: forces, impulse, impacts, what it left, how it was solved.
 
-use super::filter::{FILTER, LastMillisecond};
+use super::filter::{FILTER, Window};
 use super::peak::{At, Peak, Sum};
 use super::phases::Phases;
 use super::row::Row;
@@ -23,6 +23,8 @@ pub(crate) struct Touch {
     pub no_fixed_point: bool,
     /// The rotor penetrated the predicted ring at more than one local minimum.
     pub several_minima: bool,
+    /// Energy that friction took out in the step \[J\].
+    pub friction_work: f64,
 }
 
 /// Watches one ring in steps of constant length.
@@ -32,9 +34,15 @@ pub(crate) struct ContactRecorder {
     /// Contact at the angle of the rotor's centre: its gap has one minimum, and its force does model work.
     polar: bool,
     force: Peak,
-    /// Impulses of the last 1 ms \[N s\], and their sum over 1 ms.
-    impulses: LastMillisecond,
+    /// Normal impulses \[N s\] and works of friction \[J\] of the last 1 ms.
+    window: Window<2>,
+    /// Largest mean force and friction power over 1 ms \[N, W\].
     filtered: Peak,
+    power: Peak,
+    /// Energy that friction took out \[J\].
+    friction: f64,
+    /// Width of the ring \[m\], where the diaphragm has one.
+    width: Option<f64>,
     penetration: Peak,
     /// Penetration that the contact of the last step left at its end \[m\].
     left: Option<f64>,
@@ -57,13 +65,16 @@ impl ContactRecorder {
     /// Name of the column of the first contact.
     pub const FIRST: &str = "first_contact_s";
 
-    pub fn new(contact: &Contact, dt: f64) -> Self {
+    pub fn new(contact: &Contact, width: Option<f64>, dt: f64) -> Self {
         Self {
             dt,
             polar: contact.detection == Detection::Hyp1,
             force: Peak::default(),
-            impulses: LastMillisecond::new(dt),
+            window: Window::new(dt),
             filtered: Peak::default(),
+            power: Peak::default(),
+            friction: 0.0,
+            width,
             penetration: Peak::default(),
             left: None,
             first: None,
@@ -85,12 +96,16 @@ impl ContactRecorder {
     pub fn see(&mut self, touch: Option<&Touch>, at: At) {
         let force = touch.map_or(0.0, |touch| touch.normal);
         self.finish(at);
-        self.impulses.slide(force * self.dt);
         self.phases.see(force * self.dt);
-        if let Some(impulse) = self.impulses.sum() {
-            self.filtered.see(impulse / (self.impulses.length() as f64 * self.dt), at);
+        self.window.slide([force * self.dt, touch.map_or(0.0, |touch| touch.friction_work)]);
+        if let Some([impulse, work]) = self.window.sums() {
+            let length = self.window.length() as f64 * self.dt;
+            self.filtered.see(impulse / length, at);
+            // sticking may give back a little
+            self.power.see((work / length).max(0.0), at);
         }
         let Some(touch) = touch else { return };
+        self.friction += touch.friction_work;
         self.first.get_or_insert(at.time);
         // a step longer than that shows no gap between two contacts that follow each other
         if self.last.is_none_or(|last| at.time - last > FILTER.max(1.5 * self.dt)) {
@@ -113,7 +128,7 @@ impl ContactRecorder {
     /// Takes so many steps without contact at once.
     pub fn pass(&mut self, steps: usize, at: At) {
         self.finish(at);
-        self.impulses.pass(steps);
+        self.window.pass(steps);
         self.phases.pass(steps);
     }
 
@@ -128,6 +143,7 @@ impl ContactRecorder {
     pub fn hold(&mut self) {
         self.force.hold();
         self.filtered.hold();
+        self.power.hold();
         self.penetration.hold();
         self.impulse.hold();
     }
@@ -193,6 +209,21 @@ impl ContactRecorder {
         row.count("impacts", "impacts; one ends when the gap has stayed open for 1 ms", impacts);
     }
 
+    pub(super) fn report_friction(of: Option<&Self>, row: &mut Row<'_>) {
+        row.peak(
+            "max_friction_power",
+            "W",
+            "largest friction work of the last 1 ms divided by 1 ms",
+            of.map(|contact| contact.power),
+        );
+        row.real(
+            "friction_energy_per_width_J_m",
+            "J/m",
+            "energy dissipated by friction on this ring over the ring's width; null without a flexible ring",
+            of.and_then(|contact| contact.width.map(|width| contact.friction / width)),
+        );
+    }
+
     pub(super) fn report_penetration(of: Option<&Self>, row: &mut Row<'_>) {
         row.peak(
             "residual_penetration",
@@ -243,7 +274,7 @@ mod tests {
     fn what_the_last_step_left_counts_at_once() {
         let text = include_str!("../../../studies/machines/lab_rig.toml");
         let machine = MachineDef::parse("rig.toml", text).expect("a machine").build().expect("a machine");
-        let mut contact = ContactRecorder::new(&machine.diaphragms[0].contact, 1e-5);
+        let mut contact = ContactRecorder::new(&machine.diaphragms[0].contact, None, 1e-5);
         let touch = |gap: f64| Touch {
             normal: 1.0,
             sticks: false,
@@ -252,6 +283,7 @@ mod tests {
             reversed: false,
             no_fixed_point: false,
             several_minima: false,
+            friction_work: 0.0,
         };
         let at = |step: f64| At { time: 1e-5 * step, speed: 100.0 };
         assert_eq!(contact.penetration(), None);

@@ -13,37 +13,72 @@ pub(super) const FILTER: f64 = 1e-3;
 
 /// Sum of what each step of the last 1 ms had: its force, or its impulse.
 #[derive(Debug, Clone)]
-pub struct LastMillisecond {
-    steps: VecDeque<f64>,
-    length: usize,
-    sum: f64,
-    /// Steps of the window that had something.
-    filled: usize,
-}
+pub struct LastMillisecond(Window<1>);
 
 impl LastMillisecond {
     /// Of a run in steps of `step` \[s\].
     #[must_use]
     pub fn new(step: f64) -> Self {
-        // grown by what has happened: a step of no size would ask for more than there is
-        Self { steps: VecDeque::new(), length: ((FILTER / step).round() as usize).max(1), sum: 0.0, filled: 0 }
+        Self(Window::new(step))
     }
 
     /// Steps that 1 ms has.
     #[must_use]
+    pub fn length(&self) -> usize {
+        self.0.length()
+    }
+
+    /// Takes what the next step had.
+    #[inline]
+    pub fn slide(&mut self, value: f64) {
+        self.0.slide([value]);
+    }
+
+    /// Takes so many steps that had nothing.
+    pub fn pass(&mut self, steps: usize) {
+        self.0.pass(steps);
+    }
+
+    /// The sum; `None` where no step of the last 1 ms had anything.
+    #[inline]
+    pub fn sum(&mut self) -> Option<f64> {
+        self.0.sums().map(|[sum]| sum)
+    }
+}
+
+/// Sums of several quantities over the steps of the last 1 ms; a step has something where the first one is not zero, and then alone.
+#[derive(Debug, Clone)]
+pub(super) struct Window<const N: usize> {
+    steps: VecDeque<[f64; N]>,
+    length: usize,
+    sums: [f64; N],
+    /// Steps of the window that had something.
+    filled: usize,
+}
+
+impl<const N: usize> Window<N> {
+    /// Of a run in steps of `step` \[s\].
+    pub fn new(step: f64) -> Self {
+        // grown by what has happened: a step of no size would ask for more than there is
+        Self { steps: VecDeque::new(), length: ((FILTER / step).round() as usize).max(1), sums: [0.0; N], filled: 0 }
+    }
+
+    /// Steps that 1 ms has.
     pub fn length(&self) -> usize {
         self.length
     }
 
     /// Takes what the next step had.
     #[inline]
-    pub fn slide(&mut self, value: f64) {
+    pub fn slide(&mut self, values: [f64; N]) {
         let full = self.steps.len() >= self.length;
-        let leaving = if full { self.steps.pop_front().unwrap_or(0.0) } else { 0.0 };
-        self.steps.push_back(value);
-        self.filled -= usize::from(leaving != 0.0);
-        self.filled += usize::from(value != 0.0);
-        self.sum += value - leaving;
+        let leaving = if full { self.steps.pop_front().unwrap_or([0.0; N]) } else { [0.0; N] };
+        self.steps.push_back(values);
+        self.filled -= usize::from(leaving[0] != 0.0);
+        self.filled += usize::from(values[0] != 0.0);
+        for (sum, (value, leaving)) in self.sums.iter_mut().zip(values.iter().zip(leaving)) {
+            *sum += value - leaving;
+        }
     }
 
     /// Takes so many steps that had nothing.
@@ -51,21 +86,21 @@ impl LastMillisecond {
         if self.filled == 0 || steps >= self.length {
             // missing ones count as those that had nothing
             self.steps.clear();
-            (self.filled, self.sum) = (0, 0.0);
+            (self.filled, self.sums) = (0, [0.0; N]);
             return;
         }
-        (0..steps).for_each(|_| self.slide(0.0));
+        (0..steps).for_each(|_| self.slide([0.0; N]));
     }
 
-    /// The sum; `None` where no step of the last 1 ms had anything.
+    /// The sums; `None` where no step of the last 1 ms had anything.
     #[inline]
-    pub fn sum(&mut self) -> Option<f64> {
+    pub fn sums(&mut self) -> Option<[f64; N]> {
         if self.filled == 0 {
-            // rounding of the sliding sum does not outlive the contact
-            self.sum = 0.0;
+            // rounding of the sliding sums does not outlive the contact
+            self.sums = [0.0; N];
             return None;
         }
-        Some(self.sum)
+        Some(self.sums)
     }
 }
 

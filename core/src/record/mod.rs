@@ -16,10 +16,12 @@ mod loads;
 mod peak;
 mod phases;
 mod ring;
+mod ring_stresses;
 mod row;
 mod stresses;
 mod twin;
 mod verdict;
+mod von_mises;
 mod whirl;
 
 pub use energies::Energies;
@@ -30,7 +32,7 @@ pub use ring::pushed;
 pub(crate) use contact::Touch;
 pub(crate) use end::End;
 pub(crate) use energies::EnergyBalance;
-pub(crate) use peak::At;
+pub(crate) use peak::{At, Peak};
 pub(crate) use ring::RingInstant;
 pub(crate) use twin::{Compared, Twin};
 
@@ -200,14 +202,55 @@ impl Recorders {
         self.stresses.see_torsion(moments, at);
     }
 
-    /// Below this bending moment no one of these elements can raise its section's maximum \[N m\]: the least of their maxima so far.
-    pub fn least_bending(&self, elements: Range<usize>) -> f64 {
-        self.stresses.least_bending(elements)
+    /// Whether bending moments up to a bound can raise a maximum of some elements' sections, under these torsional moments \[N m\].
+    pub fn asks_for_bending(&self, elements: Range<usize>, bound: f64, torsion: &[f64]) -> bool {
+        self.stresses.asks_for_bending(elements, bound, torsion)
     }
 
-    /// Takes bending moments of some elements \[N m\], four each as [`crate::stress::ShaftStresses::bending_moments`] has them.
-    pub fn see_bending(&mut self, elements: Range<usize>, moments: &[f64], at: At) {
-        self.stresses.see_bending(elements, moments, at);
+    /// Takes bending moments of some elements \[N m\], four each as [`crate::stress::ShaftStresses::bending_moments`] has them, and their torsional moments
+    /// at the same instant.
+    pub fn see_bending(&mut self, elements: Range<usize>, moments: &[f64], torsion: &[f64], at: At) {
+        self.stresses.see_bending(elements, moments, torsion, at);
+    }
+
+    /// Largest ratio of stress and yield strength of all rings, with its time; `None` where no ring's material has a yield strength.
+    pub fn ring_yield(&self) -> Option<Peak> {
+        self.largest_of_rings(0)
+    }
+
+    /// The same of all blades.
+    pub fn blade_yield(&self) -> Option<Peak> {
+        self.largest_of_rings(1)
+    }
+
+    /// The same of the shaft's sections, each with its own yield strength.
+    pub fn shaft_yield(&self) -> Option<Peak> {
+        self.stresses.yield_ratio()
+    }
+
+    fn largest_of_rings(&self, which: usize) -> Option<Peak> {
+        let ratios = self.rings.iter().filter_map(|ring| ring.stresses.yield_ratios()[which]);
+        ratios.reduce(|mut largest, ratio| {
+            largest.include(&ratio);
+            largest
+        })
+    }
+
+    /// Bound of the shaft's ratio, as [`StressRecorder::ratio_bound`].
+    pub fn shaft_ratio_bound(&self, together: usize, bounds: &[f64]) -> f64 {
+        self.stresses.ratio_bound(together, bounds)
+    }
+
+    /// Bounds of the ratios of the first diaphragm's ring and blades for coordinates, or for the amplitudes of all of them.
+    pub fn ring_ratio_bounds(&mut self, q: &[f64]) -> [f64; 2] {
+        self.rings.first_mut().map_or([0.0; 2], |ring| ring.stresses.ratio_bounds(q))
+    }
+
+    /// Takes coordinates of the first diaphragm's ring between two looks, where stresses of ring and blades may be above these ratios to the yield strength.
+    pub fn watch_ring(&mut self, ratio: [f64; 2], q: &[f64], at: At) {
+        if let Some(ring) = self.rings.first_mut() {
+            ring.stresses.watch(ratio, q, at);
+        }
     }
 
     /// Judges the run with its step at n, from which it can go on. As long as all guards hold, what has been reached counts as reached
@@ -279,12 +322,13 @@ impl Recorders {
         self.loads.report(row.of(Group::BearingLoads));
         RingRecorders::report(&self.rings, row.of(Group::Contact), RingRecorders::report_contact);
         self.energies.report(&self.rings, row.of(Group::Energy));
+        RingRecorders::report(&self.rings, row.of(Group::Energy), RingRecorders::report_friction);
         RingRecorders::report(&self.rings, row.of(Group::Numerics), RingRecorders::report_solves);
         self.steps.report(end, row);
         End::report_stop(end, row.of(Group::Course));
         Twin::report(twin, row.of(Group::Numerics));
         damping::report(end.map(|_| &self.damping), row.of(Group::Course));
-        RingRecorders::report(&self.rings, row.of(Group::Stresses), RingRecorders::report_blades);
+        RingRecorders::report(&self.rings, row.of(Group::Stresses), RingRecorders::report_stresses);
         // last: sections of the shaft get what room is left
         self.stresses.report(row);
         self.limits.report(row.of(Group::Course));

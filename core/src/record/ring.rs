@@ -3,10 +3,10 @@
 use super::contact::{ContactRecorder, Touch};
 use super::peak::{At, Peak};
 use super::row::{Row, of_ring};
-use super::stresses::BladeRecorder;
+use super::ring_stresses::RingStressRecorder;
 use super::whirl::{Motion, WhirlRecorder};
 use crate::structure::RingPart;
-use bladeoff_model::machine::{Diaphragm, Machine};
+use bladeoff_model::machine::{Diaphragm, DiaphragmKind, Machine};
 use bladeoff_model::outcome::EndCause;
 
 /// One instant of a diaphragm and of the rotor in it, in the diaphragm's frame.
@@ -56,18 +56,22 @@ pub(crate) struct RingRecorders {
     whirl: WhirlRecorder,
     /// Squared (one root at the end) \[m2\].
     eccentricity: Peak,
-    blades: BladeRecorder,
+    pub stresses: RingStressRecorder,
 }
 
 impl RingRecorders {
     /// `name`: where the machine has several diaphragms.
     pub fn new(diaphragm: &Diaphragm, name: Option<&str>, part: Option<&RingPart>, step: f64) -> Self {
+        let width = match &diaphragm.kind {
+            DiaphragmKind::Flexible(stator) => Some(stator.ring.width),
+            DiaphragmKind::Rigid | DiaphragmKind::RadialSpring { .. } => None,
+        };
         Self {
             name: name.map(str::to_owned),
-            contact: ContactRecorder::new(&diaphragm.contact, step),
+            contact: ContactRecorder::new(&diaphragm.contact, width, step),
             whirl: WhirlRecorder::new(step),
             eccentricity: Peak::default(),
-            blades: BladeRecorder::new(&diaphragm.kind, part),
+            stresses: RingStressRecorder::new(&diaphragm.kind, part),
         }
     }
 
@@ -80,7 +84,7 @@ impl RingRecorders {
         let motion = Motion { angle: now.angle, place: now.place, velocity: now.velocity, touches: touch.is_some() };
         self.whirl.see(&motion, at);
         if let Some(q) = now.ring {
-            self.blades.see(q, at);
+            self.stresses.see(q, at);
         }
     }
 
@@ -97,7 +101,7 @@ impl RingRecorders {
         let motion = Motion { angle: now.angle, place: now.place, velocity: now.velocity, touches: false };
         self.whirl.pass(steps, &motion, at);
         if let Some(q) = now.ring {
-            self.blades.see(q, at);
+            self.stresses.see(q, at);
         }
     }
 
@@ -116,7 +120,7 @@ impl RingRecorders {
     pub fn hold(&mut self) {
         self.eccentricity.hold();
         self.contact.hold();
-        self.blades.hold();
+        self.stresses.hold();
     }
 
     /// Has each ring report its columns, in the machine's order. A machine without a ring has the columns of one, and no values in them.
@@ -148,6 +152,10 @@ impl RingRecorders {
         );
     }
 
+    pub(super) fn report_friction(of: Option<&Self>, row: &mut Row<'_>) {
+        ContactRecorder::report_friction(of.map(|ring| &ring.contact), row);
+    }
+
     pub(super) fn report_solves(of: Option<&Self>, row: &mut Row<'_>) {
         ContactRecorder::report_solves(of.map(|ring| &ring.contact), row);
     }
@@ -156,7 +164,7 @@ impl RingRecorders {
         ContactRecorder::report_resolution(of.map(|ring| &ring.contact), row);
     }
 
-    pub(super) fn report_blades(of: Option<&Self>, row: &mut Row<'_>) {
-        BladeRecorder::report(of.map(|ring| &ring.blades), row);
+    pub(super) fn report_stresses(of: Option<&Self>, row: &mut Row<'_>) {
+        RingStressRecorder::report(of.map(|ring| &ring.stresses), row);
     }
 }

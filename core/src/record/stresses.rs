@@ -1,18 +1,18 @@
-//! Largest moments and stresses of the shaft and of the blades of a ring.
+//! Largest moments and stresses of the shaft.
 
 use super::peak::{At, Peak};
 use super::row::Row;
+use super::von_mises::VonMises;
 use crate::linalg::Matrix;
-use crate::stress::{BladeStresses, ShaftStresses};
-use crate::structure::RingPart;
-use bladeoff_model::machine::{DiaphragmKind, RotorKind};
+use crate::stress::{ShaftStresses, equivalent_square};
+use bladeoff_model::machine::RotorKind;
 use bladeoff_model::outcome::MAX_COLUMNS;
 use std::ops::Range;
 
 /// Shaft sections with columns of their own at most; the largest over all sections is always there.
 const REPORTED_SECTIONS: usize = 12;
-/// Columns of one section: three peaks.
-const SECTION_COLUMNS: usize = 9;
+/// Columns of one section: four peaks.
+const SECTION_COLUMNS: usize = 12;
 
 /// Watches every section of the shaft.
 #[derive(Debug, Clone)]
@@ -22,14 +22,18 @@ pub(crate) struct StressRecorder {
     /// Per section: |T|, and |M|^2 (one root at the end).
     torsion: Vec<Peak>,
     bending: Vec<Peak>,
+    mises: VonMises,
 }
 
-/// Torsional moment \[N m\], torsional shear stress and bending stress \[Pa\].
+/// Torsional moment \[N m\], torsional shear stress, bending stress and von Mises stress \[Pa\].
 #[derive(Default)]
 struct Stresses {
     moment: Peak,
     shear: Peak,
     bending: Peak,
+    mises: Peak,
+    /// Place of the last one along the shaft \[m\].
+    position: f64,
 }
 
 impl StressRecorder {
@@ -39,16 +43,18 @@ impl StressRecorder {
             RotorKind::PointMass(_) => None,
         };
         let none = vec![Peak::default(); shaft.as_ref().map_or(0, ShaftStresses::sections)];
-        Self { shaft, torsion: none.clone(), bending: none }
+        let mises = VonMises::new(rotor, shaft.as_ref());
+        Self { shaft, torsion: none.clone(), bending: none, mises }
     }
 
     /// Nodal displacements [m, rad] and twists \[rad\] of the shaft line.
     pub fn see(&mut self, x: &[f64], twist: &[f64], at: At) {
         let Some(shaft) = &self.shaft else { return };
         for section in 0..self.torsion.len() {
-            let (torsion, bending) = shaft.largest(section, x, twist);
-            self.torsion[section].see(torsion, at);
-            self.bending[section].see(bending, at);
+            let largest = shaft.largest(section, x, twist);
+            self.torsion[section].see(largest.torsion, at);
+            self.bending[section].see(largest.bending_square, at);
+            self.mises.see(section, largest.equivalent_square, largest.node, at);
         }
     }
 
@@ -74,28 +80,51 @@ impl StressRecorder {
         }
     }
 
-    /// The least of the largest |M| of the sections of some elements; below all numbers before there is any.
-    pub fn least_bending(&self, elements: Range<usize>) -> f64 {
-        let Some(shaft) = &self.shaft else { return f64::INFINITY };
-        let squares = shaft.section_of()[elements].iter().map(|&section| self.bending[section].value);
-        squares
-            .min_by(|one, other| one.unwrap_or(-1.0).total_cmp(&other.unwrap_or(-1.0)))
-            .map_or(f64::INFINITY, |least| least.map_or(f64::NEG_INFINITY, f64::sqrt))
+    /// Whether bending moments up to a bound can raise a maximum of the sections of some elements, under these torsional moments \[N m\].
+    pub fn asks_for_bending(&self, elements: Range<usize>, bound: f64, torsion: &[f64]) -> bool {
+        let Some(shaft) = &self.shaft else { return false };
+        let square = bound * bound;
+        shaft.section_of()[elements].iter().zip(torsion).any(|(&section, &torsion)| {
+            self.bending[section].value.is_none_or(|known| square > known)
+                || self.mises.known(section).is_none_or(|known| equivalent_square(square, torsion) > known)
+        })
     }
 
-    /// Bending moments of some elements \[N m\], four each.
-    pub fn see_bending(&mut self, elements: Range<usize>, moments: &[f64], at: At) {
-        let Some(shaft) = &self.shaft else { return };
-        for (m, section) in moments.as_chunks::<4>().0.iter().zip(&shaft.section_of()[elements]) {
-            for [x, y] in [[m[0], m[1]], [m[2], m[3]]] {
-                self.bending[*section].see(x * x + y * y, at);
-            }
+    /// Bending and torsional moments of some elements \[N m\] at one instant: of each four at its ends, and one.
+    pub fn see_bending(&mut self, elements: Range<usize>, moments: &[f64], torsion: &[f64], at: At) {
+        let Self { shaft, bending, mises, .. } = self;
+        let Some(shaft) = shaft else { return };
+        for (element, (m, &torsion)) in elements.zip(moments.as_chunks::<4>().0.iter().zip(torsion)) {
+            let section = shaft.section_of()[element];
+            // torsion is the same at both ends
+            let [near, far] = [m[0] * m[0] + m[1] * m[1], m[2] * m[2] + m[3] * m[3]];
+            let (square, node) = if far > near { (far, element + 1) } else { (near, element) };
+            bending[section].see(square, at);
+            mises.see(section, equivalent_square(square, torsion), node, at);
         }
+    }
+
+    /// Largest ratio of von Mises stress and yield strength, each section with its own; `None` where no section has one.
+    pub fn yield_ratio(&self) -> Option<Peak> {
+        self.mises.yield_ratio()
+    }
+
+    /// Bound of that ratio by bounds of the bending moments of so many elements at a time \[N m\], with the largest torsional moments so far.
+    pub fn ratio_bound(&self, together: usize, bounds: &[f64]) -> f64 {
+        let Some(shaft) = &self.shaft else { return 0.0 };
+        let ratio = |section: usize, bound: f64| {
+            let torsion = self.torsion[section].value.unwrap_or(0.0);
+            self.mises.ratio_of(section, equivalent_square(bound * bound, torsion))
+        };
+        let blocks = shaft.section_of().chunks(together).zip(bounds);
+        let all = blocks.flat_map(|(sections, &bound)| sections.iter().map(move |&section| (section, bound)));
+        all.map(|(section, bound)| ratio(section, bound)).fold(0.0, f64::max)
     }
 
     /// All guards hold.
     pub fn hold(&mut self) {
         self.torsion.iter_mut().chain(&mut self.bending).for_each(Peak::hold);
+        self.mises.hold();
     }
 
     /// Largest torsional moment of all sections \[N m\].
@@ -111,6 +140,8 @@ impl StressRecorder {
                 moment,
                 shear: moment.map(|moment| moment / moduli.torsion),
                 bending: self.bending[section].map(|square| square.sqrt() / moduli.bending),
+                mises: self.mises.of(section).map(|square| square.sqrt() / moduli.bending),
+                position: self.mises.position(section),
             }
         };
         self.shaft.iter().flat_map(|shaft| (0..self.torsion.len()).map(move |section| of(shaft, section))).collect()
@@ -127,6 +158,10 @@ impl StressRecorder {
             ] {
                 largest.include(peak);
             }
+            if section.mises.value > all.mises.value {
+                all.position = section.position;
+            }
+            all.mises.include(&section.mises);
         }
         let all = self.shaft.as_ref().map(|_| &all);
         Stresses::report(all, None, row);
@@ -156,47 +191,15 @@ impl Stresses {
                 Some(_) => row.peak_of_one(name, unit, meaning, peak),
             }
         }
-    }
-}
-
-/// Watches the blades of one ring.
-#[derive(Debug, Clone)]
-pub(crate) struct BladeRecorder {
-    blades: Option<BladeStresses>,
-    stress: Peak,
-}
-
-impl BladeRecorder {
-    pub fn new(kind: &DiaphragmKind, part: Option<&RingPart>) -> Self {
-        let blades = part.and_then(|part| match kind {
-            DiaphragmKind::Flexible(stator) => BladeStresses::new(stator, part),
-            DiaphragmKind::Rigid | DiaphragmKind::RadialSpring { .. } => None,
-        });
-        // blades that nothing touches have a stress: none
-        let stress = if blades.is_some() { Peak::at_start(0.0) } else { Peak::default() };
-        Self { blades, stress }
-    }
-
-    /// Coordinates of the ring.
-    pub fn see(&mut self, q: &[f64], at: At) {
-        if let Some(blades) = &self.blades
-            && let Some(stress) = blades.above(self.stress.value.unwrap_or(0.0), q)
-        {
-            self.stress.see(stress, at);
+        let name = format!("max_shaft_von_mises{suffix}");
+        let meaning = format!("largest von Mises stress of bending and torsion at one instant {surface}");
+        let mises = of.map(|s| s.mises);
+        if section.is_some() {
+            row.peak_of_one(name, "Pa", meaning, mises);
+            return;
         }
-    }
-
-    /// All guards hold.
-    pub fn hold(&mut self) {
-        self.stress.hold();
-    }
-
-    pub(super) fn report(of: Option<&Self>, row: &mut Row<'_>) {
-        row.peak(
-            "max_blade_bending_stress",
-            "Pa",
-            "largest bending stress in a blade of the diaphragm, nominal",
-            of.filter(|blades| blades.blades.is_some()).map(|blades| blades.stress),
-        );
+        row.peak(&name, "Pa", meaning, mises);
+        let position = of.filter(|s| s.mises.value.is_some()).map(|s| s.position);
+        row.real(format!("{name}_position_m"), "m", format!("place along the shaft of {name}_Pa"), position);
     }
 }

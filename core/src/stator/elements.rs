@@ -103,6 +103,7 @@ mod tests {
             young_modulus: 2e11,
             poisson_ratio: 0.3,
             density: 7800.0,
+            yield_strength: None,
             ring,
             blades: Some(blades),
             damping,

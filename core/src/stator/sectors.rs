@@ -279,6 +279,7 @@ mod tests {
                 young_modulus: 2e11,
                 poisson_ratio: 0.3,
                 density: 7850.0,
+                yield_strength: None,
                 ring: Ring { mean_radius: 0.353, thickness: 0.05, width: 0.1, elements },
                 blades: (count > 0).then_some(blades),
                 damping: Rayleigh::default(),

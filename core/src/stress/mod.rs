@@ -1,10 +1,12 @@
-//! Internal moments and nominal stresses of shaft and blades, recovered from displacements.
+//! Internal moments and nominal stresses of shaft, ring and blades, recovered from displacements.
 //!
 //! Beam theory at the outer fibre: no notch or fillet factors, no residual or thermal stress, no blade centrifugal stress.
 //! A user multiplies by the stress concentration factor of his own geometry.
 
 mod blades;
+mod fibres;
+mod ring;
 mod shaft;
 
-pub use blades::BladeStresses;
-pub use shaft::{SectionModuli, ShaftStresses};
+pub(crate) use ring::{Known, RingStresses};
+pub use shaft::{LargestMoments, SectionModuli, ShaftStresses, equivalent_square};

@@ -11,6 +11,26 @@ pub struct SectionModuli {
     pub torsion: f64,
 }
 
+/// Square of the equivalent moment M_v of a round section, `M^2 + 3/4 T^2` [N2 m2]: its von Mises stress is `M_v/W_b`.
+#[inline]
+#[must_use]
+pub fn equivalent_square(bending_square: f64, torsion: f64) -> f64 {
+    bending_square + 0.75 * (torsion * torsion)
+}
+
+/// Largest moments of a section at an instant.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct LargestMoments {
+    /// `|T|` \[N m\].
+    pub torsion: f64,
+    /// `|M|^2` [N2 m2].
+    pub bending_square: f64,
+    /// [`equivalent_square`] and the node where it is.
+    pub equivalent_square: f64,
+    /// Node of the latter.
+    pub node: usize,
+}
+
 /// What turns displacements of one element into moments.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Element {
@@ -31,6 +51,7 @@ struct Element {
 /// M_2 = -6 E I (w_2 - w_1)/((1+Phi) L^2) + E I [(2-Phi) s_1 + (4+Phi) s_2]/((1+Phi) L)
 /// |M| = sqrt(M_x^2 + M_y^2)                       [w, s] = [u, theta_v] in XZ, [v, -theta_u] in YZ
 /// tau = |T|/W_t,  sigma = |M|/W_b
+/// sigma_v = sqrt(sigma^2 + 3 tau^2) = M_v/W_b,  M_v^2 = M^2 + 3/4 T^2,  as W_t = 2 W_b           von Mises, at the surface, of one instant
 /// ```
 /// Source: the element's own strain energy ((4) of the paper; [`crate::rotor::shaft_blocks`]). M varies linearly along an
 /// element, so its largest norm is at an end. Deviation: none; the paper reports no stresses.
@@ -42,7 +63,8 @@ struct Element {
 /// element (its own inertia and weight) enter through its nodes, so M has an error of `q L^2/12` for a load q per length;
 /// refine the mesh where that matters. In the reduced engine moments beside the contact lack the modes left out.
 /// # Verified by
-/// `a_cantilever_has_its_textbook_moment`, `a_twisted_bar_has_its_textbook_stress`, `tests/stresses.rs`
+/// `a_cantilever_has_its_textbook_moment`, `a_twisted_bar_has_its_textbook_stress`, `bending_and_torsion_make_the_von_mises_stress_of_a_point`,
+/// `tests/stresses.rs`
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShaftStresses {
     elements: Vec<Element>,
@@ -127,23 +149,29 @@ impl ShaftStresses {
         self.elements[element].bending_moments(&x[xz..xz + 4], &x[yz..yz + 4])
     }
 
-    /// Largest `|T|` \[N m\] and largest `|M|^2` [N2 m2] of a section.
+    /// Largest moments of a section.
     #[must_use]
-    pub fn largest(&self, section: usize, x: &[f64], twist: &[f64]) -> (f64, f64) {
+    pub fn largest(&self, section: usize, x: &[f64], twist: &[f64]) -> LargestMoments {
         let (from, to) = self.sections[section];
         // neighbouring elements share a node: windows, which need no checks inside the loop
         let (xz, yz) = x.split_at(x.len() / 2);
         let span = 2 * from..2 * to + 2;
         let (xz, yz) = (xz[span.clone()].windows(4).step_by(2), yz[span].windows(4).step_by(2));
         let nodes = xz.zip(yz).zip(twist[from..=to].windows(2));
-        let (mut torsion, mut bending) = (0.0, 0.0);
-        for (element, ((a, b), twist)) in self.elements[from..to].iter().zip(nodes) {
-            torsion = larger(torsion, element.torsional_moment(twist).abs());
-            let [m1, m2] = element.bending_moments(a, b);
-            bending = larger(bending, m1[0] * m1[0] + m1[1] * m1[1]);
-            bending = larger(bending, m2[0] * m2[0] + m2[1] * m2[1]);
+        let mut largest = LargestMoments { node: from, ..LargestMoments::default() };
+        for (i, (element, ((a, b), twist))) in self.elements[from..to].iter().zip(nodes).enumerate() {
+            let torsion = element.torsional_moment(twist);
+            largest.torsion = larger(largest.torsion, torsion.abs());
+            for (end, m) in element.bending_moments(a, b).into_iter().enumerate() {
+                let square = m[0] * m[0] + m[1] * m[1];
+                largest.bending_square = larger(largest.bending_square, square);
+                let equivalent = equivalent_square(square, torsion);
+                if equivalent > largest.equivalent_square {
+                    (largest.equivalent_square, largest.node) = (equivalent, from + i + end);
+                }
+            }
         }
-        (torsion, bending)
+        largest
     }
 }
 
@@ -203,6 +231,7 @@ mod tests {
             poisson_ratio: 0.3,
             density: 7850.0,
             shear_coefficient: shear,
+            yield_strength: None,
             section,
         };
         Shaft {
@@ -259,12 +288,12 @@ mod tests {
                     assert!((moment[0] * -400.0 - moment[1] * 300.0).abs() < 1e-3);
                 }
             }
-            let (_, square) = stresses.largest(0, &x, &[0.0; 5]);
+            let square = stresses.largest(0, &x, &[0.0; 5]).bending_square;
             let stress = square.sqrt() / stresses.moduli(0).bending;
             let pi = std::f64::consts::PI;
             let expected = 500.0 * 0.05 / (pi / 64.0 * (0.1f64.powi(4) - 0.02f64.powi(4)));
             assert!((stress / expected - 1.0).abs() < 1e-9);
-            let (_, square) = stresses.largest(1, &x, &[0.0; 5]);
+            let square = stresses.largest(1, &x, &[0.0; 5]).bending_square;
             assert!((square.sqrt() - 250.0).abs() < 1e-6);
         }
     }
@@ -279,11 +308,34 @@ mod tests {
         let twist = clamped(&rotor.twist_stiffness, &[0], &torque);
         let pi = std::f64::consts::PI;
         for (section, diameter) in [(0, 0.1f64), (1, 0.08)] {
-            let (moment, _) = stresses.largest(section, &[0.0; 20], &twist);
+            let moment = stresses.largest(section, &[0.0; 20], &twist).torsion;
             assert!((moment - 1000.0).abs() < 1e-8);
             let polar = pi / 32.0 * (diameter.powi(4) - 0.02f64.powi(4));
             let expected = 1000.0 * 0.5 * diameter / polar;
             assert!((moment / stresses.moduli(section).torsion / expected - 1.0).abs() < 1e-9);
+        }
+    }
+
+    /// A cantilever under a tip force and a torque: sigma and tau of the textbook, at the clamp and at the step of the diameter.
+    #[test]
+    fn bending_and_torsion_make_the_von_mises_stress_of_a_point() {
+        let shaft = shaft(Some(0.9));
+        let rotor = matrices(&shaft);
+        let stresses = ShaftStresses::new(&shaft);
+        let mut force = vec![0.0; rotor.lateral_size()];
+        rotor.add_at(4, [300.0, -400.0], &mut force);
+        let x = clamped(&rotor.stiffness, &[0, 1, rotor.v(0), rotor.v(0) + 1], &force);
+        let mut torque = vec![0.0; 5];
+        torque[4] = 700.0;
+        let twist = clamped(&rotor.twist_stiffness, &[0], &torque);
+        for (section, diameter, arm, node) in [(0, 0.1f64, 1.0, 0), (1, 0.08, 0.5, 2)] {
+            let inertia = std::f64::consts::PI / 64.0 * (diameter.powi(4) - 0.02f64.powi(4));
+            let sigma = 500.0 * arm * 0.5 * diameter / inertia;
+            let tau = 700.0 * 0.5 * diameter / (2.0 * inertia);
+            let largest = stresses.largest(section, &x, &twist);
+            let found = largest.equivalent_square.sqrt() / stresses.moduli(section).bending;
+            assert!((found / (sigma * sigma + 3.0 * tau * tau).sqrt() - 1.0).abs() < 1e-8, "{section}: {found}");
+            assert_eq!(largest.node, node);
         }
     }
 
@@ -300,8 +352,8 @@ mod tests {
             x[rotor.u(node) + 1] += 1e-3;
             x[rotor.v(node) + 1] -= 2e-3;
         }
-        let (torsion, square) = stresses.largest(0, &x, &[0.3; 5]);
-        assert_eq!(torsion, 0.0);
-        assert!(square.sqrt() < 1e-6, "{square}");
+        let largest = stresses.largest(0, &x, &[0.3; 5]);
+        assert_eq!(largest.torsion, 0.0);
+        assert!(largest.equivalent_square.sqrt() < 1e-6, "{largest:?}");
     }
 }

@@ -6,7 +6,7 @@
 use super::HistoryError;
 use bladeoff_answers::history::{History, matches};
 use bladeoff_core::record::{ContactFrame, Energies, Frame, LastMillisecond};
-use bladeoff_core::stress::ShaftStresses;
+use bladeoff_core::stress::{LargestMoments, ShaftStresses};
 use bladeoff_core::structure::Structure;
 use bladeoff_model::machine::{Diaphragm, DiaphragmKind, Machine, RotorKind};
 
@@ -96,7 +96,8 @@ impl Channel {
     /// Value at an instant.
     pub(super) fn value(&self, frame: &Frame<'_>, context: &Context<'_>) -> f64 {
         let moments = |section: usize| {
-            context.shaft.map_or((0.0, 0.0), |shaft| shaft.largest(section, frame.displacement, frame.twist))
+            let of = |shaft: &ShaftStresses| shaft.largest(section, frame.displacement, frame.twist);
+            context.shaft.map_or_else(LargestMoments::default, of)
         };
         match self.source {
             Source::Angle => frame.angle,
@@ -109,8 +110,8 @@ impl Channel {
             Source::PeakForce(diaphragm) => context.forces[diaphragm].peak,
             Source::FilteredForce(diaphragm) => context.forces[diaphragm].filtered,
             Source::Energy(read) => read(&frame.energies),
-            Source::Torsion(section) => moments(section).0,
-            Source::Bending(section) => moments(section).1.sqrt(),
+            Source::Torsion(section) => moments(section).torsion,
+            Source::Bending(section) => moments(section).bending_square.sqrt(),
             Source::Ring { diaphragm, place } => frame.contacts[diaphragm].field.map_or(0.0, |field| field[place]),
         }
     }

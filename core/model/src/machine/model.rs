@@ -170,6 +170,8 @@ pub struct ShaftElement {
     pub density: f64,
     /// k in k G S, a number also where the file says "cowper"; `None` ("none" in the file): no shear deformation.
     pub shear_coefficient: Option<f64>,
+    /// Yield strength \[Pa\] > 0; `None`: the file gives none.
+    pub yield_strength: Option<f64>,
     /// Index of the `[[rotor.shaft]]` section this element belongs to.
     pub section: usize,
 }
@@ -341,6 +343,8 @@ pub struct FlexibleStator {
     pub poisson_ratio: f64,
     /// Density [kg/m3].
     pub density: f64,
+    /// Yield strength of ring and blades \[Pa\] > 0; `None`: the file gives none.
+    pub yield_strength: Option<f64>,
     /// The ring.
     pub ring: Ring,
     /// The blades; `None`: a free ring.

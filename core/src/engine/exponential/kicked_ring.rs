@@ -89,6 +89,13 @@ impl KickedRing {
         &flat(&self.place)[..self.count]
     }
 
+    /// Amplitudes that the modes have at most from now on without impulses.
+    pub fn free_amplitudes(&self, amplitudes: &mut Vec<f64>) {
+        amplitudes.clear();
+        let states = flat(&self.place).iter().zip(flat(&self.rate)).zip(flat(&self.soft));
+        amplitudes.extend(states.take(self.count).map(|((n, rate), soft)| (n * n + rate * rate * soft).sqrt()));
+    }
+
     /// Goes from n to n+1 without impulse, but with the damping of (1).
     #[inline(always)]
     pub fn drift<V: Eight>(&mut self) {

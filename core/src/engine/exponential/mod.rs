@@ -48,6 +48,7 @@ mod rub;
 mod run;
 mod scale;
 mod settings;
+mod shaft_look;
 mod shape;
 mod shared;
 mod spin;
@@ -59,6 +60,7 @@ mod transfer;
 mod transient;
 mod twist;
 mod within;
+mod yielding;
 
 pub use flight::{Flight, FreeRun, free_run};
 pub use settings::FlightSettings;

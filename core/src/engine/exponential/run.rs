@@ -9,17 +9,14 @@
 use super::ExponentialError;
 use super::apart::Apart;
 use super::damped::Damped;
-use super::eights::Eights;
 use super::eye::{Ahead, Eye};
 use super::flight::Instant;
 use super::losses::{Losses, Taken};
-use super::measured::BESIDE;
 use super::settings::FlightSettings;
-use super::shape::Shape;
+use super::shaft_look::ShaftLook;
 use super::transient::{Done, Transient};
 use super::within::Room;
-use crate::engine::motion::{DIVERGED, size};
-use crate::linalg::axpy;
+use super::yielding::{Watch, Yielding};
 use crate::record::{At, End, Energies, Follower, Recorders, RingInstant, Touch};
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
@@ -34,6 +31,9 @@ const FALLS: u64 = 2;
 /// The former as long as nothing has touched: until then the shaft rings of the release alone.
 const CALM: u64 = 32;
 const BALANCES: u64 = 64;
+
+/// Ratios of stress and yield strength of ring, blades and shaft whose first time is found to a contact step.
+const YIELDS: [f64; 3] = [1.0; 3];
 
 /// One run in contact steps of `settings.step`, from its start to its end.
 ///
@@ -88,10 +88,7 @@ struct Run<'a> {
     /// Time of the last balance, and of the last step in which the spin fell fast.
     balanced: Option<u64>,
     fell: Option<u64>,
-    /// Torsional moments of the shaft's elements, on the modes of twist.
-    torsion: Eights,
-    /// What a train of blows lacks of them, per angular impulse.
-    lacking: Vec<f64>,
+    shaft: ShaftLook,
     /// Room for what is measured, for a motion, and for a ring's.
     seen: Vec<f64>,
     amplitudes: Vec<f64>,
@@ -100,8 +97,8 @@ struct Run<'a> {
     rates: Vec<f64>,
     /// Energies one by one, where the follower wants them.
     apart: Option<Box<Apart>>,
-    /// Largest displacement that is believed \[m\].
-    reach: f64,
+    /// `None` where no material has a yield strength.
+    yielding: Option<Yielding>,
     /// Once a follower has asked for an instant.
     eye: Option<Box<Eye<'a>>>,
     damped: Damped,
@@ -110,15 +107,11 @@ struct Run<'a> {
 impl<'a> Run<'a> {
     fn new(machine: &'a Machine, structure: &'a Structure, settings: FlightSettings) -> Result<Self, ExponentialError> {
         let transient = Transient::new(machine, structure, settings, true)?;
-        let twists: Vec<Vec<f64>> =
-            (0..structure.rotor.nodes).map(|node| transient.flight.spin().twist_of(structure, node)).collect();
         let mut recorders = Recorders::new(machine, &structure.rings, settings.step);
         recorders.search_nothing();
-        let torsion = Eights::new(&recorders.torsional_rows(&twists));
-        let mut lacking = Vec::new();
-        if transient.contact.is_some() {
-            torsion.times(&transient.flight.spin().lacking(settings.step), &mut lacking);
-        }
+        let yielding = Yielding::new(&recorders, YIELDS);
+        let steps = (settings.step, transient.contact.is_some());
+        let shaft = ShaftLook::new(machine, structure, &transient.flight, &recorders, steps);
         Ok(Self {
             machine,
             structure,
@@ -132,15 +125,14 @@ impl<'a> Run<'a> {
             transient,
             balanced: None,
             fell: None,
-            torsion,
-            lacking,
+            shaft,
             seen: Vec::new(),
             amplitudes: Vec::new(),
             within: Room::default(),
             places: Vec::new(),
             rates: Vec::new(),
             apart: None,
-            reach: DIVERGED * size(machine),
+            yielding,
             eye: None,
             damped: Damped::default(),
         })
@@ -179,7 +171,12 @@ impl<'a> Run<'a> {
             apart.keep(&transient.flight);
         }
         let between = shown && !loses && self.apart.is_some();
-        let level = self.transient.level();
+        let watch = self.yielding.as_mut().map(|of| of.watch(&mut self.transient, &mut self.recorders));
+        if !looks && watch.is_some_and(|watch| watch.shaft) {
+            self.stresses(at)?;
+        }
+        let most = watch.map_or(usize::MAX, |watch| watch.most);
+        let level = self.transient.level().map(|level| level.min(most));
         // where something may touch, the impulse at n comes with the step
         let due = match (look, level) {
             (Some(look), Some(_)) => {
@@ -220,7 +217,7 @@ impl<'a> Run<'a> {
             self.catch_up(ticks, Some(impulse));
         }
         self.damped.see(&self.transient.flight, self.transient.flight.speed(), &mut self.recorders);
-        self.record(&done, at, angle, looks);
+        self.record(&done, at, angle, looks, watch);
         self.works(&done, before);
         self.steps += 1;
         if level.is_none() {
@@ -351,7 +348,7 @@ impl<'a> Run<'a> {
     }
 
     /// Loads, the rotor in the ring, contact.
-    fn record(&mut self, done: &Done, at: At, angle: f64, looks: bool) {
+    fn record(&mut self, done: &Done, at: At, angle: f64, looks: bool, watch: Option<Watch>) {
         let touch = done.impact.as_ref().map(|impact| Touch {
             normal: impact.normal / self.h,
             sticks: impact.sticks,
@@ -360,12 +357,17 @@ impl<'a> Run<'a> {
             reversed: impact.reversed,
             no_fixed_point: false,
             several_minima: false,
+            friction_work: impact.friction_work,
         });
         self.touched |= touch.is_some();
         let steps = done.level.map_or(1, |level| 1 << level);
-        if looks && self.touched {
+        let watches = !looks && watch.is_some_and(|watch| watch.ring);
+        if (looks || watches) && self.touched {
             let Self { transient, amplitudes, .. } = self;
             transient.contact.iter().for_each(|contact| contact.rub.held(amplitudes));
+        }
+        if let (true, Some(yielding)) = (watches && self.touched, &self.yielding) {
+            self.recorders.watch_ring(yielding.of_ring(), &self.amplitudes, at);
         }
         let ring = self.transient.contact.as_ref().map(|contact| RingInstant {
             angle,
@@ -396,6 +398,11 @@ impl<'a> Run<'a> {
                 None => contact.rub.ring.damped(),
             };
         }
+    }
+
+    /// Sees the shaft's stresses at n.
+    fn stresses(&mut self, at: At) -> Result<(), Cause> {
+        self.shaft.see(&mut self.transient.flight, &mut self.recorders, self.structure, at)
     }
 
     /// Sees stresses at n, and stores where it `balances`; what it needs to be settled once the impulse there is known.
@@ -448,36 +455,6 @@ impl<'a> Run<'a> {
             }
         };
         apart.take_works(&losses.until(ticks, &taken, recorders.energies.now));
-    }
-
-    /// Moments that may be larger than those before.
-    fn stresses(&mut self, at: At) -> Result<(), Cause> {
-        let Self { transient, recorders, torsion, lacking, seen, .. } = self;
-        let flight = &mut transient.flight;
-        torsion.times(flight.spin().twist(), seen);
-        axpy(flight.spin().blow(), lacking, seen);
-        recorders.see_torsion(seen, at);
-        flight.bounds(seen);
-        let blocks = recorders.elements().div_ceil(BESIDE);
-        for (block, bound) in seen[..blocks].iter().enumerate() {
-            let elements = BESIDE * block..recorders.elements().min(BESIDE * (block + 1));
-            if *bound > recorders.least_bending(elements.clone()) {
-                recorders.see_bending(elements, &flight.moments(block), at);
-            }
-        }
-        let reach = seen[blocks];
-        if !reach.is_finite() {
-            return Err(Cause::NonFinite);
-        }
-        // what it bounds is looked at where it might be too far
-        if reach > self.reach {
-            let mut shape = Shape::new(self.structure, flight.spin(), self.h);
-            shape.take(flight, self.structure);
-            if shape.nodal.iter().any(|x| x.abs() > self.reach) {
-                return Err(Cause::Diverged);
-            }
-        }
-        Ok(())
     }
 
     /// Stores at n.

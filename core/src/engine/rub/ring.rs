@@ -196,7 +196,7 @@ mod tests {
         let ring = RingShape { mean_radius: MEAN, thickness: 0.05, width: 0.1, elements: NODES };
         let damping = Rayleigh::default();
         let stator =
-            FlexibleStator { young_modulus: 2e11, poisson_ratio: 0.3, density: 7850.0, ring, blades: None, damping };
+            FlexibleStator { young_modulus: 2e11, poisson_ratio: 0.3, density: 7850.0, yield_strength: None, ring, blades: None, damping };
         RingMatrices::assemble(&stator).surface(0.37, inner_face)
     }
 

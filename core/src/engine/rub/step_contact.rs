@@ -39,6 +39,7 @@ impl StepContact {
             reversed: self.reversed,
             no_fixed_point: self.no_fixed_point,
             several_minima: self.several_minima,
+            friction_work: self.friction_work,
         }
     }
 }

@@ -102,6 +102,7 @@ fn flexible(reader: &mut Reader<'_>, table: &str) -> Option<FlexibleStator> {
         young_modulus: material("young_modulus")?,
         poisson_ratio: material("poisson_ratio")?,
         density: material("density")?,
+        yield_strength: material("yield_strength"),
         ring: ring?,
         blades: blades?,
         damping: rayleigh(reader, &below(table, "damping"))?,

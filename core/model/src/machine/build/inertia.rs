@@ -63,6 +63,7 @@ mod tests {
                 poisson_ratio: 0.3,
                 density: 7850.0,
                 shear_coefficient,
+                yield_strength: None,
                 section: 0,
             };
             let mass = element_mass(&element);

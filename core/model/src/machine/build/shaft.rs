@@ -137,6 +137,7 @@ fn cross_section(reader: &mut Reader<'_>, section: usize) -> Option<ShaftElement
     let young_modulus = own_or_common(reader, "young_modulus");
     let poisson_ratio = own_or_common(reader, "poisson_ratio");
     let density = own_or_common(reader, "density");
+    let yield_strength = own_or_common(reader, "yield_strength");
     let (short, long) = (path("shear_coefficient"), path("material.shear_coefficient"));
     if reader.is_given(&short) && reader.is_given(&long) {
         reader.fail(&short, "given twice for this section", format!("either this or {}", &*long));
@@ -158,6 +159,7 @@ fn cross_section(reader: &mut Reader<'_>, section: usize) -> Option<ShaftElement
         poisson_ratio,
         density: density?,
         shear_coefficient,
+        yield_strength,
         section,
     })
 }

@@ -1,0 +1,138 @@
+//! Largest stresses of one diaphragm: of its ring, and of its blades.
+
+use super::peak::{At, Peak};
+use super::row::Row;
+use crate::stress::{Known, RingStresses};
+use crate::structure::RingPart;
+use bladeoff_model::machine::{DiaphragmKind, FlexibleStator};
+
+/// Watches the ring of one diaphragm and its blades.
+#[derive(Debug, Clone)]
+pub(crate) struct RingStressRecorder {
+    /// `None` of a diaphragm that has no flexible ring.
+    stresses: Option<RingStresses>,
+    yield_strength: Option<f64>,
+    ring: Peak,
+    /// Angle of the former \[rad\].
+    angle: f64,
+    blades: Peak,
+    /// Number of the blade of the former.
+    blade: usize,
+    /// Bending stress of the blades alone.
+    bending: Peak,
+    has_blades: bool,
+}
+
+impl RingStressRecorder {
+    pub fn new(kind: &DiaphragmKind, part: Option<&RingPart>) -> Self {
+        let flexible: Option<(&FlexibleStator, &RingPart)> = part.and_then(|part| match kind {
+            DiaphragmKind::Flexible(stator) => Some((stator, part)),
+            DiaphragmKind::Rigid | DiaphragmKind::RadialSpring { .. } => None,
+        });
+        let stresses = flexible.map(|(stator, part)| RingStresses::new(stator, part));
+        let has_blades = stresses.as_ref().is_some_and(RingStresses::has_blades);
+        // what nothing touches has a stress: none
+        let start = |is_there: bool| if is_there { Peak::at_start(0.0) } else { Peak::default() };
+        Self {
+            yield_strength: flexible.and_then(|(stator, _)| stator.yield_strength),
+            ring: start(stresses.is_some()),
+            angle: 0.0,
+            blades: start(has_blades),
+            blade: 0,
+            bending: start(has_blades),
+            has_blades,
+            stresses,
+        }
+    }
+
+    /// Coordinates of the ring.
+    pub fn see(&mut self, q: &[f64], at: At) {
+        let known = |peak: &Peak| peak.value.unwrap_or(0.0);
+        let known = Known { ring: known(&self.ring), blades: known(&self.blades), bending: known(&self.bending) };
+        self.see_above(&known, q, at);
+    }
+
+    /// Coordinates of the ring, of which stresses of ring and blades above these ratios to the yield strength alone are asked for.
+    pub fn watch(&mut self, [ring, blades]: [f64; 2], q: &[f64], at: At) {
+        let Some(strength) = self.yield_strength else { return };
+        let known = |peak: &Peak, ratio: f64| peak.value.unwrap_or(0.0).max(ratio * strength);
+        let known =
+            Known { ring: known(&self.ring, ring), blades: known(&self.blades, blades), bending: f64::INFINITY };
+        self.see_above(&known, q, at);
+    }
+
+    fn see_above(&mut self, known: &Known, q: &[f64], at: At) {
+        let Some(stresses) = &mut self.stresses else { return };
+        let largest = stresses.above(known, q);
+        if let Some(stress) = largest.ring.filter(|stress| *stress > known.ring) {
+            self.ring.see(stress, at);
+            self.angle = stresses.angle_of(stress, q);
+        }
+        if let Some(stress) = largest.blades.filter(|stress| *stress > known.blades) {
+            self.blades.see(stress, at);
+            self.blade = stresses.blade_of(stress, q);
+        }
+        if let Some(stress) = largest.bending {
+            self.bending.see(stress, at);
+        }
+    }
+
+    /// Largest ratios of stress and yield strength, of the ring and of the blades; `None` where the material has no yield strength, or where there is none of them.
+    pub fn yield_ratios(&self) -> [Option<Peak>; 2] {
+        let of = |peak: Peak| self.yield_strength.map(|strength| peak.map(|stress| stress / strength));
+        [
+            of(self.ring).filter(|_| self.stresses.is_some()),
+            of(self.blades).filter(|_| self.has_blades),
+        ]
+    }
+
+    /// Bound of those ratios for coordinates, or for the amplitudes of all of them; 0 without a yield strength.
+    pub fn ratio_bounds(&mut self, amplitudes: &[f64]) -> [f64; 2] {
+        match (&mut self.stresses, self.yield_strength) {
+            (Some(stresses), Some(strength)) => stresses.bounds(amplitudes).map(|bound| bound / strength),
+            _ => [0.0; 2],
+        }
+    }
+
+    /// All guards hold.
+    pub fn hold(&mut self) {
+        self.ring.hold();
+        self.blades.hold();
+        self.bending.hold();
+    }
+
+    pub(super) fn report(of: Option<&Self>, row: &mut Row<'_>) {
+        let with_blades = of.filter(|ring| ring.has_blades);
+        row.peak(
+            "max_blade_bending_stress",
+            "Pa",
+            "largest bending stress in a blade of the diaphragm, nominal",
+            with_blades.map(|ring| ring.bending),
+        );
+        let with_ring = of.filter(|ring| ring.stresses.is_some());
+        row.peak(
+            "max_ring_stress",
+            "Pa",
+            "largest hoop plus bending stress at a face of the diaphragm's ring, nominal",
+            with_ring.map(|ring| ring.ring),
+        );
+        row.real(
+            "max_ring_stress_angle_rad",
+            "rad",
+            "place around the ring of max_ring_stress_Pa, from blade 0 with positive spin; null without stress",
+            with_ring.filter(|ring| ring.ring.value > Some(0.0)).map(|ring| ring.angle),
+        );
+        row.peak(
+            "max_blade_stress",
+            "Pa",
+            "largest axial plus bending stress in a blade of the diaphragm, nominal",
+            with_blades.map(|ring| ring.blades),
+        );
+        row.real(
+            "max_blade_stress_blade",
+            "",
+            "number of the blade of max_blade_stress_Pa, from 0; null without stress",
+            with_blades.filter(|ring| ring.blades.value > Some(0.0)).map(|ring| ring.blade as f64),
+        );
+    }
+}

@@ -1,0 +1,155 @@
+//! Stresses at many places of a ring, as rows on its coordinates, and the largest among them.
+//!
+//! ```text
+//! sigma_i = sum_j r_ij q_j,    |sigma_i| <= sum over pairs (j, k) of s_jk sqrt(q_j^2 + q_k^2),    s_jk = max_i sqrt(r_ij^2 + r_ik^2)     (1)
+//! ```
+//! The two modes of one frequency are a pair: a wave that turns around the ring has a constant amplitude. The bound (1) is then close to the stress at
+//! a single load, where all waves add. A coordinate without a partner is its own pair.
+//! Verified by `the_largest_size_is_found_with_its_place`, `no_stress_exceeds_its_bound`.
+
+use crate::linalg::eight::{dots, largest_dot};
+use crate::linalg::lanes::{LANES, Lane, kernel, rows_times};
+use crate::linalg::{Csr, Matrix};
+use crate::structure::Part;
+
+/// The bound with room for the rounding of its sum.
+const ROUNDED_UP: f64 = 1.0 + 1e-12;
+
+/// Coordinates of a ring in pairs of one frequency; a single one is its own partner.
+#[derive(Debug, Clone)]
+pub(super) struct Pairs(Vec<[usize; 2]>);
+
+/// Room for amplitudes.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Amplitudes {
+    of: [Vec<f64>; 2],
+    sizes: Vec<f64>,
+}
+
+impl Pairs {
+    /// Of the coordinates of a part: two neighbouring modes of one frequency are a pair.
+    pub fn of(part: &Part) -> Self {
+        let size = part.coordinates.size();
+        let square = |j: usize| part.stiffness[(j, j)];
+        let (mut pairs, mut j) = (Vec::with_capacity(size), 0);
+        while j < size {
+            let two = part.modal && j + 1 < size && (square(j + 1) - square(j)).abs() <= 1e-9 * square(j).abs();
+            pairs.push([j, j + usize::from(two)]);
+            j += 1 + usize::from(two);
+        }
+        Self(pairs)
+    }
+
+    /// `sqrt(q_j^2 + q_k^2)` of each pair.
+    pub fn amplitudes<'a>(&self, q: &[f64], room: &'a mut Amplitudes) -> &'a [f64] {
+        let Amplitudes { of: [one, other], sizes } = room;
+        let count = self.0.len();
+        for list in [&mut *one, &mut *other, &mut *sizes] {
+            list.resize(count, 0.0);
+        }
+        for ((one, other), &[j, k]) in one.iter_mut().zip(&mut *other).zip(&self.0) {
+            (*one, *other) = (q[j], q[k]);
+        }
+        sizes_of(one, other, sizes);
+        sizes
+    }
+
+    /// s of (1), of columns of rows: one row per coordinate, one column per place.
+    fn largest(&self, columns: &Matrix) -> Vec<f64> {
+        let mut largest = vec![0.0_f64; self.0.len()];
+        for column in columns.column_iter() {
+            for (largest, &[j, k]) in largest.iter_mut().zip(&self.0) {
+                // a single one counts twice in its amplitude
+                let share = if j == k { 0.5 } else { 1.0 };
+                *largest = largest.max(share * (column[j] * column[j] + column[k] * column[k]));
+            }
+        }
+        largest.iter().map(|square| ROUNDED_UP * square.sqrt()).collect()
+    }
+}
+
+kernel! {
+    /// Sizes of vectors whose parts are in two lists.
+    fn sizes_of(a: &[f64], b: &[f64], sizes: &mut [f64]) {
+        for (size, (a, b)) in sizes.iter_mut().zip(a.iter().zip(b)) {
+            *size = (a * a + b * b).sqrt();
+        }
+    }
+}
+
+/// Bounds of up to eight groups of places at once: (1).
+#[derive(Debug, Clone)]
+pub(super) struct Bounds(Vec<Lane>);
+
+impl Bounds {
+    /// Of groups of places.
+    pub fn new(groups: &[&Fibres]) -> Self {
+        let pairs = groups.first().map_or(0, |group| group.largest.len());
+        let of = |pair: usize| Lane(std::array::from_fn(|k| groups.get(k).map_or(0.0, |group| group.largest[pair])));
+        Self((0..pairs).map(of).collect())
+    }
+
+    /// No size of a stress of each group is above these \[Pa\], of amplitudes by [`Pairs::amplitudes`]; a NaN, which ends the run anyway, is passed on.
+    pub fn of(&self, amplitudes: &[f64]) -> [f64; LANES] {
+        rows_times(&self.0, amplitudes)
+    }
+}
+
+/// Stresses of some places.
+#[derive(Debug, Clone)]
+pub(super) struct Fibres {
+    rows: Rows,
+    /// s of (1).
+    largest: Vec<f64>,
+}
+
+/// Stress per unit coordinate, one row per place: a few entries over nodal freedoms, all of them over modes.
+#[derive(Debug, Clone)]
+enum Rows {
+    Nodal(Csr),
+    /// Of eight places at a time, zeros behind the last.
+    Modal(Vec<Lane>),
+}
+
+impl Fibres {
+    /// Of columns: one row per coordinate, one column per place; `modal`: coordinates are modes, all of which reach every place.
+    pub fn new(columns: &Matrix, pairs: &Pairs, modal: bool) -> Self {
+        let rows = if modal {
+            Rows::Modal((0..columns.ncols()).step_by(LANES).flat_map(|first| eight(columns, first)).collect())
+        } else {
+            Rows::Nodal(Csr::from_dense(&columns.transpose()))
+        };
+        Self { rows, largest: pairs.largest(columns) }
+    }
+
+    /// Largest size of all stresses \[Pa\].
+    pub fn largest(&self, q: &[f64]) -> f64 {
+        match &self.rows {
+            Rows::Nodal(rows) => rows.largest_product(q),
+            Rows::Modal(rows) => largest_dot(rows, q),
+        }
+    }
+
+    /// The first place whose stress has this size, which [`Fibres::largest`] has found.
+    pub fn place_of(&self, largest: f64, q: &[f64]) -> usize {
+        let found = match &self.rows {
+            Rows::Nodal(rows) => rows.products(q).position(|stress| stress.abs() == largest),
+            Rows::Modal(rows) => {
+                let mut stresses = Lane::default();
+                rows.chunks_exact(q.len().max(1)).enumerate().find_map(|(at, block)| {
+                    dots(block, q, &mut stresses);
+                    stresses.0.iter().position(|stress| stress.abs() == largest).map(|k| LANES * at + k)
+                })
+            }
+        };
+        found.unwrap_or(0)
+    }
+}
+
+/// Columns from one on, side by side, row by row.
+fn eight(columns: &Matrix, first: usize) -> Vec<Lane> {
+    let count = columns.ncols().min(first + LANES) - first;
+    (0..columns.nrows())
+        .map(|j| Lane(std::array::from_fn(|k| if k < count { columns[(j, first + k)] } else { 0.0 })))
+        .collect()
+}

@@ -1,0 +1,150 @@
+//! Stress of the diaphragm's ring: membrane and bending.
+
+use super::blades::BladeStresses;
+use super::fibres::{Amplitudes, Bounds, Fibres, Pairs};
+use crate::linalg::Matrix;
+use crate::structure::RingPart;
+use bladeoff_model::machine::FlexibleStator;
+
+/// Stresses of a ring and of its blades from the coordinates of the ring.
+///
+/// ```text
+/// sigma = E [(v/R + u,s) +- (h/2) (v/R^2 + v,ss)]        at the inner and the outer face; h radial thickness, R mean radius
+/// ```
+/// evaluated at every node of the ring, where u,s and v,s are degrees of freedom. v,ss of a node is the mean of the elements on its two sides; at a blade, whose foot brings a
+/// moment into the ring, it is that of each side by itself. Source: membrane strain and change of curvature of the
+/// element's own strain energy (docs/theory/02-diaphragm.md); Timoshenko and Gere, Theory of Elastic Stability, art. 7.1. Deviation: none;
+/// the paper reports no stresses.
+///
+/// # Units
+/// SI; angles from blade 0, in the diaphragm's own axes.
+/// # Limits
+/// Nominal, planar, thin: no bending out of the plane, no torsion of the section, no stress concentration at a blade's root; the curved-beam factor
+/// `1 + O(h/R)` of the inner face is not in it. Under a load inside an element the bending moment lacks up to `F l/8` (l: length of an element).
+/// In a reduced engine stresses beside the contact lack the modes left out.
+/// # Verified by
+/// `tests/ring_stresses.rs`
+#[derive(Debug, Clone)]
+pub(crate) struct RingStresses {
+    pairs: Pairs,
+    ring: Fibres,
+    blades: Option<BladeStresses>,
+    /// Of the ring, of the blades, and of their bending alone.
+    bounds: Bounds,
+    /// Node of each place, two faces each.
+    nodes: Vec<usize>,
+    /// Angle of one element \[rad\].
+    spacing: f64,
+    amplitudes: Amplitudes,
+}
+
+/// What is not above these is not asked for \[Pa\].
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Known {
+    pub ring: f64,
+    pub blades: f64,
+    pub bending: f64,
+}
+
+/// Largest stresses of an instant \[Pa\], each where it may be above what is known.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Largest {
+    pub ring: Option<f64>,
+    /// Axial and bending.
+    pub blades: Option<f64>,
+    pub bending: Option<f64>,
+}
+
+impl RingStresses {
+    /// Of a flexible stator.
+    pub fn new(stator: &FlexibleStator, part: &RingPart) -> Self {
+        let coordinates = &part.part.coordinates;
+        let (size, pairs) = (coordinates.size(), Pairs::of(&part.part));
+        let (r, count) = (stator.ring.mean_radius, stator.ring.elements);
+        let spacing = 2.0 * std::f64::consts::PI / count as f64;
+        let l = spacing * r;
+        let (young, half) = (stator.young_modulus, 0.5 * stator.ring.thickness);
+        let bending = young * half;
+        let row = |terms: &[(usize, f64)]| {
+            let mut row = vec![0.0; size];
+            terms.iter().for_each(|&(dof, factor)| coordinates.add_row(dof, factor, &mut row));
+            row
+        };
+        // [u, u_s, v, v_s] of a node
+        let at = |node: usize| 4 * (node % count);
+        // from a node, the second derivative of the cubic on its side behind (1) or before it (-1), so much of it
+        let curved = |node: usize, side: f64, share: f64| {
+            let other = at(if side > 0.0 { node + 1 } else { node + count - 1 });
+            let (here, square, factor) = (at(node), l * l, share * bending);
+            row(&[
+                (here + 2, factor * (1.0 / (r * r) - 6.0 / square)),
+                (here + 3, -side * factor * 4.0 / l),
+                (other + 2, factor * 6.0 / square),
+                (other + 3, -side * factor * 2.0 / l),
+            ])
+        };
+        let feet = stator.blades.map_or(0, |blades| blades.count);
+        let (mut entries, mut nodes) = (Vec::new(), Vec::new());
+        for node in 0..count {
+            let membrane = row(&[(at(node) + 1, young), (at(node) + 2, young / r)]);
+            let bent = if feet > 0 && node % (count / feet) == 0 {
+                vec![curved(node, -1.0, 1.0), curved(node, 1.0, 1.0)]
+            } else {
+                let (before, behind) = (curved(node, -1.0, 0.5), curved(node, 1.0, 0.5));
+                vec![before.iter().zip(&behind).map(|(one, other)| one + other).collect()]
+            };
+            for bent in bent {
+                nodes.push(node);
+                entries.extend(membrane.iter().zip(&bent).map(|(membrane, bent)| membrane + bent));
+                entries.extend(membrane.iter().zip(&bent).map(|(membrane, bent)| membrane - bent));
+            }
+        }
+        let columns = Matrix::from_column_slice(size, 2 * nodes.len(), &entries);
+        let ring = Fibres::new(&columns, &pairs, coordinates.shapes().is_some());
+        let blades = BladeStresses::new(stator, part, &pairs);
+        let bounds = match &blades {
+            Some(blades) => Bounds::new(&[&ring, &blades.both, &blades.bending]),
+            None => Bounds::new(&[&ring]),
+        };
+        Self { ring, blades, bounds, pairs, nodes, spacing, amplitudes: Amplitudes::default() }
+    }
+
+    /// Whether there are blades.
+    pub fn has_blades(&self) -> bool {
+        self.blades.is_some()
+    }
+
+    /// Largest stresses of coordinates, as far as a bound says that they may be above what is known.
+    ///
+    /// The bound also keeps a ring that has come to rest cheap: its coordinates decay to subnormal numbers, whose products are slow.
+    pub fn above(&mut self, known: &Known, q: &[f64]) -> Largest {
+        let Self { pairs, ring, blades, bounds, amplitudes, .. } = self;
+        let [of_ring, of_blades, of_bending, ..] = bounds.of(pairs.amplitudes(q, amplitudes));
+        let of = |fibres: &Fibres, may: bool| may.then(|| fibres.largest(q));
+        let (blades, most) = (blades.as_ref(), known.bending);
+        let both = blades.and_then(|blades| of(&blades.both, of_blades > known.blades));
+        // bending alone is no more than with the axial stress
+        let bends = of_bending > most && both.is_none_or(|both| both > most);
+        Largest {
+            ring: of(ring, of_ring > known.ring),
+            blades: both,
+            bending: blades.and_then(|blades| of(&blades.bending, bends)),
+        }
+    }
+
+    /// Bounds of the stresses of ring and blades of such coordinates, or of amplitudes of all of them \[Pa\].
+    pub fn bounds(&mut self, q: &[f64]) -> [f64; 2] {
+        let [ring, blades, ..] = self.bounds.of(self.pairs.amplitudes(q, &mut self.amplitudes));
+        [ring, blades]
+    }
+
+    /// Angle \[rad\], from 0 to below 2 pi, of the largest stress of the ring, which [`RingStresses::above`] has found.
+    pub fn angle_of(&self, largest: f64, q: &[f64]) -> f64 {
+        self.nodes.get(self.ring.place_of(largest, q) / 2).map_or(0.0, |&node| node as f64 * self.spacing)
+    }
+
+    /// Number of the blade, from 0, of the largest stress of the blades.
+    pub fn blade_of(&self, largest: f64, q: &[f64]) -> usize {
+        self.blades.as_ref().map_or(0, |blades| blades.blade_of(blades.both.place_of(largest, q)))
+    }
+}
