@@ -106,6 +106,8 @@ pub(super) struct End {
 pub(super) struct Ends {
     pub largest: End,
     pub least: End,
+    /// Of the rows that are not ok the one with the largest value in the result's own column, which need not hold.
+    pub recorded: Option<Extreme>,
     /// Rows that are not ok and have nothing to be ordered by.
     pub unknown: u64,
 }
@@ -306,9 +308,12 @@ impl Reading {
                     Held::Once => recorded.filter(|_| status == "beyond" || cause == "step_limit"),
                     Held::Nothing => None,
                 };
+                let kind = (status.to_owned(), cause.to_owned());
+                if let Some(value) = recorded.filter(|_| !is_ok) {
+                    self.ends[at].see_recorded(Extreme { value, sample, kind: kind.clone(), recorded });
+                }
                 match value {
                     Some(value) => {
-                        let kind = (status.to_owned(), cause.to_owned());
                         self.ends[at].see(&Extreme { value, sample, kind, recorded }, is_ok);
                     }
                     None => self.ends[at].unknown += u64::from(!is_ok),
@@ -387,6 +392,14 @@ impl Reading {
 }
 
 impl Ends {
+    fn see_recorded(&mut self, one: Extreme) {
+        let is_more =
+            |other: &Extreme| one.value > other.value || (one.value == other.value && one.sample < other.sample);
+        if self.recorded.as_ref().is_none_or(is_more) {
+            self.recorded = Some(one);
+        }
+    }
+
     fn see(&mut self, one: &Extreme, is_ok: bool) {
         let ends: [(&mut End, Order); 2] = [
             (&mut self.largest, |a, b| b.value.total_cmp(&a.value).then(a.sample.cmp(&b.sample))),

@@ -22,7 +22,7 @@ pub(super) fn command(word: &str, directory: &Path, words: &[&str]) -> String {
 pub(super) fn worst(seen: &Seen, subject: Subject<'_>) -> Vec<Block> {
     let is_function = subject.samples.study().function().is_some();
     let mut blocks = Vec::new();
-    for (coordinate, Ends { largest, least, unknown }) in seen.coordinates.iter().zip(&seen.ends) {
+    for (coordinate, Ends { largest, least, recorded, unknown }) in seen.coordinates.iter().zip(&seen.ends) {
         if largest.all.is_empty() {
             continue;
         }
@@ -34,9 +34,12 @@ pub(super) fn worst(seen: &Seen, subject: Subject<'_>) -> Vec<Block> {
         for (end, list) in ends {
             blocks.push(Block::Table(table(coordinate, end, list, subject, is_function)));
         }
+        if let Some(note) = beyond_the_list(coordinate, largest, recorded.as_ref()).filter(|_| !is_function) {
+            blocks.push(Block::Note(note));
+        }
         if *unknown > 0 && !is_function {
             blocks.push(Block::Note(format!(
-                "{} not ok without a value of {} that was reached while all guards and limits held.",
+                "{} not ok and not in the list: no value of {} is known that was reached while all guards and limits held.",
                 are_counted(*unknown),
                 coordinate.name
             )));
@@ -54,6 +57,21 @@ pub(super) fn worst(seen: &Seen, subject: Subject<'_>) -> Vec<Block> {
         blocks.insert(0, Block::Text(text));
     }
     blocks
+}
+
+/// The largest value that the table has of a run that is not ok, where it is above the whole list and of a run that is not in it.
+fn beyond_the_list(coordinate: &Coordinate, list: &End, recorded: Option<&Extreme>) -> Option<String> {
+    let one = recorded.filter(|one| list.all.first().is_none_or(|first| one.value > first.value))?;
+    if list.all.iter().any(|row| row.sample == one.sample) {
+        return None;
+    }
+    Some(format!(
+        "The largest {} that is recorded is {} in sample {} ({}). It was reached after a guard or a limit had been exceeded.",
+        coordinate.name,
+        format_digits(one.value, &coordinate.unit, 5),
+        one.sample,
+        kind_in_words(&one.kind)
+    ))
 }
 
 /// "1 run is", "2 runs are".

@@ -56,9 +56,9 @@ impl MachineDef {
 fn gravity(machine: &Machine) -> String {
     let [x, y] = machine.rotor.gravity;
     if [x, y] == [0.0; 2] {
-        return "off: no static sag, and bearing loads are without the weight of the rotor".to_owned();
+        return "off, so that there is no static sag, and bearing loads lack the weight of the rotor".to_owned();
     }
-    format!("on, {} along X and {} along Y: the run starts from the static sag", metres(x), metres(y))
+    format!("on, {} along X and {} along Y; the run starts from the static sag", metres(x), metres(y))
 }
 
 fn metres(acceleration: f64) -> String {
@@ -74,32 +74,32 @@ fn bearings() -> String {
 fn release(unbalances: &[Unbalance]) -> String {
     let released: Vec<&Unbalance> = unbalances.iter().filter(|one| one.presence == Presence::AtRelease).collect();
     if released.is_empty() {
-        return "none: every unbalance is there from the start".to_owned();
+        return "none, as every unbalance is there from the start".to_owned();
     }
     let lost = released.iter().any(|one| one.kind == UnbalanceKind::Lost);
     let what = if lost { "the mass is lost at once" } else { "the unbalance appears at once, as an added mass" };
-    format!("{what} at t = 0: blade debris and neighbouring blades carry no load")
+    format!("{what} at t = 0; blade debris and neighbouring blades carry no load")
 }
 
 fn spin(machine: &Machine) -> String {
     if machine.rotor.speed_law.is_some() {
-        return "prescribed: friction and braking do not slow the rotor".to_owned();
+        return "prescribed; friction and braking do not slow the rotor".to_owned();
     }
-    "free: the machine is disconnected, friction and the braking torque slow the rotor".to_owned()
+    "free; the machine is disconnected, friction and the braking torque slow the rotor".to_owned()
 }
 
 fn rotor_line(is_shaft: bool) -> String {
     let what = if is_shaft { "linear elastic shaft without yield" } else { "rigid point mass without tilting" };
-    format!("{what}; the section that touches is rigid and round: its own flexibility does not soften an impact")
+    format!("{what}; the section that touches is rigid and round, and its own flexibility does not soften an impact")
 }
 
 fn torsional(is_own: bool, value: f64) -> String {
     let value_text = format_digits(value, "s", 3);
     match (is_own, value > 0.0) {
-        (_, false) => "none: torsional moments have no loss, so that they are upper values of many impacts".to_owned(),
+        (_, false) => "none, so that torsional vibration does not decay and adds up over many impacts".to_owned(),
         (true, true) => format!("{TORSIONAL} = {value_text}, as given"),
         (false, true) => format!(
-            "taken from the lateral value, {value_text}, as {TORSIONAL} is not set: peak torsional moments of the shipped turbine are 40 to 77 % \
+            "taken from the lateral value, {value_text}, as {TORSIONAL} is not set; peak torsional moments of the shipped turbine are 40 to 77 % \
              below those without torsional damping"
         ),
     }
@@ -113,11 +113,11 @@ fn diaphragms(machine: &Machine) -> String {
     });
     match kinds.min() {
         Some(0) => {
-            "planar linear ring: no axial motion and no tilt, small displacements, no yield, and blades clamped at a casing that \
+            "planar linear ring, no axial motion and no tilt, small displacements, no yield, and blades clamped at a casing that \
              does not move"
         }
-        Some(1) => "radial spring without mass: impacts of a real ring with mass are harder",
-        _ => "rigid circle: contact forces are upper values, the diaphragm does not yield",
+        Some(1) => "radial spring without mass, so that impacts lack the inertia of a ring",
+        _ => "rigid circle, so that contact lacks the flexibility of a ring",
     }
     .to_owned()
 }
@@ -131,7 +131,7 @@ fn friction(machine: &Machine) -> String {
     let slips = machine.diaphragms.iter().any(|diaphragm| diaphragm.contact.friction_law == FrictionLaw::Slip);
     let law = if slips { "sliding only" } else { "stick and slip" };
     format!(
-        "Coulomb, constant coefficient {range}, {law}: no heat, wear or thermal bow, so a rub neither opens the gap nor bends the shaft"
+        "Coulomb, constant coefficient {range}, {law}; no heat, wear or thermal bow, so a rub neither opens the gap nor bends the shaft"
     )
 }
 
@@ -139,7 +139,7 @@ fn contact(machine: &Machine) -> String {
     let is_mean = machine.diaphragms.iter().any(|one| one.contact.surface == ContactSurface::MeanLine);
     let is_one = machine.diaphragms.iter().any(|one| one.contact.points == ContactPoints::One);
     let surface = if is_mean {
-        "on the mean line: the friction couple on the ring is a few per cent too large"
+        "on the mean line, so that the friction couple on the ring is a few per cent too large"
     } else {
         "on the inner face"
     };
@@ -150,12 +150,12 @@ fn contact(machine: &Machine) -> String {
 fn engine(machine: &Machine) -> String {
     match machine.run.engine {
         Engine::Exponential => {
-            "exponential: kept modes are propagated exactly and contact acts by impulses, so single force peaks depend \
-             on the contact step; impulses and energies do not"
+            "exponential, kept modes are propagated exactly and contact acts by impulses, so that single force peaks depend on the \
+             contact step"
                 .to_owned()
         }
-        Engine::Reduced => "reduced: kept modes only, those above follow statically at the contact".to_owned(),
-        Engine::Full => "full: all degrees of freedom of the finite elements, no modes truncated".to_owned(),
+        Engine::Reduced => "reduced, kept modes only; those above follow statically at the contact".to_owned(),
+        Engine::Full => "full, all degrees of freedom of the finite elements, no modes truncated".to_owned(),
     }
 }
 
