@@ -1,4 +1,4 @@
-//! What a reader is told before numbers may be used: assumptions, the contact that is expected, runs that are not ok, the program.
+//! Context of the numbers in `check`, summary and report: assumptions, expected contact, runs that are not ok, versions.
 
 mod support;
 
@@ -41,7 +41,7 @@ fn check_prints_assumptions_and_the_contact_that_is_expected() {
     assert!(fs::read_to_string(&made).expect("written").contains("gravity = [0.0, -9.81]"));
 }
 
-/// Of two equal runs one is judged by a guard that nothing passes: it is invalid from its first step on, and in every list.
+/// One of two equal runs has a guard that nothing passes: it is invalid from its first step on, and in every list.
 #[test]
 fn a_run_that_is_not_ok_is_in_every_list_of_summary_and_report() {
     let folder = Folder::new();

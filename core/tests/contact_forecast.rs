@@ -38,7 +38,7 @@ const CASES: [(&str, &str, &[(&str, &str)]); 6] = [
 ];
 
 /// With a gap that is never closed, a run reaches what the forecast says: at least the transient of the release, at most the larger of that and
-/// the steady response. With a gap 5 % below what the forecast says of the release there is contact, 5 % above the larger value none.
+/// the steady response. A gap 5 % below the forecast of the release leads to contact, a gap 5 % above the larger value does not.
 #[test]
 fn runs_of_the_shipped_machines_reach_what_is_forecast() {
     for (name, text, sets) in CASES {

@@ -12,7 +12,7 @@ pub const COMMIT: &str = env!("BLADEOFF_BUILT_FROM");
 pub static VERSION: LazyLock<String> =
     LazyLock::new(|| format!("{} (commit {COMMIT}, {})", env!("CARGO_PKG_VERSION"), numerics()));
 
-/// What results depend on beside their inputs: "numerics 5, exponential engine 15".
+/// Versions that results depend on beside their inputs: "numerics 5, exponential engine 15".
 #[must_use]
 pub fn numerics() -> String {
     format!("numerics {NUMERICS_VERSION}, exponential engine {EXPONENTIAL_REVISION}")

@@ -1,4 +1,4 @@
-//! Forecast of contact: what the linear rotor reaches at each diaphragm as long as nothing touches.
+//! Forecast of contact: the eccentricity of the linear rotor at each diaphragm, as long as nothing touches.
 //!
 //! ```text
 //! reach(W) = |s - o| + a(W)            steady: a half axis of the synchronous orbit, s sag under gravity, o offset of the ring's centre
@@ -25,7 +25,7 @@ const STEPS: usize = 64;
 /// Steps of the run-down by braking alone.
 const BRAKING: usize = 2000;
 
-/// What the rotor is expected to reach at a diaphragm without contact.
+/// Expected eccentricity of the rotor at a diaphragm, as long as nothing touches.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactForecast {
     /// Place of the diaphragm in the machine.

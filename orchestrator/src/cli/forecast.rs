@@ -1,4 +1,4 @@
-//! What `check` says of assumptions and of the contact that is to be expected.
+//! Assumptions and expected contact, as `check` prints them.
 
 use crate::report::{CAVEAT, Forecasts, forecast_lines, in_words, is_expected};
 use crate::reporting::{assumed, assumed_of_machine};
@@ -20,7 +20,7 @@ pub(super) fn of_machine(definition: &MachineDef, machine: &Machine, width: Opti
     text + &block("Contact", &lines, width)
 }
 
-/// The same of a study: its machine as it is, and what lies between the ends of its samples.
+/// Assumptions and forecast of a study: its machine as it is, and samples at its corners.
 pub(super) fn of_study(samples: &Samples, width: Option<usize>) -> String {
     block("Assumptions", &assumed(samples), width) + &block("Contact", &forecast(samples), width)
 }

@@ -58,7 +58,7 @@ fn rpm(speed: f64) -> String {
     format!("{} rpm", format_digits(speed * 30.0 / std::f64::consts::PI, "", 4))
 }
 
-/// What a forecast depends on; the gap apart.
+/// Inputs of a forecast except the gap.
 #[derive(Debug, Clone, PartialEq)]
 struct Inputs {
     rotor: Rotor,
@@ -72,7 +72,7 @@ struct Inputs {
 pub struct Forecasts(Vec<(Inputs, Vec<ContactForecast>)>);
 
 impl Forecasts {
-    /// Those of a machine.
+    /// Forecasts of a machine.
     pub fn of(&mut self, machine: &Machine) -> Vec<ContactForecast> {
         let inputs = Inputs {
             rotor: machine.rotor.clone(),
@@ -99,6 +99,7 @@ impl Forecasts {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use bladeoff_model::machine::MachineDef;
 
     fn forecast(release: f64, response: f64, at_rest: f64) -> ContactForecast {
         let speeds = [0.0, 100.0 * std::f64::consts::PI];
@@ -111,6 +112,19 @@ mod tests {
             speed: 27.0 * std::f64::consts::PI,
             release,
         }
+    }
+
+    #[test]
+    fn machines_that_differ_in_the_gap_alone_share_a_forecast() {
+        let text = include_str!("../../../studies/machines/lab_rig.toml");
+        let machine = |text: &str| MachineDef::parse("rig.toml", text).expect("valid").build().expect("valid");
+        let mut forecasts = Forecasts::default();
+        let wide = forecasts.of(&machine(text)).remove(0);
+        let narrow = forecasts.of(&machine(&text.replace("gap = \"0.5 mm\"", "gap = \"0.4 mm\""))).remove(0);
+        assert_eq!((forecasts.0.len(), wide.gap, narrow.gap), (1, 0.5e-3, 0.4e-3));
+        assert_eq!(ContactForecast { gap: wide.gap, ..narrow }, wide);
+        forecasts.of(&machine(&text.replace("mass = \"10 g\"", "mass = \"11 g\"")));
+        assert_eq!(forecasts.0.len(), 2);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! What the machines of a study assume, for `check` and the report: one line for each part of the model.
+//! Assumptions of the machines of a study, for `check` and the report: one line for each part of the model.
 
 use bladeoff_model::machine::{Assumption, Machine, MachineDef};
 use bladeoff_study::Samples;

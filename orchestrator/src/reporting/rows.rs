@@ -38,14 +38,14 @@ pub(super) struct Coordinate {
     pub is_word: bool,
     /// Whether it is a result.
     pub is_result: bool,
-    /// What a run that is not ok tells of it.
+    /// Value that a run which is not ok has of it.
     pub held: Held,
 }
 
-/// What the row of a run that is not ok tells of a result.
+/// Value that the row of a run which is not ok has of a result.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Held {
-    /// What was reached while all guards and limits held, in the column of this name.
+    /// The value reached while all guards and limits held, in the column of this name.
     Reached(String),
     /// The time of a first event, where a step limit or a limit of the model ended the run.
     Once,
@@ -85,7 +85,7 @@ pub(super) struct OfKind {
 /// A row of a list of the worst.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Extreme {
-    /// What counts: of a row that is not ok what it had reached while all guards and limits held.
+    /// The value that orders the list: of a row that is not ok the one reached while all guards and limits held.
     pub value: f64,
     pub sample: u64,
     /// Status and cause.
@@ -106,7 +106,7 @@ pub(super) struct End {
 pub(super) struct Ends {
     pub largest: End,
     pub least: End,
-    /// Of the rows that are not ok the one with the largest value in the result's own column, which need not hold.
+    /// The row that is not ok and has the largest value in the result's own column, which need not hold.
     pub recorded: Option<Extreme>,
     /// Rows that are not ok and have nothing to be ordered by.
     pub unknown: u64,
@@ -128,7 +128,7 @@ pub(super) struct Seen {
     pub picked: Vec<Picked>,
     /// By coordinate; empty but for results.
     pub ends: Vec<Ends>,
-    /// Rows by column of results that are words, detection, word and status; of rows that are not ok also those without a word ("").
+    /// Counts by column of results that are words, detection, word and status. Rows that are not ok count without a word ("") too.
     pub regimes: BTreeMap<(String, String, String), ByStatus>,
 }
 

@@ -42,7 +42,7 @@ fn piece(samples: &[u64]) -> Table {
     )
 }
 
-/// What failed rows had reached: sample 5003 more than any ok one, the quarantined one nothing.
+/// Values that failed rows had reached: sample 5003 more than any ok one, the quarantined one nothing.
 fn reached(sample: u64) -> Option<f64> {
     (sample % 1000 == 3).then_some(if sample == 5003 { 2000.0 } else { 1.0 })
 }

@@ -1,4 +1,4 @@
-//! What a machine assumes, and what that does to its results: one line for each, for `check` and the report.
+//! Assumptions of a machine with their consequences, one line each, for `check` and the report.
 //!
 //! Source: the equations of docs/theory/01-shaft-line.md to 03-contact.md, and the deviations in 06-deviations.md. Verified by
 //! `every_line_follows_the_machine`.
@@ -19,7 +19,7 @@ const TORSIONAL: &str = "rotor.damping.torsional";
 pub struct Assumption {
     /// Part of the model: the same word for every machine.
     pub topic: &'static str,
-    /// What is assumed and its consequence, one line.
+    /// The assumption and its consequence, one line.
     pub text: String,
 }
 

@@ -40,7 +40,7 @@ pub fn worst_least(column: &str) -> Option<&'static str> {
     Some(end.trim_end_matches(')'))
 }
 
-/// Of each quantity the column that has what rows that are not ok had reached while all guards and limits held.
+/// Columns of the values that rows which are not ok had reached while all guards and limits held, by quantity.
 const GUARDED: [Option<&str>; QUANTITIES.len()] = [
     Some("guarded_max_bearing_load_N"),
     Some("guarded_max_filtered_contact_force_N"),
@@ -102,7 +102,7 @@ struct Group {
     counts: Counts,
     /// Of the rows that are ok and have the quantity.
     values: [Values; QUANTITIES.len()],
-    /// Of the others.
+    /// Values of the rows that are not ok.
     reached: [Reached; QUANTITIES.len()],
 }
 
@@ -205,7 +205,7 @@ impl Summary {
         text.fitting("", width)
     }
 
-    /// What rows that are not ok had reached, of the quantities whose largest value is the worst.
+    /// Values that rows which are not ok had reached, for the quantities whose largest value is the worst.
     fn reached(&self) -> Vec<Line<'_>> {
         let quantities = QUANTITIES.iter().enumerate().filter(|(at, _)| self.has[*at] && GUARDED[*at].is_some());
         let lines = quantities.map(|(at, (_, unit, label, _))| {
