@@ -6,8 +6,8 @@
 use super::def::MachineDef;
 use super::layout::Scalar;
 use super::model::{
-    ContactPoints, ContactSurface, DiaphragmKind, Engine, FrictionLaw, Machine, Presence, RotorKind, Unbalance,
-    UnbalanceKind,
+    Bearing, ContactPoints, ContactSurface, DiaphragmKind, Engine, FrictionLaw, Machine, Presence, RotorKind,
+    Unbalance, UnbalanceKind,
 };
 use crate::document::units::format_digits;
 
@@ -35,7 +35,7 @@ impl MachineDef {
         let is_shaft = matches!(rotor.kind, RotorKind::Shaft(_));
         let mut lines = vec![
             ("gravity", gravity(machine)),
-            ("bearings", bearings()),
+            ("bearings", bearings(&rotor.bearings)),
             ("release", release(&rotor.unbalances)),
             ("spin", spin(machine)),
             ("rotor", rotor_line(is_shaft)),
@@ -65,10 +65,19 @@ fn metres(acceleration: f64) -> String {
     format_digits(acceleration, "m/s2", 3)
 }
 
-fn bearings() -> String {
-    "linear stiffness and damping without clearance: the journal moves as far as the load takes it, which in a real \
-     bearing ends at the clearance"
-        .to_owned()
+fn bearings(bearings: &[Bearing]) -> String {
+    let linear = "linear stiffness and damping without clearance; the journal moves as far as the load takes it";
+    let given: Vec<String> = bearings
+        .iter()
+        .filter_map(|one| Some(format!("{} {}", one.name, format_digits(one.clearance?, "m", 3))))
+        .collect();
+    match given.is_empty() {
+        true => format!("{linear}, and no clearance is given to compare it with"),
+        false => format!(
+            "{linear}, and is compared with the given clearance ({}), which does not change the motion",
+            given.join(", ")
+        ),
+    }
 }
 
 fn release(unbalances: &[Unbalance]) -> String {
@@ -187,6 +196,7 @@ mod tests {
         let spring = "kind = \"radial-spring\"\nstiffness = 1e7\n";
         let changes = [
             ("gravity", "initial_speed = 100.0\n", "initial_speed = 100.0\ngravity = [0.0, -9.81]\n"),
+            ("bearings", "damping = 1e3\n", "damping = 1e3\nclearance = \"0.3 mm\"\n"),
             ("release", "radius = 0.05\n", "radius = 0.05\npresent = \"before\"\n"),
             ("spin", "[rotor.material]", "[rotor.speed_law]\nacceleration = -1.0\n[rotor.material]"),
             ("torsional damping", "[rotor.damping]\n", "[rotor.damping]\ntorsional = 1e-6\n"),
@@ -206,6 +216,9 @@ mod tests {
                 whole.iter().zip(&other).filter(|(a, b)| a != b).map(|(one, _)| one.topic).collect();
             assert_eq!(changed, [topic], "{to}");
         }
+        let clearance =
+            line(&SHAFT.replacen("damping = 1e3\n", "damping = 1e3\nclearance = \"0.3 mm\"\n", 1), "bearings");
+        assert!(clearance.contains("the given clearance (a 0.3 mm)"), "{clearance}");
         assert!(line(SHAFT, "torsional damping").contains("40 to 77 %"));
         assert!(
             line(&SHAFT.replacen("initial_speed", "gravity = [0, -9.81]\ninitial_speed", 1), "gravity")
