@@ -1,6 +1,7 @@
-//! Which program this is: version, commit, numerics.
+//! Which program this is: version, commit, numerics and the revision of the exponential engine.
 
 use bladeoff_core::NUMERICS_VERSION;
+use bladeoff_model::machine::EXPONENTIAL_REVISION;
 use std::sync::LazyLock;
 
 /// The commit of the sources, with ` modified` after it if they were changed since; `unknown` where it cannot be known
@@ -9,4 +10,10 @@ pub const COMMIT: &str = env!("BLADEOFF_BUILT_FROM");
 
 /// Shown by `bladeoff --version` behind the name.
 pub static VERSION: LazyLock<String> =
-    LazyLock::new(|| format!("{} (commit {COMMIT}, numerics {NUMERICS_VERSION})", env!("CARGO_PKG_VERSION")));
+    LazyLock::new(|| format!("{} (commit {COMMIT}, {})", env!("CARGO_PKG_VERSION"), numerics()));
+
+/// Versions that results depend on beside their inputs: "numerics 5, exponential engine 15".
+#[must_use]
+pub fn numerics() -> String {
+    format!("numerics {NUMERICS_VERSION}, exponential engine {EXPONENTIAL_REVISION}")
+}

@@ -2,6 +2,7 @@
 
 mod basis;
 mod codec;
+mod contact_forecast;
 mod follow;
 mod key;
 mod key_2;
@@ -16,6 +17,7 @@ mod whirl;
 
 pub(crate) use basis::largest_share;
 pub use basis::{Basis, BasisError, DEFAULT_RING_MODES, DEFAULT_ROTOR_MODES, ModeSet};
+pub use contact_forecast::{ContactForecast, contact_forecasts};
 pub(crate) use key::{is_key_of, modal_key};
 pub use looks::ModesError;
 pub use quadratic::{QuadraticModes, quadratic_modes, quadratic_values};

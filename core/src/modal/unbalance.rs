@@ -35,37 +35,68 @@ fn major(x: [f64; 2], y: [f64; 2]) -> f64 {
 /// speed) is left out.
 #[must_use]
 pub fn unbalance_response(machine: &Machine, speeds: &[f64]) -> Vec<UnbalanceResponse> {
-    let rotor = RotorMatrices::assemble(&machine.rotor);
-    let sites: Vec<UnbalanceSite> = machine.rotor.unbalances.iter().map(UnbalanceSite::new).collect();
-    let mut mass = rotor.mass.clone();
-    if matches!(machine.rotor.kind, RotorKind::PointMass(_)) {
-        for site in &sites {
-            for dof in rotor.plane_places(site.node) {
-                mass[(dof, dof)] += site.mass;
+    let rotor = LinearRotor::new(machine);
+    speeds.iter().filter_map(|&speed| rotor.response(speed)).collect()
+}
+
+/// Lateral matrices of the rotor with its unbalances, for steady and transient responses at constant speed.
+pub(super) struct LinearRotor {
+    pub matrices: RotorMatrices,
+    pub sites: Vec<UnbalanceSite>,
+    /// Lateral mass, of a point mass with its unbalances.
+    pub mass: Matrix,
+    /// Shaft and bearings, cross terms included.
+    pub stiffness: Matrix,
+    pub gyroscopic: Matrix,
+    /// Moment of inertia of the spin \[kg m2\].
+    pub inertia: f64,
+}
+
+impl LinearRotor {
+    pub fn new(machine: &Machine) -> Self {
+        let matrices = RotorMatrices::assemble(&machine.rotor);
+        let sites: Vec<UnbalanceSite> = machine.rotor.unbalances.iter().map(UnbalanceSite::new).collect();
+        let mut mass = matrices.mass.clone();
+        if matches!(machine.rotor.kind, RotorKind::PointMass(_)) {
+            for site in &sites {
+                for dof in matrices.plane_places(site.node) {
+                    mass[(dof, dof)] += site.mass;
+                }
             }
         }
+        let (stiffness, gyroscopic) = (&matrices.stiffness + matrices.skew_stiffness(), matrices.gyroscopic());
+        let inertia = matrices.twist_mass.iter().sum();
+        Self { matrices, sites, mass, stiffness, gyroscopic, inertia }
     }
-    let (stiffness, gyroscopic) = (&rotor.stiffness + rotor.skew_stiffness(), rotor.gyroscopic());
-    let size = rotor.lateral_size();
-    let respond = |&speed: &f64| {
+
+    /// Complex amplitudes X at a speed \[rad/s\], real parts before imaginary parts, for the unbalances that `is_there` names by their
+    /// place; `None`: the system is singular.
+    pub fn amplitudes(&self, speed: f64, is_there: impl Fn(usize) -> bool) -> Option<Vector> {
+        let size = self.matrices.lateral_size();
         let mut force = Vector::zeros(2 * size);
-        for site in &sites {
+        for (_, site) in self.sites.iter().enumerate().filter(|(place, _)| is_there(*place)) {
             let (sin, cos) = libm::sincos(site.phase);
             let amplitude = site.mass * site.radius * speed * speed;
-            let [u, v] = rotor.plane_places(site.node);
+            let [u, v] = self.matrices.plane_places(site.node);
             force[u] += amplitude * cos;
             force[size + u] += amplitude * sin;
             force[v] += amplitude * sin;
             force[size + v] -= amplitude * cos;
         }
-        let dynamic = &stiffness - &mass * (speed * speed);
-        let velocity = (&rotor.damping + &gyroscopic * speed) * speed;
+        let dynamic = &self.stiffness - &self.mass * (speed * speed);
+        let velocity = (&self.matrices.damping + &self.gyroscopic * speed) * speed;
         let mut system = Matrix::zeros(2 * size, 2 * size);
         system.view_mut((0, 0), (size, size)).copy_from(&dynamic);
         system.view_mut((size, size), (size, size)).copy_from(&dynamic);
         system.view_mut((0, size), (size, size)).copy_from(&(-&velocity));
         system.view_mut((size, 0), (size, size)).copy_from(&velocity);
-        let x = solve(&system, &force)?;
+        solve(&system, &force)
+    }
+
+    /// Steady response to all unbalances at a speed \[rad/s\].
+    pub fn response(&self, speed: f64) -> Option<UnbalanceResponse> {
+        let (rotor, size) = (&self.matrices, self.matrices.lateral_size());
+        let x = self.amplitudes(speed, |_| true)?;
         let at = |dof: usize| [x[dof], x[size + dof]];
         let nodes = (0..rotor.nodes).map(|node| rotor.plane_places(node).map(at)).map(|[u, v]| major(u, v)).collect();
         let load = |bearing: &crate::rotor::BearingSite| {
@@ -76,8 +107,7 @@ pub fn unbalance_response(machine: &Machine, speeds: &[f64]) -> Vec<UnbalanceRes
             major([real[0], imaginary[0]], [real[1], imaginary[1]])
         };
         Some(UnbalanceResponse { speed, nodes, bearings: rotor.bearings.iter().map(load).collect() })
-    };
-    speeds.iter().filter_map(respond).collect()
+    }
 }
 
 #[cfg(test)]

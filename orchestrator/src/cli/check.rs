@@ -4,6 +4,7 @@ use super::answer::asked_in_words;
 use super::error::CliError;
 use super::estimate::estimate;
 use super::exit::Exit;
+use super::forecast;
 use super::functions;
 use super::output::{print, remark, tell, width};
 use super::run::{PartArgs, default_workers};
@@ -24,7 +25,8 @@ use std::path::{Path, PathBuf};
 
 /// Check a study: what varies, how many samples, how long it will take; or a machine
 ///
-/// Says which engine computes it, and why; of a machine file that alone, when its run can start.
+/// Says which engine computes it, and why; of a machine file that alone, when its run can start. Prints what the machine assumes, and whether
+/// contact is to be expected: the transient after the release and the unbalance response against the gap.
 ///
 /// Reads study, machine and points file and reports every problem in them with its place. Says in words what was understood
 /// of each uncertain parameter, with mean and standard deviation after truncation. Builds the machine of every
@@ -62,6 +64,10 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         return Ok(Exit::Ok);
     }
     tell(&(describe(&samples) + &asked_in_words(&samples)?))?;
+    let more = forecast::of_study(&samples, width());
+    if !more.is_empty() {
+        tell(&more)?;
+    }
     if let Some(model) = samples.study().function() {
         functions::estimate(&samples, model, default_workers())?;
         return Ok(Exit::Ok);
@@ -93,7 +99,8 @@ fn machine(path: &Path) -> Result<Exit, CliError> {
         return Err(placed(&error, &definition, &machine, |_| false).map_or_else(|| error.into(), CliError::from));
     }
     let choice = choice.map(|choice| format!("Engine: {}\n", choice.words("the machine"))).unwrap_or_default();
-    tell(&format!("{}: a machine whose run can start\n{choice}", definition.name()))?;
+    let more = forecast::of_machine(&definition, &machine, width());
+    tell(&format!("{}: a machine whose run can start\n{choice}{more}", definition.name()))?;
     let step = engine::step_plan(&machine, &structure)?.step;
     bearings_beyond(&machine, &structure, step).iter().for_each(|note| remark(&format!("note: {}", note.text())));
     let unstable = unstable(&machine, &structure, speeds_of_run(&machine));

@@ -13,6 +13,7 @@ mod excerpt;
 mod exit;
 mod export;
 mod extent;
+mod forecast;
 mod functions;
 mod gate;
 mod hints;

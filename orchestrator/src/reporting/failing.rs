@@ -11,7 +11,6 @@ use bladeoff_answers::page::{Block, Explorer, Figure, Plot, Table};
 use bladeoff_answers::report::counted;
 use bladeoff_model::machine::Engine;
 use bladeoff_model::outcome::Cause;
-use std::collections::BTreeSet;
 
 /// Lines of good runs in parallel coordinates: more are a grey area.
 const MOST_LINES: usize = 500;
@@ -24,11 +23,13 @@ pub(super) fn failures(seen: &Seen, subject: Subject<'_>) -> Vec<Block> {
         return vec![Block::Text("No run has ended yet.".to_owned())];
     }
     if bad.is_empty() {
-        blocks.push(Block::Text(format!("None of {} failed or is invalid.", counted(seen.rows, "run"))));
+        blocks.push(Block::Text(format!("Of {} all are ok.", counted(seen.rows, "run"))));
     } else {
         blocks.push(Block::Table(causes(&bad, seen, subject)));
         blocks.push(Block::Note(
-            "failed: ended early; invalid: finished, but a guard says that it may not be believed; quarantined: its process died repeatedly.".to_owned(),
+            "failed: ended early; invalid: finished, but a validity check did not hold; beyond: exceeded a limit of the physical model, the numerical checks \
+             passed; quarantined: its process ended repeatedly."
+                .to_owned(),
         ));
     }
     let shown: Vec<Shown> =
@@ -199,54 +200,4 @@ fn lines(seen: &Seen, shown: &[Shown]) -> Figure {
     let lines = if step == 1 { String::new() } else { format!(" Of the ok runs {} are drawn.", goods.div_ceil(step)) };
     let caption = format!("Each line is a run, from its parameters on the left to what came out on the right.{lines}");
     Figure { caption, drawing, plot: None, table: None }
-}
-
-/// How many runs are in which regime.
-pub(super) fn regimes(seen: &Seen) -> Vec<Block> {
-    let columns: BTreeSet<&String> = seen.regimes.keys().map(|(column, ..)| column).collect();
-    let mut blocks = Vec::new();
-    for column in columns {
-        let of = || seen.regimes.iter().filter(|((name, ..), _)| name == column);
-        let detections: BTreeSet<&String> = of().map(|((_, detection, _), _)| detection).collect();
-        let words: BTreeSet<&String> = of().map(|((.., word), _)| word).collect();
-        let total = |detection: &str| of().filter(|((_, d, _), _)| d == detection).map(|(_, count)| count).sum::<u64>();
-        let mut head = vec![column.replace('_', " ")];
-        head.extend(
-            detections
-                .iter()
-                .map(|detection| if detection.is_empty() { "runs".to_owned() } else { (*detection).clone() }),
-        );
-        let rows: Vec<Vec<String>> = words
-            .iter()
-            .map(|word| {
-                let count = |detection: &str| {
-                    of().find(|((_, d, w), _)| d == detection && w == *word).map_or(0, |(_, count)| *count)
-                };
-                let cells = detections.iter().map(|detection| {
-                    let (count, all) = (count(detection), total(detection));
-                    format!("{count} ({})", percent(count as f64 / all.max(1) as f64))
-                });
-                [vec![(*word).clone()], cells.collect()].concat()
-            })
-            .collect();
-        let names: Vec<(&String, &String)> =
-            detections.iter().flat_map(|detection| words.iter().map(move |word| (*detection, *word))).collect();
-        let bars = names.iter().enumerate().map(|(at, (detection, word))| {
-            let count = of().find(|((_, d, w), _)| d == *detection && w == *word).map_or(0, |(_, count)| *count);
-            (at as f64, 100.0 * count as f64 / total(detection).max(1) as f64)
-        });
-        let bars: Vec<(f64, f64)> = bars.collect();
-        let label = |(detection, word): &(&String, &String)| {
-            if detection.is_empty() || detections.len() == 1 { (*word).clone() } else { format!("{detection}: {word}") }
-        };
-        let chart = Chart {
-            x: Axis::numbers("share of the ok runs [%]", bars.iter().map(|bar| bar.1).chain([0.0])),
-            y: Axis::words(names.iter().map(label).collect()),
-            series: vec![Series { name: String::new(), colour: "c0", shape: Shape::Bars(bars, 0.64) }],
-            height: 20 + 24 * names.len() as u32,
-        };
-        let table = Table { head, rows, verbatim: Vec::new() };
-        blocks.push(chart.figure(format!("{} of the runs that are ok.", column.replace('_', " ")), Some(table)).into());
-    }
-    blocks
 }

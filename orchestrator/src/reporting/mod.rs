@@ -7,12 +7,14 @@
 //! The same directory gives the same bytes, whenever and by whomever it is asked.
 
 mod answered;
+mod assumed;
 mod bearings;
 mod curves;
 mod failing;
 mod narrowing;
 mod provenance;
 mod pushed;
+mod regimes;
 mod rows;
 mod sensitivity;
 mod stability;
@@ -23,6 +25,7 @@ use crate::answering::{Answering, AnsweringError, Forecasts, Looked, answer_at_l
 use crate::run::directory::{RESULTS, read_current};
 use crate::run::shards::row_files;
 use crate::run::{columns_of, end_of_table, refuse_changed};
+pub use assumed::{assumed, assumed_of_machine};
 pub use bearings::bearings_of;
 use bladeoff_answers::ask::Question;
 use bladeoff_answers::gate::Gate;
@@ -101,18 +104,20 @@ pub fn report(subject: Subject<'_>, ahead: impl Fn(&Answering) -> Ahead) -> Resu
     // a table is whole: one that [stop] ends, too
     let of = if is_table { seen.rows } else { samples.count() };
     let mut sections = Vec::new();
+    let assumptions = assumed(samples);
     let mut add = |id, heading: &str, blocks: Vec<Block>| {
         if !blocks.is_empty() {
             sections.push(Section { id, heading: heading.to_owned(), blocks });
         }
     };
+    add("assumptions", "Assumptions", if assumptions.is_empty() { Vec::new() } else { vec![Block::List(assumptions)] });
     if let Some(Looked { answering, looks, decisions }) = &looked {
         add("gates", "Decisions", answered::decisions(decisions, answering));
         add("answers", "Answers", answered::answers(answering, questions, &columns));
         add("precision", "Precision over samples", answered::precision(looks, questions, &columns, &ahead(answering)));
     }
     add("results", "What came out", came_out(summary));
-    add("regimes", "Regimes", failing::regimes(&seen));
+    add("regimes", "Regimes", regimes::regimes(&seen));
     add("failures", "Where runs fail", failing::failures(&seen, subject));
     add("worst", "The worst runs", worst::worst(&seen, subject));
     add("provenance", "Where it comes from", provenance::provenance(subject));
@@ -150,8 +155,11 @@ fn lead(seen: &Seen, of: u64, looked: Option<&Looked>, ended: Option<String>) ->
         _ => {
             let share = words::percent(bad as f64 / seen.rows as f64);
             let how = if looked.is_some() { "; each answer says how it counts them" } else { "" };
+            let mut counts = rows::ByStatus::new();
+            seen.kinds.iter().for_each(|of| *counts.entry(of.kind.0.clone()).or_default() += of.count);
             Block::Text(format!(
-                "{runs}. {bad} of them ({share}) may not be believed{how}: see \u{201c}Where runs fail\u{201d}."
+                "{runs}: {}. Values of {bad} of them ({share}), which are not ok, are not for design{how}: see \u{201c}Where runs fail\u{201d}.",
+                words::by_status(&counts)
             ))
         }
     });

@@ -38,6 +38,29 @@ pub(super) struct Coordinate {
     pub is_word: bool,
     /// Whether it is a result.
     pub is_result: bool,
+    /// Value that a run which is not ok has of it.
+    pub held: Held,
+}
+
+/// Value that the row of a run which is not ok has of a result.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Held {
+    /// The value reached while all guards and limits held, in the column of this name.
+    Reached(String),
+    /// The time of a first event, where a step limit or a limit of the model ended the run.
+    Once,
+    /// Nothing.
+    Nothing,
+}
+
+impl Held {
+    fn of(told: &Told) -> Self {
+        match told {
+            Told::Grown(Some(column)) => Self::Reached(column.clone()),
+            Told::Once => Self::Once,
+            _ => Self::Nothing,
+        }
+    }
 }
 
 /// A row that is shown.
@@ -59,12 +82,38 @@ pub(super) struct OfKind {
     pub first: u64,
 }
 
-/// The ok rows with the largest and the least values of a result: value and sample.
+/// A row of a list of the worst.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Extreme {
+    /// The value that orders the list: of a row that is not ok the one reached while all guards and limits held.
+    pub value: f64,
+    pub sample: u64,
+    /// Status and cause.
+    pub kind: Kind,
+    /// In the result's own column.
+    pub recorded: Option<f64>,
+}
+
+/// Rows at one end of a result: those of all statuses, and of the ok ones the first.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct End {
+    pub all: Vec<Extreme>,
+    pub ok: Option<Extreme>,
+}
+
+/// The rows with the largest and the least values of a result.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Ends {
-    pub largest: Vec<(f64, u64)>,
-    pub least: Vec<(f64, u64)>,
+    pub largest: End,
+    pub least: End,
+    /// The row that is not ok and has the largest value in the result's own column, which need not hold.
+    pub recorded: Option<Extreme>,
+    /// Rows that are not ok and have nothing to be ordered by.
+    pub unknown: u64,
 }
+
+/// Runs by status.
+pub(super) type ByStatus = BTreeMap<String, u64>;
 
 /// What was seen of a table.
 #[derive(Debug, Clone, PartialEq)]
@@ -79,8 +128,8 @@ pub(super) struct Seen {
     pub picked: Vec<Picked>,
     /// By coordinate; empty but for results.
     pub ends: Vec<Ends>,
-    /// Ok rows by column of results that are words, detection and word.
-    pub regimes: BTreeMap<(String, String, String), u64>,
+    /// Counts by column of results that are words, detection, word and status. Rows that are not ok count without a word ("") too.
+    pub regimes: BTreeMap<(String, String, String), ByStatus>,
 }
 
 impl Seen {
@@ -108,6 +157,7 @@ pub(super) fn coordinates(samples: &Samples, columns: &[TableColumn], asked: &[S
         unit: if parameter.has_words { String::new() } else { parameter.info.unit.to_owned() },
         is_word: parameter.has_words || parameter.is_detection(),
         is_result: false,
+        held: Held::Nothing,
     });
     let mut all: Vec<Coordinate> = given.collect();
     let is_result = |column: &TableColumn| {
@@ -130,6 +180,7 @@ pub(super) fn coordinates(samples: &Samples, columns: &[TableColumn], asked: &[S
         unit: column.field.unit.clone(),
         is_word: false,
         is_result: true,
+        held: Held::of(&column.told),
     }));
     all
 }
@@ -152,7 +203,11 @@ pub(super) fn read(
     let has_detection = columns.iter().any(|column| column.field.name == DETECTION);
     let mut names: Vec<&str> = vec!["sample", "status", "cause"];
     let others = coordinates.iter().map(|coordinate| coordinate.column.as_str()).chain(regimes.iter().copied());
-    for name in others.chain(has_detection.then_some(DETECTION)) {
+    let held = coordinates.iter().filter_map(|coordinate| match &coordinate.held {
+        Held::Reached(column) => Some(column.as_str()),
+        Held::Once | Held::Nothing => None,
+    });
+    for name in others.chain(held).chain(has_detection.then_some(DETECTION)) {
         if !names.contains(&name) {
             names.push(name);
         }
@@ -207,7 +262,7 @@ struct Reading {
     kinds: Vec<Bag>,
     words: Vec<Vec<String>>,
     ends: Vec<Ends>,
-    regimes: BTreeMap<(String, String, String), u64>,
+    regimes: BTreeMap<(String, String, String), ByStatus>,
     rows: u64,
 }
 
@@ -228,6 +283,13 @@ impl Reading {
             coordinates.iter().map(|coordinate| piece.numbers(&coordinate.column)).collect();
         let words: Vec<Option<&[Option<String>]>> =
             coordinates.iter().map(|coordinate| piece.words(&coordinate.column)).collect();
+        let held: Vec<Option<&[Option<f64>]>> = coordinates
+            .iter()
+            .map(|coordinate| match &coordinate.held {
+                Held::Reached(column) => piece.numbers(column),
+                Held::Once | Held::Nothing => None,
+            })
+            .collect();
         let regimes: Vec<_> = regimes.iter().map(|name| (*name, piece.words(name))).collect();
         let (samples, status, cause) = (piece.numbers("sample"), piece.words("status"), piece.words("cause"));
         let detection = piece.words(DETECTION);
@@ -235,26 +297,33 @@ impl Reading {
             let Some(sample) = samples.and_then(|samples| samples[row]) else { continue };
             let (sample, status, cause) = (sample as u64, word(status, row), word(cause, row));
             self.rows += 1;
-            if status == "ok" {
-                for (ends, values) in self
-                    .ends
-                    .iter_mut()
-                    .zip(&numbers)
-                    .zip(coordinates)
-                    .filter(|(_, of)| of.is_result)
-                    .map(|(pair, _)| pair)
-                {
-                    if let Some(value) = values.and_then(|values| values[row]).filter(|value| value.is_finite()) {
-                        keep(&mut ends.largest, (value, sample), |a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-                        keep(&mut ends.least, (value, sample), |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-                    }
+            let is_ok = status == "ok";
+            for (at, of) in coordinates.iter().enumerate().filter(|(_, of)| of.is_result) {
+                let finite =
+                    |cells: Option<&[Option<f64>]>| cells.and_then(|cells| cells[row]).filter(|v| v.is_finite());
+                let recorded = finite(numbers[at]);
+                let value = match &of.held {
+                    _ if is_ok => recorded,
+                    Held::Reached(_) => finite(held[at]),
+                    Held::Once => recorded.filter(|_| status == "beyond" || cause == "step_limit"),
+                    Held::Nothing => None,
+                };
+                let kind = (status.to_owned(), cause.to_owned());
+                if let Some(value) = recorded.filter(|_| !is_ok) {
+                    self.ends[at].see_recorded(Extreme { value, sample, kind: kind.clone(), recorded });
                 }
-                for (name, words) in &regimes {
-                    let found = word(*words, row);
-                    if !found.is_empty() {
-                        let key = ((*name).to_owned(), word(detection, row).to_owned(), found.to_owned());
-                        *self.regimes.entry(key).or_default() += 1;
+                match value {
+                    Some(value) => {
+                        self.ends[at].see(&Extreme { value, sample, kind, recorded }, is_ok);
                     }
+                    None => self.ends[at].unknown += u64::from(!is_ok),
+                }
+            }
+            for (name, words) in &regimes {
+                let found = word(*words, row);
+                if !found.is_empty() || !is_ok {
+                    let key = ((*name).to_owned(), word(detection, row).to_owned(), found.to_owned());
+                    *self.regimes.entry(key).or_default().entry(status.to_owned()).or_default() += 1;
                 }
             }
             let at = self.bag(status, cause);
@@ -322,13 +391,38 @@ impl Reading {
     }
 }
 
+impl Ends {
+    fn see_recorded(&mut self, one: Extreme) {
+        let is_more =
+            |other: &Extreme| one.value > other.value || (one.value == other.value && one.sample < other.sample);
+        if self.recorded.as_ref().is_none_or(is_more) {
+            self.recorded = Some(one);
+        }
+    }
+
+    fn see(&mut self, one: &Extreme, is_ok: bool) {
+        let ends: [(&mut End, Order); 2] = [
+            (&mut self.largest, |a, b| b.value.total_cmp(&a.value).then(a.sample.cmp(&b.sample))),
+            (&mut self.least, |a, b| a.value.total_cmp(&b.value).then(a.sample.cmp(&b.sample))),
+        ];
+        for (end, order) in ends {
+            if is_ok && end.ok.as_ref().is_none_or(|first| order(one, first).is_lt()) {
+                end.ok = Some(one.clone());
+            }
+            keep(&mut end.all, one, order);
+        }
+    }
+}
+
+type Order = fn(&Extreme, &Extreme) -> std::cmp::Ordering;
+
 /// Keeps the first few of an order.
-fn keep(list: &mut Vec<(f64, u64)>, one: (f64, u64), order: impl Fn(&(f64, u64), &(f64, u64)) -> std::cmp::Ordering) {
-    if list.len() == WORST && list.last().is_some_and(|last| order(last, &one).is_le()) {
+fn keep(list: &mut Vec<Extreme>, one: &Extreme, order: Order) {
+    if list.len() == WORST && list.last().is_some_and(|last| order(last, one).is_le()) {
         return;
     }
-    let at = list.partition_point(|other| order(other, &one).is_lt());
-    list.insert(at, one);
+    let at = list.partition_point(|other| order(other, one).is_lt());
+    list.insert(at, one.clone());
     list.truncate(WORST);
 }
 

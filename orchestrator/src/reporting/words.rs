@@ -5,10 +5,30 @@ use bladeoff_answers::ask::{Answer, Ask, Figure, Question};
 use bladeoff_answers::estimate::input::{Group, Label};
 use bladeoff_answers::figures::{Scale, plain_name};
 use bladeoff_model::document::units::format_digits;
+use std::collections::BTreeMap;
 
 /// A share.
 pub(super) fn percent(share: f64) -> String {
     format!("{} %", format_digits(100.0 * share, "", 2))
+}
+
+/// Status as a sentence has it.
+pub(super) fn status_in_words(status: &str) -> &str {
+    if status == "beyond" { "beyond the model" } else { status }
+}
+
+/// Status and cause: "ok", "invalid: energy_balance".
+pub(super) fn kind_in_words((status, cause): &(String, String)) -> String {
+    let status = status_in_words(status);
+    if cause.is_empty() { status.to_owned() } else { format!("{status}: {cause}") }
+}
+
+/// "20 ok, 2 invalid"; the ok ones first.
+pub(super) fn by_status(counts: &BTreeMap<String, u64>) -> String {
+    let ok = counts.get("ok").map(|count| format!("{count} ok"));
+    let others = counts.iter().filter(|(status, _)| *status != "ok");
+    let others = others.map(|(status, count)| format!("{count} {}", status_in_words(status)));
+    ok.into_iter().chain(others).collect::<Vec<_>>().join(", ")
 }
 
 /// "hyp1, contact.gap = 0.001"; empty for the one group of a study that varies nothing.

@@ -4,6 +4,7 @@ use super::columns::own_columns;
 use super::directory::STUDY;
 use super::error::Change;
 use super::prepare::{Prepared, SAMPLES_KEY};
+use super::provenance::EXPONENTIAL;
 use crate::settled::as_planned;
 use bladeoff_core::NUMERICS_VERSION;
 use bladeoff_model::machine::ParamValue;
@@ -31,6 +32,10 @@ pub(super) fn changes(folder: &Folder, prepared: &Prepared<'_>, header: &BTreeMa
         }
     };
     compare("numerics_version", "numerics version of the program");
+    // directories of earlier builds do not name it; their keys count it all the same
+    if header.contains_key(EXPONENTIAL) && present.contains_key(EXPONENTIAL) {
+        compare(EXPONENTIAL, "revision of the exponential engine of the program");
+    }
     compare("scale", "--scale");
     compare("limit", "--limit");
     // of all combinations the seed chooses none

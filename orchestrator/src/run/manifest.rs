@@ -5,6 +5,7 @@ use super::end::TableEnd;
 use super::request::Request;
 use super::stamp::{host, timestamp};
 use bladeoff_answers::tables::Checksum;
+use bladeoff_model::machine::EXPONENTIAL_REVISION;
 use bladeoff_study::Samples;
 use bladeoff_system::place::Place;
 use blake3::Hash;
@@ -124,6 +125,7 @@ pub(super) fn manifest(
             "version": env!("CARGO_PKG_VERSION"),
             "commit": crate::version::COMMIT,
             "numerics_version": bladeoff_core::NUMERICS_VERSION,
+            "exponential_revision": EXPONENTIAL_REVISION,
             "build": build(),
         },
         "command": std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect::<Vec<_>>(),

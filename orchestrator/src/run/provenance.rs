@@ -3,6 +3,7 @@
 
 use crate::ledger::LEDGER_VERSION;
 use bladeoff_answers::tables::{SCHEMA_VERSION, TableError, read_metadata};
+use bladeoff_model::machine::{ENGINE, EXPONENTIAL_REVISION, Engine};
 use bladeoff_study::{Samples, Subject};
 use std::path::Path;
 
@@ -20,6 +21,16 @@ pub fn is_of_formulas(table: &Path) -> Result<bool, TableError> {
     Ok(read_metadata(table)?.iter().any(|(name, value)| *name == key && value == FUNCTION))
 }
 
+/// Key of the revision of the exponential engine, in studies that it computes.
+pub(super) const EXPONENTIAL: &str = "exponential_revision";
+
+/// Whether the exponential engine computes samples of this study.
+fn is_exponential(samples: &Samples) -> bool {
+    let study = samples.study();
+    study.engine().is_some_and(|choice| choice.engine == Engine::Exponential)
+        || study.parameters().iter().any(|varied| varied.info.path == ENGINE)
+}
+
 /// Key-value pairs in fixed order.
 pub(super) fn provenance(samples: &Samples, plan_hash: &str, basis: Option<&[u8]>) -> Vec<(String, String)> {
     let study = samples.study();
@@ -34,6 +45,9 @@ pub(super) fn provenance(samples: &Samples, plan_hash: &str, basis: Option<&[u8]
     ];
     match &study.subject {
         Subject::Machine(machine) => {
+            if is_exponential(samples) {
+                pairs.push((EXPONENTIAL, EXPONENTIAL_REVISION.to_string()));
+            }
             pairs.push(("machine", machine.file.clone()));
             pairs.push(("machine_blake3", hash(&machine.text)));
         }

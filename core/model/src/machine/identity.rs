@@ -24,8 +24,9 @@ use super::value::{self, ParamValue, ValueError};
 
 /// Keys that a machine of an earlier build has not.
 const LATER: [&str; 1] = [CONTACT_STEP];
-/// Of the exponential engine: counted up where its results change.
-const REVISION: u8 = 15;
+/// Revision of the results of the exponential engine. It is raised with every change of a bit of these results, as the version of the
+/// numerics is for all engines, and is part of the identity of the machines that this engine computes.
+pub const EXPONENTIAL_REVISION: u8 = 15;
 /// The guard whose default is the engine's, and what it was with every engine.
 const BALANCE: (&str, f64) = ("run.guard.energy_balance", 1e-6);
 
@@ -121,7 +122,7 @@ fn part(path: &str, scalar: &Scalar) -> u128 {
     match scalar {
         Scalar::Absent if path == BALANCE.0 => hasher.update(&[0, 1]).update(&BALANCE.1.to_bits().to_le_bytes()),
         Scalar::Word(word) if is_exponential(path, word) => {
-            hasher.update(&[0, 2]).update(word.as_bytes()).update(&[REVISION])
+            hasher.update(&[0, 2]).update(word.as_bytes()).update(&[EXPONENTIAL_REVISION])
         }
         Scalar::Absent | Scalar::Bad => hasher.update(&[0, 0]),
         Scalar::Number(number) => hasher.update(&[0, 1]).update(&number.to_bits().to_le_bytes()),

@@ -5,6 +5,7 @@
 //! text --document--> tree with spans --load, beside schema--> layout (shared) + states (per sample) --build--> Machine
 //! ```
 
+mod assumptions;
 mod build;
 mod def;
 mod engine;
@@ -20,9 +21,11 @@ mod value;
 mod words;
 mod write;
 
+pub use assumptions::Assumption;
 pub use build::{MOST_LOST, Overdrawn, overdrawn};
 pub use def::MachineDef;
 pub use engine::{EngineChoice, EngineReason, NotCovered, decides_engine};
+pub use identity::EXPONENTIAL_REVISION;
 pub use model::*;
 pub use paths::{PathError, PathInfo, PathKind, is_detection, is_of_the_format, some_of};
 pub use schema::{

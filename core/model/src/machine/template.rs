@@ -27,7 +27,7 @@ const TABLES: &[Table] = &[
     ("[run.limit.shaft_yield]", "run.limit.shaft_yield", true, &[]),
     ("[run.limit.journal_clearance]", "run.limit.journal_clearance", true, &[]),
     ("[run.limit.unstable_rotor]", "run.limit.unstable_rotor", true, &[]),
-    ("[rotor]", "rotor", true, &[("initial_speed", "\"1500 rpm\""), ("gravity", "[0.0, 0.0]")]),
+    ("[rotor]", "rotor", true, &[("initial_speed", "\"1500 rpm\""), ("gravity", "[0.0, -9.81]")]),
     ("[rotor.material]", "rotor.material", true,
         &[("young_modulus", "\"210 GPa\""), ("poisson_ratio", "0.3"), ("density", "\"7850 kg/m3\""), ("shear_coefficient", "0.9")]),
     ("[[rotor.shaft]]", "rotor.shaft[i]", true, &[("length", "\"2.55 m\""), ("elements", "6"), ("diameter", "\"0.45 m\"")]),
@@ -160,7 +160,8 @@ mod tests {
     fn the_template_loads_and_names_every_key() {
         let text = machine_template();
         let def = MachineDef::parse("template", &text).unwrap_or_else(|problems| panic!("{problems}\n{text}"));
-        assert_eq!(def.build().unwrap().rotor.bearings.len(), 2);
+        let machine = def.build().unwrap();
+        assert_eq!((machine.rotor.bearings.len(), machine.rotor.gravity), (2, [0.0, -9.81]));
         for key in keys() {
             let written =
                 text.lines().any(|line| line.trim_start_matches("# ").starts_with(&format!("{} = ", key.name())));

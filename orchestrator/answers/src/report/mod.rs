@@ -3,6 +3,7 @@
 mod counts;
 mod figures;
 mod functions;
+mod reached;
 mod summary;
 mod text;
 

@@ -5,6 +5,7 @@
 
 use super::counts::Counts;
 use super::figures::{Values, all_pass};
+use super::reached::{Line, Reached, reached};
 use super::text::{Align, TextTable, counted};
 use crate::tables::{DETECTION, Table, TableError};
 use bladeoff_model::document::units::format_digits;
@@ -42,8 +43,22 @@ pub fn worst_least(column: &str) -> Option<&'static str> {
 /// Whether a run's twin has other results.
 const SENSITIVE: &str = "sensitive";
 
+/// Columns of the values that rows which are not ok had reached while all guards and limits held, by quantity.
+const GUARDED: [Option<&str>; QUANTITIES.len()] = [
+    Some("guarded_max_bearing_load_N"),
+    Some("guarded_max_filtered_contact_force_N"),
+    Some("guarded_max_eccentricity_m"),
+    None,
+    None,
+    None,
+];
+
 /// Columns of a table that a summary looks at.
-const SUMMARY_COLUMNS: [&str; 8 + QUANTITIES.len()] = [
+const SUMMARY_COLUMNS: [&str; 11 + QUANTITIES.len()] = [
+    "sample",
+    "guarded_max_bearing_load_N",
+    "guarded_max_filtered_contact_force_N",
+    "guarded_max_eccentricity_m",
     DETECTION,
     "status",
     "cause",
@@ -97,6 +112,8 @@ struct Group {
     counts: Counts,
     /// Of the rows that are ok and have the quantity.
     values: [Values; QUANTITIES.len()],
+    /// Values of the rows that are not ok.
+    reached: [Reached; QUANTITIES.len()],
 }
 
 impl Summary {
@@ -116,6 +133,8 @@ impl Summary {
         let (status, cause) = (table.words("status").unwrap_or(&[]), table.words("cause").unwrap_or(&[]));
         let contact = table.numbers("first_contact_s").unwrap_or(&[]);
         let quantities = QUANTITIES.map(|(column, ..)| table.numbers(column));
+        let (guarded, samples) =
+            (GUARDED.map(|column| column.and_then(|column| table.numbers(column))), table.numbers("sample"));
         for (has, values) in self.has.iter_mut().zip(&quantities) {
             *has |= values.is_some();
         }
@@ -129,6 +148,15 @@ impl Summary {
             if status == "ok" {
                 for (values, column) in group.values.iter_mut().zip(&quantities) {
                     column.and_then(|column| column[row]).iter().for_each(|value| values.see(*value));
+                }
+            }
+            if is_first && status != "ok" {
+                let sample = samples.and_then(|samples| samples[row]).unwrap_or_default() as u64;
+                // of an earlier build's table nothing is known
+                let known =
+                    group.reached.iter_mut().zip(&guarded).filter_map(|(reached, column)| Some((reached, (*column)?)));
+                for (reached, column) in known {
+                    reached.see(column[row], sample, &status);
                 }
             }
             if is_first {
@@ -151,6 +179,7 @@ impl Summary {
         let mut text = self.verdicts(width);
         text.push('\n');
         text.push_str(&self.statistics(width));
+        text.push_str(&reached(&self.reached()));
         text.push_str(&self.twins.text(self.rows));
         text
     }
@@ -193,6 +222,19 @@ impl Summary {
             ]);
         }
         text.fitting("", width)
+    }
+
+    /// Values that rows which are not ok had reached, for the quantities whose largest value is the worst.
+    fn reached(&self) -> Vec<Line<'_>> {
+        let quantities = QUANTITIES.iter().enumerate().filter(|(at, _)| self.has[*at] && GUARDED[*at].is_some());
+        let lines = quantities.map(|(at, (_, unit, label, _))| {
+            let groups = self.groups.iter().map(|(name, group)| {
+                let most = group.values[at].figures().map(|found| found.most);
+                (name.as_str(), &group.reached[at], most)
+            });
+            (*label, *unit, groups.collect())
+        });
+        lines.collect()
     }
 
     fn statistics(&self, width: Option<usize>) -> String {
@@ -344,6 +386,25 @@ mod tests {
         assert!(load.ends_with("- (0)"), "no ok row with hyp2: {text}");
         assert!(line("first contact").contains("0.2 s | 0.2 s (1)"), "{text}");
         assert!(text.contains("Left out: hyp1 1 (1 diverged); hyp2 1 (1 slip_reversal)."), "{text}");
+    }
+
+    /// A run that whirls backward at 9 MN is in the summary, whatever its status.
+    #[test]
+    fn what_rows_that_are_not_ok_had_reached_is_there() {
+        let words = |list: [&str; 4]| Cells::Words(list.map(|word| Some(word.to_owned())).to_vec());
+        let columns = vec![
+            ("sample".into(), Cells::Numbers([3.0, 4.0, 5.0, 6.0].map(Some).to_vec())),
+            ("status".into(), words(["ok", "invalid", "beyond", "quarantined"])),
+            ("max_bearing_load_N".into(), Cells::Numbers(vec![Some(588e3), Some(2e7), Some(4e5), None])),
+            ("guarded_max_bearing_load_N".into(), Cells::Numbers(vec![None, Some(9e6), Some(3e5), None])),
+        ];
+        let text = summary(&Table::from_columns(4, columns));
+        let said = "  largest bearing load: 9 MN (no diaphragm, sample 4, invalid); more than the worst ok run, 588 kN";
+        assert!(text.lines().any(|line| line == said), "{text}");
+        assert!(text.contains("  1 row has no such value\n"), "{text}");
+        assert!(text.contains("588 kN | 588 kN (1)"), "the ok ones are apart: {text}");
+        let none = Table::from_columns(1, vec![("status".into(), Cells::Words(vec![Some("ok".to_owned())]))]);
+        assert!(!summary(&none).contains("not ok"), "all are");
     }
 
     #[test]

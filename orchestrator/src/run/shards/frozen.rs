@@ -11,6 +11,7 @@
 use super::super::columns::own_columns;
 use super::super::error::Change;
 use super::super::prepare::{Frozen as Bytes, Prepared, basis_of_others, new_basis};
+use super::super::provenance::EXPONENTIAL;
 use super::error::ShardError;
 use super::layout::{Chunks, MOST_CHUNKS, MOST_OF_CHUNK, SHARDS};
 use super::publish::put_once;
@@ -126,6 +127,7 @@ impl Frozen {
             "shards_blake3": self.hash,
             "program": self.said.get("program"),
             "numerics_version": part("numerics_version"),
+            "exponential_revision": part(EXPONENTIAL),
             "study_blake3": part("study_blake3"),
             "plan_blake3": part("plan_blake3"),
             "basis_blake3": part("basis_blake3"),
@@ -181,9 +183,11 @@ fn differences(before: &str, from: &Value, to: &Value) -> Vec<Change> {
         let change = || Change { key: before.to_owned(), from: text(from), to: text(to) };
         return if from == to { Vec::new() } else { vec![change()] };
     };
-    // How the study's file is called, and from where, is no matter.
+    // The name and the folder of the study's file do not count. An earlier build does not name the revision of the exponential engine, which its keys
+    // count all the same.
+    let is_unnamed = |key: &str| key == EXPONENTIAL && !old.contains_key(key);
     let keys: std::collections::BTreeSet<&String> =
-        old.keys().chain(new.keys()).filter(|key| *key != "study_file").collect();
+        old.keys().chain(new.keys()).filter(|key| *key != "study_file" && !is_unnamed(key)).collect();
     let null = Value::Null;
     let of = |key: &String| differences(key, old.get(key).unwrap_or(&null), new.get(key).unwrap_or(&null));
     keys.into_iter().flat_map(of).collect()

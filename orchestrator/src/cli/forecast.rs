@@ -1,0 +1,87 @@
+//! Assumptions and expected contact, as `check` prints them.
+
+use crate::report::{CAVEAT, Forecasts, forecast_lines, in_words, is_expected};
+use crate::reporting::{assumed, assumed_of_machine};
+use bladeoff_answers::report::wrapped;
+use bladeoff_model::machine::{Machine, MachineDef};
+use bladeoff_study::{Chosen, Samples};
+
+/// Samples of a study that are looked at.
+const MOST: u64 = 8;
+
+/// Assumptions and forecast of a machine alone.
+pub(super) fn of_machine(definition: &MachineDef, machine: &Machine, width: Option<usize>) -> String {
+    let text = block("Assumptions", &assumed_of_machine(definition, machine), width);
+    let mut lines = forecast_lines(machine);
+    if lines.is_empty() {
+        return text;
+    }
+    lines.push(CAVEAT.to_owned());
+    text + &block("Contact", &lines, width)
+}
+
+/// Assumptions and forecast of a study: its machine as it is, and samples at its corners.
+pub(super) fn of_study(samples: &Samples, width: Option<usize>) -> String {
+    block("Assumptions", &assumed(samples), width) + &block("Contact", &forecast(samples), width)
+}
+
+fn block(heading: &str, lines: &[String], width: Option<usize>) -> String {
+    if lines.is_empty() {
+        return String::new();
+    }
+    let lines = lines.iter().map(|line| wrapped(line, width.unwrap_or(usize::MAX), "  ", "    "));
+    format!("\n{heading}:\n{}", lines.collect::<String>())
+}
+
+fn forecast(samples: &Samples) -> Vec<String> {
+    let Some(machine) = samples.study().machine() else { return Vec::new() };
+    let mut lines = machine.def.build().map(|machine| forecast_lines(&machine)).unwrap_or_default();
+    if !samples.parameters().is_empty() {
+        lines.extend(between(samples));
+    }
+    if !lines.is_empty() {
+        lines.push(CAVEAT.to_owned());
+    }
+    lines
+}
+
+/// A sample's largest share of a gap, in words.
+struct Looked {
+    share: f64,
+    text: String,
+}
+
+/// Least and most of samples at the ends of the study: corners of axes, evenly spread points of a design.
+fn between(samples: &Samples) -> Vec<String> {
+    let chosen = Chosen::new(samples, MOST);
+    let all = chosen.count();
+    // the corners stand at the end
+    let corners = 1_u64 << samples.study().axes.len().min(CORNERED);
+    let from = if samples.plan().is_some() { 0 } else { all.saturating_sub(corners) };
+    let most = (all - from).min(MOST);
+    let mut forecasts = Forecasts::default();
+    let (mut looked, mut expected) = (Vec::new(), 0);
+    for at in 0..most {
+        let place = from + if most > 1 { at * (all - from - 1) / (most - 1) } else { 0 };
+        let Ok(machine) = chosen.machine(place).build() else { continue };
+        let found = forecasts.of(&machine);
+        let Some(largest) = found.iter().max_by(|a, b| a.share().total_cmp(&b.share())) else { continue };
+        expected += u64::from(is_expected(largest));
+        let name = machine.diaphragms.get(largest.diaphragm).map_or("", |diaphragm| diaphragm.name.as_str());
+        let text = format!("{}, {name}: {}", chosen.describe(place), in_words(largest));
+        looked.push(Looked { share: largest.share(), text });
+    }
+    let order = |a: &&Looked, b: &&Looked| a.share.total_cmp(&b.share);
+    let (Some(least), Some(largest)) = (looked.iter().min_by(order), looked.iter().max_by(order)) else {
+        return Vec::new();
+    };
+    let mut lines = vec![format!("contact expected in {expected} of {} samples that were looked at", looked.len())];
+    lines.push(format!("largest, with {}", largest.text));
+    if least.share < largest.share {
+        lines.push(format!("least, with {}", least.text));
+    }
+    lines
+}
+
+/// Axes whose corners are made, as [`Chosen`] makes them.
+const CORNERED: usize = 12;

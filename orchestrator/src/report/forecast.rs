@@ -1,0 +1,145 @@
+//! The forecast of contact in words: what the linear rotor reaches against the gap.
+
+use bladeoff_core::modal::{ContactForecast, contact_forecasts};
+use bladeoff_model::document::units::format_digits;
+use bladeoff_model::machine::{Braking, Machine, Rotor};
+
+/// Said below every forecast.
+pub const CAVEAT: &str = "The forecast is that of the linear rotor without contact. The release is followed for its first 40 turns; on the shipped machines complete runs \
+    without contact reach 98 to 101 % of it. A rotor that passes a critical speed quickly stays below its steady response.";
+
+/// One line for each diaphragm: "mid: contact expected: ...".
+#[must_use]
+pub fn forecast_lines(machine: &Machine) -> Vec<String> {
+    contact_forecasts(machine).iter().map(|one| line(machine, one)).collect()
+}
+
+fn line(machine: &Machine, forecast: &ContactForecast) -> String {
+    let name = machine.diaphragms.get(forecast.diaphragm).map_or("", |diaphragm| diaphragm.name.as_str());
+    format!("{name}: {}", in_words(forecast))
+}
+
+/// The verdict with its numbers.
+#[must_use]
+pub fn in_words(forecast: &ContactForecast) -> String {
+    let length = |value: f64| format_digits(value, "m", 3);
+    let times = |share: f64| format!("{} times", format_digits(share, "", 3));
+    let gap = length(forecast.gap);
+    let at_rest = if forecast.at_rest > 0.0 {
+        format!(", of which {} are taken at rest by sag and offset", length(forecast.at_rest))
+    } else {
+        String::new()
+    };
+    let release = format!("{} after the release ({})", length(forecast.release), times(forecast.release_share()));
+    let steady = format!(
+        "unbalance response {} at {} ({})",
+        length(forecast.response),
+        rpm(forecast.speed),
+        times(forecast.steady_share())
+    );
+    let verdict = if forecast.release_share() >= 1.0 {
+        format!("contact expected: {release}")
+    } else if forecast.steady_share() >= 1.0 {
+        format!("contact expected where the run passes a critical speed: {release}")
+    } else {
+        format!("no contact expected: {release}")
+    };
+    let [low, high] = forecast.speeds;
+    format!("{verdict}, {steady} within {} to {}, against a gap of {gap}{at_rest}", rpm(low), rpm(high))
+}
+
+/// Whether contact is expected.
+#[must_use]
+pub fn is_expected(forecast: &ContactForecast) -> bool {
+    forecast.share() >= 1.0
+}
+
+fn rpm(speed: f64) -> String {
+    format!("{} rpm", format_digits(speed * 30.0 / std::f64::consts::PI, "", 4))
+}
+
+/// Inputs of a forecast except the gap.
+#[derive(Debug, Clone, PartialEq)]
+struct Inputs {
+    rotor: Rotor,
+    braking: Braking,
+    ends: [f64; 2],
+    places: Vec<(usize, [f64; 2])>,
+}
+
+/// Forecasts that were made: of machines that differ in nothing but gap, friction and the like one is enough.
+#[derive(Debug, Clone, Default)]
+pub struct Forecasts(Vec<(Inputs, Vec<ContactForecast>)>);
+
+impl Forecasts {
+    /// Forecasts of a machine.
+    pub fn of(&mut self, machine: &Machine) -> Vec<ContactForecast> {
+        let inputs = Inputs {
+            rotor: machine.rotor.clone(),
+            braking: machine.braking,
+            ends: [machine.run.end_time, machine.run.end_speed],
+            places: machine.diaphragms.iter().map(|one| (one.contact.node, one.contact.offset)).collect(),
+        };
+        let found = match self.0.iter().find(|(one, _)| *one == inputs) {
+            Some((_, found)) => found.clone(),
+            None => {
+                let found = contact_forecasts(machine);
+                self.0.push((inputs, found.clone()));
+                found
+            }
+        };
+        let gap = |forecast: ContactForecast| {
+            let contact = machine.diaphragms.get(forecast.diaphragm).map(|diaphragm| diaphragm.contact.gap);
+            ContactForecast { gap: contact.unwrap_or(forecast.gap), ..forecast }
+        };
+        found.into_iter().map(gap).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bladeoff_model::machine::MachineDef;
+
+    fn forecast(release: f64, response: f64, at_rest: f64) -> ContactForecast {
+        let speeds = [0.0, 100.0 * std::f64::consts::PI];
+        ContactForecast {
+            diaphragm: 0,
+            gap: 8e-3,
+            at_rest,
+            speeds,
+            response,
+            speed: 27.0 * std::f64::consts::PI,
+            release,
+        }
+    }
+
+    #[test]
+    fn machines_that_differ_in_the_gap_alone_share_a_forecast() {
+        let text = include_str!("../../../studies/machines/lab_rig.toml");
+        let machine = |text: &str| MachineDef::parse("rig.toml", text).expect("valid").build().expect("valid");
+        let mut forecasts = Forecasts::default();
+        let wide = forecasts.of(&machine(text)).remove(0);
+        let narrow = forecasts.of(&machine(&text.replace("gap = \"0.5 mm\"", "gap = \"0.4 mm\""))).remove(0);
+        assert_eq!((forecasts.0.len(), wide.gap, narrow.gap), (1, 0.5e-3, 0.4e-3));
+        assert_eq!(ContactForecast { gap: wide.gap, ..narrow }, wide);
+        forecasts.of(&machine(&text.replace("mass = \"10 g\"", "mass = \"11 g\"")));
+        assert_eq!(forecasts.0.len(), 2);
+    }
+
+    #[test]
+    fn the_verdict_follows_the_release_first() {
+        let said = in_words(&forecast(9.4e-3, 4e-3, 0.0));
+        let expected = "contact expected: 9.4 mm after the release (1.18 times), unbalance response 4 mm at 810 rpm (0.5 times) within 0 rpm to \
+             3000 rpm, against a gap of 8 mm";
+        assert_eq!(said, expected);
+        let steady = in_words(&forecast(7e-3, 9e-3, 0.0));
+        assert!(steady.starts_with("contact expected where the run passes a critical speed: 7 mm"), "{steady}");
+        let none = in_words(&forecast(4e-3, 3e-3, 1e-3));
+        assert!(
+            none.starts_with("no contact expected: ")
+                && none.ends_with("of which 1 mm are taken at rest by sag and offset")
+        );
+        assert!(none.contains("unbalance response 3 mm at 810 rpm (0.5 times)"), "with what is taken at rest: {none}");
+    }
+}

@@ -1,0 +1,50 @@
+//! Assumptions of the machines of a study, for `check` and the report: one line for each part of the model.
+
+use bladeoff_model::machine::{Assumption, Machine, MachineDef};
+use bladeoff_study::Samples;
+use std::collections::BTreeMap;
+
+/// Samples whose lines are compared, at most.
+const MOST: u64 = 32;
+
+/// Lines of one machine.
+#[must_use]
+pub fn assumed_of_machine(definition: &MachineDef, machine: &Machine) -> Vec<String> {
+    definition.assumptions(machine).iter().map(|one| line(one.topic, &one.text)).collect()
+}
+
+fn line(topic: &str, text: &str) -> String {
+    format!("{topic}: {text}")
+}
+
+/// Lines of a study: those of its first sample, with a mark where another sample has another line. Empty for a study of formulas.
+#[must_use]
+pub fn assumed(samples: &Samples) -> Vec<String> {
+    let of = |sample: u64| -> Option<Vec<Assumption>> {
+        let definition = samples.try_machine(sample).ok().flatten()?;
+        Some(definition.assumptions(&definition.build().ok()?))
+    };
+    let Some(first) = of(0) else { return Vec::new() };
+    let most = samples.count().min(MOST);
+    let mut others: BTreeMap<&'static str, String> = BTreeMap::new();
+    for at in 1..most {
+        // from the first to the last, evenly
+        let sample = (u128::from(at) * u128::from(samples.count() - 1) / u128::from(most - 1)) as u64;
+        for one in of(sample).unwrap_or_default() {
+            if first.iter().find(|line| line.topic == one.topic).is_none_or(|line| line.text != one.text) {
+                others.entry(one.topic).or_insert(one.text);
+            }
+        }
+    }
+    let mut lines: Vec<String> = first
+        .iter()
+        .map(|one| match others.remove(one.topic) {
+            None => line(one.topic, &one.text),
+            Some(other) => {
+                format!("{}; differs between samples, for example: {other}", line(one.topic, &one.text))
+            }
+        })
+        .collect();
+    lines.extend(others.iter().map(|(topic, text)| format!("{} (in some samples)", line(topic, text))));
+    lines
+}
