@@ -12,7 +12,7 @@ mod tally;
 mod watch;
 
 pub use bearings::{BearingNote, Beyond, bearings_beyond};
-pub use causes::{advice, broken_by, cause_in_words, diverged_at};
+pub use causes::{advice, broken_by, cause_in_words, diverged_at, exceeded_by};
 pub use eta::{Costs, Eta, Underway};
 pub use limits::{BEYOND_SMALL, beyond_the_model, pushed_share, pushed_too_far};
 pub use outcome::{OutcomeView, describe_outcome, describe_values, end_cause_in_words, mentions};

@@ -44,7 +44,7 @@ pub enum Told {
     Grown(Option<String>),
     /// What happened once and for all, where nothing but a step limit or a limit of the model ended the run.
     Once,
-    /// All, also that it is empty: no limit of the model was exceeded.
+    /// All. An empty cell means that no limit of the model was exceeded.
     Limit,
     /// Nothing.
     Found,

@@ -1,4 +1,4 @@
-//! `[limits]`: how many samples may fail, be invalid or be beyond the model before the study's exit code says so, and what one sample may take.
+//! `[limits]`: shares of failed, invalid and beyond samples above which `run` ends with exit code 4, and what one sample may take.
 
 use super::amount::{parse_duration, parse_memory};
 use super::table::{Keys, scalar_text};

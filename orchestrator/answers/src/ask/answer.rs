@@ -15,7 +15,7 @@ pub const SCHEMA: u32 = 1;
 pub const LEFT_WIDE: &str =
     "what the bad runs leave open is wider than what the number of points does: find out why they fail";
 
-/// The same of runs beyond the model alone.
+/// Note of a group whose open runs are all beyond the model.
 pub const LEFT_WIDE_BEYOND: &str = "what the runs beyond the model leave open is wider than what the number of points does: more points \
                                     cannot narrow it";
 

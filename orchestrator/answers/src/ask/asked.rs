@@ -216,7 +216,7 @@ impl<'a> Asked<'a> {
         }
     }
 
-    /// What a figure is of; of a mean with the share of runs inside the model, where others are beyond it and have no value.
+    /// Subject of a sentence; a mean names the share of runs inside the model where others are beyond it.
     fn subject(&self, figure: &Figure, bad: &Bad) -> String {
         let mut text = subject(figure);
         if let Figure::Mean(column) = figure

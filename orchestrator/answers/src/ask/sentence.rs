@@ -20,12 +20,12 @@ pub fn prefix(group: &Group) -> String {
     if said.is_empty() { String::new() } else { format!("{}: ", said.join(", ")) }
 }
 
-/// What decides a condition of runs that are not ok, in words.
+/// Words for the reason that decides a condition of runs that are not ok.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct By {
-    /// Of failed, invalid and quarantined runs.
+    /// Words for failed, invalid and quarantined runs.
     pub failing: &'static str,
-    /// Of runs beyond the model.
+    /// Words for runs beyond the model.
     pub beyond: &'static str,
 }
 

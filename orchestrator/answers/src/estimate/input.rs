@@ -18,7 +18,7 @@ pub enum Nature<'a> {
     /// At least what was reached while all guards held, `None` where nothing was: the column only grows during a run (peaks,
     /// impulses, energies). No cells at all: nothing is known.
     Grows(Option<&'a [Option<f64>]>),
-    /// The time of the first exceeded limit of the model. All: an empty cell of a run that was recorded says that none was exceeded.
+    /// Time of the first exceeded limit of the model: known in full. An empty cell of a recorded run means that no limit was exceeded.
     Limit,
     /// Nothing.
     Free,

@@ -54,9 +54,9 @@ pub struct Bad {
     pub all: u64,
     /// Beyond rows among them.
     pub beyond: u64,
-    /// Of all: those where what is known decides the condition.
+    /// Rows among them whose known values decide the condition.
     pub decided: u64,
-    /// The same of the beyond rows.
+    /// Beyond rows whose known values decide the condition.
     pub beyond_decided: u64,
 }
 
@@ -83,7 +83,7 @@ impl Bad {
         self.all - self.beyond
     }
 
-    /// The rows in words, without those in it that are decided: "2 bad runs and 17 runs beyond the model"; empty where there is none.
+    /// Counts in words: "2 bad runs and 17 runs beyond the model"; empty without any.
     #[must_use]
     pub fn words(&self) -> String {
         let plural = |count: u64| if count == 1 { "" } else { "s" };
@@ -94,7 +94,7 @@ impl Bad {
         failing.into_iter().chain(beyond).collect::<Vec<_>>().join(" and ")
     }
 
-    /// Those that nothing decides.
+    /// Counts of the rows whose known values do not decide the condition.
     #[must_use]
     pub fn open(&self) -> Self {
         Self { of: self.of, all: self.all - self.decided, beyond: self.beyond - self.beyond_decided, ..Self::default() }
@@ -205,7 +205,7 @@ pub fn values_at(
     values_as(study, column, rows, |_| false)
 }
 
-/// The same, where a beyond row's is at least what was reached inside the model: of a quantile.
+/// Values for a quantile: a beyond row's is at least what it reached inside the model.
 ///
 /// # Errors
 /// As [`values`].
