@@ -269,7 +269,10 @@ fn finished(told: &mut Told, row: &Table, machine: Option<&Machine>, go_on: Opti
     let word = |name: &str| row.words(name).and_then(|words| words[0].as_deref());
     let number = |name: &str| row.numbers(name).and_then(|values| values[0]);
     let status = word("status").unwrap_or("unknown");
-    told.line("status", Status::from_word(status).map_or(status, status_in_words));
+    told.line(
+        "status",
+        Status::from_word(status).map_or_else(|| status.to_owned(), |known| status_in_words(known).to_owned()),
+    );
     for cause in causes(row) {
         told.line(cause.word(), cause_in_words(cause));
         if cause == Cause::Diverged {
