@@ -330,6 +330,13 @@ mod tests {
             found.lines(),
             ["load: half of its interval is 1 N now, 0.5 N with 4000 points, in about 1 h 00 min"]
         );
+        // what runs beyond the model leave open is said once, of however many answers
+        let mut open = Answering { design: 1000, of: 1000, ..answering.clone() };
+        open.answers.answers[0].beyond = 17;
+        open.answers.answers.push(open.answers.answers[0].clone());
+        let found = ahead(&open, 1000);
+        assert_eq!(found.lines().iter().filter(|line| *line == NOT_NARROWED).count(), 1, "{:?}", found.lines());
+        assert_eq!(found.json()["beyond_leaves_open"], true);
         let nothing = Answering { points: 0, ..answering };
         assert_eq!(forecasts(&nothing, 1.0, 1, None), None);
     }

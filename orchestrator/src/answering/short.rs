@@ -85,3 +85,35 @@ fn wide(rule: &StopRule, figures: &Figures, answer: &Answer) -> Option<String> {
         Precision::NoInterval => Some("it has no interval".to_owned()),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bladeoff_answers::estimate::figures::Method;
+    use bladeoff_answers::estimate::input::Group;
+
+    /// A mean without limits, of 100 runs of which so many failed and so many are beyond the model.
+    fn mean(failing: u64, beyond: u64) -> Answer {
+        let figures = Figures { estimate: Some(5.0), method: Method::Student, ..Figures::over(100) };
+        let bad = Bad { of: 100, all: failing + beyond, beyond, ..Bad::default() };
+        let mut answer = Answer::of("load", "mean", Group::default(), bad, 0.95, figures.clone());
+        answer.figures = vec![figures];
+        answer
+    }
+
+    #[test]
+    fn runs_beyond_the_model_are_named_and_no_advice_about_failures_is_given() {
+        let rule = StopRule { half_width: Some(0.1), ..StopRule::default() };
+        let said = |answer: &Answer| short_of(&rule, answer, true).remove(0).1;
+        let beyond = mean(0, 17);
+        assert!(is_left_open(&rule, &beyond));
+        assert_eq!(said(&beyond), "17 runs beyond the model leave it without a limit");
+        let both = mean(1, 17);
+        assert!(is_left_open(&rule, &both));
+        let says =
+            "1 bad run and 17 runs beyond the model leave it without a limit: more points do not narrow that, find out";
+        assert!(said(&both).starts_with(says), "{}", said(&both));
+        let failing = mean(2, 0);
+        assert!(!is_left_open(&rule, &failing) && said(&failing).ends_with("find out why they fail"));
+    }
+}
