@@ -13,7 +13,7 @@ fn study(folder: &Folder, limits: &str) -> String {
          [set]\n\"run.limit.ring_displacement.value\" = 1e-6\n\
          [[vary]]\npath = \"blade_off.mass\"\nvalues = [\"0.01 g\", \"0.02 g\", \"10 g\", \"12 g\"]\n\
          [design]\nkind = \"monte-carlo\"\nsamples = 2\n\
-         [[uncertain]]\npath = \"contact.friction\"\ndistribution = \"uniform\"\nmin = 0.05\nmax = 0.15\n\
+         [[uncertain]]\npath = \"contact.friction\"\ndistribution = \"uniform\"\nlower = 0.05\nupper = 0.15\n\
          [[question]]\nname = \"beyond\"\nprobability = \"beyond_s > 0\"\n{limits}"
     );
     folder.write("s.toml", &text)
@@ -41,17 +41,30 @@ fn runs_beyond_the_model_are_counted_printed_and_limited() {
     let shares: Vec<_> = answers["answers"].as_array().expect("a list").iter().collect();
     for (at, answer) in shares.iter().enumerate() {
         let share = if at < 2 { 0.0 } else { 1.0 };
-        assert_eq!((&answer["estimate"], &answer["estimate_if_bad_harmful"]), (&share.into(), &share.into()), "{answer}");
+        assert_eq!(
+            (&answer["estimate"], &answer["estimate_if_bad_harmful"]),
+            (&share.into(), &share.into()),
+            "{answer}"
+        );
         assert_eq!((&answer["bad"], &answer["beyond"]), (&(2 * share as u64).into(), &(2 * share as u64).into()));
     }
     let why = say(&["why", &out, "7"]);
-    for part in ["beyond the model: it exceeded", "ring_displacement", "times `run.limit.ring_displacement.value`", "what to do"] {
+    for part in [
+        "beyond the model: it exceeded",
+        "ring_displacement",
+        "times `run.limit.ring_displacement.value`",
+        "what to do",
+    ] {
         assert!(why.out.contains(part), "{part}: {}", why.out);
     }
     // more of them than the study allows, of the same results
     let above = run("[limits]\nmax_beyond = 3\n", &out);
     assert_eq!(above.code, 4, "{}", above.err);
-    assert!(above.err.contains("4 of 8 samples beyond the model; the study allows 3 ([limits] max_beyond)"), "{}", above.err);
+    assert!(
+        above.err.contains("4 of 8 samples beyond the model; the study allows 3 ([limits] max_beyond)"),
+        "{}",
+        above.err
+    );
     assert_eq!(run("[limits]\nmax_beyond = \"50 %\"\n", &out).code, 0);
 }
 

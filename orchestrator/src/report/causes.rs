@@ -116,7 +116,8 @@ pub fn broken_by(cause: Cause, machine: &Machine, number: impl Fn(&str) -> Optio
 pub fn exceeded_by(cause: Cause, number: impl Fn(&str) -> Option<f64>) -> Option<String> {
     let limit = Limit::of(cause)?.word();
     let ratio = number(&format!("limit_ratio_{limit}"))?;
-    let first = number("beyond_s").map(|time| format!("; the first limit was exceeded at {}", format_quantity(time, "s")));
+    let first =
+        number("beyond_s").map(|time| format!("; the first limit was exceeded at {}", format_quantity(time, "s")));
     Some(format!("{} times `run.limit.{limit}.value`{}", digits(ratio), first.unwrap_or_default()))
 }
 

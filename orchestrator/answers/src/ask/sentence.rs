@@ -52,15 +52,16 @@ pub fn sentence(answer: &Answer, subject: &str, scale: &Scale, (bad, by): (&Bad,
             text += &format!(" = {estimate} to {harmful}");
         }
         // beyond runs alone: what they reached is a lower bound
-        (Some(estimate), None) if bad.failing() == 0 && bad.beyond > 0 && answer.low.is_some() => {
+        (Some(estimate), None) if bad.failing() == 0 && bad.beyond > 0 && answer.kind == "quantile" => {
             text += &format!(" is at least {}", scale.show(estimate));
         }
         // the subject says that it is the mean of the runs inside the model
-        (Some(estimate), None) if bad.failing() == 0 && bad.beyond > 0 => {
-            text += &format!(" = {}", scale.show(estimate))
+        (Some(estimate), None) if bad.failing() == 0 && bad.beyond > 0 && answer.kind == "mean" => {
+            text += &format!(" = {}", scale.show(estimate));
         }
         (Some(estimate), None) if answer.bad > 0 => {
-            text += &format!(" = {}, no number with bad runs harmful", scale.show(estimate));
+            let which = if bad.failing() == 0 && bad.beyond > 0 { "runs beyond the model" } else { "bad runs" };
+            text += &format!(" = {}, no number with {which} harmful", scale.show(estimate));
         }
         (Some(estimate), _) => text += &format!(" = {}", scale.show(estimate)),
         (None, Some(harmful)) => text += &format!(" is at most {}", scale.show(harmful)),

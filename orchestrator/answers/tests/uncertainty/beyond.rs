@@ -79,6 +79,9 @@ fn a_quantile_above_the_share_inside_the_model_has_a_lower_limit_only() {
     assert!(high.sentence.contains("is at least 949 ("), "{}", high.sentence);
     assert!(high.sentence.contains("no upper limit), 1000 runs, 170 runs beyond the model"), "{}", high.sentence);
     assert!(high.notes.iter().any(|note| note.contains("above the 83 % of runs")), "{:?}", high.notes);
+    // too few for any limit: what they reached is a lower bound all the same
+    let few = one(&ended(3, 2), quantile(0.5));
+    assert!(few.low.is_none() && few.sentence.contains("is at least 1 (no interval)"), "{}", few.sentence);
     // below that share it has both
     let middle = one(&study, quantile(0.5));
     assert_eq!((middle.estimate, middle.estimate_if_bad_harmful), (Some(499.0), Some(499.0)));
