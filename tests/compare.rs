@@ -116,7 +116,7 @@ fn rows_that_changed_their_status_are_counted_and_named_and_never_a_difference()
     assert!(before > 0 && after > before + 10, "{before} {after}");
     let (code, found) = compared(&[&a, &b]);
     let status = &found["status"];
-    assert_eq!(code, 0, "without a tolerance nothing is beyond one");
+    assert_eq!(code, 0, "without a tolerance nothing is out of it");
     assert_eq!((&status["bad_alike"], &status["changed"]), (&before.into(), &(after - before).into()));
     assert_eq!(status["ok"], 2000 - after);
     let change = &status["changes"][0];
@@ -125,13 +125,13 @@ fn rows_that_changed_their_status_are_counted_and_named_and_never_a_difference()
     let first = change["pairs"][0]["inputs"]["x"].as_str().expect("told").parse::<f64>().expect("a number");
     assert!(first > 2.0 && first <= 2.5, "{first}");
     assert_eq!(column(&found, "paired", "g")["pairs"], 2000 - after);
-    // a change of status is beyond whatever the tolerance is of
+    // a change of status is out of tolerance whatever the tolerance is of
     let said = say(&["compare", &a, &b, "--tolerance", "g 0"]);
     assert_eq!(said.code, 4, "{}", said.out);
-    for part in ["ok in A, failed: non_finite in B", "of another status count as beyond", "g 0: within in "] {
+    for part in ["ok in A, failed: non_finite in B", "of another status count as out of tolerance", "g 0: within in "] {
         assert!(said.out.contains(part), "{part}\nin\n{}", said.out);
     }
-    assert!(said.out.ends_with("Beyond the tolerances.\n"));
+    assert!(said.out.ends_with("Out of tolerance.\n"));
 }
 
 #[test]
@@ -150,7 +150,7 @@ fn the_bound_of_a_tolerance_is_within_and_of_zero_only_zero_is() {
     let both = say(&["compare", &seven, &bound, "--tolerance", "g 1 %", "--tolerance", "g 1e-3"]);
     assert_eq!(both.code, 4, "{}", both.out);
     assert!(
-        both.out.contains("g 1 %: within in 3 pairs") && both.out.contains("g 1e-3: beyond in 3 of 3 pairs"),
+        both.out.contains("g 1 %: within in 3 pairs") && both.out.contains("g 1e-3: out of tolerance in 3 of 3 pairs"),
         "{}",
         both.out
     );

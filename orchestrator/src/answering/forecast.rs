@@ -51,6 +51,8 @@ pub struct Forecasts {
     pub of: Vec<Forecast>,
     /// Sensitivities without any interval: question with its group, and why.
     pub without: Vec<(String, String)>,
+    /// Whether runs beyond the model leave open what more points cannot narrow.
+    pub beyond: bool,
     /// Points at which `[stop]` is expected to be met, and the time to there.
     pub met: Option<(u64, Duration)>,
 }
@@ -65,6 +67,9 @@ pub struct Awaited {
     /// Where it looks, at the levels of 95 %.
     pub looks: Vec<Look>,
 }
+
+/// Said once of all answers.
+pub(super) const NOT_NARROWED: &str = "more points cannot narrow what the runs beyond the model leave open";
 
 /// Points that are never forecast.
 const MOST: f64 = 1e15;
@@ -111,7 +116,13 @@ pub fn forecasts(answering: &Answering, pace: f64, groups: usize, awaited: Optio
         let look = expected(&awaited.rule, &figures, &now, &awaited.looks).filter(|_| !figures.is_empty())?;
         Some((look.points, Duration::try_from_secs_f64((look.points - points) as f64 / per_s).ok()?))
     });
-    Some(Forecasts { per_hour: 3600.0 * per_s, later, of: found, without, met })
+    let beyond = answers.iter().any(|answer| answer.beyond > 0 && answer.figures.iter().any(is_left_open));
+    Some(Forecasts { per_hour: 3600.0 * per_s, later, of: found, without, beyond, met })
+}
+
+/// Whether runs that are not ok leave a figure open.
+fn is_left_open(figures: &Figures) -> bool {
+    figures.estimate.is_some() && figures.estimate != figures.harmful
 }
 
 /// Values of the crossed axes of an answer, in words; empty where there are none.
@@ -191,6 +202,7 @@ impl Forecasts {
         };
         let mut lines: Vec<String> = self.of.iter().map(one).collect();
         lines.extend(self.without.iter().map(|(name, why)| format!("{name}: none is forecast: {why}")));
+        lines.extend(self.beyond.then(|| NOT_NARROWED.to_owned()));
         lines.extend(self.met.map(|(points, time)| {
             format!("precise enough, as [stop] asks, is expected at {points} points, in about {}", duration(time))
         }));
@@ -222,6 +234,7 @@ impl Forecasts {
             "points_per_hour": self.per_hour,
             "later": self.later.iter().map(later).collect::<Vec<_>>(),
             "of": self.of.iter().map(one).collect::<Vec<_>>(),
+            "beyond_leaves_open": self.beyond,
             "stop_at_points": self.met.map(|(points, _)| points),
             "stop_in_s": self.met.map(|(_, time)| time.as_secs_f64()),
         })
@@ -234,6 +247,7 @@ mod tests {
     use bladeoff_answers::ask::{Answers, SCHEMA};
     use bladeoff_answers::estimate::figures::Method;
     use bladeoff_answers::estimate::input::Group;
+    use bladeoff_answers::estimate::known::Bad;
     use bladeoff_answers::stop::looks;
 
     fn told(values: &Value) -> Option<f64> {
@@ -264,7 +278,7 @@ mod tests {
             method: Method::Student,
             ..Figures::over(1000)
         };
-        let mut answer = Answer::of("load", "mean", Group::default(), 0, 0.95, figures.clone());
+        let mut answer = Answer::of("load", "mean", Group::default(), Bad::default(), 0.95, figures.clone());
         (answer.figures, answer.scale) = (vec![figures], Scale::Unit("N".to_owned()));
         let answers = Answers { schema: SCHEMA, complete: false, answers: vec![answer] };
         let answering = Answering {
@@ -316,6 +330,13 @@ mod tests {
             found.lines(),
             ["load: half of its interval is 1 N now, 0.5 N with 4000 points, in about 1 h 00 min"]
         );
+        // what runs beyond the model leave open is said once, of however many answers
+        let mut open = Answering { design: 1000, of: 1000, ..answering.clone() };
+        open.answers.answers[0].beyond = 17;
+        open.answers.answers.push(open.answers.answers[0].clone());
+        let found = ahead(&open, 1000);
+        assert_eq!(found.lines().iter().filter(|line| *line == NOT_NARROWED).count(), 1, "{:?}", found.lines());
+        assert_eq!(found.json()["beyond_leaves_open"], true);
         let nothing = Answering { points: 0, ..answering };
         assert_eq!(forecasts(&nothing, 1.0, 1, None), None);
     }

@@ -120,6 +120,7 @@ fn first<'a>(study: &Study<'a>, points: usize) -> Study<'a> {
         columns: study.columns.iter().map(column).collect(),
         status: &study.status[..rows],
         causes: &study.causes[..rows],
+        at_limit: &study.at_limit[..rows],
         groups: study.groups.clone(),
         design: Design { replicate: &study.design.replicate[..points], complete: false, ..study.design.clone() },
     }

@@ -8,11 +8,14 @@ use crate::run::{Chosen, TableEnd, Told};
 use bladeoff_answers::estimate::input::{Cells, Column, Design, DesignKind, Group, InputError, Layout, Nature, Study};
 use bladeoff_answers::gate::GateError;
 use bladeoff_answers::sensitivity::Moved;
-use bladeoff_answers::tables::{FieldKind, Table, TableError};
-use bladeoff_model::outcome::{Cause, CauseSet, Status};
+use bladeoff_answers::tables::{END_CAUSE, FieldKind, Table, TableError};
+use bladeoff_model::outcome::{Cause, CauseSet, EndCause, Status};
 use bladeoff_study::Samples;
 use bladeoff_study::plan::{Kind, Move, Plan};
 use std::path::PathBuf;
+
+/// Columns of the verdict that rows are read with.
+const VERDICT: [&str; 4] = ["sample", "status", "causes", END_CAUSE];
 
 /// Why a study answers nothing.
 #[derive(Debug, thiserror::Error)]
@@ -52,6 +55,7 @@ pub enum AnsweringError {
 enum Known {
     Given,
     Once,
+    Limit,
     Free,
     /// It grows; the place of the column with what was reached while all guards held.
     Grows(Option<usize>),
@@ -128,6 +132,8 @@ pub(super) struct Rows {
     columns: Vec<Gathered>,
     status: Vec<Status>,
     causes: Vec<CauseSet>,
+    /// Whether the run ended at a limit of the model.
+    at_limit: Vec<bool>,
     replicate: Vec<u32>,
     groups: Vec<Group>,
     kind: DesignKind,
@@ -187,17 +193,20 @@ impl Rows {
         let mut gathered = gathered(vocabulary, columns, count);
         let mut status: Vec<Option<Status>> = vec![None; count];
         let mut causes = vec![CauseSet::default(); count];
+        let mut at_limit = vec![false; count];
         let mut odd = None;
         let wanted: Vec<String> = gathered.iter().map(|column| column.name.clone()).collect();
-        let names: Vec<&str> =
-            ["sample", "status", "causes"].into_iter().chain(wanted.iter().map(String::as_str)).collect();
+        let names: Vec<&str> = VERDICT.into_iter().chain(wanted.iter().map(String::as_str)).collect();
         for path in files {
             Table::for_each_piece(std::slice::from_ref(path), &names, |piece| {
                 let numbers = piece.numbers("sample").unwrap_or_default();
                 let at: Vec<Option<usize>> = numbers.iter().map(|number| place((*number)?)).collect();
                 for (row, at) in at.iter().enumerate() {
                     match (at, verdict(piece, row)) {
-                        (Some(at), Some((said, why))) => (status[*at], causes[*at]) = (Some(said), why),
+                        (Some(at), Some((said, why))) => {
+                            (status[*at], causes[*at]) = (Some(said), why);
+                            at_limit[*at] = ended_at_limit(piece, row);
+                        }
                         // of parts: recorded by a run with another rule
                         (None, Some(_)) if chosen.is_some() && is_of(samples, numbers[row]) => {}
                         _ => odd = odd.clone().or(Some((path.clone(), numbers[row].unwrap_or(f64::NAN)))),
@@ -217,6 +226,7 @@ impl Rows {
             let is_there: Vec<bool> = status.iter().map(Option::is_some).collect();
             gathered.iter_mut().for_each(|column| column.cells.keep(&is_there));
             keep(&mut causes, &is_there);
+            keep(&mut at_limit, &is_there);
             let status: Vec<Status> = status.into_iter().flatten().collect();
             let replicate = vec![0; status.len()];
             let (kind, scrambled, replicates) = (DesignKind::Chosen, false, 1);
@@ -224,6 +234,7 @@ impl Rows {
                 columns: gathered,
                 status,
                 causes,
+                at_limit,
                 replicate,
                 groups,
                 kind,
@@ -240,10 +251,12 @@ impl Rows {
         let rows = done * groups.len();
         gathered.iter_mut().for_each(|column| column.cells.truncate(rows));
         causes.truncate(rows);
+        at_limit.truncate(rows);
         Ok(Ok(Self {
             columns: gathered,
             status: status.into_iter().map_while(|status| status).take(rows).collect(),
             causes,
+            at_limit,
             replicate: (0..done as u64).map(|point| plan.replicate(point) as u32).collect(),
             groups,
             kind: design_kind(plan),
@@ -272,6 +285,7 @@ impl Rows {
             columns,
             status: Vec::new(),
             causes: Vec::new(),
+            at_limit: Vec::new(),
             replicate: Vec::new(),
             groups: vocabulary.groups.clone(),
             kind: design_kind(plan),
@@ -288,7 +302,7 @@ impl Rows {
     /// Columns that are to be read.
     pub fn wanted(&self) -> Vec<String> {
         let wanted = self.columns.iter().map(|column| column.name.clone());
-        ["sample", "status", "causes"].map(str::to_owned).into_iter().chain(wanted).collect()
+        VERDICT.map(str::to_owned).into_iter().chain(wanted).collect()
     }
 
     /// Takes the rows of a piece of a table in the order of the samples, from this one on, in place of those that it has. `false`: it is not in that order; the
@@ -302,10 +316,12 @@ impl Rows {
         }
         self.status.clear();
         self.causes.clear();
+        self.at_limit.clear();
         for (row, number) in numbers.iter().enumerate() {
             let (said, why) = verdict(piece, row).ok_or(number.unwrap_or(f64::NAN))?;
             self.status.push(said);
             self.causes.push(why);
+            self.at_limit.push(ended_at_limit(piece, row));
         }
         let at: Vec<Option<usize>> = (0..rows).map(Some).collect();
         for column in &mut self.columns {
@@ -346,6 +362,7 @@ impl Rows {
         let cells = match (&column.cells, &column.known) {
             (Found::Words(words, list), _) => Cells::Words(words, list),
             (Found::Numbers(cells), Known::Given) => Cells::Numbers(cells, Nature::Given),
+            (Found::Numbers(cells), Known::Limit) => Cells::Numbers(cells, Nature::Limit),
             (Found::Numbers(cells), Known::Once) => Cells::Numbers(cells, Nature::Once),
             (Found::Numbers(cells), Known::Free) => Cells::Numbers(cells, Nature::Free),
             // a table of an earlier build has no such column
@@ -369,6 +386,7 @@ impl Rows {
             columns: there.map(|column| self.column(column)).collect(),
             status: &self.status,
             causes: &self.causes,
+            at_limit: &self.at_limit,
             groups: self.groups.clone(),
             design: Design {
                 kind: self.kind,
@@ -419,6 +437,7 @@ fn gathered(vocabulary: &Vocabulary<'_>, columns: &[String], count: usize) -> Ve
                 Known::Grows(Some(columns.len() + held.len() - 1))
             }
             Some(Told::Once) => Known::Once,
+            Some(Told::Limit) => Known::Limit,
             Some(Told::Found) | None => Known::Free,
         };
         all.push(empty(name, found.map_or("", |found| found.field.unit.as_str()), known));
@@ -431,6 +450,11 @@ fn gathered(vocabulary: &Vocabulary<'_>, columns: &[String], count: usize) -> Ve
 fn verdict(piece: &Table, row: usize) -> Option<(Status, CauseSet)> {
     let (status, causes) = (piece.words("status")?, piece.words("causes")?);
     Some((Status::from_word(status[row].as_deref()?)?, caused(causes[row].as_deref())?))
+}
+
+/// Whether the run of a row ended at a limit of the model.
+fn ended_at_limit(piece: &Table, row: usize) -> bool {
+    piece.words(END_CAUSE).is_some_and(|words| words[row].as_deref() == Some(EndCause::Limit.word()))
 }
 
 /// Causes from their words.

@@ -1,7 +1,7 @@
 //! Answers and decisions for a person.
 
 use super::Answering;
-use bladeoff_answers::ask::{Answer, LEFT_WIDE};
+use bladeoff_answers::ask::{Answer, is_of_group};
 use bladeoff_answers::gate::Decision;
 use bladeoff_answers::report::counted;
 
@@ -27,7 +27,7 @@ pub fn told(answering: &Answering) -> String {
         // what holds for every group is told once, but bad runs are those of a group
         let is_general = |note: &String| {
             let mut all = answers.answers.iter().filter(|other| other.name == answer.name);
-            note != LEFT_WIDE && all.all(|other| other.notes.contains(note))
+            !is_of_group(note) && all.all(|other| other.notes.contains(note))
         };
         let is_first = last.is_none_or(|last| last.name != answer.name);
         let is_new = |note: &&String| is_first || !is_general(note);

@@ -144,10 +144,12 @@ fn estimates() -> Option<Vec<(u64, Option<f64>)>> {
         cells: Cells::Numbers(cells, Nature::Free),
     });
     let (status, causes, replicate) = (vec![Status::Ok; points], vec![CauseSet::default(); points], vec![0; points]);
+    let at_limit = vec![false; points];
     let study = Study {
         columns: columns.collect(),
         status: &status,
         causes: &causes,
+        at_limit: &at_limit,
         groups: Vocabulary::of(&samples)?.groups,
         design: Design {
             kind: DesignKind::MonteCarlo,

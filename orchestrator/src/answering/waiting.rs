@@ -3,7 +3,7 @@
 use super::forecast::Awaited;
 use super::meant::Meant;
 use super::rows::{AnsweringError, Rows};
-use super::short::short_of;
+use super::short::{is_left_open, short_of};
 use super::vocabulary::Vocabulary;
 use crate::run::{EndWhy, Looked, Looking, LookingError, Stage, TableEnd};
 use bladeoff_answers::ask::{Answer, Ask, Question, answer_all, percent_given};
@@ -107,7 +107,15 @@ impl Waiting {
         if !rule.asks_for_width() {
             return Vec::new();
         }
-        answers.iter().filter(is_asked).flat_map(|answer| short_of(&rule, answer, only_hindered)).collect()
+        let mut short: Vec<(String, String)> =
+            answers.iter().filter(is_asked).flat_map(|answer| short_of(&rule, answer, only_hindered)).collect();
+        if answers.iter().filter(is_asked).any(|answer| is_left_open(&rule, answer)) {
+            short.push((
+                "runs beyond the model".to_owned(),
+                "more points cannot narrow what they leave open".to_owned(),
+            ));
+        }
+        short
     }
 
     /// What is waited for, in words: "half of every interval at most 5 % of its figure; looks after 256, 512 ... points; 8 h".

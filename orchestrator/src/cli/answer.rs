@@ -29,7 +29,8 @@ const MOST_SHORT: usize = 8;
 ///
 /// A study with a `[design]` has random points; its `[[question]]`s ask for probabilities, quantiles, means, exceedance and fragility curves,
 /// and differences of these. Each answer is a sentence with an interval that is proper to the design. Failed, invalid and quarantined
-/// runs stay in: they are counted as harmless and as harmful, and the interval covers both.
+/// runs stay in: they are counted as harmless and as harmful, and the interval covers both. So do runs beyond the model, of which
+/// what they reached is a lower bound.
 ///
 /// Of a complete study the answers are also written to answers.json in the directory, and curves to answers/NAME.parquet; `run` does the
 /// same at its end. While a study runs, and after one that is not complete, they are only printed: then the first points count, up to

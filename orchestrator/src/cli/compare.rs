@@ -19,7 +19,7 @@ const TRIES: usize = 3;
 /// Where rows have no partner, the two are compared as samples: means and quantiles.
 ///
 /// A run that is not ok has no value to compare: pairs of another status, or bad for another cause, are counted and named. With tolerances
-/// they count as beyond, and so does a row of A without partner; rows that B alone has do not.
+/// they count as out of tolerance, and so does a row of A without partner; rows that B alone has do not.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   bladeoff compare runs/before runs/after
@@ -27,7 +27,7 @@ const TRIES: usize = 3;
   bladeoff compare runs/hyp1 runs/hyp2 --ignore contact.detection
   bladeoff compare before.parquet runs/after --json | jq .status
 
-Exit codes: 0 compared, and within every tolerance; 4 beyond one.")]
+Exit codes: 0 compared, and within every tolerance; 4 out of tolerance.")]
 pub struct Args {
     /// The reference: a result directory of `bladeoff run`, or a table of one (results.parquet, wherever it was copied to)
     #[arg(value_name = "A")]
@@ -61,7 +61,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     } else {
         tell(&told(&found, width()))?;
     }
-    Ok(if found.beyond == Some(true) { Exit::Failures } else { Exit::Ok })
+    Ok(if found.out_of_tolerance == Some(true) { Exit::Failures } else { Exit::Ok })
 }
 
 /// Reads both, again if a run has replaced a file meanwhile.

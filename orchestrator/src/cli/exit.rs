@@ -7,7 +7,7 @@ use std::process::ExitCode;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Exit {
-    /// All asked for was done; invalid samples within the study's limits.
+    /// All asked for was done; invalid and beyond samples within the study's limits.
     Ok = 0,
     /// An internal error.
     Bug = 1,
@@ -15,8 +15,8 @@ pub enum Exit {
     Usage = 2,
     /// A machine, study or result that cannot be used as it is.
     Input = 3,
-    /// Complete, with more failed or invalid samples than the study allows; a failed `simulate`; a gate that failed; a
-    /// comparison beyond a tolerance.
+    /// Complete, with more failed, invalid or beyond samples than the study allows; a failed `simulate`; a gate that failed; a
+    /// comparison out of tolerance.
     Failures = 4,
     /// Not all samples were computed; a gate that is open.
     Incomplete = 5,
@@ -56,12 +56,12 @@ impl From<Exit> for ExitCode {
 /// Shown by `bladeoff --help`.
 pub const EXIT_CODES: &str = "\
 Exit codes:
-  0    done; all samples ok, or invalid within the limits of the study
+  0    done; all samples ok, or invalid or beyond the model within the limits of the study
   1    internal error (a bug: please report it)
   2    wrong command line
   3    bad input: a machine, study or result directory that cannot be used as it is
-  4    complete, but with more failed or invalid samples than the study allows; a gate that failed; a
-       comparison beyond a tolerance
+  4    complete, but with more failed, invalid or beyond samples than the study allows; a gate that
+       failed; a comparison out of tolerance
   5    incomplete: some samples were not computed; a gate that is open
   6    a file, the disk, shared memory or a process failed
   130  ended by Ctrl-C; 143 by SIGTERM; finished samples are kept";

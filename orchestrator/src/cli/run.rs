@@ -92,8 +92,8 @@ Examples:
   What happens, for programs:
   bladeoff run studies/first-look.toml --json-events | jq .
 
-The exit code is 5 when a budget ended the run, 4 when more samples failed or were invalid than [limits] of the study allows (default: \
-no sample may fail, any number may be invalid; of a study with questions or gates any number may fail, their answers carry them).";
+The exit code is 5 when a budget ended the run, 4 when more samples failed, were invalid or beyond the model than [limits] of the study allows (default: \
+no sample may fail, any number may be invalid or beyond the model; of a study with questions or gates any number may fail, their answers carry them).";
 
 /// Compute a study on all cores and write its result directory
 #[derive(Debug, clap::Args)]
@@ -385,16 +385,22 @@ fn verdict(study: &Study, finished: &Finished, total: u64) -> Exit {
     verdict_of(study, &finished.tally, total)
 }
 
-/// Whether more samples of a complete study failed or were invalid than it allows.
+/// Whether more samples of a complete study failed, were invalid or beyond the model than it allows.
 pub(super) fn verdict_of(study: &Study, tally: &Tally, total: u64) -> Exit {
     let failed = tally.failed();
     let invalid = tally.of(Status::Invalid);
     let limits = study.limits;
     let mut exit = Exit::Ok;
-    for (what, count, share) in [("failed", failed, limits.max_failed), ("invalid", invalid, limits.max_invalid)] {
+    let counts = [
+        ("failed", failed, limits.max_failed),
+        ("invalid", invalid, limits.max_invalid),
+        ("beyond", tally.of(Status::Beyond), limits.max_beyond),
+    ];
+    for (what, count, share) in counts {
         if !share.allows(count, total) {
             let total = counted(total, "sample");
-            remark(&format!("{count} of {total} {what}; the study allows {share} ([limits] max_{what})"));
+            let shown = if what == "beyond" { "beyond the model" } else { what };
+            remark(&format!("{count} of {total} {shown}; the study allows {share} ([limits] max_{what})"));
             exit = Exit::Failures;
         }
     }

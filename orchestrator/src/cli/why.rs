@@ -7,7 +7,8 @@ use super::place::default_directory;
 use super::refusals::WhyError;
 use crate::engine;
 use crate::report::{
-    advice, broken_by, cause_in_words, describe_values, diverged_at, end_cause_in_words, mentions, pushed_too_far,
+    advice, broken_by, cause_in_words, describe_values, diverged_at, end_cause_in_words, exceeded_by, mentions,
+    pushed_too_far,
 };
 use crate::run::directory::{LEDGER, MANIFEST, RESULTS, WORKER_LOG, read_current};
 use crate::run::shards::{row_files, samples_of, see, timing_files};
@@ -21,7 +22,7 @@ use bladeoff_answers::tables::{Table, TableError, Timing};
 use bladeoff_model::document::units::{format_digits, format_quantity};
 use bladeoff_model::document::visible;
 use bladeoff_model::machine::{Engine, Machine, ParamValue, TWIN};
-use bladeoff_model::outcome::{Cause, ColumnKind, EndCause};
+use bladeoff_model::outcome::{Cause, ColumnKind, EndCause, Status};
 use bladeoff_study::{FrozenFiles, InputError, Samples, StudyError, load_frozen, show};
 use bladeoff_system::call;
 use bladeoff_system::place::Place;
@@ -190,7 +191,12 @@ fn values(row: &Table, samples: &Samples, machine: Option<&Machine>) -> String {
 }
 
 fn causes(row: &Table) -> Vec<Cause> {
-    let words = row.words("causes").and_then(|words| words[0].as_deref()).unwrap_or_default();
+    words_of(row, "causes")
+}
+
+/// The causes in a column of words joined by commas.
+fn words_of(row: &Table, column: &str) -> Vec<Cause> {
+    let words = row.words(column).and_then(|words| words[0].as_deref()).unwrap_or_default();
     words.split(',').filter_map(Cause::from_word).collect()
 }
 
@@ -262,15 +268,10 @@ pub(super) fn go_on(seen: &Seen) -> Option<String> {
 fn finished(told: &mut Told, row: &Table, machine: Option<&Machine>, go_on: Option<&str>) {
     let word = |name: &str| row.words(name).and_then(|words| words[0].as_deref());
     let number = |name: &str| row.numbers(name).and_then(|values| values[0]);
+    let status = word("status").unwrap_or("unknown");
     told.line(
         "status",
-        match word("status").unwrap_or("unknown") {
-            "ok" => "ok",
-            "invalid" => "invalid: it finished, but is not to be believed; its values are kept",
-            "failed" => "failed: it ended early; its values are those up to then",
-            "quarantined" => "quarantined: given up, it has no values",
-            other => other,
-        },
+        Status::from_word(status).map_or_else(|| status.to_owned(), |known| status_in_words(known).to_owned()),
     );
     for cause in causes(row) {
         told.line(cause.word(), cause_in_words(cause));
@@ -285,10 +286,29 @@ fn finished(told: &mut Told, row: &Table, machine: Option<&Machine>, go_on: Opti
             told.line("  try again", format!("{command} --rerun cause={}", cause.word()));
         }
     }
+    for note in words_of(row, "notes") {
+        told.line(note.word(), format!("noted: {}", cause_in_words(note)));
+        if let Some(broken) = exceeded_by(note, number) {
+            told.line("  by how much", broken);
+        }
+    }
     if let Some(end) = word("end_cause").and_then(EndCause::from_word) {
         let at = number("end_time_s").map(|time| format!(" at {}", format_quantity(time, "s"))).unwrap_or_default();
         let spin = number("end_speed_rad_s").map(|spin| format!(", spin {}", format_quantity(spin, "rad/s")));
         told.line("end", format!("{}{at}{}", end_cause_in_words(end), spin.unwrap_or_default()));
+    }
+}
+
+/// The status of a row in words.
+fn status_in_words(status: Status) -> &'static str {
+    match status {
+        Status::Ok => "ok",
+        Status::Beyond => {
+            "beyond the model: it exceeded a limit of the physical model; its numerical checks passed, and its largest values are lower bounds"
+        }
+        Status::Invalid => "invalid: it finished, but is not to be believed; its values are kept",
+        Status::Failed => "failed: it ended early; its values are those up to then",
+        Status::Quarantined => "quarantined: given up, it has no values",
     }
 }
 

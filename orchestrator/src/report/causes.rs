@@ -3,7 +3,7 @@
 use bladeoff_answers::report::percent;
 use bladeoff_model::document::units::{format_digits, format_quantity};
 use bladeoff_model::machine::{CONTACT_STEP, Engine, Machine, STEP};
-use bladeoff_model::outcome::Cause;
+use bladeoff_model::outcome::{Cause, Limit};
 use std::borrow::Cow;
 
 /// What a cause means for whoever looks at the run.
@@ -74,7 +74,7 @@ pub fn diverged_at(number: impl Fn(&str) -> Option<f64>) -> Option<String> {
     Some(format!("{steps} step{plural}{}", most.collect::<String>()))
 }
 
-/// By how much a guard broke, of the machine of the run; `number`: the value of a column. `None`: the cause is no guard's.
+/// By how much a guard broke or a limit of the model was exceeded, of the machine of the run; `number`: the value of a column. `None`: the cause is neither's.
 #[must_use]
 pub fn broken_by(cause: Cause, machine: &Machine, number: impl Fn(&str) -> Option<f64>) -> Option<String> {
     let guard = &machine.run.guard;
@@ -116,8 +116,18 @@ pub fn broken_by(cause: Cause, machine: &Machine, number: impl Fn(&str) -> Optio
             let steps = found.reduce(f64::min)?;
             Some(format!("{} steps per impact; required {}", digits(steps), digits(guard.impact_steps)))
         }
-        _ => None,
+        _ => exceeded_by(cause, number),
     }
+}
+
+/// How far a run exceeded a limit of the model, and when first; `number`: the value of a column. `None`: the cause is no limit.
+#[must_use]
+pub fn exceeded_by(cause: Cause, number: impl Fn(&str) -> Option<f64>) -> Option<String> {
+    let limit = Limit::of(cause)?.word();
+    let ratio = number(&format!("limit_ratio_{limit}"))?;
+    let first =
+        number("beyond_s").map(|time| format!("; the first limit was exceeded at {}", format_quantity(time, "s")));
+    Some(format!("{} times `run.limit.{limit}.value`{}", digits(ratio), first.unwrap_or_default()))
 }
 
 fn digits(part: f64) -> String {
@@ -230,6 +240,20 @@ mod tests {
         let depth = told(Cause::Penetration).expect("a guard");
         assert!(depth.starts_with("0.3 mm of a gap of 8 mm; allowed 0.16 mm"), "{depth}");
         assert_eq!(told(Cause::Panicked), None);
+        let ratio = |name: &str| (name == "limit_ratio_ring_displacement").then_some(1.234);
+        let limit = broken_by(Cause::RingDisplacement, &machine, ratio).expect("a limit");
+        assert_eq!(limit, "1.23 times `run.limit.ring_displacement.value`");
+    }
+
+    /// Every cause has a text and advice, and no two causes have the same text.
+    #[test]
+    fn every_cause_has_a_text_and_advice() {
+        for (at, &cause) in Cause::ALL.iter().enumerate() {
+            let text = cause_in_words(cause);
+            assert!(!text.is_empty() && !advice(cause, Engine::Reduced).is_empty(), "{}", cause.word());
+            assert!(Cause::ALL[..at].iter().all(|other| cause_in_words(*other) != text), "{}", cause.word());
+            assert!(Limit::of(cause).is_none_or(|limit| text.contains(limit.word())), "its key: {text}");
+        }
     }
 
     #[test]

@@ -14,7 +14,7 @@ mod tally;
 mod watch;
 
 pub use bearings::{BearingNote, Beyond, bearings_beyond};
-pub use causes::{advice, broken_by, cause_in_words, diverged_at};
+pub use causes::{advice, broken_by, cause_in_words, diverged_at, exceeded_by};
 pub use eta::{Costs, Eta, Underway};
 pub use forecast::{CAVEAT, Forecasts, forecast_lines, in_words, is_expected};
 pub use limits::{BEYOND_SMALL, beyond_the_model, pushed_share, pushed_too_far};

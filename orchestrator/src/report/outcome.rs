@@ -1,6 +1,6 @@
 //! One run in words: what ended it, whether to believe it, the main quantities with their time.
 
-use super::causes::{broken_by, cause_in_words, diverged_at};
+use super::causes::{broken_by, cause_in_words, diverged_at, exceeded_by};
 use bladeoff_answers::report::percent;
 use bladeoff_model::document::units::format_quantity;
 use bladeoff_model::machine::{Machine, TWIN};
@@ -59,6 +59,12 @@ pub fn describe_outcome(machine: &Machine, view: OutcomeView<'_>) -> String {
         }
         if cause == Cause::Diverged {
             line(&mut text, "  until then", &diverged_at(|name| view.value(name)).unwrap_or_default());
+        }
+    }
+    for note in outcome.notes.iter() {
+        line(&mut text, note.word(), &format!("noted: {}", cause_in_words(note)));
+        if let Some(exceeded) = exceeded_by(note, |name| view.value(name)) {
+            line(&mut text, "  by how much", &exceeded);
         }
     }
     let end = match (view.value("end_time_s"), view.value("end_speed_rad_s")) {
@@ -166,6 +172,7 @@ fn line(text: &mut String, name: &str, value: &str) {
 mod tests {
     use super::*;
     use bladeoff_model::outcome::{CauseSet, Growth};
+    use std::collections::BTreeSet;
 
     #[test]
     fn a_line_is_about_the_sample_it_names_in_full() {
@@ -218,6 +225,26 @@ mod tests {
         assert!(find("contact_impulse ").ends_with("2 N s"), "{text}");
         assert_eq!(find("max_blade_bending_stress ").split_whitespace().last(), Some("none"), "never stressed: {text}");
         assert!(find("slip_reversal").contains("changed sign"), "{text}");
+    }
+
+    /// A printer without a text for a status or an end cause does not compile; here each text is its own.
+    #[test]
+    fn every_status_and_every_end_has_a_text_of_its_own() {
+        let of = |status| Outcome {
+            status,
+            cause: None,
+            causes: CauseSet::default(),
+            notes: CauseSet::default(),
+            end_cause: EndCause::EndTime,
+            values: Vec::new(),
+        };
+        let statuses: BTreeSet<String> = Status::ALL.iter().map(|status| status_line(&of(*status))).collect();
+        assert_eq!(statuses.len(), Status::ALL.len());
+        for status in Status::ALL {
+            assert!(statuses.iter().any(|text| text.starts_with(status.word())), "{}", status.word());
+        }
+        let ends: BTreeSet<&str> = EndCause::ALL.iter().map(|end| end_cause_in_words(*end)).collect();
+        assert_eq!(ends.len(), EndCause::ALL.len());
     }
 
     #[test]

@@ -123,8 +123,12 @@ struct View<'a> {
 impl View<'_> {
     /// All there is to say.
     fn text(&self) -> String {
+        let beyond = match self.tally.of(Status::Beyond) {
+            0 => String::new(),
+            _ => format!("beyond {}, ", self.tally.words(&[Status::Beyond])),
+        };
         let outcome = format!(
-            "; invalid {}, failed {}",
+            "; {beyond}invalid {}, failed {}",
             self.tally.words(&[Status::Invalid]),
             self.tally.words(&[Status::Failed, Status::Quarantined])
         );
@@ -134,16 +138,17 @@ impl View<'_> {
     /// As much of it as a line of a terminal has room for, behind a bar.
     fn fitting(&self, columns: usize) -> String {
         let (count, rate, left, silent) = (self.count(), self.rate(), self.left(), self.silent());
-        let counts: [u64; 2] = [self.tally.of(Status::Invalid), self.tally.failed()];
+        let counts = [self.tally.of(Status::Beyond), self.tally.of(Status::Invalid), self.tally.failed()];
+        let beyond = if counts[0] > 0 { format!("beyond {}, ", counts[0]) } else { String::new() };
         let bad: String = counts
             .iter()
-            .zip(["invalid", "failed"])
+            .zip(["beyond", "invalid", "failed"])
             .filter(|(number, _)| **number > 0)
             .map(|(number, what)| format!(", {number} {what}"))
             .collect();
         let texts = [
             self.text(),
-            format!("{count}{rate}{left}; invalid {}, failed {}{silent}", counts[0], counts[1]),
+            format!("{count}{rate}{left}; {beyond}invalid {}, failed {}{silent}", counts[1], counts[2]),
             format!("{count}{rate}{left}{bad}{silent}"),
             format!("{count}{left}{bad}"),
             format!("{count}{left}"),
@@ -219,6 +224,15 @@ mod tests {
         assert_eq!(view(&tally, 3, Left::Over).text(), "3/3, 1.5/s, 2.0 s; invalid 0, failed 1 (1 diverged)");
         let line = View { before: 2, ..view(&tally, 9, Left::Over) }.text();
         assert!(line.starts_with("3/9, 30.0/min; invalid"), "two were there before, and it was stopped: {line}");
+    }
+
+    #[test]
+    fn runs_beyond_the_model_are_counted_where_there_are_some() {
+        let mut tally = tally(&[None]);
+        (0..2).for_each(|_| tally.count(Status::Beyond, Some(Cause::RingDisplacement)));
+        let line = view(&tally, 3, Left::Over).text();
+        assert_eq!(line, "3/3, 1.5/s, 2.0 s; beyond 2 (2 ring_displacement), invalid 0, failed 0");
+        assert!(view(&tally, 3, Left::Over).fitting(60).contains("2 beyond"));
     }
 
     #[test]

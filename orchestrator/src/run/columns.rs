@@ -32,6 +32,9 @@ pub fn function_columns(model: &FunctionModel) -> Vec<OutcomeColumn> {
     model.outputs.iter().map(column).collect()
 }
 
+/// Column of the time of the first exceeded limit of the model with `on_exceed = "beyond"`.
+const BEYOND_TIME: &str = "beyond_s";
+
 /// What a column of a table says of a run that is not ok.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Told {
@@ -39,8 +42,10 @@ pub enum Told {
     Given,
     /// At least what was reached while all guards held, which stands in the column of this name, if there is one.
     Grown(Option<String>),
-    /// What happened once and for all, where nothing but a step limit ended the run.
+    /// What happened once and for all, where nothing but a step limit or a limit of the model ended the run.
     Once,
+    /// All. An empty cell means that no limit of the model was exceeded.
+    Limit,
     /// Nothing.
     Found,
 }
@@ -76,6 +81,7 @@ fn told(schema: &TableSchema, outcome: &[OutcomeColumn]) -> Vec<TableColumn> {
     let columns = schema.fields().iter().enumerate().map(|(at, field)| {
         let told = match at.checked_sub(schema.given()).and_then(|at| outcome.get(at)) {
             None => Told::Given,
+            Some(column) if column.name == BEYOND_TIME => Told::Limit,
             Some(column) if column.grows() => Told::Grown(column.guarded()),
             Some(column) if column.growth == Growth::Once => Told::Once,
             Some(_) => Told::Found,

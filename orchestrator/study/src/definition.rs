@@ -39,7 +39,7 @@ pub struct Study {
     pub empirical_texts: Vec<String>,
     /// Columns of the points file, which is the first axis, that stand in the table as they are.
     pub carried: Vec<Carried>,
-    /// How many failed and invalid samples are acceptable.
+    /// How many failed, invalid and beyond samples are acceptable.
     pub limits: Limits,
     /// Questions and gates, which are no part of what is computed.
     pub asked: Asked,

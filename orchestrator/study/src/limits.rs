@@ -1,4 +1,4 @@
-//! `[limits]`: how many samples may fail or be invalid before the study's exit code says so, and what one sample may take.
+//! `[limits]`: shares of failed, invalid and beyond samples above which `run` ends with exit code 4, and what one sample may take.
 
 use super::amount::{parse_duration, parse_memory};
 use super::table::{Keys, scalar_text};
@@ -13,6 +13,8 @@ pub struct Limits {
     pub max_failed: Share,
     /// Largest share of invalid samples; default 100 %.
     pub max_invalid: Share,
+    /// Largest share of samples beyond the model; default 100 %.
+    pub max_beyond: Share,
     /// What one sample may take.
     pub sample: SampleLimits,
 }
@@ -68,11 +70,13 @@ impl std::fmt::Display for Share {
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { max_failed: Share::Percent(0.0), max_invalid: Share::Percent(100.0), sample: SampleLimits::default() }
+        let all = Share::Percent(100.0);
+        Self { max_failed: Share::Percent(0.0), max_invalid: all, max_beyond: all, sample: SampleLimits::default() }
     }
 }
 
-const KEYS: [&str; 6] = ["max_failed", "max_invalid", "time_limit", "memory_limit", "crash_limit", "kill_limit"];
+const KEYS: [&str; 7] =
+    ["max_failed", "max_invalid", "max_beyond", "time_limit", "memory_limit", "crash_limit", "kill_limit"];
 const ALLOWED: &str = "a number of samples such as 3, or a share such as \"5 %\"";
 
 impl Limits {
@@ -87,12 +91,14 @@ impl Limits {
         let mut limits = Self::of(is_asked);
         let Some(keys) = Keys::of(entry, "limits", problems) else { return limits };
         keys.refuse_unknown(&KEYS, problems);
-        if let Some(share) = keys.get("max_failed").and_then(|entry| read_share(entry, "limits.max_failed", problems)) {
-            limits.max_failed = share;
-        }
-        if let Some(share) = keys.get("max_invalid").and_then(|entry| read_share(entry, "limits.max_invalid", problems))
-        {
-            limits.max_invalid = share;
+        let shares = [
+            ("max_failed", &mut limits.max_failed),
+            ("max_invalid", &mut limits.max_invalid),
+            ("max_beyond", &mut limits.max_beyond),
+        ];
+        for (name, limit) in shares {
+            let read = |entry| read_share(entry, &format!("limits.{name}"), problems);
+            *limit = keys.get(name).and_then(read).unwrap_or(*limit);
         }
         let sample = &mut limits.sample;
         sample.time = keys.get("time_limit").and_then(|entry| read_amount(entry, parse_duration, problems));

@@ -60,10 +60,11 @@ upper = "360 deg"
 # [points]
 # file = "points.csv"
 
-# How many samples may fail or be invalid before `run` ends with exit code 4; a number or a share:
+# How many samples may fail, be invalid or exceed a limit of the model before `run` ends with exit code 4; a number or a share:
 # [limits]
 # max_failed = "0 %"
 # max_invalid = "100 %"
+# max_beyond = "100 %"
 "#;
 
 /// A risk study of the lab rig that runs as it is when it lies in `studies/`.
@@ -151,7 +152,8 @@ rank = 0.3
 # path = "contact.detection"
 # values = ["hyp1", "hyp2"]
 
-# What is asked. Runs that fail or are invalid are not left out: each figure is given with them harmless and harmful.
+# What is asked. Runs that fail, are invalid or exceed a limit of the model are not left out: each figure is given with them harmless
+# and harmful.
 [[question]]
 name = "overload"
 probability = "max_bearing_load_N > 80 N"  # columns of the table; units as everywhere, or bare SI

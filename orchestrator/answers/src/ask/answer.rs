@@ -3,6 +3,7 @@
 use super::scale::Scale;
 use crate::estimate::figures::{Figures, Method};
 use crate::estimate::input::Group;
+use crate::estimate::known::Bad;
 use crate::map::Map;
 use crate::sensitivity::{Index, Indices, Pair};
 use serde::Serialize;
@@ -13,6 +14,16 @@ pub const SCHEMA: u32 = 1;
 /// Said of each group where it is so.
 pub const LEFT_WIDE: &str =
     "what the bad runs leave open is wider than what the number of points does: find out why they fail";
+
+/// Note of a group whose open runs are all beyond the model.
+pub const LEFT_WIDE_BEYOND: &str = "what the runs beyond the model leave open is wider than what the number of points does: more points \
+                                    cannot narrow it";
+
+/// Whether a note holds for its group alone, whatever other groups have.
+#[must_use]
+pub fn is_of_group(note: &str) -> bool {
+    [LEFT_WIDE, LEFT_WIDE_BEYOND].contains(&note)
+}
 
 /// The answer to a question in one group. Null where there is no number.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -27,8 +38,10 @@ pub struct Answer {
     pub n: u64,
     /// Points where the event happened for certain; null but for a probability.
     pub events: Option<u64>,
-    /// Bad runs among the group's.
+    /// Bad runs among the group's: failed, invalid, quarantined, beyond the model.
     pub bad: u64,
+    /// Runs beyond the model among them.
+    pub beyond: u64,
     /// With bad runs harmless.
     pub estimate: Option<f64>,
     /// With bad runs harmful.
@@ -114,14 +127,15 @@ pub struct Answers {
 impl Answer {
     /// From its figures, without a sentence.
     #[must_use]
-    pub fn of(name: &str, kind: &'static str, group: Group, bad: u64, confidence: f64, figures: Figures) -> Self {
+    pub fn of(name: &str, kind: &'static str, group: Group, bad: Bad, confidence: f64, figures: Figures) -> Self {
         let mut notes = figures.notes.clone();
         // how far bad runs move the figure, and by how much they widen the interval: next to 0 and 1 its ends have no room, and in a
         // difference the figures may stand still
         if let Some(width) = figures.statistical {
             let widened = figures.high.zip(figures.low).map(|(high, low)| high - low - width);
             if [widened, figures.left_open()].iter().flatten().any(|open| open.abs() > width) {
-                notes.push(LEFT_WIDE.to_owned());
+                let note = if bad.open().failing() == 0 && bad.beyond > 0 { LEFT_WIDE_BEYOND } else { LEFT_WIDE };
+                notes.push(note.to_owned());
             }
         }
         Self {
@@ -130,7 +144,8 @@ impl Answer {
             group,
             n: figures.n,
             events: figures.events,
-            bad,
+            bad: bad.all,
+            beyond: bad.beyond,
             estimate: figures.estimate,
             estimate_if_bad_harmful: figures.harmful,
             low: figures.low,

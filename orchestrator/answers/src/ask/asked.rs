@@ -5,7 +5,7 @@ use super::mapped::answers_of;
 use super::question::{Ask, Figure, Question};
 use super::scale::{Scale, percent, percent_given};
 use super::sensitive::sensitivities;
-use super::sentence::{of_curve, sentence};
+use super::sentence::{By, of_curve, sentence};
 use super::wording::{CONDITION, LEFT_OUT, NO_LEVEL, kind, note_empty, note_undefined, subject, with_unit};
 use crate::estimate::along::{Family, families, together};
 use crate::estimate::curve::{Curve, CurvePoint};
@@ -14,12 +14,13 @@ use crate::estimate::figures::{Figures, Method};
 use crate::estimate::formula::Formula;
 use crate::estimate::fragility::bins;
 use crate::estimate::input::{Group, InputError, Label, Nature, Study};
-use crate::estimate::known::{Truths, reached, truths, values};
+use crate::estimate::known::{Bad, Truths, Values, levels, reached, truths, values};
 use crate::estimate::mean::mean;
 use crate::estimate::proportion::{Tally, none_seen, proportion_by, tallies};
 use crate::estimate::scheme::Scheme;
 use crate::estimate::{difference, quantile};
 use crate::map::maps;
+use bladeoff_model::outcome::Status;
 
 /// Answers to a question, one for each group, and its curve.
 #[derive(Debug, Clone, PartialEq)]
@@ -79,7 +80,7 @@ pub(super) fn unanswered(points: u64, question: &Question, why: &InputError) -> 
         Ask::Sensitivity(_) => "sensitivity",
     };
     let figures = Figures::over(points);
-    let mut answer = Answer::of(&question.name, kind, Group::default(), 0, question.confidence, figures);
+    let mut answer = Answer::of(&question.name, kind, Group::default(), Bad::default(), question.confidence, figures);
     answer.sentence = format!("not answered: {why}");
     answer.notes.push(answer.sentence.clone());
     Answered { answers: vec![answer], curve: None }
@@ -170,19 +171,22 @@ impl<'a> Asked<'a> {
     }
 
     /// What decides a bad run of a probability.
-    fn decided_by(&self, figure: &Figure) -> &'static str {
-        let Figure::Probability(formula) = figure else { return "" };
+    fn decided_by(&self, figure: &Figure) -> By {
+        let Figure::Probability(formula) = figure else { return By::default() };
         let is_reached = |name: &String| {
             self.study.numbers(name).is_ok_and(|(_, nature)| matches!(nature, Nature::Grows(_) | Nature::Once))
         };
+        let is_limit = |name: &String| self.study.numbers(name).is_ok_and(|(_, of)| matches!(of, Nature::Limit));
         if formula.columns.iter().any(is_reached) {
-            "by what was reached while all guards held"
+            By { failing: "by what was reached while all guards held", beyond: "by what was reached inside it" }
+        } else if formula.columns.iter().any(is_limit) {
+            By { failing: "decided by its recorded limits", beyond: "decided by its recorded limits" }
         } else {
-            "decided by its inputs"
+            By { failing: "decided by its inputs", beyond: "decided by its inputs" }
         }
     }
 
-    fn told(&self, kind: &'static str, group: Group, bad: u64, figures: Figures) -> Answer {
+    fn told(&self, kind: &'static str, group: Group, bad: Bad, figures: Figures) -> Answer {
         let mut answer = Answer::of(&self.question.name, kind, group, bad, self.question.confidence, figures.clone());
         answer.figures.push(figures);
         answer
@@ -204,17 +208,35 @@ impl<'a> Asked<'a> {
         figures
     }
 
+    /// Values of a quantile or of a mean in a group.
+    fn values(&self, figure: &Figure, column: &str, group: usize) -> Result<Values, InputError> {
+        match figure {
+            Figure::Quantile(..) => levels(self.study, column, group),
+            _ => values(self.study, column, group),
+        }
+    }
+
+    /// Subject of a sentence; a mean names the share of runs inside the model where others are beyond it.
+    fn subject(&self, figure: &Figure, bad: &Bad) -> String {
+        let mut text = subject(figure);
+        if let Figure::Mean(column) = figure
+            && self.study.numbers(column).is_ok_and(|(_, nature)| !matches!(nature, Nature::Given | Nature::Limit))
+        {
+            text += &bad.inside();
+        }
+        text
+    }
+
     fn one(&self, figure: &Figure) -> Result<Answered, InputError> {
         let mut found = Vec::new();
         for at in 0..self.study.groups.len() {
             found.push(match figure {
                 Figure::Probability(formula) => {
                     let truths = truths(self.study, formula, at)?;
-                    let (bad, decided) = truths.bad_and_decided();
-                    (self.probability(&truths), bad, decided)
+                    (self.probability(&truths), truths.bad())
                 }
                 Figure::Quantile(_, column) | Figure::Mean(column) => {
-                    let values = values(self.study, column, at)?;
+                    let values = self.values(figure, column, at)?;
                     let mut figures = match figure {
                         Figure::Quantile(u, _) => {
                             quantile::quantile(&values, *u, &self.scheme, self.part(), self.alpha)
@@ -222,19 +244,19 @@ impl<'a> Asked<'a> {
                         _ => mean(&values, &self.scheme, self.part(), self.alpha),
                     };
                     note_empty(&mut figures.notes, values.empty, LEFT_OUT);
-                    (figures, values.bad, 0)
+                    (figures, values.bad)
                 }
             });
         }
         self.told_of(figure, found)
     }
 
-    /// Answers from the figures of each group, its bad runs, and how many of these are decided.
-    pub fn told_of(&self, figure: &Figure, found: Vec<(Figures, u64, u64)>) -> Result<Answered, InputError> {
+    /// Answers from the figures of each group and its bad runs.
+    pub fn told_of(&self, figure: &Figure, found: Vec<(Figures, Bad)>) -> Result<Answered, InputError> {
         let (scale, mut answers) = (self.scale(figure)?, Vec::new());
-        for (group, (figures, bad, decided)) in self.study.groups.iter().zip(found) {
+        for (group, (figures, bad)) in self.study.groups.iter().zip(found) {
             let mut answer = self.told(kind(figure), group.clone(), bad, figures);
-            answer.sentence = sentence(&answer, &subject(figure), &scale, (decided, self.decided_by(figure)));
+            answer.sentence = sentence(&answer, &self.subject(figure, &bad), &scale, (&bad, self.decided_by(figure)));
             answer.scale = scale.clone();
             answers.push(answer);
         }
@@ -242,7 +264,7 @@ impl<'a> Asked<'a> {
     }
 
     /// An answer that stands in a curve.
-    fn curved(&self, kind: &'static str, group: &Group, bad: u64, n: u64, method: Method) -> Answer {
+    fn curved(&self, kind: &'static str, group: &Group, bad: Bad, n: u64, method: Method) -> Answer {
         let mut figures = Figures::over(n);
         figures.method = method;
         figures.approximate = method != Method::Without && self.scheme != Scheme::Independent;
@@ -269,7 +291,7 @@ impl<'a> Asked<'a> {
         &self,
         column: &str,
         points: u64,
-        found: Vec<(Vec<CurvePoint>, Method, u64, u64)>,
+        found: Vec<(Vec<CurvePoint>, Method, Bad, u64)>,
     ) -> Result<Answered, InputError> {
         let unit = &self.study.column(column)?.unit;
         let (mut answers, mut curves) = (Vec::new(), Vec::new());
@@ -281,7 +303,7 @@ impl<'a> Asked<'a> {
                 answer.notes.push("the limits hold for each level by itself".to_owned());
             }
             note_empty(&mut answer.notes, empty, NO_LEVEL);
-            answer.sentence = of_curve(&answer, &format!("exceedance of {column}"), &curve, unit, "level");
+            answer.sentence = of_curve(&answer, &format!("exceedance of {column}"), &curve, (unit, "level"), &bad);
             answers.push(answer);
             curves.push((group.clone(), curve));
         }
@@ -302,15 +324,16 @@ impl<'a> Asked<'a> {
         let mut single = true;
         if varied {
             for Family { rest: group, members } in families {
-                let (mut curve, mut empty) = (Vec::new(), 0);
+                let (mut curve, mut empty, mut all_bad) = (Vec::new(), 0, Bad::default());
                 for (label, at) in members {
                     let truths = truths(self.study, formula, at)?;
-                    let (bad, _) = truths.bad_and_decided();
+                    let bad = truths.bad();
+                    all_bad.add(&bad);
                     empty += truths.empty;
                     let figures = self.probability(&truths);
-                    curve.push(CurvePoint { at: (label.clone(), label), bad, figures });
+                    curve.push(CurvePoint { at: (label.clone(), label), bad: bad.all, figures });
                 }
-                all.push((group, curve, empty));
+                all.push((group, curve, empty, all_bad));
             }
         } else {
             let (bins, is_single) = bins(self.study, path)?;
@@ -322,7 +345,7 @@ impl<'a> Asked<'a> {
                     let mut bad = 0;
                     for &point in points {
                         tallies[self.part()(point as usize)].see(truths.of[point as usize]);
-                        bad += u64::from(truths.bad[point as usize]);
+                        bad += u64::from(truths.status[point as usize] != Status::Ok);
                     }
                     (proportion_by(&tallies, &self.scheme, self.alpha, self.t), bad)
                 };
@@ -330,13 +353,13 @@ impl<'a> Asked<'a> {
                     let (figures, bad) = of_bin(&bin.points);
                     CurvePoint { at: bin.range.clone(), bad, figures }
                 });
-                all.push((group.clone(), curve.collect(), truths.empty));
+                all.push((group.clone(), curve.collect(), truths.empty, truths.bad()));
             }
         }
         let unit = self.study.column(path).map(|column| column.unit.clone()).unwrap_or_default();
         let (mut answers, mut curves) = (Vec::new(), Vec::new());
-        for (group, curve, empty) in all {
-            let bad = curve.iter().map(|point: &CurvePoint| point.bad).sum();
+        for (group, curve, empty, bad) in all {
+            let curve: Vec<CurvePoint> = curve;
             let n = curve.iter().map(|point| point.figures.n).sum();
             let method = curve.iter().map(|point| point.figures.method).max_by_key(|method| *method as u8);
             let mut answer = self.curved("fragility", &group, bad, n, method.unwrap_or(Method::Without));
@@ -353,7 +376,7 @@ impl<'a> Asked<'a> {
             note_empty(&mut answer.notes, empty, CONDITION);
             self.note_along(path, &mut answer.notes);
             let subject = format!("P({}) over {path}", formula.text);
-            answer.sentence = of_curve(&answer, &subject, &curve, &unit, what);
+            answer.sentence = of_curve(&answer, &subject, &curve, (&unit, what), &bad);
             answers.push(answer);
             curves.push((group, curve));
         }
@@ -367,32 +390,38 @@ impl<'a> Asked<'a> {
             let (Some(a), Some(b)) = (place(&labels[0]), place(&labels[1])) else {
                 return Err(InputError::Missing(format!("{path} = {} or {}", labels[0], labels[1])));
             };
-            let (figures, bad, decided) = match figure {
+            let (figures, bad) = match figure {
                 Figure::Probability(formula) => {
                     let (a, b) = (truths(self.study, formula, a)?, truths(self.study, formula, b)?);
                     let mut figures = difference::of_probabilities(&a, &b, &self.scheme, self.part(), self.alpha);
                     note_empty(&mut figures.notes, a.empty + b.empty, CONDITION);
-                    let (first, second) = (a.bad_and_decided(), b.bad_and_decided());
-                    (figures, first.0 + second.0, first.1 + second.1)
+                    (figures, both(a.bad(), b.bad()))
                 }
                 Figure::Quantile(_, column) | Figure::Mean(column) => {
-                    let (a, b) = (values(self.study, column, a)?, values(self.study, column, b)?);
+                    let (a, b) = (self.values(figure, column, a)?, self.values(figure, column, b)?);
                     let mut figures = if let Figure::Quantile(u, _) = figure {
                         difference::of_quantiles(&a, &b, *u, &self.scheme, self.part(), self.alpha)
                     } else {
                         difference::of_means(&a, &b, &self.scheme, self.part(), self.alpha)
                     };
                     note_empty(&mut figures.notes, a.empty + b.empty, LEFT_OUT);
-                    (figures, a.bad + b.bad, 0)
+                    (figures, both(a.bad, b.bad))
                 }
             };
             let mut answer = self.told("difference", group, bad, figures);
             self.note_along(path, &mut answer.notes);
-            let of = format!("{}, {path} = {} less {}", subject(figure), labels[0], labels[1]);
-            answer.sentence = sentence(&answer, &of, &scale, (decided, self.decided_by(figure)));
+            let of = format!("{}, {path} = {} less {}", self.subject(figure, &bad), labels[0], labels[1]);
+            answer.sentence = sentence(&answer, &of, &scale, (&bad, self.decided_by(figure)));
             answer.scale = scale.clone();
             answers.push(answer);
         }
         Ok(Answered { answers, curve: None })
     }
+}
+
+/// The bad runs of both groups of a difference.
+fn both(first: Bad, second: Bad) -> Bad {
+    let mut sum = first;
+    sum.add(&second);
+    sum
 }

@@ -4,6 +4,7 @@ use super::answer::Answer;
 use super::scale::{Scale, percent};
 use super::sentence::counted;
 use crate::estimate::figures::{Figures, Method};
+use crate::estimate::known::Bad;
 use crate::map::{Cell, Map, Of, Shows, Wanted};
 use bladeoff_model::document::units::format_digits;
 
@@ -30,7 +31,7 @@ pub(super) fn answers_of(name: &str, maps: Vec<Map>) -> Vec<Answer> {
         figures.method = Method::Without;
         figures.approximate = map.is_smoothed();
         figures.notes.clone_from(&map.notes);
-        let mut answer = Answer::of(name, "map", map.group.clone(), map.bad, map.confidence, figures);
+        let mut answer = Answer::of(name, "map", map.group.clone(), bad_of(&map), map.confidence, figures);
         let panel = if map.panel.is_empty() { String::new() } else { format!("{}: ", map.panel) };
         answer.sentence = panel + &sentence(&map);
         answer.map = Some(Box::new(map));
@@ -100,7 +101,8 @@ fn sentence(map: &Map) -> String {
         })
         .count();
     if open > 0 && (!map.is_share() || map.difference.is_some()) {
-        text += &format!("; open, because of bad runs, in {}", part(open, cells, map.refined));
+        let which = if map.difference.is_some() { "bad runs" } else { map.bad_in_words() };
+        text += &format!("; open, because of {which}, in {}", part(open, cells, map.refined));
     }
     let regimes = map.regimes.iter().filter_map(|word| {
         let count = map.cells.iter().filter(|cell| cell.regime.as_ref() == Some(word)).count();
@@ -121,12 +123,19 @@ fn part(count: usize, of: usize, is_refined: bool) -> String {
     percent(count as f64 / of.max(1) as f64) + " of the cells"
 }
 
+/// Runs that are not ok, or pairs with one.
+fn bad_of(map: &Map) -> Bad {
+    Bad { of: map.n, all: map.bad, beyond: map.beyond, ..Bad::default() }
+}
+
 /// "12 bad runs"; of a difference pairs are counted, and one of a pair is enough.
 fn bad_ones(map: &Map) -> String {
     if map.difference.is_some() {
-        return format!("{} with a bad run", counted(map.bad, "pair"));
+        let of = |count: u64, what: &str| (count > 0).then(|| format!("{} with {what}", counted(count, "pair")));
+        let both = [of(map.failing(), "a bad run"), of(map.beyond, "a run beyond the model")];
+        return both.into_iter().flatten().collect::<Vec<_>>().join(" and ");
     }
-    counted(map.bad, "bad run")
+    bad_of(map).words()
 }
 
 fn bad(map: &Map) -> String {

@@ -18,7 +18,7 @@ mod streamed;
 mod wording;
 
 pub use crate::estimate::formula::Known;
-pub use answer::{Answer, Answers, LEFT_WIDE, OfRegime, SCHEMA, Sensitivities};
+pub use answer::{Answer, Answers, OfRegime, SCHEMA, Sensitivities, is_of_group};
 pub use asked::{Answered, answer, answer_all, answer_each, collected};
 pub use method::{Sensitivity, SensitivityMethod};
 pub use question::{Ask, CONFIDENCE, Figure, Given, Names, Problem, Question, QuestionDef};

@@ -90,7 +90,7 @@ impl Rows<'_> {
             enlarge(&mut indices, factor);
         }
         let (bad, runs) = (self.study.bad(at), self.study.points() as u64);
-        if indices.without.is_some() && bad == runs {
+        if indices.without.is_some() && bad.all == runs {
             indices.without = Some("no run is ok");
         }
         indices.notes.extend(warning(&found));
@@ -103,7 +103,7 @@ impl Rows<'_> {
         figures.approximate = figures.method != Method::Without;
         figures.notes.append(&mut indices.notes);
         let mut answer = Answer::of(&question.name, "sensitivity", group.clone(), bad, question.confidence, figures);
-        let words = Words { wanted: self.wanted, unit, answer: &answer };
+        let words = Words { wanted: self.wanted, unit, answer: &answer, inside: bad.inside() };
         let (sentence, mut lines) = (words.sentence(&indices), words.table(&indices));
         for (regime, indices) in &of_regimes {
             lines.push(format!("of the {} in regime {}:", counted(regime.rows.len() as u64, "run"), regime.word));
@@ -242,6 +242,8 @@ struct Words<'a> {
     wanted: &'a Sensitivity,
     unit: &'a str,
     answer: &'a Answer,
+    /// " of runs inside the model (83 %)"; empty where no run is beyond it.
+    inside: String,
 }
 
 impl Words<'_> {
@@ -289,7 +291,7 @@ impl Words<'_> {
         }
         let more = told.len().saturating_sub(NAMED);
         told.truncate(NAMED);
-        let mut text = format!("{}sensitivity of {}", prefix(&answer.group), wanted.output);
+        let mut text = format!("{}sensitivity of {}{}", prefix(&answer.group), wanted.output, self.inside);
         if told.is_empty() {
             text += " has no number";
             text += &indices.without.map_or(String::new(), |why| format!(": {why}"));

@@ -4,6 +4,7 @@ use super::answer::Answer;
 use super::scale::{Scale, percent_given};
 use crate::estimate::curve::CurvePoint;
 use crate::estimate::input::{Group, Label};
+use crate::estimate::known::Bad;
 use bladeoff_model::document::units::format_digits;
 
 /// A count with its word.
@@ -19,10 +20,19 @@ pub fn prefix(group: &Group) -> String {
     if said.is_empty() { String::new() } else { format!("{}: ", said.join(", ")) }
 }
 
-/// `decided`: bad runs of which it is known, and by what.
+/// Words for the reason that decides a condition of runs that are not ok.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct By {
+    /// Words for failed, invalid and quarantined runs.
+    pub failing: &'static str,
+    /// Words for runs beyond the model.
+    pub beyond: &'static str,
+}
+
+/// `bad`: runs that are not ok; `by`: what decides the condition of those where it is known.
 /// "P(max_bearing_load_N > 1.2 MN) = 0.43 % (95 %: 0.31 % to 0.58 %), 43 of 10000, 2 bad runs counted both ways".
 #[must_use]
-pub fn sentence(answer: &Answer, subject: &str, scale: &Scale, (decided, by): (u64, &str)) -> String {
+pub fn sentence(answer: &Answer, subject: &str, scale: &Scale, (bad, by): (&Bad, By)) -> String {
     let mut text = format!("{}{subject}", prefix(&answer.group));
     let level = percent_given(answer.confidence);
     let about = if answer.approximate { "about " } else { "" };
@@ -41,8 +51,17 @@ pub fn sentence(answer: &Answer, subject: &str, scale: &Scale, (decided, by): (u
             let (estimate, harmful) = scale.show_both(estimate, harmful);
             text += &format!(" = {estimate} to {harmful}");
         }
+        // beyond runs alone: what they reached is a lower bound
+        (Some(estimate), None) if bad.failing() == 0 && bad.beyond > 0 && answer.kind == "quantile" => {
+            text += &format!(" is at least {}", scale.show(estimate));
+        }
+        // the subject says that it is the mean of the runs inside the model
+        (Some(estimate), None) if bad.failing() == 0 && bad.beyond > 0 && answer.kind == "mean" => {
+            text += &format!(" = {}", scale.show(estimate));
+        }
         (Some(estimate), None) if answer.bad > 0 => {
-            text += &format!(" = {}, no number with bad runs harmful", scale.show(estimate));
+            let which = if bad.failing() == 0 && bad.beyond > 0 { "runs beyond the model" } else { "bad runs" };
+            text += &format!(" = {}, no number with {which} harmful", scale.show(estimate));
         }
         (Some(estimate), _) => text += &format!(" = {}", scale.show(estimate)),
         (None, Some(harmful)) => text += &format!(" is at most {}", scale.show(harmful)),
@@ -61,22 +80,30 @@ pub fn sentence(answer: &Answer, subject: &str, scale: &Scale, (decided, by): (u
         Some(events) => format!(", {events} of {}", answer.n),
         None => format!(", {}", counted(answer.n, "run")),
     };
-    let open = answer.bad - decided;
-    if open > 0 {
+    let open = bad.open();
+    if open.all > 0 {
         // a mean without limits is that of the others
         let both = answer.low.is_some() || answer.high.is_some() || answer.estimate_if_bad_harmful.is_some();
-        text += &format!(", {}{}", counted(open, "bad run"), if both { " counted both ways" } else { "" });
+        text += &format!(", {}{}", open.words(), if both { " counted both ways" } else { "" });
     }
-    if decided > 0 {
-        let by = if decided == 1 { by.to_owned() } else { by.replace("its", "their") };
-        text += &format!(", {} {by}", counted(decided, "bad run"));
+    let failing = Bad { all: bad.decided - bad.beyond_decided, ..Bad::default() };
+    let beyond = Bad { all: bad.beyond_decided, beyond: bad.beyond_decided, ..Bad::default() };
+    for (decided, by) in [(failing, by.failing), (beyond, by.beyond)].into_iter().filter(|(of, _)| of.all > 0) {
+        let by = if decided.all == 1 { by.to_owned() } else { by.replace(" its ", " their ") };
+        text += &format!(", {} {by}", decided.words());
     }
     text
 }
 
 /// "exceedance of max_bearing_load_N: 1000 levels from 1 MN to 3 MN, in 10000 runs".
 #[must_use]
-pub fn of_curve(answer: &Answer, subject: &str, points: &[CurvePoint], unit: &str, what: &str) -> String {
+pub fn of_curve(
+    answer: &Answer,
+    subject: &str,
+    points: &[CurvePoint],
+    (unit, what): (&str, &str),
+    bad: &Bad,
+) -> String {
     let mut text = format!("{}{subject}: {}", prefix(&answer.group), counted(points.len() as u64, what));
     if let (Some(first), Some(last)) = (points.first(), points.last()) {
         let show = |label: &Label| match label {
@@ -86,8 +113,8 @@ pub fn of_curve(answer: &Answer, subject: &str, points: &[CurvePoint], unit: &st
         text += &format!(" from {} to {}", show(&first.at.0), show(&last.at.1));
     }
     text += &format!(", {}", counted(answer.n, "run"));
-    if answer.bad > 0 {
-        text += &format!(", {} counted both ways", counted(answer.bad, "bad run"));
+    if bad.all > 0 {
+        text += &format!(", {} counted both ways", bad.words());
     }
     text
 }

@@ -14,7 +14,7 @@ use super::wording::{LEFT_OUT, note_empty};
 use crate::estimate::exceedance::Exceedances;
 use crate::estimate::formula::Formula;
 use crate::estimate::input::{InputError, Study};
-use crate::estimate::known::{Values, reached_at, truths_at, values_at};
+use crate::estimate::known::{Bad, Values, levels_at, reached_at, truths_at, values_at};
 use crate::estimate::mean::Means;
 use crate::estimate::order::kept_by_each;
 use crate::estimate::proportion::Tally;
@@ -59,8 +59,7 @@ enum Fold<'a> {
 #[derive(Clone)]
 struct Counted {
     tallies: Vec<Tally>,
-    bad: u64,
-    decided: u64,
+    bad: Bad,
     empty: u64,
     undefined: u64,
 }
@@ -69,19 +68,19 @@ struct Counted {
 #[derive(Clone)]
 struct Of<T> {
     held: T,
-    bad: u64,
+    bad: Bad,
     empty: u64,
 }
 
 impl<T> Of<T> {
     fn new(held: T) -> Self {
-        Self { held, bad: 0, empty: 0 }
+        Self { held, bad: Bad::default(), empty: 0 }
     }
 
     /// Counts values on the first pass.
     fn count(&mut self, values: &Values, is_first: bool) {
         if is_first {
-            self.bad += values.bad;
+            self.bad.add(&values.bad);
             self.empty += values.empty;
         }
     }
@@ -157,7 +156,7 @@ impl<'a> Fold<'a> {
     fn new(ask: &'a Ask, head: &Study<'_>, scheme: &Scheme, kept: usize) -> Result<Self, InputError> {
         let groups = head.groups.len();
         let tallies = vec![Tally::default(); scheme.parts()];
-        let counted = Counted { tallies, bad: 0, decided: 0, empty: 0, undefined: 0 };
+        let counted = Counted { tallies, bad: Bad::default(), empty: 0, undefined: 0 };
         let fold = match ask {
             Ask::One(figure) => match figure {
                 Figure::Probability(formula) => Self::Probability(figure, formula, vec![counted; groups]),
@@ -196,9 +195,7 @@ impl<'a> Fold<'a> {
             Self::Probability(_, formula, counted) if is_first => {
                 let truths = truths_at(piece, formula, rows.iter().map(|(_, row)| *row))?;
                 let counted = &mut counted[group];
-                let (bad, decided) = truths.bad_and_decided();
-                counted.bad += bad;
-                counted.decided += decided;
+                counted.bad.add(&truths.bad());
                 counted.empty += truths.empty;
                 counted.undefined += truths.undefined;
                 for (truth, (point, _)) in truths.of.into_iter().zip(rows) {
@@ -212,7 +209,7 @@ impl<'a> Fold<'a> {
                 pairs(values).for_each(|((low, high), point)| means[group].held.see(low, high, part(point)));
             }
             Self::Quantile(_, column, quantiles) => {
-                let values = values_at(piece, column, rows.iter().copied())?;
+                let values = levels_at(piece, column, rows.iter().copied())?;
                 quantiles[group].count(&values, is_first);
                 pairs(values).for_each(|((low, high), point)| quantiles[group].held.see(low, high, part(point)));
             }
@@ -239,14 +236,14 @@ impl<'a> Fold<'a> {
         let (scheme, alpha) = (&asked.scheme, asked.alpha);
         match self {
             Self::Probability(figure, _, counted) => {
-                let one = |of: Counted| (asked.of_tallies(&of.tallies, of.empty, of.undefined), of.bad, of.decided);
+                let one = |of: Counted| (asked.of_tallies(&of.tallies, of.empty, of.undefined), of.bad);
                 asked.told_of(figure, counted.into_iter().map(one).collect())
             }
             Self::Mean(figure, _, means) => {
                 let one = |of: Of<Means>| {
-                    let mut figures = of.held.figures(scheme, alpha);
+                    let mut figures = of.held.figures(&of.bad, scheme, alpha);
                     note_empty(&mut figures.notes, of.empty, LEFT_OUT);
-                    (figures, of.bad, 0)
+                    (figures, of.bad)
                 };
                 asked.told_of(figure, means.into_iter().map(one).collect())
             }
@@ -254,13 +251,13 @@ impl<'a> Fold<'a> {
                 let one = |of: Of<Quantiles>| {
                     let mut figures = of.held.figures(of.bad, scheme, alpha);
                     note_empty(&mut figures.notes, of.empty, LEFT_OUT);
-                    (figures, of.bad, 0)
+                    (figures, of.bad)
                 };
                 asked.told_of(figure, quantiles.into_iter().map(one).collect())
             }
             Self::Exceedance(column, curves) => {
                 let one = |of: Of<Exceedances>| {
-                    let (curve, method) = of.held.curve(parts, of.bad, scheme, alpha);
+                    let (curve, method) = of.held.curve(parts, of.bad.all, scheme, alpha);
                     (curve, method, of.bad, of.empty)
                 };
                 asked.curves_of(column, points, curves.into_iter().map(one).collect())

@@ -9,7 +9,7 @@ use super::found::{Apart, Interval, QuantileApart};
 use crate::ask::CONFIDENCE;
 use crate::estimate::difference::of_two;
 use crate::estimate::figures::Figures;
-use crate::estimate::known::Values;
+use crate::estimate::known::{Bad, Values};
 use crate::estimate::mean::mean;
 use crate::estimate::quantile::quantile;
 use crate::estimate::scheme::{FEW, Scheme};
@@ -72,12 +72,12 @@ fn half(cells: &[f64], rest: &Rest<'_>) -> Half {
     let numbers: Vec<f64> = sorted.iter().map(|(number, _)| *number).collect();
     let mut clusters: Vec<u32> = sorted.iter().map(|(_, cluster)| *cluster).collect();
     let scheme = rest.clusters.narrowed(&mut clusters);
-    let values = Values { point: clusters, low: numbers.clone(), high: numbers, bad: 0, empty: 0 };
+    let values = Values { point: clusters, low: numbers.clone(), high: numbers, bad: Bad::default(), empty: 0 };
     let of_mean = mean(&values, &scheme, |cluster| cluster, alpha);
     let count = bad.len() as u64;
     let known = sorted.iter().map(|(number, cluster)| (*number, *number, *cluster));
     let all = bad.iter().map(|cluster| (f64::NEG_INFINITY, f64::INFINITY, *cluster)).chain(known);
-    let mut values = Values { bad: count, ..Values::default() };
+    let mut values = Values { bad: Bad { all: count, ..Bad::default() }, ..Values::default() };
     for (low, high, cluster) in all {
         values.low.push(low);
         values.high.push(high);

@@ -43,8 +43,9 @@ pub struct Compared {
     pub apart: Vec<Apart>,
     /// Each tolerance.
     pub tolerances: Vec<Judged>,
-    /// Whether anything is beyond them; `None` where there are none.
-    pub beyond: Option<bool>,
+    /// Whether anything is out of tolerance; `None` without tolerances. Its key keeps the name that it has in schema 1.
+    #[serde(rename = "beyond")]
+    pub out_of_tolerance: Option<bool>,
 }
 
 /// One of both.
@@ -279,7 +280,7 @@ pub struct QuantileApart {
     pub difference: Interval,
 }
 
-/// A tolerance and what is beyond it.
+/// A tolerance and the pairs out of it.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Judged {
     /// As written.
@@ -288,11 +289,12 @@ pub struct Judged {
     pub column: String,
     /// Pairs that were compared: those with a value in both, or in neither.
     pub compared: u64,
-    /// Pairs that moved farther.
-    pub beyond: u64,
+    /// Pairs out of tolerance. The key keeps the name that it has in schema 1.
+    #[serde(rename = "beyond")]
+    pub out: u64,
     /// Pairs with a value in one alone.
     pub one_sided: u64,
-    /// The pair that is farthest beyond it, or nearest to it.
+    /// The pair that exceeds it most, or that is nearest to it.
     pub worst: Option<Mover>,
 }
 
@@ -300,6 +302,6 @@ impl Judged {
     /// Whether pairs were compared and all are within.
     #[must_use]
     pub fn holds(&self) -> bool {
-        self.compared > 0 && self.beyond == 0 && self.one_sided == 0
+        self.compared > 0 && self.out == 0 && self.one_sided == 0
     }
 }

@@ -3,7 +3,7 @@
 //! ```text
 //! heads --names--> inputs to match by, results in both, tolerances          every wrong name at once
 //! inputs --side--> a key and a verdict of each row --matching--> pairs, rows without partner
-//! results, some columns at a time --paired--> differences B - A, largest movers; --tolerance--> what is beyond
+//! results, some columns at a time --paired--> differences B - A, largest movers; --tolerance--> what is out of it
 //!                                 --apart--> of rows without partner: differences of means and quantiles
 //!   --told--> words     (serde) --> JSON
 //! ```

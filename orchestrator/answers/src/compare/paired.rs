@@ -114,7 +114,7 @@ pub(super) fn difference(head: &ColumnHead, a: &[f64], b: &[f64], pairs: &Pairs<
 
 /// A tolerance of a column.
 pub(super) fn judge(tolerance: &Tolerance, a: &[f64], b: &[f64], pairs: &Pairs<'_>) -> Judged {
-    let (mut compared, mut beyond, mut one_sided) = (0, 0, 0);
+    let (mut compared, mut out, mut one_sided) = (0, 0, 0);
     let mut farthest = Farthest::default();
     for (at, &(row_a, row_b)) in pairs.rows.iter().enumerate() {
         let (of_a, of_b) = (a[row_a], b[row_b]);
@@ -125,7 +125,7 @@ pub(super) fn judge(tolerance: &Tolerance, a: &[f64], b: &[f64], pairs: &Pairs<'
         compared += 1;
         if !of_a.is_nan() {
             let (is_within, how_far) = tolerance.judge(of_a, of_b);
-            beyond += u64::from(!is_within);
+            out += u64::from(!is_within);
             farthest.see(how_far, at, 1);
         }
     }
@@ -134,7 +134,7 @@ pub(super) fn judge(tolerance: &Tolerance, a: &[f64], b: &[f64], pairs: &Pairs<'
         pairs.mover(at, a[row_a], b[row_b])
     });
     let (text, column) = (tolerance.text.clone(), tolerance.column.clone());
-    Judged { tolerance: text, column, compared, beyond, one_sided, worst }
+    Judged { tolerance: text, column, compared, out, one_sided, worst }
 }
 
 /// A column of words; `None`: they are the same.

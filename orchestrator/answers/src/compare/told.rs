@@ -341,28 +341,34 @@ fn movers(found: &Compared) -> String {
 }
 
 fn tolerances(found: &Compared) -> String {
-    let Some(beyond) = found.beyond else { return String::new() };
+    let Some(is_out) = found.out_of_tolerance else { return String::new() };
     let mut text = "\nTolerances:\n".to_owned();
     for judged in &found.tolerances {
         text.push_str(&format!("  {}: {}\n", judged.tolerance, judgement(judged, found)));
     }
     if found.status.changed > 0 {
-        text.push_str(&format!("  {} of another status count as beyond\n", counted(found.status.changed, "pair")));
+        text.push_str(&format!(
+            "  {} of another status count as out of tolerance\n",
+            counted(found.status.changed, "pair")
+        ));
     }
     if found.matched.only_in_a > 0 {
         let rows = counted(found.matched.only_in_a, "row");
-        text.push_str(&format!("  {rows} of A without partner: not compared, which counts as beyond\n"));
+        text.push_str(&format!("  {rows} of A without partner: not compared, which counts as out of tolerance\n"));
     }
-    text + if beyond { "Beyond the tolerances.\n" } else { "Within the tolerances.\n" }
+    text + if is_out { "Out of tolerance.\n" } else { "Within the tolerances.\n" }
 }
 
 fn judgement(judged: &Judged, found: &Compared) -> String {
     if judged.compared + judged.one_sided == 0 {
-        return "nothing was compared, which counts as beyond".to_owned();
+        return "nothing was compared, which counts as out of tolerance".to_owned();
     }
     let all = counted(judged.compared + judged.one_sided, "pair");
-    let mut text =
-        if judged.holds() { format!("within in {all}") } else { format!("beyond in {} of {all}", judged.beyond) };
+    let mut text = if judged.holds() {
+        format!("within in {all}")
+    } else {
+        format!("out of tolerance in {} of {all}", judged.out)
+    };
     if judged.one_sided > 0 {
         text.push_str(&format!(" and a value in one alone in {}", judged.one_sided));
     }

@@ -55,12 +55,12 @@ pub fn compare(a: &Source<'_>, b: &Source<'_>, asked: &Asked<'_>) -> Result<Comp
         words: Vec::new(),
         apart: Vec::new(),
         tolerances: Vec::new(),
-        beyond: None,
+        out_of_tolerance: None,
     };
     let work = Work { a, b, of_a: &of_a, of_b: &of_b, names: &names, matching: &matching, ok: &ok };
     work.columns(&mut found)?;
     find_inputs(&mut found, a, b, &names)?;
-    found.beyond = (!names.tolerances.is_empty()).then(|| {
+    found.out_of_tolerance = (!names.tolerances.is_empty()).then(|| {
         let held = found.tolerances.iter().all(Judged::holds);
         !held || found.status.changed > 0 || found.matched.only_in_a > 0
     });

@@ -144,7 +144,8 @@ pub fn of_two(first: &Figures, second: &Figures) -> Figures {
 /// Of means, over the points where both have a value.
 #[must_use]
 pub fn of_means(a: &Values, b: &Values, scheme: &Scheme, part: impl Fn(usize) -> usize, alpha: f64) -> Figures {
-    let mut pairs = Values { bad: a.bad + b.bad, ..Values::default() };
+    let mut pairs = Values { bad: a.bad, ..Values::default() };
+    pairs.bad.add(&b.bad);
     let mut at = 0;
     for (first, &point) in a.point.iter().enumerate() {
         while b.point.get(at).is_some_and(|&other| other < point) {

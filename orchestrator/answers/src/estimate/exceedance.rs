@@ -119,7 +119,7 @@ pub fn exceedance(
             found.see(*low, *high, part(*point as usize));
         }
         if !found.go_on(scheme) {
-            return found.curve(points, values.bad, scheme, alpha);
+            return found.curve(points, values.bad.all, scheme, alpha);
         }
     }
 }

@@ -2,6 +2,7 @@
 //!
 //! The design is the slowest axis: row = point x groups + group, where a group is one combination of values of the crossed axes.
 
+use super::known::Bad;
 use crate::sensitivity::{Moved, SensitivityError};
 use bladeoff_model::outcome::{CauseSet, Status};
 use serde::ser::{Serialize, SerializeMap, Serializer};
@@ -17,6 +18,8 @@ pub enum Nature<'a> {
     /// At least what was reached while all guards held, `None` where nothing was: the column only grows during a run (peaks,
     /// impulses, energies). No cells at all: nothing is known.
     Grows(Option<&'a [Option<f64>]>),
+    /// Time of the first exceeded limit of the model: known in full. An empty cell of a recorded run means that no limit was exceeded.
+    Limit,
     /// Nothing.
     Free,
 }
@@ -199,6 +202,8 @@ pub struct Study<'a> {
     pub status: &'a [Status],
     /// Every cause of each row, none of an ok one.
     pub causes: &'a [CauseSet],
+    /// Whether the run of each row ended at a limit of the model.
+    pub at_limit: &'a [bool],
     /// Groups, at least one.
     pub groups: Vec<Group>,
     /// Where the points come from.
@@ -273,6 +278,7 @@ impl<'a> Study<'a> {
             if found == rows { Ok(()) } else { Err(InputError::Length { name: name.to_owned(), found, rows }) }
         };
         length("causes", self.causes.len())?;
+        length("end_cause", self.at_limit.len())?;
         for column in &self.columns {
             length(&column.name, column.cells.len())?;
             if let Cells::Numbers(_, Nature::Grows(Some(held))) = column.cells {
@@ -310,7 +316,9 @@ impl<'a> Study<'a> {
 
     /// Rows of a group that are not ok.
     #[must_use]
-    pub fn bad(&self, group: usize) -> u64 {
-        (0..self.points()).filter(|&point| self.status[self.row(point, group)] != Status::Ok).count() as u64
+    pub fn bad(&self, group: usize) -> Bad {
+        let mut found = Bad::default();
+        (0..self.points()).for_each(|point| found.see(self.status[self.row(point, group)], false));
+        found
     }
 }

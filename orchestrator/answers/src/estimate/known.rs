@@ -7,25 +7,28 @@
 //!                                 that is the value as it stands
 //! bad row, time of a first event  the value, where it happened and nothing but a step limit ended the run; else nothing
 //! bad row, any other column       nothing
+//! beyond row (beyond the model)   as a bad row; where its run ended at the limit, as one that a step limit ended
+//! any row, time of a limit        the value, an empty cell too: no limit was exceeded
 //! ```
 //! An empty cell of an ok row (nothing of the kind happened): no comparison with it holds but `!=`; it has no value, and is counted.
 //! A condition that has no value itself (the square root of a negative number) is not known, in an ok row as in a bad one.
 //!
-//! Quantiles and means take a bad row's value as anything at all, also where a part of it was reached: what it would have been is not known.
+//! A mean takes a bad row's value as anything at all, also where a part of it was reached. A quantile does so for failed and invalid rows;
+//! of a beyond row, whose numerical checks passed, it takes what was reached as the least value.
 
 use super::formula::Formula;
 use super::input::{InputError, Nature, Study};
 use super::span::Span;
 use super::truth::{Truth, truth, truth_of_known};
-use bladeoff_model::outcome::{Cause, CauseSet, Status};
+use bladeoff_model::outcome::{Cause, Status};
 
 /// Whether a condition holds at each point of a group.
 #[derive(Debug, Clone, Default)]
 pub struct Truths {
     /// Of each point, in order.
     pub of: Vec<Truth>,
-    /// Which points are bad.
-    pub bad: Vec<bool>,
+    /// Status of each point.
+    pub status: Vec<Status>,
     /// Ok rows where a column of the condition is empty.
     pub empty: u64,
     /// Ok rows where the condition has no value (the square root of a negative number): they are open.
@@ -35,9 +38,76 @@ pub struct Truths {
 impl Truths {
     /// Bad rows, and how many of them are decided by what is known.
     #[must_use]
-    pub fn bad_and_decided(&self) -> (u64, u64) {
-        let of_bad = self.of.iter().zip(&self.bad).filter(|(_, bad)| **bad);
-        of_bad.fold((0, 0), |(bad, decided), (truth, _)| (bad + 1, decided + u64::from(*truth != Truth::Open)))
+    pub fn bad(&self) -> Bad {
+        let mut found = Bad::default();
+        self.of.iter().zip(&self.status).for_each(|(truth, status)| found.see(*status, *truth != Truth::Open));
+        found
+    }
+}
+
+/// Counts of rows that are not ok.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Bad {
+    /// Rows that were counted, ok ones too.
+    pub of: u64,
+    /// All that are not ok.
+    pub all: u64,
+    /// Beyond rows among them.
+    pub beyond: u64,
+    /// Rows among them whose known values decide the condition.
+    pub decided: u64,
+    /// Beyond rows whose known values decide the condition.
+    pub beyond_decided: u64,
+}
+
+impl Bad {
+    /// Counts a row.
+    pub fn see(&mut self, status: Status, is_decided: bool) {
+        let (bad, beyond) = (u64::from(status != Status::Ok), u64::from(status == Status::Beyond));
+        let decided = u64::from(is_decided);
+        self.add(&Self { of: 1, all: bad, beyond, decided: bad * decided, beyond_decided: beyond * decided });
+    }
+
+    /// Adds the rows of another group.
+    pub fn add(&mut self, other: &Self) {
+        self.of += other.of;
+        self.all += other.all;
+        self.beyond += other.beyond;
+        self.decided += other.decided;
+        self.beyond_decided += other.beyond_decided;
+    }
+
+    /// Failed, invalid and quarantined rows.
+    #[must_use]
+    pub fn failing(&self) -> u64 {
+        self.all - self.beyond
+    }
+
+    /// Counts in words: "2 bad runs and 17 runs beyond the model"; empty without any.
+    #[must_use]
+    pub fn words(&self) -> String {
+        let plural = |count: u64| if count == 1 { "" } else { "s" };
+        let failing =
+            Some(self.failing()).filter(|count| *count > 0).map(|count| format!("{count} bad run{}", plural(count)));
+        let beyond = Some(self.beyond).filter(|count| *count > 0);
+        let beyond = beyond.map(|count| format!("{count} run{} beyond the model", plural(count)));
+        failing.into_iter().chain(beyond).collect::<Vec<_>>().join(" and ")
+    }
+
+    /// Counts of the rows whose known values do not decide the condition.
+    #[must_use]
+    pub fn open(&self) -> Self {
+        Self { of: self.of, all: self.all - self.decided, beyond: self.beyond - self.beyond_decided, ..Self::default() }
+    }
+
+    /// The label of a figure that only runs inside the model enter: " of runs inside the model (83 %)"; empty without beyond rows.
+    #[must_use]
+    pub fn inside(&self) -> String {
+        if self.beyond == 0 {
+            return String::new();
+        }
+        let share = (self.of - self.all) as f64 / self.of.max(1) as f64;
+        format!(" of runs inside the model ({})", crate::ask::percent(share))
     }
 }
 
@@ -51,16 +121,24 @@ pub struct Values {
     /// Largest value.
     pub high: Vec<f64>,
     /// Bad rows.
-    pub bad: u64,
+    pub bad: Bad,
     /// Ok rows without a value.
     pub empty: u64,
 }
 
 /// A bad row's cell.
-fn span(value: Option<f64>, nature: Nature<'_>, row: usize, causes: CauseSet) -> Span {
-    let is_cut_off = || causes.iter().eq([Cause::StepLimit]);
+fn span(study: &Study<'_>, row: usize, value: Option<f64>, nature: Nature<'_>) -> Span {
+    let causes = study.causes[row];
+    // nothing is wrong with the run up to its end
+    let is_cut_off = || match study.status[row] {
+        Status::Beyond => study.at_limit[row],
+        _ => causes.iter().eq([Cause::StepLimit]),
+    };
     match nature {
         Nature::Given => value.map_or(Span::LOST, Span::point),
+        // a process that died, and a solver that panicked, lost what the run had recorded
+        Nature::Limit if study.status[row] == Status::Quarantined || causes.contains(Cause::Panicked) => Span::WHOLE,
+        Nature::Limit => value.map_or(Span::NONE, Span::point),
         Nature::Once if is_cut_off() => value.map_or(Span::WHOLE, Span::point),
         // sound as far as it went
         Nature::Grows(_) if is_cut_off() => value.map_or(Span::WHOLE, Span::from),
@@ -88,11 +166,11 @@ pub fn truths_at(
 ) -> Result<Truths, InputError> {
     let columns: Vec<_> = formula.columns.iter().map(|name| study.numbers(name)).collect::<Result<_, _>>()?;
     let points = rows.len();
-    let mut found = Truths { of: Vec::with_capacity(points), bad: Vec::with_capacity(points), ..Truths::default() };
+    let mut found = Truths { of: Vec::with_capacity(points), status: Vec::with_capacity(points), ..Truths::default() };
     let (mut known, mut spans) = (Vec::new(), Vec::new());
     for row in rows {
         let ok = study.status[row] == Status::Ok;
-        found.bad.push(!ok);
+        found.status.push(study.status[row]);
         found.of.push(if ok {
             found.empty += u64::from(columns.iter().any(|(values, _)| values[row].is_none()));
             let of = |number: usize| columns[number].0[row].unwrap_or(f64::NAN);
@@ -100,8 +178,7 @@ pub fn truths_at(
             found.undefined += u64::from(truth == Truth::Open);
             truth
         } else {
-            let causes = study.causes[row];
-            let of = |number: usize| span(columns[number].0[row], columns[number].1, row, causes);
+            let of = |number: usize| span(study, row, columns[number].0[row], columns[number].1);
             truth(&formula.program, of, &mut spans)
         });
     }
@@ -125,12 +202,30 @@ pub fn values_at(
     column: &str,
     rows: impl Iterator<Item = (usize, usize)>,
 ) -> Result<Values, InputError> {
-    let (_, nature) = study.numbers(column)?;
-    let nature = if matches!(nature, Nature::Given) { nature } else { Nature::Free };
-    values_as(study, column, rows, nature)
+    values_as(study, column, rows, |_| false)
 }
 
-/// The same, where a bad row's is at least what was reached while all guards held: it exceeds the levels below in any case.
+/// Values for a quantile: a beyond row's is at least what it reached inside the model.
+///
+/// # Errors
+/// As [`values`].
+pub fn levels(study: &Study<'_>, column: &str, group: usize) -> Result<Values, InputError> {
+    levels_at(study, column, of_group(study, group))
+}
+
+/// The same of any rows, each with the number of its point.
+///
+/// # Errors
+/// As [`values`].
+pub fn levels_at(
+    study: &Study<'_>,
+    column: &str,
+    rows: impl Iterator<Item = (usize, usize)>,
+) -> Result<Values, InputError> {
+    values_as(study, column, rows, |status| status == Status::Beyond)
+}
+
+/// The same, where every bad row's is at least what was reached while all guards held: it exceeds the levels below in any case.
 ///
 /// # Errors
 /// As [`values`].
@@ -147,8 +242,7 @@ pub fn reached_at(
     column: &str,
     rows: impl Iterator<Item = (usize, usize)>,
 ) -> Result<Values, InputError> {
-    let (_, nature) = study.numbers(column)?;
-    values_as(study, column, rows, nature)
+    values_as(study, column, rows, |_| true)
 }
 
 /// Points and rows of a group.
@@ -156,24 +250,32 @@ fn of_group(study: &Study<'_>, group: usize) -> impl Iterator<Item = (usize, usi
     (0..study.points()).map(move |point| (point, study.row(point, group)))
 }
 
+/// `has_reached`: whether what a row of this status had reached is taken as its least value.
 fn values_as(
     study: &Study<'_>,
     column: &str,
     rows: impl Iterator<Item = (usize, usize)>,
-    nature: Nature<'_>,
+    has_reached: impl Fn(Status) -> bool,
 ) -> Result<Values, InputError> {
-    let (cells, _) = study.numbers(column)?;
+    let (cells, nature) = study.numbers(column)?;
     let mut found = Values::default();
     for (point, row) in rows {
         let span = if study.status[row] == Status::Ok {
+            found.bad.see(Status::Ok, false);
             let Some(value) = cells[row].filter(|value| !value.is_nan()) else {
                 found.empty += 1;
                 continue;
             };
             Span::point(value)
         } else {
-            found.bad += 1;
-            span(cells[row], nature, row, study.causes[row])
+            found.bad.see(study.status[row], false);
+            let is_known = matches!(nature, Nature::Given | Nature::Limit) || has_reached(study.status[row]);
+            let span = span(study, row, cells[row], if is_known { nature } else { Nature::Free });
+            if span == Span::NONE {
+                found.empty += 1;
+                continue;
+            }
+            span
         };
         found.point.push(point as u32);
         found.low.push(span.lo);

@@ -4,7 +4,7 @@
 //! value; and neither limit exists: the mean of the others says nothing of those that are not there.
 
 use super::figures::{Figures, Method, Sum, finite, ratio};
-use super::known::Values;
+use super::known::{Bad, Values};
 use super::scheme::Scheme;
 use bladeoff_model::probability::student;
 
@@ -106,9 +106,9 @@ impl Means {
         true
     }
 
-    /// The mean, after both passes.
+    /// The mean, after both passes; `bad`: runs among them.
     #[must_use]
-    pub fn figures(&self, scheme: &Scheme, alpha: f64) -> Figures {
+    pub fn figures(&self, bad: &Bad, scheme: &Scheme, alpha: f64) -> Figures {
         let mut found = Figures::over(self.n);
         let (below, above) = self.bounded;
         if let Scheme::Without(why) = scheme {
@@ -133,9 +133,12 @@ impl Means {
             found.high = high.half(scheme, alpha).and_then(|half| finite(high.mean + half));
         }
         if !(below && above) {
-            found
-                .notes
-                .push("bad runs may have had any value: no limits; the estimate is that of the other runs".to_owned());
+            found.notes.push(if bad.failing() > 0 || bad.beyond == 0 {
+                "bad runs may have had any value: no limits; the estimate is that of the other runs".to_owned()
+            } else {
+                "runs beyond the model may have had any value: no limits; the estimate is that of the runs inside it"
+                    .to_owned()
+            });
         }
         if found.low.is_none() && found.high.is_none() {
             found.method = Method::Without;
@@ -157,7 +160,7 @@ pub fn mean(values: &Values, scheme: &Scheme, part: impl Fn(usize) -> usize, alp
             means.see(*low, *high, part(*point as usize));
         }
         if !means.go_on(scheme) {
-            return means.figures(scheme, alpha);
+            return means.figures(&values.bad, scheme, alpha);
         }
     }
 }

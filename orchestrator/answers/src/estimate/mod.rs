@@ -5,7 +5,7 @@
 //!   --proportion, quantile, mean, difference--> figures with bad runs harmless and harmful, an interval
 //!   --exceedance, fragility--> curves of such figures
 //! ```
-//! No row drops out: a bad run (failed, invalid, quarantined) has bounds instead of values, and every figure is given for both ends.
+//! No row drops out: a bad run (failed, invalid, quarantined, beyond the model) has bounds instead of values, and every figure is given for both ends.
 
 pub mod along;
 pub mod curve;

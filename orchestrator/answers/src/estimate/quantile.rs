@@ -10,10 +10,11 @@
 //! many points there have to be.
 
 use super::figures::{Figures, Method, finite, ratio_of_counts};
-use super::known::Values;
+use super::known::{Bad, Values};
 use super::limits::{lower_order, upper_order, wilks};
 use super::order::Order;
 use super::scheme::{FEW, Scheme};
+use crate::ask::percent;
 use bladeoff_model::document::units::format_digits;
 
 /// A rank of n u that rounding does not move beyond a whole number.
@@ -57,7 +58,7 @@ fn ranks_by_halves(n: u64, u: f64, (down, up): (f64, f64)) -> [u64; 3] {
 /// Values by rank, with bad runs at their least and at their largest.
 struct Ranked<'a> {
     n: u64,
-    bad: u64,
+    bad: Bad,
     low: &'a dyn Fn(u64) -> Option<f64>,
     high: &'a dyn Fn(u64) -> Option<f64>,
     /// Half widths of the shares of values at most the estimate, where replicates have them.
@@ -113,9 +114,13 @@ impl Ranked<'_> {
                 }
             }
         }
-        if self.bad > 0 && (found.low.is_none() || found.high.is_none()) {
+        if self.bad.failing() > 0 && (found.low.is_none() || found.high.is_none()) {
             let note = "bad runs may have had any value, larger or smaller, and reach across a limit that is missing";
             found.notes.push(note.to_owned());
+        }
+        if self.bad.beyond > 0 && found.high.is_none() && found.method != Method::Without {
+            let inside = percent((n - self.bad.beyond.min(n)) as f64 / n as f64);
+            found.notes.push(format!("no upper limit above the {inside} of runs that are not beyond the model"));
         }
         found
     }
@@ -126,7 +131,7 @@ impl Ranked<'_> {
 pub fn quantile(values: &Values, u: f64, scheme: &Scheme, part: impl Fn(usize) -> usize, alpha: f64) -> Figures {
     let n = values.low.len() as u64;
     let low = sorted(&values.low);
-    let high = if values.bad > 0 { sorted(&values.high) } else { low.clone() };
+    let high = if values.bad.all > 0 { sorted(&values.high) } else { low.clone() };
     let of = |sorted: &[f64], rank: u64| sorted.get(usize::try_from(rank.checked_sub(1)?).ok()?).copied();
     let halves = match (scheme, n) {
         (Scheme::Without(_) | Scheme::Independent, _) | (_, 0) => None,
@@ -242,7 +247,7 @@ impl Quantiles {
 
     /// The quantile, when no other pass is needed; `bad`: runs among them.
     #[must_use]
-    pub fn figures(&self, bad: u64, scheme: &Scheme, alpha: f64) -> Figures {
+    pub fn figures(&self, bad: Bad, scheme: &Scheme, alpha: f64) -> Figures {
         let halves = if let Stage::ByHalves(halves) = self.stage { Some(halves) } else { None };
         let high = self.high.as_ref().unwrap_or(&self.low);
         let ranked =

@@ -4,10 +4,12 @@ use super::look::{Deciding, FIRST_LOOK, MOST_POINTS, deciding, last_look};
 use super::require::Gate;
 use crate::ask::{counted, percent, percent_given, prefix};
 use crate::estimate::input::{DesignKind, Group, InputError, Study};
+use crate::estimate::known::Bad;
 use crate::estimate::known::truths;
 use crate::estimate::limits::{lower_limit, upper_limit};
 use crate::estimate::proportion::{Tally, tallies};
 use crate::estimate::truth::Truth;
+use bladeoff_model::outcome::Status;
 
 /// What a gate says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -47,6 +49,8 @@ pub struct Decision {
     pub events: (u64, u64),
     /// Bad runs.
     pub bad: u64,
+    /// Runs beyond the model among them.
+    pub beyond: u64,
     /// Ok runs where the condition has no value: they are open like bad ones.
     pub undefined: u64,
     /// One-sided limits at `level`, bad runs harmless, harmful.
@@ -85,10 +89,11 @@ impl Gate {
             let mut truths = truths(study, &self.condition, at)?;
             let (n, level) = look.unwrap_or((0, alpha));
             truths.of.truncate(n as usize);
-            truths.bad.truncate(n as usize);
+            truths.status.truncate(n as usize);
             let tally = Tally::of_all(&tallies(&truths, 1, |_| 0));
-            let bad = truths.bad_and_decided().0;
-            let undefined = truths.of.iter().zip(&truths.bad).filter(|(of, bad)| !**bad && **of == Truth::Open).count();
+            let bad = truths.bad();
+            let is_undefined = |(of, status): &(&Truth, &Status)| **status == Status::Ok && **of == Truth::Open;
+            let undefined = truths.of.iter().zip(&truths.status).filter(is_undefined).count();
             let present = (points, study.design.complete, alpha);
             Ok(self.decision(group.clone(), tally, (bad, undefined as u64), level, present))
         };
@@ -99,7 +104,7 @@ impl Gate {
         &self,
         group: Group,
         tally: Tally,
-        (bad, undefined): (u64, u64),
+        (bad, undefined): (Bad, u64),
         level: f64,
         present: (u64, bool, f64),
     ) -> Decision {
@@ -118,19 +123,20 @@ impl Gate {
             verdict,
             n,
             events: (low, high),
-            bad,
+            bad: bad.all,
+            beyond: bad.beyond,
             undefined,
             limits,
             level,
             more: None,
             sentence: String::new(),
         };
-        decision.sentence = self.words(&mut decision, present);
+        decision.sentence = self.words(&mut decision, &bad, present);
         decision
     }
 
     /// The sentence; finds how many more points would decide.
-    fn words(&self, decision: &mut Decision, (points, complete, alpha): (u64, bool, f64)) -> String {
+    fn words(&self, decision: &mut Decision, bad: &Bad, (points, complete, alpha): (u64, bool, f64)) -> String {
         let (n, (low, high)) = (decision.n, decision.events);
         let mut text = format!("{}{}: ", prefix(&decision.group), self.text);
         if n == 0 {
@@ -145,15 +151,22 @@ impl Gate {
             }
         };
         text += &format!(", {low} of {n}");
+        let open = bad.open();
+        let of_open = match (open.failing(), open.beyond) {
+            (0, 0) => "",
+            (_, 0) => "bad runs",
+            (0, _) => "runs beyond the model",
+            _ => "bad runs and runs beyond the model",
+        };
         if high > low {
-            let open = match (decision.bad, decision.undefined) {
-                (_, 0) => "bad runs",
-                (0, _) => "runs where the condition has no value",
-                _ => "bad runs and those where the condition has no value",
+            let open = match (of_open, decision.undefined) {
+                ("", _) => "runs where the condition has no value".to_owned(),
+                (of_open, 0) => of_open.to_owned(),
+                (of_open, _) => format!("{of_open} and those where the condition has no value"),
             };
             text += &format!(", {high} if {open} are harmful");
         } else if decision.bad > 0 {
-            text += &format!(", {} decided by what is known of them", counted(decision.bad, "bad run"));
+            text += &format!(", {} decided by what is known of them", bad.words());
         }
         if decision.verdict == Verdict::Open {
             let share = |events: u64| events as f64 / n as f64;
@@ -167,8 +180,9 @@ impl Gate {
                     format!("; at this rate more points than a study may have ({MOST_POINTS}) would be needed")
                 }
                 Deciding::Never if high > low && share(low) < self.bound && share(high) >= self.bound => {
+                    let which = if of_open.is_empty() { "bad runs" } else { of_open };
                     format!(
-                        "; the bad runs prevent a decision, not the number of points: with them the rate is on both sides of {bound}"
+                        "; the {which} prevent a decision, not the number of points: with them the rate is on both sides of {bound}"
                     )
                 }
                 Deciding::Never => "; the rate is at the bound, and no number of points decides".to_owned(),

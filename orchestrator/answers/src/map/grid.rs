@@ -39,7 +39,8 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
             x: map.x.at[at / rows],
             y: map.y.at[at % rows],
             n: list.len() as u64,
-            bad: list.iter().filter(|item| item.bad).count() as u64,
+            bad: list.iter().filter(|item| item.is_bad()).count() as u64,
+            beyond: list.iter().filter(|item| item.is_beyond()).count() as u64,
             estimate: None,
             estimate_if_bad_harmful: None,
             low: None,
@@ -48,7 +49,7 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
             upper_if_bad_harmful: None,
             regime: most_frequent(list.iter().filter_map(|item| Some((item.regime?, 1.0))), &map.regimes),
             // of a bad run it may be known all the same whether the event was
-            is_open: list.iter().any(|item| if is_share { item.seen.is_open() } else { item.bad }),
+            is_open: list.iter().any(|item| if is_share { item.seen.is_open() } else { item.is_bad() }),
         };
         if is_share {
             take(&mut cell, &share(frame, list));
@@ -75,7 +76,6 @@ fn take(cell: &mut Cell, figures: &Figures) {
 
 fn share(frame: &Frame<'_>, list: &[Item]) -> Figures {
     let part = |at: usize| frame.part(list[at].row);
-    let bad = list.iter().map(|item| item.bad).collect();
     let of = |truth: fn(Seen) -> Truth| list.iter().map(|item| truth(item.seen)).collect();
     if list.iter().any(|item| matches!(item.seen, Seen::Truths(..))) {
         let first = of(|seen| if let Seen::Truths(a, _) = seen { a } else { Truth::Open });
@@ -83,8 +83,7 @@ fn share(frame: &Frame<'_>, list: &[Item]) -> Figures {
         let (a, b) = (Truths { of: first, ..Truths::default() }, Truths { of: second, ..Truths::default() });
         return of_probabilities(&a, &b, &frame.scheme, part, frame.alpha);
     }
-    let truths =
-        Truths { of: of(|seen| if let Seen::Truth(a) = seen { a } else { Truth::Open }), bad, empty: 0, undefined: 0 };
+    let truths = Truths { of: of(|seen| if let Seen::Truth(a) = seen { a } else { Truth::Open }), ..Truths::default() };
     proportion_by(&tallies(&truths, frame.scheme.parts(), part), &frame.scheme, frame.alpha, frame.t)
 }
 
@@ -95,7 +94,7 @@ fn values(frame: &Frame<'_>, list: &[Item]) -> Values {
         found.point.push(point_of(frame.study, item.row) as u32);
         found.low.push(low);
         found.high.push(high);
-        found.bad += u64::from(item.bad);
+        found.bad.see(item.status, false);
     }
     found
 }

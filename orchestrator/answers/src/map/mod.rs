@@ -24,7 +24,7 @@ use crate::estimate::formula::Formula;
 use crate::estimate::input::{DesignKind, Group, InputError, Label, Study, plain_name};
 use crate::estimate::scheme::Scheme;
 use bladeoff_model::document::units::format_digits;
-use place::{Items, Places, items};
+use place::{Item, Items, Places, items};
 use serde::Serialize;
 
 /// The column whose words are regimes.
@@ -120,6 +120,8 @@ pub struct Cell {
     pub n: u64,
     /// Bad ones among them.
     pub bad: u64,
+    /// Runs beyond the model among these.
+    pub beyond: u64,
     /// The figure with bad runs harmless.
     pub estimate: Option<f64>,
     /// With bad runs harmful.
@@ -182,9 +184,14 @@ pub struct Map {
     pub n: u64,
     /// Bad ones among them.
     pub bad: u64,
-    /// Where bad runs are.
+    /// Runs beyond the model among these.
+    pub beyond: u64,
+    /// Where failed, invalid and quarantined runs are.
     #[serde(skip)]
     pub bad_at: Vec<(f64, f64)>,
+    /// Where runs beyond the model are.
+    #[serde(skip)]
+    pub beyond_at: Vec<(f64, f64)>,
     /// Its cells were chosen by their results.
     #[serde(skip)]
     pub refined: bool,
@@ -215,6 +222,25 @@ impl Map {
     #[must_use]
     pub fn lacks_limits(&self) -> bool {
         self.is_smoothed() && self.cells.iter().any(|cell| cell.low.is_none() || cell.high.is_none())
+    }
+
+    /// Failed and invalid runs among the runs that are not ok.
+    #[must_use]
+    pub fn failing(&self) -> u64 {
+        self.bad - self.beyond
+    }
+
+    /// The runs that are not ok as a kind: "bad runs", "runs beyond the model", or both; of a difference pairs with such a run.
+    #[must_use]
+    pub fn bad_in_words(&self) -> &'static str {
+        match (self.difference.is_some(), self.failing() > 0, self.beyond > 0) {
+            (false, true, true) => "bad runs and runs beyond the model",
+            (false, false, true) => "runs beyond the model",
+            (false, _, _) => "bad runs",
+            (true, true, true) => "pairs with a bad run or one beyond the model",
+            (true, false, true) => "pairs with a run beyond the model",
+            (true, _, _) => "pairs with a bad run",
+        }
     }
 
     /// Whether its cells are smoothed.
@@ -313,6 +339,8 @@ impl Frame<'_> {
         let less = difference.as_ref().map_or(String::new(), |(column, [a, b])| {
             format!("{} = {} less {}", self.named(column), self.shown(column, a), self.shown(column, b))
         });
+        let at =
+            |is: fn(&Item) -> bool| items.list.iter().filter(|item| is(item)).map(|item| (item.x, item.y)).collect();
         let mut map = Map {
             panel: said.collect::<Vec<_>>().join(", "),
             less,
@@ -332,8 +360,10 @@ impl Frame<'_> {
             confidence: 1.0 - self.alpha,
             regimes: self.regimes.clone(),
             n: items.list.len() as u64,
-            bad: items.list.iter().filter(|item| item.bad).count() as u64,
-            bad_at: items.list.iter().filter(|item| item.bad).map(|item| (item.x, item.y)).collect(),
+            bad: items.list.iter().filter(|item| item.is_bad()).count() as u64,
+            beyond: items.list.iter().filter(|item| item.is_beyond()).count() as u64,
+            bad_at: at(|item| item.is_bad() && !item.is_beyond()),
+            beyond_at: at(Item::is_beyond),
             refined: self.study.design.refined,
             notes: Vec::new(),
             cells: Vec::new(),

@@ -1,7 +1,7 @@
 //! Two panels at the same inputs: what both have in common cancels.
 
 use super::Frame;
-use super::place::{Item, Items, Seen, codes, point_of};
+use super::place::{Item, Items, Seen, codes, of_pair, point_of};
 use std::collections::BTreeMap;
 
 /// The inputs that both runs of a pair share: place, given angles, point of the design.
@@ -28,7 +28,7 @@ pub(super) fn paired(frame: &Frame<'_>, a: &Items, b: &Items) -> Items {
         let seen = less(a.seen, b.seen);
         found.empty += u64::from(seen == Seen::Empty);
         // its regime is that of neither
-        found.list.push(Item { bad: a.bad || b.bad, regime: None, seen, ..*a });
+        found.list.push(Item { status: of_pair(a.status, b.status), regime: None, seen, ..*a });
     }
     found.list.sort_unstable_by_key(|item| item.row);
     found.unpaired = (a.list.len() + b.list.len() - 2 * found.list.len()) as u64;

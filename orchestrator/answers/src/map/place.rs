@@ -2,7 +2,7 @@
 
 use super::{Axis, Frame, Of, REGIME, Wanted};
 use crate::estimate::input::{Cells, DesignKind, Group, InputError, Label, Study};
-use crate::estimate::known::{truths_at, values_at};
+use crate::estimate::known::{levels_at, truths_at};
 use crate::estimate::truth::Truth;
 use bladeoff_model::outcome::Status;
 use std::collections::BTreeMap;
@@ -59,9 +59,29 @@ pub(super) struct Item {
     pub x: f64,
     pub y: f64,
     pub row: usize,
-    pub bad: bool,
+    pub status: Status,
     pub regime: Option<u32>,
     pub seen: Seen,
+}
+
+impl Item {
+    /// Whether it is not ok.
+    pub fn is_bad(&self) -> bool {
+        self.status != Status::Ok
+    }
+
+    /// Whether it is beyond the model.
+    pub fn is_beyond(&self) -> bool {
+        self.status == Status::Beyond
+    }
+}
+
+/// The status of a pair: of two runs that are not ok the one that failed or is invalid.
+pub(super) fn of_pair(a: Status, b: Status) -> Status {
+    match (a, b) {
+        (Status::Ok, other) | (Status::Beyond, other) if other != Status::Ok => other,
+        _ => a,
+    }
 }
 
 /// The runs of a panel.
@@ -192,7 +212,7 @@ pub(super) fn items(frame: &Frame<'_>, rows: &[usize]) -> Result<Items, InputErr
         x: xs[row].unwrap_or(f64::NAN) + 0.0,
         y: ys[row].unwrap_or(f64::NAN) + 0.0,
         row,
-        bad: study.status[row] != Status::Ok,
+        status: study.status[row],
         regime: regime(row),
         seen: Seen::Empty,
     };
@@ -205,7 +225,7 @@ pub(super) fn items(frame: &Frame<'_>, rows: &[usize]) -> Result<Items, InputErr
             }
         }
         Of::Value(column) => {
-            let values = values_at(study, column, rows.iter().copied().enumerate())?;
+            let values = levels_at(study, column, rows.iter().copied().enumerate())?;
             for (at, &place) in values.point.iter().enumerate() {
                 found.list[place as usize].seen = Seen::Value(values.low[at], values.high[at]);
             }

@@ -82,32 +82,36 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
             .push("the samples are chosen, not drawn: limits tell how they scatter around what is smoothed".to_owned());
     }
     if !is_share && map.bad > 0 {
-        let what = if map.difference.is_some() { "pairs with a bad run" } else { "bad runs" };
+        let what = map.bad_in_words();
         map.notes.push(format!(
-            "{what} ({}) have no value and stand in no mean; crosses show where they are. Within the width of one a mean is that of the others, without limits",
+            "{what} ({}) have no value and stand in no mean; marks show where they are. Within the width of one a mean is that of the others, without limits",
             map.bad
         ));
     }
     let (xs, ys) = (map.x.edges(), map.y.edges());
     let index =
         |edges: &[f64], value: f64| (edges.partition_point(|edge| *edge <= value).max(1) - 1).min(edges.len() - 2);
-    let mut counts = vec![(0, 0); map.x.at.len() * map.y.at.len()];
+    let mut counts = vec![(0, 0, 0); map.x.at.len() * map.y.at.len()];
     let mut undrawn = 0;
     for item in &items.list {
-        let count: &mut (u64, u64) = &mut counts[index(&xs, item.x) * map.y.at.len() + index(&ys, item.y)];
-        *count = (count.0 + 1, count.1 + u64::from(item.bad));
+        let count: &mut (u64, u64, u64) = &mut counts[index(&xs, item.x) * map.y.at.len() + index(&ys, item.y)];
+        *count = (count.0 + 1, count.1 + u64::from(item.is_bad()), count.2 + u64::from(item.is_beyond()));
     }
     // how far the few samples of a column scatter they do not tell; of a share they have Wilson's limits
     let is_told = is_share || columns == 1 || samples >= FEWEST as f64;
     let z = normal_quantile(1.0 - frame.alpha / 2.0, frame.alpha / 2.0);
     let largest = items.list.iter().map(size).fold(0.0_f64, f64::max);
     let is_pair = map.difference.is_some();
-    let open: Vec<(f64, f64)> =
-        items.list.iter().filter(|item| if is_share { item.seen.is_open() } else { item.bad }).map(place).collect();
+    let open: Vec<(f64, f64)> = items
+        .list
+        .iter()
+        .filter(|item| if is_share { item.seen.is_open() } else { item.is_bad() })
+        .map(place)
+        .collect();
     let is_open_at = |(u, v): (f64, f64), width: f64| {
         open.iter().any(|(x, y)| (x - u) * (x - u) + (y - v) * (y - v) < width * width)
     };
-    for (at, (n, bad)) in counts.into_iter().enumerate() {
+    for (at, (n, bad, beyond)) in counts.into_iter().enumerate() {
         let (i, j) = (at / map.y.at.len(), at % map.y.at.len());
         let here = (u(map.x.at[i]), v(map.y.at[j]));
         if series.middle.nearest(here) > reach {
@@ -141,6 +145,7 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
             y: map.y.at[j],
             n,
             bad,
+            beyond,
             estimate: Some(found.value),
             estimate_if_bad_harmful: Some(harmful).filter(|_| is_known),
             low: low.filter(|_| has_limits),

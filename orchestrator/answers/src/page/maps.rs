@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 const NAME: usize = 60;
 /// What the second panel of a smoothed map is of.
 const HALF_WIDTH: &str = "half width of its limits";
-/// Crosses of bad runs, at most.
+/// Marks of runs that are not ok, at most of each kind.
 const MOST_CROSSES: usize = 400;
 /// Colour of cells that have no one number.
 const GREY: &str = "rgb(150,150,150)";
@@ -35,9 +35,13 @@ pub fn map_figure(name: &str, map: &Map, of: usize) -> Result<Figure, FigureErro
     if let Some(width) = map.width {
         caption += &format!("; smoothed over {width:.2} of the range of both axes, a width of this panel's own");
     }
-    if map.bad > 0 {
-        let what = if map.difference.is_some() { "pairs with a bad run" } else { "bad runs" };
-        caption += &format!("; crosses: {what}");
+    let is_pair = map.difference.is_some();
+    if map.failing() > 0 {
+        caption += &format!("; crosses: {}", if is_pair { "pairs with a bad run" } else { "bad runs" });
+    }
+    if map.beyond > 0 {
+        let what = if is_pair { "pairs with a run beyond the model" } else { "runs beyond the model" };
+        caption += &format!("; diamonds: {what}");
     }
     if map.lacks_limits() {
         caption += "; grey where there are no limits";
@@ -147,7 +151,7 @@ fn is_open(cell: &Cell) -> bool {
     cell.estimate != cell.estimate_if_bad_harmful || cell.upper != cell.upper_if_bad_harmful
 }
 
-/// Cells, and crosses where bad runs are; their colours; what they are, with the unit of the colours.
+/// Cells, and marks where runs are not ok; their colours; what they are, with the unit of the colours.
 fn cells(map: &Map, what: &str, pick: Pick, number: &str) -> (Vec<Value>, Value, String) {
     let table = map.table();
     let (x, y) = (axis(&map.x), axis(&map.y));
@@ -193,19 +197,22 @@ fn cells(map: &Map, what: &str, pick: Pick, number: &str) -> (Vec<Value>, Value,
     });
     let mut traces = vec![heat, grey];
     // where they are, or in which cells
-    let bad: Vec<(f64, f64)> = if map.is_smoothed() {
-        let step = map.bad_at.len().div_ceil(MOST_CROSSES).max(1);
-        map.bad_at.iter().copied().step_by(step).collect()
-    } else {
-        map.cells.iter().filter(|cell| cell.bad > 0).map(|cell| (cell.x, cell.y)).collect()
+    let marked = |places: &[(f64, f64)], count: fn(&Cell) -> u64| -> Vec<(f64, f64)> {
+        if map.is_smoothed() {
+            places.iter().copied().step_by(places.len().div_ceil(MOST_CROSSES).max(1)).collect()
+        } else {
+            map.cells.iter().filter(|cell| count(cell) > 0).map(|cell| (cell.x, cell.y)).collect()
+        }
     };
-    if !bad.is_empty() {
+    let failing = (marked(&map.bad_at, |cell| cell.bad - cell.beyond), "x");
+    let beyond = (marked(&map.beyond_at, |cell| cell.beyond), "diamond-open");
+    for (bad, symbol) in [failing, beyond].into_iter().filter(|(places, _)| !places.is_empty()) {
         traces.push(json!({
             "type": "scatter", "mode": "markers", "hoverinfo": "skip",
             "x": bad.iter().map(|place| short(place.0 * x.0)).collect::<Vec<_>>(),
             "y": bad.iter().map(|place| short(place.1 * y.0)).collect::<Vec<_>>(),
             "xaxis": format!("x{number}"), "yaxis": format!("y{number}"),
-            "marker": { "symbol": "x", "size": 8, "color": "rgb(255,255,255)", "line": { "width": 1, "color": "rgb(0,0,0)" } },
+            "marker": { "symbol": symbol, "size": 8, "color": "rgb(255,255,255)", "line": { "width": 1, "color": "rgb(0,0,0)" } },
         }));
     }
     // the uncertainty has the name of no quantity
@@ -234,10 +241,13 @@ fn words(cell: &Cell, scale: &Scale, is_difference: bool) -> String {
     }
     let s = if cell.n == 1 { "" } else { "s" };
     text += &if is_difference {
-        format!("; {} pair{s}, {} with a bad run", cell.n, cell.bad)
+        format!("; {} pair{s}, {} with a bad run", cell.n, cell.bad - cell.beyond)
     } else {
-        format!("; {} run{s}, {} bad", cell.n, cell.bad)
+        format!("; {} run{s}, {} bad", cell.n, cell.bad - cell.beyond)
     };
+    if cell.beyond > 0 {
+        text += &format!(", {} {}beyond the model", cell.beyond, if is_difference { "with a run " } else { "" });
+    }
     if let Some(regime) = &cell.regime {
         text += &format!("; {regime}");
     }

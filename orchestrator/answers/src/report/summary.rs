@@ -1,7 +1,7 @@
 //! The summary of a result table: what became of the samples, and the main quantities, by contact detection.
 //!
 //! Statistics are over `ok` rows that have the quantity; how many those are stands beside them, and what they leave
-//! out is listed. A failed or invalid row never drops out without a word.
+//! out is listed. A failed, invalid or beyond row is never dropped silently.
 
 use super::counts::Counts;
 use super::figures::{Values, all_pass};
@@ -54,7 +54,7 @@ const GUARDED: [Option<&str>; QUANTITIES.len()] = [
 ];
 
 /// Columns of a table that a summary looks at.
-const SUMMARY_COLUMNS: [&str; 11 + QUANTITIES.len()] = [
+const SUMMARY_COLUMNS: [&str; 12 + QUANTITIES.len()] = [
     "sample",
     "guarded_max_bearing_load_N",
     "guarded_max_filtered_contact_force_N",
@@ -208,6 +208,7 @@ impl Summary {
             ("samples", Align::Right),
             ("with contact", Align::Right),
             ("ok", Align::Right),
+            ("beyond", Align::Left),
             ("invalid", Align::Left),
             ("failed", Align::Left),
         ]);
@@ -217,6 +218,7 @@ impl Summary {
                 group.rows.to_string(),
                 group.with_contact.to_string(),
                 group.counts.ok().to_string(),
+                group.counts.by_cause(&["beyond"]),
                 group.counts.by_cause(&["invalid"]),
                 group.counts.by_cause(&["failed", "quarantined"]),
             ]);
@@ -265,7 +267,7 @@ impl Summary {
         let mut text = text.fitting("", width);
         text.push_str("Rows: those with status ok that have the quantity (no first contact without contact).");
         let left_out = |(name, group): (&String, &Group)| {
-            let others = group.counts.by_cause(&["invalid", "failed", "quarantined"]);
+            let others = group.counts.by_cause(&["beyond", "invalid", "failed", "quarantined"]);
             (others != "0").then(|| format!("{name} {others}"))
         };
         let left_out: Vec<String> = self.groups.iter().filter_map(left_out).collect();
@@ -347,6 +349,7 @@ pub fn percent(share: f64) -> String {
 mod tests {
     use super::*;
     use crate::tables::Cells;
+    use bladeoff_model::outcome::Status;
 
     fn table() -> Table {
         let words = |list: [Option<&str>; 4]| Cells::Words(list.map(|word| word.map(str::to_owned)).to_vec());
@@ -405,6 +408,24 @@ mod tests {
         assert!(text.contains("588 kN | 588 kN (1)"), "the ok ones are apart: {text}");
         let none = Table::from_columns(1, vec![("status".into(), Cells::Words(vec![Some("ok".to_owned())]))]);
         assert!(!summary(&none).contains("not ok"), "all are");
+    }
+
+    /// The verdict table has one column for each status; quarantined rows are counted with failed ones.
+    #[test]
+    fn every_status_has_its_column() {
+        let rows = Status::ALL.len();
+        let words =
+            |list: Vec<Option<&str>>| Cells::Words(list.into_iter().map(|word| word.map(str::to_owned)).collect());
+        let status = Status::ALL.iter().map(|status| Some(status.word())).collect();
+        let causes = Status::ALL.iter().map(|status| (*status != Status::Ok).then_some(status.word())).collect();
+        let columns = vec![("status".into(), words(status)), ("cause".into(), words(causes))];
+        let text = summary(&Table::from_columns(rows, columns));
+        let line = text.lines().find(|line| line.starts_with("no diaphragm")).expect("the line");
+        for status in Status::ALL.iter().filter(|status| **status != Status::Ok) {
+            assert!(line.contains(&format!("1 {}", status.word())), "{}: {line}", status.word());
+        }
+        assert!(text.lines().next().is_some_and(|head| head.contains("ok") && head.contains("beyond")), "{text}");
+        assert!(text.contains(&format!("Left out: no diaphragm {}", rows - 1)), "{text}");
     }
 
     #[test]

@@ -62,7 +62,8 @@ pub struct TableSchema {
 pub const DETECTION: &str = "detection";
 /// Name of the column of the engine.
 pub const ENGINE: &str = "engine";
-const END_CAUSE: &str = "end_cause";
+/// Column of why a run ended.
+pub const END_CAUSE: &str = "end_cause";
 /// Name of the column of limits that are noted.
 pub const NOTES: &str = "notes";
 /// Verdict columns that a study of formulas does not have.

@@ -128,6 +128,7 @@ fn answers_are_json_with_null_where_there_is_no_number() {
         "n",
         "events",
         "bad",
+        "beyond",
         "estimate",
         "estimate_if_bad_harmful",
         "low",

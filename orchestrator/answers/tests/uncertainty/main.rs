@@ -2,6 +2,7 @@
 //! designs as well (`tests/coverage.rs`).
 
 mod bad_runs;
+mod beyond;
 mod curves;
 mod differences;
 mod figures;

@@ -35,6 +35,7 @@ impl Rows {
 
     pub(crate) fn maps(&self, wanted: &Wanted) -> Vec<Map> {
         let causes = vec![CauseSet::default(); self.status.len()];
+        let at_limit = vec![true; self.status.len()];
         let points = self.points.unwrap_or(self.status.len());
         let replicate = vec![0; points];
         let ways = ["a".to_owned(), "b".to_owned()];
@@ -51,6 +52,7 @@ impl Rows {
             ],
             status: &self.status,
             causes: &causes,
+            at_limit: &at_limit,
             groups: (0..self.status.len() / points)
                 .map(|at| Group(vec![("g".into(), Label::Number(at as f64))]))
                 .collect(),
@@ -193,6 +195,27 @@ fn bad_runs_stay_in_their_cells() {
     assert_eq!(cell(1, 1).low, None, "chosen values are no sample");
     let svg = figures::maps("m", std::slice::from_ref(map)).expect("drawn");
     assert!(svg.svg().contains("3 of them bad") && svg.svg().contains("cross: bad runs"), "{}", svg.svg());
+}
+
+#[test]
+fn runs_beyond_the_model_have_marks_and_counts_of_their_own() {
+    let mut rows = plane();
+    rows.status[0] = Status::Failed;
+    rows.status[6] = Status::Beyond;
+    rows.status[7] = Status::Beyond;
+    let map = &rows.maps(&Wanted { of: over(0.5), ..of_z(true) })[0];
+    assert_eq!((map.bad, map.beyond, map.failing(), map.bad_at.len(), map.beyond_at.len()), (3, 2, 1, 1, 2));
+    let cell = map.table()[0][3].expect("a cell");
+    assert_eq!((cell.n, cell.bad, cell.beyond), (2, 2, 2));
+    let svg = figures::maps("m", std::slice::from_ref(map)).expect("drawn");
+    for part in ["1 of them bad, 2 beyond the model", "cross: bad runs", "diamond: runs beyond the model"] {
+        assert!(svg.svg().contains(part), "{part}: {}", svg.svg());
+    }
+    // no mark of what is not there
+    rows.status[0] = Status::Ok;
+    let map = &rows.maps(&Wanted { of: over(0.5), ..of_z(true) })[0];
+    let svg = figures::maps("m", std::slice::from_ref(map)).expect("drawn");
+    assert!(!svg.svg().contains("cross: bad runs") && svg.svg().contains("diamond: runs beyond the model"));
 }
 
 #[test]
@@ -420,6 +443,7 @@ fn the_words_of_a_map_are_understood_or_told() {
 fn a_map_answers_in_a_sentence_and_as_json() {
     let rows = plane();
     let causes = vec![CauseSet::default(); rows.status.len()];
+    let at_limit = vec![false; rows.status.len()];
     let replicate = vec![0; rows.status.len()];
     let column = |name: &str, cells: &'static str, values| {
         let unit = cells.to_owned();
@@ -429,6 +453,7 @@ fn a_map_answers_in_a_sentence_and_as_json() {
         columns: vec![column("x", "m", &rows.x), column("y", "", &rows.y), column("z", "N", &rows.z)],
         status: &rows.status,
         causes: &causes,
+        at_limit: &at_limit,
         groups: vec![Group::default()],
         design: Design {
             kind: DesignKind::Chosen,

@@ -23,6 +23,7 @@ fn piece<'a>(study: &Study<'a>, rows: Range<usize>) -> Study<'a> {
         columns: study.columns.iter().map(column).collect(),
         status: &study.status[rows.clone()],
         causes: &study.causes[rows.clone()],
+        at_limit: &study.at_limit[rows.clone()],
         groups: study.groups.clone(),
         design: Design {
             replicate: &study.design.replicate[rows.start / groups..rows.end.div_ceil(groups)],
@@ -61,6 +62,7 @@ fn rows_that_pass_by_are_answered_as_rows_in_memory() {
         for bad in [0, 3] {
             let mut study = replicated(made(&values), kind, replicates).varied("way", &["a", "b"]);
             (0..bad).for_each(|row| study.fail(1000 * row, "diverged"));
+            (0..bad).for_each(|row| study.exceed(1000 * row + 7, "ring_displacement", true));
             // pieces that begin within a point
             passes(&study, 30_001);
         }

@@ -119,6 +119,9 @@ fn pictures_of(map: &Map) -> Vec<Picture<'_>> {
     }
 }
 
+/// Runs beyond the model as a mark's meaning.
+const BEYOND: &str = "runs beyond the model";
+
 /// Characters of a line below one panel.
 const CHARACTERS: usize = 85;
 
@@ -146,19 +149,28 @@ fn explanation(maps: &[Map]) -> Vec<String> {
     if any(has_several) {
         marks.push("orange: boundary of the regimes".to_owned());
     }
+    let kinds: [(fn(&Map) -> u64, &str, &str, &str); 2] =
+        [(Map::failing, "cross", "crosses", "bad runs"), (|map| map.beyond, "diamond", "diamonds", BEYOND)];
+    for (count, mark, _, what) in kinds {
+        if maps.iter().any(|map| count(map) > 0 && !map.is_smoothed()) {
+            // each by itself: together they are longer than a line
+            marks.push(format!("{mark}: {what}, lower left as if harmless, upper right as if harmful"));
+        }
+    }
     if any(|map| map.bad > 0 && !map.is_smoothed()) {
-        // each by itself: together they are longer than a line
-        marks.push("cross: bad runs, lower left as if harmless, upper right as if harmful".to_owned());
+        let by = if any(|map| map.beyond > 0) { "bad runs or runs beyond the model" } else { "bad runs" };
         let grey = match (any(has_unknown), any(has_open)) {
-            (true, true) => Some("grey: no number, or left open by bad runs"),
-            (true, false) => Some("grey: no number"),
-            (false, true) => Some("grey: left open by bad runs"),
+            (true, true) => Some(format!("grey: no number, or left open by {by}")),
+            (true, false) => Some("grey: no number".to_owned()),
+            (false, true) => Some(format!("grey: left open by {by}")),
             (false, false) => None,
         };
-        marks.extend(grey.map(str::to_owned));
+        marks.extend(grey);
     }
-    if any(|map| map.bad > 0 && map.is_smoothed()) {
-        marks.push("crosses: bad runs".to_owned());
+    for (count, _, mark, what) in kinds {
+        if maps.iter().any(|map| count(map) > 0 && map.is_smoothed()) {
+            marks.push(format!("{mark}: {what}"));
+        }
     }
     if any(Map::lacks_limits) {
         marks.push("grey: no limits, by bad runs or few samples".to_owned());
@@ -180,13 +192,16 @@ fn explanation(maps: &[Map]) -> Vec<String> {
     let panels: Vec<&Map> = maps.iter().filter(|map| map.difference.is_none()).collect();
     let count = |of: fn(&Map) -> u64, maps: &[&Map]| maps.iter().map(|map| of(map)).sum::<u64>();
     let s = |count: u64| if count == 1 { "" } else { "s" };
+    let beyond = |count: u64, what: &str| if count == 0 { String::new() } else { format!(", {count} {what}") };
     told.push(if panels.is_empty() {
         let all: Vec<&Map> = maps.iter().collect();
-        let (pairs, bad) = (count(|map| map.n, &all), count(|map| map.bad, &all));
-        format!("{pairs} pair{} of runs, {bad} of them with a bad run", s(pairs))
+        let (pairs, bad) = (count(|map| map.n, &all), count(Map::failing, &all));
+        let beyond = beyond(count(|map| map.beyond, &all), "with a run beyond the model");
+        format!("{pairs} pair{} of runs, {bad} of them with a bad run{beyond}", s(pairs))
     } else {
-        let (runs, bad) = (count(|map| map.n, &panels), count(|map| map.bad, &panels));
-        format!("{runs} run{}, {bad} of them bad", s(runs))
+        let (runs, bad) = (count(|map| map.n, &panels), count(Map::failing, &panels));
+        let beyond = beyond(count(|map| map.beyond, &panels), "beyond the model");
+        format!("{runs} run{}, {bad} of them bad{beyond}", s(runs))
     });
     told
 }

@@ -24,7 +24,7 @@ const UNKNOWN: RGBColor = RGBColor(190, 190, 190);
 const HATCH: RGBColor = RGBColor(225, 225, 225);
 /// Lines of the hatching.
 const HATCHES: i32 = 28;
-/// Crosses of bad runs over a smoothed map, at most.
+/// Crosses of bad runs, or diamonds of runs beyond the model, over a smoothed map, at most.
 const MOST_CROSSES: usize = 400;
 /// Room for the scale, labels of x and y, the title \[px\].
 const BAR: u32 = 96;
@@ -103,14 +103,22 @@ pub(super) fn draw(area: &Area<'_>, picture: &Picture<'_>, colours: &Colours) ->
     let edges: Vec<Piece> = boundary(map).into_iter().map(scaled).collect();
     strokes(&mut chart, &edges, &[(WHITE, 5 * FINE), (COLOURS[1], 3 * FINE)])?;
     let size = (0.012 * (x1 - x0), 0.016 * (y1 - y0));
-    let crosses: Vec<(f64, f64)> = if map.is_smoothed() {
-        let step = map.bad_at.len().div_ceil(MOST_CROSSES).max(1);
-        map.bad_at.iter().step_by(step).map(|(u, v)| (u * x.scale.factor, v * y.scale.factor)).collect()
-    } else {
-        let bad = map.cells.iter().filter(|cell| cell.bad > 0);
-        bad.map(|cell| (x.at[cell.at.0], y.at[cell.at.1])).collect()
+    let marked = |places: &[(f64, f64)], count: fn(&Cell) -> u64| -> Vec<(f64, f64)> {
+        if map.is_smoothed() {
+            let step = places.len().div_ceil(MOST_CROSSES).max(1);
+            places.iter().step_by(step).map(|(u, v)| (u * x.scale.factor, v * y.scale.factor)).collect()
+        } else {
+            let cells = map.cells.iter().filter(|cell| count(cell) > 0);
+            cells.map(|cell| (x.at[cell.at.0], y.at[cell.at.1])).collect()
+        }
     };
-    for (u, v) in crosses {
+    // runs beyond the model: diamonds
+    for (u, v) in marked(&map.beyond_at, |cell| cell.beyond) {
+        let corners = [(u - size.0, v), (u, v + size.1), (u + size.0, v), (u, v - size.1)];
+        let sides = [0, 1, 2, 3].map(|at| [corners[at], corners[(at + 1) % 4]]);
+        strokes(&mut chart, &sides, &[(WHITE, 4 * FINE), (BLACK, 2 * FINE)])?;
+    }
+    for (u, v) in marked(&map.bad_at, |cell| cell.bad - cell.beyond) {
         let arms = [
             [(u - size.0, v - size.1), (u + size.0, v + size.1)],
             [(u - size.0, v + size.1), (u + size.0, v - size.1)],

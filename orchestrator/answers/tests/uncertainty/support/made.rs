@@ -2,7 +2,7 @@
 use bladeoff_answers::estimate::input::{Cells, Column, Design, DesignKind, Group, Label, Layout, Nature, Study};
 use bladeoff_model::outcome::{Cause, CauseSet, Status};
 
-/// A column that is owned: name, given or grows or free, cells, held.
+/// A column that is owned: name; given, grows (>), once, limit or free; cells, held.
 pub struct MadeColumn {
     pub name: &'static str,
     pub nature: char,
@@ -14,6 +14,7 @@ pub struct Made {
     pub columns: Vec<MadeColumn>,
     pub status: Vec<Status>,
     pub causes: Vec<CauseSet>,
+    pub at_limit: Vec<bool>,
     pub groups: Vec<Group>,
     pub kind: DesignKind,
     pub scrambled: bool,
@@ -36,6 +37,7 @@ impl Made {
             columns: columns.into_iter().map(made).collect(),
             status: vec![Status::Ok; rows],
             causes: vec![CauseSet::default(); rows],
+            at_limit: vec![false; rows],
             groups: vec![Group::default()],
             kind: DesignKind::MonteCarlo,
             scrambled: true,
@@ -59,10 +61,19 @@ impl Made {
         self.causes[row] = caused(cause);
     }
 
+    /// A row is beyond the model; `ended`: its run ended at the limit.
+    pub fn exceed(&mut self, row: usize, cause: &str, ended: bool) {
+        self.status[row] = Status::Beyond;
+        self.causes[row] = caused(cause);
+        self.at_limit[row] = ended;
+    }
+
     pub fn study(&self) -> Study<'_> {
         let column = |made: &'_ MadeColumn| -> Nature<'_> {
             match made.nature {
                 'g' => Nature::Given,
+                'l' => Nature::Limit,
+                'o' => Nature::Once,
                 _ => Nature::Free,
             }
         };
@@ -74,6 +85,7 @@ impl Made {
             columns: columns.collect(),
             status: &self.status,
             causes: &self.causes,
+            at_limit: &self.at_limit,
             groups: self.groups.clone(),
             design: Design {
                 kind: self.kind,

@@ -1,0 +1,231 @@
+//! Runs beyond the model: what they reached bounds what they would have reached.
+
+use crate::support::made::Made;
+use crate::support::{ask, exceedance, less, mean, near, one, probability, quantile, ramp};
+use bladeoff_answers::ask::{Answers, Known, Names, Question, QuestionDef, SCHEMA, answer};
+use bladeoff_answers::gate::{Gate, Verdict};
+use bladeoff_answers::stop::{Hindrance, StopRule};
+use bladeoff_model::outcome::Status;
+
+const LIMIT: &str = "ring_displacement";
+
+/// 0, 1, 2 ... of which so many of the largest ended at a limit of the model, each at its value.
+fn ended(count: usize, beyond: usize) -> Made {
+    let mut study = ramp(count);
+    study.columns[0].nature = '>';
+    for row in count - beyond..count {
+        study.exceed(row, LIMIT, true);
+        study.columns[0].held[row] = study.columns[0].cells[row];
+    }
+    study
+}
+
+/// The time of the first limit of so many runs: of the first rows, and of none of the others.
+fn timed(count: usize, beyond: usize) -> Made {
+    let mut study = Made::new(vec![("y", (0..count).map(|row| (row < beyond).then_some(0.1)).collect())]);
+    study.columns[0].nature = 'l';
+    (0..beyond).for_each(|row| study.exceed(row, LIMIT, true));
+    study
+}
+
+#[test]
+fn a_run_beyond_the_model_decides_an_exceedance_below_what_it_had_reached() {
+    // 90 .. 99 ended at their limit; 95 .. 99 had reached 95 for certain
+    let study = ended(100, 10);
+    let above = one(&study, probability("y > 94.5"));
+    assert_eq!((above.n, above.events, above.bad, above.beyond), (100, Some(5), 10, 10));
+    assert_eq!((above.estimate, above.estimate_if_bad_harmful), (Some(0.05), Some(0.1)));
+    let limits = |k: u64| one(&ramp(100), probability(&format!("y < {k}")));
+    assert_eq!((above.low, above.high), (limits(5).low, limits(10).high));
+    assert_eq!(
+        above.sentence,
+        "P(y > 94.5) = 5 % to 10 % (95 %: 1.6 % to 18 %), 5 of 100, 5 runs beyond the model counted both ways, \
+         5 runs beyond the model by what was reached inside it"
+    );
+    // all of them exceed what is below
+    let decided = one(&study, probability("y > 80"));
+    assert_eq!((decided.estimate, decided.estimate_if_bad_harmful), (Some(0.19), Some(0.19)));
+    // and none is certainly below anything
+    let below = one(&study, probability("y < 1000"));
+    assert_eq!((below.estimate, below.estimate_if_bad_harmful), (Some(0.9), Some(1.0)));
+}
+
+#[test]
+fn a_column_without_a_guarded_value_stands_where_its_run_ended_at_the_limit() {
+    let mut study = ramp(10);
+    study.columns[0].nature = '>';
+    // 8 ended at its limit; 9 went on beyond it, and what it says is that of another machine
+    study.exceed(8, LIMIT, true);
+    study.exceed(9, LIMIT, false);
+    let found = one(&study, probability("y > 6.5"));
+    assert_eq!((found.estimate, found.estimate_if_bad_harmful), (Some(0.2), Some(0.3)));
+    // what had happened when the run ended at its limit has happened; what had not may have come
+    study.columns[0].nature = 'o';
+    let once = one(&study, probability("y > 6.5"));
+    assert_eq!((once.estimate, once.estimate_if_bad_harmful), (Some(0.2), Some(0.3)));
+    study.columns[0].cells[8] = None;
+    let later = one(&study, probability("y > 6.5"));
+    assert_eq!((later.estimate, later.estimate_if_bad_harmful), (Some(0.1), Some(0.3)));
+}
+
+#[test]
+fn a_quantile_above_the_share_inside_the_model_has_a_lower_limit_only() {
+    let study = ended(1000, 170);
+    let high = one(&study, quantile(0.95));
+    assert_eq!((high.n, high.bad, high.beyond), (1000, 170, 170));
+    assert_eq!((high.estimate, high.estimate_if_bad_harmful, high.high), (Some(949.0), None, None));
+    // what they reached counts: the lower limit is that of the whole ramp
+    assert_eq!(high.low, one(&ramp(1000), quantile(0.95)).low);
+    assert!(high.sentence.contains("is at least 949 ("), "{}", high.sentence);
+    assert!(high.sentence.contains("no upper limit), 1000 runs, 170 runs beyond the model"), "{}", high.sentence);
+    assert!(high.notes.iter().any(|note| note.contains("above the 83 % of runs")), "{:?}", high.notes);
+    // too few for any limit: what they reached is a lower bound all the same
+    let few = one(&ended(3, 2), quantile(0.5));
+    assert!(few.low.is_none() && few.sentence.contains("is at least 1 (no interval)"), "{}", few.sentence);
+    // below that share it has both
+    let middle = one(&study, quantile(0.5));
+    assert_eq!((middle.estimate, middle.estimate_if_bad_harmful), (Some(499.0), Some(499.0)));
+    assert!(middle.low.is_some() && middle.high.is_some());
+    // where most are beyond, what they reached is all there is
+    let most = one(&ended(1000, 700), quantile(0.5));
+    assert!(most.low == middle.low && most.high.is_none(), "{}", most.sentence);
+}
+
+#[test]
+fn a_mean_is_that_of_the_runs_inside_the_model_and_says_so() {
+    let study = ended(100, 17);
+    let found = one(&study, mean());
+    near(found.estimate, 41.0);
+    assert_eq!((found.estimate_if_bad_harmful, found.low, found.high), (None, None, None));
+    let says = "mean of y of runs inside the model (83 %) = 41 (no interval), 100 runs, 17 runs beyond the model";
+    assert_eq!(found.sentence, says);
+    assert!(found.notes.iter().any(|note| note.contains("runs beyond the model may have had any value")));
+    // what went in is known of all
+    let mut given = ended(100, 17);
+    given.columns[0].nature = 'g';
+    let found = one(&given, mean());
+    assert!(found.low.is_some() && !found.sentence.contains("inside"), "{}", found.sentence);
+    assert!(!one(&ramp(100), mean()).sentence.contains("inside the model"));
+}
+
+#[test]
+fn whether_a_limit_was_exceeded_is_known_of_every_run_that_was_recorded() {
+    let mut study = timed(200, 34);
+    // failed and invalid ones within their limits, and one that exceeded it before
+    study.fail(100, "diverged");
+    study.fail(101, "energy_balance");
+    study.status[101] = Status::Invalid;
+    study.fail(3, "diverged");
+    let found = one(&study, probability("y > 0"));
+    assert_eq!((found.events, found.estimate, found.estimate_if_bad_harmful), (Some(34), Some(0.17), Some(0.17)));
+    assert_eq!((found.bad, found.beyond), (36, 33));
+    let limits = one(&ramp(200), probability("y < 34"));
+    assert_eq!((found.low, found.high), (limits.low, limits.high));
+    let by = "3 bad runs decided by their recorded limits, 33 runs beyond the model decided by their recorded limits";
+    assert!(found.sentence.ends_with(by), "{}", found.sentence);
+    // a gate decides too
+    let names = Names { known: Known { columns: vec![("y".into(), true)], ..Known::default() }, ..Names::default() };
+    let gate = |bound: &str| Gate::new(&format!("P(y > 0) < {bound}"), None, &names).expect("a gate");
+    let judged = |bound: &str, made: &Made| gate(bound).judge(&made.study()).expect("a decision").remove(0);
+    let passed = judged("0.25", &study);
+    assert_eq!((passed.verdict, passed.events, passed.bad, passed.beyond), (Verdict::Passed, (34, 34), 36, 33));
+    assert_eq!(judged("0.1", &study).verdict, Verdict::Failed);
+    // what died, or panicked, lost its record
+    study.fail(102, "worker_crashed");
+    study.status[102] = Status::Quarantined;
+    study.fail(103, "panicked");
+    let open = one(&study, probability("y > 0"));
+    assert_eq!((open.estimate, open.estimate_if_bad_harmful), (Some(0.17), Some(0.18)));
+}
+
+#[test]
+fn a_gate_names_the_runs_that_leave_it_open() {
+    let mut study = ramp(1000);
+    study.columns[0].nature = '>';
+    (0..100).for_each(|row| study.exceed(row, LIMIT, true));
+    let names = Names { known: Known { columns: vec![("y".into(), true)], ..Known::default() }, ..Names::default() };
+    let gate = Gate::new("P(y > 1000) < 0.05", None, &names).expect("a gate");
+    let found = gate.judge(&study.study()).expect("a decision").remove(0);
+    assert_eq!((found.verdict, found.events, found.beyond), (Verdict::Open, (0, 100), 100));
+    for part in ["100 if runs beyond the model are harmful", "the runs beyond the model prevent a decision"] {
+        assert!(found.sentence.contains(part), "{part}: {}", found.sentence);
+    }
+}
+
+#[test]
+fn more_points_do_not_narrow_what_runs_beyond_the_model_leave_open() {
+    let found = one(&ended(1000, 170), probability("y > 990"));
+    assert!(found.notes.iter().any(|note| note.ends_with("more points cannot narrow it")), "{:?}", found.notes);
+    assert!(!found.notes.iter().any(|note| note.contains("why they fail")), "{:?}", found.notes);
+    let rule = StopRule { half_width: Some(0.02), ..StopRule::default() };
+    let why = rule.hindrance(&found.figures[0], found.bad, 0.05);
+    assert!(matches!(why, Some(Hindrance::BadRuns { is_sure: true, .. })), "{why:?}");
+}
+
+#[test]
+fn answers_as_json_count_them_among_the_bad_and_apart() {
+    let mut study = ended(100, 10);
+    study.fail(0, "diverged");
+    let answered = [probability("y > 50"), quantile(0.5), mean()].map(|def| one(&study, def));
+    let answers = Answers { schema: SCHEMA, complete: true, answers: answered.to_vec() };
+    let json: serde_json::Value = serde_json::from_str(&answers.json().expect("a text")).expect("JSON");
+    for answer in json["answers"].as_array().expect("a list") {
+        assert_eq!((&answer["bad"], &answer["beyond"]), (&11.into(), &10.into()), "{answer}");
+    }
+    let curve = ask(&study, exceedance());
+    assert_eq!((curve.answers[0].bad, curve.answers[0].beyond), (11, 10));
+    assert!(curve.answers[0].sentence.ends_with("1 bad run and 10 runs beyond the model counted both ways"));
+}
+
+#[test]
+fn both_groups_of_a_difference_are_counted() {
+    let study = ended(100, 10).varied("way", &["a", "b"]);
+    let found = one(&study, less(mean()));
+    assert_eq!((found.bad, found.beyond), (10, 10));
+    assert!(found.sentence.contains("of runs inside the model (90 %)"), "{}", found.sentence);
+}
+
+/// Limits of an exceedance hold the probability of the whole runs, which is known here: each run beyond the model would have gone on to
+/// a value above its limit.
+#[test]
+fn intervals_hold_what_the_runs_would_have_reached() {
+    let repeats = 400;
+    let (mut shares, mut levels) = (0, 0);
+    for seed in 0..repeats {
+        let mut random = bladeoff_system::random::SplitMix(seed * 7919 + 1);
+        let whole: Vec<f64> = (0..200).map(|_| random.unit()).collect();
+        // a limit at 0.8: what would have gone beyond is cut there
+        let mut study = crate::support::made(&whole.iter().map(|value| value.min(0.8)).collect::<Vec<_>>());
+        study.columns[0].nature = '>';
+        for (row, value) in whole.iter().enumerate().filter(|(_, value)| **value > 0.8) {
+            study.exceed(row, LIMIT, true);
+            assert!(study.columns[0].cells[row] < Some(*value));
+        }
+        let share = one(&study, probability("y > 0.9"));
+        shares += u64::from(share.low.expect("a limit") <= 0.1 && share.high.expect("a limit") >= 0.1);
+        let level = one(&study, quantile(0.9));
+        levels += u64::from(level.low.expect("a limit") <= 0.9 && level.high.is_none_or(|high| high >= 0.9));
+    }
+    // 95 % at least: what is open makes the intervals wider
+    assert!(shares >= 380 && levels >= 380, "{shares} and {levels} of {repeats}");
+}
+
+#[test]
+fn a_sensitivity_says_that_it_is_of_the_runs_inside_the_model() {
+    let study = ended(400, 80);
+    let names = Names {
+        known: Known { columns: vec![("y".into(), true), ("u".into(), true)], ..Known::default() },
+        uncertain: vec!["u".into()],
+        ..Names::default()
+    };
+    let def = QuestionDef {
+        name: "q".into(),
+        sensitivity: Some("y".into()),
+        method: Some("given-data".into()),
+        ..QuestionDef::default()
+    };
+    let question = Question::new(&def, &names).expect("a question");
+    let found = answer(&study.study(), &question).expect("an answer").answers.remove(0);
+    assert_eq!((found.bad, found.beyond), (80, 80));
+    assert!(found.sentence.contains("sensitivity of y of runs inside the model (80 %)"), "{}", found.sentence);
+}

@@ -1,0 +1,78 @@
+//! Studies with runs beyond the model: their exit codes, and every printer of a status.
+
+mod support;
+
+use bladeoff_model::outcome::Status;
+use std::fs;
+use support::{Folder, json, say};
+
+/// A study of the lab rig; some of its runs push the ring beyond a limit that is set low.
+fn study(folder: &Folder, limits: &str) -> String {
+    let text = format!(
+        "schema = 1\nname = \"s\"\nmachine = \"machines/rig.toml\"\nseed = 1\n\
+         [set]\n\"run.limit.ring_displacement.value\" = 1e-6\n\
+         [[vary]]\npath = \"blade_off.mass\"\nvalues = [\"0.01 g\", \"0.02 g\", \"10 g\", \"12 g\"]\n\
+         [design]\nkind = \"monte-carlo\"\nsamples = 2\n\
+         [[uncertain]]\npath = \"contact.friction\"\ndistribution = \"uniform\"\nlower = 0.05\nupper = 0.15\n\
+         [[question]]\nname = \"beyond\"\nprobability = \"beyond_s > 0\"\n{limits}"
+    );
+    folder.write("s.toml", &text)
+}
+
+#[test]
+fn runs_beyond_the_model_are_counted_printed_and_limited() {
+    let folder = Folder::new();
+    let out = folder.name("out");
+    let run = |limits: &str, out: &str| say(&["run", &study(&folder, limits), "--out", out, "--workers", "1"]);
+    let within = run("[limits]\nmax_failed = 0\nmax_invalid = 0\n", &out);
+    assert_eq!(within.code, 0, "{}\n{}", within.out, within.err);
+    let status = json(&fs::read_to_string(folder.path("out/status.json")).expect("written"));
+    for status_of_all in Status::ALL {
+        assert!(status["by_status"][status_of_all.word()].is_u64(), "{}: {status}", status_of_all.word());
+    }
+    let beyond = status["by_status"]["beyond"].as_u64().expect("a count");
+    assert_eq!((beyond, status["by_status"]["ok"].as_u64()), (4, Some(4)), "{status}");
+    assert_eq!(status["by_cause"]["ring_displacement"], 4);
+    assert!(within.err.contains("beyond 4 (4 ring_displacement)"), "{}", within.err);
+    let head = within.out.lines().find(|line| line.starts_with("detection")).expect("a table");
+    assert!(head.find(" ok").zip(head.find("beyond")).is_some_and(|(ok, beyond)| ok < beyond), "{head}");
+    // whether a limit was exceeded is decided by every run
+    let answers = json(&fs::read_to_string(folder.path("out/answers.json")).expect("written"));
+    let shares: Vec<_> = answers["answers"].as_array().expect("a list").iter().collect();
+    for (at, answer) in shares.iter().enumerate() {
+        let share = if at < 2 { 0.0 } else { 1.0 };
+        assert_eq!(
+            (&answer["estimate"], &answer["estimate_if_bad_harmful"]),
+            (&share.into(), &share.into()),
+            "{answer}"
+        );
+        assert_eq!((&answer["bad"], &answer["beyond"]), (&(2 * share as u64).into(), &(2 * share as u64).into()));
+    }
+    let why = say(&["why", &out, "7"]);
+    for part in [
+        "beyond the model: it exceeded",
+        "ring_displacement",
+        "times `run.limit.ring_displacement.value`",
+        "what to do",
+    ] {
+        assert!(why.out.contains(part), "{part}: {}", why.out);
+    }
+    // more of them than the study allows, of the same results
+    let above = run("[limits]\nmax_beyond = 3\n", &out);
+    assert_eq!(above.code, 4, "{}", above.err);
+    assert!(
+        above.err.contains("4 of 8 samples beyond the model; the study allows 3 ([limits] max_beyond)"),
+        "{}",
+        above.err
+    );
+    assert_eq!(run("[limits]\nmax_beyond = \"50 %\"\n", &out).code, 0);
+}
+
+#[test]
+fn a_single_run_beyond_the_model_is_a_warning() {
+    let set = ["--set", "run.limit.ring_displacement.value=1e-6", "--set", "run.end_time=0.17 s"];
+    let said = say(&[&["simulate", "studies/machines/lab_rig.toml"], &set[..]].concat());
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert!(said.err.contains("warning: beyond the model"), "{}", said.err);
+    assert!(said.out.contains("a limit of the model was exceeded"), "{}", said.out);
+}
