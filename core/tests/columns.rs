@@ -131,10 +131,15 @@ fn a_run_without_contact_has_no_force_and_no_time_of_contact() {
     for name in ["first_contact_s", "max_contact_force_N", "max_contact_force_at_s", "max_filtered_contact_force_N"] {
         assert_eq!(row.get(name), None, "{name}");
     }
+    for name in ["max_ring_stress_angle_rad", "max_blade_stress_blade", "max_friction_power_W"] {
+        assert_eq!(row.get(name), None, "{name}");
+    }
     for name in ["whirl_in_rub", "residual_penetration_m", "model_work_J", "stop_time_s"] {
         assert_eq!(row.get(name), None, "{name}");
     }
     for name in ["contact_impulse_Ns", "contact_time_s", "impacts", "friction_energy_J", "max_blade_bending_stress_Pa"]
+        .into_iter()
+        .chain(["max_ring_stress_Pa", "max_blade_stress_Pa", "friction_energy_per_width_J_m"])
     {
         assert_eq!(row.get(name), Some(0.0), "{name}");
     }
@@ -157,6 +162,8 @@ fn the_order_of_the_columns_stays() {
     expected.extend(peak("residual_penetration", "m"));
     expected.extend(peak("max_eccentricity", "m"));
     expected.extend(plain(&["friction_energy_J", "normal_work_J", "model_work_J", "energy_error"]));
+    expected.extend(peak("max_friction_power", "W"));
+    expected.push("friction_energy_per_width_J_m".to_owned());
     expected.extend(plain(&["no_fixed_point_steps", "several_points_steps", "several_minima_steps"]));
     expected.extend(plain(&["slip_reversal_steps", "steps", "step_s", "iterations", "stop_time_s"]));
     expected.extend(plain(&[
@@ -172,9 +179,17 @@ fn the_order_of_the_columns_stays() {
     expected.extend(plain(&["twin_status", "sensitive"]));
     expected.extend(plain(&["least_damping_ratio", "least_damping_at_rad_s"]));
     expected.extend(peak("max_blade_bending_stress", "Pa"));
+    expected.extend(peak("max_ring_stress", "Pa"));
+    expected.push("max_ring_stress_angle_rad".to_owned());
+    expected.extend(peak("max_blade_stress", "Pa"));
+    expected.push("max_blade_stress_blade".to_owned());
     for place in ["", "_section0", "_section1", "_section2"] {
         for (name, unit) in [("max_torsional_moment", "Nm"), ("max_shear_stress", "Pa"), ("max_bending_stress", "Pa")] {
             expected.extend(peak(&format!("{name}{place}"), unit));
+        }
+        expected.extend(peak(&format!("max_shaft_von_mises{place}"), "Pa"));
+        if place.is_empty() {
+            expected.push("max_shaft_von_mises_position_m".to_owned());
         }
     }
     // behind all others: a row of a build without them is the beginning of one
@@ -184,11 +199,14 @@ fn the_order_of_the_columns_stays() {
     for name in ["max_filtered_contact_force_N", "contact_impulse_Ns", "residual_penetration_m", "max_eccentricity_m"] {
         expected.push(format!("guarded_{name}"));
     }
-    expected.push("guarded_max_blade_bending_stress_Pa".to_owned());
+    for name in ["friction_power_W", "blade_bending_stress_Pa", "ring_stress_Pa", "blade_stress_Pa"] {
+        expected.push(format!("guarded_max_{name}"));
+    }
     for place in ["", "_section0", "_section1", "_section2"] {
         for (name, unit) in [("torsional_moment", "Nm"), ("shear_stress", "Pa"), ("bending_stress", "Pa")] {
             expected.push(format!("guarded_max_{name}{place}_{unit}"));
         }
+        expected.push(format!("guarded_max_shaft_von_mises{place}_Pa"));
     }
     let rig = machine_with(&study_machine("lab_rig"), &[]);
     let found: Vec<String> = columns(&rig).into_iter().map(|column| column.name).collect();

@@ -47,6 +47,11 @@ const COLUMNS: &[(&str, f64)] = &[
     ("whirl_in_rub", 0.0),
     ("max_bending_stress_Pa", 5e-3),
     ("max_blade_bending_stress_Pa", 1e-2),
+    ("max_ring_stress_Pa", 1e-2),
+    ("max_blade_stress_Pa", 1e-2),
+    ("max_shaft_von_mises_Pa", 1e-2),
+    ("max_friction_power_W", 1e-2),
+    ("friction_energy_per_width_J_m", 3e-3),
 ];
 
 #[test]

@@ -60,7 +60,7 @@ impl Pairs {
         for column in columns.column_iter() {
             for (largest, &[j, k]) in largest.iter_mut().zip(&self.0) {
                 // a single one counts twice in its amplitude
-                let share = if j == k { 0.5 } else { 1.0 };
+                let share = if j == k { 0.25 } else { 1.0 };
                 *largest = largest.max(share * (column[j] * column[j] + column[k] * column[k]));
             }
         }
@@ -130,6 +130,24 @@ impl Fibres {
         }
     }
 
+    /// All stresses \[Pa\].
+    #[cfg(test)]
+    pub fn products(&self, q: &[f64]) -> Vec<f64> {
+        match &self.rows {
+            Rows::Nodal(rows) => rows.products(q).collect(),
+            Rows::Modal(rows) => {
+                let mut stresses = Lane::default();
+                let blocks = rows.chunks_exact(q.len());
+                blocks
+                    .flat_map(|block| {
+                        dots(block, q, &mut stresses);
+                        stresses.0
+                    })
+                    .collect()
+            }
+        }
+    }
+
     /// The first place whose stress has this size, which [`Fibres::largest`] has found.
     pub fn place_of(&self, largest: f64, q: &[f64]) -> usize {
         let found = match &self.rows {
@@ -152,4 +170,63 @@ fn eight(columns: &Matrix, first: usize) -> Vec<Lane> {
     (0..columns.nrows())
         .map(|j| Lane(std::array::from_fn(|k| if k < count { columns[(j, first + k)] } else { 0.0 })))
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::structure::Coordinates;
+
+    /// Coordinates of a part whose modes 1 and 2 are a pair.
+    fn part(size: usize) -> Part {
+        let squares = [1.0, 4.0, 4.0, 9.0, 16.0, 25.0, 25.0, 36.0, 49.0];
+        Part {
+            coordinates: Coordinates::modal(&Matrix::identity(size, size)),
+            mass: Matrix::identity(size, size),
+            damping: Matrix::zeros(size, size),
+            stiffness: Matrix::from_fn(size, size, |i, j| if i == j { squares[i] } else { 0.0 }),
+            modal: true,
+            highest: 7.0,
+        }
+    }
+
+    #[test]
+    fn the_largest_size_is_found_with_its_place() {
+        let pairs = Pairs::of(&part(9));
+        assert_eq!(pairs.0, [[0, 0], [1, 2], [3, 3], [4, 4], [5, 6], [7, 7], [8, 8]]);
+        for places in [1, 7, 8, 21] {
+            let columns = Matrix::from_fn(9, places, |j, i| ((i * 7919 + j * 104_729) % 1013) as f64 - 506.3);
+            let (modal, nodal) = (Fibres::new(&columns, &pairs, true), Fibres::new(&columns, &pairs, false));
+            for round in 0..20 {
+                let q: Vec<f64> = (0..9).map(|j| ((round * 31 + j * 17) % 23) as f64 - 11.2).collect();
+                let of = |i: usize| (0..9).map(|j| columns[(j, i)] * q[j]).sum::<f64>().abs();
+                let at = (0..places).max_by(|&i, &k| of(i).total_cmp(&of(k))).expect("places");
+                for fibres in [&modal, &nodal] {
+                    let largest = fibres.largest(&q);
+                    assert!((largest / of(at) - 1.0).abs() < 1e-12);
+                    assert_eq!(fibres.place_of(largest, &q), at);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn no_stress_exceeds_its_bound() {
+        let pairs = Pairs::of(&part(9));
+        let columns = Matrix::from_fn(9, 21, |j, i| ((i * 7919 + j * 104_729) % 1013) as f64 - 506.3);
+        let fibres = Fibres::new(&columns, &pairs, true);
+        let (bounds, mut room, mut closest) = (Bounds::new(&[&fibres]), Amplitudes::default(), 0.0_f64);
+        for round in 0..200 {
+            let q: Vec<f64> = (0..9)
+                .map(|j| if round % 9 == j { 1.0 } else { ((round * 31 + j * 17) % 23) as f64 / 11.0 - 1.0 })
+                .collect();
+            let share = fibres.largest(&q) / bounds.of(pairs.amplitudes(&q, &mut room))[0];
+            closest = closest.max(share);
+        }
+        // of one coordinate alone it is the stress itself
+        let alone: Vec<f64> = (0..9).map(|j| if j == 3 { -2.0 } else { 0.0 }).collect();
+        let one = fibres.largest(&alone) / bounds.of(pairs.amplitudes(&alone, &mut room))[0];
+        assert!(closest <= 1.0 && closest > 0.5, "{closest}");
+        assert!(one <= 1.0 && one > 1.0 - 1e-11, "{one}");
+    }
 }

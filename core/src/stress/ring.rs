@@ -19,11 +19,11 @@ use bladeoff_model::machine::FlexibleStator;
 /// # Units
 /// SI; angles from blade 0, in the diaphragm's own axes.
 /// # Limits
-/// Nominal, planar, thin: no bending out of the plane, no torsion of the section, no stress concentration at a blade's root; the curved-beam factor
-/// `1 + O(h/R)` of the inner face is not in it. Under a load inside an element the bending moment lacks up to `F l/8` (l: length of an element).
+/// Nominal, planar, thin: no bending out of the plane, no torsion of the section, no stress concentration at a blade's root; the factor
+/// `R/(R +- h/2)` of a curved bar's bending stress is not in it, its `M/(A R)` is. Under a load inside an element the bending moment lacks up to `F l/8` (l: length of an element).
 /// In a reduced engine stresses beside the contact lack the modes left out.
 /// # Verified by
-/// `tests/ring_stresses.rs`
+/// `a_pinched_ring_has_timoshenko_s_stresses`, `tests/stresses.rs`
 #[derive(Debug, Clone)]
 pub(crate) struct RingStresses {
     pairs: Pairs,
@@ -146,5 +146,132 @@ impl RingStresses {
     /// Number of the blade, from 0, of the largest stress of the blades.
     pub fn blade_of(&self, largest: f64, q: &[f64]) -> usize {
         self.blades.as_ref().map_or(0, |blades| blades.blade_of(blades.both.place_of(largest, q)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linalg::{Vector, solve};
+    use crate::stator::RingMatrices;
+    use crate::structure::{Coordinates, Part};
+    use bladeoff_model::machine::{Blades, Rayleigh, Ring};
+
+    const R: f64 = 0.4;
+    const H: f64 = 0.01;
+    const WIDTH: f64 = 0.05;
+
+    fn stator(elements: usize, blades: Option<Blades>) -> FlexibleStator {
+        FlexibleStator {
+            young_modulus: 2e11,
+            poisson_ratio: 0.3,
+            density: 7800.0,
+            yield_strength: None,
+            ring: Ring { mean_radius: R, thickness: H, width: WIDTH, elements },
+            blades,
+            damping: Rayleigh::default(),
+        }
+    }
+
+    fn part(matrices: &RingMatrices, coordinates: Coordinates) -> RingPart {
+        let part = Part {
+            coordinates,
+            mass: matrices.mass.clone(),
+            damping: matrices.mass.clone(),
+            stiffness: matrices.stiffness.clone(),
+            modal: false,
+            highest: 0.0,
+        };
+        RingPart { matrices: matrices.clone(), part, residual: None, lags: Vec::new(), kept: Default::default() }
+    }
+
+    /// A free ring pressed together by two opposite forces P at nodes.
+    fn pinched(matrices: &RingMatrices, force: f64) -> Vec<f64> {
+        let (n, size) = (matrices.nodes, matrices.size());
+        let mut loads = vec![0.0; size];
+        loads[2] = -force;
+        loads[4 * (n / 2) + 2] = -force;
+        // held against moving as a body where symmetry has no tangential displacement
+        let held = [0, 4 * (n / 4), 4 * (n / 2)];
+        let free: Vec<usize> = (0..size).filter(|i| !held.contains(i)).collect();
+        let k = Matrix::from_fn(free.len(), free.len(), |i, j| matrices.stiffness[(free[i], free[j])]);
+        let f = Vector::from_iterator(free.len(), free.iter().map(|&i| loads[i]));
+        let solution = solve(&k, &f).expect("held");
+        let mut field = vec![0.0; size];
+        for (value, &i) in solution.iter().zip(&free) {
+            field[i] = *value;
+        }
+        field
+    }
+
+    /// Timoshenko, Strength of Materials II: M = P R/pi and no hoop force under the loads; M = P R (1/2 - 1/pi) and a hoop force P/2 half way between. The mean
+    /// line of a curved bar has the stress N/A + M/(A R) (Winkler), which is P/(pi A) all around.
+    #[test]
+    fn a_pinched_ring_has_timoshenko_s_stresses() {
+        let force = 1000.0;
+        let pi = std::f64::consts::PI;
+        let modulus = WIDTH * H * H / 6.0;
+        let hoop = force / pi / (WIDTH * H);
+        let loaded = force * R / pi / modulus + hoop;
+        let beside = force * R * (0.5 - 1.0 / pi) / modulus + hoop;
+        let mut errors = Vec::new();
+        for elements in [24, 48, 96] {
+            let stator = stator(elements, None);
+            let matrices = RingMatrices::assemble(&stator);
+            let field = pinched(&matrices, force);
+            let mut stresses = RingStresses::new(&stator, &part(&matrices, Coordinates::nodal(matrices.size())));
+            let largest = stresses.above(&Known { ring: 0.0, blades: 0.0, bending: 0.0 }, &field);
+            let found = largest.ring.expect("a stress");
+            assert_eq!((largest.blades, largest.bending), (None, None), "there are no blades");
+            let angle = stresses.angle_of(found, &field);
+            assert!(angle == 0.0 || (angle - pi).abs() < 1e-12, "{angle}");
+            let node = elements / 4;
+            let here = stresses.ring.products(&field);
+            let quarter = here[2 * node].abs().max(here[2 * node + 1].abs());
+            errors.push([found / loaded - 1.0, quarter / beside - 1.0]);
+            // a bound, and nothing above it
+            assert!(stresses.bounds(&field)[0] >= found);
+            assert_eq!(
+                stresses.above(&Known { ring: found, blades: 0.0, bending: 0.0 }, &field).ring.filter(|s| *s > found),
+                None
+            );
+        }
+        println!("of the loads and half way between: {errors:?}");
+        // of second order in the length of an element
+        assert!(errors[2].iter().all(|error| error.abs() < 2e-3), "{errors:?}");
+        for pair in errors.windows(2) {
+            let share = pair[1][1] / pair[0][1];
+            assert!(share > 0.2 && share < 0.3, "{errors:?}");
+        }
+    }
+
+    /// A blade of one element, its foot displaced as a cantilever from the casing is by a tip force F across and N along.
+    #[test]
+    fn a_blade_under_a_tip_load_has_both_stresses() {
+        let blades = Blades { count: 4, length: 0.3, thickness: 0.02, width: 0.05, elements: 1 };
+        let stator = stator(24, Some(blades));
+        let matrices = RingMatrices::assemble(&stator);
+        let (across, along, young, l) = (800.0, 5e4, 2e11, 0.3);
+        let (area, inertia) = (0.05 * 0.02, 0.05 * 0.02f64.powi(3) / 12.0);
+        let (t, slope) = (across * l * l * l / (3.0 * young * inertia), -across * l * l / (2.0 * young * inertia));
+        let mut field = vec![0.0; matrices.size()];
+        let foot = 4 * (2 * 24 / 4);
+        field[foot] = t;
+        field[foot + 2] = along * l / (young * area);
+        field[foot + 3] = t / R - slope;
+        let bends = across * l * 0.01 / inertia;
+        let both = bends + along / area;
+        let check = |stresses: &mut RingStresses, q: &[f64], factor: f64| {
+            let largest = stresses.above(&Known { ring: 0.0, blades: 0.0, bending: 0.0 }, q);
+            let (found, bending) = (largest.blades.expect("both"), largest.bending.expect("bending"));
+            assert!((found / (factor * both) - 1.0).abs() < 1e-9, "{found} {both}");
+            assert!((bending / (factor * bends) - 1.0).abs() < 1e-9, "{bending} {bends}");
+            assert_eq!(stresses.blade_of(found, q), 2);
+            assert!(stresses.bounds(q)[1] >= found);
+        };
+        let nodal = part(&matrices, Coordinates::nodal(matrices.size()));
+        check(&mut RingStresses::new(&stator, &nodal), &field, 1.0);
+        let shapes = Matrix::from_fn(matrices.size(), 2, |i, j| if j == 0 { field[i] } else { 0.0 });
+        check(&mut RingStresses::new(&stator, &part(&matrices, Coordinates::modal(&shapes))), &[2.0, 5.0], 2.0);
     }
 }
