@@ -152,7 +152,7 @@ fn the_order_of_the_columns_stays() {
     let peak =
         |name: &str, unit: &str| vec![format!("{name}_{unit}"), format!("{name}_at_s"), format!("{name}_at_rad_s")];
     let plain = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect::<Vec<String>>();
-    let mut expected = plain(&["end_time_s", "end_speed_rad_s", "first_contact_s"]);
+    let mut expected = plain(&["end_time_s", "end_speed_rad_s", "first_contact_s", "beyond_s"]);
     for name in ["max_bearing_load", "max_bearing_load_left", "max_bearing_load_right", "max_contact_force"] {
         expected.extend(peak(name, "N"));
     }
@@ -192,6 +192,11 @@ fn the_order_of_the_columns_stays() {
             expected.push("max_shaft_von_mises_position_m".to_owned());
         }
     }
+    for name in ["ring_displacement", "ring_yield", "blade_yield", "shaft_yield", "journal_clearance", "unstable_rotor"]
+    {
+        expected.push(format!("limit_ratio_{name}"));
+    }
+    expected.push("steps_per_impact".to_owned());
     // behind all others: a row of a build without them is the beginning of one
     for name in ["max_bearing_load_N", "max_bearing_load_left_N", "max_bearing_load_right_N", "max_contact_force_N"] {
         expected.push(format!("guarded_{name}"));

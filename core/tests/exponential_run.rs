@@ -459,3 +459,33 @@ fn runs_from_other_speeds_leave_nothing_in_the_cells_they_share() {
         assert_eq!([values(&fast, &shared), values(&slow, &shared)], alone);
     }
 }
+
+/// A machine with a yield strength: a follower changes no bit, and neither does the strength where nothing comes near it.
+#[test]
+fn yield_strengths_are_watched_whoever_follows() {
+    let rub = |strength: &str, follower: &mut dyn bladeoff_core::record::Follower| {
+        let change = [
+            ("run.end_time", "0.16 s"),
+            ("run.end_beyond", "off"),
+            ("rotor.material.yield_strength", strength),
+            ("diaphragms.seal.material.yield_strength", strength),
+        ];
+        let text = study_machine("lab_rig");
+        run_seen(of_engine(machine_with(&text, &change), 3.4e-6), follower)
+    };
+    let alone = rub("20 MPa", &mut NoHistory);
+    assert!(alone.value("impacts") > 0.0, "touches");
+    assert_eq!(alone.outcome, rub("20 MPa", &mut Every(|_| {})).outcome);
+    // exceeded in the rub, at a time of its own
+    for name in ["limit_ratio_ring_yield", "limit_ratio_shaft_yield", "limit_ratio_blade_yield"] {
+        println!("{name} {:?}", alone.get(name));
+    }
+    assert!(alone.value("limit_ratio_ring_yield") > 1.0 && alone.get("beyond_s").is_some());
+    let (far, none) = (rub("1e15 Pa", &mut NoHistory), {
+        let change = [("run.end_time", "0.16 s"), ("run.end_beyond", "off")];
+        run(of_engine(machine_with(&study_machine("lab_rig"), &change), 3.4e-6))
+    });
+    for name in ["max_ring_stress_Pa", "max_shaft_von_mises_Pa", "friction_energy_J", "steps"] {
+        assert_eq!(far.get(name), none.get(name), "{name}");
+    }
+}

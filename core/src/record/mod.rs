@@ -110,6 +110,8 @@ pub(crate) struct Recorders {
     rings: Vec<RingRecorders>,
     guards: Guards,
     pub limits: LimitRecorder,
+    /// A material has a yield strength.
+    yields: bool,
 }
 
 impl Recorders {
@@ -118,7 +120,7 @@ impl Recorders {
         let part = |i: usize| rings.get(i).and_then(Option::as_ref);
         let ring =
             |(i, diaphragm)| RingRecorders::new(diaphragm, ring::diaphragm_name(machine, diaphragm), part(i), step);
-        Self {
+        let mut all = Self {
             loads: LoadRecorder::new(&machine.rotor.bearings),
             stresses: StressRecorder::new(&machine.rotor.kind),
             energies: EnergyBalance::default(),
@@ -127,7 +129,10 @@ impl Recorders {
             rings: machine.diaphragms.iter().enumerate().map(ring).collect(),
             guards: Guards::default(),
             limits: LimitRecorder::new(machine),
-        }
+            yields: false,
+        };
+        all.yields = [all.ring_yield(), all.blade_yield(), all.shaft_yield()].iter().any(Option::is_some);
+        all
     }
 
     /// Takes an instant, and that of each diaphragm in the machine's order; energies are taken by themselves, when the works of the step
@@ -140,6 +145,25 @@ impl Recorders {
         for (place, (recorders, ring)) in self.rings.iter_mut().zip(rings).enumerate() {
             recorders.see(&ring, now.at);
             self.limits.see_eccentricity(place, square(ring.place), now.at);
+        }
+        self.see_yields();
+    }
+
+    /// Takes the largest ratios to the yield strengths so far: each has the time at which it was reached.
+    #[inline]
+    fn see_yields(&mut self) {
+        if !self.yields {
+            return;
+        }
+        let all = [
+            (Limit::RingYield, self.ring_yield()),
+            (Limit::BladeYield, self.blade_yield()),
+            (Limit::ShaftYield, self.shaft_yield()),
+        ];
+        for (limit, peak) in all {
+            if let Some((ratio, at)) = peak.and_then(|peak| Some((peak.value?, peak.at))) {
+                self.limits.see(limit, ratio, at);
+            }
         }
     }
 
@@ -156,6 +180,7 @@ impl Recorders {
             }
             self.limits.see_eccentricity(0, square(ring.place), at);
         }
+        self.see_yields();
     }
 
     /// Whether a mean spin \[rad/s\] lies beyond those taken by [`Recorders::see_speed`] by more than `noticeable`.
@@ -185,6 +210,7 @@ impl Recorders {
             ring.see_place(square(place), at);
             self.limits.see_eccentricity(0, square(place), at);
         }
+        self.see_yields();
     }
 
     /// Elements of the shaft.

@@ -20,7 +20,7 @@ use super::yielding::{Watch, Yielding};
 use crate::record::{At, End, Energies, Follower, Recorders, RingInstant, Touch};
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
-use bladeoff_model::outcome::{Cause, EndCause};
+use bladeoff_model::outcome::{Cause, EndCause, Limit};
 
 /// Contact steps from one look at the whole motion to the next, at least; each of the first steps ([`Transient::begins`]) has one.
 const LOOKS: u64 = 8;
@@ -31,9 +31,6 @@ const FALLS: u64 = 2;
 /// The former as long as nothing has touched: until then the shaft rings of the release alone.
 const CALM: u64 = 32;
 const BALANCES: u64 = 64;
-
-/// Ratios of stress and yield strength of ring, blades and shaft whose first time is found to a contact step.
-const YIELDS: [f64; 3] = [1.0; 3];
 
 /// One run in contact steps of `settings.step`, from its start to its end.
 ///
@@ -109,7 +106,11 @@ impl<'a> Run<'a> {
         let transient = Transient::new(machine, structure, settings, true)?;
         let mut recorders = Recorders::new(machine, &structure.rings, settings.step);
         recorders.search_nothing();
-        let yielding = Yielding::new(&recorders, YIELDS);
+        let yielding = Yielding::new(
+            &recorders,
+            [Limit::RingYield, Limit::BladeYield, Limit::ShaftYield]
+                .map(|limit| machine.run.limits[limit as usize].value),
+        );
         let steps = (settings.step, transient.contact.is_some());
         let shaft = ShaftLook::new(machine, structure, &transient.flight, &recorders, steps);
         Ok(Self {
